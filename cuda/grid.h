@@ -1,0 +1,61 @@
+// Grid update: one node's momentum becomes a velocity that obeys gravity, tools and walls.  (3)
+#pragma once
+#include "contact.h"
+
+namespace knead {
+
+// What the six walls leave of a velocity at node n.  (18) with fixed, axis-aligned normals
+template <class R>
+HD Vec3<R> walled(Vec3<R> v, Int3 n, Int3 size, const Walls<R>& walls)
+{
+    const auto face = [&](bool low, bool high, Vec3<R> axis) {
+        if (low) v = touched(v, axis, {0, 0, 0}, walls.touch, walls.friction);
+        if (high) v = touched(v, -axis, {0, 0, 0}, walls.touch, walls.friction);
+    };
+    const int last = walls.margin + 1;
+    face(n.x <= walls.margin, n.x >= size.x - last, {1, 0, 0});
+    face(n.y <= walls.margin, n.y >= size.y - last, {0, 1, 0});
+    face(n.z <= walls.margin, n.z >= size.z - last, {0, 0, 1});
+    return v;
+}
+
+// tools(x, v) answers with what the tools near x leave of v. `clipped` is set where a node would
+// outrun one cell per substep: counted by the caller, never silent.
+template <class R, class Tools>
+HD Node<R> update(const Node<R>& node, Int3 n, const Lattice<R>& lattice, const Walls<R>& walls,
+                  Vec3<R> gravity, R dt, bool& clipped, Tools&& tools)
+{
+    clipped = false;
+    if (!(node.m > 0)) return {{0, 0, 0}, 0};
+    Vec3<R> v = (1 / node.m) * node.p + dt * gravity;
+    v = tools(lattice.position(n), v);
+    v = walled(v, n, lattice.size, walls);
+    const R speed = length(v), limit = lattice.dx / dt;
+    if (speed > limit) v = (limit / speed) * v, clipped = true;
+    return {v, node.m};
+}
+
+// The tools of a block, strongest last: every tool that holds the node, in order of its index.
+template <class R>
+HD Vec3<R> held(const Colliders<R>& c, const Mask& mask, Vec3<R> x, Vec3<R> v)
+{
+    int tool = -1, at = -1;
+    Foot<R> best{};
+    const auto apply = [&] {
+        if (at < 0 || best.phi >= 0) return;
+        const Tool<R>& t = c.tools[tool];
+        const Vec3<R> u = surface_velocity(c, c.primitives[at], best);
+        v = touched(v, best.n, u, t.touch, t.friction);
+    };
+    for_each_candidate(mask, [&](int i) {
+        const int owner = c.primitives[i].tool;
+        if (c.tools[owner].blade) return;
+        if (owner != tool) apply(), tool = owner, at = -1;
+        const Foot<R> f = foot(c.shapes[i], x);
+        if (at < 0 || f.phi < best.phi) best = f, at = i;
+    });
+    apply();
+    return v;
+}
+
+}  // namespace knead

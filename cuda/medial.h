@@ -1,0 +1,149 @@
+// Exact signed distance to medial primitives: balls, cones (two spheres) and slabs (three), each
+// the convex hull of its spheres.  (12)-(15); degenerate cases as in docs/model.md.
+#pragma once
+#include "state.h"
+
+namespace knead {
+
+// A medial sphere at one instant, moving.
+template <class R>
+struct Sphere {
+    Vec3<R> c, v, w;  // centre [m], velocity [m/s], angular velocity [1/s]
+    R r, rate;        // radius [m] and its rate of change [m/s]
+};
+
+struct Primitive {
+    int count;      // 1 ball, 2 cone, 3 slab
+    int sphere[3];  // indices of its spheres; unused ones repeat the last
+    int tool;       // index of the tool it belongs to
+};
+
+// The side of a cone, derived once per pose. A cone without a tangent line is its larger sphere.
+template <class R>
+struct Cone {
+    Vec3<R> a, u;     // first centre [m], unit axis
+    R length, r;      // of the axis, of the first sphere [m]
+    R k, kc;          // radius per length, and k / sqrt(1 - k^2)
+    R start, inverse;  // weight of the second sphere at s: start + s * inverse
+};
+
+// A primitive's derived constants.
+template <class R>
+struct Shape {
+    int count;      // 1 ball, 2 cone, 3 slab
+    bool plane;     // slab: two tangent planes exist
+    Cone<R> edge[3];  // (0,1), (1,2), (0,2)
+    Vec3<R> c0, N, g, m1, m2;  // slab: first centre [m], unit normal, gradient of the radius, dual
+                               // vectors of its sides [1/m]
+    R r0, k1, k2, cc;          // slab: first radius [m]; see (14)
+    Vec3<R> low, high;  // bounding box [m]
+};
+
+// The nearest point: signed distance, outward normal, weights of the spheres it hangs on.
+template <class R>
+struct Foot {
+    R phi;        // [m], negative inside
+    Vec3<R> n;    // unit
+    R l0, l1, l2;  // sum 1
+};
+
+template <class R>
+HD Cone<R> cone(Vec3<R> a, R ra, Vec3<R> b, R rb)
+{
+    const Vec3<R> d = b - a;
+    const R square = dot(d, d), dr = rb - ra;
+    if (!(square > 0) || dr * dr >= (1 - R(1e-6)) * square) {
+        const bool second = rb > ra;
+        return {second ? b : a, {0, 0, 0}, 0, second ? rb : ra, 0, 0, R(second ? 1 : 0), 0};
+    }
+    const R length = std::sqrt(square), k = dr / length;
+    return {a, (1 / length) * d, length, ra, k, k / std::sqrt((1 - k) * (1 + k)), 0, 1 / length};
+}
+
+// (13): the foot on a cone; l0 and l1 weigh its first and second sphere.
+template <class R>
+HD Foot<R> foot(const Cone<R>& c, Vec3<R> p)
+{
+    const Vec3<R> d = p - c.a;
+    const R x = dot(d, c.u);
+    const R y = length(d - x * c.u);
+    const R s = clamped(x + c.kc * y, R(0), c.length);
+    const Vec3<R> from = d - s * c.u;
+    const R D = length(from);
+    const R t = c.start + s * c.inverse;
+    const Vec3<R> n = D > 0 ? (1 / D) * from : orthogonal(c.u);
+    return {D - c.r - c.k * s, n, 1 - t, t, 0};
+}
+
+template <class R>
+HD Shape<R> shape(int count, const Sphere<R>& s0, const Sphere<R>& s1, const Sphere<R>& s2)
+{
+    Shape<R> s{};
+    s.count = count;
+    const auto each = [](Vec3<R> u, Vec3<R> v, auto pick) {
+        return Vec3<R>{pick(u.x, v.x), pick(u.y, v.y), pick(u.z, v.z)};
+    };
+    const auto add = [&](const Sphere<R>& q) {
+        s.low = each(s.low, q.c - Vec3<R>{q.r, q.r, q.r}, [](R a, R b) { return least(a, b); });
+        s.high = each(s.high, q.c + Vec3<R>{q.r, q.r, q.r}, [](R a, R b) { return most(a, b); });
+    };
+    s.low = s.high = s0.c;
+    add(s0), add(s1), add(s2);
+    s.edge[0] = cone(s0.c, s0.r, count > 1 ? s1.c : s0.c, count > 1 ? s1.r : s0.r);
+    if (count < 3) return s;
+    s.edge[1] = cone(s1.c, s1.r, s2.c, s2.r);
+    s.edge[2] = cone(s0.c, s0.r, s2.c, s2.r);
+    const Vec3<R> e1 = s1.c - s0.c, e2 = s2.c - s0.c, area = cross(e1, e2);
+    const R g11 = dot(e1, e1), g12 = dot(e1, e2), g22 = dot(e2, e2), det = dot(area, area);
+    if (!(det > R(1e-6) * g11 * g22)) return s;
+    const R d1 = s1.r - s0.r, d2 = s2.r - s0.r;
+    const R al = (g22 * d1 - g12 * d2) / det, be = (g11 * d2 - g12 * d1) / det;
+    const R q = d1 * al + d2 * be;
+    if (q >= 1 - R(1e-6)) return s;
+    s.plane = true;
+    s.c0 = s0.c;
+    s.r0 = s0.r;
+    s.N = (1 / std::sqrt(det)) * area;
+    s.g = al * e1 + be * e2;
+    s.cc = std::sqrt(1 - q);
+    s.m1 = (1 / det) * (g22 * e1 - g12 * e2);
+    s.m2 = (1 / det) * (g11 * e2 - g12 * e1);
+    s.k1 = al / s.cc;
+    s.k2 = be / s.cc;
+    return s;
+}
+
+// Signed distance, normal and weights at p. Where p lies on the medial sheet itself the distance is
+// exact and the normal one of the equally near ones.
+template <class R>
+HD Foot<R> foot(const Shape<R>& s, Vec3<R> p)
+{
+    if (s.count < 3) return foot(s.edge[0], p);
+    R l0 = -1, l1 = -1, l2 = -1;  // no tangent plane: any edge may hold the foot
+    if (s.plane) {
+        const Vec3<R> d = p - s.c0;
+        const R h = dot(d, s.N), H = h < 0 ? -h : h;
+        l1 = dot(s.m1, d) + s.k1 * H;
+        l2 = dot(s.m2, d) + s.k2 * H;
+        l0 = 1 - l1 - l2;
+        if (l0 >= 0 && l1 >= 0 && l2 >= 0) {
+            const R side = h < 0 ? -s.cc : s.cc;
+            return {s.cc * H - dot(s.g, d) - s.r0, side * s.N - s.g, l0, l1, l2};
+        }
+    }
+    // The distance is convex in the weights, so the foot lies on an edge whose opposite weight the
+    // unconstrained foot makes negative.
+    Foot<R> best{R(1e30), {0, 1, 0}, 1, 0, 0};
+    if (l2 < 0) best = foot(s.edge[0], p);
+    if (l0 < 0) {
+        const Foot<R> f = foot(s.edge[1], p);
+        if (f.phi < best.phi) best = {f.phi, f.n, 0, f.l0, f.l1};
+    }
+    if (l1 < 0) {
+        const Foot<R> f = foot(s.edge[2], p);
+        if (f.phi < best.phi) best = {f.phi, f.n, f.l0, 0, f.l1};
+    }
+    return best;
+}
+
+}  // namespace knead

@@ -1,0 +1,27 @@
+// Particle to grid: one particle hands its mass and momentum to 27 nodes.  (2), [Hu 2018, eq. 29]
+#pragma once
+#include "material.h"
+#include "stencil.h"
+
+namespace knead {
+
+// add(step, share) is where the memory is: a plain sum, a tile of shared memory, an atomic.
+// `step` is the node less the stencil's base; momentum [kg m/s], mass [kg].
+template <class R, class Add>
+HD void scatter(const Particle<R>& q, const Material<R>& m, const Stencil<R>& s, R dx, R dt, Add&& add)
+{
+    const Mat3<R> Q =
+        m.mass * q.C - (4 * dt * m.volume / (dx * dx)) * full(kirchhoff_stress(q, m));
+    const Vec3<R> p = m.mass * q.v + Q * s.d;  // momentum per weight at the base node
+    const Mat3<R> by_step = dx * Q;
+    UNROLL
+    for (int n = 0; n < 27; ++n) {
+        const Int3 step = {n % 3, n / 3 % 3, n / 9};
+        const R w = s.w[step.z].z * s.w[step.y].y * s.w[step.x].x;
+        const Vec3<R> here =
+            p + R(step.z) * by_step.c + R(step.y) * by_step.b + R(step.x) * by_step.a;
+        add(step, Node<R>{w * here, w * m.mass});
+    }
+}
+
+}  // namespace knead

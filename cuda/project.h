@@ -1,0 +1,55 @@
+// Particle projection: no particle stays inside a tool or behind a wall.  (19)
+#pragma once
+#include "contact.h"
+
+namespace knead {
+
+// Moves q out of the tools of its block, at most `passes` times; what it loses of its velocity is
+// what the surface takes (18), and its affine part turns rigid, or the next scatter would carry it
+// back in. Returns the depth it was found at [m], 0 outside.
+template <class R>
+HD R project(Particle<R>& q, const Colliders<R>& c, const Mask& mask, int passes)
+{
+    R depth = 0;
+    for (int k = 0; k < passes; ++k) {
+        const Contact<R> hit = nearest(c, mask, q.x);
+        if (!(hit.phi < 0)) break;
+        if (k == 0) depth = -hit.phi, q.C = skew(q.C);
+        const Tool<R>& tool = c.tools[hit.tool];
+        const Touch touch = tool.touch == Touch::slip ? Touch::separate : tool.touch;
+        q.x = q.x - hit.phi * hit.n;
+        q.v = touched(q.v, hit.n, hit.v, touch, tool.friction);
+    }
+    return depth;
+}
+
+// Keeps q inside the walls; true if it had to be moved.
+template <class R>
+HD bool confine(Particle<R>& q, const Lattice<R>& lattice, const Walls<R>& walls)
+{
+    const R low = lattice.dx * R(walls.margin);
+    bool moved = false;
+    const auto axis = [&](R& x, R& v, int size) {
+        const R high = lattice.dx * R(size - 1 - walls.margin);
+        if (x < low) x = low, v = most(v, R(0)), moved = true;
+        if (x > high) x = high, v = least(v, R(0)), moved = true;
+    };
+    axis(q.x.x, q.v.x, lattice.size.x);
+    axis(q.x.y, q.v.y, lattice.size.y);
+    axis(q.x.z, q.v.z, lattice.size.z);
+    return moved;
+}
+
+// A particle whose numbers are no longer numbers poisons 427 neighbours in one substep, so it is
+// put back, at rest and without strain, where it was. True if that was needed.
+template <class R>
+HD bool repair(Particle<R>& q, const Particle<R>& before)
+{
+    const R sum = q.x.x + q.x.y + q.x.z + q.v.x + q.v.y + q.v.z + trace(q.e) + q.e.xy + q.e.xz +
+                  q.e.yz + q.k + determinant(q.C);
+    if (sum - sum == 0) return false;
+    q = {before.x, {0, 0, 0}, {}, {}, 0, before.object, before.sides};
+    return true;
+}
+
+}  // namespace knead

@@ -1,0 +1,106 @@
+// What is simulated, plainly. Metres, kilograms, seconds, pascals.
+#pragma once
+#include <cstdint>
+
+#include "vec.h"
+
+namespace knead {
+
+enum class Elasticity : int { neo_hookean, fixed_corotated, hencky };
+enum class Flow : int { none, von_mises, drucker_prager, clamp, herschel_bulkley, fluid };
+
+// One object's material, with what its particles share.
+template <class R>
+struct Material {
+    Elasticity elasticity;
+    Flow flow;
+    R density;         // at rest [kg/m^3]
+    R mu, lambda;      // Lame parameters [Pa]
+    R bulk;            // of a fluid: slope of its pressure [Pa]
+    R yield;           // von Mises, Herschel-Bulkley: uniaxial yield stress [Pa]
+    R hardening;       // von Mises: slope of the yield stress over plastic strain [Pa]; < 0 softens
+    R yield_floor;     // von Mises: softening stops here [Pa]
+    R friction;        // Drucker-Prager: |dev tau| <= friction * pressure [1]
+    R cohesion;        // Drucker-Prager: Hencky volume strain that the cone's tip bears [1]
+    R compress, stretch;  // clamp: singular values stay in [1 - compress, 1 + stretch]
+    R snow;            // clamp: hardening exponent [1]
+    R viscosity;       // fluid: [Pa s]; Herschel-Bulkley: consistency [Pa s^exponent]
+    R exponent;        // Herschel-Bulkley: flow index [1]; fluid: of the pressure law [1]
+    R mass, volume;    // of one particle at rest [kg] [m^3]
+    int category;      // surfaces are made per category
+};
+
+// One material point. `e` is the elastic left Cauchy-Green strain b - I: stored less the identity,
+// so that small strains of a stiff material keep their digits in float.
+template <class R>
+struct Particle {
+    Vec3<R> x, v;  // position [m], velocity [m/s]
+    Mat3<R> C;     // affine velocity, the velocity's gradient around the particle [1/s]
+    Sym3<R> e;     // b - I [1]
+    R k;           // von Mises and Herschel-Bulkley: accumulated plastic strain; Drucker-Prager:
+                   // volume correction; clamp: ln of the plastic volume ratio [1]
+    int object;    // index of its Material
+    std::uint32_t sides;  // two bits per blade: see blade.h
+};
+
+// One lattice point: first momentum and mass, after the grid update velocity and mass.
+template <class R>
+struct Node {
+    Vec3<R> p;  // momentum [kg m/s], then velocity [m/s]
+    R m;        // mass [kg]
+};
+
+// A lattice of nodes; node (i, j, k) sits at dx * (i, j, k), for every stage. Stored in blocks of
+// 4 x 4 x 4 nodes, so that a block's nodes are neighbours in memory.
+constexpr int block_edge = 4, block_nodes = 64;
+template <class R>
+struct Lattice {
+    Int3 size;  // nodes along each axis, multiples of 4
+    R dx;       // spacing [m]
+    HD Int3 blocks() const { return {size.x / block_edge, size.y / block_edge, size.z / block_edge}; }
+    HD int block_count() const { return size.x / 4 * (size.y / 4) * (size.z / 4); }
+    HD int node_count() const { return size.x * size.y * size.z; }
+    HD int block_of(Int3 n) const
+    {
+        return ((n.z >> 2) * (size.y >> 2) + (n.y >> 2)) * (size.x >> 2) + (n.x >> 2);
+    }
+    HD int index(Int3 n) const
+    {
+        return block_of(n) * block_nodes + ((n.z & 3) * 4 + (n.y & 3)) * 4 + (n.x & 3);
+    }
+    HD Int3 block_at(int b) const  // block coordinates of block b
+    {
+        const Int3 s = blocks();
+        return {b % s.x, b / s.x % s.y, b / (s.x * s.y)};
+    }
+    HD Int3 node_at(int i) const  // node coordinates of index i
+    {
+        const Int3 b = block_at(i / block_nodes);
+        const int l = i % block_nodes;
+        return {4 * b.x + l % 4, 4 * b.y + l / 4 % 4, 4 * b.z + l / 16};
+    }
+    HD Vec3<R> position(Int3 n) const { return {dx * R(n.x), dx * R(n.y), dx * R(n.z)}; }
+};
+
+// Looks at memory on either side and owns none of it.
+template <class T>
+struct Span {
+    T* data;
+    int count;
+    HD T& operator[](int i) const { return data[i]; }
+    HD T* begin() const { return data; }
+    HD T* end() const { return data + count; }
+};
+
+// How a surface acts on what touches it.
+enum class Touch : int { sticky, slip, separate };
+
+// The box the clay lives in: its six inner faces stand `margin` nodes inside the lattice.
+template <class R>
+struct Walls {
+    int margin;  // nodes; at least 2, so that no stencil leaves the lattice
+    Touch touch;
+    R friction;  // Coulomb [1]
+};
+
+}  // namespace knead

@@ -1,0 +1,43 @@
+// A triangle mesh, one per category of clay.
+#pragma once
+#include <string>
+#include <vector>
+
+#include "cuda/state.h"
+
+namespace knead {
+
+struct Mesh {
+    int category = 0;
+    std::vector<Vec3<float>> vertices;  // [m]
+    std::vector<Vec3<float>> normals;   // unit, outward; one per vertex
+    std::vector<Int3> triangles;        // vertex indices, counter-clockwise seen from outside
+};
+
+enum class Smoothing { none, laplace, taubin };
+
+// How a surface is made from particles.
+struct SurfaceRule {
+    Lattice<float> lattice;      // of the density; independent of the simulation's
+    float iso = 0.5f;            // share of the rest density where the surface stands
+    Smoothing smoothing = Smoothing::taubin;
+    int iterations = 5;
+};
+
+// One closed mesh per category that has particles. `density` is per unit of rest density: every
+// particle adds its mass / its material's density / cell volume.
+std::vector<Mesh> surface(const std::vector<Particle<double>>& particles,
+                          const std::vector<Material<double>>& materials, const SurfaceRule& rule);
+
+// Volume enclosed [m^3], positive for outward triangles.
+double volume(const Mesh& mesh);
+// Pieces of the mesh that share no vertex.
+int components(const Mesh& mesh);
+
+// Colour of a category, linear RGB, distinct for the first dozen.
+Vec3<float> category_colour(int category);
+
+// By the ending of the path: .glb, .obj, .ply. Throws std::runtime_error with path and reason.
+void write_mesh(const std::string& path, const std::vector<Mesh>& meshes);
+
+}  // namespace knead

@@ -1,0 +1,75 @@
+// A scene: what is simulated, with which tools, moved how, for how long. Read from JSON
+// ("schema": "knead.scene/1"; comments allowed; docs/formats.md names every key, unit and default).
+#pragma once
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "mesh.h"
+#include "solver.h"
+
+namespace knead {
+
+// Bad input: where (path, and JSON pointer or byte offset), what was expected, what was found.
+struct InputError : std::runtime_error {
+    using std::runtime_error::runtime_error;
+};
+
+enum class ShapeKind { sphere, box, cylinder };
+struct Object {
+    std::string name;
+    ShapeKind shape = ShapeKind::sphere;
+    Vec3<double> centre{};       // [m]
+    Vec3<double> size{};         // full extents [m]; a sphere's diameter thrice; a cylinder stands on y
+    Vec3<double> velocity{};     // [m/s]
+    Material<double> material{};  // mass and volume are filled in when particles are made
+    std::string preset;          // name of the material, as given
+    int category = 0;
+    double per_cell = 8;         // particles per cell
+};
+
+enum class Clock { wall, paper };
+enum class Filter { none, average, adaptive };  // of recorded hands; see host/filter.h
+
+struct HandsRule {
+    std::string recording;          // path beside the scene, or a generator's name: "squeeze", ...
+    double zoom = 1;                // simulation metres per real metre, about `at`
+    Vec3<double> at{};              // where the recording's origin stands in the simulation [m]
+    Topology topology = Topology::h25;
+    std::string held[side_count];   // "" bare hand, or a tool's name
+    bool present[side_count] = {true, true};
+    Touch touch = Touch::separate;
+    double friction = 0.4;          // Coulomb
+    Filter filter = Filter::adaptive;
+};
+
+struct Scene {
+    std::string name, path;
+    Setup setup;                 // all but particles, rig and tools, until build() is called
+    std::vector<Object> objects;
+    HandsRule hands;
+    bool has_hands = false;
+    Clock clock = Clock::wall;
+    double frame_rate = 90;      // frames per second of wall time
+    int paper_substeps = 5;      // clock "paper": substeps of paper_dt a frame
+    double paper_dt = 1e-4;      // [s]
+    int frames = 0;              // 0: as long as the recording, or 1 s
+    int surface_nodes = 0;       // nodes along the longest axis of the density lattice; 0: 2 x lattice
+    SurfaceRule surface;
+    unsigned seed = 1;
+    Vec3<double> eye{1.1, 0.9, 1.6}, target{0.5, 0.4, 0.5};  // camera [m]
+};
+
+// Presets by name: clay, soft-clay, plasticine, wet-sand, snow, jelly, dough, viscous-liquid.
+// Throws InputError naming the nearest one.
+Material<double> preset(const std::string& name);
+const std::vector<std::string>& preset_names();
+
+// Reads a scene and applies `settings` ("path.key=value") in order. Throws InputError.
+Scene read_scene(const std::string& path, const std::vector<std::string>& settings = {});
+
+// Fills setup.particles, rig and tools from the objects and hands. Throws InputError for an empty
+// scene, or where the particles would not fit into `memory` bytes (said before allocating).
+void build(Scene& scene, std::size_t memory);
+
+}  // namespace knead

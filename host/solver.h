@@ -1,0 +1,83 @@
+// The simulator behind one face, whatever it runs on: set up once, then advanced frame by frame.
+#pragma once
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "cuda/contact.h"
+#include "cuda/hand.h"
+#include "cuda/state.h"
+#include "hands.h"
+
+namespace knead {
+
+// How long a substep may be.  (22)
+struct StepRule {
+    double fixed = 0;         // [s]; 0: as stability asks
+    double courant = 0.4;     // dt <= courant * dx / (c + |v|)
+    double tool = 0.5;        // dt <= tool * min(r, dx) / |v of a tool|
+    double largest = 1e-2;    // [s]
+};
+
+struct Setup {
+    Lattice<double> lattice;
+    Walls<double> walls;
+    Vec3<double> gravity;                       // [m/s^2]
+    std::vector<Material<double>> materials;    // one per object
+    std::vector<Particle<double>> particles;
+    Rig rig;                                    // all tools; Primitive::tool indexes `tools`
+    std::vector<Tool<double>> tools;
+    StepRule step;
+    bool grid_contact = true;                   // the grid feels the tools
+    int passes = 2;                             // of particle projection a substep; 0: none
+    bool deterministic = false;
+    int threads = 0;                            // CPU: 0 = all
+};
+
+// Both hands' joints at the two ends of a frame, in the simulation's frame and size.
+struct Motion {
+    std::vector<Joint<double>> from, to;  // 2 * joint_count each, side by side
+    std::vector<char> active;             // per tool
+};
+
+enum class Limit : int { sound, speed, tool, viscosity, fixed, frame_end, count };
+extern const char* const limit_names[int(Limit::count)];
+
+// What one frame did.
+struct Tally {
+    int substeps = 0;
+    double dt_least = 0, dt_most = 0;             // [s]
+    long limits[int(Limit::count)] = {};          // substeps cut by each limit
+    long yielded = 0, projected = 0;              // particle-substeps
+    long clipped = 0, confined = 0, repaired = 0;  // guards: nodes slowed, particles put back
+    double found_depth = 0;                        // deepest before projection [m]
+    long active_blocks = 0;                        // of the last substep
+};
+
+// Wall time of a stage over one frame [s]; names are those of the profiler ranges.
+struct StageTime {
+    std::string name;
+    double seconds;
+};
+
+class Solver {
+  public:
+    virtual ~Solver() = default;
+    // Simulates `duration` [s] with the tools moving along `motion`.
+    virtual Tally advance(const Motion& motion, double duration) = 0;
+    // The particles in no particular order (deterministic for equal runs).
+    virtual std::vector<Particle<double>> particles() const = 0;
+    // Depth [m] of every particle inside a tool at the end of the last frame; 0 entries left out.
+    virtual std::vector<double> penetration() const = 0;
+    virtual const std::vector<StageTime>& stage_times() const = 0;
+    virtual std::size_t memory() const = 0;  // bytes held
+    virtual std::string name() const = 0;    // "cpu float, 2 threads", "cuda: NVIDIA H200"
+};
+
+std::unique_ptr<Solver> cpu_solver(const Setup& setup);         // float
+std::unique_ptr<Solver> cpu_solver_double(const Setup& setup);  // the oracle
+// Throws std::runtime_error where there is no device. Declared always; without CUDA it only throws.
+std::unique_ptr<Solver> gpu_solver(const Setup& setup, int device);
+bool gpu_present();
+
+}  // namespace knead
