@@ -1,13 +1,20 @@
 // HD marks a function that means the same on the CPU and on the GPU; UNROLL a loop that must
-// vanish, because it walks an array that must stay in registers.
+// vanish, because it walks an array that must stay in registers. VECTOR_EXTENSION says whether the
+// compiler knows vector registers as a type.
 #pragma once
 
 #ifdef __CUDACC__
 #define HD __host__ __device__ inline
 #define UNROLL _Pragma("unroll")
+#define VECTOR_EXTENSION 0
 #else
 #define HD inline
-#define UNROLL
+#define VECTOR_EXTENSION 1
+#ifdef __clang__
+#define UNROLL _Pragma("unroll")
+#else
+#define UNROLL _Pragma("GCC unroll 32")
+#endif
 #endif
 
 // The number of the lowest set bit; bits must not be 0.

@@ -1,5 +1,6 @@
 // Particle to grid: one particle hands its mass and momentum to 27 nodes.  (2), [Hu 2018, eq. 29]
 #pragma once
+#include "four.h"
 #include "material.h"
 #include "stencil.h"
 
@@ -12,15 +13,15 @@ HD void scatter(const Particle<R>& q, const Material<R>& m, const Stencil<R>& s,
 {
     const Mat3<R> Q =
         m.mass * q.C - (4 * dt * m.volume / (dx * dx)) * full(kirchhoff_stress(q, m));
-    const Vec3<R> p = m.mass * q.v + Q * s.d;  // momentum per weight at the base node
+    const Four<R> base = four(m.mass * q.v + Q * s.d, m.mass);  // per weight, at the base node
     const Mat3<R> by_step = dx * Q;
     UNROLL
     for (int n = 0; n < 27; ++n) {
         const Int3 step = {n % 3, n / 3 % 3, n / 9};
         const R w = s.w[step.z].z * s.w[step.y].y * s.w[step.x].x;
-        const Vec3<R> here =
-            p + R(step.z) * by_step.c + R(step.y) * by_step.b + R(step.x) * by_step.a;
-        add(step, Node<R>{w * here, w * m.mass});
+        const Four<R> here = slid(slid(slid(base, R(step.z), by_step.c), R(step.y), by_step.b),
+                                  R(step.x), by_step.a);
+        add(step, node(w * here));
     }
 }
 

@@ -8,6 +8,7 @@
 #include <numeric>
 
 #include "cuda/blade.h"
+#include "cuda/four.h"
 #include "cuda/g2p.h"
 #include "cuda/grid.h"
 #include "cuda/p2g.h"
@@ -277,7 +278,7 @@ void CpuSolver<R>::p2g(R dt)
             scatter(p, materials[std::size_t(p.object)], s, lattice.dx, dt,
                     [&](Int3 step, const Node<R>& share) {
                         Node<R>& n = base[tile_index(step)];
-                        n = {n.p + share.p, n.m + share.m};
+                        n = node(four(n) + four(share));
                     });
         }
     });
@@ -298,7 +299,7 @@ Node<R> CpuSolver<R>::summed(Int3 b, int local) const
                 if (slot < 0) continue;
                 const Node<R>& n = sums[std::size_t(slot) * tile_nodes +
                                         std::size_t(tile_index(l + 4 * Int3{x, y, z}))];
-                sum = {sum.p + n.p, sum.m + n.m};
+                sum = node(four(sum) + four(n));
             }
     return sum;
 }
@@ -358,7 +359,7 @@ void CpuSolver<R>::step_particles(int slot, R dt, const Node<R>* tile, Counts& c
         before[k++] = p;
         const Stencil<R> s = stencil(p.x, lattice.dx);
         const Node<R>* base = tile + tile_index(s.base - corner);
-        gather(p, s, lattice.dx, [&](Int3 step) { return base[tile_index(step)].p; });
+        gather(p, s, lattice.dx, [&](Int3 step) { return four(base[tile_index(step)]); });
         p.e = strained(p.e, p.C, dt);
         p.x = p.x + dt * p.v;
     }
