@@ -24,10 +24,19 @@ struct SurfaceRule {
     int iterations = 5;
 };
 
-// One closed mesh per category that has particles. `density` is per unit of rest density: every
-// particle adds its mass / its material's density / cell volume.
+// Particles that no surface shows.
+struct SurfaceTally {
+    long unusable = 0;  // not finite, or of no material, or of no volume
+    long outside = 0;   // too near the lattice's border, or beyond it
+};
+
+// One closed mesh per category dense enough to have a surface, by rising category. Density is in
+// units of rest density: every particle adds its mass / its material's density / cell volume.
+// Throws std::invalid_argument for a rule without meaning, std::runtime_error for a lattice too
+// large. The same bits for any number of threads.
 std::vector<Mesh> surface(const std::vector<Particle<double>>& particles,
-                          const std::vector<Material<double>>& materials, const SurfaceRule& rule);
+                          const std::vector<Material<double>>& materials, const SurfaceRule& rule,
+                          SurfaceTally* tally = nullptr);
 
 // Volume enclosed [m^3], positive for outward triangles.
 double volume(const Mesh& mesh);
