@@ -1,0 +1,42 @@
+// An OpenGL 4.5 core context without a window, through EGL: a device's display where there is one
+// (NVIDIA), Mesa's surfaceless platform, or its software renderer.
+#pragma once
+#include <memory>
+#include <string>
+
+namespace knead {
+
+class Context {
+  public:
+    // Throws std::runtime_error that lists each way tried, and why it failed. The GL functions are
+    // loaded when it returns.
+    Context();
+    ~Context();
+    Context(const Context&) = delete;
+    Context& operator=(const Context&) = delete;
+
+    // The GL renderer as it names itself.
+    const std::string& name() const { return name_; }
+
+    // Makes the context current on this thread, and puts back what was current before.
+    class Bound {
+      public:
+        explicit Bound(const Context& context);
+        ~Bound();
+        Bound(const Bound&) = delete;
+        Bound& operator=(const Bound&) = delete;
+
+      private:
+        void *display_, *context_, *draw_, *read_;
+        const Context& own_;
+    };
+
+  private:
+    bool start(void* display, const std::string& way, std::string& reasons);
+
+    void* display_ = nullptr;
+    void* context_ = nullptr;
+    std::string name_;
+};
+
+}  // namespace knead

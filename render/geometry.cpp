@@ -1,0 +1,170 @@
+#include "render/geometry.h"
+
+#include <array>
+#include <map>
+#include <stdexcept>
+
+namespace knead {
+namespace {
+
+constexpr Vec3<float> skin_colour{0.80f, 0.52f, 0.38f};
+constexpr int fine = 3, coarse = 2;  // 1280 and 320 triangles a primitive
+
+bool finite(Vec3<float> v) { return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z); }
+
+struct UnitSphere {
+    std::vector<Vec3<float>> directions;
+    std::vector<Int3> triangles;
+};
+
+UnitSphere icosahedron()
+{
+    const float g = (1 + std::sqrt(5.0f)) / 2, s = 1 / std::sqrt(1 + g * g);
+    UnitSphere ball;
+    for (const float a : {-1.0f, 1.0f}) {
+        for (const float b : {-g, g}) {
+            ball.directions.push_back({0, s * a, s * b});
+            ball.directions.push_back({s * a, s * b, 0});
+            ball.directions.push_back({s * b, 0, s * a});
+        }
+    }
+    // Its faces are the triples of nearest neighbours: edge 2 s, next distance 2 s g.
+    const auto& d = ball.directions;
+    const auto near = [&](int i, int j) { return length(d[i] - d[j]) < 2.5f * s; };
+    for (int i = 0; i < 12; ++i) {
+        for (int j = i + 1; j < 12; ++j) {
+            for (int k = j + 1; k < 12; ++k) {
+                if (!near(i, j) || !near(j, k) || !near(k, i)) continue;
+                const bool out = dot(cross(d[j] - d[i], d[k] - d[i]), d[i]) > 0;
+                ball.triangles.push_back(out ? Int3{i, j, k} : Int3{i, k, j});
+            }
+        }
+    }
+    return ball;
+}
+
+UnitSphere split(const UnitSphere& from)
+{
+    UnitSphere ball{from.directions, {}};
+    std::map<std::pair<int, int>, int> middles;
+    const auto middle = [&](int i, int j) {
+        const auto [at, added] = middles.try_emplace({std::min(i, j), std::max(i, j)},
+                                                     int(ball.directions.size()));
+        if (added) {
+            const Vec3<float> m = from.directions[i] + from.directions[j];
+            ball.directions.push_back((1 / length(m)) * m);
+        }
+        return at->second;
+    };
+    for (const Int3 t : from.triangles) {
+        const int a = middle(t.x, t.y), b = middle(t.y, t.z), c = middle(t.z, t.x);
+        for (const Int3 part : {Int3{t.x, a, c}, Int3{a, t.y, b}, Int3{c, b, t.z}, Int3{a, b, c}}) {
+            ball.triangles.push_back(part);
+        }
+    }
+    return ball;
+}
+
+const UnitSphere& unit_sphere(int level)
+{
+    static const std::array<UnitSphere, 5> balls = [] {
+        std::array<UnitSphere, 5> b;
+        b[0] = icosahedron();
+        for (int i = 1; i < 5; ++i) b[i] = split(b[i - 1]);
+        return b;
+    }();
+    return balls.at(std::size_t(level));
+}
+
+void add_mesh(Geometry& geometry, const Mesh& mesh)
+{
+    const std::string name = "clay mesh of category " + std::to_string(mesh.category);
+    if (mesh.normals.size() != mesh.vertices.size()) {
+        throw std::invalid_argument(name + ": " + std::to_string(mesh.vertices.size()) +
+                                    " vertices, but " + std::to_string(mesh.normals.size()) +
+                                    " normals");
+    }
+    const int first = int(geometry.vertices.size()), count = int(mesh.vertices.size());
+    const Vec3<float> colour = category_colour(mesh.category);
+    for (int i = 0; i < count; ++i) {
+        geometry.vertices.push_back({mesh.vertices[i], mesh.normals[i], colour, 0});
+    }
+    const auto usable = [&](int i) {
+        if (i < 0 || i >= count) {
+            throw std::invalid_argument(name + ": a triangle names vertex " + std::to_string(i) +
+                                        " of " + std::to_string(count));
+        }
+        return finite(mesh.vertices[i]) && finite(mesh.normals[i]);
+    };
+    for (const Int3 t : mesh.triangles) {
+        if (usable(t.x) && usable(t.y) && usable(t.z)) {
+            geometry.triangles.push_back({first + t.x, first + t.y, first + t.z});
+        }
+    }
+}
+
+}  // namespace
+
+void add_hull(Geometry& geometry, const Blob& blob, int level, Vec3<float> colour)
+{
+    if (blob.count < 1 || blob.count > 3) {
+        throw std::invalid_argument("a medial primitive of " + std::to_string(blob.count) +
+                                    " spheres; expected 1, 2 or 3");
+    }
+    for (int i = 0; i < blob.count; ++i) {
+        const Sphere<float>& s = blob.sphere[i];
+        if (!finite(s.c) || !std::isfinite(s.r) || s.r < 0) return;
+    }
+    const UnitSphere& ball = unit_sphere(level);
+    const int first = int(geometry.vertices.size());
+    for (const Vec3<float> n : ball.directions) {
+        const Sphere<float>* far = &blob.sphere[0];
+        for (int i = 1; i < blob.count; ++i) {
+            const Sphere<float>& s = blob.sphere[i];
+            if (dot(s.c - far->c, n) + s.r - far->r > 0) far = &s;
+        }
+        geometry.vertices.push_back({far->c + far->r * n, n, colour, 1});
+    }
+    for (const Int3 t : ball.triangles) {
+        geometry.triangles.push_back({first + t.x, first + t.y, first + t.z});
+    }
+}
+
+Geometry gather(const std::vector<Mesh>& meshes, const std::vector<Blob>& blobs)
+{
+    Geometry g{};
+    for (const Blob& blob : blobs) add_hull(g, blob, fine, skin_colour);
+    const int clay = int(g.triangles.size());
+    for (const Mesh& mesh : meshes) add_mesh(g, mesh);
+    const int shadows = int(g.triangles.size());
+    for (const Blob& blob : blobs) add_hull(g, blob, coarse, skin_colour);
+    g.seen = {0, shadows};
+    g.clay = {clay, shadows - clay};
+    g.casting = {clay, int(g.triangles.size()) - clay};
+    return g;
+}
+
+Ball around(const Geometry& geometry, Vec3<float> target, float reach)
+{
+    const Vec3<float> side{reach, reach, reach};
+    Vec3<float> low = target + side, high = target - side;
+    bool any = false;
+    const auto grow = [&](int i) {
+        const Vec3<float> p = geometry.vertices[i].place;
+        const Vec3<float> q{clamped(p.x, target.x - reach, target.x + reach),
+                            clamped(p.y, target.y - reach, target.y + reach),
+                            clamped(p.z, target.z - reach, target.z + reach)};
+        low = {least(low.x, q.x), least(low.y, q.y), least(low.z, q.z)};
+        high = {most(high.x, q.x), most(high.y, q.y), most(high.z, q.z)};
+        any = true;
+    };
+    for (int k = geometry.seen.first; k < geometry.seen.first + geometry.seen.count; ++k) {
+        const Int3 t = geometry.triangles[k];
+        grow(t.x), grow(t.y), grow(t.z);
+    }
+    if (!any) return {target, reach};
+    const float radius = length(high - low) / 2;
+    return {0.5f * (low + high), most(radius, 1e-3f * reach)};
+}
+
+}  // namespace knead

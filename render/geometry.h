@@ -1,0 +1,48 @@
+// What a picture shows, as one list of vertices and triangles: clay as meshed, hands as the sampled
+// hulls of their medial spheres.
+#pragma once
+#include <vector>
+
+#include "render/picture.h"
+
+namespace knead {
+
+// One vertex as the graphics card reads it.
+struct PaintVertex {
+    Vec3<float> place;   // [m]
+    Vec3<float> normal;  // about unit
+    Vec3<float> colour;  // linear RGB
+    float skin;          // 0 clay, 1 hand
+};
+
+// Triangles [first, first + count) of Geometry::triangles.
+struct Range {
+    int first, count;
+};
+
+struct Geometry {
+    std::vector<PaintVertex> vertices;
+    std::vector<Int3> triangles;  // hands, then clay, then hands again, coarser, to cast shadows
+    Range seen;     // hands and clay
+    Range clay;
+    Range casting;  // clay and coarse hands
+};
+
+// The hull of a medial primitive: for each direction n of a sphere split `level` times, the
+// support point max over i of (c_i . n + r_i), with normal n. Inscribed; exact at its vertices.
+// Nothing is added for a primitive that is not finite.
+void add_hull(Geometry& geometry, const Blob& blob, int level, Vec3<float> colour);
+
+// Triangles with a vertex that is not finite are left out. Throws std::invalid_argument for a
+// triangle that names no vertex, a missing normal, or a primitive not of 1 to 3 spheres.
+Geometry gather(const std::vector<Mesh>& meshes, const std::vector<Blob>& blobs);
+
+// The ball about all that is seen, within a cube of half side `reach` about `target`, so that one
+// stray vertex does not spoil the shadows. Radius [m], positive.
+struct Ball {
+    Vec3<float> centre;
+    float radius;
+};
+Ball around(const Geometry& geometry, Vec3<float> target, float reach);
+
+}  // namespace knead
