@@ -1,0 +1,51 @@
+// Particles on the device: six rows of 16 bytes, each row contiguous over the particles, so that a
+// warp's load of a row is one stretch of memory. What a gather reads comes first, what it only
+// writes last.
+#pragma once
+#include <vector_types.h>
+
+#include <bit>
+
+#include "state.h"
+
+namespace knead::gpu {
+
+constexpr int particle_rows = 6;
+
+struct ParticleView {
+    float4* rows;  // particle_rows * count: (x, k), (e.xx e.yy e.zz, object), (e.xy e.xz e.yz,
+                   // sides), (v, C.a.x), (C.a.y C.a.z C.b.x C.b.y), (C.b.z, C.c)
+    int* ids;      // count: index of the particle in the scene
+    int count;
+
+    HD float4& row(int r, int i) const { return rows[std::size_t(r) * std::size_t(count) + i]; }
+
+    HD Vec3<float> position(int i) const
+    {
+        const float4 a = row(0, i);
+        return {a.x, a.y, a.z};
+    }
+    HD Particle<float> load(int i) const
+    {
+        const float4 a = row(0, i), b = row(1, i), c = row(2, i), d = row(3, i), e = row(4, i),
+                     f = row(5, i);
+        return {{a.x, a.y, a.z},
+                {d.x, d.y, d.z},
+                {{d.w, e.x, e.y}, {e.z, e.w, f.x}, {f.y, f.z, f.w}},
+                {b.x, b.y, b.z, c.x, c.y, c.z},
+                a.w,
+                std::bit_cast<int>(b.w),
+                std::bit_cast<std::uint32_t>(c.w)};
+    }
+    HD void store(int i, const Particle<float>& q) const
+    {
+        row(0, i) = {q.x.x, q.x.y, q.x.z, q.k};
+        row(1, i) = {q.e.xx, q.e.yy, q.e.zz, std::bit_cast<float>(q.object)};
+        row(2, i) = {q.e.xy, q.e.xz, q.e.yz, std::bit_cast<float>(q.sides)};
+        row(3, i) = {q.v.x, q.v.y, q.v.z, q.C.a.x};
+        row(4, i) = {q.C.a.y, q.C.a.z, q.C.b.x, q.C.b.y};
+        row(5, i) = {q.C.b.z, q.C.c.x, q.C.c.y, q.C.c.z};
+    }
+};
+
+}  // namespace knead::gpu

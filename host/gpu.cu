@@ -1,0 +1,299 @@
+// The device behind Solver. A frame is one graph: orders in, sort, then substeps for as long as the
+// device finds time left in the frame; the host waits for nothing but the counters.
+#include <bit>
+
+#include "gpu_store.h"
+#include "solver.h"
+
+namespace knead {
+namespace gpu {
+namespace {
+
+static_assert(int(Limit::sound) == by_sound && int(Limit::speed) == by_speed &&
+              int(Limit::tool) == by_tool && int(Limit::viscosity) == by_viscosity &&
+              int(Limit::fixed) == by_fixed && int(Limit::frame_end) == by_frame_end);
+
+struct Stream {
+    cudaStream_t s = nullptr;
+    Stream() { check(cudaStreamCreateWithFlags(&s, cudaStreamNonBlocking), "stream"); }
+    Stream(const Stream&) = delete;
+    ~Stream() { cudaStreamDestroy(s); }
+    operator cudaStream_t() const { return s; }
+};
+
+struct Event {
+    cudaEvent_t e = nullptr;
+    explicit Event(unsigned flags = cudaEventDefault)
+    {
+        check(cudaEventCreateWithFlags(&e, flags), "event");
+    }
+    Event(const Event&) = delete;
+    ~Event() { cudaEventDestroy(e); }
+    operator cudaEvent_t() const { return e; }
+};
+
+struct FrameGraph {
+    cudaGraph_t graph = nullptr;
+    cudaGraphExec_t ready = nullptr;
+    FrameGraph() = default;
+    FrameGraph(const FrameGraph&) = delete;
+    ~FrameGraph()
+    {
+        if (ready) cudaGraphExecDestroy(ready);
+        if (graph) cudaGraphDestroy(graph);
+    }
+};
+
+int multiprocessors(int device)
+{
+    int n = 0;
+    check(cudaDeviceGetAttribute(&n, cudaDevAttrMultiProcessorCount, device), "device");
+    return n;
+}
+
+// A node that runs its body again and again until the device says otherwise; the body.
+cudaGraph_t add_while(cudaStream_t captured, cudaGraphConditionalHandle handle)
+{
+    cudaStreamCaptureStatus status;
+    cudaGraph_t graph;
+    const cudaGraphNode_t* before;
+    std::size_t count;
+    cudaGraphNodeParams params{};
+    params.type = cudaGraphNodeTypeConditional;
+    params.conditional.handle = handle;
+    params.conditional.type = cudaGraphCondTypeWhile;
+    params.conditional.size = 1;
+    cudaGraphNode_t node;
+#if CUDART_VERSION >= 13000
+    check(cudaStreamGetCaptureInfo(captured, &status, nullptr, &graph, &before, nullptr, &count),
+          "capture");
+    check(cudaGraphAddNode(&node, graph, before, nullptr, count, &params), "while node");
+    check(cudaStreamUpdateCaptureDependencies(captured, &node, nullptr, 1,
+                                              cudaStreamSetCaptureDependencies),
+          "capture");
+#else
+    check(cudaStreamGetCaptureInfo_v2(captured, &status, nullptr, &graph, &before, &count),
+          "capture");
+    check(cudaGraphAddNode(&node, graph, before, count, &params), "while node");
+    check(cudaStreamUpdateCaptureDependencies(captured, &node, 1,
+                                              cudaStreamSetCaptureDependencies),
+          "capture");
+#endif
+    return params.conditional.phGraph_out[0];
+}
+
+class GpuSolver : public Solver {
+  public:
+    GpuSolver(const Setup& given, int device);
+    Tally advance(const Motion& motion, double duration) override;
+    std::vector<Particle<double>> particles() const override;
+    std::vector<double> penetration() const override;
+    const std::vector<StageTime>& stage_times() const override;
+    std::size_t memory() const override { return store.bytes(); }
+    std::string name() const override { return title; }
+
+  private:
+    void capture(FrameGraph& to, bool tools);
+    void substep(const Views& views, const Needs& needs, cudaStream_t stream);
+    void measure() const;
+
+    Setup rules;  // without particles
+    int device, processors;
+    Store store;
+    std::string title;
+    Stream main, body, beside;
+    Event forked{cudaEventDisableTiming}, joined{cudaEventDisableTiming};
+    FrameGraph with_tools, without_tools;
+    Pinned<Clock> status;
+    bool posed = false;       // masks are those of the last frame's end
+    int last_substeps = 0;
+    mutable std::vector<StageTime> times;
+};
+
+int chosen(int device)
+{
+    int count = 0;
+    if (cudaGetDeviceCount(&count) != cudaSuccess || count == 0)
+        throw std::runtime_error("no CUDA device");
+    if (device < 0 || device >= count)
+        throw std::runtime_error("no CUDA device " + std::to_string(device) + " among " +
+                                 std::to_string(count));
+    check(cudaSetDevice(device), "device");
+    return device;
+}
+
+GpuSolver::GpuSolver(const Setup& given, int wanted)
+    : rules(given), device(chosen(wanted)), processors(multiprocessors(device)), store(given)
+{
+    rules.particles.clear();
+    rules.particles.shrink_to_fit();
+    cudaDeviceProp properties;
+    check(cudaGetDeviceProperties(&properties, device), "device");
+    title = std::string("cuda: ") + properties.name;
+    capture(without_tools, false);
+    if (store.needs().tools) capture(with_tools, true);
+}
+
+// Posing the tools needs nothing of the particles, so it runs beside the scatter.
+void GpuSolver::substep(const Views& views, const Needs& needs, cudaStream_t stream)
+{
+    if (needs.tools) {
+        check(cudaEventRecord(forked, stream), "fork");
+        check(cudaStreamWaitEvent(beside, forked, 0), "fork");
+        pose(views, beside);
+        check(cudaEventRecord(joined, beside), "join");
+    }
+    p2g(views, needs, stream);
+    if (needs.tools) check(cudaStreamWaitEvent(stream, joined, 0), "join");
+    grid(views, needs, processors, stream);
+    g2p(views, needs, stream);
+}
+
+void GpuSolver::capture(FrameGraph& to, bool tools)
+{
+    Needs needs = store.needs();
+    needs.tools = tools;
+    Views views = store.views();
+    check(cudaStreamBeginCapture(main, cudaStreamCaptureModeThreadLocal), "capture");
+    store.send_orders(main);
+    sort(views, store.sort_space(), main);
+    begin(views, main);
+    cudaStreamCaptureStatus state;
+    cudaGraph_t graph;
+#if CUDART_VERSION >= 13000
+    check(cudaStreamGetCaptureInfo(main, &state, nullptr, &graph, nullptr, nullptr, nullptr),
+          "capture");
+#else
+    check(cudaStreamGetCaptureInfo_v2(main, &state, nullptr, &graph, nullptr, nullptr), "capture");
+#endif
+    check(cudaGraphConditionalHandleCreate(&views.again, graph, 1, cudaGraphCondAssignDefault),
+          "while node");
+    views.looped = true;
+    const cudaGraph_t loop = add_while(main, views.again);
+    check(cudaStreamBeginCaptureToGraph(body, loop, nullptr, nullptr, 0,
+                                        cudaStreamCaptureModeThreadLocal),
+          "capture");
+    substep(views, needs, body);
+    cudaGraph_t same;
+    check(cudaStreamEndCapture(body, &same), "capture");
+    check(cudaMemcpyAsync(status.data(), views.clock, sizeof(Clock), cudaMemcpyDeviceToHost, main),
+          "status");
+    check(cudaStreamEndCapture(main, &to.graph), "capture");
+    check(cudaGraphInstantiate(&to.ready, to.graph, 0), "graph");
+    check(cudaGraphUpload(to.ready, main), "graph");
+    check(cudaStreamSynchronize(main), "graph");
+}
+
+Tally GpuSolver::advance(const Motion& motion, double duration)
+{
+    Tally tally;
+    if (!(duration > 0)) return tally;
+    check(cudaSetDevice(device), "device");
+    store.order(rules, motion, duration);
+    const ProfilerRange range{"substeps"};
+    posed = store.tools_active();
+    check(cudaGraphLaunch(posed ? with_tools.ready : without_tools.ready, main), "substeps");
+    check(cudaStreamSynchronize(main), "substeps");
+    const Counters& n = status->counters;
+    tally.substeps = last_substeps = n.substeps;
+    tally.dt_least = n.dt_least, tally.dt_most = n.dt_most;
+    for (int l = 0; l < int(Limit::count); ++l) tally.limits[l] = n.limits[l];
+    tally.yielded = long(n.yielded), tally.projected = long(n.projected);
+    tally.clipped = long(n.clipped), tally.confined = long(n.confined);
+    tally.repaired = long(n.repaired);
+    tally.found_depth = double(std::bit_cast<float>(n.deepest));
+    tally.active_blocks = n.active_blocks;
+    times.clear();
+    return tally;
+}
+
+std::vector<Particle<double>> GpuSolver::particles() const
+{
+    check(cudaSetDevice(device), "device");
+    return store.particles();
+}
+
+std::vector<double> GpuSolver::penetration() const
+{
+    std::vector<double> depths;
+    if (!posed) return depths;
+    check(cudaSetDevice(device), "device");
+    gpu::penetration(store.views(), store.depth.data(), main);
+    check(cudaStreamSynchronize(main), "penetration");
+    for (float d : store.depth.downloaded())
+        if (d > 0) depths.push_back(double(d));
+    return depths;
+}
+
+// Asking is measuring: a few substeps are run stage by stage from where the last frame ended, and
+// undone. Shares of one frame of the graph, in which stages overlap.
+const std::vector<StageTime>& GpuSolver::stage_times() const
+{
+    if (times.empty() && last_substeps > 0) measure();
+    return times;
+}
+
+void GpuSolver::measure() const
+{
+    check(cudaSetDevice(device), "device");
+    constexpr int warm = 2, repeats = 10;
+    const Views views = store.views();
+    Needs needs = store.needs();
+    needs.tools = posed;
+    Event from, to;
+    const auto timed = [&](const char* stage, auto&& run) {
+        check(cudaEventRecord(from, main), stage);
+        run();
+        check(cudaEventRecord(to, main), stage);
+        check(cudaEventSynchronize(to), stage);
+        float milliseconds = 0;
+        check(cudaEventElapsedTime(&milliseconds, from, to), stage);
+        return 1e-3 * double(milliseconds);
+    };
+    const double sorting = timed("sort", [&] { sort(views, store.sort_space(), main); });
+    const Clock before = store.clock();
+    const auto copy_rows = [&](int source, int target) {
+        const std::size_t bytes = store.rows[0].bytes();
+        check(cudaMemcpy(views.particles[target].rows, views.particles[source].rows, bytes,
+                         cudaMemcpyDefault),
+              "measure");
+    };
+    copy_rows(before.side, before.side ^ 1);
+    begin(views, main);
+    times = {{"sort", sorting}, {"pose", 0}, {"p2g", 0}, {"grid", 0}, {"g2p", 0}};
+    for (int k = 0; k < warm + repeats; ++k) {
+        const double step[] = {
+            needs.tools ? timed("pose", [&] { pose(views, main); }) : 0,
+            timed("p2g", [&] { p2g(views, needs, main); }),
+            timed("grid", [&] { grid(views, needs, processors, main); }),
+            timed("g2p", [&] { g2p(views, needs, main); })};
+        for (std::size_t s = 0; k >= warm && s < 4; ++s)
+            times[s + 1].seconds += step[s] / repeats * last_substeps;
+    }
+    copy_rows(before.side ^ 1, before.side);
+    Clock after = store.clock();
+    after.speed_squared = before.speed_squared;
+    store.set_clock(after);
+    if (needs.tools) {  // tools back to the end of the frame, for penetration()
+        after.elapsed = before.elapsed - before.dt, after.dt = before.dt;
+        store.set_clock(after);
+        pose(views, main);
+        check(cudaStreamSynchronize(main), "measure");
+    }
+}
+
+}  // namespace
+}  // namespace gpu
+
+std::unique_ptr<Solver> gpu_solver(const Setup& setup, int device)
+{
+    return std::make_unique<gpu::GpuSolver>(setup, device);
+}
+
+bool gpu_present()
+{
+    int count = 0;
+    return cudaGetDeviceCount(&count) == cudaSuccess && count > 0;
+}
+
+}  // namespace knead

@@ -1,0 +1,285 @@
+// What the device holds of a scene: checked, converted to float, laid out for the kernels.
+#include "gpu_store.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <stdexcept>
+
+namespace knead::gpu {
+namespace {
+
+Material<float> cast(const Material<double>& m)
+{
+    return {m.elasticity, m.flow, float(m.density), float(m.mu), float(m.lambda), float(m.bulk),
+            float(m.yield), float(m.hardening), float(m.yield_floor), float(m.friction),
+            float(m.cohesion), float(m.compress), float(m.stretch), float(m.snow),
+            float(m.viscosity), float(m.exponent), float(m.mass), float(m.volume), m.category};
+}
+
+template <class To, class From>
+Particle<To> cast(const Particle<From>& q)
+{
+    const auto c = [](Vec3<From> v) { return knead::cast<To>(v); };
+    return {c(q.x), c(q.v), {c(q.C.a), c(q.C.b), c(q.C.c)},
+            {To(q.e.xx), To(q.e.yy), To(q.e.zz), To(q.e.xy), To(q.e.xz), To(q.e.yz)},
+            To(q.k), q.object, q.sides};
+}
+
+void require(bool fact, const std::string& otherwise)
+{
+    if (!fact) throw std::invalid_argument("gpu: " + otherwise);
+}
+
+void check_particles(const Setup& s)
+{
+    const double dx = s.lattice.dx;
+    const Int3 size = s.lattice.size;
+    const auto inside = [&](double x, int n) {
+        return x >= dx * s.walls.margin * (1 - 1e-6) &&
+               x <= dx * (n - 1 - s.walls.margin) * (1 + 1e-6);
+    };
+    for (std::size_t i = 0; i < s.particles.size(); ++i) {
+        const Particle<double>& q = s.particles[i];
+        const std::string name = "particle " + std::to_string(i);
+        require(inside(q.x.x, size.x) && inside(q.x.y, size.y) && inside(q.x.z, size.z),
+                name + " lies outside of the walls");
+        require(q.object >= 0 && q.object < int(s.materials.size()),
+                name + " has no material " + std::to_string(q.object));
+    }
+}
+
+void check_tools(const Setup& s)
+{
+    require(s.rig.primitives.size() <= std::size_t(most_primitives),
+            std::to_string(s.rig.primitives.size()) + " primitives, at most " +
+                std::to_string(most_primitives));
+    for (const Primitive& p : s.rig.primitives) {
+        require(p.count >= 1 && p.count <= 3, "a primitive has 1 to 3 spheres");
+        require(p.tool >= 0 && p.tool < int(s.tools.size()), "a primitive without its tool");
+        for (int sphere : p.sphere)
+            require(sphere >= 0 && sphere < int(s.rig.spheres.size()),
+                    "a primitive without its sphere");
+    }
+    for (const Binding<float>& b : s.rig.spheres)
+        for (int j : b.joint)
+            require(j >= 0 && j < int(side_count) * joint_count, "a sphere without its joint");
+}
+
+void check(const Setup& s)
+{
+    const Int3 n = s.lattice.size;
+    require(n.x > 0 && n.y > 0 && n.z > 0 && n.x % 4 == 0 && n.y % 4 == 0 && n.z % 4 == 0,
+            "the lattice needs multiples of 4 nodes along each axis");
+    require(double(n.x) * n.y * n.z < 2147483648.0, "the lattice has 2^31 nodes or more");
+    require(s.lattice.dx > 0 && std::isfinite(s.lattice.dx), "the lattice needs a spacing > 0");
+    require(s.walls.margin >= 2 && 2 * s.walls.margin + 2 < std::min({n.x, n.y, n.z}),
+            "the walls need a margin of at least 2 nodes, and room between them");
+    require(!s.particles.empty() && s.particles.size() < 200000000, "1 to 2e8 particles, not " +
+                                                                        std::to_string(
+                                                                            s.particles.size()));
+    require(!s.materials.empty(), "no material");
+    for (const Material<double>& m : s.materials)
+        require(m.density > 0 && m.mass > 0 && m.volume > 0 && sound_speed(m) > 0,
+                "a material without density, mass, volume or stiffness");
+    check_particles(s);
+    check_tools(s);
+}
+
+Needs needs_of(const Setup& s)
+{
+    Needs n{!s.rig.primitives.empty(), s.deterministic, Flows::elastic};
+    for (const Material<double>& m : s.materials) {
+        const bool plain = m.elasticity == Elasticity::neo_hookean &&
+                           (m.flow == Flow::none || m.flow == Flow::von_mises);
+        if (!plain)
+            n.flows = Flows::any;
+        else if (m.flow == Flow::von_mises && n.flows == Flows::elastic)
+            n.flows = Flows::plastic;
+    }
+    return n;
+}
+
+Pace pace_of(const Setup& s)
+{
+    Pace p{s.step.courant, s.lattice.dx, 0, 1e30, s.step.fixed, s.step.largest};
+    for (const Material<double>& m : s.materials) {
+        const double stiff = m.flow == Flow::clamp ? std::sqrt(packed(m, -0.1)) : 1.0;
+        p.sound = std::max(p.sound, stiff * sound_speed(m));
+        if (m.flow == Flow::fluid && m.viscosity > 0)
+            p.viscosity = std::min(p.viscosity, p.dx * p.dx * m.density / (6 * m.viscosity));
+    }
+    return p;
+}
+
+// The largest power of two that keeps a sum of magnitude up to `bound` within 62 bits.
+float fixed_scale(double bound) { return std::ldexp(1.0f, 61 - std::ilogb(bound)); }
+
+}  // namespace
+
+Store::Store(const Setup& setup) : next_joints(2 * int(side_count) * joint_count),
+                                   next_tools(setup.tools.size())
+{
+    check(setup);
+    used = needs_of(setup);
+    const Lattice<float> lattice{setup.lattice.size, float(setup.lattice.dx)};
+    all.lattice = lattice;
+    all.walls = {setup.walls.margin, setup.walls.touch, float(setup.walls.friction)};
+    all.gravity = knead::cast<float>(setup.gravity);
+    all.pace = pace_of(setup);
+    allocate(setup);
+    upload(setup);
+
+    double mass = 0;
+    for (const Particle<double>& q : setup.particles)
+        mass += setup.materials[std::size_t(q.object)].mass;
+    // No speed that the lattice can carry at a hundredth of the longest stable substep is lost.
+    const double speed = 100 * all.pace.sound / all.pace.courant;
+    all.grid.mass_scale = fixed_scale(mass);
+    all.grid.momentum_scale = fixed_scale(mass * speed);
+    all.materials = {cast(setup.materials[0]), materials.data(), int(setup.materials.size())};
+    for (int side = 0; side < 2; ++side) {
+        all.particles[side] = {rows[side].data(), ids[side].data(), int(setup.particles.size())};
+        all.grid.nodes[side] = used.fixed_point ? nodes[0].data() : nodes[side].data();
+        all.grid.sums[side] = sums[side].data();
+        all.grid.touched[side] = touched[side].data();
+        all.grid.list[side] = list[side].data();
+    }
+    all.tools = {joints.data(), joints.data() + int(side_count) * joint_count, bindings.data(),
+                 spheres.span(), shapes.span(), {primitives.data(), int(primitives.size())},
+                 {tools.data(), int(tools.size())}, masks.data(), setup.grid_contact,
+                 setup.passes};
+    all.clock = clocks.data();
+    all.orders = orders.data();
+    for (std::size_t t = 0; t < setup.tools.size(); ++t)
+        next_tools[t] = {setup.tools[t].touch, float(setup.tools[t].friction),
+                         setup.tools[t].blade, setup.tools[t].active};
+}
+
+void Store::allocate(const Setup& setup)
+{
+    const Lattice<float>& lattice = all.lattice;
+    const auto n = setup.particles.size(), grid_nodes = std::size_t(lattice.node_count()),
+               blocks = std::size_t(lattice.block_count());
+    const std::size_t sort_bytes = sort_scratch_bytes(int(n), lattice);
+    const std::size_t need = n * (2 * (particle_rows * 16 + 4) + 20) + sort_bytes + blocks * 48 +
+                             grid_nodes * (used.fixed_point ? 80 : 32);
+    std::size_t free = 0, total = 0;
+    gpu::check(cudaMemGetInfo(&free, &total), "memory");
+    if (need > free)
+        throw std::runtime_error("gpu: the scene needs " + std::to_string(need >> 20) +
+                                 " MiB, the device has " + std::to_string(free >> 20) +
+                                 " MiB free");
+    for (int side = 0; side < 2; ++side) {
+        rows[side] = DeviceArray<float4>(particle_rows * n);
+        ids[side] = DeviceArray<int>(n);
+        if (side == 0 || !used.fixed_point) nodes[side] = DeviceArray<float4>(grid_nodes);
+        if (used.fixed_point) sums[side] = DeviceArray<long long>(4 * grid_nodes);
+        touched[side] = DeviceArray<unsigned>(blocks);
+        list[side] = DeviceArray<int>(blocks);
+        keys[side] = DeviceArray<unsigned>(n);
+        places[side] = DeviceArray<int>(n);
+    }
+    scratch = DeviceArray<unsigned char>(sort_bytes);
+    std::vector<Material<float>> cast_materials;
+    for (const Material<double>& m : setup.materials) cast_materials.push_back(cast(m));
+    materials = DeviceArray<Material<float>>(cast_materials);
+    bindings = DeviceArray<Binding<float>>(setup.rig.spheres);
+    primitives = DeviceArray<Primitive>(setup.rig.primitives);
+    tools = DeviceArray<Tool<float>>(setup.tools.size());
+    spheres = DeviceArray<Sphere<float>>(setup.rig.spheres.size());
+    shapes = DeviceArray<Shape<float>>(setup.rig.primitives.size());
+    joints = DeviceArray<Joint<double>>(2 * int(side_count) * joint_count);
+    if (used.tools) {
+        masks = DeviceArray<Mask>(blocks);
+        depth = DeviceArray<float>(n);
+    }
+    clocks = DeviceArray<Clock>(1);
+    orders = DeviceArray<Orders>(1);
+}
+
+void Store::upload(const Setup& setup) const
+{
+    const std::size_t n = setup.particles.size();
+    std::vector<float4> host_rows(particle_rows * n);
+    std::vector<int> host_ids(n);
+    std::iota(host_ids.begin(), host_ids.end(), 0);
+    const ParticleView view{host_rows.data(), host_ids.data(), int(n)};
+    Clock start{};
+    for (std::size_t i = 0; i < n; ++i) {
+        const Particle<float> q = cast<float>(setup.particles[i]);
+        view.store(int(i), q);
+        start.speed_squared = std::max(start.speed_squared, double(dot(q.v, q.v)));
+    }
+    gpu::check(cudaMemcpy(rows[0].data(), host_rows.data(), rows[0].bytes(), cudaMemcpyDefault),
+               "upload");
+    gpu::check(cudaMemcpy(ids[0].data(), host_ids.data(), ids[0].bytes(), cudaMemcpyDefault),
+               "upload");
+    set_clock(start);
+}
+
+SortSpace Store::sort_space() const
+{
+    return {keys[0].data(), keys[1].data(), places[0].data(), places[1].data(), scratch.data(),
+            scratch.bytes()};
+}
+
+void Store::order(const Setup& setup, const Motion& motion, double duration)
+{
+    some_active = false;
+    *next_orders.data() = {duration, 1e30};
+    if (!used.tools) return;
+    const auto half = std::size_t(int(side_count) * joint_count);
+    require(motion.from.size() == half && motion.to.size() == half,
+            "a motion needs the joints of both hands at both ends of the frame");
+    next_orders->tool_step = tool_step(setup, motion, duration);
+    std::copy(motion.from.begin(), motion.from.end(), next_joints.data());
+    std::copy(motion.to.begin(), motion.to.end(), next_joints.data() + half);
+    for (std::size_t t = 0; t < next_tools.size(); ++t) {
+        next_tools[t].active = t >= motion.active.size() || motion.active[t];
+        some_active = some_active || next_tools[t].active;
+    }
+}
+
+void Store::send_orders(cudaStream_t stream) const
+{
+    const auto send = [&](auto& to, const auto& from) {
+        if (from.size())
+            gpu::check(cudaMemcpyAsync(to.data(), from.data(), from.bytes(),
+                                       cudaMemcpyHostToDevice, stream),
+                       "send orders");
+    };
+    send(orders, next_orders), send(joints, next_joints), send(tools, next_tools);
+}
+
+std::vector<Particle<double>> Store::particles() const
+{
+    const int side = clock().side;
+    std::vector<float4> host_rows = rows[side].downloaded();
+    std::vector<int> host_ids = ids[side].downloaded();
+    const ParticleView view{host_rows.data(), host_ids.data(), int(host_ids.size())};
+    std::vector<Particle<double>> out(host_ids.size());
+    for (int i = 0; i < view.count; ++i)
+        out[std::size_t(view.ids[i])] = cast<double>(view.load(i));
+    return out;
+}
+
+void Store::set_clock(const Clock& clock) const
+{
+    gpu::check(cudaMemcpy(clocks.data(), &clock, sizeof clock, cudaMemcpyDefault), "clock");
+}
+
+Clock Store::clock() const { return clocks.downloaded()[0]; }
+
+std::size_t Store::bytes() const
+{
+    std::size_t sum = materials.bytes() + bindings.bytes() + primitives.bytes() + tools.bytes() +
+                      spheres.bytes() + shapes.bytes() + masks.bytes() + joints.bytes() +
+                      clocks.bytes() + orders.bytes() + scratch.bytes() + depth.bytes();
+    for (int s = 0; s < 2; ++s)
+        sum += rows[s].bytes() + nodes[s].bytes() + sums[s].bytes() + touched[s].bytes() +
+               ids[s].bytes() + list[s].bytes() + keys[s].bytes() + places[s].bytes();
+    return sum;
+}
+
+}  // namespace knead::gpu

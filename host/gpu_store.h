@@ -1,0 +1,61 @@
+// All device memory of one simulation, allocated once, and the views of it that kernels take.
+#pragma once
+#include "cuda/device_array.h"
+#include "cuda/stages.cuh"
+#include "substep.h"
+
+namespace knead::gpu {
+
+// The device's form of a scene. Throws std::invalid_argument for one that does not hang together
+// and std::runtime_error where the device has not enough memory.
+class Store {
+  public:
+    explicit Store(const Setup& setup);
+
+    Views views() const { return all; }
+    Needs needs() const { return used; }
+    SortSpace sort_space() const;
+    std::size_t bytes() const;
+
+    // Copies a frame's orders to the device, in stream order, from pinned memory that order()
+    // fills: it must not be filled again before the copy is over.
+    void order(const Setup& setup, const Motion& motion, double duration);
+    void send_orders(cudaStream_t stream) const;
+    bool tools_active() const { return some_active; }
+
+    std::vector<Particle<double>> particles() const;
+    void set_clock(const Clock& clock) const;
+    Clock clock() const;
+
+    DeviceArray<float4> rows[2], nodes[2];
+    DeviceArray<long long> sums[2];
+    DeviceArray<unsigned> touched[2];
+    DeviceArray<int> ids[2], list[2];
+    DeviceArray<float> depth;  // by id [m]; empty without tools
+
+  private:
+    void allocate(const Setup& setup);
+    void upload(const Setup& setup) const;
+
+    DeviceArray<Material<float>> materials;
+    DeviceArray<Binding<float>> bindings;
+    DeviceArray<Primitive> primitives;
+    DeviceArray<Tool<float>> tools;
+    DeviceArray<Sphere<float>> spheres;
+    DeviceArray<Shape<float>> shapes;
+    DeviceArray<Mask> masks;
+    DeviceArray<Joint<double>> joints;  // of the frame's beginning, then of its end
+    DeviceArray<Clock> clocks;
+    DeviceArray<Orders> orders;
+    DeviceArray<unsigned> keys[2];
+    DeviceArray<int> places[2];
+    DeviceArray<unsigned char> scratch;
+    Pinned<Orders> next_orders;
+    Pinned<Joint<double>> next_joints;
+    Pinned<Tool<float>> next_tools;
+    Views all{};
+    Needs used;
+    bool some_active = false;
+};
+
+}  // namespace knead::gpu
