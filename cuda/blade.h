@@ -1,10 +1,93 @@
-// Blades: tools thinner than the lattice can see, treated from both sides.
+// Blades: slabs thinner than the lattice can see, felt from both sides. Clay within reach of a blade
+// is labelled with the side it is on; opposite labels no longer share a velocity at a node, and keep
+// their labels when the blade has gone, so that a cut lasts.  (23)-(25), docs/model.md
 #pragma once
 #include "contact.h"
 
 namespace knead {
 
-// How far from a blade its sides are kept, in cells.
+// How far to both sides a blade labels clay, in cells: two stencils of 1.5 cells must not meet
+// between labelled and unlabelled clay of opposite sides.
 constexpr int blade_reach = 3;
+
+// Particle::sides
+enum Label : std::uint32_t { uncut = 0, above = 1, below = 2 };  // above: where the normal points
+
+HD std::uint32_t opposite(std::uint32_t label) { return label == above ? below : above; }
+
+// A point seen from a blade's sheet.
+template <class R>
+struct Seen {
+    bool covered;  // the sheet, grown by half a cell, lies beside the point
+    R h, half;     // signed height over the sheet, half its thickness there [m]
+    Vec3<R> n, v;  // the sheet's normal; the velocity of its surface there [m/s]
+};
+
+template <class R>
+HD Seen<R> seen(const Colliders<R>& c, int primitive, Vec3<R> p, R dx)
+{
+    const Shape<R>& s = c.shapes[primitive];
+    const Primitive& q = c.primitives[primitive];
+    const Foot<R> f = foot(s, p);
+    const R r = f.l0 * c.spheres[q.sphere[0]].r + f.l1 * c.spheres[q.sphere[1]].r +
+                f.l2 * c.spheres[q.sphere[2]].r;
+    const R h = dot(p - s.c0, s.N), D = f.phi + r;
+    const R beside = D * D - h * h;  // in-plane distance to the sheet, squared
+    const bool covered = beside < R(0.25) * dx * dx && h * h < R(blade_reach * blade_reach) * dx * dx;
+    return {covered, h, r, s.N, surface_velocity(c, q, f)};
+}
+
+// Calls visit(what p sees, its tool) for every blade of the mask that covers p.
+template <class R, class Visit>
+HD void for_each_blade(const Colliders<R>& c, const Mask& mask, Vec3<R> p, R dx, Visit&& visit)
+{
+    for_each_candidate(mask, [&](int i) {
+        const Tool<R>& tool = c.tools[c.primitives[i].tool];
+        if (!tool.blade || !c.shapes[i].plane) return;
+        const Seen<R> b = seen(c, i, p, dx);
+        if (b.covered) visit(b, tool);
+    });
+}
+
+// Labels a particle that a blade has reached, and keeps a labelled one on its side. True if a blade
+// covers it.
+template <class R>
+HD bool cut(Particle<R>& q, const Colliders<R>& c, const Mask& mask, R dx)
+{
+    bool covered = false;
+    for_each_blade(c, mask, q.x, dx, [&](const Seen<R>& b, const Tool<R>& tool) {
+        covered = true;
+        if (q.sides == uncut) q.sides = b.h < 0 ? below : above;
+        const R side = q.sides == below ? R(-1) : R(1), inside = b.half - side * b.h;
+        if (inside <= 0) return;
+        q.x = q.x + (side * inside) * b.n;
+        q.v = touched(q.v, side * b.n, b.v, Touch::separate, tool.friction);
+        q.C = skew(q.C);
+    });
+    return covered;
+}
+
+// What a blade leaves of the velocity that clay with this label has at x: nothing of it enters the
+// blade from its side.
+template <class R>
+HD Vec3<R> sliced(const Colliders<R>& c, const Mask& mask, Vec3<R> x, Vec3<R> v, R dx,
+                  std::uint32_t label)
+{
+    for_each_blade(c, mask, x, dx, [&](const Seen<R>& b, const Tool<R>& tool) {
+        const R side = label == below ? R(-1) : R(1);
+        if (side * b.h < b.half)
+            v = touched(v, side * b.n, b.v, Touch::separate, tool.friction);
+    });
+    return v;
+}
+
+// Clay of two labels at one node: they may part, and slide with friction, but not pass through each
+// other. `mine` is this label's velocity, `shared` that of both together, n points out of mine.
+// Both sides use the same shared velocity, so their momenta add up to what they were.  (25)
+template <class R>
+HD Vec3<R> kept_apart(Vec3<R> mine, Vec3<R> shared, Vec3<R> n, R friction)
+{
+    return touched(mine, -n, shared, Touch::separate, friction);
+}
 
 }  // namespace knead

@@ -66,7 +66,7 @@ HD Contact<R> nearest(const Colliders<R>& c, const Mask& mask, Vec3<R> p)
     Foot<R> best{R(1e30), {0, 1, 0}, 1, 0, 0};
     int at = -1;
     for_each_candidate(mask, [&](int i) {
-        if (c.tools[c.primitives[i].tool].blade) return;
+        if (c.tools[c.primitives[i].tool].blade && c.shapes[i].plane) return;
         const Foot<R> f = foot(c.shapes[i], p);
         if (f.phi < best.phi) best = f, at = i;
     });

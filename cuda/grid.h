@@ -49,7 +49,7 @@ HD Vec3<R> held(const Colliders<R>& c, const Mask& mask, Vec3<R> x, Vec3<R> v)
     };
     for_each_candidate(mask, [&](int i) {
         const int owner = c.primitives[i].tool;
-        if (c.tools[owner].blade) return;
+        if (c.tools[owner].blade && c.shapes[i].plane) return;
         if (owner != tool) apply(), tool = owner, at = -1;
         const Foot<R> f = foot(c.shapes[i], x);
         if (at < 0 || f.phi < best.phi) best = f, at = i;

@@ -15,6 +15,8 @@
 #include "cuda/plasticity.h"
 #include "cuda/project.h"
 #include "cpu_bins.h"
+#include "cpu_tools.h"
+#include "pieces.h"
 #include "substep.h"
 
 namespace knead {
@@ -47,13 +49,13 @@ enum StageName { stage_pose, stage_bin, stage_p2g, stage_grid, stage_g2p, stage_
 
 // What the threads count, each on its own.
 struct Counts {
-    long yielded = 0, projected = 0, clipped = 0, confined = 0, repaired = 0;
+    long yielded = 0, projected = 0, clipped = 0, confined = 0, repaired = 0, covered = 0;
     double depth = 0, speed_squared = 0;
     double seconds[stage_count] = {};
     void add(const Counts& c)
     {
         yielded += c.yielded, projected += c.projected, clipped += c.clipped;
-        confined += c.confined, repaired += c.repaired;
+        confined += c.confined, repaired += c.repaired, covered += c.covered;
         depth = std::max(depth, c.depth), speed_squared = std::max(speed_squared, c.speed_squared);
         for (int s = 0; s < stage_count; ++s) seconds[s] += c.seconds[s];
     }
@@ -75,13 +77,16 @@ class CpuSolver : public Solver {
     }
 
   private:
-    void pose(const Motion& motion, double s0, double s1, double dt);
-    void mask_blocks(const Motion& motion);
+    using Sums = std::vector<Node<R>>;
     void p2g(R dt);
     void grid_update(R dt);
+    void split_update(int b, R dt, Counts& counts);
     void g2p(R dt);
-    Node<R> summed(Int3 node_block, int local) const;
-    void step_particles(int slot, R dt, const Node<R>* tile, Counts& counts);
+    Node<R> summed(const Sums& sums, Int3 node) const;
+    void load(const Sums& from, Int3 corner, Node<R>* tile) const;
+    void step_particles(int slot, R dt, const Node<R> (*tiles)[tile_nodes], Counts& counts);
+    bool find_splits();
+    void settle_cuts(bool covered);
     template <class Body>
     void for_each(int count, StageName stage, Body&& body);
 
@@ -91,18 +96,15 @@ class CpuSolver : public Solver {
     Vec3<R> gravity;
     int threads;
     std::vector<Material<R>> materials;
-    std::vector<Binding<R>> bindings;
-    std::vector<Tool<R>> tools;
-    std::vector<Particle<R>> q;   // in the order of the last sort by block
-    std::vector<int> ids;         // original index of q[i]
+    PosedTools<R> posed;
+    std::vector<Particle<R>> q;  // in the order of the last sort by block
+    std::vector<int> ids;        // original index of q[i]
     Bins bins;
-    std::vector<Node<R>> sums;    // tile_nodes per occupied block
-    std::vector<Node<R>> grid;    // velocities after the grid update
-    std::vector<Sphere<R>> spheres;
-    std::vector<Shape<R>> shapes;
-    std::vector<Mask> masks;      // per lattice block
-    std::vector<Int3> masked;     // blocks whose mask is not empty
-    Colliders<R> colliders;
+    // Three velocity fields: all clay, and where a blade has been (25) that of uncut and one label.
+    // tile_nodes sums per occupied block; node_count velocities.
+    Sums sums[3], grid[3];
+    std::vector<char> split;     // per block: its nodes have three fields; empty without blades
+    bool was_covered = false;    // a blade was in the clay at the end of the last frame
     std::vector<Counts> counts;   // per thread
     std::vector<StageTime> times;
 };
@@ -113,31 +115,17 @@ CpuSolver<R>::CpuSolver(const Setup& given)
       lattice{given.lattice.size, R(given.lattice.dx)},
       walls{given.walls.margin, given.walls.touch, R(given.walls.friction)},
       gravity(knead::cast<R>(given.gravity)),
-      threads(given.threads > 0 ? given.threads : omp_get_max_threads())
+      threads(given.threads > 0 ? given.threads : omp_get_max_threads()),
+      posed(given, lattice)
 {
     for (const Material<double>& m : setup.materials) materials.push_back(cast<R>(m));
     for (const Particle<double>& p : setup.particles) q.push_back(cast<R>(p));
-    for (const Binding<float>& b : setup.rig.spheres) {
-        Binding<R> c{};
-        for (int k = 0; k < 4; ++k)
-            c.joint[k] = b.joint[k], c.weight[k] = R(b.weight[k]),
-            c.offset[k] = knead::cast<R>(b.offset[k]);
-        c.radius = R(b.radius);
-        bindings.push_back(c);
-    }
-    for (const Tool<double>& t : setup.tools)
-        tools.push_back({t.touch, R(t.friction), t.blade, t.active});
     setup.particles.clear();
     ids.resize(q.size());
     std::iota(ids.begin(), ids.end(), 0);
-    grid.resize(std::size_t(lattice.node_count()));
-    masks.resize(std::size_t(lattice.block_count()));
-    spheres.resize(bindings.size());
-    shapes.resize(setup.rig.primitives.size());
-    colliders = {{spheres.data(), int(spheres.size())},
-                 {setup.rig.primitives.data(), int(setup.rig.primitives.size())},
-                 {shapes.data(), int(shapes.size())},
-                 {tools.data(), int(tools.size())}};
+    for (int f = 0; f < (posed.blades ? 3 : 1); ++f)
+        grid[f].resize(std::size_t(lattice.node_count()));
+    if (posed.blades) split.resize(std::size_t(lattice.block_count()));
     counts.resize(std::size_t(threads));
     for (const char* name : {"pose", "bin", "p2g", "grid", "g2p", "project", "plasticity"})
         times.push_back({name, 0});
@@ -162,9 +150,9 @@ Tally CpuSolver<R>::advance(const Motion& motion, double duration)
     for (Counts& c : counts) c = {};
     double speed_squared = 0;
     for (const Particle<R>& p : q) speed_squared = std::max(speed_squared, double(dot(p.v, p.v)));
-    const double tool_dt = bindings.empty() ? 1e30 : tool_step(setup, motion, duration);
-    for (std::size_t t = 0; t < tools.size(); ++t)
-        tools[t].active = t >= motion.active.size() || motion.active[t];
+    const bool tools = !posed.bindings.empty();
+    const double tool_dt = tools ? tool_step(setup, motion, duration) : 1e30;
+    posed.activate(motion);
 
     const auto key = [&](const Particle<R>& p) {
         return lattice.block_of(base_node(p.x, lattice.dx));
@@ -178,13 +166,14 @@ Tally CpuSolver<R>::advance(const Motion& motion, double duration)
         done += step.dt;
         const R dt = R(step.dt);
         double start = omp_get_wtime();
-        if (!bindings.empty()) {
-            pose(motion, from, done / duration, step.dt);
-            mask_blocks(motion);
+        if (tools) {
+            posed.pose(motion, from, done / duration, step.dt);
+            posed.mask_blocks(lattice);
         }
         times[stage_pose].seconds += omp_get_wtime() - start;
         start = omp_get_wtime();
         bins.fill(q, lattice.block_count(), key, lattice.blocks(), threads);
+        if (posed.blades) find_splits();
         times[stage_bin].seconds += omp_get_wtime() - start;
         p2g(dt);
         grid_update(dt);
@@ -200,6 +189,7 @@ Tally CpuSolver<R>::advance(const Motion& motion, double duration)
     }
     Counts all;
     for (const Counts& c : counts) all.add(c);
+    if (posed.blades) settle_cuts(all.covered > 0);
     tally.yielded = all.yielded, tally.projected = all.projected, tally.clipped = all.clipped;
     tally.confined = all.confined, tally.repaired = all.repaired, tally.found_depth = all.depth;
     tally.active_blocks = long(bins.touched.size());
@@ -213,82 +203,78 @@ Tally CpuSolver<R>::advance(const Motion& motion, double duration)
     return tally;
 }
 
-// Tools at the end of the substep that covers the shares [s0, s1] of the frame.
-template <class R>
-void CpuSolver<R>::pose(const Motion& motion, double s0, double s1, double dt)
-{
-    const auto at = [&](double s) {
-        return [&motion, s](int j) {
-            const auto n = std::size_t(j);
-            const Joint<double> b = between(motion.from[n], motion.to[n], s);
-            return Joint<R>{knead::cast<R>(b.q), knead::cast<R>(b.p)};
-        };
-    };
-    for (std::size_t i = 0; i < bindings.size(); ++i)
-        spheres[i] = posed(bindings[i], at(s0), at(s1), R(dt));
-    for (std::size_t i = 0; i < shapes.size(); ++i) {
-        const Primitive& p = setup.rig.primitives[i];
-        shapes[i] = shape(p.count, spheres[std::size_t(p.sphere[0])],
-                          spheres[std::size_t(p.sphere[1])], spheres[std::size_t(p.sphere[2])]);
-    }
-}
-
-// Candidates of every block near a tool; blocks far away keep an empty mask.
-template <class R>
-void CpuSolver<R>::mask_blocks(const Motion&)
-{
-    for (Int3 b : masked) masks[std::size_t(lattice.block_of(4 * b))] = {};
-    masked.clear();
-    const R edge = block_edge * lattice.dx;
-    const Int3 size = lattice.blocks();
-    for (std::size_t i = 0; i < shapes.size(); ++i) {
-        const Tool<R>& tool = tools[std::size_t(setup.rig.primitives[i].tool)];
-        if (!tool.active) continue;
-        const R band = (tool.blade ? blade_reach : R(0.5)) * lattice.dx;
-        const auto low = [&](R x, int n) { return std::clamp(int((x - band) / edge) - 1, 0, n - 1); };
-        const auto high = [&](R x, int n) { return std::clamp(int((x + band) / edge), 0, n - 1); };
-        const Shape<R>& s = shapes[i];
-        for (int z = low(s.low.z, size.z); z <= high(s.high.z, size.z); ++z)
-            for (int y = low(s.low.y, size.y); y <= high(s.high.y, size.y); ++y)
-                for (int x = low(s.low.x, size.x); x <= high(s.high.x, size.x); ++x) {
-                    const Vec3<R> middle = {edge * (R(x) + R(0.5)), edge * (R(y) + R(0.5)),
-                                            edge * (R(z) + R(0.5))};
-                    if (!reaches(s, middle, edge, band)) continue;
-                    Mask& m = masks[std::size_t(lattice.block_of({4 * x, 4 * y, 4 * z}))];
-                    if (std::all_of(m.bits, m.bits + mask_words, [](auto b) { return b == 0; }))
-                        masked.push_back({x, y, z});
-                    m.bits[i / 32] |= 1u << (i % 32);
-                }
-    }
-}
-
-// Each occupied block sums its particles into a tile of its own.
+// Each occupied block sums its particles into a tile of its own; where a blade has been, into three.
 template <class R>
 void CpuSolver<R>::p2g(R dt)
 {
-    sums.resize(bins.occupied.size() * tile_nodes);
+    for (int f = 0; f < (posed.blades ? 3 : 1); ++f) sums[f].resize(bins.occupied.size() * tile_nodes);
     for_each(int(bins.occupied.size()), stage_p2g, [&](int slot, Counts&) {
-        Node<R>* tile = &sums[std::size_t(slot) * tile_nodes];
-        std::memset(static_cast<void*>(tile), 0, tile_nodes * sizeof(Node<R>));
-        const Int3 corner = 4 * lattice.block_at(bins.occupied[std::size_t(slot)]);
+        const int block = bins.occupied[std::size_t(slot)];
+        const int fields = !split.empty() && split[std::size_t(block)] ? 3 : 1;
+        Node<R>* tile[3];
+        for (int f = 0; f < fields; ++f) {
+            tile[f] = &sums[f][std::size_t(slot) * tile_nodes];
+            std::memset(static_cast<void*>(tile[f]), 0, tile_nodes * sizeof(Node<R>));
+        }
+        const Int3 corner = 4 * lattice.block_at(block);
         for (int i : bins.members(slot)) {
             const Particle<R>& p = q[std::size_t(i)];
             const Stencil<R> s = stencil(p.x, lattice.dx);
-            Node<R>* base = tile + tile_index(s.base - corner);
+            const int base = tile_index(s.base - corner);
             scatter(p, materials[std::size_t(p.object)], s, lattice.dx, dt,
                     [&](Int3 step, const Node<R>& share) {
-                        Node<R>& n = base[tile_index(step)];
-                        n = node(four(n) + four(share));
+                        const int at = base + tile_index(step);
+                        tile[0][at] = node(four(tile[0][at]) + four(share));
+                        for (int f = 1; f < fields; ++f)
+                            if (p.sides == uncut || int(p.sides) == f)
+                                tile[f][at] = node(four(tile[f][at]) + four(share));
                     });
         }
     });
 }
 
+// Marks the blocks that need three fields: both labels, or a blade, near enough to share a node.
+template <class R>
+bool CpuSolver<R>::find_splits()
+{
+    std::vector<char> labels(split.size(), 0);
+    bool any = false;
+    for (std::size_t slot = 0; slot < bins.occupied.size(); ++slot) {
+        char& l = labels[std::size_t(bins.occupied[slot])];
+        for (int i : bins.members(int(slot))) l = char(l | q[std::size_t(i)].sides);
+    }
+    for (Int3 b : posed.masked)
+        for_each_candidate(posed.masks[std::size_t(lattice.block_of(4 * b))], [&](int i) {
+            if (posed.tools[std::size_t(posed.primitives[std::size_t(i)].tool)].blade)
+                labels[std::size_t(lattice.block_of(4 * b))] = 3;
+        });
+    const Int3 size = lattice.blocks();
+    std::fill(split.begin(), split.end(), char(0));
+    for (std::size_t b = 0; b < split.size(); ++b) {
+        if (!labels[b]) continue;
+        const Int3 at = lattice.block_at(int(b));
+        const auto near = [&](auto&& visit) {
+            for (int n = 0; n < 27; ++n) {
+                const Int3 m = at + Int3{n % 3 - 1, n / 3 % 3 - 1, n / 9 - 1};
+                if (m.x >= 0 && m.y >= 0 && m.z >= 0 && m.x < size.x && m.y < size.y &&
+                    m.z < size.z)
+                    visit(std::size_t(lattice.block_of(4 * m)));
+            }
+        };
+        char all = 0;
+        near([&](std::size_t m) { all = char(all | labels[m]); });
+        if (all != 3) continue;
+        any = true;
+        near([&](std::size_t m) { split[m] = 1; });
+    }
+    return any;
+}
+
 // The node's sum over the tiles of the up to eight blocks whose particles reach it.
 template <class R>
-Node<R> CpuSolver<R>::summed(Int3 b, int local) const
+Node<R> CpuSolver<R>::summed(const Sums& tiles, Int3 n) const
 {
-    const Int3 l = {local % 4, local / 4 % 4, local / 16};
+    const Int3 b = {n.x >> 2, n.y >> 2, n.z >> 2}, l = {n.x & 3, n.y & 3, n.z & 3};
     Node<R> sum{};
     for (int z = 0; z <= (l.z < 2); ++z)
         for (int y = 0; y <= (l.y < 2); ++y)
@@ -297,9 +283,9 @@ Node<R> CpuSolver<R>::summed(Int3 b, int local) const
                 if (from.x < 0 || from.y < 0 || from.z < 0) continue;
                 const int slot = bins.slot[std::size_t(lattice.block_of(4 * from))];
                 if (slot < 0) continue;
-                const Node<R>& n = sums[std::size_t(slot) * tile_nodes +
-                                        std::size_t(tile_index(l + 4 * Int3{x, y, z}))];
-                sum = node(four(sum) + four(n));
+                const Node<R>& share = tiles[std::size_t(slot) * tile_nodes +
+                                             std::size_t(tile_index(l + 4 * Int3{x, y, z}))];
+                sum = node(four(sum) + four(share));
             }
     return sum;
 }
@@ -307,44 +293,102 @@ Node<R> CpuSolver<R>::summed(Int3 b, int local) const
 template <class R>
 void CpuSolver<R>::grid_update(R dt)
 {
+    const Colliders<R> colliders = posed.colliders();
     for_each(int(bins.touched.size()), stage_grid, [&](int t, Counts& c) {
         const int b = bins.touched[std::size_t(t)];
+        if (!split.empty() && split[std::size_t(b)]) return split_update(b, dt, c);
         const Int3 block = lattice.block_at(b);
-        const Mask& mask = masks[std::size_t(b)];
+        const Mask& mask = posed.masks[std::size_t(b)];
         const auto hands = [&](Vec3<R> x, Vec3<R> v) {
             return setup.grid_contact ? held(colliders, mask, x, v) : v;
         };
         for (int l = 0; l < block_nodes; ++l) {
             const Int3 n = 4 * block + Int3{l % 4, l / 4 % 4, l / 16};
             bool clipped;
-            grid[std::size_t(b) * block_nodes + std::size_t(l)] =
-                update(summed(block, l), n, lattice, walls, gravity, dt, clipped, hands);
+            grid[0][std::size_t(b) * block_nodes + std::size_t(l)] = update(
+                summed(sums[0], n), n, lattice, walls, gravity, dt, clipped, hands);
             c.clipped += clipped;
         }
     });
+}
+
+// A block near a cut: each label has its own velocity, and the two do not pass through each other.
+template <class R>
+void CpuSolver<R>::split_update(int b, R dt, Counts& c)
+{
+    const Colliders<R> colliders = posed.colliders();
+    const Mask& mask = posed.masks[std::size_t(b)];
+    const Int3 block = lattice.block_at(b);
+    for (int l = 0; l < block_nodes; ++l) {
+        const Int3 n = 4 * block + Int3{l % 4, l / 4 % 4, l / 16};
+        Node<R> sum[3], v[3];
+        for (int f = 0; f < 3; ++f) {
+            const auto tools = [&](Vec3<R> x, Vec3<R> u) {
+                if (!setup.grid_contact) return u;
+                u = held(colliders, mask, x, u);
+                return f ? sliced(colliders, mask, x, u, lattice.dx, std::uint32_t(f)) : u;
+            };
+            sum[f] = summed(sums[f], n);
+            bool clipped;
+            v[f] = update(sum[f], n, lattice, walls, gravity, dt, clipped, tools);
+            c.clipped += clipped;
+        }
+        if (sum[above].m < sum[0].m && sum[below].m < sum[0].m) {
+            const auto slope = [&](Int3 axis) {
+                const auto excess = [&](Int3 m) {
+                    if (m.x < 0 || m.y < 0 || m.z < 0 || m.x >= lattice.size.x ||
+                        m.y >= lattice.size.y || m.z >= lattice.size.z)
+                        return R(0);
+                    if (!split[std::size_t(lattice.block_of(m))]) return R(0);
+                    return summed(sums[below], m).m - summed(sums[above], m).m;
+                };
+                return excess(n + axis) - excess(n - axis);
+            };
+            const Vec3<R> g = {slope({1, 0, 0}), slope({0, 1, 0}), slope({0, 0, 1})};
+            const R size = length(g);
+            if (size > 0) {
+                const Vec3<R> out = (1 / size) * g;  // out of what lies above
+                v[above].p = kept_apart(v[above].p, v[0].p, out, R(0.3));
+                v[below].p = kept_apart(v[below].p, v[0].p, -out, R(0.3));
+            }
+        }
+        for (int f = 0; f < 3; ++f)
+            grid[f][std::size_t(b) * block_nodes + std::size_t(l)] = v[f];
+    }
+}
+
+// The nodes that a block's particles can reach.
+template <class R>
+void CpuSolver<R>::load(const Sums& from, Int3 corner, Node<R>* tile) const
+{
+    for (int t = 0; t < tile_nodes; ++t) {
+        const Int3 n = corner + Int3{t % tile_edge, t / tile_edge % tile_edge,
+                                     t / (tile_edge * tile_edge)};
+        if (n.x < lattice.size.x && n.y < lattice.size.y && n.z < lattice.size.z)
+            tile[t] = from[std::size_t(lattice.index(n))];
+    }
 }
 
 template <class R>
 void CpuSolver<R>::g2p(R dt)
 {
     for_each(int(bins.occupied.size()), stage_g2p, [&](int slot, Counts& c) {
-        const Int3 corner = 4 * lattice.block_at(bins.occupied[std::size_t(slot)]);
-        Node<R> tile[tile_nodes];
-        for (int t = 0; t < tile_nodes; ++t) {
-            const Int3 n = corner + Int3{t % tile_edge, t / tile_edge % tile_edge,
-                                         t / (tile_edge * tile_edge)};
-            if (n.x < lattice.size.x && n.y < lattice.size.y && n.z < lattice.size.z)
-                tile[t] = grid[std::size_t(lattice.index(n))];
-        }
-        step_particles(slot, dt, tile, c);
+        const int block = bins.occupied[std::size_t(slot)];
+        Node<R> tiles[3][tile_nodes];
+        const Int3 corner = 4 * lattice.block_at(block);
+        const bool cut_here = !split.empty() && split[std::size_t(block)];
+        for (int f = 0; f < (cut_here ? 3 : 1); ++f) load(grid[f], corner, tiles[f]);
+        step_particles(slot, dt, tiles, c);
     });
 }
 
 // A block's particles: gather and move, then project, then flow.
 template <class R>
-void CpuSolver<R>::step_particles(int slot, R dt, const Node<R>* tile, Counts& c)
+void CpuSolver<R>::step_particles(int slot, R dt, const Node<R> (*tiles)[tile_nodes], Counts& c)
 {
-    const Int3 corner = 4 * lattice.block_at(bins.occupied[std::size_t(slot)]);
+    const int block = bins.occupied[std::size_t(slot)];
+    const Int3 corner = 4 * lattice.block_at(block);
+    const bool cut_here = !split.empty() && split[std::size_t(block)];
     const auto members = bins.members(slot);
     std::vector<Particle<R>> before(members.size());
     double clock = omp_get_wtime();
@@ -358,24 +402,21 @@ void CpuSolver<R>::step_particles(int slot, R dt, const Node<R>* tile, Counts& c
         Particle<R>& p = q[std::size_t(i)];
         before[k++] = p;
         const Stencil<R> s = stencil(p.x, lattice.dx);
-        const Node<R>* base = tile + tile_index(s.base - corner);
+        const Node<R>* base = tiles[cut_here ? p.sides : 0] + tile_index(s.base - corner);
         gather(p, s, lattice.dx, [&](Int3 step) { return four(base[tile_index(step)]); });
         p.e = strained(p.e, p.C, dt);
         p.x = p.x + dt * p.v;
     }
     lap(stage_g2p);
+    const Colliders<R> colliders = posed.colliders();
     for (int i : members) {
         Particle<R>& p = q[std::size_t(i)];
-        if (setup.passes > 0 && !masked.empty()) {
-            const Int3 cell = {int(p.x.x / lattice.dx), int(p.x.y / lattice.dx),
-                               int(p.x.z / lattice.dx)};
-            if (cell.x >= 0 && cell.y >= 0 && cell.z >= 0 && cell.x < lattice.size.x &&
-                cell.y < lattice.size.y && cell.z < lattice.size.z) {
-                const R depth = project(p, colliders, masks[std::size_t(lattice.block_of(cell))],
-                                        setup.passes);
-                c.projected += depth > 0;
-                c.depth = std::max(c.depth, double(depth));
-            }
+        if (setup.passes > 0 && !posed.masked.empty()) {
+            const Mask& mask = posed.mask_at(lattice, p.x);
+            if (posed.blades) c.covered += cut(p, colliders, mask, lattice.dx);
+            const R depth = project(p, colliders, mask, setup.passes);
+            c.projected += depth > 0;
+            c.depth = std::max(c.depth, double(depth));
         }
         c.confined += confine(p, lattice, walls);
     }
@@ -390,6 +431,23 @@ void CpuSolver<R>::step_particles(int slot, R dt, const Node<R>* tile, Counts& c
     lap(stage_plasticity);
 }
 
+// At the end of a frame: a stroke that begins forgets old labels in its way, one that has ended
+// leaves whole pieces.
+template <class R>
+void CpuSolver<R>::settle_cuts(bool covered)
+{
+    if (covered && !was_covered) {
+        const Colliders<R> colliders = posed.colliders();
+        std::vector<char> touched(q.size(), 0);
+        for (std::size_t i = 0; i < q.size(); ++i)
+            for_each_blade(colliders, posed.mask_at(lattice, q[i].x), q[i].x, lattice.dx,
+                           [&](const Seen<R>&, const Tool<R>&) { touched[i] = 1; });
+        forget(q, lattice, touched);
+    }
+    if (!covered && was_covered) relabel(q, lattice);
+    was_covered = covered;
+}
+
 template <class R>
 std::vector<Particle<double>> CpuSolver<R>::particles() const
 {
@@ -402,12 +460,9 @@ template <class R>
 std::vector<double> CpuSolver<R>::penetration() const
 {
     std::vector<double> depths;
-    if (masked.empty()) return depths;
+    if (posed.masked.empty()) return depths;
     for (const Particle<R>& p : q) {
-        const Int3 cell = {int(p.x.x / lattice.dx), int(p.x.y / lattice.dx),
-                           int(p.x.z / lattice.dx)};
-        const Contact<R> hit =
-            nearest(colliders, masks[std::size_t(lattice.block_of(cell))], p.x);
+        const Contact<R> hit = nearest(posed.colliders(), posed.mask_at(lattice, p.x), p.x);
         if (hit.phi < 0) depths.push_back(double(-hit.phi));
     }
     return depths;
@@ -416,9 +471,10 @@ std::vector<double> CpuSolver<R>::penetration() const
 template <class R>
 std::size_t CpuSolver<R>::memory() const
 {
+    std::size_t nodes = 0;
+    for (int f = 0; f < 3; ++f) nodes += sums[f].capacity() + grid[f].capacity();
     return q.capacity() * (sizeof(Particle<R>) + 3 * sizeof(int)) +
-           grid.capacity() * sizeof(Node<R>) + sums.capacity() * sizeof(Node<R>) +
-           masks.capacity() * sizeof(Mask);
+           posed.masks.capacity() * sizeof(Mask) + nodes * sizeof(Node<R>);
 }
 
 }  // namespace
