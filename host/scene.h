@@ -58,6 +58,8 @@ struct Scene {
     SurfaceRule surface;
     unsigned seed = 1;
     Vec3<double> eye{1.1, 0.9, 1.6}, target{0.5, 0.4, 0.5};  // camera [m]
+    int picture_every = 0;       // frames from picture to picture; 0: none
+    int picture_width = 960, picture_height = 720;
 };
 
 // Presets by name: clay, soft-clay, plasticine, wet-sand, snow, jelly, dough, viscous-liquid.
