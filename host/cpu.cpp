@@ -1,30 +1,20 @@
 // Every stage of the substep as a plain loop, in order: the specification, the fallback without a
 // GPU, and, in double, the oracle. The same bits for any number of threads: particles are binned
 // stably by block, a block's sums are private, and each node adds its neighbours' in fixed order.
-#include <omp.h>
-
 #include <algorithm>
 #include <cstring>
 #include <numeric>
 
-#include "cuda/blade.h"
-#include "cuda/four.h"
 #include "cuda/g2p.h"
 #include "cuda/grid.h"
 #include "cuda/p2g.h"
 #include "cuda/plasticity.h"
 #include "cuda/project.h"
-#include "cpu_bins.h"
-#include "cpu_tools.h"
-#include "pieces.h"
+#include "cpu_solver.h"
 #include "substep.h"
 
 namespace knead {
 namespace {
-
-constexpr int tile_edge = block_edge + 2, tile_nodes = tile_edge * tile_edge * tile_edge;
-
-int tile_index(Int3 n) { return (n.z * tile_edge + n.y) * tile_edge + n.x; }
 
 template <class R>
 Material<R> cast(const Material<double>& m)
@@ -44,70 +34,7 @@ Particle<To> cast(const Particle<From>& q)
             To(q.k), q.object, q.sides};
 }
 
-enum StageName { stage_pose, stage_bin, stage_p2g, stage_grid, stage_g2p, stage_project,
-                 stage_plasticity, stage_count };
-
-// What the threads count, each on its own.
-struct Counts {
-    long yielded = 0, projected = 0, clipped = 0, confined = 0, repaired = 0, covered = 0;
-    double depth = 0, speed_squared = 0;
-    double seconds[stage_count] = {};
-    void add(const Counts& c)
-    {
-        yielded += c.yielded, projected += c.projected, clipped += c.clipped;
-        confined += c.confined, repaired += c.repaired, covered += c.covered;
-        depth = std::max(depth, c.depth), speed_squared = std::max(speed_squared, c.speed_squared);
-        for (int s = 0; s < stage_count; ++s) seconds[s] += c.seconds[s];
-    }
-};
-
-template <class R>
-class CpuSolver : public Solver {
-  public:
-    explicit CpuSolver(const Setup& given);
-    Tally advance(const Motion& motion, double duration) override;
-    std::vector<Particle<double>> particles() const override;
-    std::vector<double> penetration() const override;
-    const std::vector<StageTime>& stage_times() const override { return times; }
-    std::size_t memory() const override;
-    std::string name() const override
-    {
-        return std::string("cpu ") + (sizeof(R) == 4 ? "float" : "double") + ", " +
-               std::to_string(threads) + " threads";
-    }
-
-  private:
-    using Sums = std::vector<Node<R>>;
-    void p2g(R dt);
-    void grid_update(R dt);
-    void split_update(int b, R dt, Counts& counts);
-    void g2p(R dt);
-    Node<R> summed(const Sums& sums, Int3 node) const;
-    void load(const Sums& from, Int3 corner, Node<R>* tile) const;
-    void step_particles(int slot, R dt, const Node<R> (*tiles)[tile_nodes], Counts& counts);
-    bool find_splits();
-    void settle_cuts(bool covered);
-    template <class Body>
-    void for_each(int count, StageName stage, Body&& body);
-
-    Setup setup;
-    Lattice<R> lattice;
-    Walls<R> walls;
-    Vec3<R> gravity;
-    int threads;
-    std::vector<Material<R>> materials;
-    PosedTools<R> posed;
-    std::vector<Particle<R>> q;  // in the order of the last sort by block
-    std::vector<int> ids;        // original index of q[i]
-    Bins bins;
-    // Three velocity fields: all clay, and where a blade has been (25) that of uncut and one label.
-    // tile_nodes sums per occupied block; node_count velocities.
-    Sums sums[3], grid[3];
-    std::vector<char> split;     // per block: its nodes have three fields; empty without blades
-    bool was_covered = false;    // a blade was in the clay at the end of the last frame
-    std::vector<Counts> counts;   // per thread
-    std::vector<StageTime> times;
-};
+}  // namespace
 
 template <class R>
 CpuSolver<R>::CpuSolver(const Setup& given)
@@ -129,17 +56,6 @@ CpuSolver<R>::CpuSolver(const Setup& given)
     counts.resize(std::size_t(threads));
     for (const char* name : {"pose", "bin", "p2g", "grid", "g2p", "project", "plasticity"})
         times.push_back({name, 0});
-}
-
-// Runs body(i, thread's counts) for i in [0, count) on all threads, and books the wall time.
-template <class R>
-template <class Body>
-void CpuSolver<R>::for_each(int count, StageName stage, Body&& body)
-{
-    const double start = omp_get_wtime();
-#pragma omp parallel for schedule(dynamic, 4) num_threads(threads)
-    for (int i = 0; i < count; ++i) body(i, counts[std::size_t(omp_get_thread_num())]);
-    times[stage].seconds += omp_get_wtime() - start;
 }
 
 template <class R>
@@ -233,63 +149,6 @@ void CpuSolver<R>::p2g(R dt)
     });
 }
 
-// Marks the blocks that need three fields: both labels, or a blade, near enough to share a node.
-template <class R>
-bool CpuSolver<R>::find_splits()
-{
-    std::vector<char> labels(split.size(), 0);
-    bool any = false;
-    for (std::size_t slot = 0; slot < bins.occupied.size(); ++slot) {
-        char& l = labels[std::size_t(bins.occupied[slot])];
-        for (int i : bins.members(int(slot))) l = char(l | q[std::size_t(i)].sides);
-    }
-    for (Int3 b : posed.masked)
-        for_each_candidate(posed.masks[std::size_t(lattice.block_of(4 * b))], [&](int i) {
-            if (posed.tools[std::size_t(posed.primitives[std::size_t(i)].tool)].blade)
-                labels[std::size_t(lattice.block_of(4 * b))] = 3;
-        });
-    const Int3 size = lattice.blocks();
-    std::fill(split.begin(), split.end(), char(0));
-    for (std::size_t b = 0; b < split.size(); ++b) {
-        if (!labels[b]) continue;
-        const Int3 at = lattice.block_at(int(b));
-        const auto near = [&](auto&& visit) {
-            for (int n = 0; n < 27; ++n) {
-                const Int3 m = at + Int3{n % 3 - 1, n / 3 % 3 - 1, n / 9 - 1};
-                if (m.x >= 0 && m.y >= 0 && m.z >= 0 && m.x < size.x && m.y < size.y &&
-                    m.z < size.z)
-                    visit(std::size_t(lattice.block_of(4 * m)));
-            }
-        };
-        char all = 0;
-        near([&](std::size_t m) { all = char(all | labels[m]); });
-        if (all != 3) continue;
-        any = true;
-        near([&](std::size_t m) { split[m] = 1; });
-    }
-    return any;
-}
-
-// The node's sum over the tiles of the up to eight blocks whose particles reach it.
-template <class R>
-Node<R> CpuSolver<R>::summed(const Sums& tiles, Int3 n) const
-{
-    const Int3 b = {n.x >> 2, n.y >> 2, n.z >> 2}, l = {n.x & 3, n.y & 3, n.z & 3};
-    Node<R> sum{};
-    for (int z = 0; z <= (l.z < 2); ++z)
-        for (int y = 0; y <= (l.y < 2); ++y)
-            for (int x = 0; x <= (l.x < 2); ++x) {
-                const Int3 from = b - Int3{x, y, z};
-                if (from.x < 0 || from.y < 0 || from.z < 0) continue;
-                const int slot = bins.slot[std::size_t(lattice.block_of(4 * from))];
-                if (slot < 0) continue;
-                const Node<R>& share = tiles[std::size_t(slot) * tile_nodes +
-                                             std::size_t(tile_index(l + 4 * Int3{x, y, z}))];
-                sum = node(four(sum) + four(share));
-            }
-    return sum;
-}
-
 template <class R>
 void CpuSolver<R>::grid_update(R dt)
 {
@@ -310,51 +169,6 @@ void CpuSolver<R>::grid_update(R dt)
             c.clipped += clipped;
         }
     });
-}
-
-// A block near a cut: each label has its own velocity, and the two do not pass through each other.
-template <class R>
-void CpuSolver<R>::split_update(int b, R dt, Counts& c)
-{
-    const Colliders<R> colliders = posed.colliders();
-    const Mask& mask = posed.masks[std::size_t(b)];
-    const Int3 block = lattice.block_at(b);
-    for (int l = 0; l < block_nodes; ++l) {
-        const Int3 n = 4 * block + Int3{l % 4, l / 4 % 4, l / 16};
-        Node<R> sum[3], v[3];
-        for (int f = 0; f < 3; ++f) {
-            const auto tools = [&](Vec3<R> x, Vec3<R> u) {
-                if (!setup.grid_contact) return u;
-                u = held(colliders, mask, x, u);
-                return f ? sliced(colliders, mask, x, u, lattice.dx, std::uint32_t(f)) : u;
-            };
-            sum[f] = summed(sums[f], n);
-            bool clipped;
-            v[f] = update(sum[f], n, lattice, walls, gravity, dt, clipped, tools);
-            c.clipped += clipped;
-        }
-        if (sum[above].m < sum[0].m && sum[below].m < sum[0].m) {
-            const auto slope = [&](Int3 axis) {
-                const auto excess = [&](Int3 m) {
-                    if (m.x < 0 || m.y < 0 || m.z < 0 || m.x >= lattice.size.x ||
-                        m.y >= lattice.size.y || m.z >= lattice.size.z)
-                        return R(0);
-                    if (!split[std::size_t(lattice.block_of(m))]) return R(0);
-                    return summed(sums[below], m).m - summed(sums[above], m).m;
-                };
-                return excess(n + axis) - excess(n - axis);
-            };
-            const Vec3<R> g = {slope({1, 0, 0}), slope({0, 1, 0}), slope({0, 0, 1})};
-            const R size = length(g);
-            if (size > 0) {
-                const Vec3<R> out = (1 / size) * g;  // out of what lies above
-                v[above].p = kept_apart(v[above].p, v[0].p, out, R(0.3));
-                v[below].p = kept_apart(v[below].p, v[0].p, -out, R(0.3));
-            }
-        }
-        for (int f = 0; f < 3; ++f)
-            grid[f][std::size_t(b) * block_nodes + std::size_t(l)] = v[f];
-    }
 }
 
 // The nodes that a block's particles can reach.
@@ -431,23 +245,6 @@ void CpuSolver<R>::step_particles(int slot, R dt, const Node<R> (*tiles)[tile_no
     lap(stage_plasticity);
 }
 
-// At the end of a frame: a stroke that begins forgets old labels in its way, one that has ended
-// leaves whole pieces.
-template <class R>
-void CpuSolver<R>::settle_cuts(bool covered)
-{
-    if (covered && !was_covered) {
-        const Colliders<R> colliders = posed.colliders();
-        std::vector<char> touched(q.size(), 0);
-        for (std::size_t i = 0; i < q.size(); ++i)
-            for_each_blade(colliders, posed.mask_at(lattice, q[i].x), q[i].x, lattice.dx,
-                           [&](const Seen<R>&, const Tool<R>&) { touched[i] = 1; });
-        forget(q, lattice, touched);
-    }
-    if (!covered && was_covered) relabel(q, lattice);
-    was_covered = covered;
-}
-
 template <class R>
 std::vector<Particle<double>> CpuSolver<R>::particles() const
 {
@@ -476,8 +273,6 @@ std::size_t CpuSolver<R>::memory() const
     return q.capacity() * (sizeof(Particle<R>) + 3 * sizeof(int)) +
            posed.masks.capacity() * sizeof(Mask) + nodes * sizeof(Node<R>);
 }
-
-}  // namespace
 
 const char* const limit_names[int(Limit::count)] = {"sound",     "speed", "tool",
                                                     "viscosity", "fixed", "frame end"};
