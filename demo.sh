@@ -1,0 +1,25 @@
+#!/usr/bin/env bash
+# From a fresh clone to clay pressed by a hand: pictures, a mesh and a report under out/demo.
+set -eu
+cd "$(dirname "$0")"
+. .ci/setup.sh
+
+install "${build_packages[@]}"
+
+cuda=OFF
+gpu_present && cuda=ON  # without a card its half of the build would only cost minutes
+say "Building (release, for this machine's processor)"
+mkdir -p build
+if ! { cmake -S . -B build/demo -G Ninja -DCMAKE_BUILD_TYPE=Release -DKNEAD_NATIVE=ON \
+    -DKNEAD_CUDA=$cuda && cmake --build build/demo --target knead; } >build/demo.log 2>&1; then
+    grep -E 'rror' build/demo.log | head -n 20 >&2
+    echo "The build failed: see build/demo.log" >&2
+    exit 1
+fi
+grep -o 'knead: .*' build/demo.log | head -n 1
+
+say "Running: knead run scenes/demo.json --out out/demo"
+./build/demo/knead run scenes/demo.json --out out/demo --overwrite "$@"
+
+say "What there is to see, under out/demo"
+ls -sh1 out/demo

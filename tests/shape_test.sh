@@ -1,0 +1,78 @@
+#!/usr/bin/env bash
+# Holds the source to its shape: the bounds of docs/glossary.md's last section, by reading the text.
+# Prints every place that breaks one; fails if there is any.
+set -u
+cd "$(dirname "$0")/.."
+export LC_ALL=C.UTF-8
+
+shopt -s nullglob lastpipe
+shipped=(cuda/*.h cuda/*.cu host/*.h host/*.cpp host/*.cu render/*.h render/*.cpp xr/*.h xr/*.cpp)
+source=("${shipped[@]}" tests/*.h tests/*.cpp profiling/*.h profiling/*.cpp profiling/*.cu)
+text=("${source[@]}" tests/*.sh demo.sh test.sh .ci/* CMakeLists.txt CMakePresets.json)
+words=("${text[@]}" README.md CHANGELOG.md docs/*.md profiling/*.md scenes/*.json)
+[ ${#shipped[@]} -gt 0 ] || { echo "no source found"; exit 1; }
+
+failed=0
+# Reads places that break a rule, one a line; says the rule once and counts.
+none() {
+    local places
+    places=$(cat)
+    [ -z "$places" ] && return
+    printf '%s:\n%s\n' "$1" "$(sed 's/^/    /' <<<"$places")"
+    failed=$((failed + 1))
+}
+
+awk 'FNR == 401 { print FILENAME }' "${source[@]}" | none "files of more than 400 lines"
+grep -nE '^.{101,}' "${text[@]}" | cut -c1-90 | none "lines of more than 100 columns"
+grep -nP '\t| +$|\r' "${text[@]}" | none "tabs or blanks at the end of a line"
+grep -nE '__CUDA_ARCH__|__CUDACC__' "${source[@]}" | grep -v '^cuda/hd\.h:' |
+    none "__CUDA_ARCH__ and __CUDACC__ belong in cuda/hd.h"
+grep -nE '#define +[A-Za-z_0-9]+(\(| +[^ ])' "${shipped[@]}" | grep -v '^cuda/hd\.h:' |
+    none "macros other than HD and UNROLL (switches of a library, without a value, are allowed)"
+grep -niP '(?<![a-z])(managers?|helpers?|handlers?|utils?|impl|misc)(?![a-z]|_t\b)' "${source[@]}" |
+    none "names that say nothing: manager, helper, handler, util, impl, misc"
+grep -nwE 'TODO|FIXME|XXX|NOLINT.*' "${source[@]}" | none "things left undone"
+grep -nE '/(home|root|work)/' "${words[@]}" | grep -v '^tests/shape_test\.sh:' |
+    none "paths of somebody's machine"
+
+# A body is what stands between a brace alone on its line and the one that closes it.
+awk '
+    FNR == 1 { depth = 0 }
+    /^ *\{$/ && !depth { depth = index($0, "{"); from = FNR; head = before; next }
+    depth && index($0, "}") == depth && /^ *\}[;,)]*$/ {
+        bound = head ~ /__global__/ ? 40 : 60
+        if (FNR - from - 1 > bound) print FILENAME ":" from ": " FNR - from - 1 " lines"
+        depth = 0
+    }
+    { before = /^ / ? before $0 : $0 }' "${shipped[@]}" |
+    none "functions of more than 60 lines, kernels of more than 40"
+
+# Commas outside brackets, from a kernel's name to the end of its parameters.
+awk '
+    FNR == 1 { text = "" }
+    /__global__/ { text = " "; at = FNR }
+    text != "" {
+        text = text $0
+        if (!/[{;]$/) next
+        gsub(/__launch_bounds__\([^)]*\)/, "", text)
+        while (gsub(/<[^<>]*>/, "", text)) {}
+        sub(/^[^(]*\(/, "", text)
+        if (gsub(/,/, "", text) + 1 > 8) print FILENAME ":" at
+        text = ""
+    }' cuda/*.cu host/*.cu /dev/null | none "kernels of more than 8 parameters"
+
+# Numbers in brackets in the stages' comments are equations; names with a year are papers.
+model=docs/model.md
+grep -ohE '//.*' cuda/*.h cuda/*.cu | grep -oE '\([0-9]{1,2}\)' | sort -u | while read -r number; do
+    grep -qF "**$number**" $model || echo "$number"
+done | none "equations that the stages cite and $model does not have"
+grep -ohE '//.*' cuda/*.h cuda/*.cu | grep -oE '\[[A-Z][^]]* (19|20)[0-9]{2}' | tr -d '[' |
+    grep -oE '[A-Z][a-z]+ (19|20)[0-9]{2}' | sort -u | while read -r paper; do
+    grep -qF "[$paper]" $model || echo "$paper"
+done | none "papers that the stages cite and $model does not list"
+
+if [ $failed -gt 0 ]; then
+    echo "$failed rules broken"
+    exit 1
+fi
+echo "${#source[@]} files keep to the shape"
