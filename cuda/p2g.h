@@ -19,8 +19,10 @@ HD void scatter(const Particle<R>& q, const Material<R>& m, const Stencil<R>& s,
     for (int n = 0; n < 27; ++n) {
         const Int3 step = {n % 3, n / 3 % 3, n / 9};
         const R w = s.w[step.z].z * s.w[step.y].y * s.w[step.x].x;
-        const Four<R> here = slid(slid(slid(base, R(step.z), by_step.c), R(step.y), by_step.b),
-                                  R(step.x), by_step.a);
+        Four<R> here = base;
+        if (step.z) here = slid(here, R(step.z), by_step.c);
+        if (step.y) here = slid(here, R(step.y), by_step.b);
+        if (step.x) here = slid(here, R(step.x), by_step.a);
         add(step, node(w * here));
     }
 }

@@ -137,14 +137,21 @@ void CpuSolver<R>::p2g(R dt)
             const Particle<R>& p = q[std::size_t(i)];
             const Stencil<R> s = stencil(p.x, lattice.dx);
             const int base = tile_index(s.base - corner);
-            scatter(p, materials[std::size_t(p.object)], s, lattice.dx, dt,
-                    [&](Int3 step, const Node<R>& share) {
-                        const int at = base + tile_index(step);
-                        tile[0][at] = node(four(tile[0][at]) + four(share));
-                        for (int f = 1; f < fields; ++f)
-                            if (p.sides == uncut || int(p.sides) == f)
-                                tile[f][at] = node(four(tile[f][at]) + four(share));
-                    });
+            const auto add = [&](Node<R>* to, Int3 step, const Node<R>& share) {
+                Node<R>& n = to[base + tile_index(step)];
+                n = node(four(n) + four(share));
+            };
+            const Material<R>& m = materials[std::size_t(p.object)];
+            if (fields == 1) {
+                scatter(p, m, s, lattice.dx, dt,
+                        [&](Int3 step, const Node<R>& share) { add(tile[0], step, share); });
+                continue;
+            }
+            scatter(p, m, s, lattice.dx, dt, [&](Int3 step, const Node<R>& share) {
+                add(tile[0], step, share);
+                if (p.sides != below) add(tile[above], step, share);
+                if (p.sides != above) add(tile[below], step, share);
+            });
         }
     });
 }
