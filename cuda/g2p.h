@@ -40,12 +40,17 @@ HD void gather(Particle<R>& q, const Stencil<R>& s, R dx, Velocity&& velocity)
            scale * (s.d.z * v + dx * first_three(sum_z))};
 }
 
-// b <- (I + dt C) b (I + dt C)^T, written for e = b - I so that small strains stay exact.  (9)
+// b <- (I + dt C) b (I + dt C)^T, written for e = b - I so that small strains stay exact:
+// e + L e + L =: U, then U + U L^T + L^T, of which six numbers are wanted.  (9)
 template <class R>
 HD Sym3<R> strained(const Sym3<R>& e, const Mat3<R>& C, R dt)
 {
-    const Mat3<R> L = dt * C, E = full(e), T = E + L * E, Lt = transpose(L);
-    return symmetric(T + T * Lt + L + Lt + L * Lt);
+    const Mat3<R> L = dt * C, E = full(e), U = E + L * E + L, rows = transpose(L);
+    const auto at = [&](R u, Vec3<R> row_u, Vec3<R> row_l, R l) { return u + dot(row_u, row_l) + l; };
+    const Mat3<R> V = transpose(U);  // columns are the rows of U
+    return {at(U.a.x, V.a, rows.a, L.a.x), at(U.b.y, V.b, rows.b, L.b.y),
+            at(U.c.z, V.c, rows.c, L.c.z), at(U.b.x, V.a, rows.b, L.a.y),
+            at(U.c.x, V.a, rows.c, L.a.z), at(U.c.y, V.b, rows.c, L.b.z)};
 }
 
 }  // namespace knead
