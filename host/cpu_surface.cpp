@@ -108,8 +108,7 @@ struct Marcher {
     Size corner[8];
     std::vector<int> first;  // per node: index of its first vertex
 
-    Marcher(const Field& field, float level)
-        : f(field), iso(level), first(field.value.size())
+    Marcher(const Field& field, float level) : f(field), iso(level), first(field.value.size())
     {
         for (int c = 0; c < 8; ++c) corner[c] = stride.corner(c);
     }
@@ -216,15 +215,15 @@ void relax_all(const Rings& rings, const Points& from, Points& to, float factor)
 #pragma omp parallel for schedule(static)
     for (std::size_t v = 0; v < from.size(); ++v) {
         const Rings::Pair* const ring = rings.of(int(v));
-        to[v] = relax(from[v], rings.count(int(v)), factor,
-                      [&](int k) { return from[ring[k].next]; });
+        to[v] =
+            relax(from[v], rings.count(int(v)), factor, [&](int k) { return from[ring[k].next]; });
     }
 }
 
 bool usable(const Deposit& d, float dx)
 {
-    return std::isfinite(d.x.x) && std::isfinite(d.x.y) && std::isfinite(d.x.z) &&
-           d.volume > 0 && std::isfinite(d.volume / (dx * dx * dx));
+    return std::isfinite(d.x.x) && std::isfinite(d.x.y) && std::isfinite(d.x.z) && d.volume > 0 &&
+           std::isfinite(d.volume / (dx * dx * dx));
 }
 
 void check(const SurfaceRule& rule)
@@ -233,8 +232,9 @@ void check(const SurfaceRule& rule)
     const auto sensible = [](int n) { return n >= 3 && n <= 1 << 20; };
     if (!(l.dx > 0) || !std::isfinite(l.dx) || !sensible(l.size.x) || !sensible(l.size.y) ||
         !sensible(l.size.z))
-        throw std::invalid_argument("a surface needs a lattice of 3 to 2^20 nodes along each axis "
-                                    "and a spacing above 0");
+        throw std::invalid_argument(
+            "a surface needs a lattice of 3 to 2^20 nodes along each axis "
+            "and a spacing above 0");
     if (!(rule.iso > 0) || !std::isfinite(rule.iso))
         throw std::invalid_argument("a surface needs an iso value above 0, not " +
                                     std::to_string(rule.iso));
