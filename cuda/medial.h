@@ -47,14 +47,22 @@ struct Foot {
     R l0, l1, l2;  // sum 1
 };
 
+// How near to 1 the squared slope of the radius may come before the largest sphere holds all, and
+// how thin a slab may be against its longest side before its sides hold all. Both are where the
+// error of leaving the surface out meets that of rounding.
+template <class R>
+constexpr R steep = sizeof(R) == 4 ? R(1e-6) : R(1e-12);
+template <class R>
+constexpr R thin = sizeof(R) == 4 ? R(1e-6) : R(3e-11);
+
 template <class R>
 HD Cone<R> cone(Vec3<R> a, R ra, Vec3<R> b, R rb)
 {
     const Vec3<R> d = b - a;
     const R square = dot(d, d), dr = rb - ra;
-    if (!(square > 0) || dr * dr >= (1 - R(1e-6)) * square) {
+    if (!(square > 0) || dr * dr >= (1 - steep<R>) * square) {
         const bool second = rb > ra;
-        return {second ? b : a, {0, 0, 0}, 0, second ? rb : ra, 0, 0, R(second ? 1 : 0), 0};
+        return {second ? b : a, {1, 0, 0}, 0, second ? rb : ra, 0, 0, R(second ? 1 : 0), 0};
     }
     const R length = std::sqrt(square), k = dr / length;
     return {a, (1 / length) * d, length, ra, k, k / std::sqrt((1 - k) * (1 + k)), 0, 1 / length};
@@ -75,6 +83,34 @@ HD Foot<R> foot(const Cone<R>& c, Vec3<R> p)
     return {D - c.r - c.k * s, n, 1 - t, t, 0};
 }
 
+// The plane of a slab: its frame hangs on the longest side ab, so that the slab may be a sliver and
+// keep its digits. ma, mb and mt are the gradients of the weights [1/m].
+template <class R>
+HD void sheet(Shape<R>& s, const Sphere<R>& a, const Sphere<R>& b, const Sphere<R>& t,
+              Vec3<R>& ma, Vec3<R>& mb, Vec3<R>& mt)
+{
+    const Vec3<R> ab = b.c - a.c, at = t.c - a.c;
+    const R L = length(ab);
+    if (!(L > 0)) return;
+    const Vec3<R> u = (1 / L) * ab;
+    const R x = dot(at, u);
+    const Vec3<R> off = at - x * u;
+    const R height = length(off);
+    if (!(height > thin<R> * L)) return;
+    const R slope = (b.r - a.r) / L, rise = (t.r - a.r - slope * x) / height;
+    const R q = slope * slope + rise * rise;
+    if (!(q < 1 - steep<R>)) return;
+    const Vec3<R> area = cross(u, off);
+    s.N = (1 / length(area)) * area;
+    const Vec3<R> f = cross(s.N, u);
+    s.plane = true;
+    s.g = slope * u + rise * f;
+    s.cc = std::sqrt(1 - q);
+    mt = (1 / height) * f;
+    mb = (1 / L) * (u - x * mt);
+    ma = -(mb + mt);
+}
+
 template <class R>
 HD Shape<R> shape(int count, const Sphere<R>& s0, const Sphere<R>& s1, const Sphere<R>& s2)
 {
@@ -93,23 +129,22 @@ HD Shape<R> shape(int count, const Sphere<R>& s0, const Sphere<R>& s1, const Sph
     if (count < 3) return s;
     s.edge[1] = cone(s1.c, s1.r, s2.c, s2.r);
     s.edge[2] = cone(s0.c, s0.r, s2.c, s2.r);
-    const Vec3<R> e1 = s1.c - s0.c, e2 = s2.c - s0.c, area = cross(e1, e2);
-    const R g11 = dot(e1, e1), g12 = dot(e1, e2), g22 = dot(e2, e2), det = dot(area, area);
-    if (!(det > R(1e-6) * g11 * g22)) return s;
-    const R d1 = s1.r - s0.r, d2 = s2.r - s0.r;
-    const R al = (g22 * d1 - g12 * d2) / det, be = (g11 * d2 - g12 * d1) / det;
-    const R q = d1 * al + d2 * be;
-    if (q >= 1 - R(1e-6)) return s;
-    s.plane = true;
+    const auto side = [](const Sphere<R>& a, const Sphere<R>& b) {
+        return dot(b.c - a.c, b.c - a.c);
+    };
+    const R d01 = side(s0, s1), d12 = side(s1, s2), d20 = side(s2, s0);
+    Vec3<R> m0{};
+    if (d01 >= d12 && d01 >= d20)
+        sheet(s, s0, s1, s2, m0, s.m1, s.m2);
+    else if (d12 >= d20)
+        sheet(s, s1, s2, s0, s.m1, s.m2, m0);
+    else
+        sheet(s, s2, s0, s1, s.m2, m0, s.m1);
+    if (!s.plane) return s;
     s.c0 = s0.c;
     s.r0 = s0.r;
-    s.N = (1 / std::sqrt(det)) * area;
-    s.g = al * e1 + be * e2;
-    s.cc = std::sqrt(1 - q);
-    s.m1 = (1 / det) * (g22 * e1 - g12 * e2);
-    s.m2 = (1 / det) * (g11 * e2 - g12 * e1);
-    s.k1 = al / s.cc;
-    s.k2 = be / s.cc;
+    s.k1 = dot(s.m1, s.g) / s.cc;
+    s.k2 = dot(s.m2, s.g) / s.cc;
     return s;
 }
 
