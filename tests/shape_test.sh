@@ -6,7 +6,8 @@ cd "$(dirname "$0")/.."
 export LC_ALL=C.UTF-8
 
 shopt -s nullglob lastpipe
-shipped=(cuda/*.h cuda/*.cu host/*.h host/*.cpp host/*.cu render/*.h render/*.cpp xr/*.h xr/*.cpp)
+shipped=(cuda/*.h cuda/*.cuh cuda/*.cu host/*.h host/*.cuh host/*.cpp host/*.cu
+    render/*.h render/*.cpp xr/*.h xr/*.cpp)
 source=("${shipped[@]}" tests/*.h tests/*.cpp profiling/*.h profiling/*.cpp profiling/*.cu)
 text=("${source[@]}" tests/*.sh demo.sh test.sh .ci/* CMakeLists.txt CMakePresets.json)
 words=("${text[@]}" README.md CHANGELOG.md docs/*.md profiling/*.md scenes/*.json)
