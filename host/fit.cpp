@@ -13,7 +13,7 @@ namespace {
 
 constexpr int fit_points = 12000, check_points = 40000;
 constexpr int rounds = 60;
-constexpr double stride = 0.7;  // share of a Gauss-Newton step that is taken
+constexpr double stride = 0.7;            // share of a Gauss-Newton step that is taken
 constexpr double radius_freedom = 5;      // a radius is pulled this much less than a centre
 constexpr double smallest_radius = 2e-3;  // [m]
 constexpr double least_weight = 0.06;     // of a joint; smaller ones are dropped
@@ -138,7 +138,8 @@ Hand open_of(const Skin& skin, const std::vector<SkinPoint>& points, Side side)
 }
 
 // Points on the outside of the medial hand, `count` of each primitive at most.
-std::vector<Vec3<double>> outside(const Spheres& s, const std::vector<Primitive>& primitives, int count)
+std::vector<Vec3<double>> outside(const Spheres& s, const std::vector<Primitive>& primitives,
+                                  int count)
 {
     const auto all = shapes(s, primitives);
     std::vector<Vec3<double>> out;
@@ -202,8 +203,8 @@ void refine(Spheres& s, const std::vector<Primitive>& primitives,
         for (int i = 0; i < n; ++i) {
             const Vec3<double> back = start[i].c - s[i].c;
             A.diagonal().segment<4>(4 * i) += share * pull;
-            b.segment<4>(4 * i) += share * pull.cwiseProduct(
-                Eigen::Vector4d(back.x, back.y, back.z, start[i].r - s[i].r));
+            b.segment<4>(4 * i) += share * pull.cwiseProduct(Eigen::Vector4d(back.x, back.y, back.z,
+                                                                             start[i].r - s[i].r));
         }
         const Eigen::VectorXd step = stride * A.ldlt().solve(b);
         for (int i = 0; i < n; ++i) {
@@ -289,7 +290,8 @@ void write_spheres(std::ostream& out, const char* name, const std::vector<Fitted
 
 void write_rig_table(std::ostream& out, const FitReport& h25, const FitReport& h47)
 {
-    out << "// Written by write_rig_table() of host/fit.cpp; docs/hands.md says from what. Right hand, in"
+    out << "// Written by write_rig_table() of host/fit.cpp; docs/hands.md says from what. Right "
+           "hand, in"
            " the\n// frame of open_hand: wrist at the origin, fingers along -z, palm down [m].\n"
            "#pragma once\n#include \"host/rig.h\"\n\nnamespace knead {\n\n"
            "struct OpenJoint {\n"
@@ -302,8 +304,8 @@ void write_rig_table(std::ostream& out, const FitReport& h25, const FitReport& h
         const auto& q = h25.open.joints[j].q;
         const auto& p = h25.open.joints[j].p;
         std::snprintf(line, sizeof line,
-                      "    {{%.5ff, %.5ff, %.5ff, %.5ff}, {%.5ff, %.5ff, %.5ff}, %.4ff},\n", q.w, q.x,
-                      q.y, q.z, p.x, p.y, p.z, h25.open.radius[j]);
+                      "    {{%.5ff, %.5ff, %.5ff, %.5ff}, {%.5ff, %.5ff, %.5ff}, %.4ff},\n", q.w,
+                      q.x, q.y, q.z, p.x, p.y, p.z, h25.open.radius[j]);
         out << line;
     }
     out << "};\n\n";

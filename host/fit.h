@@ -12,7 +12,8 @@ using Spheres = std::vector<Sphere<double>>;
 
 // Least squares of the distance at the points over all centres and radii, by Gauss-Newton. Centres
 // are pulled to where they start: `pull` per point, radii a fifth of that. By the envelope theorem
-// d(phi)/d(centre) = -share n and d(phi)/d(radius) = -share, a sphere's share being its foot weight.
+// d(phi)/d(centre) = -share n and d(phi)/d(radius) = -share, a sphere's share being its foot
+// weight.
 void refine(Spheres& spheres, const std::vector<Primitive>& primitives,
             const std::vector<SkinPoint>& points, double pull);
 
@@ -29,8 +30,8 @@ struct FitReport {
     std::vector<FittedSphere> spheres;  // as of a right hand
     Rig rig;                            // of `side`, bound to `open`
     int cones, slabs;
-    Deviation deviation;                // open hand, at 40000 points
-    double shift, farthest;             // of the centres from their seeds: mean, greatest [m]
+    Deviation deviation;     // open hand, at 40000 points
+    double shift, farthest;  // of the centres from their seeds: mean, greatest [m]
     double seconds;
 };
 

@@ -22,17 +22,32 @@ using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
 // The joints by their names in the WebXR Hand Input specification; it has no palm.
-const char* const webxr_names[joint_count] = {
-    "", "wrist",
-    "thumb-metacarpal", "thumb-phalanx-proximal", "thumb-phalanx-distal", "thumb-tip",
-    "index-finger-metacarpal", "index-finger-phalanx-proximal", "index-finger-phalanx-intermediate",
-    "index-finger-phalanx-distal", "index-finger-tip",
-    "middle-finger-metacarpal", "middle-finger-phalanx-proximal",
-    "middle-finger-phalanx-intermediate", "middle-finger-phalanx-distal", "middle-finger-tip",
-    "ring-finger-metacarpal", "ring-finger-phalanx-proximal", "ring-finger-phalanx-intermediate",
-    "ring-finger-phalanx-distal", "ring-finger-tip",
-    "pinky-finger-metacarpal", "pinky-finger-phalanx-proximal", "pinky-finger-phalanx-intermediate",
-    "pinky-finger-phalanx-distal", "pinky-finger-tip"};
+const char* const webxr_names[joint_count] = {"",
+                                              "wrist",
+                                              "thumb-metacarpal",
+                                              "thumb-phalanx-proximal",
+                                              "thumb-phalanx-distal",
+                                              "thumb-tip",
+                                              "index-finger-metacarpal",
+                                              "index-finger-phalanx-proximal",
+                                              "index-finger-phalanx-intermediate",
+                                              "index-finger-phalanx-distal",
+                                              "index-finger-tip",
+                                              "middle-finger-metacarpal",
+                                              "middle-finger-phalanx-proximal",
+                                              "middle-finger-phalanx-intermediate",
+                                              "middle-finger-phalanx-distal",
+                                              "middle-finger-tip",
+                                              "ring-finger-metacarpal",
+                                              "ring-finger-phalanx-proximal",
+                                              "ring-finger-phalanx-intermediate",
+                                              "ring-finger-phalanx-distal",
+                                              "ring-finger-tip",
+                                              "pinky-finger-metacarpal",
+                                              "pinky-finger-phalanx-proximal",
+                                              "pinky-finger-phalanx-intermediate",
+                                              "pinky-finger-phalanx-distal",
+                                              "pinky-finger-tip"};
 
 constexpr double open_end = 0.12;  // share of the length that the wrist's open end takes
 
@@ -77,10 +92,12 @@ Source load(const std::string& path)
 std::vector<double> numbers(const Source& s, int index, int type, const std::string& what)
 {
     const auto& m = s.model;
-    s.need(index >= 0 && index < int(m.accessors.size()), what + ": expected an accessor, found none");
+    s.need(index >= 0 && index < int(m.accessors.size()),
+           what + ": expected an accessor, found none");
     const auto& a = m.accessors[index];
     s.need(a.type == type && !a.sparse.isSparse, what + ": expected a plain accessor of its type");
-    s.need(a.bufferView >= 0 && a.bufferView < int(m.bufferViews.size()), what + ": no buffer view");
+    s.need(a.bufferView >= 0 && a.bufferView < int(m.bufferViews.size()),
+           what + ": no buffer view");
     const auto& view = m.bufferViews[a.bufferView];
     s.need(view.buffer >= 0 && view.buffer < int(m.buffers.size()), what + ": no buffer");
     const auto& bytes = m.buffers[view.buffer].data;
@@ -102,11 +119,20 @@ std::vector<double> numbers(const Source& s, int index, int type, const std::str
             return double(number);
         };
         switch (a.componentType) {
-            case TINYGLTF_COMPONENT_TYPE_FLOAT: out.push_back(as(float{})); break;
-            case TINYGLTF_COMPONENT_TYPE_UNSIGNED_BYTE: out.push_back(as(std::uint8_t{})); break;
-            case TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT: out.push_back(as(std::uint16_t{})); break;
-            case TINYGLTF_COMPONENT_TYPE_UNSIGNED_INT: out.push_back(as(std::uint32_t{})); break;
-            default: s.fail(what + ": component type not known");
+            case TINYGLTF_COMPONENT_TYPE_FLOAT:
+                out.push_back(as(float{}));
+                break;
+            case TINYGLTF_COMPONENT_TYPE_UNSIGNED_BYTE:
+                out.push_back(as(std::uint8_t{}));
+                break;
+            case TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT:
+                out.push_back(as(std::uint16_t{}));
+                break;
+            case TINYGLTF_COMPONENT_TYPE_UNSIGNED_INT:
+                out.push_back(as(std::uint32_t{}));
+                break;
+            default:
+                s.fail(what + ": component type not known");
         }
         s.need(std::isfinite(out.back()), what + ": expected finite numbers");
     }
@@ -119,8 +145,8 @@ std::vector<int> joint_order(const Source& s, const tinygltf::Skin& skin)
     std::vector<int> order;
     for (const int node : skin.joints) {
         s.need(node >= 0 && node < int(s.model.nodes.size()), "skin: a joint is no node");
-        const auto at = std::find(webxr_names + wrist, webxr_names + joint_count,
-                                  s.model.nodes[node].name);
+        const auto at =
+            std::find(webxr_names + wrist, webxr_names + joint_count, s.model.nodes[node].name);
         order.push_back(at == webxr_names + joint_count ? -1 : int(at - webxr_names));
     }
     for (int j = wrist; j < joint_count; ++j)
@@ -158,7 +184,8 @@ void straighten(std::array<Frame, joint_count>& f)
     f[palm] = {f[middle_metacarpal].axes, (f[middle_metacarpal].p + f[middle_proximal].p) / 2};
 }
 
-std::array<Joint<double>, joint_count> bind_pose(const Source& s, const std::vector<double>& inverse,
+std::array<Joint<double>, joint_count> bind_pose(const Source& s,
+                                                 const std::vector<double>& inverse,
                                                  const std::vector<int>& order, Frame& base)
 {
     std::array<Frame, joint_count> f{};
@@ -170,13 +197,13 @@ std::array<Joint<double>, joint_count> bind_pose(const Source& s, const std::vec
         f[order[k]] = {facing(at.block<3, 1>(0, 0), at.block<3, 1>(0, 2)), at.block<3, 1>(0, 3)};
     }
     base = f[wrist];
-    for (Frame& g : f)
-        g = {base.axes.transpose() * g.axes, base.axes.transpose() * (g.p - base.p)};
+    for (Frame& g : f) g = {base.axes.transpose() * g.axes, base.axes.transpose() * (g.p - base.p)};
     straighten(f);
     std::array<Joint<double>, joint_count> joints{};
     for (int j = 0; j < joint_count; ++j) {
         const Eigen::Quaterniond q(f[j].axes);
-        joints[j] = {unit(Quat<double>{q.w(), q.x(), q.y(), q.z()}), {f[j].p[0], f[j].p[1], f[j].p[2]}};
+        joints[j] = {unit(Quat<double>{q.w(), q.x(), q.y(), q.z()}),
+                     {f[j].p[0], f[j].p[1], f[j].p[2]}};
     }
     return joints;
 }
@@ -203,7 +230,8 @@ Skin read_skin(const std::string& path)
     const auto inverse =
         numbers(s, m.skins[0].inverseBindMatrices, TINYGLTF_TYPE_MAT4, "inverseBindMatrices");
     const std::size_t n = at.size() / 3;
-    s.need(joint.size() == 4 * n && weight.size() == 4 * n, "expected joints and weights per vertex");
+    s.need(joint.size() == 4 * n && weight.size() == 4 * n,
+           "expected joints and weights per vertex");
     s.need(inverse.size() == 16 * order.size(), "expected one bind matrix per joint");
     s.need(corner.size() % 3 == 0, "expected three indices per triangle");
 

@@ -11,7 +11,7 @@ struct Skin {
     std::vector<Vec3<double>> vertices;  // bind pose, wrist at the origin, fingers along -z [m]
     std::vector<Int3> triangles;         // vertex indices
     std::vector<std::array<double, joint_count>> weights;  // per vertex, sum 1
-    std::array<Joint<double>, joint_count> joints;         // bind pose in the frames of docs/hands.md
+    std::array<Joint<double>, joint_count> joints;  // bind pose in the frames of docs/hands.md
 };
 
 // Reads a binary glTF whose skin has the 25 joints of the WebXR Hand Input specification, by name.
@@ -20,8 +20,8 @@ Skin read_skin(const std::string& path);
 
 // A point of the surface, with what it needs to follow the joints (linear blend skinning).
 struct SkinPoint {
-    Vec3<double> p;                            // bind pose [m]
-    std::array<double, joint_count> weight;    // sum 1
+    Vec3<double> p;                          // bind pose [m]
+    std::array<double, joint_count> weight;  // sum 1
 };
 
 // `count` points spread evenly over the area, always the same ones. The open end at the wrist (the

@@ -1,5 +1,5 @@
-// Tools as medial primitives, held as a person would hold them. Real sizes [m], right hand; the left
-// one mirrors them.
+// Tools as medial primitives, held as a person would hold them. Real sizes [m], right hand; the
+// left one mirrors them.
 #include <stdexcept>
 
 #include "host/hands.h"
@@ -21,15 +21,13 @@ struct Design {
 
 constexpr float half_blade = 0.0005f;  // blades are 1 mm thick
 
-// Two blades of 80 x 12 x 1 mm, one ahead of the index finger and one ahead of the thumb, both in the
-// plane that the two point along, edge to edge, side by side by a blade's thickness so that they pass
-// each other. Their normals agree, so that both tell the same sides of a cut.
+// Two blades of 80 x 12 x 1 mm, one ahead of the index finger and one ahead of the thumb, both in
+// the plane that the two point along, edge to edge, side by side by a blade's thickness so that
+// they pass each other. Their normals agree, so that both tell the same sides of a cut.
 std::vector<Piece> scissor_blades()
 {
     const Hand hand = open_hand(right);
-    const auto ahead = [&](JointName j) {
-        return rotate(hand.joints[j].q, Vec3<float>{0, 0, -1});
-    };
+    const auto ahead = [&](JointName j) { return rotate(hand.joints[j].q, Vec3<float>{0, 0, -1}); };
     const Vec3<float> wide = cross(ahead(index_distal), ahead(thumb_distal));
     const Vec3<float> normal = (1 / length(wide)) * wide;
     std::vector<Piece> pieces;

@@ -96,8 +96,7 @@ TEST(OpenHand, FlexesTowardsThePalmByNegativeTurnsAboutX)
         const Hand hand = open_hand(side);
         for (const int finger : {index_proximal, middle_proximal, ring_proximal, little_proximal}) {
             const Joint<float> joint = hand.joints[finger];
-            const Vec3<float> tip =
-                rotate(conjugate(joint.q), hand.joints[finger + 3].p - joint.p);
+            const Vec3<float> tip = rotate(conjugate(joint.q), hand.joints[finger + 3].p - joint.p);
             const Quat<float> bent = joint.q * turn_about(Vec3<float>{1, 0, 0}, -1.5f);
             EXPECT_LT((joint.p + rotate(bent, tip)).y, joint.p.y - 0.05f) << joint_names[finger];
         }
@@ -116,7 +115,8 @@ TEST(OpenHand, MirrorsLeftAndRight)
         // y and z are reflected; x is reflected and turned about, so that the frame stays
         // right-handed.
         for (const Vec3<float> axis : {Vec3<float>{0, 1, 0}, Vec3<float>{0, 0, 1}}) {
-            const Vec3<float> u = rotate(one.joints[j].q, axis), v = rotate(other.joints[j].q, axis);
+            const Vec3<float> u = rotate(one.joints[j].q, axis),
+                              v = rotate(other.joints[j].q, axis);
             EXPECT_NEAR(length(u - Vec3<float>{-v.x, v.y, v.z}), 0, 1e-6f);
         }
     }
