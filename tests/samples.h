@@ -12,11 +12,11 @@ namespace knead {
 
 using Scalars = ::testing::Types<float, double>;
 
-// A tolerance per scalar.
+// One of two numbers, by the scalar under test: mostly a tolerance.
 template <class R>
-constexpr R either(double single, double twice)
+constexpr double either(double in_float, double in_double)
 {
-    return R(sizeof(R) == 4 ? single : twice);
+    return sizeof(R) == 4 ? in_float : in_double;
 }
 
 template <class To, class R>
@@ -64,8 +64,7 @@ Sym3<R> turned(const Mat3<R>& Q, const Sym3<R>& A)
     return symmetric(Q * full(A) * transpose(Q));
 }
 
-class Draw
-{
+class Draw {
   public:
     explicit Draw(std::uint64_t seed) : engine_(seed) {}
 
