@@ -18,6 +18,9 @@ enum Exit : int {
     exit_terminate = 143,  // SIGTERM, the same
 };
 
+struct UsageError : std::runtime_error {
+    using std::runtime_error::runtime_error;
+};
 struct ResourceError : std::runtime_error {
     using std::runtime_error::runtime_error;
 };

@@ -7,6 +7,8 @@
 #include <chrono>
 #include <cmath>
 
+#include "gesture.h"
+#include "recording.h"
 #include "seed.h"
 
 namespace knead {
@@ -188,12 +190,26 @@ Depths depths_of(std::vector<double> found)
     return d;
 }
 
+Recording hands_of(const Scene& scene)
+{
+    const HandsRule& hands = scene.hands;
+    for (const Gesture& g : gestures()) {
+        if (g.name != hands.recording) continue;
+        GestureRule rule;
+        rule.radius = scene.objects[0].size.x / 2 / hands.zoom;
+        rule.topology = hands.topology;
+        rule.seed = scene.seed;
+        return generate(g.name, rule);
+    }
+    return read_recording(hands.recording);
+}
+
 int frames_wanted(const Scene& scene, const HandSource* hands, int asked)
 {
     if (asked > 0) return asked;
     if (scene.frames > 0) return scene.frames;
     const double seconds = hands ? hands->duration() : 1.0;
-    return std::max(1, int(std::ceil(seconds * scene.frame_rate - 1e-6)));
+    return int(std::clamp(std::ceil(seconds * scene.frame_rate - 1e-6), 1.0, 1e7));
 }
 
 RunRecord run_frames(const Scene& scene, Solver& solver, const HandSource* hands,

@@ -72,6 +72,9 @@ struct RunWatch {
     std::function<bool()> stop;                  // asked before every frame
 };
 
+// The hands the scene names: a file, or a gesture on a ball as wide as its first object.
+Recording hands_of(const Scene& scene);
+
 // Frames the scene asks for: its own number, or as long as the hands move, or one second.
 int frames_wanted(const Scene& scene, const HandSource* hands, int asked);
 

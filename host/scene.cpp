@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <limits>
 
+#include "gesture.h"
 #include "json_reader.h"
 #include "presets.h"
 
@@ -174,7 +175,7 @@ void read_objects(ObjectReader& r, Scene& scene)
 void read_side(ObjectReader& r, HandsRule& hands, Side side)
 {
     hands.present[side] = r.flag("present", true);
-    hands.held[side] = r.text("held", "");
+    hands.held[side] = r.text("held", hands.held[side]);
     if (hands.held[side].empty()) return;
     try {
         tool_rig(hands.held[side], side);
@@ -184,26 +185,35 @@ void read_side(ObjectReader& r, HandsRule& hands, Side side)
     }
 }
 
-// A recording's path is taken beside the scene and must stay there: a scene from elsewhere names no
-// file outside its own folder. Names without an ending are generators.
-std::string beside(const ObjectReader& r, const std::string& name)
+// A gesture's name brings its tools along. A recording's path is taken beside the scene and must
+// stay there: a scene from elsewhere names no file outside its own folder.
+void read_recording_name(ObjectReader& r, HandsRule& hands)
 {
     namespace fs = std::filesystem;
-    const fs::path given(name);
-    if (!given.has_extension() && !given.has_parent_path()) return name;
-    const fs::path plain = given.lexically_normal();
+    const std::string name = r.text("recording", "squeeze");
+    std::vector<std::string> known;
+    for (const Gesture& g : gestures()) {
+        known.push_back(g.name);
+        if (g.name != name) continue;
+        hands.recording = name;
+        for (Side side : {left, right}) hands.held[side] = g.held[side];
+        return;
+    }
+    const fs::path plain = fs::path(name).lexically_normal();
+    if (!plain.has_extension())
+        r.fail("recording", "a gesture or a file (.hands, .jsonl)",
+               "\"" + name.substr(0, 60) + "\"; the nearest gesture is \"" +
+                   nearest_name(name, known) + "\"");
     if (plain.is_absolute() || *plain.begin() == "..")
         r.fail("recording", "a path inside the scene's folder (--hands takes any path)",
-               "\"" + name + "\"");
-    return (fs::path(r.file()).parent_path() / plain).string();
+               "\"" + name.substr(0, 200) + "\"");
+    hands.recording = (fs::path(r.file()).parent_path() / plain).string();
 }
 
 void read_hands(ObjectReader& r, Scene& scene)
 {
     HandsRule& h = scene.hands;
-    h.recording = r.text("recording", "squeeze");
-    if (h.recording.empty()) r.fail("recording", "a path or a gesture's name", "an empty text");
-    h.recording = beside(r, h.recording);
+    read_recording_name(r, h);
     h.zoom = r.number("zoom", {0.01, 1000, "simulation metres per real metre"}, 1);
     h.at = r.vector("at", {-1000, 1000, "m"}, scene.objects[0].centre);
     h.topology = r.choice<Topology>("topology", {{"h25", Topology::h25}, {"h47", Topology::h47}},

@@ -1,0 +1,9 @@
+// Ctrl-C and SIGTERM ask a run to end after its frame; a second one ends the program at once.
+#pragma once
+
+namespace knead {
+
+void watch_interrupts();
+int interrupted();  // the signal's number, 0 for none
+
+}  // namespace knead
