@@ -1,13 +1,15 @@
 #include "render/geometry.h"
 
+#include <algorithm>
 #include <array>
+#include <cmath>
 #include <map>
 #include <stdexcept>
 
 namespace knead {
 namespace {
 
-constexpr Vec3<float> skin_colour{0.80f, 0.52f, 0.38f};
+constexpr Vec3<float> skin_colour{0.74f, 0.46f, 0.35f};
 constexpr int fine = 3, coarse = 2;  // 1280 and 320 triangles a primitive
 
 bool finite(Vec3<float> v) { return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z); }

@@ -14,6 +14,7 @@ struct Camera {
     Vec3<float> eye, target;  // [m]
     float field = 0.6f;       // vertical field of view [rad]
     int width = 960, height = 720;
+    float hands = 1;          // opacity of the hands in [0, 1]; at 0 they cast no shadow either
 };
 
 // A medial primitive to be drawn as it is, e.g. a finger.

@@ -1,0 +1,352 @@
+// Pictures by OpenGL: shadow maps of every lamp, then what the camera sees, then light on it.
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <stdexcept>
+
+#include "render/context.h"
+#include "render/geometry.h"
+#include "render/gl.h"
+#include "render/shaders.h"
+
+namespace knead {
+namespace {
+
+constexpr int largest_side = 4096;  // pixels
+
+// As the shaders read it (std140); the fields are explained there.
+struct View {
+    float eye[4], right[4], up[4], forward[4], ball[4], scale[4];
+};
+
+Shader shader(GLenum kind, const char* body, const char* name)
+{
+    Shader made(glCreateShader(kind));
+    const std::string head = shared_constants();
+    const char* parts[] = {head.c_str(), common, body};
+    glShaderSource(made, 3, parts, nullptr);
+    glCompileShader(made);
+    GLint fine = 0;
+    glGetShaderiv(made, GL_COMPILE_STATUS, &fine);
+    if (!fine) {
+        char log[2000] = "";
+        glGetShaderInfoLog(made, sizeof log, nullptr, log);
+        throw std::runtime_error("no pictures: the shader " + std::string(name) + ": " + log);
+    }
+    return made;
+}
+
+Program program(const char* vertex, const char* fragment, const char* name)
+{
+    const Shader v = shader(GL_VERTEX_SHADER, vertex, name);
+    const Shader f = shader(GL_FRAGMENT_SHADER, fragment, name);
+    Program made(glCreateProgram());
+    glAttachShader(made, v);
+    glAttachShader(made, f);
+    glLinkProgram(made);
+    GLint fine = 0;
+    glGetProgramiv(made, GL_LINK_STATUS, &fine);
+    if (!fine) {
+        char log[2000] = "";
+        glGetProgramInfoLog(made, sizeof log, nullptr, log);
+        throw std::runtime_error("no pictures: the program " + std::string(name) + ": " + log);
+    }
+    return made;
+}
+
+// Depth seen by `layers` lamps. Outside the map nothing stands in the way.
+Texture shadow_maps(int side, int layers)
+{
+    Texture maps = texture(GL_TEXTURE_2D_ARRAY);
+    glTextureStorage3D(maps, 1, GL_DEPTH_COMPONENT16, side, side, layers);
+    const float far[4] = {1, 1, 1, 1};
+    glTextureParameterfv(maps, GL_TEXTURE_BORDER_COLOR, far);
+    glTextureParameteri(maps, GL_TEXTURE_WRAP_S, GL_CLAMP_TO_BORDER);
+    glTextureParameteri(maps, GL_TEXTURE_WRAP_T, GL_CLAMP_TO_BORDER);
+    glTextureParameteri(maps, GL_TEXTURE_MIN_FILTER, GL_LINEAR);
+    glTextureParameteri(maps, GL_TEXTURE_MAG_FILTER, GL_LINEAR);
+    glTextureParameteri(maps, GL_TEXTURE_COMPARE_MODE, GL_COMPARE_REF_TO_TEXTURE);
+    glTextureParameteri(maps, GL_TEXTURE_COMPARE_FUNC, GL_LEQUAL);
+    return maps;
+}
+
+Texture target(GLenum format, int width, int height)
+{
+    Texture made = texture(GL_TEXTURE_2D);
+    glTextureStorage2D(made, 1, format, width, height);
+    glTextureParameteri(made, GL_TEXTURE_MIN_FILTER, GL_NEAREST);
+    glTextureParameteri(made, GL_TEXTURE_MAG_FILTER, GL_NEAREST);
+    return made;
+}
+
+bool finite(Vec3<float> v) { return std::isfinite(v.x + v.y + v.z); }
+
+void check(const Camera& camera, float floor)
+{
+    const auto fail = [](const std::string& what) { throw std::invalid_argument("camera: " + what); };
+    if (camera.width < 1 || camera.height < 1 || camera.width > largest_side ||
+        camera.height > largest_side) {
+        fail("a picture of " + std::to_string(camera.width) + " x " +
+             std::to_string(camera.height) + " pixels; expected 1 to " +
+             std::to_string(largest_side));
+    }
+    if (!finite(camera.eye) || !finite(camera.target)) fail("its place or target is not finite");
+    if (!(length(camera.target - camera.eye) > 0)) fail("it stands on its target");
+    if (!(camera.field > 1e-3f && camera.field < 3.1f)) {
+        fail("a field of view of " + std::to_string(camera.field) + " rad; expected 0.001 to 3.1");
+    }
+    if (!(camera.hands >= 0 && camera.hands <= 1)) {
+        fail("hands of opacity " + std::to_string(camera.hands) + "; expected 0 to 1");
+    }
+    if (!std::isfinite(floor)) throw std::invalid_argument("the height of the floor is not finite");
+}
+
+void put(float (&to)[4], Vec3<float> v, float w)
+{
+    to[0] = v.x, to[1] = v.y, to[2] = v.z, to[3] = w;
+}
+
+class GlPainter final : public Painter {
+  public:
+    GlPainter() : bound_(std::make_unique<Context::Bound>(context_)) { build(), bound_.reset(); }
+    ~GlPainter() override { bound_ = std::make_unique<Context::Bound>(context_); }
+
+    Image paint(const std::vector<Mesh>& meshes, const std::vector<Blob>& blobs,
+                const Camera& camera, float floor) override
+    {
+        check(camera, floor);
+        const bool hands = camera.hands > 0 && !blobs.empty();
+        const Geometry geometry = gather(meshes, hands ? blobs : std::vector<Blob>{});
+        const Context::Bound bound(context_);
+        resize(camera.width, camera.height);
+        upload(geometry);
+        aim(geometry, camera, floor);
+        cast_shadows(geometry.casting);
+        if (hands && camera.hands < 1) {
+            see(geometry.clay);
+            light(1);
+        }
+        see(geometry.seen);
+        light(hands ? camera.hands : 1);
+        return developed();
+    }
+
+    std::string name() const override { return context_.name(); }
+
+  private:
+    void build();
+    void resize(int width, int height);
+    void upload(const Geometry& geometry);
+    void aim(const Geometry& geometry, const Camera& camera, float floor);
+    void cast_shadows(Range range);
+    void see(Range range);
+    void light(float opacity);
+    Image developed();
+    void draw(Range range) const;
+
+    // The first and last members: what is between is freed while the context is current.
+    Context context_;
+    std::unique_ptr<Context::Bound> bound_;
+    Program shadow_, scene_, light_, tone_;
+    Texture key_maps_, dome_maps_, normals_, colours_, depths_, radiances_, picture_;
+    Framebuffer shadow_frame_, scene_frame_, light_frame_, picture_frame_;
+    Buffer vertices_, triangles_, lamps_, view_;
+    VertexArray layout_;
+    int width_ = 0, height_ = 0;  // pixels
+};
+
+void GlPainter::build()
+{
+    shadow_ = program(shadow_vertex, shadow_fragment, "shadow");
+    scene_ = program(scene_vertex, scene_fragment, "scene");
+    light_ = program(screen_vertex, light_fragment, "light");
+    tone_ = program(screen_vertex, tone_fragment, "tone");
+    key_maps_ = shadow_maps(key_map_side, key_lamps);
+    dome_maps_ = shadow_maps(dome_map_side, dome_lamps);
+    shadow_frame_ = framebuffer();
+    glNamedFramebufferDrawBuffer(shadow_frame_, GL_NONE);
+    scene_frame_ = framebuffer();
+    const GLenum both[] = {GL_COLOR_ATTACHMENT0, GL_COLOR_ATTACHMENT1};
+    glNamedFramebufferDrawBuffers(scene_frame_, 2, both);
+    light_frame_ = framebuffer();
+    picture_frame_ = framebuffer();
+    vertices_ = buffer();
+    triangles_ = buffer();
+    lamps_ = buffer();
+    glNamedBufferStorage(lamps_, sizeof(Lamps), nullptr, GL_DYNAMIC_STORAGE_BIT);
+    view_ = buffer();
+    glNamedBufferStorage(view_, sizeof(View), nullptr, GL_DYNAMIC_STORAGE_BIT);
+    layout_ = vertex_array();
+    const struct {
+        GLint count;
+        std::size_t offset;
+    } fields[] = {{3, offsetof(PaintVertex, place)}, {3, offsetof(PaintVertex, normal)},
+                  {4, offsetof(PaintVertex, colour)}};
+    for (GLuint i = 0; i < 3; ++i) {
+        glEnableVertexArrayAttrib(layout_, i);
+        glVertexArrayAttribFormat(layout_, i, fields[i].count, GL_FLOAT, GL_FALSE,
+                                  GLuint(fields[i].offset));
+        glVertexArrayAttribBinding(layout_, i, 0);
+    }
+    glVertexArrayVertexBuffer(layout_, 0, vertices_, 0, sizeof(PaintVertex));
+    glVertexArrayElementBuffer(layout_, triangles_);
+    glClipControl(GL_LOWER_LEFT, GL_ZERO_TO_ONE);
+    glPixelStorei(GL_PACK_ALIGNMENT, 1);
+}
+
+void GlPainter::resize(int width, int height)
+{
+    if (width == width_ && height == height_) return;
+    width_ = height_ = 0;
+    const int w = samples_across * width, h = samples_across * height;
+    normals_ = target(GL_RGBA16F, w, h);
+    colours_ = target(GL_RGBA16F, w, h);
+    depths_ = target(GL_DEPTH_COMPONENT32F, w, h);
+    radiances_ = target(GL_RGBA16F, w, h);
+    picture_ = target(GL_RGBA8, width, height);
+    glNamedFramebufferTexture(scene_frame_, GL_COLOR_ATTACHMENT0, normals_, 0);
+    glNamedFramebufferTexture(scene_frame_, GL_COLOR_ATTACHMENT1, colours_, 0);
+    glNamedFramebufferTexture(scene_frame_, GL_DEPTH_ATTACHMENT, depths_, 0);
+    glNamedFramebufferTexture(light_frame_, GL_COLOR_ATTACHMENT0, radiances_, 0);
+    glNamedFramebufferTexture(picture_frame_, GL_COLOR_ATTACHMENT0, picture_, 0);
+    for (const GLuint frame : {GLuint(scene_frame_), GLuint(light_frame_), GLuint(picture_frame_)}) {
+        if (glCheckNamedFramebufferStatus(frame, GL_DRAW_FRAMEBUFFER) != GL_FRAMEBUFFER_COMPLETE) {
+            throw std::runtime_error("no room for a picture of " + std::to_string(width) + " x " +
+                                     std::to_string(height) + " pixels on " + context_.name());
+        }
+    }
+    width_ = width;
+    height_ = height;
+}
+
+void GlPainter::upload(const Geometry& geometry)
+{
+    glNamedBufferData(vertices_, GLsizeiptr(geometry.vertices.size() * sizeof(PaintVertex)),
+                      geometry.vertices.data(), GL_STREAM_DRAW);
+    glNamedBufferData(triangles_, GLsizeiptr(geometry.triangles.size() * sizeof(Int3)),
+                      geometry.triangles.data(), GL_STREAM_DRAW);
+}
+
+// The key light goes with the camera, from its left and above, so that a dent that can be seen is
+// lit from the side.
+void GlPainter::aim(const Geometry& geometry, const Camera& camera, float floor)
+{
+    const Vec3<float> gaze = camera.target - camera.eye;
+    const float distance = length(gaze);
+    const Vec3<float> forward = (1 / distance) * gaze;
+    const Vec3<float> level{-forward.z, 0, forward.x};
+    const Vec3<float> right =
+        length(level) > 1e-4f ? (1 / length(level)) * level : Vec3<float>{1, 0, 0};
+    const Vec3<float> up = cross(right, forward);
+    const float tangent = std::tan(camera.field / 2);
+    const float wide = tangent * float(camera.width) / float(camera.height);
+    const Vec3<float> near = cross(right, Vec3<float>{0, 1, 0});  // level, towards the camera
+    const Vec3<float> key = Vec3<float>{0, 0.95f, 0} - 0.95f * right + 0.35f * near;
+    const Ball ball = around(geometry, camera.target, 1.5f * distance);
+    const Lamps all = lamps_about(ball, (1 / length(key)) * key, 0.06f);
+    View view{};
+    put(view.eye, camera.eye, 1e-3f * distance);
+    put(view.right, wide * right, 1 / wide);
+    put(view.up, tangent * up, 1 / tangent);
+    put(view.forward, forward, floor);
+    put(view.ball, ball.centre, ball.radius);
+    const float spacing = std::pow(10.0f, std::round(std::log10(distance / 8)));
+    put(view.scale, {spacing, 4 * distance, 2 * tangent / float(camera.height)}, 0);
+    glNamedBufferSubData(lamps_, 0, sizeof all, all.data());
+    glNamedBufferSubData(view_, 0, sizeof view, &view);
+    glBindBufferBase(GL_UNIFORM_BUFFER, 0, lamps_);
+    glBindBufferBase(GL_UNIFORM_BUFFER, 1, view_);
+}
+
+void GlPainter::draw(Range range) const
+{
+    if (range.count == 0) return;
+    glDrawElements(GL_TRIANGLES, 3 * range.count, GL_UNSIGNED_INT,
+                   reinterpret_cast<const void*>(std::size_t(range.first) * sizeof(Int3)));
+}
+
+void GlPainter::cast_shadows(Range range)
+{
+    glUseProgram(shadow_);
+    glBindVertexArray(layout_);
+    glBindFramebuffer(GL_DRAW_FRAMEBUFFER, shadow_frame_);
+    glEnable(GL_DEPTH_TEST);
+    glEnable(GL_DEPTH_CLAMP);
+    glEnable(GL_CULL_FACE);
+    glDepthFunc(GL_LESS);
+    for (int i = 0; i < lamps; ++i) {
+        const bool key = i < key_lamps;
+        const int side = key ? key_map_side : dome_map_side;
+        glNamedFramebufferTextureLayer(shadow_frame_, GL_DEPTH_ATTACHMENT,
+                                       key ? key_maps_ : dome_maps_, 0, key ? i : i - key_lamps);
+        glViewport(0, 0, side, side);
+        const float far = 1;
+        glClearNamedFramebufferfv(shadow_frame_, GL_DEPTH, 0, &far);
+        glUniform1i(0, i);
+        draw(range);
+    }
+    glDisable(GL_DEPTH_CLAMP);
+    glDisable(GL_CULL_FACE);
+}
+
+void GlPainter::see(Range range)
+{
+    glUseProgram(scene_);
+    glBindVertexArray(layout_);
+    glBindFramebuffer(GL_DRAW_FRAMEBUFFER, scene_frame_);
+    glViewport(0, 0, samples_across * width_, samples_across * height_);
+    glEnable(GL_DEPTH_TEST);
+    glDepthFunc(GL_GREATER);
+    const float zero[4] = {0, 0, 0, 0};
+    glClearNamedFramebufferfv(scene_frame_, GL_COLOR, 0, zero);
+    glClearNamedFramebufferfv(scene_frame_, GL_COLOR, 1, zero);
+    glClearNamedFramebufferfv(scene_frame_, GL_DEPTH, 0, zero);
+    draw(range);
+    glDisable(GL_DEPTH_TEST);
+}
+
+void GlPainter::light(float opacity)
+{
+    glUseProgram(light_);
+    glBindFramebuffer(GL_DRAW_FRAMEBUFFER, light_frame_);
+    const GLuint sources[] = {normals_, colours_, depths_, key_maps_, dome_maps_};
+    glBindTextures(0, 5, sources);
+    glUniform2f(0, float(samples_across * width_), float(samples_across * height_));
+    if (opacity < 1) {
+        glEnable(GL_BLEND);
+        glBlendColor(0, 0, 0, opacity);
+        glBlendFunc(GL_CONSTANT_ALPHA, GL_ONE_MINUS_CONSTANT_ALPHA);
+    }
+    glDrawArrays(GL_TRIANGLES, 0, 3);
+    glDisable(GL_BLEND);
+}
+
+Image GlPainter::developed()
+{
+    glUseProgram(tone_);
+    glBindFramebuffer(GL_DRAW_FRAMEBUFFER, picture_frame_);
+    glViewport(0, 0, width_, height_);
+    glBindTextureUnit(0, radiances_);
+    glDrawArrays(GL_TRIANGLES, 0, 3);
+    glBindFramebuffer(GL_READ_FRAMEBUFFER, picture_frame_);
+    const std::size_t row = std::size_t(3) * std::size_t(width_);
+    std::vector<std::uint8_t> upside_down(row * std::size_t(height_));
+    glReadPixels(0, 0, width_, height_, GL_RGB, GL_UNSIGNED_BYTE, upside_down.data());
+    if (const GLenum error = glGetError()) {
+        throw std::runtime_error(std::string("painting on ") + context_.name() + ": " +
+                                 (error == GL_OUT_OF_MEMORY ? "out of memory" :
+                                  "OpenGL error " + std::to_string(error)));
+    }
+    Image image{width_, height_, std::vector<std::uint8_t>(upside_down.size())};
+    for (int y = 0; y < height_; ++y) {
+        std::copy_n(upside_down.begin() + std::ptrdiff_t(row) * (height_ - 1 - y), row,
+                    image.rgb.begin() + std::ptrdiff_t(row) * y);
+    }
+    return image;
+}
+
+}  // namespace
+
+std::unique_ptr<Painter> Painter::open() { return std::make_unique<GlPainter>(); }
+
+}  // namespace knead

@@ -1,0 +1,222 @@
+// The shaders of a picture, GLSL 4.50. What they share with C++ is in `shared_constants`, made from
+// the C++ values; what they share with each other is in `common`.
+#pragma once
+#include <string>
+
+#include "render/lights.h"
+
+namespace knead {
+
+constexpr int samples_across = 2;  // of a pixel, each way
+constexpr int key_map_side = 1024, dome_map_side = 512;  // texels of a shadow map
+
+inline std::string shared_constants()
+{
+    const auto line = [](const char* name, int value) {
+        return "const int " + std::string(name) + " = " + std::to_string(value) + ";\n";
+    };
+    return "#version 450 core\n" + line("key_lamps", key_lamps) + line("dome_lamps", dome_lamps) +
+           line("lamps", lamps) + line("samples_across", samples_across) +
+           line("key_map_side", key_map_side) + line("dome_map_side", dome_map_side);
+}
+
+constexpr const char* common = R"(
+struct Lamp {
+    vec4 row[3];
+    vec4 towards;
+};
+layout(std140, binding = 0) uniform Lamps { Lamp lamp[lamps]; };
+layout(std140, binding = 1) uniform View {
+    vec4 eye;       // [m]; w: near distance [m]
+    vec4 right;     // unit, times the tangent of half the field of view, w: its reciprocal
+    vec4 up;        // likewise
+    vec4 forward;   // unit; w: height of the floor [m]
+    vec4 ball;      // centre and radius of what casts shadows [m]
+    vec4 scale;     // spacing of the floor's lines [m], where it fades [m], angle of a pixel [rad]
+};
+vec3 in_map(Lamp l, vec3 p) {
+    return vec3(dot(l.row[0], vec4(p, 1)), dot(l.row[1], vec4(p, 1)), dot(l.row[2], vec4(p, 1)));
+}
+)";
+
+// Depth of the casters as one lamp sees them.
+constexpr const char* shadow_vertex = R"(
+layout(location = 0) in vec3 place;
+layout(location = 0) uniform int number;
+void main() {
+    vec3 m = in_map(lamp[number], place);
+    gl_Position = vec4(2 * m.xy - 1, m.z, 1);
+}
+)";
+constexpr const char* shadow_fragment = R"(
+void main() {}
+)";
+
+// Normal, colour and depth as the camera sees them. Depth is near / distance: 1 near, 0 far.
+constexpr const char* scene_vertex = R"(
+layout(location = 0) in vec3 place;
+layout(location = 1) in vec3 normal;
+layout(location = 2) in vec4 colour;
+out vec3 vertex_normal;
+out vec4 vertex_colour;
+void main() {
+    vec3 d = place - eye.xyz;
+    gl_Position = vec4(dot(d, right.xyz) * right.w * right.w, dot(d, up.xyz) * up.w * up.w, eye.w,
+                       dot(d, forward.xyz));
+    vertex_normal = normal;
+    vertex_colour = colour;
+}
+)";
+constexpr const char* scene_fragment = R"(
+in vec3 vertex_normal;
+in vec4 vertex_colour;
+layout(location = 0) out vec4 seen_normal;
+layout(location = 1) out vec4 seen_colour;
+void main() {
+    float size = length(vertex_normal);
+    vec3 n = size > 0 ? vertex_normal / size : vec3(0, 1, 0);
+    seen_normal = vec4(gl_FrontFacing ? n : -n, 0);
+    seen_colour = vertex_colour;
+}
+)";
+
+constexpr const char* screen_vertex = R"(
+void main() {
+    gl_Position = vec4(gl_VertexID == 1 ? 3 : -1, gl_VertexID == 2 ? 3 : -1, 0, 1);
+}
+)";
+
+// Light on what is seen, or on the floor, or the backdrop. Every sample of a pixel takes its
+// quarter of the lamps; the mean over the pixel has them all.
+constexpr const char* light_fragment = R"(
+layout(binding = 0) uniform sampler2D normals;
+layout(binding = 1) uniform sampler2D colours;
+layout(binding = 2) uniform sampler2D depths;
+layout(binding = 3) uniform sampler2DArrayShadow key_maps;
+layout(binding = 4) uniform sampler2DArrayShadow dome_maps;
+layout(location = 0) uniform vec2 size;  // of the picture in samples
+out vec4 radiance;
+
+const vec3 key_colour = vec3(1.48, 1.38, 1.24);
+const vec3 floor_colour = vec3(0.30, 0.30, 0.31);
+
+// Brighter above, and from the camera's right, where the key light does not reach: shade keeps form.
+vec3 sky(vec3 l) {
+    float side = dot(l, right.xyz) * right.w - 0.5 * dot(l, forward.xyz);
+    return mix(vec3(0.40, 0.42, 0.46), vec3(0.58, 0.64, 0.74), l.y) * (0.72 + 0.45 * side);
+}
+vec3 backdrop(float height) {
+    return mix(vec3(0.50, 0.51, 0.52), vec3(0.27, 0.30, 0.35), smoothstep(0.0, 0.7, height));
+}
+
+// Jorge Jimenez's interleaved gradient noise, in [0, 1): neighbours differ, so their mean is smooth.
+float grain(vec2 at) { return fract(52.9829189 * fract(dot(at, vec2(0.06711056, 0.00583715)))); }
+
+// `blur` is in shares of the map: every sample and lamp looks up another spot of that square, along
+// Martin Roberts' R2 sequence.
+float open_to(sampler2DArrayShadow maps, int layer, Lamp l, vec3 p, vec2 turn, float blur) {
+    vec3 m = in_map(l, p);
+    vec2 at = m.xy + blur * (2 * fract(turn + layer * vec2(0.7548777, 0.5698403)) - 1);
+    return texture(maps, vec4(at, layer, clamp(m.z, 0, 1) - 3e-4));
+}
+
+// Clay: a broad, weak highlight. Skin: broader, with light that bleeds at grazing view.
+vec3 lit(vec3 p, vec3 n, vec3 view, vec3 colour, float skin) {
+    int quarter = int(gl_FragCoord.x) % 2 + 2 * (int(gl_FragCoord.y) % 2);
+    float shine = mix(22, 9, skin), gloss = mix(0.050, 0.030, skin);
+    float texel = 2 * ball.w / key_map_side;
+    vec2 turn = vec2(grain(gl_FragCoord.xy), grain(gl_FragCoord.yx + 37));
+    vec3 key = vec3(0), glint = vec3(0), dome = vec3(0);
+    for (int i = quarter; i < key_lamps; i += 4) {
+        vec3 l = lamp[i].towards.xyz;
+        float cosine = dot(n, l);
+        if (cosine <= 0) continue;
+        float share = cosine * open_to(key_maps, i, lamp[i], p + (2.5 * texel) * n, turn,
+                                       1.8 / key_map_side);
+        key += share;
+        vec3 h = normalize(l + view);
+        float fresnel = 1 + 4 * pow(1 - max(dot(h, view), 0), 5);
+        glint += share * fresnel * gloss * (shine + 8) / 8 * pow(max(dot(n, h), 0), shine);
+    }
+    texel = 2 * ball.w / dome_map_side;
+    float open = 0;
+    for (int i = quarter; i < dome_lamps; i += 4) {
+        Lamp l = lamp[key_lamps + i];
+        float cosine = dot(n, l.towards.xyz);
+        if (cosine <= 0) continue;
+        float share = cosine * open_to(dome_maps, i, l, p + (2.0 * texel) * n, turn,
+                                       2.0 / dome_map_side);
+        dome += share * sky(l.towards.xyz);
+        open += share;
+    }
+    float key_share = 4.0 / key_lamps, dome_share = 4.0 * 2.0 / dome_lamps;  // mean of pi L cos / pi
+    open *= dome_share;
+    // Light that the floor sends back up, less near the floor, which is in shade there.
+    float height = max(p.y - forward.w, 0);
+    vec3 bounce = floor_colour * (0.5 - 0.5 * n.y) * mix(0.10, 1.0, height / (height + 0.35 * ball.w));
+    vec3 light = key * key_share * key_colour + dome * dome_share + bounce * 0.75;
+    float rim = skin * 0.22 * pow(1 - max(dot(n, view), 0), 3) * (0.3 + open);
+    return colour * light + glint * key_share * key_colour + rim * vec3(1.0, 0.72, 0.60);
+}
+
+// Share of a line of one pixel or `width` that a footprint covers, softened over the footprint.
+float line(float at, float spacing, float width, float footprint) {
+    float d = abs(fract(at / spacing + 0.5) - 0.5) * spacing;
+    float soft = max(footprint, 0.5 * width);
+    float cover = 1 - smoothstep(width - soft, width + soft, d);
+    return cover * min(1.0, width / footprint) * (1 - smoothstep(0.1, 0.35, footprint / spacing));
+}
+
+vec3 floor_at(vec3 p, vec3 ray, float distance) {
+    float footprint = distance * scale.z / max(-normalize(ray).y, 0.02);
+    float w = 0.006 * scale.x;
+    float lines = max(line(p.x, scale.x, w, footprint), line(p.z, scale.x, w, footprint));
+    float strong = max(line(p.x, 5 * scale.x, 2 * w, footprint),
+                       line(p.z, 5 * scale.x, 2 * w, footprint));
+    return floor_colour * (1 - 0.20 * lines) * (1 - 0.28 * strong);
+}
+
+void main() {
+    vec2 at = 2 * gl_FragCoord.xy / size - 1;
+    vec3 ray = forward.xyz + at.x * right.xyz + at.y * up.xyz;
+    ivec2 cell = ivec2(gl_FragCoord.xy);
+    float depth = texelFetch(depths, cell, 0).r;
+    float distance = depth > 0 ? eye.w / depth : 1e30;
+    float ground = ray.y < 0 && eye.y > forward.w ? (forward.w - eye.y) / ray.y : 1e30;
+    float rise = normalize(ray).y;
+    radiance = vec4(backdrop(max(rise, 0)), 1);
+    if (min(distance, ground) > 1e29) return;
+    if (distance < ground) {
+        vec4 colour = texelFetch(colours, cell, 0);
+        vec3 n = texelFetch(normals, cell, 0).xyz;
+        radiance.rgb = lit(eye.xyz + distance * ray, n, -normalize(ray), colour.rgb, colour.a);
+    } else {
+        vec3 p = eye.xyz + ground * ray;
+        vec3 colour = floor_at(p, ray, ground * length(ray));
+        vec3 c = lit(p, vec3(0, 1, 0), vec3(0, 1, 0), colour, 0);
+        float fade = smoothstep(0.25, 1.0, length(p.xz - ball.xz) / scale.y);
+        radiance.rgb = mix(c, radiance.rgb, fade);
+    }
+}
+)";
+
+// Mean of the samples, then tones: straight up to a knee, then a shoulder that never clips; sRGB.
+constexpr const char* tone_fragment = R"(
+layout(binding = 0) uniform sampler2D radiances;
+out vec4 tone;
+void main() {
+    ivec2 first = samples_across * ivec2(gl_FragCoord.xy);
+    vec3 sum = vec3(0);
+    for (int y = 0; y < samples_across; ++y)
+        for (int x = 0; x < samples_across; ++x)
+            sum += texelFetch(radiances, first + ivec2(x, y), 0).rgb;
+    vec3 c = sum / (samples_across * samples_across);
+    const float knee = 0.6;
+    vec3 over = max(c - knee, 0);
+    c = min(c, knee) + (1 - knee) * over / (over + (1 - knee));
+    c = clamp(c, 0, 1);
+    tone = vec4(mix(12.92 * c, 1.055 * pow(c, vec3(1 / 2.4)) - 0.055, step(0.0031308, c)), 1);
+}
+)";
+
+}  // namespace knead
