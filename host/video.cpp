@@ -46,7 +46,8 @@ std::string all_of(int descriptor)
     std::string text;
     char block[4096];
     ::lseek(descriptor, 0, SEEK_SET);
-    for (ssize_t n; (n = ::read(descriptor, block, sizeof block)) > 0;) text.append(block, size_t(n));
+    for (ssize_t n; (n = ::read(descriptor, block, sizeof block)) > 0;)
+        text.append(block, size_t(n));
     while (!text.empty() && (text.back() == '\n' || text.back() == '\r')) text.pop_back();
     if (text.size() > 2000) text = "... " + text.substr(text.size() - 2000);
     return text;
@@ -64,7 +65,10 @@ std::string beside(const std::string& path)
 class Ffmpeg final : public Video {
   public:
     Ffmpeg(const std::string& path, int width, int height, double rate)
-        : path_(path), partial_(beside(path)), width_(width), height_(height),
+        : path_(path),
+          partial_(beside(path)),
+          width_(width),
+          height_(height),
           messages_(::memfd_create("ffmpeg messages", MFD_CLOEXEC))
     {
         probe();
@@ -85,10 +89,10 @@ class Ffmpeg final : public Video {
         if (!frames_) fail("it is closed already");
         const std::size_t bytes = std::size_t(3) * std::size_t(width_) * std::size_t(height_);
         if (image.width != width_ || image.height != height_ || image.rgb.size() != bytes) {
-            throw std::invalid_argument(
-                "video " + path_ + ": frames are " + std::to_string(width_) + " x " +
-                std::to_string(height_) + ", but this one is " + std::to_string(image.width) +
-                " x " + std::to_string(image.height));
+            throw std::invalid_argument("video " + path_ + ": frames are " +
+                                        std::to_string(width_) + " x " + std::to_string(height_) +
+                                        ", but this one is " + std::to_string(image.width) + " x " +
+                                        std::to_string(image.height));
         }
         for (std::size_t sent = 0; sent < bytes;) {
             const ssize_t n =
@@ -143,11 +147,27 @@ class Ffmpeg final : public Video {
         rate_text << rate;
         // "file:" keeps a path that looks like an option or an address a path. Players want 4:2:0,
         // and that wants even sides.
-        std::vector<std::string> words = {
-            "ffmpeg", "-hide_banner", "-loglevel", "error", "-y", "-f", "rawvideo", "-pix_fmt",
-            "rgb24", "-video_size", std::to_string(width_) + "x" + std::to_string(height_),
-            "-framerate", rate_text.str(), "-i", "pipe:0", "-an", "-vf",
-            "pad=ceil(iw/2)*2:ceil(ih/2)*2", "-pix_fmt", "yuv420p", "file:" + partial_};
+        std::vector<std::string> words = {"ffmpeg",
+                                          "-hide_banner",
+                                          "-loglevel",
+                                          "error",
+                                          "-y",
+                                          "-f",
+                                          "rawvideo",
+                                          "-pix_fmt",
+                                          "rgb24",
+                                          "-video_size",
+                                          std::to_string(width_) + "x" + std::to_string(height_),
+                                          "-framerate",
+                                          rate_text.str(),
+                                          "-i",
+                                          "pipe:0",
+                                          "-an",
+                                          "-vf",
+                                          "pad=ceil(iw/2)*2:ceil(ih/2)*2",
+                                          "-pix_fmt",
+                                          "yuv420p",
+                                          "file:" + partial_};
         std::vector<char*> argv;
         for (std::string& word : words) argv.push_back(word.data());
         argv.push_back(nullptr);
@@ -197,8 +217,9 @@ std::unique_ptr<Video> Video::open(const std::string& path, int width, int heigh
 {
     if (path.empty()) throw std::runtime_error("cannot write video: the path is empty");
     if (width < 1 || height < 1 || width > 16384 || height > 16384) {
-        throw std::invalid_argument("video " + path + ": frames of " + std::to_string(width) + " x " +
-                                    std::to_string(height) + " pixels; expected 1 to 16384");
+        throw std::invalid_argument("video " + path + ": frames of " + std::to_string(width) +
+                                    " x " + std::to_string(height) +
+                                    " pixels; expected 1 to 16384");
     }
     if (!(rate > 0 && rate <= 1000)) {
         throw std::invalid_argument("video " + path + ": " + std::to_string(rate) +

@@ -47,7 +47,8 @@ Egl load()
     void* library = ::dlopen("libEGL.so.1", RTLD_NOW | RTLD_LOCAL);
     if (!library) {
         const char* reason = ::dlerror();
-        throw std::runtime_error(std::string("no pictures: ") + (reason ? reason : "no libEGL.so.1"));
+        throw std::runtime_error(std::string("no pictures: ") +
+                                 (reason ? reason : "no libEGL.so.1"));
     }
     Egl e{};
     find(library, e.address, "eglGetProcAddress");
@@ -88,14 +89,22 @@ bool has(const char* extensions, const char* name)
 std::string last_error()
 {
     switch (const EGLint code = egl().error()) {
-        case EGL_NOT_INITIALIZED: return "not initialized";
-        case EGL_BAD_ACCESS: return "bad access";
-        case EGL_BAD_ALLOC: return "out of resources";
-        case EGL_BAD_MATCH: return "not supported there (bad match)";
-        case EGL_BAD_CONFIG: return "no such configuration";
-        case EGL_BAD_ATTRIBUTE: return "bad attribute";
-        case EGL_BAD_DISPLAY: return "bad display";
-        default: return "EGL error " + std::to_string(code);
+        case EGL_NOT_INITIALIZED:
+            return "not initialized";
+        case EGL_BAD_ACCESS:
+            return "bad access";
+        case EGL_BAD_ALLOC:
+            return "out of resources";
+        case EGL_BAD_MATCH:
+            return "not supported there (bad match)";
+        case EGL_BAD_CONFIG:
+            return "no such configuration";
+        case EGL_BAD_ATTRIBUTE:
+            return "bad attribute";
+        case EGL_BAD_DISPLAY:
+            return "bad display";
+        default:
+            return "EGL error " + std::to_string(code);
     }
 }
 
@@ -123,8 +132,8 @@ std::vector<Way> ways()
     }
     hardware.insert(hardware.end(), software.begin(), software.end());
     if (e.platform_display && has(client, "EGL_MESA_platform_surfaceless")) {
-        hardware.push_back(
-            {e.platform_display(EGL_PLATFORM_SURFACELESS_MESA, nullptr, nullptr), "surfaceless EGL"});
+        hardware.push_back({e.platform_display(EGL_PLATFORM_SURFACELESS_MESA, nullptr, nullptr),
+                            "surfaceless EGL"});
     }
     hardware.push_back({e.default_display(EGL_DEFAULT_DISPLAY), "default EGL display"});
     return hardware;
@@ -157,9 +166,13 @@ bool Context::start(void* display, const std::string& way, std::string& reasons)
     const char* about = e.query_string(display, EGL_EXTENSIONS);
     if (!has(about, "EGL_KHR_surfaceless_context")) return no("it needs a window");
     if (!e.bind_api(EGL_OPENGL_API)) return no("it has no desktop OpenGL");
-    const EGLint wanted[] = {EGL_CONTEXT_MAJOR_VERSION, 4, EGL_CONTEXT_MINOR_VERSION, 5,
+    const EGLint wanted[] = {EGL_CONTEXT_MAJOR_VERSION,
+                             4,
+                             EGL_CONTEXT_MINOR_VERSION,
+                             5,
                              EGL_CONTEXT_OPENGL_PROFILE_MASK,
-                             EGL_CONTEXT_OPENGL_CORE_PROFILE_BIT, EGL_NONE};
+                             EGL_CONTEXT_OPENGL_CORE_PROFILE_BIT,
+                             EGL_NONE};
     context_ = e.create_context(display, configuration(display), EGL_NO_CONTEXT, wanted);
     const std::string created = context_ ? "" : last_error();
     if (!context_) return no("OpenGL 4.5 core: " + created);

@@ -12,7 +12,10 @@ namespace {
 constexpr Vec3<float> skin_colour{0.74f, 0.46f, 0.35f};
 constexpr int fine = 3, coarse = 2;  // 1280 and 320 triangles a primitive
 
-bool finite(Vec3<float> v) { return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z); }
+bool finite(Vec3<float> v)
+{
+    return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
+}
 
 struct UnitSphere {
     std::vector<Vec3<float>> directions;
@@ -50,8 +53,8 @@ UnitSphere split(const UnitSphere& from)
     UnitSphere ball{from.directions, {}};
     std::map<std::pair<int, int>, int> middles;
     const auto middle = [&](int i, int j) {
-        const auto [at, added] = middles.try_emplace({std::min(i, j), std::max(i, j)},
-                                                     int(ball.directions.size()));
+        const auto [at, added] =
+            middles.try_emplace({std::min(i, j), std::max(i, j)}, int(ball.directions.size()));
         if (added) {
             const Vec3<float> m = from.directions[i] + from.directions[j];
             ball.directions.push_back((1 / length(m)) * m);

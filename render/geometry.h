@@ -23,7 +23,7 @@ struct Range {
 struct Geometry {
     std::vector<PaintVertex> vertices;
     std::vector<Int3> triangles;  // hands, then clay, then hands again, coarser, to cast shadows
-    Range seen;     // hands and clay
+    Range seen;                   // hands and clay
     Range clay;
     Range casting;  // clay and coarse hands
 };

@@ -83,7 +83,9 @@ bool finite(Vec3<float> v) { return std::isfinite(v.x + v.y + v.z); }
 
 void check(const Camera& camera, float floor)
 {
-    const auto fail = [](const std::string& what) { throw std::invalid_argument("camera: " + what); };
+    const auto fail = [](const std::string& what) {
+        throw std::invalid_argument("camera: " + what);
+    };
     if (camera.width < 1 || camera.height < 1 || camera.width > largest_side ||
         camera.height > largest_side) {
         fail("a picture of " + std::to_string(camera.width) + " x " +
@@ -180,7 +182,8 @@ void GlPainter::build()
     const struct {
         GLint count;
         std::size_t offset;
-    } fields[] = {{3, offsetof(PaintVertex, place)}, {3, offsetof(PaintVertex, normal)},
+    } fields[] = {{3, offsetof(PaintVertex, place)},
+                  {3, offsetof(PaintVertex, normal)},
                   {4, offsetof(PaintVertex, colour)}};
     for (GLuint i = 0; i < 3; ++i) {
         glEnableVertexArrayAttrib(layout_, i);
@@ -209,7 +212,8 @@ void GlPainter::resize(int width, int height)
     glNamedFramebufferTexture(scene_frame_, GL_DEPTH_ATTACHMENT, depths_, 0);
     glNamedFramebufferTexture(light_frame_, GL_COLOR_ATTACHMENT0, radiances_, 0);
     glNamedFramebufferTexture(picture_frame_, GL_COLOR_ATTACHMENT0, picture_, 0);
-    for (const GLuint frame : {GLuint(scene_frame_), GLuint(light_frame_), GLuint(picture_frame_)}) {
+    for (const GLuint frame :
+         {GLuint(scene_frame_), GLuint(light_frame_), GLuint(picture_frame_)}) {
         if (glCheckNamedFramebufferStatus(frame, GL_DRAW_FRAMEBUFFER) != GL_FRAMEBUFFER_COMPLETE) {
             throw std::runtime_error("no room for a picture of " + std::to_string(width) + " x " +
                                      std::to_string(height) + " pixels on " + context_.name());
@@ -334,8 +338,9 @@ Image GlPainter::developed()
     glReadPixels(0, 0, width_, height_, GL_RGB, GL_UNSIGNED_BYTE, upside_down.data());
     if (const GLenum error = glGetError()) {
         throw std::runtime_error(std::string("painting on ") + context_.name() + ": " +
-                                 (error == GL_OUT_OF_MEMORY ? "out of memory" :
-                                  "OpenGL error " + std::to_string(error)));
+                                 (error == GL_OUT_OF_MEMORY
+                                      ? "out of memory"
+                                      : "OpenGL error " + std::to_string(error)));
     }
     Image image{width_, height_, std::vector<std::uint8_t>(upside_down.size())};
     for (int y = 0; y < height_; ++y) {

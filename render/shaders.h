@@ -7,7 +7,7 @@
 
 namespace knead {
 
-constexpr int samples_across = 2;  // of a pixel, each way
+constexpr int samples_across = 2;                        // of a pixel, each way
 constexpr int key_map_side = 1024, dome_map_side = 512;  // texels of a shadow map
 
 inline std::string shared_constants()
@@ -100,7 +100,8 @@ out vec4 radiance;
 const vec3 key_colour = vec3(1.48, 1.38, 1.24);
 const vec3 floor_colour = vec3(0.30, 0.30, 0.31);
 
-// Brighter above, and from the camera's right, where the key light does not reach: shade keeps form.
+// Brighter above, and from the camera's right, where the key light does not reach, so that shade
+// keeps form.
 vec3 sky(vec3 l) {
     float side = dot(l, right.xyz) * right.w - 0.5 * dot(l, forward.xyz);
     return mix(vec3(0.40, 0.42, 0.46), vec3(0.58, 0.64, 0.74), l.y) * (0.72 + 0.45 * side);
@@ -109,7 +110,8 @@ vec3 backdrop(float height) {
     return mix(vec3(0.50, 0.51, 0.52), vec3(0.27, 0.30, 0.35), smoothstep(0.0, 0.7, height));
 }
 
-// Jorge Jimenez's interleaved gradient noise, in [0, 1): neighbours differ, so their mean is smooth.
+// Jorge Jimenez's interleaved gradient noise, in [0, 1): neighbours differ, so their mean is
+// smooth.
 float grain(vec2 at) { return fract(52.9829189 * fract(dot(at, vec2(0.06711056, 0.00583715)))); }
 
 // `blur` is in shares of the map: every sample and lamp looks up another spot of that square, along
@@ -149,12 +151,14 @@ vec3 lit(vec3 p, vec3 n, vec3 view, vec3 colour, float skin) {
         dome += share * sky(l.towards.xyz);
         open += share;
     }
-    float key_share = 4.0 / key_lamps, dome_share = 4.0 * 2.0 / dome_lamps;  // mean of pi L cos / pi
+    // Radiance is colour / pi times irradiance; a lamp of the dome stands for 2 pi / dome_lamps sr.
+    float key_share = 4.0 / key_lamps, dome_share = 4.0 * 2.0 / dome_lamps;
     open *= dome_share;
     // Light that the floor sends back up, less near the floor, which is in shade there.
     float height = max(p.y - forward.w, 0);
-    vec3 bounce = floor_colour * (0.5 - 0.5 * n.y) * mix(0.10, 1.0, height / (height + 0.35 * ball.w));
-    vec3 light = key * key_share * key_colour + dome * dome_share + bounce * 0.75;
+    float clear = mix(0.10, 1.0, height / (height + 0.35 * ball.w));
+    vec3 bounce = 0.75 * clear * (0.5 - 0.5 * n.y) * floor_colour;
+    vec3 light = key * key_share * key_colour + dome * dome_share + bounce;
     float rim = skin * 0.22 * pow(1 - max(dot(n, view), 0), 3) * (0.3 + open);
     return colour * light + glint * key_share * key_colour + rim * vec3(1.0, 0.72, 0.60);
 }
