@@ -53,7 +53,7 @@ struct Foot {
 template <class R>
 constexpr R steep = sizeof(R) == 4 ? R(1e-6) : R(1e-12);
 template <class R>
-constexpr R thin = sizeof(R) == 4 ? R(1e-6) : R(3e-11);
+constexpr R thin = sizeof(R) == 4 ? R(2e-5) : R(3e-11);
 
 template <class R>
 HD Cone<R> cone(Vec3<R> a, R ra, Vec3<R> b, R rb)
@@ -79,7 +79,12 @@ HD Foot<R> foot(const Cone<R>& c, Vec3<R> p)
     const Vec3<R> from = d - s * c.u;
     const R D = length(from);
     const R t = c.start + s * c.inverse;
-    const Vec3<R> n = D > 0 ? (1 / D) * from : orthogonal(c.u);
+    constexpr R rounding = sizeof(R) == 4 ? R(1e-6) : R(1e-15);
+    if (!(D > rounding * c.length)) {  // on the axis all directions to its side are as good
+        const Vec3<R> n = std::sqrt((1 - c.k) * (1 + c.k)) * orthogonal(c.u) - c.k * c.u;
+        return {-c.r - c.k * s, n, 1 - t, t, 0};
+    }
+    const Vec3<R> n = (1 / D) * from;
     return {D - c.r - c.k * s, n, 1 - t, t, 0};
 }
 
@@ -149,7 +154,7 @@ HD Shape<R> shape(int count, const Sphere<R>& s0, const Sphere<R>& s1, const Sph
 }
 
 // Signed distance, normal and weights at p. Where p lies on the medial sheet itself the distance is
-// exact and the normal one of the equally near ones.
+// exact and the normal one of the equally near ones (at a slab's border, of those of its side).
 template <class R>
 HD Foot<R> foot(const Shape<R>& s, Vec3<R> p)
 {
