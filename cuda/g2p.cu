@@ -1,8 +1,7 @@
 // Grid to particle, and all that a particle does by itself before the next scatter: it moves, is
 // strained, leaves tools and walls, flows. The last block to finish chooses the next substep.
 #include "g2p.h"
-
-#include "launch.h"
+#include "launch.cuh"
 #include "plasticity.h"
 #include "project.h"
 #include "stages.cuh"
@@ -77,8 +76,7 @@ __device__ float left_tools(Particle<float>& q, const Views& d)
     if (d.tools.passes == 0 || cell.x < 0 || cell.y < 0 || cell.z < 0 || cell.x >= size.x ||
         cell.y >= size.y || cell.z >= size.z)
         return 0;
-    return project(q, d.tools.colliders(), d.tools.masks[d.lattice.block_of(cell)],
-                   d.tools.passes);
+    return project(q, d.tools.colliders(), d.tools.masks[d.lattice.block_of(cell)], d.tools.passes);
 }
 
 template <bool tools, Flows flows>
@@ -131,7 +129,8 @@ __device__ void count(Sums& sums, const Events& e)
 
 // Blocks per multiprocessor: as many as leave registers enough to spill nothing.
 template <bool tools, Flows flows>
-__global__ void __launch_bounds__(threads, tools && flows == Flows::any ? 3 : 5) g2p_kernel(const __grid_constant__ Views d)
+__global__ void __launch_bounds__(threads, tools&& flows == Flows::any ? 3 : 5)
+    g2p_kernel(const __grid_constant__ Views d)
 {
     __shared__ Sums sums;
     if (threadIdx.x == 0) sums = {};

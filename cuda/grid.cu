@@ -1,8 +1,7 @@
 // Grid update: one thread block per listed block of nodes, as many as there are, however many the
 // launch brings. The grid of the substep before is cleared on the way.
 #include "grid.h"
-
-#include "launch.h"
+#include "launch.cuh"
 #include "stages.cuh"
 
 namespace knead::gpu {
@@ -49,7 +48,8 @@ __global__ void __launch_bounds__(threads, 12) grid_kernel(const __grid_constant
         const Node<float> node =
             update(sum_of<fixed_point>(d.grid, parity, i), d.lattice.node_at(i), d.lattice, d.walls,
                    d.gravity, dt, clipped, [&](Vec3<float> x, Vec3<float> v) {
-                       if constexpr (tools) return held(d.tools.colliders(), d.tools.masks[b], x, v);
+                       if constexpr (tools)
+                           return held(d.tools.colliders(), d.tools.masks[b], x, v);
                        return v;
                    });
         d.grid.nodes[parity][i] = {node.p.x, node.p.y, node.p.z, node.m};
@@ -67,9 +67,9 @@ __global__ void __launch_bounds__(threads, 12) grid_kernel(const __grid_constant
 void grid(const Views& views, const Needs& needs, int multiprocessors, cudaStream_t stream)
 {
     const bool tools = needs.tools && views.tools.grid_contact;
-    const auto kernel =
-        needs.fixed_point ? (tools ? grid_kernel<true, true> : grid_kernel<false, true>)
-                          : (tools ? grid_kernel<true, false> : grid_kernel<false, false>);
+    const auto kernel = needs.fixed_point
+                            ? (tools ? grid_kernel<true, true> : grid_kernel<false, true>)
+                            : (tools ? grid_kernel<true, false> : grid_kernel<false, false>);
     const int blocks = least(views.lattice.block_count(), 16 * multiprocessors);
     launch("grid", kernel, blocks, threads, stream, views);
 }

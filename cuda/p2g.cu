@@ -3,7 +3,7 @@
 // found from where the particles are now, so drift since the sort costs speed, never correctness.
 #include <nv/target>
 
-#include "launch.h"
+#include "launch.cuh"
 #include "p2g.h"
 #include "stages.cuh"
 
@@ -16,8 +16,8 @@ constexpr unsigned all_lanes = 0xffffffffu;
 
 // A run of lanes that share their nodes.
 struct Run {
-    bool head;                    // this lane adds for the run
-    bool joined[merge_levels];    // the lane 2^k further on is of the same run
+    bool head;                  // this lane adds for the run
+    bool joined[merge_levels];  // the lane 2^k further on is of the same run
 };
 
 __device__ Run run_of(int key, bool valid)
@@ -51,8 +51,8 @@ __device__ float summed(const Run& run, float value)
 __device__ void add(float4* to, const Node<float>& n)
 {
     NV_IF_ELSE_TARGET(NV_PROVIDES_SM_90, (atomicAdd(to, float4{n.p.x, n.p.y, n.p.z, n.m});),
-                      (atomicAdd(&to->x, n.p.x); atomicAdd(&to->y, n.p.y);
-                       atomicAdd(&to->z, n.p.z); atomicAdd(&to->w, n.m);))
+                      (atomicAdd(&to->x, n.p.x); atomicAdd(&to->y, n.p.y); atomicAdd(&to->z, n.p.z);
+                       atomicAdd(&to->w, n.m);))
 }
 
 // Integers add up to the same bits in any order.
@@ -106,9 +106,9 @@ __global__ void __launch_bounds__(threads) p2g_kernel(const __grid_constant__ Vi
             if (valid)
                 add(sums + 4 * std::size_t(node), share, d.grid.momentum_scale, d.grid.mass_scale);
         } else {
-            const Node<float> sum{{summed(run, share.p.x), summed(run, share.p.y),
-                                   summed(run, share.p.z)},
-                                  summed(run, share.m)};
+            const Node<float> sum{
+                {summed(run, share.p.x), summed(run, share.p.y), summed(run, share.p.z)},
+                summed(run, share.m)};
             if (run.head) add(nodes + node, sum);
         }
     });
@@ -119,8 +119,9 @@ __global__ void __launch_bounds__(threads) p2g_kernel(const __grid_constant__ Vi
 void p2g(const Views& views, const Needs& needs, cudaStream_t stream)
 {
     const bool any = needs.flows == Flows::any;
-    const auto kernel = needs.fixed_point ? (any ? p2g_kernel<true, true> : p2g_kernel<false, true>)
-                                          : (any ? p2g_kernel<true, false> : p2g_kernel<false, false>);
+    const auto kernel = needs.fixed_point
+                            ? (any ? p2g_kernel<true, true> : p2g_kernel<false, true>)
+                            : (any ? p2g_kernel<true, false> : p2g_kernel<false, false>);
     launch("p2g", kernel, blocks_for(views.particles[0].count, threads), threads, stream, views);
 }
 

@@ -1,7 +1,7 @@
 // Tools for one substep: joints between the frame's ends, spheres hung on them, shapes derived from
 // the spheres, and for every block of the lattice the primitives that can touch what is in it.
 #include "blade.h"
-#include "launch.h"
+#include "launch.cuh"
 #include "stages.cuh"
 
 namespace knead::gpu {
@@ -54,8 +54,8 @@ __global__ void __launch_bounds__(threads) mask_kernel(const __grid_constant__ V
     const Vec3<float> p = {edge * (float(at.x) + 0.5f), edge * (float(at.y) + 0.5f),
                            edge * (float(at.z) + 0.5f)};
     for (int word = 0; word < mask_words; ++word) {
-        const unsigned bits = __ballot_sync(
-            0xffffffffu, may_touch(d.tools, 32 * word + lane, p, edge, d.lattice.dx));
+        const unsigned bits =
+            __ballot_sync(0xffffffffu, may_touch(d.tools, 32 * word + lane, p, edge, d.lattice.dx));
         if (lane == 0) d.tools.masks[b].bits[word] = bits;
     }
 }
@@ -83,8 +83,8 @@ void pose(const Views& views, cudaStream_t stream)
 
 void penetration(const Views& views, float* depth, cudaStream_t stream)
 {
-    launch("penetration", penetration_kernel, blocks_for(views.particles[0].count, threads), threads,
-           stream, views, depth);
+    launch("penetration", penetration_kernel, blocks_for(views.particles[0].count, threads),
+           threads, stream, views, depth);
 }
 
 }  // namespace knead::gpu

@@ -2,7 +2,7 @@
 // memory. A stable radix sort: equal keys keep the order they came in.
 #include <cub/device/device_radix_sort.cuh>
 
-#include "launch.h"
+#include "launch.cuh"
 #include "stages.cuh"
 #include "stencil.h"
 

@@ -6,7 +6,7 @@
 #include "contact.h"
 #include "hand.h"
 #include "material.h"
-#include "particles.h"
+#include "particles.cuh"
 #include "step.h"
 
 namespace knead::gpu {
@@ -37,12 +37,12 @@ struct Counters {
 struct Clock {
     double elapsed, duration, tool_step, dt;  // [s]
     double speed_squared;                     // of the fastest particle [m^2/s^2]
-    unsigned fastest;   // bits of the same, while it is looked for
-    unsigned finished;  // blocks of g2p that are through
-    int side;           // which of the two particle arrays is current
-    int parity;         // which of the two grids is current
-    int active[2];      // blocks that hold mass, per grid
-    int limit;          // what limits dt
+    unsigned fastest;                         // bits of the same, while it is looked for
+    unsigned finished;                        // blocks of g2p that are through
+    int side;                                 // which of the two particle arrays is current
+    int parity;                               // which of the two grids is current
+    int active[2];                            // blocks that hold mass, per grid
+    int limit;                                // what limits dt
     Counters counters;
 };
 
@@ -59,10 +59,10 @@ struct Materials {
 
 // Nodes in the order of Lattice::index. Two grids, so that one is cleared while the other is used.
 struct GridView {
-    float4* nodes[2];         // node_count each: Node<float>; the same array twice if fixed-point
-    long long* sums[2];       // fixed-point: 4 * node_count each: momentum and mass, else null
-    unsigned* touched[2];     // block_count each: the block is in the list
-    int* list[2];             // block_count each: blocks that hold mass, Clock::active of them
+    float4* nodes[2];      // node_count each: Node<float>; the same array twice if fixed-point
+    long long* sums[2];    // fixed-point: 4 * node_count each: momentum and mass, else null
+    unsigned* touched[2];  // block_count each: the block is in the list
+    int* list[2];          // block_count each: blocks that hold mass, Clock::active of them
     float momentum_scale, mass_scale;  // fixed-point units per kg m/s and per kg: powers of two
 };
 
@@ -85,13 +85,13 @@ HD Offsets offsets(const Lattice<float>& lattice, Int3 base)
 
 // Where tools are kept, posed anew for every substep.
 struct ToolView {
-    const Joint<double>*from, *to;     // joints at both ends of the frame
-    const Binding<float>* bindings;    // one per sphere
+    const Joint<double>*from, *to;   // joints at both ends of the frame
+    const Binding<float>* bindings;  // one per sphere
     Span<Sphere<float>> spheres;
     Span<Shape<float>> shapes;
     Span<const Primitive> primitives;
     Span<const Tool<float>> tools;
-    Mask* masks;                       // block_count
+    Mask* masks;  // block_count
     bool grid_contact;
     int passes;
     HD Colliders<float> colliders() const

@@ -1,8 +1,8 @@
 // How long a substep may be, for whoever has no scene at hand: the device.  (22)
 #pragma once
-#include "hd.h"
-
 #include <cmath>
+
+#include "hd.h"
 
 namespace knead {
 

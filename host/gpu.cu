@@ -2,7 +2,7 @@
 // device finds time left in the frame; the host waits for nothing but the counters.
 #include <bit>
 
-#include "gpu_store.h"
+#include "gpu_store.cuh"
 #include "solver.h"
 
 namespace knead {
@@ -75,8 +75,7 @@ cudaGraph_t add_while(cudaStream_t captured, cudaGraphConditionalHandle handle)
     check(cudaStreamGetCaptureInfo_v2(captured, &status, nullptr, &graph, &before, &count),
           "capture");
     check(cudaGraphAddNode(&node, graph, before, count, &params), "while node");
-    check(cudaStreamUpdateCaptureDependencies(captured, &node, 1,
-                                              cudaStreamSetCaptureDependencies),
+    check(cudaStreamUpdateCaptureDependencies(captured, &node, 1, cudaStreamSetCaptureDependencies),
           "capture");
 #endif
     return params.conditional.phGraph_out[0];
@@ -105,7 +104,7 @@ class GpuSolver : public Solver {
     Event forked{cudaEventDisableTiming}, joined{cudaEventDisableTiming};
     FrameGraph with_tools, without_tools;
     Pinned<Clock> status;
-    bool posed = false;       // masks are those of the last frame's end
+    bool posed = false;  // masks are those of the last frame's end
     int last_substeps = 0;
     mutable std::vector<StageTime> times;
 };
@@ -257,16 +256,16 @@ void GpuSolver::measure() const
         check(cudaMemcpy(views.particles[target].rows, views.particles[source].rows, bytes,
                          cudaMemcpyDefault),
               "measure");
+        check(cudaDeviceSynchronize(), "measure");
     };
     copy_rows(before.side, before.side ^ 1);
     begin(views, main);
     times = {{"sort", sorting}, {"pose", 0}, {"p2g", 0}, {"grid", 0}, {"g2p", 0}};
     for (int k = 0; k < warm + repeats; ++k) {
-        const double step[] = {
-            needs.tools ? timed("pose", [&] { pose(views, main); }) : 0,
-            timed("p2g", [&] { p2g(views, needs, main); }),
-            timed("grid", [&] { grid(views, needs, processors, main); }),
-            timed("g2p", [&] { g2p(views, needs, main); })};
+        const double step[] = {needs.tools ? timed("pose", [&] { pose(views, main); }) : 0,
+                               timed("p2g", [&] { p2g(views, needs, main); }),
+                               timed("grid", [&] { grid(views, needs, processors, main); }),
+                               timed("g2p", [&] { g2p(views, needs, main); })};
         for (std::size_t s = 0; k >= warm && s < 4; ++s)
             times[s + 1].seconds += step[s] / repeats * last_substeps;
     }

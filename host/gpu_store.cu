@@ -1,29 +1,48 @@
 // What the device holds of a scene: checked, converted to float, laid out for the kernels.
-#include "gpu_store.h"
-
 #include <algorithm>
 #include <cmath>
 #include <numeric>
 #include <stdexcept>
+
+#include "gpu_store.cuh"
 
 namespace knead::gpu {
 namespace {
 
 Material<float> cast(const Material<double>& m)
 {
-    return {m.elasticity, m.flow, float(m.density), float(m.mu), float(m.lambda), float(m.bulk),
-            float(m.yield), float(m.hardening), float(m.yield_floor), float(m.friction),
-            float(m.cohesion), float(m.compress), float(m.stretch), float(m.snow),
-            float(m.viscosity), float(m.exponent), float(m.mass), float(m.volume), m.category};
+    return {m.elasticity,
+            m.flow,
+            float(m.density),
+            float(m.mu),
+            float(m.lambda),
+            float(m.bulk),
+            float(m.yield),
+            float(m.hardening),
+            float(m.yield_floor),
+            float(m.friction),
+            float(m.cohesion),
+            float(m.compress),
+            float(m.stretch),
+            float(m.snow),
+            float(m.viscosity),
+            float(m.exponent),
+            float(m.mass),
+            float(m.volume),
+            m.category};
 }
 
 template <class To, class From>
 Particle<To> cast(const Particle<From>& q)
 {
     const auto c = [](Vec3<From> v) { return knead::cast<To>(v); };
-    return {c(q.x), c(q.v), {c(q.C.a), c(q.C.b), c(q.C.c)},
+    return {c(q.x),
+            c(q.v),
+            {c(q.C.a), c(q.C.b), c(q.C.c)},
             {To(q.e.xx), To(q.e.yy), To(q.e.zz), To(q.e.xy), To(q.e.xz), To(q.e.yz)},
-            To(q.k), q.object, q.sides};
+            To(q.k),
+            q.object,
+            q.sides};
 }
 
 void require(bool fact, const std::string& otherwise)
@@ -51,6 +70,8 @@ void check_particles(const Setup& s)
 
 void check_tools(const Setup& s)
 {
+    for (const Tool<double>& t : s.tools)
+        require(!t.blade, "blades cut on the CPU only; choose the CPU for this scene");
     require(s.rig.primitives.size() <= std::size_t(most_primitives),
             std::to_string(s.rig.primitives.size()) + " primitives, at most " +
                 std::to_string(most_primitives));
@@ -75,9 +96,8 @@ void check(const Setup& s)
     require(s.lattice.dx > 0 && std::isfinite(s.lattice.dx), "the lattice needs a spacing > 0");
     require(s.walls.margin >= 2 && 2 * s.walls.margin + 2 < std::min({n.x, n.y, n.z}),
             "the walls need a margin of at least 2 nodes, and room between them");
-    require(!s.particles.empty() && s.particles.size() < 200000000, "1 to 2e8 particles, not " +
-                                                                        std::to_string(
-                                                                            s.particles.size()));
+    require(!s.particles.empty() && s.particles.size() < 200000000,
+            "1 to 2e8 particles, not " + std::to_string(s.particles.size()));
     require(!s.materials.empty(), "no material");
     for (const Material<double>& m : s.materials)
         require(m.density > 0 && m.mass > 0 && m.volume > 0 && sound_speed(m) > 0,
@@ -117,8 +137,8 @@ float fixed_scale(double bound) { return std::ldexp(1.0f, 61 - std::ilogb(bound)
 
 }  // namespace
 
-Store::Store(const Setup& setup) : next_joints(2 * int(side_count) * joint_count),
-                                   next_tools(setup.tools.size())
+Store::Store(const Setup& setup)
+    : next_joints(2 * int(side_count) * joint_count), next_tools(setup.tools.size())
 {
     check(setup);
     used = needs_of(setup);
@@ -145,15 +165,21 @@ Store::Store(const Setup& setup) : next_joints(2 * int(side_count) * joint_count
         all.grid.touched[side] = touched[side].data();
         all.grid.list[side] = list[side].data();
     }
-    all.tools = {joints.data(), joints.data() + int(side_count) * joint_count, bindings.data(),
-                 spheres.span(), shapes.span(), {primitives.data(), int(primitives.size())},
-                 {tools.data(), int(tools.size())}, masks.data(), setup.grid_contact,
+    all.tools = {joints.data(),
+                 joints.data() + int(side_count) * joint_count,
+                 bindings.data(),
+                 spheres.span(),
+                 shapes.span(),
+                 {primitives.data(), int(primitives.size())},
+                 {tools.data(), int(tools.size())},
+                 masks.data(),
+                 setup.grid_contact,
                  setup.passes};
     all.clock = clocks.data();
     all.orders = orders.data();
     for (std::size_t t = 0; t < setup.tools.size(); ++t)
-        next_tools[t] = {setup.tools[t].touch, float(setup.tools[t].friction),
-                         setup.tools[t].blade, setup.tools[t].active};
+        next_tools[t] = {setup.tools[t].touch, float(setup.tools[t].friction), setup.tools[t].blade,
+                         setup.tools[t].active};
 }
 
 void Store::allocate(const Setup& setup)
@@ -220,8 +246,8 @@ void Store::upload(const Setup& setup) const
 
 SortSpace Store::sort_space() const
 {
-    return {keys[0].data(), keys[1].data(), places[0].data(), places[1].data(), scratch.data(),
-            scratch.bytes()};
+    return {keys[0].data(),   keys[1].data(), places[0].data(),
+            places[1].data(), scratch.data(), scratch.bytes()};
 }
 
 void Store::order(const Setup& setup, const Motion& motion, double duration)
@@ -245,8 +271,8 @@ void Store::send_orders(cudaStream_t stream) const
 {
     const auto send = [&](auto& to, const auto& from) {
         if (from.size())
-            gpu::check(cudaMemcpyAsync(to.data(), from.data(), from.bytes(),
-                                       cudaMemcpyHostToDevice, stream),
+            gpu::check(cudaMemcpyAsync(to.data(), from.data(), from.bytes(), cudaMemcpyHostToDevice,
+                                       stream),
                        "send orders");
     };
     send(orders, next_orders), send(joints, next_joints), send(tools, next_tools);
@@ -259,14 +285,14 @@ std::vector<Particle<double>> Store::particles() const
     std::vector<int> host_ids = ids[side].downloaded();
     const ParticleView view{host_rows.data(), host_ids.data(), int(host_ids.size())};
     std::vector<Particle<double>> out(host_ids.size());
-    for (int i = 0; i < view.count; ++i)
-        out[std::size_t(view.ids[i])] = cast<double>(view.load(i));
+    for (int i = 0; i < view.count; ++i) out[std::size_t(view.ids[i])] = cast<double>(view.load(i));
     return out;
 }
 
 void Store::set_clock(const Clock& clock) const
 {
     gpu::check(cudaMemcpy(clocks.data(), &clock, sizeof clock, cudaMemcpyDefault), "clock");
+    gpu::check(cudaDeviceSynchronize(), "clock");  // streams do not wait for the copy by themselves
 }
 
 Clock Store::clock() const { return clocks.downloaded()[0]; }

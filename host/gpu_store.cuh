@@ -1,6 +1,6 @@
 // All device memory of one simulation, allocated once, and the views of it that kernels take.
 #pragma once
-#include "cuda/device_array.h"
+#include "cuda/device_array.cuh"
 #include "cuda/stages.cuh"
 #include "substep.h"
 

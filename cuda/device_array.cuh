@@ -4,7 +4,7 @@
 #include <utility>
 #include <vector>
 
-#include "launch.h"
+#include "launch.cuh"
 #include "state.h"
 
 namespace knead::gpu {

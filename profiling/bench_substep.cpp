@@ -1,0 +1,108 @@
+// Time per substep of a ball of clay between two closing tools, with what was computed: a hash of
+// the particles, to see whether a change of speed was a change of result.
+// usage: bench_substep [nodes=64] [frames=30] [gpu|cpu|deterministic] [tools=1] [plastic=1]
+#include <algorithm>
+#include <bit>
+#include <chrono>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <string>
+
+#include "ball.h"
+
+namespace {
+
+using namespace knead;
+
+// FNV-1a over the particles' bits in the scene's order.
+std::uint64_t hash_of(const std::vector<Particle<double>>& particles)
+{
+    std::uint64_t h = 14695981039346656037ull;
+    const auto mix = [&h](double x) {
+        auto bits = std::bit_cast<std::uint64_t>(x);
+        for (int k = 0; k < 8; ++k, bits >>= 8) h = (h ^ (bits & 255)) * 1099511628211ull;
+    };
+    for (const Particle<double>& q : particles)
+        for (double x : {q.x.x, q.x.y, q.x.z, q.v.x, q.v.y, q.v.z, q.e.xx, q.e.yy, q.e.zz, q.k})
+            mix(x);
+    return h;
+}
+
+double seconds()
+{
+    using namespace std::chrono;
+    return duration<double>(steady_clock::now().time_since_epoch()).count();
+}
+
+void report(const Solver& solver, std::vector<double>& per_substep, const Tally& total,
+            double count)
+{
+    std::sort(per_substep.begin(), per_substep.end());
+    const double median = per_substep[per_substep.size() / 2], best = per_substep.front();
+    std::printf("median %.2f us, best %.2f us per substep: %.3f G particle-substeps/s\n",
+                1e6 * median, 1e6 * best, 1e-9 * count / median);
+    std::printf("%d substeps, dt %.3g to %.3g s, %ld blocks, %.1f MiB\n", total.substeps,
+                total.dt_least, total.dt_most, total.active_blocks,
+                double(solver.memory()) / 1048576);
+    std::printf("yielded %ld projected %ld clipped %ld confined %ld repaired %ld deepest %.3g m\n",
+                total.yielded, total.projected, total.clipped, total.confined, total.repaired,
+                total.found_depth);
+    for (const StageTime& t : solver.stage_times())
+        std::printf("  %-10s %9.2f us in the last frame\n", t.name.c_str(), 1e6 * t.seconds);
+    std::printf("hash %016llx\n", static_cast<unsigned long long>(hash_of(solver.particles())));
+}
+
+int run(int nodes, int frames, const std::string& on, bool tools, bool plastic)
+{
+    Setup setup = ball(nodes);
+    if (tools) add_tools(setup);
+    if (!plastic) setup.materials[0].flow = Flow::none;
+    setup.deterministic = on == "deterministic";
+    const double count = double(setup.particles.size());
+    const auto solver = on == "cpu" ? cpu_solver(setup) : gpu_solver(setup, 0);
+    std::printf("%s: %.0f particles, %d^3 nodes, %s, %s\n", solver->name().c_str(), count, nodes,
+                tools ? "two tools" : "no tool", plastic ? "von Mises" : "elastic");
+    const double frame = 1.0 / 90;
+    std::vector<double> per_substep;
+    Tally total;
+    for (int f = 0; f < frames; ++f) {
+        const Motion motion = closing(f * frame, frame);
+        const double start = seconds();
+        const Tally t = solver->advance(motion, frame);
+        per_substep.push_back((seconds() - start) / std::max(t.substeps, 1));
+        total.substeps += t.substeps;
+        total.dt_least = f ? std::min(total.dt_least, t.dt_least) : t.dt_least;
+        total.dt_most = std::max(total.dt_most, t.dt_most);
+        total.yielded += t.yielded, total.projected += t.projected, total.clipped += t.clipped;
+        total.confined += t.confined, total.repaired += t.repaired;
+        total.found_depth = std::max(total.found_depth, t.found_depth);
+        total.active_blocks = t.active_blocks;
+    }
+    report(*solver, per_substep, total, count);
+    return 0;
+}
+
+}  // namespace
+
+int main(int count, char** words)
+{
+    const auto number = [&](int at, int otherwise) {
+        return count > at ? std::atoi(words[at]) : otherwise;
+    };
+    const int nodes = number(1, 64), frames = number(2, 30);
+    const std::string on = count > 3 ? words[3] : "gpu";
+    if (nodes < 16 || nodes > 512 || nodes % 4 || frames < 1 ||
+        (on != "gpu" && on != "cpu" && on != "deterministic")) {
+        std::fprintf(stderr,
+                     "usage: bench_substep [nodes: 16 to 512, by 4] [frames] "
+                     "[gpu|cpu|deterministic] [tools 0|1] [plastic 0|1]\n");
+        return 2;
+    }
+    try {
+        return run(nodes, frames, on, number(4, 1) != 0, number(5, 1) != 0);
+    } catch (const std::exception& e) {
+        std::fprintf(stderr, "%s\n", e.what());
+        return 4;
+    }
+}

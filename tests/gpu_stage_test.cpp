@@ -1,0 +1,342 @@
+// Each stage of the device against a plain loop over the same formulas, on the same numbers. In a
+// build without contraction (KNEAD_VERIFY) what is not a sum in varying order agrees to the bit.
+#include <gtest/gtest.h>
+
+#include <cstring>
+#include <numeric>
+#include <random>
+
+#include "cuda/g2p.h"
+#include "cuda/grid.h"
+#include "cuda/p2g.h"
+#include "cuda/plasticity.h"
+#include "cuda/project.h"
+#include "host/gpu_stages.h"
+#include "profiling/ball.h"
+
+namespace knead {
+namespace {
+
+#ifdef KNEAD_VERIFY
+constexpr bool to_the_bit = true;
+#else
+constexpr bool to_the_bit = false;
+#endif
+constexpr double dt = 1e-4;
+
+Material<float> cast(const Material<double>& m)
+{
+    return {m.elasticity,
+            m.flow,
+            float(m.density),
+            float(m.mu),
+            float(m.lambda),
+            float(m.bulk),
+            float(m.yield),
+            float(m.hardening),
+            float(m.yield_floor),
+            float(m.friction),
+            float(m.cohesion),
+            float(m.compress),
+            float(m.stretch),
+            float(m.snow),
+            float(m.viscosity),
+            float(m.exponent),
+            float(m.mass),
+            float(m.volume),
+            m.category};
+}
+
+Particle<float> cast(const Particle<double>& q)
+{
+    const auto c = [](Vec3<double> v) { return knead::cast<float>(v); };
+    return {
+        c(q.x),
+        c(q.v),
+        {c(q.C.a), c(q.C.b), c(q.C.c)},
+        {float(q.e.xx), float(q.e.yy), float(q.e.zz), float(q.e.xy), float(q.e.xz), float(q.e.yz)},
+        float(q.k),
+        q.object,
+        q.sides};
+}
+
+struct Random {
+    std::mt19937 source{7};
+    double operator()(double size) { return std::uniform_real_distribution<>(-size, size)(source); }
+    Vec3<double> vector(double size) { return {(*this)(size), (*this)(size), (*this)(size)}; }
+};
+
+// The ball in turmoil: particles out of order, moving, spinning and strained beyond yield.
+Setup turmoil(int nodes, Flow flow)
+{
+    knead::Setup s = ball(nodes);
+    Random random;
+    s.materials[0].flow = flow;
+    s.materials[0].friction = 0.6, s.materials[0].compress = 0.025, s.materials[0].stretch = 0.0075;
+    s.materials[0].snow = 10, s.materials[0].viscosity = 100;
+    std::shuffle(s.particles.begin(), s.particles.end(), random.source);
+    for (Particle<double>& q : s.particles) {
+        q.x = q.x + random.vector(0.3 * s.lattice.dx);
+        q.v = random.vector(2);
+        q.C = {random.vector(50), random.vector(50), random.vector(50)};
+        q.e = {random(0.1), random(0.1), random(0.1), random(0.1), random(0.1), random(0.1)};
+    }
+    return s;
+}
+
+const Motion squeeze{wrists(0.25, 0.1), wrists(0.2499, 0.1004), {1, 1}};
+
+// The tools of a setup at the end of the substep.
+struct Posed {
+    std::vector<Sphere<float>> spheres;
+    std::vector<Shape<float>> shapes;
+    std::vector<Tool<float>> tools;
+    Colliders<float> colliders;
+    Mask every{};
+
+    explicit Posed(const knead::Setup& s)
+    {
+        const auto at = [](double share) {
+            return [share](int j) {
+                const auto n = std::size_t(j);
+                const Joint<double> b = between(squeeze.from[n], squeeze.to[n], share);
+                return Joint<float>{knead::cast<float>(b.q), knead::cast<float>(b.p)};
+            };
+        };
+        for (const Binding<float>& b : s.rig.spheres)
+            spheres.push_back(posed(b, at(0), at(1), float(dt)));
+        for (const Primitive& p : s.rig.primitives)
+            shapes.push_back(shape(p.count, spheres[std::size_t(p.sphere[0])],
+                                   spheres[std::size_t(p.sphere[1])],
+                                   spheres[std::size_t(p.sphere[2])]));
+        for (const Tool<double>& t : s.tools)
+            tools.push_back({t.touch, float(t.friction), t.blade, t.active});
+        colliders = {{spheres.data(), int(spheres.size())},
+                     {s.rig.primitives.data(), int(s.rig.primitives.size())},
+                     {shapes.data(), int(shapes.size())},
+                     {tools.data(), int(tools.size())}};
+        for (std::size_t i = 0; i < shapes.size(); ++i) every.bits[i / 32] |= 1u << (i % 32);
+    }
+};
+
+struct View {
+    Lattice<float> lattice;
+    Walls<float> walls;
+    Material<float> material;
+    explicit View(const knead::Setup& s)
+        : lattice{s.lattice.size, float(s.lattice.dx)},
+          walls{s.walls.margin, s.walls.touch, float(s.walls.friction)},
+          material(cast(s.materials[0]))
+    {
+    }
+};
+
+// Sums in double over the shares of the float formula, and the largest of the sums.
+std::vector<Node<double>> scattered(const knead::Setup& s)
+{
+    const View v(s);
+    std::vector<Node<double>> nodes(std::size_t(v.lattice.node_count()));
+    for (const Particle<double>& given : s.particles) {
+        const Particle<float> q = cast(given);
+        const Stencil<float> st = stencil(q.x, v.lattice.dx);
+        scatter(q, v.material, st, v.lattice.dx, float(dt), [&](Int3 step, const Node<float>& n) {
+            Node<double>& to = nodes[std::size_t(v.lattice.index(st.base + step))];
+            to = {to.p + knead::cast<double>(n.p), to.m + double(n.m)};
+        });
+    }
+    return nodes;
+}
+
+// Momenta as a substep would find them.
+std::vector<Node<float>> momenta(const knead::Setup& s)
+{
+    std::vector<Node<float>> out;
+    for (const Node<double>& n : scattered(s)) out.push_back({knead::cast<float>(n.p), float(n.m)});
+    return out;
+}
+
+std::vector<Node<float>> updated(const knead::Setup& s, const std::vector<Node<float>>& sums,
+                                 const Posed& t)
+{
+    const View v(s);
+    std::vector<Node<float>> out(sums.size());
+    for (int i = 0; i < v.lattice.node_count(); ++i) {
+        bool clipped;
+        out[std::size_t(i)] =
+            update(sums[std::size_t(i)], v.lattice.node_at(i), v.lattice, v.walls,
+                   knead::cast<float>(s.gravity), float(dt), clipped,
+                   [&](Vec3<float> x, Vec3<float> u) { return held(t.colliders, t.every, x, u); });
+    }
+    return out;
+}
+
+Particle<float> moved(const knead::Setup& s, Particle<float> q,
+                      const std::vector<Node<float>>& velocities, const Posed& t)
+{
+    const View v(s);
+    const Particle<float> before = q;
+    const Stencil<float> st = stencil(q.x, v.lattice.dx);
+    gather(q, st, v.lattice.dx,
+           [&](Int3 step) { return velocities[std::size_t(v.lattice.index(st.base + step))].p; });
+    q.e = strained(q.e, q.C, float(dt));
+    q.x = q.x + float(dt) * q.v;
+    project(q, t.colliders, t.every, s.passes);
+    confine(q, v.lattice, v.walls);
+    yield(q, v.material, float(dt));
+    repair(q, before);
+    return q;
+}
+
+template <class A>
+bool same_bits(const A& a, const A& b)
+{
+    return std::memcmp(&a, &b, sizeof a) == 0;
+}
+
+void expect_near(const std::vector<Node<double>>& expected, const std::vector<Node<float>>& got,
+                 double share)
+{
+    double most_p = 0, most_m = 0, off_p = 0, off_m = 0;
+    ASSERT_EQ(expected.size(), got.size());
+    for (std::size_t i = 0; i < got.size(); ++i) {
+        most_p = std::fmax(most_p, length(expected[i].p)),
+        most_m = std::fmax(most_m, expected[i].m);
+        off_p = std::fmax(off_p, length(knead::cast<double>(got[i].p) - expected[i].p));
+        off_m = std::fmax(off_m, std::fabs(double(got[i].m) - expected[i].m));
+    }
+    EXPECT_GT(most_p, 0);
+    EXPECT_GT(most_m, 0);
+    EXPECT_LE(off_p, share * most_p);
+    EXPECT_LE(off_m, share * most_m);
+}
+
+// The difference of two velocities or strains, over the larger of their size and `floor`.
+double apart(Vec3<float> a, Vec3<float> b, double floor)
+{
+    return double(length(a - b)) / std::fmax(double(length(b)), floor);
+}
+
+class GpuStage : public ::testing::Test {
+  protected:
+    void SetUp() override
+    {
+        if (!gpu_present()) GTEST_SKIP() << "no CUDA device";
+    }
+};
+
+TEST_F(GpuStage, ScatterAgreesWithALoop)
+{
+    for (Flow flow : {Flow::von_mises, Flow::drucker_prager, Flow::fluid}) {
+        knead::Setup s = turmoil(32, flow);
+        s.materials[0].bulk = 1e5, s.materials[0].exponent = 7;
+        GpuStages stages(s, squeeze, dt);
+        expect_near(scattered(s), stages.p2g(), to_the_bit ? 1e-6 : 3e-6);
+    }
+}
+
+TEST_F(GpuStage, ScatterOfSortedParticlesAgreesWithALoop)
+{
+    const knead::Setup s = turmoil(32, Flow::von_mises);
+    GpuStages stages(s, squeeze, dt);
+    stages.sort();
+    expect_near(scattered(s), stages.p2g(), to_the_bit ? 1e-6 : 3e-6);
+}
+
+TEST_F(GpuStage, FixedPointSumsDoNotDependOnTheOrder)
+{
+    knead::Setup s = turmoil(32, Flow::von_mises);
+    s.deterministic = true;
+    GpuStages first(s, squeeze, dt);
+    std::reverse(s.particles.begin(), s.particles.end());
+    GpuStages second(s, squeeze, dt);
+    second.sort();
+    const auto a = first.p2g(), b = second.p2g();
+    for (std::size_t i = 0; i < a.size(); ++i) ASSERT_TRUE(same_bits(a[i], b[i])) << i;
+    expect_near(scattered(s), a, to_the_bit ? 1e-6 : 3e-6);
+}
+
+TEST_F(GpuStage, GridUpdateAgreesWithALoop)
+{
+    knead::Setup s = turmoil(32, Flow::von_mises);
+    add_tools(s);
+    const Posed tools(s);
+    const auto sums = momenta(s), expected = updated(s, sums, tools);
+    const auto without = updated(s, sums, Posed(ball(16)));
+    const auto got = GpuStages(s, squeeze, dt).grid(sums);
+    int held_nodes = 0;
+    for (std::size_t i = 0; i < got.size(); ++i) {
+        held_nodes += !same_bits(expected[i], without[i]);
+        if (to_the_bit) {
+            const Vec3<float>&a = got[i].p, &b = expected[i].p;
+            ASSERT_TRUE(a.x == b.x && a.y == b.y && a.z == b.z && got[i].m == expected[i].m) << i;
+        }
+        ASSERT_LT(apart(got[i].p, expected[i].p, 1), 1e-4) << i;
+    }
+    EXPECT_GT(held_nodes, 100);  // the tools mattered
+}
+
+TEST_F(GpuStage, EveryPrimitiveThatTouchesABlockIsInItsMask)
+{
+    knead::Setup s = ball(32);
+    add_tools(s);
+    const Posed t(s);
+    const View v(s);
+    const auto masks = GpuStages(s, squeeze, dt).masks();
+    Random random;
+    int inside = 0, left_out = 0;
+    for (int k = 0; k < 200000; ++k) {
+        const Vec3<float> x = knead::cast<float>(Vec3<double>{0.5, 0.5, 0.5} + random.vector(0.49));
+        const Int3 cell = {int(x.x / v.lattice.dx), int(x.y / v.lattice.dx),
+                           int(x.z / v.lattice.dx)};
+        const Mask& mask = masks[std::size_t(v.lattice.block_of(cell))];
+        for (int i = 0; i < t.colliders.shapes.count; ++i) {
+            const bool listed = mask.bits[i / 32] >> (i % 32) & 1;
+            const bool touched = foot(t.shapes[std::size_t(i)], x).phi < 0;
+            inside += touched, left_out += !listed;
+            ASSERT_TRUE(listed || !touched);
+        }
+    }
+    EXPECT_GT(inside, 1000);
+    EXPECT_GT(left_out, 100000);
+}
+
+TEST_F(GpuStage, MovedParticlesAgreeWithALoop)
+{
+    for (Flow flow : {Flow::none, Flow::von_mises, Flow::drucker_prager, Flow::clamp}) {
+        knead::Setup s = turmoil(32, flow);
+        add_tools(s);
+        const Posed tools(s);
+        const auto velocities = updated(s, momenta(s), tools);
+        const auto got = GpuStages(s, squeeze, dt).g2p(velocities);
+        const bool bits = to_the_bit && (flow == Flow::none || flow == Flow::von_mises);
+        double worst = 0;
+        for (std::size_t i = 0; i < got.size(); ++i) {
+            const Particle<float> a = cast(got[i]),
+                                  b = moved(s, cast(s.particles[i]), velocities, tools);
+            if (bits) {
+                ASSERT_TRUE(same_bits(a.x, b.x) && same_bits(a.v, b.v) && same_bits(a.C, b.C) &&
+                            same_bits(a.e, b.e) && a.k == b.k)
+                    << i;
+            }
+            worst = std::fmax(worst, apart(a.x, b.x, 1));
+            worst = std::fmax(worst, 0.1 * apart(a.v, b.v, 1));
+            worst = std::fmax(worst, double(std::sqrt(norm_squared(a.e + (-1.0f) * b.e))));
+        }
+        EXPECT_LT(worst, 2e-5) << "flow " << int(flow);
+    }
+}
+
+TEST_F(GpuStage, AParticleThatIsNoLongerANumberIsPutBack)
+{
+    knead::Setup s = turmoil(32, Flow::von_mises);
+    auto velocities = updated(s, momenta(s), Posed(s));
+    for (Node<float>& n : velocities) n.p.x = std::nanf("");
+    const auto got = GpuStages(s, squeeze, dt).g2p(velocities);
+    for (std::size_t i = 0; i < got.size(); ++i) {
+        ASSERT_TRUE(same_bits(cast(got[i]).x, cast(s.particles[i]).x)) << i;
+        ASSERT_EQ(length(got[i].v), 0) << i;
+    }
+}
+
+}  // namespace
+}  // namespace knead
