@@ -23,7 +23,7 @@ check() {
     return 1
 }
 
-install "${build_packages[@]}" libgtest-dev librapidcheck-dev
+install "${build_packages[@]}" libgtest-dev
 
 settings=(-DCMAKE_BUILD_TYPE=Release -DKNEAD_WERROR=ON)
 nvcc=$(command -v nvcc || ls /usr/local/cuda/bin/nvcc 2>/dev/null)
