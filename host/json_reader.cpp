@@ -130,7 +130,7 @@ Json read_json(const std::string& file)
     return parse_json(read_text(file, most_json_bytes), file);
 }
 
-std::string described(const Range& r)
+std::string described(const Bounds& r)
 {
     const std::string unit = *r.unit ? std::string(" ") + r.unit : "";
     const char* low = r.above ? "above " : "at least ";
@@ -202,7 +202,7 @@ const Json& ObjectReader::required(const std::string& key, const std::string& ex
     fail(key, expected, meant.empty() ? "nothing" : "nothing, but there is \"" + meant + "\"");
 }
 
-double ObjectReader::checked(const Json& value, const std::string& at, const Range& range) const
+double ObjectReader::checked(const Json& value, const std::string& at, const Bounds& range) const
 {
     const double x = value.is_number() ? value.get<double>() : std::nan("");
     const bool low = range.above ? x > range.low : x >= range.low;
@@ -212,13 +212,13 @@ double ObjectReader::checked(const Json& value, const std::string& at, const Ran
     return x;
 }
 
-double ObjectReader::number(const std::string& key, Range range, double fallback)
+double ObjectReader::number(const std::string& key, Bounds range, double fallback)
 {
     const Json* value = find(key);
     return value ? checked(*value, pointer(key), range) : fallback;
 }
 
-double ObjectReader::number(const std::string& key, Range range)
+double ObjectReader::number(const std::string& key, Bounds range)
 {
     return checked(required(key, described(range)), pointer(key), range);
 }
@@ -250,7 +250,7 @@ std::string ObjectReader::text(const std::string& key, const std::string& fallba
     return value->get<std::string>();
 }
 
-Vec3<double> ObjectReader::vector(const std::string& key, Range each)
+Vec3<double> ObjectReader::vector(const std::string& key, Bounds each)
 {
     const std::string expected = "three numbers, each " + described(each).substr(2);
     const Json& value = required(key, expected);
@@ -261,7 +261,7 @@ Vec3<double> ObjectReader::vector(const std::string& key, Range each)
     return {at(0), at(1), at(2)};
 }
 
-Vec3<double> ObjectReader::vector(const std::string& key, Range each, Vec3<double> fallback)
+Vec3<double> ObjectReader::vector(const std::string& key, Bounds each, Vec3<double> fallback)
 {
     return has(key) ? vector(key, each) : fallback;
 }

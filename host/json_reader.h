@@ -29,12 +29,12 @@ std::string nearest_name(const std::string& word, const std::vector<std::string>
 std::string likely_name(const std::string& word, const std::vector<std::string>& candidates);
 
 // What a number may be. `unit` is "" for a plain number.
-struct Range {
+struct Bounds {
     double low, high;
     const char* unit = "";
     bool above = false;  // low itself is not allowed
 };
-std::string described(const Range& range);
+std::string described(const Bounds& range);
 
 // How a value is told in a message: its type, and itself cut to 60 characters.
 std::string described(const Json& value);
@@ -52,13 +52,13 @@ class ObjectReader {
     const Json* find(const std::string& key);  // nullptr where absent
     const Json& required(const std::string& key, const std::string& expected);
 
-    double number(const std::string& key, Range range, double fallback);
-    double number(const std::string& key, Range range);
+    double number(const std::string& key, Bounds range, double fallback);
+    double number(const std::string& key, Bounds range);
     int whole(const std::string& key, int low, int high, int fallback);
     bool flag(const std::string& key, bool fallback);
     std::string text(const std::string& key, const std::string& fallback);
-    Vec3<double> vector(const std::string& key, Range each, Vec3<double> fallback);
-    Vec3<double> vector(const std::string& key, Range each);
+    Vec3<double> vector(const std::string& key, Bounds each, Vec3<double> fallback);
+    Vec3<double> vector(const std::string& key, Bounds each);
     // One of the named values.
     template <class T>
     T choice(const std::string& key, const std::vector<std::pair<std::string, T>>& named, T fallback)
@@ -79,7 +79,7 @@ class ObjectReader {
   private:
     ObjectReader(const Json& value, std::string file, std::string pointer);
     std::size_t chosen(const std::string& key, const std::vector<std::string>& names);
-    double checked(const Json& value, const std::string& pointer, const Range& range) const;
+    double checked(const Json& value, const std::string& pointer, const Bounds& range) const;
     std::vector<std::string> unknown() const;
     void refuse_unknown() const;
 

@@ -138,7 +138,7 @@ void read_material(ObjectReader& r, Object& object)
 
 Object read_object(ObjectReader& r, std::size_t index)
 {
-    const Range where{-1000, 1000, "m"}, extent{0, 1000, "m", true};
+    const Bounds where{-1000, 1000, "m"}, extent{0, 1000, "m", true};
     Object o;
     o.name = r.text("name", fmt::format("object {}", index));
     o.shape = r.choice<ShapeKind>("shape",
