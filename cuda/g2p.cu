@@ -129,7 +129,10 @@ __device__ void count(Sums& sums, const Events& e)
 
 // Blocks per multiprocessor: as many as leave registers enough to spill nothing.
 template <bool tools, Flows flows>
-__global__ void __launch_bounds__(threads, tools&& flows == Flows::any ? 3 : 5)
+constexpr int resident = tools&& flows == Flows::any ? 3 : 5;
+
+template <bool tools, Flows flows>
+__global__ void __launch_bounds__(threads, resident<tools, flows>)
     g2p_kernel(const __grid_constant__ Views d)
 {
     __shared__ Sums sums;
