@@ -129,7 +129,7 @@ __device__ void count(Sums& sums, const Events& e)
 
 // Blocks per multiprocessor: as many as leave registers enough to spill nothing.
 template <bool tools, Flows flows>
-constexpr int resident = tools&& flows == Flows::any ? 3 : 5;
+constexpr int resident = flows == Flows::any && tools ? 3 : 5;
 
 template <bool tools, Flows flows>
 __global__ void __launch_bounds__(threads, resident<tools, flows>)
