@@ -115,11 +115,13 @@ vec3 backdrop(float height) {
 float grain(vec2 at) { return fract(52.9829189 * fract(dot(at, vec2(0.06711056, 0.00583715)))); }
 
 // `blur` is in shares of the map: every sample and lamp looks up another spot of that square, along
-// Martin Roberts' R2 sequence.
+// Martin Roberts' R2 sequence, and the one opposite.
 float open_to(sampler2DArrayShadow maps, int layer, Lamp l, vec3 p, vec2 turn, float blur) {
     vec3 m = in_map(l, p);
-    vec2 at = m.xy + blur * (2 * fract(turn + layer * vec2(0.7548777, 0.5698403)) - 1);
-    return texture(maps, vec4(at, layer, clamp(m.z, 0, 1) - 3e-4));
+    vec2 aside = blur * (2 * fract(turn + layer * vec2(0.7548777, 0.5698403)) - 1);
+    float depth = clamp(m.z, 0, 1) - 3e-4;
+    return 0.5 * (texture(maps, vec4(m.xy + aside, layer, depth)) +
+                  texture(maps, vec4(m.xy - aside, layer, depth)));
 }
 
 // Clay: a broad, weak highlight. Skin: broader, with light that bleeds at grazing view.
