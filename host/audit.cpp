@@ -31,8 +31,7 @@ double stored_energy(const Particle<double>& q, const Material<double>& m)
     if (m.elasticity == Elasticity::neo_hookean)
         return mu / 2 * (trace(q.e) - 2 * log_J) + lambda / 2 * log_J * log_J;
     const Vec3<double> eps = hencky(eigen(q.e).value);
-    if (m.elasticity == Elasticity::hencky)
-        return mu * dot(eps, eps) + lambda / 2 * log_J * log_J;
+    if (m.elasticity == Elasticity::hencky) return mu * dot(eps, eps) + lambda / 2 * log_J * log_J;
     const Vec3<double> stretch{std::expm1(eps.x), std::expm1(eps.y), std::expm1(eps.z)};
     const double grown = std::expm1(log_J);
     return mu * dot(stretch, stretch) + lambda / 2 * grown * grown;

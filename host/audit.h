@@ -9,13 +9,13 @@
 namespace knead {
 
 struct Audit {
-    double mass = 0;                   // [kg]
-    double volume = 0;                 // sum of J times the volume at rest [m^3]
-    Vec3<double> momentum{}, spin{};   // [kg m/s]; angular, about the origin [kg m^2/s]
-    double kinetic = 0, elastic = 0;   // [J]
-    double fastest = 0;                // [m/s]
-    long broken = 0;                   // particles with a number that is none
-    std::uint64_t hash = 0;            // xxh64 over all particles
+    double mass = 0;                  // [kg]
+    double volume = 0;                // sum of J times the volume at rest [m^3]
+    Vec3<double> momentum{}, spin{};  // [kg m/s]; angular, about the origin [kg m^2/s]
+    double kinetic = 0, elastic = 0;  // [J]
+    double fastest = 0;               // [m/s]
+    long broken = 0;                  // particles with a number that is none
+    std::uint64_t hash = 0;           // xxh64 over all particles
 };
 
 // All sums in double, in the particles' order.

@@ -25,8 +25,8 @@ Device parse_device(const std::string& text)
 
 Device resolved(Device device)
 {
-    const bool gpu = device.kind != DeviceKind::cpu && device.kind != DeviceKind::cpu_double &&
-                     gpu_present();
+    const bool gpu =
+        device.kind != DeviceKind::cpu && device.kind != DeviceKind::cpu_double && gpu_present();
     if (device.kind == DeviceKind::automatic) return {gpu ? DeviceKind::cuda : DeviceKind::cpu, 0};
     if (device.kind == DeviceKind::cuda && !gpu)
         throw ResourceError("--device cuda: no CUDA device here (knead doctor says what there is)");

@@ -7,13 +7,13 @@ namespace knead {
 
 enum Exit : int {
     exit_ok = 0,
-    exit_check = 1,      // a comparison or check failed
-    exit_usage = 2,      // command line
-    exit_input = 3,      // a file's content
-    exit_resource = 4,   // no GPU, or out of memory
-    exit_output = 5,     // files that cannot be written
-    exit_numbers = 6,    // numerical failure, last good state saved
-    exit_device = 7,     // the device was lost
+    exit_check = 1,        // a comparison or check failed
+    exit_usage = 2,        // command line
+    exit_input = 3,        // a file's content
+    exit_resource = 4,     // no GPU, or out of memory
+    exit_output = 5,       // files that cannot be written
+    exit_numbers = 6,      // numerical failure, last good state saved
+    exit_device = 7,       // the device was lost
     exit_interrupt = 130,  // Ctrl-C, partial results flushed
     exit_terminate = 143,  // SIGTERM, the same
 };

@@ -31,7 +31,10 @@ std::vector<Blob> blobs_of(const Setup& setup, const std::vector<Joint<double>>&
 }
 
 Gallery::Gallery(const Scene& of, std::string where, std::string video_file, double per_second)
-    : scene(of), folder(std::move(where)), video_path(std::move(video_file)), rate(per_second),
+    : scene(of),
+      folder(std::move(where)),
+      video_path(std::move(video_file)),
+      rate(per_second),
       painter(Painter::open())
 {
     if (!folder.empty()) std::filesystem::create_directories(folder);
@@ -47,12 +50,14 @@ void Gallery::add(const View& view)
     camera.width = scene.picture_width;
     camera.height = scene.picture_height;
     const float floor = float(scene.setup.lattice.dx * scene.setup.walls.margin);
-    const Image image = painter->paint(
-        view.meshes, blobs_of(scene.setup, view.joints, view.active), camera, floor);
+    const Image image =
+        painter->paint(view.meshes, blobs_of(scene.setup, view.joints, view.active), camera, floor);
     try {
         if (!folder.empty())
-            write_png((std::filesystem::path(folder) / fmt::format("frame_{:05}.png", view.row.frame))
-                          .string(), image);
+            write_png(
+                (std::filesystem::path(folder) / fmt::format("frame_{:05}.png", view.row.frame))
+                    .string(),
+                image);
         if (video) video->add(image);
     } catch (const std::runtime_error& e) {
         throw OutputError(e.what());

@@ -33,7 +33,8 @@ class Glb {
         for (std::size_t i = 0; i < nodes.size(); ++i)
             for (const char* key : {"matrix", "translation", "rotation", "scale"})
                 if (nodes[i].contains(key))
-                    fail(fmt::format("/nodes/{}/{}", i, key), "no transform (apply it first)", "one");
+                    fail(fmt::format("/nodes/{}/{}", i, key), "no transform (apply it first)",
+                         "one");
         const Json& given = list(root, "meshes");
         for (std::size_t m = 0; m < given.size(); ++m) {
             const std::string at = fmt::format("/meshes/{}", m);
@@ -49,13 +50,15 @@ class Glb {
     [[noreturn]] void fail(const std::string& where, const std::string& expected,
                            const std::string& found) const
     {
-        throw InputError(fmt::format("{}: {}: expected {}, found {}", path, where, expected, found));
+        throw InputError(
+            fmt::format("{}: {}: expected {}, found {}", path, where, expected, found));
     }
 
     // Header and two chunks.
     void split()
     {
-        if (bytes.size() < 20 || word(bytes, 0) != magic) fail("byte 0", "a GLB file", "something else");
+        if (bytes.size() < 20 || word(bytes, 0) != magic)
+            fail("byte 0", "a GLB file", "something else");
         if (word(bytes, 4) != 2) fail("byte 4", "version 2", std::to_string(word(bytes, 4)));
         if (word(bytes, 8) != bytes.size())
             fail("byte 8", fmt::format("the file's {} bytes", bytes.size()),
@@ -80,7 +83,8 @@ class Glb {
     }
 
     // A whole number below 2^32; `fallback` where absent, if that is not negative.
-    std::size_t number(const Json& from, const char* key, const std::string& where, long fallback) const
+    std::size_t number(const Json& from, const char* key, const std::string& where,
+                       long fallback) const
     {
         if (from.is_object() && !from.contains(key) && fallback >= 0) return std::size_t(fallback);
         if (!from.is_object() || !from.contains(key)) fail(where + "/" + key, "a number", "none");
@@ -112,7 +116,8 @@ class Glb {
         if (number(view, "buffer", there, -1) != 0) fail(there + "/buffer", "0", "another buffer");
         const std::size_t count = number(a, "count", where, -1);
         const std::size_t stride = number(view, "byteStride", there, long(width));
-        const std::size_t from = number(view, "byteOffset", there, 0) + number(a, "byteOffset", where, 0);
+        const std::size_t from =
+            number(view, "byteOffset", there, 0) + number(a, "byteOffset", where, 0);
         const std::size_t needed = count ? from + (count - 1) * stride + width : from;
         if (stride < width || stride > 252 || count > 0x7fffffff || needed > length)
             fail(where, fmt::format("at most the {} bytes of the file's buffer", length),
@@ -124,7 +129,8 @@ class Glb {
     Mesh mesh(const Json& primitive, const std::string& where, const Json& of) const
     {
         Mesh m;
-        if (number(primitive, "mode", where, 4) != 4) fail(where + "/mode", "triangles (4)", "another");
+        if (number(primitive, "mode", where, 4) != 4)
+            fail(where + "/mode", "triangles (4)", "another");
         const Json attributes = primitive.value("attributes", Json::object());
         const std::size_t positions = number(attributes, "POSITION", where + "/attributes", -1);
         if (number(entry("accessors", positions), "componentType", "/accessors", -1) != real)
@@ -135,17 +141,20 @@ class Glb {
             m.vertices.push_back(v);
         });
         const std::vector<int> corners = indices(primitive, where, m.vertices.size());
-        if (corners.size() % 3 != 0) fail(where, "three corners a triangle", std::to_string(corners.size()));
+        if (corners.size() % 3 != 0)
+            fail(where, "three corners a triangle", std::to_string(corners.size()));
         for (std::size_t i = 0; i < corners.size(); i += 3)
             m.triangles.push_back({corners[i], corners[i + 1], corners[i + 2]});
-        const std::string name = of.contains("name") && of["name"].is_string() ? of["name"].get<std::string>() : "";
+        const std::string name =
+            of.contains("name") && of["name"].is_string() ? of["name"].get<std::string>() : "";
         for (int c = 0; c < 256; ++c)
             if (name == fmt::format("category {}", c)) m.category = c;
         finish_mesh(m, path);
         return m;
     }
 
-    std::vector<int> indices(const Json& primitive, const std::string& where, std::size_t count) const
+    std::vector<int> indices(const Json& primitive, const std::string& where,
+                             std::size_t count) const
     {
         std::vector<int> all;
         if (!primitive.contains("indices")) {
@@ -153,7 +162,8 @@ class Glb {
             return all;
         }
         const std::size_t index = number(primitive, "indices", where, -1);
-        const std::size_t type = number(entry("accessors", index), "componentType", "/accessors", -1);
+        const std::size_t type =
+            number(entry("accessors", index), "componentType", "/accessors", -1);
         const std::size_t width = type == byte_index ? 1 : type == short_index ? 2 : 4;
         if (width == 4 && type != long_index) fail(where, "indices of whole numbers", "others");
         each(index, width, [&](std::size_t, const char* at) {

@@ -100,7 +100,8 @@ Json parse_json(const std::string& text, const std::string& file)
     std::vector<std::set<std::string>> keys;
     const auto watch = [&](int depth, Json::parse_event_t event, Json& parsed) {
         if (depth > deepest)
-            throw InputError(fmt::format("{}: expected at most {} levels of nesting", file, deepest));
+            throw InputError(
+                fmt::format("{}: expected at most {} levels of nesting", file, deepest));
         if (event == Json::parse_event_t::object_start) {
             keys.resize(std::size_t(depth) + 1);
             keys.back().clear();
@@ -108,7 +109,8 @@ Json parse_json(const std::string& text, const std::string& file)
         if (event == Json::parse_event_t::key) {
             const auto& key = parsed.get_ref<const std::string&>();
             if (!keys[std::size_t(depth) - 1].insert(key).second)
-                throw InputError(fmt::format("{}: key \"{}\" is given twice in one object", file, key));
+                throw InputError(
+                    fmt::format("{}: key \"{}\" is given twice in one object", file, key));
         }
         return true;
     };
@@ -134,10 +136,12 @@ std::string described(const Bounds& r)
 {
     const std::string unit = *r.unit ? std::string(" ") + r.unit : "";
     const char* low = r.above ? "above " : "at least ";
-    if (std::isinf(r.low) && std::isinf(r.high)) return "a finite number" + (*r.unit ? " in" + unit : "");
+    if (std::isinf(r.low) && std::isinf(r.high))
+        return "a finite number" + (*r.unit ? " in" + unit : "");
     if (std::isinf(r.high)) return "a number " + (low + short_number(r.low)) + unit;
     if (std::isinf(r.low)) return "a number at most " + short_number(r.high) + unit;
-    return "a number " + (low + short_number(r.low)) + " and at most " + short_number(r.high) + unit;
+    return "a number " + (low + short_number(r.low)) + " and at most " + short_number(r.high) +
+           unit;
 }
 
 std::string described(const Json& value)

@@ -61,7 +61,8 @@ class ObjectReader {
     Vec3<double> vector(const std::string& key, Bounds each);
     // One of the named values.
     template <class T>
-    T choice(const std::string& key, const std::vector<std::pair<std::string, T>>& named, T fallback)
+    T choice(const std::string& key, const std::vector<std::pair<std::string, T>>& named,
+             T fallback)
     {
         if (!has(key)) return fallback;
         std::vector<std::string> names;

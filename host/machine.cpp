@@ -59,7 +59,9 @@ double process_seconds()
 {
     rusage used{};
     if (getrusage(RUSAGE_SELF, &used) != 0) return 0;
-    const auto seconds = [](const timeval& t) { return double(t.tv_sec) + 1e-6 * double(t.tv_usec); };
+    const auto seconds = [](const timeval& t) {
+        return double(t.tv_sec) + 1e-6 * double(t.tv_usec);
+    };
     return seconds(used.ru_utime) + seconds(used.ru_stime);
 }
 

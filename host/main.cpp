@@ -16,9 +16,11 @@ void add_run(CLI::App& app, Verb& chosen)
     static RunOptions o;
     CLI::App* run = app.add_subcommand("run", "Simulate a scene with its hands, headless");
     run->add_option("SCENE", o.scene, "Scene (.json)")->required();
-    run->add_option("--device", o.device, "auto, cuda, cuda:N, cpu or cpu:double")->capture_default_str();
+    run->add_option("--device", o.device, "auto, cuda, cuda:N, cpu or cpu:double")
+        ->capture_default_str();
     run->add_option("--set", o.settings, "path.key=value, e.g. objects.0.material.young=2e6")
-        ->take_all()->expected(1);
+        ->take_all()
+        ->expected(1);
     run->add_option("--hands", o.hands, "A recording or gesture instead of the scene's");
     run->add_option("--frames", o.frames, "Stop after N frames")->check(CLI::Range(1, 10000000));
     run->add_option("--out", o.out, "Folder for report.json, frames.csv, mesh, pictures");
@@ -27,7 +29,8 @@ void add_run(CLI::App& app, Verb& chosen)
     run->add_option("--seed", o.seed, "Of the particles' places and of gestures")
         ->check(CLI::Range(0, 2147483647));
     run->add_option("--threads", o.threads, "CPU threads; 0: all")->check(CLI::Range(0, 4096));
-    run->add_option("--max-memory", o.most_memory, "MiB that a run may take; 0: what is free")
+    run->add_option("--max-memory,--most-memory", o.most_memory,
+                    "MiB that a run may take; 0: what is free")
         ->check(CLI::NonNegativeNumber);
     run->add_option("--time-limit", o.time_limit, "Seconds after which no frame is begun")
         ->check(CLI::NonNegativeNumber);
@@ -47,13 +50,16 @@ void add_run(CLI::App& app, Verb& chosen)
 void add_record(CLI::App& app, Verb& chosen)
 {
     static RecordOptions o;
-    CLI::App* record = app.add_subcommand("record", "Write the hands of a scripted gesture to a file");
+    CLI::App* record =
+        app.add_subcommand("record", "Write the hands of a scripted gesture to a file");
     record->add_option("GESTURE", o.gesture, "squeeze, imprint, poke, cut, ...")->required();
     record->add_option("OUT", o.out, "File ending in .hands or .jsonl")->required();
     record->add_option("--rate", o.rate, "Frames per second")->capture_default_str();
     record->add_option("--seconds", o.seconds, "Length; 0: the gesture's own");
-    record->add_option("--radius", o.radius, "Of the ball that is shaped [m]")->capture_default_str();
-    record->add_option("--depth", o.depth, "Deepest penetration over the radius; 0: the gesture's own");
+    record->add_option("--radius", o.radius, "Of the ball that is shaped [m]")
+        ->capture_default_str();
+    record->add_option("--depth", o.depth,
+                       "Deepest penetration over the radius; 0: the gesture's own");
     record->add_option("--jitter", o.jitter, "Tracking noise, rms [m]");
     record->add_option("--dropouts", o.dropouts, "Chance per hand and frame to lose it");
     record->add_option("--latency", o.latency, "Of the tracker [s]")->capture_default_str();
@@ -66,7 +72,8 @@ void add_record(CLI::App& app, Verb& chosen)
 void add_info(CLI::App& app, Verb& chosen)
 {
     static InfoOptions o;
-    CLI::App* info = app.add_subcommand("info", "Describe a scene, recording, mesh, report or particles");
+    CLI::App* info =
+        app.add_subcommand("info", "Describe a scene, recording, mesh, report or particles");
     info->add_option("FILE", o.file, "The file")->required();
     info->add_option("--set", o.settings, "path.key=value, for scenes")->take_all()->expected(1);
     info->add_flag("--json", o.json, "JSON on stdout");
@@ -80,8 +87,11 @@ void add_compare(CLI::App& app, Verb& chosen)
     compare->add_option("FIRST", o.first, "report.json or particles.ply")->required();
     compare->add_option("SECOND", o.second, "The same kind")->required();
     compare->add_option("--tolerance", o.tolerance, "Relative for reports, metres for particles")
-        ->capture_default_str()->check(CLI::NonNegativeNumber);
-    compare->add_option("--slower", o.slower, "Fail where the second's frame takes this many times as long")
+        ->capture_default_str()
+        ->check(CLI::NonNegativeNumber);
+    compare
+        ->add_option("--slower", o.slower,
+                     "Fail where the second's frame takes this many times as long")
         ->check(CLI::NonNegativeNumber);
     compare->add_flag("--json", o.json, "JSON on stdout");
     compare->callback([&chosen] { chosen = [] { return compare_verb(o); }; });
@@ -116,8 +126,9 @@ int main(int count, char** words)
     CLI::App app("Clay shaped by hands", "knead");
     app.set_version_flag("--version", "knead " + knead_version());
     app.require_subcommand(1);
-    app.footer("Exit codes: 0 ok, 1 check failed, 2 usage, 3 bad input, 4 no GPU or out of memory,\n"
-               "5 files cannot be written, 6 numerical failure, 7 device lost, 130 interrupted");
+    app.footer(
+        "Exit codes: 0 ok, 1 check failed, 2 usage, 3 bad input, 4 no GPU or out of memory,\n"
+        "5 files cannot be written, 6 numerical failure, 7 device lost, 130 interrupted");
     Verb chosen;
     add_run(app, chosen);
     add_record(app, chosen);

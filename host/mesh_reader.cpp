@@ -39,8 +39,8 @@ struct ObjLine {
 
     [[noreturn]] void fail(const char* expected, std::string_view found) const
     {
-        throw InputError(fmt::format("{}: line {}: expected {}, found \"{}\"", path, number, expected,
-                                     found.substr(0, 60)));
+        throw InputError(fmt::format("{}: line {}: expected {}, found \"{}\"", path, number,
+                                     expected, found.substr(0, 60)));
     }
     float coordinate(std::string_view word) const
     {
@@ -79,11 +79,12 @@ void finish_mesh(Mesh& mesh, const std::string& path)
         const Int3 t = mesh.triangles[i];
         const auto valid = [&](int v) { return v >= 0 && v < count; };
         if (!valid(t.x) || !valid(t.y) || !valid(t.z))
-            throw InputError(fmt::format("{}: triangle {}: expected vertices from 0 to {}, found {} {} {}",
-                                         path, i, count - 1, t.x, t.y, t.z));
+            throw InputError(
+                fmt::format("{}: triangle {}: expected vertices from 0 to {}, found {} {} {}", path,
+                            i, count - 1, t.x, t.y, t.z));
         const Vec3<float> a = mesh.vertices[std::size_t(t.x)];
-        const Vec3<float> area = cross(mesh.vertices[std::size_t(t.y)] - a,
-                                       mesh.vertices[std::size_t(t.z)] - a);
+        const Vec3<float> area =
+            cross(mesh.vertices[std::size_t(t.y)] - a, mesh.vertices[std::size_t(t.z)] - a);
         for (int v : {t.x, t.y, t.z})
             mesh.normals[std::size_t(v)] = mesh.normals[std::size_t(v)] + area;
     }
@@ -109,11 +110,12 @@ Mesh to_mesh(const PlyFile& ply, const std::string& path)
     for (int k = 0; k < 3; ++k) {
         axis[k] = points->find(names[k]);
         if (!axis[k] || axis[k]->list)
-            throw InputError(fmt::format("{}: expected the vertex property \"{}\"", path, names[k]));
+            throw InputError(
+                fmt::format("{}: expected the vertex property \"{}\"", path, names[k]));
     }
     for (std::size_t i = 0; i < points->rows; ++i)
-        mesh.vertices.push_back({float(axis[0]->values[i]), float(axis[1]->values[i]),
-                                 float(axis[2]->values[i])});
+        mesh.vertices.push_back(
+            {float(axis[0]->values[i]), float(axis[1]->values[i]), float(axis[2]->values[i])});
     for (std::size_t f = 0; f < faces->rows; ++f) {
         const double* row = corners->values.data() + corners->start[f];
         add_fan(mesh, corners->start[f + 1] - corners->start[f], [&](std::size_t k) {

@@ -74,12 +74,12 @@ std::vector<Particle<double>> to_particles(const PlyFile& ply, const std::string
     for (std::size_t k = 0; k < reals; ++k) {
         const PlyProperty* p = column(real_names[k]);
         if (!p && k < 3)
-            throw InputError(fmt::format("{}: expected the property \"{}\", found none", path,
-                                         real_names[k]));
+            throw InputError(
+                fmt::format("{}: expected the property \"{}\", found none", path, real_names[k]));
         for (std::size_t i = 0; p && i < particles.size(); ++i) {
             if (!std::isfinite(p->values[i]))
-                throw InputError(fmt::format("{}: particle {}: expected a finite {}, found {}", path,
-                                             i, real_names[k], p->values[i]));
+                throw InputError(fmt::format("{}: particle {}: expected a finite {}, found {}",
+                                             path, i, real_names[k], p->values[i]));
             row(particles[i])[k] = p->values[i];
         }
     }

@@ -22,10 +22,12 @@ constexpr std::size_t width[] = {1, 1, 2, 2, 4, 4, 4, 8, 0};
 Type type_named(std::string_view name)
 {
     constexpr std::pair<std::string_view, Type> names[] = {
-        {"char", Type::i8},   {"uchar", Type::u8},  {"short", Type::i16},   {"ushort", Type::u16},
-        {"int", Type::i32},   {"uint", Type::u32},  {"float", Type::f32},   {"double", Type::f64},
-        {"int8", Type::i8},   {"uint8", Type::u8},  {"int16", Type::i16},   {"uint16", Type::u16},
-        {"int32", Type::i32}, {"uint32", Type::u32}, {"float32", Type::f32}, {"float64", Type::f64}};
+        {"char", Type::i8},    {"uchar", Type::u8},   {"short", Type::i16},
+        {"ushort", Type::u16}, {"int", Type::i32},    {"uint", Type::u32},
+        {"float", Type::f32},  {"double", Type::f64}, {"int8", Type::i8},
+        {"uint8", Type::u8},   {"int16", Type::i16},  {"uint16", Type::u16},
+        {"int32", Type::i32},  {"uint32", Type::u32}, {"float32", Type::f32},
+        {"float64", Type::f64}};
     for (const auto& [n, t] : names)
         if (n == name) return t;
     return Type::none;
@@ -42,15 +44,24 @@ double loaded(const char* at)
 double load(Type type, const char* at)
 {
     switch (type) {
-        case Type::i8: return loaded<std::int8_t>(at);
-        case Type::u8: return loaded<std::uint8_t>(at);
-        case Type::i16: return loaded<std::int16_t>(at);
-        case Type::u16: return loaded<std::uint16_t>(at);
-        case Type::i32: return loaded<std::int32_t>(at);
-        case Type::u32: return loaded<std::uint32_t>(at);
-        case Type::f32: return loaded<float>(at);
-        case Type::f64: return loaded<double>(at);
-        case Type::none: break;
+        case Type::i8:
+            return loaded<std::int8_t>(at);
+        case Type::u8:
+            return loaded<std::uint8_t>(at);
+        case Type::i16:
+            return loaded<std::int16_t>(at);
+        case Type::u16:
+            return loaded<std::uint16_t>(at);
+        case Type::i32:
+            return loaded<std::int32_t>(at);
+        case Type::u32:
+            return loaded<std::uint32_t>(at);
+        case Type::f32:
+            return loaded<float>(at);
+        case Type::f64:
+            return loaded<double>(at);
+        case Type::none:
+            break;
     }
     return std::nan("");
 }
@@ -73,7 +84,8 @@ class Parser {
   private:
     [[noreturn]] void fail(const std::string& expected, const std::string& found) const
     {
-        throw InputError(fmt::format("{}: byte {}: expected {}, found {}", path, at, expected, found));
+        throw InputError(
+            fmt::format("{}: byte {}: expected {}, found {}", path, at, expected, found));
     }
 
     std::string_view line()
@@ -170,8 +182,10 @@ class Parser {
         }
         at = std::min(bytes.find_first_not_of(" \t\r\n", at), bytes.size());
         double value = 0;
-        const auto [end, problem] = std::from_chars(bytes.data() + at, bytes.data() + bytes.size(), value);
-        if (problem != std::errc()) fail("a number", at == bytes.size() ? "the end of the file" : "none");
+        const auto [end, problem] =
+            std::from_chars(bytes.data() + at, bytes.data() + bytes.size(), value);
+        if (problem != std::errc())
+            fail("a number", at == bytes.size() ? "the end of the file" : "none");
         at = std::size_t(end - bytes.data());
         return value;
     }
@@ -181,9 +195,10 @@ class Parser {
         std::size_t least_row = 0;
         for (const Types& t : of)
             least_row += ascii ? 2 : width[int(t.count == Type::none ? t.value : t.count)];
-        if (element.rows > 0 && element.rows > (bytes.size() - at + 1) / std::max<std::size_t>(1, least_row))
-            fail(fmt::format("{} rows of \"{}\", at least {} bytes each", element.rows, element.name,
-                             least_row),
+        if (element.rows > 0 &&
+            element.rows > (bytes.size() - at + 1) / std::max<std::size_t>(1, least_row))
+            fail(fmt::format("{} rows of \"{}\", at least {} bytes each", element.rows,
+                             element.name, least_row),
                  fmt::format("{} bytes left", bytes.size() - at));
         for (PlyProperty& p : element.properties) {
             if (p.list) p.start.reserve(element.rows + 1), p.start.push_back(0);
@@ -198,7 +213,8 @@ class Parser {
         if (!p.list) return p.values.push_back(number(t.value));
         const double count = number(t.count);
         const double room = double(bytes.size() - at + 1) / double(ascii ? 2 : width[int(t.value)]);
-        if (!(count >= 0 && count <= room)) fail("a list that the file can hold", short_number(count));
+        if (!(count >= 0 && count <= room))
+            fail("a list that the file can hold", short_number(count));
         for (int i = 0; i < int(count); ++i) p.values.push_back(number(t.value));
         p.start.push_back(p.values.size());
     }

@@ -15,8 +15,11 @@ namespace {
 Json milliseconds(const std::vector<double>& seconds)
 {
     const Spread s = spread(seconds);
-    return {{"median_ms", 1e3 * s.median}, {"p95_ms", 1e3 * s.p95}, {"mean_ms", 1e3 * s.mean},
-            {"max_ms", 1e3 * s.most},      {"samples", seconds.size()}};
+    return {{"median_ms", 1e3 * s.median},
+            {"p95_ms", 1e3 * s.p95},
+            {"mean_ms", 1e3 * s.mean},
+            {"max_ms", 1e3 * s.most},
+            {"samples", seconds.size()}};
 }
 
 struct Stage {
@@ -94,9 +97,15 @@ Json context(const Scene& scene, const RunFacts& facts)
 
 Json benchmark_row(const std::string& name, const Spread& s, std::size_t iterations)
 {
-    return {{"name", name},         {"run_name", name},        {"run_type", "iteration"},
-            {"repetitions", 1},     {"repetition_index", 0},   {"iterations", iterations},
-            {"time_unit", "ms"},    {"real_time", 1e3 * s.median}, {"p95", 1e3 * s.p95}};
+    return {{"name", name},
+            {"run_name", name},
+            {"run_type", "iteration"},
+            {"repetitions", 1},
+            {"repetition_index", 0},
+            {"iterations", iterations},
+            {"time_unit", "ms"},
+            {"real_time", 1e3 * s.median},
+            {"p95", 1e3 * s.p95}};
 }
 
 Json runs(const Scene& scene, const RunRecord& record, const RunFacts& facts)
@@ -181,30 +190,37 @@ Json physics(const Scene& scene, const RunRecord& record)
     const double particle_steps =
         double(record.particles) * double(total(record, &Tally::substeps));
     const Depths& left = record.left;
-    return {
-        {"simulated_s", last->simulated},
-        {"time", steps(record)},
-        {"particles", record.particles},
-        {"active_block_share", record.rows.empty() ? 0 : active / double(record.rows.size())},
-        {"bytes", record.bytes},
-        {"mass", {{"first_kg", record.first.mass}, {"last_kg", last->state.mass},
-                  {"exact", record.first.mass == last->state.mass}}},
-        {"volume", volumes(record, *last)},
-        {"momentum", momentum(scene, record, *last)},
-        {"energy", {{"kinetic_J", last->state.kinetic}, {"elastic_J", last->state.elastic},
-                    {"kinetic_first_J", record.first.kinetic},
-                    {"elastic_first_J", record.first.elastic}}},
-        {"fastest_m_per_s", last->state.fastest},
-        {"yielded_share",
-         particle_steps > 0 ? double(total(record, &Tally::yielded)) / particle_steps : 0},
-        {"penetration", {{"found_max_mm", 1e3 * deepest}, {"left_mean_mm", 1e3 * left.mean},
-                         {"left_p99_mm", 1e3 * left.p99}, {"left_max_mm", 1e3 * left.most},
-                         {"left_count", left.count},
-                         {"projected", total(record, &Tally::projected)}}},
-        {"guards", {{"clipped", total(record, &Tally::clipped)},
-                    {"confined", total(record, &Tally::confined)},
-                    {"repaired", total(record, &Tally::repaired)}}},
-        {"state_hash", hexadecimal(last->state.hash)}};
+    return {{"simulated_s", last->simulated},
+            {"time", steps(record)},
+            {"particles", record.particles},
+            {"active_block_share", record.rows.empty() ? 0 : active / double(record.rows.size())},
+            {"bytes", record.bytes},
+            {"mass",
+             {{"first_kg", record.first.mass},
+              {"last_kg", last->state.mass},
+              {"exact", record.first.mass == last->state.mass}}},
+            {"volume", volumes(record, *last)},
+            {"momentum", momentum(scene, record, *last)},
+            {"energy",
+             {{"kinetic_J", last->state.kinetic},
+              {"elastic_J", last->state.elastic},
+              {"kinetic_first_J", record.first.kinetic},
+              {"elastic_first_J", record.first.elastic}}},
+            {"fastest_m_per_s", last->state.fastest},
+            {"yielded_share",
+             particle_steps > 0 ? double(total(record, &Tally::yielded)) / particle_steps : 0},
+            {"penetration",
+             {{"found_max_mm", 1e3 * deepest},
+              {"left_mean_mm", 1e3 * left.mean},
+              {"left_p99_mm", 1e3 * left.p99},
+              {"left_max_mm", 1e3 * left.most},
+              {"left_count", left.count},
+              {"projected", total(record, &Tally::projected)}}},
+            {"guards",
+             {{"clipped", total(record, &Tally::clipped)},
+              {"confined", total(record, &Tally::confined)},
+              {"repaired", total(record, &Tally::repaired)}}},
+            {"state_hash", hexadecimal(last->state.hash)}};
 }
 
 }  // namespace
@@ -212,11 +228,16 @@ Json physics(const Scene& scene, const RunRecord& record)
 const char* end_name(End end)
 {
     switch (end) {
-        case End::complete: return "complete";
-        case End::interrupted: return "interrupted";
-        case End::time_limit: return "time limit";
-        case End::numbers: return "numerical failure";
-        case End::device: break;
+        case End::complete:
+            return "complete";
+        case End::interrupted:
+            return "interrupted";
+        case End::time_limit:
+            return "time limit";
+        case End::numbers:
+            return "numerical failure";
+        case End::device:
+            break;
     }
     return "device lost";
 }
@@ -274,11 +295,11 @@ std::string frames_csv(const RunRecord& record)
         "triangles,hash\n";
     for (const FrameRow& r : record.rows) {
         const Tally& t = r.tally;
-        out += fmt::format("{},{:.9g},{:.9g},{:d},{:.6g},{:.6g},{},{:.6g},{:.6g},{},{},{},{:.6g},{},{},{},",
-                           r.frame, r.simulated, r.hand_time, r.hands, 1e3 * r.wall,
-                           1e3 * r.surface_wall, t.substeps, t.dt_least, t.dt_most, t.active_blocks,
-                           t.yielded, t.projected, 1e3 * t.found_depth, t.clipped, t.confined,
-                           t.repaired);
+        out += fmt::format(
+            "{},{:.9g},{:.9g},{:d},{:.6g},{:.6g},{},{:.6g},{:.6g},{},{},{},{:.6g},{},{},{},",
+            r.frame, r.simulated, r.hand_time, r.hands, 1e3 * r.wall, 1e3 * r.surface_wall,
+            t.substeps, t.dt_least, t.dt_most, t.active_blocks, t.yielded, t.projected,
+            1e3 * t.found_depth, t.clipped, t.confined, t.repaired);
         if (r.audited)
             out += fmt::format("{:.9g},{:.9g},{:.9g},{:.6g},{:.6g},{:.6g},{:.6g},", r.state.kinetic,
                                r.state.elastic, r.state.volume, r.state.fastest, 1e3 * r.left.mean,

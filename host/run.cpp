@@ -112,8 +112,8 @@ class Run {
         depths.add(inside);
         row.left = depths_of(inside);
         if (row.state.broken > 0) {
-            record.trouble = fmt::format("frame {}: {} particles are not numbers", row.frame,
-                                         row.state.broken);
+            record.trouble =
+                fmt::format("frame {}: {} particles are not numbers", row.frame, row.state.broken);
             return false;
         }
         record.last_good = std::move(now);
@@ -152,8 +152,8 @@ void start(Run& run)
     FrameRow before;
     run.record.last_good = run.solver.particles();
     run.record.particles = run.record.last_good.size();
-    run.record.first = audit(run.record.last_good, run.scene.setup.materials,
-                             run.scene.setup.lattice.dx);
+    run.record.first =
+        audit(run.record.last_good, run.scene.setup.materials, run.scene.setup.lattice.dx);
     if (run.rule.mesh_every == 0 && !run.rule.last_mesh) return;
     before.audited = true;
     run.mesh(before);
@@ -220,8 +220,8 @@ RunRecord run_frames(const Scene& scene, Solver& solver, const HandSource* hands
     HandStep step(scene, hands);
     record.frames_wanted = frames_wanted(scene, hands, rule.frames);
     // Clock "paper": the hands cover a displayed frame's path in less simulated time.
-    record.duration = scene.clock == Clock::paper ? scene.paper_substeps * scene.paper_dt
-                                                  : 1 / scene.frame_rate;
+    record.duration =
+        scene.clock == Clock::paper ? scene.paper_substeps * scene.paper_dt : 1 / scene.frame_rate;
     start(run);
     const Wall::time_point begin = Wall::now();
     for (int f = 1; f <= record.frames_wanted && record.end == End::complete; ++f) {
@@ -238,8 +238,8 @@ RunRecord run_frames(const Scene& scene, Solver& solver, const HandSource* hands
         if (!run.advance(row, step.motion)) break;
         const bool last = f == record.frames_wanted, bad = overrun(row.tally, record.particles);
         if (bad)
-            record.trouble = fmt::format("frame {}: {} particles had to be put back", f,
-                                         row.tally.repaired);
+            record.trouble =
+                fmt::format("frame {}: {} particles had to be put back", f, row.tally.repaired);
         const bool due = last || f == 1 || f % std::max(1, rule.audit_every) == 0;
         if (bad || (due && !run.look(row))) record.end = End::numbers;
         const bool shown = rule.mesh_every > 0 && f % rule.mesh_every == 0;
@@ -259,8 +259,10 @@ RunRecord run_frames(const Scene& scene, Solver& solver, const HandSource* hands
 std::vector<std::string> left_out(const Scene& scene, const RunRule& rule)
 {
     std::vector<std::string> out;
-    if (!scene.has_hands) out.push_back("contact: the scene has no hands");
-    else if (scene.setup.tools.empty()) out.push_back("contact: neither hand is present");
+    if (!scene.has_hands)
+        out.push_back("contact: the scene has no hands");
+    else if (scene.setup.tools.empty())
+        out.push_back("contact: neither hand is present");
     if (scene.has_hands && !scene.setup.grid_contact)
         out.push_back("grid contact: switched off by /contact/grid");
     if (scene.has_hands && scene.setup.passes == 0)

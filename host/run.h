@@ -10,11 +10,11 @@
 namespace knead {
 
 struct RunRule {
-    int frames = 0;         // 0: as the scene says
-    int audit_every = 1;    // frames from audit to audit; the first and the last always are
-    int mesh_every = 0;     // frames from mesh to mesh; 0: none
-    bool last_mesh = false; // a mesh of the last frame
-    double time_limit = 0;  // wall time after which no frame is begun [s]; 0: none
+    int frames = 0;          // 0: as the scene says
+    int audit_every = 1;     // frames from audit to audit; the first and the last always are
+    int mesh_every = 0;      // frames from mesh to mesh; 0: none
+    bool last_mesh = false;  // a mesh of the last frame
+    double time_limit = 0;   // wall time after which no frame is begun [s]; 0: none
 };
 
 // Depths [m] of the particles that projection left inside a tool.
@@ -26,10 +26,10 @@ Depths depths_of(std::vector<double> found);
 
 struct FrameRow {
     int frame = 0;
-    double simulated = 0;  // since the start, at the frame's end [s]
-    double hand_time = 0;  // of the recording, at the frame's end [s]
-    bool hands = false;    // any hand was active
-    double wall = 0;       // of the solver [s]
+    double simulated = 0;                     // since the start, at the frame's end [s]
+    double hand_time = 0;                     // of the recording, at the frame's end [s]
+    bool hands = false;                       // any hand was active
+    double wall = 0;                          // of the solver [s]
     double hands_wall = 0, surface_wall = 0;  // [s]
     Tally tally;
     bool audited = false;  // what follows is filled in
@@ -45,17 +45,17 @@ enum class End { complete, interrupted, time_limit, numbers, device };
 
 struct RunRecord {
     std::vector<FrameRow> rows;
-    Audit first;                        // before the first frame
-    double first_mesh_volume = -1;      // [m^3]; negative: not meshed
-    Depths left;                        // over all audited frames; p99 to 10 micrometres
+    Audit first;                    // before the first frame
+    double first_mesh_volume = -1;  // [m^3]; negative: not meshed
+    Depths left;                    // over all audited frames; p99 to 10 micrometres
     std::size_t particles = 0, bytes = 0;
     int frames_wanted = 0;
-    double duration = 0;                // simulated per frame [s]
-    double wall = 0;                    // of the whole loop [s]
+    double duration = 0;  // simulated per frame [s]
+    double wall = 0;      // of the whole loop [s]
     End end = End::complete;
-    std::string trouble;                // of End::numbers and End::device: what, when
+    std::string trouble;                      // of End::numbers and End::device: what, when
     std::vector<Particle<double>> last_good;  // the state of the last audit
-    std::vector<Mesh> meshes;           // of the last frame, where wanted
+    std::vector<Mesh> meshes;                 // of the last frame, where wanted
 };
 
 // What a picture shows: the clay's meshes and the tools' primitives where they stand.

@@ -26,8 +26,10 @@ void read_domain(ObjectReader& r, Scene& scene)
         return n >= 8 && n <= most_cells && n == std::floor(n) && int(n) % block_edge == 0;
     };
     const auto refuse = [&](const Json& found) {
-        r.fail("cells", fmt::format("a multiple of {} from 8 to {}, or three of them", block_edge,
-                                    most_cells), described(found));
+        r.fail(
+            "cells",
+            fmt::format("a multiple of {} from 8 to {}, or three of them", block_edge, most_cells),
+            described(found));
     };
     if (const Json* given = r.find("cells")) {
         int n[3];
@@ -103,7 +105,8 @@ void check_recipe(ObjectReader& r, const Recipe& m)
     if (m.flow == Flow::herschel_bulkley)
         needs("viscosity", m.viscosity, "a consistency above 0 for flow \"herschel_bulkley\"");
     if (m.flow == Flow::drucker_prager)
-        needs("friction_angle", m.friction_angle, "an angle above 0 degrees for \"drucker_prager\"");
+        needs("friction_angle", m.friction_angle,
+              "an angle above 0 degrees for \"drucker_prager\"");
 }
 
 const Recipe& named_recipe(const ObjectReader& r, const std::string& key, const Json& name)
@@ -141,11 +144,10 @@ Object read_object(ObjectReader& r, std::size_t index)
     const Bounds where{-1000, 1000, "m"}, extent{0, 1000, "m", true};
     Object o;
     o.name = r.text("name", fmt::format("object {}", index));
-    o.shape = r.choice<ShapeKind>("shape",
-                                  {{"sphere", ShapeKind::sphere},
-                                   {"box", ShapeKind::box},
-                                   {"cylinder", ShapeKind::cylinder}},
-                                  ShapeKind::sphere);
+    o.shape = r.choice<ShapeKind>(
+        "shape",
+        {{"sphere", ShapeKind::sphere}, {"box", ShapeKind::box}, {"cylinder", ShapeKind::cylinder}},
+        ShapeKind::sphere);
     o.centre = r.vector("centre", where);
     if (o.shape == ShapeKind::box) {
         o.size = r.vector("size", extent);
@@ -166,7 +168,8 @@ void read_objects(ObjectReader& r, Scene& scene)
 {
     const Json& list = r.required("objects", "an array of at least one object");
     if (!list.is_array() || list.empty() || list.size() > most_objects)
-        r.fail("objects", fmt::format("an array of 1 to {} objects", most_objects), described(list));
+        r.fail("objects", fmt::format("an array of 1 to {} objects", most_objects),
+               described(list));
     for (std::size_t i = 0; i < list.size(); ++i)
         ObjectReader::read(list[i], r.file(), r.pointer("objects") + "/" + std::to_string(i),
                            [&](ObjectReader& o) { scene.objects.push_back(read_object(o, i)); });
@@ -220,11 +223,10 @@ void read_hands(ObjectReader& r, Scene& scene)
                                     Topology::h25);
     h.touch = r.choice("touch", touches, Touch::separate);
     h.friction = r.number("friction", {0, 10}, 0.4);
-    h.filter = r.choice<Filter>("filter",
-                                {{"none", Filter::none},
-                                 {"average", Filter::average},
-                                 {"adaptive", Filter::adaptive}},
-                                Filter::adaptive);
+    h.filter = r.choice<Filter>(
+        "filter",
+        {{"none", Filter::none}, {"average", Filter::average}, {"adaptive", Filter::adaptive}},
+        Filter::adaptive);
     r.object("left", [&](ObjectReader& in) { read_side(in, h, left); });
     r.object("right", [&](ObjectReader& in) { read_side(in, h, right); });
 }
@@ -235,7 +237,8 @@ void read_surface(ObjectReader& r, Scene& scene)
     const int longest = most(from.size.x, most(from.size.y, from.size.z));
     scene.surface_nodes = r.whole("nodes", 0, 2048, 0);
     const int nodes = scene.surface_nodes ? scene.surface_nodes : 2 * longest;
-    if (nodes < 8) r.fail("nodes", "0 (twice the domain's cells) or 8 to 2048", std::to_string(nodes));
+    if (nodes < 8)
+        r.fail("nodes", "0 (twice the domain's cells) or 8 to 2048", std::to_string(nodes));
     const auto along = [&](int n) {
         const double share = double(n) / longest * nodes;
         return block_edge * int(std::ceil(share / block_edge - 1e-9));
@@ -243,11 +246,10 @@ void read_surface(ObjectReader& r, Scene& scene)
     scene.surface.lattice = {{along(from.size.x), along(from.size.y), along(from.size.z)},
                              float(from.dx * longest / nodes)};
     scene.surface.iso = float(r.number("iso", {0.01, 0.99, "of the rest density"}, 0.5));
-    scene.surface.smoothing = r.choice<Smoothing>("smoothing",
-                                                  {{"none", Smoothing::none},
-                                                   {"laplace", Smoothing::laplace},
-                                                   {"taubin", Smoothing::taubin}},
-                                                  Smoothing::taubin);
+    scene.surface.smoothing = r.choice<Smoothing>(
+        "smoothing",
+        {{"none", Smoothing::none}, {"laplace", Smoothing::laplace}, {"taubin", Smoothing::taubin}},
+        Smoothing::taubin);
     scene.surface.iterations = r.whole("iterations", 0, 100, 5);
 }
 
@@ -268,8 +270,8 @@ void read_camera(ObjectReader& r, Scene& scene)
 
 void read_time(ObjectReader& r, Scene& scene)
 {
-    scene.clock = r.choice<Clock>("clock", {{"wall", Clock::wall}, {"paper", Clock::paper}},
-                                  Clock::wall);
+    scene.clock =
+        r.choice<Clock>("clock", {{"wall", Clock::wall}, {"paper", Clock::paper}}, Clock::wall);
     scene.frame_rate = r.number("frame_rate", {1, 1000, "frames/s"}, 90);
     scene.frames = r.whole("frames", 0, 10000000, 0);
     r.object("paper", [&](ObjectReader& in) {

@@ -20,7 +20,7 @@ struct Object {
     std::string name;
     ShapeKind shape = ShapeKind::sphere;
     Vec3<double> centre{};       // [m]
-    Vec3<double> size{};         // full extents [m]; a sphere's diameter thrice; a cylinder stands on y
+    Vec3<double> size{};         // full extents [m]; a cylinder stands on y
     Vec3<double> velocity{};     // [m/s]
     Material<double> material{};  // mass and volume are filled in when particles are made
     std::string preset;          // name of the material, as given
@@ -54,7 +54,7 @@ struct Scene {
     int paper_substeps = 5;      // clock "paper": substeps of paper_dt a frame
     double paper_dt = 1e-4;      // [s]
     int frames = 0;              // 0: as long as the recording, or 1 s
-    int surface_nodes = 0;       // nodes along the longest axis of the density lattice; 0: 2 x lattice
+    int surface_nodes = 0;       // of the density lattice's longest axis; 0: twice the lattice's
     SurfaceRule surface;
     unsigned seed = 1;
     Vec3<double> eye{1.1, 0.9, 1.6}, target{0.5, 0.4, 0.5};  // camera [m]

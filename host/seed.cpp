@@ -49,8 +49,7 @@ Room room(const Setup& setup)
     const double dx = setup.lattice.dx;
     const int m = setup.walls.margin;
     const Int3 n = setup.lattice.size;
-    return {{dx * m, dx * m, dx * m},
-            {dx * (n.x - 1 - m), dx * (n.y - 1 - m), dx * (n.z - 1 - m)}};
+    return {{dx * m, dx * m, dx * m}, {dx * (n.x - 1 - m), dx * (n.y - 1 - m), dx * (n.z - 1 - m)}};
 }
 
 void check_in_room(const Scene& scene, std::size_t index)
@@ -74,8 +73,9 @@ void check_memory(const Scene& scene, std::size_t memory)
 {
     const double particles = expected_particles(scene), bytes = expected_bytes(scene);
     if (particles > most_particles)
-        throw MemoryError(fmt::format("{}: /objects: expected at most {:.3g} particles, found {:.4g}",
-                                      scene.path, most_particles, particles));
+        throw MemoryError(
+            fmt::format("{}: /objects: expected at most {:.3g} particles, found {:.4g}", scene.path,
+                        most_particles, particles));
     if (bytes > double(memory))
         throw MemoryError(fmt::format(
             "{}: {:.4g} particles on {} x {} x {} nodes need about {:.1f} MiB, and {:.1f} MiB are "
@@ -92,7 +92,9 @@ void seed_object(Scene& scene, std::size_t index)
     o.material.volume = h * h * h;
     o.material.mass = o.material.density * o.material.volume;
     const Room r = room(setup);
-    const auto first = [&](double c, double size) { return int(std::floor((c - size / 2) / h)) - 1; };
+    const auto first = [&](double c, double size) {
+        return int(std::floor((c - size / 2) / h)) - 1;
+    };
     const auto last = [&](double c, double size) { return int(std::ceil((c + size / 2) / h)); };
     const auto within = [](double x, double low, double high) { return x >= low && x <= high; };
     const std::size_t before = setup.particles.size();
@@ -106,13 +108,15 @@ void seed_object(Scene& scene, std::size_t index)
                     !within(p.y, r.low.y, r.high.y) || !within(p.z, r.low.z, r.high.z))
                     continue;
                 bool taken = false;
-                for (std::size_t k = 0; k < index && !taken; ++k) taken = inside(scene.objects[k], p);
+                for (std::size_t k = 0; k < index && !taken; ++k)
+                    taken = inside(scene.objects[k], p);
                 if (!taken) setup.particles.push_back({p, o.velocity, {}, {}, 0, int(index), 0});
             }
     if (setup.particles.size() == before)
-        throw InputError(fmt::format("{}: expected an object that holds particles, found none in it: "
-                                     "smaller than a cell's {:.3g} m, or inside an earlier object",
-                                     place(scene, index), h));
+        throw InputError(
+            fmt::format("{}: expected an object that holds particles, found none in it: "
+                        "smaller than a cell's {:.3g} m, or inside an earlier object",
+                        place(scene, index), h));
     setup.materials.push_back(o.material);
 }
 
@@ -144,10 +148,12 @@ bool inside(const Object& o, Vec3<double> x)
     const Vec3<double> d = x - o.centre;
     const auto half = [](double a, double size) { return std::abs(a) <= size / 2; };
     switch (o.shape) {
-        case ShapeKind::box: return half(d.x, o.size.x) && half(d.y, o.size.y) && half(d.z, o.size.z);
+        case ShapeKind::box:
+            return half(d.x, o.size.x) && half(d.y, o.size.y) && half(d.z, o.size.z);
         case ShapeKind::cylinder:
             return half(d.y, o.size.y) && half(std::hypot(d.x, d.z), o.size.x);
-        case ShapeKind::sphere: break;
+        case ShapeKind::sphere:
+            break;
     }
     return dot(d, d) <= o.size.x * o.size.x / 4;
 }
@@ -156,9 +162,12 @@ double shape_volume(const Object& o)
 {
     const double box = o.size.x * o.size.y * o.size.z;
     switch (o.shape) {
-        case ShapeKind::box: return box;
-        case ShapeKind::cylinder: return box * std::numbers::pi / 4;
-        case ShapeKind::sphere: break;
+        case ShapeKind::box:
+            return box;
+        case ShapeKind::cylinder:
+            return box * std::numbers::pi / 4;
+        case ShapeKind::sphere:
+            break;
     }
     return box * std::numbers::pi / 6;
 }

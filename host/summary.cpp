@@ -24,12 +24,17 @@ std::string counted(const Json& object)
     return text.empty() ? "none" : text;
 }
 
-std::string stage_lines(const Json& k)
+// In the order of the frame, which only the rows of "runs" keep.
+std::string stage_lines(const Json& report)
 {
     std::string text;
-    for (const auto& [name, s] : k["stages"].items())
-        text += fmt::format("  {:<12} {:>9.3f} ms median {:>9.3f} ms p95\n", name,
-                            at(s, "/median_ms"), at(s, "/p95_ms"));
+    for (const Json& run : report["runs"]) {
+        const std::string name = run["name"].get<std::string>();
+        const std::size_t stage = name.rfind("/stage/");
+        if (stage == std::string::npos) continue;
+        text += fmt::format("  {:<12} {:>9.3f} ms median {:>9.3f} ms p95\n", name.substr(stage + 7),
+                            at(run, "/real_time"), at(run, "/p95"));
+    }
     return text;
 }
 
@@ -39,16 +44,16 @@ std::string summary(const Json& report)
 {
     const Json& k = report["knead"];
     const double frame = at(k, "/frame/median_ms");
-    std::string text = fmt::format("{}: {}, {} of {} frames, {:.4g} s simulated in {:.4g} s\n",
-                                   report["context"]["scene"].get<std::string>(),
-                                   k["end"].get<std::string>(), k["frames"].get<int>(),
-                                   k["frames_wanted"].get<int>(), at(k, "/simulated_s"),
-                                   at(k, "/wall_s"));
+    std::string text =
+        fmt::format("{}: {}, {} of {} frames, {:.4g} s simulated in {:.4g} s\n",
+                    report["context"]["scene"].get<std::string>(), k["end"].get<std::string>(),
+                    k["frames"].get<int>(), k["frames_wanted"].get<int>(), at(k, "/simulated_s"),
+                    at(k, "/wall_s"));
     if (k.contains("trouble")) text += "trouble       " + k["trouble"].get<std::string>() + "\n";
     text += fmt::format("device        {}\n", report["context"]["device"].get<std::string>());
     text += fmt::format("frame         {:.3f} ms median, {:.3f} ms p95 ({:.1f} frames/s)\n", frame,
                         at(k, "/frame/p95_ms"), frame > 0 ? 1e3 / frame : 0);
-    text += stage_lines(k);
+    text += stage_lines(report);
     text += fmt::format("particles     {} ({:.1f} MiB), {:.1f} % of the blocks active\n",
                         long(at(k, "/particles")), at(k, "/bytes") / 0x1p20,
                         100 * at(k, "/active_block_share"));
@@ -65,9 +70,10 @@ std::string summary(const Json& report)
                         at(k, "/energy/kinetic_J"), at(k, "/energy/elastic_J"));
     text += fmt::format("yielded       {:.2f} % of all particle-substeps\n",
                         100 * at(k, "/yielded_share"));
-    text += fmt::format("penetration   left: mean {:.3g}, p99 {:.3g}, max {:.3g} mm; found: max {:.3g} mm\n",
-                        at(k, "/penetration/left_mean_mm"), at(k, "/penetration/left_p99_mm"),
-                        at(k, "/penetration/left_max_mm"), at(k, "/penetration/found_max_mm"));
+    text += fmt::format(
+        "penetration   left: mean {:.3g}, p99 {:.3g}, max {:.3g} mm; found: max {:.3g} mm\n",
+        at(k, "/penetration/left_mean_mm"), at(k, "/penetration/left_p99_mm"),
+        at(k, "/penetration/left_max_mm"), at(k, "/penetration/found_max_mm"));
     text += "guards        " + counted(k["guards"]) + "\n";
     if (k.contains("hands"))
         text += fmt::format("hands         active in {} frames, filter lag {:.1f} ms\n",

@@ -1,4 +1,5 @@
-// knead compare: two reports, or two particle files. Fails (1) where they differ by more than asked.
+// knead compare: two reports, or two particle files. Fails (1) where they differ by more than
+// asked.
 #include <fmt/format.h>
 
 #include <cmath>
@@ -53,7 +54,8 @@ Json compare_reports(const CompareOptions& o)
             all["differences"].push_back(
                 {{"what", q}, {"first", first}, {"second", second}, {"relative", apart}});
     }
-    const double before = value(a, "/knead/frame/median_ms"), after = value(b, "/knead/frame/median_ms");
+    const double before = value(a, "/knead/frame/median_ms"),
+                 after = value(b, "/knead/frame/median_ms");
     const double ratio = before > 0 ? after / before : std::nan("");
     all["frame_ms"] = {{"first", before}, {"second", after}, {"ratio", ratio}};
     const bool fast = !(o.slower > 0) || ratio <= o.slower;
@@ -84,20 +86,24 @@ std::string told(const Json& all)
 {
     std::string text;
     if (all["kind"] == "particles") {
-        text = fmt::format("particles     {} and {}\n", all["first"].get<long>(), all["second"].get<long>());
+        text = fmt::format("particles     {} and {}\n", all["first"].get<long>(),
+                           all["second"].get<long>());
         if (all.contains("rms_m"))
-            text += fmt::format("apart         rms {:.6g} m, max {:.6g} m; velocities max {:.6g} m/s\n",
-                                all["rms_m"].get<double>(), all["max_m"].get<double>(),
-                                all["max_m_per_s"].get<double>());
+            text +=
+                fmt::format("apart         rms {:.6g} m, max {:.6g} m; velocities max {:.6g} m/s\n",
+                            all["rms_m"].get<double>(), all["max_m"].get<double>(),
+                            all["max_m_per_s"].get<double>());
     } else {
-        text = std::string("state         ") + (all["same_state"].get<bool>() ? "the same" : "differs") + "\n";
+        text = std::string("state         ") +
+               (all["same_state"].get<bool>() ? "the same" : "differs") + "\n";
         for (const Json& d : all["differences"])
-            text += fmt::format("{:<30} {:>14.8g} {:>14.8g}  {:.3g} apart\n", d["what"].get<std::string>(),
-                                d["first"].get<double>(), d["second"].get<double>(),
-                                d["relative"].get<double>());
+            text += fmt::format("{:<30} {:>14.8g} {:>14.8g}  {:.3g} apart\n",
+                                d["what"].get<std::string>(), d["first"].get<double>(),
+                                d["second"].get<double>(), d["relative"].get<double>());
         const Json& f = all["frame_ms"];
         text += fmt::format("frame         {:.4g} ms and {:.4g} ms, ratio {:.3g}{}\n",
-                            f["first"].get<double>(), f["second"].get<double>(), f["ratio"].get<double>(),
+                            f["first"].get<double>(), f["second"].get<double>(),
+                            f["ratio"].get<double>(),
                             all.contains("slower_than_allowed") ? ": slower than allowed" : "");
     }
     return text + (all["agree"].get<bool>() ? "agree\n" : "DIFFER\n");
@@ -109,7 +115,8 @@ int compare_verb(const CompareOptions& o)
 {
     const FileKind first = file_kind(o.first), second = file_kind(o.second);
     if (first != second || (first != FileKind::report && first != FileKind::particles))
-        throw InputError(o.first + ", " + o.second + ": expected two reports or two particle files");
+        throw InputError(o.first + ", " + o.second +
+                         ": expected two reports or two particle files");
     const Json all = first == FileKind::report ? compare_reports(o) : compare_particles(o);
     std::fputs((o.json ? all.dump(2) + "\n" : told(all)).c_str(), stdout);
     return all["agree"].get<bool>() ? exit_ok : exit_check;

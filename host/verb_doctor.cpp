@@ -1,8 +1,8 @@
 // knead doctor: what is here, what is missing, and what that costs.
 #include <fmt/format.h>
-#include <nlohmann/json.hpp>
 
 #include <cstdio>
+#include <nlohmann/json.hpp>
 
 #include "failure.h"
 #include "machine.h"
@@ -60,12 +60,14 @@ int doctor_verb(bool json)
     Json all = Json::array();
     all.push_back(finding("knead", true, knead_version() + ", " + compiler_name()));
     all.push_back(finding("CPU", true, fmt::format("{}, {} threads", cpu_name(), cpu_count())));
-    all.push_back(finding("memory", true, fmt::format("{:.1f} GiB, {:.1f} GiB free",
-                                                      double(total_memory()) / 0x1p30,
-                                                      double(available_memory()) / 0x1p30)));
+    all.push_back(
+        finding("memory", true,
+                fmt::format("{:.1f} GiB, {:.1f} GiB free", double(total_memory()) / 0x1p30,
+                            double(available_memory()) / 0x1p30)));
     all.push_back(cuda_finding());
     all.push_back(pictures_finding());
-    all.push_back(finding("ffmpeg", ffmpeg, ffmpeg ? "on the PATH" : "not on the PATH; no --video"));
+    all.push_back(
+        finding("ffmpeg", ffmpeg, ffmpeg ? "on the PATH" : "not on the PATH; no --video"));
     if (json) {
         std::printf("%s\n", all.dump(2).c_str());
         return exit_ok;

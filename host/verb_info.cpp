@@ -3,6 +3,7 @@
 
 #include <cstdio>
 
+#include "cuda/material.h"
 #include "failure.h"
 #include "file_kind.h"
 #include "filter.h"
@@ -15,8 +16,6 @@
 #include "run.h"
 #include "seed.h"
 #include "verbs.h"
-
-#include "cuda/material.h"
 
 namespace knead {
 namespace {
@@ -61,9 +60,9 @@ Json scene_facts(const InfoOptions& o)
 Json recording_facts(const std::string& path)
 {
     const Recording r = read_recording(path);
-    Json all = {{"kind", "recording"},   {"name", r.name},
+    Json all = {{"kind", "recording"},       {"name", r.name},
                 {"frames", r.frames.size()}, {"seconds", r.frames.back().time},
-                {"rate_per_s", r.rate},  {"latency_ms", 1e3 * r.latency}};
+                {"rate_per_s", r.rate},      {"latency_ms", 1e3 * r.latency}};
     const char* names[] = {"left", "right"};
     for (Side side : {left, right}) {
         long tracked = 0;
@@ -97,15 +96,16 @@ Json particle_facts(const std::string& path)
         fastest = most(fastest, length(q.v));
         objects = most(objects, q.object + 1);
     }
-    return {{"kind", "particles"}, {"particles", all.size()}, {"objects", objects},
-            {"low_m", triple(low)}, {"high_m", triple(high)}, {"fastest_m_per_s", fastest}};
+    return {{"kind", "particles"},  {"particles", all.size()}, {"objects", objects},
+            {"low_m", triple(low)}, {"high_m", triple(high)},  {"fastest_m_per_s", fastest}};
 }
 
 std::string lines(const Json& value, const std::string& indent)
 {
     std::string text;
     for (const auto& [key, entry] : value.items()) {
-        const bool nested = entry.is_object() || (entry.is_array() && !entry.empty() && entry[0].is_object());
+        const bool nested =
+            entry.is_object() || (entry.is_array() && !entry.empty() && entry[0].is_object());
         const std::string said = entry.is_string() ? entry.get<std::string>() : entry.dump();
         text += indent + fmt::format("{:<16}", key) + (nested ? "" : " " + said) + "\n";
         if (nested) text += lines(entry, indent + "  ");
@@ -118,8 +118,7 @@ std::string lines(const Json& value, const std::string& indent)
 int info_verb(const InfoOptions& o)
 {
     const FileKind kind = file_kind(o.file);
-    if (kind != FileKind::scene && !o.settings.empty())
-        throw UsageError("--set: only for scenes");
+    if (kind != FileKind::scene && !o.settings.empty()) throw UsageError("--set: only for scenes");
     Json facts;
     if (kind == FileKind::report) {
         const Json root = read_json(o.file);

@@ -4,8 +4,8 @@
 #include <cstdio>
 #include <filesystem>
 
-#include "gesture.h"
 #include "failure.h"
+#include "gesture.h"
 #include "outputs.h"
 #include "recording.h"
 #include "verbs.h"
@@ -16,7 +16,8 @@ int record_verb(const RecordOptions& o)
 {
     const std::string ending = std::filesystem::path(o.out).extension().string();
     if (ending != ".hands" && ending != ".jsonl")
-        throw UsageError("OUT: expected a file ending in .hands or .jsonl, found \"" + o.out + "\"");
+        throw UsageError("OUT: expected a file ending in .hands or .jsonl, found \"" + o.out +
+                         "\"");
     GestureRule rule;
     rule.rate = o.rate, rule.seconds = o.seconds, rule.jitter = o.jitter;
     rule.dropouts = o.dropouts, rule.latency = o.latency;
@@ -31,9 +32,10 @@ int record_verb(const RecordOptions& o)
         throw OutputError(e.what());
     }
     if (!o.quiet)
-        std::printf("%s", fmt::format("{}: {}, {} frames, {:.4g} s at {:.4g} frames/s\n", o.out,
-                                      made.name, made.frames.size(), made.frames.back().time,
-                                      made.rate).c_str());
+        std::printf(
+            "%s", fmt::format("{}: {}, {} frames, {:.4g} s at {:.4g} frames/s\n", o.out, made.name,
+                              made.frames.size(), made.frames.back().time, made.rate)
+                      .c_str());
     return exit_ok;
 }
 

@@ -59,7 +59,10 @@ class Session {
     int run();
 
   private:
-    std::string in_folder(const std::string& name) const { return (fs::path(o.out) / name).string(); }
+    std::string in_folder(const std::string& name) const
+    {
+        return (fs::path(o.out) / name).string();
+    }
     void prepare();
     void open_gallery();
     void watch(RunWatch& watch, Progress& progress);
@@ -87,8 +90,8 @@ class Session {
 // All that can be refused is refused here, before the work starts.
 void Session::prepare()
 {
-    const std::size_t memory = o.most_memory > 0 ? std::size_t(o.most_memory * 0x1p20)
-                                                 : available_memory();
+    const std::size_t memory =
+        o.most_memory > 0 ? std::size_t(o.most_memory * 0x1p20) : available_memory();
     build(scene, memory);
     if (!o.out.empty()) {
         std::vector<std::string> names{"report.json", "frames.csv"};
@@ -164,7 +167,8 @@ void Session::write(const RunRecord& record)
     if (files && o.mesh != "none" && !record.meshes.empty())
         attempt("mesh." + o.mesh, [&](const std::string& to) { write_mesh(to, record.meshes); });
     if (files && (o.particles || failed))
-        attempt("particles.ply", [&](const std::string& to) { write_particles(to, record.last_good); });
+        attempt("particles.ply",
+                [&](const std::string& to) { write_particles(to, record.last_good); });
     if (gallery && gallery->count() > 0) {
         facts.outputs.push_back(in_folder("pictures"));
         if (has_video) attempt("video.mp4", [&](const std::string&) { gallery->close(); });
@@ -172,7 +176,8 @@ void Session::write(const RunRecord& record)
     if (files)
         attempt("frames.csv", [&](const std::string& to) { write_whole(to, frames_csv(record)); });
     const auto text = [&] {
-        return report(scene, record, facts).dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+        return report(scene, record, facts).dump(2, ' ', false, Json::error_handler_t::replace) +
+               "\n";
     };
     if (files) {
         facts.outputs.push_back(in_folder("report.json"));
@@ -188,11 +193,15 @@ int Session::code(const RunRecord& record) const
 {
     if (!record.trouble.empty()) std::fprintf(stderr, "knead: %s\n", record.trouble.c_str());
     switch (record.end) {
-        case End::interrupted: return interrupted() == 15 ? exit_terminate : exit_interrupt;
-        case End::numbers: return exit_numbers;
-        case End::device: return exit_device;
+        case End::interrupted:
+            return interrupted() == 15 ? exit_terminate : exit_interrupt;
+        case End::numbers:
+            return exit_numbers;
+        case End::device:
+            return exit_device;
         case End::complete:
-        case End::time_limit: break;
+        case End::time_limit:
+            break;
     }
     return output_refused ? exit_output : exit_ok;
 }

@@ -17,19 +17,20 @@ struct RunOptions {
     std::string out;                    // folder; "": no files
     bool overwrite = false, deterministic = false, json = false, quiet = false, verbose = false;
     std::optional<unsigned> seed;
-    int threads = 0;                    // 0: all
-    double most_memory = 0;             // [MiB]; 0: what is free
-    double time_limit = 0;              // [s]; 0: none
-    int audit_every = 0;                // frames; 0: every frame on the CPU, one in 10 on a GPU
-    std::string mesh = "glb";           // glb, ply, obj, none
-    int pictures = -1;                  // frames from picture to picture; 0: none; -1: the scene's
+    int threads = 0;           // 0: all
+    double most_memory = 0;    // [MiB]; 0: what is free
+    double time_limit = 0;     // [s]; 0: none
+    int audit_every = 0;       // frames; 0: every frame on the CPU, one in 10 on a GPU
+    std::string mesh = "glb";  // glb, ply, obj, none
+    int pictures = -1;         // frames from picture to picture; 0: none; -1: the scene's
     bool video = false, particles = false;
 };
 int run_verb(const RunOptions& options);
 
 struct RecordOptions {
     std::string gesture, out;  // out: .hands or .jsonl
-    double rate = 60, seconds = 0, jitter = 0, dropouts = 0, latency = 0.038, radius = 0.1, depth = 0;
+    double rate = 60, seconds = 0, jitter = 0, dropouts = 0, latency = 0.038, radius = 0.1,
+           depth = 0;
     unsigned seed = 1;
     bool overwrite = false, quiet = false;
 };
