@@ -5,11 +5,15 @@
 
 namespace knead {
 
+// The least det(b) - 1 that is believed: below it a particle is crushed and rounding decides.
+template <class R>
+constexpr R crushed = R(-0.999999);
+
 // ln J from det(b) - 1; the floor keeps a crushed particle's logarithm finite.
 template <class R>
 HD R log_volume(R excess)
 {
-    return R(0.5) * std::log1p(most(excess, R(-0.999999)));
+    return R(0.5) * std::log1p(most(excess, crushed<R>));
 }
 
 // Snow hardens as it is packed: factor on mu and lambda, k = ln of the plastic volume ratio.

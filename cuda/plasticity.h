@@ -36,36 +36,39 @@ HD Return<R> flowed(const Material<R>& m, R trial, R stiffness, R k, R dt)
     }
     const R yield = root * m.yield;
     if (trial <= yield) return {trial, 0};
-    // s + 2 stiffness dt ((s - yield) / viscosity)^(1/exponent) = trial: convex or concave and
-    // rising in s, one root in (yield, trial]; Newton kept inside a shrinking bracket.
-    R low = yield, high = trial, s = trial;
-    for (int i = 0; i < 12; ++i) {
-        const R over = most(s - yield, R(1e-12) * trial) / m.viscosity;
-        const R rate = std::pow(over, 1 / m.exponent);
-        const R f = s + 2 * stiffness * dt * rate - trial;
-        const R slope = 1 + 2 * stiffness * dt * rate / (m.exponent * over * m.viscosity);
-        if (f > 0)
-            high = s;
-        else
-            low = s;
-        const R next = s - f / slope;
-        s = next > low && next < high ? next : R(0.5) * (low + high);
+    // The stress s solves s + 2 stiffness dt ((s - yield) / viscosity)^(1 / exponent) = trial. With
+    // u the logarithm of the share of the overstress that flows, and p and q the shares that stay
+    // and flow, that is ln(p + q) = 0: convex in u, its slope between exponent and 1, so that Newton
+    // comes down on the root from the corner of its two straight branches.
+    const R over = trial - yield;
+    const R a = std::log(m.viscosity / over) +
+                m.exponent * std::log(over / (2 * stiffness * dt));
+    R u = least(R(0), -a / m.exponent), p = 0, q = 1;
+    for (int i = 0; i < 6; ++i) {
+        p = std::exp(a + m.exponent * u);
+        q = std::exp(u);
+        u = u - std::log(p + q) * (p + q) / (m.exponent * p + q);
     }
-    return {s, (trial - s) / (2 * stiffness)};
+    return {yield + over * (p / (p + q)), over * (q / (p + q)) / (2 * stiffness)};
 }
 
 // neo-Hookean: dev tau = mu dev b, so the deviator of e is scaled and its mean solved for the same
-// determinant, with no eigenvectors. The wanted root is the largest; Newton comes down on it.  (10)
+// determinant, with no eigenvectors. The wanted root is the largest; Newton comes down on it, in two
+// or three steps from a trial near the yield surface.  (10)
 template <class R>
 HD Sym3<R> shrunk(const Sym3<R>& e, R ratio)
 {
-    const R excess = determinant_excess(e);
+    const R excess = most(determinant_excess(e), crushed<R>);
     const Sym3<R> s = ratio * deviator(e);
     const R II = minors(s), III = determinant(s);
+    constexpr R enough = sizeof(R) == 4 ? R(1e-4) : R(1e-8);  // the next step would be its square
     R m = trace(e) / 3;
-    for (int i = 0; i < 5; ++i) {
+    for (int i = 0; i < 40; ++i) {
         const R f = m * (3 + m * (3 + m)) + (1 + m) * II + III - excess;
-        m = m - f / most(3 * (1 + m) * (1 + m) + II, R(1e-6));
+        const R square = (1 + m) * (1 + m);  // the slope vanishes with all but one value of b
+        const R step = f / most(3 * square + II, R(1e-3) * square + R(1e-6));
+        m = m - step;
+        if (step * step <= enough * enough * square) break;
     }
     return s + isotropic(m);
 }
@@ -83,12 +86,20 @@ HD R kept(const Material<R>& m, R k, R mean, Vec3<R> d, Bound&& bound)
     R low = 0, high = 1, f_low = over(R(0)), f_high = over(R(1));
     if (f_high <= 0) return 1;
     if (f_low >= 0) return 0;
-    for (int i = 0; i < 16; ++i) {  // regula falsi, Illinois
+    const R enough = (sizeof(R) == 4 ? R(1e-6) : R(1e-13)) * (f_high - f_low);
+    int side = 0;
+    for (int i = 0; i < 30; ++i) {  // regula falsi; an end that stays counts half [Illinois]
         const R t = (low * f_high - high * f_low) / (f_high - f_low), f = over(t);
-        if (f > 0)
-            high = t, f_high = f, f_low = f_low / 2;
-        else
-            low = t, f_low = f, f_high = f_high / 2;
+        if (f <= enough && f >= -enough) return t;
+        if (f > 0) {
+            high = t, f_high = f;
+            if (side > 0) f_low = f_low / 2;
+            side = 1;
+        } else {
+            low = t, f_low = f;
+            if (side < 0) f_high = f_high / 2;
+            side = -1;
+        }
     }
     return low;
 }
