@@ -21,5 +21,15 @@ grep -o 'knead: .*' build/demo.log | head -n 1
 say "Running: knead run scenes/demo.json --out out/demo"
 ./build/demo/knead run scenes/demo.json --out out/demo --overwrite "$@"
 
-say "What there is to see, under out/demo"
-ls -sh1 out/demo
+say "What there is to see"
+first=$(find out/demo/pictures -name '*.png' 2>/dev/null | sort | head -n 1)
+last=$(find out/demo/pictures -name '*.png' 2>/dev/null | sort | tail -n 1)
+if [ -n "$first" ]; then
+    echo "pictures      out/demo/pictures, from ${first##*/} to ${last##*/}"
+else
+    echo "pictures      none: see \"left out\" above"
+fi
+echo "mesh          out/demo/mesh.glb, for any viewer of glTF"
+echo "report        out/demo/report.json and, frame by frame, out/demo/frames.csv"
+echo "              (README.md says how to read them)"
+echo "next          ./build/demo/knead run scenes/imprint.json --out out/imprint"
