@@ -38,11 +38,10 @@ HD Return<R> flowed(const Material<R>& m, R trial, R stiffness, R k, R dt)
     if (trial <= yield) return {trial, 0};
     // The stress s solves s + 2 stiffness dt ((s - yield) / viscosity)^(1 / exponent) = trial. With
     // u the logarithm of the share of the overstress that flows, and p and q the shares that stay
-    // and flow, that is ln(p + q) = 0: convex in u, its slope between exponent and 1, so that Newton
+    // and flow, that is ln(p + q) = 0: convex in u, of slope between exponent and 1, so that Newton
     // comes down on the root from the corner of its two straight branches.
     const R over = trial - yield;
-    const R a = std::log(m.viscosity / over) +
-                m.exponent * std::log(over / (2 * stiffness * dt));
+    const R a = std::log(m.viscosity / over) + m.exponent * std::log(over / (2 * stiffness * dt));
     R u = least(R(0), -a / m.exponent), p = 0, q = 1;
     for (int i = 0; i < 6; ++i) {
         p = std::exp(a + m.exponent * u);
@@ -53,8 +52,8 @@ HD Return<R> flowed(const Material<R>& m, R trial, R stiffness, R k, R dt)
 }
 
 // neo-Hookean: dev tau = mu dev b, so the deviator of e is scaled and its mean solved for the same
-// determinant, with no eigenvectors. The wanted root is the largest; Newton comes down on it, in two
-// or three steps from a trial near the yield surface.  (10)
+// determinant, with no eigenvectors. The wanted root is the largest; Newton comes down on it, in
+// two or three steps from a trial near the yield surface.  (10)
 template <class R>
 HD Sym3<R> shrunk(const Sym3<R>& e, R ratio)
 {
@@ -176,7 +175,8 @@ template <class R>
 HD bool yield_snow(Particle<R>& q, const Material<R>& m)
 {
     const Eigen<R> b = eigen(q.e);
-    const R low = (1 - m.compress) * (1 - m.compress) - 1, high = (1 + m.stretch) * (1 + m.stretch) - 1;
+    const R low = (1 - m.compress) * (1 - m.compress) - 1;
+    const R high = (1 + m.stretch) * (1 + m.stretch) - 1;
     const Vec3<R> e{clamped(b.value.x, low, high), clamped(b.value.y, low, high),
                     clamped(b.value.z, low, high)};
     if (e.x == b.value.x && e.y == b.value.y && e.z == b.value.z) return false;
