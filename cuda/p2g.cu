@@ -48,11 +48,23 @@ __device__ float summed(const Run& run, float value)
     return value;
 }
 
-__device__ void add(float4* to, const Node<float>& n)
+// Adds n to *to if `here`. Predicated, not branched, on sm_90: a branch would part the lanes of the
+// warp before the next shuffle, and make the compiler gather them again at each.
+__device__ void add(float4* to, const Node<float>& n, bool here)
 {
-    NV_IF_ELSE_TARGET(NV_PROVIDES_SM_90, (atomicAdd(to, float4{n.p.x, n.p.y, n.p.z, n.m});),
-                      (atomicAdd(&to->x, n.p.x); atomicAdd(&to->y, n.p.y); atomicAdd(&to->z, n.p.z);
-                       atomicAdd(&to->w, n.m);))
+    NV_IF_ELSE_TARGET(
+        NV_PROVIDES_SM_90,
+        (asm volatile("{ .reg .pred p; setp.ne.s32 p, %0, 0;"
+                      " @p red.global.add.v4.f32 [%1], {%2, %3, %4, %5}; }" ::"r"(int(here)),
+                      "l"(__cvta_generic_to_global(to)), "f"(n.p.x), "f"(n.p.y), "f"(n.p.z),
+                      "f"(n.m)
+                      : "memory");),
+        (if (here) {
+            atomicAdd(&to->x, n.p.x);
+            atomicAdd(&to->y, n.p.y);
+            atomicAdd(&to->z, n.p.z);
+            atomicAdd(&to->w, n.m);
+        }))
 }
 
 // Integers add up to the same bits in any order.
@@ -98,6 +110,7 @@ __global__ void __launch_bounds__(threads) p2g_kernel(const __grid_constant__ Vi
     const Offsets o = offsets(d.lattice, s.base);
     const Run run = run_of(valid ? o.at({0, 0, 0}) : -1, valid);
     if (run.head) touch(d.grid, d.clock, parity, d.lattice, s.base);
+    __syncwarp();
     float4* nodes = d.grid.nodes[parity];
     long long* sums = d.grid.sums[parity];
     scatter(q, m, s, d.lattice.dx, dt, [&](Int3 step, const Node<float>& share) {
@@ -109,7 +122,7 @@ __global__ void __launch_bounds__(threads) p2g_kernel(const __grid_constant__ Vi
             const Node<float> sum{
                 {summed(run, share.p.x), summed(run, share.p.y), summed(run, share.p.z)},
                 summed(run, share.m)};
-            if (run.head) add(nodes + node, sum);
+            add(nodes + node, sum, run.head);
         }
     });
 }
