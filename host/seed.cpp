@@ -1,5 +1,7 @@
 // Particles by stratified sampling: a lattice of strata, each of a particle's volume, one particle
-// in each at a hashed place in its middle half. The order of the loops never matters.
+// in each at a hashed place: in its middle half, which keeps the clay even; or, where the surface
+// cuts the stratum, anywhere in it, so that the expected mass is the shape's. The order of the
+// loops never matters.
 #include "seed.h"
 
 #include <fmt/format.h>
@@ -33,6 +35,21 @@ Vec3<double> hashed(unsigned seed, std::size_t object, Int3 stratum)
     };
     const double x = next(), y = next();
     return {x, y, next()};
+}
+
+// Where the particle of a stratum of edge h [m] goes, inside the object or not. All shapes are
+// convex: a stratum whose corners are inside is inside.
+Vec3<double> placed(const Scene& scene, std::size_t object, Int3 s, double h)
+{
+    bool whole = true;
+    for (int corner = 0; corner < 8 && whole; ++corner) {
+        const Int3 at = s + Int3{corner & 1, corner >> 1 & 1, corner >> 2};
+        whole = inside(scene.objects[object], {h * at.x, h * at.y, h * at.z});
+    }
+    const double low = whole ? 0.25 : 0, width = whole ? 0.5 : 1;
+    const Vec3<double> u = hashed(scene.seed, object, s);
+    return {h * (s.x + low + width * u.x), h * (s.y + low + width * u.y),
+            h * (s.z + low + width * u.z)};
 }
 
 std::string place(const Scene& scene, std::size_t object)
@@ -101,9 +118,7 @@ void seed_object(Scene& scene, std::size_t index)
     for (int z = first(o.centre.z, o.size.z); z <= last(o.centre.z, o.size.z); ++z)
         for (int y = first(o.centre.y, o.size.y); y <= last(o.centre.y, o.size.y); ++y)
             for (int x = first(o.centre.x, o.size.x); x <= last(o.centre.x, o.size.x); ++x) {
-                const Vec3<double> u = hashed(scene.seed, index, {x, y, z});
-                const Vec3<double> p{h * (x + 0.25 + 0.5 * u.x), h * (y + 0.25 + 0.5 * u.y),
-                                     h * (z + 0.25 + 0.5 * u.z)};
+                const Vec3<double> p = placed(scene, index, {x, y, z}, h);
                 if (!inside(o, p) || !within(p.x, r.low.x, r.high.x) ||
                     !within(p.y, r.low.y, r.high.y) || !within(p.z, r.low.z, r.high.z))
                     continue;

@@ -1,0 +1,125 @@
+// Meshes and particles from files: what is written is read, and what is broken is told.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstring>
+#include <filesystem>
+
+#include "host/failure.h"
+#include "host/json_reader.h"
+#include "host/mesh_reader.h"
+#include "host/outputs.h"
+#include "host/particle_file.h"
+#include "host/verbs.h"
+
+namespace knead {
+namespace {
+namespace fs = std::filesystem;
+
+class Files : public testing::Test {
+  protected:
+    void SetUp() override
+    {
+        const auto* test = testing::UnitTest::GetInstance()->current_test_info();
+        folder = fs::temp_directory_path() / (std::string("knead-files-") + test->name());
+        fs::remove_all(folder);
+        fs::create_directories(folder);
+    }
+    void TearDown() override { fs::remove_all(folder); }
+    std::string path(const std::string& name) const { return (folder / name).string(); }
+    fs::path folder;
+};
+
+Mesh tetrahedron()
+{
+    Mesh m;
+    m.vertices = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
+    m.triangles = {{0, 2, 1}, {0, 1, 3}, {0, 3, 2}, {1, 2, 3}};
+    finish_mesh(m, "tetrahedron");
+    return m;
+}
+
+TEST_F(Files, MeshesSurviveEveryFormat)
+{
+    for (const char* name : {"t.ply", "t.obj", "t.glb"}) {
+        write_mesh(path(name), {tetrahedron()});
+        const std::vector<Mesh> back = read_mesh(path(name));
+        ASSERT_EQ(back.size(), 1u) << name;
+        EXPECT_EQ(back[0].vertices.size(), 4u) << name;
+        EXPECT_NEAR(volume(back[0]), 1.0 / 6, 1e-6) << name;
+    }
+    ConvertOptions c{path("t.glb"), path("u.obj"), false, true};
+    EXPECT_EQ(convert_verb(c), exit_ok);
+}
+
+// Whatever is cut off or flipped, a reader answers with a mesh or an InputError.
+TEST_F(Files, TruncatedAndFlippedMeshesEndInAMessage)
+{
+    long refused = 0;
+    for (const char* name : {"t.ply", "t.obj", "t.glb"}) {
+        write_mesh(path(name), {tetrahedron()});
+        const std::string whole = read_text(path(name), 1 << 20);
+        const auto tried = [&](const std::string& bytes) {
+            try {
+                if (std::string(name) == "t.ply") to_mesh(parse_ply(bytes, name), name);
+                if (std::string(name) == "t.obj") parse_obj(bytes, name);
+                if (std::string(name) == "t.glb") parse_glb(bytes, name);
+            } catch (const InputError&) {
+                ++refused;
+            }
+        };
+        for (std::size_t cut = 0; cut < whole.size(); ++cut) tried(whole.substr(0, cut));
+        for (std::size_t at = 0; at < whole.size(); ++at)
+            for (int flip : {1, 0x80, 0xff}) {
+                std::string bytes = whole;
+                bytes[at] = char(bytes[at] ^ flip);
+                tried(bytes);
+            }
+    }
+    EXPECT_GT(refused, 1000);
+}
+
+TEST(Ply, AHeaderThatPromisesTooMuchIsRefusedAtOnce)
+{
+    const std::string head = "ply\nformat binary_little_endian 1.0\nelement vertex ";
+    const std::string tail = "\nproperty float x\nproperty float y\nproperty float z\nend_header\n";
+    EXPECT_THROW(parse_ply(head + "4000000000" + tail, "big.ply"), InputError);
+    EXPECT_THROW(parse_ply(head + "99999999999999999999" + tail, "big.ply"), InputError);
+    EXPECT_THROW(parse_ply(head + "-1" + tail, "big.ply"), InputError);
+}
+
+TEST_F(Files, ParticlesKeepEveryBit)
+{
+    std::vector<Particle<double>> particles(100);
+    for (std::size_t i = 0; i < particles.size(); ++i) {
+        Particle<double>& q = particles[i];
+        const double a = 0.1 * double(i + 1);
+        q = {{a, 1 / a, -a},
+             {a / 3, 0, 1e-300},
+             {{a, 0, 1}, {2, a, 3}, {4, 5, a}},
+             {a, 0, 0, 1e-9, 0, -a},
+             a,
+             int(i % 3),
+             std::uint32_t(i)};
+    }
+    write_particles(path("p.ply"), particles);
+    const auto back = read_particles(path("p.ply"));
+    ASSERT_EQ(back.size(), particles.size());
+    EXPECT_EQ(std::memcmp(back.data(), particles.data(), 100 * sizeof(Particle<double>)), 0);
+    particles[7].x.y = std::nan("");
+    write_particles(path("q.ply"), particles);
+    EXPECT_THROW(read_particles(path("q.ply")), InputError);
+}
+
+TEST_F(Files, AnOldFileSurvivesAWriteThatFails)
+{
+    write_whole(path("kept"), "old");
+    EXPECT_THROW(write_whole(path("kept/below"), "new"), OutputError);
+    EXPECT_EQ(read_text(path("kept"), 100), "old");
+    write_whole(path("kept"), "new");
+    EXPECT_EQ(read_text(path("kept"), 100), "new");
+    EXPECT_EQ(std::distance(fs::directory_iterator(folder), fs::directory_iterator{}), 1);
+}
+
+}  // namespace
+}  // namespace knead
