@@ -48,12 +48,12 @@ HD Eigen<R> eigen(Sym3<R> A)
 template <class R>
 HD Sym3<R> composed(const Mat3<R>& Q, Vec3<R> d)
 {
-    const auto at = [&](R ua, R ub, R uc, R va, R vb, R vc) {
-        return d.x * ua * va + d.y * ub * vb + d.z * uc * vc;
+    const Mat3<R> rows = transpose(Q);
+    const auto at = [&](Vec3<R> u, Vec3<R> v) {
+        return d.x * u.x * v.x + d.y * u.y * v.y + d.z * u.z * v.z;
     };
-    return {at(Q.a.x, Q.b.x, Q.c.x, Q.a.x, Q.b.x, Q.c.x), at(Q.a.y, Q.b.y, Q.c.y, Q.a.y, Q.b.y, Q.c.y),
-            at(Q.a.z, Q.b.z, Q.c.z, Q.a.z, Q.b.z, Q.c.z), at(Q.a.x, Q.b.x, Q.c.x, Q.a.y, Q.b.y, Q.c.y),
-            at(Q.a.x, Q.b.x, Q.c.x, Q.a.z, Q.b.z, Q.c.z), at(Q.a.y, Q.b.y, Q.c.y, Q.a.z, Q.b.z, Q.c.z)};
+    return {at(rows.a, rows.a), at(rows.b, rows.b), at(rows.c, rows.c),
+            at(rows.a, rows.b), at(rows.a, rows.c), at(rows.b, rows.c)};
 }
 
 }  // namespace knead
