@@ -27,7 +27,8 @@ HD Node<R> update(const Node<R>& node, Int3 n, const Lattice<R>& lattice, const 
 {
     clipped = false;
     if (!(node.m > 0)) return {{0, 0, 0}, 0};
-    Vec3<R> v = (1 / node.m) * node.p + dt * gravity;
+    // Divided each: a weight of 1e-33 makes the mass denormal and its reciprocal infinite.
+    Vec3<R> v = Vec3<R>{node.p.x / node.m, node.p.y / node.m, node.p.z / node.m} + dt * gravity;
     v = tools(lattice.position(n), v);
     v = walled(v, n, lattice.size, walls);
     const R speed = length(v), limit = lattice.dx / dt;
