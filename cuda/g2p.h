@@ -5,8 +5,8 @@
 
 namespace knead {
 
-// velocity(step) is where the memory is: it answers with a Vec3, or with a whole node as a Four where
-// that is one register. The sums are factorised: along x, then y, then z.
+// velocity(step) is where the memory is: it answers with a Vec3, or with a whole node as a Four
+// where that is one register. The sums are factorised: along x, then y, then z.
 template <class R, class Velocity>
 HD void gather(Particle<R>& q, const Stencil<R>& s, R dx, Velocity&& velocity)
 {
@@ -46,7 +46,9 @@ template <class R>
 HD Sym3<R> strained(const Sym3<R>& e, const Mat3<R>& C, R dt)
 {
     const Mat3<R> L = dt * C, E = full(e), U = E + L * E + L, rows = transpose(L);
-    const auto at = [&](R u, Vec3<R> row_u, Vec3<R> row_l, R l) { return u + dot(row_u, row_l) + l; };
+    const auto at = [](R u, Vec3<R> row_u, Vec3<R> row_l, R l) {
+        return u + dot(row_u, row_l) + l;
+    };
     const Mat3<R> V = transpose(U);  // columns are the rows of U
     return {at(U.a.x, V.a, rows.a, L.a.x), at(U.b.y, V.b, rows.b, L.b.y),
             at(U.c.z, V.c, rows.c, L.c.z), at(U.b.x, V.a, rows.b, L.a.y),

@@ -9,7 +9,8 @@ namespace knead {
 // add(step, share) is where the memory is: a plain sum, a tile of shared memory, an atomic.
 // `step` is the node less the stencil's base; momentum [kg m/s], mass [kg].
 template <class R, class Add>
-HD void scatter(const Particle<R>& q, const Material<R>& m, const Stencil<R>& s, R dx, R dt, Add&& add)
+HD void scatter(const Particle<R>& q, const Material<R>& m, const Stencil<R>& s, R dx, R dt,
+                Add&& add)
 {
     const Mat3<R> Q =
         m.mass * q.C - (4 * dt * m.volume / (dx * dx)) * full(kirchhoff_stress(q, m));
