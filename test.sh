@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
-# Everything that can be checked on this machine: the shape of the text, warnings, every test on the
-# CPU and on a GPU where there is one, kernels without local memory, and the program as a user runs it.
-# Goes on after a failure; ends with what failed and 1, or 0. Logs under build/.
+# Everything that can be checked on this machine: the shape of the text, warnings, every test on
+# the CPU and on a GPU where there is one, kernels without local memory, and the program as a user
+# runs it. Goes on after a failure; ends with what failed and 1, or 0. Logs under build/.
 set -u
 cd "$(dirname "$0")"
 . .ci/setup.sh

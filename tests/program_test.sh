@@ -51,7 +51,8 @@ for guard in clipped confined repaired; do holds one/report.json "\"$guard\": 0,
 # The same bits, whatever the number of threads.
 answers 0 run ball.json --device cpu --frames 3 --threads 1 --mesh obj --out two
 state() { grep -o '"state_hash": "[0-9a-f]*"' "$1/report.json"; }
-[ -n "$(state one)" ] && [ "$(state one)" = "$(state two)" ] || wrong "another state with one thread"
+[ -n "$(state one)" ] || wrong "no state_hash"
+[ "$(state one)" = "$(state two)" ] || wrong "another state with one thread"
 [ -s two/mesh.obj ] || wrong "no mesh.obj"
 
 # Nothing is replaced unasked.
@@ -91,7 +92,8 @@ answers 4 run ball.json --device cuda:99
 
 # An interrupt keeps what there is.
 timeout --preserve-status --kill-after=30 --signal=INT 5 \
-    "$program" run ball.json --device cpu --frames 100000 --out stopped >said 2>complained </dev/null
+    "$program" run ball.json --device cpu --frames 100000 --out stopped \
+    >said 2>complained </dev/null
 code=$?
 [ $code -eq 130 ] || wrong "exit $code instead of 130 after an interrupt"
 holds stopped/report.json '"end": "interrupted"'
