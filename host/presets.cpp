@@ -7,92 +7,94 @@
 
 namespace knead {
 
+namespace {
+
 // The one table of materials. Where a real stiffness would only shorten the substep without
 // changing the shape, the value is lower than nature's, and the comment says so.
-const std::vector<Recipe>& recipes()
-{
-    static const std::vector<Recipe> table = {
-        // Potter's clay as it is worked. Undrained shear strength 20 kPa lies between 1.7 kPa at
-        // the liquid and 170 kPa at the plastic limit [Wroth & Wood 1978]; times sqrt(3): 35 kPa.
-        // Stiffness about 30 times the strength, as saturated clays have at large strain.
-        {.name = "clay",
-         .elasticity = Elasticity::neo_hookean,
-         .flow = Flow::von_mises,
-         .density = 1700,
-         .young = 1e6,
-         .poisson = 0.4,
-         .yield = 3.5e4},
-        // The same clay with more water: shear strength 5 kPa.
-        {.name = "soft-clay",
-         .elasticity = Elasticity::neo_hookean,
-         .flow = Flow::von_mises,
-         .density = 1600,
-         .young = 3e5,
-         .poisson = 0.4,
-         .yield = 9e3},
-        // Oil-based modelling clay at 20 C: flow stress 0.1-0.2 MPa, rising a little with strain
-        // [Sofuoglu & Rasty 2000]. Its Young's modulus in the first percent is some ten times more.
-        {.name = "plasticine",
-         .elasticity = Elasticity::neo_hookean,
-         .flow = Flow::von_mises,
-         .density = 1850,
-         .young = 3e6,
-         .poisson = 0.4,
-         .yield = 1.2e5,
-         .hardening = 4e4},
-        // Moist sand: 35 degrees of friction, 1.5 kPa of apparent cohesion by capillary water. A
-        // grain skeleton has 10-20 MPa; friction and cohesion make the shape, so 2 MPa.
-        {.name = "wet-sand",
-         .elasticity = Elasticity::hencky,
-         .flow = Flow::drucker_prager,
-         .density = 1800,
-         .young = 2e6,
-         .poisson = 0.3,
-         .friction_angle = 35,
-         .cohesion = 1500},
-        // [Stomakhin 2013], table 2.
-        {.name = "snow",
-         .elasticity = Elasticity::fixed_corotated,
-         .flow = Flow::clamp,
-         .density = 400,
-         .young = 1.4e5,
-         .poisson = 0.2,
-         .compress = 0.025,
-         .stretch = 0.0075,
-         .snow = 10},
-        // Gelatine of about 5 % by weight: 10 kPa, nearly incompressible; Poisson's ratio stays at
-        // 0.45 so that the lattice does not lock.
-        {.name = "jelly",
-         .elasticity = Elasticity::neo_hookean,
-         .flow = Flow::none,
-         .density = 1050,
-         .young = 1e4,
-         .poisson = 0.45},
-        // Bread dough before it rises: shear modulus some 9 kPa, a small yield stress, and strongly
-        // shear-thinning: orders of magnitude from rheometry of wheat doughs.
-        {.name = "dough",
-         .elasticity = Elasticity::neo_hookean,
-         .flow = Flow::herschel_bulkley,
-         .density = 1200,
-         .young = 2.5e4,
-         .poisson = 0.45,
-         .yield = 600,
-         .viscosity = 2000,
-         .exponent = 0.4},
-        // Honey-like: 10 Pa s. Sound at 30 m/s, ten times what hands and gravity move it by, keeps
-        // its volume to a percent; real syrup would need a substep fifty times shorter.
-        {.name = "viscous-liquid",
-         .elasticity = Elasticity::neo_hookean,
-         .flow = Flow::fluid,
-         .density = 1400,
-         .young = 0,
-         .poisson = 0,
-         .viscosity = 10,
-         .exponent = 7,
-         .bulk = 1400.0 * 30 * 30},
-    };
-    return table;
-}
+const std::vector<Recipe> table = {
+    // Potter's clay as it is worked. Undrained shear strength 20 kPa lies between 1.7 kPa at
+    // the liquid and 170 kPa at the plastic limit [Wroth & Wood 1978]; times sqrt(3): 35 kPa.
+    // Stiffness about 30 times the strength, as saturated clays have at large strain.
+    {.name = "clay",
+     .elasticity = Elasticity::neo_hookean,
+     .flow = Flow::von_mises,
+     .density = 1700,
+     .young = 1e6,
+     .poisson = 0.4,
+     .yield = 3.5e4},
+    // The same clay with more water: shear strength 5 kPa.
+    {.name = "soft-clay",
+     .elasticity = Elasticity::neo_hookean,
+     .flow = Flow::von_mises,
+     .density = 1600,
+     .young = 3e5,
+     .poisson = 0.4,
+     .yield = 9e3},
+    // Oil-based modelling clay at 20 C: flow stress 0.1-0.2 MPa, rising a little with strain
+    // [Sofuoglu & Rasty 2000]. Its Young's modulus in the first percent is some ten times more.
+    {.name = "plasticine",
+     .elasticity = Elasticity::neo_hookean,
+     .flow = Flow::von_mises,
+     .density = 1850,
+     .young = 3e6,
+     .poisson = 0.4,
+     .yield = 1.2e5,
+     .hardening = 4e4},
+    // Moist sand: 35 degrees of friction, 1.5 kPa of apparent cohesion by capillary water. A
+    // grain skeleton has 10-20 MPa; friction and cohesion make the shape, so 2 MPa.
+    {.name = "wet-sand",
+     .elasticity = Elasticity::hencky,
+     .flow = Flow::drucker_prager,
+     .density = 1800,
+     .young = 2e6,
+     .poisson = 0.3,
+     .friction_angle = 35,
+     .cohesion = 1500},
+    // [Stomakhin 2013], table 2.
+    {.name = "snow",
+     .elasticity = Elasticity::fixed_corotated,
+     .flow = Flow::clamp,
+     .density = 400,
+     .young = 1.4e5,
+     .poisson = 0.2,
+     .compress = 0.025,
+     .stretch = 0.0075,
+     .snow = 10},
+    // Gelatine of about 5 % by weight: 10 kPa, nearly incompressible; Poisson's ratio stays at
+    // 0.45 so that the lattice does not lock.
+    {.name = "jelly",
+     .elasticity = Elasticity::neo_hookean,
+     .flow = Flow::none,
+     .density = 1050,
+     .young = 1e4,
+     .poisson = 0.45},
+    // Bread dough before it rises: shear modulus some 9 kPa, a small yield stress, and strongly
+    // shear-thinning: orders of magnitude from rheometry of wheat doughs.
+    {.name = "dough",
+     .elasticity = Elasticity::neo_hookean,
+     .flow = Flow::herschel_bulkley,
+     .density = 1200,
+     .young = 2.5e4,
+     .poisson = 0.45,
+     .yield = 600,
+     .viscosity = 2000,
+     .exponent = 0.4},
+    // Honey-like: 10 Pa s. Sound at 30 m/s, ten times what hands and gravity move it by, keeps
+    // its volume to a percent; real syrup would need a substep fifty times shorter.
+    {.name = "viscous-liquid",
+     .elasticity = Elasticity::neo_hookean,
+     .flow = Flow::fluid,
+     .density = 1400,
+     .young = 0,
+     .poisson = 0,
+     .viscosity = 10,
+     .exponent = 7,
+     .bulk = 1400.0 * 30 * 30},
+};
+
+}  // namespace
+
+const std::vector<Recipe>& recipes() { return table; }
 
 const std::vector<std::string>& preset_names()
 {
