@@ -52,22 +52,21 @@ HD Return<R> flowed(const Material<R>& m, R trial, R stiffness, R k, R dt)
 }
 
 // neo-Hookean: dev tau = mu dev b, so the deviator of e is scaled and its mean solved for the same
-// determinant, with no eigenvectors. The wanted root is the largest; Newton comes down on it, in
-// two or three steps from a trial near the yield surface.  (10)
+// determinant, with no eigenvectors. The wanted root of the cubic is the largest, and Halley's steps
+// come down on it from the trial's mean. A fixed number of them: a loop that may end early makes
+// the kernel around it spill. The slope vanishes with all but one value of b, hence its floor.  (10)
 template <class R>
 HD Sym3<R> shrunk(const Sym3<R>& e, R ratio)
 {
     const R excess = most(determinant_excess(e), crushed<R>);
     const Sym3<R> s = ratio * deviator(e);
-    const R II = minors(s), III = determinant(s);
-    constexpr R enough = sizeof(R) == 4 ? R(1e-4) : R(1e-8);  // the next step would be its square
+    const R II = minors(s), rest = II + determinant(s) - excess;
+    constexpr int steps = sizeof(R) == 4 ? 6 : 10;  // enough where the mean falls twentyfold
     R m = trace(e) / 3;
-    for (int i = 0; i < 40; ++i) {
-        const R f = m * (3 + m * (3 + m)) + (1 + m) * II + III - excess;
-        const R square = (1 + m) * (1 + m);  // the slope vanishes with all but one value of b
-        const R step = f / most(3 * square + II, R(1e-3) * square + R(1e-6));
-        m = m - step;
-        if (step * step <= enough * enough * square) break;
+    for (int i = 0; i < steps; ++i) {
+        const R f = m * (3 + II + m * (3 + m)) + rest, square = (1 + m) * (1 + m);
+        const R slope = most(3 * square + II, R(1e-3) * square + R(1e-6));
+        m = m - 2 * f * slope / most(2 * slope * slope - 6 * f * (1 + m), slope * slope);
     }
     return s + isotropic(m);
 }
