@@ -52,9 +52,10 @@ HD Return<R> flowed(const Material<R>& m, R trial, R stiffness, R k, R dt)
 }
 
 // neo-Hookean: dev tau = mu dev b, so the deviator of e is scaled and its mean solved for the same
-// determinant, with no eigenvectors. The wanted root of the cubic is the largest, and Halley's steps
-// come down on it from the trial's mean. A fixed number of them: a loop that may end early makes
-// the kernel around it spill. The slope vanishes with all but one value of b, hence its floor.  (10)
+// determinant, with no eigenvectors. The wanted root of the cubic is the largest, and Halley's
+// steps come down on it from the trial's mean. A fixed number of them: a loop that may end early
+// makes the kernel around it spill. The slope vanishes with all but one value of b, hence its
+// floor.  (10)
 template <class R>
 HD Sym3<R> shrunk(const Sym3<R>& e, R ratio)
 {
