@@ -1,6 +1,6 @@
-// Blades: slabs thinner than the lattice can see, felt from both sides. Clay within reach of a blade
-// is labelled with the side it is on; opposite labels no longer share a velocity at a node, and keep
-// their labels when the blade has gone, so that a cut lasts.  (23)-(25), docs/model.md
+// Blades: slabs thinner than the lattice can see, felt from both sides. Clay within reach of a
+// blade is labelled with the side it is on; opposite labels no longer share a velocity at a node,
+// and keep their labels when the blade has gone, so that a cut lasts.  (23)-(25), docs/model.md
 #pragma once
 #include "contact.h"
 
@@ -9,6 +9,9 @@ namespace knead {
 // How far to both sides a blade labels clay, in cells: two stencils of 1.5 cells must not meet
 // between labelled and unlabelled clay of opposite sides.
 constexpr int blade_reach = 3;
+
+// Within how many cells of a tool a block keeps it among its candidates.
+HD float candidate_band(bool blade) { return blade ? float(blade_reach) + 0.5f : 0.5f; }
 
 // Particle::sides
 enum Label : std::uint32_t { uncut = 0, above = 1, below = 2 };  // above: where the normal points
@@ -33,7 +36,8 @@ HD Seen<R> seen(const Colliders<R>& c, int primitive, Vec3<R> p, R dx)
                 f.l2 * c.spheres[q.sphere[2]].r;
     const R h = dot(p - s.c0, s.N), D = f.phi + r;
     const R beside = D * D - h * h;  // in-plane distance to the sheet, squared
-    const bool covered = beside < R(0.25) * dx * dx && h * h < R(blade_reach * blade_reach) * dx * dx;
+    const bool covered =
+        beside < R(0.25) * dx * dx && h * h < R(blade_reach * blade_reach) * dx * dx;
     return {covered, h, r, s.N, surface_velocity(c, q, f)};
 }
 
@@ -75,8 +79,7 @@ HD Vec3<R> sliced(const Colliders<R>& c, const Mask& mask, Vec3<R> x, Vec3<R> v,
 {
     for_each_blade(c, mask, x, dx, [&](const Seen<R>& b, const Tool<R>& tool) {
         const R side = label == below ? R(-1) : R(1);
-        if (side * b.h < b.half)
-            v = touched(v, side * b.n, b.v, Touch::separate, tool.friction);
+        if (side * b.h < b.half) v = touched(v, side * b.n, b.v, Touch::separate, tool.friction);
     });
     return v;
 }
@@ -88,6 +91,20 @@ template <class R>
 HD Vec3<R> kept_apart(Vec3<R> mine, Vec3<R> shared, Vec3<R> n, R friction)
 {
     return touched(mine, -n, shared, Touch::separate, friction);
+}
+
+constexpr float cut_friction = 0.3f;  // Coulomb, between the faces of a cut [1]
+
+// Keeps the velocities of the two labels apart at a node; `down` points, at any length, from what
+// lies above to what lies below.
+template <class R>
+HD void part(Vec3<R>& v_above, Vec3<R>& v_below, Vec3<R> shared, Vec3<R> down)
+{
+    const R size = length(down);
+    if (!(size > 0)) return;
+    const Vec3<R> n = (1 / size) * down;
+    v_above = kept_apart(v_above, shared, n, R(cut_friction));
+    v_below = kept_apart(v_below, shared, -n, R(cut_friction));
 }
 
 }  // namespace knead

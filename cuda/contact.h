@@ -9,8 +9,8 @@ namespace knead {
 template <class R>
 struct Tool {
     Touch touch;
-    R friction;  // Coulomb [1]
-    bool blade;  // thinner than the lattice can see: two-sided treatment, see blade.h
+    R friction;   // Coulomb [1]
+    bool blade;   // thinner than the lattice can see: two-sided treatment, see blade.h
     bool active;  // false: passes through everything (not tracked, just reappeared)
 };
 

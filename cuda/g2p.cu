@@ -1,5 +1,6 @@
 // Grid to particle, and all that a particle does by itself before the next scatter: it moves, is
 // strained, leaves tools and walls, flows. The last block to finish chooses the next substep.
+#include "blade.h"
 #include "g2p.h"
 #include "launch.cuh"
 #include "plasticity.h"
@@ -14,7 +15,7 @@ constexpr unsigned all_lanes = 0xffffffffu;
 
 // What happened to one particle.
 struct Events {
-    bool yielded, projected, confined, repaired;
+    bool yielded, projected, confined, repaired, covered;
     float depth, speed_squared;
 };
 
@@ -69,7 +70,8 @@ __device__ Material<float> narrowed(Material<float> m)
     return m;
 }
 
-__device__ float left_tools(Particle<float>& q, const Views& d)
+template <bool blades>
+__device__ float left_tools(Particle<float>& q, const Views& d, bool& covered)
 {
     const float dx = d.lattice.dx;
     const Int3 cell = {int(q.x.x / dx), int(q.x.y / dx), int(q.x.z / dx)}, size = d.lattice.size;
@@ -79,12 +81,13 @@ __device__ float left_tools(Particle<float>& q, const Views& d)
     return project(q, d.tools.colliders(), d.tools.masks[d.lattice.block_of(cell)], d.tools.passes);
 }
 
-template <bool tools, Flows flows>
+template <bool tools, Flows flows, bool blades>
 __device__ Events moved(const Views& d, const ParticleView& particles, int i)
 {
     Particle<float> q = particles.load(i);
     const float dt = float(d.clock->dt);
     const float4* nodes = d.grid.nodes[d.clock->parity];
+    if constexpr (blades) nodes += q.sides * unsigned(d.lattice.node_count());
     const Stencil<float> s = stencil(q.x, d.lattice.dx);
     const Offsets o = offsets(d.lattice, s.base);
     gather(q, s, d.lattice.dx, [&](Int3 step) {
@@ -94,7 +97,7 @@ __device__ Events moved(const Views& d, const ParticleView& particles, int i)
     q.e = strained(q.e, q.C, dt);
     q.x = q.x + dt * q.v;
     Events happened{};
-    if constexpr (tools) happened.depth = left_tools(q, d);
+    if constexpr (tools) happened.depth = left_tools<blades>(q, d, happened.covered);
     happened.projected = happened.depth > 0;
     happened.confined = confine(q, d.lattice, d.walls);
     happened.yielded = yield(q, narrowed<flows>(d.materials[q.object]), dt);
@@ -107,7 +110,7 @@ __device__ Events moved(const Views& d, const ParticleView& particles, int i)
 
 // What happened in the thread block, on its way to the frame's counters.
 struct Sums {
-    unsigned yielded, projected, confined, repaired, deepest, fastest;
+    unsigned yielded, projected, confined, repaired, covered, deepest, fastest;
 };
 
 template <bool tools>
@@ -124,14 +127,15 @@ __device__ void count(Sums& sums, const Events& e)
     };
     total(sums.yielded, e.yielded), total(sums.confined, e.confined);
     total(sums.repaired, e.repaired), largest(sums.fastest, e.speed_squared);
+    if constexpr (tools) total(sums.covered, e.covered);
     if constexpr (tools) total(sums.projected, e.projected), largest(sums.deepest, e.depth);
 }
 
 // Blocks per multiprocessor: as many as leave registers enough to spill nothing.
 template <bool tools, Flows flows>
-constexpr int resident = flows == Flows::any && tools ? 3 : 5;
+constexpr int resident = flows == Flows::any&& tools ? 3 : 5;
 
-template <bool tools, Flows flows>
+template <bool tools, Flows flows, bool blades>
 __global__ void __launch_bounds__(threads, resident<tools, flows>)
     g2p_kernel(const __grid_constant__ Views d)
 {
@@ -141,7 +145,7 @@ __global__ void __launch_bounds__(threads, resident<tools, flows>)
     const int i = int(blockIdx.x * threads + threadIdx.x);
     const ParticleView& particles = d.particles[d.clock->side];
     Events happened{};
-    if (i < particles.count) happened = moved<tools, flows>(d, particles, i);
+    if (i < particles.count) happened = moved<tools, flows, blades>(d, particles, i);
     count<tools>(sums, happened);
     __syncthreads();
     if (threadIdx.x != 0) return;
@@ -151,6 +155,7 @@ __global__ void __launch_bounds__(threads, resident<tools, flows>)
     };
     add(n.yielded, sums.yielded), add(n.projected, sums.projected);
     add(n.confined, sums.confined), add(n.repaired, sums.repaired);
+    add(n.covered, sums.covered);
     if (sums.deepest) atomicMax(&n.deepest, sums.deepest);
     atomicMax(&d.clock->fastest, sums.fastest);
     __threadfence();
@@ -160,9 +165,9 @@ __global__ void __launch_bounds__(threads, resident<tools, flows>)
 template <bool tools>
 auto kernel_for(Flows flows)
 {
-    return flows == Flows::elastic   ? g2p_kernel<tools, Flows::elastic>
-           : flows == Flows::plastic ? g2p_kernel<tools, Flows::plastic>
-                                     : g2p_kernel<tools, Flows::any>;
+    return flows == Flows::elastic   ? g2p_kernel<tools, Flows::elastic, false>
+           : flows == Flows::plastic ? g2p_kernel<tools, Flows::plastic, false>
+                                     : g2p_kernel<tools, Flows::any, false>;
 }
 
 }  // namespace
@@ -174,7 +179,10 @@ void begin(const Views& views, cudaStream_t stream)
 
 void g2p(const Views& views, const Needs& needs, cudaStream_t stream)
 {
-    launch("g2p", needs.tools ? kernel_for<true>(needs.flows) : kernel_for<false>(needs.flows),
+    launch("g2p",
+           needs.blades  ? g2p_kernel<true, Flows::any, true>
+           : needs.tools ? kernel_for<true>(needs.flows)
+                         : kernel_for<false>(needs.flows),
            blocks_for(views.particles[0].count, threads), threads, stream, views);
 }
 

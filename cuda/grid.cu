@@ -1,5 +1,6 @@
 // Grid update: one thread block per listed block of nodes, as many as there are, however many the
 // launch brings. The grid of the substep before is cleared on the way.
+#include "blade.h"
 #include "grid.h"
 #include "launch.cuh"
 #include "stages.cuh"
@@ -36,12 +37,26 @@ __device__ void clear(const GridView& grid, int parity, int i)
     }
 }
 
+// Clears what the grid of the substep before has listed.
+template <bool fixed_point>
+__device__ void clear_other(const Views& d)
+{
+    const int parity = d.clock->parity ^ 1, count = d.clock->active[parity];
+    for (int at = int(blockIdx.x); at < count; at += int(gridDim.x)) {
+        const int b = d.grid.list[parity][at];
+        for (int f = 0; f < d.grid.fields; ++f)
+            clear<fixed_point>(d.grid, parity,
+                               f * d.lattice.node_count() + b * block_nodes + int(threadIdx.x));
+        if (threadIdx.x == 0) d.grid.touched[parity][b] = 0;
+    }
+}
+
 template <bool tools, bool fixed_point>
 __global__ void __launch_bounds__(threads, 12) grid_kernel(const __grid_constant__ Views d)
 {
     const int parity = d.clock->parity;
     const float dt = float(d.clock->dt);
-    const int count = d.clock->active[parity], cleared = d.clock->active[parity ^ 1];
+    const int count = d.clock->active[parity];
     for (int at = int(blockIdx.x); at < count; at += int(gridDim.x)) {
         const int b = d.grid.list[parity][at], i = b * block_nodes + int(threadIdx.x);
         bool clipped;
@@ -55,22 +70,80 @@ __global__ void __launch_bounds__(threads, 12) grid_kernel(const __grid_constant
         d.grid.nodes[parity][i] = {node.p.x, node.p.y, node.p.z, node.m};
         if (clipped) atomicAdd(&d.clock->counters.clipped, 1ull);
     }
-    for (int at = int(blockIdx.x); at < cleared; at += int(gridDim.x)) {
-        const int b = d.grid.list[parity ^ 1][at];
-        clear<fixed_point>(d.grid, parity ^ 1, b * block_nodes + int(threadIdx.x));
-        if (threadIdx.x == 0) d.grid.touched[parity ^ 1][b] = 0;
+    clear_other<fixed_point>(d);
+}
+
+// Which way lies what is below, at node n: along the slope of its mass less that of what is above.
+template <bool fixed_point>
+__device__ Vec3<float> slope(const Views& d, int parity, Int3 n)
+{
+    const Int3 size = d.lattice.size;
+    const int count = d.lattice.node_count();
+    const auto excess = [&](Int3 m) {
+        if (m.x < 0 || m.y < 0 || m.z < 0 || m.x >= size.x || m.y >= size.y || m.z >= size.z)
+            return 0.0f;
+        const int i = d.lattice.index(m);
+        return sum_of<fixed_point>(d.grid, parity, below * count + i).m -
+               sum_of<fixed_point>(d.grid, parity, above * count + i).m;
+    };
+    return {excess(n + Int3{1, 0, 0}) - excess(n - Int3{1, 0, 0}),
+            excess(n + Int3{0, 1, 0}) - excess(n - Int3{0, 1, 0}),
+            excess(n + Int3{0, 0, 1}) - excess(n - Int3{0, 0, 1})};
+}
+
+// Where blades are: each label has its own velocity, and the two do not pass through each other.
+// Neighbours read masses here, which the update leaves as they are.
+template <bool fixed_point>
+__global__ void __launch_bounds__(threads, 8) cut_grid_kernel(const __grid_constant__ Views d)
+{
+    const int parity = d.clock->parity, nodes = d.lattice.node_count();
+    const float dt = float(d.clock->dt), dx = d.lattice.dx;
+    const int count = d.clock->active[parity];
+    const Colliders<float> colliders = d.tools.colliders();
+    for (int at = int(blockIdx.x); at < count; at += int(gridDim.x)) {
+        const int b = d.grid.list[parity][at], i = b * block_nodes + int(threadIdx.x);
+        const Int3 n = d.lattice.node_at(i);
+        const Mask& mask = d.tools.masks[b];
+        Node<float> v[3];
+        float mass[3];
+        UNROLL
+        for (int f = 0; f < 3; ++f) {
+            const Node<float> sum = sum_of<fixed_point>(d.grid, parity, f * nodes + i);
+            mass[f] = sum.m;
+            bool clipped;
+            v[f] = update(sum, n, d.lattice, d.walls, d.gravity, dt, clipped,
+                          [&](Vec3<float> x, Vec3<float> u) {
+                              if (!d.tools.grid_contact) return u;
+                              u = held(colliders, mask, x, u);
+                              return f ? sliced(colliders, mask, x, u, dx, unsigned(f)) : u;
+                          });
+            if (clipped) atomicAdd(&d.clock->counters.clipped, 1ull);
+        }
+        if (mass[above] < mass[0] && mass[below] < mass[0]) {
+            const Vec3<float> out = slope<fixed_point>(d, parity, n);
+            part(v[above].p, v[below].p, v[0].p, out);
+        }
+        UNROLL
+        for (int f = 0; f < 3; ++f)
+            d.grid.nodes[parity][f * nodes + i] = {v[f].p.x, v[f].p.y, v[f].p.z, v[f].m};
     }
+    clear_other<fixed_point>(d);
 }
 
 }  // namespace
 
 void grid(const Views& views, const Needs& needs, int multiprocessors, cudaStream_t stream)
 {
+    const int blocks = least(views.lattice.block_count(), 16 * multiprocessors);
+    if (needs.blades) {
+        launch("grid", needs.fixed_point ? cut_grid_kernel<true> : cut_grid_kernel<false>, blocks,
+               threads, stream, views);
+        return;
+    }
     const bool tools = needs.tools && views.tools.grid_contact;
     const auto kernel = needs.fixed_point
                             ? (tools ? grid_kernel<true, true> : grid_kernel<false, true>)
                             : (tools ? grid_kernel<true, false> : grid_kernel<false, false>);
-    const int blocks = least(views.lattice.block_count(), 16 * multiprocessors);
     launch("grid", kernel, blocks, threads, stream, views);
 }
 

@@ -8,17 +8,17 @@ namespace knead {
 // Where a joint is and how it is turned. OpenXR: +z backwards along the bone, +y out of the back.
 template <class R>
 struct Joint {
-    Quat<R> q;   // unit
-    Vec3<R> p;   // [m]
+    Quat<R> q;  // unit
+    Vec3<R> p;  // [m]
 };
 
 // One medial sphere in the frames of its joints.
 template <class R>
 struct Binding {
-    int joint[4];         // unused ones: any joint, with weight 0
-    R weight[4];          // sum 1; the first is the largest
-    Vec3<R> offset[4];    // of the centre, in that joint's frame [m]
-    R radius;             // [m]
+    int joint[4];       // unused ones: any joint, with weight 0
+    R weight[4];        // sum 1; the first is the largest
+    Vec3<R> offset[4];  // of the centre, in that joint's frame [m]
+    R radius;           // [m]
 };
 
 // The joint at share s in [0, 1] of the way between two poses.

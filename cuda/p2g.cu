@@ -3,6 +3,7 @@
 // found from where the particles are now, so drift since the sort costs speed, never correctness.
 #include <nv/target>
 
+#include "blade.h"
 #include "launch.cuh"
 #include "p2g.h"
 #include "stages.cuh"
@@ -95,8 +96,9 @@ __device__ void touch(const GridView& grid, Clock* clock, int parity, const Latt
             }
 }
 
-template <bool any, bool fixed_point>
-__global__ void __launch_bounds__(threads) p2g_kernel(const __grid_constant__ Views d)
+template <bool any, bool fixed_point, bool blades>
+__global__ void __launch_bounds__(threads, blades ? 4 : 6)
+    p2g_kernel(const __grid_constant__ Views d)
 {
     const int i = int(blockIdx.x * threads + threadIdx.x);
     const int parity = d.clock->parity;
@@ -113,16 +115,24 @@ __global__ void __launch_bounds__(threads) p2g_kernel(const __grid_constant__ Vi
     __syncwarp();
     float4* nodes = d.grid.nodes[parity];
     long long* sums = d.grid.sums[parity];
-    scatter(q, m, s, d.lattice.dx, dt, [&](Int3 step, const Node<float>& share) {
-        const int node = o.at(step);
+    const auto hand_out = [&](int node, const Node<float>& share, bool here) {
         if constexpr (fixed_point) {
-            if (valid)
+            if (valid && here)
                 add(sums + 4 * std::size_t(node), share, d.grid.momentum_scale, d.grid.mass_scale);
         } else {
-            const Node<float> sum{
-                {summed(run, share.p.x), summed(run, share.p.y), summed(run, share.p.z)},
-                summed(run, share.m)};
+            const auto part = [&](float s) { return summed(run, here ? s : 0.0f); };
+            const Node<float> sum{{part(share.p.x), part(share.p.y), part(share.p.z)},
+                                  part(share.m)};
             add(nodes + node, sum, run.head);
+        }
+    };
+    scatter(q, m, s, d.lattice.dx, dt, [&](Int3 step, const Node<float>& share) {
+        const int node = o.at(step);
+        hand_out(node, share, true);
+        if constexpr (blades) {
+            const int count = d.lattice.node_count();
+            hand_out(count + node, share, q.sides != below);
+            hand_out(2 * count + node, share, q.sides != above);
         }
     });
 }
@@ -132,9 +142,16 @@ __global__ void __launch_bounds__(threads) p2g_kernel(const __grid_constant__ Vi
 void p2g(const Views& views, const Needs& needs, cudaStream_t stream)
 {
     const bool any = needs.flows == Flows::any;
-    const auto kernel = needs.fixed_point
-                            ? (any ? p2g_kernel<true, true> : p2g_kernel<false, true>)
-                            : (any ? p2g_kernel<true, false> : p2g_kernel<false, false>);
+    if (needs.blades) {
+        launch("p2g",
+               needs.fixed_point ? p2g_kernel<true, true, true> : p2g_kernel<true, false, true>,
+               blocks_for(views.particles[0].count, threads), threads, stream, views);
+        return;
+    }
+    const auto kernel =
+        needs.fixed_point
+            ? (any ? p2g_kernel<true, true, false> : p2g_kernel<false, true, false>)
+            : (any ? p2g_kernel<true, false, false> : p2g_kernel<false, false, false>);
     launch("p2g", kernel, blocks_for(views.particles[0].count, threads), threads, stream, views);
 }
 

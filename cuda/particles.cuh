@@ -37,6 +37,10 @@ struct ParticleView {
                 std::bit_cast<int>(b.w),
                 std::bit_cast<std::uint32_t>(c.w)};
     }
+    HD void set_sides(int i, std::uint32_t sides) const
+    {
+        row(2, i).w = std::bit_cast<float>(sides);
+    }
     HD void store(int i, const Particle<float>& q) const
     {
         row(0, i) = {q.x.x, q.x.y, q.x.z, q.k};

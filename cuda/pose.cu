@@ -37,7 +37,7 @@ __device__ bool may_touch(const ToolView& t, int i, Vec3<float> p, float edge, f
     if (i >= t.primitives.count) return false;
     const Tool<float>& tool = t.tools[t.primitives[i].tool];
     if (!tool.active) return false;
-    const float band = (tool.blade ? float(blade_reach) : 0.5f) * dx, half = 0.5f * edge + band;
+    const float band = candidate_band(tool.blade) * dx, half = 0.5f * edge + band;
     const Shape<float>& s = t.shapes[i];
     const bool beside = p.x + half < s.low.x || p.x - half > s.high.x || p.y + half < s.low.y ||
                         p.y - half > s.high.y || p.z + half < s.low.z || p.z - half > s.high.z;

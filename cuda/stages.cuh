@@ -16,6 +16,7 @@ enum class Flows { elastic, plastic, any };  // neo-Hookean without and with von
 struct Needs {
     bool tools = false;
     bool fixed_point = false;  // sums that do not depend on their order
+    bool blades = false;       // three velocity fields: see blade.h
     Flows flows = Flows::any;
 };
 
@@ -29,6 +30,7 @@ struct Counters {
     double dt_least, dt_most;  // [s]
     int substeps, limits[6];
     unsigned long long yielded, projected, clipped, confined, repaired;  // particle-substeps, nodes
+    unsigned long long covered;  // particle-substeps with a blade beside them
     unsigned deepest;  // bits of the largest depth found [m]
     int active_blocks;
 };
@@ -58,9 +60,11 @@ struct Materials {
 };
 
 // Nodes in the order of Lattice::index. Two grids, so that one is cleared while the other is used.
+// Each has one field, or with blades three: all clay, then that of uncut clay and each label.
 struct GridView {
-    float4* nodes[2];      // node_count each: Node<float>; the same array twice if fixed-point
-    long long* sums[2];    // fixed-point: 4 * node_count each: momentum and mass, else null
+    int fields;            // 1 or 3
+    float4* nodes[2];      // fields * node_count each: Node<float>; one array twice if fixed-point
+    long long* sums[2];    // fixed-point: 4 * fields * node_count each: momentum, mass; else null
     unsigned* touched[2];  // block_count each: the block is in the list
     int* list[2];          // block_count each: blocks that hold mass, Clock::active of them
     float momentum_scale, mass_scale;  // fixed-point units per kg m/s and per kg: powers of two

@@ -14,20 +14,20 @@ template <class R>
 struct Material {
     Elasticity elasticity;
     Flow flow;
-    R density;         // at rest [kg/m^3]
-    R mu, lambda;      // Lame parameters [Pa]
-    R bulk;            // of a fluid: slope of its pressure [Pa]
-    R yield;           // von Mises, Herschel-Bulkley: uniaxial yield stress [Pa]
-    R hardening;       // von Mises: slope of the yield stress over plastic strain [Pa]; < 0 softens
-    R yield_floor;     // von Mises: softening stops here [Pa]
-    R friction;        // Drucker-Prager: |dev tau| <= friction * pressure [1]
-    R cohesion;        // Drucker-Prager: Hencky volume strain that the cone's tip bears [1]
+    R density;      // at rest [kg/m^3]
+    R mu, lambda;   // Lame parameters [Pa]
+    R bulk;         // of a fluid: slope of its pressure [Pa]
+    R yield;        // von Mises, Herschel-Bulkley: uniaxial yield stress [Pa]
+    R hardening;    // von Mises: slope of the yield stress over plastic strain [Pa]; < 0 softens
+    R yield_floor;  // von Mises: softening stops here [Pa]
+    R friction;     // Drucker-Prager: |dev tau| <= friction * pressure [1]
+    R cohesion;     // Drucker-Prager: Hencky volume strain that the cone's tip bears [1]
     R compress, stretch;  // clamp: singular values stay in [1 - compress, 1 + stretch]
-    R snow;            // clamp: hardening exponent [1]
-    R viscosity;       // fluid: [Pa s]; Herschel-Bulkley: consistency [Pa s^exponent]
-    R exponent;        // Herschel-Bulkley: flow index [1]; fluid: of the pressure law [1]
-    R mass, volume;    // of one particle at rest [kg] [m^3]
-    int category;      // surfaces are made per category
+    R snow;               // clamp: hardening exponent [1]
+    R viscosity;          // fluid: [Pa s]; Herschel-Bulkley: consistency [Pa s^exponent]
+    R exponent;           // Herschel-Bulkley: flow index [1]; fluid: of the pressure law [1]
+    R mass, volume;       // of one particle at rest [kg] [m^3]
+    int category;         // surfaces are made per category
 };
 
 // One material point. `e` is the elastic left Cauchy-Green strain b - I: stored less the identity,
@@ -57,7 +57,10 @@ template <class R>
 struct Lattice {
     Int3 size;  // nodes along each axis, multiples of 4
     R dx;       // spacing [m]
-    HD Int3 blocks() const { return {size.x / block_edge, size.y / block_edge, size.z / block_edge}; }
+    HD Int3 blocks() const
+    {
+        return {size.x / block_edge, size.y / block_edge, size.z / block_edge};
+    }
     HD int block_count() const { return size.x / 4 * (size.y / 4) * (size.z / 4); }
     HD int node_count() const { return size.x * size.y * size.z; }
     HD int block_of(Int3 n) const

@@ -5,12 +5,12 @@
 #include <cstring>
 #include <numeric>
 
+#include "cpu_solver.h"
 #include "cuda/g2p.h"
 #include "cuda/grid.h"
 #include "cuda/p2g.h"
 #include "cuda/plasticity.h"
 #include "cuda/project.h"
-#include "cpu_solver.h"
 #include "substep.h"
 
 namespace knead {
@@ -19,19 +19,23 @@ namespace {
 template <class R>
 Material<R> cast(const Material<double>& m)
 {
-    return {m.elasticity, m.flow, R(m.density), R(m.mu), R(m.lambda), R(m.bulk), R(m.yield),
-            R(m.hardening), R(m.yield_floor), R(m.friction), R(m.cohesion), R(m.compress),
-            R(m.stretch), R(m.snow), R(m.viscosity), R(m.exponent), R(m.mass), R(m.volume),
-            m.category};
+    return {m.elasticity,  m.flow,        R(m.density),   R(m.mu),          R(m.lambda),
+            R(m.bulk),     R(m.yield),    R(m.hardening), R(m.yield_floor), R(m.friction),
+            R(m.cohesion), R(m.compress), R(m.stretch),   R(m.snow),        R(m.viscosity),
+            R(m.exponent), R(m.mass),     R(m.volume),    m.category};
 }
 
 template <class To, class From>
 Particle<To> cast(const Particle<From>& q)
 {
     const auto c = [](Vec3<From> v) { return knead::cast<To>(v); };
-    return {c(q.x), c(q.v), {c(q.C.a), c(q.C.b), c(q.C.c)},
+    return {c(q.x),
+            c(q.v),
+            {c(q.C.a), c(q.C.b), c(q.C.c)},
             {To(q.e.xx), To(q.e.yy), To(q.e.zz), To(q.e.xy), To(q.e.xz), To(q.e.yz)},
-            To(q.k), q.object, q.sides};
+            To(q.k),
+            q.object,
+            q.sides};
 }
 
 }  // namespace
@@ -110,8 +114,8 @@ Tally CpuSolver<R>::advance(const Motion& motion, double duration)
     tally.confined = all.confined, tally.repaired = all.repaired, tally.found_depth = all.depth;
     tally.active_blocks = long(bins.touched.size());
     // The particle loops of a block run one after the other on one thread: share out their time.
-    const double inner = all.seconds[stage_g2p] + all.seconds[stage_project] +
-                         all.seconds[stage_plasticity];
+    const double inner =
+        all.seconds[stage_g2p] + all.seconds[stage_project] + all.seconds[stage_plasticity];
     const double wall = times[stage_g2p].seconds;
     if (inner > 0)
         for (int s : {stage_g2p, stage_project, stage_plasticity})
@@ -119,11 +123,13 @@ Tally CpuSolver<R>::advance(const Motion& motion, double duration)
     return tally;
 }
 
-// Each occupied block sums its particles into a tile of its own; where a blade has been, into three.
+// Each occupied block sums its particles into a tile of its own; where a blade has been, into
+// three.
 template <class R>
 void CpuSolver<R>::p2g(R dt)
 {
-    for (int f = 0; f < (posed.blades ? 3 : 1); ++f) sums[f].resize(bins.occupied.size() * tile_nodes);
+    for (int f = 0; f < (posed.blades ? 3 : 1); ++f)
+        sums[f].resize(bins.occupied.size() * tile_nodes);
     for_each(int(bins.occupied.size()), stage_p2g, [&](int slot, Counts&) {
         const int block = bins.occupied[std::size_t(slot)];
         const int fields = !split.empty() && split[std::size_t(block)] ? 3 : 1;
@@ -171,8 +177,8 @@ void CpuSolver<R>::grid_update(R dt)
         for (int l = 0; l < block_nodes; ++l) {
             const Int3 n = 4 * block + Int3{l % 4, l / 4 % 4, l / 16};
             bool clipped;
-            grid[0][std::size_t(b) * block_nodes + std::size_t(l)] = update(
-                summed(sums[0], n), n, lattice, walls, gravity, dt, clipped, hands);
+            grid[0][std::size_t(b) * block_nodes + std::size_t(l)] =
+                update(summed(sums[0], n), n, lattice, walls, gravity, dt, clipped, hands);
             c.clipped += clipped;
         }
     });
@@ -183,8 +189,8 @@ template <class R>
 void CpuSolver<R>::load(const Sums& from, Int3 corner, Node<R>* tile) const
 {
     for (int t = 0; t < tile_nodes; ++t) {
-        const Int3 n = corner + Int3{t % tile_edge, t / tile_edge % tile_edge,
-                                     t / (tile_edge * tile_edge)};
+        const Int3 n =
+            corner + Int3{t % tile_edge, t / tile_edge % tile_edge, t / (tile_edge * tile_edge)};
         if (n.x < lattice.size.x && n.y < lattice.size.y && n.z < lattice.size.z)
             tile[t] = from[std::size_t(lattice.index(n))];
     }
@@ -297,8 +303,8 @@ double tool_step(const Setup& setup, const Motion& motion, double duration)
                 Vec3<double> c{};
                 for (int n = 0; n < 4; ++n) {
                     const Joint<double>& j = joints[std::size_t(f.joint[n])];
-                    c = c + double(f.weight[n]) *
-                                (j.p + rotate(j.q, knead::cast<double>(f.offset[n])));
+                    c = c +
+                        double(f.weight[n]) * (j.p + rotate(j.q, knead::cast<double>(f.offset[n])));
                 }
                 return c;
             };

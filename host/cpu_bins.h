@@ -11,11 +11,11 @@
 namespace knead {
 
 struct Bins {
-    std::vector<int> order;      // particle indices, block by block
-    std::vector<int> first;      // occupied.size() + 1 offsets into order
-    std::vector<int> occupied;   // blocks that hold the base node of a particle, rising
-    std::vector<int> slot;       // per block: its index in occupied, or -1
-    std::vector<int> touched;    // blocks that receive mass: the occupied and their upper neighbours
+    std::vector<int> order;     // particle indices, block by block
+    std::vector<int> first;     // occupied.size() + 1 offsets into order
+    std::vector<int> occupied;  // blocks that hold the base node of a particle, rising
+    std::vector<int> slot;      // per block: its index in occupied, or -1
+    std::vector<int> touched;   // blocks that receive mass: the occupied and their upper neighbours
 
     struct Members {
         const int *from, *to;

@@ -74,16 +74,10 @@ void CpuSolver<R>::split_update(int b, R dt, Counts& c)
                 };
                 return excess(n + axis) - excess(n - axis);
             };
-            const Vec3<R> g = {slope({1, 0, 0}), slope({0, 1, 0}), slope({0, 0, 1})};
-            const R size = length(g);
-            if (size > 0) {
-                const Vec3<R> out = (1 / size) * g;  // out of what lies above
-                v[above].p = kept_apart(v[above].p, v[0].p, out, R(0.3));
-                v[below].p = kept_apart(v[below].p, v[0].p, -out, R(0.3));
-            }
+            part(v[above].p, v[below].p, v[0].p,
+                 {slope({1, 0, 0}), slope({0, 1, 0}), slope({0, 0, 1})});
         }
-        for (int f = 0; f < 3; ++f)
-            grid[f][std::size_t(b) * block_nodes + std::size_t(l)] = v[f];
+        for (int f = 0; f < 3; ++f) grid[f][std::size_t(b) * block_nodes + std::size_t(l)] = v[f];
     }
 }
 
@@ -92,15 +86,7 @@ void CpuSolver<R>::split_update(int b, R dt, Counts& c)
 template <class R>
 void CpuSolver<R>::settle_cuts(bool covered)
 {
-    if (covered && !was_covered) {
-        const Colliders<R> colliders = posed.colliders();
-        std::vector<char> touched(q.size(), 0);
-        for (std::size_t i = 0; i < q.size(); ++i)
-            for_each_blade(colliders, posed.mask_at(lattice, q[i].x), q[i].x, lattice.dx,
-                           [&](const Seen<R>&, const Tool<R>&) { touched[i] = 1; });
-        forget(q, lattice, touched);
-    }
-    if (!covered && was_covered) relabel(q, lattice);
+    settle(q, lattice, posed, covered, was_covered);
     was_covered = covered;
 }
 

@@ -1,4 +1,5 @@
-// The CPU's simulator: declared here, its loops in cpu.cpp, those that only a cut needs in cpu_cut.cpp.
+// The CPU's simulator: declared here, its loops in cpu.cpp, those that only a cut needs in
+// cpu_cut.cpp.
 #pragma once
 #include <omp.h>
 
@@ -14,8 +15,16 @@ constexpr int tile_edge = block_edge + 2, tile_nodes = tile_edge * tile_edge * t
 
 inline int tile_index(Int3 n) { return (n.z * tile_edge + n.y) * tile_edge + n.x; }
 
-enum StageName { stage_pose, stage_bin, stage_p2g, stage_grid, stage_g2p, stage_project,
-                 stage_plasticity, stage_count };
+enum StageName {
+    stage_pose,
+    stage_bin,
+    stage_p2g,
+    stage_grid,
+    stage_g2p,
+    stage_project,
+    stage_plasticity,
+    stage_count
+};
 
 // What the threads count, each on its own.
 struct Counts {
@@ -75,7 +84,7 @@ class CpuSolver : public Solver {
     Sums sums[3], grid[3];
     std::vector<char> split;     // per block: its nodes have three fields; empty without blades
     bool was_covered = false;    // a blade was in the clay at the end of the last frame
-    std::vector<Counts> counts;   // per thread
+    std::vector<Counts> counts;  // per thread
     std::vector<StageTime> times;
 };
 

@@ -98,7 +98,7 @@ void PosedTools<R>::mask_blocks(const Lattice<R>& lattice)
         const Tool<R>& tool = tools[std::size_t(primitives[i].tool)];
         const Shape<R>& s = shapes[i];
         if (!tool.active || !std::isfinite(dot(s.low, s.high))) continue;
-        const R band = (tool.blade ? R(blade_reach) + R(0.5) : R(0.5)) * lattice.dx;
+        const R band = R(candidate_band(tool.blade)) * lattice.dx;
         const auto low = [&](R x, int n) {
             return int(std::clamp(std::floor((x - band) / edge), R(0), R(n)));
         };

@@ -3,6 +3,7 @@
 #include <bit>
 
 #include "gpu_store.cuh"
+#include "pieces.h"
 #include "solver.h"
 
 namespace knead {
@@ -95,6 +96,7 @@ class GpuSolver : public Solver {
     void capture(FrameGraph& to, bool tools);
     void substep(const Views& views, const Needs& needs, cudaStream_t stream);
     void measure() const;
+    void settle_cuts(const Motion& motion, double duration, bool covered);
 
     Setup rules;  // without particles
     int device, processors;
@@ -104,7 +106,9 @@ class GpuSolver : public Solver {
     Event forked{cudaEventDisableTiming}, joined{cudaEventDisableTiming};
     FrameGraph with_tools, without_tools;
     Pinned<Clock> status;
-    bool posed = false;  // masks are those of the last frame's end
+    bool posed = false;        // masks are those of the last frame's end
+    bool cutting = false;      // a tool of the scene is a blade
+    bool was_covered = false;  // a blade was in the clay at the end of the last frame
     int last_substeps = 0;
     mutable std::vector<StageTime> times;
 };
@@ -129,6 +133,7 @@ GpuSolver::GpuSolver(const Setup& given, int wanted)
     cudaDeviceProp properties;
     check(cudaGetDeviceProperties(&properties, device), "device");
     title = std::string("cuda: ") + properties.name;
+    cutting = store.needs().blades;
     capture(without_tools, false);
     if (store.needs().tools) capture(with_tools, true);
 }
@@ -151,7 +156,7 @@ void GpuSolver::substep(const Views& views, const Needs& needs, cudaStream_t str
 void GpuSolver::capture(FrameGraph& to, bool tools)
 {
     Needs needs = store.needs();
-    needs.tools = tools;
+    needs.tools = tools || needs.blades;  // a cut stays one when the hands have gone
     Views views = store.views();
     check(cudaStreamBeginCapture(main, cudaStreamCaptureModeThreadLocal), "capture");
     store.send_orders(main);
@@ -203,7 +208,21 @@ Tally GpuSolver::advance(const Motion& motion, double duration)
     tally.found_depth = double(std::bit_cast<float>(n.deepest));
     tally.active_blocks = n.active_blocks;
     times.clear();
+    if (cutting) settle_cuts(motion, duration, n.covered > 0);
     return tally;
+}
+
+// Rare, and of the whole scene at once: done by the host.
+void GpuSolver::settle_cuts(const Motion& motion, double duration, bool covered)
+{
+    if (covered == was_covered) return;
+    PosedTools<double> tools(rules, rules.lattice);
+    tools.activate(motion);
+    tools.pose(motion, 0, 1, duration);
+    tools.mask_blocks(rules.lattice);
+    std::vector<Particle<double>> q = store.particles();
+    if (settle(q, rules.lattice, tools, covered, was_covered)) store.set_sides(q);
+    was_covered = covered;
 }
 
 std::vector<Particle<double>> GpuSolver::particles() const
@@ -238,7 +257,7 @@ void GpuSolver::measure() const
     constexpr int warm = 2, repeats = 10;
     const Views views = store.views();
     Needs needs = store.needs();
-    needs.tools = posed;
+    needs.tools = posed || needs.blades;
     Event from, to;
     const auto timed = [&](const char* stage, auto&& run) {
         check(cudaEventRecord(from, main), stage);

@@ -70,8 +70,6 @@ void check_particles(const Setup& s)
 
 void check_tools(const Setup& s)
 {
-    for (const Tool<double>& t : s.tools)
-        require(!t.blade, "blades cut on the CPU only; choose the CPU for this scene");
     require(s.rig.primitives.size() <= std::size_t(most_primitives),
             std::to_string(s.rig.primitives.size()) + " primitives, at most " +
                 std::to_string(most_primitives));
@@ -108,7 +106,10 @@ void check(const Setup& s)
 
 Needs needs_of(const Setup& s)
 {
-    Needs n{!s.rig.primitives.empty(), s.deterministic, Flows::elastic};
+    const bool tools = !s.rig.primitives.empty();
+    const bool blades = tools && std::any_of(s.tools.begin(), s.tools.end(),
+                                             [](const Tool<double>& t) { return t.blade; });
+    Needs n{tools, s.deterministic, blades, Flows::elastic};
     for (const Material<double>& m : s.materials) {
         const bool plain = m.elasticity == Elasticity::neo_hookean &&
                            (m.flow == Flow::none || m.flow == Flow::von_mises);
@@ -158,6 +159,7 @@ Store::Store(const Setup& setup)
     all.grid.mass_scale = fixed_scale(mass);
     all.grid.momentum_scale = fixed_scale(mass * speed);
     all.materials = {cast(setup.materials[0]), materials.data(), int(setup.materials.size())};
+    all.grid.fields = used.blades ? 3 : 1;
     for (int side = 0; side < 2; ++side) {
         all.particles[side] = {rows[side].data(), ids[side].data(), int(setup.particles.size())};
         all.grid.nodes[side] = used.fixed_point ? nodes[0].data() : nodes[side].data();
@@ -185,7 +187,8 @@ Store::Store(const Setup& setup)
 void Store::allocate(const Setup& setup)
 {
     const Lattice<float>& lattice = all.lattice;
-    const auto n = setup.particles.size(), grid_nodes = std::size_t(lattice.node_count()),
+    const auto n = setup.particles.size(),
+               grid_nodes = std::size_t(lattice.node_count()) * (used.blades ? 3 : 1),
                blocks = std::size_t(lattice.block_count());
     const std::size_t sort_bytes = sort_scratch_bytes(int(n), lattice);
     const std::size_t need = n * (2 * (particle_rows * 16 + 4) + 20) + sort_bytes + blocks * 48 +
@@ -287,6 +290,20 @@ std::vector<Particle<double>> Store::particles() const
     std::vector<Particle<double>> out(host_ids.size());
     for (int i = 0; i < view.count; ++i) out[std::size_t(view.ids[i])] = cast<double>(view.load(i));
     return out;
+}
+
+void Store::set_sides(const std::vector<Particle<double>>& q) const
+{
+    const int side = clock().side;
+    const std::vector<int> host_ids = ids[side].downloaded();
+    std::vector<float4> host_rows = rows[side].downloaded();
+    const ParticleView view{host_rows.data(), nullptr, int(host_ids.size())};
+    for (int i = 0; i < view.count; ++i)
+        view.set_sides(i, q[std::size_t(host_ids[std::size_t(i)])].sides);
+    gpu::check(
+        cudaMemcpy(rows[side].data(), host_rows.data(), rows[side].bytes(), cudaMemcpyDefault),
+        "labels");
+    gpu::check(cudaDeviceSynchronize(), "labels");
 }
 
 void Store::set_clock(const Clock& clock) const

@@ -24,6 +24,7 @@ class Store {
     bool tools_active() const { return some_active; }
 
     std::vector<Particle<double>> particles() const;
+    void set_sides(const std::vector<Particle<double>>& particles) const;
     void set_clock(const Clock& clock) const;
     Clock clock() const;
 

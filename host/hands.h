@@ -12,12 +12,32 @@ namespace knead {
 
 // XrHandJointEXT, in its order.
 enum JointName : int {
-    palm, wrist,
-    thumb_metacarpal, thumb_proximal, thumb_distal, thumb_tip,
-    index_metacarpal, index_proximal, index_intermediate, index_distal, index_tip,
-    middle_metacarpal, middle_proximal, middle_intermediate, middle_distal, middle_tip,
-    ring_metacarpal, ring_proximal, ring_intermediate, ring_distal, ring_tip,
-    little_metacarpal, little_proximal, little_intermediate, little_distal, little_tip,
+    palm,
+    wrist,
+    thumb_metacarpal,
+    thumb_proximal,
+    thumb_distal,
+    thumb_tip,
+    index_metacarpal,
+    index_proximal,
+    index_intermediate,
+    index_distal,
+    index_tip,
+    middle_metacarpal,
+    middle_proximal,
+    middle_intermediate,
+    middle_distal,
+    middle_tip,
+    ring_metacarpal,
+    ring_proximal,
+    ring_intermediate,
+    ring_distal,
+    ring_tip,
+    little_metacarpal,
+    little_proximal,
+    little_intermediate,
+    little_distal,
+    little_tip,
     joint_count
 };
 extern const char* const joint_names[joint_count];  // as spelled above
@@ -26,9 +46,9 @@ enum Side : int { left, right, side_count };
 
 // One hand at one instant, in the tracker's frame: metres, y up, real size.
 struct Hand {
-    bool tracked = false;                       // false: joints hold their last known poses
+    bool tracked = false;  // false: joints hold their last known poses
     std::array<Joint<float>, joint_count> joints{};
-    std::array<float, joint_count> radius{};    // joint to skin [m], as the tracker reports it
+    std::array<float, joint_count> radius{};  // joint to skin [m], as the tracker reports it
     std::array<bool, joint_count> valid{};
 };
 struct HandFrame {
@@ -38,14 +58,15 @@ struct HandFrame {
 
 // A recording: unfiltered frames of both hands.
 struct Recording {
-    std::string name;       // what is done, e.g. "squeeze"
-    double rate = 0;        // nominal frames per second
-    double latency = 0;     // of the tracker, already in the time stamps [s]
+    std::string name;    // what is done, e.g. "squeeze"
+    double rate = 0;     // nominal frames per second
+    double latency = 0;  // of the tracker, already in the time stamps [s]
     std::vector<HandFrame> frames;
 };
 
 // Spheres bound to joints, and the primitives they span. Joints are numbered hand by hand: joint j
-// of side s is s * joint_count + j. Primitive::tool is 0 within a rig until it is placed in a scene.
+// of side s is s * joint_count + j. Primitive::tool is 0 within a rig until it is placed in a
+// scene.
 struct Rig {
     std::vector<Binding<float>> spheres;
     std::vector<Primitive> primitives;

@@ -88,9 +88,8 @@ int number(Graph& g, const std::vector<Particle<R>>& q, const Lattice<R>& lattic
         ++weight[std::size_t(g.root(g.vertex.at(key(cell(p, lattice), lattice.size, p.sides))))];
     for (int v = 0; v < int(g.keys.size()); ++v)
         if (g.root(v) == v) roots.push_back(v);
-    std::stable_sort(roots.begin(), roots.end(), [&](int a, int b) {
-        return weight[std::size_t(a)] > weight[std::size_t(b)];
-    });
+    std::stable_sort(roots.begin(), roots.end(),
+                     [&](int a, int b) { return weight[std::size_t(a)] > weight[std::size_t(b)]; });
     std::vector<int> rank(g.keys.size(), 0);
     for (std::size_t i = 0; i < roots.size(); ++i) rank[std::size_t(roots[i])] = int(i);
     piece_of_vertex.resize(g.keys.size());
@@ -109,8 +108,8 @@ int pieces(const std::vector<Particle<R>>& q, const Lattice<R>& lattice, std::ve
     const int count = number(g, q, lattice, of_vertex);
     piece.resize(q.size());
     for (std::size_t i = 0; i < q.size(); ++i)
-        piece[i] = of_vertex[std::size_t(
-            g.vertex.at(key(cell(q[i], lattice), lattice.size, q[i].sides)))];
+        piece[i] =
+            of_vertex[std::size_t(g.vertex.at(key(cell(q[i], lattice), lattice.size, q[i].sides)))];
     return count;
 }
 
@@ -141,14 +140,15 @@ void relabel(std::vector<Particle<R>>& q, const Lattice<R>& lattice)
         given[p] = taken & 1u << above ? below : above;
     }
     for (Particle<R>& p : q) {
-        const auto at =
-            std::size_t(piece[std::size_t(g.vertex.at(key(cell(p, lattice), lattice.size, p.sides)))]);
+        const auto at = std::size_t(
+            piece[std::size_t(g.vertex.at(key(cell(p, lattice), lattice.size, p.sides)))]);
         if (!keeps[at]) p.sides = given[at];
     }
 }
 
 template <class R>
-void forget(std::vector<Particle<R>>& q, const Lattice<R>& lattice, const std::vector<char>& touched)
+void forget(std::vector<Particle<R>>& q, const Lattice<R>& lattice,
+            const std::vector<char>& touched)
 {
     std::vector<int> piece;
     const auto count = std::size_t(pieces(q, lattice, piece));
@@ -169,7 +169,8 @@ template int pieces(const std::vector<Particle<double>>&, const Lattice<double>&
                     std::vector<int>&);
 template void relabel(std::vector<Particle<float>>&, const Lattice<float>&);
 template void relabel(std::vector<Particle<double>>&, const Lattice<double>&);
-template void forget(std::vector<Particle<float>>&, const Lattice<float>&, const std::vector<char>&);
+template void forget(std::vector<Particle<float>>&, const Lattice<float>&,
+                     const std::vector<char>&);
 template void forget(std::vector<Particle<double>>&, const Lattice<double>&,
                      const std::vector<char>&);
 

@@ -2,12 +2,14 @@
 #pragma once
 #include <vector>
 
+#include "cpu_tools.h"
 #include "cuda/blade.h"
 
 namespace knead {
 
 // Pieces of clay, by cells of the lattice: two cells hang together if they touch and do not carry
-// opposite labels. Fills piece[i] for every particle, the largest piece first; returns their number.
+// opposite labels. Fills piece[i] for every particle, the largest piece first; returns their
+// number.
 template <class R>
 int pieces(const std::vector<Particle<R>>& q, const Lattice<R>& lattice, std::vector<int>& piece);
 
@@ -18,6 +20,26 @@ void relabel(std::vector<Particle<R>>& q, const Lattice<R>& lattice);
 
 // Before a new stroke: pieces that it touches and that carry one label only forget it.
 template <class R>
-void forget(std::vector<Particle<R>>& q, const Lattice<R>& lattice, const std::vector<char>& touched);
+void forget(std::vector<Particle<R>>& q, const Lattice<R>& lattice,
+            const std::vector<char>& touched);
+
+// At the end of a frame, in which a blade covered clay or not: a stroke that begins forgets old
+// labels in its way, one that has ended leaves whole pieces. True if labels may have changed.
+template <class R>
+bool settle(std::vector<Particle<R>>& q, const Lattice<R>& lattice, const PosedTools<R>& posed,
+            bool covered, bool was_covered)
+{
+    if (covered == was_covered) return false;
+    if (!covered) {
+        relabel(q, lattice);
+        return true;
+    }
+    std::vector<char> touched(q.size(), 0);
+    for (std::size_t i = 0; i < q.size(); ++i)
+        for_each_blade(posed.colliders(), posed.mask_at(lattice, q[i].x), q[i].x, lattice.dx,
+                       [&](const Seen<R>&, const Tool<R>&) { touched[i] = 1; });
+    forget(q, lattice, touched);
+    return true;
+}
 
 }  // namespace knead

@@ -1,22 +1,20 @@
 #include "recording.h"
 
+#include "recording_rules.h"
+
 #include <fmt/format.h>
 #include <xxhash.h>
 
 #include <bit>
-#include <charconv>
 #include <cmath>
 #include <cstring>
 #include <filesystem>
 #include <fstream>
-#include <nlohmann/json.hpp>
 #include <system_error>
 #include <utility>
 
 namespace knead {
 namespace {
-
-using json = nlohmann::json;
 
 constexpr char magic[] = "KNHANDS1";
 constexpr std::size_t magic_size = 8, checksum_size = 8;
@@ -25,54 +23,6 @@ constexpr std::uint32_t tracked_bit = 1u << 31;  // below it one bit per joint: 
 constexpr std::size_t joint_size = 8 * 4;        // position, quaternion, radius
 constexpr std::size_t frame_size = 8 + side_count * (4 + joint_count * joint_size);
 constexpr std::uintmax_t largest_file = std::uintmax_t(1) << 30;  // [bytes]: five hours of 30 Hz
-constexpr std::size_t longest_name = 100, longest_line = 1 << 16;
-
-constexpr const char* side_names[side_count] = {"left", "right"};
-
-// Says where in its file a thing stands: "at byte 12" or "in line 3".
-struct Place {
-    std::string path, at;
-    [[noreturn]] void refuse(const std::string& expected, const std::string& found) const
-    {
-        throw InputError(fmt::format("{}: {}: expected {}, found {}", path, at, expected, found));
-    }
-};
-
-// What is asked of each value, whichever form it came from.
-void check_header(const Recording& r, const Place& place)
-{
-    if (r.name.empty() || r.name.size() > longest_name)
-        place.refuse(fmt::format("a name of 1 to {} characters", longest_name),
-                     fmt::format("{}", r.name.size()));
-    for (const unsigned char letter : r.name)
-        if (letter < 0x20 || letter > 0x7e)
-            place.refuse("a name of printable ASCII", fmt::format("the byte {:#04x}", letter));
-    if (!(r.rate > 0 && r.rate <= 1000))
-        place.refuse("a rate above 0 and at most 1000 Hz", fmt::format("{}", r.rate));
-    if (!(r.latency >= 0 && r.latency <= 10))
-        place.refuse("a latency of 0 to 10 s", fmt::format("{}", r.latency));
-}
-
-void check_time(double time, double before, const Place& place)
-{
-    if (!(time >= 0 && time <= 1e5))
-        place.refuse("a time of 0 to 100000 s", fmt::format("{}", time));
-    if (!(time > before))
-        place.refuse(fmt::format("a time after {} s", before), fmt::format("{} s", time));
-}
-
-void check_joint(const Joint<float>& joint, float radius, bool valid, const Place& place)
-{
-    for (const float x : {joint.p.x, joint.p.y, joint.p.z})
-        if (!(std::abs(x) <= 100)) place.refuse("a position within 100 m", fmt::format("{}", x));
-    const double w = joint.q.w, x = joint.q.x, y = joint.q.y, z = joint.q.z;
-    const double square = w * w + x * x + y * y + z * z;
-    const bool unseen = !valid && square == 0;
-    if (!(std::abs(square - 1) <= 2e-3) && !unseen)
-        place.refuse("a unit quaternion", fmt::format("({}, {}, {}, {})", w, x, y, z));
-    if (!(radius >= 0 && radius <= 1))
-        place.refuse("a radius of 0 to 1 m", fmt::format("{}", radius));
-}
 
 // Little-endian on every machine.
 template <class Word>
@@ -201,112 +151,6 @@ Recording from_binary(const std::string& bytes, const std::string& path)
     return r;
 }
 
-// One number of a JSON line, in the fewest digits that read back as the same number.
-template <class R>
-void put_number(std::string& line, R x)
-{
-    char digits[32];
-    line.append(digits, std::to_chars(digits, digits + sizeof digits, x).ptr);
-}
-
-const json& member(const json& object, const char* key, const Place& place)
-{
-    const auto found = object.find(key);
-    if (found == object.end()) place.refuse(fmt::format("the key \"{}\"", key), "none");
-    return *found;
-}
-
-double number(const json& value, const char* what, const Place& place)
-{
-    if (!value.is_number()) place.refuse(fmt::format("a number for {}", what), value.type_name());
-    return value.get<double>();
-}
-
-json parse_object(const std::string& line, std::size_t keys, const Place& place)
-{
-    json object = json::parse(line, nullptr, false);
-    if (!object.is_object())
-        place.refuse("a JSON object", object.is_discarded() ? "no JSON" : object.type_name());
-    if (object.size() != keys)
-        place.refuse(fmt::format("{} keys", keys), fmt::format("{}", object.size()));
-    return object;
-}
-
-Hand parse_hand(const json& object, const char* side, const Place& place)
-{
-    if (!object.is_object() || object.size() != 2)
-        place.refuse(fmt::format("an object with \"tracked\" and \"joints\" for {}", side),
-                     object.type_name());
-    Hand hand;
-    const json& tracked = member(object, "tracked", place);
-    if (!tracked.is_boolean()) place.refuse("true or false for \"tracked\"", tracked.type_name());
-    hand.tracked = tracked.get<bool>();
-    const json& rows = member(object, "joints", place);
-    if (!rows.is_array() || rows.size() != joint_count)
-        place.refuse(fmt::format("{} joints for {}", int(joint_count), side),
-                     fmt::format("{} of {}", rows.type_name(), rows.size()));
-    for (int j = 0; j < joint_count; ++j) {
-        const json& row = rows[j];
-        if (!row.is_array() || row.size() != 9)
-            place.refuse("9 numbers for a joint",
-                         fmt::format("{} of {}", row.type_name(), row.size()));
-        float v[9];
-        for (int k = 0; k < 9; ++k) v[k] = float(number(row[k], "a joint", place));
-        if (v[8] != 0 && v[8] != 1) place.refuse("validity 0 or 1", fmt::format("{}", v[8]));
-        hand.joints[j] = {{v[3], v[4], v[5], v[6]}, {v[0], v[1], v[2]}};
-        hand.radius[j] = v[7];
-        hand.valid[j] = v[8] == 1;
-        check_joint(hand.joints[j], hand.radius[j], hand.valid[j], place);
-    }
-    return hand;
-}
-
-Recording from_lines(const std::string& bytes, const std::string& path)
-{
-    Recording r;
-    std::size_t begin = 0, line_number = 0, count = 0;
-    double before = -1;
-    const auto place = [&] { return Place{path, fmt::format("in line {}", line_number)}; };
-    while (begin < bytes.size()) {
-        const std::size_t end = std::min(bytes.find('\n', begin), bytes.size());
-        ++line_number;
-        if (end - begin > longest_line)
-            place().refuse(fmt::format("at most {} characters", longest_line),
-                           fmt::format("{}", end - begin));
-        const std::string line = bytes.substr(begin, end - begin);
-        begin = end + 1;
-        if (line_number == 1) {
-            const json header = parse_object(line, 5, place());
-            const json& format = member(header, "format", place());
-            if (format != "knead.hands/1") place().refuse("\"knead.hands/1\"", format.dump());
-            const json& name = member(header, "name", place());
-            if (!name.is_string()) place().refuse("a string for \"name\"", name.type_name());
-            r.name = name.get<std::string>();
-            r.rate = number(member(header, "rate", place()), "\"rate\"", place());
-            r.latency = number(member(header, "latency", place()), "\"latency\"", place());
-            const json& frames = member(header, "frames", place());
-            if (!frames.is_number_unsigned() || frames.get<std::uint64_t>() == 0)
-                place().refuse("at least 1 frame", frames.dump());
-            count = frames.get<std::uint64_t>();
-            check_header(r, place());
-            continue;
-        }
-        if (r.frames.size() == count) place().refuse("the end of the file", "another line");
-        const json object = parse_object(line, 3, place());
-        HandFrame frame;
-        frame.time = number(member(object, "time", place()), "\"time\"", place());
-        check_time(frame.time, before, place());
-        before = frame.time;
-        for (int s = 0; s < side_count; ++s)
-            frame.hand[s] =
-                parse_hand(member(object, side_names[s], place()), side_names[s], place());
-        r.frames.push_back(frame);
-    }
-    if (r.frames.size() != count || count == 0)
-        place().refuse(fmt::format("{} frames in all", count), fmt::format("{}", r.frames.size()));
-    return r;
-}
-
 bool ends_with(const std::string& text, const std::string& ending)
 {
     return text.size() >= ending.size() &&
@@ -347,33 +191,6 @@ std::string to_binary(const Recording& r)
     }
     put(bytes, std::uint64_t(XXH64(bytes.data(), bytes.size(), 0)));
     return bytes;
-}
-
-std::string to_lines(const Recording& r)
-{
-    std::string text = R"({"format":"knead.hands/1","name":)" + json(r.name).dump() + R"(,"rate":)";
-    put_number(text, r.rate);
-    put_number(text += R"(,"latency":)", r.latency);
-    text += fmt::format(",\"frames\":{}}}\n", r.frames.size());
-    for (const HandFrame& frame : r.frames) {
-        put_number(text += R"({"time":)", frame.time);
-        for (int s = 0; s < side_count; ++s) {
-            const Hand& hand = frame.hand[s];
-            text += fmt::format(R"(,"{}":{{"tracked":{},"joints":[)", side_names[s], hand.tracked);
-            for (int j = 0; j < joint_count; ++j) {
-                const auto& [q, p] = hand.joints[j];
-                text += j == 0 ? "[" : ",[";
-                for (const float x : {p.x, p.y, p.z, q.w, q.x, q.y, q.z, hand.radius[j]}) {
-                    put_number(text, x);
-                    text += ',';
-                }
-                text += hand.valid[j] ? "1]" : "0]";
-            }
-            text += "]}";
-        }
-        text += "}\n";
-    }
-    return text;
 }
 
 Recording from_bytes(const std::string& bytes, const std::string& path)

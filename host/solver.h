@@ -13,25 +13,25 @@ namespace knead {
 
 // How long a substep may be.  (22)
 struct StepRule {
-    double fixed = 0;         // [s]; 0: as stability asks
-    double courant = 0.4;     // dt <= courant * dx / (c + |v|)
-    double tool = 0.5;        // dt <= tool * min(r, dx) / |v of a tool|
-    double largest = 1e-2;    // [s]
+    double fixed = 0;       // [s]; 0: as stability asks
+    double courant = 0.4;   // dt <= courant * dx / (c + |v|)
+    double tool = 0.5;      // dt <= tool * min(r, dx) / |v of a tool|
+    double largest = 1e-2;  // [s]
 };
 
 struct Setup {
     Lattice<double> lattice;
     Walls<double> walls;
-    Vec3<double> gravity;                       // [m/s^2]
-    std::vector<Material<double>> materials;    // one per object
+    Vec3<double> gravity;                     // [m/s^2]
+    std::vector<Material<double>> materials;  // one per object
     std::vector<Particle<double>> particles;
-    Rig rig;                                    // all tools; Primitive::tool indexes `tools`
+    Rig rig;  // all tools; Primitive::tool indexes `tools`
     std::vector<Tool<double>> tools;
     StepRule step;
-    bool grid_contact = true;                   // the grid feels the tools
-    int passes = 2;                             // of particle projection a substep; 0: none
+    bool grid_contact = true;  // the grid feels the tools
+    int passes = 2;            // of particle projection a substep; 0: none
     bool deterministic = false;
-    int threads = 0;                            // CPU: 0 = all
+    int threads = 0;  // CPU: 0 = all
 };
 
 // Both hands' joints at the two ends of a frame, in the simulation's frame and size.
@@ -46,9 +46,9 @@ extern const char* const limit_names[int(Limit::count)];
 // What one frame did.
 struct Tally {
     int substeps = 0;
-    double dt_least = 0, dt_most = 0;             // [s]
-    long limits[int(Limit::count)] = {};          // substeps cut by each limit
-    long yielded = 0, projected = 0;              // particle-substeps
+    double dt_least = 0, dt_most = 0;              // [s]
+    long limits[int(Limit::count)] = {};           // substeps cut by each limit
+    long yielded = 0, projected = 0;               // particle-substeps
     long clipped = 0, confined = 0, repaired = 0;  // guards: nodes slowed, particles put back
     double found_depth = 0;                        // deepest before projection [m]
     long active_blocks = 0;                        // of the last substep

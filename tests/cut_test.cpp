@@ -68,10 +68,8 @@ std::vector<int> sizes(const std::vector<Particle<double>>& q, const Lattice<dou
     return size;
 }
 
-TEST(Cut, AKnifeStrokeLeavesTwoPiecesThatStayTwoThroughASecondOfRest)
+void expect_two_pieces(const Given& s, std::unique_ptr<Solver> solver)
 {
-    const Given s = block(true);
-    const auto solver = cpu_solver(s);
     const int count = int(s.particles.size());
     stroke(*solver, 1.0, 0.5);
     const auto q = solver->particles();
@@ -82,6 +80,21 @@ TEST(Cut, AKnifeStrokeLeavesTwoPiecesThatStayTwoThroughASecondOfRest)
     double kinetic = 0;
     for (const auto& p : q) kinetic = std::fmax(kinetic, length(p.v));
     EXPECT_LT(kinetic, 0.05);  // m/s: they lie still
+}
+
+TEST(Cut, AKnifeStrokeLeavesTwoPiecesThatStayTwoThroughASecondOfRest)
+{
+    const Given s = block(true);
+    expect_two_pieces(s, cpu_solver(s));
+}
+
+TEST(Cut, AKnifeStrokeOnADeviceLeavesTwoPiecesToo)
+{
+    if (!gpu_present()) GTEST_SKIP() << "no CUDA device";
+    Given s = block(true);
+    expect_two_pieces(s, gpu_solver(s, 0));
+    s.deterministic = true;
+    expect_two_pieces(s, gpu_solver(s, 0));
 }
 
 TEST(Cut, PiecesPulledApartMoveFreely)
@@ -121,7 +134,8 @@ TEST(Cut, TheTwoHalvesPressedTogetherKeepTheirMomentumAndDoNotMix)
     stroke(*solver, 0, 0.5);
     Given after = s;
     after.particles = solver->particles();
-    for (auto& p : after.particles) p.x.y += 0.2, p.v = {p.x.x < 0.5 ? 1.0 : -0.5, 0, 0}, p.C = {};  // off the floor
+    for (auto& p : after.particles)
+        p.x.y += 0.2, p.v = {p.x.x < 0.5 ? 1.0 : -0.5, 0, 0}, p.C = {};  // off the floor
     const auto before = after.particles;
     after.rig = {};
     solver = cpu_solver_double(after);

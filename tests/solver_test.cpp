@@ -1,11 +1,12 @@
 // The whole substep, on every backend that is there: what must hold of any frame.
+#include "host/solver.h"
+
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <cstring>
 
 #include "cuda/g2p.h"
-#include "host/solver.h"
 
 namespace knead {
 namespace {
@@ -211,7 +212,8 @@ TEST(Solver, AToolStopsClayWhereItIsAndNotHalfACellAside)
         double lowest = 1;
         for (const auto& p : solver->particles()) lowest = std::fmin(lowest, p.x.y);
         // The lowest particle stands for dx / 4 of clay below it.
-        EXPECT_NEAR(lowest - dx / 4, height, 0.3 * dx) << "plane " << shift << " cells above a node";
+        EXPECT_NEAR(lowest - dx / 4, height, 0.3 * dx)
+            << "plane " << shift << " cells above a node";
     }
 }
 
