@@ -78,7 +78,9 @@ __device__ float left_tools(Particle<float>& q, const Views& d, bool& covered)
     if (d.tools.passes == 0 || cell.x < 0 || cell.y < 0 || cell.z < 0 || cell.x >= size.x ||
         cell.y >= size.y || cell.z >= size.z)
         return 0;
-    return project(q, d.tools.colliders(), d.tools.masks[d.lattice.block_of(cell)], d.tools.passes);
+    const Mask& mask = d.tools.masks[d.lattice.block_of(cell)];
+    if constexpr (blades) covered = cut(q, d.tools.colliders(), mask, dx);
+    return project(q, d.tools.colliders(), mask, d.tools.passes);
 }
 
 template <bool tools, Flows flows, bool blades>
