@@ -36,16 +36,17 @@ grep -nwE 'TODO|FIXME|XXX|NOLINT.*' "${source[@]}" | none "things left undone"
 grep -nE '/(home|root|work)/' "${words[@]}" | grep -v '^tests/shape_test\.sh:' |
     none "paths of somebody's machine"
 
-# A body is what stands between a brace alone on its line and the one that closes it.
+# A body is what stands between a brace alone on its line, after a function's head, and the one
+# that closes it.
 awk '
     FNR == 1 { depth = 0 }
-    /^ *\{$/ && !depth { depth = index($0, "{"); from = FNR; head = before; next }
+    /^ *\{$/ && !depth && last ~ /([)}]|const|override|noexcept)$/ { depth = index($0, "{"); from = FNR; head = before; next }
     depth && index($0, "}") == depth && /^ *\}[;,)]*$/ {
         bound = head ~ /__global__/ ? 40 : 60
         if (FNR - from - 1 > bound) print FILENAME ":" from ": " FNR - from - 1 " lines"
         depth = 0
     }
-    { before = /^ / ? before $0 : $0 }' "${shipped[@]}" |
+    { last = $0; before = /^ / ? before $0 : $0 }' "${shipped[@]}" |
     none "functions of more than 60 lines, kernels of more than 40"
 
 # Commas outside brackets, from a kernel's name to the end of its parameters.
