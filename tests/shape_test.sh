@@ -40,7 +40,9 @@ grep -nE '/(home|root|work)/' "${words[@]}" | grep -v '^tests/shape_test\.sh:' |
 # that closes it.
 awk '
     FNR == 1 { depth = 0 }
-    /^ *\{$/ && !depth && last ~ /([)}]|const|override|noexcept)$/ { depth = index($0, "{"); from = FNR; head = before; next }
+    /^ *\{$/ && !depth && last ~ /([)}]|const|override|noexcept)$/ {
+        depth = index($0, "{"); from = FNR; head = before; next
+    }
     depth && index($0, "}") == depth && /^ *\}[;,)]*$/ {
         bound = head ~ /__global__/ ? 40 : 60
         if (FNR - from - 1 > bound) print FILENAME ":" from ": " FNR - from - 1 " lines"
