@@ -1,6 +1,7 @@
 // The device behind Solver. A frame is one graph: orders in, sort, then substeps for as long as the
 // device finds time left in the frame; the host waits for nothing but the counters.
 #include <bit>
+#include <cstdlib>
 
 #include "gpu_store.cuh"
 #include "pieces.h"
@@ -95,6 +96,7 @@ class GpuSolver : public Solver {
   private:
     void capture(FrameGraph& to, bool tools);
     void substep(const Views& views, const Needs& needs, cudaStream_t stream);
+    void step_through();
     void measure() const;
     void settle_cuts(const Motion& motion, double duration, bool covered);
 
@@ -107,6 +109,7 @@ class GpuSolver : public Solver {
     FrameGraph with_tools, without_tools;
     Pinned<Clock> status;
     bool posed = false;        // masks are those of the last frame's end
+    bool stepwise = false;     // no graph: KNEAD_GRAPH=0, for profilers and memory checkers
     bool cutting = false;      // a tool of the scene is a blade
     bool was_covered = false;  // a blade was in the clay at the end of the last frame
     int last_substeps = 0;
@@ -134,6 +137,9 @@ GpuSolver::GpuSolver(const Setup& given, int wanted)
     check(cudaGetDeviceProperties(&properties, device), "device");
     title = std::string("cuda: ") + properties.name;
     cutting = store.needs().blades;
+    const char* graph = std::getenv("KNEAD_GRAPH");
+    stepwise = graph && std::string(graph) == "0";
+    if (stepwise) return;
     capture(without_tools, false);
     if (store.needs().tools) capture(with_tools, true);
 }
@@ -188,6 +194,24 @@ void GpuSolver::capture(FrameGraph& to, bool tools)
     check(cudaStreamSynchronize(main), "graph");
 }
 
+// The frame without its graph, the host asking after each substep whether there is another.
+void GpuSolver::step_through()
+{
+    Needs needs = store.needs();
+    needs.tools = posed || needs.blades;
+    const Views views = store.views();
+    store.send_orders(main);
+    sort(views, store.sort_space(), main);
+    begin(views, main);
+    do {
+        substep(views, needs, main);
+        check(cudaMemcpyAsync(status.data(), views.clock, sizeof(Clock), cudaMemcpyDeviceToHost,
+                              main),
+              "status");
+        check(cudaStreamSynchronize(main), "substep");
+    } while (status->elapsed < status->duration * (1 - 1e-12));
+}
+
 Tally GpuSolver::advance(const Motion& motion, double duration)
 {
     Tally tally;
@@ -196,7 +220,10 @@ Tally GpuSolver::advance(const Motion& motion, double duration)
     store.order(rules, motion, duration);
     const ProfilerRange range{"substeps"};
     posed = store.tools_active();
-    check(cudaGraphLaunch(posed ? with_tools.ready : without_tools.ready, main), "substeps");
+    if (stepwise)
+        step_through();
+    else
+        check(cudaGraphLaunch(posed ? with_tools.ready : without_tools.ready, main), "substeps");
     check(cudaStreamSynchronize(main), "substeps");
     const Counters& n = status->counters;
     tally.substeps = last_substeps = n.substeps;
