@@ -25,9 +25,9 @@ __device__ bool plan(const Views& d)
     Clock& c = *d.clock;
     const double left = c.duration - c.elapsed;
     if (!(left > 1e-12 * c.duration)) return false;
-    const PaceChoice step = paced(d.pace, sqrt(c.speed_squared), c.tool_step, left);
+    const StepChoice step = paced(d.pace, sqrt(c.speed_squared), c.tool_step, left);
     c.dt = step.dt;
-    c.limit = step.limit;
+    c.limit = int(step.limit);
     return true;
 }
 

@@ -1,4 +1,4 @@
-// How long a substep may be, for whoever has no scene at hand: the device.  (22)
+// How long a substep may be.  (22)
 #pragma once
 #include <cmath>
 
@@ -15,30 +15,31 @@ struct Pace {
     double largest;    // [s]
 };
 
-// Numbered as Limit in host/solver.h.
-enum PaceLimit : int { by_sound, by_speed, by_tool, by_viscosity, by_fixed, by_frame_end };
+// What cut a substep.
+enum class Limit : int { sound, speed, tool, viscosity, fixed, frame_end, count };
 
-struct PaceChoice {
+struct StepChoice {
     double dt;  // [s]
-    int limit;
+    Limit limit;
 };
 
 // For clay moving at up to `speed` [m/s], `left` [s] before the frame's end; `tool` is the tools'
 // limit [s]. What remains is shared out evenly, so that no frame ends on a sliver.
-HD PaceChoice paced(const Pace& p, double speed, double tool, double left)
+HD StepChoice paced(const Pace& p, double speed, double tool, double left)
 {
-    PaceChoice best{p.largest, by_speed};
-    const auto at_most = [&](double dt, int limit) {
+    StepChoice best{p.largest, Limit::speed};
+    const auto at_most = [&](double dt, Limit limit) {
         if (dt < best.dt) best = {dt, limit};
     };
     if (p.fixed > 0) {
-        best = {p.fixed, by_fixed};
+        best = {p.fixed, Limit::fixed};
     } else {
-        at_most(p.viscosity, by_viscosity);
-        at_most(p.courant * p.dx / (p.sound + speed), p.sound > speed ? by_sound : by_speed);
-        at_most(tool, by_tool);
+        at_most(p.viscosity, Limit::viscosity);
+        at_most(p.courant * p.dx / (p.sound + speed),
+                p.sound > speed ? Limit::sound : Limit::speed);
+        at_most(tool, Limit::tool);
     }
-    if (best.dt >= left) return {left, by_frame_end};
+    if (best.dt >= left) return {left, Limit::frame_end};
     if (p.fixed > 0) return best;
     return {left / std::ceil(left / best.dt * (1 - 1e-9)), best.limit};
 }

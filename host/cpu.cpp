@@ -70,6 +70,7 @@ Tally CpuSolver<R>::advance(const Motion& motion, double duration)
     for (Counts& c : counts) c = {};
     double speed_squared = 0;
     for (const Particle<R>& p : q) speed_squared = std::max(speed_squared, double(dot(p.v, p.v)));
+    const Pace pace = pace_of(setup);
     const bool tools = !posed.bindings.empty();
     const double tool_dt = tools ? tool_step(setup, motion, duration) : 1e30;
     posed.activate(motion);
@@ -80,8 +81,7 @@ Tally CpuSolver<R>::advance(const Motion& motion, double duration)
     bins.reorder(q, ids, lattice.block_count(), key, threads);
 
     for (double done = 0; duration - done > 1e-12 * duration;) {
-        const StepChoice step =
-            step_length(setup, std::sqrt(speed_squared), tool_dt, duration - done);
+        const StepChoice step = paced(pace, std::sqrt(speed_squared), tool_dt, duration - done);
         const double from = done / duration;
         done += step.dt;
         const R dt = R(step.dt);

@@ -11,10 +11,6 @@ namespace knead {
 namespace gpu {
 namespace {
 
-static_assert(int(Limit::sound) == by_sound && int(Limit::speed) == by_speed &&
-              int(Limit::tool) == by_tool && int(Limit::viscosity) == by_viscosity &&
-              int(Limit::fixed) == by_fixed && int(Limit::frame_end) == by_frame_end);
-
 struct Stream {
     cudaStream_t s = nullptr;
     Stream() { check(cudaStreamCreateWithFlags(&s, cudaStreamNonBlocking), "stream"); }

@@ -121,18 +121,6 @@ Needs needs_of(const Setup& s)
     return n;
 }
 
-Pace pace_of(const Setup& s)
-{
-    Pace p{s.step.courant, s.lattice.dx, 0, 1e30, s.step.fixed, s.step.largest};
-    for (const Material<double>& m : s.materials) {
-        const double stiff = m.flow == Flow::clamp ? std::sqrt(packed(m, -0.1)) : 1.0;
-        p.sound = std::max(p.sound, stiff * sound_speed(m));
-        if (m.flow == Flow::fluid && m.viscosity > 0)
-            p.viscosity = std::min(p.viscosity, p.dx * p.dx * m.density / (6 * m.viscosity));
-    }
-    return p;
-}
-
 // The largest power of two that keeps a sum of magnitude up to `bound` within 62 bits.
 float fixed_scale(double bound) { return std::ldexp(1.0f, 61 - std::ilogb(bound)); }
 

@@ -7,6 +7,7 @@
 #include "cuda/contact.h"
 #include "cuda/hand.h"
 #include "cuda/state.h"
+#include "cuda/step.h"
 #include "hands.h"
 
 namespace knead {
@@ -20,9 +21,9 @@ struct StepRule {
 };
 
 struct Setup {
-    Lattice<double> lattice;
-    Walls<double> walls;
-    Vec3<double> gravity;                     // [m/s^2]
+    Lattice<double> lattice{};
+    Walls<double> walls{};
+    Vec3<double> gravity{};                   // [m/s^2]
     std::vector<Material<double>> materials;  // one per object
     std::vector<Particle<double>> particles;
     Rig rig;  // all tools; Primitive::tool indexes `tools`
@@ -40,7 +41,6 @@ struct Motion {
     std::vector<char> active;             // per tool
 };
 
-enum class Limit : int { sound, speed, tool, viscosity, fixed, frame_end, count };
 extern const char* const limit_names[int(Limit::count)];
 
 // What one frame did.

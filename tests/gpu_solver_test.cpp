@@ -86,32 +86,6 @@ class GpuSolver : public ::testing::Test {
     }
 };
 
-TEST(Pace, OfTheDeviceIsThatOfTheHost)
-{
-    std::mt19937 source(3);
-    const auto draw = [&](double low, double high) {
-        return std::exp(std::uniform_real_distribution<>(std::log(low), std::log(high))(source));
-    };
-    int seen[int(Limit::count)] = {};
-    knead::Setup s = ball(16);
-    for (int k = 0; k < 20000; ++k) {
-        Material<double>& m = s.materials[0] = paper_clay(s.lattice.dx, 8);
-        s.step.fixed = k % 10 == 0 ? draw(1e-5, 1e-3) : 0;
-        if (k % 3 == 0)
-            m.flow = Flow::fluid, m.viscosity = draw(1e-2, 1e4), m.bulk = draw(1e3, 1e6);
-        const double sound = sound_speed(m), dx = s.lattice.dx;
-        const double thick = m.flow == Flow::fluid ? dx * dx * m.density / (6 * m.viscosity) : 1e30;
-        const Pace pace{s.step.courant, dx, sound, thick, s.step.fixed, s.step.largest};
-        const double speed = draw(1e-3, 1e3), tool = draw(1e-5, 1), left = draw(1e-5, 1e-1);
-        const StepChoice host = step_length(s, speed, tool, left);
-        const PaceChoice device = paced(pace, speed, tool, left);
-        ASSERT_DOUBLE_EQ(host.dt, device.dt);
-        ASSERT_EQ(int(host.limit), device.limit);
-        ++seen[device.limit];
-    }
-    for (int l = 0; l < int(Limit::count); ++l) EXPECT_GT(seen[l], 0) << limit_names[l];
-}
-
 TEST_F(GpuSolver, MovesTheBallAsTheCpuDoes)
 {
     const knead::Setup s = scene(false);
