@@ -106,4 +106,25 @@ struct Walls {
     R friction;  // Coulomb [1]
 };
 
+template <class To, class From>
+HD Material<To> cast(const Material<From>& m)
+{
+    return {m.elasticity,   m.flow,         To(m.density),   To(m.mu),          To(m.lambda),
+            To(m.bulk),     To(m.yield),    To(m.hardening), To(m.yield_floor), To(m.friction),
+            To(m.cohesion), To(m.compress), To(m.stretch),   To(m.snow),        To(m.viscosity),
+            To(m.exponent), To(m.mass),     To(m.volume),    m.category};
+}
+
+template <class To, class From>
+HD Particle<To> cast(const Particle<From>& q)
+{
+    return {cast<To>(q.x),
+            cast<To>(q.v),
+            {cast<To>(q.C.a), cast<To>(q.C.b), cast<To>(q.C.c)},
+            {To(q.e.xx), To(q.e.yy), To(q.e.zz), To(q.e.xy), To(q.e.xz), To(q.e.yz)},
+            To(q.k),
+            q.object,
+            q.sides};
+}
+
 }  // namespace knead

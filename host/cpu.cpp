@@ -14,38 +14,12 @@
 #include "substep.h"
 
 namespace knead {
-namespace {
-
-template <class R>
-Material<R> cast(const Material<double>& m)
-{
-    return {m.elasticity,  m.flow,        R(m.density),   R(m.mu),          R(m.lambda),
-            R(m.bulk),     R(m.yield),    R(m.hardening), R(m.yield_floor), R(m.friction),
-            R(m.cohesion), R(m.compress), R(m.stretch),   R(m.snow),        R(m.viscosity),
-            R(m.exponent), R(m.mass),     R(m.volume),    m.category};
-}
-
-template <class To, class From>
-Particle<To> cast(const Particle<From>& q)
-{
-    const auto c = [](Vec3<From> v) { return knead::cast<To>(v); };
-    return {c(q.x),
-            c(q.v),
-            {c(q.C.a), c(q.C.b), c(q.C.c)},
-            {To(q.e.xx), To(q.e.yy), To(q.e.zz), To(q.e.xy), To(q.e.xz), To(q.e.yz)},
-            To(q.k),
-            q.object,
-            q.sides};
-}
-
-}  // namespace
-
 template <class R>
 CpuSolver<R>::CpuSolver(const Setup& given)
     : setup(given),
       lattice{given.lattice.size, R(given.lattice.dx)},
       walls{given.walls.margin, given.walls.touch, R(given.walls.friction)},
-      gravity(knead::cast<R>(given.gravity)),
+      gravity(cast<R>(given.gravity)),
       threads(given.threads > 0 ? given.threads : omp_get_max_threads()),
       posed(given, lattice)
 {
@@ -304,7 +278,7 @@ double tool_step(const Setup& setup, const Motion& motion, double duration)
                 for (int n = 0; n < 4; ++n) {
                     const Joint<double>& j = joints[std::size_t(f.joint[n])];
                     c = c +
-                        double(f.weight[n]) * (j.p + rotate(j.q, knead::cast<double>(f.offset[n])));
+                        double(f.weight[n]) * (j.p + rotate(j.q, cast<double>(f.offset[n])));
                 }
                 return c;
             };

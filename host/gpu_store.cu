@@ -9,42 +9,6 @@
 namespace knead::gpu {
 namespace {
 
-Material<float> cast(const Material<double>& m)
-{
-    return {m.elasticity,
-            m.flow,
-            float(m.density),
-            float(m.mu),
-            float(m.lambda),
-            float(m.bulk),
-            float(m.yield),
-            float(m.hardening),
-            float(m.yield_floor),
-            float(m.friction),
-            float(m.cohesion),
-            float(m.compress),
-            float(m.stretch),
-            float(m.snow),
-            float(m.viscosity),
-            float(m.exponent),
-            float(m.mass),
-            float(m.volume),
-            m.category};
-}
-
-template <class To, class From>
-Particle<To> cast(const Particle<From>& q)
-{
-    const auto c = [](Vec3<From> v) { return knead::cast<To>(v); };
-    return {c(q.x),
-            c(q.v),
-            {c(q.C.a), c(q.C.b), c(q.C.c)},
-            {To(q.e.xx), To(q.e.yy), To(q.e.zz), To(q.e.xy), To(q.e.xz), To(q.e.yz)},
-            To(q.k),
-            q.object,
-            q.sides};
-}
-
 void require(bool fact, const std::string& otherwise)
 {
     if (!fact) throw std::invalid_argument("gpu: " + otherwise);
@@ -134,7 +98,7 @@ Store::Store(const Setup& setup)
     const Lattice<float> lattice{setup.lattice.size, float(setup.lattice.dx)};
     all.lattice = lattice;
     all.walls = {setup.walls.margin, setup.walls.touch, float(setup.walls.friction)};
-    all.gravity = knead::cast<float>(setup.gravity);
+    all.gravity = cast<float>(setup.gravity);
     all.pace = pace_of(setup);
     allocate(setup);
     upload(setup);
@@ -146,7 +110,7 @@ Store::Store(const Setup& setup)
     const double speed = 100 * all.pace.sound / all.pace.courant;
     all.grid.mass_scale = fixed_scale(mass);
     all.grid.momentum_scale = fixed_scale(mass * speed);
-    all.materials = {cast(setup.materials[0]), materials.data(), int(setup.materials.size())};
+    all.materials = {cast<float>(setup.materials[0]), materials.data(), int(setup.materials.size())};
     all.grid.fields = used.blades ? 3 : 1;
     for (int side = 0; side < 2; ++side) {
         all.particles[side] = {rows[side].data(), ids[side].data(), int(setup.particles.size())};
@@ -199,7 +163,7 @@ void Store::allocate(const Setup& setup)
     }
     scratch = DeviceArray<unsigned char>(sort_bytes);
     std::vector<Material<float>> cast_materials;
-    for (const Material<double>& m : setup.materials) cast_materials.push_back(cast(m));
+    for (const Material<double>& m : setup.materials) cast_materials.push_back(cast<float>(m));
     materials = DeviceArray<Material<float>>(cast_materials);
     bindings = DeviceArray<Binding<float>>(setup.rig.spheres);
     primitives = DeviceArray<Primitive>(setup.rig.primitives);

@@ -24,42 +24,6 @@ constexpr bool to_the_bit = false;
 #endif
 constexpr double dt = 1e-4;
 
-Material<float> cast(const Material<double>& m)
-{
-    return {m.elasticity,
-            m.flow,
-            float(m.density),
-            float(m.mu),
-            float(m.lambda),
-            float(m.bulk),
-            float(m.yield),
-            float(m.hardening),
-            float(m.yield_floor),
-            float(m.friction),
-            float(m.cohesion),
-            float(m.compress),
-            float(m.stretch),
-            float(m.snow),
-            float(m.viscosity),
-            float(m.exponent),
-            float(m.mass),
-            float(m.volume),
-            m.category};
-}
-
-Particle<float> cast(const Particle<double>& q)
-{
-    const auto c = [](Vec3<double> v) { return knead::cast<float>(v); };
-    return {
-        c(q.x),
-        c(q.v),
-        {c(q.C.a), c(q.C.b), c(q.C.c)},
-        {float(q.e.xx), float(q.e.yy), float(q.e.zz), float(q.e.xy), float(q.e.xz), float(q.e.yz)},
-        float(q.k),
-        q.object,
-        q.sides};
-}
-
 struct Random {
     std::mt19937 source{7};
     double operator()(double size) { return std::uniform_real_distribution<>(-size, size)(source); }
@@ -100,7 +64,7 @@ struct Posed {
             return [share](int j) {
                 const auto n = std::size_t(j);
                 const Joint<double> b = between(squeeze.from[n], squeeze.to[n], share);
-                return Joint<float>{knead::cast<float>(b.q), knead::cast<float>(b.p)};
+                return Joint<float>{cast<float>(b.q), cast<float>(b.p)};
             };
         };
         for (const Binding<float>& b : s.rig.spheres)
@@ -126,7 +90,7 @@ struct View {
     explicit View(const knead::Setup& s)
         : lattice{s.lattice.size, float(s.lattice.dx)},
           walls{s.walls.margin, s.walls.touch, float(s.walls.friction)},
-          material(cast(s.materials[0]))
+          material(cast<float>(s.materials[0]))
     {
     }
 };
@@ -137,11 +101,11 @@ std::vector<Node<double>> scattered(const knead::Setup& s)
     const View v(s);
     std::vector<Node<double>> nodes(std::size_t(v.lattice.node_count()));
     for (const Particle<double>& given : s.particles) {
-        const Particle<float> q = cast(given);
+        const Particle<float> q = cast<float>(given);
         const Stencil<float> st = stencil(q.x, v.lattice.dx);
         scatter(q, v.material, st, v.lattice.dx, float(dt), [&](Int3 step, const Node<float>& n) {
             Node<double>& to = nodes[std::size_t(v.lattice.index(st.base + step))];
-            to = {to.p + knead::cast<double>(n.p), to.m + double(n.m)};
+            to = {to.p + cast<double>(n.p), to.m + double(n.m)};
         });
     }
     return nodes;
@@ -151,7 +115,7 @@ std::vector<Node<double>> scattered(const knead::Setup& s)
 std::vector<Node<float>> momenta(const knead::Setup& s)
 {
     std::vector<Node<float>> out;
-    for (const Node<double>& n : scattered(s)) out.push_back({knead::cast<float>(n.p), float(n.m)});
+    for (const Node<double>& n : scattered(s)) out.push_back({cast<float>(n.p), float(n.m)});
     return out;
 }
 
@@ -164,7 +128,7 @@ std::vector<Node<float>> updated(const knead::Setup& s, const std::vector<Node<f
         bool clipped;
         out[std::size_t(i)] =
             update(sums[std::size_t(i)], v.lattice.node_at(i), v.lattice, v.walls,
-                   knead::cast<float>(s.gravity), float(dt), clipped,
+                   cast<float>(s.gravity), float(dt), clipped,
                    [&](Vec3<float> x, Vec3<float> u) { return held(t.colliders, t.every, x, u); });
     }
     return out;
@@ -201,7 +165,7 @@ void expect_near(const std::vector<Node<double>>& expected, const std::vector<No
     for (std::size_t i = 0; i < got.size(); ++i) {
         most_p = std::fmax(most_p, length(expected[i].p)),
         most_m = std::fmax(most_m, expected[i].m);
-        off_p = std::fmax(off_p, length(knead::cast<double>(got[i].p) - expected[i].p));
+        off_p = std::fmax(off_p, length(cast<double>(got[i].p) - expected[i].p));
         off_m = std::fmax(off_m, std::fabs(double(got[i].m) - expected[i].m));
     }
     EXPECT_GT(most_p, 0);
@@ -285,7 +249,7 @@ TEST_F(GpuStage, EveryPrimitiveThatTouchesABlockIsInItsMask)
     Random random;
     int inside = 0, left_out = 0;
     for (int k = 0; k < 200000; ++k) {
-        const Vec3<float> x = knead::cast<float>(Vec3<double>{0.5, 0.5, 0.5} + random.vector(0.49));
+        const Vec3<float> x = cast<float>(Vec3<double>{0.5, 0.5, 0.5} + random.vector(0.49));
         const Int3 cell = {int(x.x / v.lattice.dx), int(x.y / v.lattice.dx),
                            int(x.z / v.lattice.dx)};
         const Mask& mask = masks[std::size_t(v.lattice.block_of(cell))];
@@ -311,8 +275,8 @@ TEST_F(GpuStage, MovedParticlesAgreeWithALoop)
         const bool bits = to_the_bit && (flow == Flow::none || flow == Flow::von_mises);
         double worst = 0;
         for (std::size_t i = 0; i < got.size(); ++i) {
-            const Particle<float> a = cast(got[i]),
-                                  b = moved(s, cast(s.particles[i]), velocities, tools);
+            const Particle<float> a = cast<float>(got[i]),
+                                  b = moved(s, cast<float>(s.particles[i]), velocities, tools);
             if (bits) {
                 ASSERT_TRUE(same_bits(a.x, b.x) && same_bits(a.v, b.v) && same_bits(a.C, b.C) &&
                             same_bits(a.e, b.e) && a.k == b.k)
@@ -333,7 +297,7 @@ TEST_F(GpuStage, AParticleThatIsNoLongerANumberIsPutBack)
     for (Node<float>& n : velocities) n.p.x = std::nanf("");
     const auto got = GpuStages(s, squeeze, dt).g2p(velocities);
     for (std::size_t i = 0; i < got.size(); ++i) {
-        ASSERT_TRUE(same_bits(cast(got[i]).x, cast(s.particles[i]).x)) << i;
+        ASSERT_TRUE(same_bits(cast<float>(got[i]).x, cast<float>(s.particles[i]).x)) << i;
         ASSERT_EQ(length(got[i].v), 0) << i;
     }
 }
