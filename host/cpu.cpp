@@ -277,8 +277,7 @@ double tool_step(const Setup& setup, const Motion& motion, double duration)
                 Vec3<double> c{};
                 for (int n = 0; n < 4; ++n) {
                     const Joint<double>& j = joints[std::size_t(f.joint[n])];
-                    c = c +
-                        double(f.weight[n]) * (j.p + rotate(j.q, cast<double>(f.offset[n])));
+                    c = c + double(f.weight[n]) * (j.p + rotate(j.q, cast<double>(f.offset[n])));
                 }
                 return c;
             };

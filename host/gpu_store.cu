@@ -110,7 +110,8 @@ Store::Store(const Setup& setup)
     const double speed = 100 * all.pace.sound / all.pace.courant;
     all.grid.mass_scale = fixed_scale(mass);
     all.grid.momentum_scale = fixed_scale(mass * speed);
-    all.materials = {cast<float>(setup.materials[0]), materials.data(), int(setup.materials.size())};
+    all.materials = {cast<float>(setup.materials[0]), materials.data(),
+                     int(setup.materials.size())};
     all.grid.fields = used.blades ? 3 : 1;
     for (int side = 0; side < 2; ++side) {
         all.particles[side] = {rows[side].data(), ids[side].data(), int(setup.particles.size())};
