@@ -1,0 +1,252 @@
+// Density to triangles with shared vertices: count per block, sum over blocks, write. What a vertex
+// or a triangle is called depends on its place alone, so every run names them alike.
+#include <cub/device/device_scan.cuh>
+
+#include "launch.cuh"
+#include "march.h"
+#include "surface.cuh"
+
+namespace knead::gpu {
+namespace {
+
+constexpr int count_threads = 128, march_threads = 128, warps = count_threads / 32;
+constexpr int cell_edge = block_edge + 1, cell_nodes = cell_edge * cell_edge * cell_edge;
+constexpr int tile_edge = block_edge + 2, tile_nodes = tile_edge * tile_edge * tile_edge;
+constexpr Int3 one{1, 1, 1};
+
+__device__ const MarchTable table = march_table;
+
+// What a node says of itself: the edges crossed, its first vertex and its cell's first triangle
+// within the block, its cell's case.
+struct Mark {
+    unsigned bits;
+    __device__ static Mark of(unsigned crossed, int vertex, int inside, int triangle)
+    {
+        return {crossed | unsigned(vertex) << 3 | unsigned(inside) << 11 |
+                unsigned(triangle) << 19};
+    }
+    __device__ unsigned crossed() const { return bits & 7; }
+    __device__ int vertex() const { return int(bits >> 3 & 255); }
+    __device__ int inside() const { return int(bits >> 11 & 255); }
+    __device__ int triangle() const { return int(bits >> 19); }
+};
+
+__device__ bool within(Int3 n, Int3 size)
+{
+    return n.x >= 0 && n.y >= 0 && n.z >= 0 && n.x < size.x && n.y < size.y && n.z < size.z;
+}
+__device__ int cell_node(int x, int y, int z) { return (z * cell_edge + y) * cell_edge + x; }
+
+// A node's crossed edges and its cell's case and number of triangles.
+struct Cell {
+    unsigned crossed;
+    int inside, triangles;
+};
+__device__ Cell cell_of(const float* tile, int l, float iso)
+{
+    const float* const v = tile + cell_node(l % 4, l / 4 % 4, l / 16);
+    const unsigned crossed = crossed_edges(
+        *v, iso, [&](int axis) { return v[cell_node(axis == 0, axis == 1, axis == 2)]; });
+    const int inside =
+        cell_case(iso, [&](int c) { return v[cell_node(c & 1, c >> 1 & 1, c >> 2)]; });
+    return {crossed, inside, table.count[inside]};
+}
+
+// Vertices of the lanes before this one.
+__device__ int vertices_before(unsigned crossed, unsigned lanes)
+{
+    int sum = 0;
+    UNROLL
+    for (int axis = 0; axis < 3; ++axis)
+        sum += __popc(__ballot_sync(~0u, crossed >> axis & 1) & lanes);
+    return sum;
+}
+
+__device__ int sum_up_to(int value, int lane)
+{
+    UNROLL
+    for (int step = 1; step < 32; step *= 2) {
+        const int other = __shfl_up_sync(~0u, value, unsigned(step));
+        value += lane >= step ? other : 0;
+    }
+    return value;
+}
+
+// One warp per block of the lattice: a lane has node `lane` and node `lane` + 32.
+__global__ void __launch_bounds__(count_threads)
+    count_kernel(const __grid_constant__ SurfaceView d, int from)
+{
+    __shared__ float tiles[warps][cell_nodes];
+    const int lane = int(threadIdx.x) % 32, warp = int(threadIdx.x) / 32;
+    float* const tile = tiles[warp];
+    for (int k = int(blockIdx.x) * warps + warp; k < *d.active; k += int(gridDim.x) * warps) {
+        const int block = d.list[k], first = block / d.layer_blocks() * d.layer_nodes();
+        const Int3 low = block_edge * d.padded.block_at(block % d.layer_blocks());
+        for (int t = lane; t < cell_nodes; t += 32) {
+            const Int3 n = low + Int3{t % cell_edge, t / cell_edge % cell_edge, t / 25};
+            tile[t] = within(n, d.padded.size) ? d.density[from][first + d.padded.index(n)] : 0;
+        }
+        __syncwarp();
+        const Cell a = cell_of(tile, lane, d.iso), b = cell_of(tile, lane + 32, d.iso);
+        const unsigned lanes = (1u << lane) - 1;
+        const int vertex = vertices_before(a.crossed, lanes),
+                  vertices = vertices_before(a.crossed, ~0u);
+        const int triangle = sum_up_to(a.triangles | b.triangles << 16, lane);
+        const int sums = __shfl_sync(~0u, triangle, 31), triangles = sums & 0xffff;
+        unsigned* const marks = d.marks + std::size_t(block) * block_nodes;
+        marks[lane] = Mark::of(a.crossed, vertex, a.inside, (triangle & 0xffff) - a.triangles).bits;
+        marks[lane + 32] = Mark::of(b.crossed, vertices + vertices_before(b.crossed, lanes),
+                                    b.inside, triangles + (triangle >> 16) - b.triangles)
+                               .bits;
+        const int all = vertices + vertices_before(b.crossed, ~0u);
+        if (lane == 0)
+            d.counts[block] =
+                unsigned(all) | static_cast<unsigned long long>(triangles + (sums >> 16)) << 32;
+        __syncwarp();
+    }
+}
+
+__device__ int tile_step(int corner)
+{
+    return (corner & 1) + (corner >> 1 & 1) * tile_edge + (corner >> 2) * tile_edge * tile_edge;
+}
+// Node l of the block, in a tile with a layer around the block.
+__device__ int tile_at(int l)
+{
+    return tile_step(7) + l % 4 + (l / 4 % 4 + l / 16 * tile_edge) * tile_edge;
+}
+
+// Names of the vertices in and around a block, by node.
+struct Names {
+    unsigned marks[tile_nodes];
+    int first[tile_nodes];
+    __device__ int vertex(int node, int e) const
+    {
+        const int owner = node + tile_step(low_corner(e));
+        return first[owner] + rank_of(Mark{marks[owner]}.crossed(), e / 4);
+    }
+};
+
+__device__ void name(const SurfaceView& d, int block, Names& names)
+{
+    const int category = block / d.layer_blocks(), first = category * d.layer_nodes();
+    const Int3 low = block_edge * d.padded.block_at(block - category * d.layer_blocks()) - one;
+    for (int t = int(threadIdx.x); t < tile_nodes; t += march_threads) {
+        const Int3 n = low + Int3{t % tile_edge, t / tile_edge % tile_edge, t / 36};
+        unsigned mark = 0, before = 0;
+        if (within(n, d.padded.size)) {
+            const int i = first + d.padded.index(n);
+            mark = d.marks[i], before = unpacked(d.before[i / block_nodes]).vertices;
+        }
+        names.marks[t] = mark;
+        names.first[t] = int(before) + Mark{mark}.vertex();
+    }
+}
+
+// The vertex on the edge of node l along an axis: its place and its ring.
+__device__ void place(const SurfaceView& d, const Names& names, int block, int l, int axis,
+                      const float* density, float4* vertices)
+{
+    const int node = tile_at(l), v = names.vertex(node, 4 * axis);
+    const int category = block / d.layer_blocks(), first = category * d.layer_nodes();
+    const Int3 n = d.padded.node_at(block * block_nodes + l - first);
+    const Int3 end = n + Int3{axis == 0, axis == 1, axis == 2};
+    const float low = density[first + d.padded.index(n)],
+                high = within(end, d.padded.size) ? density[first + d.padded.index(end)] : 0;
+    const Vec3<float> x = crossing_point(n - one, axis, crossing(low, high, d.iso), d.lattice.dx);
+    vertices[v] = {x.x, x.y, x.z, 1};
+    int count = 0;
+    for_each_around(
+        axis, table,
+        [&](int corner) { return Mark{names.marks[node - tile_step(corner)]}.inside(); },
+        [&](int corner, int e) { return names.vertex(node - tile_step(corner), e); },
+        [&](int next, int last) {
+            const std::size_t at = std::size_t(count++) * std::size_t(d.vertex_room) + v;
+            d.next[at] = next, d.last[at] = last;
+        });
+    d.ring[v] = count;
+}
+
+__device__ void draw(const SurfaceView& d, bool some)
+{
+    for (int c = int(threadIdx.x); c < d.categories; c += march_threads) {
+        const unsigned from = unpacked(d.before[c * d.layer_blocks()]).triangles;
+        const unsigned to = unpacked(d.before[(c + 1) * d.layer_blocks()]).triangles;
+        d.draws[c] = {some ? 3 * (to - from) : 0, 1, some ? 3 * from : 0, 0, 0};
+    }
+}
+
+__global__ void __launch_bounds__(march_threads)
+    march_kernel(const __grid_constant__ SurfaceView d, int from, int to)
+{
+    __shared__ Names names;
+    __shared__ unsigned char owners[3 * block_nodes];  // of the block's vertices: 4 * node + axis
+    const bool some = vertex_count(d) > 0;
+    if (blockIdx.x == 0) draw(d, some);
+    const int l = int(threadIdx.x);
+    for (int k = int(blockIdx.x); some && k < *d.active; k += int(gridDim.x)) {
+        const int block = d.list[k];
+        const Amounts here = unpacked(d.counts[block]);
+        if (here.vertices + here.triangles == 0) continue;
+        name(d, block, names);
+        __syncthreads();
+        const Mark mark{l < block_nodes ? names.marks[tile_at(l)] : 0};
+        UNROLL
+        for (int axis = 0; axis < 3; ++axis)
+            if (mark.crossed() >> axis & 1)
+                owners[mark.vertex() + rank_of(mark.crossed(), axis)] =
+                    static_cast<unsigned char>(4 * l + axis);
+        __syncthreads();
+        for (int v = l; v < int(here.vertices); v += march_threads)
+            place(d, names, block, owners[v] / 4, owners[v] % 4, d.density[from], d.vertices[to]);
+        if (l < block_nodes) {
+            Int3* const triangles =
+                d.triangles + unpacked(d.before[block]).triangles + mark.triangle();
+            march(
+                mark.inside(), table,
+                [&](int low, int axis) {
+                    const int owner = tile_at(l) + tile_step(low);
+                    return names.first[owner] + rank_of(Mark{names.marks[owner]}.crossed(), axis);
+                },
+                [&](int t, Int3 triangle) { triangles[t] = triangle; });
+        }
+        __syncthreads();
+    }
+}
+
+cudaError_t sum(const SurfaceView& d, void* scratch, std::size_t& bytes, cudaStream_t stream)
+{
+    return cub::DeviceScan::ExclusiveSum(scratch, bytes, d.counts, d.before, d.blocks + 1, stream);
+}
+
+}  // namespace
+
+std::size_t scan_scratch_bytes(int blocks)
+{
+    std::size_t bytes = 0;
+    SurfaceView d{};
+    d.blocks = blocks;
+    check(sum(d, nullptr, bytes, nullptr), "scan");
+    return bytes;
+}
+
+void count(const SurfaceView& view, int from, int processors, cudaStream_t stream)
+{
+    launch("surface count", count_kernel, least(blocks_for(view.blocks, warps), 16 * processors),
+           count_threads, stream, view, from);
+}
+
+void scan(const SurfaceView& view, const ScanSpace& space, cudaStream_t stream)
+{
+    const ProfilerRange range{"surface scan"};
+    std::size_t bytes = space.bytes;
+    check(sum(view, space.scratch, bytes, stream), "surface scan");
+}
+
+void march(const SurfaceView& view, int from, int to, int processors, cudaStream_t stream)
+{
+    launch("surface march", march_kernel, least(view.blocks, 16 * processors), march_threads,
+           stream, view, from, to);
+}
+
+}  // namespace knead::gpu

@@ -1,0 +1,64 @@
+// The surface on the device: the same steps as in surface.h, from particles there to a mesh there.
+#pragma once
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "solver.h"
+#include "surface.h"
+
+struct CUstream_st;
+
+namespace knead {
+namespace gpu {
+struct Clay;         // cuda/surface.cuh: where a solver keeps its particles
+struct SurfaceView;  // cuda/surface.cuh: where the mesh is
+}  // namespace gpu
+
+// What fits into the device's buffers.
+struct SurfaceRoom {
+    std::size_t vertices = 0, triangles = 0;  // 0: as many as the clay should need
+};
+
+// Surfaces of one scene. `particles` says which objects there are and how much clay; later ones may
+// be elsewhere. Throws std::invalid_argument for a rule without meaning, std::runtime_error for a
+// lattice too large, or where there is no device.
+class GpuSurface {
+  public:
+    GpuSurface(const std::vector<Particle<double>>& particles,
+               const std::vector<Material<double>>& materials, const SurfaceRule& rule,
+               SurfaceRoom room = {}, int device = 0);
+    ~GpuSurface();
+
+    // Launches all stages; waits for nothing, and a graph may capture it. A surface for which there
+    // is no room is empty, and settled() says so. The particles must be as many as at first.
+    void launch(const gpu::Clay& clay, CUstream_st* stream);
+    const gpu::SurfaceView& view() const;
+
+    // Of the last surface, once its stream is done: throws std::runtime_error where it did not fit.
+    SurfaceTally settled() const;
+    SurfaceRoom needed() const;
+    std::vector<Mesh> meshes() const;
+    // Densities of a category in the whole lattice, and the empty layer around it.
+    Field density(int category) const;
+
+    // Launches, waits, and takes more room where the constructor was left to choose it.
+    std::vector<Mesh> surface(const gpu::Clay& clay, SurfaceTally* tally = nullptr);
+    // The same from particles on the host, any number.
+    std::vector<Mesh> surface(const std::vector<Particle<double>>& particles,
+                              SurfaceTally* tally = nullptr);
+
+    // Seconds of each of `count` replays of a graph of the last surface, and what each stage takes
+    // of one: by a graph of that stage alone, again and again.
+    std::vector<double> replays(int count);
+    std::vector<StageTime> stage_times();
+
+    SurfaceRoom room() const;
+    std::size_t memory() const;  // bytes held on the device
+
+  private:
+    struct Held;
+    std::unique_ptr<Held> held;
+};
+
+}  // namespace knead
