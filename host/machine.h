@@ -1,6 +1,8 @@
 // What this machine is, as far as results depend on it.
 #pragma once
 #include <cstddef>
+#include <nlohmann/json.hpp>
+#include <optional>
 #include <string>
 
 namespace knead {
@@ -11,7 +13,22 @@ int cpu_count();
 std::size_t total_memory();  // [bytes]
 std::string compiler_name();
 std::string knead_version();
-std::string utc_now();     // 2025-01-31T12:00:00Z
-double process_seconds();  // CPU time of all threads since the start [s]
+std::string knead_commit();  // of the build's source, "-dirty" where it was changed; or "unknown"
+std::string utc_now();       // 2025-01-31T12:00:00Z
+double process_seconds();    // CPU time of all threads since the start [s]
+
+// What the driver says of a GPU now. Clocks are those of the moment: a GPU at rest slows down.
+struct GpuState {
+    std::string name, driver;
+    unsigned clock = 0, most_clock = 0, memory_clock = 0;  // [MHz]; 0: not told
+    double power_limit = 0;                                // [W]; 0: not told
+};
+// By the bus id that CUDA tells of a device. Nothing where no driver answers.
+std::optional<GpuState> gpu_state(const std::string& bus);
+// Bus id of the CUDA device that this thread uses; "" without one.
+std::string gpu_bus();
+
+// What results depend on and no scene says: date, machine, build and, where `gpu` is, its state.
+nlohmann::json machine_facts(bool gpu);
 
 }  // namespace knead

@@ -1,6 +1,7 @@
 // The command line: verbs and their options as typed. What they do is in verb_*.cpp.
 #include <CLI/CLI.hpp>
 
+#include "bench.h"
 #include "failure.h"
 #include "machine.h"
 #include "verbs.h"
@@ -117,6 +118,37 @@ void add_doctor(CLI::App& app, Verb& chosen)
     doctor->callback([&chosen] { chosen = [] { return doctor_verb(json); }; });
 }
 
+void add_bench(CLI::App& app, Verb& chosen)
+{
+    static BenchOptions o;
+    CLI::App* bench =
+        app.add_subcommand("bench", "Measure the speed of this machine on the squeeze");
+    bench->add_option(
+        "SUITE", o.suites,
+        "stages, paper, scale, surface, localized, deterministic, targets; none: all");
+    bench->add_option("--backend", o.backend, "auto, cpu, gpu or gpu:N")->capture_default_str();
+    bench->add_option("--out", o.out,
+                      "Folder for results; profiling/results/<device> if not given");
+    bench->add_flag("--overwrite", o.overwrite, "Replace results that are there");
+    bench->add_flag("--quick", o.quick, "Few frames, small sizes: to see that it works");
+    bench->add_flag("--peers", o.peers, "Other implementations too, on one scene");
+    bench->add_option("--peers-folder", o.peers_folder, "Where their scripts are")
+        ->capture_default_str();
+    bench->add_option("--scene", o.scene, "The squeeze that is varied")->capture_default_str();
+    bench->add_option("--instructions", o.instructions,
+                      "Table of instructions per particle, from Nsight Compute");
+    bench->add_option("--threads", o.threads, "CPU threads; 0: all")->check(CLI::Range(0, 4096));
+    bench->add_option("--case-limit", o.case_limit, "Seconds after which a case begins no frame")
+        ->check(CLI::NonNegativeNumber);
+    bench->add_option("--most-memory", o.most_memory, "MiB of the host; 0: what is free")
+        ->check(CLI::NonNegativeNumber);
+    bench->add_option("--most-particles", o.most_particles, "Where the suite scale ends")
+        ->check(CLI::Range(1e3, 2e8));
+    bench->add_flag("--json", o.json, "The results on stdout as JSON");
+    bench->add_flag("-q,--quiet", o.quiet, "No progress");
+    bench->callback([&chosen] { chosen = [] { return bench_verb(o); }; });
+}
+
 }  // namespace
 }  // namespace knead
 
@@ -136,6 +168,7 @@ int main(int count, char** words)
     add_compare(app, chosen);
     add_convert(app, chosen);
     add_doctor(app, chosen);
+    add_bench(app, chosen);
     try {
         app.parse(count, words);
     } catch (const CLI::ParseError& e) {

@@ -71,28 +71,19 @@ std::string file_hash(const std::string& path)
 
 Json context(const Scene& scene, const RunFacts& facts)
 {
-    return {{"date", utc_now()},
-            {"host_name", host_name()},
-            {"executable", "knead run"},
-            {"num_cpus", cpu_count()},
-            {"cpu", cpu_name()},
-#ifdef NDEBUG
-            {"library_build_type", "release"},
-#else
-            {"library_build_type", "debug"},
-#endif
-            {"json_schema_version", 1},
-            {"knead_version", knead_version()},
-            {"compiler", compiler_name()},
-            {"device", facts.solver},
-            {"threads_asked", facts.threads},
-            {"scene", scene.path},
-            {"scene_hash", file_hash(scene.path)},
-            {"settings", facts.settings},
-            {"hands", scene.has_hands ? scene.hands.recording : ""},
-            {"hands_hash", scene.has_hands ? file_hash(scene.hands.recording) : ""},
-            {"seed", scene.seed},
-            {"deterministic", scene.setup.deterministic}};
+    Json all = machine_facts(facts.solver.starts_with("cuda"));
+    all.update({{"executable", "knead run"},
+                {"json_schema_version", 1},
+                {"device", facts.solver},
+                {"threads_asked", facts.threads},
+                {"scene", scene.path},
+                {"scene_hash", file_hash(scene.path)},
+                {"settings", facts.settings},
+                {"hands", scene.has_hands ? scene.hands.recording : ""},
+                {"hands_hash", scene.has_hands ? file_hash(scene.hands.recording) : ""},
+                {"seed", scene.seed},
+                {"deterministic", scene.setup.deterministic}});
+    return all;
 }
 
 Json benchmark_row(const std::string& name, const Spread& s, std::size_t iterations)

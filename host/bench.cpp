@@ -1,0 +1,190 @@
+// knead bench: the suites asked for, on one device, and where their results go.
+#include "bench.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cctype>
+#include <cstdio>
+#include <filesystem>
+
+#include "failure.h"
+#include "interrupt.h"
+#include "json_reader.h"
+#include "machine.h"
+#include "outputs.h"
+#include "seed.h"
+
+namespace knead {
+namespace {
+namespace fs = std::filesystem;
+
+Device device_of(const std::string& backend)
+{
+    if (backend == "auto" || backend == "cpu") return resolved(parse_device(backend));
+    if (backend == "gpu") return resolved(parse_device("cuda"));
+    if (backend.starts_with("gpu:")) return resolved(parse_device("cuda" + backend.substr(3)));
+    throw UsageError("--backend: expected auto, cpu, gpu or gpu:N, found \"" +
+                     backend.substr(0, 60) + "\"");
+}
+
+BenchOptions completed(BenchOptions o)
+{
+    std::vector<std::string> names;
+    for (const auto& [name, suite] : suites()) names.push_back(name);
+    for (const std::string& asked : o.suites)
+        if (std::find(names.begin(), names.end(), asked) == names.end()) {
+            const std::string near = likely_name(asked, names);
+            throw UsageError(fmt::format("no suite \"{}\"{}; there are {}", asked.substr(0, 60),
+                                         near.empty() ? "" : ": \"" + near + "\" is meant?",
+                                         fmt::join(names, ", ")));
+        }
+    if (o.suites.empty()) o.suites = names;
+    if (o.case_limit <= 0) o.case_limit = o.quick ? 4 : 20;
+    return o;
+}
+
+// The device's name as a folder's: lower case, what is neither letter nor digit turned into "-".
+std::string folder_name(const std::string& device)
+{
+    std::string name;
+    for (char c : device) {
+        if (std::isalnum(static_cast<unsigned char>(c)))
+            name += char(std::tolower(static_cast<unsigned char>(c)));
+        else if (!name.empty() && name.back() != '-')
+            name += '-';
+    }
+    while (!name.empty() && name.back() == '-') name.pop_back();
+    return name.empty() ? "unknown" : name;
+}
+
+// Instructions per particle and substep by stage, as Nsight Compute counted them: lines
+// "stage,instructions" below a heading. Throws InputError.
+double instructions_in(const std::string& file)
+{
+    const std::string text = read_text(file, 1 << 20);
+    double sum = 0;
+    std::size_t number = 0;
+    for (std::size_t at = 0; at < text.size(); ++number) {
+        const std::size_t end = std::min(text.find('\n', at), text.size());
+        const std::string line = text.substr(at, end - at);
+        at = end + 1;
+        if (number == 0 || line.empty() || line[0] == '#') continue;
+        const std::size_t comma = line.find(',');
+        char* rest = nullptr;
+        const double value = comma == line.npos ? -1 : std::strtod(line.c_str() + comma + 1, &rest);
+        if (!rest || rest == line.c_str() + comma + 1 || !(value >= 0 && value < 1e9))
+            throw InputError(fmt::format(
+                "{}: line {}: expected \"stage,instructions per particle\", found \"{}\"", file,
+                number + 1, line.substr(0, 60)));
+        sum += value;
+    }
+    return sum;
+}
+
+// Warp instructions per second of all multiprocessors at the clock the driver tells: four
+// schedulers each, of one instruction a cycle.
+double issue_rate(const DeviceFacts& facts)
+{
+    if (facts.multiprocessors == 0) return 0;
+    const std::optional<GpuState> state = gpu_state(gpu_bus());
+    return state ? 4.0 * facts.multiprocessors * 1e6 * std::max(state->clock, 1u) : 0;
+}
+
+void add_issue(Bench& bench)
+{
+    if (bench.options.instructions.empty()) {
+        bench.result.left_out.push_back(
+            "instructions per particle, share of the issue limit: no table was given "
+            "(--instructions)");
+        return;
+    }
+    const double each = instructions_in(bench.options.instructions), rate = issue_rate(bench.facts);
+    for (BenchRow& row : bench.result.rows) {
+        if (!row.name.starts_with("squeeze")) continue;  // what was counted
+        row.instructions = each;
+        if (rate > 0) row.issue_share = each / 32 * row.rate() / rate;
+    }
+}
+
+std::string folder_of(const Bench& bench)
+{
+    if (!bench.options.out.empty()) return bench.options.out;
+    return (fs::path("profiling/results") / folder_name(bench.facts.name)).string();
+}
+
+const std::vector<std::string> results{"bench.json", "bench.csv"};
+
+}  // namespace
+
+Bench::Bench(const BenchOptions& o)
+    : options(completed(o)), device(device_of(o.backend)), facts(device_facts(device, o.threads))
+{
+}
+
+Scene Bench::scene(const std::vector<std::string>& settings) const
+{
+    Scene s = read_scene(options.scene, settings);
+    s.setup.threads = options.threads;
+    build(s,
+          options.most_memory > 0 ? std::size_t(options.most_memory * 0x1p20) : available_memory());
+    return s;
+}
+
+bool Bench::fits(const std::string& what, double particles, double host_bytes, double device_bytes)
+{
+    const auto refuse = [&](const char* side, double need, double there) {
+        const std::string why =
+            fmt::format("{}: {:.3g} particles need about {:.1f} GiB {}, {:.1f} GiB are free", what,
+                        particles, need / 0x1p30, side, there / 0x1p30);
+        say(why);
+        result.left_out.push_back(why);
+        return false;
+    };
+    const double host =
+        options.most_memory > 0 ? options.most_memory * 0x1p20 : double(available_memory());
+    if (particles * host_bytes > host) return refuse("of the host", particles * host_bytes, host);
+    if (device.kind != DeviceKind::cuda) return true;
+    const auto there = double(free_memory(device));
+    return particles * device_bytes < there ||
+           refuse("of the device", particles * device_bytes, there);
+}
+
+BenchRow& Bench::add(BenchRow row) { return result.rows.emplace_back(std::move(row)); }
+
+void Bench::say(const std::string& text) const
+{
+    if (!options.quiet) std::fprintf(stderr, "knead bench: %s\n", text.c_str());
+}
+
+bool Bench::stopped() const { return interrupted() != 0; }
+
+int bench_verb(const BenchOptions& options)
+{
+    Bench bench(options);
+    const std::string folder = folder_of(bench);
+    prepare_folder(folder, results, options.overwrite);
+    watch_interrupts();
+    bench.say(fmt::format("{}, copies {:.1f} GB/s", bench.facts.name, 1e-9 * bench.facts.copy));
+    if (options.peers) run_peers(bench);
+    for (const auto& [name, suite] : suites()) {
+        const auto& asked = bench.options.suites;
+        if (bench.stopped() || std::find(asked.begin(), asked.end(), name) == asked.end()) continue;
+        suite(bench);
+    }
+    if (bench.stopped()) bench.result.left_out.push_back("the rest: interrupted");
+    add_issue(bench);
+    const std::string json =
+        bench_json(bench).dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+    const auto in_folder = [&](const std::string& name) {
+        return (fs::path(folder) / name).string();
+    };
+    write_whole(in_folder("bench.json"), json);
+    write_whole(in_folder("bench.csv"), bench_csv(bench.result));
+    for (const auto& [name, text] : bench_plots(bench)) write_whole(in_folder(name), text);
+    std::fputs(options.json ? json.c_str() : bench_text(bench).c_str(), stdout);
+    bench.say("wrote " + folder);
+    return interrupted() == 15 ? exit_terminate : interrupted() ? exit_interrupt : exit_ok;
+}
+
+}  // namespace knead

@@ -1,0 +1,195 @@
+// How one case is driven: the recorded hands, frame by frame, from where they touch the clay.
+#include <algorithm>
+#include <chrono>
+
+#include "audit.h"
+#include "bench.h"
+#include "cpu_tools.h"
+#include "interrupt.h"
+#include "run.h"
+#include "seed.h"
+
+namespace knead {
+namespace {
+
+using Wall = std::chrono::steady_clock;
+double since(Wall::time_point start)
+{
+    return std::chrono::duration<double>(Wall::now() - start).count();
+}
+
+// Both hands from one time of the recording to another [s].
+Motion motion_between(const HandSource& hands, const std::vector<Side>& sides, double from,
+                      double to)
+{
+    Motion motion;
+    motion.from.resize(2 * joint_count), motion.to.resize(2 * joint_count);
+    bool before[side_count], active[side_count];
+    hands.sample(from, motion.from.data(), before);
+    hands.sample(to, motion.to.data(), active);
+    for (Side side : sides) motion.active.push_back(active[side]);
+    return motion;
+}
+
+double simulated(const Scene& scene)
+{
+    return scene.clock == Clock::paper ? scene.paper_substeps * scene.paper_dt
+                                       : 1 / scene.frame_rate;
+}
+
+// What the repeats of a case gather.
+struct Gathered {
+    std::vector<double> frames, substeps, counts, surfaces, medians;
+    int touched = 0;
+    Tally sum;
+    long blocks = 0;
+
+    void add(const DrivenFrame& f)
+    {
+        const int n = std::max(f.tally.substeps, 1);
+        frames.push_back(f.wall), substeps.push_back(f.wall / n), counts.push_back(n);
+        touched += f.tally.projected > 0;
+        sum.clipped += f.tally.clipped, sum.confined += f.tally.confined;
+        sum.repaired += f.tally.repaired;
+        blocks = f.tally.active_blocks;
+    }
+};
+
+void once(const Scene& scene, Solver& solver, const HandSource* hands, const Drive& how, int first,
+          Gathered& all, Wall::time_point begin)
+{
+    const int every =
+        how.surfaces > 0 && how.frames > 0 ? std::max(1, how.frames / how.surfaces) : 0;
+    std::vector<double> mine;
+    drive(scene, solver, hands, first, [&](const DrivenFrame& f) {
+        const int timed = f.index - how.warm_up + 1;
+        if (timed > 0) {
+            all.add(f);
+            mine.push_back(all.substeps.back());
+            if (every && timed % every == 0) {
+                const Wall::time_point start = Wall::now();
+                surface(solver.particles(), scene.setup.materials, scene.surface);
+                all.surfaces.push_back(since(start));
+            }
+        }
+        if (interrupted() || (how.frames > 0 && timed >= how.frames)) return false;
+        return timed < 2 || since(begin) < how.limit;
+    });
+    all.medians.push_back(spread(mine).median);
+}
+
+double relative_range(const std::vector<double>& medians)
+{
+    const auto [low, high] = std::minmax_element(medians.begin(), medians.end());
+    const double middle = spread(medians).median;
+    return medians.size() > 1 && middle > 0 ? (*high - *low) / middle : 0;
+}
+
+void fill(BenchRow& row, const Scene& scene, const Gathered& all)
+{
+    row.particles = scene.setup.particles.size();
+    row.nodes = scene.setup.lattice.size;
+    row.frames = int(all.frames.size()), row.repeats = int(all.medians.size());
+    row.touched = all.touched;
+    row.substeps = spread(all.counts).median;
+    row.frame = spread(all.frames), row.substep = spread(all.substeps);
+    row.between = relative_range(all.medians);
+    row.surface = spread(all.surfaces).median;
+    row.least_bytes = least_bytes(row.particles, all.blocks);
+    row.clipped = all.sum.clipped, row.confined = all.sum.confined;
+    row.repaired = all.sum.repaired;
+}
+
+}  // namespace
+
+double least_bytes(std::size_t particles, long active_blocks)
+{
+    const double nodes = double(active_blocks) * block_nodes * sizeof(Node<float>);
+    return 2 * sizeof(Particle<float>) + 2 * nodes / double(std::max<std::size_t>(particles, 1));
+}
+
+void drive(const Scene& scene, Solver& solver, const HandSource* hands, int first,
+           const std::function<bool(const DrivenFrame&)>& after)
+{
+    const std::vector<Side> sides = hands ? tool_sides(scene.hands) : std::vector<Side>{};
+    const int end = frames_wanted(scene, hands, 0);
+    Motion still;
+    still.from.resize(2 * joint_count, {{1, 0, 0, 0}, {0, 0, 0}});
+    still.to = still.from;
+    for (int f = first; f < end; ++f) {
+        const double from = f / scene.frame_rate, to = (f + 1) / scene.frame_rate;
+        const Motion motion = hands ? motion_between(*hands, sides, from, to) : still;
+        const Wall::time_point start = Wall::now();
+        DrivenFrame frame{f - first, 0, solver.advance(motion, simulated(scene))};
+        frame.wall = since(start);
+        if (!after(frame)) return;
+    }
+}
+
+int first_touch(const Scene& scene, const HandSource& hands)
+{
+    const Setup& setup = scene.setup;
+    const std::vector<Side> sides = tool_sides(scene.hands);
+    PosedTools<double> tools(setup, setup.lattice);
+    const std::size_t stride = std::max<std::size_t>(1, setup.particles.size() / 2000);
+    const int end = frames_wanted(scene, &hands, 0);
+    const auto reached = [&](int tool) {
+        for (std::size_t s = 0; s < tools.shapes.size(); ++s) {
+            if (tools.primitives[s].tool != tool) continue;
+            const Shape<double>& shape = tools.shapes[s];
+            for (std::size_t i = 0; i < setup.particles.size(); i += stride) {
+                const Vec3<double> x = setup.particles[i].x;
+                const bool near = x.x >= shape.low.x && x.x <= shape.high.x && x.y >= shape.low.y &&
+                                  x.y <= shape.high.y && x.z >= shape.low.z && x.z <= shape.high.z;
+                if (near && foot(shape, x).phi < 0) return true;
+            }
+        }
+        return false;
+    };
+    for (int f = 0; f < end; ++f) {
+        const Motion motion =
+            motion_between(hands, sides, f / scene.frame_rate, (f + 1) / scene.frame_rate);
+        tools.activate(motion);
+        tools.pose(motion, 0, 1, 1 / scene.frame_rate);
+        bool all = !sides.empty();
+        for (std::size_t t = 0; t < sides.size() && all; ++t)
+            all = tools.tools[t].active && reached(int(t));
+        if (all) return f;
+    }
+    return -1;
+}
+
+const BenchRow& Bench::measured(const std::string& name, const Scene& scene, const Drive& how)
+{
+    if (const auto found = known.find(name); found != known.end()) return found->second;
+    say(name);
+    BenchRow row;
+    row.name = name;
+    std::unique_ptr<HandSource> hands;
+    int first = 0;
+    if (scene.has_hands) {
+        hands = std::make_unique<HandSource>(hands_of(scene), scene.hands);
+        const int touch = how.from_touch ? first_touch(scene, *hands) : 0;
+        if (touch < 0) row.note = "the hands never touch";
+        first = std::max(0, touch - how.warm_up);
+    }
+    Gathered all;
+    const Wall::time_point begin = Wall::now();
+    for (int k = 0; k < how.repeats && (k == 0 || since(begin) < how.limit); ++k) {
+        const std::unique_ptr<Solver> solver = make_solver(scene.setup, device);
+        once(scene, *solver, hands.get(), how, first, all, begin);
+        row.bytes = solver->memory();
+        if (k > 0) continue;
+        row.hashed_after = int(all.frames.size()) + how.warm_up;
+        if (how.stages) row.stages = solver->stage_times();
+        const Audit state =
+            audit(solver->particles(), scene.setup.materials, scene.setup.lattice.dx);
+        row.hash = hexadecimal(state.hash);
+        if (state.broken > 0) row.note = "NOT SOUND: numbers that are none";
+    }
+    fill(row, scene, all);
+    row.copy_share = row.least_bytes * row.rate() / facts.copy;
+    return known[name] = row;
+}
+
+}  // namespace knead
