@@ -51,6 +51,13 @@ HD Vec3<R> hencky(Vec3<R> e)
     return {log_volume(e.x), log_volume(e.y), log_volume(e.z)};
 }
 
+// Kirchhoff stress tau [Pa] of a neo-Hookean solid with these Lame parameters [Pa].
+template <class R>
+HD Sym3<R> neo_hookean_stress(const Sym3<R>& e, R mu, R lambda)
+{
+    return mu * e + isotropic(lambda * log_volume(determinant_excess(e)));
+}
+
 // Kirchhoff stress tau [Pa] of a particle.
 template <class R>
 HD Sym3<R> kirchhoff_stress(const Particle<R>& q, const Material<R>& m)
@@ -62,7 +69,7 @@ HD Sym3<R> kirchhoff_stress(const Particle<R>& q, const Material<R>& m)
     }
     if (m.elasticity == Elasticity::neo_hookean) {
         const R h = packed(m, q.k);
-        return (h * m.mu) * q.e + isotropic(h * m.lambda * log_volume(determinant_excess(q.e)));
+        return neo_hookean_stress(q.e, h * m.mu, h * m.lambda);
     }
     const Eigen<R> b = eigen(q.e);
     return composed(b.axes, principal_stress(m, q.k, hencky(b.value)));

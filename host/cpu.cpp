@@ -5,15 +5,17 @@
 #include <cstring>
 #include <numeric>
 
+#include "cpu_material.h"
+#include "cpu_rows.h"
 #include "cpu_solver.h"
 #include "cuda/g2p.h"
 #include "cuda/grid.h"
 #include "cuda/p2g.h"
-#include "cuda/plasticity.h"
 #include "cuda/project.h"
 #include "substep.h"
 
 namespace knead {
+
 template <class R>
 CpuSolver<R>::CpuSolver(const Setup& given)
     : setup(given),
@@ -49,24 +51,24 @@ Tally CpuSolver<R>::advance(const Motion& motion, double duration)
     const double tool_dt = tools ? tool_step(setup, motion, duration) : 1e30;
     posed.activate(motion);
 
-    const auto key = [&](const Particle<R>& p) {
-        return lattice.block_of(base_node(p.x, lattice.dx));
+    const auto node = [&](const Particle<R>& p) {
+        return lattice.index(base_node(p.x, lattice.dx));
     };
-    bins.reorder(q, ids, lattice.block_count(), key, threads);
+    bins.reorder(q, ids, lattice.block_count(), node, threads);
 
-    for (double done = 0; duration - done > 1e-12 * duration;) {
-        const StepChoice step = paced(pace, std::sqrt(speed_squared), tool_dt, duration - done);
-        const double from = done / duration;
-        done += step.dt;
+    Steps steps = steps_of_frame(pace, std::sqrt(speed_squared), tool_dt, duration);
+    while (steps.now.dt > 0) {
+        const StepChoice step = steps.now;
+        const double from = steps.elapsed / duration, to = (steps.elapsed + step.dt) / duration;
         const R dt = R(step.dt);
         double start = omp_get_wtime();
         if (tools) {
-            posed.pose(motion, from, done / duration, step.dt);
+            posed.pose(motion, from, to, step.dt);
             posed.mask_blocks(lattice);
         }
         times[stage_pose].seconds += omp_get_wtime() - start;
         start = omp_get_wtime();
-        bins.fill(q, lattice.block_count(), key, lattice.blocks(), threads);
+        bins.fill(lattice.block_count(), lattice.blocks(), threads);
         if (posed.blades) find_splits();
         times[stage_bin].seconds += omp_get_wtime() - start;
         p2g(dt);
@@ -80,6 +82,7 @@ Tally CpuSolver<R>::advance(const Motion& motion, double duration)
         tally.dt_most = std::max(tally.dt_most, step.dt);
         ++tally.limits[int(step.limit)];
         ++tally.substeps;
+        move_on(steps, pace, std::sqrt(speed_squared));
     }
     Counts all;
     for (const Counts& c : counts) all.add(c);
@@ -97,43 +100,119 @@ Tally CpuSolver<R>::advance(const Motion& motion, double duration)
     return tally;
 }
 
-// Each occupied block sums its particles into a tile of its own; where a blade has been, into
-// three.
+// Calls visit(group) for the members, as many at once as there are lanes.
+template <class R>
+template <class Visit>
+void CpuSolver<R>::for_each_group(Bins::Members members, Visit&& visit)
+{
+    Group<R> group;
+    for (const int* next = members.from; next < members.to;) {
+        const int object = q[std::size_t(*next)].object;
+        for (group.size = 0; group.size < Group<R>::count; ++group.size) {
+            if (next == members.to || q[std::size_t(*next)].object != object) break;
+            group.index[group.size] = *next;
+            group.of[group.size] = &q[std::size_t(*next++)];
+        }
+        for (int l = group.size; l < Group<R>::count; ++l)
+            group.of[l] = group.of[group.size - 1], group.index[l] = group.index[group.size - 1];
+        visit(group);
+    }
+}
+
+// Each occupied block sums its particles into a tile of its own; those of one cell follow each
+// other, mostly, and their sum stays in registers.
 template <class R>
 void CpuSolver<R>::p2g(R dt)
 {
-    for (int f = 0; f < (posed.blades ? 3 : 1); ++f)
-        sums[f].resize(bins.occupied.size() * tile_nodes);
+    for (int f = 0; f < (posed.blades ? 3 : 1); ++f) sums[f].resize(bins.occupied.size());
     for_each(int(bins.occupied.size()), stage_p2g, [&](int slot, Counts&) {
         const int block = bins.occupied[std::size_t(slot)];
-        const int fields = !split.empty() && split[std::size_t(block)] ? 3 : 1;
-        Node<R>* tile[3];
-        for (int f = 0; f < fields; ++f) {
-            tile[f] = &sums[f][std::size_t(slot) * tile_nodes];
-            std::memset(static_cast<void*>(tile[f]), 0, tile_nodes * sizeof(Node<R>));
-        }
+        if (!split.empty() && split[std::size_t(block)]) return scatter_cut(slot, dt);
+        Tile<R>& tile = sums[0][std::size_t(slot)];
+        tile = {};
         const Int3 corner = 4 * lattice.block_at(block);
-        for (int i : bins.members(slot)) {
-            const Particle<R>& p = q[std::size_t(i)];
-            const Stencil<R> s = stencil(p.x, lattice.dx);
-            const int base = tile_index(s.base - corner);
-            const auto add = [&](Node<R>* to, Int3 step, const Node<R>& share) {
-                Node<R>& n = to[base + tile_index(step)];
-                n = node(four(n) + four(share));
-            };
-            const Material<R>& m = materials[std::size_t(p.object)];
-            if (fields == 1) {
-                scatter(p, m, s, lattice.dx, dt,
-                        [&](Int3 step, const Node<R>& share) { add(tile[0], step, share); });
-                continue;
+        Row<R> cell[9] = {};
+        int at = 0;
+        const auto hand_over = [&] {
+            UNROLL
+            for (int n = 0; n < 9; ++n) {
+                add(cell[n], tile.node + at + tile_index({0, n % 3, n / 3}));
+                cell[n] = {};
             }
-            scatter(p, m, s, lattice.dx, dt, [&](Int3 step, const Node<R>& share) {
-                add(tile[0], step, share);
-                if (p.sides != below) add(tile[above], step, share);
-                if (p.sides != above) add(tile[below], step, share);
-            });
-        }
+        };
+        for_each_group(bins.members(slot), [&](const Group<R>& group) {
+            const Impulses<R> from = impulses(group, dt);
+            for (int l = 0; l < group.size; ++l) {
+                const Stencil<R> s = from.stencils[l];
+                const int to = tile_index(s.base - corner);
+                if (to != at) hand_over(), at = to;
+                scatter_rows(from.base[l], from.by_x[l], from.by_y[l], from.by_z[l], s,
+                             [&](int j, int k, const Row<R>& share) {
+                                 cell[3 * k + j] = cell[3 * k + j] + share;
+                             });
+            }
+        });
+        hand_over();
     });
+}
+
+// What a group hands out.
+template <class R>
+[[gnu::always_inline]] inline Impulses<R> CpuSolver<R>::impulses(const Group<R>& group, R dt) const
+{
+    using L = Lanes<R>;
+    const Material<R>& m = materials[std::size_t(group.of[0]->object)];
+    const Particle<L> p = load(group);
+    Impulses<R> out(Stencils<R>(p.x, lattice.dx));
+    const Mat3<L> Q =
+        momentum_gradient(p.C, stress(p, group, m), L(m.mass), L(m.volume), L(lattice.dx), L(dt));
+    const Mat3<L> by_step = L(lattice.dx) * Q;
+    spread(L(m.mass) * p.v + Q * out.stencils.d, L(m.mass), out.base);
+    spread(by_step.a, L(0), out.by_x);
+    spread(by_step.b, L(0), out.by_y);
+    spread(by_step.c, L(0), out.by_z);
+    return out;
+}
+
+// Where a blade has been, into three tiles: all clay, and that of uncut and one label.
+template <class R>
+void CpuSolver<R>::scatter_cut(int slot, R dt)
+{
+    for (Sums& tiles : sums) tiles[std::size_t(slot)] = {};
+    const Int3 corner = 4 * lattice.block_at(bins.occupied[std::size_t(slot)]);
+    for (int i : bins.members(slot)) {
+        const Particle<R>& p = q[std::size_t(i)];
+        const Stencil<R> s = stencil(p.x, lattice.dx);
+        scatter(p, materials[std::size_t(p.object)], s, lattice.dx, dt,
+                [&](Int3 step, const Node<R>& share) {
+                    const int n = tile_index(s.base + step - corner);
+                    for (std::uint32_t f :
+                         {std::uint32_t(uncut), std::uint32_t(above), std::uint32_t(below)}) {
+                        Node<R>& to = sums[f][std::size_t(slot)].node[n];
+                        if (f == uncut || p.sides != opposite(f)) to = node(four(to) + four(share));
+                    }
+                });
+    }
+}
+
+// The sums of a block's nodes over the tiles of the up to eight blocks whose particles reach it, in
+// the order of `summed`.
+template <class R>
+void CpuSolver<R>::sum_block(Int3 block, Node<R>* sum) const
+{
+    for (int n = 0; n < 8; ++n) {
+        const Int3 back = {n & 1, n >> 1 & 1, n >> 2}, from = block - back;
+        if (from.x < 0 || from.y < 0 || from.z < 0) continue;
+        const int slot = bins.slot[std::size_t(lattice.block_of(4 * from))];
+        if (slot < 0) continue;
+        const Node<R>* tile = sums[0][std::size_t(slot)].node + tile_index(4 * back);
+        for (int z = 0; z < (back.z ? 2 : 4); ++z)
+            for (int y = 0; y < (back.y ? 2 : 4); ++y)
+                for (int x = 0; x < (back.x ? 2 : 4); ++x) {
+                    Node<R>& to = sum[(z * 4 + y) * 4 + x];
+                    to = node(four(to) + four(tile[tile_index({x, y, z})]));
+                }
+    }
 }
 
 template <class R>
@@ -145,14 +224,17 @@ void CpuSolver<R>::grid_update(R dt)
         if (!split.empty() && split[std::size_t(b)]) return split_update(b, dt, c);
         const Int3 block = lattice.block_at(b);
         const Mask& mask = posed.masks[std::size_t(b)];
+        const bool contact = setup.grid_contact && posed.near[std::size_t(b)];
         const auto hands = [&](Vec3<R> x, Vec3<R> v) {
-            return setup.grid_contact ? held(colliders, mask, x, v) : v;
+            return contact ? held(colliders, mask, x, v) : v;
         };
+        Node<R> sum[block_nodes] = {};
+        sum_block(block, sum);
         for (int l = 0; l < block_nodes; ++l) {
             const Int3 n = 4 * block + Int3{l % 4, l / 4 % 4, l / 16};
             bool clipped;
             grid[0][std::size_t(b) * block_nodes + std::size_t(l)] =
-                update(summed(sums[0], n), n, lattice, walls, gravity, dt, clipped, hands);
+                update(sum[l], n, lattice, walls, gravity, dt, clipped, hands);
             c.clipped += clipped;
         }
     });
@@ -160,13 +242,18 @@ void CpuSolver<R>::grid_update(R dt)
 
 // The nodes that a block's particles can reach.
 template <class R>
-void CpuSolver<R>::load(const Sums& from, Int3 corner, Node<R>* tile) const
+void CpuSolver<R>::load_tile(const std::vector<Node<R>>& from, Int3 block, Tile<R>& tile) const
 {
-    for (int t = 0; t < tile_nodes; ++t) {
-        const Int3 n =
-            corner + Int3{t % tile_edge, t / tile_edge % tile_edge, t / (tile_edge * tile_edge)};
-        if (n.x < lattice.size.x && n.y < lattice.size.y && n.z < lattice.size.z)
-            tile[t] = from[std::size_t(lattice.index(n))];
+    const Int3 size = lattice.blocks();
+    for (int n = 0; n < 8; ++n) {
+        const Int3 ahead = {n & 1, n >> 1 & 1, n >> 2}, b = block + ahead;
+        if (b.x >= size.x || b.y >= size.y || b.z >= size.z) continue;
+        const Node<R>* nodes = &from[std::size_t(lattice.index(4 * b))];
+        Node<R>* to = tile.node + tile_index(4 * ahead);
+        for (int z = 0; z < (ahead.z ? 2 : 4); ++z)
+            for (int y = 0; y < (ahead.y ? 2 : 4); ++y)
+                std::memcpy(to + tile_index({0, y, z}), nodes + (z * 4 + y) * 4,
+                            ahead.x ? 2 * sizeof *to : 4 * sizeof *to);
     }
 }
 
@@ -175,44 +262,102 @@ void CpuSolver<R>::g2p(R dt)
 {
     for_each(int(bins.occupied.size()), stage_g2p, [&](int slot, Counts& c) {
         const int block = bins.occupied[std::size_t(slot)];
-        Node<R> tiles[3][tile_nodes];
-        const Int3 corner = 4 * lattice.block_at(block);
+        Tile<R> tiles[3];
         const bool cut_here = !split.empty() && split[std::size_t(block)];
-        for (int f = 0; f < (cut_here ? 3 : 1); ++f) load(grid[f], corner, tiles[f]);
+        for (int f = 0; f < (cut_here ? 3 : 1); ++f)
+            load_tile(grid[f], lattice.block_at(block), tiles[f]);
         step_particles(slot, dt, tiles, c);
     });
 }
 
-// A block's particles: gather and move, then project, then flow.
+// A block's particles, group by group: gather and move, then project, then flow. Every eighth block
+// stands for the time of the three.
 template <class R>
-void CpuSolver<R>::step_particles(int slot, R dt, const Node<R> (*tiles)[tile_nodes], Counts& c)
+void CpuSolver<R>::step_particles(int slot, R dt, const Tile<R>* tiles, Counts& c)
 {
     const int block = bins.occupied[std::size_t(slot)];
-    const Int3 corner = 4 * lattice.block_at(block);
-    const bool cut_here = !split.empty() && split[std::size_t(block)];
-    const auto members = bins.members(slot);
-    std::vector<Particle<R>> before(members.size());
-    double clock = omp_get_wtime();
-    const auto lap = [&](StageName s) {
+    Lanes<R> speed_squared(R(0));
+    double clock = 0;
+    const auto lap = [&](int stage) {
+        if (slot % 8 != 0) return;
         const double now = omp_get_wtime();
-        c.seconds[s] += now - clock;
+        if (stage >= 0) c.seconds[stage] += now - clock;
         clock = now;
     };
-    std::size_t k = 0;
-    for (int i : members) {
-        Particle<R>& p = q[std::size_t(i)];
-        before[k++] = p;
-        const Stencil<R> s = stencil(p.x, lattice.dx);
-        const Node<R>* base = tiles[cut_here ? p.sides : 0] + tile_index(s.base - corner);
-        gather(p, s, lattice.dx, [&](Int3 step) { return four(base[tile_index(step)]); });
-        p.e = strained(p.e, p.C, dt);
-        p.x = p.x + dt * p.v;
+    for_each_group(bins.members(slot), [&](const Group<R>& group) {
+        lap(-1);
+        Start before[Group<R>::count];
+        for (int l = 0; l < group.size; ++l) before[l] = {group.of[l]->x, group.of[l]->sides};
+        Particle<Lanes<R>> p = gather_and_move(group, block, dt, tiles);
+        lap(stage_g2p);
+        bool stale = keep_out(group, block, c);
+        lap(stage_project);
+        const Material<R>& m = materials[std::size_t(group.of[0]->object)];
+        const unsigned flows = may_flow(p, m) & ((1u << group.size) - 1);
+        for (unsigned left = flows; left; left &= left - 1)
+            c.yielded += yield(*group.of[lowest_bit(left)], m, dt);
+        if (stale || flows) p = load(group);
+        if (!sound(p)) {
+            for (int l = 0; l < group.size; ++l) {
+                Particle<R>& one = *group.of[l];
+                c.repaired +=
+                    repair(one, {before[l].x, {}, {}, {}, 0, one.object, before[l].sides});
+            }
+            p = load(group);
+        }
+        speed_squared = most(speed_squared, dot(p.v, p.v));
+        note_blocks(group, p.x);
+        lap(stage_plasticity);
+    });
+    c.speed_squared = std::max(c.speed_squared, double(largest(speed_squared)));
+}
+
+template <class R>
+[[gnu::always_inline]] inline Particle<Lanes<R>> CpuSolver<R>::gather_and_move(
+    const Group<R>& group, int block, R dt, const Tile<R>* tiles) const
+{
+    using L = Lanes<R>;
+    const Int3 corner = 4 * lattice.block_at(block);
+    const bool cut_here = !split.empty() && split[std::size_t(block)];
+    Particle<L> p;
+    load_shape(group, p);
+    const Stencils<R> stencils(p.x, lattice.dx);
+    Four<R> v[L::count], by_x[L::count], by_y[L::count], by_z[L::count];
+    for (int l = 0; l < L::count; ++l) {
+        const Stencil<R> s = stencils[l];
+        const Node<R>* base =
+            tiles[cut_here ? group.of[l]->sides : 0].node + tile_index(s.base - corner);
+        const Gathered<R> sum = gather_rows(s, [&](int j, int k) {
+            return row_at(base + tile_index({0, j, k}));
+        });
+        v[l] = sum.v, by_x[l] = sum.by_x, by_y[l] = sum.by_y, by_z[l] = sum.by_z;
     }
-    lap(stage_g2p);
+    p.v = collected(v);
+    p.C = velocity_gradient(p.v, {collected(by_x), collected(by_y), collected(by_z)}, stencils.d,
+                            L(lattice.dx));
+    p.e = strained(p.e, p.C, L(dt));
+    p.x = p.x + L(dt) * p.v;
+    store(p, group);
+    return p;
+}
+
+// Out of tools and walls, where the block is near any; true if a particle may have changed.
+template <class R>
+bool CpuSolver<R>::keep_out(const Group<R>& group, int block, Counts& c)
+{
+    const bool tools = setup.passes > 0 && posed.near[std::size_t(block)];
+    const Int3 corner = 4 * lattice.block_at(block);
+    // A particle of the block has moved by less than a cell.
+    const auto walled = [&](int from, int size) {
+        return from <= walls.margin + 1 || from + 6 >= size - 1 - walls.margin;
+    };
+    if (!tools && !walled(corner.x, lattice.size.x) && !walled(corner.y, lattice.size.y) &&
+        !walled(corner.z, lattice.size.z))
+        return false;
     const Colliders<R> colliders = posed.colliders();
-    for (int i : members) {
-        Particle<R>& p = q[std::size_t(i)];
-        if (setup.passes > 0 && !posed.masked.empty()) {
+    for (int l = 0; l < group.size; ++l) {
+        Particle<R>& p = *group.of[l];
+        if (tools) {
             const Mask& mask = posed.mask_at(lattice, p.x);
             if (posed.blades) c.covered += cut(p, colliders, mask, lattice.dx);
             const R depth = project(p, colliders, mask, setup.passes);
@@ -221,15 +366,21 @@ void CpuSolver<R>::step_particles(int slot, R dt, const Node<R> (*tiles)[tile_no
         }
         c.confined += confine(p, lattice, walls);
     }
-    lap(stage_project);
-    k = 0;
-    for (int i : members) {
-        Particle<R>& p = q[std::size_t(i)];
-        c.yielded += yield(p, materials[std::size_t(p.object)], dt);
-        c.repaired += repair(p, before[k++]);
-        c.speed_squared = std::max(c.speed_squared, double(dot(p.v, p.v)));
-    }
-    lap(stage_plasticity);
+    return true;
+}
+
+// Which blocks the particles are in now.
+template <class R>
+[[gnu::always_inline]] inline void CpuSolver<R>::note_blocks(const Group<R>& group,
+                                                             const Vec3<Lanes<R>>& place)
+{
+    constexpr int count = Group<R>::count;
+    alignas(vector_bytes) R x[3][count];
+    alignas(vector_bytes) int block[count];
+    std::memcpy(x, &place, sizeof x);
+    for (int l = 0; l < count; ++l)
+        block[l] = lattice.block_of(base_node(Vec3<R>{x[0][l], x[1][l], x[2][l]}, lattice.dx));
+    for (int l = 0; l < count; ++l) bins.key[std::size_t(group.index[l])] = block[l];
 }
 
 template <class R>
@@ -255,10 +406,11 @@ std::vector<double> CpuSolver<R>::penetration() const
 template <class R>
 std::size_t CpuSolver<R>::memory() const
 {
-    std::size_t nodes = 0;
-    for (int f = 0; f < 3; ++f) nodes += sums[f].capacity() + grid[f].capacity();
+    std::size_t bytes = 0;
+    for (int f = 0; f < 3; ++f)
+        bytes += sums[f].capacity() * sizeof(Tile<R>) + grid[f].capacity() * sizeof(Node<R>);
     return q.capacity() * (sizeof(Particle<R>) + 3 * sizeof(int)) +
-           posed.masks.capacity() * sizeof(Mask) + nodes * sizeof(Node<R>);
+           posed.masks.capacity() * sizeof(Mask) + bytes;
 }
 
 const char* const limit_names[int(Limit::count)] = {"sound",     "speed", "tool",

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <numeric>
 #include <vector>
 
 #include "cuda/state.h"
@@ -11,6 +12,7 @@
 namespace knead {
 
 struct Bins {
+    std::vector<int> key;       // per particle: its block, written by whoever moves it
     std::vector<int> order;     // particle indices, block by block
     std::vector<int> first;     // occupied.size() + 1 offsets into order
     std::vector<int> occupied;  // blocks that hold the base node of a particle, rising
@@ -28,11 +30,10 @@ struct Bins {
         return {order.data() + first[std::size_t(s)], order.data() + first[std::size_t(s) + 1]};
     }
 
-    // Bins by key(particle) in [0, blocks).
-    template <class Particles, class Key>
-    void fill(const Particles& q, int blocks, Key&& key, Int3 size, int threads)
+    // Bins the particles by their keys, each in [0, blocks).
+    void fill(int blocks, Int3 size, int threads)
     {
-        sort(q, blocks, key, threads);
+        sort(blocks, threads);
         occupied.clear(), first.clear(), touched.clear();
         slot.assign(std::size_t(blocks), -1);
         mark.assign(std::size_t(blocks), 0);
@@ -53,39 +54,59 @@ struct Bins {
             if (mark[std::size_t(b)]) touched.push_back(b);
     }
 
-    // Moves the particles, and their ids, into block order.
-    template <class Particles, class Key>
-    void reorder(Particles& q, std::vector<int>& ids, int blocks, Key&& key, int threads)
+    // Moves the particles, and their ids, into the order of their nodes: node(particle) is the
+    // index of a particle's base node, in blocks as the lattice is.
+    template <class Particles, class NodeOf>
+    void reorder(Particles& q, std::vector<int>& ids, int blocks, NodeOf&& node, int threads)
     {
-        sort(q, blocks, key, threads);
+        const auto count = std::int64_t(q.size());
+        key.resize(q.size());
+        std::vector<int> nodes(q.size());
+#pragma omp parallel for num_threads(threads)
+        for (std::int64_t i = 0; i < count; ++i) {
+            nodes[std::size_t(i)] = node(q[std::size_t(i)]);
+            key[std::size_t(i)] = nodes[std::size_t(i)] / block_nodes;
+        }
+        sort(blocks, threads);
         Particles sorted(q.size());
         std::vector<int> sorted_ids(q.size());
-#pragma omp parallel for num_threads(threads)
-        for (std::int64_t i = 0; i < std::int64_t(q.size()); ++i) {
-            const auto from = std::size_t(order[std::size_t(i)]);
-            sorted[std::size_t(i)] = q[from];
-            sorted_ids[std::size_t(i)] = ids[from];
+#pragma omp parallel for num_threads(threads) schedule(dynamic, 16)
+        for (int b = 0; b < blocks; ++b) {
+            const int begin = start[std::size_t(b)], end = start[std::size_t(b) + 1];
+            std::stable_sort(order.begin() + begin, order.begin() + end, [&](int i, int j) {
+                return nodes[std::size_t(i)] < nodes[std::size_t(j)];
+            });
+            for (int i = begin; i < end; ++i) {
+                const auto from = std::size_t(order[std::size_t(i)]);
+                sorted[std::size_t(i)] = q[from];
+                sorted_ids[std::size_t(i)] = ids[from];
+                key[std::size_t(i)] = b;
+            }
         }
         q.swap(sorted), ids.swap(sorted_ids);
     }
 
   private:
-    template <class Particles, class Key>
-    void sort(const Particles& q, int blocks, Key&& key, int threads)
+    // Puts the particles of a block, in the order of their indices, where the block starts.
+    void sort(int blocks, int threads)
     {
-        const auto count = std::int64_t(q.size());
-        keys.resize(q.size()), order.resize(q.size());
-        start.assign(std::size_t(blocks) + 1, 0);
+        const auto count = std::int64_t(key.size());
+        order.resize(key.size());
+        start.resize(std::size_t(blocks) + 1);
         const auto T = std::size_t(threads);
         per_thread.assign(T * std::size_t(blocks), 0);
-        const auto begin = [&](std::size_t t) { return count * std::int64_t(t) / threads; };
+        // Calls visit(its count of that block, from, to) for every run of one block.
+        const auto for_each_run = [&](std::size_t t, auto&& visit) {
+            const std::int64_t end = count * std::int64_t(t + 1) / threads;
+            for (std::int64_t i = count * std::int64_t(t) / threads, from = i; i < end; from = i) {
+                const int block = key[std::size_t(from)];
+                while (i < end && key[std::size_t(i)] == block) ++i;
+                visit(per_thread[t * std::size_t(blocks) + std::size_t(block)], int(from), int(i));
+            }
+        };
 #pragma omp parallel for num_threads(threads) schedule(static, 1)
         for (std::size_t t = 0; t < T; ++t)
-            for (std::int64_t i = begin(t); i < begin(t + 1); ++i) {
-                const int k = key(q[std::size_t(i)]);
-                keys[std::size_t(i)] = k;
-                ++per_thread[t * std::size_t(blocks) + std::size_t(k)];
-            }
+            for_each_run(t, [](int& at, int from, int to) { at += to - from; });
         int sum = 0;
         for (int b = 0; b < blocks; ++b) {
             start[std::size_t(b)] = sum;
@@ -99,13 +120,13 @@ struct Bins {
         start[std::size_t(blocks)] = sum;
 #pragma omp parallel for num_threads(threads) schedule(static, 1)
         for (std::size_t t = 0; t < T; ++t)
-            for (std::int64_t i = begin(t); i < begin(t + 1); ++i)
-                order[std::size_t(
-                    per_thread[t * std::size_t(blocks) + std::size_t(keys[std::size_t(i)])]++)] =
-                    int(i);
+            for_each_run(t, [&](int& at, int from, int to) {
+                std::iota(order.begin() + at, order.begin() + at + (to - from), from);
+                at += to - from;
+            });
     }
 
-    std::vector<int> keys, start, per_thread;
+    std::vector<int> start, per_thread;
     std::vector<char> mark;
 };
 

@@ -6,6 +6,7 @@
 #include <algorithm>
 
 #include "cpu_bins.h"
+#include "cpu_group.h"
 #include "cpu_tools.h"
 #include "cuda/four.h"
 
@@ -14,6 +15,22 @@ namespace knead {
 constexpr int tile_edge = block_edge + 2, tile_nodes = tile_edge * tile_edge * tile_edge;
 
 inline int tile_index(Int3 n) { return (n.z * tile_edge + n.y) * tile_edge + n.x; }
+
+// The nodes that a block's particles can reach, and one more for the end of the last row.
+template <class R>
+struct alignas(64) Tile {
+    Node<R> node[tile_nodes + 1];
+};
+
+// What a group of particles hands to its nodes: momentum and mass at the base node, and what they
+// grow by from node to node.
+template <class R>
+struct Impulses {
+    Stencils<R> stencils;
+    Four<R> base[Group<R>::count], by_x[Group<R>::count], by_y[Group<R>::count],
+        by_z[Group<R>::count];
+    explicit Impulses(const Stencils<R>& s) : stencils(s) {}
+};
 
 enum StageName {
     stage_pose,
@@ -56,14 +73,28 @@ class CpuSolver : public Solver {
     }
 
   private:
-    using Sums = std::vector<Node<R>>;
+    // Of a particle before its substep: what its repair needs.
+    struct Start {
+        Vec3<R> x;
+        std::uint32_t sides;
+    };
+    using Sums = std::vector<Tile<R>>;
     void p2g(R dt);
     void grid_update(R dt);
     void split_update(int b, R dt, Counts& counts);
     void g2p(R dt);
     Node<R> summed(const Sums& sums, Int3 node) const;
-    void load(const Sums& from, Int3 corner, Node<R>* tile) const;
-    void step_particles(int slot, R dt, const Node<R> (*tiles)[tile_nodes], Counts& counts);
+    void scatter_cut(int slot, R dt);
+    void load_tile(const std::vector<Node<R>>& from, Int3 block, Tile<R>& tile) const;
+    void sum_block(Int3 block, Node<R>* sum) const;
+    void step_particles(int slot, R dt, const Tile<R>* tiles, Counts& counts);
+    Particle<Lanes<R>> gather_and_move(const Group<R>& group, int block, R dt,
+                                       const Tile<R>* tiles) const;
+    bool keep_out(const Group<R>& group, int block, Counts& counts);
+    void note_blocks(const Group<R>& group, const Vec3<Lanes<R>>& place);
+    Impulses<R> impulses(const Group<R>& group, R dt) const;
+    template <class Visit>
+    void for_each_group(Bins::Members members, Visit&& visit);
     bool find_splits();
     void settle_cuts(bool covered);
     template <class Body>
@@ -80,11 +111,11 @@ class CpuSolver : public Solver {
     std::vector<int> ids;        // original index of q[i]
     Bins bins;
     // Three velocity fields: all clay, and where a blade has been (25) that of uncut and one label.
-    // tile_nodes sums per occupied block; node_count velocities.
-    Sums sums[3], grid[3];
-    std::vector<char> split;     // per block: its nodes have three fields; empty without blades
-    bool was_covered = false;    // a blade was in the clay at the end of the last frame
-    std::vector<Counts> counts;  // per thread
+    Sums sums[3];                  // a tile per occupied block
+    std::vector<Node<R>> grid[3];  // node_count velocities
+    std::vector<char> split;       // per block: its nodes have three fields; empty without blades
+    bool was_covered = false;      // a blade was in the clay at the end of the last frame
+    std::vector<Counts> counts;    // per thread
     std::vector<StageTime> times;
 };
 
@@ -101,8 +132,8 @@ Node<R> CpuSolver<R>::summed(const Sums& tiles, Int3 n) const
                 if (from.x < 0 || from.y < 0 || from.z < 0) continue;
                 const int slot = bins.slot[std::size_t(lattice.block_of(4 * from))];
                 if (slot < 0) continue;
-                const Node<R>& share = tiles[std::size_t(slot) * tile_nodes +
-                                             std::size_t(tile_index(l + 4 * Int3{x, y, z}))];
+                const Node<R>& share =
+                    tiles[std::size_t(slot)].node[tile_index(l + 4 * Int3{x, y, z})];
                 sum = node(four(sum) + four(share));
             }
     return sum;

@@ -19,6 +19,7 @@ struct PosedTools {
     std::vector<Shape<R>> shapes;
     std::vector<Mask> masks;   // per lattice block
     std::vector<Int3> masked;  // block coordinates whose mask is not empty
+    std::vector<char> near;    // per lattice block: its mask or one of its neighbours' is not empty
     bool blades = false;
 
     PosedTools(const Setup& setup, const Lattice<R>& lattice);
@@ -43,7 +44,8 @@ PosedTools<R>::PosedTools(const Setup& setup, const Lattice<R>& lattice)
     : primitives(setup.rig.primitives),
       spheres(setup.rig.spheres.size()),
       shapes(setup.rig.primitives.size()),
-      masks(std::size_t(lattice.block_count()) + 1)
+      masks(std::size_t(lattice.block_count()) + 1),
+      near(std::size_t(lattice.block_count()))
 {
     for (const Binding<float>& b : setup.rig.spheres) {
         Binding<R> c{};
@@ -90,10 +92,18 @@ void PosedTools<R>::pose(const Motion& motion, double s0, double s1, double dt)
 template <class R>
 void PosedTools<R>::mask_blocks(const Lattice<R>& lattice)
 {
+    const Int3 size = lattice.blocks();
+    const auto mark_near = [&](char mark) {
+        for (Int3 b : masked)
+            for (int z = std::max(b.z - 1, 0); z < std::min(b.z + 2, size.z); ++z)
+                for (int y = std::max(b.y - 1, 0); y < std::min(b.y + 2, size.y); ++y)
+                    for (int x = std::max(b.x - 1, 0); x < std::min(b.x + 2, size.x); ++x)
+                        near[std::size_t(lattice.block_of({4 * x, 4 * y, 4 * z}))] = mark;
+    };
+    mark_near(0);
     for (Int3 b : masked) masks[std::size_t(lattice.block_of(4 * b))] = {};
     masked.clear();
     const R edge = block_edge * lattice.dx;
-    const Int3 size = lattice.blocks();
     for (std::size_t i = 0; i < shapes.size(); ++i) {
         const Tool<R>& tool = tools[std::size_t(primitives[i].tool)];
         const Shape<R>& s = shapes[i];
@@ -117,6 +127,7 @@ void PosedTools<R>::mask_blocks(const Lattice<R>& lattice)
                     m.bits[i / 32] |= 1u << (i % 32);
                 }
     }
+    mark_near(1);
 }
 
 template <class R>
