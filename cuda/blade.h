@@ -53,15 +53,17 @@ HD void for_each_blade(const Colliders<R>& c, const Mask& mask, Vec3<R> p, R dx,
     });
 }
 
-// Labels a particle that a blade has reached, and keeps a labelled one on its side. True if a blade
-// covers it.
+// Labels a particle that a blade has reached, and keeps a labelled one on its side. One that lies
+// further across than a substep can have carried it has its label from an older cut: it is labelled
+// anew, not dragged through the blade. True if a blade covers it.
 template <class R>
 HD bool cut(Particle<R>& q, const Colliders<R>& c, const Mask& mask, R dx)
 {
     bool covered = false;
     for_each_blade(c, mask, q.x, dx, [&](const Seen<R>& b, const Tool<R>& tool) {
         covered = true;
-        if (q.sides == uncut) q.sides = b.h < 0 ? below : above;
+        const bool astray = (q.sides == below ? b.h : -b.h) > R(0.5) * dx;
+        if (q.sides == uncut || astray) q.sides = b.h < 0 ? below : above;
         const R side = q.sides == below ? R(-1) : R(1), inside = b.half - side * b.h;
         if (inside <= 0) return;
         q.x = q.x + (side * inside) * b.n;
@@ -105,6 +107,22 @@ HD void part(Vec3<R>& v_above, Vec3<R>& v_below, Vec3<R> shared, Vec3<R> down)
     const Vec3<R> n = (1 / size) * down;
     v_above = kept_apart(v_above, shared, n, R(cut_friction));
     v_below = kept_apart(v_below, shared, -n, R(cut_friction));
+}
+
+// How much of a node's mass may be uncut clay before it holds the two sides of a cut together [1].
+constexpr float bridge = 1e-3f;
+
+// The velocities of a node's three fields: of all clay, and of each label with the uncut clay.
+// Where uncut clay is left, as before a blade's edge, all three are one: else uncut and labelled
+// clay of the same place would be strained differently, and their pressures, cancelling each other
+// at the nodes, would grow without end. `down()` answers as for part().  (25)
+template <class R, class Down>
+HD void divide(Node<R> (&v)[3], const R (&mass)[3], Down&& down)
+{
+    if (mass[above] + mass[below] - mass[0] > R(bridge) * mass[0])
+        v[above].p = v[below].p = v[0].p;
+    else if (mass[above] < mass[0] && mass[below] < mass[0])
+        part(v[above].p, v[below].p, v[0].p, down());
 }
 
 }  // namespace knead

@@ -5,12 +5,13 @@
 
 namespace knead {
 
-// Marks the blocks that need three fields: both labels, or a blade, near enough to share a node.
+// Marks all blocks as needing three fields, if anywhere both labels, or a blade, are near enough to
+// share a node with clay of another. All: a labelled particle looks at its own field wherever it
+// is.
 template <class R>
 bool CpuSolver<R>::find_splits()
 {
     std::vector<char> labels(split.size(), 0);
-    bool any = false;
     for (std::size_t slot = 0; slot < bins.occupied.size(); ++slot) {
         char& l = labels[std::size_t(bins.occupied[slot])];
         for (int i : bins.members(int(slot))) l = char(l | q[std::size_t(i)].sides);
@@ -18,27 +19,22 @@ bool CpuSolver<R>::find_splits()
     for (Int3 b : posed.masked)
         for_each_candidate(posed.masks[std::size_t(lattice.block_of(4 * b))], [&](int i) {
             if (posed.tools[std::size_t(posed.primitives[std::size_t(i)].tool)].blade)
-                labels[std::size_t(lattice.block_of(4 * b))] = 3;
+                labels[std::size_t(lattice.block_of(4 * b))] = above | below;
         });
     const Int3 size = lattice.blocks();
-    std::fill(split.begin(), split.end(), char(0));
-    for (std::size_t b = 0; b < split.size(); ++b) {
-        if (!labels[b]) continue;
-        const Int3 at = lattice.block_at(int(b));
-        const auto near = [&](auto&& visit) {
-            for (int n = 0; n < 27; ++n) {
-                const Int3 m = at + Int3{n % 3 - 1, n / 3 % 3 - 1, n / 9 - 1};
-                if (m.x >= 0 && m.y >= 0 && m.z >= 0 && m.x < size.x && m.y < size.y &&
-                    m.z < size.z)
-                    visit(std::size_t(lattice.block_of(4 * m)));
-            }
-        };
+    const auto seen_from = [&](Int3 at) {
         char all = 0;
-        near([&](std::size_t m) { all = char(all | labels[m]); });
-        if (all != 3) continue;
-        any = true;
-        near([&](std::size_t m) { split[m] = 1; });
-    }
+        for (int n = 0; n < 27; ++n) {
+            const Int3 m = at + Int3{n % 3 - 1, n / 3 % 3 - 1, n / 9 - 1};
+            if (m.x >= 0 && m.y >= 0 && m.z >= 0 && m.x < size.x && m.y < size.y && m.z < size.z)
+                all = char(all | labels[std::size_t(lattice.block_of(4 * m))]);
+        }
+        return all;
+    };
+    const bool any = std::any_of(bins.occupied.begin(), bins.occupied.end(), [&](int b) {
+        return seen_from(lattice.block_at(b)) == (above | below);
+    });
+    std::fill(split.begin(), split.end(), char(any));
     return any;
 }
 
@@ -63,20 +59,17 @@ void CpuSolver<R>::split_update(int b, R dt, Counts& c)
             v[f] = update(sum[f], n, lattice, walls, gravity, dt, clipped, tools);
             c.clipped += clipped;
         }
-        if (sum[above].m < sum[0].m && sum[below].m < sum[0].m) {
-            const auto slope = [&](Int3 axis) {
-                const auto excess = [&](Int3 m) {
-                    if (m.x < 0 || m.y < 0 || m.z < 0 || m.x >= lattice.size.x ||
-                        m.y >= lattice.size.y || m.z >= lattice.size.z)
-                        return R(0);
-                    if (!split[std::size_t(lattice.block_of(m))]) return R(0);
-                    return summed(sums[below], m).m - summed(sums[above], m).m;
-                };
-                return excess(n + axis) - excess(n - axis);
+        const R mass[3] = {sum[0].m, sum[above].m, sum[below].m};
+        divide(v, mass, [&] {
+            const auto excess = [&](Int3 m) {
+                if (m.x < 0 || m.y < 0 || m.z < 0 || m.x >= lattice.size.x ||
+                    m.y >= lattice.size.y || m.z >= lattice.size.z)
+                    return R(0);
+                return summed(sums[below], m).m - summed(sums[above], m).m;
             };
-            part(v[above].p, v[below].p, v[0].p,
-                 {slope({1, 0, 0}), slope({0, 1, 0}), slope({0, 0, 1})});
-        }
+            const auto slope = [&](Int3 axis) { return excess(n + axis) - excess(n - axis); };
+            return Vec3<R>{slope({1, 0, 0}), slope({0, 1, 0}), slope({0, 0, 1})};
+        });
         for (int f = 0; f < 3; ++f) grid[f][std::size_t(b) * block_nodes + std::size_t(l)] = v[f];
     }
 }
