@@ -1,9 +1,6 @@
-// Particles to density. A block of threads sums its particles, which are neighbours since the last
-// sort, in shared memory, and hands on one sum per node.
-#include <thrust/iterator/counting_iterator.h>
-
+// Particles to density. A warp sums its particles, which are neighbours since the last sort, in
+// shared memory, and hands on one sum per node.
 #include <climits>
-#include <cub/device/device_select.cuh>
 
 #include "density.h"
 #include "launch.cuh"
@@ -12,18 +9,18 @@
 namespace knead::gpu {
 namespace {
 
-constexpr int clear_threads = 64, splat_threads = 256, soften_threads = 128;
-constexpr int box_nodes = 6144;  // of shared memory; particles strewn wider add to memory directly
+constexpr int clear_threads = 64, splat_threads = 128, list_threads = 128, soften_threads = 128;
+constexpr int box_nodes = 1024;  // of a warp; particles strewn wider add to memory by themselves
 constexpr Int3 one{1, 1, 1};
 
 __global__ void __launch_bounds__(clear_threads) clear_kernel(const __grid_constant__ SurfaceView d)
 {
     const int t = int(threadIdx.x), row = t / 16, quarter = t % 16;
-    if (blockIdx.x == 0 && t == 0) *d.faults = {};
+    if (blockIdx.x == 0 && t == 0) *d.faults = {}, d.active[0] = d.active[1] = 0;
     const auto emptied = [&](int block, auto* nodes) {
         reinterpret_cast<uint4*>(nodes + std::size_t(block) * block_nodes)[quarter] = {};
     };
-    for (int k = int(blockIdx.x); k < *d.active; k += int(gridDim.x)) {
+    for (int k = int(blockIdx.x); k < d.active[2]; k += int(gridDim.x)) {
         const int block = d.list[k];
         if (row == 0) emptied(block, d.sums);
         if (row == 1) emptied(block, d.density[0]);
@@ -40,7 +37,9 @@ __device__ bool taken(const SurfaceView& d, const ParticleView& particles, int i
     if (i >= particles.count) return false;
     const Particle<float> q = particles.load(i);
     x = q.x;
-    grain = q.object >= 0 && q.object < d.grains.count ? d.grains[q.object] : Grain{0, 0};
+    grain = d.first;
+    if (q.object != 0) grain = {0, 0};
+    if (q.object > 0 && q.object < d.grains.count) grain = d.grains[q.object];
     if (!(grain.units > 0) || !isfinite(x.x) || !isfinite(x.y) || !isfinite(x.z)) {
         atomicAdd(&d.faults->unusable, 1u);
         return false;
@@ -50,177 +49,218 @@ __device__ bool taken(const SurfaceView& d, const ParticleView& particles, int i
     return false;
 }
 
-__device__ void add_to_memory(const SurfaceView& d, int category, Int3 node, unsigned amount)
-{
-    if (amount == 0) return;
-    const int i = category * d.layer_nodes() + d.padded.index(node + one);
-    const unsigned before = atomicAdd(&d.sums[i], amount);
-    if (before == 0) d.touched[i / block_nodes] = 1;
-    if (before + amount < before) d.faults->crowded = 1;
-}
-
-// The nodes that the particles of one category in this block of threads reach.
+// A warp's particles of one category, and the nodes that they reach.
 struct Box {
-    int category, low[3], high[3];
-    __device__ Int3 size() const
-    {
-        return {high[0] - low[0] + 3, high[1] - low[1] + 3, high[2] - low[2] + 3};
-    }
+    int category;  // INT_MAX: no particle
+    Int3 low, size;
+    int nodes;  // 0: too many for shared memory
 };
 
-// All threads of the block; `mine` is whether the thread has a particle.
-__device__ void enclose(Box& box, bool mine, int category, Int3 base)
+// The whole warp; `mine` is whether the lane has a particle.
+__device__ Box enclosing(bool mine, int category, Int3 base)
 {
-    const int t = int(threadIdx.x);
-    if (t < 3) box.low[t] = INT_MAX, box.high[t] = INT_MIN;
-    if (t == 3) box.category = INT_MAX;
-    __syncthreads();
-    const int least_category = __reduce_min_sync(~0u, mine ? category : INT_MAX);
-    if (t % 32 == 0) atomicMin(&box.category, least_category);
-    __syncthreads();
+    Box box{__reduce_min_sync(~0u, mine ? category : INT_MAX), {}, {}, 0};
     const bool in = mine && category == box.category;
-    const auto widen = [&](int axis, int n) {
-        const int low = __reduce_min_sync(~0u, in ? n : INT_MAX);
-        const int high = __reduce_max_sync(~0u, in ? n : INT_MIN);
-        if (t % 32 == 0) atomicMin(&box.low[axis], low), atomicMax(&box.high[axis], high);
-    };
-    widen(0, base.x), widen(1, base.y), widen(2, base.z);
-    __syncthreads();
+    const auto lowest = [in](int n) { return __reduce_min_sync(~0u, in ? n : INT_MAX); };
+    const auto highest = [in](int n) { return __reduce_max_sync(~0u, in ? n : INT_MIN); };
+    box.low = {lowest(base.x), lowest(base.y), lowest(base.z)};
+    const Int3 high{highest(base.x), highest(base.y), highest(base.z)};
+    if (box.category == INT_MAX) return box;
+    box.size = high - box.low + 3 * one;
+    const float nodes = float(box.size.x) * float(box.size.y) * float(box.size.z);
+    if (nodes <= float(box_nodes)) box.nodes = box.size.x * box.size.y * box.size.z;
+    return box;
+}
+
+// Hands a warp's sums on, a few nodes of each lane at a time: their latencies overlap.
+__device__ void hand_on(const SurfaceView& d, const Box& box, const unsigned* sums, int lane)
+{
+    constexpr int at_once = 5;
+    const int layer = box.category * d.layer_nodes();
+    // Quotients of small numbers by multiplication: halves are far from the next whole number.
+    const float by_x = 1 / float(box.size.x), by_y = 1 / float(box.size.y);
+    for (int k = lane; k < box.nodes; k += 32 * at_once) {
+        unsigned amount[at_once], before[at_once];
+        int at[at_once];
+        UNROLL
+        for (int j = 0; j < at_once; ++j) {
+            const int n = k + 32 * j, row = int((float(n) + 0.5f) * by_x),
+                      z = int((float(row) + 0.5f) * by_y);
+            const Int3 local{n - row * box.size.x, row - z * box.size.y, z};
+            amount[j] = n < box.nodes ? sums[n] : 0;
+            at[j] = layer + d.padded.index(box.low + local + one);
+        }
+        UNROLL
+        for (int j = 0; j < at_once; ++j)
+            before[j] = amount[j] ? atomicAdd(&d.sums[at[j]], amount[j]) : 1;
+        UNROLL
+        for (int j = 0; j < at_once; ++j) {
+            if (before[j] == 0) d.touched[at[j] / block_nodes] = 1;
+            if (before[j] + amount[j] < before[j]) d.faults->crowded = 1;
+        }
+    }
+}
+
+// One particle by itself. No sum is let near the end of its range, so that none has wrapped.
+__device__ void add_alone(const SurfaceView& d, const Stencil<float>& s, const Grain& grain)
+{
+    const int layer = grain.category * d.layer_nodes();
+    unsigned fullest = 0;
+    deposit(s, grain.units, [&](Int3 step, float part) {
+        const int at = layer + d.padded.index(s.base + step + one);
+        fullest = most(fullest, atomicAdd(&d.sums[at], __float2uint_rn(part)));
+        if (step.x != 1 && step.y != 1 && step.z != 1) d.touched[at / block_nodes] = 1;
+    });
+    if (fullest >> 31) d.faults->crowded = 1;
 }
 
 __global__ void __launch_bounds__(splat_threads)
     splat_kernel(const __grid_constant__ SurfaceView d, const __grid_constant__ Clay clay)
 {
-    __shared__ unsigned sums[box_nodes];
-    __shared__ Box box;
-    const int t = int(threadIdx.x), i = int(blockIdx.x) * splat_threads + t;
+    __shared__ unsigned boxes[splat_threads / 32][box_nodes];
+    const int t = int(threadIdx.x), i = int(blockIdx.x) * splat_threads + t, lane = t % 32;
+    unsigned* const sums = boxes[t / 32];
     Vec3<float> x{};
     Grain grain{};
     const bool mine = taken(d, clay.particles[clay.side ? *clay.side : 0], i, x, grain);
     const Stencil<float> s = stencil(x, d.lattice.dx);
-    enclose(box, mine, grain.category, s.base);
-    if (box.category == INT_MAX) return;
-    const Int3 low{box.low[0], box.low[1], box.low[2]}, size = box.size();
-    const bool shared = float(size.x) * float(size.y) * float(size.z) <= float(box_nodes);
-    const int nodes = shared ? size.x * size.y * size.z : 0;
-    for (int k = t; k < nodes; k += splat_threads) sums[k] = 0;
-    __syncthreads();
-    if (mine && shared && grain.category == box.category) {
-        const Int3 from = s.base - low;
-        unsigned* const base = sums + (from.z * size.y + from.y) * size.x + from.x;
+    const Box box = enclosing(mine, grain.category, s.base);
+    for (int k = lane; k < box.nodes; k += 32) sums[k] = 0;
+    __syncwarp();
+    if (mine && box.nodes && grain.category == box.category) {
+        const Int3 from = s.base - box.low;
+        unsigned* const base = sums + (from.z * box.size.y + from.y) * box.size.x + from.x;
         deposit(s, grain.units, [&](Int3 step, float part) {
-            atomicAdd(base + (step.z * size.y + step.y) * size.x + step.x, __float2uint_rn(part));
+            atomicAdd(base + (step.z * box.size.y + step.y) * box.size.x + step.x,
+                      __float2uint_rn(part));
         });
     } else if (mine) {
-        deposit(s, grain.units, [&](Int3 step, float part) {
-            add_to_memory(d, grain.category, s.base + step, __float2uint_rn(part));
-        });
+        add_alone(d, s, grain);
     }
-    __syncthreads();
-    for (int k = t; k < nodes; k += splat_threads)
-        add_to_memory(d, box.category,
-                      low + Int3{k % size.x, k / size.x % size.y, k / (size.x * size.y)}, sums[k]);
+    __syncwarp();
+    hand_on(d, box, sums, lane);
 }
 
-// Whether a block holds density after all softening, or cells beside such: a pass moves density by
-// a node, and a cell belongs to its lowest.
-struct Reached {
-    SurfaceView d;
-    __device__ bool operator()(int b) const
-    {
+// Lists a thread's block if it holds density after all softening, or cells beside such: a pass
+// moves density by a node, and a cell belongs to its lowest.
+__global__ void __launch_bounds__(list_threads) list_kernel(const __grid_constant__ SurfaceView d)
+{
+    const int b = int(blockIdx.x) * list_threads + int(threadIdx.x);
+    unsigned reached = 0;
+    if (b < d.blocks) {
         const int category = b / d.layer_blocks(), first = category * d.layer_blocks();
         const Int3 at = d.padded.block_at(b - first), size = d.padded.blocks();
         const int reach = (d.layers[category].softenings + block_edge) / block_edge;
         for (int z = most(at.z - reach, 0); z <= least(at.z + reach, size.z - 1); ++z)
             for (int y = most(at.y - reach, 0); y <= least(at.y + reach, size.y - 1); ++y)
-                for (int x = most(at.x - reach, 0); x <= least(at.x + reach, size.x - 1); ++x)
-                    if (d.touched[first + (z * size.y + y) * size.x + x]) return true;
-        return false;
+                for (int x = -reach; x <= reach; ++x)
+                    reached |= d.touched[first + (z * size.y + y) * size.x +
+                                         clamped(at.x + x, 0, size.x - 1)];
     }
+    const unsigned all = __ballot_sync(~0u, reached != 0);
+    int first = 0;
+    if (threadIdx.x % 32 == 0) first = atomicAdd(d.active, __popc(all));
+    first = __shfl_sync(~0u, first, 0) + __popc(all & ((1u << threadIdx.x % 32) - 1));
+    if (reached && first < d.blocks) d.list[first] = b;
+}
+
+// The nodes around a block, in the registers of a warp: a lane has one x, two neighbours in y and
+// all of z, so that passes need no memory.
+constexpr int halo = passes_a_round, tile_edge = block_edge + 2 * halo;
+static_assert(tile_edge == 8);
+struct Tile {
+    float v[2][tile_edge];  // y, z
 };
 
-cudaError_t select(const SurfaceView& d, void* scratch, std::size_t& bytes, cudaStream_t stream)
-{
-    return cub::DeviceSelect::If(scratch, bytes, thrust::counting_iterator<int>(0), d.list,
-                                 d.active, d.blocks, Reached{d}, stream);
-}
-
-constexpr int halo = passes_a_round, tile_edge = block_edge + 2 * halo,
-              tile_nodes = tile_edge * tile_edge * tile_edge;
-
-// Node t of the tile around a block.
-__device__ Int3 tile_node(const SurfaceView& d, int block, int t)
-{
-    const Int3 local{t % tile_edge, t / tile_edge % tile_edge, t / (tile_edge * tile_edge)};
-    return block_edge * d.padded.block_at(block) + local - halo * one;
-}
 __device__ bool within(Int3 n, Int3 size)
 {
     return n.x >= 0 && n.y >= 0 && n.z >= 0 && n.x < size.x && n.y < size.y && n.z < size.z;
 }
-__device__ bool at_rim(int along) { return along == 0 || along == tile_edge - 1; }
 
-// Softens a tile in place of itself or `other`: what lies at its rim is lost, by a node a pass.
-// Nodes outside of the lattice stay empty, as if the density went on for ever.
-__device__ float* softened_tile(const SurfaceView& d, int block, int passes, float* tile,
-                                float* other)
+// Calls visit(j, z) for the lane's nodes but those less than `rim` from either end in z.
+template <int rim, class Visit>
+__device__ void for_each_of(Visit&& visit)
 {
-    for (int sweep = 0; sweep < 3 * passes; ++sweep) {
-        const int axis = sweep % 3;
-        const int stride = axis == 0 ? 1 : axis == 1 ? tile_edge : tile_edge * tile_edge;
-        for (int t = int(threadIdx.x); t < tile_nodes; t += soften_threads) {
-            const bool open = !at_rim(t / stride % tile_edge) &&
-                              within(tile_node(d, block, t) - one, d.lattice.size);
-            other[t] =
-                open ? softened<float>([&](int step) { return tile[t + step * stride]; }) : 0;
-        }
-        __syncthreads();
-        float* const now = other;
-        other = tile, tile = now;
-    }
-    return tile;
+    UNROLL
+    for (int n = 2 * rim; n < 2 * (tile_edge - rim); ++n) visit(n % 2, n / 2);
+}
+
+// One pass along every axis of what lies `rim` or more from the tile's ends; a pass loses one node
+// at every end. Bit 2 * z + j of `open` says whether the lane's node is on the lattice: others stay
+// empty, as if the density went on for ever.
+template <int rim>
+__device__ void soften_tile(Tile& t, int lane, unsigned open)
+{
+    const auto from_lane = [&](float v, int step) { return __shfl_sync(~0u, v, lane + step); };
+    const auto along = [&](auto value, auto each) {
+        Tile to = t;
+        each([&](int j, int z) {
+            to.v[j][z] = softened<float>([&](int step) { return value(j, z, step); });
+        });
+        t = to;
+    };
+    const auto all = [](auto visit) { for_each_of<rim>(visit); };
+    const auto inner = [](auto visit) { for_each_of<rim + 1>(visit); };
+    const auto close = [&] {
+        if (__all_sync(~0u, open == ~0u >> (32 - 2 * tile_edge))) return;
+        all([&](int j, int z) {
+            if (!(open >> (2 * z + j) & 1)) t.v[j][z] = 0;
+        });
+    };
+    along([&](int j, int z, int step) { return step ? from_lane(t.v[j][z], step) : t.v[j][z]; },
+          all);
+    close();
+    along(
+        [&](int j, int z, int step) {
+            if (step == 0) return t.v[j][z];
+            return (step > 0) == (j == 0) ? t.v[j ^ 1][z]
+                                          : from_lane(t.v[j ^ 1][z], step * tile_edge);
+        },
+        all);
+    close();
+    along([&](int j, int z, int step) { return t.v[j][z + step]; }, inner);
+    close();
 }
 
 __global__ void __launch_bounds__(soften_threads)
     soften_kernel(const __grid_constant__ SurfaceView d, int round)
 {
-    __shared__ float tiles[2][tile_nodes];
-    for (int k = int(blockIdx.x); k < *d.active; k += int(gridDim.x)) {
-        const int category = d.list[k] / d.layer_blocks();
+    constexpr int warps = soften_threads / 32;
+    static_assert(passes_a_round == 2);
+    const int lane = int(threadIdx.x) % 32, warp = int(threadIdx.x) / 32;
+    const Int3 corner{lane % tile_edge, 2 * (lane / tile_edge), 0};  // the lane's first node
+    for (int k = int(blockIdx.x) * warps + warp; k < d.active[0]; k += int(gridDim.x) * warps) {
+        const int block = d.list[k], category = block / d.layer_blocks();
         const int first = category * d.layer_nodes();
-        const int block = d.list[k] - category * d.layer_blocks();
         const Layer layer = d.layers[category];
+        const Int3 low = block_edge * d.padded.block_at(block - category * d.layer_blocks()) -
+                         halo * one + corner;
         const unsigned* const sums = d.sums + first;
         const float* const from = d.density[(round & 1) ^ 1] + first;
-        for (int t = int(threadIdx.x); t < tile_nodes; t += soften_threads) {
-            const Int3 n = tile_node(d, block, t);
-            float value = 0;
-            if (within(n, d.padded.size)) {
+        Tile tile;
+        unsigned open = 0;
+        for_each_of<0>([&](int j, int z) {
+            const Int3 n = low + Int3{0, j, z};
+            tile.v[j][z] = 0;
+            if (within(n - one, d.lattice.size)) {
                 const int i = d.padded.index(n);
-                value = round == 0 ? layer.quantum * float(sums[i]) : from[i];
+                tile.v[j][z] = round == 0 ? layer.quantum * float(sums[i]) : from[i];
+                open |= 1u << (2 * z + j);
             }
-            tiles[0][t] = value;
-        }
-        __syncthreads();
-        const int passes = clamped(layer.softenings - round * halo, 0, halo);
-        const float* const tile = softened_tile(d, block, passes, tiles[0], tiles[1]);
-        for (int t = int(threadIdx.x); t < block_nodes; t += soften_threads)
-            d.density[round & 1][first + block * block_nodes + t] =
-                tile[((t / 16 + halo) * tile_edge + t / 4 % 4 + halo) * tile_edge + t % 4 + halo];
-        __syncthreads();
+        });
+        const int passes = layer.softenings - round * halo;
+        if (passes > 0) soften_tile<0>(tile, lane, open);
+        if (passes > 1) soften_tile<1>(tile, lane, open);
+        float* const to = d.density[round & 1] + std::size_t(block) * block_nodes;
+        const Int3 at = corner - halo * one;
+        for_each_of<halo>([&](int j, int z) {
+            const Int3 n = at + Int3{0, j, z};
+            if (within(n, block_edge * one)) to[(n.z * 4 + n.y) * 4 + n.x] = tile.v[j][z];
+        });
     }
 }
 
 }  // namespace
-
-std::size_t list_scratch_bytes(int blocks)
-{
-    std::size_t bytes = 0;
-    SurfaceView d{};
-    d.blocks = blocks;
-    check(select(d, nullptr, bytes, nullptr), "list");
-    return bytes;
-}
 
 void clear(const SurfaceView& view, int processors, cudaStream_t stream)
 {
@@ -234,16 +274,16 @@ void splat(const SurfaceView& view, const Clay& clay, cudaStream_t stream)
            splat_threads, stream, view, clay);
 }
 
-void list(const SurfaceView& view, const ScanSpace& space, cudaStream_t stream)
+void list(const SurfaceView& view, cudaStream_t stream)
 {
-    const ProfilerRange range{"surface list"};
-    std::size_t bytes = space.bytes;
-    check(select(view, space.scratch, bytes, stream), "surface list");
+    launch("surface list", list_kernel, blocks_for(view.blocks, list_threads), list_threads, stream,
+           view);
 }
 
 void soften(const SurfaceView& view, int round, int processors, cudaStream_t stream)
 {
-    launch("surface soften", soften_kernel, least(view.blocks, 16 * processors), soften_threads,
+    launch("surface soften", soften_kernel,
+           least(blocks_for(view.blocks, soften_threads / 32), 16 * processors), soften_threads,
            stream, view, round);
 }
 

@@ -1,5 +1,6 @@
 // Density to triangles with shared vertices: count per block, sum over blocks, write. What a vertex
 // or a triangle is called depends on its place alone, so every run names them alike.
+#include <cstddef>
 #include <cub/device/device_scan.cuh>
 
 #include "launch.cuh"
@@ -14,7 +15,8 @@ constexpr int cell_edge = block_edge + 1, cell_nodes = cell_edge * cell_edge * c
 constexpr int tile_edge = block_edge + 2, tile_nodes = tile_edge * tile_edge * tile_edge;
 constexpr Int3 one{1, 1, 1};
 
-__device__ const MarchTable table = march_table;
+alignas(unsigned)
+    __device__ const MarchTable table = march_table;  // copied to where it is read often
 
 // What a node says of itself: the edges crossed, its first vertex and its cell's first triangle
 // within the block, its cell's case.
@@ -72,6 +74,33 @@ __device__ int sum_up_to(int value, int lane)
     return value;
 }
 
+// Where a block is: its category's first node, and its own lowest.
+struct Place {
+    int first;
+    Int3 low;
+    __device__ Place(const SurfaceView& d, int block)
+    {
+        const int category = block / d.layer_blocks();
+        first = category * d.layer_nodes();
+        low = block_edge * d.padded.block_at(block - category * d.layer_blocks());
+    }
+};
+
+// Fetches the nodes of a block's cells, by a warp; whether the surface passes between any two.
+__device__ bool passed(const SurfaceView& d, int block, int from, float* tile, int lane)
+{
+    const Place p(d, block);
+    bool some_in = false, some_out = false;
+    UNROLL
+    for (int t = lane; t < cell_nodes; t += 32) {
+        const Int3 n = p.low + Int3{t % cell_edge, t / cell_edge % cell_edge, t / 25};
+        const float v = within(n, d.padded.size) ? d.density[from][p.first + d.padded.index(n)] : 0;
+        (is_inside(v, d.iso) ? some_in : some_out) = true;
+        tile[t] = v;
+    }
+    return __any_sync(~0u, some_in) && __any_sync(~0u, some_out);
+}
+
 // One warp per block of the lattice: a lane has node `lane` and node `lane` + 32.
 __global__ void __launch_bounds__(count_threads)
     count_kernel(const __grid_constant__ SurfaceView d, int from)
@@ -79,12 +108,13 @@ __global__ void __launch_bounds__(count_threads)
     __shared__ float tiles[warps][cell_nodes];
     const int lane = int(threadIdx.x) % 32, warp = int(threadIdx.x) / 32;
     float* const tile = tiles[warp];
-    for (int k = int(blockIdx.x) * warps + warp; k < *d.active; k += int(gridDim.x) * warps) {
-        const int block = d.list[k], first = block / d.layer_blocks() * d.layer_nodes();
-        const Int3 low = block_edge * d.padded.block_at(block % d.layer_blocks());
-        for (int t = lane; t < cell_nodes; t += 32) {
-            const Int3 n = low + Int3{t % cell_edge, t / cell_edge % cell_edge, t / 25};
-            tile[t] = within(n, d.padded.size) ? d.density[from][first + d.padded.index(n)] : 0;
+    for (int k = int(blockIdx.x) * warps + warp; k < d.active[0]; k += int(gridDim.x) * warps) {
+        const int block = d.list[k];
+        unsigned* const marks = d.marks + std::size_t(block) * block_nodes;
+        if (!passed(d, block, from, tile, lane)) {
+            marks[lane] = marks[lane + 32] = 0;
+            if (lane == 0) d.counts[block] = 0;
+            continue;
         }
         __syncwarp();
         const Cell a = cell_of(tile, lane, d.iso), b = cell_of(tile, lane + 32, d.iso);
@@ -93,15 +123,18 @@ __global__ void __launch_bounds__(count_threads)
                   vertices = vertices_before(a.crossed, ~0u);
         const int triangle = sum_up_to(a.triangles | b.triangles << 16, lane);
         const int sums = __shfl_sync(~0u, triangle, 31), triangles = sums & 0xffff;
-        unsigned* const marks = d.marks + std::size_t(block) * block_nodes;
         marks[lane] = Mark::of(a.crossed, vertex, a.inside, (triangle & 0xffff) - a.triangles).bits;
         marks[lane + 32] = Mark::of(b.crossed, vertices + vertices_before(b.crossed, lanes),
                                     b.inside, triangles + (triangle >> 16) - b.triangles)
                                .bits;
         const int all = vertices + vertices_before(b.crossed, ~0u);
-        if (lane == 0)
-            d.counts[block] =
-                unsigned(all) | static_cast<unsigned long long>(triangles + (sums >> 16)) << 32;
+        const auto both = unsigned(all) | static_cast<unsigned long long>(triangles + (sums >> 16))
+                                              << 32;
+        if (lane == 0) {
+            d.counts[block] = both;
+            const int place = both ? atomicAdd(&d.active[1], 1) : d.blocks;
+            if (place < d.blocks) d.skin[place] = block;
+        }
         __syncwarp();
     }
 }
@@ -116,26 +149,35 @@ __device__ int tile_at(int l)
     return tile_step(7) + l % 4 + (l / 4 % 4 + l / 16 * tile_edge) * tile_edge;
 }
 
+__device__ void copy(const MarchTable& from, MarchTable& to)
+{
+    static_assert(offsetof(MarchTable, sound) % sizeof(unsigned) == 0);
+    constexpr int words = int(offsetof(MarchTable, sound) / sizeof(unsigned));
+    for (int t = int(threadIdx.x); t < words; t += march_threads)
+        reinterpret_cast<unsigned*>(&to)[t] = reinterpret_cast<const unsigned*>(&from)[t];
+}
+
 // Names of the vertices in and around a block, by node.
 struct Names {
     unsigned marks[tile_nodes];
     int first[tile_nodes];
-    __device__ int vertex(int node, int e) const
+    __device__ int first_of(int node, int axis) const
     {
-        const int owner = node + tile_step(low_corner(e));
-        return first[owner] + rank_of(Mark{marks[owner]}.crossed(), e / 4);
+        return first[node] + rank_of(Mark{marks[node]}.crossed(), axis);
+    }
+    __device__ int vertex(int cell, int e) const
+    {
+        return first_of(cell + tile_step(low_corner(e)), e / 4);
     }
 };
 
-__device__ void name(const SurfaceView& d, int block, Names& names)
+__device__ void name(const SurfaceView& d, const Place& p, Names& names)
 {
-    const int category = block / d.layer_blocks(), first = category * d.layer_nodes();
-    const Int3 low = block_edge * d.padded.block_at(block - category * d.layer_blocks()) - one;
     for (int t = int(threadIdx.x); t < tile_nodes; t += march_threads) {
-        const Int3 n = low + Int3{t % tile_edge, t / tile_edge % tile_edge, t / 36};
+        const Int3 n = p.low + Int3{t % tile_edge, t / tile_edge % tile_edge, t / 36} - one;
         unsigned mark = 0, before = 0;
         if (within(n, d.padded.size)) {
-            const int i = first + d.padded.index(n);
+            const int i = p.first + d.padded.index(n);
             mark = d.marks[i], before = unpacked(d.before[i / block_nodes]).vertices;
         }
         names.marks[t] = mark;
@@ -143,28 +185,43 @@ __device__ void name(const SurfaceView& d, int block, Names& names)
     }
 }
 
-// The vertex on the edge of node l along an axis: its place and its ring.
-__device__ void place(const SurfaceView& d, const Names& names, int block, int l, int axis,
-                      const float* density, float4* vertices)
+// The vertex on the edge of node l along an axis.
+__device__ void place(const SurfaceView& d, const Place& p, int v, int l, int axis, int from,
+                      int to)
 {
-    const int node = tile_at(l), v = names.vertex(node, 4 * axis);
-    const int category = block / d.layer_blocks(), first = category * d.layer_nodes();
-    const Int3 n = d.padded.node_at(block * block_nodes + l - first);
+    const Int3 n = p.low + Int3{l % 4, l / 4 % 4, l / 16};
     const Int3 end = n + Int3{axis == 0, axis == 1, axis == 2};
-    const float low = density[first + d.padded.index(n)],
-                high = within(end, d.padded.size) ? density[first + d.padded.index(end)] : 0;
+    const float* const density = d.density[from] + p.first;
+    const float low = density[d.padded.index(n)],
+                high = within(end, d.padded.size) ? density[d.padded.index(end)] : 0;
     const Vec3<float> x = crossing_point(n - one, axis, crossing(low, high, d.iso), d.lattice.dx);
-    vertices[v] = {x.x, x.y, x.z, 1};
-    int count = 0;
-    for_each_around(
-        axis, table,
-        [&](int corner) { return Mark{names.marks[node - tile_step(corner)]}.inside(); },
-        [&](int corner, int e) { return names.vertex(node - tile_step(corner), e); },
+    d.vertices[to][v] = {x.x, x.y, x.z, 1};
+}
+
+// The ring of a vertex of the block, by four lanes, each with the triangles of one cell; `lanes`
+// are the four.
+__device__ void find_ring(const SurfaceView& d, const Names& names, const MarchTable& cases, int v,
+                          int l, int axis, int k, unsigned lanes)
+{
+    const int cell = tile_at(l) - tile_step(corner_of_cell(axis, k)), e = edge_of_cell(axis, k);
+    const int inside = Mark{names.marks[cell]}.inside();
+    int mine = 0;
+    for_each_at(
+        e, inside, cases, [](int edge) { return edge; }, [&](int, int) { ++mine; });
+    int end = mine;
+    UNROLL
+    for (int step = 1; step < 4; step *= 2) {
+        const int other = __shfl_up_sync(lanes, end, unsigned(step), 4);
+        end += k >= step ? other : 0;
+    }
+    int at = end - mine;
+    for_each_at(
+        e, inside, cases, [&](int edge) { return names.vertex(cell, edge); },
         [&](int next, int last) {
-            const std::size_t at = std::size_t(count++) * std::size_t(d.vertex_room) + v;
-            d.next[at] = next, d.last[at] = last;
+            const std::size_t here = d.at_ring(v, at++);
+            d.next[here] = next, d.last[here] = last;
         });
-    d.ring[v] = count;
+    if (k == 3) d.ring[v] = end;
 }
 
 __device__ void draw(const SurfaceView& d, bool some)
@@ -176,19 +233,48 @@ __device__ void draw(const SurfaceView& d, bool some)
     }
 }
 
+// The block's vertices, four threads each.
+__device__ void place_all(const SurfaceView& d, const Place& p, const Names& names,
+                          const MarchTable& cases, const unsigned char* owners, int count, int from,
+                          int to)
+{
+    const int lane = int(threadIdx.x) % 32;
+    for (int t = int(threadIdx.x); t < 4 * count; t += march_threads) {
+        const int l = owners[t / 4] / 4, axis = owners[t / 4] % 4;
+        const int v = names.first_of(tile_at(l), axis);
+        if (t % 4 == 0) place(d, p, v, l, axis, from, to);
+        find_ring(d, names, cases, v, l, axis, t % 4, 15u << lane / 4 * 4);
+    }
+}
+
+// A cell's triangles, from the first of the block's.
+__device__ void connect(const Names& names, const MarchTable& cases, int cell, Int3* triangles)
+{
+    const Mark mark{names.marks[cell]};
+    march(
+        mark.inside(), cases,
+        [&](int low, int axis) { return names.first_of(cell + tile_step(low), axis); },
+        [&](int t, Int3 triangle) { triangles[mark.triangle() + t] = triangle; });
+}
+
 __global__ void __launch_bounds__(march_threads)
     march_kernel(const __grid_constant__ SurfaceView d, int from, int to)
 {
     __shared__ Names names;
+    __shared__ alignas(unsigned) MarchTable cases;
     __shared__ unsigned char owners[3 * block_nodes];  // of the block's vertices: 4 * node + axis
+    const int l = int(threadIdx.x), blocks = d.active[1];
+    int block = d.skin[blockIdx.x];  // before it is known to be one: loads side by side
     const bool some = vertex_count(d) > 0;
     if (blockIdx.x == 0) draw(d, some);
-    const int l = int(threadIdx.x);
-    for (int k = int(blockIdx.x); some && k < *d.active; k += int(gridDim.x)) {
-        const int block = d.list[k];
-        const Amounts here = unpacked(d.counts[block]);
-        if (here.vertices + here.triangles == 0) continue;
-        name(d, block, names);
+    if (blockIdx.x == 0 && l == 0) d.active[2] = d.active[0];
+    if (!some || int(blockIdx.x) >= blocks) return;
+    copy(table, cases);
+    for (int k = int(blockIdx.x); k < blocks; k += int(gridDim.x)) {
+        if (k != int(blockIdx.x)) block = d.skin[k];
+        const Amounts here = unpacked(d.counts[block]), before = unpacked(d.before[block]);
+        const Place p(d, block);
+        name(d, p, names);
         __syncthreads();
         const Mark mark{l < block_nodes ? names.marks[tile_at(l)] : 0};
         UNROLL
@@ -197,19 +283,8 @@ __global__ void __launch_bounds__(march_threads)
                 owners[mark.vertex() + rank_of(mark.crossed(), axis)] =
                     static_cast<unsigned char>(4 * l + axis);
         __syncthreads();
-        for (int v = l; v < int(here.vertices); v += march_threads)
-            place(d, names, block, owners[v] / 4, owners[v] % 4, d.density[from], d.vertices[to]);
-        if (l < block_nodes) {
-            Int3* const triangles =
-                d.triangles + unpacked(d.before[block]).triangles + mark.triangle();
-            march(
-                mark.inside(), table,
-                [&](int low, int axis) {
-                    const int owner = tile_at(l) + tile_step(low);
-                    return names.first[owner] + rank_of(Mark{names.marks[owner]}.crossed(), axis);
-                },
-                [&](int t, Int3 triangle) { triangles[t] = triangle; });
-        }
+        if (l < block_nodes) connect(names, cases, tile_at(l), d.triangles + before.triangles);
+        place_all(d, p, names, cases, owners, int(here.vertices), from, to);
         __syncthreads();
     }
 }

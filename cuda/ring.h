@@ -32,22 +32,23 @@ constexpr int derive_most_ring()
 }
 constexpr int most_ring = derive_most_ring();
 
-// Calls take(next, last) for every triangle around the vertex on a node's edge along `axis`: its
-// other two vertices, counter-clockwise. Cells are named by the corner of theirs that the node is:
-// case_of(corner) is such a cell's case, vertex(corner, e) the vertex on its edge e.
-template <class Case, class Vertex, class Take>
-HD void for_each_around(int axis, const MarchTable& table, Case&& case_of, Vertex&& vertex,
-                        Take&& take)
+// Calls take(next, last) for every triangle of a cell of case `inside` that has a vertex on its
+// edge e: its other two, counter-clockwise; vertex(e) is the vertex on an edge of the cell.
+template <class Vertex, class Take>
+HD void for_each_at(int e, int inside, const MarchTable& table, Vertex&& vertex, Take&& take)
 {
-    for (int k = 0; k < 4; ++k) {
-        const int e = 4 * axis + k, corner = low_corner(e), inside = case_of(corner);
-        for (int t = 0; t < table.count[inside]; ++t) {
-            const std::uint8_t* const edge = table.edge[inside] + 3 * t;
-            if (edge[0] == e) take(vertex(corner, edge[1]), vertex(corner, edge[2]));
-            if (edge[1] == e) take(vertex(corner, edge[2]), vertex(corner, edge[0]));
-            if (edge[2] == e) take(vertex(corner, edge[0]), vertex(corner, edge[1]));
-        }
+    for (int t = 0; t < table.count[inside]; ++t) {
+        const std::uint8_t* const edge = table.edge[inside] + 3 * t;
+        const int a = edge[0], b = edge[1], c = edge[2];
+        if (a == e) take(vertex(b), vertex(c));
+        if (b == e) take(vertex(c), vertex(a));
+        if (c == e) take(vertex(a), vertex(b));
     }
 }
+
+// The four cells around a node's edge along `axis`: which corner of theirs the node is, and which
+// of their edges that is.
+HD int edge_of_cell(int axis, int k) { return 4 * axis + k; }
+HD int corner_of_cell(int axis, int k) { return low_corner(edge_of_cell(axis, k)); }
 
 }  // namespace knead

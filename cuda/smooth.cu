@@ -1,4 +1,5 @@
-// Smoothing and shading: a vertex looks at its ring and moves alone.
+// Smoothing and shading: a vertex looks at its ring and moves alone. Ready for the next move is
+// every vertex when the kernel has ended: a barrier of all blocks within one kernel takes longer.
 #include "launch.cuh"
 #include "smooth.h"
 #include "surface.cuh"
@@ -17,10 +18,8 @@ __global__ void __launch_bounds__(threads, 4)
     const float4* const x = d.vertices[from];
     for (int v = int(blockIdx.x) * threads + int(threadIdx.x); v < count;
          v += int(gridDim.x) * threads) {
-        const int* const next = d.next + v;
-        const Vec3<float> moved = relax(point(x[v]), d.ring[v], factor, [&](int k) {
-            return point(x[next[std::size_t(k) * std::size_t(d.vertex_room)]]);
-        });
+        const Vec3<float> moved = relax(point(x[v]), d.ring[v], factor,
+                                        [&](int k) { return point(x[d.next[d.at_ring(v, k)]]); });
         d.vertices[from ^ 1][v] = {moved.x, moved.y, moved.z, 1};
     }
 }
@@ -33,7 +32,7 @@ __global__ void __launch_bounds__(threads, 4) shade_kernel(const __grid_constant
          v += int(gridDim.x) * threads) {
         const Vec3<float> here = point(x[v]);
         const Vec3<float> normal = vertex_normal<float>(d.ring[v], [&](int k) {
-            const std::size_t at = std::size_t(k) * std::size_t(d.vertex_room) + std::size_t(v);
+            const std::size_t at = d.at_ring(v, k);
             return area_normal(here, point(x[d.next[at]]), point(x[d.last[at]]));
         });
         d.normals[v] = {normal.x, normal.y, normal.z, 0};
@@ -42,7 +41,7 @@ __global__ void __launch_bounds__(threads, 4) shade_kernel(const __grid_constant
 
 int blocks_of(const SurfaceView& view, int processors)
 {
-    return least(blocks_for(view.vertex_room, threads), 16 * processors);
+    return least(blocks_for(view.vertex_room, threads), 8 * processors);
 }
 
 }  // namespace

@@ -46,6 +46,7 @@ struct SurfaceView {
     Lattice<float> padded;   // the same in an empty layer: node n of `lattice` is n + 1 here
     int categories, blocks;  // blocks of all categories
     float iso;
+    Grain first;               // of the first object: the only one, mostly
     Span<const Grain> grains;  // per object
     const Layer* layers;       // per category
 
@@ -54,8 +55,9 @@ struct SurfaceView {
     float* density[2];
     unsigned* marks;
 
-    unsigned* touched;                    // blocks: holds mass
-    int *list, *active;                   // blocks: those that are not empty; 1: how many
+    unsigned* touched;  // blocks: holds mass
+    int *list, *skin;   // blocks each: not empty; with vertices or triangles
+    int* active;        // 3: how many there are of either, in any order; `list` of the last surface
     unsigned long long *counts, *before;  // blocks + 1 each: vertices + (triangles << 32)
 
     int vertex_room, triangle_room;
@@ -66,6 +68,10 @@ struct SurfaceView {
     DrawCommand* draws;             // per category
     Faults* faults;
 
+    HD std::size_t at_ring(int v, int k) const  // the k-th triangle around vertex v
+    {
+        return std::size_t(k) * std::size_t(vertex_room) + std::size_t(v);
+    }
     HD int layer_nodes() const { return padded.node_count(); }
     HD int layer_blocks() const { return padded.block_count(); }
 };
@@ -88,19 +94,18 @@ struct ScanSpace {
     void* scratch;
     std::size_t bytes;
 };
-std::size_t list_scratch_bytes(int blocks);
 std::size_t scan_scratch_bytes(int blocks);
 
 // Empties the blocks of the last surface.
 void clear(const SurfaceView& view, int processors, cudaStream_t stream);
 // Particles to sums.
 void splat(const SurfaceView& view, const Clay& clay, cudaStream_t stream);
-// Blocks that the density will reach, with the cells around it, in rising order.
-void list(const SurfaceView& view, const ScanSpace& space, cudaStream_t stream);
+// Blocks that the density will reach, with the cells around it.
+void list(const SurfaceView& view, cudaStream_t stream);
 // The round-th couple of binomial passes: sums or density[from] to the other density.
 constexpr int passes_a_round = 2;
 void soften(const SurfaceView& view, int round, int processors, cudaStream_t stream);
-// Marks every node with its crossed edges and its cell's case, and counts a block's.
+// Marks every node with its crossed edges and its cell's case; counts them by block.
 void count(const SurfaceView& view, int from, int processors, cudaStream_t stream);
 // Where every block's vertices and triangles begin.
 void scan(const SurfaceView& view, const ScanSpace& space, cudaStream_t stream);

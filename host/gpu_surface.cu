@@ -120,7 +120,7 @@ std::vector<Stage> GpuSurface::Held::stages(const Clay& now) const
     std::vector<Stage> stages{
         {"clear", [d, n](cudaStream_t on) { clear(d, n, on); }},
         {"splat", [d, now](cudaStream_t on) { splat(d, now, on); }},
-        {"list", [d, s](cudaStream_t on) { list(d, s, on); }},
+        {"list", [d](cudaStream_t on) { list(d, on); }},
         {"soften",
          [d, n, rounds](cudaStream_t on) {
              for (int round = 0; round < rounds; ++round) soften(d, round, n, on);
@@ -239,7 +239,7 @@ SurfaceTally GpuSurface::settled() const
     if (faults.crowded)
         throw std::runtime_error(
             "the density has overflowed: a node of the surface's lattice holds the volume of more "
-            "than 128 particles, and 32 times the rest density");
+            "than 64 particles and 16 times the rest density");
     return {long(faults.unusable), long(faults.outside)};
 }
 

@@ -74,6 +74,7 @@ void SurfaceStore::sort_out(const std::vector<Particle<double>>& particles,
     if (kinds.empty()) rows_of_layers.push_back({1, 0});  // so that there is something to launch
     for (const Layer& layer : rows_of_layers)
         rounds = std::max(rounds, (layer.softenings + passes_a_round - 1) / passes_a_round);
+    if (!rows_of_grains.empty()) first = rows_of_grains[0];
     grains = DeviceArray<Grain>(rows_of_grains);
     layers = DeviceArray<Layer>(rows_of_layers);
 }
@@ -101,18 +102,19 @@ void SurfaceStore::allocate()
     for (auto& density : densities) density = DeviceArray<float>(nodes);
     touched = DeviceArray<unsigned>(places);
     blocks = DeviceArray<int>(places);
-    active = DeviceArray<int>(1);
+    skin = DeviceArray<int>(places);
+    active = DeviceArray<int>(3);
     counts = DeviceArray<unsigned long long>(places + 1);
     before = DeviceArray<unsigned long long>(places + 1);
     draws = DeviceArray<DrawCommand>(layers.size());
     faults = DeviceArray<Faults>(1);
-    scratch = DeviceArray<unsigned char>(
-        std::max(list_scratch_bytes(view.blocks), scan_scratch_bytes(view.blocks)));
+    scratch = DeviceArray<unsigned char>(scan_scratch_bytes(view.blocks));
     space = {scratch.data(), scratch.size()};
+    view.first = first;
     view.grains = {grains.data(), int(grains.size())};
     view.layers = layers.data();
     view.sums = sums.data(), view.marks = marks.data(), view.touched = touched.data();
-    view.list = blocks.data(), view.active = active.data();
+    view.list = blocks.data(), view.skin = skin.data(), view.active = active.data();
     view.counts = counts.data(), view.before = before.data();
     view.draws = draws.data(), view.faults = faults.data();
     for (int k = 0; k < 2; ++k) view.density[k] = densities[k].data();
@@ -149,9 +151,9 @@ void SurfaceStore::reserve(SurfaceRoom room)
 std::size_t SurfaceStore::bytes() const
 {
     const auto sum = [](const auto&... arrays) { return (std::size_t(0) + ... + arrays.bytes()); };
-    return sum(grains, layers, sums, marks, touched, densities[0], densities[1], blocks, active,
-               ring, next, last, counts, before, vertices[0], vertices[1], normals, triangles,
-               draws, faults, scratch);
+    return sum(grains, layers, sums, marks, touched, densities[0], densities[1], blocks, skin,
+               active, ring, next, last, counts, before, vertices[0], vertices[1], normals,
+               triangles, draws, faults, scratch);
 }
 
 }  // namespace knead::gpu

@@ -41,10 +41,11 @@ class SurfaceStore {
     void allocate();
 
     double amount = 0;  // of all clay [nodes full]
+    Grain first{};
     DeviceArray<Grain> grains;
     DeviceArray<Layer> layers;
     DeviceArray<unsigned> sums, marks, touched;
-    DeviceArray<int> blocks, active, ring, next, last;
+    DeviceArray<int> blocks, skin, active, ring, next, last;
     DeviceArray<unsigned long long> counts;
     DeviceArray<float4> vertices[2], normals;
     DeviceArray<Int3> triangles;

@@ -261,6 +261,18 @@ TEST_F(GpuSurfaces, NothingOfTheLastSurfaceIsLeftInTheNext)
         same_bits(GpuSurface(left, {clay(h)}, rule_of(64)).surface(left), used.surface(left)));
 }
 
+TEST_F(GpuSurfaces, MeasuringLeavesTheSurfaceAsItWas)
+{
+    const double h = 1.0 / 48;
+    const Particles particles = filled(h, 3, 0, ball({0.5, 0.5, 0.5}, 0.3));
+    GpuSurface device(particles, {clay(h)}, rule_of(48));
+    EXPECT_TRUE(device.stage_times().empty());  // there is none yet
+    const auto before = device.surface(particles);
+    EXPECT_EQ(device.replays(3).size(), 3u);
+    EXPECT_EQ(device.stage_times().size(), 9u);
+    EXPECT_TRUE(same_bits(device.meshes(), before));
+}
+
 TEST_F(GpuSurfaces, ParticlesOfNoUseAreLeftOutAndCounted)
 {
     const double h = 1.0 / 32, nan = std::numeric_limits<double>::quiet_NaN();
