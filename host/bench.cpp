@@ -14,6 +14,7 @@
 #include "machine.h"
 #include "outputs.h"
 #include "seed.h"
+#include "verbs.h"
 
 namespace knead {
 namespace {
@@ -91,15 +92,16 @@ double issue_rate(const DeviceFacts& facts)
     return state ? 4.0 * facts.multiprocessors * 1e6 * std::max(state->clock, 1u) : 0;
 }
 
-void add_issue(Bench& bench)
+// `each`: instructions per particle and substep of the squeeze; 0: not known.
+void add_issue(Bench& bench, double each)
 {
-    if (bench.options.instructions.empty()) {
+    if (each <= 0) {
         bench.result.left_out.push_back(
             "instructions per particle, share of the issue limit: no table was given "
             "(--instructions)");
         return;
     }
-    const double each = instructions_in(bench.options.instructions), rate = issue_rate(bench.facts);
+    const double rate = issue_rate(bench.facts);
     for (BenchRow& row : bench.result.rows) {
         if (!row.name.starts_with("squeeze")) continue;  // what was counted
         row.instructions = each;
@@ -111,6 +113,23 @@ std::string folder_of(const Bench& bench)
 {
     if (!bench.options.out.empty()) return bench.options.out;
     return (fs::path("profiling/results") / folder_name(bench.facts.name)).string();
+}
+
+// A suite that fails is said and does not take the others' results with it; its exit code.
+int attempted(Bench& bench, const std::string& name, Suite suite)
+{
+    std::string why;
+    const int code = ended([&] {
+        try {
+            suite(bench);
+        } catch (const std::exception& e) {
+            why = e.what();
+            throw;
+        }
+        return int(exit_ok);
+    });
+    if (code) bench.result.left_out.push_back(name + ": " + why);
+    return code;
 }
 
 const std::vector<std::string> results{"bench.json", "bench.csv"};
@@ -150,7 +169,10 @@ bool Bench::fits(const std::string& what, double particles, double host_bytes, d
            refuse("of the device", particles * device_bytes, there);
 }
 
-BenchRow& Bench::add(BenchRow row) { return result.rows.emplace_back(std::move(row)); }
+void Bench::add(BenchRow row)
+{
+    if (row.frames > 0 || row.repeats > 0) result.rows.push_back(std::move(row));
+}
 
 void Bench::say(const std::string& text) const
 {
@@ -161,19 +183,22 @@ bool Bench::stopped() const { return interrupted() != 0; }
 
 int bench_verb(const BenchOptions& options)
 {
+    const double instructions =
+        options.instructions.empty() ? 0 : instructions_in(options.instructions);
     Bench bench(options);
     const std::string folder = folder_of(bench);
     prepare_folder(folder, results, options.overwrite);
     watch_interrupts();
     bench.say(fmt::format("{}, copies {:.1f} GB/s", bench.facts.name, 1e-9 * bench.facts.copy));
-    if (options.peers) run_peers(bench);
+    int failed = exit_ok;
+    if (options.peers) failed = attempted(bench, "peers", run_peers);
     for (const auto& [name, suite] : suites()) {
         const auto& asked = bench.options.suites;
         if (bench.stopped() || std::find(asked.begin(), asked.end(), name) == asked.end()) continue;
-        suite(bench);
+        if (const int code = attempted(bench, name, suite)) failed = code;
     }
     if (bench.stopped()) bench.result.left_out.push_back("the rest: interrupted");
-    add_issue(bench);
+    add_issue(bench, instructions);
     const std::string json =
         bench_json(bench).dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
     const auto in_folder = [&](const std::string& name) {
@@ -184,7 +209,7 @@ int bench_verb(const BenchOptions& options)
     for (const auto& [name, text] : bench_plots(bench)) write_whole(in_folder(name), text);
     std::fputs(options.json ? json.c_str() : bench_text(bench).c_str(), stdout);
     bench.say("wrote " + folder);
-    return interrupted() == 15 ? exit_terminate : interrupted() ? exit_interrupt : exit_ok;
+    return interrupted() == 15 ? exit_terminate : interrupted() ? exit_interrupt : failed;
 }
 
 }  // namespace knead

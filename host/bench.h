@@ -114,7 +114,7 @@ class Bench {
     // Whether a case of so many bytes per particle can be had, on both sides; says if not.
     bool fits(const std::string& what, double particles, double host_bytes, double device_bytes);
 
-    BenchRow& add(BenchRow row);
+    void add(BenchRow row);                   // unless it was interrupted before anything was timed
     void say(const std::string& text) const;  // on stderr
     bool stopped() const;                     // by Ctrl-C
 
@@ -141,6 +141,16 @@ int first_touch(const Scene& scene, const HandSource& hands);
 // Bytes that every substep must move per particle: its state in and out, and the nodes of the
 // blocks with clay, written once and read once.
 double least_bytes(std::size_t particles, long active_blocks);
+
+// Seconds of surfaces of one state by the scene's rule, and of their stages.
+struct SurfaceTimes {
+    std::vector<double> whole;
+    std::vector<StageTime> stages;
+    std::size_t bytes = 0;  // held on the device; 0: not counted
+    std::string note;
+};
+SurfaceTimes surface_times(const std::vector<Particle<double>>& state, const Scene& scene,
+                           Device device, int count);
 
 using Suite = void (*)(Bench&);
 const std::vector<std::pair<std::string, Suite>>& suites();

@@ -56,8 +56,9 @@ struct Gathered {
 };
 
 void once(const Scene& scene, Solver& solver, const HandSource* hands, const Drive& how, int first,
-          Gathered& all, Wall::time_point begin)
+          Device device, Gathered& all)
 {
+    const Wall::time_point begin = Wall::now();
     const int every =
         how.surfaces > 0 && how.frames > 0 ? std::max(1, how.frames / how.surfaces) : 0;
     std::vector<double> mine;
@@ -67,15 +68,14 @@ void once(const Scene& scene, Solver& solver, const HandSource* hands, const Dri
             all.add(f);
             mine.push_back(all.substeps.back());
             if (every && timed % every == 0) {
-                const Wall::time_point start = Wall::now();
-                surface(solver.particles(), scene.setup.materials, scene.surface);
-                all.surfaces.push_back(since(start));
+                const SurfaceTimes made = surface_times(solver.particles(), scene, device, 1);
+                all.surfaces.push_back(spread(made.whole).median);
             }
         }
         if (interrupted() || (how.frames > 0 && timed >= how.frames)) return false;
-        return timed < 2 || since(begin) < how.limit;
+        return timed < 2 || since(begin) < how.limit / how.repeats;
     });
-    all.medians.push_back(spread(mine).median);
+    if (!mine.empty()) all.medians.push_back(spread(mine).median);
 }
 
 double relative_range(const std::vector<double>& medians)
@@ -177,7 +177,7 @@ const BenchRow& Bench::measured(const std::string& name, const Scene& scene, con
     const Wall::time_point begin = Wall::now();
     for (int k = 0; k < how.repeats && (k == 0 || since(begin) < how.limit); ++k) {
         const std::unique_ptr<Solver> solver = make_solver(scene.setup, device);
-        once(scene, *solver, hands.get(), how, first, all, begin);
+        once(scene, *solver, hands.get(), how, first, device, all);
         row.bytes = solver->memory();
         if (k > 0) continue;
         row.hashed_after = int(all.frames.size()) + how.warm_up;

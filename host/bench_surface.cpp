@@ -1,0 +1,85 @@
+// What a surface of a state costs, where the solver runs.
+#include <algorithm>
+#include <chrono>
+
+#include "bench.h"
+#include "cuda/stencil.h"
+#include "gpu_surface.h"
+#include "surface.h"
+
+namespace knead {
+namespace {
+
+template <class Work>
+double seconds(Work&& work)
+{
+    const auto start = std::chrono::steady_clock::now();
+    work();
+    return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+}
+
+// In the order of the lattice's cells, as a solver on a GPU holds them.
+std::vector<Particle<double>> by_cell(std::vector<Particle<double>> all,
+                                      const Lattice<double>& lattice)
+{
+    std::vector<std::pair<int, std::size_t>> order;
+    for (std::size_t i = 0; i < all.size(); ++i)
+        order.push_back({lattice.index(base_node(all[i].x, lattice.dx)), i});
+    std::sort(order.begin(), order.end());
+    std::vector<Particle<double>> sorted;
+    sorted.reserve(all.size());
+    for (const auto& [cell, i] : order) sorted.push_back(all[i]);
+    return sorted;
+}
+
+SurfaceTimes on_gpu(const std::vector<Particle<double>>& state, const Scene& scene, int device,
+                    int count)
+{
+    const std::vector<Particle<double>> sorted = by_cell(state, scene.setup.lattice);
+    GpuSurface surface(sorted, scene.setup.materials, scene.surface, {}, device);
+    surface.surface(sorted);
+    surface.replays(5);
+    SurfaceTimes times;
+    times.whole = surface.replays(20 * count);
+    times.stages = surface.stage_times();
+    times.bytes = surface.memory();
+    times.note = "by a graph, from particles already on the device in the order of their cells";
+    return times;
+}
+
+SurfaceTimes on_cpu(const std::vector<Particle<double>>& state, const Scene& scene, int count)
+{
+    std::vector<Deposit> deposits;
+    for (const Particle<double>& q : state) {
+        const Material<double>& m = scene.setup.materials[std::size_t(q.object)];
+        deposits.push_back({cast<float>(q.x), float(m.volume)});
+    }
+    SurfaceTimes times;
+    std::vector<double> parts[3];
+    for (int k = 0; k < count; ++k) {
+        times.whole.push_back(
+            seconds([&] { surface(state, scene.setup.materials, scene.surface); }));
+        Field field;
+        Mesh mesh;
+        parts[0].push_back(seconds([&] { field = density(deposits, scene.surface.lattice); }));
+        parts[1].push_back(seconds([&] { mesh = isosurface(field, scene.surface.iso); }));
+        parts[2].push_back(
+            seconds([&] { smooth(mesh, scene.surface.smoothing, scene.surface.iterations); }));
+    }
+    times.stages = {{"density", spread(parts[0]).median},
+                    {"march", spread(parts[1]).median},
+                    {"smooth", spread(parts[2]).median}};
+    times.note = "on the CPU";
+    return times;
+}
+
+}  // namespace
+
+SurfaceTimes surface_times(const std::vector<Particle<double>>& state, const Scene& scene,
+                           Device device, int count)
+{
+    return device.kind == DeviceKind::cuda ? on_gpu(state, scene, device.index, count)
+                                           : on_cpu(state, scene, count);
+}
+
+}  // namespace knead
