@@ -14,7 +14,8 @@ using Given = Setup;  // the name is a member of testing::Test
 constexpr int nodes = 32;
 constexpr double dx = 1.0 / nodes;
 
-Setup block(bool blade)
+// A block 10 cells wide in z, `cells` in x, and 5 high, on the floor, with a knife above it.
+Setup block(bool blade, int cells = 10)
 {
     Setup s;
     s.lattice = {{nodes, nodes, nodes}, dx};
@@ -27,9 +28,10 @@ Setup block(bool blade)
     s.materials = {m};
     for (int z = 0; z < 20; ++z)
         for (int y = 0; y < 10; ++y)
-            for (int x = 0; x < 20; ++x) {
+            for (int x = 0; x < 2 * cells; ++x) {
                 Particle<double> q{};
-                q.x = dx * Vec3<double>{11 + (x + 0.5) / 2, 3 + (y + 0.5) / 2, 11 + (z + 0.5) / 2};
+                q.x = dx * Vec3<double>{16 + (x + 0.5) / 2 - cells / 2.0, 3 + (y + 0.5) / 2,
+                                        11 + (z + 0.5) / 2};
                 s.particles.push_back(q);
             }
     // A knife 2 mm thick: a triangle of spheres in the plane x = 0 of its joint.
@@ -120,6 +122,39 @@ TEST(Cut, PiecesPulledApartMoveFreely)
     const double half = double(s.particles.size()) / 2;
     EXPECT_NEAR(left / half, -0.5, 0.01);
     EXPECT_NEAR(right / half, 0.5, 0.01);
+}
+
+// The faces of the first cut still touch when the second is made: it is not forgotten for that.
+TEST(Cut, ASecondStrokeBesideTheFirstLeavesThreePieces)
+{
+    Given s = block(true, 20);
+    const auto solver = cpu_solver(s);
+    const int count = int(s.particles.size());
+    stroke(*solver, 0.2, 0.5);
+    ASSERT_EQ(sizes(solver->particles(), s.lattice).size(), 2u);
+    stroke(*solver, 0.5, 0.5 - 5 * dx);
+    const auto size = sizes(solver->particles(), s.lattice);
+    ASSERT_EQ(size.size(), 3u);
+    EXPECT_NEAR(size[0], count / 2, count / 20);
+    EXPECT_NEAR(size[1], count / 4, count / 20);
+    EXPECT_NEAR(size[2], count / 4, count / 20);
+}
+
+TEST(Cut, AStrokeAcrossTwoHalvesDrawnApartLeavesFourPieces)
+{
+    const Given s = block(true);
+    auto solver = cpu_solver(s);
+    const int count = int(s.particles.size());
+    stroke(*solver, 0, 0.5);
+    Given apart = s;
+    apart.particles = solver->particles();
+    for (auto& p : apart.particles) p.x.x += p.x.x < 0.5 ? -4 * dx : 4 * dx, p.v = {}, p.C = {};
+    solver = cpu_solver(apart);
+    const double half_turn = std::sqrt(0.5);
+    stroke(*solver, 0.5, 0.5, {half_turn, 0, half_turn, 0});
+    const auto size = sizes(solver->particles(), s.lattice);
+    ASSERT_EQ(size.size(), 4u);
+    for (const int part : size) EXPECT_NEAR(part, count / 4, count / 20);
 }
 
 // A knife narrower than the block leaves uncut clay at both ends of the cut. It, and the clay on
