@@ -122,7 +122,7 @@ void poke(Stage& stage)
 
 void flatten(Stage& stage)
 {
-    wait(stage, left, 3.2);
+    wait(stage, left, 3.5);
     const Fingers grip = gripped(0.25);
     const Grasp slab = face("slab", right, grip);
     Part& part = stage.part[right];
@@ -133,9 +133,9 @@ void flatten(Stage& stage)
     part.reach(1.4, grip, 0.02);
     part.take(slab, {0, -1, 0}, {-0.6, 0, -0.8});
     part.reach(1.8, grip, 0.02);
-    part.reach(2.4, grip, -stage.depth);
-    part.stay(2.7, grip);
-    part.reach(3.2, grip, away);
+    part.reach(2.5, grip, -stage.depth);
+    part.stay(2.85, grip);
+    part.reach(3.5, grip, away);
 }
 
 // Flat palms run to and fro against each other.
@@ -184,22 +184,27 @@ void knead_both(Stage& stage)
     }
 }
 
-// The blade saws down through the ball, out below, and away to its own side.
+// The blade saws down to the board, pushes one half aside, and comes up between the two. Its edge
+// spans a ball of 5 cm radius; a larger one is cut where the edge comes by.
 void cut(Stage& stage)
 {
-    wait(stage, left, 3.4);
+    wait(stage, left, 3.6);
     const Fingers grip = gripped(0.85);
     const Grasp knife = edge("knife", right, grip);
-    const auto drawn = [&](double way) { return way * knife.along; };
+    const Vec aside = cross(knife.press, knife.along);
+    // The edge lies 15 mm beyond the middle of the blade, and reaches 10 mm further ahead.
+    const auto drawn = [&](double way) { return (way - 0.01) * knife.along; };
+    const double board = -(stage.radius - 0.015);
     Part& part = stage.part[right];
     part.take(knife, {0, -1, 0}, {0, 0, -1});
     part.reach(0, grip, away);
-    part.reach(0.4, grip, touch, drawn(0.04));
-    part.put(0.95, grip, 0.4 * stage.radius, drawn(-0.04));
-    part.put(1.4, grip, -0.3 * stage.radius, drawn(0.04));
-    part.put(1.95, grip, -(stage.radius + 0.03), drawn(-0.04));
-    part.put(2.8, grip, -(stage.radius + 0.03), drawn(-(stage.radius + 0.13)));
-    part.put(3.4, grip, 0, drawn(-(stage.radius + 0.18)));
+    part.reach(0.4, grip, touch, drawn(0.015));
+    part.put(0.95, grip, 0.2 * stage.radius, drawn(-0.01));
+    part.put(1.5, grip, board, drawn(0.005));
+    part.put(1.65, grip, board, drawn(0));
+    part.put(2.3, grip, board, drawn(0) + 0.025 * aside);
+    part.put(3.1, grip, stage.radius + away, drawn(0) + 0.02 * aside);
+    part.put(3.6, grip, stage.radius + away, drawn(0) + 0.02 * aside);
 }
 
 struct Script {
@@ -210,12 +215,12 @@ const std::vector<Script>& scripts()
 {
     static const std::vector<Script> all = {{{"squeeze", {"", ""}, 2.6, 0.22}, squeeze},
                                             {{"imprint", {"", ""}, 4.35, 0.18}, imprint},
-                                            {{"pinch", {"", ""}, 2.7, 0.2}, pinch},
+                                            {{"pinch", {"", ""}, 2.7, 0.35}, pinch},
                                             {{"poke", {"", "rod"}, 3.5, 0.5}, poke},
-                                            {{"flatten", {"", "slab"}, 3.2, 0.4}, flatten},
+                                            {{"flatten", {"", "slab"}, 3.5, 0.9}, flatten},
                                             {{"roll", {"", ""}, 3.5, 0.12}, roll},
                                             {{"knead", {"", ""}, 3.8, 0.25}, knead_both},
-                                            {{"cut", {"", "knife"}, 3.4, 1}, cut}};
+                                            {{"cut", {"", "knife"}, 3.6, 1}, cut}};
     return all;
 }
 

@@ -197,22 +197,35 @@ TEST(Gesture, PinchingTipsMeetInsideTheBall)
     EXPECT_GT(depth, 0.005);
 }
 
-TEST(Gesture, TheKnifeLeavesTheBallBelow)
+// Every place of the ball's middle plane is passed by the blade, down to the board and no deeper.
+TEST(Gesture, TheKnifeSweepsTheWholeOfASmallBall)
 {
-    const GestureRule rule;
+    const GestureRule rule{.rate = 120, .radius = 0.05};
     const Recording r = generate("cut", rule);
     const Rig rig = tool_rig("knife", right);
-    double highest = 1;
+    constexpr int count = 41;  // places along either axis
+    std::vector<char> passed(count * count, 0);
+    const auto place = [&](int i) { return rule.radius * (2.0 * i / (count - 1) - 1); };
+    double lowest = 1;
     for (const HandFrame& frame : r.frames) {
+        if (frame.time > 1.65 + rule.latency) break;  // then it leaves the plane
         const Joints joints = joints_of(frame);
-        double top = -1;
+        std::vector<Sphere<double>> s;
         for (const Binding<float>& b : rig.spheres) {
             const Joint<double>& j = joints[b.joint[0]];
-            top = std::max(top, j.p.y + rotate(j.q, cast<double>(b.offset[0])).y);
+            s.push_back({j.p + rotate(j.q, cast<double>(b.offset[0])), {}, {}, b.radius, 0});
+            lowest = std::min(lowest, s.back().c.y);
         }
-        highest = std::min(highest, top);
+        for (const Primitive& p : rig.primitives) {
+            const auto blade = shape(3, s[p.sphere[0]], s[p.sphere[1]], s[p.sphere[2]]);
+            for (int i = 0; i < count * count; ++i) {
+                const Vec at{0, place(i / count), place(i % count)};
+                if (length(at) > rule.radius || foot(blade, at).phi < 0.002) passed[i] = 1;
+            }
+        }
     }
-    EXPECT_LT(highest, -rule.radius);
+    EXPECT_NEAR(lowest, -rule.radius, 0.002);
+    EXPECT_EQ(std::ranges::count(passed, 0), 0);
 }
 
 TEST(Gesture, BonesKeepTheirLengths)
@@ -333,6 +346,7 @@ TEST(Gesture, CommittedRecordingsAreSmallAndComeFromTheirRules)
         GestureRule rule{.rate = 30, .jitter = 1.5e-3};
         if (gesture.name == "squeeze") rule.rate = 60;
         if (gesture.name == "knead") rule.dropouts = 0.01;
+        if (gesture.name == "cut") rule.radius = 0.05;
         const Recording stored = read_recording(path), made = generate(gesture.name, rule);
         ASSERT_EQ(stored.frames.size(), made.frames.size()) << path;
         for (std::size_t i = 0; i < made.frames.size(); ++i) {
