@@ -5,10 +5,8 @@
 #include <cstring>
 #include <numeric>
 
-#include "cpu_material.h"
-#include "cpu_rows.h"
 #include "cpu_solver.h"
-#include "cuda/g2p.h"
+#include "cpu_transfer.h"
 #include "cuda/grid.h"
 #include "cuda/p2g.h"
 #include "cuda/project.h"
@@ -56,10 +54,10 @@ Tally CpuSolver<R>::advance(const Motion& motion, double duration)
     };
     bins.reorder(q, ids, lattice.block_count(), node, threads);
 
-    Steps steps = steps_of_frame(pace, std::sqrt(speed_squared), tool_dt, duration);
-    while (steps.now.dt > 0) {
-        const StepChoice step = steps.now;
-        const double from = steps.elapsed / duration, to = (steps.elapsed + step.dt) / duration;
+    Step step = step_at(pace, 0, std::sqrt(speed_squared), tool_dt, duration);
+    while (step.dt > 0) {
+        const Step next = step_after(step, pace, std::sqrt(speed_squared), tool_dt, duration);
+        const double from = step.start / duration, to = next.start / duration;
         const R dt = R(step.dt);
         double start = omp_get_wtime();
         if (tools) {
@@ -82,7 +80,7 @@ Tally CpuSolver<R>::advance(const Motion& motion, double duration)
         tally.dt_most = std::max(tally.dt_most, step.dt);
         ++tally.limits[int(step.limit)];
         ++tally.substeps;
-        move_on(steps, pace, std::sqrt(speed_squared));
+        step = next;
     }
     Counts all;
     for (const Counts& c : counts) all.add(c);
@@ -141,7 +139,8 @@ void CpuSolver<R>::p2g(R dt)
             }
         };
         for_each_group(bins.members(slot), [&](const Group<R>& group) {
-            const Impulses<R> from = impulses(group, dt);
+            const Material<R>& m = materials[std::size_t(group.of[0]->object)];
+            const Impulses<R> from = impulses(group, m, lattice.dx, dt);
             for (int l = 0; l < group.size; ++l) {
                 const Stencil<R> s = from.stencils[l];
                 const int to = tile_index(s.base - corner);
@@ -154,24 +153,6 @@ void CpuSolver<R>::p2g(R dt)
         });
         hand_over();
     });
-}
-
-// What a group hands out.
-template <class R>
-[[gnu::always_inline]] inline Impulses<R> CpuSolver<R>::impulses(const Group<R>& group, R dt) const
-{
-    using L = Lanes<R>;
-    const Material<R>& m = materials[std::size_t(group.of[0]->object)];
-    const Particle<L> p = load(group);
-    Impulses<R> out(Stencils<R>(p.x, lattice.dx));
-    const Mat3<L> Q =
-        momentum_gradient(p.C, stress(p, group, m), L(m.mass), L(m.volume), L(lattice.dx), L(dt));
-    const Mat3<L> by_step = L(lattice.dx) * Q;
-    spread(L(m.mass) * p.v + Q * out.stencils.d, L(m.mass), out.base);
-    spread(by_step.a, L(0), out.by_x);
-    spread(by_step.b, L(0), out.by_y);
-    spread(by_step.c, L(0), out.by_z);
-    return out;
 }
 
 // Where a blade has been, into three tiles: all clay, and that of uncut and one label.
@@ -276,6 +257,8 @@ template <class R>
 void CpuSolver<R>::step_particles(int slot, R dt, const Tile<R>* tiles, Counts& c)
 {
     const int block = bins.occupied[std::size_t(slot)];
+    const bool cut_here = !split.empty() && split[std::size_t(block)];
+    const Int3 corner = 4 * lattice.block_at(block);
     Lanes<R> speed_squared(R(0));
     double clock = 0;
     const auto lap = [&](int stage) {
@@ -288,7 +271,9 @@ void CpuSolver<R>::step_particles(int slot, R dt, const Tile<R>* tiles, Counts& 
         lap(-1);
         Start before[Group<R>::count];
         for (int l = 0; l < group.size; ++l) before[l] = {group.of[l]->x, group.of[l]->sides};
-        Particle<Lanes<R>> p = gather_and_move(group, block, dt, tiles);
+        Particle<Lanes<R>> p = gather_and_move(group, lattice.dx, dt, [&](int l, Int3 base) {
+            return tiles[cut_here ? group.of[l]->sides : 0].node + tile_index(base - corner);
+        });
         lap(stage_g2p);
         bool stale = keep_out(group, block, c);
         lap(stage_project);
@@ -310,35 +295,6 @@ void CpuSolver<R>::step_particles(int slot, R dt, const Tile<R>* tiles, Counts& 
         lap(stage_plasticity);
     });
     c.speed_squared = std::max(c.speed_squared, double(largest(speed_squared)));
-}
-
-template <class R>
-[[gnu::always_inline]] inline Particle<Lanes<R>> CpuSolver<R>::gather_and_move(
-    const Group<R>& group, int block, R dt, const Tile<R>* tiles) const
-{
-    using L = Lanes<R>;
-    const Int3 corner = 4 * lattice.block_at(block);
-    const bool cut_here = !split.empty() && split[std::size_t(block)];
-    Particle<L> p;
-    load_shape(group, p);
-    const Stencils<R> stencils(p.x, lattice.dx);
-    Four<R> v[L::count], by_x[L::count], by_y[L::count], by_z[L::count];
-    for (int l = 0; l < L::count; ++l) {
-        const Stencil<R> s = stencils[l];
-        const Node<R>* base =
-            tiles[cut_here ? group.of[l]->sides : 0].node + tile_index(s.base - corner);
-        const Gathered<R> sum = gather_rows(s, [&](int j, int k) {
-            return row_at(base + tile_index({0, j, k}));
-        });
-        v[l] = sum.v, by_x[l] = sum.by_x, by_y[l] = sum.by_y, by_z[l] = sum.by_z;
-    }
-    p.v = collected(v);
-    p.C = velocity_gradient(p.v, {collected(by_x), collected(by_y), collected(by_z)}, stencils.d,
-                            L(lattice.dx));
-    p.e = strained(p.e, p.C, L(dt));
-    p.x = p.x + L(dt) * p.v;
-    store(p, group);
-    return p;
 }
 
 // Out of tools and walls, where the block is near any; true if a particle may have changed.
@@ -375,11 +331,10 @@ template <class R>
                                                              const Vec3<Lanes<R>>& place)
 {
     constexpr int count = Group<R>::count;
-    alignas(vector_bytes) R x[3][count];
+    const Each<R> x(place.x), y(place.y), z(place.z);
     alignas(vector_bytes) int block[count];
-    std::memcpy(x, &place, sizeof x);
     for (int l = 0; l < count; ++l)
-        block[l] = lattice.block_of(base_node(Vec3<R>{x[0][l], x[1][l], x[2][l]}, lattice.dx));
+        block[l] = lattice.block_of(base_node(Vec3<R>{x.of[l], y.of[l], z.of[l]}, lattice.dx));
     for (int l = 0; l < count; ++l) bins.key[std::size_t(group.index[l])] = block[l];
 }
 
@@ -413,41 +368,10 @@ std::size_t CpuSolver<R>::memory() const
            posed.masks.capacity() * sizeof(Mask) + bytes;
 }
 
-const char* const limit_names[int(Limit::count)] = {"sound",     "speed", "tool",
-                                                    "viscosity", "fixed", "frame end"};
-
-double tool_step(const Setup& setup, const Motion& motion, double duration)
+std::unique_ptr<Solver> plain_cpu_solver(const Setup& setup, bool in_double)
 {
-    double dt = 1e30;
-    const double dx = setup.lattice.dx;
-    for (const Primitive& p : setup.rig.primitives) {
-        const auto tool = std::size_t(p.tool);
-        if (tool < motion.active.size() && !motion.active[tool]) continue;
-        for (int k = 0; k < p.count; ++k) {
-            const Binding<float>& f = setup.rig.spheres[std::size_t(p.sphere[k])];
-            const auto at = [&](const std::vector<Joint<double>>& joints) {
-                Vec3<double> c{};
-                for (int n = 0; n < 4; ++n) {
-                    const Joint<double>& j = joints[std::size_t(f.joint[n])];
-                    c = c + double(f.weight[n]) * (j.p + rotate(j.q, cast<double>(f.offset[n])));
-                }
-                return c;
-            };
-            const double way = length(at(motion.to) - at(motion.from));
-            const double room = setup.tools[tool].blade ? dx : std::min(double(f.radius), dx);
-            if (way > 0) dt = std::min(dt, setup.step.tool * room / way * duration);
-        }
-    }
-    return dt;
-}
-
-std::unique_ptr<Solver> cpu_solver(const Setup& setup)
-{
+    if (in_double) return std::make_unique<CpuSolver<double>>(setup);
     return std::make_unique<CpuSolver<float>>(setup);
-}
-std::unique_ptr<Solver> cpu_solver_double(const Setup& setup)
-{
-    return std::make_unique<CpuSolver<double>>(setup);
 }
 
 }  // namespace knead

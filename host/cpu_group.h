@@ -22,24 +22,16 @@ struct Group {
 template <class R, class At>
 [[gnu::always_inline]] inline void load_four(Lanes<R> (&words)[4], At&& at)
 {
-    const auto in_row = [&](int r) __attribute__((always_inline))
-    {
-        if constexpr (Lanes<R>::count == 4) {
-            return at(r);
-        } else {
-            const auto low = __builtin_shufflevector(at(r), at(r + 4), 0, 1, 2, 3, 4, 5, 6, 7);
-            if constexpr (Lanes<R>::count == 8) {
-                return low;
-            } else {
-                const auto high =
-                    __builtin_shufflevector(at(r + 8), at(r + 12), 0, 1, 2, 3, 4, 5, 6, 7);
-                return __builtin_shufflevector(low, high, 0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12,
-                                               13, 14, 15);
-            }
-        }
-    };
+    constexpr int count = Lanes<R>::count;
     UNROLL
-    for (int r = 0; r < 4; ++r) words[r] = in_row(r);
+    for (int r = 0; r < 4; ++r) {
+        if constexpr (count == 4)
+            words[r] = at(r);
+        else if constexpr (count == 8)
+            words[r] = joined(at(r), at(r + 4));
+        else
+            words[r] = joined(joined(at(r), at(r + 4)), joined(at(r + 8), at(r + 12)));
+    }
     transpose(words[0].v, words[1].v, words[2].v, words[3].v);
 }
 // And back: to(lane, its four numbers).
@@ -129,36 +121,48 @@ template <class R>
     store_words(group, 18, {p.e.xy, p.e.xz, p.e.yz, p.k});
 }
 
+// Numbers of each particle's, for a loop over plain ones.
+template <class R>
+struct alignas(vector_bytes) Each {
+    R of[Lanes<R>::count];
+    Each() = default;
+    explicit Each(Lanes<R> a) { std::memcpy(of, &a.v, sizeof of); }
+    Lanes<R> lanes() const
+    {
+        Lanes<R> a;
+        std::memcpy(&a.v, of, sizeof of);
+        return a;
+    }
+};
+
 // A group's stencils, number by number.
 template <class R>
 struct Stencils {
-    using L = Lanes<R>;
-    alignas(vector_bytes) R weight[3][3][L::count];  // of node base + k along axis a: [k][a]
-    alignas(vector_bytes) int base[3][L::count];
-    Vec3<L> d;
+    static constexpr int count = Lanes<R>::count;
+    Vec3<Each<R>> weight[3], way;  // of node base + k; from the particle to base [m]
+    alignas(vector_bytes) int x[count], y[count], z[count];  // base
 
-    Stencils(const Vec3<L>& place, R dx)
+    Stencils(const Vec3<Lanes<R>>& place, R dx)
     {
-        alignas(vector_bytes) R x[3][L::count], way[3][L::count];
-        std::memcpy(x, &place, sizeof x);
-        for (int l = 0; l < L::count; ++l) {
-            const Stencil<R> s = stencil(Vec3<R>{x[0][l], x[1][l], x[2][l]}, dx);
-            base[0][l] = s.base.x, base[1][l] = s.base.y, base[2][l] = s.base.z;
-            way[0][l] = s.d.x, way[1][l] = s.d.y, way[2][l] = s.d.z;
+        const Each<R> px(place.x), py(place.y), pz(place.z);
+        for (int l = 0; l < count; ++l) {
+            const Stencil<R> s = stencil(Vec3<R>{px.of[l], py.of[l], pz.of[l]}, dx);
+            x[l] = s.base.x, y[l] = s.base.y, z[l] = s.base.z;
+            way.x.of[l] = s.d.x, way.y.of[l] = s.d.y, way.z.of[l] = s.d.z;
             UNROLL
             for (int k = 0; k < 3; ++k) {
-                weight[k][0][l] = s.w[k].x, weight[k][1][l] = s.w[k].y;
-                weight[k][2][l] = s.w[k].z;
+                weight[k].x.of[l] = s.w[k].x, weight[k].y.of[l] = s.w[k].y;
+                weight[k].z.of[l] = s.w[k].z;
             }
         }
-        std::memcpy(&d, way, sizeof d);
     }
+    Vec3<Lanes<R>> d() const { return {way.x.lanes(), way.y.lanes(), way.z.lanes()}; }
     Stencil<R> operator[](int l) const
     {
-        const auto w = [&](int k) {
-            return Vec3<R>{weight[k][0][l], weight[k][1][l], weight[k][2][l]};
+        const auto at = [&](const Vec3<Each<R>>& v) {
+            return Vec3<R>{v.x.of[l], v.y.of[l], v.z.of[l]};
         };
-        return {{base[0][l], base[1][l], base[2][l]}, {w(0), w(1), w(2)}, {d.x[l], d.y[l], d.z[l]}};
+        return {{x[l], y[l], z[l]}, {at(weight[0]), at(weight[1]), at(weight[2])}, at(way)};
     }
 };
 

@@ -3,6 +3,7 @@
 #pragma once
 #include <cmath>
 #include <cstring>
+#include <utility>
 
 #include "cuda/material.h"
 
@@ -79,12 +80,12 @@ inline Lanes<R> log_of_one_plus(Lanes<R> x)
     using V = typename Lanes<R>::V;
     using Bits = decltype(V{} < V{});
     constexpr int digits = sizeof(R) == 4 ? 23 : 52, terms = sizeof(R) == 4 ? 5 : 11;
-    const V one = 1 - V{}, root = R(0.70710678118654752) - V{}, u = x.v + one;
+    const V one = 1 - V{}, lowest = R(0.70710678118654752) - V{}, u = x.v + one;
     const V lost = x.v - (u - one);  // what rounding took from 1 + x
-    Bits bits, bits_root, bits_one;
-    std::memcpy(&bits, &u, sizeof u), std::memcpy(&bits_root, &root, sizeof u);
+    Bits bits, bits_lowest, bits_one;
+    std::memcpy(&bits, &u, sizeof u), std::memcpy(&bits_lowest, &lowest, sizeof u);
     std::memcpy(&bits_one, &one, sizeof u);
-    const Bits n = (bits - bits_root) >> digits, shift = n << digits;
+    const Bits n = (bits - bits_lowest) >> digits, shift = n << digits;
     const Bits reduced = bits - shift, inverse = bits_one - shift;  // u / 2^n, 1 / 2^n
     V m, scale;
     std::memcpy(&m, &reduced, sizeof m), std::memcpy(&scale, &inverse, sizeof m);
@@ -105,21 +106,36 @@ inline Lanes<R> log_volume(Lanes<R> excess)
     return R(0.5) * log_of_one_plus(most(excess, Lanes<R>(crushed<R>)));
 }
 
+// One register after the other, as one of twice the size.
+template <class V>
+[[gnu::always_inline]] inline auto joined(V low, V high)
+{
+    constexpr std::size_t count = 2 * sizeof(V) / sizeof(low[0]);
+    return [&]<std::size_t... l>(std::index_sequence<l...>) __attribute__((always_inline))
+    {
+        return __builtin_shufflevector(low, high, int(l)...);
+    }
+    (std::make_index_sequence<count>());
+}
+
+// u0 v0 u1 v1 of every four lanes, or the other half, u2 v2 u3 v3.
+template <int half, class V>
+[[gnu::always_inline]] inline V mixed(V u, V v)
+{
+    constexpr std::size_t count = sizeof(V) / sizeof(u[0]);
+    return [&]<std::size_t... l>(std::index_sequence<l...>) __attribute__((always_inline))
+    {
+        return __builtin_shufflevector(u, v,
+                                       int(l / 4 * 4 + 2 * half + l % 4 / 2 + l % 2 * count)...);
+    }
+    (std::make_index_sequence<count>());
+}
 // Columns become rows in each 4 x 4 block that four lanes of a, b, c and d are.
 template <class V>
 [[gnu::always_inline]] inline void transpose(V& a, V& b, V& c, V& d)
 {
-    using Bits = decltype(V{} < V{});
-    constexpr int count = sizeof(V) / sizeof(a[0]);
-    // u0 v0 u1 v1 of every four lanes, or u2 v2 u3 v3.
-    const auto mixed = [](V u, V v, int half) __attribute__((always_inline))
-    {
-        Bits from{};
-        for (int l = 0; l < count; ++l) from[l] = l / 4 * 4 + 2 * half + l % 4 / 2 + l % 2 * count;
-        return __builtin_shuffle(u, v, from);
-    };
-    const V ac = mixed(a, c, 0), AC = mixed(a, c, 1), bd = mixed(b, d, 0), BD = mixed(b, d, 1);
-    a = mixed(ac, bd, 0), b = mixed(ac, bd, 1), c = mixed(AC, BD, 0), d = mixed(AC, BD, 1);
+    const V ac = mixed<0>(a, c), AC = mixed<1>(a, c), bd = mixed<0>(b, d), BD = mixed<1>(b, d);
+    a = mixed<0>(ac, bd), b = mixed<1>(ac, bd), c = mixed<0>(AC, BD), d = mixed<1>(AC, BD);
 }
 
 }  // namespace knead

@@ -34,9 +34,9 @@ inline unsigned may_flow(const Particle<Lanes<R>>& p, const Material<R>& m)
     const L shear = L(m.mu * m.mu) * norm_squared(deviator(p.e));
     const L yield = most(L(m.yield) + L(m.hardening) * p.k, L(m.yield_floor));
     const auto calm = shear.v < (R(0.6666) * yield * yield).v;  // 2/3 less a margin for rounding
-    unsigned flows = 0;
-    for (int l = 0; l < L::count; ++l) flows |= unsigned(calm[l] == 0) << l;
-    return flows;
+    unsigned lanes = 0;
+    for (int l = 0; l < L::count; ++l) lanes |= unsigned(calm[l] == 0) << l;
+    return lanes;
 }
 
 }  // namespace knead

@@ -3,9 +3,18 @@
 // another order; tests/rows_test.cpp compares the two.
 #pragma once
 #include "cpu_group.h"
-#include "cuda/momentum.h"
 
 namespace knead {
+
+constexpr int tile_edge = block_edge + 2, tile_nodes = tile_edge * tile_edge * tile_edge;
+
+inline int tile_index(Int3 n) { return (n.z * tile_edge + n.y) * tile_edge + n.x; }
+
+// The nodes that a block's particles can reach, and one more for the end of the last row.
+template <class R>
+struct alignas(64) Tile {
+    Node<R> node[tile_nodes + 1];
+};
 
 // Three neighbours along x. Where a register is wider than that, a fourth node is read with them
 // and written back as it was: what is added to it is zero.
@@ -41,19 +50,13 @@ inline Row<R> operator*(R s, Row<R> a)
 template <class R>
 inline Row<R> row(Four<R> a, Four<R> b, Four<R> c)
 {
-    constexpr int width = Row<R>::width;
-    if constexpr (width == 4) {
+    constexpr typename Four<R>::V none{};
+    if constexpr (Row<R>::width == 4)
         return {{a.v, b.v, c.v}};
-    } else {
-        const typename Four<R>::V zero{};
-        const auto low = __builtin_shufflevector(a.v, b.v, 0, 1, 2, 3, 4, 5, 6, 7);
-        const auto high = __builtin_shufflevector(c.v, zero, 0, 1, 2, 3, 4, 5, 6, 7);
-        if constexpr (width == 8)
-            return {{low, high}};
-        else
-            return {{__builtin_shufflevector(low, high, 0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12,
-                                             13, 14, 15)}};
-    }
+    else if constexpr (Row<R>::width == 8)
+        return {{joined(a.v, b.v), joined(c.v, none)}};
+    else
+        return {{joined(joined(a.v, b.v), joined(c.v, none))}};
 }
 // Node k of a row.
 template <int k, class R>
@@ -63,18 +66,26 @@ inline Four<R> node_of(const Row<R>& a)
     const auto& v = a.part[4 * k / Row<R>::width];
     return {__builtin_shufflevector(v, v, at, at + 1, at + 2, at + 3)};
 }
+// Register by register: GCC copies more at once in pieces that the next load has to wait for.
 template <class R>
 inline Row<R> row_at(const Node<R>* first)
 {
+    using Part = typename Row<R>::Part;
     Row<R> a;
-    std::memcpy(&a, first, sizeof a);
+    UNROLL
+    for (int i = 0; i < Row<R>::parts; ++i)
+        std::memcpy(&a.part[i], reinterpret_cast<const char*>(first) + i * sizeof(Part),
+                    sizeof(Part));
     return a;
 }
 template <class R>
 inline void add(const Row<R>& a, Node<R>* first)
 {
+    using Part = typename Row<R>::Part;
     const Row<R> sum = row_at(first) + a;
-    std::memcpy(static_cast<void*>(first), &sum, sizeof sum);
+    UNROLL
+    for (int i = 0; i < Row<R>::parts; ++i)
+        std::memcpy(reinterpret_cast<char*>(first) + i * sizeof(Part), &sum.part[i], sizeof(Part));
 }
 
 // A particle's weights along x, each over a node's four numbers.

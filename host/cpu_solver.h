@@ -6,31 +6,11 @@
 #include <algorithm>
 
 #include "cpu_bins.h"
-#include "cpu_group.h"
+#include "cpu_rows.h"
 #include "cpu_tools.h"
 #include "cuda/four.h"
 
 namespace knead {
-
-constexpr int tile_edge = block_edge + 2, tile_nodes = tile_edge * tile_edge * tile_edge;
-
-inline int tile_index(Int3 n) { return (n.z * tile_edge + n.y) * tile_edge + n.x; }
-
-// The nodes that a block's particles can reach, and one more for the end of the last row.
-template <class R>
-struct alignas(64) Tile {
-    Node<R> node[tile_nodes + 1];
-};
-
-// What a group of particles hands to its nodes: momentum and mass at the base node, and what they
-// grow by from node to node.
-template <class R>
-struct Impulses {
-    Stencils<R> stencils;
-    Four<R> base[Group<R>::count], by_x[Group<R>::count], by_y[Group<R>::count],
-        by_z[Group<R>::count];
-    explicit Impulses(const Stencils<R>& s) : stencils(s) {}
-};
 
 enum StageName {
     stage_pose,
@@ -69,7 +49,7 @@ class CpuSolver : public Solver {
     std::string name() const override
     {
         return std::string("cpu ") + (sizeof(R) == 4 ? "float" : "double") + ", " +
-               std::to_string(threads) + " threads";
+               std::to_string(Lanes<R>::count) + " lanes, " + std::to_string(threads) + " threads";
     }
 
   private:
@@ -88,11 +68,8 @@ class CpuSolver : public Solver {
     void load_tile(const std::vector<Node<R>>& from, Int3 block, Tile<R>& tile) const;
     void sum_block(Int3 block, Node<R>* sum) const;
     void step_particles(int slot, R dt, const Tile<R>* tiles, Counts& counts);
-    Particle<Lanes<R>> gather_and_move(const Group<R>& group, int block, R dt,
-                                       const Tile<R>* tiles) const;
     bool keep_out(const Group<R>& group, int block, Counts& counts);
     void note_blocks(const Group<R>& group, const Vec3<Lanes<R>>& place);
-    Impulses<R> impulses(const Group<R>& group, R dt) const;
     template <class Visit>
     void for_each_group(Bins::Members members, Visit&& visit);
     bool find_splits();
