@@ -218,8 +218,8 @@ const std::vector<Script>& scripts()
                                             {{"pinch", {"", ""}, 2.7, 0.35}, pinch},
                                             {{"poke", {"", "rod"}, 3.5, 0.5}, poke},
                                             {{"flatten", {"", "slab"}, 3.5, 0.9}, flatten},
-                                            {{"roll", {"", ""}, 3.5, 0.12}, roll},
-                                            {{"knead", {"", ""}, 3.8, 0.25}, knead_both},
+                                            {{"roll", {"", ""}, 3.5, 0.2}, roll},
+                                            {{"knead", {"", ""}, 3.8, 0.45}, knead_both},
                                             {{"cut", {"", "knife"}, 3.6, 1}, cut}};
     return all;
 }
