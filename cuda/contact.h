@@ -59,19 +59,36 @@ HD void for_each_candidate(const Mask& mask, Visit&& visit)
             visit(32 * word + lowest_bit(bits));
 }
 
-// The deepest (or nearest) of the mask's primitives at p, blades left out: they are two-sided.
-template <class R>
-HD Contact<R> nearest(const Colliders<R>& c, const Mask& mask, Vec3<R> p)
+// The nearest of the mask's primitives at p that `admits(shape)`; blades left out: they are
+// two-sided.
+template <class R, class Admits>
+HD Contact<R> nearest_of(const Colliders<R>& c, const Mask& mask, Vec3<R> p, Admits&& admits)
 {
     Foot<R> best{R(1e30), {0, 1, 0}, 1, 0, 0};
     int at = -1;
     for_each_candidate(mask, [&](int i) {
+        if (!admits(c.shapes[i])) return;
         if (c.tools[c.primitives[i].tool].blade && c.shapes[i].plane) return;
         const Foot<R> f = foot(c.shapes[i], p);
         if (f.phi < best.phi) best = f, at = i;
     });
     if (at < 0) return {best.phi, best.n, {0, 0, 0}, -1};
     return {best.phi, best.n, surface_velocity(c, c.primitives[at], best), c.primitives[at].tool};
+}
+
+// Of all the mask's primitives, however far.
+template <class R>
+HD Contact<R> nearest(const Colliders<R>& c, const Mask& mask, Vec3<R> p)
+{
+    return nearest_of(c, mask, p, [](const Shape<R>&) { return true; });
+}
+
+// Of those whose bounding box p is in: where p is inside of any, the same as nearest(). Elsewhere
+// phi is not negative, and says no more.
+template <class R>
+HD Contact<R> deepest(const Colliders<R>& c, const Mask& mask, Vec3<R> p)
+{
+    return nearest_of(c, mask, p, [&](const Shape<R>& s) { return boxed(s, p); });
 }
 
 // What a surface with outward normal n, moving at u, leaves of the velocity v.  (18)

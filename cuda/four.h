@@ -46,6 +46,11 @@ HD Vec3<R> first_three(Four<R> a)
 {
     return {a.v[0], a.v[1], a.v[2]};
 }
+template <class R>
+HD R last(Four<R> a)
+{
+    return a.v[3];
+}
 #else
 template <class R>
 struct Four {
@@ -75,6 +80,11 @@ template <class R>
 HD Vec3<R> first_three(Four<R> a)
 {
     return {a.x, a.y, a.z};
+}
+template <class R>
+HD R last(Four<R> a)
+{
+    return a.w;
 }
 #endif
 

@@ -1,17 +1,18 @@
-// Grid to particle, and all that a particle does by itself before the next scatter: it moves, is
-// strained, leaves tools and walls, flows. The last block to finish chooses the next substep.
+// The kernel that a substep is: grid to particle, all that a particle does by itself, and its
+// scatter for the substep to come, while its numbers are still at hand: velocities and their
+// gradients go to memory only when the frame ends. A few blocks pose the tools for that substep
+// meanwhile.
 #include "blade.h"
 #include "g2p.h"
 #include "launch.cuh"
 #include "plasticity.h"
+#include "pose.cuh"
 #include "project.h"
+#include "scatter.cuh"
 #include "stages.cuh"
 
 namespace knead::gpu {
 namespace {
-
-constexpr int threads = 128;
-constexpr unsigned all_lanes = 0xffffffffu;
 
 // What happened to one particle.
 struct Events {
@@ -19,45 +20,14 @@ struct Events {
     float depth, speed_squared;
 };
 
-// Chooses the substep from here to the frame's end; false if there is none left.
-__device__ bool plan(const Views& d)
-{
-    Clock& c = *d.clock;
-    const double left = c.duration - c.elapsed;
-    if (!(left > 1e-12 * c.duration)) return false;
-    const StepChoice step = paced(d.pace, sqrt(c.speed_squared), c.tool_step, left);
-    c.dt = step.dt;
-    c.limit = int(step.limit);
-    return true;
-}
-
 __global__ void begin_kernel(const __grid_constant__ Views d)
 {
     Clock& c = *d.clock;
     c.duration = d.orders->duration;
     c.tool_step = d.orders->tool_step;
-    c.elapsed = 0;
+    const double speed = sqrt(double(__uint_as_float(c.fastest[(c.done + 1) & 1])));
+    c.step(c.done) = step_at(d.pace, 0, speed, c.tool_step, c.duration);
     c.counters = {};
-    plan(d);
-}
-
-// Run by one thread when every particle has moved.
-__device__ void finish(const Views& d)
-{
-    Clock& c = *d.clock;
-    Counters& n = c.counters;
-    n.dt_least = n.substeps ? least(n.dt_least, c.dt) : c.dt;
-    n.dt_most = most(n.dt_most, c.dt);
-    ++n.substeps;
-    ++n.limits[c.limit];
-    n.active_blocks = c.active[c.parity];
-    c.active[c.parity ^ 1] = 0;
-    c.parity ^= 1;
-    c.speed_squared = double(__uint_as_float(atomicExch(&c.fastest, 0u)));
-    c.finished = 0;
-    c.elapsed += c.dt;
-    const bool again = plan(d);
-    if (d.looped) cudaGraphSetConditional(d.again, again);
 }
 
 template <Flows flows>
@@ -71,42 +41,42 @@ __device__ Material<float> narrowed(Material<float> m)
 }
 
 template <bool blades>
-__device__ float left_tools(Particle<float>& q, const Views& d, bool& covered)
+__device__ float left_tools(Particle<float>& q, const Views& d, int n, bool& covered)
 {
-    const float dx = d.lattice.dx;
-    const Int3 cell = {int(q.x.x / dx), int(q.x.y / dx), int(q.x.z / dx)}, size = d.lattice.size;
+    const Int3 cell = d.lattice.cell_of(q.x), size = d.lattice.size;
     if (d.tools.passes == 0 || cell.x < 0 || cell.y < 0 || cell.z < 0 || cell.x >= size.x ||
         cell.y >= size.y || cell.z >= size.z)
         return 0;
     const Mask& mask = d.tools.masks[d.lattice.block_of(cell)];
-    if constexpr (blades) covered = cut(q, d.tools.colliders(), mask, dx);
-    return project(q, d.tools.colliders(), mask, d.tools.passes);
+    if constexpr (blades) covered = cut(q, d.tools.colliders(n), mask, d.lattice.dx);
+    return project(q, d.tools.colliders(n), mask, d.tools.passes);
 }
 
+// Moves particle i through the velocities of substep n.
 template <bool tools, Flows flows, bool blades>
-__device__ Events moved(const Views& d, const ParticleView& particles, int i)
+__device__ Events moved(const Views& d, int i, int n, float dt, Particle<float>& q)
 {
-    Particle<float> q = particles.load(i);
-    const float dt = float(d.clock->dt);
-    const float4* nodes = d.grid.nodes[d.clock->parity];
+    const float4* nodes = d.grid.nodes[n & 1];
     if constexpr (blades) nodes += q.sides * unsigned(d.lattice.node_count());
     const Stencil<float> s = stencil(q.x, d.lattice.dx);
     const Offsets o = offsets(d.lattice, s.base);
     gather(q, s, d.lattice.dx, [&](Int3 step) {
-        const float4 n = nodes[o.at(step)];
-        return Vec3<float>{n.x, n.y, n.z};
+        // Loads of one plane at a time: of all three at once their results would fill the
+        // registers.
+        if (step.x == 0 && step.y == 0) asm volatile("" ::: "memory");
+        const float4 v = nodes[o.at(step)];
+        return Vec3<float>{v.x, v.y, v.z};
     });
     q.e = strained(q.e, q.C, dt);
     q.x = q.x + dt * q.v;
     Events happened{};
-    if constexpr (tools) happened.depth = left_tools<blades>(q, d, happened.covered);
+    if constexpr (tools) happened.depth = left_tools<blades>(q, d, n, happened.covered);
     happened.projected = happened.depth > 0;
     happened.confined = confine(q, d.lattice, d.walls);
     happened.yielded = yield(q, narrowed<flows>(d.materials[q.object]), dt);
-    asm volatile("" ::: "memory");  // so that what was there is read again, not kept in registers
-    happened.repaired = repair(q, particles.load(i));
+    happened.repaired = !sound(q);
+    if (happened.repaired) repair(q, d.particles[d.clock->side].load_state(i));
     happened.speed_squared = dot(q.v, q.v);
-    particles.store(i, q);
     return happened;
 }
 
@@ -133,35 +103,72 @@ __device__ void count(Sums& sums, const Events& e)
     if constexpr (tools) total(sums.projected, e.projected), largest(sums.deepest, e.depth);
 }
 
-// Blocks per multiprocessor: as many as leave registers enough to spill nothing.
-template <bool tools, Flows flows>
-constexpr int resident = flows == Flows::any&& tools ? 3 : 5;
-
-template <bool tools, Flows flows, bool blades>
-__global__ void __launch_bounds__(threads, resident<tools, flows>)
-    g2p_kernel(const __grid_constant__ Views d)
+// The block's events to the frame's counters.
+__device__ void report(Clock& clock, int n, const Sums& sums)
 {
-    __shared__ Sums sums;
-    if (threadIdx.x == 0) sums = {};
-    __syncthreads();
-    const int i = int(blockIdx.x * threads + threadIdx.x);
-    const ParticleView& particles = d.particles[d.clock->side];
-    Events happened{};
-    if (i < particles.count) happened = moved<tools, flows, blades>(d, particles, i);
-    count<tools>(sums, happened);
-    __syncthreads();
-    if (threadIdx.x != 0) return;
-    Counters& n = d.clock->counters;
+    Counters& all = clock.counters;
     const auto add = [](unsigned long long& to, unsigned some) {
         if (some) atomicAdd(&to, static_cast<unsigned long long>(some));
     };
-    add(n.yielded, sums.yielded), add(n.projected, sums.projected);
-    add(n.confined, sums.confined), add(n.repaired, sums.repaired);
-    add(n.covered, sums.covered);
-    if (sums.deepest) atomicMax(&n.deepest, sums.deepest);
-    atomicMax(&d.clock->fastest, sums.fastest);
-    __threadfence();
-    if (atomicAdd(&d.clock->finished, 1u) == gridDim.x - 1) finish(d);
+    add(all.yielded, sums.yielded), add(all.projected, sums.projected);
+    add(all.confined, sums.confined), add(all.repaired, sums.repaired);
+    add(all.covered, sums.covered);
+    if (sums.deepest) atomicMax(&all.deepest, sums.deepest);
+    atomicMax(&clock.fastest[n & 1], sums.fastest);
+}
+
+// By one thread: what the next substep goes by.
+__device__ void move_on(const Views& d, int n)
+{
+    d.clock->done = n + 1;
+    d.clock->active[(n + 2) % 3] = 0;
+    if (d.looped) cudaGraphSetConditional(d.again, d.clock->step(n + 1).dt > 0);
+}
+
+// Blocks per multiprocessor: as many as leave registers enough to spill nothing.
+template <Flows flows, bool blades>
+constexpr int resident = blades                ? 6
+                         : flows == Flows::any ? 3
+                                               : 5;
+
+template <bool tools, Flows flows, bool blades>
+__global__ void __launch_bounds__(scatter_threads<blades>, (resident<flows, blades>))
+    g2p_kernel(const __grid_constant__ Views d)
+{
+    union Space {
+        ScatterSpace<blades> scatter;
+        PoseSpace pose;
+    };
+    __shared__ Space space;
+    __shared__ Sums sums;
+    Clock& clock = *d.clock;
+    const int n = clock.begun;
+    const float dt = float(clock.step(n).dt);
+    // Read where it is wanted, rather than kept in a register all the while.
+    const auto next = [&clock] { return float(clock.step(clock.begun + 1).dt); };
+    if (!(dt > 0)) return;
+    const int posers = tools ? pose_parts : 0, block = int(blockIdx.x) - posers;
+    if (tools && block < 0) {
+        if (next() > 0) pose_part(d, space.pose, int(blockIdx.x), n + 1);
+        return;
+    }
+    if (threadIdx.x == 0) sums = {};
+    if (threadIdx.x == 0 && block == 0) move_on(d, n);
+    __syncthreads();
+    const int i = block * scatter_threads<blades> + int(threadIdx.x);
+    const bool valid = i < d.particles[0].count;
+    Particle<float> q = d.particles[clock.side].load_state(valid ? i : 0);
+    Events happened{};
+    if (valid) happened = moved<tools, flows, blades>(d, i, n, dt, q);
+    count<tools>(sums, happened);
+    __syncthreads();
+    if (threadIdx.x == 0) report(clock, clock.begun, sums);
+    const bool last = !(next() > 0);
+    if (valid) d.particles[clock.side].store_state(i, q);
+    if (valid && last) d.particles[clock.side].store_motion(i, q);
+    if (last) return;
+    const Material<float> m = narrowed<flows>(d.materials[q.object]);
+    scatter_block<blades>(d, space.scatter, clock.begun + 1, q, m, valid, next());
 }
 
 template <bool tools>
@@ -181,11 +188,14 @@ void begin(const Views& views, cudaStream_t stream)
 
 void g2p(const Views& views, const Needs& needs, cudaStream_t stream)
 {
+    const int threads = needs.blades ? scatter_threads<true> : scatter_threads<false>;
+    const bool tools = needs.tools || needs.blades;
     launch("g2p",
            needs.blades  ? g2p_kernel<true, Flows::any, true>
            : needs.tools ? kernel_for<true>(needs.flows)
                          : kernel_for<false>(needs.flows),
-           blocks_for(views.particles[0].count, threads), threads, stream, views);
+           blocks_for(views.particles[0].count, threads) + (tools ? pose_parts : 0), threads,
+           stream, views);
 }
 
 }  // namespace knead::gpu

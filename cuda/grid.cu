@@ -1,5 +1,6 @@
 // Grid update: one thread block per listed block of nodes, as many as there are, however many the
-// launch brings. The grid of the substep before is cleared on the way.
+// launch brings. The grid of the substep before is cleared on the way, and a block of its own looks
+// after the clock.
 #include "blade.h"
 #include "grid.h"
 #include "launch.cuh"
@@ -37,40 +38,67 @@ __device__ void clear(const GridView& grid, int parity, int i)
     }
 }
 
-// Clears what the grid of the substep before has listed.
-template <bool fixed_point>
-__device__ void clear_other(const Views& d)
+// Counts substep n, and chooses the one after it from the speeds that the one before it left.
+__device__ void look_ahead(const Views& d, int n)
 {
-    const int parity = d.clock->parity ^ 1, count = d.clock->active[parity];
-    for (int at = int(blockIdx.x); at < count; at += int(gridDim.x)) {
-        const int b = d.grid.list[parity][at];
-        for (int f = 0; f < d.grid.fields; ++f)
-            clear<fixed_point>(d.grid, parity,
-                               f * d.lattice.node_count() + b * block_nodes + int(threadIdx.x));
-        if (threadIdx.x == 0) d.grid.touched[parity][b] = 0;
+    Clock& c = *d.clock;
+    const Step step = c.step(n);
+    c.begun = n;
+    c.fastest[n & 1] = 0;
+    const double speed = sqrt(double(__uint_as_float(c.fastest[(n + 1) & 1])));
+    c.step(n + 1) = step_after(step, d.pace, speed, c.tool_step, c.duration);
+    if (!(step.dt > 0)) return;
+    Counters& all = c.counters;
+    all.dt_least = all.substeps ? least(all.dt_least, step.dt) : step.dt;
+    all.dt_most = most(all.dt_most, step.dt);
+    ++all.substeps;
+    ++all.limits[int(step.limit)];
+    all.active_blocks = c.active[n % 3];
+}
+
+// Calls update(b) for every listed block of nodes, after clearing as many of the other grid.
+template <bool fixed_point, class Update>
+__device__ void for_each_block(const Views& d, int n, Update&& update)
+{
+    const int parity = n & 1, first = int(blockIdx.x) - 1, stride = int(gridDim.x) - 1;
+    const int count = d.clock->active[n % 3], before = d.clock->active[(n + 2) % 3];
+    for (int at = first; at < count || at < before; at += stride) {
+        const int b = at < count ? d.grid.list[parity][at] : -1;
+        const int old = at < before ? d.grid.list[parity ^ 1][at] : -1;
+        if (old >= 0) {
+            for (int f = 0; f < d.grid.fields; ++f)
+                clear<fixed_point>(
+                    d.grid, parity ^ 1,
+                    f * d.lattice.node_count() + old * block_nodes + int(threadIdx.x));
+            if (threadIdx.x == 0) d.grid.touched[parity ^ 1][old] = 0;
+        }
+        if (b >= 0) update(b);
     }
 }
 
 template <bool tools, bool fixed_point>
 __global__ void __launch_bounds__(threads, 12) grid_kernel(const __grid_constant__ Views d)
 {
-    const int parity = d.clock->parity;
-    const float dt = float(d.clock->dt);
-    const int count = d.clock->active[parity];
-    for (int at = int(blockIdx.x); at < count; at += int(gridDim.x)) {
-        const int b = d.grid.list[parity][at], i = b * block_nodes + int(threadIdx.x);
+    const int n = d.clock->done, parity = n & 1;
+    if (blockIdx.x == 0) {
+        if (threadIdx.x == 0) look_ahead(d, n);
+        return;
+    }
+    const float dt = float(d.clock->step(n).dt);
+    if (!(dt > 0)) return;
+    const Colliders<float> colliders = d.tools.colliders(n);
+    for_each_block<fixed_point>(d, n, [&](int b) {
+        const int i = b * block_nodes + int(threadIdx.x);
         bool clipped;
         const Node<float> node =
             update(sum_of<fixed_point>(d.grid, parity, i), d.lattice.node_at(i), d.lattice, d.walls,
                    d.gravity, dt, clipped, [&](Vec3<float> x, Vec3<float> v) {
-                       if constexpr (tools)
-                           return held(d.tools.colliders(), d.tools.masks[b], x, v);
+                       if constexpr (tools) return held(colliders, d.tools.masks[b], x, v);
                        return v;
                    });
         d.grid.nodes[parity][i] = {node.p.x, node.p.y, node.p.z, node.m};
         if (clipped) atomicAdd(&d.clock->counters.clipped, 1ull);
-    }
-    clear_other<fixed_point>(d);
+    });
 }
 
 // Which way lies what is below, at node n: along the slope of its mass less that of what is above.
@@ -96,13 +124,17 @@ __device__ Vec3<float> slope(const Views& d, int parity, Int3 n)
 template <bool fixed_point>
 __global__ void __launch_bounds__(threads, 8) cut_grid_kernel(const __grid_constant__ Views d)
 {
-    const int parity = d.clock->parity, nodes = d.lattice.node_count();
-    const float dt = float(d.clock->dt), dx = d.lattice.dx;
-    const int count = d.clock->active[parity];
-    const Colliders<float> colliders = d.tools.colliders();
-    for (int at = int(blockIdx.x); at < count; at += int(gridDim.x)) {
-        const int b = d.grid.list[parity][at], i = b * block_nodes + int(threadIdx.x);
-        const Int3 n = d.lattice.node_at(i);
+    const int n = d.clock->done, parity = n & 1, nodes = d.lattice.node_count();
+    if (blockIdx.x == 0) {
+        if (threadIdx.x == 0) look_ahead(d, n);
+        return;
+    }
+    const float dt = float(d.clock->step(n).dt), dx = d.lattice.dx;
+    if (!(dt > 0)) return;
+    const Colliders<float> colliders = d.tools.colliders(n);
+    for_each_block<fixed_point>(d, n, [&](int b) {
+        const int i = b * block_nodes + int(threadIdx.x);
+        const Int3 at = d.lattice.node_at(i);
         const Mask& mask = d.tools.masks[b];
         Node<float> v[3];
         float mass[3];
@@ -111,7 +143,7 @@ __global__ void __launch_bounds__(threads, 8) cut_grid_kernel(const __grid_const
             const Node<float> sum = sum_of<fixed_point>(d.grid, parity, f * nodes + i);
             mass[f] = sum.m;
             bool clipped;
-            v[f] = update(sum, n, d.lattice, d.walls, d.gravity, dt, clipped,
+            v[f] = update(sum, at, d.lattice, d.walls, d.gravity, dt, clipped,
                           [&](Vec3<float> x, Vec3<float> u) {
                               if (!d.tools.grid_contact) return u;
                               u = held(colliders, mask, x, u);
@@ -120,21 +152,20 @@ __global__ void __launch_bounds__(threads, 8) cut_grid_kernel(const __grid_const
             if (clipped) atomicAdd(&d.clock->counters.clipped, 1ull);
         }
         if (mass[above] < mass[0] && mass[below] < mass[0]) {
-            const Vec3<float> out = slope<fixed_point>(d, parity, n);
+            const Vec3<float> out = slope<fixed_point>(d, parity, at);
             part(v[above].p, v[below].p, v[0].p, out);
         }
         UNROLL
         for (int f = 0; f < 3; ++f)
             d.grid.nodes[parity][f * nodes + i] = {v[f].p.x, v[f].p.y, v[f].p.z, v[f].m};
-    }
-    clear_other<fixed_point>(d);
+    });
 }
 
 }  // namespace
 
 void grid(const Views& views, const Needs& needs, int multiprocessors, cudaStream_t stream)
 {
-    const int blocks = least(views.lattice.block_count(), 16 * multiprocessors);
+    const int blocks = 1 + least(views.lattice.block_count(), 8 * multiprocessors);
     if (needs.blades) {
         launch("grid", needs.fixed_point ? cut_grid_kernel<true> : cut_grid_kernel<false>, blocks,
                threads, stream, views);

@@ -49,6 +49,7 @@ HD Vec3<R> held(const Colliders<R>& c, const Mask& mask, Vec3<R> x, Vec3<R> v)
         v = touched(v, best.n, u, t.touch, t.friction);
     };
     for_each_candidate(mask, [&](int i) {
+        if (!boxed(c.shapes[i], x)) return;
         const int owner = c.primitives[i].tool;
         if (c.tools[owner].blade && c.shapes[i].plane) return;
         if (owner != tool) apply(), tool = owner, at = -1;

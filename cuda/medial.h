@@ -21,29 +21,36 @@ struct Primitive {
 // The side of a cone, derived once per pose. A cone without a tangent line is its larger sphere.
 template <class R>
 struct Cone {
-    Vec3<R> a, u;     // first centre [m], unit axis
-    R length, r;      // of the axis, of the first sphere [m]
-    R k, kc;          // radius per length, and k / sqrt(1 - k^2)
+    Vec3<R> a, u;      // first centre [m], unit axis
+    R length, r;       // of the axis, of the first sphere [m]
+    R k, kc;           // radius per length, and k / sqrt(1 - k^2)
     R start, inverse;  // weight of the second sphere at s: start + s * inverse
 };
 
 // A primitive's derived constants.
 template <class R>
 struct Shape {
-    int count;      // 1 ball, 2 cone, 3 slab
-    bool plane;     // slab: two tangent planes exist
-    Cone<R> edge[3];  // (0,1), (1,2), (0,2)
+    int count;                 // 1 ball, 2 cone, 3 slab
+    bool plane;                // slab: two tangent planes exist
+    Cone<R> edge[3];           // (0,1), (1,2), (0,2)
     Vec3<R> c0, N, g, m1, m2;  // slab: first centre [m], unit normal, gradient of the radius, dual
                                // vectors of its sides [1/m]
     R r0, k1, k2, cc;          // slab: first radius [m]; see (14)
-    Vec3<R> low, high;  // bounding box [m]
+    Vec3<R> low, high;         // bounding box [m]
 };
+
+template <class R>
+HD bool boxed(const Shape<R>& s, Vec3<R> p)
+{
+    return p.x >= s.low.x && p.x <= s.high.x && p.y >= s.low.y && p.y <= s.high.y &&
+           p.z >= s.low.z && p.z <= s.high.z;
+}
 
 // The nearest point: signed distance, outward normal, weights of the spheres it hangs on.
 template <class R>
 struct Foot {
-    R phi;        // [m], negative inside
-    Vec3<R> n;    // unit
+    R phi;         // [m], negative inside
+    Vec3<R> n;     // unit
     R l0, l1, l2;  // sum 1
 };
 
@@ -60,7 +67,7 @@ HD Cone<R> cone(Vec3<R> a, R ra, Vec3<R> b, R rb)
 {
     const Vec3<R> d = b - a;
     const R square = dot(d, d), dr = rb - ra;
-    if (!(square > 0) || dr * dr >= (1 - steep<R>) * square) {
+    if (!(square > 0) || dr * dr >= (1 - steep<R>)*square) {
         const bool second = rb > ra;
         return {second ? b : a, {1, 0, 0}, 0, second ? rb : ra, 0, 0, R(second ? 1 : 0), 0};
     }
@@ -91,8 +98,8 @@ HD Foot<R> foot(const Cone<R>& c, Vec3<R> p)
 // The plane of a slab: its frame hangs on the longest side ab, so that the slab may be a sliver and
 // keep its digits. ma, mb and mt are the gradients of the weights [1/m].
 template <class R>
-HD void sheet(Shape<R>& s, const Sphere<R>& a, const Sphere<R>& b, const Sphere<R>& t,
-              Vec3<R>& ma, Vec3<R>& mb, Vec3<R>& mt)
+HD void sheet(Shape<R>& s, const Sphere<R>& a, const Sphere<R>& b, const Sphere<R>& t, Vec3<R>& ma,
+              Vec3<R>& mb, Vec3<R>& mt)
 {
     const Vec3<R> ab = b.c - a.c, at = t.c - a.c;
     const R L = length(ab);

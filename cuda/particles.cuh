@@ -1,6 +1,6 @@
 // Particles on the device: six rows of 16 bytes, each row contiguous over the particles, so that a
-// warp's load of a row is one stretch of memory. What a gather reads comes first, what it only
-// writes last.
+// warp's load of a row is one stretch of memory. What lasts from substep to substep comes first,
+// what is only kept from frame to frame last.
 #pragma once
 #include <vector_types.h>
 
@@ -25,31 +25,43 @@ struct ParticleView {
         const float4 a = row(0, i);
         return {a.x, a.y, a.z};
     }
-    HD Particle<float> load(int i) const
+    // Position, strain, history: what lasts from substep to substep. The rest is zero.
+    HD Particle<float> load_state(int i) const
     {
-        const float4 a = row(0, i), b = row(1, i), c = row(2, i), d = row(3, i), e = row(4, i),
-                     f = row(5, i);
+        const float4 a = row(0, i), b = row(1, i), c = row(2, i);
         return {{a.x, a.y, a.z},
-                {d.x, d.y, d.z},
-                {{d.w, e.x, e.y}, {e.z, e.w, f.x}, {f.y, f.z, f.w}},
+                {},
+                {},
                 {b.x, b.y, b.z, c.x, c.y, c.z},
                 a.w,
                 std::bit_cast<int>(b.w),
                 std::bit_cast<std::uint32_t>(c.w)};
     }
+    HD Particle<float> load(int i) const
+    {
+        const float4 d = row(3, i), e = row(4, i), f = row(5, i);
+        Particle<float> q = load_state(i);
+        q.v = {d.x, d.y, d.z};
+        q.C = {{d.w, e.x, e.y}, {e.z, e.w, f.x}, {f.y, f.z, f.w}};
+        return q;
+    }
     HD void set_sides(int i, std::uint32_t sides) const
     {
         row(2, i).w = std::bit_cast<float>(sides);
     }
-    HD void store(int i, const Particle<float>& q) const
+    HD void store_state(int i, const Particle<float>& q) const
     {
         row(0, i) = {q.x.x, q.x.y, q.x.z, q.k};
         row(1, i) = {q.e.xx, q.e.yy, q.e.zz, std::bit_cast<float>(q.object)};
         row(2, i) = {q.e.xy, q.e.xz, q.e.yz, std::bit_cast<float>(q.sides)};
+    }
+    HD void store_motion(int i, const Particle<float>& q) const
+    {
         row(3, i) = {q.v.x, q.v.y, q.v.z, q.C.a.x};
         row(4, i) = {q.C.a.y, q.C.a.z, q.C.b.x, q.C.b.y};
         row(5, i) = {q.C.b.z, q.C.c.x, q.C.c.y, q.C.c.z};
     }
+    HD void store(int i, const Particle<float>& q) const { store_state(i, q), store_motion(i, q); }
 };
 
 }  // namespace knead::gpu

@@ -1,8 +1,8 @@
-// Tools for one substep: joints between the frame's ends, spheres hung on them, shapes derived from
-// the spheres, and for every block of the lattice the primitives that can touch what is in it.
+// What a frame needs of its tools before the first substep: for every block of the lattice the
+// primitives that can touch what is in it at any time of the frame, and the first pose.
 #include "blade.h"
 #include "launch.cuh"
-#include "stages.cuh"
+#include "pose.cuh"
 
 namespace knead::gpu {
 namespace {
@@ -11,24 +11,41 @@ constexpr int threads = 128;
 
 __global__ void __launch_bounds__(threads) pose_kernel(const __grid_constant__ Views d)
 {
-    const Clock& clock = *d.clock;
-    const double from = clock.elapsed / clock.duration,
-                 to = (clock.elapsed + clock.dt) / clock.duration;
-    const auto at = [&](double share) {
-        return [&d, share](int j) {
-            const Joint<double> b = between(d.tools.from[j], d.tools.to[j], share);
-            return Joint<float>{cast<float>(b.q), cast<float>(b.p)};
-        };
-    };
-    const Span<Sphere<float>> spheres = d.tools.spheres;
-    for (int i = int(threadIdx.x); i < spheres.count; i += threads)
-        spheres[i] = posed(d.tools.bindings[i], at(from), at(to), float(clock.dt));
-    __syncthreads();
-    for (int i = int(threadIdx.x); i < d.tools.shapes.count; i += threads) {
-        const Primitive& p = d.tools.primitives[i];
-        d.tools.shapes[i] =
-            shape(p.count, spheres[p.sphere[0]], spheres[p.sphere[1]], spheres[p.sphere[2]]);
+    __shared__ PoseSpace space;
+    pose_part(d, space, int(blockIdx.x), d.clock->done);
+}
+
+// Centre of a sphere in the frame's middle, and how far it is from there at most: each of the
+// motions that it is a weighted sum of is farthest at one of the ends.
+__device__ Sphere<float> amid(const ToolView& t, int i, float& travel)
+{
+    const Binding<float>& b = t.bindings[i];
+    const auto middle = [&t](int j) { return joint_at(t, 0.5, j); };
+    float to_end[2] = {0, 0};
+    for (int k = 0; k < 4; ++k) {
+        if (b.weight[k] == 0) continue;
+        const Joint<float> m = middle(b.joint[k]);
+        for (int end = 0; end < 2; ++end) {
+            const Joint<float> e = joint_at(t, double(end), b.joint[k]);
+            const float swing = length(rotate(e.q, b.offset[k]) - rotate(m.q, b.offset[k]));
+            to_end[end] += b.weight[k] * (length(e.p - m.p) + swing);
+        }
     }
+    travel = most(travel, most(to_end[0], to_end[1]));
+    return {centre(b, middle), {0, 0, 0}, {0, 0, 0}, b.radius, 0};
+}
+
+__global__ void __launch_bounds__(threads) sweep_kernel(const __grid_constant__ Views d)
+{
+    const ToolView& t = d.tools;
+    const int i = int(blockIdx.x * threads + threadIdx.x);
+    if (i >= t.primitives.count) return;
+    const Primitive& p = t.primitives[i];
+    float travel = 0;
+    Sphere<float> s[3];
+    for (int k = 0; k < 3; ++k) s[k] = amid(t, p.sphere[k], travel);
+    t.amid[i] = shape(p.count, s[0], s[1], s[2]);
+    t.travel[i] = travel;
 }
 
 // Whether primitive i may touch what is in the cube of centre p.
@@ -37,8 +54,8 @@ __device__ bool may_touch(const ToolView& t, int i, Vec3<float> p, float edge, f
     if (i >= t.primitives.count) return false;
     const Tool<float>& tool = t.tools[t.primitives[i].tool];
     if (!tool.active) return false;
-    const float band = candidate_band(tool.blade) * dx, half = 0.5f * edge + band;
-    const Shape<float>& s = t.shapes[i];
+    const float band = candidate_band(tool.blade) * dx + t.travel[i], half = 0.5f * edge + band;
+    const Shape<float>& s = t.amid[i];
     const bool beside = p.x + half < s.low.x || p.x - half > s.high.x || p.y + half < s.low.y ||
                         p.y - half > s.high.y || p.z + half < s.low.z || p.z - half > s.high.z;
     return !beside && reaches(s, p, edge, band);
@@ -67,18 +84,24 @@ __global__ void __launch_bounds__(threads)
     const ParticleView& particles = d.particles[d.clock->side];
     if (i >= particles.count) return;
     const Vec3<float> x = particles.position(i);
-    const float dx = d.lattice.dx;
-    const int b = d.lattice.block_of({int(x.x / dx), int(x.y / dx), int(x.z / dx)});
-    depth[particles.ids[i]] = most(-nearest(d.tools.colliders(), d.tools.masks[b], x).phi, 0.0f);
+    const int b = d.lattice.block_of(d.lattice.cell_of(x));
+    const Colliders<float> last = d.tools.colliders(d.clock->done - 1);
+    depth[particles.ids[i]] = most(-deepest(last, d.tools.masks[b], x).phi, 0.0f);
 }
 
 }  // namespace
 
-void pose(const Views& views, cudaStream_t stream)
+void masks(const Views& views, cudaStream_t stream)
 {
-    launch("pose", pose_kernel, 1, threads, stream, views);
+    launch("sweep", sweep_kernel, blocks_for(views.tools.primitives.count, threads), threads,
+           stream, views);
     launch("masks", mask_kernel, blocks_for(views.lattice.block_count(), threads / 32), threads,
            stream, views);
+}
+
+void pose(const Views& views, cudaStream_t stream)
+{
+    launch("pose", pose_kernel, pose_parts, threads, stream, views);
 }
 
 void penetration(const Views& views, float* depth, cudaStream_t stream)

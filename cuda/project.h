@@ -12,7 +12,7 @@ HD R project(Particle<R>& q, const Colliders<R>& c, const Mask& mask, int passes
 {
     R depth = 0;
     for (int k = 0; k < passes; ++k) {
-        const Contact<R> hit = nearest(c, mask, q.x);
+        const Contact<R> hit = deepest(c, mask, q.x);
         if (!(hit.phi < 0)) break;
         if (k == 0) depth = -hit.phi, q.C = skew(q.C);
         const Tool<R>& tool = c.tools[hit.tool];
@@ -40,14 +40,21 @@ HD bool confine(Particle<R>& q, const Lattice<R>& lattice, const Walls<R>& walls
     return moved;
 }
 
+// Whether all of a particle's numbers are numbers.
+template <class R>
+HD bool sound(const Particle<R>& q)
+{
+    const R sum = q.x.x + q.x.y + q.x.z + q.v.x + q.v.y + q.v.z + trace(q.e) + q.e.xy + q.e.xz +
+                  q.e.yz + q.k + determinant(q.C);
+    return sum - sum == 0;
+}
+
 // A particle whose numbers are no longer numbers poisons 427 neighbours in one substep, so it is
 // put back, at rest and without strain, where it was. True if that was needed.
 template <class R>
 HD bool repair(Particle<R>& q, const Particle<R>& before)
 {
-    const R sum = q.x.x + q.x.y + q.x.z + q.v.x + q.v.y + q.v.z + trace(q.e) + q.e.xy + q.e.xz +
-                  q.e.yz + q.k + determinant(q.C);
-    if (sum - sum == 0) return false;
+    if (sound(q)) return false;
     q = {before.x, {0, 0, 0}, {}, {}, 0, before.object, before.sides};
     return true;
 }

@@ -1,5 +1,6 @@
 // The stages of a substep on the device, in their order, and all that their kernels see.
-//   begin (once a frame) . sort . { pose . masks | p2g } . grid . g2p { next dt, again or not }
+//   begin . sort . masks . pose . p2g, once a frame; then, substep by substep,
+//   grid { next dt } . g2p { pose and scatter for the next }
 #pragma once
 #include <cuda_runtime.h>
 
@@ -31,21 +32,23 @@ struct Counters {
     int substeps, limits[6];
     unsigned long long yielded, projected, clipped, confined, repaired;  // particle-substeps, nodes
     unsigned long long covered;  // particle-substeps with a blade beside them
-    unsigned deepest;  // bits of the largest depth found [m]
+    unsigned deepest;            // bits of the largest depth found [m]
     int active_blocks;
 };
 
-// Where a frame stands.
+// Where the simulation stands. Substeps are counted through all frames; what belongs to substep n
+// is kept in place n of a ring. Nothing is written by a kernel that reads it in the same place, so
+// that no thread has to wait for all others: `done` is what grid goes by and g2p writes, `begun` is
+// what g2p goes by and grid writes.
 struct Clock {
-    double elapsed, duration, tool_step, dt;  // [s]
-    double speed_squared;                     // of the fastest particle [m^2/s^2]
-    unsigned fastest;                         // bits of the same, while it is looked for
-    unsigned finished;                        // blocks of g2p that are through
-    int side;                                 // which of the two particle arrays is current
-    int parity;                               // which of the two grids is current
-    int active[2];                            // blocks that hold mass, per grid
-    int limit;                                // what limits dt
+    int done, begun;  // substeps through; the one under way
+    Step steps[3];
+    int active[3];               // blocks that hold mass
+    unsigned fastest[2];         // bits of the largest speed squared that a substep left [m^2/s^2]
+    double duration, tool_step;  // of the frame [s]
+    int side;                    // which of the two particle arrays is current
     Counters counters;
+    HD Step& step(int n) { return steps[n % 3]; }
 };
 
 // Materials by object. One that is alone travels with the kernel's arguments.
@@ -59,14 +62,15 @@ struct Materials {
     }
 };
 
-// Nodes in the order of Lattice::index. Two grids, so that one is cleared while the other is used.
+// Nodes in the order of Lattice::index. Two grids, so that one is cleared while the other is used;
+// substep n has that of n % 2.
 // Each has one field, or with blades three: all clay, then that of uncut clay and each label.
 struct GridView {
     int fields;            // 1 or 3
     float4* nodes[2];      // fields * node_count each: Node<float>; one array twice if fixed-point
     long long* sums[2];    // fixed-point: 4 * fields * node_count each: momentum, mass; else null
     unsigned* touched[2];  // block_count each: the block is in the list
-    int* list[2];          // block_count each: blocks that hold mass, Clock::active of them
+    int* list[2];          // block_count each: blocks that hold mass, as Clock::active counts
     float momentum_scale, mass_scale;  // fixed-point units per kg m/s and per kg: powers of two
 };
 
@@ -87,20 +91,29 @@ HD Offsets offsets(const Lattice<float>& lattice, Int3 base)
     return o;
 }
 
+constexpr int most_joints = 64;
+
 // Where tools are kept, posed anew for every substep.
 struct ToolView {
-    const Joint<double>*from, *to;   // joints at both ends of the frame
+    const Joint<double>*from, *to;  // joints at both ends of the frame, `joints` each
+    int joints;
     const Binding<float>* bindings;  // one per sphere
-    Span<Sphere<float>> spheres;
-    Span<Shape<float>> shapes;
+    Span<Sphere<float>> spheres[2];
+    Span<Shape<float>> shapes[2];  // both of substep n in n % 2
+    Span<Shape<float>> amid;       // of the frame's middle
+    float* travel;  // per primitive: how far any point of it is from there, at most [m]
     Span<const Primitive> primitives;
     Span<const Tool<float>> tools;
-    Mask* masks;  // block_count
+    Mask* masks;  // block_count: what may touch the block at any time of the frame
     bool grid_contact;
     int passes;
-    HD Colliders<float> colliders() const
+    HD Colliders<float> colliders(int n) const
     {
-        return {{spheres.data, spheres.count}, primitives, {shapes.data, shapes.count}, tools};
+        const int parity = n & 1;
+        return {{spheres[parity].data, spheres[parity].count},
+                primitives,
+                {shapes[parity].data, shapes[parity].count},
+                tools};
     }
 };
 
@@ -132,13 +145,15 @@ std::size_t sort_scratch_bytes(int count, const Lattice<float>& lattice);
 void sort(const Views& views, const SortSpace& space, cudaStream_t stream);
 // Reads the orders and chooses the first substep.
 void begin(const Views& views, cudaStream_t stream);
-// Tools at the end of the substep, and the primitives near each block.
+// What may touch each block during the frame, and the tools at the end of the first substep.
+void masks(const Views& views, cudaStream_t stream);
 void pose(const Views& views, cudaStream_t stream);
 // Adds mass and momentum to the current grid, which is clear, and lists its blocks.
 void p2g(const Views& views, const Needs& needs, cudaStream_t stream);
-// Momenta become velocities; clears the other grid.
+// Momenta become velocities; the other grid is cleared; the next substep is chosen.
 void grid(const Views& views, const Needs& needs, int multiprocessors, cudaStream_t stream);
-// Particles move; the clock moves on to the next substep.
+// Particles move, and are added to the other grid for the next substep, to which the clock moves
+// on.
 void g2p(const Views& views, const Needs& needs, cudaStream_t stream);
 // Depth [m] of every particle by id, 0 outside of all tools.
 void penetration(const Views& views, float* depth, cudaStream_t stream);

@@ -82,6 +82,11 @@ struct Lattice {
         const int l = i % block_nodes;
         return {4 * b.x + l % 4, 4 * b.y + l / 4 % 4, 4 * b.z + l / 16};
     }
+    HD Int3 cell_of(Vec3<R> x) const  // the cell that x is in, by its lowest node
+    {
+        const R s = 1 / dx;
+        return {int(s * x.x), int(s * x.y), int(s * x.z)};
+    }
     HD Vec3<R> position(Int3 n) const { return {dx * R(n.x), dx * R(n.y), dx * R(n.z)}; }
 };
 

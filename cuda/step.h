@@ -44,4 +44,28 @@ HD StepChoice paced(const Pace& p, double speed, double tool, double left)
     return {left / std::ceil(left / best.dt * (1 - 1e-9)), best.limit};
 }
 
+// One substep of a frame.
+struct Step {
+    double start, dt;  // [s] from the frame's beginning; dt 0: there is none
+    Limit limit;       // what cut it
+};
+
+// The substep that begins `start` into a frame, for clay moving at up to `speed` [m/s].
+HD Step step_at(const Pace& p, double start, double speed, double tool, double duration)
+{
+    const double left = duration - start;
+    if (!(left > 1e-12 * duration)) return {start, 0, Limit::frame_end};
+    const StepChoice c = paced(p, speed, tool, left);
+    return {start, c.dt, c.limit};
+}
+
+// The one after it, chosen before it is through, from the speeds at its beginning: the scatter for
+// a substep need not wait until all particles have moved. That one substep's change of speed is
+// what the Courant number leaves room for.
+HD Step step_after(const Step& s, const Pace& p, double speed, double tool, double duration)
+{
+    if (!(s.dt > 0)) return s;
+    return step_at(p, s.start + s.dt, speed, tool, duration);
+}
+
 }  // namespace knead

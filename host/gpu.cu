@@ -11,6 +11,9 @@ namespace knead {
 namespace gpu {
 namespace {
 
+// Going round the graph's loop costs about 3 us, and a substep that finds the frame over about 4.
+constexpr int substeps_a_turn = 4;
+
 struct Stream {
     cudaStream_t s = nullptr;
     Stream() { check(cudaStreamCreateWithFlags(&s, cudaStreamNonBlocking), "stream"); }
@@ -91,9 +94,12 @@ class GpuSolver : public Solver {
 
   private:
     void capture(FrameGraph& to, bool tools);
+    void start(const Views& views, const Needs& needs);
     void substep(const Views& views, const Needs& needs, cudaStream_t stream);
+    Views views_for(const Needs& needs) const;
     void step_through();
     void measure() const;
+    void pose_end(const Views& views) const;
     void settle_cuts(const Motion& motion, double duration, bool covered);
 
     Setup rules;  // without particles
@@ -140,17 +146,33 @@ GpuSolver::GpuSolver(const Setup& given, int wanted)
     if (store.needs().tools) capture(with_tools, true);
 }
 
-// Posing the tools needs nothing of the particles, so it runs beside the scatter.
-void GpuSolver::substep(const Views& views, const Needs& needs, cudaStream_t stream)
+Views GpuSolver::views_for(const Needs& needs) const
 {
+    Views views = store.views();
+    if (!needs.tools) views.tools.primitives.count = 0;
+    return views;
+}
+
+// What comes before the first grid update. Posing the tools needs nothing of the particles, so it
+// runs beside the sort.
+void GpuSolver::start(const Views& views, const Needs& needs)
+{
+    store.send_orders(main);
+    begin(views, main);
     if (needs.tools) {
-        check(cudaEventRecord(forked, stream), "fork");
+        check(cudaEventRecord(forked, main), "fork");
         check(cudaStreamWaitEvent(beside, forked, 0), "fork");
+        masks(views, beside);
         pose(views, beside);
         check(cudaEventRecord(joined, beside), "join");
     }
-    p2g(views, needs, stream);
-    if (needs.tools) check(cudaStreamWaitEvent(stream, joined, 0), "join");
+    sort(views, store.sort_space(), main);
+    p2g(views, needs, main);
+    if (needs.tools) check(cudaStreamWaitEvent(main, joined, 0), "join");
+}
+
+void GpuSolver::substep(const Views& views, const Needs& needs, cudaStream_t stream)
+{
     grid(views, needs, processors, stream);
     g2p(views, needs, stream);
 }
@@ -159,11 +181,9 @@ void GpuSolver::capture(FrameGraph& to, bool tools)
 {
     Needs needs = store.needs();
     needs.tools = tools || needs.blades;  // a cut stays one when the hands have gone
-    Views views = store.views();
+    Views views = views_for(needs);
     check(cudaStreamBeginCapture(main, cudaStreamCaptureModeThreadLocal), "capture");
-    store.send_orders(main);
-    sort(views, store.sort_space(), main);
-    begin(views, main);
+    start(views, needs);
     cudaStreamCaptureStatus state;
     cudaGraph_t graph;
 #if CUDART_VERSION >= 13000
@@ -179,7 +199,7 @@ void GpuSolver::capture(FrameGraph& to, bool tools)
     check(cudaStreamBeginCaptureToGraph(body, loop, nullptr, nullptr, 0,
                                         cudaStreamCaptureModeThreadLocal),
           "capture");
-    substep(views, needs, body);
+    for (int k = 0; k < substeps_a_turn; ++k) substep(views, needs, body);
     cudaGraph_t same;
     check(cudaStreamEndCapture(body, &same), "capture");
     check(cudaMemcpyAsync(status.data(), views.clock, sizeof(Clock), cudaMemcpyDeviceToHost, main),
@@ -195,17 +215,15 @@ void GpuSolver::step_through()
 {
     Needs needs = store.needs();
     needs.tools = posed || needs.blades;
-    const Views views = store.views();
-    store.send_orders(main);
-    sort(views, store.sort_space(), main);
-    begin(views, main);
+    const Views views = views_for(needs);
+    start(views, needs);
     do {
         substep(views, needs, main);
         check(cudaMemcpyAsync(status.data(), views.clock, sizeof(Clock), cudaMemcpyDeviceToHost,
                               main),
               "status");
         check(cudaStreamSynchronize(main), "substep");
-    } while (status->elapsed < status->duration * (1 - 1e-12));
+    } while (status->step(status->done).dt > 0);
 }
 
 Tally GpuSolver::advance(const Motion& motion, double duration)
@@ -278,9 +296,9 @@ void GpuSolver::measure() const
 {
     check(cudaSetDevice(device), "device");
     constexpr int warm = 2, repeats = 10;
-    const Views views = store.views();
     Needs needs = store.needs();
     needs.tools = posed || needs.blades;
+    const Views views = views_for(needs);
     Event from, to;
     const auto timed = [&](const char* stage, auto&& run) {
         check(cudaEventRecord(from, main), stage);
@@ -291,8 +309,6 @@ void GpuSolver::measure() const
         check(cudaEventElapsedTime(&milliseconds, from, to), stage);
         return 1e-3 * double(milliseconds);
     };
-    const double sorting = timed("sort", [&] { sort(views, store.sort_space(), main); });
-    const Clock before = store.clock();
     const auto copy_rows = [&](int source, int target) {
         const std::size_t bytes = store.rows[0].bytes();
         check(cudaMemcpy(views.particles[target].rows, views.particles[source].rows, bytes,
@@ -300,27 +316,46 @@ void GpuSolver::measure() const
               "measure");
         check(cudaDeviceSynchronize(), "measure");
     };
+    const double sorting = timed("sort", [&] { sort(views, store.sort_space(), main); });
+    const Clock before = store.clock();
     copy_rows(before.side, before.side ^ 1);
     begin(views, main);
-    times = {{"sort", sorting}, {"pose", 0}, {"p2g", 0}, {"grid", 0}, {"g2p", 0}};
-    for (int k = 0; k < warm + repeats; ++k) {
-        const double step[] = {needs.tools ? timed("pose", [&] { pose(views, main); }) : 0,
-                               timed("p2g", [&] { p2g(views, needs, main); }),
-                               timed("grid", [&] { grid(views, needs, processors, main); }),
+    const double posing = timed("pose", [&] {
+        if (needs.tools) masks(views, main), pose(views, main);
+    });
+    const double scatter = timed("p2g", [&] { p2g(views, needs, main); });
+    times = {{"sort", sorting}, {"pose", posing}, {"p2g", scatter}, {"grid", 0}, {"g2p", 0}};
+    const auto under_way = [&] {
+        Clock now = store.clock();
+        return now.step(now.done).dt > 0;
+    };
+    int counted = 0;
+    for (int k = 0; k < warm + repeats && under_way(); ++k) {
+        const double step[] = {timed("grid", [&] { grid(views, needs, processors, main); }),
                                timed("g2p", [&] { g2p(views, needs, main); })};
-        for (std::size_t s = 0; k >= warm && s < 4; ++s)
-            times[s + 1].seconds += step[s] / repeats * last_substeps;
+        if (k < warm && last_substeps > warm) continue;
+        times[3].seconds += step[0], times[4].seconds += step[1], ++counted;
     }
+    for (std::size_t s : {3, 4}) times[s].seconds *= double(last_substeps) / counted;
     copy_rows(before.side ^ 1, before.side);
-    Clock after = store.clock();
-    after.speed_squared = before.speed_squared;
+    store.clear_grids();
+    Clock after = before;
+    for (int& active : after.active) active = 0;
     store.set_clock(after);
-    if (needs.tools) {  // tools back to the end of the frame, for penetration()
-        after.elapsed = before.elapsed - before.dt, after.dt = before.dt;
-        store.set_clock(after);
-        pose(views, main);
-        check(cudaStreamSynchronize(main), "measure");
-    }
+    if (needs.tools) pose_end(views);
+}
+
+// Tools back to the end of the frame, for penetration().
+void GpuSolver::pose_end(const Views& views) const
+{
+    const Clock after = store.clock();
+    Clock clock = after;
+    --clock.done;
+    clock.step(clock.done) = {0, clock.duration, Limit::frame_end};
+    store.set_clock(clock);
+    pose(views, main);
+    check(cudaStreamSynchronize(main), "measure");
+    store.set_clock(after);
 }
 
 }  // namespace

@@ -40,8 +40,9 @@ struct GpuStages::Held {
         check(
             cudaMemcpy(store.list[0].data(), all.data(), store.list[0].bytes(), cudaMemcpyDefault),
             "stage");
-        clock.parity = 0;
-        clock.active[0] = int(all.size()), clock.active[1] = 0;
+        clock.begun = clock.done;  // even: the first grid is current
+        for (int k = 0; k < 3; ++k)
+            clock.active[(clock.done + k) % 3] = k == 0 ? int(all.size()) : 0;
         store.set_clock(clock);
     }
     void send(const std::vector<Node<float>>& nodes) const
@@ -72,7 +73,10 @@ GpuStages::GpuStages(const Setup& setup, const Motion& motion, double dt)
     held->store.order(held->setup, motion, dt);
     held->store.send_orders(nullptr);
     begin(held->store.views(), nullptr);
-    if (held->needs.tools) pose(held->store.views(), nullptr);
+    if (held->needs.tools) {
+        gpu::masks(held->store.views(), nullptr);
+        pose(held->store.views(), nullptr);
+    }
     held->done();
 }
 

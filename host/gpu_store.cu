@@ -122,9 +122,12 @@ Store::Store(const Setup& setup)
     }
     all.tools = {joints.data(),
                  joints.data() + int(side_count) * joint_count,
+                 int(side_count) * joint_count,
                  bindings.data(),
-                 spheres.span(),
-                 shapes.span(),
+                 {spheres[0].span(), spheres[1].span()},
+                 {shapes[0].span(), shapes[1].span()},
+                 amid.span(),
+                 travel.data(),
                  {primitives.data(), int(primitives.size())},
                  {tools.data(), int(tools.size())},
                  masks.data(),
@@ -169,8 +172,13 @@ void Store::allocate(const Setup& setup)
     bindings = DeviceArray<Binding<float>>(setup.rig.spheres);
     primitives = DeviceArray<Primitive>(setup.rig.primitives);
     tools = DeviceArray<Tool<float>>(setup.tools.size());
-    spheres = DeviceArray<Sphere<float>>(setup.rig.spheres.size());
-    shapes = DeviceArray<Shape<float>>(setup.rig.primitives.size());
+    static_assert(int(side_count) * joint_count <= most_joints);
+    for (int parity = 0; parity < 2; ++parity) {
+        spheres[parity] = DeviceArray<Sphere<float>>(setup.rig.spheres.size());
+        shapes[parity] = DeviceArray<Shape<float>>(setup.rig.primitives.size());
+    }
+    amid = DeviceArray<Shape<float>>(setup.rig.primitives.size());
+    travel = DeviceArray<float>(setup.rig.primitives.size());
     joints = DeviceArray<Joint<double>>(2 * int(side_count) * joint_count);
     if (used.tools) {
         masks = DeviceArray<Mask>(blocks);
@@ -188,15 +196,18 @@ void Store::upload(const Setup& setup) const
     std::iota(host_ids.begin(), host_ids.end(), 0);
     const ParticleView view{host_rows.data(), host_ids.data(), int(n)};
     Clock start{};
+    float fastest = 0;
     for (std::size_t i = 0; i < n; ++i) {
         const Particle<float> q = cast<float>(setup.particles[i]);
         view.store(int(i), q);
-        start.speed_squared = std::max(start.speed_squared, double(dot(q.v, q.v)));
+        fastest = std::max(fastest, dot(q.v, q.v));
     }
     gpu::check(cudaMemcpy(rows[0].data(), host_rows.data(), rows[0].bytes(), cudaMemcpyDefault),
                "upload");
     gpu::check(cudaMemcpy(ids[0].data(), host_ids.data(), ids[0].bytes(), cudaMemcpyDefault),
                "upload");
+    start.done = 6;  // of its rings, all places are behind it
+    start.fastest[1] = std::bit_cast<unsigned>(fastest);
     set_clock(start);
 }
 
@@ -259,6 +270,16 @@ void Store::set_sides(const std::vector<Particle<double>>& q) const
     gpu::check(cudaDeviceSynchronize(), "labels");
 }
 
+void Store::clear_grids() const
+{
+    const auto clear = [](const auto& array) {
+        if (array.size()) gpu::check(cudaMemset(array.data(), 0, array.bytes()), "clear");
+    };
+    for (int parity = 0; parity < 2; ++parity)
+        clear(nodes[parity]), clear(sums[parity]), clear(touched[parity]);
+    gpu::check(cudaDeviceSynchronize(), "clear");
+}
+
 void Store::set_clock(const Clock& clock) const
 {
     gpu::check(cudaMemcpy(clocks.data(), &clock, sizeof clock, cudaMemcpyDefault), "clock");
@@ -270,11 +291,12 @@ Clock Store::clock() const { return clocks.downloaded()[0]; }
 std::size_t Store::bytes() const
 {
     std::size_t sum = materials.bytes() + bindings.bytes() + primitives.bytes() + tools.bytes() +
-                      spheres.bytes() + shapes.bytes() + masks.bytes() + joints.bytes() +
+                      amid.bytes() + travel.bytes() + masks.bytes() + joints.bytes() +
                       clocks.bytes() + orders.bytes() + scratch.bytes() + depth.bytes();
     for (int s = 0; s < 2; ++s)
-        sum += rows[s].bytes() + nodes[s].bytes() + sums[s].bytes() + touched[s].bytes() +
-               ids[s].bytes() + list[s].bytes() + keys[s].bytes() + places[s].bytes();
+        sum += spheres[s].bytes() + shapes[s].bytes() + rows[s].bytes() + nodes[s].bytes() +
+               sums[s].bytes() + touched[s].bytes() + ids[s].bytes() + list[s].bytes() +
+               keys[s].bytes() + places[s].bytes();
     return sum;
 }
 

@@ -25,6 +25,8 @@ class Store {
 
     std::vector<Particle<double>> particles() const;
     void set_sides(const std::vector<Particle<double>>& particles) const;
+    // Clears both grids, whatever they hold.
+    void clear_grids() const;
     void set_clock(const Clock& clock) const;
     Clock clock() const;
 
@@ -42,8 +44,9 @@ class Store {
     DeviceArray<Binding<float>> bindings;
     DeviceArray<Primitive> primitives;
     DeviceArray<Tool<float>> tools;
-    DeviceArray<Sphere<float>> spheres;
-    DeviceArray<Shape<float>> shapes;
+    DeviceArray<Sphere<float>> spheres[2];
+    DeviceArray<Shape<float>> shapes[2], amid;
+    DeviceArray<float> travel;
     DeviceArray<Mask> masks;
     DeviceArray<Joint<double>> joints;  // of the frame's beginning, then of its end
     DeviceArray<Clock> clocks;

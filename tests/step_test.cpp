@@ -71,5 +71,33 @@ TEST(Pace, AFixedStepIsKeptWhateverElse)
     EXPECT_EQ(paced(p, 1e3, 1e-7, 1e-4).limit, Limit::frame_end);
 }
 
+// Each substep is the one that the speeds at the beginning of the one before ask for, and together
+// they fill the frame.
+TEST(Step, FollowEachOtherToTheEndOfTheFrame)
+{
+    const Pace p{0.4, 0.02, 10, 1e30, 0, 1e-2};
+    std::mt19937 source(5);
+    std::uniform_real_distribution<> any_speed(0, 40), any_duration(1e-4, 2e-2);
+    for (int k = 0; k < 200; ++k) {
+        const double duration = any_duration(source);
+        double sum = 0, speed = any_speed(source);
+        Step s = step_at(p, 0, speed, 1e30, duration);
+        ASSERT_EQ(s.dt, paced(p, speed, 1e30, duration).dt);
+        while (s.dt > 0) {
+            ASSERT_DOUBLE_EQ(s.start, sum);
+            ASSERT_LE(s.dt, p.courant * p.dx / p.sound * (1 + 1e-9));
+            const Step next = step_after(s, p, speed, 1e30, duration);
+            sum += s.dt;
+            if (duration - sum > 1e-9 * duration) {
+                ASSERT_NEAR(next.dt, paced(p, speed, 1e30, duration - sum).dt, 1e-12);
+            }
+            s = next;
+            speed = any_speed(source);
+        }
+        EXPECT_NEAR(sum, duration, 1e-12 * duration);
+        EXPECT_EQ(step_after(s, p, speed, 1e30, duration).dt, 0);
+    }
+}
+
 }  // namespace
 }  // namespace knead
