@@ -3,6 +3,7 @@
 #include <bit>
 #include <cstdlib>
 
+#include "cuda/surface.cuh"
 #include "gpu_store.cuh"
 #include "pieces.h"
 #include "solver.h"
@@ -89,6 +90,7 @@ class GpuSolver : public Solver {
     std::vector<Particle<double>> particles() const override;
     std::vector<double> penetration() const override;
     const std::vector<StageTime>& stage_times() const override;
+    const Clay* clay() const override { return &held; }
     std::size_t memory() const override { return store.bytes(); }
     std::string name() const override { return title; }
 
@@ -105,6 +107,7 @@ class GpuSolver : public Solver {
     Setup rules;  // without particles
     int device, processors;
     Store store;
+    Clay held;
     std::string title;
     Stream main, body, beside;
     Event forked{cudaEventDisableTiming}, joined{cudaEventDisableTiming};
@@ -131,7 +134,11 @@ int chosen(int device)
 }
 
 GpuSolver::GpuSolver(const Setup& given, int wanted)
-    : rules(given), device(chosen(wanted)), processors(multiprocessors(device)), store(given)
+    : rules(given),
+      device(chosen(wanted)),
+      processors(multiprocessors(device)),
+      store(given),
+      held{{store.views().particles[0], store.views().particles[1]}, &store.views().clock->side}
 {
     rules.particles.clear();
     rules.particles.shrink_to_fit();

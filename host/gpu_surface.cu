@@ -47,6 +47,7 @@ int chosen(int device)
     int count = 0;
     if (cudaGetDeviceCount(&count) != cudaSuccess || count == 0)
         throw std::runtime_error("no CUDA device");
+    if (device == -1) check(cudaGetDevice(&device), "device");
     if (device < 0 || device >= count)
         throw std::runtime_error("no CUDA device " + std::to_string(device) + " among " +
                                  std::to_string(count));

@@ -21,13 +21,13 @@ struct SurfaceRoom {
 };
 
 // Surfaces of one scene. `particles` says which objects there are and how much clay; later ones may
-// be elsewhere. Throws std::invalid_argument for a rule without meaning, std::runtime_error for a
-// lattice too large, or where there is no device.
+// be elsewhere. Without a number, on the calling thread's device. Throws std::invalid_argument for
+// a rule without meaning, std::runtime_error for a lattice too large, or where there is no device.
 class GpuSurface {
   public:
     GpuSurface(const std::vector<Particle<double>>& particles,
                const std::vector<Material<double>>& materials, const SurfaceRule& rule,
-               SurfaceRoom room = {}, int device = 0);
+               SurfaceRoom room = {}, int device = -1);
     ~GpuSurface();
 
     // Launches all stages; waits for nothing, and a graph may capture it. A surface for which there

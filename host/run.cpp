@@ -8,6 +8,7 @@
 #include <cmath>
 
 #include "gesture.h"
+#include "gpu_surface.h"
 #include "recording.h"
 #include "seed.h"
 
@@ -123,9 +124,16 @@ class Run {
     void mesh(FrameRow& row)
     {
         const Wall::time_point start = Wall::now();
-        const bool fresh = row.audited && row.state.broken == 0;
-        record.meshes = surface(fresh ? record.last_good : solver.particles(),
-                                scene.setup.materials, scene.surface);
+        if (const gpu::Clay* clay = solver.clay()) {
+            if (!on_device)
+                on_device = std::make_unique<GpuSurface>(record.last_good, scene.setup.materials,
+                                                         scene.surface);
+            record.meshes = on_device->surface(*clay);
+        } else {
+            const bool fresh = row.audited && row.state.broken == 0;
+            record.meshes = surface(fresh ? record.last_good : solver.particles(),
+                                    scene.setup.materials, scene.surface);
+        }
         row.surface_wall = since(start);
         row.meshed = true;
         for (const Mesh& m : record.meshes) {
@@ -139,6 +147,9 @@ class Run {
     const RunRule& rule;
     RunRecord record;
     DepthCount depths;
+
+  private:
+    std::unique_ptr<GpuSurface> on_device;
 };
 
 // More than a hundredth of the clay put back in one frame: the guards no longer repair, they hide.

@@ -60,6 +60,10 @@ struct StageTime {
     double seconds;
 };
 
+namespace gpu {
+struct Clay;  // cuda/surface.cuh: where a solver keeps its particles on the device
+}
+
 class Solver {
   public:
     virtual ~Solver() = default;
@@ -70,6 +74,8 @@ class Solver {
     // Depth [m] of every particle inside a tool at the end of the last frame; 0 entries left out.
     virtual std::vector<double> penetration() const = 0;
     virtual const std::vector<StageTime>& stage_times() const = 0;
+    // Where the particles are on the device, for its surface; null where they are not on one.
+    virtual const gpu::Clay* clay() const { return nullptr; }
     virtual std::size_t memory() const = 0;  // bytes held
     virtual std::string name() const = 0;    // "cpu float, 2 threads", "cuda: NVIDIA H200"
 };
