@@ -83,15 +83,6 @@ double instructions_in(const std::string& file)
     return sum;
 }
 
-// Warp instructions per second of all multiprocessors at the clock the driver tells: four
-// schedulers each, of one instruction a cycle.
-double issue_rate(const DeviceFacts& facts)
-{
-    if (facts.multiprocessors == 0) return 0;
-    const std::optional<GpuState> state = gpu_state(gpu_bus());
-    return state ? 4.0 * facts.multiprocessors * 1e6 * std::max(state->clock, 1u) : 0;
-}
-
 // `each`: instructions per particle and substep of the squeeze; 0: not known.
 void add_issue(Bench& bench, double each)
 {
@@ -101,7 +92,8 @@ void add_issue(Bench& bench, double each)
             "(--instructions)");
         return;
     }
-    const double rate = issue_rate(bench.facts);
+    // Warp instructions a second: four schedulers a multiprocessor, of one instruction a cycle.
+    const double rate = 4.0 * bench.facts.multiprocessors * gpu_clock();
     for (BenchRow& row : bench.result.rows) {
         if (!row.name.starts_with("squeeze")) continue;  // what was counted
         row.instructions = each;
@@ -135,6 +127,12 @@ int attempted(Bench& bench, const std::string& name, Suite suite)
 const std::vector<std::string> results{"bench.json", "bench.csv"};
 
 }  // namespace
+
+double gpu_clock()
+{
+    const std::optional<GpuState> state = gpu_state(gpu_bus());
+    return state ? 1e6 * state->clock : 0;
+}
 
 Bench::Bench(const BenchOptions& o)
     : options(completed(o)), device(device_of(o.backend)), facts(device_facts(device, o.threads))

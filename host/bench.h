@@ -63,6 +63,7 @@ struct Target {
     bool least = false;    // the measured value must be at least so large
     double measured = -1;  // negative: not measured
     std::string note;
+    bool estimate = false;  // says what may be, on another card; has no bounds
 };
 enum class Met { aim, must, missed, open };
 Met met(const Target& target);
@@ -166,6 +167,8 @@ void run_peers(Bench&);
 nlohmann::json bench_json(const Bench& bench);
 std::string bench_csv(const BenchResult& result);
 std::string bench_text(const Bench& bench);
+// The clock of the multiprocessors as the driver tells it now [1/s]; 0: not told.
+double gpu_clock();
 // Name and content of the drawings.
 std::vector<std::pair<std::string, std::string>> bench_plots(const Bench& bench);
 

@@ -37,22 +37,32 @@ double simulated(const Scene& scene)
                                        : 1 / scene.frame_rate;
 }
 
-// What the repeats of a case gather.
+// What the repeats of a case gather. Frames in which no hand touches any more are set aside, unless
+// there are no others.
 struct Gathered {
-    std::vector<double> frames, substeps, counts, surfaces, medians;
-    int touched = 0;
+    struct Times {
+        std::vector<double> frames, substeps, counts;
+        void add(const DrivenFrame& f)
+        {
+            const int n = std::max(f.tally.substeps, 1);
+            frames.push_back(f.wall), substeps.push_back(f.wall / n), counts.push_back(n);
+        }
+    };
+    Times touched, apart;
+    std::vector<double> surfaces, medians;
+    int timed = 0;
     Tally sum;
     long blocks = 0;
 
     void add(const DrivenFrame& f)
     {
-        const int n = std::max(f.tally.substeps, 1);
-        frames.push_back(f.wall), substeps.push_back(f.wall / n), counts.push_back(n);
-        touched += f.tally.projected > 0;
+        (f.tally.projected > 0 ? touched : apart).add(f);
+        ++timed;
         sum.clipped += f.tally.clipped, sum.confined += f.tally.confined;
         sum.repaired += f.tally.repaired;
         blocks = f.tally.active_blocks;
     }
+    const Times& times() const { return touched.frames.empty() ? apart : touched; }
 };
 
 void once(const Scene& scene, Solver& solver, const HandSource* hands, const Drive& how, int first,
@@ -61,12 +71,12 @@ void once(const Scene& scene, Solver& solver, const HandSource* hands, const Dri
     const Wall::time_point begin = Wall::now();
     const int every =
         how.surfaces > 0 && how.frames > 0 ? std::max(1, how.frames / how.surfaces) : 0;
-    std::vector<double> mine;
+    Gathered mine;
     drive(scene, solver, hands, first, [&](const DrivenFrame& f) {
         const int timed = f.index - how.warm_up + 1;
         if (timed > 0) {
             all.add(f);
-            mine.push_back(all.substeps.back());
+            mine.add(f);
             if (every && timed % every == 0) {
                 const SurfaceTimes made = surface_times(solver.particles(), scene, device, 1);
                 all.surfaces.push_back(spread(made.whole).median);
@@ -75,7 +85,7 @@ void once(const Scene& scene, Solver& solver, const HandSource* hands, const Dri
         if (interrupted() || (how.frames > 0 && timed >= how.frames)) return false;
         return timed < 2 || since(begin) < how.limit / how.repeats;
     });
-    if (!mine.empty()) all.medians.push_back(spread(mine).median);
+    if (mine.timed > 0) all.medians.push_back(spread(mine.times().substeps).median);
 }
 
 double relative_range(const std::vector<double>& medians)
@@ -89,10 +99,10 @@ void fill(BenchRow& row, const Scene& scene, const Gathered& all)
 {
     row.particles = scene.setup.particles.size();
     row.nodes = scene.setup.lattice.size;
-    row.frames = int(all.frames.size()), row.repeats = int(all.medians.size());
-    row.touched = all.touched;
-    row.substeps = spread(all.counts).median;
-    row.frame = spread(all.frames), row.substep = spread(all.substeps);
+    row.frames = all.timed, row.repeats = int(all.medians.size());
+    row.touched = int(all.touched.frames.size());
+    row.substeps = spread(all.times().counts).median;
+    row.frame = spread(all.times().frames), row.substep = spread(all.times().substeps);
     row.between = relative_range(all.medians);
     row.surface = spread(all.surfaces).median;
     row.least_bytes = least_bytes(row.particles, all.blocks);
@@ -180,7 +190,7 @@ const BenchRow& Bench::measured(const std::string& name, const Scene& scene, con
         once(scene, *solver, hands.get(), how, first, device, all);
         row.bytes = solver->memory();
         if (k > 0) continue;
-        row.hashed_after = int(all.frames.size()) + how.warm_up;
+        row.hashed_after = all.timed + how.warm_up;
         if (how.stages) row.stages = solver->stage_times();
         const Audit state =
             audit(solver->particles(), scene.setup.materials, scene.setup.lattice.dx);

@@ -23,6 +23,14 @@ using Json = nlohmann::json;
 constexpr int nodes = 64, substeps = 5, warm_frames = 40;
 constexpr double dt = 1e-4;  // [s]
 
+// Both cones close on the ball at 1 m/s from just outside, upright all the way: they do not spin,
+// so that a peer need not know what the spin of a tool does to its surface.
+Motion upright(double t, double duration)
+{
+    const auto at = [](double time) { return wrists(0.31 - time, 0); };
+    return {at(t), at(t + duration), {1, 1}};
+}
+
 int frames(const Bench& bench) { return bench.options.quick ? 60 : 240; }
 
 Setup peer_scene(const Bench& bench)
@@ -41,7 +49,7 @@ Json posed_spheres(const Setup& setup, int count)
 {
     Json all = Json::array();
     for (int f = 0; f <= count; ++f) {
-        const Motion motion = closing(f * substeps * dt, 0);
+        const Motion motion = upright(f * substeps * dt, 0);
         Json now = Json::array();
         for (const Binding<float>& b : setup.rig.spheres) {
             Binding<double> wide{};
@@ -124,7 +132,7 @@ Ours ours(const Bench& bench, const Setup& setup, int count)
     const std::unique_ptr<Solver> solver = make_solver(setup, bench.device);
     std::vector<double> times;
     for (int f = 0; f < count && !bench.stopped(); ++f) {
-        const Motion motion = closing(f * substeps * dt, substeps * dt);
+        const Motion motion = upright(f * substeps * dt, substeps * dt);
         const auto start = std::chrono::steady_clock::now();
         const Tally tally = solver->advance(motion, substeps * dt);
         const double time =

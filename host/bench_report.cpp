@@ -107,15 +107,18 @@ std::string target_text(const Target& t)
 {
     const char* sign = t.least ? ">=" : "<=";
     const std::string value = t.measured < 0 ? "-" : fmt::format("{:.4g}", t.measured);
-    return fmt::format("{:<60} {} {:<6.4g} {} {:<6.4g} {:>9} {:<3} {:<6} {}\n", t.name, sign,
-                       t.must, sign, t.aim, value, t.unit, met_name(met(t)), t.note);
+    const auto bound = [&](double x) {
+        return t.estimate ? std::string() : fmt::format("{} {:.4g}", sign, x);
+    };
+    return fmt::format("{:<60} {:<9} {:<9} {:>9} {:<3} {:<6} {}\n", t.name, bound(t.must),
+                       bound(t.aim), value, t.unit, t.estimate ? "" : met_name(met(t)), t.note);
 }
 
 std::string peer_text(const PeerRow& p)
 {
     if (!p.problem.empty()) return fmt::format("{:<28} {}\n", p.name, p.problem);
     return fmt::format(
-        "{:<28} {:>9.2f} us   ours {:>8.2f} us   {:>6.1f} x   centres {:.2g} mm "
+        "{:<28} {:>9.2f} us   ours {:>8.2f} us   {:>6.1f} x   the clay {:.2g} mm "
         "apart\n",
         p.name, 1e6 * p.substep, 1e6 * p.ours, p.ours > 0 ? p.substep / p.ours : 0, 1e3 * p.apart);
 }

@@ -144,15 +144,17 @@ void peer_target(Bench& bench)
 // about nine tenths). Which of them holds depends on how much stays in its 72 MB of cache.
 void estimate(Bench& bench)
 {
-    if (bench.facts.multiprocessors == 0) return;
+    const double clock = gpu_clock();
+    if (bench.facts.multiprocessors == 0 || clock <= 0) return;
     const BenchRow& small = bench.squeeze(64);
-    const double here = bench.facts.multiprocessors * 1.98, there = 128 * 2.52;
+    const double here = bench.facts.multiprocessors * clock, there = 128 * 2.52e9;
     const double low = small.substep.median * here / there;
     const double high = small.substep.median * bench.facts.copy / (0.9 * 1008e9);
     bench.result.targets.push_back(
         {"ESTIMATE for a card like the RTX 4090, 137 k, per substep", "us", 0, 0, false, -1,
          fmt::format("{:.3g} us if instructions bound it, {:.3g} us if memory does; not measured",
-                     1e6 * low, 1e6 * high)});
+                     1e6 * low, 1e6 * high),
+         true});
 }
 
 }  // namespace
