@@ -117,8 +117,8 @@ void CpuSolver<R>::for_each_group(Bins::Members members, Visit&& visit)
     }
 }
 
-// Each occupied block sums its particles into a tile of its own; those of one cell follow each
-// other, mostly, and their sum stays in registers.
+// Each occupied block sums its particles into a tile of its own; those of one cell mostly follow
+// each other, and their sum stays in registers.
 template <class R>
 void CpuSolver<R>::p2g(R dt)
 {
@@ -133,15 +133,15 @@ void CpuSolver<R>::p2g(R dt)
             const Material<R>& m = materials[std::size_t(group.of[0]->object)];
             const Impulses<R> from = impulses(group, m, lattice.dx, dt);
             Row<R> cell[9] = {};
-            int at = tile_index({from.stencils.x[0], from.stencils.y[0], from.stencils.z[0]});
-            const auto hand_over = [&](int to) __attribute__((always_inline)) {
+            int at = tile_index(from.stencils[0].base - corner);
+            const auto hand_over = [&](int to) __attribute__((always_inline))
+            {
                 UNROLL
                 for (int n = 0; n < 9; ++n) {
                     add(cell[n], tile.node + to + tile_index({0, n % 3, n / 3}));
                     cell[n] = {};
                 }
             };
-            at -= tile_index(corner);
             for (int l = 0; l < group.size; ++l) {
                 const Stencil<R> s = from.stencils[l];
                 const int to = tile_index(s.base - corner);
