@@ -55,12 +55,14 @@ void deposit_all(Field& f, const std::vector<Deposit>& deposits, Int3 low, Int3 
         return Int3{n.x / block_edge, n.y / block_edge, n.z / block_edge};
     };
     const Int3 from = block_of(low), size = block_of(high) + one - from;
-    const auto key = [&](const Deposit& d) {
-        const Int3 b = block_of(base_node(d.x, f.dx)) - from;
-        return (b.z * size.y + b.y) * size.x + b.x;
-    };
     Bins bins;
-    bins.fill(deposits, size.x * size.y * size.z, key, size, omp_get_max_threads());
+    bins.key.resize(deposits.size());
+#pragma omp parallel for schedule(static)
+    for (std::size_t i = 0; i < deposits.size(); ++i) {
+        const Int3 b = block_of(base_node(deposits[i].x, f.dx)) - from;
+        bins.key[i] = (b.z * size.y + b.y) * size.x + b.x;
+    }
+    bins.fill(size.x * size.y * size.z, size, omp_get_max_threads());
     std::vector<int> slots[8];
     for (int s = 0; s < int(bins.occupied.size()); ++s) {
         const int b = bins.occupied[s];
