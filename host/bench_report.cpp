@@ -168,7 +168,8 @@ std::string stage_bars(const Bench& bench, const char* suite, const char* title)
     BarPlot plot{title, "ms", {}, {}, footer(bench)};
     for (const BenchRow& r : bench.result.rows) {
         if (r.suite != suite) continue;
-        BarRow bar{fmt::format("{:.3g} particles, {}³", double(r.particles), r.nodes.x), {}};
+        BarRow bar{fmt::format("{:.3g} M particles, {}³", 1e-6 * double(r.particles), r.nodes.x),
+                   {}};
         for (const StageTime& s : r.stages) {
             if (s.name == "fetch") continue;
             const auto at = std::find(plot.legend.begin(), plot.legend.end(), s.name);

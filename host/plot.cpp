@@ -9,7 +9,8 @@ namespace knead {
 namespace {
 
 constexpr double width = 760, height = 460, left = 84, right = 24, top = 52, bottom = 84;
-const char* const colours[] = {"#b5512b", "#2f6f8f", "#7a8f2f", "#7b4f9d", "#c69214", "#4d4d4d"};
+const char* const colours[] = {"#b5512b", "#2f6f8f", "#7a8f2f", "#7b4f9d", "#c69214",
+                               "#4d4d4d", "#d98c7a", "#8cb8cc", "#3f5c1e", "#b49bc9"};
 
 const char* colour(std::size_t k) { return colours[k % std::size(colours)]; }
 
@@ -139,7 +140,7 @@ std::vector<double> ticks(double low, double high, bool logarithmic)
             }
         return out;
     }
-    const double rough = (high - low) / 6, size = std::pow(10.0, std::floor(std::log10(rough)));
+    const double rough = (high - low) / 9, size = std::pow(10.0, std::floor(std::log10(rough)));
     double step = 10 * size;
     for (double s : {5.0, 2.0, 1.0})
         if (s * size >= rough) step = s * size;
