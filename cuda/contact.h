@@ -16,9 +16,16 @@ struct Tool {
 
 // Which primitives may matter in a block of 4^3 cells: one bit each.
 constexpr int mask_words = 8, most_primitives = 32 * mask_words;
-struct Mask {
+struct alignas(16) Mask {
     std::uint32_t bits[mask_words];
 };
+HD bool empty(const Mask& mask)
+{
+    std::uint32_t all = 0;
+    UNROLL
+    for (int word = 0; word < mask_words; ++word) all |= mask.bits[word];
+    return all == 0;
+}
 
 // All tools at one instant.
 template <class R>
@@ -86,7 +93,7 @@ HD Contact<R> nearest(const Colliders<R>& c, const Mask& mask, Vec3<R> p)
 // Of those whose bounding box p is in: where p is inside of any, the same as nearest(). Elsewhere
 // phi is not negative, and says no more.
 template <class R>
-HD Contact<R> deepest(const Colliders<R>& c, const Mask& mask, Vec3<R> p)
+HD Contact<R> deepest_contact(const Colliders<R>& c, const Mask& mask, Vec3<R> p)
 {
     return nearest_of(c, mask, p, [&](const Shape<R>& s) { return boxed(s, p); });
 }

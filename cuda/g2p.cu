@@ -16,7 +16,7 @@ namespace {
 
 // What happened to one particle.
 struct Events {
-    bool yielded, projected, confined, repaired, covered;
+    unsigned yielded, projected, confined, covered;  // 0 or 1
     float depth, speed_squared;
 };
 
@@ -41,13 +41,14 @@ __device__ Material<float> narrowed(Material<float> m)
 }
 
 template <bool blades>
-__device__ float left_tools(Particle<float>& q, const Views& d, int n, bool& covered)
+__device__ float left_tools(Particle<float>& q, const Views& d, int n, unsigned& covered)
 {
     const Int3 cell = d.lattice.cell_of(q.x), size = d.lattice.size;
     if (d.tools.passes == 0 || cell.x < 0 || cell.y < 0 || cell.z < 0 || cell.x >= size.x ||
         cell.y >= size.y || cell.z >= size.z)
         return 0;
     const Mask& mask = d.tools.masks[d.lattice.block_of(cell)];
+    if (empty(mask)) return 0;
     if constexpr (blades) covered = cut(q, d.tools.colliders(n), mask, d.lattice.dx);
     return project(q, d.tools.colliders(n), mask, d.tools.passes);
 }
@@ -74,47 +75,48 @@ __device__ Events moved(const Views& d, int i, int n, float dt, Particle<float>&
     happened.projected = happened.depth > 0;
     happened.confined = confine(q, d.lattice, d.walls);
     happened.yielded = yield(q, narrowed<flows>(d.materials[q.object]), dt);
-    happened.repaired = !sound(q);
-    if (happened.repaired) repair(q, d.particles[d.clock->side].load_state(i));
+    if (!sound(q)) {
+        atomicAdd(&d.clock->counters.repaired, 1ull);
+        repair(q, d.particles[d.clock->side].load_state(i));
+    }
     happened.speed_squared = dot(q.v, q.v);
     return happened;
 }
 
-// What happened in the thread block, on its way to the frame's counters.
+// What happened in one warp, on its way to the frame's counters: how many particles yielded, were
+// projected, were confined and were covered by a blade, a byte each; bits of the largest numbers.
 struct Sums {
-    unsigned yielded, projected, confined, repaired, covered, deepest, fastest;
+    unsigned events, deepest, fastest;
 };
 
 template <bool tools>
-__device__ void count(Sums& sums, const Events& e)
+__device__ Sums summed(const Events& e)
 {
-    const bool first = (threadIdx.x & 31) == 0;
-    const auto total = [&](unsigned& to, bool happened) {
-        const unsigned lanes = __ballot_sync(all_lanes, happened);
-        if (first && lanes) atomicAdd(&to, unsigned(__popc(lanes)));
-    };
-    const auto largest = [&](unsigned& to, float value) {  // of numbers >= 0: as their bits
-        const unsigned bits = __reduce_max_sync(all_lanes, __float_as_uint(value));
-        if (first && bits) atomicMax(&to, bits);
-    };
-    total(sums.yielded, e.yielded), total(sums.confined, e.confined);
-    total(sums.repaired, e.repaired), largest(sums.fastest, e.speed_squared);
-    if constexpr (tools) total(sums.covered, e.covered);
-    if constexpr (tools) total(sums.projected, e.projected), largest(sums.deepest, e.depth);
+    const unsigned mine =
+        e.yielded + (e.projected << 8) + (e.confined << 16) + (unsigned(e.covered) << 24);
+    // Of numbers that are not negative the largest has the largest bits.
+    return {__reduce_add_sync(all_lanes, mine),
+            tools ? __reduce_max_sync(all_lanes, __float_as_uint(e.depth)) : 0,
+            __reduce_max_sync(all_lanes, __float_as_uint(e.speed_squared))};
 }
 
-// The block's events to the frame's counters.
-__device__ void report(Clock& clock, int n, const Sums& sums)
+// The warps' events to the counters of substep n; by one thread.
+template <int warps>
+__device__ void report(Clock& clock, int n, const Sums (&sums)[warps])
 {
-    Counters& all = clock.counters;
-    const auto add = [](unsigned long long& to, unsigned some) {
-        if (some) atomicAdd(&to, static_cast<unsigned long long>(some));
-    };
-    add(all.yielded, sums.yielded), add(all.projected, sums.projected);
-    add(all.confined, sums.confined), add(all.repaired, sums.repaired);
-    add(all.covered, sums.covered);
-    if (sums.deepest) atomicMax(&all.deepest, sums.deepest);
-    atomicMax(&clock.fastest[n & 1], sums.fastest);
+    Sums all{};
+    UNROLL
+    for (const Sums& s : sums)  // 128 particles: no byte runs over
+        all = {all.events + s.events, most(all.deepest, s.deepest), most(all.fastest, s.fastest)};
+    unsigned long long* to[] = {&clock.counters.yielded, &clock.counters.projected,
+                                &clock.counters.confined, &clock.counters.covered};
+    UNROLL
+    for (int k = 0; k < 4; ++k) {
+        const unsigned some = all.events >> (8 * k) & 255;
+        if (some) atomicAdd(to[k], static_cast<unsigned long long>(some));
+    }
+    if (all.deepest) atomicMax(&clock.counters.deepest, all.deepest);
+    atomicMax(&clock.fastest[n & 1], all.fastest);
 }
 
 // By one thread: what the next substep goes by.
@@ -140,7 +142,7 @@ __global__ void __launch_bounds__(scatter_threads<blades>, (resident<flows, blad
         PoseSpace pose;
     };
     __shared__ Space space;
-    __shared__ Sums sums;
+    __shared__ Sums sums[scatter_warps<blades>];
     Clock& clock = *d.clock;
     const int n = clock.begun;
     const float dt = float(clock.step(n).dt);
@@ -152,23 +154,22 @@ __global__ void __launch_bounds__(scatter_threads<blades>, (resident<flows, blad
         if (next() > 0) pose_part(d, space.pose, int(blockIdx.x), n + 1);
         return;
     }
-    if (threadIdx.x == 0) sums = {};
     if (threadIdx.x == 0 && block == 0) move_on(d, n);
-    __syncthreads();
     const int i = block * scatter_threads<blades> + int(threadIdx.x);
     const bool valid = i < d.particles[0].count;
     Particle<float> q = d.particles[clock.side].load_state(valid ? i : 0);
     Events happened{};
     if (valid) happened = moved<tools, flows, blades>(d, i, n, dt, q);
-    count<tools>(sums, happened);
-    __syncthreads();
-    if (threadIdx.x == 0) report(clock, clock.begun, sums);
+    const Sums all = summed<tools>(happened);
+    if ((threadIdx.x & 31) == 0) sums[threadIdx.x >> 5] = all;
     const bool last = !(next() > 0);
     if (valid) d.particles[clock.side].store_state(i, q);
     if (valid && last) d.particles[clock.side].store_motion(i, q);
-    if (last) return;
-    const Material<float> m = narrowed<flows>(d.materials[q.object]);
-    scatter_block<blades>(d, space.scatter, clock.begun + 1, q, m, valid, next());
+    WarpScatter<blades> scatter{d, space.scatter, clock.begun + 1};
+    if (!last) scatter(q, narrowed<flows>(d.materials[q.object]), valid, next());
+    __syncthreads();
+    if (threadIdx.x == 0) report(clock, clock.begun, sums);
+    if (!last) flush<blades>(d, space.scatter, clock.begun + 1);
 }
 
 template <bool tools>

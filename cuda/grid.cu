@@ -93,7 +93,9 @@ __global__ void __launch_bounds__(threads, 12) grid_kernel(const __grid_constant
         const Node<float> node =
             update(sum_of<fixed_point>(d.grid, parity, i), d.lattice.node_at(i), d.lattice, d.walls,
                    d.gravity, dt, clipped, [&](Vec3<float> x, Vec3<float> v) {
-                       if constexpr (tools) return held(colliders, d.tools.masks[b], x, v);
+                       if constexpr (tools)
+                           if (!empty(d.tools.masks[b]))
+                               return held(colliders, d.tools.masks[b], x, v);
                        return v;
                    });
         d.grid.nodes[parity][i] = {node.p.x, node.p.y, node.p.z, node.m};
@@ -151,10 +153,7 @@ __global__ void __launch_bounds__(threads, 8) cut_grid_kernel(const __grid_const
                           });
             if (clipped) atomicAdd(&d.clock->counters.clipped, 1ull);
         }
-        if (mass[above] < mass[0] && mass[below] < mass[0]) {
-            const Vec3<float> out = slope<fixed_point>(d, parity, at);
-            part(v[above].p, v[below].p, v[0].p, out);
-        }
+        divide(v, mass, [&] { return slope<fixed_point>(d, parity, at); });
         UNROLL
         for (int f = 0; f < 3; ++f)
             d.grid.nodes[parity][f * nodes + i] = {v[f].p.x, v[f].p.y, v[f].p.z, v[f].m};

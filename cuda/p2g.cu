@@ -19,7 +19,9 @@ __global__ void __launch_bounds__(scatter_threads<blades>)
     Material<float> m = d.materials[q.object];
     if constexpr (!any) m.elasticity = Elasticity::neo_hookean, m.flow = Flow::none;
     const int n = clock.done;
-    scatter_block<blades>(d, space, n, q, m, valid, float(clock.step(n).dt));
+    WarpScatter<blades>{d, space, n}(q, m, valid, float(clock.step(n).dt));
+    __syncthreads();
+    flush<blades>(d, space, n);
 }
 
 }  // namespace

@@ -86,7 +86,7 @@ __global__ void __launch_bounds__(threads)
     const Vec3<float> x = particles.position(i);
     const int b = d.lattice.block_of(d.lattice.cell_of(x));
     const Colliders<float> last = d.tools.colliders(d.clock->done - 1);
-    depth[particles.ids[i]] = most(-deepest(last, d.tools.masks[b], x).phi, 0.0f);
+    depth[particles.ids[i]] = most(-deepest_contact(last, d.tools.masks[b], x).phi, 0.0f);
 }
 
 }  // namespace

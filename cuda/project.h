@@ -12,7 +12,7 @@ HD R project(Particle<R>& q, const Colliders<R>& c, const Mask& mask, int passes
 {
     R depth = 0;
     for (int k = 0; k < passes; ++k) {
-        const Contact<R> hit = deepest(c, mask, q.x);
+        const Contact<R> hit = deepest_contact(c, mask, q.x);
         if (!(hit.phi < 0)) break;
         if (k == 0) depth = -hit.phi, q.C = skew(q.C);
         const Tool<R>& tool = c.tools[hit.tool];

@@ -106,7 +106,8 @@ __device__ inline Cell cell_of(int node)
     return {lanes, start + __popc(lanes & ((1u << lane) - 1)), lane == first};
 }
 
-// The scatter of one warp, all of whose lanes call it; `valid` ones have a particle.
+// The scatter of one warp for substep n, all of whose lanes call it; `valid` ones have a particle.
+// Blocks of nodes that get mass are listed in the grid, which is clear before.
 template <bool blades>
 class WarpScatter {
   public:
@@ -242,38 +243,27 @@ class WarpScatter {
     }
 };
 
-// The tiles' sums to memory; tiles of one block that follow each other are added up first.
+// The tiles' sums to memory, by all threads of a block; tiles in one place that follow each other
+// are added up first.
 template <bool blades>
-__device__ void flush(const Views& d, const ScatterSpace<blades>& s, int parity)
+__device__ void flush(const Views& d, const ScatterSpace<blades>& s, int n)
 {
     constexpr int warps = ScatterSpace<blades>::warps, fields = ScatterSpace<blades>::fields;
     for (int t = int(threadIdx.x); t < fields * tile_nodes; t += 32 * warps) {
-        const int f = t / tile_nodes, n = t % tile_nodes;
-        const Int3 at = {n % tile_edge, n / tile_edge % tile_edge, n / (tile_edge * tile_edge)};
+        const int f = t / tile_nodes, k = t % tile_nodes;
+        const Int3 at = {k % tile_edge, k / tile_edge % tile_edge, k / (tile_edge * tile_edge)};
         float4 sum{0, 0, 0, 0};
         UNROLL
         for (int w = 0; w < warps; ++w) {
-            const float4 part = s.tiles[w][f][n];
+            const float4 part = s.tiles[w][f][k];
             sum = {sum.x + part.x, sum.y + part.y, sum.z + part.z, sum.w + part.w};
             const Int3 a = s.corners[w], b = s.corners[w + 1 < warps ? w + 1 : w];
             if (w + 1 < warps && a.x == b.x && a.y == b.y && a.z == b.z) continue;
             if (sum.w > 0)
-                add(d.grid, parity, f * d.lattice.node_count() + d.lattice.index(a + at), sum);
+                add(d.grid, n & 1, f * d.lattice.node_count() + d.lattice.index(a + at), sum);
             sum = {0, 0, 0, 0};
         }
     }
-}
-
-// Called by all threads of a block, for substep n. Blocks of nodes that get mass are listed in its
-// grid, which is clear before.
-template <bool blades>
-__device__ void scatter_block(const Views& d, ScatterSpace<blades>& space, int n,
-                              const Particle<float>& q, const Material<float>& m, bool valid,
-                              float dt)
-{
-    WarpScatter<blades>{d, space, n}(q, m, valid, dt);
-    __syncthreads();
-    flush<blades>(d, space, n & 1);
 }
 
 }  // namespace knead::gpu
