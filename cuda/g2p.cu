@@ -129,11 +129,20 @@ __device__ void move_on(const Views& d, int n)
     if (d.looped) cudaGraphSetConditional(d.again, d.clock->step(n + 1).dt > 0);
 }
 
-// Blocks per multiprocessor: as many as leave registers enough to spill nothing.
+// Blocks per multiprocessor: as many as leave registers enough to spill nothing, and no more than
+// shared memory holds: 228 KiB on sm_90, 100 on the cards for the desk.
+#if defined(__CUDA_ARCH__) && __CUDA_ARCH__ != 900
+constexpr int most_resident = 2;
+#else
+constexpr int most_resident = 6;
+#endif
 template <Flows flows, bool blades>
-constexpr int resident = blades                ? 6
-                         : flows == Flows::any ? 3
-                                               : 5;
+constexpr int spill_free = blades                ? 6
+                           : flows == Flows::any ? 3
+                                                 : 5;
+template <Flows flows, bool blades>
+constexpr int resident =
+    spill_free<flows, blades> < most_resident ? spill_free<flows, blades> : most_resident;
 
 template <bool tools, Flows flows, bool blades>
 __global__ void __launch_bounds__(scatter_threads<blades>, (resident<flows, blades>))
