@@ -130,12 +130,8 @@ __device__ void move_on(const Views& d, int n)
 }
 
 // Blocks per multiprocessor: as many as leave registers enough to spill nothing, and no more than
-// shared memory holds: 228 KiB on sm_90, 100 on the cards for the desk.
-#if defined(__CUDA_ARCH__) && __CUDA_ARCH__ != 900
-constexpr int most_resident = 2;
-#else
-constexpr int most_resident = 6;
-#endif
+// shared memory holds.
+constexpr int most_resident = SHARED_KIB / 37;
 template <Flows flows, bool blades>
 constexpr int spill_free = blades                ? 6
                            : flows == Flows::any ? 3

@@ -17,6 +17,14 @@
 #endif
 #endif
 
+// Shared memory of a multiprocessor [KiB], where device code is compiled: the cards for the desk
+// (sm_89, sm_120) have less than half of an sm_90's.
+#if defined(__CUDA_ARCH__) && __CUDA_ARCH__ != 900
+#define SHARED_KIB 100
+#else
+#define SHARED_KIB 228
+#endif
+
 // The number of the lowest set bit; bits must not be 0.
 HD int lowest_bit(unsigned bits)
 {
