@@ -3,6 +3,7 @@
 #include <stdexcept>
 
 #include "gpu_stages.h"
+#include "gpu_surface.h"
 #include "solver.h"
 
 namespace knead {
@@ -26,6 +27,29 @@ std::vector<Node<float>> GpuStages::p2g() { refuse(); }
 std::vector<Node<float>> GpuStages::grid(const std::vector<Node<float>>&) { refuse(); }
 std::vector<Particle<double>> GpuStages::g2p(const std::vector<Node<float>>&) { refuse(); }
 std::vector<Mask> GpuStages::masks() { refuse(); }
+
+struct GpuSurface::Held {};
+GpuSurface::GpuSurface(const std::vector<Particle<double>>&, const std::vector<Material<double>>&,
+                       const SurfaceRule&, SurfaceRoom, int)
+{
+    refuse();
+}
+GpuSurface::~GpuSurface() = default;
+void GpuSurface::launch(const gpu::Clay&, CUstream_st*) { refuse(); }
+const gpu::SurfaceView& GpuSurface::view() const { refuse(); }
+SurfaceTally GpuSurface::settled() const { refuse(); }
+SurfaceRoom GpuSurface::needed() const { refuse(); }
+std::vector<Mesh> GpuSurface::meshes() const { refuse(); }
+Field GpuSurface::density(int) const { refuse(); }
+std::vector<Mesh> GpuSurface::surface(const gpu::Clay&, SurfaceTally*) { refuse(); }
+std::vector<Mesh> GpuSurface::surface(const std::vector<Particle<double>>&, SurfaceTally*)
+{
+    refuse();
+}
+std::vector<double> GpuSurface::replays(int) { refuse(); }
+std::vector<StageTime> GpuSurface::stage_times() { refuse(); }
+SurfaceRoom GpuSurface::room() const { refuse(); }
+std::size_t GpuSurface::memory() const { refuse(); }
 
 }  // namespace knead
 #endif

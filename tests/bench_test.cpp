@@ -8,6 +8,7 @@
 #include <fstream>
 #include <sstream>
 
+#include "folder.h"
 #include "host/failure.h"
 #include "host/gesture.h"
 #include "host/json_reader.h"
@@ -31,17 +32,13 @@ const char* const coarse = R"({
     "surface": {"nodes": 32}
 })";
 
-class BenchFolder : public testing::Test {
+class BenchFolder : public InFolder {
   protected:
     void SetUp() override
     {
-        const auto* test = testing::UnitTest::GetInstance()->current_test_info();
-        folder = fs::temp_directory_path() / (std::string("knead-bench-") + test->name());
-        fs::remove_all(folder);
-        fs::create_directories(folder);
-        write_whole((folder / "scene.json").string(), coarse);
+        InFolder::SetUp();
+        write_whole(path("scene.json"), coarse);
     }
-    void TearDown() override { fs::remove_all(folder); }
     BenchOptions quick() const
     {
         BenchOptions o;
@@ -66,7 +63,6 @@ class BenchFolder : public testing::Test {
         said = testing::internal::GetCapturedStdout();
         return result;
     }
-    fs::path folder;
     std::string said, complained;
 };
 

@@ -5,6 +5,7 @@
 #include <cstring>
 #include <filesystem>
 
+#include "folder.h"
 #include "host/failure.h"
 #include "host/json_reader.h"
 #include "host/mesh_reader.h"
@@ -16,19 +17,7 @@ namespace knead {
 namespace {
 namespace fs = std::filesystem;
 
-class Files : public testing::Test {
-  protected:
-    void SetUp() override
-    {
-        const auto* test = testing::UnitTest::GetInstance()->current_test_info();
-        folder = fs::temp_directory_path() / (std::string("knead-files-") + test->name());
-        fs::remove_all(folder);
-        fs::create_directories(folder);
-    }
-    void TearDown() override { fs::remove_all(folder); }
-    std::string path(const std::string& name) const { return (folder / name).string(); }
-    fs::path folder;
-};
+class Files : public InFolder {};
 
 Mesh tetrahedron()
 {

@@ -6,6 +6,7 @@
 #include <fstream>
 
 #include "cuda/material.h"
+#include "folder.h"
 #include "host/device.h"
 #include "host/failure.h"
 #include "host/json_reader.h"
@@ -29,22 +30,18 @@ const char* const small_ball = R"({
                  "material": {"preset": "clay", "young": 1e5}}]
 })";
 
-class RunFolder : public testing::Test {
+class RunFolder : public InFolder {
   protected:
     void SetUp() override
     {
-        const auto* test = testing::UnitTest::GetInstance()->current_test_info();
-        folder = fs::temp_directory_path() / (std::string("knead-run-") + test->name());
-        fs::remove_all(folder);
-        fs::create_directories(folder);
+        InFolder::SetUp();
         write_whole(path("scene.json"), small_ball);
     }
     void TearDown() override
     {
         fs::permissions(folder, fs::perms::owner_all, fs::perm_options::add);
-        fs::remove_all(folder);
+        InFolder::TearDown();
     }
-    std::string path(const std::string& name) const { return (folder / name).string(); }
     RunOptions quick(const std::string& out) const
     {
         RunOptions o;
@@ -64,7 +61,6 @@ class RunFolder : public testing::Test {
         static std::string text;
         return text;
     }
-    fs::path folder;
 };
 
 // A solver that plays back what a test wants to see.

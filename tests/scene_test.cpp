@@ -6,6 +6,7 @@
 #include <fstream>
 #include <numbers>
 
+#include "folder.h"
 #include "host/json_reader.h"
 #include "host/presets.h"
 #include "host/seed.h"
@@ -14,17 +15,8 @@ namespace knead {
 namespace {
 namespace fs = std::filesystem;
 
-class SceneFile : public testing::Test {
+class SceneFile : public InFolder {
   protected:
-    void SetUp() override
-    {
-        const auto* test = testing::UnitTest::GetInstance()->current_test_info();
-        folder = fs::temp_directory_path() / (std::string("knead-scene-") + test->name());
-        fs::remove_all(folder);
-        fs::create_directories(folder);
-    }
-    void TearDown() override { fs::remove_all(folder); }
-
     std::string file(const std::string& text) const
     {
         const fs::path path = folder / "scene.json";
@@ -46,7 +38,6 @@ class SceneFile : public testing::Test {
         }
         return "";
     }
-    fs::path folder;
 };
 
 const std::string ball = R"({
