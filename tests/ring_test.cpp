@@ -39,8 +39,9 @@ TEST(Ring, AroundEveryVertexAreTheTrianglesThatUseIt)
         }
         for (std::size_t v = 0; v < keys.size(); ++v) {
             const auto [x, y, z, axis] = keys[v];
-            const auto cell = [&](int corner) {
-                return Int3{x, y, z} - Int3{corner & 1, corner >> 1 & 1, corner >> 2};
+            const Int3 node{x, y, z};
+            const auto cell = [&node](int corner) {
+                return node - Int3{corner & 1, corner >> 1 & 1, corner >> 2};
             };
             Pairs found;
             for (int k = 0; k < 4; ++k) {
