@@ -47,9 +47,7 @@ __device__ float left_tools(Particle<float>& q, const Views& d, int n, unsigned&
     if (d.tools.passes == 0 || cell.x < 0 || cell.y < 0 || cell.z < 0 || cell.x >= size.x ||
         cell.y >= size.y || cell.z >= size.z)
         return 0;
-    const int b = d.lattice.block_of(cell);
-    const bool narrowed = d.tools.grid_contact && d.grid.touched[n & 1][b];
-    const Mask& mask = narrowed ? d.tools.near[b] : d.tools.masks[b];
+    const Mask& mask = d.tools.masks[d.lattice.block_of(cell)];
     if (empty(mask)) return 0;
     if constexpr (blades) covered = cut(q, d.tools.colliders(n), mask, d.lattice.dx);
     return project(q, d.tools.colliders(n), mask, d.tools.passes);

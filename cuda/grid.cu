@@ -4,7 +4,6 @@
 #include "blade.h"
 #include "grid.h"
 #include "launch.cuh"
-#include "pose.cuh"
 #include "stages.cuh"
 
 namespace knead::gpu {
@@ -77,23 +76,6 @@ __device__ void for_each_block(const Views& d, int n, Update&& update)
     }
 }
 
-// What may touch block b in substep n, of what may during the frame; each warp looks at every other
-// word. For the block's nodes here, and for the particles that will have moved into it.
-__device__ void narrow(const Views& d, int n, int b, Mask& mask)
-{
-    const int warp = int(threadIdx.x >> 5), lane = int(threadIdx.x & 31);
-    const Vec3<float> p = centre_of_block(d.lattice, b);
-    __syncthreads();  // all have done with the block before
-    for (int word = warp; word < mask_words; word += threads / 32) {
-        const unsigned frame = d.tools.masks[b].bits[word];
-        const int i = 32 * word + lane;
-        const bool may = (frame >> lane & 1) && may_touch(d, d.tools.shapes[n & 1][i], i, p, 0);
-        const unsigned bits = __ballot_sync(0xffffffffu, may);
-        if (lane == 0) mask.bits[word] = d.tools.near[b].bits[word] = bits;
-    }
-    __syncthreads();
-}
-
 template <bool tools, bool fixed_point>
 __global__ void __launch_bounds__(threads, 12) grid_kernel(const __grid_constant__ Views d)
 {
@@ -105,15 +87,15 @@ __global__ void __launch_bounds__(threads, 12) grid_kernel(const __grid_constant
     const float dt = float(d.clock->step(n).dt);
     if (!(dt > 0)) return;
     const Colliders<float> colliders = d.tools.colliders(n);
-    __shared__ Mask mask;
     for_each_block<fixed_point>(d, n, [&](int b) {
         const int i = b * block_nodes + int(threadIdx.x);
-        if constexpr (tools) narrow(d, n, b, mask);
         bool clipped;
         const Node<float> node =
             update(sum_of<fixed_point>(d.grid, parity, i), d.lattice.node_at(i), d.lattice, d.walls,
                    d.gravity, dt, clipped, [&](Vec3<float> x, Vec3<float> v) {
-                       if constexpr (tools) return held(colliders, mask, x, v);
+                       if constexpr (tools)
+                           if (!empty(d.tools.masks[b]))
+                               return held(colliders, d.tools.masks[b], x, v);
                        return v;
                    });
         d.grid.nodes[parity][i] = {node.p.x, node.p.y, node.p.z, node.m};
@@ -152,11 +134,10 @@ __global__ void __launch_bounds__(threads, 8) cut_grid_kernel(const __grid_const
     const float dt = float(d.clock->step(n).dt), dx = d.lattice.dx;
     if (!(dt > 0)) return;
     const Colliders<float> colliders = d.tools.colliders(n);
-    __shared__ Mask mask;
     for_each_block<fixed_point>(d, n, [&](int b) {
         const int i = b * block_nodes + int(threadIdx.x);
         const Int3 at = d.lattice.node_at(i);
-        narrow(d, n, b, mask);
+        const Mask& mask = d.tools.masks[b];
         Node<float> v[3];
         float mass[3];
         UNROLL

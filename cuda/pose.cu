@@ -1,5 +1,6 @@
 // What a frame needs of its tools before the first substep: for every block of the lattice the
 // primitives that can touch what is in it at any time of the frame, and the first pose.
+#include "blade.h"
 #include "launch.cuh"
 #include "pose.cuh"
 
@@ -47,17 +48,31 @@ __global__ void __launch_bounds__(threads) sweep_kernel(const __grid_constant__ 
     t.travel[i] = travel;
 }
 
+// Whether primitive i may touch what is in the cube of centre p.
+__device__ bool may_touch(const ToolView& t, int i, Vec3<float> p, float edge, float dx)
+{
+    if (i >= t.primitives.count) return false;
+    const Tool<float>& tool = t.tools[t.primitives[i].tool];
+    if (!tool.active) return false;
+    const float band = candidate_band(tool.blade) * dx + t.travel[i], half = 0.5f * edge + band;
+    const Shape<float>& s = t.amid[i];
+    const bool beside = p.x + half < s.low.x || p.x - half > s.high.x || p.y + half < s.low.y ||
+                        p.y - half > s.high.y || p.z + half < s.low.z || p.z - half > s.high.z;
+    return !beside && reaches(s, p, edge, band);
+}
+
 // One warp per block of the lattice, one lane per primitive.
 __global__ void __launch_bounds__(threads) mask_kernel(const __grid_constant__ Views d)
 {
     const int b = int(blockIdx.x * threads + threadIdx.x) / 32, lane = int(threadIdx.x & 31);
     if (b >= d.lattice.block_count()) return;
-    const Vec3<float> p = centre_of_block(d.lattice, b);
+    const Int3 at = d.lattice.block_at(b);
+    const float edge = block_edge * d.lattice.dx;
+    const Vec3<float> p = {edge * (float(at.x) + 0.5f), edge * (float(at.y) + 0.5f),
+                           edge * (float(at.z) + 0.5f)};
     for (int word = 0; word < mask_words; ++word) {
-        const int i = 32 * word + lane;
-        const bool may =
-            i < d.tools.primitives.count && may_touch(d, d.tools.amid[i], i, p, d.tools.travel[i]);
-        const unsigned bits = __ballot_sync(0xffffffffu, may);
+        const unsigned bits =
+            __ballot_sync(0xffffffffu, may_touch(d.tools, 32 * word + lane, p, edge, d.lattice.dx));
         if (lane == 0) d.tools.masks[b].bits[word] = bits;
     }
 }

@@ -1,7 +1,6 @@
 // Tools for one substep: joints between the frame's ends, spheres hung on them, shapes derived from
 // the spheres.
 #pragma once
-#include "blade.h"
 #include "hand.h"
 #include "stages.cuh"
 
@@ -50,29 +49,6 @@ static __device__ __noinline__ void pose_part(const Views& d, PoseSpace& s, int 
         t.shapes[parity][primitive(k)] =
             shape(t.primitives[primitive(k)].count, own[0], own[1], own[2]);
     }
-}
-
-// Centre of a block of cells [m].
-__device__ inline Vec3<float> centre_of_block(const Lattice<float>& lattice, int b)
-{
-    const Int3 at = lattice.block_at(b);
-    const float edge = block_edge * lattice.dx;
-    return {edge * (float(at.x) + 0.5f), edge * (float(at.y) + 0.5f), edge * (float(at.z) + 0.5f)};
-}
-
-// Whether primitive i, shaped so, may touch what is in the block of centre p, if it comes nearer by
-// `travel` [m].
-__device__ inline bool may_touch(const Views& d, const Shape<float>& s, int i, Vec3<float> p,
-                                 float travel)
-{
-    const ToolView& t = d.tools;
-    const Tool<float>& tool = t.tools[t.primitives[i].tool];
-    if (!tool.active) return false;
-    const float dx = d.lattice.dx, edge = block_edge * dx;
-    const float band = candidate_band(tool.blade) * dx + travel, half = 0.5f * edge + band;
-    const bool beside = p.x + half < s.low.x || p.x - half > s.high.x || p.y + half < s.low.y ||
-                        p.y - half > s.high.y || p.z + half < s.low.z || p.z - half > s.high.z;
-    return !beside && reaches(s, p, edge, band);
 }
 
 }  // namespace knead::gpu

@@ -105,8 +105,6 @@ struct ToolView {
     Span<const Primitive> primitives;
     Span<const Tool<float>> tools;
     Mask* masks;  // block_count: what may touch the block at any time of the frame
-    Mask*
-        near;  // block_count: what may in the substep; of blocks that the grid update went through
     bool grid_contact;
     int passes;
     HD Colliders<float> colliders(int n) const

@@ -353,7 +353,7 @@ std::vector<double> CpuSolver<R>::penetration() const
     std::vector<double> depths;
     if (posed.masked.empty()) return depths;
     for (const Particle<R>& p : q) {
-        const Contact<R> hit = nearest(posed.colliders(), posed.mask_at(lattice, p.x), p.x);
+        const Contact<R> hit = deepest_contact(posed.colliders(), posed.mask_at(lattice, p.x), p.x);
         if (hit.phi < 0) depths.push_back(double(-hit.phi));
     }
     return depths;

@@ -131,7 +131,6 @@ Store::Store(const Setup& setup)
                  {primitives.data(), int(primitives.size())},
                  {tools.data(), int(tools.size())},
                  masks.data(),
-                 near.data(),
                  setup.grid_contact,
                  setup.passes};
     all.clock = clocks.data();
@@ -148,7 +147,7 @@ void Store::allocate(const Setup& setup)
                grid_nodes = std::size_t(lattice.node_count()) * (used.blades ? 3 : 1),
                blocks = std::size_t(lattice.block_count());
     const std::size_t sort_bytes = sort_scratch_bytes(int(n), lattice);
-    const std::size_t need = n * (2 * (particle_rows * 16 + 4) + 20) + sort_bytes + blocks * 80 +
+    const std::size_t need = n * (2 * (particle_rows * 16 + 4) + 20) + sort_bytes + blocks * 48 +
                              grid_nodes * (used.fixed_point ? 80 : 32);
     std::size_t free = 0, total = 0;
     gpu::check(cudaMemGetInfo(&free, &total), "memory");
@@ -183,7 +182,6 @@ void Store::allocate(const Setup& setup)
     joints = DeviceArray<Joint<double>>(2 * int(side_count) * joint_count);
     if (used.tools) {
         masks = DeviceArray<Mask>(blocks);
-        near = DeviceArray<Mask>(blocks);
         depth = DeviceArray<float>(n);
     }
     clocks = DeviceArray<Clock>(1);
@@ -293,9 +291,8 @@ Clock Store::clock() const { return clocks.downloaded()[0]; }
 std::size_t Store::bytes() const
 {
     std::size_t sum = materials.bytes() + bindings.bytes() + primitives.bytes() + tools.bytes() +
-                      amid.bytes() + travel.bytes() + masks.bytes() + near.bytes() +
-                      joints.bytes() + clocks.bytes() + orders.bytes() + scratch.bytes() +
-                      depth.bytes();
+                      amid.bytes() + travel.bytes() + masks.bytes() + joints.bytes() +
+                      clocks.bytes() + orders.bytes() + scratch.bytes() + depth.bytes();
     for (int s = 0; s < 2; ++s)
         sum += spheres[s].bytes() + shapes[s].bytes() + rows[s].bytes() + nodes[s].bytes() +
                sums[s].bytes() + touched[s].bytes() + ids[s].bytes() + list[s].bytes() +

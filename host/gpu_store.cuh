@@ -47,7 +47,7 @@ class Store {
     DeviceArray<Sphere<float>> spheres[2];
     DeviceArray<Shape<float>> shapes[2], amid;
     DeviceArray<float> travel;
-    DeviceArray<Mask> masks, near;
+    DeviceArray<Mask> masks;
     DeviceArray<Joint<double>> joints;  // of the frame's beginning, then of its end
     DeviceArray<Clock> clocks;
     DeviceArray<Orders> orders;
