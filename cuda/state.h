@@ -40,7 +40,8 @@ struct Particle {
     R k;           // von Mises and Herschel-Bulkley: accumulated plastic strain; Drucker-Prager:
                    // volume correction; clamp: ln of the plastic volume ratio [1]
     int object;    // index of its Material
-    std::uint32_t sides;  // two bits per blade: see blade.h
+    std::uint32_t sides;  // which side of a cut: see blade.h
+    bool still = false;   // held where it is for this frame: see rest.h
 };
 
 // One lattice point: first momentum and mass, after the grid update velocity and mass.
@@ -129,7 +130,8 @@ HD Particle<To> cast(const Particle<From>& q)
             {To(q.e.xx), To(q.e.yy), To(q.e.zz), To(q.e.xy), To(q.e.xz), To(q.e.yz)},
             To(q.k),
             q.object,
-            q.sides};
+            q.sides,
+            q.still};
 }
 
 }  // namespace knead

@@ -6,6 +6,7 @@
 
 #include "cuda/contact.h"
 #include "cuda/hand.h"
+#include "cuda/rest.h"
 #include "cuda/state.h"
 #include "cuda/step.h"
 #include "hands.h"
@@ -31,6 +32,7 @@ struct Setup {
     StepRule step;
     bool grid_contact = true;  // the grid feels the tools
     int passes = 2;            // of particle projection a substep; 0: none
+    Rest<double> rest{};       // which clay need not move
     bool deterministic = false;
     int threads = 0;  // CPU: 0 = all
 };
@@ -52,6 +54,8 @@ struct Tally {
     long clipped = 0, confined = 0, repaired = 0;  // guards: nodes slowed, particles put back
     double found_depth = 0;                        // deepest before projection [m]
     long active_blocks = 0;                        // of the last substep
+    long moved = 0;  // particle-substeps: less than their product where clay was still
+    long woken = 0;  // blocks of still clay that were pushed
 };
 
 // Wall time of a stage over one frame [s]; names are those of the profiler ranges.
