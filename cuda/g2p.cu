@@ -16,7 +16,7 @@ namespace {
 
 // What happened to one particle.
 struct Events {
-    unsigned yielded, projected, confined, covered;  // 0 or 1
+    unsigned yielded, projected, confined, covered, moved;  // 0 or 1
     float depth, speed_squared;
 };
 
@@ -53,13 +53,30 @@ __device__ float left_tools(Particle<float>& q, const Views& d, int n, unsigned&
     return project(q, d.tools.colliders(n), mask, d.tools.passes);
 }
 
+// Lets the clay of block b move from the substep after n on.
+__device__ void wake(const Views& d, int b, int n)
+{
+    const RestView& r = d.rest;
+    if (r.rule.mode != RestMode::sleep || atomicMin(&r.free[b], n + 1) != never) return;
+    r.woken[n & 1][atomicAdd(&d.clock->woken[n & 1], 1)] = b;
+    if (r.range[b].x < r.range[b].y) atomicAdd(&d.clock->counters.woken, 1ull);
+}
+
 // Moves particle i through the velocities of substep n.
-template <bool tools, Flows flows, bool blades>
+template <bool tools, Flows flows, bool blades, bool rests>
 __device__ Events moved(const Views& d, int i, int n, float dt, Particle<float>& q)
 {
     const float4* nodes = d.grid.nodes[n & 1];
-    if constexpr (blades) nodes += q.sides * unsigned(d.lattice.node_count());
+    if constexpr (blades) nodes += (q.sides & ~still_bit) * unsigned(d.lattice.node_count());
     const Stencil<float> s = stencil(q.x, d.lattice.dx);
+    [[maybe_unused]] int block;
+    [[maybe_unused]] bool quiet;  // the block's clay is still
+    if constexpr (rests) {
+        block = d.lattice.block_of(s.base);
+        quiet = d.rest.free[block] > n;
+        if (!quiet) q.sides &= ~still_bit;
+        if ((q.sides & still_bit) && d.rest.guard[block] > n) return {};
+    }
     const Offsets o = offsets(d.lattice, s.base);
     gather(q, s, d.lattice.dx, [&](Int3 step) {
         // Loads of one plane at a time: of all three at once their results would fill the
@@ -68,6 +85,12 @@ __device__ Events moved(const Views& d, int i, int n, float dt, Particle<float>&
         const float4 v = nodes[o.at(step)];
         return Vec3<float>{v.x, v.y, v.z};
     });
+    if constexpr (rests) {
+        const bool still = q.sides & still_bit;
+        if (quiet && (!still || pushed(d.rest.rule, q.v, dt))) wake(d, block, n);
+        if (still) q.v = {}, q.C = {};
+        if (still) return {};
+    }
     q.e = strained(q.e, q.C, dt);
     q.x = q.x + dt * q.v;
     Events happened{};
@@ -80,6 +103,7 @@ __device__ Events moved(const Views& d, int i, int n, float dt, Particle<float>&
         repair(q, d.particles[d.clock->side].load_state(i));
     }
     happened.speed_squared = dot(q.v, q.v);
+    if constexpr (rests) happened.moved = 1;
     return happened;
 }
 
@@ -100,10 +124,20 @@ __device__ Sums summed(const Events& e)
             __reduce_max_sync(all_lanes, __float_as_uint(e.speed_squared))};
 }
 
+// Waits for the thread block; how many of its threads say `counted`, if that is asked.
+template <bool asked>
+__device__ int synchronised(bool counted)
+{
+    if constexpr (asked) return __syncthreads_count(counted);
+    __syncthreads();
+    return 0;
+}
+
 // The warps' events to the counters of substep n; by one thread.
 template <int warps>
-__device__ void report(Clock& clock, int n, const Sums (&sums)[warps])
+__device__ void report(Clock& clock, int n, const Sums (&sums)[warps], int moved)
 {
+    if (moved) atomicAdd(&clock.counters.moved, static_cast<unsigned long long>(moved));
     Sums all{};
     UNROLL
     for (const Sums& s : sums)  // 128 particles: no byte runs over
@@ -130,16 +164,18 @@ __device__ void move_on(const Views& d, int n)
 // Blocks per multiprocessor: as many as leave registers enough to spill nothing, and no more than
 // shared memory holds.
 constexpr int most_resident = SHARED_KIB / 37;
-template <Flows flows, bool blades>
-constexpr int spill_free = blades                ? 6
+template <Flows flows, bool blades, bool rests>
+constexpr int spill_free = rests                 ? (flows == Flows::any ? 3 : 4)
+                           : blades              ? 6
                            : flows == Flows::any ? 3
                                                  : 5;
-template <Flows flows, bool blades>
+template <Flows flows, bool blades, bool rests>
 constexpr int resident =
-    spill_free<flows, blades> < most_resident ? spill_free<flows, blades> : most_resident;
+    spill_free<flows, blades, rests> < most_resident ? spill_free<flows, blades, rests>
+                                                     : most_resident;
 
-template <bool tools, Flows flows, bool blades>
-__global__ void __launch_bounds__(scatter_threads<blades>, (resident<flows, blades>))
+template <bool tools, Flows flows, bool blades, bool rests>
+__global__ void __launch_bounds__(scatter_threads<blades>, (resident<flows, blades, rests>))
     g2p_kernel(const __grid_constant__ Views d)
 {
     union Space {
@@ -154,35 +190,49 @@ __global__ void __launch_bounds__(scatter_threads<blades>, (resident<flows, blad
     // Read where it is wanted, rather than kept in a register all the while.
     const auto next = [&clock] { return float(clock.step(clock.begun + 1).dt); };
     if (!(dt > 0)) return;
-    const int posers = tools ? pose_parts : 0, block = int(blockIdx.x) - posers;
-    if (tools && block < 0) {
+    constexpr int posers = tools ? pose_parts : 0;
+    if (tools && int(blockIdx.x) < posers) {
         if (next() > 0) pose_part(d, space.pose, int(blockIdx.x), n + 1);
         return;
     }
-    if (threadIdx.x == 0 && block == 0) move_on(d, n);
-    const int i = block * scatter_threads<blades> + int(threadIdx.x);
-    const bool valid = i < d.particles[0].count;
-    Particle<float> q = d.particles[clock.side].load_state(valid ? i : 0);
-    Events happened{};
-    if (valid) happened = moved<tools, flows, blades>(d, i, n, dt, q);
-    const Sums all = summed<tools>(happened);
-    if ((threadIdx.x & 31) == 0) sums[threadIdx.x >> 5] = all;
-    const bool last = !(next() > 0);
-    if (valid) d.particles[clock.side].store_state(i, q);
-    if (valid && last) d.particles[clock.side].store_motion(i, q);
-    WarpScatter<blades> scatter{d, space.scatter, clock.begun + 1};
-    if (!last) scatter(q, narrowed<flows>(d.materials[q.object]), valid, next());
-    __syncthreads();
-    if (threadIdx.x == 0) report(clock, clock.begun, sums);
-    if (!last) flush<blades>(d, space.scatter, clock.begun + 1);
+    if (threadIdx.x == 0 && int(blockIdx.x) == posers) move_on(d, n);
+    for_each_run<rests>(d, posers, [&](int run) {
+        const int i = run * scatter_threads<blades> + int(threadIdx.x);
+        const bool valid = i < d.particles[0].count;
+        Particle<float> q = d.particles[clock.side].load_state(valid ? i : 0);
+        Events happened{};
+        if (valid) happened = moved<tools, flows, blades, rests>(d, i, n, dt, q);
+        const Sums all = summed<tools>(happened);
+        if ((threadIdx.x & 31) == 0) sums[threadIdx.x >> 5] = all;
+        const bool last = !(next() > 0);
+        if (valid) d.particles[clock.side].store_state(i, q);
+        if (valid && last) d.particles[clock.side].store_motion(i, q);
+        WarpScatter<blades> scatter{d, space.scatter, clock.begun + 1};
+        if (!last) scatter(q, narrowed<flows>(d.materials[q.object]), valid, next());
+        const int count = synchronised<rests>(happened.moved);
+        if (threadIdx.x == 0) report(clock, clock.begun, sums, count);
+        if (!last) flush<blades>(d, space.scatter, clock.begun + 1);
+    });
 }
 
 template <bool tools>
 auto kernel_for(Flows flows)
 {
-    return flows == Flows::elastic   ? g2p_kernel<tools, Flows::elastic, false>
-           : flows == Flows::plastic ? g2p_kernel<tools, Flows::plastic, false>
-                                     : g2p_kernel<tools, Flows::any, false>;
+    return flows == Flows::elastic   ? g2p_kernel<tools, Flows::elastic, false, false>
+           : flows == Flows::plastic ? g2p_kernel<tools, Flows::plastic, false, false>
+                                     : g2p_kernel<tools, Flows::any, false, false>;
+}
+
+// Scenes with blades, or in which clay may be still, have tools or run as if they had.
+auto kernel_for(const Needs& needs)
+{
+    if (needs.blades)
+        return needs.rests ? g2p_kernel<true, Flows::any, true, true>
+                           : g2p_kernel<true, Flows::any, true, false>;
+    if (needs.rests)
+        return needs.flows == Flows::any ? g2p_kernel<true, Flows::any, false, true>
+                                         : g2p_kernel<true, Flows::plastic, false, true>;
+    return needs.tools ? kernel_for<true>(needs.flows) : kernel_for<false>(needs.flows);
 }
 
 }  // namespace
@@ -192,16 +242,11 @@ void begin(const Views& views, cudaStream_t stream)
     launch("begin", begin_kernel, 1, 1, stream, views);
 }
 
-void g2p(const Views& views, const Needs& needs, cudaStream_t stream)
+void g2p(const Views& views, const Needs& needs, int multiprocessors, cudaStream_t stream)
 {
-    const int threads = needs.blades ? scatter_threads<true> : scatter_threads<false>;
-    const bool tools = needs.tools || needs.blades;
-    launch("g2p",
-           needs.blades  ? g2p_kernel<true, Flows::any, true>
-           : needs.tools ? kernel_for<true>(needs.flows)
-                         : kernel_for<false>(needs.flows),
-           blocks_for(views.particles[0].count, threads) + (tools ? pose_parts : 0), threads,
-           stream, views);
+    const int posers = needs.tools || needs.blades || needs.rests ? pose_parts : 0;
+    launch("g2p", kernel_for(needs), blocks_for_runs(views, needs, multiprocessors) + posers,
+           run_length(needs), stream, views);
 }
 
 }  // namespace knead::gpu

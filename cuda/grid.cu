@@ -45,6 +45,7 @@ __device__ void look_ahead(const Views& d, int n)
     const Step step = c.step(n);
     c.begun = n;
     c.fastest[n & 1] = 0;
+    c.woken[n & 1] = 0;
     const double speed = sqrt(double(__uint_as_float(c.fastest[(n + 1) & 1])));
     c.step(n + 1) = step_after(step, d.pace, speed, c.tool_step, c.duration);
     if (!(step.dt > 0)) return;
@@ -54,6 +55,30 @@ __device__ void look_ahead(const Views& d, int n)
     ++all.substeps;
     ++all.limits[int(step.limit)];
     all.active_blocks = c.active[n % 3];
+}
+
+// What the substep before n woke: the neighbours become guards, theirs at least support.
+__device__ void stir_neighbours(const Views& d, int n)
+{
+    const RestView& r = d.rest;
+    const int before = (n + 1) & 1, count = d.clock->woken[before];
+    const Int3 size = d.lattice.blocks();
+    for (int w = int(blockIdx.x) - 1; w < count; w += int(gridDim.x) - 1) {
+        const Int3 at = d.lattice.block_at(r.woken[before][w]);
+        for (int k = int(threadIdx.x); k < 125; k += threads) {
+            const Int3 step = {k % 5 - 2, k / 5 % 5 - 2, k / 25 - 2}, to = at + step;
+            if (to.x < 0 || to.y < 0 || to.z < 0 || to.x >= size.x || to.y >= size.y ||
+                to.z >= size.z)
+                continue;
+            const int b = d.lattice.block_of(4 * to);
+            if (step.x * step.x <= 1 && step.y * step.y <= 1 && step.z * step.z <= 1)
+                atomicMin(&r.guard[b], n + 1);
+            if (__ldcg(&r.reached[b]) || atomicExch(&r.reached[b], 1u)) continue;
+            const int2 range = r.range[b];
+            for (int run = range.x / r.run; run * r.run < range.y; ++run)
+                if (!atomicExch(&r.held[run], 1u)) r.list[atomicAdd(&d.clock->listed, 1)] = run;
+        }
+    }
 }
 
 // Calls update(b) for every listed block of nodes, after clearing as many of the other grid.
@@ -86,6 +111,7 @@ __global__ void __launch_bounds__(threads, 12) grid_kernel(const __grid_constant
     }
     const float dt = float(d.clock->step(n).dt);
     if (!(dt > 0)) return;
+    if (d.rest.rule.mode == RestMode::sleep) stir_neighbours(d, n);
     const Colliders<float> colliders = d.tools.colliders(n);
     for_each_block<fixed_point>(d, n, [&](int b) {
         const int i = b * block_nodes + int(threadIdx.x);
@@ -133,6 +159,7 @@ __global__ void __launch_bounds__(threads, 8) cut_grid_kernel(const __grid_const
     }
     const float dt = float(d.clock->step(n).dt), dx = d.lattice.dx;
     if (!(dt > 0)) return;
+    if (d.rest.rule.mode == RestMode::sleep) stir_neighbours(d, n);
     const Colliders<float> colliders = d.tools.colliders(n);
     for_each_block<fixed_point>(d, n, [&](int b) {
         const int i = b * block_nodes + int(threadIdx.x);

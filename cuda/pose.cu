@@ -3,6 +3,7 @@
 #include "blade.h"
 #include "launch.cuh"
 #include "pose.cuh"
+#include "sweep.h"
 
 namespace knead::gpu {
 namespace {
@@ -15,26 +16,6 @@ __global__ void __launch_bounds__(threads) pose_kernel(const __grid_constant__ V
     pose_part(d, space, int(blockIdx.x), d.clock->done);
 }
 
-// Centre of a sphere in the frame's middle, and how far it is from there at most: each of the
-// motions that it is a weighted sum of is farthest at one of the ends.
-__device__ Sphere<float> amid(const ToolView& t, int i, float& travel)
-{
-    const Binding<float>& b = t.bindings[i];
-    const auto middle = [&t](int j) { return joint_at(t, 0.5, j); };
-    float to_end[2] = {0, 0};
-    for (int k = 0; k < 4; ++k) {
-        if (b.weight[k] == 0) continue;
-        const Joint<float> m = middle(b.joint[k]);
-        for (int end = 0; end < 2; ++end) {
-            const Joint<float> e = joint_at(t, double(end), b.joint[k]);
-            const float swing = length(rotate(e.q, b.offset[k]) - rotate(m.q, b.offset[k]));
-            to_end[end] += b.weight[k] * (length(e.p - m.p) + swing);
-        }
-    }
-    travel = most(travel, most(to_end[0], to_end[1]));
-    return {centre(b, middle), {0, 0, 0}, {0, 0, 0}, b.radius, 0};
-}
-
 __global__ void __launch_bounds__(threads) sweep_kernel(const __grid_constant__ Views d)
 {
     const ToolView& t = d.tools;
@@ -43,7 +24,10 @@ __global__ void __launch_bounds__(threads) sweep_kernel(const __grid_constant__ 
     const Primitive& p = t.primitives[i];
     float travel = 0;
     Sphere<float> s[3];
-    for (int k = 0; k < 3; ++k) s[k] = amid(t, p.sphere[k], travel);
+    const auto at = [&t](double share) {
+        return [&t, share](int j) { return joint_at(t, share, j); };
+    };
+    for (int k = 0; k < 3; ++k) s[k] = amid(t.bindings[p.sphere[k]], at(0), at(0.5), at(1), travel);
     t.amid[i] = shape(p.count, s[0], s[1], s[2]);
     t.travel[i] = travel;
 }

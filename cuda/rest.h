@@ -50,8 +50,7 @@ HD int stirred(const Rest<R>& rest, int frames, bool near_tool)
 template <class R>
 HD int neighbour_of(const Rest<R>& rest, int stir)
 {
-    if (rest.mode == RestMode::localized) return stir == awake ? support : asleep;
-    return stir - 1;
+    return rest.mode == RestMode::localized ? support : stir - 1;
 }
 
 // Whether clay that lies still must move: v is what the lattice would have given it in a substep of

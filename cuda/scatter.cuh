@@ -12,6 +12,7 @@
 #include <nv/target>
 
 #include "blade.h"
+#include "launch.cuh"
 #include "p2g.h"
 #include "stages.cuh"
 
@@ -22,9 +23,9 @@ constexpr int tile_edge = block_edge + 2;  // all that stencils based in one blo
 constexpr int tile_nodes = tile_edge * tile_edge * tile_edge;
 
 template <bool blades>
-constexpr int scatter_warps = blades ? 2 : 4;  // three fields fill shared memory sooner
+constexpr int scatter_threads = run_length(blades);
 template <bool blades>
-constexpr int scatter_threads = 32 * scatter_warps<blades>;
+constexpr int scatter_warps = scatter_threads<blades> / 32;
 
 // Shared memory of one thread block.
 template <bool blades>
@@ -178,7 +179,7 @@ class WarpScatter {
             const Node<float> n = knead::node(row_of(a, stencil, r % 3, r / 3));
             s.rows[warp][slot][r] = {n.p.x, n.p.y, n.p.z, n.m};
         }
-        s.slopes[warp][slot] = {slope.x, slope.y, slope.z, __uint_as_float(q.sides)};
+        s.slopes[warp][slot] = {slope.x, slope.y, slope.z, __uint_as_float(q.sides & ~still_bit)};
         s.weights[warp][slot] = {stencil.w[0].x, stencil.w[1].x, stencil.w[2].x, 0};
     }
 
@@ -264,6 +265,31 @@ __device__ void flush(const Views& d, const ScatterSpace<blades>& s, int n)
             sum = {0, 0, 0, 0};
         }
     }
+}
+
+// Calls visit(run) for the run of particles that is the thread block's, or where clay may be still
+// for as many of the listed ones as fall to it. The launch's first `others` blocks do other things.
+template <bool rests, class Visit>
+__device__ void for_each_run(const Views& d, int others, Visit&& visit)
+{
+    const int first = int(blockIdx.x) - others;
+    if constexpr (rests) {
+        const int stride = int(gridDim.x) - others, count = d.clock->listed;
+        for (int at = first; at < count; at += stride) {
+            visit(d.rest.list[at]);
+            __syncthreads();  // shared memory is used anew
+        }
+    } else {
+        visit(first);
+    }
+}
+
+// Thread blocks for all runs. Where few of many may be listed, no more than keep the device busy:
+// starting one for nothing takes time, too.
+inline int blocks_for_runs(const Views& views, const Needs& needs, int multiprocessors)
+{
+    const int runs = blocks_for(views.particles[0].count, run_length(needs));
+    return needs.rests ? least(runs, 24 * multiprocessors) : runs;
 }
 
 }  // namespace knead::gpu

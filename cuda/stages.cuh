@@ -1,5 +1,5 @@
 // The stages of a substep on the device, in their order, and all that their kernels see.
-//   begin . sort . masks . pose . p2g, once a frame; then, substep by substep,
+//   begin . sort { settle } . masks . pose . p2g, once a frame; then, substep by substep,
 //   grid { next dt } . g2p { pose and scatter for the next }
 #pragma once
 #include <cuda_runtime.h>
@@ -8,6 +8,7 @@
 #include "hand.h"
 #include "material.h"
 #include "particles.cuh"
+#include "rest.h"
 #include "step.h"
 
 namespace knead::gpu {
@@ -18,6 +19,7 @@ struct Needs {
     bool tools = false;
     bool fixed_point = false;  // sums that do not depend on their order
     bool blades = false;       // three velocity fields: see blade.h
+    bool rests = false;        // clay may be still
     Flows flows = Flows::any;
 };
 
@@ -26,12 +28,18 @@ struct Orders {
     double duration, tool_step;  // [s]
 };
 
+// Particles that a thread block takes at a time: three fields fill shared memory sooner.
+constexpr int run_length(bool blades) { return blades ? 64 : 128; }
+inline int run_length(const Needs& needs) { return run_length(needs.blades); }
+
 // Counted over a frame by the kernels; read by the host when it is over.
 struct Counters {
     double dt_least, dt_most;  // [s]
     int substeps, limits[6];
     unsigned long long yielded, projected, clipped, confined, repaired;  // particle-substeps, nodes
     unsigned long long covered;  // particle-substeps with a blade beside them
+    unsigned long long moved;    // particle-substeps; of a scene in which clay may be still
+    unsigned long long woken;    // blocks
     unsigned deepest;            // bits of the largest depth found [m]
     int active_blocks;
 };
@@ -45,6 +53,7 @@ struct Clock {
     Step steps[3];
     int active[3];               // blocks that hold mass
     unsigned fastest[2];         // bits of the largest speed squared that a substep left [m^2/s^2]
+    int listed, woken[2];        // where clay may be still: as RestView has them
     double duration, tool_step;  // of the frame [s]
     int side;                    // which of the two particle arrays is current
     Counters counters;
@@ -91,6 +100,22 @@ HD Offsets offsets(const Lattice<float>& lattice, Int3 base)
     return o;
 }
 
+// Which clay is still (rest.h), block by block, and which particles are looked at: a run of as many
+// as a thread block takes is listed where one of them is in a block that is not asleep.
+constexpr int most_boxes = 32;  // tools
+struct RestView {
+    Rest<float> rule;
+    int run;            // particles
+    int* quiet;         // block_count: frames on end at rest
+    unsigned* fastest;  // block_count: bits of the largest speed squared at a frame's start
+    int* stir;          // block_count: Stir at the frame's start
+    int *free, *guard;  // block_count: the substep from which its clay moves, wakes if pushed
+    int2* range;        // block_count: its particles, in the order of the sort
+    unsigned *reached, *held;  // block_count, per run: it is in the list
+    int* list;                 // runs, as Clock::listed counts
+    int* woken[2];             // block_count: blocks that substep n woke, in n % 2
+};
+
 constexpr int most_joints = 64;
 
 // Where tools are kept, posed anew for every substep.
@@ -125,6 +150,7 @@ struct Views {
     Vec3<float> gravity;  // [m/s^2]
     GridView grid;
     ToolView tools;
+    RestView rest;
     Pace pace;
     Clock* clock;
     const Orders* orders;
@@ -141,20 +167,24 @@ struct SortSpace {
 };
 std::size_t sort_scratch_bytes(int count, const Lattice<float>& lattice);
 
-// Orders the particles by the base node of their stencil, stably; flips Clock::side.
-void sort(const Views& views, const SortSpace& space, cudaStream_t stream);
+// Orders the particles by the base node of their stencil, stably; flips Clock::side. In two halves:
+// what the first finds is carried out by the second.
+void order(const Views& views, const Needs& needs, const SortSpace& space, cudaStream_t stream);
+void arrange(const Views& views, const Needs& needs, const SortSpace& space, cudaStream_t stream);
+// Between them, where clay may be still: what each block's clay does in this frame. Needs masks().
+void settle(const Views& views, cudaStream_t stream);
 // Reads the orders and chooses the first substep.
 void begin(const Views& views, cudaStream_t stream);
 // What may touch each block during the frame, and the tools at the end of the first substep.
 void masks(const Views& views, cudaStream_t stream);
 void pose(const Views& views, cudaStream_t stream);
 // Adds mass and momentum to the current grid, which is clear, and lists its blocks.
-void p2g(const Views& views, const Needs& needs, cudaStream_t stream);
+void p2g(const Views& views, const Needs& needs, int multiprocessors, cudaStream_t stream);
 // Momenta become velocities; the other grid is cleared; the next substep is chosen.
 void grid(const Views& views, const Needs& needs, int multiprocessors, cudaStream_t stream);
 // Particles move, and are added to the other grid for the next substep, to which the clock moves
 // on.
-void g2p(const Views& views, const Needs& needs, cudaStream_t stream);
+void g2p(const Views& views, const Needs& needs, int multiprocessors, cudaStream_t stream);
 // Depth [m] of every particle by id, 0 outside of all tools.
 void penetration(const Views& views, float* depth, cudaStream_t stream);
 

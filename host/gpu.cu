@@ -156,7 +156,7 @@ GpuSolver::GpuSolver(const Setup& given, int wanted)
 Views GpuSolver::views_for(const Needs& needs) const
 {
     Views views = store.views();
-    if (!needs.tools) views.tools.primitives.count = 0;
+    if (!needs.tools) views.tools.primitives.count = views.tools.passes = 0;
     return views;
 }
 
@@ -173,15 +173,17 @@ void GpuSolver::start(const Views& views, const Needs& needs)
         pose(views, beside);
         check(cudaEventRecord(joined, beside), "join");
     }
-    sort(views, store.sort_space(), main);
-    p2g(views, needs, main);
+    order(views, needs, store.sort_space(), main);
     if (needs.tools) check(cudaStreamWaitEvent(main, joined, 0), "join");
+    if (needs.rests) settle(views, main);
+    arrange(views, needs, store.sort_space(), main);
+    p2g(views, needs, processors, main);
 }
 
 void GpuSolver::substep(const Views& views, const Needs& needs, cudaStream_t stream)
 {
     grid(views, needs, processors, stream);
-    g2p(views, needs, stream);
+    g2p(views, needs, processors, stream);
 }
 
 void GpuSolver::capture(FrameGraph& to, bool tools)
@@ -255,6 +257,9 @@ Tally GpuSolver::advance(const Motion& motion, double duration)
     tally.repaired = long(n.repaired);
     tally.found_depth = double(std::bit_cast<float>(n.deepest));
     tally.active_blocks = n.active_blocks;
+    tally.moved =
+        store.needs().rests ? long(n.moved) : long(store.views().particles[0].count) * n.substeps;
+    tally.woken = long(n.woken);
     times.clear();
     if (cutting) settle_cuts(motion, duration, n.covered > 0);
     return tally;
@@ -323,14 +328,19 @@ void GpuSolver::measure() const
               "measure");
         check(cudaDeviceSynchronize(), "measure");
     };
-    const double sorting = timed("sort", [&] { sort(views, store.sort_space(), main); });
+    const std::vector<int> quiet = store.quiet.downloaded();
+    const double sorting = timed("sort", [&] {
+        order(views, needs, store.sort_space(), main);
+        if (needs.rests) settle(views, main);
+        arrange(views, needs, store.sort_space(), main);
+    });
     const Clock before = store.clock();
     copy_rows(before.side, before.side ^ 1);
     begin(views, main);
     const double posing = timed("pose", [&] {
         if (needs.tools) masks(views, main), pose(views, main);
     });
-    const double scatter = timed("p2g", [&] { p2g(views, needs, main); });
+    const double scatter = timed("p2g", [&] { p2g(views, needs, processors, main); });
     times = {{"sort", sorting}, {"pose", posing}, {"p2g", scatter}, {"grid", 0}, {"g2p", 0}};
     const auto under_way = [&] {
         Clock now = store.clock();
@@ -339,13 +349,16 @@ void GpuSolver::measure() const
     int counted = 0;
     for (int k = 0; k < warm + repeats && under_way(); ++k) {
         const double step[] = {timed("grid", [&] { grid(views, needs, processors, main); }),
-                               timed("g2p", [&] { g2p(views, needs, main); })};
+                               timed("g2p", [&] { g2p(views, needs, processors, main); })};
         if (k < warm && last_substeps > warm) continue;
         times[3].seconds += step[0], times[4].seconds += step[1], ++counted;
     }
     for (std::size_t s : {3, 4}) times[s].seconds *= double(last_substeps) / counted;
     copy_rows(before.side ^ 1, before.side);
     store.clear_grids();
+    if (needs.rests)
+        check(cudaMemcpy(store.quiet.data(), quiet.data(), store.quiet.bytes(), cudaMemcpyDefault),
+              "measure");
     Clock after = before;
     for (int& active : after.active) active = 0;
     store.set_clock(after);

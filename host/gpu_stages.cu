@@ -84,13 +84,14 @@ GpuStages::~GpuStages() = default;
 
 void GpuStages::sort()
 {
-    gpu::sort(held->store.views(), held->store.sort_space(), nullptr);
+    gpu::order(held->store.views(), held->needs, held->store.sort_space(), nullptr);
+    gpu::arrange(held->store.views(), held->needs, held->store.sort_space(), nullptr);
     held->done();
 }
 
 std::vector<Node<float>> GpuStages::p2g()
 {
-    gpu::p2g(held->store.views(), held->needs, nullptr);
+    gpu::p2g(held->store.views(), held->needs, held->processors, nullptr);
     held->done();
     if (!held->needs.fixed_point) return held->nodes(0);
     const GridView& g = held->store.views().grid;
@@ -120,7 +121,7 @@ std::vector<Particle<double>> GpuStages::g2p(const std::vector<Node<float>>& vel
 {
     held->send(velocities);
     held->touch_all();
-    gpu::g2p(held->store.views(), held->needs, nullptr);
+    gpu::g2p(held->store.views(), held->needs, held->processors, nullptr);
     held->done();
     return held->store.particles();
 }

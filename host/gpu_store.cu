@@ -44,6 +44,8 @@ void check_tools(const Setup& s)
             require(sphere >= 0 && sphere < int(s.rig.spheres.size()),
                     "a primitive without its sphere");
     }
+    require(s.rest.mode == RestMode::none || s.tools.size() <= std::size_t(most_boxes),
+            "clay may be still with at most " + std::to_string(most_boxes) + " tools");
     for (const Binding<float>& b : s.rig.spheres)
         for (int j : b.joint)
             require(j >= 0 && j < int(side_count) * joint_count, "a sphere without its joint");
@@ -73,7 +75,7 @@ Needs needs_of(const Setup& s)
     const bool tools = !s.rig.primitives.empty();
     const bool blades = tools && std::any_of(s.tools.begin(), s.tools.end(),
                                              [](const Tool<double>& t) { return t.blade; });
-    Needs n{tools, s.deterministic, blades, Flows::elastic};
+    Needs n{tools, s.deterministic, blades, s.rest.mode != RestMode::none, Flows::elastic};
     for (const Material<double>& m : s.materials) {
         const bool plain = m.elasticity == Elasticity::neo_hookean &&
                            (m.flow == Flow::none || m.flow == Flow::von_mises);
@@ -133,6 +135,19 @@ Store::Store(const Setup& setup)
                  masks.data(),
                  setup.grid_contact,
                  setup.passes};
+    const Rest<double>& rest = setup.rest;
+    all.rest = {{rest.mode, float(rest.speed), rest.frames, float(rest.push), float(rest.reach)},
+                run_length(used),
+                quiet.data(),
+                fastest.data(),
+                stir.data(),
+                free.data(),
+                guard.data(),
+                ranges.data(),
+                reached.data(),
+                runs_held.data(),
+                runs.data(),
+                {woken[0].data(), woken[1].data()}};
     all.clock = clocks.data();
     all.orders = orders.data();
     for (std::size_t t = 0; t < setup.tools.size(); ++t)
@@ -147,13 +162,14 @@ void Store::allocate(const Setup& setup)
                grid_nodes = std::size_t(lattice.node_count()) * (used.blades ? 3 : 1),
                blocks = std::size_t(lattice.block_count());
     const std::size_t sort_bytes = sort_scratch_bytes(int(n), lattice);
-    const std::size_t need = n * (2 * (particle_rows * 16 + 4) + 20) + sort_bytes + blocks * 48 +
+    const std::size_t need = n * (2 * (particle_rows * 16 + 4) + 20) + sort_bytes +
+                             blocks * (used.rests ? 88 : 48) +
                              grid_nodes * (used.fixed_point ? 80 : 32);
-    std::size_t free = 0, total = 0;
-    gpu::check(cudaMemGetInfo(&free, &total), "memory");
-    if (need > free)
+    std::size_t unused = 0, total = 0;
+    gpu::check(cudaMemGetInfo(&unused, &total), "memory");
+    if (need > unused)
         throw std::runtime_error("gpu: the scene needs " + std::to_string(need >> 20) +
-                                 " MiB, the device has " + std::to_string(free >> 20) +
+                                 " MiB, the device has " + std::to_string(unused >> 20) +
                                  " MiB free");
     for (int side = 0; side < 2; ++side) {
         rows[side] = DeviceArray<float4>(particle_rows * n);
@@ -180,6 +196,15 @@ void Store::allocate(const Setup& setup)
     amid = DeviceArray<Shape<float>>(setup.rig.primitives.size());
     travel = DeviceArray<float>(setup.rig.primitives.size());
     joints = DeviceArray<Joint<double>>(2 * int(side_count) * joint_count);
+    if (used.rests) {
+        for (DeviceArray<int>* each : {&quiet, &stir, &free, &guard, &woken[0], &woken[1]})
+            *each = DeviceArray<int>(blocks);
+        for (DeviceArray<unsigned>* each : {&fastest, &reached})
+            *each = DeviceArray<unsigned>(blocks);
+        const auto run_count = std::size_t(blocks_for(int(n), run_length(used)));
+        ranges = DeviceArray<int2>(blocks);
+        runs_held = DeviceArray<unsigned>(run_count), runs = DeviceArray<int>(run_count);
+    }
     if (used.tools) {
         masks = DeviceArray<Mask>(blocks);
         depth = DeviceArray<float>(n);
@@ -252,7 +277,11 @@ std::vector<Particle<double>> Store::particles() const
     std::vector<int> host_ids = ids[side].downloaded();
     const ParticleView view{host_rows.data(), host_ids.data(), int(host_ids.size())};
     std::vector<Particle<double>> out(host_ids.size());
-    for (int i = 0; i < view.count; ++i) out[std::size_t(view.ids[i])] = cast<double>(view.load(i));
+    for (int i = 0; i < view.count; ++i) {
+        Particle<float> q = view.load(i);
+        q.still = q.sides & still_bit, q.sides &= ~still_bit;
+        out[std::size_t(view.ids[i])] = cast<double>(q);
+    }
     return out;
 }
 
@@ -292,7 +321,10 @@ std::size_t Store::bytes() const
 {
     std::size_t sum = materials.bytes() + bindings.bytes() + primitives.bytes() + tools.bytes() +
                       amid.bytes() + travel.bytes() + masks.bytes() + joints.bytes() +
-                      clocks.bytes() + orders.bytes() + scratch.bytes() + depth.bytes();
+                      clocks.bytes() + orders.bytes() + scratch.bytes() + depth.bytes() +
+                      quiet.bytes() + stir.bytes() + free.bytes() + guard.bytes() +
+                      fastest.bytes() + reached.bytes() + ranges.bytes() + runs.bytes() +
+                      runs_held.bytes() + woken[0].bytes() + woken[1].bytes();
     for (int s = 0; s < 2; ++s)
         sum += spheres[s].bytes() + shapes[s].bytes() + rows[s].bytes() + nodes[s].bytes() +
                sums[s].bytes() + touched[s].bytes() + ids[s].bytes() + list[s].bytes() +

@@ -35,6 +35,7 @@ class Store {
     DeviceArray<unsigned> touched[2];
     DeviceArray<int> ids[2], list[2];
     DeviceArray<float> depth;  // by id [m]; empty without tools
+    DeviceArray<int> quiet;    // RestView; empty where no clay may be still
 
   private:
     void allocate(const Setup& setup);
@@ -48,6 +49,9 @@ class Store {
     DeviceArray<Shape<float>> shapes[2], amid;
     DeviceArray<float> travel;
     DeviceArray<Mask> masks;
+    DeviceArray<unsigned> fastest, reached, runs_held;
+    DeviceArray<int> stir, free, guard, runs, woken[2];
+    DeviceArray<int2> ranges;
     DeviceArray<Joint<double>> joints;  // of the frame's beginning, then of its end
     DeviceArray<Clock> clocks;
     DeviceArray<Orders> orders;
