@@ -67,15 +67,15 @@ template <bool tools, Flows flows, bool blades, bool rests>
 __device__ Events moved(const Views& d, int i, int n, float dt, Particle<float>& q)
 {
     const float4* nodes = d.grid.nodes[n & 1];
-    if constexpr (blades) nodes += (q.sides & ~still_bit) * unsigned(d.lattice.node_count());
+    if constexpr (blades) nodes += q.label() * unsigned(d.lattice.node_count());
     const Stencil<float> s = stencil(q.x, d.lattice.dx);
     [[maybe_unused]] int block;
     [[maybe_unused]] bool quiet;  // the block's clay is still
     if constexpr (rests) {
         block = d.lattice.block_of(s.base);
         quiet = d.rest.free[block] > n;
-        if (!quiet) q.sides &= ~still_bit;
-        if ((q.sides & still_bit) && d.rest.guard[block] > n) return {};
+        if (!quiet) q.hold(false);
+        if (q.still() && d.rest.guard[block] > n) return {};
     }
     const Offsets o = offsets(d.lattice, s.base);
     gather(q, s, d.lattice.dx, [&](Int3 step) {
@@ -86,10 +86,9 @@ __device__ Events moved(const Views& d, int i, int n, float dt, Particle<float>&
         return Vec3<float>{v.x, v.y, v.z};
     });
     if constexpr (rests) {
-        const bool still = q.sides & still_bit;
-        if (quiet && (!still || pushed(d.rest.rule, q.v, dt))) wake(d, block, n);
-        if (still) q.v = {}, q.C = {};
-        if (still) return {};
+        if (quiet && (!q.still() || pushed(d.rest.rule, q.v, dt))) wake(d, block, n);
+        if (q.still()) q.v = {}, q.C = {};
+        if (q.still()) return {};
     }
     q.e = strained(q.e, q.C, dt);
     q.x = q.x + dt * q.v;

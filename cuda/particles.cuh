@@ -11,13 +11,9 @@
 namespace knead::gpu {
 
 constexpr int particle_rows = 6;
-// Beside the sides, of a particle that is still. Whoever moves particles of scenes in which none is
-// need not know; it costs registers.
-constexpr std::uint32_t still_bit = 1u << 31;
-
 struct ParticleView {
     float4* rows;  // particle_rows * count: (x, k), (e.xx e.yy e.zz, object), (e.xy e.xz e.yz,
-                   // sides and whether it is still), (v, C.a.x), (C.a.y C.a.z C.b.x C.b.y),
+                   // sides), (v, C.a.x), (C.a.y C.a.z C.b.x C.b.y),
                    // (C.b.z, C.c)
     int* ids;      // count: index of the particle in the scene
     int count;

@@ -179,7 +179,7 @@ class WarpScatter {
             const Node<float> n = knead::node(row_of(a, stencil, r % 3, r / 3));
             s.rows[warp][slot][r] = {n.p.x, n.p.y, n.p.z, n.m};
         }
-        s.slopes[warp][slot] = {slope.x, slope.y, slope.z, __uint_as_float(q.sides & ~still_bit)};
+        s.slopes[warp][slot] = {slope.x, slope.y, slope.z, __uint_as_float(q.label())};
         s.weights[warp][slot] = {stencil.w[0].x, stencil.w[1].x, stencil.w[2].x, 0};
     }
 

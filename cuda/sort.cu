@@ -65,8 +65,8 @@ __global__ void __launch_bounds__(run)
     }
     if (!valid) return;
     Particle<float> q = from.load(order[i]);
-    q.sides &= ~still_bit;
-    if (stir < awake) q.v = {}, q.C = {}, q.sides |= still_bit;
+    q.hold(stir < awake);
+    if (q.still()) q.v = {}, q.C = {};
     to.store(i, q);
     to.ids[i] = from.ids[order[i]];
     if (i == 0 || int(keys[i - 1]) / block_nodes != block) d.rest.range[block].x = i;

@@ -40,8 +40,13 @@ struct Particle {
     R k;           // von Mises and Herschel-Bulkley: accumulated plastic strain; Drucker-Prager:
                    // volume correction; clamp: ln of the plastic volume ratio [1]
     int object;    // index of its Material
-    std::uint32_t sides;  // which side of a cut: see blade.h
-    bool still = false;   // held where it is for this frame: see rest.h
+    std::uint32_t sides;  // which side of a cut, see blade.h; the top bit: held where it is, see
+                          // rest.h
+    // Whoever moves particles of scenes in which none is held need not know: it costs registers.
+    HD bool still() const { return (sides & still_bit) != 0; }
+    HD std::uint32_t label() const { return sides & ~still_bit; }
+    HD void hold(bool held) { sides = label() | (held ? still_bit : 0); }
+    static constexpr std::uint32_t still_bit = 1u << 31;
 };
 
 // One lattice point: first momentum and mass, after the grid update velocity and mass.
@@ -130,8 +135,7 @@ HD Particle<To> cast(const Particle<From>& q)
             {To(q.e.xx), To(q.e.yy), To(q.e.zz), To(q.e.xy), To(q.e.xz), To(q.e.yz)},
             To(q.k),
             q.object,
-            q.sides,
-            q.still};
+            q.sides};
 }
 
 }  // namespace knead

@@ -279,7 +279,7 @@ std::vector<Particle<double>> Store::particles() const
     std::vector<Particle<double>> out(host_ids.size());
     for (int i = 0; i < view.count; ++i) {
         Particle<float> q = view.load(i);
-        q.still = q.sides & still_bit, q.sides &= ~still_bit;
+        q.hold(false);
         out[std::size_t(view.ids[i])] = cast<double>(q);
     }
     return out;
