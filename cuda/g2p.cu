@@ -28,6 +28,8 @@ __global__ void begin_kernel(const __grid_constant__ Views d)
     const double speed = sqrt(double(__uint_as_float(c.fastest[(c.done + 1) & 1])));
     c.step(c.done) = step_at(d.pace, 0, speed, c.tool_step, c.duration);
     c.counters = {};
+    c.unsorted = c.drift > most_drift * d.pace.dx;
+    if (d.captured && d.unsorted) cudaGraphSetConditional(d.unsorted, c.unsorted);
 }
 
 template <Flows flows>
@@ -157,7 +159,7 @@ __device__ void move_on(const Views& d, int n)
 {
     d.clock->done = n + 1;
     d.clock->active[(n + 2) % 3] = 0;
-    if (d.looped) cudaGraphSetConditional(d.again, d.clock->step(n + 1).dt > 0);
+    if (d.captured) cudaGraphSetConditional(d.again, d.clock->step(n + 1).dt > 0);
 }
 
 // Blocks per multiprocessor: as many as leave registers enough to spill nothing, and no more than

@@ -47,6 +47,7 @@ __device__ void look_ahead(const Views& d, int n)
     c.fastest[n & 1] = 0;
     c.woken[n & 1] = 0;
     const double speed = sqrt(double(__uint_as_float(c.fastest[(n + 1) & 1])));
+    c.drift += speed * step.dt;
     c.step(n + 1) = step_after(step, d.pace, speed, c.tool_step, c.duration);
     if (!(step.dt > 0)) return;
     Counters& all = c.counters;

@@ -2,6 +2,7 @@
 #pragma once
 #include <cuda_runtime.h>
 
+#include <atomic>
 #include <nvtx3/nvtx3.hpp>
 #include <stdexcept>
 #include <string>
@@ -17,6 +18,19 @@ inline void check(cudaError_t e, const char* what)
 {
     if (e != cudaSuccess)
         throw std::runtime_error(std::string("cuda: ") + what + ": " + cudaGetErrorString(e));
+}
+
+// Wherever the host waits for the device, it does so here, and it is counted.
+inline std::atomic<long> waits = 0;
+inline void wait(cudaStream_t stream, const char* what)
+{
+    ++waits;
+    check(cudaStreamSynchronize(stream), what);
+}
+inline void wait(cudaEvent_t event, const char* what)
+{
+    ++waits;
+    check(cudaEventSynchronize(event), what);
 }
 
 // `name` is the profiler range and the error text. No blocks: nothing to do.

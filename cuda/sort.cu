@@ -74,7 +74,11 @@ __global__ void __launch_bounds__(run)
         d.rest.range[block].y = i + 1;
 }
 
-__global__ void flip_kernel(Clock* clock) { clock->side ^= 1; }
+__global__ void flip_kernel(Clock* clock)
+{
+    clock->side ^= 1;
+    clock->drift = 0;
+}
 
 cudaError_t radix_sort(const SortSpace& s, std::size_t& bytes, int count, int bits,
                        cudaStream_t stream)

@@ -56,6 +56,8 @@ struct Clock {
     int listed, woken[2];        // where clay may be still: as RestView has them
     double duration, tool_step;  // of the frame [s]
     int side;                    // which of the two particle arrays is current
+    double drift;                // how far a particle may have come since the last sort [m]
+    bool unsorted;               // so far that they are sorted again
     Counters counters;
     HD Step& step(int n) { return steps[n % 3]; }
 };
@@ -102,6 +104,10 @@ HD Offsets offsets(const Lattice<float>& lattice, Int3 base)
 
 // Which clay is still (rest.h), block by block, and which particles are looked at: a run of as many
 // as a thread block takes is listed where one of them is in a block that is not asleep.
+// How far particles may have come when they are sorted again [cells]. Sums do not depend on the
+// order, only their cost does.
+constexpr double most_drift = 0.5;
+
 constexpr int most_boxes = 32;  // tools
 struct RestView {
     Rest<float> rule;
@@ -154,8 +160,9 @@ struct Views {
     Pace pace;
     Clock* clock;
     const Orders* orders;
-    cudaGraphConditionalHandle again;  // set to 0 when the frame is over, if `looped`
-    bool looped;
+    // Of a captured frame: whether it begins with a sort; whether another substep follows.
+    bool captured;
+    cudaGraphConditionalHandle unsorted, again;
 };
 
 // Scratch of the sort: keys and orders before and after, and CUB's own.

@@ -4,6 +4,7 @@
 #include <cstdlib>
 
 #include "cuda/surface.cuh"
+#include "gpu_graph.cuh"
 #include "gpu_store.cuh"
 #include "pieces.h"
 #include "solver.h"
@@ -15,37 +16,6 @@ namespace {
 // Going round the graph's loop costs about 3 us, and a substep that finds the frame over about 4.
 constexpr int substeps_a_turn = 4;
 
-struct Stream {
-    cudaStream_t s = nullptr;
-    Stream() { check(cudaStreamCreateWithFlags(&s, cudaStreamNonBlocking), "stream"); }
-    Stream(const Stream&) = delete;
-    ~Stream() { cudaStreamDestroy(s); }
-    operator cudaStream_t() const { return s; }
-};
-
-struct Event {
-    cudaEvent_t e = nullptr;
-    explicit Event(unsigned flags = cudaEventDefault)
-    {
-        check(cudaEventCreateWithFlags(&e, flags), "event");
-    }
-    Event(const Event&) = delete;
-    ~Event() { cudaEventDestroy(e); }
-    operator cudaEvent_t() const { return e; }
-};
-
-struct FrameGraph {
-    cudaGraph_t graph = nullptr;
-    cudaGraphExec_t ready = nullptr;
-    FrameGraph() = default;
-    FrameGraph(const FrameGraph&) = delete;
-    ~FrameGraph()
-    {
-        if (ready) cudaGraphExecDestroy(ready);
-        if (graph) cudaGraphDestroy(graph);
-    }
-};
-
 int multiprocessors(int device)
 {
     int n = 0;
@@ -53,40 +23,16 @@ int multiprocessors(int device)
     return n;
 }
 
-// A node that runs its body again and again until the device says otherwise; the body.
-cudaGraph_t add_while(cudaStream_t captured, cudaGraphConditionalHandle handle)
-{
-    cudaStreamCaptureStatus status;
-    cudaGraph_t graph;
-    const cudaGraphNode_t* before;
-    std::size_t count;
-    cudaGraphNodeParams params{};
-    params.type = cudaGraphNodeTypeConditional;
-    params.conditional.handle = handle;
-    params.conditional.type = cudaGraphCondTypeWhile;
-    params.conditional.size = 1;
-    cudaGraphNode_t node;
-#if CUDART_VERSION >= 13000
-    check(cudaStreamGetCaptureInfo(captured, &status, nullptr, &graph, &before, nullptr, &count),
-          "capture");
-    check(cudaGraphAddNode(&node, graph, before, nullptr, count, &params), "while node");
-    check(cudaStreamUpdateCaptureDependencies(captured, &node, nullptr, 1,
-                                              cudaStreamSetCaptureDependencies),
-          "capture");
-#else
-    check(cudaStreamGetCaptureInfo_v2(captured, &status, nullptr, &graph, &before, &count),
-          "capture");
-    check(cudaGraphAddNode(&node, graph, before, count, &params), "while node");
-    check(cudaStreamUpdateCaptureDependencies(captured, &node, 1, cudaStreamSetCaptureDependencies),
-          "capture");
-#endif
-    return params.conditional.phGraph_out[0];
-}
-
 class GpuSolver : public Solver {
   public:
     GpuSolver(const Setup& given, int device);
-    Tally advance(const Motion& motion, double duration) override;
+    Tally advance(const Motion& motion, double duration) override
+    {
+        submit(motion, duration);
+        return collect();
+    }
+    void submit(const Motion& motion, double duration) override;
+    Tally collect() override;
     std::vector<Particle<double>> particles() const override;
     std::vector<double> penetration() const override;
     const std::vector<StageTime>& stage_times() const override;
@@ -95,14 +41,23 @@ class GpuSolver : public Solver {
     std::string name() const override { return title; }
 
   private:
+    struct Frame {
+        Motion motion;
+        double duration = 0;
+        bool tools = false;  // one is active
+        Frame frames[2];     // under way, or to be
+        int submitted = 0, collected = 0;
+        Event done{cudaEventDisableTiming};
+    };
     void capture(FrameGraph& to, bool tools);
     void start(const Views& views, const Needs& needs);
     void substep(const Views& views, const Needs& needs, cudaStream_t stream);
     Views views_for(const Needs& needs) const;
-    void step_through();
+    void sort_if_due(const Views& views, const Needs& needs);
+    void step_through(bool tools);
     void measure() const;
     void pose_end(const Views& views) const;
-    void settle_cuts(const Motion& motion, double duration, bool covered);
+    void settle_cuts(const Frame& frame);
 
     Setup rules;  // without particles
     int device, processors;
@@ -112,7 +67,8 @@ class GpuSolver : public Solver {
     Stream main, body, beside;
     Event forked{cudaEventDisableTiming}, joined{cudaEventDisableTiming};
     FrameGraph with_tools, without_tools;
-    Pinned<Clock> status;
+    Frame frames[2];  // under way, or to be
+    int submitted = 0, collected = 0;
     bool posed = false;        // masks are those of the last frame's end
     bool stepwise = false;     // no graph: KNEAD_GRAPH=0, for profilers and memory checkers
     bool cutting = false;      // a tool of the scene is a blade
@@ -164,7 +120,6 @@ Views GpuSolver::views_for(const Needs& needs) const
 // runs beside the sort.
 void GpuSolver::start(const Views& views, const Needs& needs)
 {
-    store.send_orders(main);
     begin(views, main);
     if (needs.tools) {
         check(cudaEventRecord(forked, main), "fork");
@@ -173,11 +128,29 @@ void GpuSolver::start(const Views& views, const Needs& needs)
         pose(views, beside);
         check(cudaEventRecord(joined, beside), "join");
     }
-    order(views, needs, store.sort_space(), main);
-    if (needs.tools) check(cudaStreamWaitEvent(main, joined, 0), "join");
-    if (needs.rests) settle(views, main);
-    arrange(views, needs, store.sort_space(), main);
+    if (needs.rests) {
+        order(views, needs, store.sort_space(), main);
+        if (needs.tools) check(cudaStreamWaitEvent(main, joined, 0), "join");
+        settle(views, main);
+        arrange(views, needs, store.sort_space(), main);
+    } else {
+        sort_if_due(views, needs);
+        if (needs.tools) check(cudaStreamWaitEvent(main, joined, 0), "join");
+    }
     p2g(views, needs, processors, main);
+}
+
+// Particles that have hardly moved since the last sort are still in order.
+void GpuSolver::sort_if_due(const Views& views, const Needs& needs)
+{
+    const auto sort = [&](cudaStream_t stream) {
+        order(views, needs, store.sort_space(), stream);
+        arrange(views, needs, store.sort_space(), stream);
+    };
+    if (views.captured)
+        capture_body(add_conditional(main, cudaGraphCondTypeIf, views.unsorted), body, sort);
+    else if (store.clock(main).unsorted)
+        sort(main);
 }
 
 void GpuSolver::substep(const Views& views, const Needs& needs, cudaStream_t stream)
@@ -192,63 +165,74 @@ void GpuSolver::capture(FrameGraph& to, bool tools)
     needs.tools = tools || needs.blades;  // a cut stays one when the hands have gone
     Views views = views_for(needs);
     check(cudaStreamBeginCapture(main, cudaStreamCaptureModeThreadLocal), "capture");
+    const auto handle = [this](cudaGraphConditionalHandle& h) {
+        check(cudaGraphConditionalHandleCreate(&h, under_capture(main), 1,
+                                               cudaGraphCondAssignDefault),
+              "conditional node");
+    };
+    handle(views.again);
+    if (!needs.rests) handle(views.unsorted);
+    views.captured = true;
     start(views, needs);
-    cudaStreamCaptureStatus state;
-    cudaGraph_t graph;
-#if CUDART_VERSION >= 13000
-    check(cudaStreamGetCaptureInfo(main, &state, nullptr, &graph, nullptr, nullptr, nullptr),
-          "capture");
-#else
-    check(cudaStreamGetCaptureInfo_v2(main, &state, nullptr, &graph, nullptr, nullptr), "capture");
-#endif
-    check(cudaGraphConditionalHandleCreate(&views.again, graph, 1, cudaGraphCondAssignDefault),
-          "while node");
-    views.looped = true;
-    const cudaGraph_t loop = add_while(main, views.again);
-    check(cudaStreamBeginCaptureToGraph(body, loop, nullptr, nullptr, 0,
-                                        cudaStreamCaptureModeThreadLocal),
-          "capture");
-    for (int k = 0; k < substeps_a_turn; ++k) substep(views, needs, body);
-    cudaGraph_t same;
-    check(cudaStreamEndCapture(body, &same), "capture");
-    check(cudaMemcpyAsync(status.data(), views.clock, sizeof(Clock), cudaMemcpyDeviceToHost, main),
-          "status");
+    capture_body(add_conditional(main, cudaGraphCondTypeWhile, views.again), body,
+                 [&](cudaStream_t stream) {
+                     for (int k = 0; k < substeps_a_turn; ++k) substep(views, needs, stream);
+                 });
     check(cudaStreamEndCapture(main, &to.graph), "capture");
     check(cudaGraphInstantiate(&to.ready, to.graph, 0), "graph");
     check(cudaGraphUpload(to.ready, main), "graph");
-    check(cudaStreamSynchronize(main), "graph");
+    wait(main, "graph");
 }
 
 // The frame without its graph, the host asking after each substep whether there is another.
-void GpuSolver::step_through()
+void GpuSolver::step_through(bool tools)
 {
     Needs needs = store.needs();
-    needs.tools = posed || needs.blades;
+    needs.tools = tools || needs.blades;
     const Views views = views_for(needs);
     start(views, needs);
+    Clock now;
     do {
         substep(views, needs, main);
-        check(cudaMemcpyAsync(status.data(), views.clock, sizeof(Clock), cudaMemcpyDeviceToHost,
-                              main),
-              "status");
-        check(cudaStreamSynchronize(main), "substep");
-    } while (status->step(status->done).dt > 0);
+        now = store.clock(main);
+    } while (now.step(now.done).dt > 0);
 }
 
-Tally GpuSolver::advance(const Motion& motion, double duration)
+void GpuSolver::submit(const Motion& motion, double duration)
 {
-    Tally tally;
-    if (!(duration > 0)) return tally;
+    if (submitted - collected == 2) throw std::logic_error("two frames are under way already");
     check(cudaSetDevice(device), "device");
-    store.order(rules, motion, duration);
+    const int slot = submitted % 2;
+    Frame& f = frames[slot];
+    f.motion = motion, f.duration = duration;
+    // Of two frames ago, which is over: nobody reads its orders any more.
+    f.tools = store.order(rules, motion, duration, slot);
+    ++submitted;
+    if (!(duration > 0)) return;
     const ProfilerRange range{"substeps"};
-    posed = store.tools_active();
+    store.send_orders(slot, main);
     if (stepwise)
-        step_through();
+        step_through(f.tools);
     else
-        check(cudaGraphLaunch(posed ? with_tools.ready : without_tools.ready, main), "substeps");
-    check(cudaStreamSynchronize(main), "substeps");
-    const Counters& n = status->counters;
+        check(cudaGraphLaunch(f.tools ? with_tools.ready : without_tools.ready, main), "substeps");
+    check(cudaMemcpyAsync(f.status.data(), store.views().clock, sizeof(Clock),
+                          cudaMemcpyDeviceToHost, main),
+          "status");
+    check(cudaEventRecord(f.done, main), "status");
+    // What a cut leaves is settled by the host before the next frame.
+    if (cutting) wait(f.done, "substeps"), settle_cuts(f);
+}
+
+Tally GpuSolver::collect()
+{
+    if (submitted == collected) throw std::logic_error("no frame is under way");
+    Frame& f = frames[collected++ % 2];
+    Tally tally;
+    if (!(f.duration > 0)) return tally;
+    check(cudaSetDevice(device), "device");
+    wait(f.done, "substeps");
+    posed = f.tools;
+    const Counters& n = f.status->counters;
     tally.substeps = last_substeps = n.substeps;
     tally.dt_least = n.dt_least, tally.dt_most = n.dt_most;
     for (int l = 0; l < int(Limit::count); ++l) tally.limits[l] = n.limits[l];
@@ -257,21 +241,21 @@ Tally GpuSolver::advance(const Motion& motion, double duration)
     tally.repaired = long(n.repaired);
     tally.found_depth = double(std::bit_cast<float>(n.deepest));
     tally.active_blocks = n.active_blocks;
-    tally.moved =
-        store.needs().rests ? long(n.moved) : long(store.views().particles[0].count) * n.substeps;
+    const long all = long(store.views().particles[0].count) * n.substeps;
+    tally.moved = store.needs().rests ? long(n.moved) : all;
     tally.woken = long(n.woken);
     times.clear();
-    if (cutting) settle_cuts(motion, duration, n.covered > 0);
     return tally;
 }
 
 // Rare, and of the whole scene at once: done by the host.
-void GpuSolver::settle_cuts(const Motion& motion, double duration, bool covered)
+void GpuSolver::settle_cuts(const Frame& f)
 {
+    const bool covered = f.status->counters.covered > 0;
     if (covered == was_covered) return;
     PosedTools<double> tools(rules, rules.lattice);
-    tools.activate(motion);
-    tools.pose(motion, 0, 1, duration);
+    tools.activate(f.motion);
+    tools.pose(f.motion, 0, 1, f.duration);
     tools.mask_blocks(rules.lattice);
     std::vector<Particle<double>> q = store.particles();
     if (settle(q, rules.lattice, tools, covered, was_covered)) store.set_sides(q);
@@ -281,6 +265,7 @@ void GpuSolver::settle_cuts(const Motion& motion, double duration, bool covered)
 std::vector<Particle<double>> GpuSolver::particles() const
 {
     check(cudaSetDevice(device), "device");
+    wait(main, "particles");
     return store.particles();
 }
 
@@ -290,7 +275,7 @@ std::vector<double> GpuSolver::penetration() const
     if (!posed) return depths;
     check(cudaSetDevice(device), "device");
     gpu::penetration(store.views(), store.depth.data(), main);
-    check(cudaStreamSynchronize(main), "penetration");
+    wait(main, "penetration");
     for (float d : store.depth.downloaded())
         if (d > 0) depths.push_back(double(d));
     return depths;
@@ -300,7 +285,10 @@ std::vector<double> GpuSolver::penetration() const
 // undone. Shares of one frame of the graph, in which stages overlap.
 const std::vector<StageTime>& GpuSolver::stage_times() const
 {
-    if (times.empty() && last_substeps > 0) measure();
+    if (times.empty() && last_substeps > 0) {
+        wait(main, "measure");
+        measure();
+    }
     return times;
 }
 
@@ -374,7 +362,7 @@ void GpuSolver::pose_end(const Views& views) const
     clock.step(clock.done) = {0, clock.duration, Limit::frame_end};
     store.set_clock(clock);
     pose(views, main);
-    check(cudaStreamSynchronize(main), "measure");
+    wait(main, "measure");
     store.set_clock(after);
 }
 

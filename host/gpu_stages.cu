@@ -30,7 +30,7 @@ struct GpuStages::Held {
         : setup(stepped(given, dt)), store(setup), needs(store.needs())
     {
     }
-    void done() const { check(cudaStreamSynchronize(nullptr), "stage"); }
+    void done() const { wait(cudaStream_t(nullptr), "stage"); }
     // Every block holds mass, so that whatever was uploaded is looked at.
     void touch_all() const
     {
@@ -70,8 +70,8 @@ GpuStages::GpuStages(const Setup& setup, const Motion& motion, double dt)
     check(cudaGetDevice(&device), "device");
     check(cudaDeviceGetAttribute(&held->processors, cudaDevAttrMultiProcessorCount, device),
           "device");
-    held->store.order(held->setup, motion, dt);
-    held->store.send_orders(nullptr);
+    held->store.order(held->setup, motion, dt, 0);
+    held->store.send_orders(0, nullptr);
     begin(held->store.views(), nullptr);
     if (held->needs.tools) {
         gpu::masks(held->store.views(), nullptr);

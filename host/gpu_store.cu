@@ -93,7 +93,9 @@ float fixed_scale(double bound) { return std::ldexp(1.0f, 61 - std::ilogb(bound)
 }  // namespace
 
 Store::Store(const Setup& setup)
-    : next_joints(2 * int(side_count) * joint_count), next_tools(setup.tools.size())
+    : next_joints{Pinned<Joint<double>>(2 * int(side_count) * joint_count),
+                  Pinned<Joint<double>>(2 * int(side_count) * joint_count)},
+      next_tools{Pinned<Tool<float>>(setup.tools.size()), Pinned<Tool<float>>(setup.tools.size())}
 {
     check(setup);
     used = needs_of(setup);
@@ -150,9 +152,6 @@ Store::Store(const Setup& setup)
                 {woken[0].data(), woken[1].data()}};
     all.clock = clocks.data();
     all.orders = orders.data();
-    for (std::size_t t = 0; t < setup.tools.size(); ++t)
-        next_tools[t] = {setup.tools[t].touch, float(setup.tools[t].friction), setup.tools[t].blade,
-                         setup.tools[t].active};
 }
 
 void Store::allocate(const Setup& setup)
@@ -233,6 +232,7 @@ void Store::upload(const Setup& setup) const
                "upload");
     start.done = 6;  // of its rings, all places are behind it
     start.fastest[1] = std::bit_cast<unsigned>(fastest);
+    start.drift = 1e30;
     set_clock(start);
 }
 
@@ -242,24 +242,27 @@ SortSpace Store::sort_space() const
             places[1].data(), scratch.data(), scratch.bytes()};
 }
 
-void Store::order(const Setup& setup, const Motion& motion, double duration)
+bool Store::order(const Setup& setup, const Motion& motion, double duration, int slot)
 {
-    some_active = false;
-    *next_orders.data() = {duration, 1e30};
-    if (!used.tools) return;
+    *next_orders[slot].data() = {duration, 1e30};
+    if (!used.tools) return false;
     const auto half = std::size_t(int(side_count) * joint_count);
     require(motion.from.size() == half && motion.to.size() == half,
             "a motion needs the joints of both hands at both ends of the frame");
-    next_orders->tool_step = tool_step(setup, motion, duration);
-    std::copy(motion.from.begin(), motion.from.end(), next_joints.data());
-    std::copy(motion.to.begin(), motion.to.end(), next_joints.data() + half);
-    for (std::size_t t = 0; t < next_tools.size(); ++t) {
-        next_tools[t].active = t >= motion.active.size() || motion.active[t];
-        some_active = some_active || next_tools[t].active;
+    next_orders[slot]->tool_step = tool_step(setup, motion, duration);
+    std::copy(motion.from.begin(), motion.from.end(), next_joints[slot].data());
+    std::copy(motion.to.begin(), motion.to.end(), next_joints[slot].data() + half);
+    bool any = false;
+    for (std::size_t t = 0; t < setup.tools.size(); ++t) {
+        const Tool<double>& tool = setup.tools[t];
+        const bool active = t >= motion.active.size() || motion.active[t];
+        next_tools[slot][t] = {tool.touch, float(tool.friction), tool.blade, active};
+        any = any || active;
     }
+    return any;
 }
 
-void Store::send_orders(cudaStream_t stream) const
+void Store::send_orders(int slot, cudaStream_t stream) const
 {
     const auto send = [&](auto& to, const auto& from) {
         if (from.size())
@@ -267,7 +270,7 @@ void Store::send_orders(cudaStream_t stream) const
                                        stream),
                        "send orders");
     };
-    send(orders, next_orders), send(joints, next_joints), send(tools, next_tools);
+    send(orders, next_orders[slot]), send(joints, next_joints[slot]), send(tools, next_tools[slot]);
 }
 
 std::vector<Particle<double>> Store::particles() const
@@ -315,7 +318,11 @@ void Store::set_clock(const Clock& clock) const
     gpu::check(cudaDeviceSynchronize(), "clock");  // streams do not wait for the copy by themselves
 }
 
-Clock Store::clock() const { return clocks.downloaded()[0]; }
+Clock Store::clock(cudaStream_t stream) const
+{
+    wait(stream, "clock");
+    return clocks.downloaded()[0];
+}
 
 std::size_t Store::bytes() const
 {

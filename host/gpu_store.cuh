@@ -17,18 +17,18 @@ class Store {
     SortSpace sort_space() const;
     std::size_t bytes() const;
 
-    // Copies a frame's orders to the device, in stream order, from pinned memory that order()
-    // fills: it must not be filled again before the copy is over.
-    void order(const Setup& setup, const Motion& motion, double duration);
-    void send_orders(cudaStream_t stream) const;
-    bool tools_active() const { return some_active; }
+    // Writes a frame's orders down, in one of two places; true if a tool is active. The other
+    // copies them to the device, in stream order: until that is over the place must not be used
+    // again.
+    bool order(const Setup& setup, const Motion& motion, double duration, int slot);
+    void send_orders(int slot, cudaStream_t stream) const;
 
     std::vector<Particle<double>> particles() const;
     void set_sides(const std::vector<Particle<double>>& particles) const;
     // Clears both grids, whatever they hold.
     void clear_grids() const;
     void set_clock(const Clock& clock) const;
-    Clock clock() const;
+    Clock clock(cudaStream_t stream = nullptr) const;  // when all of the stream is done
 
     DeviceArray<float4> rows[2], nodes[2];
     DeviceArray<long long> sums[2];
@@ -58,12 +58,11 @@ class Store {
     DeviceArray<unsigned> keys[2];
     DeviceArray<int> places[2];
     DeviceArray<unsigned char> scratch;
-    Pinned<Orders> next_orders;
-    Pinned<Joint<double>> next_joints;
-    Pinned<Tool<float>> next_tools;
+    Pinned<Orders> next_orders[2];
+    Pinned<Joint<double>> next_joints[2];
+    Pinned<Tool<float>> next_tools[2];
     Views all{};
     Needs used;
-    bool some_active = false;
 };
 
 }  // namespace knead::gpu

@@ -159,7 +159,7 @@ void GpuSurface::Held::run()
 {
     const ProfilerRange range{"surface"};
     check(cudaGraphLaunch(graph.ready, stream), "surface");
-    check(cudaStreamSynchronize(stream), "surface");
+    wait(stream, "surface");
 }
 
 double GpuSurface::Held::seconds_of(cudaGraphExec_t what)

@@ -73,6 +73,18 @@ class Solver {
     virtual ~Solver() = default;
     // Simulates `duration` [s] with the tools moving along `motion`.
     virtual Tally advance(const Motion& motion, double duration) = 0;
+    // The same in two halves, so that a frame may be handed over while the one before it is still
+    // being computed. At most two are under way; nothing else is asked meanwhile.
+    virtual void submit(const Motion& motion, double duration)
+    {
+        done.push_back(advance(motion, duration));
+    }
+    virtual Tally collect()
+    {
+        const Tally first = done.at(0);
+        done.erase(done.begin());
+        return first;
+    }
     // The particles in no particular order (deterministic for equal runs).
     virtual std::vector<Particle<double>> particles() const = 0;
     // Depth [m] of every particle inside a tool at the end of the last frame; 0 entries left out.
@@ -82,6 +94,9 @@ class Solver {
     virtual const gpu::Clay* clay() const { return nullptr; }
     virtual std::size_t memory() const = 0;  // bytes held
     virtual std::string name() const = 0;    // "cpu float, 2 threads", "cuda: NVIDIA H200"
+
+  private:
+    std::vector<Tally> done;
 };
 
 std::unique_ptr<Solver> cpu_solver(const Setup& setup);         // float
