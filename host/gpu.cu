@@ -45,8 +45,7 @@ class GpuSolver : public Solver {
         Motion motion;
         double duration = 0;
         bool tools = false;  // one is active
-        Frame frames[2];     // under way, or to be
-        int submitted = 0, collected = 0;
+        Pinned<Clock> status;
         Event done{cudaEventDisableTiming};
     };
     void capture(FrameGraph& to, bool tools);
