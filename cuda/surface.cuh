@@ -13,7 +13,8 @@ namespace knead::gpu {
 // Particles as a solver keeps them: two arrays, and on the device which one is current.
 struct Clay {
     ParticleView particles[2];
-    const int* side;  // null: the first
+    const int* side;                // null: the first
+    cudaStream_t stream = nullptr;  // on which they are moved
 };
 
 // What a particle of an object adds to the density.

@@ -128,6 +128,10 @@ class Bench {
     std::map<std::string, BenchRow> known;
 };
 
+// Both hands in one of the scene's frames, and how long it simulates [s]. Without hands they stand
+// still at the origin, inactive.
+Motion motion_in(const Scene& scene, const HandSource* hands, int frame);
+double frame_duration(const Scene& scene);
 // The scene's frames, from `first` on; `after` sees each, and ends the drive by answering false.
 struct DrivenFrame {
     int index;  // from 0
@@ -136,6 +140,15 @@ struct DrivenFrame {
 };
 void drive(const Scene& scene, Solver& solver, const HandSource* hands, int first,
            const std::function<bool(const DrivenFrame&)>& after);
+// The same with every frame handed over while the one before is computed, each with a surface if
+// that is wanted; where the device makes it, not even that is waited for.
+struct QueuedFrames {
+    int frames = 0;
+    double frame = 0;  // [s] from the end of one to the end of the next, on average
+    double waits = 0;  // of the host within a frame, on average
+};
+QueuedFrames queued(const Scene& scene, Device device, const HandSource* hands, int first,
+                    int frames, bool surfaces);
 // The first frame at whose end every hand that is there reaches into the clay as it was seeded; -1
 // if that never comes.
 int first_touch(const Scene& scene, const HandSource& hands);

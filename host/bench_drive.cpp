@@ -18,25 +18,6 @@ double since(Wall::time_point start)
     return std::chrono::duration<double>(Wall::now() - start).count();
 }
 
-// Both hands from one time of the recording to another [s].
-Motion motion_between(const HandSource& hands, const std::vector<Side>& sides, double from,
-                      double to)
-{
-    Motion motion;
-    motion.from.resize(2 * joint_count), motion.to.resize(2 * joint_count);
-    bool before[side_count], active[side_count];
-    hands.sample(from, motion.from.data(), before);
-    hands.sample(to, motion.to.data(), active);
-    for (Side side : sides) motion.active.push_back(active[side]);
-    return motion;
-}
-
-double simulated(const Scene& scene)
-{
-    return scene.clock == Clock::paper ? scene.paper_substeps * scene.paper_dt
-                                       : 1 / scene.frame_rate;
-}
-
 // What the repeats of a case gather. Frames in which no hand touches any more are set aside, unless
 // there are no others.
 struct Gathered {
@@ -118,19 +99,33 @@ double least_bytes(std::size_t particles, long active_blocks)
     return 2 * sizeof(Particle<float>) + 2 * nodes / double(std::max<std::size_t>(particles, 1));
 }
 
+Motion motion_in(const Scene& scene, const HandSource* hands, int frame)
+{
+    Motion motion;
+    motion.from.resize(2 * joint_count, {{1, 0, 0, 0}, {0, 0, 0}});
+    motion.to = motion.from;
+    if (!hands) return motion;
+    bool before[side_count], active[side_count];
+    hands->sample(frame / scene.frame_rate, motion.from.data(), before);
+    hands->sample((frame + 1) / scene.frame_rate, motion.to.data(), active);
+    for (Side side : tool_sides(scene.hands)) motion.active.push_back(active[side]);
+    return motion;
+}
+
+double frame_duration(const Scene& scene)
+{
+    return scene.clock == Clock::paper ? scene.paper_substeps * scene.paper_dt
+                                       : 1 / scene.frame_rate;
+}
+
 void drive(const Scene& scene, Solver& solver, const HandSource* hands, int first,
            const std::function<bool(const DrivenFrame&)>& after)
 {
-    const std::vector<Side> sides = hands ? tool_sides(scene.hands) : std::vector<Side>{};
     const int end = frames_wanted(scene, hands, 0);
-    Motion still;
-    still.from.resize(2 * joint_count, {{1, 0, 0, 0}, {0, 0, 0}});
-    still.to = still.from;
     for (int f = first; f < end; ++f) {
-        const double from = f / scene.frame_rate, to = (f + 1) / scene.frame_rate;
-        const Motion motion = hands ? motion_between(*hands, sides, from, to) : still;
+        const Motion motion = motion_in(scene, hands, f);
         const Wall::time_point start = Wall::now();
-        DrivenFrame frame{f - first, 0, solver.advance(motion, simulated(scene))};
+        DrivenFrame frame{f - first, 0, solver.advance(motion, frame_duration(scene))};
         frame.wall = since(start);
         if (!after(frame)) return;
     }
@@ -157,8 +152,7 @@ int first_touch(const Scene& scene, const HandSource& hands)
         return false;
     };
     for (int f = 0; f < end; ++f) {
-        const Motion motion =
-            motion_between(hands, sides, f / scene.frame_rate, (f + 1) / scene.frame_rate);
+        const Motion motion = motion_in(scene, &hands, f);
         tools.activate(motion);
         tools.pose(motion, 0, 1, 1 / scene.frame_rate);
         bool all = !sides.empty();

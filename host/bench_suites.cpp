@@ -179,22 +179,31 @@ void surface_suite(Bench& bench)
     if (!bench.options.quick && !bench.stopped()) surface_case(bench, 128, 256);
 }
 
+// What clay costs that need not move: held still outside of boxes around the hands, or asleep.
 void localized_suite(Bench& bench)
 {
     const int cells = bench.options.quick ? 64 : 128;
-    const auto one = [&](bool rest, const char* what) {
+    const auto one = [&](RestMode mode, bool rest, const char* what) {
         const std::string name = fmt::format("localized: {}, {}^3 nodes", what, cells);
-        bench.add(named(bench.measured(name, held_ball(bench, cells, rest), usual(bench, 20)),
-                        "localized", rest));
+        Scene scene = held_ball(bench, cells, rest);
+        scene.setup.rest.mode = mode;
+        Drive how = usual(bench, 20);
+        how.warm_up = scene.setup.rest.frames + 5;  // until what is at rest sleeps
+        BenchRow row = bench.measured(name, scene, how);
+        if (rest && !bench.result.rows.empty()) {
+            const BenchRow& near = *std::find_if(
+                bench.result.rows.rbegin(), bench.result.rows.rend(),
+                [](const BenchRow& r) { return r.suite == "localized" && r.at == 0; });
+            row.note = fmt::format("{:.2f} % near the hands; {:.2f} times the cost of these alone",
+                                   100 * double(near.particles) / double(row.particles),
+                                   row.frame.median / near.frame.median);
+        }
+        bench.add(named(row, "localized", rest ? 1 + int(mode) : 0));
     };
-    one(false, "the clay near the hands alone");
-    one(true, "with all the clay at rest beside it");
-    if (bench.stopped()) return;
-    BenchRow& all = bench.result.rows.back();
-    const BenchRow& near = *(&all - 1);
-    all.note = fmt::format("{:.2f} % near the hands; {:.2f} times the cost of these alone",
-                           100 * double(near.particles) / double(all.particles),
-                           all.frame.median / near.frame.median);
+    one(RestMode::none, false, "the clay near the hands alone");
+    if (!bench.stopped()) one(RestMode::sleep, true, "the rest asleep beside it");
+    if (!bench.stopped()) one(RestMode::localized, true, "the rest held still");
+    if (!bench.stopped()) one(RestMode::none, true, "the rest moving, too");
 }
 
 // Ten runs of the same frames must end in the same bits; what that costs against the usual mode.

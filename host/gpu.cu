@@ -61,9 +61,9 @@ class GpuSolver : public Solver {
     Setup rules;  // without particles
     int device, processors;
     Store store;
+    Stream main, body, beside;
     Clay held;
     std::string title;
-    Stream main, body, beside;
     Event forked{cudaEventDisableTiming}, joined{cudaEventDisableTiming};
     FrameGraph with_tools, without_tools;
     Frame frames[2];  // under way, or to be
@@ -93,7 +93,9 @@ GpuSolver::GpuSolver(const Setup& given, int wanted)
       device(chosen(wanted)),
       processors(multiprocessors(device)),
       store(given),
-      held{{store.views().particles[0], store.views().particles[1]}, &store.views().clock->side}
+      held{{store.views().particles[0], store.views().particles[1]},
+           &store.views().clock->side,
+           main}
 {
     rules.particles.clear();
     rules.particles.shrink_to_fit();
@@ -372,6 +374,8 @@ std::unique_ptr<Solver> gpu_solver(const Setup& setup, int device)
 {
     return std::make_unique<gpu::GpuSolver>(setup, device);
 }
+
+long gpu_waits() { return gpu::waits; }
 
 bool gpu_present()
 {

@@ -209,10 +209,11 @@ GpuSurface::GpuSurface(const std::vector<Particle<double>>& particles,
 }
 GpuSurface::~GpuSurface() = default;
 
-void GpuSurface::launch(const Clay& clay, CUstream_st* stream)
+void GpuSurface::launch(const Clay& clay)
 {
     const ProfilerRange range{"surface"};
-    for (const Stage& stage : held->stages(clay)) stage.launch(stream);
+    held->prepare(clay);
+    check(cudaGraphLaunch(held->graph.ready, clay.stream), "surface");
 }
 
 const SurfaceView& GpuSurface::view() const { return held->store.view; }

@@ -7,8 +7,6 @@
 #include "solver.h"
 #include "surface.h"
 
-struct CUstream_st;
-
 namespace knead {
 namespace gpu {
 struct Clay;         // cuda/surface.cuh: where a solver keeps its particles
@@ -30,9 +28,10 @@ class GpuSurface {
                SurfaceRoom room = {}, int device = -1);
     ~GpuSurface();
 
-    // Launches all stages; waits for nothing, and a graph may capture it. A surface for which there
-    // is no room is empty, and settled() says so. The particles must be as many as at first.
-    void launch(const gpu::Clay& clay, CUstream_st* stream);
+    // Launches all stages behind what is queued to move the clay, and waits for nothing. A surface
+    // for which there is no room is empty, and settled() says so. The particles must be as many as
+    // at first.
+    void launch(const gpu::Clay& clay);
     const gpu::SurfaceView& view() const;
 
     // Of the last surface, once its stream is done: throws std::runtime_error where it did not fit.

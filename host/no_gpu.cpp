@@ -17,6 +17,7 @@ namespace {
 }  // namespace
 
 bool gpu_present() { return false; }
+long gpu_waits() { return 0; }
 std::unique_ptr<Solver> gpu_solver(const Setup&, int) { refuse(); }
 
 struct GpuStages::Held {};
@@ -35,7 +36,7 @@ GpuSurface::GpuSurface(const std::vector<Particle<double>>&, const std::vector<M
     refuse();
 }
 GpuSurface::~GpuSurface() = default;
-void GpuSurface::launch(const gpu::Clay&, CUstream_st*) { refuse(); }
+void GpuSurface::launch(const gpu::Clay&) { refuse(); }
 const gpu::SurfaceView& GpuSurface::view() const { refuse(); }
 SurfaceTally GpuSurface::settled() const { refuse(); }
 SurfaceRoom GpuSurface::needed() const { refuse(); }

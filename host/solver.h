@@ -104,5 +104,7 @@ std::unique_ptr<Solver> cpu_solver_double(const Setup& setup);  // the oracle
 // Throws std::runtime_error where there is no device. Declared always; without CUDA it only throws.
 std::unique_ptr<Solver> gpu_solver(const Setup& setup, int device);
 bool gpu_present();
+// How often the host has waited for a device so far.
+long gpu_waits();
 
 }  // namespace knead
