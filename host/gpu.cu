@@ -283,7 +283,8 @@ std::vector<double> GpuSolver::penetration() const
 }
 
 // Asking is measuring: a few substeps are run stage by stage from where the last frame ended, and
-// undone. Shares of one frame of the graph, in which stages overlap.
+// forgotten: the sort that they begin with leaves its input as it was. Shares of one frame of the
+// graph, in which stages overlap.
 const std::vector<StageTime>& GpuSolver::stage_times() const
 {
     if (times.empty() && last_substeps > 0) {
@@ -310,21 +311,13 @@ void GpuSolver::measure() const
         check(cudaEventElapsedTime(&milliseconds, from, to), stage);
         return 1e-3 * double(milliseconds);
     };
-    const auto copy_rows = [&](int source, int target) {
-        const std::size_t bytes = store.rows[0].bytes();
-        check(cudaMemcpy(views.particles[target].rows, views.particles[source].rows, bytes,
-                         cudaMemcpyDefault),
-              "measure");
-        check(cudaDeviceSynchronize(), "measure");
-    };
+    const Clock before = store.clock();
     const std::vector<int> quiet = store.quiet.downloaded();
     const double sorting = timed("sort", [&] {
         order(views, needs, store.sort_space(), main);
         if (needs.rests) settle(views, main);
         arrange(views, needs, store.sort_space(), main);
     });
-    const Clock before = store.clock();
-    copy_rows(before.side, before.side ^ 1);
     begin(views, main);
     const double posing = timed("pose", [&] {
         if (needs.tools) masks(views, main), pose(views, main);
@@ -343,7 +336,6 @@ void GpuSolver::measure() const
         times[3].seconds += step[0], times[4].seconds += step[1], ++counted;
     }
     for (std::size_t s : {3, 4}) times[s].seconds *= double(last_substeps) / counted;
-    copy_rows(before.side ^ 1, before.side);
     store.clear_grids();
     if (needs.rests)
         check(cudaMemcpy(store.quiet.data(), quiet.data(), store.quiet.bytes(), cudaMemcpyDefault),

@@ -199,6 +199,48 @@ TEST_F(GpuSolver, MeasuringItsStagesChangesNothing)
     EXPECT_EQ(farthest(played(*measured, 2), played(*left_alone, 2)), 0);
 }
 
+TEST_F(GpuSolver, TakesAFrameWhileAnotherIsUnderWay)
+{
+    knead::Setup s = scene(true);
+    s.deterministic = true;
+    const Result one_by_one = played(*gpu_solver(s, 0), 6);
+    const auto solver = gpu_solver(s, 0);
+    EXPECT_THROW(solver->collect(), std::logic_error);
+    solver->submit(closing(0, frame), frame);
+    long waits = 0, projected = 0;
+    for (int f = 1; f <= 6; ++f) {
+        const long before = gpu_waits();
+        if (f < 6) solver->submit(closing(f * frame, frame), frame);
+        waits += gpu_waits() - before;
+        if (f == 1) {
+            EXPECT_THROW(solver->submit(closing(0, frame), frame), std::logic_error);
+        }
+        projected += solver->collect().projected;
+    }
+    EXPECT_EQ(waits, 0);
+    EXPECT_EQ(projected, one_by_one.projected);
+    Result queued;
+    queued.particles = solver->particles();
+    EXPECT_EQ(farthest(queued, one_by_one), 0);
+}
+
+// A frame in which nothing comes far leaves the order of the particles as it is, and the next one
+// still knows it.
+TEST_F(GpuSolver, GoesOnWithoutSortingEveryFrame)
+{
+    knead::Setup s = scene(true);
+    s.step.fixed = 1e-4;
+    const auto gpu = gpu_solver(s, 0), cpu = cpu_solver(s);
+    for (int f = 0; f < 60; ++f) {
+        const Motion motion = closing(0.06 + f * 5e-4, 5e-4);
+        gpu->advance(motion, 5e-4), cpu->advance(motion, 5e-4);
+    }
+    Result a, b;
+    a.particles = gpu->particles(), b.particles = cpu->particles();
+    EXPECT_LT(farthest(a, b), 0.02 * s.lattice.dx);
+    EXPECT_GT(length(a.particles[0].x - s.particles[0].x), 0);
+}
+
 TEST_F(GpuSolver, RefusesWhatDoesNotHangTogether)
 {
     const auto refuses = [](auto&& spoil) {
