@@ -21,7 +21,8 @@ CpuSolver<R>::CpuSolver(const Setup& given)
       walls{given.walls.margin, given.walls.touch, R(given.walls.friction)},
       gravity(cast<R>(given.gravity)),
       threads(given.threads > 0 ? given.threads : omp_get_max_threads()),
-      posed(given, lattice)
+      posed(given, lattice),
+      stillness(given.rest, lattice)
 {
     for (const Material<double>& m : setup.materials) materials.push_back(cast<R>(m));
     for (const Particle<double>& p : setup.particles) q.push_back(cast<R>(p));
@@ -52,7 +53,8 @@ Tally CpuSolver<R>::advance(const Motion& motion, double duration)
     const auto node = [&](const Particle<R>& p) {
         return lattice.index(base_node(p.x, lattice.dx));
     };
-    bins.reorder(q, ids, lattice.block_count(), node, threads);
+    if (!arranged) bins.reorder(q, ids, lattice.block_count(), node, threads);
+    if (stillness.any()) settle_down(motion);
 
     Step step = step_at(pace, 0, std::sqrt(speed_squared), tool_dt, duration);
     while (step.dt > 0) {
@@ -72,6 +74,7 @@ Tally CpuSolver<R>::advance(const Motion& motion, double duration)
         p2g(dt);
         grid_update(dt);
         g2p(dt);
+        if (stillness.any()) wake_roused(tally);
 
         speed_squared = 0;
         for (Counts& c : counts)
@@ -87,7 +90,8 @@ Tally CpuSolver<R>::advance(const Motion& motion, double duration)
     if (posed.blades) settle_cuts(all.covered > 0);
     tally.yielded = all.yielded, tally.projected = all.projected, tally.clipped = all.clipped;
     tally.confined = all.confined, tally.repaired = all.repaired, tally.found_depth = all.depth;
-    tally.active_blocks = long(bins.touched.size());
+    tally.active_blocks = long(bins.touched.size()), tally.moved = all.moved;
+    arranged = all.moved == 0;
     // The particle loops of a block run one after the other on one thread: share out their time.
     const double inner =
         all.seconds[stage_g2p] + all.seconds[stage_project] + all.seconds[stage_plasticity];
@@ -171,7 +175,8 @@ void CpuSolver<R>::scatter_cut(int slot, R dt)
                     for (std::uint32_t f :
                          {std::uint32_t(uncut), std::uint32_t(above), std::uint32_t(below)}) {
                         Node<R>& to = sums[f][std::size_t(slot)].node[n];
-                        if (f == uncut || p.sides != opposite(f)) to = node(four(to) + four(share));
+                        if (f == uncut || p.label() != opposite(f))
+                            to = node(four(to) + four(share));
                     }
                 });
     }
@@ -244,19 +249,32 @@ void CpuSolver<R>::g2p(R dt)
 {
     for_each(int(bins.occupied.size()), stage_g2p, [&](int slot, Counts& c) {
         const int block = bins.occupied[std::size_t(slot)];
+        const bool still_here = stillness.holds(block);
+        Bins::Members members = bins.members(slot);
+        std::vector<int> movers;  // clay that has come from other blocks
+        if (still_here) {
+            for (int i : members)
+                if (!q[std::size_t(i)].still()) movers.push_back(i);
+            if (movers.empty() && !stillness.feels(block)) return;
+            members = {movers.data(), movers.data() + movers.size()};
+        }
         Tile<R> tiles[3];
         const bool cut_here = !split.empty() && split[std::size_t(block)];
         for (int f = 0; f < (cut_here ? 3 : 1); ++f)
             load_tile(grid[f], lattice.block_at(block), tiles[f]);
-        step_particles(slot, dt, tiles, c);
+        if (still_here)
+            stillness.roused[std::size_t(block)] = !movers.empty() || pushes(slot, dt, tiles);
+        step_particles(slot, members, dt, tiles, c);
     });
 }
 
 // A block's particles, group by group: gather and move, then project, then flow. Every eighth block
 // stands for the time of the three.
 template <class R>
-void CpuSolver<R>::step_particles(int slot, R dt, const Tile<R>* tiles, Counts& c)
+void CpuSolver<R>::step_particles(int slot, Bins::Members members, R dt, const Tile<R>* tiles,
+                                  Counts& c)
 {
+    c.moved += long(members.size());
     const int block = bins.occupied[std::size_t(slot)];
     const bool cut_here = !split.empty() && split[std::size_t(block)];
     const Int3 corner = 4 * lattice.block_at(block);
@@ -268,7 +286,7 @@ void CpuSolver<R>::step_particles(int slot, R dt, const Tile<R>* tiles, Counts& 
         if (stage >= 0) c.seconds[stage] += now - clock;
         clock = now;
     };
-    for_each_group(bins.members(slot), [&](const Group<R>& group) {
+    for_each_group(members, [&](const Group<R>& group) {
         lap(-1);
         Start before[Group<R>::count];
         for (int l = 0; l < group.size; ++l) before[l] = {group.of[l]->x, group.of[l]->sides};
@@ -343,7 +361,10 @@ template <class R>
 std::vector<Particle<double>> CpuSolver<R>::particles() const
 {
     std::vector<Particle<double>> all(q.size());
-    for (std::size_t i = 0; i < q.size(); ++i) all[std::size_t(ids[i])] = cast<double>(q[i]);
+    for (std::size_t i = 0; i < q.size(); ++i) {
+        Particle<double>& one = all[std::size_t(ids[i])] = cast<double>(q[i]);
+        one.hold(false);
+    }
     return all;
 }
 

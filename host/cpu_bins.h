@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cstdint>
-#include <numeric>
 #include <vector>
 
 #include "cuda/state.h"
@@ -18,6 +17,7 @@ struct Bins {
     std::vector<int> occupied;  // blocks that hold the base node of a particle, rising
     std::vector<int> slot;      // per block: its index in occupied, or -1
     std::vector<int> touched;   // blocks that receive mass: the occupied and their upper neighbours
+    std::vector<int> home;      // blocks + 1: where each block's particles began when reordered
 
     struct Members {
         const int *from, *to;
@@ -28,6 +28,18 @@ struct Bins {
     Members members(int s) const
     {
         return {order.data() + first[std::size_t(s)], order.data() + first[std::size_t(s) + 1]};
+    }
+
+    // From here on only particles of the listed blocks, as they were when reordered, are binned.
+    void bin_only(const std::vector<char>& listed)
+    {
+        ranges.clear(), binned = 0;
+        int end = -1;
+        for (std::size_t b = 0; b + 1 < home.size(); ++b) {
+            if (!listed[b] || home[b] == home[b + 1]) continue;
+            if (home[b] != end) ranges.push_back({home[b], binned});
+            end = home[b + 1], binned += end - home[b];
+        }
     }
 
     // Bins the particles by their keys, each in [0, blocks).
@@ -49,7 +61,7 @@ struct Bins {
                     mark[std::size_t((to.z * size.y + to.y) * size.x + to.x)] = 1;
             }
         }
-        first.push_back(int(order.size()));
+        first.push_back(binned);
         for (int b = 0; b < blocks; ++b)
             if (mark[std::size_t(b)]) touched.push_back(b);
     }
@@ -61,6 +73,7 @@ struct Bins {
     {
         const auto count = std::int64_t(q.size());
         key.resize(q.size());
+        ranges = {{0, 0}}, binned = int(count);
         std::vector<int> nodes(q.size());
 #pragma omp parallel for num_threads(threads)
         for (std::int64_t i = 0; i < count; ++i) {
@@ -68,6 +81,7 @@ struct Bins {
             key[std::size_t(i)] = nodes[std::size_t(i)] / block_nodes;
         }
         sort(blocks, threads);
+        home = start;
         Particles sorted(q.size());
         std::vector<int> sorted_ids(q.size());
 #pragma omp parallel for num_threads(threads) schedule(dynamic, 16)
@@ -87,26 +101,47 @@ struct Bins {
     }
 
   private:
+    // Particles from index `from` on, with so many before them in other ranges.
+    struct Range {
+        int from, before;
+    };
+
+    // Calls visit(from, to) for every run of one block among share t of the binned particles.
+    template <class Visit>
+    void for_each_run(std::size_t t, int threads, Visit&& visit) const
+    {
+        const auto share = [&](std::size_t n) {
+            return int(std::int64_t(binned) * std::int64_t(n) / threads);
+        };
+        const int end = share(t + 1);
+        std::size_t range = 0;
+        for (int i = share(t); i < end;) {
+            const auto last = [&] { return range + 1 == ranges.size(); };
+            while (!last() && ranges[range + 1].before <= i) ++range;
+            const int shift = ranges[range].from - ranges[range].before;
+            const int stop = std::min(end, last() ? binned : ranges[range + 1].before) + shift;
+            for (int at = i + shift, from = at; at < stop; from = at) {
+                const int block = key[std::size_t(from)];
+                while (at < stop && key[std::size_t(at)] == block) ++at;
+                visit(from, at);
+            }
+            i = stop - shift;
+        }
+    }
+
     // Puts the particles of a block, in the order of their indices, where the block starts.
     void sort(int blocks, int threads)
     {
-        const auto count = std::int64_t(key.size());
         order.resize(key.size());
         start.resize(std::size_t(blocks) + 1);
         const auto T = std::size_t(threads);
         per_thread.assign(T * std::size_t(blocks), 0);
-        // Calls visit(its count of that block, from, to) for every run of one block.
-        const auto for_each_run = [&](std::size_t t, auto&& visit) {
-            const std::int64_t end = count * std::int64_t(t + 1) / threads;
-            for (std::int64_t i = count * std::int64_t(t) / threads, from = i; i < end; from = i) {
-                const int block = key[std::size_t(from)];
-                while (i < end && key[std::size_t(i)] == block) ++i;
-                visit(per_thread[t * std::size_t(blocks) + std::size_t(block)], int(from), int(i));
-            }
+        const auto counted = [&](std::size_t t, int from) -> int& {
+            return per_thread[t * std::size_t(blocks) + std::size_t(key[std::size_t(from)])];
         };
 #pragma omp parallel for num_threads(threads) schedule(static, 1)
         for (std::size_t t = 0; t < T; ++t)
-            for_each_run(t, [](int& at, int from, int to) { at += to - from; });
+            for_each_run(t, threads, [&](int from, int to) { counted(t, from) += to - from; });
         int sum = 0;
         for (int b = 0; b < blocks; ++b) {
             start[std::size_t(b)] = sum;
@@ -120,12 +155,14 @@ struct Bins {
         start[std::size_t(blocks)] = sum;
 #pragma omp parallel for num_threads(threads) schedule(static, 1)
         for (std::size_t t = 0; t < T; ++t)
-            for_each_run(t, [&](int& at, int from, int to) {
-                std::iota(order.begin() + at, order.begin() + at + (to - from), from);
-                at += to - from;
+            for_each_run(t, threads, [&](int from, int to) {
+                int& at = counted(t, from);
+                for (int i = from; i < to; ++i) order[std::size_t(at++)] = i;
             });
     }
 
+    std::vector<Range> ranges;  // what is binned, rising
+    int binned = 0;
     std::vector<int> start, per_thread;
     std::vector<char> mark;
 };

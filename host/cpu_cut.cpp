@@ -14,7 +14,7 @@ bool CpuSolver<R>::find_splits()
     std::vector<char> labels(split.size(), 0);
     for (std::size_t slot = 0; slot < bins.occupied.size(); ++slot) {
         char& l = labels[std::size_t(bins.occupied[slot])];
-        for (int i : bins.members(int(slot))) l = char(l | q[std::size_t(i)].sides);
+        for (int i : bins.members(int(slot))) l = char(l | q[std::size_t(i)].label());
     }
     for (Int3 b : posed.masked)
         for_each_candidate(posed.masks[std::size_t(lattice.block_of(4 * b))], [&](int i) {
@@ -79,6 +79,8 @@ void CpuSolver<R>::split_update(int b, R dt, Counts& c)
 template <class R>
 void CpuSolver<R>::settle_cuts(bool covered)
 {
+    if (stillness.any() && covered != was_covered)
+        for (Particle<R>& p : q) p.hold(false);  // whoever looks at whole pieces reads plain labels
     settle(q, lattice, posed, covered, was_covered);
     was_covered = covered;
 }

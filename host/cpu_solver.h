@@ -6,6 +6,7 @@
 #include <algorithm>
 
 #include "cpu_bins.h"
+#include "cpu_rest.h"
 #include "cpu_rows.h"
 #include "cpu_tools.h"
 #include "cuda/four.h"
@@ -26,12 +27,14 @@ enum StageName {
 // What the threads count, each on its own.
 struct Counts {
     long yielded = 0, projected = 0, clipped = 0, confined = 0, repaired = 0, covered = 0;
+    long moved = 0;
     double depth = 0, speed_squared = 0;
     double seconds[stage_count] = {};
     void add(const Counts& c)
     {
         yielded += c.yielded, projected += c.projected, clipped += c.clipped;
         confined += c.confined, repaired += c.repaired, covered += c.covered;
+        moved += c.moved;
         depth = std::max(depth, c.depth), speed_squared = std::max(speed_squared, c.speed_squared);
         for (int s = 0; s < stage_count; ++s) seconds[s] += c.seconds[s];
     }
@@ -63,11 +66,15 @@ class CpuSolver : public Solver {
     void grid_update(R dt);
     void split_update(int b, R dt, Counts& counts);
     void g2p(R dt);
+    void settle_down(const Motion& motion);
+    bool pushes(int slot, R dt, const Tile<R>* tiles) const;
+    void wake_roused(Tally& tally);
     Node<R> summed(const Sums& sums, Int3 node) const;
     void scatter_cut(int slot, R dt);
     void load_tile(const std::vector<Node<R>>& from, Int3 block, Tile<R>& tile) const;
     void sum_block(Int3 block, Node<R>* sum) const;
-    void step_particles(int slot, R dt, const Tile<R>* tiles, Counts& counts);
+    void step_particles(int slot, Bins::Members members, R dt, const Tile<R>* tiles,
+                        Counts& counts);
     bool keep_out(const Group<R>& group, int block, Counts& counts);
     void note_blocks(const Group<R>& group, const Vec3<Lanes<R>>& place);
     template <class Visit>
@@ -84,9 +91,11 @@ class CpuSolver : public Solver {
     int threads;
     std::vector<Material<R>> materials;
     PosedTools<R> posed;
+    Stillness<R> stillness;
     std::vector<Particle<R>> q;  // in the order of the last sort by block
     std::vector<int> ids;        // original index of q[i]
     Bins bins;
+    bool arranged = false;  // nothing has moved since the last sort
     // Three velocity fields: all clay, and where a blade has been (25) that of uncut and one label.
     Sums sums[3];                  // a tile per occupied block
     std::vector<Node<R>> grid[3];  // node_count velocities

@@ -167,6 +167,11 @@ Json volumes(const RunRecord& record, const FrameRow& last)
     return v;
 }
 
+const char* rest_name(RestMode mode)
+{
+    return mode == RestMode::none ? "none" : mode == RestMode::sleep ? "sleep" : "localized";
+}
+
 Json physics(const Scene& scene, const RunRecord& record)
 {
     static const FrameRow none;
@@ -200,6 +205,10 @@ Json physics(const Scene& scene, const RunRecord& record)
             {"fastest_m_per_s", last->state.fastest},
             {"yielded_share",
              particle_steps > 0 ? double(total(record, &Tally::yielded)) / particle_steps : 0},
+            {"rest",
+             {{"mode", rest_name(scene.setup.rest.mode)},
+              {"moved_share", moved_share(record)},
+              {"woken_blocks", total(record, &Tally::woken)}}},
             {"penetration",
              {{"found_max_mm", 1e3 * deepest},
               {"left_mean_mm", 1e3 * left.mean},
@@ -281,16 +290,17 @@ std::string frames_csv(const RunRecord& record)
 {
     std::string out =
         "frame,simulated_s,hand_s,hands,solver_ms,surface_ms,substeps,dt_least_s,dt_most_s,"
-        "active_blocks,yielded,projected,found_depth_mm,clipped,confined,repaired,kinetic_J,"
+        "active_blocks,moved,woken,yielded,projected,found_depth_mm,clipped,confined,repaired,"
+        "kinetic_J,"
         "elastic_J,volume_m3,fastest_m_per_s,left_mean_mm,left_p99_mm,left_max_mm,mesh_m3,"
         "triangles,hash\n";
     for (const FrameRow& r : record.rows) {
         const Tally& t = r.tally;
         out += fmt::format(
-            "{},{:.9g},{:.9g},{:d},{:.6g},{:.6g},{},{:.6g},{:.6g},{},{},{},{:.6g},{},{},{},",
+            "{},{:.9g},{:.9g},{:d},{:.6g},{:.6g},{},{:.6g},{:.6g},{},{},{},{},{},{:.6g},{},{},{},",
             r.frame, r.simulated, r.hand_time, r.hands, 1e3 * r.wall, 1e3 * r.surface_wall,
-            t.substeps, t.dt_least, t.dt_most, t.active_blocks, t.yielded, t.projected,
-            1e3 * t.found_depth, t.clipped, t.confined, t.repaired);
+            t.substeps, t.dt_least, t.dt_most, t.active_blocks, t.moved, t.woken, t.yielded,
+            t.projected, 1e3 * t.found_depth, t.clipped, t.confined, t.repaired);
         if (r.audited)
             out += fmt::format("{:.9g},{:.9g},{:.9g},{:.6g},{:.6g},{:.6g},{:.6g},", r.state.kinetic,
                                r.state.elastic, r.state.volume, r.state.fastest, 1e3 * r.left.mean,

@@ -267,6 +267,23 @@ RunRecord run_frames(const Scene& scene, Solver& solver, const HandSource* hands
     return std::move(run.record);
 }
 
+double moved_share(const RunRecord& record)
+{
+    double moved = 0, all = 0;
+    for (const FrameRow& row : record.rows) {
+        moved += double(row.tally.moved);
+        all += double(record.particles) * row.tally.substeps;
+    }
+    return all > 0 ? moved / all : 1;
+}
+
+std::string left_at_rest(const RunRecord& record)
+{
+    const double still = 1 - moved_share(record);
+    if (!(still > 0)) return "";
+    return fmt::format("clay at rest: {:.3g} % of all particle-substeps", 100 * still);
+}
+
 std::vector<std::string> left_out(const Scene& scene, const RunRule& rule)
 {
     std::vector<std::string> out;
@@ -286,6 +303,7 @@ std::vector<std::string> left_out(const Scene& scene, const RunRule& rule)
     };
     if (std::none_of(scene.objects.begin(), scene.objects.end(), yields))
         out.push_back("plasticity: no object yields");
+    if (scene.setup.rest.mode == RestMode::none) out.push_back("sleep: not asked for (/rest/mode)");
     out.push_back("Gaussians: the scene has none");
     if (rule.mesh_every == 0 && !rule.last_mesh)
         out.push_back("surface: neither mesh nor pictures are asked for");

@@ -82,7 +82,12 @@ int frames_wanted(const Scene& scene, const HandSource* hands, int asked);
 RunRecord run_frames(const Scene& scene, Solver& solver, const HandSource* hands,
                      const RunRule& rule, const RunWatch& watch);
 
+// Of all particle-substeps those in which clay moved; 1 for a run of none.
+double moved_share(const RunRecord& record);
+
 // What the run does not compute, because the scene, or the command line, does not ask for it.
 std::vector<std::string> left_out(const Scene& scene, const RunRule& rule);
+// The same of the clay that was at rest, known only when the run is over; "" where all moved.
+std::string left_at_rest(const RunRecord& record);
 
 }  // namespace knead

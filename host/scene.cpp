@@ -61,6 +61,22 @@ void read_step(ObjectReader& r, StepRule& step)
     step.largest = r.number("largest", {0, 1, "s", true}, step.largest);
 }
 
+// Of the defaults docs/model.md says where they come from.
+void read_rest(ObjectReader& r, Scene& scene)
+{
+    Rest<double>& rest = scene.setup.rest;
+    rest.mode = r.choice<RestMode>(
+        "mode",
+        {{"none", RestMode::none}, {"sleep", RestMode::sleep}, {"localized", RestMode::localized}},
+        RestMode::none);
+    rest.speed = r.number("speed", {0, 1000, "m/s", true}, 0.01);
+    rest.frames = r.whole("frames", 1, 10000, 10);
+    rest.push = r.number("acceleration", {0, 1e6, "m/s^2", true}, 5);
+    rest.reach = r.number("reach", {0, 1000, "m"}, block_edge * scene.setup.lattice.dx);
+    if (rest.mode == RestMode::localized && !scene.has_hands)
+        r.fail("mode", "a scene with hands for \"localized\"", "none");
+}
+
 void override_recipe(ObjectReader& r, Recipe& m)
 {
     m.elasticity = r.choice<Elasticity>("elasticity",
@@ -298,6 +314,7 @@ void read_root(ObjectReader& r, Scene& scene)
         scene.setup.grid_contact = in.flag("grid", true);
         scene.setup.passes = in.whole("passes", 0, 16, 2);
     });
+    r.object("rest", [&](ObjectReader& in) { read_rest(in, scene); });
     read_time(r, scene);
     r.object("surface", [&](ObjectReader& in) { read_surface(in, scene); });
     r.object("pictures", [&](ObjectReader& in) { read_pictures(in, scene); });

@@ -70,6 +70,9 @@ std::string summary(const Json& report)
                         at(k, "/energy/kinetic_J"), at(k, "/energy/elastic_J"));
     text += fmt::format("yielded       {:.2f} % of all particle-substeps\n",
                         100 * at(k, "/yielded_share"));
+    if (k["rest"]["mode"] != "none")
+        text += fmt::format("moved         {:.2f} % of all particle-substeps, {} blocks woken\n",
+                            100 * at(k, "/rest/moved_share"), long(at(k, "/rest/woken_blocks")));
     text += fmt::format(
         "penetration   left: mean {:.3g}, p99 {:.3g}, max {:.3g} mm; found: max {:.3g} mm\n",
         at(k, "/penetration/left_mean_mm"), at(k, "/penetration/left_p99_mm"),
