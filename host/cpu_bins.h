@@ -45,6 +45,7 @@ struct Bins {
     // Bins the particles by their keys, each in [0, blocks).
     void fill(int blocks, Int3 size, int threads)
     {
+        if (home.empty()) ranges = {{0, 0}}, binned = int(key.size());
         sort(blocks, threads);
         occupied.clear(), first.clear(), touched.clear();
         slot.assign(std::size_t(blocks), -1);
