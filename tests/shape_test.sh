@@ -8,8 +8,10 @@ export LC_ALL=C.UTF-8
 shopt -s nullglob lastpipe
 shipped=(cuda/*.h cuda/*.cuh cuda/*.cu host/*.h host/*.cuh host/*.cpp host/*.cu
     render/*.h render/*.cpp xr/*.h xr/*.cpp)
-source=("${shipped[@]}" tests/*.h tests/*.cpp profiling/*.h profiling/*.cpp profiling/*.cu)
-text=("${source[@]}" tests/*.sh demo.sh test.sh .ci/* CMakeLists.txt CMakePresets.json)
+source=("${shipped[@]}" tests/*.h tests/*.cpp profiling/*.h profiling/*.cpp profiling/*.cu
+    profiling/micro/*.h profiling/micro/*.cuh profiling/micro/*.cu profiling/micro/*.cpp)
+text=("${source[@]}" tests/*.sh profiling/*/*.py profiling/*/*.sh demo.sh test.sh .ci/*
+    CMakeLists.txt CMakePresets.json)
 words=("${text[@]}" README.md CHANGELOG.md docs/*.md profiling/*.md scenes/*.json)
 [ ${#shipped[@]} -gt 0 ] || { echo "no source found"; exit 1; }
 
