@@ -18,6 +18,8 @@ using gpu::launch;
 
 // Keeps the device busy, so that the host is ahead with its launches when the clock starts.
 __global__ void hold_kernel(long long cycles);
+// Stands before and after what is run once; instructions.py counts between them.
+__global__ void mark_kernel();
 
 class Bench {
   public:
@@ -29,6 +31,7 @@ class Bench {
     Limits limits;
     cudaStream_t stream = nullptr;
     std::vector<Row> rows;
+    mutable int marks = 0;  // forms run once so far
 
     // Whether a question is asked for.
     bool wanted(const std::string& question) const

@@ -48,7 +48,6 @@ void time_share(Bench& bench, const std::string& map, const std::string& share, 
     must_not_spill("early", early_kernel<elasticity>);
     Row row{"early", map + ", " + share, "particle and step"};
     row.count = double(count) * steps;
-    row.most = bench.by_copy(96), row.limit = "copy";
     const auto launched = [&] {
         launch("early", early_kernel<elasticity>, count / threads, threads, bench.stream, how,
                out.data());

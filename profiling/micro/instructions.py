@@ -1,44 +1,48 @@
 #!/usr/bin/env python3
 """Warp instructions of each form of bench_micro, from Nsight Compute's counter.
 
-    ncu --nvtx --metrics smsp__inst_executed.sum -o counted bench_micro --once
-    ncu --import counted.ncu-rep --nvtx --page raw --csv | instructions.py > counted.csv
+    ncu --metrics smsp__inst_executed.sum -o counted bench_micro --once > said.txt
+    ncu --import counted.ncu-rep --page raw --csv > raw.csv
+    instructions.py said.txt raw.csv > counted.csv
     bench_micro --instructions counted.csv
 
-Reads the raw page from standard input; a form's kernels are those within its profiler range.
+A form's kernels are those between two of mark_kernel; what the program said names the forms in
+their order.
 """
-import collections
 import csv
 import re
 import sys
 
+METRIC = "smsp__inst_executed.sum"
+
 
 def main():
-    metric = "smsp__inst_executed.sum"
-    rows = csv.reader(line for line in sys.stdin if not line.startswith("=="))
-    head = next(rows, [])
-    if metric not in head:
-        sys.exit(f"instructions.py: no column {metric}: is this the raw page as CSV?")
-    at = head.index(metric)
-    units = next(rows)
-    scale = {"": 1, "inst": 1, "Kinst": 1e3, "Minst": 1e6, "Ginst": 1e9}.get(units[at])
+    if len(sys.argv) != 3:
+        sys.exit("usage: instructions.py WHAT_BENCH_MICRO_SAID RAW_PAGE")
+    with open(sys.argv[1]) as said:
+        found = [re.match(r"form (\d+) (.*)", line) for line in said]
+    names = [m.group(2) for m in found if m]
+    with open(sys.argv[2], newline="") as page:
+        rows = list(csv.reader(line for line in page if not line.startswith("==")))
+    if len(rows) < 2 or METRIC not in rows[0] or "Kernel Name" not in rows[0]:
+        sys.exit(f"instructions.py: no column {METRIC}: is this the raw page as CSV?")
+    at, kernel = rows[0].index(METRIC), rows[0].index("Kernel Name")
+    scale = {"": 1, "inst": 1, "Kinst": 1e3, "Minst": 1e6, "Ginst": 1e9}.get(rows[1][at])
     if scale is None:
-        sys.exit(f"instructions.py: what is {units[at]!r}?")
-    counts = collections.Counter()
-    strangers = 0
-    for row in rows:
-        found = {m.group(1).strip() for cell in row for m in re.finditer(r'micro/([^:"]+)', cell)}
-        if len(found) == 1:
-            counts[found.pop()] += scale * float(row[at].replace(",", ""))
-        else:
-            strangers += 1
-    if not counts:
-        sys.exit("instructions.py: no kernel within a range micro/...: was --nvtx given twice?")
+        sys.exit(f"instructions.py: what is {rows[1][at]!r}?")
+    counts, inside = [], False
+    for row in rows[2:]:
+        if "mark_kernel" in row[kernel]:
+            inside = not inside
+            if inside:
+                counts.append(0)
+        elif inside:
+            counts[-1] += scale * float(row[at].replace(",", ""))
+    if inside or len(counts) != len(names):
+        sys.exit(f"instructions.py: {len(names)} forms were named, {len(counts)} counted")
     print("instructions,name")
-    for name, count in counts.items():
+    for name, count in zip(names, counts):
         print(f"{count:.0f},{name}")
-    if strangers:
-        print(f"instructions.py: {strangers} kernels outside of any form", file=sys.stderr)
 
 
 if __name__ == "__main__":

@@ -76,18 +76,24 @@ struct Written {
     Int3 bases[32];  // by cell
 };
 
-__device__ int write_down(const Loaded& a, Written& w, float dx, float dt)
+__device__ void write_slot(const Loaded& a, Written& w, int slot, float dx, float dt)
 {
-    const int lane = int(threadIdx.x & 31);
     const Momentum<float> p = momentum(a.q, kirchhoff_stress(a.q, a.m), a.m, a.s, dx, dt);
     const Vec3<float> slope = (1 / a.m.mass) * p.by_step.a;
     UNROLL
     for (int r = 0; r < 9; ++r) {
         const Node<float> n = node(row_of(p, a.s, r % 3, r / 3));
-        w.rows[lane][r] = {n.p.x, n.p.y, n.p.z, n.m};
+        w.rows[slot][r] = {n.p.x, n.p.y, n.p.z, n.m};
     }
-    w.slopes[lane] = {slope.x, slope.y, slope.z, 0};
-    w.weights[lane] = {a.s.w[0].x, a.s.w[1].x, a.s.w[2].x, 0};
+    w.slopes[slot] = {slope.x, slope.y, slope.z, 0};
+    w.weights[slot] = {a.s.w[0].x, a.s.w[1].x, a.s.w[2].x, 0};
+}
+
+// Cells as lanes side by side have them; how many.
+__device__ int write_down(const Loaded& a, Written& w, float dx, float dt)
+{
+    const int lane = int(threadIdx.x & 31);
+    write_slot(a, w, lane, dx, dt);
     const int before = __shfl_up_sync(everyone, a.cell, 1);
     const bool first = (lane == 0 || before != a.cell) && a.cell >= 0;
     const unsigned firsts = __ballot_sync(everyone, first);
@@ -106,13 +112,42 @@ __device__ float4 plus(float4 sum, float4 row, float4 slope, float i, float weig
     return {sum.x + n.p.x, sum.y + n.p.y, sum.z + n.p.z, sum.w + n.m};
 }
 
+// As write_down, for particles in any order: lanes of one cell are put side by side first.
+__device__ int write_down_by_cell(const Loaded& a, Written& w, float dx, float dt)
+{
+    const int lane = int(threadIdx.x & 31);
+    const unsigned same = __match_any_sync(everyone, a.cell);
+    const bool first = lane == __ffs(int(same)) - 1 && a.cell >= 0;
+    // A cell's first slot is how many lanes the cells before it have.
+    const unsigned firsts = __ballot_sync(everyone, first);
+    int until = first ? __popc(same) : 0;
+    UNROLL
+    for (int k = 1; k < 32; k *= 2) {
+        const int other = __shfl_up_sync(everyone, until, unsigned(k));
+        if (lane >= k) until += other;
+    }
+    const int start = __shfl_sync(everyone, first ? until - __popc(same) : 0, __ffs(int(same)) - 1);
+    const int slot = start + __popc(same & ((1u << lane) - 1));
+    const int valid = __shfl_sync(everyone, until, 31);
+    if (a.cell >= 0) write_slot(a, w, slot, dx, dt);
+    const int here = __popc(firsts & ((1u << lane) - 1));
+    if (first) w.cells[here] = start, w.bases[here] = a.s.base;
+    const int cells = __popc(firsts);
+    if (lane == 0) w.cells[cells] = valid;
+    __syncwarp();
+    return cells;
+}
+
 // One cell after the other; a lane has a node.
+template <bool by_cell>
 __global__ void __launch_bounds__(threads)
     node_walk_kernel(const __grid_constant__ Views d, int parity, float dt)
 {
     __shared__ Written space[warps];
     Written& w = space[threadIdx.x >> 5];
-    const int cells = write_down(loaded(d), w, d.lattice.dx, dt);
+    const Loaded a = loaded(d);
+    const int cells =
+        by_cell ? write_down_by_cell(a, w, d.lattice.dx, dt) : write_down(a, w, d.lattice.dx, dt);
     const int lane = int(threadIdx.x & 31), node = least(lane, 26), along_x = node % 3;
     for (int c = 0; c < cells; ++c) {
         float4 sum{0, 0, 0, 0};
@@ -184,6 +219,12 @@ bool Scatters::right()
 
 void Scatters::unmerged() { run("an atomic a node", unmerged_kernel, 27); }
 
+void Scatters::walked()
+{
+    run("written down, a lane walks for a node", node_walk_kernel<false>, 0);
+    run("the same, cells put together first", node_walk_kernel<true>, 0);
+}
+
 void Scatters::shipped()
 {
     time(
@@ -197,7 +238,7 @@ void Scatters::all()
     run("shuffles, 2 lanes", shuffled_kernel<2>, 0);
     run("shuffles, 4 lanes", shuffled_kernel<4>, 0);
     run("shuffles, 8 lanes", shuffled_kernel<8>, 0);
-    run("written down, a lane walks for a node", node_walk_kernel, 0);
+    walked();
     run("written down, a lane walks for a row, 3 cells", row_walk_kernel, 0);
     shipped();
 }
@@ -229,6 +270,7 @@ void measure_order(Bench& bench)
         Clay clay(128, order, bench.stream);
         Scatters scatters{bench, clay, "order", std::string(", ") + name};
         scatters.unmerged();
+        scatters.walked();
         scatters.shipped();
     };
     time(Order::by_cell, "by cell");

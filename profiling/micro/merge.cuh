@@ -16,6 +16,7 @@ struct Scatters {
 
     void all();
     void unmerged();
+    void walked();
     void shipped();
 
   private:

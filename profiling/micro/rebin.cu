@@ -67,7 +67,7 @@ class Sorts {
   public:
     Sorts(Bench& on, int nodes)
         : bench(on),
-          clay(nodes, Order::by_cell, on.stream),
+          clay(nodes, Order::drifted, on.stream),
           size(std::to_string(nodes) + "^3"),
           cells(std::size_t(clay.views().lattice.node_count())),
           starts(cells.size()),
@@ -135,7 +135,7 @@ class Sorts {
 class Binned {
   public:
     Binned(Bench& on, int nodes)
-        : bench(on), setup(moving_ball(nodes, Order::by_cell)), size(std::to_string(nodes) + "^3")
+        : bench(on), setup(moving_ball(nodes, Order::drifted)), size(std::to_string(nodes) + "^3")
     {
         d.lattice = {setup.lattice.size, float(setup.lattice.dx)};
         number_blocks();

@@ -112,7 +112,6 @@ Result time_map(Bench& bench, const char* what, const std::function<bool(const R
     must_not_spill(what, map_kernel<map>);
     Row row{"return", what, "particle and step"};
     row.count = double(count) * steps;
-    row.most = bench.by_copy(96), row.limit = "copy";
     Result result;
     bench.add(
         row, [] {},

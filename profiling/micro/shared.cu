@@ -6,23 +6,24 @@ namespace {
 
 constexpr int threads = 128, blocks_each = 8;
 
-// Every warp has 32 words; `agree` is log2 of how many lanes side by side add to one of them.
+// Every warp has 32 words; `agree` is log2 of how many lanes side by side add to one of them. `by`
+// is 1, which the compiler must not know: it would count lanes instead.
 template <class Number>
-__global__ void __launch_bounds__(threads) atomic_kernel(Number* out, int agree, int turns)
+__global__ void __launch_bounds__(threads)
+    atomic_kernel(Number* out, int agree, int turns, Number by)
 {
     __shared__ Number words[threads];
     const int lane = int(threadIdx.x & 31), first = int(threadIdx.x) - lane;
     words[threadIdx.x] = 0;
     __syncwarp();
 #pragma unroll 8
-    for (int t = 0; t < turns; ++t)
-        atomicAdd(words + first + (((lane >> agree) + t) & 31), Number(1));
+    for (int t = 0; t < turns; ++t) atomicAdd(words + first + (((lane >> agree) + t) & 31), by);
     __syncwarp();
     out[blockIdx.x * threads + threadIdx.x] = words[threadIdx.x];
 }
 
 // No atomic: no two lanes have one address in a turn, and a turn ends before the next begins.
-__global__ void __launch_bounds__(threads) plain_kernel(float* out, int, int turns)
+__global__ void __launch_bounds__(threads) plain_kernel(float* out, int, int turns, float by)
 {
     __shared__ float4 words[threads];
     const int lane = int(threadIdx.x & 31), first = int(threadIdx.x) - lane;
@@ -32,7 +33,7 @@ __global__ void __launch_bounds__(threads) plain_kernel(float* out, int, int tur
     for (int t = 0; t < turns; ++t) {
         float4& to = words[first + ((lane + t) & 31)];
         const float4 a = to;
-        to = {a.x + 1, a.y + 1, a.z + 1, a.w + 1};
+        to = {a.x + by, a.y + by, a.z + by, a.w + by};
         __syncwarp();
     }
     const float4 a = words[threadIdx.x];
@@ -40,7 +41,7 @@ __global__ void __launch_bounds__(threads) plain_kernel(float* out, int, int tur
 }
 
 template <class Number>
-void time_form(Bench& bench, const char* type, void (*kernel)(Number*, int, int), int agree)
+void time_form(Bench& bench, const char* type, void (*kernel)(Number*, int, int, Number), int agree)
 {
     constexpr int turns = 512;
     const int blocks = blocks_each * bench.limits.multiprocessors;
@@ -55,7 +56,10 @@ void time_form(Bench& bench, const char* type, void (*kernel)(Number*, int, int)
     row.limit = "banks";
     bench.add(
         row, [] {},
-        [&] { launch("shared", kernel, blocks, threads, bench.stream, out.data(), agree, turns); },
+        [&] {
+            launch("shared", kernel, blocks, threads, bench.stream, out.data(), agree, turns,
+                   Number(1));
+        },
         [&] {
             double sum = 0;
             for (Number n : out.downloaded()) sum += double(n);

@@ -27,8 +27,8 @@ Figures figures(const Row& r, const Limits& l, const Instructions& counted)
     f.nanoseconds = 1e9 * r.seconds / r.count;
     f.billions = 1e-9 * r.count / r.seconds;
     f.cycles = r.seconds * l.clock * l.multiprocessors / r.count;
-    f.share = r.most > 0 ? r.count / r.seconds / r.most : 0;
     f.issue_share = instructions / r.seconds / l.issue();
+    f.share = r.most > 0 ? r.count / r.seconds / r.most : f.issue_share;
     return f;
 }
 
