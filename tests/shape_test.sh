@@ -32,6 +32,8 @@ grep -nE '__CUDA_ARCH__|__CUDACC__' "${source[@]}" | grep -v '^cuda/hd\.h:' |
     none "__CUDA_ARCH__ and __CUDACC__ belong in cuda/hd.h"
 grep -nE '#define +[A-Za-z_0-9]+(\(| +[^ ])' "${shipped[@]}" | grep -v '^cuda/hd\.h:' |
     none "macros other than HD and UNROLL (switches of a library, without a value, are allowed)"
+grep -n '<<<' "${source[@]}" | grep -v '^cuda/launch\.cuh:' |
+    none "kernels that start elsewhere than in cuda/launch.cuh have no range in a profiler"
 grep -niP '(?<![a-z])(managers?|helpers?|handlers?|utils?|impl|misc)(?![a-z]|_t\b)' "${source[@]}" |
     none "names that say nothing: manager, helper, handler, util, impl, misc"
 grep -nwE 'TODO|FIXME|XXX|NOLINT.*' "${source[@]}" | none "things left undone"

@@ -1,5 +1,3 @@
-#include <cstdio>
-
 #include "bench.cuh"
 
 namespace knead::micro {
@@ -16,21 +14,24 @@ __global__ void mark_kernel() {}
 Bench::Bench(const Settings& s) : settings(s)
 {
     check(cudaStreamCreateWithFlags(&stream, cudaStreamNonBlocking), "stream");
+    if (!once()) return;
+    names.open(settings.once);
+    if (!names) throw std::runtime_error("cannot write " + settings.once);
 }
 
 Bench::~Bench() { cudaStreamDestroy(stream); }
 
 double Bench::seconds(const std::string& name, const std::function<void()>& prepare,
-                      const std::function<void()>& run) const
+                      const std::function<void()>& run)
 {
-    if (settings.once) {
+    if (once()) {
         prepare();
         check(cudaStreamSynchronize(stream), name.c_str());
         launch("mark", mark_kernel, 1, 1, stream);
         const gpu::ProfilerRange range{name};
         run();
         launch("mark", mark_kernel, 1, 1, stream);
-        std::printf("form %d %s\n", marks++, name.c_str());
+        names << name << std::endl;
         check(cudaStreamSynchronize(stream), name.c_str());
         return 0;
     }

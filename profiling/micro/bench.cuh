@@ -1,6 +1,7 @@
 // What the microbenchmarks share: one way to time and one to be believed.
 #pragma once
 #include <algorithm>
+#include <fstream>
 #include <functional>
 #include <stdexcept>
 #include <string>
@@ -31,8 +32,9 @@ class Bench {
     Limits limits;
     cudaStream_t stream = nullptr;
     std::vector<Row> rows;
-    mutable int marks = 0;  // forms run once so far
 
+    // Forms are only counted by a profiler, and run once.
+    bool once() const { return !settings.once.empty(); }
     // Whether a question is asked for.
     bool wanted(const std::string& question) const
     {
@@ -40,13 +42,16 @@ class Bench {
     }
     // Median seconds of `run`, each time after `prepare`, which is not timed.
     double seconds(const std::string& name, const std::function<void()>& prepare,
-                   const std::function<void()>& run) const;
+                   const std::function<void()>& run);
     // Times a form and keeps its row; `right` is asked after the last run.
     void add(Row row, const std::function<void()>& prepare, const std::function<void()>& run,
              const std::function<bool()>& right);
 
     // Most of these per second, where each takes that many bytes of a copy.
     double by_copy(double bytes) const { return limits.copy / bytes; }
+
+  private:
+    std::ofstream names;  // of forms that were run once
 };
 
 // A kernel that spills says nothing of its form.

@@ -1,16 +1,14 @@
 #!/usr/bin/env python3
 """Warp instructions of each form of bench_micro, from Nsight Compute's counter.
 
-    ncu --metrics smsp__inst_executed.sum -o counted bench_micro --once > said.txt
+    ncu --metrics smsp__inst_executed.sum -o counted bench_micro --once names.txt
     ncu --import counted.ncu-rep --page raw --csv > raw.csv
-    instructions.py said.txt raw.csv > counted.csv
+    instructions.py names.txt raw.csv > counted.csv
     bench_micro --instructions counted.csv
 
-A form's kernels are those between two of mark_kernel; what the program said names the forms in
-their order.
+A form's kernels are those between two of mark_kernel.
 """
 import csv
-import re
 import sys
 
 METRIC = "smsp__inst_executed.sum"
@@ -18,10 +16,9 @@ METRIC = "smsp__inst_executed.sum"
 
 def main():
     if len(sys.argv) != 3:
-        sys.exit("usage: instructions.py WHAT_BENCH_MICRO_SAID RAW_PAGE")
-    with open(sys.argv[1]) as said:
-        found = [re.match(r"form (\d+) (.*)", line) for line in said]
-    names = [m.group(2) for m in found if m]
+        sys.exit("usage: instructions.py NAMES RAW_PAGE")
+    with open(sys.argv[1]) as file:
+        names = file.read().splitlines()
     with open(sys.argv[2], newline="") as page:
         rows = list(csv.reader(line for line in page if not line.startswith("==")))
     if len(rows) < 2 or METRIC not in rows[0] or "Kernel Name" not in rows[0]:

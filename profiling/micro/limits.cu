@@ -47,8 +47,7 @@ void issue(Bench& bench)
             });
         took[k] = cycles.downloaded().at(0);
     }
-    if (!bench.settings.once)
-        bench.limits.clock = double(took[1] - took[0]) / (seconds[1] - seconds[0]);
+    if (!bench.once()) bench.limits.clock = double(took[1] - took[0]) / (seconds[1] - seconds[0]);
     Row row{"limits", "multiply-adds, 16 warps a multiprocessor", "warp instruction"};
     row.count = double(blocks) * (issue_threads / 32) * unrolled * turns;
     row.seconds = seconds[1] - seconds[0];
@@ -74,7 +73,7 @@ void launches(Bench& bench)
     };
     bench.add(
         row("empty kernels, one after the other"), [] {}, all, right);
-    if (bench.settings.once) return;  // profilers take graphs apart
+    if (bench.once()) return;  // profilers take graphs apart
     cudaGraph_t graph;
     cudaGraphExec_t ready;
     check(cudaStreamBeginCapture(bench.stream, cudaStreamCaptureModeThreadLocal), "capture");

@@ -37,7 +37,8 @@ int main(int count, char** words)
     app.add_option("--only", settings.only, "Only questions whose name holds this");
     app.add_option("--repeats", settings.repeats, "Timed runs of each form")
         ->check(CLI::Range(1, 1000));
-    app.add_flag("--once", settings.once, "Run each form once and time nothing, for a profiler");
+    app.add_option("--once", settings.once,
+                   "Run each form once, for a profiler, and write their names here");
     app.add_option("--instructions", table, "Table of instructions.py")->check(CLI::ExistingFile);
     app.add_option("--csv", csv, "Write the table here");
     app.add_option("--json", json, "Write the table here");
@@ -46,7 +47,7 @@ int main(int count, char** words)
         const Instructions counted = table.empty() ? Instructions{} : instructions_from(table);
         Limits limits;
         const std::vector<Row> rows = measured(settings, limits);
-        if (!settings.once) print(rows, limits, counted);
+        if (settings.once.empty()) print(rows, limits, counted);
         if (!csv.empty()) write_csv(csv, header(limits), rows, limits, counted);
         if (!json.empty()) write_json(json, machine_facts(true).dump(), rows, limits, counted);
         if (rows.empty()) {

@@ -29,9 +29,9 @@ struct Row {
 };
 
 struct Settings {
-    std::string only;   // questions whose name holds this
-    int repeats = 15;   // timed runs of a form
-    bool once = false;  // run each form once, in a profiler range, and time nothing
+    std::string only;  // questions whose name holds this
+    int repeats = 15;  // timed runs of a form
+    std::string once;  // run each form once, in a profiler range, and write their names here
 };
 
 // Warp instructions of one run by "question/what", as instructions.py writes them.

@@ -6,7 +6,8 @@
 #     profiling/nsight/collect.sh out/nsight build
 #     profiling/nsight/summary.py out/nsight --into docs/kernels.md
 #
-# For a timeline with the ranges of every stage (domain "knead"), where nsys is installed:
+# For a timeline with the range of every stage (domain "knead"; graphs show none), where nsys is
+# installed:
 #
 #     profiling/nsight/collect.sh --timeline out/nsight build
 #
@@ -26,6 +27,7 @@ done
 
 if [ -n "$timeline" ]; then
     command -v nsys >/dev/null || { echo "nsys is not installed" >&2; exit 4; }
+    export KNEAD_GRAPH=0
     exec nsys profile --trace=cuda,nvtx --cuda-graph-trace=node --force-overwrite=true \
         --output="$out/timeline" "$programs/bench_substep" 64 10 gpu 1 1
 fi
