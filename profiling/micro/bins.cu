@@ -22,28 +22,28 @@ __global__ void __launch_bounds__(threads) leave_kernel(const __grid_constant__ 
 {
     __shared__ int gone, gaps, strays, first_left;
     __shared__ short gone_from[bin_room], gap[bin_room], stray[bin_room];
+    __shared__ bool left[bin_room];
     const int bin = int(blockIdx.x), first = bin * bin_room, count = d.counts[bin];
     if (threadIdx.x == 0) gone = gaps = strays = 0;
     __syncthreads();
-    unsigned moved = 0;  // a bit for each of this thread's slots
-    for (int k = 0, slot = int(threadIdx.x); slot < count; slot += threads, ++k)
-        if (d.bin_of[block_of(d, d.particles, first + slot)] != bin) {
-            moved |= 1u << k;
-            gone_from[atomicAdd(&gone, 1)] = short(slot);
-        }
+    for (int slot = int(threadIdx.x); slot < count; slot += threads) {
+        left[slot] = d.bin_of[block_of(d, d.particles, first + slot)] != bin;
+        if (left[slot]) gone_from[atomicAdd(&gone, 1)] = short(slot);
+    }
     __syncthreads();
     if (gone == 0) return;
     const int stay = count - gone;
-    for (int k = 0, slot = int(threadIdx.x); slot < count; slot += threads, ++k) {
-        const bool left = moved >> k & 1;
-        if (left && slot < stay) gap[atomicAdd(&gaps, 1)] = short(slot);
-        if (!left && slot >= stay) stray[atomicAdd(&strays, 1)] = short(slot);
+    for (int slot = int(threadIdx.x); slot < count; slot += threads) {
+        if (left[slot] && slot < stay) gap[atomicAdd(&gaps, 1)] = short(slot);
+        if (!left[slot] && slot >= stay) stray[atomicAdd(&strays, 1)] = short(slot);
     }
     if (threadIdx.x == 0) first_left = atomicAdd(d.left, gone), d.counts[bin] = stay;
     __syncthreads();
+#pragma unroll 1  // or the copies' addresses do not fit into registers
     for (int k = int(threadIdx.x); k < gone; k += threads)
         copy(d.leaving, first_left + k, d.particles, first + gone_from[k]);
     __syncthreads();
+#pragma unroll 1
     for (int k = int(threadIdx.x); k < gaps; k += threads)
         copy(d.particles, first + gap[k], d.particles, first + stray[k]);
 }
@@ -66,6 +66,8 @@ __global__ void __launch_bounds__(threads) arrive_kernel(const __grid_constant__
 void rebin(const BinView& bins, cudaStream_t stream)
 {
     check(cudaMemsetAsync(bins.left, 0, sizeof(int), stream), "rebin");
+    must_not_spill("leave", leave_kernel);
+    must_not_spill("arrive", arrive_kernel);
     launch("leave", leave_kernel, bins.bins, threads, stream, bins);
     launch("arrive", arrive_kernel, 264, threads, stream, bins);
 }
