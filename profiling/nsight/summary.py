@@ -11,6 +11,7 @@ cycle and multiprocessor, bytes at the memory's rate, the cache of level 2 at it
 """
 import argparse
 import csv
+import json
 import pathlib
 import re
 import statistics
@@ -60,8 +61,9 @@ STALLS = {
     "drain": "stores draining",
     "sleeping": "sleep",
     "misc": "other",
-    "not_selected": "other warps' turn",
 }
+# Not waiting: ready, or issuing.
+READY = ["selected", "not_selected"]
 
 
 def stage_of(kernel):
@@ -154,7 +156,7 @@ class Kernel:
             return m.get(f"smsp__average_warps_issue_stalled_{reason}_per_issue_active.ratio", 0)
 
         stalls = {name: stalled(reason) for reason, name in STALLS.items()}
-        whole = sum(stalls.values()) + stalled("selected")
+        whole = sum(stalls.values()) + sum(stalled(reason) for reason in READY)
         top = sorted(stalls.items(), key=lambda s: -s[1])[:3]
         self.stalls = [(name, value / whole if whole else 0) for name, value in top]
 
@@ -178,7 +180,9 @@ def particles_in(text):
 def cases_of(folder):
     """Kernels by case; parts of a case, "-substep" and "-frame", are one."""
     cases = {}
-    for page in sorted(folder.glob("*.csv")):
+    pages = folder.glob("*.csv")
+    for page in sorted(pages, key=lambda p: [int(w) if w.isdigit() else w
+                                             for w in re.split(r"(\d+)", p.stem)]):
         launches = {}
         said = page.with_suffix(".txt")
         particles = particles_in(said.read_text(errors="replace")) if said.exists() else 0
@@ -214,6 +218,17 @@ def cells(k, particles):
             ", ".join(f"{name} {100 * share:.0f} %" for name, share in k.stalls)]
 
 
+def context_of(folder):
+    """What the program said of itself and of the card, in a line; "" where no run left it."""
+    report = folder / "run" / "report.json"
+    if not report.exists():
+        return ""
+    said = json.loads(report.read_text()).get("context", {})
+    gpu = said.get("gpu", {})
+    return (f"Commit {said.get('commit', 'unknown')[:12]}, {gpu.get('name', 'unknown card')}, "
+            f"driver {gpu.get('driver', 'unknown')}, {said.get('date', '')[:10]}.")
+
+
 def tables(cases, markdown):
     lines = []
     for name, (particles, kernels) in cases.items():
@@ -244,12 +259,15 @@ def main():
         for kernel, launch in read_raw(sys.stdin):
             launches.setdefault(stage_of(kernel), []).append(launch)
         kernels = [Kernel(s[1], launches[s], given.particles) for s in sorted(launches)]
-        cases = {"report": [given.particles, kernels]}
+        cases, context = {"report": [given.particles, kernels]}, ""
     else:
-        cases = cases_of(pathlib.Path(given.folder))
+        folder = pathlib.Path(given.folder)
+        cases, context = cases_of(folder), context_of(folder)
     text = tables(cases, given.markdown or given.into)
     if not text:
         sys.exit(f"summary.py: no raw page in {given.folder}")
+    if context:
+        text = f"{context}\n\n{text}"
     if not given.into:
         print(text)
         return
