@@ -43,8 +43,8 @@ Setup moving_ball(int nodes, Order order)
 Clay::Clay(int nodes, Order order, cudaStream_t stream)
     : setup(moving_ball(nodes, order)), held(setup), seen(held.views()), used(held.needs())
 {
-    held.order(setup, {}, 1.0 / 90);
-    held.send_orders(stream);
+    held.order(setup, {}, 1.0 / 90, 0);
+    held.send_orders(0, stream);
     gpu::begin(seen, stream);
     check(cudaStreamSynchronize(stream), "begin");
     clock = held.clock();

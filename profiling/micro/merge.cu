@@ -229,7 +229,7 @@ void Scatters::shipped()
 {
     time(
         "as shipped: walked, tile of nodes",
-        [&] { gpu::p2g(clay.views(), clay.needs(), bench.stream); }, 0);
+        [&] { gpu::p2g(clay.views(), clay.needs(), 0, bench.stream); }, 0);
 }
 
 void Scatters::all()
