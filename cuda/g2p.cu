@@ -185,6 +185,7 @@ __global__ void __launch_bounds__(scatter_threads<blades>, (resident<flows, blad
     };
     __shared__ Space space;
     __shared__ Sums sums[scatter_warps<blades>];
+    await_before();
     Clock& clock = *d.clock;
     const int n = clock.begun;
     const float dt = float(clock.step(n).dt);
@@ -246,8 +247,8 @@ void begin(const Views& views, cudaStream_t stream)
 void g2p(const Views& views, const Needs& needs, int multiprocessors, cudaStream_t stream)
 {
     const int posers = needs.tools || needs.blades || needs.rests ? pose_parts : 0;
-    launch("g2p", kernel_for(needs), blocks_for_runs(views, needs, multiprocessors) + posers,
-           run_length(needs), stream, views);
+    launch_early("g2p", kernel_for(needs), blocks_for_runs(views, needs, multiprocessors) + posers,
+                 run_length(needs), stream, views);
 }
 
 }  // namespace knead::gpu

@@ -105,6 +105,7 @@ __device__ void for_each_block(const Views& d, int n, Update&& update)
 template <bool tools, bool fixed_point>
 __global__ void __launch_bounds__(threads, 12) grid_kernel(const __grid_constant__ Views d)
 {
+    await_before();
     const int n = d.clock->done, parity = n & 1;
     if (blockIdx.x == 0) {
         if (threadIdx.x == 0) look_ahead(d, n);
@@ -153,6 +154,7 @@ __device__ Vec3<float> slope(const Views& d, int parity, Int3 n)
 template <bool fixed_point>
 __global__ void __launch_bounds__(threads, 8) cut_grid_kernel(const __grid_constant__ Views d)
 {
+    await_before();
     const int n = d.clock->done, parity = n & 1, nodes = d.lattice.node_count();
     if (blockIdx.x == 0) {
         if (threadIdx.x == 0) look_ahead(d, n);
@@ -194,15 +196,15 @@ void grid(const Views& views, const Needs& needs, int multiprocessors, cudaStrea
 {
     const int blocks = 1 + least(views.lattice.block_count(), 8 * multiprocessors);
     if (needs.blades) {
-        launch("grid", needs.fixed_point ? cut_grid_kernel<true> : cut_grid_kernel<false>, blocks,
-               threads, stream, views);
+        launch_early("grid", needs.fixed_point ? cut_grid_kernel<true> : cut_grid_kernel<false>,
+                     blocks, threads, stream, views);
         return;
     }
     const bool tools = needs.tools && views.tools.grid_contact;
     const auto kernel = needs.fixed_point
                             ? (tools ? grid_kernel<true, true> : grid_kernel<false, true>)
                             : (tools ? grid_kernel<true, false> : grid_kernel<false, false>);
-    launch("grid", kernel, blocks, threads, stream, views);
+    launch_early("grid", kernel, blocks, threads, stream, views);
 }
 
 }  // namespace knead::gpu

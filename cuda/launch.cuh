@@ -3,6 +3,7 @@
 #include <cuda_runtime.h>
 
 #include <atomic>
+#include <nv/target>
 #include <nvtx3/nvtx3.hpp>
 #include <stdexcept>
 #include <string>
@@ -42,6 +43,40 @@ void launch(const char* name, void (*kernel)(Parameters...), int blocks, int thr
     const ProfilerRange range{name};
     kernel<<<unsigned(blocks), unsigned(threads), 0, stream>>>(arguments...);
     check(cudaGetLastError(), name);
+}
+
+// Whether a kernel may be started before the one it waits for is over (from sm_90 on).
+inline bool starts_early()
+{
+    int device = 0, major = 0;
+    check(cudaGetDevice(&device), "device");
+    check(cudaDeviceGetAttribute(&major, cudaDevAttrComputeCapabilityMajor, device), "device");
+    return major >= 9;
+}
+
+// The same for a kernel that begins with await_before(): where the device can, its thread blocks
+// take their places while the kernel before it on the stream still runs.
+template <class... Parameters, class... Arguments>
+void launch_early(const char* name, void (*kernel)(Parameters...), int blocks, int threads,
+                  cudaStream_t stream, const Arguments&... arguments)
+{
+    if (blocks == 0) return;
+    const ProfilerRange range{name};
+    cudaLaunchAttribute early{};
+    early.id = cudaLaunchAttributeProgrammaticStreamSerialization;
+    early.val.programmaticStreamSerializationAllowed = 1;
+    cudaLaunchConfig_t config{};
+    config.gridDim = dim3(unsigned(blocks)), config.blockDim = dim3(unsigned(threads));
+    config.stream = stream, config.attrs = &early, config.numAttrs = starts_early() ? 1 : 0;
+    check(cudaLaunchKernelEx(&config, kernel, arguments...), name);
+}
+
+// By every thread of a kernel so started, before it reads what the one before it writes: waits for
+// its end, and lets the next one take its places.
+__device__ inline void await_before()
+{
+    NV_IF_TARGET(NV_PROVIDES_SM_90,
+                 (cudaGridDependencySynchronize(); cudaTriggerProgrammaticLaunchCompletion();))
 }
 
 inline int blocks_for(int count, int threads) { return (count + threads - 1) / threads; }
