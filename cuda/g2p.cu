@@ -185,23 +185,30 @@ __global__ void __launch_bounds__(scatter_threads<blades>, (resident<flows, blad
     };
     __shared__ Space space;
     __shared__ Sums sums[scatter_warps<blades>];
-    await_before();
     Clock& clock = *d.clock;
+    constexpr int posers = tools ? pose_parts : 0;
+    const auto index = [](int run) { return run * scatter_threads<blades> + int(threadIdx.x); };
+    // What the substep before left of the particles is there long before this one's velocities.
+    Particle<float> q;
+    if constexpr (!rests) {
+        const int i = index(int(blockIdx.x) - posers);
+        q = d.particles[clock.side].load_state(i >= 0 && i < d.particles[0].count ? i : 0);
+    }
+    await_before();
     const int n = clock.begun;
     const float dt = float(clock.step(n).dt);
     // Read where it is wanted, rather than kept in a register all the while.
     const auto next = [&clock] { return float(clock.step(clock.begun + 1).dt); };
     if (!(dt > 0)) return;
-    constexpr int posers = tools ? pose_parts : 0;
     if (tools && int(blockIdx.x) < posers) {
         if (next() > 0) pose_part(d, space.pose, int(blockIdx.x), n + 1);
         return;
     }
     if (threadIdx.x == 0 && int(blockIdx.x) == posers) move_on(d, n);
     for_each_run<rests>(d, posers, [&](int run) {
-        const int i = run * scatter_threads<blades> + int(threadIdx.x);
+        const int i = index(run);
         const bool valid = i < d.particles[0].count;
-        Particle<float> q = d.particles[clock.side].load_state(valid ? i : 0);
+        if constexpr (rests) q = d.particles[clock.side].load_state(valid ? i : 0);
         Events happened{};
         if (valid) happened = moved<tools, flows, blades, rests>(d, i, n, dt, q);
         const Sums all = summed<tools>(happened);

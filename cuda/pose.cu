@@ -16,20 +16,26 @@ __global__ void __launch_bounds__(threads) pose_kernel(const __grid_constant__ V
     pose_part(d, space, int(blockIdx.x), d.clock->done);
 }
 
-__global__ void __launch_bounds__(threads) sweep_kernel(const __grid_constant__ Views d)
+// By one thread block: the joints are interpolated once for all.
+constexpr int sweep_threads = most_primitives;
+__global__ void __launch_bounds__(sweep_threads) sweep_kernel(const __grid_constant__ Views d)
 {
+    __shared__ Joint<float> joints[3][most_joints];  // at the frame's beginning, middle and end
     const ToolView& t = d.tools;
-    const int i = int(blockIdx.x * threads + threadIdx.x);
-    if (i >= t.primitives.count) return;
-    const Primitive& p = t.primitives[i];
-    float travel = 0;
-    Sphere<float> s[3];
-    const auto at = [&t](double share) {
-        return [&t, share](int j) { return joint_at(t, share, j); };
-    };
-    for (int k = 0; k < 3; ++k) s[k] = amid(t.bindings[p.sphere[k]], at(0), at(0.5), at(1), travel);
-    t.amid[i] = shape(p.count, s[0], s[1], s[2]);
-    t.travel[i] = travel;
+    for (int k = int(threadIdx.x); k < 3 * t.joints; k += sweep_threads)
+        joints[k / t.joints][k % t.joints] = joint_at(t, 0.5 * (k / t.joints), k % t.joints);
+    __syncthreads();
+    const auto at = [](const Joint<float>* pose) { return [pose](int j) { return pose[j]; }; };
+    for (int i = int(threadIdx.x); i < t.primitives.count; i += sweep_threads) {
+        const Primitive& p = t.primitives[i];
+        float travel = 0;
+        Sphere<float> s[3];
+        for (int k = 0; k < 3; ++k)
+            s[k] =
+                amid(t.bindings[p.sphere[k]], at(joints[0]), at(joints[1]), at(joints[2]), travel);
+        t.amid[i] = shape(p.count, s[0], s[1], s[2]);
+        t.travel[i] = travel;
+    }
 }
 
 // Whether primitive i may touch what is in the cube of centre p.
@@ -77,8 +83,7 @@ __global__ void __launch_bounds__(threads)
 
 void masks(const Views& views, cudaStream_t stream)
 {
-    launch("sweep", sweep_kernel, blocks_for(views.tools.primitives.count, threads), threads,
-           stream, views);
+    launch("sweep", sweep_kernel, 1, sweep_threads, stream, views);
     launch("masks", mask_kernel, blocks_for(views.lattice.block_count(), threads / 32), threads,
            stream, views);
 }
