@@ -236,28 +236,13 @@ TEST_F(GpuSurfaces, MeasuringLeavesTheSurfaceAsItWas)
 
 TEST_F(GpuSurfaces, ParticlesOfNoUseAreLeftOutAndCounted)
 {
-    const double h = 1.0 / 32, nan = std::numeric_limits<double>::quiet_NaN();
-    const Particles good = filled(h, 3, 0, ball({0.5, 0.5, 0.5}, 0.3));
-    Particles particles = good;
-    const auto add = [&](Vec3<double> x, int object) {
-        Particle<double> q{};
-        q.x = x, q.object = object;
-        particles.insert(particles.begin(), q);
-    };
-    const double huge = std::numeric_limits<double>::infinity();
-    add({nan, 0.5, 0.5}, 0), add({0.5, huge, 0.5}, 0), add({0.5, 0.5, 1e300}, 0);
-    add({0.5, 0.5, 0.5}, -1), add({0.5, 0.5, 0.5}, 3), add({0.5, 0.5, 0.5}, 1);
-    add({0.5, 0.5, 0.5}, 2);
-    add({-0.1, 0.5, 0.5}, 0), add({0.5, 1e20, 0.5}, 0);
-    std::vector<Material<double>> materials{clay(h), clay(h), clay(h)};
-    materials[1].mass = 0;
-    materials[2].density = 0;
+    const Mixed given = mixed(1.0 / 32);
     SurfaceTally tally;
-    GpuSurface device(particles, materials, rule_of(32));
-    const auto meshes = device.surface(particles, &tally);
+    GpuSurface device(given.all, given.materials, rule_of(32));
+    const auto meshes = device.surface(given.all, &tally);
     EXPECT_EQ(tally.unusable, 7);
     EXPECT_EQ(tally.outside, 2);
-    EXPECT_TRUE(same_bits(meshes, device.surface(good, &tally)));
+    EXPECT_TRUE(same_bits(meshes, device.surface(given.good, &tally)));
     EXPECT_EQ(tally.unusable + tally.outside, 0);
 }
 

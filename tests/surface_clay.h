@@ -1,5 +1,6 @@
 // Clay to make surfaces of.
 #pragma once
+#include <limits>
 #include <vector>
 
 #include "host/surface.h"
@@ -36,6 +37,32 @@ inline Material<double> clay(double h, int category = 0)
     m.volume = h * h * h;
     m.mass = m.density * m.volume;
     m.category = category;
+    return m;
+}
+
+// A ball, one particle per h^3, and before it particles that no surface can use: seven without a
+// position or a material of any volume, two outside of the lattice.
+struct Mixed {
+    std::vector<Particle<double>> good, all;
+    std::vector<Material<double>> materials;
+};
+inline Mixed mixed(double h)
+{
+    Mixed m{filled(h, 3, 0, ball({0.5, 0.5, 0.5}, 0.3)), {}, {clay(h), clay(h), clay(h)}};
+    m.materials[1].mass = 0;
+    m.materials[2].density = 0;
+    const auto add = [&](Vec3<double> x, int object) {
+        Particle<double> q{};
+        q.x = x, q.object = object;
+        m.all.push_back(q);
+    };
+    const double nan = std::numeric_limits<double>::quiet_NaN();
+    const double huge = std::numeric_limits<double>::infinity();
+    add({nan, 0.5, 0.5}, 0), add({0.5, huge, 0.5}, 0), add({0.5, 0.5, 1e300}, 0);
+    add({0.5, 0.5, 0.5}, -1), add({0.5, 0.5, 0.5}, 3), add({0.5, 0.5, 0.5}, 1);
+    add({0.5, 0.5, 0.5}, 2);
+    add({-0.1, 0.5, 0.5}, 0), add({0.5, 1e20, 0.5}, 0);
+    m.all.insert(m.all.end(), m.good.begin(), m.good.end());
     return m;
 }
 

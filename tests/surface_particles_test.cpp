@@ -142,28 +142,13 @@ TEST(SurfaceOfParticles, SameBitsFromOneTwoAndThreeThreads)
 
 TEST(SurfaceOfParticles, ParticlesOfNoUseAreLeftOutAndCounted)
 {
-    const double h = 1.0 / 32, nan = std::numeric_limits<double>::quiet_NaN();
-    const auto good = filled(h, 3, 0, ball({0.5, 0.5, 0.5}, 0.3));
-    auto particles = good;
-    const auto add = [&](Vec3<double> x, int object) {
-        Particle<double> q{};
-        q.x = x, q.object = object;
-        particles.insert(particles.begin(), q);
-    };
-    const double huge = std::numeric_limits<double>::infinity();
-    add({nan, 0.5, 0.5}, 0), add({0.5, huge, 0.5}, 0), add({0.5, 0.5, 1e300}, 0);
-    add({0.5, 0.5, 0.5}, -1), add({0.5, 0.5, 0.5}, 3), add({0.5, 0.5, 0.5}, 1);
-    add({0.5, 0.5, 0.5}, 2);
-    add({-0.1, 0.5, 0.5}, 0), add({0.5, 1e20, 0.5}, 0);
-    std::vector<Material<double>> materials{clay(h), clay(h), clay(h)};
-    materials[1].mass = 0;
-    materials[2].density = 0;
+    const Mixed given = mixed(1.0 / 32);
     SurfaceTally tally;
-    const auto meshes = surface(particles, materials, rule_of(32), &tally);
+    const auto meshes = surface(given.all, given.materials, rule_of(32), &tally);
     EXPECT_EQ(tally.unusable, 7);
     EXPECT_EQ(tally.outside, 2);
     ASSERT_EQ(meshes.size(), 1u);
-    EXPECT_EQ(volume(meshes[0]), volume(surface(good, materials, rule_of(32)).at(0)));
+    EXPECT_EQ(volume(meshes[0]), volume(surface(given.good, given.materials, rule_of(32)).at(0)));
 }
 
 TEST(SurfaceOfParticles, NoParticlesMakeNoMesh)
