@@ -143,7 +143,8 @@ void roll(Stage& stage)
 {
     for (Part& part : stage.part) {
         const double way = 0.3 * stage.radius * outward(part.side());
-        const Fingers straight = within_limits({});
+        Fingers straight = within_limits({});
+        straight.spread[0] = -0.7;  // thumbs clear of the ball: it is rolled by the palms
         part.take(bare(stage.topology, part.side(), 0.08), {-outward(part.side()), 0, 0},
                   {0, 0, -1});
         part.reach(0, straight, away);
@@ -218,7 +219,7 @@ const std::vector<Script>& scripts()
                                             {{"pinch", {"", ""}, 2.7, 0.35}, pinch},
                                             {{"poke", {"", "rod"}, 3.5, 0.5}, poke},
                                             {{"flatten", {"", "slab"}, 3.5, 0.9}, flatten},
-                                            {{"roll", {"", ""}, 3.5, 0.2}, roll},
+                                            {{"roll", {"", ""}, 3.5, 0.4}, roll},
                                             {{"knead", {"", ""}, 3.8, 0.45}, knead_both},
                                             {{"cut", {"", "knife"}, 3.6, 1}, cut}};
     return all;
