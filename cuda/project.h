@@ -23,21 +23,28 @@ HD R project(Particle<R>& q, const Colliders<R>& c, const Mask& mask, int passes
     return depth;
 }
 
-// Keeps q inside the walls; true if it had to be moved.
+// Puts q back on the wall that it sank into; true if it was deeper there than nodes can take it
+// that the walls hold (18) and that move by at most a cell per substep.  (19)
 template <class R>
 HD bool confine(Particle<R>& q, const Lattice<R>& lattice, const Walls<R>& walls)
 {
-    const R low = lattice.dx * R(walls.margin);
-    bool moved = false;
-    const auto axis = [&](R& x, R& v, int size) {
-        const R high = lattice.dx * R(size - 1 - walls.margin);
-        if (x < low) x = low, v = most(v, R(0)), moved = true;
-        if (x > high) x = high, v = least(v, R(0)), moved = true;
+    const R dx = lattice.dx, low = dx * R(walls.margin);
+    const Int3 last = lattice.size + Int3{-1 - walls.margin, -1 - walls.margin, -1 - walls.margin};
+    const Vec3<R> high{dx * R(last.x), dx * R(last.y), dx * R(last.z)};
+    if (q.x.x >= low && q.x.y >= low && q.x.z >= low && q.x.x <= high.x && q.x.y <= high.y &&
+        q.x.z <= high.z)
+        return false;
+    const R sunk = R(0.126) * dx;  // an eighth of a cell, and what rounding may add
+    bool escaped = false;
+    const auto axis = [&](R& x, R& v, R top) {
+        escaped = escaped || x < low - sunk || x > top + sunk;
+        if (x < low) x = low, v = most(v, R(0));
+        if (x > top) x = top, v = least(v, R(0));
     };
-    axis(q.x.x, q.v.x, lattice.size.x);
-    axis(q.x.y, q.v.y, lattice.size.y);
-    axis(q.x.z, q.v.z, lattice.size.z);
-    return moved;
+    axis(q.x.x, q.v.x, high.x);
+    axis(q.x.y, q.v.y, high.y);
+    axis(q.x.z, q.v.z, high.z);
+    return escaped;
 }
 
 // Whether all of a particle's numbers are numbers.

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <limits>
 
+#include "cuda/g2p.h"
 #include "cuda/grid.h"
 #include "cuda/project.h"
 #include "cuda/stencil.h"
@@ -120,6 +121,12 @@ TYPED_TEST(GuardTest, AParticleBehindAWallComesBackAndStops)
     EXPECT_EQ(q.v.y, 0);
     EXPECT_EQ(q.v.z, 3);
     EXPECT_FALSE(confine(q, box.lattice, box.walls));
+    q.x.y = R(1.6) + R(0.012), q.v.y = 1;  // on the wall within what its nodes may do
+    EXPECT_FALSE(confine(q, box.lattice, box.walls));
+    EXPECT_EQ(q.x.y, box.lattice.dx * R(16));
+    EXPECT_EQ(q.v.y, 0);
+    q.x.y = R(1.6) + R(0.013);
+    EXPECT_TRUE(confine(q, box.lattice, box.walls));
     // Wherever it is confined to, its stencil stays within the lattice.
     box.walls.margin = 2;
     for (const R far : {R(-1e6), R(1e6)}) {
@@ -130,6 +137,36 @@ TYPED_TEST(GuardTest, AParticleBehindAWallComesBackAndStops)
         EXPECT_TRUE(base.x + 2 < box.lattice.size.x && base.y + 2 < box.lattice.size.y &&
                     base.z + 2 < box.lattice.size.z);
     }
+}
+
+// A stencil at the wall also reaches the first node above it, which may come down at a cell per
+// substep with a weight of 1/8.
+TYPED_TEST(GuardTest, AParticleSinksIntoAWallByAnEighthOfACellAtMostAndThatIsNoEscape)
+{
+    using R = TypeParam;
+    Draw draw(3);
+    const R dt = R(1e-3);
+    double deepest = 0;
+    for (int round = 0; round < 20000; ++round) {
+        Box<R> box;
+        box.walls.touch = Touch(draw.below(3));
+        const R dx = box.lattice.dx, floor = 3 * dx, limit = dx / dt;
+        Particle<R> q{};
+        q.x = {R(draw.in(0.5, 0.9)), floor + dx * R(draw.below(4) ? draw.in(0, 2) : 0),
+               R(draw.in(0.5, 0.9))};
+        const double slant = draw.in(0, 1), speed = draw.in(0.5, 1.5);
+        const Stencil<R> s = stencil(q.x, dx);
+        gather(q, s, dx, [&](Int3 step) {
+            const Vec3<double> way = Vec3<double>{0, -1, 0} + draw.vector(slant);
+            return box.update({cast<R>(speed * double(limit) * way), 1}, s.base + step, {}, dt).p;
+        });
+        q.x = q.x + dt * q.v;
+        deepest = std::fmax(deepest, double((floor - q.x.y) / dx));
+        EXPECT_FALSE(confine(q, box.lattice, box.walls));
+        EXPECT_GE(q.x.y, floor);
+    }
+    EXPECT_GT(deepest, 0.12);
+    EXPECT_LT(deepest, 0.125 + either<R>(1e-5, 1e-13));
 }
 
 TYPED_TEST(GuardTest, ANumberThatIsNoneIsRepairedInWhateverFieldItIsBorn)
