@@ -45,14 +45,15 @@ struct BenchRow {
     double copy_share = 0;          // least_bytes over time, of the measured copy's rate
     double issue_share = 0;         // 0: not known
     std::vector<StageTime> stages;  // of one frame, or parts of the surface
+    double moved = 1;               // share of the particle-substeps; the rest was still
     long clipped = 0, confined = 0, repaired = 0;
     std::string hash;      // of the first repeat's end
     int hashed_after = 0;  // frames, warm-up included
     std::string note;
 
-    double rate() const  // particle-substeps per second
+    double rate() const  // particle-substeps per second, of those that moved
     {
-        return substep.median > 0 ? double(particles) / substep.median : 0;
+        return substep.median > 0 ? moved * double(particles) / substep.median : 0;
     }
 };
 

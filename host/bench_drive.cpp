@@ -41,6 +41,7 @@ struct Gathered {
         ++timed;
         sum.clipped += f.tally.clipped, sum.confined += f.tally.confined;
         sum.repaired += f.tally.repaired;
+        sum.moved += f.tally.moved, sum.substeps += f.tally.substeps;
         blocks = f.tally.active_blocks;
     }
     const Times& times() const { return touched.frames.empty() ? apart : touched; }
@@ -89,6 +90,8 @@ void fill(BenchRow& row, const Scene& scene, const Gathered& all)
     row.least_bytes = least_bytes(row.particles, all.blocks);
     row.clipped = all.sum.clipped, row.confined = all.sum.confined;
     row.repaired = all.sum.repaired;
+    const double all_of_them = double(row.particles) * all.sum.substeps;
+    if (all_of_them > 0) row.moved = double(all.sum.moved) / all_of_them;
 }
 
 }  // namespace

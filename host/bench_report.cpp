@@ -46,6 +46,7 @@ Json row_json(const BenchRow& r)
         {"share_of_copy", known(r.copy_share)},
         {"instructions_per_particle", known(r.instructions)},
         {"share_of_issue", known(r.issue_share)},
+        {"moved_share", r.moved},
         {"stages_ms", stages},
         {"guards", {{"clipped", r.clipped}, {"confined", r.confined}, {"repaired", r.repaired}}},
         {"state_hash", r.hash},
@@ -213,15 +214,16 @@ std::string bench_csv(const BenchResult& result)
     std::string out =
         "suite,name,at,particles,nodes_x,frames,repeats,in_contact,substeps,frame_ms,frame_p95_ms,"
         "substep_us,substep_p95_us,surface_ms,G_per_s,bytes,least_bytes,share_of_copy,"
-        "instructions,share_of_issue,clipped,confined,repaired,hash\n";
+        "instructions,share_of_issue,moved_share,clipped,confined,repaired,hash\n";
     for (const BenchRow& r : result.rows)
         out += fmt::format(
             "{},{},{:.9g},{},{},{},{},{},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},{},"
-            "{:.6g},{:.6g},{:.6g},{:.6g},{},{},{},{}\n",
+            "{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},{},{},{},{}\n",
             r.suite, quoted(r.name), r.at, r.particles, r.nodes.x, r.frames, r.repeats, r.touched,
             r.substeps, 1e3 * r.frame.median, 1e3 * r.frame.p95, 1e6 * r.substep.median,
             1e6 * r.substep.p95, 1e3 * r.surface, 1e-9 * r.rate(), r.bytes, r.least_bytes,
-            r.copy_share, r.instructions, r.issue_share, r.clipped, r.confined, r.repaired, r.hash);
+            r.copy_share, r.instructions, r.issue_share, r.moved, r.clipped, r.confined, r.repaired,
+            r.hash);
     return out;
 }
 
