@@ -28,8 +28,9 @@ QueuedFrames queued(const Scene& scene, Device device, const HandSource* hands, 
     long waits = 0;
     const int end = std::min(frames + warm_up, frames_wanted(scene, hands, 0) - first);
     if (end <= warm_up + 1) return all;
-    hand_over(0);
-    for (int k = 1; k <= end; ++k) {
+    for (int k = 0; k < 2; ++k) hand_over(k), solver->collect();  // settle how frames run
+    hand_over(2);
+    for (int k = 3; k <= end; ++k) {
         const long before = gpu_waits();
         if (k < end) hand_over(k);
         if (k >= warm_up) waits += gpu_waits() - before;

@@ -2,6 +2,7 @@
 // device finds time left in the frame; the host waits for nothing but the counters.
 #include <bit>
 #include <cstdlib>
+#include <limits>
 
 #include "cuda/surface.cuh"
 #include "gpu_graph.cuh"
@@ -13,8 +14,18 @@ namespace knead {
 namespace gpu {
 namespace {
 
-// Going round the graph's loop costs about 3 us, and a substep that finds the frame over about 4.
-constexpr int substeps_a_turn = 4;
+// How many substeps each turn of the graph's loop holds, for frames of so many: going round costs
+// about 3 us, and so does a substep that finds the frame over.
+int substeps_a_turn(int substeps)
+{
+    if (substeps == 0) return 4;
+    int best = 0, least_cost = std::numeric_limits<int>::max();
+    for (int each = 2; each <= 8; ++each) {
+        const int turns = (substeps + each - 1) / each, cost = turns + turns * each - substeps;
+        if (cost < least_cost) best = each, least_cost = cost;
+    }
+    return best;
+}
 
 int multiprocessors(int device)
 {
@@ -48,6 +59,7 @@ class GpuSolver : public Solver {
         Pinned<Clock> status;
         Event done{cudaEventDisableTiming};
     };
+    void capture();
     void capture(FrameGraph& to, bool tools);
     void start(const Views& views, const Needs& needs);
     void substep(const Views& views, const Needs& needs, cudaStream_t stream);
@@ -72,7 +84,7 @@ class GpuSolver : public Solver {
     bool stepwise = false;     // no graph: KNEAD_GRAPH=0, for profilers and memory checkers
     bool cutting = false;      // a tool of the scene is a blade
     bool was_covered = false;  // a blade was in the clay at the end of the last frame
-    int last_substeps = 0;
+    int last_substeps = 0, turn = 0;
     mutable std::vector<StageTime> times;
 };
 
@@ -106,6 +118,11 @@ GpuSolver::GpuSolver(const Setup& given, int wanted)
     const char* graph = std::getenv("KNEAD_GRAPH");
     stepwise = graph && std::string(graph) == "0";
     if (stepwise) return;
+    capture();
+}
+
+void GpuSolver::capture()
+{
     capture(without_tools, false);
     if (store.needs().tools) capture(with_tools, true);
 }
@@ -162,6 +179,7 @@ void GpuSolver::substep(const Views& views, const Needs& needs, cudaStream_t str
 
 void GpuSolver::capture(FrameGraph& to, bool tools)
 {
+    to.drop();
     Needs needs = store.needs();
     needs.tools = tools || needs.blades;  // a cut stays one when the hands have gone
     Views views = views_for(needs);
@@ -177,7 +195,8 @@ void GpuSolver::capture(FrameGraph& to, bool tools)
     start(views, needs);
     capture_body(add_conditional(main, cudaGraphCondTypeWhile, views.again), body,
                  [&](cudaStream_t stream) {
-                     for (int k = 0; k < substeps_a_turn; ++k) substep(views, needs, stream);
+                     for (int k = 0; k < (turn ? turn : substeps_a_turn(0)); ++k)
+                         substep(views, needs, stream);
                  });
     check(cudaStreamEndCapture(main, &to.graph), "capture");
     check(cudaGraphInstantiate(&to.ready, to.graph, 0), "graph");
@@ -203,6 +222,9 @@ void GpuSolver::submit(const Motion& motion, double duration)
 {
     if (submitted - collected == 2) throw std::logic_error("two frames are under way already");
     check(cudaSetDevice(device), "device");
+    // What the first frames took is what later ones will take, more or less.
+    if (!stepwise && turn == 0 && last_substeps > 0 && submitted == collected)
+        turn = substeps_a_turn(last_substeps), capture();
     const int slot = submitted % 2;
     Frame& f = frames[slot];
     f.motion = motion, f.duration = duration;

@@ -28,10 +28,12 @@ struct FrameGraph {
     cudaGraphExec_t ready = nullptr;
     FrameGraph() = default;
     FrameGraph(const FrameGraph&) = delete;
-    ~FrameGraph()
+    ~FrameGraph() { drop(); }
+    void drop()
     {
         if (ready) cudaGraphExecDestroy(ready);
         if (graph) cudaGraphDestroy(graph);
+        ready = nullptr, graph = nullptr;
     }
 };
 
