@@ -33,7 +33,7 @@ QueuedFrames queued(const Scene& scene, Device device, const HandSource* hands, 
     for (int k = 3; k <= end; ++k) {
         const long before = gpu_waits();
         if (k < end) hand_over(k);
-        if (k >= warm_up) waits += gpu_waits() - before;
+        if (k > warm_up) waits += gpu_waits() - before;
         solver->collect();  // the one before
         if (k == warm_up) start = Wall::now();
     }
