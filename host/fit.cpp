@@ -1,6 +1,5 @@
 #include "host/fit.h"
 
-#include <Eigen/Dense>
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -12,47 +11,15 @@ namespace knead {
 namespace {
 
 constexpr int fit_points = 12000, check_points = 40000;
-constexpr int rounds = 60;
-constexpr double stride = 0.7;            // share of a Gauss-Newton step that is taken
-constexpr double radius_freedom = 5;      // a radius is pulled this much less than a centre
-constexpr double smallest_radius = 2e-3;  // [m]
-constexpr double least_weight = 0.06;     // of a joint; smaller ones are dropped
+constexpr int turns = 4;               // of fitting, then hanging on joints what was fitted
+constexpr double least_weight = 0.06;  // of a joint; smaller ones are dropped
 
-// How hard a centre is pulled to its seed: free enough for the open hand, tied enough that a fist
-// still fits. docs/hands.md has the sweep.
-double pull_of(Topology topology) { return topology == Topology::h25 ? 3e-2 : 1e-2; }
-
-// What a point of the skin is nearest to.
-struct Hold {
-    Foot<double> foot;
-    int primitive;
-};
-
-std::vector<Shape<double>> shapes(const Spheres& s, const std::vector<Primitive>& primitives)
+// Free enough for the open hand, tied enough that a fist still fits. docs/hands.md has the sweep.
+// H25 has too few spheres to bring in its outliers without losing the fist.
+FitRule rule_of(Topology topology)
 {
-    std::vector<Shape<double>> out;
-    for (const Primitive& q : primitives)
-        out.push_back(shape(q.count, s[q.sphere[0]], s[q.sphere[1]], s[q.sphere[2]]));
-    return out;
-}
-
-Hold nearest(const std::vector<Shape<double>>& all, Vec3<double> p)
-{
-    Hold best{{1e30, {0, 1, 0}, 1, 0, 0}, 0};
-    for (std::size_t i = 0; i < all.size(); ++i) {
-        const Foot<double> f = foot(all[i], p);
-        if (f.phi < best.foot.phi) best = {f, int(i)};
-    }
-    return best;
-}
-
-// Calls visit(sphere, share) for the spheres that a foot hangs on.
-template <class Visit>
-void for_each_share(const Primitive& q, const Foot<double>& f, Visit&& visit)
-{
-    const double l[3] = {f.l0, f.l1, f.l2};
-    for (int k = 0; k < q.count; ++k)
-        if (l[k] > 0) visit(q.sphere[k], l[k]);
+    if (topology == Topology::h25) return {3e-2, 0};
+    return {1e-2, 2e-3};
 }
 
 double to_skin(const std::vector<SkinPoint>& points, Vec3<double> p)
@@ -177,43 +144,6 @@ Spheres placed(const Rig& rig, Side side, const Hand& pose)
 
 }  // namespace
 
-void refine(Spheres& s, const std::vector<Primitive>& primitives,
-            const std::vector<SkinPoint>& points, double pull_centre)
-{
-    const Spheres start = s;
-    const int n = int(s.size());
-    const double share = double(points.size()) / n;
-    for (int round = 0; round < rounds; ++round) {
-        Eigen::MatrixXd A = Eigen::MatrixXd::Zero(4 * n, 4 * n);
-        Eigen::VectorXd b = Eigen::VectorXd::Zero(4 * n);
-        const auto all = shapes(s, primitives);
-        for (const SkinPoint& point : points) {
-            const Hold h = nearest(all, point.p);
-            const Primitive& q = primitives[h.primitive];
-            const Eigen::Vector4d slope(-h.foot.n.x, -h.foot.n.y, -h.foot.n.z, -1);
-            for_each_share(q, h.foot, [&](int i, double li) {
-                b.segment<4>(4 * i) -= li * h.foot.phi * slope;
-                for_each_share(q, h.foot, [&](int j, double lj) {
-                    A.block<4, 4>(4 * i, 4 * j) += li * lj * slope * slope.transpose();
-                });
-            });
-        }
-        const double pull_radius = pull_centre / radius_freedom;
-        const Eigen::Vector4d pull(pull_centre, pull_centre, pull_centre, pull_radius);
-        for (int i = 0; i < n; ++i) {
-            const Vec3<double> back = start[i].c - s[i].c;
-            A.diagonal().segment<4>(4 * i) += share * pull;
-            b.segment<4>(4 * i) += share * pull.cwiseProduct(Eigen::Vector4d(back.x, back.y, back.z,
-                                                                             start[i].r - s[i].r));
-        }
-        const Eigen::VectorXd step = stride * A.ldlt().solve(b);
-        for (int i = 0; i < n; ++i) {
-            s[i].c = s[i].c + Vec3<double>{step[4 * i], step[4 * i + 1], step[4 * i + 2]};
-            s[i].r = std::max(smallest_radius, s[i].r + step[4 * i + 3]);
-        }
-    }
-}
-
 Deviation deviation(const Rig& rig, Side side, const Skin& skin,
                     const std::vector<SkinPoint>& points, const Hand& pose, bool bulge)
 {
@@ -241,24 +171,71 @@ Deviation deviation(const Rig& rig, Side side, const Skin& skin,
     return d;
 }
 
-FitReport fit_hand(const std::string& path, Topology topology, Side side)
+namespace {
+
+// How spheres so hung get from the open hand to another pose of its joints.
+std::vector<Carry> carries(const std::vector<FittedSphere>& spheres,
+                           const std::array<Joint<double>, joint_count>& open,
+                           const std::array<Joint<double>, joint_count>& pose)
+{
+    std::vector<Carry> out;
+    for (const FittedSphere& s : spheres) {
+        Carry to{diagonal(0.0), {}};
+        for (int k = 0; k < 4; ++k) {
+            const Joint<double>&a = open[s.joint[k]], &b = pose[s.joint[k]];
+            const Quat<double> turn = b.q * conjugate(a.q);
+            const double w = s.weight[k];
+            to.turn = to.turn + w * Mat3<double>{rotate(turn, Vec3<double>{1, 0, 0}),
+                                                 rotate(turn, Vec3<double>{0, 1, 0}),
+                                                 rotate(turn, Vec3<double>{0, 0, 1})};
+            to.shift = to.shift + w * (b.p - rotate(turn, a.p));
+        }
+        out.push_back(to);
+    }
+    return out;
+}
+
+// As of a right hand, whichever it is.
+Skin right_skin(const HandMesh& mesh)
+{
+    const Skin read = read_skin(mesh.path);
+    return mesh.side == right ? read : mirrored(read);
+}
+
+}  // namespace
+
+FitReport fit_hand(const std::vector<HandMesh>& meshes, Topology topology)
 {
     const auto begun = std::chrono::steady_clock::now();
-    const Skin read = read_skin(path);
-    const Skin skin = side == right ? read : mirrored(read);  // from here on a right hand
+    const Side side = meshes.at(0).side;
     const Layout l = layout(topology);
-    const auto points = spread(skin, fit_points), check = spread(read, check_points);
     FitReport report{};
     report.topology = topology;
     report.side = side;
-    report.open = open_of(skin, spread(skin, check_points), side);
-    const Spheres start = seeds(l, skin, points);
+    std::vector<Skin> skins;
+    std::vector<View> views;
+    for (const HandMesh& mesh : meshes) {
+        skins.push_back(right_skin(mesh));
+        views.push_back({spread(skins.back(), fit_points), {}});
+    }
+    report.open = open_of(skins[0], spread(skins[0], check_points), side);
+    const Spheres start = seeds(l, skins[0], views[0].points);
     Spheres s = start;
-    refine(s, l.primitives, points, pull_of(topology));
-    report.spheres = hung(s, l.primitives, l, points);
+    report.spheres = hung(s, l.primitives, l, views[0].points);
+    for (int turn = 0; turn < turns; ++turn) {
+        for (std::size_t i = 1; i < views.size(); ++i)
+            views[i].carries = carries(report.spheres, skins[0].joints, skins[i].joints);
+        // Outliers are brought in once the rest is in place: before, they are everywhere.
+        FitRule rule = rule_of(topology);
+        if (turn == 0) rule.outlier = 0;
+        refine(s, start, l.primitives, views, rule);
+        report.spheres = hung(s, l.primitives, l, views[0].points);
+    }
     report.rig = hang(report.spheres, l.primitives, report.open, side);
     for (const Primitive& q : l.primitives) ++(q.count == 2 ? report.cones : report.slabs);
-    report.deviation = deviation(report.rig, side, read, check, report.open, true);
+    const Skin read = read_skin(meshes[0].path);
+    report.deviation =
+        deviation(report.rig, side, read, spread(read, check_points), report.open, true);
     for (std::size_t i = 0; i < s.size(); ++i) {
         const double moved = length(s[i].c - start[i].c);
         report.shift += moved / double(s.size());

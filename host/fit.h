@@ -3,19 +3,10 @@
 #include <iosfwd>
 #include <string>
 
+#include "host/refine.h"
 #include "host/rig.h"
-#include "host/skin.h"
 
 namespace knead {
-
-using Spheres = std::vector<Sphere<double>>;
-
-// Least squares of the distance at the points over all centres and radii, by Gauss-Newton. Centres
-// are pulled to where they start: `pull` per point, radii a fifth of that. By the envelope theorem
-// d(phi)/d(centre) = -share n and d(phi)/d(radius) = -share, a sphere's share being its foot
-// weight.
-void refine(Spheres& spheres, const std::vector<Primitive>& primitives,
-            const std::vector<SkinPoint>& points, double pull);
 
 // How far a surface lies from a medial hand: |phi| over points spread evenly on the surface [m].
 struct Deviation {
@@ -35,14 +26,21 @@ struct FitReport {
     double seconds;
 };
 
-// Throws std::runtime_error where the mesh cannot be read. Deterministic.
-FitReport fit_hand(const std::string& path, Topology topology, Side side);
+struct HandMesh {
+    std::string path;
+    Side side;
+};
+
+// One hand for all meshes, right and left, each in the pose it is bound in. The first is the one
+// that the report is about: its joints, its deviation. Throws std::runtime_error where a mesh
+// cannot be read. Deterministic.
+FitReport fit_hand(const std::vector<HandMesh>& meshes, Topology topology);
 
 // How far the skin lies from the rig when both follow `pose`. `bulge` only if asked for (slow).
 Deviation deviation(const Rig& rig, Side side, const Skin& skin,
                     const std::vector<SkinPoint>& points, const Hand& pose, bool bulge = false);
 
-// host/rig_table.h, from the fits of both topologies to one right hand.
+// host/rig_table.h, from the fits of both topologies, a right hand first.
 void write_rig_table(std::ostream& out, const FitReport& h25, const FitReport& h47);
 
 }  // namespace knead

@@ -1,3 +1,5 @@
+#include "host/rig.h"
+
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -8,8 +10,9 @@
 #include <numeric>
 #include <sstream>
 
-#include "host/fit.h"
+#include "bent_hand.h"
 #include "host/rig_table.h"
+#include "host/skin.h"
 
 namespace knead {
 namespace {
@@ -29,30 +32,6 @@ std::vector<Vec3<float>> centres(const Rig& rig, const Hand& hand)
     for (const auto& b : rig.spheres) c.push_back(centre(b, pose_of(hand)));
     return c;
 }
-
-// The hand with every finger joint turned by `angle` [rad] towards the palm, the thumb's by half.
-Hand flexed(Hand hand, float angle)
-{
-    const int chains[5][2] = {{thumb_proximal, thumb_tip},
-                              {index_proximal, index_tip},
-                              {middle_proximal, middle_tip},
-                              {ring_proximal, ring_tip},
-                              {little_proximal, little_tip}};
-    for (const auto& chain : chains)
-        for (int j = chain[0]; j < chain[1]; ++j) {
-            const Joint<float> about = hand.joints[j];
-            const float share = chain[0] == thumb_proximal ? 0.5f : 1;
-            const Quat<float> local = turn_about(Vec3<float>{1, 0, 0}, -share * angle);
-            const Quat<float> turn = about.q * local * conjugate(about.q);
-            for (int k = j; k <= chain[1]; ++k) {
-                Joint<float>& moved = hand.joints[k];
-                moved = {unit(turn * moved.q), about.p + rotate(turn, moved.p - about.p)};
-            }
-        }
-    return hand;
-}
-
-constexpr float degree = 3.14159265f / 180;
 
 template <class Visit>
 void for_each_rig(Visit&& visit)
@@ -274,27 +253,6 @@ TEST(ToolRig, HingesOneScissorBladeOnTheIndexAndOneOnTheThumb)
 }
 
 // Points on a known cone, fitted from a wrong start.
-TEST(Fit, FindsTheConeThatItsPointsLieOn)
-{
-    const Spheres truth = {{{0, 0, 0}, {}, {}, 0.012, 0}, {{0.01, 0, -0.06}, {}, {}, 0.007, 0}};
-    const std::vector<Primitive> one = {{2, {0, 1, 1}, 0}};
-    const auto s = shape(2, truth[0], truth[1], truth[1]);
-    std::vector<SkinPoint> points;
-    for (int i = 0; i < 4000; ++i) {
-        const double z = 0.02 - 0.1 * std::fmod(0.618034 * i, 1.0), turn = 0.37 * i;
-        const Vec3<double> p{0.04 * std::cos(turn), 0.04 * std::sin(turn), z};
-        const auto f = foot(s, p);
-        points.push_back({p - f.phi * f.n, {}});
-    }
-    Spheres fitted = {{{0.003, -0.002, 0.004}, {}, {}, 0.008, 0},
-                      {{0.006, 0.003, -0.055}, {}, {}, 0.01, 0}};
-    refine(fitted, one, points, 1e-6);
-    for (int i = 0; i < 2; ++i) {
-        EXPECT_LT(length(fitted[i].c - truth[i].c), 1e-5);
-        EXPECT_NEAR(fitted[i].r, truth[i].r, 1e-5);
-    }
-}
-
 TEST(Skin, SaysWhatIsWrongWithAFileThatIsNoHand)
 {
     const auto path = std::filesystem::temp_directory_path() / "knead_rig_test.glb";
@@ -319,79 +277,6 @@ TEST(Skin, SaysWhatIsWrongWithAFileThatIsNoHand)
     refused("glTF" + word(2) + word(20 + json.size()) + word(json.size()) + "JSON" + json);
     std::filesystem::remove(path);
     EXPECT_THROW(read_skin(path.string()), std::runtime_error);
-}
-
-// With the mesh of docs/hands.md: KNEAD_HAND_GLB is the right hand's file, KNEAD_HAND_GLB_LEFT the
-// left one's. KNEAD_RIG_TABLE, if set, is where the fitted numbers are written.
-struct FitToMesh : testing::Test {
-    void SetUp() override
-    {
-        if (!std::getenv("KNEAD_HAND_GLB")) GTEST_SKIP() << "KNEAD_HAND_GLB is not set";
-        path = std::getenv("KNEAD_HAND_GLB");
-    }
-    std::string path;
-};
-
-void print(const char* what, const Deviation& d)
-{
-    std::printf("%s: mean %.2f, p95 %.2f, worst %.2f, bulge %.2f mm\n", what, 1e3 * d.mean,
-                1e3 * d.p95, 1e3 * d.worst, 1e3 * d.bulge);
-}
-
-TEST_F(FitToMesh, ReachesTheErrorsOfTheDesignAndIsWhatIsShipped)
-{
-    const FitReport h25 = fit_hand(path, Topology::h25, right);
-    const FitReport h47 = fit_hand(path, Topology::h47, right);
-    print("H25", h25.deviation), print("H47", h47.deviation);
-    EXPECT_LT(h25.deviation.mean, 0.9e-3);
-    EXPECT_LT(h25.deviation.p95, 2.5e-3);
-    EXPECT_LT(h25.deviation.worst, 7.5e-3);
-    EXPECT_LT(h47.deviation.mean, 0.6e-3);
-    EXPECT_LT(h47.deviation.p95, 1.6e-3);
-    EXPECT_LT(h47.deviation.worst, 4e-3);
-    std::ostringstream table;
-    write_rig_table(table, h25, h47);
-    if (const char* out = std::getenv("KNEAD_RIG_TABLE")) std::ofstream(out) << table.str();
-    for (int i = 0; i < 25; ++i) EXPECT_LT(length(h25.spheres[i].c - h25_spheres[i].c), 1e-4f) << i;
-    for (int i = 0; i < 47; ++i) EXPECT_LT(length(h47.spheres[i].c - h47_spheres[i].c), 1e-4f) << i;
-}
-
-TEST_F(FitToMesh, FollowsTheSkinWhenTheFingersBend)
-{
-    const Skin skin = read_skin(path);
-    const auto points = spread(skin, 40000);
-    for (const Topology t : topologies)
-        for (const int angle : {0, 30, 60, 80}) {
-            const Hand pose = flexed(open_hand(right), float(angle) * degree);
-            const auto d = deviation(hand_rig(t, right), right, skin, points, pose);
-            print(t == Topology::h25 ? "H25 bent" : "H47 bent", d);
-            EXPECT_LT(d.p95, 4e-3) << angle;
-        }
-}
-
-// The shipped left hand, the mirrored right one, against the left hand's own mesh.
-TEST_F(FitToMesh, FitsTheOtherHandsMeshToo)
-{
-    const char* other = std::getenv("KNEAD_HAND_GLB_LEFT");
-    if (!other) GTEST_SKIP() << "KNEAD_HAND_GLB_LEFT is not set";
-    const Skin skin = read_skin(other);
-    const auto points = spread(skin, 40000);
-    for (const Topology t : topologies) {
-        Hand bind = open_hand(left);
-        for (int j = 0; j < joint_count; ++j)
-            bind.joints[j] = {cast<float>(skin.joints[j].q), cast<float>(skin.joints[j].p)};
-        const auto own = deviation(hand_rig(t, left), left, skin, points, bind);
-        print("left, its mesh's own joints", own);
-        const FitReport refit = fit_hand(other, t, left);
-        print("left, refitted", refit.deviation);
-        const auto open = deviation(hand_rig(t, left), left, skin, points, open_hand(left));
-        print("left, open hand", open);
-        EXPECT_LT(own.mean, t == Topology::h25 ? 0.9e-3 : 0.6e-3);
-        EXPECT_LT(own.p95, t == Topology::h25 ? 2.5e-3 : 1.6e-3);
-        // Its index metacarpal is bound 7 mm ahead of ours, so the skin itself moves.
-        EXPECT_LT(open.p95, t == Topology::h25 ? 2.5e-3 : 1.8e-3);
-        EXPECT_LT(refit.deviation.mean, own.mean + 1e-4);
-    }
 }
 
 }  // namespace
