@@ -129,10 +129,8 @@ class Bench {
     std::map<std::string, BenchRow> known;
 };
 
-// Both hands in one of the scene's frames, and how long it simulates [s]. Without hands they stand
-// still at the origin, inactive.
+// Both hands in one of the scene's frames. Without hands they stand still at the origin, inactive.
 Motion motion_in(const Scene& scene, const HandSource* hands, int frame);
-double frame_duration(const Scene& scene);
 // The scene's frames, from `first` on; `after` sees each, and ends the drive by answering false.
 struct DrivenFrame {
     int index;  // from 0

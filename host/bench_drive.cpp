@@ -115,12 +115,6 @@ Motion motion_in(const Scene& scene, const HandSource* hands, int frame)
     return motion;
 }
 
-double frame_duration(const Scene& scene)
-{
-    return scene.clock == Clock::paper ? scene.paper_substeps * scene.paper_dt
-                                       : 1 / scene.frame_rate;
-}
-
 void drive(const Scene& scene, Solver& solver, const HandSource* hands, int first,
            const std::function<bool(const DrivenFrame&)>& after)
 {

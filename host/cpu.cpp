@@ -249,21 +249,17 @@ void CpuSolver<R>::g2p(R dt)
 {
     for_each(int(bins.occupied.size()), stage_g2p, [&](int slot, Counts& c) {
         const int block = bins.occupied[std::size_t(slot)];
-        const bool still_here = stillness.holds(block);
+        const bool held_here = stillness.holds(block);
         Bins::Members members = bins.members(slot);
-        std::vector<int> movers;  // clay that has come from other blocks
-        if (still_here) {
-            for (int i : members)
-                if (!q[std::size_t(i)].still()) movers.push_back(i);
-            if (movers.empty() && !stillness.feels(block)) return;
-            members = {movers.data(), movers.data() + movers.size()};
-        }
+        std::vector<int> movers;
+        if (held_here) members = movers_among(members, movers);
+        if (held_here && movers.empty() && !stillness.feels(block)) return;
         Tile<R> tiles[3];
         const bool cut_here = !split.empty() && split[std::size_t(block)];
         for (int f = 0; f < (cut_here ? 3 : 1); ++f)
             load_tile(grid[f], lattice.block_at(block), tiles[f]);
-        if (still_here)
-            stillness.roused[std::size_t(block)] = !movers.empty() || pushes(slot, dt, tiles);
+        if (held_here && (!movers.empty() || pushes(slot, dt, tiles)))
+            stillness.roused[std::size_t(block)] = 1;
         step_particles(slot, members, dt, tiles, c);
     });
 }

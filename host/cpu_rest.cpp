@@ -35,6 +35,15 @@ void CpuSolver<R>::settle_down(const Motion& motion)
     times[stage_bin].seconds += omp_get_wtime() - start;
 }
 
+// In a block whose clay is still: that which has come from others.
+template <class R>
+Bins::Members CpuSolver<R>::movers_among(Bins::Members members, std::vector<int>& movers) const
+{
+    for (int i : members)
+        if (!q[std::size_t(i)].still()) movers.push_back(i);
+    return {movers.data(), movers.data() + movers.size()};
+}
+
 // Whether any of a block's still clay must move: what the lattice would give it is looked at, but
 // not taken.
 template <class R>
@@ -69,9 +78,11 @@ void CpuSolver<R>::wake_roused(Tally& tally)
 }
 
 template void CpuSolver<float>::settle_down(const Motion&);
+template Bins::Members CpuSolver<float>::movers_among(Bins::Members, std::vector<int>&) const;
 template bool CpuSolver<float>::pushes(int, float, const Tile<float>*) const;
 template void CpuSolver<float>::wake_roused(Tally&);
 template void CpuSolver<double>::settle_down(const Motion&);
+template Bins::Members CpuSolver<double>::movers_among(Bins::Members, std::vector<int>&) const;
 template bool CpuSolver<double>::pushes(int, double, const Tile<double>*) const;
 template void CpuSolver<double>::wake_roused(Tally&);
 

@@ -67,6 +67,7 @@ class CpuSolver : public Solver {
     void split_update(int b, R dt, Counts& counts);
     void g2p(R dt);
     void settle_down(const Motion& motion);
+    Bins::Members movers_among(Bins::Members members, std::vector<int>& movers) const;
     bool pushes(int slot, R dt, const Tile<R>* tiles) const;
     void wake_roused(Tally& tally);
     Node<R> summed(const Sums& sums, Int3 node) const;

@@ -230,9 +230,7 @@ RunRecord run_frames(const Scene& scene, Solver& solver, const HandSource* hands
     RunRecord& record = run.record;
     HandStep step(scene, hands);
     record.frames_wanted = frames_wanted(scene, hands, rule.frames);
-    // Clock "paper": the hands cover a displayed frame's path in less simulated time.
-    record.duration =
-        scene.clock == Clock::paper ? scene.paper_substeps * scene.paper_dt : 1 / scene.frame_rate;
+    record.duration = frame_duration(scene);
     start(run);
     const Wall::time_point begin = Wall::now();
     for (int f = 1; f <= record.frames_wanted && record.end == End::complete; ++f) {

@@ -2,6 +2,7 @@
 // says the same for people.
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <limits>
@@ -61,7 +62,7 @@ void read_step(ObjectReader& r, StepRule& step)
     step.largest = r.number("largest", {0, 1, "s", true}, step.largest);
 }
 
-// Of the defaults docs/model.md says where they come from.
+// Where the defaults come from docs/model.md says.  (29), (30)
 void read_rest(ObjectReader& r, Scene& scene)
 {
     Rest<double>& rest = scene.setup.rest;
@@ -69,12 +70,18 @@ void read_rest(ObjectReader& r, Scene& scene)
         "mode",
         {{"none", RestMode::none}, {"sleep", RestMode::sleep}, {"localized", RestMode::localized}},
         RestMode::none);
-    rest.speed = r.number("speed", {0, 1000, "m/s", true}, 0.01);
-    rest.frames = r.whole("frames", 1, 10000, 10);
-    rest.push = r.number("acceleration", {0, 1e6, "m/s^2", true}, 5);
-    rest.reach = r.number("reach", {0, 1000, "m"}, block_edge * scene.setup.lattice.dx);
+    const auto creeps = [](const Object& o) {
+        return o.material.flow == Flow::fluid || o.material.flow == Flow::herschel_bulkley;
+    };
+    const bool creep = std::any_of(scene.objects.begin(), scene.objects.end(), creeps);
+    const double weight = length(scene.setup.gravity), frame = frame_duration(scene);
+    rest.push = r.number("acceleration", {0, 1e6, "m/s^2", true}, weight > 0 ? weight / 2 : 5);
+    rest.speed =
+        r.number("speed", {0, 1000, "m/s", true}, least(creep ? 0.005 : 0.05, rest.push * frame));
+    rest.frames = r.whole("frames", 1, 1000000, least(int(std::ceil(0.1 / frame - 1e-9)), 1000000));
+    rest.reach = r.number("reach", {0, 1000, "m"}, 4 * scene.setup.lattice.dx);
     if (rest.mode == RestMode::localized && !scene.has_hands)
-        r.fail("mode", "a scene with hands for \"localized\"", "none");
+        r.fail("mode", "\"none\" or \"sleep\" for a scene without hands", "\"localized\"");
 }
 
 void override_recipe(ObjectReader& r, Recipe& m)
@@ -314,8 +321,8 @@ void read_root(ObjectReader& r, Scene& scene)
         scene.setup.grid_contact = in.flag("grid", true);
         scene.setup.passes = in.whole("passes", 0, 16, 2);
     });
-    r.object("rest", [&](ObjectReader& in) { read_rest(in, scene); });
     read_time(r, scene);
+    r.object("rest", [&](ObjectReader& in) { read_rest(in, scene); });
     r.object("surface", [&](ObjectReader& in) { read_surface(in, scene); });
     r.object("pictures", [&](ObjectReader& in) { read_pictures(in, scene); });
     r.object("camera", [&](ObjectReader& in) { read_camera(in, scene); });
@@ -360,6 +367,11 @@ void apply(const std::string& setting, Json& root)
 }
 
 }  // namespace
+
+double frame_duration(const Scene& s)
+{
+    return s.clock == Clock::paper ? s.paper_substeps * s.paper_dt : 1 / s.frame_rate;
+}
 
 Scene read_scene(const std::string& path, const std::vector<std::string>& settings)
 {

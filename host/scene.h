@@ -70,6 +70,9 @@ const std::vector<std::string>& preset_names();
 // Reads a scene and applies `settings` ("path.key=value") in order. Throws InputError.
 Scene read_scene(const std::string& path, const std::vector<std::string>& settings = {});
 
+// Simulated per frame [s]. Clock "paper": the hands cover a displayed frame's path in less of it.
+double frame_duration(const Scene& scene);
+
 // Fills setup.particles, rig and tools from the objects and hands. Throws InputError for an empty
 // scene, or where the particles would not fit into `memory` bytes (said before allocating).
 void build(Scene& scene, std::size_t memory);
