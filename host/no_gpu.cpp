@@ -2,6 +2,7 @@
 #ifndef KNEAD_HAS_CUDA
 #include <stdexcept>
 
+#include "gpu_material.h"
 #include "gpu_stages.h"
 #include "gpu_surface.h"
 #include "solver.h"
@@ -19,6 +20,13 @@ namespace {
 bool gpu_present() { return false; }
 long gpu_waits() { return 0; }
 std::unique_ptr<Solver> gpu_solver(const Setup&, int) { refuse(); }
+
+std::vector<Functions<float>> gpu_functions(const std::vector<float>&) { refuse(); }
+std::vector<Answers<float>> gpu_answers(const std::vector<Particle<float>>&,
+                                        const std::vector<Material<float>>&, float)
+{
+    refuse();
+}
 
 struct GpuStages::Held {};
 GpuStages::GpuStages(const Setup&, const Motion&, double) { refuse(); }
