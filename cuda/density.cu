@@ -16,17 +16,21 @@ constexpr Int3 one{1, 1, 1};
 __global__ void __launch_bounds__(clear_threads) clear_kernel(const __grid_constant__ SurfaceView d)
 {
     const int t = int(threadIdx.x), row = t / 16, quarter = t % 16;
+    if (idle(d)) return;
     if (blockIdx.x == 0 && t == 0) *d.faults = {}, d.active[0] = d.active[1] = 0;
     const auto emptied = [&](int block, auto* nodes) {
         reinterpret_cast<uint4*>(nodes + std::size_t(block) * block_nodes)[quarter] = {};
     };
     for (int k = int(blockIdx.x); k < d.active[2]; k += int(gridDim.x)) {
         const int block = d.list[k];
-        if (row == 0) emptied(block, d.sums);
-        if (row == 1) emptied(block, d.density[0]);
-        if (row == 2) emptied(block, d.density[1]);
-        if (row == 3) emptied(block, d.marks);
-        if (t == 0) d.touched[block] = 0, d.counts[block] = 0;
+        const unsigned anew = d.anew[block % d.layer_blocks()];
+        if (!(anew & nodes_anew)) continue;
+        if (row == 0 && (anew & sums_anew)) emptied(block, d.sums);
+        if (row == 1) emptied(block, d.marks);
+        for (int round = row - 2; row > 1 && round < d.rounds; round += 2)
+            emptied(block, d.density_of(round));
+        if (t == 0) d.counts[block] = 0;
+        if (t == 0 && (anew & sums_anew)) d.touched[block] = 0;
     }
 }
 
@@ -73,7 +77,8 @@ __device__ Box enclosing(bool mine, int category, Int3 base)
 }
 
 // Hands a warp's sums on, a few nodes of each lane at a time: their latencies overlap.
-__device__ void hand_on(const SurfaceView& d, const Box& box, const unsigned* sums, int lane)
+__device__ void hand_on(const SurfaceView& d, const Box& box, const unsigned* sums, int lane,
+                        bool whole)
 {
     constexpr int at_once = 5;
     const int layer = box.category * d.layer_nodes();
@@ -87,8 +92,10 @@ __device__ void hand_on(const SurfaceView& d, const Box& box, const unsigned* su
             const int n = k + 32 * j, row = int((float(n) + 0.5f) * by_x),
                       z = int((float(row) + 0.5f) * by_y);
             const Int3 local{n - row * box.size.x, row - z * box.size.y, z};
-            amount[j] = n < box.nodes ? sums[n] : 0;
-            at[j] = layer + d.padded.index(box.low + local + one);
+            const int node = d.padded.index(box.low + local + one);
+            const bool takes = n < box.nodes && (whole || (d.anew[node / block_nodes] & sums_anew));
+            amount[j] = takes ? sums[n] : 0;
+            at[j] = layer + node;
         }
         UNROLL
         for (int j = 0; j < at_once; ++j)
@@ -102,12 +109,14 @@ __device__ void hand_on(const SurfaceView& d, const Box& box, const unsigned* su
 }
 
 // One particle by itself. No sum is let near the end of its range, so that none has wrapped.
-__device__ void add_alone(const SurfaceView& d, const Stencil<float>& s, const Grain& grain)
+__device__ void add_alone(const SurfaceView& d, const Stencil<float>& s, const Grain& grain,
+                          bool whole)
 {
     const int layer = grain.category * d.layer_nodes();
     unsigned fullest = 0;
     deposit(s, grain.units, [&](Int3 step, float part) {
-        const int at = layer + d.padded.index(s.base + step + one);
+        const int node = d.padded.index(s.base + step + one), at = layer + node;
+        if (!whole && !(d.anew[node / block_nodes] & sums_anew)) return;
         fullest = most(fullest, atomicAdd(&d.sums[at], __float2uint_rn(part)));
         if (step.x != 1 && step.y != 1 && step.z != 1) d.touched[at / block_nodes] = 1;
     });
@@ -120,10 +129,15 @@ __global__ void __launch_bounds__(splat_threads)
     __shared__ unsigned boxes[splat_threads / 32][box_nodes];
     const int t = int(threadIdx.x), i = int(blockIdx.x) * splat_threads + t, lane = t % 32;
     unsigned* const sums = boxes[t / 32];
+    const bool whole = d.progress->whole != 0;
+    if (i == 0 && clay.substeps) *d.seen = *clay.substeps;
+    if (idle(d)) return;
     Vec3<float> x{};
     Grain grain{};
-    const bool mine = taken(d, clay.particles[clay.side ? *clay.side : 0], i, x, grain);
+    bool mine = taken(d, clay.particles[clay.side ? *clay.side : 0], i, x, grain);
     const Stencil<float> s = stencil(x, d.lattice.dx);
+    if (!whole && mine) mine = (d.anew[d.padded.block_of(s.base + one)] & near_anew) != 0;
+    if (!__any_sync(~0u, mine)) return;
     const Box box = enclosing(mine, grain.category, s.base);
     for (int k = lane; k < box.nodes; k += 32) sums[k] = 0;
     __syncwarp();
@@ -135,18 +149,31 @@ __global__ void __launch_bounds__(splat_threads)
                       __float2uint_rn(part));
         });
     } else if (mine) {
-        add_alone(d, s, grain);
+        add_alone(d, s, grain, whole);
     }
     __syncwarp();
-    hand_on(d, box, sums, lane);
+    hand_on(d, box, sums, lane, whole);
+}
+
+// Adds the blocks of a warp's lanes, of those that are `in`, to a list of at most `room`.
+__device__ void append(int* list, int room, int* count, int block, bool in)
+{
+    const int lane = int(threadIdx.x) % 32;
+    const unsigned all = __ballot_sync(~0u, in);
+    int first = 0;
+    if (lane == 0 && all) first = atomicAdd(count, __popc(all));
+    first = __shfl_sync(~0u, first, 0) + __popc(all & ((1u << lane) - 1));
+    if (in && first < room) list[first] = block;
 }
 
 // Lists a thread's block if it holds density after all softening, or cells beside such: a pass
 // moves density by a node, and a cell belongs to its lowest.
 __global__ void __launch_bounds__(list_threads) list_kernel(const __grid_constant__ SurfaceView d)
 {
+    if (idle(d)) return;
     const int b = int(blockIdx.x) * list_threads + int(threadIdx.x);
-    unsigned reached = 0;
+    unsigned reached = 0, anew = 0;
+    bool skin = false;
     if (b < d.blocks) {
         const int category = b / d.layer_blocks(), first = category * d.layer_blocks();
         const Int3 at = d.padded.block_at(b - first), size = d.padded.blocks();
@@ -156,12 +183,14 @@ __global__ void __launch_bounds__(list_threads) list_kernel(const __grid_constan
                 for (int x = -reach; x <= reach; ++x)
                     reached |= d.touched[first + (z * size.y + y) * size.x +
                                          clamped(at.x + x, 0, size.x - 1)];
+        anew = reached ? d.anew[b - first] : 0;
+        skin = reached && !(anew & nodes_anew) && d.counts[b] != 0;
     }
-    const unsigned all = __ballot_sync(~0u, reached != 0);
-    int first = 0;
-    if (threadIdx.x % 32 == 0) first = atomicAdd(d.active, __popc(all));
-    first = __shfl_sync(~0u, first, 0) + __popc(all & ((1u << threadIdx.x % 32) - 1));
-    if (reached && first < d.blocks) d.list[first] = b;
+    append(d.list, d.blocks, d.active, b, reached != 0);
+    append(d.skin, d.blocks, d.active + 1, b, skin);
+    append(d.work, d.blocks, &d.progress->softened, b, (anew & nodes_anew) != 0);
+    const unsigned splatted = __ballot_sync(~0u, (anew & sums_anew) != 0);
+    if (threadIdx.x % 32 == 0 && splatted) atomicAdd(&d.progress->splatted, __popc(splatted));
 }
 
 // The nodes around a block, in the registers of a warp: a lane has one x, two neighbours in y and
@@ -229,14 +258,15 @@ __global__ void __launch_bounds__(soften_threads)
     static_assert(passes_a_round == 2);
     const int lane = int(threadIdx.x) % 32, warp = int(threadIdx.x) / 32;
     const Int3 corner{lane % tile_edge, 2 * (lane / tile_edge), 0};  // the lane's first node
-    for (int k = int(blockIdx.x) * warps + warp; k < d.active[0]; k += int(gridDim.x) * warps) {
-        const int block = d.list[k], category = block / d.layer_blocks();
+    const int blocks = d.progress->softened;
+    for (int k = int(blockIdx.x) * warps + warp; k < blocks; k += int(gridDim.x) * warps) {
+        const int block = d.work[k], category = block / d.layer_blocks();
         const int first = category * d.layer_nodes();
         const Layer layer = d.layers[category];
         const Int3 low = block_edge * d.padded.block_at(block - category * d.layer_blocks()) -
                          halo * one + corner;
         const unsigned* const sums = d.sums + first;
-        const float* const from = d.density[(round & 1) ^ 1] + first;
+        const float* const from = d.density_of(most(round - 1, 0)) + first;
         Tile tile;
         unsigned open = 0;
         for_each_of<0>([&](int j, int z) {
@@ -251,7 +281,7 @@ __global__ void __launch_bounds__(soften_threads)
         const int passes = layer.softenings - round * halo;
         if (passes > 0) soften_tile<0>(tile, lane, open);
         if (passes > 1) soften_tile<1>(tile, lane, open);
-        float* const to = d.density[round & 1] + std::size_t(block) * block_nodes;
+        float* const to = d.density_of(round) + std::size_t(block) * block_nodes;
         const Int3 at = corner - halo * one;
         for_each_of<halo>([&](int j, int z) {
             const Int3 n = at + Int3{0, j, z};

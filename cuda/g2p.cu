@@ -55,13 +55,21 @@ __device__ float left_tools(Particle<float>& q, const Views& d, int n, unsigned&
     return project(q, d.tools.colliders(n), mask, d.tools.passes);
 }
 
-// Lets the clay of block b move from the substep after n on.
+// A particle moves in block b, or will, whose clay was still in substep n: where clay may wake, the
+// block's moves from the next substep on.
 __device__ void wake(const Views& d, int b, int n)
 {
     const RestView& r = d.rest;
+    r.changed[b] = n + 1;
     if (r.rule.mode != RestMode::sleep || atomicMin(&r.free[b], n + 1) != never) return;
     r.woken[n & 1][atomicAdd(&d.clock->woken[n & 1], 1)] = b;
     if (r.range[b].x < r.range[b].y) atomicAdd(&d.clock->counters.woken, 1ull);
+}
+
+// Where a particle has come to in the frame's last substep n, after which nobody looks.
+__device__ void note_end(const Views& d, const Particle<float>& q, bool ends, int n)
+{
+    if (ends) d.rest.changed[d.lattice.block_of(base_node(q.x, d.lattice.dx))] = n + 1;
 }
 
 // Moves particle i through the velocities of substep n.
@@ -214,6 +222,7 @@ __global__ void __launch_bounds__(scatter_threads<blades>, (resident<flows, blad
         const Sums all = summed<tools>(happened);
         if ((threadIdx.x & 31) == 0) sums[threadIdx.x >> 5] = all;
         const bool last = !(next() > 0);
+        if constexpr (rests) note_end(d, q, last && happened.moved, clock.begun);
         if (valid) d.particles[clock.side].store_state(i, q);
         if (valid && last) d.particles[clock.side].store_motion(i, q);
         WarpScatter<blades> scatter{d, space.scatter, clock.begun + 1};

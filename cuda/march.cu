@@ -87,14 +87,15 @@ struct Place {
 };
 
 // Fetches the nodes of a block's cells, by a warp; whether the surface passes between any two.
-__device__ bool passed(const SurfaceView& d, int block, int from, float* tile, int lane)
+__device__ bool passed(const SurfaceView& d, int block, float* tile, int lane)
 {
     const Place p(d, block);
+    const float* const density = d.final_density();
     bool some_in = false, some_out = false;
     UNROLL
     for (int t = lane; t < cell_nodes; t += 32) {
         const Int3 n = p.low + Int3{t % cell_edge, t / cell_edge % cell_edge, t / 25};
-        const float v = within(n, d.padded.size) ? d.density[from][p.first + d.padded.index(n)] : 0;
+        const float v = within(n, d.padded.size) ? density[p.first + d.padded.index(n)] : 0;
         (is_inside(v, d.iso) ? some_in : some_out) = true;
         tile[t] = v;
     }
@@ -102,16 +103,16 @@ __device__ bool passed(const SurfaceView& d, int block, int from, float* tile, i
 }
 
 // One warp per block of the lattice: a lane has node `lane` and node `lane` + 32.
-__global__ void __launch_bounds__(count_threads)
-    count_kernel(const __grid_constant__ SurfaceView d, int from)
+__global__ void __launch_bounds__(count_threads) count_kernel(const __grid_constant__ SurfaceView d)
 {
     __shared__ float tiles[warps][cell_nodes];
     const int lane = int(threadIdx.x) % 32, warp = int(threadIdx.x) / 32;
     float* const tile = tiles[warp];
-    for (int k = int(blockIdx.x) * warps + warp; k < d.active[0]; k += int(gridDim.x) * warps) {
-        const int block = d.list[k];
+    const int blocks = d.progress->softened;
+    for (int k = int(blockIdx.x) * warps + warp; k < blocks; k += int(gridDim.x) * warps) {
+        const int block = d.work[k];
         unsigned* const marks = d.marks + std::size_t(block) * block_nodes;
-        if (!passed(d, block, from, tile, lane)) {
+        if (!passed(d, block, tile, lane)) {
             marks[lane] = marks[lane + 32] = 0;
             if (lane == 0) d.counts[block] = 0;
             continue;
@@ -186,12 +187,11 @@ __device__ void name(const SurfaceView& d, const Place& p, Names& names)
 }
 
 // The vertex on the edge of node l along an axis.
-__device__ void place(const SurfaceView& d, const Place& p, int v, int l, int axis, int from,
-                      int to)
+__device__ void place(const SurfaceView& d, const Place& p, int v, int l, int axis, int to)
 {
     const Int3 n = p.low + Int3{l % 4, l / 4 % 4, l / 16};
     const Int3 end = n + Int3{axis == 0, axis == 1, axis == 2};
-    const float* const density = d.density[from] + p.first;
+    const float* const density = d.final_density() + p.first;
     const float low = density[d.padded.index(n)],
                 high = within(end, d.padded.size) ? density[d.padded.index(end)] : 0;
     const Vec3<float> x = crossing_point(n - one, axis, crossing(low, high, d.iso), d.lattice.dx);
@@ -235,14 +235,13 @@ __device__ void draw(const SurfaceView& d, bool some)
 
 // The block's vertices, four threads each.
 __device__ void place_all(const SurfaceView& d, const Place& p, const Names& names,
-                          const MarchTable& cases, const unsigned char* owners, int count, int from,
-                          int to)
+                          const MarchTable& cases, const unsigned char* owners, int count, int to)
 {
     const int lane = int(threadIdx.x) % 32;
     for (int t = int(threadIdx.x); t < 4 * count; t += march_threads) {
         const int l = owners[t / 4] / 4, axis = owners[t / 4] % 4;
         const int v = names.first_of(tile_at(l), axis);
-        if (t % 4 == 0) place(d, p, v, l, axis, from, to);
+        if (t % 4 == 0) place(d, p, v, l, axis, to);
         find_ring(d, names, cases, v, l, axis, t % 4, 15u << lane / 4 * 4);
     }
 }
@@ -258,11 +257,12 @@ __device__ void connect(const Names& names, const MarchTable& cases, int cell, I
 }
 
 __global__ void __launch_bounds__(march_threads)
-    march_kernel(const __grid_constant__ SurfaceView d, int from, int to)
+    march_kernel(const __grid_constant__ SurfaceView d, int to)
 {
     __shared__ Names names;
     __shared__ alignas(unsigned) MarchTable cases;
     __shared__ unsigned char owners[3 * block_nodes];  // of the block's vertices: 4 * node + axis
+    if (idle(d)) return;
     const int l = int(threadIdx.x), blocks = d.active[1];
     int block = d.skin[blockIdx.x];  // before it is known to be one: loads side by side
     const bool some = vertex_count(d) > 0;
@@ -284,7 +284,7 @@ __global__ void __launch_bounds__(march_threads)
                     static_cast<unsigned char>(4 * l + axis);
         __syncthreads();
         if (l < block_nodes) connect(names, cases, tile_at(l), d.triangles + before.triangles);
-        place_all(d, p, names, cases, owners, int(here.vertices), from, to);
+        place_all(d, p, names, cases, owners, int(here.vertices), to);
         __syncthreads();
     }
 }
@@ -305,10 +305,10 @@ std::size_t scan_scratch_bytes(int blocks)
     return bytes;
 }
 
-void count(const SurfaceView& view, int from, int processors, cudaStream_t stream)
+void count(const SurfaceView& view, int processors, cudaStream_t stream)
 {
     launch("surface count", count_kernel, least(blocks_for(view.blocks, warps), 16 * processors),
-           count_threads, stream, view, from);
+           count_threads, stream, view);
 }
 
 void scan(const SurfaceView& view, const ScanSpace& space, cudaStream_t stream)
@@ -318,10 +318,10 @@ void scan(const SurfaceView& view, const ScanSpace& space, cudaStream_t stream)
     check(sum(view, space.scratch, bytes, stream), "surface scan");
 }
 
-void march(const SurfaceView& view, int from, int to, int processors, cudaStream_t stream)
+void march(const SurfaceView& view, int to, int processors, cudaStream_t stream)
 {
     launch("surface march", march_kernel, least(view.blocks, 16 * processors), march_threads,
-           stream, view, from, to);
+           stream, view, to);
 }
 
 }  // namespace knead::gpu

@@ -88,6 +88,7 @@ __global__ void __launch_bounds__(threads) stamp_kernel(const __grid_constant__ 
     r.free[b] = stir >= awake ? 0 : never;
     r.guard[b] = stir >= guard ? 0 : never;
     r.reached[b] = stir >= support;
+    if (stir >= awake) r.changed[b] = d.clock->done + 1;
 }
 
 }  // namespace

@@ -120,6 +120,7 @@ struct RestView {
     unsigned *reached, *held;  // block_count, per run: it is in the list
     int* list;                 // runs, as Clock::listed counts
     int* woken[2];             // block_count: blocks that substep n woke, in n % 2
+    int* changed;  // block_count: substeps through when a particle there may last have moved
 };
 
 constexpr int most_joints = 64;

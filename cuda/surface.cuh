@@ -1,7 +1,10 @@
 // The stages of a surface on the device, in their order, and all that their kernels see.
-//   clear . splat . list . soften, as often as it takes . count . scan . march . relax ... . shade
-// Categories lie one behind the other: block b of category c is block c * padded.block_count() + b,
-// so one launch serves them all, and the triangles of each are one stretch.
+//   renew . clear . splat . list . soften, as often as it takes . count . scan . march . relax ...
+//   . shade
+// Where no clay has moved since the last surface, all up to the count stays as it is; where none
+// has anywhere, so does the mesh. Categories lie one behind the other: block b of category c is
+// block c * padded.block_count() + b, so one launch serves them all, and the triangles of each are
+// one stretch.
 #pragma once
 #include <cuda_runtime.h>
 
@@ -15,6 +18,12 @@ struct Clay {
     ParticleView particles[2];
     const int* side;                // null: the first
     cudaStream_t stream = nullptr;  // on which they are moved
+    // Where some may have lain still: how many substeps are through, of all frames, and per block
+    // of the lattice that they are simulated on how many were when a particle there may last have
+    // moved. Null: all may have moved.
+    const int *substeps = nullptr, *changed = nullptr;
+    Lattice<float> lattice{};
+    int solver = 0;  // which of the process; 0: none that tells what moves
 };
 
 // What a particle of an object adds to the density.
@@ -36,6 +45,20 @@ struct DrawCommand {
     unsigned base_instance;
 };
 
+// What of a block of the padded lattice is made anew, as bits.
+enum Anew : unsigned {
+    sums_anew = 1,   // clay that may have moved reaches one of its nodes
+    near_anew = 2,   // particles whose stencils begin in it reach such a block
+    nodes_anew = 4,  // densities, or the cases of its cells, may change
+    all_anew = 7
+};
+
+// How much of the last surface was made anew.
+struct Progress {
+    int whole, anew;         // everything; blocks of one category with nodes_anew
+    int splatted, softened;  // blocks that are not empty, with sums_anew and nodes_anew
+};
+
 // What went wrong in the last surface.
 struct Faults {
     unsigned unusable, outside;  // particles left out
@@ -46,6 +69,8 @@ struct SurfaceView {
     Lattice<float> lattice;  // of the density
     Lattice<float> padded;   // the same in an empty layer: node n of `lattice` is n + 1 here
     int categories, blocks;  // blocks of all categories
+    int rounds;              // of softening
+    int reach;               // nodes: how far from a sum densities and cases depend on it
     float iso;
     Grain first;               // of the first object: the only one, mostly
     Span<const Grain> grains;  // per object
@@ -53,12 +78,16 @@ struct SurfaceView {
 
     // categories * padded.node_count() each; 0 but in the active blocks
     unsigned* sums;
-    float* density[2];
+    float* density;  // of every round, one behind the other: blocks are softened one by one
     unsigned* marks;
 
     unsigned* touched;  // blocks: holds mass
-    int *list, *skin;   // blocks each: not empty; with vertices or triangles
-    int* active;        // 3: how many there are of either, in any order; `list` of the last surface
+    unsigned* anew;     // layer_blocks(): bits of Anew
+    int* seen;          // Clay::substeps at the last surface; -1: there is none
+    Progress* progress;
+    int *list, *skin;  // blocks each: not empty; with vertices or triangles
+    int* work;         // blocks: of the list those with nodes_anew, Progress::softened of them
+    int* active;       // 3: how many there are of either, in any order; `list` of the last surface
     unsigned long long *counts, *before;  // blocks + 1 each: vertices + (triangles << 32)
 
     int vertex_room, triangle_room;
@@ -75,7 +104,15 @@ struct SurfaceView {
     }
     HD int layer_nodes() const { return padded.node_count(); }
     HD int layer_blocks() const { return padded.block_count(); }
+    HD float* density_of(int round) const
+    {
+        return density + std::size_t(round) * std::size_t(categories) * std::size_t(layer_nodes());
+    }
+    HD const float* final_density() const { return density_of(rounds - 1); }
 };
+
+// The mesh is as it was.
+HD bool idle(const SurfaceView& d) { return d.progress->anew == 0; }
 
 struct Amounts {
     unsigned vertices, triangles;
@@ -97,21 +134,23 @@ struct ScanSpace {
 };
 std::size_t scan_scratch_bytes(int blocks);
 
-// Empties the blocks of the last surface.
+// What must be made anew.
+void renew(const SurfaceView& view, const Clay& clay, cudaStream_t stream);
+// Empties what of the last surface's blocks is.
 void clear(const SurfaceView& view, int processors, cudaStream_t stream);
 // Particles to sums.
 void splat(const SurfaceView& view, const Clay& clay, cudaStream_t stream);
 // Blocks that the density will reach, with the cells around it.
 void list(const SurfaceView& view, cudaStream_t stream);
-// The round-th couple of binomial passes: sums or density[from] to the other density.
+// The round-th couple of binomial passes: from the sums, or from the round before.
 constexpr int passes_a_round = 2;
 void soften(const SurfaceView& view, int round, int processors, cudaStream_t stream);
 // Marks every node with its crossed edges and its cell's case; counts them by block.
-void count(const SurfaceView& view, int from, int processors, cudaStream_t stream);
+void count(const SurfaceView& view, int processors, cudaStream_t stream);
 // Where every block's vertices and triangles begin.
 void scan(const SurfaceView& view, const ScanSpace& space, cudaStream_t stream);
 // Vertices into vertices[to], with their rings; triangles; the draw commands.
-void march(const SurfaceView& view, int from, int to, int processors, cudaStream_t stream);
+void march(const SurfaceView& view, int to, int processors, cudaStream_t stream);
 // Every vertex looks at its ring: from vertices[from] to the other.
 void relax(const SurfaceView& view, int from, float factor, int processors, cudaStream_t stream);
 // Normals of vertices[0].

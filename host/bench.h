@@ -164,6 +164,14 @@ struct SurfaceTimes {
 };
 SurfaceTimes surface_times(const std::vector<Particle<double>>& state, const Scene& scene,
                            Device device, int count);
+// Of the surfaces of `frames` frames on end, after as many as `warm_up`, where what has not moved
+// is kept; and of the last one if nothing is. On a GPU.
+struct KeptTimes {
+    std::vector<double> kept;
+    double anew = 0;  // share of the blocks with clay that are softened again, on average
+    SurfaceTimes whole;
+};
+KeptTimes kept_surface_times(const Scene& scene, Device device, int warm_up, int frames);
 
 using Suite = void (*)(Bench&);
 const std::vector<std::pair<std::string, Suite>>& suites();

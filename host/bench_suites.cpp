@@ -120,6 +120,29 @@ Scene held_ball(const Bench& bench, int cells, bool rest)
     return scene;
 }
 
+// Surfaces of which most is kept: the ball in the hands moves, the slab sleeps.
+void kept_surface_case(Bench& bench, int cells)
+{
+    Scene scene = held_ball(bench, cells, true);
+    scene.setup.rest.mode = RestMode::sleep;
+    BenchRow row;
+    row.suite = "surface", row.at = 0.05;
+    row.name =
+        fmt::format("surface: 5 % of the clay moving, {}^3 nodes", scene.surface.lattice.size.x);
+    bench.say(row.name);
+    const KeptTimes times = kept_surface_times(scene, bench.device, scene.setup.rest.frames + 5,
+                                               bench.options.quick ? 4 : 20);
+    if (times.kept.empty()) return;
+    row.particles = scene.setup.particles.size(), row.nodes = scene.surface.lattice.size;
+    row.repeats = int(times.kept.size());
+    row.frame = spread(times.kept), row.surface = row.frame.median;
+    row.bytes = times.whole.bytes;
+    const double whole = spread(times.whole.whole).median;
+    row.note = fmt::format("{:.1f} % of the blocks made anew; all anew: {:.3f} ms",
+                           100 * times.anew, 1e3 * whole);
+    bench.add(row);
+}
+
 }  // namespace
 
 const BenchRow& Bench::squeeze(int cells)
@@ -177,6 +200,8 @@ void surface_suite(Bench& bench)
          bench.options.quick ? std::vector<int>{64, 128} : std::vector<int>{64, 128, 192, 256})
         if (!bench.stopped()) surface_case(bench, 64, nodes);
     if (!bench.options.quick && !bench.stopped()) surface_case(bench, 128, 256);
+    if (bench.device.kind == DeviceKind::cuda && !bench.stopped())
+        kept_surface_case(bench, bench.options.quick ? 64 : 128);
 }
 
 // What clay costs that need not move: held still outside of boxes around the hands, or asleep.

@@ -5,6 +5,8 @@
 #include "bench.h"
 #include "cuda/stencil.h"
 #include "gpu_surface.h"
+#include "interrupt.h"
+#include "run.h"
 #include "surface.h"
 
 namespace knead {
@@ -80,6 +82,27 @@ SurfaceTimes surface_times(const std::vector<Particle<double>>& state, const Sce
 {
     return device.kind == DeviceKind::cuda ? on_gpu(state, scene, device.index, count)
                                            : on_cpu(state, scene, count);
+}
+
+KeptTimes kept_surface_times(const Scene& scene, Device device, int warm_up, int frames)
+{
+    const HandSource hands(hands_of(scene), scene.hands);
+    const std::unique_ptr<Solver> solver = make_solver(scene.setup, device);
+    GpuSurface surface(scene.setup.particles, scene.setup.materials, scene.surface, {},
+                       device.index);
+    KeptTimes times;
+    drive(scene, *solver, &hands, std::max(0, first_touch(scene, hands)),
+          [&](const DrivenFrame& f) {
+              if (f.index == warm_up) surface.surface(*solver->clay());
+              if (f.index > warm_up) {
+                  times.kept.push_back(surface.replays(1).at(0));
+                  const SurfaceWork work = surface.work();
+                  times.anew += double(work.softened) / double(work.blocks) / frames;
+              }
+              return f.index < warm_up + frames && !interrupted();
+          });
+    times.whole = surface_times(solver->particles(), scene, device, 3);
+    return times;
 }
 
 }  // namespace knead

@@ -1,5 +1,6 @@
 // The device behind Solver. A frame is one graph: orders in, sort, then substeps for as long as the
 // device finds time left in the frame; the host waits for nothing but the counters.
+#include <atomic>
 #include <bit>
 #include <cstdlib>
 #include <limits>
@@ -26,6 +27,8 @@ int substeps_a_turn(int substeps)
     }
     return best;
 }
+
+std::atomic<int> solvers = 0;  // of the process so far
 
 int multiprocessors(int device)
 {
@@ -107,7 +110,11 @@ GpuSolver::GpuSolver(const Setup& given, int wanted)
       store(given),
       held{{store.views().particles[0], store.views().particles[1]},
            &store.views().clock->side,
-           main}
+           main,
+           &store.views().clock->done,
+           store.views().rest.changed,
+           store.views().lattice,
+           ++solvers}
 {
     rules.particles.clear();
     rules.particles.shrink_to_fit();

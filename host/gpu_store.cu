@@ -149,7 +149,8 @@ Store::Store(const Setup& setup)
                 reached.data(),
                 runs_held.data(),
                 runs.data(),
-                {woken[0].data(), woken[1].data()}};
+                {woken[0].data(), woken[1].data()},
+                changed.data()};
     all.clock = clocks.data();
     all.orders = orders.data();
 }
@@ -162,7 +163,7 @@ void Store::allocate(const Setup& setup)
                blocks = std::size_t(lattice.block_count());
     const std::size_t sort_bytes = sort_scratch_bytes(int(n), lattice);
     const std::size_t need = n * (2 * (particle_rows * 16 + 4) + 20) + sort_bytes +
-                             blocks * (used.rests ? 88 : 48) +
+                             blocks * (used.rests ? 92 : 48) +
                              grid_nodes * (used.fixed_point ? 80 : 32);
     std::size_t unused = 0, total = 0;
     gpu::check(cudaMemGetInfo(&unused, &total), "memory");
@@ -196,7 +197,8 @@ void Store::allocate(const Setup& setup)
     travel = DeviceArray<float>(setup.rig.primitives.size());
     joints = DeviceArray<Joint<double>>(2 * int(side_count) * joint_count);
     if (used.rests) {
-        for (DeviceArray<int>* each : {&quiet, &stir, &free, &guard, &woken[0], &woken[1]})
+        for (DeviceArray<int>* each :
+             {&quiet, &stir, &free, &guard, &woken[0], &woken[1], &changed})
             *each = DeviceArray<int>(blocks);
         for (DeviceArray<unsigned>* each : {&fastest, &reached})
             *each = DeviceArray<unsigned>(blocks);
@@ -331,7 +333,7 @@ std::size_t Store::bytes() const
                       clocks.bytes() + orders.bytes() + scratch.bytes() + depth.bytes() +
                       quiet.bytes() + stir.bytes() + free.bytes() + guard.bytes() +
                       fastest.bytes() + reached.bytes() + ranges.bytes() + runs.bytes() +
-                      runs_held.bytes() + woken[0].bytes() + woken[1].bytes();
+                      runs_held.bytes() + woken[0].bytes() + woken[1].bytes() + changed.bytes();
     for (int s = 0; s < 2; ++s)
         sum += spheres[s].bytes() + shapes[s].bytes() + rows[s].bytes() + nodes[s].bytes() +
                sums[s].bytes() + touched[s].bytes() + ids[s].bytes() + list[s].bytes() +

@@ -75,6 +75,7 @@ struct GpuSurface::Held {
     DeviceArray<float4> rows;
     Clay clay{};
     Graph graph;
+    bool fresh = true;  // nothing may be kept of it
 
     Held(const std::vector<Particle<double>>& particles,
          const std::vector<Material<double>>& materials, const SurfaceRule& rule, SurfaceRoom room,
@@ -82,6 +83,7 @@ struct GpuSurface::Held {
     ~Held();
     std::vector<Stage> stages(const Clay& now) const;
     void prepare(const Clay& now);
+    void start(cudaStream_t on);
     void run();
     double seconds_of(cudaGraphExec_t what);
     Clay uploaded(const std::vector<Particle<double>>& particles);
@@ -114,11 +116,12 @@ std::vector<Stage> GpuSurface::Held::stages(const Clay& now) const
     const SurfaceRule& rule = store.rule;
     const int steps = rule.smoothing == Smoothing::none ? 0 : rule.iterations;
     const bool swells = rule.smoothing == Smoothing::taubin;
-    const int moves = swells ? 2 * steps : steps, rounds = store.rounds, done = (rounds - 1) & 1;
+    const int moves = swells ? 2 * steps : steps, rounds = store.rounds;
     const SurfaceView& d = store.view;
     const ScanSpace s = store.space;
     const int n = processors;
     std::vector<Stage> stages{
+        {"renew", [d, now](cudaStream_t on) { renew(d, now, on); }},
         {"clear", [d, n](cudaStream_t on) { clear(d, n, on); }},
         {"splat", [d, now](cudaStream_t on) { splat(d, now, on); }},
         {"list", [d](cudaStream_t on) { list(d, on); }},
@@ -126,9 +129,9 @@ std::vector<Stage> GpuSurface::Held::stages(const Clay& now) const
          [d, n, rounds](cudaStream_t on) {
              for (int round = 0; round < rounds; ++round) soften(d, round, n, on);
          }},
-        {"count", [d, n, done](cudaStream_t on) { count(d, done, n, on); }},
+        {"count", [d, n](cudaStream_t on) { count(d, n, on); }},
         {"scan", [d, s](cudaStream_t on) { scan(d, s, on); }},
-        {"march", [d, n, done, moves](cudaStream_t on) { march(d, done, moves & 1, n, on); }},
+        {"march", [d, n, moves](cudaStream_t on) { march(d, moves & 1, n, on); }},
         {"relax",
          [d, n, moves, swells](cudaStream_t on) {
              for (int k = 0; k < moves; ++k)  // the last move ends in the first array
@@ -146,19 +149,27 @@ void GpuSurface::Held::prepare(const Clay& now)
     const auto same = [](const ParticleView& a, const ParticleView& b) {
         return a.rows == b.rows && a.count == b.count;
     };
-    if (graph.ready && now.side == clay.side && same(now.particles[0], clay.particles[0]) &&
+    if (graph.ready && now.side == clay.side && now.solver == clay.solver &&
+        now.changed == clay.changed && same(now.particles[0], clay.particles[0]) &&
         same(now.particles[1], clay.particles[1]))
         return;
-    clay = now;
+    clay = now, fresh = true;
     graph.capture(stream, [&] {
         for (const Stage& stage : stages(clay)) stage.launch(stream);
     });
 }
 
-void GpuSurface::Held::run()
+void GpuSurface::Held::start(cudaStream_t on)
 {
     const ProfilerRange range{"surface"};
-    check(cudaGraphLaunch(graph.ready, stream), "surface");
+    if (fresh) check(cudaMemsetAsync(store.view.seen, 0xff, sizeof(int), on), "surface");
+    fresh = false;
+    check(cudaGraphLaunch(graph.ready, on), "surface");
+}
+
+void GpuSurface::Held::run()
+{
+    start(stream);
     wait(stream, "surface");
 }
 
@@ -211,9 +222,8 @@ GpuSurface::~GpuSurface() = default;
 
 void GpuSurface::launch(const Clay& clay)
 {
-    const ProfilerRange range{"surface"};
     held->prepare(clay);
-    check(cudaGraphLaunch(held->graph.ready, clay.stream), "surface");
+    held->start(clay.stream);
 }
 
 const SurfaceView& GpuSurface::view() const { return held->store.view; }
@@ -243,6 +253,12 @@ SurfaceTally GpuSurface::settled() const
             "the density has overflowed: a node of the surface's lattice holds the volume of more "
             "than 64 particles and 16 times the rest density");
     return {long(faults.unusable), long(faults.outside)};
+}
+
+SurfaceWork GpuSurface::work() const
+{
+    const Progress progress = held->store.progress.downloaded().at(0);
+    return {held->store.active.downloaded().at(2), progress.splatted, progress.softened};
 }
 
 std::vector<Mesh> GpuSurface::meshes() const
@@ -282,7 +298,9 @@ Field GpuSurface::density(int category) const
     const auto c = std::size_t(std::distance(held->store.kinds.begin(), found));
     const SurfaceView& d = held->store.view;
     const Int3 one{1, 1, 1}, size = d.lattice.size + 2 * one;
-    const std::vector<float> all = held->store.densities[(held->store.rounds - 1) & 1].downloaded();
+    std::vector<float> all(std::size_t(d.categories) * std::size_t(d.layer_nodes()));
+    check(cudaMemcpy(all.data(), d.final_density(), all.size() * sizeof(float), cudaMemcpyDefault),
+          "download");
     Field field{{-1, -1, -1}, size, d.lattice.dx, {}};
     field.value.reserve(std::size_t(size.x) * size.y * size.z);
     const float* const layer = all.data() + c * std::size_t(d.layer_nodes());
@@ -332,6 +350,7 @@ std::vector<StageTime> GpuSurface::stage_times()
     std::vector<StageTime> times;
     if (!held->graph.ready) return times;
     for (const Stage& stage : held->stages(held->clay)) {
+        held->fresh = true;
         held->run();
         Graph alone;
         alone.capture(held->stream, [&] {
@@ -342,6 +361,7 @@ std::vector<StageTime> GpuSurface::stage_times()
         std::nth_element(seconds.begin(), seconds.begin() + repeats / 2, seconds.end());
         times.push_back({stage.name, seconds[repeats / 2] / copies});
     }
+    held->fresh = true;
     held->run();
     return times;
 }

@@ -18,9 +18,17 @@ struct SurfaceRoom {
     std::size_t vertices = 0, triangles = 0;  // 0: as many as the clay should need
 };
 
-// Surfaces of one scene. `particles` says which objects there are and how much clay; later ones may
-// be elsewhere. Without a number, on the calling thread's device. Throws std::invalid_argument for
-// a rule without meaning, std::runtime_error for a lattice too large, or where there is no device.
+// What of the last surface was made anew, in blocks of 4^3 nodes of one category.
+struct SurfaceWork {
+    long blocks = 0;                  // that are not empty
+    long splatted = 0, softened = 0;  // of these: sums; densities and what follows from them
+};
+
+// Surfaces of one scene. What a solver knows not to have moved since the last one is kept of it;
+// the next is the same to the bit as one of a new GpuSurface. `particles` says which objects there
+// are and how much clay; later ones may be elsewhere. Without a number, on the calling thread's
+// device. Throws std::invalid_argument for a rule without meaning, std::runtime_error for a lattice
+// too large, or where there is no device.
 class GpuSurface {
   public:
     GpuSurface(const std::vector<Particle<double>>& particles,
@@ -36,6 +44,7 @@ class GpuSurface {
 
     // Of the last surface, once its stream is done: throws std::runtime_error where it did not fit.
     SurfaceTally settled() const;
+    SurfaceWork work() const;
     SurfaceRoom needed() const;
     std::vector<Mesh> meshes() const;
     // Densities of a category in the whole lattice, and the empty layer around it.
@@ -47,8 +56,9 @@ class GpuSurface {
     std::vector<Mesh> surface(const std::vector<Particle<double>>& particles,
                               SurfaceTally* tally = nullptr);
 
-    // Seconds of each of `count` replays of a graph of the last surface, and what each stage takes
-    // of one: by a graph of that stage alone, again and again.
+    // Seconds of each of `count` replays of a graph of the last surface, by now of clay that has
+    // not moved where its solver can tell, and what each stage takes of a surface that keeps
+    // nothing: by a graph of that stage alone, again and again.
     std::vector<double> replays(int count);
     std::vector<StageTime> stage_times();
 

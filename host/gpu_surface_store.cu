@@ -72,8 +72,11 @@ void SurfaceStore::sort_out(const std::vector<Particle<double>>& particles,
                                         : Grain{0, 0});
     }
     if (kinds.empty()) rows_of_layers.push_back({1, 0});  // so that there is something to launch
-    for (const Layer& layer : rows_of_layers)
-        rounds = std::max(rounds, (layer.softenings + passes_a_round - 1) / passes_a_round);
+    int most_passes = 0;
+    for (const Layer& layer : rows_of_layers) most_passes = std::max(most_passes, layer.softenings);
+    rounds = std::max(1, (most_passes + passes_a_round - 1) / passes_a_round);
+    view.rounds = rounds;
+    view.reach = most_passes + 1;  // a cell has nodes one step away
     if (!rows_of_grains.empty()) first = rows_of_grains[0];
     grains = DeviceArray<Grain>(rows_of_grains);
     layers = DeviceArray<Layer>(rows_of_layers);
@@ -90,7 +93,7 @@ void SurfaceStore::allocate()
     if (all > double(1 << 30))
         throw std::runtime_error("the density needs " + named +
                                  "; a surface is made from at most 2^30");
-    require_memory(17 * all, "a density of " + named);
+    require_memory((9.0 + 4 * rounds) * all, "a density of " + named);
     const auto nodes = std::size_t(all), places = nodes / block_nodes;
     view.lattice = rule.lattice;
     view.padded = {size, rule.lattice.dx};
@@ -99,10 +102,12 @@ void SurfaceStore::allocate()
     view.iso = rule.iso;
     sums = DeviceArray<unsigned>(nodes);
     marks = DeviceArray<unsigned>(nodes);
-    for (auto& density : densities) density = DeviceArray<float>(nodes);
+    densities = DeviceArray<float>(std::size_t(rounds) * nodes);
     touched = DeviceArray<unsigned>(places);
     blocks = DeviceArray<int>(places);
-    skin = DeviceArray<int>(places);
+    skin = DeviceArray<int>(places), work = DeviceArray<int>(places);
+    anew = DeviceArray<unsigned>(places / layers.size());
+    seen = DeviceArray<int>(1), progress = DeviceArray<Progress>(1);
     active = DeviceArray<int>(3);
     counts = DeviceArray<unsigned long long>(places + 1);
     before = DeviceArray<unsigned long long>(places + 1);
@@ -117,7 +122,8 @@ void SurfaceStore::allocate()
     view.list = blocks.data(), view.skin = skin.data(), view.active = active.data();
     view.counts = counts.data(), view.before = before.data();
     view.draws = draws.data(), view.faults = faults.data();
-    for (int k = 0; k < 2; ++k) view.density[k] = densities[k].data();
+    view.density = densities.data(), view.anew = anew.data(), view.work = work.data();
+    view.seen = seen.data(), view.progress = progress.data();
 }
 
 // All that depends on the mesh. A node inside has 1 / iso of clay at most, and six edges; a smooth
@@ -151,9 +157,9 @@ void SurfaceStore::reserve(SurfaceRoom room)
 std::size_t SurfaceStore::bytes() const
 {
     const auto sum = [](const auto&... arrays) { return (std::size_t(0) + ... + arrays.bytes()); };
-    return sum(grains, layers, sums, marks, touched, densities[0], densities[1], blocks, skin,
-               active, ring, next, last, counts, before, vertices[0], vertices[1], normals,
-               triangles, draws, faults, scratch);
+    return sum(grains, layers, sums, marks, touched, anew, densities, blocks, skin, work, seen,
+               progress, active, ring, next, last, counts, before, vertices[0], vertices[1],
+               normals, triangles, draws, faults, scratch);
 }
 
 }  // namespace knead::gpu

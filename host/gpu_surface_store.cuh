@@ -30,10 +30,12 @@ class SurfaceStore {
     int rounds = 1;             // of softening
     SurfaceView view{};
     ScanSpace space{};
-    DeviceArray<float> densities[2];
+    DeviceArray<float> densities;  // of all rounds
     DeviceArray<unsigned long long> before;
     DeviceArray<DrawCommand> draws;
     DeviceArray<Faults> faults;
+    DeviceArray<Progress> progress;
+    DeviceArray<int> active;
 
   private:
     void sort_out(const std::vector<Particle<double>>& particles,
@@ -44,8 +46,8 @@ class SurfaceStore {
     Grain first{};
     DeviceArray<Grain> grains;
     DeviceArray<Layer> layers;
-    DeviceArray<unsigned> sums, marks, touched;
-    DeviceArray<int> blocks, skin, active, ring, next, last;
+    DeviceArray<unsigned> sums, marks, touched, anew;
+    DeviceArray<int> blocks, skin, work, seen, ring, next, last;
     DeviceArray<unsigned long long> counts;
     DeviceArray<float4> vertices[2], normals;
     DeviceArray<Int3> triangles;

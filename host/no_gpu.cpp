@@ -47,6 +47,7 @@ GpuSurface::~GpuSurface() = default;
 void GpuSurface::launch(const gpu::Clay&) { refuse(); }
 const gpu::SurfaceView& GpuSurface::view() const { refuse(); }
 SurfaceTally GpuSurface::settled() const { refuse(); }
+SurfaceWork GpuSurface::work() const { refuse(); }
 SurfaceRoom GpuSurface::needed() const { refuse(); }
 std::vector<Mesh> GpuSurface::meshes() const { refuse(); }
 Field GpuSurface::density(int) const { refuse(); }

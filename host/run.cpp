@@ -99,6 +99,7 @@ class Run {
             record.trouble = fmt::format("frame {}: {}", row.frame, e.what());
         }
         row.wall = since(at);
+        moved += row.tally.moved;
         return record.end == End::complete;
     }
 
@@ -124,7 +125,10 @@ class Run {
     void mesh(FrameRow& row)
     {
         const Wall::time_point start = Wall::now();
-        if (const gpu::Clay* clay = solver.clay()) {
+        row.kept = made && moved == 0;
+        if (row.kept) {
+            // The last ones stand.
+        } else if (const gpu::Clay* clay = solver.clay()) {
             if (!on_device)
                 on_device = std::make_unique<GpuSurface>(record.last_good, scene.setup.materials,
                                                          scene.surface);
@@ -135,7 +139,8 @@ class Run {
                                     scene.setup.materials, scene.surface);
         }
         row.surface_wall = since(start);
-        row.meshed = true;
+        row.meshed = made = true;
+        moved = 0;
         for (const Mesh& m : record.meshes) {
             row.mesh_volume += volume(m);
             row.triangles += long(m.triangles.size());
@@ -150,6 +155,8 @@ class Run {
 
   private:
     std::unique_ptr<GpuSurface> on_device;
+    bool made = false;  // there are meshes
+    long moved = 0;     // particle-substeps since
 };
 
 // More than a hundredth of the clay put back in one frame: the guards no longer repair, they hide.
@@ -275,11 +282,20 @@ double moved_share(const RunRecord& record)
     return all > 0 ? moved / all : 1;
 }
 
-std::string left_at_rest(const RunRecord& record)
+std::vector<std::string> left_at_rest(const RunRecord& record)
 {
+    std::vector<std::string> out;
     const double still = 1 - moved_share(record);
-    if (!(still > 0)) return "";
-    return fmt::format("clay at rest: {:.3g} % of all particle-substeps", 100 * still);
+    if (still > 0)
+        out.push_back(fmt::format("clay at rest: {:.3g} % of all particle-substeps", 100 * still));
+    const auto frames = [&](bool FrameRow::*which) {
+        return std::count_if(record.rows.begin(), record.rows.end(),
+                             [&](const FrameRow& row) { return row.*which; });
+    };
+    if (frames(&FrameRow::kept) > 0)
+        out.push_back(fmt::format("surface: of {} meshed frames in {} nothing had moved",
+                                  frames(&FrameRow::meshed), frames(&FrameRow::kept)));
+    return out;
 }
 
 std::vector<std::string> left_out(const Scene& scene, const RunRule& rule)

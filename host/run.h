@@ -37,6 +37,7 @@ struct FrameRow {
     Depths left;
     std::vector<StageTime> stages;
     bool meshed = false;
+    bool kept = false;       // no clay had moved since the last meshes: these are the same
     double mesh_volume = 0;  // [m^3]
     long triangles = 0;
 };
@@ -87,7 +88,8 @@ double moved_share(const RunRecord& record);
 
 // What the run does not compute, because the scene, or the command line, does not ask for it.
 std::vector<std::string> left_out(const Scene& scene, const RunRule& rule);
-// The same of the clay that was at rest, known only when the run is over; "" where all moved.
-std::string left_at_rest(const RunRecord& record);
+// The same of what clay at rest spared, known only when the run is over: its own motion, and meshes
+// of frames in which nothing moved. Nothing where all moved.
+std::vector<std::string> left_at_rest(const RunRecord& record);
 
 }  // namespace knead

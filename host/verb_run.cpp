@@ -235,8 +235,8 @@ int Session::run()
         record = run_frames(scene, *solver, hands.get(), rule, watching);
         facts.cpu_seconds = process_seconds() - before;
     }
-    if (scene.setup.rest.mode != RestMode::none && !left_at_rest(record).empty())
-        facts.left_out.push_back(left_at_rest(record));
+    if (scene.setup.rest.mode != RestMode::none)
+        for (const std::string& spared : left_at_rest(record)) facts.left_out.push_back(spared);
     write(record);
     return code(record);
 }

@@ -77,6 +77,8 @@ class Played : public Solver {
         Tally t;
         t.substeps = 1, t.dt_least = t.dt_most = duration, t.limits[0] = 1;
         t.repaired = frames == repaired_at ? long(state.size()) : 0;
+        t.moved = frames == moved_at;
+        if (t.moved) state.resize(state.size() / 2);
         return t;
     }
     std::vector<Particle<double>> particles() const override { return state; }
@@ -85,7 +87,7 @@ class Played : public Solver {
     std::size_t memory() const override { return 1; }
     std::string name() const override { return "played"; }
 
-    int frames = 0, broken_at = 0, lost_at = 0, repaired_at = 0;
+    int frames = 0, broken_at = 0, lost_at = 0, repaired_at = 0, moved_at = 0;
     std::vector<Particle<double>> state;
     std::vector<Motion> motions;
     std::vector<double> durations;
@@ -111,6 +113,26 @@ TEST_F(RunFolder, EveryFrameIsAdvancedByTheClock)
     run_frames(paper, b, nullptr, rule, {});
     ASSERT_EQ(b.durations.size(), 3u);
     EXPECT_DOUBLE_EQ(b.durations[0], 5e-4);
+}
+
+TEST_F(RunFolder, MeshesStandWhileNothingMoves)
+{
+    const Scene scene = built(path("scene.json"));
+    for (const int every : {1, 2}) {
+        Played solver(scene.setup);
+        solver.moved_at = 3;
+        RunRule rule;
+        rule.frames = 4, rule.mesh_every = every;
+        const RunRecord r = run_frames(scene, solver, nullptr, rule, {});
+        EXPECT_TRUE(r.rows[1].kept && !r.rows[2].kept);
+        EXPECT_EQ(r.rows[1].mesh_volume, r.first_mesh_volume);
+        EXPECT_EQ(r.rows[2].meshed, every == 1);
+        EXPECT_EQ(r.rows[3].kept, every == 1);
+        EXPECT_LT(r.rows[3].mesh_volume, 0.9 * r.first_mesh_volume);
+        EXPECT_EQ(left_at_rest(r).back(),
+                  every == 1 ? "surface: of 4 meshed frames in 3 nothing had moved"
+                             : "surface: of 2 meshed frames in 1 nothing had moved");
+    }
 }
 
 TEST_F(RunFolder, EachFrameOfHandsBeginsWhereTheLastEnded)
