@@ -18,12 +18,13 @@ __global__ void __launch_bounds__(clear_threads) clear_kernel(const __grid_const
     const int t = int(threadIdx.x), row = t / 16, quarter = t % 16;
     if (idle(d)) return;
     if (blockIdx.x == 0 && t == 0) *d.faults = {}, d.active[0] = d.active[1] = 0;
+    if (blockIdx.x == 0 && t == 0 && d.whole) *d.progress = {};
     const auto emptied = [&](int block, auto* nodes) {
         reinterpret_cast<uint4*>(nodes + std::size_t(block) * block_nodes)[quarter] = {};
     };
     for (int k = int(blockIdx.x); k < d.active[2]; k += int(gridDim.x)) {
         const int block = d.list[k];
-        const unsigned anew = d.anew[block % d.layer_blocks()];
+        const unsigned anew = anew_of(d, block % d.layer_blocks());
         if (!(anew & nodes_anew)) continue;
         if (row == 0 && (anew & sums_anew)) emptied(block, d.sums);
         if (row == 1) emptied(block, d.marks);
@@ -129,7 +130,7 @@ __global__ void __launch_bounds__(splat_threads)
     __shared__ unsigned boxes[splat_threads / 32][box_nodes];
     const int t = int(threadIdx.x), i = int(blockIdx.x) * splat_threads + t, lane = t % 32;
     unsigned* const sums = boxes[t / 32];
-    const bool whole = d.progress->whole != 0;
+    const bool whole = all_of_it(d);
     if (i == 0 && clay.substeps) *d.seen = *clay.substeps;
     if (idle(d)) return;
     Vec3<float> x{};
@@ -137,7 +138,7 @@ __global__ void __launch_bounds__(splat_threads)
     bool mine = taken(d, clay.particles[clay.side ? *clay.side : 0], i, x, grain);
     const Stencil<float> s = stencil(x, d.lattice.dx);
     if (!whole && mine) mine = (d.anew[d.padded.block_of(s.base + one)] & near_anew) != 0;
-    if (!__any_sync(~0u, mine)) return;
+    if (!whole && !__any_sync(~0u, mine)) return;
     const Box box = enclosing(mine, grain.category, s.base);
     for (int k = lane; k < box.nodes; k += 32) sums[k] = 0;
     __syncwarp();
@@ -183,7 +184,7 @@ __global__ void __launch_bounds__(list_threads) list_kernel(const __grid_constan
                 for (int x = -reach; x <= reach; ++x)
                     reached |= d.touched[first + (z * size.y + y) * size.x +
                                          clamped(at.x + x, 0, size.x - 1)];
-        anew = reached ? d.anew[b - first] : 0;
+        anew = reached ? anew_of(d, b - first) : 0;
         skin = reached && !(anew & nodes_anew) && d.counts[b] != 0;
     }
     append(d.list, d.blocks, d.active, b, reached != 0);

@@ -14,7 +14,7 @@ __device__ Vec3<float> point(float4 a) { return {a.x, a.y, a.z}; }
 __global__ void __launch_bounds__(threads, 4)
     relax_kernel(const __grid_constant__ SurfaceView d, int from, float factor)
 {
-    const int count = idle(d) ? 0 : vertex_count(d);
+    const int count = vertex_count(d) * int(!idle(d));
     const float4* const x = d.vertices[from];
     for (int v = int(blockIdx.x) * threads + int(threadIdx.x); v < count;
          v += int(gridDim.x) * threads) {
@@ -26,7 +26,7 @@ __global__ void __launch_bounds__(threads, 4)
 
 __global__ void __launch_bounds__(threads, 4) shade_kernel(const __grid_constant__ SurfaceView d)
 {
-    const int count = idle(d) ? 0 : vertex_count(d);
+    const int count = vertex_count(d) * int(!idle(d));
     const float4* const x = d.vertices[0];
     for (int v = int(blockIdx.x) * threads + int(threadIdx.x); v < count;
          v += int(gridDim.x) * threads) {

@@ -70,6 +70,7 @@ struct SurfaceView {
     Lattice<float> padded;   // the same in an empty layer: node n of `lattice` is n + 1 here
     int categories, blocks;  // blocks of all categories
     int rounds;              // of softening
+    bool whole;              // nothing is kept: nobody needs to ask what is anew
     int reach;               // nodes: how far from a sum densities and cases depend on it
     float iso;
     Grain first;               // of the first object: the only one, mostly
@@ -111,8 +112,14 @@ struct SurfaceView {
     HD const float* final_density() const { return density_of(rounds - 1); }
 };
 
+HD bool all_of_it(const SurfaceView& d) { return d.whole || d.progress->whole != 0; }
 // The mesh is as it was.
-HD bool idle(const SurfaceView& d) { return d.progress->anew == 0; }
+HD bool idle(const SurfaceView& d) { return !d.whole && d.progress->anew == 0; }
+// Of a block of one category.
+HD unsigned anew_of(const SurfaceView& d, int block)
+{
+    return d.whole ? unsigned(all_anew) : d.anew[block];
+}
 
 struct Amounts {
     unsigned vertices, triangles;
@@ -134,7 +141,7 @@ struct ScanSpace {
 };
 std::size_t scan_scratch_bytes(int blocks);
 
-// What must be made anew.
+// What must be made anew, where not all is.
 void renew(const SurfaceView& view, const Clay& clay, cudaStream_t stream);
 // Empties what of the last surface's blocks is.
 void clear(const SurfaceView& view, int processors, cudaStream_t stream);

@@ -164,12 +164,12 @@ struct SurfaceTimes {
 };
 SurfaceTimes surface_times(const std::vector<Particle<double>>& state, const Scene& scene,
                            Device device, int count);
-// Of the surfaces of `frames` frames on end, after as many as `warm_up`, where what has not moved
-// is kept; and of the last one if nothing is. On a GPU.
+// Seconds of the surfaces of `frames` frames on end, after as many as `warm_up`, where what has not
+// moved is kept, and where nothing is. On a GPU.
 struct KeptTimes {
-    std::vector<double> kept;
-    double anew = 0;  // share of the blocks with clay that are softened again, on average
-    SurfaceTimes whole;
+    std::vector<double> kept, whole;
+    double anew = 0;        // share of the blocks with clay that are made anew, on average
+    std::size_t bytes = 0;  // held on the device
 };
 KeptTimes kept_surface_times(const Scene& scene, Device device, int warm_up, int frames);
 

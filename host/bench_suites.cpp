@@ -136,8 +136,8 @@ void kept_surface_case(Bench& bench, int cells)
     row.particles = scene.setup.particles.size(), row.nodes = scene.surface.lattice.size;
     row.repeats = int(times.kept.size());
     row.frame = spread(times.kept), row.surface = row.frame.median;
-    row.bytes = times.whole.bytes;
-    const double whole = spread(times.whole.whole).median;
+    row.bytes = times.bytes;
+    const double whole = spread(times.whole).median;
     row.note = fmt::format("{:.1f} % of the blocks made anew; all anew: {:.3f} ms",
                            100 * times.anew, 1e3 * whole);
     bench.add(row);

@@ -83,6 +83,7 @@ struct GpuSurface::Held {
     ~Held();
     std::vector<Stage> stages(const Clay& now) const;
     void prepare(const Clay& now);
+    void forget_if_told(cudaStream_t on);
     void start(cudaStream_t on);
     void run();
     double seconds_of(cudaGraphExec_t what);
@@ -117,7 +118,8 @@ std::vector<Stage> GpuSurface::Held::stages(const Clay& now) const
     const int steps = rule.smoothing == Smoothing::none ? 0 : rule.iterations;
     const bool swells = rule.smoothing == Smoothing::taubin;
     const int moves = swells ? 2 * steps : steps, rounds = store.rounds;
-    const SurfaceView& d = store.view;
+    SurfaceView d = store.view;
+    d.whole = !now.changed;
     const ScanSpace s = store.space;
     const int n = processors;
     std::vector<Stage> stages{
@@ -140,6 +142,7 @@ std::vector<Stage> GpuSurface::Held::stages(const Clay& now) const
          }},
         {"shade", [d, n](cudaStream_t on) { shade(d, n, on); }}};
     if (moves == 0) stages.erase(stages.end() - 2);
+    if (d.whole) stages.erase(stages.begin());
     return stages;
 }
 
@@ -159,11 +162,16 @@ void GpuSurface::Held::prepare(const Clay& now)
     });
 }
 
+void GpuSurface::Held::forget_if_told(cudaStream_t on)
+{
+    if (fresh) check(cudaMemsetAsync(store.view.seen, 0xff, sizeof(int), on), "surface");
+    fresh = false;
+}
+
 void GpuSurface::Held::start(cudaStream_t on)
 {
     const ProfilerRange range{"surface"};
-    if (fresh) check(cudaMemsetAsync(store.view.seen, 0xff, sizeof(int), on), "surface");
-    fresh = false;
+    forget_if_told(on);
     check(cudaGraphLaunch(graph.ready, on), "surface");
 }
 
@@ -175,6 +183,7 @@ void GpuSurface::Held::run()
 
 double GpuSurface::Held::seconds_of(cudaGraphExec_t what)
 {
+    if (what == graph.ready) forget_if_told(stream);
     check(cudaEventRecord(from, stream), "surface");
     check(cudaGraphLaunch(what, stream), "surface");
     check(cudaEventRecord(to, stream), "surface");
@@ -335,6 +344,8 @@ std::vector<Mesh> GpuSurface::surface(const std::vector<Particle<double>>& parti
     check(cudaSetDevice(held->device), "device");
     return surface(held->uploaded(particles), tally);
 }
+
+void GpuSurface::forget() { held->fresh = true; }
 
 std::vector<double> GpuSurface::replays(int count)
 {

@@ -45,6 +45,7 @@ class GpuSurface {
     // Of the last surface, once its stream is done: throws std::runtime_error where it did not fit.
     SurfaceTally settled() const;
     SurfaceWork work() const;
+    void forget();  // the next keeps nothing of the last
     SurfaceRoom needed() const;
     std::vector<Mesh> meshes() const;
     // Densities of a category in the whole lattice, and the empty layer around it.

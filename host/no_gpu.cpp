@@ -48,6 +48,7 @@ void GpuSurface::launch(const gpu::Clay&) { refuse(); }
 const gpu::SurfaceView& GpuSurface::view() const { refuse(); }
 SurfaceTally GpuSurface::settled() const { refuse(); }
 SurfaceWork GpuSurface::work() const { refuse(); }
+void GpuSurface::forget() { refuse(); }
 SurfaceRoom GpuSurface::needed() const { refuse(); }
 std::vector<Mesh> GpuSurface::meshes() const { refuse(); }
 Field GpuSurface::density(int) const { refuse(); }
