@@ -78,8 +78,8 @@ __device__ Box enclosing(bool mine, int category, Int3 base)
 }
 
 // Hands a warp's sums on, a few nodes of each lane at a time: their latencies overlap.
-__device__ void hand_on(const SurfaceView& d, const Box& box, const unsigned* sums, int lane,
-                        bool whole)
+template <bool kept>
+__device__ void hand_on(const SurfaceView& d, const Box& box, const unsigned* sums, int lane)
 {
     constexpr int at_once = 5;
     const int layer = box.category * d.layer_nodes();
@@ -93,10 +93,14 @@ __device__ void hand_on(const SurfaceView& d, const Box& box, const unsigned* su
             const int n = k + 32 * j, row = int((float(n) + 0.5f) * by_x),
                       z = int((float(row) + 0.5f) * by_y);
             const Int3 local{n - row * box.size.x, row - z * box.size.y, z};
-            const int node = d.padded.index(box.low + local + one);
-            const bool takes = n < box.nodes && (whole || (d.anew[node / block_nodes] & sums_anew));
-            amount[j] = takes ? sums[n] : 0;
-            at[j] = layer + node;
+            amount[j] = n < box.nodes ? sums[n] : 0;
+            at[j] = layer + d.padded.index(box.low + local + one);
+        }
+        if constexpr (kept) {
+            UNROLL
+            for (int j = 0; j < at_once; ++j)
+                if (amount[j] && !(d.anew[(at[j] - layer) / block_nodes] & sums_anew))
+                    amount[j] = 0;
         }
         UNROLL
         for (int j = 0; j < at_once; ++j)
@@ -110,35 +114,36 @@ __device__ void hand_on(const SurfaceView& d, const Box& box, const unsigned* su
 }
 
 // One particle by itself. No sum is let near the end of its range, so that none has wrapped.
-__device__ void add_alone(const SurfaceView& d, const Stencil<float>& s, const Grain& grain,
-                          bool whole)
+template <bool kept>
+__device__ void add_alone(const SurfaceView& d, const Stencil<float>& s, const Grain& grain)
 {
     const int layer = grain.category * d.layer_nodes();
     unsigned fullest = 0;
     deposit(s, grain.units, [&](Int3 step, float part) {
         const int node = d.padded.index(s.base + step + one), at = layer + node;
-        if (!whole && !(d.anew[node / block_nodes] & sums_anew)) return;
+        if (kept && !(d.anew[node / block_nodes] & sums_anew)) return;
         fullest = most(fullest, atomicAdd(&d.sums[at], __float2uint_rn(part)));
         if (step.x != 1 && step.y != 1 && step.z != 1) d.touched[at / block_nodes] = 1;
     });
     if (fullest >> 31) d.faults->crowded = 1;
 }
 
+// Where sums are `kept`, only particles that reach a block made anew, and only to such blocks.
+template <bool kept>
 __global__ void __launch_bounds__(splat_threads)
     splat_kernel(const __grid_constant__ SurfaceView d, const __grid_constant__ Clay clay)
 {
     __shared__ unsigned boxes[splat_threads / 32][box_nodes];
     const int t = int(threadIdx.x), i = int(blockIdx.x) * splat_threads + t, lane = t % 32;
     unsigned* const sums = boxes[t / 32];
-    const bool whole = all_of_it(d);
-    if (i == 0 && clay.substeps) *d.seen = *clay.substeps;
-    if (idle(d)) return;
+    if (kept && i == 0) *d.seen = *clay.substeps;
+    if (kept && idle(d)) return;
     Vec3<float> x{};
     Grain grain{};
     bool mine = taken(d, clay.particles[clay.side ? *clay.side : 0], i, x, grain);
     const Stencil<float> s = stencil(x, d.lattice.dx);
-    if (!whole && mine) mine = (d.anew[d.padded.block_of(s.base + one)] & near_anew) != 0;
-    if (!whole && !__any_sync(~0u, mine)) return;
+    if (kept && mine) mine = (d.anew[d.padded.block_of(s.base + one)] & near_anew) != 0;
+    if (kept && !__any_sync(~0u, mine)) return;
     const Box box = enclosing(mine, grain.category, s.base);
     for (int k = lane; k < box.nodes; k += 32) sums[k] = 0;
     __syncwarp();
@@ -150,10 +155,10 @@ __global__ void __launch_bounds__(splat_threads)
                       __float2uint_rn(part));
         });
     } else if (mine) {
-        add_alone(d, s, grain, whole);
+        add_alone<kept>(d, s, grain);
     }
     __syncwarp();
-    hand_on(d, box, sums, lane, whole);
+    hand_on<kept>(d, box, sums, lane);
 }
 
 // Adds the blocks of a warp's lanes, of those that are `in`, to a list of at most `room`.
@@ -301,8 +306,8 @@ void clear(const SurfaceView& view, int processors, cudaStream_t stream)
 
 void splat(const SurfaceView& view, const Clay& clay, cudaStream_t stream)
 {
-    launch("surface splat", splat_kernel, blocks_for(clay.particles[0].count, splat_threads),
-           splat_threads, stream, view, clay);
+    launch("surface splat", view.whole ? splat_kernel<false> : splat_kernel<true>,
+           blocks_for(clay.particles[0].count, splat_threads), splat_threads, stream, view, clay);
 }
 
 void list(const SurfaceView& view, cudaStream_t stream)

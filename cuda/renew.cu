@@ -6,56 +6,66 @@
 namespace knead::gpu {
 namespace {
 
-constexpr int threads = 128;
+constexpr int threads = 128;  // a warp for each block of the density
 
-// Whether clay that may have moved since the substep `seen` reaches any of the density's nodes
-// low <= n <= high: stencils reach 1.5 spacings on either lattice, and half of one is for rounding.
-__device__ bool reached(const SurfaceView& d, const Clay& clay, int seen, Int3 low, Int3 high)
+// Blocks that clay is simulated in, from the lowest corner to the highest.
+struct Range {
+    Int3 low, high;
+    __device__ bool holds(Int3 b) const
+    {
+        return b.x >= low.x && b.y >= low.y && b.z >= low.z && b.x <= high.x && b.y <= high.y &&
+               b.z <= high.z;
+    }
+};
+
+// Those whose particles can reach any of the density's nodes low <= n <= high: stencils reach 1.5
+// spacings on either lattice, and half of one is for rounding.
+__device__ Range reaching(const SurfaceView& d, const Lattice<float>& lattice, Int3 low, Int3 high)
 {
-    const float ratio = d.lattice.dx / clay.lattice.dx;
-    const Int3 size = clay.lattice.blocks();
+    const float ratio = d.lattice.dx / lattice.dx;
+    const Int3 size = lattice.blocks();
     const auto first = [ratio](int n, int blocks) {
         return clamped(int(floorf(ratio * float(n - 2) - 1)) >> 2, 0, blocks - 1);
     };
     const auto last = [ratio](int n, int blocks) {
         return clamped(int(floorf(ratio * float(n + 2))) >> 2, 0, blocks - 1);
     };
-    const Int3 to = {last(high.x, size.x), last(high.y, size.y), last(high.z, size.z)};
-    for (int z = first(low.z, size.z); z <= to.z; ++z)
-        for (int y = first(low.y, size.y); y <= to.y; ++y)
-            for (int x = first(low.x, size.x); x <= to.x; ++x)
-                if (clay.changed[(z * size.y + y) * size.x + x] > seen) return true;
-    return false;
+    return {{first(low.x, size.x), first(low.y, size.y), first(low.z, size.z)},
+            {last(high.x, size.x), last(high.y, size.y), last(high.z, size.z)}};
 }
 
-// Bits of Anew of block b of one category.
-__device__ unsigned renewed(const SurfaceView& d, const Clay& clay, int seen, int b)
+// Bits of Anew of block b of one category, by a warp: a lane looks at every 32nd block of clay that
+// can matter.
+__device__ unsigned renewed(const SurfaceView& d, const Clay& clay, int seen, int b, int lane)
 {
     const Int3 one{1, 1, 1};
     const Int3 low = block_edge * d.padded.block_at(b) - one, high = low + (block_edge - 1) * one;
-    const Int3 lower = low - d.reach * one, beyond = high + block_edge * one,
+    const Int3 beyond = high + block_edge * one, lower = low - d.reach * one,
                higher = high + d.reach * one;
-    const Int3 farthest = d.reach > block_edge ? higher : beyond;
-    if (!reached(d, clay, seen, lower, farthest)) return 0;
-    unsigned anew = reached(d, clay, seen, lower, higher) ? nodes_anew : 0;
-    if (reached(d, clay, seen, low, beyond)) anew |= near_anew;
-    if (anew == (nodes_anew | near_anew) && reached(d, clay, seen, low, high)) anew |= sums_anew;
-    return anew;
+    const auto range = [&](Int3 from, Int3 to) { return reaching(d, clay.lattice, from, to); };
+    const Range sums = range(low, high), near = range(low, beyond), nodes = range(lower, higher);
+    const Range all = range(lower, d.reach > block_edge ? higher : beyond);
+    const Int3 size = all.high - all.low + one, blocks = clay.lattice.blocks();
+    unsigned anew = 0;
+    for (int k = lane; k < size.x * size.y * size.z; k += 32) {
+        const Int3 at = all.low + Int3{k % size.x, k / size.x % size.y, k / (size.x * size.y)};
+        if (clay.changed[(at.z * blocks.y + at.y) * blocks.x + at.x] <= seen) continue;
+        anew |= (sums.holds(at) ? sums_anew : 0u) | (near.holds(at) ? near_anew : 0u) |
+                (nodes.holds(at) ? nodes_anew : 0u);
+    }
+    return __reduce_or_sync(~0u, anew);
 }
 
 __global__ void __launch_bounds__(threads)
     renew_kernel(const __grid_constant__ SurfaceView d, const __grid_constant__ Clay clay)
 {
-    const int b = int(blockIdx.x) * threads + int(threadIdx.x), seen = *d.seen;
+    const int t = int(threadIdx.x), b = int(blockIdx.x) * (threads / 32) + t / 32, seen = *d.seen;
     // A sum that has overflowed cannot be mended in part.
-    const bool whole = !clay.changed || seen < 0 || d.faults->crowded;
+    const bool whole = seen < 0 || d.faults->crowded;
     unsigned anew = 0;
-    if (b < d.layer_blocks())
-        d.anew[b] = anew = whole ? unsigned(all_anew) : renewed(d, clay, seen, b);
-    const int all = __syncthreads_count(anew & nodes_anew);
-    if (threadIdx.x != 0) return;
-    if (all) atomicAdd(&d.progress->anew, all);
-    if (whole && b == 0) d.progress->whole = 1;
+    if (b < d.layer_blocks()) anew = whole ? unsigned(all_anew) : renewed(d, clay, seen, b, t % 32);
+    if (b < d.layer_blocks() && t % 32 == 0) d.anew[b] = anew;
+    if (t % 32 == 0 && (anew & nodes_anew)) d.progress->anew = 1;
 }
 
 }  // namespace
@@ -63,8 +73,8 @@ __global__ void __launch_bounds__(threads)
 void renew(const SurfaceView& view, const Clay& clay, cudaStream_t stream)
 {
     check(cudaMemsetAsync(view.progress, 0, sizeof(Progress), stream), "surface renew");
-    launch("surface renew", renew_kernel, blocks_for(view.layer_blocks(), threads), threads, stream,
-           view, clay);
+    launch("surface renew", renew_kernel, blocks_for(view.layer_blocks(), threads / 32), threads,
+           stream, view, clay);
 }
 
 }  // namespace knead::gpu

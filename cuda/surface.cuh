@@ -55,7 +55,7 @@ enum Anew : unsigned {
 
 // How much of the last surface was made anew.
 struct Progress {
-    int whole, anew;         // everything; blocks of one category with nodes_anew
+    int anew;                // 1: something
     int splatted, softened;  // blocks that are not empty, with sums_anew and nodes_anew
 };
 
@@ -112,7 +112,6 @@ struct SurfaceView {
     HD const float* final_density() const { return density_of(rounds - 1); }
 };
 
-HD bool all_of_it(const SurfaceView& d) { return d.whole || d.progress->whole != 0; }
 // The mesh is as it was.
 HD bool idle(const SurfaceView& d) { return !d.whole && d.progress->anew == 0; }
 // Of a block of one category.
