@@ -5,11 +5,8 @@
 #include <cstdlib>
 #include <limits>
 
-#include "cuda/surface.cuh"
-#include "gpu_graph.cuh"
-#include "gpu_store.cuh"
+#include "gpu_solver.cuh"
 #include "pieces.h"
-#include "solver.h"
 
 namespace knead {
 namespace gpu {
@@ -37,60 +34,6 @@ int multiprocessors(int device)
     return n;
 }
 
-class GpuSolver : public Solver {
-  public:
-    GpuSolver(const Setup& given, int device);
-    Tally advance(const Motion& motion, double duration) override
-    {
-        submit(motion, duration);
-        return collect();
-    }
-    void submit(const Motion& motion, double duration) override;
-    Tally collect() override;
-    std::vector<Particle<double>> particles() const override;
-    std::vector<double> penetration() const override;
-    const std::vector<StageTime>& stage_times() const override;
-    const Clay* clay() const override { return &held; }
-    std::size_t memory() const override { return store.bytes(); }
-    std::string name() const override { return title; }
-
-  private:
-    struct Frame {
-        Motion motion;
-        double duration = 0;
-        bool tools = false;  // one is active
-        Pinned<Clock> status;
-        Event done{cudaEventDisableTiming};
-    };
-    void capture();
-    void capture(FrameGraph& to, bool tools);
-    void start(const Views& views, const Needs& needs);
-    void substep(const Views& views, const Needs& needs, cudaStream_t stream);
-    Views views_for(const Needs& needs) const;
-    void sort_if_due(const Views& views, const Needs& needs);
-    void step_through(bool tools);
-    void measure() const;
-    void pose_end(const Views& views) const;
-    void settle_cuts(const Frame& frame);
-
-    Setup rules;  // without particles
-    int device, processors;
-    Store store;
-    Stream main, body, beside;
-    Clay held;
-    std::string title;
-    Event forked{cudaEventDisableTiming}, joined{cudaEventDisableTiming};
-    FrameGraph with_tools, without_tools;
-    Frame frames[2];  // under way, or to be
-    int submitted = 0, collected = 0;
-    bool posed = false;        // masks are those of the last frame's end
-    bool stepwise = false;     // no graph: KNEAD_GRAPH=0, for profilers and memory checkers
-    bool cutting = false;      // a tool of the scene is a blade
-    bool was_covered = false;  // a blade was in the clay at the end of the last frame
-    int last_substeps = 0, turn = 0;
-    mutable std::vector<StageTime> times;
-};
-
 int chosen(int device)
 {
     int count = 0;
@@ -102,6 +45,8 @@ int chosen(int device)
     check(cudaSetDevice(device), "device");
     return device;
 }
+
+}  // namespace
 
 GpuSolver::GpuSolver(const Setup& given, int wanted)
     : rules(given),
@@ -311,84 +256,6 @@ std::vector<double> GpuSolver::penetration() const
     return depths;
 }
 
-// Asking is measuring: a few substeps are run stage by stage from where the last frame ended, and
-// forgotten: the sort that they begin with leaves its input as it was. Shares of one frame of the
-// graph, in which stages overlap.
-const std::vector<StageTime>& GpuSolver::stage_times() const
-{
-    if (times.empty() && last_substeps > 0) {
-        wait(main, "measure");
-        measure();
-    }
-    return times;
-}
-
-void GpuSolver::measure() const
-{
-    check(cudaSetDevice(device), "device");
-    constexpr int warm = 2, repeats = 10;
-    Needs needs = store.needs();
-    needs.tools = posed || needs.blades;
-    const Views views = views_for(needs);
-    Event from, to;
-    const auto timed = [&](const char* stage, auto&& run) {
-        check(cudaEventRecord(from, main), stage);
-        run();
-        check(cudaEventRecord(to, main), stage);
-        check(cudaEventSynchronize(to), stage);
-        float milliseconds = 0;
-        check(cudaEventElapsedTime(&milliseconds, from, to), stage);
-        return 1e-3 * double(milliseconds);
-    };
-    const Clock before = store.clock();
-    const std::vector<int> quiet = store.quiet.downloaded();
-    const double sorting = timed("sort", [&] {
-        order(views, needs, store.sort_space(), main);
-        if (needs.rests) settle(views, main);
-        arrange(views, needs, store.sort_space(), main);
-    });
-    begin(views, main);
-    const double posing = timed("pose", [&] {
-        if (needs.tools) masks(views, main), pose(views, main);
-    });
-    const double scatter = timed("p2g", [&] { p2g(views, needs, processors, main); });
-    times = {{"sort", sorting}, {"pose", posing}, {"p2g", scatter}, {"grid", 0}, {"g2p", 0}};
-    const auto under_way = [&] {
-        Clock now = store.clock();
-        return now.step(now.done).dt > 0;
-    };
-    int counted = 0;
-    for (int k = 0; k < warm + repeats && under_way(); ++k) {
-        const double step[] = {timed("grid", [&] { grid(views, needs, processors, main); }),
-                               timed("g2p", [&] { g2p(views, needs, processors, main); })};
-        if (k < warm && last_substeps > warm) continue;
-        times[3].seconds += step[0], times[4].seconds += step[1], ++counted;
-    }
-    for (std::size_t s : {3, 4}) times[s].seconds *= double(last_substeps) / counted;
-    store.clear_grids();
-    if (needs.rests)
-        check(cudaMemcpy(store.quiet.data(), quiet.data(), store.quiet.bytes(), cudaMemcpyDefault),
-              "measure");
-    Clock after = before;
-    for (int& active : after.active) active = 0;
-    store.set_clock(after);
-    if (needs.tools) pose_end(views);
-}
-
-// Tools back to the end of the frame, for penetration().
-void GpuSolver::pose_end(const Views& views) const
-{
-    const Clock after = store.clock();
-    Clock clock = after;
-    --clock.done;
-    clock.step(clock.done) = {0, clock.duration, Limit::frame_end};
-    store.set_clock(clock);
-    pose(views, main);
-    wait(main, "measure");
-    store.set_clock(after);
-}
-
-}  // namespace
 }  // namespace gpu
 
 std::unique_ptr<Solver> gpu_solver(const Setup& setup, int device)
