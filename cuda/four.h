@@ -26,6 +26,11 @@ HD Four<R> operator+(Four<R> a, Four<R> b)
     return {a.v + b.v};
 }
 template <class R>
+HD Four<R> operator-(Four<R> a, Four<R> b)
+{
+    return {a.v - b.v};
+}
+template <class R>
 HD Four<R> operator*(R s, Four<R> a)
 {
     return {s * a.v};
@@ -60,6 +65,11 @@ template <class R>
 HD Four<R> operator+(Four<R> a, Four<R> b)
 {
     return {a.x + b.x, a.y + b.y, a.z + b.z, a.w + b.w};
+}
+template <class R>
+HD Four<R> operator-(Four<R> a, Four<R> b)
+{
+    return {a.x - b.x, a.y - b.y, a.z - b.z, a.w - b.w};
 }
 template <class R>
 HD Four<R> operator*(R s, Four<R> a)

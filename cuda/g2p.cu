@@ -42,8 +42,40 @@ __device__ Material<float> narrowed(Material<float> m)
     return m;
 }
 
+// What a thread block reads again later rather than keep it in registers while particles move.
+struct Later {
+    Clock* kept;
+    int n, side;  // the substep that is scattered for; which particle array is current
+    float dt;     // of that substep [s]; 0: there is none
+    __device__ Clock& clock() const
+    {
+        __builtin_assume(__isGlobal(kept));
+        return *kept;
+    }
+};
+
+// Puts aside what contact does not ask for, and takes it up again: in registers it would crowd out
+// the walk through the primitives. `at`: five places, 32 apart.
+__device__ void put_aside(const Particle<float>& q, float4* at)
+{
+    at[0] = {q.e.xx, q.e.yy, q.e.zz, q.e.xy};
+    at[32] = {q.e.xz, q.e.yz, q.k, __int_as_float(q.object)};
+    at[64] = {q.C.a.x, q.C.a.y, q.C.a.z, q.C.b.x};
+    at[96] = {q.C.b.y, q.C.b.z, q.C.c.x, q.C.c.y};
+    at[128] = {q.C.c.z, 0, 0, 0};
+}
+__device__ void take_up(Particle<float>& q, const float4* at)
+{
+    asm volatile("" ::: "memory");
+    const float4 a = at[0], b = at[32], c = at[64], d = at[96];
+    q.e = {a.x, a.y, a.z, a.w, b.x, b.y};
+    q.k = b.z, q.object = __float_as_int(b.w);
+    q.C = {{c.x, c.y, c.z}, {c.w, d.x, d.y}, {d.z, d.w, at[128].x}};
+}
+
 template <bool blades>
-__device__ float left_tools(Particle<float>& q, const Views& d, int n, unsigned& covered)
+__device__ float left_tools(Particle<float>& q, const Views& d, const Later& later, float4* aside,
+                            unsigned& covered)
 {
     const Int3 cell = d.lattice.cell_of(q.x), size = d.lattice.size;
     if (d.tools.passes == 0 || cell.x < 0 || cell.y < 0 || cell.z < 0 || cell.x >= size.x ||
@@ -51,8 +83,14 @@ __device__ float left_tools(Particle<float>& q, const Views& d, int n, unsigned&
         return 0;
     const Mask& mask = d.tools.masks[d.lattice.block_of(cell)];
     if (empty(mask)) return 0;
-    if constexpr (blades) covered = cut(q, d.tools.colliders(n), mask, d.lattice.dx);
-    return project(q, d.tools.colliders(n), mask, d.tools.passes);
+    put_aside(q, aside);
+    const Colliders<float> colliders = d.tools.colliders(later.n - 1);
+    if constexpr (blades) covered = cut(q, colliders, mask, d.lattice.dx);
+    push_out(q.x, q.v, aside[128].y, colliders, mask, d.tools.passes);
+    take_up(q, aside);
+    const float depth = aside[128].y;
+    stiffen(q.C, depth);
+    return depth;
 }
 
 // A particle moves in block b, or will, whose clay was still in substep n: where clay may wake, the
@@ -69,16 +107,21 @@ __device__ void wake(const Views& d, int b, int n)
 // Where a particle has come to in the frame's last substep n, after which nobody looks.
 __device__ void note_end(const Views& d, const Particle<float>& q, bool ends, int n)
 {
-    if (ends) d.rest.changed[d.lattice.block_of(base_node(q.x, d.lattice.dx))] = n + 1;
+    if (ends) d.rest.changed[d.lattice.block_of(base_node(q.x, d.lattice.spacing))] = n + 1;
 }
 
-// Moves particle i through the velocities of substep n.
+// Moves particle i through the velocities of substep n; of a run's end the last one again and
+// again, to no effect, for all lanes of a warp to stay together.
 template <bool tools, Flows flows, bool blades, bool rests>
-__device__ Events moved(const Views& d, int i, int n, float dt, Particle<float>& q)
+__device__ Events moved(const Views& d, int side, int i, bool valid, int n, const Later& later,
+                        float dt, float4* aside, Particle<float>& q)
 {
+    constexpr bool early = blades || rests;  // what is left of the state is asked for at once
+    const ParticleView& particles = d.particles[side];
+    if constexpr (early) particles.load_strain(i, q);
     const float4* nodes = d.grid.nodes[n & 1];
     if constexpr (blades) nodes += q.label() * unsigned(d.lattice.node_count());
-    const Stencil<float> s = stencil(q.x, d.lattice.dx);
+    const Stencil<float> s = stencil(q.x, d.lattice.spacing);
     [[maybe_unused]] int block;
     [[maybe_unused]] bool quiet;  // the block's clay is still
     if constexpr (rests) {
@@ -88,11 +131,17 @@ __device__ Events moved(const Views& d, int i, int n, float dt, Particle<float>&
         if (q.still() && d.rest.guard[block] > n) return {};
     }
     const Offsets o = offsets(d.lattice, s.base);
-    gather(q, s, d.lattice.dx, [&](Int3 step) {
-        // Loads of one plane at a time: of all three at once their results would fill the
-        // registers.
-        if (step.x == 0 && step.y == 0) asm volatile("" ::: "memory");
-        const float4 v = nodes[o.at(step)];
+    gather(q, s, d.lattice.spacing, [&](Int3 step) {
+        // Loads of one plane at a time, and what is not asked for yet with the last: of all at once
+        // the results would fill the registers.
+        if (step.y == 0 && step.z == 0) {
+            if constexpr (rests)
+                asm volatile("" ::: "memory");
+            else
+                __syncwarp();
+        }
+        if (!early && step == Int3{2, 0, 0}) particles.load_strain(i, q);
+        const float4 v = (nodes + o.column(step))[step.z * Lattice<float>::along_z];
         return Vec3<float>{v.x, v.y, v.z};
     });
     if constexpr (rests) {
@@ -103,13 +152,13 @@ __device__ Events moved(const Views& d, int i, int n, float dt, Particle<float>&
     q.e = strained(q.e, q.C, dt);
     q.x = q.x + dt * q.v;
     Events happened{};
-    if constexpr (tools) happened.depth = left_tools<blades>(q, d, n, happened.covered);
+    if constexpr (tools) happened.depth = left_tools<blades>(q, d, later, aside, happened.covered);
     happened.projected = happened.depth > 0;
     happened.confined = confine(q, d.lattice, d.walls);
     happened.yielded = yield(q, narrowed<flows>(d.materials[q.object]), dt);
     if (!sound(q)) {
-        atomicAdd(&d.clock->counters.repaired, 1ull);
-        repair(q, d.particles[d.clock->side].load_state(i));
+        if (valid) atomicAdd(&later.clock().counters.repaired, 1ull);
+        repair(q, d.particles[later.side].load_state(i));
     }
     happened.speed_squared = dot(q.v, q.v);
     if constexpr (rests) happened.moved = 1;
@@ -162,22 +211,22 @@ __device__ void report(Clock& clock, int n, const Sums (&sums)[warps], int moved
     atomicMax(&clock.fastest[n & 1], all.fastest);
 }
 
-// By one thread: what the next substep goes by.
+// By one thread: what substep n goes by, which comes next.
 __device__ void move_on(const Views& d, int n)
 {
-    d.clock->done = n + 1;
-    d.clock->active[(n + 2) % 3] = 0;
-    if (d.captured) cudaGraphSetConditional(d.again, d.clock->step(n + 1).dt > 0);
+    d.clock->done = n;
+    d.clock->active[(n + 1) % 3] = 0;
+    if (d.captured) cudaGraphSetConditional(d.again, d.clock->step(n).dt > 0);
 }
 
 // Blocks per multiprocessor: as many as leave registers enough to spill nothing, and no more than
 // shared memory holds.
-constexpr int most_resident = SHARED_KIB / 37;
+constexpr int most_resident = SHARED_KIB / 25;
 template <Flows flows, bool blades, bool rests>
 constexpr int spill_free = rests                 ? (flows == Flows::any ? 3 : 4)
                            : blades              ? 6
                            : flows == Flows::any ? 3
-                                                 : 5;
+                                                 : 8;
 template <Flows flows, bool blades, bool rests>
 constexpr int resident =
     spill_free<flows, blades, rests> < most_resident ? spill_free<flows, blades, rests>
@@ -193,44 +242,49 @@ __global__ void __launch_bounds__(scatter_threads<blades>, (resident<flows, blad
     };
     __shared__ Space space;
     __shared__ Sums sums[scatter_warps<blades>];
-    Clock& clock = *d.clock;
+    __shared__ Later later;
+    const Clock& clock = *d.clock;
     constexpr int posers = tools ? pose_parts : 0;
+    const int count = d.particles[0].count, side = clock.side;
     const auto index = [](int run) { return run * scatter_threads<blades> + int(threadIdx.x); };
+    const auto clamped_to = [count](int i) { return least(most(i, 0), count - 1); };
     // What the substep before left of the particles is there long before this one's velocities.
-    Particle<float> q;
-    if constexpr (!rests) {
-        const int i = index(int(blockIdx.x) - posers);
-        q = d.particles[clock.side].load_state(i >= 0 && i < d.particles[0].count ? i : 0);
-    }
+    Particle<float> q{};
+    if constexpr (!rests)
+        d.particles[side].load_place(clamped_to(index(int(blockIdx.x) - posers)), q);
     await_before();
     const int n = clock.begun;
-    const float dt = float(clock.step(n).dt);
-    // Read where it is wanted, rather than kept in a register all the while.
-    const auto next = [&clock] { return float(clock.step(clock.begun + 1).dt); };
-    if (!(dt > 0)) return;
+    const float dt = clock.dt[0], after = clock.dt[1];
+    // None is ever below zero; asked, for all to be read at once rather than one after the other.
+    if (!(dt > 0) || after < 0 || n < 0) return;
     if (tools && int(blockIdx.x) < posers) {
-        if (next() > 0) pose_part(d, space.pose, int(blockIdx.x), n + 1);
+        if (after > 0) pose_part(d, space.pose, int(blockIdx.x), n + 1);
         return;
     }
-    if (threadIdx.x == 0 && int(blockIdx.x) == posers) move_on(d, n);
+    if (threadIdx.x == 0) later = {d.clock, n + 1, side, after};
+    __syncthreads();
+    float4* aside = space.scatter.columns[threadIdx.x >> 5][0] + (threadIdx.x & 31);
     for_each_run<rests>(d, posers, [&](int run) {
-        const int i = index(run);
-        const bool valid = i < d.particles[0].count;
-        if constexpr (rests) q = d.particles[clock.side].load_state(valid ? i : 0);
-        Events happened{};
-        if (valid) happened = moved<tools, flows, blades, rests>(d, i, n, dt, q);
+        const bool valid = index(run) < count;
+        const int i = clamped_to(index(run));
+        if constexpr (rests) d.particles[side].load_place(i, q);
+        Events happened =
+            moved<tools, flows, blades, rests>(d, side, i, valid, n, later, dt, aside, q);
+        if (!valid) happened = {};
         const Sums all = summed<tools>(happened);
         if ((threadIdx.x & 31) == 0) sums[threadIdx.x >> 5] = all;
-        const bool last = !(next() > 0);
-        if constexpr (rests) note_end(d, q, last && happened.moved, clock.begun);
-        if (valid) d.particles[clock.side].store_state(i, q);
-        if (valid && last) d.particles[clock.side].store_motion(i, q);
-        WarpScatter<blades> scatter{d, space.scatter, clock.begun + 1};
-        if (!last) scatter(q, narrowed<flows>(d.materials[q.object]), valid, next());
-        const int count = synchronised<rests>(happened.moved);
-        if (threadIdx.x == 0) report(clock, clock.begun, sums, count);
-        if (!last) flush<blades>(d, space.scatter, clock.begun + 1);
+        const bool last = !(later.dt > 0);
+        if constexpr (rests) note_end(d, q, last && happened.moved, later.n - 1);
+        const ParticleView& to = d.particles[later.side];
+        if (valid) to.store_state(i, q);
+        if (valid && last) to.store_motion(i, q);
+        WarpScatter<blades> scatter{d, space.scatter, later.n};
+        if (!last) scatter(q, narrowed<flows>(d.materials[q.object]), valid, later.dt);
+        const int stirred = synchronised<rests>(happened.moved);
+        if (threadIdx.x == 0) report(later.clock(), later.n - 1, sums, stirred);
     });
+    // Last, for ptxas does not know that the warp is together again after it.
+    if (threadIdx.x == 0 && int(blockIdx.x) == posers) move_on(d, later.n);
 }
 
 template <bool tools>

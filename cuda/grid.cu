@@ -48,7 +48,9 @@ __device__ void look_ahead(const Views& d, int n)
     c.woken[n & 1] = 0;
     const double speed = sqrt(double(__uint_as_float(c.fastest[(n + 1) & 1])));
     c.drift += speed * step.dt;
-    c.step(n + 1) = step_after(step, d.pace, speed, c.tool_step, c.duration);
+    const Step next = step_after(step, d.pace, speed, c.tool_step, c.duration);
+    c.step(n + 1) = next;
+    c.dt[0] = float(step.dt), c.dt[1] = float(next.dt);
     if (!(step.dt > 0)) return;
     Counters& all = c.counters;
     all.dt_least = all.substeps ? least(all.dt_least, step.dt) : step.dt;

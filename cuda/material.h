@@ -55,7 +55,7 @@ HD Vec3<R> hencky(Vec3<R> e)
 template <class R>
 HD Sym3<R> neo_hookean_stress(const Sym3<R>& e, R mu, R lambda)
 {
-    return mu * e + isotropic(lambda * log_volume(determinant_excess(e)));
+    return raised(mu * e, lambda * log_volume(determinant_excess(e)));
 }
 
 // Kirchhoff stress tau [Pa] of a particle.

@@ -123,11 +123,12 @@ HD void sheet(Shape<R>& s, const Sphere<R>& a, const Sphere<R>& b, const Sphere<
     ma = -(mb + mt);
 }
 
+// In place, for there are more numbers to it than a kernel may have registers.
 template <class R>
-HD Shape<R> shape(int count, const Sphere<R>& s0, const Sphere<R>& s1, const Sphere<R>& s2)
+HD void form(Shape<R>& s, int count, const Sphere<R>& s0, const Sphere<R>& s1, const Sphere<R>& s2)
 {
-    Shape<R> s{};
     s.count = count;
+    s.plane = false;
     const auto each = [](Vec3<R> u, Vec3<R> v, auto pick) {
         return Vec3<R>{pick(u.x, v.x), pick(u.y, v.y), pick(u.z, v.z)};
     };
@@ -138,7 +139,7 @@ HD Shape<R> shape(int count, const Sphere<R>& s0, const Sphere<R>& s1, const Sph
     s.low = s.high = s0.c;
     add(s0), add(s1), add(s2);
     s.edge[0] = cone(s0.c, s0.r, count > 1 ? s1.c : s0.c, count > 1 ? s1.r : s0.r);
-    if (count < 3) return s;
+    if (count < 3) return;
     s.edge[1] = cone(s1.c, s1.r, s2.c, s2.r);
     s.edge[2] = cone(s0.c, s0.r, s2.c, s2.r);
     const auto side = [](const Sphere<R>& a, const Sphere<R>& b) {
@@ -152,11 +153,17 @@ HD Shape<R> shape(int count, const Sphere<R>& s0, const Sphere<R>& s1, const Sph
         sheet(s, s1, s2, s0, s.m1, s.m2, m0);
     else
         sheet(s, s2, s0, s1, s.m2, m0, s.m1);
-    if (!s.plane) return s;
+    if (!s.plane) return;
     s.c0 = s0.c;
     s.r0 = s0.r;
     s.k1 = dot(s.m1, s.g) / s.cc;
     s.k2 = dot(s.m2, s.g) / s.cc;
+}
+template <class R>
+HD Shape<R> shape(int count, const Sphere<R>& s0, const Sphere<R>& s1, const Sphere<R>& s2)
+{
+    Shape<R> s{};
+    form(s, count, s0, s1, s2);
     return s;
 }
 

@@ -9,9 +9,10 @@ namespace knead {
 // The momentum's gradient [kg/s] of a particle of affine velocity C, Kirchhoff stress tau [Pa],
 // that mass [kg] and volume at rest [m^3].
 template <class R>
-HD Mat3<R> momentum_gradient(const Mat3<R>& C, const Sym3<R>& tau, R mass, R volume, R dx, R dt)
+HD Mat3<R> momentum_gradient(const Mat3<R>& C, const Sym3<R>& tau, R mass, R volume,
+                             std::type_identity_t<const Spacing<R>&> spacing, R dt)
 {
-    return mass * C - (4 * dt * volume / (dx * dx)) * full(tau);
+    return mass * C - (dt * volume * spacing.per_D) * full(tau);
 }
 
 // Momentum [kg m/s] and mass [kg] per weight: at the stencil's base node, and by how much the
@@ -25,10 +26,10 @@ struct Momentum {
 // Of a particle whose Kirchhoff stress is tau [Pa].
 template <class R>
 HD Momentum<R> momentum(const Particle<R>& q, const Sym3<R>& tau, const Material<R>& m,
-                        const Stencil<R>& s, R dx, R dt)
+                        const Stencil<R>& s, std::type_identity_t<const Spacing<R>&> spacing, R dt)
 {
-    const Mat3<R> Q = momentum_gradient(q.C, tau, m.mass, m.volume, dx, dt);
-    return {four(m.mass * q.v + Q * s.d, m.mass), dx * Q};
+    const Mat3<R> Q = momentum_gradient(q.C, tau, m.mass, m.volume, spacing, dt);
+    return {four(m.mass * q.v + Q * s.d, m.mass), spacing.dx * Q};
 }
 
 }  // namespace knead

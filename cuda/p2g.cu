@@ -20,8 +20,6 @@ __global__ void __launch_bounds__(scatter_threads<blades>)
         Material<float> m = d.materials[q.object];
         if constexpr (!any) m.elasticity = Elasticity::neo_hookean, m.flow = Flow::none;
         WarpScatter<blades>{d, space, n}(q, m, valid, float(clock.step(n).dt));
-        __syncthreads();
-        flush<blades>(d, space, n);
     });
 }
 

@@ -4,39 +4,39 @@
 
 namespace knead {
 
-// The row of nodes along x at steps j and k, before the weights along x.
+// The column of nodes along z at steps i and j, before the weights along z.
 template <class R>
-HD Four<R> row_of(const Momentum<R>& a, const Stencil<R>& s, int j, int k)
+HD Four<R> column_of(const Momentum<R>& a, const Stencil<R>& s, int i, int j)
 {
     Four<R> here = a.base;
-    if (k) here = slid(here, R(k), a.by_step.c);
     if (j) here = slid(here, R(j), a.by_step.b);
-    return (s.w[k].z * s.w[j].y) * here;
+    if (i) here = slid(here, R(i), a.by_step.a);
+    return (s.w[i].x * s.w[j].y) * here;
 }
 
-// Node i of a row: its weight `w` along x times the row's momentum there; `per_mass_x` is by_step
-// along x over the particle's mass [m/s].
+// A node of a column: its weight `w` along z times the column's momentum there, which from the
+// first node on grows by `per_mass` [m/s] times the mass.
 template <class R>
-HD Four<R> along(Four<R> row, R i, R w, Vec3<R> per_mass_x)
+HD Four<R> along(Four<R> column, R w, Vec3<R> per_mass)
 {
-    return w * slid(row, i * last(row), per_mass_x);
+    return w * slid(column, last(column), per_mass);
 }
 
 // add(step, share) is where the memory is: a plain sum, a tile of shared memory, an atomic.
 // `step` is the node less the stencil's base; momentum [kg m/s], mass [kg].
 template <class R, class Add>
-HD void scatter(const Particle<R>& q, const Material<R>& m, const Stencil<R>& s, R dx, R dt,
-                Add&& add)
+HD void scatter(const Particle<R>& q, const Material<R>& m, const Stencil<R>& s,
+                std::type_identity_t<const Spacing<R>&> spacing, R dt, Add&& add)
 {
-    const Momentum<R> a = momentum(q, kirchhoff_stress(q, m), m, s, dx, dt);
-    const Vec3<R> per_mass_x = (1 / m.mass) * a.by_step.a;
+    const Momentum<R> a = momentum(q, kirchhoff_stress(q, m), m, s, spacing, dt);
+    const Vec3<R> per_mass = (1 / m.mass) * a.by_step.c;
     UNROLL
     for (int n = 0; n < 9; ++n) {
-        const Int3 step = {0, n % 3, n / 3};
-        const Four<R> row = row_of(a, s, step.y, step.z);
+        const Int3 step = {n % 3, n / 3, 0};
+        const Four<R> column = column_of(a, s, step.x, step.y);
         UNROLL
-        for (int i = 0; i < 3; ++i)
-            add(step + Int3{i, 0, 0}, node(along(row, R(i), s.w[i].x, per_mass_x)));
+        for (int k = 0; k < 3; ++k)
+            add(step + Int3{0, 0, k}, node(along(column, s.w[k].z, R(k) * per_mass)));
     }
 }
 

@@ -28,14 +28,20 @@ struct ParticleView {
     // Position, strain, history: what lasts from substep to substep. The rest is zero.
     HD Particle<float> load_state(int i) const
     {
-        const float4 a = row(0, i), b = row(1, i), c = row(2, i);
-        return {{a.x, a.y, a.z},
-                {},
-                {},
-                {b.x, b.y, b.z, c.x, c.y, c.z},
-                a.w,
-                std::bit_cast<int>(b.w),
-                std::bit_cast<std::uint32_t>(c.w)};
+        Particle<float> q{};
+        load_place(i, q), load_strain(i, q);
+        return q;
+    }
+    HD void load_place(int i, Particle<float>& q) const
+    {
+        const float4 a = row(0, i);
+        q.x = {a.x, a.y, a.z}, q.k = a.w;
+    }
+    HD void load_strain(int i, Particle<float>& q) const
+    {
+        const float4 b = row(1, i), c = row(2, i);
+        q.e = {b.x, b.y, b.z, c.x, c.y, c.z};
+        q.object = std::bit_cast<int>(b.w), q.sides = std::bit_cast<std::uint32_t>(c.w);
     }
     HD Particle<float> load(int i) const
     {

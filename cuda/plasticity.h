@@ -63,13 +63,13 @@ HD Sym3<R> shrunk(const Sym3<R>& e, R ratio)
     const Sym3<R> s = ratio * deviator(e);
     const R II = minors(s), rest = II + determinant(s) - excess;
     constexpr int steps = sizeof(R) == 4 ? 6 : 10;  // enough where the mean falls twentyfold
-    R m = trace(e) / 3;
+    R m = (R(1) / 3) * trace(e);
     for (int i = 0; i < steps; ++i) {
         const R f = m * (3 + II + m * (3 + m)) + rest, square = (1 + m) * (1 + m);
         const R slope = most(3 * square + II, R(1e-3) * square + R(1e-6));
         m = m - 2 * f * slope / most(2 * slope * slope - 6 * f * (1 + m), slope * slope);
     }
-    return s + isotropic(m);
+    return raised(s, m);
 }
 
 // The largest share t in [0, 1] of the deviator `d` of Hencky strain, about the mean `mean`, whose
@@ -115,7 +115,7 @@ HD bool yield_by_stress(Particle<R>& q, const Material<R>& m, R dt)
 {
     if (m.elasticity == Elasticity::neo_hookean) {
         const R trial = m.mu * std::sqrt(norm_squared(deviator(q.e)));
-        const Return<R> r = flowed(m, trial, m.mu * (1 + trace(q.e) / 3), q.k, dt);
+        const Return<R> r = flowed(m, trial, m.mu * (1 + (R(1) / 3) * trace(q.e)), q.k, dt);
         if (r.slip == 0) return false;
         q.e = shrunk(q.e, r.stress / trial);
         q.k += R(0.816496580927726) * r.slip;

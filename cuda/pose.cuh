@@ -46,8 +46,8 @@ static __device__ __noinline__ void pose_part(const Views& d, PoseSpace& s, int 
     __syncthreads();
     for (int k = thread; k < part_primitives && primitive(k) < count; k += threads) {
         const Sphere<float>* own = s.spheres + 3 * k;
-        t.shapes[parity][primitive(k)] =
-            shape(t.primitives[primitive(k)].count, own[0], own[1], own[2]);
+        form(t.shapes[parity][primitive(k)], t.primitives[primitive(k)].count, own[0], own[1],
+             own[2]);
     }
 }
 

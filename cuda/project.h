@@ -4,22 +4,39 @@
 
 namespace knead {
 
-// Moves q out of the tools of its block, at most `passes` times; what it loses of its velocity is
-// what the surface takes (18), and its affine part turns rigid, or the next scatter would carry it
-// back in. Returns the depth it was found at [m], 0 outside.
+// Moves a particle at x with velocity v out of the tools of its block, at most `passes` times; what
+// it loses of its velocity is what the surface takes (18). Where it was inside of one, tells the
+// depth it was found at [m].
+template <class R>
+HD void push_out(Vec3<R>& x, Vec3<R>& v, R& depth, const Colliders<R>& c, const Mask& mask,
+                 int passes)
+{
+    for (int k = 0; k < passes; ++k) {
+        const Contact<R> hit = deepest_contact(c, mask, x);
+        if (!(hit.phi < 0)) break;
+        if (k == 0) depth = -hit.phi;
+        const Tool<R>& tool = c.tools[hit.tool];
+        const Touch touch = tool.touch == Touch::slip ? Touch::separate : tool.touch;
+        x = x - hit.phi * hit.n;
+        v = touched(v, hit.n, hit.v, touch, tool.friction);
+    }
+}
+
+// Of one that was inside, found so deep, the affine part turns rigid, or the next scatter would
+// carry it back in.
+template <class R>
+HD void stiffen(Mat3<R>& C, R depth)
+{
+    if (depth > 0) C = skew(C);
+}
+
+// Both; returns the depth, 0 outside.
 template <class R>
 HD R project(Particle<R>& q, const Colliders<R>& c, const Mask& mask, int passes)
 {
     R depth = 0;
-    for (int k = 0; k < passes; ++k) {
-        const Contact<R> hit = deepest_contact(c, mask, q.x);
-        if (!(hit.phi < 0)) break;
-        if (k == 0) depth = -hit.phi, q.C = skew(q.C);
-        const Tool<R>& tool = c.tools[hit.tool];
-        const Touch touch = tool.touch == Touch::slip ? Touch::separate : tool.touch;
-        q.x = q.x - hit.phi * hit.n;
-        q.v = touched(q.v, hit.n, hit.v, touch, tool.friction);
-    }
+    push_out(q.x, q.v, depth, c, mask, passes);
+    stiffen(q.C, depth);
     return depth;
 }
 

@@ -1,13 +1,13 @@
-// Mass and momentum of a thread block's particles to the grid. Lanes of a warp whose particles
-// share a cell are put side by side; each writes down what every row of three nodes gets of it;
-// then 27 lanes, one a node, walk each cell's particles and add to a tile of nodes of the warp's
-// own; and what the tiles of the block's warps hold goes to memory, a vector atomic a node. No sum
-// depends on the schedule but those of the atomics, and in fixed point not even these. Cells are
-// found from where the particles are now, so drift since the sort costs speed, never correctness.
+// Mass and momentum of a warp's particles to the grid. Lanes whose particles share a cell are put
+// side by side; each writes down what every column of three nodes gets of it; then the warp walks
+// through all of them, a lane a node of the stencil, and where a cell ends adds its sums to memory,
+// a vector atomic a node. No sum depends on the schedule but those of the atomics, and in fixed
+// point not even these. Cells are found from where the particles are now, so drift since the sort
+// costs speed, never correctness.
 //
-// Shuffling the 108 numbers of a particle together takes 324 shuffles a lane, and adding runs of
-// them to memory as they come 5 atomics a particle, which at four cycles each took half of the
-// stage: docs/measured.md.
+// Shuffling the 108 numbers of a particle together takes 324 shuffles a lane; summing the cells of
+// four warps in tiles of shared memory, before anything goes to memory, saves four atomics of five,
+// and costs more than these do: docs/measured.md.
 #pragma once
 #include <nv/target>
 
@@ -19,8 +19,9 @@
 namespace knead::gpu {
 
 constexpr unsigned all_lanes = 0xffffffffu;
-constexpr int tile_edge = block_edge + 2;  // all that stencils based in one block reach
-constexpr int tile_nodes = tile_edge * tile_edge * tile_edge;
+
+// From the stencil's base to its columns, of nodes along z, in the order they are written down in.
+HD constexpr Int3 column_step(int c) { return {c % 3, c / 3, 0}; }
 
 template <bool blades>
 constexpr int scatter_threads = run_length(blades);
@@ -31,11 +32,12 @@ constexpr int scatter_warps = scatter_threads<blades> / 32;
 template <bool blades>
 struct ScatterSpace {
     static constexpr int warps = scatter_warps<blades>, fields = blades ? 3 : 1;
-    float4 rows[warps][32][9];  // by particle: momentum and mass of rows of nodes, (z, y) of them
-    float4 slopes[warps][32];   // of a row's momentum per mass along x; the particle's sides
-    float4 weights[warps][32];  // along x
-    float4 tiles[warps][fields][tile_nodes];
-    Int3 corners[warps];  // first node of each tile
+    float4 columns[warps][32][9];  // by particle: momentum and mass of columns of nodes
+    float4 slopes[warps][32][2];   // of a column's momentum per mass, times steps 1 and 2 along z,
+                                   // and the weights there
+    float weights[warps][32];      // at step 0
+    int cells[warps][32];          // by particle: index of its stencil's base
+    unsigned sides[blades ? warps : 0][32];  // by particle
 };
 
 // Adds n to *to: one vector atomic where the card has it.
@@ -75,24 +77,8 @@ __device__ inline void touch(const GridView& grid, int parity, int* active, int 
     grid.list[parity][atomicAdd(active, 1)] = block;
 }
 
-// Which of the eight blocks from that of `base` on the stencil there lies in: a bit each.
-__device__ inline unsigned reached(Int3 base)
-{
-    unsigned bits = 1;
-    if ((base.x & 3) > 1) bits |= bits << 1;
-    if ((base.y & 3) > 1) bits |= bits << 2;
-    if ((base.z & 3) > 1) bits |= bits << 4;
-    return bits;
-}
-__device__ inline Int3 corner_of(int k) { return {k & 1, k >> 1 & 1, k >> 2}; }
-
-// A lane among those whose particles share its cell.
-struct Cell {
-    unsigned lanes;  // of the cell
-    int slot;        // place of the lane when cells are put side by side
-    bool first;      // of its cell
-};
-__device__ inline Cell cell_of(int node)
+// The lane's place when those whose particles share a cell are put side by side.
+__device__ inline int slot_of(int node)
 {
     const int lane = int(threadIdx.x & 31);
     const unsigned lanes = __match_any_sync(all_lanes, node);
@@ -104,7 +90,20 @@ __device__ inline Cell cell_of(int node)
         if (lane >= k) until += other;
     }
     const int start = __shfl_sync(all_lanes, until - own, first);
-    return {lanes, start + __popc(lanes & ((1u << lane) - 1)), lane == first};
+    return start + __popc(lanes & ((1u << lane) - 1));
+}
+
+// Lanes by the nodes of a stencil: eight columns' first nodes, their second, their third, then the
+// ninth column's, each twice, for a vector load takes half the time where neighbours share it.
+struct Lane {
+    int column, k;  // k: step along z
+    bool holds;     // false: a double
+};
+__device__ inline Lane lane_of(int lane)
+{
+    const bool ninth = lane >= 24;
+    return {ninth ? 8 : lane & 7, ninth ? least(lane >> 1 & 3, 2) : lane >> 3,
+            !ninth || (lane < 30 && !(lane & 1))};
 }
 
 // The scatter of one warp for substep n, all of whose lanes call it; `valid` ones have a particle.
@@ -120,152 +119,113 @@ class WarpScatter {
     __device__ void operator()(const Particle<float>& q, const Material<float>& m, bool valid,
                                float dt)
     {
-        clear();
-        const Stencil<float> stencil = knead::stencil(q.x, d.lattice.dx);
-        const Int3 base = stencil.base;
-        const Cell cell = cell_of(valid ? d.lattice.index(base) : -1);
-        write_down(q, m, stencil, cell.slot, dt);
-        const Int3 corner = {__shfl_sync(all_lanes, base.x & ~3, 0),
-                             __shfl_sync(all_lanes, base.y & ~3, 0),
-                             __shfl_sync(all_lanes, base.z & ~3, 0)};
-        if (lane == 0) s.corners[warp] = corner;
-        const Int3 at = base - corner;
-        const bool inside = at.x >= 0 && at.y >= 0 && at.z >= 0 && at.x < block_edge &&
-                            at.y < block_edge && at.z < block_edge;
-        list_blocks(base, corner, valid && inside, valid && !inside && cell.first);
-        const int place = inside ? (at.z * tile_edge + at.y) * tile_edge + at.x : -1;
+        const Stencil<float> stencil = knead::stencil(q.x, d.lattice.spacing);
+        const int node = valid ? d.lattice.index(stencil.base) : nowhere, slot = slot_of(node);
+        __syncwarp();  // others may have put something aside where this one writes
+        write_down(q, m, stencil, slot, dt);
+        s.cells[warp][slot] = node;
         __syncwarp();
-        for (unsigned left = __ballot_sync(all_lanes, valid && cell.first); left;
-             left &= left - 1) {
-            const int leader = __ffs(int(left)) - 1;
-            const int begin = __shfl_sync(all_lanes, cell.slot, leader);
-            const int count = __popc(__shfl_sync(all_lanes, cell.lanes, leader));
-            float4 sums[fields] = {};
-            walk(begin, begin + count, sums);
-            const int to = __shfl_sync(all_lanes, place, leader);
-            if (to >= 0)
-                add_to_tile(to, sums);
-            else
-                add_to_grid(
-                    {__shfl_sync(all_lanes, base.x, leader), __shfl_sync(all_lanes, base.y, leader),
-                     __shfl_sync(all_lanes, base.z, leader)},
-                    sums);
-        }
+        walk();
     }
 
   private:
-    static constexpr int fields = ScatterSpace<blades>::fields;
+    static constexpr int fields = ScatterSpace<blades>::fields, nowhere = 0x7fffffff;
     const Views& d;
     ScatterSpace<blades>& s;
     const int parity;
     int* const active;
     const int lane = int(threadIdx.x & 31), warp = int(threadIdx.x >> 5);
-    const int node = least(lane, 26);  // the lane's in a stencil
-    const Int3 step = {node % 3, node / 3 % 3, node / 9};
-
-    __device__ void clear()
-    {
-        float4* tile = s.tiles[warp][0];
-        for (int t = lane; t < fields * tile_nodes; t += 32) tile[t] = {0, 0, 0, 0};
-    }
+    const Lane own = lane_of(lane);
+    const Int3 step = column_step(own.column) + Int3{0, 0, own.k};
+    int touched = -1;  // the last block that the lane saw to be listed
 
     __device__ void write_down(const Particle<float>& q, const Material<float>& m,
                                const Stencil<float>& stencil, int slot, float dt)
     {
-        const Momentum<float> a = momentum(q, kirchhoff_stress(q, m), m, stencil, d.lattice.dx, dt);
-        const Vec3<float> slope = (1 / m.mass) * a.by_step.a;
+        const Momentum<float> a =
+            momentum(q, kirchhoff_stress(q, m), m, stencil, d.lattice.spacing, dt);
         UNROLL
-        for (int r = 0; r < 9; ++r) {
-            const Node<float> n = knead::node(row_of(a, stencil, r % 3, r / 3));
-            s.rows[warp][slot][r] = {n.p.x, n.p.y, n.p.z, n.m};
+        for (int c = 0; c < 9; ++c) {
+            const Int3 to = column_step(c);
+            const Node<float> n = knead::node(column_of(a, stencil, to.x, to.y));
+            s.columns[warp][slot][c] = {n.p.x, n.p.y, n.p.z, n.m};
         }
-        s.slopes[warp][slot] = {slope.x, slope.y, slope.z, __uint_as_float(q.label())};
-        s.weights[warp][slot] = {stencil.w[0].x, stencil.w[1].x, stencil.w[2].x, 0};
+        const Vec3<float> per_mass = (1 / m.mass) * a.by_step.c;
+        UNROLL
+        for (int k = 1; k < 3; ++k) {
+            const Vec3<float> slope = float(k) * per_mass;
+            s.slopes[warp][slot][k - 1] = {slope.x, slope.y, slope.z, stencil.w[k].z};
+        }
+        s.weights[warp][slot] = stencil.w[0].z;
+        if constexpr (blades) s.sides[warp][slot] = q.label();
     }
 
-    // Adds what the lane's node gets of the particles in slots [begin, end).
-    __device__ void walk(int begin, int end, float4 (&sums)[fields]) const
+    // Adds up what the lane's node gets of the particles, slot by slot.
+    __device__ void walk()
     {
-        const float i = float(step.x);
-        const float4* row = &s.rows[warp][begin][node / 3];
-        const float4* slope = &s.slopes[warp][begin];
-        const float* weight = reinterpret_cast<const float*>(&s.weights[warp][begin]) + step.x;
-        for (int k = begin; k < end; ++k, row += 9, ++slope, weight += 4) {
-            const float4 r = *row, a = *slope;
-            const Node<float> n = knead::node(along(four(Vec3<float>{r.x, r.y, r.z}, r.w), i,
-                                                    *weight, Vec3<float>{a.x, a.y, a.z}));
-            const auto plus = [&n](float4& sum) {
-                sum = {sum.x + n.p.x, sum.y + n.p.y, sum.z + n.p.z, sum.w + n.m};
-            };
-            plus(sums[0]);
-            if constexpr (blades) {
-                if (__float_as_uint(a.w) != below) plus(sums[above]);
-                if (__float_as_uint(a.w) != above) plus(sums[below]);
-            }
-        }
-    }
-
-    // One cell after the other, so that no two lanes ever add to one node at a time.
-    __device__ void add_to_tile(int place, const float4 (&sums)[fields])
-    {
-        place += (step.z * tile_edge + step.y) * tile_edge + step.x;
-        if (lane < 27) {
+        constexpr int together = 4, turn = 2 * together;
+        const float4 *column = &s.columns[warp][0][own.column],
+                     *slope = &s.slopes[warp][0][own.k - 1];
+        const float* weight = s.weights[warp];
+        const int* cell = s.cells[warp];
+        // A bit a slot: its cell ends with it.
+        unsigned ends = __ballot_sync(all_lanes, lane == 31 || cell[lane] != cell[lane + 1]);
+        float4 sums[fields] = {}, a[together] = {};  // what is not read stays zero
+        for (int first = 0; first < 32; first += turn) {
             UNROLL
-            for (int f = 0; f < fields; ++f) {
-                float4& to = s.tiles[warp][f][place];
-                const float4 a = to, b = sums[f];
-                to = {a.x + b.x, a.y + b.y, a.z + b.z, a.w + b.w};
+            for (int half = 0; half < turn; half += together) {
+                float4 r[together];
+                UNROLL
+                for (int k = 0; k < together; ++k) {
+                    r[k] = column[9 * (half + k)];
+                    if (own.k > 0)
+                        a[k] = slope[2 * (half + k)];
+                    else
+                        a[k].w = weight[half + k];
+                }
+                UNROLL
+                for (int k = 0; k < together; ++k) {
+                    add_up(r[k], a[k], first + half + k, sums);
+                    if (!(ends >> (half + k) & 1)) continue;
+                    add_to_grid(cell[half + k], sums);
+                    for (float4& sum : sums) sum = {0, 0, 0, 0};
+                }
             }
+            column += 9 * turn, slope += 2 * turn, weight += turn, cell += turn;
+            ends >>= turn;
         }
-        __syncwarp();
     }
-
-    // Of a cell that lies outside of the warp's tile.
-    __device__ void add_to_grid(Int3 base, const float4 (&sums)[fields]) const
+    // What the lane's node gets of one particle.
+    __device__ void add_up(const float4& column, const float4& slope, int slot,
+                           float4 (&sums)[fields]) const
     {
-        if (lane >= 27) return;
+        const Node<float> n =
+            knead::node(along(four(Vec3<float>{column.x, column.y, column.z}, column.w), slope.w,
+                              Vec3<float>{slope.x, slope.y, slope.z}));
+        const auto plus = [&n](float4& sum) {
+            sum = {sum.x + n.p.x, sum.y + n.p.y, sum.z + n.p.z, sum.w + n.m};
+        };
+        plus(sums[0]);
+        if constexpr (blades) {
+            const unsigned sides = s.sides[warp][slot];
+            if (sides != below) plus(sums[above]);
+            if (sides != above) plus(sums[below]);
+        }
+    }
+    // What the lane's node got of the cell at node `base`.
+    __device__ void add_to_grid(int base, const float4 (&sums)[fields])
+    {
+        if (base == nowhere || !own.holds) return;
+        const int node = d.lattice.stepped(base, step), block = node / block_nodes;
         UNROLL
         for (int f = 0; f < fields; ++f)
-            if (sums[f].w > 0)
-                add(d.grid, parity, f * d.lattice.node_count() + d.lattice.index(base + step),
-                    sums[f]);
-    }
-
-    __device__ void list_blocks(Int3 base, Int3 corner, bool inside, bool alone) const
-    {
-        const unsigned bits = __reduce_or_sync(all_lanes, inside ? reached(base) : 0);
-        if (lane < 8 && (bits >> lane & 1))
-            touch(d.grid, parity, active, d.lattice.block_of(corner + 4 * corner_of(lane)));
-        if (!alone) return;
-        const unsigned own = reached(base);
-        for (int k = 0; k < 8; ++k)
-            if (own >> k & 1)
-                touch(d.grid, parity, active, d.lattice.block_of(base + 4 * corner_of(k)));
+            if (f == 0 || sums[f].w > 0)
+                add(d.grid, parity, f * d.lattice.node_count() + node, sums[f]);
+        if (block == touched) return;
+        touched = block;
+        touch(d.grid, parity, active, block);
     }
 };
-
-// The tiles' sums to memory, by all threads of a block; tiles in one place that follow each other
-// are added up first.
-template <bool blades>
-__device__ void flush(const Views& d, const ScatterSpace<blades>& s, int n)
-{
-    constexpr int warps = ScatterSpace<blades>::warps, fields = ScatterSpace<blades>::fields;
-    for (int t = int(threadIdx.x); t < fields * tile_nodes; t += 32 * warps) {
-        const int f = t / tile_nodes, k = t % tile_nodes;
-        const Int3 at = {k % tile_edge, k / tile_edge % tile_edge, k / (tile_edge * tile_edge)};
-        float4 sum{0, 0, 0, 0};
-        UNROLL
-        for (int w = 0; w < warps; ++w) {
-            const float4 part = s.tiles[w][f][k];
-            sum = {sum.x + part.x, sum.y + part.y, sum.z + part.z, sum.w + part.w};
-            const Int3 a = s.corners[w], b = s.corners[w + 1 < warps ? w + 1 : w];
-            if (w + 1 < warps && a.x == b.x && a.y == b.y && a.z == b.z) continue;
-            if (sum.w > 0)
-                add(d.grid, n & 1, f * d.lattice.node_count() + d.lattice.index(a + at), sum);
-            sum = {0, 0, 0, 0};
-        }
-    }
-}
 
 // Calls visit(run) for the run of particles that is the thread block's, or where clay may be still
 // for as many of the listed ones as fall to it. The launch's first `others` blocks do other things.

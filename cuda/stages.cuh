@@ -50,6 +50,7 @@ struct Counters {
 // what g2p goes by and grid writes.
 struct Clock {
     int done, begun;  // substeps through; the one under way
+    float dt[2];      // of the one under way and of the one after it [s]; 0: there is none
     Step steps[3];
     int active[3];               // blocks that hold mass
     unsigned fastest[2];         // bits of the largest speed squared that a substep left [m^2/s^2]
@@ -67,9 +68,10 @@ struct Materials {
     Material<float> first;
     const Material<float>* all;  // count
     int count;
-    HD const Material<float>& operator[](int object) const
+    HD Material<float> operator[](int object) const
     {
-        return count == 1 ? first : all[object];
+        if (count == 1) return first;
+        return all[object];
     }
 };
 
@@ -85,19 +87,19 @@ struct GridView {
     float momentum_scale, mass_scale;  // fixed-point units per kg m/s and per kg: powers of two
 };
 
-// Indices of a stencil's nodes, axis by axis: the lattice's index is the sum of the three.
+// Where a stencil's columns along z begin among the nodes, axis by axis: the lattice's index is the
+// sum of the three.
 struct Offsets {
-    int x[3], y[3], z[3];
-    HD int at(Int3 step) const { return x[step.x] + y[step.y] + z[step.z]; }
+    int x[3], y[3], z;
+    HD int column(Int3 step) const { return x[step.x] + y[step.y] + z; }
 };
 HD Offsets offsets(const Lattice<float>& lattice, Int3 base)
 {
-    Offsets o;
+    Offsets o{{}, {}, lattice.index({0, 0, base.z})};
     UNROLL
     for (int k = 0; k < 3; ++k) {
         o.x[k] = lattice.index({base.x + k, 0, 0});
         o.y[k] = lattice.index({0, base.y + k, 0});
-        o.z[k] = lattice.index({0, 0, base.z + k});
     }
     return o;
 }

@@ -56,31 +56,49 @@ struct Node {
     R m;        // mass [kg]
 };
 
+// The distance of neighbouring nodes, with what it divides. Functions that ask for it take a plain
+// distance, too.
+template <class R>
+struct Spacing {
+    R dx, per_dx;  // [m], [1/m]
+    R per_D;       // 4 / dx^2: the inverse of a quadratic stencil's second moment [1/m^2]
+    HD Spacing(R spacing) : dx(spacing), per_dx(1 / spacing), per_D(4 / (spacing * spacing)) {}
+};
+
 // A lattice of nodes; node (i, j, k) sits at dx * (i, j, k), for every stage. Stored in blocks of
-// 4 x 4 x 4 nodes, so that a block's nodes are neighbours in memory.
+// 4 x 4 x 4 nodes, so that a block's nodes are neighbours in memory, and blocks along z follow each
+// other: the next node along z is always 16 further on, whether in the same block or not.
 constexpr int block_edge = 4, block_nodes = 64;
 template <class R>
 struct Lattice {
     Int3 size;  // nodes along each axis, multiples of 4
     R dx;       // spacing [m]
+    Spacing<R> spacing = dx;
+    // How far on in memory, in nodes: the next node along z, the next block along y and along x.
+    static constexpr int along_z = block_edge * block_edge;
+    int row = int(unsigned(size.z) * along_z),
+        slab = int(unsigned(size.y / block_edge) * unsigned(row));
     HD Int3 blocks() const
     {
         return {size.x / block_edge, size.y / block_edge, size.z / block_edge};
     }
     HD int block_count() const { return size.x / 4 * (size.y / 4) * (size.z / 4); }
     HD int node_count() const { return size.x * size.y * size.z; }
-    HD int block_of(Int3 n) const
-    {
-        return ((n.z >> 2) * (size.y >> 2) + (n.y >> 2)) * (size.x >> 2) + (n.x >> 2);
-    }
     HD int index(Int3 n) const
     {
-        return block_of(n) * block_nodes + ((n.z & 3) * 4 + (n.y & 3)) * 4 + (n.x & 3);
+        return (n.x >> 2) * slab + (n.y >> 2) * row + n.z * along_z + (n.y & 3) * 4 + (n.x & 3);
+    }
+    HD int block_of(Int3 n) const { return index({n.x & ~3, n.y & ~3, n.z & ~3}) / block_nodes; }
+    HD int stepped(int i, Int3 step) const  // index of the node 0 to 4 steps from that of index i
+    {
+        const int x = (i & 3) + step.x, y = (i >> 2 & 3) + step.y;
+        return i + step.x + 4 * step.y + along_z * step.z + (x >> 2) * (slab - 4) +
+               (y >> 2) * (row - 16);
     }
     HD Int3 block_at(int b) const  // block coordinates of block b
     {
         const Int3 s = blocks();
-        return {b % s.x, b / s.x % s.y, b / (s.x * s.y)};
+        return {b / (s.y * s.z), b / s.z % s.y, b % s.z};
     }
     HD Int3 node_at(int i) const  // node coordinates of index i
     {
@@ -90,7 +108,7 @@ struct Lattice {
     }
     HD Int3 cell_of(Vec3<R> x) const  // the cell that x is in, by its lowest node
     {
-        const R s = 1 / dx;
+        const R s = spacing.per_dx;
         return {int(s * x.x), int(s * x.y), int(s * x.z)};
     }
     HD Vec3<R> position(Int3 n) const { return {dx * R(n.x), dx * R(n.y), dx * R(n.z)}; }

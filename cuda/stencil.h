@@ -1,5 +1,7 @@
 // The 27 nodes around a particle and their quadratic B-spline weights.  (1), [Jiang 2016, eq. 123]
 #pragma once
+#include <type_traits>
+
 #include "state.h"
 
 namespace knead {
@@ -12,17 +14,17 @@ struct Stencil {
 };
 
 template <class R>
-HD Int3 base_node(Vec3<R> x, R dx)
+HD Int3 base_node(Vec3<R> x, std::type_identity_t<const Spacing<R>&> spacing)
 {
-    const R s = 1 / dx;
+    const R s = spacing.per_dx;
     return {int(s * x.x - R(0.5)), int(s * x.y - R(0.5)), int(s * x.z - R(0.5))};
 }
 
 template <class R>
-HD Stencil<R> stencil(Vec3<R> x, R dx)
+HD Stencil<R> stencil(Vec3<R> x, std::type_identity_t<const Spacing<R>&> spacing)
 {
-    const Int3 base = base_node(x, dx);
-    const Vec3<R> g = (1 / dx) * x;
+    const Int3 base = base_node(x, spacing);
+    const Vec3<R> g = spacing.per_dx * x;
     const Vec3<R> f = g - Vec3<R>{R(base.x), R(base.y), R(base.z)};  // in [0.5, 1.5)
     const auto sq = [](R s) { return s * s; };
     const auto each = [&](auto weight) { return Vec3<R>{weight(f.x), weight(f.y), weight(f.z)}; };
@@ -30,7 +32,7 @@ HD Stencil<R> stencil(Vec3<R> x, R dx)
             {each([&](R t) { return R(0.5) * sq(R(1.5) - t); }),
              each([&](R t) { return R(0.75) - sq(t - R(1)); }),
              each([&](R t) { return R(0.5) * sq(t - R(0.5)); })},
-            (-dx) * f};
+            (-spacing.dx) * f};
 }
 
 // Calls visit(step, weight, node position minus particle position) for each of the 27 nodes; step

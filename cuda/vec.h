@@ -164,9 +164,14 @@ HD R trace(const Sym3<R>& A)
     return A.xx + A.yy + A.zz;
 }
 template <class R>
+HD Sym3<R> raised(const Sym3<R>& A, R s)  // A + s I
+{
+    return {A.xx + s, A.yy + s, A.zz + s, A.xy, A.xz, A.yz};
+}
+template <class R>
 HD Sym3<R> deviator(const Sym3<R>& A)
 {
-    return A + isotropic(-trace(A) / 3);
+    return raised(A, -(R(1) / 3) * trace(A));
 }
 template <class R>
 HD R norm_squared(const Sym3<R>& A)  // Frobenius

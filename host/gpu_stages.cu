@@ -41,6 +41,7 @@ struct GpuStages::Held {
             cudaMemcpy(store.list[0].data(), all.data(), store.list[0].bytes(), cudaMemcpyDefault),
             "stage");
         clock.begun = clock.done;  // even: the first grid is current
+        for (int k = 0; k < 2; ++k) clock.dt[k] = float(clock.step(clock.done + k).dt);
         for (int k = 0; k < 3; ++k)
             clock.active[(clock.done + k) % 3] = k == 0 ? int(all.size()) : 0;
         store.set_clock(clock);
