@@ -45,8 +45,8 @@ __device__ Material<float> narrowed(Material<float> m)
 // What a thread block reads again later rather than keep it in registers while particles move.
 struct Later {
     Clock* kept;
-    int n, side;  // the substep that is scattered for; which particle array is current
-    float dt;     // of that substep [s]; 0: there is none
+    int n, side;    // the substep that is scattered for; which particle array is current
+    float now, dt;  // of the substep under way and of that one [s]; dt 0: there is none
     __device__ Clock& clock() const
     {
         __builtin_assume(__isGlobal(kept));
@@ -113,11 +113,12 @@ __device__ void note_end(const Views& d, const Particle<float>& q, bool ends, in
 // Moves particle i through the velocities of substep n; of a run's end the last one again and
 // again, to no effect, for all lanes of a warp to stay together.
 template <bool tools, Flows flows, bool blades, bool rests>
-__device__ Events moved(const Views& d, int side, int i, bool valid, int n, const Later& later,
-                        float dt, float4* aside, Particle<float>& q)
+__device__ Events moved(const Views& d, int i, bool valid, const Later& later, float4* aside,
+                        Particle<float>& q)
 {
     constexpr bool early = blades || rests;  // what is left of the state is asked for at once
-    const ParticleView& particles = d.particles[side];
+    const ParticleView& particles = d.particles[later.side];
+    const int n = later.n - 1;
     if constexpr (early) particles.load_strain(i, q);
     const float4* nodes = d.grid.nodes[n & 1];
     if constexpr (blades) nodes += q.label() * unsigned(d.lattice.node_count());
@@ -145,17 +146,18 @@ __device__ Events moved(const Views& d, int side, int i, bool valid, int n, cons
         return Vec3<float>{v.x, v.y, v.z};
     });
     if constexpr (rests) {
-        if (quiet && (!q.still() || pushed(d.rest.rule, q.v, dt))) wake(d, block, n);
+        if (quiet && (!q.still() || pushed(d.rest.rule, q.v, later.now))) wake(d, block, n);
         if (q.still()) q.v = {}, q.C = {};
         if (q.still()) return {};
     }
+    const float dt = later.now;
     q.e = strained(q.e, q.C, dt);
     q.x = q.x + dt * q.v;
     Events happened{};
     if constexpr (tools) happened.depth = left_tools<blades>(q, d, later, aside, happened.covered);
     happened.projected = happened.depth > 0;
     happened.confined = confine(q, d.lattice, d.walls);
-    happened.yielded = yield(q, narrowed<flows>(d.materials[q.object]), dt);
+    happened.yielded = yield(q, narrowed<flows>(d.materials[q.object]), later.now);
     if (!sound(q)) {
         if (valid) atomicAdd(&later.clock().counters.repaired, 1ull);
         repair(q, d.particles[later.side].load_state(i));
@@ -261,15 +263,14 @@ __global__ void __launch_bounds__(scatter_threads<blades>, (resident<flows, blad
         if (after > 0) pose_part(d, space.pose, int(blockIdx.x), n + 1);
         return;
     }
-    if (threadIdx.x == 0) later = {d.clock, n + 1, side, after};
+    if (threadIdx.x == 0) later = {d.clock, n + 1, side, dt, after};
     __syncthreads();
     float4* aside = space.scatter.columns[threadIdx.x >> 5][0] + (threadIdx.x & 31);
     for_each_run<rests>(d, posers, [&](int run) {
         const bool valid = index(run) < count;
         const int i = clamped_to(index(run));
-        if constexpr (rests) d.particles[side].load_place(i, q);
-        Events happened =
-            moved<tools, flows, blades, rests>(d, side, i, valid, n, later, dt, aside, q);
+        if constexpr (rests) q = {}, d.particles[later.side].load_place(i, q);
+        Events happened = moved<tools, flows, blades, rests>(d, i, valid, later, aside, q);
         if (!valid) happened = {};
         const Sums all = summed<tools>(happened);
         if ((threadIdx.x & 31) == 0) sums[threadIdx.x >> 5] = all;

@@ -93,6 +93,14 @@ __device__ inline int slot_of(int node)
     return start + __popc(lanes & ((1u << lane) - 1));
 }
 
+// Asked for anew: what a lane does with it is not worth registers from run to run.
+__device__ inline int lane_now()
+{
+    int lane;
+    asm volatile("mov.u32 %0, %%laneid;" : "=r"(lane));
+    return lane;
+}
+
 // Lanes by the nodes of a stencil: eight columns' first nodes, their second, their third, then the
 // ninth column's, each twice, for a vector load takes half the time where neighbours share it.
 struct Lane {
@@ -134,7 +142,7 @@ class WarpScatter {
     ScatterSpace<blades>& s;
     const int parity;
     int* const active;
-    const int lane = int(threadIdx.x & 31), warp = int(threadIdx.x >> 5);
+    const int lane = lane_now(), warp = int(threadIdx.x >> 5);
     const Lane own = lane_of(lane);
     const Int3 step = column_step(own.column) + Int3{0, 0, own.k};
     int touched = -1;  // the last block that the lane saw to be listed
@@ -234,8 +242,7 @@ __device__ void for_each_run(const Views& d, int others, Visit&& visit)
 {
     const int first = int(blockIdx.x) - others;
     if constexpr (rests) {
-        const int stride = int(gridDim.x) - others, count = d.clock->listed;
-        for (int at = first; at < count; at += stride) {
+        for (int at = first; at < d.clock->listed; at += int(gridDim.x) - others) {
             visit(d.rest.list[at]);
             __syncthreads();  // shared memory is used anew
         }
