@@ -186,9 +186,8 @@ __global__ void __launch_bounds__(list_threads) list_kernel(const __grid_constan
         const int reach = (d.layers[category].softenings + block_edge) / block_edge;
         for (int z = most(at.z - reach, 0); z <= least(at.z + reach, size.z - 1); ++z)
             for (int y = most(at.y - reach, 0); y <= least(at.y + reach, size.y - 1); ++y)
-                for (int x = -reach; x <= reach; ++x)
-                    reached |= d.touched[first + (z * size.y + y) * size.x +
-                                         clamped(at.x + x, 0, size.x - 1)];
+                for (int x = most(at.x - reach, 0); x <= least(at.x + reach, size.x - 1); ++x)
+                    reached |= d.touched[first + d.padded.block_of({4 * x, 4 * y, 4 * z})];
         anew = reached ? anew_of(d, b - first) : 0;
         skin = reached && !(anew & nodes_anew) && d.counts[b] != 0;
     }

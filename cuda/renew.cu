@@ -45,11 +45,11 @@ __device__ unsigned renewed(const SurfaceView& d, const Clay& clay, int seen, in
     const auto range = [&](Int3 from, Int3 to) { return reaching(d, clay.lattice, from, to); };
     const Range sums = range(low, high), near = range(low, beyond), nodes = range(lower, higher);
     const Range all = range(lower, d.reach > block_edge ? higher : beyond);
-    const Int3 size = all.high - all.low + one, blocks = clay.lattice.blocks();
+    const Int3 size = all.high - all.low + one;
     unsigned anew = 0;
     for (int k = lane; k < size.x * size.y * size.z; k += 32) {
         const Int3 at = all.low + Int3{k % size.x, k / size.x % size.y, k / (size.x * size.y)};
-        if (clay.changed[(at.z * blocks.y + at.y) * blocks.x + at.x] <= seen) continue;
+        if (clay.changed[clay.lattice.block_of(block_edge * at)] <= seen) continue;
         anew |= (sums.holds(at) ? sums_anew : 0u) | (near.holds(at) ? near_anew : 0u) |
                 (nodes.holds(at) ? nodes_anew : 0u);
     }

@@ -42,7 +42,8 @@ struct Bins {
         }
     }
 
-    // Bins the particles by their keys, each in [0, blocks).
+    // Bins the particles by their keys, each in [0, blocks): blocks in the lattice's order, along z
+    // first.
     void fill(int blocks, Int3 size, int threads)
     {
         if (home.empty()) ranges = {{0, 0}}, binned = int(key.size());
@@ -55,11 +56,11 @@ struct Bins {
             if (begin == end) continue;
             slot[std::size_t(b)] = int(occupied.size());
             occupied.push_back(b), first.push_back(begin);
-            const Int3 at = {b % size.x, b / size.x % size.y, b / (size.x * size.y)};
+            const Int3 at = {b / (size.y * size.z), b / size.z % size.y, b % size.z};
             for (int n = 0; n < 8; ++n) {
                 const Int3 to = at + Int3{n & 1, n >> 1 & 1, n >> 2};
                 if (to.x < size.x && to.y < size.y && to.z < size.z)
-                    mark[std::size_t((to.z * size.y + to.y) * size.x + to.x)] = 1;
+                    mark[std::size_t((to.x * size.y + to.y) * size.z + to.z)] = 1;
             }
         }
         first.push_back(binned);

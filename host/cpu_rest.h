@@ -60,7 +60,7 @@ void Stillness<R>::for_each_within(Int3 at, int steps, Visit&& visit) const
     for (int z = std::max(at.z - steps, 0); z <= std::min(at.z + steps, size.z - 1); ++z)
         for (int y = std::max(at.y - steps, 0); y <= std::min(at.y + steps, size.y - 1); ++y)
             for (int x = std::max(at.x - steps, 0); x <= std::min(at.x + steps, size.x - 1); ++x)
-                visit(std::size_t((z * size.y + y) * size.x + x));
+                visit(std::size_t(lattice.block_of({4 * x, 4 * y, 4 * z})));
 }
 
 template <class R>

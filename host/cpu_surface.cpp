@@ -60,13 +60,13 @@ void deposit_all(Field& f, const std::vector<Deposit>& deposits, Int3 low, Int3 
 #pragma omp parallel for schedule(static)
     for (std::size_t i = 0; i < deposits.size(); ++i) {
         const Int3 b = block_of(base_node(deposits[i].x, f.dx)) - from;
-        bins.key[i] = (b.z * size.y + b.y) * size.x + b.x;
+        bins.key[i] = (b.x * size.y + b.y) * size.z + b.z;
     }
     bins.fill(size.x * size.y * size.z, size, omp_get_max_threads());
     std::vector<int> slots[8];
     for (int s = 0; s < int(bins.occupied.size()); ++s) {
         const int b = bins.occupied[s];
-        const Int3 at = from + Int3{b % size.x, b / size.x % size.y, b / (size.x * size.y)};
+        const Int3 at = from + Int3{b / (size.y * size.z), b / size.z % size.y, b % size.z};
         slots[(at.x & 1) | (at.y & 1) << 1 | (at.z & 1) << 2].push_back(s);
     }
     const Strides stride(f);
