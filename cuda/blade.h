@@ -46,10 +46,9 @@ template <class R, class Visit>
 HD void for_each_blade(const Colliders<R>& c, const Mask& mask, Vec3<R> p, R dx, Visit&& visit)
 {
     for_each_candidate(mask, [&](int i) {
-        const Tool<R>& tool = c.tools[c.primitives[i].tool];
-        if (!tool.blade || !c.shapes[i].plane) return;
+        if (!two_sided(c, i)) return;
         const Seen<R> b = seen(c, i, p, dx);
-        if (b.covered) visit(b, tool);
+        if (b.covered) visit(b, c.tools[c.primitives[i].tool]);
     });
 }
 

@@ -66,8 +66,14 @@ HD void for_each_candidate(const Mask& mask, Visit&& visit)
             visit(32 * word + lowest_bit(bits));
 }
 
-// The nearest of the mask's primitives at p that `admits(shape)`; blades left out: they are
-// two-sided.
+// Whether a primitive is a blade, which is felt from both sides: see blade.h.
+template <class R>
+HD bool two_sided(const Colliders<R>& c, int primitive)
+{
+    return c.tools[c.primitives[primitive].tool].blade && c.shapes[primitive].plane;
+}
+
+// The nearest of the mask's primitives at p that `admits(shape)`; blades left out.
 template <class R, class Admits>
 HD Contact<R> nearest_of(const Colliders<R>& c, const Mask& mask, Vec3<R> p, Admits&& admits)
 {
@@ -75,7 +81,7 @@ HD Contact<R> nearest_of(const Colliders<R>& c, const Mask& mask, Vec3<R> p, Adm
     int at = -1;
     for_each_candidate(mask, [&](int i) {
         if (!admits(c.shapes[i])) return;
-        if (c.tools[c.primitives[i].tool].blade && c.shapes[i].plane) return;
+        if (two_sided(c, i)) return;
         const Foot<R> f = foot(c.shapes[i], p);
         if (f.phi < best.phi) best = f, at = i;
     });
@@ -90,12 +96,12 @@ HD Contact<R> nearest(const Colliders<R>& c, const Mask& mask, Vec3<R> p)
     return nearest_of(c, mask, p, [](const Shape<R>&) { return true; });
 }
 
-// Of those whose bounding box p is in: where p is inside of any, the same as nearest(). Elsewhere
+// Of those that p may be inside of: where it is inside of any, the same as nearest(). Elsewhere
 // phi is not negative, and says no more.
 template <class R>
 HD Contact<R> deepest_contact(const Colliders<R>& c, const Mask& mask, Vec3<R> p)
 {
-    return nearest_of(c, mask, p, [&](const Shape<R>& s) { return boxed(s, p); });
+    return nearest_of(c, mask, p, [&](const Shape<R>& s) { return enclosed(s, p); });
 }
 
 // What a surface with outward normal n, moving at u, leaves of the velocity v.  (18)

@@ -3,6 +3,7 @@
 // gradients go to memory only when the frame ends. A few blocks pose the tools for that substep
 // meanwhile.
 #include "blade.h"
+#include "contact.cuh"
 #include "g2p.h"
 #include "launch.cuh"
 #include "plasticity.h"
@@ -55,40 +56,74 @@ struct Later {
 };
 
 // Puts aside what contact does not ask for, and takes it up again: in registers it would crowd out
-// the walk through the primitives. `at`: five places, 32 apart.
+// the walk through the primitives. `at`: two places, 32 apart.
 __device__ void put_aside(const Particle<float>& q, float4* at)
 {
     at[0] = {q.e.xx, q.e.yy, q.e.zz, q.e.xy};
     at[32] = {q.e.xz, q.e.yz, q.k, __int_as_float(q.object)};
-    at[64] = {q.C.a.x, q.C.a.y, q.C.a.z, q.C.b.x};
-    at[96] = {q.C.b.y, q.C.b.z, q.C.c.x, q.C.c.y};
-    at[128] = {q.C.c.z, 0, 0, 0};
 }
 __device__ void take_up(Particle<float>& q, const float4* at)
 {
     asm volatile("" ::: "memory");
-    const float4 a = at[0], b = at[32], c = at[64], d = at[96];
+    const float4 a = at[0], b = at[32];
     q.e = {a.x, a.y, a.z, a.w, b.x, b.y};
     q.k = b.z, q.object = __float_as_int(b.w);
-    q.C = {{c.x, c.y, c.z}, {c.w, d.x, d.y}, {d.z, d.w, at[128].x}};
 }
 
+// What tools may touch the particle at x, if it is in the lattice; null: none.
+__device__ const Mask* near_tools(const Views& d, Vec3<float> x)
+{
+    const Int3 cell = d.lattice.cell_of(x), size = d.lattice.size;
+    const bool in = x.x >= 0 && x.y >= 0 && x.z >= 0 && cell.x < size.x && cell.y < size.y &&
+                    cell.z < size.z && d.tools.passes > 0;
+    if (!in) return nullptr;
+    const Mask& mask = d.tools.masks[d.lattice.block_of(cell)];
+    return empty(mask) ? nullptr : &mask;
+}
+
+// Projection of a lane's particle, which looks for contact by itself. Returns the depth it was
+// found at [m].
 template <bool blades>
 __device__ float left_tools(Particle<float>& q, const Views& d, const Later& later, float4* aside,
                             unsigned& covered)
 {
-    const Int3 cell = d.lattice.cell_of(q.x), size = d.lattice.size;
-    if (d.tools.passes == 0 || cell.x < 0 || cell.y < 0 || cell.z < 0 || cell.x >= size.x ||
-        cell.y >= size.y || cell.z >= size.z)
-        return 0;
-    const Mask& mask = d.tools.masks[d.lattice.block_of(cell)];
-    if (empty(mask)) return 0;
+    const Mask* mask = near_tools(d, q.x);
+    if (!mask) return 0;
     put_aside(q, aside);
     const Colliders<float> colliders = d.tools.colliders(later.n - 1);
-    if constexpr (blades) covered = cut(q, colliders, mask, d.lattice.dx);
-    push_out(q.x, q.v, aside[128].y, colliders, mask, d.tools.passes);
+    if constexpr (blades) covered = cut(q, colliders, *mask, d.lattice.dx);
+    float depth = 0;
+    push_out(q.x, q.v, depth, colliders, *mask, d.tools.passes);
     take_up(q, aside);
-    const float depth = aside[128].y;
+    stiffen(q.C, depth);
+    return depth;
+}
+
+// The same by all lanes of a warp.
+template <bool blades>
+__device__ float left_together(Particle<float>& q, const Views& d, const Later& later,
+                               ContactSpace<32>& space, float4* aside, unsigned& covered)
+{
+    const Mask* own = near_tools(d, q.x);
+    bool in = own;
+    if (!__any_sync(all_lanes, in)) return 0;
+    put_aside(q, aside);
+    const Mask& mask = in ? *own : d.tools.masks[0];
+    const Colliders<float> colliders = d.tools.colliders(later.n - 1);
+    if constexpr (blades)
+        if (in) covered = cut(q, colliders, mask, d.lattice.dx);
+    float depth = 0;
+    WarpContact<32> contact(space, colliders);
+    for (int k = 0; k < d.tools.passes && __any_sync(all_lanes, in); ++k) {
+        const int near =
+            contact.look(mask, in, q.x, [&](int i) { return !blades || !two_sided(colliders, i); });
+        if (near == 0) break;
+        const Contact<float> hit = contact.deepest(0, near, in, q.x);
+        in = hit.phi < 0;
+        if (in && k == 0) depth = -hit.phi;
+        if (in) put_out(q.x, q.v, hit, colliders.tools[hit.tool]);
+    }
+    take_up(q, aside);
     stiffen(q.C, depth);
     return depth;
 }
@@ -113,8 +148,8 @@ __device__ void note_end(const Views& d, const Particle<float>& q, bool ends, in
 // Moves particle i through the velocities of substep n; of a run's end the last one again and
 // again, to no effect, for all lanes of a warp to stay together.
 template <bool tools, Flows flows, bool blades, bool rests>
-__device__ Events moved(const Views& d, int i, bool valid, const Later& later, float4* aside,
-                        Particle<float>& q)
+__device__ Events moved(const Views& d, int i, bool valid, const Later& later,
+                        ScatterSpace<blades>& space, Particle<float>& q)
 {
     constexpr bool early = blades || rests;  // what is left of the state is asked for at once
     const ParticleView& particles = d.particles[later.side];
@@ -154,7 +189,16 @@ __device__ Events moved(const Views& d, int i, bool valid, const Later& later, f
     q.e = strained(q.e, q.C, dt);
     q.x = q.x + dt * q.v;
     Events happened{};
-    if constexpr (tools) happened.depth = left_tools<blades>(q, d, later, aside, happened.covered);
+    if constexpr (tools) {
+        // The scatter's space is free until then; a warp uses its own share.
+        const unsigned warp = threadIdx.x >> 5;
+        float4* aside = &space.slopes[warp][0][0] + (threadIdx.x & 31);
+        static_assert(sizeof space.columns[warp] >= sizeof(ContactSpace<32>));
+        auto& contact = reinterpret_cast<ContactSpace<32>&>(space.columns[warp]);
+        happened.depth = rests
+                             ? left_tools<blades>(q, d, later, aside, happened.covered)
+                             : left_together<blades>(q, d, later, contact, aside, happened.covered);
+    }
     happened.projected = happened.depth > 0;
     happened.confined = confine(q, d.lattice, d.walls);
     happened.yielded = yield(q, narrowed<flows>(d.materials[q.object]), later.now);
@@ -228,7 +272,7 @@ template <Flows flows, bool blades, bool rests>
 constexpr int spill_free = rests                 ? (flows == Flows::any ? 3 : 4)
                            : blades              ? 6
                            : flows == Flows::any ? 3
-                                                 : 8;
+                                                 : 7;
 template <Flows flows, bool blades, bool rests>
 constexpr int resident =
     spill_free<flows, blades, rests> < most_resident ? spill_free<flows, blades, rests>
@@ -265,12 +309,11 @@ __global__ void __launch_bounds__(scatter_threads<blades>, (resident<flows, blad
     }
     if (threadIdx.x == 0) later = {d.clock, n + 1, side, dt, after};
     __syncthreads();
-    float4* aside = space.scatter.columns[threadIdx.x >> 5][0] + (threadIdx.x & 31);
     for_each_run<rests>(d, posers, [&](int run) {
         const bool valid = index(run) < count;
         const int i = clamped_to(index(run));
         if constexpr (rests) q = {}, d.particles[later.side].load_place(i, q);
-        Events happened = moved<tools, flows, blades, rests>(d, i, valid, later, aside, q);
+        Events happened = moved<tools, flows, blades, rests>(d, i, valid, later, space.scatter, q);
         if (!valid) happened = {};
         const Sums all = summed<tools>(happened);
         if ((threadIdx.x & 31) == 0) sums[threadIdx.x >> 5] = all;

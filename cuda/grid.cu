@@ -2,6 +2,7 @@
 // launch brings. The grid of the substep before is cleared on the way, and a block of its own looks
 // after the clock.
 #include "blade.h"
+#include "contact.cuh"
 #include "grid.h"
 #include "launch.cuh"
 #include "stages.cuh"
@@ -9,7 +10,16 @@
 namespace knead::gpu {
 namespace {
 
-constexpr int threads = block_nodes;
+// Threads and thread blocks per multiprocessor; how many blocks of nodes a thread block has in
+// hand. With tools it is two, one for each half of it; but where a tool may be near, all its
+// threads look after one block, so that a warp shares the feet of fewer nodes.
+template <bool tools>
+constexpr int threads = tools ? 2 * block_nodes : block_nodes;
+template <bool tools>
+constexpr int resident = tools ? 4 : 12;
+template <bool tools>
+constexpr int abreast = tools ? 2 : 1;
+constexpr int shared_nodes = 32 * block_nodes / threads<true>;  // of a warp, near tools
 
 template <bool fixed_point>
 __device__ Node<float> sum_of(const GridView& grid, int parity, int i)
@@ -68,7 +78,7 @@ __device__ void stir_neighbours(const Views& d, int n)
     const Int3 size = d.lattice.blocks();
     for (int w = int(blockIdx.x) - 1; w < count; w += int(gridDim.x) - 1) {
         const Int3 at = d.lattice.block_at(r.woken[before][w]);
-        for (int k = int(threadIdx.x); k < 125; k += threads) {
+        for (int k = int(threadIdx.x); k < 125; k += int(blockDim.x)) {
             const Int3 step = {k % 5 - 2, k / 5 % 5 - 2, k / 25 - 2}, to = at + step;
             if (to.x < 0 || to.y < 0 || to.z < 0 || to.x >= size.x || to.y >= size.y ||
                 to.z >= size.z)
@@ -84,52 +94,139 @@ __device__ void stir_neighbours(const Views& d, int n)
     }
 }
 
-// Calls update(b) for every listed block of nodes, after clearing as many of the other grid.
-template <bool fixed_point, class Update>
-__device__ void for_each_block(const Views& d, int n, Update&& update)
+// The substep under way, and what a thread block begins with. All that may be wanted is asked for
+// at once, rather than one after the other; what the clock's own block writes meanwhile is not
+// used.
+template <int abreast>
+struct Start {
+    int n;
+    float dt;                           // [s]
+    int count, before;                  // blocks listed of this grid and of the other
+    int blocks[abreast], old[abreast];  // the first of each
+};
+
+template <int abreast>
+__device__ Start<abreast> started(const Views& d)
 {
-    const int parity = n & 1, first = int(blockIdx.x) - 1, stride = int(gridDim.x) - 1;
-    const int count = d.clock->active[n % 3], before = d.clock->active[(n + 2) % 3];
-    for (int at = first; at < count || at < before; at += stride) {
-        const int b = at < count ? d.grid.list[parity][at] : -1;
-        const int old = at < before ? d.grid.list[parity ^ 1][at] : -1;
-        if (old >= 0) {
-            for (int f = 0; f < d.grid.fields; ++f)
+    const Clock& c = *d.clock;
+    int lists[2][abreast];
+    UNROLL
+    for (int k = 0; k < abreast; ++k) {
+        const int at = int(blockIdx.x) - 1 + k * (int(gridDim.x) - 1);
+        const int first = least(most(at, 0), d.lattice.block_count() - 1);
+        lists[0][k] = d.grid.list[0][first], lists[1][k] = d.grid.list[1][first];
+    }
+    const int n = c.done, active[] = {c.active[0], c.active[1], c.active[2]};
+    const double dt[] = {c.steps[0].dt, c.steps[1].dt, c.steps[2].dt};
+    const auto of = [n](const auto& ring, int later) {
+        const int k = (n + later) % 3;
+        return k == 0 ? ring[0] : k == 1 ? ring[1] : ring[2];
+    };
+    Start<abreast> s{n, float(of(dt, 0)), of(active, 0), of(active, 2), {}, {}};
+    UNROLL
+    for (int k = 0; k < abreast; ++k) {
+        s.blocks[k] = lists[0][k], s.old[k] = lists[1][k];
+        if (n & 1) s.blocks[k] = lists[1][k], s.old[k] = lists[0][k];
+    }
+    return s;
+}
+
+// Calls update(blocks) for all listed blocks of nodes, so many at a time, after clearing as many of
+// the other grid; -1 stands for none.
+template <bool fixed_point, int abreast, class Update>
+__device__ void for_each_block(const Views& d, Start<abreast> s, Update&& update)
+{
+    const int parity = s.n & 1, stride = int(gridDim.x) - 1, fields = d.grid.fields;
+    for (int at = int(blockIdx.x) - 1; at < s.count || at < s.before; at += abreast * stride) {
+        int here[abreast];
+        UNROLL
+        for (int k = 0; k < abreast; ++k) {
+            const int own = at + k * stride, then = own + abreast * stride;
+            here[k] = own < s.count ? s.blocks[k] : -1;
+            const int old = own < s.before ? s.old[k] : -1;
+            if (then < s.count) s.blocks[k] = d.grid.list[parity][then];
+            if (then < s.before) s.old[k] = d.grid.list[parity ^ 1][then];
+            if (old < 0) continue;
+            for (int i = int(threadIdx.x); i < fields * block_nodes; i += int(blockDim.x))
                 clear<fixed_point>(
                     d.grid, parity ^ 1,
-                    f * d.lattice.node_count() + old * block_nodes + int(threadIdx.x));
+                    i / block_nodes * d.lattice.node_count() + old * block_nodes + i % block_nodes);
             if (threadIdx.x == 0) d.grid.touched[parity ^ 1][old] = 0;
         }
-        if (b >= 0) update(b);
+        update(here);
     }
 }
 
-template <bool tools, bool fixed_point>
-__global__ void __launch_bounds__(threads, 12) grid_kernel(const __grid_constant__ Views d)
+using SharedSpace = ContactSpace<shared_nodes>;
+
+// held() by all lanes of a warp, for those that are `in`; of tools without blades.
+__device__ Vec3<float> held_by_warp(SharedSpace& space, const Colliders<float>& c, const Mask& mask,
+                                    bool in, Vec3<float> x, Vec3<float> v)
 {
+    WarpContact<shared_nodes> contact(space, c);
+    const int near = contact.look(mask, in, x, [&c](int i) { return c.primitives[i].tool; });
+    for (int from = 0, to; from < near; from = to) {
+        to = contact.run_end(from, near);
+        const Tool<float>& tool = c.tools[contact.label(from)];
+        const Contact<float> hit = contact.deepest(from, to, in, x);
+        if (hit.phi < 0) v = touched(v, hit.n, hit.v, tool.touch, tool.friction);
+    }
+    return v;
+}
+
+// The node of index i, by lanes that `own` one; tools(in, x, v) by all lanes of a warp.
+template <bool fixed_point, class Tools>
+__device__ void update_node(const Views& d, int parity, float dt, int i, bool own, Tools&& tools)
+{
+    const Int3 at = d.lattice.node_at(i);
+    const Node<float> sum = own ? sum_of<fixed_point>(d.grid, parity, i) : Node<float>{};
+    const bool clay = sum.m > 0;
+    Vec3<float> v{};
+    if (clay) v = falling(sum, d.gravity, dt);
+    v = tools(clay, d.lattice.position(at), v);
+    if (!own) return;
+    bool clipped = false;
+    if (clay) v = bounded(v, at, d.lattice, d.walls, dt, clipped);
+    d.grid.nodes[parity][i] = {v.x, v.y, v.z, clay ? sum.m : 0};
+    if (clipped) atomicAdd(&d.clock->counters.clipped, 1ull);
+}
+
+template <bool tools, bool fixed_point>
+__global__ void __launch_bounds__(threads<tools>, resident<tools>)
+    grid_kernel(const __grid_constant__ Views d)
+{
+    __shared__ SharedSpace spaces[tools ? block_nodes / shared_nodes : 1];
     await_before();
-    const int n = d.clock->done, parity = n & 1;
+    const auto start = started<abreast<tools>>(d);
+    const int n = start.n, parity = n & 1;
     if (blockIdx.x == 0) {
         if (threadIdx.x == 0) look_ahead(d, n);
         return;
     }
-    const float dt = float(d.clock->step(n).dt);
+    const float dt = start.dt;
     if (!(dt > 0)) return;
     if (d.rest.rule.mode == RestMode::sleep) stir_neighbours(d, n);
-    const Colliders<float> colliders = d.tools.colliders(n);
-    for_each_block<fixed_point>(d, n, [&](int b) {
-        const int i = b * block_nodes + int(threadIdx.x);
-        bool clipped;
-        const Node<float> node =
-            update(sum_of<fixed_point>(d.grid, parity, i), d.lattice.node_at(i), d.lattice, d.walls,
-                   d.gravity, dt, clipped, [&](Vec3<float> x, Vec3<float> v) {
-                       if constexpr (tools)
-                           if (!empty(d.tools.masks[b]))
-                               return held(colliders, d.tools.masks[b], x, v);
-                       return v;
-                   });
-        d.grid.nodes[parity][i] = {node.p.x, node.p.y, node.p.z, node.m};
-        if (clipped) atomicAdd(&d.clock->counters.clipped, 1ull);
+    for_each_block<fixed_point>(d, start, [&](const int(&blocks)[abreast<tools>]) {
+        const auto near = [&](int b) { return tools && b >= 0 && !empty(d.tools.masks[b]); };
+        const int half = int(threadIdx.x) / block_nodes;
+        const int own = half ? blocks[abreast<tools> - 1] : blocks[0];
+        if (own >= 0 && !near(own))
+            update_node<fixed_point>(d, parity, dt,
+                                     own * block_nodes + int(threadIdx.x) % block_nodes, true,
+                                     [](bool, Vec3<float>, Vec3<float> v) { return v; });
+        if constexpr (!tools) return;
+        for (int k = 0; k < 2; ++k) {
+            const int b = k ? blocks[abreast<tools> - 1] : blocks[0];
+            if (!near(b)) continue;
+            const int warp = int(threadIdx.x >> 5), lane = int(threadIdx.x & 31);
+            const int node = lane % shared_nodes;
+            update_node<fixed_point>(d, parity, dt, b * block_nodes + warp * shared_nodes + node,
+                                     lane == node, [&](bool clay, Vec3<float> x, Vec3<float> v) {
+                                         return held_by_warp(
+                                             spaces[warp], d.tools.colliders(n), d.tools.masks[b],
+                                             __shfl_sync(0xffffffffu, clay, node), x, v);
+                                     });
+        }
     });
 }
 
@@ -154,19 +251,22 @@ __device__ Vec3<float> slope(const Views& d, int parity, Int3 n)
 // Where blades are: each label has its own velocity, and the two do not pass through each other.
 // Neighbours read masses here, which the update leaves as they are.
 template <bool fixed_point>
-__global__ void __launch_bounds__(threads, 8) cut_grid_kernel(const __grid_constant__ Views d)
+__global__ void __launch_bounds__(block_nodes, 8) cut_grid_kernel(const __grid_constant__ Views d)
 {
     await_before();
-    const int n = d.clock->done, parity = n & 1, nodes = d.lattice.node_count();
+    const auto start = started<1>(d);
+    const int n = start.n, parity = n & 1, nodes = d.lattice.node_count();
+    const float dt = start.dt, dx = d.lattice.dx;
     if (blockIdx.x == 0) {
         if (threadIdx.x == 0) look_ahead(d, n);
         return;
     }
-    const float dt = float(d.clock->step(n).dt), dx = d.lattice.dx;
     if (!(dt > 0)) return;
     if (d.rest.rule.mode == RestMode::sleep) stir_neighbours(d, n);
     const Colliders<float> colliders = d.tools.colliders(n);
-    for_each_block<fixed_point>(d, n, [&](int b) {
+    for_each_block<fixed_point>(d, start, [&](const int(&blocks)[1]) {
+        const int b = blocks[0];
+        if (b < 0) return;
         const int i = b * block_nodes + int(threadIdx.x);
         const Int3 at = d.lattice.node_at(i);
         const Mask& mask = d.tools.masks[b];
@@ -196,17 +296,20 @@ __global__ void __launch_bounds__(threads, 8) cut_grid_kernel(const __grid_const
 
 void grid(const Views& views, const Needs& needs, int multiprocessors, cudaStream_t stream)
 {
-    const int blocks = 1 + least(views.lattice.block_count(), 8 * multiprocessors);
+    const auto blocks = [&](int resident) {
+        return 1 + least(views.lattice.block_count(), resident * multiprocessors - 1);
+    };
     if (needs.blades) {
         launch_early("grid", needs.fixed_point ? cut_grid_kernel<true> : cut_grid_kernel<false>,
-                     blocks, threads, stream, views);
+                     blocks(8), block_nodes, stream, views);
         return;
     }
     const bool tools = needs.tools && views.tools.grid_contact;
     const auto kernel = needs.fixed_point
                             ? (tools ? grid_kernel<true, true> : grid_kernel<false, true>)
                             : (tools ? grid_kernel<true, false> : grid_kernel<false, false>);
-    launch_early("grid", kernel, blocks, threads, stream, views);
+    launch_early("grid", kernel, blocks(tools ? resident<true> : resident<false>),
+                 tools ? threads<true> : threads<false>, stream, views);
 }
 
 }  // namespace knead::gpu

@@ -5,14 +5,14 @@
 
 namespace knead {
 
-// A medial sphere at one instant, moving.
+// A medial sphere at one instant, moving. Aligned, as what follows, for loads of 16 bytes.
 template <class R>
-struct Sphere {
+struct alignas(16) Sphere {
     Vec3<R> c, v, w;  // centre [m], velocity [m/s], angular velocity [1/s]
     R r, rate;        // radius [m] and its rate of change [m/s]
 };
 
-struct Primitive {
+struct alignas(16) Primitive {
     int count;      // 1 ball, 2 cone, 3 slab
     int sphere[3];  // indices of its spheres; unused ones repeat the last
     int tool;       // index of the tool it belongs to
@@ -20,7 +20,7 @@ struct Primitive {
 
 // The side of a cone, derived once per pose. A cone without a tangent line is its larger sphere.
 template <class R>
-struct Cone {
+struct alignas(16) Cone {
     Vec3<R> a, u;      // first centre [m], unit axis
     R length, r;       // of the axis, of the first sphere [m]
     R k, kc;           // radius per length, and k / sqrt(1 - k^2)
@@ -29,21 +29,33 @@ struct Cone {
 
 // A primitive's derived constants.
 template <class R>
-struct Shape {
-    int count;                 // 1 ball, 2 cone, 3 slab
-    bool plane;                // slab: two tangent planes exist
-    Cone<R> edge[3];           // (0,1), (1,2), (0,2)
-    Vec3<R> c0, N, g, m1, m2;  // slab: first centre [m], unit normal, gradient of the radius, dual
-                               // vectors of its sides [1/m]
-    R r0, k1, k2, cc;          // slab: first radius [m]; see (14)
-    Vec3<R> low, high;         // bounding box [m]
+struct alignas(16) Shape {
+    Vec3<R> low;      // of its bounding box [m]
+    int count;        // 1 ball, 2 cone, 3 slab
+    Vec3<R> high;     // [m]
+    bool plane;       // slab: two tangent planes exist
+    Vec3<R> c0;       // slab: first centre; else that of edge[0] [m]
+    R stretch;        // squared, see enclosed() [m^2]
+    Vec3<R> N;        // unit normal of the plane; a cone's unit axis; else 0
+    R r0;             // slab: first radius [m]
+    Cone<R> edge[3];  // (0,1), (1,2), (0,2)
+    Vec3<R> g;        // slab: gradient of the radius
+    R k1;             // see (14)
+    Vec3<R> m1;       // slab: dual vectors of its sides [1/m]
+    R k2;
+    Vec3<R> m2;
+    R cc;
 };
 
+// Whether p may be inside: it is in the bounding box, and no farther from the plane of a slab, or
+// from the axis of a cone, than the largest radius.
 template <class R>
-HD bool boxed(const Shape<R>& s, Vec3<R> p)
+HD bool enclosed(const Shape<R>& s, Vec3<R> p)
 {
-    return p.x >= s.low.x && p.x <= s.high.x && p.y >= s.low.y && p.y <= s.high.y &&
-           p.z >= s.low.z && p.z <= s.high.z;
+    const Vec3<R> d = p - s.c0;
+    const R t = dot(d, s.N), away = s.plane ? t * t : dot(d, d) - t * t;
+    return (p.x >= s.low.x) & (p.x <= s.high.x) & (p.y >= s.low.y) & (p.y <= s.high.y) &
+           (p.z >= s.low.z) & (p.z <= s.high.z) & (away <= s.stretch);
 }
 
 // The nearest point: signed distance, outward normal, weights of the spheres it hangs on.
@@ -139,7 +151,17 @@ HD void form(Shape<R>& s, int count, const Sphere<R>& s0, const Sphere<R>& s1, c
     s.low = s.high = s0.c;
     add(s0), add(s1), add(s2);
     s.edge[0] = cone(s0.c, s0.r, count > 1 ? s1.c : s0.c, count > 1 ? s1.r : s0.r);
-    if (count < 3) return;
+    const Vec3<R> size = s.high - s.low;
+    // With a share for rounding: no point that is inside may be left out.
+    const auto within = [&](R radius) {
+        return R(1.001) * radius * radius + R(1e-6) * dot(size, size);
+    };
+    s.c0 = s.edge[0].a;
+    s.stretch = within(most(s0.r, s1.r));
+    if (count < 3) {
+        if (s.edge[0].length > 0) s.N = s.edge[0].u;
+        return;
+    }
     s.edge[1] = cone(s1.c, s1.r, s2.c, s2.r);
     s.edge[2] = cone(s0.c, s0.r, s2.c, s2.r);
     const auto side = [](const Sphere<R>& a, const Sphere<R>& b) {
@@ -153,6 +175,7 @@ HD void form(Shape<R>& s, int count, const Sphere<R>& s0, const Sphere<R>& s1, c
         sheet(s, s1, s2, s0, s.m1, s.m2, m0);
     else
         sheet(s, s2, s0, s1, s.m2, m0, s.m1);
+    s.stretch = within(s.plane ? most(most(s0.r, s1.r), s2.r) : length(size));
     if (!s.plane) return;
     s.c0 = s0.c;
     s.r0 = s0.r;
@@ -172,30 +195,28 @@ HD Shape<R> shape(int count, const Sphere<R>& s0, const Sphere<R>& s1, const Sph
 template <class R>
 HD Foot<R> foot(const Shape<R>& s, Vec3<R> p)
 {
-    if (s.count < 3) return foot(s.edge[0], p);
-    R l0 = -1, l1 = -1, l2 = -1;  // no tangent plane: any edge may hold the foot
+    Foot<R> best{R(1e30), {0, 1, 0}, 1, 0, 0};
+    unsigned open = s.count == 3 ? 7 : 1;  // edges that may hold the foot
     if (s.plane) {
         const Vec3<R> d = p - s.c0;
         const R h = dot(d, s.N), H = h < 0 ? -h : h;
-        l1 = dot(s.m1, d) + s.k1 * H;
-        l2 = dot(s.m2, d) + s.k2 * H;
-        l0 = 1 - l1 - l2;
-        if (l0 >= 0 && l1 >= 0 && l2 >= 0) {
-            const R side = h < 0 ? -s.cc : s.cc;
-            return {s.cc * H - dot(s.g, d) - s.r0, side * s.N - s.g, l0, l1, l2};
-        }
+        const R l1 = dot(s.m1, d) + s.k1 * H, l2 = dot(s.m2, d) + s.k2 * H, l0 = 1 - l1 - l2;
+        // The distance is convex in the weights, so the foot lies on an edge whose opposite weight
+        // the unconstrained foot makes negative.
+        open = unsigned(l2 < 0) | unsigned(l0 < 0) << 1 | unsigned(l1 < 0) << 2;
+        const R side = h < 0 ? -s.cc : s.cc;
+        if (l0 >= 0 && l1 >= 0 && l2 >= 0)
+            best = {s.cc * H - dot(s.g, d) - s.r0, side * s.N - s.g, l0, l1, l2};
     }
-    // The distance is convex in the weights, so the foot lies on an edge whose opposite weight the
-    // unconstrained foot makes negative.
-    Foot<R> best{R(1e30), {0, 1, 0}, 1, 0, 0};
-    if (l2 < 0) best = foot(s.edge[0], p);
-    if (l0 < 0) {
-        const Foot<R> f = foot(s.edge[1], p);
-        if (f.phi < best.phi) best = {f.phi, f.n, 0, f.l0, f.l1};
-    }
-    if (l1 < 0) {
-        const Foot<R> f = foot(s.edge[2], p);
-        if (f.phi < best.phi) best = {f.phi, f.n, f.l0, 0, f.l1};
+    for (; open; open &= open - 1) {
+        const int e = lowest_bit(open);
+        const Foot<R> f = foot(s.edge[e], p);
+        if (!(f.phi < best.phi)) continue;
+        best = {f.phi, f.n, e == 1 ? 0 : f.l0,
+                e == 0   ? f.l1
+                : e == 1 ? f.l0
+                         : 0,
+                e == 0 ? 0 : f.l1};
     }
     return best;
 }

@@ -192,12 +192,17 @@ template <class R>
 HD bool yield(Particle<R>& q, const Material<R>& m, R dt)
 {
     switch (m.flow) {
-        case Flow::none: return false;
+        case Flow::none:
+            return false;
         case Flow::von_mises:
-        case Flow::herschel_bulkley: return yield_by_stress(q, m, dt);
-        case Flow::drucker_prager: return yield_sand(q, m);
-        case Flow::clamp: return yield_snow(q, m);
-        case Flow::fluid: break;
+        case Flow::herschel_bulkley:
+            return yield_by_stress(q, m, dt);
+        case Flow::drucker_prager:
+            return yield_sand(q, m);
+        case Flow::clamp:
+            return yield_snow(q, m);
+        case Flow::fluid:
+            break;
     }
     q.e = isotropic(std::expm1(R(2) / 3 * log_volume(determinant_excess(q.e))));
     return false;

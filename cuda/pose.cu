@@ -67,7 +67,7 @@ __global__ void __launch_bounds__(threads) mask_kernel(const __grid_constant__ V
     }
 }
 
-__global__ void __launch_bounds__(threads)
+__global__ void __launch_bounds__(threads, 8)
     penetration_kernel(const __grid_constant__ Views d, float* depth)
 {
     const int i = int(blockIdx.x * threads + threadIdx.x);

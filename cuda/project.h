@@ -4,9 +4,18 @@
 
 namespace knead {
 
-// Moves a particle at x with velocity v out of the tools of its block, at most `passes` times; what
-// it loses of its velocity is what the surface takes (18). Where it was inside of one, tells the
-// depth it was found at [m].
+// Moves what is at x, with velocity v, to the surface that it was found behind; what it loses of
+// its velocity is what the surface takes.  (18)
+template <class R>
+HD void put_out(Vec3<R>& x, Vec3<R>& v, const Contact<R>& hit, const Tool<R>& tool)
+{
+    const Touch touch = tool.touch == Touch::slip ? Touch::separate : tool.touch;
+    x = x - hit.phi * hit.n;
+    v = touched(v, hit.n, hit.v, touch, tool.friction);
+}
+
+// Moves a particle at x with velocity v out of the tools of its block, at most `passes` times.
+// Where it was inside of one, tells the depth it was found at [m].
 template <class R>
 HD void push_out(Vec3<R>& x, Vec3<R>& v, R& depth, const Colliders<R>& c, const Mask& mask,
                  int passes)
@@ -15,10 +24,7 @@ HD void push_out(Vec3<R>& x, Vec3<R>& v, R& depth, const Colliders<R>& c, const 
         const Contact<R> hit = deepest_contact(c, mask, x);
         if (!(hit.phi < 0)) break;
         if (k == 0) depth = -hit.phi;
-        const Tool<R>& tool = c.tools[hit.tool];
-        const Touch touch = tool.touch == Touch::slip ? Touch::separate : tool.touch;
-        x = x - hit.phi * hit.n;
-        v = touched(v, hit.n, hit.v, touch, tool.friction);
+        put_out(x, v, hit, c.tools[hit.tool]);
     }
 }
 

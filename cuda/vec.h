@@ -176,8 +176,7 @@ HD Sym3<R> deviator(const Sym3<R>& A)
 template <class R>
 HD R norm_squared(const Sym3<R>& A)  // Frobenius
 {
-    return A.xx * A.xx + A.yy * A.yy + A.zz * A.zz +
-           2 * (A.xy * A.xy + A.xz * A.xz + A.yz * A.yz);
+    return A.xx * A.xx + A.yy * A.yy + A.zz * A.zz + 2 * (A.xy * A.xy + A.xz * A.xz + A.yz * A.yz);
 }
 template <class R>
 HD R determinant(const Sym3<R>& A)

@@ -37,6 +37,7 @@ void check_tools(const Setup& s)
     require(s.rig.primitives.size() <= std::size_t(most_primitives),
             std::to_string(s.rig.primitives.size()) + " primitives, at most " +
                 std::to_string(most_primitives));
+    require(s.tools.size() <= 256, std::to_string(s.tools.size()) + " tools, at most 256");
     for (const Primitive& p : s.rig.primitives) {
         require(p.count >= 1 && p.count <= 3, "a primitive has 1 to 3 spheres");
         require(p.tool >= 0 && p.tool < int(s.tools.size()), "a primitive without its tool");
