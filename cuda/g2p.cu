@@ -268,18 +268,19 @@ __device__ void move_on(const Views& d, int n)
 // Blocks per multiprocessor: as many as leave registers enough to spill nothing, and no more than
 // shared memory holds.
 constexpr int most_resident = SHARED_KIB / 25;
-template <Flows flows, bool blades, bool rests>
+template <bool tools, Flows flows, bool blades, bool rests>
 constexpr int spill_free = rests                 ? (flows == Flows::any ? 3 : 4)
                            : blades              ? 6
                            : flows == Flows::any ? 3
-                                                 : 7;
-template <Flows flows, bool blades, bool rests>
-constexpr int resident =
-    spill_free<flows, blades, rests> < most_resident ? spill_free<flows, blades, rests>
-                                                     : most_resident;
+                           : tools               ? 6
+                                                 : 8;
+template <bool tools, Flows flows, bool blades, bool rests>
+constexpr int resident = spill_free<tools, flows, blades, rests> < most_resident
+                             ? spill_free<tools, flows, blades, rests>
+                             : most_resident;
 
 template <bool tools, Flows flows, bool blades, bool rests>
-__global__ void __launch_bounds__(scatter_threads<blades>, (resident<flows, blades, rests>))
+__global__ void __launch_bounds__(scatter_threads<blades>, (resident<tools, flows, blades, rests>))
     g2p_kernel(const __grid_constant__ Views d)
 {
     union Space {
