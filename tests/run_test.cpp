@@ -268,6 +268,21 @@ TEST_F(RunFolder, WritesAReportACsvAMeshAndParticles)
               all["knead"]["particles"].get<std::size_t>());
 }
 
+TEST_F(RunFolder, ClayAtRestIsToldAsLeftOut)
+{
+    RunOptions o = quick("out");
+    o.frames = 12, o.settings = {"rest.mode=sleep"};  // it sleeps from the ninth frame on
+    ASSERT_EQ(code([&] { return run_verb(o); }), exit_ok) << last_message();
+    const Json k = read_json(path("out/report.json"))["knead"];
+    EXPECT_EQ(k["rest"]["mode"], "sleep");
+    EXPECT_DOUBLE_EQ(k["rest"]["moved_share"].get<double>(), 8.0 / 12);
+    EXPECT_EQ(k["rest"]["woken_blocks"], 0);
+    EXPECT_NE(k["left_out"].dump().find("clay at rest: 33.3 % of all"), std::string::npos);
+    EXPECT_NE(summary(read_json(path("out/report.json"))).find("66.67 %"), std::string::npos);
+    const auto named = left_out(built(path("scene.json")), {});
+    EXPECT_EQ(std::count(named.begin(), named.end(), "sleep: not asked for (/rest/mode)"), 1);
+}
+
 TEST_F(RunFolder, ResultsThatAreThereAreKept)
 {
     ASSERT_EQ(code([&] { return run_verb(quick("out")); }), exit_ok) << last_message();

@@ -96,6 +96,44 @@ TEST_F(SceneFile, WrongUnitsAndRangesAreToldWithTheirUnit)
     EXPECT_SAYS(complaint(ball, {"frames=1.5"}), "a whole number");
 }
 
+TEST_F(SceneFile, RestIsAskedForAndItsDefaultsFollowTheScene)
+{
+    const Rest<double> none = scene(ball).setup.rest;
+    EXPECT_EQ(none.mode, RestMode::none);
+    const Rest<double> usual = scene(ball, {"rest.mode=sleep"}).setup.rest;
+    EXPECT_EQ(usual.mode, RestMode::sleep);
+    EXPECT_DOUBLE_EQ(usual.push, 9.81 / 2);
+    EXPECT_DOUBLE_EQ(usual.speed, 0.05);
+    EXPECT_EQ(usual.frames, 9);
+    EXPECT_DOUBLE_EQ(usual.reach, 4.0 / 64);
+    const Rest<double> brief = scene(ball, {"rest.mode=sleep", "clock=paper"}).setup.rest;
+    EXPECT_EQ(brief.frames, 200);
+    EXPECT_DOUBLE_EQ(brief.speed, 9.81 / 2 * 5e-4);
+    EXPECT_DOUBLE_EQ(scene(ball, {"gravity=[0,0,0]"}).setup.rest.push, 5);
+    EXPECT_DOUBLE_EQ(scene(ball, {"objects.0.material=dough"}).setup.rest.speed, 0.005);
+    const Rest<double> said = scene(ball, {"rest={\"mode\": \"localized\", \"speed\": 1, "
+                                           "\"frames\": 2, \"acceleration\": 3, \"reach\": 0}",
+                                           "hands={}"})
+                                  .setup.rest;
+    EXPECT_EQ(said.mode, RestMode::localized);
+    EXPECT_EQ(said.speed, 1);
+    EXPECT_EQ(said.frames, 2);
+    EXPECT_EQ(said.push, 3);
+    EXPECT_EQ(said.reach, 0);
+}
+
+TEST_F(SceneFile, RestThatCannotBeIsRefused)
+{
+    EXPECT_SAYS(complaint(ball, {"rest.mode=slep"}), "/rest/mode");
+    EXPECT_SAYS(complaint(ball, {"rest.mode=slep"}), "\"sleep\"");
+    EXPECT_SAYS(complaint(ball, {"rest.spead=1"}), "the nearest is \"speed\"");
+    EXPECT_SAYS(complaint(ball, {"rest.speed=0"}), "/rest/speed: expected a number above 0");
+    EXPECT_SAYS(complaint(ball, {"rest.frames=0.5"}), "a whole number");
+    EXPECT_SAYS(complaint(ball, {"rest.acceleration=-1"}), "m/s^2");
+    EXPECT_SAYS(complaint(ball, {"rest.reach=-1"}), "/rest/reach");
+    EXPECT_SAYS(complaint(ball, {"rest.mode=localized"}), "without hands");
+}
+
 TEST_F(SceneFile, NumbersThatAreNoneAreRefused)
 {
     EXPECT_SAYS(complaint(ball, {"objects.0.diameter=nan"}), "found the text \"nan\"");
