@@ -279,6 +279,27 @@ constexpr int resident = spill_free<tools, flows, blades, rests> < most_resident
                              ? spill_free<tools, flows, blades, rests>
                              : most_resident;
 
+// The substep of a run, by all threads of a block: this one's particle, number i, is stored, and
+// scattered for the next.
+template <bool tools, Flows flows, bool blades, bool rests, int warps>
+__device__ void stepped(const Views& d, int i, bool valid, const Later& later,
+                        ScatterSpace<blades>& space, Sums (&sums)[warps], Particle<float>& q)
+{
+    Events happened = moved<tools, flows, blades, rests>(d, i, valid, later, space, q);
+    if (!valid) happened = {};
+    const Sums all = summed<tools>(happened);
+    if ((threadIdx.x & 31) == 0) sums[threadIdx.x >> 5] = all;
+    const bool last = !(later.dt > 0);
+    if constexpr (rests) note_end(d, q, last && happened.moved, later.n - 1);
+    const ParticleView& to = d.particles[later.side];
+    if (valid) to.store_state(i, q);
+    if (valid && last) to.store_motion(i, q);
+    WarpScatter<blades> scatter{d, space, later.n};
+    if (!last) scatter(q, narrowed<flows>(d.materials[q.object]), valid, later.dt);
+    const int stirred = synchronised<rests>(happened.moved);
+    if (threadIdx.x == 0) report(later.clock(), later.n - 1, sums, stirred);
+}
+
 template <bool tools, Flows flows, bool blades, bool rests>
 __global__ void __launch_bounds__(scatter_threads<blades>, (resident<tools, flows, blades, rests>))
     g2p_kernel(const __grid_constant__ Views d)
@@ -311,22 +332,10 @@ __global__ void __launch_bounds__(scatter_threads<blades>, (resident<tools, flow
     if (threadIdx.x == 0) later = {d.clock, n + 1, side, dt, after};
     __syncthreads();
     for_each_run<rests>(d, posers, [&](int run) {
-        const bool valid = index(run) < count;
         const int i = clamped_to(index(run));
         if constexpr (rests) q = {}, d.particles[later.side].load_place(i, q);
-        Events happened = moved<tools, flows, blades, rests>(d, i, valid, later, space.scatter, q);
-        if (!valid) happened = {};
-        const Sums all = summed<tools>(happened);
-        if ((threadIdx.x & 31) == 0) sums[threadIdx.x >> 5] = all;
-        const bool last = !(later.dt > 0);
-        if constexpr (rests) note_end(d, q, last && happened.moved, later.n - 1);
-        const ParticleView& to = d.particles[later.side];
-        if (valid) to.store_state(i, q);
-        if (valid && last) to.store_motion(i, q);
-        WarpScatter<blades> scatter{d, space.scatter, later.n};
-        if (!last) scatter(q, narrowed<flows>(d.materials[q.object]), valid, later.dt);
-        const int stirred = synchronised<rests>(happened.moved);
-        if (threadIdx.x == 0) report(later.clock(), later.n - 1, sums, stirred);
+        stepped<tools, flows, blades, rests>(d, i, index(run) < count, later, space.scatter, sums,
+                                             q);
     });
     // Last, for ptxas does not know that the warp is together again after it.
     if (threadIdx.x == 0 && int(blockIdx.x) == posers) move_on(d, later.n);
