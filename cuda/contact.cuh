@@ -12,7 +12,7 @@ namespace knead::gpu {
 // Shared memory of a warp that asks for so many points.
 template <int points>
 struct ContactSpace {
-    static constexpr int slots = 8;  // primitives that are brought in at a time
+    static constexpr int slots = 6;  // primitives that are brought in at a time
     // A slot's shape and the beginning of its primitive, which is wanted soon. 17 rows: lanes that
     // read the same of different slots find it in different banks.
     float4 shapes[slots][17];

@@ -70,6 +70,40 @@ __device__ void take_up(Particle<float>& q, const float4* at)
     q.k = b.z, q.object = __float_as_int(b.w);
 }
 
+// What a warp's search for contact has of the scatter's space, which is free until then: the
+// search's own, and places for what it does not ask for.
+template <bool blades>
+struct Borrowed {
+    ScatterSpace<blades>& space;
+    const unsigned warp = threadIdx.x >> 5, lane = threadIdx.x & 31;
+    static constexpr int kept = 7;  // numbers of a lane behind the search's space
+    static_assert(sizeof(ContactSpace<32>) + kept * 32 * sizeof(float) <= sizeof space.columns[0]);
+    __device__ ContactSpace<32>& contact() const
+    {
+        return reinterpret_cast<ContactSpace<32>&>(space.columns[warp]);
+    }
+    __device__ float4* strain() const { return &space.slopes[warp][0][0] + lane; }
+    __device__ float& rate(int k) const
+    {
+        if (k == kept) return space.weights[warp][lane];
+        if (k > kept) return reinterpret_cast<float&>(space.cells[warp][lane]);
+        float* last = reinterpret_cast<float*>(&contact() + 1);
+        return last[32 * k + int(lane)];
+    }
+    __device__ void put_aside(const Mat3<float>& C) const
+    {
+        const float all[9] = {C.a.x, C.a.y, C.a.z, C.b.x, C.b.y, C.b.z, C.c.x, C.c.y, C.c.z};
+        UNROLL
+        for (int k = 0; k < 9; ++k) rate(k) = all[k];
+    }
+    __device__ Mat3<float> rates() const
+    {
+        asm volatile("" ::: "memory");
+        return {
+            {rate(0), rate(1), rate(2)}, {rate(3), rate(4), rate(5)}, {rate(6), rate(7), rate(8)}};
+    }
+};
+
 // What tools may touch the particle at x, if it is in the lattice; null: none.
 __device__ const Mask* near_tools(const Views& d, Vec3<float> x)
 {
@@ -102,18 +136,19 @@ __device__ float left_tools(Particle<float>& q, const Views& d, const Later& lat
 // The same by all lanes of a warp.
 template <bool blades>
 __device__ float left_together(Particle<float>& q, const Views& d, const Later& later,
-                               ContactSpace<32>& space, float4* aside, unsigned& covered)
+                               const Borrowed<blades>& borrowed, unsigned& covered)
 {
     const Mask* own = near_tools(d, q.x);
     bool in = own;
     if (!__any_sync(all_lanes, in)) return 0;
-    put_aside(q, aside);
+    put_aside(q, borrowed.strain());
+    if constexpr (!blades) borrowed.put_aside(q.C);
     const Mask& mask = in ? *own : d.tools.masks[0];
     const Colliders<float> colliders = d.tools.colliders(later.n - 1);
     if constexpr (blades)
         if (in) covered = cut(q, colliders, mask, d.lattice.dx);
     float depth = 0;
-    WarpContact<32> contact(space, colliders);
+    WarpContact<32> contact(borrowed.contact(), colliders);
     for (int k = 0; k < d.tools.passes && __any_sync(all_lanes, in); ++k) {
         const int near =
             contact.look(mask, in, q.x, [&](int i) { return !blades || !two_sided(colliders, i); });
@@ -123,7 +158,8 @@ __device__ float left_together(Particle<float>& q, const Views& d, const Later& 
         if (in && k == 0) depth = -hit.phi;
         if (in) put_out(q.x, q.v, hit, colliders.tools[hit.tool]);
     }
-    take_up(q, aside);
+    take_up(q, borrowed.strain());
+    if constexpr (!blades) q.C = borrowed.rates();
     stiffen(q.C, depth);
     return depth;
 }
@@ -190,14 +226,10 @@ __device__ Events moved(const Views& d, int i, bool valid, const Later& later,
     q.x = q.x + dt * q.v;
     Events happened{};
     if constexpr (tools) {
-        // The scatter's space is free until then; a warp uses its own share.
-        const unsigned warp = threadIdx.x >> 5;
-        float4* aside = &space.slopes[warp][0][0] + (threadIdx.x & 31);
-        static_assert(sizeof space.columns[warp] >= sizeof(ContactSpace<32>));
-        auto& contact = reinterpret_cast<ContactSpace<32>&>(space.columns[warp]);
+        const Borrowed<blades> borrowed{space};
         happened.depth = rests
-                             ? left_tools<blades>(q, d, later, aside, happened.covered)
-                             : left_together<blades>(q, d, later, contact, aside, happened.covered);
+                             ? left_tools<blades>(q, d, later, borrowed.strain(), happened.covered)
+                             : left_together<blades>(q, d, later, borrowed, happened.covered);
     }
     happened.projected = happened.depth > 0;
     happened.confined = confine(q, d.lattice, d.walls);
@@ -272,7 +304,7 @@ template <bool tools, Flows flows, bool blades, bool rests>
 constexpr int spill_free = rests                 ? (flows == Flows::any ? 3 : 4)
                            : blades              ? 6
                            : flows == Flows::any ? 3
-                           : tools               ? 6
+                           : tools               ? 7
                                                  : 8;
 template <bool tools, Flows flows, bool blades, bool rests>
 constexpr int resident = spill_free<tools, flows, blades, rests> < most_resident
