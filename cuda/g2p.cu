@@ -3,12 +3,11 @@
 // gradients go to memory only when the frame ends. A few blocks pose the tools for that substep
 // meanwhile.
 #include "blade.h"
-#include "contact.cuh"
 #include "g2p.h"
 #include "launch.cuh"
 #include "plasticity.h"
 #include "pose.cuh"
-#include "project.h"
+#include "project.cuh"
 #include "scatter.cuh"
 #include "stages.cuh"
 
@@ -41,127 +40,6 @@ __device__ Material<float> narrowed(Material<float> m)
     if constexpr (flows == Flows::plastic)
         m.flow = m.flow == Flow::von_mises ? Flow::von_mises : Flow::none;
     return m;
-}
-
-// What a thread block reads again later rather than keep it in registers while particles move.
-struct Later {
-    Clock* kept;
-    int n, side;    // the substep that is scattered for; which particle array is current
-    float now, dt;  // of the substep under way and of that one [s]; dt 0: there is none
-    __device__ Clock& clock() const
-    {
-        __builtin_assume(__isGlobal(kept));
-        return *kept;
-    }
-};
-
-// Puts aside what contact does not ask for, and takes it up again: in registers it would crowd out
-// the walk through the primitives. `at`: two places, 32 apart.
-__device__ void put_aside(const Particle<float>& q, float4* at)
-{
-    at[0] = {q.e.xx, q.e.yy, q.e.zz, q.e.xy};
-    at[32] = {q.e.xz, q.e.yz, q.k, __int_as_float(q.object)};
-}
-__device__ void take_up(Particle<float>& q, const float4* at)
-{
-    asm volatile("" ::: "memory");
-    const float4 a = at[0], b = at[32];
-    q.e = {a.x, a.y, a.z, a.w, b.x, b.y};
-    q.k = b.z, q.object = __float_as_int(b.w);
-}
-
-// What a warp's search for contact has of the scatter's space, which is free until then: the
-// search's own, and places for what it does not ask for.
-template <bool blades>
-struct Borrowed {
-    ScatterSpace<blades>& space;
-    const unsigned warp = threadIdx.x >> 5, lane = threadIdx.x & 31;
-    static constexpr int kept = 7;  // numbers of a lane behind the search's space
-    static_assert(sizeof(ContactSpace<32>) + kept * 32 * sizeof(float) <= sizeof space.columns[0]);
-    __device__ ContactSpace<32>& contact() const
-    {
-        return reinterpret_cast<ContactSpace<32>&>(space.columns[warp]);
-    }
-    __device__ float4* strain() const { return &space.slopes[warp][0][0] + lane; }
-    __device__ float& rate(int k) const
-    {
-        if (k == kept) return space.weights[warp][lane];
-        if (k > kept) return reinterpret_cast<float&>(space.cells[warp][lane]);
-        float* last = reinterpret_cast<float*>(&contact() + 1);
-        return last[32 * k + int(lane)];
-    }
-    __device__ void put_aside(const Mat3<float>& C) const
-    {
-        const float all[9] = {C.a.x, C.a.y, C.a.z, C.b.x, C.b.y, C.b.z, C.c.x, C.c.y, C.c.z};
-        UNROLL
-        for (int k = 0; k < 9; ++k) rate(k) = all[k];
-    }
-    __device__ Mat3<float> rates() const
-    {
-        asm volatile("" ::: "memory");
-        return {
-            {rate(0), rate(1), rate(2)}, {rate(3), rate(4), rate(5)}, {rate(6), rate(7), rate(8)}};
-    }
-};
-
-// What tools may touch the particle at x, if it is in the lattice; null: none.
-__device__ const Mask* near_tools(const Views& d, Vec3<float> x)
-{
-    const Int3 cell = d.lattice.cell_of(x), size = d.lattice.size;
-    const bool in = x.x >= 0 && x.y >= 0 && x.z >= 0 && cell.x < size.x && cell.y < size.y &&
-                    cell.z < size.z && d.tools.passes > 0;
-    if (!in) return nullptr;
-    const Mask& mask = d.tools.masks[d.lattice.block_of(cell)];
-    return empty(mask) ? nullptr : &mask;
-}
-
-// Projection of a lane's particle, which looks for contact by itself. Returns the depth it was
-// found at [m].
-template <bool blades>
-__device__ float left_tools(Particle<float>& q, const Views& d, const Later& later, float4* aside,
-                            unsigned& covered)
-{
-    const Mask* mask = near_tools(d, q.x);
-    if (!mask) return 0;
-    put_aside(q, aside);
-    const Colliders<float> colliders = d.tools.colliders(later.n - 1);
-    if constexpr (blades) covered = cut(q, colliders, *mask, d.lattice.dx);
-    float depth = 0;
-    push_out(q.x, q.v, depth, colliders, *mask, d.tools.passes);
-    take_up(q, aside);
-    stiffen(q.C, depth);
-    return depth;
-}
-
-// The same by all lanes of a warp.
-template <bool blades>
-__device__ float left_together(Particle<float>& q, const Views& d, const Later& later,
-                               const Borrowed<blades>& borrowed, unsigned& covered)
-{
-    const Mask* own = near_tools(d, q.x);
-    bool in = own;
-    if (!__any_sync(all_lanes, in)) return 0;
-    put_aside(q, borrowed.strain());
-    if constexpr (!blades) borrowed.put_aside(q.C);
-    const Mask& mask = in ? *own : d.tools.masks[0];
-    const Colliders<float> colliders = d.tools.colliders(later.n - 1);
-    if constexpr (blades)
-        if (in) covered = cut(q, colliders, mask, d.lattice.dx);
-    float depth = 0;
-    WarpContact<32> contact(borrowed.contact(), colliders);
-    for (int k = 0; k < d.tools.passes && __any_sync(all_lanes, in); ++k) {
-        const int near =
-            contact.look(mask, in, q.x, [&](int i) { return !blades || !two_sided(colliders, i); });
-        if (near == 0) break;
-        const Contact<float> hit = contact.deepest(0, near, in, q.x);
-        in = hit.phi < 0;
-        if (in && k == 0) depth = -hit.phi;
-        if (in) put_out(q.x, q.v, hit, colliders.tools[hit.tool]);
-    }
-    take_up(q, borrowed.strain());
-    if constexpr (!blades) q.C = borrowed.rates();
-    stiffen(q.C, depth);
-    return depth;
 }
 
 // A particle moves in block b, or will, whose clay was still in substep n: where clay may wake, the
