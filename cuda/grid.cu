@@ -191,6 +191,19 @@ __device__ void update_node(const Views& d, int parity, float dt, int i, bool ow
     if (clipped) atomicAdd(&d.clock->counters.clipped, 1ull);
 }
 
+// The nodes of block b, which tools may touch, by all warps of a thread block.
+template <bool fixed_point>
+__device__ void update_together(const Views& d, SharedSpace& space, int n, float dt, int b)
+{
+    const int lane = int(threadIdx.x & 31), node = lane % shared_nodes;
+    const int i = b * block_nodes + int(threadIdx.x >> 5) * shared_nodes + node;
+    const auto tools = [&](bool clay, Vec3<float> x, Vec3<float> v) {
+        return held_by_warp(space, d.tools.colliders(n), d.tools.masks[b],
+                            __shfl_sync(0xffffffffu, clay, node), x, v);
+    };
+    update_node<fixed_point>(d, n & 1, dt, i, lane == node, tools);
+}
+
 template <bool tools, bool fixed_point>
 __global__ void __launch_bounds__(threads<tools>, resident<tools>)
     grid_kernel(const __grid_constant__ Views d)
@@ -214,18 +227,9 @@ __global__ void __launch_bounds__(threads<tools>, resident<tools>)
             update_node<fixed_point>(d, parity, dt,
                                      own * block_nodes + int(threadIdx.x) % block_nodes, true,
                                      [](bool, Vec3<float>, Vec3<float> v) { return v; });
-        if constexpr (!tools) return;
-        for (int k = 0; k < 2; ++k) {
+        for (int k = 0; tools && k < 2; ++k) {
             const int b = k ? blocks[abreast<tools> - 1] : blocks[0];
-            if (!near(b)) continue;
-            const int warp = int(threadIdx.x >> 5), lane = int(threadIdx.x & 31);
-            const int node = lane % shared_nodes;
-            update_node<fixed_point>(d, parity, dt, b * block_nodes + warp * shared_nodes + node,
-                                     lane == node, [&](bool clay, Vec3<float> x, Vec3<float> v) {
-                                         return held_by_warp(
-                                             spaces[warp], d.tools.colliders(n), d.tools.masks[b],
-                                             __shfl_sync(0xffffffffu, clay, node), x, v);
-                                     });
+            if (near(b)) update_together<fixed_point>(d, spaces[threadIdx.x >> 5], n, dt, b);
         }
     });
 }

@@ -115,8 +115,8 @@ __device__ float left_together(Particle<float>& q, const Views& d, const Later& 
     float depth = 0;
     WarpContact<32> contact(borrowed.contact(), colliders);
     for (int k = 0; k < d.tools.passes && __any_sync(all_lanes, in); ++k) {
-        const int near =
-            contact.look(mask, in, q.x, [&](int i) { return !blades || !two_sided(colliders, i); });
+        const int near = contact.look(
+            mask, in, q.x, [&](int i) { return blades && two_sided(colliders, i) ? -1 : 0; });
         if (near == 0) break;
         const Contact<float> hit = contact.deepest(0, near, in, q.x);
         in = hit.phi < 0;
