@@ -120,6 +120,7 @@ TEST_P(Rests, ClayOnTheFloorFallsAsleepCostsNothingAndStaysAsItIs)
     const Particles asleep = solver->particles();
     const Audit before = audit(asleep, s.materials, dx);
     EXPECT_EQ(before.kinetic, 0);
+    for (const auto& p : asleep) ASSERT_EQ(p.sides, 0u) << "who is still is nobody else's concern";
     EXPECT_NEAR(before.volume, audit(s.particles, s.materials, dx).volume, 1e-3 * before.volume);
     for (int f = 0; f < 100; ++f) {
         tally = solver->advance(nowhere, frame);
