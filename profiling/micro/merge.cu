@@ -69,7 +69,7 @@ __global__ void __launch_bounds__(threads)
     });
 }
 
-// What a warp's lanes wrote down: rows of nodes, and what tells the nodes of a row apart.
+// What a warp's lanes wrote down: columns of nodes, and what tells the nodes of a column apart.
 struct Written {
     float4 rows[32][9], slopes[32], weights[32];
     int cells[33];   // first lane of each cell; one more than there are
@@ -79,14 +79,14 @@ struct Written {
 __device__ void write_slot(const Loaded& a, Written& w, int slot, float dx, float dt)
 {
     const Momentum<float> p = momentum(a.q, kirchhoff_stress(a.q, a.m), a.m, a.s, dx, dt);
-    const Vec3<float> slope = (1 / a.m.mass) * p.by_step.a;
+    const Vec3<float> slope = (1 / a.m.mass) * p.by_step.c;
     UNROLL
     for (int r = 0; r < 9; ++r) {
-        const Node<float> n = node(row_of(p, a.s, r % 3, r / 3));
+        const Node<float> n = node(column_of(p, a.s, r % 3, r / 3));
         w.rows[slot][r] = {n.p.x, n.p.y, n.p.z, n.m};
     }
     w.slopes[slot] = {slope.x, slope.y, slope.z, 0};
-    w.weights[slot] = {a.s.w[0].x, a.s.w[1].x, a.s.w[2].x, 0};
+    w.weights[slot] = {a.s.w[0].z, a.s.w[1].z, a.s.w[2].z, 0};
 }
 
 // Cells as lanes side by side have them; how many.
@@ -107,8 +107,8 @@ __device__ int write_down(const Loaded& a, Written& w, float dx, float dt)
 
 __device__ float4 plus(float4 sum, float4 row, float4 slope, float i, float weight)
 {
-    const Node<float> n = node(along(four(Vec3<float>{row.x, row.y, row.z}, row.w), i, weight,
-                                     Vec3<float>{slope.x, slope.y, slope.z}));
+    const Node<float> n = node(along(four(Vec3<float>{row.x, row.y, row.z}, row.w), weight,
+                                     i * Vec3<float>{slope.x, slope.y, slope.z}));
     return {sum.x + n.p.x, sum.y + n.p.y, sum.z + n.p.z, sum.w + n.m};
 }
 
@@ -148,14 +148,14 @@ __global__ void __launch_bounds__(threads)
     const Loaded a = loaded(d);
     const int cells =
         by_cell ? write_down_by_cell(a, w, d.lattice.dx, dt) : write_down(a, w, d.lattice.dx, dt);
-    const int lane = int(threadIdx.x & 31), node = least(lane, 26), along_x = node % 3;
+    const int lane = int(threadIdx.x & 31), node = least(lane, 26), along_z = node % 3;
     for (int c = 0; c < cells; ++c) {
         float4 sum{0, 0, 0, 0};
         for (int k = w.cells[c]; k < w.cells[c + 1]; ++k)
-            sum = plus(sum, w.rows[k][node / 3], w.slopes[k], float(along_x),
-                       reinterpret_cast<const float*>(w.weights + k)[along_x]);
+            sum = plus(sum, w.rows[k][node / 3], w.slopes[k], float(along_z),
+                       reinterpret_cast<const float*>(w.weights + k)[along_z]);
         if (lane < 27)
-            add_share(d, parity, w.bases[c] + Int3{along_x, node / 3 % 3, node / 9}, sum);
+            add_share(d, parity, w.bases[c] + Int3{node / 3 % 3, node / 9, along_z}, sum);
     }
 }
 
@@ -177,7 +177,7 @@ __global__ void __launch_bounds__(threads)
         }
         UNROLL
         for (int i = 0; i < 3; ++i)
-            add_share(d, parity, w.bases[c] + Int3{i, row % 3, row / 3}, sums[i]);
+            add_share(d, parity, w.bases[c] + Int3{row % 3, row / 3, i}, sums[i]);
     }
 }
 
