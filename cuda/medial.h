@@ -141,6 +141,7 @@ HD void form(Shape<R>& s, int count, const Sphere<R>& s0, const Sphere<R>& s1, c
 {
     s.count = count;
     s.plane = false;
+    s.N = {0, 0, 0};
     const auto each = [](Vec3<R> u, Vec3<R> v, auto pick) {
         return Vec3<R>{pick(u.x, v.x), pick(u.y, v.y), pick(u.z, v.z)};
     };

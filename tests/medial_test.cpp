@@ -253,6 +253,43 @@ TYPED_TEST(MedialTest, TheBoxHoldsTheShapeTightly)
     }
 }
 
+TYPED_TEST(MedialTest, EveryPointInsideIsEnclosedAndFewOthersAre)
+{
+    using R = TypeParam;
+    const R rounding = R(either<R>(1e-6, 1e-14));  // of distances as large as the shape
+    for (const Family& f : families()) {
+        Draw draw(24);
+        for (int round = 0; round < 500; ++round) {
+            const Case k = f.draw(draw);
+            for (int count = 1; count <= 3; ++count) {
+                const Shape<R> s = shape_of<R>(k, count);
+                for (int i = 0; i < 20; ++i) {
+                    // Beside the surface, where rounding decides, and anywhere around.
+                    const Vec3<R> p = cast<R>(k.p + draw.power(-7, 0) * draw.direction());
+                    const Foot<R> near = foot(s, p);
+                    const Vec3<R> under = p - (near.phi + R(draw.power(-6, -1))) * near.n;
+                    for (const Vec3<R>& x : {p, under}) {
+                        if (enclosed(s, x)) continue;
+                        EXPECT_GE(foot(s, x).phi, -rounding) << f.name << count;
+                    }
+                }
+            }
+        }
+    }
+    Draw draw(25);
+    int boxed = 0, left = 0, inside = 0;
+    for (int round = 0; round < 20000; ++round) {
+        const Case k = generic(draw);
+        const Shape<R> s = shape_of<R>(k, 2 + round % 2);
+        const Vec3<R> p = cast<R>(k.p);
+        boxed += p.x >= s.low.x && p.x <= s.high.x && p.y >= s.low.y && p.y <= s.high.y &&
+                 p.z >= s.low.z && p.z <= s.high.z;
+        left += enclosed(s, p), inside += foot(s, p).phi < 0;
+    }
+    EXPECT_GT(inside, 100);
+    EXPECT_LT(left - inside, 0.75 * (boxed - inside));
+}
+
 TYPED_TEST(MedialTest, DistancesScaleWithTheShapeDownToMicrometres)
 {
     using R = TypeParam;
