@@ -74,8 +74,8 @@ __global__ void __launch_bounds__(threads)
     const Stencil<float> s = stencil(q.x, dx);
     const gpu::Offsets o = gpu::offsets(d.lattice, s.base);
     const auto velocity = [&](Int3 step) {
-        if (step.x == 0 && step.y == 0) asm volatile("" ::: "memory");  // as g2p: a plane at a time
-        const float4 v = d.grid.nodes[parity][o.at(step)];
+        if (step.y == 0 && step.z == 0) asm volatile("" ::: "memory");  // as g2p: a plane at a time
+        const float4 v = (d.grid.nodes[parity] + o.column(step))[step.z * Lattice<float>::along_z];
         return Vec3<float>{v.x, v.y, v.z};
     };
     if constexpr (factorised)
