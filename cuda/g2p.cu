@@ -17,7 +17,7 @@ namespace {
 // What happened to one particle.
 struct Events {
     unsigned yielded, projected, confined, covered, moved;  // 0 or 1
-    float depth, speed_squared;
+    float depth;
 };
 
 __global__ void begin_kernel(const __grid_constant__ Views d)
@@ -116,7 +116,6 @@ __device__ Events moved(const Views& d, int i, bool valid, const Later& later,
         if (valid) atomicAdd(&later.clock().counters.repaired, 1ull);
         repair(q, d.particles[later.side].load_state(i));
     }
-    happened.speed_squared = dot(q.v, q.v);
     if constexpr (rests) happened.moved = 1;
     return happened;
 }
@@ -128,14 +127,14 @@ struct Sums {
 };
 
 template <bool tools>
-__device__ Sums summed(const Events& e)
+__device__ Sums summed(const Events& e, float speed_squared)
 {
     const unsigned mine =
         e.yielded + (e.projected << 8) + (e.confined << 16) + (unsigned(e.covered) << 24);
     // Of numbers that are not negative the largest has the largest bits.
     return {__reduce_add_sync(all_lanes, mine),
             tools ? __reduce_max_sync(all_lanes, __float_as_uint(e.depth)) : 0,
-            __reduce_max_sync(all_lanes, __float_as_uint(e.speed_squared))};
+            __reduce_max_sync(all_lanes, __float_as_uint(speed_squared))};
 }
 
 // Waits for the thread block; how many of its threads say `counted`, if that is asked.
@@ -179,7 +178,7 @@ __device__ void move_on(const Views& d, int n)
 // shared memory holds.
 constexpr int most_resident = SHARED_KIB / 25;
 template <bool tools, Flows flows, bool blades, bool rests>
-constexpr int spill_free = rests                 ? (flows == Flows::any ? 3 : 4)
+constexpr int spill_free = rests                 ? (flows == Flows::any || SHARED_KIB < 228 ? 3 : 4)
                            : blades              ? 6
                            : flows == Flows::any ? 3
                            : tools               ? 7
@@ -197,7 +196,7 @@ __device__ void stepped(const Views& d, int i, bool valid, const Later& later,
 {
     Events happened = moved<tools, flows, blades, rests>(d, i, valid, later, space, q);
     if (!valid) happened = {};
-    const Sums all = summed<tools>(happened);
+    const Sums all = summed<tools>(happened, dot(q.v, q.v));
     if ((threadIdx.x & 31) == 0) sums[threadIdx.x >> 5] = all;
     const bool last = !(later.dt > 0);
     if constexpr (rests) note_end(d, q, last && happened.moved, later.n - 1);

@@ -6,7 +6,7 @@ namespace knead::gpu {
 namespace {
 
 template <bool any, bool blades, bool rests>
-__global__ void __launch_bounds__(scatter_threads<blades>)
+__global__ void __launch_bounds__(scatter_threads<blades>, 4)
     p2g_kernel(const __grid_constant__ Views d)
 {
     __shared__ ScatterSpace<blades> space;

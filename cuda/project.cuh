@@ -50,10 +50,9 @@ struct Borrowed {
     __device__ float4* strain() const { return &space.slopes[warp][0][0] + lane; }
     __device__ float& rate(int k) const
     {
-        if (k == kept) return space.weights[warp][lane];
-        if (k > kept) return reinterpret_cast<float&>(space.cells[warp][lane]);
-        float* last = reinterpret_cast<float*>(&contact() + 1);
-        return last[32 * k + int(lane)];
+        float* last = k < kept ? reinterpret_cast<float*>(&contact() + 1) + 32 * k
+                               : reinterpret_cast<float*>(strain() - lane + 64) + 32 * (k - kept);
+        return last[lane];
     }
     __device__ void put_aside(const Mat3<float>& C) const
     {

@@ -33,9 +33,8 @@ template <bool blades>
 struct ScatterSpace {
     static constexpr int warps = scatter_warps<blades>, fields = blades ? 3 : 1;
     float4 columns[warps][32][9];  // by particle: momentum and mass of columns of nodes
-    float4 slopes[warps][32][2];   // of a column's momentum per mass, times steps 1 and 2 along z,
-                                   // and the weights there
-    float weights[warps][32];      // at step 0
+    float4 slopes[warps][32][3];   // of a column's momentum per mass, times the step along z, and
+                                   // the weight there
     int cells[warps][32];          // by particle: index of its stencil's base
     unsigned sides[blades ? warps : 0][32];  // by particle
 };
@@ -61,20 +60,13 @@ __device__ inline void add(long long* to, const float4& n, float momentum_scale,
     one(to + 3, mass_scale * n.w);
 }
 
-__device__ inline void add(const GridView& grid, int parity, int node, const float4& n)
-{
-    if (grid.sums[parity])
-        add(grid.sums[parity] + 4 * std::size_t(node), n, grid.momentum_scale, grid.mass_scale);
-    else
-        add(grid.nodes[parity] + node, n);
-}
-
-// Lists a block of nodes, once.
-__device__ inline void touch(const GridView& grid, int parity, int* active, int block)
+// Lists a block of nodes, once. A mark may be read from the cache of level 1: where it is an old
+// one, set since, that costs an exchange.
+__device__ inline void touch(const GridView& grid, int parity, int* active, unsigned block)
 {
     unsigned* mark = grid.touched[parity] + block;
-    if (__ldcg(mark) || atomicExch(mark, 1u)) return;
-    grid.list[parity][atomicAdd(active, 1)] = block;
+    if (*mark || atomicExch(mark, 1u)) return;
+    grid.list[parity][atomicAdd(active, 1)] = int(block);
 }
 
 // The lane's place when those whose particles share a cell are put side by side.
@@ -120,7 +112,12 @@ template <bool blades>
 class WarpScatter {
   public:
     __device__ WarpScatter(const Views& views, ScatterSpace<blades>& space, int n)
-        : d(views), s(space), parity(n & 1), active(views.clock->active + n % 3)
+        : d(views),
+          s(space),
+          parity(n & 1),
+          active(views.clock->active + n % 3),
+          sums_of_nodes(views.grid.sums[0] ? static_cast<void*>(views.grid.sums[n & 1])
+                                           : views.grid.nodes[n & 1])
     {
     }
 
@@ -142,10 +139,10 @@ class WarpScatter {
     ScatterSpace<blades>& s;
     const int parity;
     int* const active;
+    void* const sums_of_nodes;  // float4, or in fixed point four long long
     const int lane = lane_now(), warp = int(threadIdx.x >> 5);
     const Lane own = lane_of(lane);
     const Int3 step = column_step(own.column) + Int3{0, 0, own.k};
-    int touched = -1;  // the last block that the lane saw to be listed
 
     __device__ void write_down(const Particle<float>& q, const Material<float>& m,
                                const Stencil<float>& stencil, int slot, float dt)
@@ -160,11 +157,10 @@ class WarpScatter {
         }
         const Vec3<float> per_mass = (1 / m.mass) * a.by_step.c;
         UNROLL
-        for (int k = 1; k < 3; ++k) {
+        for (int k = 0; k < 3; ++k) {
             const Vec3<float> slope = float(k) * per_mass;
-            s.slopes[warp][slot][k - 1] = {slope.x, slope.y, slope.z, stencil.w[k].z};
+            s.slopes[warp][slot][k] = {slope.x, slope.y, slope.z, stencil.w[k].z};
         }
-        s.weights[warp][slot] = stencil.w[0].z;
         if constexpr (blades) s.sides[warp][slot] = q.label();
     }
 
@@ -172,34 +168,28 @@ class WarpScatter {
     __device__ void walk()
     {
         constexpr int together = 4, turn = 2 * together;
-        const float4 *column = &s.columns[warp][0][own.column],
-                     *slope = &s.slopes[warp][0][own.k - 1];
-        const float* weight = s.weights[warp];
+        const float4 *column = &s.columns[warp][0][own.column], *slope = &s.slopes[warp][0][own.k];
         const int* cell = s.cells[warp];
         // A bit a slot: its cell ends with it.
         unsigned ends = __ballot_sync(all_lanes, lane == 31 || cell[lane] != cell[lane + 1]);
-        float4 sums[fields] = {}, a[together] = {};  // what is not read stays zero
+        float4 sums[fields] = {};
         for (int first = 0; first < 32; first += turn) {
             UNROLL
             for (int half = 0; half < turn; half += together) {
-                float4 r[together];
+                float4 r[together], a[together];
                 UNROLL
-                for (int k = 0; k < together; ++k) {
-                    r[k] = column[9 * (half + k)];
-                    if (own.k > 0)
-                        a[k] = slope[2 * (half + k)];
-                    else
-                        a[k].w = weight[half + k];
-                }
+                for (int k = 0; k < together; ++k)
+                    r[k] = column[9 * (half + k)], a[k] = slope[3 * (half + k)];
                 UNROLL
                 for (int k = 0; k < together; ++k) {
                     add_up(r[k], a[k], first + half + k, sums);
                     if (!(ends >> (half + k) & 1)) continue;
                     add_to_grid(cell[half + k], sums);
+                    UNROLL
                     for (float4& sum : sums) sum = {0, 0, 0, 0};
                 }
             }
-            column += 9 * turn, slope += 2 * turn, weight += turn, cell += turn;
+            column += 9 * turn, slope += 3 * turn, cell += turn;
             ends >>= turn;
         }
     }
@@ -221,17 +211,26 @@ class WarpScatter {
         }
     }
     // What the lane's node got of the cell at node `base`.
-    __device__ void add_to_grid(int base, const float4 (&sums)[fields])
+    __device__ void add_to_grid(int base, float4 (&sums)[fields])
     {
+        // Copied here, where cells end, rather than with every particle.
+        UNROLL
+        for (float4& a : sums) asm volatile("" : "+f"(a.x), "+f"(a.y), "+f"(a.z), "+f"(a.w));
         if (base == nowhere || !own.holds) return;
-        const int node = d.lattice.stepped(base, step), block = node / block_nodes;
+        const unsigned node = unsigned(d.lattice.stepped(base, step));
         UNROLL
         for (int f = 0; f < fields; ++f)
             if (f == 0 || sums[f].w > 0)
-                add(d.grid, parity, f * d.lattice.node_count() + node, sums[f]);
-        if (block == touched) return;
-        touched = block;
-        touch(d.grid, parity, active, block);
+                add_to_node(unsigned(f * d.lattice.node_count()) + node, sums[f]);
+        touch(d.grid, parity, active, node / block_nodes);
+    }
+    __device__ void add_to_node(unsigned node, const float4& sum) const
+    {
+        if (d.grid.sums[0])
+            add(static_cast<long long*>(sums_of_nodes) + 4 * std::size_t(node), sum,
+                d.grid.momentum_scale, d.grid.mass_scale);
+        else
+            add(static_cast<float4*>(sums_of_nodes) + node, sum);
     }
 };
 
