@@ -28,6 +28,7 @@ __global__ void begin_kernel(const __grid_constant__ Views d)
     const double speed = sqrt(double(__uint_as_float(c.fastest[(c.done + 1) & 1])));
     c.step(c.done) = step_at(d.pace, 0, speed, c.tool_step, c.duration);
     c.counters = {};
+    c.near_runs = c.far_runs = 0;
     c.unsorted = c.drift > most_drift * d.pace.dx;
     if (d.captured && d.unsorted) cudaGraphSetConditional(d.unsorted, c.unsorted);
 }
@@ -59,64 +60,102 @@ __device__ void note_end(const Views& d, const Particle<float>& q, bool ends, in
     if (ends) d.rest.changed[d.lattice.block_of(base_node(q.x, d.lattice.spacing))] = n + 1;
 }
 
-// Moves particle i through the velocities of substep n; of a run's end the last one again and
-// again, to no effect, for all lanes of a warp to stay together.
+// What is known of a particle where clay may be still, before it is looked at: the block of its
+// stencil's base, whether that block's clay is still in this substep, whether nobody looks here.
+struct Quiet {
+    int block;
+    bool still, unasked;
+};
+__device__ Quiet quiet_at(const Views& d, Particle<float>& q, Int3 base, int n)
+{
+    Quiet at{d.lattice.block_of(base), false, false};
+    at.still = d.rest.free[at.block] > n;
+    if (!at.still) q.hold(false);
+    at.unasked = q.still() && d.rest.guard[at.block] > n;
+    return at;
+}
+
+// The thread's particle of a run; of the last run's end the last one again and again.
+struct Index {
+    int at;
+    bool valid;  // false: again
+};
+template <bool blades>
+__device__ Index index_in(int run, int count)
+{
+    const int i = run * scatter_threads<blades> + int(threadIdx.x);
+    return {least(most(i, 0), count - 1), i < count};
+}
+
+// The same, found anew: to keep it would cost a register.
+template <bool tools, bool blades>
+__device__ Index own_index(const Later& later, int count)
+{
+    return index_in<blades>(tools ? later.run : int(blockIdx.x), count);
+}
+
+// Moves the thread's particle through the velocities of substep n. All lanes of a warp stay
+// together: clay that is still moves, too, and is put back.
 template <bool tools, Flows flows, bool blades, bool rests>
-__device__ Events moved(const Views& d, int i, bool valid, const Later& later,
-                        ScatterSpace<blades>& space, Particle<float>& q)
+__device__ Events moved(const Views& d, const Later& later, ScatterSpace<blades>& space,
+                        Particle<float>& q)
 {
     constexpr bool early = blades || rests;  // what is left of the state is asked for at once
-    const ParticleView& particles = d.particles[later.side];
     const int n = later.n - 1;
-    if constexpr (early) particles.load_strain(i, q);
+    // What was stored of the particle, found anew: keeping where costs registers.
+    const auto particles = [&]() -> const ParticleView& { return d.particles[later.side]; };
+    const auto own = [&] { return own_index<tools, blades>(later, d.particles[0].count); };
+    if constexpr (early) particles().load_strain(own().at, q);
     const float4* nodes = d.grid.nodes[n & 1];
     if constexpr (blades) nodes += q.label() * unsigned(d.lattice.node_count());
     const Stencil<float> s = stencil(q.x, d.lattice.spacing);
-    [[maybe_unused]] int block;
-    [[maybe_unused]] bool quiet;  // the block's clay is still
+    [[maybe_unused]] Quiet quiet{};
     if constexpr (rests) {
-        block = d.lattice.block_of(s.base);
-        quiet = d.rest.free[block] > n;
-        if (!quiet) q.hold(false);
-        if (q.still() && d.rest.guard[block] > n) return {};
+        quiet = quiet_at(d, q, s.base, n);
+        if (__all_sync(all_lanes, quiet.unasked)) return {};
     }
     const Offsets o = offsets(d.lattice, s.base);
+    // The one number that the registers have no room for meanwhile.
+    constexpr bool full = tools && flows == Flows::plastic && !early;
+    float* const aside = &space.slopes[threadIdx.x >> 5][0][0].x + (threadIdx.x & 31);
+    if constexpr (full) *aside = q.k;
     gather(q, s, d.lattice.spacing, [&](Int3 step) {
         // Loads of one plane at a time, and what is not asked for yet with the last: of all at once
         // the results would fill the registers.
-        if (step.y == 0 && step.z == 0) {
-            if constexpr (rests)
-                asm volatile("" ::: "memory");
-            else
-                __syncwarp();
+        if (step.y == 0 && step.z == 0) __syncwarp();
+        if (!early && step == Int3{2, 0, 0}) {
+            particles().load_strain(own().at, q);
+            if (full) q.k = *aside;
         }
-        if (!early && step == Int3{2, 0, 0}) particles.load_strain(i, q);
         const float4 v = (nodes + o.column(step))[step.z * Lattice<float>::along_z];
         return Vec3<float>{v.x, v.y, v.z};
     });
+    bool moves = true;
     if constexpr (rests) {
-        if (quiet && (!q.still() || pushed(d.rest.rule, q.v, later.now))) wake(d, block, n);
-        if (q.still()) q.v = {}, q.C = {};
-        if (q.still()) return {};
+        const bool wakes = !q.still() || pushed(d.rest.rule, q.v, later.now);
+        if (quiet.still && !quiet.unasked && wakes) wake(d, quiet.block, n);
+        moves = !q.still();
+        if (!moves) q.v = {}, q.C = {};
+        if (!__any_sync(all_lanes, moves)) return {};
     }
     const float dt = later.now;
     q.e = strained(q.e, q.C, dt);
     q.x = q.x + dt * q.v;
     Events happened{};
-    if constexpr (tools) {
-        const Borrowed<blades> borrowed{space};
-        happened.depth = rests
-                             ? left_tools<blades>(q, d, later, borrowed.strain(), happened.covered)
-                             : left_together<blades>(q, d, later, borrowed, happened.covered);
-    }
+    if constexpr (tools)
+        happened.depth =
+            left_tools<blades>(q, d, later, Borrowed<blades>{space}, moves, happened.covered);
     happened.projected = happened.depth > 0;
     happened.confined = confine(q, d.lattice, d.walls);
     happened.yielded = yield(q, narrowed<flows>(d.materials[q.object]), later.now);
     if (!sound(q)) {
-        if (valid) atomicAdd(&later.clock().counters.repaired, 1ull);
-        repair(q, d.particles[later.side].load_state(i));
+        if (own().valid && moves) atomicAdd(&later.clock().counters.repaired, 1ull);
+        repair(q, particles().load_state(own().at));
     }
-    if constexpr (rests) happened.moved = 1;
+    if constexpr (rests) {
+        if (!moves) q = particles().load_state(own().at), happened = {};
+        happened.moved = moves;
+    }
     return happened;
 }
 
@@ -178,7 +217,7 @@ __device__ void move_on(const Views& d, int n)
 // shared memory holds.
 constexpr int most_resident = SHARED_KIB / 25;
 template <bool tools, Flows flows, bool blades, bool rests>
-constexpr int spill_free = rests                 ? (flows == Flows::any || SHARED_KIB < 228 ? 3 : 4)
+constexpr int spill_free = rests                 ? (flows == Flows::any || SHARED_KIB < 228 ? 3 : 5)
                            : blades              ? 6
                            : flows == Flows::any ? 3
                            : tools               ? 7
@@ -188,23 +227,24 @@ constexpr int resident = spill_free<tools, flows, blades, rests> < most_resident
                              ? spill_free<tools, flows, blades, rests>
                              : most_resident;
 
-// The substep of a run, by all threads of a block: this one's particle, number i, is stored, and
-// scattered for the next.
+// The substep of a run, by all threads of a block: the thread's particle is stored, and scattered
+// for the next.
 template <bool tools, Flows flows, bool blades, bool rests, int warps>
-__device__ void stepped(const Views& d, int i, bool valid, const Later& later,
-                        ScatterSpace<blades>& space, Sums (&sums)[warps], Particle<float>& q)
+__device__ void stepped(const Views& d, const Later& later, ScatterSpace<blades>& space,
+                        Sums (&sums)[warps], Particle<float>& q)
 {
-    Events happened = moved<tools, flows, blades, rests>(d, i, valid, later, space, q);
-    if (!valid) happened = {};
+    Events happened = moved<tools, flows, blades, rests>(d, later, space, q);
+    const ParticleView& to = d.particles[later.side];
+    const Index own = own_index<tools, blades>(later, to.count);
+    if (!own.valid) happened = {};
     const Sums all = summed<tools>(happened, dot(q.v, q.v));
     if ((threadIdx.x & 31) == 0) sums[threadIdx.x >> 5] = all;
     const bool last = !(later.dt > 0);
     if constexpr (rests) note_end(d, q, last && happened.moved, later.n - 1);
-    const ParticleView& to = d.particles[later.side];
-    if (valid) to.store_state(i, q);
-    if (valid && last) to.store_motion(i, q);
+    if (own.valid) to.store_state(own.at, q);
+    if (own.valid && last) to.store_motion(own.at, q);
     WarpScatter<blades> scatter{d, space, later.n};
-    if (!last) scatter(q, narrowed<flows>(d.materials[q.object]), valid, later.dt);
+    if (!last) scatter(q, narrowed<flows>(d.materials[q.object]), own.valid, later.dt);
     const int stirred = synchronised<rests>(happened.moved);
     if (threadIdx.x == 0) report(later.clock(), later.n - 1, sums, stirred);
 }
@@ -223,12 +263,13 @@ __global__ void __launch_bounds__(scatter_threads<blades>, (resident<tools, flow
     const Clock& clock = *d.clock;
     constexpr int posers = tools ? pose_parts : 0;
     const int count = d.particles[0].count, side = clock.side;
-    const auto index = [](int run) { return run * scatter_threads<blades> + int(threadIdx.x); };
-    const auto clamped_to = [count](int i) { return least(most(i, 0), count - 1); };
     // What the substep before left of the particles is there long before this one's velocities.
     Particle<float> q{};
-    if constexpr (!rests)
-        d.particles[side].load_place(clamped_to(index(int(blockIdx.x) - posers)), q);
+    int run = int(blockIdx.x) - posers;
+    if constexpr (!rests) {
+        if (tools && run >= 0) run = d.tools.runs[run];
+        d.particles[side].load_place(index_in<blades>(run, count).at, q);
+    }
     await_before();
     const int n = clock.begun;
     const float dt = clock.dt[0], after = clock.dt[1];
@@ -238,13 +279,15 @@ __global__ void __launch_bounds__(scatter_threads<blades>, (resident<tools, flow
         if (after > 0) pose_part(d, space.pose, int(blockIdx.x), n + 1);
         return;
     }
-    if (threadIdx.x == 0) later = {d.clock, n + 1, side, dt, after};
+    if (threadIdx.x == 0) later = {d.clock, n + 1, side, dt, after, rests ? 0 : run};
     __syncthreads();
-    for_each_run<rests>(d, posers, [&](int run) {
-        const int i = clamped_to(index(run));
-        if constexpr (rests) q = {}, d.particles[later.side].load_place(i, q);
-        stepped<tools, flows, blades, rests>(d, i, index(run) < count, later, space.scatter, sums,
-                                             q);
+    for_each_run<rests>(d, posers, run, [&](int listed) {
+        if constexpr (rests) {
+            if (threadIdx.x == 0) later.run = listed;
+            q = {}, d.particles[later.side].load_place(index_in<blades>(listed, count).at, q);
+            __syncthreads();
+        }
+        stepped<tools, flows, blades, rests>(d, later, space.scatter, sums, q);
     });
     // Last, for ptxas does not know that the warp is together again after it.
     if (threadIdx.x == 0 && int(blockIdx.x) == posers) move_on(d, later.n);

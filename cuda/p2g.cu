@@ -1,9 +1,22 @@
 // Particle to grid: the scatter that a frame begins with. All others are done by the kernel that
 // moves the particles, g2p.cu.
+#include "project.cuh"
 #include "scatter.cuh"
 
 namespace knead::gpu {
 namespace {
+
+// Those runs of particles that look for contact take longest, so they come first: started last,
+// they would keep all others waiting. By all threads of a block.
+__device__ void line_up(const Views& d, int run, bool near)
+{
+    if (!__syncthreads_or(near)) {
+        if (threadIdx.x == 0)
+            d.tools.runs[int(gridDim.x) - 1 - atomicAdd(&d.clock->far_runs, 1)] = run;
+    } else if (threadIdx.x == 0) {
+        d.tools.runs[atomicAdd(&d.clock->near_runs, 1)] = run;
+    }
+}
 
 template <bool any, bool blades, bool rests>
 __global__ void __launch_bounds__(scatter_threads<blades>, 4)
@@ -13,10 +26,11 @@ __global__ void __launch_bounds__(scatter_threads<blades>, 4)
     Clock& clock = *d.clock;
     const ParticleView& particles = d.particles[clock.side];
     const int n = clock.done;
-    for_each_run<rests>(d, 0, [&](int run) {
+    for_each_run<rests>(d, 0, int(blockIdx.x), [&](int run) {
         const int i = run * scatter_threads<blades> + int(threadIdx.x);
         const bool valid = i < particles.count;
         const Particle<float> q = particles.load(valid ? i : particles.count - 1);
+        if (!rests && d.tools.primitives.count > 0) line_up(d, run, near_tools(d, q.x) != nullptr);
         Material<float> m = d.materials[q.object];
         if constexpr (!any) m.elasticity = Elasticity::neo_hookean, m.flow = Flow::none;
         WarpScatter<blades>{d, space, n}(q, m, valid, float(clock.step(n).dt));

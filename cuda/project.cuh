@@ -1,4 +1,4 @@
-// Projection on the device: a lane for itself, or all lanes of a warp together.
+// Projection on the device, by all lanes of a warp together.
 #pragma once
 #include "blade.h"
 #include "contact.cuh"
@@ -13,6 +13,7 @@ struct Later {
     Clock* kept;
     int n, side;    // the substep that is scattered for; which particle array is current
     float now, dt;  // of the substep under way and of that one [s]; dt 0: there is none
+    int run;        // of particles
     __device__ Clock& clock() const
     {
         __builtin_assume(__isGlobal(kept));
@@ -79,30 +80,13 @@ __device__ inline const Mask* near_tools(const Views& d, Vec3<float> x)
     return empty(mask) ? nullptr : &mask;
 }
 
-// Projection of a lane's particle, which looks for contact by itself. Returns the depth it was
-// found at [m].
+// Projection of a warp's particles, of those that are `asked`, by all its lanes. Returns the depth
+// that the lane's was found at [m].
 template <bool blades>
-__device__ float left_tools(Particle<float>& q, const Views& d, const Later& later, float4* aside,
-                            unsigned& covered)
+__device__ float left_tools(Particle<float>& q, const Views& d, const Later& later,
+                            const Borrowed<blades>& borrowed, bool asked, unsigned& covered)
 {
-    const Mask* mask = near_tools(d, q.x);
-    if (!mask) return 0;
-    put_aside(q, aside);
-    const Colliders<float> colliders = d.tools.colliders(later.n - 1);
-    if constexpr (blades) covered = cut(q, colliders, *mask, d.lattice.dx);
-    float depth = 0;
-    push_out(q.x, q.v, depth, colliders, *mask, d.tools.passes);
-    take_up(q, aside);
-    stiffen(q.C, depth);
-    return depth;
-}
-
-// The same by all lanes of a warp.
-template <bool blades>
-__device__ float left_together(Particle<float>& q, const Views& d, const Later& later,
-                               const Borrowed<blades>& borrowed, unsigned& covered)
-{
-    const Mask* own = near_tools(d, q.x);
+    const Mask* own = asked ? near_tools(d, q.x) : nullptr;
     bool in = own;
     if (!__any_sync(all_lanes, in)) return 0;
     put_aside(q, borrowed.strain());

@@ -234,19 +234,23 @@ class WarpScatter {
     }
 };
 
-// Calls visit(run) for the run of particles that is the thread block's, or where clay may be still
-// for as many of the listed ones as fall to it. The launch's first `others` blocks do other things.
+// Calls visit(run) for the thread block's own run of particles, or where clay may be still for as
+// many of the listed ones as fall to it. The launch's first `others` blocks do other things.
 template <bool rests, class Visit>
-__device__ void for_each_run(const Views& d, int others, Visit&& visit)
+__device__ void for_each_run(const Views& d, int others, int own, Visit&& visit)
 {
-    const int first = int(blockIdx.x) - others;
     if constexpr (rests) {
-        for (int at = first; at < d.clock->listed; at += int(gridDim.x) - others) {
+        __shared__ int at;  // kept here, not in registers
+        if (threadIdx.x == 0) at = int(blockIdx.x) - others;
+        __syncthreads();
+        while (at < d.clock->listed) {
             visit(d.rest.list[at]);
             __syncthreads();  // shared memory is used anew
+            if (threadIdx.x == 0) at += int(gridDim.x) - others;
+            __syncthreads();
         }
     } else {
-        visit(first);
+        visit(own);
     }
 }
 

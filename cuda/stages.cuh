@@ -55,6 +55,7 @@ struct Clock {
     int active[3];               // blocks that hold mass
     unsigned fastest[2];         // bits of the largest speed squared that a substep left [m^2/s^2]
     int listed, woken[2];        // where clay may be still: as RestView has them
+    int near_runs, far_runs;     // lined up so far in ToolView::runs
     double duration, tool_step;  // of the frame [s]
     int side;                    // which of the two particle arrays is current
     double drift;                // how far a particle may have come since the last sort [m]
@@ -139,6 +140,7 @@ struct ToolView {
     Span<const Primitive> primitives;
     Span<const Tool<float>> tools;
     Mask* masks;  // block_count: what may touch the block at any time of the frame
+    int* runs;    // of particles, those near tools first; where no clay may be still
     bool grid_contact;
     int passes;
     HD Colliders<float> colliders(int n) const

@@ -136,6 +136,7 @@ Store::Store(const Setup& setup)
                  {primitives.data(), int(primitives.size())},
                  {tools.data(), int(tools.size())},
                  masks.data(),
+                 in_line.data(),
                  setup.grid_contact,
                  setup.passes};
     const Rest<double>& rest = setup.rest;
@@ -209,6 +210,9 @@ void Store::allocate(const Setup& setup)
     }
     if (used.tools) {
         masks = DeviceArray<Mask>(blocks);
+        std::vector<int> all_runs(std::size_t(blocks_for(int(n), run_length(used))));
+        std::iota(all_runs.begin(), all_runs.end(), 0);
+        in_line = DeviceArray<int>(all_runs);
         depth = DeviceArray<float>(n);
     }
     clocks = DeviceArray<Clock>(1);
@@ -330,9 +334,9 @@ Clock Store::clock(cudaStream_t stream) const
 std::size_t Store::bytes() const
 {
     std::size_t sum = materials.bytes() + bindings.bytes() + primitives.bytes() + tools.bytes() +
-                      amid.bytes() + travel.bytes() + masks.bytes() + joints.bytes() +
-                      clocks.bytes() + orders.bytes() + scratch.bytes() + depth.bytes() +
-                      quiet.bytes() + stir.bytes() + free.bytes() + guard.bytes() +
+                      amid.bytes() + travel.bytes() + masks.bytes() + in_line.bytes() +
+                      joints.bytes() + clocks.bytes() + orders.bytes() + scratch.bytes() +
+                      depth.bytes() + quiet.bytes() + stir.bytes() + free.bytes() + guard.bytes() +
                       fastest.bytes() + reached.bytes() + ranges.bytes() + runs.bytes() +
                       runs_held.bytes() + woken[0].bytes() + woken[1].bytes() + changed.bytes();
     for (int s = 0; s < 2; ++s)

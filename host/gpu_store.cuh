@@ -50,7 +50,7 @@ class Store {
     DeviceArray<float> travel;
     DeviceArray<Mask> masks;
     DeviceArray<unsigned> fastest, reached, runs_held;
-    DeviceArray<int> stir, free, guard, runs, woken[2], changed;
+    DeviceArray<int> stir, free, guard, runs, woken[2], changed, in_line;
     DeviceArray<int2> ranges;
     DeviceArray<Joint<double>> joints;  // of the frame's beginning, then of its end
     DeviceArray<Clock> clocks;
