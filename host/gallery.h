@@ -12,9 +12,15 @@ namespace knead {
 std::vector<Blob> blobs_of(const Setup& setup, const std::vector<Joint<double>>& joints,
                            const std::vector<char>& active);
 
+// frame_00010.png
+std::string picture_name(int frame);
+// Removes the pictures that an earlier run left in the folder: files of exactly such names, and
+// nothing else. Throws OutputError.
+void remove_pictures(const std::string& folder);
+
 class Gallery {
   public:
-    // `folder` receives frame_00010.png and so on; with `video`, its frames `rate` per second also
+    // `folder` receives a picture_name() a picture; with `video`, its frames `rate` per second also
     // make that file. Throws std::runtime_error with the reason where there is no OpenGL.
     Gallery(const Scene& scene, std::string folder, std::string video, double rate);
     void add(const View& view);  // throws OutputError

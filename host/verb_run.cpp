@@ -220,6 +220,8 @@ int Session::run()
     const std::unique_ptr<Solver> solver = make_solver(scene.setup, device);
     facts.solver = solver->name();
     rule.audit_every = o.audit_every > 0 ? o.audit_every : device.kind == DeviceKind::cuda ? 10 : 1;
+    // All that can be wrong with what was given has been found: the old pictures may go.
+    if (o.overwrite && !o.out.empty()) remove_pictures(in_folder("pictures"));
     open_gallery();
     const std::vector<std::string> rest = left_out(scene, rule);
     facts.left_out.insert(facts.left_out.end(), rest.begin(), rest.end());

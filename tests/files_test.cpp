@@ -1,6 +1,7 @@
 // Meshes and particles from files: what is written is read, and what is broken is told.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstring>
 #include <filesystem>
@@ -108,6 +109,49 @@ TEST_F(Files, AnOldFileSurvivesAWriteThatFails)
     write_whole(path("kept"), "new");
     EXPECT_EQ(read_text(path("kept"), 100), "new");
     EXPECT_EQ(std::distance(fs::directory_iterator(folder), fs::directory_iterator{}), 1);
+}
+
+TEST_F(Files, AnEarlierRunsPicturesGoOnceANewOneCanReplaceThem)
+{
+    const std::vector<std::string> pictures{"frame_00010.png", "frame_123456.png"};
+    const std::vector<std::string> others{"frame_0010.png",   "frame_000010.png",
+                                          "frame_00010.png2", "frame_-0010.png",
+                                          "frame_.png",       "my.png",
+                                          "frame_0001a.png",  "frame_00010.PNG",
+                                          "frame_ 0010.png",  "frame_99999999999.png"};
+    fs::create_directories(folder / "out/pictures/frame_00020.png");  // a folder, whatever its name
+    for (const auto* names : {&pictures, &others})
+        for (const std::string& name : *names) write_whole(path("out/pictures/" + name), "old");
+    fs::create_symlink(path("scene.json"), folder / "out/pictures/frame_00030.png");
+    write_whole(path("out/frame_00010.png"), "not among the pictures");
+    const auto there = [&](const std::vector<std::string>& names) {
+        return std::count_if(names.begin(), names.end(), [&](const std::string& name) {
+            return fs::exists(folder / "out/pictures" / name);
+        });
+    };
+    write_whole(path("scene.json"), R"({
+        "schema": "knead.scene/1", "name": "small", "domain": {"edge": 0.32, "cells": 32},
+        "objects": [{"centre": [0.16, 0.16, 0.16], "diameter": 0.05, "material": "clay"}]})");
+    const auto code = [](const RunOptions& o) { return ended([&] { return run_verb(o); }); };
+    RunOptions o;
+    o.scene = path("scene.json"), o.out = path("out"), o.device = "cpu", o.frames = 1;
+    o.quiet = o.overwrite = true, o.settings = {"objects.0.diameter=-1"};
+    EXPECT_EQ(code(o), exit_input);
+    EXPECT_EQ(there(pictures), 2);
+    o.settings.clear(), o.hands = path("absent.hands");
+    EXPECT_NE(code(o), exit_ok);
+    EXPECT_EQ(there(pictures), 2);
+    o.hands.clear(), o.overwrite = false;
+    ASSERT_EQ(code(o), exit_ok);
+    EXPECT_EQ(there(pictures), 2);
+    o.overwrite = true;
+    ASSERT_EQ(code(o), exit_ok);
+    EXPECT_EQ(there(pictures), 0);
+    EXPECT_EQ(there(others), long(others.size()));
+    EXPECT_TRUE(fs::is_directory(folder / "out/pictures/frame_00020.png"));
+    EXPECT_TRUE(fs::is_symlink(folder / "out/pictures/frame_00030.png"));
+    EXPECT_TRUE(fs::exists(folder / "scene.json"));
+    EXPECT_TRUE(fs::exists(folder / "out/frame_00010.png"));
 }
 
 }  // namespace
