@@ -59,48 +59,6 @@ std::string folder_name(const std::string& device)
     return name.empty() ? "unknown" : name;
 }
 
-// Instructions per particle and substep by stage, as Nsight Compute counted them: lines
-// "stage,instructions" below a heading. Throws InputError.
-double instructions_in(const std::string& file)
-{
-    const std::string text = read_text(file, 1 << 20);
-    double sum = 0;
-    std::size_t number = 0;
-    for (std::size_t at = 0; at < text.size(); ++number) {
-        const std::size_t end = std::min(text.find('\n', at), text.size());
-        const std::string line = text.substr(at, end - at);
-        at = end + 1;
-        if (number == 0 || line.empty() || line[0] == '#') continue;
-        const std::size_t comma = line.find(',');
-        char* rest = nullptr;
-        const double value = comma == line.npos ? -1 : std::strtod(line.c_str() + comma + 1, &rest);
-        if (!rest || rest == line.c_str() + comma + 1 || !(value >= 0 && value < 1e9))
-            throw InputError(fmt::format(
-                "{}: line {}: expected \"stage,instructions per particle\", found \"{}\"", file,
-                number + 1, line.substr(0, 60)));
-        sum += value;
-    }
-    return sum;
-}
-
-// `each`: instructions per particle and substep of the squeeze; 0: not known.
-void add_issue(Bench& bench, double each)
-{
-    if (each <= 0) {
-        bench.result.left_out.push_back(
-            "instructions per particle, share of the issue limit: no table was given "
-            "(--instructions)");
-        return;
-    }
-    // Warp instructions a second: four schedulers a multiprocessor, of one instruction a cycle.
-    const double rate = 4.0 * bench.facts.multiprocessors * gpu_clock();
-    for (BenchRow& row : bench.result.rows) {
-        if (!row.name.starts_with("squeeze")) continue;  // what was counted
-        row.instructions = each;
-        if (rate > 0) row.issue_share = each / 32 * row.rate() / rate;
-    }
-}
-
 std::string folder_of(const Bench& bench)
 {
     if (!bench.options.out.empty()) return bench.options.out;
@@ -179,14 +137,30 @@ void Bench::say(const std::string& text) const
 
 bool Bench::stopped() const { return interrupted() != 0; }
 
+std::vector<StageWork> Bench::counted(const std::function<std::vector<StageWork>()>& count)
+{
+    if (!options.count || uncountable || device.kind != DeviceKind::cuda) return {};
+    try {
+        return count();
+    } catch (const std::runtime_error& e) {
+        uncountable = true;
+        say(e.what());
+        result.left_out.push_back(e.what());
+        return {};
+    }
+}
+
 int bench_verb(const BenchOptions& options)
 {
-    const double instructions =
-        options.instructions.empty() ? 0 : instructions_in(options.instructions);
     Bench bench(options);
     const std::string folder = folder_of(bench);
     prepare_folder(folder, results, options.overwrite);
     watch_interrupts();
+    if (!options.count)
+        bench.result.left_out.push_back(
+            "instructions and bytes as the device counts them: not asked for (--count)");
+    else if (bench.device.kind != DeviceKind::cuda)
+        bench.result.left_out.push_back("counters: those of a CPU are not read");
     bench.say(fmt::format("{}, copies {:.1f} GB/s", bench.facts.name, 1e-9 * bench.facts.copy));
     int failed = exit_ok;
     if (options.peers) failed = attempted(bench, "peers", run_peers);
@@ -196,7 +170,6 @@ int bench_verb(const BenchOptions& options)
         if (const int code = attempted(bench, name, suite)) failed = code;
     }
     if (bench.stopped()) bench.result.left_out.push_back("the rest: interrupted");
-    add_issue(bench, instructions);
     const std::string json =
         bench_json(bench).dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
     const auto in_folder = [&](const std::string& name) {

@@ -19,12 +19,20 @@ struct BenchOptions {
     std::string out;                  // "": profiling/results/<device>
     std::string scene = "scenes/squeeze.json";
     std::string peers_folder = "profiling/peers";
-    std::string instructions;  // a table measured by Nsight Compute; "": none
+    bool count = false;  // by the device's counters, too
     bool quick = false, peers = false, overwrite = false, json = false, quiet = false;
     int threads = 0;              // CPU; 0: all
     double case_limit = 0;        // seconds after which a case begins no frame; 0: 20, quick 4
     double most_memory = 0;       // [MiB] of the host; 0: what is free
     double most_particles = 5e7;  // of suite "scale"
+};
+
+// What the device's counters say of a case, for each particle; all 0: nothing was counted.
+struct Counted {
+    std::vector<StageWork> stages;
+    DeviceWork sum;
+    double issue_share = 0;  // instructions over time, of what the multiprocessors can issue
+    double copy_share = 0;   // bytes of the memory over time, of the measured copy's rate
 };
 
 // One measured case. Times in seconds.
@@ -41,17 +49,17 @@ struct BenchRow {
     double surface = 0;             // of one frame; median; 0: none was made
     std::size_t bytes = 0;          // held by the solver
     double least_bytes = 0;         // per particle and substep
-    double instructions = 0;        // the same; 0: not known
     double copy_share = 0;          // least_bytes over time, of the measured copy's rate
-    double issue_share = 0;         // 0: not known
     std::vector<StageTime> stages;  // of one frame, or parts of the surface
+    Counted counted;                // per particle and substep; per particle of a surface
     double moved = 1;               // share of the particle-substeps; the rest was still
     long clipped = 0, confined = 0, repaired = 0;
     std::string hash;      // of the first repeat's end
     int hashed_after = 0;  // frames, warm-up included
     std::string note;
 
-    double rate() const  // particle-substeps per second, of those that moved
+    // Particle-substeps per second, of those that moved.
+    double rate() const
     {
         return substep.median > 0 ? moved * double(particles) / substep.median : 0;
     }
@@ -119,6 +127,9 @@ class Bench {
     void add(BenchRow row);                   // unless it was interrupted before anything was timed
     void say(const std::string& text) const;  // on stderr
     bool stopped() const;                     // by Ctrl-C
+    // What `count` finds; nothing unless that is asked for. Once it has failed it is not tried
+    // again, and `left_out` says why.
+    std::vector<StageWork> counted(const std::function<std::vector<StageWork>()>& count);
 
     const BenchOptions options;
     const Device device;
@@ -126,7 +137,11 @@ class Bench {
     BenchResult result;
 
   private:
+    void examine(const Scene& scene, const HandSource* hands, int first, int frame, bool stages,
+                 BenchRow& row);
+
     std::map<std::string, BenchRow> known;
+    bool uncountable = false;
 };
 
 // Both hands in one of the scene's frames. Without hands they stand still at the origin, inactive.
@@ -155,6 +170,10 @@ int first_touch(const Scene& scene, const HandSource& hands);
 // blocks with clay, written once and read once.
 double least_bytes(std::size_t particles, long active_blocks);
 
+// What was counted of `items` particle-substeps, or particles of a surface, beside `row`'s times.
+Counted counted_each(const std::vector<StageWork>& stages, double items, const BenchRow& row,
+                     const DeviceFacts& facts);
+
 // Seconds of surfaces of one state by the scene's rule, and of their stages.
 struct SurfaceTimes {
     std::vector<double> whole;
@@ -164,6 +183,9 @@ struct SurfaceTimes {
 };
 SurfaceTimes surface_times(const std::vector<Particle<double>>& state, const Scene& scene,
                            Device device, int count);
+// What a GPU's counters say of such a surface; empty on a CPU.
+std::vector<StageWork> surface_counts(const std::vector<Particle<double>>& state,
+                                      const Scene& scene, Device device);
 // Seconds of the surfaces of `frames` frames on end, after as many as `warm_up`, where what has not
 // moved is kept, and where nothing is. On a GPU.
 struct KeptTimes {

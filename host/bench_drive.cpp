@@ -34,7 +34,11 @@ struct Gathered {
     int timed = 0;
     Tally sum;
     long blocks = 0;
+    std::vector<int> touched_at;  // in the first repeat
+    int last = 0;
 
+    // The frame amid those in contact, or the last.
+    int middle() const { return touched_at.empty() ? last : touched_at[touched_at.size() / 2]; }
     void add(const DrivenFrame& f)
     {
         (f.tally.projected > 0 ? touched : apart).add(f);
@@ -43,6 +47,8 @@ struct Gathered {
         sum.repaired += f.tally.repaired;
         sum.moved += f.tally.moved, sum.substeps += f.tally.substeps;
         blocks = f.tally.active_blocks;
+        last = f.index;
+        if (medians.empty() && f.tally.projected > 0) touched_at.push_back(f.index);
     }
     const Times& times() const { return touched.frames.empty() ? apart : touched; }
 };
@@ -100,6 +106,25 @@ double least_bytes(std::size_t particles, long active_blocks)
 {
     const double nodes = double(active_blocks) * block_nodes * sizeof(Node<float>);
     return 2 * sizeof(Particle<float>) + 2 * nodes / double(std::max<std::size_t>(particles, 1));
+}
+
+Counted counted_each(const std::vector<StageWork>& stages, double items, const BenchRow& row,
+                     const DeviceFacts& facts)
+{
+    Counted all;
+    if (!(items > 0)) return all;
+    for (const StageWork& stage : stages) {
+        all.stages.push_back({stage.name, 1 / items * stage.work});
+        all.sum += all.stages.back().work;
+    }
+    const double rate = row.substep.median > 0 ? row.rate()
+                        : row.frame.median > 0 ? double(row.particles) / row.frame.median
+                                               : 0;
+    // Four schedulers a multiprocessor, of one instruction a cycle.
+    const double issued = 4.0 * facts.multiprocessors * all.sum.clock();
+    if (issued > 0) all.issue_share = all.sum.instructions * rate / issued;
+    if (facts.copy > 0) all.copy_share = all.sum.memory_bytes * rate / facts.copy;
+    return all;
 }
 
 Motion motion_in(const Scene& scene, const HandSource* hands, int frame)
@@ -160,6 +185,20 @@ int first_touch(const Scene& scene, const HandSource& hands)
     return -1;
 }
 
+// A frame's stages, one by one, on a solver of its own: what is timed is not disturbed.
+void Bench::examine(const Scene& scene, const HandSource* hands, int first, int frame, bool stages,
+                    BenchRow& row)
+{
+    const std::unique_ptr<Solver> solver = make_solver(scene.setup, device);
+    drive(scene, *solver, hands, first, [&](const DrivenFrame& f) {
+        if (stopped() || f.index < frame) return !stopped();
+        if (stages) row.stages = solver->stage_times();
+        row.counted = counted_each(counted([&] { return solver->stage_counts(); }),
+                                   double(f.tally.moved), row, facts);
+        return false;
+    });
+}
+
 const BenchRow& Bench::measured(const std::string& name, const Scene& scene, const Drive& how)
 {
     if (const auto found = known.find(name); found != known.end()) return found->second;
@@ -182,7 +221,7 @@ const BenchRow& Bench::measured(const std::string& name, const Scene& scene, con
         row.bytes = solver->memory();
         if (k > 0) continue;
         row.hashed_after = all.timed + how.warm_up;
-        if (how.stages) row.stages = solver->stage_times();
+        if (how.stages && device.kind == DeviceKind::cpu) row.stages = solver->stage_times();
         const Audit state =
             audit(solver->particles(), scene.setup.materials, scene.setup.lattice.dx);
         row.hash = hexadecimal(state.hash);
@@ -190,6 +229,8 @@ const BenchRow& Bench::measured(const std::string& name, const Scene& scene, con
     }
     fill(row, scene, all);
     row.copy_share = row.least_bytes * row.rate() / facts.copy;
+    if (device.kind == DeviceKind::cuda && (how.stages || options.count) && !stopped())
+        examine(scene, hands.get(), first, all.middle(), how.stages, row);
     return known[name] = row;
 }
 

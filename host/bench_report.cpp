@@ -25,6 +25,11 @@ Json row_json(const BenchRow& r)
 {
     Json stages = Json::object();
     for (const StageTime& s : r.stages) stages[s.name] = 1e3 * s.seconds;
+    Json counted = Json::object();
+    for (const StageWork& s : r.counted.stages)
+        counted[s.name] = {{"instructions", s.work.instructions},
+                           {"memory_bytes", s.work.memory_bytes},
+                           {"level_2_bytes", s.work.cache_bytes}};
     const auto known = [](double x) { return x > 0 ? Json(x) : Json(); };
     return {
         {"suite", r.suite},
@@ -44,10 +49,15 @@ Json row_json(const BenchRow& r)
         {"bytes", r.bytes},
         {"least_bytes_per_particle", known(r.least_bytes)},
         {"share_of_copy", known(r.copy_share)},
-        {"instructions_per_particle", known(r.instructions)},
-        {"share_of_issue", known(r.issue_share)},
+        {"instructions_per_particle", known(r.counted.sum.instructions)},
+        {"share_of_issue", known(r.counted.issue_share)},
+        {"memory_bytes_per_particle", known(r.counted.sum.memory_bytes)},
+        {"share_of_copy_counted", known(r.counted.copy_share)},
+        {"level_2_bytes_per_particle", known(r.counted.sum.cache_bytes)},
+        {"counted_clock_MHz", known(1e-6 * r.counted.sum.clock())},
         {"moved_share", r.moved},
         {"stages_ms", stages},
+        {"stages_counted", counted},
         {"guards", {{"clipped", r.clipped}, {"confined", r.confined}, {"repaired", r.repaired}}},
         {"state_hash", r.hash},
         {"hashed_after_frames", r.hashed_after},
@@ -80,6 +90,17 @@ std::string quoted(std::string text)
     return '"' + text + '"';
 }
 
+std::string stage_text(const StageTime& s, const std::vector<StageWork>& counted)
+{
+    std::string text = fmt::format("    {:<12} {:>9.3f} ms", s.name, 1e3 * s.seconds);
+    for (const StageWork& c : counted)
+        if (c.name == s.name)
+            text +=
+                fmt::format("  {:>7.2f} instructions  {:>6.1f} B of memory  {:>6.1f} B of level 2",
+                            c.work.instructions, c.work.memory_bytes, c.work.cache_bytes);
+    return text + "\n";
+}
+
 std::string row_text(const BenchRow& r)
 {
     std::string text = fmt::format("{:<46} {:>9}", r.name, r.particles);
@@ -94,10 +115,15 @@ std::string row_text(const BenchRow& r)
             double(r.bytes) / double(std::max<std::size_t>(r.particles, 1)));
     if (r.surface > 0 && r.suite != "surface")
         text += fmt::format("  + {:.2f} ms surface", 1e3 * r.surface);
-    if (r.issue_share > 0) text += fmt::format("  {:.1f} % of issue", 100 * r.issue_share);
     text += "\n";
-    for (const StageTime& s : r.stages)
-        text += fmt::format("    {:<12} {:>9.3f} ms\n", s.name, 1e3 * s.seconds);
+    const DeviceWork& each = r.counted.sum;
+    if (each.instructions > 0)
+        text += fmt::format(
+            "    counted a particle: {:.1f} instructions ({:.1f} % of issue), {:.0f} B of memory "
+            "({:.1f} % of copy; at least {:.0f} B), {:.0f} B of level 2\n",
+            each.instructions, 100 * r.counted.issue_share, each.memory_bytes,
+            100 * r.counted.copy_share, r.least_bytes, each.cache_bytes);
+    for (const StageTime& s : r.stages) text += stage_text(s, r.counted.stages);
     if (r.clipped + r.confined + r.repaired > 0)
         text += fmt::format("    guards: clipped {}, confined {}, repaired {}\n", r.clipped,
                             r.confined, r.repaired);
@@ -214,16 +240,18 @@ std::string bench_csv(const BenchResult& result)
     std::string out =
         "suite,name,at,particles,nodes_x,frames,repeats,in_contact,substeps,frame_ms,frame_p95_ms,"
         "substep_us,substep_p95_us,surface_ms,G_per_s,bytes,least_bytes,share_of_copy,"
-        "instructions,share_of_issue,moved_share,clipped,confined,repaired,hash\n";
+        "instructions,share_of_issue,memory_bytes,share_of_copy_counted,level_2_bytes,"
+        "moved_share,clipped,confined,repaired,hash\n";
     for (const BenchRow& r : result.rows)
         out += fmt::format(
             "{},{},{:.9g},{},{},{},{},{},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},{},"
-            "{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},{},{},{},{}\n",
+            "{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},{},{},{},{}\n",
             r.suite, quoted(r.name), r.at, r.particles, r.nodes.x, r.frames, r.repeats, r.touched,
             r.substeps, 1e3 * r.frame.median, 1e3 * r.frame.p95, 1e6 * r.substep.median,
             1e6 * r.substep.p95, 1e3 * r.surface, 1e-9 * r.rate(), r.bytes, r.least_bytes,
-            r.copy_share, r.instructions, r.issue_share, r.moved, r.clipped, r.confined, r.repaired,
-            r.hash);
+            r.copy_share, r.counted.sum.instructions, r.counted.issue_share,
+            r.counted.sum.memory_bytes, r.counted.copy_share, r.counted.sum.cache_bytes, r.moved,
+            r.clipped, r.confined, r.repaired, r.hash);
     return out;
 }
 

@@ -90,6 +90,9 @@ void surface_case(Bench& bench, int cells, int nodes)
     row.stages = times.stages, row.bytes = times.bytes;
     row.hash = hexadecimal(audit(state, scene.setup.materials, scene.setup.lattice.dx).hash);
     row.note = times.note;
+    row.counted =
+        counted_each(bench.counted([&] { return surface_counts(state, scene, bench.device); }),
+                     double(row.particles), row, bench.facts);
     bench.add(row);
 }
 

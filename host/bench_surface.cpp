@@ -84,6 +84,16 @@ SurfaceTimes surface_times(const std::vector<Particle<double>>& state, const Sce
                                            : on_cpu(state, scene, count);
 }
 
+std::vector<StageWork> surface_counts(const std::vector<Particle<double>>& state,
+                                      const Scene& scene, Device device)
+{
+    if (device.kind != DeviceKind::cuda) return {};
+    const std::vector<Particle<double>> sorted = by_cell(state, scene.setup.lattice);
+    GpuSurface surface(sorted, scene.setup.materials, scene.surface, {}, device.index);
+    surface.surface(sorted);
+    return surface.stage_counts();
+}
+
 KeptTimes kept_surface_times(const Scene& scene, Device device, int warm_up, int frames)
 {
     const HandSource hands(hands_of(scene), scene.hands);

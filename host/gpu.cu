@@ -5,6 +5,7 @@
 #include <cstdlib>
 #include <limits>
 
+#include "gpu_device.cuh"
 #include "gpu_solver.cuh"
 #include "pieces.h"
 
@@ -26,25 +27,6 @@ int substeps_a_turn(int substeps)
 }
 
 std::atomic<int> solvers = 0;  // of the process so far
-
-int multiprocessors(int device)
-{
-    int n = 0;
-    check(cudaDeviceGetAttribute(&n, cudaDevAttrMultiProcessorCount, device), "device");
-    return n;
-}
-
-int chosen(int device)
-{
-    int count = 0;
-    if (cudaGetDeviceCount(&count) != cudaSuccess || count == 0)
-        throw std::runtime_error("no CUDA device");
-    if (device < 0 || device >= count)
-        throw std::runtime_error("no CUDA device " + std::to_string(device) + " among " +
-                                 std::to_string(count));
-    check(cudaSetDevice(device), "device");
-    return device;
-}
 
 }  // namespace
 
@@ -129,13 +111,12 @@ void GpuSolver::substep(const Views& views, const Needs& needs, cudaStream_t str
     g2p(views, needs, processors, stream);
 }
 
-void GpuSolver::capture(FrameGraph& to, bool tools)
+void GpuSolver::capture(Graph& to, bool tools)
 {
-    to.drop();
     Needs needs = store.needs();
     needs.tools = tools || needs.blades;  // a cut stays one when the hands have gone
     Views views = views_for(needs);
-    check(cudaStreamBeginCapture(main, cudaStreamCaptureModeThreadLocal), "capture");
+    to.begin(main);
     const auto handle = [this](cudaGraphConditionalHandle& h) {
         check(cudaGraphConditionalHandleCreate(&h, under_capture(main), 1,
                                                cudaGraphCondAssignDefault),
@@ -150,8 +131,7 @@ void GpuSolver::capture(FrameGraph& to, bool tools)
                      for (int k = 0; k < (turn ? turn : substeps_a_turn(0)); ++k)
                          substep(views, needs, stream);
                  });
-    check(cudaStreamEndCapture(main, &to.graph), "capture");
-    check(cudaGraphInstantiate(&to.ready, to.graph, 0), "graph");
+    to.end(main);
     check(cudaGraphUpload(to.ready, main), "graph");
     wait(main, "graph");
 }

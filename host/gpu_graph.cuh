@@ -1,4 +1,4 @@
-// A frame as one graph: what captures it and owns it.
+// Work as one graph: what captures it and owns it.
 #pragma once
 #include "cuda/launch.cuh"
 
@@ -23,12 +23,23 @@ struct Event {
     operator cudaEvent_t() const { return e; }
 };
 
-struct FrameGraph {
+struct Graph {
     cudaGraph_t graph = nullptr;
     cudaGraphExec_t ready = nullptr;
-    FrameGraph() = default;
-    FrameGraph(const FrameGraph&) = delete;
-    ~FrameGraph() { drop(); }
+    Graph() = default;
+    Graph(const Graph&) = delete;
+    ~Graph() { drop(); }
+    // Of what is launched on the stream between the two.
+    void begin(cudaStream_t stream)
+    {
+        drop();
+        check(cudaStreamBeginCapture(stream, cudaStreamCaptureModeThreadLocal), "capture");
+    }
+    void end(cudaStream_t stream)
+    {
+        check(cudaStreamEndCapture(stream, &graph), "capture");
+        check(cudaGraphInstantiate(&ready, graph, 0), "graph");
+    }
     void drop()
     {
         if (ready) cudaGraphExecDestroy(ready);

@@ -1,62 +1,102 @@
-// What each stage of a frame takes.
+// What each stage of a frame takes, and what it counts.
+#include <utility>
+
 #include "gpu_solver.cuh"
 
 namespace knead::gpu {
+namespace {
 
-// Asking is measuring: a few substeps are run stage by stage from where the last frame ended, and
-// forgotten: the sort that they begin with leaves its input as it was. Shares of one frame of the
-// graph, in which stages overlap.
-const std::vector<StageTime>& GpuSolver::stage_times() const
+constexpr int warm = 2, repeats = 10;  // substeps
+
+// From what was seen of each stage, in that order, to what all of a frame amounts to: stages of a
+// substep are seen in a few of them, the first of which find cold caches.
+template <class Amount>
+std::vector<std::pair<std::string, Amount>> of_a_frame(
+    const std::vector<std::pair<std::string, Amount>>& seen, int substeps)
 {
-    if (times.empty() && last_substeps > 0) {
-        wait(main, "measure");
-        measure();
+    std::vector<std::pair<std::string, Amount>> all;
+    for (const auto& [stage, every_substep] : {std::pair{"sort", false},
+                                               {"pose", false},
+                                               {"p2g", false},
+                                               {"grid", true},
+                                               {"g2p", true}}) {
+        std::vector<Amount> own;
+        for (const auto& [name, amount] : seen)
+            if (name == stage) own.push_back(amount);
+        if (own.empty()) continue;
+        if (every_substep && own.size() > warm) own.erase(own.begin(), own.begin() + warm);
+        Amount sum{};
+        for (const Amount& amount : own) sum += amount;
+        all.push_back({stage, every_substep ? double(substeps) / double(own.size()) * sum : sum});
     }
-    return times;
+    return all;
 }
 
-void GpuSolver::measure() const
+}  // namespace
+
+const std::vector<StageTime>& GpuSolver::stage_times() const
 {
-    check(cudaSetDevice(device), "device");
-    constexpr int warm = 2, repeats = 10;
-    Needs needs = store.needs();
-    needs.tools = posed || needs.blades;
-    const Views views = views_for(needs);
+    if (!times.empty() || last_substeps == 0) return times;
     Event from, to;
-    const auto timed = [&](const char* stage, auto&& run) {
+    std::vector<std::pair<std::string, double>> seen;
+    walk([&](const char* stage, const std::function<void()>& run) {
         check(cudaEventRecord(from, main), stage);
         run();
         check(cudaEventRecord(to, main), stage);
         check(cudaEventSynchronize(to), stage);
         float milliseconds = 0;
         check(cudaEventElapsedTime(&milliseconds, from, to), stage);
-        return 1e-3 * double(milliseconds);
-    };
+        seen.push_back({stage, 1e-3 * double(milliseconds)});
+    });
+    for (const auto& [name, seconds] : of_a_frame(seen, last_substeps))
+        times.push_back({name, seconds});
+    return times;
+}
+
+std::vector<StageWork> GpuSolver::stage_counts() const
+{
+    std::vector<StageWork> counts;
+    if (last_substeps == 0) return counts;
+    check(cudaSetDevice(device), "device");
+    std::vector<std::pair<std::string, DeviceWork>> seen;
+    for (const StageWork& each : counted([&](const Watch& watch) {
+             walk([&](const char* stage, const std::function<void()>& run) {
+                 watch(stage, [&] { run(), wait(main, stage); });
+             });
+         }))
+        seen.push_back({each.name, each.work});
+    for (const auto& [name, amount] : of_a_frame(seen, last_substeps))
+        counts.push_back({name, amount});
+    return counts;
+}
+
+// A few substeps are run stage by stage from where the last frame ended, and forgotten: the sort
+// that they begin with leaves its input as it was. In a frame of the graph stages overlap.
+void GpuSolver::walk(const Watch& watch) const
+{
+    wait(main, "measure");
+    check(cudaSetDevice(device), "device");
+    Needs needs = store.needs();
+    needs.tools = posed || needs.blades;
+    const Views views = views_for(needs);
     const Clock before = store.clock();
     const std::vector<int> quiet = store.quiet.downloaded();
-    const double sorting = timed("sort", [&] {
+    watch("sort", [&] {
         order(views, needs, store.sort_space(), main);
         if (needs.rests) settle(views, main);
         arrange(views, needs, store.sort_space(), main);
     });
     begin(views, main);
-    const double posing = timed("pose", [&] {
-        if (needs.tools) masks(views, main), pose(views, main);
-    });
-    const double scatter = timed("p2g", [&] { p2g(views, needs, processors, main); });
-    times = {{"sort", sorting}, {"pose", posing}, {"p2g", scatter}, {"grid", 0}, {"g2p", 0}};
+    if (needs.tools) watch("pose", [&] { masks(views, main), pose(views, main); });
+    watch("p2g", [&] { p2g(views, needs, processors, main); });
     const auto under_way = [&] {
         Clock now = store.clock();
         return now.step(now.done).dt > 0;
     };
-    int counted = 0;
     for (int k = 0; k < warm + repeats && under_way(); ++k) {
-        const double step[] = {timed("grid", [&] { grid(views, needs, processors, main); }),
-                               timed("g2p", [&] { g2p(views, needs, processors, main); })};
-        if (k < warm && last_substeps > warm) continue;
-        times[3].seconds += step[0], times[4].seconds += step[1], ++counted;
+        watch("grid", [&] { grid(views, needs, processors, main); });
+        watch("g2p", [&] { g2p(views, needs, processors, main); });
     }
-    for (std::size_t s : {3, 4}) times[s].seconds *= double(last_substeps) / counted;
     store.clear_grids();
     if (needs.rests)
         check(cudaMemcpy(store.quiet.data(), quiet.data(), store.quiet.bytes(), cudaMemcpyDefault),

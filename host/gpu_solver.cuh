@@ -24,6 +24,7 @@ class GpuSolver : public Solver {
     std::vector<Particle<double>> particles() const override;
     std::vector<double> penetration() const override;
     const std::vector<StageTime>& stage_times() const override;
+    std::vector<StageWork> stage_counts() const override;
     const Clay* clay() const override { return &held; }
     std::size_t memory() const override { return store.bytes(); }
     std::string name() const override { return title; }
@@ -37,13 +38,13 @@ class GpuSolver : public Solver {
         Event done{cudaEventDisableTiming};
     };
     void capture();
-    void capture(FrameGraph& to, bool tools);
+    void capture(Graph& to, bool tools);
     void start(const Views& views, const Needs& needs);
     void substep(const Views& views, const Needs& needs, cudaStream_t stream);
     Views views_for(const Needs& needs) const;
     void sort_if_due(const Views& views, const Needs& needs);
     void step_through(bool tools);
-    void measure() const;
+    void walk(const Watch& watch) const;
     void pose_end(const Views& views) const;
     void settle_cuts(const Frame& frame);
 
@@ -54,7 +55,7 @@ class GpuSolver : public Solver {
     Clay held;
     std::string title;
     Event forked{cudaEventDisableTiming}, joined{cudaEventDisableTiming};
-    FrameGraph with_tools, without_tools;
+    Graph with_tools, without_tools;
     Frame frames[2];  // under way, or to be
     int submitted = 0, collected = 0;
     bool posed = false;        // masks are those of the last frame's end

@@ -5,6 +5,8 @@
 #include <stdexcept>
 
 #include "cuda/smooth.h"
+#include "gpu_device.cuh"
+#include "gpu_graph.cuh"
 #include "gpu_surface_store.cuh"
 
 namespace knead {
@@ -18,43 +20,6 @@ struct Stage {
     std::function<void(cudaStream_t)> launch;
 };
 
-struct Graph {
-    cudaGraph_t graph = nullptr;
-    cudaGraphExec_t ready = nullptr;
-    Graph() = default;
-    Graph(const Graph&) = delete;
-    ~Graph() { drop(); }
-    template <class Launch>
-    void capture(cudaStream_t stream, Launch&& launch)
-    {
-        drop();
-        check(cudaStreamBeginCapture(stream, cudaStreamCaptureModeThreadLocal), "capture");
-        launch();
-        check(cudaStreamEndCapture(stream, &graph), "capture");
-        check(cudaGraphInstantiate(&ready, graph, 0), "graph");
-    }
-    void drop()
-    {
-        if (ready) cudaGraphExecDestroy(ready);
-        if (graph) cudaGraphDestroy(graph);
-        ready = nullptr, graph = nullptr;
-    }
-};
-
-// The number of the device, made the current one.
-int chosen(int device)
-{
-    int count = 0;
-    if (cudaGetDeviceCount(&count) != cudaSuccess || count == 0)
-        throw std::runtime_error("no CUDA device");
-    if (device == -1) check(cudaGetDevice(&device), "device");
-    if (device < 0 || device >= count)
-        throw std::runtime_error("no CUDA device " + std::to_string(device) + " among " +
-                                 std::to_string(count));
-    check(cudaSetDevice(device), "device");
-    return device;
-}
-
 // A rule that makes sense to the loops on the CPU does so here.
 const SurfaceRule& checked(const SurfaceRule& rule)
 {
@@ -65,11 +30,11 @@ const SurfaceRule& checked(const SurfaceRule& rule)
 }  // namespace
 
 struct GpuSurface::Held {
-    int device, processors = 0;
+    int device, processors;
     bool fixed_room;
     SurfaceStore store;
-    cudaStream_t stream = nullptr;
-    cudaEvent_t from = nullptr, to = nullptr;
+    Stream stream;
+    Event from, to;
 
     // What the last surface was made of.
     DeviceArray<float4> rows;
@@ -80,7 +45,6 @@ struct GpuSurface::Held {
     Held(const std::vector<Particle<double>>& particles,
          const std::vector<Material<double>>& materials, const SurfaceRule& rule, SurfaceRoom room,
          int wanted);
-    ~Held();
     std::vector<Stage> stages(const Clay& now) const;
     void prepare(const Clay& now);
     void forget_if_told(cudaStream_t on);
@@ -95,20 +59,10 @@ GpuSurface::Held::Held(const std::vector<Particle<double>>& particles,
                        const std::vector<Material<double>>& materials, const SurfaceRule& rule,
                        SurfaceRoom room, int wanted)
     : device(chosen(wanted)),
+      processors(multiprocessors(device)),
       fixed_room(room.vertices || room.triangles),
       store(particles, materials, checked(rule), room)
 {
-    check(cudaDeviceGetAttribute(&processors, cudaDevAttrMultiProcessorCount, device), "device");
-    check(cudaStreamCreateWithFlags(&stream, cudaStreamNonBlocking), "stream");
-    check(cudaEventCreate(&from), "event");
-    check(cudaEventCreate(&to), "event");
-}
-
-GpuSurface::Held::~Held()
-{
-    if (from) cudaEventDestroy(from);
-    if (to) cudaEventDestroy(to);
-    if (stream) cudaStreamDestroy(stream);
 }
 
 // The stages over particles that are where they are now, in their order.
@@ -157,9 +111,9 @@ void GpuSurface::Held::prepare(const Clay& now)
         same(now.particles[1], clay.particles[1]))
         return;
     clay = now, fresh = true;
-    graph.capture(stream, [&] {
-        for (const Stage& stage : stages(clay)) stage.launch(stream);
-    });
+    graph.begin(stream);
+    for (const Stage& stage : stages(clay)) stage.launch(stream);
+    graph.end(stream);
 }
 
 void GpuSurface::Held::forget_if_told(cudaStream_t on)
@@ -364,9 +318,9 @@ std::vector<StageTime> GpuSurface::stage_times()
         held->fresh = true;
         held->run();
         Graph alone;
-        alone.capture(held->stream, [&] {
-            for (int k = 0; k < copies; ++k) stage.launch(held->stream);
-        });
+        alone.begin(held->stream);
+        for (int k = 0; k < copies; ++k) stage.launch(held->stream);
+        alone.end(held->stream);
         std::vector<double> seconds;
         for (int k = 0; k < repeats; ++k) seconds.push_back(held->seconds_of(alone.ready));
         std::nth_element(seconds.begin(), seconds.begin() + repeats / 2, seconds.end());
@@ -375,6 +329,22 @@ std::vector<StageTime> GpuSurface::stage_times()
     held->fresh = true;
     held->run();
     return times;
+}
+
+std::vector<StageWork> GpuSurface::stage_counts()
+{
+    if (!held->graph.ready) return {};
+    check(cudaSetDevice(held->device), "device");
+    const std::vector<StageWork> counts = counted([this](const Watch& watch) {
+        for (const Stage& stage : held->stages(held->clay)) {
+            held->fresh = true;
+            held->run();
+            watch(stage.name, [&] { stage.launch(held->stream), wait(held->stream, stage.name); });
+        }
+    });
+    held->fresh = true;
+    held->run();
+    return counts;
 }
 
 std::size_t GpuSurface::memory() const { return held->store.bytes() + held->rows.bytes(); }

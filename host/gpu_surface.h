@@ -62,6 +62,8 @@ class GpuSurface {
     // nothing: by a graph of that stage alone, again and again.
     std::vector<double> replays(int count);
     std::vector<StageTime> stage_times();
+    // What a GPU's counters say of each stage of such a surface; see Solver::stage_counts().
+    std::vector<StageWork> stage_counts();
 
     SurfaceRoom room() const;
     std::size_t memory() const;  // bytes held on the device

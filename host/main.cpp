@@ -135,8 +135,8 @@ void add_bench(CLI::App& app, Verb& chosen)
     bench->add_option("--peers-folder", o.peers_folder, "Where their scripts are")
         ->capture_default_str();
     bench->add_option("--scene", o.scene, "The squeeze that is varied")->capture_default_str();
-    bench->add_option("--instructions", o.instructions,
-                      "Table of instructions per particle, from Nsight Compute");
+    bench->add_flag("--count", o.count,
+                    "Instructions and bytes, too, by the GPU's counters (needs CUPTI)");
     bench->add_option("--threads", o.threads, "CPU threads; 0: all")->check(CLI::Range(0, 4096));
     bench->add_option("--case-limit", o.case_limit, "Seconds after which a case begins no frame")
         ->check(CLI::NonNegativeNumber);

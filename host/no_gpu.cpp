@@ -59,6 +59,7 @@ std::vector<Mesh> GpuSurface::surface(const std::vector<Particle<double>>&, Surf
 }
 std::vector<double> GpuSurface::replays(int) { refuse(); }
 std::vector<StageTime> GpuSurface::stage_times() { refuse(); }
+std::vector<StageWork> GpuSurface::stage_counts() { refuse(); }
 SurfaceRoom GpuSurface::room() const { refuse(); }
 std::size_t GpuSurface::memory() const { refuse(); }
 

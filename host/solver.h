@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "counters.h"
 #include "cuda/contact.h"
 #include "cuda/hand.h"
 #include "cuda/rest.h"
@@ -90,6 +91,9 @@ class Solver {
     // Depth [m] of every particle inside a tool at the end of the last frame; 0 entries left out.
     virtual std::vector<double> penetration() const = 0;
     virtual const std::vector<StageTime>& stage_times() const = 0;
+    // What a GPU's counters say of the stages of the last frame. Empty where there are none; throws
+    // std::runtime_error where they cannot be read.
+    virtual std::vector<StageWork> stage_counts() const { return {}; }
     // Where the particles are on the device, for its surface; null where they are not on one.
     virtual const gpu::Clay* clay() const { return nullptr; }
     virtual std::size_t memory() const = 0;  // bytes held

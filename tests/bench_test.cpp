@@ -91,10 +91,12 @@ TEST_F(BenchFolder, StagesOfASqueezeAreMeasuredAndWritten)
     const std::string csv = text("bench.csv");
     EXPECT_EQ(std::count(csv.begin(), csv.end(), '\n'), 2);
     EXPECT_EQ(code(o), exit_output);  // nothing is replaced unasked
-    o.overwrite = true, o.instructions = (folder / "counted.csv").string();
-    write_whole(o.instructions, "stage,instructions\np2g,1000\ng2p,600.5\n");
+    EXPECT_NE(all["left_out"].dump().find("--count"), std::string::npos);
+    o.overwrite = o.count = true;
     ASSERT_EQ(code(o), exit_ok) << complained;
-    EXPECT_EQ(Json::parse(text("bench.json"))["rows"][0]["instructions_per_particle"], 1600.5);
+    const Json counted = Json::parse(text("bench.json"));
+    EXPECT_TRUE(counted["rows"][0]["instructions_per_particle"].is_null());
+    EXPECT_NE(counted["left_out"].dump().find("those of a CPU are not read"), std::string::npos);
 }
 
 TEST_F(BenchFolder, WrongWordsAreRefusedBeforeAnythingIsMeasured)
@@ -108,13 +110,6 @@ TEST_F(BenchFolder, WrongWordsAreRefusedBeforeAnythingIsMeasured)
     o.backend = "gpu:x";
     EXPECT_EQ(code(o), exit_usage);
     EXPECT_FALSE(fs::exists(folder / "out"));
-    o.backend = "cpu", o.instructions = (folder / "wrong.csv").string();
-    for (const char* wrong : {"stage,n\np2g\n", "stage,n\np2g,-1\n", "stage,n\np2g,nan\n"}) {
-        write_whole(o.instructions, wrong);
-        o.overwrite = true;
-        EXPECT_EQ(code(o), exit_input) << wrong;
-        EXPECT_NE(complained.find("line 2"), complained.npos) << complained;
-    }
 }
 
 TEST_F(BenchFolder, ASuiteThatFailsLeavesTheOthersTheirResults)
@@ -154,6 +149,49 @@ TEST(Benchmark, LeastBytesAreTheStateInAndOutAndTheNodesOnce)
 {
     EXPECT_EQ(least_bytes(1000, 0), 2 * 96);
     EXPECT_EQ(least_bytes(512, 1), 2 * 96 + 2 * 64 * 16 / 512.0);
+}
+
+TEST(Benchmark, WhatIsCountedIsSharedAmongTheParticlesAndSetAgainstTheDevicesRates)
+{
+    BenchRow row;
+    row.particles = 1000, row.moved = 0.5, row.substep.median = 1e-6;  // 5e8 a second
+    DeviceFacts facts;
+    facts.multiprocessors = 10, facts.copy = 1e11;
+    // Two stages of a frame of ten substeps, of which half of the particles moved in each.
+    const std::vector<StageWork> stages{{"grid", {1e4, 2e5, 3e5, 2e4, 1e-5}},
+                                        {"g2p", {9e4, 3e5, 7e5, 1.8e5, 9e-5}}};
+    const Counted each = counted_each(stages, 5000, row, facts);
+    ASSERT_EQ(each.stages.size(), 2u);
+    EXPECT_DOUBLE_EQ(each.stages[0].work.instructions, 2);
+    EXPECT_DOUBLE_EQ(each.sum.instructions, 20);
+    EXPECT_DOUBLE_EQ(each.sum.memory_bytes, 100);
+    EXPECT_DOUBLE_EQ(each.sum.cache_bytes, 200);
+    EXPECT_NEAR(each.sum.clock(), 2e9, 1);
+    EXPECT_NEAR(each.issue_share, 20 * 5e8 / (4 * 10 * 2e9), 1e-9);
+    EXPECT_NEAR(each.copy_share, 100 * 5e8 / 1e11, 1e-9);
+    row.substep = {}, row.frame.median = 1e-5, row.moved = 1;  // a surface: 1e8 a second
+    EXPECT_NEAR(counted_each(stages, 1000, row, facts).copy_share, 500 * 1e8 / 1e11, 1e-9);
+    for (double nothing : {0.0, -1.0, std::nan("")}) {
+        EXPECT_TRUE(counted_each(stages, nothing, row, facts).stages.empty());
+        EXPECT_EQ(counted_each(stages, nothing, row, facts).issue_share, 0);
+    }
+    EXPECT_EQ(counted_each({}, 1000, row, facts).issue_share, 0);
+    EXPECT_EQ(counted_each(stages, 1000, row, {}).issue_share, 0);
+}
+
+TEST(Benchmark, WhatIsCountedIsInTheTable)
+{
+    BenchResult result;
+    result.rows.resize(1);
+    result.rows[0].counted.sum = {12.25, 345, 678, 1, 1};
+    result.rows[0].counted.issue_share = 0.25;
+    const std::string csv = bench_csv(result);
+    const std::size_t end = csv.find('\n');
+    const auto fields = [](const std::string& line) {
+        return std::count(line.begin(), line.end(), ',');
+    };
+    EXPECT_EQ(fields(csv.substr(0, end)), fields(csv.substr(end + 1)));
+    EXPECT_NE(csv.find(",12.25,0.25,345,0,678,"), csv.npos) << csv;
 }
 
 TEST(Benchmark, ATargetIsMetInItsOwnDirection)
