@@ -190,21 +190,32 @@ Plot paper_plot(const Bench& bench, const char* suite, const char* label, Series
     return plot;
 }
 
+// "0.137 M particles, 64³"; of a case that says more in its name, that.
+std::string bar_name(const BenchRow& r)
+{
+    const std::size_t begin = r.name.find(": "), end = r.name.rfind(", ");
+    if (r.stages.empty() && begin != r.name.npos && end != r.name.npos && begin < end)
+        return r.name.substr(begin + 2, end - begin - 2);
+    return fmt::format("{:.3g} M particles, {}³", 1e-6 * double(r.particles), r.nodes.x);
+}
+
+// A bar a case, of its stages; whole where it was not taken apart.
 std::string stage_bars(const Bench& bench, const char* suite, const char* title)
 {
     BarPlot plot{title, "ms", {}, {}, footer(bench)};
     for (const BenchRow& r : bench.result.rows) {
         if (r.suite != suite) continue;
-        BarRow bar{fmt::format("{:.3g} M particles, {}³", 1e-6 * double(r.particles), r.nodes.x),
-                   {}};
-        for (const StageTime& s : r.stages) {
-            if (s.name == "fetch") continue;
-            const auto at = std::find(plot.legend.begin(), plot.legend.end(), s.name);
+        BarRow bar{bar_name(r), {}};
+        const auto add = [&](const std::string& stage, double seconds) {
+            const auto at = std::find(plot.legend.begin(), plot.legend.end(), stage);
             const auto place = std::size_t(at - plot.legend.begin());
-            if (at == plot.legend.end()) plot.legend.push_back(s.name);
+            if (at == plot.legend.end()) plot.legend.push_back(stage);
             bar.parts.resize(std::max(bar.parts.size(), place + 1));
-            bar.parts[place] = 1e3 * s.seconds;
-        }
+            bar.parts[place] = 1e3 * seconds;
+        };
+        for (const StageTime& s : r.stages)
+            if (s.name != "fetch") add(s.name, s.seconds);
+        if (r.stages.empty()) add("whole", r.frame.median);
         plot.rows.push_back(bar);
     }
     return svg(plot);
@@ -304,7 +315,7 @@ std::vector<std::pair<std::string, std::string>> bench_plots(const Bench& bench)
     if (has("scale")) {
         Plot plot{"Particle-substeps per second of the squeeze",
                   "particles",
-                  "G/s",
+                  "10⁹ a second",
                   true,
                   true,
                   {series_of(bench.result, "scale", bench.facts.name,
@@ -314,6 +325,9 @@ std::vector<std::pair<std::string, std::string>> bench_plots(const Bench& bench)
     }
     if (has("stages"))
         plots.push_back({"stages.svg", stage_bars(bench, "stages", "Stages of one 11.1 ms frame")});
+    if (has("localized"))
+        plots.push_back({"localized.svg", stage_bars(bench, "localized",
+                                                     "A frame of clay of which 5 % is in hands")});
     if (has("surface"))
         plots.push_back({"surface.svg", stage_bars(bench, "surface", "Making the surface")});
     return plots;

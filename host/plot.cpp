@@ -8,7 +8,8 @@
 namespace knead {
 namespace {
 
-constexpr double width = 760, height = 460, left = 84, right = 24, top = 52, bottom = 84;
+constexpr double width = 760, height = 460, left = 84, right = 24, top = 72, bottom = 84;
+constexpr double names = 210, row_height = 30;  // of bars
 const char* const colours[] = {"#b5512b", "#2f6f8f", "#7a8f2f", "#7b4f9d", "#c69214",
                                "#4d4d4d", "#d98c7a", "#8cb8cc", "#3f5c1e", "#b49bc9"};
 
@@ -38,7 +39,7 @@ std::string text(double x, double y, const std::string& what, const char* style)
                        escaped(what));
 }
 
-std::string frame(const std::string& title, const std::string& note, double tall)
+std::string frame(const std::string& title, const std::string& note, double from, double tall)
 {
     return fmt::format(
                "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{0:.0f}\" height=\"{1:.0f}\" "
@@ -46,8 +47,8 @@ std::string frame(const std::string& title, const std::string& note, double tall
                "font-size=\"12\" fill=\"#222\">\n"
                "<rect width=\"100%\" height=\"100%\" fill=\"#fff\"/>\n",
                width, tall) +
-           text(left, 28, title, "font-size=\"16\" font-weight=\"bold\"") +
-           text(left, tall - 12, note, "font-size=\"10\" fill=\"#777\"");
+           text(from, 28, title, "font-size=\"16\" font-weight=\"bold\"") +
+           text(from, tall - 12, note, "font-size=\"10\" fill=\"#777\"");
 }
 
 // A number as short as it stays clear: 12 k, 3.5 M, 0.02.
@@ -81,7 +82,17 @@ Axis axis(const std::vector<double>& values, bool logarithmic, bool from_zero)
     for (double v : values) a.low = std::min(a.low, v), a.high = std::max(a.high, v);
     if (values.empty()) return {logarithmic ? 1.0 : 0.0, 10, logarithmic};
     if (logarithmic) {
-        a.low /= 1.25, a.high *= 1.25;
+        // Out to the next marks: there are two at least, whatever is shown.
+        const auto mark = [](double size, bool above) {
+            const double decade = std::pow(10.0, std::floor(std::log10(size)));
+            double nearest = above ? 10 * decade : decade;
+            for (double digit : {2.0, 5.0})
+                if (above ? digit * decade >= size && digit * decade < nearest
+                          : digit * decade <= size)
+                    nearest = digit * decade;
+            return nearest;
+        };
+        a.low = mark(a.low / 1.02, false), a.high = mark(a.high * 1.02, true);
     } else {
         const double room = 0.06 * std::max(a.high - a.low, 1e-9 * std::abs(a.high) + 1e-300);
         a.low = from_zero && a.low >= 0 ? 0 : a.low - room;
@@ -115,13 +126,20 @@ std::string grid_lines(const Plot& plot, const Axis& ax, const Axis& ay)
                      top + tall / 2, escaped(plot.y_label));
 }
 
-std::string legend(double x, double y, std::size_t k, const std::string& name)
+// One line below the title, where no curve can run through it.
+std::string legend(double from, const std::vector<std::string>& of)
 {
-    return fmt::format(
-               "<rect x=\"{:.1f}\" y=\"{:.1f}\" width=\"12\" height=\"12\" "
-               "fill=\"{}\"/>\n",
-               x, y - 10, colour(k)) +
-           text(x + 18, y, name, "");
+    std::string out;
+    double x = from;
+    for (std::size_t k = 0; k < of.size(); ++k) {
+        out += fmt::format(
+            "<rect x=\"{:.1f}\" y=\"42\" width=\"12\" height=\"12\" "
+            "fill=\"{}\"/>\n",
+            x, colour(k));
+        out += text(x + 18, 52, of[k], "");
+        x += 36 + 6.6 * double(of[k].size());
+    }
+    return out;
 }
 
 }  // namespace
@@ -153,20 +171,21 @@ std::vector<double> ticks(double low, double high, bool logarithmic)
 std::string svg(const Plot& plot)
 {
     std::vector<std::vector<Point>> lines;
+    std::vector<std::string> series;
     std::vector<double> xs, ys;
     const Axis plain_x{0, 1, plot.log_x}, plain_y{0, 1, plot.log_y};
     for (const Series& s : plot.series) {
-        lines.emplace_back();
+        lines.emplace_back(), series.push_back(s.name);
         for (std::size_t i = 0; i < std::min(s.x.size(), s.y.size()); ++i) {
             if (!plain_x.shows(s.x[i]) || !plain_y.shows(s.y[i])) continue;
             lines.back().push_back({s.x[i], s.y[i]});
             xs.push_back(s.x[i]), ys.push_back(s.y[i]);
         }
     }
-    std::string out = frame(plot.title, plot.note, height);
+    std::string out = frame(plot.title, plot.note, left, height);
     if (xs.empty()) return out + text(left, height / 2, "nothing was measured", "") + "</svg>\n";
     const Axis ax = axis(xs, plot.log_x, false), ay = axis(ys, plot.log_y, true);
-    out += grid_lines(plot, ax, ay);
+    out += legend(left, series) + grid_lines(plot, ax, ay);
     const double low = height - bottom, wide = width - left - right, tall = low - top;
     for (std::size_t k = 0; k < lines.size(); ++k) {
         std::string path, marks;
@@ -179,16 +198,16 @@ std::string svg(const Plot& plot)
         out +=
             fmt::format("<path d=\"{}\" fill=\"none\" stroke=\"{}\" stroke-width=\"2\"{}/>\n", path,
                         colour(k), plot.series[k].dashed ? " stroke-dasharray=\"6 4\"" : "");
-        out += marks + legend(left + 14, top + 16 + 18 * double(k), k, plot.series[k].name);
+        out += marks;
     }
     return out + "</svg>\n";
 }
 
 std::string svg(const BarPlot& plot)
 {
-    constexpr double row_height = 30, names = 200;
-    const double tall = top + 40 + row_height * double(plot.rows.size()) + bottom;
-    std::string out = frame(plot.title, plot.note, tall);
+    constexpr double from = 24;
+    const double tall = top + row_height * double(plot.rows.size()) + 40;
+    std::string out = frame(plot.title, plot.note, from, tall);
     const auto shown = [](double v) { return std::isfinite(v) && v > 0 ? v : 0; };
     double most = 0;
     for (const BarRow& row : plot.rows) {
@@ -196,15 +215,11 @@ std::string svg(const BarPlot& plot)
         for (double p : row.parts) sum += shown(p);
         most = std::max(most, sum);
     }
-    if (most <= 0) return out + text(left, tall / 2, "nothing was measured", "") + "</svg>\n";
-    double at = 24;
-    for (std::size_t k = 0; k < plot.legend.size(); ++k) {
-        out += legend(at, top + 4, k, plot.legend[k]);
-        at += 40 + 7 * double(plot.legend[k].size());
-    }
+    if (most <= 0) return out + text(from, tall / 2, "nothing was measured", "") + "</svg>\n";
+    out += legend(from, plot.legend);
     const double scale = (width - names - right - 80) / most;
     for (std::size_t r = 0; r < plot.rows.size(); ++r) {
-        const double y = top + 24 + row_height * double(r);
+        const double y = top + row_height * double(r);
         double x = names, sum = 0;
         out += text(names - 8, y + 16, plot.rows[r].name, "text-anchor=\"end\"");
         for (std::size_t k = 0; k < plot.rows[r].parts.size(); ++k) {

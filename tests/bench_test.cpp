@@ -243,6 +243,21 @@ TEST(Plot, TicksLieOnTheAxisAndRise)
     EXPECT_TRUE(ticks(0, std::nan(""), false).empty());
 }
 
+TEST(Plot, NoCurveRunsThroughTheLegendAndEveryAxisHasTwoMarks)
+{
+    Plot plot;
+    plot.log_y = plot.log_x = true;
+    plot.series = {{"one", {1.2, 1.9}, {0.031, 0.032}, false}};
+    const std::string text = svg(plot);
+    for (const char* mark : {">1<", ">2<", ">0.02<", ">0.05<"})
+        EXPECT_NE(text.find(mark), text.npos) << mark;
+    double legend = 0, point = 0;
+    std::sscanf(text.c_str() + text.find("<rect x=\""), "<rect x=\"%*f\" y=\"%lf", &legend);
+    std::sscanf(text.c_str() + text.find("<circle"), "<circle cx=\"%*f\" cy=\"%lf", &point);
+    EXPECT_GT(legend, 0);
+    EXPECT_GT(point, legend + 12);
+}
+
 TEST(Plot, ShowsItsPointsAndLeavesOutWhatHasNoPlace)
 {
     Plot plot;
