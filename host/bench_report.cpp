@@ -120,9 +120,11 @@ std::string row_text(const BenchRow& r)
     if (each.instructions > 0)
         text += fmt::format(
             "    counted a particle: {:.1f} instructions ({:.1f} % of issue), {:.0f} B of memory "
-            "({:.1f} % of copy; at least {:.0f} B), {:.0f} B of level 2\n",
+            "({:.1f} % of copy{}), {:.0f} B of level 2\n",
             each.instructions, 100 * r.counted.issue_share, each.memory_bytes,
-            100 * r.counted.copy_share, r.least_bytes, each.cache_bytes);
+            100 * r.counted.copy_share,
+            r.least_bytes > 0 ? fmt::format("; at least {:.0f} B", r.least_bytes) : "",
+            each.cache_bytes);
     for (const StageTime& s : r.stages) text += stage_text(s, r.counted.stages);
     if (r.clipped + r.confined + r.repaired > 0)
         text += fmt::format("    guards: clipped {}, confined {}, repaired {}\n", r.clipped,

@@ -11,9 +11,9 @@
 #include <dlfcn.h>
 
 #include <array>
+#include <charconv>
 #include <cmath>
 #include <cstdint>
-#include <cstdlib>
 #endif
 
 namespace knead {
@@ -338,15 +338,18 @@ std::vector<StageWork> counted(const std::function<void(const Watch&)>& work)
             stages.push_back({stage, {}});
         });
     });
-    std::size_t found = ranges.ranges();
+    std::size_t found = 0;
+    for (std::size_t r = 0; r < ranges.ranges(); ++r) {
+        const std::string name = ranges.name(r);
+        std::size_t stage = stages.size();
+        std::from_chars(name.data(), name.data() + name.size(), stage);
+        if (stage >= stages.size()) continue;
+        stages[stage].work = evaluation.of(counters, r);
+        ++found;
+    }
     if (found != stages.size())
         throw std::runtime_error("counters: of " + std::to_string(stages.size()) + " stages " +
                                  std::to_string(found) + " were counted");
-    for (std::size_t r = 0; r < found; ++r) {
-        const std::string name = ranges.name(r);
-        const auto stage = std::size_t(std::strtoul(name.c_str(), nullptr, 10));
-        stages.at(stage).work = evaluation.of(counters, r);
-    }
     return stages;
 }
 #endif
