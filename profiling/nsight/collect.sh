@@ -55,10 +55,11 @@ for reason in barrier branch_resolving dispatch_stall drain imc_miss lg_throttle
     metrics+=,smsp__average_warps_issue_stalled_${reason}_per_issue_active.ratio
 done
 
-# Stages of a frame: once a substep, and once a frame.
+# Two launches a substep; five a frame with tools; those of a sort, which many frames do without.
 substep='regex:(g2p|grid)_kernel'
-frame='regex:(p2g|key|reorder|sweep|mask|pose)_kernel|RadixSort'
-surface='regex:(clear|splat|list|soften|count|march|relax|shade)_kernel|Scan'
+frame='regex:(begin|p2g|sweep|mask|pose)_kernel'
+sort='regex:(key|reorder|settled|move|flip)_kernel|RadixSort'
+surface='regex:(renew|clear|splat|list|soften|count|march|relax|shade)_kernel|Scan'
 
 failed=0
 # profile NAME KERNELS SKIP COUNT COMMAND...: of those kernels, COUNT launches after SKIP.
@@ -85,7 +86,9 @@ for case in $cases; do
             for nodes in 64 128; do
                 profile "ball-$nodes-substep" "$substep" $((nodes * 12)) 8 \
                     "$programs/bench_substep" "$nodes" 8 gpu 1 1
-                profile "ball-$nodes-frame" "$frame" 48 24 \
+                profile "ball-$nodes-frame" "$frame" 25 10 \
+                    "$programs/bench_substep" "$nodes" 8 gpu 1 1
+                profile "ball-$nodes-sort" "$sort" 0 24 \
                     "$programs/bench_substep" "$nodes" 8 gpu 1 1
             done
             ;;
@@ -93,8 +96,11 @@ for case in $cases; do
             profile squeeze-substep "$substep" 16000 8 \
                 "$programs/knead" run scenes/squeeze.json --frames 125 --mesh none \
                 --out "$out/run" --overwrite --device cuda
-            profile squeeze-frame "$frame" 1000 24 \
+            profile squeeze-frame "$frame" 590 10 \
                 "$programs/knead" run scenes/squeeze.json --frames 125 --mesh none \
+                --out "$out/run" --overwrite --device cuda
+            profile squeeze-sort "$sort" 24 24 \
+                "$programs/knead" run scenes/squeeze.json --frames 60 --mesh none \
                 --out "$out/run" --overwrite --device cuda
             ;;
         surface)

@@ -28,10 +28,15 @@ STAGES = [
     ("sort: radix, histogram", r"RadixSort\w*Histogram"),
     ("sort: radix, sums", r"RadixSort\w*(ExclusiveSum|Scan)"),
     ("sort: radix, a digit", r"RadixSort"),
-    ("sort: reorder", r"\breorder_kernel"),
+    ("sort: reorder", r"\b(settled_)?reorder_kernel"),
+    ("sort: settled", r"\bsettled_kernel"),
+    ("sort: move, a row", r"\bmove_kernel"),
+    ("sort: flip", r"\bflip_kernel"),
+    ("begin", r"\bbegin_kernel"),
     ("masks: sweep", r"\bsweep_kernel"),
     ("masks", r"\bmask_kernel"),
     ("pose", r"\bpose_kernel"),
+    ("surface: renew", r"\brenew_kernel"),
     ("surface: clear", r"\bclear_kernel"),
     ("surface: splat", r"\bsplat_kernel"),
     ("surface: list", r"\blist_kernel"),
@@ -178,7 +183,7 @@ def particles_in(text):
 
 
 def cases_of(folder):
-    """Kernels by case; parts of a case, "-substep" and "-frame", are one."""
+    """Kernels by case; parts of a case, "-substep", "-frame" and "-sort", are one."""
     cases = {}
     pages = folder.glob("*.csv")
     for page in sorted(pages, key=lambda p: [int(w) if w.isdigit() else w
@@ -189,7 +194,7 @@ def cases_of(folder):
         with page.open(newline="") as lines:
             for kernel, launch in read_raw(lines):
                 launches.setdefault(stage_of(kernel), []).append(launch)
-        case = cases.setdefault(re.sub(r"-(substep|frame)$", "", page.stem), [particles, []])
+        case = cases.setdefault(re.sub(r"-(substep|frame|sort)$", "", page.stem), [particles, []])
         case[1] += [(stage[0], Kernel(stage[1], found, particles))
                     for stage, found in launches.items()]
     for case in cases.values():
