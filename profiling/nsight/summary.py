@@ -30,7 +30,7 @@ STAGES = [
     ("sort: radix, a digit", r"RadixSort"),
     ("sort: reorder", r"\b(settled_)?reorder_kernel"),
     ("sort: settled", r"\bsettled_kernel"),
-    ("sort: move, a row", r"\bmove_kernel"),
+    ("sort: a row", r"\bmove_kernel"),
     ("sort: flip", r"\bflip_kernel"),
     ("begin", r"\bbegin_kernel"),
     ("masks: sweep", r"\bsweep_kernel"),
