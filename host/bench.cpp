@@ -156,11 +156,11 @@ int bench_verb(const BenchOptions& options)
     const std::string folder = folder_of(bench);
     prepare_folder(folder, results, options.overwrite);
     watch_interrupts();
-    if (!options.count)
+    if (bench.device.kind != DeviceKind::cuda)
         bench.result.left_out.push_back(
-            "instructions and bytes as the device counts them: not asked for (--count)");
-    else if (bench.device.kind != DeviceKind::cuda)
-        bench.result.left_out.push_back("counters: those of a CPU are not read");
+            "instructions and bytes: only the counters of a GPU are read");
+    else if (!options.count)
+        bench.result.left_out.push_back("instructions and bytes: not asked for (--count)");
     bench.say(fmt::format("{}, copies {:.1f} GB/s", bench.facts.name, 1e-9 * bench.facts.copy));
     int failed = exit_ok;
     if (options.peers) failed = attempted(bench, "peers", run_peers);

@@ -1,6 +1,7 @@
 // How one case is driven: the recorded hands, frame by frame, from where they touch the clay.
 #include <algorithm>
 #include <chrono>
+#include <map>
 
 #include "audit.h"
 #include "bench.h"
@@ -100,6 +101,18 @@ void fill(BenchRow& row, const Scene& scene, const Gathered& all)
     if (all_of_them > 0) row.moved = double(all.sum.moved) / all_of_them;
 }
 
+// Places of about 2000 particles of each object, however small it is beside the others.
+std::vector<Vec3<double>> samples(const std::vector<Particle<double>>& particles)
+{
+    std::map<int, std::size_t> counts, seen;
+    for (const Particle<double>& q : particles) ++counts[q.object];
+    std::vector<Vec3<double>> places;
+    for (const Particle<double>& q : particles)
+        if (seen[q.object]++ % std::max<std::size_t>(1, counts[q.object] / 2000) == 0)
+            places.push_back(q.x);
+    return places;
+}
+
 }  // namespace
 
 double least_bytes(std::size_t particles, long active_blocks)
@@ -158,14 +171,13 @@ int first_touch(const Scene& scene, const HandSource& hands)
     const Setup& setup = scene.setup;
     const std::vector<Side> sides = tool_sides(scene.hands);
     PosedTools<double> tools(setup, setup.lattice);
-    const std::size_t stride = std::max<std::size_t>(1, setup.particles.size() / 2000);
+    const std::vector<Vec3<double>> clay = samples(setup.particles);
     const int end = frames_wanted(scene, &hands, 0);
     const auto reached = [&](int tool) {
         for (std::size_t s = 0; s < tools.shapes.size(); ++s) {
             if (tools.primitives[s].tool != tool) continue;
             const Shape<double>& shape = tools.shapes[s];
-            for (std::size_t i = 0; i < setup.particles.size(); i += stride) {
-                const Vec3<double> x = setup.particles[i].x;
+            for (const Vec3<double> x : clay) {
                 const bool near = x.x >= shape.low.x && x.x <= shape.high.x && x.y >= shape.low.y &&
                                   x.y <= shape.high.y && x.z >= shape.low.z && x.z <= shape.high.z;
                 if (near && foot(shape, x).phi < 0) return true;

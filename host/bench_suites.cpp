@@ -222,10 +222,10 @@ void localized_suite(Bench& bench)
             const BenchRow& near = *std::find_if(
                 bench.result.rows.rbegin(), bench.result.rows.rend(),
                 [](const BenchRow& r) { return r.suite == "localized" && r.at == 0; });
-            row.note = fmt::format(
-                "{:.2f} % near the hands, {:.2f} % moved; {:.2f} times the cost of these alone",
-                100 * double(near.particles) / double(row.particles), 100 * row.moved,
-                row.frame.median / near.frame.median);
+            row.note += fmt::format(
+                "{}{:.2f} % near the hands, {:.2f} % moved; {:.2f} times the cost of these alone",
+                row.note.empty() ? "" : "; ", 100 * double(near.particles) / double(row.particles),
+                100 * row.moved, row.frame.median / near.frame.median);
         }
         bench.add(named(row, "localized", rest ? 1 + int(mode) : 0));
     };
