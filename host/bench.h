@@ -106,7 +106,8 @@ struct Drive {
         true;             // begin where both hands touch, less the warm-up; else at the beginning
     int warm_up = 3;      // frames that are not timed
     int repeats = 1;      // each with a solver of its own
-    bool stages = false;  // ask for the stages after the last frame
+    bool stages = false;  // ask for the stages of a frame
+    bool counts = true;   // and for what the device counts, where the options ask for it
     int surfaces = 0;     // surfaces made, spread over the frames
     double limit = 20;    // [s] for all repeats together; two frames are always timed
 };
@@ -137,8 +138,8 @@ class Bench {
     BenchResult result;
 
   private:
-    void examine(const Scene& scene, const HandSource* hands, int first, int frame, bool stages,
-                 BenchRow& row);
+    void examine(const Scene& scene, const HandSource* hands, int first, int frame,
+                 const Drive& how, BenchRow& row);
 
     std::map<std::string, BenchRow> known;
     bool uncountable = false;

@@ -198,15 +198,16 @@ int first_touch(const Scene& scene, const HandSource& hands)
 }
 
 // A frame's stages, one by one, on a solver of its own: what is timed is not disturbed.
-void Bench::examine(const Scene& scene, const HandSource* hands, int first, int frame, bool stages,
-                    BenchRow& row)
+void Bench::examine(const Scene& scene, const HandSource* hands, int first, int frame,
+                    const Drive& how, BenchRow& row)
 {
     const std::unique_ptr<Solver> solver = make_solver(scene.setup, device);
     drive(scene, *solver, hands, first, [&](const DrivenFrame& f) {
         if (stopped() || f.index < frame) return !stopped();
-        if (stages) row.stages = solver->stage_times();
-        row.counted = counted_each(counted([&] { return solver->stage_counts(); }),
-                                   double(f.tally.moved), row, facts);
+        if (how.stages) row.stages = solver->stage_times();
+        if (how.counts)
+            row.counted = counted_each(counted([&] { return solver->stage_counts(); }),
+                                       double(f.tally.moved), row, facts);
         return false;
     });
 }
@@ -241,8 +242,9 @@ const BenchRow& Bench::measured(const std::string& name, const Scene& scene, con
     }
     fill(row, scene, all);
     row.copy_share = row.least_bytes * row.rate() / facts.copy;
-    if (device.kind == DeviceKind::cuda && (how.stages || options.count) && !stopped())
-        examine(scene, hands.get(), first, all.middle(), how.stages, row);
+    if (device.kind == DeviceKind::cuda && (how.stages || (how.counts && options.count)) &&
+        !stopped())
+        examine(scene, hands.get(), first, all.middle(), how, row);
     return known[name] = row;
 }
 
