@@ -29,8 +29,10 @@ __global__ void begin_kernel(const __grid_constant__ Views d)
     c.step(c.done) = step_at(d.pace, 0, speed, c.tool_step, c.duration);
     c.counters = {};
     c.near_runs = c.far_runs = 0;
-    c.unsorted = c.drift > most_drift * d.pace.dx;
-    if (d.captured && d.unsorted) cudaGraphSetConditional(d.unsorted, c.unsorted);
+    // Where clay may be still, the sort says whose it is.
+    c.unsorted = d.rest.rule.mode != RestMode::none || c.drift > most_drift * d.pace.dx;
+    for (int side = 0; d.captured && side < 2; ++side)
+        cudaGraphSetConditional(d.unsorted[side], c.unsorted && c.side == side);
 }
 
 template <Flows flows>

@@ -71,12 +71,18 @@ void launch_early(const char* name, void (*kernel)(Parameters...), int blocks, i
     check(cudaLaunchKernelEx(&config, kernel, arguments...), name);
 }
 
+// By every thread of a kernel: lets the next one, if it is started early, take its places.
+__device__ inline void let_next_in()
+{
+    NV_IF_TARGET(NV_PROVIDES_SM_90, (cudaTriggerProgrammaticLaunchCompletion();))
+}
+
 // By every thread of a kernel so started, before it reads what the one before it writes: waits for
 // its end, and lets the next one take its places.
 __device__ inline void await_before()
 {
-    NV_IF_TARGET(NV_PROVIDES_SM_90,
-                 (cudaGridDependencySynchronize(); cudaTriggerProgrammaticLaunchCompletion();))
+    NV_IF_TARGET(NV_PROVIDES_SM_90, (cudaGridDependencySynchronize();))
+    let_next_in();
 }
 
 inline int blocks_for(int count, int threads) { return (count + threads - 1) / threads; }

@@ -1,6 +1,9 @@
 // Particles on the device: six rows of 16 bytes, each row contiguous over the particles, so that a
 // warp's load of a row is one stretch of memory. What lasts from substep to substep comes first,
 // what is only kept from frame to frame last.
+//
+// There is room for a seventh. Particles lie in the first six of the seven rows or, the other side,
+// in the last six; a sort moves them over row by row, each into the row that is free.
 #pragma once
 #include <vector_types.h>
 
@@ -69,5 +72,13 @@ struct ParticleView {
     }
     HD void store(int i, const Particle<float>& q) const { store_state(i, q), store_motion(i, q); }
 };
+
+// The row that is free while `side` is current. Nothing in it lasts: the sort works there, and
+// whoever asks for depths gets them there.
+constexpr int row_places = particle_rows + 1;
+HD float4* free_row(const ParticleView (&sides)[2], int side)
+{
+    return side ? sides[0].rows : &sides[1].row(particle_rows - 1, 0);
+}
 
 }  // namespace knead::gpu

@@ -67,12 +67,12 @@ __global__ void __launch_bounds__(threads) mask_kernel(const __grid_constant__ V
     }
 }
 
-__global__ void __launch_bounds__(threads, 8)
-    penetration_kernel(const __grid_constant__ Views d, float* depth)
+__global__ void __launch_bounds__(threads, 8) penetration_kernel(const __grid_constant__ Views d)
 {
-    const int i = int(blockIdx.x * threads + threadIdx.x);
-    const ParticleView& particles = d.particles[d.clock->side];
+    const int i = int(blockIdx.x * threads + threadIdx.x), side = d.clock->side;
+    const ParticleView& particles = d.particles[side];
     if (i >= particles.count) return;
+    float* depth = reinterpret_cast<float*>(free_row(d.particles, side));
     const Vec3<float> x = particles.position(i);
     const int b = d.lattice.block_of(d.lattice.cell_of(x));
     const Colliders<float> last = d.tools.colliders(d.clock->done - 1);
@@ -93,10 +93,10 @@ void pose(const Views& views, cudaStream_t stream)
     launch("pose", pose_kernel, pose_parts, threads, stream, views);
 }
 
-void penetration(const Views& views, float* depth, cudaStream_t stream)
+void penetration(const Views& views, cudaStream_t stream)
 {
     launch("penetration", penetration_kernel, blocks_for(views.particles[0].count, threads),
-           threads, stream, views, depth);
+           threads, stream, views);
 }
 
 }  // namespace knead::gpu

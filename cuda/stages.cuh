@@ -57,9 +57,10 @@ struct Clock {
     int listed, woken[2];        // where clay may be still: as RestView has them
     int near_runs, far_runs;     // lined up so far in ToolView::runs
     double duration, tool_step;  // of the frame [s]
-    int side;                    // which of the two particle arrays is current
+    int side;                    // on which of their two sides the particles lie
+    int sorted_from;             // on which they lay before the last sort
     double drift;                // how far a particle may have come since the last sort [m]
-    bool unsorted;               // so far that they are sorted again
+    bool unsorted;               // they are sorted again in this frame
     Counters counters;
     HD Step& step(int n) { return steps[n % 3]; }
 };
@@ -154,7 +155,7 @@ struct ToolView {
 };
 
 struct Views {
-    ParticleView particles[2];
+    ParticleView particles[2];  // of the same seven rows: see particles.cuh
     Materials materials;
     Lattice<float> lattice;
     Walls<float> walls;
@@ -165,24 +166,28 @@ struct Views {
     Pace pace;
     Clock* clock;
     const Orders* orders;
-    // Of a captured frame: whether it begins with a sort; whether another substep follows.
+    // Of a captured frame: whether it begins with a sort, by the side that the particles lie on;
+    // whether another substep follows.
     bool captured;
-    cudaGraphConditionalHandle unsorted, again;
+    cudaGraphConditionalHandle unsorted[2], again;
 };
 
-// Scratch of the sort: keys and orders before and after, and CUB's own.
+// Where the sort of the particles on one side works: the row that is free holds keys and orders,
+// but those that the particles will have, which take the place of the other side's ids. And CUB's
+// own.
 struct SortSpace {
-    unsigned *keys, *sorted_keys;  // count
-    int *order, *sorted_order;     // count
+    int side;
+    unsigned *keys, *other_keys;  // count: when it is done, and on the way
+    int *order, *other_order;     // count
     void* scratch;
     std::size_t scratch_bytes;
 };
 std::size_t sort_scratch_bytes(int count, const Lattice<float>& lattice);
 
 // Orders the particles by the base node of their stencil, stably; flips Clock::side. In two halves:
-// what the first finds is carried out by the second.
+// what the first finds is carried out by the second. The first is told the side.
 void order(const Views& views, const Needs& needs, const SortSpace& space, cudaStream_t stream);
-void arrange(const Views& views, const Needs& needs, const SortSpace& space, cudaStream_t stream);
+void arrange(const Views& views, const Needs& needs, cudaStream_t stream);
 // Between them, where clay may be still: what each block's clay does in this frame. Needs masks().
 void settle(const Views& views, cudaStream_t stream);
 // Reads the orders and chooses the first substep.
@@ -197,7 +202,7 @@ void grid(const Views& views, const Needs& needs, int multiprocessors, cudaStrea
 // Particles move, and are added to the other grid for the next substep, to which the clock moves
 // on.
 void g2p(const Views& views, const Needs& needs, int multiprocessors, cudaStream_t stream);
-// Depth [m] of every particle by id, 0 outside of all tools.
-void penetration(const Views& views, float* depth, cudaStream_t stream);
+// Depth [m] of every particle by id, 0 outside of all tools; into the row that is free.
+void penetration(const Views& views, cudaStream_t stream);
 
 }  // namespace knead::gpu

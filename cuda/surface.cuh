@@ -13,7 +13,7 @@
 
 namespace knead::gpu {
 
-// Particles as a solver keeps them: two arrays, and on the device which one is current.
+// Particles as a solver keeps them: on one of two sides, and on the device which.
 struct Clay {
     ParticleView particles[2];
     const int* side;                // null: the first

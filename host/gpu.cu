@@ -81,28 +81,32 @@ void GpuSolver::start(const Views& views, const Needs& needs)
         check(cudaEventRecord(joined, beside), "join");
     }
     if (needs.rests) {
-        order(views, needs, store.sort_space(), main);
+        if_due(views, [&](cudaStream_t stream, int side) {
+            order(views, needs, store.sort_space(side), stream);
+        });
         if (needs.tools) check(cudaStreamWaitEvent(main, joined, 0), "join");
         settle(views, main);
-        arrange(views, needs, store.sort_space(), main);
+        arrange(views, needs, main);
     } else {
-        sort_if_due(views, needs);
+        if_due(views, [&](cudaStream_t stream, int side) {
+            order(views, needs, store.sort_space(side), stream);
+            arrange(views, needs, stream);
+        });
         if (needs.tools) check(cudaStreamWaitEvent(main, joined, 0), "join");
     }
     p2g(views, needs, processors, main);
 }
 
-// Particles that have hardly moved since the last sort are still in order.
-void GpuSolver::sort_if_due(const Views& views, const Needs& needs)
+// Sorts, if that is due: particles that have hardly moved since the last time are still in order.
+// Where the row is that is free, the sort is told when it is launched, so a graph holds it twice.
+void GpuSolver::if_due(const Views& views, const std::function<void(cudaStream_t, int side)>& sort)
 {
-    const auto sort = [&](cudaStream_t stream) {
-        order(views, needs, store.sort_space(), stream);
-        arrange(views, needs, store.sort_space(), stream);
-    };
-    if (views.captured)
-        capture_body(add_conditional(main, cudaGraphCondTypeIf, views.unsorted), body, sort);
-    else if (store.clock(main).unsorted)
-        sort(main);
+    for (int side = 0; views.captured && side < 2; ++side)
+        capture_body(add_conditional(main, cudaGraphCondTypeIf, views.unsorted[side]), body,
+                     [&](cudaStream_t stream) { sort(stream, side); });
+    if (views.captured) return;
+    const Clock now = store.clock(main);
+    if (now.unsorted) sort(main, now.side);
 }
 
 void GpuSolver::substep(const Views& views, const Needs& needs, cudaStream_t stream)
@@ -123,7 +127,7 @@ void GpuSolver::capture(Graph& to, bool tools)
               "conditional node");
     };
     handle(views.again);
-    if (!needs.rests) handle(views.unsorted);
+    for (cudaGraphConditionalHandle& unsorted : views.unsorted) handle(unsorted);
     views.captured = true;
     start(views, needs);
     capture_body(add_conditional(main, cudaGraphCondTypeWhile, views.again), body,
@@ -229,9 +233,8 @@ std::vector<double> GpuSolver::penetration() const
     std::vector<double> depths;
     if (!posed) return depths;
     check(cudaSetDevice(device), "device");
-    gpu::penetration(store.views(), store.depth.data(), main);
-    wait(main, "penetration");
-    for (float d : store.depth.downloaded())
+    gpu::penetration(store.views(), main);
+    for (float d : store.depths(main))
         if (d > 0) depths.push_back(double(d));
     return depths;
 }

@@ -70,8 +70,8 @@ std::vector<StageWork> GpuSolver::stage_counts() const
     return counts;
 }
 
-// A few substeps are run stage by stage from where the last frame ended, and forgotten: the sort
-// that they begin with leaves its input as it was. In a frame of the graph stages overlap.
+// A few substeps are run stage by stage from where the last frame ended, and forgotten: the host
+// keeps the particles meanwhile. In a frame of the graph stages overlap.
 void GpuSolver::walk(const Watch& watch) const
 {
     wait(main, "measure");
@@ -80,11 +80,11 @@ void GpuSolver::walk(const Watch& watch) const
     needs.tools = posed || needs.blades;
     const Views views = views_for(needs);
     const Clock before = store.clock();
-    const std::vector<int> quiet = store.quiet.downloaded();
+    const Kept kept = store.kept();
     watch("sort", [&] {
-        order(views, needs, store.sort_space(), main);
+        order(views, needs, store.sort_space(before.side), main);
         if (needs.rests) settle(views, main);
-        arrange(views, needs, store.sort_space(), main);
+        arrange(views, needs, main);
     });
     begin(views, main);
     if (needs.tools) watch("pose", [&] { masks(views, main), pose(views, main); });
@@ -98,9 +98,7 @@ void GpuSolver::walk(const Watch& watch) const
         watch("g2p", [&] { g2p(views, needs, processors, main); });
     }
     store.clear_grids();
-    if (needs.rests)
-        check(cudaMemcpy(store.quiet.data(), quiet.data(), store.quiet.bytes(), cudaMemcpyDefault),
-              "measure");
+    store.put_back(kept);
     Clock after = before;
     for (int& active : after.active) active = 0;
     store.set_clock(after);

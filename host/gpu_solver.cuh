@@ -1,6 +1,7 @@
 // The device behind Solver: declared here, its frames in gpu.cu, how it times its stages in
 // gpu_measure.cu.
 #pragma once
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -42,7 +43,7 @@ class GpuSolver : public Solver {
     void start(const Views& views, const Needs& needs);
     void substep(const Views& views, const Needs& needs, cudaStream_t stream);
     Views views_for(const Needs& needs) const;
-    void sort_if_due(const Views& views, const Needs& needs);
+    void if_due(const Views& views, const std::function<void(cudaStream_t, int side)>& sort);
     void step_through(bool tools);
     void walk(const Watch& watch) const;
     void pose_end(const Views& views) const;

@@ -83,12 +83,16 @@ GpuStages::GpuStages(const Setup& setup, const Motion& motion, double dt)
 
 GpuStages::~GpuStages() = default;
 
-void GpuStages::sort()
+std::vector<int> GpuStages::sort()
 {
-    gpu::order(held->store.views(), held->needs, held->store.sort_space(), nullptr);
-    gpu::arrange(held->store.views(), held->needs, held->store.sort_space(), nullptr);
+    const int side = held->store.clock().side;
+    gpu::order(held->store.views(), held->needs, held->store.sort_space(side), nullptr);
+    gpu::arrange(held->store.views(), held->needs, nullptr);
     held->done();
+    return held->store.ids[held->store.clock().side].downloaded();
 }
+
+std::vector<Particle<double>> GpuStages::particles() { return held->store.particles(); }
 
 std::vector<Node<float>> GpuStages::p2g()
 {

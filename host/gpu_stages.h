@@ -15,8 +15,10 @@ class GpuStages {
     GpuStages(const Setup& setup, const Motion& motion, double dt);
     ~GpuStages();
 
-    // Sorts the particles by cell; the order is that of g2p's results no more than before.
-    void sort();
+    // Sorts the particles by cell; their places in the scene, in the order that they lie in now.
+    std::vector<int> sort();
+    // As they are, in the scene's order.
+    std::vector<Particle<double>> particles();
     // Momentum and mass of every node, by Lattice::index; with Setup::deterministic of fixed point.
     std::vector<Node<float>> p2g();
     // Velocity of every node, from momenta and masses by Lattice::index.

@@ -119,7 +119,8 @@ Store::Store(const Setup& setup)
                      int(setup.materials.size())};
     all.grid.fields = used.blades ? 3 : 1;
     for (int side = 0; side < 2; ++side) {
-        all.particles[side] = {rows[side].data(), ids[side].data(), int(setup.particles.size())};
+        all.particles[side] = {rows.data() + std::size_t(side) * setup.particles.size(),
+                               ids[side].data(), int(setup.particles.size())};
         all.grid.nodes[side] = used.fixed_point ? nodes[0].data() : nodes[side].data();
         all.grid.sums[side] = sums[side].data();
         all.grid.touched[side] = touched[side].data();
@@ -164,7 +165,7 @@ void Store::allocate(const Setup& setup)
                grid_nodes = std::size_t(lattice.node_count()) * (used.blades ? 3 : 1),
                blocks = std::size_t(lattice.block_count());
     const std::size_t sort_bytes = sort_scratch_bytes(int(n), lattice);
-    const std::size_t need = n * (2 * (particle_rows * 16 + 4) + 20) + sort_bytes +
+    const std::size_t need = n * (row_places * sizeof(float4) + 2 * sizeof(int)) + sort_bytes +
                              blocks * (used.rests ? 92 : 48) +
                              grid_nodes * (used.fixed_point ? 80 : 32);
     std::size_t unused = 0, total = 0;
@@ -174,15 +175,13 @@ void Store::allocate(const Setup& setup)
                                  " MiB, the device has " + std::to_string(unused >> 20) +
                                  " MiB free");
     for (int side = 0; side < 2; ++side) {
-        rows[side] = DeviceArray<float4>(particle_rows * n);
         ids[side] = DeviceArray<int>(n);
         if (side == 0 || !used.fixed_point) nodes[side] = DeviceArray<float4>(grid_nodes);
         if (used.fixed_point) sums[side] = DeviceArray<long long>(4 * grid_nodes);
         touched[side] = DeviceArray<unsigned>(blocks);
         list[side] = DeviceArray<int>(blocks);
-        keys[side] = DeviceArray<unsigned>(n);
-        places[side] = DeviceArray<int>(n);
     }
+    rows = DeviceArray<float4>(row_places * n);
     scratch = DeviceArray<unsigned char>(sort_bytes);
     std::vector<Material<float>> cast_materials;
     for (const Material<double>& m : setup.materials) cast_materials.push_back(cast<float>(m));
@@ -213,7 +212,6 @@ void Store::allocate(const Setup& setup)
         std::vector<int> all_runs(std::size_t(blocks_for(int(n), run_length(used))));
         std::iota(all_runs.begin(), all_runs.end(), 0);
         in_line = DeviceArray<int>(all_runs);
-        depth = DeviceArray<float>(n);
     }
     clocks = DeviceArray<Clock>(1);
     orders = DeviceArray<Orders>(1);
@@ -233,7 +231,8 @@ void Store::upload(const Setup& setup) const
         view.store(int(i), q);
         fastest = std::max(fastest, dot(q.v, q.v));
     }
-    gpu::check(cudaMemcpy(rows[0].data(), host_rows.data(), rows[0].bytes(), cudaMemcpyDefault),
+    gpu::check(cudaMemcpy(rows.data(), host_rows.data(), host_rows.size() * sizeof(float4),
+                          cudaMemcpyDefault),
                "upload");
     gpu::check(cudaMemcpy(ids[0].data(), host_ids.data(), ids[0].bytes(), cudaMemcpyDefault),
                "upload");
@@ -243,10 +242,18 @@ void Store::upload(const Setup& setup) const
     set_clock(start);
 }
 
-SortSpace Store::sort_space() const
+SortSpace Store::sort_space(int side) const
 {
-    return {keys[0].data(),   keys[1].data(), places[0].data(),
-            places[1].data(), scratch.data(), scratch.bytes()};
+    const auto n = std::size_t(all.particles[0].count);
+    static_assert(sizeof(float4) >= 2 * sizeof(unsigned) + sizeof(int));
+    const auto keys = reinterpret_cast<unsigned*>(free_row(all.particles, side));
+    return {side,
+            keys,
+            keys + n,
+            ids[side ^ 1].data(),
+            reinterpret_cast<int*>(keys + 2 * n),
+            scratch.data(),
+            scratch.bytes()};
 }
 
 bool Store::order(const Setup& setup, const Motion& motion, double duration, int slot)
@@ -280,10 +287,29 @@ void Store::send_orders(int slot, cudaStream_t stream) const
     send(orders, next_orders[slot]), send(joints, next_joints[slot]), send(tools, next_tools[slot]);
 }
 
+std::vector<float4> Store::rows_on(int side) const
+{
+    std::vector<float4> to(particle_rows * ids[side].size());
+    gpu::check(cudaMemcpy(to.data(), all.particles[side].rows, to.size() * sizeof to[0],
+                          cudaMemcpyDefault),
+               "download");
+    return to;
+}
+
+std::vector<float> Store::depths(cudaStream_t stream) const
+{
+    const int side = clock(stream).side;
+    std::vector<float> to(ids[side].size());
+    gpu::check(cudaMemcpy(to.data(), free_row(all.particles, side), to.size() * sizeof to[0],
+                          cudaMemcpyDefault),
+               "depths");
+    return to;
+}
+
 std::vector<Particle<double>> Store::particles() const
 {
     const int side = clock().side;
-    std::vector<float4> host_rows = rows[side].downloaded();
+    std::vector<float4> host_rows = rows_on(side);
     std::vector<int> host_ids = ids[side].downloaded();
     const ParticleView view{host_rows.data(), host_ids.data(), int(host_ids.size())};
     std::vector<Particle<double>> out(host_ids.size());
@@ -299,14 +325,32 @@ void Store::set_sides(const std::vector<Particle<double>>& q) const
 {
     const int side = clock().side;
     const std::vector<int> host_ids = ids[side].downloaded();
-    std::vector<float4> host_rows = rows[side].downloaded();
+    std::vector<float4> host_rows = rows_on(side);
     const ParticleView view{host_rows.data(), nullptr, int(host_ids.size())};
     for (int i = 0; i < view.count; ++i)
         view.set_sides(i, q[std::size_t(host_ids[std::size_t(i)])].sides);
-    gpu::check(
-        cudaMemcpy(rows[side].data(), host_rows.data(), rows[side].bytes(), cudaMemcpyDefault),
-        "labels");
+    gpu::check(cudaMemcpy(all.particles[side].rows, host_rows.data(),
+                          host_rows.size() * sizeof(float4), cudaMemcpyDefault),
+               "labels");
     gpu::check(cudaDeviceSynchronize(), "labels");
+}
+
+Kept Store::kept() const
+{
+    const int side = clock().side;
+    return {side, rows_on(side), ids[side].downloaded(), quiet.downloaded()};
+}
+
+void Store::put_back(const Kept& kept) const
+{
+    const auto send = [](auto* to, const auto& from) {
+        if (!from.empty())
+            gpu::check(cudaMemcpy(to, from.data(), from.size() * sizeof from[0], cudaMemcpyDefault),
+                       "put back");
+    };
+    send(all.particles[kept.side].rows, kept.rows);
+    send(ids[kept.side].data(), kept.ids), send(quiet.data(), kept.quiet);
+    gpu::check(cudaDeviceSynchronize(), "put back");
 }
 
 void Store::clear_grids() const
@@ -336,13 +380,12 @@ std::size_t Store::bytes() const
     std::size_t sum = materials.bytes() + bindings.bytes() + primitives.bytes() + tools.bytes() +
                       amid.bytes() + travel.bytes() + masks.bytes() + in_line.bytes() +
                       joints.bytes() + clocks.bytes() + orders.bytes() + scratch.bytes() +
-                      depth.bytes() + quiet.bytes() + stir.bytes() + free.bytes() + guard.bytes() +
+                      rows.bytes() + quiet.bytes() + stir.bytes() + free.bytes() + guard.bytes() +
                       fastest.bytes() + reached.bytes() + ranges.bytes() + runs.bytes() +
                       runs_held.bytes() + woken[0].bytes() + woken[1].bytes() + changed.bytes();
     for (int s = 0; s < 2; ++s)
-        sum += spheres[s].bytes() + shapes[s].bytes() + rows[s].bytes() + nodes[s].bytes() +
-               sums[s].bytes() + touched[s].bytes() + ids[s].bytes() + list[s].bytes() +
-               keys[s].bytes() + places[s].bytes();
+        sum += spheres[s].bytes() + shapes[s].bytes() + nodes[s].bytes() + sums[s].bytes() +
+               touched[s].bytes() + ids[s].bytes() + list[s].bytes();
     return sum;
 }
 

@@ -6,6 +6,13 @@
 
 namespace knead::gpu {
 
+// The particles of a scene, and what is noted of blocks that lie still, on the host.
+struct Kept {
+    int side;
+    std::vector<float4> rows;
+    std::vector<int> ids, quiet;
+};
+
 // The device's form of a scene. Throws std::invalid_argument for one that does not hang together
 // and std::runtime_error where the device has not enough memory.
 class Store {
@@ -14,7 +21,7 @@ class Store {
 
     Views views() const { return all; }
     Needs needs() const { return used; }
-    SortSpace sort_space() const;
+    SortSpace sort_space(int side) const;
     std::size_t bytes() const;
 
     // Writes a frame's orders down, in one of two places; true if a tool is active. The other
@@ -24,22 +31,26 @@ class Store {
     void send_orders(int slot, cudaStream_t stream) const;
 
     std::vector<Particle<double>> particles() const;
+    std::vector<float> depths(cudaStream_t stream) const;  // of penetration(), by id [m]
     void set_sides(const std::vector<Particle<double>>& particles) const;
+    // For whoever lets them move, to put them back.
+    Kept kept() const;
+    void put_back(const Kept& kept) const;
     // Clears both grids, whatever they hold.
     void clear_grids() const;
     void set_clock(const Clock& clock) const;
     Clock clock(cudaStream_t stream = nullptr) const;  // when all of the stream is done
 
-    DeviceArray<float4> rows[2], nodes[2];
+    DeviceArray<float4> rows;  // row_places * count
+    DeviceArray<float4> nodes[2];
     DeviceArray<long long> sums[2];
     DeviceArray<unsigned> touched[2];
     DeviceArray<int> ids[2], list[2];
-    DeviceArray<float> depth;  // by id [m]; empty without tools
-    DeviceArray<int> quiet;    // RestView; empty where no clay may be still
 
   private:
     void allocate(const Setup& setup);
     void upload(const Setup& setup) const;
+    std::vector<float4> rows_on(int side) const;
 
     DeviceArray<Material<float>> materials;
     DeviceArray<Binding<float>> bindings;
@@ -50,13 +61,11 @@ class Store {
     DeviceArray<float> travel;
     DeviceArray<Mask> masks;
     DeviceArray<unsigned> fastest, reached, runs_held;
-    DeviceArray<int> stir, free, guard, runs, woken[2], changed, in_line;
+    DeviceArray<int> quiet, stir, free, guard, runs, woken[2], changed, in_line;
     DeviceArray<int2> ranges;
     DeviceArray<Joint<double>> joints;  // of the frame's beginning, then of its end
     DeviceArray<Clock> clocks;
     DeviceArray<Orders> orders;
-    DeviceArray<unsigned> keys[2];
-    DeviceArray<int> places[2];
     DeviceArray<unsigned char> scratch;
     Pinned<Orders> next_orders[2];
     Pinned<Joint<double>> next_joints[2];

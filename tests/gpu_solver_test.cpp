@@ -199,6 +199,18 @@ TEST_F(GpuSolver, MeasuringItsStagesChangesNothing)
     EXPECT_EQ(farthest(played(*measured, 2), played(*left_alone, 2)), 0);
 }
 
+// Seven rows of 16 bytes and two ids; what CUB asks for is less than one byte.
+TEST_F(GpuSolver, HoldsAHundredAndTwentyBytesAParticle)
+{
+    const knead::Setup all = scene(true);
+    knead::Setup half = all;
+    half.particles.resize(all.particles.size() / 2);
+    const std::size_t more = gpu_solver(all, 0)->memory() - gpu_solver(half, 0)->memory();
+    const double each = double(more) / double(all.particles.size() - half.particles.size());
+    EXPECT_GE(each, 120);
+    EXPECT_LT(each, 121);
+}
+
 TEST_F(GpuSolver, TakesAFrameWhileAnotherIsUnderWay)
 {
     knead::Setup s = scene(true);

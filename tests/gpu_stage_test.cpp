@@ -2,6 +2,7 @@
 // build without contraction (KNEAD_VERIFY) what is not a sum in varying order agrees to the bit.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cstring>
 #include <numeric>
 #include <random>
@@ -331,6 +332,36 @@ TEST_F(GpuStage, MovedParticlesAgreeWithALoop)
             }
             EXPECT_GT(put_out, 100);
             EXPECT_LE(astray, add == add_knots ? equally_deep : 0) << "flow " << int(flow);
+        }
+    }
+}
+
+// On lattices for which the radix sort takes one pass, two and three; from either side to the
+// other, and again in the order that is there already.
+TEST_F(GpuStage, ASortOrdersTheParticlesByCellAndChangesNoneOfThem)
+{
+    for (int nodes : {16, 32, 64}) {
+        knead::Setup s = turmoil(nodes, Flow::von_mises);
+        s.walls.margin = 2;  // the smallest ball would be beyond walls of more
+        const auto key = [v = View(s), &s](int i) {
+            return v.lattice.index(
+                base_node(cast<float>(s.particles[std::size_t(i)].x), v.lattice.dx));
+        };
+        std::vector<int> expected(s.particles.size());
+        std::iota(expected.begin(), expected.end(), 0);
+        std::stable_sort(expected.begin(), expected.end(),
+                         [&](int a, int b) { return key(a) < key(b); });
+        GpuStages stages(s, squeeze, dt);
+        for (int time = 0; time < 3; ++time) {
+            ASSERT_EQ(stages.sort(), expected) << nodes << ", " << time;
+            const std::vector<Particle<double>> got = stages.particles();
+            for (std::size_t i = 0; i < got.size(); ++i) {
+                const Particle<float> a = cast<float>(got[i]), b = cast<float>(s.particles[i]);
+                ASSERT_TRUE(same_bits(a.x, b.x) && same_bits(a.v, b.v) && same_bits(a.C, b.C) &&
+                            same_bits(a.e, b.e) && a.k == b.k && a.object == b.object &&
+                            a.sides == b.sides)
+                    << nodes << ", " << time << ", " << i;
+            }
         }
     }
 }

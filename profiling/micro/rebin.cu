@@ -81,32 +81,40 @@ class Sorts {
     void radix()
     {
         time("radix sort by cell, as shipped", [&] {
-            gpu::order(clay.views(), clay.needs(), clay.store().sort_space(), bench.stream);
-            gpu::arrange(clay.views(), clay.needs(), clay.store().sort_space(), bench.stream);
+            gpu::order(d, clay.needs(), clay.store().sort_space(side), bench.stream);
+            gpu::arrange(d, clay.needs(), bench.stream);
         });
     }
+    // Last: it moves all rows at once, into a copy that takes the place of the other side.
     void counting()
     {
+        const auto n = std::size_t(clay.count());
+        copied_rows = DeviceArray<float4>(gpu::particle_rows * n);
+        copied_ids = DeviceArray<int>(n);
+        d.particles[clay.store().clock().side ^ 1] = {copied_rows.data(), copied_ids.data(),
+                                                      clay.count()};
         time("counting sort by cell", [&] {
             const int n = clay.count(), blocks = blocks_for(n, threads);
             check(cudaMemsetAsync(cells.data(), 0, cells.bytes(), bench.stream), "sort");
-            launch("count", count_kernel, blocks, threads, bench.stream, clay.views(), cells.data(),
+            launch("count", count_kernel, blocks, threads, bench.stream, d, cells.data(),
                    places.data());
             std::size_t bytes = scratch.bytes();
             check(scan(scratch.data(), bytes), "scan");
-            launch("place", place_kernel, blocks, threads, bench.stream, clay.views(),
-                   starts.data(), places.data());
-            launch("flip", flip_kernel, 1, 1, bench.stream, clay.views().clock);
+            launch("place", place_kernel, blocks, threads, bench.stream, d, starts.data(),
+                   places.data());
+            launch("flip", flip_kernel, 1, 1, bench.stream, d.clock);
         });
     }
 
   private:
     Bench& bench;
     Clay clay;
+    gpu::Views d = clay.views();
     std::string size;
-    DeviceArray<int> cells, starts, places;
+    DeviceArray<float4> copied_rows;
+    DeviceArray<int> cells, starts, places, copied_ids;
     DeviceArray<unsigned char> scratch;
-    int turns = 0;
+    int turns = 0, side = 0;  // which is current
 
     cudaError_t scan(void* space, std::size_t& bytes) const
     {
@@ -120,14 +128,14 @@ class Sorts {
         row.count = clay.count();
         row.most = bench.by_copy(2 * 100), row.limit = "copy";
         const auto prepare = [&] {
-            const int side = clay.store().clock().side;
+            side = clay.store().clock().side;
             const float by = (turns++ % 2 ? -0.2f : 0.2f) * clay.views().lattice.dx;
             launch("shift", shift_kernel, blocks_for(clay.count(), threads), threads, bench.stream,
-                   clay.views().particles[side].rows, nullptr, 1, clay.count(), by);
+                   d.particles[side].rows, nullptr, 1, clay.count(), by);
         };
         bench.add(row, prepare, run, [&] {
-            const Lattice<float> lattice = clay.views().lattice;
-            return in_order(clay.views(), clay.store().clock().side,
+            const Lattice<float> lattice = d.lattice;
+            return in_order(d, clay.store().clock().side,
                             [lattice](Int3 base) { return lattice.index(base); });
         });
     }
