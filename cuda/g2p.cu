@@ -29,6 +29,7 @@ __global__ void begin_kernel(const __grid_constant__ Views d)
     c.step(c.done) = step_at(d.pace, 0, speed, c.tool_step, c.duration);
     c.counters = {};
     c.near_runs = c.far_runs = 0;
+    c.active[c.done % 3] = 0;
     // Where clay may be still, the sort says whose it is.
     c.unsorted = d.rest.rule.mode != RestMode::none || c.drift > most_drift * d.pace.dx;
     for (int side = 0; d.captured && side < 2; ++side)
@@ -211,7 +212,6 @@ __device__ void report(Clock& clock, int n, const Sums (&sums)[warps], int moved
 __device__ void move_on(const Views& d, int n)
 {
     d.clock->done = n;
-    d.clock->active[(n + 1) % 3] = 0;
     if (d.captured) cudaGraphSetConditional(d.again, d.clock->step(n).dt > 0);
 }
 

@@ -56,6 +56,7 @@ __device__ void look_ahead(const Views& d, int n)
     c.begun = n;
     c.fastest[n & 1] = 0;
     c.woken[n & 1] = 0;
+    c.active[(n + 1) % 3] = c.active[n % 3];
     const double speed = sqrt(double(__uint_as_float(c.fastest[(n + 1) & 1])));
     c.drift += speed * step.dt;
     const Step next = step_after(step, d.pace, speed, c.tool_step, c.duration);
@@ -109,33 +110,36 @@ template <int abreast>
 __device__ Start<abreast> started(const Views& d)
 {
     const Clock& c = *d.clock;
-    int lists[2][abreast];
+    int lists[3][abreast];
     UNROLL
     for (int k = 0; k < abreast; ++k) {
         const int at = int(blockIdx.x) - 1 + k * (int(gridDim.x) - 1);
         const int first = least(most(at, 0), d.lattice.block_count() - 1);
-        lists[0][k] = d.grid.list[0][first], lists[1][k] = d.grid.list[1][first];
+        UNROLL
+        for (int l = 0; l < 3; ++l) lists[l][k] = d.grid.list[l][first];
     }
     const int n = c.done, active[] = {c.active[0], c.active[1], c.active[2]};
     const double dt[] = {c.steps[0].dt, c.steps[1].dt, c.steps[2].dt};
-    const auto of = [n](const auto& ring, int later) {
-        const int k = (n + later) % 3;
-        return k == 0 ? ring[0] : k == 1 ? ring[1] : ring[2];
+    const auto pick = [](int k, auto a, auto b, auto c) { return k == 0 ? a : k == 1 ? b : c; };
+    const auto of = [&](const auto& ring, int later) {
+        return pick((n + later) % 3, ring[0], ring[1], ring[2]);
     };
     Start<abreast> s{n, float(of(dt, 0)), of(active, 0), of(active, 2), {}, {}};
     UNROLL
     for (int k = 0; k < abreast; ++k) {
-        s.blocks[k] = lists[0][k], s.old[k] = lists[1][k];
-        if (n & 1) s.blocks[k] = lists[1][k], s.old[k] = lists[0][k];
+        s.blocks[k] = pick(n % 3, lists[0][k], lists[1][k], lists[2][k]);
+        s.old[k] = pick((n + 2) % 3, lists[0][k], lists[1][k], lists[2][k]);
     }
     return s;
 }
 
 // Calls update(blocks) for all listed blocks of nodes, so many at a time, after clearing as many of
-// the other grid; -1 stands for none.
+// the other grid; -1 stands for none. They are listed for the next substep, too.
 template <bool fixed_point, int abreast, class Update>
 __device__ void for_each_block(const Views& d, Start<abreast> s, Update&& update)
 {
+    const int *const now = d.grid.list[s.n % 3], *const last = d.grid.list[(s.n + 2) % 3];
+    int* const next = d.grid.list[(s.n + 1) % 3];
     const int parity = s.n & 1, stride = int(gridDim.x) - 1, fields = d.grid.fields;
     for (int at = int(blockIdx.x) - 1; at < s.count || at < s.before; at += abreast * stride) {
         int here[abreast];
@@ -144,14 +148,15 @@ __device__ void for_each_block(const Views& d, Start<abreast> s, Update&& update
             const int own = at + k * stride, then = own + abreast * stride;
             here[k] = own < s.count ? s.blocks[k] : -1;
             const int old = own < s.before ? s.old[k] : -1;
-            if (then < s.count) s.blocks[k] = d.grid.list[parity][then];
-            if (then < s.before) s.old[k] = d.grid.list[parity ^ 1][then];
+            if (threadIdx.x == 0 && here[k] >= 0)
+                next[own] = here[k], d.grid.marks[here[k]] = listed_for(s.n + 1, false);
+            if (then < s.count) s.blocks[k] = now[then];
+            if (then < s.before) s.old[k] = last[then];
             if (old < 0) continue;
             for (int i = int(threadIdx.x); i < fields * block_nodes; i += int(blockDim.x))
                 clear<fixed_point>(
                     d.grid, parity ^ 1,
                     i / block_nodes * d.lattice.node_count() + old * block_nodes + i % block_nodes);
-            if (threadIdx.x == 0) d.grid.touched[parity ^ 1][old] = 0;
         }
         update(here);
     }

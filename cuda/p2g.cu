@@ -33,7 +33,7 @@ __global__ void __launch_bounds__(scatter_threads<blades>, 4)
         if (!rests && d.tools.primitives.count > 0) line_up(d, run, near_tools(d, q.x) != nullptr);
         Material<float> m = d.materials[q.object];
         if constexpr (!any) m.elasticity = Elasticity::neo_hookean, m.flow = Flow::none;
-        WarpScatter<blades>{d, space, n}(q, m, valid, float(clock.step(n).dt));
+        WarpScatter<blades, true>{d, space, n}(q, m, valid, float(clock.step(n).dt));
     });
 }
 

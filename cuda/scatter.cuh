@@ -60,13 +60,14 @@ __device__ inline void add(long long* to, const float4& n, float momentum_scale,
     one(to + 3, mass_scale * n.w);
 }
 
-// Lists a block of nodes, once. A mark may be read from the cache of level 1: where it is an old
-// one, set since, that costs an exchange.
-__device__ inline void touch(const GridView& grid, int parity, int* active, unsigned block)
+// Lists a block of nodes for substep n, once. A mark may be read from the cache of level 1: where
+// it is an old one, set since, that costs an exchange.
+__device__ inline void touch(const Views& d, int n, bool first, unsigned block)
 {
-    unsigned* mark = grid.touched[parity] + block;
-    if (*mark || atomicExch(mark, 1u)) return;
-    grid.list[parity][atomicAdd(active, 1)] = int(block);
+    int* mark = d.grid.marks + block;
+    const int own = listed_for(n, first);
+    if (*mark == own || atomicExch(mark, own) == own) return;
+    d.grid.list[n % 3][atomicAdd(&d.clock->active[n % 3], 1)] = int(block);
 }
 
 // The lane's place when those whose particles share a cell are put side by side.
@@ -107,15 +108,14 @@ __device__ inline Lane lane_of(int lane)
 }
 
 // The scatter of one warp for substep n, all of whose lanes call it; `valid` ones have a particle.
-// Blocks of nodes that get mass are listed in the grid, which is clear before.
-template <bool blades>
+// Blocks of nodes that get mass are listed in the grid, which is clear before. `begins`: a frame does.
+template <bool blades, bool begins = false>
 class WarpScatter {
   public:
     __device__ WarpScatter(const Views& views, ScatterSpace<blades>& space, int n)
         : d(views),
           s(space),
-          parity(n & 1),
-          active(views.clock->active + n % 3),
+          n(n),
           sums_of_nodes(views.grid.sums[0] ? static_cast<void*>(views.grid.sums[n & 1])
                                            : views.grid.nodes[n & 1])
     {
@@ -137,8 +137,7 @@ class WarpScatter {
     static constexpr int fields = ScatterSpace<blades>::fields, nowhere = 0x7fffffff;
     const Views& d;
     ScatterSpace<blades>& s;
-    const int parity;
-    int* const active;
+    const int n;
     void* const sums_of_nodes;  // float4, or in fixed point four long long
     const int lane = lane_now(), warp = int(threadIdx.x >> 5);
     const Lane own = lane_of(lane);
@@ -222,7 +221,7 @@ class WarpScatter {
         for (int f = 0; f < fields; ++f)
             if (f == 0 || sums[f].w > 0)
                 add_to_node(unsigned(f * d.lattice.node_count()) + node, sums[f]);
-        touch(d.grid, parity, active, node / block_nodes);
+        touch(d, n, begins, node / block_nodes);
     }
     __device__ void add_to_node(unsigned node, const float4& sum) const
     {

@@ -52,7 +52,7 @@ struct Clock {
     int done, begun;  // substeps through; the one under way
     float dt[2];      // of the one under way and of the one after it [s]; 0: there is none
     Step steps[3];
-    int active[3];               // blocks that hold mass
+    int active[3];               // blocks listed of substep n, in n % 3
     unsigned fastest[2];         // bits of the largest speed squared that a substep left [m^2/s^2]
     int listed, woken[2];        // where clay may be still: as RestView has them
     int near_runs, far_runs;     // lined up so far in ToolView::runs
@@ -81,13 +81,17 @@ struct Materials {
 // substep n has that of n % 2.
 // Each has one field, or with blades three: all clay, then that of uncut clay and each label.
 struct GridView {
-    int fields;            // 1 or 3
-    float4* nodes[2];      // fields * node_count each: Node<float>; one array twice if fixed-point
-    long long* sums[2];    // fixed-point: 4 * fields * node_count each: momentum, mass; else null
-    unsigned* touched[2];  // block_count each: the block is in the list
-    int* list[2];          // block_count each: blocks that hold mass, as Clock::active counts
+    int fields;          // 1 or 3
+    float4* nodes[2];    // fields * node_count each: Node<float>; one array twice if fixed-point
+    long long* sums[2];  // fixed-point: 4 * fields * node_count each: momentum, mass; else null
+    int* marks;          // block_count: what the block was last listed for, see listed_for()
+    int* list[3];        // block_count each: blocks that may hold mass in substep n, in n % 3
     float momentum_scale, mass_scale;  // fixed-point units per kg m/s and per kg: powers of two
 };
+
+// A frame's first substep lists its blocks anew. Each later one begins with those of the one
+// before, so that hardly anyone finds a block that is not listed yet: to be told so takes long.
+HD int listed_for(int n, bool first) { return 2 * n + first; }
 
 // Where a stencil's columns along z begin among the nodes, axis by axis: the lattice's index is the
 // sum of the three.

@@ -123,9 +123,9 @@ Store::Store(const Setup& setup)
                                ids[side].data(), int(setup.particles.size())};
         all.grid.nodes[side] = used.fixed_point ? nodes[0].data() : nodes[side].data();
         all.grid.sums[side] = sums[side].data();
-        all.grid.touched[side] = touched[side].data();
-        all.grid.list[side] = list[side].data();
     }
+    all.grid.marks = marks.data();
+    for (int k = 0; k < 3; ++k) all.grid.list[k] = list[k].data();
     all.tools = {joints.data(),
                  joints.data() + int(side_count) * joint_count,
                  int(side_count) * joint_count,
@@ -178,9 +178,9 @@ void Store::allocate(const Setup& setup)
         ids[side] = DeviceArray<int>(n);
         if (side == 0 || !used.fixed_point) nodes[side] = DeviceArray<float4>(grid_nodes);
         if (used.fixed_point) sums[side] = DeviceArray<long long>(4 * grid_nodes);
-        touched[side] = DeviceArray<unsigned>(blocks);
-        list[side] = DeviceArray<int>(blocks);
     }
+    marks = DeviceArray<int>(blocks);
+    for (DeviceArray<int>& each : list) each = DeviceArray<int>(blocks);
     rows = DeviceArray<float4>(row_places * n);
     scratch = DeviceArray<unsigned char>(sort_bytes);
     std::vector<Material<float>> cast_materials;
@@ -358,8 +358,8 @@ void Store::clear_grids() const
     const auto clear = [](const auto& array) {
         if (array.size()) gpu::check(cudaMemset(array.data(), 0, array.bytes()), "clear");
     };
-    for (int parity = 0; parity < 2; ++parity)
-        clear(nodes[parity]), clear(sums[parity]), clear(touched[parity]);
+    for (int parity = 0; parity < 2; ++parity) clear(nodes[parity]), clear(sums[parity]);
+    clear(marks);
     gpu::check(cudaDeviceSynchronize(), "clear");
 }
 
@@ -382,10 +382,12 @@ std::size_t Store::bytes() const
                       joints.bytes() + clocks.bytes() + orders.bytes() + scratch.bytes() +
                       rows.bytes() + quiet.bytes() + stir.bytes() + free.bytes() + guard.bytes() +
                       fastest.bytes() + reached.bytes() + ranges.bytes() + runs.bytes() +
-                      runs_held.bytes() + woken[0].bytes() + woken[1].bytes() + changed.bytes();
+                      runs_held.bytes() + woken[0].bytes() + woken[1].bytes() + changed.bytes() +
+                      marks.bytes();
+    for (const DeviceArray<int>& each : list) sum += each.bytes();
     for (int s = 0; s < 2; ++s)
         sum += spheres[s].bytes() + shapes[s].bytes() + nodes[s].bytes() + sums[s].bytes() +
-               touched[s].bytes() + ids[s].bytes() + list[s].bytes();
+               ids[s].bytes();
     return sum;
 }
 

@@ -44,8 +44,8 @@ class Store {
     DeviceArray<float4> rows;  // row_places * count
     DeviceArray<float4> nodes[2];
     DeviceArray<long long> sums[2];
-    DeviceArray<unsigned> touched[2];
-    DeviceArray<int> ids[2], list[2];
+    DeviceArray<int> marks, list[3];  // GridView
+    DeviceArray<int> ids[2];
 
   private:
     void allocate(const Setup& setup);
