@@ -331,7 +331,7 @@ std::vector<StageWork> counted(const std::function<void(const Watch&)>& work)
     Evaluation evaluation(cupti, current);
     Ranges ranges(cupti, current, evaluation);
     std::vector<StageWork> stages;
-    const auto& counters = ranges.count([&] {
+    const std::vector<std::uint8_t> counters = ranges.count([&] {
         stages.clear();
         work([&](const char* stage, const std::function<void()>& run) {
             ranges.around(std::to_string(stages.size()), run);
