@@ -108,7 +108,8 @@ __device__ inline Lane lane_of(int lane)
 }
 
 // The scatter of one warp for substep n, all of whose lanes call it; `valid` ones have a particle.
-// Blocks of nodes that get mass are listed in the grid, which is clear before. `begins`: a frame does.
+// Blocks of nodes that get mass are listed in the grid, which is clear before. `begins`: a frame
+// does.
 template <bool blades, bool begins = false>
 class WarpScatter {
   public:
