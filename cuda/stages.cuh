@@ -110,13 +110,14 @@ HD Offsets offsets(const Lattice<float>& lattice, Int3 base)
     return o;
 }
 
-// Which clay is still (rest.h), block by block, and which particles are looked at: a run of as many
-// as a thread block takes is listed where one of them is in a block that is not asleep.
 // How far particles may have come when they are sorted again [cells]. Sums do not depend on the
 // order, only their cost does.
 constexpr double most_drift = 0.5;
 
 constexpr int most_boxes = 32;  // tools
+
+// Which clay is still (rest.h), block by block, and which particles are looked at: a run of as many
+// as a thread block takes is listed where one of them is in a block that is not asleep.
 struct RestView {
     Rest<float> rule;
     int run;            // particles
