@@ -16,25 +16,27 @@ __global__ void __launch_bounds__(threads) pose_kernel(const __grid_constant__ V
     pose_part(d, space, int(blockIdx.x), d.clock->done);
 }
 
-// By one thread block: the joints are interpolated once for all.
-constexpr int sweep_threads = most_primitives;
-__global__ void __launch_bounds__(sweep_threads) sweep_kernel(const __grid_constant__ Views d)
+// Where the tools may be at any time of the frame, shared out as posing is.
+__global__ void __launch_bounds__(threads) sweep_kernel(const __grid_constant__ Views d)
 {
     __shared__ Joint<float> joints[3][most_joints];  // at the frame's beginning, middle and end
+    __shared__ Sphere<float> spheres[3 * part_primitives];
+    __shared__ float travel[3 * part_primitives];
     const ToolView& t = d.tools;
-    for (int k = int(threadIdx.x); k < 3 * t.joints; k += sweep_threads)
+    const int part = int(blockIdx.x), thread = int(threadIdx.x), count = t.primitives.count;
+    for (int k = thread; k < 3 * t.joints; k += threads)
         joints[k / t.joints][k % t.joints] = joint_at(t, 0.5 * (k / t.joints), k % t.joints);
     __syncthreads();
     const auto at = [](const Joint<float>* pose) { return [pose](int j) { return pose[j]; }; };
-    for (int i = int(threadIdx.x); i < t.primitives.count; i += sweep_threads) {
-        const Primitive& p = t.primitives[i];
-        float travel = 0;
-        Sphere<float> s[3];
-        for (int k = 0; k < 3; ++k)
-            s[k] =
-                amid(t.bindings[p.sphere[k]], at(joints[0]), at(joints[1]), at(joints[2]), travel);
-        t.amid[i] = shape(p.count, s[0], s[1], s[2]);
-        t.travel[i] = travel;
+    for (int k = thread; k < 3 * part_primitives && primitive_of(part, k / 3) < count; k += threads)
+        spheres[k] = amid(t.bindings[t.primitives[primitive_of(part, k / 3)].sphere[k % 3]],
+                          at(joints[0]), at(joints[1]), at(joints[2]), travel[k] = 0);
+    __syncthreads();
+    for (int k = thread; k < part_primitives && primitive_of(part, k) < count; k += threads) {
+        const int i = primitive_of(part, k);
+        const Sphere<float>* own = spheres + 3 * k;
+        form(t.amid[i], t.primitives[i].count, own[0], own[1], own[2]);
+        t.travel[i] = most(travel[3 * k], most(travel[3 * k + 1], travel[3 * k + 2]));
     }
 }
 
@@ -83,7 +85,7 @@ __global__ void __launch_bounds__(threads, 8) penetration_kernel(const __grid_co
 
 void masks(const Views& views, cudaStream_t stream)
 {
-    launch("sweep", sweep_kernel, 1, sweep_threads, stream, views);
+    launch("sweep", sweep_kernel, pose_parts, threads, stream, views);
     launch("masks", mask_kernel, blocks_for(views.lattice.block_count(), threads / 32), threads,
            stream, views);
 }

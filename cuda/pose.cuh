@@ -10,6 +10,9 @@ namespace knead::gpu {
 // need: spheres of two parts are posed twice, to the same bits.
 constexpr int pose_parts = 8, part_primitives = most_primitives / pose_parts;
 
+// Index of the k-th primitive of a part.
+__device__ inline int primitive_of(int part, int k) { return part + k * pose_parts; }
+
 struct PoseSpace {
     Joint<float> from[most_joints], to[most_joints];
     Sphere<float> spheres[3 * part_primitives];
@@ -34,20 +37,19 @@ static __device__ __noinline__ void pose_part(const Views& d, PoseSpace& s, int 
         (k & 1 ? s.to : s.from)[k >> 1] = joint_at(t, k & 1 ? to : from, k >> 1);
     __syncthreads();
     const int count = t.primitives.count;
-    const auto primitive = [&](int k) { return part + k * pose_parts; };
     for (int k = thread; k < 3 * part_primitives; k += threads) {
-        if (primitive(k / 3) >= count) break;
-        const int i = t.primitives[primitive(k / 3)].sphere[k % 3];
+        if (primitive_of(part, k / 3) >= count) break;
+        const int i = t.primitives[primitive_of(part, k / 3)].sphere[k % 3];
         s.spheres[k] = posed(
             t.bindings[i], [&s](int j) { return s.from[j]; }, [&s](int j) { return s.to[j]; },
             float(dt));
         t.spheres[parity][i] = s.spheres[k];
     }
     __syncthreads();
-    for (int k = thread; k < part_primitives && primitive(k) < count; k += threads) {
+    for (int k = thread; k < part_primitives && primitive_of(part, k) < count; k += threads) {
         const Sphere<float>* own = s.spheres + 3 * k;
-        form(t.shapes[parity][primitive(k)], t.primitives[primitive(k)].count, own[0], own[1],
-             own[2]);
+        form(t.shapes[parity][primitive_of(part, k)], t.primitives[primitive_of(part, k)].count,
+             own[0], own[1], own[2]);
     }
 }
 

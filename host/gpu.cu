@@ -1,5 +1,6 @@
 // The device behind Solver. A frame is one graph: orders in, sort, then substeps for as long as the
 // device finds time left in the frame; the host waits for nothing but the counters.
+#include <algorithm>
 #include <atomic>
 #include <bit>
 #include <cstdlib>
@@ -13,15 +14,19 @@ namespace knead {
 namespace gpu {
 namespace {
 
-// How many substeps each turn of the graph's loop holds, for frames of so many: going round costs
-// about 3 us, and so does a substep that finds the frame over.
+// How many substeps each turn of the graph's loop holds, for frames of so many or a twentieth more:
+// going round costs about 3 us, and so does a substep that finds the frame over.
 int substeps_a_turn(int substeps)
 {
     if (substeps == 0) return 4;
     int best = 0, least_cost = std::numeric_limits<int>::max();
-    for (int each = 2; each <= 8; ++each) {
-        const int turns = (substeps + each - 1) / each, cost = turns + turns * each - substeps;
-        if (cost < least_cost) best = each, least_cost = cost;
+    for (int each = 2; each <= 32; ++each) {
+        int worst = 0;
+        for (int n = substeps; n <= substeps + substeps / 20; ++n) {
+            const int turns = (n + each - 1) / each;
+            worst = std::max(worst, turns + turns * each - n);
+        }
+        if (worst < least_cost) best = each, least_cost = worst;
     }
     return best;
 }
@@ -68,23 +73,25 @@ Views GpuSolver::views_for(const Needs& needs) const
     return views;
 }
 
-// What comes before the first grid update. Posing the tools needs nothing of the particles, so it
-// runs beside the sort.
+// What comes before the first grid update. What tools may touch needs nothing of the particles, and
+// the first pose nothing of either: the three run side by side.
 void GpuSolver::start(const Views& views, const Needs& needs)
 {
     begin(views, main);
     if (needs.tools) {
         check(cudaEventRecord(forked, main), "fork");
-        check(cudaStreamWaitEvent(beside, forked, 0), "fork");
+        for (const Stream* stream : {&beside, &posing})
+            check(cudaStreamWaitEvent(*stream, forked, 0), "fork");
         masks(views, beside);
-        pose(views, beside);
-        check(cudaEventRecord(joined, beside), "join");
+        pose(views, posing);
+        check(cudaEventRecord(masked, beside), "join");
+        check(cudaEventRecord(posed_first, posing), "join");
     }
     if (needs.rests) {
         if_due(views, [&](cudaStream_t stream, int side) {
             order(views, needs, store.sort_space(side), stream);
         });
-        if (needs.tools) check(cudaStreamWaitEvent(main, joined, 0), "join");
+        if (needs.tools) check(cudaStreamWaitEvent(main, masked, 0), "join");
         settle(views, main);
         arrange(views, needs, main);
     } else {
@@ -92,9 +99,10 @@ void GpuSolver::start(const Views& views, const Needs& needs)
             order(views, needs, store.sort_space(side), stream);
             arrange(views, needs, stream);
         });
-        if (needs.tools) check(cudaStreamWaitEvent(main, joined, 0), "join");
+        if (needs.tools) check(cudaStreamWaitEvent(main, masked, 0), "join");
     }
     p2g(views, needs, processors, main);
+    if (needs.tools) check(cudaStreamWaitEvent(main, posed_first, 0), "join");
 }
 
 // Sorts, if that is due: particles that have hardly moved since the last time are still in order.

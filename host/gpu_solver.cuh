@@ -52,10 +52,11 @@ class GpuSolver : public Solver {
     Setup rules;  // without particles
     int device, processors;
     Store store;
-    Stream main, body, beside;
+    Stream main, body, beside, posing;
     Clay held;
     std::string title;
-    Event forked{cudaEventDisableTiming}, joined{cudaEventDisableTiming};
+    Event forked{cudaEventDisableTiming};
+    Event masked{cudaEventDisableTiming}, posed_first{cudaEventDisableTiming};
     Graph with_tools, without_tools;
     Frame frames[2];  // under way, or to be
     int submitted = 0, collected = 0;
