@@ -60,16 +60,6 @@ __device__ inline void add(long long* to, const float4& n, float momentum_scale,
     one(to + 3, mass_scale * n.w);
 }
 
-// Lists a block of nodes for substep n, once. A mark may be read from the cache of level 1: where
-// it is an old one, set since, that costs an exchange.
-__device__ inline void touch(const Views& d, int n, bool first, unsigned block)
-{
-    int* mark = d.grid.marks + block;
-    const int own = listed_for(n, first);
-    if (*mark == own || atomicExch(mark, own) == own) return;
-    d.grid.list[n % 3][atomicAdd(&d.clock->active[n % 3], 1)] = int(block);
-}
-
 // The lane's place when those whose particles share a cell are put side by side.
 __device__ inline int slot_of(int node)
 {
@@ -132,6 +122,7 @@ class WarpScatter {
         s.cells[warp][slot] = node;
         __syncwarp();
         walk();
+        list_last();
     }
 
   private:
@@ -139,6 +130,7 @@ class WarpScatter {
     const Views& d;
     ScatterSpace<blades>& s;
     const int n;
+    int last = -1, mark = 0;    // block of nodes; what it was listed for
     void* const sums_of_nodes;  // float4, or in fixed point four long long
     const int lane = lane_now(), warp = int(threadIdx.x >> 5);
     const Lane own = lane_of(lane);
@@ -222,7 +214,17 @@ class WarpScatter {
         for (int f = 0; f < fields; ++f)
             if (f == 0 || sums[f].w > 0)
                 add_to_node(unsigned(f * d.lattice.node_count()) + node, sums[f]);
-        touch(d, n, begins, node / block_nodes);
+        list_last();
+        last = int(node / block_nodes), mark = d.grid.marks[last];
+    }
+    // Lists the block that the lane added to last, once. Its mark was asked for then and is looked
+    // at now, so that nobody waits for it. It may come from the cache of level 1: where it is an
+    // old one, set since, that costs an exchange.
+    __device__ void list_last() const
+    {
+        const int own = listed_for(n, begins);
+        if (last < 0 || mark == own || atomicExch(d.grid.marks + last, own) == own) return;
+        d.grid.list[n % 3][atomicAdd(&d.clock->active[n % 3], 1)] = last;
     }
     __device__ void add_to_node(unsigned node, const float4& sum) const
     {
