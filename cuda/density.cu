@@ -15,6 +15,7 @@ constexpr Int3 one{1, 1, 1};
 
 __global__ void __launch_bounds__(clear_threads) clear_kernel(const __grid_constant__ SurfaceView d)
 {
+    await_before();
     const int t = int(threadIdx.x), row = t / 16, quarter = t % 16;
     if (idle(d)) return;
     if (blockIdx.x == 0 && t == 0) *d.faults = {}, d.active[0] = d.active[1] = 0;
@@ -134,6 +135,7 @@ __global__ void __launch_bounds__(splat_threads)
     splat_kernel(const __grid_constant__ SurfaceView d, const __grid_constant__ Clay clay)
 {
     __shared__ unsigned boxes[splat_threads / 32][box_nodes];
+    await_before();
     const int t = int(threadIdx.x), i = int(blockIdx.x) * splat_threads + t, lane = t % 32;
     unsigned* const sums = boxes[t / 32];
     if (kept && i == 0) *d.seen = *clay.substeps;
@@ -176,6 +178,7 @@ __device__ void append(int* list, int room, int* count, int block, bool in)
 // moves density by a node, and a cell belongs to its lowest.
 __global__ void __launch_bounds__(list_threads) list_kernel(const __grid_constant__ SurfaceView d)
 {
+    await_before();
     if (idle(d)) return;
     const int b = int(blockIdx.x) * list_threads + int(threadIdx.x);
     unsigned reached = 0, anew = 0;
@@ -261,6 +264,7 @@ __global__ void __launch_bounds__(soften_threads)
 {
     constexpr int warps = soften_threads / 32;
     static_assert(passes_a_round == 2);
+    await_before();
     const int lane = int(threadIdx.x) % 32, warp = int(threadIdx.x) / 32;
     const Int3 corner{lane % tile_edge, 2 * (lane / tile_edge), 0};  // the lane's first node
     const int blocks = d.progress->softened;
@@ -299,27 +303,28 @@ __global__ void __launch_bounds__(soften_threads)
 
 void clear(const SurfaceView& view, int processors, cudaStream_t stream)
 {
-    launch("surface clear", clear_kernel, least(view.blocks, 16 * processors), clear_threads,
-           stream, view);
+    launch_early("surface clear", clear_kernel, least(view.blocks, 16 * processors), clear_threads,
+                 stream, view);
 }
 
 void splat(const SurfaceView& view, const Clay& clay, cudaStream_t stream)
 {
-    launch("surface splat", view.whole ? splat_kernel<false> : splat_kernel<true>,
-           blocks_for(clay.particles[0].count, splat_threads), splat_threads, stream, view, clay);
+    launch_early("surface splat", view.whole ? splat_kernel<false> : splat_kernel<true>,
+                 blocks_for(clay.particles[0].count, splat_threads), splat_threads, stream, view,
+                 clay);
 }
 
 void list(const SurfaceView& view, cudaStream_t stream)
 {
-    launch("surface list", list_kernel, blocks_for(view.blocks, list_threads), list_threads, stream,
-           view);
+    launch_early("surface list", list_kernel, blocks_for(view.blocks, list_threads), list_threads,
+                 stream, view);
 }
 
 void soften(const SurfaceView& view, int round, int processors, cudaStream_t stream)
 {
-    launch("surface soften", soften_kernel,
-           least(blocks_for(view.blocks, soften_threads / 32), 16 * processors), soften_threads,
-           stream, view, round);
+    launch_early("surface soften", soften_kernel,
+                 least(blocks_for(view.blocks, soften_threads / 32), 16 * processors),
+                 soften_threads, stream, view, round);
 }
 
 }  // namespace knead::gpu

@@ -106,6 +106,7 @@ __device__ bool passed(const SurfaceView& d, int block, float* tile, int lane)
 __global__ void __launch_bounds__(count_threads) count_kernel(const __grid_constant__ SurfaceView d)
 {
     __shared__ float tiles[warps][cell_nodes];
+    await_before();
     const int lane = int(threadIdx.x) % 32, warp = int(threadIdx.x) / 32;
     float* const tile = tiles[warp];
     const int blocks = d.progress->softened;
@@ -262,6 +263,8 @@ __global__ void __launch_bounds__(march_threads)
     __shared__ Names names;
     __shared__ alignas(unsigned) MarchTable cases;
     __shared__ unsigned char owners[3 * block_nodes];  // of the block's vertices: 4 * node + axis
+    copy(table, cases);
+    await_before();
     if (idle(d)) return;
     const int l = int(threadIdx.x), blocks = d.active[1];
     int block = d.skin[blockIdx.x];  // before it is known to be one: loads side by side
@@ -269,7 +272,6 @@ __global__ void __launch_bounds__(march_threads)
     if (blockIdx.x == 0) draw(d, some);
     if (blockIdx.x == 0 && l == 0) d.active[2] = d.active[0];
     if (!some || int(blockIdx.x) >= blocks) return;
-    copy(table, cases);
     for (int k = int(blockIdx.x); k < blocks; k += int(gridDim.x)) {
         if (k != int(blockIdx.x)) block = d.skin[k];
         const Amounts here = unpacked(d.counts[block]), before = unpacked(d.before[block]);
@@ -307,8 +309,9 @@ std::size_t scan_scratch_bytes(int blocks)
 
 void count(const SurfaceView& view, int processors, cudaStream_t stream)
 {
-    launch("surface count", count_kernel, least(blocks_for(view.blocks, warps), 16 * processors),
-           count_threads, stream, view);
+    launch_early("surface count", count_kernel,
+                 least(blocks_for(view.blocks, warps), 16 * processors), count_threads, stream,
+                 view);
 }
 
 void scan(const SurfaceView& view, const ScanSpace& space, cudaStream_t stream)
@@ -320,8 +323,8 @@ void scan(const SurfaceView& view, const ScanSpace& space, cudaStream_t stream)
 
 void march(const SurfaceView& view, int to, int processors, cudaStream_t stream)
 {
-    launch("surface march", march_kernel, least(view.blocks, 16 * processors), march_threads,
-           stream, view, to);
+    launch_early("surface march", march_kernel, least(view.blocks, 16 * processors), march_threads,
+                 stream, view, to);
 }
 
 }  // namespace knead::gpu
