@@ -20,20 +20,33 @@ struct Events {
     float depth;
 };
 
-__global__ void begin_kernel(const __grid_constant__ Views d)
+// A new frame, or what is left of one.
+__device__ void begin_frame(const Views& d)
 {
     Clock& c = *d.clock;
     c.duration = d.orders->duration;
     c.tool_step = d.orders->tool_step;
     const double speed = sqrt(double(__uint_as_float(c.fastest[(c.done + 1) & 1])));
-    c.step(c.done) = step_at(d.pace, 0, speed, c.tool_step, c.duration);
-    c.counters = {};
+    const bool anew = c.mode == Mode::running;
+    c.step(c.done) = anew ? step_at(d.pace, 0, speed, c.tool_step, c.duration) : c.kept;
+    if (anew) c.counters = {};
     c.near_runs = c.far_runs = 0;
     c.active[c.done % 3] = 0;
+    c.crowded[0] = c.crowded[1] = false;
+    c.mode = Mode::running;
+}
+
+__global__ void begin_kernel(const __grid_constant__ Views d)
+{
+    Clock& c = *d.clock;
+    if (c.mode != Mode::stopped) begin_frame(d);
     // Where clay may be still, the sort says whose it is.
-    c.unsorted = d.rest.rule.mode != RestMode::none || c.drift > most_drift * d.pace.dx;
-    for (int side = 0; d.captured && side < 2; ++side)
+    c.unsorted = c.mode == Mode::running &&
+                 (d.rest.rule.mode != RestMode::none || c.drift > most_drift * d.pace.dx);
+    if (!d.captured) return;
+    for (int side = 0; side < 2; ++side)
         cudaGraphSetConditional(d.unsorted[side], c.unsorted && c.side == side);
+    cudaGraphSetConditional(d.again, c.mode == Mode::running);
 }
 
 template <Flows flows>
@@ -149,7 +162,10 @@ __device__ Events moved(const Views& d, const Later& later, ScatterSpace<blades>
         happened.depth =
             left_tools<blades>(q, d, later, Borrowed<blades>{space}, moves, happened.covered);
     happened.projected = happened.depth > 0;
-    happened.confined = confine(q, d.lattice, d.walls);
+    if (!d.free.holds(q.x)) {
+        happened.confined = confine(q, d.lattice, d.walls);
+        q.x = d.stored.nearest(q.x);
+    }
     happened.yielded = yield(q, narrowed<flows>(d.materials[q.object]), later.now);
     if (!sound(q)) {
         if (own().valid && moves) atomicAdd(&later.clock().counters.repaired, 1ull);

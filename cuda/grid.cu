@@ -53,13 +53,16 @@ __device__ void look_ahead(const Views& d, int n)
 {
     Clock& c = *d.clock;
     const Step step = c.step(n);
+    const bool crowded = c.crowded[(n + 1) & 1];
+    c.crowded[(n + 1) & 1] = false;
     c.begun = n;
     c.fastest[n & 1] = 0;
     c.woken[n & 1] = 0;
     c.active[(n + 1) % 3] = c.active[n % 3];
     const double speed = sqrt(double(__uint_as_float(c.fastest[(n + 1) & 1])));
     c.drift += speed * step.dt;
-    const Step next = step_after(step, d.pace, speed, c.tool_step, c.duration);
+    Step next = step_after(step, d.pace, speed, c.tool_step, c.duration);
+    if (crowded && step.dt > 0 && next.dt > 0) c.mode = Mode::stopped, c.kept = next, next.dt = 0;
     c.step(n + 1) = next;
     c.dt[0] = float(step.dt), c.dt[1] = float(next.dt);
     if (!(step.dt > 0)) return;
@@ -76,14 +79,11 @@ __device__ void stir_neighbours(const Views& d, int n)
 {
     const RestView& r = d.rest;
     const int before = (n + 1) & 1, count = d.clock->woken[before];
-    const Int3 size = d.lattice.blocks();
     for (int w = int(blockIdx.x) - 1; w < count; w += int(gridDim.x) - 1) {
         const Int3 at = d.lattice.block_at(r.woken[before][w]);
         for (int k = int(threadIdx.x); k < 125; k += int(blockDim.x)) {
             const Int3 step = {k % 5 - 2, k / 5 % 5 - 2, k / 25 - 2}, to = at + step;
-            if (to.x < 0 || to.y < 0 || to.z < 0 || to.x >= size.x || to.y >= size.y ||
-                to.z >= size.z)
-                continue;
+            if (!d.lattice.stores(block_edge * to)) continue;
             const int b = d.lattice.block_of(4 * to);
             if (step.x * step.x <= 1 && step.y * step.y <= 1 && step.z * step.z <= 1)
                 atomicMin(&r.guard[b], n + 1);
@@ -131,6 +131,18 @@ __device__ Start<abreast> started(const Views& d)
         s.old[k] = pick((n + 2) % 3, lists[0][k], lists[1][k], lists[2][k]);
     }
     return s;
+}
+
+// The clock's own block: one thread looks ahead, other warps at the blocks that were listed since
+// the substep before. Those of a frame's first are looked at by p2g.
+template <int abreast>
+__device__ void look_around(const Views& d, const Start<abreast>& s)
+{
+    const int helper = int(threadIdx.x) - 32, helpers = int(blockDim.x) - 32;
+    if (threadIdx.x == 0) look_ahead(d, s.n);
+    if (helper < 0 || !(s.dt > 0)) return;
+    for (int k = s.before + helper; k < s.count; k += helpers)
+        if (d.grid.rim[d.grid.list[s.n % 3][k]]) d.clock->crowded[s.n & 1] = true;
 }
 
 // Calls update(blocks) for all listed blocks of nodes, so many at a time, after clearing as many of
@@ -218,7 +230,7 @@ __global__ void __launch_bounds__(threads<tools>, resident<tools>)
     const auto start = started<abreast<tools>>(d);
     const int n = start.n, parity = n & 1;
     if (blockIdx.x == 0) {
-        if (threadIdx.x == 0) look_ahead(d, n);
+        look_around(d, start);
         return;
     }
     const float dt = start.dt;
@@ -243,11 +255,9 @@ __global__ void __launch_bounds__(threads<tools>, resident<tools>)
 template <bool fixed_point>
 __device__ Vec3<float> slope(const Views& d, int parity, Int3 n)
 {
-    const Int3 size = d.lattice.size;
     const int count = d.lattice.node_count();
     const auto excess = [&](Int3 m) {
-        if (m.x < 0 || m.y < 0 || m.z < 0 || m.x >= size.x || m.y >= size.y || m.z >= size.z)
-            return 0.0f;
+        if (!d.lattice.stores(m)) return 0.0f;
         const int i = d.lattice.index(m);
         return sum_of<fixed_point>(d.grid, parity, below * count + i).m -
                sum_of<fixed_point>(d.grid, parity, above * count + i).m;
@@ -267,7 +277,7 @@ __global__ void __launch_bounds__(block_nodes, 8) cut_grid_kernel(const __grid_c
     const int n = start.n, parity = n & 1, nodes = d.lattice.node_count();
     const float dt = start.dt, dx = d.lattice.dx;
     if (blockIdx.x == 0) {
-        if (threadIdx.x == 0) look_ahead(d, n);
+        look_around(d, start);
         return;
     }
     if (!(dt > 0)) return;

@@ -26,6 +26,7 @@ __global__ void __launch_bounds__(scatter_threads<blades>, 4)
     Clock& clock = *d.clock;
     const ParticleView& particles = d.particles[clock.side];
     const int n = clock.done;
+    if (!(clock.step(n).dt > 0)) return;
     for_each_run<rests>(d, 0, int(blockIdx.x), [&](int run) {
         const int i = run * scatter_threads<blades> + int(threadIdx.x);
         const bool valid = i < particles.count;

@@ -69,12 +69,11 @@ struct Borrowed {
     }
 };
 
-// What tools may touch the particle at x, if it is in the lattice; null: none.
+// What tools may touch the particle at x, if its nodes are stored; null: none.
 __device__ inline const Mask* near_tools(const Views& d, Vec3<float> x)
 {
-    const Int3 cell = d.lattice.cell_of(x), size = d.lattice.size;
-    const bool in = x.x >= 0 && x.y >= 0 && x.z >= 0 && cell.x < size.x && cell.y < size.y &&
-                    cell.z < size.z && d.tools.passes > 0;
+    const Int3 cell = d.lattice.cell_of(x);
+    const bool in = d.stored.holds(x) && d.tools.passes > 0;
     if (!in) return nullptr;
     const Mask& mask = d.tools.masks[d.lattice.block_of(cell)];
     return empty(mask) ? nullptr : &mask;

@@ -23,15 +23,16 @@ struct Range {
 __device__ Range reaching(const SurfaceView& d, const Lattice<float>& lattice, Int3 low, Int3 high)
 {
     const float ratio = d.lattice.dx / lattice.dx;
-    const Int3 size = lattice.blocks();
-    const auto first = [ratio](int n, int blocks) {
-        return clamped(int(floorf(ratio * float(n - 2) - 1)) >> 2, 0, blocks - 1);
+    const Int3 from = lattice.first_block, end = lattice.end_block();
+    const auto first = [ratio](int n, int least, int past) {
+        return clamped(int(floorf(ratio * float(n - 2) - 1)) >> 2, least, past - 1);
     };
-    const auto last = [ratio](int n, int blocks) {
-        return clamped(int(floorf(ratio * float(n + 2))) >> 2, 0, blocks - 1);
+    const auto last = [ratio](int n, int least, int past) {
+        return clamped(int(floorf(ratio * float(n + 2))) >> 2, least, past - 1);
     };
-    return {{first(low.x, size.x), first(low.y, size.y), first(low.z, size.z)},
-            {last(high.x, size.x), last(high.y, size.y), last(high.z, size.z)}};
+    return {
+        {first(low.x, from.x, end.x), first(low.y, from.y, end.y), first(low.z, from.z, end.z)},
+        {last(high.x, from.x, end.x), last(high.y, from.y, end.y), last(high.z, from.z, end.z)}};
 }
 
 // Bits of Anew of block b of one category, by a warp: a lane looks at every 32nd block of clay that

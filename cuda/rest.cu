@@ -72,10 +72,11 @@ __global__ void __launch_bounds__(threads) spread_kernel(const __grid_constant__
     const int b = int(blockIdx.x * threads + threadIdx.x);
     if (b >= d.lattice.block_count() || d.rest.stir[b] != stir) return;
     const int least_of_them = neighbour_of(d.rest.rule, stir);
-    const Int3 at = d.lattice.block_at(b), size = d.lattice.blocks();
-    for (int z = most(at.z - 1, 0); z < least(at.z + 2, size.z); ++z)
-        for (int y = most(at.y - 1, 0); y < least(at.y + 2, size.y); ++y)
-            for (int x = most(at.x - 1, 0); x < least(at.x + 2, size.x); ++x)
+    const Int3 at = d.lattice.block_at(b);
+    const Int3 first = d.lattice.first_block, end = d.lattice.end_block();
+    for (int z = most(at.z - 1, first.z); z < least(at.z + 2, end.z); ++z)
+        for (int y = most(at.y - 1, first.y); y < least(at.y + 2, end.y); ++y)
+            for (int x = most(at.x - 1, first.x); x < least(at.x + 2, end.x); ++x)
                 atomicMax(&d.rest.stir[d.lattice.block_of({4 * x, 4 * y, 4 * z})], least_of_them);
 }
 

@@ -225,6 +225,7 @@ class WarpScatter {
         const int own = listed_for(n, begins);
         if (last < 0 || mark == own || atomicExch(d.grid.marks + last, own) == own) return;
         d.grid.list[n % 3][atomicAdd(&d.clock->active[n % 3], 1)] = last;
+        if (begins && d.grid.rim[last]) d.clock->crowded[(n + 1) & 1] = true;
     }
     __device__ void add_to_node(unsigned node, const float4& sum) const
     {

@@ -10,6 +10,7 @@
 #include "particles.cuh"
 #include "rest.h"
 #include "step.h"
+#include "window.h"
 
 namespace knead::gpu {
 
@@ -44,6 +45,10 @@ struct Counters {
     int active_blocks;
 };
 
+// What a frame does: nothing where the one before it has stopped (window.h), and what that one has
+// left where it is told to go on.
+enum class Mode : int { running, stopped, going_on };
+
 // Where the simulation stands. Substeps are counted through all frames; what belongs to substep n
 // is kept in place n of a ring. Nothing is written by a kernel that reads it in the same place, so
 // that no thread has to wait for all others: `done` is what grid goes by and g2p writes, `begun` is
@@ -61,6 +66,9 @@ struct Clock {
     int sorted_from;             // on which they lay before the last sort
     double drift;                // how far a particle may have come since the last sort [m]
     bool unsorted;               // they are sorted again in this frame
+    Mode mode;
+    bool crowded[2];  // a block of the rim is listed, as substep n noticed, in n % 2
+    Step kept;        // before which the frame has stopped
     Counters counters;
     HD Step& step(int n) { return steps[n % 3]; }
 };
@@ -77,15 +85,16 @@ struct Materials {
     }
 };
 
-// Nodes in the order of Lattice::index. Two grids, so that one is cleared while the other is used;
-// substep n has that of n % 2.
-// Each has one field, or with blades three: all clay, then that of uncut clay and each label.
+// Nodes in the order of Lattice::index, of those that are stored. Two grids, so that one is cleared
+// while the other is used; substep n has that of n % 2. Each has one field, or with blades three:
+// all clay, then that of uncut clay and each label.
 struct GridView {
     int fields;          // 1 or 3
     float4* nodes[2];    // fields * node_count each: Node<float>; one array twice if fixed-point
     long long* sums[2];  // fixed-point: 4 * fields * node_count each: momentum, mass; else null
     int* marks;          // block_count: what the block was last listed for, see listed_for()
     int* list[3];        // block_count each: blocks that may hold mass in substep n, in n % 3
+    const bool* rim;     // block_count: the block is at an end of what is stored, see window.h
     float momentum_scale, mass_scale;  // fixed-point units per kg m/s and per kg: powers of two
 };
 
@@ -104,8 +113,8 @@ HD Offsets offsets(const Lattice<float>& lattice, Int3 base)
     Offsets o{{}, {}, lattice.index({0, 0, base.z})};
     UNROLL
     for (int k = 0; k < 3; ++k) {
-        o.x[k] = lattice.index({base.x + k, 0, 0});
-        o.y[k] = lattice.index({0, base.y + k, 0});
+        o.x[k] = lattice.along_x(base.x + k);
+        o.y[k] = lattice.along_y(base.y + k);
     }
     return o;
 }
@@ -163,6 +172,7 @@ struct Views {
     ParticleView particles[2];  // of the same seven rows: see particles.cuh
     Materials materials;
     Lattice<float> lattice;
+    Places stored, free;  // see window.h
     Walls<float> walls;
     Vec3<float> gravity;  // [m/s^2]
     GridView grid;

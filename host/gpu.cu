@@ -35,19 +35,10 @@ std::atomic<int> solvers = 0;  // of the process so far
 
 }  // namespace
 
-GpuSolver::GpuSolver(const Setup& given, int wanted)
-    : rules(given),
-      device(chosen(wanted)),
-      processors(multiprocessors(device)),
-      store(given),
-      held{{store.views().particles[0], store.views().particles[1]},
-           &store.views().clock->side,
-           main,
-           &store.views().clock->done,
-           store.views().rest.changed,
-           store.views().lattice,
-           ++solvers}
+GpuSolver::GpuSolver(const Setup& given, int wanted, Room room)
+    : rules(given), device(chosen(wanted)), processors(multiprocessors(device)), store(given, room)
 {
+    show();
     rules.particles.clear();
     rules.particles.shrink_to_fit();
     cudaDeviceProp properties;
@@ -60,10 +51,30 @@ GpuSolver::GpuSolver(const Setup& given, int wanted)
     capture();
 }
 
+// What a surface goes by; by its number it is another clay's from now on.
+void GpuSolver::show()
+{
+    const Views views = store.views();
+    held = {{views.particles[0], views.particles[1]},
+            &views.clock->side,
+            main,
+            &views.clock->done,
+            views.rest.changed,
+            views.lattice,
+            ++solvers};
+}
+
 void GpuSolver::capture()
 {
     capture(without_tools, false);
     if (store.needs().tools) capture(with_tools, true);
+}
+
+Needs GpuSolver::needs_for(bool tools) const
+{
+    Needs needs = store.needs();
+    needs.tools = tools || needs.blades;  // a cut stays one when the hands have gone
+    return needs;
 }
 
 Views GpuSolver::views_for(const Needs& needs) const
@@ -87,34 +98,35 @@ void GpuSolver::start(const Views& views, const Needs& needs)
         check(cudaEventRecord(masked, beside), "join");
         check(cudaEventRecord(posed_first, posing), "join");
     }
-    if (needs.rests) {
-        if_due(views, [&](cudaStream_t stream, int side) {
-            order(views, needs, store.sort_space(side), stream);
-        });
+    const auto join = [&] {
         if (needs.tools) check(cudaStreamWaitEvent(main, masked, 0), "join");
-        settle(views, main);
-        arrange(views, needs, main);
-    } else {
-        if_due(views, [&](cudaStream_t stream, int side) {
-            order(views, needs, store.sort_space(side), stream);
-            arrange(views, needs, stream);
-        });
-        if (needs.tools) check(cudaStreamWaitEvent(main, masked, 0), "join");
-    }
+    };
+    if (needs.rests) join();  // what may be still depends on the tools
+    sort_if_due(views, needs);
+    if (!needs.rests) join();
     p2g(views, needs, processors, main);
     if (needs.tools) check(cudaStreamWaitEvent(main, posed_first, 0), "join");
 }
 
-// Sorts, if that is due: particles that have hardly moved since the last time are still in order.
-// Where the row is that is free, the sort is told when it is launched, so a graph holds it twice.
-void GpuSolver::if_due(const Views& views, const std::function<void(cudaStream_t, int side)>& sort)
+void GpuSolver::sort(const Views& views, const Needs& needs, cudaStream_t stream, int side) const
+{
+    order(views, needs, store.sort_space(side), stream);
+    if (needs.rests) settle(views, stream);
+    arrange(views, needs, stream);
+}
+
+// Particles that have hardly moved since the last sort are still in order; but where clay may be
+// still, each frame begins with asking which is. A frame that does nothing, because the one before
+// it has stopped, does not. Where the row is that is free, the sort is told when it is launched, so
+// a graph holds it twice.
+void GpuSolver::sort_if_due(const Views& views, const Needs& needs)
 {
     for (int side = 0; views.captured && side < 2; ++side)
         capture_body(add_conditional(main, cudaGraphCondTypeIf, views.unsorted[side]), body,
-                     [&](cudaStream_t stream) { sort(stream, side); });
+                     [&](cudaStream_t stream) { sort(views, needs, stream, side); });
     if (views.captured) return;
     const Clock now = store.clock(main);
-    if (now.unsorted) sort(main, now.side);
+    if (now.unsorted) sort(views, needs, main, now.side);
 }
 
 void GpuSolver::substep(const Views& views, const Needs& needs, cudaStream_t stream)
@@ -125,8 +137,7 @@ void GpuSolver::substep(const Views& views, const Needs& needs, cudaStream_t str
 
 void GpuSolver::capture(Graph& to, bool tools)
 {
-    Needs needs = store.needs();
-    needs.tools = tools || needs.blades;  // a cut stays one when the hands have gone
+    const Needs needs = needs_for(tools);
     Views views = views_for(needs);
     to.begin(main);
     const auto handle = [this](cudaGraphConditionalHandle& h) {
@@ -151,15 +162,30 @@ void GpuSolver::capture(Graph& to, bool tools)
 // The frame without its graph, the host asking after each substep whether there is another.
 void GpuSolver::step_through(bool tools)
 {
-    Needs needs = store.needs();
-    needs.tools = tools || needs.blades;
+    const Needs needs = needs_for(tools);
     const Views views = views_for(needs);
     start(views, needs);
-    Clock now;
-    do {
-        substep(views, needs, main);
-        now = store.clock(main);
-    } while (now.step(now.done).dt > 0);
+    const auto under_way = [this] {
+        Clock now = store.clock(main);
+        return now.step(now.done).dt > 0;
+    };
+    while (under_way()) substep(views, needs, main);
+}
+
+void GpuSolver::launch(int slot)
+{
+    Frame& f = frames[slot];
+    if (!(f.duration > 0)) return;
+    const ProfilerRange range{"substeps"};
+    store.send_orders(slot, main);
+    if (stepwise)
+        step_through(f.tools);
+    else
+        check(cudaGraphLaunch(f.tools ? with_tools.ready : without_tools.ready, main), "substeps");
+    check(cudaMemcpyAsync(f.status.data(), store.views().clock, sizeof(Clock),
+                          cudaMemcpyDeviceToHost, main),
+          "status");
+    check(cudaEventRecord(f.done, main), "status");
 }
 
 void GpuSolver::submit(const Motion& motion, double duration)
@@ -174,30 +200,27 @@ void GpuSolver::submit(const Motion& motion, double duration)
     f.motion = motion, f.duration = duration;
     // Of two frames ago, which is over: nobody reads its orders any more.
     f.tools = store.order(rules, motion, duration, slot);
-    ++submitted;
-    if (!(duration > 0)) return;
-    const ProfilerRange range{"substeps"};
-    store.send_orders(slot, main);
-    if (stepwise)
-        step_through(f.tools);
-    else
-        check(cudaGraphLaunch(f.tools ? with_tools.ready : without_tools.ready, main), "substeps");
-    check(cudaMemcpyAsync(f.status.data(), store.views().clock, sizeof(Clock),
-                          cudaMemcpyDeviceToHost, main),
-          "status");
-    check(cudaEventRecord(f.done, main), "status");
+    launch(slot);
     // What a cut leaves is settled by the host before the next frame.
-    if (cutting) wait(f.done, "substeps"), settle_cuts(f);
+    if (cutting && duration > 0) wait_for(slot), settle_cuts(f);
+    ++submitted;  // only now: a frame that finds no memory has ended
 }
 
 Tally GpuSolver::collect()
 {
     if (submitted == collected) throw std::logic_error("no frame is under way");
-    Frame& f = frames[collected++ % 2];
+    const int slot = collected % 2;
+    Frame& f = frames[slot];
     Tally tally;
-    if (!(f.duration > 0)) return tally;
+    if (!(f.duration > 0)) return ++collected, tally;
     check(cudaSetDevice(device), "device");
-    wait(f.done, "substeps");
+    try {
+        wait_for(slot);
+    } catch (...) {
+        collected = submitted;  // the frame behind has ended, too
+        throw;
+    }
+    ++collected;
     posed = f.tools;
     const Counters& n = f.status->counters;
     tally.substeps = last_substeps = n.substeps;
@@ -251,7 +274,12 @@ std::vector<double> GpuSolver::penetration() const
 
 std::unique_ptr<Solver> gpu_solver(const Setup& setup, int device)
 {
-    return std::make_unique<gpu::GpuSolver>(setup, device);
+    return gpu_solver(setup, device, {});
+}
+
+std::unique_ptr<Solver> gpu_solver(const Setup& setup, int device, Room room)
+{
+    return std::make_unique<gpu::GpuSolver>(setup, device, room);
 }
 
 long gpu_waits() { return gpu::waits; }

@@ -71,21 +71,17 @@ std::vector<StageWork> GpuSolver::stage_counts() const
 }
 
 // A few substeps are run stage by stage from where the last frame ended, and forgotten: the host
-// keeps the particles meanwhile. In a frame of the graph stages overlap.
+// keeps the particles meanwhile. In a frame of the graph stages overlap. They end early where clay
+// comes near the end of the nodes that are stored.
 void GpuSolver::walk(const Watch& watch) const
 {
     wait(main, "measure");
     check(cudaSetDevice(device), "device");
-    Needs needs = store.needs();
-    needs.tools = posed || needs.blades;
+    const Needs needs = needs_for(posed);
     const Views views = views_for(needs);
     const Clock before = store.clock();
     const Kept kept = store.kept();
-    watch("sort", [&] {
-        order(views, needs, store.sort_space(before.side), main);
-        if (needs.rests) settle(views, main);
-        arrange(views, needs, main);
-    });
+    watch("sort", [&] { sort(views, needs, main, before.side); });
     begin(views, main);
     if (needs.tools) watch("pose", [&] { masks(views, main), pose(views, main); });
     watch("p2g", [&] { p2g(views, needs, processors, main); });

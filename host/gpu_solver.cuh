@@ -1,5 +1,5 @@
-// The device behind Solver: declared here, its frames in gpu.cu, how it times its stages in
-// gpu_measure.cu.
+// The device behind Solver: declared here, its frames in gpu.cu, how one goes on whose clay has
+// spread in gpu_box.cu, how it times its stages in gpu_measure.cu.
 #pragma once
 #include <functional>
 #include <string>
@@ -14,7 +14,7 @@ namespace knead::gpu {
 
 class GpuSolver : public Solver {
   public:
-    GpuSolver(const Setup& given, int device);
+    GpuSolver(const Setup& given, int device, Room room);
     Tally advance(const Motion& motion, double duration) override
     {
         submit(motion, duration);
@@ -43,8 +43,14 @@ class GpuSolver : public Solver {
     void start(const Views& views, const Needs& needs);
     void substep(const Views& views, const Needs& needs, cudaStream_t stream);
     Views views_for(const Needs& needs) const;
-    void if_due(const Views& views, const std::function<void(cudaStream_t, int side)>& sort);
+    Needs needs_for(bool tools) const;
+    void show();
+    void sort(const Views& views, const Needs& needs, cudaStream_t stream, int side) const;
+    void sort_if_due(const Views& views, const Needs& needs);
     void step_through(bool tools);
+    void launch(int slot);
+    void wait_for(int slot);
+    void go_on(int slot);
     void walk(const Watch& watch) const;
     void pose_end(const Views& views) const;
     void settle_cuts(const Frame& frame);
@@ -53,7 +59,7 @@ class GpuSolver : public Solver {
     int device, processors;
     Store store;
     Stream main, body, beside, posing;
-    Clay held;
+    Clay held{};
     std::string title;
     Event forked{cudaEventDisableTiming};
     Event masked{cudaEventDisableTiming}, posed_first{cudaEventDisableTiming};

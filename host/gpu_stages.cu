@@ -27,7 +27,7 @@ struct GpuStages::Held {
     int processors = 0;
 
     Held(const Setup& given, double dt)
-        : setup(stepped(given, dt)), store(setup), needs(store.needs())
+        : setup(stepped(given, dt)), store(setup, whole_lattice), needs(store.needs())
     {
     }
     void done() const { wait(cudaStream_t(nullptr), "stage"); }
@@ -37,9 +37,9 @@ struct GpuStages::Held {
         Clock clock = store.clock();
         std::vector<int> all(std::size_t(store.views().lattice.block_count()));
         std::iota(all.begin(), all.end(), 0);
-        check(
-            cudaMemcpy(store.list[0].data(), all.data(), store.list[0].bytes(), cudaMemcpyDefault),
-            "stage");
+        check(cudaMemcpy(store.box.list[0].data(), all.data(), store.box.list[0].bytes(),
+                         cudaMemcpyDefault),
+              "stage");
         clock.begun = clock.done;  // even: the first grid is current
         for (int k = 0; k < 2; ++k) clock.dt[k] = float(clock.step(clock.done + k).dt);
         for (int k = 0; k < 3; ++k)
@@ -49,13 +49,13 @@ struct GpuStages::Held {
     void send(const std::vector<Node<float>>& nodes) const
     {
         static_assert(sizeof(Node<float>) == sizeof(float4));
-        check(cudaMemcpy(store.nodes[0].data(), nodes.data(), store.nodes[0].bytes(),
+        check(cudaMemcpy(store.box.nodes[0].data(), nodes.data(), store.box.nodes[0].bytes(),
                          cudaMemcpyDefault),
               "stage");
     }
     std::vector<Node<float>> nodes(int parity) const
     {
-        const std::vector<float4> rows = store.nodes[parity].downloaded();
+        const std::vector<float4> rows = store.box.nodes[parity].downloaded();
         std::vector<Node<float>> out(rows.size());
         for (std::size_t i = 0; i < rows.size(); ++i)
             out[i] = {{rows[i].x, rows[i].y, rows[i].z}, rows[i].w};
@@ -100,7 +100,7 @@ std::vector<Node<float>> GpuStages::p2g()
     held->done();
     if (!held->needs.fixed_point) return held->nodes(0);
     const GridView& g = held->store.views().grid;
-    const std::vector<long long> sums = held->store.sums[0].downloaded();
+    const std::vector<long long> sums = held->store.box.sums[0].downloaded();
     std::vector<Node<float>> out(sums.size() / 4);
     const double p = 1 / double(g.momentum_scale), m = 1 / double(g.mass_scale);
     for (std::size_t i = 0; i < out.size(); ++i) {

@@ -88,20 +88,33 @@ Needs needs_of(const Setup& s)
     return n;
 }
 
+// The nodes around a scene's clay.
+Lattice<float> box_of(const Setup& s, Room room)
+{
+    const Lattice<float> whole{s.lattice.size, float(s.lattice.dx)};
+    Int3 low = whole.size, end{};
+    for (const Particle<double>& q : s.particles) {
+        const Int3 base = base_node(cast<float>(q.x), whole.spacing);
+        low = {least(low.x, base.x), least(low.y, base.y), least(low.z, base.z)};
+        end = {most(end.x, base.x + 3), most(end.y, base.y + 3), most(end.z, base.z + 3)};
+    }
+    return box_around(whole, low, end, room.spare);
+}
+
 // The largest power of two that keeps a sum of magnitude up to `bound` within 62 bits.
 float fixed_scale(double bound) { return std::ldexp(1.0f, 61 - std::ilogb(bound)); }
 
 }  // namespace
 
-Store::Store(const Setup& setup)
+Store::Store(const Setup& setup, Room given)
     : next_joints{Pinned<Joint<double>>(2 * int(side_count) * joint_count),
                   Pinned<Joint<double>>(2 * int(side_count) * joint_count)},
-      next_tools{Pinned<Tool<float>>(setup.tools.size()), Pinned<Tool<float>>(setup.tools.size())}
+      next_tools{Pinned<Tool<float>>(setup.tools.size()), Pinned<Tool<float>>(setup.tools.size())},
+      room(given)
 {
     check(setup);
     used = needs_of(setup);
-    const Lattice<float> lattice{setup.lattice.size, float(setup.lattice.dx)};
-    all.lattice = lattice;
+    all.lattice = box_of(setup, room);
     all.walls = {setup.walls.margin, setup.walls.touch, float(setup.walls.friction)};
     all.gravity = cast<float>(setup.gravity);
     all.pace = pace_of(setup);
@@ -121,11 +134,7 @@ Store::Store(const Setup& setup)
     for (int side = 0; side < 2; ++side) {
         all.particles[side] = {rows.data() + std::size_t(side) * setup.particles.size(),
                                ids[side].data(), int(setup.particles.size())};
-        all.grid.nodes[side] = used.fixed_point ? nodes[0].data() : nodes[side].data();
-        all.grid.sums[side] = sums[side].data();
     }
-    all.grid.marks = marks.data();
-    for (int k = 0; k < 3; ++k) all.grid.list[k] = list[k].data();
     all.tools = {joints.data(),
                  joints.data() + int(side_count) * joint_count,
                  int(side_count) * joint_count,
@@ -136,51 +145,34 @@ Store::Store(const Setup& setup)
                  travel.data(),
                  {primitives.data(), int(primitives.size())},
                  {tools.data(), int(tools.size())},
-                 masks.data(),
+                 nullptr,
                  in_line.data(),
                  setup.grid_contact,
                  setup.passes};
     const Rest<double>& rest = setup.rest;
     all.rest = {{rest.mode, float(rest.speed), rest.frames, float(rest.push), float(rest.reach)},
-                run_length(used),
-                quiet.data(),
-                fastest.data(),
-                stir.data(),
-                free.data(),
-                guard.data(),
-                ranges.data(),
-                reached.data(),
-                runs_held.data(),
-                runs.data(),
-                {woken[0].data(), woken[1].data()},
-                changed.data()};
+                run_length(used)};
+    all.rest.held = runs_held.data(), all.rest.list = runs.data();
     all.clock = clocks.data();
     all.orders = orders.data();
+    point();
 }
 
 void Store::allocate(const Setup& setup)
 {
-    const Lattice<float>& lattice = all.lattice;
-    const auto n = setup.particles.size(),
-               grid_nodes = std::size_t(lattice.node_count()) * (used.blades ? 3 : 1),
-               blocks = std::size_t(lattice.block_count());
-    const std::size_t sort_bytes = sort_scratch_bytes(int(n), lattice);
+    const auto n = setup.particles.size();
+    const std::size_t sort_bytes =
+        sort_scratch_bytes(int(n), {setup.lattice.size, float(setup.lattice.dx)});
     const std::size_t need = n * (row_places * sizeof(float4) + 2 * sizeof(int)) + sort_bytes +
-                             blocks * (used.rests ? 92 : 48) +
-                             grid_nodes * (used.fixed_point ? 80 : 32);
+                             Box::bytes_for(all.lattice, used);
     std::size_t unused = 0, total = 0;
     gpu::check(cudaMemGetInfo(&unused, &total), "memory");
     if (need > unused)
         throw std::runtime_error("gpu: the scene needs " + std::to_string(need >> 20) +
                                  " MiB, the device has " + std::to_string(unused >> 20) +
                                  " MiB free");
-    for (int side = 0; side < 2; ++side) {
-        ids[side] = DeviceArray<int>(n);
-        if (side == 0 || !used.fixed_point) nodes[side] = DeviceArray<float4>(grid_nodes);
-        if (used.fixed_point) sums[side] = DeviceArray<long long>(4 * grid_nodes);
-    }
-    marks = DeviceArray<int>(blocks);
-    for (DeviceArray<int>& each : list) each = DeviceArray<int>(blocks);
+    for (DeviceArray<int>& each : ids) each = DeviceArray<int>(n);
+    box = Box(all.lattice, used);
     rows = DeviceArray<float4>(row_places * n);
     scratch = DeviceArray<unsigned char>(sort_bytes);
     std::vector<Material<float>> cast_materials;
@@ -198,17 +190,10 @@ void Store::allocate(const Setup& setup)
     travel = DeviceArray<float>(setup.rig.primitives.size());
     joints = DeviceArray<Joint<double>>(2 * int(side_count) * joint_count);
     if (used.rests) {
-        for (DeviceArray<int>* each :
-             {&quiet, &stir, &free, &guard, &woken[0], &woken[1], &changed})
-            *each = DeviceArray<int>(blocks);
-        for (DeviceArray<unsigned>* each : {&fastest, &reached})
-            *each = DeviceArray<unsigned>(blocks);
         const auto run_count = std::size_t(blocks_for(int(n), run_length(used)));
-        ranges = DeviceArray<int2>(blocks);
         runs_held = DeviceArray<unsigned>(run_count), runs = DeviceArray<int>(run_count);
     }
     if (used.tools) {
-        masks = DeviceArray<Mask>(blocks);
         std::vector<int> all_runs(std::size_t(blocks_for(int(n), run_length(used))));
         std::iota(all_runs.begin(), all_runs.end(), 0);
         in_line = DeviceArray<int>(all_runs);
@@ -338,7 +323,7 @@ void Store::set_sides(const std::vector<Particle<double>>& q) const
 Kept Store::kept() const
 {
     const int side = clock().side;
-    return {side, rows_on(side), ids[side].downloaded(), quiet.downloaded()};
+    return {side, rows_on(side), ids[side].downloaded(), box.quiet.downloaded()};
 }
 
 void Store::put_back(const Kept& kept) const
@@ -349,7 +334,7 @@ void Store::put_back(const Kept& kept) const
                        "put back");
     };
     send(all.particles[kept.side].rows, kept.rows);
-    send(ids[kept.side].data(), kept.ids), send(quiet.data(), kept.quiet);
+    send(ids[kept.side].data(), kept.ids), send(box.quiet.data(), kept.quiet);
     gpu::check(cudaDeviceSynchronize(), "put back");
 }
 
@@ -358,8 +343,8 @@ void Store::clear_grids() const
     const auto clear = [](const auto& array) {
         if (array.size()) gpu::check(cudaMemset(array.data(), 0, array.bytes()), "clear");
     };
-    for (int parity = 0; parity < 2; ++parity) clear(nodes[parity]), clear(sums[parity]);
-    clear(marks);
+    for (int parity = 0; parity < 2; ++parity) clear(box.nodes[parity]), clear(box.sums[parity]);
+    clear(box.marks);
     gpu::check(cudaDeviceSynchronize(), "clear");
 }
 
@@ -378,16 +363,10 @@ Clock Store::clock(cudaStream_t stream) const
 std::size_t Store::bytes() const
 {
     std::size_t sum = materials.bytes() + bindings.bytes() + primitives.bytes() + tools.bytes() +
-                      amid.bytes() + travel.bytes() + masks.bytes() + in_line.bytes() +
-                      joints.bytes() + clocks.bytes() + orders.bytes() + scratch.bytes() +
-                      rows.bytes() + quiet.bytes() + stir.bytes() + free.bytes() + guard.bytes() +
-                      fastest.bytes() + reached.bytes() + ranges.bytes() + runs.bytes() +
-                      runs_held.bytes() + woken[0].bytes() + woken[1].bytes() + changed.bytes() +
-                      marks.bytes();
-    for (const DeviceArray<int>& each : list) sum += each.bytes();
-    for (int s = 0; s < 2; ++s)
-        sum += spheres[s].bytes() + shapes[s].bytes() + nodes[s].bytes() + sums[s].bytes() +
-               ids[s].bytes();
+                      amid.bytes() + travel.bytes() + in_line.bytes() + joints.bytes() +
+                      clocks.bytes() + orders.bytes() + scratch.bytes() + rows.bytes() +
+                      runs.bytes() + runs_held.bytes() + box.bytes();
+    for (int s = 0; s < 2; ++s) sum += spheres[s].bytes() + shapes[s].bytes() + ids[s].bytes();
     return sum;
 }
 

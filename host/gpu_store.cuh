@@ -2,6 +2,7 @@
 #pragma once
 #include "cuda/device_array.cuh"
 #include "cuda/stages.cuh"
+#include "gpu_room.h"
 #include "substep.h"
 
 namespace knead::gpu {
@@ -13,11 +14,28 @@ struct Kept {
     std::vector<int> ids, quiet;
 };
 
+// What there is for every node that is stored, or every block.
+struct Box {
+    Box() = default;
+    Box(const Lattice<float>& lattice, const Needs& needs);
+    static std::size_t bytes_for(const Lattice<float>& lattice, const Needs& needs);
+    std::size_t bytes() const;
+
+    DeviceArray<float4> nodes[2];
+    DeviceArray<long long> sums[2];
+    DeviceArray<int> marks, list[3];  // GridView
+    DeviceArray<bool> rim;
+    DeviceArray<Mask> masks;
+    DeviceArray<unsigned> fastest, reached;  // RestView, as those that follow
+    DeviceArray<int> quiet, stir, free, guard, woken[2], changed;
+    DeviceArray<int2> ranges;
+};
+
 // The device's form of a scene. Throws std::invalid_argument for one that does not hang together
 // and std::runtime_error where the device has not enough memory.
 class Store {
   public:
-    explicit Store(const Setup& setup);
+    explicit Store(const Setup& setup, Room room = {});
 
     Views views() const { return all; }
     Needs needs() const { return used; }
@@ -40,16 +58,19 @@ class Store {
     void clear_grids() const;
     void set_clock(const Clock& clock) const;
     Clock clock(cudaStream_t stream = nullptr) const;  // when all of the stream is done
+    // Stores more nodes beyond the ends that clay has come to; views() are others then, and the
+    // grids clear. Throws std::runtime_error where the device has not enough memory, and leaves
+    // all as it is.
+    void grow();
 
     DeviceArray<float4> rows;  // row_places * count
-    DeviceArray<float4> nodes[2];
-    DeviceArray<long long> sums[2];
-    DeviceArray<int> marks, list[3];  // GridView
+    Box box;
     DeviceArray<int> ids[2];
 
   private:
     void allocate(const Setup& setup);
     void upload(const Setup& setup) const;
+    void point();
     std::vector<float4> rows_on(int side) const;
 
     DeviceArray<Material<float>> materials;
@@ -59,10 +80,8 @@ class Store {
     DeviceArray<Sphere<float>> spheres[2];
     DeviceArray<Shape<float>> shapes[2], amid;
     DeviceArray<float> travel;
-    DeviceArray<Mask> masks;
-    DeviceArray<unsigned> fastest, reached, runs_held;
-    DeviceArray<int> quiet, stir, free, guard, runs, woken[2], changed, in_line;
-    DeviceArray<int2> ranges;
+    DeviceArray<unsigned> runs_held;
+    DeviceArray<int> runs, in_line;
     DeviceArray<Joint<double>> joints;  // of the frame's beginning, then of its end
     DeviceArray<Clock> clocks;
     DeviceArray<Orders> orders;
@@ -72,6 +91,7 @@ class Store {
     Pinned<Tool<float>> next_tools[2];
     Views all{};
     Needs used;
+    Room room;
 };
 
 }  // namespace knead::gpu

@@ -5,6 +5,7 @@
 #include <random>
 
 #include "cuda/step.h"
+#include "host/gpu_room.h"
 #include "host/substep.h"
 #include "profiling/ball.h"
 
@@ -205,7 +206,8 @@ TEST_F(GpuSolver, HoldsAHundredAndTwentyBytesAParticle)
     const knead::Setup all = scene(true);
     knead::Setup half = all;
     half.particles.resize(all.particles.size() / 2);
-    const std::size_t more = gpu_solver(all, 0)->memory() - gpu_solver(half, 0)->memory();
+    const std::size_t more = gpu_solver(all, 0, whole_lattice)->memory() -
+                             gpu_solver(half, 0, whole_lattice)->memory();
     const double each = double(more) / double(all.particles.size() - half.particles.size());
     EXPECT_GE(each, 120);
     EXPECT_LT(each, 121);

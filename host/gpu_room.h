@@ -1,0 +1,17 @@
+// A solver on the device that stores more or fewer nodes than it would (cuda/window.h): for tests
+// of what happens at their ends.
+#pragma once
+#include <memory>
+
+#include "solver.h"
+
+namespace knead {
+
+struct Room {
+    int spare = -1;        // nodes around the clay at first; -1: as the clay is large
+    std::size_t most = 0;  // nodes before the device is said to have no memory; 0: as it has
+};
+constexpr Room whole_lattice{1 << 30, 0};
+std::unique_ptr<Solver> gpu_solver(const Setup& setup, int device, Room room);
+
+}  // namespace knead
