@@ -48,30 +48,50 @@ __device__ void clear(const GridView& grid, int parity, int i)
     }
 }
 
-// Counts substep n, and chooses the one after it from the speeds that the one before it left.
-__device__ void look_ahead(const Views& d, int n)
+// Of a ring of three, the place of substep n.
+template <class T>
+__device__ T in_ring(int n, const T (&ring)[3])
+{
+    const int k = n % 3;
+    return k == 0 ? ring[0] : k == 1 ? ring[1] : ring[2];
+}
+
+// Counts the substep, and chooses the one after it from the speeds that the one before it left.
+// All that this takes is asked for at once, before anything is written: one by one it would take
+// longer than the nodes do.
+__device__ void look_ahead(const Views& d)
 {
     Clock& c = *d.clock;
-    const Step step = c.step(n);
-    const bool crowded = c.crowded[(n + 1) & 1];
+    Counters& all = c.counters;
+    const int n = c.done, substeps = all.substeps;
+    const double starts[] = {c.steps[0].start, c.steps[1].start, c.steps[2].start};
+    const double dt[] = {c.steps[0].dt, c.steps[1].dt, c.steps[2].dt};
+    const Limit limits[] = {c.steps[0].limit, c.steps[1].limit, c.steps[2].limit};
+    const int active[] = {c.active[0], c.active[1], c.active[2]};
+    const unsigned fastest[] = {c.fastest[0], c.fastest[1]};
+    const bool crowded[] = {c.crowded[0], c.crowded[1]};
+    const double drift = c.drift, tool_step = c.tool_step, duration = c.duration;
+    const double dt_least = all.dt_least, dt_most = all.dt_most;
+    const bool odd = n & 1;
+    const Step step{in_ring(n, starts), in_ring(n, dt), in_ring(n, limits)};
+    const double speed = sqrt(double(__uint_as_float(odd ? fastest[0] : fastest[1])));
+    Step next = step_after(step, d.pace, speed, tool_step, duration);
+    if ((odd ? crowded[0] : crowded[1]) && step.dt > 0 && next.dt > 0)
+        c.mode = Mode::stopped, c.kept = next, next.dt = 0;
     c.crowded[(n + 1) & 1] = false;
     c.begun = n;
     c.fastest[n & 1] = 0;
     c.woken[n & 1] = 0;
-    c.active[(n + 1) % 3] = c.active[n % 3];
-    const double speed = sqrt(double(__uint_as_float(c.fastest[(n + 1) & 1])));
-    c.drift += speed * step.dt;
-    Step next = step_after(step, d.pace, speed, c.tool_step, c.duration);
-    if (crowded && step.dt > 0 && next.dt > 0) c.mode = Mode::stopped, c.kept = next, next.dt = 0;
+    c.active[(n + 1) % 3] = in_ring(n, active);
+    c.drift = drift + speed * step.dt;
     c.step(n + 1) = next;
     c.dt[0] = float(step.dt), c.dt[1] = float(next.dt);
     if (!(step.dt > 0)) return;
-    Counters& all = c.counters;
-    all.dt_least = all.substeps ? least(all.dt_least, step.dt) : step.dt;
-    all.dt_most = most(all.dt_most, step.dt);
-    ++all.substeps;
-    ++all.limits[int(step.limit)];
-    all.active_blocks = c.active[n % 3];
+    all.dt_least = substeps ? least(dt_least, step.dt) : step.dt;
+    all.dt_most = most(dt_most, step.dt);
+    all.substeps = substeps + 1;
+    atomicAdd(&all.limits[int(step.limit)], 1);  // nobody waits for it
+    all.active_blocks = in_ring(n, active);
 }
 
 // What the substep before n woke: the neighbours become guards, theirs at least support.
@@ -120,29 +140,25 @@ __device__ Start<abreast> started(const Views& d)
     }
     const int n = c.done, active[] = {c.active[0], c.active[1], c.active[2]};
     const double dt[] = {c.steps[0].dt, c.steps[1].dt, c.steps[2].dt};
-    const auto pick = [](int k, auto a, auto b, auto c) { return k == 0 ? a : k == 1 ? b : c; };
-    const auto of = [&](const auto& ring, int later) {
-        return pick((n + later) % 3, ring[0], ring[1], ring[2]);
-    };
-    Start<abreast> s{n, float(of(dt, 0)), of(active, 0), of(active, 2), {}, {}};
+    Start<abreast> s{n, float(in_ring(n, dt)), in_ring(n, active), in_ring(n + 2, active), {}, {}};
     UNROLL
     for (int k = 0; k < abreast; ++k) {
-        s.blocks[k] = pick(n % 3, lists[0][k], lists[1][k], lists[2][k]);
-        s.old[k] = pick((n + 2) % 3, lists[0][k], lists[1][k], lists[2][k]);
+        s.blocks[k] = in_ring(n, {lists[0][k], lists[1][k], lists[2][k]});
+        s.old[k] = in_ring(n + 2, {lists[0][k], lists[1][k], lists[2][k]});
     }
     return s;
 }
 
 // The clock's own block: one thread looks ahead, other warps at the blocks that were listed since
 // the substep before. Those of a frame's first are looked at by p2g.
-template <int abreast>
-__device__ void look_around(const Views& d, const Start<abreast>& s)
+__device__ void look_around(const Views& d)
 {
-    const int helper = int(threadIdx.x) - 32, helpers = int(blockDim.x) - 32;
-    if (threadIdx.x == 0) look_ahead(d, s.n);
-    if (helper < 0 || !(s.dt > 0)) return;
-    for (int k = s.before + helper; k < s.count; k += helpers)
-        if (d.grid.rim[d.grid.list[s.n % 3][k]]) d.clock->crowded[s.n & 1] = true;
+    if (threadIdx.x == 0) look_ahead(d);
+    if (threadIdx.x < 32) return;
+    const auto start = started<1>(d);
+    if (!(start.dt > 0)) return;
+    for (int k = start.before + int(threadIdx.x) - 32; k < start.count; k += int(blockDim.x) - 32)
+        if (d.grid.rim[d.grid.list[start.n % 3][k]]) d.clock->crowded[start.n & 1] = true;
 }
 
 // Calls update(blocks) for all listed blocks of nodes, so many at a time, after clearing as many of
@@ -227,12 +243,9 @@ __global__ void __launch_bounds__(threads<tools>, resident<tools>)
 {
     __shared__ SharedSpace spaces[tools ? block_nodes / shared_nodes : 1];
     await_before();
+    if (blockIdx.x == 0) return look_around(d);
     const auto start = started<abreast<tools>>(d);
     const int n = start.n, parity = n & 1;
-    if (blockIdx.x == 0) {
-        look_around(d, start);
-        return;
-    }
     const float dt = start.dt;
     if (!(dt > 0)) return;
     if (d.rest.rule.mode == RestMode::sleep) stir_neighbours(d, n);
@@ -273,13 +286,10 @@ template <bool fixed_point>
 __global__ void __launch_bounds__(block_nodes, 8) cut_grid_kernel(const __grid_constant__ Views d)
 {
     await_before();
+    if (blockIdx.x == 0) return look_around(d);
     const auto start = started<1>(d);
     const int n = start.n, parity = n & 1, nodes = d.lattice.node_count();
     const float dt = start.dt, dx = d.lattice.dx;
-    if (blockIdx.x == 0) {
-        look_around(d, start);
-        return;
-    }
     if (!(dt > 0)) return;
     if (d.rest.rule.mode == RestMode::sleep) stir_neighbours(d, n);
     const Colliders<float> colliders = d.tools.colliders(n);

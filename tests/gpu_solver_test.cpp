@@ -2,7 +2,9 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cstdlib>
 #include <random>
+#include <string>
 
 #include "cuda/step.h"
 #include "host/gpu_room.h"
@@ -206,8 +208,8 @@ TEST_F(GpuSolver, HoldsAHundredAndTwentyBytesAParticle)
     const knead::Setup all = scene(true);
     knead::Setup half = all;
     half.particles.resize(all.particles.size() / 2);
-    const std::size_t more = gpu_solver(all, 0, whole_lattice)->memory() -
-                             gpu_solver(half, 0, whole_lattice)->memory();
+    const std::size_t more =
+        gpu_solver(all, 0, whole_lattice)->memory() - gpu_solver(half, 0, whole_lattice)->memory();
     const double each = double(more) / double(all.particles.size() - half.particles.size());
     EXPECT_GE(each, 120);
     EXPECT_LT(each, 121);
@@ -231,7 +233,8 @@ TEST_F(GpuSolver, TakesAFrameWhileAnotherIsUnderWay)
         }
         projected += solver->collect().projected;
     }
-    EXPECT_EQ(waits, 0);
+    const char* graph = std::getenv("KNEAD_GRAPH");  // "0": substep by substep, each of them waits
+    EXPECT_TRUE(waits == 0 || (graph && std::string(graph) == "0")) << waits;
     EXPECT_EQ(projected, one_by_one.projected);
     Result queued;
     queued.particles = solver->particles();
