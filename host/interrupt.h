@@ -1,4 +1,5 @@
-// Ctrl-C and SIGTERM ask a run to end after its frame; a second one ends the program at once.
+// Ctrl-C and SIGTERM ask a run to end after its frame; another one, half a second later or more,
+// ends the program at once.
 #pragma once
 
 namespace knead {
