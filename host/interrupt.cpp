@@ -22,7 +22,8 @@ extern "C" void note_signal(int number)
     // group that it is in.
     constexpr double same = 0.5;
     if (!caught) {
-        caught = number, since = now();
+        since = now();
+        caught = number;
     } else if (now() - since > same) {
         std::signal(number, SIG_DFL);
         std::raise(number);
