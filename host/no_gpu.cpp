@@ -3,6 +3,7 @@
 #include <stdexcept>
 
 #include "gpu_material.h"
+#include "gpu_room.h"
 #include "gpu_stages.h"
 #include "gpu_surface.h"
 #include "solver.h"
@@ -20,6 +21,7 @@ namespace {
 bool gpu_present() { return false; }
 long gpu_waits() { return 0; }
 std::unique_ptr<Solver> gpu_solver(const Setup&, int) { refuse(); }
+std::unique_ptr<Solver> gpu_solver(const Setup&, int, Room) { refuse(); }
 
 std::vector<Functions<float>> gpu_functions(const std::vector<float>&) { refuse(); }
 std::vector<Answers<float>> gpu_answers(const std::vector<Particle<float>>&,
