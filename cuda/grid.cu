@@ -57,8 +57,7 @@ __device__ T in_ring(int n, const T (&ring)[3])
 }
 
 // Counts the substep, and chooses the one after it from the speeds that the one before it left.
-// All that this takes is asked for at once, before anything is written: one by one it would take
-// longer than the nodes do.
+// All that this takes is asked for before anything is written, so that it is waited for once.
 __device__ void look_ahead(const Views& d)
 {
     Clock& c = *d.clock;

@@ -45,8 +45,8 @@ inline Places free_places(const Lattice<float>& l, const Walls<float>& walls)
 }
 
 // Ends of the box that block b is at and that are not ends of the lattice, by bits: 1 << 2 * axis,
-// twice that for the far one. A frame stops one substep after clay has got there, of at most a
-// cell.
+// twice that for the far one. A frame stops one or two substeps after clay has got there, of at
+// most a cell each.
 inline unsigned ends_at(const Lattice<float>& l, Int3 b)
 {
     const auto axis = [](int at, int low, int stored, int size) {
