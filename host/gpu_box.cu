@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <memory>
 #include <string>
+#include <utility>
 
 #include "gpu_solver.cuh"
 
@@ -76,35 +77,33 @@ void Store::grow()
     for (int k = 0; k < now.active[(now.done + 2) % 3]; ++k)
         ends |= ends_at(before, before.block_at(listed[std::size_t(k)]));
     const Lattice<float> more = grown(before, ends);
-    const std::size_t need = Box::bytes_for(more, used);
-    std::size_t unused = 0, total = 0;
-    gpu::check(cudaMemGetInfo(&unused, &total), "memory");
-    unused += box.bytes();  // given back first
-    if (need > unused || (room.most && std::size_t(more.node_count()) > room.most))
-        throw std::runtime_error("gpu: the clay has spread; its nodes need " +
-                                 std::to_string(need >> 20) + " MiB instead of " +
-                                 std::to_string(box.bytes() >> 20) + ", the device has " +
-                                 std::to_string(unused >> 20) + " MiB for them");
-    const std::vector<int> quiet = box.quiet.downloaded();
-    box = Box{};
+    // Nothing is given back before the other is there, so that no failure leaves half a box.
+    Box larger;
     try {
-        box = Box(more, used), all.lattice = more;
+        if (room.most && std::size_t(more.node_count()) > room.most)
+            DeviceArray<char>(std::size_t(1) << 50);
+        larger = Box(more, used);
     } catch (const std::runtime_error&) {
         cudaGetLastError();  // or the next launch would be said to have failed
-        box = Box(before, used);
+        std::size_t unused = 0, total = 0;
+        gpu::check(cudaMemGetInfo(&unused, &total), "memory");
+        throw std::runtime_error("gpu: the clay has spread; beside the " +
+                                 std::to_string(box.bytes() >> 20) +
+                                 " MiB of its nodes the device needs " +
+                                 std::to_string(Box::bytes_for(more, used) >> 20) +
+                                 " MiB for a moment, and has " + std::to_string(unused >> 20));
     }
-    point();
-    std::vector<int> same(box.quiet.size());
+    const std::vector<int> quiet = box.quiet.downloaded();
+    std::vector<int> same(larger.quiet.size());
     for (std::size_t b = 0; b < quiet.size(); ++b)
-        same[std::size_t(all.lattice.block_of(block_edge * before.block_at(int(b))))] = quiet[b];
+        same[std::size_t(more.block_of(block_edge * before.block_at(int(b))))] = quiet[b];
     if (!same.empty())
-        gpu::check(cudaMemcpy(box.quiet.data(), same.data(), box.quiet.bytes(), cudaMemcpyDefault),
-                   "quiet blocks");
+        gpu::check(
+            cudaMemcpy(larger.quiet.data(), same.data(), larger.quiet.bytes(), cudaMemcpyDefault),
+            "quiet blocks");
     gpu::check(cudaDeviceSynchronize(), "more nodes");
-    if (all.lattice.node_count() == before.node_count())
-        throw std::runtime_error(
-            "gpu: the device gave no memory for the nodes of clay that has "
-            "spread");
+    box = std::move(larger), all.lattice = more;
+    point();
 }
 
 // The end of a frame that is under way.

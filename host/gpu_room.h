@@ -9,7 +9,7 @@ namespace knead {
 
 struct Room {
     int spare = -1;        // nodes around the clay at first; -1: as the clay is large
-    std::size_t most = 0;  // nodes before the device is said to have no memory; 0: as it has
+    std::size_t most = 0;  // nodes until asking the device for more fails; 0: as it has
 };
 constexpr Room whole_lattice{1 << 30, 0};
 std::unique_ptr<Solver> gpu_solver(const Setup& setup, int device, Room room);

@@ -112,8 +112,30 @@ TEST(Window, TheBoxAroundClayIsNotLargerThanTheLatticeAndHasRoom)
     EXPECT_TRUE(inside(l));
     EXPECT_LT(l.node_count(), whole.node_count());
     for (const Int3& b : {Int3{4, 2, 2}, Int3{6, 3, 4}}) EXPECT_EQ(ends_at(l, b), 0u);
+    // An eighth of the clay, at least a block.
+    const Lattice<float> wide{{256, 256, 256}, 0.125f};
+    const Lattice<float> large = box_around(wide, {96, 96, 96}, {160, 98, 104}, -1);
+    EXPECT_EQ(large.low, (Int3{88, 92, 92}));
+    EXPECT_EQ(large.stored, (Int3{80, 12, 16}));
     EXPECT_EQ(box_around(whole, {16, 10, 10}, {26, 14, 18}, 1 << 30).node_count(),
               whole.node_count());
+}
+
+TEST(Window, RowsAreOfAPowerOfTwoWhereThatIsNotMuchMore)
+{
+    const Lattice<float> wide{{128, 128, 96}, 0.125f};
+    for (int from = 0; from < 96; from += 4)
+        for (int to = from + 4; to <= 96; to += 4) {
+            const Lattice<float> l = boxed(wide, {8, 12, from}, {20, 40, to}), e = in_even_rows(l);
+            ASSERT_TRUE(e.low.x == 8 && e.low.y == 12 && e.stored.x == 12 && e.stored.y == 28);
+            ASSERT_TRUE(e.low.z >= 0 && e.low.z % 4 == 0 && e.low.z <= from);
+            const int end = e.low.z + e.stored.z, row = to - from;
+            ASSERT_TRUE(end <= 96 && end % 4 == 0 && end >= to) << from << ' ' << to;
+            int even = 4;
+            while (even < row) even *= 2;
+            ASSERT_EQ(e.stored.z, even > 96 || 5 * even > 8 * row ? row : even);
+            ASSERT_EQ(e.index({8, 12, e.low.z}), 0);
+        }
 }
 
 TEST(Window, ItGrowsWhereItIsToldToUntilItIsTheLattice)
