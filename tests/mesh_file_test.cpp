@@ -17,23 +17,13 @@
 #define TINYGLTF_NO_EXTERNAL_IMAGE
 #include <tiny_gltf.h>
 
+#include "folder.h"
 #include "host/mesh.h"
 
 namespace knead {
 namespace {
 
 namespace fs = std::filesystem;
-
-struct Place {
-    fs::path folder = fs::temp_directory_path() / ("knead-mesh-" + std::to_string(getpid()));
-    Place() { fs::create_directories(folder); }
-    ~Place() { fs::remove_all(folder); }
-    std::string operator/(const char* name) const { return (folder / name).string(); }
-    std::ptrdiff_t files() const
-    {
-        return std::distance(fs::directory_iterator(folder), fs::directory_iterator());
-    }
-};
 
 // A tetrahedron with corners that need all digits of a float.
 Mesh tetrahedron(int category, float shift)
@@ -81,7 +71,7 @@ std::vector<T> accessor(const tinygltf::Model& model, int index, std::size_t eac
 
 TEST(MeshFile, GlbIsReadBackToTheBitByAnotherReader)
 {
-    const Place place;
+    const Folder place;
     const std::vector<Mesh> meshes = pair_of_meshes();
     write_mesh(place / "two.glb", meshes);
     tinygltf::TinyGLTF reader;
@@ -116,7 +106,7 @@ TEST(MeshFile, GlbIsReadBackToTheBitByAnotherReader)
 
 TEST(MeshFile, ObjIsReadBackToTheBit)
 {
-    const Place place;
+    const Folder place;
     const std::vector<Mesh> meshes = pair_of_meshes();
     write_mesh(place / "two.OBJ", meshes);
     std::ifstream file(place / "two.OBJ");
@@ -164,7 +154,7 @@ TEST(MeshFile, ObjIsReadBackToTheBit)
 
 TEST(MeshFile, PlyIsReadBackToTheBit)
 {
-    const Place place;
+    const Folder place;
     const std::vector<Mesh> meshes = pair_of_meshes();
     write_mesh(place / "two.ply", meshes);
     const std::string bytes = text_of(place / "two.ply");
@@ -197,7 +187,7 @@ TEST(MeshFile, PlyIsReadBackToTheBit)
 
 TEST(MeshFile, NoMeshesMakeAValidFileOfEachKind)
 {
-    const Place place;
+    const Folder place;
     Mesh empty;
     for (const std::vector<Mesh>& none : {std::vector<Mesh>{}, std::vector<Mesh>{empty}}) {
         write_mesh(place / "none.glb", none);
@@ -215,7 +205,7 @@ TEST(MeshFile, NoMeshesMakeAValidFileOfEachKind)
 
 TEST(MeshFile, UnknownEndingIsNamedAndNothingIsWritten)
 {
-    const Place place;
+    const Folder place;
     for (const char* const name : {"clay.stl", "clay", "folder.glb/clay", ".", ""}) {
         const std::string path = place / name;
         EXPECT_EQ(error_of(path, pair_of_meshes()),
@@ -226,11 +216,11 @@ TEST(MeshFile, UnknownEndingIsNamedAndNothingIsWritten)
 
 TEST(MeshFile, PlaceThatCannotBeWrittenIsNamedWithTheReason)
 {
-    const Place place;
+    const Folder place;
     const std::string missing = place / "nowhere/clay.glb";
     EXPECT_EQ(error_of(missing, pair_of_meshes()),
               missing + ": cannot be written: No such file or directory");
-    fs::create_directories(place.folder / "folder.ply" / "full");
+    fs::create_directories(place.path() / "folder.ply" / "full");
     const std::string folder = place / "folder.ply";
     EXPECT_EQ(error_of(folder, pair_of_meshes()), folder + ": cannot be written: Is a directory");
     EXPECT_EQ(place.files(), 1);
@@ -241,18 +231,18 @@ TEST(MeshFile, PlaceThatCannotBeWrittenIsNamedWithTheReason)
 TEST(MeshFile, ReadOnlyFolderIsNamedWithTheReason)
 {
     if (geteuid() == 0) GTEST_SKIP() << "root may write into any folder";
-    const Place place;
+    const Folder place;
     const std::string path = place / "clay.ply";
-    fs::permissions(place.folder, fs::perms::owner_read | fs::perms::owner_exec);
+    fs::permissions(place.path(), fs::perms::owner_read | fs::perms::owner_exec);
     const std::string error = error_of(path, pair_of_meshes());
-    fs::permissions(place.folder, fs::perms::owner_all);
+    fs::permissions(place.path(), fs::perms::owner_all);
     EXPECT_EQ(error, path + ": cannot be written: Permission denied");
 }
 
 // A limit on the size of files stands for the disk that runs full: the write stops half way.
 TEST(MeshFile, DiskThatRunsFullLeavesTheOldFileAndNoHalfOne)
 {
-    const Place place;
+    const Folder place;
     const std::string path = place / "clay.ply";
     write_mesh(path, pair_of_meshes());
     const std::string old = text_of(path);
@@ -273,7 +263,7 @@ TEST(MeshFile, DiskThatRunsFullLeavesTheOldFileAndNoHalfOne)
 
 TEST(MeshFile, BrokenMeshIsRefusedBeforeAnythingIsWritten)
 {
-    const Place place;
+    const Folder place;
     const std::string path = place / "clay.glb";
     Mesh torn = tetrahedron(3, 0);
     torn.triangles[2].y = 4;

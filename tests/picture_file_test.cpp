@@ -9,6 +9,7 @@
 #include <filesystem>
 #include <fstream>
 
+#include "folder.h"
 #include "render/picture.h"
 
 namespace knead {
@@ -16,25 +17,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// A folder of this test's own, removed with all that is in it.
-class PictureFile : public testing::Test {
-  protected:
-    void SetUp() override
-    {
-        std::string pattern = (fs::temp_directory_path() / "knead-picture-XXXXXX").string();
-        ASSERT_NE(::mkdtemp(pattern.data()), nullptr);
-        folder = pattern;
-    }
-    void TearDown() override { fs::remove_all(folder); }
-
-    std::string at(const std::string& name) const { return (folder / name).string(); }
-    int files() const
-    {
-        return int(std::distance(fs::directory_iterator(folder), fs::directory_iterator()));
-    }
-
-    fs::path folder;
-};
+class PictureFile : public InFolder {};
 
 Image gradient(int width, int height, int shift = 0)
 {
@@ -73,11 +56,11 @@ bool says(const std::string& text, const std::string& part)
 TEST_F(PictureFile, APngReadsBackAsTheSamePixels)
 {
     const Image image = gradient(61, 37);
-    write_png(at("a.png"), plain(3, 3, 9));
-    write_png(at("a.png"), image);  // replaces
+    write_png(path("a.png"), plain(3, 3, 9));
+    write_png(path("a.png"), image);  // replaces
     png_image head{};
     head.version = PNG_IMAGE_VERSION;
-    ASSERT_TRUE(png_image_begin_read_from_file(&head, at("a.png").c_str())) << head.message;
+    ASSERT_TRUE(png_image_begin_read_from_file(&head, path("a.png").c_str())) << head.message;
     EXPECT_EQ(head.width, 61u);
     EXPECT_EQ(head.height, 37u);
     head.format = PNG_FORMAT_RGB;
@@ -93,31 +76,31 @@ TEST_F(PictureFile, APngThatCannotBeWrittenNamesPathAndReasonAndLeavesNothing)
     const auto error = [&](const std::string& path) {
         return reason<std::runtime_error>([&] { write_png(path, image); });
     };
-    EXPECT_PRED2(says, error(at("no/a.png")), at("no/a.png"));
-    EXPECT_PRED2(says, error(at("no/a.png")), "No such file or directory");
+    EXPECT_PRED2(says, error(path("no/a.png")), path("no/a.png"));
+    EXPECT_PRED2(says, error(path("no/a.png")), "No such file or directory");
     EXPECT_PRED2(says, error("/proc/a.png"), "/proc/a.png");
     EXPECT_PRED2(says, error(""), "empty");
-    fs::create_directory(at("folder.png"));
-    EXPECT_PRED2(says, error(at("folder.png")), "directory");
+    fs::create_directory(path("folder.png"));
+    EXPECT_PRED2(says, error(path("folder.png")), "directory");
     EXPECT_EQ(files(), 1);
-    fs::create_directory(at("locked"));
-    fs::permissions(at("locked"), fs::perms::owner_read | fs::perms::owner_exec);
-    if (std::ofstream(at("locked/probe")).good()) {
-        fs::remove(at("locked/probe"));  // this user may write anywhere
+    fs::create_directory(path("locked"));
+    fs::permissions(path("locked"), fs::perms::owner_read | fs::perms::owner_exec);
+    if (std::ofstream(path("locked/probe")).good()) {
+        fs::remove(path("locked/probe"));  // this user may write anywhere
     } else {
-        EXPECT_PRED2(says, error(at("locked/a.png")), "Permission denied");
+        EXPECT_PRED2(says, error(path("locked/a.png")), "Permission denied");
     }
-    fs::permissions(at("locked"), fs::perms::owner_all);
+    fs::permissions(path("locked"), fs::perms::owner_all);
 }
 
 TEST_F(PictureFile, AFullDiskIsNamed)
 {
     if (!fs::exists("/dev/full")) GTEST_SKIP() << "no /dev/full here";
     // The half file is the link's target, so the error comes while writing, not while opening.
-    const std::string half = at("a.png") + ".partial-" + std::to_string(::getpid());
+    const std::string half = path("a.png") + ".partial-" + std::to_string(::getpid());
     fs::create_symlink("/dev/full", half);
     const std::string error =
-        reason<std::runtime_error>([&] { write_png(at("a.png"), gradient(200, 200)); });
+        reason<std::runtime_error>([&] { write_png(path("a.png"), gradient(200, 200)); });
     EXPECT_PRED2(says, error, "No space left on device");
     EXPECT_EQ(files(), 0);
 }
@@ -127,7 +110,7 @@ TEST_F(PictureFile, AnImageThatContradictsItsSizeIsRefused)
     Image image = gradient(4, 4);
     image.rgb.pop_back();
     const auto error = [&] {
-        return reason<std::runtime_error>([&] { write_png(at("a.png"), image); });
+        return reason<std::runtime_error>([&] { write_png(path("a.png"), image); });
     };
     EXPECT_PRED2(says, error(), "4 x 4 pixels need 48 bytes, but there are 47");
     image.width = -4;
@@ -147,16 +130,16 @@ class VideoFile : public PictureFile {
 TEST_F(VideoFile, HoldsEveryFrameUnderAnyName)
 {
     // Odd sides, and a name that a shell or an option parser would misread.
-    const std::string path = at("-it's $(a) \"clip\": 1.mp4");
-    const auto video = Video::open(path, 61, 37, 30);
+    const std::string strange = path("-it's $(a) \"clip\": 1.mp4");
+    const auto video = Video::open(strange, 61, 37, 30);
     for (int i = 0; i < 12; ++i) video->add(plain(61, 37, std::uint8_t(20 * i)));
     video->close();
     video->close();  // once more is no harm
-    ASSERT_TRUE(fs::exists(path));
+    ASSERT_TRUE(fs::exists(strange));
     EXPECT_EQ(files(), 1);
-    fs::rename(path, at("clip.mp4"));
+    fs::rename(strange, path("clip.mp4"));
     const std::string command =
-        "ffmpeg -loglevel error -i '" + at("clip.mp4") + "' -f rawvideo -pix_fmt gray pipe:1";
+        "ffmpeg -loglevel error -i '" + path("clip.mp4") + "' -f rawvideo -pix_fmt gray pipe:1";
     std::FILE* pipe = ::popen(command.c_str(), "r");
     ASSERT_NE(pipe, nullptr);
     std::vector<std::uint8_t> grey(20 * 62 * 38);
@@ -170,10 +153,10 @@ TEST_F(VideoFile, HoldsEveryFrameUnderAnyName)
 TEST_F(VideoFile, KeepsItsFramesWhenItIsNotClosed)
 {
     {
-        const auto video = Video::open(at("clip.mp4"), 32, 32, 30);
+        const auto video = Video::open(path("clip.mp4"), 32, 32, 30);
         for (int i = 0; i < 5; ++i) video->add(gradient(32, 32, i));
     }
-    EXPECT_TRUE(fs::exists(at("clip.mp4")));
+    EXPECT_TRUE(fs::exists(path("clip.mp4")));
     EXPECT_EQ(files(), 1);
 }
 
@@ -181,7 +164,7 @@ TEST_F(VideoFile, WhatFfmpegRefusesIsNamedAndEndsNobody)
 {
     // ffmpeg gives up on the ending; frames sent after it has gone must not raise SIGPIPE.
     const std::string error = reason<std::runtime_error>([&] {
-        const auto video = Video::open(at("clip.no-such-kind"), 320, 240, 30);
+        const auto video = Video::open(path("clip.no-such-kind"), 320, 240, 30);
         for (int i = 0; i < 200; ++i) video->add(gradient(320, 240, i));
         video->close();
     });
@@ -195,18 +178,18 @@ TEST_F(VideoFile, ABadPathSizeOrRateIsNamedBeforeFfmpegStarts)
     const auto error = [&](const std::string& path, int width, double rate) {
         return reason<std::exception>([&] { Video::open(path, width, 32, rate); });
     };
-    EXPECT_PRED2(says, error(at("no/clip.mp4"), 32, 30), "No such file or directory");
+    EXPECT_PRED2(says, error(path("no/clip.mp4"), 32, 30), "No such file or directory");
     EXPECT_PRED2(says, error("/proc/clip.mp4", 32, 30), "/proc/clip.mp4");
     EXPECT_PRED2(says, error("", 32, 30), "empty");
-    EXPECT_PRED2(says, error(at("clip.mp4"), 0, 30), "0 x 32");
-    EXPECT_PRED2(says, error(at("clip.mp4"), 32, 0), "frames per second");
-    EXPECT_PRED2(says, error(at("clip.mp4"), 32, std::nan("")), "frames per second");
+    EXPECT_PRED2(says, error(path("clip.mp4"), 0, 30), "0 x 32");
+    EXPECT_PRED2(says, error(path("clip.mp4"), 32, 0), "frames per second");
+    EXPECT_PRED2(says, error(path("clip.mp4"), 32, std::nan("")), "frames per second");
     EXPECT_EQ(files(), 0);
 }
 
 TEST_F(VideoFile, AFrameOfAnotherSizeIsRefused)
 {
-    const auto video = Video::open(at("clip.mp4"), 32, 32, 30);
+    const auto video = Video::open(path("clip.mp4"), 32, 32, 30);
     video->add(gradient(32, 32));
     const std::string error = reason<std::invalid_argument>([&] { video->add(gradient(16, 32)); });
     EXPECT_PRED2(says, error, "16 x 32");

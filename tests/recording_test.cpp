@@ -2,7 +2,6 @@
 #include "host/recording.h"
 
 #include <gtest/gtest.h>
-#include <unistd.h>
 #include <xxhash.h>
 
 #include <cmath>
@@ -11,6 +10,8 @@
 #include <fstream>
 #include <limits>
 #include <random>
+
+#include "folder.h"
 
 namespace knead {
 namespace {
@@ -86,20 +87,6 @@ void expect_refusal(const std::string& bytes, const std::string& where, const st
 constexpr std::size_t name_at = 44;  // after magic, version, joints, rate, latency, count, length
 std::size_t frames_at(const Recording& r) { return name_at + r.name.size(); }
 
-class Folder {
-  public:
-    Folder() : path_(fs::temp_directory_path() / ("knead_recording_" + std::to_string(getpid())))
-    {
-        fs::create_directories(path_);
-    }
-    ~Folder() { fs::remove_all(path_); }
-    std::string operator/(const std::string& name) const { return (path_ / name).string(); }
-    const fs::path& path() const { return path_; }
-
-  private:
-    fs::path path_;
-};
-
 TEST(Recording, BothFormsKeepEveryBit)
 {
     const Recording r = some_recording(40);
@@ -137,7 +124,7 @@ TEST(Recording, AFailedWriteLeavesTheOldFileAndNoOther)
     fs::create_directories(folder / "taken.hands/inside");
     EXPECT_THROW(write_recording(folder / "taken.hands", good), std::runtime_error);
     EXPECT_THROW(write_recording(folder / "none/a.hands", good), std::runtime_error);
-    EXPECT_EQ(std::distance(fs::directory_iterator(folder.path()), fs::directory_iterator()), 2);
+    EXPECT_EQ(folder.files(), 2);
 }
 
 TEST(Recording, WhatIsNoFileIsRefusedByName)

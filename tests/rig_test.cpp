@@ -11,6 +11,7 @@
 #include <sstream>
 
 #include "bent_hand.h"
+#include "folder.h"
 #include "host/rig_table.h"
 #include "host/skin.h"
 
@@ -255,14 +256,15 @@ TEST(ToolRig, HingesOneScissorBladeOnTheIndexAndOneOnTheThumb)
 // Points on a known cone, fitted from a wrong start.
 TEST(Skin, SaysWhatIsWrongWithAFileThatIsNoHand)
 {
-    const auto path = std::filesystem::temp_directory_path() / "knead_rig_test.glb";
+    const Folder folder;
+    const std::string path = folder / "hand.glb";
     const auto refused = [&](const std::string& bytes) {
         std::ofstream(path, std::ios::binary) << bytes;
         try {
-            read_skin(path.string());
+            read_skin(path);
             ADD_FAILURE() << "accepted " << bytes.size() << " bytes";
         } catch (const std::runtime_error& e) {
-            EXPECT_NE(std::string(e.what()).find(path.string()), std::string::npos) << e.what();
+            EXPECT_NE(std::string(e.what()).find(path), std::string::npos) << e.what();
         }
     };
     refused("");
@@ -276,7 +278,7 @@ TEST(Skin, SaysWhatIsWrongWithAFileThatIsNoHand)
     };
     refused("glTF" + word(2) + word(20 + json.size()) + word(json.size()) + "JSON" + json);
     std::filesystem::remove(path);
-    EXPECT_THROW(read_skin(path.string()), std::runtime_error);
+    EXPECT_THROW(read_skin(path), std::runtime_error);
 }
 
 }  // namespace
