@@ -87,7 +87,7 @@ inline Lattice<float> in_even_rows(const Lattice<float>& l)
 }
 
 // Around clay whose stencils reach the nodes low <= n < end: on every side an eighth of its extent
-// more, but a block, or a block and `spare` nodes.
+// more and no less than a block; or, if said, a block and `spare` nodes.
 inline Lattice<float> box_around(const Lattice<float>& whole, Int3 low, Int3 end, int spare)
 {
     const auto room = [spare](int extent) {
