@@ -1,8 +1,11 @@
 // Particles in the order of their cells, so that a warp's particles share nodes, and lines of
-// memory. A stable radix sort: equal keys keep the order they came in. It works in the row of
-// particles.cuh that is free, and leaves the order in the ids that are not current; by that order
-// the rows move, one after the other, into the row that the one before them has left.
+// memory. They are counted, node by node, and each takes its place among its node's as it comes;
+// where equal bits are asked for, a radix sort, twice as slow, keeps those of a node in the order
+// they came in. Either works in the row of particles.cuh that is free, and leaves the order in the
+// ids that are not current; by that order the rows move, one after the other, into the row that the
+// one before them has left.
 #include <cub/device/device_radix_sort.cuh>
+#include <cub/device/device_scan.cuh>
 
 #include "launch.cuh"
 #include "stages.cuh"
@@ -21,23 +24,53 @@ int key_bits(const Lattice<float>& lattice)
     return std::bit_width(unsigned(lattice.node_count() - 1));
 }
 
-template <bool rests>
+// How many of its node's particles came before; a warp's of one node ask together.
+__device__ int counted(int* counts, int key)
+{
+    const unsigned lane = threadIdx.x & 31, lanes = __match_any_sync(0xffffffffu, key);
+    const int first = __ffs(int(lanes)) - 1;
+    int before = 0;
+    if (int(lane) == first && key >= 0) before = atomicAdd(counts + key, __popc(lanes));
+    return __shfl_sync(0xffffffffu, before, first) + __popc(lanes & ((1u << lane) - 1));
+}
+
+// Keys, and for a radix sort the order that there is, for counting each particle's place among its
+// node's.
+template <bool rests, bool counts>
 __global__ void __launch_bounds__(threads)
-    key_kernel(const __grid_constant__ Views d, int side, unsigned* keys, int* order)
+    key_kernel(const __grid_constant__ Views d, const __grid_constant__ SortSpace s, unsigned* keys,
+               int* order)
 {
     const int i = int(blockIdx.x * threads + threadIdx.x);
-    const ParticleView& particles = d.particles[side];
-    if (i >= particles.count) return;
-    if (i == 0) d.clock->sorted_from = side;
-    const int key = d.lattice.index(base_node(particles.position(i), d.lattice.dx));
+    const ParticleView& particles = d.particles[s.side];
+    const bool valid = i < particles.count;
+    if (!counts && !valid) return;
+    if (i == 0) d.clock->sorted_from = s.side;
+    const int key =
+        valid ? d.lattice.index(base_node(particles.position(i), d.lattice.spacing)) : -1;
+    const int place = counts ? counted(s.counts, key) : i;
+    if (!valid) return;
     keys[i] = unsigned(key);
-    order[i] = i;
+    order[i] = place;
     if constexpr (rests) {
         const float4 v = particles.row(3, i);
         const unsigned bits = __float_as_uint(v.x * v.x + v.y * v.y + v.z * v.z);
         unsigned* fastest = d.rest.fastest + key / block_nodes;
         if (bits > __ldcg(fastest)) atomicMax(fastest, bits);
     }
+}
+
+// What was counted has become where each node's particles begin.
+template <bool rests>
+__global__ void __launch_bounds__(threads)
+    place_kernel(const __grid_constant__ SortSpace s, int count)
+{
+    const int i = int(blockIdx.x * threads + threadIdx.x);
+    if (i >= count) return;
+    const unsigned key = s.other_keys[i];
+    const int at = s.counts[key] + s.other_order[i];
+    s.order[at] = i;
+    if constexpr (rests) s.keys[at] = key;  // settled_kernel looks at them
 }
 
 // Where clay may be still: what is gets its bit in the order; runs are listed, and where each
@@ -121,27 +154,56 @@ struct Passes {
     }
 };
 
+// `nodes` counts become sums of those before.
+cudaError_t add_up(int* counts, int nodes, void* scratch, std::size_t& bytes, cudaStream_t stream)
+{
+    return cub::DeviceScan::ExclusiveSum(scratch, bytes, counts, counts, nodes, stream);
+}
+
+void order_by_counting(const Views& views, const Needs& needs, const SortSpace& s,
+                       cudaStream_t stream)
+{
+    const int count = views.particles[0].count, nodes = views.lattice.node_count(),
+              blocks = blocks_for(count, threads);
+    launch("sort keys", needs.rests ? key_kernel<true, true> : key_kernel<false, true>, blocks,
+           threads, stream, views, s, s.other_keys, s.other_order);
+    std::size_t bytes = s.scratch_bytes;
+    check(add_up(s.counts, nodes, s.scratch, bytes, stream), "sort");
+    launch("sort place", needs.rests ? place_kernel<true> : place_kernel<false>, blocks, threads,
+           stream, s, count);
+    check(cudaMemsetAsync(s.counts, 0, std::size_t(nodes) * sizeof s.counts[0], stream), "sort");
+}
+
+void order_stably(const Views& views, const Needs& needs, const SortSpace& s, cudaStream_t stream)
+{
+    const int count = views.particles[0].count, bits = key_bits(views.lattice);
+    Passes passes(s, bits);
+    launch("sort keys", needs.rests ? key_kernel<true, false> : key_kernel<false, false>,
+           blocks_for(count, threads), threads, stream, views, s, passes.keys.Current(),
+           passes.order.Current());
+    std::size_t bytes = s.scratch_bytes;
+    check(passes.run(s.scratch, bytes, count, bits, stream), "sort");
+    passes.settle(count, stream);
+}
+
 }  // namespace
 
-std::size_t sort_scratch_bytes(int count, const Lattice<float>& lattice)
+std::size_t sort_scratch_bytes(int count, const Lattice<float>& lattice, const Needs& needs)
 {
-    const int bits = key_bits(lattice);
     std::size_t bytes = 0;
-    check(Passes({}, bits).run(nullptr, bytes, count, bits, nullptr), "sort");
+    if (needs.fixed_point) {
+        const int bits = key_bits(lattice);
+        check(Passes({}, bits).run(nullptr, bytes, count, bits, nullptr), "sort");
+    } else {
+        check(add_up(nullptr, lattice.node_count(), nullptr, bytes, nullptr), "sort");
+    }
     return bytes;
 }
 
 void order(const Views& views, const Needs& needs, const SortSpace& space, cudaStream_t stream)
 {
-    const int count = views.particles[0].count, bits = key_bits(views.lattice);
     const ProfilerRange range{"sort"};
-    Passes passes(space, bits);
-    launch("sort keys", needs.rests ? key_kernel<true> : key_kernel<false>,
-           blocks_for(count, threads), threads, stream, views, space.side, passes.keys.Current(),
-           passes.order.Current());
-    std::size_t bytes = space.scratch_bytes;
-    check(passes.run(space.scratch, bytes, count, bits, stream), "sort");
-    passes.settle(count, stream);
+    (needs.fixed_point ? order_stably : order_by_counting)(views, needs, space, stream);
 }
 
 void arrange(const Views& views, const Needs& needs, cudaStream_t stream)

@@ -194,13 +194,16 @@ struct SortSpace {
     int side;
     unsigned *keys, *other_keys;  // count: when it is done, and on the way
     int *order, *other_order;     // count
+    int* counts;                  // nodes that are stored: zero before and after; or none
     void* scratch;
     std::size_t scratch_bytes;
 };
-std::size_t sort_scratch_bytes(int count, const Lattice<float>& lattice);
+std::size_t sort_scratch_bytes(int count, const Lattice<float>& lattice, const Needs& needs);
 
-// Orders the particles by the base node of their stencil, stably; flips Clock::side. In two halves:
-// what the first finds is carried out by the second. The first is told the side.
+// Orders the particles by the base node of their stencil; those of one node stay in the order they
+// came in where sums must not depend on it (`fixed_point`), else they come in any. Flips
+// Clock::side. In two halves: what the first finds is carried out by the second. The first is told
+// the side.
 void order(const Views& views, const Needs& needs, const SortSpace& space, cudaStream_t stream);
 void arrange(const Views& views, const Needs& needs, cudaStream_t stream);
 // Between them, where clay may be still: what each block's clay does in this frame. Needs masks().

@@ -18,6 +18,7 @@ Box::Box(const Lattice<float>& lattice, const Needs& needs)
         if (needs.fixed_point) sums[side] = DeviceArray<long long>(4 * grid_nodes);
     }
     marks = DeviceArray<int>(blocks);
+    if (!needs.fixed_point) counts = DeviceArray<int>(std::size_t(lattice.node_count()));
     for (DeviceArray<int>& each : list) each = DeviceArray<int>(blocks);
     const auto at_end = std::make_unique<bool[]>(blocks);
     for (std::size_t b = 0; b < blocks; ++b)
@@ -36,16 +37,17 @@ std::size_t Box::bytes_for(const Lattice<float>& lattice, const Needs& needs)
 {
     const std::size_t of_block = 4 * sizeof(int) + sizeof(bool) + (needs.tools ? sizeof(Mask) : 0) +
                                  (needs.rests ? 9 * sizeof(int) + sizeof(int2) : 0),
-                      of_node = std::size_t((needs.blades ? 3 : 1) * (needs.fixed_point ? 80 : 32));
+                      of_node = std::size_t(needs.blades ? 3 : 1) * (needs.fixed_point ? 80 : 32) +
+                                (needs.fixed_point ? 0 : sizeof(int));
     return std::size_t(lattice.block_count()) * of_block +
            std::size_t(lattice.node_count()) * of_node;
 }
 
 std::size_t Box::bytes() const
 {
-    std::size_t sum = marks.bytes() + rim.bytes() + masks.bytes() + fastest.bytes() +
-                      reached.bytes() + quiet.bytes() + stir.bytes() + free.bytes() +
-                      guard.bytes() + changed.bytes() + ranges.bytes();
+    std::size_t sum = marks.bytes() + counts.bytes() + rim.bytes() + masks.bytes() +
+                      fastest.bytes() + reached.bytes() + quiet.bytes() + stir.bytes() +
+                      free.bytes() + guard.bytes() + changed.bytes() + ranges.bytes();
     for (const DeviceArray<int>& each : list) sum += each.bytes();
     for (int s = 0; s < 2; ++s) sum += nodes[s].bytes() + sums[s].bytes() + woken[s].bytes();
     return sum;

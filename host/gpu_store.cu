@@ -162,7 +162,7 @@ void Store::allocate(const Setup& setup)
 {
     const auto n = setup.particles.size();
     const std::size_t sort_bytes =
-        sort_scratch_bytes(int(n), {setup.lattice.size, float(setup.lattice.dx)});
+        sort_scratch_bytes(int(n), {setup.lattice.size, float(setup.lattice.dx)}, used);
     const std::size_t need = n * (row_places * sizeof(float4) + 2 * sizeof(int)) + sort_bytes +
                              Box::bytes_for(all.lattice, used);
     std::size_t unused = 0, total = 0;
@@ -237,6 +237,7 @@ SortSpace Store::sort_space(int side) const
             keys + n,
             ids[side ^ 1].data(),
             reinterpret_cast<int*>(keys + 2 * n),
+            box.counts.data(),
             scratch.data(),
             scratch.bytes()};
 }

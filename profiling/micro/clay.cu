@@ -16,9 +16,10 @@ void set_moving(Particle<double>& q)
 
 }  // namespace
 
-Setup moving_ball(int nodes, Order order)
+Setup moving_ball(int nodes, Order order, bool deterministic)
 {
     Setup s = ball(nodes);
+    s.deterministic = deterministic;
     const auto key = [&](const Particle<double>& q) {
         const int cell = s.lattice.index(base_node(q.x, s.lattice.dx));
         return order == Order::by_block ? cell / block_nodes : cell;
@@ -40,8 +41,11 @@ Setup moving_ball(int nodes, Order order)
     return s;
 }
 
-Clay::Clay(int nodes, Order order, cudaStream_t stream)
-    : setup(moving_ball(nodes, order)), held(setup), seen(held.views()), used(held.needs())
+Clay::Clay(int nodes, Order order, cudaStream_t stream, bool deterministic)
+    : setup(moving_ball(nodes, order, deterministic)),
+      held(setup),
+      seen(held.views()),
+      used(held.needs())
 {
     held.order(setup, {}, 1.0 / 90, 0);
     held.send_orders(0, stream);

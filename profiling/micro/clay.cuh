@@ -18,8 +18,8 @@ enum class Order {
 
 class Clay {
   public:
-    // Nodes along each axis of the ball's box.
-    Clay(int nodes, Order order, cudaStream_t stream);
+    // Nodes along each axis of the ball's box; whether equal bits are asked for.
+    Clay(int nodes, Order order, cudaStream_t stream, bool deterministic = false);
 
     gpu::Store& store() { return held; }
     const gpu::Views& views() const { return seen; }
@@ -44,6 +44,6 @@ class Clay {
 };
 
 // The scene alone.
-Setup moving_ball(int nodes, Order order);
+Setup moving_ball(int nodes, Order order, bool deterministic = false);
 
 }  // namespace knead::micro

@@ -1,7 +1,5 @@
-// Keeping particles in order: a full sort, by CUB's radix sort as cuda/sort.cu does it or by
-// counting, against moving only those that left their block.
-#include <cub/device/device_scan.cuh>
-
+// Keeping particles in order: a full sort, as cuda/sort.cu does it, against moving only those that
+// left their block.
 #include "rebin.cuh"
 
 namespace knead::micro {
@@ -16,31 +14,6 @@ __global__ void __launch_bounds__(threads)
     const int i = int(blockIdx.x * threads + threadIdx.x);
     if (i < all && (!counts || i % room < counts[i / room])) rows[i].x += by;
 }
-
-__global__ void __launch_bounds__(threads)
-    count_kernel(const __grid_constant__ gpu::Views d, int* cells, int* places)
-{
-    const int i = int(blockIdx.x * threads + threadIdx.x);
-    const gpu::ParticleView& particles = d.particles[d.clock->side];
-    if (i >= particles.count) return;
-    const int cell = d.lattice.index(base_node(particles.position(i), d.lattice.dx));
-    places[i] = atomicAdd(cells + cell, 1);
-}
-
-__global__ void __launch_bounds__(threads)
-    place_kernel(const __grid_constant__ gpu::Views d, const int* starts, const int* places)
-{
-    const int i = int(blockIdx.x * threads + threadIdx.x), side = d.clock->side;
-    const gpu::ParticleView &from = d.particles[side], &to = d.particles[side ^ 1];
-    if (i >= from.count) return;
-    const int cell = d.lattice.index(base_node(from.position(i), d.lattice.dx));
-    const int at = starts[cell] + places[i];
-    UNROLL
-    for (int r = 0; r < gpu::particle_rows; ++r) to.row(r, at) = from.row(r, i);
-    to.ids[at] = from.ids[i];
-}
-
-__global__ void flip_kernel(gpu::Clock* clock) { clock->side ^= 1; }
 
 // Every id once, and every key no less than the one before.
 bool in_order(const gpu::Views& views, int side, const std::function<int(Int3)>& key)
@@ -63,83 +36,34 @@ bool in_order(const gpu::Views& views, int side, const std::function<int(Int3)>&
     return true;
 }
 
-class Sorts {
-  public:
-    Sorts(Bench& on, int nodes)
-        : bench(on),
-          clay(nodes, Order::drifted, on.stream),
-          size(std::to_string(nodes) + "^3"),
-          cells(std::size_t(clay.views().lattice.node_count())),
-          starts(cells.size()),
-          places(std::size_t(clay.count()))
-    {
-        std::size_t bytes = 0;
-        check(scan(nullptr, bytes), "scan");
-        scratch = DeviceArray<unsigned char>(bytes);
-    }
-
-    void radix()
-    {
-        time("radix sort by cell, as shipped", [&] {
-            gpu::order(d, clay.needs(), clay.store().sort_space(side), bench.stream);
-            gpu::arrange(d, clay.needs(), bench.stream);
-        });
-    }
-    // Last: it moves all rows at once, into a copy that takes the place of the other side.
-    void counting()
-    {
-        const auto n = std::size_t(clay.count());
-        copied_rows = DeviceArray<float4>(gpu::particle_rows * n);
-        copied_ids = DeviceArray<int>(n);
-        d.particles[clay.store().clock().side ^ 1] = {copied_rows.data(), copied_ids.data(),
-                                                      clay.count()};
-        time("counting sort by cell", [&] {
-            const int n = clay.count(), blocks = blocks_for(n, threads);
-            check(cudaMemsetAsync(cells.data(), 0, cells.bytes(), bench.stream), "sort");
-            launch("count", count_kernel, blocks, threads, bench.stream, d, cells.data(),
-                   places.data());
-            std::size_t bytes = scratch.bytes();
-            check(scan(scratch.data(), bytes), "scan");
-            launch("place", place_kernel, blocks, threads, bench.stream, d, starts.data(),
-                   places.data());
-            launch("flip", flip_kernel, 1, 1, bench.stream, d.clock);
-        });
-    }
-
-  private:
-    Bench& bench;
-    Clay clay;
-    gpu::Views d = clay.views();
-    std::string size;
-    DeviceArray<float4> copied_rows;
-    DeviceArray<int> cells, starts, places, copied_ids;
-    DeviceArray<unsigned char> scratch;
+// All of it: by counting, as cuda/sort.cu does usually, or stably.
+void measure_sort(Bench& bench, int nodes, bool stably)
+{
+    Clay clay(nodes, Order::drifted, bench.stream, stably);
+    const gpu::Views d = clay.views();
+    const char* const what =
+        stably ? "radix sort by cell, for equal bits, " : "counting sort by cell, as shipped, ";
+    Row row{"rebin", what + std::to_string(nodes) + "^3", "particle"};
+    row.count = clay.count();
+    row.most = bench.by_copy(2 * 100), row.limit = "copy";
     int turns = 0, side = 0;  // which is current
-
-    cudaError_t scan(void* space, std::size_t& bytes) const
-    {
-        return cub::DeviceScan::ExclusiveSum(space, bytes, cells.data(), starts.data(),
-                                             int(cells.size()), bench.stream);
-    }
-
-    void time(const char* what, const std::function<void()>& run)
-    {
-        Row row{"rebin", std::string(what) + ", " + size, "particle"};
-        row.count = clay.count();
-        row.most = bench.by_copy(2 * 100), row.limit = "copy";
-        const auto prepare = [&] {
+    bench.add(
+        row,
+        [&] {
             side = clay.store().clock().side;
-            const float by = (turns++ % 2 ? -0.2f : 0.2f) * clay.views().lattice.dx;
+            const float by = (turns++ % 2 ? -0.2f : 0.2f) * d.lattice.dx;
             launch("shift", shift_kernel, blocks_for(clay.count(), threads), threads, bench.stream,
                    d.particles[side].rows, nullptr, 1, clay.count(), by);
-        };
-        bench.add(row, prepare, run, [&] {
-            const Lattice<float> lattice = d.lattice;
+        },
+        [&] {
+            gpu::order(d, clay.needs(), clay.store().sort_space(side), bench.stream);
+            gpu::arrange(d, clay.needs(), bench.stream);
+        },
+        [&] {
             return in_order(d, clay.store().clock().side,
-                            [lattice](Int3 base) { return lattice.index(base); });
+                            [&d](Int3 base) { return d.lattice.index(base); });
         });
-    }
-};
+}
 
 // The clay of a scene in bins.
 class Binned {
@@ -272,9 +196,8 @@ class Binned {
 void measure_rebin(Bench& bench)
 {
     for (int nodes : {64, 128}) {
-        Sorts sorts(bench, nodes);
-        sorts.radix();
-        sorts.counting();
+        measure_sort(bench, nodes, true);
+        measure_sort(bench, nodes, false);
         Binned binned(bench, nodes);
         binned.time(0.001, "0.1 %");
         binned.time(0.01, "1 %");

@@ -58,7 +58,7 @@ done
 # Two launches a substep; five a frame with tools; those of a sort, which many frames do without.
 substep='regex:(g2p|grid)_kernel'
 frame='regex:(begin|p2g|sweep|mask|pose)_kernel'
-sort='regex:(key|reorder|settled|move|flip)_kernel|RadixSort'
+sort='regex:(key|place|settled|move)_kernel|Scan'
 surface='regex:(renew|clear|splat|list|soften|count|march|relax|shade)_kernel|Scan'
 
 failed=0

@@ -19,15 +19,15 @@ import sys
 
 BEGIN, END = "<!-- summary.py: from here -->", "<!-- summary.py: to here -->"
 
-# Kernels by the stage they belong to, in the order of a frame.
+# By "page kernel" the stage that a kernel belongs to, in the order of a frame.
 STAGES = [
     ("g2p", r"\bg2p_kernel"),
     ("grid", r"\b(cut_)?grid_kernel"),
     ("p2g", r"\bp2g_kernel"),
     ("sort: keys", r"\bkey_kernel"),
-    ("sort: radix, histogram", r"RadixSort\w*Histogram"),
-    ("sort: radix, sums", r"RadixSort\w*(ExclusiveSum|Scan)"),
-    ("sort: radix, a digit", r"RadixSort"),
+    ("sort: scan, start", r"-sort .*ScanInit"),
+    ("sort: scan", r"-sort .*Scan"),
+    ("sort: place", r"\bplace_kernel"),
     ("sort: settled", r"\bsettled_kernel"),
     ("sort: a row", r"\bmove_kernel"),
     ("begin", r"\bbegin_kernel"),
@@ -69,9 +69,9 @@ STALLS = {
 READY = ["selected", "not_selected"]
 
 
-def stage_of(kernel):
+def stage_of(kernel, page=""):
     for place, (stage, pattern) in enumerate(STAGES):
-        if re.search(pattern, kernel):
+        if re.search(pattern, f"{page} {kernel}"):
             return place, stage
     return len(STAGES), re.sub(r"[<(].*", "", kernel).split("::")[-1]
 
@@ -191,7 +191,7 @@ def cases_of(folder):
         particles = particles_in(said.read_text(errors="replace")) if said.exists() else 0
         with page.open(newline="") as lines:
             for kernel, launch in read_raw(lines):
-                launches.setdefault(stage_of(kernel), []).append(launch)
+                launches.setdefault(stage_of(kernel, page.stem), []).append(launch)
         case = cases.setdefault(re.sub(r"-(substep|frame|sort)$", "", page.stem), [particles, []])
         case[1] += [(stage[0], Kernel(stage[1], found, particles))
                     for stage, found in launches.items()]
