@@ -57,40 +57,30 @@ __device__ T in_ring(int n, const T (&ring)[3])
 }
 
 // Counts the substep, and chooses the one after it from the speeds that the one before it left.
-// All that this takes is asked for before anything is written, so that it is waited for once.
 __device__ void look_ahead(const Views& d)
 {
     Clock& c = *d.clock;
     Counters& all = c.counters;
-    const int n = c.done, substeps = all.substeps;
-    const double starts[] = {c.steps[0].start, c.steps[1].start, c.steps[2].start};
-    const double dt[] = {c.steps[0].dt, c.steps[1].dt, c.steps[2].dt};
-    const Limit limits[] = {c.steps[0].limit, c.steps[1].limit, c.steps[2].limit};
-    const int active[] = {c.active[0], c.active[1], c.active[2]};
-    const unsigned fastest[] = {c.fastest[0], c.fastest[1]};
-    const bool crowded[] = {c.crowded[0], c.crowded[1]};
-    const double drift = c.drift, tool_step = c.tool_step, duration = c.duration;
-    const double dt_least = all.dt_least, dt_most = all.dt_most;
-    const bool odd = n & 1;
-    const Step step{in_ring(n, starts), in_ring(n, dt), in_ring(n, limits)};
-    const double speed = sqrt(double(__uint_as_float(odd ? fastest[0] : fastest[1])));
-    Step next = step_after(step, d.pace, speed, tool_step, duration);
-    if ((odd ? crowded[0] : crowded[1]) && step.dt > 0 && next.dt > 0)
+    const int n = c.done, before = (n + 1) & 1;
+    const Step step = c.step(n);
+    const double speed = sqrt(double(__uint_as_float(c.fastest[before])));
+    Step next = step_after(step, d.pace, speed, c.tool_step, c.duration);
+    if (c.crowded[before] && step.dt > 0 && next.dt > 0)
         c.mode = Mode::stopped, c.kept = next, next.dt = 0;
-    c.crowded[(n + 1) & 1] = false;
+    c.crowded[before] = false;
     c.begun = n;
     c.fastest[n & 1] = 0;
     c.woken[n & 1] = 0;
-    c.active[(n + 1) % 3] = in_ring(n, active);
-    c.drift = drift + speed * step.dt;
+    c.active[(n + 1) % 3] = c.active[n % 3];
+    c.drift += speed * step.dt;
     c.step(n + 1) = next;
     c.dt[0] = float(step.dt), c.dt[1] = float(next.dt);
     if (!(step.dt > 0)) return;
-    all.dt_least = substeps ? least(dt_least, step.dt) : step.dt;
-    all.dt_most = most(dt_most, step.dt);
-    all.substeps = substeps + 1;
-    atomicAdd(&all.limits[int(step.limit)], 1);  // nobody waits for it
-    all.active_blocks = in_ring(n, active);
+    all.dt_least = all.substeps ? least(all.dt_least, step.dt) : step.dt;
+    all.dt_most = most(all.dt_most, step.dt);
+    ++all.substeps;
+    ++all.limits[int(step.limit)];
+    all.active_blocks = c.active[n % 3];
 }
 
 // What the substep before n woke: the neighbours become guards, theirs at least support.
