@@ -2,6 +2,7 @@
 #include "atomics.cuh"
 #include "bench.cuh"
 #include "host/bench_device.h"
+#include "host/gpu_graph.cuh"
 
 namespace knead::micro {
 namespace {
@@ -28,6 +29,14 @@ __global__ void __launch_bounds__(issue_threads)
 }
 
 __global__ void empty_kernel(int* touched) { *touched = 1; }
+__global__ void decide_kernel(cudaGraphConditionalHandle met, bool yes)
+{
+    cudaGraphSetConditional(met, yes);
+}
+__global__ void turn_kernel(cudaGraphConditionalHandle again, int* turns, int most)
+{
+    cudaGraphSetConditional(again, ++*turns % most != 0);
+}
 
 // The clock from how two runs of different length differ, so that starting them cancels.
 void issue(Bench& bench)
@@ -57,35 +66,101 @@ void issue(Bench& bench)
     bench.rows.push_back(row);
 }
 
+// Launches and conditions, on the stream and as nodes of graphs.
+class Launches {
+  public:
+    explicit Launches(Bench& on) : bench(on) {}
+
+    void on_the_stream()
+    {
+        add(
+            "empty kernels, one after the other", [this] { launch_all(); }, 1);
+    }
+    void in_a_graph()
+    {
+        replay(
+            "empty kernels, nodes of a graph", [this] { launch_all(); }, 1);
+    }
+    void with_conditions(bool met)
+    {
+        const auto record = [this, met] {
+            for (int k = 0; k < nodes; ++k) {
+                const auto handle = condition();
+                launch("decide", decide_kernel, 1, 1, bench.stream, handle, met);
+                gpu::capture_body(gpu::add_conditional(bench.stream, cudaGraphCondTypeIf, handle),
+                                  body, [this](cudaStream_t stream) { touch(stream); });
+            }
+        };
+        replay(met ? "… each with a kernel under a condition that is met"
+                   : "… each with a kernel under a condition that is not met",
+               record, met);
+    }
+    void turns_of_a_loop()
+    {
+        const auto record = [this] {
+            const auto handle = condition();
+            gpu::capture_body(gpu::add_conditional(bench.stream, cudaGraphCondTypeWhile, handle),
+                              body, [this, handle](cudaStream_t stream) {
+                                  launch("turn", turn_kernel, 1, 1, stream, handle, touched.data(),
+                                         nodes);
+                              });
+        };
+        replay("turns of a graph's loop, a kernel each", record, nodes);
+    }
+
+  private:
+    static constexpr int nodes = 200;
+    Bench& bench;
+    gpu::Stream body;
+    DeviceArray<int> touched{1};
+
+    void touch(cudaStream_t stream)
+    {
+        launch("empty", empty_kernel, 1, 32, stream, touched.data());
+    }
+    void launch_all()
+    {
+        for (int k = 0; k < nodes; ++k) touch(bench.stream);
+    }
+    cudaGraphConditionalHandle condition()
+    {
+        cudaGraphConditionalHandle handle;
+        check(cudaGraphConditionalHandleCreate(&handle, gpu::under_capture(bench.stream), 1,
+                                               cudaGraphCondAssignDefault),
+              "condition");
+        return handle;
+    }
+    template <class Record>
+    void replay(const char* what, Record&& record, int expected)
+    {
+        gpu::Graph graph;
+        graph.begin(bench.stream);
+        record();
+        graph.end(bench.stream);
+        add(
+            what, [&] { check(cudaGraphLaunch(graph.ready, bench.stream), "graph"); }, expected);
+    }
+    template <class Run>
+    void add(const char* what, Run&& run, int expected)
+    {
+        Row row{"limits", what, "kernel"};
+        row.count = nodes;
+        const auto clear = [this] {
+            check(cudaMemsetAsync(touched.data(), 0, touched.bytes(), bench.stream), "clear");
+        };
+        bench.add(row, clear, run, [&] { return touched.downloaded().at(0) == expected; });
+    }
+};
+
 void launches(Bench& bench)
 {
-    constexpr int kernels = 200;
-    DeviceArray<int> touched(1);
-    const auto row = [](const char* what) {
-        Row r{"limits", what, "kernel"};
-        r.count = kernels;
-        return r;
-    };
-    const auto right = [&] { return touched.downloaded().at(0) == 1; };
-    const auto all = [&] {
-        for (int k = 0; k < kernels; ++k)
-            launch("empty", empty_kernel, 1, 32, bench.stream, touched.data());
-    };
-    bench.add(
-        row("empty kernels, one after the other"), [] {}, all, right);
+    Launches all(bench);
+    all.on_the_stream();
     if (bench.once()) return;  // profilers take graphs apart
-    cudaGraph_t graph;
-    cudaGraphExec_t ready;
-    check(cudaStreamBeginCapture(bench.stream, cudaStreamCaptureModeThreadLocal), "capture");
-    all();
-    check(cudaStreamEndCapture(bench.stream, &graph), "capture");
-    check(cudaGraphInstantiate(&ready, graph, 0), "graph");
-    bench.add(
-        row("empty kernels, nodes of a graph"),
-        [&] { check(cudaMemsetAsync(touched.data(), 0, touched.bytes(), bench.stream), "clear"); },
-        [&] { check(cudaGraphLaunch(ready, bench.stream), "graph"); }, right);
-    cudaGraphExecDestroy(ready);
-    cudaGraphDestroy(graph);
+    all.in_a_graph();
+    all.with_conditions(false);
+    all.with_conditions(true);
+    all.turns_of_a_loop();
 }
 
 }  // namespace
