@@ -44,8 +44,8 @@ __global__ void begin_kernel(const __grid_constant__ Views d)
     c.unsorted = c.mode == Mode::running &&
                  (d.rest.rule.mode != RestMode::none || c.drift > most_drift * d.pace.dx);
     if (!d.captured) return;
-    for (int side = 0; side < 2; ++side)
-        cudaGraphSetConditional(d.unsorted[side], c.unsorted && c.side == side);
+    cudaGraphSetConditional(d.unsorted[c.side ^ 1], false);
+    cudaGraphSetConditional(d.unsorted[c.side], c.unsorted);  // after: it may be the same
     cudaGraphSetConditional(d.again, c.mode == Mode::running);
 }
 

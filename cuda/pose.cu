@@ -22,6 +22,7 @@ __global__ void __launch_bounds__(threads) sweep_kernel(const __grid_constant__ 
     __shared__ Joint<float> joints[3][most_joints];  // at the frame's beginning, middle and end
     __shared__ Sphere<float> spheres[3 * part_primitives];
     __shared__ float travel[3 * part_primitives];
+    let_next_in();
     const ToolView& t = d.tools;
     const int part = int(blockIdx.x), thread = int(threadIdx.x), count = t.primitives.count;
     for (int k = thread; k < 3 * t.joints; k += threads)
@@ -56,6 +57,7 @@ __device__ bool may_touch(const ToolView& t, int i, Vec3<float> p, float edge, f
 // One warp per block of the lattice, one lane per primitive.
 __global__ void __launch_bounds__(threads) mask_kernel(const __grid_constant__ Views d)
 {
+    await_before();
     const int b = int(blockIdx.x * threads + threadIdx.x) / 32, lane = int(threadIdx.x & 31);
     if (b >= d.lattice.block_count()) return;
     const Int3 at = d.lattice.block_at(b);
@@ -86,8 +88,8 @@ __global__ void __launch_bounds__(threads, 8) penetration_kernel(const __grid_co
 void masks(const Views& views, cudaStream_t stream)
 {
     launch("sweep", sweep_kernel, pose_parts, threads, stream, views);
-    launch("masks", mask_kernel, blocks_for(views.lattice.block_count(), threads / 32), threads,
-           stream, views);
+    launch_early("masks", mask_kernel, blocks_for(views.lattice.block_count(), threads / 32),
+                 threads, stream, views);
 }
 
 void pose(const Views& views, cudaStream_t stream)

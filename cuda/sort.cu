@@ -34,24 +34,38 @@ __device__ int counted(int* counts, int key)
     return __shfl_sync(0xffffffffu, before, first) + __popc(lanes & ((1u << lane) - 1));
 }
 
-// Keys, and for a radix sort the order that there is, for counting each particle's place among its
-// node's.
-template <bool rests, bool counts>
-__global__ void __launch_bounds__(threads)
-    key_kernel(const __grid_constant__ Views d, const __grid_constant__ SortSpace s, unsigned* keys,
-               int* order)
+// Keys and orders while the particles lie on one side: the row that is free holds them, but for
+// the order that the particles will have, which takes the place of the other side's ids.
+struct Listing {
+    unsigned* keys;  // count
+    int* order;      // count
+};
+HD Listing listing(const ParticleView (&sides)[2], int side, bool done)
 {
-    const int i = int(blockIdx.x * threads + threadIdx.x);
-    const ParticleView& particles = d.particles[s.side];
+    static_assert(sizeof(float4) >= 2 * sizeof(unsigned) + sizeof(int));
+    const std::size_t count = std::size_t(sides[0].count);
+    unsigned* const keys = reinterpret_cast<unsigned*>(free_row(sides, side));
+    if (done) return {keys, sides[side ^ 1].ids};
+    return {keys + count, reinterpret_cast<int*>(keys + 2 * count)};
+}
+
+// Keys, and by counting (`counts`) each particle's place among its node's, or else the order that
+// there is.
+template <bool rests>
+__global__ void __launch_bounds__(threads)
+    key_kernel(const __grid_constant__ Views d, int* counts, bool done)
+{
+    const int i = int(blockIdx.x * threads + threadIdx.x), side = d.clock->side;
+    const ParticleView& particles = d.particles[side];
     const bool valid = i < particles.count;
-    if (!counts && !valid) return;
-    if (i == 0) d.clock->sorted_from = s.side;
+    if (i == 0) d.clock->sorted_from = side;
     const int key =
         valid ? d.lattice.index(base_node(particles.position(i), d.lattice.spacing)) : -1;
-    const int place = counts ? counted(s.counts, key) : i;
+    const int place = counts ? counted(counts, key) : i;
     if (!valid) return;
-    keys[i] = unsigned(key);
-    order[i] = place;
+    const Listing l = listing(d.particles, side, done);
+    l.keys[i] = unsigned(key);
+    l.order[i] = place;
     if constexpr (rests) {
         const float4 v = particles.row(3, i);
         const unsigned bits = __float_as_uint(v.x * v.x + v.y * v.y + v.z * v.z);
@@ -63,14 +77,16 @@ __global__ void __launch_bounds__(threads)
 // What was counted has become where each node's particles begin.
 template <bool rests>
 __global__ void __launch_bounds__(threads)
-    place_kernel(const __grid_constant__ SortSpace s, int count)
+    place_kernel(const __grid_constant__ Views d, const int* starts)
 {
     const int i = int(blockIdx.x * threads + threadIdx.x);
-    if (i >= count) return;
-    const unsigned key = s.other_keys[i];
-    const int at = s.counts[key] + s.other_order[i];
-    s.order[at] = i;
-    if constexpr (rests) s.keys[at] = key;  // settled_kernel looks at them
+    if (i >= d.particles[0].count) return;
+    const int side = d.clock->side;
+    const Listing from = listing(d.particles, side, false), to = listing(d.particles, side, true);
+    const unsigned key = from.keys[i];
+    const int at = starts[key] + from.order[i];
+    to.order[at] = i;
+    if constexpr (rests) to.keys[at] = key;  // settled_kernel looks at them
 }
 
 // Where clay may be still: what is gets its bit in the order; runs are listed, and where each
@@ -80,7 +96,7 @@ __global__ void __launch_bounds__(run) settled_kernel(const __grid_constant__ Vi
 {
     const int i = int(blockIdx.x) * run + int(threadIdx.x), side = d.clock->sorted_from;
     const int count = d.particles[0].count;
-    const unsigned* keys = reinterpret_cast<const unsigned*>(free_row(d.particles, side));
+    const unsigned* keys = listing(d.particles, side, true).keys;
     const bool valid = i < count;
     const int block = valid ? int(keys[i]) / block_nodes : 0;
     const int stir = valid ? d.rest.stir[block] : asleep;
@@ -132,7 +148,8 @@ struct Passes {
     cub::DoubleBuffer<unsigned> keys;
     cub::DoubleBuffer<int> order;
 
-    Passes(const SortSpace& s, int bits) : keys(s.keys, s.other_keys), order(s.order, s.other_order)
+    Passes(const Listing& done, const Listing& other, int bits)
+        : keys(done.keys, other.keys), order(done.order, other.order)
     {
         constexpr int bits_of_a_pass = 8;
         keys.selector = order.selector = (bits + bits_of_a_pass - 1) / bits_of_a_pass % 2;
@@ -160,27 +177,33 @@ cudaError_t add_up(int* counts, int nodes, void* scratch, std::size_t& bytes, cu
     return cub::DeviceScan::ExclusiveSum(scratch, bytes, counts, counts, nodes, stream);
 }
 
+template <class... Arguments>
+void launch_keys(const Views& views, const Needs& needs, cudaStream_t stream,
+                 const Arguments&... arguments)
+{
+    launch("sort keys", needs.rests ? key_kernel<true> : key_kernel<false>,
+           blocks_for(views.particles[0].count, threads), threads, stream, views, arguments...);
+}
+
 void order_by_counting(const Views& views, const Needs& needs, const SortSpace& s,
                        cudaStream_t stream)
 {
-    const int count = views.particles[0].count, nodes = views.lattice.node_count(),
-              blocks = blocks_for(count, threads);
-    launch("sort keys", needs.rests ? key_kernel<true, true> : key_kernel<false, true>, blocks,
-           threads, stream, views, s, s.other_keys, s.other_order);
+    const int nodes = views.lattice.node_count();
+    launch_keys(views, needs, stream, s.counts, false);
     std::size_t bytes = s.scratch_bytes;
     check(add_up(s.counts, nodes, s.scratch, bytes, stream), "sort");
-    launch("sort place", needs.rests ? place_kernel<true> : place_kernel<false>, blocks, threads,
-           stream, s, count);
+    launch("sort place", needs.rests ? place_kernel<true> : place_kernel<false>,
+           blocks_for(views.particles[0].count, threads), threads, stream, views, s.counts);
     check(cudaMemsetAsync(s.counts, 0, std::size_t(nodes) * sizeof s.counts[0], stream), "sort");
 }
 
-void order_stably(const Views& views, const Needs& needs, const SortSpace& s, cudaStream_t stream)
+void order_stably(const Views& views, const Needs& needs, const SortSpace& s, int side,
+                  cudaStream_t stream)
 {
     const int count = views.particles[0].count, bits = key_bits(views.lattice);
-    Passes passes(s, bits);
-    launch("sort keys", needs.rests ? key_kernel<true, false> : key_kernel<false, false>,
-           blocks_for(count, threads), threads, stream, views, s, passes.keys.Current(),
-           passes.order.Current());
+    Passes passes(listing(views.particles, side, true), listing(views.particles, side, false),
+                  bits);
+    launch_keys(views, needs, stream, s.counts, passes.keys.selector == 0);
     std::size_t bytes = s.scratch_bytes;
     check(passes.run(s.scratch, bytes, count, bits, stream), "sort");
     passes.settle(count, stream);
@@ -193,17 +216,21 @@ std::size_t sort_scratch_bytes(int count, const Lattice<float>& lattice, const N
     std::size_t bytes = 0;
     if (needs.fixed_point) {
         const int bits = key_bits(lattice);
-        check(Passes({}, bits).run(nullptr, bytes, count, bits, nullptr), "sort");
+        check(Passes({}, {}, bits).run(nullptr, bytes, count, bits, nullptr), "sort");
     } else {
         check(add_up(nullptr, lattice.node_count(), nullptr, bytes, nullptr), "sort");
     }
     return bytes;
 }
 
-void order(const Views& views, const Needs& needs, const SortSpace& space, cudaStream_t stream)
+void order(const Views& views, const Needs& needs, const SortSpace& space, int side,
+           cudaStream_t stream)
 {
     const ProfilerRange range{"sort"};
-    (needs.fixed_point ? order_stably : order_by_counting)(views, needs, space, stream);
+    if (needs.fixed_point)
+        order_stably(views, needs, space, side, stream);
+    else
+        order_by_counting(views, needs, space, stream);
 }
 
 void arrange(const Views& views, const Needs& needs, cudaStream_t stream)

@@ -24,11 +24,6 @@ struct Needs {
     Flows flows = Flows::any;
 };
 
-// One frame's orders, written by the host before it starts.
-struct Orders {
-    double duration, tool_step;  // [s]
-};
-
 // Particles that a thread block takes at a time: three fields fill shared memory sooner.
 constexpr int run_length(bool blades) { return blades ? 64 : 128; }
 inline int run_length(const Needs& needs) { return run_length(needs.blades); }
@@ -141,11 +136,19 @@ struct RestView {
     int* changed;  // block_count: substeps through when a particle there may last have moved
 };
 
-constexpr int most_joints = 64;
+constexpr int most_joints = 64, most_tools = 256;
+
+// One frame's orders, written by the host before it starts, and copied to the device at once: what
+// a scene without tools needs comes first.
+struct Orders {
+    double duration, tool_step;                        // [s]
+    Joint<double> from[most_joints], to[most_joints];  // at both ends of the frame
+    Tool<float> tools[most_tools];
+};
 
 // Where tools are kept, posed anew for every substep.
 struct ToolView {
-    const Joint<double>*from, *to;  // joints at both ends of the frame, `joints` each
+    const Joint<double>*from, *to;  // of the orders, `joints` each
     int joints;
     const Binding<float>* bindings;  // one per sphere
     Span<Sphere<float>> spheres[2];
@@ -181,30 +184,28 @@ struct Views {
     Pace pace;
     Clock* clock;
     const Orders* orders;
-    // Of a captured frame: whether it begins with a sort, by the side that the particles lie on;
-    // whether another substep follows.
+    // Of a captured frame: whether it begins with a sort, by the side that the particles lie on,
+    // or the same twice; whether another substep follows.
     bool captured;
     cudaGraphConditionalHandle unsorted[2], again;
 };
 
-// Where the sort of the particles on one side works: the row that is free holds keys and orders,
-// but those that the particles will have, which take the place of the other side's ids. And CUB's
-// own.
+// Where a sort works besides the row that is free and the ids that are not current.
 struct SortSpace {
-    int side;
-    unsigned *keys, *other_keys;  // count: when it is done, and on the way
-    int *order, *other_order;     // count
-    int* counts;                  // nodes that are stored: zero before and after; or none
+    int* counts;  // nodes that are stored: zero before and after; or none
     void* scratch;
     std::size_t scratch_bytes;
 };
 std::size_t sort_scratch_bytes(int count, const Lattice<float>& lattice, const Needs& needs);
+// Whether a sort must be told, when it is launched, on which side the particles lie.
+inline bool told_side(const Needs& needs) { return needs.fixed_point; }
 
 // Orders the particles by the base node of their stencil; those of one node stay in the order they
 // came in where sums must not depend on it (`fixed_point`), else they come in any. Flips
-// Clock::side. In two halves: what the first finds is carried out by the second. The first is told
-// the side.
-void order(const Views& views, const Needs& needs, const SortSpace& space, cudaStream_t stream);
+// Clock::side. In two halves: what the first finds is carried out by the second. The first may have
+// to be told the side.
+void order(const Views& views, const Needs& needs, const SortSpace& space, int side,
+           cudaStream_t stream);
 void arrange(const Views& views, const Needs& needs, cudaStream_t stream);
 // Between them, where clay may be still: what each block's clay does in this frame. Needs masks().
 void settle(const Views& views, cudaStream_t stream);

@@ -15,7 +15,7 @@ namespace gpu {
 namespace {
 
 // How many substeps each turn of the graph's loop holds, for frames of so many or a twentieth more:
-// going round costs about 3 us, and so does a substep that finds the frame over.
+// going round costs about 4 us, a substep that finds the frame over about 3.
 int substeps_a_turn(int substeps)
 {
     if (substeps == 0) return 4;
@@ -84,44 +84,49 @@ Views GpuSolver::views_for(const Needs& needs) const
     return views;
 }
 
-// What comes before the first grid update. What tools may touch needs nothing of the particles, and
-// the first pose nothing of either: the three run side by side.
+// What comes before the first grid update. What tools may touch needs the orders alone, and the
+// first pose only what begin() chooses: they run beside what is done with the particles.
 void GpuSolver::start(const Views& views, const Needs& needs)
 {
+    const auto fork = [this](cudaStream_t to) {
+        check(cudaEventRecord(forked, main), "fork");
+        check(cudaStreamWaitEvent(to, forked, 0), "fork");
+    };
+    if (needs.tools) {
+        fork(beside);
+        masks(views, beside);
+        check(cudaEventRecord(masked, beside), "join");
+    }
     begin(views, main);
     if (needs.tools) {
-        check(cudaEventRecord(forked, main), "fork");
-        for (const Stream* stream : {&beside, &posing})
-            check(cudaStreamWaitEvent(*stream, forked, 0), "fork");
-        masks(views, beside);
+        fork(posing);
         pose(views, posing);
-        check(cudaEventRecord(masked, beside), "join");
         check(cudaEventRecord(posed_first, posing), "join");
     }
-    const auto join = [&] {
-        if (needs.tools) check(cudaStreamWaitEvent(main, masked, 0), "join");
+    const auto join = [&](cudaEvent_t done) {
+        if (needs.tools) check(cudaStreamWaitEvent(main, done, 0), "join");
     };
-    if (needs.rests) join();  // what may be still depends on the tools
+    if (needs.rests) join(masked);  // what may be still depends on the tools
     sort_if_due(views, needs);
-    if (!needs.rests) join();
+    if (!needs.rests) join(masked);
+    join(posed_first);  // here, so that what follows p2g waits for it alone
     p2g(views, needs, processors, main);
-    if (needs.tools) check(cudaStreamWaitEvent(main, posed_first, 0), "join");
 }
 
 void GpuSolver::sort(const Views& views, const Needs& needs, cudaStream_t stream, int side) const
 {
-    order(views, needs, store.sort_space(side), stream);
+    order(views, needs, store.sort_space(), side, stream);
     if (needs.rests) settle(views, stream);
     arrange(views, needs, stream);
 }
 
 // Particles that have hardly moved since the last sort are still in order; but where clay may be
 // still, each frame begins with asking which is. A frame that does nothing, because the one before
-// it has stopped, does not. Where the row is that is free, the sort is told when it is launched, so
-// a graph holds it twice.
+// it has stopped, does not. A sort that must be told the side when it is launched is in the graph
+// twice.
 void GpuSolver::sort_if_due(const Views& views, const Needs& needs)
 {
-    for (int side = 0; views.captured && side < 2; ++side)
+    for (int side = 0; views.captured && side < (told_side(needs) ? 2 : 1); ++side)
         capture_body(add_conditional(main, cudaGraphCondTypeIf, views.unsorted[side]), body,
                      [&](cudaStream_t stream) { sort(views, needs, stream, side); });
     if (views.captured) return;
@@ -146,14 +151,18 @@ void GpuSolver::capture(Graph& to, bool tools)
               "conditional node");
     };
     handle(views.again);
-    for (cudaGraphConditionalHandle& unsorted : views.unsorted) handle(unsorted);
+    handle(views.unsorted[0]);
+    if (told_side(needs))
+        handle(views.unsorted[1]);
+    else
+        views.unsorted[1] = views.unsorted[0];
     views.captured = true;
     start(views, needs);
-    capture_body(add_conditional(main, cudaGraphCondTypeWhile, views.again), body,
-                 [&](cudaStream_t stream) {
-                     for (int k = 0; k < (turn ? turn : substeps_a_turn(0)); ++k)
-                         substep(views, needs, stream);
-                 });
+    const auto take_turn = [&](cudaStream_t stream) {
+        for (int k = 0; k < (turn ? turn : substeps_a_turn(0)); ++k) substep(views, needs, stream);
+    };
+    take_turn(main);  // of short frames all: the loop is not entered
+    capture_body(add_conditional(main, cudaGraphCondTypeWhile, views.again), body, take_turn);
     to.end(main);
     check(cudaGraphUpload(to.ready, main), "graph");
     wait(main, "graph");

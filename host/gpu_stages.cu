@@ -86,7 +86,7 @@ GpuStages::~GpuStages() = default;
 std::vector<int> GpuStages::sort()
 {
     const int side = held->store.clock().side;
-    gpu::order(held->store.views(), held->needs, held->store.sort_space(side), nullptr);
+    gpu::order(held->store.views(), held->needs, held->store.sort_space(), side, nullptr);
     gpu::arrange(held->store.views(), held->needs, nullptr);
     held->done();
     return held->store.ids[held->store.clock().side].downloaded();

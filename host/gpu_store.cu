@@ -37,7 +37,8 @@ void check_tools(const Setup& s)
     require(s.rig.primitives.size() <= std::size_t(most_primitives),
             std::to_string(s.rig.primitives.size()) + " primitives, at most " +
                 std::to_string(most_primitives));
-    require(s.tools.size() <= 256, std::to_string(s.tools.size()) + " tools, at most 256");
+    require(s.tools.size() <= std::size_t(most_tools),
+            std::to_string(s.tools.size()) + " tools, at most " + std::to_string(most_tools));
     for (const Primitive& p : s.rig.primitives) {
         require(p.count >= 1 && p.count <= 3, "a primitive has 1 to 3 spheres");
         require(p.tool >= 0 && p.tool < int(s.tools.size()), "a primitive without its tool");
@@ -106,11 +107,7 @@ float fixed_scale(double bound) { return std::ldexp(1.0f, 61 - std::ilogb(bound)
 
 }  // namespace
 
-Store::Store(const Setup& setup, Room given)
-    : next_joints{Pinned<Joint<double>>(2 * int(side_count) * joint_count),
-                  Pinned<Joint<double>>(2 * int(side_count) * joint_count)},
-      next_tools{Pinned<Tool<float>>(setup.tools.size()), Pinned<Tool<float>>(setup.tools.size())},
-      room(given)
+Store::Store(const Setup& setup, Room given) : room(given)
 {
     check(setup);
     used = needs_of(setup);
@@ -135,8 +132,8 @@ Store::Store(const Setup& setup, Room given)
         all.particles[side] = {rows.data() + std::size_t(side) * setup.particles.size(),
                                ids[side].data(), int(setup.particles.size())};
     }
-    all.tools = {joints.data(),
-                 joints.data() + int(side_count) * joint_count,
+    all.tools = {orders.data()->from,
+                 orders.data()->to,
                  int(side_count) * joint_count,
                  bindings.data(),
                  {spheres[0].span(), spheres[1].span()},
@@ -144,7 +141,7 @@ Store::Store(const Setup& setup, Room given)
                  amid.span(),
                  travel.data(),
                  {primitives.data(), int(primitives.size())},
-                 {tools.data(), int(tools.size())},
+                 {orders.data()->tools, int(setup.tools.size())},
                  nullptr,
                  in_line.data(),
                  setup.grid_contact,
@@ -180,7 +177,6 @@ void Store::allocate(const Setup& setup)
     materials = DeviceArray<Material<float>>(cast_materials);
     bindings = DeviceArray<Binding<float>>(setup.rig.spheres);
     primitives = DeviceArray<Primitive>(setup.rig.primitives);
-    tools = DeviceArray<Tool<float>>(setup.tools.size());
     static_assert(int(side_count) * joint_count <= most_joints);
     for (int parity = 0; parity < 2; ++parity) {
         spheres[parity] = DeviceArray<Sphere<float>>(setup.rig.spheres.size());
@@ -188,7 +184,6 @@ void Store::allocate(const Setup& setup)
     }
     amid = DeviceArray<Shape<float>>(setup.rig.primitives.size());
     travel = DeviceArray<float>(setup.rig.primitives.size());
-    joints = DeviceArray<Joint<double>>(2 * int(side_count) * joint_count);
     if (used.rests) {
         const auto run_count = std::size_t(blocks_for(int(n), run_length(used)));
         runs_held = DeviceArray<unsigned>(run_count), runs = DeviceArray<int>(run_count);
@@ -227,36 +222,22 @@ void Store::upload(const Setup& setup) const
     set_clock(start);
 }
 
-SortSpace Store::sort_space(int side) const
-{
-    const auto n = std::size_t(all.particles[0].count);
-    static_assert(sizeof(float4) >= 2 * sizeof(unsigned) + sizeof(int));
-    const auto keys = reinterpret_cast<unsigned*>(free_row(all.particles, side));
-    return {side,
-            keys,
-            keys + n,
-            ids[side ^ 1].data(),
-            reinterpret_cast<int*>(keys + 2 * n),
-            box.counts.data(),
-            scratch.data(),
-            scratch.bytes()};
-}
-
 bool Store::order(const Setup& setup, const Motion& motion, double duration, int slot)
 {
-    *next_orders[slot].data() = {duration, 1e30};
+    Orders& to = *next_orders[slot].data();
+    to.duration = duration, to.tool_step = 1e30;
     if (!used.tools) return false;
     const auto half = std::size_t(int(side_count) * joint_count);
     require(motion.from.size() == half && motion.to.size() == half,
             "a motion needs the joints of both hands at both ends of the frame");
-    next_orders[slot]->tool_step = tool_step(setup, motion, duration);
-    std::copy(motion.from.begin(), motion.from.end(), next_joints[slot].data());
-    std::copy(motion.to.begin(), motion.to.end(), next_joints[slot].data() + half);
+    to.tool_step = tool_step(setup, motion, duration);
+    std::copy(motion.from.begin(), motion.from.end(), to.from);
+    std::copy(motion.to.begin(), motion.to.end(), to.to);
     bool any = false;
     for (std::size_t t = 0; t < setup.tools.size(); ++t) {
         const Tool<double>& tool = setup.tools[t];
         const bool active = t >= motion.active.size() || motion.active[t];
-        next_tools[slot][t] = {tool.touch, float(tool.friction), tool.blade, active};
+        to.tools[t] = {tool.touch, float(tool.friction), tool.blade, active};
         any = any || active;
     }
     return any;
@@ -264,13 +245,12 @@ bool Store::order(const Setup& setup, const Motion& motion, double duration, int
 
 void Store::send_orders(int slot, cudaStream_t stream) const
 {
-    const auto send = [&](auto& to, const auto& from) {
-        if (from.size())
-            gpu::check(cudaMemcpyAsync(to.data(), from.data(), from.bytes(), cudaMemcpyHostToDevice,
-                                       stream),
-                       "send orders");
-    };
-    send(orders, next_orders[slot]), send(joints, next_joints[slot]), send(tools, next_tools[slot]);
+    const std::size_t tools = std::size_t(all.tools.tools.count);
+    const std::size_t bytes =
+        used.tools ? offsetof(Orders, tools) + tools * sizeof(Tool<float>) : offsetof(Orders, from);
+    gpu::check(cudaMemcpyAsync(orders.data(), next_orders[slot].data(), bytes,
+                               cudaMemcpyHostToDevice, stream),
+               "send orders");
 }
 
 std::vector<float4> Store::rows_on(int side) const
@@ -363,10 +343,10 @@ Clock Store::clock(cudaStream_t stream) const
 
 std::size_t Store::bytes() const
 {
-    std::size_t sum = materials.bytes() + bindings.bytes() + primitives.bytes() + tools.bytes() +
-                      amid.bytes() + travel.bytes() + in_line.bytes() + joints.bytes() +
-                      clocks.bytes() + orders.bytes() + scratch.bytes() + rows.bytes() +
-                      runs.bytes() + runs_held.bytes() + box.bytes();
+    std::size_t sum = materials.bytes() + bindings.bytes() + primitives.bytes() + amid.bytes() +
+                      travel.bytes() + in_line.bytes() + clocks.bytes() + orders.bytes() +
+                      scratch.bytes() + rows.bytes() + runs.bytes() + runs_held.bytes() +
+                      box.bytes();
     for (int s = 0; s < 2; ++s) sum += spheres[s].bytes() + shapes[s].bytes() + ids[s].bytes();
     return sum;
 }

@@ -40,7 +40,7 @@ class Store {
 
     Views views() const { return all; }
     Needs needs() const { return used; }
-    SortSpace sort_space(int side) const;
+    SortSpace sort_space() const { return {box.counts.data(), scratch.data(), scratch.bytes()}; }
     std::size_t bytes() const;
 
     // Writes a frame's orders down, in one of two places; true if a tool is active. The other
@@ -77,19 +77,15 @@ class Store {
     DeviceArray<Material<float>> materials;
     DeviceArray<Binding<float>> bindings;
     DeviceArray<Primitive> primitives;
-    DeviceArray<Tool<float>> tools;
     DeviceArray<Sphere<float>> spheres[2];
     DeviceArray<Shape<float>> shapes[2], amid;
     DeviceArray<float> travel;
     DeviceArray<unsigned> runs_held;
     DeviceArray<int> runs, in_line;
-    DeviceArray<Joint<double>> joints;  // of the frame's beginning, then of its end
     DeviceArray<Clock> clocks;
     DeviceArray<Orders> orders;
     DeviceArray<unsigned char> scratch;
     Pinned<Orders> next_orders[2];
-    Pinned<Joint<double>> next_joints[2];
-    Pinned<Tool<float>> next_tools[2];
     Views all{};
     Needs used;
     Room room;

@@ -56,7 +56,7 @@ void measure_sort(Bench& bench, int nodes, bool stably)
                    d.particles[side].rows, nullptr, 1, clay.count(), by);
         },
         [&] {
-            gpu::order(d, clay.needs(), clay.store().sort_space(side), bench.stream);
+            gpu::order(d, clay.needs(), clay.store().sort_space(), side, bench.stream);
             gpu::arrange(d, clay.needs(), bench.stream);
         },
         [&] {
