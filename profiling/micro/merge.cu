@@ -228,7 +228,7 @@ void Scatters::walked()
 void Scatters::shipped()
 {
     time(
-        "as shipped: walked, tile of nodes",
+        "as shipped: p2g, blocks listed, too",
         [&] { gpu::p2g(clay.views(), clay.needs(), 0, bench.stream); }, 0);
 }
 
