@@ -38,6 +38,7 @@ fi
 
 say "Checking"
 check "shape of the text" tests/shape_test.sh
+check "includes go downwards" tests/includes_test.sh
 check "configure" cmake -S . -B build/test -G Ninja "${settings[@]}" || exit 1
 check "build without a warning" cmake --build build/test || exit 1
 cuda=no
@@ -45,7 +46,7 @@ grep -q 'knead: CUDA' build/configure.log && cuda=yes
 [ $cuda = yes ] && check "kernels without local memory" tests/kernels_test.sh build/test
 check "headers alone" tests/headers_alone.sh
 check "tests" timeout 1200 build/test/knead_tests --gtest_brief=1
-check "the program" tests/program_test.sh build/test/knead
+check "the program" tests/cli/program_test.sh build/test/knead
 
 grep -h '^\[  PASSED  \]\|^\[  SKIPPED \]' build/tests.log | head -n 2
 if [ ${#failures[@]} -gt 0 ]; then

@@ -9,7 +9,7 @@
 #include <cstring>
 #include <string>
 
-#include "ball.h"
+#include "host/bench/ball.h"
 
 namespace {
 

@@ -8,9 +8,9 @@
 #include <exception>
 #include <string>
 
-#include "ball.h"
-#include "cuda/stencil.h"
-#include "host/gpu_surface.h"
+#include "cuda/mpm/stencil.h"
+#include "host/bench/ball.h"
+#include "host/surface/gpu_surface.h"
 
 namespace {
 

@@ -3,7 +3,7 @@
 #pragma once
 #include <vector>
 
-#include "render/picture.h"
+#include "render/painter.h"
 
 namespace knead {
 

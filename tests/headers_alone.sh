@@ -1,9 +1,10 @@
 #!/usr/bin/env bash
-# Every stage header stands alone: each cuda/*.h is compiled by itself, without a CUDA compiler and
-# without warnings, by every C++ compiler that is there. An include that only works after another
-# one, or CUDA that has crept into the maths, fails here.
+# Every stage header stands alone: each header under cuda/ is compiled by itself, without a CUDA
+# compiler and without warnings, by every C++ compiler that is there. An include that only works
+# after another one, or CUDA that has crept into the maths, fails here.
 # usage: tests/headers_alone.sh
 set -u
+shopt -s globstar
 cd "$(dirname "$0")/.."
 
 compilers=()
@@ -21,7 +22,7 @@ fi
 
 failed=0
 count=0
-for header in cuda/*.h; do
+for header in cuda/**/*.h; do
     for compiler in "${compilers[@]}"; do
         count=$((count + 1))
         if ! $compiler -std=c++20 -I. -fsyntax-only -Wall -Wextra -Wshadow -Werror -x c++ \
@@ -31,5 +32,5 @@ for header in cuda/*.h; do
         fi
     done
 done
-echo "$count compilations of cuda/*.h, $failed failed"
+echo "$count compilations of the headers of cuda/, $failed failed"
 [ $count -gt 0 ] && [ $failed -eq 0 ]

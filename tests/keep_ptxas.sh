@@ -1,6 +1,6 @@
 #!/bin/sh
 # Runs the CUDA compiler as given; what it says (with -Xptxas=-v: registers, stack and spills of
-# every kernel) is kept beside the object for tests/kernels_test.py. A clean compile is silent.
+# every kernel) is kept beside the object for tests/kernels_test.sh. A clean compile is silent.
 set -u
 object=
 previous=

@@ -5,12 +5,11 @@ set -u
 cd "$(dirname "$0")/.."
 export LC_ALL=C.UTF-8
 
-shopt -s nullglob lastpipe
-shipped=(cuda/*.h cuda/*.cuh cuda/*.cu host/*.h host/*.cuh host/*.cpp host/*.cu
-    render/*.h render/*.cpp xr/*.h xr/*.cpp)
-source=("${shipped[@]}" tests/*.h tests/*.cpp profiling/*.h profiling/*.cpp profiling/*.cu
-    profiling/micro/*.h profiling/micro/*.cuh profiling/micro/*.cu profiling/micro/*.cpp)
-text=("${source[@]}" tests/*.sh profiling/*/*.py profiling/*/*.sh demo.sh test.sh .ci/*
+shopt -s nullglob lastpipe globstar
+shipped=(cuda/**/*.{h,cuh,cu} host/**/*.{h,cuh,cpp,cu} render/*.h render/*.cpp xr/*.h xr/*.cpp)
+source=("${shipped[@]}" tests/**/*.h tests/**/*.cpp profiling/**/*.{h,cuh,cpp,cu} examples/*.cpp)
+text=("${source[@]}" tests/**/*.sh tests/**/*.py profiling/*/*.py
+    profiling/*/*.sh demo.sh test.sh .ci/*
     CMakeLists.txt CMakePresets.json)
 words=("${text[@]}" README.md CHANGELOG.md docs/*.md profiling/*.md scenes/*.json)
 [ ${#shipped[@]} -gt 0 ] || { echo "no source found"; exit 1; }
@@ -28,12 +27,12 @@ none() {
 awk 'FNR == 401 { print FILENAME }' "${source[@]}" | none "files of more than 400 lines"
 grep -nE '^.{101,}' "${text[@]}" | cut -c1-90 | none "lines of more than 100 columns"
 grep -nP '\t| +$|\r' "${text[@]}" | none "tabs or blanks at the end of a line"
-grep -nE '__CUDA_ARCH__|__CUDACC__' "${source[@]}" | grep -v '^cuda/hd\.h:' |
-    none "__CUDA_ARCH__ and __CUDACC__ belong in cuda/hd.h"
-grep -nE '#define +[A-Za-z_0-9]+(\(| +[^ ])' "${shipped[@]}" | grep -v '^cuda/hd\.h:' |
+grep -nE '__CUDA_ARCH__|__CUDACC__' "${source[@]}" | grep -v '^cuda/math/hd\.h:' |
+    none "__CUDA_ARCH__ and __CUDACC__ belong in cuda/math/hd.h"
+grep -nE '#define +[A-Za-z_0-9]+(\(| +[^ ])' "${shipped[@]}" | grep -v '^cuda/math/hd\.h:' |
     none "macros other than HD and UNROLL (switches of a library, without a value, are allowed)"
-grep -n '<<<' "${source[@]}" | grep -v '^cuda/launch\.cuh:' |
-    none "kernels that start elsewhere than in cuda/launch.cuh have no range in a profiler"
+grep -n '<<<' "${source[@]}" | grep -v '^cuda/device/launch\.cuh:' |
+    none "kernels that start elsewhere than in cuda/device/launch.cuh have no range in a profiler"
 grep -niP '(?<![a-z])(managers?|helpers?|handlers?|utils?|impl|misc)(?![a-z]|_t\b)' "${source[@]}" |
     none "names that say nothing: manager, helper, handler, util, impl, misc"
 grep -nwE 'TODO|FIXME|XXX|NOLINT.*' "${source[@]}" | none "things left undone"
@@ -67,14 +66,15 @@ awk '
         sub(/^[^(]*\(/, "", text)
         if (gsub(/,/, "", text) + 1 > 8) print FILENAME ":" at
         text = ""
-    }' cuda/*.cu host/*.cu /dev/null | none "kernels of more than 8 parameters"
+    }' cuda/**/*.cu host/**/*.cu /dev/null | none "kernels of more than 8 parameters"
 
 # Numbers in brackets in the stages' comments are equations; names with a year are papers.
 model=docs/model.md
-grep -ohE '//.*' cuda/*.h cuda/*.cu | grep -oE '\([0-9]{1,2}\)' | sort -u | while read -r number; do
+grep -ohE '//.*' cuda/**/*.{h,cuh,cu} | grep -oE '\([0-9]{1,2}\)' |
+    sort -u | while read -r number; do
     grep -qF "**$number**" $model || echo "$number"
 done | none "equations that the stages cite and $model does not have"
-grep -ohE '//.*' cuda/*.h cuda/*.cu | grep -oE '\[[A-Z][^]]* (19|20)[0-9]{2}' | tr -d '[' |
+grep -ohE '//.*' cuda/**/*.{h,cuh,cu} | grep -oE '\[[A-Z][^]]* (19|20)[0-9]{2}' | tr -d '[' |
     grep -oE '[A-Z][a-z]+ (19|20)[0-9]{2}' | sort -u | while read -r paper; do
     grep -qF "[$paper]" $model || echo "$paper"
 done | none "papers that the stages cite and $model does not list"

@@ -1,4 +1,4 @@
-#include "atomics.cuh"
+#include "profiling/micro/atomics.cuh"
 
 namespace knead::micro {
 namespace {

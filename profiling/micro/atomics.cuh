@@ -2,7 +2,7 @@
 #pragma once
 #include <nv/target>
 
-#include "bench.cuh"
+#include "profiling/micro/bench.cuh"
 
 namespace knead::micro {
 

@@ -1,4 +1,4 @@
-#include "bench.cuh"
+#include "profiling/micro/bench.cuh"
 
 namespace knead::micro {
 

@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
-#include "cuda/device_array.cuh"
-#include "table.h"
+#include "cuda/device/device_array.cuh"
+#include "profiling/micro/table.h"
 
 namespace knead::micro {
 

@@ -1,4 +1,4 @@
-#include "rebin.cuh"
+#include "profiling/micro/rebin.cuh"
 
 namespace knead::micro {
 namespace {

@@ -1,6 +1,6 @@
 #include <cstring>
 
-#include "clay.cuh"
+#include "profiling/micro/clay.cuh"
 
 namespace knead::micro {
 namespace {

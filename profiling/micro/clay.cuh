@@ -1,11 +1,11 @@
 // Clay as a solver has it on the device: the ball of ball.h, in motion and under strain, in the
 // order of its cells.
 #pragma once
-#include "bench.cuh"
-#include "cuda/stages.cuh"
-#include "cuda/stencil.h"
-#include "host/gpu_store.cuh"
-#include "profiling/ball.h"
+#include "cuda/mpm/stages.cuh"
+#include "cuda/mpm/stencil.h"
+#include "host/bench/ball.h"
+#include "host/solver/gpu/store.cuh"
+#include "profiling/micro/bench.cuh"
 
 namespace knead::micro {
 

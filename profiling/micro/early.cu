@@ -1,6 +1,6 @@
 // How much of the return map particles save that do not yield, by how many these are and whether
 // they lie together.
-#include "yielding.cuh"
+#include "profiling/micro/yielding.cuh"
 
 namespace knead::micro {
 namespace {

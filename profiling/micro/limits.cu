@@ -1,8 +1,8 @@
 // What bounds everything else: the clock, the rate of issue, a launch, a copy, an atomic.
-#include "atomics.cuh"
-#include "bench.cuh"
-#include "host/bench_device.h"
-#include "host/gpu_graph.cuh"
+#include "cuda/device/graph.cuh"
+#include "host/bench/device.h"
+#include "profiling/micro/atomics.cuh"
+#include "profiling/micro/bench.cuh"
 
 namespace knead::micro {
 namespace {

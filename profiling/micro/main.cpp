@@ -4,8 +4,8 @@
 #include <algorithm>
 #include <cstdio>
 
-#include "host/machine.h"
-#include "table.h"
+#include "host/base/machine.h"
+#include "profiling/micro/table.h"
 
 namespace {
 

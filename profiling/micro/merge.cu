@@ -1,7 +1,7 @@
 // Particles to the grid: how shares of particles of one cell become one sum before they go to
 // memory. Each kernel is a whole scatter, from the particles' rows on, with the formulas of
-// cuda/p2g.h.
-#include "merge.cuh"
+// cuda/mpm/p2g.h.
+#include "profiling/micro/merge.cuh"
 
 namespace knead::micro {
 namespace {

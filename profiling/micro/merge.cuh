@@ -1,8 +1,8 @@
 // The forms of a scatter over one clay.
 #pragma once
-#include "atomics.cuh"
-#include "clay.cuh"
-#include "cuda/p2g.h"
+#include "cuda/mpm/p2g.h"
+#include "profiling/micro/atomics.cuh"
+#include "profiling/micro/clay.cuh"
 
 namespace knead::micro {
 

@@ -1,6 +1,6 @@
-// Keeping particles in order: a full sort, as cuda/sort.cu does it, against moving only those that
+// Keeping particles in order: a full sort, as sort.cu does it, against moving only those that
 // left their block.
-#include "rebin.cuh"
+#include "profiling/micro/rebin.cuh"
 
 namespace knead::micro {
 namespace {
@@ -36,7 +36,7 @@ bool in_order(const gpu::Views& views, int side, const std::function<int(Int3)>&
     return true;
 }
 
-// All of it: by counting, as cuda/sort.cu does usually, or stably.
+// All of it: by counting, as cuda/mpm/sort.cu does usually, or stably.
 void measure_sort(Bench& bench, int nodes, bool stably)
 {
     Clay clay(nodes, Order::drifted, bench.stream, stably);

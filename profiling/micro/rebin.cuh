@@ -1,7 +1,7 @@
 // Particles kept in bins, a bin a block of the lattice, with room to spare: from step to step only
 // those are moved that have left their block.
 #pragma once
-#include "clay.cuh"
+#include "profiling/micro/clay.cuh"
 
 namespace knead::micro {
 

@@ -1,6 +1,6 @@
 // What a step's strain and return map cost, by how the singular values are come by: not at all, as
 // eigenvalues of b = F F^T, or from F itself.
-#include "yielding.cuh"
+#include "profiling/micro/yielding.cuh"
 
 namespace knead::micro {
 namespace {
@@ -36,7 +36,7 @@ __device__ void turn(Vec3<float>& u, Vec3<float>& v, Vec3<float>& p, Vec3<float>
     q = s * p0 + c * q;
 }
 
-// One-sided Jacobi: as many sweeps as the symmetric one of cuda/eigen.h.
+// One-sided Jacobi: as many sweeps as the symmetric one of cuda/math/sym_eigen.h.
 __device__ Singular singular(Mat3<float> F)
 {
     Mat3<float> V = diagonal(1.0f);
@@ -49,7 +49,7 @@ __device__ Singular singular(Mat3<float> F)
     return {{(1 / s.x) * F.a, (1 / s.y) * F.b, (1 / s.z) * F.c}, V, s};
 }
 
-// The return map of cuda/plasticity.h for Hencky's elasticity, on F.
+// The return map of cuda/mpm/plasticity.h for Hencky's elasticity, on F.
 __device__ bool yield_by_svd(Mat3<float>& F, const Material<float>& m, float& k, float dt)
 {
     const Singular f = singular(F);

@@ -1,5 +1,5 @@
 // Additions to shared memory, by type and by how many lanes of a warp agree on the address.
-#include "bench.cuh"
+#include "profiling/micro/bench.cuh"
 
 namespace knead::micro {
 namespace {

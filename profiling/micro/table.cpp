@@ -1,4 +1,4 @@
-#include "table.h"
+#include "profiling/micro/table.h"
 
 #include <cstdio>
 #include <fstream>

@@ -1,8 +1,8 @@
 // Transfers with the sums over 27 nodes written plainly, against the factorised ones of
-// cuda/g2p.h and cuda/p2g.h.
-#include "clay.cuh"
-#include "cuda/g2p.h"
-#include "cuda/p2g.h"
+// cuda/mpm/g2p.h and cuda/mpm/p2g.h.
+#include "cuda/mpm/g2p.h"
+#include "cuda/mpm/p2g.h"
+#include "profiling/micro/clay.cuh"
 
 namespace knead::micro {
 namespace {

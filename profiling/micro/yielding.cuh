@@ -1,9 +1,9 @@
 // Particles that are strained a little further in every step, for the return maps.
 #pragma once
-#include "bench.cuh"
-#include "cuda/g2p.h"
-#include "cuda/plasticity.h"
-#include "profiling/ball.h"
+#include "cuda/mpm/g2p.h"
+#include "cuda/mpm/plasticity.h"
+#include "host/bench/ball.h"
+#include "profiling/micro/bench.cuh"
 
 namespace knead::micro {
 

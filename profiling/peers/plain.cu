@@ -11,12 +11,12 @@
 #include <nlohmann/json.hpp>
 #include <nv/target>
 
-#include "cuda/device_array.cuh"
-#include "cuda/g2p.h"
-#include "cuda/grid.h"
-#include "cuda/p2g.h"
-#include "cuda/plasticity.h"
-#include "cuda/project.h"
+#include "cuda/device/device_array.cuh"
+#include "cuda/mpm/g2p.h"
+#include "cuda/mpm/grid.h"
+#include "cuda/mpm/p2g.h"
+#include "cuda/mpm/plasticity.h"
+#include "cuda/mpm/project.h"
 
 namespace knead::peer {
 namespace {

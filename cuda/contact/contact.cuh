@@ -1,0 +1,205 @@
+// The deepest contacts of a warp's points, found by its lanes together: deepest_contact() in
+// another order. A foot takes hundreds of instructions, and which primitives a point is near
+// differs from lane to lane: each for itself, all lanes would wait for the feet of all, and for
+// memory at each. So the lanes first take a primitive each, and list those that meet the box around
+// all points; bring a few of them into shared memory; list the pairs of one of these and a point
+// that may be inside of it; and share that list, a foot a lane.
+#pragma once
+#include "cuda/contact/contact.h"
+
+namespace knead::gpu {
+
+// Shared memory of a warp that asks for so many points.
+template <int points>
+struct ContactSpace {
+    static constexpr int slots = 6;  // primitives that are brought in at a time
+    // A slot's shape and the beginning of its primitive, which is wanted soon. 17 rows: lanes that
+    // read the same of different slots find it in different banks.
+    float4 shapes[slots][17];
+    float4 normals[points], weights[points];  // of the deepest foot
+    unsigned long long deepest[points];       // bits of the depth; the primitive's complement
+    unsigned short near[most_primitives];     // in order: a label << 8 | primitive
+    unsigned char pairs[slots * points];      // 32 * slot + point
+};
+
+// The least of a number over a warp's lanes that are `in`; of none, not a number.
+__device__ inline float least_of(float x, bool in)
+{
+    // Integers in the order of floats: of those below zero, all bits but the sign are turned.
+    const auto turned = [](int bits) { return bits ^ (bits >> 31 & 0x7fffffff); };
+    const int key = in ? turned(__float_as_int(x)) : 0x7fffffff;
+    return __int_as_float(turned(__reduce_min_sync(0xffffffffu, key)));
+}
+
+// All of it is called by all lanes of a warp. Lane l has point l % points; points is a power of
+// two, at most 32. Points that are `in` must be numbers.
+template <int points>
+class WarpContact {
+  public:
+    __device__ WarpContact(ContactSpace<points>& space, const Colliders<float>& colliders)
+        : s(space), c(colliders)
+    {
+    }
+
+    // Lists the mask's primitives that may be near the points, each with the byte that
+    // `label(primitive)` gives it; negative: it is left out. Returns their number.
+    template <class Label>
+    __device__ int look(const Mask& mask, bool in, Vec3<float> p, Label&& label)
+    {
+        const Vec3<float> low = {least_of(p.x, in), least_of(p.y, in), least_of(p.z, in)};
+        const Vec3<float> high = {-least_of(-p.x, in), -least_of(-p.y, in), -least_of(-p.z, in)};
+        __syncwarp();  // all have done with what was listed before
+        int count = 0;
+        for (int word = 0; 32 * word < c.shapes.count; word += 2) {
+            int labels[2];
+            UNROLL
+            for (int k = 0; k < 2; ++k) {
+                const unsigned asked = __reduce_or_sync(all, in ? mask.bits[word + k] : 0);
+                const int own = 32 * (word + k) + lane;
+                labels[k] = -1;
+                if (!(asked >> lane & 1)) continue;
+                const int given = label(own);
+                if (met(c.shapes[own], low, high)) labels[k] = given;
+            }
+            UNROLL
+            for (int k = 0; k < 2; ++k) {
+                const unsigned lanes = __ballot_sync(all, labels[k] >= 0);
+                if (labels[k] >= 0)
+                    s.near[count + before(lanes)] =
+                        static_cast<unsigned short>(labels[k] << 8 | (32 * (word + k) + lane));
+                count += __popc(lanes);
+            }
+        }
+        __syncwarp();
+        return count;
+    }
+
+    // Where the run of equal labels ends that begins at `from`, of so many listed.
+    __device__ int run_end(int from, int count) const
+    {
+        const int label = s.near[from] >> 8;
+        for (int k = from; k < count; k += 32) {
+            const unsigned others =
+                __ballot_sync(all, k + lane < count && s.near[k + lane] >> 8 != label);
+            if (others) return k + lowest_bit(others);
+        }
+        return count;
+    }
+    __device__ int label(int k) const { return s.near[k] >> 8; }
+
+    // What deepest_contact() finds for the lane's point, of the primitives listed in [from, to).
+    __device__ Contact<float> deepest(int from, int to, bool in, Vec3<float> p)
+    {
+        if (lane < points) s.deepest[lane] = 0;
+        for (int k = from; k < to; k += slots) {
+            const int count = least(to - k, slots);
+            bring(k, count);
+            const int pairs = pair(count, in, p);
+            for (int first = 0; first < pairs; first += 32) descend(k, first, pairs, p);
+            __syncwarp();
+        }
+        const unsigned long long found = s.deepest[point];
+        if (found == 0) return {1e30f, {0, 1, 0}, {0, 0, 0}, -1};
+        const float4 n = s.normals[point], l = s.weights[point];
+        const Foot<float> f = {
+            -__uint_as_float(unsigned(found >> 32)), {n.x, n.y, n.z}, l.x, l.y, l.z};
+        const Primitive& q = c.primitives[int(~unsigned(found))];
+        return {f.phi, f.n, surface_velocity(c, q, f), q.tool};
+    }
+
+  private:
+    static constexpr unsigned all = 0xffffffffu;
+    static constexpr int slots = ContactSpace<points>::slots, parts = 32 / points;
+    ContactSpace<points>& s;
+    const Colliders<float>& c;
+    const int lane = int(threadIdx.x & 31), point = lane % points;
+
+    // How many of these lanes come before this one.
+    __device__ static int before(unsigned lanes)
+    {
+        unsigned mask;
+        asm("mov.u32 %0, %%lanemask_lt;" : "=r"(mask));
+        return __popc(lanes & mask);
+    }
+
+    __device__ static bool met(const Shape<float>& shape, Vec3<float> low, Vec3<float> high)
+    {
+        return (shape.low.x <= high.x) & (shape.low.y <= high.y) & (shape.low.z <= high.z) &
+               (shape.high.x >= low.x) & (shape.high.y >= low.y) & (shape.high.z >= low.z);
+    }
+
+    // Index of the primitive that is listed as number k.
+    __device__ int primitive(int k) const { return s.near[k] & 255; }
+
+    __device__ const Shape<float>& shape(int slot) const
+    {
+        return reinterpret_cast<const Shape<float>&>(s.shapes[slot]);
+    }
+
+    // Brings the primitives that are listed from number k on into the slots.
+    __device__ void bring(int k, int count)
+    {
+        static_assert(sizeof(Shape<float>) == 16 * 16 && sizeof(Primitive) == 32);
+        const int half = lane >> 4, row = lane & 15;
+        float4 rows[slots / 2], ends{};
+        UNROLL
+        for (int r = 0; r < slots / 2; ++r)
+            if (2 * r + half < count)
+                rows[r] =
+                    reinterpret_cast<const float4*>(&c.shapes[primitive(k + 2 * r + half)])[row];
+        if (lane < count)
+            ends = *reinterpret_cast<const float4*>(&c.primitives[primitive(k + lane)]);
+        UNROLL
+        for (int r = 0; r < slots / 2; ++r)
+            if (2 * r + half < count) s.shapes[2 * r + half][row] = rows[r];
+        if (lane < count) s.shapes[lane][16] = ends;
+        __syncwarp();
+    }
+
+    // Lists the pairs of a point and a slot that it may be inside of. Returns their number.
+    __device__ int pair(int count, bool in, Vec3<float> p)
+    {
+        int listed = 0;
+        for (int k = lane / points; k < count + lane / points; k += 2 * parts) {
+            bool may[2];
+            UNROLL
+            for (int r = 0; r < 2; ++r)
+                may[r] = in && k + r * parts < count && enclosed(shape(k + r * parts), p);
+            UNROLL
+            for (int r = 0; r < 2; ++r) {
+                const unsigned lanes = __ballot_sync(all, may[r]);
+                if (may[r])
+                    s.pairs[listed + before(lanes)] =
+                        static_cast<unsigned char>((k + r * parts) << 5 | point);
+                listed += __popc(lanes);
+            }
+        }
+        __syncwarp();
+        return listed;
+    }
+
+    // The feet of 32 pairs.
+    __device__ void descend(int k, int first, int pairs, Vec3<float> p)
+    {
+        const int own = first + lane < pairs ? s.pairs[first + lane] : -1;
+        const int slot = own >> 5, of = own & 31;
+        const Vec3<float> x = {__shfl_sync(all, p.x, of), __shfl_sync(all, p.y, of),
+                               __shfl_sync(all, p.z, of)};
+        Foot<float> f{};
+        if (own >= 0) f = foot(shape(slot), x);
+        unsigned long long key = 0;
+        if (f.phi < 0) {
+            key = static_cast<unsigned long long>(__float_as_uint(-f.phi)) << 32 |
+                  unsigned(~primitive(k + slot));
+            atomicMax(&s.deepest[of], key);
+        }
+        __syncwarp();
+        if (key != 0 && s.deepest[of] == key) {
+            s.normals[of] = {f.n.x, f.n.y, f.n.z, 0};
+            s.weights[of] = {f.l0, f.l1, f.l2, 0};
+        }
+        __syncwarp();
+    }
+};
+
+}  // namespace knead::gpu

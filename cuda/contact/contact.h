@@ -1,0 +1,136 @@
+// Contact with moving tools: the nearest of a block's candidate primitives, what its surface does
+// to a velocity, and which primitives a block has to look at.  (16)-(19)
+#pragma once
+#include <cstdint>
+
+#include "cuda/contact/medial.h"
+#include "cuda/math/span.h"
+
+namespace knead {
+
+// How a surface acts on what touches it.
+enum class Touch : int { sticky, slip, separate };
+
+// A hand or a thing held by it: a run of primitives with one way of touching.
+template <class R>
+struct Tool {
+    Touch touch;
+    R friction;   // Coulomb [1]
+    bool blade;   // thinner than the lattice can see: two-sided treatment, see cuda/contact/cut.h
+    bool active;  // false: passes through everything (not tracked, just reappeared)
+};
+
+// Which primitives may matter in a block of 4^3 cells: one bit each.
+constexpr int mask_words = 8, most_primitives = 32 * mask_words;
+struct alignas(16) Mask {
+    std::uint32_t bits[mask_words];
+};
+HD bool empty(const Mask& mask)
+{
+    std::uint32_t all = 0;
+    UNROLL
+    for (int word = 0; word < mask_words; ++word) all |= mask.bits[word];
+    return all == 0;
+}
+
+// All tools at one instant.
+template <class R>
+struct Colliders {
+    Span<const Sphere<R>> spheres;
+    Span<const Primitive> primitives;
+    Span<const Shape<R>> shapes;  // one per primitive
+    Span<const Tool<R>> tools;
+};
+
+template <class R>
+struct Contact {
+    R phi;      // signed distance [m]
+    Vec3<R> n;  // outward unit normal
+    Vec3<R> v;  // velocity of the tool's surface there [m/s]
+    int tool;   // -1: none
+};
+
+// Velocity of the surface at a foot: the spheres' motion blended, and their spin about the centre.
+template <class R>
+HD Vec3<R> surface_velocity(const Colliders<R>& c, const Primitive& q, const Foot<R>& f)
+{
+    const Sphere<R>&s0 = c.spheres[q.sphere[0]], &s1 = c.spheres[q.sphere[1]],
+          &s2 = c.spheres[q.sphere[2]];
+    const R r = f.l0 * s0.r + f.l1 * s1.r + f.l2 * s2.r;
+    const R rate = f.l0 * s0.rate + f.l1 * s1.rate + f.l2 * s2.rate;
+    const Vec3<R> v = f.l0 * s0.v + f.l1 * s1.v + f.l2 * s2.v;
+    const Vec3<R> w = f.l0 * s0.w + f.l1 * s1.w + f.l2 * s2.w;
+    return v + cross(w, r * f.n) + rate * f.n;
+}
+
+// Calls visit(primitive index) for every set bit, in order.
+template <class Visit>
+HD void for_each_candidate(const Mask& mask, Visit&& visit)
+{
+    for (int word = 0; word < mask_words; ++word)
+        for (std::uint32_t bits = mask.bits[word]; bits; bits &= bits - 1)
+            visit(32 * word + lowest_bit(bits));
+}
+
+// Whether a primitive is a blade, which is felt from both sides: see cuda/contact/cut.h.
+template <class R>
+HD bool two_sided(const Colliders<R>& c, int primitive)
+{
+    return c.tools[c.primitives[primitive].tool].blade && c.shapes[primitive].plane;
+}
+
+// The nearest of the mask's primitives at p that `admits(shape)`; blades left out.
+template <class R, class Admits>
+HD Contact<R> nearest_of(const Colliders<R>& c, const Mask& mask, Vec3<R> p, Admits&& admits)
+{
+    Foot<R> best{R(1e30), {0, 1, 0}, 1, 0, 0};
+    int at = -1;
+    for_each_candidate(mask, [&](int i) {
+        if (!admits(c.shapes[i])) return;
+        if (two_sided(c, i)) return;
+        const Foot<R> f = foot(c.shapes[i], p);
+        if (f.phi < best.phi) best = f, at = i;
+    });
+    if (at < 0) return {best.phi, best.n, {0, 0, 0}, -1};
+    return {best.phi, best.n, surface_velocity(c, c.primitives[at], best), c.primitives[at].tool};
+}
+
+// Of all the mask's primitives, however far.
+template <class R>
+HD Contact<R> nearest(const Colliders<R>& c, const Mask& mask, Vec3<R> p)
+{
+    return nearest_of(c, mask, p, [](const Shape<R>&) { return true; });
+}
+
+// Of those that p may be inside of: where it is inside of any, the same as nearest(). Elsewhere
+// phi is not negative, and says no more.
+template <class R>
+HD Contact<R> deepest_contact(const Colliders<R>& c, const Mask& mask, Vec3<R> p)
+{
+    return nearest_of(c, mask, p, [&](const Shape<R>& s) { return enclosed(s, p); });
+}
+
+// What a surface with outward normal n, moving at u, leaves of the velocity v.  (18)
+template <class R>
+HD Vec3<R> touched(Vec3<R> v, Vec3<R> n, Vec3<R> u, Touch touch, R friction)
+{
+    const Vec3<R> rel = v - u;
+    const R vn = dot(rel, n);
+    if (touch == Touch::sticky) return vn < 0 ? u : v;
+    const Vec3<R> along = rel - vn * n;
+    if (touch == Touch::slip) return u + along;
+    if (vn >= 0) return v;
+    const R speed = length(along);
+    const R left = speed + friction * vn;  // what friction leaves of the sliding speed
+    if (left <= 0) return u;
+    return u + (left / speed) * along;
+}
+
+// Whether a primitive can come within `band` of a cube of centre p and edge `edge`.
+template <class R>
+HD bool reaches(const Shape<R>& s, Vec3<R> p, R edge, R band)
+{
+    return foot(s, p).phi <= R(0.8660254038) * edge + band;
+}
+
+}  // namespace knead

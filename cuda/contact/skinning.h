@@ -1,0 +1,62 @@
+// From joints to medial spheres: each sphere hangs on up to four joints by weights, so shared
+// spheres never tear. Poses, never distance fields, are interpolated between frames.  (20), (21)
+#pragma once
+#include "cuda/contact/medial.h"
+
+namespace knead {
+
+// Where a joint is and how it is turned. OpenXR: +z backwards along the bone, +y out of the back.
+template <class R>
+struct Joint {
+    Quat<R> q;  // unit
+    Vec3<R> p;  // [m]
+};
+
+// One medial sphere in the frames of its joints.
+template <class R>
+struct Binding {
+    int joint[4];       // unused ones: any joint, with weight 0
+    R weight[4];        // sum 1; the first is the largest
+    Vec3<R> offset[4];  // of the centre, in that joint's frame [m]
+    R radius;           // [m]
+};
+
+// The joint at share s in [0, 1] of the way between two poses.
+template <class R>
+HD Joint<R> between(const Joint<R>& from, const Joint<R>& to, R s)
+{
+    return {between(from.q, to.q, s), from.p + s * (to.p - from.p)};
+}
+
+// The sphere's centre; pose(j) answers with joint j.
+template <class R, class Pose>
+HD Vec3<R> centre(const Binding<R>& b, Pose&& pose)
+{
+    Vec3<R> c{};
+    for (int k = 0; k < 4; ++k) {
+        if (b.weight[k] == 0) continue;
+        const Joint<R> j = pose(b.joint[k]);
+        c = c + b.weight[k] * (j.p + rotate(j.q, b.offset[k]));
+    }
+    return c;
+}
+
+// Angular velocity [1/s] that turns p into q over `duration` [s].
+template <class R>
+HD Vec3<R> spin(Quat<R> p, Quat<R> q, R duration)
+{
+    Quat<R> d = q * conjugate(p);
+    if (d.w < 0) d = {-d.w, -d.x, -d.y, -d.z};
+    const R s = 2 / duration;  // small turns: 2 sin(angle / 2) is the angle to its cube / 24
+    return {s * d.x, s * d.y, s * d.z};
+}
+
+// The sphere over one substep: it stands at `to` and moves exactly from `from` to `to` in dt.
+template <class R, class From, class To>
+HD Sphere<R> posed(const Binding<R>& b, From&& from, To&& to, R dt)
+{
+    const Vec3<R> c0 = centre(b, from), c1 = centre(b, to);
+    return {c1, (1 / dt) * (c1 - c0), spin(from(b.joint[0]).q, to(b.joint[0]).q, dt), b.radius, 0};
+}
+
+}  // namespace knead

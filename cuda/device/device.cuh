@@ -1,0 +1,32 @@
+// Which device is used.
+#pragma once
+#include <stdexcept>
+#include <string>
+
+#include "cuda/device/launch.cuh"
+
+namespace knead::gpu {
+
+// The number of the device, made the calling thread's; -1: the one that it has already. Throws
+// std::runtime_error where there is none of that number.
+inline int chosen(int device)
+{
+    int count = 0;
+    if (cudaGetDeviceCount(&count) != cudaSuccess || count == 0)
+        throw std::runtime_error("no CUDA device");
+    if (device == -1) check(cudaGetDevice(&device), "device");
+    if (device < 0 || device >= count)
+        throw std::runtime_error("no CUDA device " + std::to_string(device) + " among " +
+                                 std::to_string(count));
+    check(cudaSetDevice(device), "device");
+    return device;
+}
+
+inline int multiprocessors(int device)
+{
+    int n = 0;
+    check(cudaDeviceGetAttribute(&n, cudaDevAttrMultiProcessorCount, device), "device");
+    return n;
+}
+
+}  // namespace knead::gpu

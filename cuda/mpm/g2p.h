@@ -1,0 +1,91 @@
+// Grid to particle: velocity and its gradient come back; position and strain move on.  (8), (9)
+#pragma once
+#include "cuda/math/node4.h"
+#include "cuda/mpm/lattice.h"
+#include "cuda/mpm/particle.h"
+#include "cuda/mpm/stencil.h"
+
+namespace knead {
+
+// The weighted sum of three values along an axis, one after the other.
+template <int at, class R, class V>
+HD void blend(V& sum, R w, const V& value)
+{
+    sum = at == 0 ? w * value : sum + w * value;
+}
+// The same with its moment about the middle one, in steps; of the first two the moment is what the
+// first gave.
+template <int at, class R, class V>
+HD void blend(V& sum, V& slope, R w, const V& value)
+{
+    if (at == 0) slope = w * value;
+    if (at == 2) slope = w * value - slope;
+    blend<at>(sum, w, value);
+}
+
+// Sums over a plane of nodes, x being the same, and over all: of w v, and of w v times the step
+// from the middle node.
+template <class V>
+struct Plane {
+    V v, by_y, by_z;
+};
+template <int i, class R, class Velocity>
+HD auto plane(const Stencil<R>& s, Velocity&& velocity)
+{
+    using V = decltype(velocity(Int3{}));
+    Plane<V> sum;
+    const auto column = [&]<int j>(std::integral_constant<int, j>) {
+        V v, slope;
+        blend<0>(v, slope, s.w[0].z, velocity(Int3{i, j, 0}));
+        blend<1>(v, slope, s.w[1].z, velocity(Int3{i, j, 1}));
+        blend<2>(v, slope, s.w[2].z, velocity(Int3{i, j, 2}));
+        blend<j>(sum.v, sum.by_y, s.w[j].y, v);
+        blend<j>(sum.by_z, s.w[j].y, slope);
+    };
+    column(std::integral_constant<int, 0>{});
+    column(std::integral_constant<int, 1>{});
+    column(std::integral_constant<int, 2>{});
+    return sum;
+}
+
+// velocity(step) is where the memory is: it answers with a Vec3, or with a whole node as a Four
+// where that is one register. The sums are factorised: along z, then y, then x.
+template <class R, class Velocity>
+HD void gather(Particle<R>& q, const Stencil<R>& s, std::type_identity_t<const Spacing<R>&> spacing,
+               Velocity&& velocity)
+{
+    using V = decltype(velocity(Int3{}));
+    V v, by_x, by_y, by_z;
+    const auto add = [&]<int i>(std::integral_constant<int, i>) {
+        const Plane<V> p = plane<i>(s, velocity);
+        blend<i>(v, by_x, s.w[i].x, p.v);
+        blend<i>(by_y, s.w[i].x, p.by_y);
+        blend<i>(by_z, s.w[i].x, p.by_z);
+    };
+    add(std::integral_constant<int, 0>{});
+    add(std::integral_constant<int, 1>{});
+    add(std::integral_constant<int, 2>{});
+    const R dx = spacing.dx, scale = spacing.per_D;
+    const Vec3<R> d = scale * (s.d + Vec3<R>{dx, dx, dx});  // to the middle node
+    const R step = scale * dx;
+    q.v = first_three(v);
+    q.C = {d.x * q.v + step * first_three(by_x), d.y * q.v + step * first_three(by_y),
+           d.z * q.v + step * first_three(by_z)};
+}
+
+// b <- (I + dt C) b (I + dt C)^T, written for e = b - I so that small strains stay exact:
+// e + L e + L =: U, then U + U L^T + L^T, of which six numbers are wanted.  (9)
+template <class R>
+HD Sym3<R> strained(const Sym3<R>& e, const Mat3<R>& C, R dt)
+{
+    const Mat3<R> L = dt * C, E = full(e), U = E + L * E + L, rows = transpose(L);
+    const auto at = [](R u, Vec3<R> row_u, Vec3<R> row_l, R l) {
+        return u + dot(row_u, row_l) + l;
+    };
+    const Mat3<R> V = transpose(U);  // columns are the rows of U
+    return {at(U.a.x, V.a, rows.a, L.a.x), at(U.b.y, V.b, rows.b, L.b.y),
+            at(U.c.z, V.c, rows.c, L.c.z), at(U.b.x, V.a, rows.b, L.a.y),
+            at(U.c.x, V.a, rows.c, L.a.z), at(U.c.y, V.b, rows.c, L.b.z)};
+}
+
+}  // namespace knead

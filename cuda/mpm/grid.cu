@@ -1,0 +1,333 @@
+// Grid update: one thread block per listed block of nodes, as many as there are, however many the
+// launch brings. The grid of the substep before is cleared on the way, and a block of its own looks
+// after the clock.
+#include "cuda/contact/contact.cuh"
+#include "cuda/contact/cut.h"
+#include "cuda/device/launch.cuh"
+#include "cuda/mpm/grid.h"
+#include "cuda/mpm/stages.cuh"
+
+namespace knead::gpu {
+namespace {
+
+// Threads and thread blocks per multiprocessor; how many blocks of nodes a thread block has in
+// hand. With tools it is two, one for each half of it; but where a tool may be near, all its
+// threads look after one block, so that a warp shares the feet of fewer nodes.
+template <bool tools>
+constexpr int threads = tools ? 2 * block_nodes : block_nodes;
+template <bool tools>
+constexpr int resident = tools ? 4 : 12;
+template <bool tools>
+constexpr int abreast = tools ? 2 : 1;
+constexpr int shared_nodes = 32 * block_nodes / threads<true>;  // of a warp, near tools
+
+template <bool fixed_point>
+__device__ Node<float> sum_of(const GridView& grid, int parity, int i)
+{
+    if constexpr (fixed_point) {
+        const longlong2* at =
+            reinterpret_cast<const longlong2*>(grid.sums[parity] + 4 * std::size_t(i));
+        const longlong2 a = at[0], b = at[1];
+        const double p = 1 / double(grid.momentum_scale), m = 1 / double(grid.mass_scale);
+        return {{float(p * double(a.x)), float(p * double(a.y)), float(p * double(b.x))},
+                float(m * double(b.y))};
+    } else {
+        const float4 n = grid.nodes[parity][i];
+        return {{n.x, n.y, n.z}, n.w};
+    }
+}
+
+template <bool fixed_point>
+__device__ void clear(const GridView& grid, int parity, int i)
+{
+    if constexpr (fixed_point) {
+        longlong2* at = reinterpret_cast<longlong2*>(grid.sums[parity] + 4 * std::size_t(i));
+        at[0] = at[1] = longlong2{0, 0};
+    } else {
+        grid.nodes[parity][i] = {0, 0, 0, 0};
+    }
+}
+
+// Of a ring of three, the place of substep n.
+template <class T>
+__device__ T in_ring(int n, const T (&ring)[3])
+{
+    const int k = n % 3;
+    return k == 0 ? ring[0] : k == 1 ? ring[1] : ring[2];
+}
+
+// Counts the substep, and chooses the one after it from the speeds that the one before it left.
+__device__ void look_ahead(const Views& d)
+{
+    Clock& c = *d.clock;
+    Counters& all = c.counters;
+    const int n = c.done, before = (n + 1) & 1;
+    const Step step = c.step(n);
+    const double speed = sqrt(double(__uint_as_float(c.fastest[before])));
+    Step next = step_after(step, d.pace, speed, c.tool_step, c.duration);
+    if (c.crowded[before] && step.dt > 0 && next.dt > 0)
+        c.mode = Mode::stopped, c.kept = next, next.dt = 0;
+    c.crowded[before] = false;
+    c.begun = n;
+    c.fastest[n & 1] = 0;
+    c.woken[n & 1] = 0;
+    c.active[(n + 1) % 3] = c.active[n % 3];
+    c.drift += speed * step.dt;
+    c.step(n + 1) = next;
+    c.dt[0] = float(step.dt), c.dt[1] = float(next.dt);
+    if (!(step.dt > 0)) return;
+    all.dt_least = all.substeps ? least(all.dt_least, step.dt) : step.dt;
+    all.dt_most = most(all.dt_most, step.dt);
+    ++all.substeps;
+    ++all.limits[int(step.limit)];
+    all.active_blocks = c.active[n % 3];
+}
+
+// What the substep before n woke: the neighbours become guards, theirs at least support.
+__device__ void stir_neighbours(const Views& d, int n)
+{
+    const RestView& r = d.rest;
+    const int before = (n + 1) & 1, count = d.clock->woken[before];
+    for (int w = int(blockIdx.x) - 1; w < count; w += int(gridDim.x) - 1) {
+        const Int3 at = d.lattice.block_at(r.woken[before][w]);
+        for (int k = int(threadIdx.x); k < 125; k += int(blockDim.x)) {
+            const Int3 step = {k % 5 - 2, k / 5 % 5 - 2, k / 25 - 2}, to = at + step;
+            if (!d.lattice.stores(block_edge * to)) continue;
+            const int b = d.lattice.block_of(4 * to);
+            if (step.x * step.x <= 1 && step.y * step.y <= 1 && step.z * step.z <= 1)
+                atomicMin(&r.guard[b], n + 1);
+            if (__ldcg(&r.reached[b]) || atomicExch(&r.reached[b], 1u)) continue;
+            const int2 range = r.range[b];
+            for (int run = range.x / r.run; run * r.run < range.y; ++run)
+                if (!atomicExch(&r.held[run], 1u)) r.list[atomicAdd(&d.clock->listed, 1)] = run;
+        }
+    }
+}
+
+// The substep under way, and what a thread block begins with. All that may be wanted is asked for
+// at once, rather than one after the other; what the clock's own block writes meanwhile is not
+// used.
+template <int abreast>
+struct Start {
+    int n;
+    float dt;                           // [s]
+    int count, before;                  // blocks listed of this grid and of the other
+    int blocks[abreast], old[abreast];  // the first of each
+};
+
+template <int abreast>
+__device__ Start<abreast> started(const Views& d)
+{
+    const Clock& c = *d.clock;
+    int lists[3][abreast];
+    UNROLL
+    for (int k = 0; k < abreast; ++k) {
+        const int at = int(blockIdx.x) - 1 + k * (int(gridDim.x) - 1);
+        const int first = least(most(at, 0), d.lattice.block_count() - 1);
+        UNROLL
+        for (int l = 0; l < 3; ++l) lists[l][k] = d.grid.list[l][first];
+    }
+    const int n = c.done, active[] = {c.active[0], c.active[1], c.active[2]};
+    const double dt[] = {c.steps[0].dt, c.steps[1].dt, c.steps[2].dt};
+    Start<abreast> s{n, float(in_ring(n, dt)), in_ring(n, active), in_ring(n + 2, active), {}, {}};
+    UNROLL
+    for (int k = 0; k < abreast; ++k) {
+        s.blocks[k] = in_ring(n, {lists[0][k], lists[1][k], lists[2][k]});
+        s.old[k] = in_ring(n + 2, {lists[0][k], lists[1][k], lists[2][k]});
+    }
+    return s;
+}
+
+// The clock's own block: one thread looks ahead, other warps at the blocks that were listed since
+// the substep before. Those of a frame's first are looked at by p2g.
+__device__ void look_around(const Views& d)
+{
+    if (threadIdx.x == 0) look_ahead(d);
+    if (threadIdx.x < 32) return;
+    const auto start = started<1>(d);
+    if (!(start.dt > 0)) return;
+    for (int k = start.before + int(threadIdx.x) - 32; k < start.count; k += int(blockDim.x) - 32)
+        if (d.grid.rim[d.grid.list[start.n % 3][k]]) d.clock->crowded[start.n & 1] = true;
+}
+
+// Calls update(blocks) for all listed blocks of nodes, so many at a time, after clearing as many of
+// the other grid; -1 stands for none. They are listed for the next substep, too.
+template <bool fixed_point, int abreast, class Update>
+__device__ void for_each_block(const Views& d, Start<abreast> s, Update&& update)
+{
+    const int *const now = d.grid.list[s.n % 3], *const last = d.grid.list[(s.n + 2) % 3];
+    int* const next = d.grid.list[(s.n + 1) % 3];
+    const int parity = s.n & 1, stride = int(gridDim.x) - 1, fields = d.grid.fields;
+    for (int at = int(blockIdx.x) - 1; at < s.count || at < s.before; at += abreast * stride) {
+        int here[abreast];
+        UNROLL
+        for (int k = 0; k < abreast; ++k) {
+            const int own = at + k * stride, then = own + abreast * stride;
+            here[k] = own < s.count ? s.blocks[k] : -1;
+            const int old = own < s.before ? s.old[k] : -1;
+            if (threadIdx.x == 0 && here[k] >= 0)
+                next[own] = here[k], d.grid.marks[here[k]] = listed_for(s.n + 1, false);
+            if (then < s.count) s.blocks[k] = now[then];
+            if (then < s.before) s.old[k] = last[then];
+            if (old < 0) continue;
+            for (int i = int(threadIdx.x); i < fields * block_nodes; i += int(blockDim.x))
+                clear<fixed_point>(
+                    d.grid, parity ^ 1,
+                    i / block_nodes * d.lattice.node_count() + old * block_nodes + i % block_nodes);
+        }
+        update(here);
+    }
+}
+
+using SharedSpace = ContactSpace<shared_nodes>;
+
+// held() by all lanes of a warp, for those that are `in`; of tools without blades.
+__device__ Vec3<float> held_by_warp(SharedSpace& space, const Colliders<float>& c, const Mask& mask,
+                                    bool in, Vec3<float> x, Vec3<float> v)
+{
+    WarpContact<shared_nodes> contact(space, c);
+    const int near = contact.look(mask, in, x, [&c](int i) { return c.primitives[i].tool; });
+    for (int from = 0, to; from < near; from = to) {
+        to = contact.run_end(from, near);
+        const Tool<float>& tool = c.tools[contact.label(from)];
+        const Contact<float> hit = contact.deepest(from, to, in, x);
+        if (hit.phi < 0) v = touched(v, hit.n, hit.v, tool.touch, tool.friction);
+    }
+    return v;
+}
+
+// The node of index i, by lanes that `own` one; tools(in, x, v) by all lanes of a warp.
+template <bool fixed_point, class Tools>
+__device__ void update_node(const Views& d, int parity, float dt, int i, bool own, Tools&& tools)
+{
+    const Int3 at = d.lattice.node_at(i);
+    const Node<float> sum = own ? sum_of<fixed_point>(d.grid, parity, i) : Node<float>{};
+    const bool clay = sum.m > 0;
+    Vec3<float> v{};
+    if (clay) v = falling(sum, d.gravity, dt);
+    v = tools(clay, d.lattice.position(at), v);
+    if (!own) return;
+    bool clipped = false;
+    if (clay) v = bounded(v, at, d.lattice, d.walls, dt, clipped);
+    d.grid.nodes[parity][i] = {v.x, v.y, v.z, clay ? sum.m : 0};
+    if (clipped) atomicAdd(&d.clock->counters.clipped, 1ull);
+}
+
+// The nodes of block b, which tools may touch, by all warps of a thread block.
+template <bool fixed_point>
+__device__ void update_together(const Views& d, SharedSpace& space, int n, float dt, int b)
+{
+    const int lane = int(threadIdx.x & 31), node = lane % shared_nodes;
+    const int i = b * block_nodes + int(threadIdx.x >> 5) * shared_nodes + node;
+    const auto tools = [&](bool clay, Vec3<float> x, Vec3<float> v) {
+        return held_by_warp(space, d.tools.colliders(n), d.tools.masks[b],
+                            __shfl_sync(0xffffffffu, clay, node), x, v);
+    };
+    update_node<fixed_point>(d, n & 1, dt, i, lane == node, tools);
+}
+
+template <bool tools, bool fixed_point>
+__global__ void __launch_bounds__(threads<tools>, resident<tools>)
+    grid_kernel(const __grid_constant__ Views d)
+{
+    __shared__ SharedSpace spaces[tools ? block_nodes / shared_nodes : 1];
+    await_before();
+    if (blockIdx.x == 0) return look_around(d);
+    const auto start = started<abreast<tools>>(d);
+    const int n = start.n, parity = n & 1;
+    const float dt = start.dt;
+    if (!(dt > 0)) return;
+    if (d.rest.rule.mode == RestMode::sleep) stir_neighbours(d, n);
+    for_each_block<fixed_point>(d, start, [&](const int(&blocks)[abreast<tools>]) {
+        const auto near = [&](int b) { return tools && b >= 0 && !empty(d.tools.masks[b]); };
+        const int half = int(threadIdx.x) / block_nodes;
+        const int own = half ? blocks[abreast<tools> - 1] : blocks[0];
+        if (own >= 0 && !near(own))
+            update_node<fixed_point>(d, parity, dt,
+                                     own * block_nodes + int(threadIdx.x) % block_nodes, true,
+                                     [](bool, Vec3<float>, Vec3<float> v) { return v; });
+        for (int k = 0; tools && k < 2; ++k) {
+            const int b = k ? blocks[abreast<tools> - 1] : blocks[0];
+            if (near(b)) update_together<fixed_point>(d, spaces[threadIdx.x >> 5], n, dt, b);
+        }
+    });
+}
+
+// Which way lies what is below, at node n: along the slope of its mass less that of what is above.
+template <bool fixed_point>
+__device__ Vec3<float> slope(const Views& d, int parity, Int3 n)
+{
+    const int count = d.lattice.node_count();
+    const auto excess = [&](Int3 m) {
+        if (!d.lattice.stores(m)) return 0.0f;
+        const int i = d.lattice.index(m);
+        return sum_of<fixed_point>(d.grid, parity, below * count + i).m -
+               sum_of<fixed_point>(d.grid, parity, above * count + i).m;
+    };
+    return {excess(n + Int3{1, 0, 0}) - excess(n - Int3{1, 0, 0}),
+            excess(n + Int3{0, 1, 0}) - excess(n - Int3{0, 1, 0}),
+            excess(n + Int3{0, 0, 1}) - excess(n - Int3{0, 0, 1})};
+}
+
+// Where blades are: each label has its own velocity, and the two do not pass through each other.
+// Neighbours read masses here, which the update leaves as they are.
+template <bool fixed_point>
+__global__ void __launch_bounds__(block_nodes, 8) cut_grid_kernel(const __grid_constant__ Views d)
+{
+    await_before();
+    if (blockIdx.x == 0) return look_around(d);
+    const auto start = started<1>(d);
+    const int n = start.n, parity = n & 1, nodes = d.lattice.node_count();
+    const float dt = start.dt, dx = d.lattice.dx;
+    if (!(dt > 0)) return;
+    if (d.rest.rule.mode == RestMode::sleep) stir_neighbours(d, n);
+    const Colliders<float> colliders = d.tools.colliders(n);
+    for_each_block<fixed_point>(d, start, [&](const int(&blocks)[1]) {
+        const int b = blocks[0];
+        if (b < 0) return;
+        const int i = b * block_nodes + int(threadIdx.x);
+        const Int3 at = d.lattice.node_at(i);
+        const Mask& mask = d.tools.masks[b];
+        Node<float> v[3];
+        float mass[3];
+        UNROLL
+        for (int f = 0; f < 3; ++f) {
+            const Node<float> sum = sum_of<fixed_point>(d.grid, parity, f * nodes + i);
+            mass[f] = sum.m;
+            bool clipped;
+            v[f] = update(sum, at, d.lattice, d.walls, d.gravity, dt, clipped,
+                          [&](Vec3<float> x, Vec3<float> u) {
+                              if (!d.tools.grid_contact) return u;
+                              u = held(colliders, mask, x, u);
+                              return f ? sliced(colliders, mask, x, u, dx, unsigned(f)) : u;
+                          });
+            if (clipped) atomicAdd(&d.clock->counters.clipped, 1ull);
+        }
+        divide(v, mass, [&] { return slope<fixed_point>(d, parity, at); });
+        UNROLL
+        for (int f = 0; f < 3; ++f)
+            d.grid.nodes[parity][f * nodes + i] = {v[f].p.x, v[f].p.y, v[f].p.z, v[f].m};
+    });
+}
+
+}  // namespace
+
+void grid(const Views& views, const Needs& needs, int multiprocessors, cudaStream_t stream)
+{
+    const auto blocks = [&](int resident) {
+        return 1 + least(views.lattice.block_count(), resident * multiprocessors - 1);
+    };
+    if (needs.blades) {
+        launch_early("grid", needs.fixed_point ? cut_grid_kernel<true> : cut_grid_kernel<false>,
+                     blocks(8), block_nodes, stream, views);
+        return;
+    }
+    const bool tools = needs.tools && views.tools.grid_contact;
+    const auto kernel = needs.fixed_point
+                            ? (tools ? grid_kernel<true, true> : grid_kernel<false, true>)
+                            : (tools ? grid_kernel<true, false> : grid_kernel<false, false>);
+    launch_early("grid", kernel, blocks(tools ? resident<true> : resident<false>),
+                 tools ? threads<true> : threads<false>, stream, views);
+}
+
+}  // namespace knead::gpu

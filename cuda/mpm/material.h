@@ -1,0 +1,87 @@
+// How a material answers a deformation: Kirchhoff stress from the elastic strain.  (4)-(7)
+#pragma once
+#include "cuda/math/sym_eigen.h"
+#include "cuda/mpm/material_data.h"
+#include "cuda/mpm/particle.h"
+
+namespace knead {
+
+// The least det(b) - 1 that is believed: below it a particle is crushed and rounding decides.
+template <class R>
+constexpr R crushed = R(-0.999999);
+
+// ln J from det(b) - 1; the floor keeps a crushed particle's logarithm finite.
+template <class R>
+HD R log_volume(R excess)
+{
+    return R(0.5) * std::log1p(most(excess, crushed<R>));
+}
+
+// Snow hardens as it is packed: factor on mu and lambda, k = ln of the plastic volume ratio.
+template <class R>
+HD R packed(const Material<R>& q, R k)
+{
+    if (q.flow != Flow::clamp) return 1;
+    return clamped(std::exp(-q.snow * std::expm1(k)), R(0.05), R(20));
+}
+
+// Principal Kirchhoff stresses [Pa] at principal Hencky strains eps [1] of a solid.
+template <class R>
+HD Vec3<R> principal_stress(const Material<R>& q, R k, Vec3<R> eps)
+{
+    const R h = packed(q, k), mu = h * q.mu, lambda = h * q.lambda;
+    const R sum = eps.x + eps.y + eps.z;
+    if (q.elasticity == Elasticity::hencky) {
+        const R p = lambda * sum;
+        return {2 * mu * eps.x + p, 2 * mu * eps.y + p, 2 * mu * eps.z + p};
+    }
+    if (q.elasticity == Elasticity::neo_hookean) {
+        const R p = lambda * sum;
+        return {mu * std::expm1(2 * eps.x) + p, mu * std::expm1(2 * eps.y) + p,
+                mu * std::expm1(2 * eps.z) + p};
+    }
+    const R p = lambda * std::expm1(sum) * std::exp(sum);
+    const auto each = [&](R s) { return 2 * mu * std::expm1(s) * std::exp(s) + p; };
+    return {each(eps.x), each(eps.y), each(eps.z)};
+}
+
+// Principal Hencky strains of b = I + e, from the eigenvalues of e.
+template <class R>
+HD Vec3<R> hencky(Vec3<R> e)
+{
+    return {log_volume(e.x), log_volume(e.y), log_volume(e.z)};
+}
+
+// Kirchhoff stress tau [Pa] of a neo-Hookean solid with these Lame parameters [Pa].
+template <class R>
+HD Sym3<R> neo_hookean_stress(const Sym3<R>& e, R mu, R lambda)
+{
+    return raised(mu * e, lambda * log_volume(determinant_excess(e)));
+}
+
+// Kirchhoff stress tau [Pa] of a particle.
+template <class R>
+HD Sym3<R> kirchhoff_stress(const Particle<R>& q, const Material<R>& m)
+{
+    if (m.flow == Flow::fluid) {
+        const R log_J = log_volume(determinant_excess(q.e)), J = std::exp(log_J);
+        const R p = m.bulk / m.exponent * std::expm1(-m.exponent * log_J);
+        return (2 * m.viscosity * J) * deviator(symmetric(q.C)) + isotropic(-p * J);
+    }
+    if (m.elasticity == Elasticity::neo_hookean) {
+        const R h = packed(m, q.k);
+        return neo_hookean_stress(q.e, h * m.mu, h * m.lambda);
+    }
+    const Eigen<R> b = eigen(q.e);
+    return composed(b.axes, principal_stress(m, q.k, hencky(b.value)));
+}
+
+// Fastest elastic wave in the material at rest [m/s].
+template <class R>
+HD R sound_speed(const Material<R>& m)
+{
+    if (m.flow == Flow::fluid) return std::sqrt(m.bulk / m.density);
+    return std::sqrt((m.lambda + 2 * m.mu) / m.density);
+}
+
+}  // namespace knead

@@ -1,0 +1,40 @@
+// The constants of a material, as the stages read them. Kilograms, metres, seconds, pascals.
+#pragma once
+#include "cuda/math/hd.h"
+
+namespace knead {
+
+enum class Elasticity : int { neo_hookean, fixed_corotated, hencky };
+enum class Flow : int { none, von_mises, drucker_prager, clamp, herschel_bulkley, fluid };
+
+// One object's material, with what its particles share.
+template <class R>
+struct Material {
+    Elasticity elasticity;
+    Flow flow;
+    R density;      // at rest [kg/m^3]
+    R mu, lambda;   // Lame parameters [Pa]
+    R bulk;         // of a fluid: slope of its pressure [Pa]
+    R yield;        // von Mises, Herschel-Bulkley: uniaxial yield stress [Pa]
+    R hardening;    // von Mises: slope of the yield stress over plastic strain [Pa]; < 0 softens
+    R yield_floor;  // von Mises: softening stops here [Pa]
+    R friction;     // Drucker-Prager: |dev tau| <= friction * pressure [1]
+    R cohesion;     // Drucker-Prager: Hencky volume strain that the cone's tip bears [1]
+    R compress, stretch;  // clamp: singular values stay in [1 - compress, 1 + stretch]
+    R snow;               // clamp: hardening exponent [1]
+    R viscosity;          // fluid: [Pa s]; Herschel-Bulkley: consistency [Pa s^exponent]
+    R exponent;           // Herschel-Bulkley: flow index [1]; fluid: of the pressure law [1]
+    R mass, volume;       // of one particle at rest [kg] [m^3]
+    int category;         // surfaces are made per category
+};
+
+template <class To, class From>
+HD Material<To> cast(const Material<From>& m)
+{
+    return {m.elasticity,   m.flow,         To(m.density),   To(m.mu),          To(m.lambda),
+            To(m.bulk),     To(m.yield),    To(m.hardening), To(m.yield_floor), To(m.friction),
+            To(m.cohesion), To(m.compress), To(m.stretch),   To(m.snow),        To(m.viscosity),
+            To(m.exponent), To(m.mass),     To(m.volume),    m.category};
+}
+
+}  // namespace knead

@@ -1,0 +1,47 @@
+// Particle to grid: one particle hands its mass and momentum to 27 nodes.  (2), [Hu 2018, eq. 29]
+#pragma once
+#include "cuda/math/node4.h"
+#include "cuda/mpm/lattice.h"
+#include "cuda/mpm/material_data.h"
+#include "cuda/mpm/momentum.h"
+#include "cuda/mpm/particle.h"
+
+namespace knead {
+
+// The column of nodes along z at steps i and j, before the weights along z.
+template <class R>
+HD Four<R> column_of(const Momentum<R>& a, const Stencil<R>& s, int i, int j)
+{
+    Four<R> here = a.base;
+    if (j) here = slid(here, R(j), a.by_step.b);
+    if (i) here = slid(here, R(i), a.by_step.a);
+    return (s.w[i].x * s.w[j].y) * here;
+}
+
+// A node of a column: its weight `w` along z times the column's momentum there, which from the
+// first node on grows by `per_mass` [m/s] times the mass.
+template <class R>
+HD Four<R> along(Four<R> column, R w, Vec3<R> per_mass)
+{
+    return w * slid(column, last(column), per_mass);
+}
+
+// add(step, share) is where the memory is: a plain sum, a tile of shared memory, an atomic.
+// `step` is the node less the stencil's base; momentum [kg m/s], mass [kg].
+template <class R, class Add>
+HD void scatter(const Particle<R>& q, const Material<R>& m, const Stencil<R>& s,
+                std::type_identity_t<const Spacing<R>&> spacing, R dt, Add&& add)
+{
+    const Momentum<R> a = momentum(q, kirchhoff_stress(q, m), m, s, spacing, dt);
+    const Vec3<R> per_mass = (1 / m.mass) * a.by_step.c;
+    UNROLL
+    for (int n = 0; n < 9; ++n) {
+        const Int3 step = {n % 3, n / 3, 0};
+        const Four<R> column = column_of(a, s, step.x, step.y);
+        UNROLL
+        for (int k = 0; k < 3; ++k)
+            add(step + Int3{0, 0, k}, node(along(column, s.w[k].z, R(k) * per_mass)));
+    }
+}
+
+}  // namespace knead

@@ -1,0 +1,85 @@
+// Particles on the device: six rows of 16 bytes, each row contiguous over the particles, so that a
+// warp's load of a row is one stretch of memory. What lasts from substep to substep comes first,
+// what is only kept from frame to frame last.
+//
+// There is room for a seventh. Particles lie in the first six of the seven rows or, the other side,
+// in the last six; a sort moves them over row by row, each into the row that is free.
+#pragma once
+#include <cstdint>
+#include <vector_types.h>
+
+#include <bit>
+
+#include "cuda/mpm/particle.h"
+
+namespace knead::gpu {
+
+constexpr int particle_rows = 6;
+struct ParticleView {
+    float4* rows;  // particle_rows * count: (x, k), (e.xx e.yy e.zz, object), (e.xy e.xz e.yz,
+                   // sides), (v, C.a.x), (C.a.y C.a.z C.b.x C.b.y),
+                   // (C.b.z, C.c)
+    int* ids;      // count: index of the particle in the scene
+    int count;
+
+    HD float4& row(int r, int i) const { return rows[std::size_t(r) * std::size_t(count) + i]; }
+
+    HD Vec3<float> position(int i) const
+    {
+        const float4 a = row(0, i);
+        return {a.x, a.y, a.z};
+    }
+    // Position, strain, history: what lasts from substep to substep. The rest is zero.
+    HD Particle<float> load_state(int i) const
+    {
+        Particle<float> q{};
+        load_place(i, q), load_strain(i, q);
+        return q;
+    }
+    HD void load_place(int i, Particle<float>& q) const
+    {
+        const float4 a = row(0, i);
+        q.x = {a.x, a.y, a.z}, q.k = a.w;
+    }
+    HD void load_strain(int i, Particle<float>& q) const
+    {
+        const float4 b = row(1, i), c = row(2, i);
+        q.e = {b.x, b.y, b.z, c.x, c.y, c.z};
+        q.object = std::bit_cast<int>(b.w), q.sides = std::bit_cast<std::uint32_t>(c.w);
+    }
+    HD Particle<float> load(int i) const
+    {
+        const float4 d = row(3, i), e = row(4, i), f = row(5, i);
+        Particle<float> q = load_state(i);
+        q.v = {d.x, d.y, d.z};
+        q.C = {{d.w, e.x, e.y}, {e.z, e.w, f.x}, {f.y, f.z, f.w}};
+        return q;
+    }
+    HD void set_sides(int i, std::uint32_t sides) const
+    {
+        row(2, i).w = std::bit_cast<float>(sides);
+    }
+    HD void store_state(int i, const Particle<float>& q) const
+    {
+        row(0, i) = {q.x.x, q.x.y, q.x.z, q.k};
+        row(1, i) = {q.e.xx, q.e.yy, q.e.zz, std::bit_cast<float>(q.object)};
+        row(2, i) = {q.e.xy, q.e.xz, q.e.yz, std::bit_cast<float>(q.sides)};
+    }
+    HD void store_motion(int i, const Particle<float>& q) const
+    {
+        row(3, i) = {q.v.x, q.v.y, q.v.z, q.C.a.x};
+        row(4, i) = {q.C.a.y, q.C.a.z, q.C.b.x, q.C.b.y};
+        row(5, i) = {q.C.b.z, q.C.c.x, q.C.c.y, q.C.c.z};
+    }
+    HD void store(int i, const Particle<float>& q) const { store_state(i, q), store_motion(i, q); }
+};
+
+// The row that is free while `side` is current. Nothing in it lasts: the sort works there, and
+// whoever asks for depths gets them there.
+constexpr int row_places = particle_rows + 1;
+HD float4* free_row(const ParticleView (&sides)[2], int side)
+{
+    return side ? sides[0].rows : &sides[1].row(particle_rows - 1, 0);
+}
+
+}  // namespace knead::gpu

@@ -1,0 +1,213 @@
+// Return maps: what a material keeps of a trial strain. Each is consistent with the stress of
+// material.h, whatever the elasticity: it scales the deviator of the strain until the stress itself
+// lies on the yield surface, at constant volume.  (10), (11)
+#pragma once
+#include "cuda/mpm/material.h"
+#include "cuda/mpm/material_data.h"
+#include "cuda/mpm/particle.h"
+
+namespace knead {
+
+// Magnitude of the deviator of principal values.
+template <class R>
+HD R deviatoric(Vec3<R> t)
+{
+    const R mean = (t.x + t.y + t.z) / 3;
+    const Vec3<R> d = t - Vec3<R>{mean, mean, mean};
+    return std::sqrt(dot(d, d));
+}
+
+// Deviatoric stress [Pa] that von Mises or Herschel-Bulkley flow leaves of a trial one, and the
+// plastic strain it costs. `stiffness` is the slope of |dev tau| / 2 over strain [Pa].
+template <class R>
+struct Return {
+    R stress, slip;
+};
+template <class R>
+HD Return<R> flowed(const Material<R>& m, R trial, R stiffness, R k, R dt)
+{
+    const R root = R(0.816496580927726);  // sqrt(2/3): from uniaxial to deviatoric magnitude
+    if (m.flow == Flow::von_mises) {
+        const R yield = most(m.yield + m.hardening * k, m.yield_floor);
+        if (trial <= root * yield) return {trial, 0};
+        const R slope = yield > m.yield_floor || m.hardening > 0 ? m.hardening : R(0);
+        const R soft = most(2 * stiffness + R(2) / 3 * slope, R(0.2) * stiffness);
+        const R slip = (trial - root * yield) / soft;
+        const R stress = most(trial - 2 * stiffness * slip, root * m.yield_floor);
+        return {stress, (trial - stress) / (2 * stiffness)};
+    }
+    const R yield = root * m.yield;
+    if (trial <= yield) return {trial, 0};
+    // The stress s solves s + 2 stiffness dt ((s - yield) / viscosity)^(1 / exponent) = trial. With
+    // u the logarithm of the share of the overstress that flows, and p and q the shares that stay
+    // and flow, that is ln(p + q) = 0: convex in u, of slope between exponent and 1, so that Newton
+    // comes down on the root from the corner of its two straight branches.
+    const R over = trial - yield;
+    const R a = std::log(m.viscosity / over) + m.exponent * std::log(over / (2 * stiffness * dt));
+    R u = least(R(0), -a / m.exponent), p = 0, q = 1;
+    for (int i = 0; i < 6; ++i) {
+        p = std::exp(a + m.exponent * u);
+        q = std::exp(u);
+        u = u - std::log(p + q) * (p + q) / (m.exponent * p + q);
+    }
+    return {yield + over * (p / (p + q)), over * (q / (p + q)) / (2 * stiffness)};
+}
+
+// neo-Hookean: dev tau = mu dev b, so the deviator of e is scaled and its mean solved for the same
+// determinant, with no eigenvectors. The wanted root of the cubic is the largest, and Halley's
+// steps come down on it from the trial's mean. A fixed number of them: a loop that may end early
+// makes the kernel around it spill. The slope vanishes with all but one value of b, hence its
+// floor.  (10)
+template <class R>
+HD Sym3<R> shrunk(const Sym3<R>& e, R ratio)
+{
+    const R excess = most(determinant_excess(e), crushed<R>);
+    const Sym3<R> s = ratio * deviator(e);
+    const R II = minors(s), rest = II + determinant(s) - excess;
+    constexpr int steps = sizeof(R) == 4 ? 6 : 10;  // enough where the mean falls twentyfold
+    R m = (R(1) / 3) * trace(e);
+    for (int i = 0; i < steps; ++i) {
+        const R f = m * (3 + II + m * (3 + m)) + rest, square = (1 + m) * (1 + m);
+        const R slope = most(3 * square + II, R(1e-3) * square + R(1e-6));
+        m = m - 2 * f * slope / most(2 * slope * slope - 6 * f * (1 + m), slope * slope);
+    }
+    return raised(s, m);
+}
+
+// The largest share t in [0, 1] of the deviator `d` of Hencky strain, about the mean `mean`, whose
+// stress keeps |dev tau| <= bound(pressure).
+template <class R, class Bound>
+HD R kept(const Material<R>& m, R k, R mean, Vec3<R> d, Bound&& bound)
+{
+    const auto over = [&](R t) {
+        const Vec3<R> tau =
+            principal_stress(m, k, {mean + t * d.x, mean + t * d.y, mean + t * d.z});
+        return deviatoric(tau) - bound(-(tau.x + tau.y + tau.z) / 3);
+    };
+    R low = 0, high = 1, f_low = over(R(0)), f_high = over(R(1));
+    if (f_high <= 0) return 1;
+    if (f_low >= 0) return 0;
+    const R enough = (sizeof(R) == 4 ? R(1e-6) : R(1e-13)) * (f_high - f_low);
+    int side = 0;
+    for (int i = 0; i < 30; ++i) {  // regula falsi; an end that stays counts half [Illinois]
+        const R t = (low * f_high - high * f_low) / (f_high - f_low), f = over(t);
+        if (f <= enough && f >= -enough) return t;
+        if (f > 0) {
+            high = t, f_high = f;
+            if (side > 0) f_low = f_low / 2;
+            side = 1;
+        } else {
+            low = t, f_low = f;
+            if (side < 0) f_high = f_high / 2;
+            side = -1;
+        }
+    }
+    return low;
+}
+
+// The strain whose principal Hencky values are eps.
+template <class R>
+HD Sym3<R> from_hencky(const Mat3<R>& axes, Vec3<R> eps)
+{
+    return composed(axes, {std::expm1(2 * eps.x), std::expm1(2 * eps.y), std::expm1(2 * eps.z)});
+}
+
+template <class R>
+HD bool yield_by_stress(Particle<R>& q, const Material<R>& m, R dt)
+{
+    if (m.elasticity == Elasticity::neo_hookean) {
+        const R trial = m.mu * std::sqrt(norm_squared(deviator(q.e)));
+        const Return<R> r = flowed(m, trial, m.mu * (1 + (R(1) / 3) * trace(q.e)), q.k, dt);
+        if (r.slip == 0) return false;
+        q.e = shrunk(q.e, r.stress / trial);
+        q.k += R(0.816496580927726) * r.slip;
+        return true;
+    }
+    const Eigen<R> b = eigen(q.e);
+    const Vec3<R> eps = hencky(b.value);
+    const R trial = deviatoric(principal_stress(m, q.k, eps));
+    const Return<R> r = flowed(m, trial, m.mu, q.k, dt);
+    if (r.slip == 0) return false;
+    const R mean = (eps.x + eps.y + eps.z) / 3;
+    const Vec3<R> d = eps - Vec3<R>{mean, mean, mean};
+    const R t = m.elasticity == Elasticity::hencky
+                    ? r.stress / trial
+                    : kept(m, q.k, mean, d, [&](R) { return r.stress; });
+    q.e = from_hencky(b.axes, Vec3<R>{mean, mean, mean} + t * d);
+    q.k += R(0.816496580927726) * r.slip;
+    return true;
+}
+
+// Sand: no tension beyond the tip, shear up to friction times pressure. Volume gained at the tip is
+// remembered and given back first, or tension and compression in turn would pump the sand up.
+// [Klar 2016; Tampubolon 2017]
+template <class R>
+HD bool yield_sand(Particle<R>& q, const Material<R>& m)
+{
+    const Eigen<R> b = eigen(q.e);
+    Vec3<R> eps = hencky(b.value);
+    const R sum = eps.x + eps.y + eps.z + q.k;
+    if (sum >= m.cohesion) {
+        const R tip = m.cohesion / 3;
+        q.e = from_hencky(b.axes, {tip, tip, tip});
+        q.k = sum - m.cohesion;
+        return true;
+    }
+    const R mean = sum / 3, shift = q.k / 3, tip = (m.lambda + R(2) / 3 * m.mu) * m.cohesion;
+    eps = eps + Vec3<R>{shift, shift, shift};
+    const Vec3<R> d = eps - Vec3<R>{mean, mean, mean};
+    const auto bound = [&](R pressure) { return m.friction * most(pressure + tip, R(0)); };
+    R t = 1;
+    if (m.elasticity == Elasticity::hencky) {
+        const R trial = 2 * m.mu * std::sqrt(dot(d, d));
+        const R most_shear = bound(-(3 * m.lambda + 2 * m.mu) * mean);
+        if (trial > most_shear) t = most_shear / trial;
+    } else {
+        t = kept(m, R(0), mean, d, bound);
+    }
+    const bool corrected = q.k != 0;
+    if (t == 1 && !corrected) return false;
+    q.k = 0;
+    q.e = from_hencky(b.axes, Vec3<R>{mean, mean, mean} + t * d);
+    return t < 1;
+}
+
+// Snow: each singular value of the elastic deformation stays within its bounds. [Stomakhin 2013]
+template <class R>
+HD bool yield_snow(Particle<R>& q, const Material<R>& m)
+{
+    const Eigen<R> b = eigen(q.e);
+    const R low = (1 - m.compress) * (1 - m.compress) - 1;
+    const R high = (1 + m.stretch) * (1 + m.stretch) - 1;
+    const Vec3<R> e{clamped(b.value.x, low, high), clamped(b.value.y, low, high),
+                    clamped(b.value.z, low, high)};
+    if (e.x == b.value.x && e.y == b.value.y && e.z == b.value.z) return false;
+    const Vec3<R> before = hencky(b.value), after = hencky(e);
+    q.k = clamped(q.k + (before.x - after.x) + (before.y - after.y) + (before.z - after.z), R(-1),
+                  R(1));
+    q.e = composed(b.axes, e);
+    return true;
+}
+
+// Applies the material's return map to the trial strain in q; true if it flowed.
+template <class R>
+HD bool yield(Particle<R>& q, const Material<R>& m, R dt)
+{
+    switch (m.flow) {
+        case Flow::none:
+            return false;
+        case Flow::von_mises:
+        case Flow::herschel_bulkley:
+            return yield_by_stress(q, m, dt);
+        case Flow::drucker_prager:
+            return yield_sand(q, m);
+        case Flow::clamp:
+            return yield_snow(q, m);
+        case Flow::fluid:
+            break;
+    }
+    q.e = isotropic(std::expm1(R(2) / 3 * log_volume(determinant_excess(q.e))));
+    return false;
+}
+
+}  // namespace knead

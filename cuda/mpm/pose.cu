@@ -1,0 +1,106 @@
+// What a frame needs of its tools before the first substep: for every block of the lattice the
+// primitives that can touch what is in it at any time of the frame, and the first pose.
+#include "cuda/contact/cut.h"
+#include "cuda/contact/sweep.h"
+#include "cuda/device/launch.cuh"
+#include "cuda/mpm/pose.cuh"
+
+namespace knead::gpu {
+namespace {
+
+constexpr int threads = 128;
+
+__global__ void __launch_bounds__(threads) pose_kernel(const __grid_constant__ Views d)
+{
+    __shared__ PoseSpace space;
+    pose_part(d, space, int(blockIdx.x), d.clock->done);
+}
+
+// Where the tools may be at any time of the frame, shared out as posing is.
+__global__ void __launch_bounds__(threads) sweep_kernel(const __grid_constant__ Views d)
+{
+    __shared__ Joint<float> joints[3][most_joints];  // at the frame's beginning, middle and end
+    __shared__ Sphere<float> spheres[3 * part_primitives];
+    __shared__ float travel[3 * part_primitives];
+    let_next_in();
+    const ToolView& t = d.tools;
+    const int part = int(blockIdx.x), thread = int(threadIdx.x), count = t.primitives.count;
+    for (int k = thread; k < 3 * t.joints; k += threads)
+        joints[k / t.joints][k % t.joints] = joint_at(t, 0.5 * (k / t.joints), k % t.joints);
+    __syncthreads();
+    const auto at = [](const Joint<float>* pose) { return [pose](int j) { return pose[j]; }; };
+    for (int k = thread; k < 3 * part_primitives && primitive_of(part, k / 3) < count; k += threads)
+        spheres[k] = amid(t.bindings[t.primitives[primitive_of(part, k / 3)].sphere[k % 3]],
+                          at(joints[0]), at(joints[1]), at(joints[2]), travel[k] = 0);
+    __syncthreads();
+    for (int k = thread; k < part_primitives && primitive_of(part, k) < count; k += threads) {
+        const int i = primitive_of(part, k);
+        const Sphere<float>* own = spheres + 3 * k;
+        form(t.amid[i], t.primitives[i].count, own[0], own[1], own[2]);
+        t.travel[i] = most(travel[3 * k], most(travel[3 * k + 1], travel[3 * k + 2]));
+    }
+}
+
+// Whether primitive i may touch what is in the cube of centre p.
+__device__ bool may_touch(const ToolView& t, int i, Vec3<float> p, float edge, float dx)
+{
+    if (i >= t.primitives.count) return false;
+    const Tool<float>& tool = t.tools[t.primitives[i].tool];
+    if (!tool.active) return false;
+    const float band = candidate_band(tool.blade) * dx + t.travel[i], half = 0.5f * edge + band;
+    const Shape<float>& s = t.amid[i];
+    const bool beside = p.x + half < s.low.x || p.x - half > s.high.x || p.y + half < s.low.y ||
+                        p.y - half > s.high.y || p.z + half < s.low.z || p.z - half > s.high.z;
+    return !beside && reaches(s, p, edge, band);
+}
+
+// One warp per block of the lattice, one lane per primitive.
+__global__ void __launch_bounds__(threads) mask_kernel(const __grid_constant__ Views d)
+{
+    await_before();
+    const int b = int(blockIdx.x * threads + threadIdx.x) / 32, lane = int(threadIdx.x & 31);
+    if (b >= d.lattice.block_count()) return;
+    const Int3 at = d.lattice.block_at(b);
+    const float edge = block_edge * d.lattice.dx;
+    const Vec3<float> p = {edge * (float(at.x) + 0.5f), edge * (float(at.y) + 0.5f),
+                           edge * (float(at.z) + 0.5f)};
+    for (int word = 0; word < mask_words; ++word) {
+        const unsigned bits =
+            __ballot_sync(0xffffffffu, may_touch(d.tools, 32 * word + lane, p, edge, d.lattice.dx));
+        if (lane == 0) d.tools.masks[b].bits[word] = bits;
+    }
+}
+
+__global__ void __launch_bounds__(threads, 8) penetration_kernel(const __grid_constant__ Views d)
+{
+    const int i = int(blockIdx.x * threads + threadIdx.x), side = d.clock->side;
+    const ParticleView& particles = d.particles[side];
+    if (i >= particles.count) return;
+    float* depth = reinterpret_cast<float*>(free_row(d.particles, side));
+    const Vec3<float> x = particles.position(i);
+    const int b = d.lattice.block_of(d.lattice.cell_of(x));
+    const Colliders<float> last = d.tools.colliders(d.clock->done - 1);
+    depth[particles.ids[i]] = most(-deepest_contact(last, d.tools.masks[b], x).phi, 0.0f);
+}
+
+}  // namespace
+
+void masks(const Views& views, cudaStream_t stream)
+{
+    launch("sweep", sweep_kernel, pose_parts, threads, stream, views);
+    launch_early("masks", mask_kernel, blocks_for(views.lattice.block_count(), threads / 32),
+                 threads, stream, views);
+}
+
+void pose(const Views& views, cudaStream_t stream)
+{
+    launch("pose", pose_kernel, pose_parts, threads, stream, views);
+}
+
+void penetration(const Views& views, cudaStream_t stream)
+{
+    launch("penetration", penetration_kernel, blocks_for(views.particles[0].count, threads),
+           threads, stream, views);
+}
+
+}  // namespace knead::gpu

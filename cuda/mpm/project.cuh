@@ -1,0 +1,115 @@
+// Projection on the device, by all lanes of a warp together.
+#pragma once
+#include "cuda/contact/contact.cuh"
+#include "cuda/contact/cut.h"
+#include "cuda/mpm/particle.h"
+#include "cuda/mpm/project.h"
+#include "cuda/mpm/scatter.cuh"
+#include "cuda/mpm/stages.cuh"
+
+namespace knead::gpu {
+
+// What a thread block reads again later rather than keep it in registers while particles move.
+struct Later {
+    Clock* kept;
+    int n, side;    // the substep that is scattered for; which particle array is current
+    float now, dt;  // of the substep under way and of that one [s]; dt 0: there is none
+    int run;        // of particles
+    __device__ Clock& clock() const
+    {
+        __builtin_assume(__isGlobal(kept));
+        return *kept;
+    }
+};
+
+// Puts aside what contact does not ask for, and takes it up again: in registers it would crowd out
+// the walk through the primitives. `at`: two places, 32 apart.
+__device__ inline void put_aside(const Particle<float>& q, float4* at)
+{
+    at[0] = {q.e.xx, q.e.yy, q.e.zz, q.e.xy};
+    at[32] = {q.e.xz, q.e.yz, q.k, __int_as_float(q.object)};
+}
+__device__ inline void take_up(Particle<float>& q, const float4* at)
+{
+    asm volatile("" ::: "memory");
+    const float4 a = at[0], b = at[32];
+    q.e = {a.x, a.y, a.z, a.w, b.x, b.y};
+    q.k = b.z, q.object = __float_as_int(b.w);
+}
+
+// What a warp's search for contact has of the scatter's space, which is free until then: the
+// search's own, and places for what it does not ask for.
+template <bool blades>
+struct Borrowed {
+    ScatterSpace<blades>& space;
+    const unsigned warp = threadIdx.x >> 5, lane = threadIdx.x & 31;
+    static constexpr int kept = 7;  // numbers of a lane behind the search's space
+    static_assert(sizeof(ContactSpace<32>) + kept * 32 * sizeof(float) <= sizeof space.columns[0]);
+    __device__ ContactSpace<32>& contact() const
+    {
+        return reinterpret_cast<ContactSpace<32>&>(space.columns[warp]);
+    }
+    __device__ float4* strain() const { return &space.slopes[warp][0][0] + lane; }
+    __device__ float& rate(int k) const
+    {
+        float* last = k < kept ? reinterpret_cast<float*>(&contact() + 1) + 32 * k
+                               : reinterpret_cast<float*>(strain() - lane + 64) + 32 * (k - kept);
+        return last[lane];
+    }
+    __device__ void put_aside(const Mat3<float>& C) const
+    {
+        const float all[9] = {C.a.x, C.a.y, C.a.z, C.b.x, C.b.y, C.b.z, C.c.x, C.c.y, C.c.z};
+        UNROLL
+        for (int k = 0; k < 9; ++k) rate(k) = all[k];
+    }
+    __device__ Mat3<float> rates() const
+    {
+        asm volatile("" ::: "memory");
+        return {
+            {rate(0), rate(1), rate(2)}, {rate(3), rate(4), rate(5)}, {rate(6), rate(7), rate(8)}};
+    }
+};
+
+// What tools may touch the particle at x, if its nodes are stored; null: none.
+__device__ inline const Mask* near_tools(const Views& d, Vec3<float> x)
+{
+    const Int3 cell = d.lattice.cell_of(x);
+    const bool in = d.stored.holds(x) && d.tools.passes > 0;
+    if (!in) return nullptr;
+    const Mask& mask = d.tools.masks[d.lattice.block_of(cell)];
+    return empty(mask) ? nullptr : &mask;
+}
+
+// Projection of a warp's particles, of those that are `asked`, by all its lanes. Returns the depth
+// that the lane's was found at [m].
+template <bool blades>
+__device__ float left_tools(Particle<float>& q, const Views& d, const Later& later,
+                            const Borrowed<blades>& borrowed, bool asked, unsigned& covered)
+{
+    const Mask* own = asked ? near_tools(d, q.x) : nullptr;
+    bool in = own;
+    if (!__any_sync(all_lanes, in)) return 0;
+    put_aside(q, borrowed.strain());
+    if constexpr (!blades) borrowed.put_aside(q.C);
+    const Mask& mask = in ? *own : d.tools.masks[0];
+    const Colliders<float> colliders = d.tools.colliders(later.n - 1);
+    if constexpr (blades)
+        if (in) covered = cut(q, colliders, mask, d.lattice.dx);
+    float depth = 0;
+    WarpContact<32> contact(borrowed.contact(), colliders);
+    for (int k = 0; k < d.tools.passes && __any_sync(all_lanes, in); ++k) {
+        const int near = contact.look(
+            mask, in, q.x, [&](int i) { return blades && two_sided(colliders, i) ? -1 : 0; });
+        if (near == 0) break;
+        const Contact<float> hit = contact.deepest(0, near, in, q.x);
+        in = hit.phi < 0;
+        if (in && k == 0) depth = -hit.phi;
+        if (in) put_out(q.x, q.v, hit, colliders.tools[hit.tool]);
+    }
+    take_up(q, borrowed.strain());
+    if constexpr (!blades) q.C = borrowed.rates();
+    stiffen(q.C, depth);
+    return depth;
+}
+
+}  // namespace knead::gpu

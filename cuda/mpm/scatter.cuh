@@ -1,0 +1,272 @@
+// Mass and momentum of a warp's particles to the grid. Lanes whose particles share a cell are put
+// side by side; each writes down what every column of three nodes gets of it; then the warp walks
+// through all of them, a lane a node of the stencil, and where a cell ends adds its sums to memory,
+// a vector atomic a node. No sum depends on the schedule but those of the atomics, and in fixed
+// point not even these. Cells are found from where the particles are now, so drift since the sort
+// costs speed, never correctness.
+//
+// Shuffling the 108 numbers of a particle together takes 324 shuffles a lane; summing the cells of
+// four warps in tiles of shared memory, before anything goes to memory, saves four atomics of five,
+// and costs more than these do: docs/measured.md.
+#pragma once
+#include <nv/target>
+
+#include "cuda/contact/cut.h"
+#include "cuda/device/launch.cuh"
+#include "cuda/math/node4.h"
+#include "cuda/mpm/lattice.h"
+#include "cuda/mpm/material_data.h"
+#include "cuda/mpm/p2g.h"
+#include "cuda/mpm/particle.h"
+#include "cuda/mpm/stages.cuh"
+
+namespace knead::gpu {
+
+constexpr unsigned all_lanes = 0xffffffffu;
+
+// From the stencil's base to its columns, of nodes along z, in the order they are written down in.
+HD constexpr Int3 column_step(int c) { return {c % 3, c / 3, 0}; }
+
+template <bool blades>
+constexpr int scatter_threads = run_length(blades);
+template <bool blades>
+constexpr int scatter_warps = scatter_threads<blades> / 32;
+
+// Shared memory of one thread block.
+template <bool blades>
+struct ScatterSpace {
+    static constexpr int warps = scatter_warps<blades>, fields = blades ? 3 : 1;
+    float4 columns[warps][32][9];  // by particle: momentum and mass of columns of nodes
+    float4 slopes[warps][32][3];   // of a column's momentum per mass, times the step along z, and
+                                   // the weight there
+    int cells[warps][32];          // by particle: index of its stencil's base
+    unsigned sides[blades ? warps : 0][32];  // by particle
+};
+
+// Adds n to *to: one vector atomic where the card has it.
+__device__ inline void add(float4* to, const float4& n)
+{
+    NV_IF_ELSE_TARGET(NV_PROVIDES_SM_90, (atomicAdd(to, n);),
+                      (atomicAdd(&to->x, n.x); atomicAdd(&to->y, n.y); atomicAdd(&to->z, n.z);
+                       atomicAdd(&to->w, n.w);))
+}
+
+// Integers add up to the same bits in any order.
+__device__ inline void add(long long* to, const float4& n, float momentum_scale, float mass_scale)
+{
+    const auto one = [](long long* at, float value) {
+        atomicAdd(reinterpret_cast<unsigned long long*>(at),
+                  static_cast<unsigned long long>(__float2ll_rn(value)));
+    };
+    one(to + 0, momentum_scale * n.x);
+    one(to + 1, momentum_scale * n.y);
+    one(to + 2, momentum_scale * n.z);
+    one(to + 3, mass_scale * n.w);
+}
+
+// The lane's place when those whose particles share a cell are put side by side.
+__device__ inline int slot_of(int node)
+{
+    const int lane = int(threadIdx.x & 31);
+    const unsigned lanes = __match_any_sync(all_lanes, node);
+    const int first = __ffs(int(lanes)) - 1, own = lane == first ? __popc(lanes) : 0;
+    int until = own;
+    UNROLL
+    for (int k = 1; k < 32; k *= 2) {
+        const int other = __shfl_up_sync(all_lanes, until, unsigned(k));
+        if (lane >= k) until += other;
+    }
+    const int start = __shfl_sync(all_lanes, until - own, first);
+    return start + __popc(lanes & ((1u << lane) - 1));
+}
+
+// Asked for anew: what a lane does with it is not worth registers from run to run.
+__device__ inline int lane_now()
+{
+    int lane;
+    asm volatile("mov.u32 %0, %%laneid;" : "=r"(lane));
+    return lane;
+}
+
+// Lanes by the nodes of a stencil: eight columns' first nodes, their second, their third, then the
+// ninth column's, each twice, for a vector load takes half the time where neighbours share it.
+struct Lane {
+    int column, k;  // k: step along z
+    bool holds;     // false: a double
+};
+__device__ inline Lane lane_of(int lane)
+{
+    const bool ninth = lane >= 24;
+    return {ninth ? 8 : lane & 7, ninth ? least(lane >> 1 & 3, 2) : lane >> 3,
+            !ninth || (lane < 30 && !(lane & 1))};
+}
+
+// The scatter of one warp for substep n, all of whose lanes call it; `valid` ones have a particle.
+// Blocks of nodes that get mass are listed in the grid, which is clear before. `begins`: a frame
+// does.
+template <bool blades, bool begins = false>
+class WarpScatter {
+  public:
+    __device__ WarpScatter(const Views& views, ScatterSpace<blades>& space, int n)
+        : d(views),
+          s(space),
+          n(n),
+          sums_of_nodes(views.grid.sums[0] ? static_cast<void*>(views.grid.sums[n & 1])
+                                           : views.grid.nodes[n & 1])
+    {
+    }
+
+    __device__ void operator()(const Particle<float>& q, const Material<float>& m, bool valid,
+                               float dt)
+    {
+        const Stencil<float> stencil = knead::stencil(q.x, d.lattice.spacing);
+        const int node = valid ? d.lattice.index(stencil.base) : nowhere, slot = slot_of(node);
+        __syncwarp();  // others may have put something aside where this one writes
+        write_down(q, m, stencil, slot, dt);
+        s.cells[warp][slot] = node;
+        __syncwarp();
+        walk();
+        list_last();
+    }
+
+  private:
+    static constexpr int fields = ScatterSpace<blades>::fields, nowhere = 0x7fffffff;
+    const Views& d;
+    ScatterSpace<blades>& s;
+    const int n;
+    int last = -1, mark = 0;    // block of nodes; what it was listed for
+    void* const sums_of_nodes;  // float4, or in fixed point four long long
+    const int lane = lane_now(), warp = int(threadIdx.x >> 5);
+    const Lane own = lane_of(lane);
+    const Int3 step = column_step(own.column) + Int3{0, 0, own.k};
+
+    __device__ void write_down(const Particle<float>& q, const Material<float>& m,
+                               const Stencil<float>& stencil, int slot, float dt)
+    {
+        const Momentum<float> a =
+            momentum(q, kirchhoff_stress(q, m), m, stencil, d.lattice.spacing, dt);
+        UNROLL
+        for (int c = 0; c < 9; ++c) {
+            const Int3 to = column_step(c);
+            const Node<float> n = knead::node(column_of(a, stencil, to.x, to.y));
+            s.columns[warp][slot][c] = {n.p.x, n.p.y, n.p.z, n.m};
+        }
+        const Vec3<float> per_mass = (1 / m.mass) * a.by_step.c;
+        UNROLL
+        for (int k = 0; k < 3; ++k) {
+            const Vec3<float> slope = float(k) * per_mass;
+            s.slopes[warp][slot][k] = {slope.x, slope.y, slope.z, stencil.w[k].z};
+        }
+        if constexpr (blades) s.sides[warp][slot] = q.label();
+    }
+
+    // Adds up what the lane's node gets of the particles, slot by slot.
+    __device__ void walk()
+    {
+        constexpr int together = 4, turn = 2 * together;
+        const float4 *column = &s.columns[warp][0][own.column], *slope = &s.slopes[warp][0][own.k];
+        const int* cell = s.cells[warp];
+        // A bit a slot: its cell ends with it.
+        unsigned ends = __ballot_sync(all_lanes, lane == 31 || cell[lane] != cell[lane + 1]);
+        float4 sums[fields] = {};
+        for (int first = 0; first < 32; first += turn) {
+            UNROLL
+            for (int half = 0; half < turn; half += together) {
+                float4 r[together], a[together];
+                UNROLL
+                for (int k = 0; k < together; ++k)
+                    r[k] = column[9 * (half + k)], a[k] = slope[3 * (half + k)];
+                UNROLL
+                for (int k = 0; k < together; ++k) {
+                    add_up(r[k], a[k], first + half + k, sums);
+                    if (!(ends >> (half + k) & 1)) continue;
+                    add_to_grid(cell[half + k], sums);
+                    UNROLL
+                    for (float4& sum : sums) sum = {0, 0, 0, 0};
+                }
+            }
+            column += 9 * turn, slope += 3 * turn, cell += turn;
+            ends >>= turn;
+        }
+    }
+    // What the lane's node gets of one particle.
+    __device__ void add_up(const float4& column, const float4& slope, int slot,
+                           float4 (&sums)[fields]) const
+    {
+        const Node<float> n =
+            knead::node(along(four(Vec3<float>{column.x, column.y, column.z}, column.w), slope.w,
+                              Vec3<float>{slope.x, slope.y, slope.z}));
+        const auto plus = [&n](float4& sum) {
+            sum = {sum.x + n.p.x, sum.y + n.p.y, sum.z + n.p.z, sum.w + n.m};
+        };
+        plus(sums[0]);
+        if constexpr (blades) {
+            const unsigned sides = s.sides[warp][slot];
+            if (sides != below) plus(sums[above]);
+            if (sides != above) plus(sums[below]);
+        }
+    }
+    // What the lane's node got of the cell at node `base`.
+    __device__ void add_to_grid(int base, float4 (&sums)[fields])
+    {
+        // Copied here, where cells end, rather than with every particle.
+        UNROLL
+        for (float4& a : sums) asm volatile("" : "+f"(a.x), "+f"(a.y), "+f"(a.z), "+f"(a.w));
+        if (base == nowhere || !own.holds) return;
+        const unsigned node = unsigned(d.lattice.stepped(base, step));
+        UNROLL
+        for (int f = 0; f < fields; ++f)
+            if (f == 0 || sums[f].w > 0)
+                add_to_node(unsigned(f * d.lattice.node_count()) + node, sums[f]);
+        list_last();
+        last = int(node / block_nodes), mark = d.grid.marks[last];
+    }
+    // Lists the block that the lane added to last, once. Its mark was asked for then and is looked
+    // at now, so that nobody waits for it. It may come from the cache of level 1: where it is an
+    // old one, set since, that costs an exchange.
+    __device__ void list_last() const
+    {
+        const int own = listed_for(n, begins);
+        if (last < 0 || mark == own || atomicExch(d.grid.marks + last, own) == own) return;
+        d.grid.list[n % 3][atomicAdd(&d.clock->active[n % 3], 1)] = last;
+        if (begins && d.grid.rim[last]) d.clock->crowded[(n + 1) & 1] = true;
+    }
+    __device__ void add_to_node(unsigned node, const float4& sum) const
+    {
+        if (d.grid.sums[0])
+            add(static_cast<long long*>(sums_of_nodes) + 4 * std::size_t(node), sum,
+                d.grid.momentum_scale, d.grid.mass_scale);
+        else
+            add(static_cast<float4*>(sums_of_nodes) + node, sum);
+    }
+};
+
+// Calls visit(run) for the thread block's own run of particles, or where clay may be still for as
+// many of the listed ones as fall to it. The launch's first `others` blocks do other things.
+template <bool rests, class Visit>
+__device__ void for_each_run(const Views& d, int others, int own, Visit&& visit)
+{
+    if constexpr (rests) {
+        __shared__ int at;  // kept here, not in registers
+        if (threadIdx.x == 0) at = int(blockIdx.x) - others;
+        __syncthreads();
+        while (at < d.clock->listed) {
+            visit(d.rest.list[at]);
+            __syncthreads();  // shared memory is used anew
+            if (threadIdx.x == 0) at += int(gridDim.x) - others;
+            __syncthreads();
+        }
+    } else {
+        visit(own);
+    }
+}
+
+// Thread blocks for all runs. Where few of many may be listed, no more than keep the device busy:
+// starting one for nothing takes time, too.
+inline int blocks_for_runs(const Views& views, const Needs& needs, int multiprocessors)
+{
+    const int runs = blocks_for(views.particles[0].count, run_length(needs));
+    return needs.rests ? least(runs, 24 * multiprocessors) : runs;
+}
+
+}  // namespace knead::gpu

@@ -1,0 +1,108 @@
+// Before a frame's first substep: which blocks' clay moves, which only carries it, which sleeps.
+#include "cuda/device/launch.cuh"
+#include "cuda/mpm/sleep.h"
+#include "cuda/mpm/stages.cuh"
+
+namespace knead::gpu {
+namespace {
+
+constexpr int threads = 128;
+
+// Floats in the order of integers: of those below zero all bits but the sign are turned.
+__device__ int ordered(float x)
+{
+    const int bits = __float_as_int(x);
+    return bits < 0 ? bits ^ 0x7fffffff : bits;
+}
+__device__ float unordered(int key) { return __int_as_float(key < 0 ? key ^ 0x7fffffff : key); }
+
+// Boxes around the tools over the whole frame; those of tools that are not active are empty.
+struct Boxes {
+    int low[3][most_boxes], high[3][most_boxes];
+    __device__ Box<float> at(int t) const
+    {
+        return {{unordered(low[0][t]), unordered(low[1][t]), unordered(low[2][t])},
+                {unordered(high[0][t]), unordered(high[1][t]), unordered(high[2][t])}};
+    }
+};
+
+// By all threads of a block.
+__device__ void find_boxes(const ToolView& t, float reach, Boxes& boxes)
+{
+    for (int k = int(threadIdx.x); k < 3 * most_boxes; k += threads)
+        boxes.low[0][k] = ordered(1e30f), boxes.high[0][k] = ordered(-1e30f);
+    __syncthreads();
+    for (int i = int(threadIdx.x); i < t.primitives.count; i += threads) {
+        const int tool = t.primitives[i].tool;
+        if (!t.tools[tool].active) continue;
+        const Shape<float>& s = t.amid[i];
+        const float margin = t.travel[i] + reach;
+        const auto grow = [&](int axis, float low, float high) {
+            atomicMin(&boxes.low[axis][tool], ordered(low - margin));
+            atomicMax(&boxes.high[axis][tool], ordered(high + margin));
+        };
+        grow(0, s.low.x, s.high.x), grow(1, s.low.y, s.high.y), grow(2, s.low.z, s.high.z);
+    }
+    __syncthreads();
+}
+
+__global__ void __launch_bounds__(threads) settle_kernel(const __grid_constant__ Views d, int runs)
+{
+    __shared__ Boxes boxes;
+    const RestView& r = d.rest;
+    find_boxes(d.tools, r.rule.reach, boxes);
+    const int first = int(blockIdx.x * threads + threadIdx.x);
+    for (int run = first; run < runs; run += int(gridDim.x) * threads) r.held[run] = 0;
+    if (first == 0) d.clock->listed = d.clock->woken[0] = d.clock->woken[1] = 0;
+    if (first >= d.lattice.block_count()) return;
+    const int b = first;
+    r.quiet[b] = rested(r.rule, r.quiet[b], __uint_as_float(r.fastest[b]));
+    r.fastest[b] = 0;
+    r.range[b] = {0, 0};
+    bool near = false;
+    if (d.tools.primitives.count > 0)
+        for (int t = 0; t < d.tools.tools.count; ++t)
+            near = near || meets(boxes.at(t), d.lattice.block_at(b), block_edge * d.lattice.dx);
+    r.stir[b] = stirred(r.rule, r.quiet[b], near);
+}
+
+// From each block that is at `stir` to its neighbours.
+__global__ void __launch_bounds__(threads) spread_kernel(const __grid_constant__ Views d, int stir)
+{
+    const int b = int(blockIdx.x * threads + threadIdx.x);
+    if (b >= d.lattice.block_count() || d.rest.stir[b] != stir) return;
+    const int least_of_them = neighbour_of(d.rest.rule, stir);
+    const Int3 at = d.lattice.block_at(b);
+    const Int3 first = d.lattice.first_block, end = d.lattice.end_block();
+    for (int z = most(at.z - 1, first.z); z < least(at.z + 2, end.z); ++z)
+        for (int y = most(at.y - 1, first.y); y < least(at.y + 2, end.y); ++y)
+            for (int x = most(at.x - 1, first.x); x < least(at.x + 2, end.x); ++x)
+                atomicMax(&d.rest.stir[d.lattice.block_of({4 * x, 4 * y, 4 * z})], least_of_them);
+}
+
+__global__ void __launch_bounds__(threads) stamp_kernel(const __grid_constant__ Views d)
+{
+    const RestView& r = d.rest;
+    const int b = int(blockIdx.x * threads + threadIdx.x);
+    if (b >= d.lattice.block_count()) return;
+    const int stir = r.stir[b];
+    r.free[b] = stir >= awake ? 0 : never;
+    r.guard[b] = stir >= guard ? 0 : never;
+    r.reached[b] = stir >= support;
+    if (stir >= awake) r.changed[b] = d.clock->done + 1;
+}
+
+}  // namespace
+
+void settle(const Views& views, cudaStream_t stream)
+{
+    const int blocks = blocks_for(views.lattice.block_count(), threads);
+    const ProfilerRange range{"rest"};
+    launch("rest settle", settle_kernel, blocks, threads, stream, views,
+           blocks_for(views.particles[0].count, views.rest.run));
+    for (const int stir : {moving, awake, guard})
+        launch("rest spread", spread_kernel, blocks, threads, stream, views, stir);
+    launch("rest stamp", stamp_kernel, blocks, threads, stream, views);
+}
+
+}  // namespace knead::gpu

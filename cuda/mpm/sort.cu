@@ -1,0 +1,254 @@
+// Particles in the order of their cells, so that a warp's particles share nodes, and lines of
+// memory. They are counted, node by node, and each takes its place among its node's as it comes;
+// where equal bits are asked for, a radix sort, twice as slow, keeps those of a node in the order
+// they came in. Either works in the row of particles.cuh that is free, and leaves the order in the
+// ids that are not current; by that order the rows move, one after the other, into the row that the
+// one before them has left.
+#include <cub/device/device_radix_sort.cuh>
+#include <cub/device/device_scan.cuh>
+
+#include "cuda/device/launch.cuh"
+#include "cuda/mpm/stages.cuh"
+#include "cuda/mpm/stencil.h"
+
+namespace knead::gpu {
+namespace {
+
+constexpr int threads = 128;
+
+// In an order, of particles that lie at rest: there are fewer than 2^31.
+constexpr unsigned held_bit = Particle<float>::still_bit;
+
+int key_bits(const Lattice<float>& lattice)
+{
+    return std::bit_width(unsigned(lattice.node_count() - 1));
+}
+
+// How many of its node's particles came before; a warp's of one node ask together.
+__device__ int counted(int* counts, int key)
+{
+    const unsigned lane = threadIdx.x & 31, lanes = __match_any_sync(0xffffffffu, key);
+    const int first = __ffs(int(lanes)) - 1;
+    int before = 0;
+    if (int(lane) == first && key >= 0) before = atomicAdd(counts + key, __popc(lanes));
+    return __shfl_sync(0xffffffffu, before, first) + __popc(lanes & ((1u << lane) - 1));
+}
+
+// Keys and orders while the particles lie on one side: the row that is free holds them, but for
+// the order that the particles will have, which takes the place of the other side's ids.
+struct Listing {
+    unsigned* keys;  // count
+    int* order;      // count
+};
+HD Listing listing(const ParticleView (&sides)[2], int side, bool done)
+{
+    static_assert(sizeof(float4) >= 2 * sizeof(unsigned) + sizeof(int));
+    const std::size_t count = std::size_t(sides[0].count);
+    unsigned* const keys = reinterpret_cast<unsigned*>(free_row(sides, side));
+    if (done) return {keys, sides[side ^ 1].ids};
+    return {keys + count, reinterpret_cast<int*>(keys + 2 * count)};
+}
+
+// Keys, and by counting (`counts`) each particle's place among its node's, or else the order that
+// there is.
+template <bool rests>
+__global__ void __launch_bounds__(threads)
+    key_kernel(const __grid_constant__ Views d, int* counts, bool done)
+{
+    const int i = int(blockIdx.x * threads + threadIdx.x), side = d.clock->side;
+    const ParticleView& particles = d.particles[side];
+    const bool valid = i < particles.count;
+    if (i == 0) d.clock->sorted_from = side;
+    const int key =
+        valid ? d.lattice.index(base_node(particles.position(i), d.lattice.spacing)) : -1;
+    const int place = counts ? counted(counts, key) : i;
+    if (!valid) return;
+    const Listing l = listing(d.particles, side, done);
+    l.keys[i] = unsigned(key);
+    l.order[i] = place;
+    if constexpr (rests) {
+        const float4 v = particles.row(3, i);
+        const unsigned bits = __float_as_uint(v.x * v.x + v.y * v.y + v.z * v.z);
+        unsigned* fastest = d.rest.fastest + key / block_nodes;
+        if (bits > __ldcg(fastest)) atomicMax(fastest, bits);
+    }
+}
+
+// What was counted has become where each node's particles begin.
+template <bool rests>
+__global__ void __launch_bounds__(threads)
+    place_kernel(const __grid_constant__ Views d, const int* starts)
+{
+    const int i = int(blockIdx.x * threads + threadIdx.x);
+    if (i >= d.particles[0].count) return;
+    const int side = d.clock->side;
+    const Listing from = listing(d.particles, side, false), to = listing(d.particles, side, true);
+    const unsigned key = from.keys[i];
+    const int at = starts[key] + from.order[i];
+    to.order[at] = i;
+    if constexpr (rests) to.keys[at] = key;  // settled_kernel looks at them
+}
+
+// Where clay may be still: what is gets its bit in the order; runs are listed, and where each
+// block's particles begin and end is noted.
+template <int run>
+__global__ void __launch_bounds__(run) settled_kernel(const __grid_constant__ Views d)
+{
+    const int i = int(blockIdx.x) * run + int(threadIdx.x), side = d.clock->sorted_from;
+    const int count = d.particles[0].count;
+    const unsigned* keys = listing(d.particles, side, true).keys;
+    const bool valid = i < count;
+    const int block = valid ? int(keys[i]) / block_nodes : 0;
+    const int stir = valid ? d.rest.stir[block] : asleep;
+    if (__syncthreads_or(stir != asleep) && threadIdx.x == 0) {
+        d.rest.held[blockIdx.x] = 1;
+        d.rest.list[atomicAdd(&d.clock->listed, 1)] = int(blockIdx.x);
+    }
+    if (!valid) return;
+    if (stir < awake) d.particles[side ^ 1].ids[i] |= int(held_bit);
+    if (i == 0 || int(keys[i - 1]) / block_nodes != block) d.rest.range[block].x = i;
+    if (i + 1 == count || int(keys[i + 1]) / block_nodes != block) d.rest.range[block].y = i + 1;
+}
+
+// What moving the rows needs.
+struct Sides {
+    ParticleView particles[2];
+    Clock* clock;
+};
+
+// The k-th row that moves. What it reads, none of the moves before it writes: only when it may
+// write must they be over. With the last row the particles are on the other side.
+template <bool rests>
+__global__ void __launch_bounds__(threads) move_kernel(const __grid_constant__ Sides d, int k)
+{
+    let_next_in();
+    const int i = int(blockIdx.x * threads + threadIdx.x), side = d.clock->sorted_from;
+    const ParticleView &from = d.particles[side], &to = d.particles[side ^ 1];
+    const int r = side ? k : particle_rows - 1 - k;
+    const bool valid = i < from.count, last = k == particle_rows - 1;
+    const unsigned place = valid ? unsigned(to.ids[i]) : 0u;
+    const int j = int(place & ~held_bit);
+    float4 a = from.row(r, j);
+    if constexpr (rests) {
+        const unsigned held = place & held_bit;
+        if (r == 2) a.w = __uint_as_float((__float_as_uint(a.w) & ~held_bit) | held);
+        if (r > 2 && held) a = {0, 0, 0, 0};
+    }
+    const int id = last ? from.ids[j] : 0;
+    await_before();
+    if (!valid) return;
+    to.row(r, i) = a;
+    if (last) to.ids[i] = id;
+    if (last && i == 0) d.clock->side = side ^ 1, d.clock->drift = 0;
+}
+
+// CUB sorts to and fro, and ends where the number of its passes says. Begun so that this should be
+// where the result belongs.
+struct Passes {
+    cub::DoubleBuffer<unsigned> keys;
+    cub::DoubleBuffer<int> order;
+
+    Passes(const Listing& done, const Listing& other, int bits)
+        : keys(done.keys, other.keys), order(done.order, other.order)
+    {
+        constexpr int bits_of_a_pass = 8;
+        keys.selector = order.selector = (bits + bits_of_a_pass - 1) / bits_of_a_pass % 2;
+    }
+    cudaError_t run(void* scratch, std::size_t& bytes, int count, int end, cudaStream_t stream)
+    {
+        return cub::DeviceRadixSort::SortPairs(scratch, bytes, keys, order, count, 0, end, stream);
+    }
+    // Should it have ended elsewhere.
+    void settle(int count, cudaStream_t stream) const
+    {
+        if (order.selector == 0) return;
+        const auto bring = [&](auto* const(&buffers)[2]) {
+            check(cudaMemcpyAsync(buffers[0], buffers[1], std::size_t(count) * sizeof *buffers[0],
+                                  cudaMemcpyDeviceToDevice, stream),
+                  "sort");
+        };
+        bring(keys.d_buffers), bring(order.d_buffers);
+    }
+};
+
+// `nodes` counts become sums of those before.
+cudaError_t add_up(int* counts, int nodes, void* scratch, std::size_t& bytes, cudaStream_t stream)
+{
+    return cub::DeviceScan::ExclusiveSum(scratch, bytes, counts, counts, nodes, stream);
+}
+
+template <class... Arguments>
+void launch_keys(const Views& views, const Needs& needs, cudaStream_t stream,
+                 const Arguments&... arguments)
+{
+    launch("sort keys", needs.rests ? key_kernel<true> : key_kernel<false>,
+           blocks_for(views.particles[0].count, threads), threads, stream, views, arguments...);
+}
+
+void order_by_counting(const Views& views, const Needs& needs, const SortSpace& s,
+                       cudaStream_t stream)
+{
+    const int nodes = views.lattice.node_count();
+    launch_keys(views, needs, stream, s.counts, false);
+    std::size_t bytes = s.scratch_bytes;
+    check(add_up(s.counts, nodes, s.scratch, bytes, stream), "sort");
+    launch("sort place", needs.rests ? place_kernel<true> : place_kernel<false>,
+           blocks_for(views.particles[0].count, threads), threads, stream, views, s.counts);
+    check(cudaMemsetAsync(s.counts, 0, std::size_t(nodes) * sizeof s.counts[0], stream), "sort");
+}
+
+void order_stably(const Views& views, const Needs& needs, const SortSpace& s, int side,
+                  cudaStream_t stream)
+{
+    const int count = views.particles[0].count, bits = key_bits(views.lattice);
+    Passes passes(listing(views.particles, side, true), listing(views.particles, side, false),
+                  bits);
+    launch_keys(views, needs, stream, s.counts, passes.keys.selector == 0);
+    std::size_t bytes = s.scratch_bytes;
+    check(passes.run(s.scratch, bytes, count, bits, stream), "sort");
+    passes.settle(count, stream);
+}
+
+}  // namespace
+
+std::size_t sort_scratch_bytes(int count, const Lattice<float>& lattice, const Needs& needs)
+{
+    std::size_t bytes = 0;
+    if (needs.fixed_point) {
+        const int bits = key_bits(lattice);
+        check(Passes({}, {}, bits).run(nullptr, bytes, count, bits, nullptr), "sort");
+    } else {
+        check(add_up(nullptr, lattice.node_count(), nullptr, bytes, nullptr), "sort");
+    }
+    return bytes;
+}
+
+void order(const Views& views, const Needs& needs, const SortSpace& space, int side,
+           cudaStream_t stream)
+{
+    const ProfilerRange range{"sort"};
+    if (needs.fixed_point)
+        order_stably(views, needs, space, side, stream);
+    else
+        order_by_counting(views, needs, space, stream);
+}
+
+void arrange(const Views& views, const Needs& needs, cudaStream_t stream)
+{
+    const int count = views.particles[0].count, run = run_length(needs);
+    const ProfilerRange range{"sort"};
+    if (needs.rests)
+        launch("sort settled",
+               run == run_length(true) ? settled_kernel<run_length(true)>
+                                       : settled_kernel<run_length(false)>,
+               blocks_for(count, run), run, stream, views);
+    const auto move = needs.rests ? move_kernel<true> : move_kernel<false>;
+    const Sides sides{{views.particles[0], views.particles[1]}, views.clock};
+    const int blocks = blocks_for(count, threads);
+    // The first reads what the kernel before it writes.
+    launch("sort move", move, blocks, threads, stream, sides, 0);
+    for (int k = 1; k < particle_rows; ++k)
+        launch_early("sort move", move, blocks, threads, stream, sides, k);
+}
+
+}  // namespace knead::gpu

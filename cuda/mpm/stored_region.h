@@ -1,0 +1,116 @@
+// How much of the lattice the device stores: the box of it that the clay is in, and some room
+// around. Before clay comes to an end of the box, a frame stops where a substep ends, and goes on
+// when the box has grown; so nobody who looks up a node has to ask whether there is one.
+#pragma once
+#include <bit>
+
+#include "cuda/mpm/lattice.h"
+#include "cuda/mpm/stencil.h"
+#include "cuda/mpm/walls.h"
+
+namespace knead {
+
+// A box of places.
+struct Places {
+    Vec3<float> least, most;            // [m]
+    HD bool holds(Vec3<float> x) const  // false for NaN
+    {
+        return x.x >= least.x && x.y >= least.y && x.z >= least.z && x.x <= most.x &&
+               x.y <= most.y && x.z <= most.z;
+    }
+    HD Vec3<float> nearest(Vec3<float> x) const  // of them; NaN stays
+    {
+        return {clamped(x.x, least.x, most.x), clamped(x.y, least.y, most.y),
+                clamped(x.z, least.z, most.z)};
+    }
+};
+
+// Those from which all of a stencil is stored. Who is farther away was pushed there by tools: it
+// stays on the way, at the nearest, until there are nodes, and then these tools push it on.
+inline Places stored_places(const Lattice<float>& l)
+{
+    // A hundredth of a cell is for rounding.
+    const auto least = [&l](int low) { return l.dx * (float(low) + 0.51f); };
+    const auto most = [&l](int past) { return l.dx * (float(past) - 1.51f); };
+    const Int3 end = l.low + l.stored;
+    return {{least(l.low.x), least(l.low.y), least(l.low.z)},
+            {most(end.x), most(end.y), most(end.z)}};
+}
+
+// Those that are not beyond a wall, either (project.h): most clay is asked no more.
+inline Places free_places(const Lattice<float>& l, const Walls<float>& walls)
+{
+    const Places p = stored_places(l);
+    const float low = l.dx * float(walls.margin);
+    const auto high = [&](int size) { return l.dx * float(size - 1 - walls.margin); };
+    return {{most(p.least.x, low), most(p.least.y, low), most(p.least.z, low)},
+            {least(p.most.x, high(l.size.x)), least(p.most.y, high(l.size.y)),
+             least(p.most.z, high(l.size.z))}};
+}
+
+// Ends of the box that block b is at and that are not ends of the lattice, by bits: 1 << 2 * axis,
+// twice that for the far one. A frame stops one or two substeps after clay has got there, of at
+// most a cell each.
+inline unsigned ends_at(const Lattice<float>& l, Int3 b)
+{
+    const auto axis = [](int at, int low, int stored, int size) {
+        const bool first = at == low && low > 0, last = at + block_edge == low + stored;
+        return unsigned(first) + 2 * unsigned(last && low + stored < size);
+    };
+    return axis(block_edge * b.x, l.low.x, l.stored.x, l.size.x) |
+           axis(block_edge * b.y, l.low.y, l.stored.y, l.size.y) << 2 |
+           axis(block_edge * b.z, l.low.z, l.stored.z, l.size.z) << 4;
+}
+
+// The lattice of which the nodes low <= n < end are stored and what fills up their blocks; what
+// lies beyond the lattice is not.
+inline Lattice<float> boxed(const Lattice<float>& whole, Int3 low, Int3 end)
+{
+    const auto down = [](int n) { return most(n, 0) & ~(block_edge - 1); };
+    const auto up = [](int n, int size) {
+        return least((n + block_edge - 1) & ~(block_edge - 1), size);
+    };
+    const Int3 from{down(low.x), down(low.y), down(low.z)};
+    const Int3 to{up(end.x, whole.size.x), up(end.y, whole.size.y), up(end.z, whole.size.z)};
+    return {whole.size, whole.dx, whole.spacing, from, to - from};
+}
+
+// That or more: rows along z of a power of two nodes. Of others level 2 gets what a warp asks for
+// less evenly spread, and `g2p` takes 3 % longer [docs/measured.md, Memory]. Not where such a row
+// has no room in the lattice or would be longer by more than three fifths.
+inline Lattice<float> in_even_rows(const Lattice<float>& l)
+{
+    const int row = l.stored.z, even = int(std::bit_ceil(unsigned(row)));
+    if (even > l.size.z || 5 * even > 8 * row) return l;
+    const int amid = least(most(l.low.z - (even - row) / 2, 0), l.size.z - even);
+    const int from = amid & ~(block_edge - 1);
+    const Int3 end = l.low + l.stored;
+    return boxed(l, {l.low.x, l.low.y, from}, {end.x, end.y, from + even});
+}
+
+// Around clay whose stencils reach the nodes low <= n < end: on every side an eighth of its extent
+// more and no less than a block; or, if said, a block and `spare` nodes.
+inline Lattice<float> box_around(const Lattice<float>& whole, Int3 low, Int3 end, int spare)
+{
+    const auto room = [spare](int extent) {
+        return spare < 0 ? most(extent / 8, block_edge) : block_edge + spare;
+    };
+    const Int3 extent = end - low;
+    const Int3 more{room(extent.x), room(extent.y), room(extent.z)};
+    return in_even_rows(boxed(whole, low - more, end + more));
+}
+
+// A quarter larger beyond the `ends` that clay has come near.
+inline Lattice<float> grown(const Lattice<float>& l, unsigned ends)
+{
+    Int3 from = l.low, to = l.low + l.stored;
+    const auto axis = [ends](int k, int& low, int& end) {
+        const int more = most((end - low) / 4, 2 * block_edge);
+        if (ends >> 2 * k & 1) low -= more;
+        if (ends >> 2 * k & 2) end += more;
+    };
+    axis(0, from.x, to.x), axis(1, from.y, to.y), axis(2, from.z, to.z);
+    return in_even_rows(boxed(l, from, to));
+}
+
+}  // namespace knead

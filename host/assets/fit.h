@@ -1,0 +1,46 @@
+// Fits a medial hand to a skinned mesh by Gauss-Newton on the exact distance. docs/hands.md.
+#pragma once
+#include <iosfwd>
+#include <string>
+
+#include "host/assets/refine.h"
+#include "host/hands/rig.h"
+
+namespace knead {
+
+// How far a surface lies from a medial hand: |phi| over points spread evenly on the surface [m].
+struct Deviation {
+    double mean, p95, worst;
+    double bulge;  // farthest that the medial hand's surface strays from the mesh [m]
+};
+
+struct FitReport {
+    Topology topology;
+    Side side;
+    Hand open;                          // the mesh's own joints
+    std::vector<FittedSphere> spheres;  // as of a right hand
+    Rig rig;                            // of `side`, bound to `open`
+    int cones, slabs;
+    Deviation deviation;     // open hand, at 40000 points
+    double shift, farthest;  // of the centres from their seeds: mean, greatest [m]
+    double seconds;
+};
+
+struct HandMesh {
+    std::string path;
+    Side side;
+};
+
+// One hand for all meshes, right and left, each in the pose it is bound in. The first is the one
+// that the report is about: its joints, its deviation. Throws std::runtime_error where a mesh
+// cannot be read. Deterministic.
+FitReport fit_hand(const std::vector<HandMesh>& meshes, Topology topology);
+
+// How far the skin lies from the rig when both follow `pose`. `bulge` only if asked for (slow).
+Deviation deviation(const Rig& rig, Side side, const Skin& skin,
+                    const std::vector<SkinPoint>& points, const Hand& pose, bool bulge = false);
+
+// host/hands/rig_table.h, from the fits of both topologies, a right hand first.
+void write_rig_table(std::ostream& out, const FitReport& h25, const FitReport& h47);
+
+}  // namespace knead

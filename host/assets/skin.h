@@ -1,0 +1,38 @@
+// A skinned hand mesh, brought into the frame of open_hand: what the medial hand is fitted to.
+#pragma once
+#include <string>
+#include <vector>
+
+#include "host/hands/hands.h"
+
+namespace knead {
+
+struct Skin {
+    std::vector<Vec3<double>> vertices;  // bind pose, wrist at the origin, fingers along -z [m]
+    std::vector<Int3> triangles;         // vertex indices
+    std::vector<std::array<double, joint_count>> weights;  // per vertex, sum 1
+    std::array<Joint<double>, joint_count> joints;  // bind pose in the frames of docs/hands.md
+};
+
+// Reads a binary glTF whose skin has the 25 joints of the WebXR Hand Input specification, by name.
+// Throws std::runtime_error with the path, what was expected and what was found.
+Skin read_skin(const std::string& path);
+
+// A point of the surface, with what it needs to follow the joints (linear blend skinning).
+struct SkinPoint {
+    Vec3<double> p;                          // bind pose [m]
+    std::array<double, joint_count> weight;  // sum 1
+};
+
+// `count` points spread evenly over the area, always the same ones. The open end at the wrist (the
+// last 12 % of the length) is left out: a union of balls must bulge there.
+std::vector<SkinPoint> spread(const Skin& skin, int count);
+
+// Where linear blend skinning takes the point when the joints stand at `pose`.
+Vec3<double> follow(const Skin& skin, const SkinPoint& point,
+                    const std::array<Joint<double>, joint_count>& pose);
+
+// The mesh of the other hand: x negated.
+Skin mirrored(const Skin& skin);
+
+}  // namespace knead

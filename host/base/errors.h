@@ -1,0 +1,47 @@
+// How a program ends, and the errors that are not a fault of it.
+#pragma once
+#include <functional>
+#include <stdexcept>
+
+namespace knead {
+
+enum Exit : int {
+    exit_ok = 0,
+    exit_check = 1,        // a comparison or check failed
+    exit_usage = 2,        // command line
+    exit_input = 3,        // a file's content
+    exit_resource = 4,     // no GPU, or out of memory
+    exit_output = 5,       // files that cannot be written
+    exit_numbers = 6,      // numerical failure, last good state saved
+    exit_device = 7,       // the device was lost
+    exit_interrupt = 130,  // Ctrl-C, partial results flushed
+    exit_terminate = 143,  // SIGTERM, the same
+};
+
+// Bad input: where (path, and JSON pointer or byte offset), what was expected, what was found.
+struct InputError : std::runtime_error {
+    using std::runtime_error::runtime_error;
+};
+
+// More particles or nodes than memory holds. Said before anything is allocated.
+struct MemoryError : InputError {
+    using InputError::InputError;
+};
+
+struct UsageError : std::runtime_error {
+    using std::runtime_error::runtime_error;
+};
+struct ResourceError : std::runtime_error {
+    using std::runtime_error::runtime_error;
+};
+struct OutputError : std::runtime_error {
+    using std::runtime_error::runtime_error;
+};
+struct DeviceLost : std::runtime_error {
+    using std::runtime_error::runtime_error;
+};
+
+// Runs `action` and turns what it throws into a message on stderr and an exit code.
+int ended(const std::function<int()>& action);
+
+}  // namespace knead

@@ -1,0 +1,166 @@
+#include "host/base/machine.h"
+
+#include <dlfcn.h>
+#include <sys/resource.h>
+#include <unistd.h>
+
+#include <ctime>
+#include <fstream>
+#include <memory>
+#include <thread>
+
+#if __has_include("knead_commit.h")
+#include "knead_commit.h"
+#endif
+
+namespace knead {
+namespace {
+
+struct Unload {
+    void operator()(void* library) const { dlclose(library); }
+};
+
+// The driver's library of management (NVML), opened by name: a build without CUDA can ask too.
+class Driver {
+  public:
+    Driver() : library(dlopen("libnvidia-ml.so.1", RTLD_NOW | RTLD_LOCAL))
+    {
+        good = library && ask("nvmlInit_v2");
+    }
+    Driver(const Driver&) = delete;
+    ~Driver()
+    {
+        if (good) ask("nvmlShutdown");
+    }
+    explicit operator bool() const { return good; }
+    // Whether the call is there and answers 0, its word for success.
+    template <class... A>
+    bool ask(const char* name, A... arguments) const
+    {
+        const auto call = reinterpret_cast<int (*)(A...)>(dlsym(library.get(), name));
+        return call && call(arguments...) == 0;
+    }
+
+  private:
+    std::unique_ptr<void, Unload> library;
+    bool good = false;
+};
+
+}  // namespace
+
+std::string host_name()
+{
+    char name[256] = {};
+    return gethostname(name, sizeof name - 1) == 0 ? name : "unknown";
+}
+
+std::string cpu_name()
+{
+    std::ifstream in("/proc/cpuinfo");
+    for (std::string line; std::getline(in, line);)
+        if (line.starts_with("model name")) {
+            const std::size_t colon = line.find(": ");
+            if (colon != std::string::npos) return line.substr(colon + 2);
+        }
+    return "unknown";
+}
+
+int cpu_count() { return int(std::thread::hardware_concurrency()); }
+
+std::size_t total_memory()
+{
+    const long pages = sysconf(_SC_PHYS_PAGES), page = sysconf(_SC_PAGE_SIZE);
+    return pages > 0 && page > 0 ? std::size_t(pages) * std::size_t(page) : 0;
+}
+
+std::string compiler_name() { return "g++ or compatible " __VERSION__; }
+
+std::string knead_version()
+{
+#ifdef KNEAD_VERSION
+    return KNEAD_VERSION;
+#else
+    return "0.1.0";
+#endif
+}
+
+std::string knead_commit()
+{
+#ifdef KNEAD_COMMIT
+    return KNEAD_COMMIT;
+#else
+    return "unknown";
+#endif
+}
+
+std::optional<GpuState> gpu_state(const std::string& bus)
+{
+    using Unit = struct Opaque*;
+    constexpr int multiprocessor = 1, memory = 2;  // clocks, as NVML numbers them
+    const Driver driver;
+    Unit unit = nullptr;
+    if (bus.empty() || !driver ||
+        !driver.ask("nvmlDeviceGetHandleByPciBusId_v2", bus.c_str(), &unit))
+        return {};
+    GpuState state;
+    char text[128] = {};
+    const auto size = unsigned(sizeof text - 1);
+    unsigned milliwatts = 0;
+    if (driver.ask("nvmlDeviceGetName", unit, text, size)) state.name = text;
+    if (driver.ask("nvmlSystemGetDriverVersion", text, size)) state.driver = text;
+    driver.ask("nvmlDeviceGetClockInfo", unit, multiprocessor, &state.clock);
+    driver.ask("nvmlDeviceGetMaxClockInfo", unit, multiprocessor, &state.most_clock);
+    driver.ask("nvmlDeviceGetClockInfo", unit, memory, &state.memory_clock);
+    if (driver.ask("nvmlDeviceGetPowerManagementLimit", unit, &milliwatts))
+        state.power_limit = 1e-3 * milliwatts;
+    return state;
+}
+
+nlohmann::json machine_facts(bool gpu)
+{
+    nlohmann::json facts = {{"date", utc_now()},
+                            {"host_name", host_name()},
+                            {"num_cpus", cpu_count()},
+                            {"cpu", cpu_name()},
+#ifdef NDEBUG
+                            {"library_build_type", "release"},
+#else
+                            {"library_build_type", "debug"},
+#endif
+                            {"knead_version", knead_version()},
+                            {"commit", knead_commit()},
+                            {"compiler", compiler_name()}};
+    if (!gpu) return facts;
+    if (const std::optional<GpuState> state = gpu_state(gpu_bus()))
+        facts["gpu"] = {{"name", state->name},
+                        {"driver", state->driver},
+                        {"clock_MHz", state->clock},
+                        {"most_clock_MHz", state->most_clock},
+                        {"memory_clock_MHz", state->memory_clock},
+                        {"power_limit_W", state->power_limit}};
+    else
+        facts["gpu"] = {{"driver", "unknown"}};
+    return facts;
+}
+
+std::string utc_now()
+{
+    const std::time_t now = std::time(nullptr);
+    std::tm parts{};
+    gmtime_r(&now, &parts);
+    char text[32];
+    std::strftime(text, sizeof text, "%Y-%m-%dT%H:%M:%SZ", &parts);
+    return text;
+}
+
+double process_seconds()
+{
+    rusage used{};
+    if (getrusage(RUSAGE_SELF, &used) != 0) return 0;
+    const auto seconds = [](const timeval& t) {
+        return double(t.tv_sec) + 1e-6 * double(t.tv_usec);
+    };
+    return seconds(used.ru_utime) + seconds(used.ru_stime);
+}
+
+}  // namespace knead

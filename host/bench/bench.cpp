@@ -1,0 +1,185 @@
+// knead bench: the suites asked for, on one device, and where their results go.
+#include "host/bench/bench.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cctype>
+#include <cstdio>
+#include <filesystem>
+
+#include "host/base/errors.h"
+#include "host/base/interrupt.h"
+#include "host/base/json_reader.h"
+#include "host/base/machine.h"
+#include "host/base/outputs.h"
+#include "host/scene/seed.h"
+
+namespace knead {
+namespace {
+namespace fs = std::filesystem;
+
+Device device_of(const std::string& backend)
+{
+    if (backend == "auto" || backend == "cpu") return resolved(parse_device(backend));
+    if (backend == "gpu") return resolved(parse_device("cuda"));
+    if (backend.starts_with("gpu:")) return resolved(parse_device("cuda" + backend.substr(3)));
+    throw UsageError("--backend: expected auto, cpu, gpu or gpu:N, found \"" +
+                     backend.substr(0, 60) + "\"");
+}
+
+BenchOptions completed(BenchOptions o)
+{
+    std::vector<std::string> names;
+    for (const auto& [name, suite] : suites()) names.push_back(name);
+    for (const std::string& asked : o.suites)
+        if (std::find(names.begin(), names.end(), asked) == names.end()) {
+            const std::string near = likely_name(asked, names);
+            throw UsageError(fmt::format("no suite \"{}\"{}; there are {}", asked.substr(0, 60),
+                                         near.empty() ? "" : ": \"" + near + "\" is meant?",
+                                         fmt::join(names, ", ")));
+        }
+    if (o.suites.empty()) o.suites = names;
+    if (o.case_limit <= 0) o.case_limit = o.quick ? 4 : 20;
+    return o;
+}
+
+// The device's name as a folder's: lower case, what is neither letter nor digit turned into "-".
+std::string folder_name(const std::string& device)
+{
+    std::string name;
+    for (char c : device) {
+        if (std::isalnum(static_cast<unsigned char>(c)))
+            name += char(std::tolower(static_cast<unsigned char>(c)));
+        else if (!name.empty() && name.back() != '-')
+            name += '-';
+    }
+    while (!name.empty() && name.back() == '-') name.pop_back();
+    return name.empty() ? "unknown" : name;
+}
+
+std::string folder_of(const Bench& bench)
+{
+    if (!bench.options.out.empty()) return bench.options.out;
+    return (fs::path("profiling/results") / folder_name(bench.facts.name)).string();
+}
+
+// A suite that fails is said and does not take the others' results with it; its exit code.
+int attempted(Bench& bench, const std::string& name, Suite suite)
+{
+    std::string why;
+    const int code = ended([&] {
+        try {
+            suite(bench);
+        } catch (const std::exception& e) {
+            why = e.what();
+            throw;
+        }
+        return int(exit_ok);
+    });
+    if (code) bench.result.left_out.push_back(name + ": " + why);
+    return code;
+}
+
+const std::vector<std::string> results{"bench.json", "bench.csv"};
+
+}  // namespace
+
+double gpu_clock()
+{
+    const std::optional<GpuState> state = gpu_state(gpu_bus());
+    return state ? 1e6 * state->clock : 0;
+}
+
+Bench::Bench(const BenchOptions& o)
+    : options(completed(o)), device(device_of(o.backend)), facts(device_facts(device, o.threads))
+{
+}
+
+Scene Bench::scene(const std::vector<std::string>& settings) const
+{
+    Scene s = read_scene(options.scene, settings);
+    s.setup.threads = options.threads;
+    build(s,
+          options.most_memory > 0 ? std::size_t(options.most_memory * 0x1p20) : available_memory());
+    return s;
+}
+
+bool Bench::fits(const std::string& what, double particles, double host_bytes, double device_bytes)
+{
+    const auto refuse = [&](const char* side, double need, double there) {
+        const std::string why =
+            fmt::format("{}: {:.3g} particles need about {:.1f} GiB {}, {:.1f} GiB are free", what,
+                        particles, need / 0x1p30, side, there / 0x1p30);
+        say(why);
+        result.left_out.push_back(why);
+        return false;
+    };
+    const double host =
+        options.most_memory > 0 ? options.most_memory * 0x1p20 : double(available_memory());
+    if (particles * host_bytes > host) return refuse("of the host", particles * host_bytes, host);
+    if (device.kind != DeviceKind::cuda) return true;
+    const auto there = double(free_memory(device));
+    return particles * device_bytes < there ||
+           refuse("of the device", particles * device_bytes, there);
+}
+
+void Bench::add(BenchRow row)
+{
+    if (row.frames > 0 || row.repeats > 0) result.rows.push_back(std::move(row));
+}
+
+void Bench::say(const std::string& text) const
+{
+    if (!options.quiet) std::fprintf(stderr, "knead bench: %s\n", text.c_str());
+}
+
+bool Bench::stopped() const { return interrupted() != 0; }
+
+std::vector<StageWork> Bench::counted(const std::function<std::vector<StageWork>()>& count)
+{
+    if (!options.count || uncountable || device.kind != DeviceKind::cuda) return {};
+    try {
+        return count();
+    } catch (const std::runtime_error& e) {
+        uncountable = true;
+        say(e.what());
+        result.left_out.push_back(e.what());
+        return {};
+    }
+}
+
+int bench_verb(const BenchOptions& options)
+{
+    Bench bench(options);
+    const std::string folder = folder_of(bench);
+    prepare_folder(folder, results, options.overwrite);
+    watch_interrupts();
+    if (bench.device.kind != DeviceKind::cuda)
+        bench.result.left_out.push_back(
+            "instructions and bytes: only the counters of a GPU are read");
+    else if (!options.count)
+        bench.result.left_out.push_back("instructions and bytes: not asked for (--count)");
+    bench.say(fmt::format("{}, copies {:.1f} GB/s", bench.facts.name, 1e-9 * bench.facts.copy));
+    int failed = exit_ok;
+    if (options.peers) failed = attempted(bench, "peers", run_peers);
+    for (const auto& [name, suite] : suites()) {
+        const auto& asked = bench.options.suites;
+        if (bench.stopped() || std::find(asked.begin(), asked.end(), name) == asked.end()) continue;
+        if (const int code = attempted(bench, name, suite)) failed = code;
+    }
+    if (bench.stopped()) bench.result.left_out.push_back("the rest: interrupted");
+    const std::string json =
+        bench_json(bench).dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+    const auto in_folder = [&](const std::string& name) {
+        return (fs::path(folder) / name).string();
+    };
+    write_whole(in_folder("bench.json"), json);
+    write_whole(in_folder("bench.csv"), bench_csv(bench.result));
+    for (const auto& [name, text] : bench_plots(bench)) write_whole(in_folder(name), text);
+    std::fputs(options.json ? json.c_str() : bench_text(bench).c_str(), stdout);
+    bench.say("wrote " + folder);
+    return interrupted() == 15 ? exit_terminate : interrupted() ? exit_interrupt : failed;
+}
+
+}  // namespace knead

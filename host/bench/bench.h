@@ -1,0 +1,221 @@
+// knead bench: what is measured, how, and what comes of it.  docs/benchmarks.md
+#pragma once
+#include <array>
+#include <functional>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "cuda/mpm/particle.h"
+#include "host/bench/device.h"
+#include "host/hands/filter.h"
+#include "host/session/report.h"
+
+namespace knead {
+
+struct BenchOptions {
+    std::vector<std::string> suites;  // none: all
+    std::string backend = "auto";     // auto, cpu, gpu, gpu:N
+    std::string out;                  // "": profiling/results/<device>
+    std::string scene = "scenes/squeeze.json";
+    std::string peers_folder = "profiling/peers";
+    bool count = false;  // by the device's counters, too
+    bool quick = false, peers = false, overwrite = false, json = false, quiet = false;
+    int threads = 0;              // CPU; 0: all
+    double case_limit = 0;        // seconds after which a case begins no frame; 0: 20, quick 4
+    double most_memory = 0;       // [MiB] of the host; 0: what is free
+    double most_particles = 5e7;  // of suite "scale"
+};
+
+// What the device's counters say of a case, for each particle; all 0: nothing was counted.
+struct Counted {
+    std::vector<StageWork> stages;
+    DeviceWork sum;
+    double issue_share = 0;  // instructions over time, of what the multiprocessors can issue
+    double copy_share = 0;   // bytes of the memory over time, of the measured copy's rate
+};
+
+// One measured case. Times in seconds.
+struct BenchRow {
+    std::string suite, name;
+    double at = 0;  // the quantity its suite varies
+    std::size_t particles = 0;
+    Int3 nodes{};
+    int frames = 0, repeats = 0;  // timed, over all repeats
+    int touched = 0;              // of them with particles put out of a hand
+    double substeps = 0;          // of a frame; median
+    Spread frame, substep;
+    double between = 0;             // least to greatest median of the repeats, over the median
+    double surface = 0;             // of one frame; median; 0: none was made
+    std::size_t bytes = 0;          // held by the solver
+    double least_bytes = 0;         // per particle and substep
+    double copy_share = 0;          // least_bytes over time, of the measured copy's rate
+    std::vector<StageTime> stages;  // of one frame, or parts of the surface
+    Counted counted;                // per particle and substep; per particle of a surface
+    double moved = 1;               // share of the particle-substeps; the rest was still
+    long clipped = 0, confined = 0, repaired = 0;
+    std::string hash;      // of the first repeat's end
+    int hashed_after = 0;  // frames, warm-up included
+    std::string note;
+
+    // Particle-substeps per second, of those that moved.
+    double rate() const
+    {
+        return substep.median > 0 ? moved * double(particles) / substep.median : 0;
+    }
+};
+
+// A bound to be met: `must` and, better, `aim`.
+struct Target {
+    std::string name, unit;
+    double must = 0, aim = 0;
+    bool least = false;    // the measured value must be at least so large
+    double measured = -1;  // negative: not measured
+    std::string note;
+    bool estimate = false;  // says what may be, on another card; has no bounds
+};
+enum class Met { aim, must, missed, open };
+Met met(const Target& target);
+const char* met_name(Met met);
+
+// What a peer said of itself on its last line, and what stands beside it here.
+struct PeerRow {
+    std::string name, problem;  // problem: why there are no figures, "" if there are
+    double substep = 0;         // its median [s]
+    double ours = 0;            // of the same scene [s]
+    double apart = 0;  // at the end: largest difference of the clay's middle and extent [m]
+    nlohmann::json said;
+};
+
+// Where the clay is: mean and standard deviation of the particles' places, axis by axis [m].
+using Places = std::array<double, 6>;
+// Reads a peer's last line that has a time, in JSON; false if there is none, or it lacks a number.
+bool understood(const std::string& said, PeerRow& row, Places& places);
+
+struct BenchResult {
+    std::vector<BenchRow> rows;
+    std::vector<Target> targets;
+    std::vector<PeerRow> peers;
+    std::vector<std::string> left_out;
+};
+
+// How a case is driven.
+struct Drive {
+    int frames = 0;  // 0: to the end of the recording
+    bool from_touch =
+        true;             // begin where both hands touch, less the warm-up; else at the beginning
+    int warm_up = 3;      // frames that are not timed
+    int repeats = 1;      // each with a solver of its own
+    bool stages = false;  // ask for the stages of a frame
+    bool counts = true;   // and for what the device counts, where the options ask for it
+    int surfaces = 0;     // surfaces made, spread over the frames
+    double limit = 20;    // [s] for all repeats together; two frames are always timed
+};
+
+// All cases of one device. Cases of the same name are measured once.
+class Bench {
+  public:
+    explicit Bench(const BenchOptions& options);
+
+    // The scene of the options with its objects' particles, built; `settings` as of --set.
+    Scene scene(const std::vector<std::string>& settings) const;
+    const BenchRow& measured(const std::string& name, const Scene& scene, const Drive& drive);
+    // A plain squeeze at `cells` per metre; the same case wherever it is asked for.
+    const BenchRow& squeeze(int cells);
+    // Whether a case of so many bytes per particle can be had, on both sides; says if not.
+    bool fits(const std::string& what, double particles, double host_bytes, double device_bytes);
+
+    void add(BenchRow row);                   // unless it was interrupted before anything was timed
+    void say(const std::string& text) const;  // on stderr
+    bool stopped() const;                     // by Ctrl-C
+    // What `count` finds; nothing unless that is asked for. Once it has failed it is not tried
+    // again, and `left_out` says why.
+    std::vector<StageWork> counted(const std::function<std::vector<StageWork>()>& count);
+
+    const BenchOptions options;
+    const Device device;
+    const DeviceFacts facts;
+    BenchResult result;
+
+  private:
+    void examine(const Scene& scene, const HandSource* hands, int first, int frame,
+                 const Drive& how, BenchRow& row);
+
+    std::map<std::string, BenchRow> known;
+    bool uncountable = false;
+};
+
+// Both hands in one of the scene's frames. Without hands they stand still at the origin, inactive.
+Motion motion_in(const Scene& scene, const HandSource* hands, int frame);
+// The scene's frames, from `first` on; `after` sees each, and ends the drive by answering false.
+struct DrivenFrame {
+    int index;  // from 0
+    double wall;
+    Tally tally;
+};
+void drive(const Scene& scene, Solver& solver, const HandSource* hands, int first,
+           const std::function<bool(const DrivenFrame&)>& after);
+// The same with every frame handed over while the one before is computed, each with a surface if
+// that is wanted; where the device makes it, not even that is waited for.
+struct QueuedFrames {
+    int frames = 0;
+    double frame = 0;  // [s] from the end of one to the end of the next, on average
+    double waits = 0;  // of the host within a frame, on average
+};
+QueuedFrames queued(const Scene& scene, Device device, const HandSource* hands, int first,
+                    int frames, bool surfaces);
+// The first frame at whose end every hand that is there reaches into the clay as it was seeded; -1
+// if that never comes.
+int first_touch(const Scene& scene, const HandSource& hands);
+// Bytes that every substep must move per particle: its state in and out, and the nodes of the
+// blocks with clay, written once and read once.
+double least_bytes(std::size_t particles, long active_blocks);
+
+// What was counted of `items` particle-substeps, or particles of a surface, beside `row`'s times.
+Counted counted_each(const std::vector<StageWork>& stages, double items, const BenchRow& row,
+                     const DeviceFacts& facts);
+
+// Seconds of surfaces of one state by the scene's rule, and of their stages.
+struct SurfaceTimes {
+    std::vector<double> whole;
+    std::vector<StageTime> stages;
+    std::size_t bytes = 0;  // held on the device; 0: not counted
+    std::string note;
+};
+SurfaceTimes surface_times(const std::vector<Particle<double>>& state, const Scene& scene,
+                           Device device, int count);
+// What a GPU's counters say of such a surface; empty on a CPU.
+std::vector<StageWork> surface_counts(const std::vector<Particle<double>>& state,
+                                      const Scene& scene, Device device);
+// Seconds of the surfaces of `frames` frames on end, after as many as `warm_up`, where what has not
+// moved is kept, and where nothing is. On a GPU.
+struct KeptTimes {
+    std::vector<double> kept, whole;
+    double anew = 0;        // share of the blocks with clay that are made anew, on average
+    std::size_t bytes = 0;  // held on the device
+};
+KeptTimes kept_surface_times(const Scene& scene, Device device, int warm_up, int frames);
+
+using Suite = void (*)(Bench&);
+const std::vector<std::pair<std::string, Suite>>& suites();
+void stages_suite(Bench&);
+void paper_suite(Bench&);
+void scale_suite(Bench&);
+void surface_suite(Bench&);
+void localized_suite(Bench&);
+void deterministic_suite(Bench&);
+void targets_suite(Bench&);
+void run_peers(Bench&);
+
+nlohmann::json bench_json(const Bench& bench);
+std::string bench_csv(const BenchResult& result);
+std::string bench_text(const Bench& bench);
+// The clock of the multiprocessors as the driver tells it now [1/s]; 0: not told.
+double gpu_clock();
+// Name and content of the drawings.
+std::vector<std::pair<std::string, std::string>> bench_plots(const Bench& bench);
+
+int bench_verb(const BenchOptions& options);
+
+}  // namespace knead

@@ -1,0 +1,65 @@
+#include "host/bench/device.h"
+
+#include <omp.h>
+
+#include <algorithm>
+#include <chrono>
+#include <memory>
+#include <stdexcept>
+
+#include "host/base/machine.h"
+#include "host/scene/seed.h"
+
+namespace knead {
+namespace {
+
+// Every thread copies its own stretch from one array to the other, in memory it touched first, as
+// STREAM does; arrays far larger than the caches. The best of several passes.
+double copy_on_cpu(int threads)
+{
+    const long count = long(std::min<std::size_t>(32 << 20, available_memory() / 64));
+    const std::unique_ptr<double[]> from(new double[std::size_t(count)]),
+        to(new double[std::size_t(count)]);
+    const int used = threads > 0 ? threads : omp_get_max_threads();
+    double best = 0;
+    for (int pass = 0; pass < 8; ++pass) {
+        const auto start = std::chrono::steady_clock::now();
+#pragma omp parallel for schedule(static) num_threads(used)
+        for (long i = 0; i < count; ++i) {
+            if (pass == 0) from[i] = double(i);
+            to[i] = from[i];
+        }
+        const double time =
+            std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+        if (pass > 0) best = std::max(best, 2 * sizeof(double) * double(count) / time);
+    }
+    if (to[count / 2] != double(count / 2)) throw std::runtime_error("the copy went wrong");
+    return best;
+}
+
+}  // namespace
+
+DeviceFacts device_facts(Device device, int threads)
+{
+    if (device.kind == DeviceKind::cuda) return gpu::facts_of(device.index);
+    DeviceFacts facts;
+    facts.name = cpu_name();
+    facts.memory = total_memory();
+    facts.copy = copy_on_cpu(threads);
+    return facts;
+}
+
+std::size_t free_memory(Device device)
+{
+    return device.kind == DeviceKind::cuda ? gpu::free_memory(device.index) : available_memory();
+}
+
+#ifndef KNEAD_HAS_CUDA
+namespace gpu {
+DeviceFacts facts_of(int) { throw std::runtime_error("this build has no CUDA side"); }
+std::size_t free_memory(int) { throw std::runtime_error("this build has no CUDA side"); }
+}  // namespace gpu
+std::string gpu_bus() { return ""; }
+#endif
+
+}  // namespace knead

@@ -1,0 +1,251 @@
+// How one case is driven: the recorded hands, frame by frame, from where they touch the clay.
+#include <algorithm>
+#include <chrono>
+#include <map>
+
+#include "host/base/interrupt.h"
+#include "host/bench/bench.h"
+#include "host/scene/seed.h"
+#include "host/session/session.h"
+#include "host/solver/audit.h"
+#include "host/solver/cpu/tools.h"
+
+namespace knead {
+namespace {
+
+using Wall = std::chrono::steady_clock;
+double since(Wall::time_point start)
+{
+    return std::chrono::duration<double>(Wall::now() - start).count();
+}
+
+// What the repeats of a case gather. Frames in which no hand touches any more are set aside, unless
+// there are no others.
+struct Gathered {
+    struct Times {
+        std::vector<double> frames, substeps, counts;
+        void add(const DrivenFrame& f)
+        {
+            const int n = std::max(f.tally.substeps, 1);
+            frames.push_back(f.wall), substeps.push_back(f.wall / n), counts.push_back(n);
+        }
+    };
+    Times touched, apart;
+    std::vector<double> surfaces, medians;
+    int timed = 0;
+    Tally sum;
+    long blocks = 0;
+    std::vector<int> touched_at;  // in the first repeat
+    int last = 0;
+
+    // The frame amid those in contact, or the last.
+    int middle() const { return touched_at.empty() ? last : touched_at[touched_at.size() / 2]; }
+    void add(const DrivenFrame& f)
+    {
+        (f.tally.projected > 0 ? touched : apart).add(f);
+        ++timed;
+        sum.clipped += f.tally.clipped, sum.confined += f.tally.confined;
+        sum.repaired += f.tally.repaired;
+        sum.moved += f.tally.moved, sum.substeps += f.tally.substeps;
+        blocks = f.tally.active_blocks;
+        last = f.index;
+        if (medians.empty() && f.tally.projected > 0) touched_at.push_back(f.index);
+    }
+    const Times& times() const { return touched.frames.empty() ? apart : touched; }
+};
+
+void once(const Scene& scene, Solver& solver, const HandSource* hands, const Drive& how, int first,
+          Device device, Gathered& all)
+{
+    const Wall::time_point begin = Wall::now();
+    const int every =
+        how.surfaces > 0 && how.frames > 0 ? std::max(1, how.frames / how.surfaces) : 0;
+    Gathered mine;
+    drive(scene, solver, hands, first, [&](const DrivenFrame& f) {
+        const int timed = f.index - how.warm_up + 1;
+        if (timed > 0) {
+            all.add(f);
+            mine.add(f);
+            if (every && timed % every == 0) {
+                const SurfaceTimes made = surface_times(solver.particles(), scene, device, 1);
+                all.surfaces.push_back(spread(made.whole).median);
+            }
+        }
+        if (interrupted() || (how.frames > 0 && timed >= how.frames)) return false;
+        return timed < 2 || since(begin) < how.limit / how.repeats;
+    });
+    if (mine.timed > 0) all.medians.push_back(spread(mine.times().substeps).median);
+}
+
+double relative_range(const std::vector<double>& medians)
+{
+    const auto [low, high] = std::minmax_element(medians.begin(), medians.end());
+    const double middle = spread(medians).median;
+    return medians.size() > 1 && middle > 0 ? (*high - *low) / middle : 0;
+}
+
+void fill(BenchRow& row, const Scene& scene, const Gathered& all)
+{
+    row.particles = scene.setup.particles.size();
+    row.nodes = scene.setup.lattice.size;
+    row.frames = all.timed, row.repeats = int(all.medians.size());
+    row.touched = int(all.touched.frames.size());
+    row.substeps = spread(all.times().counts).median;
+    row.frame = spread(all.times().frames), row.substep = spread(all.times().substeps);
+    row.between = relative_range(all.medians);
+    row.surface = spread(all.surfaces).median;
+    row.least_bytes = least_bytes(row.particles, all.blocks);
+    row.clipped = all.sum.clipped, row.confined = all.sum.confined;
+    row.repaired = all.sum.repaired;
+    const double all_of_them = double(row.particles) * all.sum.substeps;
+    if (all_of_them > 0) row.moved = double(all.sum.moved) / all_of_them;
+}
+
+// Places of about 2000 particles of each object, however small it is beside the others.
+std::vector<Vec3<double>> samples(const std::vector<Particle<double>>& particles)
+{
+    std::map<int, std::size_t> counts, seen;
+    for (const Particle<double>& q : particles) ++counts[q.object];
+    std::vector<Vec3<double>> places;
+    for (const Particle<double>& q : particles)
+        if (seen[q.object]++ % std::max<std::size_t>(1, counts[q.object] / 2000) == 0)
+            places.push_back(q.x);
+    return places;
+}
+
+}  // namespace
+
+double least_bytes(std::size_t particles, long active_blocks)
+{
+    const double nodes = double(active_blocks) * block_nodes * sizeof(Node<float>);
+    return 2 * sizeof(Particle<float>) + 2 * nodes / double(std::max<std::size_t>(particles, 1));
+}
+
+Counted counted_each(const std::vector<StageWork>& stages, double items, const BenchRow& row,
+                     const DeviceFacts& facts)
+{
+    Counted all;
+    if (!(items > 0)) return all;
+    for (const StageWork& stage : stages) {
+        all.stages.push_back({stage.name, 1 / items * stage.work});
+        all.sum += all.stages.back().work;
+    }
+    const double rate = row.substep.median > 0 ? row.rate()
+                        : row.frame.median > 0 ? double(row.particles) / row.frame.median
+                                               : 0;
+    // Four schedulers a multiprocessor, of one instruction a cycle.
+    const double issued = 4.0 * facts.multiprocessors * all.sum.clock();
+    if (issued > 0) all.issue_share = all.sum.instructions * rate / issued;
+    if (facts.copy > 0) all.copy_share = all.sum.memory_bytes * rate / facts.copy;
+    return all;
+}
+
+Motion motion_in(const Scene& scene, const HandSource* hands, int frame)
+{
+    Motion motion;
+    motion.from.resize(2 * joint_count, {{1, 0, 0, 0}, {0, 0, 0}});
+    motion.to = motion.from;
+    if (!hands) return motion;
+    bool before[side_count], active[side_count];
+    hands->sample(frame / scene.frame_rate, motion.from.data(), before);
+    hands->sample((frame + 1) / scene.frame_rate, motion.to.data(), active);
+    for (Side side : tool_sides(scene.hands)) motion.active.push_back(active[side]);
+    return motion;
+}
+
+void drive(const Scene& scene, Solver& solver, const HandSource* hands, int first,
+           const std::function<bool(const DrivenFrame&)>& after)
+{
+    const int end = frames_wanted(scene, hands, 0);
+    for (int f = first; f < end; ++f) {
+        const Motion motion = motion_in(scene, hands, f);
+        const Wall::time_point start = Wall::now();
+        DrivenFrame frame{f - first, 0, solver.advance(motion, frame_duration(scene))};
+        frame.wall = since(start);
+        if (!after(frame)) return;
+    }
+}
+
+int first_touch(const Scene& scene, const HandSource& hands)
+{
+    const Setup& setup = scene.setup;
+    const std::vector<Side> sides = tool_sides(scene.hands);
+    PosedTools<double> tools(setup, setup.lattice);
+    const std::vector<Vec3<double>> clay = samples(setup.particles);
+    const int end = frames_wanted(scene, &hands, 0);
+    const auto reached = [&](int tool) {
+        for (std::size_t s = 0; s < tools.shapes.size(); ++s) {
+            if (tools.primitives[s].tool != tool) continue;
+            const Shape<double>& shape = tools.shapes[s];
+            for (const Vec3<double> x : clay) {
+                const bool near = x.x >= shape.low.x && x.x <= shape.high.x && x.y >= shape.low.y &&
+                                  x.y <= shape.high.y && x.z >= shape.low.z && x.z <= shape.high.z;
+                if (near && foot(shape, x).phi < 0) return true;
+            }
+        }
+        return false;
+    };
+    for (int f = 0; f < end; ++f) {
+        const Motion motion = motion_in(scene, &hands, f);
+        tools.activate(motion);
+        tools.pose(motion, 0, 1, 1 / scene.frame_rate);
+        bool all = !sides.empty();
+        for (std::size_t t = 0; t < sides.size() && all; ++t)
+            all = tools.tools[t].active && reached(int(t));
+        if (all) return f;
+    }
+    return -1;
+}
+
+// A frame's stages, one by one, on a solver of its own: what is timed is not disturbed.
+void Bench::examine(const Scene& scene, const HandSource* hands, int first, int frame,
+                    const Drive& how, BenchRow& row)
+{
+    const std::unique_ptr<Solver> solver = make_solver(scene.setup, device);
+    drive(scene, *solver, hands, first, [&](const DrivenFrame& f) {
+        if (stopped() || f.index < frame) return !stopped();
+        if (how.stages) row.stages = solver->stage_times();
+        if (how.counts)
+            row.counted = counted_each(counted([&] { return solver->stage_counts(); }),
+                                       double(f.tally.moved), row, facts);
+        return false;
+    });
+}
+
+const BenchRow& Bench::measured(const std::string& name, const Scene& scene, const Drive& how)
+{
+    if (const auto found = known.find(name); found != known.end()) return found->second;
+    say(name);
+    BenchRow row;
+    row.name = name;
+    std::unique_ptr<HandSource> hands;
+    int first = 0;
+    if (scene.has_hands) {
+        hands = std::make_unique<HandSource>(hands_of(scene), scene.hands);
+        const int touch = how.from_touch ? first_touch(scene, *hands) : 0;
+        if (touch < 0) row.note = "the hands never touch";
+        first = std::max(0, touch - how.warm_up);
+    }
+    Gathered all;
+    const Wall::time_point begin = Wall::now();
+    for (int k = 0; k < how.repeats && (k == 0 || since(begin) < how.limit); ++k) {
+        const std::unique_ptr<Solver> solver = make_solver(scene.setup, device);
+        once(scene, *solver, hands.get(), how, first, device, all);
+        row.bytes = solver->memory();
+        if (k > 0) continue;
+        row.hashed_after = all.timed + how.warm_up;
+        if (how.stages && device.kind == DeviceKind::cpu) row.stages = solver->stage_times();
+        const Audit state =
+            audit(solver->particles(), scene.setup.materials, scene.setup.lattice.dx);
+        row.hash = hexadecimal(state.hash);
+        if (state.broken > 0) row.note = "NOT SOUND: numbers that are none";
+    }
+    fill(row, scene, all);
+    row.copy_share = row.least_bytes * row.rate() / facts.copy;
+    if (device.kind == DeviceKind::cuda && (how.stages || (how.counts && options.count)) &&
+        !stopped())
+        examine(scene, hands.get(), first, all.middle(), how, row);
+    return known[name] = row;
+}
+
+}  // namespace knead

@@ -1,0 +1,263 @@
+// Other implementations on the same scene: each is a program of its own that is handed the scene as
+// a file and says on its last line, in JSON, how long a substep took it and where the clay went.
+#include <fmt/format.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <chrono>
+#include <cmath>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+
+#include "host/base/errors.h"
+#include "host/base/outputs.h"
+#include "host/bench/ball.h"
+#include "host/bench/bench.h"
+
+namespace knead {
+namespace {
+namespace fs = std::filesystem;
+using Json = nlohmann::json;
+
+constexpr int nodes = 64, substeps = 5, warm_frames = 40;
+constexpr double dt = 1e-4;  // [s]
+
+// Both cones close on the ball at 1 m/s from just outside, upright all the way: they do not spin,
+// so that a peer need not know what the spin of a tool does to its surface.
+Motion upright(double t, double duration)
+{
+    const auto at = [](double time) { return wrists(0.31 - time, 0); };
+    return {at(t), at(t + duration), {1, 1}};
+}
+
+int frames(const Bench& bench) { return bench.options.quick ? 60 : 240; }
+
+Setup peer_scene(const Bench& bench)
+{
+    Setup s = ball(nodes);
+    add_tools(s);
+    s.step.fixed = dt;
+    s.threads = bench.options.threads;
+    s.passes = 1;  // as in the paper's algorithm
+    return s;
+}
+
+// The cones' spheres at the ends of every frame, as the peers read them: for each frame's end, for
+// each sphere, x y z r [m].
+Json posed_spheres(const Setup& setup, int count)
+{
+    Json all = Json::array();
+    for (int f = 0; f <= count; ++f) {
+        const Motion motion = upright(f * substeps * dt, 0);
+        Json now = Json::array();
+        for (const Binding<float>& b : setup.rig.spheres) {
+            Binding<double> wide{};
+            for (int k = 0; k < 4; ++k) {
+                wide.joint[k] = b.joint[k], wide.weight[k] = double(b.weight[k]);
+                wide.offset[k] = cast<double>(b.offset[k]);
+            }
+            const Vec3<double> c = centre(wide, [&](int j) { return motion.from[std::size_t(j)]; });
+            now.push_back({c.x, c.y, c.z, b.radius});
+        }
+        all.push_back(now);
+    }
+    return all;
+}
+
+Json described(const Setup& setup, int count)
+{
+    const Material<double>& m = setup.materials[0];
+    Json cones = Json::array(), touch = Json::array();
+    for (const Primitive& p : setup.rig.primitives) {
+        const Tool<double>& tool = setup.tools[std::size_t(p.tool)];
+        cones.push_back({p.sphere[0], p.sphere[1]});
+        touch.push_back({{"sticky", tool.touch == Touch::sticky}, {"friction", tool.friction}});
+    }
+    return {{"nodes", nodes},
+            {"dx", setup.lattice.dx},
+            {"dt", dt},
+            {"substeps", substeps},
+            {"frames", count},
+            {"warm_frames", warm_frames},
+            {"gravity", {setup.gravity.x, setup.gravity.y, setup.gravity.z}},
+            {"margin", setup.walls.margin},
+            {"wall_friction", setup.walls.friction},
+            {"mu", m.mu},
+            {"lambda", m.lambda},
+            {"yield", m.yield},
+            {"mass", m.mass},
+            {"volume", m.volume},
+            {"particles", setup.particles.size()},
+            {"cones", cones},
+            {"touch", touch},
+            {"spheres", posed_spheres(setup, count)}};
+}
+
+// x y z of every particle, as the machine's floats.
+std::string raw_positions(const Setup& setup)
+{
+    std::string bytes(setup.particles.size() * 12, '\0');
+    for (std::size_t i = 0; i < setup.particles.size(); ++i) {
+        const Vec3<float> x = cast<float>(setup.particles[i].x);
+        const float each[] = {x.x, x.y, x.z};
+        std::memcpy(&bytes[12 * i], each, sizeof each);
+    }
+    return bytes;
+}
+
+Places places_of(const std::vector<Particle<double>>& all)
+{
+    Places p{};
+    const double share = 1 / double(all.size());
+    for (const Particle<double>& q : all) {
+        const double x[] = {q.x.x, q.x.y, q.x.z};
+        for (std::size_t k = 0; k < 3; ++k) p[k] += share * x[k];
+    }
+    for (const Particle<double>& q : all) {
+        const double x[] = {q.x.x, q.x.y, q.x.z};
+        for (std::size_t k = 0; k < 3; ++k) p[3 + k] += share * (x[k] - p[k]) * (x[k] - p[k]);
+    }
+    for (std::size_t k = 3; k < 6; ++k) p[k] = std::sqrt(p[k]);
+    return p;
+}
+
+struct Ours {
+    double substep = 0;
+    Places places{};
+};
+
+Ours ours(const Bench& bench, const Setup& setup, int count)
+{
+    const std::unique_ptr<Solver> solver = make_solver(setup, bench.device);
+    std::vector<double> times;
+    for (int f = 0; f < count && !bench.stopped(); ++f) {
+        const Motion motion = upright(f * substeps * dt, substeps * dt);
+        const auto start = std::chrono::steady_clock::now();
+        const Tally tally = solver->advance(motion, substeps * dt);
+        const double time =
+            std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+        if (f >= warm_frames) times.push_back(time / std::max(1, tally.substeps));
+    }
+    return {spread(times).median, places_of(solver->particles())};
+}
+
+// Runs a program and gives what it wrote to stdout; its messages go where ours go. 127: not there.
+int output_of(const std::vector<std::string>& words, std::string& said)
+{
+    int ends[2];
+    if (pipe(ends) != 0) throw ResourceError("no pipe for a peer");
+    const pid_t child = fork();
+    if (child < 0) throw ResourceError("no process for a peer");
+    if (child == 0) {
+        dup2(ends[1], 1);
+        close(ends[0]), close(ends[1]);
+        std::vector<char*> arguments;
+        for (const std::string& w : words) arguments.push_back(const_cast<char*>(w.c_str()));
+        arguments.push_back(nullptr);
+        execvp(arguments[0], arguments.data());
+        _exit(127);
+    }
+    close(ends[1]);
+    char part[4096];
+    for (ssize_t n; (n = read(ends[0], part, sizeof part)) > 0;)
+        if (said.size() < (1 << 20)) said.append(part, std::size_t(n));
+    close(ends[0]);
+    int status = 0;
+    waitpid(child, &status, 0);
+    return WIFEXITED(status) ? WEXITSTATUS(status) : 128;
+}
+
+// Three numbers under a key; false if they are not there.
+bool three(const Json& said, const char* key, double* to)
+{
+    if (!said.contains(key) || !said[key].is_array() || said[key].size() != 3) return false;
+    for (std::size_t k = 0; k < 3; ++k) {
+        if (!said[key][k].is_number()) return false;
+        to[k] = said[key][k].get<double>();
+    }
+    return true;
+}
+
+}  // namespace
+
+bool understood(const std::string& said, PeerRow& row, Places& places)
+{
+    for (std::size_t end = said.size(); end > 0;) {
+        const std::size_t start = said.find_last_of('\n', end - 1) + 1;
+        const Json line = Json::parse(said.substr(start, end - start), nullptr, false);
+        end = start > 0 ? start - 1 : 0;
+        if (!line.is_object() || !line.contains("substep_us")) continue;
+        if (!line["substep_us"].is_number() || !(line["substep_us"].get<double>() > 0) ||
+            !three(line, "centre", &places[0]) || !three(line, "extent", &places[3]))
+            return false;
+        row.said = line;
+        row.substep = 1e-6 * line["substep_us"].get<double>();
+        return true;
+    }
+    return false;
+}
+
+namespace {
+
+void run_peer(Bench& bench, const std::string& name, const std::vector<std::string>& words,
+              const Ours& mine)
+{
+    bench.say("peer " + name);
+    PeerRow row;
+    row.name = name, row.ours = mine.substep;
+    std::string said;
+    Places places{};
+    const int code = output_of(words, said);
+    if (code == 127)
+        row.problem = "not run: no program " + words[0];
+    else if (!understood(said, row, places))
+        row.problem = code == 3 ? "not run: Python has no taichi here"
+                                : fmt::format("no figures: it ended with {}", code);
+    for (std::size_t k = 0; k < places.size(); ++k)
+        row.apart = std::max(row.apart, std::abs(places[k] - mine.places[k]));
+    bench.result.peers.push_back(row);
+}
+
+// Gone with all that is in it when the peers have run.
+struct Folder {
+    fs::path path;
+    Folder()
+    {
+        std::string name = (fs::temp_directory_path() / "knead-peers-XXXXXX").string();
+        if (!mkdtemp(name.data())) throw OutputError(name + ": cannot be made");
+        path = name;
+    }
+    Folder(const Folder&) = delete;
+    ~Folder()
+    {
+        std::error_code ignored;
+        fs::remove_all(path, ignored);
+    }
+};
+
+}  // namespace
+
+void run_peers(Bench& bench)
+{
+    const Setup setup = peer_scene(bench);
+    const int count = frames(bench);
+    const Folder folder;
+    const std::string scene = (folder.path / "scene.json").string(),
+                      positions = (folder.path / "positions.f32").string();
+    write_whole(scene, described(setup, count).dump());
+    write_whole(positions, raw_positions(setup));
+    bench.say("the peers' scene");
+    const Ours mine = ours(bench, setup, count);
+    const fs::path here = fs::read_symlink("/proc/self/exe").parent_path();
+    const bool gpu = bench.device.kind == DeviceKind::cuda;
+    if (gpu)
+        run_peer(bench, "plain CUDA", {(here / "peer_plain").string(), scene, positions}, mine);
+    const std::string script = (fs::path(bench.options.peers_folder) / "taichi_mpm.py").string();
+    const std::string on = gpu ? "cuda" : "cpu";
+    run_peer(bench, "taichi", {"python3", script, scene, positions, on, "each-substep"}, mine);
+    run_peer(bench, "taichi, projecting once a frame",
+             {"python3", script, scene, positions, on, "each-frame"}, mine);
+}
+
+}  // namespace knead

@@ -1,0 +1,338 @@
+// What a benchmark has to say: for people, for programs, for tables, and drawn.
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "host/base/machine.h"
+#include "host/bench/bench.h"
+#include "host/bench/plot.h"
+#include "host/solver/audit.h"
+
+namespace knead {
+namespace {
+
+using Json = nlohmann::json;
+
+Json spread_json(const Spread& s, double scale)
+{
+    return {{"median", scale * s.median},
+            {"p95", scale * s.p95},
+            {"mean", scale * s.mean},
+            {"max", scale * s.most}};
+}
+
+Json row_json(const BenchRow& r)
+{
+    Json stages = Json::object();
+    for (const StageTime& s : r.stages) stages[s.name] = 1e3 * s.seconds;
+    Json counted = Json::object();
+    for (const StageWork& s : r.counted.stages)
+        counted[s.name] = {{"instructions", s.work.instructions},
+                           {"memory_bytes", s.work.memory_bytes},
+                           {"level_2_bytes", s.work.cache_bytes}};
+    const auto known = [](double x) { return x > 0 ? Json(x) : Json(); };
+    return {
+        {"suite", r.suite},
+        {"name", r.name},
+        {"at", r.at},
+        {"particles", r.particles},
+        {"nodes", {r.nodes.x, r.nodes.y, r.nodes.z}},
+        {"frames", r.frames},
+        {"repeats", r.repeats},
+        {"frames_in_contact", r.touched},
+        {"substeps_per_frame", r.substeps},
+        {"frame_ms", spread_json(r.frame, 1e3)},
+        {"substep_us", spread_json(r.substep, 1e6)},
+        {"repeats_apart", r.between},
+        {"surface_ms", known(1e3 * r.surface)},
+        {"items_per_second", known(r.rate())},
+        {"bytes", r.bytes},
+        {"least_bytes_per_particle", known(r.least_bytes)},
+        {"share_of_copy", known(r.copy_share)},
+        {"instructions_per_particle", known(r.counted.sum.instructions)},
+        {"share_of_issue", known(r.counted.issue_share)},
+        {"memory_bytes_per_particle", known(r.counted.sum.memory_bytes)},
+        {"share_of_copy_counted", known(r.counted.copy_share)},
+        {"level_2_bytes_per_particle", known(r.counted.sum.cache_bytes)},
+        {"counted_clock_MHz", known(1e-6 * r.counted.sum.clock())},
+        {"moved_share", r.moved},
+        {"stages_ms", stages},
+        {"stages_counted", counted},
+        {"guards", {{"clipped", r.clipped}, {"confined", r.confined}, {"repaired", r.repaired}}},
+        {"state_hash", r.hash},
+        {"hashed_after_frames", r.hashed_after},
+        {"note", r.note}};
+}
+
+Json target_json(const Target& t)
+{
+    return {{"name", t.name},          {"unit", t.unit},
+            {"must", t.must},          {"aim", t.aim},
+            {"at_least", t.least},     {"measured", t.measured < 0 ? Json() : Json(t.measured)},
+            {"met", met_name(met(t))}, {"note", t.note}};
+}
+
+Json peer_json(const PeerRow& p)
+{
+    if (!p.problem.empty()) return {{"name", p.name}, {"problem", p.problem}};
+    return {{"name", p.name},
+            {"substep_us", 1e6 * p.substep},
+            {"ours_us", 1e6 * p.ours},
+            {"times_as_long", p.ours > 0 ? p.substep / p.ours : 0},
+            {"clay_apart_mm", 1e3 * p.apart},
+            {"said", p.said}};
+}
+
+std::string quoted(std::string text)
+{
+    for (std::size_t at = 0; (at = text.find('"', at)) != text.npos; at += 2)
+        text.insert(at, 1, '"');
+    return '"' + text + '"';
+}
+
+std::string stage_text(const StageTime& s, const std::vector<StageWork>& counted)
+{
+    std::string text = fmt::format("    {:<12} {:>9.3f} ms", s.name, 1e3 * s.seconds);
+    for (const StageWork& c : counted)
+        if (c.name == s.name)
+            text +=
+                fmt::format("  {:>7.2f} instructions  {:>6.1f} B of memory  {:>6.1f} B of level 2",
+                            c.work.instructions, c.work.memory_bytes, c.work.cache_bytes);
+    return text + "\n";
+}
+
+std::string row_text(const BenchRow& r)
+{
+    std::string text = fmt::format("{:<46} {:>9}", r.name, r.particles);
+    if (r.suite == "surface")
+        text += fmt::format("  {:>9.3f} ms", 1e3 * r.frame.median);
+    else
+        text += fmt::format(
+            "  {:>9.3f} ms a frame (p95 {:.3f})  {:>8.2f} us x {:<4.0f} {:>6.2f} G/s"
+            "  {:>4.1f} % of copy  {:>4.0f} B",
+            1e3 * r.frame.median, 1e3 * r.frame.p95, 1e6 * r.substep.median, r.substeps,
+            1e-9 * r.rate(), 100 * r.copy_share,
+            double(r.bytes) / double(std::max<std::size_t>(r.particles, 1)));
+    if (r.surface > 0 && r.suite != "surface")
+        text += fmt::format("  + {:.2f} ms surface", 1e3 * r.surface);
+    text += "\n";
+    const DeviceWork& each = r.counted.sum;
+    if (each.instructions > 0)
+        text += fmt::format(
+            "    counted a particle: {:.1f} instructions ({:.1f} % of issue), {:.0f} B of memory "
+            "({:.1f} % of copy{}), {:.0f} B of level 2\n",
+            each.instructions, 100 * r.counted.issue_share, each.memory_bytes,
+            100 * r.counted.copy_share,
+            r.least_bytes > 0 ? fmt::format("; at least {:.0f} B", r.least_bytes) : "",
+            each.cache_bytes);
+    for (const StageTime& s : r.stages) text += stage_text(s, r.counted.stages);
+    if (r.clipped + r.confined + r.repaired > 0)
+        text += fmt::format("    guards: clipped {}, confined {}, repaired {}\n", r.clipped,
+                            r.confined, r.repaired);
+    return text + (r.note.empty() ? "" : "    " + r.note + "\n");
+}
+
+std::string target_text(const Target& t)
+{
+    const char* sign = t.least ? ">=" : "<=";
+    const std::string value = t.measured < 0 ? "-" : fmt::format("{:.4g}", t.measured);
+    const auto bound = [&](double x) {
+        return t.estimate ? std::string() : fmt::format("{} {:.4g}", sign, x);
+    };
+    return fmt::format("{:<60} {:<9} {:<9} {:>9} {:<3} {:<6} {}\n", t.name, bound(t.must),
+                       bound(t.aim), value, t.unit, t.estimate ? "" : met_name(met(t)), t.note);
+}
+
+std::string peer_text(const PeerRow& p)
+{
+    if (!p.problem.empty()) return fmt::format("{:<28} {}\n", p.name, p.problem);
+    return fmt::format(
+        "{:<28} {:>9.2f} us   ours {:>8.2f} us   {:>6.1f} x   the clay {:.2g} mm "
+        "apart\n",
+        p.name, 1e6 * p.substep, 1e6 * p.ours, p.ours > 0 ? p.substep / p.ours : 0, 1e3 * p.apart);
+}
+
+std::string footer(const Bench& bench)
+{
+    const Json facts = machine_facts(bench.device.kind == DeviceKind::cuda);
+    return fmt::format("{} · commit {} · {}", bench.facts.name, knead_commit().substr(0, 12),
+                       facts["date"].get<std::string>().substr(0, 10));
+}
+
+using Value = double (*)(const BenchRow&);
+Series series_of(const BenchResult& result, const std::string& suite, const std::string& name,
+                 Value value)
+{
+    Series s{name, {}, {}, false};
+    for (const BenchRow& r : result.rows)
+        if (r.suite == suite) s.x.push_back(r.at), s.y.push_back(value(r));
+    return s;
+}
+
+// Milliseconds of a frame from the frames per second that the paper's figure shows for an RTX 4090,
+// rendering included. [VR-Doh 2025]
+Series papers(std::vector<double> at, const std::vector<double>& frames_per_second)
+{
+    Series s{"the paper, RTX 4090, with rendering", std::move(at), {}, true};
+    for (double f : frames_per_second) s.y.push_back(1e3 / f);
+    return s;
+}
+
+Plot paper_plot(const Bench& bench, const char* suite, const char* label, Series theirs)
+{
+    Plot plot;
+    plot.title = fmt::format("A frame of the squeeze by {}", label);
+    plot.x_label = label, plot.y_label = "ms a frame", plot.log_y = true;
+    plot.series = {series_of(bench.result, suite, "substeps",
+                             [](const BenchRow& r) { return 1e3 * r.frame.median; }),
+                   series_of(bench.result, suite, "substeps and surface",
+                             [](const BenchRow& r) { return 1e3 * (r.frame.median + r.surface); }),
+                   std::move(theirs)};
+    plot.note = footer(bench);
+    return plot;
+}
+
+// "0.137 M particles, 64³"; of a case that says more in its name, that.
+std::string bar_name(const BenchRow& r)
+{
+    const std::size_t begin = r.name.find(": "), end = r.name.rfind(", ");
+    if (r.stages.empty() && begin != r.name.npos && end != r.name.npos && begin < end)
+        return r.name.substr(begin + 2, end - begin - 2);
+    return fmt::format("{:.3g} M particles, {}³", 1e-6 * double(r.particles), r.nodes.x);
+}
+
+// A bar a case, of its stages; whole where it was not taken apart.
+std::string stage_bars(const Bench& bench, const char* suite, const char* title)
+{
+    BarPlot plot{title, "ms", {}, {}, footer(bench)};
+    for (const BenchRow& r : bench.result.rows) {
+        if (r.suite != suite) continue;
+        BarRow bar{bar_name(r), {}};
+        const auto add = [&](const std::string& stage, double seconds) {
+            const auto at = std::find(plot.legend.begin(), plot.legend.end(), stage);
+            const auto place = std::size_t(at - plot.legend.begin());
+            if (at == plot.legend.end()) plot.legend.push_back(stage);
+            bar.parts.resize(std::max(bar.parts.size(), place + 1));
+            bar.parts[place] = 1e3 * seconds;
+        };
+        for (const StageTime& s : r.stages)
+            if (s.name != "fetch") add(s.name, s.seconds);
+        if (r.stages.empty()) add("whole", r.frame.median);
+        plot.rows.push_back(bar);
+    }
+    return svg(plot);
+}
+
+}  // namespace
+
+Json bench_json(const Bench& bench)
+{
+    const bool gpu = bench.device.kind == DeviceKind::cuda;
+    Json context = machine_facts(gpu);
+    context.update({{"executable", "knead bench"},
+                    {"json_schema_version", 1},
+                    {"device", bench.facts.name},
+                    {"device_memory", bench.facts.memory},
+                    {"multiprocessors", bench.facts.multiprocessors},
+                    {"level_2_bytes", bench.facts.cache},
+                    {"copy_bytes_per_second", bench.facts.copy},
+                    {"scene", bench.options.scene},
+                    {"suites", bench.options.suites},
+                    {"quick", bench.options.quick},
+                    {"threads_asked", bench.options.threads}});
+    Json rows = Json::array(), targets = Json::array(), peers = Json::array();
+    for (const BenchRow& r : bench.result.rows) rows.push_back(row_json(r));
+    for (const Target& t : bench.result.targets) targets.push_back(target_json(t));
+    for (const PeerRow& p : bench.result.peers) peers.push_back(peer_json(p));
+    return {{"schema", "knead.bench/1"}, {"context", context}, {"rows", rows},
+            {"targets", targets},        {"peers", peers},     {"left_out", bench.result.left_out}};
+}
+
+std::string bench_csv(const BenchResult& result)
+{
+    std::string out =
+        "suite,name,at,particles,nodes_x,frames,repeats,in_contact,substeps,frame_ms,frame_p95_ms,"
+        "substep_us,substep_p95_us,surface_ms,G_per_s,bytes,least_bytes,share_of_copy,"
+        "instructions,share_of_issue,memory_bytes,share_of_copy_counted,level_2_bytes,"
+        "moved_share,clipped,confined,repaired,hash\n";
+    for (const BenchRow& r : result.rows)
+        out += fmt::format(
+            "{},{},{:.9g},{},{},{},{},{},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},{},"
+            "{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},{},{},{},{}\n",
+            r.suite, quoted(r.name), r.at, r.particles, r.nodes.x, r.frames, r.repeats, r.touched,
+            r.substeps, 1e3 * r.frame.median, 1e3 * r.frame.p95, 1e6 * r.substep.median,
+            1e6 * r.substep.p95, 1e3 * r.surface, 1e-9 * r.rate(), r.bytes, r.least_bytes,
+            r.copy_share, r.counted.sum.instructions, r.counted.issue_share,
+            r.counted.sum.memory_bytes, r.counted.copy_share, r.counted.sum.cache_bytes, r.moved,
+            r.clipped, r.confined, r.repaired, r.hash);
+    return out;
+}
+
+std::string bench_text(const Bench& bench)
+{
+    std::string text =
+        fmt::format("{}: copies {:.4g} GB/s, {:.1f} GiB; {}\n", bench.facts.name,
+                    1e-9 * bench.facts.copy, double(bench.facts.memory) / 0x1p30, knead_commit());
+    std::string suite;
+    for (const BenchRow& r : bench.result.rows) {
+        if (r.suite != suite) text += "\n" + r.suite + "\n";
+        suite = r.suite;
+        text += row_text(r);
+    }
+    if (!bench.result.peers.empty()) text += "\npeers, a substep of the same scene\n";
+    for (const PeerRow& p : bench.result.peers) text += peer_text(p);
+    if (!bench.result.targets.empty())
+        text += fmt::format("\n{:<60} {:<9} {:<9} {:>9} {:<3} met\n", "target (set for one H200)",
+                            "must", "aim", "measured", "");
+    for (const Target& t : bench.result.targets) text += target_text(t);
+    for (const std::string& s : bench.result.left_out) text += "left out: " + s + "\n";
+    return text;
+}
+
+std::vector<std::pair<std::string, std::string>> bench_plots(const Bench& bench)
+{
+    std::vector<std::pair<std::string, std::string>> plots;
+    const auto has = [&](const std::string& suite) {
+        return std::any_of(bench.result.rows.begin(), bench.result.rows.end(),
+                           [&](const BenchRow& r) { return r.suite == suite; });
+    };
+    if (has("paper: grid"))
+        plots.push_back(
+            {"paper-grid.svg",
+             svg(paper_plot(bench, "paper: grid", "nodes per axis",
+                            papers({16, 32, 48, 64, 80, 96, 112, 128},
+                                   {248.4, 216.0, 167.5, 118.4, 66.6, 38.4, 24.3, 19.2})))});
+    if (has("paper: substeps"))
+        plots.push_back(
+            {"paper-substeps.svg",
+             svg(paper_plot(bench, "paper: substeps", "substeps a frame",
+                            papers({3, 5, 8, 10, 15, 20, 25, 30},
+                                   {144.8, 118.4, 100.2, 81.8, 62.4, 50.2, 42.3, 37.4})))});
+    if (has("paper: particles per cell"))
+        plots.push_back({"paper-particles.svg",
+                         svg(paper_plot(bench, "paper: particles per cell", "particles per cell",
+                                        papers({4, 5, 6, 7, 8, 9, 10, 11, 12},
+                                               {159.6, 143.7, 138.1, 129.3, 118.4, 106.4, 105.3,
+                                                99.7, 88.9})))});
+    if (has("scale")) {
+        Plot plot{"Particle-substeps per second of the squeeze",
+                  "particles",
+                  "10⁹ a second",
+                  true,
+                  true,
+                  {series_of(bench.result, "scale", bench.facts.name,
+                             [](const BenchRow& r) { return 1e-9 * r.rate(); })},
+                  footer(bench)};
+        plots.push_back({"scale.svg", svg(plot)});
+    }
+    if (has("stages"))
+        plots.push_back({"stages.svg", stage_bars(bench, "stages", "Stages of one 11.1 ms frame")});
+    if (has("localized"))
+        plots.push_back({"localized.svg", stage_bars(bench, "localized",
+                                                     "A frame of clay of which 5 % is in hands")});
+    if (has("surface"))
+        plots.push_back({"surface.svg", stage_bars(bench, "surface", "Making the surface")});
+    return plots;
+}
+
+}  // namespace knead

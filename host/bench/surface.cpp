@@ -1,0 +1,127 @@
+// What a surface of a state costs, where the solver runs.
+#include <algorithm>
+#include <chrono>
+
+#include "cuda/mpm/stencil.h"
+#include "host/base/interrupt.h"
+#include "host/bench/bench.h"
+#include "host/session/session.h"
+#include "host/surface/gpu_surface.h"
+#include "host/surface/surface.h"
+
+namespace knead {
+namespace {
+
+template <class Work>
+double seconds(Work&& work)
+{
+    const auto start = std::chrono::steady_clock::now();
+    work();
+    return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+}
+
+// In the order of the lattice's cells, as a solver on a GPU holds them.
+std::vector<Particle<double>> by_cell(std::vector<Particle<double>> all,
+                                      const Lattice<double>& lattice)
+{
+    std::vector<std::pair<int, std::size_t>> order;
+    for (std::size_t i = 0; i < all.size(); ++i)
+        order.push_back({lattice.index(base_node(all[i].x, lattice.dx)), i});
+    std::sort(order.begin(), order.end());
+    std::vector<Particle<double>> sorted;
+    sorted.reserve(all.size());
+    for (const auto& [cell, i] : order) sorted.push_back(all[i]);
+    return sorted;
+}
+
+SurfaceTimes on_gpu(const std::vector<Particle<double>>& state, const Scene& scene, int device,
+                    int count)
+{
+    const std::vector<Particle<double>> sorted = by_cell(state, scene.setup.lattice);
+    GpuSurface surface(sorted, scene.setup.materials, scene.surface, {}, device);
+    surface.surface(sorted);
+    surface.replays(5);
+    SurfaceTimes times;
+    times.whole = surface.replays(20 * count);
+    times.stages = surface.stage_times();
+    times.bytes = surface.memory();
+    times.note = "by a graph, from particles already on the device in the order of their cells";
+    return times;
+}
+
+SurfaceTimes on_cpu(const std::vector<Particle<double>>& state, const Scene& scene, int count)
+{
+    std::vector<Deposit> deposits;
+    for (const Particle<double>& q : state) {
+        const Material<double>& m = scene.setup.materials[std::size_t(q.object)];
+        deposits.push_back({cast<float>(q.x), float(m.volume)});
+    }
+    SurfaceTimes times;
+    std::vector<double> parts[3];
+    for (int k = 0; k < count; ++k) {
+        times.whole.push_back(
+            seconds([&] { surface(state, scene.setup.materials, scene.surface); }));
+        Field field;
+        Mesh mesh;
+        parts[0].push_back(seconds([&] { field = density(deposits, scene.surface.lattice); }));
+        parts[1].push_back(seconds([&] { mesh = isosurface(field, scene.surface.iso); }));
+        parts[2].push_back(
+            seconds([&] { smooth(mesh, scene.surface.smoothing, scene.surface.iterations); }));
+    }
+    times.stages = {{"density", spread(parts[0]).median},
+                    {"march", spread(parts[1]).median},
+                    {"smooth", spread(parts[2]).median}};
+    times.note = "on the CPU";
+    return times;
+}
+
+}  // namespace
+
+SurfaceTimes surface_times(const std::vector<Particle<double>>& state, const Scene& scene,
+                           Device device, int count)
+{
+    return device.kind == DeviceKind::cuda ? on_gpu(state, scene, device.index, count)
+                                           : on_cpu(state, scene, count);
+}
+
+std::vector<StageWork> surface_counts(const std::vector<Particle<double>>& state,
+                                      const Scene& scene, Device device)
+{
+    if (device.kind != DeviceKind::cuda) return {};
+    const std::vector<Particle<double>> sorted = by_cell(state, scene.setup.lattice);
+    GpuSurface surface(sorted, scene.setup.materials, scene.surface, {}, device.index);
+    surface.surface(sorted);
+    return surface.stage_counts();
+}
+
+KeptTimes kept_surface_times(const Scene& scene, Device device, int warm_up, int frames)
+{
+    const HandSource hands(hands_of(scene), scene.hands);
+    const std::unique_ptr<Solver> solver = make_solver(scene.setup, device);
+    const auto made = [&] {
+        return std::make_unique<GpuSurface>(scene.setup.particles, scene.setup.materials,
+                                            scene.surface, SurfaceRoom{}, device.index);
+    };
+    const auto time = [](GpuSurface& of, std::vector<double>& to) {
+        to.push_back(of.replays(1).at(0));
+    };
+    const auto kept = made(), whole = made();
+    KeptTimes times;
+    drive(scene, *solver, &hands, std::max(0, first_touch(scene, hands)),
+          [&](const DrivenFrame& f) {
+              if (f.index == warm_up)
+                  for (const auto& each : {&kept, &whole}) (*each)->surface(*solver->clay());
+              if (f.index <= warm_up) return true;
+              whole->forget();
+              if (f.index % 2) time(*kept, times.kept);  // whoever comes first finds a cold cache
+              time(*whole, times.whole);
+              if (f.index % 2 == 0) time(*kept, times.kept);
+              const SurfaceWork work = kept->work();
+              times.anew += double(work.softened) / double(work.blocks) / frames;
+              return f.index < warm_up + frames && !interrupted();
+          });
+    times.bytes = kept->memory();
+    return times;
+}
+
+}  // namespace knead

@@ -1,0 +1,82 @@
+// knead doctor: what is here, what is missing, and what that costs.
+#include <fmt/format.h>
+
+#include <cstdio>
+#include <nlohmann/json.hpp>
+
+#include "host/base/errors.h"
+#include "host/base/machine.h"
+#include "host/cli/verbs.h"
+#include "host/files/video.h"
+#include "host/scene/seed.h"
+#include "render/painter.h"
+
+namespace knead {
+namespace {
+
+using Json = nlohmann::json;
+
+Json finding(const std::string& what, bool there, const std::string& text)
+{
+    return {{"what", what}, {"there", there}, {"text", text}};
+}
+
+// A solver of one particle says what the device is, or why there is none.
+Json cuda_finding()
+{
+    const std::string without = "; everything runs on the CPU";
+#ifndef KNEAD_HAS_CUDA
+    return finding("CUDA", false, "this build has no CUDA side" + without);
+#else
+    if (!gpu_present()) return finding("CUDA", false, "no device or no driver" + without);
+    try {
+        Setup setup{};
+        setup.lattice = {{16, 16, 16}, 1.0 / 16};
+        setup.walls = {3, Touch::separate, 0};
+        Material<double> m = preset("clay");
+        m.volume = 1e-6, m.mass = m.density * m.volume;
+        setup.materials = {m};
+        setup.particles = {{{0.5, 0.5, 0.5}, {}, {}, {}, 0, 0, 0}};
+        return finding("CUDA", true, gpu_solver(setup, 0)->name());
+    } catch (const std::exception& e) {
+        return finding("CUDA", false, e.what() + without);
+    }
+#endif
+}
+
+Json pictures_finding()
+{
+    try {
+        return finding("OpenGL", true, Painter::open()->name());
+    } catch (const std::exception& e) {
+        return finding("OpenGL", false, std::string(e.what()) + "; runs make no pictures");
+    }
+}
+
+}  // namespace
+
+int doctor_verb(bool json)
+{
+    const bool ffmpeg = Video::available();
+    Json all = Json::array();
+    all.push_back(finding("knead", true, knead_version() + ", " + compiler_name()));
+    all.push_back(finding("CPU", true, fmt::format("{}, {} threads", cpu_name(), cpu_count())));
+    all.push_back(
+        finding("memory", true,
+                fmt::format("{:.1f} GiB, {:.1f} GiB free", double(total_memory()) / 0x1p30,
+                            double(available_memory()) / 0x1p30)));
+    all.push_back(cuda_finding());
+    all.push_back(pictures_finding());
+    all.push_back(
+        finding("ffmpeg", ffmpeg, ffmpeg ? "on the PATH" : "not on the PATH; no --video"));
+    if (json) {
+        std::printf("%s\n", all.dump(2).c_str());
+        return exit_ok;
+    }
+    for (const Json& f : all)
+        std::printf("%-8s %-10s %s\n", f["there"].get<bool>() ? "ok" : "missing",
+                    f["what"].get<std::string>().c_str(), f["text"].get<std::string>().c_str());
+    return exit_ok;
+}
+
+}  // namespace knead

@@ -1,0 +1,139 @@
+// knead info: what a scene, recording, mesh, report or particle file holds.
+#include <fmt/format.h>
+
+#include <cstdio>
+
+#include "cuda/mpm/material.h"
+#include "host/base/errors.h"
+#include "host/base/json_reader.h"
+#include "host/cli/verbs.h"
+#include "host/files/file_kind.h"
+#include "host/files/mesh_reader.h"
+#include "host/files/particle_file.h"
+#include "host/hands/filter.h"
+#include "host/hands/gesture.h"
+#include "host/hands/recording.h"
+#include "host/scene/seed.h"
+#include "host/session/report.h"
+#include "host/session/session.h"
+
+namespace knead {
+namespace {
+
+Json triple(Vec3<double> v) { return {v.x, v.y, v.z}; }
+
+Json scene_facts(const InfoOptions& o)
+{
+    const Scene scene = read_scene(o.file, o.settings);
+    const Int3 n = scene.setup.lattice.size;
+    Json objects = Json::array();
+    for (const Object& one : scene.objects)
+        objects.push_back({{"name", one.name},
+                           {"material", one.preset},
+                           {"volume_m3", shape_volume(one)},
+                           {"mass_kg", shape_volume(one) * one.material.density},
+                           {"sound_m_per_s", sound_speed(one.material)}});
+    double fastest = 0;
+    for (const Object& one : scene.objects) fastest = std::max(fastest, sound_speed(one.material));
+    const double dx = scene.setup.lattice.dx, fixed = scene.setup.step.fixed;
+    Json all = {{"kind", "scene"},
+                {"name", scene.name},
+                {"nodes", {n.x, n.y, n.z}},
+                {"spacing_m", dx},
+                {"particles", expected_particles(scene)},
+                {"memory_MiB", expected_bytes(scene) / 0x1p20},
+                {"clock", scene.clock == Clock::paper ? "paper" : "wall"},
+                {"dt_s", fixed > 0 ? fixed : scene.setup.step.courant * dx / fastest},
+                {"objects", objects}};
+    if (!scene.has_hands) return all;
+    const Recording recording = hands_of(scene);
+    const HandSource hands(recording, scene.hands);
+    all["hands"] = {{"recording", scene.hands.recording},
+                    {"zoom", scene.hands.zoom},
+                    {"at_m", triple(scene.hands.at)},
+                    {"seconds", hands.duration()},
+                    {"frames", frames_wanted(scene, &hands, 0)},
+                    {"filter_lag_ms", 1e3 * lag(scene.hands.filter, recording.rate)}};
+    return all;
+}
+
+Json recording_facts(const std::string& path)
+{
+    const Recording r = read_recording(path);
+    Json all = {{"kind", "recording"},       {"name", r.name},
+                {"frames", r.frames.size()}, {"seconds", r.frames.back().time},
+                {"rate_per_s", r.rate},      {"latency_ms", 1e3 * r.latency}};
+    const char* names[] = {"left", "right"};
+    for (Side side : {left, right}) {
+        long tracked = 0;
+        for (const HandFrame& f : r.frames) tracked += f.hand[side].tracked;
+        all["tracked_share"][names[side]] = double(tracked) / double(r.frames.size());
+    }
+    return all;
+}
+
+Json mesh_facts(const std::string& path)
+{
+    Json all = {{"kind", "mesh"}, {"meshes", Json::array()}};
+    for (const Mesh& m : read_mesh(path))
+        all["meshes"].push_back({{"category", m.category},
+                                 {"vertices", m.vertices.size()},
+                                 {"triangles", m.triangles.size()},
+                                 {"pieces", components(m)},
+                                 {"volume_m3", volume(m)}});
+    return all;
+}
+
+Json particle_facts(const std::string& path)
+{
+    const std::vector<Particle<double>> all = read_particles(path);
+    Vec3<double> low = all[0].x, high = low;
+    double fastest = 0;
+    int objects = 0;
+    for (const Particle<double>& q : all) {
+        low = {least(low.x, q.x.x), least(low.y, q.x.y), least(low.z, q.x.z)};
+        high = {most(high.x, q.x.x), most(high.y, q.x.y), most(high.z, q.x.z)};
+        fastest = most(fastest, length(q.v));
+        objects = most(objects, q.object + 1);
+    }
+    return {{"kind", "particles"},  {"particles", all.size()}, {"objects", objects},
+            {"low_m", triple(low)}, {"high_m", triple(high)},  {"fastest_m_per_s", fastest}};
+}
+
+std::string lines(const Json& value, const std::string& indent)
+{
+    std::string text;
+    for (const auto& [key, entry] : value.items()) {
+        const bool nested =
+            entry.is_object() || (entry.is_array() && !entry.empty() && entry[0].is_object());
+        const std::string said = entry.is_string() ? entry.get<std::string>() : entry.dump();
+        text += indent + fmt::format("{:<16}", key) + (nested ? "" : " " + said) + "\n";
+        if (nested) text += lines(entry, indent + "  ");
+    }
+    return text;
+}
+
+}  // namespace
+
+int info_verb(const InfoOptions& o)
+{
+    const FileKind kind = file_kind(o.file);
+    if (kind != FileKind::scene && !o.settings.empty()) throw UsageError("--set: only for scenes");
+    Json facts;
+    if (kind == FileKind::report) {
+        const Json root = read_json(o.file);
+        if (!o.json) {
+            std::fputs(summary(root).c_str(), stdout);
+            return exit_ok;
+        }
+        facts = root;
+    }
+    if (kind == FileKind::scene) facts = scene_facts(o);
+    if (kind == FileKind::recording) facts = recording_facts(o.file);
+    if (kind == FileKind::mesh) facts = mesh_facts(o.file);
+    if (kind == FileKind::particles) facts = particle_facts(o.file);
+    std::fputs((o.json ? facts.dump(2) + "\n" : lines(facts, "")).c_str(), stdout);
+    return exit_ok;
+}
+
+}  // namespace knead

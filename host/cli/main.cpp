@@ -1,0 +1,178 @@
+// The command line: verbs and their options as typed. What they do is in verb_*.cpp.
+#include <CLI/CLI.hpp>
+
+#include "host/base/errors.h"
+#include "host/base/machine.h"
+#include "host/bench/bench.h"
+#include "host/cli/verbs.h"
+
+namespace knead {
+namespace {
+
+using Verb = std::function<int()>;
+
+// Options lie in the closure that main calls, so they live as long as the program.
+void add_run(CLI::App& app, Verb& chosen)
+{
+    static RunOptions o;
+    CLI::App* run = app.add_subcommand("run", "Simulate a scene with its hands, headless");
+    run->add_option("SCENE", o.scene, "Scene (.json)")->required();
+    run->add_option("--device", o.device, "auto, cuda, cuda:N, cpu or cpu:double")
+        ->capture_default_str();
+    run->add_option("--set", o.settings, "path.key=value, e.g. objects.0.material.young=2e6")
+        ->take_all()
+        ->expected(1);
+    run->add_option("--hands", o.hands, "A recording or gesture instead of the scene's");
+    run->add_option("--frames", o.frames, "Stop after N frames")->check(CLI::Range(1, 10000000));
+    run->add_option("--out", o.out, "Folder for report.json, frames.csv, mesh, pictures");
+    run->add_flag("--overwrite", o.overwrite, "Replace results that are there");
+    run->add_flag("--deterministic", o.deterministic, "The same bits on every run");
+    run->add_option("--seed", o.seed, "Of the particles' places and of gestures")
+        ->check(CLI::Range(0, 2147483647));
+    run->add_option("--threads", o.threads, "CPU threads; 0: all")->check(CLI::Range(0, 4096));
+    run->add_option("--max-memory,--most-memory", o.most_memory,
+                    "MiB that a run may take; 0: what is free")
+        ->check(CLI::NonNegativeNumber);
+    run->add_option("--time-limit", o.time_limit, "Seconds after which no frame is begun")
+        ->check(CLI::NonNegativeNumber);
+    run->add_option("--audit", o.audit_every, "Look at the whole state every N frames")
+        ->check(CLI::Range(1, 10000000));
+    run->add_option("--mesh", o.mesh, "glb, ply, obj or none")->capture_default_str();
+    run->add_option("--pictures", o.pictures, "A picture every N frames; 0: none")
+        ->check(CLI::Range(0, 10000000));
+    run->add_flag("--video", o.video, "video.mp4, by ffmpeg");
+    run->add_flag("--particles", o.particles, "particles.ply of the last frame");
+    run->add_flag("--json", o.json, "The report on stdout");
+    run->add_flag("-q,--quiet", o.quiet, "No progress, no summary");
+    run->add_flag("-v,--verbose", o.verbose, "A line per frame");
+    run->callback([&chosen] { chosen = [] { return run_verb(o); }; });
+}
+
+void add_record(CLI::App& app, Verb& chosen)
+{
+    static RecordOptions o;
+    CLI::App* record =
+        app.add_subcommand("record", "Write the hands of a scripted gesture to a file");
+    record->add_option("GESTURE", o.gesture, "squeeze, imprint, poke, cut, ...")->required();
+    record->add_option("OUT", o.out, "File ending in .hands or .jsonl")->required();
+    record->add_option("--rate", o.rate, "Frames per second")->capture_default_str();
+    record->add_option("--seconds", o.seconds, "Length; 0: the gesture's own");
+    record->add_option("--radius", o.radius, "Of the ball that is shaped [m]")
+        ->capture_default_str();
+    record->add_option("--depth", o.depth,
+                       "Deepest penetration over the radius; 0: the gesture's own");
+    record->add_option("--jitter", o.jitter, "Tracking noise, rms [m]");
+    record->add_option("--dropouts", o.dropouts, "Chance per hand and frame to lose it");
+    record->add_option("--latency", o.latency, "Of the tracker [s]")->capture_default_str();
+    record->add_option("--seed", o.seed, "Of noise and dropouts")->capture_default_str();
+    record->add_flag("--overwrite", o.overwrite, "Replace a file that is there");
+    record->add_flag("-q,--quiet", o.quiet, "Say nothing");
+    record->callback([&chosen] { chosen = [] { return record_verb(o); }; });
+}
+
+void add_info(CLI::App& app, Verb& chosen)
+{
+    static InfoOptions o;
+    CLI::App* info =
+        app.add_subcommand("info", "Describe a scene, recording, mesh, report or particles");
+    info->add_option("FILE", o.file, "The file")->required();
+    info->add_option("--set", o.settings, "path.key=value, for scenes")->take_all()->expected(1);
+    info->add_flag("--json", o.json, "JSON on stdout");
+    info->callback([&chosen] { chosen = [] { return info_verb(o); }; });
+}
+
+void add_compare(CLI::App& app, Verb& chosen)
+{
+    static CompareOptions o;
+    CLI::App* compare = app.add_subcommand("compare", "Compare two reports or two particle files");
+    compare->add_option("FIRST", o.first, "report.json or particles.ply")->required();
+    compare->add_option("SECOND", o.second, "The same kind")->required();
+    compare->add_option("--tolerance", o.tolerance, "Relative for reports, metres for particles")
+        ->capture_default_str()
+        ->check(CLI::NonNegativeNumber);
+    compare
+        ->add_option("--slower", o.slower,
+                     "Fail where the second's frame takes this many times as long")
+        ->check(CLI::NonNegativeNumber);
+    compare->add_flag("--json", o.json, "JSON on stdout");
+    compare->callback([&chosen] { chosen = [] { return compare_verb(o); }; });
+}
+
+void add_convert(CLI::App& app, Verb& chosen)
+{
+    static ConvertOptions o;
+    CLI::App* convert = app.add_subcommand(
+        "convert", "Meshes (.glb .obj .ply), recordings (.hands .jsonl), particles (.ply .csv)");
+    convert->add_option("IN", o.in, "The file to read")->required();
+    convert->add_option("OUT", o.out, "The file to write; its ending is its format")->required();
+    convert->add_flag("--overwrite", o.overwrite, "Replace a file that is there");
+    convert->add_flag("-q,--quiet", o.quiet, "Say nothing");
+    convert->callback([&chosen] { chosen = [] { return convert_verb(o); }; });
+}
+
+void add_doctor(CLI::App& app, Verb& chosen)
+{
+    static bool json = false;
+    CLI::App* doctor = app.add_subcommand("doctor", "Say what is here and what is missing");
+    doctor->add_flag("--json", json, "JSON on stdout");
+    doctor->callback([&chosen] { chosen = [] { return doctor_verb(json); }; });
+}
+
+void add_bench(CLI::App& app, Verb& chosen)
+{
+    static BenchOptions o;
+    CLI::App* bench =
+        app.add_subcommand("bench", "Measure the speed of this machine on the squeeze");
+    bench->add_option(
+        "SUITE", o.suites,
+        "stages, paper, scale, surface, localized, deterministic, targets; none: all");
+    bench->add_option("--backend", o.backend, "auto, cpu, gpu or gpu:N")->capture_default_str();
+    bench->add_option("--out", o.out,
+                      "Folder for results; profiling/results/<device> if not given");
+    bench->add_flag("--overwrite", o.overwrite, "Replace results that are there");
+    bench->add_flag("--quick", o.quick, "Few frames, small sizes: to see that it works");
+    bench->add_flag("--peers", o.peers, "Other implementations too, on one scene");
+    bench->add_option("--peers-folder", o.peers_folder, "Where their scripts are")
+        ->capture_default_str();
+    bench->add_option("--scene", o.scene, "The squeeze that is varied")->capture_default_str();
+    bench->add_flag("--count", o.count,
+                    "Instructions and bytes, too, by the GPU's counters (needs CUPTI)");
+    bench->add_option("--threads", o.threads, "CPU threads; 0: all")->check(CLI::Range(0, 4096));
+    bench->add_option("--case-limit", o.case_limit, "Seconds after which a case begins no frame")
+        ->check(CLI::NonNegativeNumber);
+    bench->add_option("--most-memory", o.most_memory, "MiB of the host; 0: what is free")
+        ->check(CLI::NonNegativeNumber);
+    bench->add_option("--most-particles", o.most_particles, "Where the suite scale ends")
+        ->check(CLI::Range(1e3, 2e8));
+    bench->add_flag("--json", o.json, "The results on stdout as JSON");
+    bench->add_flag("-q,--quiet", o.quiet, "No progress");
+    bench->callback([&chosen] { chosen = [] { return bench_verb(o); }; });
+}
+
+}  // namespace
+}  // namespace knead
+
+int main(int count, char** words)
+{
+    using namespace knead;
+    CLI::App app("Clay shaped by hands", "knead");
+    app.set_version_flag("--version", "knead " + knead_version());
+    app.require_subcommand(1);
+    app.footer(
+        "Exit codes: 0 ok, 1 check failed, 2 usage, 3 bad input, 4 no GPU or out of memory,\n"
+        "5 files cannot be written, 6 numerical failure, 7 device lost, 130 interrupted");
+    Verb chosen;
+    add_run(app, chosen);
+    add_record(app, chosen);
+    add_info(app, chosen);
+    add_compare(app, chosen);
+    add_convert(app, chosen);
+    add_doctor(app, chosen);
+    add_bench(app, chosen);
+    try {
+        app.parse(count, words);
+    } catch (const CLI::ParseError& e) {
+        return app.exit(e) == 0 ? exit_ok : exit_usage;
+    }
+    return ended(chosen);
+}

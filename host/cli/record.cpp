@@ -1,0 +1,42 @@
+// knead record: hands into a file. Without a headset they are made by a gesture's script.
+#include <fmt/format.h>
+
+#include <cstdio>
+#include <filesystem>
+
+#include "host/base/errors.h"
+#include "host/base/outputs.h"
+#include "host/cli/verbs.h"
+#include "host/hands/gesture.h"
+#include "host/hands/recording.h"
+
+namespace knead {
+
+int record_verb(const RecordOptions& o)
+{
+    const std::string ending = std::filesystem::path(o.out).extension().string();
+    if (ending != ".hands" && ending != ".jsonl")
+        throw UsageError("OUT: expected a file ending in .hands or .jsonl, found \"" + o.out +
+                         "\"");
+    GestureRule rule;
+    rule.rate = o.rate, rule.seconds = o.seconds, rule.jitter = o.jitter;
+    rule.dropouts = o.dropouts, rule.latency = o.latency;
+    rule.radius = o.radius, rule.depth = o.depth, rule.seed = o.seed;
+    const Recording made = generate(o.gesture, rule);
+    prepare_file(o.out, o.overwrite);
+    try {
+        write_recording(o.out, made);
+    } catch (const InputError&) {
+        throw;
+    } catch (const std::runtime_error& e) {
+        throw OutputError(e.what());
+    }
+    if (!o.quiet)
+        std::printf(
+            "%s", fmt::format("{}: {}, {} frames, {:.4g} s at {:.4g} frames/s\n", o.out, made.name,
+                              made.frames.size(), made.frames.back().time, made.rate)
+                      .c_str());
+    return exit_ok;
+}
+
+}  // namespace knead

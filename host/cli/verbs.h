@@ -1,0 +1,61 @@
+// What each verb of the command line does, apart from how its options are typed (main.cpp). Every
+// verb returns an exit code of host/base/errors.h, or throws one of its errors.
+#pragma once
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace knead {
+
+struct RunOptions {
+    std::string scene;
+    std::string device = "auto";
+    std::vector<std::string> settings;  // path.key=value
+    std::string hands;                  // a recording or gesture instead of the scene's
+    int frames = 0;                     // 0: as the scene says
+    std::string out;                    // folder; "": no files
+    bool overwrite = false, deterministic = false, json = false, quiet = false, verbose = false;
+    std::optional<unsigned> seed;
+    int threads = 0;           // 0: all
+    double most_memory = 0;    // [MiB]; 0: what is free
+    double time_limit = 0;     // [s]; 0: none
+    int audit_every = 0;       // frames; 0: every frame on the CPU, one in 10 on a GPU
+    std::string mesh = "glb";  // glb, ply, obj, none
+    int pictures = -1;         // frames from picture to picture; 0: none; -1: the scene's
+    bool video = false, particles = false;
+};
+int run_verb(const RunOptions& options);
+
+struct RecordOptions {
+    std::string gesture, out;  // out: .hands or .jsonl
+    double rate = 60, seconds = 0, jitter = 0, dropouts = 0, latency = 0.038, radius = 0.1,
+           depth = 0;
+    unsigned seed = 1;
+    bool overwrite = false, quiet = false;
+};
+int record_verb(const RecordOptions& options);
+
+struct InfoOptions {
+    std::string file;
+    std::vector<std::string> settings;
+    bool json = false;
+};
+int info_verb(const InfoOptions& options);
+
+struct CompareOptions {
+    std::string first, second;
+    double tolerance = 1e-6;  // relative for reports; metres for particles
+    double slower = 0;        // the second's median frame may take this many times as long; 0: any
+    bool json = false;
+};
+int compare_verb(const CompareOptions& options);
+
+struct ConvertOptions {
+    std::string in, out;
+    bool overwrite = false, quiet = false;
+};
+int convert_verb(const ConvertOptions& options);
+
+int doctor_verb(bool json);
+
+}  // namespace knead

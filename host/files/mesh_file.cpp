@@ -1,0 +1,274 @@
+// Meshes to files: GLB (glTF 2.0), OBJ, PLY. A file appears whole under its name or not at all.
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <bit>
+#include <cerrno>
+#include <charconv>
+#include <cmath>
+#include <cstdint>
+#include <cstring>
+#include <nlohmann/json.hpp>
+#include <stdexcept>
+
+#include "host/files/mesh_file.h"
+
+namespace knead {
+
+namespace {
+
+static_assert(std::endian::native == std::endian::little, "GLB and this PLY are little-endian");
+
+[[noreturn]] void fail(const std::string& path, const std::string& reason)
+{
+    throw std::runtime_error(path + ": " + reason);
+}
+
+template <class T>
+void append(std::string& bytes, const T& value)
+{
+    bytes.append(reinterpret_cast<const char*>(&value), sizeof value);
+}
+template <class T>
+void append_all(std::string& bytes, const std::vector<T>& values)
+{
+    bytes.append(reinterpret_cast<const char*>(values.data()), values.size() * sizeof(T));
+}
+
+// The shortest digits that read back as the same number, whatever the locale.
+template <class T>
+void append_digits(std::string& text, T value)
+{
+    char digits[32];
+    const auto end = std::to_chars(digits, digits + sizeof digits, value).ptr;
+    text.append(digits, end);
+}
+void append_digits(std::string& text, Vec3<float> v)
+{
+    for (const float s : {v.x, v.y, v.z}) text += ' ', append_digits(text, s);
+}
+
+// Of a linear channel; OBJ and PLY carry colours as they are shown.  IEC 61966-2-1
+float encoded(float s)
+{
+    return s <= 0.0031308f ? 12.92f * s : 1.055f * std::pow(s, 1 / 2.4f) - 0.055f;
+}
+Vec3<float> shown_colour(int category)
+{
+    const Vec3<float> c = category_colour(category);
+    return {encoded(c.x), encoded(c.y), encoded(c.z)};
+}
+
+void check(const std::string& path, const Mesh& mesh)
+{
+    const std::string which = "the mesh of category " + std::to_string(mesh.category);
+    if (mesh.normals.size() != mesh.vertices.size())
+        fail(path, which + " has " + std::to_string(mesh.vertices.size()) + " vertices but " +
+                       std::to_string(mesh.normals.size()) + " normals");
+    const auto finite = [](Vec3<float> v) {
+        return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
+    };
+    if (!std::all_of(mesh.vertices.begin(), mesh.vertices.end(), finite) ||
+        !std::all_of(mesh.normals.begin(), mesh.normals.end(), finite))
+        fail(path, which + " has a vertex or normal that is not finite");
+    const auto known = [&](int v) { return v >= 0 && std::size_t(v) < mesh.vertices.size(); };
+    for (const Int3 t : mesh.triangles)
+        if (!known(t.x) || !known(t.y) || !known(t.z))
+            fail(path, which + " has a triangle with a vertex that is not there");
+}
+
+// glTF's numbers for what the buffer holds.
+enum : int {
+    component_float = 5126,
+    component_index = 5125,
+    target_vertex = 34962,
+    target_index = 34963
+};
+constexpr std::uint32_t glb_magic = 0x46546c67, chunk_json = 0x4e4f534a, chunk_binary = 0x004e4942;
+
+// One view and one accessor into the binary chunk; returns the accessor's index.
+template <class T>
+int add_accessor(nlohmann::json& gltf, std::string& binary, const std::vector<T>& values,
+                 int target)
+{
+    const bool index = target == target_index;
+    gltf["bufferViews"].push_back({{"buffer", 0},
+                                   {"byteOffset", binary.size()},
+                                   {"byteLength", values.size() * sizeof(T)},
+                                   {"target", target}});
+    gltf["accessors"].push_back({{"bufferView", gltf["bufferViews"].size() - 1},
+                                 {"componentType", index ? component_index : component_float},
+                                 {"count", index ? 3 * values.size() : values.size()},
+                                 {"type", index ? "SCALAR" : "VEC3"}});
+    append_all(binary, values);
+    return int(gltf["accessors"].size()) - 1;
+}
+
+// A node per category. The colour is the vertices', over a matt white material.
+void add_mesh(nlohmann::json& gltf, std::string& binary, const Mesh& mesh)
+{
+    const int position = add_accessor(gltf, binary, mesh.vertices, target_vertex);
+    Vec3<float> low = mesh.vertices[0], high = low;
+    for (const Vec3<float> v : mesh.vertices) {
+        low = {least(low.x, v.x), least(low.y, v.y), least(low.z, v.z)};
+        high = {most(high.x, v.x), most(high.y, v.y), most(high.z, v.z)};
+    }
+    gltf["accessors"][position]["min"] = {low.x, low.y, low.z};
+    gltf["accessors"][position]["max"] = {high.x, high.y, high.z};
+    const int normal = add_accessor(gltf, binary, mesh.normals, target_vertex);
+    const std::vector colours(mesh.vertices.size(), category_colour(mesh.category));
+    const int colour = add_accessor(gltf, binary, colours, target_vertex);
+    const int indices = add_accessor(gltf, binary, mesh.triangles, target_index);
+    const std::string name = "category " + std::to_string(mesh.category);
+    const nlohmann::json primitive = {
+        {"attributes", {{"POSITION", position}, {"NORMAL", normal}, {"COLOR_0", colour}}},
+        {"indices", indices},
+        {"material", 0}};
+    gltf["nodes"].push_back({{"mesh", gltf["nodes"].size()}, {"name", name}});
+    gltf["meshes"].push_back({{"name", name}, {"primitives", nlohmann::json::array({primitive})}});
+    gltf["scenes"][0]["nodes"].push_back(gltf["nodes"].size() - 1);
+}
+
+std::string glb(const std::string& path, const std::vector<const Mesh*>& meshes)
+{
+    nlohmann::json gltf = {{"asset", {{"version", "2.0"}, {"generator", "knead"}}},
+                           {"scene", 0},
+                           {"scenes", nlohmann::json::array({{{"name", "clay"}}})}};
+    std::string binary;
+    for (const Mesh* const mesh : meshes) add_mesh(gltf, binary, *mesh);
+    if (!meshes.empty()) {
+        gltf["buffers"].push_back({{"byteLength", binary.size()}});
+        gltf["materials"].push_back(
+            {{"name", "clay"},
+             {"pbrMetallicRoughness", {{"metallicFactor", 0}, {"roughnessFactor", 0.8}}}});
+    }
+    std::string text = gltf.dump();
+    text.resize((text.size() + 3) / 4 * 4, ' ');
+    const std::size_t size = 12 + 8 + text.size() + (binary.empty() ? 0 : 8 + binary.size());
+    if (size > UINT32_MAX) fail(path, "a GLB holds at most 4 GiB; try .ply");
+    std::string bytes;
+    bytes.reserve(size);
+    for (const std::uint32_t word :
+         {glb_magic, 2u, std::uint32_t(size), std::uint32_t(text.size()), chunk_json})
+        append(bytes, word);
+    bytes += text;
+    if (binary.empty()) return bytes;
+    append(bytes, std::uint32_t(binary.size()));  // of 4-byte numbers only, hence aligned
+    append(bytes, chunk_binary);
+    return bytes += binary;
+}
+
+std::string obj(const std::vector<const Mesh*>& meshes)
+{
+    std::string text = "# knead; metres; vertex colours in sRGB\n";
+    std::size_t before = 1;  // OBJ counts from 1, through all objects
+    for (const Mesh* const mesh : meshes) {
+        text += "o category_" + std::to_string(mesh->category) + '\n';
+        std::string colour;
+        append_digits(colour, shown_colour(mesh->category));
+        for (const Vec3<float> x : mesh->vertices)
+            text += 'v', append_digits(text, x), text += colour, text += '\n';
+        for (const Vec3<float> n : mesh->normals)
+            text += "vn", append_digits(text, n), text += '\n';
+        for (const Int3 t : mesh->triangles) {
+            text += 'f';
+            for (const int v : {t.x, t.y, t.z}) {
+                const std::string at = std::to_string(before + std::size_t(v));
+                text += ' ', text += at, text += "//", text += at;
+            }
+            text += '\n';
+        }
+        before += mesh->vertices.size();
+    }
+    return text;
+}
+
+std::string ply(const std::string& path, const std::vector<const Mesh*>& meshes)
+{
+    std::size_t vertices = 0, triangles = 0;
+    for (const Mesh* const mesh : meshes)
+        vertices += mesh->vertices.size(), triangles += mesh->triangles.size();
+    if (vertices > INT32_MAX) fail(path, "a PLY indexes at most 2^31 vertices");
+    std::string bytes = "ply\nformat binary_little_endian 1.0\ncomment knead; metres; sRGB\n";
+    bytes += "element vertex " + std::to_string(vertices) + '\n';
+    for (const char* const name : {"x", "y", "z", "nx", "ny", "nz"})
+        bytes += std::string("property float ") + name + '\n';
+    for (const char* const name : {"red", "green", "blue"})
+        bytes += std::string("property uchar ") + name + '\n';
+    bytes += "element face " + std::to_string(triangles) + '\n';
+    bytes += "property list uchar int vertex_indices\nend_header\n";
+    for (const Mesh* const mesh : meshes) {
+        const Vec3<float> c = shown_colour(mesh->category);
+        const auto channel = [](float s) { return std::uint8_t(std::lround(255 * s)); };
+        const std::array<std::uint8_t, 3> rgb{channel(c.x), channel(c.y), channel(c.z)};
+        for (std::size_t v = 0; v < mesh->vertices.size(); ++v)
+            append(bytes, mesh->vertices[v]), append(bytes, mesh->normals[v]), append(bytes, rgb);
+    }
+    int before = 0;
+    for (const Mesh* const mesh : meshes) {
+        for (const Int3 t : mesh->triangles)
+            bytes += char(3), append(bytes, t + Int3{before, before, before});
+        before += int(mesh->vertices.size());
+    }
+    return bytes;
+}
+
+// Writes beside the path and renames, so that a reader never sees half a file and a full disk
+// leaves the old one.
+void replace_file(const std::string& path, const std::string& bytes)
+{
+    static std::atomic<unsigned> written{0};
+    const std::string part =
+        path + ".part-" + std::to_string(getpid()) + '-' + std::to_string(written++);
+    const int file = open(part.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
+    if (file < 0) fail(path, std::string("cannot be written: ") + std::strerror(errno));
+    int error = 0;
+    for (std::size_t done = 0; done < bytes.size() && error == 0;) {
+        const ssize_t step = write(file, bytes.data() + done, bytes.size() - done);
+        if (step > 0)
+            done += std::size_t(step);
+        else if (step == 0 || errno != EINTR)
+            error = step == 0 ? ENOSPC : errno;
+    }
+    if (close(file) != 0 && error == 0) error = errno;
+    if (error == 0 && std::rename(part.c_str(), path.c_str()) != 0) error = errno;
+    if (error == 0) return;
+    unlink(part.c_str());
+    fail(path, std::string("cannot be written: ") + std::strerror(error));
+}
+
+std::string ending_of(const std::string& path)
+{
+    const std::size_t slash = path.rfind('/'), dot = path.rfind('.');
+    if (dot == std::string::npos || (slash != std::string::npos && dot < slash)) return "";
+    std::string ending = path.substr(dot + 1);
+    for (char& c : ending)
+        if (c >= 'A' && c <= 'Z') c = char(c - 'A' + 'a');
+    return ending;
+}
+
+}  // namespace
+
+void write_mesh(const std::string& path, const std::vector<Mesh>& meshes)
+{
+    std::vector<const Mesh*> shown;  // glTF knows no empty mesh
+    for (const Mesh& mesh : meshes) {
+        check(path, mesh);
+        if (!mesh.triangles.empty()) shown.push_back(&mesh);
+    }
+    const std::string ending = ending_of(path);
+    if (ending == "glb")
+        replace_file(path, glb(path, shown));
+    else if (ending == "obj")
+        replace_file(path, obj(shown));
+    else if (ending == "ply")
+        replace_file(path, ply(path, shown));
+    else
+        fail(path, "a mesh is written as .glb, .obj or .ply");
+}
+
+}  // namespace knead

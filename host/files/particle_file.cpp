@@ -1,0 +1,107 @@
+#include "host/files/particle_file.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <filesystem>
+#include <limits>
+
+#include "host/base/errors.h"
+#include "host/base/outputs.h"
+#include "host/scene/scene.h"
+
+namespace knead {
+namespace {
+
+// The properties in the order of the struct: a row of the file is a particle's bytes.
+constexpr const char* real_names[] = {"x",   "y",   "z",   "vx",  "vy",  "vz",  "cxx", "cyx",
+                                      "czx", "cxy", "cyy", "czy", "cxz", "cyz", "czz", "exx",
+                                      "eyy", "ezz", "exy", "exz", "eyz", "k"};
+constexpr std::size_t reals = std::size(real_names);
+static_assert(sizeof(Particle<double>) == reals * sizeof(double) + 8);
+
+double* row(Particle<double>& q) { return reinterpret_cast<double*>(&q); }
+const double* row(const Particle<double>& q) { return reinterpret_cast<const double*>(&q); }
+
+std::string ply_bytes(const std::vector<Particle<double>>& particles)
+{
+    std::string out = "ply\nformat binary_little_endian 1.0\ncomment knead.particles/1\n";
+    out += fmt::format("element vertex {}\n", particles.size());
+    for (const char* name : real_names) out += fmt::format("property double {}\n", name);
+    out += "property int object\nproperty uint sides\nend_header\n";
+    out.append(reinterpret_cast<const char*>(particles.data()),
+               particles.size() * sizeof(Particle<double>));
+    return out;
+}
+
+std::string csv_bytes(const std::vector<Particle<double>>& particles)
+{
+    std::string out;
+    for (const char* name : real_names) out += std::string(name) + ",";
+    out += "object,sides\n";
+    for (const Particle<double>& q : particles) {
+        for (std::size_t i = 0; i < reals; ++i) out += fmt::format("{},", row(q)[i]);
+        out += fmt::format("{},{}\n", q.object, q.sides);
+    }
+    return out;
+}
+
+}  // namespace
+
+void write_particles(const std::string& path, const std::vector<Particle<double>>& particles)
+{
+    const std::string ending = std::filesystem::path(path).extension().string();
+    if (ending == ".ply") return write_whole(path, ply_bytes(particles));
+    if (ending == ".csv") return write_whole(path, csv_bytes(particles));
+    throw InputError(path + ": expected .ply or .csv for particles, found \"" + ending + "\"");
+}
+
+bool holds_particles(const PlyFile& ply)
+{
+    const PlyElement* faces = ply.find("face");
+    return ply.find("vertex") && (!faces || faces->rows == 0);
+}
+
+std::vector<Particle<double>> to_particles(const PlyFile& ply, const std::string& path)
+{
+    const PlyElement* points = ply.find("vertex");
+    if (!points || points->rows == 0)
+        throw InputError(path + ": expected particles (element \"vertex\"), found none");
+    const auto column = [&](const char* name) -> const PlyProperty* {
+        const PlyProperty* p = points->find(name);
+        return p && !p->list ? p : nullptr;
+    };
+    std::vector<Particle<double>> particles(points->rows);
+    for (std::size_t k = 0; k < reals; ++k) {
+        const PlyProperty* p = column(real_names[k]);
+        if (!p && k < 3)
+            throw InputError(
+                fmt::format("{}: expected the property \"{}\", found none", path, real_names[k]));
+        for (std::size_t i = 0; p && i < particles.size(); ++i) {
+            if (!std::isfinite(p->values[i]))
+                throw InputError(fmt::format("{}: particle {}: expected a finite {}, found {}",
+                                             path, i, real_names[k], p->values[i]));
+            row(particles[i])[k] = p->values[i];
+        }
+    }
+    const auto whole = [&](const char* name, double most_value, auto&& put) {
+        const PlyProperty* p = column(name);
+        for (std::size_t i = 0; p && i < particles.size(); ++i) {
+            const double n = p->values[i];
+            if (!(n >= 0 && n <= most_value && n == std::floor(n)))
+                throw InputError(fmt::format("{}: particle {}: expected {} from 0 to {}, found {}",
+                                             path, i, name, most_value, n));
+            put(particles[i], n);
+        }
+    };
+    whole("object", 1e6, [](Particle<double>& q, double n) { q.object = int(n); });
+    whole("sides", 0xffffffffu, [](Particle<double>& q, double n) { q.sides = std::uint32_t(n); });
+    return particles;
+}
+
+std::vector<Particle<double>> read_particles(const std::string& path)
+{
+    return to_particles(read_ply(path), path);
+}
+
+}  // namespace knead

@@ -1,0 +1,20 @@
+// Particles to files and back: binary PLY (".ply") that any point-cloud viewer opens and that loses
+// nothing, or text (".csv").
+#pragma once
+#include <string>
+#include <vector>
+
+#include "cuda/mpm/particle.h"
+#include "host/files/ply.h"
+
+namespace knead {
+
+// Throws InputError for another ending, OutputError where the file cannot be written.
+void write_particles(const std::string& path, const std::vector<Particle<double>>& particles);
+
+// Needs x, y and z; what else is missing is 0. Throws InputError, also where a number is none.
+std::vector<Particle<double>> read_particles(const std::string& path);
+std::vector<Particle<double>> to_particles(const PlyFile& ply, const std::string& path);
+bool holds_particles(const PlyFile& ply);  // points with no faces
+
+}  // namespace knead

@@ -1,0 +1,253 @@
+#include "host/files/ply.h"
+
+#include <fmt/format.h>
+
+#include <array>
+#include <bit>
+#include <charconv>
+#include <cmath>
+#include <cstring>
+
+#include "host/base/json_reader.h"
+
+namespace knead {
+namespace {
+
+static_assert(std::endian::native == std::endian::little, "binary PLY is read as it lies");
+constexpr std::size_t most_bytes = std::size_t(4) << 30;
+
+enum class Type : int { i8, u8, i16, u16, i32, u32, f32, f64, none };
+constexpr std::size_t width[] = {1, 1, 2, 2, 4, 4, 4, 8, 0};
+
+Type type_named(std::string_view name)
+{
+    constexpr std::pair<std::string_view, Type> names[] = {
+        {"char", Type::i8},    {"uchar", Type::u8},   {"short", Type::i16},
+        {"ushort", Type::u16}, {"int", Type::i32},    {"uint", Type::u32},
+        {"float", Type::f32},  {"double", Type::f64}, {"int8", Type::i8},
+        {"uint8", Type::u8},   {"int16", Type::i16},  {"uint16", Type::u16},
+        {"int32", Type::i32},  {"uint32", Type::u32}, {"float32", Type::f32},
+        {"float64", Type::f64}};
+    for (const auto& [n, t] : names)
+        if (n == name) return t;
+    return Type::none;
+}
+
+template <class T>
+double loaded(const char* at)
+{
+    T value;
+    std::memcpy(&value, at, sizeof value);
+    return double(value);
+}
+
+double load(Type type, const char* at)
+{
+    switch (type) {
+        case Type::i8:
+            return loaded<std::int8_t>(at);
+        case Type::u8:
+            return loaded<std::uint8_t>(at);
+        case Type::i16:
+            return loaded<std::int16_t>(at);
+        case Type::u16:
+            return loaded<std::uint16_t>(at);
+        case Type::i32:
+            return loaded<std::int32_t>(at);
+        case Type::u32:
+            return loaded<std::uint32_t>(at);
+        case Type::f32:
+            return loaded<float>(at);
+        case Type::f64:
+            return loaded<double>(at);
+        case Type::none:
+            break;
+    }
+    return std::nan("");
+}
+
+struct Types {
+    Type count = Type::none, value = Type::none;
+};
+
+class Parser {
+  public:
+    Parser(const std::string& all, const std::string& file) : bytes(all), path(file) {}
+
+    PlyFile parse()
+    {
+        header();
+        for (std::size_t e = 0; e < ply.elements.size(); ++e) body(ply.elements[e], types[e]);
+        return std::move(ply);
+    }
+
+  private:
+    [[noreturn]] void fail(const std::string& expected, const std::string& found) const
+    {
+        throw InputError(
+            fmt::format("{}: byte {}: expected {}, found {}", path, at, expected, found));
+    }
+
+    std::string_view line()
+    {
+        const std::size_t end = bytes.find('\n', at);
+        if (end == std::string::npos || end - at > 4096) fail("a line of the PLY header", "none");
+        std::string_view text(bytes.data() + at, end - at);
+        if (!text.empty() && text.back() == '\r') text.remove_suffix(1);
+        next = end + 1;
+        return text;
+    }
+
+    static std::vector<std::string_view> words(std::string_view text)
+    {
+        std::vector<std::string_view> all;
+        for (std::size_t i = 0; i < text.size();) {
+            const std::size_t from = text.find_first_not_of(" \t", i);
+            if (from == std::string_view::npos) break;
+            i = std::min(text.find_first_of(" \t", from), text.size());
+            all.push_back(text.substr(from, i - from));
+        }
+        return all;
+    }
+
+    void header()
+    {
+        if (line() != "ply") fail("a PLY file, which begins with \"ply\"", "something else");
+        bool format = false;
+        for (at = next;; at = next) {
+            const std::string_view text = line();
+            const std::vector<std::string_view> w = words(text);
+            if (w.empty()) continue;
+            if (w[0] == "end_header") break;
+            if (w[0] == "comment" || w[0] == "obj_info")
+                ply.comments.emplace_back(text.substr(std::min(text.size(), w[0].size() + 1)));
+            else if (w[0] == "format")
+                format = true, read_format(w);
+            else if (w[0] == "element")
+                read_element(w);
+            else if (w[0] == "property")
+                read_property(w);
+            else
+                fail("a PLY header line", "\"" + std::string(text.substr(0, 60)) + "\"");
+        }
+        if (!format) fail("a \"format\" line before \"end_header\"", "none");
+        at = next;
+    }
+
+    void read_format(const std::vector<std::string_view>& w)
+    {
+        ascii = w.size() > 1 && w[1] == "ascii";
+        if (!ascii && (w.size() < 2 || w[1] != "binary_little_endian"))
+            fail("format ascii or binary_little_endian",
+                 w.size() > 1 ? std::string(w[1].substr(0, 40)) : "nothing");
+    }
+
+    void read_element(const std::vector<std::string_view>& w)
+    {
+        std::size_t rows = 0;
+        const bool good =
+            w.size() == 3 &&
+            std::from_chars(w[2].data(), w[2].data() + w[2].size(), rows).ec == std::errc();
+        if (!good || rows > most_bytes || ply.elements.size() >= 64)
+            fail("\"element NAME ROWS\"", "something else");
+        ply.elements.push_back({std::string(w[1]), rows, {}});
+        types.emplace_back();
+    }
+
+    void read_property(const std::vector<std::string_view>& w)
+    {
+        const bool list = w.size() == 5 && w[1] == "list";
+        if (ply.elements.empty() || (!list && w.size() != 3) ||
+            ply.elements.back().properties.size() >= 1024)
+            fail("\"property TYPE NAME\" after an element", "something else");
+        Types t;
+        if (list) t.count = type_named(w[2]);
+        t.value = type_named(w[list ? 3 : 1]);
+        if (t.value == Type::none || (list && (t.count == Type::none || t.count >= Type::f32)))
+            fail("a PLY number type", "\"" + std::string(w[1].substr(0, 40)) + "\"");
+        PlyElement& element = ply.elements.back();
+        const std::string name(w.back());
+        if (element.find(name)) fail("each property once", "\"" + name + "\" twice");
+        element.properties.push_back({name, list, {}, {}});
+        types.back().push_back(t);
+    }
+
+    double number(Type type)
+    {
+        if (!ascii) {
+            const std::size_t size = width[int(type)];
+            if (bytes.size() - at < size) fail("more bytes", "the end of the file");
+            at += size;
+            return load(type, bytes.data() + at - size);
+        }
+        at = std::min(bytes.find_first_not_of(" \t\r\n", at), bytes.size());
+        double value = 0;
+        const auto [end, problem] =
+            std::from_chars(bytes.data() + at, bytes.data() + bytes.size(), value);
+        if (problem != std::errc())
+            fail("a number", at == bytes.size() ? "the end of the file" : "none");
+        at = std::size_t(end - bytes.data());
+        return value;
+    }
+
+    void body(PlyElement& element, const std::vector<Types>& of)
+    {
+        std::size_t least_row = 0;
+        for (const Types& t : of)
+            least_row += ascii ? 2 : width[int(t.count == Type::none ? t.value : t.count)];
+        if (element.rows > 0 &&
+            element.rows > (bytes.size() - at + 1) / std::max<std::size_t>(1, least_row))
+            fail(fmt::format("{} rows of \"{}\", at least {} bytes each", element.rows,
+                             element.name, least_row),
+                 fmt::format("{} bytes left", bytes.size() - at));
+        for (PlyProperty& p : element.properties) {
+            if (p.list) p.start.reserve(element.rows + 1), p.start.push_back(0);
+            p.values.reserve(element.rows);
+        }
+        for (std::size_t row = 0; row < element.rows && !of.empty(); ++row)
+            for (std::size_t k = 0; k < of.size(); ++k) read_value(element.properties[k], of[k]);
+    }
+
+    void read_value(PlyProperty& p, const Types& t)
+    {
+        if (!p.list) return p.values.push_back(number(t.value));
+        const double count = number(t.count);
+        const double room = double(bytes.size() - at + 1) / double(ascii ? 2 : width[int(t.value)]);
+        if (!(count >= 0 && count <= room))
+            fail("a list that the file can hold", short_number(count));
+        for (int i = 0; i < int(count); ++i) p.values.push_back(number(t.value));
+        p.start.push_back(p.values.size());
+    }
+
+    const std::string& bytes;
+    const std::string& path;
+    std::size_t at = 0, next = 0;
+    bool ascii = false;
+    PlyFile ply;
+    std::vector<std::vector<Types>> types;  // per element and property
+};
+
+}  // namespace
+
+const PlyProperty* PlyElement::find(const std::string& property) const
+{
+    for (const PlyProperty& p : properties)
+        if (p.name == property) return &p;
+    return nullptr;
+}
+
+const PlyElement* PlyFile::find(const std::string& element) const
+{
+    for (const PlyElement& e : elements)
+        if (e.name == element) return &e;
+    return nullptr;
+}
+
+PlyFile parse_ply(const std::string& bytes, const std::string& path)
+{
+    return Parser(bytes, path).parse();
+}
+
+PlyFile read_ply(const std::string& path) { return parse_ply(read_text(path, most_bytes), path); }
+
+}  // namespace knead

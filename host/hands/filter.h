@@ -1,0 +1,88 @@
+// From what the tracker said to what moves the clay: filters of one hand's joints, and recorded
+// hands sampled at any time in the simulation's frame.
+#pragma once
+#include <array>
+#include <deque>
+#include <vector>
+
+#include "host/hands/rule.h"
+
+namespace knead {
+
+// One hand, frame by frame, as it comes from the tracker. All filters are causal.
+//   none      the tracker's poses
+//   average   mean over the last 0.2 s, each frame weighted by its duration (the paper's)
+//   adaptive  low-pass whose cutoff rises with each joint's speed: calm at rest, quick in motion
+//             (after Casiez, Roussel and Vogel, "1 Euro Filter", CHI 2012)
+class HandFilter {
+  public:
+    explicit HandFilter(Filter filter) : filter_(filter) {}
+
+    // The filtered hand at `time` [s]. A joint that is not valid, or not finite, moves along with
+    // the wrist; a hand without a valid wrist counts as untracked and keeps its last poses. Frames
+    // whose time does not rise add nothing.
+    Hand filter(const Hand& hand, double time);
+
+    // False while untracked and for 0.2 s after the hand appeared, or after one of its joints
+    // leapt more than 5 cm in a frame: until then it must not touch anything.
+    bool steady() const;
+
+  private:
+    struct Past {
+        double time, duration;  // [s]
+        Hand hand;
+    };
+    struct Speed {
+        Vec3<float> v;  // low-passed velocity [m/s]
+        float turn;     // low-passed speed of turning [1/s]
+    };
+    Hand completed(const Hand& hand) const;
+    void start(const Hand& hand, double time);
+    void average(const Hand& hand, double time);
+    void adapt(const Hand& hand, float duration);
+
+    Filter filter_;
+    bool present_ = false;
+    double time_ = -1e30, appeared_ = 0;  // of the last frame; of the last (re)appearance [s]
+    Hand raw_, out_;                      // the last frame, unfiltered and filtered
+    std::array<bool, joint_count> seen_{};
+    std::deque<Past> past_;
+    std::array<Speed, joint_count> speed_{};
+};
+
+// What a filter costs and what it is good for, measured by driving it.
+struct Response {
+    double ramp;    // lag behind a hand moving at 0.3 m/s [s]
+    double sine;    // lag behind a sway of 5 cm at 1 Hz [s]
+    double jitter;  // share of 1.5 mm (rms) white noise that is left at rest [1]
+};
+Response response(Filter filter, double rate);  // rate in frames per second
+// Response::ramp alone.
+double lag(Filter filter, double rate);
+
+// A recording, filtered once, and sampled between its frames. Time runs as in the time stamps.
+class HandSource {
+  public:
+    // Throws InputError for a recording that check() refuses.
+    HandSource(const Recording& recording, const HandsRule& rule);
+
+    double duration() const { return frames_.back().time; }  // [s]
+
+    // Fills the joints, hand by hand, in the simulation's frame: at + zoom * p. Before the first
+    // frame and after the last the hands stand still. A hand is active where it is present in the
+    // rule and steady on both sides of `time`; after the end none is. Answers whether any is.
+    bool sample(double time, Joint<double> joints[2 * joint_count],
+                bool active[side_count]) const;
+
+  private:
+    struct Frame {
+        double time;
+        std::array<Joint<float>, 2 * joint_count> joints;
+        bool steady[side_count];
+    };
+    std::vector<Frame> frames_;
+    double zoom_;
+    Vec3<double> at_;
+};
+
+}  // namespace knead

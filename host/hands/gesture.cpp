@@ -1,0 +1,370 @@
+#include "host/hands/gesture.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <random>
+
+#include "host/hands/keys.h"
+
+namespace knead {
+namespace {
+
+using Vec = Vec3<double>;
+constexpr double away = 0.1;     // between hand and ball at start and end [m]
+constexpr double touch = 0.003;  // between hand and ball just before it touches [m]
+
+struct Stage {
+    Topology topology;
+    double radius, depth;  // of the ball, of the deepest penetration [m]
+    Part part[side_count];
+};
+
+double outward(Side side) { return side == right ? 1 : -1; }
+
+Fingers relaxed()
+{
+    Fingers f = gripped(0.12);
+    for (double& spread : f.spread) spread = 0.05;
+    return f;
+}
+
+// The hand that has nothing to do waits beside the ball.
+void wait(Stage& stage, Side side, double seconds)
+{
+    Part& part = stage.part[side];
+    part.take(bare(stage.topology, side, 0.08), {-outward(side), 0, 0}, {0, 0, -1});
+    part.reach(0, relaxed(), away);
+    part.stay(seconds, relaxed());
+}
+
+// Both palms press from the sides, from `t` on, in `t + 2.7 s`.
+void squeeze_from(Stage& stage, Part& part, double t, double approach, double pressing)
+{
+    const Fingers closed = wrapped(part.side(), stage.radius);
+    const Fingers half = between(relaxed(), closed, 0.6);
+    part.take(bare(stage.topology, part.side(), 0.08), {-outward(part.side()), 0, 0}, {0, 0, -1});
+    part.reach(t, relaxed(), away);
+    t += approach;
+    part.reach(t, half, touch);
+    t += pressing;
+    part.reach(t, closed, -stage.depth);
+    part.stay(t + 0.3, closed);
+    part.reach(t + 0.7, half, 4 * touch);
+    part.reach(t + 1.2, relaxed(), away);
+}
+
+void squeeze(Stage& stage)
+{
+    for (Part& part : stage.part) squeeze_from(stage, part, 0, 0.45, 0.95);
+}
+
+// The fingers of one spread hand leave their marks, then both palms squeeze.
+void imprint(Stage& stage)
+{
+    Part& part = stage.part[right];
+    Fingers marking = wrapped(right, stage.radius);
+    for (int i = 0; i < 5; ++i) {
+        marking.spread[i] = 0.2;
+        for (double& flex : marking.flex[i]) flex += 0.1;
+    }
+    marking = within_limits(marking);
+    part.take(bare(stage.topology, right, 0.12), {-0.5, -0.7, -0.5}, {-0.2, 0.6, -0.8});
+    part.reach(0, relaxed(), away);
+    part.reach(0.4, marking, touch);
+    part.reach(0.95, marking, -stage.depth);
+    part.stay(1.1, marking);
+    part.reach(1.5, relaxed(), away);
+    squeeze_from(stage, part, 2.25, 0.4, 0.5);
+    Part& other = stage.part[left];
+    other.take(bare(stage.topology, left, 0.08), {1, 0, 0}, {0, 0, -1});
+    other.reach(0, relaxed(), away);
+    squeeze_from(stage, other, 2.25, 0.4, 0.5);
+}
+
+void pinch(Stage& stage)
+{
+    wait(stage, left, 2.7);
+    const Fingers closed = pinched(right);
+    Fingers opened = closed;
+    opened.flex[1][0] -= 0.35;
+    opened.flex[0][0] -= 0.3;
+    opened = within_limits(opened);
+    Part& part = stage.part[right];
+    part.take(tips(stage.topology, right, opened), {-0.5, -0.75, -0.4}, {-0.3, 0.6, -0.7});
+    part.reach(0, opened, away);
+    part.reach(0.45, opened, touch);
+    part.reach(0.9, opened, -stage.depth);
+    part.stay(1.25, closed);
+    part.stay(1.75, closed, stage.depth + 0.03);
+    part.stay(2.05, opened);
+    part.reach(2.7, opened, away);
+}
+
+void poke(Stage& stage)
+{
+    wait(stage, left, 3.5);
+    const Fingers grip = gripped(0.8);
+    const Grasp rod = stick(right, grip);
+    Part& part = stage.part[right];
+    double t = 0;
+    for (const Vec press : {Vec{-0.35, -0.85, -0.4}, Vec{-0.75, -0.45, -0.5}}) {
+        part.take(rod, press, {0, 1, 0});
+        part.reach(t, grip, t == 0 ? away : away / 2);
+        part.reach(t + 0.4, grip, touch);
+        part.reach(t + 0.85, grip, -stage.depth);
+        part.reach(t + 1.2, grip, away / 2);
+        t += 1.85;
+    }
+    part.reach(3.5, grip, away);
+}
+
+void flatten(Stage& stage)
+{
+    wait(stage, left, 3.5);
+    const Fingers grip = gripped(0.25);
+    const Grasp slab = face("slab", right, grip);
+    Part& part = stage.part[right];
+    part.take(slab, {0, -1, 0}, {0, 0, -1});
+    part.reach(0, grip, away);
+    part.reach(0.4, grip, touch);
+    part.reach(1.1, grip, -0.6 * stage.depth);
+    part.reach(1.4, grip, 0.02);
+    part.take(slab, {0, -1, 0}, {-0.6, 0, -0.8});
+    part.reach(1.8, grip, 0.02);
+    part.reach(2.5, grip, -stage.depth);
+    part.stay(2.85, grip);
+    part.reach(3.5, grip, away);
+}
+
+// Flat palms run to and fro against each other.
+void roll(Stage& stage)
+{
+    for (Part& part : stage.part) {
+        const double way = 0.3 * stage.radius * outward(part.side());
+        Fingers straight = within_limits({});
+        straight.spread[0] = -0.7;  // thumbs clear of the ball: it is rolled by the palms
+        part.take(bare(stage.topology, part.side(), 0.08), {-outward(part.side()), 0, 0},
+                  {0, 0, -1});
+        part.reach(0, straight, away);
+        part.reach(0.45, straight, touch);
+        // As near as no place on the way goes deeper than asked.
+        double distance = 0;
+        for (const double share : {-1.0, -0.5, 0.0, 0.5, 1.0})
+            distance =
+                std::max(distance, part.distance(straight, -stage.depth, {0, 0, share * way}));
+        part.put(0.8, straight, distance);
+        double t = 0.8;
+        for (const double share : {1.0, -1.0, 1.0, -1.0, 1.0, 0.0}) {
+            t += share == 0 ? 0.3 : 0.4;
+            part.put(t, straight, distance, {0, 0, share * way});
+        }
+        part.reach(3.5, straight, away);
+    }
+}
+
+// Both heels push down and forward, the fingers fold over and draw back: three times.
+void knead_both(Stage& stage)
+{
+    for (Part& part : stage.part) {
+        const double beside = 0.75 * stage.radius * outward(part.side());
+        const auto slide = [&](double forward) { return Vec{beside, 0, -forward * stage.radius}; };
+        Fingers open = relaxed(), fold = gripped(0.45);
+        open.spread[0] = fold.spread[0] = -0.5;  // thumbs beside the palms, clear of each other
+        part.take(bare(stage.topology, part.side(), 0.05), {0, -1, 0}, {0, 0, -1});
+        part.reach(0, open, away, slide(-0.2));
+        for (const double t : {0.0, 1.1, 2.2}) {
+            part.reach(t + 0.4, open, touch, slide(-0.2));
+            part.reach(t + 0.65, open, -0.8 * stage.depth, slide(0));
+            part.reach(t + 0.8, open, -stage.depth, slide(0.2));
+            part.reach(t + 0.95, fold, -0.5 * stage.depth, slide(0));
+            part.reach(t + 1.1, open, 0.01, slide(-0.2));
+        }
+        part.reach(3.8, open, away, slide(-0.2));
+    }
+}
+
+// The blade saws down to the board, pushes one half aside, and comes up between the two. Its edge
+// spans a ball of 5 cm radius; a larger one is cut where the edge comes by.
+void cut(Stage& stage)
+{
+    wait(stage, left, 3.6);
+    const Fingers grip = gripped(0.85);
+    const Grasp knife = edge("knife", right, grip);
+    const Vec aside = cross(knife.press, knife.along);
+    // The edge lies 15 mm beyond the middle of the blade, and reaches 10 mm further ahead.
+    const auto drawn = [&](double way) { return (way - 0.01) * knife.along; };
+    const double board = -(stage.radius - 0.015);
+    Part& part = stage.part[right];
+    part.take(knife, {0, -1, 0}, {0, 0, -1});
+    part.reach(0, grip, away);
+    part.reach(0.4, grip, touch, drawn(0.015));
+    part.put(0.95, grip, 0.2 * stage.radius, drawn(-0.01));
+    part.put(1.5, grip, board, drawn(0.005));
+    part.put(1.65, grip, board, drawn(0));
+    part.put(2.3, grip, board, drawn(0) + 0.025 * aside);
+    part.put(3.1, grip, stage.radius + away, drawn(0) + 0.02 * aside);
+    part.put(3.6, grip, stage.radius + away, drawn(0) + 0.02 * aside);
+}
+
+struct Script {
+    Gesture gesture;
+    void (*write)(Stage&);
+};
+const std::vector<Script>& scripts()
+{
+    static const std::vector<Script> all = {{{"squeeze", {"", ""}, 2.6, 0.22}, squeeze},
+                                            {{"imprint", {"", ""}, 4.35, 0.18}, imprint},
+                                            {{"pinch", {"", ""}, 2.7, 0.35}, pinch},
+                                            {{"poke", {"", "rod"}, 3.5, 0.5}, poke},
+                                            {{"flatten", {"", "slab"}, 3.5, 0.9}, flatten},
+                                            {{"roll", {"", ""}, 3.5, 0.4}, roll},
+                                            {{"knead", {"", ""}, 3.8, 0.45}, knead_both},
+                                            {{"cut", {"", "knife"}, 3.6, 1}, cut}};
+    return all;
+}
+
+// Numbers equal on every platform: the engine is the standard's, the shapes are our own.
+class Chance {
+  public:
+    explicit Chance(unsigned seed) : source_(seed) {}
+    double uniform() { return double(source_() >> 11) * 0x1p-53; }  // in [0, 1)
+    double normal()  // mean 0, variance 1: the sum of twelve
+    {
+        double sum = -6;
+        for (int i = 0; i < 12; ++i) sum += uniform();
+        return sum;
+    }
+
+  private:
+    std::mt19937_64 source_;
+};
+
+// Tracking noise of one hand: its wrist, its turn and its fingers tremble, each number fading
+// within 20 ms; bones keep their lengths, since trackers fit a model of the hand.
+class Tremble {
+  public:
+    explicit Tremble(double jitter) : jitter_(jitter) {}
+    void advance(double duration, Chance& chance)
+    {
+        const double kept = std::exp(-duration / 0.02), fresh = std::sqrt(1 - kept * kept);
+        for (double& x : state_) x = kept * x + fresh * chance.normal();
+    }
+    void shake(Joint<double>& wrist_at, Fingers& fingers) const
+    {
+        // Shares chosen so that the rms displacement over all joints is the jitter: see the test.
+        const double shift = 0.45 * jitter_, turn = 3.2 * jitter_, bend = 5 * jitter_;
+        const auto* x = state_;
+        wrist_at.p = wrist_at.p + shift * Vec{x[0], x[1], x[2]};
+        const Vec axis = turn * Vec{x[3], x[4], x[5]};
+        wrist_at.q = knead::unit(Quat<double>{1, axis.x / 2, axis.y / 2, axis.z / 2} * wrist_at.q);
+        for (int i = 0; i < 5; ++i)
+            for (int k = 0; k < 3; ++k) fingers.flex[i][k] += bend * x[6 + i];
+    }
+
+  private:
+    double jitter_, state_[11] = {};
+};
+
+// Where a part stands at `time`: between two keys along the path of minimum jerk.
+Pose at(const Part& part, double time, const Vec& centre, const Tremble& tremble)
+{
+    const std::vector<Key>& keys = part.keys();
+    std::size_t i = 1;
+    while (i + 1 < keys.size() && keys[i].time < time) ++i;
+    const Key &from = keys[i - 1], &to = keys[i];
+    const double t = clamped((time - from.time) / (to.time - from.time), 0.0, 1.0);
+    const double s = t * t * t * (10 - 15 * t + 6 * t * t);
+    const Quat<double> q = between(from.q, to.q, s);
+    Joint<double> wrist_at{q, centre + rotate(q, from.place + s * (to.place - from.place))};
+    Fingers fingers = between(from.fingers, to.fingers, s);
+    tremble.shake(wrist_at, fingers);
+    return posed(part.side(), wrist_at, within_limits(fingers));
+}
+
+void check(const GestureRule& rule)
+{
+    const auto within = [](const char* what, double value, double low, double high) {
+        if (!(value >= low && value <= high))
+            throw InputError(
+                fmt::format("gesture: expected {} of {} to {}, found {}", what, low, high, value));
+    };
+    within("a rate [Hz]", rule.rate, 5, 1000);
+    within("a jitter [m]", rule.jitter, 0, 0.02);
+    within("a latency [s]", rule.latency, 0, 1);
+    within("a chance of dropouts", rule.dropouts, 0, 1);
+    within("seconds", rule.seconds, 0, 600);
+    within("a depth", rule.depth, 0, 0.9);
+    within("a radius [m]", rule.radius, 0.02, 1);
+    for (const double x : {rule.centre.x, rule.centre.y, rule.centre.z})
+        within("a centre [m]", x, -50, 50);
+}
+
+const Script& script(const std::string& name)
+{
+    std::string known;
+    for (const Script& s : scripts()) {
+        if (s.gesture.name == name) return s;
+        known += (known.empty() ? "" : ", ") + s.gesture.name;
+    }
+    throw InputError(fmt::format("gesture: expected one of {}, found \"{}\"", known, name));
+}
+
+}  // namespace
+
+const std::vector<Gesture>& gestures()
+{
+    static const std::vector<Gesture> all = [] {
+        std::vector<Gesture> list;
+        for (const Script& s : scripts()) list.push_back(s.gesture);
+        return list;
+    }();
+    return all;
+}
+
+Recording generate(const std::string& name, const GestureRule& rule)
+{
+    const auto& [gesture, write] = script(name);
+    check(rule);
+    const double depth = rule.radius * (rule.depth > 0 ? rule.depth : gesture.depth);
+    Stage stage{rule.topology, rule.radius, depth, {{left, rule.radius}, {right, rule.radius}}};
+    write(stage);
+
+    const double seconds = rule.seconds > 0 ? rule.seconds : gesture.seconds;
+    Recording r{name, rule.rate, rule.latency, {}};
+    Chance chance(rule.seed);
+    Tremble tremble[side_count] = {Tremble(rule.jitter), Tremble(rule.jitter)};
+    int lost[side_count] = {};  // frames that the hand stays lost
+    const int count = int(seconds * rule.rate + 1e-9) + 1;
+    for (int i = 0; i < count; ++i) {
+        const double uneven = i > 0 ? 0.16 * (chance.uniform() - 0.5) : 0;  // of a frame
+        const double time = (i + uneven) / rule.rate;
+        HandFrame frame;
+        frame.time = time + rule.latency;
+        for (int s = 0; s < side_count; ++s) {
+            tremble[s].advance(1 / rule.rate, chance);
+            const double fate = chance.uniform(), spell = chance.uniform();
+            if (lost[s] > 0)
+                --lost[s];
+            else if (i > 0 && fate < rule.dropouts)
+                lost[s] = 3 + int(8 * spell);
+            Hand& hand = frame.hand[s];
+            if (lost[s] > 0) {
+                hand = r.frames.back().hand[s];
+                hand.tracked = false;
+                hand.valid.fill(false);
+                continue;
+            }
+            hand = open_hand(Side(s));
+            const Pose pose =
+                at(stage.part[s], time * gesture.seconds / seconds, rule.centre, tremble[s]);
+            for (int j = 0; j < joint_count; ++j)
+                hand.joints[j] = {cast<float>(pose[j].q), cast<float>(pose[j].p)};
+        }
+        r.frames.push_back(frame);
+    }
+    return r;
+}
+
+}  // namespace knead

@@ -1,0 +1,106 @@
+// Tools as medial primitives, held as a person would hold them. Real sizes [m], right hand; the
+// left one mirrors them.
+#include <stdexcept>
+
+#include "host/hands/hands.h"
+
+namespace knead {
+namespace {
+
+// A sphere in the frame of one joint: -z ahead, -y out of the palm or the finger's pad.
+struct Piece {
+    JointName joint;
+    Vec3<float> c;  // [m]
+    float r;        // [m]
+};
+struct Design {
+    const char* name;
+    std::vector<Piece> spheres;
+    std::vector<Primitive> primitives;
+};
+
+constexpr float half_blade = 0.0005f;  // blades are 1 mm thick
+
+// Two blades of 80 x 12 x 1 mm, one ahead of the index finger and one ahead of the thumb, both in
+// the plane that the two point along, edge to edge, side by side by a blade's thickness so that
+// they pass each other. Their normals agree, so that both tell the same sides of a cut.
+std::vector<Piece> scissor_blades()
+{
+    const Hand hand = open_hand(right);
+    const auto ahead = [&](JointName j) { return rotate(hand.joints[j].q, Vec3<float>{0, 0, -1}); };
+    const Vec3<float> wide = cross(ahead(index_distal), ahead(thumb_distal));
+    const Vec3<float> normal = (1 / length(wide)) * wide;
+    std::vector<Piece> pieces;
+    for (const JointName j : {index_distal, thumb_distal}) {
+        const bool index = j == index_distal;
+        const Vec3<float> u = ahead(j);
+        const Vec3<float> inwards = index ? cross(normal, u) : cross(u, normal);
+        const Vec3<float> aside = (index ? half_blade : -half_blade) * normal;
+        const auto add = [&](float along, float across) {
+            const Vec3<float> c = along * u + across * inwards + aside;
+            pieces.push_back({j, rotate(conjugate(hand.joints[j].q), c), half_blade});
+        };
+        add(0.01f, index ? 0.006f : -0.006f);
+        add(0.01f, index ? -0.006f : 0.006f);
+        add(0.09f, 0);
+    }
+    return pieces;
+}
+
+const std::vector<Design>& designs()
+{
+    static const std::vector<Design> all = {
+        // A paddle of 90 x 130 x 10 mm lying flat in the palm and under the fingers, to press with.
+        {"slab",
+         {{palm, {-0.04f, -0.03f, 0.01f}, 0.005f},
+          {palm, {0.04f, -0.03f, 0.01f}, 0.005f},
+          {palm, {0.04f, -0.03f, -0.11f}, 0.005f},
+          {palm, {-0.04f, -0.03f, -0.11f}, 0.005f}},
+         {{3, {0, 1, 2}, 0}, {3, {0, 2, 3}, 0}}},
+        // 24 cm long, 10 mm in radius, across the palm: a rolling pin.
+        {"rod",
+         {{palm, {-0.11f, -0.03f, -0.02f}, 0.01f}, {palm, {0.11f, -0.03f, -0.02f}, 0.01f}},
+         {{2, {0, 1, 1}, 0}}},
+        // 10 cm from a base of 20 mm radius to a point of 1 mm, ahead of the index finger.
+        {"cone",
+         {{index_distal, {0, -0.01f, -0.04f}, 0.02f}, {index_distal, {0, -0.01f, -0.14f}, 0.001f}},
+         {{2, {0, 1, 1}, 0}}},
+        // A ball of 8 mm radius on a rod of 2.5 mm radius, under the index finger's pad like a pen.
+        {"ball",
+         {{index_distal, {0, -0.01f, 0.02f}, 0.0025f},
+          {index_distal, {0, -0.01f, -0.07f}, 0.0025f},
+          {index_distal, {0, -0.01f, -0.07f}, 0.008f}},
+         {{2, {0, 1, 1}, 0}, {1, {2, 2, 2}, 0}}},
+        // A blade of 120 x 30 x 1 mm ahead of the fist, upright, its edge below.
+        {"knife",
+         {{palm, {0, -0.015f, -0.07f}, half_blade},
+          {palm, {0, -0.045f, -0.07f}, half_blade},
+          {palm, {0, -0.045f, -0.19f}, half_blade},
+          {palm, {0, -0.015f, -0.15f}, half_blade}},
+         {{3, {0, 1, 3}, 0}, {3, {1, 2, 3}, 0}}},
+        {"scissors", scissor_blades(), {{3, {0, 1, 2}, 0}, {3, {3, 4, 5}, 0}}},
+    };
+    return all;
+}
+
+}  // namespace
+
+Rig tool_rig(const std::string& name, Side side)
+{
+    std::string known;
+    for (const Design& design : designs()) {
+        known += (known.empty() ? "" : ", ") + std::string(design.name);
+        if (design.name != name) continue;
+        Rig rig{{}, design.primitives};
+        for (const Piece& piece : design.spheres) {
+            const int j = int(side) * joint_count + piece.joint;
+            const float x = side == right ? piece.c.x : -piece.c.x;
+            const Vec3<float> c{x, piece.c.y, piece.c.z};
+            rig.spheres.push_back({{j, j, j, j}, {1, 0, 0, 0}, {c, c, c, c}, piece.r});
+        }
+        return rig;
+    }
+    throw std::invalid_argument("unknown tool \"" + name + "\"; expected one of: " + known);
+}
+
+}  // namespace knead

@@ -1,0 +1,386 @@
+// Scenes from JSON. Every key stands here once, with its unit, range and default; docs/formats.md
+// says the same for people.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <limits>
+
+#include "host/base/json_reader.h"
+#include "host/hands/gesture.h"
+#include "host/scene/presets.h"
+
+namespace knead {
+namespace {
+
+constexpr int most_objects = 256, most_cells = 1024;
+
+const std::vector<std::pair<std::string, Touch>> touches = {
+    {"sticky", Touch::sticky}, {"slip", Touch::slip}, {"separate", Touch::separate}};
+
+void read_domain(ObjectReader& r, Scene& scene)
+{
+    const double edge = r.number("edge", {0, 1000, "m", true}, 1.0);
+    Int3 cells{64, 64, 64};
+    const auto valid = [](double n) {
+        return n >= 8 && n <= most_cells && n == std::floor(n) && int(n) % block_edge == 0;
+    };
+    const auto refuse = [&](const Json& found) {
+        r.fail(
+            "cells",
+            fmt::format("a multiple of {} from 8 to {}, or three of them", block_edge, most_cells),
+            described(found));
+    };
+    if (const Json* given = r.find("cells")) {
+        int n[3];
+        for (std::size_t axis = 0; axis < 3; ++axis) {
+            if (given->is_array() && given->size() != 3) refuse(*given);
+            const Json& one = given->is_array() ? (*given)[axis] : *given;
+            if (!one.is_number() || !valid(one.get<double>())) refuse(one);
+            n[axis] = int(one.get<double>());
+        }
+        cells = {n[0], n[1], n[2]};
+    }
+    scene.setup.lattice = {cells, edge / most(cells.x, most(cells.y, cells.z))};
+}
+
+void read_walls(ObjectReader& r, Scene& scene)
+{
+    Walls<double>& walls = scene.setup.walls;
+    const Int3 n = scene.setup.lattice.size;
+    walls.margin = r.whole("margin", 2, least(n.x, least(n.y, n.z)) / 2 - 2, 3);
+    walls.touch = r.choice("touch", touches, Touch::sticky);
+    walls.friction = r.number("friction", {0, 10}, 0.4);
+}
+
+void read_step(ObjectReader& r, StepRule& step)
+{
+    step.fixed = r.number("fixed", {0, 1, "s"}, step.fixed);
+    step.courant = r.number("courant", {0, 1, "", true}, step.courant);
+    step.tool = r.number("tool", {0, 1, "", true}, step.tool);
+    step.largest = r.number("largest", {0, 1, "s", true}, step.largest);
+}
+
+// Where the defaults come from docs/model.md says.  (29), (30)
+void read_rest(ObjectReader& r, Scene& scene)
+{
+    Rest<double>& rest = scene.setup.rest;
+    rest.mode = r.choice<RestMode>(
+        "mode",
+        {{"none", RestMode::none}, {"sleep", RestMode::sleep}, {"localized", RestMode::localized}},
+        RestMode::none);
+    const auto creeps = [](const Object& o) {
+        return o.material.flow == Flow::fluid || o.material.flow == Flow::herschel_bulkley;
+    };
+    const bool creep = std::any_of(scene.objects.begin(), scene.objects.end(), creeps);
+    const double weight = length(scene.setup.gravity), frame = frame_duration(scene);
+    rest.push = r.number("acceleration", {0, 1e6, "m/s^2", true}, weight > 0 ? weight / 2 : 5);
+    rest.speed =
+        r.number("speed", {0, 1000, "m/s", true}, least(creep ? 0.005 : 0.05, rest.push * frame));
+    rest.frames = r.whole("frames", 1, 1000000, least(int(std::ceil(0.1 / frame - 1e-9)), 1000000));
+    rest.reach = r.number("reach", {0, 1000, "m"}, 4 * scene.setup.lattice.dx);
+    if (rest.mode == RestMode::localized && !scene.has_hands)
+        r.fail("mode", "\"none\" or \"sleep\" for a scene without hands", "\"localized\"");
+}
+
+void override_recipe(ObjectReader& r, Recipe& m)
+{
+    m.elasticity = r.choice<Elasticity>("elasticity",
+                                        {{"neo_hookean", Elasticity::neo_hookean},
+                                         {"fixed_corotated", Elasticity::fixed_corotated},
+                                         {"hencky", Elasticity::hencky}},
+                                        m.elasticity);
+    m.flow = r.choice<Flow>("flow",
+                            {{"none", Flow::none},
+                             {"von_mises", Flow::von_mises},
+                             {"drucker_prager", Flow::drucker_prager},
+                             {"clamp", Flow::clamp},
+                             {"herschel_bulkley", Flow::herschel_bulkley},
+                             {"fluid", Flow::fluid}},
+                            m.flow);
+    m.density = r.number("density", {1, 1e5, "kg/m^3"}, m.density);
+    m.young = r.number("young", {1, 1e12, "Pa"}, m.young);
+    m.poisson = r.number("poisson", {0, 0.499}, m.poisson);
+    m.yield = r.number("yield", {0, 1e12, "Pa"}, m.yield);
+    m.hardening = r.number("hardening", {-1e12, 1e12, "Pa"}, m.hardening);
+    m.yield_floor = r.number("yield_floor", {0, 1e12, "Pa"}, m.yield_floor);
+    m.friction_angle = r.number("friction_angle", {0, 89, "degrees"}, m.friction_angle);
+    m.cohesion = r.number("cohesion", {0, 1e9, "Pa"}, m.cohesion);
+    m.compress = r.number("compress", {0, 0.99}, m.compress);
+    m.stretch = r.number("stretch", {0, 10}, m.stretch);
+    m.snow = r.number("snow", {0, 100}, m.snow);
+    m.viscosity = r.number("viscosity", {0, 1e9, "Pa s (or Pa s^exponent)"}, m.viscosity);
+    m.exponent = r.number("exponent", {0.05, 20}, m.exponent);
+    m.bulk = r.number("bulk", {1, 1e12, "Pa"}, m.bulk);
+}
+
+// What a flow cannot do without.
+void check_recipe(ObjectReader& r, const Recipe& m)
+{
+    const auto needs = [&](const char* key, double value, const char* what) {
+        if (!(value > 0)) r.fail(key, what, short_number(value));
+    };
+    if (m.flow == Flow::fluid) return needs("bulk", m.bulk, "a fluid's bulk modulus above 0 Pa");
+    needs("young", m.young, "a solid's Young's modulus above 0 Pa");
+    if (m.flow == Flow::von_mises)
+        needs("yield", m.yield, "a yield stress above 0 Pa for flow \"von_mises\"");
+    if (m.flow == Flow::herschel_bulkley)
+        needs("viscosity", m.viscosity, "a consistency above 0 for flow \"herschel_bulkley\"");
+    if (m.flow == Flow::drucker_prager)
+        needs("friction_angle", m.friction_angle,
+              "an angle above 0 degrees for \"drucker_prager\"");
+}
+
+const Recipe& named_recipe(const ObjectReader& r, const std::string& key, const Json& name)
+{
+    if (!name.is_string()) r.fail(key, "the name of a preset", described(name));
+    try {
+        return recipe(name.get<std::string>());
+    } catch (const InputError& e) {
+        throw InputError(r.file() + ": " + r.pointer(key) + ": " + e.what());
+    }
+}
+
+// "clay", or {"preset": "clay", ...overrides}.
+void read_material(ObjectReader& r, Object& object)
+{
+    const Json* given = r.find("material");
+    if (!given || given->is_string()) {
+        const Recipe& m = given ? named_recipe(r, "material", *given) : recipe("clay");
+        object.preset = m.name;
+        object.material = made(m);
+        return;
+    }
+    r.object("material", [&](ObjectReader& in) {
+        const Json* name = in.find("preset");
+        Recipe m = name ? named_recipe(in, "preset", *name) : recipe("clay");
+        object.preset = m.name;
+        override_recipe(in, m);
+        check_recipe(in, m);
+        object.material = made(m);
+    });
+}
+
+Object read_object(ObjectReader& r, std::size_t index)
+{
+    const Bounds where{-1000, 1000, "m"}, extent{0, 1000, "m", true};
+    Object o;
+    o.name = r.text("name", fmt::format("object {}", index));
+    o.shape = r.choice<ShapeKind>(
+        "shape",
+        {{"sphere", ShapeKind::sphere}, {"box", ShapeKind::box}, {"cylinder", ShapeKind::cylinder}},
+        ShapeKind::sphere);
+    o.centre = r.vector("centre", where);
+    if (o.shape == ShapeKind::box) {
+        o.size = r.vector("size", extent);
+    } else {
+        const double across = r.number("diameter", extent);
+        const bool ball = o.shape == ShapeKind::sphere;
+        o.size = {across, ball ? across : r.number("height", extent), across};
+    }
+    o.velocity = r.vector("velocity", {-1000, 1000, "m/s"}, {0, 0, 0});
+    read_material(r, o);
+    o.category = r.whole("category", 0, 255, 0);
+    o.material.category = o.category;
+    o.per_cell = r.number("per_cell", {1, 64, "particles per cell"}, 8);
+    return o;
+}
+
+void read_objects(ObjectReader& r, Scene& scene)
+{
+    const Json& list = r.required("objects", "an array of at least one object");
+    if (!list.is_array() || list.empty() || list.size() > most_objects)
+        r.fail("objects", fmt::format("an array of 1 to {} objects", most_objects),
+               described(list));
+    for (std::size_t i = 0; i < list.size(); ++i)
+        ObjectReader::read(list[i], r.file(), r.pointer("objects") + "/" + std::to_string(i),
+                           [&](ObjectReader& o) { scene.objects.push_back(read_object(o, i)); });
+}
+
+void read_side(ObjectReader& r, HandsRule& hands, Side side)
+{
+    hands.present[side] = r.flag("present", true);
+    hands.held[side] = r.text("held", hands.held[side]);
+    if (hands.held[side].empty()) return;
+    try {
+        tool_rig(hands.held[side], side);
+    } catch (const std::invalid_argument& e) {
+        r.fail("held", "a tool (slab, rod, cone, ball, knife, scissors)",
+               fmt::format("\"{}\" ({})", hands.held[side].substr(0, 60), e.what()));
+    }
+}
+
+// A gesture's name brings its tools along. A recording's path is taken beside the scene and must
+// stay there: a scene from elsewhere names no file outside its own folder.
+void read_recording_name(ObjectReader& r, HandsRule& hands)
+{
+    namespace fs = std::filesystem;
+    const std::string name = r.text("recording", "squeeze");
+    std::vector<std::string> known;
+    for (const Gesture& g : gestures()) {
+        known.push_back(g.name);
+        if (g.name != name) continue;
+        hands.recording = name;
+        for (Side side : {left, right}) hands.held[side] = g.held[side];
+        return;
+    }
+    const fs::path plain = fs::path(name).lexically_normal();
+    if (!plain.has_extension())
+        r.fail("recording", "a gesture or a file (.hands, .jsonl)",
+               "\"" + name.substr(0, 60) + "\"; the nearest gesture is \"" +
+                   nearest_name(name, known) + "\"");
+    if (plain.is_absolute() || *plain.begin() == "..")
+        r.fail("recording", "a path inside the scene's folder (--hands takes any path)",
+               "\"" + name.substr(0, 200) + "\"");
+    hands.recording = (fs::path(r.file()).parent_path() / plain).string();
+}
+
+void read_hands(ObjectReader& r, Scene& scene)
+{
+    HandsRule& h = scene.hands;
+    read_recording_name(r, h);
+    h.zoom = r.number("zoom", {0.01, 1000, "simulation metres per real metre"}, 1);
+    h.at = r.vector("at", {-1000, 1000, "m"}, scene.objects[0].centre);
+    h.topology = r.choice<Topology>("topology", {{"h25", Topology::h25}, {"h47", Topology::h47}},
+                                    Topology::h25);
+    h.touch = r.choice("touch", touches, Touch::separate);
+    h.friction = r.number("friction", {0, 10}, 0.4);
+    h.filter = r.choice<Filter>(
+        "filter",
+        {{"none", Filter::none}, {"average", Filter::average}, {"adaptive", Filter::adaptive}},
+        Filter::adaptive);
+    r.object("left", [&](ObjectReader& in) { read_side(in, h, left); });
+    r.object("right", [&](ObjectReader& in) { read_side(in, h, right); });
+}
+
+void read_surface(ObjectReader& r, Scene& scene)
+{
+    const Lattice<double>& from = scene.setup.lattice;
+    const int longest = most(from.size.x, most(from.size.y, from.size.z));
+    scene.surface_nodes = r.whole("nodes", 0, 2048, 0);
+    const int nodes = scene.surface_nodes ? scene.surface_nodes : 2 * longest;
+    if (nodes < 8)
+        r.fail("nodes", "0 (twice the domain's cells) or 8 to 2048", std::to_string(nodes));
+    const auto along = [&](int n) {
+        const double share = double(n) / longest * nodes;
+        return block_edge * int(std::ceil(share / block_edge - 1e-9));
+    };
+    scene.surface.lattice = {{along(from.size.x), along(from.size.y), along(from.size.z)},
+                             float(from.dx * longest / nodes)};
+    scene.surface.iso = float(r.number("iso", {0.01, 0.99, "of the rest density"}, 0.5));
+    scene.surface.smoothing = r.choice<Smoothing>(
+        "smoothing",
+        {{"none", Smoothing::none}, {"laplace", Smoothing::laplace}, {"taubin", Smoothing::taubin}},
+        Smoothing::taubin);
+    scene.surface.iterations = r.whole("iterations", 0, 100, 5);
+}
+
+void read_pictures(ObjectReader& r, Scene& scene)
+{
+    scene.picture_every = r.whole("every", 0, 1000000, 0);
+    scene.picture_width = r.whole("width", 16, 8192, scene.picture_width);
+    scene.picture_height = r.whole("height", 16, 8192, scene.picture_height);
+}
+
+void read_camera(ObjectReader& r, Scene& scene)
+{
+    scene.eye = r.vector("eye", {-1000, 1000, "m"}, scene.eye);
+    scene.target = r.vector("target", {-1000, 1000, "m"}, scene.target);
+    const Vec3<double> way = scene.target - scene.eye;
+    if (!(dot(way, way) > 1e-12)) r.fail("target", "another point than the eye", "the same");
+}
+
+void read_time(ObjectReader& r, Scene& scene)
+{
+    scene.clock =
+        r.choice<Clock>("clock", {{"wall", Clock::wall}, {"paper", Clock::paper}}, Clock::wall);
+    scene.frame_rate = r.number("frame_rate", {1, 1000, "frames/s"}, 90);
+    scene.frames = r.whole("frames", 0, 10000000, 0);
+    r.object("paper", [&](ObjectReader& in) {
+        scene.paper_substeps = in.whole("substeps", 1, 10000, 5);
+        scene.paper_dt = in.number("dt", {0, 1, "s", true}, 1e-4);
+    });
+    r.object("step", [&](ObjectReader& in) { read_step(in, scene.setup.step); });
+    if (scene.clock == Clock::paper && scene.setup.step.fixed == 0)
+        scene.setup.step.fixed = scene.paper_dt;
+}
+
+void read_root(ObjectReader& r, Scene& scene)
+{
+    const Json& schema = r.required("schema", "\"knead.scene/1\"");
+    if (schema != "knead.scene/1") r.fail("schema", "\"knead.scene/1\"", described(schema));
+    scene.name = r.text("name", std::filesystem::path(scene.path).stem().string());
+    r.object("domain", [&](ObjectReader& in) { read_domain(in, scene); });
+    r.object("walls", [&](ObjectReader& in) { read_walls(in, scene); });
+    scene.setup.gravity = r.vector("gravity", {-1000, 1000, "m/s^2"}, {0, -9.81, 0});
+    read_objects(r, scene);
+    scene.has_hands = r.has("hands");
+    if (scene.has_hands) r.object("hands", [&](ObjectReader& in) { read_hands(in, scene); });
+    r.object("contact", [&](ObjectReader& in) {
+        scene.setup.grid_contact = in.flag("grid", true);
+        scene.setup.passes = in.whole("passes", 0, 16, 2);
+    });
+    read_time(r, scene);
+    r.object("rest", [&](ObjectReader& in) { read_rest(in, scene); });
+    r.object("surface", [&](ObjectReader& in) { read_surface(in, scene); });
+    r.object("pictures", [&](ObjectReader& in) { read_pictures(in, scene); });
+    r.object("camera", [&](ObjectReader& in) { read_camera(in, scene); });
+    scene.seed = unsigned(r.whole("seed", 0, std::numeric_limits<int>::max(), 1));
+    scene.setup.deterministic = r.flag("deterministic", false);
+}
+
+// --set objects.0.material.young=2e6: steps into objects and arrays; a preset's name that is
+// stepped into becomes {"preset": name}.
+void apply(const std::string& setting, Json& root)
+{
+    const std::string said = "--set " + setting.substr(0, 200);
+    const std::size_t equals = setting.find('=');
+    if (equals == std::string::npos || equals == 0)
+        throw InputError(said + ": expected path.key=value");
+    Json* at = &root;
+    std::string walked;
+    for (std::size_t from = 0; from <= equals;) {
+        const std::size_t to = std::min(setting.find('.', from), equals);
+        const std::string key = setting.substr(from, to - from);
+        if (key.empty()) throw InputError(said + ": an empty key in the path");
+        if (at->is_array()) {
+            const bool digits = key.find_first_not_of("0123456789") == std::string::npos;
+            const std::size_t i = digits && key.size() < 9 ? std::stoul(key) : at->size();
+            if (i >= at->size())
+                throw InputError(fmt::format("{}: {}: expected an index below {}, found \"{}\"",
+                                             said, walked, at->size(), key));
+            at = &(*at)[i];
+        } else {
+            if (at->is_string()) *at = {{"preset", *at}};
+            if (!at->is_object() && !at->is_null())
+                throw InputError(fmt::format("{}: {}: expected an object, found {}", said, walked,
+                                             described(*at)));
+            at = &(*at)[key];
+        }
+        walked += "/" + key;
+        from = to + 1;
+    }
+    const std::string value = setting.substr(equals + 1);
+    Json parsed = Json::parse(value, nullptr, false);
+    *at = parsed.is_discarded() ? Json(value) : parsed;
+}
+
+}  // namespace
+
+double frame_duration(const Scene& s)
+{
+    return s.clock == Clock::paper ? s.paper_substeps * s.paper_dt : 1 / s.frame_rate;
+}
+
+Scene read_scene(const std::string& path, const std::vector<std::string>& settings)
+{
+    Json root = read_json(path);
+    for (const std::string& setting : settings) apply(setting, root);
+    Scene scene;
+    scene.path = path;
+    ObjectReader::read(root, path, "", [&](ObjectReader& r) { read_root(r, scene); });
+    return scene;
+}
+
+}  // namespace knead

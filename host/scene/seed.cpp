@@ -1,0 +1,246 @@
+// Particles by stratified sampling: a lattice of strata, each of a particle's volume, one particle
+// in each at a hashed place: in its middle half, which keeps the clay even; or, where the surface
+// cuts the stratum, anywhere in it, so that the expected mass is the shape's. The order of the
+// loops never matters.
+#include "cuda/math/node4.h"
+#include "host/base/errors.h"
+#include "host/scene/seed.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <fstream>
+#include <numbers>
+
+namespace knead {
+namespace {
+
+constexpr double most_particles = 1e9;  // indices are int
+
+std::uint64_t mixed(std::uint64_t z)  // splitmix64's finaliser [Steele 2014]
+{
+    z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9u;
+    z = (z ^ (z >> 27)) * 0x94d049bb133111ebu;
+    return z ^ (z >> 31);
+}
+
+// Three numbers in [0, 1) for one stratum.
+Vec3<double> hashed(unsigned seed, std::size_t object, Int3 stratum)
+{
+    std::uint64_t z = mixed(0x9e3779b97f4a7c15u + seed);
+    for (std::uint64_t part : {std::uint64_t(object), std::uint64_t(stratum.x),
+                               std::uint64_t(stratum.y), std::uint64_t(stratum.z)})
+        z = mixed(z + 0x9e3779b97f4a7c15u * (part + 1));
+    const auto next = [&] {
+        z += 0x9e3779b97f4a7c15u;
+        return double(mixed(z) >> 11) * 0x1p-53;
+    };
+    const double x = next(), y = next();
+    return {x, y, next()};
+}
+
+// Where the particle of a stratum of edge h [m] goes, inside the object or not. All shapes are
+// convex: a stratum whose corners are inside is inside.
+Vec3<double> placed(const Scene& scene, std::size_t object, Int3 s, double h)
+{
+    bool whole = true;
+    for (int corner = 0; corner < 8 && whole; ++corner) {
+        const Int3 at = s + Int3{corner & 1, corner >> 1 & 1, corner >> 2};
+        whole = inside(scene.objects[object], {h * at.x, h * at.y, h * at.z});
+    }
+    const double low = whole ? 0.25 : 0, width = whole ? 0.5 : 1;
+    const Vec3<double> u = hashed(scene.seed, object, s);
+    return {h * (s.x + low + width * u.x), h * (s.y + low + width * u.y),
+            h * (s.z + low + width * u.z)};
+}
+
+std::string place(const Scene& scene, std::size_t object)
+{
+    return fmt::format("{}: /objects/{}", scene.path, object);
+}
+
+// Between the walls, where particles may be.
+struct Room {
+    Vec3<double> low, high;
+};
+Room room(const Setup& setup)
+{
+    const double dx = setup.lattice.dx;
+    const int m = setup.walls.margin;
+    const Int3 n = setup.lattice.size;
+    return {{dx * m, dx * m, dx * m}, {dx * (n.x - 1 - m), dx * (n.y - 1 - m), dx * (n.z - 1 - m)}};
+}
+
+void check_in_room(const Scene& scene, std::size_t index)
+{
+    const Object& o = scene.objects[index];
+    const Room r = room(scene.setup);
+    const auto check = [&](const char* axis, double c, double size, double low, double high) {
+        const double slack = 1e-6 * scene.setup.lattice.dx;
+        if (c - size / 2 >= low - slack && c + size / 2 <= high + slack) return;
+        throw InputError(fmt::format(
+            "{}: expected the object between the walls, {} from {:.6g} to {:.6g} m, found {} from "
+            "{:.6g} to {:.6g} m",
+            place(scene, index), axis, low, high, axis, c - size / 2, c + size / 2));
+    };
+    check("x", o.centre.x, o.size.x, r.low.x, r.high.x);
+    check("y", o.centre.y, o.size.y, r.low.y, r.high.y);
+    check("z", o.centre.z, o.size.z, r.low.z, r.high.z);
+}
+
+void check_memory(const Scene& scene, std::size_t memory)
+{
+    const double particles = expected_particles(scene), bytes = expected_bytes(scene);
+    if (particles > most_particles)
+        throw MemoryError(
+            fmt::format("{}: /objects: expected at most {:.3g} particles, found {:.4g}", scene.path,
+                        most_particles, particles));
+    if (bytes > double(memory))
+        throw MemoryError(fmt::format(
+            "{}: {:.4g} particles on {} x {} x {} nodes need about {:.1f} MiB, and {:.1f} MiB are "
+            "free: fewer cells (/domain/cells) or particles per cell (/objects/*/per_cell)",
+            scene.path, particles, scene.setup.lattice.size.x, scene.setup.lattice.size.y,
+            scene.setup.lattice.size.z, bytes / 0x1p20, double(memory) / 0x1p20));
+}
+
+void seed_object(Scene& scene, std::size_t index)
+{
+    Object& o = scene.objects[index];
+    Setup& setup = scene.setup;
+    const double h = setup.lattice.dx / std::cbrt(o.per_cell);
+    o.material.volume = h * h * h;
+    o.material.mass = o.material.density * o.material.volume;
+    const Room r = room(setup);
+    const auto first = [&](double c, double size) {
+        return int(std::floor((c - size / 2) / h)) - 1;
+    };
+    const auto last = [&](double c, double size) { return int(std::ceil((c + size / 2) / h)); };
+    const auto within = [](double x, double low, double high) { return x >= low && x <= high; };
+    const std::size_t before = setup.particles.size();
+    for (int z = first(o.centre.z, o.size.z); z <= last(o.centre.z, o.size.z); ++z)
+        for (int y = first(o.centre.y, o.size.y); y <= last(o.centre.y, o.size.y); ++y)
+            for (int x = first(o.centre.x, o.size.x); x <= last(o.centre.x, o.size.x); ++x) {
+                const Vec3<double> p = placed(scene, index, {x, y, z}, h);
+                if (!inside(o, p) || !within(p.x, r.low.x, r.high.x) ||
+                    !within(p.y, r.low.y, r.high.y) || !within(p.z, r.low.z, r.high.z))
+                    continue;
+                bool taken = false;
+                for (std::size_t k = 0; k < index && !taken; ++k)
+                    taken = inside(scene.objects[k], p);
+                if (!taken) setup.particles.push_back({p, o.velocity, {}, {}, 0, int(index), 0});
+            }
+    if (setup.particles.size() == before)
+        throw InputError(
+            fmt::format("{}: expected an object that holds particles, found none in it: "
+                        "smaller than a cell's {:.3g} m, or inside an earlier object",
+                        place(scene, index), h));
+    setup.materials.push_back(o.material);
+}
+
+void add_tool(Scene& scene, Side side)
+{
+    const HandsRule& hands = scene.hands;
+    Setup& setup = scene.setup;
+    const std::string& name = hands.held[side];
+    const Rig rig = name.empty() ? hand_rig(hands.topology, side) : tool_rig(name, side);
+    const int base = int(setup.rig.spheres.size()), tool = int(setup.tools.size());
+    for (Binding<float> b : rig.spheres) {
+        b.radius *= float(hands.zoom);
+        for (Vec3<float>& o : b.offset) o = float(hands.zoom) * o;
+        setup.rig.spheres.push_back(b);
+    }
+    for (Primitive p : rig.primitives) {
+        for (int& s : p.sphere) s += base;
+        p.tool = tool;
+        setup.rig.primitives.push_back(p);
+    }
+    const bool blade = name == "knife" || name == "scissors";
+    setup.tools.push_back({hands.touch, hands.friction, blade, true});
+}
+
+}  // namespace
+
+bool inside(const Object& o, Vec3<double> x)
+{
+    const Vec3<double> d = x - o.centre;
+    const auto half = [](double a, double size) { return std::abs(a) <= size / 2; };
+    switch (o.shape) {
+        case ShapeKind::box:
+            return half(d.x, o.size.x) && half(d.y, o.size.y) && half(d.z, o.size.z);
+        case ShapeKind::cylinder:
+            return half(d.y, o.size.y) && half(std::hypot(d.x, d.z), o.size.x);
+        case ShapeKind::sphere:
+            break;
+    }
+    return dot(d, d) <= o.size.x * o.size.x / 4;
+}
+
+double shape_volume(const Object& o)
+{
+    const double box = o.size.x * o.size.y * o.size.z;
+    switch (o.shape) {
+        case ShapeKind::box:
+            return box;
+        case ShapeKind::cylinder:
+            return box * std::numbers::pi / 4;
+        case ShapeKind::sphere:
+            break;
+    }
+    return box * std::numbers::pi / 6;
+}
+
+double expected_particles(const Scene& scene)
+{
+    const double dx = scene.setup.lattice.dx;
+    double count = 0;
+    for (const Object& o : scene.objects) count += shape_volume(o) / (dx * dx * dx) * o.per_cell;
+    return count;
+}
+
+// Per particle the list handed over and one copy of it by an audit, and the solver's own twice over
+// with its sorting keys; per node the grid, the tiles' sums and the masks; the density lattice.
+double expected_bytes(const Scene& scene)
+{
+    const auto nodes = [](Int3 n) { return double(n.x) * n.y * n.z; };
+    const double particle = 2 * sizeof(Particle<double>) + 2 * sizeof(Particle<float>) + 32;
+    const double node = 5 * sizeof(Node<float>) + double(sizeof(Mask)) / block_nodes;
+    return expected_particles(scene) * particle + nodes(scene.setup.lattice.size) * node +
+           nodes(scene.surface.lattice.size) * sizeof(float);
+}
+
+std::vector<Side> tool_sides(const HandsRule& hands)
+{
+    std::vector<Side> sides;
+    for (Side side : {left, right})
+        if (hands.present[side]) sides.push_back(side);
+    return sides;
+}
+
+std::size_t available_memory()
+{
+    std::ifstream in("/proc/meminfo");
+    std::string key, unit;
+    for (std::size_t kib; in >> key >> kib; std::getline(in, unit))
+        if (key == "MemAvailable:") return kib * 1024;
+    return std::size_t(4) << 30;  // where nobody says: what any machine has
+}
+
+void build(Scene& scene, std::size_t memory)
+{
+    Setup& setup = scene.setup;
+    setup.particles.clear(), setup.materials.clear(), setup.tools.clear();
+    setup.rig = {};
+    if (scene.objects.empty())
+        throw InputError(scene.path + ": /objects: expected at least one object, found none");
+    check_memory(scene, memory);
+    for (std::size_t i = 0; i < scene.objects.size(); ++i) check_in_room(scene, i);
+    setup.particles.reserve(std::size_t(expected_particles(scene) * 1.02) + 64);
+    for (std::size_t i = 0; i < scene.objects.size(); ++i) seed_object(scene, i);
+    if (!scene.has_hands) return;
+    for (Side side : tool_sides(scene.hands)) add_tool(scene, side);
+    if (setup.rig.primitives.size() > most_primitives)
+        throw InputError(fmt::format("{}: /hands: expected at most {} primitives, found {}",
+                                     scene.path, most_primitives, setup.rig.primitives.size()));
+}
+
+}  // namespace knead

@@ -1,0 +1,111 @@
+#include "host/session/gallery.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cctype>
+#include <filesystem>
+
+#include "host/base/errors.h"
+
+namespace knead {
+namespace fs = std::filesystem;
+namespace {
+
+bool is_picture_name(const std::string& name)
+{
+    constexpr std::string_view before = "frame_", after = ".png";
+    if (!name.starts_with(before) || !name.ends_with(after)) return false;
+    const std::string number =
+        name.substr(before.size(), name.size() - before.size() - after.size());
+    return number.size() <= 9 &&
+           std::all_of(number.begin(), number.end(),
+                       [](unsigned char c) { return std::isdigit(c); }) &&
+           !number.empty() && picture_name(std::stoi(number)) == name;
+}
+
+}  // namespace
+
+std::string picture_name(int frame) { return fmt::format("frame_{:05}.png", frame); }
+
+void remove_pictures(const std::string& folder)
+{
+    std::error_code problem;
+    if (!fs::is_directory(folder, problem)) return;
+    std::vector<fs::path> old;
+    for (fs::directory_iterator at(folder, problem), end; !problem && at != end;
+         at.increment(problem))
+        if (is_picture_name(at->path().filename().string()) &&
+            fs::is_regular_file(at->symlink_status(problem)))
+            old.push_back(at->path());
+    for (const fs::path& picture : old)
+        if (!problem) fs::remove(picture, problem);
+    if (problem)
+        throw OutputError(folder + ": its old pictures cannot be removed: " + problem.message());
+}
+
+std::vector<Blob> blobs_of(const Setup& setup, const std::vector<Joint<double>>& joints,
+                           const std::vector<char>& active)
+{
+    std::vector<Blob> blobs;
+    if (joints.empty()) return blobs;
+    const auto pose = [&](int j) {
+        const Joint<double>& at = joints[std::size_t(j)];
+        return Joint<float>{cast<float>(at.q), cast<float>(at.p)};
+    };
+    for (const Primitive& p : setup.rig.primitives) {
+        if (std::size_t(p.tool) < active.size() && !active[std::size_t(p.tool)]) continue;
+        Blob blob{};
+        blob.count = p.count;
+        for (int k = 0; k < 3; ++k) {
+            const Binding<float>& b = setup.rig.spheres[std::size_t(p.sphere[k])];
+            blob.sphere[k] = {centre(b, pose), {}, {}, b.radius, 0};
+        }
+        blobs.push_back(blob);
+    }
+    return blobs;
+}
+
+Gallery::Gallery(const Scene& of, std::string where, std::string video_file, double per_second)
+    : scene(of),
+      folder(std::move(where)),
+      video_path(std::move(video_file)),
+      rate(per_second),
+      painter(Painter::open())
+{
+    if (!folder.empty()) fs::create_directories(folder);
+    if (!video_path.empty())
+        video = Video::open(video_path, scene.picture_width, scene.picture_height, rate);
+}
+
+void Gallery::add(const View& view)
+{
+    Camera camera;
+    camera.eye = cast<float>(scene.eye);
+    camera.target = cast<float>(scene.target);
+    camera.width = scene.picture_width;
+    camera.height = scene.picture_height;
+    const float floor = float(scene.setup.lattice.dx * scene.setup.walls.margin);
+    const Image image =
+        painter->paint(view.meshes, blobs_of(scene.setup, view.joints, view.active), camera, floor);
+    try {
+        if (!folder.empty())
+            write_png((fs::path(folder) / picture_name(view.row.frame)).string(), image);
+        if (video) video->add(image);
+    } catch (const std::runtime_error& e) {
+        throw OutputError(e.what());
+    }
+    ++pictures;
+}
+
+void Gallery::close()
+{
+    try {
+        if (video) video->close();
+    } catch (const std::runtime_error& e) {
+        throw OutputError(e.what());
+    }
+    video.reset();
+}
+
+}  // namespace knead

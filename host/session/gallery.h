@@ -1,0 +1,41 @@
+// Pictures and a video of a run, where this machine can make them.
+#pragma once
+#include <memory>
+#include <string>
+
+#include "host/files/video.h"
+#include "host/session/session.h"
+#include "render/painter.h"
+
+namespace knead {
+
+// The tools' primitives where the joints put them, for a picture.
+std::vector<Blob> blobs_of(const Setup& setup, const std::vector<Joint<double>>& joints,
+                           const std::vector<char>& active);
+
+// frame_00010.png
+std::string picture_name(int frame);
+// Removes the pictures that an earlier run left in the folder: files of exactly such names, and
+// nothing else. Throws OutputError.
+void remove_pictures(const std::string& folder);
+
+class Gallery {
+  public:
+    // `folder` receives a picture_name() a picture; with `video`, its frames `rate` per second also
+    // make that file. Throws std::runtime_error with the reason where there is no OpenGL.
+    Gallery(const Scene& scene, std::string folder, std::string video, double rate);
+    void add(const View& view);  // throws OutputError
+    void close();                // ends the video; throws OutputError
+    int count() const { return pictures; }
+    std::string renderer() const { return painter->name(); }
+
+  private:
+    const Scene& scene;
+    std::string folder, video_path;
+    double rate;
+    std::unique_ptr<Painter> painter;
+    std::unique_ptr<Video> video;
+    int pictures = 0;
+};
+
+}  // namespace knead

@@ -1,0 +1,33 @@
+// What a run has to say: report.json, frames.csv and the summary for people.  docs/formats.md
+#pragma once
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "host/session/session.h"
+
+namespace knead {
+
+// What the loop itself does not know.
+struct RunFacts {
+    std::string solver;       // Solver::name()
+    int threads = 0;          // asked for; 0: all
+    double cpu_seconds = 0;   // of the whole process during the loop
+    double hand_rate = 0;     // of the recording [1/s]; 0: no hands
+    double hand_latency = 0;  // of the tracker [s]
+    std::vector<std::string> left_out;
+    std::vector<std::string> settings;  // --set as given
+    std::vector<std::string> outputs;   // files written
+};
+
+struct Spread {
+    double median = 0, p95 = 0, mean = 0, most = 0;
+};
+Spread spread(std::vector<double> values);  // zeros for none; nearest-rank percentiles
+
+nlohmann::json report(const Scene& scene, const RunRecord& record, const RunFacts& facts);
+std::string frames_csv(const RunRecord& record);
+std::string summary(const nlohmann::json& report);
+const char* end_name(End end);
+
+}  // namespace knead

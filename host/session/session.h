@@ -1,0 +1,96 @@
+// The frame loop of `knead run`: hands -> motion -> solver -> audit, surface, picture.
+#pragma once
+#include <functional>
+#include <optional>
+
+#include "cuda/mpm/particle.h"
+#include "host/hands/filter.h"
+#include "host/scene/scene.h"
+#include "host/solver/audit.h"
+
+namespace knead {
+
+struct RunRule {
+    int frames = 0;          // 0: as the scene says
+    int audit_every = 1;     // frames from audit to audit; the first and the last always are
+    int mesh_every = 0;      // frames from mesh to mesh; 0: none
+    bool last_mesh = false;  // a mesh of the last frame
+    double time_limit = 0;   // wall time after which no frame is begun [s]; 0: none
+};
+
+// Depths [m] of the particles that projection left inside a tool.
+struct Depths {
+    long count = 0;
+    double mean = 0, p99 = 0, most = 0;
+};
+Depths depths_of(std::vector<double> found);
+
+struct FrameRow {
+    int frame = 0;
+    double simulated = 0;                     // since the start, at the frame's end [s]
+    double hand_time = 0;                     // of the recording, at the frame's end [s]
+    bool hands = false;                       // any hand was active
+    double wall = 0;                          // of the solver [s]
+    double hands_wall = 0, surface_wall = 0;  // [s]
+    Tally tally;
+    bool audited = false;  // what follows is filled in
+    Audit state;
+    Depths left;
+    std::vector<StageTime> stages;
+    bool meshed = false;
+    bool kept = false;       // no clay had moved since the last meshes: these are the same
+    double mesh_volume = 0;  // [m^3]
+    long triangles = 0;
+};
+
+enum class End { complete, interrupted, time_limit, numbers, device };
+
+struct RunRecord {
+    std::vector<FrameRow> rows;
+    Audit first;                    // before the first frame
+    double first_mesh_volume = -1;  // [m^3]; negative: not meshed
+    Depths left;                    // over all audited frames; p99 to 10 micrometres
+    std::size_t particles = 0, bytes = 0;
+    int frames_wanted = 0;
+    double duration = 0;  // simulated per frame [s]
+    double wall = 0;      // of the whole loop [s]
+    End end = End::complete;
+    std::string trouble;                      // of End::numbers and End::device: what, when
+    std::vector<Particle<double>> last_good;  // the state of the last audit
+    std::vector<Mesh> meshes;                 // of the last frame, where wanted
+};
+
+// What a picture shows: the clay's meshes and the tools' primitives where they stand.
+struct View {
+    const FrameRow& row;
+    const std::vector<Mesh>& meshes;
+    const std::vector<Joint<double>>& joints;  // empty without hands
+    const std::vector<char>& active;           // per tool
+};
+
+struct RunWatch {
+    std::function<void(const FrameRow&)> frame;  // after every frame
+    std::function<void(const View&)> picture;    // after every frame that was meshed by mesh_every
+    std::function<bool()> stop;                  // asked before every frame
+};
+
+// The hands the scene names: a file, or a gesture on a ball as wide as its first object.
+Recording hands_of(const Scene& scene);
+
+// Frames the scene asks for: its own number, or as long as the hands move, or one second.
+int frames_wanted(const Scene& scene, const HandSource* hands, int asked);
+
+// Advances `solver`, made of scene.setup, frame by frame. `hands` may be null.
+RunRecord run_frames(const Scene& scene, Solver& solver, const HandSource* hands,
+                     const RunRule& rule, const RunWatch& watch);
+
+// Of all particle-substeps those in which clay moved; 1 for a run of none.
+double moved_share(const RunRecord& record);
+
+// What the run does not compute, because the scene, or the command line, does not ask for it.
+std::vector<std::string> left_out(const Scene& scene, const RunRule& rule);
+// The same of what clay at rest spared, known only when the run is over: its own motion, and meshes
+// of frames in which nothing moved. Nothing where all moved.
+std::vector<std::string> left_at_rest(const RunRecord& record);
+
+}  // namespace knead

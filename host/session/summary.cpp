@@ -1,0 +1,90 @@
+// The report as a person reads it.
+#include <fmt/format.h>
+
+#include "host/session/report.h"
+
+namespace knead {
+namespace {
+
+using Json = nlohmann::json;
+
+double at(const Json& j, const char* pointer)
+{
+    const Json::json_pointer p(pointer);
+    return j.contains(p) && j[p].is_number() ? j[p].get<double>() : 0;
+}
+
+std::string counted(const Json& object)
+{
+    std::string text;
+    for (const auto& [name, count] : object.items()) {
+        if (count == 0) continue;
+        text += fmt::format("{}{} {}", text.empty() ? "" : ", ", name, count.get<long>());
+    }
+    return text.empty() ? "none" : text;
+}
+
+// In the order of the frame, which only the rows of "runs" keep.
+std::string stage_lines(const Json& report)
+{
+    std::string text;
+    for (const Json& run : report["runs"]) {
+        const std::string name = run["name"].get<std::string>();
+        const std::size_t stage = name.rfind("/stage/");
+        if (stage == std::string::npos) continue;
+        text += fmt::format("  {:<12} {:>9.3f} ms median {:>9.3f} ms p95\n", name.substr(stage + 7),
+                            at(run, "/real_time"), at(run, "/p95"));
+    }
+    return text;
+}
+
+}  // namespace
+
+std::string summary(const Json& report)
+{
+    const Json& k = report["knead"];
+    const double frame = at(k, "/frame/median_ms");
+    std::string text =
+        fmt::format("{}: {}, {} of {} frames, {:.4g} s simulated in {:.4g} s\n",
+                    report["context"]["scene"].get<std::string>(), k["end"].get<std::string>(),
+                    k["frames"].get<int>(), k["frames_wanted"].get<int>(), at(k, "/simulated_s"),
+                    at(k, "/wall_s"));
+    if (k.contains("trouble")) text += "trouble       " + k["trouble"].get<std::string>() + "\n";
+    text += fmt::format("device        {}\n", report["context"]["device"].get<std::string>());
+    text += fmt::format("frame         {:.3f} ms median, {:.3f} ms p95 ({:.1f} frames/s)\n", frame,
+                        at(k, "/frame/p95_ms"), frame > 0 ? 1e3 / frame : 0);
+    text += stage_lines(report);
+    text += fmt::format("particles     {} ({:.1f} MiB), {:.1f} % of the blocks active\n",
+                        long(at(k, "/particles")), at(k, "/bytes") / 0x1p20,
+                        100 * at(k, "/active_block_share"));
+    text += fmt::format("substeps      {}, {:.3g} to {:.3g} s, limited by {}\n",
+                        long(at(k, "/time/substeps")), at(k, "/time/dt_least_s"),
+                        at(k, "/time/dt_most_s"), counted(k["time"]["limited_by"]));
+    text += fmt::format("mass          {:.9g} kg{}\n", at(k, "/mass/last_kg"),
+                        k["mass"]["exact"].get<bool>() ? ", unchanged" : ", CHANGED");
+    text += fmt::format("volume        {:.6g} m^3, drift {:+.3f} %", at(k, "/volume/last_m3"),
+                        100 * at(k, "/volume/drift"));
+    if (k["volume"].contains("mesh_drift"))
+        text += fmt::format("; of the mesh {:+.3f} %", 100 * at(k, "/volume/mesh_drift"));
+    text += fmt::format("\nenergy        {:.4g} J kinetic, {:.4g} J elastic\n",
+                        at(k, "/energy/kinetic_J"), at(k, "/energy/elastic_J"));
+    text += fmt::format("yielded       {:.2f} % of all particle-substeps\n",
+                        100 * at(k, "/yielded_share"));
+    if (k["rest"]["mode"] != "none")
+        text += fmt::format("moved         {:.2f} % of all particle-substeps, {} blocks woken\n",
+                            100 * at(k, "/rest/moved_share"), long(at(k, "/rest/woken_blocks")));
+    text += fmt::format(
+        "penetration   left: mean {:.3g}, p99 {:.3g}, max {:.3g} mm; found: max {:.3g} mm\n",
+        at(k, "/penetration/left_mean_mm"), at(k, "/penetration/left_p99_mm"),
+        at(k, "/penetration/left_max_mm"), at(k, "/penetration/found_max_mm"));
+    text += "guards        " + counted(k["guards"]) + "\n";
+    if (k.contains("hands"))
+        text += fmt::format("hands         active in {} frames, filter lag {:.1f} ms\n",
+                            long(at(k, "/hands/frames_active")), at(k, "/hands/filter_lag_ms"));
+    text += "state hash    " + k["state_hash"].get<std::string>() + "\n";
+    for (const Json& s : k["left_out"]) text += "left out      " + s.get<std::string>() + "\n";
+    for (const Json& s : k["outputs"]) text += "wrote         " + s.get<std::string>() + "\n";
+    return text;
+}
+
+}  // namespace knead

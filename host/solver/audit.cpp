@@ -1,0 +1,70 @@
+#include "host/solver/audit.h"
+
+#include <fmt/format.h>
+#include <xxhash.h>
+
+#include <cmath>
+
+#include "cuda/mpm/material.h"
+
+namespace knead {
+
+static_assert(sizeof(Particle<double>) == 22 * sizeof(double) + 8, "hashed as bytes: no padding");
+
+double log_volume_ratio(const Particle<double>& q, const Material<double>& m)
+{
+    const double elastic = log_volume(determinant_excess(q.e));
+    // Sand remembers in k the volume it gained at the cone's tip, snow what it was packed by.
+    const bool kept = m.flow == Flow::drucker_prager || m.flow == Flow::clamp;
+    return kept ? elastic + q.k : elastic;
+}
+
+double stored_energy(const Particle<double>& q, const Material<double>& m)
+{
+    const double log_J = log_volume(determinant_excess(q.e)), J = std::exp(log_J);
+    if (m.flow == Flow::fluid) {
+        const double g = m.exponent;  // minus the integral of p = bulk / g (J^-g - 1) from 1 to J
+        const double part = g == 1 ? -log_J : std::expm1((1 - g) * log_J) / (g - 1);
+        return m.bulk / g * (part + J - 1);
+    }
+    const double h = packed(m, q.k), mu = h * m.mu, lambda = h * m.lambda;
+    if (m.elasticity == Elasticity::neo_hookean)
+        return mu / 2 * (trace(q.e) - 2 * log_J) + lambda / 2 * log_J * log_J;
+    const Vec3<double> eps = hencky(eigen(q.e).value);
+    if (m.elasticity == Elasticity::hencky) return mu * dot(eps, eps) + lambda / 2 * log_J * log_J;
+    const Vec3<double> stretch{std::expm1(eps.x), std::expm1(eps.y), std::expm1(eps.z)};
+    const double grown = std::expm1(log_J);
+    return mu * dot(stretch, stretch) + lambda / 2 * grown * grown;
+}
+
+Audit audit(const std::vector<Particle<double>>& particles,
+            const std::vector<Material<double>>& materials, double dx)
+{
+    Audit a;
+    std::vector<long> counts(materials.size());
+    const double D = dx * dx / 4;  // second moment of the quadratic B-spline [Jiang 2015]
+    for (const Particle<double>& q : particles) {
+        const Material<double>& m = materials[std::size_t(q.object)];
+        ++counts[std::size_t(q.object)];
+        const double J = std::exp(log_volume_ratio(q, m)), energy = stored_energy(q, m);
+        const double sum = dot(q.x, q.x) + dot(q.v, q.v) + J + energy + determinant(q.C);
+        if (!std::isfinite(sum)) {
+            ++a.broken;
+            continue;
+        }
+        a.volume += J * m.volume;
+        a.elastic += energy * m.volume;
+        a.kinetic += 0.5 * m.mass * dot(q.v, q.v);
+        a.momentum = a.momentum + m.mass * q.v;
+        const Vec3<double> turning{q.C.b.z - q.C.c.y, q.C.c.x - q.C.a.z, q.C.a.y - q.C.b.x};
+        a.spin = a.spin + m.mass * (cross(q.x, q.v) + D * turning);
+        a.fastest = std::max(a.fastest, length(q.v));
+    }
+    for (std::size_t i = 0; i < counts.size(); ++i) a.mass += double(counts[i]) * materials[i].mass;
+    a.hash = XXH64(particles.data(), particles.size() * sizeof(Particle<double>), 0);
+    return a;
+}
+
+std::string hexadecimal(std::uint64_t hash) { return fmt::format("{:016x}", hash); }
+
+}  // namespace knead

@@ -1,0 +1,34 @@
+// What a state of the clay holds in all: mass, volume, momentum, energy, and its hash.
+#pragma once
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "cuda/mpm/material_data.h"
+#include "cuda/mpm/particle.h"
+#include "host/solver/solver.h"
+
+namespace knead {
+
+struct Audit {
+    double mass = 0;                  // [kg]
+    double volume = 0;                // sum of J times the volume at rest [m^3]
+    Vec3<double> momentum{}, spin{};  // [kg m/s]; angular, about the origin [kg m^2/s]
+    double kinetic = 0, elastic = 0;  // [J]
+    double fastest = 0;               // [m/s]
+    long broken = 0;                  // particles with a number that is none
+    std::uint64_t hash = 0;           // xxh64 over all particles
+};
+
+// All sums in double, in the particles' order.
+Audit audit(const std::vector<Particle<double>>& particles,
+            const std::vector<Material<double>>& materials, double dx);
+
+// ln of the volume over the volume at rest, plastic part included [1].
+double log_volume_ratio(const Particle<double>& q, const Material<double>& m);
+// Elastic energy per volume at rest [J/m^3]: its derivative is the stress of material.h.
+double stored_energy(const Particle<double>& q, const Material<double>& m);
+
+std::string hexadecimal(std::uint64_t hash);
+
+}  // namespace knead

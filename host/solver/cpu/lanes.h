@@ -1,0 +1,141 @@
+// A number for each lane of a vector register: what the formulas of cuda/*.h take for R where they
+// do not branch, so that one call serves as many particles as there are lanes.
+#pragma once
+#include <cmath>
+#include <cstring>
+#include <utility>
+
+#include "cuda/mpm/material.h"
+
+namespace knead {
+
+#if defined __AVX512F__
+constexpr int vector_bytes = 64;
+#elif defined __AVX__
+constexpr int vector_bytes = 32;
+#else
+constexpr int vector_bytes = 16;
+#endif
+
+template <class R>
+struct Register;
+template <>
+struct Register<float> {
+    typedef float V __attribute__((vector_size(vector_bytes)));
+};
+template <>
+struct Register<double> {
+    typedef double V __attribute__((vector_size(vector_bytes < 32 ? 32 : vector_bytes)));
+};
+
+template <class R>
+struct Lanes {
+    using V = typename Register<R>::V;
+    static constexpr int count = sizeof(V) / sizeof(R);
+    V v;
+
+    Lanes() = default;
+    Lanes(V all) : v(all) {}
+    Lanes(R each) : v(each - V{}) {}
+    R operator[](int lane) const { return v[lane]; }
+
+    friend Lanes operator+(Lanes a, Lanes b) { return a.v + b.v; }
+    friend Lanes operator-(Lanes a, Lanes b) { return a.v - b.v; }
+    friend Lanes operator*(Lanes a, Lanes b) { return a.v * b.v; }
+    friend Lanes operator/(Lanes a, Lanes b) { return a.v / b.v; }
+    friend Lanes operator-(Lanes a) { return -a.v; }
+    // Equal in every lane.
+    friend bool operator==(Lanes a, Lanes b)
+    {
+        const auto unequal = a.v != b.v;
+        int any = 0;
+        for (int l = 0; l < count; ++l) any |= unequal[l] != 0;
+        return !any;
+    }
+};
+
+template <class R>
+inline Lanes<R> least(Lanes<R> a, Lanes<R> b)
+{
+    return b.v < a.v ? b.v : a.v;
+}
+template <class R>
+inline Lanes<R> most(Lanes<R> a, Lanes<R> b)
+{
+    return a.v < b.v ? b.v : a.v;
+}
+template <class R>
+inline R largest(Lanes<R> a)
+{
+    R all = a[0];
+    for (int l = 1; l < Lanes<R>::count; ++l) all = most(all, a[l]);
+    return all;
+}
+
+// ln(1 + x) for x > -1, to 3 units in the last place: 1 + x = 2^n (1 + y) with 1 + y between the
+// roots of 1/2 and 2, and ln(1 + y) = 2 artanh(y / (2 + y)) by its series.
+template <class R>
+inline Lanes<R> log_of_one_plus(Lanes<R> x)
+{
+    using V = typename Lanes<R>::V;
+    using Bits = decltype(V{} < V{});
+    constexpr int digits = sizeof(R) == 4 ? 23 : 52, terms = sizeof(R) == 4 ? 5 : 11;
+    const V one = 1 - V{}, lowest = R(0.70710678118654752) - V{}, u = x.v + one;
+    const V lost = x.v - (u - one);  // what rounding took from 1 + x
+    Bits bits, bits_lowest, bits_one;
+    std::memcpy(&bits, &u, sizeof u), std::memcpy(&bits_lowest, &lowest, sizeof u);
+    std::memcpy(&bits_one, &one, sizeof u);
+    const Bits n = (bits - bits_lowest) >> digits, shift = n << digits;
+    const Bits reduced = bits - shift, inverse = bits_one - shift;  // u / 2^n, 1 / 2^n
+    V m, scale;
+    std::memcpy(&m, &reduced, sizeof m), std::memcpy(&scale, &inverse, sizeof m);
+    const V y = (m - one) + lost * scale, s = y / (2 + y), z = s * s;
+    V sum = R(2) / (2 * terms - 1) - V{};
+    for (int k = terms - 2; k > 0; --k) sum = sum * z + R(2) / R(2 * k + 1);
+    constexpr R high =
+        sizeof(R) == 4 ? R(0x1.62e4p-1) : R(0x1.62e42fefap-1);  // n times it is exact
+    constexpr R low = R(0.693147180559945309417L - high);
+    const V whole = __builtin_convertvector(n, V);
+    return whole * high + (2 * s + (s * z * sum + whole * low));
+}
+
+// The form that material.h finds for lanes.
+template <class R>
+inline Lanes<R> log_volume(Lanes<R> excess)
+{
+    return R(0.5) * log_of_one_plus(most(excess, Lanes<R>(crushed<R>)));
+}
+
+// One register after the other, as one of twice the size.
+template <class V>
+[[gnu::always_inline]] inline auto joined(V low, V high)
+{
+    constexpr std::size_t count = 2 * sizeof(V) / sizeof(low[0]);
+    return [&]<std::size_t... l>(std::index_sequence<l...>) __attribute__((always_inline))
+    {
+        return __builtin_shufflevector(low, high, int(l)...);
+    }
+    (std::make_index_sequence<count>());
+}
+
+// u0 v0 u1 v1 of every four lanes, or the other half, u2 v2 u3 v3.
+template <int half, class V>
+[[gnu::always_inline]] inline V mixed(V u, V v)
+{
+    constexpr std::size_t count = sizeof(V) / sizeof(u[0]);
+    return [&]<std::size_t... l>(std::index_sequence<l...>) __attribute__((always_inline))
+    {
+        return __builtin_shufflevector(u, v,
+                                       int(l / 4 * 4 + 2 * half + l % 4 / 2 + l % 2 * count)...);
+    }
+    (std::make_index_sequence<count>());
+}
+// Columns become rows in each 4 x 4 block that four lanes of a, b, c and d are.
+template <class V>
+[[gnu::always_inline]] inline void transpose(V& a, V& b, V& c, V& d)
+{
+    const V ac = mixed<0>(a, c), AC = mixed<1>(a, c), bd = mixed<0>(b, d), BD = mixed<1>(b, d);
+    a = mixed<0>(ac, bd), b = mixed<1>(ac, bd), c = mixed<0>(AC, BD), d = mixed<1>(AC, BD);
+}
+
+}  // namespace knead

@@ -1,0 +1,31 @@
+// The CPU's solver as fast as this machine allows: solver.cpp is compiled for several levels of
+// x86-64, with the name of its one function changed by the build (CMakeLists.txt), and the highest
+// level that the processor knows is taken. The oracle is always the lowest: the same bits anywhere.
+#include "host/solver/cpu/levels.h"
+
+namespace knead {
+
+std::unique_ptr<Solver> plain_cpu_solver(const Setup& setup, bool in_double);
+#ifdef KNEAD_CPU_LEVELS
+std::unique_ptr<Solver> plain_cpu_solver_v3(const Setup& setup, bool in_double);
+std::unique_ptr<Solver> plain_cpu_solver_v4(const Setup& setup, bool in_double);
+#endif
+
+std::vector<MakeSolver> cpu_levels()
+{
+    std::vector<MakeSolver> known{plain_cpu_solver};
+#ifdef KNEAD_CPU_LEVELS
+    if (__builtin_cpu_supports("x86-64-v3")) known.push_back(plain_cpu_solver_v3);
+    if (__builtin_cpu_supports("x86-64-v4")) known.push_back(plain_cpu_solver_v4);
+#endif
+    return known;
+}
+
+std::unique_ptr<Solver> cpu_solver(const Setup& setup) { return cpu_levels().back()(setup, false); }
+
+std::unique_ptr<Solver> cpu_solver_double(const Setup& setup)
+{
+    return cpu_levels().front()(setup, true);
+}
+
+}  // namespace knead

@@ -1,0 +1,13 @@
+// The CPU's loops as compiled for several levels of the processor.
+#pragma once
+#include "host/solver/solver.h"
+
+namespace knead {
+
+// Makes a solver: in float, or in double.
+using MakeSolver = std::unique_ptr<Solver> (*)(const Setup& setup, bool in_double);
+
+// Of all levels that this processor knows, the lowest first.
+std::vector<MakeSolver> cpu_levels();
+
+}  // namespace knead

@@ -1,0 +1,89 @@
+// The loops that only a scene needs in which clay may be still.  (29), (30)
+#include "host/solver/cpu/solver.h"
+#include "host/solver/cpu/transfer.h"
+
+namespace knead {
+
+// Before a frame's first substep: finds what need not move, and puts it to rest.
+template <class R>
+void CpuSolver<R>::settle_down(const Motion& motion)
+{
+    const double start = omp_get_wtime();
+    const int blocks = lattice.block_count();
+    const auto for_each_of = [&](int b, auto&& visit) {
+        const auto from = std::size_t(bins.home[std::size_t(b)]);
+        const auto to = std::size_t(bins.home[std::size_t(b) + 1]);
+        for (std::size_t i = from; i < to; ++i) visit(q[i]);
+    };
+    std::vector<R> fastest(std::size_t(blocks), 0);
+#pragma omp parallel for num_threads(threads) schedule(dynamic, 16)
+    for (int b = 0; b < blocks; ++b)
+        for_each_of(b, [&](const Particle<R>& p) {
+            fastest[std::size_t(b)] = most(fastest[std::size_t(b)], dot(p.v, p.v));
+        });
+    stillness.begin(fastest, boxes_around(posed, motion, stillness.rule.reach));
+#pragma omp parallel for num_threads(threads) schedule(dynamic, 16)
+    for (int b = 0; b < blocks; ++b) {
+        const bool still = stillness.holds(b);
+        for_each_of(b, [&](Particle<R>& p) {
+            if (p.still() == still) return;
+            p.hold(still);
+            if (still) p.v = {}, p.C = {};
+        });
+    }
+    bins.bin_only(stillness.listed);
+    times[stage_bin].seconds += omp_get_wtime() - start;
+}
+
+// In a block whose clay is still: that which has come from others.
+template <class R>
+Bins::Members CpuSolver<R>::movers_among(Bins::Members members, std::vector<int>& movers) const
+{
+    for (int i : members)
+        if (!q[std::size_t(i)].still()) movers.push_back(i);
+    return {movers.data(), movers.data() + movers.size()};
+}
+
+// Whether any of a block's still clay must move: what the lattice would give it is looked at, but
+// not taken.
+template <class R>
+bool CpuSolver<R>::pushes(int slot, R dt, const Tile<R>* tiles) const
+{
+    const int block = bins.occupied[std::size_t(slot)];
+    const bool cut_here = !split.empty() && split[std::size_t(block)];
+    const Int3 corner = 4 * lattice.block_at(block);
+    for (int i : bins.members(slot)) {
+        const Particle<R>& p = q[std::size_t(i)];
+        const Stencil<R> s = stencil(p.x, lattice.dx);
+        const Node<R>* base = tiles[cut_here ? p.label() : 0].node + tile_index(s.base - corner);
+        const Gathered<R> sum = gather_rows(s, [&](int j, int k) {
+            return row_at(base + tile_index({0, j, k}));
+        });
+        if (pushed(stillness.rule, first_three(sum.v), dt)) return true;
+    }
+    return false;
+}
+
+// Ends a substep.
+template <class R>
+void CpuSolver<R>::wake_roused(Tally& tally)
+{
+    bool any = false;
+    stillness.end([&](int b) {
+        const int from = bins.home[std::size_t(b)], to = bins.home[std::size_t(b) + 1];
+        for (int i = from; i < to; ++i) q[std::size_t(i)].hold(false);
+        tally.woken += from < to, any = true;
+    });
+    if (any) bins.bin_only(stillness.listed);
+}
+
+template void CpuSolver<float>::settle_down(const Motion&);
+template Bins::Members CpuSolver<float>::movers_among(Bins::Members, std::vector<int>&) const;
+template bool CpuSolver<float>::pushes(int, float, const Tile<float>*) const;
+template void CpuSolver<float>::wake_roused(Tally&);
+template void CpuSolver<double>::settle_down(const Motion&);
+template Bins::Members CpuSolver<double>::movers_among(Bins::Members, std::vector<int>&) const;
+template bool CpuSolver<double>::pushes(int, double, const Tile<double>*) const;
+template void CpuSolver<double>::wake_roused(Tally&);
+
+}  // namespace knead

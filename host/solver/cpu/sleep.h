@@ -1,0 +1,153 @@
+// Which clay is still on the CPU, block by block: the rules are in cuda/mpm/sleep.h.
+#pragma once
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "cuda/contact/sweep.h"
+#include "cuda/mpm/lattice.h"
+#include "cuda/mpm/sleep.h"
+#include "host/solver/cpu/tools.h"
+
+namespace knead {
+
+template <class R>
+struct Stillness {
+    Rest<R> rule;
+    Lattice<R> lattice;
+    // Per block of the lattice; empty where no clay may be still.
+    std::vector<int> quiet;        // frames on end at rest
+    std::vector<int> stir;         // what its clay does in this frame, see Stir
+    std::vector<int> free, guard;  // the substep from which on its clay moves, wakes where pushed
+    std::vector<char> listed;      // its clay is looked at
+    std::vector<char> roused;      // something in it was pushed in this substep
+    int now = 0;                   // substep of this frame
+
+    Stillness(const Rest<double>& rest, const Lattice<R>& lattice);
+    bool any() const { return rule.mode != RestMode::none; }
+    // Whether the clay of block b is still in this substep, and whether it feels what pushes it.
+    bool holds(int b) const { return any() && free[std::size_t(b)] > now; }
+    bool feels(int b) const { return guard[std::size_t(b)] <= now; }
+    // A frame begins: fastest[b] is the largest speed squared of block b's clay [m^2/s^2], `boxes`
+    // those of the tools.
+    void begin(const std::vector<R>& fastest, const std::vector<Box<R>>& boxes);
+    // Ends the substep: what was roused moves from the next one on. Calls visit(block) for each.
+    template <class Visit>
+    void end(Visit&& visit);
+
+  private:
+    template <class Visit>
+    void for_each_within(Int3 at, int steps, Visit&& visit) const;
+    void spread(Stir from);
+    void wake(int b);
+};
+
+template <class R>
+Stillness<R>::Stillness(const Rest<double>& rest, const Lattice<R>& of)
+    : rule{rest.mode, R(rest.speed), rest.frames, R(rest.push), R(rest.reach)}, lattice(of)
+{
+    if (!any()) return;
+    const auto blocks = std::size_t(lattice.block_count());
+    for (std::vector<int>* each : {&quiet, &stir, &free, &guard}) each->assign(blocks, 0);
+    listed.assign(blocks, 1), roused.assign(blocks, 0);
+}
+
+// Calls visit(index of the block) for `at` and all blocks at most so many steps from it.
+template <class R>
+template <class Visit>
+void Stillness<R>::for_each_within(Int3 at, int steps, Visit&& visit) const
+{
+    const Int3 size = lattice.blocks();
+    for (int z = std::max(at.z - steps, 0); z <= std::min(at.z + steps, size.z - 1); ++z)
+        for (int y = std::max(at.y - steps, 0); y <= std::min(at.y + steps, size.y - 1); ++y)
+            for (int x = std::max(at.x - steps, 0); x <= std::min(at.x + steps, size.x - 1); ++x)
+                visit(std::size_t(lattice.block_of({4 * x, 4 * y, 4 * z})));
+}
+
+template <class R>
+void Stillness<R>::spread(Stir from)
+{
+    for (int b = 0; b < lattice.block_count(); ++b)
+        if (stir[std::size_t(b)] == from)
+            for_each_within(lattice.block_at(b), 1, [&](std::size_t n) {
+                stir[n] = std::max(stir[n], neighbour_of(rule, from));
+            });
+}
+
+template <class R>
+void Stillness<R>::begin(const std::vector<R>& fastest, const std::vector<Box<R>>& boxes)
+{
+    const R edge = block_edge * lattice.dx;
+    for (int b = 0; b < lattice.block_count(); ++b) {
+        int& frames = quiet[std::size_t(b)];
+        frames = rested(rule, frames, fastest[std::size_t(b)]);
+        const bool near = std::any_of(boxes.begin(), boxes.end(), [&](const Box<R>& box) {
+            return meets(box, lattice.block_at(b), edge);
+        });
+        stir[std::size_t(b)] = stirred(rule, frames, near);
+    }
+    for (Stir from : {moving, awake, knead::guard}) spread(from);
+    for (std::size_t b = 0; b < stir.size(); ++b) {
+        free[b] = stir[b] >= awake ? 0 : never;
+        guard[b] = rule.mode == RestMode::sleep && stir[b] >= knead::guard ? 0 : never;
+        listed[b] = stir[b] >= support;
+    }
+    now = 0;
+}
+
+template <class R>
+void Stillness<R>::wake(int b)
+{
+    const Int3 at = lattice.block_at(b);
+    free[std::size_t(b)] = now + 1;
+    for_each_within(at, 1, [&](std::size_t n) { guard[n] = std::min(guard[n], now + 2); });
+    for_each_within(at, 2, [&](std::size_t n) { listed[n] = 1; });
+}
+
+template <class R>
+template <class Visit>
+void Stillness<R>::end(Visit&& visit)
+{
+    for (int b = 0; b < int(roused.size()); ++b) {
+        if (!roused[std::size_t(b)]) continue;
+        roused[std::size_t(b)] = 0;
+        if (rule.mode != RestMode::sleep) continue;
+        wake(b), visit(b);
+    }
+    ++now;
+}
+
+// For every active tool a box around its primitives wherever they are in a frame, grown by `reach`
+// [m].
+template <class R>
+std::vector<Box<R>> boxes_around(const PosedTools<R>& posed, const Motion& motion, R reach)
+{
+    const auto at = [&](double share) {
+        return [&motion, share](int j) {
+            const auto n = std::size_t(j);
+            const Joint<double> b = between(motion.from[n], motion.to[n], share);
+            return Joint<R>{cast<R>(b.q), cast<R>(b.p)};
+        };
+    };
+    std::vector<Box<R>> boxes(posed.tools.size(),
+                              {{1e30f, 1e30f, 1e30f}, {-1e30f, -1e30f, -1e30f}});
+    for (const Primitive& p : posed.primitives) {
+        if (!posed.tools[std::size_t(p.tool)].active) continue;
+        R travel = 0;
+        Sphere<R> s[3];
+        for (int k = 0; k < 3; ++k)
+            s[k] = amid(posed.bindings[std::size_t(p.sphere[k])], at(0), at(0.5), at(1), travel);
+        const Shape<R> middle = shape(p.count, s[0], s[1], s[2]);
+        const R grown = travel + reach;
+        if (!std::isfinite(dot(middle.low, middle.high) + grown)) continue;
+        Box<R>& box = boxes[std::size_t(p.tool)];
+        const Vec3<R> low = middle.low, high = middle.high;
+        box.low = {least(box.low.x, low.x - grown), least(box.low.y, low.y - grown),
+                   least(box.low.z, low.z - grown)};
+        box.high = {most(box.high.x, high.x + grown), most(box.high.y, high.y + grown),
+                    most(box.high.z, high.z + grown)};
+    }
+    return boxes;
+}
+
+}  // namespace knead

@@ -1,0 +1,395 @@
+// Every stage of the substep as a plain loop, in order: the specification, the fallback without a
+// GPU, and, in double, the oracle. The same bits for any number of threads: particles are binned
+// stably by block, a block's sums are private, and each node adds its neighbours' in fixed order.
+#include <algorithm>
+#include <cstring>
+#include <numeric>
+
+#include "cuda/mpm/grid.h"
+#include "cuda/mpm/p2g.h"
+#include "cuda/mpm/project.h"
+#include "host/solver/cpu/solver.h"
+#include "host/solver/cpu/transfer.h"
+#include "host/solver/substep.h"
+
+namespace knead {
+
+template <class R>
+CpuSolver<R>::CpuSolver(const Setup& given)
+    : setup(given),
+      lattice{given.lattice.size, R(given.lattice.dx)},
+      walls{given.walls.margin, given.walls.touch, R(given.walls.friction)},
+      gravity(cast<R>(given.gravity)),
+      threads(given.threads > 0 ? given.threads : omp_get_max_threads()),
+      posed(given, lattice),
+      stillness(given.rest, lattice)
+{
+    for (const Material<double>& m : setup.materials) materials.push_back(cast<R>(m));
+    for (const Particle<double>& p : setup.particles) q.push_back(cast<R>(p));
+    setup.particles.clear();
+    ids.resize(q.size());
+    std::iota(ids.begin(), ids.end(), 0);
+    for (int f = 0; f < (posed.blades ? 3 : 1); ++f)
+        grid[f].resize(std::size_t(lattice.node_count()));
+    if (posed.blades) split.resize(std::size_t(lattice.block_count()));
+    counts.resize(std::size_t(threads));
+    for (const char* name : {"pose", "bin", "p2g", "grid", "g2p", "project", "plasticity"})
+        times.push_back({name, 0});
+}
+
+template <class R>
+Tally CpuSolver<R>::advance(const Motion& motion, double duration)
+{
+    Tally tally;
+    for (StageTime& t : times) t.seconds = 0;
+    for (Counts& c : counts) c = {};
+    double speed_squared = 0;
+    for (const Particle<R>& p : q) speed_squared = std::max(speed_squared, double(dot(p.v, p.v)));
+    const Pace pace = pace_of(setup);
+    const bool tools = !posed.bindings.empty();
+    const double tool_dt = tools ? tool_step(setup, motion, duration) : 1e30;
+    posed.activate(motion);
+
+    const auto node = [&](const Particle<R>& p) {
+        return lattice.index(base_node(p.x, lattice.dx));
+    };
+    if (!arranged) bins.reorder(q, ids, lattice.block_count(), node, threads);
+    if (stillness.any()) settle_down(motion);
+
+    Step step = step_at(pace, 0, std::sqrt(speed_squared), tool_dt, duration);
+    while (step.dt > 0) {
+        const Step next = step_after(step, pace, std::sqrt(speed_squared), tool_dt, duration);
+        const double from = step.start / duration, to = next.start / duration;
+        const R dt = R(step.dt);
+        double start = omp_get_wtime();
+        if (tools) {
+            posed.pose(motion, from, to, step.dt);
+            posed.mask_blocks(lattice);
+        }
+        times[stage_pose].seconds += omp_get_wtime() - start;
+        start = omp_get_wtime();
+        bins.fill(lattice.block_count(), lattice.blocks(), threads);
+        if (posed.blades) find_splits();
+        times[stage_bin].seconds += omp_get_wtime() - start;
+        p2g(dt);
+        grid_update(dt);
+        g2p(dt);
+        if (stillness.any()) wake_roused(tally);
+
+        speed_squared = 0;
+        for (Counts& c : counts)
+            speed_squared = std::max(speed_squared, c.speed_squared), c.speed_squared = 0;
+        tally.dt_least = tally.substeps ? std::min(tally.dt_least, step.dt) : step.dt;
+        tally.dt_most = std::max(tally.dt_most, step.dt);
+        ++tally.limits[int(step.limit)];
+        ++tally.substeps;
+        step = next;
+    }
+    Counts all;
+    for (const Counts& c : counts) all.add(c);
+    if (posed.blades) settle_cuts(all.covered > 0);
+    tally.yielded = all.yielded, tally.projected = all.projected, tally.clipped = all.clipped;
+    tally.confined = all.confined, tally.repaired = all.repaired, tally.found_depth = all.depth;
+    tally.active_blocks = long(bins.touched.size()), tally.moved = all.moved;
+    arranged = all.moved == 0;
+    // The particle loops of a block run one after the other on one thread: share out their time.
+    const double inner =
+        all.seconds[stage_g2p] + all.seconds[stage_project] + all.seconds[stage_plasticity];
+    const double wall = times[stage_g2p].seconds;
+    if (inner > 0)
+        for (int s : {stage_g2p, stage_project, stage_plasticity})
+            times[std::size_t(s)].seconds = wall * all.seconds[s] / inner;
+    return tally;
+}
+
+// Calls visit(group) for the members, as many at once as there are lanes.
+template <class R>
+template <class Visit>
+void CpuSolver<R>::for_each_group(Bins::Members members, Visit&& visit)
+{
+    Group<R> group;
+    for (const int* next = members.from; next < members.to;) {
+        const int object = q[std::size_t(*next)].object;
+        for (group.size = 0; group.size < Group<R>::count; ++group.size) {
+            if (next == members.to || q[std::size_t(*next)].object != object) break;
+            group.index[group.size] = *next;
+            group.of[group.size] = &q[std::size_t(*next++)];
+        }
+        for (int l = group.size; l < Group<R>::count; ++l)
+            group.of[l] = group.of[group.size - 1], group.index[l] = group.index[group.size - 1];
+        visit(group);
+    }
+}
+
+// Each occupied block sums its particles into a tile of its own; those of one cell mostly follow
+// each other, and their sum stays in registers.
+template <class R>
+void CpuSolver<R>::p2g(R dt)
+{
+    for (int f = 0; f < (posed.blades ? 3 : 1); ++f) sums[f].resize(bins.occupied.size());
+    for_each(int(bins.occupied.size()), stage_p2g, [&](int slot, Counts&) {
+        const int block = bins.occupied[std::size_t(slot)];
+        if (!split.empty() && split[std::size_t(block)]) return scatter_cut(slot, dt);
+        Tile<R>& tile = sums[0][std::size_t(slot)];
+        tile = {};
+        const Int3 corner = 4 * lattice.block_at(block);
+        for_each_group(bins.members(slot), [&](const Group<R>& group) {
+            const Material<R>& m = materials[std::size_t(group.of[0]->object)];
+            const Impulses<R> from = impulses(group, m, lattice.dx, dt);
+            Row<R> cell[9] = {};
+            int at = tile_index(from.stencils[0].base - corner);
+            const auto hand_over = [&](int to) __attribute__((always_inline))
+            {
+                UNROLL
+                for (int n = 0; n < 9; ++n) {
+                    add(cell[n], tile.node + to + tile_index({0, n % 3, n / 3}));
+                    cell[n] = {};
+                }
+            };
+            for (int l = 0; l < group.size; ++l) {
+                const Stencil<R> s = from.stencils[l];
+                const int to = tile_index(s.base - corner);
+                if (to != at) hand_over(at), at = to;
+                scatter_rows(from.base[l], from.by_x[l], from.by_y[l], from.by_z[l], s,
+                             [&](int j, int k, const Row<R>& share) {
+                                 cell[3 * k + j] = cell[3 * k + j] + share;
+                             });
+            }
+            hand_over(at);
+        });
+    });
+}
+
+// Where a blade has been, into three tiles: all clay, and that of uncut and one label.
+template <class R>
+void CpuSolver<R>::scatter_cut(int slot, R dt)
+{
+    for (Sums& tiles : sums) tiles[std::size_t(slot)] = {};
+    const Int3 corner = 4 * lattice.block_at(bins.occupied[std::size_t(slot)]);
+    for (int i : bins.members(slot)) {
+        const Particle<R>& p = q[std::size_t(i)];
+        const Stencil<R> s = stencil(p.x, lattice.dx);
+        scatter(p, materials[std::size_t(p.object)], s, lattice.dx, dt,
+                [&](Int3 step, const Node<R>& share) {
+                    const int n = tile_index(s.base + step - corner);
+                    for (std::uint32_t f :
+                         {std::uint32_t(uncut), std::uint32_t(above), std::uint32_t(below)}) {
+                        Node<R>& to = sums[f][std::size_t(slot)].node[n];
+                        if (f == uncut || p.label() != opposite(f))
+                            to = node(four(to) + four(share));
+                    }
+                });
+    }
+}
+
+// The sums of a block's nodes over the tiles of the up to eight blocks whose particles reach it, in
+// the order of `summed`.
+template <class R>
+void CpuSolver<R>::sum_block(Int3 block, Node<R>* sum) const
+{
+    for (int n = 0; n < 8; ++n) {
+        const Int3 back = {n & 1, n >> 1 & 1, n >> 2}, from = block - back;
+        if (from.x < 0 || from.y < 0 || from.z < 0) continue;
+        const int slot = bins.slot[std::size_t(lattice.block_of(4 * from))];
+        if (slot < 0) continue;
+        const Node<R>* tile = sums[0][std::size_t(slot)].node + tile_index(4 * back);
+        for (int z = 0; z < (back.z ? 2 : 4); ++z)
+            for (int y = 0; y < (back.y ? 2 : 4); ++y)
+                for (int x = 0; x < (back.x ? 2 : 4); ++x) {
+                    Node<R>& to = sum[(z * 4 + y) * 4 + x];
+                    to = node(four(to) + four(tile[tile_index({x, y, z})]));
+                }
+    }
+}
+
+template <class R>
+void CpuSolver<R>::grid_update(R dt)
+{
+    const Colliders<R> colliders = posed.colliders();
+    for_each(int(bins.touched.size()), stage_grid, [&](int t, Counts& c) {
+        const int b = bins.touched[std::size_t(t)];
+        if (!split.empty() && split[std::size_t(b)]) return split_update(b, dt, c);
+        const Int3 block = lattice.block_at(b);
+        const Mask& mask = posed.masks[std::size_t(b)];
+        const bool contact = setup.grid_contact && posed.near[std::size_t(b)];
+        const auto hands = [&](Vec3<R> x, Vec3<R> v) {
+            return contact ? held(colliders, mask, x, v) : v;
+        };
+        Node<R> sum[block_nodes] = {};
+        sum_block(block, sum);
+        for (int l = 0; l < block_nodes; ++l) {
+            const Int3 n = 4 * block + Int3{l % 4, l / 4 % 4, l / 16};
+            bool clipped;
+            grid[0][std::size_t(b) * block_nodes + std::size_t(l)] =
+                update(sum[l], n, lattice, walls, gravity, dt, clipped, hands);
+            c.clipped += clipped;
+        }
+    });
+}
+
+// The nodes that a block's particles can reach.
+template <class R>
+void CpuSolver<R>::load_tile(const std::vector<Node<R>>& from, Int3 block, Tile<R>& tile) const
+{
+    const Int3 size = lattice.blocks();
+    for (int n = 0; n < 8; ++n) {
+        const Int3 ahead = {n & 1, n >> 1 & 1, n >> 2}, b = block + ahead;
+        if (b.x >= size.x || b.y >= size.y || b.z >= size.z) continue;
+        const Node<R>* nodes = &from[std::size_t(lattice.index(4 * b))];
+        Node<R>* to = tile.node + tile_index(4 * ahead);
+        for (int z = 0; z < (ahead.z ? 2 : 4); ++z)
+            for (int y = 0; y < (ahead.y ? 2 : 4); ++y)
+                std::memcpy(to + tile_index({0, y, z}), nodes + (z * 4 + y) * 4,
+                            ahead.x ? 2 * sizeof *to : 4 * sizeof *to);
+    }
+}
+
+template <class R>
+void CpuSolver<R>::g2p(R dt)
+{
+    for_each(int(bins.occupied.size()), stage_g2p, [&](int slot, Counts& c) {
+        const int block = bins.occupied[std::size_t(slot)];
+        const bool held_here = stillness.holds(block);
+        Bins::Members members = bins.members(slot);
+        std::vector<int> movers;
+        if (held_here) members = movers_among(members, movers);
+        if (held_here && movers.empty() && !stillness.feels(block)) return;
+        Tile<R> tiles[3];
+        const bool cut_here = !split.empty() && split[std::size_t(block)];
+        for (int f = 0; f < (cut_here ? 3 : 1); ++f)
+            load_tile(grid[f], lattice.block_at(block), tiles[f]);
+        if (held_here && (!movers.empty() || pushes(slot, dt, tiles)))
+            stillness.roused[std::size_t(block)] = 1;
+        step_particles(slot, members, dt, tiles, c);
+    });
+}
+
+// A block's particles, group by group: gather and move, then project, then flow. Every eighth block
+// stands for the time of the three.
+template <class R>
+void CpuSolver<R>::step_particles(int slot, Bins::Members members, R dt, const Tile<R>* tiles,
+                                  Counts& c)
+{
+    c.moved += long(members.size());
+    const int block = bins.occupied[std::size_t(slot)];
+    const bool cut_here = !split.empty() && split[std::size_t(block)];
+    const Int3 corner = 4 * lattice.block_at(block);
+    Lanes<R> speed_squared(R(0));
+    double clock = 0;
+    const auto lap = [&](int stage) {
+        if (slot % 8 != 0) return;
+        const double now = omp_get_wtime();
+        if (stage >= 0) c.seconds[stage] += now - clock;
+        clock = now;
+    };
+    for_each_group(members, [&](const Group<R>& group) {
+        lap(-1);
+        Start before[Group<R>::count];
+        for (int l = 0; l < group.size; ++l) before[l] = {group.of[l]->x, group.of[l]->sides};
+        Particle<Lanes<R>> p = gather_and_move(group, lattice.dx, dt, [&](int l, Int3 base) {
+            return tiles[cut_here ? group.of[l]->sides : 0].node + tile_index(base - corner);
+        });
+        lap(stage_g2p);
+        bool stale = keep_out(group, block, c);
+        lap(stage_project);
+        const Material<R>& m = materials[std::size_t(group.of[0]->object)];
+        const unsigned flows = may_flow(p, m) & ((1u << group.size) - 1);
+        for (unsigned left = flows; left; left &= left - 1)
+            c.yielded += yield(*group.of[lowest_bit(left)], m, dt);
+        if (stale || flows) p = load(group);
+        if (!sound(p)) {
+            for (int l = 0; l < group.size; ++l) {
+                Particle<R>& one = *group.of[l];
+                c.repaired +=
+                    repair(one, {before[l].x, {}, {}, {}, 0, one.object, before[l].sides});
+            }
+            p = load(group);
+        }
+        speed_squared = most(speed_squared, dot(p.v, p.v));
+        note_blocks(group, p.x);
+        lap(stage_plasticity);
+    });
+    c.speed_squared = std::max(c.speed_squared, double(largest(speed_squared)));
+}
+
+// Out of tools and walls, where the block is near any; true if a particle may have changed.
+template <class R>
+bool CpuSolver<R>::keep_out(const Group<R>& group, int block, Counts& c)
+{
+    const bool tools = setup.passes > 0 && posed.near[std::size_t(block)];
+    const Int3 corner = 4 * lattice.block_at(block);
+    // A particle of the block has moved by less than a cell.
+    const auto walled = [&](int from, int size) {
+        return from <= walls.margin + 1 || from + 6 >= size - 1 - walls.margin;
+    };
+    if (!tools && !walled(corner.x, lattice.size.x) && !walled(corner.y, lattice.size.y) &&
+        !walled(corner.z, lattice.size.z))
+        return false;
+    const Colliders<R> colliders = posed.colliders();
+    for (int l = 0; l < group.size; ++l) {
+        Particle<R>& p = *group.of[l];
+        if (tools) {
+            const Mask& mask = posed.mask_at(lattice, p.x);
+            if (posed.blades) c.covered += cut(p, colliders, mask, lattice.dx);
+            const R depth = project(p, colliders, mask, setup.passes);
+            c.projected += depth > 0;
+            c.depth = std::max(c.depth, double(depth));
+        }
+        c.confined += confine(p, lattice, walls);
+    }
+    return true;
+}
+
+// Which blocks the particles are in now.
+template <class R>
+[[gnu::always_inline]] inline void CpuSolver<R>::note_blocks(const Group<R>& group,
+                                                             const Vec3<Lanes<R>>& place)
+{
+    constexpr int count = Group<R>::count;
+    const Each<R> x(place.x), y(place.y), z(place.z);
+    alignas(vector_bytes) int block[count];
+    for (int l = 0; l < count; ++l)
+        block[l] = lattice.block_of(base_node(Vec3<R>{x.of[l], y.of[l], z.of[l]}, lattice.dx));
+    for (int l = 0; l < count; ++l) bins.key[std::size_t(group.index[l])] = block[l];
+}
+
+template <class R>
+std::vector<Particle<double>> CpuSolver<R>::particles() const
+{
+    std::vector<Particle<double>> all(q.size());
+    for (std::size_t i = 0; i < q.size(); ++i) {
+        Particle<double>& one = all[std::size_t(ids[i])] = cast<double>(q[i]);
+        one.hold(false);
+    }
+    return all;
+}
+
+template <class R>
+std::vector<double> CpuSolver<R>::penetration() const
+{
+    std::vector<double> depths;
+    if (posed.masked.empty()) return depths;
+    for (const Particle<R>& p : q) {
+        const Contact<R> hit = deepest_contact(posed.colliders(), posed.mask_at(lattice, p.x), p.x);
+        if (hit.phi < 0) depths.push_back(double(-hit.phi));
+    }
+    return depths;
+}
+
+template <class R>
+std::size_t CpuSolver<R>::memory() const
+{
+    std::size_t bytes = 0;
+    for (int f = 0; f < 3; ++f)
+        bytes += sums[f].capacity() * sizeof(Tile<R>) + grid[f].capacity() * sizeof(Node<R>);
+    return q.capacity() * (sizeof(Particle<R>) + 3 * sizeof(int)) +
+           posed.masks.capacity() * sizeof(Mask) + bytes;
+}
+
+std::unique_ptr<Solver> plain_cpu_solver(const Setup& setup, bool in_double)
+{
+    if (in_double) return std::make_unique<CpuSolver<double>>(setup);
+    return std::make_unique<CpuSolver<float>>(setup);
+}
+
+}  // namespace knead

@@ -1,0 +1,145 @@
+// The CPU's simulator: declared here, its loops in solver.cpp, those that only a cut needs in
+// host/solver/cpu/cut.cpp.
+#pragma once
+#include <cstdint>
+#include <omp.h>
+
+#include <algorithm>
+
+#include "cuda/math/node4.h"
+#include "cuda/mpm/lattice.h"
+#include "cuda/mpm/material_data.h"
+#include "cuda/mpm/particle.h"
+#include "cuda/mpm/walls.h"
+#include "host/solver/cpu/bins.h"
+#include "host/solver/cpu/rows.h"
+#include "host/solver/cpu/sleep.h"
+#include "host/solver/cpu/tools.h"
+
+namespace knead {
+
+enum StageName {
+    stage_pose,
+    stage_bin,
+    stage_p2g,
+    stage_grid,
+    stage_g2p,
+    stage_project,
+    stage_plasticity,
+    stage_count
+};
+
+// What the threads count, each on its own.
+struct Counts {
+    long yielded = 0, projected = 0, clipped = 0, confined = 0, repaired = 0, covered = 0;
+    long moved = 0;
+    double depth = 0, speed_squared = 0;
+    double seconds[stage_count] = {};
+    void add(const Counts& c)
+    {
+        yielded += c.yielded, projected += c.projected, clipped += c.clipped;
+        confined += c.confined, repaired += c.repaired, covered += c.covered;
+        moved += c.moved;
+        depth = std::max(depth, c.depth), speed_squared = std::max(speed_squared, c.speed_squared);
+        for (int s = 0; s < stage_count; ++s) seconds[s] += c.seconds[s];
+    }
+};
+
+template <class R>
+class CpuSolver : public Solver {
+  public:
+    explicit CpuSolver(const Setup& given);
+    Tally advance(const Motion& motion, double duration) override;
+    std::vector<Particle<double>> particles() const override;
+    std::vector<double> penetration() const override;
+    const std::vector<StageTime>& stage_times() const override { return times; }
+    std::size_t memory() const override;
+    std::string name() const override
+    {
+        return std::string("cpu ") + (sizeof(R) == 4 ? "float" : "double") + ", " +
+               std::to_string(Lanes<R>::count) + " lanes, " + std::to_string(threads) + " threads";
+    }
+
+  private:
+    // Of a particle before its substep: what its repair needs.
+    struct Start {
+        Vec3<R> x;
+        std::uint32_t sides;
+    };
+    using Sums = std::vector<Tile<R>>;
+    void p2g(R dt);
+    void grid_update(R dt);
+    void split_update(int b, R dt, Counts& counts);
+    void g2p(R dt);
+    void settle_down(const Motion& motion);
+    Bins::Members movers_among(Bins::Members members, std::vector<int>& movers) const;
+    bool pushes(int slot, R dt, const Tile<R>* tiles) const;
+    void wake_roused(Tally& tally);
+    Node<R> summed(const Sums& sums, Int3 node) const;
+    void scatter_cut(int slot, R dt);
+    void load_tile(const std::vector<Node<R>>& from, Int3 block, Tile<R>& tile) const;
+    void sum_block(Int3 block, Node<R>* sum) const;
+    void step_particles(int slot, Bins::Members members, R dt, const Tile<R>* tiles,
+                        Counts& counts);
+    bool keep_out(const Group<R>& group, int block, Counts& counts);
+    void note_blocks(const Group<R>& group, const Vec3<Lanes<R>>& place);
+    template <class Visit>
+    void for_each_group(Bins::Members members, Visit&& visit);
+    bool find_splits();
+    void settle_cuts(bool covered);
+    template <class Body>
+    void for_each(int count, StageName stage, Body&& body);
+
+    Setup setup;
+    Lattice<R> lattice;
+    Walls<R> walls;
+    Vec3<R> gravity;
+    int threads;
+    std::vector<Material<R>> materials;
+    PosedTools<R> posed;
+    Stillness<R> stillness;
+    std::vector<Particle<R>> q;  // in the order of the last sort by block
+    std::vector<int> ids;        // original index of q[i]
+    Bins bins;
+    bool arranged = false;  // nothing has moved since the last sort
+    // Three velocity fields: all clay, and where a blade has been (25) that of uncut and one label.
+    Sums sums[3];                  // a tile per occupied block
+    std::vector<Node<R>> grid[3];  // node_count velocities
+    std::vector<char> split;       // per block: its nodes have three fields; empty without blades
+    bool was_covered = false;      // a blade was in the clay at the end of the last frame
+    std::vector<Counts> counts;    // per thread
+    std::vector<StageTime> times;
+};
+
+// The node's sum over the tiles of the up to eight blocks whose particles reach it.
+template <class R>
+Node<R> CpuSolver<R>::summed(const Sums& tiles, Int3 n) const
+{
+    const Int3 b = {n.x >> 2, n.y >> 2, n.z >> 2}, l = {n.x & 3, n.y & 3, n.z & 3};
+    Node<R> sum{};
+    for (int z = 0; z <= (l.z < 2); ++z)
+        for (int y = 0; y <= (l.y < 2); ++y)
+            for (int x = 0; x <= (l.x < 2); ++x) {
+                const Int3 from = b - Int3{x, y, z};
+                if (from.x < 0 || from.y < 0 || from.z < 0) continue;
+                const int slot = bins.slot[std::size_t(lattice.block_of(4 * from))];
+                if (slot < 0) continue;
+                const Node<R>& share =
+                    tiles[std::size_t(slot)].node[tile_index(l + 4 * Int3{x, y, z})];
+                sum = node(four(sum) + four(share));
+            }
+    return sum;
+}
+
+// Runs body(i, thread's counts) for i in [0, count) on all threads, and books the wall time.
+template <class R>
+template <class Body>
+void CpuSolver<R>::for_each(int count, StageName stage, Body&& body)
+{
+    const double start = omp_get_wtime();
+#pragma omp parallel for schedule(dynamic, 4) num_threads(threads)
+    for (int i = 0; i < count; ++i) body(i, counts[std::size_t(omp_get_thread_num())]);
+    times[stage].seconds += omp_get_wtime() - start;
+}
+
+}  // namespace knead

@@ -1,0 +1,67 @@
+// A group of particles to the grid and back.
+#pragma once
+#include "cuda/math/node4.h"
+#include "cuda/mpm/g2p.h"
+#include "cuda/mpm/material_data.h"
+#include "cuda/mpm/momentum.h"
+#include "cuda/mpm/particle.h"
+#include "host/solver/cpu/material.h"
+#include "host/solver/cpu/rows.h"
+
+namespace knead {
+
+// What a group hands to its nodes: momentum and mass at the base node, and by how much they grow
+// from node to node.
+template <class R>
+struct Impulses {
+    Stencils<R> stencils;
+    Four<R> base[Group<R>::count], by_x[Group<R>::count], by_y[Group<R>::count],
+        by_z[Group<R>::count];
+    explicit Impulses(const Stencils<R>& s) : stencils(s) {}
+};
+
+template <class R>
+[[gnu::always_inline]] inline Impulses<R> impulses(const Group<R>& group, const Material<R>& m,
+                                                   R dx, R dt)
+{
+    using L = Lanes<R>;
+    const Particle<L> p = load(group);
+    Impulses<R> out(Stencils<R>(p.x, dx));
+    const Mat3<L> Q =
+        momentum_gradient(p.C, stress(p, group, m), L(m.mass), L(m.volume), L(dx), L(dt));
+    const Mat3<L> by_step = L(dx) * Q;
+    spread(L(m.mass) * p.v + Q * out.stencils.d(), L(m.mass), out.base);
+    spread(by_step.a, L(0), out.by_x);
+    spread(by_step.b, L(0), out.by_y);
+    spread(by_step.c, L(0), out.by_z);
+    return out;
+}
+
+// Moves a group; velocities(lane, base) answers with where, in a tile, that particle's nodes begin.
+template <class R, class Velocities>
+[[gnu::always_inline]] inline Particle<Lanes<R>> gather_and_move(const Group<R>& group, R dx, R dt,
+                                                                 Velocities&& velocities)
+{
+    using L = Lanes<R>;
+    Particle<L> p;
+    load_shape(group, p);
+    const Stencils<R> stencils(p.x, dx);
+    Four<R> v[L::count], by_x[L::count], by_y[L::count], by_z[L::count];
+    for (int l = 0; l < L::count; ++l) {
+        const Stencil<R> s = stencils[l];
+        const Node<R>* base = velocities(l, s.base);
+        const Gathered<R> sum = gather_rows(s, [&](int j, int k) {
+            return row_at(base + tile_index({0, j, k}));
+        });
+        v[l] = sum.v, by_x[l] = sum.by_x, by_y[l] = sum.by_y, by_z[l] = sum.by_z;
+    }
+    p.v = collected(v);
+    p.C = velocity_gradient(p.v, {collected(by_x), collected(by_y), collected(by_z)}, stencils.d(),
+                            L(dx));
+    p.e = strained(p.e, p.C, L(dt));
+    p.x = p.x + L(dt) * p.v;
+    store(p, group);
+    return p;
+}
+
+}  // namespace knead

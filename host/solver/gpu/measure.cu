@@ -1,0 +1,117 @@
+// What each stage of a frame takes, and what it counts.
+#include <utility>
+
+#include "host/solver/gpu/solver.cuh"
+
+namespace knead::gpu {
+namespace {
+
+constexpr int warm = 2, repeats = 10;  // substeps
+
+// From what was seen of each stage, in that order, to what all of a frame amounts to: stages of a
+// substep are seen in a few of them, the first of which find cold caches.
+template <class Amount>
+std::vector<std::pair<std::string, Amount>> of_a_frame(
+    const std::vector<std::pair<std::string, Amount>>& seen, int substeps)
+{
+    std::vector<std::pair<std::string, Amount>> all;
+    for (const auto& [stage, every_substep] : {std::pair{"sort", false},
+                                               {"pose", false},
+                                               {"p2g", false},
+                                               {"grid", true},
+                                               {"g2p", true}}) {
+        std::vector<Amount> own;
+        for (const auto& [name, amount] : seen)
+            if (name == stage) own.push_back(amount);
+        if (own.empty()) continue;
+        if (every_substep && own.size() > warm) own.erase(own.begin(), own.begin() + warm);
+        Amount sum{};
+        for (const Amount& amount : own) sum += amount;
+        all.push_back({stage, every_substep ? double(substeps) / double(own.size()) * sum : sum});
+    }
+    return all;
+}
+
+}  // namespace
+
+const std::vector<StageTime>& GpuSolver::stage_times() const
+{
+    if (!times.empty() || last_substeps == 0) return times;
+    Event from, to;
+    std::vector<std::pair<std::string, double>> seen;
+    walk([&](const char* stage, const std::function<void()>& run) {
+        check(cudaEventRecord(from, main), stage);
+        run();
+        check(cudaEventRecord(to, main), stage);
+        check(cudaEventSynchronize(to), stage);
+        float milliseconds = 0;
+        check(cudaEventElapsedTime(&milliseconds, from, to), stage);
+        seen.push_back({stage, 1e-3 * double(milliseconds)});
+    });
+    for (const auto& [name, seconds] : of_a_frame(seen, last_substeps))
+        times.push_back({name, seconds});
+    return times;
+}
+
+std::vector<StageWork> GpuSolver::stage_counts() const
+{
+    std::vector<StageWork> counts;
+    if (last_substeps == 0) return counts;
+    check(cudaSetDevice(device), "device");
+    std::vector<std::pair<std::string, DeviceWork>> seen;
+    for (const StageWork& each : counted([&](const Watch& watch) {
+             walk([&](const char* stage, const std::function<void()>& run) {
+                 watch(stage, [&] { run(), wait(main, stage); });
+             });
+         }))
+        seen.push_back({each.name, each.work});
+    for (const auto& [name, amount] : of_a_frame(seen, last_substeps))
+        counts.push_back({name, amount});
+    return counts;
+}
+
+// A few substeps are run stage by stage from where the last frame ended, and forgotten: the host
+// keeps the particles meanwhile. In a frame of the graph stages overlap. They end early where clay
+// comes near the end of the nodes that are stored.
+void GpuSolver::walk(const Watch& watch) const
+{
+    wait(main, "measure");
+    check(cudaSetDevice(device), "device");
+    const Needs needs = needs_for(posed);
+    const Views views = views_for(needs);
+    const Clock before = store.clock();
+    const Kept kept = store.kept();
+    watch("sort", [&] { sort(views, needs, main, before.side); });
+    begin(views, main);
+    if (needs.tools) watch("pose", [&] { masks(views, main), pose(views, main); });
+    watch("p2g", [&] { p2g(views, needs, processors, main); });
+    const auto under_way = [&] {
+        Clock now = store.clock();
+        return now.step(now.done).dt > 0;
+    };
+    for (int k = 0; k < warm + repeats && under_way(); ++k) {
+        watch("grid", [&] { grid(views, needs, processors, main); });
+        watch("g2p", [&] { g2p(views, needs, processors, main); });
+    }
+    store.clear_grids();
+    store.put_back(kept);
+    Clock after = before;
+    for (int& active : after.active) active = 0;
+    store.set_clock(after);
+    if (needs.tools) pose_end(views);
+}
+
+// Tools back to the end of the frame, for penetration().
+void GpuSolver::pose_end(const Views& views) const
+{
+    const Clock after = store.clock();
+    Clock clock = after;
+    --clock.done;
+    clock.step(clock.done) = {0, clock.duration, Limit::frame_end};
+    store.set_clock(clock);
+    pose(views, main);
+    wait(main, "measure");
+    store.set_clock(after);
+}
+
+}  // namespace knead::gpu

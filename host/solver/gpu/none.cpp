@@ -1,0 +1,43 @@
+// What stands for the device where the build has none.
+#ifndef KNEAD_HAS_CUDA
+#include <stdexcept>
+
+#include "host/solver/gpu/material.h"
+#include "host/solver/gpu/room.h"
+#include "host/solver/gpu/stages.h"
+#include "host/solver/solver.h"
+
+namespace knead {
+namespace {
+
+[[noreturn]] void refuse()
+{
+    throw std::runtime_error("no CUDA device: this build has no CUDA side");
+}
+
+}  // namespace
+
+bool gpu_present() { return false; }
+long gpu_waits() { return 0; }
+std::unique_ptr<Solver> gpu_solver(const Setup&, int) { refuse(); }
+std::unique_ptr<Solver> gpu_solver(const Setup&, int, Room) { refuse(); }
+
+std::vector<Functions<float>> gpu_functions(const std::vector<float>&) { refuse(); }
+std::vector<Answers<float>> gpu_answers(const std::vector<Particle<float>>&,
+                                        const std::vector<Material<float>>&, float)
+{
+    refuse();
+}
+
+struct GpuStages::Held {};
+GpuStages::GpuStages(const Setup&, const Motion&, double) { refuse(); }
+GpuStages::~GpuStages() = default;
+std::vector<int> GpuStages::sort() { refuse(); }
+std::vector<Particle<double>> GpuStages::particles() { refuse(); }
+std::vector<Node<float>> GpuStages::p2g() { refuse(); }
+std::vector<Node<float>> GpuStages::grid(const std::vector<Node<float>>&) { refuse(); }
+std::vector<Particle<double>> GpuStages::g2p(const std::vector<Node<float>>&) { refuse(); }
+std::vector<Mask> GpuStages::masks() { refuse(); }
+
+}  // namespace knead
+#endif

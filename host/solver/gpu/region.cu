@@ -1,0 +1,138 @@
+// The box of nodes that is stored (stored_region.h): what there is for it, how it grows, and how a
+// frame goes on that had to stop before its end.
+#include <algorithm>
+#include <memory>
+#include <string>
+#include <utility>
+
+#include "host/solver/gpu/solver.cuh"
+
+namespace knead::gpu {
+
+Box::Box(const Lattice<float>& lattice, const Needs& needs)
+{
+    const auto blocks = std::size_t(lattice.block_count()),
+               grid_nodes = std::size_t(lattice.node_count()) * (needs.blades ? 3 : 1);
+    for (int side = 0; side < 2; ++side) {
+        if (side == 0 || !needs.fixed_point) nodes[side] = DeviceArray<float4>(grid_nodes);
+        if (needs.fixed_point) sums[side] = DeviceArray<long long>(4 * grid_nodes);
+    }
+    marks = DeviceArray<int>(blocks);
+    if (!needs.fixed_point) counts = DeviceArray<int>(std::size_t(lattice.node_count()));
+    for (DeviceArray<int>& each : list) each = DeviceArray<int>(blocks);
+    const auto at_end = std::make_unique<bool[]>(blocks);
+    for (std::size_t b = 0; b < blocks; ++b)
+        at_end[b] = ends_at(lattice, lattice.block_at(int(b))) != 0;
+    rim = DeviceArray<bool>(blocks);
+    check(cudaMemcpy(rim.data(), at_end.get(), blocks, cudaMemcpyDefault), "rim");
+    if (needs.tools) masks = DeviceArray<Mask>(blocks);
+    if (!needs.rests) return;
+    for (DeviceArray<int>* each : {&quiet, &stir, &free, &guard, &woken[0], &woken[1], &changed})
+        *each = DeviceArray<int>(blocks);
+    for (DeviceArray<unsigned>* each : {&fastest, &reached}) *each = DeviceArray<unsigned>(blocks);
+    ranges = DeviceArray<int2>(blocks);
+}
+
+std::size_t Box::bytes_for(const Lattice<float>& lattice, const Needs& needs)
+{
+    const std::size_t of_block = 4 * sizeof(int) + sizeof(bool) + (needs.tools ? sizeof(Mask) : 0) +
+                                 (needs.rests ? 9 * sizeof(int) + sizeof(int2) : 0),
+                      of_node = std::size_t(needs.blades ? 3 : 1) * (needs.fixed_point ? 80 : 32) +
+                                (needs.fixed_point ? 0 : sizeof(int));
+    return std::size_t(lattice.block_count()) * of_block +
+           std::size_t(lattice.node_count()) * of_node;
+}
+
+std::size_t Box::bytes() const
+{
+    std::size_t sum = marks.bytes() + counts.bytes() + rim.bytes() + masks.bytes() +
+                      fastest.bytes() + reached.bytes() + quiet.bytes() + stir.bytes() +
+                      free.bytes() + guard.bytes() + changed.bytes() + ranges.bytes();
+    for (const DeviceArray<int>& each : list) sum += each.bytes();
+    for (int s = 0; s < 2; ++s) sum += nodes[s].bytes() + sums[s].bytes() + woken[s].bytes();
+    return sum;
+}
+
+void Store::point()
+{
+    all.stored = stored_places(all.lattice), all.free = free_places(all.lattice, all.walls);
+    for (int side = 0; side < 2; ++side) {
+        all.grid.nodes[side] = box.nodes[used.fixed_point ? 0 : side].data();
+        all.grid.sums[side] = box.sums[side].data();
+        all.rest.woken[side] = box.woken[side].data();
+    }
+    all.grid.marks = box.marks.data(), all.grid.rim = box.rim.data();
+    for (int k = 0; k < 3; ++k) all.grid.list[k] = box.list[k].data();
+    all.tools.masks = box.masks.data();
+    all.rest.quiet = box.quiet.data(), all.rest.fastest = box.fastest.data();
+    all.rest.stir = box.stir.data(), all.rest.free = box.free.data();
+    all.rest.guard = box.guard.data(), all.rest.range = box.ranges.data();
+    all.rest.reached = box.reached.data(), all.rest.changed = box.changed.data();
+}
+
+void Store::grow()
+{
+    const Lattice<float> before = all.lattice;
+    const Clock now = clock();
+    const std::vector<int> listed = box.list[(now.done + 2) % 3].downloaded();
+    unsigned ends = 0;
+    for (int k = 0; k < now.active[(now.done + 2) % 3]; ++k)
+        ends |= ends_at(before, before.block_at(listed[std::size_t(k)]));
+    const Lattice<float> more = grown(before, ends);
+    // Nothing is given back before the other is there, so that no failure leaves half a box.
+    Box larger;
+    try {
+        if (room.most && std::size_t(more.node_count()) > room.most)
+            DeviceArray<char>(std::size_t(1) << 50);
+        larger = Box(more, used);
+    } catch (const std::runtime_error&) {
+        cudaGetLastError();  // or the next launch would be said to have failed
+        std::size_t unused = 0, total = 0;
+        gpu::check(cudaMemGetInfo(&unused, &total), "memory");
+        throw std::runtime_error("gpu: the clay has spread; beside the " +
+                                 std::to_string(box.bytes() >> 20) +
+                                 " MiB of its nodes the device needs " +
+                                 std::to_string(Box::bytes_for(more, used) >> 20) +
+                                 " MiB for a moment, and has " + std::to_string(unused >> 20));
+    }
+    const std::vector<int> quiet = box.quiet.downloaded();
+    std::vector<int> same(larger.quiet.size());
+    for (std::size_t b = 0; b < quiet.size(); ++b)
+        same[std::size_t(more.block_of(block_edge * before.block_at(int(b))))] = quiet[b];
+    if (!same.empty())
+        gpu::check(
+            cudaMemcpy(larger.quiet.data(), same.data(), larger.quiet.bytes(), cudaMemcpyDefault),
+            "quiet blocks");
+    gpu::check(cudaDeviceSynchronize(), "more nodes");
+    box = std::move(larger), all.lattice = more;
+    point();
+}
+
+// The end of a frame that is under way.
+void GpuSolver::wait_for(int slot)
+{
+    wait(frames[slot].done, "substeps");
+    while (frames[slot].duration > 0 && frames[slot].status->mode == Mode::stopped) go_on(slot);
+}
+
+// A frame has stopped where a substep ends, and the one behind it, if there is one, has done
+// nothing. If there is no memory for more nodes, the frame ends here.
+void GpuSolver::go_on(int slot)
+{
+    wait(main, "substeps");
+    const bool behind = slot == collected % 2 && submitted - collected == 2;
+    Clock now = store.clock(main);
+    now.mode = Mode::running;
+    store.set_clock(now);
+    store.grow();
+    now.mode = Mode::going_on;
+    for (int& active : now.active) active = 0;
+    store.set_clock(now);
+    show();
+    if (!stepwise) capture();
+    launch(slot);
+    wait(frames[slot].done, "substeps");
+    if (behind) launch(slot ^ 1);
+}
+
+}  // namespace knead::gpu

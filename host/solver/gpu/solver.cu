@@ -1,0 +1,302 @@
+// The device behind Solver. A frame is one graph: orders in, sort, then substeps for as long as the
+// device finds time left in the frame; the host waits for nothing but the counters.
+#include <algorithm>
+#include <atomic>
+#include <bit>
+#include <cstdlib>
+#include <limits>
+
+#include "cuda/device/device.cuh"
+#include "host/solver/gpu/solver.cuh"
+#include "host/solver/pieces.h"
+
+namespace knead {
+namespace gpu {
+namespace {
+
+// How many substeps each turn of the graph's loop holds, for frames of so many or a twentieth more:
+// going round costs about 4 us, a substep that finds the frame over about 3.
+int substeps_a_turn(int substeps)
+{
+    if (substeps == 0) return 4;
+    int best = 0, least_cost = std::numeric_limits<int>::max();
+    for (int each = 2; each <= 32; ++each) {
+        int worst = 0;
+        for (int n = substeps; n <= substeps + substeps / 20; ++n) {
+            const int turns = (n + each - 1) / each;
+            worst = std::max(worst, turns + turns * each - n);
+        }
+        if (worst < least_cost) best = each, least_cost = worst;
+    }
+    return best;
+}
+
+std::atomic<int> solvers = 0;  // of the process so far
+
+}  // namespace
+
+GpuSolver::GpuSolver(const Setup& given, int wanted, Room room)
+    : rules(given), device(chosen(wanted)), processors(multiprocessors(device)), store(given, room)
+{
+    show();
+    rules.particles.clear();
+    rules.particles.shrink_to_fit();
+    cudaDeviceProp properties;
+    check(cudaGetDeviceProperties(&properties, device), "device");
+    title = std::string("cuda: ") + properties.name;
+    cutting = store.needs().blades;
+    const char* graph = std::getenv("KNEAD_GRAPH");
+    stepwise = graph && std::string(graph) == "0";
+    if (stepwise) return;
+    capture();
+}
+
+// What a surface goes by; by its number it is another clay's from now on.
+void GpuSolver::show()
+{
+    const Views views = store.views();
+    held = {{views.particles[0], views.particles[1]},
+            &views.clock->side,
+            main,
+            &views.clock->done,
+            views.rest.changed,
+            views.lattice,
+            ++solvers};
+}
+
+void GpuSolver::capture()
+{
+    capture(without_tools, false);
+    if (store.needs().tools) capture(with_tools, true);
+}
+
+Needs GpuSolver::needs_for(bool tools) const
+{
+    Needs needs = store.needs();
+    needs.tools = tools || needs.blades;  // a cut stays one when the hands have gone
+    return needs;
+}
+
+Views GpuSolver::views_for(const Needs& needs) const
+{
+    Views views = store.views();
+    if (!needs.tools) views.tools.primitives.count = views.tools.passes = 0;
+    return views;
+}
+
+// What comes before the first grid update. What tools may touch needs the orders alone, and the
+// first pose only what begin() chooses: they run beside what is done with the particles.
+void GpuSolver::start(const Views& views, const Needs& needs)
+{
+    const auto fork = [this](cudaStream_t to) {
+        check(cudaEventRecord(forked, main), "fork");
+        check(cudaStreamWaitEvent(to, forked, 0), "fork");
+    };
+    if (needs.tools) {
+        fork(beside);
+        masks(views, beside);
+        check(cudaEventRecord(masked, beside), "join");
+    }
+    begin(views, main);
+    if (needs.tools) {
+        fork(posing);
+        pose(views, posing);
+        check(cudaEventRecord(posed_first, posing), "join");
+    }
+    const auto join = [&](cudaEvent_t done) {
+        if (needs.tools) check(cudaStreamWaitEvent(main, done, 0), "join");
+    };
+    if (needs.rests) join(masked);  // what may be still depends on the tools
+    sort_if_due(views, needs);
+    if (!needs.rests) join(masked);
+    join(posed_first);  // here, so that what follows p2g waits for it alone
+    p2g(views, needs, processors, main);
+}
+
+void GpuSolver::sort(const Views& views, const Needs& needs, cudaStream_t stream, int side) const
+{
+    order(views, needs, store.sort_space(), side, stream);
+    if (needs.rests) settle(views, stream);
+    arrange(views, needs, stream);
+}
+
+// Particles that have hardly moved since the last sort are still in order; but where clay may be
+// still, each frame begins with asking which is. A frame that does nothing, because the one before
+// it has stopped, does not. A sort that must be told the side when it is launched is in the graph
+// twice.
+void GpuSolver::sort_if_due(const Views& views, const Needs& needs)
+{
+    for (int side = 0; views.captured && side < (told_side(needs) ? 2 : 1); ++side)
+        capture_body(add_conditional(main, cudaGraphCondTypeIf, views.unsorted[side]), body,
+                     [&](cudaStream_t stream) { sort(views, needs, stream, side); });
+    if (views.captured) return;
+    const Clock now = store.clock(main);
+    if (now.unsorted) sort(views, needs, main, now.side);
+}
+
+void GpuSolver::substep(const Views& views, const Needs& needs, cudaStream_t stream)
+{
+    grid(views, needs, processors, stream);
+    g2p(views, needs, processors, stream);
+}
+
+void GpuSolver::capture(Graph& to, bool tools)
+{
+    const Needs needs = needs_for(tools);
+    Views views = views_for(needs);
+    to.begin(main);
+    const auto handle = [this](cudaGraphConditionalHandle& h) {
+        check(cudaGraphConditionalHandleCreate(&h, under_capture(main), 1,
+                                               cudaGraphCondAssignDefault),
+              "conditional node");
+    };
+    handle(views.again);
+    handle(views.unsorted[0]);
+    if (told_side(needs))
+        handle(views.unsorted[1]);
+    else
+        views.unsorted[1] = views.unsorted[0];
+    views.captured = true;
+    start(views, needs);
+    const auto take_turn = [&](cudaStream_t stream) {
+        for (int k = 0; k < (turn ? turn : substeps_a_turn(0)); ++k) substep(views, needs, stream);
+    };
+    take_turn(main);  // of short frames all: the loop is not entered
+    capture_body(add_conditional(main, cudaGraphCondTypeWhile, views.again), body, take_turn);
+    to.end(main);
+    check(cudaGraphUpload(to.ready, main), "graph");
+    wait(main, "graph");
+}
+
+// The frame without its graph, the host asking after each substep whether there is another.
+void GpuSolver::step_through(bool tools)
+{
+    const Needs needs = needs_for(tools);
+    const Views views = views_for(needs);
+    start(views, needs);
+    const auto under_way = [this] {
+        Clock now = store.clock(main);
+        return now.step(now.done).dt > 0;
+    };
+    while (under_way()) substep(views, needs, main);
+}
+
+void GpuSolver::launch(int slot)
+{
+    Frame& f = frames[slot];
+    if (!(f.duration > 0)) return;
+    const ProfilerRange range{"substeps"};
+    store.send_orders(slot, main);
+    if (stepwise)
+        step_through(f.tools);
+    else
+        check(cudaGraphLaunch(f.tools ? with_tools.ready : without_tools.ready, main), "substeps");
+    check(cudaMemcpyAsync(f.status.data(), store.views().clock, sizeof(Clock),
+                          cudaMemcpyDeviceToHost, main),
+          "status");
+    check(cudaEventRecord(f.done, main), "status");
+}
+
+void GpuSolver::submit(const Motion& motion, double duration)
+{
+    if (submitted - collected == 2) throw std::logic_error("two frames are under way already");
+    check(cudaSetDevice(device), "device");
+    // What the first frames took is what later ones will take, more or less.
+    if (!stepwise && turn == 0 && last_substeps > 0 && submitted == collected)
+        turn = substeps_a_turn(last_substeps), capture();
+    const int slot = submitted % 2;
+    Frame& f = frames[slot];
+    f.motion = motion, f.duration = duration;
+    // Of two frames ago, which is over: nobody reads its orders any more.
+    f.tools = store.order(rules, motion, duration, slot);
+    launch(slot);
+    // What a cut leaves is settled by the host before the next frame.
+    if (cutting && duration > 0) wait_for(slot), settle_cuts(f);
+    ++submitted;  // only now: a frame that finds no memory has ended
+}
+
+Tally GpuSolver::collect()
+{
+    if (submitted == collected) throw std::logic_error("no frame is under way");
+    const int slot = collected % 2;
+    Frame& f = frames[slot];
+    Tally tally;
+    if (!(f.duration > 0)) return ++collected, tally;
+    check(cudaSetDevice(device), "device");
+    try {
+        wait_for(slot);
+    } catch (...) {
+        collected = submitted;  // the frame behind has ended, too
+        throw;
+    }
+    ++collected;
+    posed = f.tools;
+    const Counters& n = f.status->counters;
+    tally.substeps = last_substeps = n.substeps;
+    tally.dt_least = n.dt_least, tally.dt_most = n.dt_most;
+    for (int l = 0; l < int(Limit::count); ++l) tally.limits[l] = n.limits[l];
+    tally.yielded = long(n.yielded), tally.projected = long(n.projected);
+    tally.clipped = long(n.clipped), tally.confined = long(n.confined);
+    tally.repaired = long(n.repaired);
+    tally.found_depth = double(std::bit_cast<float>(n.deepest));
+    tally.active_blocks = n.active_blocks;
+    const long all = long(store.views().particles[0].count) * n.substeps;
+    tally.moved = store.needs().rests ? long(n.moved) : all;
+    tally.woken = long(n.woken);
+    times.clear();
+    return tally;
+}
+
+// Rare, and of the whole scene at once: done by the host.
+void GpuSolver::settle_cuts(const Frame& f)
+{
+    const bool covered = f.status->counters.covered > 0;
+    if (covered == was_covered) return;
+    PosedTools<double> tools(rules, rules.lattice);
+    tools.activate(f.motion);
+    tools.pose(f.motion, 0, 1, f.duration);
+    tools.mask_blocks(rules.lattice);
+    std::vector<Particle<double>> q = store.particles();
+    if (settle(q, rules.lattice, tools, covered, was_covered)) store.set_sides(q);
+    was_covered = covered;
+}
+
+std::vector<Particle<double>> GpuSolver::particles() const
+{
+    check(cudaSetDevice(device), "device");
+    wait(main, "particles");
+    return store.particles();
+}
+
+std::vector<double> GpuSolver::penetration() const
+{
+    std::vector<double> depths;
+    if (!posed) return depths;
+    check(cudaSetDevice(device), "device");
+    gpu::penetration(store.views(), main);
+    for (float d : store.depths(main))
+        if (d > 0) depths.push_back(double(d));
+    return depths;
+}
+
+}  // namespace gpu
+
+std::unique_ptr<Solver> gpu_solver(const Setup& setup, int device)
+{
+    return gpu_solver(setup, device, {});
+}
+
+std::unique_ptr<Solver> gpu_solver(const Setup& setup, int device, Room room)
+{
+    return std::make_unique<gpu::GpuSolver>(setup, device, room);
+}
+
+long gpu_waits() { return gpu::waits; }
+
+bool gpu_present()
+{
+    int count = 0;
+    return cudaGetDeviceCount(&count) == cudaSuccess && count > 0;
+}
+
+}  // namespace knead

@@ -1,0 +1,78 @@
+// The device behind Solver: declared here, its frames in solver.cu, how one goes on whose clay has
+// spread in host/solver/gpu/region.cu, how it times its stages in host/solver/gpu/measure.cu.
+#pragma once
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "cuda/device/graph.cuh"
+#include "cuda/mpm/particle.h"
+#include "cuda/surface/surface.cuh"
+#include "host/solver/gpu/store.cuh"
+#include "host/solver/solver.h"
+
+namespace knead::gpu {
+
+class GpuSolver : public Solver {
+  public:
+    GpuSolver(const Setup& given, int device, Room room);
+    Tally advance(const Motion& motion, double duration) override
+    {
+        submit(motion, duration);
+        return collect();
+    }
+    void submit(const Motion& motion, double duration) override;
+    Tally collect() override;
+    std::vector<Particle<double>> particles() const override;
+    std::vector<double> penetration() const override;
+    const std::vector<StageTime>& stage_times() const override;
+    std::vector<StageWork> stage_counts() const override;
+    const Clay* clay() const override { return &held; }
+    std::size_t memory() const override { return store.bytes(); }
+    std::string name() const override { return title; }
+
+  private:
+    struct Frame {
+        Motion motion;
+        double duration = 0;
+        bool tools = false;  // one is active
+        Pinned<Clock> status;
+        Event done{cudaEventDisableTiming};
+    };
+    void capture();
+    void capture(Graph& to, bool tools);
+    void start(const Views& views, const Needs& needs);
+    void substep(const Views& views, const Needs& needs, cudaStream_t stream);
+    Views views_for(const Needs& needs) const;
+    Needs needs_for(bool tools) const;
+    void show();
+    void sort(const Views& views, const Needs& needs, cudaStream_t stream, int side) const;
+    void sort_if_due(const Views& views, const Needs& needs);
+    void step_through(bool tools);
+    void launch(int slot);
+    void wait_for(int slot);
+    void go_on(int slot);
+    void walk(const Watch& watch) const;
+    void pose_end(const Views& views) const;
+    void settle_cuts(const Frame& frame);
+
+    Setup rules;  // without particles
+    int device, processors;
+    Store store;
+    Stream main, body, beside, posing;
+    Clay held{};
+    std::string title;
+    Event forked{cudaEventDisableTiming};
+    Event masked{cudaEventDisableTiming}, posed_first{cudaEventDisableTiming};
+    Graph with_tools, without_tools;
+    Frame frames[2];  // under way, or to be
+    int submitted = 0, collected = 0;
+    bool posed = false;        // masks are those of the last frame's end
+    bool stepwise = false;     // no graph: KNEAD_GRAPH=0, for profilers and memory checkers
+    bool cutting = false;      // a tool of the scene is a blade
+    bool was_covered = false;  // a blade was in the clay at the end of the last frame
+    int last_substeps = 0, turn = 0;
+    mutable std::vector<StageTime> times;
+};
+
+}  // namespace knead::gpu

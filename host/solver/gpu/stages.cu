@@ -1,0 +1,144 @@
+// The stages, launched one by one on a store of their own.
+#include <cstring>
+#include <numeric>
+
+#include "host/solver/gpu/stages.h"
+#include "host/solver/gpu/store.cuh"
+
+namespace knead {
+
+using namespace gpu;
+
+namespace {
+
+// The scene with its substep fixed to the whole frame.
+Setup stepped(Setup setup, double dt)
+{
+    setup.step.fixed = dt;
+    return setup;
+}
+
+}  // namespace
+
+struct GpuStages::Held {
+    Setup setup;
+    Store store;
+    Needs needs;
+    int processors = 0;
+
+    Held(const Setup& given, double dt)
+        : setup(stepped(given, dt)), store(setup, whole_lattice), needs(store.needs())
+    {
+    }
+    void done() const { wait(cudaStream_t(nullptr), "stage"); }
+    // Every block holds mass, so that whatever was uploaded is looked at.
+    void touch_all() const
+    {
+        Clock clock = store.clock();
+        std::vector<int> all(std::size_t(store.views().lattice.block_count()));
+        std::iota(all.begin(), all.end(), 0);
+        check(cudaMemcpy(store.box.list[0].data(), all.data(), store.box.list[0].bytes(),
+                         cudaMemcpyDefault),
+              "stage");
+        clock.begun = clock.done;  // even: the first grid is current
+        for (int k = 0; k < 2; ++k) clock.dt[k] = float(clock.step(clock.done + k).dt);
+        for (int k = 0; k < 3; ++k)
+            clock.active[(clock.done + k) % 3] = k == 0 ? int(all.size()) : 0;
+        store.set_clock(clock);
+    }
+    void send(const std::vector<Node<float>>& nodes) const
+    {
+        static_assert(sizeof(Node<float>) == sizeof(float4));
+        check(cudaMemcpy(store.box.nodes[0].data(), nodes.data(), store.box.nodes[0].bytes(),
+                         cudaMemcpyDefault),
+              "stage");
+    }
+    std::vector<Node<float>> nodes(int parity) const
+    {
+        const std::vector<float4> rows = store.box.nodes[parity].downloaded();
+        std::vector<Node<float>> out(rows.size());
+        for (std::size_t i = 0; i < rows.size(); ++i)
+            out[i] = {{rows[i].x, rows[i].y, rows[i].z}, rows[i].w};
+        return out;
+    }
+};
+
+GpuStages::GpuStages(const Setup& setup, const Motion& motion, double dt)
+{
+    if (!gpu_present()) throw std::runtime_error("no CUDA device");
+    held = std::make_unique<Held>(setup, dt);
+    int device = 0;
+    check(cudaGetDevice(&device), "device");
+    check(cudaDeviceGetAttribute(&held->processors, cudaDevAttrMultiProcessorCount, device),
+          "device");
+    held->store.order(held->setup, motion, dt, 0);
+    held->store.send_orders(0, nullptr);
+    begin(held->store.views(), nullptr);
+    if (held->needs.tools) {
+        gpu::masks(held->store.views(), nullptr);
+        pose(held->store.views(), nullptr);
+    }
+    held->done();
+}
+
+GpuStages::~GpuStages() = default;
+
+std::vector<int> GpuStages::sort()
+{
+    const int side = held->store.clock().side;
+    gpu::order(held->store.views(), held->needs, held->store.sort_space(), side, nullptr);
+    gpu::arrange(held->store.views(), held->needs, nullptr);
+    held->done();
+    return held->store.ids[held->store.clock().side].downloaded();
+}
+
+std::vector<Particle<double>> GpuStages::particles() { return held->store.particles(); }
+
+std::vector<Node<float>> GpuStages::p2g()
+{
+    gpu::p2g(held->store.views(), held->needs, held->processors, nullptr);
+    held->done();
+    if (!held->needs.fixed_point) return held->nodes(0);
+    const GridView& g = held->store.views().grid;
+    const std::vector<long long> sums = held->store.box.sums[0].downloaded();
+    std::vector<Node<float>> out(sums.size() / 4);
+    const double p = 1 / double(g.momentum_scale), m = 1 / double(g.mass_scale);
+    for (std::size_t i = 0; i < out.size(); ++i) {
+        const long long* s = &sums[4 * i];
+        out[i] = {{float(p * double(s[0])), float(p * double(s[1])), float(p * double(s[2]))},
+                  float(m * double(s[3]))};
+    }
+    return out;
+}
+
+std::vector<Node<float>> GpuStages::grid(const std::vector<Node<float>>& sums)
+{
+    held->send(sums);
+    held->touch_all();
+    Needs plain = held->needs;
+    plain.fixed_point = false;
+    gpu::grid(held->store.views(), plain, held->processors, nullptr);
+    held->done();
+    return held->nodes(0);
+}
+
+std::vector<Particle<double>> GpuStages::g2p(const std::vector<Node<float>>& velocities)
+{
+    held->send(velocities);
+    held->touch_all();
+    gpu::g2p(held->store.views(), held->needs, held->processors, nullptr);
+    held->done();
+    return held->store.particles();
+}
+
+std::vector<Mask> GpuStages::masks()
+{
+    std::vector<Mask> out(std::size_t(held->store.views().lattice.block_count()));
+    if (held->needs.tools)
+        check(cudaMemcpy(out.data(), held->store.views().tools.masks, out.size() * sizeof(Mask),
+                         cudaMemcpyDefault),
+              "masks");
+    return out;
+}
+
+}  // namespace knead

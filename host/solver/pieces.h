@@ -1,0 +1,48 @@
+// After a cut: which clay hangs together, and which labels it still needs.
+#pragma once
+#include <vector>
+
+#include "cuda/contact/cut.h"
+#include "cuda/mpm/lattice.h"
+#include "cuda/mpm/particle.h"
+#include "host/solver/cpu/tools.h"
+
+namespace knead {
+
+// Pieces of clay, by cells of the lattice: two cells hang together if they touch and do not carry
+// opposite labels. Fills piece[i] for every particle, the largest piece first; returns their
+// number.
+template <class R>
+int pieces(const std::vector<Particle<R>>& q, const Lattice<R>& lattice, std::vector<int>& piece);
+
+// Gives whole pieces the labels they need: none where no other piece is within reach, opposite ones
+// where two are; a piece that is cut but not through keeps its own.
+template <class R>
+void relabel(std::vector<Particle<R>>& q, const Lattice<R>& lattice);
+
+// Before a new stroke: pieces that it touches forget what an old one told them, except along the
+// faces with which they lie within reach of other pieces. height[i] is that of particle i over the
+// blade [m], 0 where none is near; any particle may change its label to the other, all together.
+template <class R>
+void forget(std::vector<Particle<R>>& q, const Lattice<R>& lattice, const std::vector<R>& height);
+
+// At the end of a frame, in which a blade covered clay or not: a stroke that begins forgets old
+// labels in its way, one that has ended leaves whole pieces. True if labels may have changed.
+template <class R>
+bool settle(std::vector<Particle<R>>& q, const Lattice<R>& lattice, const PosedTools<R>& posed,
+            bool covered, bool was_covered)
+{
+    if (covered == was_covered) return false;
+    if (!covered) {
+        relabel(q, lattice);
+        return true;
+    }
+    std::vector<R> height(q.size(), 0);
+    for (std::size_t i = 0; i < q.size(); ++i)
+        for_each_blade(posed.colliders(), posed.mask_at(lattice, q[i].x), q[i].x, lattice.dx,
+                       [&](const Seen<R>& b, const Tool<R>&) { height[i] = b.h; });
+    forget(q, lattice, height);
+    return true;
+}
+
+}  // namespace knead

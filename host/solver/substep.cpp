@@ -1,0 +1,35 @@
+#include "host/solver/substep.h"
+
+#include <algorithm>
+
+namespace knead {
+
+const char* const limit_names[int(Limit::count)] = {"sound",     "speed", "tool",
+                                                    "viscosity", "fixed", "frame end"};
+
+double tool_step(const Setup& setup, const Motion& motion, double duration)
+{
+    double dt = 1e30;
+    const double dx = setup.lattice.dx;
+    for (const Primitive& p : setup.rig.primitives) {
+        const auto tool = std::size_t(p.tool);
+        if (tool < motion.active.size() && !motion.active[tool]) continue;
+        for (int k = 0; k < p.count; ++k) {
+            const Binding<float>& f = setup.rig.spheres[std::size_t(p.sphere[k])];
+            const auto at = [&](const std::vector<Joint<double>>& joints) {
+                Vec3<double> c{};
+                for (int n = 0; n < 4; ++n) {
+                    const Joint<double>& j = joints[std::size_t(f.joint[n])];
+                    c = c + double(f.weight[n]) * (j.p + rotate(j.q, cast<double>(f.offset[n])));
+                }
+                return c;
+            };
+            const double way = length(at(motion.to) - at(motion.from));
+            const double room = setup.tools[tool].blade ? dx : std::min(double(f.radius), dx);
+            if (way > 0) dt = std::min(dt, setup.step.tool * room / way * duration);
+        }
+    }
+    return dt;
+}
+
+}  // namespace knead

@@ -1,0 +1,27 @@
+// What both backends agree on: how long a substep may be.  (22)
+#pragma once
+#include "cuda/mpm/material.h"
+#include "cuda/mpm/material_data.h"
+#include "host/solver/solver.h"
+
+namespace knead {
+
+// What of a scene limits its substeps. Of packed snow the sound speed is that at a tenth of its
+// volume lost.
+inline Pace pace_of(const Setup& s)
+{
+    Pace p{s.step.courant, s.lattice.dx, 0, 1e30, s.step.fixed, s.step.largest};
+    for (const Material<double>& m : s.materials) {
+        const double stiff = m.flow == Flow::clamp ? std::sqrt(packed(m, -0.1)) : 1.0;
+        p.sound = std::fmax(p.sound, stiff * sound_speed(m));
+        if (m.flow == Flow::fluid && m.viscosity > 0)
+            p.viscosity = std::fmin(p.viscosity, p.dx * p.dx * m.density / (6 * m.viscosity));
+    }
+    return p;
+}
+
+// The tools' limit on a substep over one frame [s]: none may cross more than `share` of its own
+// radius, or of a cell, at once. A blade's thickness does not count: its sides know the particles.
+double tool_step(const Setup& setup, const Motion& motion, double duration);
+
+}  // namespace knead

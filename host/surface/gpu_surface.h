@@ -1,0 +1,78 @@
+// The surface on the device: the same steps as in surface.h, from particles there to a mesh there.
+#pragma once
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "cuda/mpm/material_data.h"
+#include "cuda/mpm/particle.h"
+#include "host/solver/solver.h"
+#include "host/surface/surface.h"
+
+namespace knead {
+namespace gpu {
+struct Clay;         // cuda/surface/surface.cuh: where a solver keeps its particles
+struct SurfaceView;  // cuda/surface/surface.cuh: where the mesh is
+}  // namespace gpu
+
+// What fits into the device's buffers.
+struct SurfaceRoom {
+    std::size_t vertices = 0, triangles = 0;  // 0: as many as the clay should need
+};
+
+// What of the last surface was made anew, in blocks of 4^3 nodes of one category.
+struct SurfaceWork {
+    long blocks = 0;                  // that are not empty
+    long splatted = 0, softened = 0;  // of these: sums; densities and what follows from them
+};
+
+// Surfaces of one scene. What a solver knows not to have moved since the last one is kept of it;
+// the next is the same to the bit as one of a new GpuSurface. `particles` says which objects there
+// are and how much clay; later ones may be elsewhere. Without a number, on the calling thread's
+// device. Throws std::invalid_argument for a rule without meaning, std::runtime_error for a lattice
+// too large, or where there is no device.
+class GpuSurface {
+  public:
+    GpuSurface(const std::vector<Particle<double>>& particles,
+               const std::vector<Material<double>>& materials, const SurfaceRule& rule,
+               SurfaceRoom room = {}, int device = -1);
+    ~GpuSurface();
+
+    // Launches all stages behind what is queued to move the clay, and waits for nothing. A surface
+    // for which there is no room is empty, and settled() says so. The particles must be as many as
+    // at first.
+    void launch(const gpu::Clay& clay);
+    const gpu::SurfaceView& view() const;
+
+    // Of the last surface, once its stream is done: throws std::runtime_error where it did not fit.
+    SurfaceTally settled() const;
+    SurfaceWork work() const;
+    void forget();  // the next keeps nothing of the last
+    SurfaceRoom needed() const;
+    std::vector<Mesh> meshes() const;
+    // Densities of a category in the whole lattice, and the empty layer around it.
+    Field density(int category) const;
+
+    // Launches, waits, and takes more room where the constructor was left to choose it.
+    std::vector<Mesh> surface(const gpu::Clay& clay, SurfaceTally* tally = nullptr);
+    // The same from particles on the host, any number.
+    std::vector<Mesh> surface(const std::vector<Particle<double>>& particles,
+                              SurfaceTally* tally = nullptr);
+
+    // Seconds of each of `count` replays of a graph of the last surface, by now of clay that has
+    // not moved where its solver can tell, and what each stage takes of a surface that keeps
+    // nothing: by a graph of that stage alone, again and again.
+    std::vector<double> replays(int count);
+    std::vector<StageTime> stage_times();
+    // What a GPU's counters say of each stage of such a surface; see Solver::stage_counts().
+    std::vector<StageWork> stage_counts();
+
+    SurfaceRoom room() const;
+    std::size_t memory() const;  // bytes held on the device
+
+  private:
+    struct Held;
+    std::unique_ptr<Held> held;
+};
+
+}  // namespace knead

@@ -1,0 +1,165 @@
+// What the device holds of a surface: counted, allocated once, emptied.
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+
+#include "cuda/surface/density.h"
+#include "host/surface/gpu_surface_store.cuh"
+
+namespace knead::gpu {
+namespace {
+
+// A sum holds 2^32 units: 128 of the largest particles, and at least 32 times the rest density.
+float quantum_of(float share)
+{
+    return std::ldexp(1.0f, std::ilogb(most(128 * share, 32.0f)) - 31);
+}
+
+void require_memory(double bytes, const std::string& what)
+{
+    std::size_t free = 0, total = 0;
+    check(cudaMemGetInfo(&free, &total), "memory");
+    if (bytes > double(free))
+        throw std::runtime_error(
+            "gpu: " + what + " needs " + std::to_string(std::llround(bytes / 1048576)) +
+            " MiB, the device has " + std::to_string(free >> 20) + " MiB free");
+}
+
+}  // namespace
+
+SurfaceStore::SurfaceStore(const std::vector<Particle<double>>& particles,
+                           const std::vector<Material<double>>& materials, const SurfaceRule& given,
+                           SurfaceRoom room)
+    : rule(given)
+{
+    sort_out(particles, materials);
+    allocate();
+    reserve(room);
+}
+
+// Categories by rising number, and what each object adds to its own.
+void SurfaceStore::sort_out(const std::vector<Particle<double>>& particles,
+                            const std::vector<Material<double>>& materials)
+{
+    const float cell = rule.lattice.dx * rule.lattice.dx * rule.lattice.dx;
+    const auto volume = [&](const Material<double>& m) {
+        const float v = float(m.mass / m.density);
+        return v > 0 && std::isfinite(v / cell) ? v : 0.0f;
+    };
+    for (const Particle<double>& q : particles) {
+        if (q.object < 0 || std::size_t(q.object) >= materials.size()) continue;
+        const Material<double>& m = materials[std::size_t(q.object)];
+        const float v = volume(m);
+        if (!(v > 0)) continue;
+        Kind& kind = kinds[m.category];
+        kind.volume = std::max(kind.volume, v);
+        kind.amount += double(v / cell);
+    }
+    std::vector<Layer> rows_of_layers;
+    for (const auto& [category, kind] : kinds) {
+        rows_of_layers.push_back(
+            {quantum_of(kind.volume / cell), softenings(kind.volume, rule.lattice.dx)});
+        amount += kind.amount;
+    }
+    std::vector<Grain> rows_of_grains;
+    for (const Material<double>& m : materials) {
+        const auto found = kinds.find(m.category);
+        const int index = int(std::distance(kinds.begin(), found));
+        const float share = volume(m) / cell;
+        // An object that had no particles at first must not be larger than those that had.
+        const bool usable = found != kinds.end() && volume(m) <= found->second.volume;
+        rows_of_grains.push_back(usable ? Grain{share / rows_of_layers[index].quantum, index}
+                                        : Grain{0, 0});
+    }
+    if (kinds.empty()) rows_of_layers.push_back({1, 0});  // so that there is something to launch
+    int most_passes = 0;
+    for (const Layer& layer : rows_of_layers) most_passes = std::max(most_passes, layer.softenings);
+    rounds = std::max(1, (most_passes + passes_a_round - 1) / passes_a_round);
+    view.rounds = rounds;
+    view.reach = most_passes + 1;  // a cell has nodes one step away
+    if (!rows_of_grains.empty()) first = rows_of_grains[0];
+    grains = DeviceArray<Grain>(rows_of_grains);
+    layers = DeviceArray<Layer>(rows_of_layers);
+}
+
+// All that depends on the lattice.
+void SurfaceStore::allocate()
+{
+    const auto padded = [](int n) { return (n + 2 + block_edge - 1) / block_edge * block_edge; };
+    const Int3 n = rule.lattice.size;
+    const Int3 size{padded(n.x), padded(n.y), padded(n.z)};
+    const double all = double(layers.size()) * size.x * size.y * size.z;
+    const std::string named = std::to_string(std::llround(all)) + " nodes";
+    if (all > double(1 << 30))
+        throw std::runtime_error("the density needs " + named +
+                                 "; a surface is made from at most 2^30");
+    require_memory((9.0 + 4 * rounds) * all, "a density of " + named);
+    const auto nodes = std::size_t(all), places = nodes / block_nodes;
+    view.lattice = rule.lattice;
+    view.padded = {size, rule.lattice.dx};
+    view.categories = int(layers.size());
+    view.blocks = int(places);
+    view.iso = rule.iso;
+    sums = DeviceArray<unsigned>(nodes);
+    marks = DeviceArray<unsigned>(nodes);
+    densities = DeviceArray<float>(std::size_t(rounds) * nodes);
+    touched = DeviceArray<unsigned>(places);
+    blocks = DeviceArray<int>(places);
+    skin = DeviceArray<int>(places), work = DeviceArray<int>(places);
+    anew = DeviceArray<unsigned>(places / layers.size());
+    seen = DeviceArray<int>(1), progress = DeviceArray<Progress>(1);
+    active = DeviceArray<int>(3);
+    counts = DeviceArray<unsigned long long>(places + 1);
+    before = DeviceArray<unsigned long long>(places + 1);
+    draws = DeviceArray<DrawCommand>(layers.size());
+    faults = DeviceArray<Faults>(1);
+    scratch = DeviceArray<unsigned char>(scan_scratch_bytes(view.blocks));
+    space = {scratch.data(), scratch.size()};
+    view.first = first;
+    view.grains = {grains.data(), int(grains.size())};
+    view.layers = layers.data();
+    view.sums = sums.data(), view.marks = marks.data(), view.touched = touched.data();
+    view.list = blocks.data(), view.skin = skin.data(), view.active = active.data();
+    view.counts = counts.data(), view.before = before.data();
+    view.draws = draws.data(), view.faults = faults.data();
+    view.density = densities.data(), view.anew = anew.data(), view.work = work.data();
+    view.seen = seen.data(), view.progress = progress.data();
+}
+
+// All that depends on the mesh. A node inside has 1 / iso of clay at most, and six edges; a smooth
+// surface has far fewer vertices than that: the default is two for each node full of clay.
+void SurfaceStore::reserve(SurfaceRoom room)
+{
+    constexpr double least_room = 16384, most_room = 100e6;
+    if (room.vertices == 0) room.vertices = std::size_t(clamped(2 * amount, least_room, most_room));
+    if (room.triangles == 0) room.triangles = 2 * room.vertices;
+    if (room.vertices > std::size_t(INT32_MAX) || room.triangles > std::size_t(INT32_MAX / 3))
+        throw std::runtime_error("a surface of " + std::to_string(room.triangles) +
+                                 " triangles is too large");
+    const std::size_t n = room.vertices;
+    vertices[0] = {}, vertices[1] = {}, normals = {}, triangles = {};
+    ring = {}, next = {}, last = {};
+    require_memory((52.0 + 8 * most_ring) * double(n) + 12.0 * double(room.triangles),
+                   "a surface of " + std::to_string(n) + " vertices");
+    for (auto& places : vertices) places = DeviceArray<float4>(n);
+    normals = DeviceArray<float4>(n);
+    ring = DeviceArray<int>(n);
+    next = DeviceArray<int>(most_ring * n);
+    last = DeviceArray<int>(most_ring * n);
+    triangles = DeviceArray<Int3>(room.triangles);
+    view.vertex_room = int(n), view.triangle_room = int(room.triangles);
+    for (int k = 0; k < 2; ++k) view.vertices[k] = vertices[k].data();
+    view.normals = normals.data(), view.triangles = triangles.data();
+    view.ring = ring.data(), view.next = next.data(), view.last = last.data();
+    check(cudaDeviceSynchronize(), "surface");
+}
+
+std::size_t SurfaceStore::bytes() const
+{
+    const auto sum = [](const auto&... arrays) { return (std::size_t(0) + ... + arrays.bytes()); };
+    return sum(grains, layers, sums, marks, touched, anew, densities, blocks, skin, work, seen,
+               progress, active, ring, next, last, counts, before, vertices[0], vertices[1],
+               normals, triangles, draws, faults, scratch);
+}
+
+}  // namespace knead::gpu

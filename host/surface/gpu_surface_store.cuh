@@ -1,0 +1,59 @@
+// All device memory of one scene's surfaces, and the view of it that kernels take.
+#pragma once
+#include <map>
+
+#include "cuda/device/device_array.cuh"
+#include "cuda/mpm/material_data.h"
+#include "cuda/mpm/particle.h"
+#include "cuda/surface/surface.cuh"
+#include "host/surface/gpu_surface.h"
+
+namespace knead::gpu {
+
+// The particles of one category.
+struct Kind {
+    float volume = 0;   // of the largest at rest [m^3]
+    double amount = 0;  // of all [nodes full]
+};
+
+// Throws as GpuSurface does.
+class SurfaceStore {
+  public:
+    SurfaceStore(const std::vector<Particle<double>>& particles,
+                 const std::vector<Material<double>>& materials, const SurfaceRule& given,
+                 SurfaceRoom room);
+
+    // Other buffers for the mesh; where they are changes.
+    void reserve(SurfaceRoom room);
+    std::size_t bytes() const;
+
+    SurfaceRule rule;
+    std::map<int, Kind> kinds;  // by category
+    int rounds = 1;             // of softening
+    SurfaceView view{};
+    ScanSpace space{};
+    DeviceArray<float> densities;  // of all rounds
+    DeviceArray<unsigned long long> before;
+    DeviceArray<DrawCommand> draws;
+    DeviceArray<Faults> faults;
+    DeviceArray<Progress> progress;
+    DeviceArray<int> active;
+
+  private:
+    void sort_out(const std::vector<Particle<double>>& particles,
+                  const std::vector<Material<double>>& materials);
+    void allocate();
+
+    double amount = 0;  // of all clay [nodes full]
+    Grain first{};
+    DeviceArray<Grain> grains;
+    DeviceArray<Layer> layers;
+    DeviceArray<unsigned> sums, marks, touched, anew;
+    DeviceArray<int> blocks, skin, work, seen, ring, next, last;
+    DeviceArray<unsigned long long> counts;
+    DeviceArray<float4> vertices[2], normals;
+    DeviceArray<Int3> triangles;
+    DeviceArray<unsigned char> scratch;
+};
+
+}  // namespace knead::gpu

@@ -1,0 +1,44 @@
+// What stands for the device's surface where the build has none.
+#ifndef KNEAD_HAS_CUDA
+#include <stdexcept>
+
+#include "host/surface/gpu_surface.h"
+
+namespace knead {
+namespace {
+
+[[noreturn]] void refuse()
+{
+    throw std::runtime_error("no CUDA device: this build has no CUDA side");
+}
+
+}  // namespace
+
+struct GpuSurface::Held {};
+GpuSurface::GpuSurface(const std::vector<Particle<double>>&, const std::vector<Material<double>>&,
+                       const SurfaceRule&, SurfaceRoom, int)
+{
+    refuse();
+}
+GpuSurface::~GpuSurface() = default;
+void GpuSurface::launch(const gpu::Clay&) { refuse(); }
+const gpu::SurfaceView& GpuSurface::view() const { refuse(); }
+SurfaceTally GpuSurface::settled() const { refuse(); }
+SurfaceWork GpuSurface::work() const { refuse(); }
+void GpuSurface::forget() { refuse(); }
+SurfaceRoom GpuSurface::needed() const { refuse(); }
+std::vector<Mesh> GpuSurface::meshes() const { refuse(); }
+Field GpuSurface::density(int) const { refuse(); }
+std::vector<Mesh> GpuSurface::surface(const gpu::Clay&, SurfaceTally*) { refuse(); }
+std::vector<Mesh> GpuSurface::surface(const std::vector<Particle<double>>&, SurfaceTally*)
+{
+    refuse();
+}
+std::vector<double> GpuSurface::replays(int) { refuse(); }
+std::vector<StageTime> GpuSurface::stage_times() { refuse(); }
+std::vector<StageWork> GpuSurface::stage_counts() { refuse(); }
+SurfaceRoom GpuSurface::room() const { refuse(); }
+std::size_t GpuSurface::memory() const { refuse(); }
+
+}  // namespace knead
+#endif

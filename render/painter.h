@@ -1,0 +1,37 @@
+// Headless pictures: clay, hands and floor with light, shade, contact shadow and ambient occlusion.
+#pragma once
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "cuda/contact/medial.h"
+#include "host/files/image.h"
+#include "host/surface/mesh.h"
+
+namespace knead {
+
+struct Camera {
+    Vec3<float> eye, target;  // [m]
+    float field = 0.6f;       // vertical field of view [rad]
+    int width = 960, height = 720;
+    float hands = 1;          // opacity of the hands in [0, 1]; at 0 they cast no shadow either
+};
+
+// A medial primitive to be drawn as it is, e.g. a finger.
+struct Blob {
+    int count;             // 1 ball, 2 cone, 3 slab
+    Sphere<float> sphere[3];
+};
+
+class Painter {
+  public:
+    // Throws std::runtime_error, with the reason, where no GL context can be made.
+    static std::unique_ptr<Painter> open();
+    virtual ~Painter() = default;
+    // `floor` is the height of the ground plane [m].
+    virtual Image paint(const std::vector<Mesh>& meshes, const std::vector<Blob>& blobs,
+                        const Camera& camera, float floor) = 0;
+    virtual std::string name() const = 0;  // the GL renderer
+};
+
+}  // namespace knead

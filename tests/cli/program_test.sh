@@ -1,0 +1,108 @@
+#!/usr/bin/env bash
+# The program as its user meets it: a small scene from the command line to files, the same bits
+# twice, and what it answers to bad input and wrong usage.
+# usage: tests/cli/program_test.sh PROGRAM
+set -u
+program=$(realpath "${1:?usage: tests/cli/program_test.sh PROGRAM}")
+folder=$(mktemp -d)
+trap 'rm -rf "$folder"' EXIT
+cd "$folder" || exit 1
+failed=0
+
+wrong() {
+    echo "WRONG: $*"
+    sed 's/^/    | /' said complained 2>/dev/null | head -n 20
+    failed=$((failed + 1))
+}
+# answers CODE ARGUMENT...: the program ends with that exit code, and says why where it is not 0.
+answers() {
+    local expected=$1 code
+    shift
+    timeout 300 "$program" "$@" >said 2>complained </dev/null
+    code=$?
+    [ $code -eq "$expected" ] || wrong "exit $code instead of $expected: knead $*"
+    [ "$expected" -eq 0 ] || [ -s complained ] || wrong "no word of what is wrong: knead $*"
+}
+# The last answer's messages contain the text.
+complains() { grep -qF -- "$1" complained || wrong "the complaint lacks: $1"; }
+holds() { grep -qE -- "$2" "$1" || wrong "$1 lacks: $2"; }
+
+cat >ball.json <<'SCENE'
+{
+    "schema": "knead.scene/1",  // comments are allowed
+    "domain": {"edge": 0.32, "cells": 32},
+    "objects": [{"shape": "sphere", "centre": [0.16, 0.16, 0.16], "diameter": 0.1,
+                 "material": {"preset": "clay", "young": 1e5}, "category": 1}],
+    "hands": {"recording": "squeeze"},
+    "frame_rate": 90
+}
+SCENE
+
+answers 0 --version
+answers 0 --help
+answers 0 run ball.json --device cpu --frames 3 --out one --json
+holds said '"schema": "knead.report/1"'
+holds one/report.json '"end": "complete"'
+holds one/report.json '"exact": true'
+for guard in clipped confined repaired; do holds one/report.json "\"$guard\": 0,?$"; done
+[ "$(wc -l <one/frames.csv)" -eq 4 ] || wrong "frames.csv has not one line a frame and a heading"
+[ "$(head -c 4 one/mesh.glb)" = glTF ] || wrong "mesh.glb is no GLB"
+
+# The same bits, whatever the number of threads.
+answers 0 run ball.json --device cpu --frames 3 --threads 1 --mesh obj --out two
+state() { grep -o '"state_hash": "[0-9a-f]*"' "$1/report.json"; }
+[ -n "$(state one)" ] || wrong "no state_hash"
+[ "$(state one)" = "$(state two)" ] || wrong "another state with one thread"
+[ -s two/mesh.obj ] || wrong "no mesh.obj"
+
+# Nothing is replaced unasked.
+answers 5 run ball.json --device cpu --frames 1 --out one
+complains one
+answers 0 run ball.json --device cpu --frames 1 --out one --overwrite
+
+# Wrong usage.
+answers 2
+answers 2 frobnicate
+answers 2 run
+answers 2 run ball.json --frames several
+answers 2 run ball.json --mesh stl --out three
+
+# Bad input: the place, what was expected, what was found.
+answers 3 run ball.json --set objects.0.diametre=1
+complains diameter
+answers 3 run ball.json --set objects.0.diameter=-1
+complains /objects/0/diameter
+answers 3 run ball.json --set objects.0.material=marble
+answers 3 run ball.json --set hands.recording=../../secret.hands
+head -c 200 ball.json >half.json
+answers 3 run half.json
+complains half.json
+head -c 4096 "$program" >noise.json
+answers 3 run noise.json
+: >empty.json
+answers 3 run empty.json
+answers 3 run absent.json
+complains absent.json
+answers 4 run ball.json --set objects.0.per_cell=64 --set domain.cells=256 --most-memory 50
+
+# Files that cannot be written.
+: >file
+answers 5 run ball.json --device cpu --frames 1 --out file/below
+answers 4 run ball.json --device cuda:99
+
+# An interrupt keeps what there is.
+timeout --preserve-status --kill-after=30 --signal=INT 5 \
+    "$program" run ball.json --device cpu --frames 100000 --out stopped \
+    >said 2>complained </dev/null
+code=$?
+[ $code -eq 130 ] || wrong "exit $code instead of 130 after an interrupt"
+holds stopped/report.json '"end": "interrupted"'
+
+if nvidia-smi -L >/dev/null 2>&1; then
+    answers 0 run ball.json --device cuda --frames 3 --deterministic --out gpu-one
+    answers 0 run ball.json --device cuda --frames 3 --deterministic --out gpu-two
+    [ "$(state gpu-one)" = "$(state gpu-two)" ] || wrong "another state in a second run on the GPU"
+fi
+
+[ $failed -eq 0 ] && echo "the program answers as it should" || echo "$failed wrong"
+exit $((failed > 0))

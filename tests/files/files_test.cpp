@@ -1,0 +1,159 @@
+// Meshes and particles from files: what is written is read, and what is broken is told.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <filesystem>
+
+#include "host/base/errors.h"
+#include "host/base/json_reader.h"
+#include "host/base/outputs.h"
+#include "host/cli/verbs.h"
+#include "host/files/mesh_file.h"
+#include "host/files/mesh_reader.h"
+#include "host/files/particle_file.h"
+#include "tests/folder.h"
+
+namespace knead {
+namespace {
+namespace fs = std::filesystem;
+
+class Files : public InFolder {};
+
+Mesh tetrahedron()
+{
+    Mesh m;
+    m.vertices = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
+    m.triangles = {{0, 2, 1}, {0, 1, 3}, {0, 3, 2}, {1, 2, 3}};
+    finish_mesh(m, "tetrahedron");
+    return m;
+}
+
+TEST_F(Files, MeshesSurviveEveryFormat)
+{
+    for (const char* name : {"t.ply", "t.obj", "t.glb"}) {
+        write_mesh(path(name), {tetrahedron()});
+        const std::vector<Mesh> back = read_mesh(path(name));
+        ASSERT_EQ(back.size(), 1u) << name;
+        EXPECT_EQ(back[0].vertices.size(), 4u) << name;
+        EXPECT_NEAR(volume(back[0]), 1.0 / 6, 1e-6) << name;
+    }
+    ConvertOptions c{path("t.glb"), path("u.obj"), false, true};
+    EXPECT_EQ(convert_verb(c), exit_ok);
+}
+
+// Whatever is cut off or flipped, a reader answers with a mesh or an InputError.
+TEST_F(Files, TruncatedAndFlippedMeshesEndInAMessage)
+{
+    long refused = 0;
+    for (const char* name : {"t.ply", "t.obj", "t.glb"}) {
+        write_mesh(path(name), {tetrahedron()});
+        const std::string whole = read_text(path(name), 1 << 20);
+        const auto tried = [&](const std::string& bytes) {
+            try {
+                if (std::string(name) == "t.ply") to_mesh(parse_ply(bytes, name), name);
+                if (std::string(name) == "t.obj") parse_obj(bytes, name);
+                if (std::string(name) == "t.glb") parse_glb(bytes, name);
+            } catch (const InputError&) {
+                ++refused;
+            }
+        };
+        for (std::size_t cut = 0; cut < whole.size(); ++cut) tried(whole.substr(0, cut));
+        for (std::size_t at = 0; at < whole.size(); ++at)
+            for (int flip : {1, 0x80, 0xff}) {
+                std::string bytes = whole;
+                bytes[at] = char(bytes[at] ^ flip);
+                tried(bytes);
+            }
+    }
+    EXPECT_GT(refused, 1000);
+}
+
+TEST(Ply, AHeaderThatPromisesTooMuchIsRefusedAtOnce)
+{
+    const std::string head = "ply\nformat binary_little_endian 1.0\nelement vertex ";
+    const std::string tail = "\nproperty float x\nproperty float y\nproperty float z\nend_header\n";
+    EXPECT_THROW(parse_ply(head + "4000000000" + tail, "big.ply"), InputError);
+    EXPECT_THROW(parse_ply(head + "99999999999999999999" + tail, "big.ply"), InputError);
+    EXPECT_THROW(parse_ply(head + "-1" + tail, "big.ply"), InputError);
+}
+
+TEST_F(Files, ParticlesKeepEveryBit)
+{
+    std::vector<Particle<double>> particles(100);
+    for (std::size_t i = 0; i < particles.size(); ++i) {
+        Particle<double>& q = particles[i];
+        const double a = 0.1 * double(i + 1);
+        q = {{a, 1 / a, -a},
+             {a / 3, 0, 1e-300},
+             {{a, 0, 1}, {2, a, 3}, {4, 5, a}},
+             {a, 0, 0, 1e-9, 0, -a},
+             a,
+             int(i % 3),
+             std::uint32_t(i)};
+    }
+    write_particles(path("p.ply"), particles);
+    const auto back = read_particles(path("p.ply"));
+    ASSERT_EQ(back.size(), particles.size());
+    EXPECT_EQ(std::memcmp(back.data(), particles.data(), 100 * sizeof(Particle<double>)), 0);
+    particles[7].x.y = std::nan("");
+    write_particles(path("q.ply"), particles);
+    EXPECT_THROW(read_particles(path("q.ply")), InputError);
+}
+
+TEST_F(Files, AnOldFileSurvivesAWriteThatFails)
+{
+    write_whole(path("kept"), "old");
+    EXPECT_THROW(write_whole(path("kept/below"), "new"), OutputError);
+    EXPECT_EQ(read_text(path("kept"), 100), "old");
+    write_whole(path("kept"), "new");
+    EXPECT_EQ(read_text(path("kept"), 100), "new");
+    EXPECT_EQ(files(), 1);
+}
+
+TEST_F(Files, AnEarlierRunsPicturesGoOnceANewOneCanReplaceThem)
+{
+    const std::vector<std::string> pictures{"frame_00010.png", "frame_123456.png"};
+    const std::vector<std::string> others{"frame_0010.png",   "frame_000010.png",
+                                          "frame_00010.png2", "frame_-0010.png",
+                                          "frame_.png",       "my.png",
+                                          "frame_0001a.png",  "frame_00010.PNG",
+                                          "frame_ 0010.png",  "frame_99999999999.png"};
+    fs::create_directories(folder / "out/pictures/frame_00020.png");  // a folder, whatever its name
+    for (const auto* names : {&pictures, &others})
+        for (const std::string& name : *names) write_whole(path("out/pictures/" + name), "old");
+    fs::create_symlink(path("scene.json"), folder / "out/pictures/frame_00030.png");
+    write_whole(path("out/frame_00010.png"), "not among the pictures");
+    const auto there = [&](const std::vector<std::string>& names) {
+        return std::count_if(names.begin(), names.end(), [&](const std::string& name) {
+            return fs::exists(folder / "out/pictures" / name);
+        });
+    };
+    write_whole(path("scene.json"), R"({
+        "schema": "knead.scene/1", "name": "small", "domain": {"edge": 0.32, "cells": 32},
+        "objects": [{"centre": [0.16, 0.16, 0.16], "diameter": 0.05, "material": "clay"}]})");
+    const auto code = [](const RunOptions& o) { return ended([&] { return run_verb(o); }); };
+    RunOptions o;
+    o.scene = path("scene.json"), o.out = path("out"), o.device = "cpu", o.frames = 1;
+    o.quiet = o.overwrite = true, o.settings = {"objects.0.diameter=-1"};
+    EXPECT_EQ(code(o), exit_input);
+    EXPECT_EQ(there(pictures), 2);
+    o.settings.clear(), o.hands = path("absent.hands");
+    EXPECT_NE(code(o), exit_ok);
+    EXPECT_EQ(there(pictures), 2);
+    o.hands.clear(), o.overwrite = false;
+    ASSERT_EQ(code(o), exit_ok);
+    EXPECT_EQ(there(pictures), 2);
+    o.overwrite = true;
+    ASSERT_EQ(code(o), exit_ok);
+    EXPECT_EQ(there(pictures), 0);
+    EXPECT_EQ(there(others), long(others.size()));
+    EXPECT_TRUE(fs::is_directory(folder / "out/pictures/frame_00020.png"));
+    EXPECT_TRUE(fs::is_symlink(folder / "out/pictures/frame_00030.png"));
+    EXPECT_TRUE(fs::exists(folder / "scene.json"));
+    EXPECT_TRUE(fs::exists(folder / "out/frame_00010.png"));
+}
+
+}  // namespace
+}  // namespace knead

@@ -1,0 +1,203 @@
+// PNG files and videos: what is read back is what was written, and what fails is named.
+#include <gtest/gtest.h>
+#include <png.h>
+#include <unistd.h>
+
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+
+#include "host/files/image.h"
+#include "host/files/video.h"
+#include "render/painter.h"
+#include "tests/folder.h"
+
+namespace knead {
+namespace {
+
+namespace fs = std::filesystem;
+
+class PictureFile : public InFolder {};
+
+Image gradient(int width, int height, int shift = 0)
+{
+    Image image{width, height, {}};
+    for (int y = 0; y < height; ++y) {
+        for (int x = 0; x < width; ++x) {
+            for (const int c : {x * 7 + shift, y * 5, x ^ y}) image.rgb.push_back(std::uint8_t(c));
+        }
+    }
+    return image;
+}
+
+Image plain(int width, int height, std::uint8_t grey)
+{
+    return {
+        width, height,
+        std::vector<std::uint8_t>(std::size_t(3) * std::size_t(width) * std::size_t(height), grey)};
+}
+
+template <class Error, class Action>
+std::string reason(Action&& action)
+{
+    try {
+        action();
+    } catch (const Error& error) {
+        return error.what();
+    }
+    return "no error";
+}
+
+bool says(const std::string& text, const std::string& part)
+{
+    return text.find(part) != std::string::npos;
+}
+
+TEST_F(PictureFile, APngReadsBackAsTheSamePixels)
+{
+    const Image image = gradient(61, 37);
+    write_png(path("a.png"), plain(3, 3, 9));
+    write_png(path("a.png"), image);  // replaces
+    png_image head{};
+    head.version = PNG_IMAGE_VERSION;
+    ASSERT_TRUE(png_image_begin_read_from_file(&head, path("a.png").c_str())) << head.message;
+    EXPECT_EQ(head.width, 61u);
+    EXPECT_EQ(head.height, 37u);
+    head.format = PNG_FORMAT_RGB;
+    std::vector<std::uint8_t> back(image.rgb.size());
+    ASSERT_TRUE(png_image_finish_read(&head, nullptr, back.data(), 0, nullptr)) << head.message;
+    EXPECT_EQ(back, image.rgb);
+    EXPECT_EQ(files(), 1);
+}
+
+TEST_F(PictureFile, APngThatCannotBeWrittenNamesPathAndReasonAndLeavesNothing)
+{
+    const Image image = gradient(4, 4);
+    const auto error = [&](const std::string& path) {
+        return reason<std::runtime_error>([&] { write_png(path, image); });
+    };
+    EXPECT_PRED2(says, error(path("no/a.png")), path("no/a.png"));
+    EXPECT_PRED2(says, error(path("no/a.png")), "No such file or directory");
+    EXPECT_PRED2(says, error("/proc/a.png"), "/proc/a.png");
+    EXPECT_PRED2(says, error(""), "empty");
+    fs::create_directory(path("folder.png"));
+    EXPECT_PRED2(says, error(path("folder.png")), "directory");
+    EXPECT_EQ(files(), 1);
+    fs::create_directory(path("locked"));
+    fs::permissions(path("locked"), fs::perms::owner_read | fs::perms::owner_exec);
+    if (std::ofstream(path("locked/probe")).good()) {
+        fs::remove(path("locked/probe"));  // this user may write anywhere
+    } else {
+        EXPECT_PRED2(says, error(path("locked/a.png")), "Permission denied");
+    }
+    fs::permissions(path("locked"), fs::perms::owner_all);
+}
+
+TEST_F(PictureFile, AFullDiskIsNamed)
+{
+    if (!fs::exists("/dev/full")) GTEST_SKIP() << "no /dev/full here";
+    // The half file is the link's target, so the error comes while writing, not while opening.
+    const std::string half = path("a.png") + ".partial-" + std::to_string(::getpid());
+    fs::create_symlink("/dev/full", half);
+    const std::string error =
+        reason<std::runtime_error>([&] { write_png(path("a.png"), gradient(200, 200)); });
+    EXPECT_PRED2(says, error, "No space left on device");
+    EXPECT_EQ(files(), 0);
+}
+
+TEST_F(PictureFile, AnImageThatContradictsItsSizeIsRefused)
+{
+    Image image = gradient(4, 4);
+    image.rgb.pop_back();
+    const auto error = [&] {
+        return reason<std::runtime_error>([&] { write_png(path("a.png"), image); });
+    };
+    EXPECT_PRED2(says, error(), "4 x 4 pixels need 48 bytes, but there are 47");
+    image.width = -4;
+    EXPECT_PRED2(says, error(), "-4 x 4");
+    EXPECT_EQ(files(), 0);
+}
+
+class VideoFile : public PictureFile {
+  protected:
+    void SetUp() override
+    {
+        if (!Video::available()) GTEST_SKIP() << "ffmpeg is not on the PATH";
+        PictureFile::SetUp();
+    }
+};
+
+TEST_F(VideoFile, HoldsEveryFrameUnderAnyName)
+{
+    // Odd sides, and a name that a shell or an option parser would misread.
+    const std::string strange = path("-it's $(a) \"clip\": 1.mp4");
+    const auto video = Video::open(strange, 61, 37, 30);
+    for (int i = 0; i < 12; ++i) video->add(plain(61, 37, std::uint8_t(20 * i)));
+    video->close();
+    video->close();  // once more is no harm
+    ASSERT_TRUE(fs::exists(strange));
+    EXPECT_EQ(files(), 1);
+    fs::rename(strange, path("clip.mp4"));
+    const std::string command =
+        "ffmpeg -loglevel error -i '" + path("clip.mp4") + "' -f rawvideo -pix_fmt gray pipe:1";
+    std::FILE* pipe = ::popen(command.c_str(), "r");
+    ASSERT_NE(pipe, nullptr);
+    std::vector<std::uint8_t> grey(20 * 62 * 38);
+    grey.resize(std::fread(grey.data(), 1, grey.size(), pipe));
+    EXPECT_EQ(::pclose(pipe), 0);
+    ASSERT_EQ(grey.size(), 12u * 62 * 38);
+    for (int i = 0; i < 12; ++i)
+        EXPECT_NEAR(grey[std::size_t(i) * 62 * 38 + 62 * 10 + 20], 20 * i, 12);
+}
+
+TEST_F(VideoFile, KeepsItsFramesWhenItIsNotClosed)
+{
+    {
+        const auto video = Video::open(path("clip.mp4"), 32, 32, 30);
+        for (int i = 0; i < 5; ++i) video->add(gradient(32, 32, i));
+    }
+    EXPECT_TRUE(fs::exists(path("clip.mp4")));
+    EXPECT_EQ(files(), 1);
+}
+
+TEST_F(VideoFile, WhatFfmpegRefusesIsNamedAndEndsNobody)
+{
+    // ffmpeg gives up on the ending; frames sent after it has gone must not raise SIGPIPE.
+    const std::string error = reason<std::runtime_error>([&] {
+        const auto video = Video::open(path("clip.no-such-kind"), 320, 240, 30);
+        for (int i = 0; i < 200; ++i) video->add(gradient(320, 240, i));
+        video->close();
+    });
+    EXPECT_PRED2(says, error, "clip.no-such-kind");
+    EXPECT_PRED2(says, error, "ffmpeg says");
+    EXPECT_EQ(files(), 0);
+}
+
+TEST_F(VideoFile, ABadPathSizeOrRateIsNamedBeforeFfmpegStarts)
+{
+    const auto error = [&](const std::string& path, int width, double rate) {
+        return reason<std::exception>([&] { Video::open(path, width, 32, rate); });
+    };
+    EXPECT_PRED2(says, error(path("no/clip.mp4"), 32, 30), "No such file or directory");
+    EXPECT_PRED2(says, error("/proc/clip.mp4", 32, 30), "/proc/clip.mp4");
+    EXPECT_PRED2(says, error("", 32, 30), "empty");
+    EXPECT_PRED2(says, error(path("clip.mp4"), 0, 30), "0 x 32");
+    EXPECT_PRED2(says, error(path("clip.mp4"), 32, 0), "frames per second");
+    EXPECT_PRED2(says, error(path("clip.mp4"), 32, std::nan("")), "frames per second");
+    EXPECT_EQ(files(), 0);
+}
+
+TEST_F(VideoFile, AFrameOfAnotherSizeIsRefused)
+{
+    const auto video = Video::open(path("clip.mp4"), 32, 32, 30);
+    video->add(gradient(32, 32));
+    const std::string error = reason<std::invalid_argument>([&] { video->add(gradient(16, 32)); });
+    EXPECT_PRED2(says, error, "16 x 32");
+    video->close();
+    EXPECT_THROW(video->add(gradient(32, 32)), std::runtime_error);
+}
+
+}  // namespace
+}  // namespace knead

@@ -1,0 +1,63 @@
+#!/usr/bin/env bash
+# Includes only go downwards from room to room, in one spelling: from the top of the tree. Names
+# every line that breaks this. docs/rooms.md draws the rooms.
+# usage: tests/includes_test.sh
+set -u
+cd "$(dirname "$0")/.."
+shopt -s globstar nullglob
+
+# Every room, and the rooms it may include besides itself.
+declare -A may=(
+    [cuda/math]=""
+    [cuda/device]="cuda/math"
+    [cuda/contact]="cuda/math"
+    [cuda/mpm]="cuda/contact cuda/math cuda/device"
+    [cuda/surface]="cuda/mpm cuda/contact cuda/math cuda/device"
+)
+stages="cuda/math cuda/device cuda/contact cuda/mpm cuda/surface"
+may[host/base]="cuda/math"
+may[host/solver]="host/base $stages"
+may[host/surface]="host/solver ${may[host/solver]}"
+may[host/hands]="host/solver ${may[host/solver]}"
+may[host/scene]="host/surface host/hands ${may[host/surface]}"
+may[host/files]="host/scene ${may[host/scene]}"
+may[host/assets]="host/files ${may[host/files]}"
+may[render]="host/surface host/hands host/files/image.h ${may[host/surface]}"
+may[host/session]="host/assets ${may[host/assets]} render"
+may[host/bench]="host/session ${may[host/session]}"
+may[host/cli]="host/bench ${may[host/bench]}"
+
+# The room of a path: cuda and host have rooms of their own, the others are one each.
+room() {
+    case $1 in
+        cuda/*/* | host/*/*) local below=${1#*/}; echo "${1%%/*}/${below%%/*}" ;;
+        *) echo "${1%%/*}" ;;
+    esac
+}
+
+wrong=0
+count=0
+while IFS=: read -r file line text; do
+    count=$((count + 1))
+    target=${text#*\"}
+    target=${target%%\"*}
+    from=$(room "$file")
+    to=$(room "$target")
+    if [ "$target" = knead_commit.h ]; then continue; fi  # made by the build
+    if [ ! -e "$target" ]; then
+        why="is not a path from the top of the tree"
+    elif [ -z "${may[$from]+known}" ]; then
+        why="is in $from, which is not among the rooms of tests/includes_test.sh"
+    elif [[ $from = "$to" || " ${may[$from]} " = *" $to "* || " ${may[$from]} " = *" $target "* ]]
+    then
+        continue
+    else
+        why="includes upwards: $from may include ${may[$from]:-nothing}"
+    fi
+    echo "$file:$line: \"$target\" $why"
+    wrong=$((wrong + 1))
+done < <(grep -nE '^ *# *include +"' cuda/**/*.{h,cuh,cu} host/**/*.{h,cuh,cpp,cu} \
+    render/*.{h,cpp} xr/*.{h,cpp})
+
+echo "$count includes, $wrong wrong"
+[ $count -gt 0 ] && [ $wrong -eq 0 ]

@@ -1,0 +1,235 @@
+// The return maps that have more to them than a yield stress: paste that flows at a rate, sand that
+// bears no tension, snow that packs, fluid that forgets.
+#include <algorithm>
+#include <cmath>
+
+#include "tests/solver/clay.h"
+
+namespace knead {
+namespace {
+
+template <class R>
+class FlowTest : public ::testing::Test {
+};
+TYPED_TEST_SUITE(FlowTest, Scalars);
+
+TYPED_TEST(FlowTest, HerschelBulkleySolvesItsEquation)
+{
+    using R = TypeParam;
+    Draw draw(11);
+    double worst = 0;
+    for (int round = 0; round < 20000; ++round) {
+        Material<R> m = clay<R>(Elasticity::hencky, Flow::herschel_bulkley);
+        m.yield = R(draw.power(0, 6)), m.viscosity = R(draw.power(-3, 7)),
+        m.exponent = R(draw.in(0.1, 2));
+        const R trial = R(draw.power(0, 7)), stiffness = R(draw.power(3, 7)),
+                dt = R(draw.power(-6, -1));
+        const Return<R> found = flowed(m, trial, stiffness, R(0), dt);
+        const double bound = root * double(m.yield);
+        if (double(trial) < bound * (1 - 1e-6)) {
+            EXPECT_EQ(found.stress, trial);
+            EXPECT_EQ(found.slip, 0);
+            continue;
+        }
+        ASSERT_GE(double(found.stress), bound * (1 - 1e-6));
+        ASSERT_LE(double(found.stress), double(trial) * (1 + 1e-6));
+        EXPECT_NEAR(double(found.stress) + 2 * double(stiffness) * double(found.slip),
+                    double(trial), either<R>(3e-7, 1e-15) * double(trial));
+        // Where the root lies: f rises, so it must change sign within the tolerance around it.
+        const auto f = [&](double s) {
+            const double rate =
+                std::pow(std::max(0.0, s - bound) / double(m.viscosity), 1 / double(m.exponent));
+            return s + 2 * double(stiffness) * double(dt) * rate - double(trial);
+        };
+        double low = bound, high = double(trial);
+        for (int i = 0; i < 100; ++i) (f((low + high) / 2) > 0 ? high : low) = (low + high) / 2;
+        worst = std::max(worst, std::abs(double(found.stress) - low) / double(trial));
+    }
+    EXPECT_LT(worst, either<R>(2e-6, 1e-12));
+}
+
+TYPED_TEST(FlowTest, HerschelBulkleyIsElasticWhenFastAndPerfectlyPlasticWhenThin)
+{
+    using R = TypeParam;
+    Draw draw(12);
+    for (const Elasticity elasticity : elasticities)
+        for (const double exponent : {0.3, 0.5, 1.0, 1.5})
+            for (int round = 0; round < 100; ++round) {
+                Material<R> paste = clay<R>(elasticity, Flow::herschel_bulkley);
+                paste.exponent = R(exponent), paste.viscosity = 1000;
+                const Sym3<double> e = draw.strain(0.2);
+                Particle<R> q = strained_by<R>(e);
+                if (shear(q, paste) < 1.1 * root * 5e4) continue;
+                const Sym3<double> trial = cast<double>(q.e);
+                yield(q, paste, R(exponent < 1 ? 1e-20 : 1e-12));
+                EXPECT_LT(size(cast<double>(q.e) - trial), either<R>(1e-5, 1e-5));
+
+                Particle<R> thin = strained_by<R>(e), plastic = thin;
+                paste.viscosity = R(1e-9);
+                yield(thin, paste, R(1e-3));
+                yield(plastic, clay<R>(elasticity, Flow::von_mises), R(1e-3));
+                EXPECT_LT(size(cast<double>(thin.e) - cast<double>(plastic.e)),
+                          either<R>(1e-5, 1e-9));
+                EXPECT_NEAR(double(thin.k), double(plastic.k), either<R>(1e-5, 1e-9));
+
+                Particle<R> none = strained_by<R>(e);
+                paste.viscosity = 0;
+                yield(none, paste, R(1e-3));
+                EXPECT_LT(size(cast<double>(none.e) - cast<double>(plastic.e)),
+                          either<R>(1e-5, 1e-9));
+            }
+}
+
+TYPED_TEST(FlowTest, HerschelBulkleyStressDecaysToTheYieldStress)
+{
+    using R = TypeParam;
+    Draw draw(13);
+    for (const Elasticity elasticity : elasticities)
+        for (const double exponent : {0.5, 1.0, 1.5}) {
+            Material<R> m = clay<R>(elasticity, Flow::herschel_bulkley);
+            m.exponent = R(exponent), m.viscosity = 3000;
+            Particle<R> q = strained_by<R>(from_stretch(draw.rotation(), {0.2, -0.15, -0.05}));
+            const double volume = ln_J(q), start = shear(q, m);
+            double before = start;
+            for (int step = 0; step < 3000; ++step) {
+                yield(q, m, R(1e-3));
+                const double now = shear(q, m);
+                EXPECT_LE(now, before + 1);
+                EXPECT_GE(now, root * 5e4 - 1);
+                before = now;
+            }
+            EXPECT_LT(before - root * 5e4, 0.02 * (start - root * 5e4));
+            EXPECT_NEAR(ln_J(q), volume, either<R>(1e-4, 1e-11));  // 3000 roundings
+        }
+}
+
+TYPED_TEST(FlowTest, SandStaysWithinItsConeAndFlowsAtConstantVolume)
+{
+    using R = TypeParam;
+    Draw draw(14);
+    for (const Elasticity elasticity : elasticities)
+        for (const double cohesion : {0.0, 0.01}) {
+            int flowed = 0;
+            for (int round = 0; round < 2000; ++round) {
+                Material<R> m = clay<R>(elasticity, Flow::drucker_prager);
+                m.cohesion = R(cohesion);
+                const double tip = (double(m.lambda) + 2.0 / 3 * double(m.mu)) * cohesion;
+                Particle<R> q =
+                    strained_by<R>(symmetric(full(draw.strain(0.15)) + diagonal(draw.in(-0.3, 0))));
+                const auto over = [&] {
+                    return shear(q, m) - 0.6 * std::max(0.0, pressure(q, m) + tip);
+                };
+                const double trial = over(), volume = ln_J(q);
+                if (volume > cohesion - 1e-4) continue;
+                const bool yielded = yield(q, m, R(1e-4));
+                EXPECT_LT(over(), either<R>(2, 1e-4));
+                EXPECT_NEAR(ln_J(q), volume, either<R>(2e-6, 1e-13));
+                EXPECT_EQ(q.k, 0);
+                if (std::abs(trial) > 10) {
+                    EXPECT_EQ(yielded, trial > 0);
+                }
+                if (yielded && pressure(q, m) + tip > 100) {
+                    EXPECT_NEAR(over(), 0, either<R>(3, 1e-4));
+                    ++flowed;
+                }
+            }
+            EXPECT_GT(flowed, 300);
+        }
+}
+
+TYPED_TEST(FlowTest, SandInTensionGoesToTheTipAndRemembersItsVolume)
+{
+    using R = TypeParam;
+    Draw draw(15);
+    for (const Elasticity elasticity : elasticities)
+        for (const double cohesion : {0.0, 0.01})
+            for (int round = 0; round < 500; ++round) {
+                Material<R> m = clay<R>(elasticity, Flow::drucker_prager);
+                m.cohesion = R(cohesion);
+                const Vec3<double> eps = draw.vector(0.1) + Vec3<double>{0.05, 0.05, 0.05};
+                Particle<R> q = strained_by<R>(from_stretch(draw.rotation(), eps));
+                q.k = R(draw.in(0, 0.02));
+                const double sum = eps.x + eps.y + eps.z + double(q.k);
+                if (std::abs(sum - cohesion) < 1e-3) continue;
+                yield(q, m, R(1e-4));
+                EXPECT_NEAR(ln_J(q) + double(q.k), sum, either<R>(2e-6, 1e-13));
+                if (sum < cohesion) {
+                    EXPECT_EQ(q.k, 0);
+                    continue;
+                }
+                EXPECT_NEAR(double(q.k), sum - cohesion, either<R>(1e-6, 1e-13));
+                EXPECT_LT(shear(q, m), either<R>(1, 1e-6));
+                EXPECT_NEAR(ln_J(q), cohesion, either<R>(1e-6, 1e-13));
+            }
+}
+
+TYPED_TEST(FlowTest, TensionAndCompressionInTurnDoNotPumpSandUp)
+{
+    using R = TypeParam;
+    for (const Elasticity elasticity : elasticities) {
+        const Material<R> m = clay<R>(elasticity, Flow::drucker_prager);
+        Particle<R> q{};
+        const auto stretch = [&](double ln) {
+            const double s = std::exp(2 * ln / 3);
+            const Sym3<double> e = cast<double>(q.e);
+            q.e = cast<R>(s * e + isotropic(s - 1));
+            yield(q, m, R(1e-4));
+        };
+        stretch(-0.01);
+        const double compressed = pressure(q, m);
+        for (int cycle = 0; cycle < 100; ++cycle) {
+            stretch(0.05);
+            EXPECT_NEAR(pressure(q, m), 0, 1);
+            EXPECT_NEAR(double(q.k), 0.04, 1e-4);
+            stretch(-0.05);
+            EXPECT_NEAR(pressure(q, m), compressed, either<R>(0.02, 1e-8) * compressed);
+            EXPECT_EQ(q.k, 0);
+        }
+    }
+}
+
+TYPED_TEST(FlowTest, SnowIsClampedAndItsPackingIsTheVolumeItLost)
+{
+    using R = TypeParam;
+    Draw draw(16);
+    for (const Elasticity elasticity : elasticities)
+        for (int round = 0; round < 2000; ++round) {
+            const Material<R> m = clay<R>(elasticity, Flow::clamp);
+            Particle<R> q = strained_by<R>(draw.strain(0.1));
+            const double volume = ln_J(q);
+            if (!yield(q, m, R(1e-4))) continue;
+            const Vec3<double> b = eigen(cast<double>(q.e)).value;
+            for (const double value : {b.x, b.y, b.z}) {
+                EXPECT_GE(std::sqrt(1 + value), 1 - 0.025 - either<R>(1e-6, 1e-14));
+                EXPECT_LE(std::sqrt(1 + value), 1 + 0.0075 + either<R>(1e-6, 1e-14));
+            }
+            EXPECT_NEAR(ln_J(q) + double(q.k), volume, either<R>(2e-6, 1e-13));
+        }
+    // Packed hard, it stays within the bounds of what the exponential is meant for.
+    const Material<R> m = clay<R>(Elasticity::fixed_corotated, Flow::clamp);
+    Particle<R> q{};
+    for (int step = 0; step < 100; ++step) {
+        q.e = isotropic(R(-0.5));
+        yield(q, m, R(1e-4));
+    }
+    EXPECT_EQ(q.k, -1);
+    EXPECT_TRUE(finite(kirchhoff_stress(q, m)));
+}
+
+TYPED_TEST(FlowTest, AFluidKeepsItsVolumeAndForgetsItsShape)
+{
+    using R = TypeParam;
+    Draw draw(17);
+    for (int round = 0; round < 2000; ++round) {
+        Particle<R> q = strained_by<R>(draw.strain(0.2));
+        const double volume = ln_J(q);
+        yield(q, clay<R>(Elasticity::neo_hookean, Flow::fluid), R(1e-4));
+        EXPECT_EQ(q.e.xx, q.e.yy);
+        EXPECT_EQ(q.e.yy, q.e.zz);
+        EXPECT_EQ(std::abs(q.e.xy) + std::abs(q.e.xz) + std::abs(q.e.yz), 0);
+        EXPECT_NEAR(ln_J(q), volume, either<R>(2e-6, 1e-14) * (1 + std::exp(-2 * volume)));
+    }
+}
+
+}  // namespace
+}  // namespace knead

@@ -1,0 +1,385 @@
+// Clay that need not move: what sleeps, what wakes, and what neither may change.
+#include "cuda/mpm/sleep.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstring>
+
+#include "host/hands/hands.h"
+#include "host/solver/audit.h"
+#include "host/solver/pieces.h"
+#include "host/solver/solver.h"
+
+namespace knead {
+namespace {
+
+using Given = Setup;  // the name is a member of testing::Test
+using Particles = std::vector<Particle<double>>;
+constexpr double frame = 1.0 / 90, dx = 1.0 / 32;
+
+struct Backend {
+    const char* name;
+    std::unique_ptr<Solver> (*make)(const Given&);
+};
+std::unique_ptr<Solver> on_device(const Given& s) { return gpu_solver(s, 0); }
+const Backend backends[] = {
+    {"float", cpu_solver}, {"double", cpu_solver_double}, {"cuda", on_device}};
+
+class Rests : public testing::TestWithParam<Backend> {
+  protected:
+    void SetUp() override
+    {
+        if (GetParam().make == on_device && !gpu_present()) GTEST_SKIP() << "no CUDA device";
+    }
+    std::unique_ptr<Solver> make(const Given& s) { return GetParam().make(s); }
+    // The same with no clay at rest.
+    std::unique_ptr<Solver> awake_throughout(Given s)
+    {
+        s.rest.mode = RestMode::none;
+        return make(s);
+    }
+};
+INSTANTIATE_TEST_SUITE_P(Solver, Rests, testing::ValuesIn(backends),
+                         [](const auto& at) { return std::string(at.param.name); });
+
+// Of E = 1 MPa and 1000 kg/m^3: waves of 37 m/s. Yields at `yield` [Pa], 0: never.
+Given scene(Int3 cells, double yield = 0)
+{
+    Given s;
+    s.lattice = {cells, dx};
+    s.walls = {3, Touch::sticky, 0.4};
+    Material<double> m{};
+    m.elasticity = Elasticity::neo_hookean, m.flow = yield > 0 ? Flow::von_mises : Flow::none;
+    m.density = 1000, m.mu = 1e6 / 2.6, m.lambda = 0.3e6 / (1.3 * 0.4), m.yield = yield;
+    m.volume = dx * dx * dx / 8, m.mass = m.volume * m.density;
+    s.materials = {m};
+    s.rest = {RestMode::sleep, 0.05, 9, 4.9, 4 * dx};
+    return s;
+}
+
+// A box of clay from cell to cell.
+void add(Given& s, Int3 low, Int3 high, Vec3<double> v = {0, 0, 0})
+{
+    for (int z = 2 * low.z; z < 2 * high.z; ++z)
+        for (int y = 2 * low.y; y < 2 * high.y; ++y)
+            for (int x = 2 * low.x; x < 2 * high.x; ++x) {
+                Particle<double> q{};
+                q.x = dx / 2 * Vec3<double>{x + 0.5, y + 0.5, z + 0.5}, q.v = v;
+                s.particles.push_back(q);
+            }
+}
+
+Motion at(Vec3<double> from, Vec3<double> to)
+{
+    Motion m;
+    m.from.assign(2 * joint_count, {{1, 0, 0, 0}, from});
+    m.to.assign(2 * joint_count, {{1, 0, 0, 0}, to});
+    return m;
+}
+const Motion nowhere = at({0, 0, 0}, {0, 0, 0});
+
+// A ball that hangs on the joint.
+void add_ball(Given& s, double radius)
+{
+    Binding<float> b{};
+    b.weight[0] = 1, b.radius = float(radius);
+    s.rig.spheres = {b};
+    s.rig.primitives = {{1, {0, 0, 0}, 0}};
+    s.tools = {{Touch::separate, 0.3, false, true}};
+}
+
+bool same(const Particle<double>& a, const Particle<double>& b)
+{
+    return std::memcmp(&a, &b, sizeof a) == 0;
+}
+
+struct Apart {
+    double mean = 0, most = 0;  // [cells]
+};
+Apart apart(const Particles& a, const Particles& b)
+{
+    Apart d;
+    for (std::size_t i = 0; i < a.size(); ++i) {
+        const double way = length(a[i].x - b[i].x) / dx;
+        d.mean += way / double(a.size()), d.most = std::fmax(d.most, way);
+    }
+    return d;
+}
+
+TEST_P(Rests, ClayOnTheFloorFallsAsleepCostsNothingAndStaysAsItIs)
+{
+    Given s = scene({24, 16, 24}, 1e5);
+    s.gravity = {0, -9.81, 0};
+    add(s, {7, 3, 7}, {17, 8, 17});
+    const auto solver = make(s);
+    Tally tally = solver->advance(nowhere, frame);
+    EXPECT_EQ(tally.moved, long(s.particles.size()) * tally.substeps);
+    int frames = 1;
+    while (tally.moved > 0 && ++frames < 90) tally = solver->advance(nowhere, frame);
+    EXPECT_LT(frames, 90) << "still awake after a second";
+    const Particles asleep = solver->particles();
+    const Audit before = audit(asleep, s.materials, dx);
+    EXPECT_EQ(before.kinetic, 0);
+    for (const auto& p : asleep) ASSERT_EQ(p.sides, 0u) << "who is still is nobody else's concern";
+    EXPECT_NEAR(before.volume, audit(s.particles, s.materials, dx).volume, 1e-3 * before.volume);
+    for (int f = 0; f < 100; ++f) {
+        tally = solver->advance(nowhere, frame);
+        ASSERT_EQ(tally.moved, 0);
+        ASSERT_EQ(tally.woken, 0);
+    }
+    const Particles after = solver->particles();
+    for (std::size_t i = 0; i < after.size(); ++i) ASSERT_TRUE(same(after[i], asleep[i])) << i;
+}
+
+// A bar of 32 cells floats at rest; a cube flies into its end, 12 cells away. What the bar's sleep
+// may cost is stated by what it is compared with: the same without. A wave crosses all of the bar
+// in a frame.
+TEST_P(Rests, ABlowWakesABarAndTravelsThroughItAsIfItHadNotSlept)
+{
+    Given s = scene({64, 16, 16});
+    add(s, {24, 5, 5}, {56, 10, 10});
+    const std::size_t bar = s.particles.size();
+    const double long_frame = 1.0 / 30;
+    s.rest.frames = 3;
+    add(s, {8, 5, 5}, {12, 10, 10}, {2, 0, 0});
+    const auto slept = make(s), other = awake_throughout(s);
+    const auto far_end = [&](const Particles& q, auto&& part) {
+        double sum = 0;
+        int count = 0;
+        for (std::size_t i = 0; i < bar; ++i)
+            if (s.particles[i].x.x > 55 * dx) sum += part(q[i]), ++count;
+        return sum / count;
+    };
+    const auto place = [](const Particle<double>& p) { return p.x.x; };
+    const auto speed = [](const Particle<double>& p) { return p.v.x; };
+    long woken = 0, least_moved = 1L << 60;
+    double late = -1, dt = 0;
+    for (int f = 0; f < 14; ++f) {
+        const Tally tally = slept->advance(nowhere, long_frame);
+        dt = other->advance(nowhere, long_frame).dt_most;
+        woken += tally.woken, least_moved = std::min(least_moved, tally.moved / tally.substeps);
+        const Particles a = slept->particles(), b = other->particles();
+        if (late < 0 && far_end(b, speed) > 0.1)
+            late = (far_end(b, place) - far_end(a, place)) / far_end(b, speed);
+        for (const auto& p : a) ASSERT_TRUE(std::isfinite(p.x.x + p.v.x + p.e.xx));
+    }
+    EXPECT_LT(least_moved, long(s.particles.size() - bar / 2)) << "the bar did not sleep";
+    EXPECT_GT(woken, 7);
+    EXPECT_GE(late, -dt);
+    EXPECT_LT(late, 4 * dt) << "s, over eight blocks";
+    const Particles a = slept->particles(), b = other->particles();
+    const Audit first = audit(s.particles, s.materials, dx), with = audit(a, s.materials, dx),
+                without = audit(b, s.materials, dx);
+    EXPECT_EQ(with.mass, first.mass);
+    EXPECT_NEAR(without.momentum.x, first.momentum.x, 1e-4 * first.momentum.x);
+    EXPECT_NEAR(with.momentum.x, first.momentum.x, 0.005 * first.momentum.x);
+    EXPECT_NEAR(with.kinetic + with.elastic, without.kinetic + without.elastic,
+                0.005 * (without.kinetic + without.elastic));
+    EXPECT_NEAR(with.volume, without.volume, 1e-3 * without.volume);
+    EXPECT_LT(apart(a, b).mean, 0.03);
+    EXPECT_LT(apart(a, b).most, 0.15);
+}
+
+// In a fifteenth of a second the cube flies from where it and its neighbours were found awake,
+// across blocks without clay, into clay that was asleep when the frame began.
+TEST_P(Rests, ClayThatFliesIntoSleepingClayWakesItWithinTheFrame)
+{
+    Given s = scene({64, 16, 16});
+    add(s, {24, 5, 5}, {31, 10, 10});
+    add(s, {5, 6, 6}, {8, 9, 9}, {12, 0, 0});
+    s.rest.frames = 1;
+    const auto slept = make(s), other = awake_throughout(s);
+    const Tally tally = slept->advance(nowhere, 1.0 / 15);
+    other->advance(nowhere, 1.0 / 15);
+    EXPECT_GT(tally.woken, 0);
+    EXPECT_LT(tally.moved, long(s.particles.size()) * tally.substeps * 3 / 4);
+    const Particles a = slept->particles(), b = other->particles();
+    const double first = audit(s.particles, s.materials, dx).momentum.x;
+    EXPECT_NEAR(audit(a, s.materials, dx).momentum.x, first, 1e-3 * first);
+    EXPECT_LT(apart(a, b).mean, 1e-3);
+    EXPECT_LT(apart(a, b).most, 0.01);
+}
+
+TEST_P(Rests, ClayThatDriftsAgainstSleepingClayPushesItAlong)
+{
+    Given s = scene({52, 16, 16});
+    add(s, {28, 5, 5}, {34, 10, 10});
+    const std::size_t first = s.particles.size();
+    add(s, {9, 5, 5}, {14, 10, 10}, {0.5, 0, 0});
+    const auto solver = make(s);
+    long slept = 0;
+    for (int f = 0; f < 110; ++f) {
+        const Tally tally = solver->advance(nowhere, frame);
+        slept += tally.moved == long(s.particles.size() - first) * tally.substeps;
+    }
+    EXPECT_GT(slept, 20) << "frames";
+    const Particles q = solver->particles();
+    double hit = 0, all = 0, given = 0;
+    for (std::size_t i = 0; i < q.size(); ++i) {
+        if (i < first) hit += q[i].v.x;
+        all += q[i].v.x, given += s.particles[i].v.x;
+    }
+    EXPECT_NEAR(all, given, 0.02 * given);
+    EXPECT_GT(hit, 0.3 * given);
+}
+
+// A ball presses from above on one end of a slab that sticks to the floor.
+struct Pressed {
+    Given s = scene({64, 24, 20}, 2e4);
+    static constexpr double radius = 3 * dx, top = 8 * dx;
+    Pressed()
+    {
+        add(s, {4, 3, 5}, {60, 8, 13});
+        add_ball(s, radius);
+    }
+    // Sinks by `deep` [m] in so many frames. Tells what moved and woke in all.
+    Tally press(Solver& solver, double deep, int frames) const
+    {
+        const auto place = [&](int f) {
+            return Vec3<double>{10 * dx, top + radius + 0.1 * dx - deep * f / frames, 9 * dx};
+        };
+        Tally all;
+        for (int f = 0; f < frames; ++f) {
+            const Tally tally = solver.advance(at(place(f), place(f + 1)), frame);
+            all.moved += tally.moved, all.woken += tally.woken;
+        }
+        return all;
+    }
+};
+
+TEST_P(Rests, AHandThatPressesOneEndOfASlabLeavesTheOtherAsleep)
+{
+    const Pressed slab;
+    const Given& s = slab.s;
+    const auto slept = make(s), other = awake_throughout(s);
+    for (int f = 0; f < 12; ++f) {
+        const Motion above = at({10 * dx, 14 * dx, 9 * dx}, {10 * dx, 14 * dx, 9 * dx});
+        slept->advance(above, frame), other->advance(above, frame);
+    }
+    const long moved = slab.press(*slept, 1.5 * dx, 20).moved;
+    EXPECT_LT(moved, slab.press(*other, 1.5 * dx, 20).moved / 2);
+    const Particles a = slept->particles(), b = other->particles();
+    double pressed = 0;
+    for (std::size_t i = 0; i < a.size(); ++i) {
+        pressed = std::fmax(pressed, s.particles[i].x.y - a[i].x.y);
+        if (s.particles[i].x.x > 48 * dx) {
+            ASSERT_EQ(length(a[i].x - s.particles[i].x), 0) << i;
+        }
+    }
+    EXPECT_GT(pressed, dx);
+    EXPECT_LT(apart(a, b).mean, 2e-3);
+    EXPECT_LT(apart(a, b).most, 0.01);
+    EXPECT_NEAR(audit(a, s.materials, dx).volume, audit(b, s.materials, dx).volume,
+                1e-3 * audit(b, s.materials, dx).volume);
+}
+
+TEST_P(Rests, LocalizedClayMovesInTheBoxesAndNowhereElse)
+{
+    Pressed slab;
+    Given& s = slab.s;
+    s.rest.mode = RestMode::localized, s.rest.reach = 8 * dx;
+    s.step.fixed = 2.2e-4;  // or what flies would give the two runs substeps of their own
+    add(s, {19, 15, 8}, {21, 17, 10}, {12, 0, 0});  // flies out of the box, in the first frame into
+    add(s, {25, 15, 8}, {28, 17, 10});              // the block of these
+    const auto held = make(s), other = awake_throughout(s);
+    const Tally some = slab.press(*held, 1.5 * dx, 20), all = slab.press(*other, 1.5 * dx, 20);
+    EXPECT_GT(some.moved, all.moved / 8);
+    EXPECT_LT(some.moved, all.moved / 2);
+    EXPECT_EQ(some.woken, 0);
+    const Particles a = held->particles(), b = other->particles();
+    const double box = 10 * dx + slab.radius + s.rest.reach;
+    Particles inside[2];
+    double pressed = 0;
+    for (std::size_t i = 0; i < a.size(); ++i) {
+        const Particle<double>& p = s.particles[i];
+        pressed = std::fmax(pressed, p.x.y - a[i].x.y);
+        if (p.x.x > box + 4 * dx) {
+            ASSERT_EQ(length(a[i].x - p.x) + length(a[i].v), 0) << i;
+        }
+        if (p.x.x < 10 * dx + slab.radius + 2 * dx)
+            inside[0].push_back(a[i]), inside[1].push_back(b[i]);
+    }
+    EXPECT_GT(pressed, dx);
+    EXPECT_LT(apart(inside[0], inside[1]).mean, 1e-3);
+    EXPECT_LT(apart(inside[0], inside[1]).most, 5e-3);
+}
+
+TEST_P(Rests, AKnifePartsSleepingClayAndBothPiecesFallAsleep)
+{
+    Given s = scene({32, 16, 24}, 8e3);
+    s.walls.touch = Touch::separate, s.gravity = {0, -9.81, 0};
+    add(s, {11, 3, 9}, {21, 7, 15});
+    for (const Vec3<float>& corner : {Vec3<float>{0, 0, -0.6f}, {0, 0, 0.6f}, {0, 0.9f, 0}}) {
+        Binding<float> b{};
+        b.weight[0] = 1, b.offset[0] = corner, b.radius = 1e-3f;
+        s.rig.spheres.push_back(b);
+    }
+    s.rig.primitives = {{3, {0, 1, 2}, 0}};
+    s.tools = {{Touch::separate, 0.1, true, true}};
+    const auto solver = make(s);
+    const auto falls_asleep = [&] {
+        const Motion above = at({0.5, 0.65, 0.375}, {0.5, 0.65, 0.375});
+        for (int f = 0; f < 90; ++f)
+            if (solver->advance(above, frame).moved == 0) return true;
+        return false;
+    };
+    EXPECT_TRUE(falls_asleep());
+    const auto height = [](int f) { return f < 20 ? 0.65 - 0.03 * f : 0.05 + 0.06 * (f - 20); };
+    for (int f = 0; f < 30; ++f)
+        solver->advance(at({0.5, height(f), 0.375}, {0.5, height(f + 1), 0.375}), frame);
+    EXPECT_TRUE(falls_asleep());
+    std::vector<int> piece;
+    EXPECT_EQ(pieces(solver->particles(), s.lattice, piece), 2);
+}
+
+TEST_P(Rests, WhereNothingMaySleepAllIsAsWithoutTheRule)
+{
+    Pressed slab;
+    Given& s = slab.s;
+    s.gravity = {0, -9.81, 0}, s.rest.frames = 1000, s.deterministic = true;
+    const auto solver = make(s), plain = awake_throughout(s);
+    for (int f = 0; f < 5; ++f) {
+        const Motion motion = at({0.3, 0.33 - 0.01 * f, 0.3}, {0.3, 0.32 - 0.01 * f, 0.3});
+        const Tally a = solver->advance(motion, frame), b = plain->advance(motion, frame);
+        EXPECT_EQ(a.substeps, b.substeps);
+        EXPECT_EQ(a.moved, long(s.particles.size()) * a.substeps);
+        EXPECT_EQ(b.moved, a.moved);
+        EXPECT_EQ(a.woken + b.woken, 0);
+    }
+    const Particles a = solver->particles(), b = plain->particles();
+    EXPECT_LT(apart(a, b).most, 1e-3);
+    if (GetParam().make == on_device) return;  // other kernels may round otherwise
+    for (std::size_t i = 0; i < a.size(); ++i) ASSERT_TRUE(same(a[i], b[i])) << i;
+}
+
+TEST(Rest, TheBitsAreTheSameForAnyNumberOfThreads)
+{
+    for (const RestMode mode : {RestMode::sleep, RestMode::localized}) {
+        Pressed slab;
+        Given& s = slab.s;
+        add(s, {50, 9, 6}, {54, 12, 10}, {0, -1, 0});
+        s.rest.mode = mode, s.rest.frames = 2;
+        Particles first;
+        long woken = 0, moved = 0;
+        for (const int threads : {1, 3}) {
+            s.threads = threads;
+            const auto solver = cpu_solver(s);
+            const long before = moved;
+            for (int f = 0; f < 3; ++f) woken += solver->advance(nowhere, frame).woken;
+            moved = slab.press(*solver, 1.5 * dx, 8).moved;
+            if (threads > 1) {
+                EXPECT_EQ(moved, before);
+            }
+            const Particles q = solver->particles();
+            if (first.empty()) first = q;
+            for (std::size_t i = 0; i < q.size(); ++i) ASSERT_TRUE(same(q[i], first[i])) << i;
+        }
+        if (mode == RestMode::sleep) {
+            EXPECT_GT(woken, 0);
+        }
+    }
+}
+
+}  // namespace
+}  // namespace knead
