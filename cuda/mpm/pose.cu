@@ -19,19 +19,24 @@ __global__ void __launch_bounds__(threads) pose_kernel(const __grid_constant__ V
 // Where the tools may be at any time of the frame, shared out as posing is.
 __global__ void __launch_bounds__(threads) sweep_kernel(const __grid_constant__ Views d)
 {
-    __shared__ Joint<float> joints[3][most_joints];  // at the frame's beginning, middle and end
+    __shared__ Joint<float> joints[3][staged_joints];  // at the frame's beginning, middle and end
     __shared__ Sphere<float> spheres[3 * part_primitives];
     __shared__ float travel[3 * part_primitives];
     let_next_in();
     const ToolView& t = d.tools;
     const int part = int(blockIdx.x), thread = int(threadIdx.x), count = t.primitives.count;
-    for (int k = thread; k < 3 * t.joints; k += threads)
+    const bool staged = t.joints <= staged_joints;
+    for (int k = thread; staged && k < 3 * t.joints; k += threads)
         joints[k / t.joints][k % t.joints] = joint_at(t, 0.5 * (k / t.joints), k % t.joints);
     __syncthreads();
-    const auto at = [](const Joint<float>* pose) { return [pose](int j) { return pose[j]; }; };
+    const auto at = [&](int end) {
+        return [&t, staged, end, pose = joints[end]](int j) {
+            return staged ? pose[j] : joint_at(t, 0.5 * end, j);
+        };
+    };
     for (int k = thread; k < 3 * part_primitives && primitive_of(part, k / 3) < count; k += threads)
         spheres[k] = amid(t.bindings[t.primitives[primitive_of(part, k / 3)].sphere[k % 3]],
-                          at(joints[0]), at(joints[1]), at(joints[2]), travel[k] = 0);
+                          at(0), at(1), at(2), travel[k] = 0);
     __syncthreads();
     for (int k = thread; k < part_primitives && primitive_of(part, k) < count; k += threads) {
         const int i = primitive_of(part, k);

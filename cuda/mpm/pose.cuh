@@ -13,8 +13,11 @@ constexpr int pose_parts = 8, part_primitives = most_primitives / pose_parts;
 // Index of the k-th primitive of a part.
 __device__ inline int primitive_of(int part, int k) { return part + k * pose_parts; }
 
+// Of so many joints each is interpolated once for all spheres; of more, once for each sphere.
+constexpr int staged_joints = 64;
+
 struct PoseSpace {
-    Joint<float> from[most_joints], to[most_joints];
+    Joint<float> from[staged_joints], to[staged_joints];
     Sphere<float> spheres[3 * part_primitives];
 };
 
@@ -33,16 +36,18 @@ static __device__ __noinline__ void pose_part(const Views& d, PoseSpace& s, int 
     const double duration = d.clock->duration, dt = step.dt;
     const double from = step.start / duration, to = (step.start + dt) / duration;
     const int thread = int(threadIdx.x), threads = int(blockDim.x), parity = n & 1;
-    for (int k = thread; k < 2 * t.joints; k += threads)
+    const bool staged = t.joints <= staged_joints;
+    for (int k = thread; staged && k < 2 * t.joints; k += threads)
         (k & 1 ? s.to : s.from)[k >> 1] = joint_at(t, k & 1 ? to : from, k >> 1);
     __syncthreads();
+    const auto at = [&](const Joint<float>* stage, double share) {
+        return [=, &t](int j) { return staged ? stage[j] : joint_at(t, share, j); };
+    };
     const int count = t.primitives.count;
     for (int k = thread; k < 3 * part_primitives; k += threads) {
         if (primitive_of(part, k / 3) >= count) break;
         const int i = t.primitives[primitive_of(part, k / 3)].sphere[k % 3];
-        s.spheres[k] = posed(
-            t.bindings[i], [&s](int j) { return s.from[j]; }, [&s](int j) { return s.to[j]; },
-            float(dt));
+        s.spheres[k] = posed(t.bindings[i], at(s.from, from), at(s.to, to), float(dt));
         t.spheres[parity][i] = s.spheres[k];
     }
     __syncthreads();

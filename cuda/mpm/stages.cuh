@@ -141,14 +141,15 @@ struct RestView {
     int* changed;  // block_count: substeps through when a particle there may last have moved
 };
 
-constexpr int most_joints = 64, most_tools = 256;
+constexpr int most_joints = 1024, most_tools = 256;
 
-// One frame's orders, written by the host before it starts, and copied to the device at once: what
-// a scene without tools needs comes first.
+// One frame's input, written by the host before it starts, and copied to the device at once, as far
+// as a scene uses it.
 struct Orders {
-    double duration, tool_step;                        // [s]
-    Joint<double> from[most_joints], to[most_joints];  // at both ends of the frame
+    double duration, tool_step;  // [s]
     Tool<float> tools[most_tools];
+    // All of a motion at the frame's beginning, then all at its end: ToolView::joints each.
+    Joint<double> joints[2 * most_joints];
 };
 
 // Where tools are kept, posed anew for every substep.

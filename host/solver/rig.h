@@ -1,5 +1,6 @@
 // What moves with joints and touches the clay.
 #pragma once
+#include <algorithm>
 #include <vector>
 
 #include "cuda/contact/skinning.h"
@@ -12,5 +13,14 @@ struct Rig {
     std::vector<Binding<float>> spheres;
     std::vector<Primitive> primitives;
 };
+
+// One more than the highest joint that any of its spheres hangs on.
+inline int joint_count(const Rig& rig)
+{
+    int count = 0;
+    for (const Binding<float>& sphere : rig.spheres)
+        for (int joint : sphere.joint) count = std::max(count, joint + 1);
+    return count;
+}
 
 }  // namespace knead

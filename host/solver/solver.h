@@ -41,10 +41,10 @@ struct Setup {
     int threads = 0;  // CPU: 0 = all
 };
 
-// Both hands' joints at the two ends of a frame, in the simulation's frame and size.
+// The joints that the rig hangs on at the two ends of a frame, in the simulation's frame and size.
 struct Motion {
-    std::vector<Joint<double>> from, to;  // 2 * joint_count each, side by side
-    std::vector<char> active;             // per tool
+    std::vector<Joint<double>> from, to;  // as many each as the rig's spheres name, or more
+    std::vector<char> active;             // per tool; tools beyond its end are active
 };
 
 extern const char* const limit_names[int(Limit::count)];

@@ -1,11 +1,23 @@
 #include "host/solver/substep.h"
 
 #include <algorithm>
+#include <stdexcept>
+#include <string>
 
 namespace knead {
 
 const char* const limit_names[int(Limit::count)] = {"sound",     "speed", "tool",
                                                     "viscosity", "fixed", "frame end"};
+
+void check_motion(const Setup& setup, const Motion& motion)
+{
+    const auto wanted = std::size_t(joint_count(setup.rig));
+    const std::size_t found = std::min(motion.from.size(), motion.to.size());
+    if (found < wanted)
+        throw std::invalid_argument("a motion needs " + std::to_string(wanted) +
+                                    " joints at both ends of the frame, not " +
+                                    std::to_string(found));
+}
 
 double tool_step(const Setup& setup, const Motion& motion, double duration)
 {

@@ -20,6 +20,9 @@ inline Pace pace_of(const Setup& s)
     return p;
 }
 
+// Throws std::invalid_argument where the motion lacks a joint that the rig hangs on.
+void check_motion(const Setup& setup, const Motion& motion);
+
 // The tools' limit on a substep over one frame [s]: none may cross more than `share` of its own
 // radius, or of a cell, at once. A blade's thickness does not count: its sides know the particles.
 double tool_step(const Setup& setup, const Motion& motion, double duration);

@@ -47,6 +47,7 @@ Tally CpuSolver<R>::advance(const Motion& motion, double duration)
     for (const Particle<R>& p : q) speed_squared = std::max(speed_squared, double(dot(p.v, p.v)));
     const Pace pace = pace_of(setup);
     const bool tools = !posed.bindings.empty();
+    if (tools) check_motion(setup, motion);
     const double tool_dt = tools ? tool_step(setup, motion, duration) : 1e30;
     posed.activate(motion);
 

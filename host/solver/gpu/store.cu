@@ -50,7 +50,8 @@ void check_tools(const Setup& s)
             "clay may be still with at most " + std::to_string(most_boxes) + " tools");
     for (const Binding<float>& b : s.rig.spheres)
         for (int j : b.joint)
-            require(j >= 0 && j < int(side_count) * joint_count, "a sphere without its joint");
+            require(j >= 0 && j < most_joints, "a sphere without its joint, or one past the " +
+                                                   std::to_string(most_joints) + "th");
 }
 
 void check(const Setup& s)
@@ -132,9 +133,10 @@ Store::Store(const Setup& setup, Room given) : room(given)
         all.particles[side] = {rows.data() + std::size_t(side) * setup.particles.size(),
                                ids[side].data(), int(setup.particles.size())};
     }
-    all.tools = {orders.data()->from,
-                 orders.data()->to,
-                 int(side_count) * joint_count,
+    const int joints = joint_count(setup.rig);
+    all.tools = {orders.data()->joints,
+                 orders.data()->joints + joints,
+                 joints,
                  bindings.data(),
                  {spheres[0].span(), spheres[1].span()},
                  {shapes[0].span(), shapes[1].span()},
@@ -177,7 +179,6 @@ void Store::allocate(const Setup& setup)
     materials = DeviceArray<Material<float>>(cast_materials);
     bindings = DeviceArray<Binding<float>>(setup.rig.spheres);
     primitives = DeviceArray<Primitive>(setup.rig.primitives);
-    static_assert(int(side_count) * joint_count <= most_joints);
     for (int parity = 0; parity < 2; ++parity) {
         spheres[parity] = DeviceArray<Sphere<float>>(setup.rig.spheres.size());
         shapes[parity] = DeviceArray<Shape<float>>(setup.rig.primitives.size());
@@ -227,12 +228,11 @@ bool Store::order(const Setup& setup, const Motion& motion, double duration, int
     Orders& to = *next_orders[slot].data();
     to.duration = duration, to.tool_step = 1e30;
     if (!used.tools) return false;
-    const auto half = std::size_t(int(side_count) * joint_count);
-    require(motion.from.size() == half && motion.to.size() == half,
-            "a motion needs the joints of both hands at both ends of the frame");
+    check_motion(setup, motion);
     to.tool_step = tool_step(setup, motion, duration);
-    std::copy(motion.from.begin(), motion.from.end(), to.from);
-    std::copy(motion.to.begin(), motion.to.end(), to.to);
+    const int joints = all.tools.joints;
+    std::copy_n(motion.from.begin(), joints, to.joints);
+    std::copy_n(motion.to.begin(), joints, to.joints + joints);
     bool any = false;
     for (std::size_t t = 0; t < setup.tools.size(); ++t) {
         const Tool<double>& tool = setup.tools[t];
@@ -245,9 +245,10 @@ bool Store::order(const Setup& setup, const Motion& motion, double duration, int
 
 void Store::send_orders(int slot, cudaStream_t stream) const
 {
-    const std::size_t tools = std::size_t(all.tools.tools.count);
-    const std::size_t bytes =
-        used.tools ? offsetof(Orders, tools) + tools * sizeof(Tool<float>) : offsetof(Orders, from);
+    const std::size_t joints = std::size_t(all.tools.joints);
+    const std::size_t bytes = used.tools
+                                  ? offsetof(Orders, joints) + 2 * joints * sizeof(Joint<double>)
+                                  : offsetof(Orders, tools);
     gpu::check(cudaMemcpyAsync(orders.data(), next_orders[slot].data(), bytes,
                                cudaMemcpyHostToDevice, stream),
                "send orders");
