@@ -35,7 +35,7 @@ double seconds()
     return duration<double>(steady_clock::now().time_since_epoch()).count();
 }
 
-void report(const Solver& solver, std::vector<double>& per_substep, const Tally& total,
+void report(const Solver& solver, std::vector<double>& per_substep, const FrameStats& total,
             double count)
 {
     std::sort(per_substep.begin(), per_substep.end());
@@ -43,8 +43,7 @@ void report(const Solver& solver, std::vector<double>& per_substep, const Tally&
     std::printf("median %.2f us, best %.2f us per substep: %.3f G particle-substeps/s\n",
                 1e6 * median, 1e6 * best, 1e-9 * count / median);
     std::printf("%d substeps, dt %.3g to %.3g s, %ld blocks, %.1f MiB\n", total.substeps,
-                total.dt_least, total.dt_most, total.active_blocks,
-                double(solver.memory()) / 1048576);
+                total.dt_min, total.dt_max, total.active_blocks, double(solver.memory()) / 1048576);
     std::printf("yielded %ld projected %ld clipped %ld confined %ld repaired %ld deepest %.3g m\n",
                 total.yielded, total.projected, total.clipped, total.confined, total.repaired,
                 total.found_depth);
@@ -57,7 +56,7 @@ int run(int nodes, int frames, const std::string& on, bool tools, bool plastic)
 {
     Setup setup = ball(nodes);
     if (tools) add_tools(setup);
-    if (!plastic) setup.materials[0].flow = Flow::none;
+    if (!plastic) setup.materials[0].plasticity = Plasticity::none;
     setup.deterministic = on == "deterministic";
     const double count = double(setup.particles.size());
     const auto solver = on == "cpu" ? cpu_solver(setup) : gpu_solver(setup, 0);
@@ -65,15 +64,15 @@ int run(int nodes, int frames, const std::string& on, bool tools, bool plastic)
                 tools ? "two tools" : "no tool", plastic ? "von Mises" : "elastic");
     const double frame = 1.0 / 90;
     std::vector<double> per_substep;
-    Tally total;
+    FrameStats total;
     for (int f = 0; f < frames; ++f) {
         const Motion motion = closing(f * frame, frame);
         const double start = seconds();
-        const Tally t = solver->advance(motion, frame);
+        const FrameStats t = solver->advance(motion, frame);
         per_substep.push_back((seconds() - start) / std::max(t.substeps, 1));
         total.substeps += t.substeps;
-        total.dt_least = f ? std::min(total.dt_least, t.dt_least) : t.dt_least;
-        total.dt_most = std::max(total.dt_most, t.dt_most);
+        total.dt_min = f ? std::min(total.dt_min, t.dt_min) : t.dt_min;
+        total.dt_max = std::max(total.dt_max, t.dt_max);
         total.yielded += t.yielded, total.projected += t.projected, total.clipped += t.clipped;
         total.confined += t.confined, total.repaired += t.repaired;
         total.found_depth = std::max(total.found_depth, t.found_depth);

@@ -110,7 +110,7 @@ void add_mesh(Geometry& geometry, const Mesh& mesh)
 
 }  // namespace
 
-void add_hull(Geometry& geometry, const Blob& blob, int level, Vec3<float> colour)
+void add_hull(Geometry& geometry, const DrawPrimitive& blob, int level, Vec3<float> colour)
 {
     if (blob.count < 1 || blob.count > 3) {
         throw std::invalid_argument("a medial primitive of " + std::to_string(blob.count) +
@@ -135,14 +135,14 @@ void add_hull(Geometry& geometry, const Blob& blob, int level, Vec3<float> colou
     }
 }
 
-Geometry gather(const std::vector<Mesh>& meshes, const std::vector<Blob>& blobs)
+Geometry gather(const std::vector<Mesh>& meshes, const std::vector<DrawPrimitive>& primitives)
 {
     Geometry g{};
-    for (const Blob& blob : blobs) add_hull(g, blob, fine, skin_colour);
+    for (const DrawPrimitive& blob : primitives) add_hull(g, blob, fine, skin_colour);
     const int clay = int(g.triangles.size());
     for (const Mesh& mesh : meshes) add_mesh(g, mesh);
     const int shadows = int(g.triangles.size());
-    for (const Blob& blob : blobs) add_hull(g, blob, coarse, skin_colour);
+    for (const DrawPrimitive& blob : primitives) add_hull(g, blob, coarse, skin_colour);
     g.seen = {0, shadows};
     g.clay = {clay, shadows - clay};
     g.casting = {clay, int(g.triangles.size()) - clay};
@@ -156,11 +156,11 @@ Ball around(const Geometry& geometry, Vec3<float> target, float reach)
     bool any = false;
     const auto grow = [&](int i) {
         const Vec3<float> p = geometry.vertices[i].place;
-        const Vec3<float> q{clamped(p.x, target.x - reach, target.x + reach),
-                            clamped(p.y, target.y - reach, target.y + reach),
-                            clamped(p.z, target.z - reach, target.z + reach)};
-        low = {least(low.x, q.x), least(low.y, q.y), least(low.z, q.z)};
-        high = {most(high.x, q.x), most(high.y, q.y), most(high.z, q.z)};
+        const Vec3<float> q{clamp(p.x, target.x - reach, target.x + reach),
+                            clamp(p.y, target.y - reach, target.y + reach),
+                            clamp(p.z, target.z - reach, target.z + reach)};
+        low = {min(low.x, q.x), min(low.y, q.y), min(low.z, q.z)};
+        high = {max(high.x, q.x), max(high.y, q.y), max(high.z, q.z)};
         any = true;
     };
     for (int k = geometry.seen.first; k < geometry.seen.first + geometry.seen.count; ++k) {
@@ -169,7 +169,7 @@ Ball around(const Geometry& geometry, Vec3<float> target, float reach)
     }
     if (!any) return {target, reach};
     const float radius = length(high - low) / 2;
-    return {0.5f * (low + high), most(radius, 1e-3f * reach)};
+    return {0.5f * (low + high), max(radius, 1e-3f * reach)};
 }
 
 }  // namespace knead

@@ -15,7 +15,7 @@ namespace {
 constexpr int largest_side = 4096;  // pixels
 
 // As the shaders read it (std140); the fields are explained there.
-struct View {
+struct EyeUniforms {
     float eye[4], right[4], up[4], forward[4], ball[4], scale[4];
 };
 
@@ -113,12 +113,12 @@ class GlPainter final : public Painter {
     GlPainter() : bound_(std::make_unique<Context::Bound>(context_)) { build(), bound_.reset(); }
     ~GlPainter() override { bound_ = std::make_unique<Context::Bound>(context_); }
 
-    Image paint(const std::vector<Mesh>& meshes, const std::vector<Blob>& blobs,
+    Image paint(const std::vector<Mesh>& meshes, const std::vector<DrawPrimitive>& primitives,
                 const Camera& camera, float floor) override
     {
         check(camera, floor);
-        const bool hands = camera.hands > 0 && !blobs.empty();
-        const Geometry geometry = gather(meshes, hands ? blobs : std::vector<Blob>{});
+        const bool hands = camera.hands > 0 && !primitives.empty();
+        const Geometry geometry = gather(meshes, hands ? primitives : std::vector<DrawPrimitive>{});
         const Context::Bound bound(context_);
         resize(camera.width, camera.height);
         upload(geometry);
@@ -177,7 +177,7 @@ void GlPainter::build()
     lamps_ = buffer();
     glNamedBufferStorage(lamps_, sizeof(Lamps), nullptr, GL_DYNAMIC_STORAGE_BIT);
     view_ = buffer();
-    glNamedBufferStorage(view_, sizeof(View), nullptr, GL_DYNAMIC_STORAGE_BIT);
+    glNamedBufferStorage(view_, sizeof(EyeUniforms), nullptr, GL_DYNAMIC_STORAGE_BIT);
     layout_ = vertex_array();
     const struct {
         GLint count;
@@ -248,7 +248,7 @@ void GlPainter::aim(const Geometry& geometry, const Camera& camera, float floor)
     const Vec3<float> key = Vec3<float>{0, 0.95f, 0} - 0.95f * right + 0.35f * near;
     const Ball ball = around(geometry, camera.target, 1.5f * distance);
     const Lamps all = lamps_about(ball, (1 / length(key)) * key, 0.06f);
-    View view{};
+    EyeUniforms view{};
     put(view.eye, camera.eye, 1e-3f * distance);
     put(view.right, wide * right, 1 / wide);
     put(view.up, tangent * up, 1 / tangent);

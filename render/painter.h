@@ -14,12 +14,12 @@ struct Camera {
     Vec3<float> eye, target;  // [m]
     float field = 0.6f;       // vertical field of view [rad]
     int width = 960, height = 720;
-    float hands = 1;          // opacity of the hands in [0, 1]; at 0 they cast no shadow either
+    float hands = 1;  // opacity of the hands in [0, 1]; at 0 they cast no shadow either
 };
 
 // A medial primitive to be drawn as it is, e.g. a finger.
-struct Blob {
-    int count;             // 1 ball, 2 cone, 3 slab
+struct DrawPrimitive {
+    int count;  // 1 ball, 2 cone, 3 slab
     Sphere<float> sphere[3];
 };
 
@@ -29,8 +29,9 @@ class Painter {
     static std::unique_ptr<Painter> open();
     virtual ~Painter() = default;
     // `floor` is the height of the ground plane [m].
-    virtual Image paint(const std::vector<Mesh>& meshes, const std::vector<Blob>& blobs,
-                        const Camera& camera, float floor) = 0;
+    virtual Image paint(const std::vector<Mesh>& meshes,
+                        const std::vector<DrawPrimitive>& primitives, const Camera& camera,
+                        float floor) = 0;
     virtual std::string name() const = 0;  // the GL renderer
 };
 

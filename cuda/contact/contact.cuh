@@ -18,12 +18,12 @@ struct ContactSpace {
     float4 shapes[slots][17];
     float4 normals[points], weights[points];  // of the deepest foot
     unsigned long long deepest[points];       // bits of the depth; the primitive's complement
-    unsigned short near[most_primitives];     // in order: a label << 8 | primitive
+    unsigned short near[max_primitives];      // in order: a label << 8 | primitive
     unsigned char pairs[slots * points];      // 32 * slot + point
 };
 
 // The least of a number over a warp's lanes that are `in`; of none, not a number.
-__device__ inline float least_of(float x, bool in)
+__device__ inline float min_of(float x, bool in)
 {
     // Integers in the order of floats: of those below zero, all bits but the sign are turned.
     const auto turned = [](int bits) { return bits ^ (bits >> 31 & 0x7fffffff); };
@@ -46,8 +46,8 @@ class WarpContact {
     template <class Label>
     __device__ int look(const Mask& mask, bool in, Vec3<float> p, Label&& label)
     {
-        const Vec3<float> low = {least_of(p.x, in), least_of(p.y, in), least_of(p.z, in)};
-        const Vec3<float> high = {-least_of(-p.x, in), -least_of(-p.y, in), -least_of(-p.z, in)};
+        const Vec3<float> low = {min_of(p.x, in), min_of(p.y, in), min_of(p.z, in)};
+        const Vec3<float> high = {-min_of(-p.x, in), -min_of(-p.y, in), -min_of(-p.z, in)};
         __syncwarp();  // all have done with what was listed before
         int count = 0;
         for (int word = 0; 32 * word < c.shapes.count; word += 2) {
@@ -92,7 +92,7 @@ class WarpContact {
     {
         if (lane < points) s.deepest[lane] = 0;
         for (int k = from; k < to; k += slots) {
-            const int count = least(to - k, slots);
+            const int count = min(to - k, slots);
             bring(k, count);
             const int pairs = pair(count, in, p);
             for (int first = 0; first < pairs; first += 32) descend(k, first, pairs, p);
@@ -101,7 +101,7 @@ class WarpContact {
         const unsigned long long found = s.deepest[point];
         if (found == 0) return {1e30f, {0, 1, 0}, {0, 0, 0}, -1};
         const float4 n = s.normals[point], l = s.weights[point];
-        const Foot<float> f = {
+        const ClosestPoint<float> f = {
             -__uint_as_float(unsigned(found >> 32)), {n.x, n.y, n.z}, l.x, l.y, l.z};
         const Primitive& q = c.primitives[int(~unsigned(found))];
         return {f.phi, f.n, surface_velocity(c, q, f), q.tool};
@@ -185,8 +185,8 @@ class WarpContact {
         const int slot = own >> 5, of = own & 31;
         const Vec3<float> x = {__shfl_sync(all, p.x, of), __shfl_sync(all, p.y, of),
                                __shfl_sync(all, p.z, of)};
-        Foot<float> f{};
-        if (own >= 0) f = foot(shape(slot), x);
+        ClosestPoint<float> f{};
+        if (own >= 0) f = closest_point(shape(slot), x);
         unsigned long long key = 0;
         if (f.phi < 0) {
             key = static_cast<unsigned long long>(__float_as_uint(-f.phi)) << 32 |

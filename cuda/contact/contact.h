@@ -9,19 +9,19 @@
 namespace knead {
 
 // How a surface acts on what touches it.
-enum class Touch : int { sticky, slip, separate };
+enum class ContactMode : int { sticky, slip, separate };
 
-// A hand or a thing held by it: a run of primitives with one way of touching.
+// A hand or a thing held by it: a run of primitives with one mode of contact.
 template <class R>
 struct Tool {
-    Touch touch;
+    ContactMode mode;
     R friction;   // Coulomb [1]
     bool blade;   // thinner than the lattice can see: two-sided treatment, see cuda/contact/cut.h
     bool active;  // false: passes through everything (not tracked, just reappeared)
 };
 
 // Which primitives may matter in a block of 4^3 cells: one bit each.
-constexpr int mask_words = 8, most_primitives = 32 * mask_words;
+constexpr int mask_words = 8, max_primitives = 32 * mask_words;
 struct alignas(16) Mask {
     std::uint32_t bits[mask_words];
 };
@@ -52,7 +52,7 @@ struct Contact {
 
 // Velocity of the surface at a foot: the spheres' motion blended, and their spin about the centre.
 template <class R>
-HD Vec3<R> surface_velocity(const Colliders<R>& c, const Primitive& q, const Foot<R>& f)
+HD Vec3<R> surface_velocity(const Colliders<R>& c, const Primitive& q, const ClosestPoint<R>& f)
 {
     const Sphere<R>&s0 = c.spheres[q.sphere[0]], &s1 = c.spheres[q.sphere[1]],
           &s2 = c.spheres[q.sphere[2]];
@@ -83,12 +83,12 @@ HD bool two_sided(const Colliders<R>& c, int primitive)
 template <class R, class Admits>
 HD Contact<R> nearest_of(const Colliders<R>& c, const Mask& mask, Vec3<R> p, Admits&& admits)
 {
-    Foot<R> best{R(1e30), {0, 1, 0}, 1, 0, 0};
+    ClosestPoint<R> best{R(1e30), {0, 1, 0}, 1, 0, 0};
     int at = -1;
     for_each_candidate(mask, [&](int i) {
         if (!admits(c.shapes[i])) return;
         if (two_sided(c, i)) return;
-        const Foot<R> f = foot(c.shapes[i], p);
+        const ClosestPoint<R> f = closest_point(c.shapes[i], p);
         if (f.phi < best.phi) best = f, at = i;
     });
     if (at < 0) return {best.phi, best.n, {0, 0, 0}, -1};
@@ -112,13 +112,13 @@ HD Contact<R> deepest_contact(const Colliders<R>& c, const Mask& mask, Vec3<R> p
 
 // What a surface with outward normal n, moving at u, leaves of the velocity v.  (18)
 template <class R>
-HD Vec3<R> touched(Vec3<R> v, Vec3<R> n, Vec3<R> u, Touch touch, R friction)
+HD Vec3<R> apply_contact(Vec3<R> v, Vec3<R> n, Vec3<R> u, ContactMode mode, R friction)
 {
     const Vec3<R> rel = v - u;
     const R vn = dot(rel, n);
-    if (touch == Touch::sticky) return vn < 0 ? u : v;
+    if (mode == ContactMode::sticky) return vn < 0 ? u : v;
     const Vec3<R> along = rel - vn * n;
-    if (touch == Touch::slip) return u + along;
+    if (mode == ContactMode::slip) return u + along;
     if (vn >= 0) return v;
     const R speed = length(along);
     const R left = speed + friction * vn;  // what friction leaves of the sliding speed
@@ -130,7 +130,7 @@ HD Vec3<R> touched(Vec3<R> v, Vec3<R> n, Vec3<R> u, Touch touch, R friction)
 template <class R>
 HD bool reaches(const Shape<R>& s, Vec3<R> p, R edge, R band)
 {
-    return foot(s, p).phi <= R(0.8660254038) * edge + band;
+    return closest_point(s, p).phi <= R(0.8660254038) * edge + band;
 }
 
 }  // namespace knead

@@ -34,7 +34,7 @@ HD Seen<R> seen(const Colliders<R>& c, int primitive, Vec3<R> p, R dx)
 {
     const Shape<R>& s = c.shapes[primitive];
     const Primitive& q = c.primitives[primitive];
-    const Foot<R> f = foot(s, p);
+    const ClosestPoint<R> f = closest_point(s, p);
     const R r = f.l0 * c.spheres[q.sphere[0]].r + f.l1 * c.spheres[q.sphere[1]].r +
                 f.l2 * c.spheres[q.sphere[2]].r;
     const R h = dot(p - s.c0, s.N), D = f.phi + r;
@@ -63,7 +63,8 @@ HD Vec3<R> sliced(const Colliders<R>& c, const Mask& mask, Vec3<R> x, Vec3<R> v,
 {
     for_each_blade(c, mask, x, dx, [&](const Seen<R>& b, const Tool<R>& tool) {
         const R side = label == below ? R(-1) : R(1);
-        if (side * b.h < b.half) v = touched(v, side * b.n, b.v, Touch::separate, tool.friction);
+        if (side * b.h < b.half)
+            v = apply_contact(v, side * b.n, b.v, ContactMode::separate, tool.friction);
     });
     return v;
 }
@@ -74,7 +75,7 @@ HD Vec3<R> sliced(const Colliders<R>& c, const Mask& mask, Vec3<R> x, Vec3<R> v,
 template <class R>
 HD Vec3<R> kept_apart(Vec3<R> mine, Vec3<R> shared, Vec3<R> n, R friction)
 {
-    return touched(mine, -n, shared, Touch::separate, friction);
+    return apply_contact(mine, -n, shared, ContactMode::separate, friction);
 }
 
 constexpr float cut_friction = 0.3f;  // Coulomb, between the faces of a cut [1]

@@ -60,7 +60,7 @@ HD bool enclosed(const Shape<R>& s, Vec3<R> p)
 
 // The nearest point: signed distance, outward normal, weights of the spheres it hangs on.
 template <class R>
-struct Foot {
+struct ClosestPoint {
     R phi;         // [m], negative inside
     Vec3<R> n;     // unit
     R l0, l1, l2;  // sum 1
@@ -89,12 +89,12 @@ HD Cone<R> cone(Vec3<R> a, R ra, Vec3<R> b, R rb)
 
 // (13): the foot on a cone; l0 and l1 weigh its first and second sphere.
 template <class R>
-HD Foot<R> foot(const Cone<R>& c, Vec3<R> p)
+HD ClosestPoint<R> closest_point(const Cone<R>& c, Vec3<R> p)
 {
     const Vec3<R> d = p - c.a;
     const R x = dot(d, c.u);
     const R y = length(d - x * c.u);
-    const R s = clamped(x + c.kc * y, R(0), c.length);
+    const R s = clamp(x + c.kc * y, R(0), c.length);
     const Vec3<R> from = d - s * c.u;
     const R D = length(from);
     const R t = c.start + s * c.inverse;
@@ -146,8 +146,8 @@ HD void form(Shape<R>& s, int count, const Sphere<R>& s0, const Sphere<R>& s1, c
         return Vec3<R>{pick(u.x, v.x), pick(u.y, v.y), pick(u.z, v.z)};
     };
     const auto add = [&](const Sphere<R>& q) {
-        s.low = each(s.low, q.c - Vec3<R>{q.r, q.r, q.r}, [](R a, R b) { return least(a, b); });
-        s.high = each(s.high, q.c + Vec3<R>{q.r, q.r, q.r}, [](R a, R b) { return most(a, b); });
+        s.low = each(s.low, q.c - Vec3<R>{q.r, q.r, q.r}, [](R a, R b) { return min(a, b); });
+        s.high = each(s.high, q.c + Vec3<R>{q.r, q.r, q.r}, [](R a, R b) { return max(a, b); });
     };
     s.low = s.high = s0.c;
     add(s0), add(s1), add(s2);
@@ -158,7 +158,7 @@ HD void form(Shape<R>& s, int count, const Sphere<R>& s0, const Sphere<R>& s1, c
         return R(1.001) * radius * radius + R(1e-6) * dot(size, size);
     };
     s.c0 = s.edge[0].a;
-    s.stretch = within(most(s0.r, s1.r));
+    s.stretch = within(max(s0.r, s1.r));
     if (count < 3) {
         if (s.edge[0].length > 0) s.N = s.edge[0].u;
         return;
@@ -176,7 +176,7 @@ HD void form(Shape<R>& s, int count, const Sphere<R>& s0, const Sphere<R>& s1, c
         sheet(s, s1, s2, s0, s.m1, s.m2, m0);
     else
         sheet(s, s2, s0, s1, s.m2, m0, s.m1);
-    s.stretch = within(s.plane ? most(most(s0.r, s1.r), s2.r) : length(size));
+    s.stretch = within(s.plane ? max(max(s0.r, s1.r), s2.r) : length(size));
     if (!s.plane) return;
     s.c0 = s0.c;
     s.r0 = s0.r;
@@ -194,9 +194,9 @@ HD Shape<R> shape(int count, const Sphere<R>& s0, const Sphere<R>& s1, const Sph
 // Signed distance, normal and weights at p. Where p lies on the medial sheet itself the distance is
 // exact and the normal one of the equally near ones (at a slab's border, of those of its side).
 template <class R>
-HD Foot<R> foot(const Shape<R>& s, Vec3<R> p)
+HD ClosestPoint<R> closest_point(const Shape<R>& s, Vec3<R> p)
 {
-    Foot<R> best{R(1e30), {0, 1, 0}, 1, 0, 0};
+    ClosestPoint<R> best{R(1e30), {0, 1, 0}, 1, 0, 0};
     unsigned open = s.count == 3 ? 7 : 1;  // edges that may hold the foot
     if (s.plane) {
         const Vec3<R> d = p - s.c0;
@@ -211,7 +211,7 @@ HD Foot<R> foot(const Shape<R>& s, Vec3<R> p)
     }
     for (; open; open &= open - 1) {
         const int e = lowest_bit(open);
-        const Foot<R> f = foot(s.edge[e], p);
+        const ClosestPoint<R> f = closest_point(s.edge[e], p);
         if (!(f.phi < best.phi)) continue;
         best = {f.phi, f.n, e == 1 ? 0 : f.l0,
                 e == 0   ? f.l1

@@ -20,7 +20,7 @@ HD Sphere<R> amid(const Binding<R>& b, From&& from, Middle&& middle, To&& to, R&
             to_end[end] += b.weight[k] * (length(e.p - m.p) + swing);
         }
     }
-    travel = most(travel, most(to_end[0], to_end[1]));
+    travel = max(travel, max(to_end[0], to_end[1]));
     return {centre(b, middle), {0, 0, 0}, {0, 0, 0}, b.radius, 0};
 }
 

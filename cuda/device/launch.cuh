@@ -46,7 +46,7 @@ void launch(const char* name, void (*kernel)(Parameters...), int blocks, int thr
 }
 
 // Whether a kernel may be started before the one it waits for is over (from sm_90 on).
-inline bool starts_early()
+inline bool supports_pdl()
 {
     int device = 0, major = 0;
     check(cudaGetDevice(&device), "device");
@@ -54,11 +54,11 @@ inline bool starts_early()
     return major >= 9;
 }
 
-// The same for a kernel that begins with await_before(): where the device can, its thread blocks
-// take their places while the kernel before it on the stream still runs.
+// The same for a kernel that begins with wait_for_upstream(): where the device can, its thread
+// blocks take their places while the kernel before it on the stream still runs.
 template <class... Parameters, class... Arguments>
-void launch_early(const char* name, void (*kernel)(Parameters...), int blocks, int threads,
-                  cudaStream_t stream, const Arguments&... arguments)
+void launch_pdl(const char* name, void (*kernel)(Parameters...), int blocks, int threads,
+                cudaStream_t stream, const Arguments&... arguments)
 {
     if (blocks == 0) return;
     const ProfilerRange range{name};
@@ -67,22 +67,22 @@ void launch_early(const char* name, void (*kernel)(Parameters...), int blocks, i
     early.val.programmaticStreamSerializationAllowed = 1;
     cudaLaunchConfig_t config{};
     config.gridDim = dim3(unsigned(blocks)), config.blockDim = dim3(unsigned(threads));
-    config.stream = stream, config.attrs = &early, config.numAttrs = starts_early() ? 1 : 0;
+    config.stream = stream, config.attrs = &early, config.numAttrs = supports_pdl() ? 1 : 0;
     check(cudaLaunchKernelEx(&config, kernel, arguments...), name);
 }
 
 // By every thread of a kernel: lets the next one, if it is started early, take its places.
-__device__ inline void let_next_in()
+__device__ inline void trigger_dependents()
 {
     NV_IF_TARGET(NV_PROVIDES_SM_90, (cudaTriggerProgrammaticLaunchCompletion();))
 }
 
 // By every thread of a kernel so started, before it reads what the one before it writes: waits for
 // its end, and lets the next one take its places.
-__device__ inline void await_before()
+__device__ inline void wait_for_upstream()
 {
     NV_IF_TARGET(NV_PROVIDES_SM_90, (cudaGridDependencySynchronize();))
-    let_next_in();
+    trigger_dependents();
 }
 
 inline int blocks_for(int count, int threads) { return (count + threads - 1) / threads; }

@@ -33,19 +33,19 @@ HD Int3 operator*(int s, Int3 a) { return {s * a.x, s * a.y, s * a.z}; }
 HD bool operator==(Int3 a, Int3 b) { return a.x == b.x && a.y == b.y && a.z == b.z; }
 
 template <class R>
-HD R least(R a, R b)
+HD R min(R a, R b)
 {
     return b < a ? b : a;
 }
 template <class R>
-HD R most(R a, R b)
+HD R max(R a, R b)
 {
     return a < b ? b : a;
 }
 template <class R>
-HD R clamped(R a, R low, R high)
+HD R clamp(R a, R low, R high)
 {
-    return least(most(a, low), high);
+    return min(max(a, low), high);
 }
 
 template <class R>

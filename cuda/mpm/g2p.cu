@@ -24,11 +24,11 @@ struct Events {
 __device__ void begin_frame(const Views& d)
 {
     Clock& c = *d.clock;
-    c.duration = d.orders->duration;
-    c.tool_step = d.orders->tool_step;
+    c.duration = d.input->duration;
+    c.tool_step = d.input->tool_step;
     const double speed = sqrt(double(__uint_as_float(c.fastest[(c.done + 1) & 1])));
     const bool anew = c.mode == Mode::running;
-    c.step(c.done) = anew ? step_at(d.pace, 0, speed, c.tool_step, c.duration) : c.kept;
+    c.step(c.done) = anew ? step_at(d.limits, 0, speed, c.tool_step, c.duration) : c.resume;
     if (anew) c.counters = {};
     c.near_runs = c.far_runs = 0;
     c.active[c.done % 3] = 0;
@@ -42,20 +42,21 @@ __global__ void begin_kernel(const __grid_constant__ Views d)
     if (c.mode != Mode::stopped) begin_frame(d);
     // Where clay may be still, the sort says whose it is.
     c.unsorted = c.mode == Mode::running &&
-                 (d.rest.rule.mode != RestMode::none || c.drift > most_drift * d.pace.dx);
+                 (d.rest.rule.mode != RestMode::none || c.drift > max_drift * d.limits.dx);
     if (!d.captured) return;
     cudaGraphSetConditional(d.unsorted[c.side ^ 1], false);
     cudaGraphSetConditional(d.unsorted[c.side], c.unsorted);  // after: it may be the same
     cudaGraphSetConditional(d.again, c.mode == Mode::running);
 }
 
-template <Flows flows>
+template <PlasticityClass plasticity>
 __device__ Material<float> narrowed(Material<float> m)
 {
-    if constexpr (flows != Flows::any) m.elasticity = Elasticity::neo_hookean;
-    if constexpr (flows == Flows::elastic) m.flow = Flow::none;
-    if constexpr (flows == Flows::plastic)
-        m.flow = m.flow == Flow::von_mises ? Flow::von_mises : Flow::none;
+    if constexpr (plasticity != PlasticityClass::any) m.elasticity = Elasticity::neo_hookean;
+    if constexpr (plasticity == PlasticityClass::elastic) m.plasticity = Plasticity::none;
+    if constexpr (plasticity == PlasticityClass::plastic)
+        m.plasticity =
+            m.plasticity == Plasticity::von_mises ? Plasticity::von_mises : Plasticity::none;
     return m;
 }
 
@@ -100,20 +101,20 @@ template <bool blades>
 __device__ Index index_in(int run, int count)
 {
     const int i = run * scatter_threads<blades> + int(threadIdx.x);
-    return {least(most(i, 0), count - 1), i < count};
+    return {min(max(i, 0), count - 1), i < count};
 }
 
 // The same, found anew: to keep it would cost a register.
 template <bool tools, bool blades>
-__device__ Index own_index(const Later& later, int count)
+__device__ Index own_index(const SubstepContext& later, int count)
 {
     return index_in<blades>(tools ? later.run : int(blockIdx.x), count);
 }
 
 // Moves the thread's particle through the velocities of substep n. All lanes of a warp stay
 // together: clay that is still moves, too, and is put back.
-template <bool tools, Flows flows, bool blades, bool rests>
-__device__ Events moved(const Views& d, const Later& later, ScatterSpace<blades>& space,
+template <bool tools, PlasticityClass plasticity, bool blades, bool rests>
+__device__ Events moved(const Views& d, const SubstepContext& later, ScatterSpace<blades>& space,
                         Particle<float>& q)
 {
     constexpr bool early = blades || rests;  // what is left of the state is asked for at once
@@ -132,7 +133,7 @@ __device__ Events moved(const Views& d, const Later& later, ScatterSpace<blades>
     }
     const Offsets o = offsets(d.lattice, s.base);
     // The one number that the registers have no room for meanwhile.
-    constexpr bool full = tools && flows == Flows::plastic && !early;
+    constexpr bool full = tools && plasticity == PlasticityClass::plastic && !early;
     float* const aside = &space.slopes[threadIdx.x >> 5][0][0].x + (threadIdx.x & 31);
     if constexpr (full) *aside = q.k;
     gather(q, s, d.lattice.spacing, [&](Int3 step) {
@@ -155,18 +156,18 @@ __device__ Events moved(const Views& d, const Later& later, ScatterSpace<blades>
         if (!__any_sync(all_lanes, moves)) return {};
     }
     const float dt = later.now;
-    q.e = strained(q.e, q.C, dt);
+    q.e = advance_b(q.e, q.C, dt);
     q.x = q.x + dt * q.v;
     Events happened{};
     if constexpr (tools)
         happened.depth =
-            left_tools<blades>(q, d, later, Borrowed<blades>{space}, moves, happened.covered);
+            left_tools<blades>(q, d, later, ContactScratch<blades>{space}, moves, happened.covered);
     happened.projected = happened.depth > 0;
     if (!d.free.holds(q.x)) {
         happened.confined = confine(q, d.lattice, d.walls);
         q.x = d.stored.nearest(q.x);
     }
-    happened.yielded = yield(q, narrowed<flows>(d.materials[q.object]), later.now);
+    happened.yielded = yield(q, narrowed<plasticity>(d.materials[q.object]), later.now);
     if (!sound(q)) {
         if (own().valid && moves) atomicAdd(&later.clock().counters.repaired, 1ull);
         repair(q, particles().load_state(own().at));
@@ -212,7 +213,7 @@ __device__ void report(Clock& clock, int n, const Sums (&sums)[warps], int moved
     Sums all{};
     UNROLL
     for (const Sums& s : sums)  // 128 particles: no byte runs over
-        all = {all.events + s.events, most(all.deepest, s.deepest), most(all.fastest, s.fastest)};
+        all = {all.events + s.events, max(all.deepest, s.deepest), max(all.fastest, s.fastest)};
     unsigned long long* to[] = {&clock.counters.yielded, &clock.counters.projected,
                                 &clock.counters.confined, &clock.counters.covered};
     UNROLL
@@ -233,25 +234,25 @@ __device__ void move_on(const Views& d, int n)
 
 // Blocks per multiprocessor: as many as leave registers enough to spill nothing, and no more than
 // shared memory holds.
-constexpr int most_resident = SHARED_KIB / 25;
-template <bool tools, Flows flows, bool blades, bool rests>
-constexpr int spill_free = rests                 ? (flows == Flows::any || SHARED_KIB < 228 ? 3 : 5)
-                           : blades              ? 6
-                           : flows == Flows::any ? 3
-                           : tools               ? 7
-                                                 : 8;
-template <bool tools, Flows flows, bool blades, bool rests>
-constexpr int resident = spill_free<tools, flows, blades, rests> < most_resident
-                             ? spill_free<tools, flows, blades, rests>
-                             : most_resident;
+constexpr int max_resident = SHARED_KIB / 25;
+template <bool tools, PlasticityClass plasticity, bool blades, bool rests>
+constexpr int spill_free = rests ? (plasticity == PlasticityClass::any || SHARED_KIB < 228 ? 3 : 5)
+                           : blades                             ? 6
+                           : plasticity == PlasticityClass::any ? 3
+                           : tools                              ? 7
+                                                                : 8;
+template <bool tools, PlasticityClass plasticity, bool blades, bool rests>
+constexpr int resident = spill_free<tools, plasticity, blades, rests> < max_resident
+                             ? spill_free<tools, plasticity, blades, rests>
+                             : max_resident;
 
 // The substep of a run, by all threads of a block: the thread's particle is stored, and scattered
 // for the next.
-template <bool tools, Flows flows, bool blades, bool rests, int warps>
-__device__ void stepped(const Views& d, const Later& later, ScatterSpace<blades>& space,
+template <bool tools, PlasticityClass plasticity, bool blades, bool rests, int warps>
+__device__ void stepped(const Views& d, const SubstepContext& later, ScatterSpace<blades>& space,
                         Sums (&sums)[warps], Particle<float>& q)
 {
-    Events happened = moved<tools, flows, blades, rests>(d, later, space, q);
+    Events happened = moved<tools, plasticity, blades, rests>(d, later, space, q);
     const ParticleView& to = d.particles[later.side];
     const Index own = own_index<tools, blades>(later, to.count);
     if (!own.valid) happened = {};
@@ -262,13 +263,14 @@ __device__ void stepped(const Views& d, const Later& later, ScatterSpace<blades>
     if (own.valid) to.store_state(own.at, q);
     if (own.valid && last) to.store_motion(own.at, q);
     WarpScatter<blades> scatter{d, space, later.n};
-    if (!last) scatter(q, narrowed<flows>(d.materials[q.object]), own.valid, later.dt);
-    const int stirred = synchronised<rests>(happened.moved);
-    if (threadIdx.x == 0) report(later.clock(), later.n - 1, sums, stirred);
+    if (!last) scatter(q, narrowed<plasticity>(d.materials[q.object]), own.valid, later.dt);
+    const int own_activity = synchronised<rests>(happened.moved);
+    if (threadIdx.x == 0) report(later.clock(), later.n - 1, sums, own_activity);
 }
 
-template <bool tools, Flows flows, bool blades, bool rests>
-__global__ void __launch_bounds__(scatter_threads<blades>, (resident<tools, flows, blades, rests>))
+template <bool tools, PlasticityClass plasticity, bool blades, bool rests>
+__global__ void __launch_bounds__(scatter_threads<blades>,
+                                  (resident<tools, plasticity, blades, rests>))
     g2p_kernel(const __grid_constant__ Views d)
 {
     union Space {
@@ -277,58 +279,62 @@ __global__ void __launch_bounds__(scatter_threads<blades>, (resident<tools, flow
     };
     __shared__ Space space;
     __shared__ Sums sums[scatter_warps<blades>];
-    __shared__ Later later;
+    __shared__ SubstepContext later;
     const Clock& clock = *d.clock;
-    constexpr int posers = tools ? pose_parts : 0;
+    constexpr int pose_blocks = tools ? pose_parts : 0;
     const int count = d.particles[0].count, side = clock.side;
     // What the substep before left of the particles is there long before this one's velocities.
     Particle<float> q{};
-    int run = int(blockIdx.x) - posers;
+    int run = int(blockIdx.x) - pose_blocks;
     if constexpr (!rests) {
         if (tools && run >= 0) run = d.tools.runs[run];
         d.particles[side].load_place(index_in<blades>(run, count).at, q);
     }
-    await_before();
+    wait_for_upstream();
     const int n = clock.begun;
     const float dt = clock.dt[0], after = clock.dt[1];
     // None is ever below zero; asked, for all to be read at once rather than one after the other.
     if (!(dt > 0) || after < 0 || n < 0) return;
-    if (tools && int(blockIdx.x) < posers) {
+    if (tools && int(blockIdx.x) < pose_blocks) {
         if (after > 0) pose_part(d, space.pose, int(blockIdx.x), n + 1);
         return;
     }
     if (threadIdx.x == 0) later = {d.clock, n + 1, side, dt, after, rests ? 0 : run};
     __syncthreads();
-    for_each_run<rests>(d, posers, run, [&](int listed) {
+    for_each_run<rests>(d, pose_blocks, run, [&](int listed) {
         if constexpr (rests) {
             if (threadIdx.x == 0) later.run = listed;
             q = {}, d.particles[later.side].load_place(index_in<blades>(listed, count).at, q);
             __syncthreads();
         }
-        stepped<tools, flows, blades, rests>(d, later, space.scatter, sums, q);
+        stepped<tools, plasticity, blades, rests>(d, later, space.scatter, sums, q);
     });
     // Last, for ptxas does not know that the warp is together again after it.
-    if (threadIdx.x == 0 && int(blockIdx.x) == posers) move_on(d, later.n);
+    if (threadIdx.x == 0 && int(blockIdx.x) == pose_blocks) move_on(d, later.n);
 }
 
 template <bool tools>
-auto kernel_for(Flows flows)
+auto kernel_for(PlasticityClass plasticity)
 {
-    return flows == Flows::elastic   ? g2p_kernel<tools, Flows::elastic, false, false>
-           : flows == Flows::plastic ? g2p_kernel<tools, Flows::plastic, false, false>
-                                     : g2p_kernel<tools, Flows::any, false, false>;
+    return plasticity == PlasticityClass::elastic
+               ? g2p_kernel<tools, PlasticityClass::elastic, false, false>
+           : plasticity == PlasticityClass::plastic
+               ? g2p_kernel<tools, PlasticityClass::plastic, false, false>
+               : g2p_kernel<tools, PlasticityClass::any, false, false>;
 }
 
 // Scenes with blades, or in which clay may be still, have tools or run as if they had.
-auto kernel_for(const Needs& needs)
+auto kernel_for(const Features& features)
 {
-    if (needs.blades)
-        return needs.rests ? g2p_kernel<true, Flows::any, true, true>
-                           : g2p_kernel<true, Flows::any, true, false>;
-    if (needs.rests)
-        return needs.flows == Flows::any ? g2p_kernel<true, Flows::any, false, true>
-                                         : g2p_kernel<true, Flows::plastic, false, true>;
-    return needs.tools ? kernel_for<true>(needs.flows) : kernel_for<false>(needs.flows);
+    if (features.blades)
+        return features.rests ? g2p_kernel<true, PlasticityClass::any, true, true>
+                              : g2p_kernel<true, PlasticityClass::any, true, false>;
+    if (features.rests)
+        return features.plasticity == PlasticityClass::any
+                   ? g2p_kernel<true, PlasticityClass::any, false, true>
+                   : g2p_kernel<true, PlasticityClass::plastic, false, true>;
+    return features.tools ? kernel_for<true>(features.plasticity)
+                          : kernel_for<false>(features.plasticity);
 }
 
 }  // namespace
@@ -338,11 +344,12 @@ void begin(const Views& views, cudaStream_t stream)
     launch("begin", begin_kernel, 1, 1, stream, views);
 }
 
-void g2p(const Views& views, const Needs& needs, int multiprocessors, cudaStream_t stream)
+void g2p(const Views& views, const Features& features, int multiprocessors, cudaStream_t stream)
 {
-    const int posers = needs.tools || needs.blades || needs.rests ? pose_parts : 0;
-    launch_early("g2p", kernel_for(needs), blocks_for_runs(views, needs, multiprocessors) + posers,
-                 run_length(needs), stream, views);
+    const int pose_blocks = features.tools || features.blades || features.rests ? pose_parts : 0;
+    launch_pdl("g2p", kernel_for(features),
+               blocks_for_runs(views, features, multiprocessors) + pose_blocks,
+               run_length(features), stream, views);
 }
 
 }  // namespace knead::gpu

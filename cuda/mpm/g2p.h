@@ -76,7 +76,7 @@ HD void gather(Particle<R>& q, const Stencil<R>& s, std::type_identity_t<const S
 // b <- (I + dt C) b (I + dt C)^T, written for e = b - I so that small strains stay exact:
 // e + L e + L =: U, then U + U L^T + L^T, of which six numbers are wanted.  (9)
 template <class R>
-HD Sym3<R> strained(const Sym3<R>& e, const Mat3<R>& C, R dt)
+HD Sym3<R> advance_b(const Sym3<R>& e, const Mat3<R>& C, R dt)
 {
     const Mat3<R> L = dt * C, E = full(e), U = E + L * E + L, rows = transpose(L);
     const auto at = [](R u, Vec3<R> row_u, Vec3<R> row_l, R l) {

@@ -18,7 +18,7 @@ constexpr int threads = tools ? 2 * block_nodes : block_nodes;
 template <bool tools>
 constexpr int resident = tools ? 4 : 12;
 template <bool tools>
-constexpr int abreast = tools ? 2 : 1;
+constexpr int blocks_per_cta = tools ? 2 : 1;
 constexpr int shared_nodes = 32 * block_nodes / threads<true>;  // of a warp, near tools
 
 template <bool fixed_point>
@@ -64,9 +64,9 @@ __device__ void look_ahead(const Views& d)
     const int n = c.done, before = (n + 1) & 1;
     const Step step = c.step(n);
     const double speed = sqrt(double(__uint_as_float(c.fastest[before])));
-    Step next = step_after(step, d.pace, speed, c.tool_step, c.duration);
+    Step next = step_after(step, d.limits, speed, c.tool_step, c.duration);
     if (c.crowded[before] && step.dt > 0 && next.dt > 0)
-        c.mode = Mode::stopped, c.kept = next, next.dt = 0;
+        c.mode = Mode::stopped, c.resume = next, next.dt = 0;
     c.crowded[before] = false;
     c.begun = n;
     c.fastest[n & 1] = 0;
@@ -76,8 +76,8 @@ __device__ void look_ahead(const Views& d)
     c.step(n + 1) = next;
     c.dt[0] = float(step.dt), c.dt[1] = float(next.dt);
     if (!(step.dt > 0)) return;
-    all.dt_least = all.substeps ? least(all.dt_least, step.dt) : step.dt;
-    all.dt_most = most(all.dt_most, step.dt);
+    all.dt_min = all.substeps ? min(all.dt_min, step.dt) : step.dt;
+    all.dt_max = max(all.dt_max, step.dt);
     ++all.substeps;
     ++all.limits[int(step.limit)];
     all.active_blocks = c.active[n % 3];
@@ -99,7 +99,8 @@ __device__ void stir_neighbours(const Views& d, int n)
             if (__ldcg(&r.reached[b]) || atomicExch(&r.reached[b], 1u)) continue;
             const int2 range = r.range[b];
             for (int run = range.x / r.run; run * r.run < range.y; ++run)
-                if (!atomicExch(&r.held[run], 1u)) r.list[atomicAdd(&d.clock->listed, 1)] = run;
+                if (!atomicExch(&r.run_listed[run], 1u))
+                    r.list[atomicAdd(&d.clock->listed, 1)] = run;
         }
     }
 }
@@ -107,31 +108,32 @@ __device__ void stir_neighbours(const Views& d, int n)
 // The substep under way, and what a thread block begins with. All that may be wanted is asked for
 // at once, rather than one after the other; what the clock's own block writes meanwhile is not
 // used.
-template <int abreast>
+template <int blocks_per_cta>
 struct Start {
     int n;
-    float dt;                           // [s]
-    int count, before;                  // blocks listed of this grid and of the other
-    int blocks[abreast], old[abreast];  // the first of each
+    float dt;                                         // [s]
+    int count, before;                                // blocks listed of this grid and of the other
+    int blocks[blocks_per_cta], old[blocks_per_cta];  // the first of each
 };
 
-template <int abreast>
-__device__ Start<abreast> started(const Views& d)
+template <int blocks_per_cta>
+__device__ Start<blocks_per_cta> started(const Views& d)
 {
     const Clock& c = *d.clock;
-    int lists[3][abreast];
+    int lists[3][blocks_per_cta];
     UNROLL
-    for (int k = 0; k < abreast; ++k) {
+    for (int k = 0; k < blocks_per_cta; ++k) {
         const int at = int(blockIdx.x) - 1 + k * (int(gridDim.x) - 1);
-        const int first = least(most(at, 0), d.lattice.block_count() - 1);
+        const int first = min(max(at, 0), d.lattice.block_count() - 1);
         UNROLL
         for (int l = 0; l < 3; ++l) lists[l][k] = d.grid.list[l][first];
     }
     const int n = c.done, active[] = {c.active[0], c.active[1], c.active[2]};
     const double dt[] = {c.steps[0].dt, c.steps[1].dt, c.steps[2].dt};
-    Start<abreast> s{n, float(in_ring(n, dt)), in_ring(n, active), in_ring(n + 2, active), {}, {}};
+    Start<blocks_per_cta> s{
+        n, float(in_ring(n, dt)), in_ring(n, active), in_ring(n + 2, active), {}, {}};
     UNROLL
-    for (int k = 0; k < abreast; ++k) {
+    for (int k = 0; k < blocks_per_cta; ++k) {
         s.blocks[k] = in_ring(n, {lists[0][k], lists[1][k], lists[2][k]});
         s.old[k] = in_ring(n + 2, {lists[0][k], lists[1][k], lists[2][k]});
     }
@@ -152,17 +154,18 @@ __device__ void look_around(const Views& d)
 
 // Calls update(blocks) for all listed blocks of nodes, so many at a time, after clearing as many of
 // the other grid; -1 stands for none. They are listed for the next substep, too.
-template <bool fixed_point, int abreast, class Update>
-__device__ void for_each_block(const Views& d, Start<abreast> s, Update&& update)
+template <bool fixed_point, int blocks_per_cta, class Update>
+__device__ void for_each_block(const Views& d, Start<blocks_per_cta> s, Update&& update)
 {
     const int *const now = d.grid.list[s.n % 3], *const last = d.grid.list[(s.n + 2) % 3];
     int* const next = d.grid.list[(s.n + 1) % 3];
     const int parity = s.n & 1, stride = int(gridDim.x) - 1, fields = d.grid.fields;
-    for (int at = int(blockIdx.x) - 1; at < s.count || at < s.before; at += abreast * stride) {
-        int here[abreast];
+    for (int at = int(blockIdx.x) - 1; at < s.count || at < s.before;
+         at += blocks_per_cta * stride) {
+        int here[blocks_per_cta];
         UNROLL
-        for (int k = 0; k < abreast; ++k) {
-            const int own = at + k * stride, then = own + abreast * stride;
+        for (int k = 0; k < blocks_per_cta; ++k) {
+            const int own = at + k * stride, then = own + blocks_per_cta * stride;
             here[k] = own < s.count ? s.blocks[k] : -1;
             const int old = own < s.before ? s.old[k] : -1;
             if (threadIdx.x == 0 && here[k] >= 0)
@@ -181,9 +184,9 @@ __device__ void for_each_block(const Views& d, Start<abreast> s, Update&& update
 
 using SharedSpace = ContactSpace<shared_nodes>;
 
-// held() by all lanes of a warp, for those that are `in`; of tools without blades.
-__device__ Vec3<float> held_by_warp(SharedSpace& space, const Colliders<float>& c, const Mask& mask,
-                                    bool in, Vec3<float> x, Vec3<float> v)
+// apply_tools() by all lanes of a warp, for those that are `in`; of tools without blades.
+__device__ Vec3<float> apply_tools_by_warp(SharedSpace& space, const Colliders<float>& c,
+                                           const Mask& mask, bool in, Vec3<float> x, Vec3<float> v)
 {
     WarpContact<shared_nodes> contact(space, c);
     const int near = contact.look(mask, in, x, [&c](int i) { return c.primitives[i].tool; });
@@ -191,7 +194,7 @@ __device__ Vec3<float> held_by_warp(SharedSpace& space, const Colliders<float>& 
         to = contact.run_end(from, near);
         const Tool<float>& tool = c.tools[contact.label(from)];
         const Contact<float> hit = contact.deepest(from, to, in, x);
-        if (hit.phi < 0) v = touched(v, hit.n, hit.v, tool.touch, tool.friction);
+        if (hit.phi < 0) v = apply_contact(v, hit.n, hit.v, tool.mode, tool.friction);
     }
     return v;
 }
@@ -204,11 +207,11 @@ __device__ void update_node(const Views& d, int parity, float dt, int i, bool ow
     const Node<float> sum = own ? sum_of<fixed_point>(d.grid, parity, i) : Node<float>{};
     const bool clay = sum.m > 0;
     Vec3<float> v{};
-    if (clay) v = falling(sum, d.gravity, dt);
+    if (clay) v = apply_gravity(sum, d.gravity, dt);
     v = tools(clay, d.lattice.position(at), v);
     if (!own) return;
     bool clipped = false;
-    if (clay) v = bounded(v, at, d.lattice, d.walls, dt, clipped);
+    if (clay) v = limit_speed(v, at, d.lattice, d.walls, dt, clipped);
     d.grid.nodes[parity][i] = {v.x, v.y, v.z, clay ? sum.m : 0};
     if (clipped) atomicAdd(&d.clock->counters.clipped, 1ull);
 }
@@ -220,8 +223,8 @@ __device__ void update_together(const Views& d, SharedSpace& space, int n, float
     const int lane = int(threadIdx.x & 31), node = lane % shared_nodes;
     const int i = b * block_nodes + int(threadIdx.x >> 5) * shared_nodes + node;
     const auto tools = [&](bool clay, Vec3<float> x, Vec3<float> v) {
-        return held_by_warp(space, d.tools.colliders(n), d.tools.masks[b],
-                            __shfl_sync(0xffffffffu, clay, node), x, v);
+        return apply_tools_by_warp(space, d.tools.colliders(n), d.tools.masks[b],
+                                   __shfl_sync(0xffffffffu, clay, node), x, v);
     };
     update_node<fixed_point>(d, n & 1, dt, i, lane == node, tools);
 }
@@ -231,23 +234,23 @@ __global__ void __launch_bounds__(threads<tools>, resident<tools>)
     grid_kernel(const __grid_constant__ Views d)
 {
     __shared__ SharedSpace spaces[tools ? block_nodes / shared_nodes : 1];
-    await_before();
+    wait_for_upstream();
     if (blockIdx.x == 0) return look_around(d);
-    const auto start = started<abreast<tools>>(d);
+    const auto start = started<blocks_per_cta<tools>>(d);
     const int n = start.n, parity = n & 1;
     const float dt = start.dt;
     if (!(dt > 0)) return;
     if (d.rest.rule.mode == RestMode::sleep) stir_neighbours(d, n);
-    for_each_block<fixed_point>(d, start, [&](const int(&blocks)[abreast<tools>]) {
+    for_each_block<fixed_point>(d, start, [&](const int(&blocks)[blocks_per_cta<tools>]) {
         const auto near = [&](int b) { return tools && b >= 0 && !empty(d.tools.masks[b]); };
         const int half = int(threadIdx.x) / block_nodes;
-        const int own = half ? blocks[abreast<tools> - 1] : blocks[0];
+        const int own = half ? blocks[blocks_per_cta<tools> - 1] : blocks[0];
         if (own >= 0 && !near(own))
             update_node<fixed_point>(d, parity, dt,
                                      own * block_nodes + int(threadIdx.x) % block_nodes, true,
                                      [](bool, Vec3<float>, Vec3<float> v) { return v; });
         for (int k = 0; tools && k < 2; ++k) {
-            const int b = k ? blocks[abreast<tools> - 1] : blocks[0];
+            const int b = k ? blocks[blocks_per_cta<tools> - 1] : blocks[0];
             if (near(b)) update_together<fixed_point>(d, spaces[threadIdx.x >> 5], n, dt, b);
         }
     });
@@ -274,7 +277,7 @@ __device__ Vec3<float> slope(const Views& d, int parity, Int3 n)
 template <bool fixed_point>
 __global__ void __launch_bounds__(block_nodes, 8) cut_grid_kernel(const __grid_constant__ Views d)
 {
-    await_before();
+    wait_for_upstream();
     if (blockIdx.x == 0) return look_around(d);
     const auto start = started<1>(d);
     const int n = start.n, parity = n & 1, nodes = d.lattice.node_count();
@@ -298,7 +301,7 @@ __global__ void __launch_bounds__(block_nodes, 8) cut_grid_kernel(const __grid_c
             v[f] = update(sum, at, d.lattice, d.walls, d.gravity, dt, clipped,
                           [&](Vec3<float> x, Vec3<float> u) {
                               if (!d.tools.grid_contact) return u;
-                              u = held(colliders, mask, x, u);
+                              u = apply_tools(colliders, mask, x, u);
                               return f ? sliced(colliders, mask, x, u, dx, unsigned(f)) : u;
                           });
             if (clipped) atomicAdd(&d.clock->counters.clipped, 1ull);
@@ -312,22 +315,22 @@ __global__ void __launch_bounds__(block_nodes, 8) cut_grid_kernel(const __grid_c
 
 }  // namespace
 
-void grid(const Views& views, const Needs& needs, int multiprocessors, cudaStream_t stream)
+void grid(const Views& views, const Features& features, int multiprocessors, cudaStream_t stream)
 {
     const auto blocks = [&](int resident) {
-        return 1 + least(views.lattice.block_count(), resident * multiprocessors - 1);
+        return 1 + min(views.lattice.block_count(), resident * multiprocessors - 1);
     };
-    if (needs.blades) {
-        launch_early("grid", needs.fixed_point ? cut_grid_kernel<true> : cut_grid_kernel<false>,
-                     blocks(8), block_nodes, stream, views);
+    if (features.blades) {
+        launch_pdl("grid", features.fixed_point ? cut_grid_kernel<true> : cut_grid_kernel<false>,
+                   blocks(8), block_nodes, stream, views);
         return;
     }
-    const bool tools = needs.tools && views.tools.grid_contact;
-    const auto kernel = needs.fixed_point
+    const bool tools = features.tools && views.tools.grid_contact;
+    const auto kernel = features.fixed_point
                             ? (tools ? grid_kernel<true, true> : grid_kernel<false, true>)
                             : (tools ? grid_kernel<true, false> : grid_kernel<false, false>);
-    launch_early("grid", kernel, blocks(tools ? resident<true> : resident<false>),
-                 tools ? threads<true> : threads<false>, stream, views);
+    launch_pdl("grid", kernel, blocks(tools ? resident<true> : resident<false>),
+               tools ? threads<true> : threads<false>, stream, views);
 }
 
 }  // namespace knead::gpu

@@ -8,11 +8,11 @@ namespace knead {
 
 // What the six walls leave of a velocity at node n.  (18) with fixed, axis-aligned normals
 template <class R>
-HD Vec3<R> walled(Vec3<R> v, Int3 n, Int3 size, const Walls<R>& walls)
+HD Vec3<R> apply_walls(Vec3<R> v, Int3 n, Int3 size, const Walls<R>& walls)
 {
     const auto face = [&](bool low, bool high, Vec3<R> axis) {
-        if (low) v = touched(v, axis, {0, 0, 0}, walls.touch, walls.friction);
-        if (high) v = touched(v, -axis, {0, 0, 0}, walls.touch, walls.friction);
+        if (low) v = apply_contact(v, axis, {0, 0, 0}, walls.mode, walls.friction);
+        if (high) v = apply_contact(v, -axis, {0, 0, 0}, walls.mode, walls.friction);
     };
     const int first = walls.margin, last = first + 1;
     if (n.x > first && n.y > first && n.z > first && n.x < size.x - last && n.y < size.y - last &&
@@ -27,7 +27,7 @@ HD Vec3<R> walled(Vec3<R> v, Int3 n, Int3 size, const Walls<R>& walls)
 // Velocity of a node that holds mass, before anything stands in its way. Divided each: a weight of
 // 1e-33 makes the mass denormal and its reciprocal infinite.
 template <class R>
-HD Vec3<R> falling(const Node<R>& node, Vec3<R> gravity, R dt)
+HD Vec3<R> apply_gravity(const Node<R>& node, Vec3<R> gravity, R dt)
 {
     return Vec3<R>{node.p.x / node.m, node.p.y / node.m, node.p.z / node.m} + dt * gravity;
 }
@@ -35,10 +35,10 @@ HD Vec3<R> falling(const Node<R>& node, Vec3<R> gravity, R dt)
 // What walls leave of it, and the guard: `clipped` is set where a node would outrun one cell per
 // substep, to be counted by the caller.
 template <class R>
-HD Vec3<R> bounded(Vec3<R> v, Int3 n, const Lattice<R>& lattice, const Walls<R>& walls, R dt,
-                   bool& clipped)
+HD Vec3<R> limit_speed(Vec3<R> v, Int3 n, const Lattice<R>& lattice, const Walls<R>& walls, R dt,
+                       bool& clipped)
 {
-    v = walled(v, n, lattice.size, walls);
+    v = apply_walls(v, n, lattice.size, walls);
     const R speed = length(v), limit = lattice.dx / dt;
     clipped = speed > limit;
     return clipped ? (limit / speed) * v : v;
@@ -51,28 +51,28 @@ HD Node<R> update(const Node<R>& node, Int3 n, const Lattice<R>& lattice, const 
 {
     clipped = false;
     if (!(node.m > 0)) return {{0, 0, 0}, 0};
-    const Vec3<R> v = tools(lattice.position(n), falling(node, gravity, dt));
-    return {bounded(v, n, lattice, walls, dt, clipped), node.m};
+    const Vec3<R> v = tools(lattice.position(n), apply_gravity(node, gravity, dt));
+    return {limit_speed(v, n, lattice, walls, dt, clipped), node.m};
 }
 
 // The tools of a block, strongest last: every tool that holds the node, in order of its index.
 template <class R>
-HD Vec3<R> held(const Colliders<R>& c, const Mask& mask, Vec3<R> x, Vec3<R> v)
+HD Vec3<R> apply_tools(const Colliders<R>& c, const Mask& mask, Vec3<R> x, Vec3<R> v)
 {
     int tool = -1, at = -1;
-    Foot<R> best{};
+    ClosestPoint<R> best{};
     const auto apply = [&] {
         if (at < 0 || best.phi >= 0) return;
         const Tool<R>& t = c.tools[tool];
         const Vec3<R> u = surface_velocity(c, c.primitives[at], best);
-        v = touched(v, best.n, u, t.touch, t.friction);
+        v = apply_contact(v, best.n, u, t.mode, t.friction);
     };
     for_each_candidate(mask, [&](int i) {
         if (!enclosed(c.shapes[i], x)) return;
         if (two_sided(c, i)) return;
         const int owner = c.primitives[i].tool;
         if (owner != tool) apply(), tool = owner, at = -1;
-        const Foot<R> f = foot(c.shapes[i], x);
+        const ClosestPoint<R> f = closest_point(c.shapes[i], x);
         if (at < 0 || f.phi < best.phi) best = f, at = i;
     });
     apply();

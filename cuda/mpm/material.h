@@ -14,22 +14,22 @@ constexpr R crushed = R(-0.999999);
 template <class R>
 HD R log_volume(R excess)
 {
-    return R(0.5) * std::log1p(most(excess, crushed<R>));
+    return R(0.5) * std::log1p(max(excess, crushed<R>));
 }
 
 // Snow hardens as it is packed: factor on mu and lambda, k = ln of the plastic volume ratio.
 template <class R>
-HD R packed(const Material<R>& q, R k)
+HD R snow_hardening(const Material<R>& q, R k)
 {
-    if (q.flow != Flow::clamp) return 1;
-    return clamped(std::exp(-q.snow * std::expm1(k)), R(0.05), R(20));
+    if (q.plasticity != Plasticity::clamp) return 1;
+    return clamp(std::exp(-q.snow * std::expm1(k)), R(0.05), R(20));
 }
 
 // Principal Kirchhoff stresses [Pa] at principal Hencky strains eps [1] of a solid.
 template <class R>
 HD Vec3<R> principal_stress(const Material<R>& q, R k, Vec3<R> eps)
 {
-    const R h = packed(q, k), mu = h * q.mu, lambda = h * q.lambda;
+    const R h = snow_hardening(q, k), mu = h * q.mu, lambda = h * q.lambda;
     const R sum = eps.x + eps.y + eps.z;
     if (q.elasticity == Elasticity::hencky) {
         const R p = lambda * sum;
@@ -63,13 +63,13 @@ HD Sym3<R> neo_hookean_stress(const Sym3<R>& e, R mu, R lambda)
 template <class R>
 HD Sym3<R> kirchhoff_stress(const Particle<R>& q, const Material<R>& m)
 {
-    if (m.flow == Flow::fluid) {
+    if (m.plasticity == Plasticity::fluid) {
         const R log_J = log_volume(determinant_excess(q.e)), J = std::exp(log_J);
         const R p = m.bulk / m.exponent * std::expm1(-m.exponent * log_J);
         return (2 * m.viscosity * J) * deviator(symmetric(q.C)) + isotropic(-p * J);
     }
     if (m.elasticity == Elasticity::neo_hookean) {
-        const R h = packed(m, q.k);
+        const R h = snow_hardening(m, q.k);
         return neo_hookean_stress(q.e, h * m.mu, h * m.lambda);
     }
     const Eigen<R> b = eigen(q.e);
@@ -80,7 +80,7 @@ HD Sym3<R> kirchhoff_stress(const Particle<R>& q, const Material<R>& m)
 template <class R>
 HD R sound_speed(const Material<R>& m)
 {
-    if (m.flow == Flow::fluid) return std::sqrt(m.bulk / m.density);
+    if (m.plasticity == Plasticity::fluid) return std::sqrt(m.bulk / m.density);
     return std::sqrt((m.lambda + 2 * m.mu) / m.density);
 }
 

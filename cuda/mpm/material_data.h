@@ -5,13 +5,13 @@
 namespace knead {
 
 enum class Elasticity : int { neo_hookean, fixed_corotated, hencky };
-enum class Flow : int { none, von_mises, drucker_prager, clamp, herschel_bulkley, fluid };
+enum class Plasticity : int { none, von_mises, drucker_prager, clamp, herschel_bulkley, fluid };
 
 // One object's material, with what its particles share.
 template <class R>
 struct Material {
     Elasticity elasticity;
-    Flow flow;
+    Plasticity plasticity;
     R density;      // at rest [kg/m^3]
     R mu, lambda;   // Lame parameters [Pa]
     R bulk;         // of a fluid: slope of its pressure [Pa]
@@ -31,7 +31,7 @@ struct Material {
 template <class To, class From>
 HD Material<To> cast(const Material<From>& m)
 {
-    return {m.elasticity,   m.flow,         To(m.density),   To(m.mu),          To(m.lambda),
+    return {m.elasticity,   m.plasticity,   To(m.density),   To(m.mu),          To(m.lambda),
             To(m.bulk),     To(m.yield),    To(m.hardening), To(m.yield_floor), To(m.friction),
             To(m.cohesion), To(m.compress), To(m.stretch),   To(m.snow),        To(m.viscosity),
             To(m.exponent), To(m.mass),     To(m.volume),    m.category};

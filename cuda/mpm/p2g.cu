@@ -33,26 +33,26 @@ __global__ void __launch_bounds__(scatter_threads<blades>, 4)
         const Particle<float> q = particles.load(valid ? i : particles.count - 1);
         if (!rests && d.tools.primitives.count > 0) line_up(d, run, near_tools(d, q.x) != nullptr);
         Material<float> m = d.materials[q.object];
-        if constexpr (!any) m.elasticity = Elasticity::neo_hookean, m.flow = Flow::none;
+        if constexpr (!any) m.elasticity = Elasticity::neo_hookean, m.plasticity = Plasticity::none;
         WarpScatter<blades, true>{d, space, n}(q, m, valid, float(clock.step(n).dt));
     });
 }
 
 template <bool rests>
-auto kernel_for(const Needs& needs)
+auto kernel_for(const Features& features)
 {
-    return needs.blades                ? p2g_kernel<true, true, rests>
-           : needs.flows == Flows::any ? p2g_kernel<true, false, rests>
-                                       : p2g_kernel<false, false, rests>;
+    return features.blades                               ? p2g_kernel<true, true, rests>
+           : features.plasticity == PlasticityClass::any ? p2g_kernel<true, false, rests>
+                                                         : p2g_kernel<false, false, rests>;
 }
 
 }  // namespace
 
-void p2g(const Views& views, const Needs& needs, int multiprocessors, cudaStream_t stream)
+void p2g(const Views& views, const Features& features, int multiprocessors, cudaStream_t stream)
 {
-    const auto kernel = needs.rests ? kernel_for<true>(needs) : kernel_for<false>(needs);
-    launch("p2g", kernel, blocks_for_runs(views, needs, multiprocessors), run_length(needs), stream,
-           views);
+    const auto kernel = features.rests ? kernel_for<true>(features) : kernel_for<false>(features);
+    launch("p2g", kernel, blocks_for_runs(views, features, multiprocessors), run_length(features),
+           stream, views);
 }
 
 }  // namespace knead::gpu

@@ -5,10 +5,10 @@
 // There is room for a seventh. Particles lie in the first six of the seven rows or, the other side,
 // in the last six; a sort moves them over row by row, each into the row that is free.
 #pragma once
-#include <cstdint>
 #include <vector_types.h>
 
 #include <bit>
+#include <cstdint>
 
 #include "cuda/mpm/particle.h"
 

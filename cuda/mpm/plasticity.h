@@ -24,16 +24,16 @@ struct Return {
     R stress, slip;
 };
 template <class R>
-HD Return<R> flowed(const Material<R>& m, R trial, R stiffness, R k, R dt)
+HD Return<R> return_magnitude(const Material<R>& m, R trial, R stiffness, R k, R dt)
 {
     const R root = R(0.816496580927726);  // sqrt(2/3): from uniaxial to deviatoric magnitude
-    if (m.flow == Flow::von_mises) {
-        const R yield = most(m.yield + m.hardening * k, m.yield_floor);
+    if (m.plasticity == Plasticity::von_mises) {
+        const R yield = max(m.yield + m.hardening * k, m.yield_floor);
         if (trial <= root * yield) return {trial, 0};
         const R slope = yield > m.yield_floor || m.hardening > 0 ? m.hardening : R(0);
-        const R soft = most(2 * stiffness + R(2) / 3 * slope, R(0.2) * stiffness);
+        const R soft = max(2 * stiffness + R(2) / 3 * slope, R(0.2) * stiffness);
         const R slip = (trial - root * yield) / soft;
-        const R stress = most(trial - 2 * stiffness * slip, root * m.yield_floor);
+        const R stress = max(trial - 2 * stiffness * slip, root * m.yield_floor);
         return {stress, (trial - stress) / (2 * stiffness)};
     }
     const R yield = root * m.yield;
@@ -44,7 +44,7 @@ HD Return<R> flowed(const Material<R>& m, R trial, R stiffness, R k, R dt)
     // comes down on the root from the corner of its two straight branches.
     const R over = trial - yield;
     const R a = std::log(m.viscosity / over) + m.exponent * std::log(over / (2 * stiffness * dt));
-    R u = least(R(0), -a / m.exponent), p = 0, q = 1;
+    R u = min(R(0), -a / m.exponent), p = 0, q = 1;
     for (int i = 0; i < 6; ++i) {
         p = std::exp(a + m.exponent * u);
         q = std::exp(u);
@@ -59,17 +59,17 @@ HD Return<R> flowed(const Material<R>& m, R trial, R stiffness, R k, R dt)
 // makes the kernel around it spill. The slope vanishes with all but one value of b, hence its
 // floor.  (10)
 template <class R>
-HD Sym3<R> shrunk(const Sym3<R>& e, R ratio)
+HD Sym3<R> scale_deviator(const Sym3<R>& e, R ratio)
 {
-    const R excess = most(determinant_excess(e), crushed<R>);
+    const R excess = max(determinant_excess(e), crushed<R>);
     const Sym3<R> s = ratio * deviator(e);
     const R II = minors(s), rest = II + determinant(s) - excess;
     constexpr int steps = sizeof(R) == 4 ? 6 : 10;  // enough where the mean falls twentyfold
     R m = (R(1) / 3) * trace(e);
     for (int i = 0; i < steps; ++i) {
         const R f = m * (3 + II + m * (3 + m)) + rest, square = (1 + m) * (1 + m);
-        const R slope = most(3 * square + II, R(1e-3) * square + R(1e-6));
-        m = m - 2 * f * slope / most(2 * slope * slope - 6 * f * (1 + m), slope * slope);
+        const R slope = max(3 * square + II, R(1e-3) * square + R(1e-6));
+        m = m - 2 * f * slope / max(2 * slope * slope - 6 * f * (1 + m), slope * slope);
     }
     return raised(s, m);
 }
@@ -77,7 +77,7 @@ HD Sym3<R> shrunk(const Sym3<R>& e, R ratio)
 // The largest share t in [0, 1] of the deviator `d` of Hencky strain, about the mean `mean`, whose
 // stress keeps |dev tau| <= bound(pressure).
 template <class R, class Bound>
-HD R kept(const Material<R>& m, R k, R mean, Vec3<R> d, Bound&& bound)
+HD R solve_return_scale(const Material<R>& m, R k, R mean, Vec3<R> d, Bound&& bound)
 {
     const auto over = [&](R t) {
         const Vec3<R> tau =
@@ -117,22 +117,23 @@ HD bool yield_by_stress(Particle<R>& q, const Material<R>& m, R dt)
 {
     if (m.elasticity == Elasticity::neo_hookean) {
         const R trial = m.mu * std::sqrt(norm_squared(deviator(q.e)));
-        const Return<R> r = flowed(m, trial, m.mu * (1 + (R(1) / 3) * trace(q.e)), q.k, dt);
+        const Return<R> r =
+            return_magnitude(m, trial, m.mu * (1 + (R(1) / 3) * trace(q.e)), q.k, dt);
         if (r.slip == 0) return false;
-        q.e = shrunk(q.e, r.stress / trial);
+        q.e = scale_deviator(q.e, r.stress / trial);
         q.k += R(0.816496580927726) * r.slip;
         return true;
     }
     const Eigen<R> b = eigen(q.e);
     const Vec3<R> eps = hencky(b.value);
     const R trial = deviatoric(principal_stress(m, q.k, eps));
-    const Return<R> r = flowed(m, trial, m.mu, q.k, dt);
+    const Return<R> r = return_magnitude(m, trial, m.mu, q.k, dt);
     if (r.slip == 0) return false;
     const R mean = (eps.x + eps.y + eps.z) / 3;
     const Vec3<R> d = eps - Vec3<R>{mean, mean, mean};
     const R t = m.elasticity == Elasticity::hencky
                     ? r.stress / trial
-                    : kept(m, q.k, mean, d, [&](R) { return r.stress; });
+                    : solve_return_scale(m, q.k, mean, d, [&](R) { return r.stress; });
     q.e = from_hencky(b.axes, Vec3<R>{mean, mean, mean} + t * d);
     q.k += R(0.816496580927726) * r.slip;
     return true;
@@ -156,14 +157,14 @@ HD bool yield_sand(Particle<R>& q, const Material<R>& m)
     const R mean = sum / 3, shift = q.k / 3, tip = (m.lambda + R(2) / 3 * m.mu) * m.cohesion;
     eps = eps + Vec3<R>{shift, shift, shift};
     const Vec3<R> d = eps - Vec3<R>{mean, mean, mean};
-    const auto bound = [&](R pressure) { return m.friction * most(pressure + tip, R(0)); };
+    const auto bound = [&](R pressure) { return m.friction * max(pressure + tip, R(0)); };
     R t = 1;
     if (m.elasticity == Elasticity::hencky) {
         const R trial = 2 * m.mu * std::sqrt(dot(d, d));
-        const R most_shear = bound(-(3 * m.lambda + 2 * m.mu) * mean);
-        if (trial > most_shear) t = most_shear / trial;
+        const R max_shear = bound(-(3 * m.lambda + 2 * m.mu) * mean);
+        if (trial > max_shear) t = max_shear / trial;
     } else {
-        t = kept(m, R(0), mean, d, bound);
+        t = solve_return_scale(m, R(0), mean, d, bound);
     }
     const bool corrected = q.k != 0;
     if (t == 1 && !corrected) return false;
@@ -179,12 +180,12 @@ HD bool yield_snow(Particle<R>& q, const Material<R>& m)
     const Eigen<R> b = eigen(q.e);
     const R low = (1 - m.compress) * (1 - m.compress) - 1;
     const R high = (1 + m.stretch) * (1 + m.stretch) - 1;
-    const Vec3<R> e{clamped(b.value.x, low, high), clamped(b.value.y, low, high),
-                    clamped(b.value.z, low, high)};
+    const Vec3<R> e{clamp(b.value.x, low, high), clamp(b.value.y, low, high),
+                    clamp(b.value.z, low, high)};
     if (e.x == b.value.x && e.y == b.value.y && e.z == b.value.z) return false;
     const Vec3<R> before = hencky(b.value), after = hencky(e);
-    q.k = clamped(q.k + (before.x - after.x) + (before.y - after.y) + (before.z - after.z), R(-1),
-                  R(1));
+    q.k = clamp(q.k + (before.x - after.x) + (before.y - after.y) + (before.z - after.z), R(-1),
+                R(1));
     q.e = composed(b.axes, e);
     return true;
 }
@@ -193,17 +194,17 @@ HD bool yield_snow(Particle<R>& q, const Material<R>& m)
 template <class R>
 HD bool yield(Particle<R>& q, const Material<R>& m, R dt)
 {
-    switch (m.flow) {
-        case Flow::none:
+    switch (m.plasticity) {
+        case Plasticity::none:
             return false;
-        case Flow::von_mises:
-        case Flow::herschel_bulkley:
+        case Plasticity::von_mises:
+        case Plasticity::herschel_bulkley:
             return yield_by_stress(q, m, dt);
-        case Flow::drucker_prager:
+        case Plasticity::drucker_prager:
             return yield_sand(q, m);
-        case Flow::clamp:
+        case Plasticity::clamp:
             return yield_snow(q, m);
-        case Flow::fluid:
+        case Plasticity::fluid:
             break;
     }
     q.e = isotropic(std::expm1(R(2) / 3 * log_volume(determinant_excess(q.e))));

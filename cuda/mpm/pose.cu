@@ -22,7 +22,7 @@ __global__ void __launch_bounds__(threads) sweep_kernel(const __grid_constant__ 
     __shared__ Joint<float> joints[3][staged_joints];  // at the frame's beginning, middle and end
     __shared__ Sphere<float> spheres[3 * part_primitives];
     __shared__ float travel[3 * part_primitives];
-    let_next_in();
+    trigger_dependents();
     const ToolView& t = d.tools;
     const int part = int(blockIdx.x), thread = int(threadIdx.x), count = t.primitives.count;
     const bool staged = t.joints <= staged_joints;
@@ -35,14 +35,14 @@ __global__ void __launch_bounds__(threads) sweep_kernel(const __grid_constant__ 
         };
     };
     for (int k = thread; k < 3 * part_primitives && primitive_of(part, k / 3) < count; k += threads)
-        spheres[k] = amid(t.bindings[t.primitives[primitive_of(part, k / 3)].sphere[k % 3]],
-                          at(0), at(1), at(2), travel[k] = 0);
+        spheres[k] = amid(t.bindings[t.primitives[primitive_of(part, k / 3)].sphere[k % 3]], at(0),
+                          at(1), at(2), travel[k] = 0);
     __syncthreads();
     for (int k = thread; k < part_primitives && primitive_of(part, k) < count; k += threads) {
         const int i = primitive_of(part, k);
         const Sphere<float>* own = spheres + 3 * k;
         form(t.amid[i], t.primitives[i].count, own[0], own[1], own[2]);
-        t.travel[i] = most(travel[3 * k], most(travel[3 * k + 1], travel[3 * k + 2]));
+        t.travel[i] = max(travel[3 * k], max(travel[3 * k + 1], travel[3 * k + 2]));
     }
 }
 
@@ -62,7 +62,7 @@ __device__ bool may_touch(const ToolView& t, int i, Vec3<float> p, float edge, f
 // One warp per block of the lattice, one lane per primitive.
 __global__ void __launch_bounds__(threads) mask_kernel(const __grid_constant__ Views d)
 {
-    await_before();
+    wait_for_upstream();
     const int b = int(blockIdx.x * threads + threadIdx.x) / 32, lane = int(threadIdx.x & 31);
     if (b >= d.lattice.block_count()) return;
     const Int3 at = d.lattice.block_at(b);
@@ -85,7 +85,7 @@ __global__ void __launch_bounds__(threads, 8) penetration_kernel(const __grid_co
     const Vec3<float> x = particles.position(i);
     const int b = d.lattice.block_of(d.lattice.cell_of(x));
     const Colliders<float> last = d.tools.colliders(d.clock->done - 1);
-    depth[particles.ids[i]] = most(-deepest_contact(last, d.tools.masks[b], x).phi, 0.0f);
+    depth[particles.ids[i]] = max(-deepest_contact(last, d.tools.masks[b], x).phi, 0.0f);
 }
 
 }  // namespace
@@ -93,8 +93,8 @@ __global__ void __launch_bounds__(threads, 8) penetration_kernel(const __grid_co
 void masks(const Views& views, cudaStream_t stream)
 {
     launch("sweep", sweep_kernel, pose_parts, threads, stream, views);
-    launch_early("masks", mask_kernel, blocks_for(views.lattice.block_count(), threads / 32),
-                 threads, stream, views);
+    launch_pdl("masks", mask_kernel, blocks_for(views.lattice.block_count(), threads / 32), threads,
+               stream, views);
 }
 
 void pose(const Views& views, cudaStream_t stream)

@@ -8,7 +8,7 @@ namespace knead::gpu {
 
 // The work is shared by so many thread blocks, each of which poses the spheres that its primitives
 // need: spheres of two parts are posed twice, to the same bits.
-constexpr int pose_parts = 8, part_primitives = most_primitives / pose_parts;
+constexpr int pose_parts = 8, part_primitives = max_primitives / pose_parts;
 
 // Index of the k-th primitive of a part.
 __device__ inline int primitive_of(int part, int k) { return part + k * pose_parts; }

@@ -10,7 +10,7 @@
 namespace knead::gpu {
 
 // What a thread block reads again later rather than keep it in registers while particles move.
-struct Later {
+struct SubstepContext {
     Clock* kept;
     int n, side;    // the substep that is scattered for; which particle array is current
     float now, dt;  // of the substep under way and of that one [s]; dt 0: there is none
@@ -40,7 +40,7 @@ __device__ inline void take_up(Particle<float>& q, const float4* at)
 // What a warp's search for contact has of the scatter's space, which is free until then: the
 // search's own, and places for what it does not ask for.
 template <bool blades>
-struct Borrowed {
+struct ContactScratch {
     ScatterSpace<blades>& space;
     const unsigned warp = threadIdx.x >> 5, lane = threadIdx.x & 31;
     static constexpr int kept = 7;  // numbers of a lane behind the search's space
@@ -83,8 +83,8 @@ __device__ inline const Mask* near_tools(const Views& d, Vec3<float> x)
 // Projection of a warp's particles, of those that are `asked`, by all its lanes. Returns the depth
 // that the lane's was found at [m].
 template <bool blades>
-__device__ float left_tools(Particle<float>& q, const Views& d, const Later& later,
-                            const Borrowed<blades>& borrowed, bool asked, unsigned& covered)
+__device__ float left_tools(Particle<float>& q, const Views& d, const SubstepContext& later,
+                            const ContactScratch<blades>& borrowed, bool asked, unsigned& covered)
 {
     const Mask* own = asked ? near_tools(d, q.x) : nullptr;
     bool in = own;

@@ -13,9 +13,9 @@ namespace knead {
 template <class R>
 HD void put_out(Vec3<R>& x, Vec3<R>& v, const Contact<R>& hit, const Tool<R>& tool)
 {
-    const Touch touch = tool.touch == Touch::slip ? Touch::separate : tool.touch;
+    const ContactMode mode = tool.mode == ContactMode::slip ? ContactMode::separate : tool.mode;
     x = x - hit.phi * hit.n;
-    v = touched(v, hit.n, hit.v, touch, tool.friction);
+    v = apply_contact(v, hit.n, hit.v, mode, tool.friction);
 }
 
 // Moves a particle at x with velocity v out of the tools of its block, at most `passes` times.
@@ -65,8 +65,8 @@ HD bool confine(Particle<R>& q, const Lattice<R>& lattice, const Walls<R>& walls
     bool escaped = false;
     const auto axis = [&](R& x, R& v, R top) {
         escaped = escaped || x < low - sunk || x > top + sunk;
-        if (x < low) x = low, v = most(v, R(0));
-        if (x > top) x = top, v = least(v, R(0));
+        if (x < low) x = low, v = max(v, R(0));
+        if (x > top) x = top, v = min(v, R(0));
     };
     axis(q.x.x, q.v.x, high.x);
     axis(q.x.y, q.v.y, high.y);
@@ -88,7 +88,7 @@ HD bool cut(Particle<R>& q, const Colliders<R>& c, const Mask& mask, R dx)
         const R side = q.sides == below ? R(-1) : R(1), inside = b.half - side * b.h;
         if (inside <= 0) return;
         q.x = q.x + (side * inside) * b.n;
-        q.v = touched(q.v, side * b.n, b.v, Touch::separate, tool.friction);
+        q.v = apply_contact(q.v, side * b.n, b.v, ContactMode::separate, tool.friction);
         q.C = skew(q.C);
     });
     return covered;

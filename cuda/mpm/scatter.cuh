@@ -97,7 +97,7 @@ struct Lane {
 __device__ inline Lane lane_of(int lane)
 {
     const bool ninth = lane >= 24;
-    return {ninth ? 8 : lane & 7, ninth ? least(lane >> 1 & 3, 2) : lane >> 3,
+    return {ninth ? 8 : lane & 7, ninth ? min(lane >> 1 & 3, 2) : lane >> 3,
             !ninth || (lane < 30 && !(lane & 1))};
 }
 
@@ -263,10 +263,10 @@ __device__ void for_each_run(const Views& d, int others, int own, Visit&& visit)
 
 // Thread blocks for all runs. Where few of many may be listed, no more than keep the device busy:
 // starting one for nothing takes time, too.
-inline int blocks_for_runs(const Views& views, const Needs& needs, int multiprocessors)
+inline int blocks_for_runs(const Views& views, const Features& features, int multiprocessors)
 {
-    const int runs = blocks_for(views.particles[0].count, run_length(needs));
-    return needs.rests ? least(runs, 24 * multiprocessors) : runs;
+    const int runs = blocks_for(views.particles[0].count, run_length(features));
+    return features.rests ? min(runs, 24 * multiprocessors) : runs;
 }
 
 }  // namespace knead::gpu

@@ -18,8 +18,8 @@ __device__ float unordered(int key) { return __int_as_float(key < 0 ? key ^ 0x7f
 
 // Boxes around the tools over the whole frame; those of tools that are not active are empty.
 struct Boxes {
-    int low[3][most_boxes], high[3][most_boxes];
-    __device__ Box<float> at(int t) const
+    int low[3][max_boxes], high[3][max_boxes];
+    __device__ AxisBox<float> at(int t) const
     {
         return {{unordered(low[0][t]), unordered(low[1][t]), unordered(low[2][t])},
                 {unordered(high[0][t]), unordered(high[1][t]), unordered(high[2][t])}};
@@ -29,7 +29,7 @@ struct Boxes {
 // By all threads of a block.
 __device__ void find_boxes(const ToolView& t, float reach, Boxes& boxes)
 {
-    for (int k = int(threadIdx.x); k < 3 * most_boxes; k += threads)
+    for (int k = int(threadIdx.x); k < 3 * max_boxes; k += threads)
         boxes.low[0][k] = ordered(1e30f), boxes.high[0][k] = ordered(-1e30f);
     __syncthreads();
     for (int i = int(threadIdx.x); i < t.primitives.count; i += threads) {
@@ -46,13 +46,14 @@ __device__ void find_boxes(const ToolView& t, float reach, Boxes& boxes)
     __syncthreads();
 }
 
-__global__ void __launch_bounds__(threads) settle_kernel(const __grid_constant__ Views d, int runs)
+__global__ void __launch_bounds__(threads)
+    activity_kernel(const __grid_constant__ Views d, int runs)
 {
     __shared__ Boxes boxes;
     const RestView& r = d.rest;
     find_boxes(d.tools, r.rule.reach, boxes);
     const int first = int(blockIdx.x * threads + threadIdx.x);
-    for (int run = first; run < runs; run += int(gridDim.x) * threads) r.held[run] = 0;
+    for (int run = first; run < runs; run += int(gridDim.x) * threads) r.run_listed[run] = 0;
     if (first == 0) d.clock->listed = d.clock->woken[0] = d.clock->woken[1] = 0;
     if (first >= d.lattice.block_count()) return;
     const int b = first;
@@ -63,21 +64,22 @@ __global__ void __launch_bounds__(threads) settle_kernel(const __grid_constant__
     if (d.tools.primitives.count > 0)
         for (int t = 0; t < d.tools.tools.count; ++t)
             near = near || meets(boxes.at(t), d.lattice.block_at(b), block_edge * d.lattice.dx);
-    r.stir[b] = stirred(r.rule, r.quiet[b], near);
+    r.activity[b] = own_activity(r.rule, r.quiet[b], near);
 }
 
-// From each block that is at `stir` to its neighbours.
-__global__ void __launch_bounds__(threads) spread_kernel(const __grid_constant__ Views d, int stir)
+// From each block that is at `activity` to its neighbours.
+__global__ void __launch_bounds__(threads)
+    spread_kernel(const __grid_constant__ Views d, int activity)
 {
     const int b = int(blockIdx.x * threads + threadIdx.x);
-    if (b >= d.lattice.block_count() || d.rest.stir[b] != stir) return;
-    const int least_of_them = neighbour_of(d.rest.rule, stir);
+    if (b >= d.lattice.block_count() || d.rest.activity[b] != activity) return;
+    const int min_of_them = neighbour_of(d.rest.rule, activity);
     const Int3 at = d.lattice.block_at(b);
     const Int3 first = d.lattice.first_block, end = d.lattice.end_block();
-    for (int z = most(at.z - 1, first.z); z < least(at.z + 2, end.z); ++z)
-        for (int y = most(at.y - 1, first.y); y < least(at.y + 2, end.y); ++y)
-            for (int x = most(at.x - 1, first.x); x < least(at.x + 2, end.x); ++x)
-                atomicMax(&d.rest.stir[d.lattice.block_of({4 * x, 4 * y, 4 * z})], least_of_them);
+    for (int z = max(at.z - 1, first.z); z < min(at.z + 2, end.z); ++z)
+        for (int y = max(at.y - 1, first.y); y < min(at.y + 2, end.y); ++y)
+            for (int x = max(at.x - 1, first.x); x < min(at.x + 2, end.x); ++x)
+                atomicMax(&d.rest.activity[d.lattice.block_of({4 * x, 4 * y, 4 * z})], min_of_them);
 }
 
 __global__ void __launch_bounds__(threads) stamp_kernel(const __grid_constant__ Views d)
@@ -85,23 +87,23 @@ __global__ void __launch_bounds__(threads) stamp_kernel(const __grid_constant__ 
     const RestView& r = d.rest;
     const int b = int(blockIdx.x * threads + threadIdx.x);
     if (b >= d.lattice.block_count()) return;
-    const int stir = r.stir[b];
-    r.free[b] = stir >= awake ? 0 : never;
-    r.guard[b] = stir >= guard ? 0 : never;
-    r.reached[b] = stir >= support;
-    if (stir >= awake) r.changed[b] = d.clock->done + 1;
+    const int activity = r.activity[b];
+    r.free[b] = activity >= awake ? 0 : never;
+    r.guard[b] = activity >= guard ? 0 : never;
+    r.reached[b] = activity >= support;
+    if (activity >= awake) r.changed[b] = d.clock->done + 1;
 }
 
 }  // namespace
 
-void settle(const Views& views, cudaStream_t stream)
+void update_activity(const Views& views, cudaStream_t stream)
 {
     const int blocks = blocks_for(views.lattice.block_count(), threads);
     const ProfilerRange range{"rest"};
-    launch("rest settle", settle_kernel, blocks, threads, stream, views,
+    launch("rest activity", activity_kernel, blocks, threads, stream, views,
            blocks_for(views.particles[0].count, views.rest.run));
-    for (const int stir : {moving, awake, guard})
-        launch("rest spread", spread_kernel, blocks, threads, stream, views, stir);
+    for (const int activity : {moving, awake, guard})
+        launch("rest spread", spread_kernel, blocks, threads, stream, views, activity);
     launch("rest stamp", stamp_kernel, blocks, threads, stream, views);
 }
 

@@ -19,7 +19,7 @@ struct Rest {
 };
 
 // What the clay of a block of nodes does in a frame; each is next to the one above it.
-enum Stir : int {
+enum Activity : int {
     asleep,   // nothing
     support,  // still: gives mass and stress to the lattice
     guard,    // the same, and wakes where it is pushed: all its neighbours are at least support
@@ -40,7 +40,7 @@ HD int rested(const Rest<R>& rest, int frames, R speed_squared)
 
 // What a block does of itself, before its neighbours are asked.
 template <class R>
-HD int stirred(const Rest<R>& rest, int frames, bool near_tool)
+HD int own_activity(const Rest<R>& rest, int frames, bool near_tool)
 {
     if (rest.mode == RestMode::localized) return near_tool ? awake : asleep;
     return near_tool || frames < rest.frames ? moving : asleep;
@@ -48,9 +48,9 @@ HD int stirred(const Rest<R>& rest, int frames, bool near_tool)
 
 // What a block makes of its neighbours at least; asked of moving, awake and guard in this order.
 template <class R>
-HD int neighbour_of(const Rest<R>& rest, int stir)
+HD int neighbour_of(const Rest<R>& rest, int activity)
 {
-    return rest.mode == RestMode::localized ? support : stir - 1;
+    return rest.mode == RestMode::localized ? support : activity - 1;
 }
 
 // Whether clay that lies still must move: v is what the lattice would have given it in a substep of
@@ -58,19 +58,19 @@ HD int neighbour_of(const Rest<R>& rest, int stir)
 template <class R>
 HD bool pushed(const Rest<R>& rest, Vec3<R> v, R dt)
 {
-    const R most = rest.push * dt;
-    return dot(v, v) > most * most;
+    const R max = rest.push * dt;
+    return dot(v, v) > max * max;
 }
 
 // Two corners of a box along the axes [m].
 template <class R>
-struct Box {
+struct AxisBox {
     Vec3<R> low, high;
 };
 
 // Whether a block, by its coordinates, lies in the box at least in part.
 template <class R>
-HD bool meets(const Box<R>& box, Int3 block, R edge)
+HD bool meets(const AxisBox<R>& box, Int3 block, R edge)
 {
     const Vec3<R> low = {edge * R(block.x), edge * R(block.y), edge * R(block.z)};
     return low.x <= box.high.x && low.y <= box.high.y && low.z <= box.high.z &&

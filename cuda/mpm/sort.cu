@@ -17,7 +17,7 @@ namespace {
 constexpr int threads = 128;
 
 // In an order, of particles that lie at rest: there are fewer than 2^31.
-constexpr unsigned held_bit = Particle<float>::still_bit;
+constexpr unsigned still_bit = Particle<float>::still_bit;
 
 int key_bits(const Lattice<float>& lattice)
 {
@@ -99,13 +99,13 @@ __global__ void __launch_bounds__(run) settled_kernel(const __grid_constant__ Vi
     const unsigned* keys = listing(d.particles, side, true).keys;
     const bool valid = i < count;
     const int block = valid ? int(keys[i]) / block_nodes : 0;
-    const int stir = valid ? d.rest.stir[block] : asleep;
-    if (__syncthreads_or(stir != asleep) && threadIdx.x == 0) {
-        d.rest.held[blockIdx.x] = 1;
+    const int activity = valid ? d.rest.activity[block] : asleep;
+    if (__syncthreads_or(activity != asleep) && threadIdx.x == 0) {
+        d.rest.run_listed[blockIdx.x] = 1;
         d.rest.list[atomicAdd(&d.clock->listed, 1)] = int(blockIdx.x);
     }
     if (!valid) return;
-    if (stir < awake) d.particles[side ^ 1].ids[i] |= int(held_bit);
+    if (activity < awake) d.particles[side ^ 1].ids[i] |= int(still_bit);
     if (i == 0 || int(keys[i - 1]) / block_nodes != block) d.rest.range[block].x = i;
     if (i + 1 == count || int(keys[i + 1]) / block_nodes != block) d.rest.range[block].y = i + 1;
 }
@@ -121,21 +121,21 @@ struct Sides {
 template <bool rests>
 __global__ void __launch_bounds__(threads) move_kernel(const __grid_constant__ Sides d, int k)
 {
-    let_next_in();
+    trigger_dependents();
     const int i = int(blockIdx.x * threads + threadIdx.x), side = d.clock->sorted_from;
     const ParticleView &from = d.particles[side], &to = d.particles[side ^ 1];
     const int r = side ? k : particle_rows - 1 - k;
     const bool valid = i < from.count, last = k == particle_rows - 1;
     const unsigned place = valid ? unsigned(to.ids[i]) : 0u;
-    const int j = int(place & ~held_bit);
+    const int j = int(place & ~still_bit);
     float4 a = from.row(r, j);
     if constexpr (rests) {
-        const unsigned held = place & held_bit;
-        if (r == 2) a.w = __uint_as_float((__float_as_uint(a.w) & ~held_bit) | held);
-        if (r > 2 && held) a = {0, 0, 0, 0};
+        const unsigned still = place & still_bit;
+        if (r == 2) a.w = __uint_as_float((__float_as_uint(a.w) & ~still_bit) | still);
+        if (r > 2 && still) a = {0, 0, 0, 0};
     }
     const int id = last ? from.ids[j] : 0;
-    await_before();
+    wait_for_upstream();
     if (!valid) return;
     to.row(r, i) = a;
     if (last) to.ids[i] = id;
@@ -159,7 +159,7 @@ struct Passes {
         return cub::DeviceRadixSort::SortPairs(scratch, bytes, keys, order, count, 0, end, stream);
     }
     // Should it have ended elsewhere.
-    void settle(int count, cudaStream_t stream) const
+    void finish(int count, cudaStream_t stream) const
     {
         if (order.selector == 0) return;
         const auto bring = [&](auto* const(&buffers)[2]) {
@@ -178,43 +178,43 @@ cudaError_t add_up(int* counts, int nodes, void* scratch, std::size_t& bytes, cu
 }
 
 template <class... Arguments>
-void launch_keys(const Views& views, const Needs& needs, cudaStream_t stream,
+void launch_keys(const Views& views, const Features& features, cudaStream_t stream,
                  const Arguments&... arguments)
 {
-    launch("sort keys", needs.rests ? key_kernel<true> : key_kernel<false>,
+    launch("sort keys", features.rests ? key_kernel<true> : key_kernel<false>,
            blocks_for(views.particles[0].count, threads), threads, stream, views, arguments...);
 }
 
-void order_by_counting(const Views& views, const Needs& needs, const SortSpace& s,
+void order_by_counting(const Views& views, const Features& features, const SortSpace& s,
                        cudaStream_t stream)
 {
     const int nodes = views.lattice.node_count();
-    launch_keys(views, needs, stream, s.counts, false);
+    launch_keys(views, features, stream, s.counts, false);
     std::size_t bytes = s.scratch_bytes;
     check(add_up(s.counts, nodes, s.scratch, bytes, stream), "sort");
-    launch("sort place", needs.rests ? place_kernel<true> : place_kernel<false>,
+    launch("sort place", features.rests ? place_kernel<true> : place_kernel<false>,
            blocks_for(views.particles[0].count, threads), threads, stream, views, s.counts);
     check(cudaMemsetAsync(s.counts, 0, std::size_t(nodes) * sizeof s.counts[0], stream), "sort");
 }
 
-void order_stably(const Views& views, const Needs& needs, const SortSpace& s, int side,
+void order_stably(const Views& views, const Features& features, const SortSpace& s, int side,
                   cudaStream_t stream)
 {
     const int count = views.particles[0].count, bits = key_bits(views.lattice);
     Passes passes(listing(views.particles, side, true), listing(views.particles, side, false),
                   bits);
-    launch_keys(views, needs, stream, s.counts, passes.keys.selector == 0);
+    launch_keys(views, features, stream, s.counts, passes.keys.selector == 0);
     std::size_t bytes = s.scratch_bytes;
     check(passes.run(s.scratch, bytes, count, bits, stream), "sort");
-    passes.settle(count, stream);
+    passes.finish(count, stream);
 }
 
 }  // namespace
 
-std::size_t sort_scratch_bytes(int count, const Lattice<float>& lattice, const Needs& needs)
+std::size_t sort_scratch_bytes(int count, const Lattice<float>& lattice, const Features& features)
 {
     std::size_t bytes = 0;
-    if (needs.fixed_point) {
+    if (features.fixed_point) {
         const int bits = key_bits(lattice);
         check(Passes({}, {}, bits).run(nullptr, bytes, count, bits, nullptr), "sort");
     } else {
@@ -223,32 +223,32 @@ std::size_t sort_scratch_bytes(int count, const Lattice<float>& lattice, const N
     return bytes;
 }
 
-void order(const Views& views, const Needs& needs, const SortSpace& space, int side,
-           cudaStream_t stream)
+void sort_particles(const Views& views, const Features& features, const SortSpace& space, int side,
+                    cudaStream_t stream)
 {
     const ProfilerRange range{"sort"};
-    if (needs.fixed_point)
-        order_stably(views, needs, space, side, stream);
+    if (features.fixed_point)
+        order_stably(views, features, space, side, stream);
     else
-        order_by_counting(views, needs, space, stream);
+        order_by_counting(views, features, space, stream);
 }
 
-void arrange(const Views& views, const Needs& needs, cudaStream_t stream)
+void arrange(const Views& views, const Features& features, cudaStream_t stream)
 {
-    const int count = views.particles[0].count, run = run_length(needs);
+    const int count = views.particles[0].count, run = run_length(features);
     const ProfilerRange range{"sort"};
-    if (needs.rests)
+    if (features.rests)
         launch("sort settled",
                run == run_length(true) ? settled_kernel<run_length(true)>
                                        : settled_kernel<run_length(false)>,
                blocks_for(count, run), run, stream, views);
-    const auto move = needs.rests ? move_kernel<true> : move_kernel<false>;
+    const auto move = features.rests ? move_kernel<true> : move_kernel<false>;
     const Sides sides{{views.particles[0], views.particles[1]}, views.clock};
     const int blocks = blocks_for(count, threads);
     // The first reads what the kernel before it writes.
     launch("sort move", move, blocks, threads, stream, sides, 0);
     for (int k = 1; k < particle_rows; ++k)
-        launch_early("sort move", move, blocks, threads, stream, sides, k);
+        launch_pdl("sort move", move, blocks, threads, stream, sides, k);
 }
 
 }  // namespace knead::gpu

@@ -20,22 +20,26 @@
 namespace knead::gpu {
 
 // What a scene uses; kernels are compiled for each case, so that it pays for nothing else.
-enum class Flows { elastic, plastic, any };  // neo-Hookean without and with von Mises; everything
-struct Needs {
+enum class PlasticityClass {
+    elastic,
+    plastic,
+    any
+};  // neo-Hookean without and with von Mises; everything
+struct Features {
     bool tools = false;
     bool fixed_point = false;  // sums that do not depend on their order
     bool blades = false;       // three velocity fields: see cuda/contact/cut.h
     bool rests = false;        // clay may be still
-    Flows flows = Flows::any;
+    PlasticityClass plasticity = PlasticityClass::any;
 };
 
 // Particles that a thread block takes at a time: three fields fill shared memory sooner.
 constexpr int run_length(bool blades) { return blades ? 64 : 128; }
-inline int run_length(const Needs& needs) { return run_length(needs.blades); }
+inline int run_length(const Features& features) { return run_length(features.blades); }
 
 // Counted over a frame by the kernels; read by the host when it is over.
 struct Counters {
-    double dt_least, dt_most;  // [s]
+    double dt_min, dt_max;  // [s]
     int substeps, limits[6];
     unsigned long long yielded, projected, clipped, confined, repaired;  // particle-substeps, nodes
     unsigned long long covered;  // particle-substeps with a blade beside them
@@ -68,7 +72,7 @@ struct Clock {
     bool unsorted;               // they are sorted again in this frame
     Mode mode;
     bool crowded[2];  // a block of the rim is listed, as substep n noticed, in n % 2
-    Step kept;        // before which the frame has stopped
+    Step resume;      // before which the frame has stopped
     Counters counters;
     HD Step& step(int n) { return steps[n % 3]; }
 };
@@ -99,7 +103,8 @@ struct GridView {
 };
 
 // A frame's first substep lists its blocks anew. Each later one begins with those of the one
-// before, so that hardly anyone finds a block that is not listed yet: to be told so takes long.
+// before, so that hardly anyone finds a block that is not listed yet: the atomic that finds out has
+// high latency.
 HD int listed_for(int n, bool first) { return 2 * n + first; }
 
 // Where a stencil's columns along z begin among the nodes, axis by axis: the lattice's index is the
@@ -121,9 +126,9 @@ HD Offsets offsets(const Lattice<float>& lattice, Int3 base)
 
 // How far particles may have come when they are sorted again [cells]. Sums do not depend on the
 // order, only their cost does.
-constexpr double most_drift = 0.5;
+constexpr double max_drift = 0.5;
 
-constexpr int most_boxes = 32;  // tools
+constexpr int max_boxes = 32;  // tools
 
 // Which clay is still (sleep.h), block by block, and which particles are looked at: a run of as
 // many as a thread block takes is listed where one of them is in a block that is not asleep.
@@ -132,24 +137,24 @@ struct RestView {
     int run;            // particles
     int* quiet;         // block_count: frames on end at rest
     unsigned* fastest;  // block_count: bits of the largest speed squared at a frame's start
-    int* stir;          // block_count: Stir at the frame's start
+    int* activity;      // block_count: Activity at the frame's start
     int *free, *guard;  // block_count: the substep from which its clay moves, wakes if pushed
     int2* range;        // block_count: its particles, in the order of the sort
-    unsigned *reached, *held;  // block_count, per run: it is in the list
-    int* list;                 // runs, as Clock::listed counts
-    int* woken[2];             // block_count: blocks that substep n woke, in n % 2
+    unsigned *reached, *run_listed;  // block_count, per run: it is in the list
+    int* list;                       // runs, as Clock::listed counts
+    int* woken[2];                   // block_count: blocks that substep n woke, in n % 2
     int* changed;  // block_count: substeps through when a particle there may last have moved
 };
 
-constexpr int most_joints = 1024, most_tools = 256;
+constexpr int max_joints = 1024, max_tools = 256;
 
 // One frame's input, written by the host before it starts, and copied to the device at once, as far
 // as a scene uses it.
-struct Orders {
+struct FrameInput {
     double duration, tool_step;  // [s]
-    Tool<float> tools[most_tools];
+    Tool<float> tools[max_tools];
     // All of a motion at the frame's beginning, then all at its end: ToolView::joints each.
-    Joint<double> joints[2 * most_joints];
+    Joint<double> joints[2 * max_joints];
 };
 
 // Where tools are kept, posed anew for every substep.
@@ -181,15 +186,15 @@ struct Views {
     ParticleView particles[2];  // of the same seven rows: see particles.cuh
     Materials materials;
     Lattice<float> lattice;
-    Places stored, free;  // see stored_region.h
+    Region stored, free;  // see stored_region.h
     Walls<float> walls;
     Vec3<float> gravity;  // [m/s^2]
     GridView grid;
     ToolView tools;
     RestView rest;
-    Pace pace;
+    StepLimits limits;
     Clock* clock;
-    const Orders* orders;
+    const FrameInput* input;
     // Of a captured frame: whether it begins with a sort, by the side that the particles lie on,
     // or the same twice; whether another substep follows.
     bool captured;
@@ -202,31 +207,31 @@ struct SortSpace {
     void* scratch;
     std::size_t scratch_bytes;
 };
-std::size_t sort_scratch_bytes(int count, const Lattice<float>& lattice, const Needs& needs);
+std::size_t sort_scratch_bytes(int count, const Lattice<float>& lattice, const Features& features);
 // Whether a sort must be told, when it is launched, on which side the particles lie.
-inline bool told_side(const Needs& needs) { return needs.fixed_point; }
+inline bool told_side(const Features& features) { return features.fixed_point; }
 
 // Orders the particles by the base node of their stencil; those of one node stay in the order they
 // came in where sums must not depend on it (`fixed_point`), else they come in any. Flips
 // Clock::side. In two halves: what the first finds is carried out by the second. The first may have
 // to be told the side.
-void order(const Views& views, const Needs& needs, const SortSpace& space, int side,
-           cudaStream_t stream);
-void arrange(const Views& views, const Needs& needs, cudaStream_t stream);
+void sort_particles(const Views& views, const Features& features, const SortSpace& space, int side,
+                    cudaStream_t stream);
+void arrange(const Views& views, const Features& features, cudaStream_t stream);
 // Between them, where clay may be still: what each block's clay does in this frame. Needs masks().
-void settle(const Views& views, cudaStream_t stream);
+void update_activity(const Views& views, cudaStream_t stream);
 // Reads the orders and chooses the first substep.
 void begin(const Views& views, cudaStream_t stream);
 // What may touch each block during the frame, and the tools at the end of the first substep.
 void masks(const Views& views, cudaStream_t stream);
 void pose(const Views& views, cudaStream_t stream);
 // Adds mass and momentum to the current grid, which is clear, and lists its blocks.
-void p2g(const Views& views, const Needs& needs, int multiprocessors, cudaStream_t stream);
+void p2g(const Views& views, const Features& features, int multiprocessors, cudaStream_t stream);
 // Momenta become velocities; the other grid is cleared; the next substep is chosen.
-void grid(const Views& views, const Needs& needs, int multiprocessors, cudaStream_t stream);
+void grid(const Views& views, const Features& features, int multiprocessors, cudaStream_t stream);
 // Particles move, and are added to the other grid for the next substep, to which the clock moves
 // on.
-void g2p(const Views& views, const Needs& needs, int multiprocessors, cudaStream_t stream);
+void g2p(const Views& views, const Features& features, int multiprocessors, cudaStream_t stream);
 // Depth [m] of every particle by id, 0 outside of all tools; into the row that is free.
 void penetration(const Views& views, cudaStream_t stream);
 

@@ -1,6 +1,6 @@
 // How much of the lattice the device stores: the box of it that the clay is in, and some room
 // around. Before clay comes to an end of the box, a frame stops where a substep ends, and goes on
-// when the box has grown; so nobody who looks up a node has to ask whether there is one.
+// when the box has grown; so looking up a node needs no bounds check.
 #pragma once
 #include <bit>
 
@@ -11,41 +11,39 @@
 namespace knead {
 
 // A box of places.
-struct Places {
-    Vec3<float> least, most;            // [m]
+struct Region {
+    Vec3<float> min, max;               // [m]
     HD bool holds(Vec3<float> x) const  // false for NaN
     {
-        return x.x >= least.x && x.y >= least.y && x.z >= least.z && x.x <= most.x &&
-               x.y <= most.y && x.z <= most.z;
+        return x.x >= min.x && x.y >= min.y && x.z >= min.z && x.x <= max.x && x.y <= max.y &&
+               x.z <= max.z;
     }
     HD Vec3<float> nearest(Vec3<float> x) const  // of them; NaN stays
     {
-        return {clamped(x.x, least.x, most.x), clamped(x.y, least.y, most.y),
-                clamped(x.z, least.z, most.z)};
+        return {clamp(x.x, min.x, max.x), clamp(x.y, min.y, max.y), clamp(x.z, min.z, max.z)};
     }
 };
 
 // Those from which all of a stencil is stored. Who is farther away was pushed there by tools: it
 // stays on the way, at the nearest, until there are nodes, and then these tools push it on.
-inline Places stored_places(const Lattice<float>& l)
+inline Region stored_region(const Lattice<float>& l)
 {
     // A hundredth of a cell is for rounding.
-    const auto least = [&l](int low) { return l.dx * (float(low) + 0.51f); };
-    const auto most = [&l](int past) { return l.dx * (float(past) - 1.51f); };
+    const auto min = [&l](int low) { return l.dx * (float(low) + 0.51f); };
+    const auto max = [&l](int past) { return l.dx * (float(past) - 1.51f); };
     const Int3 end = l.low + l.stored;
-    return {{least(l.low.x), least(l.low.y), least(l.low.z)},
-            {most(end.x), most(end.y), most(end.z)}};
+    return {{min(l.low.x), min(l.low.y), min(l.low.z)}, {max(end.x), max(end.y), max(end.z)}};
 }
 
 // Those that are not beyond a wall, either (project.h): most clay is asked no more.
-inline Places free_places(const Lattice<float>& l, const Walls<float>& walls)
+inline Region free_region(const Lattice<float>& l, const Walls<float>& walls)
 {
-    const Places p = stored_places(l);
+    const Region p = stored_region(l);
     const float low = l.dx * float(walls.margin);
     const auto high = [&](int size) { return l.dx * float(size - 1 - walls.margin); };
-    return {{most(p.least.x, low), most(p.least.y, low), most(p.least.z, low)},
-            {least(p.most.x, high(l.size.x)), least(p.most.y, high(l.size.y)),
-             least(p.most.z, high(l.size.z))}};
+    return {
+        {max(p.min.x, low), max(p.min.y, low), max(p.min.z, low)},
+        {min(p.max.x, high(l.size.x)), min(p.max.y, high(l.size.y)), min(p.max.z, high(l.size.z))}};
 }
 
 // Ends of the box that block b is at and that are not ends of the lattice, by bits: 1 << 2 * axis,
@@ -66,9 +64,9 @@ inline unsigned ends_at(const Lattice<float>& l, Int3 b)
 // lies beyond the lattice is not.
 inline Lattice<float> boxed(const Lattice<float>& whole, Int3 low, Int3 end)
 {
-    const auto down = [](int n) { return most(n, 0) & ~(block_edge - 1); };
+    const auto down = [](int n) { return max(n, 0) & ~(block_edge - 1); };
     const auto up = [](int n, int size) {
-        return least((n + block_edge - 1) & ~(block_edge - 1), size);
+        return min((n + block_edge - 1) & ~(block_edge - 1), size);
     };
     const Int3 from{down(low.x), down(low.y), down(low.z)};
     const Int3 to{up(end.x, whole.size.x), up(end.y, whole.size.y), up(end.z, whole.size.z)};
@@ -82,7 +80,7 @@ inline Lattice<float> in_even_rows(const Lattice<float>& l)
 {
     const int row = l.stored.z, even = int(std::bit_ceil(unsigned(row)));
     if (even > l.size.z || 5 * even > 8 * row) return l;
-    const int amid = least(most(l.low.z - (even - row) / 2, 0), l.size.z - even);
+    const int amid = min(max(l.low.z - (even - row) / 2, 0), l.size.z - even);
     const int from = amid & ~(block_edge - 1);
     const Int3 end = l.low + l.stored;
     return boxed(l, {l.low.x, l.low.y, from}, {end.x, end.y, from + even});
@@ -93,7 +91,7 @@ inline Lattice<float> in_even_rows(const Lattice<float>& l)
 inline Lattice<float> box_around(const Lattice<float>& whole, Int3 low, Int3 end, int spare)
 {
     const auto room = [spare](int extent) {
-        return spare < 0 ? most(extent / 8, block_edge) : block_edge + spare;
+        return spare < 0 ? max(extent / 8, block_edge) : block_edge + spare;
     };
     const Int3 extent = end - low;
     const Int3 more{room(extent.x), room(extent.y), room(extent.z)};
@@ -105,7 +103,7 @@ inline Lattice<float> grown(const Lattice<float>& l, unsigned ends)
 {
     Int3 from = l.low, to = l.low + l.stored;
     const auto axis = [ends](int k, int& low, int& end) {
-        const int more = most((end - low) / 4, 2 * block_edge);
+        const int more = max((end - low) / 4, 2 * block_edge);
         if (ends >> 2 * k & 1) low -= more;
         if (ends >> 2 * k & 2) end += more;
     };

@@ -7,7 +7,7 @@
 namespace knead {
 
 // What limits a substep and does not change within a frame.
-struct Pace {
+struct StepLimits {
     double courant;    // share of a cell a wave or a particle may cross [1]
     double dx, sound;  // spacing [m], fastest wave of all materials [m/s]
     double viscosity;  // [s]: limit of the most viscous liquid
@@ -25,7 +25,7 @@ struct StepChoice {
 
 // For clay moving at up to `speed` [m/s], `left` [s] before the frame's end; `tool` is the tools'
 // limit [s]. What remains is shared out evenly, so that no frame ends on a sliver.
-HD StepChoice paced(const Pace& p, double speed, double tool, double left)
+HD StepChoice choose_dt(const StepLimits& p, double speed, double tool, double left)
 {
     StepChoice best{p.largest, Limit::speed};
     const auto at_most = [&](double dt, Limit limit) {
@@ -51,18 +51,18 @@ struct Step {
 };
 
 // The substep that begins `start` into a frame, for clay moving at up to `speed` [m/s].
-HD Step step_at(const Pace& p, double start, double speed, double tool, double duration)
+HD Step step_at(const StepLimits& p, double start, double speed, double tool, double duration)
 {
     const double left = duration - start;
     if (!(left > 1e-12 * duration)) return {start, 0, Limit::frame_end};
-    const StepChoice c = paced(p, speed, tool, left);
+    const StepChoice c = choose_dt(p, speed, tool, left);
     return {start, c.dt, c.limit};
 }
 
 // The one after it, chosen before it is through, from the speeds at its beginning: the scatter for
 // a substep need not wait until all particles have moved. That one substep's change of speed is
 // what the Courant number leaves room for.
-HD Step step_after(const Step& s, const Pace& p, double speed, double tool, double duration)
+HD Step step_after(const Step& s, const StepLimits& p, double speed, double tool, double duration)
 {
     if (!(s.dt > 0)) return s;
     return step_at(p, s.start + s.dt, speed, tool, duration);

@@ -8,7 +8,7 @@ namespace knead {
 template <class R>
 struct Walls {
     int margin;  // nodes; at least 2, so that no stencil leaves the lattice
-    Touch touch;
+    ContactMode mode;
     R friction;  // Coulomb [1]
 };
 

@@ -15,7 +15,7 @@ constexpr Int3 one{1, 1, 1};
 
 __global__ void __launch_bounds__(clear_threads) clear_kernel(const __grid_constant__ SurfaceView d)
 {
-    await_before();
+    wait_for_upstream();
     const int t = int(threadIdx.x), row = t / 16, quarter = t % 16;
     if (idle(d)) return;
     if (blockIdx.x == 0 && t == 0) *d.faults = {}, d.active[0] = d.active[1] = 0;
@@ -32,7 +32,7 @@ __global__ void __launch_bounds__(clear_threads) clear_kernel(const __grid_const
         for (int round = row - 2; row > 1 && round < d.rounds; round += 2)
             emptied(block, d.density_of(round));
         if (t == 0) d.counts[block] = 0;
-        if (t == 0 && (anew & sums_anew)) d.touched[block] = 0;
+        if (t == 0 && (anew & sums_anew)) d.occupied[block] = 0;
     }
 }
 
@@ -56,16 +56,16 @@ __device__ bool taken(const SurfaceView& d, const ParticleView& particles, int i
 }
 
 // A warp's particles of one category, and the nodes that they reach.
-struct Box {
+struct NodeBox {
     int category;  // INT_MAX: no particle
     Int3 low, size;
     int nodes;  // 0: too many for shared memory
 };
 
 // The whole warp; `mine` is whether the lane has a particle.
-__device__ Box enclosing(bool mine, int category, Int3 base)
+__device__ NodeBox enclosing(bool mine, int category, Int3 base)
 {
-    Box box{__reduce_min_sync(~0u, mine ? category : INT_MAX), {}, {}, 0};
+    NodeBox box{__reduce_min_sync(~0u, mine ? category : INT_MAX), {}, {}, 0};
     const bool in = mine && category == box.category;
     const auto lowest = [in](int n) { return __reduce_min_sync(~0u, in ? n : INT_MAX); };
     const auto highest = [in](int n) { return __reduce_max_sync(~0u, in ? n : INT_MIN); };
@@ -79,8 +79,8 @@ __device__ Box enclosing(bool mine, int category, Int3 base)
 }
 
 // Hands a warp's sums on, a few nodes of each lane at a time: their latencies overlap.
-template <bool kept>
-__device__ void hand_on(const SurfaceView& d, const Box& box, const unsigned* sums, int lane)
+template <bool incremental>
+__device__ void hand_on(const SurfaceView& d, const NodeBox& box, const unsigned* sums, int lane)
 {
     constexpr int at_once = 5;
     const int layer = box.category * d.layer_nodes();
@@ -97,7 +97,7 @@ __device__ void hand_on(const SurfaceView& d, const Box& box, const unsigned* su
             amount[j] = n < box.nodes ? sums[n] : 0;
             at[j] = layer + d.padded.index(box.low + local + one);
         }
-        if constexpr (kept) {
+        if constexpr (incremental) {
             UNROLL
             for (int j = 0; j < at_once; ++j)
                 if (amount[j] && !(d.anew[(at[j] - layer) / block_nodes] & sums_anew))
@@ -108,45 +108,45 @@ __device__ void hand_on(const SurfaceView& d, const Box& box, const unsigned* su
             before[j] = amount[j] ? atomicAdd(&d.sums[at[j]], amount[j]) : 1;
         UNROLL
         for (int j = 0; j < at_once; ++j) {
-            if (before[j] == 0) d.touched[at[j] / block_nodes] = 1;
+            if (before[j] == 0) d.occupied[at[j] / block_nodes] = 1;
             if (before[j] + amount[j] < before[j]) d.faults->crowded = 1;
         }
     }
 }
 
 // One particle by itself. No sum is let near the end of its range, so that none has wrapped.
-template <bool kept>
+template <bool incremental>
 __device__ void add_alone(const SurfaceView& d, const Stencil<float>& s, const Grain& grain)
 {
     const int layer = grain.category * d.layer_nodes();
     unsigned fullest = 0;
     deposit(s, grain.units, [&](Int3 step, float part) {
         const int node = d.padded.index(s.base + step + one), at = layer + node;
-        if (kept && !(d.anew[node / block_nodes] & sums_anew)) return;
-        fullest = most(fullest, atomicAdd(&d.sums[at], __float2uint_rn(part)));
-        if (step.x != 1 && step.y != 1 && step.z != 1) d.touched[at / block_nodes] = 1;
+        if (incremental && !(d.anew[node / block_nodes] & sums_anew)) return;
+        fullest = max(fullest, atomicAdd(&d.sums[at], __float2uint_rn(part)));
+        if (step.x != 1 && step.y != 1 && step.z != 1) d.occupied[at / block_nodes] = 1;
     });
     if (fullest >> 31) d.faults->crowded = 1;
 }
 
 // Where sums are `kept`, only particles that reach a block made anew, and only to such blocks.
-template <bool kept>
+template <bool incremental>
 __global__ void __launch_bounds__(splat_threads)
-    splat_kernel(const __grid_constant__ SurfaceView d, const __grid_constant__ Clay clay)
+    deposit_kernel(const __grid_constant__ SurfaceView d, const __grid_constant__ Clay clay)
 {
     __shared__ unsigned boxes[splat_threads / 32][box_nodes];
-    await_before();
+    wait_for_upstream();
     const int t = int(threadIdx.x), i = int(blockIdx.x) * splat_threads + t, lane = t % 32;
     unsigned* const sums = boxes[t / 32];
-    if (kept && i == 0) *d.seen = *clay.substeps;
-    if (kept && idle(d)) return;
+    if (incremental && i == 0) *d.seen = *clay.substeps;
+    if (incremental && idle(d)) return;
     Vec3<float> x{};
     Grain grain{};
     bool mine = taken(d, clay.particles[clay.side ? *clay.side : 0], i, x, grain);
     const Stencil<float> s = stencil(x, d.lattice.dx);
-    if (kept && mine) mine = (d.anew[d.padded.block_of(s.base + one)] & near_anew) != 0;
-    if (kept && !__any_sync(~0u, mine)) return;
-    const Box box = enclosing(mine, grain.category, s.base);
+    if (incremental && mine) mine = (d.anew[d.padded.block_of(s.base + one)] & near_anew) != 0;
+    if (incremental && !__any_sync(~0u, mine)) return;
+    const NodeBox box = enclosing(mine, grain.category, s.base);
     for (int k = lane; k < box.nodes; k += 32) sums[k] = 0;
     __syncwarp();
     if (mine && box.nodes && grain.category == box.category) {
@@ -157,10 +157,10 @@ __global__ void __launch_bounds__(splat_threads)
                       __float2uint_rn(part));
         });
     } else if (mine) {
-        add_alone<kept>(d, s, grain);
+        add_alone<incremental>(d, s, grain);
     }
     __syncwarp();
-    hand_on<kept>(d, box, sums, lane);
+    hand_on<incremental>(d, box, sums, lane);
 }
 
 // Adds the blocks of a warp's lanes, of those that are `in`, to a list of at most `room`.
@@ -178,7 +178,7 @@ __device__ void append(int* list, int room, int* count, int block, bool in)
 // moves density by a node, and a cell belongs to its lowest.
 __global__ void __launch_bounds__(list_threads) list_kernel(const __grid_constant__ SurfaceView d)
 {
-    await_before();
+    wait_for_upstream();
     if (idle(d)) return;
     const int b = int(blockIdx.x) * list_threads + int(threadIdx.x);
     unsigned reached = 0, anew = 0;
@@ -187,18 +187,18 @@ __global__ void __launch_bounds__(list_threads) list_kernel(const __grid_constan
         const int category = b / d.layer_blocks(), first = category * d.layer_blocks();
         const Int3 at = d.padded.block_at(b - first), size = d.padded.blocks();
         const int reach = (d.layers[category].softenings + block_edge) / block_edge;
-        for (int z = most(at.z - reach, 0); z <= least(at.z + reach, size.z - 1); ++z)
-            for (int y = most(at.y - reach, 0); y <= least(at.y + reach, size.y - 1); ++y)
-                for (int x = most(at.x - reach, 0); x <= least(at.x + reach, size.x - 1); ++x)
-                    reached |= d.touched[first + d.padded.block_of({4 * x, 4 * y, 4 * z})];
+        for (int z = max(at.z - reach, 0); z <= min(at.z + reach, size.z - 1); ++z)
+            for (int y = max(at.y - reach, 0); y <= min(at.y + reach, size.y - 1); ++y)
+                for (int x = max(at.x - reach, 0); x <= min(at.x + reach, size.x - 1); ++x)
+                    reached |= d.occupied[first + d.padded.block_of({4 * x, 4 * y, 4 * z})];
         anew = reached ? anew_of(d, b - first) : 0;
         skin = reached && !(anew & nodes_anew) && d.counts[b] != 0;
     }
     append(d.list, d.blocks, d.active, b, reached != 0);
     append(d.skin, d.blocks, d.active + 1, b, skin);
     append(d.work, d.blocks, &d.progress->softened, b, (anew & nodes_anew) != 0);
-    const unsigned splatted = __ballot_sync(~0u, (anew & sums_anew) != 0);
-    if (threadIdx.x % 32 == 0 && splatted) atomicAdd(&d.progress->splatted, __popc(splatted));
+    const unsigned deposited = __ballot_sync(~0u, (anew & sums_anew) != 0);
+    if (threadIdx.x % 32 == 0 && deposited) atomicAdd(&d.progress->deposited, __popc(deposited));
 }
 
 // The nodes around a block, in the registers of a warp: a lane has one x, two neighbours in y and
@@ -264,7 +264,7 @@ __global__ void __launch_bounds__(soften_threads)
 {
     constexpr int warps = soften_threads / 32;
     static_assert(passes_a_round == 2);
-    await_before();
+    wait_for_upstream();
     const int lane = int(threadIdx.x) % 32, warp = int(threadIdx.x) / 32;
     const Int3 corner{lane % tile_edge, 2 * (lane / tile_edge), 0};  // the lane's first node
     const int blocks = d.progress->softened;
@@ -275,7 +275,7 @@ __global__ void __launch_bounds__(soften_threads)
         const Int3 low = block_edge * d.padded.block_at(block - category * d.layer_blocks()) -
                          halo * one + corner;
         const unsigned* const sums = d.sums + first;
-        const float* const from = d.density_of(most(round - 1, 0)) + first;
+        const float* const from = d.density_of(max(round - 1, 0)) + first;
         Tile tile;
         unsigned open = 0;
         for_each_of<0>([&](int j, int z) {
@@ -303,28 +303,28 @@ __global__ void __launch_bounds__(soften_threads)
 
 void clear(const SurfaceView& view, int processors, cudaStream_t stream)
 {
-    launch_early("surface clear", clear_kernel, least(view.blocks, 16 * processors), clear_threads,
-                 stream, view);
+    launch_pdl("surface clear", clear_kernel, min(view.blocks, 16 * processors), clear_threads,
+               stream, view);
 }
 
-void splat(const SurfaceView& view, const Clay& clay, cudaStream_t stream)
+void deposit(const SurfaceView& view, const Clay& clay, cudaStream_t stream)
 {
-    launch_early("surface splat", view.whole ? splat_kernel<false> : splat_kernel<true>,
-                 blocks_for(clay.particles[0].count, splat_threads), splat_threads, stream, view,
-                 clay);
+    launch_pdl("surface splat", view.whole ? deposit_kernel<false> : deposit_kernel<true>,
+               blocks_for(clay.particles[0].count, splat_threads), splat_threads, stream, view,
+               clay);
 }
 
 void list(const SurfaceView& view, cudaStream_t stream)
 {
-    launch_early("surface list", list_kernel, blocks_for(view.blocks, list_threads), list_threads,
-                 stream, view);
+    launch_pdl("surface list", list_kernel, blocks_for(view.blocks, list_threads), list_threads,
+               stream, view);
 }
 
 void soften(const SurfaceView& view, int round, int processors, cudaStream_t stream)
 {
-    launch_early("surface soften", soften_kernel,
-                 least(blocks_for(view.blocks, soften_threads / 32), 16 * processors),
-                 soften_threads, stream, view, round);
+    launch_pdl("surface soften", soften_kernel,
+               min(blocks_for(view.blocks, soften_threads / 32), 16 * processors), soften_threads,
+               stream, view, round);
 }
 
 }  // namespace knead::gpu

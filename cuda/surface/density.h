@@ -42,7 +42,7 @@ HD R softened(Value&& value)
 // iso = 1/2 stands variance / r too low.  [Merriman 1992]
 template <class R>
 constexpr R kernel_variance = R(1.25);
-constexpr int most_softenings = 24;
+constexpr int max_softenings = 24;
 
 // Binomial passes that widen the quadratic B-spline (variance dx^2 / 4) to kernel_variance, for
 // particles of a rest volume [m^3].
@@ -51,7 +51,7 @@ HD int softenings(R volume, R dx)
 {
     const R spacing = std::cbrt(volume) / dx;
     const R passes = 2 * (kernel_variance<R> * spacing * spacing - R(0.25));
-    return int(clamped(passes + R(0.5), R(0), R(most_softenings)));
+    return int(clamp(passes + R(0.5), R(0), R(max_softenings)));
 }
 
 }  // namespace knead

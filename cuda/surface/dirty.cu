@@ -24,11 +24,11 @@ __device__ Range reaching(const SurfaceView& d, const Lattice<float>& lattice, I
 {
     const float ratio = d.lattice.dx / lattice.dx;
     const Int3 from = lattice.first_block, end = lattice.end_block();
-    const auto first = [ratio](int n, int least, int past) {
-        return clamped(int(floorf(ratio * float(n - 2) - 1)) >> 2, least, past - 1);
+    const auto first = [ratio](int n, int min, int past) {
+        return clamp(int(floorf(ratio * float(n - 2) - 1)) >> 2, min, past - 1);
     };
-    const auto last = [ratio](int n, int least, int past) {
-        return clamped(int(floorf(ratio * float(n + 2))) >> 2, least, past - 1);
+    const auto last = [ratio](int n, int min, int past) {
+        return clamp(int(floorf(ratio * float(n + 2))) >> 2, min, past - 1);
     };
     return {
         {first(low.x, from.x, end.x), first(low.y, from.y, end.y), first(low.z, from.z, end.z)},

@@ -106,7 +106,7 @@ __device__ bool passed(const SurfaceView& d, int block, float* tile, int lane)
 __global__ void __launch_bounds__(count_threads) count_kernel(const __grid_constant__ SurfaceView d)
 {
     __shared__ float tiles[warps][cell_nodes];
-    await_before();
+    wait_for_upstream();
     const int lane = int(threadIdx.x) % 32, warp = int(threadIdx.x) / 32;
     float* const tile = tiles[warp];
     const int blocks = d.progress->softened;
@@ -264,7 +264,7 @@ __global__ void __launch_bounds__(march_threads)
     __shared__ alignas(unsigned) MarchTable cases;
     __shared__ unsigned char owners[3 * block_nodes];  // of the block's vertices: 4 * node + axis
     copy(table, cases);
-    await_before();
+    wait_for_upstream();
     if (idle(d)) return;
     const int l = int(threadIdx.x), blocks = d.active[1];
     int block = d.skin[blockIdx.x];  // before it is known to be one: loads side by side
@@ -309,9 +309,8 @@ std::size_t scan_scratch_bytes(int blocks)
 
 void count(const SurfaceView& view, int processors, cudaStream_t stream)
 {
-    launch_early("surface count", count_kernel,
-                 least(blocks_for(view.blocks, warps), 16 * processors), count_threads, stream,
-                 view);
+    launch_pdl("surface count", count_kernel, min(blocks_for(view.blocks, warps), 16 * processors),
+               count_threads, stream, view);
 }
 
 void scan(const SurfaceView& view, const ScanSpace& space, cudaStream_t stream)
@@ -323,8 +322,8 @@ void scan(const SurfaceView& view, const ScanSpace& space, cudaStream_t stream)
 
 void march(const SurfaceView& view, int to, int processors, cudaStream_t stream)
 {
-    launch_early("surface march", march_kernel, least(view.blocks, 16 * processors), march_threads,
-                 stream, view, to);
+    launch_pdl("surface march", march_kernel, min(view.blocks, 16 * processors), march_threads,
+               stream, view, to);
 }
 
 }  // namespace knead::gpu

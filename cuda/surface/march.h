@@ -43,7 +43,7 @@ HD R crossing(R low, R high, R iso)
 {
     const bool in = is_inside(low, iso);
     const R outer = in ? high : low, inner = in ? low : high;
-    const R t = clamped((iso - outer) / (inner - outer), R(1) / 64, R(63) / 64);
+    const R t = clamp((iso - outer) / (inner - outer), R(1) / 64, R(63) / 64);
     return in ? 1 - t : t;
 }
 

@@ -15,12 +15,12 @@
 
 namespace knead {
 
-constexpr int cell_edges = 12, most_cell_triangles = 5;
+constexpr int cell_edges = 12, max_cell_triangles = 5;
 
 struct MarchTable {
-    std::uint8_t count[256];                          // triangles of the case
-    std::uint8_t edge[256][3 * most_cell_triangles];  // three edges each, counter-clockwise seen
-                                                      // from outside
+    std::uint8_t count[256];                         // triangles of the case
+    std::uint8_t edge[256][3 * max_cell_triangles];  // three edges each, counter-clockwise seen
+                                                     // from outside
     bool sound;  // every loop had such a fan, and the triangles fitted
 };
 
@@ -87,7 +87,7 @@ constexpr bool add_fan(MarchTable& table, int inside, const CellLoop& loop)
 {
     int start = 0;
     while (start < loop.length && !fan_avoids_faces(loop, start)) ++start;
-    if (start == loop.length || table.count[inside] + loop.length - 2 > most_cell_triangles)
+    if (start == loop.length || table.count[inside] + loop.length - 2 > max_cell_triangles)
         return false;
     const auto edge = [&](int k) {
         return static_cast<std::uint8_t>(loop.edge[(start + k) % loop.length]);

@@ -9,30 +9,30 @@
 namespace knead {
 
 // Most triangles of one cell that meet in its edge e.
-constexpr int most_triangles_at(int e)
+constexpr int max_triangles_at(int e)
 {
-    int most_of_any = 0;
+    int max_of_any = 0;
     for (int inside = 0; inside < 256; ++inside) {
         int here = 0;
         for (int k = 0; k < 3 * march_table.count[inside]; ++k)
             here += march_table.edge[inside][k] == e;
-        most_of_any = most_of_any < here ? here : most_of_any;
+        max_of_any = max_of_any < here ? here : max_of_any;
     }
-    return most_of_any;
+    return max_of_any;
 }
 
 // No vertex has more triangles than this.
-constexpr int derive_most_ring()
+constexpr int derive_max_ring()
 {
     int largest = 0;
     for (int axis = 0; axis < 3; ++axis) {
         int sum = 0;
-        for (int k = 0; k < 4; ++k) sum += most_triangles_at(4 * axis + k);
+        for (int k = 0; k < 4; ++k) sum += max_triangles_at(4 * axis + k);
         largest = largest < sum ? sum : largest;
     }
     return largest;
 }
-constexpr int most_ring = derive_most_ring();
+constexpr int max_ring = derive_max_ring();
 
 // Calls take(next, last) for every triangle of a cell of case `inside` that has a vertex on its
 // edge e: its other two, counter-clockwise; vertex(e) is the vertex on an edge of the cell.

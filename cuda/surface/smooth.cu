@@ -14,7 +14,7 @@ __device__ Vec3<float> point(float4 a) { return {a.x, a.y, a.z}; }
 __global__ void __launch_bounds__(threads, 4)
     relax_kernel(const __grid_constant__ SurfaceView d, int from, float factor)
 {
-    await_before();
+    wait_for_upstream();
     const int count = vertex_count(d) * int(!idle(d));
     const float4* const x = d.vertices[from];
     for (int v = int(blockIdx.x) * threads + int(threadIdx.x); v < count;
@@ -27,7 +27,7 @@ __global__ void __launch_bounds__(threads, 4)
 
 __global__ void __launch_bounds__(threads, 4) shade_kernel(const __grid_constant__ SurfaceView d)
 {
-    await_before();
+    wait_for_upstream();
     const int count = vertex_count(d) * int(!idle(d));
     const float4* const x = d.vertices[0];
     for (int v = int(blockIdx.x) * threads + int(threadIdx.x); v < count;
@@ -43,20 +43,20 @@ __global__ void __launch_bounds__(threads, 4) shade_kernel(const __grid_constant
 
 int blocks_of(const SurfaceView& view, int processors)
 {
-    return least(blocks_for(view.vertex_room, threads), 8 * processors);
+    return min(blocks_for(view.vertex_room, threads), 8 * processors);
 }
 
 }  // namespace
 
 void relax(const SurfaceView& view, int from, float factor, int processors, cudaStream_t stream)
 {
-    launch_early("surface relax", relax_kernel, blocks_of(view, processors), threads, stream, view,
-                 from, factor);
+    launch_pdl("surface relax", relax_kernel, blocks_of(view, processors), threads, stream, view,
+               from, factor);
 }
 
 void shade(const SurfaceView& view, int processors, cudaStream_t stream)
 {
-    launch_early("surface shade", shade_kernel, blocks_of(view, processors), threads, stream, view);
+    launch_pdl("surface shade", shade_kernel, blocks_of(view, processors), threads, stream, view);
 }
 
 }  // namespace knead::gpu

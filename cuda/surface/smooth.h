@@ -37,7 +37,7 @@ HD Vec3<R> vertex_normal(int count, Area&& area)
 {
     Vec3<R> sum{};
     for (int k = 0; k < count; ++k) sum = sum + area(k);
-    const R largest = most(most(std::abs(sum.x), std::abs(sum.y)), std::abs(sum.z));
+    const R largest = max(max(std::abs(sum.x), std::abs(sum.y)), std::abs(sum.z));
     if (!(largest > 0)) return {0, 1, 0};
     const Vec3<R> n = (1 / largest) * sum;  // squares of square millimetres leave float's range
     return (1 / length(n)) * n;

@@ -57,8 +57,8 @@ enum Anew : unsigned {
 
 // How much of the last surface was made anew.
 struct Progress {
-    int anew;                // 1: something
-    int splatted, softened;  // blocks that are not empty, with sums_anew and nodes_anew
+    int anew;                 // 1: something
+    int deposited, softened;  // blocks that are not empty, with sums_anew and nodes_anew
 };
 
 // What went wrong in the last surface.
@@ -84,9 +84,9 @@ struct SurfaceView {
     float* density;  // of every round, one behind the other: blocks are softened one by one
     unsigned* marks;
 
-    unsigned* touched;  // blocks: holds mass
-    unsigned* anew;     // layer_blocks(): bits of Anew
-    int* seen;          // Clay::substeps at the last surface; -1: there is none
+    unsigned* occupied;  // blocks: holds mass
+    unsigned* anew;      // layer_blocks(): bits of Anew
+    int* seen;           // Clay::substeps at the last surface; -1: there is none
     Progress* progress;
     int *list, *skin;  // blocks each: not empty; with vertices or triangles
     int* work;         // blocks: of the list those with nodes_anew, Progress::softened of them
@@ -97,7 +97,7 @@ struct SurfaceView {
     float4 *vertices[2], *normals;  // vertex_room each: (x, 1) [m], (unit, 0)
     Int3* triangles;                // triangle_room
     int* ring;                      // vertex_room: triangles around a vertex
-    int *next, *last;               // most_ring rows of vertex_room: their other vertices
+    int *next, *last;               // max_ring rows of vertex_room: their other vertices
     DrawCommand* draws;             // per category
     Faults* faults;
 
@@ -147,7 +147,7 @@ void renew(const SurfaceView& view, const Clay& clay, cudaStream_t stream);
 // Empties what of the last surface's blocks is.
 void clear(const SurfaceView& view, int processors, cudaStream_t stream);
 // Particles to sums.
-void splat(const SurfaceView& view, const Clay& clay, cudaStream_t stream);
+void deposit(const SurfaceView& view, const Clay& clay, cudaStream_t stream);
 // Blocks that the density will reach, with the cells around it.
 void list(const SurfaceView& view, cudaStream_t stream);
 // The round-th couple of binomial passes: from the sums, or from the round before.

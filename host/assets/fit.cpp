@@ -11,8 +11,8 @@ namespace knead {
 namespace {
 
 constexpr int fit_points = 12000, check_points = 40000;
-constexpr int turns = 4;               // of fitting, then hanging on joints what was fitted
-constexpr double least_weight = 0.06;  // of a joint; smaller ones are dropped
+constexpr int turns = 4;             // of fitting, then hanging on joints what was fitted
+constexpr double min_weight = 0.06;  // of a joint; smaller ones are dropped
 
 // Free enough for the open hand, tied enough that a fist still fits. docs/hands.md has the sweep.
 // H25 has too few spheres to bring in its outliers without losing the fist.
@@ -24,12 +24,12 @@ FitRule rule_of(Topology topology)
 
 double to_skin(const std::vector<SkinPoint>& points, Vec3<double> p)
 {
-    double least = 1e30;
+    double min = 1e30;
     for (const SkinPoint& s : points) {
         const Vec3<double> d = s.p - p;
-        least = std::min(least, dot(d, d));
+        min = std::min(min, dot(d, d));
     }
-    return std::sqrt(least);
+    return std::sqrt(min);
 }
 
 Spheres seeds(const Layout& l, const Skin& skin, const std::vector<SkinPoint>& points)
@@ -51,12 +51,12 @@ FittedSphere heaviest(std::array<double, joint_count> w, const Sphere<double>& s
     std::array<int, 4> chosen{};
     std::array<double, 4> share{};
     for (int k = 0; k < 4; ++k) {
-        const auto most = std::max_element(w.begin(), w.end());
-        const bool kept = k == 0 || *most >= least_weight * total;
-        chosen[k] = kept ? int(most - w.begin()) : chosen[0];
-        share[k] = kept ? *most : 0;
+        const auto max = std::max_element(w.begin(), w.end());
+        const bool kept = k == 0 || *max >= min_weight * total;
+        chosen[k] = kept ? int(max - w.begin()) : chosen[0];
+        share[k] = kept ? *max : 0;
         sum += share[k];
-        *most = 0;
+        *max = 0;
     }
     double others = 0;
     for (int k = 3; k >= 0; --k) {
@@ -76,7 +76,7 @@ std::vector<FittedSphere> hung(const Spheres& s, const std::vector<Primitive>& p
     const auto all = shapes(s, primitives);
     for (const SkinPoint& point : points) {
         const Hold h = nearest(all, point.p);
-        for_each_share(primitives[h.primitive], h.foot, [&](int i, double share) {
+        for_each_share(primitives[h.primitive], h.closest_point, [&](int i, double share) {
             for (int j = 0; j < joint_count; ++j) w[i][j] += share * share * point.weight[j];
         });
     }
@@ -125,9 +125,9 @@ std::vector<Vec3<double>> outside(const Spheres& s, const std::vector<Primitive>
                        &c = s[primitives[i].sphere[2]];
             const double far = 1e-3 + (1 - u - v) * a.r + u * b.r + v * c.r;
             const Vec3<double> p = (1 - u - v) * a.c + u * b.c + v * c.c + far * n;
-            const Foot<double> f = foot(all[i], p);
+            const ClosestPoint<double> f = closest_point(all[i], p);
             const Vec3<double> q = p - f.phi * f.n;
-            if (nearest(all, q).foot.phi > -1e-9) out.push_back(q);
+            if (nearest(all, q).closest_point.phi > -1e-9) out.push_back(q);
         }
     return out;
 }
@@ -159,7 +159,7 @@ Deviation deviation(const Rig& rig, Side side, const Skin& skin,
     for (SkinPoint& point : skinned) {
         point.p = follow(skin, point, joints);
         end = std::max(end, point.p.z);
-        error.push_back(std::abs(nearest(all, point.p).foot.phi));
+        error.push_back(std::abs(nearest(all, point.p).closest_point.phi));
         d.mean += error.back() / double(points.size());
     }
     std::sort(error.begin(), error.end());
@@ -213,7 +213,7 @@ FitReport fit_hand(const std::vector<HandMesh>& meshes, Topology topology)
     report.topology = topology;
     report.side = side;
     std::vector<Skin> skins;
-    std::vector<View> views;
+    std::vector<FitView> views;
     for (const HandMesh& mesh : meshes) {
         skins.push_back(right_skin(mesh));
         views.push_back({spread(skins.back(), fit_points), {}});

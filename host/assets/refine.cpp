@@ -18,20 +18,20 @@ Hold nearest(const std::vector<Shape<double>>& all, Vec3<double> p)
 {
     Hold best{{1e30, {0, 1, 0}, 1, 0, 0}, 0};
     for (std::size_t i = 0; i < all.size(); ++i) {
-        const Foot<double> f = foot(all[i], p);
-        if (f.phi < best.foot.phi) best = {f, int(i)};
+        const ClosestPoint<double> f = closest_point(all[i], p);
+        if (f.phi < best.closest_point.phi) best = {f, int(i)};
     }
     return best;
 }
 
 namespace {
 
-constexpr int most_rounds = 60;
+constexpr int max_rounds = 60;
 constexpr double little = 1e-6;       // a round that gains less of the cost is the last
 constexpr double radius_freedom = 5;  // a radius is pulled this much less than a centre
 
 // Where the spheres stand in a view, and by what turn each got there.
-Spheres seen(const Spheres& s, const View& view)
+Spheres seen(const Spheres& s, const FitView& view)
 {
     Spheres out = s;
     for (std::size_t i = 0; i < view.carries.size(); ++i)
@@ -48,20 +48,20 @@ struct Cost {
 
 // Adds the distance at one point of a view. By the envelope theorem d(phi)/d(centre) = -share n and
 // d(phi)/d(radius) = -share, a sphere's share being its foot's weight.
-void add(Cost& cost, const Hold& h, const Primitive& q, const View& view, double outlier)
+void add(Cost& cost, const Hold& h, const Primitive& q, const FitView& view, double outlier)
 {
-    const double phi = h.foot.phi, far = outlier > 0 ? std::pow(phi / outlier, 4) : 0;
+    const double phi = h.closest_point.phi, far = outlier > 0 ? std::pow(phi / outlier, 4) : 0;
     const auto slope = [&](int i) {
-        const auto& n = h.foot.n;
+        const auto& n = h.closest_point.n;
         const Vec3<double> g =
             view.carries.empty() ? n : transpose(view.carries[std::size_t(i)].turn) * n;
         return Eigen::Vector4d(-g.x, -g.y, -g.z, -1);
     };
     cost.value += phi * phi * (0.5 + far / 6);
-    for_each_share(q, h.foot, [&](int i, double li) {
+    for_each_share(q, h.closest_point, [&](int i, double li) {
         const Eigen::Vector4d gi = li * slope(i);
         cost.descent.segment<4>(4 * i) -= (1 + far) * phi * gi;
-        for_each_share(q, h.foot, [&](int j, double lj) {
+        for_each_share(q, h.closest_point, [&](int j, double lj) {
             cost.curvature.block<4, 4>(4 * i, 4 * j) +=
                 (1 + 5 * far) * lj * gi * slope(j).transpose();
         });
@@ -69,12 +69,12 @@ void add(Cost& cost, const Hold& h, const Primitive& q, const View& view, double
 }
 
 Cost cost_of(const Spheres& s, const Spheres& start, const std::vector<Primitive>& primitives,
-             const std::vector<View>& views, const FitRule& rule)
+             const std::vector<FitView>& views, const FitRule& rule)
 {
     const int n = int(s.size());
     Cost cost{0, Eigen::MatrixXd::Zero(4 * n, 4 * n), Eigen::VectorXd::Zero(4 * n)};
     double points = 0;
-    for (const View& view : views) {
+    for (const FitView& view : views) {
         const auto all = shapes(seen(s, view), primitives);
         for (const SkinPoint& point : view.points) {
             const Hold h = nearest(all, point.p);
@@ -107,12 +107,12 @@ Spheres moved(const Spheres& s, const Eigen::VectorXd& step)
 }  // namespace
 
 void refine(Spheres& s, const Spheres& start, const std::vector<Primitive>& primitives,
-            const std::vector<View>& views, const FitRule& rule)
+            const std::vector<FitView>& views, const FitRule& rule)
 {
     Cost cost = cost_of(s, start, primitives, views, rule);
     const double unit_damping = cost.curvature.trace() / double(cost.descent.size());
     double damping = 1e-3;
-    for (int round = 0; round < most_rounds && damping < 1e6; ++round) {
+    for (int round = 0; round < max_rounds && damping < 1e6; ++round) {
         Eigen::MatrixXd damped = cost.curvature;
         damped.diagonal().array() += damping * unit_damping;
         const Spheres next = moved(s, damped.ldlt().solve(cost.descent));

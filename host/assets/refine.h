@@ -14,14 +14,14 @@ std::vector<Shape<double>> shapes(const Spheres& spheres, const std::vector<Prim
 
 // What a point is nearest to.
 struct Hold {
-    Foot<double> foot;
+    ClosestPoint<double> closest_point;
     int primitive;
 };
 Hold nearest(const std::vector<Shape<double>>& shapes, Vec3<double> p);
 
 // Calls visit(sphere, share) for the spheres that a foot hangs on.
 template <class Visit>
-void for_each_share(const Primitive& q, const Foot<double>& f, Visit&& visit)
+void for_each_share(const Primitive& q, const ClosestPoint<double>& f, Visit&& visit)
 {
     const double l[3] = {f.l0, f.l1, f.l2};
     for (int k = 0; k < q.count; ++k)
@@ -36,7 +36,7 @@ struct Carry {
 };
 
 // A skin to fit to: its points, and where its pose carries each sphere. No carries: nowhere.
-struct View {
+struct FitView {
     std::vector<SkinPoint> points;
     std::vector<Carry> carries;
 };
@@ -49,6 +49,6 @@ struct FitRule {
 // Least cost over all centres and radii by damped Gauss-Newton steps [Levenberg-Marquardt]: of the
 // distances phi at the views' points, phi^2/2 + phi^6/(6 outlier^4), and of the pull to the seeds.
 void refine(Spheres& spheres, const Spheres& seeds, const std::vector<Primitive>& primitives,
-            const std::vector<View>& views, const FitRule& rule);
+            const std::vector<FitView>& views, const FitRule& rule);
 
 }  // namespace knead

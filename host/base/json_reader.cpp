@@ -12,7 +12,7 @@ namespace knead {
 namespace {
 
 constexpr int deepest = 64;  // levels; scenes need 4
-constexpr std::size_t most_json_bytes = 16u << 20;
+constexpr std::size_t max_json_bytes = 16u << 20;
 
 std::string position(const std::string& text, std::size_t byte)
 {
@@ -26,7 +26,7 @@ std::string position(const std::string& text, std::size_t byte)
 }
 
 // Edit distance with swaps of neighbours (optimal string alignment).
-std::size_t slips(const std::string& a, const std::string& b)
+std::size_t edit_distance(const std::string& a, const std::string& b)
 {
     const std::size_t n = b.size() + 1;
     std::vector<std::size_t> two(n), one(n), now(n);
@@ -60,10 +60,10 @@ std::string nearest_name(const std::string& word, const std::vector<std::string>
 {
     const std::string cut = word.substr(0, 100);
     std::string best;
-    std::size_t least_slips = ~std::size_t(0);
+    std::size_t min_slips = ~std::size_t(0);
     for (const std::string& c : candidates) {
-        const std::size_t s = slips(cut, c);
-        if (s < least_slips) least_slips = s, best = c;
+        const std::size_t s = edit_distance(cut, c);
+        if (s < min_slips) min_slips = s, best = c;
     }
     return best;
 }
@@ -72,10 +72,10 @@ std::string likely_name(const std::string& word, const std::vector<std::string>&
 {
     const std::string best = nearest_name(word, candidates);
     const std::size_t allowed = std::max<std::size_t>(2, best.size() / 3);
-    return slips(word.substr(0, 100), best) <= allowed ? best : "";
+    return edit_distance(word.substr(0, 100), best) <= allowed ? best : "";
 }
 
-std::string read_text(const std::string& file, std::size_t most_bytes)
+std::string read_text(const std::string& file, std::size_t max_bytes)
 {
     namespace fs = std::filesystem;
     std::error_code problem;
@@ -85,8 +85,8 @@ std::string read_text(const std::string& file, std::size_t most_bytes)
         throw InputError(file + ": expected a regular file, found " +
                          (fs::is_directory(status) ? "a directory" : "something else"));
     const std::uintmax_t size = fs::file_size(file, problem);
-    if (problem || size > most_bytes)
-        throw InputError(fmt::format("{}: expected at most {} bytes, found {}", file, most_bytes,
+    if (problem || size > max_bytes)
+        throw InputError(fmt::format("{}: expected at most {} bytes, found {}", file, max_bytes,
                                      problem ? problem.message() : std::to_string(size)));
     std::ifstream in(file, std::ios::binary);
     std::string text(std::size_t(size), '\0');
@@ -129,7 +129,7 @@ Json parse_json(const std::string& text, const std::string& file)
 
 Json read_json(const std::string& file)
 {
-    return parse_json(read_text(file, most_json_bytes), file);
+    return parse_json(read_text(file, max_json_bytes), file);
 }
 
 std::string described(const Bounds& r)

@@ -21,7 +21,7 @@ Json parse_json(const std::string& text, const std::string& file);
 Json read_json(const std::string& file);
 
 // The whole of a regular file; throws InputError. Shared by all readers of small text files.
-std::string read_text(const std::string& file, std::size_t most_bytes);
+std::string read_text(const std::string& file, std::size_t max_bytes);
 
 // The candidate with the fewest slips of typing (insertion, deletion, exchange, swap of
 // neighbours) from `word`; "" without candidates.

@@ -109,7 +109,7 @@ std::optional<GpuState> gpu_state(const std::string& bus)
     if (driver.ask("nvmlDeviceGetName", unit, text, size)) state.name = text;
     if (driver.ask("nvmlSystemGetDriverVersion", text, size)) state.driver = text;
     driver.ask("nvmlDeviceGetClockInfo", unit, multiprocessor, &state.clock);
-    driver.ask("nvmlDeviceGetMaxClockInfo", unit, multiprocessor, &state.most_clock);
+    driver.ask("nvmlDeviceGetMaxClockInfo", unit, multiprocessor, &state.max_clock);
     driver.ask("nvmlDeviceGetClockInfo", unit, memory, &state.memory_clock);
     if (driver.ask("nvmlDeviceGetPowerManagementLimit", unit, &milliwatts))
         state.power_limit = 1e-3 * milliwatts;
@@ -135,7 +135,7 @@ nlohmann::json machine_facts(bool gpu)
         facts["gpu"] = {{"name", state->name},
                         {"driver", state->driver},
                         {"clock_MHz", state->clock},
-                        {"most_clock_MHz", state->most_clock},
+                        {"most_clock_MHz", state->max_clock},
                         {"memory_clock_MHz", state->memory_clock},
                         {"power_limit_W", state->power_limit}};
     else

@@ -20,8 +20,8 @@ double process_seconds();    // CPU time of all threads since the start [s]
 // What the driver says of a GPU now. Clocks are those of the moment: a GPU at rest slows down.
 struct GpuState {
     std::string name, driver;
-    unsigned clock = 0, most_clock = 0, memory_clock = 0;  // [MHz]; 0: not told
-    double power_limit = 0;                                // [W]; 0: not told
+    unsigned clock = 0, max_clock = 0, memory_clock = 0;  // [MHz]; 0: not told
+    double power_limit = 0;                               // [W]; 0: not told
 };
 // By the bus id that CUDA tells of a device. Nothing where no driver answers.
 std::optional<GpuState> gpu_state(const std::string& bus);

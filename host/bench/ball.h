@@ -14,7 +14,7 @@ inline Material<double> paper_clay(double dx, double per_cell)
     constexpr double E = 1e6, nu = 0.3, density = 1000;
     Material<double> m{};
     m.elasticity = Elasticity::neo_hookean;
-    m.flow = Flow::von_mises;
+    m.plasticity = Plasticity::von_mises;
     m.density = density;
     m.mu = E / (2 * (1 + nu));
     m.lambda = E * nu / ((1 + nu) * (1 - 2 * nu));
@@ -30,7 +30,7 @@ inline Setup ball(int nodes)
 {
     Setup s{};
     s.lattice = {{nodes, nodes, nodes}, 1.0 / nodes};
-    s.walls = {3, Touch::separate, 0.3};
+    s.walls = {3, ContactMode::separate, 0.3};
     s.gravity = {0, -9.81, 0};
     const double dx = s.lattice.dx;
     s.materials = {paper_clay(dx, 8)};
@@ -58,7 +58,7 @@ inline void add_tools(Setup& s)
             s.rig.spheres.push_back(b);
         }
         s.rig.primitives.push_back({2, {first, first + 1, first + 1}, side});
-        s.tools.push_back({side ? Touch::separate : Touch::sticky, 0.4, false, true});
+        s.tools.push_back({side ? ContactMode::separate : ContactMode::sticky, 0.4, false, true});
     }
 }
 

@@ -101,7 +101,7 @@ Scene Bench::scene(const std::vector<std::string>& settings) const
     Scene s = read_scene(options.scene, settings);
     s.setup.threads = options.threads;
     build(s,
-          options.most_memory > 0 ? std::size_t(options.most_memory * 0x1p20) : available_memory());
+          options.max_memory > 0 ? std::size_t(options.max_memory * 0x1p20) : available_memory());
     return s;
 }
 
@@ -116,7 +116,7 @@ bool Bench::fits(const std::string& what, double particles, double host_bytes, d
         return false;
     };
     const double host =
-        options.most_memory > 0 ? options.most_memory * 0x1p20 : double(available_memory());
+        options.max_memory > 0 ? options.max_memory * 0x1p20 : double(available_memory());
     if (particles * host_bytes > host) return refuse("of the host", particles * host_bytes, host);
     if (device.kind != DeviceKind::cuda) return true;
     const auto there = double(free_memory(device));

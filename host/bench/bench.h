@@ -22,10 +22,10 @@ struct BenchOptions {
     std::string peers_folder = "profiling/peers";
     bool count = false;  // by the device's counters, too
     bool quick = false, peers = false, overwrite = false, json = false, quiet = false;
-    int threads = 0;              // CPU; 0: all
-    double case_limit = 0;        // seconds after which a case begins no frame; 0: 20, quick 4
-    double most_memory = 0;       // [MiB] of the host; 0: what is free
-    double most_particles = 5e7;  // of suite "scale"
+    int threads = 0;             // CPU; 0: all
+    double case_limit = 0;       // seconds after which a case begins no frame; 0: 20, quick 4
+    double max_memory = 0;       // [MiB] of the host; 0: what is free
+    double max_particles = 5e7;  // of suite "scale"
 };
 
 // What the device's counters say of a case, for each particle; all 0: nothing was counted.
@@ -43,14 +43,14 @@ struct BenchRow {
     std::size_t particles = 0;
     Int3 nodes{};
     int frames = 0, repeats = 0;  // timed, over all repeats
-    int touched = 0;              // of them with particles put out of a hand
+    int apply_contact = 0;        // of them with particles put out of a hand
     double substeps = 0;          // of a frame; median
     Spread frame, substep;
     double between = 0;             // least to greatest median of the repeats, over the median
     double surface = 0;             // of one frame; median; 0: none was made
     std::size_t bytes = 0;          // held by the solver
-    double least_bytes = 0;         // per particle and substep
-    double copy_share = 0;          // least_bytes over time, of the measured copy's rate
+    double min_bytes = 0;           // per particle and substep
+    double copy_share = 0;          // min_bytes over time, of the measured copy's rate
     std::vector<StageTime> stages;  // of one frame, or parts of the surface
     Counted counted;                // per particle and substep; per particle of a surface
     double moved = 1;               // share of the particle-substeps; the rest was still
@@ -70,7 +70,7 @@ struct BenchRow {
 struct Target {
     std::string name, unit;
     double must = 0, aim = 0;
-    bool least = false;    // the measured value must be at least so large
+    bool min = false;      // the measured value must be at least so large
     double measured = -1;  // negative: not measured
     std::string note;
     bool estimate = false;  // says what may be, on another card; has no bounds
@@ -89,9 +89,9 @@ struct PeerRow {
 };
 
 // Where the clay is: mean and standard deviation of the particles' places, axis by axis [m].
-using Places = std::array<double, 6>;
+using ProbePlaces = std::array<double, 6>;
 // Reads a peer's last line that has a time, in JSON; false if there is none, or it lacks a number.
-bool understood(const std::string& said, PeerRow& row, Places& places);
+bool understood(const std::string& said, PeerRow& row, ProbePlaces& places);
 
 struct BenchResult {
     std::vector<BenchRow> rows;
@@ -152,7 +152,7 @@ Motion motion_in(const Scene& scene, const HandSource* hands, int frame);
 struct DrivenFrame {
     int index;  // from 0
     double wall;
-    Tally tally;
+    FrameStats stats;
 };
 void drive(const Scene& scene, Solver& solver, const HandSource* hands, int first,
            const std::function<bool(const DrivenFrame&)>& after);
@@ -170,7 +170,7 @@ QueuedFrames queued(const Scene& scene, Device device, const HandSource* hands, 
 int first_touch(const Scene& scene, const HandSource& hands);
 // Bytes that every substep must move per particle: its state in and out, and the nodes of the
 // blocks with clay, written once and read once.
-double least_bytes(std::size_t particles, long active_blocks);
+double min_bytes(std::size_t particles, long active_blocks);
 
 // What was counted of `items` particle-substeps, or particles of a surface, beside `row`'s times.
 Counted counted_each(const std::vector<StageWork>& stages, double items, const BenchRow& row,

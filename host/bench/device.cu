@@ -53,10 +53,9 @@ DeviceFacts facts_of(int device)
     check(cudaSetDevice(device), "device");
     cudaDeviceProp properties;
     check(cudaGetDeviceProperties(&properties, device), "device");
-    const std::size_t most = std::size_t(1) << 30;
+    const std::size_t max = std::size_t(1) << 30;
     return {properties.name, properties.totalGlobalMem, properties.multiProcessorCount,
-            std::size_t(properties.l2CacheSize),
-            copy_rate(std::min(most, free_memory(device) / 4))};
+            std::size_t(properties.l2CacheSize), copy_rate(std::min(max, free_memory(device) / 4))};
 }
 
 std::size_t free_memory(int device)

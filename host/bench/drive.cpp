@@ -26,14 +26,14 @@ struct Gathered {
         std::vector<double> frames, substeps, counts;
         void add(const DrivenFrame& f)
         {
-            const int n = std::max(f.tally.substeps, 1);
+            const int n = std::max(f.stats.substeps, 1);
             frames.push_back(f.wall), substeps.push_back(f.wall / n), counts.push_back(n);
         }
     };
-    Times touched, apart;
+    Times apply_contact, apart;
     std::vector<double> surfaces, medians;
     int timed = 0;
-    Tally sum;
+    FrameStats sum;
     long blocks = 0;
     std::vector<int> touched_at;  // in the first repeat
     int last = 0;
@@ -42,16 +42,16 @@ struct Gathered {
     int middle() const { return touched_at.empty() ? last : touched_at[touched_at.size() / 2]; }
     void add(const DrivenFrame& f)
     {
-        (f.tally.projected > 0 ? touched : apart).add(f);
+        (f.stats.projected > 0 ? apply_contact : apart).add(f);
         ++timed;
-        sum.clipped += f.tally.clipped, sum.confined += f.tally.confined;
-        sum.repaired += f.tally.repaired;
-        sum.moved += f.tally.moved, sum.substeps += f.tally.substeps;
-        blocks = f.tally.active_blocks;
+        sum.clipped += f.stats.clipped, sum.confined += f.stats.confined;
+        sum.repaired += f.stats.repaired;
+        sum.moved += f.stats.moved, sum.substeps += f.stats.substeps;
+        blocks = f.stats.active_blocks;
         last = f.index;
-        if (medians.empty() && f.tally.projected > 0) touched_at.push_back(f.index);
+        if (medians.empty() && f.stats.projected > 0) touched_at.push_back(f.index);
     }
-    const Times& times() const { return touched.frames.empty() ? apart : touched; }
+    const Times& times() const { return apply_contact.frames.empty() ? apart : apply_contact; }
 };
 
 void once(const Scene& scene, Solver& solver, const HandSource* hands, const Drive& how, int first,
@@ -89,12 +89,12 @@ void fill(BenchRow& row, const Scene& scene, const Gathered& all)
     row.particles = scene.setup.particles.size();
     row.nodes = scene.setup.lattice.size;
     row.frames = all.timed, row.repeats = int(all.medians.size());
-    row.touched = int(all.touched.frames.size());
+    row.apply_contact = int(all.apply_contact.frames.size());
     row.substeps = spread(all.times().counts).median;
     row.frame = spread(all.times().frames), row.substep = spread(all.times().substeps);
     row.between = relative_range(all.medians);
     row.surface = spread(all.surfaces).median;
-    row.least_bytes = least_bytes(row.particles, all.blocks);
+    row.min_bytes = min_bytes(row.particles, all.blocks);
     row.clipped = all.sum.clipped, row.confined = all.sum.confined;
     row.repaired = all.sum.repaired;
     const double all_of_them = double(row.particles) * all.sum.substeps;
@@ -115,7 +115,7 @@ std::vector<Vec3<double>> samples(const std::vector<Particle<double>>& particles
 
 }  // namespace
 
-double least_bytes(std::size_t particles, long active_blocks)
+double min_bytes(std::size_t particles, long active_blocks)
 {
     const double nodes = double(active_blocks) * block_nodes * sizeof(Node<float>);
     return 2 * sizeof(Particle<float>) + 2 * nodes / double(std::max<std::size_t>(particles, 1));
@@ -180,7 +180,7 @@ int first_touch(const Scene& scene, const HandSource& hands)
             for (const Vec3<double> x : clay) {
                 const bool near = x.x >= shape.low.x && x.x <= shape.high.x && x.y >= shape.low.y &&
                                   x.y <= shape.high.y && x.z >= shape.low.z && x.z <= shape.high.z;
-                if (near && foot(shape, x).phi < 0) return true;
+                if (near && closest_point(shape, x).phi < 0) return true;
             }
         }
         return false;
@@ -207,7 +207,7 @@ void Bench::examine(const Scene& scene, const HandSource* hands, int first, int 
         if (how.stages) row.stages = solver->stage_times();
         if (how.counts)
             row.counted = counted_each(counted([&] { return solver->stage_counts(); }),
-                                       double(f.tally.moved), row, facts);
+                                       double(f.stats.moved), row, facts);
         return false;
     });
 }
@@ -238,10 +238,10 @@ const BenchRow& Bench::measured(const std::string& name, const Scene& scene, con
         const Audit state =
             audit(solver->particles(), scene.setup.materials, scene.setup.lattice.dx);
         row.hash = hexadecimal(state.hash);
-        if (state.broken > 0) row.note = "NOT SOUND: numbers that are none";
+        if (state.broken > 0) row.note = "NOT SOUND: non-finite numbers";
     }
     fill(row, scene, all);
-    row.copy_share = row.least_bytes * row.rate() / facts.copy;
+    row.copy_share = row.min_bytes * row.rate() / facts.copy;
     if (device.kind == DeviceKind::cuda && (how.stages || (how.counts && options.count)) &&
         !stopped())
         examine(scene, hands.get(), first, all.middle(), how, row);

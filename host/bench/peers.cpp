@@ -72,7 +72,8 @@ Json described(const Setup& setup, int count)
     for (const Primitive& p : setup.rig.primitives) {
         const Tool<double>& tool = setup.tools[std::size_t(p.tool)];
         cones.push_back({p.sphere[0], p.sphere[1]});
-        touch.push_back({{"sticky", tool.touch == Touch::sticky}, {"friction", tool.friction}});
+        touch.push_back(
+            {{"sticky", tool.mode == ContactMode::sticky}, {"friction", tool.friction}});
     }
     return {{"nodes", nodes},
             {"dx", setup.lattice.dx},
@@ -106,9 +107,9 @@ std::string raw_positions(const Setup& setup)
     return bytes;
 }
 
-Places places_of(const std::vector<Particle<double>>& all)
+ProbePlaces places_of(const std::vector<Particle<double>>& all)
 {
-    Places p{};
+    ProbePlaces p{};
     const double share = 1 / double(all.size());
     for (const Particle<double>& q : all) {
         const double x[] = {q.x.x, q.x.y, q.x.z};
@@ -124,7 +125,7 @@ Places places_of(const std::vector<Particle<double>>& all)
 
 struct Ours {
     double substep = 0;
-    Places places{};
+    ProbePlaces places{};
 };
 
 Ours ours(const Bench& bench, const Setup& setup, int count)
@@ -134,10 +135,10 @@ Ours ours(const Bench& bench, const Setup& setup, int count)
     for (int f = 0; f < count && !bench.stopped(); ++f) {
         const Motion motion = upright(f * substeps * dt, substeps * dt);
         const auto start = std::chrono::steady_clock::now();
-        const Tally tally = solver->advance(motion, substeps * dt);
+        const FrameStats stats = solver->advance(motion, substeps * dt);
         const double time =
             std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-        if (f >= warm_frames) times.push_back(time / std::max(1, tally.substeps));
+        if (f >= warm_frames) times.push_back(time / std::max(1, stats.substeps));
     }
     return {spread(times).median, places_of(solver->particles())};
 }
@@ -181,7 +182,7 @@ bool three(const Json& said, const char* key, double* to)
 
 }  // namespace
 
-bool understood(const std::string& said, PeerRow& row, Places& places)
+bool understood(const std::string& said, PeerRow& row, ProbePlaces& places)
 {
     for (std::size_t end = said.size(); end > 0;) {
         const std::size_t start = said.find_last_of('\n', end - 1) + 1;
@@ -207,7 +208,7 @@ void run_peer(Bench& bench, const std::string& name, const std::vector<std::stri
     PeerRow row;
     row.name = name, row.ours = mine.substep;
     std::string said;
-    Places places{};
+    ProbePlaces places{};
     const int code = output_of(words, said);
     if (code == 127)
         row.problem = "not run: no program " + words[0];

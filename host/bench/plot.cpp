@@ -209,15 +209,15 @@ std::string svg(const BarPlot& plot)
     const double tall = top + row_height * double(plot.rows.size()) + 40;
     std::string out = frame(plot.title, plot.note, from, tall);
     const auto shown = [](double v) { return std::isfinite(v) && v > 0 ? v : 0; };
-    double most = 0;
+    double max = 0;
     for (const BarRow& row : plot.rows) {
         double sum = 0;
         for (double p : row.parts) sum += shown(p);
-        most = std::max(most, sum);
+        max = std::max(max, sum);
     }
-    if (most <= 0) return out + text(from, tall / 2, "nothing was measured", "") + "</svg>\n";
+    if (max <= 0) return out + text(from, tall / 2, "nothing was measured", "") + "</svg>\n";
     out += legend(from, plot.legend);
-    const double scale = (width - names - right - 80) / most;
+    const double scale = (width - names - right - 80) / max;
     for (std::size_t r = 0; r < plot.rows.size(); ++r) {
         const double y = top + row_height * double(r);
         double x = names, sum = 0;

@@ -18,7 +18,7 @@ Json spread_json(const Spread& s, double scale)
     return {{"median", scale * s.median},
             {"p95", scale * s.p95},
             {"mean", scale * s.mean},
-            {"max", scale * s.most}};
+            {"max", scale * s.max}};
 }
 
 Json row_json(const BenchRow& r)
@@ -39,7 +39,7 @@ Json row_json(const BenchRow& r)
         {"nodes", {r.nodes.x, r.nodes.y, r.nodes.z}},
         {"frames", r.frames},
         {"repeats", r.repeats},
-        {"frames_in_contact", r.touched},
+        {"frames_in_contact", r.apply_contact},
         {"substeps_per_frame", r.substeps},
         {"frame_ms", spread_json(r.frame, 1e3)},
         {"substep_us", spread_json(r.substep, 1e6)},
@@ -47,7 +47,7 @@ Json row_json(const BenchRow& r)
         {"surface_ms", known(1e3 * r.surface)},
         {"items_per_second", known(r.rate())},
         {"bytes", r.bytes},
-        {"least_bytes_per_particle", known(r.least_bytes)},
+        {"least_bytes_per_particle", known(r.min_bytes)},
         {"share_of_copy", known(r.copy_share)},
         {"instructions_per_particle", known(r.counted.sum.instructions)},
         {"share_of_issue", known(r.counted.issue_share)},
@@ -68,7 +68,7 @@ Json target_json(const Target& t)
 {
     return {{"name", t.name},          {"unit", t.unit},
             {"must", t.must},          {"aim", t.aim},
-            {"at_least", t.least},     {"measured", t.measured < 0 ? Json() : Json(t.measured)},
+            {"at_least", t.min},       {"measured", t.measured < 0 ? Json() : Json(t.measured)},
             {"met", met_name(met(t))}, {"note", t.note}};
 }
 
@@ -123,7 +123,7 @@ std::string row_text(const BenchRow& r)
             "({:.1f} % of copy{}), {:.0f} B of level 2\n",
             each.instructions, 100 * r.counted.issue_share, each.memory_bytes,
             100 * r.counted.copy_share,
-            r.least_bytes > 0 ? fmt::format("; at least {:.0f} B", r.least_bytes) : "",
+            r.min_bytes > 0 ? fmt::format("; at least {:.0f} B", r.min_bytes) : "",
             each.cache_bytes);
     for (const StageTime& s : r.stages) text += stage_text(s, r.counted.stages);
     if (r.clipped + r.confined + r.repaired > 0)
@@ -134,7 +134,7 @@ std::string row_text(const BenchRow& r)
 
 std::string target_text(const Target& t)
 {
-    const char* sign = t.least ? ">=" : "<=";
+    const char* sign = t.min ? ">=" : "<=";
     const std::string value = t.measured < 0 ? "-" : fmt::format("{:.4g}", t.measured);
     const auto bound = [&](double x) {
         return t.estimate ? std::string() : fmt::format("{} {:.4g}", sign, x);
@@ -259,10 +259,10 @@ std::string bench_csv(const BenchResult& result)
         out += fmt::format(
             "{},{},{:.9g},{},{},{},{},{},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},{},"
             "{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},{},{},{},{}\n",
-            r.suite, quoted(r.name), r.at, r.particles, r.nodes.x, r.frames, r.repeats, r.touched,
-            r.substeps, 1e3 * r.frame.median, 1e3 * r.frame.p95, 1e6 * r.substep.median,
-            1e6 * r.substep.p95, 1e3 * r.surface, 1e-9 * r.rate(), r.bytes, r.least_bytes,
-            r.copy_share, r.counted.sum.instructions, r.counted.issue_share,
+            r.suite, quoted(r.name), r.at, r.particles, r.nodes.x, r.frames, r.repeats,
+            r.apply_contact, r.substeps, 1e3 * r.frame.median, 1e3 * r.frame.p95,
+            1e6 * r.substep.median, 1e6 * r.substep.p95, 1e3 * r.surface, 1e-9 * r.rate(), r.bytes,
+            r.min_bytes, r.copy_share, r.counted.sum.instructions, r.counted.issue_share,
             r.counted.sum.memory_bytes, r.counted.copy_share, r.counted.sum.cache_bytes, r.moved,
             r.clipped, r.confined, r.repaired, r.hash);
     return out;

@@ -180,12 +180,12 @@ void scale_suite(Bench& bench)
     // Bytes per particle before anything was measured: generous, and replaced by what was held.
     double device_bytes = 400;
     const double host_bytes = 2.5 * sizeof(Particle<double>) + sizeof(Particle<float>);
-    const double most = bench.options.quick ? std::min(1e6, bench.options.most_particles)
-                                            : bench.options.most_particles;
+    const double max = bench.options.quick ? std::min(1e6, bench.options.max_particles)
+                                           : bench.options.max_particles;
     for (double wanted : {1e4, 3e4, 1e5, 3e5, 1e6, 3e6, 1e7, 3e7, 5e7}) {
         const int cells = 4 * int(std::lround(std::cbrt(wanted / particles_on(1)) / 4));
         const double count = particles_on(cells);
-        if (bench.stopped() || wanted > most) break;
+        if (bench.stopped() || wanted > max) break;
         if (!bench.fits(fmt::format("scale: {}^3 nodes", cells), count, host_bytes, device_bytes))
             break;
         Drive how = usual(bench, count < 2e6 ? 30 : 5);

@@ -1,4 +1,6 @@
 // What a surface of a state costs, where the solver runs.
+#include "host/surface/surface.h"
+
 #include <algorithm>
 #include <chrono>
 
@@ -7,7 +9,6 @@
 #include "host/bench/bench.h"
 #include "host/session/session.h"
 #include "host/surface/gpu_surface.h"
-#include "host/surface/surface.h"
 
 namespace knead {
 namespace {

@@ -14,11 +14,11 @@ namespace {
 // 1.1 M and 8.8 M particles. Measured there in 2026-11: claymore 3b19462 and CK-MPM 38bff16.
 constexpr double public_best[] = {356e-6, 780e-6, 3922e-6};
 
-Target most(const char* name, const char* unit, double must, double aim)
+Target max(const char* name, const char* unit, double must, double aim)
 {
     return {name, unit, must, aim, false, -1, ""};
 }
-Target least(const char* name, const char* unit, double must, double aim)
+Target min(const char* name, const char* unit, double must, double aim)
 {
     return {name, unit, must, aim, true, -1, ""};
 }
@@ -26,7 +26,7 @@ Target least(const char* name, const char* unit, double must, double aim)
 std::string timed(const BenchRow& row)
 {
     std::string text = fmt::format("{} frames, {} in contact, p95 {:.3g} us a substep", row.frames,
-                                   row.touched, 1e6 * row.substep.p95);
+                                   row.apply_contact, 1e6 * row.substep.p95);
     const long guards = row.clipped + row.confined + row.repaired;
     if (guards > 0) text += fmt::format(", GUARDS {} ", guards);
     return text + (row.note.empty() ? "" : "; " + row.note);
@@ -66,22 +66,22 @@ void size_targets(Bench& bench)
 {
     const BenchRow small = bench.squeeze(64);
     auto& all = bench.result.targets;
-    all.push_back(measured(most("137 k particles, 64^3, per substep", "us", 20, 12),
+    all.push_back(measured(max("137 k particles, 64^3, per substep", "us", 20, 12),
                            1e6 * small.substep.median, timed(small)));
     const QueuedFrames frame = paper_frame(bench);
     all.push_back(
-        measured(most("frame: 5 substeps, density 128^3, march, 5 smoothings", "ms", 0.35, 0.2),
+        measured(max("frame: 5 substeps, density 128^3, march, 5 smoothings", "ms", 0.35, 0.2),
                  frame.frames > 0 ? 1e3 * frame.frame : -1,
                  fmt::format("mean of {} frames, handed over one ahead", frame.frames)));
     all.push_back(
-        measured(most("times the host waits for the device in a frame", "", 0, 0),
+        measured(max("times the host waits for the device in a frame", "", 0, 0),
                  frame.frames > 0 && bench.device.kind == DeviceKind::cuda ? frame.waits : -1,
                  "in the same frames, between handing one over and its end"));
-    all.push_back(measured(most("real time: all substeps of 11.1 ms", "ms", 1.5, 0.9),
+    all.push_back(measured(max("real time: all substeps of 11.1 ms", "ms", 1.5, 0.9),
                            1e3 * small.frame.median,
                            fmt::format("{:.0f} substeps", small.substeps)));
     const BenchRow real = hand_scale(bench);
-    all.push_back(measured(most("hand scale: 0.1 m ball, dx 3.1 mm, 11.1 ms", "ms", 6, 4),
+    all.push_back(measured(max("hand scale: 0.1 m ball, dx 3.1 mm, 11.1 ms", "ms", 6, 4),
                            1e3 * real.frame.median,
                            fmt::format("{:.0f} substeps; {}", real.substeps, timed(real))));
     const double must[] = {17, 5.5, 4.4}, aim[] = {30, 8.5, 6.7};
@@ -90,8 +90,8 @@ void size_targets(Bench& bench)
                                  "against the best public code, 8.8 M"};
     std::vector<BenchRow> sizes{small};
     for (int cells : {128, 256}) {
-        const Target rate = cells == 128 ? least("1.1 M particles", "G/s", 8, 12)
-                                         : least("8.8 M particles", "G/s", 10, 15);
+        const Target rate = cells == 128 ? min("1.1 M particles", "G/s", 8, 12)
+                                         : min("8.8 M particles", "G/s", 10, 15);
         const double count = 0.5236 * cells * cells * cells;
         const bool large = bench.options.quick || bench.device.kind != DeviceKind::cuda;
         if (bench.stopped() || (large && cells > 128) ||
@@ -104,12 +104,12 @@ void size_targets(Bench& bench)
         all.push_back(measured(rate, 1e-9 * sizes.back().rate(), timed(sizes.back())));
     }
     const BenchRow& last = sizes.back();
-    all.push_back(measured(most("memory per particle, all buffers", "B", 160, 110),
+    all.push_back(measured(max("memory per particle, all buffers", "B", 160, 110),
                            double(last.bytes) / double(last.particles),
                            fmt::format("at {:.3g} particles", double(last.particles))));
     for (std::size_t k = 0; k < 3; ++k)
         all.push_back(
-            measured(least(names[k], "x", must[k], aim[k]),
+            measured(min(names[k], "x", must[k], aim[k]),
                      k < sizes.size() ? public_best[k] / sizes[k].substep.median : -1,
                      fmt::format("theirs {:.0f} us, measured on an H200", 1e6 * public_best[k])));
 }
@@ -124,7 +124,7 @@ void localized_target(Bench& bench)
     if (bench.stopped() || bench.result.rows.end() - first() < 3) return;
     const BenchRow &near = *first(), &all = *(first() + 1), &held = *(first() + 2);
     bench.result.targets.push_back(
-        measured(most("2 M particles, 5 % near hands, against these alone", "x", 1.5, 1.2),
+        measured(max("2 M particles, 5 % near hands, against these alone", "x", 1.5, 1.2),
                  all.frame.median / near.frame.median,
                  fmt::format("{:.3g} against {:.3g} particles, the rest asleep; {:.3g} where it is "
                              "held still (localized)",
@@ -134,7 +134,7 @@ void localized_target(Bench& bench)
 
 void peer_target(Bench& bench)
 {
-    Target t = least("against our Taichi peer, per substep", "x", 12, 25);
+    Target t = min("against our Taichi peer, per substep", "x", 12, 25);
     t.note = "not run: --peers runs it";
     for (const PeerRow& p : bench.result.peers) {
         if (p.name != "taichi") continue;
@@ -168,9 +168,9 @@ void estimate(Bench& bench)
 
 Met met(const Target& t)
 {
-    if (t.measured < 0 || (t.must == 0 && t.aim == 0 && t.least)) return Met::open;
+    if (t.measured < 0 || (t.must == 0 && t.aim == 0 && t.min)) return Met::open;
     const auto holds = [&](double bound) {
-        return t.least ? t.measured >= bound : t.measured <= bound;
+        return t.min ? t.measured >= bound : t.measured <= bound;
     };
     return holds(t.aim) ? Met::aim : holds(t.must) ? Met::must : Met::missed;
 }

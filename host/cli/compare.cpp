@@ -73,7 +73,7 @@ Json compare_particles(const CompareOptions& o)
     for (std::size_t i = 0; i < a.size(); ++i) {
         const Vec3<double> d = a[i].x - b[i].x, dv = a[i].v - b[i].v;
         sum += dot(d, d);
-        farthest = most(farthest, length(d)), fastest = most(fastest, length(dv));
+        farthest = max(farthest, length(d)), fastest = max(fastest, length(dv));
     }
     all["rms_m"] = std::sqrt(sum / double(a.size()));
     all["max_m"] = farthest;

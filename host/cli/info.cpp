@@ -42,7 +42,7 @@ Json scene_facts(const InfoOptions& o)
                 {"spacing_m", dx},
                 {"particles", expected_particles(scene)},
                 {"memory_MiB", expected_bytes(scene) / 0x1p20},
-                {"clock", scene.clock == Clock::paper ? "paper" : "wall"},
+                {"clock", scene.clock == ClockMode::paper ? "paper" : "wall"},
                 {"dt_s", fixed > 0 ? fixed : scene.setup.step.courant * dx / fastest},
                 {"objects", objects}};
     if (!scene.has_hands) return all;
@@ -91,10 +91,10 @@ Json particle_facts(const std::string& path)
     double fastest = 0;
     int objects = 0;
     for (const Particle<double>& q : all) {
-        low = {least(low.x, q.x.x), least(low.y, q.x.y), least(low.z, q.x.z)};
-        high = {most(high.x, q.x.x), most(high.y, q.x.y), most(high.z, q.x.z)};
-        fastest = most(fastest, length(q.v));
-        objects = most(objects, q.object + 1);
+        low = {min(low.x, q.x.x), min(low.y, q.x.y), min(low.z, q.x.z)};
+        high = {max(high.x, q.x.x), max(high.y, q.x.y), max(high.z, q.x.z)};
+        fastest = max(fastest, length(q.v));
+        objects = max(objects, q.object + 1);
     }
     return {{"kind", "particles"},  {"particles", all.size()}, {"objects", objects},
             {"low_m", triple(low)}, {"high_m", triple(high)},  {"fastest_m_per_s", fastest}};

@@ -8,7 +8,7 @@
 namespace knead {
 
 Progress::Progress(int count, bool quiet)
-    : frames(count), shown(!quiet && isatty(STDERR_FILENO)), start(Clock::now()), last(start)
+    : frames(count), shown(!quiet && isatty(STDERR_FILENO)), start(ClockMode::now()), last(start)
 {
 }
 
@@ -16,7 +16,7 @@ Progress::~Progress() { clear(); }
 
 void Progress::show(int done)
 {
-    const Clock::time_point now = Clock::now();
+    const ClockMode::time_point now = ClockMode::now();
     if (!shown || (now - last < std::chrono::milliseconds(100) && done < frames)) return;
     last = now;
     drawn = true;

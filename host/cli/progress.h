@@ -15,10 +15,10 @@ class Progress {
     void clear();
 
   private:
-    using Clock = std::chrono::steady_clock;
+    using ClockMode = std::chrono::steady_clock;
     int frames;
     bool shown, drawn = false;
-    Clock::time_point start, last;
+    ClockMode::time_point start, last;
 };
 
 // The bar's text, without the carriage return: "[#####.....] 50/100  12.3 frames/s  4 s left".

@@ -84,7 +84,7 @@ class Session {
     Scene scene;
     RunRule rule;
     RunFacts facts;
-    std::unique_ptr<Gallery> gallery;
+    std::unique_ptr<FrameWriter> writer;
     bool has_video = false, output_refused = false;
 };
 
@@ -92,7 +92,7 @@ class Session {
 void Session::prepare()
 {
     const std::size_t memory =
-        o.most_memory > 0 ? std::size_t(o.most_memory * 0x1p20) : available_memory();
+        o.max_memory > 0 ? std::size_t(o.max_memory * 0x1p20) : available_memory();
     build(scene, memory);
     if (!o.out.empty()) {
         std::vector<std::string> names{"report.json", "frames.csv"};
@@ -118,9 +118,9 @@ void Session::open_gallery()
         note(facts.left_out.back());
     }
     try {
-        gallery = std::make_unique<Gallery>(scene, in_folder("pictures"),
-                                            has_video ? in_folder("video.mp4") : "",
-                                            scene.frame_rate / scene.picture_every);
+        writer = std::make_unique<FrameWriter>(scene, in_folder("pictures"),
+                                               has_video ? in_folder("video.mp4") : "",
+                                               scene.frame_rate / scene.picture_every);
         rule.mesh_every = scene.picture_every;
     } catch (const std::runtime_error& e) {
         note(e.what());
@@ -134,18 +134,18 @@ void Session::watch(RunWatch& watch, Progress& progress)
     watch.frame = [&](const FrameRow& row) {
         if (o.verbose && !o.quiet) {
             progress.clear();
-            note(fmt::format("frame {}: {} substeps, {:.3f} ms", row.frame, row.tally.substeps,
+            note(fmt::format("frame {}: {} substeps, {:.3f} ms", row.frame, row.stats.substeps,
                              1e3 * row.wall));
         }
         progress.show(row.frame);
     };
-    watch.picture = [&](const View& view) {
-        if (!gallery) return;
+    watch.picture = [&](const FrameView& view) {
+        if (!writer) return;
         try {
-            gallery->add(view);
+            writer->add(view);
         } catch (const OutputError& e) {
             refused(e.what());
-            gallery.reset();
+            writer.reset();
         }
     };
 }
@@ -170,9 +170,9 @@ void Session::write(const RunRecord& record)
     if (files && (o.particles || failed))
         attempt("particles.ply",
                 [&](const std::string& to) { write_particles(to, record.last_good); });
-    if (gallery && gallery->count() > 0) {
+    if (writer && writer->count() > 0) {
         facts.outputs.push_back(in_folder("pictures"));
-        if (has_video) attempt("video.mp4", [&](const std::string&) { gallery->close(); });
+        if (has_video) attempt("video.mp4", [&](const std::string&) { writer->close(); });
     }
     if (files)
         attempt("frames.csv", [&](const std::string& to) { write_whole(to, frames_csv(record)); });

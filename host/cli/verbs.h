@@ -17,7 +17,7 @@ struct RunOptions {
     bool overwrite = false, deterministic = false, json = false, quiet = false, verbose = false;
     std::optional<unsigned> seed;
     int threads = 0;           // 0: all
-    double most_memory = 0;    // [MiB]; 0: what is free
+    double max_memory = 0;     // [MiB]; 0: what is free
     double time_limit = 0;     // [s]; 0: none
     int audit_every = 0;       // frames; 0: every frame on the CPU, one in 10 on a GPU
     std::string mesh = "glb";  // glb, ply, obj, none

@@ -1,4 +1,6 @@
 // Meshes to files: GLB (glTF 2.0), OBJ, PLY. A file appears whole under its name or not at all.
+#include "host/files/mesh_file.h"
+
 #include <fcntl.h>
 #include <sys/stat.h>
 #include <unistd.h>
@@ -14,8 +16,6 @@
 #include <cstring>
 #include <nlohmann/json.hpp>
 #include <stdexcept>
-
-#include "host/files/mesh_file.h"
 
 namespace knead {
 
@@ -114,8 +114,8 @@ void add_mesh(nlohmann::json& gltf, std::string& binary, const Mesh& mesh)
     const int position = add_accessor(gltf, binary, mesh.vertices, target_vertex);
     Vec3<float> low = mesh.vertices[0], high = low;
     for (const Vec3<float> v : mesh.vertices) {
-        low = {least(low.x, v.x), least(low.y, v.y), least(low.z, v.z)};
-        high = {most(high.x, v.x), most(high.y, v.y), most(high.z, v.z)};
+        low = {min(low.x, v.x), min(low.y, v.y), min(low.z, v.z)};
+        high = {max(high.x, v.x), max(high.y, v.y), max(high.z, v.z)};
     }
     gltf["accessors"][position]["min"] = {low.x, low.y, low.z};
     gltf["accessors"][position]["max"] = {high.x, high.y, high.z};

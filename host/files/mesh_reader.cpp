@@ -11,7 +11,7 @@
 namespace knead {
 namespace {
 
-constexpr std::size_t most_bytes = std::size_t(4) << 30;
+constexpr std::size_t max_bytes = std::size_t(4) << 30;
 
 // A polygon as a fan around its first corner.
 template <class At>
@@ -155,8 +155,8 @@ std::vector<Mesh> read_mesh(const std::string& path)
 {
     const std::string ending = std::filesystem::path(path).extension().string();
     if (ending == ".ply") return {to_mesh(read_ply(path), path)};
-    if (ending == ".obj") return {parse_obj(read_text(path, most_bytes), path)};
-    if (ending == ".glb") return parse_glb(read_text(path, most_bytes), path);
+    if (ending == ".obj") return {parse_obj(read_text(path, max_bytes), path)};
+    if (ending == ".glb") return parse_glb(read_text(path, max_bytes), path);
     throw InputError(path + ": expected a mesh ending in .ply, .obj or .glb");
 }
 

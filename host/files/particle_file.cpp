@@ -84,13 +84,13 @@ std::vector<Particle<double>> to_particles(const PlyFile& ply, const std::string
             row(particles[i])[k] = p->values[i];
         }
     }
-    const auto whole = [&](const char* name, double most_value, auto&& put) {
+    const auto whole = [&](const char* name, double max_value, auto&& put) {
         const PlyProperty* p = column(name);
         for (std::size_t i = 0; p && i < particles.size(); ++i) {
             const double n = p->values[i];
-            if (!(n >= 0 && n <= most_value && n == std::floor(n)))
+            if (!(n >= 0 && n <= max_value && n == std::floor(n)))
                 throw InputError(fmt::format("{}: particle {}: expected {} from 0 to {}, found {}",
-                                             path, i, name, most_value, n));
+                                             path, i, name, max_value, n));
             put(particles[i], n);
         }
     };

@@ -14,7 +14,7 @@ namespace knead {
 namespace {
 
 static_assert(std::endian::native == std::endian::little, "binary PLY is read as it lies");
-constexpr std::size_t most_bytes = std::size_t(4) << 30;
+constexpr std::size_t max_bytes = std::size_t(4) << 30;
 
 enum class Type : int { i8, u8, i16, u16, i32, u32, f32, f64, none };
 constexpr std::size_t width[] = {1, 1, 2, 2, 4, 4, 4, 8, 0};
@@ -148,7 +148,7 @@ class Parser {
         const bool good =
             w.size() == 3 &&
             std::from_chars(w[2].data(), w[2].data() + w[2].size(), rows).ec == std::errc();
-        if (!good || rows > most_bytes || ply.elements.size() >= 64)
+        if (!good || rows > max_bytes || ply.elements.size() >= 64)
             fail("\"element NAME ROWS\"", "something else");
         ply.elements.push_back({std::string(w[1]), rows, {}});
         types.emplace_back();
@@ -192,13 +192,13 @@ class Parser {
 
     void body(PlyElement& element, const std::vector<Types>& of)
     {
-        std::size_t least_row = 0;
+        std::size_t min_row = 0;
         for (const Types& t : of)
-            least_row += ascii ? 2 : width[int(t.count == Type::none ? t.value : t.count)];
+            min_row += ascii ? 2 : width[int(t.count == Type::none ? t.value : t.count)];
         if (element.rows > 0 &&
-            element.rows > (bytes.size() - at + 1) / std::max<std::size_t>(1, least_row))
+            element.rows > (bytes.size() - at + 1) / std::max<std::size_t>(1, min_row))
             fail(fmt::format("{} rows of \"{}\", at least {} bytes each", element.rows,
-                             element.name, least_row),
+                             element.name, min_row),
                  fmt::format("{} bytes left", bytes.size() - at));
         for (PlyProperty& p : element.properties) {
             if (p.list) p.start.reserve(element.rows + 1), p.start.push_back(0);
@@ -248,6 +248,6 @@ PlyFile parse_ply(const std::string& bytes, const std::string& path)
     return Parser(bytes, path).parse();
 }
 
-PlyFile read_ply(const std::string& path) { return parse_ply(read_text(path, most_bytes), path); }
+PlyFile read_ply(const std::string& path) { return parse_ply(read_text(path, max_bytes), path); }
 
 }  // namespace knead

@@ -1,5 +1,7 @@
 // Videos by ffmpeg as a process of its own. Frames go through a socket pair, not a pipe: a socket
 // can be told not to raise SIGPIPE when ffmpeg is gone.
+#include "host/files/video.h"
+
 #include <fcntl.h>
 #include <spawn.h>
 #include <sys/mman.h>
@@ -15,8 +17,6 @@
 #include <filesystem>
 #include <sstream>
 #include <stdexcept>
-
-#include "host/files/video.h"
 
 extern char** environ;
 

@@ -230,7 +230,7 @@ bool HandSource::sample(double time, Joint<double> joints[2 * joint_count],
     const Frame& from = after == frames_.begin() ? *after : *(after - 1);
     const Frame& to = after == frames_.end() ? frames_.back() : *after;
     const double span = to.time - from.time;
-    const double s = span > 0 ? clamped((time - from.time) / span, 0.0, 1.0) : 0;
+    const double s = span > 0 ? clamp((time - from.time) / span, 0.0, 1.0) : 0;
     for (int j = 0; j < 2 * joint_count; ++j) {
         const auto wide = [&](const Joint<float>& joint) {
             return Joint<double>{unit(cast<double>(joint.q)), cast<double>(joint.p)};

@@ -71,8 +71,7 @@ class HandSource {
     // Fills the joints, hand by hand, in the simulation's frame: at + zoom * p. Before the first
     // frame and after the last the hands stand still. A hand is active where it is present in the
     // rule and steady on both sides of `time`; after the end none is. Answers whether any is.
-    bool sample(double time, Joint<double> joints[2 * joint_count],
-                bool active[side_count]) const;
+    bool sample(double time, Joint<double> joints[2 * joint_count], bool active[side_count]) const;
 
   private:
     struct Frame {

@@ -274,7 +274,7 @@ Pose at(const Part& part, double time, const Vec& centre, const Tremble& tremble
     std::size_t i = 1;
     while (i + 1 < keys.size() && keys[i].time < time) ++i;
     const Key &from = keys[i - 1], &to = keys[i];
-    const double t = clamped((time - from.time) / (to.time - from.time), 0.0, 1.0);
+    const double t = clamp((time - from.time) / (to.time - from.time), 0.0, 1.0);
     const double s = t * t * t * (10 - 15 * t + 6 * t * t);
     const Quat<double> q = between(from.q, to.q, s);
     Joint<double> wrist_at{q, centre + rotate(q, from.place + s * (to.place - from.place))};

@@ -48,10 +48,9 @@ Fingers within_limits(Fingers f)
     constexpr double high[2][3] = {{0.9, 1.0, 1.4}, {1.57, 1.9, 1.4}};
     for (int i = 0; i < 5; ++i) {
         const int kind = i == 0 ? 0 : 1;
-        for (int k = 0; k < 3; ++k)
-            f.flex[i][k] = clamped(f.flex[i][k], low[kind][k], high[kind][k]);
+        for (int k = 0; k < 3; ++k) f.flex[i][k] = clamp(f.flex[i][k], low[kind][k], high[kind][k]);
         const double widest = i == 0 ? 0.7 : 0.35;
-        f.spread[i] = clamped(f.spread[i], -widest, widest);
+        f.spread[i] = clamp(f.spread[i], -widest, widest);
     }
     return f;
 }
@@ -173,7 +172,7 @@ double gap(const Rig& rig, const Joint<double> joints[2 * joint_count], Vec3<dou
     for (const Primitive& p : rig.primitives) {
         const auto s =
             shape(p.count, sphere(p.sphere[0]), sphere(p.sphere[1]), sphere(p.sphere[2]));
-        nearest = std::min(nearest, foot(s, middle).phi);
+        nearest = std::min(nearest, closest_point(s, middle).phi);
     }
     return nearest - radius;
 }

@@ -1,7 +1,5 @@
 #include "host/hands/recording.h"
 
-#include "host/hands/recording_rules.h"
-
 #include <fmt/format.h>
 #include <xxhash.h>
 
@@ -12,6 +10,8 @@
 #include <fstream>
 #include <system_error>
 #include <utility>
+
+#include "host/hands/recording_rules.h"
 
 namespace knead {
 namespace {

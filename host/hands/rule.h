@@ -10,14 +10,14 @@ namespace knead {
 enum class Filter { none, average, adaptive };  // of recorded hands; see host/hands/filter.h
 
 struct HandsRule {
-    std::string recording;          // path beside the scene, or a generator's name: "squeeze", ...
-    double zoom = 1;                // simulation metres per real metre, about `at`
-    Vec3<double> at{};              // where the recording's origin stands in the simulation [m]
+    std::string recording;  // path beside the scene, or a generator's name: "squeeze", ...
+    double zoom = 1;        // simulation metres per real metre, about `at`
+    Vec3<double> at{};      // where the recording's origin stands in the simulation [m]
     Topology topology = Topology::h25;
-    std::string held[side_count];   // "" bare hand, or a tool's name
+    std::string held[side_count];  // "" bare hand, or a tool's name
     bool present[side_count] = {true, true};
-    Touch touch = Touch::separate;
-    double friction = 0.4;          // Coulomb
+    ContactMode mode = ContactMode::separate;
+    double friction = 0.4;  // Coulomb
     Filter filter = Filter::adaptive;
 };
 

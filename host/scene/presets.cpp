@@ -11,13 +11,13 @@ namespace {
 
 // The one table of materials. Where a real stiffness would only shorten the substep without
 // changing the shape, the value is lower than nature's, and the comment says so.
-const std::vector<Recipe> table = {
+const std::vector<MaterialSpec> table = {
     // Potter's clay as it is worked. Undrained shear strength 20 kPa lies between 1.7 kPa at
     // the liquid and 170 kPa at the plastic limit [Wroth & Wood 1978]; times sqrt(3): 35 kPa.
     // Stiffness about 30 times the strength, as saturated clays have at large strain.
     {.name = "clay",
      .elasticity = Elasticity::neo_hookean,
-     .flow = Flow::von_mises,
+     .plasticity = Plasticity::von_mises,
      .density = 1700,
      .young = 1e6,
      .poisson = 0.4,
@@ -25,7 +25,7 @@ const std::vector<Recipe> table = {
     // The same clay with more water: shear strength 5 kPa.
     {.name = "soft-clay",
      .elasticity = Elasticity::neo_hookean,
-     .flow = Flow::von_mises,
+     .plasticity = Plasticity::von_mises,
      .density = 1600,
      .young = 3e5,
      .poisson = 0.4,
@@ -34,7 +34,7 @@ const std::vector<Recipe> table = {
     // [Sofuoglu & Rasty 2000]. Its Young's modulus in the first percent is some ten times more.
     {.name = "plasticine",
      .elasticity = Elasticity::neo_hookean,
-     .flow = Flow::von_mises,
+     .plasticity = Plasticity::von_mises,
      .density = 1850,
      .young = 3e6,
      .poisson = 0.4,
@@ -44,7 +44,7 @@ const std::vector<Recipe> table = {
     // grain skeleton has 10-20 MPa; friction and cohesion make the shape, so 2 MPa.
     {.name = "wet-sand",
      .elasticity = Elasticity::hencky,
-     .flow = Flow::drucker_prager,
+     .plasticity = Plasticity::drucker_prager,
      .density = 1800,
      .young = 2e6,
      .poisson = 0.3,
@@ -53,7 +53,7 @@ const std::vector<Recipe> table = {
     // [Stomakhin 2013], table 2.
     {.name = "snow",
      .elasticity = Elasticity::fixed_corotated,
-     .flow = Flow::clamp,
+     .plasticity = Plasticity::clamp,
      .density = 400,
      .young = 1.4e5,
      .poisson = 0.2,
@@ -64,7 +64,7 @@ const std::vector<Recipe> table = {
     // 0.45 so that the lattice does not lock.
     {.name = "jelly",
      .elasticity = Elasticity::neo_hookean,
-     .flow = Flow::none,
+     .plasticity = Plasticity::none,
      .density = 1050,
      .young = 1e4,
      .poisson = 0.45},
@@ -72,7 +72,7 @@ const std::vector<Recipe> table = {
     // shear-thinning: orders of magnitude from rheometry of wheat doughs.
     {.name = "dough",
      .elasticity = Elasticity::neo_hookean,
-     .flow = Flow::herschel_bulkley,
+     .plasticity = Plasticity::herschel_bulkley,
      .density = 1200,
      .young = 2.5e4,
      .poisson = 0.45,
@@ -83,7 +83,7 @@ const std::vector<Recipe> table = {
     // its volume to a percent; real syrup would need a substep fifty times shorter.
     {.name = "viscous-liquid",
      .elasticity = Elasticity::neo_hookean,
-     .flow = Flow::fluid,
+     .plasticity = Plasticity::fluid,
      .density = 1400,
      .young = 0,
      .poisson = 0,
@@ -94,21 +94,21 @@ const std::vector<Recipe> table = {
 
 }  // namespace
 
-const std::vector<Recipe>& recipes() { return table; }
+const std::vector<MaterialSpec>& material_specs() { return table; }
 
 const std::vector<std::string>& preset_names()
 {
     static const std::vector<std::string> names = [] {
         std::vector<std::string> all;
-        for (const Recipe& r : recipes()) all.push_back(r.name);
+        for (const MaterialSpec& r : material_specs()) all.push_back(r.name);
         return all;
     }();
     return names;
 }
 
-const Recipe& recipe(const std::string& name)
+const MaterialSpec& material_spec(const std::string& name)
 {
-    for (const Recipe& r : recipes())
+    for (const MaterialSpec& r : material_specs())
         if (r.name == name) return r;
     std::string all;
     for (const std::string& n : preset_names()) all += (all.empty() ? "" : ", ") + n;
@@ -116,15 +116,15 @@ const Recipe& recipe(const std::string& name)
                      "\"; the nearest is \"" + nearest_name(name, preset_names()) + "\"");
 }
 
-Material<double> made(const Recipe& r)
+Material<double> made(const MaterialSpec& r)
 {
     Material<double> m{};
     m.elasticity = r.elasticity;
-    m.flow = r.flow;
+    m.plasticity = r.plasticity;
     m.density = r.density;
     m.exponent = r.exponent;
     m.viscosity = r.viscosity;
-    if (r.flow == Flow::fluid) {
+    if (r.plasticity == Plasticity::fluid) {
         m.bulk = r.bulk;
         return m;
     }
@@ -145,6 +145,6 @@ Material<double> made(const Recipe& r)
     return m;
 }
 
-Material<double> preset(const std::string& name) { return made(recipe(name)); }
+Material<double> preset(const std::string& name) { return made(material_spec(name)); }
 
 }  // namespace knead

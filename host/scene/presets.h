@@ -9,10 +9,10 @@
 namespace knead {
 
 // A material in measurable quantities. What its flow does not use is 0 or has no effect.
-struct Recipe {
+struct MaterialSpec {
     std::string name;
     Elasticity elasticity;
-    Flow flow;
+    Plasticity plasticity;
     double density;             // [kg/m^3]
     double young, poisson;      // Young's modulus [Pa], Poisson's ratio [1]; of a fluid unused
     double yield = 0;           // uniaxial yield stress [Pa]
@@ -26,10 +26,10 @@ struct Recipe {
     double bulk = 0;       // fluid: slope of the pressure over volume strain [Pa]
 };
 
-const std::vector<Recipe>& recipes();
-const Recipe& recipe(const std::string& name);  // throws InputError naming the nearest
+const std::vector<MaterialSpec>& material_specs();
+const MaterialSpec& material_spec(const std::string& name);  // throws InputError naming the nearest
 
 // Lame parameters, and the Drucker-Prager cone that meets Mohr-Coulomb in triaxial compression.
-Material<double> made(const Recipe& recipe);
+Material<double> made(const MaterialSpec& material_spec);
 
 }  // namespace knead

@@ -14,22 +14,24 @@
 namespace knead {
 namespace {
 
-constexpr int most_objects = 256, most_cells = 1024;
+constexpr int max_objects = 256, max_cells = 1024;
 
-const std::vector<std::pair<std::string, Touch>> touches = {
-    {"sticky", Touch::sticky}, {"slip", Touch::slip}, {"separate", Touch::separate}};
+const std::vector<std::pair<std::string, ContactMode>> touches = {
+    {"sticky", ContactMode::sticky},
+    {"slip", ContactMode::slip},
+    {"separate", ContactMode::separate}};
 
 void read_domain(ObjectReader& r, Scene& scene)
 {
     const double edge = r.number("edge", {0, 1000, "m", true}, 1.0);
     Int3 cells{64, 64, 64};
     const auto valid = [](double n) {
-        return n >= 8 && n <= most_cells && n == std::floor(n) && int(n) % block_edge == 0;
+        return n >= 8 && n <= max_cells && n == std::floor(n) && int(n) % block_edge == 0;
     };
     const auto refuse = [&](const Json& found) {
         r.fail(
             "cells",
-            fmt::format("a multiple of {} from 8 to {}, or three of them", block_edge, most_cells),
+            fmt::format("a multiple of {} from 8 to {}, or three of them", block_edge, max_cells),
             described(found));
     };
     if (const Json* given = r.find("cells")) {
@@ -42,15 +44,15 @@ void read_domain(ObjectReader& r, Scene& scene)
         }
         cells = {n[0], n[1], n[2]};
     }
-    scene.setup.lattice = {cells, edge / most(cells.x, most(cells.y, cells.z))};
+    scene.setup.lattice = {cells, edge / max(cells.x, max(cells.y, cells.z))};
 }
 
 void read_walls(ObjectReader& r, Scene& scene)
 {
     Walls<double>& walls = scene.setup.walls;
     const Int3 n = scene.setup.lattice.size;
-    walls.margin = r.whole("margin", 2, least(n.x, least(n.y, n.z)) / 2 - 2, 3);
-    walls.touch = r.choice("touch", touches, Touch::sticky);
+    walls.margin = r.whole("margin", 2, min(n.x, min(n.y, n.z)) / 2 - 2, 3);
+    walls.mode = r.choice("touch", touches, ContactMode::sticky);
     walls.friction = r.number("friction", {0, 10}, 0.4);
 }
 
@@ -71,34 +73,35 @@ void read_rest(ObjectReader& r, Scene& scene)
         {{"none", RestMode::none}, {"sleep", RestMode::sleep}, {"localized", RestMode::localized}},
         RestMode::none);
     const auto creeps = [](const Object& o) {
-        return o.material.flow == Flow::fluid || o.material.flow == Flow::herschel_bulkley;
+        return o.material.plasticity == Plasticity::fluid ||
+               o.material.plasticity == Plasticity::herschel_bulkley;
     };
     const bool creep = std::any_of(scene.objects.begin(), scene.objects.end(), creeps);
     const double weight = length(scene.setup.gravity), frame = frame_duration(scene);
     rest.push = r.number("acceleration", {0, 1e6, "m/s^2", true}, weight > 0 ? weight / 2 : 5);
     rest.speed =
-        r.number("speed", {0, 1000, "m/s", true}, least(creep ? 0.005 : 0.05, rest.push * frame));
-    rest.frames = r.whole("frames", 1, 1000000, least(int(std::ceil(0.1 / frame - 1e-9)), 1000000));
+        r.number("speed", {0, 1000, "m/s", true}, min(creep ? 0.005 : 0.05, rest.push * frame));
+    rest.frames = r.whole("frames", 1, 1000000, min(int(std::ceil(0.1 / frame - 1e-9)), 1000000));
     rest.reach = r.number("reach", {0, 1000, "m"}, 4 * scene.setup.lattice.dx);
     if (rest.mode == RestMode::localized && !scene.has_hands)
         r.fail("mode", "\"none\" or \"sleep\" for a scene without hands", "\"localized\"");
 }
 
-void override_recipe(ObjectReader& r, Recipe& m)
+void override_recipe(ObjectReader& r, MaterialSpec& m)
 {
     m.elasticity = r.choice<Elasticity>("elasticity",
                                         {{"neo_hookean", Elasticity::neo_hookean},
                                          {"fixed_corotated", Elasticity::fixed_corotated},
                                          {"hencky", Elasticity::hencky}},
                                         m.elasticity);
-    m.flow = r.choice<Flow>("flow",
-                            {{"none", Flow::none},
-                             {"von_mises", Flow::von_mises},
-                             {"drucker_prager", Flow::drucker_prager},
-                             {"clamp", Flow::clamp},
-                             {"herschel_bulkley", Flow::herschel_bulkley},
-                             {"fluid", Flow::fluid}},
-                            m.flow);
+    m.plasticity = r.choice<Plasticity>("flow",
+                                        {{"none", Plasticity::none},
+                                         {"von_mises", Plasticity::von_mises},
+                                         {"drucker_prager", Plasticity::drucker_prager},
+                                         {"clamp", Plasticity::clamp},
+                                         {"herschel_bulkley", Plasticity::herschel_bulkley},
+                                         {"fluid", Plasticity::fluid}},
+                                        m.plasticity);
     m.density = r.number("density", {1, 1e5, "kg/m^3"}, m.density);
     m.young = r.number("young", {1, 1e12, "Pa"}, m.young);
     m.poisson = r.number("poisson", {0, 0.499}, m.poisson);
@@ -116,27 +119,28 @@ void override_recipe(ObjectReader& r, Recipe& m)
 }
 
 // What a flow cannot do without.
-void check_recipe(ObjectReader& r, const Recipe& m)
+void check_recipe(ObjectReader& r, const MaterialSpec& m)
 {
-    const auto needs = [&](const char* key, double value, const char* what) {
+    const auto features = [&](const char* key, double value, const char* what) {
         if (!(value > 0)) r.fail(key, what, short_number(value));
     };
-    if (m.flow == Flow::fluid) return needs("bulk", m.bulk, "a fluid's bulk modulus above 0 Pa");
-    needs("young", m.young, "a solid's Young's modulus above 0 Pa");
-    if (m.flow == Flow::von_mises)
-        needs("yield", m.yield, "a yield stress above 0 Pa for flow \"von_mises\"");
-    if (m.flow == Flow::herschel_bulkley)
-        needs("viscosity", m.viscosity, "a consistency above 0 for flow \"herschel_bulkley\"");
-    if (m.flow == Flow::drucker_prager)
-        needs("friction_angle", m.friction_angle,
-              "an angle above 0 degrees for \"drucker_prager\"");
+    if (m.plasticity == Plasticity::fluid)
+        return features("bulk", m.bulk, "a fluid's bulk modulus above 0 Pa");
+    features("young", m.young, "a solid's Young's modulus above 0 Pa");
+    if (m.plasticity == Plasticity::von_mises)
+        features("yield", m.yield, "a yield stress above 0 Pa for flow \"von_mises\"");
+    if (m.plasticity == Plasticity::herschel_bulkley)
+        features("viscosity", m.viscosity, "a consistency above 0 for flow \"herschel_bulkley\"");
+    if (m.plasticity == Plasticity::drucker_prager)
+        features("friction_angle", m.friction_angle,
+                 "an angle above 0 degrees for \"drucker_prager\"");
 }
 
-const Recipe& named_recipe(const ObjectReader& r, const std::string& key, const Json& name)
+const MaterialSpec& named_recipe(const ObjectReader& r, const std::string& key, const Json& name)
 {
     if (!name.is_string()) r.fail(key, "the name of a preset", described(name));
     try {
-        return recipe(name.get<std::string>());
+        return material_spec(name.get<std::string>());
     } catch (const InputError& e) {
         throw InputError(r.file() + ": " + r.pointer(key) + ": " + e.what());
     }
@@ -147,14 +151,14 @@ void read_material(ObjectReader& r, Object& object)
 {
     const Json* given = r.find("material");
     if (!given || given->is_string()) {
-        const Recipe& m = given ? named_recipe(r, "material", *given) : recipe("clay");
+        const MaterialSpec& m = given ? named_recipe(r, "material", *given) : material_spec("clay");
         object.preset = m.name;
         object.material = made(m);
         return;
     }
     r.object("material", [&](ObjectReader& in) {
         const Json* name = in.find("preset");
-        Recipe m = name ? named_recipe(in, "preset", *name) : recipe("clay");
+        MaterialSpec m = name ? named_recipe(in, "preset", *name) : material_spec("clay");
         object.preset = m.name;
         override_recipe(in, m);
         check_recipe(in, m);
@@ -190,9 +194,8 @@ Object read_object(ObjectReader& r, std::size_t index)
 void read_objects(ObjectReader& r, Scene& scene)
 {
     const Json& list = r.required("objects", "an array of at least one object");
-    if (!list.is_array() || list.empty() || list.size() > most_objects)
-        r.fail("objects", fmt::format("an array of 1 to {} objects", most_objects),
-               described(list));
+    if (!list.is_array() || list.empty() || list.size() > max_objects)
+        r.fail("objects", fmt::format("an array of 1 to {} objects", max_objects), described(list));
     for (std::size_t i = 0; i < list.size(); ++i)
         ObjectReader::read(list[i], r.file(), r.pointer("objects") + "/" + std::to_string(i),
                            [&](ObjectReader& o) { scene.objects.push_back(read_object(o, i)); });
@@ -244,7 +247,7 @@ void read_hands(ObjectReader& r, Scene& scene)
     h.at = r.vector("at", {-1000, 1000, "m"}, scene.objects[0].centre);
     h.topology = r.choice<Topology>("topology", {{"h25", Topology::h25}, {"h47", Topology::h47}},
                                     Topology::h25);
-    h.touch = r.choice("touch", touches, Touch::separate);
+    h.mode = r.choice("touch", touches, ContactMode::separate);
     h.friction = r.number("friction", {0, 10}, 0.4);
     h.filter = r.choice<Filter>(
         "filter",
@@ -257,7 +260,7 @@ void read_hands(ObjectReader& r, Scene& scene)
 void read_surface(ObjectReader& r, Scene& scene)
 {
     const Lattice<double>& from = scene.setup.lattice;
-    const int longest = most(from.size.x, most(from.size.y, from.size.z));
+    const int longest = max(from.size.x, max(from.size.y, from.size.z));
     scene.surface_nodes = r.whole("nodes", 0, 2048, 0);
     const int nodes = scene.surface_nodes ? scene.surface_nodes : 2 * longest;
     if (nodes < 8)
@@ -293,8 +296,8 @@ void read_camera(ObjectReader& r, Scene& scene)
 
 void read_time(ObjectReader& r, Scene& scene)
 {
-    scene.clock =
-        r.choice<Clock>("clock", {{"wall", Clock::wall}, {"paper", Clock::paper}}, Clock::wall);
+    scene.clock = r.choice<ClockMode>(
+        "clock", {{"wall", ClockMode::wall}, {"paper", ClockMode::paper}}, ClockMode::wall);
     scene.frame_rate = r.number("frame_rate", {1, 1000, "frames/s"}, 90);
     scene.frames = r.whole("frames", 0, 10000000, 0);
     r.object("paper", [&](ObjectReader& in) {
@@ -302,7 +305,7 @@ void read_time(ObjectReader& r, Scene& scene)
         scene.paper_dt = in.number("dt", {0, 1, "s", true}, 1e-4);
     });
     r.object("step", [&](ObjectReader& in) { read_step(in, scene.setup.step); });
-    if (scene.clock == Clock::paper && scene.setup.step.fixed == 0)
+    if (scene.clock == ClockMode::paper && scene.setup.step.fixed == 0)
         scene.setup.step.fixed = scene.paper_dt;
 }
 
@@ -370,7 +373,7 @@ void apply(const std::string& setting, Json& root)
 
 double frame_duration(const Scene& s)
 {
-    return s.clock == Clock::paper ? s.paper_substeps * s.paper_dt : 1 / s.frame_rate;
+    return s.clock == ClockMode::paper ? s.paper_substeps * s.paper_dt : 1 / s.frame_rate;
 }
 
 Scene read_scene(const std::string& path, const std::vector<std::string>& settings)

@@ -16,32 +16,32 @@ enum class ShapeKind { sphere, box, cylinder };
 struct Object {
     std::string name;
     ShapeKind shape = ShapeKind::sphere;
-    Vec3<double> centre{};       // [m]
-    Vec3<double> size{};         // full extents [m]; a cylinder stands on y
-    Vec3<double> velocity{};     // [m/s]
+    Vec3<double> centre{};        // [m]
+    Vec3<double> size{};          // full extents [m]; a cylinder stands on y
+    Vec3<double> velocity{};      // [m/s]
     Material<double> material{};  // mass and volume are filled in when particles are made
-    std::string preset;          // name of the material, as given
+    std::string preset;           // name of the material, as given
     int category = 0;
-    double per_cell = 8;         // particles per cell
+    double per_cell = 8;  // particles per cell
 };
 
-enum class Clock { wall, paper };
+enum class ClockMode { wall, paper };
 struct Scene {
     std::string name, path;
-    Setup setup;                 // all but particles, rig and tools, until build() is called
+    Setup setup;  // all but particles, rig and tools, until build() is called
     std::vector<Object> objects;
     HandsRule hands;
     bool has_hands = false;
-    Clock clock = Clock::wall;
-    double frame_rate = 90;      // frames per second of wall time
-    int paper_substeps = 5;      // clock "paper": substeps of paper_dt a frame
-    double paper_dt = 1e-4;      // [s]
-    int frames = 0;              // 0: as long as the recording, or 1 s
-    int surface_nodes = 0;       // of the density lattice's longest axis; 0: twice the lattice's
+    ClockMode clock = ClockMode::wall;
+    double frame_rate = 90;  // frames per second of wall time
+    int paper_substeps = 5;  // clock "paper": substeps of paper_dt a frame
+    double paper_dt = 1e-4;  // [s]
+    int frames = 0;          // 0: as long as the recording, or 1 s
+    int surface_nodes = 0;   // of the density lattice's longest axis; 0: twice the lattice's
     SurfaceRule surface;
     unsigned seed = 1;
     Vec3<double> eye{1.1, 0.9, 1.6}, target{0.5, 0.4, 0.5};  // camera [m]
-    int picture_every = 0;       // frames from picture to picture; 0: none
+    int picture_every = 0;  // frames from picture to picture; 0: none
     int picture_width = 960, picture_height = 720;
 };
 

@@ -2,8 +2,6 @@
 // in each at a hashed place: in its middle half, which keeps the clay even; or, where the surface
 // cuts the stratum, anywhere in it, so that the expected mass is the shape's. The order of the
 // loops never matters.
-#include "cuda/math/node4.h"
-#include "host/base/errors.h"
 #include "host/scene/seed.h"
 
 #include <fmt/format.h>
@@ -12,10 +10,13 @@
 #include <fstream>
 #include <numbers>
 
+#include "cuda/math/node4.h"
+#include "host/base/errors.h"
+
 namespace knead {
 namespace {
 
-constexpr double most_particles = 1e9;  // indices are int
+constexpr double max_particles = 1e9;  // indices are int
 
 std::uint64_t mixed(std::uint64_t z)  // splitmix64's finaliser [Steele 2014]
 {
@@ -91,10 +92,10 @@ void check_in_room(const Scene& scene, std::size_t index)
 void check_memory(const Scene& scene, std::size_t memory)
 {
     const double particles = expected_particles(scene), bytes = expected_bytes(scene);
-    if (particles > most_particles)
+    if (particles > max_particles)
         throw MemoryError(
             fmt::format("{}: /objects: expected at most {:.3g} particles, found {:.4g}", scene.path,
-                        most_particles, particles));
+                        max_particles, particles));
     if (bytes > double(memory))
         throw MemoryError(fmt::format(
             "{}: {:.4g} particles on {} x {} x {} nodes need about {:.1f} MiB, and {:.1f} MiB are "
@@ -155,7 +156,7 @@ void add_tool(Scene& scene, Side side)
         setup.rig.primitives.push_back(p);
     }
     const bool blade = name == "knife" || name == "scissors";
-    setup.tools.push_back({hands.touch, hands.friction, blade, true});
+    setup.tools.push_back({hands.mode, hands.friction, blade, true});
 }
 
 }  // namespace
@@ -238,9 +239,9 @@ void build(Scene& scene, std::size_t memory)
     for (std::size_t i = 0; i < scene.objects.size(); ++i) seed_object(scene, i);
     if (!scene.has_hands) return;
     for (Side side : tool_sides(scene.hands)) add_tool(scene, side);
-    if (setup.rig.primitives.size() > most_primitives)
+    if (setup.rig.primitives.size() > max_primitives)
         throw InputError(fmt::format("{}: /hands: expected at most {} primitives, found {}",
-                                     scene.path, most_primitives, setup.rig.primitives.size()));
+                                     scene.path, max_primitives, setup.rig.primitives.size()));
 }
 
 }  // namespace knead

@@ -44,29 +44,31 @@ void remove_pictures(const std::string& folder)
         throw OutputError(folder + ": its old pictures cannot be removed: " + problem.message());
 }
 
-std::vector<Blob> blobs_of(const Setup& setup, const std::vector<Joint<double>>& joints,
-                           const std::vector<char>& active)
+std::vector<DrawPrimitive> draw_primitives(const Setup& setup,
+                                           const std::vector<Joint<double>>& joints,
+                                           const std::vector<char>& active)
 {
-    std::vector<Blob> blobs;
-    if (joints.empty()) return blobs;
+    std::vector<DrawPrimitive> primitives;
+    if (joints.empty()) return primitives;
     const auto pose = [&](int j) {
         const Joint<double>& at = joints[std::size_t(j)];
         return Joint<float>{cast<float>(at.q), cast<float>(at.p)};
     };
     for (const Primitive& p : setup.rig.primitives) {
         if (std::size_t(p.tool) < active.size() && !active[std::size_t(p.tool)]) continue;
-        Blob blob{};
+        DrawPrimitive blob{};
         blob.count = p.count;
         for (int k = 0; k < 3; ++k) {
             const Binding<float>& b = setup.rig.spheres[std::size_t(p.sphere[k])];
             blob.sphere[k] = {centre(b, pose), {}, {}, b.radius, 0};
         }
-        blobs.push_back(blob);
+        primitives.push_back(blob);
     }
-    return blobs;
+    return primitives;
 }
 
-Gallery::Gallery(const Scene& of, std::string where, std::string video_file, double per_second)
+FrameWriter::FrameWriter(const Scene& of, std::string where, std::string video_file,
+                         double per_second)
     : scene(of),
       folder(std::move(where)),
       video_path(std::move(video_file)),
@@ -78,7 +80,7 @@ Gallery::Gallery(const Scene& of, std::string where, std::string video_file, dou
         video = Video::open(video_path, scene.picture_width, scene.picture_height, rate);
 }
 
-void Gallery::add(const View& view)
+void FrameWriter::add(const FrameView& view)
 {
     Camera camera;
     camera.eye = cast<float>(scene.eye);
@@ -86,8 +88,8 @@ void Gallery::add(const View& view)
     camera.width = scene.picture_width;
     camera.height = scene.picture_height;
     const float floor = float(scene.setup.lattice.dx * scene.setup.walls.margin);
-    const Image image =
-        painter->paint(view.meshes, blobs_of(scene.setup, view.joints, view.active), camera, floor);
+    const Image image = painter->paint(
+        view.meshes, draw_primitives(scene.setup, view.joints, view.active), camera, floor);
     try {
         if (!folder.empty())
             write_png((fs::path(folder) / picture_name(view.row.frame)).string(), image);
@@ -98,7 +100,7 @@ void Gallery::add(const View& view)
     ++pictures;
 }
 
-void Gallery::close()
+void FrameWriter::close()
 {
     try {
         if (video) video->close();

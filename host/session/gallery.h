@@ -10,8 +10,9 @@
 namespace knead {
 
 // The tools' primitives where the joints put them, for a picture.
-std::vector<Blob> blobs_of(const Setup& setup, const std::vector<Joint<double>>& joints,
-                           const std::vector<char>& active);
+std::vector<DrawPrimitive> draw_primitives(const Setup& setup,
+                                           const std::vector<Joint<double>>& joints,
+                                           const std::vector<char>& active);
 
 // frame_00010.png
 std::string picture_name(int frame);
@@ -19,13 +20,13 @@ std::string picture_name(int frame);
 // nothing else. Throws OutputError.
 void remove_pictures(const std::string& folder);
 
-class Gallery {
+class FrameWriter {
   public:
     // `folder` receives a picture_name() a picture; with `video`, its frames `rate` per second also
     // make that file. Throws std::runtime_error with the reason where there is no OpenGL.
-    Gallery(const Scene& scene, std::string folder, std::string video, double rate);
-    void add(const View& view);  // throws OutputError
-    void close();                // ends the video; throws OutputError
+    FrameWriter(const Scene& scene, std::string folder, std::string video, double rate);
+    void add(const FrameView& view);  // throws OutputError
+    void close();                     // ends the video; throws OutputError
     int count() const { return pictures; }
     std::string renderer() const { return painter->name(); }
 

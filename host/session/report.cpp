@@ -18,7 +18,7 @@ Json milliseconds(const std::vector<double>& seconds)
     return {{"median_ms", 1e3 * s.median},
             {"p95_ms", 1e3 * s.p95},
             {"mean_ms", 1e3 * s.mean},
-            {"max_ms", 1e3 * s.most},
+            {"max_ms", 1e3 * s.max},
             {"samples", seconds.size()}};
 }
 
@@ -52,10 +52,10 @@ std::vector<double> frame_seconds(const RunRecord& record)
 }
 
 template <class T>
-T total(const RunRecord& record, T Tally::*part)
+T total(const RunRecord& record, T FrameStats::*part)
 {
     T sum{};
-    for (const FrameRow& row : record.rows) sum += row.tally.*part;
+    for (const FrameRow& row : record.rows) sum += row.stats.*part;
     return sum;
 }
 
@@ -107,7 +107,7 @@ Json runs(const Scene& scene, const RunRecord& record, const RunFacts& facts)
     double wall = 0;
     for (double s : frames) wall += s;
     if (!frames.empty()) frame["cpu_time"] = 1e3 * facts.cpu_seconds / double(frames.size());
-    const double steps = double(record.particles) * double(total(record, &Tally::substeps));
+    const double steps = double(record.particles) * double(total(record, &FrameStats::substeps));
     frame["items_per_second"] = wall > 0 ? steps / wall : 0;  // particle-substeps
     all.push_back(frame);
     for (const Stage& s : stages(record))
@@ -121,21 +121,21 @@ Json vector(Vec3<double> v) { return {v.x, v.y, v.z}; }
 Json steps(const RunRecord& record)
 {
     long limits[int(Limit::count)] = {};
-    double least_dt = 0, most_dt = 0;
+    double min_dt = 0, max_dt = 0;
     std::vector<double> per_frame;
     for (const FrameRow& row : record.rows) {
-        for (int l = 0; l < int(Limit::count); ++l) limits[l] += row.tally.limits[l];
-        least_dt = least_dt > 0 ? std::min(least_dt, row.tally.dt_least) : row.tally.dt_least;
-        most_dt = std::max(most_dt, row.tally.dt_most);
-        per_frame.push_back(row.tally.substeps);
+        for (int l = 0; l < int(Limit::count); ++l) limits[l] += row.stats.limits[l];
+        min_dt = min_dt > 0 ? std::min(min_dt, row.stats.dt_min) : row.stats.dt_min;
+        max_dt = std::max(max_dt, row.stats.dt_max);
+        per_frame.push_back(row.stats.substeps);
     }
     Json by = Json::object();
     for (int l = 0; l < int(Limit::count); ++l) by[limit_names[l]] = limits[l];
     const Spread s = spread(per_frame);
-    return {{"substeps", total(record, &Tally::substeps)},
-            {"substeps_per_frame", {{"median", s.median}, {"p95", s.p95}, {"max", s.most}}},
-            {"dt_least_s", least_dt},
-            {"dt_most_s", most_dt},
+    return {{"substeps", total(record, &FrameStats::substeps)},
+            {"substeps_per_frame", {{"median", s.median}, {"p95", s.p95}, {"max", s.max}}},
+            {"dt_least_s", min_dt},
+            {"dt_most_s", max_dt},
             {"limited_by", by}};
 }
 
@@ -180,11 +180,11 @@ Json physics(const Scene& scene, const RunRecord& record)
         if (row.audited) last = &row;
     double deepest = 0, active = 0;
     for (const FrameRow& row : record.rows) {
-        deepest = std::max(deepest, row.tally.found_depth);
-        active += double(row.tally.active_blocks) / scene.setup.lattice.block_count();
+        deepest = std::max(deepest, row.stats.found_depth);
+        active += double(row.stats.active_blocks) / scene.setup.lattice.block_count();
     }
     const double particle_steps =
-        double(record.particles) * double(total(record, &Tally::substeps));
+        double(record.particles) * double(total(record, &FrameStats::substeps));
     const Depths& left = record.left;
     return {{"simulated_s", last->simulated},
             {"time", steps(record)},
@@ -204,22 +204,22 @@ Json physics(const Scene& scene, const RunRecord& record)
               {"elastic_first_J", record.first.elastic}}},
             {"fastest_m_per_s", last->state.fastest},
             {"yielded_share",
-             particle_steps > 0 ? double(total(record, &Tally::yielded)) / particle_steps : 0},
+             particle_steps > 0 ? double(total(record, &FrameStats::yielded)) / particle_steps : 0},
             {"rest",
              {{"mode", rest_name(scene.setup.rest.mode)},
               {"moved_share", moved_share(record)},
-              {"woken_blocks", total(record, &Tally::woken)}}},
+              {"woken_blocks", total(record, &FrameStats::woken)}}},
             {"penetration",
              {{"found_max_mm", 1e3 * deepest},
               {"left_mean_mm", 1e3 * left.mean},
               {"left_p99_mm", 1e3 * left.p99},
-              {"left_max_mm", 1e3 * left.most},
+              {"left_max_mm", 1e3 * left.max},
               {"left_count", left.count},
-              {"projected", total(record, &Tally::projected)}}},
+              {"projected", total(record, &FrameStats::projected)}}},
             {"guards",
-             {{"clipped", total(record, &Tally::clipped)},
-              {"confined", total(record, &Tally::confined)},
-              {"repaired", total(record, &Tally::repaired)}}},
+             {{"clipped", total(record, &FrameStats::clipped)},
+              {"confined", total(record, &FrameStats::confined)},
+              {"repaired", total(record, &FrameStats::repaired)}}},
             {"state_hash", hexadecimal(last->state.hash)}};
 }
 
@@ -252,7 +252,7 @@ Spread spread(std::vector<double> values)
         return values[std::size_t(std::max(1.0, std::ceil(share * n - 1e-9))) - 1];
     };
     for (double v : values) s.mean += v / n;
-    s.median = rank(0.5), s.p95 = rank(0.95), s.most = values.back();
+    s.median = rank(0.5), s.p95 = rank(0.95), s.max = values.back();
     return s;
 }
 
@@ -265,7 +265,7 @@ Json report(const Scene& scene, const RunRecord& record, const RunFacts& facts)
     if (!record.trouble.empty()) knead["trouble"] = record.trouble;
     knead["frames"] = record.rows.size();
     knead["frames_wanted"] = record.frames_wanted;
-    knead["clock"] = scene.clock == Clock::paper ? "paper" : "wall";
+    knead["clock"] = scene.clock == ClockMode::paper ? "paper" : "wall";
     knead["frame_s"] = record.duration;
     knead["wall_s"] = record.wall;
     knead["frame"] = milliseconds(frame_seconds(record));
@@ -295,16 +295,16 @@ std::string frames_csv(const RunRecord& record)
         "elastic_J,volume_m3,fastest_m_per_s,left_mean_mm,left_p99_mm,left_max_mm,mesh_m3,"
         "triangles,hash\n";
     for (const FrameRow& r : record.rows) {
-        const Tally& t = r.tally;
+        const FrameStats& t = r.stats;
         out += fmt::format(
             "{},{:.9g},{:.9g},{:d},{:.6g},{:.6g},{},{:.6g},{:.6g},{},{},{},{},{},{:.6g},{},{},{},",
             r.frame, r.simulated, r.hand_time, r.hands, 1e3 * r.wall, 1e3 * r.surface_wall,
-            t.substeps, t.dt_least, t.dt_most, t.active_blocks, t.moved, t.woken, t.yielded,
+            t.substeps, t.dt_min, t.dt_max, t.active_blocks, t.moved, t.woken, t.yielded,
             t.projected, 1e3 * t.found_depth, t.clipped, t.confined, t.repaired);
         if (r.audited)
             out += fmt::format("{:.9g},{:.9g},{:.9g},{:.6g},{:.6g},{:.6g},{:.6g},", r.state.kinetic,
                                r.state.elastic, r.state.volume, r.state.fastest, 1e3 * r.left.mean,
-                               1e3 * r.left.p99, 1e3 * r.left.most);
+                               1e3 * r.left.p99, 1e3 * r.left.max);
         else
             out += ",,,,,,,";
         out += r.meshed ? fmt::format("{:.9g},{},", r.mesh_volume, r.triangles) : ",,";

@@ -21,7 +21,7 @@ struct RunFacts {
 };
 
 struct Spread {
-    double median = 0, p95 = 0, mean = 0, most = 0;
+    double median = 0, p95 = 0, mean = 0, max = 0;
 };
 Spread spread(std::vector<double> values);  // zeros for none; nearest-rank percentiles
 

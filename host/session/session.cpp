@@ -28,15 +28,15 @@ class DepthCount {
     {
         for (double d : depths) {
             ++bins[std::min(std::size_t(d / bin), bins.size() - 1)];
-            ++count, sum += d, most = std::max(most, d);
+            ++count, sum += d, max = std::max(max, d);
         }
     }
     Depths summary() const
     {
-        Depths all{count, count ? sum / double(count) : 0, 0, most};
+        Depths all{count, count ? sum / double(count) : 0, 0, max};
         long seen = 0;
         for (std::size_t i = 0; i < bins.size() && seen * 100 < count * 99; ++i)
-            seen += bins[i], all.p99 = std::min(bin * double(i + 1), most);
+            seen += bins[i], all.p99 = std::min(bin * double(i + 1), max);
         return all;
     }
 
@@ -44,7 +44,7 @@ class DepthCount {
     static constexpr double bin = 1e-5;  // [m]
     std::array<long, 20000> bins{};
     long count = 0;
-    double sum = 0, most = 0;
+    double sum = 0, max = 0;
 };
 
 // The hands' side of a frame: where the joints were and are.
@@ -93,17 +93,17 @@ class Run {
     {
         const Wall::time_point at = Wall::now();
         try {
-            row.tally = solver.advance(motion, record.duration);
+            row.stats = solver.advance(motion, record.duration);
         } catch (const std::runtime_error& e) {
             record.end = End::device;
             record.trouble = fmt::format("frame {}: {}", row.frame, e.what());
         }
         row.wall = since(at);
-        moved += row.tally.moved;
+        moved += row.stats.moved;
         return record.end == End::complete;
     }
 
-    // Looks at the state; false if it holds numbers that are none.
+    // Looks at the state; false if it holds non-finite numbers.
     bool look(FrameRow& row)
     {
         std::vector<Particle<double>> now = solver.particles();
@@ -160,9 +160,9 @@ class Run {
 };
 
 // More than a hundredth of the clay put back in one frame: the guards no longer repair, they hide.
-bool overrun(const Tally& tally, std::size_t particles)
+bool overrun(const FrameStats& stats, std::size_t particles)
 {
-    return double(tally.repaired) > 0.01 * double(particles);
+    return double(stats.repaired) > 0.01 * double(particles);
 }
 
 void start(Run& run)
@@ -204,7 +204,7 @@ Depths depths_of(std::vector<double> found)
     std::sort(found.begin(), found.end());
     for (double x : found) d.mean += x / double(found.size());
     d.p99 = found[std::size_t(0.99 * double(found.size() - 1))];
-    d.most = found.back();
+    d.max = found.back();
     return d;
 }
 
@@ -252,10 +252,10 @@ RunRecord run_frames(const Scene& scene, Solver& solver, const HandSource* hands
         row.hands = step.move(row.hand_time);
         row.hands_wall = since(at);
         if (!run.advance(row, step.motion)) break;
-        const bool last = f == record.frames_wanted, bad = overrun(row.tally, record.particles);
+        const bool last = f == record.frames_wanted, bad = overrun(row.stats, record.particles);
         if (bad)
             record.trouble =
-                fmt::format("frame {}: {} particles had to be put back", f, row.tally.repaired);
+                fmt::format("frame {}: {} particles had to be put back", f, row.stats.repaired);
         const bool due = last || f == 1 || f % std::max(1, rule.audit_every) == 0;
         if (bad || (due && !run.look(row))) record.end = End::numbers;
         const bool shown = rule.mesh_every > 0 && f % rule.mesh_every == 0;
@@ -276,8 +276,8 @@ double moved_share(const RunRecord& record)
 {
     double moved = 0, all = 0;
     for (const FrameRow& row : record.rows) {
-        moved += double(row.tally.moved);
-        all += double(record.particles) * row.tally.substeps;
+        moved += double(row.stats.moved);
+        all += double(record.particles) * row.stats.substeps;
     }
     return all > 0 ? moved / all : 1;
 }
@@ -313,7 +313,8 @@ std::vector<std::string> left_out(const Scene& scene, const RunRule& rule)
     if (std::none_of(tools.begin(), tools.end(), [](const Tool<double>& t) { return t.blade; }))
         out.push_back("cutting: no hand holds a blade");
     const auto yields = [](const Object& o) {
-        return o.material.flow != Flow::none && o.material.flow != Flow::fluid;
+        return o.material.plasticity != Plasticity::none &&
+               o.material.plasticity != Plasticity::fluid;
     };
     if (std::none_of(scene.objects.begin(), scene.objects.end(), yields))
         out.push_back("plasticity: no object yields");

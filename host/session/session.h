@@ -21,7 +21,7 @@ struct RunRule {
 // Depths [m] of the particles that projection left inside a tool.
 struct Depths {
     long count = 0;
-    double mean = 0, p99 = 0, most = 0;
+    double mean = 0, p99 = 0, max = 0;
 };
 Depths depths_of(std::vector<double> found);
 
@@ -32,7 +32,7 @@ struct FrameRow {
     bool hands = false;                       // any hand was active
     double wall = 0;                          // of the solver [s]
     double hands_wall = 0, surface_wall = 0;  // [s]
-    Tally tally;
+    FrameStats stats;
     bool audited = false;  // what follows is filled in
     Audit state;
     Depths left;
@@ -61,7 +61,7 @@ struct RunRecord {
 };
 
 // What a picture shows: the clay's meshes and the tools' primitives where they stand.
-struct View {
+struct FrameView {
     const FrameRow& row;
     const std::vector<Mesh>& meshes;
     const std::vector<Joint<double>>& joints;  // empty without hands
@@ -70,8 +70,9 @@ struct View {
 
 struct RunWatch {
     std::function<void(const FrameRow&)> frame;  // after every frame
-    std::function<void(const View&)> picture;    // after every frame that was meshed by mesh_every
-    std::function<bool()> stop;                  // asked before every frame
+    std::function<void(const FrameView&)>
+        picture;                 // after every frame that was meshed by mesh_every
+    std::function<bool()> stop;  // asked before every frame
 };
 
 // The hands the scene names: a file, or a gesture on a ball as wide as its first object.

@@ -15,19 +15,20 @@ double log_volume_ratio(const Particle<double>& q, const Material<double>& m)
 {
     const double elastic = log_volume(determinant_excess(q.e));
     // Sand remembers in k the volume it gained at the cone's tip, snow what it was packed by.
-    const bool kept = m.flow == Flow::drucker_prager || m.flow == Flow::clamp;
+    const bool kept =
+        m.plasticity == Plasticity::drucker_prager || m.plasticity == Plasticity::clamp;
     return kept ? elastic + q.k : elastic;
 }
 
 double stored_energy(const Particle<double>& q, const Material<double>& m)
 {
     const double log_J = log_volume(determinant_excess(q.e)), J = std::exp(log_J);
-    if (m.flow == Flow::fluid) {
+    if (m.plasticity == Plasticity::fluid) {
         const double g = m.exponent;  // minus the integral of p = bulk / g (J^-g - 1) from 1 to J
         const double part = g == 1 ? -log_J : std::expm1((1 - g) * log_J) / (g - 1);
         return m.bulk / g * (part + J - 1);
     }
-    const double h = packed(m, q.k), mu = h * m.mu, lambda = h * m.lambda;
+    const double h = snow_hardening(m, q.k), mu = h * m.mu, lambda = h * m.lambda;
     if (m.elasticity == Elasticity::neo_hookean)
         return mu / 2 * (trace(q.e) - 2 * log_J) + lambda / 2 * log_J * log_J;
     const Vec3<double> eps = hencky(eigen(q.e).value);

@@ -44,7 +44,7 @@ namespace {
 const std::array<const char*, 5> metrics{"smsp__inst_executed.sum", "dram__bytes.sum",
                                          "lts__t_bytes.sum", "sm__cycles_elapsed.max",
                                          "gpu__time_duration.sum"};
-constexpr std::size_t most_ranges = 256;
+constexpr std::size_t max_ranges = 256;
 
 template <class Parameters>
 Parameters sized(std::size_t bytes)
@@ -271,7 +271,7 @@ class Ranges {
             CUpti_RangeProfiler_GetCounterDataSize_Params_STRUCT_SIZE);
         size.pRangeProfilerObject = object;
         size.pMetricNames = evaluation.names.data(), size.numMetrics = evaluation.names.size();
-        size.maxNumOfRanges = most_ranges, size.maxNumRangeTreeNodes = most_ranges;
+        size.maxNumOfRanges = max_ranges, size.maxNumRangeTreeNodes = max_ranges;
         cupti.call("cuptiRangeProfilerGetCounterDataSize", size);
         counters.resize(size.counterDataSize);
         auto room = sized<CUpti_RangeProfiler_CounterDataImage_Initialize_Params>(
@@ -285,7 +285,7 @@ class Ranges {
         set.configSize = configuration.size(), set.pConfig = configuration.data();
         set.counterDataImageSize = counters.size(), set.pCounterDataImage = counters.data();
         set.range = CUPTI_UserRange, set.replayMode = CUPTI_UserReplay;
-        set.maxRangesPerPass = most_ranges;
+        set.maxRangesPerPass = max_ranges;
         set.numNestingLevels = 1, set.minNestingLevel = 1, set.targetNestingLevel = 1;
         cupti.call("cuptiRangeProfilerSetConfig", set);
     }

@@ -29,8 +29,8 @@ void forget(std::vector<Particle<R>>& q, const Lattice<R>& lattice, const std::v
 // At the end of a frame, in which a blade covered clay or not: a stroke that begins forgets old
 // labels in its way, one that has ended leaves whole pieces. True if labels may have changed.
 template <class R>
-bool settle(std::vector<Particle<R>>& q, const Lattice<R>& lattice, const PosedTools<R>& posed,
-            bool covered, bool was_covered)
+bool relabel_pieces(std::vector<Particle<R>>& q, const Lattice<R>& lattice,
+                    const PosedTools<R>& posed, bool covered, bool was_covered)
 {
     if (covered == was_covered) return false;
     if (!covered) {

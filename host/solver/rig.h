@@ -15,7 +15,7 @@ struct Rig {
 };
 
 // One more than the highest joint that any of its spheres hangs on.
-inline int joint_count(const Rig& rig)
+inline int joints_of(const Rig& rig)
 {
     int count = 0;
     for (const Binding<float>& sphere : rig.spheres)

@@ -50,9 +50,9 @@ struct Motion {
 extern const char* const limit_names[int(Limit::count)];
 
 // What one frame did.
-struct Tally {
+struct FrameStats {
     int substeps = 0;
-    double dt_least = 0, dt_most = 0;              // [s]
+    double dt_min = 0, dt_max = 0;                 // [s]
     long limits[int(Limit::count)] = {};           // substeps cut by each limit
     long yielded = 0, projected = 0;               // particle-substeps
     long clipped = 0, confined = 0, repaired = 0;  // guards: nodes slowed, particles put back
@@ -76,16 +76,16 @@ class Solver {
   public:
     virtual ~Solver() = default;
     // Simulates `duration` [s] with the tools moving along `motion`.
-    virtual Tally advance(const Motion& motion, double duration) = 0;
+    virtual FrameStats advance(const Motion& motion, double duration) = 0;
     // The same in two halves, so that a frame may be handed over while the one before it is still
     // being computed. At most two are under way; nothing else is asked meanwhile.
     virtual void submit(const Motion& motion, double duration)
     {
         done.push_back(advance(motion, duration));
     }
-    virtual Tally collect()
+    virtual FrameStats collect()
     {
-        const Tally first = done.at(0);
+        const FrameStats first = done.at(0);
         done.erase(done.begin());
         return first;
     }
@@ -103,7 +103,7 @@ class Solver {
     virtual std::string name() const = 0;    // "cpu float, 2 threads", "cuda: NVIDIA H200"
 
   private:
-    std::vector<Tally> done;
+    std::vector<FrameStats> done;
 };
 
 std::unique_ptr<Solver> cpu_solver(const Setup& setup);         // float

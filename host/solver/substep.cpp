@@ -9,9 +9,9 @@ namespace knead {
 const char* const limit_names[int(Limit::count)] = {"sound",     "speed", "tool",
                                                     "viscosity", "fixed", "frame end"};
 
-void check_motion(const Setup& setup, const Motion& motion)
+static void check_motion(const Setup& setup, const Motion& motion)
 {
-    const auto wanted = std::size_t(joint_count(setup.rig));
+    const auto wanted = std::size_t(joints_of(setup.rig));
     const std::size_t found = std::min(motion.from.size(), motion.to.size());
     if (found < wanted)
         throw std::invalid_argument("a motion needs " + std::to_string(wanted) +
@@ -21,6 +21,7 @@ void check_motion(const Setup& setup, const Motion& motion)
 
 double tool_step(const Setup& setup, const Motion& motion, double duration)
 {
+    check_motion(setup, motion);
     double dt = 1e30;
     const double dx = setup.lattice.dx;
     for (const Primitive& p : setup.rig.primitives) {

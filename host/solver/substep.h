@@ -8,23 +8,22 @@ namespace knead {
 
 // What of a scene limits its substeps. Of packed snow the sound speed is that at a tenth of its
 // volume lost.
-inline Pace pace_of(const Setup& s)
+inline StepLimits step_limits(const Setup& s)
 {
-    Pace p{s.step.courant, s.lattice.dx, 0, 1e30, s.step.fixed, s.step.largest};
+    StepLimits p{s.step.courant, s.lattice.dx, 0, 1e30, s.step.fixed, s.step.largest};
     for (const Material<double>& m : s.materials) {
-        const double stiff = m.flow == Flow::clamp ? std::sqrt(packed(m, -0.1)) : 1.0;
+        const double stiff =
+            m.plasticity == Plasticity::clamp ? std::sqrt(snow_hardening(m, -0.1)) : 1.0;
         p.sound = std::fmax(p.sound, stiff * sound_speed(m));
-        if (m.flow == Flow::fluid && m.viscosity > 0)
+        if (m.plasticity == Plasticity::fluid && m.viscosity > 0)
             p.viscosity = std::fmin(p.viscosity, p.dx * p.dx * m.density / (6 * m.viscosity));
     }
     return p;
 }
 
-// Throws std::invalid_argument where the motion lacks a joint that the rig hangs on.
-void check_motion(const Setup& setup, const Motion& motion);
-
 // The tools' limit on a substep over one frame [s]: none may cross more than `share` of its own
 // radius, or of a cell, at once. A blade's thickness does not count: its sides know the particles.
+// Throws std::invalid_argument where the motion lacks a joint that the rig hangs on.
 double tool_step(const Setup& setup, const Motion& motion, double duration);
 
 }  // namespace knead

@@ -28,16 +28,16 @@ struct Strides {
     Size row(Int3 n) const { return n.x + n.y * axis[1] + n.z * axis[2]; }
 };
 
-Int3 least_of(Int3 a, Int3 b) { return {least(a.x, b.x), least(a.y, b.y), least(a.z, b.z)}; }
-Int3 most_of(Int3 a, Int3 b) { return {most(a.x, b.x), most(a.y, b.y), most(a.z, b.z)}; }
+Int3 min_of(Int3 a, Int3 b) { return {min(a.x, b.x), min(a.y, b.y), min(a.z, b.z)}; }
+Int3 max_of(Int3 a, Int3 b) { return {max(a.x, b.x), max(a.y, b.y), max(a.z, b.z)}; }
 constexpr Int3 one{1, 1, 1};
 
 // The nodes low <= n <= high of the lattice, and an empty layer around them.
 Field empty_field(Int3 low, Int3 high, const Lattice<float>& lattice)
 {
     Field f;
-    f.low = most_of(low, {0, 0, 0}) - one;
-    f.size = least_of(high, lattice.size - one) + one + one - f.low;
+    f.low = max_of(low, {0, 0, 0}) - one;
+    f.size = min_of(high, lattice.size - one) + one + one - f.low;
     f.dx = lattice.dx;
     const double nodes = double(f.size.x) * f.size.y * f.size.z;
     if (nodes > double(1 << 30))
@@ -254,8 +254,8 @@ Field density(const std::vector<Deposit>& deposits, const Lattice<float>& lattic
     float largest = 0;
     for (const Deposit& d : deposits) {
         const Int3 base = base_node(d.x, lattice.dx);
-        low = least_of(low, base), high = most_of(high, base);
-        largest = most(largest, d.volume);
+        low = min_of(low, base), high = max_of(high, base);
+        largest = max(largest, d.volume);
     }
     const int passes = softenings(largest, lattice.dx), reach = passes + 2;
     Field f = empty_field(low - passes * one, high + reach * one, lattice);
@@ -322,10 +322,10 @@ void smooth(Mesh& mesh, Smoothing smoothing, int iterations)
 
 std::vector<Mesh> surface(const std::vector<Particle<double>>& particles,
                           const std::vector<Material<double>>& materials, const SurfaceRule& rule,
-                          SurfaceTally* tally)
+                          SurfaceStats* stats)
 {
     check(rule);
-    SurfaceTally left_out;
+    SurfaceStats left_out;
     std::map<int, std::vector<Deposit>> by_category;
     for (const Particle<double>& q : particles) {
         const bool known = q.object >= 0 && std::size_t(q.object) < materials.size();
@@ -346,7 +346,7 @@ std::vector<Mesh> surface(const std::vector<Particle<double>>& particles,
         mesh.category = category;
         meshes.push_back(std::move(mesh));
     }
-    if (tally) *tally = left_out;
+    if (stats) *stats = left_out;
     return meshes;
 }
 

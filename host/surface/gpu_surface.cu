@@ -29,7 +29,7 @@ const SurfaceRule& checked(const SurfaceRule& rule)
 
 }  // namespace
 
-struct GpuSurface::Held {
+struct GpuSurface::State {
     int device, processors;
     bool fixed_room;
     SurfaceStore store;
@@ -42,9 +42,9 @@ struct GpuSurface::Held {
     Graph graph;
     bool fresh = true;  // nothing may be kept of it
 
-    Held(const std::vector<Particle<double>>& particles,
-         const std::vector<Material<double>>& materials, const SurfaceRule& rule, SurfaceRoom room,
-         int wanted);
+    State(const std::vector<Particle<double>>& particles,
+          const std::vector<Material<double>>& materials, const SurfaceRule& rule, SurfaceRoom room,
+          int wanted);
     std::vector<Stage> stages(const Clay& now) const;
     void prepare(const Clay& now);
     void forget_if_told(cudaStream_t on);
@@ -55,9 +55,9 @@ struct GpuSurface::Held {
     Amounts before_block(int block) const;
 };
 
-GpuSurface::Held::Held(const std::vector<Particle<double>>& particles,
-                       const std::vector<Material<double>>& materials, const SurfaceRule& rule,
-                       SurfaceRoom room, int wanted)
+GpuSurface::State::State(const std::vector<Particle<double>>& particles,
+                         const std::vector<Material<double>>& materials, const SurfaceRule& rule,
+                         SurfaceRoom room, int wanted)
     : device(chosen(wanted)),
       processors(multiprocessors(device)),
       fixed_room(room.vertices || room.triangles),
@@ -66,7 +66,7 @@ GpuSurface::Held::Held(const std::vector<Particle<double>>& particles,
 }
 
 // The stages over particles that are where they are now, in their order.
-std::vector<Stage> GpuSurface::Held::stages(const Clay& now) const
+std::vector<Stage> GpuSurface::State::stages(const Clay& now) const
 {
     const SurfaceRule& rule = store.rule;
     const int steps = rule.smoothing == Smoothing::none ? 0 : rule.iterations;
@@ -79,7 +79,7 @@ std::vector<Stage> GpuSurface::Held::stages(const Clay& now) const
     std::vector<Stage> stages{
         {"renew", [d, now](cudaStream_t on) { renew(d, now, on); }},
         {"clear", [d, n](cudaStream_t on) { clear(d, n, on); }},
-        {"splat", [d, now](cudaStream_t on) { splat(d, now, on); }},
+        {"splat", [d, now](cudaStream_t on) { deposit(d, now, on); }},
         {"list", [d](cudaStream_t on) { list(d, on); }},
         {"soften",
          [d, n, rounds](cudaStream_t on) {
@@ -101,7 +101,7 @@ std::vector<Stage> GpuSurface::Held::stages(const Clay& now) const
 }
 
 // The graph of a surface of these particles.
-void GpuSurface::Held::prepare(const Clay& now)
+void GpuSurface::State::prepare(const Clay& now)
 {
     const auto same = [](const ParticleView& a, const ParticleView& b) {
         return a.rows == b.rows && a.count == b.count;
@@ -116,26 +116,26 @@ void GpuSurface::Held::prepare(const Clay& now)
     graph.end(stream);
 }
 
-void GpuSurface::Held::forget_if_told(cudaStream_t on)
+void GpuSurface::State::forget_if_told(cudaStream_t on)
 {
     if (fresh) check(cudaMemsetAsync(store.view.seen, 0xff, sizeof(int), on), "surface");
     fresh = false;
 }
 
-void GpuSurface::Held::start(cudaStream_t on)
+void GpuSurface::State::start(cudaStream_t on)
 {
     const ProfilerRange range{"surface"};
     forget_if_told(on);
     check(cudaGraphLaunch(graph.ready, on), "surface");
 }
 
-void GpuSurface::Held::run()
+void GpuSurface::State::run()
 {
     start(stream);
     wait(stream, "surface");
 }
 
-double GpuSurface::Held::seconds_of(cudaGraphExec_t what)
+double GpuSurface::State::seconds_of(cudaGraphExec_t what)
 {
     if (what == graph.ready) forget_if_told(stream);
     check(cudaEventRecord(from, stream), "surface");
@@ -147,7 +147,7 @@ double GpuSurface::Held::seconds_of(cudaGraphExec_t what)
     return 1e-3 * double(milliseconds);
 }
 
-Clay GpuSurface::Held::uploaded(const std::vector<Particle<double>>& particles)
+Clay GpuSurface::State::uploaded(const std::vector<Particle<double>>& particles)
 {
     const std::size_t n = particles.size();
     if (n > std::size_t(200000000))
@@ -167,7 +167,7 @@ Clay GpuSurface::Held::uploaded(const std::vector<Particle<double>>& particles)
 }
 
 // Vertices and triangles of the blocks before one.
-Amounts GpuSurface::Held::before_block(int block) const
+Amounts GpuSurface::State::before_block(int block) const
 {
     unsigned long long both = 0;
     check(cudaMemcpy(&both, store.before.data() + block, sizeof both, cudaMemcpyDefault),
@@ -178,39 +178,40 @@ Amounts GpuSurface::Held::before_block(int block) const
 GpuSurface::GpuSurface(const std::vector<Particle<double>>& particles,
                        const std::vector<Material<double>>& materials, const SurfaceRule& rule,
                        SurfaceRoom room, int device)
-    : held(std::make_unique<Held>(particles, materials, rule, room, device))
+    : state(std::make_unique<State>(particles, materials, rule, room, device))
 {
 }
 GpuSurface::~GpuSurface() = default;
 
 void GpuSurface::launch(const Clay& clay)
 {
-    held->prepare(clay);
-    held->start(clay.stream);
+    state->prepare(clay);
+    state->start(clay.stream);
 }
 
-const SurfaceView& GpuSurface::view() const { return held->store.view; }
+const SurfaceView& GpuSurface::view() const { return state->store.view; }
 
 SurfaceRoom GpuSurface::needed() const
 {
-    const Amounts all = held->before_block(held->store.view.blocks);
+    const Amounts all = state->before_block(state->store.view.blocks);
     return {all.vertices, all.triangles};
 }
 
 SurfaceRoom GpuSurface::room() const
 {
-    return {std::size_t(held->store.view.vertex_room), std::size_t(held->store.view.triangle_room)};
+    return {std::size_t(state->store.view.vertex_room),
+            std::size_t(state->store.view.triangle_room)};
 }
 
-SurfaceTally GpuSurface::settled() const
+SurfaceStats GpuSurface::settled() const
 {
-    const SurfaceRoom has = room(), needs = needed();
-    if (needs.vertices > has.vertices || needs.triangles > has.triangles)
+    const SurfaceRoom has = room(), features = needed();
+    if (features.vertices > has.vertices || features.triangles > has.triangles)
         throw std::runtime_error(
-            "the surface has " + std::to_string(needs.vertices) + " vertices and " +
-            std::to_string(needs.triangles) + " triangles; on the device there is room for " +
+            "the surface has " + std::to_string(features.vertices) + " vertices and " +
+            std::to_string(features.triangles) + " triangles; on the device there is room for " +
             std::to_string(has.vertices) + " and " + std::to_string(has.triangles));
-    const Faults faults = held->store.faults.downloaded().at(0);
+    const Faults faults = state->store.faults.downloaded().at(0);
     if (faults.crowded)
         throw std::runtime_error(
             "the density has overflowed: a node of the surface's lattice holds the volume of more "
@@ -220,24 +221,24 @@ SurfaceTally GpuSurface::settled() const
 
 SurfaceWork GpuSurface::work() const
 {
-    const Progress progress = held->store.progress.downloaded().at(0);
-    return {held->store.active.downloaded().at(2), progress.splatted, progress.softened};
+    const Progress progress = state->store.progress.downloaded().at(0);
+    return {state->store.active.downloaded().at(2), progress.deposited, progress.softened};
 }
 
 std::vector<Mesh> GpuSurface::meshes() const
 {
     std::vector<Mesh> meshes;
-    const SurfaceView& d = held->store.view;
-    const std::vector<DrawCommand> draws = held->store.draws.downloaded();
+    const SurfaceView& d = state->store.view;
+    const std::vector<DrawCommand> draws = state->store.draws.downloaded();
     const auto download = [](auto& to, const auto* from, std::size_t first) {
         check(cudaMemcpy(to.data(), from + first, to.size() * sizeof to[0], cudaMemcpyDefault),
               "download");
     };
     std::size_t c = 0;
-    for (const auto& [category, kind] : held->store.kinds) {
+    for (const auto& [category, kind] : state->store.kinds) {
         const DrawCommand draw = draws[c];
-        const unsigned first = held->before_block(int(c) * d.layer_blocks()).vertices;
-        const unsigned end = held->before_block(int(++c) * d.layer_blocks()).vertices;
+        const unsigned first = state->before_block(int(c) * d.layer_blocks()).vertices;
+        const unsigned end = state->before_block(int(++c) * d.layer_blocks()).vertices;
         if (draw.count == 0) continue;
         Mesh mesh;
         mesh.category = category;
@@ -256,10 +257,10 @@ std::vector<Mesh> GpuSurface::meshes() const
 
 Field GpuSurface::density(int category) const
 {
-    const auto found = held->store.kinds.find(category);
-    if (found == held->store.kinds.end()) return {{}, {}, held->store.rule.lattice.dx, {}};
-    const auto c = std::size_t(std::distance(held->store.kinds.begin(), found));
-    const SurfaceView& d = held->store.view;
+    const auto found = state->store.kinds.find(category);
+    if (found == state->store.kinds.end()) return {{}, {}, state->store.rule.lattice.dx, {}};
+    const auto c = std::size_t(std::distance(state->store.kinds.begin(), found));
+    const SurfaceView& d = state->store.view;
     const Int3 one{1, 1, 1}, size = d.lattice.size + 2 * one;
     std::vector<float> all(std::size_t(d.categories) * std::size_t(d.layer_nodes()));
     check(cudaMemcpy(all.data(), d.final_density(), all.size() * sizeof(float), cudaMemcpyDefault),
@@ -274,38 +275,39 @@ Field GpuSurface::density(int category) const
     return field;
 }
 
-std::vector<Mesh> GpuSurface::surface(const Clay& clay, SurfaceTally* tally)
+std::vector<Mesh> GpuSurface::surface(const Clay& clay, SurfaceStats* stats)
 {
-    check(cudaSetDevice(held->device), "device");
-    held->prepare(clay);
-    held->run();
-    const SurfaceRoom needs = needed(), has = room();
-    if (!held->fixed_room && (needs.vertices > has.vertices || needs.triangles > has.triangles)) {
-        held->graph.drop();
-        held->store.reserve(
-            {needs.vertices + needs.vertices / 4, needs.triangles + needs.triangles / 4});
-        held->prepare(clay);
-        held->run();
+    check(cudaSetDevice(state->device), "device");
+    state->prepare(clay);
+    state->run();
+    const SurfaceRoom features = needed(), has = room();
+    if (!state->fixed_room &&
+        (features.vertices > has.vertices || features.triangles > has.triangles)) {
+        state->graph.drop();
+        state->store.reserve({features.vertices + features.vertices / 4,
+                              features.triangles + features.triangles / 4});
+        state->prepare(clay);
+        state->run();
     }
-    const SurfaceTally settled_tally = settled();
-    if (tally) *tally = settled_tally;
+    const SurfaceStats settled_tally = settled();
+    if (stats) *stats = settled_tally;
     return meshes();
 }
 
 std::vector<Mesh> GpuSurface::surface(const std::vector<Particle<double>>& particles,
-                                      SurfaceTally* tally)
+                                      SurfaceStats* stats)
 {
-    check(cudaSetDevice(held->device), "device");
-    return surface(held->uploaded(particles), tally);
+    check(cudaSetDevice(state->device), "device");
+    return surface(state->uploaded(particles), stats);
 }
 
-void GpuSurface::forget() { held->fresh = true; }
+void GpuSurface::forget() { state->fresh = true; }
 
 std::vector<double> GpuSurface::replays(int count)
 {
     std::vector<double> seconds;
-    for (int k = 0; k < count && held->graph.ready; ++k)
-        seconds.push_back(held->seconds_of(held->graph.ready));
+    for (int k = 0; k < count && state->graph.ready; ++k)
+        seconds.push_back(state->seconds_of(state->graph.ready));
     return seconds;
 }
 
@@ -313,40 +315,41 @@ std::vector<StageTime> GpuSurface::stage_times()
 {
     constexpr int copies = 20, repeats = 11;
     std::vector<StageTime> times;
-    if (!held->graph.ready) return times;
-    for (const Stage& stage : held->stages(held->clay)) {
-        held->fresh = true;
-        held->run();
+    if (!state->graph.ready) return times;
+    for (const Stage& stage : state->stages(state->clay)) {
+        state->fresh = true;
+        state->run();
         Graph alone;
-        alone.begin(held->stream);
-        for (int k = 0; k < copies; ++k) stage.launch(held->stream);
-        alone.end(held->stream);
+        alone.begin(state->stream);
+        for (int k = 0; k < copies; ++k) stage.launch(state->stream);
+        alone.end(state->stream);
         std::vector<double> seconds;
-        for (int k = 0; k < repeats; ++k) seconds.push_back(held->seconds_of(alone.ready));
+        for (int k = 0; k < repeats; ++k) seconds.push_back(state->seconds_of(alone.ready));
         std::nth_element(seconds.begin(), seconds.begin() + repeats / 2, seconds.end());
         times.push_back({stage.name, seconds[repeats / 2] / copies});
     }
-    held->fresh = true;
-    held->run();
+    state->fresh = true;
+    state->run();
     return times;
 }
 
 std::vector<StageWork> GpuSurface::stage_counts()
 {
-    if (!held->graph.ready) return {};
-    check(cudaSetDevice(held->device), "device");
+    if (!state->graph.ready) return {};
+    check(cudaSetDevice(state->device), "device");
     const std::vector<StageWork> counts = counted([this](const Watch& watch) {
-        for (const Stage& stage : held->stages(held->clay)) {
-            held->fresh = true;
-            held->run();
-            watch(stage.name, [&] { stage.launch(held->stream), wait(held->stream, stage.name); });
+        for (const Stage& stage : state->stages(state->clay)) {
+            state->fresh = true;
+            state->run();
+            watch(stage.name,
+                  [&] { stage.launch(state->stream), wait(state->stream, stage.name); });
         }
     });
-    held->fresh = true;
-    held->run();
+    state->fresh = true;
+    state->run();
     return counts;
 }
 
-std::size_t GpuSurface::memory() const { return held->store.bytes() + held->rows.bytes(); }
+std::size_t GpuSurface::memory() const { return state->store.bytes() + state->rows.bytes(); }
 
 }  // namespace knead

@@ -22,8 +22,8 @@ struct SurfaceRoom {
 
 // What of the last surface was made anew, in blocks of 4^3 nodes of one category.
 struct SurfaceWork {
-    long blocks = 0;                  // that are not empty
-    long splatted = 0, softened = 0;  // of these: sums; densities and what follows from them
+    long blocks = 0;                   // that are not empty
+    long deposited = 0, softened = 0;  // of these: sums; densities and what follows from them
 };
 
 // Surfaces of one scene. What a solver knows not to have moved since the last one is kept of it;
@@ -45,7 +45,7 @@ class GpuSurface {
     const gpu::SurfaceView& view() const;
 
     // Of the last surface, once its stream is done: throws std::runtime_error where it did not fit.
-    SurfaceTally settled() const;
+    SurfaceStats settled() const;
     SurfaceWork work() const;
     void forget();  // the next keeps nothing of the last
     SurfaceRoom needed() const;
@@ -54,10 +54,10 @@ class GpuSurface {
     Field density(int category) const;
 
     // Launches, waits, and takes more room where the constructor was left to choose it.
-    std::vector<Mesh> surface(const gpu::Clay& clay, SurfaceTally* tally = nullptr);
+    std::vector<Mesh> surface(const gpu::Clay& clay, SurfaceStats* stats = nullptr);
     // The same from particles on the host, any number.
     std::vector<Mesh> surface(const std::vector<Particle<double>>& particles,
-                              SurfaceTally* tally = nullptr);
+                              SurfaceStats* stats = nullptr);
 
     // Seconds of each of `count` replays of a graph of the last surface, by now of clay that has
     // not moved where its solver can tell, and what each stage takes of a surface that keeps
@@ -71,8 +71,8 @@ class GpuSurface {
     std::size_t memory() const;  // bytes held on the device
 
   private:
-    struct Held;
-    std::unique_ptr<Held> held;
+    struct State;
+    std::unique_ptr<State> state;
 };
 
 }  // namespace knead

@@ -10,10 +10,7 @@ namespace knead::gpu {
 namespace {
 
 // A sum holds 2^32 units: 128 of the largest particles, and at least 32 times the rest density.
-float quantum_of(float share)
-{
-    return std::ldexp(1.0f, std::ilogb(most(128 * share, 32.0f)) - 31);
-}
+float quantum_of(float share) { return std::ldexp(1.0f, std::ilogb(max(128 * share, 32.0f)) - 31); }
 
 void require_memory(double bytes, const std::string& what)
 {
@@ -72,11 +69,11 @@ void SurfaceStore::sort_out(const std::vector<Particle<double>>& particles,
                                         : Grain{0, 0});
     }
     if (kinds.empty()) rows_of_layers.push_back({1, 0});  // so that there is something to launch
-    int most_passes = 0;
-    for (const Layer& layer : rows_of_layers) most_passes = std::max(most_passes, layer.softenings);
-    rounds = std::max(1, (most_passes + passes_a_round - 1) / passes_a_round);
+    int max_passes = 0;
+    for (const Layer& layer : rows_of_layers) max_passes = std::max(max_passes, layer.softenings);
+    rounds = std::max(1, (max_passes + passes_a_round - 1) / passes_a_round);
     view.rounds = rounds;
-    view.reach = most_passes + 1;  // a cell has nodes one step away
+    view.reach = max_passes + 1;  // a cell has nodes one step away
     if (!rows_of_grains.empty()) first = rows_of_grains[0];
     grains = DeviceArray<Grain>(rows_of_grains);
     layers = DeviceArray<Layer>(rows_of_layers);
@@ -103,7 +100,7 @@ void SurfaceStore::allocate()
     sums = DeviceArray<unsigned>(nodes);
     marks = DeviceArray<unsigned>(nodes);
     densities = DeviceArray<float>(std::size_t(rounds) * nodes);
-    touched = DeviceArray<unsigned>(places);
+    occupied = DeviceArray<unsigned>(places);
     blocks = DeviceArray<int>(places);
     skin = DeviceArray<int>(places), work = DeviceArray<int>(places);
     anew = DeviceArray<unsigned>(places / layers.size());
@@ -118,7 +115,7 @@ void SurfaceStore::allocate()
     view.first = first;
     view.grains = {grains.data(), int(grains.size())};
     view.layers = layers.data();
-    view.sums = sums.data(), view.marks = marks.data(), view.touched = touched.data();
+    view.sums = sums.data(), view.marks = marks.data(), view.occupied = occupied.data();
     view.list = blocks.data(), view.skin = skin.data(), view.active = active.data();
     view.counts = counts.data(), view.before = before.data();
     view.draws = draws.data(), view.faults = faults.data();
@@ -130,8 +127,8 @@ void SurfaceStore::allocate()
 // surface has far fewer vertices than that: the default is two for each node full of clay.
 void SurfaceStore::reserve(SurfaceRoom room)
 {
-    constexpr double least_room = 16384, most_room = 100e6;
-    if (room.vertices == 0) room.vertices = std::size_t(clamped(2 * amount, least_room, most_room));
+    constexpr double min_room = 16384, max_room = 100e6;
+    if (room.vertices == 0) room.vertices = std::size_t(clamp(2 * amount, min_room, max_room));
     if (room.triangles == 0) room.triangles = 2 * room.vertices;
     if (room.vertices > std::size_t(INT32_MAX) || room.triangles > std::size_t(INT32_MAX / 3))
         throw std::runtime_error("a surface of " + std::to_string(room.triangles) +
@@ -139,13 +136,13 @@ void SurfaceStore::reserve(SurfaceRoom room)
     const std::size_t n = room.vertices;
     vertices[0] = {}, vertices[1] = {}, normals = {}, triangles = {};
     ring = {}, next = {}, last = {};
-    require_memory((52.0 + 8 * most_ring) * double(n) + 12.0 * double(room.triangles),
+    require_memory((52.0 + 8 * max_ring) * double(n) + 12.0 * double(room.triangles),
                    "a surface of " + std::to_string(n) + " vertices");
     for (auto& places : vertices) places = DeviceArray<float4>(n);
     normals = DeviceArray<float4>(n);
     ring = DeviceArray<int>(n);
-    next = DeviceArray<int>(most_ring * n);
-    last = DeviceArray<int>(most_ring * n);
+    next = DeviceArray<int>(max_ring * n);
+    last = DeviceArray<int>(max_ring * n);
     triangles = DeviceArray<Int3>(room.triangles);
     view.vertex_room = int(n), view.triangle_room = int(room.triangles);
     for (int k = 0; k < 2; ++k) view.vertices[k] = vertices[k].data();
@@ -157,7 +154,7 @@ void SurfaceStore::reserve(SurfaceRoom room)
 std::size_t SurfaceStore::bytes() const
 {
     const auto sum = [](const auto&... arrays) { return (std::size_t(0) + ... + arrays.bytes()); };
-    return sum(grains, layers, sums, marks, touched, anew, densities, blocks, skin, work, seen,
+    return sum(grains, layers, sums, marks, occupied, anew, densities, blocks, skin, work, seen,
                progress, active, ring, next, last, counts, before, vertices[0], vertices[1],
                normals, triangles, draws, faults, scratch);
 }

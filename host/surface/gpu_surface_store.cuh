@@ -48,7 +48,7 @@ class SurfaceStore {
     Grain first{};
     DeviceArray<Grain> grains;
     DeviceArray<Layer> layers;
-    DeviceArray<unsigned> sums, marks, touched, anew;
+    DeviceArray<unsigned> sums, marks, occupied, anew;
     DeviceArray<int> blocks, skin, work, seen, ring, next, last;
     DeviceArray<unsigned long long> counts;
     DeviceArray<float4> vertices[2], normals;

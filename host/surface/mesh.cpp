@@ -27,7 +27,7 @@ int components(const Mesh& mesh)
     int count = int(parent.size());
     const auto join = [&](int a, int b) {
         a = root(a), b = root(b);
-        if (a != b) parent[most(a, b)] = least(a, b), --count;
+        if (a != b) parent[max(a, b)] = min(a, b), --count;
     };
     for (const Int3 t : mesh.triangles) join(t.x, t.y), join(t.y, t.z);
     return count;

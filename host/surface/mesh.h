@@ -20,14 +20,14 @@ enum class Smoothing { none, laplace, taubin };
 
 // How a surface is made from particles.
 struct SurfaceRule {
-    Lattice<float> lattice;      // of the density; independent of the simulation's
-    float iso = 0.5f;            // share of the rest density where the surface stands
+    Lattice<float> lattice;  // of the density; independent of the simulation's
+    float iso = 0.5f;        // share of the rest density where the surface stands
     Smoothing smoothing = Smoothing::taubin;
     int iterations = 5;
 };
 
 // Particles that no surface shows.
-struct SurfaceTally {
+struct SurfaceStats {
     long unusable = 0;  // not finite, or of no material, or of no volume
     long outside = 0;   // too near the lattice's border, or beyond it
 };
@@ -38,7 +38,7 @@ struct SurfaceTally {
 // large. The same bits for any number of threads.
 std::vector<Mesh> surface(const std::vector<Particle<double>>& particles,
                           const std::vector<Material<double>>& materials, const SurfaceRule& rule,
-                          SurfaceTally* tally = nullptr);
+                          SurfaceStats* stats = nullptr);
 
 // Volume enclosed [m^3], positive for outward triangles.
 double volume(const Mesh& mesh);

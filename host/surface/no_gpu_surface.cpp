@@ -14,7 +14,7 @@ namespace {
 
 }  // namespace
 
-struct GpuSurface::Held {};
+struct GpuSurface::State {};
 GpuSurface::GpuSurface(const std::vector<Particle<double>>&, const std::vector<Material<double>>&,
                        const SurfaceRule&, SurfaceRoom, int)
 {
@@ -23,14 +23,14 @@ GpuSurface::GpuSurface(const std::vector<Particle<double>>&, const std::vector<M
 GpuSurface::~GpuSurface() = default;
 void GpuSurface::launch(const gpu::Clay&) { refuse(); }
 const gpu::SurfaceView& GpuSurface::view() const { refuse(); }
-SurfaceTally GpuSurface::settled() const { refuse(); }
+SurfaceStats GpuSurface::settled() const { refuse(); }
 SurfaceWork GpuSurface::work() const { refuse(); }
 void GpuSurface::forget() { refuse(); }
 SurfaceRoom GpuSurface::needed() const { refuse(); }
 std::vector<Mesh> GpuSurface::meshes() const { refuse(); }
 Field GpuSurface::density(int) const { refuse(); }
-std::vector<Mesh> GpuSurface::surface(const gpu::Clay&, SurfaceTally*) { refuse(); }
-std::vector<Mesh> GpuSurface::surface(const std::vector<Particle<double>>&, SurfaceTally*)
+std::vector<Mesh> GpuSurface::surface(const gpu::Clay&, SurfaceStats*) { refuse(); }
+std::vector<Mesh> GpuSurface::surface(const std::vector<Particle<double>>&, SurfaceStats*)
 {
     refuse();
 }

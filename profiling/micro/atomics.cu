@@ -73,7 +73,7 @@ void time_case(Bench& bench, const Case& c)
     must_not_spill("atomics", add_kernel<form, where>);
     Row row{"atomics", c.what, "addition by a lane"};
     row.count = double(c.lanes) * adds_each;
-    row.most = bench.limits.adds, row.limit = "atomics";
+    row.max = bench.limits.adds, row.limit = "atomics";
     bench.add(
         row, [&] { check(cudaMemsetAsync(nodes.data(), 0, nodes.bytes(), bench.stream), "clear"); },
         [&] {
@@ -88,7 +88,7 @@ constexpr int lanes = 1 << 20, lattice = 18;
 
 }  // namespace
 
-double most_adds(Bench& bench)
+double max_adds(Bench& bench)
 {
     time_case<Form::vector, To::neighbours>(bench,
                                             {"float4, neighbouring nodes", lanes, 0, lattice});

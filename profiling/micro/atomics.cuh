@@ -7,7 +7,7 @@
 namespace knead::micro {
 
 // The most float4 additions per second, to neighbouring nodes.
-double most_adds(Bench& bench);
+double max_adds(Bench& bench);
 
 // An addition of four numbers to a node: one vector atomic where the card has it.
 __device__ inline void add(float4* to, const float4& n)

@@ -61,7 +61,7 @@ void Bench::add(Row row, const std::function<void()>& prepare, const std::functi
                 const std::function<bool()>& right)
 {
     row.seconds = seconds(name_of(row), prepare, run);
-    if (row.most == 0) row.limit = "issue";
+    if (row.max == 0) row.limit = "issue";
     row.right = right();
     rows.push_back(std::move(row));
 }

@@ -43,23 +43,23 @@ Setup moving_ball(int nodes, Order order, bool deterministic)
 
 Clay::Clay(int nodes, Order order, cudaStream_t stream, bool deterministic)
     : setup(moving_ball(nodes, order, deterministic)),
-      held(setup),
-      seen(held.views()),
-      used(held.needs())
+      memory(setup),
+      seen(memory.views()),
+      used(memory.features())
 {
-    held.order(setup, {}, 1.0 / 90, 0);
-    held.send_orders(0, stream);
+    memory.write_input(setup, {}, 1.0 / 90, 0);
+    memory.send_input(0, stream);
     gpu::begin(seen, stream);
     check(cudaStreamSynchronize(stream), "begin");
-    clock = held.clock();
+    clock = memory.clock();
     step = float(clock.step(clock.done).dt);
     if (!(step > 0)) throw std::runtime_error("bench_micro: the clay takes no step");
 }
 
 void Clay::clear()
 {
-    held.clear_grids();
-    held.set_clock(clock);
+    memory.clear_grids();
+    memory.set_clock(clock);
 }
 
 std::vector<float4> Clay::nodes() const

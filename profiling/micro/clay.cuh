@@ -21,13 +21,13 @@ class Clay {
     // Nodes along each axis of the ball's box; whether equal bits are asked for.
     Clay(int nodes, Order order, cudaStream_t stream, bool deterministic = false);
 
-    gpu::Store& store() { return held; }
+    gpu::Store& store() { return memory; }
     const gpu::Views& views() const { return seen; }
     int count() const { return seen.particles[0].count; }
     float dt() const { return step; }
     int parity() const { return clock.done & 1; }
     double mass() const { return double(count()) * setup.materials[0].mass; }
-    const gpu::Needs& needs() const { return used; }
+    const gpu::Features& features() const { return used; }
 
     // As before the first scatter: no mass on any node. Waits for the device.
     void clear();
@@ -36,9 +36,9 @@ class Clay {
 
   private:
     Setup setup;
-    gpu::Store held;
+    gpu::Store memory;
     gpu::Views seen;
-    gpu::Needs used;
+    gpu::Features used;
     gpu::Clock clock{};
     float step = 0;
 };

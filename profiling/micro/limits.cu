@@ -28,14 +28,14 @@ __global__ void __launch_bounds__(issue_threads)
     if (threadIdx.x == 0) cycles[blockIdx.x] = clock64() - from;
 }
 
-__global__ void empty_kernel(int* touched) { *touched = 1; }
+__global__ void empty_kernel(int* occupied) { *occupied = 1; }
 __global__ void decide_kernel(cudaGraphConditionalHandle met, bool yes)
 {
     cudaGraphSetConditional(met, yes);
 }
-__global__ void turn_kernel(cudaGraphConditionalHandle again, int* turns, int most)
+__global__ void turn_kernel(cudaGraphConditionalHandle again, int* turns, int max)
 {
-    cudaGraphSetConditional(again, ++*turns % most != 0);
+    cudaGraphSetConditional(again, ++*turns % max != 0);
 }
 
 // The clock from how two runs of different length differ, so that starting them cancels.
@@ -60,7 +60,7 @@ void issue(Bench& bench)
     Row row{"limits", "multiply-adds, 16 warps a multiprocessor", "warp instruction"};
     row.count = double(blocks) * (issue_threads / 32) * unrolled * turns;
     row.seconds = seconds[1] - seconds[0];
-    row.most = bench.limits.issue(), row.limit = "issue";
+    row.max = bench.limits.issue(), row.limit = "issue";
     row.right = true;
     for (float x : out.downloaded()) row.right = row.right && x == 2;
     bench.rows.push_back(row);
@@ -101,7 +101,7 @@ class Launches {
             const auto handle = condition();
             gpu::capture_body(gpu::add_conditional(bench.stream, cudaGraphCondTypeWhile, handle),
                               body, [this, handle](cudaStream_t stream) {
-                                  launch("turn", turn_kernel, 1, 1, stream, handle, touched.data(),
+                                  launch("turn", turn_kernel, 1, 1, stream, handle, occupied.data(),
                                          nodes);
                               });
         };
@@ -112,11 +112,11 @@ class Launches {
     static constexpr int nodes = 200;
     Bench& bench;
     gpu::Stream body;
-    DeviceArray<int> touched{1};
+    DeviceArray<int> occupied{1};
 
     void touch(cudaStream_t stream)
     {
-        launch("empty", empty_kernel, 1, 32, stream, touched.data());
+        launch("empty", empty_kernel, 1, 32, stream, occupied.data());
     }
     void launch_all()
     {
@@ -146,9 +146,9 @@ class Launches {
         Row row{"limits", what, "kernel"};
         row.count = nodes;
         const auto clear = [this] {
-            check(cudaMemsetAsync(touched.data(), 0, touched.bytes(), bench.stream), "clear");
+            check(cudaMemsetAsync(occupied.data(), 0, occupied.bytes(), bench.stream), "clear");
         };
-        bench.add(row, clear, run, [&] { return touched.downloaded().at(0) == expected; });
+        bench.add(row, clear, run, [&] { return occupied.downloaded().at(0) == expected; });
     }
 };
 
@@ -171,7 +171,7 @@ void measure_limits(Bench& bench)
     bench.limits.multiprocessors = facts.multiprocessors;
     bench.limits.copy = facts.copy;
     issue(bench);
-    bench.limits.adds = most_adds(bench);
+    bench.limits.adds = max_adds(bench);
     launches(bench);
 }
 

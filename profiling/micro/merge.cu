@@ -24,7 +24,7 @@ __device__ Loaded loaded(const Views& d)
     const bool valid = i < particles.count;
     const Particle<float> q = particles.load(valid ? i : particles.count - 1);
     Material<float> m = d.materials[q.object];
-    m.elasticity = Elasticity::neo_hookean, m.flow = Flow::none;
+    m.elasticity = Elasticity::neo_hookean, m.plasticity = Plasticity::none;
     const Stencil<float> s = stencil(q.x, d.lattice.dx);
     return {q, m, s, valid ? d.lattice.index(s.base) : -1};
 }
@@ -44,22 +44,22 @@ __global__ void __launch_bounds__(threads)
     });
 }
 
-// Lanes side by side of one cell, at most `most_lanes`, add up by shuffles: log2 of that rounds for
+// Lanes side by side of one cell, at most `max_lanes`, add up by shuffles: log2 of that rounds for
 // each of 108 numbers.
-template <int most_lanes>
+template <int max_lanes>
 __global__ void __launch_bounds__(threads)
     shuffled_kernel(const __grid_constant__ Views d, int parity, float dt)
 {
     const Loaded a = loaded(d);
     const int lane = int(threadIdx.x & 31);
     const int before = __shfl_up_sync(everyone, a.cell, 1);
-    const bool first = lane % most_lanes == 0 || before != a.cell;
+    const bool first = lane % max_lanes == 0 || before != a.cell;
     const unsigned later = __ballot_sync(everyone, first) & ~((2u << lane) - 1);
     const int end = later ? __ffs(int(later)) - 1 : 32;
     scatter(a.q, a.m, a.s, d.lattice.dx, dt, [&](Int3 step, const Node<float>& n) {
         float4 sum{n.p.x, n.p.y, n.p.z, n.m};
         UNROLL
-        for (int k = 1; k < most_lanes; k *= 2) {
+        for (int k = 1; k < max_lanes; k *= 2) {
             const float4 b{
                 __shfl_down_sync(everyone, sum.x, k), __shfl_down_sync(everyone, sum.y, k),
                 __shfl_down_sync(everyone, sum.z, k), __shfl_down_sync(everyone, sum.w, k)};
@@ -148,7 +148,7 @@ __global__ void __launch_bounds__(threads)
     const Loaded a = loaded(d);
     const int cells =
         by_cell ? write_down_by_cell(a, w, d.lattice.dx, dt) : write_down(a, w, d.lattice.dx, dt);
-    const int lane = int(threadIdx.x & 31), node = least(lane, 26), along_z = node % 3;
+    const int lane = int(threadIdx.x & 31), node = min(lane, 26), along_z = node % 3;
     for (int c = 0; c < cells; ++c) {
         float4 sum{0, 0, 0, 0};
         for (int k = w.cells[c]; k < w.cells[c + 1]; ++k)
@@ -187,7 +187,7 @@ void Scatters::time(const std::string& what, const std::function<void()>& run, d
 {
     Row row{question, what + of, "particle"};
     row.count = clay.count();
-    row.most = adds > 0 ? bench.limits.adds / adds : bench.by_copy(bytes_of_particle);
+    row.max = adds > 0 ? bench.limits.adds / adds : bench.by_copy(bytes_of_particle);
     row.limit = adds > 0 ? "atomics" : "copy";
     bench.add(
         row, [&] { clay.clear(); }, run, [&] { return right(); });
@@ -197,12 +197,12 @@ void Scatters::time(const std::string& what, const std::function<void()>& run, d
 bool Scatters::right()
 {
     const std::vector<float4> nodes = clay.nodes();
-    double mass = 0, most_mass = 0, most_momentum = 0;
+    double mass = 0, max_mass = 0, max_momentum = 0;
     for (const float4& n : nodes) {
         mass += double(n.w);
-        most_mass = std::max(most_mass, double(n.w));
-        most_momentum = std::max({most_momentum, std::fabs(double(n.x)), std::fabs(double(n.y)),
-                                  std::fabs(double(n.z))});
+        max_mass = std::max(max_mass, double(n.w));
+        max_momentum = std::max(
+            {max_momentum, std::fabs(double(n.x)), std::fabs(double(n.y)), std::fabs(double(n.z))});
     }
     if (first.empty()) first = nodes;
     double off = 0;
@@ -211,8 +211,8 @@ bool Scatters::right()
         const auto apart = [&](float p, float q, double scale) {
             off = std::max(off, std::fabs(double(p) - double(q)) / scale);
         };
-        apart(a.x, b.x, most_momentum), apart(a.y, b.y, most_momentum);
-        apart(a.z, b.z, most_momentum), apart(a.w, b.w, most_mass);
+        apart(a.x, b.x, max_momentum), apart(a.y, b.y, max_momentum);
+        apart(a.z, b.z, max_momentum), apart(a.w, b.w, max_mass);
     }
     return std::fabs(mass / clay.mass() - 1) < 1e-5 && off < 1e-5;
 }
@@ -229,7 +229,7 @@ void Scatters::shipped()
 {
     time(
         "as shipped: p2g, blocks listed, too",
-        [&] { gpu::p2g(clay.views(), clay.needs(), 0, bench.stream); }, 0);
+        [&] { gpu::p2g(clay.views(), clay.features(), 0, bench.stream); }, 0);
 }
 
 void Scatters::all()

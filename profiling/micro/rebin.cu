@@ -45,7 +45,7 @@ void measure_sort(Bench& bench, int nodes, bool stably)
         stably ? "radix sort by cell, for equal bits, " : "counting sort by cell, as shipped, ";
     Row row{"rebin", what + std::to_string(nodes) + "^3", "particle"};
     row.count = clay.count();
-    row.most = bench.by_copy(2 * 100), row.limit = "copy";
+    row.max = bench.by_copy(2 * 100), row.limit = "copy";
     int turns = 0, side = 0;  // which is current
     bench.add(
         row,
@@ -56,8 +56,8 @@ void measure_sort(Bench& bench, int nodes, bool stably)
                    d.particles[side].rows, nullptr, 1, clay.count(), by);
         },
         [&] {
-            gpu::order(d, clay.needs(), clay.store().sort_space(), side, bench.stream);
-            gpu::arrange(d, clay.needs(), bench.stream);
+            gpu::sort_particles(d, clay.features(), clay.store().sort_space(), side, bench.stream);
+            gpu::arrange(d, clay.features(), bench.stream);
         },
         [&] {
             return in_order(d, clay.store().clock().side,
@@ -91,26 +91,26 @@ class Binned {
         Row row{"rebin", std::string("only movers between bins, ") + name + " move, " + size,
                 "particle"};
         row.count = double(setup.particles.size());
-        row.most = bench.by_copy(16 + share * 4 * 100), row.limit = "copy";
+        row.max = bench.by_copy(16 + share * 4 * 100), row.limit = "copy";
         const float by = float(4 * share) * d.lattice.dx;
         int turns = 0;
-        double most_left = 0;
+        double max_left = 0;
         bench.add(
             row,
             [&] {
-                if (turns) most_left = std::max(most_left, double(counters.downloaded()[0]));
+                if (turns) max_left = std::max(max_left, double(counters.downloaded()[0]));
                 const int slots = d.particles.count;
                 launch("shift", shift_kernel, blocks_for(slots, threads), threads, bench.stream,
                        d.particles.rows, d.counts, bin_room, slots, turns++ % 2 ? -by : by);
             },
             [&] { rebin(d, bench.stream); },
             [&] {
-                most_left = std::max(most_left, double(counters.downloaded()[0]));
-                return most_left > 0.5 * share * row.count && most_left < 2 * share * row.count &&
+                max_left = std::max(max_left, double(counters.downloaded()[0]));
+                return max_left > 0.5 * share * row.count && max_left < 2 * share * row.count &&
                        in_bins();
             });
         char note[64];
-        std::snprintf(note, sizeof note, "%.2f %% moved", 100 * most_left / row.count);
+        std::snprintf(note, sizeof note, "%.2f %% moved", 100 * max_left / row.count);
         bench.rows.back().note = note;
         if (turns % 2) {  // back to where they were
             const int slots = d.particles.count;

@@ -55,7 +55,7 @@ __device__ bool yield_by_svd(Mat3<float>& F, const Material<float>& m, float& k,
     const Singular f = singular(F);
     const Vec3<float> eps{logf(f.s.x), logf(f.s.y), logf(f.s.z)};
     const float trial = deviatoric(principal_stress(m, k, eps));
-    const Return<float> r = flowed(m, trial, m.mu, k, dt);
+    const Return<float> r = return_magnitude(m, trial, m.mu, k, dt);
     if (r.slip == 0) return false;
     const float mean = (eps.x + eps.y + eps.z) / 3, t = r.stress / trial;
     const auto kept = [&](float e) { return expf(mean + t * (e - mean)); };
@@ -89,7 +89,7 @@ __global__ void __launch_bounds__(threads) map_kernel(float4* strains, float2* r
             F = F + L * F;
             yielded += yield_by_svd(F, m, q.k, 1);
         } else {
-            q.e = strained(q.e, L, 1.0f);
+            q.e = advance_b(q.e, L, 1.0f);
             if constexpr (map != Map::elastic) yielded += yield(q, m, 1.0f);
         }
     }
@@ -134,7 +134,7 @@ bool as_on_cpu(const Result& found, Elasticity elasticity, bool plastic)
         const Mat3<float> L = stretch_of(i);
         Particle<double> q{};
         for (int step = 0; step < steps; ++step) {
-            q.e = strained(q.e, {cast<double>(L.a), cast<double>(L.b), cast<double>(L.c)}, 1.0);
+            q.e = advance_b(q.e, {cast<double>(L.a), cast<double>(L.b), cast<double>(L.c)}, 1.0);
             if (plastic) yield(q, m, 1.0);
         }
         const float4& e = found.strains[i];
@@ -147,7 +147,7 @@ bool as_on_cpu(const Result& found, Elasticity elasticity, bool plastic)
 }
 
 // Most steps must yield, or the map is not what is timed.
-bool flows(const Result& found)
+bool plasticity(const Result& found)
 {
     double all = 0;
     for (const float2& r : found.rest) all += double(r.y);
@@ -161,13 +161,14 @@ void measure_return(Bench& bench)
     time_map<Map::elastic>(bench, "strain alone: elastic",
                            [](const Result& r) { return as_on_cpu(r, Elasticity::hencky, false); });
     time_map<Map::neo_hookean>(
-        bench, "von Mises, neo-Hookean: no eigenvalues",
-        [](const Result& r) { return flows(r) && as_on_cpu(r, Elasticity::neo_hookean, true); });
+        bench, "von Mises, neo-Hookean: no eigenvalues", [](const Result& r) {
+            return plasticity(r) && as_on_cpu(r, Elasticity::neo_hookean, true);
+        });
     time_map<Map::eigen>(bench, "von Mises, Hencky: eigenvalues of b", [](const Result& r) {
-        return flows(r) && as_on_cpu(r, Elasticity::hencky, true);
+        return plasticity(r) && as_on_cpu(r, Elasticity::hencky, true);
     });
     time_map<Map::svd>(bench, "von Mises, Hencky: singular values of F", [&](const Result& r) {
-        return flows(r) && as_on_cpu(r, Elasticity::hencky, true);
+        return plasticity(r) && as_on_cpu(r, Elasticity::hencky, true);
     });
 }
 

@@ -52,7 +52,7 @@ void time_form(Bench& bench, const char* type, void (*kernel)(Number*, int, int,
     row.count = double(blocks) * threads * turns;
     // A bank serves one word a cycle.
     const double words = double(sizeof(Number)) / 4;
-    row.most = 32.0 / words * bench.limits.multiprocessors * bench.limits.clock;
+    row.max = 32.0 / words * bench.limits.multiprocessors * bench.limits.clock;
     row.limit = "banks";
     bench.add(
         row, [] {},
@@ -77,7 +77,7 @@ void measure_shared(Bench& bench)
         time_form(bench, "64-bit integer atomic", atomic_kernel<unsigned long long>, agree);
     time_form(bench, "float4 read, added, written: no atomic", plain_kernel, 0);
     Row& row = bench.rows.back();
-    row.most /= 8;  // four words there and back
+    row.max /= 8;  // four words there and back
 }
 
 }  // namespace knead::micro

@@ -28,7 +28,7 @@ Figures figures(const Row& r, const Limits& l, const Instructions& counted)
     f.billions = 1e-9 * r.count / r.seconds;
     f.cycles = r.seconds * l.clock * l.multiprocessors / r.count;
     f.issue_share = instructions / r.seconds / l.issue();
-    f.share = r.most > 0 ? r.count / r.seconds / r.most : f.issue_share;
+    f.share = r.max > 0 ? r.count / r.seconds / r.max : f.issue_share;
     return f;
 }
 

@@ -22,7 +22,7 @@ struct Row {
     std::string unit;    // what is counted
     double count = 0;    // of these in one run
     double seconds = 0;  // a run, median; 0 where runs are only counted
-    double most = 0;     // of these per second by the limit that matters; 0: by issue alone
+    double max = 0;      // of these per second by the limit that matters; 0: by issue alone
     std::string limit;   // its name
     bool right = false;  // the result was what it must be
     std::string note;    // "", or a figure that belongs to the form

@@ -98,7 +98,7 @@ __global__ void __launch_bounds__(threads)
     if (i >= particles.count) return;
     const Particle<float> q = particles.load(i);
     Material<float> m = d.materials[q.object];
-    m.elasticity = Elasticity::neo_hookean, m.flow = Flow::none;
+    m.elasticity = Elasticity::neo_hookean, m.plasticity = Plasticity::none;
     const float dx = d.lattice.dx;
     const Stencil<float> s = stencil(q.x, dx);
     float4 all{0, 0, 0, 0}, plane{0, 0, 0, 0};
@@ -157,7 +157,7 @@ class Transfers {
         must_not_spill(what.c_str(), kernel);
         Row row{"transfer", what + ", " + size, "particle"};
         row.count = clay.count();
-        row.most = bench.by_copy(bytes), row.limit = "copy";
+        row.max = bench.by_copy(bytes), row.limit = "copy";
         bench.add(
             row, [] {},
             [&] {

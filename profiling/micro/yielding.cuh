@@ -14,7 +14,7 @@ HD Material<float> weak_clay(Elasticity elasticity)
 {
     Material<float> m{};
     m.elasticity = elasticity;
-    m.flow = Flow::von_mises;
+    m.plasticity = Plasticity::von_mises;
     m.density = 1000, m.mass = 1, m.volume = 1e-3f;
     m.mu = 3.8e5f, m.lambda = 5.8e5f, m.bulk = 1e6f, m.exponent = 1;
     m.yield = 1e4f, m.yield_floor = 1e2f;

@@ -93,7 +93,7 @@ __global__ void on_grid(World w, Colliders<float> tools, Mask all)
     const Node<float> node =
         update(Node<float>{{sum.x, sum.y, sum.z}, sum.w}, {i % nx, i / nx % ny, i / (nx * ny)},
                w.lattice, w.walls, w.gravity, w.dt, clipped,
-               [&](Vec3<float> x, Vec3<float> v) { return held(tools, all, x, v); });
+               [&](Vec3<float> x, Vec3<float> v) { return apply_tools(tools, all, x, v); });
     w.nodes[i] = {node.p.x, node.p.y, node.p.z, node.m};
 }
 
@@ -107,7 +107,7 @@ __global__ void to_particles(World w, Cloud cloud, Colliders<float> tools, Mask 
         const float4 node = w.nodes[w.index(s.base + step)];
         return Vec3<float>{node.x, node.y, node.z};
     });
-    q.e = strained(q.e, q.C, w.dt);
+    q.e = advance_b(q.e, q.C, w.dt);
     q.x = q.x + w.dt * q.v;
     project(q, tools, all, 1);
     confine(q, w.lattice, w.walls);
@@ -133,7 +133,7 @@ Cones cones_of(const Json& scene, float dt, int substeps)
 {
     Cones c;
     for (const Json& t : scene.at("touch"))
-        c.tools.push_back({t.at("sticky").get<bool>() ? Touch::sticky : Touch::separate,
+        c.tools.push_back({t.at("sticky").get<bool>() ? ContactMode::sticky : ContactMode::separate,
                            t.at("friction").get<float>(), false, true});
     for (const Json& pair : scene.at("cones")) {
         const int a = pair.at(0).get<int>(), b = pair.at(1).get<int>();
@@ -165,7 +165,7 @@ Cones cones_of(const Json& scene, float dt, int substeps)
 Material<float> clay_of(const Json& scene)
 {
     Material<float> m{};
-    m.elasticity = Elasticity::neo_hookean, m.flow = Flow::von_mises;
+    m.elasticity = Elasticity::neo_hookean, m.plasticity = Plasticity::von_mises;
     m.mu = scene.at("mu").get<float>(), m.lambda = scene.at("lambda").get<float>();
     m.yield = scene.at("yield").get<float>(), m.yield_floor = m.yield;
     m.mass = scene.at("mass").get<float>(), m.volume = scene.at("volume").get<float>();
@@ -206,7 +206,7 @@ class Simulation {
           tools(cones.tools)
     {
         world.lattice = {{n, n, n}, scene.at("dx").get<float>()};
-        world.walls = {scene.at("margin").get<int>(), Touch::separate,
+        world.walls = {scene.at("margin").get<int>(), ContactMode::separate,
                        scene.at("wall_friction").get<float>()};
         world.gravity = vector(scene.at("gravity"));
         world.clay = clay_of(scene);

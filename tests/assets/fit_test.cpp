@@ -26,7 +26,7 @@ std::vector<SkinPoint> around_the_cone()
     for (int i = 0; i < 4000; ++i) {
         const double z = 0.02 - 0.1 * std::fmod(0.618034 * i, 1.0), turn = 0.37 * i;
         const Vec3<double> p{0.04 * std::cos(turn), 0.04 * std::sin(turn), z};
-        const auto f = foot(s, p);
+        const auto f = closest_point(s, p);
         points.push_back({p - f.phi * f.n, {}});
     }
     return points;
@@ -53,7 +53,7 @@ TEST(Fit, PutsTogetherWhatViewsInSeveralPosesShow)
     const Carry carry{{rotate(q, Vec3<double>{1, 0, 0}), rotate(q, Vec3<double>{0, 1, 0}),
                        rotate(q, Vec3<double>{0, 0, 1})},
                       {0.02, -0.03, 0.05}};
-    View one, other{{}, {carry, carry}};
+    FitView one, other{{}, {carry, carry}};
     for (const SkinPoint& point : around_the_cone()) {
         if (point.p.y > 0)
             one.points.push_back(point);
@@ -77,10 +77,10 @@ TEST(Fit, CountsOutliersByMoreThanSquaresWhereAsked)
         Spheres fitted = cone_seeds;
         refine(fitted, cone_seeds, one_cone, {{points, {}}}, {1e-6, outlier});
         const auto all = shapes(fitted, one_cone);
-        double most = 0;
+        double max = 0;
         for (const SkinPoint& point : points)
-            most = std::max(most, std::abs(nearest(all, point.p).foot.phi));
-        return most;
+            max = std::max(max, std::abs(nearest(all, point.p).closest_point.phi));
+        return max;
     };
     EXPECT_GT(worst(0), 5.5e-3);
     EXPECT_LT(worst(1e-3), 4e-3);  // at best half the ridge

@@ -115,7 +115,7 @@ TEST_F(BenchFolder, ASuiteThatFailsLeavesTheOthersTheirResults)
 {
     BenchOptions o = quick();
     o.suites = {"stages", "scale"};
-    o.most_memory = 25;  // too little for the squeeze, enough for the first ball of "scale"
+    o.max_memory = 25;  // too little for the squeeze, enough for the first ball of "scale"
     const int result = code(o);
     EXPECT_EQ(result, exit_resource);
     const Json all = Json::parse(text("bench.json"));
@@ -135,7 +135,7 @@ TEST_F(BenchFolder, HandsTouchWhereTheirShapesReachIntoTheClay)
     const std::unique_ptr<Solver> solver = cpu_solver(scene.setup);
     long before = 0, after = 0;
     drive(scene, *solver, &hands, std::max(0, touch - 2), [&](const DrivenFrame& f) {
-        (f.index < 1 ? before : after) += f.tally.projected;
+        (f.index < 1 ? before : after) += f.stats.projected;
         return f.index < 3;
     });
     EXPECT_GT(after, 0);
@@ -153,8 +153,8 @@ TEST_F(BenchFolder, HandsTouchWhereTheirShapesReachIntoTheClay)
 
 TEST(Benchmark, LeastBytesAreTheStateInAndOutAndTheNodesOnce)
 {
-    EXPECT_EQ(least_bytes(1000, 0), 2 * 96);
-    EXPECT_EQ(least_bytes(512, 1), 2 * 96 + 2 * 64 * 16 / 512.0);
+    EXPECT_EQ(min_bytes(1000, 0), 2 * 96);
+    EXPECT_EQ(min_bytes(512, 1), 2 * 96 + 2 * 64 * 16 / 512.0);
 }
 
 TEST(Benchmark, WhatIsCountedIsSharedAmongTheParticlesAndSetAgainstTheDevicesRates)
@@ -202,8 +202,8 @@ TEST(Benchmark, WhatIsCountedIsInTheTable)
 
 TEST(Benchmark, ATargetIsMetInItsOwnDirection)
 {
-    const auto is = [](bool least, double measured) {
-        return met({"", "", least ? 8.0 : 20.0, least ? 12.0 : 10.0, least, measured, ""});
+    const auto is = [](bool min, double measured) {
+        return met({"", "", min ? 8.0 : 20.0, min ? 12.0 : 10.0, min, measured, ""});
     };
     EXPECT_EQ(is(false, 9), Met::aim);
     EXPECT_EQ(is(false, 10), Met::aim);
@@ -219,12 +219,12 @@ TEST(Benchmark, ATargetIsMetInItsOwnDirection)
 TEST(Benchmark, APeersLastLineWithATimeIsRead)
 {
     PeerRow row;
-    Places places{};
+    ProbePlaces places{};
     const std::string good =
         R"({"substep_us": 12.5, "centre": [1, 2, 3], "extent": [0.1, 0.2, 0.3]})";
     ASSERT_TRUE(understood("[Taichi] version\n{}\n" + good + "\nbye\n", row, places));
     EXPECT_DOUBLE_EQ(row.substep, 12.5e-6);
-    EXPECT_EQ(places, (Places{1, 2, 3, 0.1, 0.2, 0.3}));
+    EXPECT_EQ(places, (ProbePlaces{1, 2, 3, 0.1, 0.2, 0.3}));
     for (const char* bad :
          {"", "\n\n", "nothing", "[1, 2]", "{\"substep_us\": \"fast\"}", "{\"substep_us\": 0}",
           R"({"substep_us": 1, "centre": [1, 2], "extent": [1, 1, 1]})",

@@ -1,4 +1,5 @@
-// Contact: the laws of touch, which primitives a block must look at, and that nothing stays inside.
+// Contact: the laws of contact, which primitives a block must look at, and that nothing stays
+// inside.
 #include "cuda/contact/contact.h"
 
 #include <cmath>
@@ -16,7 +17,7 @@ class ContactTest : public ::testing::Test {
 };
 TYPED_TEST_SUITE(ContactTest, Scalars);
 
-constexpr Touch touches[] = {Touch::sticky, Touch::slip, Touch::separate};
+constexpr ContactMode touches[] = {ContactMode::sticky, ContactMode::slip, ContactMode::separate};
 
 // Tools that own their memory.
 template <class R>
@@ -88,8 +89,8 @@ TYPED_TEST(ContactTest, StickyHoldsWhatApproachesAndLetsGoOfWhatLeaves)
     using R = TypeParam;
     const Vec3<R> n{0, 1, 0}, u{1, 2, 3};
     const Vec3<R> in{5, 1, 5}, out{5, 3, 5};
-    EXPECT_EQ(length(touched(in, n, u, Touch::sticky, R(0.5)) - u), 0);
-    EXPECT_EQ(length(touched(out, n, u, Touch::sticky, R(0.5)) - out), 0);
+    EXPECT_EQ(length(apply_contact(in, n, u, ContactMode::sticky, R(0.5)) - u), 0);
+    EXPECT_EQ(length(apply_contact(out, n, u, ContactMode::sticky, R(0.5)) - out), 0);
 }
 
 TYPED_TEST(ContactTest, SlipTakesTheNormalPartOnlyEitherWay)
@@ -99,7 +100,7 @@ TYPED_TEST(ContactTest, SlipTakesTheNormalPartOnlyEitherWay)
     for (int round = 0; round < 1000; ++round) {
         const Vec3<R> n = cast<R>(draw.direction()), u = cast<R>(draw.vector()),
                       v = cast<R>(draw.vector());
-        const Vec3<R> left = touched(v, n, u, Touch::slip, R(0.7));
+        const Vec3<R> left = apply_contact(v, n, u, ContactMode::slip, R(0.7));
         EXPECT_NEAR(double(dot(left - u, n)), 0, either<R>(1e-6, 1e-15));
         EXPECT_NEAR(double(length(cross(left - v, n))), 0, either<R>(1e-6, 1e-15));
     }
@@ -115,8 +116,8 @@ TYPED_TEST(ContactTest, CoulombFrictionSticksBelowItsThresholdAndSlowsAboveIt)
         const Vec3<double> along = orthogonal(n);
         const double vn = draw.in(-1, 1), vt = draw.in(0, 1), friction = draw.in(0, 2);
         const Vec3<double> v = u + vn * n + vt * along;
-        const Vec3<double> found =
-            cast<double>(touched(cast<R>(v), cast<R>(n), cast<R>(u), Touch::separate, R(friction)));
+        const Vec3<double> found = cast<double>(
+            apply_contact(cast<R>(v), cast<R>(n), cast<R>(u), ContactMode::separate, R(friction)));
         Vec3<double> expected = v;
         if (vn < 0) {
             const double kept = vt + friction * vn;
@@ -137,7 +138,7 @@ TYPED_TEST(ContactTest, EdgesOfTheFrictionLaw)
     using R = TypeParam;
     const Vec3<R> n{0, 0, 1}, u{};
     const auto law = [&](Vec3<R> v, R friction) {
-        return touched(v, n, u, Touch::separate, friction);
+        return apply_contact(v, n, u, ContactMode::separate, friction);
     };
     EXPECT_EQ(length(law({0, 0, -1}, R(0))), 0);  // straight in, no friction: no 0 / 0
     EXPECT_EQ(length(law({0, 0, -1}, R(0.5))), 0);
@@ -152,10 +153,10 @@ TYPED_TEST(ContactTest, TouchNeverAddsEnergyInTheToolsFrameNorLeavesAnythingGoin
     using R = TypeParam;
     Draw draw(3);
     for (int round = 0; round < 20000; ++round) {
-        const Touch touch = touches[round % 3];
+        const ContactMode mode = touches[round % 3];
         const Vec3<R> n = cast<R>(draw.direction()), u = cast<R>(draw.power(-3, 1) * draw.vector()),
                       v = cast<R>(draw.power(-3, 1) * draw.vector());
-        const Vec3<R> left = touched(v, n, u, touch, R(draw.power(-2, 1)));
+        const Vec3<R> left = apply_contact(v, n, u, mode, R(draw.power(-2, 1)));
         const double slack = either<R>(1e-6, 1e-15) * double(length(u) + length(v));
         EXPECT_LE(double(length(left - u)), double(length(v - u)) + slack);
         EXPECT_GE(double(dot(left - u, n)), -slack);
@@ -167,15 +168,15 @@ TYPED_TEST(ContactTest, TouchIsTheSameInEveryMovingAndTurnedFrame)
     using R = TypeParam;
     Draw draw(4);
     for (int round = 0; round < 5000; ++round) {
-        const Touch touch = touches[round % 3];
+        const ContactMode mode = touches[round % 3];
         const Vec3<double> n = draw.direction(), u = draw.vector(), v = draw.vector(),
                            w = draw.vector();
         const Mat3<double> Q = draw.rotation();
         const R friction = R(draw.in(0, 1));
         if (std::abs(dot(v - u, n)) < 1e-4) continue;  // whether it approaches is then rounding
         const auto law = [&](Vec3<double> velocity, Vec3<double> normal, Vec3<double> surface) {
-            return cast<double>(
-                touched(cast<R>(velocity), cast<R>(normal), cast<R>(surface), touch, friction));
+            return cast<double>(apply_contact(cast<R>(velocity), cast<R>(normal), cast<R>(surface),
+                                              mode, friction));
         };
         const Vec3<double> expected = Q * law(v, n, u) + w;
         EXPECT_LT(length(law(Q * v + w, Q * n, Q * u + w) - expected), either<R>(3e-6, 1e-14));
@@ -188,7 +189,7 @@ TEST(ContactInDouble, TheSurfaceMovesAsTheDistanceChanges)
     const double h = 1e-6;
     for (int round = 0; round < 2000; ++round) {
         Rig<double> rig;
-        rig.tools.push_back({Touch::separate, 0, false, true});
+        rig.tools.push_back({ContactMode::separate, 0, false, true});
         const auto one = [&] {
             return sphere<double>(draw.vector(), draw.in(0.1, 0.4), draw.vector(), {},
                                   draw.in(-1, 1));
@@ -217,7 +218,7 @@ TYPED_TEST(ContactTest, ATwistingCapsuleDragsItsSurfaceAround)
 {
     using R = TypeParam;
     Rig<R> rig;
-    rig.tools.push_back({Touch::separate, R(0.5), false, true});
+    rig.tools.push_back({ContactMode::separate, R(0.5), false, true});
     const Vec3<double> spin{5, 0, 0};
     const Sphere<R> a = sphere<R>({0, 0, 0}, 0.1, {}, spin),
                     b = sphere<R>({1, 0, 0}, 0.1, {}, spin);
@@ -225,8 +226,8 @@ TYPED_TEST(ContactTest, ATwistingCapsuleDragsItsSurfaceAround)
     const Contact<R> hit = nearest(rig.colliders(), rig.all(), {R(0.5), R(0.08), 0});
     EXPECT_NEAR(double(hit.v.z), 5 * 0.1, 1e-6);
     const Vec3<R> still{0, R(-0.1), 0};  // pressed on, it is carried along with friction only
-    EXPECT_GT(touched(still, hit.n, hit.v, Touch::separate, R(0.5)).z, R(0.04));
-    EXPECT_EQ(touched(still, hit.n, hit.v, Touch::separate, R(0)).z, 0);
+    EXPECT_GT(apply_contact(still, hit.n, hit.v, ContactMode::separate, R(0.5)).z, R(0.04));
+    EXPECT_EQ(apply_contact(still, hit.n, hit.v, ContactMode::separate, R(0)).z, 0);
 }
 
 TYPED_TEST(ContactTest, MaskedContactEqualsBruteForceToTheBit)
@@ -248,7 +249,7 @@ TYPED_TEST(ContactTest, MaskedContactEqualsBruteForceToTheBit)
                     corner + edge * cast<R>(0.5 * (draw.vector() + Vec3<double>{1, 1, 1}));
                 const Contact<R> expected = nearest(c, all, p), found = nearest(c, mask, p);
                 const Vec3<R> v = cast<R>(draw.vector());
-                EXPECT_EQ(length(held(c, all, p, v) - held(c, mask, p, v)), 0);
+                EXPECT_EQ(length(apply_tools(c, all, p, v) - apply_tools(c, mask, p, v)), 0);
                 if (expected.phi > band) continue;
                 ++compared;
                 EXPECT_EQ(expected.phi, found.phi);
@@ -267,7 +268,7 @@ TYPED_TEST(ContactTest, CandidatesAreVisitedInOrderAndOnce)
     for (int round = 0; round < 200; ++round) {
         Mask mask{};
         std::vector<int> expected, found;
-        for (int i = 0; i < most_primitives; ++i)
+        for (int i = 0; i < max_primitives; ++i)
             if (draw.below(5) == 0) mask.bits[i / 32] |= 1u << i % 32, expected.push_back(i);
         for_each_candidate(mask, [&](int i) { found.push_back(i); });
         EXPECT_EQ(expected, found);
@@ -281,8 +282,8 @@ TYPED_TEST(ContactTest, FarFromEveryToolNothingHappens)
     const Rig<R> rig = random_rig<R>(draw, 10);
     const Vec3<R> v{1, 2, 3}, far{9, 9, 9};
     EXPECT_EQ(nearest(rig.colliders(), Mask{}, far).tool, -1);
-    EXPECT_EQ(length(held(rig.colliders(), Mask{}, far, v) - v), 0);
-    EXPECT_EQ(length(held(rig.colliders(), rig.all(), far, v) - v), 0);
+    EXPECT_EQ(length(apply_tools(rig.colliders(), Mask{}, far, v) - v), 0);
+    EXPECT_EQ(length(apply_tools(rig.colliders(), rig.all(), far, v) - v), 0);
     Particle<R> q{};
     q.x = far, q.v = v, q.C = cast<R>(draw.matrix());
     const Particle<R> before = q;
@@ -330,20 +331,21 @@ TYPED_TEST(ContactTest, APlaneIsWhereItIsForNodesAndParticlesAlikeAtEveryFractio
 {
     using R = TypeParam;
     const Lattice<R> lattice{{16, 16, 16}, R(1) / 16};
-    const Walls<R> walls{2, Touch::slip, 0};
+    const Walls<R> walls{2, ContactMode::slip, 0};
     for (int tenth = 0; tenth < 20; ++tenth) {
         const double height = (5 + (tenth + 0.5) / 20) / 16;
         Rig<R> rig;  // the upper face of a slab far wider than the box
-        rig.tools.push_back({Touch::separate, 0, false, true});
+        rig.tools.push_back({ContactMode::separate, 0, false, true});
         rig.add(3, sphere<R>({-9, height - 2, -9}, 2), sphere<R>({20, height - 2, -9}, 2),
                 sphere<R>({0, height - 2, 20}, 2));
         for (int j = 3; j < 13; ++j) {
             const Int3 n{8, j, 8};
             bool clipped;
             const Node<R> node{{0, R(-0.01), 0}, R(0.01)};
-            const Node<R> after = update(
-                node, n, lattice, walls, {0, 0, 0}, R(1e-3), clipped,
-                [&](Vec3<R> x, Vec3<R> v) { return held(rig.colliders(), rig.all(), x, v); });
+            const Node<R> after = update(node, n, lattice, walls, {0, 0, 0}, R(1e-3), clipped,
+                                         [&](Vec3<R> x, Vec3<R> v) {
+                                             return apply_tools(rig.colliders(), rig.all(), x, v);
+                                         });
             EXPECT_NEAR(double(after.p.y), j / 16.0 < height ? 0 : -1, either<R>(1e-6, 1e-14)) << j;
         }
         Particle<R> q{};

@@ -20,10 +20,10 @@ Setup block(bool blade, int cells = 10)
 {
     Setup s;
     s.lattice = {{nodes, nodes, nodes}, dx};
-    s.walls = {3, Touch::separate, 0.4};
+    s.walls = {3, ContactMode::separate, 0.4};
     s.gravity = {0, -9.81, 0};
     Material<double> m{};
-    m.elasticity = Elasticity::neo_hookean, m.flow = Flow::von_mises;
+    m.elasticity = Elasticity::neo_hookean, m.plasticity = Plasticity::von_mises;
     m.density = 1000, m.mu = 8e4, m.lambda = 1.2e5, m.yield = 8e3;
     m.volume = dx * dx * dx / 8, m.mass = m.volume * m.density;
     s.materials = {m};
@@ -43,7 +43,7 @@ Setup block(bool blade, int cells = 10)
         s.rig.spheres.push_back(b);
     }
     s.rig.primitives = {{3, {0, 1, 2}, 0}};
-    s.tools = {{Touch::separate, 0.1, blade, true}};
+    s.tools = {{ContactMode::separate, 0.1, blade, true}};
     return s;
 }
 
@@ -114,7 +114,7 @@ TEST(Cut, PiecesPulledApartMoveFreely)
     after.particles = solver->particles();
     double left = 0, right = 0;
     for (auto& p : after.particles) p.v = {p.x.x < 0.5 ? -0.5 : 0.5, 0, 0}, p.C = {};
-    after.rig = {}, after.tools = {{Touch::separate, 0, true, true}};
+    after.rig = {}, after.tools = {{ContactMode::separate, 0, true, true}};
     solver = cpu_solver(after);
     Motion still;
     still.from.assign(2 * joint_count, {{1, 0, 0, 0}, {0, 0, 0}}), still.to = still.from;

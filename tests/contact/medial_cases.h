@@ -51,7 +51,7 @@ inline double at(const Case& k, double l1, double l2)
 
 // Least value of a convex function on [0, 1] by golden section.
 template <class F>
-double least_of(F&& f)
+double min_of(F&& f)
 {
     constexpr double ratio = 0.6180339887498949;
     double low = 0, high = 1, x = 1 - ratio, y = ratio, fx = f(x), fy = f(y);
@@ -69,18 +69,18 @@ inline double brute(const Case& k, int count)
 {
     double best = at(k, 0, 0);
     if (count > 1)
-        best = std::min({best, at(k, 1, 0), least_of([&](double t) { return at(k, t, 0); })});
+        best = std::min({best, at(k, 1, 0), min_of([&](double t) { return at(k, t, 0); })});
     if (count < 3) return best;
     best = std::min(best, at(k, 0, 1));
-    return std::min(best, least_of([&](double u) {
-                        return least_of([&](double w) { return at(k, u * (1 - w), u * w); });
+    return std::min(best, min_of([&](double u) {
+                        return min_of([&](double w) { return at(k, u * (1 - w), u * w); });
                     }));
 }
 
 // How far the point is from the sheet of the centres: there the distance has a crease, and the
 // normal jumps from one side to the other.
 template <class R>
-double above_sheet(const Case& k, const Foot<R>& f)
+double above_sheet(const Case& k, const ClosestPoint<R>& f)
 {
     return double(f.phi) + double(f.l0) * k.r[0] + double(f.l1) * k.r[1] + double(f.l2) * k.r[2];
 }
@@ -103,8 +103,8 @@ inline Case generic(Draw& d)
 inline void taper(Case& k, Vec3<double> g)
 {
     for (std::size_t i = 0; i < 3; ++i) k.r[i] = 1.5 + dot(g, k.c[i] - k.c[0]);
-    const double least_radius = std::min({k.r[0], k.r[1], k.r[2]});
-    for (double& r : k.r) r += 0.05 - least_radius;
+    const double min_radius = std::min({k.r[0], k.r[1], k.r[2]});
+    for (double& r : k.r) r += 0.05 - min_radius;
 }
 
 inline Vec3<double> on_sheet(const Case& k, Draw& d)

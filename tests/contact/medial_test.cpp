@@ -24,7 +24,7 @@ TYPED_TEST(MedialTest, SlabDistanceAgreesWithBruteForceInEveryDegenerateFamily)
         double worst = 0;
         for (int round = 0; round < 250; ++round) {
             const Case k = f.draw(draw), seen = rounded<R>(k);
-            const Foot<R> found = foot(shape_of<R>(k), cast<R>(k.p));
+            const ClosestPoint<R> found = closest_point(shape_of<R>(k), cast<R>(k.p));
             worst = std::max(worst, std::abs(double(found.phi) - brute(seen, 3)));
         }
         EXPECT_LT(worst, either<R>(1e-5, 1e-12)) << f.name;
@@ -41,7 +41,7 @@ TYPED_TEST(MedialTest, ConeDistanceAgreesWithBruteForce)
         if (round % 10 == 0) k.c[1] = k.c[0];
         if (round % 7 == 0) k.r[1] = k.r[0] + (1 - draw.power(-13, 0)) * length(k.c[1] - k.c[0]);
         if (round % 11 == 0) k.p = k.c[0] + draw.in(-1, 2) * (k.c[1] - k.c[0]);
-        const Foot<R> found = foot(shape_of<R>(k, 2), cast<R>(k.p));
+        const ClosestPoint<R> found = closest_point(shape_of<R>(k, 2), cast<R>(k.p));
         worst = std::max(worst, std::abs(double(found.phi) - brute(rounded<R>(k), 2)));
         EXPECT_EQ(found.l2, 0);
     }
@@ -55,9 +55,9 @@ TYPED_TEST(MedialTest, BallDistanceIsExactAndItsCentreHasANormal)
     for (int round = 0; round < 1000; ++round) {
         const Case k = rounded<R>(generic(draw));
         const Shape<R> ball = shape_of<R>(k, 1);
-        EXPECT_NEAR(double(foot(ball, cast<R>(k.p)).phi), length(k.p - k.c[0]) - k.r[0],
+        EXPECT_NEAR(double(closest_point(ball, cast<R>(k.p)).phi), length(k.p - k.c[0]) - k.r[0],
                     either<R>(1e-6, 1e-15));
-        const Foot<R> centre = foot(ball, cast<R>(k.c[0]));
+        const ClosestPoint<R> centre = closest_point(ball, cast<R>(k.c[0]));
         EXPECT_EQ(centre.phi, -R(k.r[0]));
         EXPECT_NEAR(double(length(centre.n)), 1, 1e-6);
     }
@@ -70,7 +70,7 @@ TYPED_TEST(MedialTest, WeightsSumToOneAndPlaceTheFootAtTheDistance)
         Draw draw(14);
         for (int round = 0; round < 400; ++round) {
             const Case k = f.draw(draw), seen = rounded<R>(k);
-            const Foot<R> found = foot(shape_of<R>(k), cast<R>(k.p));
+            const ClosestPoint<R> found = closest_point(shape_of<R>(k), cast<R>(k.p));
             EXPECT_NEAR(double(found.l0) + found.l1 + found.l2, 1, either<R>(1e-6, 1e-14))
                 << f.name;
             EXPECT_GE(std::min({found.l0, found.l1, found.l2}), R(-either<R>(1e-6, 1e-14)))
@@ -93,10 +93,11 @@ TYPED_TEST(MedialTest, TheNormalIsUnitAndLeadsToTheSurface)
             const Case k = f.draw(draw);
             const Shape<R> s = shape_of<R>(k);
             const Vec3<R> p = cast<R>(k.p);
-            const Foot<R> found = foot(s, p);
+            const ClosestPoint<R> found = closest_point(s, p);
             EXPECT_NEAR(double(length(found.n)), 1, either<R>(3e-6, 1e-12)) << f.name;
             if (above_sheet(k, found) < either<R>(0.01, 1e-5)) continue;
-            worst = std::max(worst, std::abs(double(foot(s, p - found.phi * found.n).phi)));
+            worst =
+                std::max(worst, std::abs(double(closest_point(s, p - found.phi * found.n).phi)));
         }
         EXPECT_LT(worst, either<R>(2e-5, 1e-11)) << f.name;
     }
@@ -111,9 +112,9 @@ TYPED_TEST(MedialTest, OnTheAxisOfAConeTheNormalLeadsToItsSurfaceToo)
         k.c[0] = {0, 0, 0}, k.c[1] = {draw.in(0.6, 1), 0, 0};
         k.p = draw.in(-0.3, 1.3) * k.c[1];
         const Shape<R> s = shape_of<R>(k, 2);
-        const Foot<R> found = foot(s, cast<R>(k.p));
+        const ClosestPoint<R> found = closest_point(s, cast<R>(k.p));
         EXPECT_NEAR(double(length(found.n)), 1, either<R>(1e-6, 1e-15));
-        EXPECT_NEAR(double(foot(s, cast<R>(k.p) - found.phi * found.n).phi), 0,
+        EXPECT_NEAR(double(closest_point(s, cast<R>(k.p) - found.phi * found.n).phi), 0,
                     either<R>(1e-6, 1e-15));
     }
 }
@@ -128,9 +129,10 @@ TYPED_TEST(MedialTest, TheNormalIsTheGradientByFiniteDifferences)
         for (int round = 0; round < 1000; ++round) {
             const Case k = rounded<R>(f.draw(draw));
             const Shape<double> s = shape_of<double>(k);
-            const Foot<R> found = foot(shape_of<R>(k), cast<R>(k.p));
+            const ClosestPoint<R> found = closest_point(shape_of<R>(k), cast<R>(k.p));
             const auto slope = [&](Vec3<double> e) {
-                return (foot(s, k.p + h * e).phi - foot(s, k.p - h * e).phi) / (2 * h);
+                return (closest_point(s, k.p + h * e).phi - closest_point(s, k.p - h * e).phi) /
+                       (2 * h);
             };
             const Vec3<double> gradient{slope({1, 0, 0}), slope({0, 1, 0}), slope({0, 0, 1})};
             if (above_sheet(k, found) < 0.02) continue;
@@ -143,14 +145,14 @@ TYPED_TEST(MedialTest, TheNormalIsTheGradientByFiniteDifferences)
 TYPED_TEST(MedialTest, TheOrderOfTheSpheresDoesNotMatter)
 {
     using R = TypeParam;
-    const std::array<int, 3> orders[] = {{0, 2, 1}, {1, 0, 2}, {1, 2, 0}, {2, 0, 1}, {2, 1, 0}};
+    const std::array<int, 3> input[] = {{0, 2, 1}, {1, 0, 2}, {1, 2, 0}, {2, 0, 1}, {2, 1, 0}};
     for (const Family& f : families()) {
         Draw draw(17);
         for (int round = 0; round < 300; ++round) {
             const Case k = f.draw(draw);
-            const Foot<R> expected = foot(shape_of<R>(k), cast<R>(k.p));
-            for (const std::array<int, 3>& order : orders)
-                EXPECT_NEAR(double(foot(shape_of<R>(k, 3, order), cast<R>(k.p)).phi),
+            const ClosestPoint<R> expected = closest_point(shape_of<R>(k), cast<R>(k.p));
+            for (const std::array<int, 3>& order : input)
+                EXPECT_NEAR(double(closest_point(shape_of<R>(k, 3, order), cast<R>(k.p)).phi),
                             double(expected.phi), either<R>(1e-5, 1e-12))
                     << f.name;
         }
@@ -164,11 +166,13 @@ TYPED_TEST(MedialTest, ASlabIsNowhereFartherThanItsEdgesNorAConeThanItsBalls)
         Draw draw(18);
         for (int round = 0; round < 500; ++round) {
             const Case k = f.draw(draw);
-            const R phi = foot(shape_of<R>(k), cast<R>(k.p)).phi, slack = R(either<R>(1e-5, 1e-12));
+            const R phi = closest_point(shape_of<R>(k), cast<R>(k.p)).phi,
+                    slack = R(either<R>(1e-5, 1e-12));
             for (const std::array<int, 3>& order : {std::array{0, 1, 2}, {1, 2, 0}, {2, 0, 1}}) {
-                const R edge = foot(shape_of<R>(k, 2, order), cast<R>(k.p)).phi;
+                const R edge = closest_point(shape_of<R>(k, 2, order), cast<R>(k.p)).phi;
                 EXPECT_LE(phi, edge + slack) << f.name;
-                EXPECT_LE(edge, foot(shape_of<R>(k, 1, order), cast<R>(k.p)).phi + slack) << f.name;
+                EXPECT_LE(edge, closest_point(shape_of<R>(k, 1, order), cast<R>(k.p)).phi + slack)
+                    << f.name;
             }
         }
     }
@@ -181,8 +185,8 @@ TYPED_TEST(MedialTest, ASlabWithTwoEqualSpheresIsTheCone)
     for (int round = 0; round < 2000; ++round) {
         Case k = generic(draw);
         k.c[2] = k.c[1], k.r[2] = k.r[1];
-        const Foot<R> slab = foot(shape_of<R>(k), cast<R>(k.p)),
-                      cone = foot(shape_of<R>(k, 2), cast<R>(k.p));
+        const ClosestPoint<R> slab = closest_point(shape_of<R>(k), cast<R>(k.p)),
+                              cone = closest_point(shape_of<R>(k, 2), cast<R>(k.p));
         EXPECT_NEAR(double(slab.phi), double(cone.phi), either<R>(1e-6, 1e-15));
         EXPECT_LT(length(slab.n - cone.n), either<R>(1e-4, 1e-12));
     }
@@ -197,7 +201,7 @@ TYPED_TEST(MedialTest, TheDistanceNeverChangesFasterThanThePointMoves)
             const Case k = f.draw(draw);
             const Shape<R> s = shape_of<R>(k);
             const Vec3<R> p = cast<R>(k.p), q = p + cast<R>(draw.power(-7, 0) * draw.direction());
-            EXPECT_LE(std::abs(double(foot(s, p).phi) - double(foot(s, q).phi)),
+            EXPECT_LE(std::abs(double(closest_point(s, p).phi) - double(closest_point(s, q).phi)),
                       double(length(p - q)) + either<R>(1e-5, 1e-12))
                 << f.name;
         }
@@ -213,8 +217,10 @@ TYPED_TEST(MedialTest, DistanceAndNormalAreContinuousAcrossTheBordersOfASlab)
         const Case k = generic(draw);
         const Shape<R> s = shape_of<R>(k);
         const Vec3<R> a = cast<R>(k.p), b = cast<R>(draw.vector(1.5));
-        const auto inner = [](const Foot<R>& f) { return f.l0 > 0 && f.l1 > 0 && f.l2 > 0; };
-        const auto on_line = [&](double t) { return foot(s, a + R(t) * (b - a)); };
+        const auto inner = [](const ClosestPoint<R>& f) {
+            return f.l0 > 0 && f.l1 > 0 && f.l2 > 0;
+        };
+        const auto on_line = [&](double t) { return closest_point(s, a + R(t) * (b - a)); };
         if (inner(on_line(0)) == inner(on_line(1))) continue;
         double low = 0, high = 1;
         const int halvings = sizeof(R) == 4 ? 18 : 40;
@@ -222,7 +228,7 @@ TYPED_TEST(MedialTest, DistanceAndNormalAreContinuousAcrossTheBordersOfASlab)
             const double t = (low + high) / 2;
             (inner(on_line(t)) == inner(on_line(0)) ? low : high) = t;
         }
-        const Foot<R> before = on_line(low), after = on_line(high);
+        const ClosestPoint<R> before = on_line(low), after = on_line(high);
         if (above_sheet(k, before) < 0.05) continue;
         ++crossed;
         EXPECT_NEAR(double(before.phi), double(after.phi), either<R>(2e-5, 1e-11));
@@ -266,11 +272,11 @@ TYPED_TEST(MedialTest, EveryPointInsideIsEnclosedAndFewOthersAre)
                 for (int i = 0; i < 20; ++i) {
                     // Beside the surface, where rounding decides, and anywhere around.
                     const Vec3<R> p = cast<R>(k.p + draw.power(-7, 0) * draw.direction());
-                    const Foot<R> near = foot(s, p);
+                    const ClosestPoint<R> near = closest_point(s, p);
                     const Vec3<R> under = p - (near.phi + R(draw.power(-6, -1))) * near.n;
                     for (const Vec3<R>& x : {p, under}) {
                         if (enclosed(s, x)) continue;
-                        EXPECT_GE(foot(s, x).phi, -rounding) << f.name << count;
+                        EXPECT_GE(closest_point(s, x).phi, -rounding) << f.name << count;
                     }
                 }
             }
@@ -284,7 +290,7 @@ TYPED_TEST(MedialTest, EveryPointInsideIsEnclosedAndFewOthersAre)
         const Vec3<R> p = cast<R>(k.p);
         boxed += p.x >= s.low.x && p.x <= s.high.x && p.y >= s.low.y && p.y <= s.high.y &&
                  p.z >= s.low.z && p.z <= s.high.z;
-        left += enclosed(s, p), inside += foot(s, p).phi < 0;
+        left += enclosed(s, p), inside += closest_point(s, p).phi < 0;
     }
     EXPECT_GT(inside, 100);
     EXPECT_LT(left - inside, 0.75 * (boxed - inside));
@@ -296,10 +302,10 @@ TYPED_TEST(MedialTest, DistancesScaleWithTheShapeDownToMicrometres)
     Draw draw(23);
     for (int round = 0; round < 1000; ++round) {
         Case k = generic(draw);
-        const double phi = foot(shape_of<double>(k), k.p).phi, scale = draw.power(-6, 3);
+        const double phi = closest_point(shape_of<double>(k), k.p).phi, scale = draw.power(-6, 3);
         for (Vec3<double>& c : k.c) c = scale * c;
         for (double& r : k.r) r *= scale;
-        EXPECT_NEAR(double(foot(shape_of<R>(k), cast<R>(scale * k.p)).phi), scale * phi,
+        EXPECT_NEAR(double(closest_point(shape_of<R>(k), cast<R>(scale * k.p)).phi), scale * phi,
                     scale * either<R>(1e-5, 1e-12));
     }
 }

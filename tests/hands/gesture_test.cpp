@@ -45,7 +45,7 @@ std::vector<double> gaps(const Recording& r, const Gesture& gesture, const Gestu
     return list;
 }
 
-double least_of(const std::vector<double>& list) { return *std::ranges::min_element(list); }
+double min_of(const std::vector<double>& list) { return *std::ranges::min_element(list); }
 
 const Gesture& gesture_named(const std::string& name)
 {
@@ -123,7 +123,7 @@ TEST(Gesture, EveryGestureGoesAsDeepAsItsOwnDepth)
         const Recording r = generate(gesture.name, rule);
         double deepest = 0;
         for (const Side side : {left, right})
-            deepest = std::min(deepest, least_of(gaps(r, gesture, rule, side)));
+            deepest = std::min(deepest, min_of(gaps(r, gesture, rule, side)));
         EXPECT_NEAR(-deepest / rule.radius, gesture.depth, 0.01) << gesture.name;
     }
 }
@@ -140,7 +140,7 @@ TEST(Gesture, ASqueezeGoesAsDeepAsAskedWhateverTheBallAndTheHand)
                 const Recording r = generate("squeeze", rule);
                 for (const Side side : {left, right}) {
                     const auto list = gaps(r, gesture_named("squeeze"), rule, side);
-                    EXPECT_NEAR(-least_of(list) / radius, depth, 0.005);
+                    EXPECT_NEAR(-min_of(list) / radius, depth, 0.005);
                     EXPECT_GT(list.front(), 0.09);
                     EXPECT_GT(list.back(), 0.09);
                 }
@@ -220,7 +220,7 @@ TEST(Gesture, TheKnifeSweepsTheWholeOfASmallBall)
             const auto blade = shape(3, s[p.sphere[0]], s[p.sphere[1]], s[p.sphere[2]]);
             for (int i = 0; i < count * count; ++i) {
                 const Vec at{0, place(i / count), place(i % count)};
-                if (length(at) > rule.radius || foot(blade, at).phi < 0.002) passed[i] = 1;
+                if (length(at) > rule.radius || closest_point(blade, at).phi < 0.002) passed[i] = 1;
             }
         }
     }

@@ -81,10 +81,10 @@ TEST(HandRig, CoversEveryJointOfTheOpenHand)
         for (int j = 0; j < joint_count; ++j) {
             float phi = 1;
             for (const Primitive& q : rig.primitives)
-                phi = std::min(phi,
-                               foot(shape(q.count, s[q.sphere[0]], s[q.sphere[1]], s[q.sphere[2]]),
-                                    hand.joints[j].p)
-                                   .phi);
+                phi = std::min(phi, closest_point(shape(q.count, s[q.sphere[0]], s[q.sphere[1]],
+                                                        s[q.sphere[2]]),
+                                                  hand.joints[j].p)
+                                        .phi);
             // As deep as the nearest skin is away, but for the error of the fit.
             EXPECT_NEAR(phi, -hand.radius[j], 0.005f) << joint_names[j];
         }

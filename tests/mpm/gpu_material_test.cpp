@@ -5,14 +5,13 @@
 // but of the terms it is made of, times what each is amplified by. Bounds of chains that are not
 // explained: what functions reach on these inputs that were made to err by 4 ulp, up or down by
 // chance, and half as much again.
-#include "host/solver/gpu/material.h"
-
 #include <algorithm>
 #include <cmath>
 #include <cstring>
 #include <map>
 
 #include "host/scene/presets.h"
+#include "host/solver/gpu/material.h"
 #include "host/solver/solver.h"
 #include "tests/solver/clay.h"
 
@@ -108,9 +107,9 @@ struct Pair {
     Material<float> m;
     Answers<float> cpu, gpu;
 
-    bool snow() const { return m.flow == Flow::clamp; }
-    double mu() const { return double(m.mu) * double(cpu.packed); }
-    double lambda() const { return double(m.lambda) * double(cpu.packed); }
+    bool snow() const { return m.plasticity == Plasticity::clamp; }
+    double mu() const { return double(m.mu) * double(cpu.snow_hardening); }
+    double lambda() const { return double(m.lambda) * double(cpu.snow_hardening); }
     double exponent() const { return snow() ? std::fabs(m.snow * std::expm1(double(q.k))) : 0; }
     double E() const { return largest(cpu.eps); }
 };
@@ -125,8 +124,8 @@ void see_strains(const Pair& p, Differences& d)
     d.see("Hencky strains, ulp", places(p.gpu.eps.z, p.cpu.eps.z), 4);
     // exp(-y): the exponent y is off by 4 for its own exponential and 1 for a product, and
     // amplified by y.
-    const double off = std::fabs(double(p.gpu.packed) - double(p.cpu.packed));
-    d.see("snow's hardening", off / (unit * double(p.cpu.packed) * (1 + p.exponent())), 5);
+    const double off = std::fabs(double(p.gpu.snow_hardening) - double(p.cpu.snow_hardening));
+    d.see("snow's hardening", off / (unit * double(p.cpu.snow_hardening) * (1 + p.exponent())), 5);
 }
 
 const char* name(Elasticity e)
@@ -140,8 +139,8 @@ const char* name(Elasticity e)
 void see_principal(const Pair& p, Differences& d)
 {
     const Vec3<double> eps{p.q.e.xx, p.q.e.yy, p.q.e.zz};
-    const double s = eps.x + eps.y + eps.z, most = std::max({eps.x, eps.y, eps.z}),
-                 E = std::max({most, -eps.x, -eps.y, -eps.z});
+    const double s = eps.x + eps.y + eps.z, max = std::max({eps.x, eps.y, eps.z}),
+                 E = std::max({max, -eps.x, -eps.y, -eps.z});
     double scale = 2 * p.mu() * E + p.lambda() * std::fabs(s), bound = 0;
     if (p.m.elasticity == Elasticity::neo_hookean) {
         scale = p.mu() * std::fabs(std::expm1(2 * E)) + p.lambda() * std::fabs(s);
@@ -162,7 +161,7 @@ void see_principal(const Pair& p, Differences& d)
 void see_stress(const Pair& p, Differences& d)
 {
     const double off = apart(p.gpu.stress, p.cpu.stress), L = std::fabs(p.cpu.log_volume);
-    if (p.m.flow == Flow::fluid) {
+    if (p.m.plasticity == Plasticity::fluid) {
         const double J = std::exp(double(p.cpu.log_volume));
         const double pressure = p.m.bulk * L * std::fmax(1, std::pow(J, -double(p.m.exponent)));
         const double shear = 2 * p.m.viscosity * largest(deviator(symmetric(p.q.C)));
@@ -187,7 +186,7 @@ void see_stress(const Pair& p, Differences& d)
 // of the overstress that flows is off by no more than their sizes over the flow index.
 double paste(const Pair& p)
 {
-    if (p.m.flow != Flow::herschel_bulkley) return 0;
+    if (p.m.plasticity != Plasticity::herschel_bulkley) return 0;
     const double trial = size(deviator(cast<double>(p.cpu.stress)));
     const double over = trial - root * double(p.m.yield), mu = double(p.m.mu), n = p.m.exponent;
     if (over <= 0) return 0;
@@ -207,15 +206,16 @@ void see_yielded(const Pair& p, Differences& d)
     const double off = apart(a.e, b.e), off_k = std::fabs(double(a.k) - double(b.k));
     const double L = std::fabs(p.cpu.log_volume), E = p.E();
     const bool neo = p.m.elasticity == Elasticity::neo_hookean;
-    if (p.m.flow == Flow::fluid) {
+    if (p.m.plasticity == Plasticity::fluid) {
         const double back = std::fmax(1, std::exp(2.0 / 3 * double(p.cpu.log_volume)));
         d.see("return map, liquid", off / (unit * back * L + 1e-30), 4 + 4 + 2);
-    } else if (p.m.flow == Flow::none || (p.m.flow == Flow::von_mises && neo)) {
+    } else if (p.m.plasticity == Plasticity::none ||
+               (p.m.plasticity == Plasticity::von_mises && neo)) {
         d.see("return map without functions", off + off_k, 0);
     } else if (p.snow()) {
         d.see("return map, snow's strain", off, 0);
         d.see("packing of snow", off_k / (unit * std::fmax(E, std::fabs(b.k))), 18);
-    } else if (p.m.flow == Flow::herschel_bulkley && neo) {
+    } else if (p.m.plasticity == Plasticity::herschel_bulkley && neo) {
         // The deviator is scaled, and its mean found for the same volume: over the cubic's slope.
         const double mean = 1 + trace(b.e) / 3, kept = size(deviator(b.e));
         const double slope = 3 * mean * mean - kept * kept / 2;
@@ -224,7 +224,7 @@ void see_yielded(const Pair& p, Differences& d)
         d.see("plastic strain, neo-Hookean paste", off_k / (unit * (paste(p) + b.k)), 0.7);
     } else {
         double scale = E + paste(p);
-        if (p.m.flow == Flow::drucker_prager)
+        if (p.m.plasticity == Plasticity::drucker_prager)
             scale += E * p.m.friction * (3 * p.m.lambda + 2 * p.m.mu) / (2 * p.m.mu);
         const bool searched = p.m.elasticity != Elasticity::hencky;
         const char* what = searched ? "return map by a searched root" : "return map, Hencky";
@@ -240,9 +240,10 @@ std::vector<Material<float>> all_materials()
     for (const std::string& preset_name : preset_names())
         all.push_back(cast<float>(preset(preset_name)));
     for (const Elasticity elasticity : elasticities)
-        for (const Flow flow : flows) {
-            Material<float> m = clay<float>(elasticity, flow);
-            m.hardening = 1e5f, m.exponent = flow == Flow::fluid ? 7 : 0.6f, m.cohesion = 0.005f;
+        for (const Plasticity plasticity : plasticities) {
+            Material<float> m = clay<float>(elasticity, plasticity);
+            m.hardening = 1e5f, m.exponent = plasticity == Plasticity::fluid ? 7 : 0.6f,
+            m.cohesion = 0.005f;
             all.push_back(m);
         }
     return all;
@@ -259,7 +260,8 @@ std::vector<Pair> pairs()
             Particle<float> q{};
             q.e = cast<float>(draw.strain(i % 3 == 0 ? 1e-3 : i % 3 == 1 ? 0.1 : 0.3));
             q.C = cast<float>(draw.matrix(10));
-            q.k = float(materials[m].flow == Flow::clamp ? draw.in(-0.3, 0.3) : draw.in(0, 0.05));
+            q.k = float(materials[m].plasticity == Plasticity::clamp ? draw.in(-0.3, 0.3)
+                                                                     : draw.in(0, 0.05));
             q.object = int(m);
             particles.push_back(q);
         }
@@ -280,7 +282,7 @@ TEST_F(GpuMaterial, StrainsAndStressesAreWithinFourUlpForEachLogarithmAndExponen
     Differences differences;
     for (const Pair& p : pairs()) {
         see_strains(p, differences);
-        if (p.m.flow != Flow::fluid) see_principal(p, differences);
+        if (p.m.plasticity != Plasticity::fluid) see_principal(p, differences);
         see_stress(p, differences);
         see_yielded(p, differences);
     }

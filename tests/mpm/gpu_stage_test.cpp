@@ -33,11 +33,11 @@ struct Random {
 };
 
 // The ball in turmoil: particles out of order, moving, spinning and strained beyond yield.
-Setup turmoil(int nodes, Flow flow)
+Setup turmoil(int nodes, Plasticity plasticity)
 {
     knead::Setup s = ball(nodes);
     Random random;
-    s.materials[0].flow = flow;
+    s.materials[0].plasticity = plasticity;
     s.materials[0].friction = 0.6, s.materials[0].compress = 0.025, s.materials[0].stretch = 0.0075;
     s.materials[0].snow = 10, s.materials[0].viscosity = 100;
     std::shuffle(s.particles.begin(), s.particles.end(), random.source);
@@ -71,7 +71,7 @@ void add_knots(Setup& s)
             s.rig.primitives.push_back({1 + k % 3, {a, k % 3 ? b : a, k % 3 < 2 ? b : c}, side});
             if (k % 4 == 0) s.rig.primitives.push_back(s.rig.primitives.back());
         }
-        s.tools.push_back({side ? Touch::separate : Touch::sticky, 0.4, false, true});
+        s.tools.push_back({side ? ContactMode::separate : ContactMode::sticky, 0.4, false, true});
     }
 }
 
@@ -104,7 +104,7 @@ struct Posed {
                                    spheres[std::size_t(p.sphere[1])],
                                    spheres[std::size_t(p.sphere[2])]));
         for (const Tool<double>& t : s.tools)
-            tools.push_back({t.touch, float(t.friction), t.blade, t.active});
+            tools.push_back({t.mode, float(t.friction), t.blade, t.active});
         colliders = {{spheres.data(), int(spheres.size())},
                      {s.rig.primitives.data(), int(s.rig.primitives.size())},
                      {shapes.data(), int(shapes.size())},
@@ -119,7 +119,7 @@ struct View {
     Material<float> material;
     explicit View(const knead::Setup& s)
         : lattice{s.lattice.size, float(s.lattice.dx)},
-          walls{s.walls.margin, s.walls.touch, float(s.walls.friction)},
+          walls{s.walls.margin, s.walls.mode, float(s.walls.friction)},
           material(cast<float>(s.materials[0]))
     {
     }
@@ -156,10 +156,10 @@ std::vector<Node<float>> updated(const knead::Setup& s, const std::vector<Node<f
     std::vector<Node<float>> out(sums.size());
     for (int i = 0; i < v.lattice.node_count(); ++i) {
         bool clipped;
-        out[std::size_t(i)] =
-            update(sums[std::size_t(i)], v.lattice.node_at(i), v.lattice, v.walls,
-                   cast<float>(s.gravity), float(dt), clipped,
-                   [&](Vec3<float> x, Vec3<float> u) { return held(t.colliders, t.every, x, u); });
+        out[std::size_t(i)] = update(
+            sums[std::size_t(i)], v.lattice.node_at(i), v.lattice, v.walls, cast<float>(s.gravity),
+            float(dt), clipped,
+            [&](Vec3<float> x, Vec3<float> u) { return apply_tools(t.colliders, t.every, x, u); });
     }
     return out;
 }
@@ -172,7 +172,7 @@ Particle<float> moved(const knead::Setup& s, Particle<float> q,
     const Stencil<float> st = stencil(q.x, v.lattice.dx);
     gather(q, st, v.lattice.dx,
            [&](Int3 step) { return velocities[std::size_t(v.lattice.index(st.base + step))].p; });
-    q.e = strained(q.e, q.C, float(dt));
+    q.e = advance_b(q.e, q.C, float(dt));
     q.x = q.x + float(dt) * q.v;
     project(q, t.colliders, t.every, s.passes);
     confine(q, v.lattice, v.walls);
@@ -190,18 +190,17 @@ bool same_bits(const A& a, const A& b)
 void expect_near(const std::vector<Node<double>>& expected, const std::vector<Node<float>>& got,
                  double share)
 {
-    double most_p = 0, most_m = 0, off_p = 0, off_m = 0;
+    double max_p = 0, max_m = 0, off_p = 0, off_m = 0;
     ASSERT_EQ(expected.size(), got.size());
     for (std::size_t i = 0; i < got.size(); ++i) {
-        most_p = std::fmax(most_p, length(expected[i].p)),
-        most_m = std::fmax(most_m, expected[i].m);
+        max_p = std::fmax(max_p, length(expected[i].p)), max_m = std::fmax(max_m, expected[i].m);
         off_p = std::fmax(off_p, length(cast<double>(got[i].p) - expected[i].p));
         off_m = std::fmax(off_m, std::fabs(double(got[i].m) - expected[i].m));
     }
-    EXPECT_GT(most_p, 0);
-    EXPECT_GT(most_m, 0);
-    EXPECT_LE(off_p, share * most_p);
-    EXPECT_LE(off_m, share * most_m);
+    EXPECT_GT(max_p, 0);
+    EXPECT_GT(max_m, 0);
+    EXPECT_LE(off_p, share * max_p);
+    EXPECT_LE(off_m, share * max_m);
 }
 
 // The difference of two velocities or strains, over the larger of their size and `floor`.
@@ -220,8 +219,9 @@ class GpuStage : public ::testing::Test {
 
 TEST_F(GpuStage, ScatterAgreesWithALoop)
 {
-    for (Flow flow : {Flow::von_mises, Flow::drucker_prager, Flow::fluid}) {
-        knead::Setup s = turmoil(32, flow);
+    for (Plasticity plasticity :
+         {Plasticity::von_mises, Plasticity::drucker_prager, Plasticity::fluid}) {
+        knead::Setup s = turmoil(32, plasticity);
         s.materials[0].bulk = 1e5, s.materials[0].exponent = 7;
         GpuStages stages(s, squeeze, dt);
         expect_near(scattered(s), stages.p2g(), to_the_bit ? 1e-6 : 3e-6);
@@ -230,7 +230,7 @@ TEST_F(GpuStage, ScatterAgreesWithALoop)
 
 TEST_F(GpuStage, ScatterOfSortedParticlesAgreesWithALoop)
 {
-    const knead::Setup s = turmoil(32, Flow::von_mises);
+    const knead::Setup s = turmoil(32, Plasticity::von_mises);
     GpuStages stages(s, squeeze, dt);
     stages.sort();
     expect_near(scattered(s), stages.p2g(), to_the_bit ? 1e-6 : 3e-6);
@@ -238,7 +238,7 @@ TEST_F(GpuStage, ScatterOfSortedParticlesAgreesWithALoop)
 
 TEST_F(GpuStage, FixedPointSumsAreTheSameEveryTime)
 {
-    knead::Setup s = turmoil(32, Flow::von_mises);
+    knead::Setup s = turmoil(32, Plasticity::von_mises);
     s.deterministic = true;
     std::vector<Node<float>> first;
     for (int run = 0; run < 10; ++run) {
@@ -254,7 +254,7 @@ TEST_F(GpuStage, FixedPointSumsAreTheSameEveryTime)
 TEST_F(GpuStage, GridUpdateAgreesWithALoop)
 {
     for (const auto add : {add_tools, add_knots}) {
-        knead::Setup s = turmoil(32, Flow::von_mises);
+        knead::Setup s = turmoil(32, Plasticity::von_mises);
         add(s);
         const Posed tools(s);
         const auto sums = momenta(s), expected = updated(s, sums, tools);
@@ -291,9 +291,9 @@ TEST_F(GpuStage, EveryPrimitiveThatTouchesABlockIsInItsMask)
         const Mask& mask = masks[std::size_t(v.lattice.block_of(cell))];
         for (int i = 0; i < t.colliders.shapes.count; ++i) {
             const bool listed = mask.bits[i / 32] >> (i % 32) & 1;
-            const bool touched = foot(t.shapes[std::size_t(i)], x).phi < 0;
-            inside += touched, left_out += !listed;
-            ASSERT_TRUE(listed || !touched);
+            const bool apply_contact = closest_point(t.shapes[std::size_t(i)], x).phi < 0;
+            inside += apply_contact, left_out += !listed;
+            ASSERT_TRUE(listed || !apply_contact);
         }
     }
     EXPECT_GT(inside, 1000);
@@ -309,16 +309,18 @@ double off(const Particle<float>& a, const Particle<float>& b)
 
 TEST_F(GpuStage, MovedParticlesAgreeWithALoop)
 {
-    for (Flow flow : {Flow::none, Flow::von_mises, Flow::drucker_prager, Flow::clamp}) {
+    for (Plasticity plasticity :
+         {Plasticity::none, Plasticity::von_mises, Plasticity::drucker_prager, Plasticity::clamp}) {
         for (const auto add : {add_tools, add_knots}) {
-            knead::Setup s = turmoil(32, flow);
+            knead::Setup s = turmoil(32, plasticity);
             add(s);
             const Posed tools(s), none(ball(16));
             const auto velocities = updated(s, momenta(s), tools);
             GpuStages stages(s, squeeze, dt);
             if (add == add_knots) stages.sort();  // else no two particles of a warp are neighbours
             const auto got = stages.g2p(velocities);
-            const bool bits = to_the_bit && (flow == Flow::none || flow == Flow::von_mises);
+            const bool bits = to_the_bit && (plasticity == Plasticity::none ||
+                                             plasticity == Plasticity::von_mises);
             int astray = 0, put_out = 0;
             for (std::size_t i = 0; i < got.size(); ++i) {
                 const Particle<float> before = cast<float>(s.particles[i]), a = cast<float>(got[i]),
@@ -332,7 +334,7 @@ TEST_F(GpuStage, MovedParticlesAgreeWithALoop)
                 astray += !(off(a, b) < 2e-5);
             }
             EXPECT_GT(put_out, 100);
-            EXPECT_LE(astray, add == add_knots ? equally_deep : 0) << "flow " << int(flow);
+            EXPECT_LE(astray, add == add_knots ? equally_deep : 0) << "flow " << int(plasticity);
         }
     }
 }
@@ -344,7 +346,7 @@ TEST_F(GpuStage, ASortOrdersTheParticlesByCellAndChangesNoneOfThem)
     for (int given = 0; given < 8; ++given) {
         const int nodes = 16 << given / 2 % 3;
         const bool crowded = given >= 6;
-        knead::Setup s = turmoil(nodes, Flow::von_mises);
+        knead::Setup s = turmoil(nodes, Plasticity::von_mises);
         s.deterministic = given % 2;
         s.walls.margin = 2;  // the smallest ball would be beyond walls of more
         if (crowded)
@@ -381,7 +383,7 @@ TEST_F(GpuStage, ASortOrdersTheParticlesByCellAndChangesNoneOfThem)
 
 TEST_F(GpuStage, AParticleThatIsNoLongerANumberIsPutBack)
 {
-    knead::Setup s = turmoil(32, Flow::von_mises);
+    knead::Setup s = turmoil(32, Plasticity::von_mises);
     auto velocities = updated(s, momenta(s), Posed(s));
     for (Node<float>& n : velocities) n.p.x = std::nanf("");
     const auto got = GpuStages(s, squeeze, dt).g2p(velocities);

@@ -1,5 +1,5 @@
 // Nodes and particles at the edges of what is sane: walls, empty and nearly empty nodes, speeds
-// beyond a cell per substep, numbers that are none.
+// beyond a cell per substep, non-finite numbers.
 #include <cmath>
 #include <limits>
 
@@ -18,9 +18,9 @@ class GuardTest : public ::testing::Test {
 TYPED_TEST_SUITE(GuardTest, Scalars);
 
 template <class R>
-struct Box {
+struct NodeArrays {
     Lattice<R> lattice{{16, 20, 24}, R(0.1)};
-    Walls<R> walls{3, Touch::separate, R(0.5)};
+    Walls<R> walls{3, ContactMode::separate, R(0.5)};
     bool clipped = false;
 
     Node<R> update(const Node<R>& node, Int3 n, Vec3<R> gravity = {}, R dt = R(1e-3))
@@ -33,7 +33,7 @@ struct Box {
 TYPED_TEST(GuardTest, ANodeFallsWithGravityAndAnEmptyOneStaysEmpty)
 {
     using R = TypeParam;
-    Box<R> box;
+    NodeArrays<R> box;
     const Node<R> node{{R(0.02), R(0.04), 0}, R(0.02)};
     const Node<R> after = box.update(node, {8, 8, 8}, {0, R(-9.81), 0});
     EXPECT_EQ(after.m, node.m);
@@ -49,7 +49,7 @@ TYPED_TEST(GuardTest, ANodeFallsWithGravityAndAnEmptyOneStaysEmpty)
 TYPED_TEST(GuardTest, ANodeThatHardlyHoldsAnythingMovesAtAFiniteSpeed)
 {
     using R = TypeParam;
-    Box<R> box;
+    NodeArrays<R> box;
     for (const R m :
          {std::numeric_limits<R>::denorm_min(), 5 * std::numeric_limits<R>::denorm_min(),
           std::numeric_limits<R>::min() / 8, std::numeric_limits<R>::min()}) {
@@ -63,7 +63,7 @@ TYPED_TEST(GuardTest, ANodeThatHardlyHoldsAnythingMovesAtAFiniteSpeed)
 TYPED_TEST(GuardTest, WallsStopWhatRunsIntoThemOnAllSixSides)
 {
     using R = TypeParam;
-    Box<R> box;
+    NodeArrays<R> box;
     const Int3 size = box.lattice.size;
     const Node<R> node{{R(-0.5), R(-0.7), R(-0.9)}, R(1)};
     const Node<R> away{{R(0.5), R(0.7), R(0.9)}, R(1)};
@@ -86,19 +86,19 @@ TYPED_TEST(GuardTest, WallsStopWhatRunsIntoThemOnAllSixSides)
 TYPED_TEST(GuardTest, WallsRubWithCoulombsLaw)
 {
     using R = TypeParam;
-    Box<R> box;  // friction 0.5
+    NodeArrays<R> box;  // friction 0.5
     const Vec3<R> sliding = box.update({{4, -2, 0}, 1}, {8, 3, 8}).p;
     EXPECT_NEAR(double(sliding.x), 3, 1e-6);
     EXPECT_EQ(sliding.y, 0);
     EXPECT_EQ(length(box.update({{R(0.9), -2, 0}, 1}, {8, 3, 8}).p), 0);
-    box.walls.touch = Touch::sticky;
+    box.walls.mode = ContactMode::sticky;
     EXPECT_EQ(length(box.update({{4, -2, 0}, 1}, {8, 3, 8}).p), 0);
 }
 
 TYPED_TEST(GuardTest, ANodeNeverOutrunsACellAndSaysSo)
 {
     using R = TypeParam;
-    Box<R> box;
+    NodeArrays<R> box;
     const R limit = box.lattice.dx / R(1e-3);
     EXPECT_NEAR(double(length(box.update({{3 * limit, -4 * limit, 0}, 1}, {8, 8, 8}).p)),
                 double(limit), 1e-4);
@@ -110,7 +110,7 @@ TYPED_TEST(GuardTest, ANodeNeverOutrunsACellAndSaysSo)
 TYPED_TEST(GuardTest, AParticleBehindAWallComesBackAndStops)
 {
     using R = TypeParam;
-    Box<R> box;
+    NodeArrays<R> box;
     Particle<R> q{};
     q.x = {R(0.1), R(5), R(1)}, q.v = {-1, 1, 3};
     EXPECT_TRUE(confine(q, box.lattice, box.walls));
@@ -148,8 +148,8 @@ TYPED_TEST(GuardTest, AParticleSinksIntoAWallByAnEighthOfACellAtMostAndThatIsNoE
     const R dt = R(1e-3);
     double deepest = 0;
     for (int round = 0; round < 20000; ++round) {
-        Box<R> box;
-        box.walls.touch = Touch(draw.below(3));
+        NodeArrays<R> box;
+        box.walls.mode = ContactMode(draw.below(3));
         const R dx = box.lattice.dx, floor = 3 * dx, limit = dx / dt;
         Particle<R> q{};
         q.x = {R(draw.in(0.5, 0.9)), floor + dx * R(draw.below(4) ? draw.in(0, 2) : 0),

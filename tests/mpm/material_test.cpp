@@ -24,7 +24,7 @@ Material<R> solid(Elasticity elasticity)
 {
     Material<R> m{};
     m.elasticity = elasticity;
-    m.flow = Flow::none;
+    m.plasticity = Plasticity::none;
     m.density = 1000;
     m.mu = R(1e6 / 2.6);
     m.lambda = R(0.3e6 / (1.3 * 0.4));
@@ -119,7 +119,8 @@ TYPED_TEST(MaterialTest, StressTurnsWithTheFrame)
     using R = TypeParam;
     Draw draw(3);
     Material<R> fluid = solid<R>(Elasticity::neo_hookean);
-    fluid.flow = Flow::fluid, fluid.bulk = 1e5, fluid.exponent = 7, fluid.viscosity = 20;
+    fluid.plasticity = Plasticity::fluid, fluid.bulk = 1e5, fluid.exponent = 7,
+    fluid.viscosity = 20;
     for (int round = 0; round < 2000; ++round) {
         const Material<R> m = round % 4 == 3 ? fluid : solid<R>(elasticities[round % 4]);
         const Mat3<double> Q = draw.rotation(), C = draw.matrix(10);
@@ -189,7 +190,7 @@ TYPED_TEST(MaterialTest, AFluidFeelsOnlyPressureAndTheRateOfShear)
     using R = TypeParam;
     Draw draw(6);
     Material<R> m = solid<R>(Elasticity::neo_hookean);
-    m.flow = Flow::fluid, m.bulk = 2e6, m.exponent = 7, m.viscosity = 20;
+    m.plasticity = Plasticity::fluid, m.bulk = 2e6, m.exponent = 7, m.viscosity = 20;
     for (int round = 0; round < 1000; ++round) {
         const double ln_J = draw.in(-0.1, 0.1), J = std::exp(ln_J);
         Particle<R> q = strained_by(isotropic(R(std::expm1(2 * ln_J / 3))));
@@ -211,15 +212,15 @@ TYPED_TEST(MaterialTest, SnowHardensAsItIsPackedAndOthersDoNot)
     using R = TypeParam;
     Material<R> m = solid<R>(Elasticity::fixed_corotated);
     m.snow = 10;
-    EXPECT_EQ(packed(m, R(-0.1)), 1);
-    m.flow = Flow::clamp;
-    EXPECT_EQ(packed(m, R(0)), 1);
-    EXPECT_NEAR(double(packed(m, R(std::log(0.9)))), std::exp(10 * 0.1), 1e-5);
-    EXPECT_GT(packed(m, R(-0.2)), packed(m, R(-0.1)));
-    EXPECT_LT(packed(m, R(0.2)), 1);
+    EXPECT_EQ(snow_hardening(m, R(-0.1)), 1);
+    m.plasticity = Plasticity::clamp;
+    EXPECT_EQ(snow_hardening(m, R(0)), 1);
+    EXPECT_NEAR(double(snow_hardening(m, R(std::log(0.9)))), std::exp(10 * 0.1), 1e-5);
+    EXPECT_GT(snow_hardening(m, R(-0.2)), snow_hardening(m, R(-0.1)));
+    EXPECT_LT(snow_hardening(m, R(0.2)), 1);
     for (const R k : {R(-1), R(1), R(-100), R(100)}) {
-        EXPECT_GE(packed(m, k), R(0.05));
-        EXPECT_LE(packed(m, k), R(20));
+        EXPECT_GE(snow_hardening(m, k), R(0.05));
+        EXPECT_LE(snow_hardening(m, k), R(20));
     }
     // Stress is proportional to the factor, for every elasticity.
     Draw draw(7);
@@ -229,7 +230,8 @@ TYPED_TEST(MaterialTest, SnowHardensAsItIsPackedAndOthersDoNot)
         const Sym3<R> loose = kirchhoff_stress(q, m);
         q.k = R(-0.1);
         const Sym3<R> tight = kirchhoff_stress(q, m);
-        EXPECT_LT(size(tight - packed(m, q.k) * loose), R(either<R>(1e-5, 1e-13)) * size(tight));
+        EXPECT_LT(size(tight - snow_hardening(m, q.k) * loose),
+                  R(either<R>(1e-5, 1e-13)) * size(tight));
     }
 }
 
@@ -239,7 +241,7 @@ TYPED_TEST(MaterialTest, SoundSpeedIsTheLongitudinalWaves)
     Material<R> m = solid<R>(Elasticity::hencky);
     // sqrt((K + 4/3 G) / rho) = sqrt(E (1 - nu) / ((1 + nu) (1 - 2 nu) rho))
     EXPECT_NEAR(double(sound_speed(m)), std::sqrt(1e6 * 0.7 / (1.3 * 0.4) / 1000), 1e-4);
-    m.flow = Flow::fluid, m.bulk = 1e5;
+    m.plasticity = Plasticity::fluid, m.bulk = 1e5;
     EXPECT_NEAR(double(sound_speed(m)), 10, 1e-5);
 }
 

@@ -20,12 +20,13 @@ TYPED_TEST(PlasticityTest, ElasticStrainsStayToTheBit)
     using R = TypeParam;
     Draw draw(1);
     for (const Elasticity elasticity : elasticities)
-        for (const Flow flow : {Flow::none, Flow::von_mises, Flow::herschel_bulkley, Flow::clamp,
-                                Flow::drucker_prager})
+        for (const Plasticity plasticity :
+             {Plasticity::none, Plasticity::von_mises, Plasticity::herschel_bulkley,
+              Plasticity::clamp, Plasticity::drucker_prager})
             for (int round = 0; round < 500; ++round) {
-                const Material<R> m = clay<R>(elasticity, flow);
+                const Material<R> m = clay<R>(elasticity, plasticity);
                 Particle<R> q = strained_by<R>(draw.strain(0.001));
-                if (flow == Flow::drucker_prager)
+                if (plasticity == Plasticity::drucker_prager)
                     q.e = q.e + isotropic(R(-0.05));
                 else
                     q.k = R(draw.in(0, 0.2));
@@ -42,20 +43,20 @@ TYPED_TEST(PlasticityTest, VonMisesLeavesTheStressOnTheYieldSurfaceAndTheVolumeA
     Draw draw(2);
     for (const Elasticity elasticity : elasticities)
         for (const double reach : {0.1, 0.3}) {
-            int flowed = 0;
+            int return_magnitude = 0;
             for (int round = 0; round < 2000; ++round) {
-                const Material<R> m = clay<R>(elasticity, Flow::von_mises);
+                const Material<R> m = clay<R>(elasticity, Plasticity::von_mises);
                 Particle<R> q = strained_by<R>(draw.strain(reach));
                 const double trial = shear(q, m), volume = ln_J(q);
                 const bool yielded = yield(q, m, R(1e-4));
                 EXPECT_EQ(yielded, trial > root * 5e4);
                 if (!yielded) continue;
-                ++flowed;
+                ++return_magnitude;
                 EXPECT_NEAR(shear(q, m), root * 5e4, either<R>(2e-5, 1e-10) * 5e4);
                 EXPECT_NEAR(ln_J(q), volume, either<R>(1e-6, 1e-13) * (1 + std::exp(-2 * volume)));
                 EXPECT_GT(q.k, 0);
             }
-            EXPECT_GT(flowed, 500);
+            EXPECT_GT(return_magnitude, 500);
         }
 }
 
@@ -64,9 +65,9 @@ TYPED_TEST(PlasticityTest, VolumeSurvivesTrialsFarBeyondTheYieldSurface)
     using R = TypeParam;
     Draw draw(3);
     for (const Elasticity elasticity : {Elasticity::neo_hookean, Elasticity::hencky})
-        for (const Flow flow : {Flow::von_mises, Flow::herschel_bulkley})
+        for (const Plasticity plasticity : {Plasticity::von_mises, Plasticity::herschel_bulkley})
             for (int round = 0; round < 1000; ++round) {
-                Material<R> m = clay<R>(elasticity, flow);
+                Material<R> m = clay<R>(elasticity, plasticity);
                 m.yield = R(draw.power(-3, 4));
                 const Vec3<double> eps = draw.vector(1.5);
                 Particle<R> q = strained_by<R>(from_stretch(draw.rotation(), eps));
@@ -74,8 +75,8 @@ TYPED_TEST(PlasticityTest, VolumeSurvivesTrialsFarBeyondTheYieldSurface)
                 yield(q, m, R(1e-2));
                 // Rounding takes of b's least value a share of its largest, or of 1 that is left
                 // out.
-                const double most_eps = std::max({eps.x, eps.y, eps.z, 0.0});
-                const double lost = std::exp(2 * most_eps - 2 * std::min({eps.x, eps.y, eps.z})) +
+                const double max_eps = std::max({eps.x, eps.y, eps.z, 0.0});
+                const double lost = std::exp(2 * max_eps - 2 * std::min({eps.x, eps.y, eps.z})) +
                                     std::exp(-2 * volume);
                 EXPECT_NEAR(ln_J(q), volume, either<R>(1e-6, 4e-15) * (1 + lost));
             }
@@ -86,10 +87,10 @@ TYPED_TEST(PlasticityTest, FlowKeepsTheAxesOfTheTrialStrain)
     using R = TypeParam;
     Draw draw(4);
     for (const Elasticity elasticity : elasticities)
-        for (const Flow flow :
-             {Flow::von_mises, Flow::drucker_prager, Flow::clamp, Flow::herschel_bulkley}) {
+        for (const Plasticity plasticity : {Plasticity::von_mises, Plasticity::drucker_prager,
+                                            Plasticity::clamp, Plasticity::herschel_bulkley}) {
             for (int round = 0; round < 300; ++round) {
-                const Material<R> m = clay<R>(elasticity, flow);
+                const Material<R> m = clay<R>(elasticity, plasticity);
                 Particle<R> q = strained_by<R>(draw.strain(0.2));
                 const Mat3<double> before = full(cast<double>(q.e));
                 yield(q, m, R(1e-4));
@@ -104,13 +105,15 @@ TYPED_TEST(PlasticityTest, YieldingTwiceIsYieldingOnce)
     using R = TypeParam;
     Draw draw(5);
     for (const Elasticity elasticity : elasticities)
-        for (const Flow flow : {Flow::von_mises, Flow::drucker_prager, Flow::clamp, Flow::fluid})
+        for (const Plasticity plasticity : {Plasticity::von_mises, Plasticity::drucker_prager,
+                                            Plasticity::clamp, Plasticity::fluid})
             for (int round = 0; round < 300; ++round) {
-                const Material<R> m = clay<R>(elasticity, flow);
+                const Material<R> m = clay<R>(elasticity, plasticity);
                 Particle<R> q = strained_by<R>(draw.strain(0.2));
                 yield(q, m, R(1e-4));
                 const Particle<R> once = q;
-                if (flow == Flow::drucker_prager) q.k = 0;  // a correction may still be owed
+                if (plasticity == Plasticity::drucker_prager)
+                    q.k = 0;  // a correction may still be owed
                 yield(q, m, R(1e-4));
                 EXPECT_LT(size(cast<double>(q.e) - cast<double>(once.e)), either<R>(5e-6, 1e-10));
             }
@@ -121,9 +124,9 @@ TYPED_TEST(PlasticityTest, ReturnMapsTurnWithTheFrame)
     using R = TypeParam;
     Draw draw(6);
     for (const Elasticity elasticity : elasticities)
-        for (const Flow flow : flows)
+        for (const Plasticity plasticity : plasticities)
             for (int round = 0; round < 300; ++round) {
-                Material<R> m = clay<R>(elasticity, flow);
+                Material<R> m = clay<R>(elasticity, plasticity);
                 m.hardening = 1e5;
                 const Mat3<double> Q = draw.rotation();
                 const Sym3<double> e = draw.strain(0.2);
@@ -144,7 +147,7 @@ TYPED_TEST(PlasticityTest, HenckyVonMisesFollowsTheClosedFormWithHardeningAndSof
         {1, -0.5, -0.5}, {1, 0, 0}, {1, -1, 0}, {-1, 0.5, 0.5}, {0.7, 0.7, -0.3}};
     for (const double hardening : {0.0, 2e5, 2e6, -1e5})
         for (const Vec3<double>& path : paths) {
-            Material<R> m = clay<R>(Elasticity::hencky, Flow::von_mises);
+            Material<R> m = clay<R>(Elasticity::hencky, Plasticity::von_mises);
             m.hardening = R(hardening), m.yield_floor = 2e4;
             Particle<R> q{};
             double k = 0, trial_shear = 0;
@@ -188,7 +191,7 @@ TYPED_TEST(PlasticityTest, HardeningAndSofteningKeepTheStressOnTheMovingYieldSur
     for (const Elasticity elasticity : elasticities)
         for (const double hardening : {0.0, 2e5, 2e6, -1e5, -3e5})
             for (int round = 0; round < 200; ++round) {
-                Material<R> m = clay<R>(elasticity, Flow::von_mises);
+                Material<R> m = clay<R>(elasticity, Plasticity::von_mises);
                 m.hardening = R(hardening), m.yield_floor = 1e4;
                 Particle<R> q{};
                 double k = 0;
@@ -215,7 +218,7 @@ TYPED_TEST(PlasticityTest, SnapBackSofteningFallsNoLowerThanTheFloor)
     Draw draw(9);
     for (const Elasticity elasticity : elasticities)
         for (int round = 0; round < 500; ++round) {
-            Material<R> m = clay<R>(elasticity, Flow::von_mises);
+            Material<R> m = clay<R>(elasticity, Plasticity::von_mises);
             m.hardening = R(-draw.power(5, 9)), m.yield_floor = 1e4;
             Particle<R> q = strained_by<R>(draw.strain(0.2));
             const double trial = shear(q, m);
@@ -230,10 +233,10 @@ TYPED_TEST(PlasticityTest, HydrostaticStrainNeverYieldsMetalOrPaste)
 {
     using R = TypeParam;
     for (const Elasticity elasticity : elasticities)
-        for (const Flow flow : {Flow::von_mises, Flow::herschel_bulkley})
+        for (const Plasticity plasticity : {Plasticity::von_mises, Plasticity::herschel_bulkley})
             for (const double e : {-0.9, -0.3, 0.5, 5.0}) {
                 Particle<R> q = strained_by<R>(isotropic(e));
-                EXPECT_FALSE(yield(q, clay<R>(elasticity, flow), R(1e-4)));
+                EXPECT_FALSE(yield(q, clay<R>(elasticity, plasticity), R(1e-4)));
             }
 }
 
@@ -243,7 +246,7 @@ TYPED_TEST(PlasticityTest, TinyStrainsOfATinyYieldStressKeepTheirDigits)
     Draw draw(10);
     for (const Elasticity elasticity : elasticities)
         for (int round = 0; round < 300; ++round) {
-            Material<R> m = clay<R>(elasticity, Flow::von_mises);
+            Material<R> m = clay<R>(elasticity, Plasticity::von_mises);
             m.yield = R(1e-3);
             Particle<R> q = strained_by<R>(draw.strain(1e-7));
             const double volume = ln_J(q);
@@ -259,8 +262,9 @@ TYPED_TEST(PlasticityTest, PlasticFlowDissipatesAndNeverStoresEnergy)
     using R = TypeParam;
     Draw draw(18);
     for (int round = 0; round < 2000; ++round) {
-        const Flow flow = round % 2 ? Flow::von_mises : Flow::herschel_bulkley;
-        const Material<R> m = clay<R>(Elasticity::hencky, flow);
+        const Plasticity plasticity =
+            round % 2 ? Plasticity::von_mises : Plasticity::herschel_bulkley;
+        const Material<R> m = clay<R>(Elasticity::hencky, plasticity);
         const auto energy = [&](const Particle<R>& q) {
             const Vec3<double> eps = hencky(eigen(cast<double>(q.e)).value);
             const double sum = eps.x + eps.y + eps.z;
@@ -280,7 +284,7 @@ TYPED_TEST(PlasticityTest, NoTrialStrainHoweverAbsurdGivesANan)
     using R = TypeParam;
     Draw draw(19);
     for (int round = 0; round < 20000; ++round) {
-        Material<R> m = clay<R>(elasticities[round % 3], flows[draw.below(6)]);
+        Material<R> m = clay<R>(elasticities[round % 3], plasticities[draw.below(6)]);
         m.hardening = R(draw.below(3) - 1) * R(1e5);
         m.exponent = R(draw.in(0.2, 2)), m.cohesion = R(0.01) * R(draw.below(2));
         const auto value = [&] {  // of b
@@ -294,11 +298,13 @@ TYPED_TEST(PlasticityTest, NoTrialStrainHoweverAbsurdGivesANan)
         const Sym3<R> trial = q.e;
         yield(q, m, R(1e-4));
         ASSERT_TRUE(finite(q.e) && std::isfinite(q.k))
-            << int(m.elasticity) << ' ' << int(m.flow) << ' ' << b.x << ' ' << b.y << ' ' << b.z;
+            << int(m.elasticity) << ' ' << int(m.plasticity) << ' ' << b.x << ' ' << b.y << ' '
+            << b.z;
         ASSERT_TRUE(finite(kirchhoff_stress(q, m)));
         // Nor does a map make a strain much larger than what it was given.
         EXPECT_LE(size(cast<double>(q.e)), 4 * size(cast<double>(trial)) + 2)
-            << int(m.elasticity) << ' ' << int(m.flow) << ' ' << b.x << ' ' << b.y << ' ' << b.z;
+            << int(m.elasticity) << ' ' << int(m.plasticity) << ' ' << b.x << ' ' << b.y << ' '
+            << b.z;
     }
 }
 

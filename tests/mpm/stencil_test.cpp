@@ -28,13 +28,13 @@ TYPED_TEST(StencilTest, WeightsAreAPartitionOfUnityAndNeverNegative)
     Draw draw(1);
     for (int round = 0; round < 5000; ++round) {
         const R dx = R(draw.power(-4, 1));
-        R sum = 0, least_weight = 1;
+        R sum = 0, min_weight = 1;
         for_each_node(stencil(place(draw, dx, round), dx), dx, [&](Int3, R w, Vec3<R>) {
             sum += w;
-            least_weight = least(least_weight, w);
+            min_weight = min(min_weight, w);
         });
         EXPECT_NEAR(double(sum), 1, either<R>(1e-6, 2e-15));
-        EXPECT_GE(least_weight, 0);
+        EXPECT_GE(min_weight, 0);
     }
 }
 

@@ -49,7 +49,7 @@ TEST(Window, OfAWholeLatticeNothingIsDifferent)
     const Lattice<float> l = boxed(whole, {-7, -7, -7}, {99, 99, 99});
     EXPECT_EQ(l.node_count(), whole.node_count());
     EXPECT_EQ(l.index({5, 6, 7}), whole.index({5, 6, 7}));
-    const Places b = stored_places(l);
+    const Region b = stored_region(l);
     for (int k = 0; k < l.block_count(); ++k) EXPECT_EQ(ends_at(l, l.block_at(k)), 0u);
     // Walls, 2 nodes inside, are well within what is stored.
     const Vec3<float> low{0.125f * 1.87f, 0.125f * 1.87f, 0.125f * 1.87f};
@@ -61,7 +61,7 @@ TEST(Window, OfAWholeLatticeNothingIsDifferent)
 TEST(Window, WhereverClayIsPushedItsStencilIsStored)
 {
     const Lattice<float> l = boxed(whole, {8, 4, 12}, {32, 20, 20});
-    const Places b = stored_places(l);
+    const Region b = stored_region(l);
     std::mt19937 random(7);
     std::uniform_real_distribution<float> anywhere(-1, 6);
     for (int k = 0; k < 100000; ++k) {
@@ -81,14 +81,14 @@ TEST(Window, WhereverClayIsPushedItsStencilIsStored)
 
 TEST(Window, FreeIsWhatIsWithinTheWallsAndStored)
 {
-    const Walls<float> walls{3, Touch::slip, 0};
+    const Walls<float> walls{3, ContactMode::slip, 0};
     const Lattice<float> l = boxed(whole, {8, 0, 8}, {40, 20, 32});
-    const Places stored = stored_places(l), free = free_places(l, walls);
-    EXPECT_EQ(free.least.x, stored.least.x);
-    EXPECT_EQ(free.least.y, 3 * 0.125f);
-    EXPECT_EQ(free.most.x, 36 * 0.125f);
-    EXPECT_EQ(free.most.y, stored.most.y);
-    EXPECT_EQ(free.most.z, 28 * 0.125f);
+    const Region stored = stored_region(l), free = free_region(l, walls);
+    EXPECT_EQ(free.min.x, stored.min.x);
+    EXPECT_EQ(free.min.y, 3 * 0.125f);
+    EXPECT_EQ(free.max.x, 36 * 0.125f);
+    EXPECT_EQ(free.max.y, stored.max.y);
+    EXPECT_EQ(free.max.z, 28 * 0.125f);
     EXPECT_FALSE(free.holds({NAN, 1, 2}));
     EXPECT_TRUE(std::isnan(free.nearest({NAN, 1, 2}).x));
 }

@@ -23,11 +23,11 @@ Mesh dented_ball(float depth)
 {
     Mesh mesh;
     Geometry sphere{};
-    Blob blob{1, {}};
+    DrawPrimitive blob{1, {}};
     blob.sphere[0].r = 1;
     add_hull(sphere, blob, 4, {0, 0, 0});
     const auto place = [&](Vec3<float> d) {
-        const float turn = std::acos(clamped(d.z, -1.0f, 1.0f)) / 0.25f;
+        const float turn = std::acos(clamp(d.z, -1.0f, 1.0f)) / 0.25f;
         return ball_centre + (ball_radius - depth * std::exp(-turn * turn * turn * turn)) * d;
     };
     for (const PaintVertex& v : sphere.vertices) {
@@ -43,9 +43,9 @@ Mesh dented_ball(float depth)
     return mesh;
 }
 
-Blob finger()
+DrawPrimitive finger()
 {
-    Blob blob{2, {}};
+    DrawPrimitive blob{2, {}};
     blob.sphere[0].c = {0.5f, 0.5f, 0.95f};
     blob.sphere[1].c = {0.52f, 0.36f, 0.85f};
     blob.sphere[0].r = 0.03f;
@@ -86,9 +86,9 @@ class Picture : public testing::Test {
             GTEST_SKIP() << reason.what();
         }
     }
-    Image paint(const std::vector<Mesh>& meshes, const std::vector<Blob>& blobs = {})
+    Image paint(const std::vector<Mesh>& meshes, const std::vector<DrawPrimitive>& primitives = {})
     {
-        return painter->paint(meshes, blobs, front(), 0);
+        return painter->paint(meshes, primitives, front(), 0);
     }
     std::unique_ptr<Painter> painter;
 };
@@ -175,9 +175,9 @@ TEST_F(Picture, EmptyAndBrokenClayIsLeftOutQuietly)
     broken.vertices = {{bad, 0, 0}, {0, far, 0}, {0, 0, 1}, {1, 0, 0}};
     broken.normals = {{0, 1, 0}, {0, 1, 0}, {0, 1, 0}, {bad, 0, 0}};
     broken.triangles = {{0, 1, 2}, {1, 2, 3}, {3, 3, 3}};
-    Blob lost = finger();
+    DrawPrimitive lost = finger();
     lost.sphere[1].c.y = bad;
-    Blob negative = finger();
+    DrawPrimitive negative = finger();
     negative.sphere[0].r = -1;
     EXPECT_EQ(paint({broken}, {lost, negative}).rgb, bare.rgb);
 }
@@ -188,7 +188,7 @@ TEST_F(Picture, DegenerateTrianglesAndNormalsDoNotBreakIt)
     flat.vertices = {{0.5f, 0.1f, 0.5f}, {0.5f, 0.1f, 0.5f}, {0.6f, 0.1f, 0.5f}};
     flat.normals = {{0, 0, 0}, {0, 0, 0}, {0, 0, 0}};
     flat.triangles = {{0, 0, 0}, {0, 1, 2}};
-    Blob point{3, {}};  // three spheres of radius 0 in one place
+    DrawPrimitive point{3, {}};  // three spheres of radius 0 in one place
     EXPECT_EQ(paint({flat}, {point}).rgb.size(), 3u * 240 * 180);
 }
 
@@ -208,10 +208,11 @@ TEST_F(Picture, OneStrayVertexDoesNotSpoilTheShadows)
 
 TEST_F(Picture, WhatCannotBeDrawnIsNamed)
 {
-    const auto reason = [&](const std::vector<Mesh>& meshes, const std::vector<Blob>& blobs,
+    const auto reason = [&](const std::vector<Mesh>& meshes,
+                            const std::vector<DrawPrimitive>& primitives,
                             const Camera& camera) -> std::string {
         try {
-            painter->paint(meshes, blobs, camera, 0);
+            painter->paint(meshes, primitives, camera, 0);
         } catch (const std::invalid_argument& error) {
             return error.what();
         }
@@ -226,7 +227,7 @@ TEST_F(Picture, WhatCannotBeDrawnIsNamed)
     mesh = dented_ball(0);
     mesh.normals.pop_back();
     EXPECT_PRED2(says, reason({mesh}, {}, front()), "normals");
-    EXPECT_PRED2(says, reason({}, {Blob{4, {}}}, front()), "of 4 spheres");
+    EXPECT_PRED2(says, reason({}, {DrawPrimitive{4, {}}}, front()), "of 4 spheres");
     Camera camera = front();
     camera.width = 0;
     EXPECT_PRED2(says, reason({}, {}, camera), "0 x 180 pixels");
@@ -251,7 +252,7 @@ TEST_F(Picture, StraightDownAndFromBelowTheFloorItStillShowsTheClay)
 
 TEST(Hull, EveryVertexLiesOnTheExactHullAndTheSurfaceIsClosed)
 {
-    Blob blob{3, {}};
+    DrawPrimitive blob{3, {}};
     blob.sphere[0].c = {0.1f, 0.2f, 0.3f};
     blob.sphere[1].c = {0.4f, 0.1f, 0.2f};
     blob.sphere[2].c = {0.2f, 0.5f, 0.25f};
@@ -263,7 +264,8 @@ TEST(Hull, EveryVertexLiesOnTheExactHullAndTheSurfaceIsClosed)
         Geometry g{};
         add_hull(g, blob, 3, {1, 1, 1});
         ASSERT_EQ(g.triangles.size(), 1280u);
-        for (const PaintVertex& v : g.vertices) EXPECT_NEAR(foot(exact, v.place).phi, 0, 2e-6f);
+        for (const PaintVertex& v : g.vertices)
+            EXPECT_NEAR(closest_point(exact, v.place).phi, 0, 2e-6f);
         std::map<std::pair<int, int>, int> edges;
         for (const Int3 t : g.triangles) {
             ++edges[{t.x, t.y}], ++edges[{t.y, t.z}], ++edges[{t.z, t.x}];

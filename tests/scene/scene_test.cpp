@@ -312,15 +312,15 @@ TEST(Preset, EveryOneIsUsableAsItStands)
         const Material<double> m = preset(name);
         EXPECT_GT(m.density, 0) << name;
         EXPECT_GT(m.bulk, 0) << name;
-        EXPECT_TRUE(m.flow == Flow::fluid || m.mu > 0) << name;
-        EXPECT_TRUE(m.flow != Flow::von_mises || m.yield > 0) << name;
+        EXPECT_TRUE(m.plasticity == Plasticity::fluid || m.mu > 0) << name;
+        EXPECT_TRUE(m.plasticity != Plasticity::von_mises || m.yield > 0) << name;
     }
     EXPECT_THROW(preset("granite"), InputError);
 }
 
 TEST(Preset, TheConeMeetsMohrCoulombInTriaxialCompression)
 {
-    Recipe sand = recipe("wet-sand");
+    MaterialSpec sand = material_spec("wet-sand");
     sand.friction_angle = 30, sand.cohesion = 0;
     // Axial and radial stress at failure: s1 = s3 (1 + sin) / (1 - sin) = 3 s3 at 30 degrees.
     const double s1 = 3, s3 = 1, p = (s1 + 2 * s3) / 3;

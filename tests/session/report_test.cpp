@@ -17,7 +17,7 @@ TEST(Spread, PercentilesAreNearestRanks)
     const Spread s = spread(v);
     EXPECT_EQ(s.median, 50);
     EXPECT_EQ(s.p95, 95);
-    EXPECT_EQ(s.most, 100);
+    EXPECT_EQ(s.max, 100);
     EXPECT_DOUBLE_EQ(s.mean, 50.5);
     EXPECT_EQ(spread({}).median, 0);
 }

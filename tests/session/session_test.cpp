@@ -66,15 +66,15 @@ class RunFolder : public InFolder {
 class Played : public Solver {
   public:
     explicit Played(const Setup& setup) : state(setup.particles) {}
-    Tally advance(const Motion& motion, double duration) override
+    FrameStats advance(const Motion& motion, double duration) override
     {
         ++frames;
         motions.push_back(motion);
         durations.push_back(duration);
         if (frames == lost_at) throw std::runtime_error("cuda: gone");
         if (frames == broken_at) state[0].v.x = std::nan("");
-        Tally t;
-        t.substeps = 1, t.dt_least = t.dt_most = duration, t.limits[0] = 1;
+        FrameStats t;
+        t.substeps = 1, t.dt_min = t.dt_max = duration, t.limits[0] = 1;
         t.repaired = frames == repaired_at ? long(state.size()) : 0;
         t.moved = frames == moved_at;
         if (t.moved) state.resize(state.size() / 2);
@@ -314,7 +314,7 @@ TEST_F(RunFolder, ExitCodesSayWhatIsWrong)
     o.settings = {"objects.0.diameter=-1"};
     EXPECT_EQ(code([&] { return run_verb(o); }), exit_input);
     o.settings = {"objects.0.per_cell=64"};
-    o.most_memory = 1;
+    o.max_memory = 1;
     EXPECT_EQ(code([&] { return run_verb(o); }), exit_resource);
     o = quick("");
     o.video = true;

@@ -9,17 +9,18 @@ namespace knead {
 
 constexpr Elasticity elasticities[] = {Elasticity::neo_hookean, Elasticity::fixed_corotated,
                                        Elasticity::hencky};
-constexpr Flow flows[] = {Flow::none,  Flow::von_mises,        Flow::drucker_prager,
-                          Flow::clamp, Flow::herschel_bulkley, Flow::fluid};
+constexpr Plasticity plasticities[] = {
+    Plasticity::none,  Plasticity::von_mises,        Plasticity::drucker_prager,
+    Plasticity::clamp, Plasticity::herschel_bulkley, Plasticity::fluid};
 constexpr double root = 0.81649658092772603;  // sqrt(2/3)
 
 // E = 1 MPa, nu = 0.3; yields at 50 kPa
 template <class R>
-Material<R> clay(Elasticity elasticity, Flow flow)
+Material<R> clay(Elasticity elasticity, Plasticity plasticity)
 {
     Material<R> m{};
     m.elasticity = elasticity;
-    m.flow = flow;
+    m.plasticity = plasticity;
     m.density = 1000;
     m.mu = R(1e6 / 2.6);
     m.lambda = R(0.3e6 / (1.3 * 0.4));

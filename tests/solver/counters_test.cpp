@@ -63,10 +63,10 @@ TEST_F(GpuCounters, CountTheStagesOfAFrameAndLeaveTheNextOnesAsTheyWere)
     s.deterministic = true;
     const auto watched = gpu_solver(s, 0), left_alone = gpu_solver(s, 0);
     EXPECT_TRUE(watched->stage_counts().empty());  // there was no frame yet
-    Tally tally;
+    FrameStats stats;
     const auto play = [&](int first) {
         for (int f = first; f < first + 3; ++f) {
-            tally = watched->advance(closing(f * frame, frame), frame);
+            stats = watched->advance(closing(f * frame, frame), frame);
             left_alone->advance(closing(f * frame, frame), frame);
         }
     };
@@ -74,7 +74,7 @@ TEST_F(GpuCounters, CountTheStagesOfAFrameAndLeaveTheNextOnesAsTheyWere)
     std::string why;
     const std::vector<StageWork> once = counts_of(*watched, why), again = counts_of(*watched, why);
     if (!why.empty()) GTEST_SKIP() << why;
-    const double items = double(s.particles.size()) * tally.substeps;
+    const double items = double(s.particles.size()) * stats.substeps;
     const char* const names[] = {"sort", "pose", "p2g", "grid", "g2p"};
     ASSERT_EQ(once.size(), std::size(names));
     ASSERT_EQ(again.size(), std::size(names));

@@ -30,7 +30,7 @@ Given spreading()
 {
     Given s = lump(64, 0.12);
     Material<double>& m = s.materials[0];
-    m.flow = Flow::fluid, m.bulk = 1e5, m.exponent = 7, m.viscosity = 1;
+    m.plasticity = Plasticity::fluid, m.bulk = 1e5, m.exponent = 7, m.viscosity = 1;
     for (Particle<double>& q : s.particles) q.v = {24 * (q.x.x - 0.5), 24 * (q.x.y - 0.5), 0.2};
     return s;
 }
@@ -46,7 +46,7 @@ Given overrun()
         b.weight[0] = 1, b.radius = 0.2f;
         s.rig.spheres.push_back(b);
         s.rig.primitives.push_back({1, {side, side, side}, side});
-        s.tools.push_back({Touch::separate, 0.3, false, true});
+        s.tools.push_back({ContactMode::separate, 0.3, false, true});
     }
     return s;
 }
@@ -72,7 +72,7 @@ Given sleeping()
                 s.particles.push_back(q);
             }
     s.gravity = {0, 0, 0};
-    s.walls.touch = Touch::sticky;
+    s.walls.mode = ContactMode::sticky;
     s.rest = {RestMode::sleep, 0.05, 2, 4.9, 4 * dx};
     return s;
 }
@@ -89,7 +89,7 @@ Given cut()
         s.rig.spheres.push_back(b);
     }
     s.rig.primitives = {{3, {0, 1, 2}, 0}};
-    s.tools = {{Touch::separate, 0.1, true, true}};
+    s.tools = {{ContactMode::separate, 0.1, true, true}};
     for (Particle<double>& q : s.particles) q.v = {q.x.x < 0.5 ? -3.0 : 3.0, 0, 0};
     return s;
 }
@@ -110,7 +110,7 @@ struct Result {
     std::size_t before = 0, after = 0;  // bytes held
 };
 
-void count(Result& r, const Tally& t)
+void count(Result& r, const FrameStats& t)
 {
     r.counts.insert(r.counts.end(), {long(t.substeps), t.yielded, t.projected, t.confined,
                                      t.repaired, t.moved, t.woken});
@@ -147,10 +147,10 @@ void expect_close(const Result& a, const Result& b, double apart, const char* wh
 {
     EXPECT_EQ(a.counts[0], b.counts[0]) << where;
     ASSERT_EQ(a.particles.size(), b.particles.size());
-    double most = 0;
+    double max = 0;
     for (std::size_t i = 0; i < a.particles.size(); ++i)
-        most = std::fmax(most, length(a.particles[i].x - b.particles[i].x));
-    EXPECT_LE(most, apart) << where;
+        max = std::fmax(max, length(a.particles[i].x - b.particles[i].x));
+    EXPECT_LE(max, apart) << where;
 }
 
 // What a frame goes on with may be sorted anew, and is summed in other groups: roundings remain.
@@ -216,10 +216,10 @@ TEST_F(GpuBox, ClayThatAToolThrowsBeyondItComesThereLater)
     EXPECT_GT(small.counts[2], 1000);
     EXPECT_EQ(small.counts[4] + small.counts[11], whole.counts[4] + whole.counts[11]);  // repaired
     for (const double depth : solver->penetration()) EXPECT_LT(depth, 1e-3 * s.lattice.dx);
-    double most = 0;
+    double max = 0;
     for (std::size_t i = 0; i < whole.particles.size(); ++i)
-        most = std::fmax(most, length(small.particles[i].x - whole.particles[i].x));
-    EXPECT_LT(most, 3 * s.lattice.dx);
+        max = std::fmax(max, length(small.particles[i].x - whole.particles[i].x));
+    EXPECT_LT(max, 3 * s.lattice.dx);
 }
 
 TEST_F(GpuBox, ClayThatWakesAsItIsStruckGoesOnAlike)
@@ -269,8 +269,8 @@ TEST_F(GpuBox, MeasuringItsStagesTakesNothingFromTheClay)
 TEST_F(GpuBox, WithoutMemoryForMoreItSaysSoAndKeepsTheClay)
 {
     const Given s = spreading();
-    for (std::size_t most : {1u, 50000u, 100000u}) {
-        const auto solver = gpu_solver(s, 0, {0, most}), whole = gpu_solver(s, 0, whole_lattice);
+    for (std::size_t max : {1u, 50000u, 100000u}) {
+        const auto solver = gpu_solver(s, 0, {0, max}), whole = gpu_solver(s, 0, whole_lattice);
         bool refused = false;
         for (int f = 0; f < 30 && !refused; f += 2) {
             whole->advance(still(f), frame), whole->advance(still(f), frame);
@@ -282,17 +282,17 @@ TEST_F(GpuBox, WithoutMemoryForMoreItSaysSoAndKeepsTheClay)
                 refused = true;
             }
         }
-        EXPECT_TRUE(refused) << most;
+        EXPECT_TRUE(refused) << max;
         EXPECT_THROW(solver->collect(), std::logic_error);  // none is under way any more
         const auto a = solver->particles(), b = whole->particles();
         ASSERT_EQ(a.size(), b.size());
-        double most_x = 0, most_v = 0;  // within the two frames nothing comes far
+        double max_x = 0, max_v = 0;  // within the two frames nothing comes far
         for (std::size_t i = 0; i < a.size(); ++i) {
-            most_x = std::fmax(most_x, length(a[i].x - b[i].x));
-            most_v = std::fmax(most_v, length(a[i].v - b[i].v));
+            max_x = std::fmax(max_x, length(a[i].x - b[i].x));
+            max_v = std::fmax(max_v, length(a[i].v - b[i].v));
         }
-        EXPECT_LT(most_x, 0.2) << most;
-        EXPECT_LT(most_v, 8) << most;
+        EXPECT_LT(max_x, 0.2) << max;
+        EXPECT_LT(max_v, 8) << max;
         EXPECT_THROW(solver->advance(still(0), frame), std::runtime_error);
     }
 }

@@ -31,16 +31,17 @@ Setup menagerie()
     const double dx = s.lattice.dx;
     const Material<double> clay = s.materials[0];
     s.materials.clear();
-    for (Flow flow : {Flow::none, Flow::von_mises, Flow::drucker_prager, Flow::clamp,
-                      Flow::herschel_bulkley, Flow::fluid}) {
+    for (Plasticity plasticity :
+         {Plasticity::none, Plasticity::von_mises, Plasticity::drucker_prager, Plasticity::clamp,
+          Plasticity::herschel_bulkley, Plasticity::fluid}) {
         Material<double> m = clay;
-        m.flow = flow;
-        m.elasticity = flow == Flow::drucker_prager ? Elasticity::hencky
-                       : flow == Flow::clamp        ? Elasticity::fixed_corotated
-                                                    : Elasticity::neo_hookean;
+        m.plasticity = plasticity;
+        m.elasticity = plasticity == Plasticity::drucker_prager ? Elasticity::hencky
+                       : plasticity == Plasticity::clamp        ? Elasticity::fixed_corotated
+                                                                : Elasticity::neo_hookean;
         m.friction = 0.6, m.compress = 0.025, m.stretch = 0.0075, m.snow = 5;
-        m.bulk = 1e5, m.exponent = flow == Flow::fluid ? 7 : 0.8;
-        m.viscosity = flow == Flow::fluid ? 1 : 100;
+        m.bulk = 1e5, m.exponent = plasticity == Plasticity::fluid ? 7 : 0.8;
+        m.viscosity = plasticity == Plasticity::fluid ? 1 : 100;
         m.yield = 2e3;
         s.materials.push_back(m);
     }
@@ -53,7 +54,7 @@ Setup menagerie()
 
 struct Result {
     std::vector<Particle<double>> particles;
-    Tally last;
+    FrameStats last;
     std::vector<double> depths;
     int substeps = 0;
     long projected = 0, repaired = 0, yielded = 0;
@@ -135,7 +136,7 @@ TEST_F(GpuSolver, DeterministicRunsAgreeToTheBit)
             << i;
     }
     EXPECT_EQ(a.last.yielded, b.last.yielded);
-    EXPECT_EQ(a.last.dt_least, b.last.dt_least);
+    EXPECT_EQ(a.last.dt_min, b.last.dt_min);
 }
 
 TEST_F(GpuSolver, KeepsMomentumWhereNothingTouches)
@@ -157,7 +158,7 @@ TEST_F(GpuSolver, PassesThroughToolsThatAreNotActive)
     const auto solver = gpu_solver(s, 0);
     Motion motion = closing(0.11, frame);
     motion.active = {0, 0};
-    const Tally t = solver->advance(motion, frame);
+    const FrameStats t = solver->advance(motion, frame);
     EXPECT_EQ(t.projected, 0);
     EXPECT_TRUE(solver->penetration().empty());
     motion.active = {0, 1};
@@ -170,9 +171,9 @@ TEST_F(GpuSolver, TakesPreciselyTheFixedStepsOfAFrame)
     s.step.fixed = 1e-4;
     const auto solver = gpu_solver(s, 0);
     for (int f = 0; f < 3; ++f) {
-        const Tally t = solver->advance(closing(f * 5e-4, 5e-4), 5e-4);
+        const FrameStats t = solver->advance(closing(f * 5e-4, 5e-4), 5e-4);
         EXPECT_EQ(t.substeps, 5);
-        EXPECT_NEAR(t.dt_least, 1e-4, 1e-12);
+        EXPECT_NEAR(t.dt_min, 1e-4, 1e-12);
     }
     EXPECT_EQ(solver->advance(closing(0, 0), 0).substeps, 0);
 }

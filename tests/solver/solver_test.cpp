@@ -39,7 +39,7 @@ Material<double> clay(double young, double yield)
 {
     Material<double> m{};
     m.elasticity = Elasticity::neo_hookean;
-    m.flow = yield > 0 ? Flow::von_mises : Flow::none;
+    m.plasticity = yield > 0 ? Plasticity::von_mises : Plasticity::none;
     m.density = 1000, m.mu = young / 2.6, m.lambda = young * 0.3 / (1.3 * 0.4), m.yield = yield;
     return m;
 }
@@ -48,7 +48,7 @@ Given ball(int nodes, double diameter, Vec3<double> centre, const Material<doubl
 {
     Given s;
     s.lattice = {{nodes, nodes, nodes}, 1.0 / nodes};
-    s.walls = {3, Touch::separate, 0.4};
+    s.walls = {3, ContactMode::separate, 0.4};
     Material<double> m = material;
     const double dx = s.lattice.dx;
     m.volume = dx * dx * dx / 8, m.mass = m.volume * m.density;
@@ -153,7 +153,7 @@ TEST_P(ThinTool, LeavesNoParticleInsideAndLosesNone)
     low.radius = high.radius = float(radius * dx);
     s.rig.spheres = {low, high};
     s.rig.primitives = {{2, {0, 1, 1}, 0}};
-    s.tools = {{Touch::separate, 0.3, false, true}};
+    s.tools = {{ContactMode::separate, 0.3, false, true}};
     const auto solver = backend.make(s);
     double x = 0.5 - 0.15 - radius * dx - 0.01, found = 0;
     const double until = x + 0.25;
@@ -162,8 +162,8 @@ TEST_P(ThinTool, LeavesNoParticleInsideAndLosesNone)
         Motion m = still({x, 0.5, 0.5 + 0.2 * dx});
         x += speed * dx;
         m.to[0].p.x = x;
-        const Tally tally = solver->advance(m, shortly);
-        projected += tally.projected, found = std::max(found, tally.found_depth);
+        const FrameStats stats = solver->advance(m, shortly);
+        projected += stats.projected, found = std::max(found, stats.found_depth);
         for (double d : solver->penetration()) ASSERT_LT(d, 1e-6);
     }
     EXPECT_GT(projected, 100);
@@ -207,7 +207,7 @@ TEST(Solver, AToolStopsClayWhereItIsAndNotHalfACellAside)
             s.rig.spheres.push_back(b);
         }
         s.rig.primitives = {{3, {0, 1, 2}, 0}};
-        s.tools = {{Touch::separate, 0.5, false, true}};
+        s.tools = {{ContactMode::separate, 0.5, false, true}};
         const auto solver = cpu_solver(s);
         for (int f = 0; f < 40; ++f) solver->advance(still({0.5, height, 0.5}), frame);
         double lowest = 1;
@@ -223,8 +223,8 @@ TEST(Solver, AParticleThatIsNotANumberIsPutBackAndCounted)
     Given s = ball(32, 0.2, {0.5, 0.5, 0.5}, clay(1e5, 1e4));
     s.particles[100].C.a.x = NAN;
     const auto solver = cpu_solver(s);
-    const Tally tally = solver->advance(still(), frame);
-    EXPECT_GT(tally.repaired, 0);
+    const FrameStats stats = solver->advance(still(), frame);
+    EXPECT_GT(stats.repaired, 0);
     for (const auto& p : solver->particles())
         EXPECT_TRUE(std::isfinite(p.x.x + p.v.x + p.e.xx + p.C.a.x));
 }

@@ -88,17 +88,17 @@ SurfaceWork followed(const Given& s, int frames, Advance&& advance,
         if (f > 0) advance(*solver, f);
         for (std::size_t k = 0; k < kept.size(); ++k) {
             const std::string where = "frame " + std::to_string(f) + ", rule " + std::to_string(k);
-            SurfaceTally tally, fresh_tally;
+            SurfaceStats stats, fresh_tally;
             GpuSurface fresh(s.particles, s.materials, by[k]);
-            kept[k]->surface(*solver->clay(), &tally);
+            kept[k]->surface(*solver->clay(), &stats);
             fresh.surface(*solver->clay(), &fresh_tally);
             expect_same(*kept[k], fresh, where);
-            EXPECT_EQ(tally.outside, fresh_tally.outside) << where;
+            EXPECT_EQ(stats.outside, fresh_tally.outside) << where;
             const SurfaceWork work = kept[k]->work();
             EXPECT_GT(work.blocks, 0);
             EXPECT_EQ(fresh.work().softened, fresh.work().blocks);
             if (f == 0) continue;
-            sum.blocks += work.blocks, sum.splatted += work.splatted;
+            sum.blocks += work.blocks, sum.deposited += work.deposited;
             sum.softened += work.softened;
         }
     }
@@ -118,12 +118,12 @@ TEST_F(GpuKeptSurface, IsThatOfAllParticlesWhileClayFliesIntoClayThatSleeps)
     const Given s = thrown(lumps(), 50);
     const long count = long(s.particles.size());
     const SurfaceWork work = followed(s, 20, [&](Solver& solver, int f) {
-        const Tally t = solver.advance(closing(f * frame, frame), frame);
+        const FrameStats t = solver.advance(closing(f * frame, frame), frame);
         EXPECT_GT(t.moved, 0);
         EXPECT_LT(t.moved, t.substeps * count);
     });
-    EXPECT_GT(work.splatted, 100);
-    EXPECT_LT(work.splatted, work.softened);
+    EXPECT_GT(work.deposited, 100);
+    EXPECT_LT(work.deposited, work.softened);
     EXPECT_LT(double(work.softened), 0.95 * double(work.blocks));
 }
 
@@ -185,9 +185,9 @@ TEST_F(GpuKeptSurface, IsNotMadeAgainWhereNothingMoves)
         ASSERT_EQ(first.size(), 2u);
         for (int round = 0; round < 3; ++round) {
             EXPECT_EQ(solver->advance(closing(0, frame), frame).moved, 0);
-            SurfaceTally tally;
-            EXPECT_TRUE(same_bits(kept.surface(*solver->clay(), &tally), first));
-            EXPECT_EQ(kept.work().splatted, 0);
+            SurfaceStats stats;
+            EXPECT_TRUE(same_bits(kept.surface(*solver->clay(), &stats), first));
+            EXPECT_EQ(kept.work().deposited, 0);
             EXPECT_EQ(kept.work().softened, 0);
             EXPECT_GT(kept.work().blocks, 0);
         }

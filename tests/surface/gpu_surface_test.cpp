@@ -52,9 +52,9 @@ TEST_F(GpuSurfaces, DensityIsTheCpusWithinRounding)
         const SurfaceRule rule = rule_of(s.nodes, Smoothing::none);
         std::vector<Deposit> deposits;
         const float dx = rule.lattice.dx, volume = float(clay(s.h).mass / clay(s.h).density);
-        SurfaceTally tally;
+        SurfaceStats stats;
         GpuSurface device(s.particles, {clay(s.h)}, rule);
-        device.surface(s.particles, &tally);
+        device.surface(s.particles, &stats);
         for (const Particle<double>& q : s.particles) {
             const Vec3<float> x = cast<float>(q.x);
             const auto in = [&](float t) {
@@ -62,7 +62,7 @@ TEST_F(GpuSurfaces, DensityIsTheCpusWithinRounding)
             };
             if (in(x.x) && in(x.y) && in(x.z)) deposits.push_back({x, volume});
         }
-        EXPECT_EQ(std::size_t(tally.outside), s.particles.size() - deposits.size());
+        EXPECT_EQ(std::size_t(stats.outside), s.particles.size() - deposits.size());
         const Field f = density(deposits, rule.lattice), g = device.density(0);
         std::size_t full = 0;
         double sum = 0, sum_g = 0, worst = 0;
@@ -224,25 +224,25 @@ TEST_F(GpuSurfaces, MeasuringLeavesTheSurfaceAsItWas)
 TEST_F(GpuSurfaces, ParticlesOfNoUseAreLeftOutAndCounted)
 {
     const Mixed given = mixed(1.0 / 32);
-    SurfaceTally tally;
+    SurfaceStats stats;
     GpuSurface device(given.all, given.materials, rule_of(32));
-    const auto meshes = device.surface(given.all, &tally);
-    EXPECT_EQ(tally.unusable, 7);
-    EXPECT_EQ(tally.outside, 2);
-    EXPECT_TRUE(same_bits(meshes, device.surface(given.good, &tally)));
-    EXPECT_EQ(tally.unusable + tally.outside, 0);
+    const auto meshes = device.surface(given.all, &stats);
+    EXPECT_EQ(stats.unusable, 7);
+    EXPECT_EQ(stats.outside, 2);
+    EXPECT_TRUE(same_bits(meshes, device.surface(given.good, &stats)));
+    EXPECT_EQ(stats.unusable + stats.outside, 0);
 }
 
 TEST_F(GpuSurfaces, NoParticlesMakeNoMesh)
 {
     GpuSurface empty({}, {}, rule_of(32));
     EXPECT_TRUE(empty.surface(Particles{}).empty());
-    SurfaceTally tally;
-    EXPECT_TRUE(empty.surface({Particle<double>{}}, &tally).empty());
-    EXPECT_EQ(tally.unusable, 1);
+    SurfaceStats stats;
+    EXPECT_TRUE(empty.surface({Particle<double>{}}, &stats).empty());
+    EXPECT_EQ(stats.unusable, 1);
     GpuSurface crumb({Particle<double>{}}, {clay(0.01)}, rule_of(32));
-    EXPECT_TRUE(crumb.surface({Particle<double>{}}, &tally).empty());
-    EXPECT_EQ(tally.outside, 1);
+    EXPECT_TRUE(crumb.surface({Particle<double>{}}, &stats).empty());
+    EXPECT_EQ(stats.outside, 1);
 }
 
 TEST_F(GpuSurfaces, SurfaceThatDoesNotFitIsReportedAndEmpty)

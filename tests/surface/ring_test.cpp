@@ -58,7 +58,7 @@ TEST(Ring, AroundEveryVertexAreTheTrianglesThatUseIt)
                     },
                     [&](EdgeKey next, EdgeKey last) { found.emplace_back(next, last); });
             }
-            EXPECT_LE(int(found.size()), most_ring);
+            EXPECT_LE(int(found.size()), max_ring);
             std::sort(found.begin(), found.end());
             std::sort(expected[v].begin(), expected[v].end());
             EXPECT_EQ(found, expected[v]);

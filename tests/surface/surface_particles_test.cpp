@@ -81,12 +81,12 @@ TEST(SurfaceOfParticles, SurfaceIsClosedAtTheBorderOfTheLatticeToo)
 {
     const double h = 1.0 / 32;
     const auto particles = filled(h, 8, 0, [](Vec3<double>) { return true; });  // the whole lattice
-    SurfaceTally tally;
-    const auto meshes = surface(particles, {clay(h)}, rule_of(32), &tally);
+    SurfaceStats stats;
+    const auto meshes = surface(particles, {clay(h)}, rule_of(32), &stats);
     ASSERT_EQ(meshes.size(), 1u);
     EXPECT_EQ(fault(meshes[0]), "");
     EXPECT_EQ(euler(meshes[0]), 2);
-    EXPECT_GT(tally.outside, 0);
+    EXPECT_GT(stats.outside, 0);
     for (const Vec3<float> v : meshes[0].vertices) {
         EXPECT_GE(std::min({v.x, v.y, v.z}), -1.0f / 32);
         EXPECT_LE(std::max({v.x, v.y, v.z}), 1.0f);
@@ -143,10 +143,10 @@ TEST(SurfaceOfParticles, SameBitsFromOneTwoAndThreeThreads)
 TEST(SurfaceOfParticles, ParticlesOfNoUseAreLeftOutAndCounted)
 {
     const Mixed given = mixed(1.0 / 32);
-    SurfaceTally tally;
-    const auto meshes = surface(given.all, given.materials, rule_of(32), &tally);
-    EXPECT_EQ(tally.unusable, 7);
-    EXPECT_EQ(tally.outside, 2);
+    SurfaceStats stats;
+    const auto meshes = surface(given.all, given.materials, rule_of(32), &stats);
+    EXPECT_EQ(stats.unusable, 7);
+    EXPECT_EQ(stats.outside, 2);
     ASSERT_EQ(meshes.size(), 1u);
     EXPECT_EQ(volume(meshes[0]), volume(surface(given.good, given.materials, rule_of(32)).at(0)));
 }

@@ -16,7 +16,7 @@ struct Bins {
     std::vector<int> first;     // occupied.size() + 1 offsets into order
     std::vector<int> occupied;  // blocks that hold the base node of a particle, rising
     std::vector<int> slot;      // per block: its index in occupied, or -1
-    std::vector<int> touched;   // blocks that receive mass: the occupied and their upper neighbours
+    std::vector<int> reached;   // blocks that receive mass: the occupied and their upper neighbours
     std::vector<int> home;      // blocks + 1: where each block's particles began when reordered
 
     struct Members {
@@ -48,7 +48,7 @@ struct Bins {
     {
         if (home.empty()) ranges = {{0, 0}}, binned = int(key.size());
         sort(blocks, threads);
-        occupied.clear(), first.clear(), touched.clear();
+        occupied.clear(), first.clear(), reached.clear();
         slot.assign(std::size_t(blocks), -1);
         mark.assign(std::size_t(blocks), 0);
         for (int b = 0; b < blocks; ++b) {
@@ -65,7 +65,7 @@ struct Bins {
         }
         first.push_back(binned);
         for (int b = 0; b < blocks; ++b)
-            if (mark[std::size_t(b)]) touched.push_back(b);
+            if (mark[std::size_t(b)]) reached.push_back(b);
     }
 
     // Moves the particles, and their ids, into the order of their nodes: node(particle) is the

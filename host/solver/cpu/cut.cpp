@@ -51,7 +51,7 @@ void CpuSolver<R>::split_update(int b, R dt, Counts& c)
         for (int f = 0; f < 3; ++f) {
             const auto tools = [&](Vec3<R> x, Vec3<R> u) {
                 if (!setup.grid_contact) return u;
-                u = held(colliders, mask, x, u);
+                u = apply_tools(colliders, mask, x, u);
                 return f ? sliced(colliders, mask, x, u, lattice.dx, std::uint32_t(f)) : u;
             };
             sum[f] = summed(sums[f], n);
@@ -77,19 +77,19 @@ void CpuSolver<R>::split_update(int b, R dt, Counts& c)
 // At the end of a frame: a stroke that begins forgets old labels in its way, one that has ended
 // leaves whole pieces.
 template <class R>
-void CpuSolver<R>::settle_cuts(bool covered)
+void CpuSolver<R>::finish_cuts(bool covered)
 {
     if (stillness.any() && covered != was_covered)
         for (Particle<R>& p : q) p.hold(false);  // whoever looks at whole pieces reads plain labels
-    settle(q, lattice, posed, covered, was_covered);
+    relabel_pieces(q, lattice, posed, covered, was_covered);
     was_covered = covered;
 }
 
 template bool CpuSolver<float>::find_splits();
 template void CpuSolver<float>::split_update(int, float, Counts&);
-template void CpuSolver<float>::settle_cuts(bool);
+template void CpuSolver<float>::finish_cuts(bool);
 template bool CpuSolver<double>::find_splits();
 template void CpuSolver<double>::split_update(int, double, Counts&);
-template void CpuSolver<double>::settle_cuts(bool);
+template void CpuSolver<double>::finish_cuts(bool);
 
 }  // namespace knead

@@ -55,12 +55,12 @@ struct Lanes {
 };
 
 template <class R>
-inline Lanes<R> least(Lanes<R> a, Lanes<R> b)
+inline Lanes<R> min(Lanes<R> a, Lanes<R> b)
 {
     return b.v < a.v ? b.v : a.v;
 }
 template <class R>
-inline Lanes<R> most(Lanes<R> a, Lanes<R> b)
+inline Lanes<R> max(Lanes<R> a, Lanes<R> b)
 {
     return a.v < b.v ? b.v : a.v;
 }
@@ -68,7 +68,7 @@ template <class R>
 inline R largest(Lanes<R> a)
 {
     R all = a[0];
-    for (int l = 1; l < Lanes<R>::count; ++l) all = most(all, a[l]);
+    for (int l = 1; l < Lanes<R>::count; ++l) all = max(all, a[l]);
     return all;
 }
 
@@ -103,7 +103,7 @@ inline Lanes<R> log_of_one_plus(Lanes<R> x)
 template <class R>
 inline Lanes<R> log_volume(Lanes<R> excess)
 {
-    return R(0.5) * log_of_one_plus(most(excess, Lanes<R>(crushed<R>)));
+    return R(0.5) * log_of_one_plus(max(excess, Lanes<R>(crushed<R>)));
 }
 
 // One register after the other, as one of twice the size.

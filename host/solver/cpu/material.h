@@ -13,7 +13,8 @@ inline Sym3<Lanes<R>> stress(const Particle<Lanes<R>>& p, const Group<R>& group,
                              const Material<R>& m)
 {
     using L = Lanes<R>;
-    if (m.elasticity == Elasticity::neo_hookean && m.flow != Flow::fluid && m.flow != Flow::clamp)
+    if (m.elasticity == Elasticity::neo_hookean && m.plasticity != Plasticity::fluid &&
+        m.plasticity != Plasticity::clamp)
         return neo_hookean_stress(p.e, L(m.mu), L(m.lambda));
     Sym3<L> tau;
     for (int l = 0; l < L::count; ++l) {
@@ -27,14 +28,15 @@ inline Sym3<Lanes<R>> stress(const Particle<Lanes<R>>& p, const Group<R>& group,
 // One bit for each lane that the return map must look at: of clay, those near the yield stress or
 // beyond it.
 template <class R>
-inline unsigned may_flow(const Particle<Lanes<R>>& p, const Material<R>& m)
+inline unsigned near_yield_mask(const Particle<Lanes<R>>& p, const Material<R>& m)
 {
     using L = Lanes<R>;
     constexpr unsigned all = (1u << L::count) - 1;
-    if (m.flow == Flow::none) return 0;
-    if (m.flow != Flow::von_mises || m.elasticity != Elasticity::neo_hookean) return all;
+    if (m.plasticity == Plasticity::none) return 0;
+    if (m.plasticity != Plasticity::von_mises || m.elasticity != Elasticity::neo_hookean)
+        return all;
     const L shear = L(m.mu * m.mu) * norm_squared(deviator(p.e));
-    const L yield = most(L(m.yield) + L(m.hardening) * p.k, L(m.yield_floor));
+    const L yield = max(L(m.yield) + L(m.hardening) * p.k, L(m.yield_floor));
     const auto calm = shear.v < (R(0.6666) * yield * yield).v;  // 2/3 less a margin for rounding
     unsigned lanes = 0;
     for (int l = 0; l < L::count; ++l) lanes |= unsigned(calm[l] == 0) << l;

@@ -6,7 +6,7 @@ namespace knead {
 
 // Before a frame's first substep: finds what need not move, and puts it to rest.
 template <class R>
-void CpuSolver<R>::settle_down(const Motion& motion)
+void CpuSolver<R>::update_activity(const Motion& motion)
 {
     const double start = omp_get_wtime();
     const int blocks = lattice.block_count();
@@ -19,7 +19,7 @@ void CpuSolver<R>::settle_down(const Motion& motion)
 #pragma omp parallel for num_threads(threads) schedule(dynamic, 16)
     for (int b = 0; b < blocks; ++b)
         for_each_of(b, [&](const Particle<R>& p) {
-            fastest[std::size_t(b)] = most(fastest[std::size_t(b)], dot(p.v, p.v));
+            fastest[std::size_t(b)] = max(fastest[std::size_t(b)], dot(p.v, p.v));
         });
     stillness.begin(fastest, boxes_around(posed, motion, stillness.rule.reach));
 #pragma omp parallel for num_threads(threads) schedule(dynamic, 16)
@@ -66,24 +66,24 @@ bool CpuSolver<R>::pushes(int slot, R dt, const Tile<R>* tiles) const
 
 // Ends a substep.
 template <class R>
-void CpuSolver<R>::wake_roused(Tally& tally)
+void CpuSolver<R>::wake_roused(FrameStats& stats)
 {
     bool any = false;
     stillness.end([&](int b) {
         const int from = bins.home[std::size_t(b)], to = bins.home[std::size_t(b) + 1];
         for (int i = from; i < to; ++i) q[std::size_t(i)].hold(false);
-        tally.woken += from < to, any = true;
+        stats.woken += from < to, any = true;
     });
     if (any) bins.bin_only(stillness.listed);
 }
 
-template void CpuSolver<float>::settle_down(const Motion&);
+template void CpuSolver<float>::update_activity(const Motion&);
 template Bins::Members CpuSolver<float>::movers_among(Bins::Members, std::vector<int>&) const;
 template bool CpuSolver<float>::pushes(int, float, const Tile<float>*) const;
-template void CpuSolver<float>::wake_roused(Tally&);
-template void CpuSolver<double>::settle_down(const Motion&);
+template void CpuSolver<float>::wake_roused(FrameStats&);
+template void CpuSolver<double>::update_activity(const Motion&);
 template Bins::Members CpuSolver<double>::movers_among(Bins::Members, std::vector<int>&) const;
 template bool CpuSolver<double>::pushes(int, double, const Tile<double>*) const;
-template void CpuSolver<double>::wake_roused(Tally&);
+template void CpuSolver<double>::wake_roused(FrameStats&);
 
 }  // namespace knead

@@ -17,7 +17,7 @@ struct Stillness {
     Lattice<R> lattice;
     // Per block of the lattice; empty where no clay may be still.
     std::vector<int> quiet;        // frames on end at rest
-    std::vector<int> stir;         // what its clay does in this frame, see Stir
+    std::vector<int> activity;     // what its clay does in this frame, see Stir
     std::vector<int> free, guard;  // the substep from which on its clay moves, wakes where pushed
     std::vector<char> listed;      // its clay is looked at
     std::vector<char> roused;      // something in it was pushed in this substep
@@ -30,7 +30,7 @@ struct Stillness {
     bool feels(int b) const { return guard[std::size_t(b)] <= now; }
     // A frame begins: fastest[b] is the largest speed squared of block b's clay [m^2/s^2], `boxes`
     // those of the tools.
-    void begin(const std::vector<R>& fastest, const std::vector<Box<R>>& boxes);
+    void begin(const std::vector<R>& fastest, const std::vector<AxisBox<R>>& boxes);
     // Ends the substep: what was roused moves from the next one on. Calls visit(block) for each.
     template <class Visit>
     void end(Visit&& visit);
@@ -38,7 +38,7 @@ struct Stillness {
   private:
     template <class Visit>
     void for_each_within(Int3 at, int steps, Visit&& visit) const;
-    void spread(Stir from);
+    void spread(Activity from);
     void wake(int b);
 };
 
@@ -48,7 +48,7 @@ Stillness<R>::Stillness(const Rest<double>& rest, const Lattice<R>& of)
 {
     if (!any()) return;
     const auto blocks = std::size_t(lattice.block_count());
-    for (std::vector<int>* each : {&quiet, &stir, &free, &guard}) each->assign(blocks, 0);
+    for (std::vector<int>* each : {&quiet, &activity, &free, &guard}) each->assign(blocks, 0);
     listed.assign(blocks, 1), roused.assign(blocks, 0);
 }
 
@@ -65,32 +65,32 @@ void Stillness<R>::for_each_within(Int3 at, int steps, Visit&& visit) const
 }
 
 template <class R>
-void Stillness<R>::spread(Stir from)
+void Stillness<R>::spread(Activity from)
 {
     for (int b = 0; b < lattice.block_count(); ++b)
-        if (stir[std::size_t(b)] == from)
+        if (activity[std::size_t(b)] == from)
             for_each_within(lattice.block_at(b), 1, [&](std::size_t n) {
-                stir[n] = std::max(stir[n], neighbour_of(rule, from));
+                activity[n] = std::max(activity[n], neighbour_of(rule, from));
             });
 }
 
 template <class R>
-void Stillness<R>::begin(const std::vector<R>& fastest, const std::vector<Box<R>>& boxes)
+void Stillness<R>::begin(const std::vector<R>& fastest, const std::vector<AxisBox<R>>& boxes)
 {
     const R edge = block_edge * lattice.dx;
     for (int b = 0; b < lattice.block_count(); ++b) {
         int& frames = quiet[std::size_t(b)];
         frames = rested(rule, frames, fastest[std::size_t(b)]);
-        const bool near = std::any_of(boxes.begin(), boxes.end(), [&](const Box<R>& box) {
+        const bool near = std::any_of(boxes.begin(), boxes.end(), [&](const AxisBox<R>& box) {
             return meets(box, lattice.block_at(b), edge);
         });
-        stir[std::size_t(b)] = stirred(rule, frames, near);
+        activity[std::size_t(b)] = own_activity(rule, frames, near);
     }
-    for (Stir from : {moving, awake, knead::guard}) spread(from);
-    for (std::size_t b = 0; b < stir.size(); ++b) {
-        free[b] = stir[b] >= awake ? 0 : never;
-        guard[b] = rule.mode == RestMode::sleep && stir[b] >= knead::guard ? 0 : never;
-        listed[b] = stir[b] >= support;
+    for (Activity from : {moving, awake, knead::guard}) spread(from);
+    for (std::size_t b = 0; b < activity.size(); ++b) {
+        free[b] = activity[b] >= awake ? 0 : never;
+        guard[b] = rule.mode == RestMode::sleep && activity[b] >= knead::guard ? 0 : never;
+        listed[b] = activity[b] >= support;
     }
     now = 0;
 }
@@ -120,7 +120,7 @@ void Stillness<R>::end(Visit&& visit)
 // For every active tool a box around its primitives wherever they are in a frame, grown by `reach`
 // [m].
 template <class R>
-std::vector<Box<R>> boxes_around(const PosedTools<R>& posed, const Motion& motion, R reach)
+std::vector<AxisBox<R>> boxes_around(const PosedTools<R>& posed, const Motion& motion, R reach)
 {
     const auto at = [&](double share) {
         return [&motion, share](int j) {
@@ -129,8 +129,8 @@ std::vector<Box<R>> boxes_around(const PosedTools<R>& posed, const Motion& motio
             return Joint<R>{cast<R>(b.q), cast<R>(b.p)};
         };
     };
-    std::vector<Box<R>> boxes(posed.tools.size(),
-                              {{1e30f, 1e30f, 1e30f}, {-1e30f, -1e30f, -1e30f}});
+    std::vector<AxisBox<R>> boxes(posed.tools.size(),
+                                  {{1e30f, 1e30f, 1e30f}, {-1e30f, -1e30f, -1e30f}});
     for (const Primitive& p : posed.primitives) {
         if (!posed.tools[std::size_t(p.tool)].active) continue;
         R travel = 0;
@@ -140,12 +140,12 @@ std::vector<Box<R>> boxes_around(const PosedTools<R>& posed, const Motion& motio
         const Shape<R> middle = shape(p.count, s[0], s[1], s[2]);
         const R grown = travel + reach;
         if (!std::isfinite(dot(middle.low, middle.high) + grown)) continue;
-        Box<R>& box = boxes[std::size_t(p.tool)];
+        AxisBox<R>& box = boxes[std::size_t(p.tool)];
         const Vec3<R> low = middle.low, high = middle.high;
-        box.low = {least(box.low.x, low.x - grown), least(box.low.y, low.y - grown),
-                   least(box.low.z, low.z - grown)};
-        box.high = {most(box.high.x, high.x + grown), most(box.high.y, high.y + grown),
-                    most(box.high.z, high.z + grown)};
+        box.low = {min(box.low.x, low.x - grown), min(box.low.y, low.y - grown),
+                   min(box.low.z, low.z - grown)};
+        box.high = {max(box.high.x, high.x + grown), max(box.high.y, high.y + grown),
+                    max(box.high.z, high.z + grown)};
     }
     return boxes;
 }

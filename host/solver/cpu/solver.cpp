@@ -1,6 +1,8 @@
 // Every stage of the substep as a plain loop, in order: the specification, the fallback without a
 // GPU, and, in double, the oracle. The same bits for any number of threads: particles are binned
 // stably by block, a block's sums are private, and each node adds its neighbours' in fixed order.
+#include "host/solver/cpu/solver.h"
+
 #include <algorithm>
 #include <cstring>
 #include <numeric>
@@ -8,7 +10,6 @@
 #include "cuda/mpm/grid.h"
 #include "cuda/mpm/p2g.h"
 #include "cuda/mpm/project.h"
-#include "host/solver/cpu/solver.h"
 #include "host/solver/cpu/transfer.h"
 #include "host/solver/substep.h"
 
@@ -18,7 +19,7 @@ template <class R>
 CpuSolver<R>::CpuSolver(const Setup& given)
     : setup(given),
       lattice{given.lattice.size, R(given.lattice.dx)},
-      walls{given.walls.margin, given.walls.touch, R(given.walls.friction)},
+      walls{given.walls.margin, given.walls.mode, R(given.walls.friction)},
       gravity(cast<R>(given.gravity)),
       threads(given.threads > 0 ? given.threads : omp_get_max_threads()),
       posed(given, lattice),
@@ -38,28 +39,27 @@ CpuSolver<R>::CpuSolver(const Setup& given)
 }
 
 template <class R>
-Tally CpuSolver<R>::advance(const Motion& motion, double duration)
+FrameStats CpuSolver<R>::advance(const Motion& motion, double duration)
 {
-    Tally tally;
+    FrameStats stats;
     for (StageTime& t : times) t.seconds = 0;
     for (Counts& c : counts) c = {};
     double speed_squared = 0;
     for (const Particle<R>& p : q) speed_squared = std::max(speed_squared, double(dot(p.v, p.v)));
-    const Pace pace = pace_of(setup);
+    const StepLimits limits = step_limits(setup);
     const bool tools = !posed.bindings.empty();
-    if (tools) check_motion(setup, motion);
-    const double tool_dt = tools ? tool_step(setup, motion, duration) : 1e30;
+    const double tool_dt = tool_step(setup, motion, duration);
     posed.activate(motion);
 
     const auto node = [&](const Particle<R>& p) {
         return lattice.index(base_node(p.x, lattice.dx));
     };
     if (!arranged) bins.reorder(q, ids, lattice.block_count(), node, threads);
-    if (stillness.any()) settle_down(motion);
+    if (stillness.any()) update_activity(motion);
 
-    Step step = step_at(pace, 0, std::sqrt(speed_squared), tool_dt, duration);
+    Step step = step_at(limits, 0, std::sqrt(speed_squared), tool_dt, duration);
     while (step.dt > 0) {
-        const Step next = step_after(step, pace, std::sqrt(speed_squared), tool_dt, duration);
+        const Step next = step_after(step, limits, std::sqrt(speed_squared), tool_dt, duration);
         const double from = step.start / duration, to = next.start / duration;
         const R dt = R(step.dt);
         double start = omp_get_wtime();
@@ -75,23 +75,23 @@ Tally CpuSolver<R>::advance(const Motion& motion, double duration)
         p2g(dt);
         grid_update(dt);
         g2p(dt);
-        if (stillness.any()) wake_roused(tally);
+        if (stillness.any()) wake_roused(stats);
 
         speed_squared = 0;
         for (Counts& c : counts)
             speed_squared = std::max(speed_squared, c.speed_squared), c.speed_squared = 0;
-        tally.dt_least = tally.substeps ? std::min(tally.dt_least, step.dt) : step.dt;
-        tally.dt_most = std::max(tally.dt_most, step.dt);
-        ++tally.limits[int(step.limit)];
-        ++tally.substeps;
+        stats.dt_min = stats.substeps ? std::min(stats.dt_min, step.dt) : step.dt;
+        stats.dt_max = std::max(stats.dt_max, step.dt);
+        ++stats.limits[int(step.limit)];
+        ++stats.substeps;
         step = next;
     }
     Counts all;
     for (const Counts& c : counts) all.add(c);
-    if (posed.blades) settle_cuts(all.covered > 0);
-    tally.yielded = all.yielded, tally.projected = all.projected, tally.clipped = all.clipped;
-    tally.confined = all.confined, tally.repaired = all.repaired, tally.found_depth = all.depth;
-    tally.active_blocks = long(bins.touched.size()), tally.moved = all.moved;
+    if (posed.blades) finish_cuts(all.covered > 0);
+    stats.yielded = all.yielded, stats.projected = all.projected, stats.clipped = all.clipped;
+    stats.confined = all.confined, stats.repaired = all.repaired, stats.found_depth = all.depth;
+    stats.active_blocks = long(bins.reached.size()), stats.moved = all.moved;
     arranged = all.moved == 0;
     // The particle loops of a block run one after the other on one thread: share out their time.
     const double inner =
@@ -100,7 +100,7 @@ Tally CpuSolver<R>::advance(const Motion& motion, double duration)
     if (inner > 0)
         for (int s : {stage_g2p, stage_project, stage_plasticity})
             times[std::size_t(s)].seconds = wall * all.seconds[s] / inner;
-    return tally;
+    return stats;
 }
 
 // Calls visit(group) for the members, as many at once as there are lanes.
@@ -207,14 +207,14 @@ template <class R>
 void CpuSolver<R>::grid_update(R dt)
 {
     const Colliders<R> colliders = posed.colliders();
-    for_each(int(bins.touched.size()), stage_grid, [&](int t, Counts& c) {
-        const int b = bins.touched[std::size_t(t)];
+    for_each(int(bins.reached.size()), stage_grid, [&](int t, Counts& c) {
+        const int b = bins.reached[std::size_t(t)];
         if (!split.empty() && split[std::size_t(b)]) return split_update(b, dt, c);
         const Int3 block = lattice.block_at(b);
         const Mask& mask = posed.masks[std::size_t(b)];
         const bool contact = setup.grid_contact && posed.near[std::size_t(b)];
         const auto hands = [&](Vec3<R> x, Vec3<R> v) {
-            return contact ? held(colliders, mask, x, v) : v;
+            return contact ? apply_tools(colliders, mask, x, v) : v;
         };
         Node<R> sum[block_nodes] = {};
         sum_block(block, sum);
@@ -294,10 +294,10 @@ void CpuSolver<R>::step_particles(int slot, Bins::Members members, R dt, const T
         bool stale = keep_out(group, block, c);
         lap(stage_project);
         const Material<R>& m = materials[std::size_t(group.of[0]->object)];
-        const unsigned flows = may_flow(p, m) & ((1u << group.size) - 1);
-        for (unsigned left = flows; left; left &= left - 1)
+        const unsigned yielding = near_yield_mask(p, m) & ((1u << group.size) - 1);
+        for (unsigned left = yielding; left; left &= left - 1)
             c.yielded += yield(*group.of[lowest_bit(left)], m, dt);
-        if (stale || flows) p = load(group);
+        if (stale || yielding) p = load(group);
         if (!sound(p)) {
             for (int l = 0; l < group.size; ++l) {
                 Particle<R>& one = *group.of[l];
@@ -306,7 +306,7 @@ void CpuSolver<R>::step_particles(int slot, Bins::Members members, R dt, const T
             }
             p = load(group);
         }
-        speed_squared = most(speed_squared, dot(p.v, p.v));
+        speed_squared = max(speed_squared, dot(p.v, p.v));
         note_blocks(group, p.x);
         lap(stage_plasticity);
     });
@@ -320,11 +320,11 @@ bool CpuSolver<R>::keep_out(const Group<R>& group, int block, Counts& c)
     const bool tools = setup.passes > 0 && posed.near[std::size_t(block)];
     const Int3 corner = 4 * lattice.block_at(block);
     // A particle of the block has moved by less than a cell.
-    const auto walled = [&](int from, int size) {
+    const auto near_wall = [&](int from, int size) {
         return from <= walls.margin + 1 || from + 6 >= size - 1 - walls.margin;
     };
-    if (!tools && !walled(corner.x, lattice.size.x) && !walled(corner.y, lattice.size.y) &&
-        !walled(corner.z, lattice.size.z))
+    if (!tools && !near_wall(corner.x, lattice.size.x) && !near_wall(corner.y, lattice.size.y) &&
+        !near_wall(corner.z, lattice.size.z))
         return false;
     const Colliders<R> colliders = posed.colliders();
     for (int l = 0; l < group.size; ++l) {

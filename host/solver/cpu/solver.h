@@ -1,10 +1,10 @@
 // The CPU's simulator: declared here, its loops in solver.cpp, those that only a cut needs in
 // host/solver/cpu/cut.cpp.
 #pragma once
-#include <cstdint>
 #include <omp.h>
 
 #include <algorithm>
+#include <cstdint>
 
 #include "cuda/math/node4.h"
 #include "cuda/mpm/lattice.h"
@@ -49,7 +49,7 @@ template <class R>
 class CpuSolver : public Solver {
   public:
     explicit CpuSolver(const Setup& given);
-    Tally advance(const Motion& motion, double duration) override;
+    FrameStats advance(const Motion& motion, double duration) override;
     std::vector<Particle<double>> particles() const override;
     std::vector<double> penetration() const override;
     const std::vector<StageTime>& stage_times() const override { return times; }
@@ -71,10 +71,10 @@ class CpuSolver : public Solver {
     void grid_update(R dt);
     void split_update(int b, R dt, Counts& counts);
     void g2p(R dt);
-    void settle_down(const Motion& motion);
+    void update_activity(const Motion& motion);
     Bins::Members movers_among(Bins::Members members, std::vector<int>& movers) const;
     bool pushes(int slot, R dt, const Tile<R>* tiles) const;
-    void wake_roused(Tally& tally);
+    void wake_roused(FrameStats& stats);
     Node<R> summed(const Sums& sums, Int3 node) const;
     void scatter_cut(int slot, R dt);
     void load_tile(const std::vector<Node<R>>& from, Int3 block, Tile<R>& tile) const;
@@ -86,7 +86,7 @@ class CpuSolver : public Solver {
     template <class Visit>
     void for_each_group(Bins::Members members, Visit&& visit);
     bool find_splits();
-    void settle_cuts(bool covered);
+    void finish_cuts(bool covered);
     template <class Body>
     void for_each(int count, StageName stage, Body&& body);
 

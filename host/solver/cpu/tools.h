@@ -59,7 +59,7 @@ PosedTools<R>::PosedTools(const Setup& setup, const Lattice<R>& lattice)
         bindings.push_back(c);
     }
     for (const Tool<double>& t : setup.tools) {
-        tools.push_back({t.touch, R(t.friction), t.blade, t.active});
+        tools.push_back({t.mode, R(t.friction), t.blade, t.active});
         blades = blades || t.blade;
     }
 }

@@ -58,7 +58,7 @@ template <class R, class Velocities>
     p.v = collected(v);
     p.C = velocity_gradient(p.v, {collected(by_x), collected(by_y), collected(by_z)}, stencils.d(),
                             L(dx));
-    p.e = strained(p.e, p.C, L(dt));
+    p.e = advance_b(p.e, p.C, L(dt));
     p.x = p.x + L(dt) * p.v;
     store(p, group);
     return p;

@@ -26,7 +26,7 @@ struct Answers {
     Eigen<R> b;           // of the strain; no log enters
     R log_volume;         // ln J
     Vec3<R> eps;          // principal Hencky strains
-    R packed;             // snow's hardening
+    R snow_hardening;     // snow's hardening
     Vec3<R> principal;    // principal stresses at Hencky strains e.xx, e.yy, e.zz [Pa]
     Sym3<R> stress;       // [Pa]
     Particle<R> yielded;  // after the return map
@@ -40,7 +40,7 @@ HD Answers<R> answers(const Particle<R>& q, const Material<R>& m, R dt)
     return {b,
             log_volume(determinant_excess(q.e)),
             hencky(b.value),
-            packed(m, q.k),
+            snow_hardening(m, q.k),
             principal_stress(m, q.k, {q.e.xx, q.e.yy, q.e.zz}),
             kirchhoff_stress(q, m),
             yielded};

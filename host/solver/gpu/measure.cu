@@ -77,28 +77,28 @@ void GpuSolver::walk(const Watch& watch) const
 {
     wait(main, "measure");
     check(cudaSetDevice(device), "device");
-    const Needs needs = needs_for(posed);
-    const Views views = views_for(needs);
+    const Features features = features_for(posed);
+    const Views views = views_for(features);
     const Clock before = store.clock();
-    const Kept kept = store.kept();
-    watch("sort", [&] { sort(views, needs, main, before.side); });
+    const Saved resume = store.resume();
+    watch("sort", [&] { sort(views, features, main, before.side); });
     begin(views, main);
-    if (needs.tools) watch("pose", [&] { masks(views, main), pose(views, main); });
-    watch("p2g", [&] { p2g(views, needs, processors, main); });
+    if (features.tools) watch("pose", [&] { masks(views, main), pose(views, main); });
+    watch("p2g", [&] { p2g(views, features, processors, main); });
     const auto under_way = [&] {
         Clock now = store.clock();
         return now.step(now.done).dt > 0;
     };
     for (int k = 0; k < warm + repeats && under_way(); ++k) {
-        watch("grid", [&] { grid(views, needs, processors, main); });
-        watch("g2p", [&] { g2p(views, needs, processors, main); });
+        watch("grid", [&] { grid(views, features, processors, main); });
+        watch("g2p", [&] { g2p(views, features, processors, main); });
     }
     store.clear_grids();
-    store.put_back(kept);
+    store.put_back(resume);
     Clock after = before;
     for (int& active : after.active) active = 0;
     store.set_clock(after);
-    if (needs.tools) pose_end(views);
+    if (features.tools) pose_end(views);
 }
 
 // Tools back to the end of the frame, for penetration().

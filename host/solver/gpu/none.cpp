@@ -29,7 +29,7 @@ std::vector<Answers<float>> gpu_answers(const std::vector<Particle<float>>&,
     refuse();
 }
 
-struct GpuStages::Held {};
+struct GpuStages::State {};
 GpuStages::GpuStages(const Setup&, const Motion&, double) { refuse(); }
 GpuStages::~GpuStages() = default;
 std::vector<int> GpuStages::sort() { refuse(); }

@@ -9,44 +9,47 @@
 
 namespace knead::gpu {
 
-Box::Box(const Lattice<float>& lattice, const Needs& needs)
+NodeArrays::NodeArrays(const Lattice<float>& lattice, const Features& features)
 {
     const auto blocks = std::size_t(lattice.block_count()),
-               grid_nodes = std::size_t(lattice.node_count()) * (needs.blades ? 3 : 1);
+               grid_nodes = std::size_t(lattice.node_count()) * (features.blades ? 3 : 1);
     for (int side = 0; side < 2; ++side) {
-        if (side == 0 || !needs.fixed_point) nodes[side] = DeviceArray<float4>(grid_nodes);
-        if (needs.fixed_point) sums[side] = DeviceArray<long long>(4 * grid_nodes);
+        if (side == 0 || !features.fixed_point) nodes[side] = DeviceArray<float4>(grid_nodes);
+        if (features.fixed_point) sums[side] = DeviceArray<long long>(4 * grid_nodes);
     }
     marks = DeviceArray<int>(blocks);
-    if (!needs.fixed_point) counts = DeviceArray<int>(std::size_t(lattice.node_count()));
+    if (!features.fixed_point) counts = DeviceArray<int>(std::size_t(lattice.node_count()));
     for (DeviceArray<int>& each : list) each = DeviceArray<int>(blocks);
     const auto at_end = std::make_unique<bool[]>(blocks);
     for (std::size_t b = 0; b < blocks; ++b)
         at_end[b] = ends_at(lattice, lattice.block_at(int(b))) != 0;
     rim = DeviceArray<bool>(blocks);
     check(cudaMemcpy(rim.data(), at_end.get(), blocks, cudaMemcpyDefault), "rim");
-    if (needs.tools) masks = DeviceArray<Mask>(blocks);
-    if (!needs.rests) return;
-    for (DeviceArray<int>* each : {&quiet, &stir, &free, &guard, &woken[0], &woken[1], &changed})
+    if (features.tools) masks = DeviceArray<Mask>(blocks);
+    if (!features.rests) return;
+    for (DeviceArray<int>* each :
+         {&quiet, &activity, &free, &guard, &woken[0], &woken[1], &changed})
         *each = DeviceArray<int>(blocks);
     for (DeviceArray<unsigned>* each : {&fastest, &reached}) *each = DeviceArray<unsigned>(blocks);
     ranges = DeviceArray<int2>(blocks);
 }
 
-std::size_t Box::bytes_for(const Lattice<float>& lattice, const Needs& needs)
+std::size_t NodeArrays::bytes_for(const Lattice<float>& lattice, const Features& features)
 {
-    const std::size_t of_block = 4 * sizeof(int) + sizeof(bool) + (needs.tools ? sizeof(Mask) : 0) +
-                                 (needs.rests ? 9 * sizeof(int) + sizeof(int2) : 0),
-                      of_node = std::size_t(needs.blades ? 3 : 1) * (needs.fixed_point ? 80 : 32) +
-                                (needs.fixed_point ? 0 : sizeof(int));
+    const std::size_t of_block = 4 * sizeof(int) + sizeof(bool) +
+                                 (features.tools ? sizeof(Mask) : 0) +
+                                 (features.rests ? 9 * sizeof(int) + sizeof(int2) : 0),
+                      of_node =
+                          std::size_t(features.blades ? 3 : 1) * (features.fixed_point ? 80 : 32) +
+                          (features.fixed_point ? 0 : sizeof(int));
     return std::size_t(lattice.block_count()) * of_block +
            std::size_t(lattice.node_count()) * of_node;
 }
 
-std::size_t Box::bytes() const
+std::size_t NodeArrays::bytes() const
 {
     std::size_t sum = marks.bytes() + counts.bytes() + rim.bytes() + masks.bytes() +
-                      fastest.bytes() + reached.bytes() + quiet.bytes() + stir.bytes() +
+                      fastest.bytes() + reached.bytes() + quiet.bytes() + activity.bytes() +
                       free.bytes() + guard.bytes() + changed.bytes() + ranges.bytes();
     for (const DeviceArray<int>& each : list) sum += each.bytes();
     for (int s = 0; s < 2; ++s) sum += nodes[s].bytes() + sums[s].bytes() + woken[s].bytes();
@@ -55,7 +58,7 @@ std::size_t Box::bytes() const
 
 void Store::point()
 {
-    all.stored = stored_places(all.lattice), all.free = free_places(all.lattice, all.walls);
+    all.stored = stored_region(all.lattice), all.free = free_region(all.lattice, all.walls);
     for (int side = 0; side < 2; ++side) {
         all.grid.nodes[side] = box.nodes[used.fixed_point ? 0 : side].data();
         all.grid.sums[side] = box.sums[side].data();
@@ -65,7 +68,7 @@ void Store::point()
     for (int k = 0; k < 3; ++k) all.grid.list[k] = box.list[k].data();
     all.tools.masks = box.masks.data();
     all.rest.quiet = box.quiet.data(), all.rest.fastest = box.fastest.data();
-    all.rest.stir = box.stir.data(), all.rest.free = box.free.data();
+    all.rest.activity = box.activity.data(), all.rest.free = box.free.data();
     all.rest.guard = box.guard.data(), all.rest.range = box.ranges.data();
     all.rest.reached = box.reached.data(), all.rest.changed = box.changed.data();
 }
@@ -80,11 +83,11 @@ void Store::grow()
         ends |= ends_at(before, before.block_at(listed[std::size_t(k)]));
     const Lattice<float> more = grown(before, ends);
     // Nothing is given back before the other is there, so that no failure leaves half a box.
-    Box larger;
+    NodeArrays larger;
     try {
-        if (room.most && std::size_t(more.node_count()) > room.most)
+        if (room.max && std::size_t(more.node_count()) > room.max)
             DeviceArray<char>(std::size_t(1) << 50);
-        larger = Box(more, used);
+        larger = NodeArrays(more, used);
     } catch (const std::runtime_error&) {
         cudaGetLastError();  // or the next launch would be said to have failed
         std::size_t unused = 0, total = 0;
@@ -92,7 +95,7 @@ void Store::grow()
         throw std::runtime_error("gpu: the clay has spread; beside the " +
                                  std::to_string(box.bytes() >> 20) +
                                  " MiB of its nodes the device needs " +
-                                 std::to_string(Box::bytes_for(more, used) >> 20) +
+                                 std::to_string(NodeArrays::bytes_for(more, used) >> 20) +
                                  " MiB for a moment, and has " + std::to_string(unused >> 20));
     }
     const std::vector<int> quiet = box.quiet.downloaded();

@@ -8,8 +8,8 @@
 namespace knead {
 
 struct Room {
-    int spare = -1;        // nodes around the clay at first, and a block; -1: as the clay is large
-    std::size_t most = 0;  // nodes until asking the device for more fails; 0: as it has
+    int spare = -1;       // nodes around the clay at first, and a block; -1: as the clay is large
+    std::size_t max = 0;  // nodes until asking the device for more fails; 0: as it has
 };
 constexpr Room whole_lattice{1 << 30, 0};
 std::unique_ptr<Solver> gpu_solver(const Setup& setup, int device, Room room);

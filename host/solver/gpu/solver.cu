@@ -19,14 +19,14 @@ namespace {
 int substeps_a_turn(int substeps)
 {
     if (substeps == 0) return 4;
-    int best = 0, least_cost = std::numeric_limits<int>::max();
+    int best = 0, min_cost = std::numeric_limits<int>::max();
     for (int each = 2; each <= 32; ++each) {
         int worst = 0;
         for (int n = substeps; n <= substeps + substeps / 20; ++n) {
             const int turns = (n + each - 1) / each;
             worst = std::max(worst, turns + turns * each - n);
         }
-        if (worst < least_cost) best = each, least_cost = worst;
+        if (worst < min_cost) best = each, min_cost = worst;
     }
     return best;
 }
@@ -44,7 +44,7 @@ GpuSolver::GpuSolver(const Setup& given, int wanted, Room room)
     cudaDeviceProp properties;
     check(cudaGetDeviceProperties(&properties, device), "device");
     title = std::string("cuda: ") + properties.name;
-    cutting = store.needs().blades;
+    cutting = store.features().blades;
     const char* graph = std::getenv("KNEAD_GRAPH");
     stepwise = graph && std::string(graph) == "0";
     if (stepwise) return;
@@ -55,95 +55,96 @@ GpuSolver::GpuSolver(const Setup& given, int wanted, Room room)
 void GpuSolver::show()
 {
     const Views views = store.views();
-    held = {{views.particles[0], views.particles[1]},
-            &views.clock->side,
-            main,
-            &views.clock->done,
-            views.rest.changed,
-            views.lattice,
-            ++solvers};
+    shown = {{views.particles[0], views.particles[1]},
+             &views.clock->side,
+             main,
+             &views.clock->done,
+             views.rest.changed,
+             views.lattice,
+             ++solvers};
 }
 
 void GpuSolver::capture()
 {
     capture(without_tools, false);
-    if (store.needs().tools) capture(with_tools, true);
+    if (store.features().tools) capture(with_tools, true);
 }
 
-Needs GpuSolver::needs_for(bool tools) const
+Features GpuSolver::features_for(bool tools) const
 {
-    Needs needs = store.needs();
-    needs.tools = tools || needs.blades;  // a cut stays one when the hands have gone
-    return needs;
+    Features features = store.features();
+    features.tools = tools || features.blades;  // a cut stays one when the hands have gone
+    return features;
 }
 
-Views GpuSolver::views_for(const Needs& needs) const
+Views GpuSolver::views_for(const Features& features) const
 {
     Views views = store.views();
-    if (!needs.tools) views.tools.primitives.count = views.tools.passes = 0;
+    if (!features.tools) views.tools.primitives.count = views.tools.passes = 0;
     return views;
 }
 
 // What comes before the first grid update. What tools may touch needs the orders alone, and the
 // first pose only what begin() chooses: they run beside what is done with the particles.
-void GpuSolver::start(const Views& views, const Needs& needs)
+void GpuSolver::start(const Views& views, const Features& features)
 {
     const auto fork = [this](cudaStream_t to) {
         check(cudaEventRecord(forked, main), "fork");
         check(cudaStreamWaitEvent(to, forked, 0), "fork");
     };
-    if (needs.tools) {
+    if (features.tools) {
         fork(beside);
         masks(views, beside);
         check(cudaEventRecord(masked, beside), "join");
     }
     begin(views, main);
-    if (needs.tools) {
+    if (features.tools) {
         fork(posing);
         pose(views, posing);
         check(cudaEventRecord(posed_first, posing), "join");
     }
     const auto join = [&](cudaEvent_t done) {
-        if (needs.tools) check(cudaStreamWaitEvent(main, done, 0), "join");
+        if (features.tools) check(cudaStreamWaitEvent(main, done, 0), "join");
     };
-    if (needs.rests) join(masked);  // what may be still depends on the tools
-    sort_if_due(views, needs);
-    if (!needs.rests) join(masked);
+    if (features.rests) join(masked);  // what may be still depends on the tools
+    sort_if_due(views, features);
+    if (!features.rests) join(masked);
     join(posed_first);  // here, so that what follows p2g waits for it alone
-    p2g(views, needs, processors, main);
+    p2g(views, features, processors, main);
 }
 
-void GpuSolver::sort(const Views& views, const Needs& needs, cudaStream_t stream, int side) const
+void GpuSolver::sort(const Views& views, const Features& features, cudaStream_t stream,
+                     int side) const
 {
-    order(views, needs, store.sort_space(), side, stream);
-    if (needs.rests) settle(views, stream);
-    arrange(views, needs, stream);
+    sort_particles(views, features, store.sort_space(), side, stream);
+    if (features.rests) update_activity(views, stream);
+    arrange(views, features, stream);
 }
 
 // Particles that have hardly moved since the last sort are still in order; but where clay may be
 // still, each frame begins with asking which is. A frame that does nothing, because the one before
 // it has stopped, does not. A sort that must be told the side when it is launched is in the graph
 // twice.
-void GpuSolver::sort_if_due(const Views& views, const Needs& needs)
+void GpuSolver::sort_if_due(const Views& views, const Features& features)
 {
-    for (int side = 0; views.captured && side < (told_side(needs) ? 2 : 1); ++side)
+    for (int side = 0; views.captured && side < (told_side(features) ? 2 : 1); ++side)
         capture_body(add_conditional(main, cudaGraphCondTypeIf, views.unsorted[side]), body,
-                     [&](cudaStream_t stream) { sort(views, needs, stream, side); });
+                     [&](cudaStream_t stream) { sort(views, features, stream, side); });
     if (views.captured) return;
     const Clock now = store.clock(main);
-    if (now.unsorted) sort(views, needs, main, now.side);
+    if (now.unsorted) sort(views, features, main, now.side);
 }
 
-void GpuSolver::substep(const Views& views, const Needs& needs, cudaStream_t stream)
+void GpuSolver::substep(const Views& views, const Features& features, cudaStream_t stream)
 {
-    grid(views, needs, processors, stream);
-    g2p(views, needs, processors, stream);
+    grid(views, features, processors, stream);
+    g2p(views, features, processors, stream);
 }
 
 void GpuSolver::capture(Graph& to, bool tools)
 {
-    const Needs needs = needs_for(tools);
-    Views views = views_for(needs);
+    const Features features = features_for(tools);
+    Views views = views_for(features);
     to.begin(main);
     const auto handle = [this](cudaGraphConditionalHandle& h) {
         check(cudaGraphConditionalHandleCreate(&h, under_capture(main), 1,
@@ -152,14 +153,15 @@ void GpuSolver::capture(Graph& to, bool tools)
     };
     handle(views.again);
     handle(views.unsorted[0]);
-    if (told_side(needs))
+    if (told_side(features))
         handle(views.unsorted[1]);
     else
         views.unsorted[1] = views.unsorted[0];
     views.captured = true;
-    start(views, needs);
+    start(views, features);
     const auto take_turn = [&](cudaStream_t stream) {
-        for (int k = 0; k < (turn ? turn : substeps_a_turn(0)); ++k) substep(views, needs, stream);
+        for (int k = 0; k < (turn ? turn : substeps_a_turn(0)); ++k)
+            substep(views, features, stream);
     };
     take_turn(main);  // of short frames all: the loop is not entered
     capture_body(add_conditional(main, cudaGraphCondTypeWhile, views.again), body, take_turn);
@@ -171,14 +173,14 @@ void GpuSolver::capture(Graph& to, bool tools)
 // The frame without its graph, the host asking after each substep whether there is another.
 void GpuSolver::step_through(bool tools)
 {
-    const Needs needs = needs_for(tools);
-    const Views views = views_for(needs);
-    start(views, needs);
+    const Features features = features_for(tools);
+    const Views views = views_for(features);
+    start(views, features);
     const auto under_way = [this] {
         Clock now = store.clock(main);
         return now.step(now.done).dt > 0;
     };
-    while (under_way()) substep(views, needs, main);
+    while (under_way()) substep(views, features, main);
 }
 
 void GpuSolver::launch(int slot)
@@ -186,7 +188,7 @@ void GpuSolver::launch(int slot)
     Frame& f = frames[slot];
     if (!(f.duration > 0)) return;
     const ProfilerRange range{"substeps"};
-    store.send_orders(slot, main);
+    store.send_input(slot, main);
     if (stepwise)
         step_through(f.tools);
     else
@@ -208,20 +210,20 @@ void GpuSolver::submit(const Motion& motion, double duration)
     Frame& f = frames[slot];
     f.motion = motion, f.duration = duration;
     // Of two frames ago, which is over: nobody reads its orders any more.
-    f.tools = store.order(rules, motion, duration, slot);
+    f.tools = store.write_input(rules, motion, duration, slot);
     launch(slot);
     // What a cut leaves is settled by the host before the next frame.
-    if (cutting && duration > 0) wait_for(slot), settle_cuts(f);
+    if (cutting && duration > 0) wait_for(slot), finish_cuts(f);
     ++submitted;  // only now: a frame that finds no memory has ended
 }
 
-Tally GpuSolver::collect()
+FrameStats GpuSolver::collect()
 {
     if (submitted == collected) throw std::logic_error("no frame is under way");
     const int slot = collected % 2;
     Frame& f = frames[slot];
-    Tally tally;
-    if (!(f.duration > 0)) return ++collected, tally;
+    FrameStats stats;
+    if (!(f.duration > 0)) return ++collected, stats;
     check(cudaSetDevice(device), "device");
     try {
         wait_for(slot);
@@ -232,23 +234,23 @@ Tally GpuSolver::collect()
     ++collected;
     posed = f.tools;
     const Counters& n = f.status->counters;
-    tally.substeps = last_substeps = n.substeps;
-    tally.dt_least = n.dt_least, tally.dt_most = n.dt_most;
-    for (int l = 0; l < int(Limit::count); ++l) tally.limits[l] = n.limits[l];
-    tally.yielded = long(n.yielded), tally.projected = long(n.projected);
-    tally.clipped = long(n.clipped), tally.confined = long(n.confined);
-    tally.repaired = long(n.repaired);
-    tally.found_depth = double(std::bit_cast<float>(n.deepest));
-    tally.active_blocks = n.active_blocks;
+    stats.substeps = last_substeps = n.substeps;
+    stats.dt_min = n.dt_min, stats.dt_max = n.dt_max;
+    for (int l = 0; l < int(Limit::count); ++l) stats.limits[l] = n.limits[l];
+    stats.yielded = long(n.yielded), stats.projected = long(n.projected);
+    stats.clipped = long(n.clipped), stats.confined = long(n.confined);
+    stats.repaired = long(n.repaired);
+    stats.found_depth = double(std::bit_cast<float>(n.deepest));
+    stats.active_blocks = n.active_blocks;
     const long all = long(store.views().particles[0].count) * n.substeps;
-    tally.moved = store.needs().rests ? long(n.moved) : all;
-    tally.woken = long(n.woken);
+    stats.moved = store.features().rests ? long(n.moved) : all;
+    stats.woken = long(n.woken);
     times.clear();
-    return tally;
+    return stats;
 }
 
 // Rare, and of the whole scene at once: done by the host.
-void GpuSolver::settle_cuts(const Frame& f)
+void GpuSolver::finish_cuts(const Frame& f)
 {
     const bool covered = f.status->counters.covered > 0;
     if (covered == was_covered) return;
@@ -257,7 +259,7 @@ void GpuSolver::settle_cuts(const Frame& f)
     tools.pose(f.motion, 0, 1, f.duration);
     tools.mask_blocks(rules.lattice);
     std::vector<Particle<double>> q = store.particles();
-    if (settle(q, rules.lattice, tools, covered, was_covered)) store.set_sides(q);
+    if (relabel_pieces(q, rules.lattice, tools, covered, was_covered)) store.set_sides(q);
     was_covered = covered;
 }
 

@@ -16,18 +16,18 @@ namespace knead::gpu {
 class GpuSolver : public Solver {
   public:
     GpuSolver(const Setup& given, int device, Room room);
-    Tally advance(const Motion& motion, double duration) override
+    FrameStats advance(const Motion& motion, double duration) override
     {
         submit(motion, duration);
         return collect();
     }
     void submit(const Motion& motion, double duration) override;
-    Tally collect() override;
+    FrameStats collect() override;
     std::vector<Particle<double>> particles() const override;
     std::vector<double> penetration() const override;
     const std::vector<StageTime>& stage_times() const override;
     std::vector<StageWork> stage_counts() const override;
-    const Clay* clay() const override { return &held; }
+    const Clay* clay() const override { return &shown; }
     std::size_t memory() const override { return store.bytes(); }
     std::string name() const override { return title; }
 
@@ -41,26 +41,26 @@ class GpuSolver : public Solver {
     };
     void capture();
     void capture(Graph& to, bool tools);
-    void start(const Views& views, const Needs& needs);
-    void substep(const Views& views, const Needs& needs, cudaStream_t stream);
-    Views views_for(const Needs& needs) const;
-    Needs needs_for(bool tools) const;
+    void start(const Views& views, const Features& features);
+    void substep(const Views& views, const Features& features, cudaStream_t stream);
+    Views views_for(const Features& features) const;
+    Features features_for(bool tools) const;
     void show();
-    void sort(const Views& views, const Needs& needs, cudaStream_t stream, int side) const;
-    void sort_if_due(const Views& views, const Needs& needs);
+    void sort(const Views& views, const Features& features, cudaStream_t stream, int side) const;
+    void sort_if_due(const Views& views, const Features& features);
     void step_through(bool tools);
     void launch(int slot);
     void wait_for(int slot);
     void go_on(int slot);
     void walk(const Watch& watch) const;
     void pose_end(const Views& views) const;
-    void settle_cuts(const Frame& frame);
+    void finish_cuts(const Frame& frame);
 
     Setup rules;  // without particles
     int device, processors;
     Store store;
     Stream main, body, beside, posing;
-    Clay held{};
+    Clay shown{};
     std::string title;
     Event forked{cudaEventDisableTiming};
     Event masked{cudaEventDisableTiming}, posed_first{cudaEventDisableTiming};

@@ -20,14 +20,14 @@ Setup stepped(Setup setup, double dt)
 
 }  // namespace
 
-struct GpuStages::Held {
+struct GpuStages::State {
     Setup setup;
     Store store;
-    Needs needs;
+    Features features;
     int processors = 0;
 
-    Held(const Setup& given, double dt)
-        : setup(stepped(given, dt)), store(setup, whole_lattice), needs(store.needs())
+    State(const Setup& given, double dt)
+        : setup(stepped(given, dt)), store(setup, whole_lattice), features(store.features())
     {
     }
     void done() const { wait(cudaStream_t(nullptr), "stage"); }
@@ -66,41 +66,42 @@ struct GpuStages::Held {
 GpuStages::GpuStages(const Setup& setup, const Motion& motion, double dt)
 {
     if (!gpu_present()) throw std::runtime_error("no CUDA device");
-    held = std::make_unique<Held>(setup, dt);
+    state = std::make_unique<State>(setup, dt);
     int device = 0;
     check(cudaGetDevice(&device), "device");
-    check(cudaDeviceGetAttribute(&held->processors, cudaDevAttrMultiProcessorCount, device),
+    check(cudaDeviceGetAttribute(&state->processors, cudaDevAttrMultiProcessorCount, device),
           "device");
-    held->store.order(held->setup, motion, dt, 0);
-    held->store.send_orders(0, nullptr);
-    begin(held->store.views(), nullptr);
-    if (held->needs.tools) {
-        gpu::masks(held->store.views(), nullptr);
-        pose(held->store.views(), nullptr);
+    state->store.write_input(state->setup, motion, dt, 0);
+    state->store.send_input(0, nullptr);
+    begin(state->store.views(), nullptr);
+    if (state->features.tools) {
+        gpu::masks(state->store.views(), nullptr);
+        pose(state->store.views(), nullptr);
     }
-    held->done();
+    state->done();
 }
 
 GpuStages::~GpuStages() = default;
 
 std::vector<int> GpuStages::sort()
 {
-    const int side = held->store.clock().side;
-    gpu::order(held->store.views(), held->needs, held->store.sort_space(), side, nullptr);
-    gpu::arrange(held->store.views(), held->needs, nullptr);
-    held->done();
-    return held->store.ids[held->store.clock().side].downloaded();
+    const int side = state->store.clock().side;
+    gpu::sort_particles(state->store.views(), state->features, state->store.sort_space(), side,
+                        nullptr);
+    gpu::arrange(state->store.views(), state->features, nullptr);
+    state->done();
+    return state->store.ids[state->store.clock().side].downloaded();
 }
 
-std::vector<Particle<double>> GpuStages::particles() { return held->store.particles(); }
+std::vector<Particle<double>> GpuStages::particles() { return state->store.particles(); }
 
 std::vector<Node<float>> GpuStages::p2g()
 {
-    gpu::p2g(held->store.views(), held->needs, held->processors, nullptr);
-    held->done();
-    if (!held->needs.fixed_point) return held->nodes(0);
-    const GridView& g = held->store.views().grid;
-    const std::vector<long long> sums = held->store.box.sums[0].downloaded();
+    gpu::p2g(state->store.views(), state->features, state->processors, nullptr);
+    state->done();
+    if (!state->features.fixed_point) return state->nodes(0);
+    const GridView& g = state->store.views().grid;
+    const std::vector<long long> sums = state->store.box.sums[0].downloaded();
     std::vector<Node<float>> out(sums.size() / 4);
     const double p = 1 / double(g.momentum_scale), m = 1 / double(g.mass_scale);
     for (std::size_t i = 0; i < out.size(); ++i) {
@@ -113,29 +114,29 @@ std::vector<Node<float>> GpuStages::p2g()
 
 std::vector<Node<float>> GpuStages::grid(const std::vector<Node<float>>& sums)
 {
-    held->send(sums);
-    held->touch_all();
-    Needs plain = held->needs;
+    state->send(sums);
+    state->touch_all();
+    Features plain = state->features;
     plain.fixed_point = false;
-    gpu::grid(held->store.views(), plain, held->processors, nullptr);
-    held->done();
-    return held->nodes(0);
+    gpu::grid(state->store.views(), plain, state->processors, nullptr);
+    state->done();
+    return state->nodes(0);
 }
 
 std::vector<Particle<double>> GpuStages::g2p(const std::vector<Node<float>>& velocities)
 {
-    held->send(velocities);
-    held->touch_all();
-    gpu::g2p(held->store.views(), held->needs, held->processors, nullptr);
-    held->done();
-    return held->store.particles();
+    state->send(velocities);
+    state->touch_all();
+    gpu::g2p(state->store.views(), state->features, state->processors, nullptr);
+    state->done();
+    return state->store.particles();
 }
 
 std::vector<Mask> GpuStages::masks()
 {
-    std::vector<Mask> out(std::size_t(held->store.views().lattice.block_count()));
-    if (held->needs.tools)
-        check(cudaMemcpy(out.data(), held->store.views().tools.masks, out.size() * sizeof(Mask),
+    std::vector<Mask> out(std::size_t(state->store.views().lattice.block_count()));
+    if (state->features.tools)
+        check(cudaMemcpy(out.data(), state->store.views().tools.masks, out.size() * sizeof(Mask),
                          cudaMemcpyDefault),
               "masks");
     return out;

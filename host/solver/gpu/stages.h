@@ -31,8 +31,8 @@ class GpuStages {
     std::vector<Mask> masks();
 
   private:
-    struct Held;
-    std::unique_ptr<Held> held;
+    struct State;
+    std::unique_ptr<State> state;
 };
 
 }  // namespace knead

@@ -34,11 +34,11 @@ void check_particles(const Setup& s)
 
 void check_tools(const Setup& s)
 {
-    require(s.rig.primitives.size() <= std::size_t(most_primitives),
+    require(s.rig.primitives.size() <= std::size_t(max_primitives),
             std::to_string(s.rig.primitives.size()) + " primitives, at most " +
-                std::to_string(most_primitives));
-    require(s.tools.size() <= std::size_t(most_tools),
-            std::to_string(s.tools.size()) + " tools, at most " + std::to_string(most_tools));
+                std::to_string(max_primitives));
+    require(s.tools.size() <= std::size_t(max_tools),
+            std::to_string(s.tools.size()) + " tools, at most " + std::to_string(max_tools));
     for (const Primitive& p : s.rig.primitives) {
         require(p.count >= 1 && p.count <= 3, "a primitive has 1 to 3 spheres");
         require(p.tool >= 0 && p.tool < int(s.tools.size()), "a primitive without its tool");
@@ -46,12 +46,12 @@ void check_tools(const Setup& s)
             require(sphere >= 0 && sphere < int(s.rig.spheres.size()),
                     "a primitive without its sphere");
     }
-    require(s.rest.mode == RestMode::none || s.tools.size() <= std::size_t(most_boxes),
-            "clay may be still with at most " + std::to_string(most_boxes) + " tools");
+    require(s.rest.mode == RestMode::none || s.tools.size() <= std::size_t(max_boxes),
+            "clay may be still with at most " + std::to_string(max_boxes) + " tools");
     for (const Binding<float>& b : s.rig.spheres)
         for (int j : b.joint)
-            require(j >= 0 && j < most_joints, "a sphere without its joint, or one past the " +
-                                                   std::to_string(most_joints) + "th");
+            require(j >= 0 && j < max_joints, "a sphere without its joint, or one past the " +
+                                                  std::to_string(max_joints) + "th");
 }
 
 void check(const Setup& s)
@@ -73,19 +73,21 @@ void check(const Setup& s)
     check_tools(s);
 }
 
-Needs needs_of(const Setup& s)
+Features features_of(const Setup& s)
 {
     const bool tools = !s.rig.primitives.empty();
     const bool blades = tools && std::any_of(s.tools.begin(), s.tools.end(),
                                              [](const Tool<double>& t) { return t.blade; });
-    Needs n{tools, s.deterministic, blades, s.rest.mode != RestMode::none, Flows::elastic};
+    Features n{tools, s.deterministic, blades, s.rest.mode != RestMode::none,
+               PlasticityClass::elastic};
     for (const Material<double>& m : s.materials) {
-        const bool plain = m.elasticity == Elasticity::neo_hookean &&
-                           (m.flow == Flow::none || m.flow == Flow::von_mises);
+        const bool plain =
+            m.elasticity == Elasticity::neo_hookean &&
+            (m.plasticity == Plasticity::none || m.plasticity == Plasticity::von_mises);
         if (!plain)
-            n.flows = Flows::any;
-        else if (m.flow == Flow::von_mises && n.flows == Flows::elastic)
-            n.flows = Flows::plastic;
+            n.plasticity = PlasticityClass::any;
+        else if (m.plasticity == Plasticity::von_mises && n.plasticity == PlasticityClass::elastic)
+            n.plasticity = PlasticityClass::plastic;
     }
     return n;
 }
@@ -97,8 +99,8 @@ Lattice<float> box_of(const Setup& s, Room room)
     Int3 low = whole.size, end{};
     for (const Particle<double>& q : s.particles) {
         const Int3 base = base_node(cast<float>(q.x), whole.spacing);
-        low = {least(low.x, base.x), least(low.y, base.y), least(low.z, base.z)};
-        end = {most(end.x, base.x + 3), most(end.y, base.y + 3), most(end.z, base.z + 3)};
+        low = {min(low.x, base.x), min(low.y, base.y), min(low.z, base.z)};
+        end = {max(end.x, base.x + 3), max(end.y, base.y + 3), max(end.z, base.z + 3)};
     }
     return box_around(whole, low, end, room.spare);
 }
@@ -111,11 +113,11 @@ float fixed_scale(double bound) { return std::ldexp(1.0f, 61 - std::ilogb(bound)
 Store::Store(const Setup& setup, Room given) : room(given)
 {
     check(setup);
-    used = needs_of(setup);
+    used = features_of(setup);
     all.lattice = box_of(setup, room);
-    all.walls = {setup.walls.margin, setup.walls.touch, float(setup.walls.friction)};
+    all.walls = {setup.walls.margin, setup.walls.mode, float(setup.walls.friction)};
     all.gravity = cast<float>(setup.gravity);
-    all.pace = pace_of(setup);
+    all.limits = step_limits(setup);
     allocate(setup);
     upload(setup);
 
@@ -123,7 +125,7 @@ Store::Store(const Setup& setup, Room given) : room(given)
     for (const Particle<double>& q : setup.particles)
         mass += setup.materials[std::size_t(q.object)].mass;
     // No speed that the lattice can carry at a hundredth of the longest stable substep is lost.
-    const double speed = 100 * all.pace.sound / all.pace.courant;
+    const double speed = 100 * all.limits.sound / all.limits.courant;
     all.grid.mass_scale = fixed_scale(mass);
     all.grid.momentum_scale = fixed_scale(mass * speed);
     all.materials = {cast<float>(setup.materials[0]), materials.data(),
@@ -133,9 +135,9 @@ Store::Store(const Setup& setup, Room given) : room(given)
         all.particles[side] = {rows.data() + std::size_t(side) * setup.particles.size(),
                                ids[side].data(), int(setup.particles.size())};
     }
-    const int joints = joint_count(setup.rig);
-    all.tools = {orders.data()->joints,
-                 orders.data()->joints + joints,
+    const int joints = joints_of(setup.rig);
+    all.tools = {input.data()->joints,
+                 input.data()->joints + joints,
                  joints,
                  bindings.data(),
                  {spheres[0].span(), spheres[1].span()},
@@ -143,7 +145,7 @@ Store::Store(const Setup& setup, Room given) : room(given)
                  amid.span(),
                  travel.data(),
                  {primitives.data(), int(primitives.size())},
-                 {orders.data()->tools, int(setup.tools.size())},
+                 {input.data()->tools, int(setup.tools.size())},
                  nullptr,
                  in_line.data(),
                  setup.grid_contact,
@@ -151,9 +153,9 @@ Store::Store(const Setup& setup, Room given) : room(given)
     const Rest<double>& rest = setup.rest;
     all.rest = {{rest.mode, float(rest.speed), rest.frames, float(rest.push), float(rest.reach)},
                 run_length(used)};
-    all.rest.held = runs_held.data(), all.rest.list = runs.data();
+    all.rest.run_listed = run_listed.data(), all.rest.list = runs.data();
     all.clock = clocks.data();
-    all.orders = orders.data();
+    all.input = input.data();
     point();
 }
 
@@ -163,7 +165,7 @@ void Store::allocate(const Setup& setup)
     const std::size_t sort_bytes =
         sort_scratch_bytes(int(n), {setup.lattice.size, float(setup.lattice.dx)}, used);
     const std::size_t need = n * (row_places * sizeof(float4) + 2 * sizeof(int)) + sort_bytes +
-                             Box::bytes_for(all.lattice, used);
+                             NodeArrays::bytes_for(all.lattice, used);
     std::size_t unused = 0, total = 0;
     gpu::check(cudaMemGetInfo(&unused, &total), "memory");
     if (need > unused)
@@ -171,7 +173,7 @@ void Store::allocate(const Setup& setup)
                                  " MiB, the device has " + std::to_string(unused >> 20) +
                                  " MiB free");
     for (DeviceArray<int>& each : ids) each = DeviceArray<int>(n);
-    box = Box(all.lattice, used);
+    box = NodeArrays(all.lattice, used);
     rows = DeviceArray<float4>(row_places * n);
     scratch = DeviceArray<unsigned char>(sort_bytes);
     std::vector<Material<float>> cast_materials;
@@ -187,7 +189,7 @@ void Store::allocate(const Setup& setup)
     travel = DeviceArray<float>(setup.rig.primitives.size());
     if (used.rests) {
         const auto run_count = std::size_t(blocks_for(int(n), run_length(used)));
-        runs_held = DeviceArray<unsigned>(run_count), runs = DeviceArray<int>(run_count);
+        run_listed = DeviceArray<unsigned>(run_count), runs = DeviceArray<int>(run_count);
     }
     if (used.tools) {
         std::vector<int> all_runs(std::size_t(blocks_for(int(n), run_length(used))));
@@ -195,7 +197,7 @@ void Store::allocate(const Setup& setup)
         in_line = DeviceArray<int>(all_runs);
     }
     clocks = DeviceArray<Clock>(1);
-    orders = DeviceArray<Orders>(1);
+    input = DeviceArray<FrameInput>(1);
 }
 
 void Store::upload(const Setup& setup) const
@@ -223,12 +225,11 @@ void Store::upload(const Setup& setup) const
     set_clock(start);
 }
 
-bool Store::order(const Setup& setup, const Motion& motion, double duration, int slot)
+bool Store::write_input(const Setup& setup, const Motion& motion, double duration, int slot)
 {
-    Orders& to = *next_orders[slot].data();
+    FrameInput& to = *next_input[slot].data();
     to.duration = duration, to.tool_step = 1e30;
     if (!used.tools) return false;
-    check_motion(setup, motion);
     to.tool_step = tool_step(setup, motion, duration);
     const int joints = all.tools.joints;
     std::copy_n(motion.from.begin(), joints, to.joints);
@@ -237,20 +238,20 @@ bool Store::order(const Setup& setup, const Motion& motion, double duration, int
     for (std::size_t t = 0; t < setup.tools.size(); ++t) {
         const Tool<double>& tool = setup.tools[t];
         const bool active = t >= motion.active.size() || motion.active[t];
-        to.tools[t] = {tool.touch, float(tool.friction), tool.blade, active};
+        to.tools[t] = {tool.mode, float(tool.friction), tool.blade, active};
         any = any || active;
     }
     return any;
 }
 
-void Store::send_orders(int slot, cudaStream_t stream) const
+void Store::send_input(int slot, cudaStream_t stream) const
 {
     const std::size_t joints = std::size_t(all.tools.joints);
-    const std::size_t bytes = used.tools
-                                  ? offsetof(Orders, joints) + 2 * joints * sizeof(Joint<double>)
-                                  : offsetof(Orders, tools);
-    gpu::check(cudaMemcpyAsync(orders.data(), next_orders[slot].data(), bytes,
-                               cudaMemcpyHostToDevice, stream),
+    const std::size_t bytes =
+        used.tools ? offsetof(FrameInput, joints) + 2 * joints * sizeof(Joint<double>)
+                   : offsetof(FrameInput, tools);
+    gpu::check(cudaMemcpyAsync(input.data(), next_input[slot].data(), bytes, cudaMemcpyHostToDevice,
+                               stream),
                "send orders");
 }
 
@@ -302,21 +303,21 @@ void Store::set_sides(const std::vector<Particle<double>>& q) const
     gpu::check(cudaDeviceSynchronize(), "labels");
 }
 
-Kept Store::kept() const
+Saved Store::resume() const
 {
     const int side = clock().side;
     return {side, rows_on(side), ids[side].downloaded(), box.quiet.downloaded()};
 }
 
-void Store::put_back(const Kept& kept) const
+void Store::put_back(const Saved& resume) const
 {
     const auto send = [](auto* to, const auto& from) {
         if (!from.empty())
             gpu::check(cudaMemcpy(to, from.data(), from.size() * sizeof from[0], cudaMemcpyDefault),
                        "put back");
     };
-    send(all.particles[kept.side].rows, kept.rows);
-    send(ids[kept.side].data(), kept.ids), send(box.quiet.data(), kept.quiet);
+    send(all.particles[resume.side].rows, resume.rows);
+    send(ids[resume.side].data(), resume.ids), send(box.quiet.data(), resume.quiet);
     gpu::check(cudaDeviceSynchronize(), "put back");
 }
 
@@ -345,8 +346,8 @@ Clock Store::clock(cudaStream_t stream) const
 std::size_t Store::bytes() const
 {
     std::size_t sum = materials.bytes() + bindings.bytes() + primitives.bytes() + amid.bytes() +
-                      travel.bytes() + in_line.bytes() + clocks.bytes() + orders.bytes() +
-                      scratch.bytes() + rows.bytes() + runs.bytes() + runs_held.bytes() +
+                      travel.bytes() + in_line.bytes() + clocks.bytes() + input.bytes() +
+                      scratch.bytes() + rows.bytes() + runs.bytes() + run_listed.bytes() +
                       box.bytes();
     for (int s = 0; s < 2; ++s) sum += spheres[s].bytes() + shapes[s].bytes() + ids[s].bytes();
     return sum;

@@ -11,17 +11,17 @@
 namespace knead::gpu {
 
 // The particles of a scene, and what is noted of blocks that lie still, on the host.
-struct Kept {
+struct Saved {
     int side;
     std::vector<float4> rows;
     std::vector<int> ids, quiet;
 };
 
 // What there is for every node that is stored, or every block.
-struct Box {
-    Box() = default;
-    Box(const Lattice<float>& lattice, const Needs& needs);
-    static std::size_t bytes_for(const Lattice<float>& lattice, const Needs& needs);
+struct NodeArrays {
+    NodeArrays() = default;
+    NodeArrays(const Lattice<float>& lattice, const Features& features);
+    static std::size_t bytes_for(const Lattice<float>& lattice, const Features& features);
     std::size_t bytes() const;
 
     DeviceArray<float4> nodes[2];
@@ -31,7 +31,7 @@ struct Box {
     DeviceArray<bool> rim;
     DeviceArray<Mask> masks;
     DeviceArray<unsigned> fastest, reached;  // RestView, as those that follow
-    DeviceArray<int> quiet, stir, free, guard, woken[2], changed;
+    DeviceArray<int> quiet, activity, free, guard, woken[2], changed;
     DeviceArray<int2> ranges;
 };
 
@@ -42,22 +42,22 @@ class Store {
     explicit Store(const Setup& setup, Room room = {});
 
     Views views() const { return all; }
-    Needs needs() const { return used; }
+    Features features() const { return used; }
     SortSpace sort_space() const { return {box.counts.data(), scratch.data(), scratch.bytes()}; }
     std::size_t bytes() const;
 
     // Writes a frame's orders down, in one of two places; true if a tool is active. The other
     // copies them to the device, in stream order: until that is over the place must not be used
     // again.
-    bool order(const Setup& setup, const Motion& motion, double duration, int slot);
-    void send_orders(int slot, cudaStream_t stream) const;
+    bool write_input(const Setup& setup, const Motion& motion, double duration, int slot);
+    void send_input(int slot, cudaStream_t stream) const;
 
     std::vector<Particle<double>> particles() const;
     std::vector<float> depths(cudaStream_t stream) const;  // of penetration(), by id [m]
     void set_sides(const std::vector<Particle<double>>& particles) const;
     // For whoever lets them move, to put them back.
-    Kept kept() const;
-    void put_back(const Kept& kept) const;
+    Saved resume() const;
+    void put_back(const Saved& resume) const;
     // Clears both grids, whatever they hold.
     void clear_grids() const;
     void set_clock(const Clock& clock) const;
@@ -68,7 +68,7 @@ class Store {
     void grow();
 
     DeviceArray<float4> rows;  // row_places * count
-    Box box;
+    NodeArrays box;
     DeviceArray<int> ids[2];
 
   private:
@@ -83,14 +83,14 @@ class Store {
     DeviceArray<Sphere<float>> spheres[2];
     DeviceArray<Shape<float>> shapes[2], amid;
     DeviceArray<float> travel;
-    DeviceArray<unsigned> runs_held;
+    DeviceArray<unsigned> run_listed;
     DeviceArray<int> runs, in_line;
     DeviceArray<Clock> clocks;
-    DeviceArray<Orders> orders;
+    DeviceArray<FrameInput> input;
     DeviceArray<unsigned char> scratch;
-    Pinned<Orders> next_orders[2];
+    Pinned<FrameInput> next_input[2];
     Views all{};
-    Needs used;
+    Features used;
     Room room;
 };
 
