@@ -339,7 +339,7 @@ TEST(Gesture, CommittedRecordingsAreSmallAndComeFromTheirRules)
 {
     std::uintmax_t total = 0;
     for (const Gesture& gesture : gestures()) {
-        const std::string path = KNEAD_SOURCE_DIR "/scenes/" + gesture.name + ".hands";
+        const std::string path = std::string("scenes/") + gesture.name + ".hands";
         const std::uintmax_t size = std::filesystem::file_size(path);
         EXPECT_LT(size, 400000u) << path;
         total += size;
