@@ -1,5 +1,6 @@
 // Before a frame's first substep: which blocks' clay moves, which only carries it, which sleeps.
 #include "cuda/device/launch.cuh"
+#include "cuda/device/ordered.cuh"
 #include "cuda/mpm/sleep.h"
 #include "cuda/mpm/stages.cuh"
 
@@ -7,14 +8,6 @@ namespace knead::gpu {
 namespace {
 
 constexpr int threads = 128;
-
-// Floats in the order of integers: of those below zero all bits but the sign are turned.
-__device__ int ordered(float x)
-{
-    const int bits = __float_as_int(x);
-    return bits < 0 ? bits ^ 0x7fffffff : bits;
-}
-__device__ float unordered(int key) { return __int_as_float(key < 0 ? key ^ 0x7fffffff : key); }
 
 // Boxes around the tools over the whole frame; those of tools that are not active are empty.
 struct Boxes {

@@ -6,6 +6,7 @@
 
 #include "cuda/contact/contact.h"
 #include "cuda/contact/skinning.h"
+#include "cuda/mpm/edit.h"
 #include "cuda/mpm/lattice.h"
 #include "cuda/mpm/material_data.h"
 #include "cuda/mpm/particle.h"
@@ -38,7 +39,9 @@ struct Setup {
     int passes = 2;            // of particle projection a substep; 0: none
     Rest<double> rest{};       // which clay need not move
     bool deterministic = false;
-    int threads = 0;  // CPU: 0 = all
+    int threads = 0;    // CPU: 0 = all
+    bool cuts = false;  // its clay carries the labels of a cut (cut.h), whether or not a tool is a
+                        // blade now
 };
 
 // The joints that the rig hangs on at the two ends of a frame, in the simulation's frame and size.
@@ -68,6 +71,25 @@ struct StageTime {
     double seconds;
 };
 
+// All that decides the future of a solver, where the solver keeps it: cheap enough for every edit.
+// Outlives changes of the solver, and the solver itself.
+class Snapshot {
+  public:
+    virtual ~Snapshot() = default;
+    virtual std::size_t bytes() const = 0;
+};
+
+// The same in plain values on the host: for files, for undo, for another solver of the same kind.
+struct SavedState {
+    Setup setup;              // with its particles, by id
+    std::vector<int> order;   // ids as the solver keeps them: the CPU's sums depend on it
+    float speed_squared = 0;  // of the fastest particle, as the solver found it [m^2/s^2]
+    // Where clay may be still: frames on end at rest, by block of a box of the lattice.
+    Int3 quiet_low{}, quiet_stored{};  // nodes
+    std::vector<int> quiet;
+    bool covered = false;  // a blade was in the clay when the last frame ended
+};
+
 namespace gpu {
 struct Clay;  // cuda/surface/surface.cuh: where a solver keeps its particles on the device
 }
@@ -89,6 +111,33 @@ class Solver {
         done.erase(done.begin());
         return first;
     }
+
+    // Edits, while no frame is under way. What follows is what a solver would do that was made of
+    // the edited scene. They throw std::invalid_argument for what cannot be, std::runtime_error
+    // where memory ends, and then leave all as it was.
+
+    // More clay of one material, at rest or moving; Particle::object is set. Returns the object's
+    // number, which no other will have, also when this one is removed.
+    virtual int add(const Material<double>& material, const std::vector<Particle<double>>& clay);
+    virtual void remove(int object);
+    // Its particles keep their volume; their mass is that times the density.
+    virtual void set_material(int object, const Material<double>& material);
+    virtual void move(int object, const RigidMotion<double>& motion);
+    virtual void set_gravity(Vec3<double> gravity);  // [m/s^2]
+    virtual void set_walls(const Walls<double>& walls);
+    // All tools at once. The motions of later frames are of this rig.
+    virtual void set_tools(const Rig& rig, const std::vector<Tool<double>>& tools);
+    // The setup as edited, without particles. A removed object's material is all zero.
+    virtual const Setup& rules() const;
+
+    virtual std::shared_ptr<const Snapshot> snapshot() const;
+    // Of this solver, at any time. Throws std::invalid_argument for that of another.
+    virtual void restore(const Snapshot& snapshot);
+    virtual SavedState save() const;
+    virtual void load(const SavedState& state);
+    // Another after every frame, edit and restoring: who has drawn this number need not draw again.
+    virtual long version() const { return 0; }
+
     // The particles in no particular order (deterministic for equal runs).
     virtual std::vector<Particle<double>> particles() const = 0;
     // Depth [m] of every particle inside a tool at the end of the last frame; 0 entries left out.

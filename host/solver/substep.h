@@ -12,6 +12,7 @@ inline StepLimits step_limits(const Setup& s)
 {
     StepLimits p{s.step.courant, s.lattice.dx, 0, 1e30, s.step.fixed, s.step.largest};
     for (const Material<double>& m : s.materials) {
+        if (!(m.density > 0)) continue;  // was removed
         const double stiff =
             m.plasticity == Plasticity::clamp ? std::sqrt(snow_hardening(m, -0.1)) : 1.0;
         p.sound = std::fmax(p.sound, stiff * sound_speed(m));

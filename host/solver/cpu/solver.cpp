@@ -17,7 +17,7 @@ namespace knead {
 
 template <class R>
 CpuSolver<R>::CpuSolver(const Setup& given)
-    : setup(given),
+    : book(given),
       lattice{given.lattice.size, R(given.lattice.dx)},
       walls{given.walls.margin, given.walls.mode, R(given.walls.friction)},
       gravity(cast<R>(given.gravity)),
@@ -25,14 +25,9 @@ CpuSolver<R>::CpuSolver(const Setup& given)
       posed(given, lattice),
       stillness(given.rest, lattice)
 {
-    for (const Material<double>& m : setup.materials) materials.push_back(cast<R>(m));
-    for (const Particle<double>& p : setup.particles) q.push_back(cast<R>(p));
-    setup.particles.clear();
-    ids.resize(q.size());
-    std::iota(ids.begin(), ids.end(), 0);
-    for (int f = 0; f < (posed.blades ? 3 : 1); ++f)
-        grid[f].resize(std::size_t(lattice.node_count()));
-    if (posed.blades) split.resize(std::size_t(lattice.block_count()));
+    for (const Particle<double>& p : given.particles) q.push_back(cast<R>(p));
+    renumber();
+    apply_rules();
     counts.resize(std::size_t(threads));
     for (const char* name : {"pose", "bin", "p2g", "grid", "g2p", "project", "plasticity"})
         times.push_back({name, 0});
@@ -92,7 +87,7 @@ FrameStats CpuSolver<R>::advance(const Motion& motion, double duration)
     stats.yielded = all.yielded, stats.projected = all.projected, stats.clipped = all.clipped;
     stats.confined = all.confined, stats.repaired = all.repaired, stats.found_depth = all.depth;
     stats.active_blocks = long(bins.reached.size()), stats.moved = all.moved;
-    arranged = all.moved == 0;
+    arranged = all.moved == 0, ++changes;
     // The particle loops of a block run one after the other on one thread: share out their time.
     const double inner =
         all.seconds[stage_g2p] + all.seconds[stage_project] + all.seconds[stage_plasticity];
@@ -143,7 +138,7 @@ void CpuSolver<R>::p2g(R dt)
             {
                 UNROLL
                 for (int n = 0; n < 9; ++n) {
-                    add(cell[n], tile.node + to + tile_index({0, n % 3, n / 3}));
+                    knead::add(cell[n], tile.node + to + tile_index({0, n % 3, n / 3}));
                     cell[n] = {};
                 }
             };
@@ -297,14 +292,14 @@ void CpuSolver<R>::step_particles(int slot, Bins::Members members, R dt, const T
         const unsigned yielding = near_yield_mask(p, m) & ((1u << group.size) - 1);
         for (unsigned left = yielding; left; left &= left - 1)
             c.yielded += yield(*group.of[lowest_bit(left)], m, dt);
-        if (stale || yielding) p = load(group);
+        if (stale || yielding) p = knead::load(group);
         if (!sound(p)) {
             for (int l = 0; l < group.size; ++l) {
                 Particle<R>& one = *group.of[l];
                 c.repaired +=
                     repair(one, {before[l].x, {}, {}, {}, 0, one.object, before[l].sides});
             }
-            p = load(group);
+            p = knead::load(group);
         }
         speed_squared = max(speed_squared, dot(p.v, p.v));
         note_blocks(group, p.x);

@@ -1,5 +1,5 @@
 // The CPU's simulator: declared here, its loops in solver.cpp, those that only a cut needs in
-// host/solver/cpu/cut.cpp.
+// host/solver/cpu/cut.cpp, edits in host/solver/cpu/edit.cpp.
 #pragma once
 #include <omp.h>
 
@@ -15,6 +15,7 @@
 #include "host/solver/cpu/rows.h"
 #include "host/solver/cpu/sleep.h"
 #include "host/solver/cpu/tools.h"
+#include "host/solver/edits.h"
 
 namespace knead {
 
@@ -50,6 +51,19 @@ class CpuSolver : public Solver {
   public:
     explicit CpuSolver(const Setup& given);
     FrameStats advance(const Motion& motion, double duration) override;
+    int add(const Material<double>& material, const std::vector<Particle<double>>& clay) override;
+    void remove(int object) override;
+    void set_material(int object, const Material<double>& material) override;
+    void move(int object, const RigidMotion<double>& motion) override;
+    void set_gravity(Vec3<double> to) override;
+    void set_walls(const Walls<double>& to) override;
+    void set_tools(const Rig& rig, const std::vector<Tool<double>>& tools) override;
+    const Setup& rules() const override { return setup; }
+    std::shared_ptr<const Snapshot> snapshot() const override;
+    void restore(const Snapshot& from) override;
+    SavedState save() const override;
+    void load(const SavedState& state) override;
+    long version() const override { return changes; }
     std::vector<Particle<double>> particles() const override;
     std::vector<double> penetration() const override;
     const std::vector<StageTime>& stage_times() const override { return times; }
@@ -89,8 +103,17 @@ class CpuSolver : public Solver {
     void finish_cuts(bool covered);
     template <class Body>
     void for_each(int count, StageName stage, Body&& body);
+    void apply_rules();
+    void by_id();
+    void renumber();
+    void wake(const Particle<R>& particle);
+    template <class Edit>
+    void edit(int object, Edit&& edit);
 
-    Setup setup;
+    // Snapshots know by its address whose they are.
+    std::shared_ptr<const char> identity = std::make_shared<const char>();
+    Rules book;
+    const Setup& setup = book.setup();  // without particles
     Lattice<R> lattice;
     Walls<R> walls;
     Vec3<R> gravity;
@@ -107,6 +130,7 @@ class CpuSolver : public Solver {
     std::vector<Node<R>> grid[3];  // node_count velocities
     std::vector<char> split;       // per block: its nodes have three fields; empty without blades
     bool was_covered = false;      // a blade was in the clay at the end of the last frame
+    long changes = 0;              // frames, edits
     std::vector<Counts> counts;    // per thread
     std::vector<StageTime> times;
 };

@@ -21,7 +21,7 @@ struct PosedTools {
     std::vector<Mask> masks;   // per lattice block
     std::vector<Int3> masked;  // block coordinates whose mask is not empty
     std::vector<char> near;    // per lattice block: its mask or one of its neighbours' is not empty
-    bool blades = false;
+    bool blades = false;       // there are some, or what they have cut
 
     PosedTools(const Setup& setup, const Lattice<R>& lattice);
     Colliders<R> colliders() const
@@ -62,6 +62,7 @@ PosedTools<R>::PosedTools(const Setup& setup, const Lattice<R>& lattice)
         tools.push_back({t.mode, R(t.friction), t.blade, t.active});
         blades = blades || t.blade;
     }
+    blades = blades || setup.cuts;
 }
 
 template <class R>

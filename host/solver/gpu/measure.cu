@@ -70,7 +70,7 @@ std::vector<StageWork> GpuSolver::stage_counts() const
     return counts;
 }
 
-// A few substeps are run stage by stage from where the last frame ended, and forgotten: the host
+// A few substeps are run stage by stage from where the last frame ended, and forgotten: a copy
 // keeps the particles meanwhile. In a frame of the graph stages overlap. They end early where clay
 // comes near the end of the nodes that are stored.
 void GpuSolver::walk(const Watch& watch) const
@@ -80,7 +80,7 @@ void GpuSolver::walk(const Watch& watch) const
     const Features features = features_for(posed);
     const Views views = views_for(features);
     const Clock before = store.clock();
-    const Saved resume = store.resume();
+    const std::shared_ptr<DeviceState> kept = store.state(before.side, main);
     watch("sort", [&] { sort(views, features, main, before.side); });
     begin(views, main);
     if (features.tools) watch("pose", [&] { masks(views, main), pose(views, main); });
@@ -94,7 +94,8 @@ void GpuSolver::walk(const Watch& watch) const
         watch("g2p", [&] { g2p(views, features, processors, main); });
     }
     store.clear_grids();
-    store.put_back(resume);
+    store.put_back(*kept, before.side, main);
+    wait(main, "measure");
     Clock after = before;
     for (int& active : after.active) active = 0;
     store.set_clock(after);

@@ -73,16 +73,10 @@ void Store::point()
     all.rest.reached = box.reached.data(), all.rest.changed = box.changed.data();
 }
 
-void Store::grow()
+// Nothing is given back before the other is there, so that no failure leaves half a box.
+void Store::set_box(const Lattice<float>& more)
 {
     const Lattice<float> before = all.lattice;
-    const Clock now = clock();
-    const std::vector<int> listed = box.list[(now.done + 2) % 3].downloaded();
-    unsigned ends = 0;
-    for (int k = 0; k < now.active[(now.done + 2) % 3]; ++k)
-        ends |= ends_at(before, before.block_at(listed[std::size_t(k)]));
-    const Lattice<float> more = grown(before, ends);
-    // Nothing is given back before the other is there, so that no failure leaves half a box.
     NodeArrays larger;
     try {
         if (room.max && std::size_t(more.node_count()) > room.max)
@@ -100,8 +94,10 @@ void Store::grow()
     }
     const std::vector<int> quiet = box.quiet.downloaded();
     std::vector<int> same(larger.quiet.size());
-    for (std::size_t b = 0; b < quiet.size(); ++b)
-        same[std::size_t(more.block_of(block_edge * before.block_at(int(b))))] = quiet[b];
+    for (std::size_t b = 0; b < quiet.size() && !same.empty(); ++b) {
+        const Int3 node = block_edge * before.block_at(int(b));
+        if (more.stores(node)) same[std::size_t(more.block_of(node))] = quiet[b];
+    }
     if (!same.empty())
         gpu::check(
             cudaMemcpy(larger.quiet.data(), same.data(), larger.quiet.bytes(), cudaMemcpyDefault),
@@ -109,6 +105,29 @@ void Store::grow()
     gpu::check(cudaDeviceSynchronize(), "more nodes");
     box = std::move(larger), all.lattice = more;
     point();
+}
+
+void Store::grow()
+{
+    const Clock now = clock();
+    const std::vector<int> listed = box.list[(now.done + 2) % 3].downloaded();
+    unsigned ends = 0;
+    for (int k = 0; k < now.active[(now.done + 2) % 3]; ++k)
+        ends |= ends_at(all.lattice, all.lattice.block_at(listed[std::size_t(k)]));
+    set_box(grown(all.lattice, ends));
+}
+
+void Store::hold(Vec3<float> low, Vec3<float> high)
+{
+    const Lattice<float>& l = all.lattice;
+    const Int3 first = base_node(low, l.spacing), end = base_node(high, l.spacing) + Int3{3, 3, 3};
+    const Int3 stored = l.low + l.stored;
+    const bool fits = first.x >= l.low.x && first.y >= l.low.y && first.z >= l.low.z &&
+                      end.x <= stored.x && end.y <= stored.y && end.z <= stored.z;
+    if (fits) return;
+    const Int3 from{min(first.x, l.low.x), min(first.y, l.low.y), min(first.z, l.low.z)};
+    const Int3 to{max(end.x, stored.x), max(end.y, stored.y), max(end.z, stored.z)};
+    set_box(box_around({l.size, l.dx}, from, to, room.spare));
 }
 
 // The end of a frame that is under way.

@@ -36,15 +36,16 @@ std::atomic<int> solvers = 0;  // of the process so far
 }  // namespace
 
 GpuSolver::GpuSolver(const Setup& given, int wanted, Room room)
-    : rules(given), device(chosen(wanted)), processors(multiprocessors(device)), store(given, room)
+    : book(std::make_shared<const Rules>(given)),
+      device(chosen(wanted)),
+      processors(multiprocessors(device)),
+      store(given, room, device),
+      fastest(store.clock().fastest[1])
 {
     show();
-    rules.particles.clear();
-    rules.particles.shrink_to_fit();
     cudaDeviceProp properties;
     check(cudaGetDeviceProperties(&properties, device), "device");
     title = std::string("cuda: ") + properties.name;
-    cutting = store.features().blades;
     const char* graph = std::getenv("KNEAD_GRAPH");
     stepwise = graph && std::string(graph) == "0";
     if (stepwise) return;
@@ -68,6 +69,7 @@ void GpuSolver::capture()
 {
     capture(without_tools, false);
     if (store.features().tools) capture(with_tools, true);
+    stale = false;
 }
 
 Features GpuSolver::features_for(bool tools) const
@@ -204,16 +206,17 @@ void GpuSolver::submit(const Motion& motion, double duration)
     if (submitted - collected == 2) throw std::logic_error("two frames are under way already");
     check(cudaSetDevice(device), "device");
     // What the first frames took is what later ones will take, more or less.
-    if (!stepwise && turn == 0 && last_substeps > 0 && submitted == collected)
-        turn = substeps_a_turn(last_substeps), capture();
+    if (turn == 0 && last_substeps > 0 && submitted == collected)
+        turn = substeps_a_turn(last_substeps), stale = true;
+    if (stale && !stepwise) capture();
     const int slot = submitted % 2;
     Frame& f = frames[slot];
-    f.motion = motion, f.duration = duration;
+    f.motion = motion, f.duration = store.count() > 0 ? duration : 0;
     // Of two frames ago, which is over: nobody reads its orders any more.
-    f.tools = store.write_input(rules, motion, duration, slot);
+    f.tools = store.write_input(rules(), motion, duration, slot);
     launch(slot);
     // What a cut leaves is settled by the host before the next frame.
-    if (cutting && duration > 0) wait_for(slot), finish_cuts(f);
+    if (store.features().blades && f.duration > 0) wait_for(slot), finish_cuts(f);
     ++submitted;  // only now: a frame that finds no memory has ended
 }
 
@@ -232,7 +235,9 @@ FrameStats GpuSolver::collect()
         throw;
     }
     ++collected;
+    ++changes;
     posed = f.tools;
+    side = f.status->side, fastest = f.status->fastest[(f.status->done + 1) & 1];
     const Counters& n = f.status->counters;
     stats.substeps = last_substeps = n.substeps;
     stats.dt_min = n.dt_min, stats.dt_max = n.dt_max;
@@ -254,12 +259,13 @@ void GpuSolver::finish_cuts(const Frame& f)
 {
     const bool covered = f.status->counters.covered > 0;
     if (covered == was_covered) return;
-    PosedTools<double> tools(rules, rules.lattice);
+    const Lattice<double>& lattice = rules().lattice;
+    PosedTools<double> tools(rules(), lattice);
     tools.activate(f.motion);
     tools.pose(f.motion, 0, 1, f.duration);
-    tools.mask_blocks(rules.lattice);
+    tools.mask_blocks(lattice);
     std::vector<Particle<double>> q = store.particles();
-    if (relabel_pieces(q, rules.lattice, tools, covered, was_covered)) store.set_sides(q);
+    if (relabel_pieces(q, lattice, tools, covered, was_covered)) store.set_sides(q);
     was_covered = covered;
 }
 

@@ -1,5 +1,6 @@
 // The device behind Solver: declared here, its frames in solver.cu, how one goes on whose clay has
-// spread in host/solver/gpu/region.cu, how it times its stages in host/solver/gpu/measure.cu.
+// spread in host/solver/gpu/region.cu, how it times its stages in host/solver/gpu/measure.cu, its
+// edits in host/solver/gpu/solver_edits.cu.
 #pragma once
 #include <functional>
 #include <string>
@@ -23,6 +24,19 @@ class GpuSolver : public Solver {
     }
     void submit(const Motion& motion, double duration) override;
     FrameStats collect() override;
+    int add(const Material<double>& material, const std::vector<Particle<double>>& clay) override;
+    void remove(int object) override;
+    void set_material(int object, const Material<double>& material) override;
+    void move(int object, const RigidMotion<double>& motion) override;
+    void set_gravity(Vec3<double> gravity) override;
+    void set_walls(const Walls<double>& walls) override;
+    void set_tools(const Rig& rig, const std::vector<Tool<double>>& tools) override;
+    const Setup& rules() const override { return book->setup(); }
+    std::shared_ptr<const Snapshot> snapshot() const override;
+    void restore(const Snapshot& from) override;
+    SavedState save() const override;
+    void load(const SavedState& from) override;
+    long version() const override { return changes; }
     std::vector<Particle<double>> particles() const override;
     std::vector<double> penetration() const override;
     const std::vector<StageTime>& stage_times() const override;
@@ -55,12 +69,23 @@ class GpuSolver : public Solver {
     void walk(const Watch& watch) const;
     void pose_end(const Views& views) const;
     void finish_cuts(const Frame& frame);
+    void check_idle() const;
+    void adopt(const Rules& rules);
+    void wake(int object);
+    void edited();
+    void set_fastest(unsigned bits);
 
-    Setup rules;  // without particles
+    // Snapshots know by its address whose they are.
+    std::shared_ptr<const char> identity = std::make_shared<const char>();
+    std::shared_ptr<const Rules> book;  // one with the snapshots that were taken of it
     int device, processors;
     Store store;
     Stream main, body, beside, posing;
     Clay shown{};
+    int side = 0;       // on which the particles lie, of Clock
+    unsigned fastest;   // bits of the largest speed squared, of Clock
+    long changes = 0;   // frames, edits
+    bool stale = true;  // the graphs are of other views
     std::string title;
     Event forked{cudaEventDisableTiming};
     Event masked{cudaEventDisableTiming}, posed_first{cudaEventDisableTiming};
@@ -69,7 +94,6 @@ class GpuSolver : public Solver {
     int submitted = 0, collected = 0;
     bool posed = false;        // masks are those of the last frame's end
     bool stepwise = false;     // no graph: KNEAD_GRAPH=0, for profilers and memory checkers
-    bool cutting = false;      // a tool of the scene is a blade
     bool was_covered = false;  // a blade was in the clay at the end of the last frame
     int last_substeps = 0, turn = 0;
     mutable std::vector<StageTime> times;

@@ -32,6 +32,40 @@ void check_particles(const Setup& s)
     }
 }
 
+void check(const Setup& s)
+{
+    const Int3 n = s.lattice.size;
+    require(n.x > 0 && n.y > 0 && n.z > 0 && n.x % 4 == 0 && n.y % 4 == 0 && n.z % 4 == 0,
+            "the lattice needs multiples of 4 nodes along each axis");
+    require(double(n.x) * n.y * n.z < 2147483648.0, "the lattice has 2^31 nodes or more");
+    require(s.lattice.dx > 0 && std::isfinite(s.lattice.dx), "the lattice needs a spacing > 0");
+    require(s.walls.margin >= 2 && 2 * s.walls.margin + 2 < std::min({n.x, n.y, n.z}),
+            "the walls need a margin of at least 2 nodes, and room between them");
+    require(!s.particles.empty() && s.particles.size() < 200000000,
+            "1 to 2e8 particles, not " + std::to_string(s.particles.size()));
+    require(!s.materials.empty(), "no material");
+    for (const Material<double>& m : s.materials)
+        require(m.density > 0 && m.mass > 0 && m.volume > 0 && sound_speed(m) > 0,
+                "a material without density, mass, volume or stiffness");
+    check_particles(s);
+    check_tools(s);
+}
+
+// The nodes around clay.
+Lattice<float> box_of(const std::vector<Particle<double>>& clay, const Lattice<float>& whole,
+                      int spare)
+{
+    Int3 low = whole.size, end{};
+    for (const Particle<double>& q : clay) {
+        const Int3 base = base_node(cast<float>(q.x), whole.spacing);
+        low = {min(low.x, base.x), min(low.y, base.y), min(low.z, base.z)};
+        end = {max(end.x, base.x + 3), max(end.y, base.y + 3), max(end.z, base.z + 3)};
+    }
+    return box_around(whole, low, end, spare);
+}
+
+}  // namespace
+
 void check_tools(const Setup& s)
 {
     require(s.rig.primitives.size() <= std::size_t(max_primitives),
@@ -54,117 +88,17 @@ void check_tools(const Setup& s)
                                                   std::to_string(max_joints) + "th");
 }
 
-void check(const Setup& s)
-{
-    const Int3 n = s.lattice.size;
-    require(n.x > 0 && n.y > 0 && n.z > 0 && n.x % 4 == 0 && n.y % 4 == 0 && n.z % 4 == 0,
-            "the lattice needs multiples of 4 nodes along each axis");
-    require(double(n.x) * n.y * n.z < 2147483648.0, "the lattice has 2^31 nodes or more");
-    require(s.lattice.dx > 0 && std::isfinite(s.lattice.dx), "the lattice needs a spacing > 0");
-    require(s.walls.margin >= 2 && 2 * s.walls.margin + 2 < std::min({n.x, n.y, n.z}),
-            "the walls need a margin of at least 2 nodes, and room between them");
-    require(!s.particles.empty() && s.particles.size() < 200000000,
-            "1 to 2e8 particles, not " + std::to_string(s.particles.size()));
-    require(!s.materials.empty(), "no material");
-    for (const Material<double>& m : s.materials)
-        require(m.density > 0 && m.mass > 0 && m.volume > 0 && sound_speed(m) > 0,
-                "a material without density, mass, volume or stiffness");
-    check_particles(s);
-    check_tools(s);
-}
-
-Features features_of(const Setup& s)
-{
-    const bool tools = !s.rig.primitives.empty();
-    const bool blades = tools && std::any_of(s.tools.begin(), s.tools.end(),
-                                             [](const Tool<double>& t) { return t.blade; });
-    Features n{tools, s.deterministic, blades, s.rest.mode != RestMode::none,
-               PlasticityClass::elastic};
-    for (const Material<double>& m : s.materials) {
-        const bool plain =
-            m.elasticity == Elasticity::neo_hookean &&
-            (m.plasticity == Plasticity::none || m.plasticity == Plasticity::von_mises);
-        if (!plain)
-            n.plasticity = PlasticityClass::any;
-        else if (m.plasticity == Plasticity::von_mises && n.plasticity == PlasticityClass::elastic)
-            n.plasticity = PlasticityClass::plastic;
-    }
-    return n;
-}
-
-// The nodes around a scene's clay.
-Lattice<float> box_of(const Setup& s, Room room)
-{
-    const Lattice<float> whole{s.lattice.size, float(s.lattice.dx)};
-    Int3 low = whole.size, end{};
-    for (const Particle<double>& q : s.particles) {
-        const Int3 base = base_node(cast<float>(q.x), whole.spacing);
-        low = {min(low.x, base.x), min(low.y, base.y), min(low.z, base.z)};
-        end = {max(end.x, base.x + 3), max(end.y, base.y + 3), max(end.z, base.z + 3)};
-    }
-    return box_around(whole, low, end, room.spare);
-}
-
-// The largest power of two that keeps a sum of magnitude up to `bound` within 62 bits.
-float fixed_scale(double bound) { return std::ldexp(1.0f, 61 - std::ilogb(bound)); }
-
-}  // namespace
-
-Store::Store(const Setup& setup, Room given) : room(given)
+Store::Store(const Setup& setup, Room given, int device)
+    : room(given), pool(std::make_unique<Pool>(device))
 {
     check(setup);
+    const Rules rules(setup);
+    const auto n = int(setup.particles.size());
+    const Lattice<float> whole{setup.lattice.size, float(setup.lattice.dx)};
     used = features_of(setup);
-    all.lattice = box_of(setup, room);
-    all.walls = {setup.walls.margin, setup.walls.mode, float(setup.walls.friction)};
-    all.gravity = cast<float>(setup.gravity);
-    all.limits = step_limits(setup);
-    allocate(setup);
-    upload(setup);
-
-    double mass = 0;
-    for (const Particle<double>& q : setup.particles)
-        mass += setup.materials[std::size_t(q.object)].mass;
-    // No speed that the lattice can carry at a hundredth of the longest stable substep is lost.
-    const double speed = 100 * all.limits.sound / all.limits.courant;
-    all.grid.mass_scale = fixed_scale(mass);
-    all.grid.momentum_scale = fixed_scale(mass * speed);
-    all.materials = {cast<float>(setup.materials[0]), materials.data(),
-                     int(setup.materials.size())};
-    all.grid.fields = used.blades ? 3 : 1;
-    for (int side = 0; side < 2; ++side) {
-        all.particles[side] = {rows.data() + std::size_t(side) * setup.particles.size(),
-                               ids[side].data(), int(setup.particles.size())};
-    }
-    const int joints = joints_of(setup.rig);
-    all.tools = {input.data()->joints,
-                 input.data()->joints + joints,
-                 joints,
-                 bindings.data(),
-                 {spheres[0].span(), spheres[1].span()},
-                 {shapes[0].span(), shapes[1].span()},
-                 amid.span(),
-                 travel.data(),
-                 {primitives.data(), int(primitives.size())},
-                 {input.data()->tools, int(setup.tools.size())},
-                 nullptr,
-                 in_line.data(),
-                 setup.grid_contact,
-                 setup.passes};
-    const Rest<double>& rest = setup.rest;
-    all.rest = {{rest.mode, float(rest.speed), rest.frames, float(rest.push), float(rest.reach)},
-                run_length(used)};
-    all.rest.run_listed = run_listed.data(), all.rest.list = runs.data();
-    all.clock = clocks.data();
-    all.input = input.data();
-    point();
-}
-
-void Store::allocate(const Setup& setup)
-{
-    const auto n = setup.particles.size();
-    const std::size_t sort_bytes =
-        sort_scratch_bytes(int(n), {setup.lattice.size, float(setup.lattice.dx)}, used);
-    const std::size_t need = n * (row_places * sizeof(float4) + 2 * sizeof(int)) + sort_bytes +
+    all.lattice = box_of(setup.particles, whole, room.spare);
+    const std::size_t need = std::size_t(n) * (row_places * sizeof(float4) + 2 * sizeof(int)) +
+                             sort_scratch_bytes(n, whole, used) +
                              NodeArrays::bytes_for(all.lattice, used);
     std::size_t unused = 0, total = 0;
     gpu::check(cudaMemGetInfo(&unused, &total), "memory");
@@ -172,55 +106,19 @@ void Store::allocate(const Setup& setup)
         throw std::runtime_error("gpu: the scene needs " + std::to_string(need >> 20) +
                                  " MiB, the device has " + std::to_string(unused >> 20) +
                                  " MiB free");
-    for (DeviceArray<int>& each : ids) each = DeviceArray<int>(n);
     box = NodeArrays(all.lattice, used);
-    rows = DeviceArray<float4>(row_places * n);
-    scratch = DeviceArray<unsigned char>(sort_bytes);
-    std::vector<Material<float>> cast_materials;
-    for (const Material<double>& m : setup.materials) cast_materials.push_back(cast<float>(m));
-    materials = DeviceArray<Material<float>>(cast_materials);
-    bindings = DeviceArray<Binding<float>>(setup.rig.spheres);
-    primitives = DeviceArray<Primitive>(setup.rig.primitives);
-    for (int parity = 0; parity < 2; ++parity) {
-        spheres[parity] = DeviceArray<Sphere<float>>(setup.rig.spheres.size());
-        shapes[parity] = DeviceArray<Shape<float>>(setup.rig.primitives.size());
-    }
-    amid = DeviceArray<Shape<float>>(setup.rig.primitives.size());
-    travel = DeviceArray<float>(setup.rig.primitives.size());
-    if (used.rests) {
-        const auto run_count = std::size_t(blocks_for(int(n), run_length(used)));
-        run_listed = DeviceArray<unsigned>(run_count), runs = DeviceArray<int>(run_count);
-    }
-    if (used.tools) {
-        std::vector<int> all_runs(std::size_t(blocks_for(int(n), run_length(used))));
-        std::iota(all_runs.begin(), all_runs.end(), 0);
-        in_line = DeviceArray<int>(all_runs);
-    }
-    clocks = DeviceArray<Clock>(1);
-    input = DeviceArray<FrameInput>(1);
-}
-
-void Store::upload(const Setup& setup) const
-{
-    const std::size_t n = setup.particles.size();
-    std::vector<float4> host_rows(particle_rows * n);
-    std::vector<int> host_ids(n);
-    std::iota(host_ids.begin(), host_ids.end(), 0);
-    const ParticleView view{host_rows.data(), host_ids.data(), int(n)};
+    clocks = DeviceArray<Clock>(1), input = DeviceArray<FrameInput>(1);
+    found = DeviceArray<Extent>(1);
+    all.clock = clocks.data(), all.input = input.data();
+    resize(n);
+    set_rules(rules), set_tools(rules);
+    point();
+    std::vector<int> order(setup.particles.size());
+    std::iota(order.begin(), order.end(), 0);
+    upload(setup.particles, order);
     Clock start{};
-    float fastest = 0;
-    for (std::size_t i = 0; i < n; ++i) {
-        const Particle<float> q = cast<float>(setup.particles[i]);
-        view.store(int(i), q);
-        fastest = std::max(fastest, dot(q.v, q.v));
-    }
-    gpu::check(cudaMemcpy(rows.data(), host_rows.data(), host_rows.size() * sizeof(float4),
-                          cudaMemcpyDefault),
-               "upload");
-    gpu::check(cudaMemcpy(ids[0].data(), host_ids.data(), ids[0].bytes(), cudaMemcpyDefault),
-               "upload");
     start.done = 6;  // of its rings, all places are behind it
-    start.fastest[1] = std::bit_cast<unsigned>(fastest);
+    start.fastest[1] = extent(every_object, {{1, 0, 0, 0}, {}}, 0, nullptr).fastest;
     start.drift = 1e30;
     set_clock(start);
 }
@@ -246,7 +144,7 @@ bool Store::write_input(const Setup& setup, const Motion& motion, double duratio
 
 void Store::send_input(int slot, cudaStream_t stream) const
 {
-    const std::size_t joints = std::size_t(all.tools.joints);
+    const auto joints = std::size_t(all.tools.joints);
     const std::size_t bytes =
         used.tools ? offsetof(FrameInput, joints) + 2 * joints * sizeof(Joint<double>)
                    : offsetof(FrameInput, tools);
@@ -257,17 +155,29 @@ void Store::send_input(int slot, cudaStream_t stream) const
 
 std::vector<float4> Store::rows_on(int side) const
 {
-    std::vector<float4> to(particle_rows * ids[side].size());
+    std::vector<float4> to(particle_rows * std::size_t(count()));
     gpu::check(cudaMemcpy(to.data(), all.particles[side].rows, to.size() * sizeof to[0],
                           cudaMemcpyDefault),
                "download");
     return to;
 }
 
+std::vector<int> Store::order(int side) const
+{
+    const auto n = std::size_t(count());
+    std::vector<int> to(n);
+    if (!to.empty())
+        gpu::check(
+            cudaMemcpy(to.data(), ids[side].data(), to.size() * sizeof to[0], cudaMemcpyDefault),
+            "download");
+    return to;
+}
+
 std::vector<float> Store::depths(cudaStream_t stream) const
 {
     const int side = clock(stream).side;
-    std::vector<float> to(ids[side].size());
+    const auto n = std::size_t(count());
+    std::vector<float> to(n);
     gpu::check(cudaMemcpy(to.data(), free_row(all.particles, side), to.size() * sizeof to[0],
                           cudaMemcpyDefault),
                "depths");
@@ -278,7 +188,7 @@ std::vector<Particle<double>> Store::particles() const
 {
     const int side = clock().side;
     std::vector<float4> host_rows = rows_on(side);
-    std::vector<int> host_ids = ids[side].downloaded();
+    std::vector<int> host_ids = order(side);
     const ParticleView view{host_rows.data(), host_ids.data(), int(host_ids.size())};
     std::vector<Particle<double>> out(host_ids.size());
     for (int i = 0; i < view.count; ++i) {
@@ -292,7 +202,7 @@ std::vector<Particle<double>> Store::particles() const
 void Store::set_sides(const std::vector<Particle<double>>& q) const
 {
     const int side = clock().side;
-    const std::vector<int> host_ids = ids[side].downloaded();
+    const std::vector<int> host_ids = order(side);
     std::vector<float4> host_rows = rows_on(side);
     const ParticleView view{host_rows.data(), nullptr, int(host_ids.size())};
     for (int i = 0; i < view.count; ++i)
@@ -301,24 +211,6 @@ void Store::set_sides(const std::vector<Particle<double>>& q) const
                           host_rows.size() * sizeof(float4), cudaMemcpyDefault),
                "labels");
     gpu::check(cudaDeviceSynchronize(), "labels");
-}
-
-Saved Store::resume() const
-{
-    const int side = clock().side;
-    return {side, rows_on(side), ids[side].downloaded(), box.quiet.downloaded()};
-}
-
-void Store::put_back(const Saved& resume) const
-{
-    const auto send = [](auto* to, const auto& from) {
-        if (!from.empty())
-            gpu::check(cudaMemcpy(to, from.data(), from.size() * sizeof from[0], cudaMemcpyDefault),
-                       "put back");
-    };
-    send(all.particles[resume.side].rows, resume.rows);
-    send(ids[resume.side].data(), resume.ids), send(box.quiet.data(), resume.quiet);
-    gpu::check(cudaDeviceSynchronize(), "put back");
 }
 
 void Store::clear_grids() const
@@ -348,7 +240,7 @@ std::size_t Store::bytes() const
     std::size_t sum = materials.bytes() + bindings.bytes() + primitives.bytes() + amid.bytes() +
                       travel.bytes() + in_line.bytes() + clocks.bytes() + input.bytes() +
                       scratch.bytes() + rows.bytes() + runs.bytes() + run_listed.bytes() +
-                      box.bytes();
+                      box.bytes() + other_rows.bytes() + other_ids.bytes();
     for (int s = 0; s < 2; ++s) sum += spheres[s].bytes() + shapes[s].bytes() + ids[s].bytes();
     return sum;
 }

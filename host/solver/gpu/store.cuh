@@ -1,21 +1,20 @@
-// All device memory of one simulation, allocated once, and the views of it that kernels take.
+// All device memory of one simulation, and the views of it that kernels take. Allocated when it is
+// made, when clay spreads, and where an edit needs more: what an edit has got, the next one reuses.
 #pragma once
+#include <memory>
+
 #include "cuda/device/device_array.cuh"
+#include "cuda/mpm/edit.cuh"
 #include "cuda/mpm/lattice.h"
 #include "cuda/mpm/material_data.h"
 #include "cuda/mpm/particle.h"
 #include "cuda/mpm/stages.cuh"
+#include "host/solver/edits.h"
 #include "host/solver/gpu/room.h"
+#include "host/solver/gpu/state.cuh"
 #include "host/solver/substep.h"
 
 namespace knead::gpu {
-
-// The particles of a scene, and what is noted of blocks that lie still, on the host.
-struct Saved {
-    int side;
-    std::vector<float4> rows;
-    std::vector<int> ids, quiet;
-};
 
 // What there is for every node that is stored, or every block.
 struct NodeArrays {
@@ -35,11 +34,16 @@ struct NodeArrays {
     DeviceArray<int2> ranges;
 };
 
+// What kernels are compiled for that run the scene.
+Features features_of(const Setup& setup);
+// Throws std::invalid_argument where tools are more than the device takes, or do not hang together.
+void check_tools(const Setup& setup);
+
 // The device's form of a scene. Throws std::invalid_argument for one that does not hang together
 // and std::runtime_error where the device has not enough memory.
 class Store {
   public:
-    explicit Store(const Setup& setup, Room room = {});
+    explicit Store(const Setup& setup, Room room = {}, int device = 0);
 
     Views views() const { return all; }
     Features features() const { return used; }
@@ -55,9 +59,13 @@ class Store {
     std::vector<Particle<double>> particles() const;
     std::vector<float> depths(cudaStream_t stream) const;  // of penetration(), by id [m]
     void set_sides(const std::vector<Particle<double>>& particles) const;
-    // For whoever lets them move, to put them back.
-    Saved resume() const;
-    void put_back(const Saved& resume) const;
+    // The particles, and how long blocks have been at rest; put back into a store that has room
+    // for them, the same box of nodes and the same particles on `side`.
+    std::shared_ptr<DeviceState> state(int side, cudaStream_t stream) const;
+    void put_back(const DeviceState& state, int side, cudaStream_t stream) const;
+    // In plain values: ids in the order that particles lie in, quiet blocks.
+    std::vector<int> order(int side) const;
+    std::vector<int> quiet() const { return box.quiet.downloaded(); }
     // Clears both grids, whatever they hold.
     void clear_grids() const;
     void set_clock(const Clock& clock) const;
@@ -67,14 +75,39 @@ class Store {
     // all as it is.
     void grow();
 
-    DeviceArray<float4> rows;  // row_places * count
+    // Edits (edit.cu), between frames. Views and features may be others afterwards.
+    // What follows from materials, gravity and walls; from tools.
+    void set_rules(const Rules& rules);
+    void set_tools(const Rules& rules);
+    // Stores at least the nodes that particles between these places reach.
+    void hold(Vec3<float> low, Vec3<float> high);
+    void set_box(const Lattice<float>& box);
+    // Of the particles that lie on `side`; all lie on side 0 afterwards.
+    void append(const std::vector<Particle<double>>& clay, int object, int side,
+                cudaStream_t stream);
+    void erase(int object, long left, int side, cudaStream_t stream);
+    // Makes room for so many particles, and forgets those that there are.
+    void resize(int count);
+    void upload(const std::vector<Particle<double>>& particles, const std::vector<int>& order);
+    void set_quiet(const std::vector<int>& quiet) const;
+    // Of an object, as it will be after a motion; or of all.
+    Extent extent(int object, const RigidMotion<double>& motion, int side,
+                  cudaStream_t stream) const;
+    int count() const { return all.particles[0].count; }
+
+    DeviceArray<float4> rows;  // row_places * count, or more
     NodeArrays box;
     DeviceArray<int> ids[2];
 
   private:
-    void allocate(const Setup& setup);
-    void upload(const Setup& setup) const;
     void point();
+    void point_at_tools(const Setup& setup);
+    void set_features(const Features& features);
+    void set_count(int count);
+    void reserve_runs();
+    void reserve_scratch(int count);
+    void reserve_others(std::size_t count);
+    void swap_in(int count);
     std::vector<float4> rows_on(int side) const;
 
     DeviceArray<Material<float>> materials;
@@ -88,6 +121,11 @@ class Store {
     DeviceArray<Clock> clocks;
     DeviceArray<FrameInput> input;
     DeviceArray<unsigned char> scratch;
+    DeviceArray<Extent> found;
+    // Where an edit puts the particles that it leaves; then the two are swapped.
+    DeviceArray<float4> other_rows;
+    DeviceArray<int> other_ids;
+    std::unique_ptr<Pool> pool;
     Pinned<FrameInput> next_input[2];
     Views all{};
     Features used;

@@ -1,0 +1,161 @@
+// One thread a particle. Compiled without contraction of multiply-add, and in double where places
+// change: an edited scene has the bits of one that the host has edited and made anew.
+#include <cub/device/device_scan.cuh>
+
+#include "cuda/device/launch.cuh"
+#include "cuda/device/ordered.cuh"
+#include "cuda/mpm/edit.cuh"
+#include "cuda/mpm/stencil.h"
+
+namespace knead::gpu {
+namespace {
+
+constexpr int threads = 128;
+
+// The object of the particle in place i.
+__device__ int object_of(const ParticleView& p, int i) { return __float_as_int(p.row(1, i).w); }
+
+struct Chosen {
+    ParticleView particles;
+    int object;
+    __device__ bool has(int i) const
+    {
+        return i < particles.count && (object == every_object || object_of(particles, i) == object);
+    }
+};
+
+__device__ Particle<double> moved(Particle<float> q, const RigidMotion<double>& motion)
+{
+    q.hold(false);
+    Particle<double> in_double = cast<double>(q);
+    move(in_double, motion);
+    return in_double;
+}
+
+__global__ void __launch_bounds__(threads)
+    extent_kernel(const Chosen chosen, const RigidMotion<double> motion, bool still, Extent* to)
+{
+    const int i = int(blockIdx.x * threads + threadIdx.x);
+    const bool valid = chosen.has(i);
+    Particle<float> q{};
+    if (valid) q = chosen.particles.load(i);
+    const Vec3<float> x = still || !valid ? q.x : cast<float>(moved(q, motion).x);
+    const unsigned fastest = __reduce_max_sync(~0u, __float_as_uint(dot(q.v, q.v)));
+    const float places[3] = {x.x, x.y, x.z};
+    const bool first = (threadIdx.x & 31) == 0;
+    if (first && fastest) atomicMax(&to->fastest, fastest);
+    UNROLL
+    for (int k = 0; k < 3; ++k) {
+        const int key = ordered(places[k]);
+        const int low = __reduce_min_sync(~0u, valid ? key : 0x7f7fffff);
+        const int high = __reduce_max_sync(~0u, valid ? key : ~0x7f7fffff);
+        if (first) atomicMin(&to->low[k], low), atomicMax(&to->high[k], high);
+    }
+}
+
+__global__ void __launch_bounds__(threads)
+    move_kernel(const Chosen chosen, const RigidMotion<double> motion)
+{
+    const int i = int(blockIdx.x * threads + threadIdx.x);
+    if (!chosen.has(i)) return;
+    chosen.particles.store(i, cast<float>(moved(chosen.particles.load(i), motion)));
+}
+
+__global__ void __launch_bounds__(threads)
+    law_kernel(const Chosen chosen, Plasticity from, Plasticity to)
+{
+    const int i = int(blockIdx.x * threads + threadIdx.x);
+    if (!chosen.has(i)) return;
+    Particle<float> q = chosen.particles.load(i);
+    q.hold(false);
+    change_law(q, from, to);
+    chosen.particles.store(i, q);
+}
+
+__global__ void __launch_bounds__(threads)
+    wake_kernel(const Chosen chosen, const __grid_constant__ Lattice<float> lattice, int* quiet)
+{
+    const int i = int(blockIdx.x * threads + threadIdx.x);
+    if (!chosen.has(i)) return;
+    const Int3 base = base_node(chosen.particles.position(i), lattice.spacing);
+    quiet[lattice.block_of(base)] = 0;
+}
+
+// 1 for those that stay, by place and by id.
+__global__ void __launch_bounds__(threads) mark_kernel(const Chosen gone, int* by_place, int* by_id)
+{
+    const int i = int(blockIdx.x * threads + threadIdx.x);
+    if (i >= gone.particles.count) return;
+    by_place[i] = by_id[gone.particles.ids[i]] = gone.has(i) ? 0 : 1;
+}
+
+// The sums of what comes before have taken the marks' places.
+__global__ void __launch_bounds__(threads)
+    keep_kernel(const Chosen gone, const ParticleView to, const int* by_place, const int* by_id)
+{
+    const int i = int(blockIdx.x * threads + threadIdx.x);
+    if (i >= gone.particles.count || gone.has(i)) return;
+    const int at = by_place[i];
+    for (int r = 0; r < particle_rows; ++r) to.row(r, at) = gone.particles.row(r, i);
+    to.ids[at] = by_id[gone.particles.ids[i]];
+}
+
+int blocks_of(const ParticleView& particles) { return blocks_for(particles.count, threads); }
+
+bool identity(const RigidMotion<double>& m)
+{
+    return m.q.w == 1 && m.p.x == 0 && m.p.y == 0 && m.p.z == 0;
+}
+
+}  // namespace
+
+void extent(const ParticleView& particles, int object, const RigidMotion<double>& motion,
+            Extent* to, cudaStream_t stream)
+{
+    launch("extent", extent_kernel, blocks_of(particles), threads, stream,
+           Chosen{particles, object}, motion, identity(motion), to);
+}
+
+void move(const ParticleView& particles, int object, const RigidMotion<double>& motion,
+          cudaStream_t stream)
+{
+    launch("move", move_kernel, blocks_of(particles), threads, stream, Chosen{particles, object},
+           motion);
+}
+
+void change_law(const ParticleView& particles, int object, Plasticity from, Plasticity to,
+                cudaStream_t stream)
+{
+    launch("change law", law_kernel, blocks_of(particles), threads, stream,
+           Chosen{particles, object}, from, to);
+}
+
+void wake(const ParticleView& particles, int object, const Lattice<float>& lattice, int* quiet,
+          cudaStream_t stream)
+{
+    launch("wake", wake_kernel, blocks_of(particles), threads, stream, Chosen{particles, object},
+           lattice, quiet);
+}
+
+std::size_t keep_scratch_bytes(int count)
+{
+    std::size_t bytes = 0;
+    int* none = nullptr;
+    check(cub::DeviceScan::ExclusiveSum(nullptr, bytes, none, none, count), "keep");
+    return bytes;
+}
+
+void keep_others(const ParticleView& from, int object, const ParticleView& to, int* places,
+                 void* scratch, std::size_t scratch_bytes, cudaStream_t stream)
+{
+    const Chosen gone{from, object};
+    int* const by_id = places + from.count;
+    launch("mark", mark_kernel, blocks_of(from), threads, stream, gone, places, by_id);
+    for (int* marks : {places, by_id})
+        check(
+            cub::DeviceScan::ExclusiveSum(scratch, scratch_bytes, marks, marks, from.count, stream),
+            "keep");
+    launch("keep", keep_kernel, blocks_of(from), threads, stream, gone, to, places, by_id);
+}
+
+}  // namespace knead::gpu

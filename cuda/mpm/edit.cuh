@@ -1,0 +1,48 @@
+// Edits of particles on the device, between two frames: the kernels of edit.h.
+#pragma once
+#include <bit>
+
+#include "cuda/mpm/edit.h"
+#include "cuda/mpm/lattice.h"
+#include "cuda/mpm/particles.cuh"
+
+namespace knead::gpu {
+
+// Stands for all objects where one is asked for.
+constexpr int every_object = -1;
+
+// The fastest of some particles and the box around them, as atomics find them (ordered.cuh).
+struct Extent {
+    unsigned fastest = 0;  // bits of the speed squared [m^2/s^2]
+    int low[3] = {0x7f7fffff, 0x7f7fffff, 0x7f7fffff};
+    int high[3] = {~0x7f7fffff, ~0x7f7fffff, ~0x7f7fffff};  // [m]
+
+    bool empty() const { return low[0] > high[0]; }
+    Vec3<float> lowest() const { return place(low); }
+    Vec3<float> highest() const { return place(high); }
+
+  private:
+    static Vec3<float> place(const int (&key)[3])
+    {
+        const auto at = [](int k) { return std::bit_cast<float>(k < 0 ? k ^ 0x7fffffff : k); };
+        return {at(key[0]), at(key[1]), at(key[2])};
+    }
+};
+
+// Of an object's particles, as they will be after a motion; `to` holds Extent{} before.
+void extent(const ParticleView& particles, int object, const RigidMotion<double>& motion,
+            Extent* to, cudaStream_t stream);
+void move(const ParticleView& particles, int object, const RigidMotion<double>& motion,
+          cudaStream_t stream);
+void change_law(const ParticleView& particles, int object, Plasticity from, Plasticity to,
+                cudaStream_t stream);
+// Blocks that an object's particles are in forget how long they have been at rest.
+void wake(const ParticleView& particles, int object, const Lattice<float>& lattice, int* quiet,
+          cudaStream_t stream);
+// All particles but an object's, in their order, with ids that leave no gap. `places` has room for
+// twice as many as there are particles; `scratch` for scan_bytes(count).
+std::size_t keep_scratch_bytes(int count);
+void keep_others(const ParticleView& from, int object, const ParticleView& to, int* places,
+                 void* scratch, std::size_t scratch_bytes, cudaStream_t stream);
+
+}  // namespace knead::gpu

@@ -1,0 +1,223 @@
+// Edits of the clay and of the rules between two frames, and the whole state there and back. After
+// an edit the particles lie in the order of their ids, as they do in a new solver: sums depend on
+// the order, and are those of a scene that was built so from the start.
+#include "cuda/mpm/edit.h"
+
+#include <numeric>
+#include <stdexcept>
+
+#include "cuda/mpm/stencil.h"
+#include "host/solver/cpu/solver.h"
+
+namespace knead {
+
+namespace {
+
+template <class R>
+struct CpuSnapshot : Snapshot {
+    std::shared_ptr<const char> solver;
+    Rules book;
+    std::vector<Particle<R>> q;
+    std::vector<int> ids, quiet;
+    bool was_covered = false;
+    explicit CpuSnapshot(const Rules& rules) : book(rules) {}
+    std::size_t bytes() const override
+    {
+        return q.size() * (sizeof q[0] + sizeof ids[0]) + quiet.size() * sizeof quiet[0];
+    }
+};
+
+}  // namespace
+
+// What follows from the setup alone.
+template <class R>
+void CpuSolver<R>::apply_rules()
+{
+    materials.clear();
+    for (const Material<double>& m : setup.materials) materials.push_back(cast<R>(m));
+    gravity = cast<R>(setup.gravity);
+    walls = {setup.walls.margin, setup.walls.mode, R(setup.walls.friction)};
+    for (int f = 0; f < (posed.blades ? 3 : 1); ++f)
+        grid[f].resize(std::size_t(lattice.node_count()));
+    split.resize(posed.blades ? std::size_t(lattice.block_count()) : 0);
+    ++changes;
+}
+
+template <class R>
+void CpuSolver<R>::renumber()
+{
+    ids.resize(q.size());
+    std::iota(ids.begin(), ids.end(), 0);
+    arranged = false;
+}
+
+template <class R>
+void CpuSolver<R>::by_id()
+{
+    std::vector<Particle<R>> sorted(q.size());
+    for (std::size_t i = 0; i < q.size(); ++i) sorted[std::size_t(ids[i])] = q[i];
+    q.swap(sorted);
+    renumber();
+}
+
+// The clay around it has to look anew whether it is at rest.
+template <class R>
+void CpuSolver<R>::wake(const Particle<R>& particle)
+{
+    if (!stillness.any()) return;
+    const Int3 base = base_node(particle.x, lattice.dx);
+    stillness.quiet[std::size_t(lattice.block_of(base))] = 0;
+}
+
+// Calls edit(particle) for those of an object, in double: what a caller would compute who makes the
+// scene anew.
+template <class R>
+template <class Edit>
+void CpuSolver<R>::edit(int object, Edit&& edit)
+{
+    by_id();
+    for (Particle<R>& p : q) {
+        if (p.object != object) continue;
+        wake(p);
+        p.hold(false);
+        Particle<double> in_double = cast<double>(p);
+        edit(in_double);
+        p = cast<R>(in_double);
+        wake(p);
+    }
+}
+
+template <class R>
+int CpuSolver<R>::add(const Material<double>& material, const std::vector<Particle<double>>& clay)
+{
+    const int object = book.add(material, clay);
+    by_id();
+    for (const Particle<double>& p : clay) {
+        q.push_back(cast<R>(p));
+        q.back().object = object;
+        wake(q.back());
+    }
+    renumber();
+    apply_rules();
+    return object;
+}
+
+template <class R>
+void CpuSolver<R>::remove(int object)
+{
+    book.remove(object);
+    by_id();
+    std::erase_if(q, [&](const Particle<R>& p) {
+        if (p.object == object) wake(p);
+        return p.object == object;
+    });
+    renumber();
+    apply_rules();
+}
+
+template <class R>
+void CpuSolver<R>::set_material(int object, const Material<double>& material)
+{
+    const Plasticity law = book.set_material(object, material);
+    edit(object, [&](Particle<double>& p) { change_law(p, law, material.plasticity); });
+    apply_rules();
+}
+
+template <class R>
+void CpuSolver<R>::move(int object, const RigidMotion<double>& motion)
+{
+    book.check_object(object);
+    Rules::check_motion(motion);
+    for (const Particle<R>& p : q) {
+        if (p.object != object) continue;
+        Particle<double> there = cast<double>(p);
+        knead::move(there, motion);
+        book.check_place(there.x);
+    }
+    edit(object, [&](Particle<double>& p) { knead::move(p, motion); });
+    ++changes;
+}
+
+template <class R>
+void CpuSolver<R>::set_gravity(Vec3<double> to)
+{
+    book.set_gravity(to);
+    by_id();
+    for (const Particle<R>& p : q) wake(p);
+    apply_rules();
+}
+
+template <class R>
+void CpuSolver<R>::set_walls(const Walls<double>& to)
+{
+    book.set_walls(to);
+    by_id();
+    for (const Particle<R>& p : q) wake(p);
+    apply_rules();
+}
+
+template <class R>
+void CpuSolver<R>::set_tools(const Rig& rig, const std::vector<Tool<double>>& tools)
+{
+    book.set_tools(rig, tools);
+    by_id();
+    posed = PosedTools<R>(setup, lattice);
+    apply_rules();
+}
+
+template <class R>
+std::shared_ptr<const Snapshot> CpuSolver<R>::snapshot() const
+{
+    auto to = std::make_shared<CpuSnapshot<R>>(book);
+    to->solver = identity, to->q = q, to->ids = ids;
+    to->quiet = stillness.quiet, to->was_covered = was_covered;
+    return to;
+}
+
+template <class R>
+void CpuSolver<R>::restore(const Snapshot& snapshot)
+{
+    const auto* from = dynamic_cast<const CpuSnapshot<R>*>(&snapshot);
+    if (!from || from->solver != identity)
+        throw std::invalid_argument("the snapshot is of another solver");
+    book = from->book;
+    q = from->q, ids = from->ids;
+    stillness.quiet = from->quiet, was_covered = from->was_covered;
+    arranged = false;  // sorted again, what is in order stays so
+    posed = PosedTools<R>(setup, lattice);
+    apply_rules();
+}
+
+template <class R>
+SavedState CpuSolver<R>::save() const
+{
+    SavedState state;
+    state.setup = setup;
+    state.setup.particles = particles();
+    state.order = ids;
+    for (const Particle<R>& p : q)
+        state.speed_squared = std::max(state.speed_squared, float(dot(p.v, p.v)));
+    state.quiet = stillness.quiet, state.quiet_stored = lattice.stored;
+    state.covered = was_covered;
+    return state;
+}
+
+template <class R>
+void CpuSolver<R>::load(const SavedState& state)
+{
+    check_state(state, setup);
+    book = Rules(state.setup);
+    q.clear();
+    for (int id : state.order) q.push_back(cast<R>(state.setup.particles[std::size_t(id)]));
+    ids = state.order;
+    stillness = Stillness<R>(setup.rest, lattice);
+    if (stillness.any()) stillness.quiet = quiet_over(state, lattice);
+    was_covered = state.covered, arranged = false;
+    posed = PosedTools<R>(setup, lattice);
+    apply_rules();
+}
+
+template class CpuSolver<float>;
+template class CpuSolver<double>;
+
+}  // namespace knead

@@ -1,0 +1,179 @@
+#include "host/solver/edits.h"
+
+#include <cmath>
+#include <numeric>
+#include <stdexcept>
+#include <string>
+
+#include "cuda/mpm/material.h"
+
+namespace knead {
+namespace {
+
+void require(bool fact, const std::string& otherwise)
+{
+    if (!fact) throw std::invalid_argument(otherwise);
+}
+
+bool finite(Vec3<double> v) { return std::isfinite(v.x + v.y + v.z); }
+bool finite(const Particle<double>& p)
+{
+    return finite(p.x) && finite(p.v) && finite(p.C.a) && finite(p.C.b) && finite(p.C.c) &&
+           std::isfinite(trace(p.e) + p.e.xy + p.e.xz + p.e.yz + p.k);
+}
+
+// Of a solver that only plays what was recorded, say.
+[[noreturn]] void refuse(const Solver& solver)
+{
+    throw std::logic_error(solver.name() + " takes no edits");
+}
+
+void check_material(const Material<double>& m)
+{
+    require(m.density > 0 && m.mass > 0 && m.volume > 0 && sound_speed(m) > 0 &&
+                std::isfinite(m.density + m.mass + m.volume + sound_speed(m)),
+            "a material needs a density, a mass, a volume and a stiffness above 0");
+}
+
+}  // namespace
+
+int Solver::add(const Material<double>&, const std::vector<Particle<double>>&) { refuse(*this); }
+void Solver::remove(int) { refuse(*this); }
+void Solver::set_material(int, const Material<double>&) { refuse(*this); }
+void Solver::move(int, const RigidMotion<double>&) { refuse(*this); }
+void Solver::set_gravity(Vec3<double>) { refuse(*this); }
+void Solver::set_walls(const Walls<double>&) { refuse(*this); }
+void Solver::set_tools(const Rig&, const std::vector<Tool<double>>&) { refuse(*this); }
+const Setup& Solver::rules() const { refuse(*this); }
+std::shared_ptr<const Snapshot> Solver::snapshot() const { refuse(*this); }
+void Solver::restore(const Snapshot&) { refuse(*this); }
+SavedState Solver::save() const { refuse(*this); }
+void Solver::load(const SavedState&) { refuse(*this); }
+
+Rules::Rules(const Setup& setup) : now(setup), counts(setup.materials.size(), 0)
+{
+    for (const Particle<double>& p : setup.particles) {
+        require(p.object >= 0 && p.object < int(counts.size()),
+                "a particle of object " + std::to_string(p.object) + ", which has no material");
+        ++counts[std::size_t(p.object)];
+    }
+    now.particles = {};
+    for (const Tool<double>& tool : now.tools) now.cuts = now.cuts || tool.blade;
+}
+
+long Rules::count() const { return std::accumulate(counts.begin(), counts.end(), 0l); }
+
+double Rules::mass() const
+{
+    double sum = 0;
+    for (std::size_t i = 0; i < counts.size(); ++i)
+        sum += double(counts[i]) * now.materials[i].mass;
+    return sum;
+}
+
+int Rules::add(const Material<double>& material, const std::vector<Particle<double>>& clay)
+{
+    check_material(material);
+    for (const Particle<double>& p : clay) {
+        require(finite(p), "a particle with a number that is not finite");
+        check_place(p.x);
+    }
+    require(count() + long(clay.size()) < 200000000, "more than 2e8 particles");
+    now.materials.push_back(material);
+    counts.push_back(long(clay.size()));
+    return int(counts.size()) - 1;
+}
+
+void Rules::remove(int object)
+{
+    check_object(object);
+    now.materials[std::size_t(object)] = {};
+    counts[std::size_t(object)] = 0;
+}
+
+Plasticity Rules::set_material(int object, const Material<double>& material)
+{
+    check_object(object);
+    Material<double>& old = now.materials[std::size_t(object)];
+    Material<double> next = material;
+    next.volume = old.volume, next.mass = next.density * next.volume;
+    check_material(next);
+    const Plasticity law = old.plasticity;
+    old = next;
+    return law;
+}
+
+void Rules::set_gravity(Vec3<double> gravity)
+{
+    require(finite(gravity), "gravity must be finite");
+    now.gravity = gravity;
+}
+
+void Rules::set_walls(const Walls<double>& walls) { now.walls = walls; }
+
+void Rules::set_tools(const Rig& rig, const std::vector<Tool<double>>& tools)
+{
+    require(rig.primitives.size() <= std::size_t(max_primitives),
+            std::to_string(rig.primitives.size()) + " primitives, at most " +
+                std::to_string(max_primitives));
+    for (const Primitive& p : rig.primitives) {
+        require(p.count >= 1 && p.count <= 3, "a primitive has 1 to 3 spheres");
+        require(p.tool >= 0 && p.tool < int(tools.size()), "a primitive without its tool");
+        for (int sphere : p.sphere)
+            require(sphere >= 0 && sphere < int(rig.spheres.size()),
+                    "a primitive without its sphere");
+    }
+    for (const Binding<float>& b : rig.spheres)
+        for (int joint : b.joint) require(joint >= 0, "a sphere without its joint");
+    now.rig = rig, now.tools = tools;
+    for (const Tool<double>& tool : tools) now.cuts = now.cuts || tool.blade;
+}
+
+void Rules::check_object(int object) const
+{
+    require(object >= 0 && object < int(counts.size()),
+            "there is no object " + std::to_string(object));
+    require(there(now.materials[std::size_t(object)]),
+            "object " + std::to_string(object) + " was removed");
+}
+
+void Rules::check_motion(const RigidMotion<double>& m)
+{
+    const double norm = m.q.w * m.q.w + m.q.x * m.q.x + m.q.y * m.q.y + m.q.z * m.q.z;
+    require(finite(m.p) && std::abs(norm - 1) < 1e-6,
+            "a motion needs a finite shift and a unit quaternion");
+}
+
+void Rules::check_place(Vec3<double> x) const
+{
+    const double dx = now.lattice.dx;
+    const auto inside = [&](double at, int n) {
+        return at >= dx * now.walls.margin * (1 - 1e-6) &&
+               at <= dx * (n - 1 - now.walls.margin) * (1 + 1e-6);
+    };
+    const Int3 n = now.lattice.size;
+    require(inside(x.x, n.x) && inside(x.y, n.y) && inside(x.z, n.z),
+            "clay at (" + std::to_string(x.x) + ", " + std::to_string(x.y) + ", " +
+                std::to_string(x.z) + ") m would lie behind a wall");
+}
+
+void check_state(const SavedState& state, const Setup& of)
+{
+    const Setup& s = state.setup;
+    require(s.lattice.size == of.lattice.size && s.lattice.dx == of.lattice.dx,
+            "the state is of another lattice");
+    std::vector<char> seen(s.particles.size(), 0);
+    for (int id : state.order) {
+        const bool fresh = id >= 0 && std::size_t(id) < seen.size() && !seen[std::size_t(id)];
+        require(fresh, "the state's order is not one of its particles");
+        seen[std::size_t(id)] = 1;
+    }
+    require(state.order.size() == seen.size(), "the state's order leaves out particles");
+    const Rules rules(s);
+    for (const Particle<double>& p : s.particles) {
+        require(finite(p), "the state has a particle with a number that is not finite");
+        rules.check_object(p.object);
+    }
+}
+
+}  // namespace knead

@@ -1,0 +1,61 @@
+// What both back ends agree on about edits: what can be, and what becomes of the rules.
+#pragma once
+#include <vector>
+
+#include "host/solver/solver.h"
+
+namespace knead {
+
+// A removed object has a material of density 0.
+inline bool there(const Material<double>& material) { return material.density > 0; }
+
+// A scene's setup without its particles, and how many of them each object has.
+class Rules {
+  public:
+    // Throws std::invalid_argument where a particle has no material.
+    explicit Rules(const Setup& setup);
+
+    const Setup& setup() const { return now; }
+    long count(int object) const { return counts[std::size_t(object)]; }
+    long count() const;
+    double mass() const;  // of all clay [kg]
+
+    // Each throws std::invalid_argument, and changes nothing, where the edit cannot be.
+    int add(const Material<double>& material, const std::vector<Particle<double>>& clay);
+    void remove(int object);
+    // Returns the law that the object had.
+    Plasticity set_material(int object, const Material<double>& material);
+    void set_gravity(Vec3<double> gravity);
+    void set_walls(const Walls<double>& walls);
+    void set_tools(const Rig& rig, const std::vector<Tool<double>>& tools);
+
+    void check_object(int object) const;
+    // A motion must be finite and rigid.
+    static void check_motion(const RigidMotion<double>& motion);
+    // What is at x must be between the walls.
+    void check_place(Vec3<double> x) const;
+
+  private:
+    Setup now;
+    std::vector<long> counts;
+};
+
+// Throws std::invalid_argument where the state is not whole, or not of such a lattice.
+void check_state(const SavedState& state, const Setup& of);
+
+// Frames on end at rest by block of what a lattice stores; 0 for blocks that the state lacks.
+template <class R>
+std::vector<int> quiet_over(const SavedState& state, const Lattice<R>& lattice)
+{
+    const Lattice<R> box{lattice.size, lattice.dx, lattice.spacing, state.quiet_low,
+                         state.quiet_stored};
+    std::vector<int> quiet(std::size_t(lattice.block_count()));
+    for (std::size_t b = 0; b < quiet.size(); ++b) {
+        const Int3 node = block_edge * lattice.block_at(int(b));
+        if (box.stores(node) && std::size_t(box.block_of(node)) < state.quiet.size())
+            quiet[b] = state.quiet[std::size_t(box.block_of(node))];
+    }
+    return quiet;
+}
+
+}  // namespace knead

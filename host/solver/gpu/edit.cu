@@ -1,0 +1,209 @@
+// Particles of a store that come, go and move between two frames.
+#include <algorithm>
+#include <numeric>
+
+#include "cuda/mpm/edit.cuh"
+#include "host/solver/gpu/store.cuh"
+
+namespace knead::gpu {
+namespace {
+
+// Room for `count`, and some for what comes next. What the array held is lost.
+template <class T>
+void reserve(DeviceArray<T>& array, std::size_t count)
+{
+    if (array.size() < count) array = DeviceArray<T>(count + count / 4);
+}
+
+void copy(void* to, const void* from, std::size_t bytes, cudaStream_t stream)
+{
+    if (bytes) check(cudaMemcpyAsync(to, from, bytes, cudaMemcpyDefault, stream), "edit");
+}
+
+// The rows of particles as the device has them.
+std::vector<float4> rows_of(const std::vector<Particle<double>>& particles,
+                            const std::vector<int>& order)
+{
+    std::vector<float4> rows(particle_rows * order.size());
+    const ParticleView view{rows.data(), nullptr, int(order.size())};
+    for (int i = 0; i < view.count; ++i)
+        view.store(i, cast<float>(particles[std::size_t(order[std::size_t(i)])]));
+    return rows;
+}
+
+}  // namespace
+
+void Store::set_count(int count)
+{
+    for (int side = 0; side < 2; ++side)
+        all.particles[side] = {rows.data() + std::size_t(side) * std::size_t(count),
+                               ids[side].data(), count};
+    reserve_runs();
+}
+
+// Lists of runs: as many as the particles and the length of a run make.
+void Store::reserve_runs()
+{
+    all.rest.run = run_length(used);
+    const auto run_count = std::size_t(blocks_for(count(), all.rest.run));
+    if (used.rests) reserve(run_listed, run_count), reserve(runs, run_count);
+    if (used.tools) {
+        std::vector<int> every(run_count);
+        std::iota(every.begin(), every.end(), 0);
+        reserve(in_line, run_count);
+        copy(in_line.data(), every.data(), run_count * sizeof(int), nullptr);
+        gpu::check(cudaDeviceSynchronize(), "runs");
+    }
+    all.rest.run_listed = run_listed.data(), all.rest.list = runs.data();
+    all.tools.runs = in_line.data();
+}
+
+void Store::reserve_scratch(int count)
+{
+    if (count == 0) return;
+    const Lattice<float> whole{all.lattice.size, all.lattice.dx};
+    const std::size_t bytes =
+        std::max(sort_scratch_bytes(count, whole, used), keep_scratch_bytes(count));
+    if (scratch.size() < bytes) scratch = DeviceArray<unsigned char>(bytes);
+}
+
+void Store::resize(int count)
+{
+    const auto n = std::size_t(count);
+    reserve_scratch(count);
+    const auto exactly = [](auto& array, std::size_t wanted) {
+        using Array = std::remove_reference_t<decltype(array)>;
+        if (array.size() < wanted) array = Array(wanted);
+    };
+    exactly(rows, row_places * n), exactly(ids[0], n), exactly(ids[1], n);
+    set_count(count);
+}
+
+// Before particles are written to the other rows: all that may fail. Both rows have the same room,
+// so that what a snapshot holds always fits.
+void Store::reserve_others(std::size_t n)
+{
+    reserve_scratch(int(n));
+    reserve(other_rows, std::max(row_places * n, rows.size()));
+    reserve(other_ids, std::max(n, ids[0].size()));
+}
+
+// The particles that the other rows hold take the place of those that there are.
+void Store::swap_in(int count)
+{
+    reserve(ids[1], std::size_t(count));
+    std::swap(rows, other_rows), std::swap(ids[0], other_ids);
+    set_count(count);
+}
+
+void Store::upload(const std::vector<Particle<double>>& particles, const std::vector<int>& order)
+{
+    const std::vector<float4> host = rows_of(particles, order);
+    copy(all.particles[0].rows, host.data(), host.size() * sizeof host[0], nullptr);
+    copy(ids[0].data(), order.data(), order.size() * sizeof order[0], nullptr);
+    gpu::check(cudaDeviceSynchronize(), "upload");
+}
+
+void Store::append(const std::vector<Particle<double>>& clay, int object, int side,
+                   cudaStream_t stream)
+{
+    const auto before = std::size_t(count()), more = clay.size(), n = before + more;
+    std::vector<int> order(more);
+    std::iota(order.begin(), order.end(), 0);
+    std::vector<float4> fresh = rows_of(clay, order);
+    for (std::size_t i = 0; i < more; ++i) fresh[more + i].w = std::bit_cast<float>(object);
+    std::iota(order.begin(), order.end(), int(before));
+    reserve_others(n);
+    for (std::size_t r = 0; r < particle_rows; ++r) {
+        copy(other_rows.data() + r * n, all.particles[side].rows + r * before,
+             before * sizeof(float4), stream);
+        copy(other_rows.data() + r * n + before, fresh.data() + r * more, more * sizeof(float4),
+             stream);
+    }
+    copy(other_ids.data(), all.particles[side].ids, before * sizeof(int), stream);
+    copy(other_ids.data() + before, order.data(), more * sizeof(int), stream);
+    wait(stream, "add");
+    swap_in(int(n));
+}
+
+void Store::erase(int object, long left, int side, cudaStream_t stream)
+{
+    const auto n = std::size_t(left);
+    reserve_others(n);
+    reserve_scratch(count());
+    const DeviceArray<int> places(2 * std::size_t(count()));
+    const ParticleView to{other_rows.data(), other_ids.data(), int(left)};
+    keep_others(all.particles[side], object, to, places.data(), scratch.data(), scratch.bytes(),
+                stream);
+    wait(stream, "remove");
+    swap_in(int(left));
+}
+
+Extent Store::extent(int object, const RigidMotion<double>& motion, int side,
+                     cudaStream_t stream) const
+{
+    const Extent none;
+    copy(found.data(), &none, sizeof none, stream);
+    gpu::extent(all.particles[side], object, motion, found.data(), stream);
+    wait(stream, "extent");
+    return found.downloaded()[0];
+}
+
+void Store::set_quiet(const std::vector<int>& quiet) const
+{
+    if (!used.rests) return;
+    copy(box.quiet.data(), quiet.data(), quiet.size() * sizeof quiet[0], nullptr);
+    gpu::check(cudaDeviceSynchronize(), "quiet blocks");
+}
+
+std::shared_ptr<DeviceState> Store::state(int side, cudaStream_t stream) const
+{
+    auto to = std::make_shared<DeviceState>(all.lattice, count(),
+                                            used.rests ? box.quiet.bytes() : 0, *pool, stream);
+    copy(to->rows(), all.particles[side].rows, to->row_bytes, stream);
+    copy(to->ids(), all.particles[side].ids, to->id_bytes, stream);
+    copy(to->quiet(), box.quiet.data(), to->quiet_bytes, stream);
+    gpu::check(cudaEventRecord(to->used, stream), "snapshot");
+    return to;
+}
+
+void Store::put_back(const DeviceState& from, int side, cudaStream_t stream) const
+{
+    copy(all.particles[side].rows, from.rows(), from.row_bytes, stream);
+    copy(all.particles[side].ids, from.ids(), from.id_bytes, stream);
+    if (used.rests) copy(box.quiet.data(), from.quiet(), from.quiet_bytes, stream);
+    gpu::check(cudaEventRecord(from.used, stream), "restore");
+}
+
+Pool::Pool(int device)
+{
+    cudaMemPoolProps properties{};
+    properties.allocType = cudaMemAllocationTypePinned;
+    properties.location = {cudaMemLocationTypeDevice, device};
+    check(cudaMemPoolCreate(&pool, &properties), "snapshot memory");
+    std::uint64_t keep = ~std::uint64_t(0);
+    check(cudaMemPoolSetAttribute(pool, cudaMemPoolAttrReleaseThreshold, &keep), "snapshot memory");
+}
+
+DeviceState::DeviceState(const Lattice<float>& of, int particles, std::size_t quiet,
+                         const Pool& pool, cudaStream_t stream)
+    : lattice(of),
+      count(particles),
+      row_bytes(std::size_t(particles) * particle_rows * sizeof(float4)),
+      id_bytes(std::size_t(particles) * sizeof(int)),
+      quiet_bytes(quiet)
+{
+    if (bytes() == 0) return;
+    void* all = nullptr;
+    check(cudaMallocFromPoolAsync(&all, bytes(), pool.pool, stream), "snapshot memory");
+    memory = static_cast<unsigned char*>(all);
+}
+
+DeviceState::~DeviceState()
+{
+    if (!memory) return;
+    cudaStreamWaitEvent(nullptr, used);
+    cudaFreeAsync(memory, nullptr);
+}
+
+}  // namespace knead::gpu

@@ -1,0 +1,116 @@
+// What the device holds of a scene's rules: materials, tools, what is compiled for them.
+#include <algorithm>
+#include <cmath>
+
+#include "host/solver/gpu/store.cuh"
+
+namespace knead::gpu {
+
+Features features_of(const Setup& s)
+{
+    const bool blades = s.cuts || std::any_of(s.tools.begin(), s.tools.end(),
+                                              [](const Tool<double>& t) { return t.blade; });
+    Features f{!s.rig.primitives.empty() || blades, s.deterministic, blades,
+               s.rest.mode != RestMode::none, PlasticityClass::elastic};
+    for (const Material<double>& m : s.materials) {
+        if (!there(m)) continue;
+        const bool plain =
+            m.elasticity == Elasticity::neo_hookean &&
+            (m.plasticity == Plasticity::none || m.plasticity == Plasticity::von_mises);
+        if (!plain)
+            f.plasticity = PlasticityClass::any;
+        else if (m.plasticity == Plasticity::von_mises && f.plasticity == PlasticityClass::elastic)
+            f.plasticity = PlasticityClass::plastic;
+    }
+    return f;
+}
+
+namespace {
+
+// The largest power of two that keeps a sum of magnitude up to `bound` within 62 bits.
+float fixed_scale(double bound)
+{
+    return bound > 0 ? std::ldexp(1.0f, 61 - std::ilogb(bound)) : 1.0f;
+}
+
+// Where there is room for it, without an allocation.
+template <class T>
+void fill(DeviceArray<T>& to, const std::vector<T>& from)
+{
+    if (to.size() < from.size()) to = DeviceArray<T>(from.size() + from.size() / 2);
+    if (!from.empty())
+        check(cudaMemcpy(to.data(), from.data(), from.size() * sizeof from[0], cudaMemcpyDefault),
+              "rules");
+}
+
+}  // namespace
+
+void Store::set_features(const Features& features)
+{
+    const bool same_nodes = features.tools == used.tools && features.blades == used.blades &&
+                            features.rests == used.rests &&
+                            features.fixed_point == used.fixed_point;
+    used = features;
+    if (same_nodes) return;
+    set_box(all.lattice);
+    reserve_runs();
+}
+
+void Store::set_rules(const Rules& rules)
+{
+    const Setup& setup = rules.setup();
+    set_features(features_of(setup));
+    std::vector<Material<float>> each;
+    for (const Material<double>& m : setup.materials) each.push_back(cast<float>(m));
+    fill(materials, each);
+    all.materials = {each.empty() ? Material<float>{} : each[0], materials.data(),
+                     int(each.size())};
+    all.walls = {setup.walls.margin, setup.walls.mode, float(setup.walls.friction)};
+    all.gravity = cast<float>(setup.gravity);
+    all.limits = step_limits(setup);
+    // No speed that the lattice can carry at a hundredth of the longest stable substep is lost.
+    const double speed = 100 * all.limits.sound / all.limits.courant;
+    all.grid.mass_scale = fixed_scale(rules.mass());
+    all.grid.momentum_scale = fixed_scale(rules.mass() * speed);
+    const Rest<double>& rest = setup.rest;
+    all.rest.rule = {rest.mode, float(rest.speed), rest.frames, float(rest.push),
+                     float(rest.reach)};
+    point();
+}
+
+void Store::set_tools(const Rules& rules)
+{
+    const Setup& setup = rules.setup();
+    check_tools(setup);
+    set_features(features_of(setup));
+    fill(bindings, setup.rig.spheres), fill(primitives, setup.rig.primitives);
+    for (int parity = 0; parity < 2; ++parity) {
+        spheres[parity] = DeviceArray<Sphere<float>>(setup.rig.spheres.size());
+        shapes[parity] = DeviceArray<Shape<float>>(setup.rig.primitives.size());
+    }
+    amid = DeviceArray<Shape<float>>(setup.rig.primitives.size());
+    travel = DeviceArray<float>(setup.rig.primitives.size());
+    point_at_tools(setup);
+    point();
+}
+
+void Store::point_at_tools(const Setup& setup)
+{
+    const int joints = joints_of(setup.rig);
+    all.tools = {input.data()->joints,
+                 input.data()->joints + joints,
+                 joints,
+                 bindings.data(),
+                 {spheres[0].span(), spheres[1].span()},
+                 {shapes[0].span(), shapes[1].span()},
+                 amid.span(),
+                 travel.data(),
+                 {primitives.data(), int(setup.rig.primitives.size())},
+                 {input.data()->tools, int(setup.tools.size())},
+                 box.masks.data(),
+                 in_line.data(),
+                 setup.grid_contact,
+                 setup.passes};
+}
+
+}  // namespace knead::gpu

@@ -1,0 +1,214 @@
+// Edits through Solver's face. The host keeps the rules, the store changes what the device has; the
+// graphs are captured again when the next frame is submitted.
+#include <algorithm>
+#include <stdexcept>
+
+#include "host/solver/gpu/solver.cuh"
+
+namespace knead::gpu {
+namespace {
+
+constexpr RigidMotion<double> at_rest{{1, 0, 0, 0}, {0, 0, 0}};
+
+}  // namespace
+
+void GpuSolver::check_idle() const
+{
+    if (submitted != collected) throw std::logic_error("a frame is under way");
+    check(cudaSetDevice(device), "device");
+}
+
+void GpuSolver::adopt(const Rules& rules)
+{
+    store.set_rules(rules);
+    book = std::make_shared<const Rules>(rules);
+}
+
+void GpuSolver::wake(int object)
+{
+    if (!store.features().rests) return;
+    const Views views = store.views();
+    gpu::wake(views.particles[side], object, views.lattice, views.rest.quiet, main);
+}
+
+// What the next frame begins with: the particles, unsorted, and the fastest of them.
+void GpuSolver::set_fastest(unsigned bits)
+{
+    Clock clock = store.clock(main);
+    fastest = bits;
+    clock.side = side, clock.fastest[(clock.done + 1) & 1] = bits;
+    clock.drift = 1e30;
+    store.set_clock(clock);
+}
+
+void GpuSolver::edited()
+{
+    set_fastest(store.extent(every_object, at_rest, side, main).fastest);
+    show();
+    ++changes, stale = true, posed = false;
+}
+
+int GpuSolver::add(const Material<double>& material, const std::vector<Particle<double>>& clay)
+{
+    check_idle();
+    Rules next = *book;
+    const int object = next.add(material, clay);
+    if (!clay.empty()) {
+        Vec3<float> low = cast<float>(clay[0].x), high = low;
+        for (const Particle<double>& p : clay) {
+            const Vec3<float> x = cast<float>(p.x);
+            low = {min(low.x, x.x), min(low.y, x.y), min(low.z, x.z)};
+            high = {max(high.x, x.x), max(high.y, x.y), max(high.z, x.z)};
+        }
+        store.hold(low, high);
+        store.append(clay, object, side, main);
+        side = 0;
+    }
+    adopt(next);
+    wake(object);
+    edited();
+    return object;
+}
+
+void GpuSolver::remove(int object)
+{
+    check_idle();
+    Rules next = *book;
+    next.remove(object);
+    wake(object);
+    store.erase(object, next.count(), side, main);
+    side = 0;
+    adopt(next);
+    edited();
+}
+
+void GpuSolver::set_material(int object, const Material<double>& material)
+{
+    check_idle();
+    Rules next = *book;
+    const Plasticity law = next.set_material(object, material);
+    wake(object);
+    change_law(store.views().particles[side], object, law, material.plasticity, main);
+    wait(main, "set material");
+    adopt(next);
+    edited();
+}
+
+void GpuSolver::move(int object, const RigidMotion<double>& motion)
+{
+    check_idle();
+    book->check_object(object);
+    Rules::check_motion(motion);
+    const Extent to = store.extent(object, motion, side, main);
+    if (to.empty()) return;
+    book->check_place(cast<double>(to.lowest()));
+    book->check_place(cast<double>(to.highest()));
+    store.hold(to.lowest(), to.highest());
+    wake(object);
+    gpu::move(store.views().particles[side], object, motion, main);
+    wake(object);
+    edited();
+}
+
+void GpuSolver::set_gravity(Vec3<double> gravity)
+{
+    check_idle();
+    Rules next = *book;
+    next.set_gravity(gravity);
+    adopt(next);
+    wake(every_object);
+    edited();
+}
+
+void GpuSolver::set_walls(const Walls<double>& walls)
+{
+    check_idle();
+    Rules next = *book;
+    next.set_walls(walls);
+    adopt(next);
+    wake(every_object);
+    edited();
+}
+
+void GpuSolver::set_tools(const Rig& rig, const std::vector<Tool<double>>& tools)
+{
+    check_idle();
+    Rules next = *book;
+    next.set_tools(rig, tools);
+    store.set_tools(next);
+    adopt(next);
+    edited();
+}
+
+std::shared_ptr<const Snapshot> GpuSolver::snapshot() const
+{
+    check_idle();
+    auto to = std::make_shared<GpuSnapshot>();
+    to->solver = identity, to->rules = book;
+    to->state = store.state(side, main);
+    to->fastest = fastest, to->was_covered = was_covered;
+    return to;
+}
+
+void GpuSolver::restore(const Snapshot& snapshot)
+{
+    check_idle();
+    const auto* from = dynamic_cast<const GpuSnapshot*>(&snapshot);
+    if (!from || from->solver != identity)
+        throw std::invalid_argument("the snapshot is of another solver");
+    const DeviceState& state = *from->state;
+    const auto differs = [](const Lattice<float>& a, const Lattice<float>& b) {
+        return !(a.low == b.low && a.stored == b.stored);
+    };
+    if (differs(store.views().lattice, state.lattice)) store.set_box(state.lattice), stale = true;
+    if (store.count() != state.count) store.resize(state.count), side = 0, stale = true;
+    if (book != from->rules) {
+        store.set_tools(*from->rules), store.set_rules(*from->rules);
+        book = from->rules, stale = true;
+    }
+    store.put_back(state, side, main);
+    was_covered = from->was_covered, posed = false;
+    set_fastest(from->fastest);
+    show();
+    ++changes;
+}
+
+SavedState GpuSolver::save() const
+{
+    check_idle();
+    const Lattice<float> box = store.views().lattice;
+    SavedState to;
+    to.setup = rules();
+    to.setup.particles = particles();
+    to.order = store.order(side);
+    to.speed_squared = std::bit_cast<float>(fastest);
+    to.quiet_low = box.low, to.quiet_stored = box.stored, to.quiet = store.quiet();
+    to.covered = was_covered;
+    return to;
+}
+
+void GpuSolver::load(const SavedState& from)
+{
+    check_idle();
+    check_state(from, rules());
+    const Rules next(from.setup);
+    Vec3<float> low{1e30f, 1e30f, 1e30f}, high{-1e30f, -1e30f, -1e30f};
+    for (const Particle<double>& p : from.setup.particles) {
+        next.check_place(p.x);
+        const Vec3<float> x = cast<float>(p.x);
+        low = {min(low.x, x.x), min(low.y, x.y), min(low.z, x.z)};
+        high = {max(high.x, x.x), max(high.y, x.y), max(high.z, x.z)};
+    }
+    if (!from.setup.particles.empty()) store.hold(low, high);
+    store.resize(int(from.order.size()));
+    store.set_tools(next);
+    side = 0;
+    store.upload(from.setup.particles, from.order);
+    adopt(next);
+    store.set_quiet(quiet_over(from, store.views().lattice));
+    was_covered = from.covered;
+    edited();
+    set_fastest(std::bit_cast<unsigned>(from.speed_squared));
+}
+
+}  // namespace knead::gpu

@@ -1,0 +1,49 @@
+// The particles of a solver, copied on the device.
+#pragma once
+#include <memory>
+
+#include "cuda/device/graph.cuh"
+#include "cuda/mpm/lattice.h"
+#include "host/solver/edits.h"
+
+namespace knead::gpu {
+
+// Memory that is given back is kept for the next that asks: a snapshot before every edit costs no
+// allocation. May go before what was taken of it.
+struct Pool {
+    cudaMemPool_t pool = nullptr;
+    explicit Pool(int device);
+    Pool(const Pool&) = delete;
+    ~Pool() { cudaMemPoolDestroy(pool); }
+};
+
+// Rows and ids of particles, and how long blocks have been at rest. Freed in stream order, when its
+// last copy is over.
+struct DeviceState {
+    Lattice<float> lattice;
+    int count = 0;
+    std::size_t row_bytes = 0, id_bytes = 0, quiet_bytes = 0;
+    unsigned char* memory = nullptr;  // one behind the other
+    Event used{cudaEventDisableTiming};
+
+    DeviceState(const Lattice<float>& lattice, int count, std::size_t quiet_bytes, const Pool& pool,
+                cudaStream_t stream);
+    DeviceState(const DeviceState&) = delete;
+    ~DeviceState();
+    std::size_t bytes() const { return row_bytes + id_bytes + quiet_bytes; }
+    unsigned char* rows() const { return memory; }
+    unsigned char* ids() const { return memory + row_bytes; }
+    unsigned char* quiet() const { return memory + row_bytes + id_bytes; }
+};
+
+// All that decides the future.
+struct GpuSnapshot : Snapshot {
+    std::shared_ptr<const char> solver;
+    std::shared_ptr<const Rules> rules;
+    std::shared_ptr<DeviceState> state;
+    unsigned fastest = 0;  // bits of the largest speed squared
+    bool was_covered = false;
+    std::size_t bytes() const override { return state ? state->bytes() : 0; }
+};
+
+}  // namespace knead::gpu
