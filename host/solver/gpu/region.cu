@@ -64,6 +64,7 @@ void Store::point()
         all.grid.sums[side] = box.sums[side].data();
         all.rest.woken[side] = box.woken[side].data();
     }
+    all.grid.fields = used.blades ? 3 : 1;
     all.grid.marks = box.marks.data(), all.grid.rim = box.rim.data();
     for (int k = 0; k < 3; ++k) all.grid.list[k] = box.list[k].data();
     all.tools.masks = box.masks.data();
