@@ -67,7 +67,7 @@ done | none "keys that no code reads or writes"
 # And the other way: what host/scene reads of a scene, the page has.
 grep -ohP '\b(r|in|o)\.(number|whole|flag|text|choice|vector|object|find|required|has)(<\w+>)?\(\s*"\w+' \
     host/scene/*.cpp | sed 's/.*"//' | sort -u | while read -r key; do
-    grep -qE "[\`.]$key\`" docs/formats.md || echo "$key"
+    grep -qE "[\`.\"]$key[\`\"]" docs/formats.md || echo "$key"
 done | none "keys of a scene that docs/formats.md does not name"
 
 grep -nE '^.{101,}' "${pages[@]}" | cut -c1-90 | none "lines of more than 100 columns"

@@ -74,7 +74,7 @@ inline Lattice<float> boxed(const Lattice<float>& whole, Int3 low, Int3 end)
 }
 
 // That or more: rows along z of a power of two nodes. Of others level 2 gets what a warp asks for
-// less evenly spread, and `g2p` takes 3 % longer [docs/measured.md, Memory]. Not where such a row
+// less evenly spread, and `g2p` takes 3 % longer [docs/history.md, Memory]. Not where such a row
 // has no room in the lattice or would be longer by more than three fifths.
 inline Lattice<float> in_even_rows(const Lattice<float>& l)
 {
