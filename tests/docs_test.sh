@@ -47,7 +47,7 @@ words '(?<=`)([A-Za-z_]\w*::)*[A-Za-z_]\w*(?=\()(?=[^`]*\)`)|(?<=`)\w+(::\w+)+(?
         grep -qw -- "${name##*:}" "${sources[@]}" || echo "$page:$line: $name"
     done | none "functions, types and switches that the code does not have"
 
-words '(?<=`)[A-Z][a-z]+([A-Z][a-z]+)+(?=`)' | while IFS=: read -r page line name; do
+words '(?<=`)[A-Z][a-z]\w+(?=`)' | while IFS=: read -r page line name; do
     grep -qw -- "$name" "${sources[@]}" || echo "$page:$line: $name"
 done | none "types that the code does not have"
 
@@ -65,10 +65,11 @@ grep -noP '^\| `[^|]*(?=\|)' docs/formats.md | while IFS=: read -r line cell; do
 done | none "keys that no code reads or writes"
 
 # And the other way: what host/scene reads of a scene, the page has.
-grep -ohP '\b(r|in|o)\.(number|whole|flag|text|choice|vector|object|find|required|has)(<\w+>)?\(\s*"\w+' \
-    host/scene/*.cpp | sed 's/.*"//' | sort -u | while read -r key; do
-    grep -qE "[\`.\"]$key[\`\"]" docs/formats.md || echo "$key"
-done | none "keys of a scene that docs/formats.md does not name"
+verbs='number|whole|flag|text|choice|vector|object|find|required|has'
+cat host/scene/*.cpp | tr '\n' ' ' | grep -oP "\b(r|in|o)\.($verbs)(<\w+>)?\(\s*\"\w+" |
+    sed 's/.*"//' | sort -u | while read -r key; do
+        grep -qE "[\`.\"]$key[\`\"]" docs/formats.md || echo "$key"
+    done | none "keys of a scene that docs/formats.md does not name"
 
 grep -nE '^.{101,}' "${pages[@]}" | cut -c1-90 | none "lines of more than 100 columns"
 grep -nP '\t| +$|\r' "${pages[@]}" | none "tabs or blanks at the end of a line"
