@@ -39,6 +39,7 @@ fi
 say "Checking"
 check "shape of the text" tests/shape_test.sh
 check "includes go downwards" tests/includes_test.sh
+check "pages name what is there" tests/docs_test.sh
 check "configure" cmake -S . -B build/test -G Ninja "${settings[@]}" || exit 1
 check "build without a warning" cmake --build build/test || exit 1
 cuda=no

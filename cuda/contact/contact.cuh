@@ -1,28 +1,28 @@
 // The deepest contacts of a warp's points, found by its lanes together: deepest_contact() in
-// another order. A foot takes hundreds of instructions, and which primitives a point is near
-// differs from lane to lane: each for itself, all lanes would wait for the feet of all, and for
-// memory at each. So the lanes first take a primitive each, and list those that meet the box around
-// all points; bring a few of them into shared memory; list the pairs of one of these and a point
-// that may be inside of it; and share that list, a foot a lane.
+// another order. A closest point takes hundreds of instructions, and which primitives a point is
+// near differs from lane to lane: if each lane computed its own, all would wait for those of all,
+// and for memory at each. So the lanes first take a primitive each, and list those that meet the
+// box around all points; load a few of them into shared memory; list the pairs of one of these and
+// a point that may be inside it; and share that list, a closest point a lane.
 #pragma once
 #include "cuda/contact/contact.h"
 
 namespace knead::gpu {
 
-// Shared memory of a warp that asks for so many points.
+// Shared memory of a warp that has so many points.
 template <int points>
 struct ContactSpace {
     static constexpr int slots = 6;  // primitives that are brought in at a time
     // A slot's shape and the beginning of its primitive, which is wanted soon. 17 rows: lanes that
     // read the same of different slots find it in different banks.
     float4 shapes[slots][17];
-    float4 normals[points], weights[points];  // of the deepest foot
+    float4 normals[points], weights[points];  // of the deepest one
     unsigned long long deepest[points];       // bits of the depth; the primitive's complement
     unsigned short near[max_primitives];      // in order: a label << 8 | primitive
     unsigned char pairs[slots * points];      // 32 * slot + point
 };
 
-// The least of a number over a warp's lanes that are `in`; of none, not a number.
+// The minimum over a warp's lanes that are `in`; NaN if none is.
 __device__ inline float min_of(float x, bool in)
 {
     // Integers in the order of floats: of those below zero, all bits but the sign are turned.
@@ -178,7 +178,7 @@ class WarpContact {
         return listed;
     }
 
-    // The feet of 32 pairs.
+    // The closest points of 32 pairs.
     __device__ void descend(int k, int first, int pairs, Vec3<float> p)
     {
         const int own = first + lane < pairs ? s.pairs[first + lane] : -1;

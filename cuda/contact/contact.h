@@ -50,7 +50,8 @@ struct Contact {
     int tool;   // -1: none
 };
 
-// Velocity of the surface at a foot: the spheres' motion blended, and their spin about the centre.
+// Velocity of the surface at a closest point: the spheres' motion blended, and their spin about
+// the centre.
 template <class R>
 HD Vec3<R> surface_velocity(const Colliders<R>& c, const Primitive& q, const ClosestPoint<R>& f)
 {

@@ -87,7 +87,7 @@ HD Cone<R> cone(Vec3<R> a, R ra, Vec3<R> b, R rb)
     return {a, (1 / length) * d, length, ra, k, k / std::sqrt((1 - k) * (1 + k)), 0, 1 / length};
 }
 
-// (13): the foot on a cone; l0 and l1 weigh its first and second sphere.
+// (13): the closest point of a cone; l0 and l1 weigh its first and second sphere.
 template <class R>
 HD ClosestPoint<R> closest_point(const Cone<R>& c, Vec3<R> p)
 {
@@ -197,13 +197,13 @@ template <class R>
 HD ClosestPoint<R> closest_point(const Shape<R>& s, Vec3<R> p)
 {
     ClosestPoint<R> best{R(1e30), {0, 1, 0}, 1, 0, 0};
-    unsigned open = s.count == 3 ? 7 : 1;  // edges that may hold the foot
+    unsigned open = s.count == 3 ? 7 : 1;  // edges that may hold it
     if (s.plane) {
         const Vec3<R> d = p - s.c0;
         const R h = dot(d, s.N), H = h < 0 ? -h : h;
         const R l1 = dot(s.m1, d) + s.k1 * H, l2 = dot(s.m2, d) + s.k2 * H, l0 = 1 - l1 - l2;
-        // The distance is convex in the weights, so the foot lies on an edge whose opposite weight
-        // the unconstrained foot makes negative.
+        // The distance is convex in the weights, so the closest point lies on an edge whose
+        // opposite weight is negative at the unconstrained minimum.
         open = unsigned(l2 < 0) | unsigned(l0 < 0) << 1 | unsigned(l1 < 0) << 2;
         const R side = h < 0 ? -s.cc : s.cc;
         if (l0 >= 0 && l1 >= 0 && l2 >= 0)

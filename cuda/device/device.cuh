@@ -7,8 +7,8 @@
 
 namespace knead::gpu {
 
-// The number of the device, made the calling thread's; -1: the one that it has already. Throws
-// std::runtime_error where there is none of that number.
+// The number of the device, which becomes the calling thread's; -1: the one that it has already.
+// Throws std::runtime_error if there is no such device.
 inline int chosen(int device)
 {
     int count = 0;

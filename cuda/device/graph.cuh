@@ -48,8 +48,8 @@ struct Graph {
     }
 };
 
-// Adds a node to what is captured that runs its body once or not at all, or again and again, as the
-// device says; the body.
+// Adds a conditional node to what is captured: its body runs once or not at all, or repeatedly, as
+// the device decides. Returns the body.
 inline cudaGraph_t add_conditional(cudaStream_t captured, cudaGraphConditionalNodeType type,
                                    cudaGraphConditionalHandle handle)
 {

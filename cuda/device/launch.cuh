@@ -55,7 +55,7 @@ inline bool supports_pdl()
 }
 
 // The same for a kernel that begins with wait_for_upstream(): where the device can, its thread
-// blocks take their places while the kernel before it on the stream still runs.
+// blocks become resident while the kernel before it on the stream still runs.
 template <class... Parameters, class... Arguments>
 void launch_pdl(const char* name, void (*kernel)(Parameters...), int blocks, int threads,
                 cudaStream_t stream, const Arguments&... arguments)
@@ -71,14 +71,14 @@ void launch_pdl(const char* name, void (*kernel)(Parameters...), int blocks, int
     check(cudaLaunchKernelEx(&config, kernel, arguments...), name);
 }
 
-// By every thread of a kernel: lets the next one, if it is started early, take its places.
+// By every thread of a kernel: lets the next one, if it is launched early, become resident.
 __device__ inline void trigger_dependents()
 {
     NV_IF_TARGET(NV_PROVIDES_SM_90, (cudaTriggerProgrammaticLaunchCompletion();))
 }
 
-// By every thread of a kernel so started, before it reads what the one before it writes: waits for
-// its end, and lets the next one take its places.
+// By every thread of a kernel so launched, before it reads what the one before it writes: waits for
+// the end of that one, and lets the next one become resident.
 __device__ inline void wait_for_upstream()
 {
     NV_IF_TARGET(NV_PROVIDES_SM_90, (cudaGridDependencySynchronize();))

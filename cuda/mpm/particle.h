@@ -18,7 +18,7 @@ struct Particle {
     int object;    // index of its Material
     std::uint32_t sides;  // which side of a cut, see cut.h; the top bit: held where it is, see
                           // cuda/mpm/sleep.h
-    // Whoever moves particles of scenes in which none is held need not know: it costs registers.
+    // Kernels of scenes in which no particle is held do not test this: it costs registers.
     HD bool still() const { return (sides & still_bit) != 0; }
     HD std::uint32_t label() const { return sides & ~still_bit; }
     HD void hold(bool held) { sides = label() | (held ? still_bit : 0); }

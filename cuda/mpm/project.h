@@ -75,8 +75,8 @@ HD bool confine(Particle<R>& q, const Lattice<R>& lattice, const Walls<R>& walls
 }
 
 // Labels a particle that a blade has reached, and keeps a labelled one on its side. One that lies
-// further across than a substep can have carried it has its label from an older cut: it is labelled
-// anew, not dragged through the blade. True if a blade covers it.
+// further across than a substep can have carried it has its label from an older cut: it gets
+// a new one, and is not dragged through the blade. True if a blade covers it.
 template <class R>
 HD bool cut(Particle<R>& q, const Colliders<R>& c, const Mask& mask, R dx)
 {

@@ -10,7 +10,7 @@
 
 namespace knead {
 
-// A box of places.
+// A box along the axes.
 struct Region {
     Vec3<float> min, max;               // [m]
     HD bool holds(Vec3<float> x) const  // false for NaN
@@ -24,8 +24,8 @@ struct Region {
     }
 };
 
-// Those from which all of a stencil is stored. Who is farther away was pushed there by tools: it
-// stays on the way, at the nearest, until there are nodes, and then these tools push it on.
+// The places whose whole stencil is stored. A particle farther away was pushed there by tools: it
+// waits at the nearest such place until there are nodes, and then these tools push it on.
 inline Region stored_region(const Lattice<float>& l)
 {
     // A hundredth of a cell is for rounding.
@@ -35,7 +35,7 @@ inline Region stored_region(const Lattice<float>& l)
     return {{min(l.low.x), min(l.low.y), min(l.low.z)}, {max(end.x), max(end.y), max(end.z)}};
 }
 
-// Those that are not beyond a wall, either (project.h): most clay is asked no more.
+// Those that are not beyond a wall, either (project.h): most clay needs no other test.
 inline Region free_region(const Lattice<float>& l, const Walls<float>& walls)
 {
     const Region p = stored_region(l);
@@ -73,9 +73,9 @@ inline Lattice<float> boxed(const Lattice<float>& whole, Int3 low, Int3 end)
     return {whole.size, whole.dx, whole.spacing, from, to - from};
 }
 
-// That or more: rows along z of a power of two nodes. Of others level 2 gets what a warp asks for
-// less evenly spread, and `g2p` takes 3 % longer [docs/measured.md, Memory]. Not where such a row
-// has no room in the lattice or would be longer by more than three fifths.
+// That or more: rows along z of a power of two nodes. With others a warp's loads are spread less
+// evenly over the slices of L2, and `g2p` takes 3 % longer [docs/history.md, Memory]. Not where
+// such a row has no room in the lattice or would be longer by more than three fifths.
 inline Lattice<float> in_even_rows(const Lattice<float>& l)
 {
     const int row = l.stored.z, even = int(std::bit_ceil(unsigned(row)));

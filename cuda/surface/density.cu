@@ -129,7 +129,7 @@ __device__ void add_alone(const SurfaceView& d, const Stencil<float>& s, const G
     if (fullest >> 31) d.faults->crowded = 1;
 }
 
-// Where sums are `kept`, only particles that reach a block made anew, and only to such blocks.
+// `incremental`: only particles that reach a recomputed block, and only to such blocks.
 template <bool incremental>
 __global__ void __launch_bounds__(splat_threads)
     deposit_kernel(const __grid_constant__ SurfaceView d, const __grid_constant__ Clay clay)

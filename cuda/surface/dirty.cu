@@ -1,5 +1,5 @@
-// Before a surface: of which blocks it must be made anew, because clay that may have moved since
-// the last one reaches them, or their neighbours so far as softening carries.
+// Before a surface: which of its blocks must be recomputed, because clay that may have moved since
+// the last one reaches them, or reaches neighbours within the width of the softening.
 #include "cuda/device/launch.cuh"
 #include "cuda/surface/surface.cuh"
 

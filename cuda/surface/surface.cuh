@@ -15,7 +15,7 @@
 
 namespace knead::gpu {
 
-// Particles as a solver keeps them: on one of two sides, and on the device which.
+// Particles as a solver keeps them, on one of two sides; which one is known on the device.
 struct Clay {
     ParticleView particles[2];
     const int* side;                // null: the first
@@ -47,7 +47,7 @@ struct DrawCommand {
     unsigned base_instance;
 };
 
-// What of a block of the padded lattice is made anew, as bits.
+// What of a block of the padded lattice is recomputed, as bits.
 enum Anew : unsigned {
     sums_anew = 1,   // clay that may have moved reaches one of its nodes
     near_anew = 2,   // particles whose stencils begin in it reach such a block
@@ -55,7 +55,7 @@ enum Anew : unsigned {
     all_anew = 7
 };
 
-// How much of the last surface was made anew.
+// How much of the last surface was recomputed.
 struct Progress {
     int anew;                 // 1: something
     int deposited, softened;  // blocks that are not empty, with sums_anew and nodes_anew
@@ -72,7 +72,7 @@ struct SurfaceView {
     Lattice<float> padded;   // the same in an empty layer: node n of `lattice` is n + 1 here
     int categories, blocks;  // blocks of all categories
     int rounds;              // of softening
-    bool whole;              // nothing is kept: nobody needs to ask what is anew
+    bool whole;              // nothing is kept: all is recomputed
     int reach;               // nodes: how far from a sum densities and cases depend on it
     float iso;
     Grain first;               // of the first object: the only one, mostly
@@ -142,7 +142,7 @@ struct ScanSpace {
 };
 std::size_t scan_scratch_bytes(int blocks);
 
-// What must be made anew, where not all is.
+// What must be recomputed, where not all is.
 void renew(const SurfaceView& view, const Clay& clay, cudaStream_t stream);
 // Empties what of the last surface's blocks is.
 void clear(const SurfaceView& view, int processors, cudaStream_t stream);

@@ -36,7 +36,7 @@ struct HandMesh {
 // cannot be read. Deterministic.
 FitReport fit_hand(const std::vector<HandMesh>& meshes, Topology topology);
 
-// How far the skin lies from the rig when both follow `pose`. `bulge` only if asked for (slow).
+// How far the skin lies from the rig when both follow `pose`. `bulge` only on request (slow).
 Deviation deviation(const Rig& rig, Side side, const Skin& skin,
                     const std::vector<SkinPoint>& points, const Hand& pose, bool bulge = false);
 

@@ -47,7 +47,7 @@ struct Cost {
 };
 
 // Adds the distance at one point of a view. By the envelope theorem d(phi)/d(centre) = -share n and
-// d(phi)/d(radius) = -share, a sphere's share being its foot's weight.
+// d(phi)/d(radius) = -share, a sphere's share being its weight there.
 void add(Cost& cost, const Hold& h, const Primitive& q, const FitView& view, double outlier)
 {
     const double phi = h.closest_point.phi, far = outlier > 0 ? std::pow(phi / outlier, 4) : 0;

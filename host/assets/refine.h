@@ -19,7 +19,7 @@ struct Hold {
 };
 Hold nearest(const std::vector<Shape<double>>& shapes, Vec3<double> p);
 
-// Calls visit(sphere, share) for the spheres that a foot hangs on.
+// Calls visit(sphere, share) for the spheres that a closest point depends on.
 template <class Visit>
 void for_each_share(const Primitive& q, const ClosestPoint<double>& f, Visit&& visit)
 {

@@ -1,5 +1,5 @@
-// JSON read strictly: comments are allowed, but a key nobody asks for, a key given twice, a wrong
-// type or a number out of range is an InputError that says where (file and JSON pointer), what was
+// JSON read strictly: comments are allowed, but an unknown key, a key given twice, a wrong type or
+// a number out of range is an InputError that says where (file and JSON pointer), what was
 // expected, with unit and range, and what was found.
 #pragma once
 #include <functional>
@@ -40,7 +40,7 @@ std::string described(const Bounds& range);
 // How a value is told in a message: its type, and itself cut to 60 characters.
 std::string described(const Json& value);
 
-// One object of the document. Keys become known by being asked for; what stays unknown is an error.
+// One object of the document. A key is known once it has been read; all others are errors.
 class ObjectReader {
   public:
     using Body = std::function<void(ObjectReader&)>;

@@ -1,4 +1,4 @@
-// The command line: verbs and their options as typed. What they do is in verb_*.cpp.
+// The command line: verbs and their options as typed. What each does is in a file of its name.
 #include <CLI/CLI.hpp>
 
 #include "host/base/errors.h"

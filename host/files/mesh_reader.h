@@ -8,8 +8,8 @@
 
 namespace knead {
 
-// Polygons are cut into fans; normals are made anew. GLB: one mesh per primitive, whose category is
-// that of a mesh named "category N", else 0. Throws InputError with path and place for anything
+// Polygons are cut into fans; normals are recomputed. GLB: one mesh per primitive, whose category
+// is that of a mesh named "category N", else 0. Throws InputError with path and place for anything
 // else than finite vertices and triangles that name them.
 std::vector<Mesh> read_mesh(const std::string& path);
 Mesh to_mesh(const PlyFile& ply, const std::string& path);

@@ -20,7 +20,7 @@ struct SurfaceRoom {
     std::size_t vertices = 0, triangles = 0;  // 0: as many as the clay should need
 };
 
-// What of the last surface was made anew, in blocks of 4^3 nodes of one category.
+// How much of the last surface was recomputed, in blocks of 4^3 nodes of one category.
 struct SurfaceWork {
     long blocks = 0;                   // that are not empty
     long deposited = 0, softened = 0;  // of these: sums; densities and what follows from them

@@ -59,7 +59,7 @@ done
 substep='regex:(g2p|grid)_kernel'
 frame='regex:(begin|p2g|sweep|mask|pose)_kernel'
 sort='regex:(key|place|settled|move)_kernel|Scan'
-surface='regex:(renew|clear|splat|list|soften|count|march|relax|shade)_kernel|Scan'
+surface='regex:(renew|clear|deposit|list|soften|count|march|relax|shade)_kernel|Scan'
 
 failed=0
 # profile NAME KERNELS SKIP COUNT COMMAND...: of those kernels, COUNT launches after SKIP.

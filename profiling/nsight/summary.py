@@ -36,7 +36,7 @@ STAGES = [
     ("pose", r"\bpose_kernel"),
     ("surface: renew", r"\brenew_kernel"),
     ("surface: clear", r"\bclear_kernel"),
-    ("surface: splat", r"\bsplat_kernel"),
+    ("surface: deposit", r"\bdeposit_kernel"),
     ("surface: list", r"\blist_kernel"),
     ("surface: soften", r"\bsoften_kernel"),
     ("surface: count", r"\bcount_kernel"),
@@ -171,7 +171,7 @@ class Kernel:
         if self.blocks < self.processors:
             return f"too small: {self.blocks} blocks"
         if self.busy < 0.6:
-            return f"uneven or too small: multiprocessors are busy {100 * self.busy:.0f} %"
+            return f"uneven or too small: busy {100 * self.busy:.0f} %"
         return "latency: " + self.stalls[0][0]
 
 
@@ -203,6 +203,8 @@ def cases_of(folder):
 HEAD = ["kernel", "µs", "bound by", "floor µs", "× floor", "issue", "DRAM GB/s", "L2 GB/s",
         "IPC", "lanes", "busy", "occupancy", "registers", "shared KiB", "blocks", "instr.",
         "atomics", "conflicts", "waits for"]
+# Columns beside the first of the tables that a page has of a case, narrow enough to be read there.
+PAGE = [[1, 3, 4, 15, 16, 17, 2], [5, 6, 7, 8, 9, 10, 11, 12, 13], [14, 18]]
 
 
 def cells(k, particles):
@@ -241,8 +243,11 @@ def tables(cases, markdown):
         title = f"{name}: {particles:,} particles".replace(",", " ") + f", {clock / 1e6:.0f} MHz"
         rows = [HEAD] + [cells(k, particles) for k in kernels]
         if markdown:
-            lines += [f"### {title}", "", "| " + " | ".join(HEAD) + " |", "|---" * len(HEAD) + "|"]
-            lines += ["| " + " | ".join(row) + " |" for row in rows[1:]] + [""]
+            lines += [f"### {title}", ""]
+            for columns in PAGE:
+                part = [[row[c] for c in [0] + columns] for row in rows]
+                part.insert(1, ["---"] * len(part[0]))
+                lines += ["| " + " | ".join(row) + " |" for row in part] + [""]
         else:
             width = [max(len(row[c]) for row in rows) for c in range(len(HEAD))]
             lines += [title] + ["  ".join(cell.ljust(w) for cell, w in zip(row, width)).rstrip()
