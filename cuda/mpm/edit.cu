@@ -100,6 +100,15 @@ __global__ void __launch_bounds__(threads)
     to.ids[at] = by_id[gone.particles.ids[i]];
 }
 
+__global__ void __launch_bounds__(threads) id_kernel(const ParticleView from, const ParticleView to)
+{
+    const int i = int(blockIdx.x * threads + threadIdx.x);
+    if (i >= from.count) return;
+    const int id = from.ids[i];
+    for (int r = 0; r < particle_rows; ++r) to.row(r, id) = from.row(r, i);
+    to.ids[id] = id;
+}
+
 int blocks_of(const ParticleView& particles) { return blocks_for(particles.count, threads); }
 
 bool identity(const RigidMotion<double>& m)
@@ -156,6 +165,11 @@ void keep_others(const ParticleView& from, int object, const ParticleView& to, i
             cub::DeviceScan::ExclusiveSum(scratch, scratch_bytes, marks, marks, from.count, stream),
             "keep");
     launch("keep", keep_kernel, blocks_of(from), threads, stream, gone, to, places, by_id);
+}
+
+void order_by_id(const ParticleView& from, const ParticleView& to, cudaStream_t stream)
+{
+    launch("order by id", id_kernel, blocks_of(from), threads, stream, from, to);
 }
 
 }  // namespace knead::gpu

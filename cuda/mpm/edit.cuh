@@ -44,5 +44,7 @@ void wake(const ParticleView& particles, int object, const Lattice<float>& latti
 std::size_t keep_scratch_bytes(int count);
 void keep_others(const ParticleView& from, int object, const ParticleView& to, int* places,
                  void* scratch, std::size_t scratch_bytes, cudaStream_t stream);
+// All particles in the order of their ids.
+void order_by_id(const ParticleView& from, const ParticleView& to, cudaStream_t stream);
 
 }  // namespace knead::gpu

@@ -84,6 +84,7 @@ struct SavedState {
     Setup setup;              // with its particles, by id
     std::vector<int> order;   // ids as the solver keeps them: the CPU's sums depend on it
     float speed_squared = 0;  // of the fastest particle, as the solver found it [m^2/s^2]
+    double drift = 1e30;      // how far clay may have come since it was sorted [m]
     // Where clay may be still: frames on end at rest, by block of a box of the lattice.
     Int3 quiet_low{}, quiet_stored{};  // nodes
     std::vector<int> quiet;

@@ -84,8 +84,14 @@ void Store::resize(int count)
 void Store::reserve_others(std::size_t n)
 {
     reserve_scratch(int(n));
-    reserve(other_rows, std::max(row_places * n, rows.size()));
-    reserve(other_ids, std::max(n, ids[0].size()));
+    const auto as_many = [](auto& array, std::size_t wanted, std::size_t there) {
+        if (wanted > there)
+            reserve(array, wanted);
+        else if (array.size() < there)
+            array = std::remove_reference_t<decltype(array)>(there);
+    };
+    as_many(other_rows, row_places * n, rows.size());
+    as_many(other_ids, n, ids[0].size());
 }
 
 // The particles that the other rows hold take the place of those that there are.
@@ -139,6 +145,21 @@ void Store::erase(int object, long left, int side, cudaStream_t stream)
     swap_in(int(left));
 }
 
+// As a new store would have them: sums are of warps, and depend on the order and on the box.
+void Store::arrange_as_new(const Extent& around, int side, cudaStream_t stream)
+{
+    const auto n = std::size_t(count());
+    reserve_others(n);
+    order_by_id(all.particles[side], {other_rows.data(), other_ids.data(), count()}, stream);
+    wait(stream, "order by id");
+    swap_in(int(n));
+    const Lattice<float> whole{all.lattice.size, all.lattice.dx};
+    const Lattice<float> fresh =
+        box_around(whole, base_node(around.lowest(), whole.spacing),
+                   base_node(around.highest(), whole.spacing) + Int3{3, 3, 3}, room.spare);
+    if (!same_box(fresh, all.lattice)) set_box(fresh);
+}
+
 Extent Store::extent(int object, const RigidMotion<double>& motion, int side,
                      cudaStream_t stream) const
 {
@@ -159,7 +180,7 @@ void Store::set_quiet(const std::vector<int>& quiet) const
 std::shared_ptr<DeviceState> Store::state(int side, cudaStream_t stream) const
 {
     auto to = std::make_shared<DeviceState>(all.lattice, count(),
-                                            used.rests ? box.quiet.bytes() : 0, *pool, stream);
+                                            used.rests ? box.quiet.bytes() : 0, pool, stream);
     copy(to->rows(), all.particles[side].rows, to->row_bytes, stream);
     copy(to->ids(), all.particles[side].ids, to->id_bytes, stream);
     copy(to->quiet(), box.quiet.data(), to->quiet_bytes, stream);
@@ -186,16 +207,17 @@ Pool::Pool(int device)
 }
 
 DeviceState::DeviceState(const Lattice<float>& of, int particles, std::size_t quiet,
-                         const Pool& pool, cudaStream_t stream)
+                         std::shared_ptr<Pool> from, cudaStream_t stream)
     : lattice(of),
       count(particles),
       row_bytes(std::size_t(particles) * particle_rows * sizeof(float4)),
       id_bytes(std::size_t(particles) * sizeof(int)),
-      quiet_bytes(quiet)
+      quiet_bytes(quiet),
+      pool(std::move(from))
 {
     if (bytes() == 0) return;
     void* all = nullptr;
-    check(cudaMallocFromPoolAsync(&all, bytes(), pool.pool, stream), "snapshot memory");
+    check(cudaMallocFromPoolAsync(&all, bytes(), pool->pool, stream), "snapshot memory");
     memory = static_cast<unsigned char*>(all);
 }
 

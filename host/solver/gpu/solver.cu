@@ -40,7 +40,8 @@ GpuSolver::GpuSolver(const Setup& given, int wanted, Room room)
       device(chosen(wanted)),
       processors(multiprocessors(device)),
       store(given, room, device),
-      fastest(store.clock().fastest[1])
+      fastest(store.clock().fastest[1]),
+      drift(store.clock().drift)
 {
     show();
     cudaDeviceProp properties;
@@ -237,7 +238,8 @@ FrameStats GpuSolver::collect()
     ++collected;
     ++changes;
     posed = f.tools;
-    side = f.status->side, fastest = f.status->fastest[(f.status->done + 1) & 1];
+    const Clock& clock = *f.status.data();
+    side = clock.side, drift = clock.drift, fastest = clock.fastest[(clock.done + 1) & 1];
     const Counters& n = f.status->counters;
     stats.substeps = last_substeps = n.substeps;
     stats.dt_min = n.dt_min, stats.dt_max = n.dt_max;

@@ -9,6 +9,7 @@ namespace knead::gpu {
 namespace {
 
 constexpr RigidMotion<double> at_rest{{1, 0, 0, 0}, {0, 0, 0}};
+constexpr double unsorted = 1e30;
 
 }  // namespace
 
@@ -31,19 +32,23 @@ void GpuSolver::wake(int object)
     gpu::wake(views.particles[side], object, views.lattice, views.rest.quiet, main);
 }
 
-// What the next frame begins with: the particles, unsorted, and the fastest of them.
-void GpuSolver::set_fastest(unsigned bits)
+// What the next frame begins with: where the particles lie, how fast they are at most, and how far
+// they may have come since they were sorted.
+void GpuSolver::set_clock(unsigned speed, double apart)
 {
     Clock clock = store.clock(main);
-    fastest = bits;
-    clock.side = side, clock.fastest[(clock.done + 1) & 1] = bits;
-    clock.drift = 1e30;
+    fastest = speed, drift = apart;
+    clock.side = side, clock.fastest[(clock.done + 1) & 1] = speed;
+    clock.drift = apart;
     store.set_clock(clock);
 }
 
 void GpuSolver::edited()
 {
-    set_fastest(store.extent(every_object, at_rest, side, main).fastest);
+    const Extent around = store.extent(every_object, at_rest, side, main);
+    if (store.features().fixed_point && !around.empty())
+        store.arrange_as_new(around, side, main), side = 0;
+    set_clock(around.fastest, unsorted);
     show();
     ++changes, stale = true, posed = false;
 }
@@ -146,7 +151,7 @@ std::shared_ptr<const Snapshot> GpuSolver::snapshot() const
     auto to = std::make_shared<GpuSnapshot>();
     to->solver = identity, to->rules = book;
     to->state = store.state(side, main);
-    to->fastest = fastest, to->was_covered = was_covered;
+    to->fastest = fastest, to->drift = drift, to->was_covered = was_covered;
     return to;
 }
 
@@ -157,10 +162,7 @@ void GpuSolver::restore(const Snapshot& snapshot)
     if (!from || from->solver != identity)
         throw std::invalid_argument("the snapshot is of another solver");
     const DeviceState& state = *from->state;
-    const auto differs = [](const Lattice<float>& a, const Lattice<float>& b) {
-        return !(a.low == b.low && a.stored == b.stored);
-    };
-    if (differs(store.views().lattice, state.lattice)) store.set_box(state.lattice), stale = true;
+    if (!same_box(store.views().lattice, state.lattice)) store.set_box(state.lattice), stale = true;
     if (store.count() != state.count) store.resize(state.count), side = 0, stale = true;
     if (book != from->rules) {
         store.set_tools(*from->rules), store.set_rules(*from->rules);
@@ -168,7 +170,7 @@ void GpuSolver::restore(const Snapshot& snapshot)
     }
     store.put_back(state, side, main);
     was_covered = from->was_covered, posed = false;
-    set_fastest(from->fastest);
+    set_clock(from->fastest, from->drift);
     show();
     ++changes;
 }
@@ -181,7 +183,7 @@ SavedState GpuSolver::save() const
     to.setup = rules();
     to.setup.particles = particles();
     to.order = store.order(side);
-    to.speed_squared = std::bit_cast<float>(fastest);
+    to.speed_squared = std::bit_cast<float>(fastest), to.drift = drift;
     to.quiet_low = box.low, to.quiet_stored = box.stored, to.quiet = store.quiet();
     to.covered = was_covered;
     return to;
@@ -192,14 +194,15 @@ void GpuSolver::load(const SavedState& from)
     check_idle();
     check_state(from, rules());
     const Rules next(from.setup);
-    Vec3<float> low{1e30f, 1e30f, 1e30f}, high{-1e30f, -1e30f, -1e30f};
-    for (const Particle<double>& p : from.setup.particles) {
-        next.check_place(p.x);
-        const Vec3<float> x = cast<float>(p.x);
-        low = {min(low.x, x.x), min(low.y, x.y), min(low.z, x.z)};
-        high = {max(high.x, x.x), max(high.y, x.y), max(high.z, x.z)};
-    }
-    if (!from.setup.particles.empty()) store.hold(low, high);
+    for (const Particle<double>& p : from.setup.particles) next.check_place(p.x);
+    const Lattice<float> now = store.views().lattice;
+    const Lattice<float> box =
+        boxed({now.size, now.dx}, from.quiet_low, from.quiet_low + from.quiet_stored);
+    const Region held = stored_region(box);
+    for (const Particle<double>& p : from.setup.particles)
+        if (!held.holds(cast<float>(p.x)))
+            throw std::invalid_argument("the state has clay beyond the nodes that it stores");
+    if (!same_box(box, now)) store.set_box(box);
     store.resize(int(from.order.size()));
     store.set_tools(next);
     side = 0;
@@ -207,8 +210,9 @@ void GpuSolver::load(const SavedState& from)
     adopt(next);
     store.set_quiet(quiet_over(from, store.views().lattice));
     was_covered = from.covered;
-    edited();
-    set_fastest(std::bit_cast<unsigned>(from.speed_squared));
+    set_clock(std::bit_cast<unsigned>(from.speed_squared), from.drift);
+    show();
+    ++changes, stale = true, posed = false;
 }
 
 }  // namespace knead::gpu

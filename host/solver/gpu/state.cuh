@@ -9,7 +9,7 @@
 namespace knead::gpu {
 
 // Memory that is given back is kept for the next that asks: a snapshot before every edit costs no
-// allocation. May go before what was taken of it.
+// allocation.
 struct Pool {
     cudaMemPool_t pool = nullptr;
     explicit Pool(int device);
@@ -25,9 +25,10 @@ struct DeviceState {
     std::size_t row_bytes = 0, id_bytes = 0, quiet_bytes = 0;
     unsigned char* memory = nullptr;  // one behind the other
     Event used{cudaEventDisableTiming};
+    std::shared_ptr<Pool> pool;
 
-    DeviceState(const Lattice<float>& lattice, int count, std::size_t quiet_bytes, const Pool& pool,
-                cudaStream_t stream);
+    DeviceState(const Lattice<float>& lattice, int count, std::size_t quiet_bytes,
+                std::shared_ptr<Pool> pool, cudaStream_t stream);
     DeviceState(const DeviceState&) = delete;
     ~DeviceState();
     std::size_t bytes() const { return row_bytes + id_bytes + quiet_bytes; }
@@ -36,12 +37,18 @@ struct DeviceState {
     unsigned char* quiet() const { return memory + row_bytes + id_bytes; }
 };
 
+inline bool same_box(const Lattice<float>& a, const Lattice<float>& b)
+{
+    return a.low == b.low && a.stored == b.stored;
+}
+
 // All that decides the future.
 struct GpuSnapshot : Snapshot {
     std::shared_ptr<const char> solver;
     std::shared_ptr<const Rules> rules;
     std::shared_ptr<DeviceState> state;
     unsigned fastest = 0;  // bits of the largest speed squared
+    double drift = 0;      // of Clock
     bool was_covered = false;
     std::size_t bytes() const override { return state ? state->bytes() : 0; }
 };

@@ -89,7 +89,7 @@ void check_tools(const Setup& s)
 }
 
 Store::Store(const Setup& setup, Room given, int device)
-    : room(given), pool(std::make_unique<Pool>(device))
+    : room(given), pool(std::make_shared<Pool>(device))
 {
     check(setup);
     const Rules rules(setup);

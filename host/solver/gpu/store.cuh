@@ -86,6 +86,7 @@ class Store {
     void append(const std::vector<Particle<double>>& clay, int object, int side,
                 cudaStream_t stream);
     void erase(int object, long left, int side, cudaStream_t stream);
+    void arrange_as_new(const Extent& around, int side, cudaStream_t stream);
     // Makes room for so many particles, and forgets those that there are.
     void resize(int count);
     void upload(const std::vector<Particle<double>>& particles, const std::vector<int>& order);
@@ -125,7 +126,7 @@ class Store {
     // Where an edit puts the particles that it leaves; then the two are swapped.
     DeviceArray<float4> other_rows;
     DeviceArray<int> other_ids;
-    std::unique_ptr<Pool> pool;
+    std::shared_ptr<Pool> pool;
     Pinned<FrameInput> next_input[2];
     Views all{};
     Features used;
