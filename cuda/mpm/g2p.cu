@@ -21,7 +21,7 @@ struct Events {
 };
 
 // A new frame, or what is left of one.
-__device__ void begin_frame(const Views& d)
+__device__ void begin_frame(const BeginView& d)
 {
     Clock& c = *d.clock;
     c.duration = d.input->duration;
@@ -36,17 +36,18 @@ __device__ void begin_frame(const Views& d)
     c.mode = Mode::running;
 }
 
-__global__ void begin_kernel(const __grid_constant__ Views d)
+__global__ void begin_kernel(const __grid_constant__ BeginView d)
 {
     Clock& c = *d.clock;
     if (c.mode != Mode::stopped) begin_frame(d);
     // Where clay may be still, the sort says whose it is.
-    c.unsorted = c.mode == Mode::running &&
-                 (d.rest.rule.mode != RestMode::none || c.drift > max_drift * d.limits.dx);
-    if (!d.captured) return;
-    cudaGraphSetConditional(d.unsorted[c.side ^ 1], false);
-    cudaGraphSetConditional(d.unsorted[c.side], c.unsorted);  // after: it may be the same
-    cudaGraphSetConditional(d.again, c.mode == Mode::running);
+    c.unsorted =
+        c.mode == Mode::running && (d.rest != RestMode::none || c.drift > max_drift * d.limits.dx);
+    const Conditions& to = d.conditions;
+    if (!to.captured) return;
+    cudaGraphSetConditional(to.unsorted[c.side ^ 1], false);
+    cudaGraphSetConditional(to.unsorted[c.side], c.unsorted);  // after: it may be the same
+    cudaGraphSetConditional(to.again, c.mode == Mode::running);
 }
 
 template <PlasticityClass plasticity>
@@ -62,9 +63,9 @@ __device__ Material<float> narrowed(Material<float> m)
 
 // A particle moves in block b, or will, whose clay was still in substep n: where clay may wake, the
 // block's moves from the next substep on.
-__device__ void wake(const Views& d, int b, int n)
+__device__ void wake(const G2pView& d, int b, int n)
 {
-    const RestView& r = d.rest;
+    const WakeView& r = d.rest;
     r.changed[b] = n + 1;
     if (r.rule.mode != RestMode::sleep || atomicMin(&r.free[b], n + 1) != never) return;
     r.woken[n & 1][atomicAdd(&d.clock->woken[n & 1], 1)] = b;
@@ -72,7 +73,7 @@ __device__ void wake(const Views& d, int b, int n)
 }
 
 // Where a particle has come to in the frame's last substep n, after which nobody looks.
-__device__ void note_end(const Views& d, const Particle<float>& q, bool ends, int n)
+__device__ void note_end(const G2pView& d, const Particle<float>& q, bool ends, int n)
 {
     if (ends) d.rest.changed[d.lattice.block_of(base_node(q.x, d.lattice.spacing))] = n + 1;
 }
@@ -83,7 +84,7 @@ struct Quiet {
     int block;
     bool still, unasked;
 };
-__device__ Quiet quiet_at(const Views& d, Particle<float>& q, Int3 base, int n)
+__device__ Quiet quiet_at(const G2pView& d, Particle<float>& q, Int3 base, int n)
 {
     Quiet at{d.lattice.block_of(base), false, false};
     at.still = d.rest.free[at.block] > n;
@@ -114,7 +115,7 @@ __device__ Index own_index(const SubstepContext& later, int count)
 // Moves the thread's particle through the velocities of substep n. All lanes of a warp stay
 // together: clay that is still moves, too, and is put back.
 template <bool tools, PlasticityClass plasticity, bool blades, bool rests>
-__device__ Events moved(const Views& d, const SubstepContext& later, ScatterSpace<blades>& space,
+__device__ Events moved(const G2pView& d, const SubstepContext& later, ScatterSpace<blades>& space,
                         Particle<float>& q)
 {
     constexpr bool early = blades || rests;  // what is left of the state is asked for at once
@@ -123,7 +124,7 @@ __device__ Events moved(const Views& d, const SubstepContext& later, ScatterSpac
     const auto particles = [&]() -> const ParticleView& { return d.particles[later.side]; };
     const auto own = [&] { return own_index<tools, blades>(later, d.particles[0].count); };
     if constexpr (early) particles().load_strain(own().at, q);
-    const float4* nodes = d.grid.nodes[n & 1];
+    const float4* nodes = d.velocities[n & 1];
     if constexpr (blades) nodes += q.label() * unsigned(d.lattice.node_count());
     const Stencil<float> s = stencil(q.x, d.lattice.spacing);
     [[maybe_unused]] Quiet quiet{};
@@ -226,7 +227,7 @@ __device__ void report(Clock& clock, int n, const Sums (&sums)[warps], int moved
 }
 
 // By one thread: what substep n goes by, which comes next.
-__device__ void move_on(const Views& d, int n)
+__device__ void move_on(const G2pView& d, int n)
 {
     d.clock->done = n;
     if (d.captured) cudaGraphSetConditional(d.again, d.clock->step(n).dt > 0);
@@ -249,7 +250,7 @@ constexpr int resident = spill_free<tools, plasticity, blades, rests> < max_resi
 // The substep of a run, by all threads of a block: the thread's particle is stored, and scattered
 // for the next.
 template <bool tools, PlasticityClass plasticity, bool blades, bool rests, int warps>
-__device__ void stepped(const Views& d, const SubstepContext& later, ScatterSpace<blades>& space,
+__device__ void stepped(const G2pView& d, const SubstepContext& later, ScatterSpace<blades>& space,
                         Sums (&sums)[warps], Particle<float>& q)
 {
     Events happened = moved<tools, plasticity, blades, rests>(d, later, space, q);
@@ -271,7 +272,7 @@ __device__ void stepped(const Views& d, const SubstepContext& later, ScatterSpac
 template <bool tools, PlasticityClass plasticity, bool blades, bool rests>
 __global__ void __launch_bounds__(scatter_threads<blades>,
                                   (resident<tools, plasticity, blades, rests>))
-    g2p_kernel(const __grid_constant__ Views d)
+    g2p_kernel(const __grid_constant__ G2pView d)
 {
     union Space {
         ScatterSpace<blades> scatter;
@@ -287,7 +288,7 @@ __global__ void __launch_bounds__(scatter_threads<blades>,
     Particle<float> q{};
     int run = int(blockIdx.x) - pose_blocks;
     if constexpr (!rests) {
-        if (tools && run >= 0) run = d.tools.runs[run];
+        if (tools && run >= 0) run = d.runs[run];
         d.particles[side].load_place(index_in<blades>(run, count).at, q);
     }
     wait_for_upstream();
@@ -296,12 +297,12 @@ __global__ void __launch_bounds__(scatter_threads<blades>,
     // None is ever below zero; asked, for all to be read at once rather than one after the other.
     if (!(dt > 0) || after < 0 || n < 0) return;
     if (tools && int(blockIdx.x) < pose_blocks) {
-        if (after > 0) pose_part(d, space.pose, int(blockIdx.x), n + 1);
+        if (after > 0) pose_part(d.pose, space.pose, int(blockIdx.x), n + 1);
         return;
     }
     if (threadIdx.x == 0) later = {d.clock, n + 1, side, dt, after, rests ? 0 : run};
     __syncthreads();
-    for_each_run<rests>(d, pose_blocks, run, [&](int listed) {
+    for_each_run<rests>(clock, d.listed, pose_blocks, run, [&](int listed) {
         if constexpr (rests) {
             if (threadIdx.x == 0) later.run = listed;
             q = {}, d.particles[later.side].load_place(index_in<blades>(listed, count).at, q);
@@ -341,7 +342,7 @@ auto kernel_for(const Features& features)
 
 void begin(const Views& views, cudaStream_t stream)
 {
-    launch("begin", begin_kernel, 1, 1, stream, views);
+    launch("begin", begin_kernel, 1, 1, stream, begin_view(views));
 }
 
 void g2p(const Views& views, const Features& features, int multiprocessors, cudaStream_t stream)
@@ -349,7 +350,7 @@ void g2p(const Views& views, const Features& features, int multiprocessors, cuda
     const int pose_blocks = features.tools || features.blades || features.rests ? pose_parts : 0;
     launch_pdl("g2p", kernel_for(features),
                blocks_for_runs(views, features, multiprocessors) + pose_blocks,
-               run_length(features), stream, views);
+               run_length(features), stream, g2p_view(views));
 }
 
 }  // namespace knead::gpu

@@ -107,12 +107,11 @@ __device__ inline Lane lane_of(int lane)
 template <bool blades, bool begins = false>
 class WarpScatter {
   public:
-    __device__ WarpScatter(const Views& views, ScatterSpace<blades>& space, int n)
-        : d(views),
+    __device__ WarpScatter(const ScatterView& view, ScatterSpace<blades>& space, int n)
+        : d(view),
           s(space),
           n(n),
-          sums_of_nodes(views.grid.sums[0] ? static_cast<void*>(views.grid.sums[n & 1])
-                                           : views.grid.nodes[n & 1])
+          sums_of_nodes(view.sums[0] ? static_cast<void*>(view.sums[n & 1]) : view.nodes[n & 1])
     {
     }
 
@@ -131,7 +130,7 @@ class WarpScatter {
 
   private:
     static constexpr int fields = ScatterSpace<blades>::fields, nowhere = 0x7fffffff;
-    const Views& d;
+    const ScatterView& d;
     ScatterSpace<blades>& s;
     const int n;
     int last = -1, mark = 0;    // block of nodes; what it was listed for
@@ -219,7 +218,7 @@ class WarpScatter {
             if (f == 0 || sums[f].w > 0)
                 add_to_node(unsigned(f * d.lattice.node_count()) + node, sums[f]);
         list_last();
-        last = int(node / block_nodes), mark = d.grid.marks[last];
+        last = int(node / block_nodes), mark = d.marks[last];
     }
     // Lists the block that the lane added to last, once. Its mark was asked for then and is looked
     // at now, so that nobody waits for it. It may come from the cache of level 1: where it is an
@@ -227,15 +226,15 @@ class WarpScatter {
     __device__ void list_last() const
     {
         const int own = listed_for(n, begins);
-        if (last < 0 || mark == own || atomicExch(d.grid.marks + last, own) == own) return;
-        d.grid.list[n % 3][atomicAdd(&d.clock->active[n % 3], 1)] = last;
-        if (begins && d.grid.rim[last]) d.clock->crowded[(n + 1) & 1] = true;
+        if (last < 0 || mark == own || atomicExch(d.marks + last, own) == own) return;
+        d.list[n % 3][atomicAdd(&d.clock->active[n % 3], 1)] = last;
+        if (begins && d.rim[last]) d.clock->crowded[(n + 1) & 1] = true;
     }
     __device__ void add_to_node(unsigned node, const float4& sum) const
     {
-        if (d.grid.sums[0])
+        if (d.sums[0])
             add(static_cast<long long*>(sums_of_nodes) + 4 * std::size_t(node), sum,
-                d.grid.momentum_scale, d.grid.mass_scale);
+                d.momentum_scale, d.mass_scale);
         else
             add(static_cast<float4*>(sums_of_nodes) + node, sum);
     }
@@ -244,14 +243,15 @@ class WarpScatter {
 // Calls visit(run) for the thread block's own run of particles, or where clay may be still for as
 // many of the listed ones as fall to it. The launch's first `others` blocks do other things.
 template <bool rests, class Visit>
-__device__ void for_each_run(const Views& d, int others, int own, Visit&& visit)
+__device__ void for_each_run(const Clock& clock, const int* listed, int others, int own,
+                             Visit&& visit)
 {
     if constexpr (rests) {
         __shared__ int at;  // kept here, not in registers
         if (threadIdx.x == 0) at = int(blockIdx.x) - others;
         __syncthreads();
-        while (at < d.clock->listed) {
-            visit(d.rest.list[at]);
+        while (at < clock.listed) {
+            visit(listed[at]);
             __syncthreads();  // shared memory is used anew
             if (threadIdx.x == 0) at += int(gridDim.x) - others;
             __syncthreads();

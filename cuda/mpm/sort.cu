@@ -53,7 +53,7 @@ HD Listing listing(const ParticleView (&sides)[2], int side, bool done)
 // there is.
 template <bool rests>
 __global__ void __launch_bounds__(threads)
-    key_kernel(const __grid_constant__ Views d, int* counts, bool done)
+    key_kernel(const __grid_constant__ KeyView d, int* counts, bool done)
 {
     const int i = int(blockIdx.x * threads + threadIdx.x), side = d.clock->side;
     const ParticleView& particles = d.particles[side];
@@ -69,7 +69,7 @@ __global__ void __launch_bounds__(threads)
     if constexpr (rests) {
         const float4 v = particles.row(3, i);
         const unsigned bits = __float_as_uint(v.x * v.x + v.y * v.y + v.z * v.z);
-        unsigned* fastest = d.rest.fastest + key / block_nodes;
+        unsigned* fastest = d.fastest + key / block_nodes;
         if (bits > __ldcg(fastest)) atomicMax(fastest, bits);
     }
 }
@@ -77,7 +77,7 @@ __global__ void __launch_bounds__(threads)
 // What was counted has become where each node's particles begin.
 template <bool rests>
 __global__ void __launch_bounds__(threads)
-    place_kernel(const __grid_constant__ Views d, const int* starts)
+    place_kernel(const __grid_constant__ SortView d, const int* starts)
 {
     const int i = int(blockIdx.x * threads + threadIdx.x);
     if (i >= d.particles[0].count) return;
@@ -92,34 +92,28 @@ __global__ void __launch_bounds__(threads)
 // Where clay may be still: what is gets its bit in the order; runs are listed, and where each
 // block's particles begin and end is noted.
 template <int run>
-__global__ void __launch_bounds__(run) settled_kernel(const __grid_constant__ Views d)
+__global__ void __launch_bounds__(run) settled_kernel(const __grid_constant__ SettledView d)
 {
     const int i = int(blockIdx.x) * run + int(threadIdx.x), side = d.clock->sorted_from;
     const int count = d.particles[0].count;
     const unsigned* keys = listing(d.particles, side, true).keys;
     const bool valid = i < count;
     const int block = valid ? int(keys[i]) / block_nodes : 0;
-    const int activity = valid ? d.rest.activity[block] : asleep;
+    const int activity = valid ? d.activity[block] : asleep;
     if (__syncthreads_or(activity != asleep) && threadIdx.x == 0) {
-        d.rest.run_listed[blockIdx.x] = 1;
-        d.rest.list[atomicAdd(&d.clock->listed, 1)] = int(blockIdx.x);
+        d.run_listed[blockIdx.x] = 1;
+        d.list[atomicAdd(&d.clock->listed, 1)] = int(blockIdx.x);
     }
     if (!valid) return;
     if (activity < awake) d.particles[side ^ 1].ids[i] |= int(still_bit);
-    if (i == 0 || int(keys[i - 1]) / block_nodes != block) d.rest.range[block].x = i;
-    if (i + 1 == count || int(keys[i + 1]) / block_nodes != block) d.rest.range[block].y = i + 1;
+    if (i == 0 || int(keys[i - 1]) / block_nodes != block) d.range[block].x = i;
+    if (i + 1 == count || int(keys[i + 1]) / block_nodes != block) d.range[block].y = i + 1;
 }
-
-// What moving the rows needs.
-struct Sides {
-    ParticleView particles[2];
-    Clock* clock;
-};
 
 // The k-th row that moves. What it reads, none of the moves before it writes: only when it may
 // write must they be over. With the last row the particles are on the other side.
 template <bool rests>
-__global__ void __launch_bounds__(threads) move_kernel(const __grid_constant__ Sides d, int k)
+__global__ void __launch_bounds__(threads) move_kernel(const __grid_constant__ SortView d, int k)
 {
     trigger_dependents();
     const int i = int(blockIdx.x * threads + threadIdx.x), side = d.clock->sorted_from;
@@ -182,7 +176,8 @@ void launch_keys(const Views& views, const Features& features, cudaStream_t stre
                  const Arguments&... arguments)
 {
     launch("sort keys", features.rests ? key_kernel<true> : key_kernel<false>,
-           blocks_for(views.particles[0].count, threads), threads, stream, views, arguments...);
+           blocks_for(views.particles[0].count, threads), threads, stream, key_view(views),
+           arguments...);
 }
 
 void order_by_counting(const Views& views, const Features& features, const SortSpace& s,
@@ -193,7 +188,8 @@ void order_by_counting(const Views& views, const Features& features, const SortS
     std::size_t bytes = s.scratch_bytes;
     check(add_up(s.counts, nodes, s.scratch, bytes, stream), "sort");
     launch("sort place", features.rests ? place_kernel<true> : place_kernel<false>,
-           blocks_for(views.particles[0].count, threads), threads, stream, views, s.counts);
+           blocks_for(views.particles[0].count, threads), threads, stream, sort_view(views),
+           s.counts);
     check(cudaMemsetAsync(s.counts, 0, std::size_t(nodes) * sizeof s.counts[0], stream), "sort");
 }
 
@@ -241,9 +237,9 @@ void arrange(const Views& views, const Features& features, cudaStream_t stream)
         launch("sort settled",
                run == run_length(true) ? settled_kernel<run_length(true)>
                                        : settled_kernel<run_length(false)>,
-               blocks_for(count, run), run, stream, views);
+               blocks_for(count, run), run, stream, settled_view(views));
     const auto move = features.rests ? move_kernel<true> : move_kernel<false>;
-    const Sides sides{{views.particles[0], views.particles[1]}, views.clock};
+    const SortView sides = sort_view(views);
     const int blocks = blocks_for(count, threads);
     // The first reads what the kernel before it writes.
     launch("sort move", move, blocks, threads, stream, sides, 0);
