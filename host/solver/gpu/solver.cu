@@ -128,8 +128,8 @@ void GpuSolver::sort(const Views& views, const Features& features, cudaStream_t 
 void GpuSolver::sort_if_due(const Views& views, const Features& features)
 {
     for (int side = 0; views.conditions.captured && side < (told_side(features) ? 2 : 1); ++side)
-        capture_body(add_conditional(main, cudaGraphCondTypeIf, views.conditions.unsorted[side]), body,
-                     [&](cudaStream_t stream) { sort(views, features, stream, side); });
+        capture_body(add_conditional(main, cudaGraphCondTypeIf, views.conditions.unsorted[side]),
+                     body, [&](cudaStream_t stream) { sort(views, features, stream, side); });
     if (views.conditions.captured) return;
     const Clock now = store.clock(main);
     if (now.unsorted) sort(views, features, main, now.side);
@@ -164,7 +164,8 @@ void GpuSolver::capture(Graph& to, bool tools)
             substep(views, features, stream);
     };
     take_turn(main);  // of short frames all: the loop is not entered
-    capture_body(add_conditional(main, cudaGraphCondTypeWhile, views.conditions.again), body, take_turn);
+    capture_body(add_conditional(main, cudaGraphCondTypeWhile, views.conditions.again), body,
+                 take_turn);
     to.end(main);
     check(cudaGraphUpload(to.ready, main), "graph");
     wait(main, "graph");
