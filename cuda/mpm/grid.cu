@@ -17,6 +17,7 @@ template <bool tools>
 constexpr int threads = tools ? 2 * block_nodes : block_nodes;
 template <bool tools>
 constexpr int resident = tools ? 4 : 12;
+constexpr int resident_cut = 8;
 template <bool tools>
 constexpr int blocks_per_cta = tools ? 2 : 1;
 constexpr int shared_nodes = 32 * block_nodes / threads<true>;  // of a warp, near tools
@@ -230,10 +231,11 @@ __device__ void update_together(const GridUpdateView& d, SharedSpace& space, int
     update_node<fixed_point>(d, n & 1, dt, i, lane == node, tools);
 }
 
-template <bool tools, bool fixed_point>
-__global__ void __launch_bounds__(threads<tools>, resident<tools>)
+template <class Case>
+__global__ void __launch_bounds__(threads<Case::features.tools>, resident<Case::features.tools>)
     grid_kernel(const __grid_constant__ GridUpdateView d)
 {
+    constexpr bool tools = Case::features.tools, fixed_point = Case::features.fixed_point;
     __shared__ SharedSpace spaces[tools ? block_nodes / shared_nodes : 1];
     wait_for_upstream();
     if (blockIdx.x == 0) return look_around(d);
@@ -275,10 +277,11 @@ __device__ Vec3<float> slope(const GridUpdateView& d, int parity, Int3 n)
 
 // Where blades are: each label has its own velocity, and the two do not pass through each other.
 // Neighbours read masses here, which the update leaves as they are.
-template <bool fixed_point>
-__global__ void __launch_bounds__(block_nodes, 8)
+template <class Case>
+__global__ void __launch_bounds__(block_nodes, resident_cut)
     cut_grid_kernel(const __grid_constant__ GridUpdateView d)
 {
+    constexpr bool fixed_point = Case::features.fixed_point;
     wait_for_upstream();
     if (blockIdx.x == 0) return look_around(d);
     const auto start = started<1>(d);
@@ -315,24 +318,32 @@ __global__ void __launch_bounds__(block_nodes, 8)
     });
 }
 
+constexpr Features relevant(Features f)
+{
+    return {.tools = f.tools, .fixed_point = f.fixed_point, .blades = f.blades};
+}
+
+struct Launch {
+    void (*kernel)(GridUpdateView);
+    int threads, resident;
+};
+constexpr auto launch_for = []<class Case>(Case) -> Launch {
+    constexpr Features f = Case::features;
+    if constexpr (f.blades)
+        return {cut_grid_kernel<Case>, block_nodes, resident_cut};
+    else
+        return {grid_kernel<Case>, threads<f.tools>, resident<f.tools>};
+};
+
 }  // namespace
 
 void grid(const Views& views, const Features& features, int multiprocessors, cudaStream_t stream)
 {
-    const auto blocks = [&](int resident) {
-        return 1 + min(views.lattice.block_count(), resident * multiprocessors - 1);
-    };
-    if (features.blades) {
-        launch_pdl("grid", features.fixed_point ? cut_grid_kernel<true> : cut_grid_kernel<false>,
-                   blocks(8), block_nodes, stream, grid_view(views));
-        return;
-    }
-    const bool tools = features.tools && views.tools.grid_contact;
-    const auto kernel = features.fixed_point
-                            ? (tools ? grid_kernel<true, true> : grid_kernel<false, true>)
-                            : (tools ? grid_kernel<true, false> : grid_kernel<false, false>);
-    launch_pdl("grid", kernel, blocks(tools ? resident<true> : resident<false>),
-               tools ? threads<true> : threads<false>, stream, grid_view(views));
+    Features used = features;
+    used.tools = used.tools && views.tools.grid_contact;
+    const Launch by = dispatch<relevant>(used, launch_for);
+    const int blocks = 1 + min(views.lattice.block_count(), by.resident * multiprocessors - 1);
+    launch_pdl("grid", by.kernel, blocks, by.threads, stream, grid_view(views));
 }
 
 }  // namespace knead::gpu

@@ -2,6 +2,7 @@
 // moves the particles, g2p.cu.
 #include "cuda/mpm/project.cuh"
 #include "cuda/mpm/scatter.cuh"
+#include "cuda/mpm/yield.cuh"
 
 namespace knead::gpu {
 namespace {
@@ -17,39 +18,40 @@ __device__ void line_up(const P2gView& d, int run, bool near)
     }
 }
 
-template <bool any, bool blades, bool rests>
-__global__ void __launch_bounds__(scatter_threads<blades>, 4)
+constexpr Features relevant(Features f)
+{
+    const bool any = f.plasticity == PlasticityClass::any;
+    return {.blades = f.blades,
+            .rests = f.rests,
+            .plasticity = any ? PlasticityClass::any : PlasticityClass::elastic};
+}
+
+template <class Case>
+__global__ void __launch_bounds__(run_length(Case::features), 4)
     p2g_kernel(const __grid_constant__ P2gView d)
 {
-    __shared__ ScatterSpace<blades> space;
+    constexpr Features f = Case::features;
+    __shared__ ScatterSpace<f.blades> space;
     Clock& clock = *d.clock;
     const ConstParticleView& particles = d.particles[clock.side];
     const int n = clock.done;
     if (!(clock.step(n).dt > 0)) return;
-    for_each_run<rests>(clock, d.listed, 0, int(blockIdx.x), [&](int run) {
-        const int i = run * scatter_threads<blades> + int(threadIdx.x);
+    for_each_run<f.rests>(clock, d.listed, 0, int(blockIdx.x), [&](int run) {
+        const int i = run * run_length(f) + int(threadIdx.x);
         const bool valid = i < particles.count;
         const Particle<float> q = particles.load(valid ? i : particles.count - 1);
-        if (!rests && d.runs) line_up(d, run, near_tools(d.near, d.lattice, q.x) != nullptr);
-        Material<float> m = d.materials[q.object];
-        if constexpr (!any) m.elasticity = Elasticity::neo_hookean, m.plasticity = Plasticity::none;
-        WarpScatter<blades, true>{d, space, n}(q, m, valid, float(clock.step(n).dt));
+        if (!f.rests && d.runs) line_up(d, run, near_tools(d.near, d.lattice, q.x) != nullptr);
+        const Material<float> m = narrowed<f.plasticity>(d.materials[q.object]);
+        WarpScatter<f.blades, true>{d, space, n}(q, m, valid, float(clock.step(n).dt));
     });
-}
-
-template <bool rests>
-auto kernel_for(const Features& features)
-{
-    return features.blades                               ? p2g_kernel<true, true, rests>
-           : features.plasticity == PlasticityClass::any ? p2g_kernel<true, false, rests>
-                                                         : p2g_kernel<false, false, rests>;
 }
 
 }  // namespace
 
 void p2g(const Views& views, const Features& features, int multiprocessors, cudaStream_t stream)
 {
-    const auto kernel = features.rests ? kernel_for<true>(features) : kernel_for<false>(features);
+    const auto kernel =
+        dispatch<relevant>(features, []<class Case>(Case) { return p2g_kernel<Case>; });
     launch("p2g", kernel, blocks_for_runs(views, features, multiprocessors), run_length(features),
            stream, p2g_view(views));
 }

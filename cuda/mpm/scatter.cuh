@@ -28,7 +28,7 @@ constexpr unsigned all_lanes = 0xffffffffu;
 HD constexpr Int3 column_step(int c) { return {c % 3, c / 3, 0}; }
 
 template <bool blades>
-constexpr int scatter_threads = run_length(blades);
+constexpr int scatter_threads = run_length({.blades = blades});
 template <bool blades>
 constexpr int scatter_warps = scatter_threads<blades> / 32;
 

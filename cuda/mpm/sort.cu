@@ -24,6 +24,9 @@ int key_bits(const Lattice<float>& lattice)
     return std::bit_width(unsigned(lattice.node_count() - 1));
 }
 
+constexpr Features relevant(Features f) { return {.rests = f.rests}; }
+constexpr Features relevant_to_runs(Features f) { return {.blades = f.blades}; }
+
 // How many of its node's particles came before; a warp's of one node ask together.
 __device__ int counted(int* counts, int key)
 {
@@ -51,7 +54,7 @@ HD Listing listing(const ParticleView (&sides)[2], int side, bool done)
 
 // Keys, and by counting (`counts`) each particle's place among its node's, or else the order that
 // there is.
-template <bool rests>
+template <class Case>
 __global__ void __launch_bounds__(threads)
     key_kernel(const __grid_constant__ KeyView d, int* counts, bool done)
 {
@@ -66,7 +69,7 @@ __global__ void __launch_bounds__(threads)
     const Listing l = listing(d.particles, side, done);
     l.keys[i] = unsigned(key);
     l.order[i] = place;
-    if constexpr (rests) {
+    if constexpr (Case::features.rests) {
         const float4 v = particles.row(3, i);
         const unsigned bits = __float_as_uint(v.x * v.x + v.y * v.y + v.z * v.z);
         unsigned* fastest = d.fastest + key / block_nodes;
@@ -75,7 +78,7 @@ __global__ void __launch_bounds__(threads)
 }
 
 // What was counted has become where each node's particles begin.
-template <bool rests>
+template <class Case>
 __global__ void __launch_bounds__(threads)
     place_kernel(const __grid_constant__ SortView d, const int* starts)
 {
@@ -86,14 +89,16 @@ __global__ void __launch_bounds__(threads)
     const unsigned key = from.keys[i];
     const int at = starts[key] + from.order[i];
     to.order[at] = i;
-    if constexpr (rests) to.keys[at] = key;  // settled_kernel looks at them
+    if constexpr (Case::features.rests) to.keys[at] = key;  // settled_kernel looks at them
 }
 
 // Where clay may be still: what is gets its bit in the order; runs are listed, and where each
 // block's particles begin and end is noted.
-template <int run>
-__global__ void __launch_bounds__(run) settled_kernel(const __grid_constant__ SettledView d)
+template <class Case>
+__global__ void __launch_bounds__(run_length(Case::features))
+    settled_kernel(const __grid_constant__ SettledView d)
 {
+    constexpr int run = run_length(Case::features);
     const int i = int(blockIdx.x) * run + int(threadIdx.x), side = d.clock->sorted_from;
     const int count = d.particles[0].count;
     const unsigned* keys = listing(d.particles, side, true).keys;
@@ -112,7 +117,7 @@ __global__ void __launch_bounds__(run) settled_kernel(const __grid_constant__ Se
 
 // The k-th row that moves. What it reads, none of the moves before it writes: only when it may
 // write must they be over. With the last row the particles are on the other side.
-template <bool rests>
+template <class Case>
 __global__ void __launch_bounds__(threads) move_kernel(const __grid_constant__ SortView d, int k)
 {
     trigger_dependents();
@@ -123,7 +128,7 @@ __global__ void __launch_bounds__(threads) move_kernel(const __grid_constant__ S
     const unsigned place = valid ? unsigned(to.ids[i]) : 0u;
     const int j = int(place & ~still_bit);
     float4 a = from.row(r, j);
-    if constexpr (rests) {
+    if constexpr (Case::features.rests) {
         const unsigned still = place & still_bit;
         if (r == 2) a.w = __uint_as_float((__float_as_uint(a.w) & ~still_bit) | still);
         if (r > 2 && still) a = {0, 0, 0, 0};
@@ -175,7 +180,8 @@ template <class... Arguments>
 void launch_keys(const Views& views, const Features& features, cudaStream_t stream,
                  const Arguments&... arguments)
 {
-    launch("sort keys", features.rests ? key_kernel<true> : key_kernel<false>,
+    launch("sort keys",
+           dispatch<relevant>(features, []<class Case>(Case) { return key_kernel<Case>; }),
            blocks_for(views.particles[0].count, threads), threads, stream, key_view(views),
            arguments...);
 }
@@ -187,7 +193,8 @@ void order_by_counting(const Views& views, const Features& features, const SortS
     launch_keys(views, features, stream, s.counts, false);
     std::size_t bytes = s.scratch_bytes;
     check(add_up(s.counts, nodes, s.scratch, bytes, stream), "sort");
-    launch("sort place", features.rests ? place_kernel<true> : place_kernel<false>,
+    launch("sort place",
+           dispatch<relevant>(features, []<class Case>(Case) { return place_kernel<Case>; }),
            blocks_for(views.particles[0].count, threads), threads, stream, sort_view(views),
            s.counts);
     check(cudaMemsetAsync(s.counts, 0, std::size_t(nodes) * sizeof s.counts[0], stream), "sort");
@@ -235,10 +242,11 @@ void arrange(const Views& views, const Features& features, cudaStream_t stream)
     const ProfilerRange range{"sort"};
     if (features.rests)
         launch("sort settled",
-               run == run_length(true) ? settled_kernel<run_length(true)>
-                                       : settled_kernel<run_length(false)>,
+               dispatch<relevant_to_runs>(features,
+                                          []<class Case>(Case) { return settled_kernel<Case>; }),
                blocks_for(count, run), run, stream, settled_view(views));
-    const auto move = features.rests ? move_kernel<true> : move_kernel<false>;
+    const auto move =
+        dispatch<relevant>(features, []<class Case>(Case) { return move_kernel<Case>; });
     const SortView sides = sort_view(views);
     const int blocks = blocks_for(count, threads);
     // The first reads what the kernel before it writes.

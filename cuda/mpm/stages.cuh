@@ -3,27 +3,10 @@
 //   begin . sort { settle } . masks . pose . p2g, once a frame; then, substep by substep,
 //   grid { next dt } . g2p { pose and scatter for the next }
 #pragma once
+#include "cuda/mpm/features.h"
 #include "cuda/mpm/views.cuh"
 
 namespace knead::gpu {
-
-// What a scene uses; kernels are compiled for each case, so that it pays for nothing else.
-enum class PlasticityClass {
-    elastic,
-    plastic,
-    any
-};  // neo-Hookean without and with von Mises; everything
-struct Features {
-    bool tools = false;
-    bool fixed_point = false;  // sums that do not depend on their order
-    bool blades = false;       // three velocity fields: see cuda/contact/cut.h
-    bool rests = false;        // clay may be still
-    PlasticityClass plasticity = PlasticityClass::any;
-};
-
-// Particles that a thread block takes at a time: three fields fill shared memory sooner.
-constexpr int run_length(bool blades) { return blades ? 64 : 128; }
-inline int run_length(const Features& features) { return run_length(features.blades); }
 
 // Nodes in the order of Lattice::index, of those that are stored. Two grids, so that one is cleared
 // while the other is used; substep n has that of n % 2. Each has one field, or with blades three:
