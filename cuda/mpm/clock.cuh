@@ -21,9 +21,53 @@ struct Counters {
 enum class Mode : int { running, stopped, going_on };
 
 // Where the simulation stands. Substeps are counted through all frames; what belongs to substep n
-// is kept in place n of a ring. Nothing is written by a kernel that reads it in the same place, so
-// that no thread has to wait for all others: `done` is what grid goes by and g2p writes, `begun` is
-// what g2p goes by and grid writes.
+// is kept in place n of a ring, of two or of three. No kernel writes what other blocks of it read,
+// so that none waits for its last block:
+//
+//      begin          a new frame: n = done
+//        |
+//      sort, pose, p2g                  sums of substep n
+//        |
+//        v
+//    +-> grid n       block 0: begun = n, step n + 1     g2p goes by begun and dt,
+//    |     |          others: velocities of n            which only grid writes
+//    |     v
+//    |   g2p n        sums and poses of n + 1;           grid goes by done,
+//    |     |          last, one thread: done = n + 1     which only g2p writes
+//    |     |
+//    +-----+          for as long as step n + 1 has dt > 0
+//
+// Place by place, r: reads, w: writes, +: many threads add, or set or raise it.
+//
+//                   begin     sort     pose, p2g  grid n                     g2p n
+//    done           r         r        r          r                          w n + 1
+//    begun                                        w n                        r
+//    dt[0], dt[1]                                 w n, n + 1                 r
+//    steps          w n                r n        r n, w n + 1               r n + 1
+//    active         w n: 0             + n        r n - 1, n; w n + 1: as n  + n + 1
+//    fastest        r n - 1                       r n - 1; w n: 0            + n
+//    crowded        w all: no          + n - 1    r n - 1, w it: no; + n
+//    woken                    w all: 0            r n - 1; w n: 0            + n
+//    listed                   w, +     r          +                          r
+//    near, far_runs w 0                +
+//    side           r         r, w     r                                     r
+//    sorted_from              w, r
+//    drift          r         w 0                 +
+//    mode, resume   r, w                          r, w: stopped before n + 1
+//    duration       w                  r          r                          r
+//    tool_step      w                             r
+//    counters       w 0                           +                          +
+//
+// What grid both reads and writes in one place (crowded n - 1, drift, mode, counters but `clipped`)
+// only thread 0 of block 0 touches. `listed` grows under grid, which does not go through the list.
+// Between frames the host reads the clock, and where one has stopped, says that it goes on
+// (host/solver/gpu/region.cu).
+//
+// grid and g2p start early (launch_pdl): each waits for the end of the kernel before it and only
+// then lets the next one take its places, so no more than two of them are on the device, and what
+// the last but one has written is there. Before it waits, g2p n reads `side`, its run and where its
+// particles are, which g2p n - 1 has written; grid reads nothing. A substep of dt 0 does nothing:
+// g2p leaves `done` as it is, so that the rest of a turn of the graph runs idle.
 struct Clock {
     int done, begun;  // substeps through; the one under way
     float dt[2];      // of the one under way and of the one after it [s]; 0: there is none
