@@ -53,6 +53,7 @@ enum class Mode : int { running, stopped, going_on };
 //    side           r         r, w     r                                     r
 //    sorted_from              w, r
 //    drift          r         w 0                 +
+//    unsorted       w
 //    mode, resume   r, w                          r, w: stopped before n + 1
 //    duration       w                  r          r                          r
 //    tool_step      w                             r

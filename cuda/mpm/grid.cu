@@ -5,6 +5,7 @@
 #include "cuda/contact/cut.h"
 #include "cuda/device/launch.cuh"
 #include "cuda/mpm/grid.h"
+#include "cuda/mpm/sleep.cuh"
 #include "cuda/mpm/stages.cuh"
 
 namespace knead::gpu {
@@ -82,28 +83,6 @@ __device__ void look_ahead(const GridUpdateView& d)
     ++all.substeps;
     ++all.limits[int(step.limit)];
     all.active_blocks = c.active[n % 3];
-}
-
-// What the substep before n woke: the neighbours become guards, theirs at least support.
-__device__ void stir_neighbours(const GridUpdateView& d, int n)
-{
-    const StirView& r = d.rest;
-    const int before = (n + 1) & 1, count = d.clock->woken[before];
-    for (int w = int(blockIdx.x) - 1; w < count; w += int(gridDim.x) - 1) {
-        const Int3 at = d.lattice.block_at(r.woken[before][w]);
-        for (int k = int(threadIdx.x); k < 125; k += int(blockDim.x)) {
-            const Int3 step = {k % 5 - 2, k / 5 % 5 - 2, k / 25 - 2}, to = at + step;
-            if (!d.lattice.stores(block_edge * to)) continue;
-            const int b = d.lattice.block_of(4 * to);
-            if (step.x * step.x <= 1 && step.y * step.y <= 1 && step.z * step.z <= 1)
-                atomicMin(&r.guard[b], n + 1);
-            if (__ldcg(&r.reached[b]) || atomicExch(&r.reached[b], 1u)) continue;
-            const int2 range = r.range[b];
-            for (int run = range.x / r.run; run * r.run < range.y; ++run)
-                if (!atomicExch(&r.run_listed[run], 1u))
-                    r.list[atomicAdd(&d.clock->listed, 1)] = run;
-        }
-    }
 }
 
 // The substep under way, and what a thread block begins with. All that may be wanted is asked for

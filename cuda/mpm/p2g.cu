@@ -2,6 +2,8 @@
 // moves the particles, g2p.cu.
 #include "cuda/mpm/project.cuh"
 #include "cuda/mpm/scatter.cuh"
+#include "cuda/mpm/stages.cuh"
+#include "cuda/mpm/substep.cuh"
 #include "cuda/mpm/yield.cuh"
 
 namespace knead::gpu {
@@ -52,8 +54,8 @@ void p2g(const Views& views, const Features& features, int multiprocessors, cuda
 {
     const auto kernel =
         dispatch<relevant>(features, []<class Case>(Case) { return p2g_kernel<Case>; });
-    launch("p2g", kernel, blocks_for_runs(views, features, multiprocessors), run_length(features),
-           stream, p2g_view(views));
+    launch("p2g", kernel, blocks_for_runs(views.particles[0].count, features, multiprocessors),
+           run_length(features), stream, p2g_view(views));
 }
 
 }  // namespace knead::gpu

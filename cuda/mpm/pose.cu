@@ -4,6 +4,7 @@
 #include "cuda/contact/sweep.h"
 #include "cuda/device/launch.cuh"
 #include "cuda/mpm/pose.cuh"
+#include "cuda/mpm/stages.cuh"
 
 namespace knead::gpu {
 namespace {

@@ -2,7 +2,7 @@
 // the spheres.
 #pragma once
 #include "cuda/contact/skinning.h"
-#include "cuda/mpm/stages.cuh"
+#include "cuda/mpm/views.cuh"
 
 namespace knead::gpu {
 

@@ -2,25 +2,13 @@
 #pragma once
 #include "cuda/contact/contact.cuh"
 #include "cuda/contact/cut.h"
+#include "cuda/mpm/events.cuh"
 #include "cuda/mpm/particle.h"
 #include "cuda/mpm/project.h"
 #include "cuda/mpm/scatter.cuh"
-#include "cuda/mpm/stages.cuh"
+#include "cuda/mpm/substep.cuh"
 
 namespace knead::gpu {
-
-// What a thread block reads again later rather than keep it in registers while particles move.
-struct SubstepContext {
-    Clock* kept;
-    int n, side;    // the substep that is scattered for; which particle array is current
-    float now, dt;  // of the substep under way and of that one [s]; dt 0: there is none
-    int run;        // of particles
-    __device__ Clock& clock() const
-    {
-        __builtin_assume(__isGlobal(kept));
-        return *kept;
-    }
-};
 
 // Puts aside what contact does not ask for, and takes it up again: in registers it would crowd out
 // the walk through the primitives. `at`: two places, 32 apart.
@@ -111,6 +99,21 @@ __device__ float left_tools(Particle<float>& q, const G2pView& d, const SubstepC
     if constexpr (!blades) q.C = borrowed.rates();
     stiffen(q.C, depth);
     return depth;
+}
+
+// The lane's particle, of those that `moves`: out of tools, in front of walls, where nodes are
+// stored.
+template <Features f>
+__device__ void project(Particle<float>& q, const G2pView& d, const SubstepContext& later,
+                        ScatterSpace<f.blades>& space, bool moves, Events& happened)
+{
+    if constexpr (f.tools)
+        happened.depth = left_tools<f.blades>(q, d, later, ContactScratch<f.blades>{space}, moves,
+                                              happened.covered);
+    happened.projected = happened.depth > 0;
+    if (d.free.holds(q.x)) return;
+    happened.confined = confine(q, d.lattice, d.walls);
+    q.x = d.near.stored.nearest(q.x);
 }
 
 }  // namespace knead::gpu

@@ -12,17 +12,15 @@
 #include <nv/target>
 
 #include "cuda/contact/cut.h"
-#include "cuda/device/launch.cuh"
 #include "cuda/math/node4.h"
 #include "cuda/mpm/lattice.h"
 #include "cuda/mpm/material_data.h"
 #include "cuda/mpm/p2g.h"
 #include "cuda/mpm/particle.h"
-#include "cuda/mpm/stages.cuh"
+#include "cuda/mpm/substep.cuh"
+#include "cuda/mpm/views.cuh"
 
 namespace knead::gpu {
-
-constexpr unsigned all_lanes = 0xffffffffu;
 
 // From the stencil's base to its columns, of nodes along z, in the order they are written down in.
 HD constexpr Int3 column_step(int c) { return {c % 3, c / 3, 0}; }
@@ -239,34 +237,5 @@ class WarpScatter {
             add(static_cast<float4*>(sums_of_nodes) + node, sum);
     }
 };
-
-// Calls visit(run) for the thread block's own run of particles, or where clay may be still for as
-// many of the listed ones as fall to it. The launch's first `others` blocks do other things.
-template <bool rests, class Visit>
-__device__ void for_each_run(const Clock& clock, const int* listed, int others, int own,
-                             Visit&& visit)
-{
-    if constexpr (rests) {
-        __shared__ int at;  // kept here, not in registers
-        if (threadIdx.x == 0) at = int(blockIdx.x) - others;
-        __syncthreads();
-        while (at < clock.listed) {
-            visit(listed[at]);
-            __syncthreads();  // shared memory is used anew
-            if (threadIdx.x == 0) at += int(gridDim.x) - others;
-            __syncthreads();
-        }
-    } else {
-        visit(own);
-    }
-}
-
-// Thread blocks for all runs. Where few of many may be listed, no more than keep the device busy:
-// starting one for nothing takes time, too.
-inline int blocks_for_runs(const Views& views, const Features& features, int multiprocessors)
-{
-    const int runs = blocks_for(views.particles[0].count, run_length(features));
-    return features.rests ? min(runs, 24 * multiprocessors) : runs;
-}
 
 }  // namespace knead::gpu

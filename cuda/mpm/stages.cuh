@@ -21,23 +21,6 @@ struct GridView {
     float momentum_scale, mass_scale;  // fixed-point units per kg m/s and per kg: powers of two
 };
 
-// Where a stencil's columns along z begin among the nodes, axis by axis: the lattice's index is the
-// sum of the three.
-struct Offsets {
-    int x[3], y[3], z;
-    HD int column(Int3 step) const { return x[step.x] + y[step.y] + z; }
-};
-HD Offsets offsets(const Lattice<float>& lattice, Int3 base)
-{
-    Offsets o{{}, {}, lattice.index({0, 0, base.z})};
-    UNROLL
-    for (int k = 0; k < 3; ++k) {
-        o.x[k] = lattice.along_x(base.x + k);
-        o.y[k] = lattice.along_y(base.y + k);
-    }
-    return o;
-}
-
 constexpr int max_boxes = 32;  // tools
 
 // Which clay is still (sleep.h), block by block, and which particles are looked at: a run of as

@@ -128,7 +128,6 @@ G2pView g2p_view(const Views& d)
     return {scatter_view(d),
             {d.grid.nodes[0], d.grid.nodes[1]},
             d.materials,
-            d.stored,
             d.free,
             d.walls,
             contact_view(d.tools),

@@ -257,7 +257,7 @@ struct G2pView : ScatterView {
     // reads
     const float4* velocities[2];  // that of substep n, in n % 2
     Materials materials;
-    Region stored, free;
+    Region free;  // see stored_region.h
     Walls<float> walls;
     ContactView contact;
     NearView near;
