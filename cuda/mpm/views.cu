@@ -96,7 +96,10 @@ GridUpdateView grid_view(const Views& d)
 {
     const GridView& g = d.grid;
     const RestView& r = d.rest;
-    return {d.lattice,
+    return {contact_view(d.tools),
+            d.tools.masks,
+            d.tools.grid_contact,
+            d.lattice,
             d.walls,
             d.gravity,
             d.limits,
@@ -104,9 +107,6 @@ GridUpdateView grid_view(const Views& d)
             g.momentum_scale,
             g.mass_scale,
             g.rim,
-            contact_view(d.tools),
-            d.tools.masks,
-            d.tools.grid_contact,
             {g.nodes[0], g.nodes[1]},
             {g.sums[0], g.sums[1]},
             g.marks,

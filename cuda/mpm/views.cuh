@@ -222,6 +222,9 @@ struct StirView {
 
 struct GridUpdateView {
     // reads
+    ContactView contact;
+    const Mask* masks;
+    bool grid_contact;
     Lattice<float> lattice;
     Walls<float> walls;
     Vec3<float> gravity;  // [m/s^2]
@@ -229,9 +232,6 @@ struct GridUpdateView {
     int fields;
     float momentum_scale, mass_scale;
     const bool* rim;
-    ContactView contact;
-    const Mask* masks;
-    bool grid_contact;
     // writes
     float4* nodes[2];    // of substep n, in n % 2: momenta become velocities; the other is cleared
     long long* sums[2];  // fixed-point momenta; else null
