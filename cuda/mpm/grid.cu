@@ -5,6 +5,7 @@
 #include "cuda/contact/cut.h"
 #include "cuda/device/launch.cuh"
 #include "cuda/mpm/grid.h"
+#include "cuda/mpm/sleep.cuh"
 #include "cuda/mpm/stages.cuh"
 
 namespace knead::gpu {
@@ -17,34 +18,35 @@ template <bool tools>
 constexpr int threads = tools ? 2 * block_nodes : block_nodes;
 template <bool tools>
 constexpr int resident = tools ? 4 : 12;
+constexpr int resident_cut = 8;
 template <bool tools>
 constexpr int blocks_per_cta = tools ? 2 : 1;
 constexpr int shared_nodes = 32 * block_nodes / threads<true>;  // of a warp, near tools
 
 template <bool fixed_point>
-__device__ Node<float> sum_of(const GridView& grid, int parity, int i)
+__device__ Node<float> sum_of(const GridUpdateView& d, int parity, int i)
 {
     if constexpr (fixed_point) {
         const longlong2* at =
-            reinterpret_cast<const longlong2*>(grid.sums[parity] + 4 * std::size_t(i));
+            reinterpret_cast<const longlong2*>(d.sums[parity] + 4 * std::size_t(i));
         const longlong2 a = at[0], b = at[1];
-        const double p = 1 / double(grid.momentum_scale), m = 1 / double(grid.mass_scale);
+        const double p = 1 / double(d.momentum_scale), m = 1 / double(d.mass_scale);
         return {{float(p * double(a.x)), float(p * double(a.y)), float(p * double(b.x))},
                 float(m * double(b.y))};
     } else {
-        const float4 n = grid.nodes[parity][i];
+        const float4 n = d.nodes[parity][i];
         return {{n.x, n.y, n.z}, n.w};
     }
 }
 
 template <bool fixed_point>
-__device__ void clear(const GridView& grid, int parity, int i)
+__device__ void clear(const GridUpdateView& d, int parity, int i)
 {
     if constexpr (fixed_point) {
-        longlong2* at = reinterpret_cast<longlong2*>(grid.sums[parity] + 4 * std::size_t(i));
+        longlong2* at = reinterpret_cast<longlong2*>(d.sums[parity] + 4 * std::size_t(i));
         at[0] = at[1] = longlong2{0, 0};
     } else {
-        grid.nodes[parity][i] = {0, 0, 0, 0};
+        d.nodes[parity][i] = {0, 0, 0, 0};
     }
 }
 
@@ -57,7 +59,7 @@ __device__ T in_ring(int n, const T (&ring)[3])
 }
 
 // Counts the substep, and chooses the one after it from the speeds that the one before it left.
-__device__ void look_ahead(const Views& d)
+__device__ void look_ahead(const GridUpdateView& d)
 {
     Clock& c = *d.clock;
     Counters& all = c.counters;
@@ -83,28 +85,6 @@ __device__ void look_ahead(const Views& d)
     all.active_blocks = c.active[n % 3];
 }
 
-// What the substep before n woke: the neighbours become guards, theirs at least support.
-__device__ void stir_neighbours(const Views& d, int n)
-{
-    const RestView& r = d.rest;
-    const int before = (n + 1) & 1, count = d.clock->woken[before];
-    for (int w = int(blockIdx.x) - 1; w < count; w += int(gridDim.x) - 1) {
-        const Int3 at = d.lattice.block_at(r.woken[before][w]);
-        for (int k = int(threadIdx.x); k < 125; k += int(blockDim.x)) {
-            const Int3 step = {k % 5 - 2, k / 5 % 5 - 2, k / 25 - 2}, to = at + step;
-            if (!d.lattice.stores(block_edge * to)) continue;
-            const int b = d.lattice.block_of(4 * to);
-            if (step.x * step.x <= 1 && step.y * step.y <= 1 && step.z * step.z <= 1)
-                atomicMin(&r.guard[b], n + 1);
-            if (__ldcg(&r.reached[b]) || atomicExch(&r.reached[b], 1u)) continue;
-            const int2 range = r.range[b];
-            for (int run = range.x / r.run; run * r.run < range.y; ++run)
-                if (!atomicExch(&r.run_listed[run], 1u))
-                    r.list[atomicAdd(&d.clock->listed, 1)] = run;
-        }
-    }
-}
-
 // The substep under way, and what a thread block begins with. All that may be wanted is asked for
 // at once, rather than one after the other; what the clock's own block writes meanwhile is not
 // used.
@@ -117,7 +97,7 @@ struct Start {
 };
 
 template <int blocks_per_cta>
-__device__ Start<blocks_per_cta> started(const Views& d)
+__device__ Start<blocks_per_cta> started(const GridUpdateView& d)
 {
     const Clock& c = *d.clock;
     int lists[3][blocks_per_cta];
@@ -126,7 +106,7 @@ __device__ Start<blocks_per_cta> started(const Views& d)
         const int at = int(blockIdx.x) - 1 + k * (int(gridDim.x) - 1);
         const int first = min(max(at, 0), d.lattice.block_count() - 1);
         UNROLL
-        for (int l = 0; l < 3; ++l) lists[l][k] = d.grid.list[l][first];
+        for (int l = 0; l < 3; ++l) lists[l][k] = d.list[l][first];
     }
     const int n = c.done, active[] = {c.active[0], c.active[1], c.active[2]};
     const double dt[] = {c.steps[0].dt, c.steps[1].dt, c.steps[2].dt};
@@ -142,24 +122,24 @@ __device__ Start<blocks_per_cta> started(const Views& d)
 
 // The clock's own block: one thread looks ahead, other warps at the blocks that were listed since
 // the substep before. Those of a frame's first are looked at by p2g.
-__device__ void look_around(const Views& d)
+__device__ void look_around(const GridUpdateView& d)
 {
     if (threadIdx.x == 0) look_ahead(d);
     if (threadIdx.x < 32) return;
     const auto start = started<1>(d);
     if (!(start.dt > 0)) return;
     for (int k = start.before + int(threadIdx.x) - 32; k < start.count; k += int(blockDim.x) - 32)
-        if (d.grid.rim[d.grid.list[start.n % 3][k]]) d.clock->crowded[start.n & 1] = true;
+        if (d.rim[d.list[start.n % 3][k]]) d.clock->crowded[start.n & 1] = true;
 }
 
 // Calls update(blocks) for all listed blocks of nodes, so many at a time, after clearing as many of
 // the other grid; -1 stands for none. They are listed for the next substep, too.
 template <bool fixed_point, int blocks_per_cta, class Update>
-__device__ void for_each_block(const Views& d, Start<blocks_per_cta> s, Update&& update)
+__device__ void for_each_block(const GridUpdateView& d, Start<blocks_per_cta> s, Update&& update)
 {
-    const int *const now = d.grid.list[s.n % 3], *const last = d.grid.list[(s.n + 2) % 3];
-    int* const next = d.grid.list[(s.n + 1) % 3];
-    const int parity = s.n & 1, stride = int(gridDim.x) - 1, fields = d.grid.fields;
+    const int *const now = d.list[s.n % 3], *const last = d.list[(s.n + 2) % 3];
+    int* const next = d.list[(s.n + 1) % 3];
+    const int parity = s.n & 1, stride = int(gridDim.x) - 1, fields = d.fields;
     for (int at = int(blockIdx.x) - 1; at < s.count || at < s.before;
          at += blocks_per_cta * stride) {
         int here[blocks_per_cta];
@@ -169,13 +149,13 @@ __device__ void for_each_block(const Views& d, Start<blocks_per_cta> s, Update&&
             here[k] = own < s.count ? s.blocks[k] : -1;
             const int old = own < s.before ? s.old[k] : -1;
             if (threadIdx.x == 0 && here[k] >= 0)
-                next[own] = here[k], d.grid.marks[here[k]] = listed_for(s.n + 1, false);
+                next[own] = here[k], d.marks[here[k]] = listed_for(s.n + 1, false);
             if (then < s.count) s.blocks[k] = now[then];
             if (then < s.before) s.old[k] = last[then];
             if (old < 0) continue;
             for (int i = int(threadIdx.x); i < fields * block_nodes; i += int(blockDim.x))
                 clear<fixed_point>(
-                    d.grid, parity ^ 1,
+                    d, parity ^ 1,
                     i / block_nodes * d.lattice.node_count() + old * block_nodes + i % block_nodes);
         }
         update(here);
@@ -201,10 +181,11 @@ __device__ Vec3<float> apply_tools_by_warp(SharedSpace& space, const Colliders<f
 
 // The node of index i, by lanes that `own` one; tools(in, x, v) by all lanes of a warp.
 template <bool fixed_point, class Tools>
-__device__ void update_node(const Views& d, int parity, float dt, int i, bool own, Tools&& tools)
+__device__ void update_node(const GridUpdateView& d, int parity, float dt, int i, bool own,
+                            Tools&& tools)
 {
     const Int3 at = d.lattice.node_at(i);
-    const Node<float> sum = own ? sum_of<fixed_point>(d.grid, parity, i) : Node<float>{};
+    const Node<float> sum = own ? sum_of<fixed_point>(d, parity, i) : Node<float>{};
     const bool clay = sum.m > 0;
     Vec3<float> v{};
     if (clay) v = apply_gravity(sum, d.gravity, dt);
@@ -212,27 +193,28 @@ __device__ void update_node(const Views& d, int parity, float dt, int i, bool ow
     if (!own) return;
     bool clipped = false;
     if (clay) v = limit_speed(v, at, d.lattice, d.walls, dt, clipped);
-    d.grid.nodes[parity][i] = {v.x, v.y, v.z, clay ? sum.m : 0};
+    d.nodes[parity][i] = {v.x, v.y, v.z, clay ? sum.m : 0};
     if (clipped) atomicAdd(&d.clock->counters.clipped, 1ull);
 }
 
 // The nodes of block b, which tools may touch, by all warps of a thread block.
 template <bool fixed_point>
-__device__ void update_together(const Views& d, SharedSpace& space, int n, float dt, int b)
+__device__ void update_together(const GridUpdateView& d, SharedSpace& space, int n, float dt, int b)
 {
     const int lane = int(threadIdx.x & 31), node = lane % shared_nodes;
     const int i = b * block_nodes + int(threadIdx.x >> 5) * shared_nodes + node;
     const auto tools = [&](bool clay, Vec3<float> x, Vec3<float> v) {
-        return apply_tools_by_warp(space, d.tools.colliders(n), d.tools.masks[b],
+        return apply_tools_by_warp(space, d.contact.colliders(n), d.masks[b],
                                    __shfl_sync(0xffffffffu, clay, node), x, v);
     };
     update_node<fixed_point>(d, n & 1, dt, i, lane == node, tools);
 }
 
-template <bool tools, bool fixed_point>
-__global__ void __launch_bounds__(threads<tools>, resident<tools>)
-    grid_kernel(const __grid_constant__ Views d)
+template <class Case>
+__global__ void __launch_bounds__(threads<Case::features.tools>, resident<Case::features.tools>)
+    grid_kernel(const __grid_constant__ GridUpdateView d)
 {
+    constexpr bool tools = Case::features.tools, fixed_point = Case::features.fixed_point;
     __shared__ SharedSpace spaces[tools ? block_nodes / shared_nodes : 1];
     wait_for_upstream();
     if (blockIdx.x == 0) return look_around(d);
@@ -240,9 +222,9 @@ __global__ void __launch_bounds__(threads<tools>, resident<tools>)
     const int n = start.n, parity = n & 1;
     const float dt = start.dt;
     if (!(dt > 0)) return;
-    if (d.rest.rule.mode == RestMode::sleep) stir_neighbours(d, n);
+    if (d.rest.mode == RestMode::sleep) stir_neighbours(d, n);
     for_each_block<fixed_point>(d, start, [&](const int(&blocks)[blocks_per_cta<tools>]) {
-        const auto near = [&](int b) { return tools && b >= 0 && !empty(d.tools.masks[b]); };
+        const auto near = [&](int b) { return tools && b >= 0 && !empty(d.masks[b]); };
         const int half = int(threadIdx.x) / block_nodes;
         const int own = half ? blocks[blocks_per_cta<tools> - 1] : blocks[0];
         if (own >= 0 && !near(own))
@@ -258,14 +240,14 @@ __global__ void __launch_bounds__(threads<tools>, resident<tools>)
 
 // Which way lies what is below, at node n: along the slope of its mass less that of what is above.
 template <bool fixed_point>
-__device__ Vec3<float> slope(const Views& d, int parity, Int3 n)
+__device__ Vec3<float> slope(const GridUpdateView& d, int parity, Int3 n)
 {
     const int count = d.lattice.node_count();
     const auto excess = [&](Int3 m) {
         if (!d.lattice.stores(m)) return 0.0f;
         const int i = d.lattice.index(m);
-        return sum_of<fixed_point>(d.grid, parity, below * count + i).m -
-               sum_of<fixed_point>(d.grid, parity, above * count + i).m;
+        return sum_of<fixed_point>(d, parity, below * count + i).m -
+               sum_of<fixed_point>(d, parity, above * count + i).m;
     };
     return {excess(n + Int3{1, 0, 0}) - excess(n - Int3{1, 0, 0}),
             excess(n + Int3{0, 1, 0}) - excess(n - Int3{0, 1, 0}),
@@ -274,33 +256,35 @@ __device__ Vec3<float> slope(const Views& d, int parity, Int3 n)
 
 // Where blades are: each label has its own velocity, and the two do not pass through each other.
 // Neighbours read masses here, which the update leaves as they are.
-template <bool fixed_point>
-__global__ void __launch_bounds__(block_nodes, 8) cut_grid_kernel(const __grid_constant__ Views d)
+template <class Case>
+__global__ void __launch_bounds__(block_nodes, resident_cut)
+    cut_grid_kernel(const __grid_constant__ GridUpdateView d)
 {
+    constexpr bool fixed_point = Case::features.fixed_point;
     wait_for_upstream();
     if (blockIdx.x == 0) return look_around(d);
     const auto start = started<1>(d);
     const int n = start.n, parity = n & 1, nodes = d.lattice.node_count();
     const float dt = start.dt, dx = d.lattice.dx;
     if (!(dt > 0)) return;
-    if (d.rest.rule.mode == RestMode::sleep) stir_neighbours(d, n);
-    const Colliders<float> colliders = d.tools.colliders(n);
+    if (d.rest.mode == RestMode::sleep) stir_neighbours(d, n);
+    const Colliders<float> colliders = d.contact.colliders(n);
     for_each_block<fixed_point>(d, start, [&](const int(&blocks)[1]) {
         const int b = blocks[0];
         if (b < 0) return;
         const int i = b * block_nodes + int(threadIdx.x);
         const Int3 at = d.lattice.node_at(i);
-        const Mask& mask = d.tools.masks[b];
+        const Mask& mask = d.masks[b];
         Node<float> v[3];
         float mass[3];
         UNROLL
         for (int f = 0; f < 3; ++f) {
-            const Node<float> sum = sum_of<fixed_point>(d.grid, parity, f * nodes + i);
+            const Node<float> sum = sum_of<fixed_point>(d, parity, f * nodes + i);
             mass[f] = sum.m;
             bool clipped;
             v[f] = update(sum, at, d.lattice, d.walls, d.gravity, dt, clipped,
                           [&](Vec3<float> x, Vec3<float> u) {
-                              if (!d.tools.grid_contact) return u;
+                              if (!d.grid_contact) return u;
                               u = apply_tools(colliders, mask, x, u);
                               return f ? sliced(colliders, mask, x, u, dx, unsigned(f)) : u;
                           });
@@ -309,28 +293,36 @@ __global__ void __launch_bounds__(block_nodes, 8) cut_grid_kernel(const __grid_c
         divide(v, mass, [&] { return slope<fixed_point>(d, parity, at); });
         UNROLL
         for (int f = 0; f < 3; ++f)
-            d.grid.nodes[parity][f * nodes + i] = {v[f].p.x, v[f].p.y, v[f].p.z, v[f].m};
+            d.nodes[parity][f * nodes + i] = {v[f].p.x, v[f].p.y, v[f].p.z, v[f].m};
     });
 }
+
+constexpr Features relevant(Features f)
+{
+    return {.tools = f.tools, .fixed_point = f.fixed_point, .blades = f.blades};
+}
+
+struct Launch {
+    void (*kernel)(GridUpdateView);
+    int threads, resident;
+};
+constexpr auto launch_for = []<class Case>(Case) -> Launch {
+    constexpr Features f = Case::features;
+    if constexpr (f.blades)
+        return {cut_grid_kernel<Case>, block_nodes, resident_cut};
+    else
+        return {grid_kernel<Case>, threads<f.tools>, resident<f.tools>};
+};
 
 }  // namespace
 
 void grid(const Views& views, const Features& features, int multiprocessors, cudaStream_t stream)
 {
-    const auto blocks = [&](int resident) {
-        return 1 + min(views.lattice.block_count(), resident * multiprocessors - 1);
-    };
-    if (features.blades) {
-        launch_pdl("grid", features.fixed_point ? cut_grid_kernel<true> : cut_grid_kernel<false>,
-                   blocks(8), block_nodes, stream, views);
-        return;
-    }
-    const bool tools = features.tools && views.tools.grid_contact;
-    const auto kernel = features.fixed_point
-                            ? (tools ? grid_kernel<true, true> : grid_kernel<false, true>)
-                            : (tools ? grid_kernel<true, false> : grid_kernel<false, false>);
-    launch_pdl("grid", kernel, blocks(tools ? resident<true> : resident<false>),
-               tools ? threads<true> : threads<false>, stream, views);
+    Features used = features;
+    used.tools = used.tools && views.tools.grid_contact;
+    const Launch by = dispatch<relevant>(used, launch_for);
+    const int blocks = 1 + min(views.lattice.block_count(), by.resident * multiprocessors - 1);
+    launch_pdl("grid", by.kernel, blocks, by.threads, stream, grid_view(views));
 }
 
 }  // namespace knead::gpu

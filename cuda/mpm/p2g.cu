@@ -2,57 +2,60 @@
 // moves the particles, g2p.cu.
 #include "cuda/mpm/project.cuh"
 #include "cuda/mpm/scatter.cuh"
+#include "cuda/mpm/stages.cuh"
+#include "cuda/mpm/substep.cuh"
+#include "cuda/mpm/yield.cuh"
 
 namespace knead::gpu {
 namespace {
 
 // Those runs of particles that look for contact take longest, so they come first: started last,
 // they would keep all others waiting. By all threads of a block.
-__device__ void line_up(const Views& d, int run, bool near)
+__device__ void line_up(const P2gView& d, int run, bool near)
 {
     if (!__syncthreads_or(near)) {
-        if (threadIdx.x == 0)
-            d.tools.runs[int(gridDim.x) - 1 - atomicAdd(&d.clock->far_runs, 1)] = run;
+        if (threadIdx.x == 0) d.runs[int(gridDim.x) - 1 - atomicAdd(&d.clock->far_runs, 1)] = run;
     } else if (threadIdx.x == 0) {
-        d.tools.runs[atomicAdd(&d.clock->near_runs, 1)] = run;
+        d.runs[atomicAdd(&d.clock->near_runs, 1)] = run;
     }
 }
 
-template <bool any, bool blades, bool rests>
-__global__ void __launch_bounds__(scatter_threads<blades>, 4)
-    p2g_kernel(const __grid_constant__ Views d)
+constexpr Features relevant(Features f)
 {
-    __shared__ ScatterSpace<blades> space;
-    Clock& clock = *d.clock;
-    const ParticleView& particles = d.particles[clock.side];
-    const int n = clock.done;
-    if (!(clock.step(n).dt > 0)) return;
-    for_each_run<rests>(d, 0, int(blockIdx.x), [&](int run) {
-        const int i = run * scatter_threads<blades> + int(threadIdx.x);
-        const bool valid = i < particles.count;
-        const Particle<float> q = particles.load(valid ? i : particles.count - 1);
-        if (!rests && d.tools.primitives.count > 0) line_up(d, run, near_tools(d, q.x) != nullptr);
-        Material<float> m = d.materials[q.object];
-        if constexpr (!any) m.elasticity = Elasticity::neo_hookean, m.plasticity = Plasticity::none;
-        WarpScatter<blades, true>{d, space, n}(q, m, valid, float(clock.step(n).dt));
-    });
+    const bool any = f.plasticity == PlasticityClass::any;
+    return {.blades = f.blades,
+            .rests = f.rests,
+            .plasticity = any ? PlasticityClass::any : PlasticityClass::elastic};
 }
 
-template <bool rests>
-auto kernel_for(const Features& features)
+template <class Case>
+__global__ void __launch_bounds__(run_length(Case::features), 4)
+    p2g_kernel(const __grid_constant__ P2gView d)
 {
-    return features.blades                               ? p2g_kernel<true, true, rests>
-           : features.plasticity == PlasticityClass::any ? p2g_kernel<true, false, rests>
-                                                         : p2g_kernel<false, false, rests>;
+    constexpr Features f = Case::features;
+    __shared__ ScatterSpace<f.blades> space;
+    Clock& clock = *d.clock;
+    const ConstParticleView& particles = d.particles[clock.side];
+    const int n = clock.done;
+    if (!(clock.step(n).dt > 0)) return;
+    for_each_run<f.rests>(clock, d.listed, 0, int(blockIdx.x), [&](int run) {
+        const int i = run * run_length(f) + int(threadIdx.x);
+        const bool valid = i < particles.count;
+        const Particle<float> q = particles.load(valid ? i : particles.count - 1);
+        if (!f.rests && d.runs) line_up(d, run, near_tools(d.near, d.lattice, q.x) != nullptr);
+        const Material<float> m = narrowed<f.plasticity>(d.materials[q.object]);
+        WarpScatter<f.blades, true>{d, space, n}(q, m, valid, float(clock.step(n).dt));
+    });
 }
 
 }  // namespace
 
 void p2g(const Views& views, const Features& features, int multiprocessors, cudaStream_t stream)
 {
-    const auto kernel = features.rests ? kernel_for<true>(features) : kernel_for<false>(features);
-    launch("p2g", kernel, blocks_for_runs(views, features, multiprocessors), run_length(features),
-           stream, views);
+    const auto kernel =
+        dispatch<relevant>(features, []<class Case>(Case) { return p2g_kernel<Case>; });
+    launch("p2g", kernel, blocks_for_runs(views.particles[0].count, features, multiprocessors),
+           run_length(features), stream, p2g_view(views));
 }
 
 }  // namespace knead::gpu

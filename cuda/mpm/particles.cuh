@@ -15,14 +15,16 @@
 namespace knead::gpu {
 
 constexpr int particle_rows = 6;
-struct ParticleView {
-    float4* rows;  // particle_rows * count: (x, k), (e.xx e.yy e.zz, object), (e.xy e.xz e.yz,
-                   // sides), (v, C.a.x), (C.a.y C.a.z C.b.x C.b.y),
-                   // (C.b.z, C.c)
-    int* ids;      // count: index of the particle in the scene
+// `Row` is float4, or const where they are only read; likewise `Id`.
+template <class Row, class Id>
+struct ParticlesOf {
+    Row* rows;  // particle_rows * count: (x, k), (e.xx e.yy e.zz, object), (e.xy e.xz e.yz,
+                // sides), (v, C.a.x), (C.a.y C.a.z C.b.x C.b.y),
+                // (C.b.z, C.c)
+    Id* ids;    // count: index of the particle in the scene
     int count;
 
-    HD float4& row(int r, int i) const { return rows[std::size_t(r) * std::size_t(count) + i]; }
+    HD Row& row(int r, int i) const { return rows[std::size_t(r) * std::size_t(count) + i]; }
 
     HD Vec3<float> position(int i) const
     {
@@ -73,6 +75,9 @@ struct ParticleView {
     }
     HD void store(int i, const Particle<float>& q) const { store_state(i, q), store_motion(i, q); }
 };
+using ParticleView = ParticlesOf<float4, int>;
+using ConstParticleView = ParticlesOf<const float4, const int>;
+HD ConstParticleView read_only(const ParticleView& p) { return {p.rows, p.ids, p.count}; }
 
 // The row that is free while `side` is current. Nothing in it lasts: the sort works there, and
 // whoever asks for depths gets them there.

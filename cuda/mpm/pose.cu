@@ -4,26 +4,26 @@
 #include "cuda/contact/sweep.h"
 #include "cuda/device/launch.cuh"
 #include "cuda/mpm/pose.cuh"
+#include "cuda/mpm/stages.cuh"
 
 namespace knead::gpu {
 namespace {
 
 constexpr int threads = 128;
 
-__global__ void __launch_bounds__(threads) pose_kernel(const __grid_constant__ Views d)
+__global__ void __launch_bounds__(threads) pose_kernel(const __grid_constant__ PoseView d)
 {
     __shared__ PoseSpace space;
     pose_part(d, space, int(blockIdx.x), d.clock->done);
 }
 
 // Where the tools may be at any time of the frame, shared out as posing is.
-__global__ void __launch_bounds__(threads) sweep_kernel(const __grid_constant__ Views d)
+__global__ void __launch_bounds__(threads) sweep_kernel(const __grid_constant__ SweepView t)
 {
     __shared__ Joint<float> joints[3][staged_joints];  // at the frame's beginning, middle and end
     __shared__ Sphere<float> spheres[3 * part_primitives];
     __shared__ float travel[3 * part_primitives];
     trigger_dependents();
-    const ToolView& t = d.tools;
     const int part = int(blockIdx.x), thread = int(threadIdx.x), count = t.primitives.count;
     const bool staged = t.joints <= staged_joints;
     for (int k = thread; staged && k < 3 * t.joints; k += threads)
@@ -47,7 +47,7 @@ __global__ void __launch_bounds__(threads) sweep_kernel(const __grid_constant__ 
 }
 
 // Whether primitive i may touch what is in the cube of centre p.
-__device__ bool may_touch(const ToolView& t, int i, Vec3<float> p, float edge, float dx)
+__device__ bool may_touch(const SweptView& t, int i, Vec3<float> p, float edge, float dx)
 {
     if (i >= t.primitives.count) return false;
     const Tool<float>& tool = t.tools[t.primitives[i].tool];
@@ -60,7 +60,7 @@ __device__ bool may_touch(const ToolView& t, int i, Vec3<float> p, float edge, f
 }
 
 // One warp per block of the lattice, one lane per primitive.
-__global__ void __launch_bounds__(threads) mask_kernel(const __grid_constant__ Views d)
+__global__ void __launch_bounds__(threads) mask_kernel(const __grid_constant__ MaskView d)
 {
     wait_for_upstream();
     const int b = int(blockIdx.x * threads + threadIdx.x) / 32, lane = int(threadIdx.x & 31);
@@ -71,12 +71,13 @@ __global__ void __launch_bounds__(threads) mask_kernel(const __grid_constant__ V
                            edge * (float(at.z) + 0.5f)};
     for (int word = 0; word < mask_words; ++word) {
         const unsigned bits =
-            __ballot_sync(0xffffffffu, may_touch(d.tools, 32 * word + lane, p, edge, d.lattice.dx));
-        if (lane == 0) d.tools.masks[b].bits[word] = bits;
+            __ballot_sync(0xffffffffu, may_touch(d, 32 * word + lane, p, edge, d.lattice.dx));
+        if (lane == 0) d.masks[b].bits[word] = bits;
     }
 }
 
-__global__ void __launch_bounds__(threads, 8) penetration_kernel(const __grid_constant__ Views d)
+__global__ void __launch_bounds__(threads, 8)
+    penetration_kernel(const __grid_constant__ PenetrationView d)
 {
     const int i = int(blockIdx.x * threads + threadIdx.x), side = d.clock->side;
     const ParticleView& particles = d.particles[side];
@@ -84,28 +85,28 @@ __global__ void __launch_bounds__(threads, 8) penetration_kernel(const __grid_co
     float* depth = reinterpret_cast<float*>(free_row(d.particles, side));
     const Vec3<float> x = particles.position(i);
     const int b = d.lattice.block_of(d.lattice.cell_of(x));
-    const Colliders<float> last = d.tools.colliders(d.clock->done - 1);
-    depth[particles.ids[i]] = max(-deepest_contact(last, d.tools.masks[b], x).phi, 0.0f);
+    const Colliders<float> last = d.contact.colliders(d.clock->done - 1);
+    depth[particles.ids[i]] = max(-deepest_contact(last, d.masks[b], x).phi, 0.0f);
 }
 
 }  // namespace
 
 void masks(const Views& views, cudaStream_t stream)
 {
-    launch("sweep", sweep_kernel, pose_parts, threads, stream, views);
+    launch("sweep", sweep_kernel, pose_parts, threads, stream, sweep_view(views));
     launch_pdl("masks", mask_kernel, blocks_for(views.lattice.block_count(), threads / 32), threads,
-               stream, views);
+               stream, mask_view(views));
 }
 
 void pose(const Views& views, cudaStream_t stream)
 {
-    launch("pose", pose_kernel, pose_parts, threads, stream, views);
+    launch("pose", pose_kernel, pose_parts, threads, stream, pose_view(views));
 }
 
 void penetration(const Views& views, cudaStream_t stream)
 {
     launch("penetration", penetration_kernel, blocks_for(views.particles[0].count, threads),
-           threads, stream, views);
+           threads, stream, penetration_view(views));
 }
 
 }  // namespace knead::gpu

@@ -2,7 +2,7 @@
 // the spheres.
 #pragma once
 #include "cuda/contact/skinning.h"
-#include "cuda/mpm/stages.cuh"
+#include "cuda/mpm/views.cuh"
 
 namespace knead::gpu {
 
@@ -21,7 +21,7 @@ struct PoseSpace {
     Sphere<float> spheres[3 * part_primitives];
 };
 
-__device__ inline Joint<float> joint_at(const ToolView& t, double share, int j)
+__device__ inline Joint<float> joint_at(const RigView& t, double share, int j)
 {
     const Joint<double> b = between(t.from[j], t.to[j], share);
     return {cast<float>(b.q), cast<float>(b.p)};
@@ -29,11 +29,10 @@ __device__ inline Joint<float> joint_at(const ToolView& t, double share, int j)
 
 // Called by all threads of a block; poses for substep n. Kept out of line: its registers are not
 // those of the kernels that it shares a launch with.
-static __device__ __noinline__ void pose_part(const Views& d, PoseSpace& s, int part, int n)
+static __device__ __noinline__ void pose_part(const PoseView& t, PoseSpace& s, int part, int n)
 {
-    const ToolView& t = d.tools;
-    const Step& step = d.clock->step(n);
-    const double duration = d.clock->duration, dt = step.dt;
+    const Step& step = t.clock->step(n);
+    const double duration = t.clock->duration, dt = step.dt;
     const double from = step.start / duration, to = (step.start + dt) / duration;
     const int thread = int(threadIdx.x), threads = int(blockDim.x), parity = n & 1;
     const bool staged = t.joints <= staged_joints;

@@ -2,25 +2,13 @@
 #pragma once
 #include "cuda/contact/contact.cuh"
 #include "cuda/contact/cut.h"
+#include "cuda/mpm/events.cuh"
 #include "cuda/mpm/particle.h"
 #include "cuda/mpm/project.h"
 #include "cuda/mpm/scatter.cuh"
-#include "cuda/mpm/stages.cuh"
+#include "cuda/mpm/substep.cuh"
 
 namespace knead::gpu {
-
-// What a thread block reads again later rather than keep it in registers while particles move.
-struct SubstepContext {
-    Clock* kept;
-    int n, side;    // the substep that is scattered for; which particle array is current
-    float now, dt;  // of the substep under way and of that one [s]; dt 0: there is none
-    int run;        // of particles
-    __device__ Clock& clock() const
-    {
-        __builtin_assume(__isGlobal(kept));
-        return *kept;
-    }
-};
 
 // Puts aside what contact does not ask for, and takes it up again: in registers it would crowd out
 // the walk through the primitives. `at`: two places, 32 apart.
@@ -71,33 +59,34 @@ struct ContactScratch {
 };
 
 // What tools may touch the particle at x, if its nodes are stored; null: none.
-__device__ inline const Mask* near_tools(const Views& d, Vec3<float> x)
+__device__ inline const Mask* near_tools(const NearView& d, const Lattice<float>& lattice,
+                                         Vec3<float> x)
 {
-    const Int3 cell = d.lattice.cell_of(x);
-    const bool in = d.stored.holds(x) && d.tools.passes > 0;
+    const Int3 cell = lattice.cell_of(x);
+    const bool in = d.stored.holds(x) && d.passes > 0;
     if (!in) return nullptr;
-    const Mask& mask = d.tools.masks[d.lattice.block_of(cell)];
+    const Mask& mask = d.masks[lattice.block_of(cell)];
     return empty(mask) ? nullptr : &mask;
 }
 
 // Projection of a warp's particles, of those that are `asked`, by all its lanes. Returns the depth
 // that the lane's was found at [m].
 template <bool blades>
-__device__ float left_tools(Particle<float>& q, const Views& d, const SubstepContext& later,
+__device__ float left_tools(Particle<float>& q, const G2pView& d, const SubstepContext& later,
                             const ContactScratch<blades>& borrowed, bool asked, unsigned& covered)
 {
-    const Mask* own = asked ? near_tools(d, q.x) : nullptr;
+    const Mask* own = asked ? near_tools(d.near, d.lattice, q.x) : nullptr;
     bool in = own;
     if (!__any_sync(all_lanes, in)) return 0;
     put_aside(q, borrowed.strain());
     if constexpr (!blades) borrowed.put_aside(q.C);
-    const Mask& mask = in ? *own : d.tools.masks[0];
-    const Colliders<float> colliders = d.tools.colliders(later.n - 1);
+    const Mask& mask = in ? *own : d.near.masks[0];
+    const Colliders<float> colliders = d.contact.colliders(later.n - 1);
     if constexpr (blades)
         if (in) covered = cut(q, colliders, mask, d.lattice.dx);
     float depth = 0;
     WarpContact<32> contact(borrowed.contact(), colliders);
-    for (int k = 0; k < d.tools.passes && __any_sync(all_lanes, in); ++k) {
+    for (int k = 0; k < d.near.passes && __any_sync(all_lanes, in); ++k) {
         const int near = contact.look(
             mask, in, q.x, [&](int i) { return blades && two_sided(colliders, i) ? -1 : 0; });
         if (near == 0) break;
@@ -110,6 +99,21 @@ __device__ float left_tools(Particle<float>& q, const Views& d, const SubstepCon
     if constexpr (!blades) q.C = borrowed.rates();
     stiffen(q.C, depth);
     return depth;
+}
+
+// The lane's particle, of those that `moves`: out of tools, in front of walls, where nodes are
+// stored.
+template <Features f>
+__device__ void project(Particle<float>& q, const G2pView& d, const SubstepContext& later,
+                        ScatterSpace<f.blades>& space, bool moves, Events& happened)
+{
+    if constexpr (f.tools)
+        happened.depth = left_tools<f.blades>(q, d, later, ContactScratch<f.blades>{space}, moves,
+                                              happened.covered);
+    happened.projected = happened.depth > 0;
+    if (d.free.holds(q.x)) return;
+    happened.confined = confine(q, d.lattice, d.walls);
+    q.x = d.near.stored.nearest(q.x);
 }
 
 }  // namespace knead::gpu

@@ -12,23 +12,21 @@
 #include <nv/target>
 
 #include "cuda/contact/cut.h"
-#include "cuda/device/launch.cuh"
 #include "cuda/math/node4.h"
 #include "cuda/mpm/lattice.h"
 #include "cuda/mpm/material_data.h"
 #include "cuda/mpm/p2g.h"
 #include "cuda/mpm/particle.h"
-#include "cuda/mpm/stages.cuh"
+#include "cuda/mpm/substep.cuh"
+#include "cuda/mpm/views.cuh"
 
 namespace knead::gpu {
-
-constexpr unsigned all_lanes = 0xffffffffu;
 
 // From the stencil's base to its columns, of nodes along z, in the order they are written down in.
 HD constexpr Int3 column_step(int c) { return {c % 3, c / 3, 0}; }
 
 template <bool blades>
-constexpr int scatter_threads = run_length(blades);
+constexpr int scatter_threads = run_length({.blades = blades});
 template <bool blades>
 constexpr int scatter_warps = scatter_threads<blades> / 32;
 
@@ -107,12 +105,11 @@ __device__ inline Lane lane_of(int lane)
 template <bool blades, bool begins = false>
 class WarpScatter {
   public:
-    __device__ WarpScatter(const Views& views, ScatterSpace<blades>& space, int n)
-        : d(views),
+    __device__ WarpScatter(const ScatterView& view, ScatterSpace<blades>& space, int n)
+        : d(view),
           s(space),
           n(n),
-          sums_of_nodes(views.grid.sums[0] ? static_cast<void*>(views.grid.sums[n & 1])
-                                           : views.grid.nodes[n & 1])
+          sums_of_nodes(view.sums[0] ? static_cast<void*>(view.sums[n & 1]) : view.nodes[n & 1])
     {
     }
 
@@ -131,7 +128,7 @@ class WarpScatter {
 
   private:
     static constexpr int fields = ScatterSpace<blades>::fields, nowhere = 0x7fffffff;
-    const Views& d;
+    const ScatterView& d;
     ScatterSpace<blades>& s;
     const int n;
     int last = -1, mark = 0;    // block of nodes; what it was listed for
@@ -219,7 +216,7 @@ class WarpScatter {
             if (f == 0 || sums[f].w > 0)
                 add_to_node(unsigned(f * d.lattice.node_count()) + node, sums[f]);
         list_last();
-        last = int(node / block_nodes), mark = d.grid.marks[last];
+        last = int(node / block_nodes), mark = d.marks[last];
     }
     // Lists the block that the lane added to last, once. Its mark was asked for then and is looked
     // at now, so that nobody waits for it. It may come from the cache of level 1: where it is an
@@ -227,46 +224,18 @@ class WarpScatter {
     __device__ void list_last() const
     {
         const int own = listed_for(n, begins);
-        if (last < 0 || mark == own || atomicExch(d.grid.marks + last, own) == own) return;
-        d.grid.list[n % 3][atomicAdd(&d.clock->active[n % 3], 1)] = last;
-        if (begins && d.grid.rim[last]) d.clock->crowded[(n + 1) & 1] = true;
+        if (last < 0 || mark == own || atomicExch(d.marks + last, own) == own) return;
+        d.list[n % 3][atomicAdd(&d.clock->active[n % 3], 1)] = last;
+        if (begins && d.rim[last]) d.clock->crowded[(n + 1) & 1] = true;
     }
     __device__ void add_to_node(unsigned node, const float4& sum) const
     {
-        if (d.grid.sums[0])
+        if (d.sums[0])
             add(static_cast<long long*>(sums_of_nodes) + 4 * std::size_t(node), sum,
-                d.grid.momentum_scale, d.grid.mass_scale);
+                d.momentum_scale, d.mass_scale);
         else
             add(static_cast<float4*>(sums_of_nodes) + node, sum);
     }
 };
-
-// Calls visit(run) for the thread block's own run of particles, or where clay may be still for as
-// many of the listed ones as fall to it. The launch's first `others` blocks do other things.
-template <bool rests, class Visit>
-__device__ void for_each_run(const Views& d, int others, int own, Visit&& visit)
-{
-    if constexpr (rests) {
-        __shared__ int at;  // kept here, not in registers
-        if (threadIdx.x == 0) at = int(blockIdx.x) - others;
-        __syncthreads();
-        while (at < d.clock->listed) {
-            visit(d.rest.list[at]);
-            __syncthreads();  // shared memory is used anew
-            if (threadIdx.x == 0) at += int(gridDim.x) - others;
-            __syncthreads();
-        }
-    } else {
-        visit(own);
-    }
-}
-
-// Thread blocks for all runs. Where few of many may be listed, no more than keep the device busy:
-// starting one for nothing takes time, too.
-inline int blocks_for_runs(const Views& views, const Features& features, int multiprocessors)
-{
-    const int runs = blocks_for(views.particles[0].count, run_length(features));
-    return features.rests ? min(runs, 24 * multiprocessors) : runs;
-}
 
 }  // namespace knead::gpu

@@ -20,7 +20,7 @@ struct Boxes {
 };
 
 // By all threads of a block.
-__device__ void find_boxes(const ToolView& t, float reach, Boxes& boxes)
+__device__ void find_boxes(const SweptView& t, float reach, Boxes& boxes)
 {
     for (int k = int(threadIdx.x); k < 3 * max_boxes; k += threads)
         boxes.low[0][k] = ordered(1e30f), boxes.high[0][k] = ordered(-1e30f);
@@ -40,51 +40,49 @@ __device__ void find_boxes(const ToolView& t, float reach, Boxes& boxes)
 }
 
 __global__ void __launch_bounds__(threads)
-    activity_kernel(const __grid_constant__ Views d, int runs)
+    activity_kernel(const __grid_constant__ ActivityView d, int runs)
 {
     __shared__ Boxes boxes;
-    const RestView& r = d.rest;
-    find_boxes(d.tools, r.rule.reach, boxes);
+    find_boxes(d, d.rule.reach, boxes);
     const int first = int(blockIdx.x * threads + threadIdx.x);
-    for (int run = first; run < runs; run += int(gridDim.x) * threads) r.run_listed[run] = 0;
+    for (int run = first; run < runs; run += int(gridDim.x) * threads) d.run_listed[run] = 0;
     if (first == 0) d.clock->listed = d.clock->woken[0] = d.clock->woken[1] = 0;
     if (first >= d.lattice.block_count()) return;
     const int b = first;
-    r.quiet[b] = rested(r.rule, r.quiet[b], __uint_as_float(r.fastest[b]));
-    r.fastest[b] = 0;
-    r.range[b] = {0, 0};
+    d.quiet[b] = rested(d.rule, d.quiet[b], __uint_as_float(d.fastest[b]));
+    d.fastest[b] = 0;
+    d.range[b] = {0, 0};
     bool near = false;
-    if (d.tools.primitives.count > 0)
-        for (int t = 0; t < d.tools.tools.count; ++t)
+    if (d.primitives.count > 0)
+        for (int t = 0; t < d.tools.count; ++t)
             near = near || meets(boxes.at(t), d.lattice.block_at(b), block_edge * d.lattice.dx);
-    r.activity[b] = own_activity(r.rule, r.quiet[b], near);
+    d.activity[b] = own_activity(d.rule, d.quiet[b], near);
 }
 
 // From each block that is at `activity` to its neighbours.
 __global__ void __launch_bounds__(threads)
-    spread_kernel(const __grid_constant__ Views d, int activity)
+    spread_kernel(const __grid_constant__ SpreadView d, int activity)
 {
     const int b = int(blockIdx.x * threads + threadIdx.x);
-    if (b >= d.lattice.block_count() || d.rest.activity[b] != activity) return;
-    const int min_of_them = neighbour_of(d.rest.rule, activity);
+    if (b >= d.lattice.block_count() || d.activity[b] != activity) return;
+    const int min_of_them = neighbour_of(d.rule, activity);
     const Int3 at = d.lattice.block_at(b);
     const Int3 first = d.lattice.first_block, end = d.lattice.end_block();
     for (int z = max(at.z - 1, first.z); z < min(at.z + 2, end.z); ++z)
         for (int y = max(at.y - 1, first.y); y < min(at.y + 2, end.y); ++y)
             for (int x = max(at.x - 1, first.x); x < min(at.x + 2, end.x); ++x)
-                atomicMax(&d.rest.activity[d.lattice.block_of({4 * x, 4 * y, 4 * z})], min_of_them);
+                atomicMax(&d.activity[d.lattice.block_of({4 * x, 4 * y, 4 * z})], min_of_them);
 }
 
-__global__ void __launch_bounds__(threads) stamp_kernel(const __grid_constant__ Views d)
+__global__ void __launch_bounds__(threads) stamp_kernel(const __grid_constant__ StampView d)
 {
-    const RestView& r = d.rest;
     const int b = int(blockIdx.x * threads + threadIdx.x);
-    if (b >= d.lattice.block_count()) return;
-    const int activity = r.activity[b];
-    r.free[b] = activity >= awake ? 0 : never;
-    r.guard[b] = activity >= guard ? 0 : never;
-    r.reached[b] = activity >= support;
-    if (activity >= awake) r.changed[b] = d.clock->done + 1;
+    if (b >= d.blocks) return;
+    const int activity = d.activity[b];
+    d.free[b] = activity >= awake ? 0 : never;
+    d.guard[b] = activity >= guard ? 0 : never;
+    d.reached[b] = activity >= support;
+    if (activity >= awake) d.changed[b] = d.clock->done + 1;
 }
 
 }  // namespace
@@ -93,11 +91,11 @@ void update_activity(const Views& views, cudaStream_t stream)
 {
     const int blocks = blocks_for(views.lattice.block_count(), threads);
     const ProfilerRange range{"rest"};
-    launch("rest activity", activity_kernel, blocks, threads, stream, views,
+    launch("rest activity", activity_kernel, blocks, threads, stream, activity_view(views),
            blocks_for(views.particles[0].count, views.rest.run));
     for (const int activity : {moving, awake, guard})
-        launch("rest spread", spread_kernel, blocks, threads, stream, views, activity);
-    launch("rest stamp", stamp_kernel, blocks, threads, stream, views);
+        launch("rest spread", spread_kernel, blocks, threads, stream, spread_view(views), activity);
+    launch("rest stamp", stamp_kernel, blocks, threads, stream, stamp_view(views));
 }
 
 }  // namespace knead::gpu

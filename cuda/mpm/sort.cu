@@ -24,6 +24,9 @@ int key_bits(const Lattice<float>& lattice)
     return std::bit_width(unsigned(lattice.node_count() - 1));
 }
 
+constexpr Features relevant(Features f) { return {.rests = f.rests}; }
+constexpr Features relevant_to_runs(Features f) { return {.blades = f.blades}; }
+
 // How many of its node's particles came before; a warp's of one node ask together.
 __device__ int counted(int* counts, int key)
 {
@@ -51,9 +54,9 @@ HD Listing listing(const ParticleView (&sides)[2], int side, bool done)
 
 // Keys, and by counting (`counts`) each particle's place among its node's, or else the order that
 // there is.
-template <bool rests>
+template <class Case>
 __global__ void __launch_bounds__(threads)
-    key_kernel(const __grid_constant__ Views d, int* counts, bool done)
+    key_kernel(const __grid_constant__ KeyView d, int* counts, bool done)
 {
     const int i = int(blockIdx.x * threads + threadIdx.x), side = d.clock->side;
     const ParticleView& particles = d.particles[side];
@@ -66,18 +69,18 @@ __global__ void __launch_bounds__(threads)
     const Listing l = listing(d.particles, side, done);
     l.keys[i] = unsigned(key);
     l.order[i] = place;
-    if constexpr (rests) {
+    if constexpr (Case::features.rests) {
         const float4 v = particles.row(3, i);
         const unsigned bits = __float_as_uint(v.x * v.x + v.y * v.y + v.z * v.z);
-        unsigned* fastest = d.rest.fastest + key / block_nodes;
+        unsigned* fastest = d.fastest + key / block_nodes;
         if (bits > __ldcg(fastest)) atomicMax(fastest, bits);
     }
 }
 
 // What was counted has become where each node's particles begin.
-template <bool rests>
+template <class Case>
 __global__ void __launch_bounds__(threads)
-    place_kernel(const __grid_constant__ Views d, const int* starts)
+    place_kernel(const __grid_constant__ SortView d, const int* starts)
 {
     const int i = int(blockIdx.x * threads + threadIdx.x);
     if (i >= d.particles[0].count) return;
@@ -86,40 +89,36 @@ __global__ void __launch_bounds__(threads)
     const unsigned key = from.keys[i];
     const int at = starts[key] + from.order[i];
     to.order[at] = i;
-    if constexpr (rests) to.keys[at] = key;  // settled_kernel looks at them
+    if constexpr (Case::features.rests) to.keys[at] = key;  // settled_kernel looks at them
 }
 
 // Where clay may be still: what is gets its bit in the order; runs are listed, and where each
 // block's particles begin and end is noted.
-template <int run>
-__global__ void __launch_bounds__(run) settled_kernel(const __grid_constant__ Views d)
+template <class Case>
+__global__ void __launch_bounds__(run_length(Case::features))
+    settled_kernel(const __grid_constant__ SettledView d)
 {
+    constexpr int run = run_length(Case::features);
     const int i = int(blockIdx.x) * run + int(threadIdx.x), side = d.clock->sorted_from;
     const int count = d.particles[0].count;
     const unsigned* keys = listing(d.particles, side, true).keys;
     const bool valid = i < count;
     const int block = valid ? int(keys[i]) / block_nodes : 0;
-    const int activity = valid ? d.rest.activity[block] : asleep;
+    const int activity = valid ? d.activity[block] : asleep;
     if (__syncthreads_or(activity != asleep) && threadIdx.x == 0) {
-        d.rest.run_listed[blockIdx.x] = 1;
-        d.rest.list[atomicAdd(&d.clock->listed, 1)] = int(blockIdx.x);
+        d.run_listed[blockIdx.x] = 1;
+        d.list[atomicAdd(&d.clock->listed, 1)] = int(blockIdx.x);
     }
     if (!valid) return;
     if (activity < awake) d.particles[side ^ 1].ids[i] |= int(still_bit);
-    if (i == 0 || int(keys[i - 1]) / block_nodes != block) d.rest.range[block].x = i;
-    if (i + 1 == count || int(keys[i + 1]) / block_nodes != block) d.rest.range[block].y = i + 1;
+    if (i == 0 || int(keys[i - 1]) / block_nodes != block) d.range[block].x = i;
+    if (i + 1 == count || int(keys[i + 1]) / block_nodes != block) d.range[block].y = i + 1;
 }
-
-// What moving the rows needs.
-struct Sides {
-    ParticleView particles[2];
-    Clock* clock;
-};
 
 // The k-th row that moves. What it reads, none of the moves before it writes: only when it may
 // write must they be over. With the last row the particles are on the other side.
-template <bool rests>
-__global__ void __launch_bounds__(threads) move_kernel(const __grid_constant__ Sides d, int k)
+template <class Case>
+__global__ void __launch_bounds__(threads) move_kernel(const __grid_constant__ SortView d, int k)
 {
     trigger_dependents();
     const int i = int(blockIdx.x * threads + threadIdx.x), side = d.clock->sorted_from;
@@ -129,7 +128,7 @@ __global__ void __launch_bounds__(threads) move_kernel(const __grid_constant__ S
     const unsigned place = valid ? unsigned(to.ids[i]) : 0u;
     const int j = int(place & ~still_bit);
     float4 a = from.row(r, j);
-    if constexpr (rests) {
+    if constexpr (Case::features.rests) {
         const unsigned still = place & still_bit;
         if (r == 2) a.w = __uint_as_float((__float_as_uint(a.w) & ~still_bit) | still);
         if (r > 2 && still) a = {0, 0, 0, 0};
@@ -181,8 +180,10 @@ template <class... Arguments>
 void launch_keys(const Views& views, const Features& features, cudaStream_t stream,
                  const Arguments&... arguments)
 {
-    launch("sort keys", features.rests ? key_kernel<true> : key_kernel<false>,
-           blocks_for(views.particles[0].count, threads), threads, stream, views, arguments...);
+    launch("sort keys",
+           dispatch<relevant>(features, []<class Case>(Case) { return key_kernel<Case>; }),
+           blocks_for(views.particles[0].count, threads), threads, stream, key_view(views),
+           arguments...);
 }
 
 void order_by_counting(const Views& views, const Features& features, const SortSpace& s,
@@ -192,8 +193,10 @@ void order_by_counting(const Views& views, const Features& features, const SortS
     launch_keys(views, features, stream, s.counts, false);
     std::size_t bytes = s.scratch_bytes;
     check(add_up(s.counts, nodes, s.scratch, bytes, stream), "sort");
-    launch("sort place", features.rests ? place_kernel<true> : place_kernel<false>,
-           blocks_for(views.particles[0].count, threads), threads, stream, views, s.counts);
+    launch("sort place",
+           dispatch<relevant>(features, []<class Case>(Case) { return place_kernel<Case>; }),
+           blocks_for(views.particles[0].count, threads), threads, stream, sort_view(views),
+           s.counts);
     check(cudaMemsetAsync(s.counts, 0, std::size_t(nodes) * sizeof s.counts[0], stream), "sort");
 }
 
@@ -239,11 +242,12 @@ void arrange(const Views& views, const Features& features, cudaStream_t stream)
     const ProfilerRange range{"sort"};
     if (features.rests)
         launch("sort settled",
-               run == run_length(true) ? settled_kernel<run_length(true)>
-                                       : settled_kernel<run_length(false)>,
-               blocks_for(count, run), run, stream, views);
-    const auto move = features.rests ? move_kernel<true> : move_kernel<false>;
-    const Sides sides{{views.particles[0], views.particles[1]}, views.clock};
+               dispatch<relevant_to_runs>(features,
+                                          []<class Case>(Case) { return settled_kernel<Case>; }),
+               blocks_for(count, run), run, stream, settled_view(views));
+    const auto move =
+        dispatch<relevant>(features, []<class Case>(Case) { return move_kernel<Case>; });
+    const SortView sides = sort_view(views);
     const int blocks = blocks_for(count, threads);
     // The first reads what the kernel before it writes.
     launch("sort move", move, blocks, threads, stream, sides, 0);

@@ -27,7 +27,7 @@ class Clay {
     float dt() const { return step; }
     int parity() const { return clock.done & 1; }
     double mass() const { return double(count()) * setup.materials[0].mass; }
-    const gpu::Features& features() const { return used; }
+    const Features& features() const { return used; }
 
     // As before the first scatter: no mass on any node. Waits for the device.
     void clear();
@@ -38,7 +38,7 @@ class Clay {
     Setup setup;
     gpu::Store memory;
     gpu::Views seen;
-    gpu::Features used;
+    Features used;
     gpu::Clock clock{};
     float step = 0;
 };

@@ -1,6 +1,7 @@
 // Transfers with the sums over 27 nodes written plainly, against the factorised ones of
 // cuda/mpm/g2p.h and cuda/mpm/p2g.h.
 #include "cuda/mpm/g2p.h"
+#include "cuda/mpm/gather.cuh"
 #include "cuda/mpm/p2g.h"
 #include "profiling/micro/clay.cuh"
 

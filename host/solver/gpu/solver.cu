@@ -130,10 +130,10 @@ void GpuSolver::sort(const Views& views, const Features& features, cudaStream_t 
 // twice.
 void GpuSolver::sort_if_due(const Views& views, const Features& features)
 {
-    for (int side = 0; views.captured && side < (told_side(features) ? 2 : 1); ++side)
-        capture_body(add_conditional(main, cudaGraphCondTypeIf, views.unsorted[side]), body,
-                     [&](cudaStream_t stream) { sort(views, features, stream, side); });
-    if (views.captured) return;
+    for (int side = 0; views.conditions.captured && side < (told_side(features) ? 2 : 1); ++side)
+        capture_body(add_conditional(main, cudaGraphCondTypeIf, views.conditions.unsorted[side]),
+                     body, [&](cudaStream_t stream) { sort(views, features, stream, side); });
+    if (views.conditions.captured) return;
     const Clock now = store.clock(main);
     if (now.unsorted) sort(views, features, main, now.side);
 }
@@ -154,20 +154,21 @@ void GpuSolver::capture(Graph& to, bool tools)
                                                cudaGraphCondAssignDefault),
               "conditional node");
     };
-    handle(views.again);
-    handle(views.unsorted[0]);
+    handle(views.conditions.again);
+    handle(views.conditions.unsorted[0]);
     if (told_side(features))
-        handle(views.unsorted[1]);
+        handle(views.conditions.unsorted[1]);
     else
-        views.unsorted[1] = views.unsorted[0];
-    views.captured = true;
+        views.conditions.unsorted[1] = views.conditions.unsorted[0];
+    views.conditions.captured = true;
     start(views, features);
     const auto take_turn = [&](cudaStream_t stream) {
         for (int k = 0; k < (turn ? turn : substeps_a_turn(0)); ++k)
             substep(views, features, stream);
     };
     take_turn(main);  // of short frames all: the loop is not entered
-    capture_body(add_conditional(main, cudaGraphCondTypeWhile, views.again), body, take_turn);
+    capture_body(add_conditional(main, cudaGraphCondTypeWhile, views.conditions.again), body,
+                 take_turn);
     to.end(main);
     check(cudaGraphUpload(to.ready, main), "graph");
     wait(main, "graph");

@@ -1,0 +1,45 @@
+// The start of a frame: the clock takes up its duration and chooses its first substep.
+#include "cuda/device/launch.cuh"
+#include "cuda/mpm/stages.cuh"
+
+namespace knead::gpu {
+namespace {
+
+// A new frame, or what is left of one.
+__device__ void begin_frame(const BeginView& d)
+{
+    Clock& c = *d.clock;
+    c.duration = d.input->duration;
+    c.tool_step = d.input->tool_step;
+    const double speed = sqrt(double(__uint_as_float(c.fastest[(c.done + 1) & 1])));
+    const bool anew = c.mode == Mode::running;
+    c.step(c.done) = anew ? step_at(d.limits, 0, speed, c.tool_step, c.duration) : c.resume;
+    if (anew) c.counters = {};
+    c.near_runs = c.far_runs = 0;
+    c.active[c.done % 3] = 0;
+    c.crowded[0] = c.crowded[1] = false;
+    c.mode = Mode::running;
+}
+
+__global__ void begin_kernel(const __grid_constant__ BeginView d)
+{
+    Clock& c = *d.clock;
+    if (c.mode != Mode::stopped) begin_frame(d);
+    // Where clay may be still, the sort says whose it is.
+    c.unsorted =
+        c.mode == Mode::running && (d.rest != RestMode::none || c.drift > max_drift * d.limits.dx);
+    const Conditions& to = d.conditions;
+    if (!to.captured) return;
+    cudaGraphSetConditional(to.unsorted[c.side ^ 1], false);
+    cudaGraphSetConditional(to.unsorted[c.side], c.unsorted);  // after: it may be the same
+    cudaGraphSetConditional(to.again, c.mode == Mode::running);
+}
+
+}  // namespace
+
+void begin(const Views& views, cudaStream_t stream)
+{
+    launch("begin", begin_kernel, 1, 1, stream, begin_view(views));
+}
+
+}  // namespace knead::gpu

@@ -1,0 +1,102 @@
+// Where the simulation stands, on the device.
+#pragma once
+#include "cuda/mpm/time_step.h"
+
+namespace knead::gpu {
+
+// Counted over a frame by the kernels; read by the host when it is over.
+struct Counters {
+    double dt_min, dt_max;  // [s]
+    int substeps, limits[6];
+    unsigned long long yielded, projected, clipped, confined, repaired;  // particle-substeps, nodes
+    unsigned long long covered;  // particle-substeps with a blade beside them
+    unsigned long long moved;    // particle-substeps; of a scene in which clay may be still
+    unsigned long long woken;    // blocks
+    unsigned deepest;            // bits of the largest depth found [m]
+    int active_blocks;
+};
+
+// What a frame does: nothing where the one before it has stopped (stored_region.h), and what that
+// one has left where it is told to go on.
+enum class Mode : int { running, stopped, going_on };
+
+// Where the simulation stands. Substeps are counted through all frames; what belongs to substep n
+// is kept in place n of a ring, of two or of three. No kernel writes what other blocks of it read,
+// so that none waits for its last block:
+//
+//      begin          a new frame: n = done
+//        |
+//      sort, pose, p2g                  sums of substep n
+//        |
+//        v
+//    +-> grid n       block 0: begun = n, step n + 1     g2p goes by begun and dt,
+//    |     |          others: velocities of n            which only grid writes
+//    |     v
+//    |   g2p n        sums and poses of n + 1;           grid goes by done,
+//    |     |          last, one thread: done = n + 1     which only g2p writes
+//    |     |
+//    +-----+          for as long as step n + 1 has dt > 0
+//
+// Place by place, r: reads, w: writes, +: many threads add, or set or raise it.
+//
+//                   begin     sort     pose, p2g  grid n                     g2p n
+//    done           r         r        r          r                          w n + 1
+//    begun                                        w n                        r
+//    dt[0], dt[1]                                 w n, n + 1                 r
+//    steps          w n                r n        r n, w n + 1               r n + 1
+//    active         w n: 0             + n        r n - 1, n; w n + 1: as n  + n + 1
+//    fastest        r n - 1                       r n - 1; w n: 0            + n
+//    crowded        w all: no          + n - 1    r n - 1, w it: no; + n
+//    woken                    w all: 0            r n - 1; w n: 0            + n
+//    listed                   w, +     r          +                          r
+//    near, far_runs w 0                +
+//    side           r         r, w     r                                     r
+//    sorted_from              w, r
+//    drift          r         w 0                 +
+//    unsorted       w
+//    mode, resume   r, w                          r, w: stopped before n + 1
+//    duration       w                  r          r                          r
+//    tool_step      w                             r
+//    counters       w 0                           +                          +
+//
+// What grid both reads and writes in one place (crowded n - 1, drift, mode, counters but `clipped`)
+// only thread 0 of block 0 touches. `listed` grows under grid, which does not go through the list.
+// Between frames the host reads the clock, and where one has stopped, says that it goes on
+// (host/solver/gpu/region.cu).
+//
+// grid and g2p start early (launch_pdl): each waits for the end of the kernel before it and only
+// then lets the next one take its places, so no more than two of them are on the device, and what
+// the last but one has written is there. Before it waits, g2p n reads `side`, its run and where its
+// particles are, which g2p n - 1 has written; grid reads nothing. A substep of dt 0 does nothing:
+// g2p leaves `done` as it is, so that the rest of a turn of the graph runs idle.
+struct Clock {
+    int done, begun;  // substeps through; the one under way
+    float dt[2];      // of the one under way and of the one after it [s]; 0: there is none
+    Step steps[3];
+    int active[3];               // blocks listed of substep n, in n % 3
+    unsigned fastest[2];         // bits of the largest speed squared that a substep left [m^2/s^2]
+    int listed, woken[2];        // where clay may be still: as RestView has them
+    int near_runs, far_runs;     // lined up so far in ToolView::runs
+    double duration, tool_step;  // of the frame [s]
+    int side;                    // on which of their two sides the particles lie
+    int sorted_from;             // on which they lay before the last sort
+    double drift;                // how far a particle may have come since the last sort [m]
+    bool unsorted;               // they are sorted again in this frame
+    Mode mode;
+    bool crowded[2];  // a block of the rim is listed, as substep n noticed, in n % 2
+    Step resume;      // before which the frame has stopped
+    Counters counters;
+    HD Step& step(int n) { return steps[n % 3]; }
+    HD const Step& step(int n) const { return steps[n % 3]; }
+};
+
+// A frame's first substep lists its blocks anew. Each later one begins with those of the one
+// before, so that hardly anyone finds a block that is not listed yet: the atomic that finds out has
+// high latency.
+HD int listed_for(int n, bool first) { return 2 * n + first; }
+
+// How far particles may have come when they are sorted again [cells]. Sums do not depend on the
+// order, only their cost does.
+constexpr double max_drift = 0.5;
+
+}  // namespace knead::gpu

@@ -1,0 +1,60 @@
+// What happens to particles in a substep, on its way to the frame's counters.
+#pragma once
+#include "cuda/mpm/clock.cuh"
+#include "cuda/mpm/substep.cuh"
+
+namespace knead::gpu {
+
+// What happened to one particle.
+struct Events {
+    unsigned yielded, projected, confined, covered, moved;  // 0 or 1
+    float depth;
+};
+
+// What happened in one warp, on its way to the frame's counters: how many particles yielded, were
+// projected, were confined and were covered by a blade, a byte each; bits of the largest numbers.
+struct Sums {
+    unsigned events, deepest, fastest;
+};
+
+template <bool tools>
+__device__ Sums summed(const Events& e, float speed_squared)
+{
+    const unsigned mine =
+        e.yielded + (e.projected << 8) + (e.confined << 16) + (unsigned(e.covered) << 24);
+    // Of numbers that are not negative the largest has the largest bits.
+    return {__reduce_add_sync(all_lanes, mine),
+            tools ? __reduce_max_sync(all_lanes, __float_as_uint(e.depth)) : 0,
+            __reduce_max_sync(all_lanes, __float_as_uint(speed_squared))};
+}
+
+// Waits for the thread block; how many of its threads say `counted`, if that is asked.
+template <bool asked>
+__device__ int synchronised(bool counted)
+{
+    if constexpr (asked) return __syncthreads_count(counted);
+    __syncthreads();
+    return 0;
+}
+
+// The warps' events to the counters of substep n; by one thread.
+template <int warps>
+__device__ void report(Clock& clock, int n, const Sums (&sums)[warps], int moved)
+{
+    if (moved) atomicAdd(&clock.counters.moved, static_cast<unsigned long long>(moved));
+    Sums all{};
+    UNROLL
+    for (const Sums& s : sums)  // 128 particles: no byte runs over
+        all = {all.events + s.events, max(all.deepest, s.deepest), max(all.fastest, s.fastest)};
+    unsigned long long* to[] = {&clock.counters.yielded, &clock.counters.projected,
+                                &clock.counters.confined, &clock.counters.covered};
+    UNROLL
+    for (int k = 0; k < 4; ++k) {
+        const unsigned some = all.events >> (8 * k) & 255;
+        if (some) atomicAdd(to[k], static_cast<unsigned long long>(some));
+    }
+    if (all.deepest) atomicMax(&clock.counters.deepest, all.deepest);
+    atomicMax(&clock.fastest[n & 1], all.fastest);
+}
+
+}  // namespace knead::gpu

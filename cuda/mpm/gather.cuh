@@ -1,0 +1,43 @@
+// Velocities of the lattice to a thread's particle: the loads of g2p.h, in the order that leaves
+// registers free.
+#pragma once
+#include <vector_types.h>
+
+#include "cuda/mpm/g2p.h"
+
+namespace knead::gpu {
+
+// Where a stencil's columns along z begin among the nodes, axis by axis: the lattice's index is the
+// sum of the three.
+struct Offsets {
+    int x[3], y[3], z;
+    HD int column(Int3 step) const { return x[step.x] + y[step.y] + z; }
+};
+HD Offsets offsets(const Lattice<float>& lattice, Int3 base)
+{
+    Offsets o{{}, {}, lattice.index({0, 0, base.z})};
+    UNROLL
+    for (int k = 0; k < 3; ++k) {
+        o.x[k] = lattice.along_x(base.x + k);
+        o.y[k] = lattice.along_y(base.y + k);
+    }
+    return o;
+}
+
+// Gathers from `nodes`, of one field. at_last() may ask for what is wanted next: it is called
+// before the loads of the last plane.
+template <class AtLast>
+__device__ void gather_from(const float4* nodes, const Lattice<float>& lattice,
+                            const Stencil<float>& s, Particle<float>& q, AtLast&& at_last)
+{
+    const Offsets o = offsets(lattice, s.base);
+    gather(q, s, lattice.spacing, [&](Int3 step) {
+        // Loads of one plane at a time: of all at once the results would fill the registers.
+        if (step.y == 0 && step.z == 0) __syncwarp();
+        if (step == Int3{2, 0, 0}) at_last();
+        const float4 v = (nodes + o.column(step))[step.z * Lattice<float>::along_z];
+        return Vec3<float>{v.x, v.y, v.z};
+    });
+}
+
+}  // namespace knead::gpu

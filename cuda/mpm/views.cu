@@ -1,0 +1,150 @@
+// Each stage's part of all there is on the device.
+#include "cuda/mpm/stages.cuh"
+
+namespace knead::gpu {
+namespace {
+
+template <class T>
+Span<const T> look(const Span<T>& span)
+{
+    return {span.data, span.count};
+}
+
+RigView rig_view(const ToolView& t) { return {t.from, t.to, t.joints, t.bindings, t.primitives}; }
+
+SweptView swept_view(const ToolView& t) { return {t.primitives, t.tools, t.amid.data, t.travel}; }
+
+ContactView contact_view(const ToolView& t)
+{
+    return {{look(t.spheres[0]), look(t.spheres[1])},
+            {look(t.shapes[0]), look(t.shapes[1])},
+            t.primitives,
+            t.tools};
+}
+
+NearView near_view(const Views& d) { return {d.stored, d.tools.masks, d.tools.passes}; }
+
+ScatterView scatter_view(const Views& d)
+{
+    const GridView& g = d.grid;
+    return {d.lattice,
+            g.rim,
+            g.momentum_scale,
+            g.mass_scale,
+            {g.nodes[0], g.nodes[1]},
+            {g.sums[0], g.sums[1]},
+            g.marks,
+            {g.list[0], g.list[1], g.list[2]},
+            d.clock};
+}
+
+}  // namespace
+
+BeginView begin_view(const Views& d)
+{
+    return {d.input, d.limits, d.rest.rule.mode, d.clock, d.conditions};
+}
+
+SweepView sweep_view(const Views& d)
+{
+    return {rig_view(d.tools), d.tools.amid.data, d.tools.travel};
+}
+
+MaskView mask_view(const Views& d) { return {swept_view(d.tools), d.lattice, d.tools.masks}; }
+
+PoseView pose_view(const Views& d)
+{
+    const ToolView& t = d.tools;
+    return {rig_view(t),
+            d.clock,
+            {t.spheres[0].data, t.spheres[1].data},
+            {t.shapes[0].data, t.shapes[1].data}};
+}
+
+SortView sort_view(const Views& d) { return {{d.particles[0], d.particles[1]}, d.clock}; }
+
+KeyView key_view(const Views& d) { return {sort_view(d), d.lattice, d.rest.fastest}; }
+
+SettledView settled_view(const Views& d)
+{
+    return {sort_view(d), d.rest.activity, d.rest.range, d.rest.run_listed, d.rest.list};
+}
+
+ActivityView activity_view(const Views& d)
+{
+    const RestView& r = d.rest;
+    return {swept_view(d.tools), d.lattice, r.rule,       r.quiet, r.fastest,
+            r.activity,          r.range,   r.run_listed, d.clock};
+}
+
+SpreadView spread_view(const Views& d) { return {d.lattice, d.rest.rule, d.rest.activity}; }
+
+StampView stamp_view(const Views& d)
+{
+    const RestView& r = d.rest;
+    return {d.clock, r.activity, d.lattice.block_count(), r.free, r.guard, r.changed, r.reached};
+}
+
+P2gView p2g_view(const Views& d)
+{
+    return {scatter_view(d), {read_only(d.particles[0]), read_only(d.particles[1])},
+            d.materials,     near_view(d),
+            d.rest.list,     d.tools.primitives.count > 0 ? d.tools.runs : nullptr};
+}
+
+GridUpdateView grid_view(const Views& d)
+{
+    const GridView& g = d.grid;
+    const RestView& r = d.rest;
+    return {contact_view(d.tools),
+            d.tools.masks,
+            d.tools.grid_contact,
+            d.lattice,
+            d.walls,
+            d.gravity,
+            d.limits,
+            g.fields,
+            g.momentum_scale,
+            g.mass_scale,
+            g.rim,
+            {g.nodes[0], g.nodes[1]},
+            {g.sums[0], g.sums[1]},
+            g.marks,
+            {g.list[0], g.list[1], g.list[2]},
+            d.clock,
+            {r.rule.mode,
+             r.run,
+             r.range,
+             {r.woken[0], r.woken[1]},
+             r.guard,
+             r.reached,
+             r.run_listed,
+             r.list}};
+}
+
+G2pView g2p_view(const Views& d)
+{
+    const RestView& r = d.rest;
+    return {scatter_view(d),
+            {d.grid.nodes[0], d.grid.nodes[1]},
+            d.materials,
+            d.free,
+            d.walls,
+            contact_view(d.tools),
+            near_view(d),
+            d.tools.runs,
+            r.list,
+            {d.particles[0], d.particles[1]},
+            pose_view(d),
+            {r.rule, r.guard, r.range, r.free, r.changed, {r.woken[0], r.woken[1]}},
+            d.conditions.captured,
+            d.conditions.again};
+}
+
+PenetrationView penetration_view(const Views& d)
+{
+    return {
+        d.lattice, contact_view(d.tools), d.tools.masks, d.clock, {d.particles[0], d.particles[1]}};
+}
+
+}  // namespace knead::gpu

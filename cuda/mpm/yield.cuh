@@ -1,0 +1,20 @@
+// Plasticity on the device: of a material what a kernel is compiled for.
+#pragma once
+#include "cuda/mpm/features.h"
+#include "cuda/mpm/material_data.h"
+
+namespace knead::gpu {
+
+// The material as those of its class are, so that the compiler leaves out the rest.
+template <PlasticityClass plasticity>
+__device__ Material<float> narrowed(Material<float> m)
+{
+    if constexpr (plasticity != PlasticityClass::any) m.elasticity = Elasticity::neo_hookean;
+    if constexpr (plasticity == PlasticityClass::elastic) m.plasticity = Plasticity::none;
+    if constexpr (plasticity == PlasticityClass::plastic)
+        m.plasticity =
+            m.plasticity == Plasticity::von_mises ? Plasticity::von_mises : Plasticity::none;
+    return m;
+}
+
+}  // namespace knead::gpu

@@ -1,0 +1,73 @@
+#include "cuda/mpm/features.h"
+
+#include <gtest/gtest.h>
+
+#include <vector>
+
+namespace knead {
+namespace {
+
+// Every combination of uses that a scene can have.
+std::vector<Features> scenes()
+{
+    std::vector<Features> all;
+    for (int bits = 0; bits < 16; ++bits)
+        for (const PlasticityClass p :
+             {PlasticityClass::elastic, PlasticityClass::plastic, PlasticityClass::any})
+            all.push_back({(bits & 1) != 0, (bits & 2) != 0, (bits & 4) != 0, (bits & 8) != 0, p});
+    return all;
+}
+
+constexpr Features all_of(Features f) { return f; }
+constexpr Features without_sums(Features f)
+{
+    f.fixed_point = false;
+    return f;
+}
+
+template <auto relevant>
+Features served(const Features& used)
+{
+    return dispatch<relevant>(used, []<class Case>(Case) { return Case::features; });
+}
+
+TEST(Features, EverySceneIsServedByKernelsThatHaveAllItUses)
+{
+    for (const Features& used : scenes()) EXPECT_TRUE(served<all_of>(used).include(used));
+}
+
+TEST(Features, ASceneIsNotGivenWhatCostsMostUnlessItUsesIt)
+{
+    for (const Features& used : scenes()) {
+        const Features f = served<all_of>(used);
+        EXPECT_EQ(f.blades, used.blades);
+        EXPECT_EQ(f.rests, used.rests);
+        EXPECT_EQ(f.fixed_point, used.fixed_point);
+        if (!used.blades && !used.rests) {
+            EXPECT_EQ(f.tools, used.tools);
+            EXPECT_EQ(f.plasticity, used.plasticity);
+        }
+        if (!used.blades && used.plasticity != PlasticityClass::any) {
+            EXPECT_NE(f.plasticity, PlasticityClass::any);
+        }
+    }
+}
+
+TEST(Features, WhatAStageDoesNotDependOnMakesNoOtherKernel)
+{
+    for (Features used : scenes()) {
+        const Features f = served<without_sums>(used);
+        EXPECT_FALSE(f.fixed_point);
+        used.fixed_point = !used.fixed_point;
+        EXPECT_EQ(served<without_sums>(used), f);
+    }
+}
+
+TEST(Features, EachCombinationServesItselfSoNoneIsHiddenByOneBeforeIt)
+{
+    for (std::size_t k = 0; k < combinations; ++k)
+        EXPECT_EQ(served<all_of>(combination(k)), combination(k)) << k;
+}
+
+}  // namespace
+}  // namespace knead
