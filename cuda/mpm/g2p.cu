@@ -164,7 +164,7 @@ __device__ Events moved(const Views& d, const SubstepContext& later, ScatterSpac
             left_tools<blades>(q, d, later, ContactScratch<blades>{space}, moves, happened.covered);
     happened.projected = happened.depth > 0;
     if (!d.free.holds(q.x)) {
-        happened.confined = confine(q, d.lattice, d.walls);
+        happened.confined = confine(q, d.walls);
         q.x = d.stored.nearest(q.x);
     }
     happened.yielded = yield(q, narrowed<plasticity>(d.materials[q.object]), later.now);

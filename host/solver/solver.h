@@ -27,7 +27,7 @@ struct StepRule {
 
 struct Setup {
     Lattice<double> lattice{};
-    Walls<double> walls{};
+    WallRule walls{};
     Vec3<double> gravity{};                   // [m/s^2]
     std::vector<Material<double>> materials;  // one per object
     std::vector<Particle<double>> particles;

@@ -16,16 +16,16 @@ void require(bool fact, const std::string& otherwise)
 
 void check_particles(const Setup& s)
 {
-    const double dx = s.lattice.dx;
-    const Int3 size = s.lattice.size;
-    const auto inside = [&](double x, int n) {
-        return x >= dx * s.walls.margin * (1 - 1e-6) &&
-               x <= dx * (n - 1 - s.walls.margin) * (1 + 1e-6);
+    const double rounding = 1e-6 * s.lattice.dx;
+    const Vec3<double>&low = s.walls.min, &high = s.walls.max;
+    const auto inside = [rounding](double x, double from, double to) {
+        return x >= from - rounding && x <= to + rounding;
     };
     for (std::size_t i = 0; i < s.particles.size(); ++i) {
         const Particle<double>& q = s.particles[i];
         const std::string name = "particle " + std::to_string(i);
-        require(inside(q.x.x, size.x) && inside(q.x.y, size.y) && inside(q.x.z, size.z),
+        require(inside(q.x.x, low.x, high.x) && inside(q.x.y, low.y, high.y) &&
+                    inside(q.x.z, low.z, high.z),
                 name + " lies outside of the walls");
         require(q.object >= 0 && q.object < int(s.materials.size()),
                 name + " has no material " + std::to_string(q.object));
@@ -61,8 +61,13 @@ void check(const Setup& s)
             "the lattice needs multiples of 4 nodes along each axis");
     require(double(n.x) * n.y * n.z < 2147483648.0, "the lattice has 2^31 nodes or more");
     require(s.lattice.dx > 0 && std::isfinite(s.lattice.dx), "the lattice needs a spacing > 0");
-    require(s.walls.margin >= 2 && 2 * s.walls.margin + 2 < std::min({n.x, n.y, n.z}),
-            "the walls need a margin of at least 2 nodes, and room between them");
+    const Walls<double> walls = walls_on<double>(s.lattice, s.walls);
+    const auto fits = [](int first, int free, int size) {
+        return first >= 3 && free > 0 && first + free <= size - 3;
+    };
+    require(fits(walls.first.x, walls.free.x, n.x) && fits(walls.first.y, walls.free.y, n.y) &&
+                fits(walls.first.z, walls.free.z, n.z),
+            "the walls need 2 nodes of the lattice beyond each, and room between them");
     require(!s.particles.empty() && s.particles.size() < 200000000,
             "1 to 2e8 particles, not " + std::to_string(s.particles.size()));
     require(!s.materials.empty(), "no material");
@@ -115,7 +120,7 @@ Store::Store(const Setup& setup, Room given) : room(given)
     check(setup);
     used = features_of(setup);
     all.lattice = box_of(setup, room);
-    all.walls = {setup.walls.margin, setup.walls.mode, float(setup.walls.friction)};
+    all.walls = walls_on<float>(setup.lattice, setup.walls);
     all.gravity = cast<float>(setup.gravity);
     all.limits = step_limits(setup);
     allocate(setup);
