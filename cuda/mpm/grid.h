@@ -8,19 +8,19 @@ namespace knead {
 
 // What the six walls leave of a velocity at node n.  (18) with fixed, axis-aligned normals
 template <class R>
-HD Vec3<R> apply_walls(Vec3<R> v, Int3 n, Int3 size, const Walls<R>& walls)
+HD Vec3<R> apply_walls(Vec3<R> v, Int3 n, const Walls<R>& walls)
 {
+    const Int3 at = n - walls.first, free = walls.free;
+    if (unsigned(at.x) < unsigned(free.x) && unsigned(at.y) < unsigned(free.y) &&
+        unsigned(at.z) < unsigned(free.z))
+        return v;
     const auto face = [&](bool low, bool high, Vec3<R> axis) {
         if (low) v = apply_contact(v, axis, {0, 0, 0}, walls.mode, walls.friction);
         if (high) v = apply_contact(v, -axis, {0, 0, 0}, walls.mode, walls.friction);
     };
-    const int first = walls.margin, last = first + 1;
-    if (n.x > first && n.y > first && n.z > first && n.x < size.x - last && n.y < size.y - last &&
-        n.z < size.z - last)
-        return v;
-    face(n.x <= walls.margin, n.x >= size.x - last, {1, 0, 0});
-    face(n.y <= walls.margin, n.y >= size.y - last, {0, 1, 0});
-    face(n.z <= walls.margin, n.z >= size.z - last, {0, 0, 1});
+    face(at.x < 0, at.x >= free.x, {1, 0, 0});
+    face(at.y < 0, at.y >= free.y, {0, 1, 0});
+    face(at.z < 0, at.z >= free.z, {0, 0, 1});
     return v;
 }
 
@@ -38,7 +38,7 @@ template <class R>
 HD Vec3<R> limit_speed(Vec3<R> v, Int3 n, const Lattice<R>& lattice, const Walls<R>& walls, R dt,
                        bool& clipped)
 {
-    v = apply_walls(v, n, lattice.size, walls);
+    v = apply_walls(v, n, walls);
     const R speed = length(v), limit = lattice.dx / dt;
     clipped = speed > limit;
     return clipped ? (limit / speed) * v : v;

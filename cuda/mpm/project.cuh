@@ -112,7 +112,7 @@ __device__ void project(Particle<float>& q, const G2pView& d, const SubstepConte
                                               happened.covered);
     happened.projected = happened.depth > 0;
     if (d.free.holds(q.x)) return;
-    happened.confined = confine(q, d.lattice, d.walls);
+    happened.confined = confine(q, d.walls);
     q.x = d.near.stored.nearest(q.x);
 }
 

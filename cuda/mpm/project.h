@@ -53,24 +53,21 @@ HD R project(Particle<R>& q, const Colliders<R>& c, const Mask& mask, int passes
 // Puts q back on the wall that it sank into; true if it was deeper there than nodes can take it
 // that the walls hold (18) and that move by at most a cell per substep.  (19)
 template <class R>
-HD bool confine(Particle<R>& q, const Lattice<R>& lattice, const Walls<R>& walls)
+HD bool confine(Particle<R>& q, const Walls<R>& walls)
 {
-    const R dx = lattice.dx, low = dx * R(walls.margin);
-    const Int3 last = lattice.size + Int3{-1 - walls.margin, -1 - walls.margin, -1 - walls.margin};
-    const Vec3<R> high{dx * R(last.x), dx * R(last.y), dx * R(last.z)};
-    if (q.x.x >= low && q.x.y >= low && q.x.z >= low && q.x.x <= high.x && q.x.y <= high.y &&
-        q.x.z <= high.z)
-        return false;
-    const R sunk = R(0.126) * dx;  // an eighth of a cell, and what rounding may add
-    bool escaped = false;
-    const auto axis = [&](R& x, R& v, R top) {
-        escaped = escaped || x < low - sunk || x > top + sunk;
-        if (x < low) x = low, v = max(v, R(0));
-        if (x > top) x = top, v = min(v, R(0));
+    const auto within = [&q](Vec3<R> low, Vec3<R> high) {
+        return q.x.x >= low.x && q.x.y >= low.y && q.x.z >= low.z && q.x.x <= high.x &&
+               q.x.y <= high.y && q.x.z <= high.z;
     };
-    axis(q.x.x, q.v.x, high.x);
-    axis(q.x.y, q.v.y, high.y);
-    axis(q.x.z, q.v.z, high.z);
+    if (within(walls.min, walls.max)) return false;
+    const bool escaped = !within(walls.deep_min, walls.deep_max);
+    const auto axis = [](R& x, R& v, R low, R high) {
+        if (x < low) x = low, v = max(v, R(0));
+        if (x > high) x = high, v = min(v, R(0));
+    };
+    axis(q.x.x, q.v.x, walls.min.x, walls.max.x);
+    axis(q.x.y, q.v.y, walls.min.y, walls.max.y);
+    axis(q.x.z, q.v.z, walls.min.z, walls.max.z);
     return escaped;
 }
 

@@ -39,11 +39,9 @@ inline Region stored_region(const Lattice<float>& l)
 inline Region free_region(const Lattice<float>& l, const Walls<float>& walls)
 {
     const Region p = stored_region(l);
-    const float low = l.dx * float(walls.margin);
-    const auto high = [&](int size) { return l.dx * float(size - 1 - walls.margin); };
-    return {
-        {max(p.min.x, low), max(p.min.y, low), max(p.min.z, low)},
-        {min(p.max.x, high(l.size.x)), min(p.max.y, high(l.size.y)), min(p.max.z, high(l.size.z))}};
+    const Vec3<float>&low = walls.min, &high = walls.max;
+    return {{max(p.min.x, low.x), max(p.min.y, low.y), max(p.min.z, low.z)},
+            {min(p.max.x, high.x), min(p.max.y, high.y), min(p.max.z, high.z)}};
 }
 
 // Ends of the box that block b is at and that are not ends of the lattice, by bits: 1 << 2 * axis,

@@ -30,7 +30,7 @@ inline Setup ball(int nodes)
 {
     Setup s{};
     s.lattice = {{nodes, nodes, nodes}, 1.0 / nodes};
-    s.walls = {3, ContactMode::separate, 0.3};
+    s.walls = walls_inside(s.lattice, 3, ContactMode::separate, 0.3);
     s.gravity = {0, -9.81, 0};
     const double dx = s.lattice.dx;
     s.materials = {paper_clay(dx, 8)};

@@ -218,4 +218,7 @@ std::vector<std::pair<std::string, std::string>> bench_plots(const Bench& bench)
 
 int bench_verb(const BenchOptions& options);
 
+// Settings that put a scene's walls 3 nodes inside a cubic lattice over `edge` [m].
+std::vector<std::string> walls_on_cells(double edge, int cells);
+
 }  // namespace knead

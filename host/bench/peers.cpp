@@ -82,7 +82,7 @@ Json described(const Setup& setup, int count)
             {"frames", count},
             {"warm_frames", warm_frames},
             {"gravity", {setup.gravity.x, setup.gravity.y, setup.gravity.z}},
-            {"margin", setup.walls.margin},
+            {"margin", walls_on<double>(setup.lattice, setup.walls).first.x - 1},
             {"wall_friction", setup.walls.friction},
             {"mu", m.mu},
             {"lambda", m.lambda},

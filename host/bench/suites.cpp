@@ -13,18 +13,28 @@
 #include "host/solver/audit.h"
 
 namespace knead {
+
+std::vector<std::string> walls_on_cells(double edge, int cells)
+{
+    const double low = edge * 3 / cells, high = edge * (cells - 4) / cells;
+    return {fmt::format("walls.min=[{0},{0},{0}]", low),
+            fmt::format("walls.max=[{0},{0},{0}]", high)};
+}
+
 namespace {
 
 constexpr double diameter = 0.5;  // of the scene's ball [m], in a box of 1 m
 constexpr double per_cell = 8;
 
-// The scene on another lattice: the ball still rests on the floor, 3 cells above the box's bottom.
+// The scene on another lattice, with walls 3 nodes inside it: the ball still rests on the floor.
 std::vector<std::string> on_cells(int cells)
 {
     const double y = 3.0 / cells + diameter / 2;
-    return {fmt::format("domain.cells={}", cells),
-            fmt::format("objects.0.centre=[0.5,{:.9g},0.5]", y),
-            fmt::format("hands.at=[0.5,{:.9g},0.5]", y)};
+    std::vector<std::string> s = walls_on_cells(1, cells);
+    s.push_back(fmt::format("domain.cells={}", cells));
+    s.push_back(fmt::format("objects.0.centre=[0.5,{:.9g},0.5]", y));
+    s.push_back(fmt::format("hands.at=[0.5,{:.9g},0.5]", y));
+    return s;
 }
 
 double particles_on(int cells)
@@ -106,11 +116,14 @@ Scene held_ball(const Bench& bench, int cells, bool rest)
     const double radius = std::cbrt(slab * share / (1 - share) * 3 / (4 * std::numbers::pi));
     const double y = floor + slab_height + radius;
     const std::string at = fmt::format("[0.5,{:.9g},0.5]", y);
-    Scene scene =
-        read_scene(bench.options.scene, {fmt::format("domain.cells={}", cells), "gravity=[0,0,0]",
-                                         "objects.0.centre=" + at, "hands.at=" + at,
-                                         fmt::format("objects.0.diameter={:.9g}", 2 * radius),
-                                         fmt::format("hands.zoom={:.9g}", radius / 0.1)});
+    std::vector<std::string> settings = walls_on_cells(1, cells);
+    for (const std::string& s :
+         {fmt::format("domain.cells={}", cells), std::string("gravity=[0,0,0]"),
+          "objects.0.centre=" + at, "hands.at=" + at,
+          fmt::format("objects.0.diameter={:.9g}", 2 * radius),
+          fmt::format("hands.zoom={:.9g}", radius / 0.1)})
+        settings.push_back(s);
+    Scene scene = read_scene(bench.options.scene, settings);
     scene.setup.threads = bench.options.threads;
     if (rest) {
         Object box = scene.objects[0];

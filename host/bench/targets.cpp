@@ -56,10 +56,12 @@ BenchRow hand_scale(Bench& bench)
     how.frames = bench.options.quick ? 4 : 0, how.repeats = bench.options.quick ? 1 : 2;
     how.limit = bench.options.case_limit;
     const std::string at = fmt::format("[0.1,{:.9g},0.1]", 3 * 0.2 / 64 + 0.05);
-    return bench.measured("target: hand scale",
-                          bench.scene({"domain.edge=0.2", "objects.0.diameter=0.1", "hands.zoom=1",
-                                       "objects.0.centre=" + at, "hands.at=" + at}),
-                          how);
+    std::vector<std::string> settings = walls_on_cells(0.2, 64);
+    for (const std::string& s :
+         {std::string("domain.edge=0.2"), std::string("objects.0.diameter=0.1"),
+          std::string("hands.zoom=1"), "objects.0.centre=" + at, "hands.at=" + at})
+        settings.push_back(s);
+    return bench.measured("target: hand scale", bench.scene(settings), how);
 }
 
 void size_targets(Bench& bench)

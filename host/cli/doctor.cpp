@@ -32,7 +32,7 @@ Json cuda_finding()
     try {
         Setup setup{};
         setup.lattice = {{16, 16, 16}, 1.0 / 16};
-        setup.walls = {3, ContactMode::separate, 0};
+        setup.walls = walls_inside(setup.lattice, 3, ContactMode::separate, 0);
         Material<double> m = preset("clay");
         m.volume = 1e-6, m.mass = m.density * m.volume;
         setup.materials = {m};

@@ -50,7 +50,7 @@ Json scene_facts(const InfoOptions& o)
     const HandSource hands(recording, scene.hands);
     all["hands"] = {{"recording", scene.hands.recording},
                     {"zoom", scene.hands.zoom},
-                    {"at_m", triple(scene.hands.at)},
+                    {"at_m", triple(scene.hands.at + scene.origin)},
                     {"seconds", hands.duration()},
                     {"frames", frames_wanted(scene, &hands, 0)},
                     {"filter_lag_ms", 1e3 * lag(scene.hands.filter, recording.rate)}};

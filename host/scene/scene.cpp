@@ -7,54 +7,14 @@
 #include <filesystem>
 #include <limits>
 
-#include "host/base/json_reader.h"
 #include "host/hands/gesture.h"
+#include "host/scene/domain.h"
 #include "host/scene/presets.h"
 
 namespace knead {
 namespace {
 
-constexpr int max_objects = 256, max_cells = 1024;
-
-const std::vector<std::pair<std::string, ContactMode>> touches = {
-    {"sticky", ContactMode::sticky},
-    {"slip", ContactMode::slip},
-    {"separate", ContactMode::separate}};
-
-void read_domain(ObjectReader& r, Scene& scene)
-{
-    const double edge = r.number("edge", {0, 1000, "m", true}, 1.0);
-    Int3 cells{64, 64, 64};
-    const auto valid = [](double n) {
-        return n >= 8 && n <= max_cells && n == std::floor(n) && int(n) % block_edge == 0;
-    };
-    const auto refuse = [&](const Json& found) {
-        r.fail(
-            "cells",
-            fmt::format("a multiple of {} from 8 to {}, or three of them", block_edge, max_cells),
-            described(found));
-    };
-    if (const Json* given = r.find("cells")) {
-        int n[3];
-        for (std::size_t axis = 0; axis < 3; ++axis) {
-            if (given->is_array() && given->size() != 3) refuse(*given);
-            const Json& one = given->is_array() ? (*given)[axis] : *given;
-            if (!one.is_number() || !valid(one.get<double>())) refuse(one);
-            n[axis] = int(one.get<double>());
-        }
-        cells = {n[0], n[1], n[2]};
-    }
-    scene.setup.lattice = {cells, edge / max(cells.x, max(cells.y, cells.z))};
-}
-
-void read_walls(ObjectReader& r, Scene& scene)
-{
-    Walls<double>& walls = scene.setup.walls;
-    const Int3 n = scene.setup.lattice.size;
-    walls.margin = r.whole("margin", 2, min(n.x, min(n.y, n.z)) / 2 - 2, 3);
-    walls.mode = r.choice("touch", touches, ContactMode::sticky);
-    walls.friction = r.number("friction", {0, 10}, 0.4);
-}
+constexpr int max_objects = 256;
 
 void read_step(ObjectReader& r, StepRule& step)
 {
@@ -331,6 +291,7 @@ void read_root(ObjectReader& r, Scene& scene)
     r.object("camera", [&](ObjectReader& in) { read_camera(in, scene); });
     scene.seed = unsigned(r.whole("seed", 0, std::numeric_limits<int>::max(), 1));
     scene.setup.deterministic = r.flag("deterministic", false);
+    move_in(scene);
 }
 
 // --set objects.0.material.young=2e6: steps into objects and arrays; a preset's name that is

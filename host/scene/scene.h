@@ -26,9 +26,11 @@ struct Object {
 };
 
 enum class ClockMode { wall, paper };
+// Every place in it is in the simulation's frame: the one in the file, less `origin`.
 struct Scene {
     std::string name, path;
-    Setup setup;  // all but particles, rig and tools, until build() is called
+    Setup setup;            // all but particles, rig and tools, until build() is called
+    Vec3<double> origin{};  // of the simulation's frame in that of the file [m]; move_in()
     std::vector<Object> objects;
     HandsRule hands;
     bool has_hands = false;

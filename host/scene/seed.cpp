@@ -60,33 +60,23 @@ std::string place(const Scene& scene, std::size_t object)
     return fmt::format("{}: /objects/{}", scene.path, object);
 }
 
-// Between the walls, where particles may be.
-struct Room {
-    Vec3<double> low, high;
-};
-Room room(const Setup& setup)
-{
-    const double dx = setup.lattice.dx;
-    const int m = setup.walls.margin;
-    const Int3 n = setup.lattice.size;
-    return {{dx * m, dx * m, dx * m}, {dx * (n.x - 1 - m), dx * (n.y - 1 - m), dx * (n.z - 1 - m)}};
-}
-
-void check_in_room(const Scene& scene, std::size_t index)
+// Told in the frame of the scene's file.
+void check_between_walls(const Scene& scene, std::size_t index)
 {
     const Object& o = scene.objects[index];
-    const Room r = room(scene.setup);
+    const double slack = 1e-6 * scene.setup.lattice.dx;
+    const Vec3<double> centre = o.centre + scene.origin, min = scene.setup.walls.min + scene.origin,
+                       max = scene.setup.walls.max + scene.origin;
     const auto check = [&](const char* axis, double c, double size, double low, double high) {
-        const double slack = 1e-6 * scene.setup.lattice.dx;
         if (c - size / 2 >= low - slack && c + size / 2 <= high + slack) return;
         throw InputError(fmt::format(
             "{}: expected the object between the walls, {} from {:.6g} to {:.6g} m, found {} from "
             "{:.6g} to {:.6g} m",
             place(scene, index), axis, low, high, axis, c - size / 2, c + size / 2));
     };
-    check("x", o.centre.x, o.size.x, r.low.x, r.high.x);
-    check("y", o.centre.y, o.size.y, r.low.y, r.high.y);
-    check("z", o.centre.z, o.size.z, r.low.z, r.high.z);
+    check("x", centre.x, o.size.x, min.x, max.x);
+    check("y", centre.y, o.size.y, min.y, max.y);
+    check("z", centre.z, o.size.z, min.z, max.z);
 }
 
 void check_memory(const Scene& scene, std::size_t memory)
@@ -111,19 +101,19 @@ void seed_object(Scene& scene, std::size_t index)
     const double h = setup.lattice.dx / std::cbrt(o.per_cell);
     o.material.volume = h * h * h;
     o.material.mass = o.material.density * o.material.volume;
-    const Room r = room(setup);
     const auto first = [&](double c, double size) {
         return int(std::floor((c - size / 2) / h)) - 1;
     };
     const auto last = [&](double c, double size) { return int(std::ceil((c + size / 2) / h)); };
     const auto within = [](double x, double low, double high) { return x >= low && x <= high; };
+    const Vec3<double>&min = setup.walls.min, &max = setup.walls.max;
     const std::size_t before = setup.particles.size();
     for (int z = first(o.centre.z, o.size.z); z <= last(o.centre.z, o.size.z); ++z)
         for (int y = first(o.centre.y, o.size.y); y <= last(o.centre.y, o.size.y); ++y)
             for (int x = first(o.centre.x, o.size.x); x <= last(o.centre.x, o.size.x); ++x) {
                 const Vec3<double> p = placed(scene, index, {x, y, z}, h);
-                if (!inside(o, p) || !within(p.x, r.low.x, r.high.x) ||
-                    !within(p.y, r.low.y, r.high.y) || !within(p.z, r.low.z, r.high.z))
+                if (!inside(o, p) || !within(p.x, min.x, max.x) || !within(p.y, min.y, max.y) ||
+                    !within(p.z, min.z, max.z))
                     continue;
                 bool taken = false;
                 for (std::size_t k = 0; k < index && !taken; ++k)
@@ -234,7 +224,7 @@ void build(Scene& scene, std::size_t memory)
     if (scene.objects.empty())
         throw InputError(scene.path + ": /objects: expected at least one object, found none");
     check_memory(scene, memory);
-    for (std::size_t i = 0; i < scene.objects.size(); ++i) check_in_room(scene, i);
+    for (std::size_t i = 0; i < scene.objects.size(); ++i) check_between_walls(scene, i);
     setup.particles.reserve(std::size_t(expected_particles(scene) * 1.02) + 64);
     for (std::size_t i = 0; i < scene.objects.size(); ++i) seed_object(scene, i);
     if (!scene.has_hands) return;

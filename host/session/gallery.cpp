@@ -87,7 +87,7 @@ void FrameWriter::add(const FrameView& view)
     camera.target = cast<float>(scene.target);
     camera.width = scene.picture_width;
     camera.height = scene.picture_height;
-    const float floor = float(scene.setup.lattice.dx * scene.setup.walls.margin);
+    const float floor = float(scene.setup.walls.min.y);
     const Image image = painter->paint(
         view.meshes, draw_primitives(scene.setup, view.joints, view.active), camera, floor);
     try {

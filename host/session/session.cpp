@@ -178,6 +178,21 @@ void start(Run& run)
     run.record.first_mesh_volume = before.mesh_volume;
 }
 
+// What a record says of places, it says in the frame of the scene's file: one way out for all of
+// it.
+void move_out(const Scene& scene, RunRecord& record)
+{
+    const Vec3<double> by = scene.origin;
+    if (dot(by, by) == 0) return;
+    for (Particle<double>& q : record.last_good) q.x = q.x + by;
+    for (Mesh& mesh : record.meshes)
+        for (Vec3<float>& x : mesh.vertices) x = cast<float>(cast<double>(x) + by);
+    const auto turn = [by](Audit& state) { state.spin = state.spin + cross(by, state.momentum); };
+    turn(record.first);
+    for (FrameRow& row : record.rows)
+        if (row.audited) turn(row.state);
+}
+
 // However the loop ended: its last frame is looked at, and meshed where that is wanted.
 void finish(Run& run)
 {
@@ -269,6 +284,7 @@ RunRecord run_frames(const Scene& scene, Solver& solver, const HandSource* hands
     }
     finish(run);
     record.wall = since(begin);
+    move_out(scene, record);
     return std::move(run.record);
 }
 

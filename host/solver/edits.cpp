@@ -109,7 +109,12 @@ void Rules::set_gravity(Vec3<double> gravity)
     now.gravity = gravity;
 }
 
-void Rules::set_walls(const Walls<double>& walls) { now.walls = walls; }
+void Rules::set_walls(const WallRule& walls)
+{
+    require(has_room(now.lattice, walls),
+            "the walls need 2 nodes of the lattice beyond each, and room between them");
+    now.walls = walls;
+}
 
 void Rules::set_tools(const Rig& rig, const std::vector<Tool<double>>& tools)
 {
@@ -146,13 +151,7 @@ void Rules::check_motion(const RigidMotion<double>& m)
 
 void Rules::check_place(Vec3<double> x) const
 {
-    const double dx = now.lattice.dx;
-    const auto inside = [&](double at, int n) {
-        return at >= dx * now.walls.margin * (1 - 1e-6) &&
-               at <= dx * (n - 1 - now.walls.margin) * (1 + 1e-6);
-    };
-    const Int3 n = now.lattice.size;
-    require(inside(x.x, n.x) && inside(x.y, n.y) && inside(x.z, n.z),
+    require(between(now.walls, x, now.lattice.dx),
             "clay at (" + std::to_string(x.x) + ", " + std::to_string(x.y) + ", " +
                 std::to_string(x.z) + ") m would lie behind a wall");
 }

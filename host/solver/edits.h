@@ -26,7 +26,7 @@ class Rules {
     // Returns the law that the object had.
     Plasticity set_material(int object, const Material<double>& material);
     void set_gravity(Vec3<double> gravity);
-    void set_walls(const Walls<double>& walls);
+    void set_walls(const WallRule& walls);
     void set_tools(const Rig& rig, const std::vector<Tool<double>>& tools);
 
     void check_object(int object) const;

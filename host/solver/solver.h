@@ -28,7 +28,7 @@ struct StepRule {
 
 struct Setup {
     Lattice<double> lattice{};
-    Walls<double> walls{};
+    WallRule walls{};
     Vec3<double> gravity{};                   // [m/s^2]
     std::vector<Material<double>> materials;  // one per object
     std::vector<Particle<double>> particles;
@@ -125,7 +125,8 @@ class Solver {
     virtual void set_material(int object, const Material<double>& material);
     virtual void move(int object, const RigidMotion<double>& motion);
     virtual void set_gravity(Vec3<double> gravity);  // [m/s^2]
-    virtual void set_walls(const Walls<double>& walls);
+    // Clay behind a face is put onto it by the next substep.
+    virtual void set_walls(const WallRule& walls);
     // All tools at once. The motions of later frames are of this rig.
     virtual void set_tools(const Rig& rig, const std::vector<Tool<double>>& tools);
     // The setup as edited, without particles. A removed object's material is all zero.

@@ -110,7 +110,7 @@ __global__ void to_particles(World w, Cloud cloud, Colliders<float> tools, Mask 
     q.e = advance_b(q.e, q.C, w.dt);
     q.x = q.x + w.dt * q.v;
     project(q, tools, all, 1);
-    confine(q, w.lattice, w.walls);
+    confine(q, w.walls);
     yield(q, w.clay, w.dt);
     cloud.store(i, q);
 }
@@ -206,8 +206,10 @@ class Simulation {
           tools(cones.tools)
     {
         world.lattice = {{n, n, n}, scene.at("dx").get<float>()};
-        world.walls = {scene.at("margin").get<int>(), ContactMode::separate,
-                       scene.at("wall_friction").get<float>()};
+        world.walls = walls_on<float>(
+            world.lattice,
+            walls_inside(world.lattice, scene.at("margin").get<int>(), ContactMode::separate,
+                         scene.at("wall_friction").get<double>()));
         world.gravity = vector(scene.at("gravity"));
         world.clay = clay_of(scene);
         world.dt = scene.at("dt").get<float>();

@@ -331,7 +331,7 @@ TYPED_TEST(ContactTest, APlaneIsWhereItIsForNodesAndParticlesAlikeAtEveryFractio
 {
     using R = TypeParam;
     const Lattice<R> lattice{{16, 16, 16}, R(1) / 16};
-    const Walls<R> walls{2, ContactMode::slip, 0};
+    const Walls<R> walls = walls_on<R>(lattice, walls_inside(lattice, 2, ContactMode::slip, 0));
     for (int tenth = 0; tenth < 20; ++tenth) {
         const double height = (5 + (tenth + 0.5) / 20) / 16;
         Rig<R> rig;  // the upper face of a slab far wider than the box

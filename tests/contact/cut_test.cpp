@@ -20,7 +20,7 @@ Setup block(bool blade, int cells = 10)
 {
     Setup s;
     s.lattice = {{nodes, nodes, nodes}, dx};
-    s.walls = {3, ContactMode::separate, 0.4};
+    s.walls = walls_inside(s.lattice, 3, ContactMode::separate, 0.4);
     s.gravity = {0, -9.81, 0};
     Material<double> m{};
     m.elasticity = Elasticity::neo_hookean, m.plasticity = Plasticity::von_mises;

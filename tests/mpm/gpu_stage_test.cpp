@@ -119,7 +119,7 @@ struct View {
     Material<float> material;
     explicit View(const knead::Setup& s)
         : lattice{s.lattice.size, float(s.lattice.dx)},
-          walls{s.walls.margin, s.walls.mode, float(s.walls.friction)},
+          walls(walls_on<float>(s.lattice, s.walls)),
           material(cast<float>(s.materials[0]))
     {
     }
@@ -175,7 +175,7 @@ Particle<float> moved(const knead::Setup& s, Particle<float> q,
     q.e = advance_b(q.e, q.C, float(dt));
     q.x = q.x + float(dt) * q.v;
     project(q, t.colliders, t.every, s.passes);
-    confine(q, v.lattice, v.walls);
+    confine(q, v.walls);
     yield(q, v.material, float(dt));
     repair(q, before);
     return q;
@@ -348,7 +348,8 @@ TEST_F(GpuStage, ASortOrdersTheParticlesByCellAndChangesNoneOfThem)
         const bool crowded = given >= 6;
         knead::Setup s = turmoil(nodes, Plasticity::von_mises);
         s.deterministic = given % 2;
-        s.walls.margin = 2;  // the smallest ball would be beyond walls of more
+        // The smallest ball would be beyond walls of more nodes.
+        s.walls = walls_inside(s.lattice, 2, s.walls.mode, s.walls.friction);
         if (crowded)
             for (Particle<double>& q : s.particles) q.x = s.particles[0].x;
         const auto key = [v = View(s), &s](int i) {

@@ -20,7 +20,8 @@ TYPED_TEST_SUITE(GuardTest, Scalars);
 template <class R>
 struct NodeArrays {
     Lattice<R> lattice{{16, 20, 24}, R(0.1)};
-    Walls<R> walls{3, ContactMode::separate, R(0.5)};
+    WallRule rule = walls_inside(lattice, 3, ContactMode::separate, 0.5);
+    Walls<R> walls = walls_on<R>(lattice, rule);
     bool clipped = false;
 
     Node<R> update(const Node<R>& node, Int3 n, Vec3<R> gravity = {}, R dt = R(1e-3))
@@ -113,25 +114,25 @@ TYPED_TEST(GuardTest, AParticleBehindAWallComesBackAndStops)
     NodeArrays<R> box;
     Particle<R> q{};
     q.x = {R(0.1), R(5), R(1)}, q.v = {-1, 1, 3};
-    EXPECT_TRUE(confine(q, box.lattice, box.walls));
+    EXPECT_TRUE(confine(q, box.walls));
     EXPECT_EQ(q.x.x, box.lattice.dx * R(3));
     EXPECT_EQ(q.x.y, box.lattice.dx * R(16));
     EXPECT_EQ(q.x.z, R(1));
     EXPECT_EQ(q.v.x, 0);
     EXPECT_EQ(q.v.y, 0);
     EXPECT_EQ(q.v.z, 3);
-    EXPECT_FALSE(confine(q, box.lattice, box.walls));
+    EXPECT_FALSE(confine(q, box.walls));
     q.x.y = R(1.6) + R(0.012), q.v.y = 1;  // on the wall within what its nodes may do
-    EXPECT_FALSE(confine(q, box.lattice, box.walls));
+    EXPECT_FALSE(confine(q, box.walls));
     EXPECT_EQ(q.x.y, box.lattice.dx * R(16));
     EXPECT_EQ(q.v.y, 0);
     q.x.y = R(1.6) + R(0.013);
-    EXPECT_TRUE(confine(q, box.lattice, box.walls));
+    EXPECT_TRUE(confine(q, box.walls));
     // Wherever it is confined to, its stencil stays within the lattice.
-    box.walls.margin = 2;
+    box.walls = walls_on<R>(box.lattice, walls_inside(box.lattice, 2, ContactMode::slip, 0));
     for (const R far : {R(-1e6), R(1e6)}) {
         q.x = {far, far, far};
-        confine(q, box.lattice, box.walls);
+        confine(q, box.walls);
         const Int3 base = base_node(q.x, box.lattice.dx);
         EXPECT_TRUE(base.x >= 0 && base.y >= 0 && base.z >= 0);
         EXPECT_TRUE(base.x + 2 < box.lattice.size.x && base.y + 2 < box.lattice.size.y &&
@@ -139,8 +140,36 @@ TYPED_TEST(GuardTest, AParticleBehindAWallComesBackAndStops)
     }
 }
 
-// A stencil at the wall also reaches the first node above it, which may come down at a cell per
-// substep with a weight of 1/8.
+// Nodes on and behind a face are held, wherever between two nodes it stands; one that is off a node
+// by rounding, or by what six decimals leave out, stands on it.
+TYPED_TEST(GuardTest, AWallHoldsTheNodesOnAndBehindItAndNoOther)
+{
+    using R = TypeParam;
+    NodeArrays<R> box;
+    const double dx = double(box.lattice.dx);
+    const Node<R> node{{R(-0.5), R(-0.7), R(-0.9)}, R(1)}, up{{0, R(0.7), 0}, R(1)};
+    struct {
+        double min, max;  // of y, in cells
+        int first, last;  // free nodes
+    } const cases[] = {{3, 16, 4, 15},
+                       {3.5, 15.5, 4, 15},
+                       {3.01, 15.99, 4, 15},
+                       {2.99, 16.01, 3, 16},
+                       {3.99, 15.01, 4, 15},
+                       {3 - 1e-6, 16 + 1e-6, 4, 15},
+                       {3 + 1e-6, 16 - 1e-6, 4, 15}};
+    for (const auto& c : cases) {
+        box.rule.min.y = dx * c.min, box.rule.max.y = dx * c.max;
+        box.walls = walls_on<R>(box.lattice, box.rule);
+        for (int y = 0; y < box.lattice.size.y; ++y) {
+            EXPECT_EQ(box.update(node, {8, y, 8}).p.y == 0, y < c.first) << c.min << ' ' << y;
+            EXPECT_EQ(box.update(up, {8, y, 8}).p.y == 0, y > c.last) << c.max << ' ' << y;
+        }
+    }
+}
+
+// A stencil at the wall also reaches free nodes, which may come down at a cell per substep: on a
+// node's place with a weight of 1/8.
 TYPED_TEST(GuardTest, AParticleSinksIntoAWallByAnEighthOfACellAtMostAndThatIsNoEscape)
 {
     using R = TypeParam;
@@ -150,7 +179,7 @@ TYPED_TEST(GuardTest, AParticleSinksIntoAWallByAnEighthOfACellAtMostAndThatIsNoE
     for (int round = 0; round < 20000; ++round) {
         NodeArrays<R> box;
         box.walls.mode = ContactMode(draw.below(3));
-        const R dx = box.lattice.dx, floor = 3 * dx, limit = dx / dt;
+        const R dx = box.lattice.dx, floor = box.walls.min.y, limit = dx / dt;
         Particle<R> q{};
         q.x = {R(draw.in(0.5, 0.9)), floor + dx * R(draw.below(4) ? draw.in(0, 2) : 0),
                R(draw.in(0.5, 0.9))};
@@ -162,11 +191,41 @@ TYPED_TEST(GuardTest, AParticleSinksIntoAWallByAnEighthOfACellAtMostAndThatIsNoE
         });
         q.x = q.x + dt * q.v;
         deepest = std::fmax(deepest, double((floor - q.x.y) / dx));
-        EXPECT_FALSE(confine(q, box.lattice, box.walls));
+        EXPECT_FALSE(confine(q, box.walls));
         EXPECT_GE(q.x.y, floor);
     }
     EXPECT_GT(deepest, 0.12);
     EXPECT_LT(deepest, 0.125 + either<R>(1e-5, 1e-13));
+}
+
+// The same of a wall between two nodes: as deep as the free ones weigh at the wall.
+TYPED_TEST(GuardTest, IntoAWallBetweenNodesAParticleSinksAsDeepAsTheFreeOnesWeighAndNotDeeper)
+{
+    using R = TypeParam;
+    const R dt = R(1e-3);
+    for (const double behind : {0.0, 0.1, 0.3, 0.49, 0.51, 0.7, 0.9, 0.99}) {
+        NodeArrays<R> box;
+        const R dx = box.lattice.dx, limit = dx / dt;
+        box.rule.min.y += behind * double(dx);
+        box.walls = walls_on<R>(box.lattice, box.rule);
+        double deepest = 0;
+        for (int above = 0; above <= 100; ++above) {
+            Particle<R> q{};
+            q.x = {R(0.7), box.walls.min.y + R(0.01 * above) * dx, R(0.8)};
+            const Stencil<R> s = stencil(q.x, dx);
+            gather(q, s, dx, [&](Int3 step) {
+                return box.update({{0, -limit, 0}, 1}, s.base + step, {}, dt).p;
+            });
+            q.x = q.x + dt * q.v;
+            deepest = std::fmax(deepest, double((box.walls.min.y - q.x.y) / dx));
+            EXPECT_FALSE(confine(q, box.walls)) << behind << ' ' << above;
+            EXPECT_GE(q.x.y, box.walls.min.y);
+        }
+        EXPECT_NEAR(deepest, sinking(behind) - 0.001, either<R>(1e-5, 1e-13)) << behind;
+        Particle<R> q{};
+        q.x = {R(0.7), box.walls.min.y - R(sinking(behind) + 0.001) * dx, R(0.8)};
+        EXPECT_TRUE(confine(q, box.walls)) << behind;
+    }
 }
 
 TYPED_TEST(GuardTest, ANumberThatIsNoneIsRepairedInWhateverFieldItIsBorn)

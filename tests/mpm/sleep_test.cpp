@@ -48,7 +48,7 @@ Given scene(Int3 cells, double yield = 0)
 {
     Given s;
     s.lattice = {cells, dx};
-    s.walls = {3, ContactMode::sticky, 0.4};
+    s.walls = walls_inside(s.lattice, 3, ContactMode::sticky, 0.4);
     Material<double> m{};
     m.elasticity = Elasticity::neo_hookean,
     m.plasticity = yield > 0 ? Plasticity::von_mises : Plasticity::none;

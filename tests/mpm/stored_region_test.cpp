@@ -81,7 +81,7 @@ TEST(Window, WhereverClayIsPushedItsStencilIsStored)
 
 TEST(Window, FreeIsWhatIsWithinTheWallsAndStored)
 {
-    const Walls<float> walls{3, ContactMode::slip, 0};
+    const Walls<float> walls = walls_on<float>(whole, walls_inside(whole, 3, ContactMode::slip, 0));
     const Lattice<float> l = boxed(whole, {8, 0, 8}, {40, 20, 32});
     const Region stored = stored_region(l), free = free_region(l, walls);
     EXPECT_EQ(free.min.x, stored.min.x);

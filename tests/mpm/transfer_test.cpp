@@ -22,7 +22,7 @@ TYPED_TEST_SUITE(TransferTest, Scalars);
 template <class R>
 struct World {
     Lattice<R> lattice{{24, 24, 24}, R(1) / 24};
-    Walls<R> walls{2, ContactMode::separate, 0};
+    Walls<R> walls = walls_on<R>(lattice, walls_inside(lattice, 2, ContactMode::separate, 0));
     Material<R> material{};
     std::vector<Particle<R>> particles;
     std::vector<Node<R>> nodes;

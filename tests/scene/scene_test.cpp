@@ -53,7 +53,8 @@ TEST_F(SceneFile, DefaultsAreThoseOfThePapersLattice)
     const Scene s = scene(ball);
     EXPECT_EQ(s.setup.lattice.size.x, 64);
     EXPECT_DOUBLE_EQ(s.setup.lattice.dx, 1.0 / 64);
-    EXPECT_EQ(s.setup.walls.margin, 3);
+    EXPECT_DOUBLE_EQ(s.setup.walls.min.y, 3.0 / 64);
+    EXPECT_DOUBLE_EQ(s.setup.walls.max.y, 60.0 / 64);
     EXPECT_EQ(s.surface.lattice.size.x, 128);
     EXPECT_FALSE(s.has_hands);
     EXPECT_EQ(s.objects[0].preset, "jelly");

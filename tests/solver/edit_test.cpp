@@ -159,12 +159,12 @@ TEST_P(Edit, GravityWallsAndToolsAreAsIfTheyHadBeenSo)
         make,
         [&](Solver& s) {
             s.set_gravity({0, 3, -9.81});
-            s.set_walls({4, ContactMode::sticky, 0.1});
+            s.set_walls(walls_inside(other.lattice, 4, ContactMode::sticky, 0.1));
             s.set_tools(other.rig, other.tools);
         },
         [&](Scene& s) {
             s.gravity = {0, 3, -9.81};
-            s.walls = {4, ContactMode::sticky, 0.1};
+            s.walls = walls_inside(other.lattice, 4, ContactMode::sticky, 0.1);
             s.rig = other.rig, s.tools = other.tools;
         });
 }

@@ -271,7 +271,9 @@ TEST_F(GpuSolver, RefusesWhatDoesNotHangTogether)
     refuses([](knead::Setup& s) { s.particles[3].object = 1; });
     refuses([](knead::Setup& s) { s.particles.clear(); });
     refuses([](knead::Setup& s) { s.lattice.size.x = 33; });
-    refuses([](knead::Setup& s) { s.walls.margin = 1; });
+    refuses([](knead::Setup& s) { s.walls.min.y = s.lattice.dx; });
+    refuses([](knead::Setup& s) { s.walls.max.z = 30 * s.lattice.dx; });
+    refuses([](knead::Setup& s) { s.walls.min.x = s.walls.max.x; });
     refuses([](knead::Setup& s) { s.rig.primitives[0].sphere[1] = 99; });
     refuses([](knead::Setup& s) { s.rig.primitives[1].tool = 2; });
     refuses([](knead::Setup& s) { s.rig.spheres[1].joint[2] = -1; });

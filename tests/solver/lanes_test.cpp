@@ -190,7 +190,7 @@ Given two_balls()
 {
     Given s;
     s.lattice = {{32, 32, 32}, dx};
-    s.walls = {3, ContactMode::separate, 0.4};
+    s.walls = walls_inside(s.lattice, 3, ContactMode::separate, 0.4);
     s.gravity = {0, -9.81, 0};
     s.materials = {clay<double>(Elasticity::neo_hookean, Plasticity::von_mises),
                    clay<double>(Elasticity::hencky, Plasticity::drucker_prager)};

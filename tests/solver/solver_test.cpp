@@ -48,7 +48,7 @@ Given ball(int nodes, double diameter, Vec3<double> centre, const Material<doubl
 {
     Given s;
     s.lattice = {{nodes, nodes, nodes}, 1.0 / nodes};
-    s.walls = {3, ContactMode::separate, 0.4};
+    s.walls = walls_inside(s.lattice, 3, ContactMode::separate, 0.4);
     Material<double> m = material;
     const double dx = s.lattice.dx;
     m.volume = dx * dx * dx / 8, m.mass = m.volume * m.density;

@@ -36,7 +36,7 @@ void CpuSolver<R>::apply_rules()
     materials.clear();
     for (const Material<double>& m : setup.materials) materials.push_back(cast<R>(m));
     gravity = cast<R>(setup.gravity);
-    walls = {setup.walls.margin, setup.walls.mode, R(setup.walls.friction)};
+    walls = walls_on<R>(setup.lattice, setup.walls);
     for (int f = 0; f < (posed.blades ? 3 : 1); ++f)
         grid[f].resize(std::size_t(lattice.node_count()));
     split.resize(posed.blades ? std::size_t(lattice.block_count()) : 0);
@@ -148,7 +148,7 @@ void CpuSolver<R>::set_gravity(Vec3<double> to)
 }
 
 template <class R>
-void CpuSolver<R>::set_walls(const Walls<double>& to)
+void CpuSolver<R>::set_walls(const WallRule& to)
 {
     book.set_walls(to);
     by_id();

@@ -19,7 +19,7 @@ template <class R>
 CpuSolver<R>::CpuSolver(const Setup& given)
     : book(given),
       lattice{given.lattice.size, R(given.lattice.dx)},
-      walls{given.walls.margin, given.walls.mode, R(given.walls.friction)},
+      walls(walls_on<R>(given.lattice, given.walls)),
       gravity(cast<R>(given.gravity)),
       threads(given.threads > 0 ? given.threads : omp_get_max_threads()),
       posed(given, lattice),
@@ -315,11 +315,12 @@ bool CpuSolver<R>::keep_out(const Group<R>& group, int block, Counts& c)
     const bool tools = setup.passes > 0 && posed.near[std::size_t(block)];
     const Int3 corner = 4 * lattice.block_at(block);
     // A particle of the block has moved by less than a cell.
-    const auto near_wall = [&](int from, int size) {
-        return from <= walls.margin + 1 || from + 6 >= size - 1 - walls.margin;
+    const auto near_wall = [](int from, int first, int free) {
+        return from <= first || from + 6 >= first + free;
     };
-    if (!tools && !near_wall(corner.x, lattice.size.x) && !near_wall(corner.y, lattice.size.y) &&
-        !near_wall(corner.z, lattice.size.z))
+    if (!tools && !near_wall(corner.x, walls.first.x, walls.free.x) &&
+        !near_wall(corner.y, walls.first.y, walls.free.y) &&
+        !near_wall(corner.z, walls.first.z, walls.free.z))
         return false;
     const Colliders<R> colliders = posed.colliders();
     for (int l = 0; l < group.size; ++l) {
@@ -331,7 +332,7 @@ bool CpuSolver<R>::keep_out(const Group<R>& group, int block, Counts& c)
             c.projected += depth > 0;
             c.depth = std::max(c.depth, double(depth));
         }
-        c.confined += confine(p, lattice, walls);
+        c.confined += confine(p, walls);
     }
     return true;
 }

@@ -56,7 +56,7 @@ class CpuSolver : public Solver {
     void set_material(int object, const Material<double>& material) override;
     void move(int object, const RigidMotion<double>& motion) override;
     void set_gravity(Vec3<double> to) override;
-    void set_walls(const Walls<double>& to) override;
+    void set_walls(const WallRule& to) override;
     void set_tools(const Rig& rig, const std::vector<Tool<double>>& tools) override;
     const Setup& rules() const override { return setup; }
     std::shared_ptr<const Snapshot> snapshot() const override;

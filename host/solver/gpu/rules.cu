@@ -65,7 +65,7 @@ void Store::set_rules(const Rules& rules)
     fill(materials, each);
     all.materials = {each.empty() ? Material<float>{} : each[0], materials.data(),
                      int(each.size())};
-    all.walls = {setup.walls.margin, setup.walls.mode, float(setup.walls.friction)};
+    all.walls = walls_on<float>(setup.lattice, setup.walls);
     all.gravity = cast<float>(setup.gravity);
     all.limits = step_limits(setup);
     // No speed that the lattice can carry at a hundredth of the longest stable substep is lost.

@@ -29,7 +29,7 @@ class GpuSolver : public Solver {
     void set_material(int object, const Material<double>& material) override;
     void move(int object, const RigidMotion<double>& motion) override;
     void set_gravity(Vec3<double> gravity) override;
-    void set_walls(const Walls<double>& walls) override;
+    void set_walls(const WallRule& walls) override;
     void set_tools(const Rig& rig, const std::vector<Tool<double>>& tools) override;
     const Setup& rules() const override { return book->setup(); }
     std::shared_ptr<const Snapshot> snapshot() const override;

@@ -125,7 +125,7 @@ void GpuSolver::set_gravity(Vec3<double> gravity)
     edited();
 }
 
-void GpuSolver::set_walls(const Walls<double>& walls)
+void GpuSolver::set_walls(const WallRule& walls)
 {
     check_idle();
     Rules next = *book;

@@ -16,17 +16,10 @@ void require(bool fact, const std::string& otherwise)
 
 void check_particles(const Setup& s)
 {
-    const double dx = s.lattice.dx;
-    const Int3 size = s.lattice.size;
-    const auto inside = [&](double x, int n) {
-        return x >= dx * s.walls.margin * (1 - 1e-6) &&
-               x <= dx * (n - 1 - s.walls.margin) * (1 + 1e-6);
-    };
     for (std::size_t i = 0; i < s.particles.size(); ++i) {
         const Particle<double>& q = s.particles[i];
         const std::string name = "particle " + std::to_string(i);
-        require(inside(q.x.x, size.x) && inside(q.x.y, size.y) && inside(q.x.z, size.z),
-                name + " lies outside of the walls");
+        require(between(s.walls, q.x, s.lattice.dx), name + " lies outside of the walls");
         require(q.object >= 0 && q.object < int(s.materials.size()),
                 name + " has no material " + std::to_string(q.object));
     }
@@ -39,8 +32,8 @@ void check(const Setup& s)
             "the lattice needs multiples of 4 nodes along each axis");
     require(double(n.x) * n.y * n.z < 2147483648.0, "the lattice has 2^31 nodes or more");
     require(s.lattice.dx > 0 && std::isfinite(s.lattice.dx), "the lattice needs a spacing > 0");
-    require(s.walls.margin >= 2 && 2 * s.walls.margin + 2 < std::min({n.x, n.y, n.z}),
-            "the walls need a margin of at least 2 nodes, and room between them");
+    require(has_room(s.lattice, s.walls),
+            "the walls need 2 nodes of the lattice beyond each, and room between them");
     require(!s.particles.empty() && s.particles.size() < 200000000,
             "1 to 2e8 particles, not " + std::to_string(s.particles.size()));
     require(!s.materials.empty(), "no material");

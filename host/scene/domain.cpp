@@ -1,0 +1,120 @@
+#include "host/scene/domain.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+namespace knead {
+namespace {
+
+constexpr int max_cells = 1024;
+constexpr int beyond = 2;  // nodes beyond each wall
+
+// What the key that walls were given by would be today.
+[[noreturn]] void refuse_margin(ObjectReader& r, const Scene& scene, const Json& found)
+{
+    const Lattice<double>& l = scene.setup.lattice;
+    const int nodes = found.is_number_integer() ? found.get<int>() : 3;
+    const WallRule w = walls_inside(l, nodes, ContactMode::sticky, 0);
+    r.fail("margin",
+           fmt::format("walls in metres (as {} nodes of this lattice would be: \"min\": [{}, {}, "
+                       "{}], \"max\": [{}, {}, {}])",
+                       nodes, w.min.x, w.min.y, w.min.z, w.max.x, w.max.y, w.max.z),
+           described(found));
+}
+
+int in_blocks(int nodes) { return (nodes + block_edge - 1) / block_edge * block_edge; }
+
+// The nodes that a lattice of `size` along an axis lacks before its first, and how many it needs.
+struct Room {
+    int before, size;
+};
+Room room_for(double min, double max, double dx, int size)
+{
+    const HeldNodes held = held_nodes(min, max, dx);
+    const int before = held.below < beyond ? in_blocks(beyond - held.below) : 0;
+    return {before, std::max(size + before, in_blocks(before + held.above + beyond + 1))};
+}
+
+}  // namespace
+
+void read_domain(ObjectReader& r, Scene& scene)
+{
+    const double edge = r.number("edge", {0, 1000, "m", true}, 1.0);
+    Int3 cells{64, 64, 64};
+    const auto valid = [](double n) {
+        return n >= 8 && n <= max_cells && n == std::floor(n) && int(n) % block_edge == 0;
+    };
+    const auto refuse = [&](const Json& found) {
+        r.fail(
+            "cells",
+            fmt::format("a multiple of {} from 8 to {}, or three of them", block_edge, max_cells),
+            described(found));
+    };
+    if (const Json* given = r.find("cells")) {
+        int n[3];
+        for (std::size_t axis = 0; axis < 3; ++axis) {
+            if (given->is_array() && given->size() != 3) refuse(*given);
+            const Json& one = given->is_array() ? (*given)[axis] : *given;
+            if (!one.is_number() || !valid(one.get<double>())) refuse(one);
+            n[axis] = int(one.get<double>());
+        }
+        cells = {n[0], n[1], n[2]};
+    }
+    scene.setup.lattice = {cells, edge / max(cells.x, max(cells.y, cells.z))};
+}
+
+void read_walls(ObjectReader& r, Scene& scene)
+{
+    const Lattice<double>& l = scene.setup.lattice;
+    const double dx = l.dx, edge = dx * max(l.size.x, max(l.size.y, l.size.z));
+    const Vec3<double> domain{dx * l.size.x, dx * l.size.y, dx * l.size.z};
+    WallRule& walls = scene.setup.walls;
+    if (const Json* margin = r.find("margin")) refuse_margin(r, scene, *margin);
+    // Of 64 cells, 3 nodes inside the first and the last.
+    const double low = edge * 3 / 64, high = edge * 4 / 64;
+    walls.min = r.vector("min", {0, 1000, "m"}, {low, low, low});
+    walls.max = r.vector("max", {0, 1000, "m"}, domain - Vec3<double>{high, high, high});
+    const auto check = [&](const char* axis, double from, double to, double end) {
+        const double slack = 1e-9 * dx;
+        if (to <= end + slack && to - from >= 2 * dx - slack) return;
+        r.fail("max",
+               fmt::format("{} at least 2 cells, {:.6g} m, above min's {:.6g} m, and at most the "
+                           "domain's {:.6g} m",
+                           axis, 2 * dx, from, end),
+               fmt::format("{:.6g} m", to));
+    };
+    check("x", walls.min.x, walls.max.x, domain.x);
+    check("y", walls.min.y, walls.max.y, domain.y);
+    check("z", walls.min.z, walls.max.z, domain.z);
+    walls.mode = r.choice("touch", touches, ContactMode::sticky);
+    walls.friction = r.number("friction", {0, 10}, 0.4);
+}
+
+void move_in(Scene& scene)
+{
+    Lattice<double>& lattice = scene.setup.lattice;
+    WallRule& walls = scene.setup.walls;
+    const double dx = lattice.dx;
+    const Int3 was = lattice.size;
+    const Room x = room_for(walls.min.x, walls.max.x, dx, was.x),
+               y = room_for(walls.min.y, walls.max.y, dx, was.y),
+               z = room_for(walls.min.z, walls.max.z, dx, was.z);
+    if (x.size == was.x && y.size == was.y && z.size == was.z) return;
+    lattice = {{x.size, y.size, z.size}, dx};
+    Lattice<float>& fine = scene.surface.lattice;
+    const auto along = [](int nodes, int from, int to) {
+        return in_blocks(int(std::ceil(double(nodes) / from * to - 1e-9)));
+    };
+    fine = {{along(fine.size.x, was.x, x.size), along(fine.size.y, was.y, y.size),
+             along(fine.size.z, was.z, z.size)},
+            fine.dx};
+
+    scene.origin = -dx * Vec3<double>{double(x.before), double(y.before), double(z.before)};
+    walls.min = walls.min - scene.origin, walls.max = walls.max - scene.origin;
+    for (Object& o : scene.objects) o.centre = o.centre - scene.origin;
+    scene.hands.at = scene.hands.at - scene.origin;
+    scene.eye = scene.eye - scene.origin, scene.target = scene.target - scene.origin;
+}
+
+}  // namespace knead

@@ -1,0 +1,259 @@
+// Walls in metres: whatever the lattice, floor and objects stand where the scene says.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+
+#include "host/base/errors.h"
+#include "host/hands/filter.h"
+#include "host/scene/seed.h"
+#include "host/session/session.h"
+#include "tests/folder.h"
+
+namespace knead {
+namespace {
+namespace fs = std::filesystem;
+
+const std::string ball = R"({
+    "schema": "knead.scene/1",
+    "objects": [{"centre": [0.5, 0.25, 0.5], "diameter": 0.4}],
+    "hands": {},
+    "camera": {"eye": [1, 2, 3], "target": [0.5, 0.25, 0.5]}
+})";
+
+#define EXPECT_SAYS(text, part) EXPECT_NE(std::string(text).find(part), std::string::npos) << text
+
+class Domain : public InFolder {
+  protected:
+    Scene scene(const std::vector<std::string>& settings) const
+    {
+        const fs::path path = folder / "scene.json";
+        std::ofstream(path) << ball;
+        return read_scene(path.string(), settings);
+    }
+    std::string complaint(const std::vector<std::string>& settings) const
+    {
+        try {
+            Scene read = scene(settings);
+            build(read, std::size_t(1) << 33);
+        } catch (const InputError& e) {
+            return e.what();
+        }
+        return "";
+    }
+};
+
+std::vector<std::string> shipped()
+{
+    std::vector<std::string> paths;
+    for (const auto& entry : fs::directory_iterator("scenes"))
+        if (entry.path().extension() == ".json") paths.push_back(entry.path().string());
+    std::sort(paths.begin(), paths.end());
+    return paths;
+}
+
+struct Extent {
+    Vec3<double> low{1e9, 1e9, 1e9}, high{-1e9, -1e9, -1e9};
+};
+
+// Of each object's particles, in the frame of the scene's file.
+std::vector<Extent> extents(const Scene& scene, const std::vector<Particle<double>>& particles)
+{
+    std::vector<Extent> all(scene.objects.size());
+    for (const Particle<double>& q : particles) {
+        const Vec3<double> x = q.x + scene.origin;
+        Extent& e = all[std::size_t(q.object)];
+        e.low = {std::min(e.low.x, x.x), std::min(e.low.y, x.y), std::min(e.low.z, x.z)};
+        e.high = {std::max(e.high.x, x.x), std::max(e.high.y, x.y), std::max(e.high.z, x.z)};
+    }
+    return all;
+}
+
+double apart(Vec3<double> a, Vec3<double> b)
+{
+    return std::max({std::abs(a.x - b.x), std::abs(a.y - b.y), std::abs(a.z - b.z)});
+}
+
+// Walls where the file has them, two nodes of the lattice beyond each, and room between.
+void expect_walls(const Scene& scene, const WallRule& wanted)
+{
+    const Setup& s = scene.setup;
+    EXPECT_LT(apart(s.walls.min + scene.origin, wanted.min), 1e-12);
+    EXPECT_LT(apart(s.walls.max + scene.origin, wanted.max), 1e-12);
+    const Walls<double> walls = walls_on<double>(s.lattice, s.walls);
+    const auto axis = [&](double min, double max, int first, int free, int size) {
+        EXPECT_GE(first, 3);
+        EXPECT_GT(free, 0);
+        EXPECT_LE(first + free, size - 3);
+        EXPECT_EQ(size % block_edge, 0);
+        // The face lies between the last node that is held and the first that is free.
+        EXPECT_GE(min, s.lattice.dx * (first - 1 - 1e-3));
+        EXPECT_LT(min, s.lattice.dx * first);
+        EXPECT_GT(max, s.lattice.dx * (first + free - 1));
+        EXPECT_LE(max, s.lattice.dx * (first + free + 1e-3));
+    };
+    const Int3 size = s.lattice.size;
+    axis(s.walls.min.x, s.walls.max.x, walls.first.x, walls.free.x, size.x);
+    axis(s.walls.min.y, s.walls.max.y, walls.first.y, walls.free.y, size.y);
+    axis(s.walls.min.z, s.walls.max.z, walls.first.z, walls.free.z, size.z);
+    // The surface's lattice reaches as far.
+    const Lattice<float>& fine = scene.surface.lattice;
+    EXPECT_GE(double(fine.dx) * fine.size.x, s.lattice.dx * size.x * (1 - 1e-6));
+    EXPECT_GE(double(fine.dx) * fine.size.y, s.lattice.dx * size.y * (1 - 1e-6));
+    EXPECT_GE(double(fine.dx) * fine.size.z, s.lattice.dx * size.z * (1 - 1e-6));
+}
+
+TEST(ShippedScenes, OnTheirOwnLatticeTheSimulationsFrameIsTheFiles)
+{
+    for (const std::string& path : shipped()) {
+        const Scene scene = read_scene(path);
+        EXPECT_EQ(length(scene.origin), 0) << path;
+        EXPECT_EQ(scene.setup.lattice.size.x, path == "scenes/demo.json" ? 48 : 64) << path;
+    }
+}
+
+TEST(ShippedScenes, FloorAndObjectsStandWhereTheyWereOn16To192Cells)
+{
+    ASSERT_GE(shipped().size(), 10u);
+    for (const std::string& path : shipped()) {
+        const Scene own = read_scene(path);
+        for (const int cells : {16, 24, 32, 48, 64, 96, 128, 192}) {
+            SCOPED_TRACE(path + " on " + std::to_string(cells));
+            std::vector<std::string> settings{"domain.cells=" + std::to_string(cells)};
+            // Of the fine ones the places are what matters, not the number of particles.
+            for (std::size_t i = 0; cells > 64 && i < own.objects.size(); ++i)
+                settings.push_back("objects." + std::to_string(i) + ".per_cell=1");
+            Scene scene = read_scene(path, settings);
+            EXPECT_NEAR(scene.setup.lattice.dx, 1.0 / cells, 1e-15);
+            expect_walls(scene, own.setup.walls);
+            build(scene, std::size_t(1) << 34);
+            const std::vector<Extent> found = extents(scene, scene.setup.particles);
+            const double dx = scene.setup.lattice.dx;
+            for (std::size_t i = 0; i < own.objects.size(); ++i) {
+                const Object& o = own.objects[i];
+                EXPECT_LT(apart(found[i].low, o.centre - 0.5 * o.size), dx) << o.name;
+                EXPECT_LT(apart(found[i].high, o.centre + 0.5 * o.size), dx) << o.name;
+                EXPECT_GE(found[i].low.y, own.setup.walls.min.y) << o.name;
+            }
+            EXPECT_LT(apart(scene.hands.at + scene.origin, own.hands.at), 1e-12);
+            EXPECT_LT(apart(scene.eye + scene.origin, own.eye), 1e-12);
+            EXPECT_LT(apart(scene.target + scene.origin, own.target), 1e-12);
+        }
+    }
+}
+
+TEST(ShippedScenes, RunAFrameOnCoarseLatticesAndOnTheirOwn)
+{
+    for (const std::string& path : shipped())
+        for (const int cells : {16, 24, 32, 64}) {
+            SCOPED_TRACE(path + " on " + std::to_string(cells));
+            std::vector<std::string> settings{"domain.cells=" + std::to_string(cells)};
+            if (cells > 32) settings.insert(settings.end(), {"clock=paper", "paper.substeps=2"});
+            Scene scene = read_scene(path, settings);
+            const WallRule walls = scene.setup.walls;
+            build(scene, std::size_t(1) << 33);
+            const std::vector<Extent> before = extents(scene, scene.setup.particles);
+            const auto solver = cpu_solver(scene.setup);
+            RunRule rule;
+            rule.frames = 1;
+            std::unique_ptr<HandSource> hands;
+            if (scene.has_hands) hands = std::make_unique<HandSource>(hands_of(scene), scene.hands);
+            const RunRecord record = run_frames(scene, *solver, hands.get(), rule, {});
+            ASSERT_EQ(record.end, End::complete) << record.trouble;
+            const FrameStats& stats = record.rows.back().stats;
+            EXPECT_EQ(stats.clipped + stats.confined + stats.repaired, 0);
+            // A record's places are those of the file.
+            Scene file = scene;
+            file.origin = {};
+            const std::vector<Extent> after = extents(file, record.last_good);
+            for (std::size_t i = 0; i < before.size(); ++i) {
+                EXPECT_LT(apart(after[i].low, before[i].low), scene.setup.lattice.dx);
+                EXPECT_LT(apart(after[i].high, before[i].high), scene.setup.lattice.dx);
+                EXPECT_GE(after[i].low.y, walls.min.y + scene.origin.y - 1e-6);
+            }
+        }
+}
+
+TEST_F(Domain, WallsStandInMetresAndTheirDefaultDoesNotFollowTheCells)
+{
+    for (const int cells : {8, 16, 64, 100}) {
+        const Scene s = scene({"domain.cells=" + std::to_string(cells)});
+        EXPECT_LT(apart(s.setup.walls.min + s.origin, {3.0 / 64, 3.0 / 64, 3.0 / 64}), 1e-12);
+        EXPECT_LT(apart(s.setup.walls.max + s.origin, {60.0 / 64, 60.0 / 64, 60.0 / 64}), 1e-12);
+    }
+    const Scene wide = scene({"domain={\"edge\": 2, \"cells\": [64, 32, 128]}"});
+    EXPECT_DOUBLE_EQ(wide.setup.walls.min.y + wide.origin.y, 2 * 3.0 / 64);
+    EXPECT_DOUBLE_EQ(wide.setup.walls.max.y + wide.origin.y, 0.5 - 2 * 4.0 / 64);
+}
+
+TEST_F(Domain, NodesThatAreMissingBeyondAWallAreAddedByWholeBlocks)
+{
+    const std::string at_ends = "walls={\"min\": [0, 0.1, 0], \"max\": [0.9, 1, 0.5]}";
+    const Scene s = scene({"domain.cells=32", at_ends});
+    expect_walls(s, {{0, 0.1, 0}, {0.9, 1, 0.5}, ContactMode::sticky, 0.4});
+    EXPECT_EQ(s.setup.lattice.size.x, 36);
+    EXPECT_EQ(s.setup.lattice.size.y, 36);
+    EXPECT_EQ(s.setup.lattice.size.z, 36);
+    EXPECT_DOUBLE_EQ(s.origin.x, -4.0 / 32);
+    EXPECT_EQ(s.origin.y, 0);
+    EXPECT_DOUBLE_EQ(s.origin.z, -4.0 / 32);
+}
+
+TEST_F(Domain, WallsThatCannotBeAreRefused)
+{
+    EXPECT_SAYS(complaint({"walls.min=0.1"}), "/walls/min: expected three numbers");
+    EXPECT_SAYS(complaint({"walls.min=[-0.1,0,0]"}), "/walls/min/0");
+    EXPECT_SAYS(complaint({"walls.max=[0.9,1.1,0.9]"}), "/walls/max: expected y at least 2 cells");
+    EXPECT_SAYS(complaint({"walls.max=[0.9,0.9,0.06]"}), "/walls/max: expected z at least 2 cells");
+    EXPECT_SAYS(complaint({"walls.max=[0.9,0.9,0.06]"}), "found 0.06 m");
+}
+
+TEST_F(Domain, ASceneThatGivesItsWallsInNodesIsToldWhatToWrite)
+{
+    const std::string said = complaint({"walls.margin=3"});
+    EXPECT_SAYS(said, "/walls/margin: expected walls in metres");
+    EXPECT_SAYS(said, "\"min\": [0.046875, 0.046875, 0.046875]");
+    EXPECT_SAYS(said, "\"max\": [0.9375, 0.9375, 0.9375]");
+    EXPECT_SAYS(complaint({"walls.margin=many"}), "/walls/margin: expected walls in metres");
+}
+
+TEST_F(Domain, ComplaintsSpeakOfThePlacesInTheFile)
+{
+    for (const char* cells : {"domain.cells=16", "domain.cells=64"})
+        EXPECT_SAYS(complaint({cells, "objects.0.centre=[0.5,0.2,0.5]"}),
+                    "y from 0.046875 to 0.9375 m, found y from 0 to 0.4 m");
+}
+
+// The clay's spin is about the origin of the file's frame, too.
+TEST_F(Domain, ARecordSpeaksOfThePlacesInTheFile)
+{
+    Audit first[2];
+    for (int shifted = 0; shifted < 2; ++shifted) {
+        Scene s = scene({"domain.cells=48", "gravity=[0,0,0]", "objects.0.velocity=[1,2,3]",
+                         shifted ? "walls.min=[0,0,0]" : "walls.min=[0.046875,0.046875,0.046875]"});
+        EXPECT_EQ(length(s.origin) > 0, shifted == 1);
+        build(s, std::size_t(1) << 33);
+        const auto solver = cpu_solver(s.setup);
+        RunRule rule;
+        rule.frames = 1, rule.last_mesh = true;
+        const RunRecord record = run_frames(s, *solver, nullptr, rule, {});
+        first[shifted] = record.first;
+        const Vec3<double> middle =
+            s.objects[0].centre + s.origin + (1.0 / 90) * Vec3<double>{1, 2, 3};
+        Scene file = s;
+        file.origin = {};
+        const Extent e = extents(file, record.last_good)[0];
+        EXPECT_LT(apart(0.5 * (e.low + e.high), middle), s.setup.lattice.dx / 2);
+        Vec3<double> sum{};
+        for (const Vec3<float>& x : record.meshes.at(0).vertices) sum = sum + cast<double>(x);
+        EXPECT_LT(apart((1.0 / double(record.meshes[0].vertices.size())) * sum, middle), 0.005);
+        EXPECT_LT(length(record.rows.back().state.spin - record.first.spin),
+                  1e-3 * length(record.first.spin));
+    }
+    EXPECT_LT(length(first[1].spin - first[0].spin), 1e-2 * length(first[0].spin));
+}
+
+}  // namespace
+}  // namespace knead
