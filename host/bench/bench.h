@@ -9,7 +9,7 @@
 
 #include "cuda/mpm/particle.h"
 #include "host/bench/device.h"
-#include "host/hands/filter.h"
+#include "host/session/loop.h"
 #include "host/session/report.h"
 
 namespace knead {
@@ -146,16 +146,10 @@ class Bench {
     bool uncountable = false;
 };
 
-// Both hands in one of the scene's frames. Without hands they stand still at the origin, inactive.
-Motion motion_in(const Scene& scene, const HandSource* hands, int frame);
-// The scene's frames, from `first` on; `after` sees each, and ends the drive by answering false.
-struct DrivenFrame {
-    int index;  // from 0
-    double wall;
-    FrameStats stats;
-};
+// The scene's frames, from `first` of the hands on, until the recording or an interrupt ends them,
+// or `after`, which sees each, answers false. Throws what the solver throws.
 void drive(const Scene& scene, Solver& solver, const HandSource* hands, int first,
-           const std::function<bool(const DrivenFrame&)>& after);
+           const std::function<bool(const Frame&)>& after);
 // The same with every frame handed over while the one before is computed, each with a surface if
 // that is wanted; where the device makes it, not even that is waited for.
 struct QueuedFrames {

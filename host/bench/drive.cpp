@@ -3,7 +3,6 @@
 #include <chrono>
 #include <map>
 
-#include "host/base/interrupt.h"
 #include "host/bench/bench.h"
 #include "host/scene/seed.h"
 #include "host/session/session.h"
@@ -24,10 +23,11 @@ double since(Wall::time_point start)
 struct Gathered {
     struct Times {
         std::vector<double> frames, substeps, counts;
-        void add(const DrivenFrame& f)
+        void add(const Frame& f)
         {
             const int n = std::max(f.stats.substeps, 1);
-            frames.push_back(f.wall), substeps.push_back(f.wall / n), counts.push_back(n);
+            const double wall = f.times.solver;
+            frames.push_back(wall), substeps.push_back(wall / n), counts.push_back(n);
         }
     };
     Times apply_contact, apart;
@@ -35,12 +35,12 @@ struct Gathered {
     int timed = 0;
     FrameStats sum;
     long blocks = 0;
-    std::vector<int> touched_at;  // in the first repeat
-    int last = 0;
+    std::vector<int> touched_at;  // numbers of frames, in the first repeat
+    int last = 1;
 
-    // The frame amid those in contact, or the last.
+    // Number of the frame amid those in contact, or of the last.
     int middle() const { return touched_at.empty() ? last : touched_at[touched_at.size() / 2]; }
-    void add(const DrivenFrame& f)
+    void add(const Frame& f)
     {
         (f.stats.projected > 0 ? apply_contact : apart).add(f);
         ++timed;
@@ -48,8 +48,8 @@ struct Gathered {
         sum.repaired += f.stats.repaired;
         sum.moved += f.stats.moved, sum.substeps += f.stats.substeps;
         blocks = f.stats.active_blocks;
-        last = f.index;
-        if (medians.empty() && f.stats.projected > 0) touched_at.push_back(f.index);
+        last = f.number;
+        if (medians.empty() && f.stats.projected > 0) touched_at.push_back(f.number);
     }
     const Times& times() const { return apply_contact.frames.empty() ? apart : apply_contact; }
 };
@@ -61,8 +61,8 @@ void once(const Scene& scene, Solver& solver, const HandSource* hands, const Dri
     const int every =
         how.surfaces > 0 && how.frames > 0 ? std::max(1, how.frames / how.surfaces) : 0;
     Gathered mine;
-    drive(scene, solver, hands, first, [&](const DrivenFrame& f) {
-        const int timed = f.index - how.warm_up + 1;
+    drive(scene, solver, hands, first, [&](const Frame& f) {
+        const int timed = f.number - how.warm_up;
         if (timed > 0) {
             all.add(f);
             mine.add(f);
@@ -71,7 +71,7 @@ void once(const Scene& scene, Solver& solver, const HandSource* hands, const Dri
                 all.surfaces.push_back(spread(made.whole).median);
             }
         }
-        if (interrupted() || (how.frames > 0 && timed >= how.frames)) return false;
+        if (how.frames > 0 && timed >= how.frames) return false;
         return timed < 2 || since(begin) < how.limit / how.repeats;
     });
     if (mine.timed > 0) all.medians.push_back(spread(mine.times().substeps).median);
@@ -140,36 +140,25 @@ Counted counted_each(const std::vector<StageWork>& stages, double items, const B
     return all;
 }
 
-Motion motion_in(const Scene& scene, const HandSource* hands, int frame)
-{
-    Motion motion;
-    motion.from.resize(2 * joint_count, {{1, 0, 0, 0}, {0, 0, 0}});
-    motion.to = motion.from;
-    if (!hands) return motion;
-    bool before[side_count], active[side_count];
-    hands->sample(frame / scene.frame_rate, motion.from.data(), before);
-    hands->sample((frame + 1) / scene.frame_rate, motion.to.data(), active);
-    for (Side side : tool_sides(scene.hands)) motion.active.push_back(active[side]);
-    return motion;
-}
-
 void drive(const Scene& scene, Solver& solver, const HandSource* hands, int first,
-           const std::function<bool(const DrivenFrame&)>& after)
+           const std::function<bool(const Frame&)>& after)
 {
-    const int end = frames_wanted(scene, hands, 0);
-    for (int f = first; f < end; ++f) {
-        const Motion motion = motion_in(scene, hands, f);
-        const Wall::time_point start = Wall::now();
-        DrivenFrame frame{f - first, 0, solver.advance(motion, frame_duration(scene))};
-        frame.wall = since(start);
-        if (!after(frame)) return;
-    }
+    LoopRule rule = loop_rule(scene);
+    rule.first = first;
+    rule.frames = std::max(0, frames_wanted(scene, hands, 0) - first);
+    SessionLoop loop(solver, recorded_motion(hands, scene.hands), rule);
+    loop.watch([&](const Frame& f) {
+        if (!after(f)) loop.stop();
+    });
+    loop.run();
+    if (loop.failure()) std::rethrow_exception(loop.failure());
 }
 
 int first_touch(const Scene& scene, const HandSource& hands)
 {
     const Setup& setup = scene.setup;
     const std::vector<Side> sides = tool_sides(scene.hands);
+    const MotionSource moving = recorded_motion(&hands, scene.hands);
     PosedTools<double> tools(setup, setup.lattice);
     const std::vector<Vec3<double>> clay = samples(setup.particles);
     const int end = frames_wanted(scene, &hands, 0);
@@ -186,7 +175,7 @@ int first_touch(const Scene& scene, const HandSource& hands)
         return false;
     };
     for (int f = 0; f < end; ++f) {
-        const Motion motion = motion_in(scene, &hands, f);
+        const Motion motion = moving(f / scene.frame_rate, (f + 1) / scene.frame_rate);
         tools.activate(motion);
         tools.pose(motion, 0, 1, 1 / scene.frame_rate);
         bool all = !sides.empty();
@@ -202,8 +191,8 @@ void Bench::examine(const Scene& scene, const HandSource* hands, int first, int 
                     const Drive& how, BenchRow& row)
 {
     const std::unique_ptr<Solver> solver = make_solver(scene.setup, device);
-    drive(scene, *solver, hands, first, [&](const DrivenFrame& f) {
-        if (stopped() || f.index < frame) return !stopped();
+    drive(scene, *solver, hands, first, [&](const Frame& f) {
+        if (stopped() || f.number < frame) return true;
         if (how.stages) row.stages = solver->stage_times();
         if (how.counts)
             row.counted = counted_each(counted([&] { return solver->stage_counts(); }),

@@ -4,7 +4,6 @@
 
 #include "host/bench/bench.h"
 #include "host/session/session.h"
-#include "host/surface/gpu_surface.h"
 
 namespace knead {
 
@@ -14,30 +13,24 @@ QueuedFrames queued(const Scene& scene, Device device, const HandSource* hands, 
     using Wall = std::chrono::steady_clock;
     constexpr int warm_up = 4;
     const std::unique_ptr<Solver> solver = make_solver(scene.setup, device);
-    std::unique_ptr<GpuSurface> surface;
-    if (surfaces && solver->clay())
-        surface = std::make_unique<GpuSurface>(scene.setup.particles, scene.setup.materials,
-                                               scene.surface);
-    const double duration = frame_duration(scene);
-    const auto hand_over = [&](int k) {
-        solver->submit(motion_in(scene, hands, first + k), duration);
-        if (surface) surface->launch(*solver->clay());
-    };
+    LoopRule rule = loop_rule(scene);
+    rule.first = first;
+    rule.frames = std::min(frames + warm_up, frames_wanted(scene, hands, 0) - first);
     QueuedFrames all;
+    if (rule.frames <= warm_up + 1) return all;
+    SessionLoop loop(*solver, recorded_motion(hands, scene.hands), rule);
+    if (surfaces) loop.launch_surfaces();
     Wall::time_point start;
     long waits = 0;
-    const int end = std::min(frames + warm_up, frames_wanted(scene, hands, 0) - first);
-    if (end <= warm_up + 1) return all;
-    for (int k = 0; k < 2; ++k) hand_over(k), solver->collect();  // settle how frames run
-    hand_over(2);
-    for (int k = 3; k <= end; ++k) {
-        const long before = gpu_waits();
-        if (k < end) hand_over(k);
-        if (k > warm_up) waits += gpu_waits() - before;
-        solver->collect();  // the one before
-        if (k == warm_up) start = Wall::now();
-    }
-    all.frames = end - warm_up;
+    loop.watch([&](const Frame& f) {
+        if (f.number == 2) loop.hand_over_ahead();  // how frames run is settled now
+        if (f.number == warm_up) start = Wall::now();
+        if (f.number > warm_up + 1) waits += f.waits;  // handed over after the start
+    });
+    loop.run();
+    if (loop.failure()) std::rethrow_exception(loop.failure());
+    all.frames = loop.last().number - warm_up;
+    if (all.frames < 1) return {};
     all.frame = std::chrono::duration<double>(Wall::now() - start).count() / all.frames;
     all.waits = double(waits) / all.frames;
     return all;

@@ -90,7 +90,8 @@ void surface_case(Bench& bench, int cells, int nodes)
     bench.say(row.name);
     const std::unique_ptr<Solver> solver = make_solver(scene.setup, bench.device);
     drive(scene, *solver, &hands, std::max(0, first_touch(scene, hands)),
-          [](const DrivenFrame& f) { return f.index < 3; });
+          [](const Frame& f) { return f.number < 4; });
+    if (bench.stopped()) return;
     const std::vector<Particle<double>> state = solver->particles();
     const SurfaceTimes times =
         surface_times(state, scene, bench.device, bench.options.quick ? 2 : 5);

@@ -5,7 +5,6 @@
 #include <chrono>
 
 #include "cuda/mpm/stencil.h"
-#include "host/base/interrupt.h"
 #include "host/bench/bench.h"
 #include "host/session/session.h"
 #include "host/surface/gpu_surface.h"
@@ -108,19 +107,19 @@ KeptTimes kept_surface_times(const Scene& scene, Device device, int warm_up, int
     };
     const auto kept = made(), whole = made();
     KeptTimes times;
-    drive(scene, *solver, &hands, std::max(0, first_touch(scene, hands)),
-          [&](const DrivenFrame& f) {
-              if (f.index == warm_up)
-                  for (const auto& each : {&kept, &whole}) (*each)->surface(*solver->clay());
-              if (f.index <= warm_up) return true;
-              whole->forget();
-              if (f.index % 2) time(*kept, times.kept);  // whoever comes first finds a cold cache
-              time(*whole, times.whole);
-              if (f.index % 2 == 0) time(*kept, times.kept);
-              const SurfaceWork work = kept->work();
-              times.anew += double(work.softened) / double(work.blocks) / frames;
-              return f.index < warm_up + frames && !interrupted();
-          });
+    drive(scene, *solver, &hands, std::max(0, first_touch(scene, hands)), [&](const Frame& f) {
+        const int timed = f.number - 1 - warm_up;
+        if (timed == 0)
+            for (const auto& each : {&kept, &whole}) (*each)->surface(*solver->clay());
+        if (timed <= 0) return true;
+        whole->forget();
+        if (f.number % 2 == 0) time(*kept, times.kept);  // whoever comes first finds a cold cache
+        time(*whole, times.whole);
+        if (f.number % 2) time(*kept, times.kept);
+        const SurfaceWork work = kept->work();
+        times.anew += double(work.softened) / double(work.blocks) / frames;
+        return timed < frames;
+    });
     times.bytes = kept->memory();
     return times;
 }

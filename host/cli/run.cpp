@@ -17,7 +17,7 @@
 #include "host/hands/recording.h"
 #include "host/scene/seed.h"
 #include "host/session/device.h"
-#include "host/session/gallery.h"
+#include "host/session/frame_writer.h"
 #include "host/session/report.h"
 
 namespace knead {
@@ -65,7 +65,7 @@ class Session {
         return (fs::path(o.out) / name).string();
     }
     void prepare();
-    void open_gallery();
+    void open_writer();
     void watch(RunWatch& watch, Progress& progress);
     void write(const RunRecord& record);
     void note(const std::string& text) const
@@ -109,7 +109,7 @@ void Session::prepare()
     facts.settings = o.settings;
 }
 
-void Session::open_gallery()
+void Session::open_writer()
 {
     if (scene.picture_every == 0) return;
     has_video = o.video && Video::available();
@@ -130,7 +130,6 @@ void Session::open_gallery()
 
 void Session::watch(RunWatch& watch, Progress& progress)
 {
-    watch.stop = [] { return interrupted() != 0; };
     watch.frame = [&](const FrameRow& row) {
         if (o.verbose && !o.quiet) {
             progress.clear();
@@ -139,10 +138,10 @@ void Session::watch(RunWatch& watch, Progress& progress)
         }
         progress.show(row.frame);
     };
-    watch.picture = [&](const FrameView& view) {
+    watch.picture = [&](const Frame& frame, const std::vector<Mesh>& meshes) {
         if (!writer) return;
         try {
-            writer->add(view);
+            writer->add(frame, meshes);
         } catch (const OutputError& e) {
             refused(e.what());
             writer.reset();
@@ -165,11 +164,11 @@ void Session::write(const RunRecord& record)
 {
     const bool files = !o.out.empty();
     const bool failed = record.end == End::numbers || record.end == End::device;
-    if (files && o.mesh != "none" && !record.meshes.empty())
-        attempt("mesh." + o.mesh, [&](const std::string& to) { write_mesh(to, record.meshes); });
+    if (files && o.mesh != "none" && record.meshes && !record.meshes->empty())
+        attempt("mesh." + o.mesh, [&](const std::string& to) { write_mesh(to, *record.meshes); });
     if (files && (o.particles || failed))
         attempt("particles.ply",
-                [&](const std::string& to) { write_particles(to, record.last_good); });
+                [&](const std::string& to) { write_particles(to, *record.last_good); });
     if (writer && writer->count() > 0) {
         facts.outputs.push_back(in_folder("pictures"));
         if (has_video) attempt("video.mp4", [&](const std::string&) { writer->close(); });
@@ -223,7 +222,7 @@ int Session::run()
     rule.audit_every = o.audit_every > 0 ? o.audit_every : device.kind == DeviceKind::cuda ? 10 : 1;
     // All that can be wrong with what was given has been found: the old pictures may go.
     if (o.overwrite && !o.out.empty()) remove_pictures(in_folder("pictures"));
-    open_gallery();
+    open_writer();
     const std::vector<std::string> rest = left_out(scene, rule);
     facts.left_out.insert(facts.left_out.end(), rest.begin(), rest.end());
     scene.setup.particles = {};

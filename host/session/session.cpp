@@ -9,17 +9,9 @@
 
 #include "host/hands/gesture.h"
 #include "host/hands/recording.h"
-#include "host/scene/seed.h"
-#include "host/surface/gpu_surface.h"
 
 namespace knead {
 namespace {
-
-using Wall = std::chrono::steady_clock;
-double since(Wall::time_point start)
-{
-    return std::chrono::duration<double>(Wall::now() - start).count();
-}
 
 // Counts depths in bins of 10 micrometres, the last for all deeper ones: constant memory.
 class DepthCount {
@@ -47,68 +39,92 @@ class DepthCount {
     double sum = 0, max = 0;
 };
 
-// The hands' side of a frame: where the joints were and are.
-class HandStep {
-  public:
-    HandStep(const Scene& scene, const HandSource* source) : hands(source), sides()
-    {
-        motion.from.resize(2 * joint_count, {{1, 0, 0, 0}, {0, 0, 0}});
-        motion.to = motion.from;
-        if (!hands) return;
-        sides = tool_sides(scene.hands);
-        bool active[side_count];
-        hands->sample(0, motion.to.data(), active);
-    }
-    // Moves on to `time` [s] of the recording; true if any tool is active.
-    bool move(double time)
-    {
-        motion.from = motion.to;
-        motion.active.assign(sides.size(), 0);
-        if (!hands) return false;
-        bool active[side_count];
-        hands->sample(time, motion.to.data(), active);
-        bool any = false;
-        for (std::size_t t = 0; t < sides.size(); ++t) {
-            motion.active[t] = active[sides[t]];
-            any = any || active[sides[t]];
-        }
-        return any;
-    }
-    Motion motion;
+// More than a hundredth of the clay put back in one frame: the guards no longer repair, they hide.
+bool overrun(const FrameStats& stats, std::size_t particles)
+{
+    return double(stats.repaired) > 0.01 * double(particles);
+}
 
-  private:
-    const HandSource* hands;
-    std::vector<Side> sides;
-};
-
+// What watches the loop: each of its watchers fills its part of the frame's row.
 class Run {
   public:
-    Run(const Scene& scene_, Solver& solver_, const RunRule& rule_)
-        : scene(scene_), solver(solver_), rule(rule_)
+    Run(const Scene& scene_, Solver& solver_, SessionLoop& loop_, const RunRule& rule_)
+        : scene(scene_), solver(solver_), loop(loop_), rule(rule_)
     {
     }
 
-    // One frame of the solver; false if the device failed.
-    bool advance(FrameRow& row, const Motion& motion)
+    // Before the first frame.
+    void start()
     {
-        const Wall::time_point at = Wall::now();
-        try {
-            row.stats = solver.advance(motion, record.duration);
-        } catch (const std::runtime_error& e) {
-            record.end = End::device;
-            record.trouble = fmt::format("frame {}: {}", row.frame, e.what());
-        }
-        row.wall = since(at);
-        moved += row.stats.moved;
-        return record.end == End::complete;
+        record.last_good = loop.particles();
+        record.particles = record.last_good->size();
+        record.first = audit(*record.last_good, scene.setup.materials, scene.setup.lattice.dx);
+        if (rule.mesh_every == 0 && !rule.last_mesh) return;
+        FrameRow before;
+        mesh(before);
+        record.first_mesh_volume = before.mesh_volume;
     }
+
+    void add_row(const Frame& f)
+    {
+        FrameRow row;
+        row.frame = f.number;
+        row.simulated = f.simulated, row.hand_time = f.hand_time;
+        row.hands = any_active(f.motion);
+        row.wall = f.times.solver, row.hands_wall = f.times.motion;
+        row.stats = f.stats;
+        record.rows.push_back(row);
+    }
+
+    // Stops the loop where the state is no longer sound.
+    void check(const Frame& f)
+    {
+        const bool bad = overrun(f.stats, record.particles);
+        if (bad)
+            record.trouble = fmt::format("frame {}: {} particles had to be put back", f.number,
+                                         f.stats.repaired);
+        const bool due =
+            is_last(f) || f.number == 1 || f.number % std::max(1, rule.audit_every) == 0;
+        if (bad || (due && !look(record.rows.back()))) loop.stop(End::numbers);
+    }
+
+    void make_surface(const Frame& f)
+    {
+        const bool wanted = shown(f) || (is_last(f) && rule.last_mesh);
+        if (wanted && loop.end() != End::numbers) mesh(record.rows.back());
+    }
+    bool shown(const Frame& f) const
+    {
+        return rule.mesh_every > 0 && f.number % rule.mesh_every == 0;
+    }
+
+    // However the loop ended: its last frame is looked at, and meshed where that is wanted.
+    void finish()
+    {
+        record.end = loop.end();
+        record.left = depths.summary();
+        if (record.end == End::device) return;
+        record.bytes = solver.memory();
+        if (record.rows.empty() || record.end == End::numbers) return;
+        FrameRow& last = record.rows.back();
+        if (!last.audited && !look(last)) {
+            record.end = End::numbers;
+            return;
+        }
+        if (rule.last_mesh && !last.meshed) mesh(last);
+    }
+
+    RunRecord record;
+
+  private:
+    bool is_last(const Frame& f) const { return f.number == record.frames_wanted; }
 
     // Looks at the state; false if it holds non-finite numbers.
     bool look(FrameRow& row)
     {
-        std::vector<Particle<double>> now = solver.particles();
+        const State now = loop.particles();
         row.audited = true;
-        row.state = audit(now, scene.setup.materials, scene.setup.lattice.dx);
+        row.state = audit(*now, scene.setup.materials, scene.setup.lattice.dx);
         row.stages = solver.stage_times();
         const std::vector<double> inside = solver.penetration();
         depths.add(inside);
@@ -118,30 +134,17 @@ class Run {
                 fmt::format("frame {}: {} particles are not numbers", row.frame, row.state.broken);
             return false;
         }
-        record.last_good = std::move(now);
+        record.last_good = now;
         return true;
     }
 
     void mesh(FrameRow& row)
     {
-        const Wall::time_point start = Wall::now();
-        row.kept = made && moved == 0;
-        if (row.kept) {
-            // The last ones stand.
-        } else if (const gpu::Clay* clay = solver.clay()) {
-            if (!on_device)
-                on_device = std::make_unique<GpuSurface>(record.last_good, scene.setup.materials,
-                                                         scene.surface);
-            record.meshes = on_device->surface(*clay);
-        } else {
-            const bool fresh = row.audited && row.state.broken == 0;
-            record.meshes = surface(fresh ? record.last_good : solver.particles(),
-                                    scene.setup.materials, scene.surface);
-        }
-        row.surface_wall = since(start);
-        row.meshed = made = true;
-        moved = 0;
-        for (const Mesh& m : record.meshes) {
+        row.kept = loop.meshes_stand();
+        record.meshes = loop.meshes();
+        row.surface_wall = loop.last().times.surface;
+        row.meshed = true;
+        for (const Mesh& m : *record.meshes) {
             row.mesh_volume += volume(m);
             row.triangles += long(m.triangles.size());
         }
@@ -149,34 +152,10 @@ class Run {
 
     const Scene& scene;
     Solver& solver;
+    SessionLoop& loop;
     const RunRule& rule;
-    RunRecord record;
     DepthCount depths;
-
-  private:
-    std::unique_ptr<GpuSurface> on_device;
-    bool made = false;  // there are meshes
-    long moved = 0;     // particle-substeps since
 };
-
-// More than a hundredth of the clay put back in one frame: the guards no longer repair, they hide.
-bool overrun(const FrameStats& stats, std::size_t particles)
-{
-    return double(stats.repaired) > 0.01 * double(particles);
-}
-
-void start(Run& run)
-{
-    FrameRow before;
-    run.record.last_good = run.solver.particles();
-    run.record.particles = run.record.last_good.size();
-    run.record.first =
-        audit(run.record.last_good, run.scene.setup.materials, run.scene.setup.lattice.dx);
-    if (run.rule.mesh_every == 0 && !run.rule.last_mesh) return;
-    before.audited = true;
-    run.mesh(before);
-    run.record.first_mesh_volume = before.mesh_volume;
-}
 
 // What a record says of places, it says in the frame of the scene's file: one way out for all of
 // it.
@@ -193,20 +172,14 @@ void move_out(const Scene& scene, RunRecord& record)
         if (row.audited) turn(row.state);
 }
 
-// However the loop ended: its last frame is looked at, and meshed where that is wanted.
-void finish(Run& run)
+// The error that ended the loop, if it is one of a device; others pass on.
+std::string trouble_of(const SessionLoop& loop)
 {
-    RunRecord& record = run.record;
-    record.left = run.depths.summary();
-    if (record.end == End::device) return;
-    record.bytes = run.solver.memory();
-    if (record.rows.empty() || record.end == End::numbers) return;
-    FrameRow& last = record.rows.back();
-    if (!last.audited && !run.look(last)) {
-        record.end = End::numbers;
-        return;
+    try {
+        std::rethrow_exception(loop.failure());
+    } catch (const std::runtime_error& e) {
+        return fmt::format("frame {}: {}", loop.last().number + 1, e.what());
     }
-    if (run.rule.last_mesh && !last.meshed) run.mesh(last);
 }
 
 }  // namespace
@@ -248,43 +221,30 @@ int frames_wanted(const Scene& scene, const HandSource* hands, int asked)
 RunRecord run_frames(const Scene& scene, Solver& solver, const HandSource* hands,
                      const RunRule& rule, const RunWatch& watch)
 {
-    Run run(scene, solver, rule);
-    RunRecord& record = run.record;
-    HandStep step(scene, hands);
-    record.frames_wanted = frames_wanted(scene, hands, rule.frames);
-    record.duration = frame_duration(scene);
-    start(run);
-    const Wall::time_point begin = Wall::now();
-    for (int f = 1; f <= record.frames_wanted && record.end == End::complete; ++f) {
-        if (rule.time_limit > 0 && since(begin) > rule.time_limit) record.end = End::time_limit;
-        if (watch.stop && watch.stop()) record.end = End::interrupted;
-        if (record.end != End::complete) break;
-        FrameRow row;
-        row.frame = f;
-        row.simulated = f * record.duration;
-        row.hand_time = f / scene.frame_rate;
-        Wall::time_point at = Wall::now();
-        row.hands = step.move(row.hand_time);
-        row.hands_wall = since(at);
-        if (!run.advance(row, step.motion)) break;
-        const bool last = f == record.frames_wanted, bad = overrun(row.stats, record.particles);
-        if (bad)
-            record.trouble =
-                fmt::format("frame {}: {} particles had to be put back", f, row.stats.repaired);
-        const bool due = last || f == 1 || f % std::max(1, rule.audit_every) == 0;
-        if (bad || (due && !run.look(row))) record.end = End::numbers;
-        const bool shown = rule.mesh_every > 0 && f % rule.mesh_every == 0;
-        if (record.end == End::complete && (shown || (last && rule.last_mesh))) run.mesh(row);
-        record.rows.push_back(row);
-        if (watch.frame) watch.frame(record.rows.back());
-        if (shown && row.meshed && watch.picture)
-            watch.picture({record.rows.back(), record.meshes,
-                           hands ? step.motion.to : std::vector<Joint<double>>{},
-                           step.motion.active});
-    }
-    finish(run);
-    record.wall = since(begin);
-    move_out(scene, record);
+    LoopRule by = loop_rule(scene);
+    by.frames = frames_wanted(scene, hands, rule.frames);
+    by.time_limit = rule.time_limit;
+    by.interrupted = [&] { return interrupted() || (watch.stop && watch.stop()); };
+    SessionLoop loop(solver, recorded_motion(hands, scene.hands), by);
+    Run run(scene, solver, loop, rule);
+    run.record.frames_wanted = by.frames;
+    run.record.duration = by.duration;
+    loop.watch([&](const Frame& f) { run.add_row(f); });
+    loop.watch([&](const Frame& f) { run.check(f); });
+    loop.watch([&](const Frame& f) { run.make_surface(f); });
+    if (watch.frame) loop.watch([&](const Frame&) { watch.frame(run.record.rows.back()); });
+    if (watch.picture)
+        loop.watch([&](const Frame& f) {
+            if (run.shown(f) && run.record.rows.back().meshed) watch.picture(f, *loop.meshes());
+        });
+    run.start();
+    const auto begin = std::chrono::steady_clock::now();
+    loop.run();
+    if (loop.failure()) run.record.trouble = trouble_of(loop);
+    run.finish();
+    run.record.wall =
+        std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+    move_out(scene, run.record);
     return std::move(run.record);
 }
 

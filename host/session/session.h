@@ -1,11 +1,11 @@
-// The frame loop of `knead run`: hands -> motion -> solver -> audit, surface, picture.
+// `knead run`: the session loop, watched by what keeps a row of every frame, audits the state, and
+// makes surfaces.
 #pragma once
 #include <functional>
-#include <optional>
+#include <string>
+#include <vector>
 
-#include "cuda/mpm/particle.h"
-#include "host/hands/filter.h"
-#include "host/scene/scene.h"
+#include "host/session/loop.h"
 #include "host/solver/audit.h"
 
 namespace knead {
@@ -43,8 +43,6 @@ struct FrameRow {
     long triangles = 0;
 };
 
-enum class End { complete, interrupted, time_limit, numbers, device };
-
 struct RunRecord {
     std::vector<FrameRow> rows;
     Audit first;                    // before the first frame
@@ -55,24 +53,16 @@ struct RunRecord {
     double duration = 0;  // simulated per frame [s]
     double wall = 0;      // of the whole loop [s]
     End end = End::complete;
-    std::string trouble;                      // of End::numbers and End::device: what, when
-    std::vector<Particle<double>> last_good;  // the state of the last audit
-    std::vector<Mesh> meshes;                 // of the last frame, where wanted
-};
-
-// What a picture shows: the clay's meshes and the tools' primitives where they stand.
-struct FrameView {
-    const FrameRow& row;
-    const std::vector<Mesh>& meshes;
-    const std::vector<Joint<double>>& joints;  // empty without hands
-    const std::vector<char>& active;           // per tool
+    std::string trouble;  // of End::numbers and End::device: what, when
+    State last_good;      // of the last audit that found nothing wrong
+    Meshes meshes;        // the last that were made; null: none
 };
 
 struct RunWatch {
     std::function<void(const FrameRow&)> frame;  // after every frame
-    std::function<void(const FrameView&)>
-        picture;                 // after every frame that was meshed by mesh_every
-    std::function<bool()> stop;  // asked before every frame
+    // After every frame that was meshed by mesh_every.
+    std::function<void(const Frame&, const std::vector<Mesh>&)> picture;
+    std::function<bool()> stop;  // asked before every frame, beside interrupts
 };
 
 // The hands the scene names: a file, or a gesture on a ball as wide as its first object.

@@ -134,9 +134,9 @@ TEST_F(BenchFolder, HandsTouchWhereTheirShapesReachIntoTheClay)
     ASSERT_GT(touch, 10);
     const std::unique_ptr<Solver> solver = cpu_solver(scene.setup);
     long before = 0, after = 0;
-    drive(scene, *solver, &hands, std::max(0, touch - 2), [&](const DrivenFrame& f) {
-        (f.index < 1 ? before : after) += f.stats.projected;
-        return f.index < 3;
+    drive(scene, *solver, &hands, std::max(0, touch - 2), [&](const Frame& f) {
+        (f.number < 2 ? before : after) += f.stats.projected;
+        return f.number < 4;
     });
     EXPECT_GT(after, 0);
     EXPECT_LT(before, after);

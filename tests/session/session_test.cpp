@@ -164,8 +164,8 @@ TEST_F(RunFolder, ABrokenNumberEndsTheRunWithTheLastGoodState)
     const RunRecord record = run_frames(scene, solver, nullptr, rule, {});
     EXPECT_EQ(record.end, End::numbers);
     EXPECT_EQ(record.rows.size(), 2u);
-    ASSERT_FALSE(record.last_good.empty());
-    EXPECT_TRUE(std::isfinite(record.last_good[0].v.x));
+    ASSERT_FALSE(record.last_good->empty());
+    EXPECT_TRUE(std::isfinite((*record.last_good)[0].v.x));
     EXPECT_NE(record.trouble.find("frame 2"), std::string::npos);
 }
 

@@ -4,7 +4,7 @@
 #include <string>
 
 #include "host/files/video.h"
-#include "host/session/session.h"
+#include "host/session/loop.h"
 #include "render/painter.h"
 
 namespace knead {
@@ -25,8 +25,8 @@ class FrameWriter {
     // `folder` receives a picture_name() a picture; with `video`, its frames `rate` per second also
     // make that file. Throws std::runtime_error with the reason where there is no OpenGL.
     FrameWriter(const Scene& scene, std::string folder, std::string video, double rate);
-    void add(const FrameView& view);  // throws OutputError
-    void close();                     // ends the video; throws OutputError
+    void add(const Frame& frame, const std::vector<Mesh>& meshes);  // throws OutputError
+    void close();  // ends the video; throws OutputError
     int count() const { return pictures; }
     std::string renderer() const { return painter->name(); }
 

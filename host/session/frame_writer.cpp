@@ -1,4 +1,4 @@
-#include "host/session/gallery.h"
+#include "host/session/frame_writer.h"
 
 #include <fmt/format.h>
 
@@ -80,7 +80,7 @@ FrameWriter::FrameWriter(const Scene& of, std::string where, std::string video_f
         video = Video::open(video_path, scene.picture_width, scene.picture_height, rate);
 }
 
-void FrameWriter::add(const FrameView& view)
+void FrameWriter::add(const Frame& frame, const std::vector<Mesh>& meshes)
 {
     Camera camera;
     camera.eye = cast<float>(scene.eye);
@@ -89,10 +89,10 @@ void FrameWriter::add(const FrameView& view)
     camera.height = scene.picture_height;
     const float floor = float(scene.setup.walls.min.y);
     const Image image = painter->paint(
-        view.meshes, draw_primitives(scene.setup, view.joints, view.active), camera, floor);
+        meshes, draw_primitives(scene.setup, frame.motion.to, frame.motion.active), camera, floor);
     try {
         if (!folder.empty())
-            write_png((fs::path(folder) / picture_name(view.row.frame)).string(), image);
+            write_png((fs::path(folder) / picture_name(frame.number)).string(), image);
         if (video) video->add(image);
     } catch (const std::runtime_error& e) {
         throw OutputError(e.what());

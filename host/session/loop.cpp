@@ -1,0 +1,158 @@
+#include "host/session/loop.h"
+
+#include <chrono>
+#include <stdexcept>
+#include <utility>
+
+namespace knead {
+namespace {
+
+double now()  // [s]
+{
+    return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch())
+        .count();
+}
+
+}  // namespace
+
+LoopRule loop_rule(const Scene& scene)
+{
+    LoopRule rule;
+    rule.duration = frame_duration(scene);
+    rule.rate = scene.frame_rate;
+    rule.materials = scene.setup.materials;
+    rule.surface = scene.surface;
+    return rule;
+}
+
+SessionLoop::SessionLoop(Solver& of, MotionSource source, LoopRule by)
+    : solver(of), motion(std::move(source)), rule(std::move(by))
+{
+}
+
+void SessionLoop::launch_surfaces()
+{
+    launching = solver.clay() != nullptr;
+    if (launching) make_device_surface();
+}
+
+void SessionLoop::stop(End why)
+{
+    if (!ended) ended = why;
+}
+
+bool SessionLoop::step()
+{
+    if (begun == done && !begin()) return false;
+    if (ahead && edits.empty()) begin();
+    if (!collect()) return false;
+    tell();
+    return true;
+}
+
+bool SessionLoop::may_begin()
+{
+    if (ended || begun == rule.frames) return false;
+    if (!began) began = now();
+    if (rule.interrupted && rule.interrupted()) stop(End::interrupted);
+    if (rule.time_limit > 0 && now() - *began > rule.time_limit) stop(End::time_limit);
+    return !ended;
+}
+
+// Hands the next frame over; false where there is none.
+bool SessionLoop::begin()
+{
+    if (!may_begin()) return false;
+    if (begun == done) make_edits();
+    const double start = now();
+    Frame& f = under_way[begun % 2];
+    f = {};
+    f.number = begun + 1;
+    f.simulated = f.number * rule.duration;
+    f.hand_time = (rule.first + f.number) / rule.rate;
+    f.motion = motion((rule.first + begun) / rule.rate, f.hand_time);
+    const double submitted = now();
+    f.times.motion = submitted - start;
+    const long waits = gpu_waits();
+    const int before = begun;
+    try {
+        solver.submit(f.motion, rule.duration);
+        ++begun;
+        f.times.solver = now() - submitted;
+        if (launching) on_device->launch(*solver.clay());
+    } catch (...) {
+        stop(End::device);
+        failed = std::current_exception();
+    }
+    f.waits = gpu_waits() - waits;
+    return begun > before;
+}
+
+// Waits for the end of the oldest frame under way; false where the solver failed.
+bool SessionLoop::collect()
+{
+    const double start = now();
+    Frame& f = under_way[done % 2];
+    try {
+        f.stats = solver.collect();
+    } catch (...) {
+        stop(End::device);
+        if (!failed) failed = std::current_exception();
+        begun = done;  // the one behind it is lost, too
+        return false;
+    }
+    f.times.solver += now() - start;
+    newest = std::move(f);
+    ++done;
+    moved += newest.stats.moved;
+    state.reset();
+    return true;
+}
+
+void SessionLoop::tell()
+{
+    const double start = now();
+    for (const Watcher& watcher : watchers) watcher(newest);
+    newest.times.watchers = now() - start - newest.times.surface;
+}
+
+void SessionLoop::make_edits()
+{
+    if (edits.empty()) return;
+    for (const Edit& edit : std::exchange(edits, {})) edit(solver);
+    // There may be other clay now.
+    state.reset(), last_meshes.reset(), on_device.reset();
+    if (launching) make_device_surface();
+}
+
+State SessionLoop::particles()
+{
+    if (begun > done) throw std::logic_error("the state was asked for with a frame under way");
+    if (!state) state = std::make_shared<const std::vector<Particle<double>>>(solver.particles());
+    return state;
+}
+
+void SessionLoop::make_device_surface()
+{
+    on_device = std::make_unique<GpuSurface>(*particles(), rule.materials, rule.surface);
+}
+
+Meshes SessionLoop::meshes()
+{
+    if (begun > done) throw std::logic_error("a surface was asked for with a frame under way");
+    if (meshes_stand()) return last_meshes;
+    const double start = now();
+    std::vector<Mesh> made;
+    if (const gpu::Clay* clay = solver.clay()) {
+        if (!on_device) make_device_surface();
+        made = on_device->surface(*clay);
+    } else {
+        made = surface(*particles(), rule.materials, rule.surface);
+    }
+    last_meshes = std::make_shared<const std::vector<Mesh>>(std::move(made));
+    moved = 0;
+    newest.times.surface += now() - start;
+    return last_meshes;
+}
+
+}  // namespace knead

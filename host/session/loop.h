@@ -1,0 +1,132 @@
+// The session loop: whoever lets clay live through frames is a caller of it. One frame is
+//
+//     edits -> motion of the tools -> solver: submit, collect -> watchers
+//
+// The solver, and what the watchers and edits refer to, is the caller's and outlives the loop.
+#pragma once
+#include <exception>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "host/base/interrupt.h"
+#include "host/scene/scene.h"
+#include "host/session/motion.h"
+#include "host/surface/gpu_surface.h"
+
+namespace knead {
+
+enum class End { complete, interrupted, time_limit, numbers, device };
+
+struct LoopRule {
+    double duration = 0;  // simulated per frame [s]
+    double rate = 0;      // frames per second of the hands' clock
+    int first = 0;        // frame of the hands' clock at which the loop begins
+    int frames = -1;      // negative: until it is stopped
+
+    double time_limit = 0;  // wall time after which no frame begins [s]; 0: none
+    std::function<bool()> interrupted = [] { return knead::interrupted() != 0; };
+
+    std::vector<Material<double>> materials;  // for the surface
+    SurfaceRule surface{};
+};
+// The scene's clock, materials and surface.
+LoopRule loop_rule(const Scene& scene);
+
+// Wall time of the parts of a frame, as the host sees it [s]. With frames handed over ahead, the
+// solver's is what the host spends on it: handing over, and waiting for the end.
+struct FrameTimes {
+    double motion = 0, solver = 0, surface = 0;
+    double watchers = 0;  // without the surfaces they ask for; complete after step()
+};
+
+struct Frame {
+    int number = 0;        // from 1
+    double simulated = 0;  // since the loop began, at the frame's end [s]
+    double hand_time = 0;  // of the hands' clock, at the frame's end [s]
+    Motion motion;
+    FrameStats stats;
+    FrameTimes times;
+    long waits = 0;  // of the host for a device, while the frame was handed over
+};
+
+// Shared with whoever keeps them.
+using State = std::shared_ptr<const std::vector<Particle<double>>>;
+using Meshes = std::shared_ptr<const std::vector<Mesh>>;
+
+using Watcher = std::function<void(const Frame&)>;
+using Edit = std::function<void(Solver&)>;
+
+class SessionLoop {
+  public:
+    SessionLoop(Solver& solver, MotionSource motion, LoopRule rule);
+    SessionLoop(const SessionLoop&) = delete;
+
+    // Called after every frame, in the order in which they were added. Not to be called by one.
+    void watch(Watcher watcher) { watchers.push_back(std::move(watcher)); }
+
+    // Done once, before the next frame's motion is asked for, with no frame under way: the frame
+    // after the next where one has been handed over. It may change whatever the solver lets change.
+    void edit(Edit edit) { edits.push_back(std::move(edit)); }
+
+    // From now on every frame is handed over while the one before it is computed. Watchers then see
+    // what a frame did, but cannot fetch the state: it is of no frame in particular.
+    void hand_over_ahead() { ahead = true; }
+    // From now on the surface of every frame is launched behind it, and nobody waits for it, where
+    // it is the device that makes it.
+    void launch_surfaces();
+
+    // No frame begins any more. Those under way end, and are watched. The first reason stands.
+    void stop(End why = End::complete);
+
+    // One frame; false where none is left to begin, or the solver failed.
+    bool step();
+    void run()
+    {
+        while (step()) {
+        }
+    }
+
+    const Frame& last() const { return newest; }  // that was watched; number 0: none was
+    End end() const { return ended.value_or(End::complete); }
+    // What the solver threw, where that was the end. All frames before were watched.
+    std::exception_ptr failure() const { return failed; }
+
+    // The state at the end of the last frame, fetched when first asked for. Throws std::logic_error
+    // while a frame is under way.
+    State particles();
+    // Its surface, made when first asked for; the same one stands while no clay moves.
+    Meshes meshes();
+    bool meshes_stand() const { return last_meshes && moved == 0; }
+    const GpuSurface* device_surface() const { return on_device.get(); }  // null: none was made
+
+  private:
+    bool may_begin();
+    bool begin();
+    bool collect();
+    void tell();
+    void make_edits();
+    void make_device_surface();
+
+    Solver& solver;
+    MotionSource motion;
+    LoopRule rule;
+    std::vector<Watcher> watchers;
+    std::vector<Edit> edits;
+
+    Frame under_way[2];       // by turns
+    Frame newest;             // of those that ended
+    int begun = 0, done = 0;  // frames
+    bool ahead = false, launching = false;
+    std::optional<double> began;  // at the first frame [s of the wall's clock]
+    std::optional<End> ended;
+    std::exception_ptr failed;
+
+    State state;         // null: not fetched
+    Meshes last_meshes;  // null: none
+    long moved = 0;      // particle-substeps since they were made
+    std::unique_ptr<GpuSurface> on_device;
+};
+
+}  // namespace knead

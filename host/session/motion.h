@@ -1,0 +1,21 @@
+// What moves the tools, frame by frame: recorded hands, a script, a tracker, or nothing.
+#pragma once
+#include <functional>
+
+#include "host/hands/filter.h"
+#include "host/solver/solver.h"
+
+namespace knead {
+
+// The tools' motion in the frame from `from` to `to` [s of the hands' clock]. Asked once a frame,
+// in order; each frame begins where the one before ended. Live hands answer with their last sample.
+using MotionSource = std::function<Motion(double from, double to)>;
+
+// Hands at rest at the origin, none of them active.
+Motion no_motion();
+// `hands` must outlive the source; null: no_motion() always.
+MotionSource recorded_motion(const HandSource* hands, const HandsRule& rule);
+
+bool any_active(const Motion& motion);
+
+}  // namespace knead

@@ -1,0 +1,280 @@
+// The session loop: the order of a frame, who is told of it, and how it ends.
+#include "host/session/loop.h"
+
+#include <gtest/gtest.h>
+
+#include <bit>
+
+#include "host/bench/ball.h"
+
+namespace knead {
+namespace {
+
+// A solver that writes into a diary what it is asked to do, where others write, too.
+class Diary : public Solver {
+  public:
+    explicit Diary(std::string& to) : text(to) {}
+    FrameStats advance(const Motion& motion, double duration) override
+    {
+        submit(motion, duration);
+        return collect();
+    }
+    void submit(const Motion& motion, double) override
+    {
+        if (++submitted == fails_to_begin) throw std::runtime_error("cuda: no memory");
+        text += "s" + std::to_string(submitted) + " ";
+        motions.push_back(motion);
+        most_under_way = std::max(most_under_way, submitted - collected);
+    }
+    FrameStats collect() override
+    {
+        if (++collected == fails_to_end) throw std::runtime_error("cuda: gone");
+        text += "c" + std::to_string(collected) + " ";
+        FrameStats stats;
+        stats.substeps = 10 * collected;
+        stats.moved = collected == still_at ? 0 : 1;
+        return stats;
+    }
+    std::vector<Particle<double>> particles() const override
+    {
+        ++fetched;
+        return std::vector<Particle<double>>(1);
+    }
+    std::vector<double> penetration() const override { return {}; }
+    const std::vector<StageTime>& stage_times() const override { return times; }
+    std::size_t memory() const override { return 1; }
+    std::string name() const override { return "diary"; }
+
+    std::string& text;
+    int submitted = 0, collected = 0, most_under_way = 0;
+    int fails_to_begin = 0, fails_to_end = 0, still_at = 0;
+    mutable int fetched = 0;
+    std::vector<Motion> motions;
+    std::vector<StageTime> times;
+};
+
+class Loop : public testing::Test {
+  protected:
+    // A loop of so many frames, of 0.1 s each, whose motions and frames are in the diary.
+    SessionLoop& loop(int frames, int first = 0)
+    {
+        LoopRule rule;
+        rule.duration = 0.1, rule.rate = 8, rule.frames = frames, rule.first = first;
+        rule.interrupted = [this] { return solver.submitted == interrupted_after; };
+        rule.surface.lattice = {{16, 16, 16}, 1.0f / 16};
+        Material<double> clay{};
+        clay.density = 1000, clay.mass = 1e-3, clay.volume = 1e-6;
+        rule.materials = {clay};
+        made = std::make_unique<SessionLoop>(
+            solver,
+            [this](double from, double to) {
+                text += "m ";
+                asked.push_back({from, to});
+                return no_motion();
+            },
+            rule);
+        made->watch([this](const Frame& f) { text += "w" + std::to_string(f.number) + " "; });
+        return *made;
+    }
+    std::string text;
+    Diary solver{text};
+    int interrupted_after = -1;
+    std::vector<std::pair<double, double>> asked;
+    std::unique_ptr<SessionLoop> made;
+};
+
+TEST_F(Loop, AFrameIsMotionSolverAndThenTheWatchersInTheirOrder)
+{
+    SessionLoop& l = loop(2);
+    l.watch([&](const Frame& f) {
+        EXPECT_EQ(f.stats.substeps, 10 * f.number);
+        EXPECT_DOUBLE_EQ(f.simulated, 0.1 * f.number);
+        EXPECT_DOUBLE_EQ(f.hand_time, f.number / 8.0);
+        text += "x ";
+    });
+    EXPECT_TRUE(l.step());
+    EXPECT_EQ(text, "m s1 c1 w1 x ");
+    l.run();
+    EXPECT_EQ(text, "m s1 c1 w1 x m s2 c2 w2 x ");
+    EXPECT_FALSE(l.step());
+    EXPECT_EQ(l.end(), End::complete);
+    EXPECT_EQ(l.last().number, 2);
+    EXPECT_FALSE(l.failure());
+}
+
+TEST_F(Loop, TheNextFrameIsHandedOverBeforeTheLastIsWaitedFor)
+{
+    SessionLoop& l = loop(5);
+    l.watch([&](const Frame& f) {
+        if (f.number == 1) l.hand_over_ahead();
+    });
+    l.run();
+    EXPECT_EQ(text, "m s1 c1 w1 m s2 m s3 c2 w2 m s4 c3 w3 m s5 c4 w4 c5 w5 ");
+    EXPECT_EQ(solver.most_under_way, 2);
+}
+
+TEST_F(Loop, MotionIsAskedForWithoutAGap)
+{
+    for (const bool ahead : {false, true}) {
+        asked.clear();
+        SessionLoop& l = loop(6, 3);
+        if (ahead) l.hand_over_ahead();
+        l.run();
+        ASSERT_EQ(asked.size(), 6u);
+        EXPECT_EQ(asked.front().first, 3 / 8.0);
+        EXPECT_EQ(asked.back().second, 9 / 8.0);
+        for (std::size_t f = 1; f < asked.size(); ++f)
+            EXPECT_EQ(asked[f].first, asked[f - 1].second);
+    }
+}
+
+TEST_F(Loop, AWatcherMayStopItAndFramesUnderWayAreStillWatched)
+{
+    for (const bool ahead : {false, true}) {
+        text.clear(), solver.submitted = solver.collected = 0;
+        SessionLoop& l = loop(-1);
+        if (ahead) l.hand_over_ahead();
+        l.watch([&](const Frame& f) {
+            if (f.number == 3) l.stop(End::numbers), l.stop(End::time_limit);
+        });
+        l.run();
+        EXPECT_EQ(l.end(), End::numbers);  // the first reason
+        EXPECT_EQ(l.last().number, ahead ? 4 : 3);
+        EXPECT_EQ(solver.submitted, solver.collected);
+    }
+}
+
+TEST_F(Loop, EditsAreMadeOnceBetweenFramesWithNoneUnderWay)
+{
+    for (const bool ahead : {false, true}) {
+        text.clear(), solver.submitted = solver.collected = 0;
+        SessionLoop& l = loop(4);
+        if (ahead) l.hand_over_ahead();
+        l.watch([&](const Frame& f) {
+            if (f.number != 1) return;
+            for (const char* name : {"e ", "f "})
+                l.edit([&, name](Solver& edited) {
+                    EXPECT_EQ(&edited, &solver);
+                    text += name;
+                });
+        });
+        l.run();
+        EXPECT_EQ(text, ahead ? "m s1 m s2 c1 w1 c2 w2 e f m s3 m s4 c3 w3 c4 w4 "
+                              : "m s1 c1 w1 e f m s2 c2 w2 m s3 c3 w3 m s4 c4 w4 ");
+    }
+}
+
+TEST_F(Loop, WhatTheSolverThrowsLeavesTheFramesBeforeWatched)
+{
+    const auto what = [](const SessionLoop& l) -> std::string {
+        try {
+            if (l.failure()) std::rethrow_exception(l.failure());
+        } catch (const std::runtime_error& e) {
+            return e.what();
+        }
+        return "";
+    };
+    for (const bool ahead : {false, true})
+        for (const bool at_the_end : {false, true}) {
+            text.clear(), solver.submitted = solver.collected = 0;
+            (at_the_end ? solver.fails_to_end : solver.fails_to_begin) = 3;
+            (at_the_end ? solver.fails_to_begin : solver.fails_to_end) = 0;
+            SessionLoop& l = loop(9);
+            if (ahead) l.hand_over_ahead();
+            l.run();
+            EXPECT_EQ(l.last().number, 2);
+            EXPECT_NE(text.find("w2"), text.npos);
+            EXPECT_EQ(text.find("w3"), text.npos);
+            EXPECT_EQ(l.end(), End::device);
+            EXPECT_EQ(what(l), at_the_end ? "cuda: gone" : "cuda: no memory");
+            EXPECT_FALSE(l.step());
+        }
+}
+
+TEST_F(Loop, AnInterruptIsHeardBeforeTheNextFrame)
+{
+    interrupted_after = 2;
+    SessionLoop& l = loop(9);
+    l.run();
+    EXPECT_EQ(l.end(), End::interrupted);
+    EXPECT_EQ(l.last().number, 2);
+    EXPECT_EQ(text, "m s1 c1 w1 m s2 c2 w2 ");
+}
+
+TEST_F(Loop, NoFrameBeginsAfterTheTimeLimit)
+{
+    LoopRule rule;
+    rule.rate = 1, rule.time_limit = 1e-12;
+    SessionLoop l(solver, recorded_motion(nullptr, {}), rule);
+    l.run();
+    EXPECT_EQ(l.end(), End::time_limit);
+    EXPECT_LE(solver.submitted, 1);
+}
+
+TEST_F(Loop, TheStateIsFetchedOnceAFrameAndNotWhileOneIsUnderWay)
+{
+    SessionLoop& l = loop(4);
+    l.watch([&](const Frame& f) {
+        if (f.number < 3) {
+            EXPECT_EQ(l.particles(), l.particles());
+            l.meshes();
+            EXPECT_EQ(solver.fetched, f.number);
+        }
+        if (f.number == 2) l.hand_over_ahead();
+        if (f.number != 3) return;
+        EXPECT_THROW(l.particles(), std::logic_error);
+        EXPECT_THROW(l.meshes(), std::logic_error);
+    });
+    l.run();
+    EXPECT_EQ(l.last().number, 4);
+    EXPECT_EQ(l.particles()->size(), 1u);
+}
+
+TEST_F(Loop, MeshesStandWhileNoClayMovesAndNothingIsEdited)
+{
+    solver.still_at = 2;
+    SessionLoop& l = loop(4);
+    EXPECT_FALSE(l.meshes_stand());
+    std::vector<bool> stood;
+    std::vector<Meshes> seen{l.meshes()};
+    l.watch([&](const Frame& f) {
+        stood.push_back(l.meshes_stand());
+        seen.push_back(l.meshes());
+        if (f.number == 2) l.edit([&](Solver&) { solver.still_at = 3; });
+    });
+    l.run();
+    EXPECT_EQ(stood, (std::vector<bool>{false, true, false, false}));
+    EXPECT_EQ(seen[1], seen[2]);
+    EXPECT_NE(seen[2], seen[3]);
+    EXPECT_GT(l.last().times.surface, 0);
+}
+
+// What is left of a ball between closing tools, all of it, to the bit.
+std::vector<std::uint64_t> squeezed(const Setup& setup, bool ahead)
+{
+    const std::unique_ptr<Solver> solver = cpu_solver(setup);
+    LoopRule rule;
+    rule.duration = 2e-3, rule.rate = 500, rule.frames = 8, rule.first = 10;
+    SessionLoop l(
+        *solver, [](double from, double to) { return closing(from, to - from); }, rule);
+    if (ahead) l.hand_over_ahead();
+    std::vector<std::uint64_t> all{0};
+    l.watch([&](const Frame& f) { all[0] += std::uint64_t(f.stats.projected); });
+    l.run();
+    for (const Particle<double>& q : *l.particles())
+        for (double x : {q.x.x, q.x.y, q.x.z, q.v.x, q.v.y, q.v.z, q.e.xx, q.e.xy})
+            all.push_back(std::bit_cast<std::uint64_t>(x));
+    return all;
+}
+
+TEST(LoopOnTheCpu, HandedOverAheadGivesTheSameBits)
+{
+    auto setup = ball(16);
+    add_tools(setup);
+    const std::vector<std::uint64_t> one_by_one = squeezed(setup, false);
+    EXPECT_GT(one_by_one[0], 0u);  // the tools touched
+    EXPECT_EQ(one_by_one, squeezed(setup, true));
+}
+
+}  // namespace
+}  // namespace knead
