@@ -2,7 +2,8 @@
 # Measures anew all that is kept of a card: its benchmarks and small measurements in
 # profiling/results/<card>/, and the tables of docs/kernels.md. With a folder of programs that were
 # built elsewhere it needs nothing but a driver, CUPTI and Nsight Compute (the CUDA toolkit has
-# both), Python 3, and for the peer its package taichi. Goes on after a failure; ends with 1 then.
+# both), Python 3, its package taichi for the peer and matplotlib for the drawings. Goes on after a
+# failure; ends with 1 then.
 # usage: profiling/measure.sh [FOLDER_OF_PROGRAMS=build] [FOLDER_FOR_COUNTERS=out/measure]
 #        [PARTS="bench micro kernels"]
 set -u

@@ -8,7 +8,7 @@ export LC_ALL=C.UTF-8
 shopt -s nullglob lastpipe globstar
 shipped=(cuda/**/*.{h,cuh,cu} host/**/*.{h,cuh,cpp,cu} render/*.h render/*.cpp xr/*.h xr/*.cpp)
 source=("${shipped[@]}" tests/**/*.h tests/**/*.cpp profiling/**/*.{h,cuh,cpp,cu} examples/*.cpp)
-text=("${source[@]}" tests/**/*.sh tests/**/*.py profiling/*/*.py
+text=("${source[@]}" tests/**/*.sh tests/**/*.py profiling/**/*.py
     profiling/*/*.sh demo.sh test.sh .ci/*
     CMakeLists.txt CMakePresets.json)
 words=("${text[@]}" README.md CHANGELOG.md docs/*.md profiling/*.md scenes/*.json)

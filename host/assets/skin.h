@@ -15,7 +15,7 @@ struct Skin {
 };
 
 // Reads a binary glTF whose skin has the 25 joints of the WebXR Hand Input specification, by name.
-// Throws std::runtime_error with the path, what was expected and what was found.
+// Throws InputError with the path, what was expected and what was found.
 Skin read_skin(const std::string& path);
 
 // A point of the surface, with what it needs to follow the joints (linear blend skinning).

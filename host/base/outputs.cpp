@@ -1,12 +1,13 @@
 #include "host/base/outputs.h"
 
+#include <fcntl.h>
 #include <unistd.h>
 
+#include <atomic>
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
 #include <filesystem>
-#include <memory>
 
 #include "host/base/errors.h"
 
@@ -14,18 +15,14 @@ namespace knead {
 namespace fs = std::filesystem;
 namespace {
 
-struct Close {
-    void operator()(std::FILE* f) const { std::fclose(f); }
-};
-
-std::string partial_name(const std::string& file)
-{
-    return file + ".partial-" + std::to_string(getpid());
-}
-
 [[noreturn]] void fail(const std::string& path, const std::string& what)
 {
     throw OutputError(path + ": " + what);
+}
+
+[[noreturn]] void refuse(const std::string& file, int reason)
+{
+    fail(file, std::string("cannot be written: ") + std::strerror(reason));
 }
 
 void refuse_existing(const fs::path& path)
@@ -35,24 +32,83 @@ void refuse_existing(const fs::path& path)
         fail(path.string(), "is there already; --overwrite replaces it");
 }
 
+// "clip.partial-42-0.mp4" for "clip.mp4": programs that choose a format by the ending find it.
+std::string name_beside(const fs::path& file)
+{
+    static std::atomic<unsigned> made{0};
+    fs::path name = file.stem();
+    name += ".partial-" + std::to_string(getpid()) + "-" + std::to_string(made++);
+    name += file.extension();
+    return (file.parent_path() / name).string();
+}
+
+// 0, or why not all of it could be written.
+int write_all(int file, const std::string& bytes)
+{
+    for (std::size_t done = 0; done < bytes.size();) {
+        const ssize_t step = ::write(file, bytes.data() + done, bytes.size() - done);
+        if (step > 0)
+            done += std::size_t(step);
+        else if (step == 0 || errno != EINTR)
+            return step == 0 ? ENOSPC : errno;
+    }
+    return 0;
+}
+
+// Some file systems keep what does not fit to themselves until now.
+int flush(int file)
+{
+    while (::fsync(file) != 0)
+        if (errno != EINTR) return errno == EINVAL || errno == ENOTSUP ? 0 : errno;
+    return 0;
+}
+
 }  // namespace
+
+PartialFile::PartialFile(const std::string& to) : file(to)
+{
+    if (file.empty()) fail("\"\"", "cannot be written: the path is empty");
+    do {
+        partial = name_beside(file);
+        made = ::open(partial.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
+        // EEXIST: left by a process of our number that was killed.
+    } while (made < 0 && (errno == EEXIST || errno == EINTR));
+    if (made < 0) refuse(file, errno);
+}
+
+PartialFile::~PartialFile()
+{
+    if (made < 0) return;
+    ::close(made);
+    ::unlink(partial.c_str());
+}
+
+void PartialFile::write(const std::string& bytes)
+{
+    if (const int reason = write_all(made, bytes)) refuse(file, reason);
+}
+
+void PartialFile::put_in_place()
+{
+    // A device, say, is no place for a file: renaming would put an end to it.
+    std::error_code problem;
+    if (fs::is_other(fs::symlink_status(file, problem)))
+        fail(file, "cannot be written: it is there and is no regular file");
+    int reason = flush(made);
+    // Closed before it is renamed: a file system over a network may speak up only here.
+    if (::close(made) != 0 && reason == 0) reason = errno;
+    made = -1;
+    if (reason == 0 && ::rename(partial.c_str(), file.c_str()) != 0) reason = errno;
+    if (reason == 0) return;
+    ::unlink(partial.c_str());
+    refuse(file, reason);
+}
 
 void write_whole(const std::string& file, const std::string& bytes)
 {
-    const std::string partial = partial_name(file);
-    bool good = false;
-    int reason = 0;
-    {
-        std::unique_ptr<std::FILE, Close> out(std::fopen(partial.c_str(), "wb"));
-        if (!out) fail(file, std::string("cannot be written: ") + std::strerror(errno));
-        good = std::fwrite(bytes.data(), 1, bytes.size(), out.get()) == bytes.size() &&
-               std::fflush(out.get()) == 0 && fsync(fileno(out.get())) == 0;
-        reason = errno;
-    }
-    if (good && std::rename(partial.c_str(), file.c_str()) == 0) return;
-    if (good) reason = errno;
-    std::remove(partial.c_str());
-    fail(file, std::string("cannot be written: ") + std::strerror(reason));
+    PartialFile partial(file);
+    partial.write(bytes);
+    partial.put_in_place();
 }
 
 void prepare_folder(const std::string& folder, const std::vector<std::string>& names,
@@ -62,9 +118,7 @@ void prepare_folder(const std::string& folder, const std::vector<std::string>& n
     fs::create_directories(folder, problem);
     if (problem) fail(folder, "cannot be made: " + problem.message());
     if (!fs::is_directory(folder)) fail(folder, "is not a folder");
-    const std::string probe = (fs::path(folder) / ".knead-probe").string();
-    write_whole(probe, "");
-    std::remove(probe.c_str());
+    const PartialFile probe((fs::path(folder) / ".knead-probe").string());
     if (overwrite) return;
     for (const std::string& name : names) refuse_existing(fs::path(folder) / name);
 }
@@ -76,9 +130,7 @@ void prepare_file(const std::string& file, bool overwrite)
     std::error_code problem;
     if (fs::is_directory(path, problem)) fail(file, "is a folder");
     if (!overwrite) refuse_existing(path);
-    const std::string probe = partial_name(file);
-    write_whole(probe, "");
-    std::remove(probe.c_str());
+    const PartialFile probe(file);
 }
 
 }  // namespace knead

@@ -11,8 +11,29 @@ void prepare_folder(const std::string& folder, const std::vector<std::string>& n
                     bool overwrite);
 // The same for one file.
 void prepare_file(const std::string& file, bool overwrite);
-// Written beside its place and renamed: the old file or the new one, never neither. Throws
-// OutputError.
+
+// A file under making, beside its place and with the same ending, so that a program of its own may
+// write it, too. It goes with the object, unless it was put in place.
+class PartialFile {
+  public:
+    // Makes it, empty. All throw OutputError with the file's path and the reason.
+    explicit PartialFile(const std::string& file);
+    ~PartialFile();
+    PartialFile(const PartialFile&) = delete;
+    PartialFile& operator=(const PartialFile&) = delete;
+
+    const std::string& path() const { return partial; }
+    void write(const std::string& bytes);  // at its end
+    // Flushes it to the disk and renames it: the old file or the new one, never neither, never
+    // half. Once.
+    void put_in_place();
+
+  private:
+    std::string file, partial;
+    int made = -1;  // its descriptor
+};
+
+// The one way a file is written. Throws OutputError; the old file, if there is one, is then left.
 void write_whole(const std::string& file, const std::string& bytes);
 
 }  // namespace knead

@@ -92,7 +92,10 @@ double gpu_clock()
 }
 
 Bench::Bench(const BenchOptions& o)
-    : options(completed(o)), device(device_of(o.backend)), facts(device_facts(device, o.threads))
+    : options(completed(o)),
+      device(device_of(o.backend)),
+      facts(device_facts(device, o.threads)),
+      figures(read_figures(figures_folder(o.data)))
 {
 }
 
@@ -176,7 +179,10 @@ int bench_verb(const BenchOptions& options)
     };
     write_whole(in_folder("bench.json"), json);
     write_whole(in_folder("bench.csv"), bench_csv(bench.result));
-    for (const auto& [name, text] : bench_plots(bench)) write_whole(in_folder(name), text);
+    if (const std::string why = draw(bench, in_folder("bench.json")); !why.empty()) {
+        bench.say(why);
+        bench.result.left_out.push_back(why);
+    }
     std::fputs(options.json ? json.c_str() : bench_text(bench).c_str(), stdout);
     bench.say("wrote " + folder);
     return interrupted() == 15 ? exit_terminate : interrupted() ? exit_interrupt : failed;

@@ -9,6 +9,7 @@
 
 #include "cuda/mpm/particle.h"
 #include "host/bench/device.h"
+#include "host/bench/figures.h"
 #include "host/session/loop.h"
 #include "host/session/report.h"
 
@@ -19,7 +20,7 @@ struct BenchOptions {
     std::string backend = "auto";     // auto, cpu, gpu, gpu:N
     std::string out;                  // "": profiling/results/<device>
     std::string scene = "scenes/squeeze.json";
-    std::string peers_folder = "profiling/peers";
+    std::string data;  // folder of plot.py, peers.json, targets.json and peers/; "": figures_folder
     bool count = false;  // by the device's counters, too
     bool quick = false, peers = false, overwrite = false, json = false, quiet = false;
     int threads = 0;             // CPU; 0: all
@@ -66,15 +67,6 @@ struct BenchRow {
     }
 };
 
-// A bound to be met: `must` and, better, `aim`.
-struct Target {
-    std::string name, unit;
-    double must = 0, aim = 0;
-    bool min = false;      // the measured value must be at least so large
-    double measured = -1;  // negative: not measured
-    std::string note;
-    bool estimate = false;  // says what may be, on another card; has no bounds
-};
 enum class Met { aim, must, missed, open };
 Met met(const Target& target);
 const char* met_name(Met met);
@@ -136,6 +128,7 @@ class Bench {
     const BenchOptions options;
     const Device device;
     const DeviceFacts facts;
+    const Figures figures;
     BenchResult result;
 
   private:
@@ -207,8 +200,8 @@ std::string bench_csv(const BenchResult& result);
 std::string bench_text(const Bench& bench);
 // The clock of the multiprocessors as the driver tells it now [1/s]; 0: not told.
 double gpu_clock();
-// Name and content of the drawings.
-std::vector<std::pair<std::string, std::string>> bench_plots(const Bench& bench);
+// Draws what stands in the file `json`, beside it; "", or why not and how to do it by hand.
+std::string draw(const Bench& bench, const std::string& json);
 
 int bench_verb(const BenchOptions& options);
 

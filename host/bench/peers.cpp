@@ -1,7 +1,6 @@
 // Other implementations on the same scene: each is a program of its own that is handed the scene as
 // a file and says on its last line, in JSON, how long a substep took it and where the clay went.
 #include <fmt/format.h>
-#include <sys/wait.h>
 #include <unistd.h>
 
 #include <chrono>
@@ -14,6 +13,7 @@
 #include "host/base/outputs.h"
 #include "host/bench/ball.h"
 #include "host/bench/bench.h"
+#include "host/bench/child.h"
 
 namespace knead {
 namespace {
@@ -143,32 +143,6 @@ Ours ours(const Bench& bench, const Setup& setup, int count)
     return {spread(times).median, places_of(solver->particles())};
 }
 
-// Runs a program and gives what it wrote to stdout; its messages go where ours go. 127: not there.
-int output_of(const std::vector<std::string>& words, std::string& said)
-{
-    int ends[2];
-    if (pipe(ends) != 0) throw ResourceError("no pipe for a peer");
-    const pid_t child = fork();
-    if (child < 0) throw ResourceError("no process for a peer");
-    if (child == 0) {
-        dup2(ends[1], 1);
-        close(ends[0]), close(ends[1]);
-        std::vector<char*> arguments;
-        for (const std::string& w : words) arguments.push_back(const_cast<char*>(w.c_str()));
-        arguments.push_back(nullptr);
-        execvp(arguments[0], arguments.data());
-        _exit(127);
-    }
-    close(ends[1]);
-    char part[4096];
-    for (ssize_t n; (n = read(ends[0], part, sizeof part)) > 0;)
-        if (said.size() < (1 << 20)) said.append(part, std::size_t(n));
-    close(ends[0]);
-    int status = 0;
-    waitpid(child, &status, 0);
-    return WIFEXITED(status) ? WEXITSTATUS(status) : 128;
-}
-
 // Three numbers under a key; false if they are not there.
 bool three(const Json& said, const char* key, double* to)
 {
@@ -254,7 +228,7 @@ void run_peers(Bench& bench)
     const bool gpu = bench.device.kind == DeviceKind::cuda;
     if (gpu)
         run_peer(bench, "plain CUDA", {(here / "peer_plain").string(), scene, positions}, mine);
-    const std::string script = (fs::path(bench.options.peers_folder) / "taichi_mpm.py").string();
+    const std::string script = (fs::path(bench.figures.folder) / "peers/taichi_mpm.py").string();
     const std::string on = gpu ? "cuda" : "cpu";
     run_peer(bench, "taichi", {"python3", script, scene, positions, on, "each-substep"}, mine);
     run_peer(bench, "taichi, projecting once a frame",

@@ -5,7 +5,6 @@
 
 #include "host/base/machine.h"
 #include "host/bench/bench.h"
-#include "host/bench/plot.h"
 #include "host/solver/audit.h"
 
 namespace knead {
@@ -152,77 +151,6 @@ std::string peer_text(const PeerRow& p)
         p.name, 1e6 * p.substep, 1e6 * p.ours, p.ours > 0 ? p.substep / p.ours : 0, 1e3 * p.apart);
 }
 
-std::string footer(const Bench& bench)
-{
-    const Json facts = machine_facts(bench.device.kind == DeviceKind::cuda);
-    return fmt::format("{} · commit {} · {}", bench.facts.name, knead_commit().substr(0, 12),
-                       facts["date"].get<std::string>().substr(0, 10));
-}
-
-using Value = double (*)(const BenchRow&);
-Series series_of(const BenchResult& result, const std::string& suite, const std::string& name,
-                 Value value)
-{
-    Series s{name, {}, {}, false};
-    for (const BenchRow& r : result.rows)
-        if (r.suite == suite) s.x.push_back(r.at), s.y.push_back(value(r));
-    return s;
-}
-
-// Milliseconds of a frame from the frames per second that the paper's figure shows for an RTX 4090,
-// rendering included. [VR-Doh 2025]
-Series papers(std::vector<double> at, const std::vector<double>& frames_per_second)
-{
-    Series s{"the paper, RTX 4090, with rendering", std::move(at), {}, true};
-    for (double f : frames_per_second) s.y.push_back(1e3 / f);
-    return s;
-}
-
-Plot paper_plot(const Bench& bench, const char* suite, const char* label, Series theirs)
-{
-    Plot plot;
-    plot.title = fmt::format("A frame of the squeeze by {}", label);
-    plot.x_label = label, plot.y_label = "ms a frame", plot.log_y = true;
-    plot.series = {series_of(bench.result, suite, "substeps",
-                             [](const BenchRow& r) { return 1e3 * r.frame.median; }),
-                   series_of(bench.result, suite, "substeps and surface",
-                             [](const BenchRow& r) { return 1e3 * (r.frame.median + r.surface); }),
-                   std::move(theirs)};
-    plot.note = footer(bench);
-    return plot;
-}
-
-// "0.137 M particles, 64³"; of a case that says more in its name, that.
-std::string bar_name(const BenchRow& r)
-{
-    const std::size_t begin = r.name.find(": "), end = r.name.rfind(", ");
-    if (r.stages.empty() && begin != r.name.npos && end != r.name.npos && begin < end)
-        return r.name.substr(begin + 2, end - begin - 2);
-    return fmt::format("{:.3g} M particles, {}³", 1e-6 * double(r.particles), r.nodes.x);
-}
-
-// A bar a case, of its stages; whole where it was not taken apart.
-std::string stage_bars(const Bench& bench, const char* suite, const char* title)
-{
-    BarPlot plot{title, "ms", {}, {}, footer(bench)};
-    for (const BenchRow& r : bench.result.rows) {
-        if (r.suite != suite) continue;
-        BarRow bar{bar_name(r), {}};
-        const auto add = [&](const std::string& stage, double seconds) {
-            const auto at = std::find(plot.legend.begin(), plot.legend.end(), stage);
-            const auto place = std::size_t(at - plot.legend.begin());
-            if (at == plot.legend.end()) plot.legend.push_back(stage);
-            bar.parts.resize(std::max(bar.parts.size(), place + 1));
-            bar.parts[place] = 1e3 * seconds;
-        };
-        for (const StageTime& s : r.stages)
-            if (s.name != "fetch") add(s.name, s.seconds);
-        if (r.stages.empty()) add("whole", r.frame.median);
-        plot.rows.push_back(bar);
-    }
-    return svg(plot);
-}
-
 }  // namespace
 
 Json bench_json(const Bench& bench)
@@ -282,57 +210,14 @@ std::string bench_text(const Bench& bench)
     if (!bench.result.peers.empty()) text += "\npeers, a substep of the same scene\n";
     for (const PeerRow& p : bench.result.peers) text += peer_text(p);
     if (!bench.result.targets.empty())
-        text += fmt::format("\n{:<60} {:<9} {:<9} {:>9} {:<3} met\n", "target (set for one H200)",
+        text += fmt::format("\n{:<60} {:<9} {:<9} {:>9} {:<3} met\n",
+                            bench.figures.targets
+                                ? fmt::format("target (set for {})", bench.figures.targets->set_for)
+                                : "target",
                             "must", "aim", "measured", "");
     for (const Target& t : bench.result.targets) text += target_text(t);
     for (const std::string& s : bench.result.left_out) text += "left out: " + s + "\n";
     return text;
-}
-
-std::vector<std::pair<std::string, std::string>> bench_plots(const Bench& bench)
-{
-    std::vector<std::pair<std::string, std::string>> plots;
-    const auto has = [&](const std::string& suite) {
-        return std::any_of(bench.result.rows.begin(), bench.result.rows.end(),
-                           [&](const BenchRow& r) { return r.suite == suite; });
-    };
-    if (has("paper: grid"))
-        plots.push_back(
-            {"paper-grid.svg",
-             svg(paper_plot(bench, "paper: grid", "nodes per axis",
-                            papers({16, 32, 48, 64, 80, 96, 112, 128},
-                                   {248.4, 216.0, 167.5, 118.4, 66.6, 38.4, 24.3, 19.2})))});
-    if (has("paper: substeps"))
-        plots.push_back(
-            {"paper-substeps.svg",
-             svg(paper_plot(bench, "paper: substeps", "substeps a frame",
-                            papers({3, 5, 8, 10, 15, 20, 25, 30},
-                                   {144.8, 118.4, 100.2, 81.8, 62.4, 50.2, 42.3, 37.4})))});
-    if (has("paper: particles per cell"))
-        plots.push_back({"paper-particles.svg",
-                         svg(paper_plot(bench, "paper: particles per cell", "particles per cell",
-                                        papers({4, 5, 6, 7, 8, 9, 10, 11, 12},
-                                               {159.6, 143.7, 138.1, 129.3, 118.4, 106.4, 105.3,
-                                                99.7, 88.9})))});
-    if (has("scale")) {
-        Plot plot{"Particle-substeps per second of the squeeze",
-                  "particles",
-                  "10⁹ a second",
-                  true,
-                  true,
-                  {series_of(bench.result, "scale", bench.facts.name,
-                             [](const BenchRow& r) { return 1e-9 * r.rate(); })},
-                  footer(bench)};
-        plots.push_back({"scale.svg", svg(plot)});
-    }
-    if (has("stages"))
-        plots.push_back({"stages.svg", stage_bars(bench, "stages", "Stages of one 11.1 ms frame")});
-    if (has("localized"))
-        plots.push_back({"localized.svg", stage_bars(bench, "localized",
-                                                     "A frame of clay of which 5 % is in hands")});
-    if (has("surface"))
-        plots.push_back({"surface.svg", stage_bars(bench, "surface", "Making the surface")});
-    return plots;
 }
 
 }  // namespace knead

@@ -1,4 +1,4 @@
-// The table of targets: what a squeeze must cost on the card the targets were set for (an H200).
+// The table of targets: what is measured for each of those in targets.json.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -10,17 +10,19 @@
 namespace knead {
 namespace {
 
-// The best public elastoplastic code on an H200, rebinning included: seconds per substep at 137 k,
-// 1.1 M and 8.8 M particles. Measured there in 2026-11: claymore 3b19462 and CK-MPM 38bff16.
-constexpr double public_best[] = {356e-6, 780e-6, 3922e-6};
-
-Target max(const char* name, const char* unit, double must, double aim)
+// Adds the target of a key with what was measured; negative: not measured.
+void add(Bench& bench, const std::string& key, double value, const std::string& note)
 {
-    return {name, unit, must, aim, false, -1, ""};
-}
-Target min(const char* name, const char* unit, double must, double aim)
-{
-    return {name, unit, must, aim, true, -1, ""};
+    const auto& all = bench.figures.targets->targets;
+    const auto at = all.find(key);
+    if (at == all.end()) {
+        bench.result.left_out.push_back("target \"" + key + "\": not in " + bench.figures.folder +
+                                        "/targets.json");
+        return;
+    }
+    Target t = at->second;
+    t.measured = value, t.note = note;
+    bench.result.targets.push_back(t);
 }
 
 std::string timed(const BenchRow& row)
@@ -30,12 +32,6 @@ std::string timed(const BenchRow& row)
     const long guards = row.clipped + row.confined + row.repaired;
     if (guards > 0) text += fmt::format(", GUARDS {} ", guards);
     return text + (row.note.empty() ? "" : "; " + row.note);
-}
-
-Target measured(Target t, double value, const std::string& note)
-{
-    t.measured = value, t.note = note;
-    return t;
 }
 
 // The frame of the paper: 5 substeps, a surface of 128^3 nodes, 5 passes of smoothing.
@@ -64,56 +60,57 @@ BenchRow hand_scale(Bench& bench)
     return bench.measured("target: hand scale", bench.scene(settings), how);
 }
 
+void frame_targets(Bench& bench, const BenchRow& small)
+{
+    add(bench, "substep 137 k", 1e6 * small.substep.median, timed(small));
+    const QueuedFrames frame = paper_frame(bench);
+    add(bench, "paper frame", frame.frames > 0 ? 1e3 * frame.frame : -1,
+        fmt::format("mean of {} frames, handed over one ahead", frame.frames));
+    add(bench, "host waits",
+        frame.frames > 0 && bench.device.kind == DeviceKind::cuda ? frame.waits : -1,
+        "in the same frames, between handing one over and its end");
+    add(bench, "real time", 1e3 * small.frame.median,
+        fmt::format("{:.0f} substeps", small.substeps));
+    const BenchRow real = hand_scale(bench);
+    add(bench, "hand scale", 1e3 * real.frame.median,
+        fmt::format("{:.0f} substeps; {}", real.substeps, timed(real)));
+}
+
+// Against the best public code at the same size.
+void public_target(Bench& bench, const std::string& size, const BenchRow* ours)
+{
+    if (!bench.figures.peers) return;
+    const PeerFigures& peers = *bench.figures.peers;
+    const auto at = peers.public_best.find(size);
+    if (at == peers.public_best.end())
+        return add(bench, "public " + size, -1, "no figure of theirs");
+    add(bench, "public " + size, ours ? at->second / ours->substep.median : -1,
+        fmt::format("theirs {:.0f} us, measured on {}", 1e6 * at->second, peers.device));
+}
+
 void size_targets(Bench& bench)
 {
     const BenchRow small = bench.squeeze(64);
-    auto& all = bench.result.targets;
-    all.push_back(measured(max("137 k particles, 64^3, per substep", "us", 20, 12),
-                           1e6 * small.substep.median, timed(small)));
-    const QueuedFrames frame = paper_frame(bench);
-    all.push_back(
-        measured(max("frame: 5 substeps, density 128^3, march, 5 smoothings", "ms", 0.35, 0.2),
-                 frame.frames > 0 ? 1e3 * frame.frame : -1,
-                 fmt::format("mean of {} frames, handed over one ahead", frame.frames)));
-    all.push_back(
-        measured(max("times the host waits for the device in a frame", "", 0, 0),
-                 frame.frames > 0 && bench.device.kind == DeviceKind::cuda ? frame.waits : -1,
-                 "in the same frames, between handing one over and its end"));
-    all.push_back(measured(max("real time: all substeps of 11.1 ms", "ms", 1.5, 0.9),
-                           1e3 * small.frame.median,
-                           fmt::format("{:.0f} substeps", small.substeps)));
-    const BenchRow real = hand_scale(bench);
-    all.push_back(measured(max("hand scale: 0.1 m ball, dx 3.1 mm, 11.1 ms", "ms", 6, 4),
-                           1e3 * real.frame.median,
-                           fmt::format("{:.0f} substeps; {}", real.substeps, timed(real))));
-    const double must[] = {17, 5.5, 4.4}, aim[] = {30, 8.5, 6.7};
-    const char* const names[] = {"against the best public code, 137 k",
-                                 "against the best public code, 1.1 M",
-                                 "against the best public code, 8.8 M"};
+    frame_targets(bench, small);
     std::vector<BenchRow> sizes{small};
     for (int cells : {128, 256}) {
-        const Target rate = cells == 128 ? min("1.1 M particles", "G/s", 8, 12)
-                                         : min("8.8 M particles", "G/s", 10, 15);
+        const std::string rate = cells == 128 ? "rate 1.1 M" : "rate 8.8 M";
         const double count = 0.5236 * cells * cells * cells;
         const bool large = bench.options.quick || bench.device.kind != DeviceKind::cuda;
         if (bench.stopped() || (large && cells > 128) ||
-            !bench.fits(rate.name, count, 600,
-                        1.1 * double(small.bytes) / double(small.particles))) {
-            all.push_back(measured(rate, -1, large ? "left out: --quick, or a CPU" : "no memory"));
+            !bench.fits(rate, count, 600, 1.1 * double(small.bytes) / double(small.particles))) {
+            add(bench, rate, -1, large ? "left out: --quick, or a CPU" : "no memory");
             continue;
         }
         sizes.push_back(bench.squeeze(cells));
-        all.push_back(measured(rate, 1e-9 * sizes.back().rate(), timed(sizes.back())));
+        add(bench, rate, 1e-9 * sizes.back().rate(), timed(sizes.back()));
     }
     const BenchRow& last = sizes.back();
-    all.push_back(measured(max("memory per particle, all buffers", "B", 160, 110),
-                           double(last.bytes) / double(last.particles),
-                           fmt::format("at {:.3g} particles", double(last.particles))));
+    add(bench, "memory", double(last.bytes) / double(last.particles),
+        fmt::format("at {:.3g} particles", double(last.particles)));
+    const char* const names[] = {"137 k", "1.1 M", "8.8 M"};
     for (std::size_t k = 0; k < 3; ++k)
-        all.push_back(
-            measured(min(names[k], "x", must[k], aim[k]),
-                     k < sizes.size() ? public_best[k] / sizes[k].substep.median : -1,
-                     fmt::format("theirs {:.0f} us, measured on an H200", 1e6 * public_best[k])));
+        public_target(bench, names[k], k < sizes.size() ? &sizes[k] : nullptr);
 }
 
 void localized_target(Bench& bench)
@@ -125,42 +122,41 @@ void localized_target(Bench& bench)
     if (first() == bench.result.rows.end()) localized_suite(bench);
     if (bench.stopped() || bench.result.rows.end() - first() < 3) return;
     const BenchRow &near = *first(), &all = *(first() + 1), &held = *(first() + 2);
-    bench.result.targets.push_back(
-        measured(max("2 M particles, 5 % near hands, against these alone", "x", 1.5, 1.2),
-                 all.frame.median / near.frame.median,
-                 fmt::format("{:.3g} against {:.3g} particles, the rest asleep; {:.3g} where it is "
-                             "held still (localized)",
-                             double(all.particles), double(near.particles),
-                             held.frame.median / near.frame.median)));
+    add(bench, "localized", all.frame.median / near.frame.median,
+        fmt::format("{:.3g} against {:.3g} particles, the rest asleep; {:.3g} where it is held "
+                    "still (localized)",
+                    double(all.particles), double(near.particles),
+                    held.frame.median / near.frame.median));
 }
 
 void peer_target(Bench& bench)
 {
-    Target t = min("against our Taichi peer, per substep", "x", 12, 25);
-    t.note = "not run: --peers runs it";
+    double measured = -1;
+    std::string note = "not run: --peers runs it";
     for (const PeerRow& p : bench.result.peers) {
         if (p.name != "taichi") continue;
-        t.note = p.problem.empty() ? fmt::format("theirs {:.1f} us, ours {:.1f} us on its scene",
-                                                 1e6 * p.substep, 1e6 * p.ours)
-                                   : p.problem;
-        if (p.problem.empty() && p.ours > 0) t.measured = p.substep / p.ours;
+        note = p.problem.empty() ? fmt::format("theirs {:.1f} us, ours {:.1f} us on its scene",
+                                               1e6 * p.substep, 1e6 * p.ours)
+                                 : p.problem;
+        if (p.problem.empty() && p.ours > 0) measured = p.substep / p.ours;
     }
-    bench.result.targets.push_back(t);
+    add(bench, "taichi", measured, note);
 }
 
-// What a card of the RTX 4090's class might take for the small squeeze: between the ratio of issue
-// rates (128 multiprocessors at 2.52 GHz) and that of bandwidths (1008 GB/s, of which a copy gets
-// about nine tenths). Which of them holds depends on how much stays in its 72 MB of cache.
+// What the card of peers.json might take for the small squeeze: between the ratio of issue rates
+// and that of copies. Which of them holds depends on how much stays in its cache.
 void estimate(Bench& bench)
 {
     const double clock = gpu_clock();
-    if (bench.facts.multiprocessors == 0 || clock <= 0) return;
+    if (!bench.figures.peers || bench.facts.multiprocessors == 0 || clock <= 0) return;
+    const PeerFigures& there = *bench.figures.peers;
     const BenchRow& small = bench.squeeze(64);
-    const double here = bench.facts.multiprocessors * clock, there = 128 * 2.52e9;
-    const double low = small.substep.median * here / there;
-    const double high = small.substep.median * bench.facts.copy / (0.9 * 1008e9);
+    const double low = small.substep.median * bench.facts.multiprocessors * clock /
+                       (there.multiprocessors * there.clock);
+    const double high = small.substep.median * bench.facts.copy / there.copy;
     bench.result.targets.push_back(
-        {"ESTIMATE for a card like the RTX 4090, 137 k, per substep", "us", 0, 0, false, -1,
+        {fmt::format("ESTIMATE for a card like the {}, 137 k, per substep", there.card), "us", 0, 0,
+         false, -1,
          fmt::format("{:.3g} us if instructions bound it, {:.3g} us if memory does; not measured",
                      1e6 * low, 1e6 * high),
          true});
@@ -184,6 +180,14 @@ const char* met_name(Met m)
 
 void targets_suite(Bench& bench)
 {
+    const auto without = [&](const std::string& what, const std::string& why) {
+        if (why.empty()) return;
+        bench.say(what + why);
+        bench.result.left_out.push_back(what + why);
+    };
+    without("targets: ", bench.figures.no_targets);
+    if (!bench.figures.targets) return;
+    without("others' figures: ", bench.figures.no_peers);
     size_targets(bench);
     if (!bench.stopped()) localized_target(bench);
     peer_target(bench);

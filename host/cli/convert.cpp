@@ -28,19 +28,6 @@ void check_ending(const std::string& out, const std::vector<std::string>& allowe
     throw UsageError(fmt::format("{}: {} can be written as {}", out, of, all));
 }
 
-// What the writers of other files throw when the disk refuses.
-template <class Write>
-void written(Write&& write)
-{
-    try {
-        write();
-    } catch (const InputError&) {
-        throw;
-    } catch (const std::runtime_error& e) {
-        throw OutputError(e.what());
-    }
-}
-
 }  // namespace
 
 int convert_verb(const ConvertOptions& o)
@@ -50,12 +37,12 @@ int convert_verb(const ConvertOptions& o)
         check_ending(o.out, {".hands", ".jsonl"}, "a recording");
         const Recording recording = read_recording(o.in);
         prepare_file(o.out, o.overwrite);
-        written([&] { write_recording(o.out, recording); });
+        write_recording(o.out, recording);
     } else if (kind == FileKind::mesh) {
         check_ending(o.out, {".glb", ".obj", ".ply"}, "a mesh");
         const std::vector<Mesh> meshes = read_mesh(o.in);
         prepare_file(o.out, o.overwrite);
-        written([&] { write_mesh(o.out, meshes); });
+        write_mesh(o.out, meshes);
     } else if (kind == FileKind::particles) {
         check_ending(o.out, {".ply", ".csv"}, "particles");
         const std::vector<Particle<double>> particles = read_particles(o.in);

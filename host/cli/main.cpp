@@ -132,8 +132,9 @@ void add_bench(CLI::App& app, Verb& chosen)
     bench->add_flag("--overwrite", o.overwrite, "Replace results that are there");
     bench->add_flag("--quick", o.quick, "Few frames, small sizes: to see that it works");
     bench->add_flag("--peers", o.peers, "Other implementations too, on one scene");
-    bench->add_option("--peers-folder", o.peers_folder, "Where their scripts are")
-        ->capture_default_str();
+    bench->add_option("--data", o.data,
+                      "Folder of plot.py, peers.json, targets.json and peers/; profiling/ if not "
+                      "given");
     bench->add_option("--scene", o.scene, "The squeeze that is varied")->capture_default_str();
     bench->add_flag("--count", o.count,
                     "Instructions and bytes, too, by the GPU's counters (needs CUPTI)");

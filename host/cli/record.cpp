@@ -24,13 +24,7 @@ int record_verb(const RecordOptions& o)
     rule.radius = o.radius, rule.depth = o.depth, rule.seed = o.seed;
     const Recording made = generate(o.gesture, rule);
     prepare_file(o.out, o.overwrite);
-    try {
-        write_recording(o.out, made);
-    } catch (const InputError&) {
-        throw;
-    } catch (const std::runtime_error& e) {
-        throw OutputError(e.what());
-    }
+    write_recording(o.out, made);
     if (!o.quiet)
         std::printf(
             "%s", fmt::format("{}: {}, {} frames, {:.4g} s at {:.4g} frames/s\n", o.out, made.name,

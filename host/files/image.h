@@ -11,7 +11,7 @@ struct Image {
     std::vector<std::uint8_t> rgb;  // 3 * width * height, sRGB, top row first
 };
 
-// Writes a PNG; throws std::runtime_error with path and reason.
+// Writes a PNG, whole or not at all; throws OutputError with path and reason.
 void write_png(const std::string& path, const Image& image);
 
 }  // namespace knead

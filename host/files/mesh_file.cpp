@@ -1,21 +1,17 @@
 // Meshes to files: GLB (glTF 2.0), OBJ, PLY. A file appears whole under its name or not at all.
 #include "host/files/mesh_file.h"
 
-#include <fcntl.h>
-#include <sys/stat.h>
-#include <unistd.h>
-
 #include <algorithm>
 #include <array>
-#include <atomic>
 #include <bit>
-#include <cerrno>
 #include <charconv>
 #include <cmath>
 #include <cstdint>
 #include <cstring>
 #include <nlohmann/json.hpp>
-#include <stdexcept>
+
+#include "host/base/errors.h"
+#include "host/base/outputs.h"
 
 namespace knead {
 
@@ -25,7 +21,7 @@ static_assert(std::endian::native == std::endian::little, "GLB and this PLY are 
 
 [[noreturn]] void fail(const std::string& path, const std::string& reason)
 {
-    throw std::runtime_error(path + ": " + reason);
+    throw OutputError(path + ": " + reason);
 }
 
 template <class T>
@@ -217,30 +213,6 @@ std::string ply(const std::string& path, const std::vector<const Mesh*>& meshes)
     return bytes;
 }
 
-// Writes beside the path and renames, so that a reader never sees half a file and a full disk
-// leaves the old one.
-void replace_file(const std::string& path, const std::string& bytes)
-{
-    static std::atomic<unsigned> written{0};
-    const std::string part =
-        path + ".part-" + std::to_string(getpid()) + '-' + std::to_string(written++);
-    const int file = open(part.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
-    if (file < 0) fail(path, std::string("cannot be written: ") + std::strerror(errno));
-    int error = 0;
-    for (std::size_t done = 0; done < bytes.size() && error == 0;) {
-        const ssize_t step = write(file, bytes.data() + done, bytes.size() - done);
-        if (step > 0)
-            done += std::size_t(step);
-        else if (step == 0 || errno != EINTR)
-            error = step == 0 ? ENOSPC : errno;
-    }
-    if (close(file) != 0 && error == 0) error = errno;
-    if (error == 0 && std::rename(part.c_str(), path.c_str()) != 0) error = errno;
-    if (error == 0) return;
-    unlink(part.c_str());
-    fail(path, std::string("cannot be written: ") + std::strerror(error));
-}
-
 std::string ending_of(const std::string& path)
 {
     const std::size_t slash = path.rfind('/'), dot = path.rfind('.');
@@ -262,11 +234,11 @@ void write_mesh(const std::string& path, const std::vector<Mesh>& meshes)
     }
     const std::string ending = ending_of(path);
     if (ending == "glb")
-        replace_file(path, glb(path, shown));
+        write_whole(path, glb(path, shown));
     else if (ending == "obj")
-        replace_file(path, obj(shown));
+        write_whole(path, obj(shown));
     else if (ending == "ply")
-        replace_file(path, ply(path, shown));
+        write_whole(path, ply(path, shown));
     else
         fail(path, "a mesh is written as .glb, .obj or .ply");
 }

@@ -7,6 +7,7 @@
 #include <filesystem>
 
 #include "host/base/json_reader.h"
+#include "host/files/gltf.h"
 
 namespace knead {
 namespace {
@@ -149,6 +150,25 @@ Mesh parse_obj(const std::string& text, const std::string& path)
     }
     finish_mesh(mesh, path);
     return mesh;
+}
+
+std::vector<Mesh> parse_glb(const std::string& bytes, const std::string& path)
+{
+    Gltf gltf = parse_gltf(bytes, path, GltfSkins::ignored);
+    if (!gltf.transform.empty())
+        throw InputError(fmt::format("{}: {}: expected no transform (apply it first), found one",
+                                     path, gltf.transform));
+    if (gltf.parts.empty()) throw InputError(path + ": /meshes: expected at least one, found none");
+    std::vector<Mesh> all;
+    for (GltfPart& part : gltf.parts) {
+        Mesh mesh;
+        for (int c = 0; c < 256; ++c)
+            if (part.mesh == fmt::format("category {}", c)) mesh.category = c;
+        mesh.vertices = std::move(part.vertices), mesh.triangles = std::move(part.triangles);
+        finish_mesh(mesh, path);
+        all.push_back(std::move(mesh));
+    }
+    return all;
 }
 
 std::vector<Mesh> read_mesh(const std::string& path)

@@ -1,12 +1,8 @@
-// Pictures to PNG files: written beside the target and renamed, so that no half file is ever seen.
+// Pictures to PNG files.
 #include <png.h>
-#include <unistd.h>
 
-#include <cerrno>
-#include <cstdio>
-#include <cstring>
-#include <stdexcept>
-
+#include "host/base/errors.h"
+#include "host/base/outputs.h"
 #include "host/files/image.h"
 
 namespace knead {
@@ -14,12 +10,11 @@ namespace {
 
 [[noreturn]] void fail(const std::string& path, const std::string& reason)
 {
-    throw std::runtime_error("cannot write picture " + path + ": " + reason);
+    throw OutputError(path + ": the picture cannot be written: " + reason);
 }
 
 void check(const std::string& path, const Image& image)
 {
-    if (path.empty()) throw std::runtime_error("cannot write picture: the path is empty");
     const std::string size = std::to_string(image.width) + " x " + std::to_string(image.height);
     if (image.width < 1 || image.height < 1) fail(path, "it is " + size + " pixels");
     const std::size_t bytes = std::size_t(3) * std::size_t(image.width) * std::size_t(image.height);
@@ -29,21 +24,20 @@ void check(const std::string& path, const Image& image)
     }
 }
 
-// Empty if all went well, else the reason.
-std::string encode(std::FILE* file, const Image& image)
+std::string encoded(const std::string& path, const Image& image)
 {
     png_image head{};
     head.version = PNG_IMAGE_VERSION;
     head.width = png_uint_32(image.width);
     head.height = png_uint_32(image.height);
     head.format = PNG_FORMAT_RGB;
-    if (!png_image_write_to_stdio(&head, file, 0, image.rgb.data(), 0, nullptr)) {
-        const int error = errno;
-        std::string reason = head.message;
-        if (error != 0) reason += std::string(" (") + std::strerror(error) + ")";
-        return reason;
-    }
-    return {};
+    // No picture of that size comes out longer.
+    png_alloc_size_t size = PNG_IMAGE_PNG_SIZE_MAX(head);
+    std::string bytes(size, '\0');
+    if (!png_image_write_to_memory(&head, bytes.data(), &size, 0, image.rgb.data(), 0, nullptr))
+        fail(path, head.message);
+    bytes.resize(size);
+    return bytes;
 }
 
 }  // namespace
@@ -51,19 +45,7 @@ std::string encode(std::FILE* file, const Image& image)
 void write_png(const std::string& path, const Image& image)
 {
     check(path, image);
-    const std::string partial = path + ".partial-" + std::to_string(::getpid());
-    std::FILE* file = std::fopen(partial.c_str(), "wb");
-    if (!file) fail(path, std::strerror(errno));
-    errno = 0;
-    std::string reason = encode(file, image);
-    if (std::fclose(file) != 0 && reason.empty()) reason = std::strerror(errno);
-    if (reason.empty() && std::rename(partial.c_str(), path.c_str()) != 0) {
-        reason = std::strerror(errno);
-    }
-    if (!reason.empty()) {
-        std::remove(partial.c_str());
-        fail(path, reason);
-    }
+    write_whole(path, encoded(path, image));
 }
 
 }  // namespace knead

@@ -14,9 +14,11 @@
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
-#include <filesystem>
 #include <sstream>
 #include <stdexcept>
+
+#include "host/base/errors.h"
+#include "host/base/outputs.h"
 
 extern char** environ;
 
@@ -53,25 +55,15 @@ std::string all_of(int descriptor)
     return text;
 }
 
-// "clip.partial-42.mp4": ffmpeg chooses the container by the ending.
-std::string beside(const std::string& path)
-{
-    std::filesystem::path p(path);
-    p.replace_filename(p.stem().string() + ".partial-" + std::to_string(::getpid()) +
-                       p.extension().string());
-    return p.string();
-}
-
 class Ffmpeg final : public Video {
   public:
     Ffmpeg(const std::string& path, int width, int height, double rate)
         : path_(path),
-          partial_(beside(path)),
+          partial_(std::make_unique<PartialFile>(path)),
           width_(width),
           height_(height),
           messages_(::memfd_create("ffmpeg messages", MFD_CLOEXEC))
     {
-        probe();
         start(rate);
     }
 
@@ -112,10 +104,11 @@ class Ffmpeg final : public Video {
             if (errno != EINTR) fail(std::string("waiting for ffmpeg: ") + std::strerror(errno));
         }
         if (WIFEXITED(status) && WEXITSTATUS(status) == 0) {
-            if (std::rename(partial_.c_str(), path_.c_str()) == 0) return;
-            fail(std::strerror(errno));
+            partial_->put_in_place();
+            partial_.reset();
+            return;
         }
-        std::remove(partial_.c_str());
+        partial_.reset();
         const std::string said = all_of(messages_.number());
         if (!said.empty()) fail("ffmpeg says: " + said);
         if (WIFSIGNALED(status)) fail("ffmpeg ended by signal " + std::to_string(WTERMSIG(status)));
@@ -125,14 +118,7 @@ class Ffmpeg final : public Video {
   private:
     [[noreturn]] void fail(const std::string& reason) const
     {
-        throw std::runtime_error("cannot write video " + path_ + ": " + reason);
-    }
-
-    // The plain reason at once, rather than ffmpeg's at the end.
-    void probe() const
-    {
-        const Descriptor file(::open(partial_.c_str(), O_WRONLY | O_CREAT | O_CLOEXEC, 0666));
-        if (file.number() < 0) fail(std::strerror(errno));
+        throw OutputError(path_ + ": the video cannot be written: " + reason);
     }
 
     void start(double rate)
@@ -146,11 +132,12 @@ class Ffmpeg final : public Video {
         std::ostringstream rate_text;
         rate_text << rate;
         // "file:" keeps a path that looks like an option or an address a path. Players want 4:2:0,
-        // and that wants even sides.
+        // and that wants even sides. Without -xerror a disk that is full at the end is no failure.
         std::vector<std::string> words = {"ffmpeg",
                                           "-hide_banner",
                                           "-loglevel",
                                           "error",
+                                          "-xerror",
                                           "-y",
                                           "-f",
                                           "rawvideo",
@@ -167,7 +154,7 @@ class Ffmpeg final : public Video {
                                           "pad=ceil(iw/2)*2:ceil(ih/2)*2",
                                           "-pix_fmt",
                                           "yuv420p",
-                                          "file:" + partial_};
+                                          "file:" + partial_->path()};
         std::vector<char*> argv;
         for (std::string& word : words) argv.push_back(word.data());
         argv.push_back(nullptr);
@@ -190,11 +177,12 @@ class Ffmpeg final : public Video {
         posix_spawn_file_actions_destroy(&files);
         if (error == 0) return;
         frames_.reset();
-        std::remove(partial_.c_str());
+        partial_.reset();
         fail(std::string("ffmpeg does not start: ") + std::strerror(error));
     }
 
-    std::string path_, partial_;
+    std::string path_;
+    std::unique_ptr<PartialFile> partial_;  // ffmpeg writes it
     int width_, height_;
     Descriptor messages_;  // what ffmpeg says on stderr; in memory, so it never blocks
     std::unique_ptr<Descriptor> frames_;
@@ -215,7 +203,6 @@ bool Video::available()
 
 std::unique_ptr<Video> Video::open(const std::string& path, int width, int height, double rate)
 {
-    if (path.empty()) throw std::runtime_error("cannot write video: the path is empty");
     if (width < 1 || height < 1 || width > 16384 || height > 16384) {
         throw std::invalid_argument("video " + path + ": frames of " + std::to_string(width) +
                                     " x " + std::to_string(height) +
@@ -226,7 +213,7 @@ std::unique_ptr<Video> Video::open(const std::string& path, int width, int heigh
                                     " frames per second; expected more than 0, at most 1000");
     }
     if (!available()) {
-        throw std::runtime_error("cannot write video " + path + ": ffmpeg is not on the PATH");
+        throw OutputError(path + ": the video cannot be written: ffmpeg is not on the PATH");
     }
     return std::make_unique<Ffmpeg>(path, width, height, rate);
 }

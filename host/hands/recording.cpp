@@ -11,6 +11,7 @@
 #include <system_error>
 #include <utility>
 
+#include "host/base/outputs.h"
 #include "host/hands/recording_rules.h"
 
 namespace knead {
@@ -224,20 +225,7 @@ void write_recording(const std::string& path, const Recording& recording)
     if (!binary && !ends_with(path, ".jsonl"))
         throw InputError(fmt::format("{}: expected the ending .hands or .jsonl", path));
     check(recording);
-    const std::string bytes = binary ? to_binary(recording) : to_lines(recording);
-    const std::string beside = path + ".partial";
-    std::error_code error;
-    {
-        std::ofstream out(beside, std::ios::binary | std::ios::trunc);
-        out.write(bytes.data(), std::streamsize(bytes.size()));
-        out.close();
-        if (!out) error = std::make_error_code(std::errc::io_error);
-    }
-    if (!error) std::filesystem::rename(beside, path, error);
-    if (!error) return;
-    std::error_code ignored;
-    std::filesystem::remove(beside, ignored);
-    throw std::runtime_error(fmt::format("{}: could not be written: {}", path, error.message()));
+    write_whole(path, binary ? to_binary(recording) : to_lines(recording));
 }
 
 }  // namespace knead

@@ -12,9 +12,8 @@ namespace knead {
 // passes check() or an InputError with path, byte offset or line, what was expected and found.
 Recording read_recording(const std::string& path);
 
-// The form is chosen by the ending. The file appears whole or not at all: it is written beside its
-// place and renamed. Throws InputError for another ending or a recording that check() refuses,
-// std::runtime_error with path and reason where the disk refuses.
+// The form is chosen by the ending; the file appears whole or not at all. Throws InputError for
+// another ending or a recording that check() refuses, OutputError where the disk refuses.
 void write_recording(const std::string& path, const Recording& recording);
 
 // The two forms in memory, of a recording that passes check(); `path` is only for error texts.

@@ -12,10 +12,10 @@
 #include "host/base/json_reader.h"
 #include "host/base/machine.h"
 #include "host/base/outputs.h"
-#include "host/bench/plot.h"
 #include "host/cli/verbs.h"
 #include "host/hands/gesture.h"
 #include "host/session/session.h"
+#include "tests/bench/has_matplotlib.h"
 #include "tests/folder.h"
 
 namespace knead {
@@ -87,7 +87,12 @@ TEST_F(BenchFolder, StagesOfASqueezeAreMeasuredAndWritten)
     EXPECT_NEAR(row["items_per_second"].get<double>() / (1e6 * count / substep), 1, 1e-9);
     EXPECT_TRUE(row["instructions_per_particle"].is_null());  // never invented
     EXPECT_NE(said.find("squeeze"), said.npos);
-    EXPECT_NE(text("stages.svg").find("</svg>"), std::string::npos);
+    if (has_matplotlib())
+        EXPECT_NE(text("stages.svg").find("</svg>"), std::string::npos);
+    else
+        EXPECT_NE(said.find("; by hand: python3 profiling/plot.py " + path("out/bench.json")),
+                  said.npos)
+            << said;
     const std::string csv = text("bench.csv");
     EXPECT_EQ(std::count(csv.begin(), csv.end(), '\n'), 2);
     EXPECT_EQ(code(o), exit_output);  // nothing is replaced unasked
@@ -108,6 +113,36 @@ TEST_F(BenchFolder, WrongWordsAreRefusedBeforeAnythingIsMeasured)
     EXPECT_EQ(code(o), exit_usage);
     o.backend = "gpu:x";
     EXPECT_EQ(code(o), exit_usage);
+    EXPECT_FALSE(fs::exists(folder / "out"));
+}
+
+TEST_F(BenchFolder, WithoutItsFilesOfFiguresItGoesOnAndSaysSo)
+{
+    BenchOptions o = quick();
+    o.suites = {"targets", "stages"}, o.data = path("nowhere"), o.quiet = false;
+    ASSERT_EQ(code(o), exit_ok) << complained;
+    for (const std::string& text : {said, complained}) {
+        EXPECT_NE(text.find("targets: no file " + path("nowhere/targets.json")), text.npos) << text;
+        EXPECT_NE(text.find("drawings: no script " + path("nowhere/plot.py")), text.npos) << text;
+        EXPECT_NE(text.find("by hand: python3 "), text.npos) << text;
+    }
+    const Json all = Json::parse(text("bench.json"));
+    EXPECT_EQ(all["rows"].size(), 1u);
+    EXPECT_TRUE(all["targets"].empty());
+    EXPECT_NE(all["left_out"].dump().find("nowhere/targets.json"), std::string::npos);
+}
+
+TEST_F(BenchFolder, AWrongFileOfFiguresIsRefusedBeforeAnythingIsMeasured)
+{
+    BenchOptions o = quick();
+    o.data = path("data");
+    fs::create_directory(folder / "data");
+    write_whole(path("data/targets.json"), R"({"schema": "knead.targets/1", "set_for": "x",
+        "targets": {"memory": {"name": "m", "must": "little", "aim": 1}}})");
+    EXPECT_EQ(code(o), exit_input);
+    EXPECT_EQ(complained, "knead: " + path("data/targets.json") +
+                              ": /targets/memory/must: expected a number at least 0, found the "
+                              "text \"little\"\n");
     EXPECT_FALSE(fs::exists(folder / "out"));
 }
 
@@ -231,57 +266,6 @@ TEST(Benchmark, APeersLastLineWithATimeIsRead)
           R"({"substep_us": 1, "centre": [1, 2, "x"], "extent": [1, 1, 1]})",
           R"({"substep_us": 1, "centre": [1, 2, 3]})", "{\"substep_us\": 1"})
         EXPECT_FALSE(understood(bad, row, places)) << bad;
-}
-
-TEST(Plot, TicksLieOnTheAxisAndRise)
-{
-    EXPECT_EQ(ticks(0, 10, false), (std::vector<double>{0, 2, 4, 6, 8, 10}));
-    EXPECT_EQ(ticks(1, 10, true), (std::vector<double>{1, 2, 5, 10}));
-    for (const auto& [low, high] : {std::pair{-3.7, 11.2}, {1e-9, 4e-9}, {99.0, 101.0}}) {
-        const std::vector<double> t = ticks(low, high, false);
-        EXPECT_GE(t.size(), 3u);
-        EXPECT_TRUE(std::is_sorted(t.begin(), t.end()));
-        EXPECT_GE(t.front(), low - 1e-6 * (high - low));
-        EXPECT_LE(t.back(), high + 1e-6 * (high - low));
-    }
-    EXPECT_TRUE(ticks(2, 1, false).empty());
-    EXPECT_TRUE(ticks(0, 1, true).empty());
-    EXPECT_TRUE(ticks(0, std::nan(""), false).empty());
-}
-
-TEST(Plot, NoCurveRunsThroughTheLegendAndEveryAxisHasTwoMarks)
-{
-    Plot plot;
-    plot.log_y = plot.log_x = true;
-    plot.series = {{"one", {1.2, 1.9}, {0.031, 0.032}, false}};
-    const std::string text = svg(plot);
-    for (const char* mark : {">1<", ">2<", ">0.02<", ">0.05<"})
-        EXPECT_NE(text.find(mark), text.npos) << mark;
-    double legend = 0, point = 0;
-    std::sscanf(text.c_str() + text.find("<rect x=\""), "<rect x=\"%*f\" y=\"%lf", &legend);
-    std::sscanf(text.c_str() + text.find("<circle"), "<circle cx=\"%*f\" cy=\"%lf", &point);
-    EXPECT_GT(legend, 0);
-    EXPECT_GT(point, legend + 12);
-}
-
-TEST(Plot, ShowsItsPointsAndLeavesOutWhatHasNoPlace)
-{
-    Plot plot;
-    plot.title = "a < b & \"c\"", plot.log_y = true;
-    plot.series = {{"one", {1, 2, 3, 4}, {10, 0, std::nan(""), 1000}, false}};
-    const std::string text = svg(plot);
-    const auto count = [&](const std::string& what) {
-        int n = 0;
-        for (std::size_t at = 0; (at = text.find(what, at)) != text.npos; ++at) ++n;
-        return n;
-    };
-    EXPECT_EQ(count("<circle"), 2);
-    EXPECT_EQ(count("a &lt; b &amp; &quot;c&quot;"), 1);
-    EXPECT_EQ(count("nan"), 0);
-    EXPECT_EQ(count("inf"), 0);
-    EXPECT_NE(svg(Plot{}).find("nothing was measured"), std::string::npos);
-    BarPlot bars{"t", "ms", {"a", "b"}, {{"x", {1, 2}}, {"y", {3}}}, ""};
-    EXPECT_NE(svg(bars).find(">3 ms<"), std::string::npos);
 }
 
 TEST(Machine, SaysTheBuildsCommitAndAsksNoDriverThatIsNotThere)

@@ -1,8 +1,6 @@
 // What was written as GLB, OBJ and PLY is read again: GLB by another's reader, the others here.
 #include <gtest/gtest.h>
-#include <sys/resource.h>
 
-#include <csignal>
 #include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
@@ -20,6 +18,7 @@
 #include "host/files/mesh_file.h"
 #include "host/surface/mesh.h"
 #include "tests/folder.h"
+#include "tests/small_disk.h"
 
 namespace knead {
 namespace {
@@ -240,7 +239,6 @@ TEST(MeshFile, ReadOnlyFolderIsNamedWithTheReason)
     EXPECT_EQ(error, path + ": cannot be written: Permission denied");
 }
 
-// A limit on the size of files stands for the disk that runs full: the write stops half way.
 TEST(MeshFile, DiskThatRunsFullLeavesTheOldFileAndNoHalfOne)
 {
     const Folder place;
@@ -249,14 +247,11 @@ TEST(MeshFile, DiskThatRunsFullLeavesTheOldFileAndNoHalfOne)
     const std::string old = text_of(path);
     Mesh large = tetrahedron(1, 0);
     large.triangles.resize(100000);
-    rlimit before{};
-    ASSERT_EQ(getrlimit(RLIMIT_FSIZE, &before), 0);
-    const auto signal_before = std::signal(SIGXFSZ, SIG_IGN);
-    const rlimit small{100000, before.rlim_max};
-    ASSERT_EQ(setrlimit(RLIMIT_FSIZE, &small), 0);
-    const std::string error = error_of(path, {large});
-    setrlimit(RLIMIT_FSIZE, &before);
-    std::signal(SIGXFSZ, signal_before);
+    std::string error;
+    {
+        const SmallDisk full(100000);
+        error = error_of(path, {large});
+    }
     EXPECT_EQ(error, path + ": cannot be written: File too large");
     EXPECT_EQ(text_of(path), old);
     EXPECT_EQ(place.files(), 1);

@@ -1,0 +1,202 @@
+// What of a .glb reaches tinygltf: its container and its document, checked.
+#include "host/files/gltf_guard.h"
+
+#include <fmt/format.h>
+
+#include <bit>
+#include <cstring>
+
+#include "host/base/json_reader.h"
+
+namespace knead {
+namespace {
+
+static_assert(std::endian::native == std::endian::little, "GLB is read as it lies");
+constexpr std::size_t max_json_bytes = 16u << 20;
+constexpr std::uint32_t magic = 0x46546c67, chunk_json = 0x4e4f534a, chunk_binary = 0x004e4942;
+constexpr std::size_t json_start = 20;
+
+// What is read of a document. All else, pictures, extensions and extras too, is left out before
+// tinygltf sees it; of what is left it would take a value of another type for one that is absent,
+// and names no place.
+enum class Kind { index, size, text, flag, numbers, indices, part_list, attributes, any };
+struct Key {
+    const char *section, *name;
+    Kind kind;
+    bool required = false;
+};
+constexpr Key keys[] = {{"asset", "version", Kind::text, true},
+                        {"buffers", "byteLength", Kind::size, true},
+                        {"buffers", "uri", Kind::text},
+                        {"bufferViews", "buffer", Kind::index, true},
+                        {"bufferViews", "byteOffset", Kind::size},
+                        {"bufferViews", "byteLength", Kind::size, true},
+                        {"bufferViews", "byteStride", Kind::size},
+                        {"accessors", "bufferView", Kind::index},
+                        {"accessors", "byteOffset", Kind::size},
+                        {"accessors", "componentType", Kind::size, true},
+                        {"accessors", "count", Kind::size, true},
+                        {"accessors", "type", Kind::text, true},
+                        {"accessors", "normalized", Kind::flag},
+                        {"accessors", "sparse", Kind::any},
+                        {"meshes", "name", Kind::text},
+                        {"meshes", "primitives", Kind::part_list, true},
+                        {"primitives", "attributes", Kind::attributes, true},
+                        {"primitives", "indices", Kind::index},
+                        {"primitives", "mode", Kind::index},
+                        {"nodes", "name", Kind::text},
+                        {"nodes", "matrix", Kind::numbers},
+                        {"nodes", "translation", Kind::numbers},
+                        {"nodes", "rotation", Kind::numbers},
+                        {"nodes", "scale", Kind::numbers},
+                        {"skins", "joints", Kind::indices, true},
+                        {"skins", "inverseBindMatrices", Kind::index, true}};
+
+std::uint32_t word(const std::string& bytes, std::size_t at)
+{
+    std::uint32_t w;
+    std::memcpy(&w, bytes.data() + at, 4);
+    return w;
+}
+
+void put(std::string& bytes, std::size_t at, std::uint32_t w)
+{
+    std::memcpy(bytes.data() + at, &w, 4);
+}
+
+class Guard {
+  public:
+    explicit Guard(const std::string& file) : path(file) {}
+
+    // The size of the JSON chunk. Both chunks lie inside the file: tinygltf 2.7 is content with a
+    // second one that ends 8 bytes behind it.
+    std::size_t json_size(const std::string& bytes) const
+    {
+        const auto fail = [&](std::size_t byte, const std::string& expected,
+                              const std::string& found) {
+            refuse_gltf(path, fmt::format("byte {}", byte), expected, found);
+        };
+        if (bytes.size() < json_start || word(bytes, 0) != magic)
+            fail(0, "a GLB file", "something else");
+        if (word(bytes, 4) != 2) fail(4, "version 2", std::to_string(word(bytes, 4)));
+        if (word(bytes, 8) != bytes.size())
+            fail(8, fmt::format("the file's {} bytes", bytes.size()),
+                 std::to_string(word(bytes, 8)));
+        const std::size_t size = word(bytes, 12), end = json_start + size;
+        if (word(bytes, 16) != chunk_json || end > bytes.size() || size > max_json_bytes)
+            fail(12, "a JSON chunk of at most 16 MiB inside the file",
+                 fmt::format("{} bytes", size));
+        if (bytes.size() == end) return size;
+        if (bytes.size() - end < 8 || word(bytes, end + 4) != chunk_binary ||
+            word(bytes, end) > bytes.size() - end - 8)
+            fail(end, "a binary chunk inside the file", "something else");
+        return size;
+    }
+
+    // What is read of the document.
+    Json needed(const Json& all, GltfSkins skins) const
+    {
+        need(all.is_object(), "/", "an object", all);
+        Json out = Json::object();
+        if (!all.contains("asset")) refuse_gltf(path, "/asset", "an object", "nothing");
+        out["asset"] = object(all["asset"], "asset", "/asset");
+        for (const char* section : {"buffers", "bufferViews", "accessors", "meshes", "nodes"})
+            add_list(out, all, section);
+        if (skins == GltfSkins::read) add_list(out, all, "skins");
+        // tinygltf copies the whole chunk once for each buffer.
+        const Json buffers = out.value("buffers", Json::array());
+        need(buffers.size() <= 1, "/buffers", "at most one", buffers);
+        if (!buffers.empty() && buffers[0].contains("uri"))
+            need(false, "/buffers/0/uri", "none: the buffer inside the file", buffers[0]["uri"]);
+        return out;
+    }
+
+  private:
+    void need(bool holds, const std::string& where, const std::string& expected,
+              const Json& found) const
+    {
+        if (!holds) refuse_gltf(path, where, expected, described(found));
+    }
+
+    void add_list(Json& out, const Json& all, const char* section) const
+    {
+        const auto at = all.find(section);
+        if (at != all.end()) out[section] = list(*at, section, fmt::format("/{}", section));
+    }
+
+    Json list(const Json& all, const char* section, const std::string& where) const
+    {
+        need(all.is_array(), where, "an array", all);
+        Json out = Json::array();
+        for (std::size_t i = 0; i < all.size(); ++i)
+            out.push_back(object(all[i], section, fmt::format("{}/{}", where, i)));
+        return out;
+    }
+
+    Json object(const Json& one, const std::string& section, const std::string& where) const
+    {
+        need(one.is_object(), where, "an object", one);
+        Json out = Json::object();
+        for (const Key& key : keys) {
+            if (section != key.section) continue;
+            const std::string at = where + "/" + key.name;
+            if (one.contains(key.name))
+                out[key.name] = value(one[key.name], key.kind, at);
+            else if (key.required)
+                refuse_gltf(path, at, "it", "nothing");
+        }
+        return out;
+    }
+
+    Json value(const Json& v, Kind kind, const std::string& where) const
+    {
+        const auto whole = [&](std::uint64_t max) {
+            return v.is_number_unsigned() && v.get<std::uint64_t>() <= max;
+        };
+        if (kind == Kind::index) need(whole(0x7fffffff), where, "a whole number below 2^31", v);
+        if (kind == Kind::size) need(whole(0xffffffff), where, "a whole number below 2^32", v);
+        if (kind == Kind::text) need(v.is_string(), where, "a text", v);
+        if (kind == Kind::flag) need(v.is_boolean(), where, "true or false", v);
+        if (kind == Kind::part_list) return list(v, "primitives", where);
+        if (kind == Kind::attributes) {
+            need(v.is_object(), where, "an object", v);
+            for (const auto& [name, index] : v.items())
+                value(index, Kind::index, where + "/" + name);
+        }
+        if (kind == Kind::numbers || kind == Kind::indices) {
+            need(v.is_array(), where, "an array", v);
+            for (std::size_t i = 0; i < v.size(); ++i) {
+                const std::string at = fmt::format("{}/{}", where, i);
+                need(v[i].is_number(), at, "a number", v[i]);
+                if (kind == Kind::indices) value(v[i], Kind::index, at);
+            }
+        }
+        return v;
+    }
+
+    const std::string& path;
+};
+
+}  // namespace
+
+void refuse_gltf(const std::string& path, const std::string& where, const std::string& expected,
+                 const std::string& found)
+{
+    throw InputError(fmt::format("{}: {}: expected {}, found {}", path, where, expected, found));
+}
+
+std::string guarded_glb(std::string bytes, const std::string& path, GltfSkins skins)
+{
+    const Guard guard(path);
+    const std::size_t size = guard.json_size(bytes);
+    const Json document = parse_json(bytes.substr(json_start, size), path);
+    std::string text = guard.needed(document, skins).dump();
+    text.resize((text.size() + 3) / 4 * 4, ' ');
+    bytes.replace(json_start, size, text);
+    if (bytes.size() > 0xffffffffu) refuse_gltf(path, "byte 8", "at most 4 GiB", "more");
+    put(bytes, 8, std::uint32_t(bytes.size()));
+    put(bytes, 12, std::uint32_t(text.size()));
+    return bytes;
+}
+
+}  // namespace knead

@@ -1,0 +1,171 @@
+// The one way a file is written: whole or not at all, whatever goes wrong.
+#include "host/base/outputs.h"
+
+#include <gtest/gtest.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <fstream>
+#include <thread>
+
+#include "host/base/errors.h"
+#include "host/base/json_reader.h"
+#include "tests/folder.h"
+#include "tests/small_disk.h"
+
+namespace knead {
+namespace {
+namespace fs = std::filesystem;
+
+class Outputs : public InFolder {
+  protected:
+    std::string content(const std::string& name) const { return read_text(path(name), 1 << 24); }
+};
+
+template <class Action>
+std::string refusal(Action&& action)
+{
+    try {
+        action();
+    } catch (const OutputError& e) {
+        return e.what();
+    }
+    return "";
+}
+
+TEST_F(Outputs, AFileIsReplacedWhole)
+{
+    const std::string all = std::string("\0old\n", 5), none, large(3 << 20, 'x');
+    for (const std::string& bytes : {all, none, large}) {
+        write_whole(path("a.bin"), bytes);
+        EXPECT_EQ(content("a.bin"), bytes);
+    }
+    EXPECT_EQ(files(), 1);
+}
+
+TEST_F(Outputs, AFullDiskLeavesTheOldFileAndNothingElse)
+{
+    write_whole(path("a.json"), "old");
+    for (const std::size_t size : {4097, 1 << 20}) {
+        std::string said;
+        {
+            const SmallDisk full(4096);
+            said = refusal([&] { write_whole(path("a.json"), std::string(size, 'x')); });
+        }
+        EXPECT_EQ(said, path("a.json") + ": cannot be written: File too large");
+        EXPECT_EQ(content("a.json"), "old");
+        EXPECT_EQ(files(), 1);
+    }
+    const SmallDisk full(4096);
+    write_whole(path("a.json"), std::string(4096, 'y'));
+    EXPECT_EQ(content("a.json").size(), 4096u);
+}
+
+TEST_F(Outputs, APlaceThatTakesNoFileIsNamedWithTheReason)
+{
+    const auto said = [&](const std::string& file) {
+        return refusal([&] { write_whole(file, "x"); });
+    };
+    EXPECT_EQ(said(path("no/a")), path("no/a") + ": cannot be written: No such file or directory");
+    EXPECT_EQ(said(""), "\"\": cannot be written: the path is empty");
+    write_whole(path("file"), "old");
+    EXPECT_EQ(said(path("file/a")), path("file/a") + ": cannot be written: Not a directory");
+    fs::create_directory(folder / "full");
+    EXPECT_EQ(said(path("full")), path("full") + ": cannot be written: Is a directory");
+    EXPECT_EQ(said("/proc/a").rfind("/proc/a: cannot be written: ", 0), 0u);
+    const std::string name(300, 'n');
+    EXPECT_EQ(said(path(name)), path(name) + ": cannot be written: File name too long");
+    EXPECT_EQ(files(), 2);
+    EXPECT_EQ(content("file"), "old");
+}
+
+TEST_F(Outputs, AFolderThatMayNotBeWrittenIsNamedWithTheReason)
+{
+    fs::create_directory(folder / "locked");
+    write_whole(path("locked/a"), "old");
+    fs::permissions(folder / "locked", fs::perms::owner_read | fs::perms::owner_exec);
+    const bool anywhere = std::ofstream(path("locked/probe")).good();
+    const std::string said = refusal([&] { write_whole(path("locked/a"), "new"); });
+    fs::permissions(folder / "locked", fs::perms::owner_all);
+    if (anywhere) GTEST_SKIP() << "this user may write anywhere";
+    EXPECT_EQ(said, path("locked/a") + ": cannot be written: Permission denied");
+    EXPECT_EQ(content("locked/a"), "old");
+}
+
+TEST_F(Outputs, WhatIsNoRegularFileIsNotReplaced)
+{
+    ASSERT_EQ(mkfifo(path("pipe").c_str(), 0600), 0);
+    EXPECT_EQ(refusal([&] { write_whole(path("pipe"), "x"); }),
+              path("pipe") + ": cannot be written: it is there and is no regular file");
+    EXPECT_TRUE(fs::is_fifo(folder / "pipe"));
+    EXPECT_EQ(files(), 1);
+}
+
+TEST_F(Outputs, AnotherProgramMayWriteWhatIsThenPutInPlace)
+{
+    write_whole(path("clip.mp4"), "old");
+    {
+        const PartialFile dropped(path("clip.mp4"));
+        EXPECT_EQ(fs::path(dropped.path()).extension(), ".mp4");
+        EXPECT_EQ(fs::path(dropped.path()).parent_path(), folder);
+        std::ofstream(dropped.path()) << "half";
+        EXPECT_EQ(content("clip.mp4"), "old");
+    }
+    EXPECT_EQ(files(), 1);
+    PartialFile partial(path("clip.mp4"));
+    std::ofstream(partial.path()) << "new";
+    partial.put_in_place();
+    EXPECT_EQ(content("clip.mp4"), "new");
+    EXPECT_EQ(files(), 1);
+}
+
+// A process of the same number that was killed may have left anything.
+TEST_F(Outputs, AnEarlierHalfIsNeitherUsedNorFollowed)
+{
+    std::string taken;
+    {
+        const PartialFile next(path("a"));
+        taken = next.path();
+    }
+    const std::size_t dash = taken.rfind('-');
+    const int number = std::stoi(taken.substr(dash + 1));
+    write_whole(path("precious"), "precious");
+    fs::create_symlink(path("precious"), taken.substr(0, dash + 1) + std::to_string(number + 1));
+    fs::create_symlink("/dev/full", taken.substr(0, dash + 1) + std::to_string(number + 2));
+    write_whole(path("a"), "new");
+    write_whole(path("a"), "newer");
+    EXPECT_EQ(content("a"), "newer");
+    EXPECT_EQ(content("precious"), "precious");
+}
+
+TEST_F(Outputs, ManyWritersOfOneFileLeaveOneOfTheirs)
+{
+    std::vector<std::thread> writers;
+    for (int k = 0; k < 8; ++k)
+        writers.emplace_back([&, k] {
+            for (int i = 0; i < 20; ++i) write_whole(path("a"), std::string(20000, char('a' + k)));
+        });
+    for (std::thread& w : writers) w.join();
+    const std::string left = content("a");
+    EXPECT_EQ(left, std::string(20000, left[0]));
+    EXPECT_EQ(files(), 1);
+}
+
+TEST_F(Outputs, PlacesAreCheckedBeforeTheWorkAndLeftAsTheyWere)
+{
+    prepare_folder(path("out/deep"), {"report.json"}, false);
+    EXPECT_TRUE(fs::is_empty(folder / "out/deep"));
+    write_whole(path("out/deep/report.json"), "old");
+    EXPECT_NE(refusal([&] { prepare_folder(path("out/deep"), {"report.json"}, false); }), "");
+    prepare_folder(path("out/deep"), {"report.json"}, true);
+    EXPECT_NE(refusal([&] { prepare_file(path("out/deep/report.json"), false); }), "");
+    prepare_file(path("out/deep/report.json"), true);
+    EXPECT_EQ(content("out/deep/report.json"), "old");
+    EXPECT_NE(refusal([&] { prepare_file(path("out/deep"), true); }), "");
+    EXPECT_NE(refusal([&] { prepare_file(path("no/a"), true); }), "");
+    EXPECT_NE(refusal([&] { prepare_folder(path("out/deep/report.json"), {}, true); }), "");
+    EXPECT_EQ(std::distance(fs::directory_iterator(folder / "out/deep"), {}), 1);
+}
+
+}  // namespace
+}  // namespace knead
