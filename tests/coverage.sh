@@ -7,7 +7,10 @@ set -eu
 cd "$(dirname "$0")/.."
 bound=90
 build=build/coverage
-command -v gcovr >/dev/null || { echo "gcovr is not here (Debian: apt-get install gcovr)"; exit 77; }
+if ! command -v gcovr >/dev/null; then
+    echo "gcovr is not here (Debian: apt-get install gcovr)"
+    exit 77
+fi
 
 cmake --preset coverage >/dev/null
 cmake --build $build --target knead knead_tests
@@ -23,7 +26,7 @@ failed=0
 for shard in 0 1; do
     wait "${shards[shard]}" || { tail -n 30 $build/tests_$shard.log; failed=1; }
 done
-tests/cli/program_test.sh $build/knead || failed=1
+for test in program verbs; do tests/cli/${test}_test.sh $build/knead || failed=1; done
 [ $failed -eq 0 ] || echo "tests failed: what follows says only what they reached"
 
 gcovr --root . --filter 'cuda/.*/.*\.h$' --filter 'host/' --csv --output $build/lines.csv $build
