@@ -39,9 +39,9 @@ grep -o 'knead: .*' build/configure.log
 step build cmake --build build/test
 
 say "Testing"
+fine='^ +Start |^ *[0-9]+/[0-9]+ .*( Passed |\*\*\*Skip)|\(Skipped\)$|did not run:|^Internal|^$'
 ctest --test-dir build/test --parallel 2 --output-on-failure --no-tests=error 2>&1 |
-    tee build/tests.log |
-    grep -vE '^ +Start |^ *[0-9]+/[0-9]+ .* (Passed|\*\*\*Skipped) |\(Skipped\)$|did not run:|^$'
+    tee build/tests.log | grep -vE "$fine"
 failed=${PIPESTATUS[0]}
 passed=$(grep -cE ' Passed +[0-9.]+ sec$' build/tests.log)
 skipped=$(grep -cE '\*\*\*Skipped +[0-9.]+ sec$' build/tests.log)
