@@ -3,40 +3,7 @@
 # twice, and what it answers to bad input and wrong usage.
 # usage: tests/cli/program_test.sh PROGRAM
 set -u
-program=$(realpath "${1:?usage: tests/cli/program_test.sh PROGRAM}")
-folder=$(mktemp -d)
-trap 'rm -rf "$folder"' EXIT
-cd "$folder" || exit 1
-failed=0
-
-wrong() {
-    echo "WRONG: $*"
-    sed 's/^/    | /' said complained 2>/dev/null | head -n 20
-    failed=$((failed + 1))
-}
-# answers CODE ARGUMENT...: the program ends with that exit code, and says why where it is not 0.
-answers() {
-    local expected=$1 code
-    shift
-    timeout 300 "$program" "$@" >said 2>complained </dev/null
-    code=$?
-    [ $code -eq "$expected" ] || wrong "exit $code instead of $expected: knead $*"
-    [ "$expected" -eq 0 ] || [ -s complained ] || wrong "no word of what is wrong: knead $*"
-}
-# The last answer's messages contain the text.
-complains() { grep -qF -- "$1" complained || wrong "the complaint lacks: $1"; }
-holds() { grep -qE -- "$2" "$1" || wrong "$1 lacks: $2"; }
-
-cat >ball.json <<'SCENE'
-{
-    "schema": "knead.scene/1",  // comments are allowed
-    "domain": {"edge": 0.32, "cells": 32},
-    "objects": [{"shape": "sphere", "centre": [0.16, 0.16, 0.16], "diameter": 0.1,
-                 "material": {"preset": "clay", "young": 1e5}, "category": 1}],
-    "hands": {"recording": "squeeze"},
-    "frame_rate": 90
-}
-SCENE
+. "$(dirname "$0")"/answers.sh
 
 answers 0 --version
 answers 0 --help
@@ -104,5 +71,4 @@ if nvidia-smi -L >/dev/null 2>&1; then
     [ "$(state gpu-one)" = "$(state gpu-two)" ] || wrong "another state in a second run on the GPU"
 fi
 
-[ $failed -eq 0 ] && echo "the program answers as it should" || echo "$failed wrong"
-exit $((failed > 0))
+concluded

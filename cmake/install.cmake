@@ -1,0 +1,23 @@
+# The libraries, the headers below include/knead as they lie here, and what find_package(Knead)
+# reads.
+include(GNUInstallDirs)
+include(CMakePackageConfigHelpers)
+set(headers ${CMAKE_INSTALL_INCLUDEDIR}/knead)
+set(package ${CMAKE_INSTALL_LIBDIR}/cmake/Knead)
+
+install(TARGETS knead_solver knead_app EXPORT KneadTargets
+    ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR} INCLUDES DESTINATION ${headers})
+install(EXPORT KneadTargets NAMESPACE Knead:: DESTINATION ${package})
+# Not those of the back ends, nor of the program.
+install(DIRECTORY cuda host DESTINATION ${headers} FILES_MATCHING PATTERN *.h PATTERN *.cuh
+    PATTERN host/cli EXCLUDE PATTERN host/solver/cpu EXCLUDE PATTERN host/solver/gpu EXCLUDE
+    PATTERN host/solver/pieces.h EXCLUDE)
+install(FILES render/painter.h DESTINATION ${headers}/render)
+
+configure_package_config_file(cmake/KneadConfig.cmake.in
+    ${CMAKE_CURRENT_BINARY_DIR}/KneadConfig.cmake INSTALL_DESTINATION ${package}
+    NO_SET_AND_CHECK_MACRO)
+write_basic_package_version_file(${CMAKE_CURRENT_BINARY_DIR}/KneadConfigVersion.cmake
+    COMPATIBILITY SameMinorVersion)
+install(FILES ${CMAKE_CURRENT_BINARY_DIR}/KneadConfig.cmake
+    ${CMAKE_CURRENT_BINARY_DIR}/KneadConfigVersion.cmake DESTINATION ${package})

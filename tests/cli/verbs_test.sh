@@ -1,0 +1,114 @@
+#!/usr/bin/env bash
+# The program's other verbs on the files that it writes itself: record, info, convert, compare,
+# doctor, bench; and what they answer where a file is another, or is there already.
+# usage: tests/cli/verbs_test.sh PROGRAM
+set -u
+scenes=$(realpath "$(dirname "$0")/../../scenes")
+. "$(dirname "$0")"/answers.sh
+
+# Hands by script, the same by the same seed, in both formats.
+for gesture in squeeze imprint poke cut pinch roll flatten knead; do
+    answers 0 record $gesture $gesture.hands --seconds 0.5
+    holds said "$gesture"
+done
+answers 0 record squeeze noisy.hands --jitter 0.001 --dropouts 0.05 --seed 3 --rate 60 -q
+answers 0 record squeeze again.hands --jitter 0.001 --dropouts 0.05 --seed 3 --rate 60 -q
+cmp -s noisy.hands again.hands || wrong "another recording by the same seed"
+cmp -s noisy.hands squeeze.hands && wrong "noise changes nothing"
+answers 0 convert noisy.hands noisy.jsonl
+answers 0 convert noisy.jsonl back.hands -q
+cmp -s noisy.hands back.hands || wrong "a recording is another after .jsonl"
+answers 2 record squeeze hands.txt
+answers 3 record sqeeze typo.hands
+complains squeeze
+answers 5 record squeeze squeeze.hands
+answers 0 record squeeze squeeze.hands --overwrite
+answers 5 record squeeze absent/squeeze.hands
+answers 5 record squeeze absent/squeeze.jsonl
+
+# Runs to look at: with all that can be written, and one that differs.
+answers 0 run ball.json --device cpu --frames 3 --out one --particles --pictures 1 -v
+holds complained 'frame 2: [0-9]+ substeps'
+answers 0 run ball.json --device cpu:double --frames 3 --out two --particles --mesh ply -q
+[ -s said ] && wrong "says something with --quiet"
+answers 0 run ball.json --device cpu --frames 3 --out three --particles --mesh obj --seed 5 \
+    --set gravity=[0,-3,0] --audit 2 --hands poke
+answers 0 run ball.json --device cpu --frames 500 --time-limit 0.5 --json
+holds said '"end": "time limit"'
+if [ -d one/pictures ] && ls one/pictures/*.png >/dev/null 2>&1; then
+    [ "$(ls one/pictures | wc -l)" -eq 3 ] || wrong "not a picture a frame"
+    answers 0 run ball.json --device cpu --frames 2 --out one --overwrite --particles --video \
+        --set pictures.width=128 --set pictures.height=96
+fi
+answers 2 run ball.json --video
+answers 2 run ball.json --pictures 1
+answers 2 run ball.json --device gpu:x
+answers 3 run ball.json --hands absent.hands
+grep -v '"hands"' ball.json | sed 's/"category": 1}],/"category": 1}],/' >no_hands.json
+answers 2 run no_hands.json --hands poke
+
+# What a file is, said by its contents.
+for file in ball.json noisy.hands noisy.jsonl one/mesh.glb two/mesh.ply three/mesh.obj \
+    one/particles.ply one/report.json; do
+    answers 0 info "$file"
+    [ -s said ] || wrong "nothing to say of $file"
+    answers 0 info "$file" --json
+    holds said '^\{'
+done
+answers 0 info ball.json --set domain.cells=16
+answers 2 info one/mesh.glb --set domain.cells=16
+for scene in "$scenes"/*.json; do answers 0 info "$scene"; done
+for hands in "$scenes"/*.hands; do answers 0 info "$hands" --json; done
+: >empty.ply
+printf 'solid of nothing' >what.stl
+answers 3 info what.stl
+answers 3 info empty.ply
+answers 3 info absent.glb
+
+# From format to format.
+for ending in obj ply glb; do
+    answers 0 convert one/mesh.glb first.$ending
+    answers 0 convert first.$ending second_$ending.glb
+    answers 0 info second_$ending.glb
+    holds said 'pieces +1'
+done
+answers 0 convert one/particles.ply particles.csv
+answers 0 convert one/particles.ply particles.ply
+cmp -s one/particles.ply particles.ply || wrong "particles are others after being converted"
+answers 2 convert one/mesh.glb mesh.stl
+answers 2 convert noisy.hands noisy.glb
+answers 2 convert one/particles.ply particles.glb
+answers 3 convert ball.json ball.glb
+answers 5 convert one/mesh.glb first.glb
+answers 0 convert one/mesh.glb first.glb --overwrite
+answers 5 convert one/mesh.glb absent/first.glb
+answers 5 convert one/particles.ply absent/particles.csv
+for file in one/mesh.glb two/mesh.ply one/particles.ply noisy.hands; do
+    head -c 300 "$file" >"half.${file##*.}"
+    answers 3 info "half.${file##*.}"
+done
+
+# Two of a kind.
+answers 0 compare one/report.json one/report.json
+holds said 'the same'
+answers 1 compare one/report.json three/report.json
+holds said 'DIFFER'
+answers 0 compare one/report.json three/report.json --tolerance 1e9 --json
+answers 1 compare one/report.json two/report.json --slower 1e-9
+holds said 'slower than allowed'
+answers 0 compare one/particles.ply one/particles.ply
+answers 1 compare one/particles.ply three/particles.ply --json
+answers 0 compare one/particles.ply two/particles.ply --tolerance 0.01
+answers 3 compare one/particles.ply one/report.json
+answers 3 compare one/mesh.glb one/mesh.glb
+
+answers 0 doctor
+holds said '^ok +CPU'
+answers 0 doctor --json
+holds said '"what": "memory"'
+
+answers 2 bench frobnicate
+answers 2 bench --backend abacus
+answers 3 bench stages --backend cpu --scene absent.json --out bench --quick
+
+concluded

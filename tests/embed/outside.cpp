@@ -1,0 +1,10 @@
+#include <cstdio>
+
+#include "host/solver/solver.h"
+#include "host/surface/mesh.h"
+
+int main()
+{
+    std::printf("%s\n", knead::gpu_present() ? "a GPU" : "no GPU");
+    return int(knead::surface({}, {}, {{{16, 16, 16}, 0.1f}}).size());
+}
