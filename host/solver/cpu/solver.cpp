@@ -80,10 +80,7 @@ FrameStats CpuSolver<R>::advance(const Motion& motion, double duration)
         speed_squared = 0;
         for (Counts& c : counts)
             speed_squared = std::max(speed_squared, c.speed_squared), c.speed_squared = 0;
-        stats.dt_min = stats.substeps ? std::min(stats.dt_min, step.dt) : step.dt;
-        stats.dt_max = std::max(stats.dt_max, step.dt);
-        ++stats.limits[int(step.limit)];
-        ++stats.substeps;
+        count(step, stats);
         step = next;
     }
     Counts all;
