@@ -83,8 +83,5 @@ void CpuSolver<R>::finish_cuts(bool covered)
 template bool CpuSolver<float>::find_splits();
 template void CpuSolver<float>::split_update(int, float, Counts&);
 template void CpuSolver<float>::finish_cuts(bool);
-template bool CpuSolver<double>::find_splits();
-template void CpuSolver<double>::split_update(int, double, Counts&);
-template void CpuSolver<double>::finish_cuts(bool);
 
 }  // namespace knead

@@ -1,6 +1,6 @@
-// Every stage of the substep as a plain loop, in order: the specification, the fallback without a
-// GPU, and, in double, the oracle. The same bits for any number of threads: particles are binned
-// stably by block, a block's sums are private, and each node adds its neighbours' in fixed order.
+// The stages of host/solver/reference.cpp, vectorised and block by block, in order. The same bits
+// for any number of threads: particles are binned stably by block, a block's sums are private, and
+// each node adds its neighbours' in fixed order.
 #include "host/solver/cpu/solver.h"
 
 #include <algorithm>
@@ -384,9 +384,8 @@ std::size_t CpuSolver<R>::memory() const
            posed.masks.capacity() * sizeof(Mask) + bytes;
 }
 
-std::unique_ptr<Solver> plain_cpu_solver(const Setup& setup, bool in_double)
+std::unique_ptr<Solver> plain_cpu_solver(const Setup& setup)
 {
-    if (in_double) return std::make_unique<CpuSolver<double>>(setup);
     return std::make_unique<CpuSolver<float>>(setup);
 }
 
