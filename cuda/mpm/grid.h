@@ -55,8 +55,8 @@ HD Node<R> update(const Node<R>& node, Int3 n, const Lattice<R>& lattice, const 
     return {limit_speed(v, n, lattice, walls, dt, clipped), node.m};
 }
 
-// Which way a number of the nodes rises at node n, at any length: value(node) answers for those that
-// are stored, the others hold none.
+// Which way a number of the nodes rises at node n, at any length: value(node) answers for those
+// that are stored, the others hold none.
 template <class R, class Value>
 HD Vec3<R> slope(const Lattice<R>& lattice, Int3 n, Value&& value)
 {
