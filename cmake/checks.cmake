@@ -6,6 +6,7 @@ endfunction()
 
 check(shape tests/shape_test.sh)
 check(includes tests/includes_test.sh)
+check(docs tests/docs_test.sh)
 check(headers_alone tests/headers_alone.sh)
 check(program tests/cli/program_test.sh $<TARGET_FILE:knead>)
 check(verbs tests/cli/verbs_test.sh $<TARGET_FILE:knead>)

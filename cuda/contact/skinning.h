@@ -21,6 +21,21 @@ struct Binding {
     R radius;           // [m]
 };
 
+template <class To, class From>
+HD Joint<To> cast(const Joint<From>& j)
+{
+    return {cast<To>(j.q), cast<To>(j.p)};
+}
+template <class To, class From>
+HD Binding<To> cast(const Binding<From>& b)
+{
+    Binding<To> c{};
+    for (int k = 0; k < 4; ++k)
+        c.joint[k] = b.joint[k], c.weight[k] = To(b.weight[k]), c.offset[k] = cast<To>(b.offset[k]);
+    c.radius = To(b.radius);
+    return c;
+}
+
 // The joint at share s in [0, 1] of the way between two poses.
 template <class R>
 HD Joint<R> between(const Joint<R>& from, const Joint<R>& to, R s)

@@ -73,6 +73,45 @@ HD void gather(Particle<R>& q, const Stencil<R>& s, std::type_identity_t<const S
            d.z * q.v + step * first_three(by_z)};
 }
 
+// The same sums row by row: of w v, and of w v times the step from the base along x, y and z.
+template <class R>
+struct Gathered {
+    Four<R> v, by_x, by_y, by_z;
+};
+
+// rows(j, k) answers with the velocities of the three nodes that stand j and k steps along y and z
+// from the base, side by side in registers; node_of<n>(row) is one of them.
+// tests/solver/lanes_test.cpp holds this form and gather() together.
+template <class R, class Rows>
+HD Gathered<R> gather_rows(const Stencil<R>& s, Rows&& rows)
+{
+    using V = decltype(rows(0, 0));
+    V sum{}, sum_y{}, sum_z{};
+    UNROLL
+    for (int k = 0; k < 3; ++k) {
+        const V second = s.w[1].y * rows(1, k), third = s.w[2].y * rows(2, k);
+        const V plane = s.w[0].y * rows(0, k) + second + third;
+        sum = sum + s.w[k].z * plane;
+        sum_y = sum_y + s.w[k].z * (second + R(2) * third);
+        if (k) sum_z = sum_z + (R(k) * s.w[k].z) * plane;
+    }
+    const V w = weights_along_x(s);
+    const auto total = [](const V& a) { return node_of<0>(a) + node_of<1>(a) + node_of<2>(a); };
+    sum = w * sum;
+    return {total(sum), node_of<1>(sum) + R(2) * node_of<2>(sum), total(w * sum_y),
+            total(w * sum_z)};
+}
+
+// The velocity's gradient from those sums; d is the way from the particle to the base node [m]. R
+// may be many particles' numbers.
+template <class R>
+HD Mat3<R> velocity_gradient(Vec3<R> v, const Mat3<R>& by_step, Vec3<R> d, R dx)
+{
+    const R scale = 4 / (dx * dx);
+    return {scale * (d.x * v + dx * by_step.a), scale * (d.y * v + dx * by_step.b),
+            scale * (d.z * v + dx * by_step.c)};
+}
+
 // b <- (I + dt C) b (I + dt C)^T, written for e = b - I so that small strains stay exact:
 // e + L e + L =: U, then U + U L^T + L^T, of which six numbers are wanted.  (9)
 template <class R>

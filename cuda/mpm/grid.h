@@ -55,6 +55,16 @@ HD Node<R> update(const Node<R>& node, Int3 n, const Lattice<R>& lattice, const 
     return {limit_speed(v, n, lattice, walls, dt, clipped), node.m};
 }
 
+// Which way a number of the nodes rises at node n, at any length: value(node) answers for those
+// that are stored, the others hold none.
+template <class R, class Value>
+HD Vec3<R> slope(const Lattice<R>& lattice, Int3 n, Value&& value)
+{
+    const auto at = [&](Int3 m) { return lattice.stores(m) ? value(m) : R(0); };
+    const auto rise = [&](Int3 axis) { return at(n + axis) - at(n - axis); };
+    return {rise({1, 0, 0}), rise({0, 1, 0}), rise({0, 0, 1})};
+}
+
 // The tools of a block, strongest last: every tool that holds the node, in order of its index.
 template <class R>
 HD Vec3<R> apply_tools(const Colliders<R>& c, const Mask& mask, Vec3<R> x, Vec3<R> v)

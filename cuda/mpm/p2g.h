@@ -44,4 +44,23 @@ HD void scatter(const Particle<R>& q, const Material<R>& m, const Stencil<R>& s,
     }
 }
 
+// The same sums row by row, for registers that hold three nodes side by side; row(Four...) makes
+// one. add(j, k, share): to the three nodes that stand j and k steps along y and z from the base.
+// `base` holds momentum and mass, the others what it grows by from node to node.
+// tests/solver/lanes_test.cpp holds the two forms together.
+template <class R, class Add>
+HD void scatter_rows(Four<R> base, Four<R> by_x, Four<R> by_y, Four<R> by_z, const Stencil<R>& s,
+                     Add&& add)
+{
+    const auto w = weights_along_x(s), first = w * row(base, base + by_x, base + R(2) * by_x),
+               along_y = w * row(by_y, by_y, by_y), along_z = w * row(by_z, by_z, by_z);
+    UNROLL
+    for (int k = 0; k < 3; ++k) {
+        const auto plane = k ? first + R(k) * along_z : first;
+        UNROLL
+        for (int j = 0; j < 3; ++j)
+            add(j, k, (s.w[k].z * s.w[j].y) * (j ? plane + R(j) * along_y : plane));
+    }
+}
+
 }  // namespace knead

@@ -17,6 +17,22 @@ HD R deviatoric(Vec3<R> t)
     return std::sqrt(dot(d, d));
 }
 
+// von Mises: uniaxial yield stress [Pa] after plastic strain k. T may be many particles' numbers.
+template <class R, class T>
+HD T yield_stress(const Material<R>& m, T k)
+{
+    return max(T(m.yield) + T(m.hardening) * k, T(m.yield_floor));
+}
+
+// Whether neo-Hookean clay is surely within its yield surface: (11) in squares, with a margin for
+// rounding, so that a fast form need not ask for the return map.
+template <class R, class T>
+HD auto surely_elastic(const Material<R>& m, const Sym3<T>& e, T k)
+{
+    const T shear = T(m.mu * m.mu) * norm_squared(deviator(e)), yield = yield_stress(m, k);
+    return shear < T(R(0.6666)) * yield * yield;  // 2/3 less the margin
+}
+
 // Deviatoric stress [Pa] that von Mises or Herschel-Bulkley flow leaves of a trial one, and the
 // plastic strain it costs. `stiffness` is the slope of |dev tau| / 2 over strain [Pa].
 template <class R>
@@ -28,7 +44,7 @@ HD Return<R> return_magnitude(const Material<R>& m, R trial, R stiffness, R k, R
 {
     const R root = R(0.816496580927726);  // sqrt(2/3): from uniaxial to deviatoric magnitude
     if (m.plasticity == Plasticity::von_mises) {
-        const R yield = max(m.yield + m.hardening * k, m.yield_floor);
+        const R yield = yield_stress(m, k);
         if (trial <= root * yield) return {trial, 0};
         const R slope = yield > m.yield_floor || m.hardening > 0 ? m.hardening : R(0);
         const R soft = max(2 * stiffness + R(2) / 3 * slope, R(0.2) * stiffness);

@@ -23,8 +23,7 @@ struct PoseSpace {
 
 __device__ inline Joint<float> joint_at(const RigView& t, double share, int j)
 {
-    const Joint<double> b = between(t.from[j], t.to[j], share);
-    return {cast<float>(b.q), cast<float>(b.p)};
+    return cast<float>(between(t.from[j], t.to[j], share));
 }
 
 // Called by all threads of a block; poses for substep n. Kept out of line: its registers are not

@@ -2,6 +2,7 @@
 #pragma once
 #include <type_traits>
 
+#include "cuda/math/node4.h"
 #include "cuda/mpm/lattice.h"
 
 namespace knead {
@@ -33,6 +34,14 @@ HD Stencil<R> stencil(Vec3<R> x, std::type_identity_t<const Spacing<R>&> spacing
              each([&](R t) { return R(0.75) - sq(t - R(1)); }),
              each([&](R t) { return R(0.5) * sq(t - R(0.5)); })},
             (-spacing.dx) * f};
+}
+
+// Its weights along x, each over a node's four numbers: a row of three nodes, by row(Four...).
+template <class R>
+HD auto weights_along_x(const Stencil<R>& s)
+{
+    const auto all = [](R w) { return four(Vec3<R>{w, w, w}, w); };
+    return row(all(s.w[0].x), all(s.w[1].x), all(s.w[2].x));
 }
 
 // Calls visit(step, weight, node position minus particle position) for each of the 27 nodes; step

@@ -4,6 +4,7 @@
 #include <new>
 
 #include "host/base/errors.h"
+#include "host/solver/reference.h"
 
 namespace knead {
 
@@ -38,7 +39,7 @@ std::unique_ptr<Solver> make_solver(const Setup& setup, Device device)
     const Device chosen = resolved(device);
     try {
         if (chosen.kind == DeviceKind::cuda) return gpu_solver(setup, chosen.index);
-        if (chosen.kind == DeviceKind::cpu_double) return cpu_solver_double(setup);
+        if (chosen.kind == DeviceKind::cpu_double) return std::make_unique<Reference>(setup);
         return cpu_solver(setup);
     } catch (const std::bad_alloc&) {
         throw ResourceError("the solver needs more memory than there is");

@@ -1,4 +1,5 @@
-// --device auto | cuda | cuda:N | cpu | cpu:double.
+// --device auto | cuda | cuda:N | cpu | cpu:double; the last is the Reference, in which no clay
+// rests.
 #pragma once
 #include <memory>
 #include <string>

@@ -34,13 +34,6 @@ struct Graph {
     }
 };
 
-template <class R>
-Int3 cell(const Particle<R>& q, const Lattice<R>& lattice)
-{
-    const R s = 1 / lattice.dx;
-    return {int(s * q.x.x), int(s * q.x.y), int(s * q.x.z)};
-}
-
 std::int64_t key(Int3 c, Int3 size, std::uint32_t label)
 {
     return ((std::int64_t(c.z) * size.y + c.y) * size.x + c.x) * 4 + label;
@@ -80,7 +73,7 @@ Graph connected(const std::vector<Particle<R>>& q, const Lattice<R>& lattice,
 {
     Graph g;
     for (const Particle<R>& p : q)
-        of_particle.push_back(g.add(key(cell(p, lattice), lattice.size, p.sides)));
+        of_particle.push_back(g.add(key(lattice.cell_of(p.x), lattice.size, p.sides)));
     for (int v = 0; v < int(g.keys.size()); ++v)
         around(g, v, lattice.size, 1, [&](int n) {
             if (alike(label(g, v), label(g, n))) g.join(v, n);

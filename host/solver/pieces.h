@@ -27,10 +27,11 @@ template <class R>
 void forget(std::vector<Particle<R>>& q, const Lattice<R>& lattice, const std::vector<R>& height);
 
 // At the end of a frame, in which a blade covered clay or not: a stroke that begins forgets old
-// labels in its way, one that has ended leaves whole pieces. True if labels may have changed.
-template <class R>
+// labels in its way, one that has ended leaves whole pieces. mask_at(x): the primitives that may
+// matter at x. True if labels may have changed.
+template <class R, class MaskAt>
 bool relabel_pieces(std::vector<Particle<R>>& q, const Lattice<R>& lattice,
-                    const PosedTools<R>& posed, bool covered, bool was_covered)
+                    const Colliders<R>& tools, MaskAt&& mask_at, bool covered, bool was_covered)
 {
     if (covered == was_covered) return false;
     if (!covered) {
@@ -39,10 +40,17 @@ bool relabel_pieces(std::vector<Particle<R>>& q, const Lattice<R>& lattice,
     }
     std::vector<R> height(q.size(), 0);
     for (std::size_t i = 0; i < q.size(); ++i)
-        for_each_blade(posed.colliders(), posed.mask_at(lattice, q[i].x), q[i].x, lattice.dx,
+        for_each_blade(tools, mask_at(q[i].x), q[i].x, lattice.dx,
                        [&](const Seen<R>& b, const Tool<R>&) { height[i] = b.h; });
     forget(q, lattice, height);
     return true;
+}
+template <class R>
+bool relabel_pieces(std::vector<Particle<R>>& q, const Lattice<R>& lattice,
+                    const PosedTools<R>& posed, bool covered, bool was_covered)
+{
+    const auto mask_at = [&](Vec3<R> x) -> const Mask& { return posed.mask_at(lattice, x); };
+    return relabel_pieces(q, lattice, posed.colliders(), mask_at, covered, was_covered);
 }
 
 }  // namespace knead

@@ -151,14 +151,14 @@ class Solver {
     // Where the particles are on the device, for its surface; null where they are not on one.
     virtual const gpu::Clay* clay() const { return nullptr; }
     virtual std::size_t memory() const = 0;  // bytes held
-    virtual std::string name() const = 0;    // "cpu float, 2 threads", "cuda: NVIDIA H200"
+    virtual std::string name() const = 0;    // "cpu float, ...", "cuda: NVIDIA H200"
 
   private:
     std::vector<FrameStats> done;
 };
 
-std::unique_ptr<Solver> cpu_solver(const Setup& setup);         // float
-std::unique_ptr<Solver> cpu_solver_double(const Setup& setup);  // the oracle
+// In float. In double there is the Reference (host/solver/reference.h).
+std::unique_ptr<Solver> cpu_solver(const Setup& setup);
 // Throws std::runtime_error where there is no device. Declared always; without CUDA it only throws.
 std::unique_ptr<Solver> gpu_solver(const Setup& setup, int device);
 bool gpu_present();

@@ -28,17 +28,12 @@ double tool_step(const Setup& setup, const Motion& motion, double duration)
         const auto tool = std::size_t(p.tool);
         if (tool < motion.active.size() && !motion.active[tool]) continue;
         for (int k = 0; k < p.count; ++k) {
-            const Binding<float>& f = setup.rig.spheres[std::size_t(p.sphere[k])];
-            const auto at = [&](const std::vector<Joint<double>>& joints) {
-                Vec3<double> c{};
-                for (int n = 0; n < 4; ++n) {
-                    const Joint<double>& j = joints[std::size_t(f.joint[n])];
-                    c = c + double(f.weight[n]) * (j.p + rotate(j.q, cast<double>(f.offset[n])));
-                }
-                return c;
+            const auto b = cast<double>(setup.rig.spheres[std::size_t(p.sphere[k])]);
+            const auto at = [](const std::vector<Joint<double>>& joints) {
+                return [&joints](int j) { return joints[std::size_t(j)]; };
             };
-            const double way = length(at(motion.to) - at(motion.from));
-            const double room = setup.tools[tool].blade ? dx : std::min(double(f.radius), dx);
+            const double way = length(centre(b, at(motion.to)) - centre(b, at(motion.from)));
+            const double room = setup.tools[tool].blade ? dx : std::min(b.radius, dx);
             if (way > 0) dt = std::min(dt, setup.step.tool * room / way * duration);
         }
     }

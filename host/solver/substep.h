@@ -1,10 +1,22 @@
 // What both backends agree on: how long a substep may be.  (22)
 #pragma once
+#include <cmath>
+
 #include "cuda/mpm/material.h"
 #include "cuda/mpm/material_data.h"
 #include "host/solver/solver.h"
 
 namespace knead {
+
+// Joint j at the share of a frame, in [0, 1]: what centre() and posed() ask for.
+template <class R>
+auto joints_at(const Motion& motion, double share)
+{
+    return [&motion, share](int j) {
+        const auto n = std::size_t(j);
+        return cast<R>(between(motion.from[n], motion.to[n], share));
+    };
+}
 
 // What of a scene limits its substeps. Of packed snow the sound speed is that at a tenth of its
 // volume lost.
@@ -26,5 +38,14 @@ inline StepLimits step_limits(const Setup& s)
 // radius, or of a cell, at once. A blade's thickness does not count: its sides know the particles.
 // Throws std::invalid_argument where the motion lacks a joint that the rig hangs on.
 double tool_step(const Setup& setup, const Motion& motion, double duration);
+
+// Counts a substep.
+inline void count(const Step& step, FrameStats& stats)
+{
+    stats.dt_min = stats.substeps ? std::fmin(stats.dt_min, step.dt) : step.dt;
+    stats.dt_max = std::fmax(stats.dt_max, step.dt);
+    ++stats.limits[int(step.limit)];
+    ++stats.substeps;
+}
 
 }  // namespace knead

@@ -6,6 +6,7 @@
 #include "host/hands/hands.h"
 #include "host/solver/audit.h"
 #include "host/solver/pieces.h"
+#include "host/solver/reference.h"
 #include "host/solver/solver.h"
 
 namespace knead {
@@ -194,7 +195,7 @@ TEST(Cut, TheTwoHalvesPressedTogetherKeepTheirMomentumAndDoNotMix)
 {
     Given s = block(true);
     s.gravity = {0, 0, 0};
-    auto solver = cpu_solver_double(s);
+    std::unique_ptr<Solver> solver = std::make_unique<Reference>(s);
     stroke(*solver, 0, 0.5);
     Given after = s;
     after.particles = solver->particles();
@@ -202,7 +203,7 @@ TEST(Cut, TheTwoHalvesPressedTogetherKeepTheirMomentumAndDoNotMix)
         p.x.y += 0.2, p.v = {p.x.x < 0.5 ? 1.0 : -0.5, 0, 0}, p.C = {};  // off the floor
     const auto before = after.particles;
     after.rig = {};
-    solver = cpu_solver_double(after);
+    solver = std::make_unique<Reference>(after);
     Motion still;
     still.from.assign(2 * joint_count, {{1, 0, 0, 0}, {0, 0, 0}}), still.to = still.from;
     solver->advance(still, 0.03);

@@ -15,6 +15,7 @@
 #include "host/bench/ball.h"
 #include "host/hands/hands.h"
 #include "host/solver/gpu/stages.h"
+#include "host/solver/substep.h"
 
 namespace knead {
 namespace {
@@ -90,15 +91,9 @@ struct Posed {
 
     explicit Posed(const knead::Setup& s)
     {
-        const auto at = [](double share) {
-            return [share](int j) {
-                const auto n = std::size_t(j);
-                const Joint<double> b = between(squeeze.from[n], squeeze.to[n], share);
-                return Joint<float>{cast<float>(b.q), cast<float>(b.p)};
-            };
-        };
         for (const Binding<float>& b : s.rig.spheres)
-            spheres.push_back(posed(b, at(0), at(1), float(dt)));
+            spheres.push_back(
+                posed(b, joints_at<float>(squeeze, 0), joints_at<float>(squeeze, 1), float(dt)));
         for (const Primitive& p : s.rig.primitives)
             shapes.push_back(shape(p.count, spheres[std::size_t(p.sphere[0])],
                                    spheres[std::size_t(p.sphere[1])],

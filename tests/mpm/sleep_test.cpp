@@ -23,8 +23,7 @@ struct Backend {
     std::unique_ptr<Solver> (*make)(const Given&);
 };
 std::unique_ptr<Solver> on_device(const Given& s) { return gpu_solver(s, 0); }
-const Backend backends[] = {
-    {"float", cpu_solver}, {"double", cpu_solver_double}, {"cuda", on_device}};
+const Backend backends[] = {{"float", cpu_solver}, {"cuda", on_device}};
 
 class Rests : public testing::TestWithParam<Backend> {
   protected:

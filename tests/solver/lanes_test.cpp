@@ -8,6 +8,7 @@
 #include "host/hands/hands.h"
 #include "host/solver/cpu/levels.h"
 #include "host/solver/cpu/transfer.h"
+#include "host/solver/reference.h"
 #include "tests/solver/clay.h"
 
 namespace knead {
@@ -214,11 +215,11 @@ TEST(Solver, EveryLevelOfTheProcessorAgreesWithTheOracle)
     const Given s = two_balls();
     Motion still;
     still.from.assign(2 * joint_count, {{1, 0, 0, 0}, {0, 0, 0}}), still.to = still.from;
-    const auto oracle = cpu_solver_double(s);
-    for (int f = 0; f < 3; ++f) oracle->advance(still, 0.01);
-    const auto wanted = oracle->particles();
+    Reference oracle(s);
+    for (int f = 0; f < 3; ++f) oracle.advance(still, 0.01);
+    const auto wanted = oracle.particles();
     for (MakeSolver make : cpu_levels()) {
-        const auto solver = make(s, false);
+        const auto solver = make(s);
         for (int f = 0; f < 3; ++f) solver->advance(still, 0.01);
         const auto q = solver->particles();
         ASSERT_EQ(q.size(), wanted.size());

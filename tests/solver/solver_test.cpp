@@ -8,6 +8,7 @@
 
 #include "cuda/mpm/g2p.h"
 #include "host/hands/hands.h"
+#include "host/solver/reference.h"
 
 namespace knead {
 namespace {
@@ -21,8 +22,9 @@ struct Backend {
     double precision;  // of a sum over a substep, relative
 };
 std::unique_ptr<Solver> on_device(const Given& s) { return gpu_solver(s, 0); }
+std::unique_ptr<Solver> reference(const Given& s) { return std::make_unique<Reference>(s); }
 const Backend backends[] = {
-    {"float", cpu_solver, 1e-6}, {"double", cpu_solver_double, 1e-13}, {"cuda", on_device, 1e-6}};
+    {"float", cpu_solver, 1e-6}, {"reference", reference, 1e-13}, {"cuda", on_device, 1e-6}};
 
 class EveryBackend : public testing::TestWithParam<Backend> {
   protected:

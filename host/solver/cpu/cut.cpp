@@ -61,14 +61,9 @@ void CpuSolver<R>::split_update(int b, R dt, Counts& c)
         }
         const R mass[3] = {sum[0].m, sum[above].m, sum[below].m};
         divide(v, mass, [&] {
-            const auto excess = [&](Int3 m) {
-                if (m.x < 0 || m.y < 0 || m.z < 0 || m.x >= lattice.size.x ||
-                    m.y >= lattice.size.y || m.z >= lattice.size.z)
-                    return R(0);
+            return slope(lattice, n, [&](Int3 m) {
                 return summed(sums[below], m).m - summed(sums[above], m).m;
-            };
-            const auto slope = [&](Int3 axis) { return excess(n + axis) - excess(n - axis); };
-            return Vec3<R>{slope({1, 0, 0}), slope({0, 1, 0}), slope({0, 0, 1})};
+            });
         });
         for (int f = 0; f < 3; ++f) grid[f][std::size_t(b) * block_nodes + std::size_t(l)] = v[f];
     }
@@ -88,8 +83,5 @@ void CpuSolver<R>::finish_cuts(bool covered)
 template bool CpuSolver<float>::find_splits();
 template void CpuSolver<float>::split_update(int, float, Counts&);
 template void CpuSolver<float>::finish_cuts(bool);
-template bool CpuSolver<double>::find_splits();
-template void CpuSolver<double>::split_update(int, double, Counts&);
-template void CpuSolver<double>::finish_cuts(bool);
 
 }  // namespace knead

@@ -44,6 +44,7 @@ struct Lanes {
     friend Lanes operator*(Lanes a, Lanes b) { return a.v * b.v; }
     friend Lanes operator/(Lanes a, Lanes b) { return a.v / b.v; }
     friend Lanes operator-(Lanes a) { return -a.v; }
+    friend auto operator<(Lanes a, Lanes b) { return a.v < b.v; }  // lane by lane: 0, or -1
     // Equal in every lane.
     friend bool operator==(Lanes a, Lanes b)
     {

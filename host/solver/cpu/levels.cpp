@@ -1,14 +1,14 @@
 // The CPU's solver as fast as this machine allows: solver.cpp is compiled for several levels of
 // x86-64, with the name of its one function changed by the build (CMakeLists.txt), and the highest
-// level that the processor knows is taken. The oracle is always the lowest: the same bits anywhere.
+// level that the processor knows is taken.
 #include "host/solver/cpu/levels.h"
 
 namespace knead {
 
-std::unique_ptr<Solver> plain_cpu_solver(const Setup& setup, bool in_double);
+std::unique_ptr<Solver> plain_cpu_solver(const Setup& setup);
 #ifdef KNEAD_CPU_LEVELS
-std::unique_ptr<Solver> plain_cpu_solver_v3(const Setup& setup, bool in_double);
-std::unique_ptr<Solver> plain_cpu_solver_v4(const Setup& setup, bool in_double);
+std::unique_ptr<Solver> plain_cpu_solver_v3(const Setup& setup);
+std::unique_ptr<Solver> plain_cpu_solver_v4(const Setup& setup);
 #endif
 
 std::vector<MakeSolver> cpu_levels()
@@ -21,11 +21,6 @@ std::vector<MakeSolver> cpu_levels()
     return known;
 }
 
-std::unique_ptr<Solver> cpu_solver(const Setup& setup) { return cpu_levels().back()(setup, false); }
-
-std::unique_ptr<Solver> cpu_solver_double(const Setup& setup)
-{
-    return cpu_levels().front()(setup, true);
-}
+std::unique_ptr<Solver> cpu_solver(const Setup& setup) { return cpu_levels().back()(setup); }
 
 }  // namespace knead

@@ -4,8 +4,7 @@
 
 namespace knead {
 
-// Makes a solver: in float, or in double.
-using MakeSolver = std::unique_ptr<Solver> (*)(const Setup& setup, bool in_double);
+using MakeSolver = std::unique_ptr<Solver> (*)(const Setup& setup);
 
 // Of all levels that this processor knows, the lowest first.
 std::vector<MakeSolver> cpu_levels();

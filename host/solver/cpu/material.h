@@ -35,9 +35,7 @@ inline unsigned near_yield_mask(const Particle<Lanes<R>>& p, const Material<R>& 
     if (m.plasticity == Plasticity::none) return 0;
     if (m.plasticity != Plasticity::von_mises || m.elasticity != Elasticity::neo_hookean)
         return all;
-    const L shear = L(m.mu * m.mu) * norm_squared(deviator(p.e));
-    const L yield = max(L(m.yield) + L(m.hardening) * p.k, L(m.yield_floor));
-    const auto calm = shear.v < (R(0.6666) * yield * yield).v;  // 2/3 less a margin for rounding
+    const auto calm = surely_elastic(m, p.e, p.k);
     unsigned lanes = 0;
     for (int l = 0; l < L::count; ++l) lanes |= unsigned(calm[l] == 0) << l;
     return lanes;

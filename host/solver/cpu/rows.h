@@ -1,6 +1,5 @@
-// The transfers three nodes at a time: a row of the stencil is twelve numbers side by side in a
-// tile, which one vector register holds, or a few. The sums are those of p2g.h and g2p.h in
-// another order; tests/solver/lanes_test.cpp compares the two.
+// Three nodes at a time: a row of the stencil is twelve numbers side by side in a tile, which one
+// vector register holds, or a few. What is summed row by row stands in p2g.h and g2p.h.
 #pragma once
 #include "cuda/math/node4.h"
 #include "cuda/mpm/lattice.h"
@@ -88,68 +87,6 @@ inline void add(const Row<R>& a, Node<R>* first)
     UNROLL
     for (int i = 0; i < Row<R>::parts; ++i)
         std::memcpy(reinterpret_cast<char*>(first) + i * sizeof(Part), &sum.part[i], sizeof(Part));
-}
-
-// A particle's weights along x, each over a node's four numbers.
-template <class R>
-inline Row<R> weights_along_x(const Stencil<R>& s)
-{
-    const auto all = [](R w) { return four(Vec3<R>{w, w, w}, w); };
-    return row(all(s.w[0].x), all(s.w[1].x), all(s.w[2].x));
-}
-
-// add(j, k, share): to the three nodes that stand j and k steps along y and z from the base.
-// `base` holds momentum and mass, the others what it grows by from node to node.
-template <class R, class Add>
-inline void scatter_rows(Four<R> base, Four<R> by_x, Four<R> by_y, Four<R> by_z,
-                         const Stencil<R>& s, Add&& add)
-{
-    const Row<R> w = weights_along_x(s), first = w * row(base, base + by_x, base + R(2) * by_x),
-                 along_y = w * row(by_y, by_y, by_y), along_z = w * row(by_z, by_z, by_z);
-    UNROLL
-    for (int k = 0; k < 3; ++k) {
-        const Row<R> plane = k ? first + R(k) * along_z : first;
-        UNROLL
-        for (int j = 0; j < 3; ++j)
-            add(j, k, (s.w[k].z * s.w[j].y) * (j ? plane + R(j) * along_y : plane));
-    }
-}
-
-// The sums of w v, and of w v times the step along x, y and z.
-template <class R>
-struct Gathered {
-    Four<R> v, by_x, by_y, by_z;
-};
-
-// rows(j, k) answers with the velocities of those three nodes.
-template <class R, class Rows>
-inline Gathered<R> gather_rows(const Stencil<R>& s, Rows&& rows)
-{
-    Row<R> sum{}, sum_y{}, sum_z{};
-    UNROLL
-    for (int k = 0; k < 3; ++k) {
-        const Row<R> second = s.w[1].y * rows(1, k), third = s.w[2].y * rows(2, k);
-        const Row<R> plane = s.w[0].y * rows(0, k) + second + third;
-        sum = sum + s.w[k].z * plane;
-        sum_y = sum_y + s.w[k].z * (second + R(2) * third);
-        if (k) sum_z = sum_z + (R(k) * s.w[k].z) * plane;
-    }
-    const Row<R> w = weights_along_x(s);
-    const auto total = [](const Row<R>& a) {
-        return node_of<0>(a) + node_of<1>(a) + node_of<2>(a);
-    };
-    sum = w * sum;
-    return {total(sum), node_of<1>(sum) + R(2) * node_of<2>(sum), total(w * sum_y),
-            total(w * sum_z)};
-}
-
-// The velocity's gradient around a particle from those sums; d is its way to the base node [m].
-template <class R>
-inline Mat3<R> velocity_gradient(Vec3<R> v, const Mat3<R>& by_step, Vec3<R> d, R dx)
-{
-    const R scale = 4 / (dx * dx);
-    return {scale * (d.x * v + dx * by_step.a), scale * (d.y * v + dx * by_step.b),
-            scale * (d.z * v + dx * by_step.c)};
 }
 
 }  // namespace knead

@@ -81,9 +81,5 @@ template void CpuSolver<float>::update_activity(const Motion&);
 template Bins::Members CpuSolver<float>::movers_among(Bins::Members, std::vector<int>&) const;
 template bool CpuSolver<float>::pushes(int, float, const Tile<float>*) const;
 template void CpuSolver<float>::wake_roused(FrameStats&);
-template void CpuSolver<double>::update_activity(const Motion&);
-template Bins::Members CpuSolver<double>::movers_among(Bins::Members, std::vector<int>&) const;
-template bool CpuSolver<double>::pushes(int, double, const Tile<double>*) const;
-template void CpuSolver<double>::wake_roused(FrameStats&);
 
 }  // namespace knead

@@ -122,13 +122,7 @@ void Stillness<R>::end(Visit&& visit)
 template <class R>
 std::vector<AxisBox<R>> boxes_around(const PosedTools<R>& posed, const Motion& motion, R reach)
 {
-    const auto at = [&](double share) {
-        return [&motion, share](int j) {
-            const auto n = std::size_t(j);
-            const Joint<double> b = between(motion.from[n], motion.to[n], share);
-            return Joint<R>{cast<R>(b.q), cast<R>(b.p)};
-        };
-    };
+    const auto at = [&motion](double share) { return joints_at<R>(motion, share); };
     std::vector<AxisBox<R>> boxes(posed.tools.size(),
                                   {{1e30f, 1e30f, 1e30f}, {-1e30f, -1e30f, -1e30f}});
     for (const Primitive& p : posed.primitives) {

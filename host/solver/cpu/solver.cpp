@@ -1,6 +1,6 @@
-// Every stage of the substep as a plain loop, in order: the specification, the fallback without a
-// GPU, and, in double, the oracle. The same bits for any number of threads: particles are binned
-// stably by block, a block's sums are private, and each node adds its neighbours' in fixed order.
+// The stages of host/solver/reference.cpp, vectorised and block by block, in order. The same bits
+// for any number of threads: particles are binned stably by block, a block's sums are private, and
+// each node adds its neighbours' in fixed order.
 #include "host/solver/cpu/solver.h"
 
 #include <algorithm>
@@ -75,10 +75,7 @@ FrameStats CpuSolver<R>::advance(const Motion& motion, double duration)
         speed_squared = 0;
         for (Counts& c : counts)
             speed_squared = std::max(speed_squared, c.speed_squared), c.speed_squared = 0;
-        stats.dt_min = stats.substeps ? std::min(stats.dt_min, step.dt) : step.dt;
-        stats.dt_max = std::max(stats.dt_max, step.dt);
-        ++stats.limits[int(step.limit)];
-        ++stats.substeps;
+        count(step, stats);
         step = next;
     }
     Counts all;
@@ -383,9 +380,8 @@ std::size_t CpuSolver<R>::memory() const
            posed.masks.capacity() * sizeof(Mask) + bytes;
 }
 
-std::unique_ptr<Solver> plain_cpu_solver(const Setup& setup, bool in_double)
+std::unique_ptr<Solver> plain_cpu_solver(const Setup& setup)
 {
-    if (in_double) return std::make_unique<CpuSolver<double>>(setup);
     return std::make_unique<CpuSolver<float>>(setup);
 }
 

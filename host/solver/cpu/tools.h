@@ -8,6 +8,7 @@
 #include "cuda/contact/skinning.h"
 #include "cuda/mpm/lattice.h"
 #include "host/solver/solver.h"
+#include "host/solver/substep.h"
 
 namespace knead {
 
@@ -48,16 +49,7 @@ PosedTools<R>::PosedTools(const Setup& setup, const Lattice<R>& lattice)
       masks(std::size_t(lattice.block_count()) + 1),
       near(std::size_t(lattice.block_count()))
 {
-    for (const Binding<float>& b : setup.rig.spheres) {
-        Binding<R> c{};
-        for (int k = 0; k < 4; ++k) {
-            c.joint[k] = b.joint[k];
-            c.weight[k] = R(b.weight[k]);
-            c.offset[k] = cast<R>(b.offset[k]);
-        }
-        c.radius = R(b.radius);
-        bindings.push_back(c);
-    }
+    for (const Binding<float>& b : setup.rig.spheres) bindings.push_back(cast<R>(b));
     for (const Tool<double>& t : setup.tools) {
         tools.push_back({t.mode, R(t.friction), t.blade, t.active});
         blades = blades || t.blade;
@@ -75,15 +67,9 @@ void PosedTools<R>::activate(const Motion& motion)
 template <class R>
 void PosedTools<R>::pose(const Motion& motion, double s0, double s1, double dt)
 {
-    const auto at = [&](double s) {
-        return [&motion, s](int j) {
-            const auto n = std::size_t(j);
-            const Joint<double> b = between(motion.from[n], motion.to[n], s);
-            return Joint<R>{cast<R>(b.q), cast<R>(b.p)};
-        };
-    };
+    const auto from = joints_at<R>(motion, s0), to = joints_at<R>(motion, s1);
     for (std::size_t i = 0; i < bindings.size(); ++i)
-        spheres[i] = posed(bindings[i], at(s0), at(s1), R(dt));
+        spheres[i] = posed(bindings[i], from, to, R(dt));
     for (std::size_t i = 0; i < shapes.size(); ++i) {
         const Primitive& p = primitives[i];
         shapes[i] = shape(p.count, spheres[std::size_t(p.sphere[0])],

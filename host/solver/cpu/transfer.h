@@ -4,6 +4,7 @@
 #include "cuda/mpm/g2p.h"
 #include "cuda/mpm/material_data.h"
 #include "cuda/mpm/momentum.h"
+#include "cuda/mpm/p2g.h"
 #include "cuda/mpm/particle.h"
 #include "host/solver/cpu/material.h"
 #include "host/solver/cpu/rows.h"

@@ -1,0 +1,246 @@
+#include "host/solver/reference.h"
+
+#include <omp.h>
+
+#include <cmath>
+#include <set>
+#include <stdexcept>
+#include <string>
+
+#include "cuda/contact/skinning.h"
+#include "cuda/mpm/g2p.h"
+#include "cuda/mpm/grid.h"
+#include "cuda/mpm/p2g.h"
+#include "cuda/mpm/plasticity.h"
+#include "cuda/mpm/project.h"
+#include "host/solver/pieces.h"
+#include "host/solver/substep.h"
+
+namespace knead {
+
+Reference::Reference(const Setup& given)
+    : setup(given),
+      q(given.particles),
+      spheres(given.rig.spheres.size()),
+      shapes(given.rig.primitives.size()),
+      threads(given.threads > 0 ? given.threads : omp_get_max_threads())
+{
+    if (shapes.size() > max_primitives)
+        throw std::invalid_argument("at most " + std::to_string(max_primitives) + " primitives");
+    setup.particles.clear();
+    for (const Binding<float>& b : setup.rig.spheres) bindings.push_back(cast<double>(b));
+    for (const Tool<double>& t : setup.tools) blades = blades || t.blade;
+    fields.resize(blades ? 3 : 1);
+    for (auto& field : fields) field.resize(std::size_t(setup.lattice.node_count()));
+}
+
+// A frame: substeps as long as stability allows, each chosen one ahead.  (22)
+FrameStats Reference::advance(const Motion& motion, double duration)
+{
+    stats = {}, covered = 0;
+    for (std::size_t t = 0; t < setup.tools.size(); ++t)
+        setup.tools[t].active = t >= motion.active.size() || motion.active[t];
+    const StepLimits limits = step_limits(setup);
+    const double tool = tool_step(setup, motion, duration);
+    Step step = step_at(limits, 0, fastest(), tool, duration);
+    while (step.dt > 0) {
+        const Step next = step_after(step, limits, fastest(), tool, duration);
+        substep(motion, step.start / duration, next.start / duration, step.dt);
+        count(step, stats);
+        step = next;
+    }
+    stats.active_blocks = active_blocks();
+    stats.moved = long(q.size()) * stats.substeps;
+    end_cuts();
+    return stats;
+}
+
+void Reference::substep(const Motion& motion, double from, double to, double dt)
+{
+    pose(motion, from, to, dt);
+    p2g(dt);
+    grid(dt);
+    g2p(dt);
+    project();
+    plasticity(dt);
+    repair();
+}
+
+// Medial spheres from joints (20), (21), and what is derived from them once (13), (14).
+void Reference::pose(const Motion& motion, double from, double to, double dt)
+{
+    for (std::size_t i = 0; i < spheres.size(); ++i)
+        spheres[i] =
+            posed(bindings[i], joints_at<double>(motion, from), joints_at<double>(motion, to), dt);
+    active = {};
+    for (std::size_t i = 0; i < shapes.size(); ++i) {
+        const Primitive& p = setup.rig.primitives[i];
+        const auto sphere = [&](int k) { return spheres[std::size_t(p.sphere[k])]; };
+        shapes[i] = shape(p.count, sphere(0), sphere(1), sphere(2));
+        const bool finite = std::isfinite(dot(shapes[i].low, shapes[i].high));
+        if (finite && setup.tools[std::size_t(p.tool)].active)
+            active.bits[i / 32] |= 1u << (i % 32);
+    }
+}
+
+// Every particle hands mass and momentum to its 27 nodes.  (1), (2); with labels (25)
+void Reference::p2g(double dt)
+{
+    const Lattice<double>& lattice = setup.lattice;
+    for (auto& field : fields)
+        for (const int n : occupied) field[std::size_t(n)] = {};
+    occupied.clear();
+    for (const Particle<double>& p : q) {
+        const Stencil<double> s = stencil(p.x, lattice.spacing);
+        const Material<double>& m = setup.materials[std::size_t(p.object)];
+        scatter(p, m, s, lattice.spacing, dt, [&](Int3 step, const Node<double>& share) {
+            const int n = lattice.index(s.base + step);
+            if (fields[uncut][std::size_t(n)].m == 0 && share.m > 0) occupied.push_back(n);
+            for (std::uint32_t f = 0; f < fields.size(); ++f) {
+                Node<double>& to = fields[f][std::size_t(n)];
+                if (f == uncut || p.label() != opposite(f)) to = {to.p + share.p, to.m + share.m};
+            }
+        });
+    }
+}
+
+// Momenta become velocities (3), (18); beside a blade each label has its own (24), (25).
+void Reference::grid(double dt)
+{
+    const Lattice<double>& lattice = setup.lattice;
+    const Colliders<double> tools = colliders();
+    long clipped = 0;
+#pragma omp parallel for num_threads(threads) reduction(+ : clipped)
+    for (const int i : occupied) {
+        const auto at = std::size_t(i);
+        const Int3 n = lattice.node_at(i);
+        Node<double> v[3] = {};
+        for (std::size_t f = 0; f < fields.size(); ++f) {
+            bool slowed;
+            const auto obstacles = [&](Vec3<double> x, Vec3<double> u) {
+                if (!setup.grid_contact) return u;
+                u = apply_tools(tools, active, x, u);
+                return f == uncut ? u : sliced(tools, active, x, u, lattice.dx, std::uint32_t(f));
+            };
+            v[f] = update(fields[f][at], n, lattice, setup.walls, setup.gravity, dt, slowed,
+                          obstacles);
+            clipped += slowed;
+        }
+        if (blades)
+            divide(v, {v[uncut].m, v[above].m, v[below].m}, [&] {  // masses stay as they are
+                return slope(lattice, n, [&](Int3 other) {
+                    const auto m = std::size_t(lattice.index(other));
+                    return fields[below][m].m - fields[above][m].m;
+                });
+            });
+        for (std::size_t f = 0; f < fields.size(); ++f) fields[f][at].p = v[f].p;
+    }
+    stats.clipped += clipped;
+}
+
+// Velocity and its gradient come back (8); strain and position move on (9).
+void Reference::g2p(double dt)
+{
+    const Lattice<double>& lattice = setup.lattice;
+    before = q;
+#pragma omp parallel for num_threads(threads)
+    for (Particle<double>& p : q) {
+        const Stencil<double> s = stencil(p.x, lattice.spacing);
+        const std::vector<Node<double>>& field = fields[blades ? p.label() : uncut];
+        gather(p, s, lattice.spacing,
+               [&](Int3 step) { return field[std::size_t(lattice.index(s.base + step))].p; });
+        p.e = advance_b(p.e, p.C, dt);
+        p.x = p.x + dt * p.v;
+    }
+}
+
+// No particle stays inside a tool, behind a wall, or on the wrong side of a blade.  (19), (23),
+// (24)
+void Reference::project()
+{
+    const Colliders<double> tools = colliders();
+    long projected = 0, confined = 0, sliced_off = 0;
+    double deepest = 0;
+#pragma omp parallel for num_threads(threads) reduction(+ : projected, confined, sliced_off) \
+    reduction(max : deepest)
+    for (Particle<double>& p : q) {
+        if (blades && setup.passes > 0) sliced_off += cut(p, tools, active, setup.lattice.dx);
+        const double depth = knead::project(p, tools, active, setup.passes);
+        projected += depth > 0;
+        deepest = std::fmax(deepest, depth);
+        confined += confine(p, setup.lattice, setup.walls);
+    }
+    stats.projected += projected, stats.confined += confined, covered += sliced_off;
+    stats.found_depth = std::fmax(stats.found_depth, deepest);
+}
+
+// What each material keeps of its trial strain.  (10), (11)
+void Reference::plasticity(double dt)
+{
+    long yielded = 0;
+#pragma omp parallel for num_threads(threads) reduction(+ : yielded)
+    for (Particle<double>& p : q) yielded += yield(p, setup.materials[std::size_t(p.object)], dt);
+    stats.yielded += yielded;
+}
+
+void Reference::repair()
+{
+    for (std::size_t i = 0; i < q.size(); ++i) stats.repaired += knead::repair(q[i], before[i]);
+}
+
+// The end of a frame: a stroke that begins forgets old labels in its way, one that has ended leaves
+// whole pieces.
+void Reference::end_cuts()
+{
+    if (!blades) return;
+    const auto everywhere = [&](Vec3<double>) -> const Mask& { return active; };
+    relabel_pieces(q, setup.lattice, colliders(), everywhere, covered > 0, was_covered);
+    was_covered = covered > 0;
+}
+
+Colliders<double> Reference::colliders() const
+{
+    const Rig& rig = setup.rig;
+    return {{spheres.data(), int(spheres.size())},
+            {rig.primitives.data(), int(rig.primitives.size())},
+            {shapes.data(), int(shapes.size())},
+            {setup.tools.data(), int(setup.tools.size())}};
+}
+
+double Reference::fastest() const
+{
+    double squared = 0;
+    for (const Particle<double>& p : q) squared = std::fmax(squared, dot(p.v, p.v));
+    return std::sqrt(squared);
+}
+
+// That hold mass.
+long Reference::active_blocks() const
+{
+    std::set<int> blocks;
+    for (const int n : occupied) blocks.insert(n / block_nodes);
+    return long(blocks.size());
+}
+
+std::vector<double> Reference::penetration() const
+{
+    std::vector<double> depths;
+    for (const Particle<double>& p : q) {
+        const Contact<double> hit = deepest_contact(colliders(), active, p.x);
+        if (hit.phi < 0) depths.push_back(-hit.phi);
+    }
+    return depths;
+}
+
+std::size_t Reference::memory() const
+{
+    return (q.capacity() + before.capacity()) * sizeof(Particle<double>) +
+           fields.size() * fields[0].capacity() * sizeof(Node<double>);
+}
+
+std::string Reference::name() const
+{
+    return "reference: cpu double, " + std::to_string(threads) + " threads";
+}
+
+}  // namespace knead
