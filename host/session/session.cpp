@@ -163,9 +163,17 @@ void move_out(const Scene& scene, RunRecord& record)
 {
     const Vec3<double> by = scene.origin;
     if (dot(by, by) == 0) return;
-    for (Particle<double>& q : record.last_good) q.x = q.x + by;
-    for (Mesh& mesh : record.meshes)
-        for (Vec3<float>& x : mesh.vertices) x = cast<float>(cast<double>(x) + by);
+    if (record.last_good) {
+        std::vector<Particle<double>> moved = *record.last_good;
+        for (Particle<double>& q : moved) q.x = q.x + by;
+        record.last_good = std::make_shared<const std::vector<Particle<double>>>(std::move(moved));
+    }
+    if (record.meshes) {
+        std::vector<Mesh> moved = *record.meshes;
+        for (Mesh& mesh : moved)
+            for (Vec3<float>& x : mesh.vertices) x = cast<float>(cast<double>(x) + by);
+        record.meshes = std::make_shared<const std::vector<Mesh>>(std::move(moved));
+    }
     const auto turn = [by](Audit& state) { state.spin = state.spin + cross(by, state.momentum); };
     turn(record.first);
     for (FrameRow& row : record.rows)

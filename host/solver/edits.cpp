@@ -42,7 +42,7 @@ void Solver::remove(int) { refuse(*this); }
 void Solver::set_material(int, const Material<double>&) { refuse(*this); }
 void Solver::move(int, const RigidMotion<double>&) { refuse(*this); }
 void Solver::set_gravity(Vec3<double>) { refuse(*this); }
-void Solver::set_walls(const Walls<double>&) { refuse(*this); }
+void Solver::set_walls(const WallRule&) { refuse(*this); }
 void Solver::set_tools(const Rig&, const std::vector<Tool<double>>&) { refuse(*this); }
 const Setup& Solver::rules() const { refuse(*this); }
 std::shared_ptr<const Snapshot> Solver::snapshot() const { refuse(*this); }

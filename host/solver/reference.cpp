@@ -23,6 +23,8 @@ Reference::Reference(const Setup& given)
       q(given.particles),
       spheres(given.rig.spheres.size()),
       shapes(given.rig.primitives.size()),
+      walls(walls_on<double>(given.lattice, given.walls)),
+      blades(given.cuts),
       threads(given.threads > 0 ? given.threads : omp_get_max_threads())
 {
     if (shapes.size() > max_primitives)
@@ -122,7 +124,7 @@ void Reference::grid(double dt)
                 u = apply_tools(tools, active, x, u);
                 return f == uncut ? u : sliced(tools, active, x, u, lattice.dx, std::uint32_t(f));
             };
-            v[f] = update(fields[f][at], n, lattice, setup.walls, setup.gravity, dt, slowed,
+            v[f] = update(fields[f][at], n, lattice, walls, setup.gravity, dt, slowed,
                           obstacles);
             clipped += slowed;
         }
@@ -168,7 +170,7 @@ void Reference::project()
         const double depth = knead::project(p, tools, active, setup.passes);
         projected += depth > 0;
         deepest = std::fmax(deepest, depth);
-        confined += confine(p, setup.lattice, setup.walls);
+        confined += confine(p, walls);
     }
     stats.projected += projected, stats.confined += confined, covered += sliced_off;
     stats.found_depth = std::fmax(stats.found_depth, deepest);

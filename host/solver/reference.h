@@ -63,8 +63,9 @@ class Reference : public Solver {
     std::vector<int> occupied;                      // nodes that hold mass
     std::vector<Sphere<double>> spheres;
     std::vector<Shape<double>> shapes;
+    Walls<double> walls;
     Mask active{};             // primitives of active tools
-    bool blades = false;       // some tool is one
+    bool blades;               // some tool is one, or was
     bool was_covered = false;  // a blade was in the clay at the end of the last frame
     long covered = 0;          // particle-substeps of this frame that a blade covers
     FrameStats stats;
