@@ -84,7 +84,8 @@ void public_target(Bench& bench, const std::string& size, const BenchRow* ours)
     const auto at = peers.public_best.find(size);
     if (at == peers.public_best.end())
         return add(bench, "public " + size, -1, "no figure of theirs");
-    add(bench, "public " + size, ours ? at->second / ours->substep.median : -1,
+    const bool timed_ours = ours && ours->substep.median > 0;
+    add(bench, "public " + size, timed_ours ? at->second / ours->substep.median : -1,
         fmt::format("theirs {:.0f} us, measured on {}", 1e6 * at->second, peers.device));
 }
 
@@ -103,7 +104,8 @@ void size_targets(Bench& bench)
             continue;
         }
         sizes.push_back(bench.squeeze(cells));
-        add(bench, rate, 1e-9 * sizes.back().rate(), timed(sizes.back()));
+        const BenchRow& row = sizes.back();
+        add(bench, rate, row.frames > 0 ? 1e-9 * row.rate() : -1, timed(row));
     }
     const BenchRow& last = sizes.back();
     add(bench, "memory", double(last.bytes) / double(last.particles),

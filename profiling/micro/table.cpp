@@ -6,6 +6,8 @@
 #include <sstream>
 #include <stdexcept>
 
+#include "host/base/outputs.h"
+
 namespace knead::micro {
 namespace {
 
@@ -38,19 +40,6 @@ std::string text(const char* format, double x)
     char line[64];
     std::snprintf(line, sizeof line, format, x);
     return line;
-}
-
-std::ofstream opened(const std::string& path)
-{
-    std::ofstream out(path);
-    if (!out) throw std::runtime_error("cannot write " + path);
-    return out;
-}
-
-void finish(std::ofstream& out, const std::string& path)
-{
-    out.close();
-    if (!out) throw std::runtime_error("could not write all of " + path);
 }
 
 }  // namespace
@@ -101,7 +90,7 @@ void print(const std::vector<Row>& rows, const Limits& limits, const Instruction
 void write_csv(const std::string& path, const std::string& header, const std::vector<Row>& rows,
                const Limits& limits, const Instructions& counted)
 {
-    std::ofstream out = opened(path);
+    std::ostringstream out;
     out << "# " << header << "\n"
         << "question,what,unit,count,seconds,ns_each,G_per_s,cycles_each,limit,share,"
            "warp_instructions_each,share_of_issue,right,note\n";
@@ -112,7 +101,7 @@ void write_csv(const std::string& path, const std::string& header, const std::ve
             << r.limit << ',' << f.share << ',' << f.instructions << ',' << f.issue_share << ','
             << r.right << ",\"" << r.note << "\"\n";
     }
-    finish(out, path);
+    write_whole(path, out.str());
 }
 
 void write_json(const std::string& path, const std::string& facts, const std::vector<Row>& rows,
@@ -136,18 +125,15 @@ void write_json(const std::string& path, const std::string& facts, const std::ve
                          {"right", r.right},
                          {"note", r.note}});
     }
-    std::ofstream out = opened(path);
-    out << Json{{"context", Json::parse(facts)},
-                {"limits",
-                 {{"multiprocessors", limits.multiprocessors},
-                  {"clock_Hz", limits.clock},
-                  {"copy_bytes_per_second", limits.copy},
-                  {"vector_atomics_per_second", limits.adds},
-                  {"warp_instructions_per_second", limits.issue()}}},
-                {"benchmarks", table}}
-               .dump(1)
-        << "\n";
-    finish(out, path);
+    const Json all{{"context", Json::parse(facts)},
+                   {"limits",
+                    {{"multiprocessors", limits.multiprocessors},
+                     {"clock_Hz", limits.clock},
+                     {"copy_bytes_per_second", limits.copy},
+                     {"vector_atomics_per_second", limits.adds},
+                     {"warp_instructions_per_second", limits.issue()}}},
+                   {"benchmarks", table}};
+    write_whole(path, all.dump(1) + "\n");
 }
 
 }  // namespace knead::micro
