@@ -126,19 +126,20 @@ void CpuSolver<R>::p2g(R dt)
         Tile<R>& tile = sums[0][std::size_t(slot)];
         tile = {};
         const Int3 corner = 4 * lattice.block_at(block);
+        // A cell's sum goes on from group to group: it must not depend on the number of lanes.
+        Row<R> cell[9] = {};
+        int at = 0;
+        const auto hand_over = [&](int to) __attribute__((always_inline))
+        {
+            UNROLL
+            for (int n = 0; n < 9; ++n) {
+                knead::add(cell[n], tile.node + to + tile_index({0, n % 3, n / 3}));
+                cell[n] = {};
+            }
+        };
         for_each_group(bins.members(slot), [&](const Group<R>& group) {
             const Material<R>& m = materials[std::size_t(group.of[0]->object)];
             const Impulses<R> from = impulses(group, m, lattice.dx, dt);
-            Row<R> cell[9] = {};
-            int at = tile_index(from.stencils[0].base - corner);
-            const auto hand_over = [&](int to) __attribute__((always_inline))
-            {
-                UNROLL
-                for (int n = 0; n < 9; ++n) {
-                    knead::add(cell[n], tile.node + to + tile_index({0, n % 3, n / 3}));
-                    cell[n] = {};
-                }
-            };
             for (int l = 0; l < group.size; ++l) {
                 const Stencil<R> s = from.stencils[l];
                 const int to = tile_index(s.base - corner);
@@ -148,8 +149,8 @@ void CpuSolver<R>::p2g(R dt)
                                  cell[3 * k + j] = cell[3 * k + j] + share;
                              });
             }
-            hand_over(at);
         });
+        hand_over(at);
     });
 }
 

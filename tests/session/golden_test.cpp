@@ -1,0 +1,110 @@
+// The states that scenes/golden.csv holds, by their hashes: to the bit, in builds that keep to the
+// order and rounding of the text (KNEAD_VERIFY). tests/golden.sh writes the table.
+#include <gtest/gtest.h>
+
+#include <fstream>
+#include <sstream>
+
+#include "host/scene/seed.h"
+#include "host/session/session.h"
+
+namespace knead {
+namespace {
+
+struct GoldenRow {
+    std::string scene, hands;
+    std::vector<std::string> settings;
+    int frames = 0;
+    std::string cpu, gpu;  // hashes; empty: not measured yet
+};
+
+std::vector<std::string> parts(const std::string& text, char between)
+{
+    std::vector<std::string> all;
+    std::istringstream in(text + between);
+    for (std::string part; std::getline(in, part, between);) all.push_back(part);
+    return all;
+}
+
+std::vector<GoldenRow> golden_rows()
+{
+    std::ifstream in("scenes/golden.csv");
+    std::vector<GoldenRow> rows;
+    std::string line;
+    std::getline(in, line);
+    EXPECT_EQ(line, "scene,hands,settings,frames,hash_cpu,hash_gpu");
+    while (std::getline(in, line)) {
+        const std::vector<std::string> cell = parts(line, ',');
+        EXPECT_EQ(cell.size(), 6u) << line;
+        if (cell.size() != 6) continue;
+        GoldenRow row{cell[0], cell[1], {}, std::stoi(cell[3]), cell[4], cell[5]};
+        if (!cell[2].empty()) row.settings = parts(cell[2], ' ');
+        rows.push_back(row);
+    }
+    EXPECT_FALSE(rows.empty());
+    return rows;
+}
+
+#ifdef KNEAD_VERIFY
+std::string hash_of(const GoldenRow& row, int threads, bool on_gpu)
+{
+    std::vector<std::string> settings = row.settings;
+    if (on_gpu) settings.push_back("deterministic=true");
+    Scene scene = read_scene("scenes/" + row.scene + ".json", settings);
+    if (!row.hands.empty()) scene.hands.recording = "scenes/" + row.hands;
+    scene.setup.threads = threads;
+    build(scene, available_memory());
+    const auto solver = on_gpu ? gpu_solver(scene.setup, 0) : cpu_solver(scene.setup);
+    std::unique_ptr<HandSource> hands;
+    if (scene.has_hands) hands = std::make_unique<HandSource>(hands_of(scene), scene.hands);
+    RunRule rule;
+    rule.frames = row.frames, rule.audit_every = row.frames;
+    const RunRecord record = run_frames(scene, *solver, hands.get(), rule, {});
+    EXPECT_EQ(record.end, End::complete) << record.trouble;
+    return record.rows.empty() ? "" : hexadecimal(record.rows.back().state.hash);
+}
+
+constexpr const char* changed =
+    "; if that is meant: tests/golden.sh --update BUILD, and say in the commit why";
+#endif
+
+TEST(Golden, EveryShippedSceneIsInTheTableWithAHash)
+{
+    const std::vector<GoldenRow> rows = golden_rows();
+    for (const char* scene : {"cut", "demo", "flatten", "imprint", "knead", "materials", "pinch",
+                              "poke", "roll", "squeeze"}) {
+        const auto of_scene = [scene](const GoldenRow& row) { return row.scene == scene; };
+        EXPECT_NE(std::find_if(rows.begin(), rows.end(), of_scene), rows.end()) << scene;
+    }
+    for (const GoldenRow& row : rows) EXPECT_EQ(row.cpu.size(), 16u) << row.scene;
+}
+
+class GoldenCpu : public ::testing::TestWithParam<int> {};
+
+TEST_P(GoldenCpu, ScenesEndInTheStatesOfTheTable)
+{
+#ifdef KNEAD_VERIFY
+    for (const GoldenRow& row : golden_rows())
+        EXPECT_EQ(hash_of(row, GetParam(), false), row.cpu)
+            << row.scene << ", " << row.frames << " frames" << changed;
+#else
+    GTEST_SKIP() << "contraction changes the bits: build with KNEAD_VERIFY";
+#endif
+}
+
+INSTANTIATE_TEST_SUITE_P(Threads, GoldenCpu, ::testing::Values(1, 2));
+
+TEST(Golden, ScenesEndInTheStatesOfTheTableOnAGpuInItsDeterministicMode)
+{
+#ifdef KNEAD_VERIFY
+    if (!gpu_present()) GTEST_SKIP() << "no GPU";
+    for (const GoldenRow& row : golden_rows())
+        EXPECT_EQ(hash_of(row, 0, true), row.gpu)
+            << row.scene << ", " << row.frames << " frames" << changed << " (... BUILD cuda)";
+#else
+    GTEST_SKIP() << "contraction changes the bits: build with KNEAD_VERIFY";
+#endif
+}
+
+}  // namespace
+}  // namespace knead
