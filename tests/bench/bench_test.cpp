@@ -186,6 +186,20 @@ TEST_F(BenchFolder, HandsTouchWhereTheirShapesReachIntoTheClay)
     EXPECT_EQ(first_touch(scene, HandSource(hands_of(scene), scene.hands)), -1);
 }
 
+TEST_F(BenchFolder, FramesHandedOverAheadAreTimedAfterTheWarmUp)
+{
+    const Bench bench(quick());
+    const Scene scene = bench.scene({"clock=paper", "paper.substeps=1"});
+    const HandSource hands(hands_of(scene), scene.hands);
+    const QueuedFrames some = queued(scene, bench.device, &hands, 0, 3, true);
+    EXPECT_EQ(some.frames, 3);
+    EXPECT_GT(some.frame, 0);
+    EXPECT_EQ(some.waits, 0);
+    const int end = frames_wanted(scene, &hands, 0);
+    EXPECT_EQ(queued(scene, bench.device, &hands, end - 5, 3, true).frames, 0);  // warm-up alone
+    EXPECT_EQ(queued(scene, bench.device, &hands, end - 6, 3, true).frames, 2);
+}
+
 TEST(Benchmark, LeastBytesAreTheStateInAndOutAndTheNodesOnce)
 {
     EXPECT_EQ(min_bytes(1000, 0), 2 * 96);

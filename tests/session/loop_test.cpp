@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <bit>
+#include <cstdlib>
 
 #include "host/bench/ball.h"
 
@@ -249,17 +250,24 @@ TEST_F(Loop, MeshesStandWhileNoClayMovesAndNothingIsEdited)
     EXPECT_GT(l.last().times.surface, 0);
 }
 
-// What is left of a ball between closing tools, all of it, to the bit.
-std::vector<std::uint64_t> squeezed(const Setup& setup, bool ahead)
+// What is left of a ball between closing tools, all of it, to the bit; the first number is how
+// often they touched. `waits` counts those of the host while frames were handed over, from the
+// fifth on.
+std::vector<std::uint64_t> squeezed(const Setup& setup, Solver& solver, bool ahead, long& waits)
 {
-    const std::unique_ptr<Solver> solver = cpu_solver(setup);
     LoopRule rule;
     rule.duration = 2e-3, rule.rate = 500, rule.frames = 8, rule.first = 10;
+    rule.materials = setup.materials;
+    rule.surface.lattice = {setup.lattice.size, float(setup.lattice.dx)};
     SessionLoop l(
-        *solver, [](double from, double to) { return closing(from, to - from); }, rule);
+        solver, [](double from, double to) { return closing(from, to - from); }, rule);
+    l.launch_surfaces();
     if (ahead) l.hand_over_ahead();
     std::vector<std::uint64_t> all{0};
-    l.watch([&](const Frame& f) { all[0] += std::uint64_t(f.stats.projected); });
+    l.watch([&](const Frame& f) {
+        all[0] += std::uint64_t(f.stats.projected);
+        if (f.number > 4) waits += f.waits;
+    });
     l.run();
     for (const Particle<double>& q : *l.particles())
         for (double x : {q.x.x, q.x.y, q.x.z, q.v.x, q.v.y, q.v.z, q.e.xx, q.e.xy})
@@ -267,13 +275,25 @@ std::vector<std::uint64_t> squeezed(const Setup& setup, bool ahead)
     return all;
 }
 
-TEST(LoopOnTheCpu, HandedOverAheadGivesTheSameBits)
+void expect_same_bits_ahead(const std::function<std::unique_ptr<Solver>(const Setup&)>& make)
 {
-    auto setup = ball(16);
+    Setup setup = ball(16);
     add_tools(setup);
-    const std::vector<std::uint64_t> one_by_one = squeezed(setup, false);
-    EXPECT_GT(one_by_one[0], 0u);  // the tools touched
-    EXPECT_EQ(one_by_one, squeezed(setup, true));
+    setup.deterministic = true;
+    long waits = 0, waits_ahead = 0;
+    const auto one_by_one = squeezed(setup, *make(setup), false, waits);
+    EXPECT_GT(one_by_one[0], 0u);
+    EXPECT_EQ(one_by_one, squeezed(setup, *make(setup), true, waits_ahead));
+    const char* graph = std::getenv("KNEAD_GRAPH");  // "0": substep by substep, each of them waits
+    EXPECT_TRUE(waits_ahead == 0 || (graph && std::string(graph) == "0")) << waits_ahead;
+}
+
+TEST(LoopOnTheCpu, HandedOverAheadGivesTheSameBits) { expect_same_bits_ahead(cpu_solver); }
+
+TEST(LoopOnTheGpu, HandedOverAheadGivesTheSameBitsAndNobodyWaits)
+{
+    if (!gpu_present()) GTEST_SKIP() << "no CUDA device";
+    expect_same_bits_ahead([](const auto& setup) { return gpu_solver(setup, 0); });
 }
 
 }  // namespace
