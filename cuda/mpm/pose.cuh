@@ -13,8 +13,9 @@ constexpr int pose_parts = 8, part_primitives = max_primitives / pose_parts;
 // Index of the k-th primitive of a part.
 __device__ inline int primitive_of(int part, int k) { return part + k * pose_parts; }
 
-// Of so many joints each is interpolated once for all spheres; of more, once for each sphere.
-constexpr int staged_joints = 64;
+// Of so many joints each is interpolated once for all spheres; of more, those of a few spheres at a
+// time, four each.
+constexpr int staged_joints = 64, staged_spheres = staged_joints / 4;
 
 struct PoseSpace {
     Joint<float> from[staged_joints], to[staged_joints];
@@ -26,6 +27,13 @@ __device__ inline Joint<float> joint_at(const RigView& t, double share, int j)
     return cast<float>(between(t.from[j], t.to[j], share));
 }
 
+// The sphere of a part's primitives, three each, that comes k-th; -1: there is none.
+__device__ inline int sphere_of(const RigView& t, int part, int k)
+{
+    const int i = primitive_of(part, k / 3);
+    return i < t.primitives.count ? t.primitives[i].sphere[k % 3] : -1;
+}
+
 // Called by all threads of a block; poses for substep n. Kept out of line: its registers are not
 // those of the kernels that it shares a launch with.
 static __device__ __noinline__ void pose_part(const PoseView& t, PoseSpace& s, int part, int n)
@@ -35,24 +43,37 @@ static __device__ __noinline__ void pose_part(const PoseView& t, PoseSpace& s, i
     const double from = step.start / duration, to = (step.start + dt) / duration;
     const int thread = int(threadIdx.x), threads = int(blockDim.x), parity = n & 1;
     const bool staged = t.joints <= staged_joints;
-    for (int k = thread; staged && k < 2 * t.joints; k += threads)
-        (k & 1 ? s.to : s.from)[k >> 1] = joint_at(t, k & 1 ? to : from, k >> 1);
-    __syncthreads();
-    const auto at = [&](const Joint<float>* stage, double share) {
-        return [=, &t](int j) { return staged ? stage[j] : joint_at(t, share, j); };
-    };
-    const int count = t.primitives.count;
-    for (int k = thread; k < 3 * part_primitives; k += threads) {
-        if (primitive_of(part, k / 3) >= count) break;
-        const int i = t.primitives[primitive_of(part, k / 3)].sphere[k % 3];
-        s.spheres[k] = posed(t.bindings[i], at(s.from, from), at(s.to, to), float(dt));
-        t.spheres[parity][i] = s.spheres[k];
+    constexpr int count = 3 * part_primitives;
+    const int together = staged ? count : staged_spheres;
+    for (int first = 0; first < count; first += together) {
+        __syncthreads();  // those before have been read
+        for (int k = thread; k < 2 * (staged ? t.joints : staged_joints); k += threads) {
+            int j = k >> 1;
+            if (!staged) {
+                const int i = sphere_of(t, part, first + k / 8);
+                if (i < 0) break;
+                j = t.bindings[i].joint[k / 2 % 4];
+            }
+            (k & 1 ? s.to : s.from)[k >> 1] = joint_at(t, k & 1 ? to : from, j);
+        }
+        __syncthreads();
+        for (int k = first + thread; k < first + together; k += threads) {
+            const int i = sphere_of(t, part, k);
+            if (i < 0) break;
+            Binding<float> b = t.bindings[i];
+            UNROLL
+            for (int m = 0; m < 4; ++m) b.joint[m] = staged ? b.joint[m] : 4 * (k - first) + m;
+            s.spheres[k] = posed(
+                b, [&s](int j) { return s.from[j]; }, [&s](int j) { return s.to[j]; }, float(dt));
+            t.spheres[parity][i] = s.spheres[k];
+        }
     }
     __syncthreads();
-    for (int k = thread; k < part_primitives && primitive_of(part, k) < count; k += threads) {
+    for (int k = thread; k < part_primitives && primitive_of(part, k) < t.primitives.count;
+         k += threads) {
+        const int i = primitive_of(part, k);
         const Sphere<float>* own = s.spheres + 3 * k;
-        form(t.shapes[parity][primitive_of(part, k)], t.primitives[primitive_of(part, k)].count,
-             own[0], own[1], own[2]);
+        form(t.shapes[parity][i], t.primitives[i].count, own[0], own[1], own[2]);
     }
 }
 
