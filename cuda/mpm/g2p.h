@@ -105,9 +105,10 @@ HD Gathered<R> gather_rows(const Stencil<R>& s, Rows&& rows)
 // The velocity's gradient from those sums; d is the way from the particle to the base node [m]. R
 // may be many particles' numbers.
 template <class R>
-HD Mat3<R> velocity_gradient(Vec3<R> v, const Mat3<R>& by_step, Vec3<R> d, R dx)
+HD Mat3<R> velocity_gradient(Vec3<R> v, const Mat3<R>& by_step, Vec3<R> d,
+                             std::type_identity_t<const Spacing<R>&> spacing)
 {
-    const R scale = 4 / (dx * dx);
+    const R dx = spacing.dx, scale = spacing.per_D;
     return {scale * (d.x * v + dx * by_step.a), scale * (d.y * v + dx * by_step.b),
             scale * (d.z * v + dx * by_step.c)};
 }

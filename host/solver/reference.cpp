@@ -156,8 +156,7 @@ void Reference::g2p(double dt)
     }
 }
 
-// No particle stays inside a tool, behind a wall, or on the wrong side of a blade.  (19), (23),
-// (24)
+// Out of tools and walls, and to the right side of a blade.  (19), (23), (24)
 void Reference::project()
 {
     const Colliders<double> tools = colliders();

@@ -167,7 +167,7 @@ TEST(ShippedScenes, RunAFrameOnCoarseLatticesAndOnTheirOwn)
             // A record's places are those of the file.
             Scene file = scene;
             file.origin = {};
-            const std::vector<Extent> after = extents(file, record.last_good);
+            const std::vector<Extent> after = extents(file, *record.last_good);
             for (std::size_t i = 0; i < before.size(); ++i) {
                 EXPECT_LT(apart(after[i].low, before[i].low), scene.setup.lattice.dx);
                 EXPECT_LT(apart(after[i].high, before[i].high), scene.setup.lattice.dx);
@@ -244,11 +244,11 @@ TEST_F(Domain, ARecordSpeaksOfThePlacesInTheFile)
             s.objects[0].centre + s.origin + (1.0 / 90) * Vec3<double>{1, 2, 3};
         Scene file = s;
         file.origin = {};
-        const Extent e = extents(file, record.last_good)[0];
+        const Extent e = extents(file, *record.last_good)[0];
         EXPECT_LT(apart(0.5 * (e.low + e.high), middle), s.setup.lattice.dx / 2);
         Vec3<double> sum{};
-        for (const Vec3<float>& x : record.meshes.at(0).vertices) sum = sum + cast<double>(x);
-        EXPECT_LT(apart((1.0 / double(record.meshes[0].vertices.size())) * sum, middle), 0.005);
+        for (const Vec3<float>& x : record.meshes->at(0).vertices) sum = sum + cast<double>(x);
+        EXPECT_LT(apart((1.0 / double(record.meshes->at(0).vertices.size())) * sum, middle), 0.005);
         EXPECT_LT(length(record.rows.back().state.spin - record.first.spin),
                   1e-3 * length(record.first.spin));
     }
