@@ -14,7 +14,7 @@ Setup one_particle()
 {
     Setup s{};
     s.lattice = {{16, 16, 16}, 1.0 / 16};
-    s.walls = {3, ContactMode::separate, 0};
+    s.walls = walls_inside(s.lattice, 3, ContactMode::separate, 0);
     Material<double> m{};
     m.density = 1000, m.mu = m.lambda = 1e4, m.volume = 1e-6, m.mass = 1e-3;
     s.materials = {m};

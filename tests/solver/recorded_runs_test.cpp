@@ -201,7 +201,8 @@ INSTANTIATE_TEST_SUITE_P(Solver, RecordedRun, ::testing::ValuesIn(back_ends),
 // On 32^3 nodes, the floor at 2 cells and the clay on it.
 std::vector<std::string> coarse(std::initializer_list<double> heights)
 {
-    std::vector<std::string> settings{"domain.cells=32", "walls.margin=2"};
+    std::vector<std::string> settings{"domain.cells=32", "walls.min=[0.0625,0.0625,0.0625]",
+                                      "walls.max=[0.90625,0.90625,0.90625]"};
     int object = 0;
     for (const double y : heights)
         settings.push_back("objects." + std::to_string(object++) +

@@ -124,7 +124,7 @@ TEST_P(AgainstTheReference, GravityAndWallsOfASubstepAgree)
     for (const ContactMode mode : {ContactMode::sticky, ContactMode::slip, ContactMode::separate}) {
         const Given free = elastic_turmoil();
         Given s = free;
-        s.gravity = {1, -9.81, 2}, s.walls = {9, mode, 0.4};  // a cell into the ball
+        s.gravity = {1, -9.81, 2}, s.walls = walls_inside(s.lattice, 9, mode, 0.4);  // a cell into the ball
         const Substep r = substep(GetParam(), s, free);
         EXPECT_GT(r.mattered, 1000);
         EXPECT_GT(r.wanted.confined, 10);
@@ -309,7 +309,7 @@ TEST(Reference, PutsBackAParticleThatIsNotANumber)
 TEST(Reference, RefusesMorePrimitivesThanAMaskHolds)
 {
     Given s = ball(16);
-    s.walls.margin = 2;
+    s.walls = walls_inside(s.lattice, 2, ContactMode::separate, 0.3);
     add_tools(s);
     s.rig.primitives.resize(max_primitives + 1, s.rig.primitives[0]);
     EXPECT_THROW(Reference{s}, std::invalid_argument);

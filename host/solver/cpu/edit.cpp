@@ -218,6 +218,5 @@ void CpuSolver<R>::load(const SavedState& state)
 }
 
 template class CpuSolver<float>;
-template class CpuSolver<double>;
 
 }  // namespace knead
