@@ -6,7 +6,6 @@
 #include "host/files/mesh_file.h"
 #include "host/scene/scene.h"
 #include "host/solver/solver.h"
-
 using namespace knead;
 using Point = Vec3<double>;
 
@@ -41,7 +40,7 @@ int main(int count, char** arguments)
 try {
     Setup setup;
     setup.lattice = {{nodes, nodes, nodes}, dx};
-    setup.walls = {3, ContactMode::separate, 0.3};
+    setup.walls = walls_inside(setup.lattice, 3, ContactMode::separate, 0.3);
     setup.gravity = {0, -9.81, 0};
     add_ball(setup);
     add_presser(setup);

@@ -57,10 +57,10 @@ HD Vec3<R> surface_velocity(const Colliders<R>& c, const Primitive& q, const Clo
 {
     const Sphere<R>&s0 = c.spheres[q.sphere[0]], &s1 = c.spheres[q.sphere[1]],
           &s2 = c.spheres[q.sphere[2]];
-    const R r = f.l0 * s0.r + f.l1 * s1.r + f.l2 * s2.r;
-    const R rate = f.l0 * s0.rate + f.l1 * s1.rate + f.l2 * s2.rate;
-    const Vec3<R> v = f.l0 * s0.v + f.l1 * s1.v + f.l2 * s2.v;
-    const Vec3<R> w = f.l0 * s0.w + f.l1 * s1.w + f.l2 * s2.w;
+    const R r = f.blend(s0.r, s1.r, s2.r);
+    const R rate = f.blend(s0.rate, s1.rate, s2.rate);
+    const Vec3<R> v = f.blend(s0.v, s1.v, s2.v);
+    const Vec3<R> w = f.blend(s0.w, s1.w, s2.w);
     return v + cross(w, r * f.n) + rate * f.n;
 }
 

@@ -35,8 +35,8 @@ HD Seen<R> seen(const Colliders<R>& c, int primitive, Vec3<R> p, R dx)
     const Shape<R>& s = c.shapes[primitive];
     const Primitive& q = c.primitives[primitive];
     const ClosestPoint<R> f = closest_point(s, p);
-    const R r = f.l0 * c.spheres[q.sphere[0]].r + f.l1 * c.spheres[q.sphere[1]].r +
-                f.l2 * c.spheres[q.sphere[2]].r;
+    const R r =
+        f.blend(c.spheres[q.sphere[0]].r, c.spheres[q.sphere[1]].r, c.spheres[q.sphere[2]].r);
     const R h = dot(p - s.c0, s.N), D = f.phi + r;
     const R beside = D * D - h * h;  // in-plane distance to the sheet, squared
     const bool covered =

@@ -64,6 +64,12 @@ struct ClosestPoint {
     R phi;         // [m], negative inside
     Vec3<R> n;     // unit
     R l0, l1, l2;  // sum 1
+    // What the spheres have, as much of each as the point has of it.
+    template <class V>
+    HD V blend(const V& a, const V& b, const V& c) const
+    {
+        return l0 * a + l1 * b + l2 * c;
+    }
 };
 
 // How near to 1 the squared slope of the radius may come before the largest sphere holds all, and

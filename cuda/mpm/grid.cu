@@ -243,15 +243,11 @@ template <bool fixed_point>
 __device__ Vec3<float> slope(const GridUpdateView& d, int parity, Int3 n)
 {
     const int count = d.lattice.node_count();
-    const auto excess = [&](Int3 m) {
-        if (!d.lattice.stores(m)) return 0.0f;
+    return knead::slope(d.lattice, n, [&](Int3 m) {
         const int i = d.lattice.index(m);
         return sum_of<fixed_point>(d, parity, below * count + i).m -
                sum_of<fixed_point>(d, parity, above * count + i).m;
-    };
-    return {excess(n + Int3{1, 0, 0}) - excess(n - Int3{1, 0, 0}),
-            excess(n + Int3{0, 1, 0}) - excess(n - Int3{0, 1, 0}),
-            excess(n + Int3{0, 0, 1}) - excess(n - Int3{0, 0, 1})};
+    });
 }
 
 // Where blades are: each label has its own velocity, and the two do not pass through each other.

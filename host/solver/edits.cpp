@@ -75,7 +75,7 @@ int Rules::add(const Material<double>& material, const std::vector<Particle<doub
 {
     check_material(material);
     for (const Particle<double>& p : clay) {
-        require(finite(p), "a particle with a number that is not finite");
+        if (!finite(p)) require(false, "a particle with a number that is not finite");
         check_place(p.x);
     }
     require(count() + long(clay.size()) < 200000000, "more than 2e8 particles");
@@ -136,10 +136,10 @@ void Rules::set_tools(const Rig& rig, const std::vector<Tool<double>>& tools)
 
 void Rules::check_object(int object) const
 {
-    require(object >= 0 && object < int(counts.size()),
-            "there is no object " + std::to_string(object));
-    require(there(now.materials[std::size_t(object)]),
-            "object " + std::to_string(object) + " was removed");
+    const bool known = object >= 0 && object < int(counts.size());
+    if (known && there(now.materials[std::size_t(object)])) return;
+    throw std::invalid_argument((known ? "there is no longer an object " : "there is no object ") +
+                                std::to_string(object));
 }
 
 void Rules::check_motion(const RigidMotion<double>& m)
@@ -151,9 +151,9 @@ void Rules::check_motion(const RigidMotion<double>& m)
 
 void Rules::check_place(Vec3<double> x) const
 {
-    require(between(now.walls, x, now.lattice.dx),
-            "clay at (" + std::to_string(x.x) + ", " + std::to_string(x.y) + ", " +
-                std::to_string(x.z) + ") m would lie behind a wall");
+    if (between(now.walls, x, now.lattice.dx)) return;  // asked of every particle
+    throw std::invalid_argument("clay at (" + std::to_string(x.x) + ", " + std::to_string(x.y) +
+                                ", " + std::to_string(x.z) + ") m would lie behind a wall");
 }
 
 void check_state(const SavedState& state, const Setup& of)
@@ -170,7 +170,7 @@ void check_state(const SavedState& state, const Setup& of)
     require(state.order.size() == seen.size(), "the state's order leaves out particles");
     const Rules rules(s);
     for (const Particle<double>& p : s.particles) {
-        require(finite(p), "the state has a particle with a number that is not finite");
+        if (!finite(p)) require(false, "the state has a particle with a number that is not finite");
         rules.check_object(p.object);
     }
 }
