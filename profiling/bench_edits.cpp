@@ -57,7 +57,7 @@ std::vector<Particle<double>> lump(std::size_t count, double dx)
 int main(int argc, char** argv)
 {
     const int nodes = argc > 1 ? std::atoi(argv[1]) : 64;
-    const int rounds = argc > 2 ? std::atoi(argv[2]) : 50;
+    const int rounds = std::max(argc > 2 ? std::atoi(argv[2]) : 50, 2);
     Setup scene = ball(nodes);
     add_tools(scene);
     const auto solver = gpu_present() ? gpu_solver(scene, 0) : cpu_solver(scene);
