@@ -14,6 +14,12 @@ install(DIRECTORY cuda host DESTINATION ${headers} FILES_MATCHING PATTERN *.h PA
     PATTERN host/solver/pieces.h EXCLUDE)
 install(FILES render/painter.h DESTINATION ${headers}/render)
 
+# What `knead bench` compares with and draws by.
+install(FILES profiling/plot.py profiling/peers.json profiling/targets.json
+    DESTINATION ${CMAKE_INSTALL_DATADIR}/knead/profiling)
+install(FILES profiling/peers/taichi_mpm.py
+    DESTINATION ${CMAKE_INSTALL_DATADIR}/knead/profiling/peers)
+
 configure_package_config_file(cmake/KneadConfig.cmake.in
     ${CMAKE_CURRENT_BINARY_DIR}/KneadConfig.cmake INSTALL_DESTINATION ${package}
     NO_SET_AND_CHECK_MACRO)
