@@ -124,7 +124,8 @@ TEST_P(AgainstTheReference, GravityAndWallsOfASubstepAgree)
     for (const ContactMode mode : {ContactMode::sticky, ContactMode::slip, ContactMode::separate}) {
         const Given free = elastic_turmoil();
         Given s = free;
-        s.gravity = {1, -9.81, 2}, s.walls = walls_inside(s.lattice, 9, mode, 0.4);  // a cell into the ball
+        s.gravity = {1, -9.81, 2};
+        s.walls = walls_inside(s.lattice, 9, mode, 0.4);  // a cell into the ball
         const Substep r = substep(GetParam(), s, free);
         EXPECT_GT(r.mattered, 1000);
         EXPECT_GT(r.wanted.confined, 10);
