@@ -15,8 +15,8 @@ import tempfile
 COLOURS = ["#b5512b", "#2f6f8f", "#7a8f2f", "#7b4f9d", "#c69214",
            "#4d4d4d", "#d98c7a", "#8cb8cc", "#3f5c1e", "#b49bc9"]
 # bench.json has its stages by name; this is their order in time.
-STAGES = ["sort", "pose", "p2g", "grid", "g2p", "clear", "splat", "deposit", "list", "soften",
-          "count", "scan", "march", "relax", "shade"]
+STAGES = ["sort", "pose", "p2g", "grid", "g2p", "clear", "deposit", "list", "soften", "count",
+          "scan", "march", "relax", "shade"]
 PAPER = {"paper: grid": ("paper-grid.svg", "nodes per axis"),
          "paper: substeps": ("paper-substeps.svg", "substeps a frame"),
          "paper: particles per cell": ("paper-particles.svg", "particles per cell")}

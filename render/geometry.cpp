@@ -110,22 +110,22 @@ void add_mesh(Geometry& geometry, const Mesh& mesh)
 
 }  // namespace
 
-void add_hull(Geometry& geometry, const DrawPrimitive& blob, int level, Vec3<float> colour)
+void add_hull(Geometry& geometry, const DrawPrimitive& primitive, int level, Vec3<float> colour)
 {
-    if (blob.count < 1 || blob.count > 3) {
-        throw std::invalid_argument("a medial primitive of " + std::to_string(blob.count) +
+    if (primitive.count < 1 || primitive.count > 3) {
+        throw std::invalid_argument("a medial primitive of " + std::to_string(primitive.count) +
                                     " spheres; expected 1, 2 or 3");
     }
-    for (int i = 0; i < blob.count; ++i) {
-        const Sphere<float>& s = blob.sphere[i];
+    for (int i = 0; i < primitive.count; ++i) {
+        const Sphere<float>& s = primitive.sphere[i];
         if (!finite(s.c) || !std::isfinite(s.r) || s.r < 0) return;
     }
     const UnitSphere& ball = unit_sphere(level);
     const int first = int(geometry.vertices.size());
     for (const Vec3<float> n : ball.directions) {
-        const Sphere<float>* far = &blob.sphere[0];
-        for (int i = 1; i < blob.count; ++i) {
-            const Sphere<float>& s = blob.sphere[i];
+        const Sphere<float>* far = &primitive.sphere[0];
+        for (int i = 1; i < primitive.count; ++i) {
+            const Sphere<float>& s = primitive.sphere[i];
             if (dot(s.c - far->c, n) + s.r - far->r > 0) far = &s;
         }
         geometry.vertices.push_back({far->c + far->r * n, n, colour, 1});
@@ -138,11 +138,11 @@ void add_hull(Geometry& geometry, const DrawPrimitive& blob, int level, Vec3<flo
 Geometry gather(const std::vector<Mesh>& meshes, const std::vector<DrawPrimitive>& primitives)
 {
     Geometry g{};
-    for (const DrawPrimitive& blob : primitives) add_hull(g, blob, fine, skin_colour);
+    for (const DrawPrimitive& primitive : primitives) add_hull(g, primitive, fine, skin_colour);
     const int clay = int(g.triangles.size());
     for (const Mesh& mesh : meshes) add_mesh(g, mesh);
     const int shadows = int(g.triangles.size());
-    for (const DrawPrimitive& blob : primitives) add_hull(g, blob, coarse, skin_colour);
+    for (const DrawPrimitive& primitive : primitives) add_hull(g, primitive, coarse, skin_colour);
     g.seen = {0, shadows};
     g.clay = {clay, shadows - clay};
     g.casting = {clay, int(g.triangles.size()) - clay};

@@ -31,7 +31,7 @@ struct Geometry {
 // The hull of a medial primitive: for each direction n of a sphere split `level` times, the
 // support point max over i of (c_i . n + r_i), with normal n. Inscribed; exact at its vertices.
 // Nothing is added for a primitive that is not finite.
-void add_hull(Geometry& geometry, const DrawPrimitive& blob, int level, Vec3<float> colour);
+void add_hull(Geometry& geometry, const DrawPrimitive& primitive, int level, Vec3<float> colour);
 
 // Triangles with a vertex that is not finite are left out. Throws std::invalid_argument for a
 // triangle that names no vertex, a missing normal, or a primitive not of 1 to 3 spheres.

@@ -90,8 +90,8 @@ struct Clock {
     HD const Step& step(int n) const { return steps[n % 3]; }
 };
 
-// A frame's first substep lists its blocks anew. Each later one begins with those of the one
-// before, so that hardly anyone finds a block that is not listed yet: the atomic that finds out has
+// A frame's first substep lists its blocks from the start. Each later one begins with those of the
+// one before, so that blocks are rarely found not to be listed yet: the atomic that finds out has
 // high latency.
 HD int listed_for(int n, bool first) { return 2 * n + first; }
 

@@ -1,5 +1,5 @@
 // One thread a particle. Compiled without contraction of multiply-add, and in double where places
-// change: an edited scene has the bits of one that the host has edited and made anew.
+// change: an edited scene has the bits of one that the host has edited and made again.
 #include <cub/device/device_scan.cuh>
 
 #include "cuda/device/launch.cuh"

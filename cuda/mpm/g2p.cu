@@ -24,9 +24,9 @@ template <Features f>
 __device__ Events advance_particle(const G2pView& d, const SubstepContext& later,
                                    ScatterSpace<f.blades>& space, Particle<float>& q)
 {
-    constexpr bool early = f.blades || f.rests;  // what is left of the state is asked for at once
+    constexpr bool early = f.blades || f.rests;  // what is left of the state is loaded at once
     const int n = later.n - 1;
-    // What was stored of the particle, found anew: keeping where costs registers.
+    // What was stored of the particle, rematerialised: keeping its place costs registers.
     const auto particles = [&]() -> const ParticleView& { return d.particles[later.side]; };
     const auto own = [&] { return own_index<f>(later, d.particles[0].count); };
     if constexpr (early) particles().load_strain(own().at, q);

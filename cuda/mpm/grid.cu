@@ -13,7 +13,7 @@ namespace {
 
 // Threads and thread blocks per multiprocessor; how many blocks of nodes a thread block has in
 // hand. With tools it is two, one for each half of it; but where a tool may be near, all its
-// threads look after one block, so that a warp shares the feet of fewer nodes.
+// threads look after one block, so that a warp shares the closest points of fewer nodes.
 template <bool tools>
 constexpr int threads = tools ? 2 * block_nodes : block_nodes;
 template <bool tools>
@@ -85,9 +85,8 @@ __device__ void look_ahead(const GridUpdateView& d)
     all.active_blocks = c.active[n % 3];
 }
 
-// The substep under way, and what a thread block begins with. All that may be wanted is asked for
-// at once, rather than one after the other; what the clock's own block writes meanwhile is not
-// used.
+// The substep under way, and what a thread block begins with. All loads that may be needed are
+// issued at once, not one after the other; what the clock's own block writes meanwhile is not used.
 template <int blocks_per_cta>
 struct Start {
     int n;
@@ -222,7 +221,7 @@ __global__ void __launch_bounds__(threads<Case::features.tools>, resident<Case::
     const int n = start.n, parity = n & 1;
     const float dt = start.dt;
     if (!(dt > 0)) return;
-    if (d.rest.mode == RestMode::sleep) stir_neighbours(d, n);
+    if (d.rest.mode == RestMode::sleep) guard_neighbours(d, n);
     for_each_block<fixed_point>(d, start, [&](const int(&blocks)[blocks_per_cta<tools>]) {
         const auto near = [&](int b) { return tools && b >= 0 && !empty(d.masks[b]); };
         const int half = int(threadIdx.x) / block_nodes;
@@ -263,7 +262,7 @@ __global__ void __launch_bounds__(block_nodes, resident_cut)
     const int n = start.n, parity = n & 1, nodes = d.lattice.node_count();
     const float dt = start.dt, dx = d.lattice.dx;
     if (!(dt > 0)) return;
-    if (d.rest.mode == RestMode::sleep) stir_neighbours(d, n);
+    if (d.rest.mode == RestMode::sleep) guard_neighbours(d, n);
     const Colliders<float> colliders = d.contact.colliders(n);
     for_each_block<fixed_point>(d, start, [&](const int(&blocks)[1]) {
         const int b = blocks[0];

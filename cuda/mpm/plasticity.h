@@ -206,7 +206,7 @@ HD bool yield_snow(Particle<R>& q, const Material<R>& m)
     return true;
 }
 
-// Applies the material's return map to the trial strain in q; true if it flowed.
+// Applies the material's return map to the trial strain in q; true if it yielded.
 template <class R>
 HD bool yield(Particle<R>& q, const Material<R>& m, R dt)
 {

@@ -7,7 +7,7 @@
 //
 // Shuffling the 108 numbers of a particle together takes 324 shuffles a lane; summing the cells of
 // four warps in tiles of shared memory, before anything goes to memory, saves four atomics of five,
-// and costs more than these do: docs/measured.md.
+// and costs more than these do: docs/history.md.
 #pragma once
 #include <nv/target>
 
@@ -78,7 +78,7 @@ __device__ inline int slot_of(int node)
     return start + __popc(lanes & ((1u << lane) - 1));
 }
 
-// Asked for anew: what a lane does with it is not worth registers from run to run.
+// Rematerialised: a register from run to run would cost more.
 __device__ inline int lane_now()
 {
     int lane;
@@ -218,9 +218,9 @@ class WarpScatter {
         list_last();
         last = int(node / block_nodes), mark = d.marks[last];
     }
-    // Lists the block that the lane added to last, once. Its mark was asked for then and is looked
-    // at now, so that nobody waits for it. It may come from the cache of level 1: where it is an
-    // old one, set since, that costs an exchange.
+    // Lists the block that the lane added to last, once. Its mark was loaded then and is used now,
+    // which hides the latency. It may come from the cache of level 1: where it is an old one, set
+    // since, that costs an exchange.
     __device__ void list_last() const
     {
         const int own = listed_for(n, begins);

@@ -1,5 +1,5 @@
 // Clay that lies still while its neighbours move: in g2p it may be pushed, and wakes; before the
-// next grid update all around it is stirred.
+// next grid update the blocks around it become guards.
 #pragma once
 #include "cuda/mpm/particle.h"
 #include "cuda/mpm/stencil.h"
@@ -18,14 +18,14 @@ __device__ inline void wake(const G2pView& d, int b, int n)
     if (r.range[b].x < r.range[b].y) atomicAdd(&d.clock->counters.woken, 1ull);
 }
 
-// Where a particle has come to in the frame's last substep n, after which nobody looks.
+// Where a particle has come to in the frame's last substep n: none after it checks.
 __device__ inline void note_end(const G2pView& d, const Particle<float>& q, bool ends, int n)
 {
     if (ends) d.rest.changed[d.lattice.block_of(base_node(q.x, d.lattice.spacing))] = n + 1;
 }
 
 // What is known of a particle where clay may be still, before it is looked at: the block of its
-// stencil's base, whether that block's clay is still in this substep, whether nobody looks here.
+// stencil's base, whether that block's clay is still in this substep, whether no check is made.
 struct Quiet {
     int block;
     bool still, unasked;
@@ -49,9 +49,9 @@ __device__ inline void wake_if_pushed(const G2pView& d, const Quiet& quiet,
 }
 
 // What the substep before n woke: the neighbours become guards, theirs at least support.
-__device__ inline void stir_neighbours(const GridUpdateView& d, int n)
+__device__ inline void guard_neighbours(const GridUpdateView& d, int n)
 {
-    const StirView& r = d.rest;
+    const GuardView& r = d.rest;
     const int before = (n + 1) & 1, count = d.clock->woken[before];
     for (int w = int(blockIdx.x) - 1; w < count; w += int(gridDim.x) - 1) {
         const Int3 at = d.lattice.block_at(r.woken[before][w]);

@@ -37,7 +37,7 @@ __device__ int counted(int* counts, int key)
     return __shfl_sync(0xffffffffu, before, first) + __popc(lanes & ((1u << lane) - 1));
 }
 
-// Keys and orders while the particles lie on one side: the row that is free holds them, but for
+// Keys and order while the particles lie on one side: the row that is free holds them, but for
 // the order that the particles will have, which takes the place of the other side's ids.
 struct Listing {
     unsigned* keys;  // count

@@ -50,9 +50,9 @@ struct FrameInput {
     Joint<double> joints[2 * max_joints];
 };
 
-// Where tools are kept, posed anew for every substep.
+// Where tools are kept, posed again for every substep.
 struct ToolView {
-    const Joint<double>*from, *to;  // of the orders, `joints` each
+    const Joint<double>*from, *to;  // of the frame's input, `joints` each
     int joints;
     const Binding<float>* bindings;  // one per sphere
     Span<Sphere<float>> spheres[2];
@@ -103,7 +103,7 @@ void sort_particles(const Views& views, const Features& features, const SortSpac
 void arrange(const Views& views, const Features& features, cudaStream_t stream);
 // Between them, where clay may be still: what each block's clay does in this frame. Needs masks().
 void update_activity(const Views& views, cudaStream_t stream);
-// Reads the orders and chooses the first substep.
+// Reads the frame's input and chooses the first substep.
 void begin(const Views& views, cudaStream_t stream);
 // What may touch each block during the frame, and the tools at the end of the first substep.
 void masks(const Views& views, cudaStream_t stream);

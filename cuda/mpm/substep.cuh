@@ -33,7 +33,7 @@ __device__ Index index_in(int run, int count)
     return {min(max(i, 0), count - 1), i < count};
 }
 
-// The same, found anew: to keep it would cost a register.
+// The same, rematerialised: to keep it would cost a register.
 template <Features f>
 __device__ Index own_index(const SubstepContext& later, int count)
 {
@@ -52,7 +52,7 @@ __device__ void for_each_run(const Clock& clock, const int* listed, int others, 
         __syncthreads();
         while (at < clock.listed) {
             visit(listed[at]);
-            __syncthreads();  // shared memory is used anew
+            __syncthreads();  // shared memory is used again
             if (threadIdx.x == 0) at += int(gridDim.x) - others;
             __syncthreads();
         }

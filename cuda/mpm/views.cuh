@@ -208,7 +208,7 @@ struct P2gView : ScatterView {
 P2gView p2g_view(const Views& d);
 
 // Where clay may be still: what is around blocks that have woken.
-struct StirView {
+struct GuardView {
     // reads
     RestMode mode;
     int run;  // particles
@@ -238,7 +238,7 @@ struct GridUpdateView {
     int* marks;
     int* list[3];  // reads those of n - 1 and of n; writes that of n + 1
     Clock* clock;
-    StirView rest;
+    GuardView rest;
 };
 GridUpdateView grid_view(const Views& d);
 

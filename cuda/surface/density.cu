@@ -9,7 +9,7 @@
 namespace knead::gpu {
 namespace {
 
-constexpr int clear_threads = 64, splat_threads = 128, list_threads = 128, soften_threads = 128;
+constexpr int clear_threads = 64, deposit_threads = 128, list_threads = 128, soften_threads = 128;
 constexpr int box_nodes = 1024;  // of a warp; particles strewn wider add to memory by themselves
 constexpr Int3 one{1, 1, 1};
 
@@ -131,12 +131,12 @@ __device__ void add_alone(const SurfaceView& d, const Stencil<float>& s, const G
 
 // `incremental`: only particles that reach a recomputed block, and only to such blocks.
 template <bool incremental>
-__global__ void __launch_bounds__(splat_threads)
+__global__ void __launch_bounds__(deposit_threads)
     deposit_kernel(const __grid_constant__ SurfaceView d, const __grid_constant__ Clay clay)
 {
-    __shared__ unsigned boxes[splat_threads / 32][box_nodes];
+    __shared__ unsigned boxes[deposit_threads / 32][box_nodes];
     wait_for_upstream();
-    const int t = int(threadIdx.x), i = int(blockIdx.x) * splat_threads + t, lane = t % 32;
+    const int t = int(threadIdx.x), i = int(blockIdx.x) * deposit_threads + t, lane = t % 32;
     unsigned* const sums = boxes[t / 32];
     if (incremental && i == 0) *d.seen = *clay.substeps;
     if (incremental && idle(d)) return;
@@ -309,8 +309,8 @@ void clear(const SurfaceView& view, int processors, cudaStream_t stream)
 
 void deposit(const SurfaceView& view, const Clay& clay, cudaStream_t stream)
 {
-    launch_pdl("surface splat", view.whole ? deposit_kernel<false> : deposit_kernel<true>,
-               blocks_for(clay.particles[0].count, splat_threads), splat_threads, stream, view,
+    launch_pdl("surface deposit", view.whole ? deposit_kernel<false> : deposit_kernel<true>,
+               blocks_for(clay.particles[0].count, deposit_threads), deposit_threads, stream, view,
                clay);
 }
 

@@ -1,6 +1,6 @@
 // The stages of a surface on the device, in their order, and all that their kernels see.
-//   renew . clear . splat . list . soften, as often as it takes . count . scan . march . relax ...
-//   . shade
+//   renew . clear . deposit . list . soften, as often as it takes . count . scan . march . relax
+//   ... . shade
 // Where no clay has moved since the last surface, all up to the count stays as it is; where none
 // has anywhere, so does the mesh. Categories lie one behind the other: block b of category c is
 // block c * padded.block_count() + b, so one launch serves them all, and the triangles of each are

@@ -290,6 +290,13 @@ void ObjectReader::object(const std::string& key, const Body& body)
     read(value ? *value : nothing, path, pointer(key), body);
 }
 
+void ObjectReader::refuse_renamed(const std::string& old, const std::string& key) const
+{
+    if (object_value->contains(old))
+        throw InputError(fmt::format("{}: {}: the key \"{}\" is called \"{}\" now", path,
+                                     pointer(old), old, key));
+}
+
 std::vector<std::string> ObjectReader::unknown() const
 {
     std::vector<std::string> left;

@@ -73,6 +73,9 @@ class ObjectReader {
     // Reads the object under `key`; where it is absent, `body` sees an empty one.
     void object(const std::string& key, const Body& body);
 
+    // Where a key has the name it had in older files: an InputError that says the new one.
+    void refuse_renamed(const std::string& old, const std::string& key) const;
+
     std::string pointer(const std::string& key) const;  // of a key in this object
     const std::string& file() const { return path; }
     [[noreturn]] void fail(const std::string& key, const std::string& expected,

@@ -44,7 +44,7 @@ struct BenchRow {
     std::size_t particles = 0;
     Int3 nodes{};
     int frames = 0, repeats = 0;  // timed, over all repeats
-    int apply_contact = 0;        // of them with particles put out of a hand
+    int in_contact = 0;           // of them with particles put out of a hand
     double substeps = 0;          // of a frame; median
     Spread frame, substep;
     double between = 0;             // least to greatest median of the repeats, over the median
@@ -95,7 +95,7 @@ struct BenchResult {
 // How a case is driven.
 struct Drive {
     int frames = 0;  // 0: to the end of the recording
-    bool from_touch =
+    bool from_contact =
         true;             // begin where both hands touch, less the warm-up; else at the beginning
     int warm_up = 3;      // frames that are not timed
     int repeats = 1;      // each with a solver of its own
@@ -154,7 +154,7 @@ QueuedFrames queued(const Scene& scene, Device device, const HandSource* hands, 
                     int frames, bool surfaces);
 // The first frame at whose end every hand that is there reaches into the clay as it was seeded; -1
 // if that never comes.
-int first_touch(const Scene& scene, const HandSource& hands);
+int first_contact(const Scene& scene, const HandSource& hands);
 // Bytes that every substep must move per particle: its state in and out, and the nodes of the
 // blocks with clay, written once and read once.
 double min_bytes(std::size_t particles, long active_blocks);

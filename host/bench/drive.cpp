@@ -30,28 +30,31 @@ struct Gathered {
             frames.push_back(wall), substeps.push_back(wall / n), counts.push_back(n);
         }
     };
-    Times apply_contact, apart;
+    Times in_contact, apart;
     std::vector<double> surfaces, medians;
     int timed = 0;
     FrameStats sum;
     long blocks = 0;
-    std::vector<int> touched_at;  // numbers of frames, in the first repeat
+    std::vector<int> contact_frames;  // numbers of frames, in the first repeat
     int last = 1;
 
     // Number of the frame amid those in contact, or of the last.
-    int middle() const { return touched_at.empty() ? last : touched_at[touched_at.size() / 2]; }
+    int middle() const
+    {
+        return contact_frames.empty() ? last : contact_frames[contact_frames.size() / 2];
+    }
     void add(const Frame& f)
     {
-        (f.stats.projected > 0 ? apply_contact : apart).add(f);
+        (f.stats.projected > 0 ? in_contact : apart).add(f);
         ++timed;
         sum.clipped += f.stats.clipped, sum.confined += f.stats.confined;
         sum.repaired += f.stats.repaired;
         sum.moved += f.stats.moved, sum.substeps += f.stats.substeps;
         blocks = f.stats.active_blocks;
         last = f.number;
-        if (medians.empty() && f.stats.projected > 0) touched_at.push_back(f.number);
+        if (medians.empty() && f.stats.projected > 0) contact_frames.push_back(f.number);
     }
-    const Times& times() const { return apply_contact.frames.empty() ? apart : apply_contact; }
+    const Times& times() const { return in_contact.frames.empty() ? apart : in_contact; }
 };
 
 void once(const Scene& scene, Solver& solver, const HandSource* hands, const Drive& how, int first,
@@ -89,7 +92,7 @@ void fill(BenchRow& row, const Scene& scene, const Gathered& all)
     row.particles = scene.setup.particles.size();
     row.nodes = scene.setup.lattice.size;
     row.frames = all.timed, row.repeats = int(all.medians.size());
-    row.apply_contact = int(all.apply_contact.frames.size());
+    row.in_contact = int(all.in_contact.frames.size());
     row.substeps = spread(all.times().counts).median;
     row.frame = spread(all.times().frames), row.substep = spread(all.times().substeps);
     row.between = relative_range(all.medians);
@@ -154,7 +157,7 @@ void drive(const Scene& scene, Solver& solver, const HandSource* hands, int firs
     if (loop.failure()) std::rethrow_exception(loop.failure());
 }
 
-int first_touch(const Scene& scene, const HandSource& hands)
+int first_contact(const Scene& scene, const HandSource& hands)
 {
     const Setup& setup = scene.setup;
     const std::vector<Side> sides = tool_sides(scene.hands);
@@ -211,9 +214,9 @@ const BenchRow& Bench::measured(const std::string& name, const Scene& scene, con
     int first = 0;
     if (scene.has_hands) {
         hands = std::make_unique<HandSource>(hands_of(scene), scene.hands);
-        const int touch = how.from_touch ? first_touch(scene, *hands) : 0;
-        if (touch < 0) row.note = "the hands never touch";
-        first = std::max(0, touch - how.warm_up);
+        const int contact = how.from_contact ? first_contact(scene, *hands) : 0;
+        if (contact < 0) row.note = "the hands never touch";
+        first = std::max(0, contact - how.warm_up);
     }
     Gathered all;
     const Wall::time_point begin = Wall::now();

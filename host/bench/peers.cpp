@@ -68,11 +68,11 @@ Json posed_spheres(const Setup& setup, int count)
 Json described(const Setup& setup, int count)
 {
     const Material<double>& m = setup.materials[0];
-    Json cones = Json::array(), touch = Json::array();
+    Json cones = Json::array(), contact_mode = Json::array();
     for (const Primitive& p : setup.rig.primitives) {
         const Tool<double>& tool = setup.tools[std::size_t(p.tool)];
         cones.push_back({p.sphere[0], p.sphere[1]});
-        touch.push_back(
+        contact_mode.push_back(
             {{"sticky", tool.mode == ContactMode::sticky}, {"friction", tool.friction}});
     }
     return {{"nodes", nodes},
@@ -91,7 +91,7 @@ Json described(const Setup& setup, int count)
             {"volume", m.volume},
             {"particles", setup.particles.size()},
             {"cones", cones},
-            {"touch", touch},
+            {"contact_mode", contact_mode},
             {"spheres", posed_spheres(setup, count)}};
 }
 

@@ -38,7 +38,7 @@ Json row_json(const BenchRow& r)
         {"nodes", {r.nodes.x, r.nodes.y, r.nodes.z}},
         {"frames", r.frames},
         {"repeats", r.repeats},
-        {"frames_in_contact", r.apply_contact},
+        {"frames_in_contact", r.in_contact},
         {"substeps_per_frame", r.substeps},
         {"frame_ms", spread_json(r.frame, 1e3)},
         {"substep_us", spread_json(r.substep, 1e6)},
@@ -46,7 +46,7 @@ Json row_json(const BenchRow& r)
         {"surface_ms", known(1e3 * r.surface)},
         {"items_per_second", known(r.rate())},
         {"bytes", r.bytes},
-        {"least_bytes_per_particle", known(r.min_bytes)},
+        {"min_bytes_per_particle", known(r.min_bytes)},
         {"share_of_copy", known(r.copy_share)},
         {"instructions_per_particle", known(r.counted.sum.instructions)},
         {"share_of_issue", known(r.counted.issue_share)},
@@ -180,7 +180,7 @@ std::string bench_csv(const BenchResult& result)
 {
     std::string out =
         "suite,name,at,particles,nodes_x,frames,repeats,in_contact,substeps,frame_ms,frame_p95_ms,"
-        "substep_us,substep_p95_us,surface_ms,G_per_s,bytes,least_bytes,share_of_copy,"
+        "substep_us,substep_p95_us,surface_ms,G_per_s,bytes,min_bytes,share_of_copy,"
         "instructions,share_of_issue,memory_bytes,share_of_copy_counted,level_2_bytes,"
         "moved_share,clipped,confined,repaired,hash\n";
     for (const BenchRow& r : result.rows)
@@ -188,7 +188,7 @@ std::string bench_csv(const BenchResult& result)
             "{},{},{:.9g},{},{},{},{},{},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},{},"
             "{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},{},{},{},{}\n",
             r.suite, quoted(r.name), r.at, r.particles, r.nodes.x, r.frames, r.repeats,
-            r.apply_contact, r.substeps, 1e3 * r.frame.median, 1e3 * r.frame.p95,
+            r.in_contact, r.substeps, 1e3 * r.frame.median, 1e3 * r.frame.p95,
             1e6 * r.substep.median, 1e6 * r.substep.p95, 1e3 * r.surface, 1e-9 * r.rate(), r.bytes,
             r.min_bytes, r.copy_share, r.counted.sum.instructions, r.counted.issue_share,
             r.counted.sum.memory_bytes, r.counted.copy_share, r.counted.sum.cache_bytes, r.moved,

@@ -89,7 +89,7 @@ void surface_case(Bench& bench, int cells, int nodes)
                            double(scene.setup.particles.size()), nodes);
     bench.say(row.name);
     const std::unique_ptr<Solver> solver = make_solver(scene.setup, bench.device);
-    drive(scene, *solver, &hands, std::max(0, first_touch(scene, hands)),
+    drive(scene, *solver, &hands, std::max(0, first_contact(scene, hands)),
           [](const Frame& f) { return f.number < 4; });
     if (bench.stopped()) return;
     const std::vector<Particle<double>> state = solver->particles();

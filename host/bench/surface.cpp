@@ -107,7 +107,7 @@ KeptTimes kept_surface_times(const Scene& scene, Device device, int warm_up, int
     };
     const auto kept = made(), whole = made();
     KeptTimes times;
-    drive(scene, *solver, &hands, std::max(0, first_touch(scene, hands)), [&](const Frame& f) {
+    drive(scene, *solver, &hands, std::max(0, first_contact(scene, hands)), [&](const Frame& f) {
         const int timed = f.number - 1 - warm_up;
         if (timed == 0)
             for (const auto& each : {&kept, &whole}) (*each)->surface(*solver->clay());

@@ -28,7 +28,7 @@ void add(Bench& bench, const std::string& key, double value, const std::string& 
 std::string timed(const BenchRow& row)
 {
     std::string text = fmt::format("{} frames, {} in contact, p95 {:.3g} us a substep", row.frames,
-                                   row.apply_contact, 1e6 * row.substep.p95);
+                                   row.in_contact, 1e6 * row.substep.p95);
     const long guards = row.clipped + row.confined + row.repaired;
     if (guards > 0) text += fmt::format(", GUARDS {} ", guards);
     return text + (row.note.empty() ? "" : "; " + row.note);
@@ -41,7 +41,7 @@ QueuedFrames paper_frame(Bench& bench)
     const Scene scene =
         bench.scene({"clock=paper", "paper.substeps=5", "surface.smoothing=laplace"});
     const HandSource hands(hands_of(scene), scene.hands);
-    return queued(scene, bench.device, &hands, std::max(0, first_touch(scene, hands)),
+    return queued(scene, bench.device, &hands, std::max(0, first_contact(scene, hands)),
                   bench.options.quick ? 6 : 120, true);
 }
 

@@ -30,8 +30,7 @@ void add_run(CLI::App& app, Verb& chosen)
     run->add_option("--seed", o.seed, "Of the particles' places and of gestures")
         ->check(CLI::Range(0, 2147483647));
     run->add_option("--threads", o.threads, "CPU threads; 0: all")->check(CLI::Range(0, 4096));
-    run->add_option("--max-memory,--most-memory", o.max_memory,
-                    "MiB that a run may take; 0: what is free")
+    run->add_option("--max-memory", o.max_memory, "MiB that a run may take; 0: what is free")
         ->check(CLI::NonNegativeNumber);
     run->add_option("--time-limit", o.time_limit, "Seconds after which no frame is begun")
         ->check(CLI::NonNegativeNumber);
@@ -141,9 +140,9 @@ void add_bench(CLI::App& app, Verb& chosen)
     bench->add_option("--threads", o.threads, "CPU threads; 0: all")->check(CLI::Range(0, 4096));
     bench->add_option("--case-limit", o.case_limit, "Seconds after which a case begins no frame")
         ->check(CLI::NonNegativeNumber);
-    bench->add_option("--most-memory", o.max_memory, "MiB of the host; 0: what is free")
+    bench->add_option("--max-memory", o.max_memory, "MiB of the host; 0: what is free")
         ->check(CLI::NonNegativeNumber);
-    bench->add_option("--most-particles", o.max_particles, "Where the suite scale ends")
+    bench->add_option("--max-particles", o.max_particles, "Where the suite scale ends")
         ->check(CLI::Range(1e3, 2e8));
     bench->add_flag("--json", o.json, "The results on stdout as JSON");
     bench->add_flag("-q,--quiet", o.quiet, "No progress");

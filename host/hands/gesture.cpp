@@ -12,8 +12,8 @@ namespace knead {
 namespace {
 
 using Vec = Vec3<double>;
-constexpr double away = 0.1;     // between hand and ball at start and end [m]
-constexpr double touch = 0.003;  // between hand and ball just before it touches [m]
+constexpr double away = 0.1;   // between hand and ball at start and end [m]
+constexpr double gap = 0.003;  // between hand and ball just before it touches [m]
 
 struct Stage {
     Topology topology;
@@ -47,11 +47,11 @@ void squeeze_from(Stage& stage, Part& part, double t, double approach, double pr
     part.take(bare(stage.topology, part.side(), 0.08), {-outward(part.side()), 0, 0}, {0, 0, -1});
     part.reach(t, relaxed(), away);
     t += approach;
-    part.reach(t, half, touch);
+    part.reach(t, half, gap);
     t += pressing;
     part.reach(t, closed, -stage.depth);
     part.stay(t + 0.3, closed);
-    part.reach(t + 0.7, half, 4 * touch);
+    part.reach(t + 0.7, half, 4 * gap);
     part.reach(t + 1.2, relaxed(), away);
 }
 
@@ -72,7 +72,7 @@ void imprint(Stage& stage)
     marking = within_limits(marking);
     part.take(bare(stage.topology, right, 0.12), {-0.5, -0.7, -0.5}, {-0.2, 0.6, -0.8});
     part.reach(0, relaxed(), away);
-    part.reach(0.4, marking, touch);
+    part.reach(0.4, marking, gap);
     part.reach(0.95, marking, -stage.depth);
     part.stay(1.1, marking);
     part.reach(1.5, relaxed(), away);
@@ -94,7 +94,7 @@ void pinch(Stage& stage)
     Part& part = stage.part[right];
     part.take(tips(stage.topology, right, opened), {-0.5, -0.75, -0.4}, {-0.3, 0.6, -0.7});
     part.reach(0, opened, away);
-    part.reach(0.45, opened, touch);
+    part.reach(0.45, opened, gap);
     part.reach(0.9, opened, -stage.depth);
     part.stay(1.25, closed);
     part.stay(1.75, closed, stage.depth + 0.03);
@@ -112,7 +112,7 @@ void poke(Stage& stage)
     for (const Vec press : {Vec{-0.35, -0.85, -0.4}, Vec{-0.75, -0.45, -0.5}}) {
         part.take(rod, press, {0, 1, 0});
         part.reach(t, grip, t == 0 ? away : away / 2);
-        part.reach(t + 0.4, grip, touch);
+        part.reach(t + 0.4, grip, gap);
         part.reach(t + 0.85, grip, -stage.depth);
         part.reach(t + 1.2, grip, away / 2);
         t += 1.85;
@@ -128,7 +128,7 @@ void flatten(Stage& stage)
     Part& part = stage.part[right];
     part.take(slab, {0, -1, 0}, {0, 0, -1});
     part.reach(0, grip, away);
-    part.reach(0.4, grip, touch);
+    part.reach(0.4, grip, gap);
     part.reach(1.1, grip, -0.6 * stage.depth);
     part.reach(1.4, grip, 0.02);
     part.take(slab, {0, -1, 0}, {-0.6, 0, -0.8});
@@ -148,7 +148,7 @@ void roll(Stage& stage)
         part.take(bare(stage.topology, part.side(), 0.08), {-outward(part.side()), 0, 0},
                   {0, 0, -1});
         part.reach(0, straight, away);
-        part.reach(0.45, straight, touch);
+        part.reach(0.45, straight, gap);
         // As near as no place on the way goes deeper than asked.
         double distance = 0;
         for (const double share : {-1.0, -0.5, 0.0, 0.5, 1.0})
@@ -175,7 +175,7 @@ void knead_both(Stage& stage)
         part.take(bare(stage.topology, part.side(), 0.05), {0, -1, 0}, {0, 0, -1});
         part.reach(0, open, away, slide(-0.2));
         for (const double t : {0.0, 1.1, 2.2}) {
-            part.reach(t + 0.4, open, touch, slide(-0.2));
+            part.reach(t + 0.4, open, gap, slide(-0.2));
             part.reach(t + 0.65, open, -0.8 * stage.depth, slide(0));
             part.reach(t + 0.8, open, -stage.depth, slide(0.2));
             part.reach(t + 0.95, fold, -0.5 * stage.depth, slide(0));
@@ -199,7 +199,7 @@ void cut(Stage& stage)
     Part& part = stage.part[right];
     part.take(knife, {0, -1, 0}, {0, 0, -1});
     part.reach(0, grip, away);
-    part.reach(0.4, grip, touch, drawn(0.015));
+    part.reach(0.4, grip, gap, drawn(0.015));
     part.put(0.95, grip, 0.2 * stage.radius, drawn(-0.01));
     part.put(1.5, grip, board, drawn(0.005));
     part.put(1.65, grip, board, drawn(0));

@@ -87,7 +87,8 @@ void read_walls(ObjectReader& r, Scene& scene)
     check("x", walls.min.x, walls.max.x, domain.x);
     check("y", walls.min.y, walls.max.y, domain.y);
     check("z", walls.min.z, walls.max.z, domain.z);
-    walls.mode = r.choice("touch", touches, ContactMode::sticky);
+    r.refuse_renamed("touch", "contact_mode");
+    walls.mode = r.choice("contact_mode", contact_modes, ContactMode::sticky);
     walls.friction = r.number("friction", {0, 10}, 0.4);
 }
 

@@ -9,7 +9,7 @@
 
 namespace knead {
 
-inline const std::vector<std::pair<std::string, ContactMode>> touches = {
+inline const std::vector<std::pair<std::string, ContactMode>> contact_modes = {
     {"sticky", ContactMode::sticky},
     {"slip", ContactMode::slip},
     {"separate", ContactMode::separate}};

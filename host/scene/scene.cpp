@@ -47,14 +47,15 @@ void read_rest(ObjectReader& r, Scene& scene)
         r.fail("mode", "\"none\" or \"sleep\" for a scene without hands", "\"localized\"");
 }
 
-void override_recipe(ObjectReader& r, MaterialSpec& m)
+void override_material(ObjectReader& r, MaterialSpec& m)
 {
     m.elasticity = r.choice<Elasticity>("elasticity",
                                         {{"neo_hookean", Elasticity::neo_hookean},
                                          {"fixed_corotated", Elasticity::fixed_corotated},
                                          {"hencky", Elasticity::hencky}},
                                         m.elasticity);
-    m.plasticity = r.choice<Plasticity>("flow",
+    r.refuse_renamed("flow", "plasticity");
+    m.plasticity = r.choice<Plasticity>("plasticity",
                                         {{"none", Plasticity::none},
                                          {"von_mises", Plasticity::von_mises},
                                          {"drucker_prager", Plasticity::drucker_prager},
@@ -78,25 +79,25 @@ void override_recipe(ObjectReader& r, MaterialSpec& m)
     m.bulk = r.number("bulk", {1, 1e12, "Pa"}, m.bulk);
 }
 
-// What a flow cannot do without.
-void check_recipe(ObjectReader& r, const MaterialSpec& m)
+// What a material cannot do without.
+void check_material(ObjectReader& r, const MaterialSpec& m)
 {
-    const auto features = [&](const char* key, double value, const char* what) {
+    const auto require = [&](const char* key, double value, const char* what) {
         if (!(value > 0)) r.fail(key, what, short_number(value));
     };
     if (m.plasticity == Plasticity::fluid)
-        return features("bulk", m.bulk, "a fluid's bulk modulus above 0 Pa");
-    features("young", m.young, "a solid's Young's modulus above 0 Pa");
+        return require("bulk", m.bulk, "a fluid's bulk modulus above 0 Pa");
+    require("young", m.young, "a solid's Young's modulus above 0 Pa");
     if (m.plasticity == Plasticity::von_mises)
-        features("yield", m.yield, "a yield stress above 0 Pa for flow \"von_mises\"");
+        require("yield", m.yield, "a yield stress above 0 Pa for \"von_mises\"");
     if (m.plasticity == Plasticity::herschel_bulkley)
-        features("viscosity", m.viscosity, "a consistency above 0 for flow \"herschel_bulkley\"");
+        require("viscosity", m.viscosity, "a consistency above 0 for \"herschel_bulkley\"");
     if (m.plasticity == Plasticity::drucker_prager)
-        features("friction_angle", m.friction_angle,
-                 "an angle above 0 degrees for \"drucker_prager\"");
+        require("friction_angle", m.friction_angle,
+                "an angle above 0 degrees for \"drucker_prager\"");
 }
 
-const MaterialSpec& named_recipe(const ObjectReader& r, const std::string& key, const Json& name)
+const MaterialSpec& named_material(const ObjectReader& r, const std::string& key, const Json& name)
 {
     if (!name.is_string()) r.fail(key, "the name of a preset", described(name));
     try {
@@ -111,17 +112,18 @@ void read_material(ObjectReader& r, Object& object)
 {
     const Json* given = r.find("material");
     if (!given || given->is_string()) {
-        const MaterialSpec& m = given ? named_recipe(r, "material", *given) : material_spec("clay");
+        const MaterialSpec& m =
+            given ? named_material(r, "material", *given) : material_spec("clay");
         object.preset = m.name;
         object.material = made(m);
         return;
     }
     r.object("material", [&](ObjectReader& in) {
         const Json* name = in.find("preset");
-        MaterialSpec m = name ? named_recipe(in, "preset", *name) : material_spec("clay");
+        MaterialSpec m = name ? named_material(in, "preset", *name) : material_spec("clay");
         object.preset = m.name;
-        override_recipe(in, m);
-        check_recipe(in, m);
+        override_material(in, m);
+        check_material(in, m);
         object.material = made(m);
     });
 }
@@ -207,7 +209,8 @@ void read_hands(ObjectReader& r, Scene& scene)
     h.at = r.vector("at", {-1000, 1000, "m"}, scene.objects[0].centre);
     h.topology = r.choice<Topology>("topology", {{"h25", Topology::h25}, {"h47", Topology::h47}},
                                     Topology::h25);
-    h.mode = r.choice("touch", touches, ContactMode::separate);
+    r.refuse_renamed("touch", "contact_mode");
+    h.mode = r.choice("contact_mode", contact_modes, ContactMode::separate);
     h.friction = r.number("friction", {0, 10}, 0.4);
     h.filter = r.choice<Filter>(
         "filter",

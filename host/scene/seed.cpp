@@ -213,7 +213,7 @@ std::size_t available_memory()
     std::string key, unit;
     for (std::size_t kib; in >> key >> kib; std::getline(in, unit))
         if (key == "MemAvailable:") return kib * 1024;
-    return std::size_t(4) << 30;  // where nobody says: what any machine has
+    return std::size_t(4) << 30;  // where it is unknown: what any machine has
 }
 
 void build(Scene& scene, std::size_t memory)

@@ -56,13 +56,13 @@ std::vector<DrawPrimitive> draw_primitives(const Setup& setup,
     };
     for (const Primitive& p : setup.rig.primitives) {
         if (std::size_t(p.tool) < active.size() && !active[std::size_t(p.tool)]) continue;
-        DrawPrimitive blob{};
-        blob.count = p.count;
+        DrawPrimitive primitive{};
+        primitive.count = p.count;
         for (int k = 0; k < 3; ++k) {
             const Binding<float>& b = setup.rig.spheres[std::size_t(p.sphere[k])];
-            blob.sphere[k] = {centre(b, pose), {}, {}, b.radius, 0};
+            primitive.sphere[k] = {centre(b, pose), {}, {}, b.radius, 0};
         }
-        primitives.push_back(blob);
+        primitives.push_back(primitive);
     }
     return primitives;
 }

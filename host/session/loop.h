@@ -73,8 +73,8 @@ class SessionLoop {
     // From now on every frame is handed over while the one before it is computed. Watchers then see
     // what a frame did, but cannot fetch the state: it is of no frame in particular.
     void hand_over_ahead() { ahead = true; }
-    // From now on the surface of every frame is launched behind it, and nobody waits for it, where
-    // it is the device that makes it.
+    // From now on the surface of every frame is launched behind it; where the device makes it, the
+    // host does not wait for it.
     void launch_surfaces();
 
     // No frame begins any more. Those under way end, and are watched. The first reason stands.

@@ -134,8 +134,8 @@ Json steps(const RunRecord& record)
     const Spread s = spread(per_frame);
     return {{"substeps", total(record, &FrameStats::substeps)},
             {"substeps_per_frame", {{"median", s.median}, {"p95", s.p95}, {"max", s.max}}},
-            {"dt_least_s", min_dt},
-            {"dt_most_s", max_dt},
+            {"dt_min_s", min_dt},
+            {"dt_max_s", max_dt},
             {"limited_by", by}};
 }
 
@@ -289,7 +289,7 @@ Json report(const Scene& scene, const RunRecord& record, const RunFacts& facts)
 std::string frames_csv(const RunRecord& record)
 {
     std::string out =
-        "frame,simulated_s,hand_s,hands,solver_ms,surface_ms,substeps,dt_least_s,dt_most_s,"
+        "frame,simulated_s,hand_s,hands,solver_ms,surface_ms,substeps,dt_min_s,dt_max_s,"
         "active_blocks,moved,woken,yielded,projected,found_depth_mm,clipped,confined,repaired,"
         "kinetic_J,"
         "elastic_J,volume_m3,fastest_m_per_s,left_mean_mm,left_p99_mm,left_max_mm,mesh_m3,"

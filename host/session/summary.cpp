@@ -58,8 +58,8 @@ std::string summary(const Json& report)
                         long(at(k, "/particles")), at(k, "/bytes") / 0x1p20,
                         100 * at(k, "/active_block_share"));
     text += fmt::format("substeps      {}, {:.3g} to {:.3g} s, limited by {}\n",
-                        long(at(k, "/time/substeps")), at(k, "/time/dt_least_s"),
-                        at(k, "/time/dt_most_s"), counted(k["time"]["limited_by"]));
+                        long(at(k, "/time/substeps")), at(k, "/time/dt_min_s"),
+                        at(k, "/time/dt_max_s"), counted(k["time"]["limited_by"]));
     text += fmt::format("mass          {:.9g} kg{}\n", at(k, "/mass/last_kg"),
                         k["mass"]["exact"].get<bool>() ? ", unchanged" : ", CHANGED");
     text += fmt::format("volume        {:.6g} m^3, drift {:+.3f} %", at(k, "/volume/last_m3"),

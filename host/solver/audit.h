@@ -16,7 +16,7 @@ struct Audit {
     Vec3<double> momentum{}, spin{};  // [kg m/s]; angular, about the origin [kg m^2/s]
     double kinetic = 0, elastic = 0;  // [J]
     double fastest = 0;               // [m/s]
-    long broken = 0;                  // particles with a number that is none
+    long broken = 0;                  // particles with a non-finite number
     std::uint64_t hash = 0;           // xxh64 over all particles
 };
 

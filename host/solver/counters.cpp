@@ -211,7 +211,7 @@ class Ranges {
     Ranges(const Ranges&) = delete;
     ~Ranges() { disable(); }
 
-    // Every pass anew; afterwards the counters' state.
+    // Every pass again; afterwards the counters' state.
     const std::vector<std::uint8_t>& count(const std::function<void()>& work)
     {
         for (bool all = false; !all;) {

@@ -79,7 +79,7 @@ std::vector<Stage> GpuSurface::State::stages(const Clay& now) const
     std::vector<Stage> stages{
         {"renew", [d, now](cudaStream_t on) { renew(d, now, on); }},
         {"clear", [d, n](cudaStream_t on) { clear(d, n, on); }},
-        {"splat", [d, now](cudaStream_t on) { deposit(d, now, on); }},
+        {"deposit", [d, now](cudaStream_t on) { deposit(d, now, on); }},
         {"list", [d](cudaStream_t on) { list(d, on); }},
         {"soften",
          [d, n, rounds](cudaStream_t on) {
@@ -205,11 +205,11 @@ SurfaceRoom GpuSurface::room() const
 
 SurfaceStats GpuSurface::settled() const
 {
-    const SurfaceRoom has = room(), features = needed();
-    if (features.vertices > has.vertices || features.triangles > has.triangles)
+    const SurfaceRoom has = room(), needs = needed();
+    if (needs.vertices > has.vertices || needs.triangles > has.triangles)
         throw std::runtime_error(
-            "the surface has " + std::to_string(features.vertices) + " vertices and " +
-            std::to_string(features.triangles) + " triangles; on the device there is room for " +
+            "the surface has " + std::to_string(needs.vertices) + " vertices and " +
+            std::to_string(needs.triangles) + " triangles; on the device there is room for " +
             std::to_string(has.vertices) + " and " + std::to_string(has.triangles));
     const Faults faults = state->store.faults.downloaded().at(0);
     if (faults.crowded)
@@ -280,17 +280,16 @@ std::vector<Mesh> GpuSurface::surface(const Clay& clay, SurfaceStats* stats)
     check(cudaSetDevice(state->device), "device");
     state->prepare(clay);
     state->run();
-    const SurfaceRoom features = needed(), has = room();
-    if (!state->fixed_room &&
-        (features.vertices > has.vertices || features.triangles > has.triangles)) {
+    const SurfaceRoom needs = needed(), has = room();
+    if (!state->fixed_room && (needs.vertices > has.vertices || needs.triangles > has.triangles)) {
         state->graph.drop();
-        state->store.reserve({features.vertices + features.vertices / 4,
-                              features.triangles + features.triangles / 4});
+        state->store.reserve(
+            {needs.vertices + needs.vertices / 4, needs.triangles + needs.triangles / 4});
         state->prepare(clay);
         state->run();
     }
-    const SurfaceStats settled_tally = settled();
-    if (stats) *stats = settled_tally;
+    const SurfaceStats found = settled();
+    if (stats) *stats = found;
     return meshes();
 }
 

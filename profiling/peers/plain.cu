@@ -132,7 +132,7 @@ Vec3<float> vector(const Json& j)
 Cones cones_of(const Json& scene, float dt, int substeps)
 {
     Cones c;
-    for (const Json& t : scene.at("touch"))
+    for (const Json& t : scene.at("contact_mode"))
         c.tools.push_back({t.at("sticky").get<bool>() ? ContactMode::sticky : ContactMode::separate,
                            t.at("friction").get<float>(), false, true});
     for (const Json& pair : scene.at("cones")) {

@@ -56,7 +56,7 @@ radius = ti.field(ti.f32, sphere_count)
 
 
 @ti.func
-def foot(k, p):
+def closest_point(k, p):
     """Distance to cone k, its outward normal, velocity of its axis there."""
     a, b = cones[k][0], cones[k][1]
     axis = centre[b] - centre[a]
@@ -77,14 +77,14 @@ def foot(k, p):
 def nearest(p):
     phi, normal, u, at = 1e9, ti.Vector([0.0, 1.0, 0.0]), ti.Vector([0.0, 0.0, 0.0]), 0
     for k in range(cone_count):
-        f, m, w = foot(k, p)
+        f, m, w = closest_point(k, p)
         if f < phi:
             phi, normal, u, at = f, m, w, k
     return phi, normal, u, at
 
 
 @ti.func
-def touched(w, normal, u, at):
+def apply_contact(w, normal, u, at):
     """What a cone's surface leaves of the velocity w."""
     result = w
     rel = w - u
@@ -140,7 +140,7 @@ def on_grid(gx: ti.f32, gy: ti.f32, gz: ti.f32):
         if node_m[I] > 0:
             w = node_v[I] / node_m[I] + dt * ti.Vector([gx, gy, gz])
             if node_phi[I] < 0:
-                w = touched(w, node_normal[I], node_speed[I], node_cone[I])
+                w = apply_contact(w, node_normal[I], node_speed[I], node_cone[I])
             for d in ti.static(range(3)):
                 into = 0.0
                 if I[d] <= margin and w[d] < 0:
@@ -180,14 +180,14 @@ def project():
         phi, normal, u, at = nearest(x[p])
         if phi < 0:
             x[p] -= phi * normal
-            v[p] = touched(v[p], normal, u, at)
+            v[p] = apply_contact(v[p], normal, u, at)
             C[p] = 0.5 * (C[p] - C[p].transpose())
         for d in ti.static(range(3)):
             x[p][d] = ti.math.clamp(x[p][d], low, high)
 
 
 @ti.kernel
-def flow():
+def apply_plasticity():
     for p in F:
         U, sigma, V = ti.svd(F[p])
         strain = ti.Vector([0.0, 0.0, 0.0])
@@ -208,8 +208,8 @@ def main():
     x.from_numpy(np.fromfile(sys.argv[2], np.float32).reshape(count, 3))
     F.from_numpy(np.tile(np.eye(3, dtype=np.float32), (count, 1, 1)))
     cones.from_numpy(np.array(scene["cones"], np.int32))
-    sticky.from_numpy(np.array([t["sticky"] for t in scene["touch"]], np.int32))
-    friction.from_numpy(np.array([t["friction"] for t in scene["touch"]], np.float32))
+    sticky.from_numpy(np.array([t["sticky"] for t in scene["contact_mode"]], np.int32))
+    friction.from_numpy(np.array([t["friction"] for t in scene["contact_mode"]], np.float32))
     spheres = np.array(scene["spheres"], np.float32)
     radius.from_numpy(np.ascontiguousarray(spheres[0, :, 3]))
     substeps, times = scene["substeps"], []
@@ -227,7 +227,7 @@ def main():
             to_particles()
             if each_substep:
                 project()
-            flow()
+            apply_plasticity()
         if not each_substep:
             project()
         ti.sync()

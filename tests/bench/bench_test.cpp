@@ -165,11 +165,11 @@ TEST_F(BenchFolder, HandsTouchWhereTheirShapesReachIntoTheClay)
     const Bench bench(quick());
     Scene scene = bench.scene({});
     const HandSource hands(hands_of(scene), scene.hands);
-    const int touch = first_touch(scene, hands);
-    ASSERT_GT(touch, 10);
+    const int contact = first_contact(scene, hands);
+    ASSERT_GT(contact, 10);
     const std::unique_ptr<Solver> solver = cpu_solver(scene.setup);
     long before = 0, after = 0;
-    drive(scene, *solver, &hands, std::max(0, touch - 2), [&](const Frame& f) {
+    drive(scene, *solver, &hands, std::max(0, contact - 2), [&](const Frame& f) {
         (f.number < 2 ? before : after) += f.stats.projected;
         return f.number < 4;
     });
@@ -181,9 +181,9 @@ TEST_F(BenchFolder, HandsTouchWhereTheirShapesReachIntoTheClay)
     Scene both = scene;
     both.setup.particles.insert(both.setup.particles.begin(), 50 * scene.setup.particles.size(),
                                 far);
-    EXPECT_EQ(first_touch(both, hands), touch);
+    EXPECT_EQ(first_contact(both, hands), contact);
     scene.hands.at = {0.5, 5, 0.5};
-    EXPECT_EQ(first_touch(scene, HandSource(hands_of(scene), scene.hands)), -1);
+    EXPECT_EQ(first_contact(scene, HandSource(hands_of(scene), scene.hands)), -1);
 }
 
 TEST_F(BenchFolder, FramesHandedOverAheadAreTimedAfterTheWarmUp)

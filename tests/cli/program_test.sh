@@ -50,7 +50,7 @@ answers 3 run noise.json
 answers 3 run empty.json
 answers 3 run absent.json
 complains absent.json
-answers 4 run ball.json --set objects.0.per_cell=64 --set domain.cells=256 --most-memory 50
+answers 4 run ball.json --set objects.0.per_cell=64 --set domain.cells=256 --max-memory 50
 
 # Files that cannot be written.
 : >file

@@ -17,7 +17,8 @@ class ContactTest : public ::testing::Test {
 };
 TYPED_TEST_SUITE(ContactTest, Scalars);
 
-constexpr ContactMode touches[] = {ContactMode::sticky, ContactMode::slip, ContactMode::separate};
+constexpr ContactMode contact_modes[] = {ContactMode::sticky, ContactMode::slip,
+                                         ContactMode::separate};
 
 // Tools that own their memory.
 template <class R>
@@ -70,7 +71,7 @@ Rig<R> random_rig(Draw& draw, int count)
 {
     Rig<R> rig;
     for (int tool = 0; tool < 2; ++tool) {
-        rig.tools.push_back({touches[draw.below(3)], R(draw.in(0, 1)), false, true});
+        rig.tools.push_back({contact_modes[draw.below(3)], R(draw.in(0, 1)), false, true});
         for (int i = 0; i < count; ++i) {
             const Vec3<double> at{draw.in(0.1, 0.9), draw.in(0.1, 0.9), draw.in(0.1, 0.9)};
             const auto one = [&] {
@@ -148,12 +149,12 @@ TYPED_TEST(ContactTest, EdgesOfTheFrictionLaw)
     EXPECT_EQ(length(law({}, R(1))), 0);
 }
 
-TYPED_TEST(ContactTest, TouchNeverAddsEnergyInTheToolsFrameNorLeavesAnythingGoingIn)
+TYPED_TEST(ContactTest, ContactNeverAddsEnergyInTheToolsFrameNorLeavesAnythingGoingIn)
 {
     using R = TypeParam;
     Draw draw(3);
     for (int round = 0; round < 20000; ++round) {
-        const ContactMode mode = touches[round % 3];
+        const ContactMode mode = contact_modes[round % 3];
         const Vec3<R> n = cast<R>(draw.direction()), u = cast<R>(draw.power(-3, 1) * draw.vector()),
                       v = cast<R>(draw.power(-3, 1) * draw.vector());
         const Vec3<R> left = apply_contact(v, n, u, mode, R(draw.power(-2, 1)));
@@ -163,12 +164,12 @@ TYPED_TEST(ContactTest, TouchNeverAddsEnergyInTheToolsFrameNorLeavesAnythingGoin
     }
 }
 
-TYPED_TEST(ContactTest, TouchIsTheSameInEveryMovingAndTurnedFrame)
+TYPED_TEST(ContactTest, ContactIsTheSameInEveryMovingAndTurnedFrame)
 {
     using R = TypeParam;
     Draw draw(4);
     for (int round = 0; round < 5000; ++round) {
-        const ContactMode mode = touches[round % 3];
+        const ContactMode mode = contact_modes[round % 3];
         const Vec3<double> n = draw.direction(), u = draw.vector(), v = draw.vector(),
                            w = draw.vector();
         const Mat3<double> Q = draw.rotation();
@@ -298,7 +299,7 @@ TYPED_TEST(ContactTest, OnePassTakesAParticleOutOfAnyPrimitiveAndItsVelocityAlon
     int inside = 0;
     for (int round = 0; round < 20000; ++round) {
         Rig<R> rig;
-        rig.tools.push_back({touches[round % 3], R(0.3), false, true});
+        rig.tools.push_back({contact_modes[round % 3], R(0.3), false, true});
         const auto one = [&] {
             return sphere<R>(draw.vector(0.2), draw.in(0.05, 0.15), draw.vector());
         };

@@ -20,7 +20,7 @@ bool inside(const Lattice<float>& l)
            end.z <= size.z;
 }
 
-TEST(Window, EveryNodeThatIsStoredHasAnIndexOfItsOwn)
+TEST(StoredRegion, EveryNodeThatIsStoredHasAnIndexOfItsOwn)
 {
     const Lattice<float> l = boxed(whole, {9, 4, 13}, {30, 20, 17});
     EXPECT_EQ(l.low, (Int3{8, 4, 12}));
@@ -44,7 +44,7 @@ TEST(Window, EveryNodeThatIsStoredHasAnIndexOfItsOwn)
     EXPECT_EQ(l.block_count() * block_nodes, l.node_count());
 }
 
-TEST(Window, OfAWholeLatticeNothingIsDifferent)
+TEST(StoredRegion, OfAWholeLatticeNothingIsDifferent)
 {
     const Lattice<float> l = boxed(whole, {-7, -7, -7}, {99, 99, 99});
     EXPECT_EQ(l.node_count(), whole.node_count());
@@ -58,7 +58,7 @@ TEST(Window, OfAWholeLatticeNothingIsDifferent)
     EXPECT_EQ(b.nearest(high).y, high.y);
 }
 
-TEST(Window, WhereverClayIsPushedItsStencilIsStored)
+TEST(StoredRegion, WhereverClayIsPushedItsStencilIsStored)
 {
     const Lattice<float> l = boxed(whole, {8, 4, 12}, {32, 20, 20});
     const Region b = stored_region(l);
@@ -79,7 +79,7 @@ TEST(Window, WhereverClayIsPushedItsStencilIsStored)
     }
 }
 
-TEST(Window, FreeIsWhatIsWithinTheWallsAndStored)
+TEST(StoredRegion, FreeIsWhatIsWithinTheWallsAndStored)
 {
     const Walls<float> walls = walls_on<float>(whole, walls_inside(whole, 3, ContactMode::slip, 0));
     const Lattice<float> l = boxed(whole, {8, 0, 8}, {40, 20, 32});
@@ -93,7 +93,7 @@ TEST(Window, FreeIsWhatIsWithinTheWallsAndStored)
     EXPECT_TRUE(std::isnan(free.nearest({NAN, 1, 2}).x));
 }
 
-TEST(Window, BlocksAtItsEndsAreThoseWhereTheLatticeGoesOn)
+TEST(StoredRegion, BlocksAtItsEndsAreThoseWhereTheLatticeGoesOn)
 {
     const Lattice<float> l = boxed(whole, {8, 0, 8}, {32, 20, 32});
     int inner = 0;
@@ -106,7 +106,7 @@ TEST(Window, BlocksAtItsEndsAreThoseWhereTheLatticeGoesOn)
     EXPECT_EQ(inner, 4 * 4 * 5);
 }
 
-TEST(Window, TheBoxAroundClayIsNotLargerThanTheLatticeAndHasRoom)
+TEST(StoredRegion, TheBoxAroundClayIsNotLargerThanTheLatticeAndHasRoom)
 {
     const Lattice<float> l = box_around(whole, {16, 10, 10}, {26, 14, 18}, -1);
     EXPECT_TRUE(inside(l));
@@ -121,7 +121,7 @@ TEST(Window, TheBoxAroundClayIsNotLargerThanTheLatticeAndHasRoom)
               whole.node_count());
 }
 
-TEST(Window, RowsAreOfAPowerOfTwoWhereThatIsNotMuchMore)
+TEST(StoredRegion, RowsAreOfAPowerOfTwoWhereThatIsNotMuchMore)
 {
     const Lattice<float> wide{{128, 128, 96}, 0.125f};
     for (int from = 0; from < 96; from += 4)
@@ -138,7 +138,7 @@ TEST(Window, RowsAreOfAPowerOfTwoWhereThatIsNotMuchMore)
         }
 }
 
-TEST(Window, ItGrowsWhereItIsToldToUntilItIsTheLattice)
+TEST(StoredRegion, ItGrowsWhereItIsToldToUntilItIsTheLattice)
 {
     Lattice<float> l = box_around(whole, {16, 8, 8}, {20, 12, 12}, 0);
     const Lattice<float> first = l;

@@ -23,9 +23,9 @@ Mesh dented_ball(float depth)
 {
     Mesh mesh;
     Geometry sphere{};
-    DrawPrimitive blob{1, {}};
-    blob.sphere[0].r = 1;
-    add_hull(sphere, blob, 4, {0, 0, 0});
+    DrawPrimitive primitive{1, {}};
+    primitive.sphere[0].r = 1;
+    add_hull(sphere, primitive, 4, {0, 0, 0});
     const auto place = [&](Vec3<float> d) {
         const float turn = std::acos(clamp(d.z, -1.0f, 1.0f)) / 0.25f;
         return ball_centre + (ball_radius - depth * std::exp(-turn * turn * turn * turn)) * d;
@@ -45,12 +45,12 @@ Mesh dented_ball(float depth)
 
 DrawPrimitive finger()
 {
-    DrawPrimitive blob{2, {}};
-    blob.sphere[0].c = {0.5f, 0.5f, 0.95f};
-    blob.sphere[1].c = {0.52f, 0.36f, 0.85f};
-    blob.sphere[0].r = 0.03f;
-    blob.sphere[1].r = 0.02f;
-    return blob;
+    DrawPrimitive primitive{2, {}};
+    primitive.sphere[0].c = {0.5f, 0.5f, 0.95f};
+    primitive.sphere[1].c = {0.52f, 0.36f, 0.85f};
+    primitive.sphere[0].r = 0.03f;
+    primitive.sphere[1].r = 0.02f;
+    return primitive;
 }
 
 Camera front() { return {{0.5f, 0.6f, 1.9f}, ball_centre, 0.6f, 240, 180}; }
@@ -252,17 +252,17 @@ TEST_F(Picture, StraightDownAndFromBelowTheFloorItStillShowsTheClay)
 
 TEST(Hull, EveryVertexLiesOnTheExactHullAndTheSurfaceIsClosed)
 {
-    DrawPrimitive blob{3, {}};
-    blob.sphere[0].c = {0.1f, 0.2f, 0.3f};
-    blob.sphere[1].c = {0.4f, 0.1f, 0.2f};
-    blob.sphere[2].c = {0.2f, 0.5f, 0.25f};
-    blob.sphere[0].r = 0.05f, blob.sphere[1].r = 0.08f, blob.sphere[2].r = 0.03f;
+    DrawPrimitive primitive{3, {}};
+    primitive.sphere[0].c = {0.1f, 0.2f, 0.3f};
+    primitive.sphere[1].c = {0.4f, 0.1f, 0.2f};
+    primitive.sphere[2].c = {0.2f, 0.5f, 0.25f};
+    primitive.sphere[0].r = 0.05f, primitive.sphere[1].r = 0.08f, primitive.sphere[2].r = 0.03f;
     for (int count = 1; count <= 3; ++count) {
-        blob.count = count;
-        const auto exact =
-            shape(count, blob.sphere[0], blob.sphere[count > 1 ? 1 : 0], blob.sphere[count - 1]);
+        primitive.count = count;
+        const auto exact = shape(count, primitive.sphere[0], primitive.sphere[count > 1 ? 1 : 0],
+                                 primitive.sphere[count - 1]);
         Geometry g{};
-        add_hull(g, blob, 3, {1, 1, 1});
+        add_hull(g, primitive, 3, {1, 1, 1});
         ASSERT_EQ(g.triangles.size(), 1280u);
         for (const PaintVertex& v : g.vertices)
             EXPECT_NEAR(closest_point(exact, v.place).phi, 0, 2e-6f);

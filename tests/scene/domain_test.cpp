@@ -219,6 +219,13 @@ TEST_F(Domain, ASceneThatGivesItsWallsInNodesIsToldWhatToWrite)
     EXPECT_SAYS(complaint({"walls.margin=many"}), "/walls/margin: expected walls in metres");
 }
 
+TEST_F(Domain, WallsTakeAContactMode)
+{
+    EXPECT_EQ(scene({"walls.contact_mode=slip"}).setup.walls.mode, ContactMode::slip);
+    EXPECT_SAYS(complaint({"walls.touch=slip"}),
+                "/walls/touch: the key \"touch\" is called \"contact_mode\" now");
+}
+
 TEST_F(Domain, ComplaintsSpeakOfThePlacesInTheFile)
 {
     for (const char* cells : {"domain.cells=16", "domain.cells=64"})

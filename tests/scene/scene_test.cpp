@@ -77,6 +77,17 @@ TEST_F(SceneFile, AMistypedRequiredKeyIsPointedAt)
     EXPECT_SAYS(said, "\"diametre\"");
 }
 
+TEST_F(SceneFile, KeysOfOlderFilesAreRefusedWithTheirNewNames)
+{
+    const Scene s = scene(ball, {"hands.contact_mode=slip", "objects.0.material.plasticity=none"});
+    EXPECT_EQ(s.hands.mode, ContactMode::slip);
+    EXPECT_EQ(s.objects[0].material.plasticity, Plasticity::none);
+    EXPECT_SAYS(complaint(ball, {"hands.touch=slip"}),
+                "/hands/touch: the key \"touch\" is called \"contact_mode\" now");
+    EXPECT_SAYS(complaint(ball, {"objects.0.material.flow=none"}),
+                "/objects/0/material/flow: the key \"flow\" is called \"plasticity\" now");
+}
+
 TEST_F(SceneFile, AnUnknownPresetIsRefusedWithTheNearestOne)
 {
     const std::string said = complaint(ball, {"objects.0.material=\"clya\""});
@@ -135,7 +146,7 @@ TEST_F(SceneFile, RestThatCannotBeIsRefused)
     EXPECT_SAYS(complaint(ball, {"rest.mode=localized"}), "without hands");
 }
 
-TEST_F(SceneFile, NumbersThatAreNoneAreRefused)
+TEST_F(SceneFile, NonFiniteNumbersAreRefused)
 {
     EXPECT_SAYS(complaint(ball, {"objects.0.diameter=nan"}), "found the text \"nan\"");
     EXPECT_SAYS(complaint(R"({"schema": "knead.scene/1", "objects": [

@@ -7,7 +7,6 @@
 #include <limits>
 
 #include "host/bench/ball.h"
-#include "host/solver/reference.h"
 #include "host/solver/solver.h"
 #include "tests/solver/same_bits.h"
 #include "tests/solver/samples.h"
@@ -185,51 +184,6 @@ TEST_P(Edit, ToolsMayGoAndBladesMayCome)
     for (int f = 0; f < 2; ++f) EXPECT_EQ(solver->advance({}, frame).repaired, 0);
     EXPECT_TRUE(solver->rules().cuts);
     EXPECT_EQ(solver->particles().size(), two_balls().particles.size());
-}
-
-// A necklace of many joints, more than two hands have and more than a kernel stages at a time.
-TEST_P(Edit, ARigMayHaveManyJoints)
-{
-    constexpr int beads = 80;
-    Scene s = two_balls();
-    s.rig = {}, s.tools = {{ContactMode::separate, 0.2, false, true}};
-    for (int i = 0; i < beads; ++i) {
-        Binding<float> b{};
-        b.joint[0] = i, b.joint[1] = (i + 1) % beads;
-        b.weight[0] = 0.5f, b.weight[1] = 0.5f;
-        b.radius = 0.02f;
-        s.rig.spheres.push_back(b);
-        s.rig.primitives.push_back({1, {i, i, i}, 0});
-    }
-    const auto ring = [](double turn, double height) {
-        std::vector<Joint<double>> joints;
-        for (int i = 0; i < beads; ++i) {
-            const double angle = turn + 6.283185307179586 * i / beads;
-            joints.push_back({turn_about(Vec3<double>{0, 1, 0}, angle),
-                              {0.42 + 0.1 * std::cos(angle), height, 0.5 + 0.1 * std::sin(angle)}});
-        }
-        return joints;
-    };
-    const auto play_ring = [&](Solver& solver) {
-        long projected = 0;
-        for (int f = 0; f < 3; ++f) {
-            const auto at = [&](int n) { return ring(0.05 * n, 0.58 - 0.01 * n); };
-            projected += solver.advance({at(f), at(f + 1), {1}}, frame).projected;
-        }
-        return projected;
-    };
-    const auto solver = make(s);
-    Reference reference(s);
-    const long mine = play_ring(*solver), wanted = play_ring(reference);
-    EXPECT_GT(wanted, 1000);
-    EXPECT_NEAR(double(mine), double(wanted), 0.02 * double(wanted));
-    const Particles a = solver->particles(), b = reference.particles();
-    double sum = 0;
-    for (std::size_t i = 0; i < a.size(); ++i) sum += dot(a[i].x - b[i].x, a[i].x - b[i].x);
-    EXPECT_LT(std::sqrt(sum / double(a.size())), 1e-3 * dx);
-    Motion motion{ring(0, 0.6), ring(0, 0.6), {1}};
-    motion.to.pop_back();
-    EXPECT_THROW(solver->advance(motion, frame), std::invalid_argument);
 }
 
 TEST_P(Edit, ASnapshotBringsTheSameFutureBack)

@@ -60,7 +60,7 @@ void CpuSolver<R>::by_id()
     renumber();
 }
 
-// The clay around it has to look anew whether it is at rest.
+// The clay around it is checked again for being at rest.
 template <class R>
 void CpuSolver<R>::wake(const Particle<R>& particle)
 {
@@ -70,7 +70,7 @@ void CpuSolver<R>::wake(const Particle<R>& particle)
 }
 
 // Calls edit(particle) for those of an object, in double: what a caller would compute who makes the
-// scene anew.
+// scene again.
 template <class R>
 template <class Edit>
 void CpuSolver<R>::edit(int object, Edit&& edit)

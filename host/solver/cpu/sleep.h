@@ -17,7 +17,7 @@ struct Stillness {
     Lattice<R> lattice;
     // Per block of the lattice; empty where no clay may be still.
     std::vector<int> quiet;        // frames on end at rest
-    std::vector<int> activity;     // what its clay does in this frame, see Stir
+    std::vector<int> activity;     // what its clay does in this frame, see Activity
     std::vector<int> free, guard;  // the substep from which on its clay moves, wakes where pushed
     std::vector<char> listed;      // its clay is looked at
     std::vector<char> roused;      // something in it was pushed in this substep

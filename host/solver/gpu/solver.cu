@@ -1,4 +1,4 @@
-// The device behind Solver. A frame is one graph: orders in, sort, then substeps for as long as the
+// The device behind Solver. A frame is one graph: input in, sort, then substeps for as long as the
 // device finds time left in the frame; the host waits for nothing but the counters.
 #include <algorithm>
 #include <atomic>
@@ -87,8 +87,8 @@ Views GpuSolver::views_for(const Features& features) const
     return views;
 }
 
-// What comes before the first grid update. What tools may touch needs the orders alone, and the
-// first pose only what begin() chooses: they run beside what is done with the particles.
+// What comes before the first grid update. What tools may touch needs the frame's input alone, and
+// the first pose only what begin() chooses: they run beside what is done with the particles.
 void GpuSolver::start(const Views& views, const Features& features)
 {
     const auto fork = [this](cudaStream_t to) {
@@ -214,7 +214,7 @@ void GpuSolver::submit(const Motion& motion, double duration)
     const int slot = submitted % 2;
     Frame& f = frames[slot];
     f.motion = motion, f.duration = store.count() > 0 ? duration : 0;
-    // Of two frames ago, which is over: nobody reads its orders any more.
+    // Of two frames ago, which is over: its input is no longer read.
     f.tools = store.write_input(rules(), motion, duration, slot);
     launch(slot);
     // What a cut leaves is settled by the host before the next frame.

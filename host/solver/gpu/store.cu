@@ -143,7 +143,7 @@ void Store::send_input(int slot, cudaStream_t stream) const
                    : offsetof(FrameInput, tools);
     gpu::check(cudaMemcpyAsync(input.data(), next_input[slot].data(), bytes, cudaMemcpyHostToDevice,
                                stream),
-               "send orders");
+               "send input");
 }
 
 std::vector<float4> Store::rows_on(int side) const

@@ -50,7 +50,7 @@ class Store {
     SortSpace sort_space() const { return {box.counts.data(), scratch.data(), scratch.bytes()}; }
     std::size_t bytes() const;
 
-    // Writes a frame's orders down, in one of two places; true if a tool is active. The other
+    // Writes a frame's input into one of two places; true if a tool is active. The other
     // copies them to the device, in stream order: until that is over the place must not be used
     // again.
     bool write_input(const Setup& setup, const Motion& motion, double duration, int slot);

@@ -9,11 +9,11 @@ namespace knead {
 namespace {
 
 template <class R>
-class FlowTest : public ::testing::Test {
+class ReturnMapTest : public ::testing::Test {
 };
-TYPED_TEST_SUITE(FlowTest, Scalars);
+TYPED_TEST_SUITE(ReturnMapTest, Scalars);
 
-TYPED_TEST(FlowTest, HerschelBulkleySolvesItsEquation)
+TYPED_TEST(ReturnMapTest, HerschelBulkleySolvesItsEquation)
 {
     using R = TypeParam;
     Draw draw(11);
@@ -48,7 +48,7 @@ TYPED_TEST(FlowTest, HerschelBulkleySolvesItsEquation)
     EXPECT_LT(worst, either<R>(2e-6, 1e-12));
 }
 
-TYPED_TEST(FlowTest, HerschelBulkleyIsElasticWhenFastAndPerfectlyPlasticWhenThin)
+TYPED_TEST(ReturnMapTest, HerschelBulkleyIsElasticWhenFastAndPerfectlyPlasticWhenThin)
 {
     using R = TypeParam;
     Draw draw(12);
@@ -80,7 +80,7 @@ TYPED_TEST(FlowTest, HerschelBulkleyIsElasticWhenFastAndPerfectlyPlasticWhenThin
             }
 }
 
-TYPED_TEST(FlowTest, HerschelBulkleyStressDecaysToTheYieldStress)
+TYPED_TEST(ReturnMapTest, HerschelBulkleyStressDecaysToTheYieldStress)
 {
     using R = TypeParam;
     Draw draw(13);
@@ -103,7 +103,7 @@ TYPED_TEST(FlowTest, HerschelBulkleyStressDecaysToTheYieldStress)
         }
 }
 
-TYPED_TEST(FlowTest, SandStaysWithinItsConeAndFlowsAtConstantVolume)
+TYPED_TEST(ReturnMapTest, SandStaysWithinItsConeAndFlowsAtConstantVolume)
 {
     using R = TypeParam;
     Draw draw(14);
@@ -137,7 +137,7 @@ TYPED_TEST(FlowTest, SandStaysWithinItsConeAndFlowsAtConstantVolume)
         }
 }
 
-TYPED_TEST(FlowTest, SandInTensionGoesToTheTipAndRemembersItsVolume)
+TYPED_TEST(ReturnMapTest, SandInTensionGoesToTheTipAndRemembersItsVolume)
 {
     using R = TypeParam;
     Draw draw(15);
@@ -163,7 +163,7 @@ TYPED_TEST(FlowTest, SandInTensionGoesToTheTipAndRemembersItsVolume)
             }
 }
 
-TYPED_TEST(FlowTest, TensionAndCompressionInTurnDoNotPumpSandUp)
+TYPED_TEST(ReturnMapTest, TensionAndCompressionInTurnDoNotPumpSandUp)
 {
     using R = TypeParam;
     for (const Elasticity elasticity : elasticities) {
@@ -188,7 +188,7 @@ TYPED_TEST(FlowTest, TensionAndCompressionInTurnDoNotPumpSandUp)
     }
 }
 
-TYPED_TEST(FlowTest, SnowIsClampedAndItsPackingIsTheVolumeItLost)
+TYPED_TEST(ReturnMapTest, SnowIsClampedAndItsPackingIsTheVolumeItLost)
 {
     using R = TypeParam;
     Draw draw(16);
@@ -216,7 +216,7 @@ TYPED_TEST(FlowTest, SnowIsClampedAndItsPackingIsTheVolumeItLost)
     EXPECT_TRUE(finite(kirchhoff_stress(q, m)));
 }
 
-TYPED_TEST(FlowTest, AFluidKeepsItsVolumeAndForgetsItsShape)
+TYPED_TEST(ReturnMapTest, AFluidKeepsItsVolumeAndForgetsItsShape)
 {
     using R = TypeParam;
     Draw draw(17);
