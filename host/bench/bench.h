@@ -82,6 +82,12 @@ struct PeerRow {
 
 // Where the clay is: mean and standard deviation of the particles' places, axis by axis [m].
 using ProbePlaces = std::array<double, 6>;
+// The scene that peers run, and how long one may take.
+struct PeerRule {
+    int nodes = 64;                      // along each edge of the box of 1 m
+    int frames = 240, warm_frames = 40;  // the first of them are not timed
+    double limit = 3600;                 // [s]
+};
 // Reads a peer's last line that has a time, in JSON; false if there is none, or it lacks a number.
 bool understood(const std::string& said, PeerRow& row, ProbePlaces& places);
 
@@ -194,6 +200,7 @@ void localized_suite(Bench&);
 void deterministic_suite(Bench&);
 void targets_suite(Bench&);
 void run_peers(Bench&);
+void run_peers(Bench&, const PeerRule& rule);
 
 nlohmann::json bench_json(const Bench& bench);
 std::string bench_csv(const BenchResult& result);

@@ -1,13 +1,40 @@
 #include "host/bench/child.h"
 
+#include <poll.h>
 #include <sys/wait.h>
 #include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <chrono>
+#include <csignal>
 
 #include "host/base/errors.h"
 
 namespace knead {
+namespace {
 
-int output_of(const std::vector<std::string>& words, std::string& said)
+// Adds what comes to `said`; false where that takes longer than `limit` [s], if there is one.
+bool read_all(int from, double limit, std::string& said)
+{
+    using Clock = std::chrono::steady_clock;
+    const auto start = Clock::now();
+    char part[4096];
+    for (;;) {
+        const double left = limit - std::chrono::duration<double>(Clock::now() - start).count();
+        pollfd ready{from, POLLIN, 0};
+        const int answered = poll(&ready, 1, limit > 0 ? int(1e3 * std::max(0.0, left)) : -1);
+        if (answered == 0) return false;
+        const ssize_t n = answered < 0 ? -1 : read(from, part, sizeof part);
+        if (n < 0 && errno == EINTR) continue;
+        if (n <= 0) return true;
+        if (said.size() < (1 << 20)) said.append(part, std::size_t(n));
+    }
+}
+
+}  // namespace
+
+int output_of(const std::vector<std::string>& words, std::string& said, double limit)
 {
     int ends[2];
     if (pipe(ends) != 0) throw ResourceError("no pipe for a peer");
@@ -23,12 +50,12 @@ int output_of(const std::vector<std::string>& words, std::string& said)
         _exit(127);
     }
     close(ends[1]);
-    char part[4096];
-    for (ssize_t n; (n = read(ends[0], part, sizeof part)) > 0;)
-        if (said.size() < (1 << 20)) said.append(part, std::size_t(n));
+    const bool in_time = read_all(ends[0], limit, said);
+    if (!in_time) kill(child, SIGKILL);
     close(ends[0]);
     int status = 0;
     waitpid(child, &status, 0);
+    if (!in_time) return ended_late;
     return WIFEXITED(status) ? WEXITSTATUS(status) : 128;
 }
 

@@ -3,11 +3,10 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
-#include <chrono>
 #include <cmath>
 #include <cstring>
+#include <exception>
 #include <filesystem>
-#include <fstream>
 
 #include "host/base/errors.h"
 #include "host/base/outputs.h"
@@ -20,20 +19,18 @@ namespace {
 namespace fs = std::filesystem;
 using Json = nlohmann::json;
 
-constexpr int nodes = 64, substeps = 5, warm_frames = 40;
-constexpr double dt = 1e-4;  // [s]
+constexpr int substeps = 5;
+constexpr double dt = 1e-4, frame = substeps * dt;  // [s]
 
 // Both cones close on the ball at 1 m/s from just outside, upright all the way: they do not spin,
 // so that a peer need not know what the spin of a tool does to its surface.
-Motion upright(double t, double duration)
+Motion upright(double from, double to)
 {
     const auto at = [](double time) { return wrists(0.31 - time, 0); };
-    return {at(t), at(t + duration), {1, 1}};
+    return {at(from), at(to), {1, 1}};
 }
 
-int frames(const Bench& bench) { return bench.options.quick ? 60 : 240; }
-
-Setup peer_scene(const Bench& bench)
+Setup peer_scene(const Bench& bench, int nodes)
 {
     Setup s = ball(nodes);
     add_tools(s);
@@ -49,7 +46,7 @@ Json posed_spheres(const Setup& setup, int count)
 {
     Json all = Json::array();
     for (int f = 0; f <= count; ++f) {
-        const Motion motion = upright(f * substeps * dt, 0);
+        const Motion motion = upright(f * frame, f * frame);
         Json now = Json::array();
         for (const Binding<float>& b : setup.rig.spheres) {
             Binding<double> wide{};
@@ -65,7 +62,7 @@ Json posed_spheres(const Setup& setup, int count)
     return all;
 }
 
-Json described(const Setup& setup, int count)
+Json described(const Setup& setup, const PeerRule& rule)
 {
     const Material<double>& m = setup.materials[0];
     Json cones = Json::array(), contact_mode = Json::array();
@@ -75,12 +72,12 @@ Json described(const Setup& setup, int count)
         contact_mode.push_back(
             {{"sticky", tool.mode == ContactMode::sticky}, {"friction", tool.friction}});
     }
-    return {{"nodes", nodes},
+    return {{"nodes", rule.nodes},
             {"dx", setup.lattice.dx},
             {"dt", dt},
             {"substeps", substeps},
-            {"frames", count},
-            {"warm_frames", warm_frames},
+            {"frames", rule.frames},
+            {"warm_frames", rule.warm_frames},
             {"gravity", {setup.gravity.x, setup.gravity.y, setup.gravity.z}},
             {"margin", walls_on<double>(setup.lattice, setup.walls).first.x - 1},
             {"wall_friction", setup.walls.friction},
@@ -92,7 +89,7 @@ Json described(const Setup& setup, int count)
             {"particles", setup.particles.size()},
             {"cones", cones},
             {"contact_mode", contact_mode},
-            {"spheres", posed_spheres(setup, count)}};
+            {"spheres", posed_spheres(setup, rule.frames)}};
 }
 
 // x y z of every particle, as the machine's floats.
@@ -128,19 +125,21 @@ struct Ours {
     ProbePlaces places{};
 };
 
-Ours ours(const Bench& bench, const Setup& setup, int count)
+Ours ours(const Bench& bench, const Setup& setup, const PeerRule& peers)
 {
     const std::unique_ptr<Solver> solver = make_solver(setup, bench.device);
+    LoopRule rule;
+    rule.duration = frame, rule.rate = 1 / frame, rule.frames = peers.frames;
+    rule.interrupted = [&] { return bench.stopped(); };
+    SessionLoop loop(*solver, upright, rule);
     std::vector<double> times;
-    for (int f = 0; f < count && !bench.stopped(); ++f) {
-        const Motion motion = upright(f * substeps * dt, substeps * dt);
-        const auto start = std::chrono::steady_clock::now();
-        const FrameStats stats = solver->advance(motion, substeps * dt);
-        const double time =
-            std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-        if (f >= warm_frames) times.push_back(time / std::max(1, stats.substeps));
-    }
-    return {spread(times).median, places_of(solver->particles())};
+    loop.watch([&](const Frame& f) {
+        if (f.number > peers.warm_frames)
+            times.push_back(f.times.solver / std::max(1, f.stats.substeps));
+    });
+    loop.run();
+    if (loop.failure()) std::rethrow_exception(loop.failure());
+    return {spread(times).median, places_of(*loop.particles())};
 }
 
 // Three numbers under a key; false if they are not there.
@@ -175,22 +174,33 @@ bool understood(const std::string& said, PeerRow& row, ProbePlaces& places)
 
 namespace {
 
-void run_peer(Bench& bench, const std::string& name, const std::vector<std::string>& words,
-              const Ours& mine)
+// Why a peer that ended so gave no figures.
+std::string problem_of(int code, const std::string& program, double limit)
 {
-    bench.say("peer " + name);
+    if (code == 127) return "not run: no program " + program;
+    if (code == 3) return "not run: Python has no taichi here";
+    if (code == ended_late) return fmt::format("no figures: it took more than {} s", limit);
+    return fmt::format("no figures: it ended with {}", code);
+}
+
+struct Peer {
+    std::string name;
+    std::vector<std::string> words;
+};
+
+void run_peer(Bench& bench, const Peer& peer, double limit, const Ours& mine)
+{
+    bench.say("peer " + peer.name);
     PeerRow row;
-    row.name = name, row.ours = mine.substep;
+    row.name = peer.name, row.ours = mine.substep;
     std::string said;
     ProbePlaces places{};
-    const int code = output_of(words, said);
-    if (code == 127)
-        row.problem = "not run: no program " + words[0];
-    else if (!understood(said, row, places))
-        row.problem = code == 3 ? "not run: Python has no taichi here"
-                                : fmt::format("no figures: it ended with {}", code);
-    for (std::size_t k = 0; k < places.size(); ++k)
-        row.apart = std::max(row.apart, std::abs(places[k] - mine.places[k]));
+    const int code = output_of(peer.words, said, limit);
+    if (code == 127 || code == ended_late || !understood(said, row, places))
+        row.problem = problem_of(code, peer.words[0], limit);
+    else
+        for (std::size_t k = 0; k < places.size(); ++k)
+            row.apart = std::max(row.apart, std::abs(places[k] - mine.places[k]));
     bench.result.peers.push_back(row);
 }
 
@@ -213,26 +223,33 @@ struct Folder {
 
 }  // namespace
 
-void run_peers(Bench& bench)
+void run_peers(Bench& bench, const PeerRule& rule)
 {
-    const Setup setup = peer_scene(bench);
-    const int count = frames(bench);
+    const Setup setup = peer_scene(bench, rule.nodes);
     const Folder folder;
     const std::string scene = (folder.path / "scene.json").string(),
                       positions = (folder.path / "positions.f32").string();
-    write_whole(scene, described(setup, count).dump());
+    write_whole(scene, described(setup, rule).dump());
     write_whole(positions, raw_positions(setup));
     bench.say("the peers' scene");
-    const Ours mine = ours(bench, setup, count);
+    const Ours mine = ours(bench, setup, rule);
     const fs::path here = fs::read_symlink("/proc/self/exe").parent_path();
     const bool gpu = bench.device.kind == DeviceKind::cuda;
-    if (gpu)
-        run_peer(bench, "plain CUDA", {(here / "peer_plain").string(), scene, positions}, mine);
     const std::string script = (fs::path(bench.figures.folder) / "peers/taichi_mpm.py").string();
     const std::string on = gpu ? "cuda" : "cpu";
-    run_peer(bench, "taichi", {"python3", script, scene, positions, on, "each-substep"}, mine);
-    run_peer(bench, "taichi, projecting once a frame",
-             {"python3", script, scene, positions, on, "each-frame"}, mine);
+    std::vector<Peer> peers;
+    if (gpu) peers.push_back({"plain CUDA", {(here / "peer_plain").string(), scene, positions}});
+    peers.push_back({"taichi", {"python3", script, scene, positions, on, "each-substep"}});
+    peers.push_back({"taichi, projecting once a frame",
+                     {"python3", script, scene, positions, on, "each-frame"}});
+    for (const Peer& peer : peers) run_peer(bench, peer, rule.limit, mine);
+}
+
+void run_peers(Bench& bench)
+{
+    PeerRule rule;
+    if (bench.options.quick) rule.frames = 60;
+    run_peers(bench, rule);
 }
 
 }  // namespace knead

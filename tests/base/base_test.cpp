@@ -1,0 +1,173 @@
+// What the rest stands on when something is wrong: exit codes, signals, strict JSON, the machine.
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <cmath>
+#include <csignal>
+#include <new>
+
+#include "host/base/errors.h"
+#include "host/base/interrupt.h"
+#include "host/base/json_reader.h"
+#include "host/base/machine.h"
+#include "host/base/outputs.h"
+#include "tests/folder.h"
+
+namespace knead {
+namespace {
+
+template <class Error>
+void expect_code(const Error& error, int code, const std::string& said)
+{
+    testing::internal::CaptureStderr();
+    const int found = ended([&]() -> int { throw error; });
+    EXPECT_EQ(testing::internal::GetCapturedStderr(), "knead: " + said + "\n");
+    EXPECT_EQ(found, code) << said;
+}
+
+TEST(Errors, EveryKindHasItsExitCodeAndIsSaid)
+{
+    EXPECT_EQ(ended([] { return 42; }), 42);
+    expect_code(UsageError("a"), exit_usage, "a");
+    expect_code(InputError("b"), exit_input, "b");
+    expect_code(MemoryError("c"), exit_resource, "c");
+    expect_code(ResourceError("d"), exit_resource, "d");
+    expect_code(OutputError("e"), exit_output, "e");
+    expect_code(DeviceLost("f"), exit_device, "f");
+    expect_code(std::bad_alloc(), exit_resource, "more memory is needed than there is");
+    expect_code(std::logic_error("g"), exit_check, "a fault of the program: g");
+}
+
+// In processes of their own: what is noted here would end the loops of other tests.
+TEST(InterruptDeathTest, TheSameSignalTwiceAtOnceCountsOnce)
+{
+    const auto raised = [](int number) {
+        watch_interrupts();
+        if (interrupted() != 0) std::exit(99);
+        std::raise(number);
+        std::raise(number);
+        std::exit(interrupted());
+    };
+    EXPECT_EXIT(raised(SIGINT), testing::ExitedWithCode(SIGINT), "");
+    EXPECT_EXIT(raised(SIGTERM), testing::ExitedWithCode(SIGTERM), "");
+}
+
+TEST(InterruptDeathTest, AnotherOneLaterEndsTheProgram)
+{
+    const auto raised = [] {
+        watch_interrupts();
+        std::raise(SIGINT);
+        usleep(600000);
+        std::raise(SIGTERM);
+        std::exit(0);
+    };
+    EXPECT_EXIT(raised(), testing::KilledBySignal(SIGTERM), "");
+}
+
+template <class Action>
+std::string refusal(Action&& action)
+{
+    try {
+        action();
+    } catch (const InputError& e) {
+        return e.what();
+    }
+    return "";
+}
+
+class JsonReader : public InFolder {
+  protected:
+    std::string refused(const std::string& text, const ObjectReader::Body& body = {}) const
+    {
+        return refusal([&] {
+            const Json json = parse_json(text, "x.json");
+            if (body) ObjectReader::read(json, "x.json", "", body);
+        });
+    }
+};
+
+TEST_F(JsonReader, FilesThatCannotBeReadAreNamed)
+{
+    const auto said = [&](const std::string& file, std::size_t max) {
+        return refusal([&] { read_text(file, max); });
+    };
+    EXPECT_EQ(said(path("none"), 9), path("none") + ": no such file");
+    EXPECT_EQ(said(folder.string(), 9),
+              folder.string() + ": expected a regular file, found a directory");
+    EXPECT_EQ(said("/dev/null", 9), "/dev/null: expected a regular file, found something else");
+    write_whole(path("ten"), "0123456789");
+    EXPECT_EQ(said(path("ten"), 9), path("ten") + ": expected at most 9 bytes, found 10");
+    EXPECT_EQ(said(path("ten"), 10), "");
+}
+
+TEST_F(JsonReader, TextsThatAreNoJsonAreNamedWithTheirPlace)
+{
+    EXPECT_EQ(refused("{\n \"a\": ]").rfind("x.json: line 2, column ", 0), 0u)
+        << refused("{\n \"a\": ]");
+    EXPECT_EQ(refused(R"({"a": {"b": 1}, "c": {"b": 1, "b": 2}})"),
+              "x.json: key \"b\" is given twice in one object");
+    EXPECT_EQ(refused(std::string(70, '[') + std::string(70, ']')),
+              "x.json: expected at most 64 levels of nesting");
+    EXPECT_EQ(refused(R"({"a": 1, /* said */ "b": 2} // end)"), "");
+    EXPECT_NE(refused("1e999"), "");
+}
+
+TEST_F(JsonReader, ValuesOfAnotherTypeAreNamedWithWhatWasExpected)
+{
+    const Bounds share{0, 1}, length{0, INFINITY, "m", true}, any{-INFINITY, INFINITY, "Pa"},
+        low{-INFINITY, 3, "s"};
+    EXPECT_EQ(described(share), "a number at least 0 and at most 1");
+    EXPECT_EQ(described(length), "a number above 0 m");
+    EXPECT_EQ(described(any), "a finite number in Pa");
+    EXPECT_EQ(described(Bounds{-INFINITY, INFINITY}), "a finite number");
+    EXPECT_EQ(described(low), "a number at most 3 s");
+    EXPECT_EQ(described(Json(std::string(99, 'x'))), "the text \"" + std::string(56, 'x') + "...");
+    const auto said = [&](const char* value, const ObjectReader::Body& body) {
+        return refused(std::string(R"({"a/b~": )") + value + "}", body);
+    };
+    const std::string key = "a/b~", at = "x.json: /a~1b~0: expected ";
+    const auto text = [&](ObjectReader& r) { r.text(key, ""); };
+    const auto flag = [&](ObjectReader& r) { r.flag(key, false); };
+    const auto whole = [&](ObjectReader& r) { r.whole(key, 1, 5, 2); };
+    const auto vector = [&](ObjectReader& r) { r.vector(key, share, {}); };
+    const auto choice = [&](ObjectReader& r) {
+        r.choice<int>(key, {{"clay", 1}, {"dough", 2}}, 0);
+    };
+    EXPECT_EQ(said("3", text), at + "a text, found 3");
+    EXPECT_EQ(said("\"yes\"", flag), at + "true or false, found the text \"yes\"");
+    EXPECT_EQ(said("{}", whole), at + "a whole number from 1 to 5, found an object");
+    EXPECT_EQ(said("2.5", whole), at + "a whole number from 1 to 5, found 2.5");
+    EXPECT_EQ(said("6", whole), at + "a whole number from 1 to 5, found 6");
+    EXPECT_EQ(said("[1, 1]", vector),
+              at + "three numbers, each number at least 0 and at most 1, found an array of 2");
+    EXPECT_EQ(said("[1, 1, 2]", vector),
+              "x.json: /a~1b~0/2: expected a number at least 0 and at most 1, found 2");
+    EXPECT_EQ(said("1", choice), at + "one of \"clay\", \"dough\", found 1");
+    EXPECT_EQ(said("\"caly\"", choice), at + "one of \"clay\", \"dough\", found the text \"caly\"; "
+                                             "the nearest is \"clay\"");
+    EXPECT_EQ(said("0", [&](ObjectReader& r) { r.number(key, length); }),
+              at + "a number above 0 m, found 0");
+    EXPECT_EQ(said("0", [&](ObjectReader& r) { r.number("a/b", share); }),
+              "x.json: /a~1b: expected a number at least 0 and at most 1, found nothing, but there "
+              "is \"a/b~\"");
+    EXPECT_EQ(said("0", [](ObjectReader& r) { r.has("far"); }),
+              "x.json: /a~1b~0: unknown key \"a/b~\"; the nearest is \"far\"");
+    EXPECT_EQ(refused("[]", text), "x.json: /: expected an object, found an array of 0");
+}
+
+TEST(Machine, TellsWhatItIs)
+{
+    EXPECT_FALSE(host_name().empty());
+    EXPECT_FALSE(cpu_name().empty());
+    EXPECT_GT(cpu_count(), 0);
+    EXPECT_GT(total_memory(), std::size_t(1) << 20);
+    EXPECT_GT(process_seconds(), 0);
+    const std::string now = utc_now();
+    EXPECT_EQ(now.size(), 20u);
+    EXPECT_EQ(now.back(), 'Z');
+    EXPECT_TRUE(machine_facts(true).contains("gpu"));
+    EXPECT_FALSE(machine_facts(true)["gpu"]["driver"].get<std::string>().empty());
+}
+
+}  // namespace
+}  // namespace knead
