@@ -60,13 +60,13 @@ void expect_the_references(const Maker& make)
 
 TEST(LargeRig, PressesAsTheReferencesDoes)
 {
-    expect_the_references([](const Setup& s) { return cpu_solver(s); });
+    expect_the_references([](const auto& s) { return cpu_solver(s); });
 }
 
 TEST(LargeRig, PressesAsTheReferencesDoesOnAGpu)
 {
     if (!gpu_present()) GTEST_SKIP() << "no CUDA device";
-    expect_the_references([](const Setup& s) { return gpu_solver(s, 0); });
+    expect_the_references([](const auto& s) { return gpu_solver(s, 0); });
 }
 
 }  // namespace
