@@ -27,7 +27,7 @@ fi
 # The program's user has settings of his own, none of which is ours.
 unset CMAKE_CXX_COMPILER_LAUNCHER CMAKE_CUDA_COMPILER_LAUNCHER CXXFLAGS
 cp -r examples "$folder"/examples
-cmake -S "$folder"/examples -B "$folder"/build -DCMAKE_PREFIX_PATH="$prefix" \
+cmake -S "$folder"/examples -B "$folder"/build -G Ninja -DCMAKE_PREFIX_PATH="$prefix" \
     -DCMAKE_BUILD_TYPE=Debug -DCMAKE_CXX_FLAGS="-Wall -Wextra -Werror" >/dev/null
 cmake --build "$folder"/build >"$folder"/log || { cat "$folder"/log; exit 1; }
 "$folder"/build/press "$folder"/press.obj
