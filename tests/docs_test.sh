@@ -13,15 +13,7 @@ sources=({cuda,host,render,tests,profiling,examples}/**/*.{h,cuh,cpp,cu,sh,py} C
     CMakePresets.json .clang-tidy *.sh)
 rooms='(cuda|host|render|tests|docs|scenes|profiling|examples)'
 
-failed=0
-# Reads places that break a rule, one a line; says the rule once and counts.
-none() {
-    local places
-    places=$(cat)
-    [ -z "$places" ] && return
-    printf '%s:\n%s\n' "$1" "$(sed 's/^/    /' <<<"$places")"
-    failed=$((failed + 1))
-}
+. tests/none.sh
 # PAGE:LINE:WORD for every match of an expression in the pages.
 words() { grep -noP -- "$1" "${pages[@]}"; }
 

@@ -14,15 +14,7 @@ text=("${source[@]}" tests/**/*.sh tests/**/*.py profiling/**/*.py
 words=("${text[@]}" README.md CHANGELOG.md docs/*.md profiling/*.md scenes/*.json)
 [ ${#shipped[@]} -gt 0 ] || { echo "no source found"; exit 1; }
 
-failed=0
-# Reads places that break a rule, one a line; says the rule once and counts.
-none() {
-    local places
-    places=$(cat)
-    [ -z "$places" ] && return
-    printf '%s:\n%s\n' "$1" "$(sed 's/^/    /' <<<"$places")"
-    failed=$((failed + 1))
-}
+. tests/none.sh
 
 awk 'FNR == 401 { print FILENAME }' "${source[@]}" | none "files of more than 400 lines"
 grep -nE '^.{101,}' "${text[@]}" | cut -c1-90 | none "lines of more than 100 columns"

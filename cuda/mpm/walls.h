@@ -65,13 +65,16 @@ Walls<R> walls_on(const Lattice<L>& lattice, const WallRule& rule)
     return w;
 }
 
-// Whether x lies between the faces, but for rounding.
+// Whether x lies between the faces, but for rounding: clay that rests on a face has its place in
+// float.
 inline bool between(const WallRule& rule, Vec3<double> x, double dx)
 {
-    const double r = 1e-6 * dx;
-    const Vec3<double>&low = rule.min, &high = rule.max;
-    return x.x >= low.x - r && x.y >= low.y - r && x.z >= low.z - r && x.x <= high.x + r &&
-           x.y <= high.y + r && x.z <= high.z + r;
+    const auto inside = [dx](double at, double low, double high) {
+        const auto rounding = [dx](double face) { return 1e-6 * std::fmax(dx, std::fabs(face)); };
+        return at >= low - rounding(low) && at <= high + rounding(high);
+    };
+    return inside(x.x, rule.min.x, rule.max.x) && inside(x.y, rule.min.y, rule.max.y) &&
+           inside(x.z, rule.min.z, rule.max.z);
 }
 
 // Whether there are 2 nodes of the lattice beyond each face, and free ones between them.

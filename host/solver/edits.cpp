@@ -116,7 +116,7 @@ void Rules::set_walls(const WallRule& walls)
     now.walls = walls;
 }
 
-void Rules::set_tools(const Rig& rig, const std::vector<Tool<double>>& tools)
+void check_rig(const Rig& rig, const std::vector<Tool<double>>& tools)
 {
     require(rig.primitives.size() <= std::size_t(max_primitives),
             std::to_string(rig.primitives.size()) + " primitives, at most " +
@@ -130,6 +130,11 @@ void Rules::set_tools(const Rig& rig, const std::vector<Tool<double>>& tools)
     }
     for (const Binding<float>& b : rig.spheres)
         for (int joint : b.joint) require(joint >= 0, "a sphere without its joint");
+}
+
+void Rules::set_tools(const Rig& rig, const std::vector<Tool<double>>& tools)
+{
+    check_rig(rig, tools);
     now.rig = rig, now.tools = tools;
     for (const Tool<double>& tool : tools) now.cuts = now.cuts || tool.blade;
 }
@@ -172,6 +177,7 @@ void check_state(const SavedState& state, const Setup& of)
     for (const Particle<double>& p : s.particles) {
         if (!finite(p)) require(false, "the state has a particle with a number that is not finite");
         rules.check_object(p.object);
+        rules.check_place(p.x);
     }
 }
 

@@ -40,6 +40,10 @@ class Rules {
     std::vector<long> counts;
 };
 
+// Throws std::invalid_argument where a rig and its tools do not hang together, or no mask has room
+// for them.
+void check_rig(const Rig& rig, const std::vector<Tool<double>>& tools);
+
 // Throws std::invalid_argument where the state is not whole, or not of such a lattice.
 void check_state(const SavedState& state, const Setup& of);
 

@@ -257,5 +257,20 @@ TYPED_TEST(GuardTest, ANumberThatIsNoneIsRepairedInWhateverFieldItIsBorn)
     EXPECT_FALSE(repair(q, {}));
 }
 
+// A face at 0.3 m stands in float a little above: clay that rests there is between the walls.
+TEST(Walls, ClayThatRestsOnAFaceIsBetweenTheWalls)
+{
+    const WallRule rule{{0.1, 0.1, 0.1}, {0.3, 0.3, 0.3}, ContactMode::sticky, 0};
+    for (const double cells : {16, 128, 1024}) {
+        const double at = double(0.3f), dx = 1 / cells;
+        EXPECT_GT(at, 0.3);
+        EXPECT_TRUE(between(rule, {at, at, at}, dx));
+        EXPECT_TRUE(between(rule, {double(0.1f), 0.1, 0.2}, dx));
+        EXPECT_FALSE(between(rule, {0.2, 0.3 + 0.01 * dx, 0.2}, dx));
+        EXPECT_FALSE(between(rule, {0.2, 0.1 - 0.01 * dx, 0.2}, dx));
+        EXPECT_FALSE(between(rule, {0.2, NAN, 0.2}, dx));
+    }
+}
+
 }  // namespace
 }  // namespace knead

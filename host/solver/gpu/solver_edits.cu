@@ -194,7 +194,6 @@ void GpuSolver::load(const SavedState& from)
     check_idle();
     check_state(from, rules());
     const Rules next(from.setup);
-    for (const Particle<double>& p : from.setup.particles) next.check_place(p.x);
     const Lattice<float> now = store.views().lattice;
     const Lattice<float> box =
         boxed({now.size, now.dx}, from.quiet_low, from.quiet_low + from.quiet_stored);

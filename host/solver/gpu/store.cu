@@ -61,24 +61,13 @@ Lattice<float> box_of(const std::vector<Particle<double>>& clay, const Lattice<f
 
 void check_tools(const Setup& s)
 {
-    require(s.rig.primitives.size() <= std::size_t(max_primitives),
-            std::to_string(s.rig.primitives.size()) + " primitives, at most " +
-                std::to_string(max_primitives));
+    check_rig(s.rig, s.tools);
     require(s.tools.size() <= std::size_t(max_tools),
             std::to_string(s.tools.size()) + " tools, at most " + std::to_string(max_tools));
-    for (const Primitive& p : s.rig.primitives) {
-        require(p.count >= 1 && p.count <= 3, "a primitive has 1 to 3 spheres");
-        require(p.tool >= 0 && p.tool < int(s.tools.size()), "a primitive without its tool");
-        for (int sphere : p.sphere)
-            require(sphere >= 0 && sphere < int(s.rig.spheres.size()),
-                    "a primitive without its sphere");
-    }
     require(s.rest.mode == RestMode::none || s.tools.size() <= std::size_t(max_boxes),
             "clay may be still with at most " + std::to_string(max_boxes) + " tools");
-    for (const Binding<float>& b : s.rig.spheres)
-        for (int j : b.joint)
-            require(j >= 0 && j < max_joints, "a sphere without its joint, or one past the " +
-                                                  std::to_string(max_joints) + "th");
+    require(joints_of(s.rig) <= max_joints,
+            std::to_string(joints_of(s.rig)) + " joints, at most " + std::to_string(max_joints));
 }
 
 Store::Store(const Setup& setup, Room given, int device)
