@@ -12,6 +12,7 @@
 #include "host/base/machine.h"
 #include "host/base/outputs.h"
 #include "tests/folder.h"
+#include "tests/reason.h"
 
 namespace knead {
 namespace {
@@ -64,22 +65,11 @@ TEST(InterruptDeathTest, AnotherOneLaterEndsTheProgram)
     EXPECT_EXIT(raised(), testing::KilledBySignal(SIGTERM), "");
 }
 
-template <class Action>
-std::string refusal(Action&& action)
-{
-    try {
-        action();
-    } catch (const InputError& e) {
-        return e.what();
-    }
-    return "";
-}
-
 class JsonReader : public InFolder {
   protected:
     std::string refused(const std::string& text, const ObjectReader::Body& body = {}) const
     {
-        return refusal([&] {
+        return reason<InputError>([&] {
             const Json json = parse_json(text, "x.json");
             if (body) ObjectReader::read(json, "x.json", "", body);
         });
@@ -89,7 +79,7 @@ class JsonReader : public InFolder {
 TEST_F(JsonReader, FilesThatCannotBeReadAreNamed)
 {
     const auto said = [&](const std::string& file, std::size_t max) {
-        return refusal([&] { read_text(file, max); });
+        return reason<InputError>([&] { read_text(file, max); });
     };
     EXPECT_EQ(said(path("none"), 9), path("none") + ": no such file");
     EXPECT_EQ(said(folder.string(), 9),

@@ -11,6 +11,7 @@
 #include "host/base/errors.h"
 #include "host/base/json_reader.h"
 #include "tests/folder.h"
+#include "tests/reason.h"
 #include "tests/small_disk.h"
 
 namespace knead {
@@ -21,17 +22,6 @@ class Outputs : public InFolder {
   protected:
     std::string content(const std::string& name) const { return read_text(path(name), 1 << 24); }
 };
-
-template <class Action>
-std::string refusal(Action&& action)
-{
-    try {
-        action();
-    } catch (const OutputError& e) {
-        return e.what();
-    }
-    return "";
-}
 
 TEST_F(Outputs, AFileIsReplacedWhole)
 {
@@ -50,7 +40,8 @@ TEST_F(Outputs, AFullDiskLeavesTheOldFileAndNothingElse)
         std::string said;
         {
             const SmallDisk full(4096);
-            said = refusal([&] { write_whole(path("a.json"), std::string(size, 'x')); });
+            said =
+                reason<OutputError>([&] { write_whole(path("a.json"), std::string(size, 'x')); });
         }
         EXPECT_EQ(said, path("a.json") + ": cannot be written: File too large");
         EXPECT_EQ(content("a.json"), "old");
@@ -64,7 +55,7 @@ TEST_F(Outputs, AFullDiskLeavesTheOldFileAndNothingElse)
 TEST_F(Outputs, APlaceThatTakesNoFileIsNamedWithTheReason)
 {
     const auto said = [&](const std::string& file) {
-        return refusal([&] { write_whole(file, "x"); });
+        return reason<OutputError>([&] { write_whole(file, "x"); });
     };
     EXPECT_EQ(said(path("no/a")), path("no/a") + ": cannot be written: No such file or directory");
     EXPECT_EQ(said(""), "\"\": cannot be written: the path is empty");
@@ -85,7 +76,7 @@ TEST_F(Outputs, AFolderThatMayNotBeWrittenIsNamedWithTheReason)
     write_whole(path("locked/a"), "old");
     fs::permissions(folder / "locked", fs::perms::owner_read | fs::perms::owner_exec);
     const bool anywhere = std::ofstream(path("locked/probe")).good();
-    const std::string said = refusal([&] { write_whole(path("locked/a"), "new"); });
+    const std::string said = reason<OutputError>([&] { write_whole(path("locked/a"), "new"); });
     fs::permissions(folder / "locked", fs::perms::owner_all);
     if (anywhere) GTEST_SKIP() << "this user may write anywhere";
     EXPECT_EQ(said, path("locked/a") + ": cannot be written: Permission denied");
@@ -95,7 +86,7 @@ TEST_F(Outputs, AFolderThatMayNotBeWrittenIsNamedWithTheReason)
 TEST_F(Outputs, WhatIsNoRegularFileIsNotReplaced)
 {
     ASSERT_EQ(mkfifo(path("pipe").c_str(), 0600), 0);
-    EXPECT_EQ(refusal([&] { write_whole(path("pipe"), "x"); }),
+    EXPECT_EQ(reason<OutputError>([&] { write_whole(path("pipe"), "x"); }),
               path("pipe") + ": cannot be written: it is there and is no regular file");
     EXPECT_TRUE(fs::is_fifo(folder / "pipe"));
     EXPECT_EQ(files(), 1);
@@ -156,14 +147,16 @@ TEST_F(Outputs, PlacesAreCheckedBeforeTheWorkAndLeftAsTheyWere)
     prepare_folder(path("out/deep"), {"report.json"}, false);
     EXPECT_TRUE(fs::is_empty(folder / "out/deep"));
     write_whole(path("out/deep/report.json"), "old");
-    EXPECT_NE(refusal([&] { prepare_folder(path("out/deep"), {"report.json"}, false); }), "");
+    EXPECT_NE(
+        reason<OutputError>([&] { prepare_folder(path("out/deep"), {"report.json"}, false); }), "");
     prepare_folder(path("out/deep"), {"report.json"}, true);
-    EXPECT_NE(refusal([&] { prepare_file(path("out/deep/report.json"), false); }), "");
+    EXPECT_NE(reason<OutputError>([&] { prepare_file(path("out/deep/report.json"), false); }), "");
     prepare_file(path("out/deep/report.json"), true);
     EXPECT_EQ(content("out/deep/report.json"), "old");
-    EXPECT_NE(refusal([&] { prepare_file(path("out/deep"), true); }), "");
-    EXPECT_NE(refusal([&] { prepare_file(path("no/a"), true); }), "");
-    EXPECT_NE(refusal([&] { prepare_folder(path("out/deep/report.json"), {}, true); }), "");
+    EXPECT_NE(reason<OutputError>([&] { prepare_file(path("out/deep"), true); }), "");
+    EXPECT_NE(reason<OutputError>([&] { prepare_file(path("no/a"), true); }), "");
+    EXPECT_NE(reason<OutputError>([&] { prepare_folder(path("out/deep/report.json"), {}, true); }),
+              "");
     EXPECT_EQ(std::distance(fs::directory_iterator(folder / "out/deep"), {}), 1);
 }
 

@@ -16,6 +16,7 @@
 #include "host/files/video.h"
 #include "render/painter.h"
 #include "tests/folder.h"
+#include "tests/reason.h"
 #include "tests/small_disk.h"
 
 namespace knead {
@@ -41,17 +42,6 @@ Image plain(int width, int height, std::uint8_t grey)
     return {
         width, height,
         std::vector<std::uint8_t>(std::size_t(3) * std::size_t(width) * std::size_t(height), grey)};
-}
-
-template <class Error, class Action>
-std::string reason(Action&& action)
-{
-    try {
-        action();
-    } catch (const Error& error) {
-        return error.what();
-    }
-    return "no error";
 }
 
 bool says(const std::string& text, const std::string& part)
