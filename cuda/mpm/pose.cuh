@@ -18,6 +18,7 @@ __device__ inline int primitive_of(int part, int k) { return part + k * pose_par
 constexpr int staged_joints = 64, staged_spheres = staged_joints / 4;
 
 struct PoseSpace {
+    PoseView view;
     Joint<float> from[staged_joints], to[staged_joints];
     Sphere<float> spheres[3 * part_primitives];
 };
@@ -34,10 +35,11 @@ __device__ inline int sphere_of(const RigView& t, int part, int k)
     return i < t.primitives.count ? t.primitives[i].sphere[k % 3] : -1;
 }
 
-// Called by all threads of a block; poses for substep n. Kept out of line: its registers are not
-// those of the kernels that it shares a launch with.
-static __device__ __noinline__ void pose_part(const PoseView& t, PoseSpace& s, int part, int n)
+// Called by all threads of a block, with the view in place; poses for substep n. Kept out of line:
+// its registers are not those of the kernels that it shares a launch with.
+static __device__ __noinline__ void pose_viewed(PoseSpace& s, int part, int n)
 {
+    const PoseView& t = s.view;
     const Step& step = t.clock->step(n);
     const double duration = t.clock->duration, dt = step.dt;
     const double from = step.start / duration, to = (step.start + dt) / duration;
@@ -75,6 +77,15 @@ static __device__ __noinline__ void pose_part(const PoseView& t, PoseSpace& s, i
         const Sphere<float>* own = s.spheres + 3 * k;
         form(t.shapes[parity][i], t.primitives[i].count, own[0], own[1], own[2]);
     }
+}
+
+// The same with the view copied to shared memory: a kernel's argument lies in the constant bank, and
+// what a function out of line reads of it through a pointer, no sanitizer can tell from a fault.
+__device__ inline void pose_part(const PoseView& view, PoseSpace& s, int part, int n)
+{
+    if (threadIdx.x == 0) s.view = view;
+    __syncthreads();
+    pose_viewed(s, part, n);
 }
 
 }  // namespace knead::gpu
