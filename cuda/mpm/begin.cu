@@ -11,9 +11,9 @@ __device__ void begin_frame(const BeginView& d)
     Clock& c = *d.clock;
     c.duration = d.input->duration;
     c.tool_step = d.input->tool_step;
-    const double speed = sqrt(double(__uint_as_float(c.fastest[(c.done + 1) & 1])));
     const bool anew = c.mode == Mode::running;
-    c.step(c.done) = anew ? step_at(d.limits, 0, speed, c.tool_step, c.duration) : c.resume;
+    c.step(c.done) =
+        anew ? step_at(d.limits, 0, c.extremes(c.done), c.tool_step, c.duration) : c.resume;
     if (anew) c.counters = {};
     c.near_runs = c.far_runs = 0;
     c.active[c.done % 3] = 0;

@@ -1,5 +1,7 @@
 // Where the simulation stands, on the device.
 #pragma once
+#include <bit>
+
 #include "cuda/mpm/time_step.h"
 
 namespace knead::gpu {
@@ -45,7 +47,7 @@ enum class Mode : int { running, stopped, going_on };
 //    dt[0], dt[1]                                 w n, n + 1                 r
 //    steps          w n                r n        r n, w n + 1               r n + 1
 //    active         w n: 0             + n        r n - 1, n; w n + 1: as n  + n + 1
-//    fastest        r n - 1                       r n - 1; w n: 0            + n
+//    fastest, stiffest r n - 1                    r n - 1; w n: 0            + n
 //    crowded        w all: no          + n - 1    r n - 1, w it: no; + n
 //    woken                    w all: 0            r n - 1; w n: 0            + n
 //    listed                   w, +     r          +                          r
@@ -75,6 +77,7 @@ struct Clock {
     Step steps[3];
     int active[3];               // blocks listed of substep n, in n % 3
     unsigned fastest[2];         // bits of the largest speed squared that a substep left [m^2/s^2]
+    unsigned stiffest[2];        // likewise of the largest stiffness (material.h) [m^2/s^2]
     int listed, woken[2];        // where clay may be still: as RestView has them
     int near_runs, far_runs;     // lined up so far in ToolView::runs
     double duration, tool_step;  // of the frame [s]
@@ -86,6 +89,13 @@ struct Clock {
     bool crowded[2];  // a block of the rim is listed, as substep n noticed, in n % 2
     Step resume;      // before which the frame has stopped
     Counters counters;
+    // What the substep before n left.
+    HD Extremes extremes(int n) const
+    {
+        const int k = (n + 1) & 1;
+        return {std::sqrt(double(std::bit_cast<float>(fastest[k]))),
+                double(std::bit_cast<float>(stiffest[k]))};
+    }
     HD Step& step(int n) { return steps[n % 3]; }
     HD const Step& step(int n) const { return steps[n % 3]; }
 };

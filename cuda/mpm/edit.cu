@@ -5,6 +5,7 @@
 #include "cuda/device/launch.cuh"
 #include "cuda/device/ordered.cuh"
 #include "cuda/mpm/edit.cuh"
+#include "cuda/mpm/material.h"
 #include "cuda/mpm/stencil.h"
 
 namespace knead::gpu {
@@ -33,7 +34,8 @@ __device__ Particle<double> moved(Particle<float> q, const RigidMotion<double>& 
 }
 
 __global__ void __launch_bounds__(threads)
-    extent_kernel(const Chosen chosen, const RigidMotion<double> motion, bool still, Extent* to)
+    extent_kernel(const Chosen chosen, const Materials materials, const RigidMotion<double> motion,
+                  bool still, Extent* to)
 {
     const int i = int(blockIdx.x * threads + threadIdx.x);
     const bool valid = chosen.has(i);
@@ -41,9 +43,12 @@ __global__ void __launch_bounds__(threads)
     if (valid) q = chosen.particles.load(i);
     const Vec3<float> x = still || !valid ? q.x : cast<float>(moved(q, motion).x);
     const unsigned fastest = __reduce_max_sync(~0u, __float_as_uint(dot(q.v, q.v)));
+    const unsigned stiffest =
+        __reduce_max_sync(~0u, valid ? __float_as_uint(stiffness(q, materials[q.object])) : 0);
     const float places[3] = {x.x, x.y, x.z};
     const bool first = (threadIdx.x & 31) == 0;
     if (first && fastest) atomicMax(&to->fastest, fastest);
+    if (first && stiffest) atomicMax(&to->stiffest, stiffest);
     UNROLL
     for (int k = 0; k < 3; ++k) {
         const int key = ordered(places[k]);
@@ -118,11 +123,11 @@ bool identity(const RigidMotion<double>& m)
 
 }  // namespace
 
-void extent(const ParticleView& particles, int object, const RigidMotion<double>& motion,
-            Extent* to, cudaStream_t stream)
+void extent(const ParticleView& particles, const Materials& materials, int object,
+            const RigidMotion<double>& motion, Extent* to, cudaStream_t stream)
 {
     launch("extent", extent_kernel, blocks_of(particles), threads, stream,
-           Chosen{particles, object}, motion, identity(motion), to);
+           Chosen{particles, object}, materials, motion, identity(motion), to);
 }
 
 void move(const ParticleView& particles, int object, const RigidMotion<double>& motion,

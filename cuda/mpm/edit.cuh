@@ -5,15 +5,17 @@
 #include "cuda/mpm/edit.h"
 #include "cuda/mpm/lattice.h"
 #include "cuda/mpm/particles.cuh"
+#include "cuda/mpm/views.cuh"
 
 namespace knead::gpu {
 
 // Stands for all objects where one is asked for.
 constexpr int every_object = -1;
 
-// The fastest of some particles and the box around them, as atomics find them (ordered.cuh).
+// The fastest and the stiffest of some particles and the box around them, as atomics find them
+// (ordered.cuh).
 struct Extent {
-    unsigned fastest = 0;  // bits of the speed squared [m^2/s^2]
+    unsigned fastest = 0, stiffest = 0;  // bits of the speed squared, the stiffness [m^2/s^2]
     int low[3] = {0x7f7fffff, 0x7f7fffff, 0x7f7fffff};
     int high[3] = {~0x7f7fffff, ~0x7f7fffff, ~0x7f7fffff};  // [m]
 
@@ -30,8 +32,8 @@ struct Extent {
 };
 
 // Of an object's particles, as they will be after a motion; `to` holds Extent{} before.
-void extent(const ParticleView& particles, int object, const RigidMotion<double>& motion,
-            Extent* to, cudaStream_t stream);
+void extent(const ParticleView& particles, const Materials& materials, int object,
+            const RigidMotion<double>& motion, Extent* to, cudaStream_t stream);
 void move(const ParticleView& particles, int object, const RigidMotion<double>& motion,
           cudaStream_t stream);
 void change_law(const ParticleView& particles, int object, Plasticity from, Plasticity to,

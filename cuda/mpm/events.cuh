@@ -14,18 +14,19 @@ struct Events {
 // What happened in one warp, on its way to the frame's counters: how many particles yielded, were
 // projected, were confined and were covered by a blade, a byte each; bits of the largest numbers.
 struct Sums {
-    unsigned events, deepest, fastest;
+    unsigned events, deepest, fastest, stiffest;
 };
 
 template <bool tools>
-__device__ Sums summed(const Events& e, float speed_squared)
+__device__ Sums summed(const Events& e, float speed_squared, float stiffness)
 {
     const unsigned mine =
         e.yielded + (e.projected << 8) + (e.confined << 16) + (unsigned(e.covered) << 24);
     // Of numbers that are not negative the largest has the largest bits.
     return {__reduce_add_sync(all_lanes, mine),
             tools ? __reduce_max_sync(all_lanes, __float_as_uint(e.depth)) : 0,
-            __reduce_max_sync(all_lanes, __float_as_uint(speed_squared))};
+            __reduce_max_sync(all_lanes, __float_as_uint(speed_squared)),
+            __reduce_max_sync(all_lanes, __float_as_uint(stiffness))};
 }
 
 // Waits for the thread block; how many of its threads say `counted`, if that is asked.
@@ -45,7 +46,8 @@ __device__ void report(Clock& clock, int n, const Sums (&sums)[warps], int moved
     Sums all{};
     UNROLL
     for (const Sums& s : sums)  // 128 particles: no byte runs over
-        all = {all.events + s.events, max(all.deepest, s.deepest), max(all.fastest, s.fastest)};
+        all = {all.events + s.events, max(all.deepest, s.deepest), max(all.fastest, s.fastest),
+               max(all.stiffest, s.stiffest)};
     unsigned long long* to[] = {&clock.counters.yielded, &clock.counters.projected,
                                 &clock.counters.confined, &clock.counters.covered};
     UNROLL
@@ -55,6 +57,7 @@ __device__ void report(Clock& clock, int n, const Sums (&sums)[warps], int moved
     }
     if (all.deepest) atomicMax(&clock.counters.deepest, all.deepest);
     atomicMax(&clock.fastest[n & 1], all.fastest);
+    atomicMax(&clock.stiffest[n & 1], all.stiffest);
 }
 
 }  // namespace knead::gpu

@@ -39,7 +39,7 @@ __device__ Events advance_particle(const G2pView& d, const SubstepContext& later
         if (__all_sync(all_lanes, quiet.unasked)) return {};
     }
     // The one number that the registers have no room for meanwhile.
-    constexpr bool full = f.tools && f.plasticity == PlasticityClass::plastic && !early;
+    constexpr bool full = f.tools && f.plasticity != PlasticityClass::any && !early;
     float* const aside = &space.slopes[threadIdx.x >> 5][0][0].x + (threadIdx.x & 31);
     if constexpr (full) *aside = q.k;
     gather_from(nodes, d.lattice, s, q, [&] {
@@ -99,7 +99,8 @@ __device__ void advance_run(const G2pView& d, const SubstepContext& later,
     const ParticleView& to = d.particles[later.side];
     const Index own = own_index<f>(later, to.count);
     if (!own.valid) happened = {};
-    const Sums all = summed<f.tools>(happened, dot(q.v, q.v));
+    const Sums all = summed<f.tools>(happened, dot(q.v, q.v),
+                                     stiffness(q, narrowed<f.plasticity>(d.materials[q.object])));
     if ((threadIdx.x & 31) == 0) sums[threadIdx.x >> 5] = all;
     const bool last = !(later.dt > 0);
     if constexpr (f.rests) note_end(d, q, last && happened.moved, later.n - 1);

@@ -65,16 +65,16 @@ __device__ void look_ahead(const GridUpdateView& d)
     Counters& all = c.counters;
     const int n = c.done, before = (n + 1) & 1;
     const Step step = c.step(n);
-    const double speed = sqrt(double(__uint_as_float(c.fastest[before])));
-    Step next = step_after(step, d.limits, speed, c.tool_step, c.duration);
+    const Extremes clay = c.extremes(n);
+    Step next = step_after(step, d.limits, clay, c.tool_step, c.duration);
     if (c.crowded[before] && step.dt > 0 && next.dt > 0)
         c.mode = Mode::stopped, c.resume = next, next.dt = 0;
     c.crowded[before] = false;
     c.begun = n;
-    c.fastest[n & 1] = 0;
+    c.fastest[n & 1] = c.stiffest[n & 1] = 0;
     c.woken[n & 1] = 0;
     c.active[(n + 1) % 3] = c.active[n % 3];
-    c.drift += speed * step.dt;
+    c.drift += clay.speed * step.dt;
     c.step(n + 1) = next;
     c.dt[0] = float(step.dt), c.dt[1] = float(next.dt);
     if (!(step.dt > 0)) return;

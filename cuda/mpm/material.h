@@ -76,6 +76,33 @@ HD Sym3<R> kirchhoff_stress(const Particle<R>& q, const Material<R>& m)
     return composed(b.axes, principal_stress(m, q.k, hencky(b.value)));
 }
 
+// No eigenvalue of a symmetric matrix is larger than this. [Gershgorin 1931]
+template <class R>
+HD R largest_at_most(const Sym3<R>& a)
+{
+    const R xy = std::abs(a.xy), xz = std::abs(a.xz), yz = std::abs(a.yz);
+    return max(max(a.xx + xy + xz, a.yy + xy + yz), a.zz + xz + yz);
+}
+
+// What bounds a substep: the largest slope that the stress has over strain in this state, over the
+// density [m^2/s^2].  (22)
+template <class R>
+HD R stiffness(const Particle<R>& q, const Material<R>& m)
+{
+    const R per_mass = 1 / m.density;
+    if (m.plasticity == Plasticity::fluid) {
+        const R log_J = log_volume(determinant_excess(q.e)), g = m.exponent;
+        return 3 * m.bulk * per_mass *
+               ((1 - 1 / g) * std::exp((1 - g) * log_J) + std::exp(log_J) / g);
+    }
+    const R h = snow_hardening(m, q.k) * per_mass, mu = h * m.mu, lambda = h * m.lambda;
+    if (m.elasticity == Elasticity::hencky) return 3 * lambda + 2 * mu;
+    const R b = 1 + max(R(0), largest_at_most(q.e));
+    if (m.elasticity == Elasticity::neo_hookean) return 3 * lambda + 2 * mu * b;
+    const R s = std::sqrt(b), J = std::sqrt(max(R(1), 1 + determinant_excess(q.e)));
+    return 2 * mu * (2 * b - s) + 3 * lambda * (2 * J * J - J);
+}
+
 // Fastest elastic wave in the material at rest [m/s].
 template <class R>
 HD R sound_speed(const Material<R>& m)

@@ -50,6 +50,15 @@ struct ContactScratch {
         UNROLL
         for (int k = 0; k < 9; ++k) rate(k) = all[k];
     }
+    __device__ void put_aside(Vec3<float> x) const
+    {
+        rate(9) = x.x, rate(10) = x.y, space.cells[warp][lane] = __float_as_int(x.z);
+    }
+    __device__ Vec3<float> place() const
+    {
+        asm volatile("" ::: "memory");
+        return {rate(9), rate(10), __int_as_float(space.cells[warp][lane])};
+    }
     __device__ Mat3<float> rates() const
     {
         asm volatile("" ::: "memory");
@@ -84,7 +93,8 @@ __device__ float left_tools(Particle<float>& q, const G2pView& d, const SubstepC
     const Colliders<float> colliders = d.contact.colliders(later.n - 1);
     if constexpr (blades)
         if (in) covered = cut(q, colliders, mask, d.lattice.dx);
-    float depth = 0;
+    borrowed.put_aside(q.x);
+    const auto way = [&] { return way_out(d.lattice.dx, later.now); };  // kept, it would spill
     WarpContact<32> contact(borrowed.contact(), colliders);
     for (int k = 0; k < d.near.passes && __any_sync(all_lanes, in); ++k) {
         const int near = contact.look(
@@ -92,12 +102,11 @@ __device__ float left_tools(Particle<float>& q, const G2pView& d, const SubstepC
         if (near == 0) break;
         const Contact<float> hit = contact.deepest(0, near, in, q.x);
         in = hit.phi < 0;
-        if (in && k == 0) depth = -hit.phi;
-        if (in) put_out(q.x, q.v, hit, colliders.tools[hit.tool]);
+        if (in) put_out(q.x, q.v, hit, colliders.tools[hit.tool], way());
     }
+    const float depth = come_out(q.x, borrowed.place(), q.x, way());
     take_up(q, borrowed.strain());
     if constexpr (!blades) q.C = borrowed.rates();
-    stiffen(q.C, depth);
     return depth;
 }
 

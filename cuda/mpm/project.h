@@ -1,4 +1,4 @@
-// Particle projection: no particle stays inside a tool or behind a wall.  (19)
+// Particle projection: no particle stays deep inside a tool, or behind a wall.  (19)
 #pragma once
 #include "cuda/contact/contact.h"
 #include "cuda/contact/cut.h"
@@ -8,46 +8,55 @@
 
 namespace knead {
 
-// Moves what is at x, with velocity v, to the surface that it was found behind; what it loses of
-// its velocity is what the surface takes.  (18)
+// How a particle inside a tool gets out. Moving it would be deformation that the strain never hears
+// of, so its velocity is to carry it out, and the next scatter tells its neighbours; only what lies
+// deeper than `shallow` is moved at once, up to there.  (19)
 template <class R>
-HD void put_out(Vec3<R>& x, Vec3<R>& v, const Contact<R>& hit, const Tool<R>& tool)
+struct WayOut {
+    R shallow;  // [m]
+    R rate;     // velocity per depth [1/s]
+};
+template <class R>
+HD WayOut<R> way_out(R dx, R dt)
+{
+    return {R(0.25) * dx, 2 / dt};
+}
+
+// Moves what is at x, with velocity v, to the surface that it was found behind; its velocity is
+// what the surface leaves of it that comes out, too.  (18), (19)
+template <class R>
+HD void put_out(Vec3<R>& x, Vec3<R>& v, const Contact<R>& hit, const Tool<R>& tool,
+                const WayOut<R>& way)
 {
     const ContactMode mode = tool.mode == ContactMode::slip ? ContactMode::separate : tool.mode;
+    const R out = way.rate * min(-hit.phi, way.shallow);
     x = x - hit.phi * hit.n;
-    v = apply_contact(v, hit.n, hit.v, mode, tool.friction);
+    v = apply_contact(v, hit.n, hit.v + out * hit.n, mode, tool.friction);
 }
 
-// Moves a particle at x with velocity v out of the tools of its block, at most `passes` times.
-// Where it was inside of one, tells the depth it was found at [m].
+// What was found at `from` and belongs to `to` is at x now; returns how far that is [m].
 template <class R>
-HD void push_out(Vec3<R>& x, Vec3<R>& v, R& depth, const Colliders<R>& c, const Mask& mask,
-                 int passes)
+HD R come_out(Vec3<R>& x, Vec3<R> from, Vec3<R> to, const WayOut<R>& way)
 {
-    for (int k = 0; k < passes; ++k) {
-        const Contact<R> hit = deepest_contact(c, mask, x);
-        if (!(hit.phi < 0)) break;
-        if (k == 0) depth = -hit.phi;
-        put_out(x, v, hit, c.tools[hit.tool]);
-    }
-}
-
-// Of one that was inside, found so deep, the affine part turns rigid, or the next scatter would
-// carry it back in.
-template <class R>
-HD void stiffen(Mat3<R>& C, R depth)
-{
-    if (depth > 0) C = skew(C);
-}
-
-// Both; returns the depth, 0 outside.
-template <class R>
-HD R project(Particle<R>& q, const Colliders<R>& c, const Mask& mask, int passes)
-{
-    R depth = 0;
-    push_out(q.x, q.v, depth, c, mask, passes);
-    stiffen(q.C, depth);
+    const Vec3<R> all = to - from;
+    const R depth = length(all);
+    x = depth > way.shallow ? to - (way.shallow / depth) * all : from;
     return depth;
+}
+
+// Brings q out of the tools of its block, looking for them `passes` times at most; returns how
+// deep inside it was found [m], 0 outside.
+template <class R>
+HD R project(Particle<R>& q, const Colliders<R>& c, const Mask& mask, int passes,
+             const WayOut<R>& way)
+{
+    Vec3<R> to = q.x;
+    for (int k = 0; k < passes; ++k) {
+        const Contact<R> hit = deepest_contact(c, mask, to);
+        if (!(hit.phi < 0)) break;
+        put_out(to, q.v, hit, c.tools[hit.tool], way);
+    }
+    return come_out(q.x, q.x, to, way);
 }
 
 // Puts q back on the wall that it sank into; true if it was deeper there than nodes can take it

@@ -3,7 +3,6 @@
 
 #include <cstdio>
 
-#include "cuda/mpm/material.h"
 #include "host/base/errors.h"
 #include "host/base/json_reader.h"
 #include "host/cli/verbs.h"
@@ -16,6 +15,7 @@
 #include "host/scene/seed.h"
 #include "host/session/report.h"
 #include "host/session/session.h"
+#include "host/solver/substep.h"
 
 namespace knead {
 namespace {
@@ -33,9 +33,11 @@ Json scene_facts(const InfoOptions& o)
                            {"volume_m3", shape_volume(one)},
                            {"mass_kg", shape_volume(one) * one.material.density},
                            {"sound_m_per_s", sound_speed(one.material)}});
-    double fastest = 0;
-    for (const Object& one : scene.objects) fastest = std::max(fastest, sound_speed(one.material));
-    const double dx = scene.setup.lattice.dx, fixed = scene.setup.step.fixed;
+    Setup setup = scene.setup;
+    setup.materials.clear();
+    for (const Object& one : scene.objects) setup.materials.push_back(one.material);
+    const double dx = setup.lattice.dx, unbounded = 1e30;
+    const double dt = choose_dt(step_limits(setup), {}, unbounded, unbounded).dt;
     Json all = {{"kind", "scene"},
                 {"name", scene.name},
                 {"nodes", {n.x, n.y, n.z}},
@@ -43,7 +45,7 @@ Json scene_facts(const InfoOptions& o)
                 {"particles", expected_particles(scene)},
                 {"memory_MiB", expected_bytes(scene) / 0x1p20},
                 {"clock", scene.clock == ClockMode::paper ? "paper" : "wall"},
-                {"dt_s", fixed > 0 ? fixed : scene.setup.step.courant * dx / fastest},
+                {"dt_s", dt},
                 {"objects", objects}};
     if (!scene.has_hands) return all;
     const Recording recording = hands_of(scene);

@@ -44,9 +44,9 @@ FrameStats Reference::advance(const Motion& motion, double duration)
         setup.tools[t].active = t >= motion.active.size() || motion.active[t];
     const StepLimits limits = step_limits(setup);
     const double tool = tool_step(setup, motion, duration);
-    Step step = step_at(limits, 0, fastest(), tool, duration);
+    Step step = step_at(limits, 0, extremes(), tool, duration);
     while (step.dt > 0) {
-        const Step next = step_after(step, limits, fastest(), tool, duration);
+        const Step next = step_after(step, limits, extremes(), tool, duration);
         substep(motion, step.start / duration, next.start / duration, step.dt);
         count(step, stats);
         step = next;
@@ -63,7 +63,7 @@ void Reference::substep(const Motion& motion, double from, double to, double dt)
     p2g(dt);
     grid(dt);
     g2p(dt);
-    project();
+    project(dt);
     plasticity(dt);
     repair();
 }
@@ -124,8 +124,7 @@ void Reference::grid(double dt)
                 u = apply_tools(tools, active, x, u);
                 return f == uncut ? u : sliced(tools, active, x, u, lattice.dx, std::uint32_t(f));
             };
-            v[f] = update(fields[f][at], n, lattice, walls, setup.gravity, dt, slowed,
-                          obstacles);
+            v[f] = update(fields[f][at], n, lattice, walls, setup.gravity, dt, slowed, obstacles);
             clipped += slowed;
         }
         if (blades)
@@ -157,16 +156,17 @@ void Reference::g2p(double dt)
 }
 
 // Out of tools and walls, and to the right side of a blade.  (19), (23), (24)
-void Reference::project()
+void Reference::project(double dt)
 {
     const Colliders<double> tools = colliders();
+    const WayOut<double> way = way_out(setup.lattice.dx, dt);
     long projected = 0, confined = 0, sliced_off = 0;
     double deepest = 0;
 #pragma omp parallel for num_threads(threads) reduction(+ : projected, confined, sliced_off) \
     reduction(max : deepest)
     for (Particle<double>& p : q) {
         if (blades && setup.passes > 0) sliced_off += cut(p, tools, active, setup.lattice.dx);
-        const double depth = knead::project(p, tools, active, setup.passes);
+        const double depth = knead::project(p, tools, active, setup.passes, way);
         projected += depth > 0;
         deepest = std::fmax(deepest, depth);
         confined += confine(p, walls);
@@ -208,11 +208,15 @@ Colliders<double> Reference::colliders() const
             {setup.tools.data(), int(setup.tools.size())}};
 }
 
-double Reference::fastest() const
+Extremes Reference::extremes() const
 {
-    double squared = 0;
-    for (const Particle<double>& p : q) squared = std::fmax(squared, dot(p.v, p.v));
-    return std::sqrt(squared);
+    Extremes most{};
+    for (const Particle<double>& p : q) {
+        most.speed = std::fmax(most.speed, length(p.v));
+        most.stiffness =
+            std::fmax(most.stiffness, stiffness(p, setup.materials[std::size_t(p.object)]));
+    }
+    return most;
 }
 
 // That hold mass.

@@ -35,7 +35,7 @@ class Reference : public Solver {
     void p2g(double dt);         // particles' mass and momentum to the nodes
     void grid(double dt);        // momenta become velocities that gravity, tools and walls allow
     void g2p(double dt);         // velocities and their gradients back; position and strain move on
-    void project();              // out of tools and walls; labels beside a blade
+    void project(double dt);     // out of tools and walls; labels beside a blade
     void plasticity(double dt);  // strains back to the yield surface
     void repair();               // particles that are no longer numbers, to where they were
 
@@ -51,7 +51,7 @@ class Reference : public Solver {
     const FrameStats& counted() const { return stats; }  // so far in this frame
 
   private:
-    double fastest() const;
+    Extremes extremes() const;
     long active_blocks() const;
     void end_cuts();
 

@@ -21,7 +21,7 @@ namespace knead {
 // How long a substep may be.  (22)
 struct StepRule {
     double fixed = 0;       // [s]; 0: as stability asks
-    double courant = 0.4;   // dt <= courant * dx / (c + |v|)
+    double courant = 0.8;   // dt <= courant times what a lone particle is stable with
     double tool = 0.5;      // dt <= tool * min(r, dx) / |v of a tool|
     double largest = 1e-2;  // [s]
 };
@@ -84,6 +84,7 @@ struct SavedState {
     Setup setup;              // with its particles, by id
     std::vector<int> order;   // ids as the solver keeps them: the CPU's sums depend on it
     float speed_squared = 0;  // of the fastest particle, as the solver found it [m^2/s^2]
+    float stiffness = 0;      // of the stiffest, likewise [m^2/s^2]
     double drift = 1e30;      // how far clay may have come since it was sorted [m]
     // Where clay may be still: frames on end at rest, by block of a box of the lattice.
     Int3 quiet_low{}, quiet_stored{};  // nodes

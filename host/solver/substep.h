@@ -18,18 +18,16 @@ auto joints_at(const Motion& motion, double share)
     };
 }
 
-// What of a scene limits its substeps. Of packed snow the sound speed is that at a tenth of its
-// volume lost.
+// What of a scene limits its substeps; its state may limit them further.  (22)
 inline StepLimits step_limits(const Setup& s)
 {
     StepLimits p{s.step.courant, s.lattice.dx, 0, 1e30, s.step.fixed, s.step.largest};
     for (const Material<double>& m : s.materials) {
         if (!(m.density > 0)) continue;  // was removed
-        const double stiff =
-            m.plasticity == Plasticity::clamp ? std::sqrt(snow_hardening(m, -0.1)) : 1.0;
-        p.sound = std::fmax(p.sound, stiff * sound_speed(m));
+        p.stiffness = std::fmax(p.stiffness, stiffness(Particle<double>{}, m));
         if (m.plasticity == Plasticity::fluid && m.viscosity > 0)
-            p.viscosity = std::fmin(p.viscosity, p.dx * p.dx * m.density / (6 * m.viscosity));
+            p.viscosity =
+                std::fmin(p.viscosity, p.courant * p.dx * p.dx * m.density / (4 * m.viscosity));
     }
     return p;
 }

@@ -109,7 +109,7 @@ __global__ void to_particles(World w, Cloud cloud, Colliders<float> tools, Mask 
     });
     q.e = advance_b(q.e, q.C, w.dt);
     q.x = q.x + w.dt * q.v;
-    project(q, tools, all, 1);
+    project(q, tools, all, 1, way_out(w.lattice.dx, w.dt));
     confine(q, w.walls);
     yield(q, w.clay, w.dt);
     cloud.store(i, q);

@@ -169,7 +169,7 @@ Particle<float> moved(const knead::Setup& s, Particle<float> q,
            [&](Int3 step) { return velocities[std::size_t(v.lattice.index(st.base + step))].p; });
     q.e = advance_b(q.e, q.C, float(dt));
     q.x = q.x + float(dt) * q.v;
-    project(q, t.colliders, t.every, s.passes);
+    project(q, t.colliders, t.every, s.passes, way_out(v.lattice.dx, float(dt)));
     confine(q, v.walls);
     yield(q, v.material, float(dt));
     repair(q, before);

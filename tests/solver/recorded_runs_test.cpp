@@ -84,7 +84,7 @@ Played made(const std::string& name, const std::vector<std::string>& settings, b
     Played p;
     p.setup = rounded_to_float(scene.setup);
     const double speed = 1;  // [m/s]: nothing here is much faster
-    p.setup.step.fixed = choose_dt(step_limits(p.setup), speed, 1e30, 1).dt;
+    p.setup.step.fixed = choose_dt(step_limits(p.setup), {speed, 0}, 1e30, 1).dt;
     p.duration = substeps * p.setup.step.fixed;
     std::unique_ptr<HandSource> hands;
     double start = 0;

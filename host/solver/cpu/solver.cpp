@@ -39,8 +39,7 @@ FrameStats CpuSolver<R>::advance(const Motion& motion, double duration)
     FrameStats stats;
     for (StageTime& t : times) t.seconds = 0;
     for (Counts& c : counts) c = {};
-    double speed_squared = 0;
-    for (const Particle<R>& p : q) speed_squared = std::max(speed_squared, double(dot(p.v, p.v)));
+    Extremes most = extremes();
     const StepLimits limits = step_limits(setup);
     const bool tools = !posed.bindings.empty();
     const double tool_dt = tool_step(setup, motion, duration);
@@ -52,9 +51,9 @@ FrameStats CpuSolver<R>::advance(const Motion& motion, double duration)
     if (!arranged) bins.reorder(q, ids, lattice.block_count(), node, threads);
     if (stillness.any()) update_activity(motion);
 
-    Step step = step_at(limits, 0, std::sqrt(speed_squared), tool_dt, duration);
+    Step step = step_at(limits, 0, most, tool_dt, duration);
     while (step.dt > 0) {
-        const Step next = step_after(step, limits, std::sqrt(speed_squared), tool_dt, duration);
+        const Step next = step_after(step, limits, most, tool_dt, duration);
         const double from = step.start / duration, to = next.start / duration;
         const R dt = R(step.dt);
         double start = omp_get_wtime();
@@ -72,9 +71,12 @@ FrameStats CpuSolver<R>::advance(const Motion& motion, double duration)
         g2p(dt);
         if (stillness.any()) wake_roused(stats);
 
-        speed_squared = 0;
-        for (Counts& c : counts)
-            speed_squared = std::max(speed_squared, c.speed_squared), c.speed_squared = 0;
+        most = {};
+        for (Counts& c : counts) {
+            most.speed = std::max(most.speed, std::sqrt(c.speed_squared));
+            most.stiffness = std::max(most.stiffness, c.stiffness);
+            c.speed_squared = c.stiffness = 0;
+        }
         count(step, stats);
         step = next;
     }
@@ -284,7 +286,7 @@ void CpuSolver<R>::step_particles(int slot, Bins::Members members, R dt, const T
             return tiles[cut_here ? group.of[l]->sides : 0].node + tile_index(base - corner);
         });
         lap(stage_g2p);
-        bool stale = keep_out(group, block, c);
+        bool stale = keep_out(group, block, dt, c);
         lap(stage_project);
         const Material<R>& m = materials[std::size_t(group.of[0]->object)];
         const unsigned yielding = near_yield_mask(p, m) & ((1u << group.size) - 1);
@@ -300,15 +302,28 @@ void CpuSolver<R>::step_particles(int slot, Bins::Members members, R dt, const T
             p = knead::load(group);
         }
         speed_squared = max(speed_squared, dot(p.v, p.v));
+        for (int l = 0; l < group.size; ++l)
+            c.stiffness = std::max(c.stiffness, double(stiffness(*group.of[l], m)));
         note_blocks(group, p.x);
         lap(stage_plasticity);
     });
     c.speed_squared = std::max(c.speed_squared, double(largest(speed_squared)));
 }
 
+template <class R>
+Extremes CpuSolver<R>::extremes() const
+{
+    double speed_squared = 0, stiffest = 0;
+    for (const Particle<R>& p : q) {
+        speed_squared = std::max(speed_squared, double(dot(p.v, p.v)));
+        stiffest = std::max(stiffest, double(stiffness(p, materials[std::size_t(p.object)])));
+    }
+    return {std::sqrt(speed_squared), stiffest};
+}
+
 // Out of tools and walls, where the block is near any; true if a particle may have changed.
 template <class R>
-bool CpuSolver<R>::keep_out(const Group<R>& group, int block, Counts& c)
+bool CpuSolver<R>::keep_out(const Group<R>& group, int block, R dt, Counts& c)
 {
     const bool tools = setup.passes > 0 && posed.near[std::size_t(block)];
     const Int3 corner = 4 * lattice.block_at(block);
@@ -326,7 +341,7 @@ bool CpuSolver<R>::keep_out(const Group<R>& group, int block, Counts& c)
         if (tools) {
             const Mask& mask = posed.mask_at(lattice, p.x);
             if (posed.blades) c.covered += cut(p, colliders, mask, lattice.dx);
-            const R depth = project(p, colliders, mask, setup.passes);
+            const R depth = project(p, colliders, mask, setup.passes, way_out(lattice.dx, dt));
             c.projected += depth > 0;
             c.depth = std::max(c.depth, double(depth));
         }

@@ -34,7 +34,7 @@ enum StageName {
 struct Counts {
     long yielded = 0, projected = 0, clipped = 0, confined = 0, repaired = 0, covered = 0;
     long moved = 0;
-    double depth = 0, speed_squared = 0;
+    double depth = 0, speed_squared = 0, stiffness = 0;
     double seconds[stage_count] = {};
     void add(const Counts& c)
     {
@@ -42,6 +42,7 @@ struct Counts {
         confined += c.confined, repaired += c.repaired, covered += c.covered;
         moved += c.moved;
         depth = std::max(depth, c.depth), speed_squared = std::max(speed_squared, c.speed_squared);
+        stiffness = std::max(stiffness, c.stiffness);
         for (int s = 0; s < stage_count; ++s) seconds[s] += c.seconds[s];
     }
 };
@@ -75,6 +76,7 @@ class CpuSolver : public Solver {
     }
 
   private:
+    Extremes extremes() const;
     // Of a particle before its substep: what its repair needs.
     struct Start {
         Vec3<R> x;
@@ -95,7 +97,7 @@ class CpuSolver : public Solver {
     void sum_block(Int3 block, Node<R>* sum) const;
     void step_particles(int slot, Bins::Members members, R dt, const Tile<R>* tiles,
                         Counts& counts);
-    bool keep_out(const Group<R>& group, int block, Counts& counts);
+    bool keep_out(const Group<R>& group, int block, R dt, Counts& counts);
     void note_blocks(const Group<R>& group, const Vec3<Lanes<R>>& place);
     template <class Visit>
     void for_each_group(Bins::Members members, Visit&& visit);

@@ -165,7 +165,7 @@ Extent Store::extent(int object, const RigidMotion<double>& motion, int side,
 {
     const Extent none;
     copy(found.data(), &none, sizeof none, stream);
-    gpu::extent(all.particles[side], object, motion, found.data(), stream);
+    gpu::extent(all.particles[side], all.materials, object, motion, found.data(), stream);
     wait(stream, "extent");
     return found.downloaded()[0];
 }

@@ -69,7 +69,7 @@ void Store::set_rules(const Rules& rules)
     all.gravity = cast<float>(setup.gravity);
     all.limits = step_limits(setup);
     // No speed that the lattice can carry at a hundredth of the longest stable substep is lost.
-    const double speed = 100 * all.limits.sound / all.limits.courant;
+    const double speed = 100 * std::sqrt(all.limits.stiffness) / all.limits.courant;
     all.grid.mass_scale = fixed_scale(rules.mass());
     all.grid.momentum_scale = fixed_scale(rules.mass() * speed);
     const Rest<double>& rest = setup.rest;

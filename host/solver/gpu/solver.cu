@@ -41,6 +41,7 @@ GpuSolver::GpuSolver(const Setup& given, int wanted, Room room)
       processors(multiprocessors(device)),
       store(given, room, device),
       fastest(store.clock().fastest[1]),
+      stiffest(store.clock().stiffest[1]),
       drift(store.clock().drift)
 {
     show();
@@ -240,7 +241,8 @@ FrameStats GpuSolver::collect()
     ++changes;
     posed = f.tools;
     const Clock& clock = *f.status.data();
-    side = clock.side, drift = clock.drift, fastest = clock.fastest[(clock.done + 1) & 1];
+    side = clock.side, drift = clock.drift;
+    fastest = clock.fastest[(clock.done + 1) & 1], stiffest = clock.stiffest[(clock.done + 1) & 1];
     const Counters& n = f.status->counters;
     stats.substeps = last_substeps = n.substeps;
     stats.dt_min = n.dt_min, stats.dt_max = n.dt_max;

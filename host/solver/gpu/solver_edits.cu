@@ -32,13 +32,14 @@ void GpuSolver::wake(int object)
     gpu::wake(views.particles[side], object, views.lattice, views.rest.quiet, main);
 }
 
-// What the next frame begins with: where the particles lie, how fast they are at most, and how far
-// they may have come since they were sorted.
-void GpuSolver::set_clock(unsigned speed, double apart)
+// What the next frame begins with: where the particles lie, how fast and how stiff they are at
+// most, and how far they may have come since they were sorted.
+void GpuSolver::set_clock(unsigned speed, unsigned stiffness, double apart)
 {
     Clock clock = store.clock(main);
-    fastest = speed, drift = apart;
-    clock.side = side, clock.fastest[(clock.done + 1) & 1] = speed;
+    fastest = speed, stiffest = stiffness, drift = apart;
+    const int last = (clock.done + 1) & 1;
+    clock.side = side, clock.fastest[last] = speed, clock.stiffest[last] = stiffness;
     clock.drift = apart;
     store.set_clock(clock);
 }
@@ -48,7 +49,7 @@ void GpuSolver::edited()
     const Extent around = store.extent(every_object, at_rest, side, main);
     if (store.features().fixed_point && !around.empty())
         store.arrange_as_new(around, side, main), side = 0;
-    set_clock(around.fastest, unsorted);
+    set_clock(around.fastest, around.stiffest, unsorted);
     show();
     ++changes, stale = true, posed = false;
 }
@@ -151,7 +152,8 @@ std::shared_ptr<const Snapshot> GpuSolver::snapshot() const
     auto to = std::make_shared<GpuSnapshot>();
     to->solver = identity, to->rules = book;
     to->state = store.state(side, main);
-    to->fastest = fastest, to->drift = drift, to->was_covered = was_covered;
+    to->fastest = fastest, to->stiffest = stiffest, to->drift = drift,
+    to->was_covered = was_covered;
     return to;
 }
 
@@ -170,7 +172,7 @@ void GpuSolver::restore(const Snapshot& snapshot)
     }
     store.put_back(state, side, main);
     was_covered = from->was_covered, posed = false;
-    set_clock(from->fastest, from->drift);
+    set_clock(from->fastest, from->stiffest, from->drift);
     show();
     ++changes;
 }
@@ -184,6 +186,7 @@ SavedState GpuSolver::save() const
     to.setup.particles = particles();
     to.order = store.order(side);
     to.speed_squared = std::bit_cast<float>(fastest), to.drift = drift;
+    to.stiffness = std::bit_cast<float>(stiffest);
     to.quiet_low = box.low, to.quiet_stored = box.stored, to.quiet = store.quiet();
     to.covered = was_covered;
     return to;
@@ -209,7 +212,8 @@ void GpuSolver::load(const SavedState& from)
     adopt(next);
     store.set_quiet(quiet_over(from, store.views().lattice));
     was_covered = from.covered;
-    set_clock(std::bit_cast<unsigned>(from.speed_squared), from.drift);
+    set_clock(std::bit_cast<unsigned>(from.speed_squared), std::bit_cast<unsigned>(from.stiffness),
+              from.drift);
     show();
     ++changes, stale = true, posed = false;
 }

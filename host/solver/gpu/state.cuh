@@ -47,8 +47,8 @@ struct GpuSnapshot : Snapshot {
     std::shared_ptr<const char> solver;
     std::shared_ptr<const Rules> rules;
     std::shared_ptr<DeviceState> state;
-    unsigned fastest = 0;  // bits of the largest speed squared
-    double drift = 0;      // of Clock
+    unsigned fastest = 0, stiffest = 0;  // bits of the largest speed squared, stiffness
+    double drift = 0;                    // of Clock
     bool was_covered = false;
     std::size_t bytes() const override { return state ? state->bytes() : 0; }
 };

@@ -100,7 +100,8 @@ Store::Store(const Setup& setup, Room given, int device)
     upload(setup.particles, order);
     Clock start{};
     start.done = 6;  // of its rings, all places are behind it
-    start.fastest[1] = extent(every_object, {{1, 0, 0, 0}, {}}, 0, nullptr).fastest;
+    const Extent around = extent(every_object, {{1, 0, 0, 0}, {}}, 0, nullptr);
+    start.fastest[1] = around.fastest, start.stiffest[1] = around.stiffest;
     start.drift = 1e30;
     set_clock(start);
 }
