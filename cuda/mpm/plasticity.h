@@ -54,12 +54,14 @@ HD Return<R> return_magnitude(const Material<R>& m, R trial, R stiffness, R k, R
     }
     const R yield = root * m.yield;
     if (trial <= yield) return {trial, 0};
-    // The stress s solves s + 2 stiffness dt ((s - yield) / viscosity)^(1 / exponent) = trial. With
-    // u the logarithm of the share of the overstress that flows, and p and q the shares that stay
-    // and flow, that is ln(p + q) = 0: convex in u, of slope between exponent and 1, so that Newton
-    // comes down on the root from the corner of its two straight branches.
-    const R over = trial - yield;
-    const R a = std::log(m.viscosity / over) + m.exponent * std::log(over / (2 * stiffness * dt));
+    // In simple shear the deviator is sqrt(2) times the shear stress, and the plastic rate of shear
+    // sqrt(2) times slip / dt, which gives
+    //   s + sqrt(2) stiffness dt ((s - yield) / (sqrt(2) viscosity))^(1 / exponent) = trial.
+    // With u the logarithm of the share of the overstress that flows, and p and q the shares that
+    // stay and flow, that is ln(p + q) = 0: convex in u, of slope between exponent and 1, so that
+    // Newton comes down on the root from the corner of its two straight branches.
+    const R over = trial - yield, shear = R(0.707106781186548) * over;
+    const R a = std::log(m.viscosity / shear) + m.exponent * std::log(shear / (stiffness * dt));
     R u = min(R(0), -a / m.exponent), p = 0, q = 1;
     for (int i = 0; i < 6; ++i) {
         p = std::exp(a + m.exponent * u);
