@@ -308,5 +308,55 @@ TYPED_TEST(PlasticityTest, NoTrialStrainHoweverAbsurdGivesANan)
     }
 }
 
+// A state however far strained, crushed to nothing or drawn out to a thread, and what is no state
+// at all: eigenvalues of b that rounding left at or below 0.
+TYPED_TEST(PlasticityTest, NeoHookeanFlowObeysItsLawAndDissipatesHoweverFarTheTrial)
+{
+    using R = TypeParam;
+    Draw draw(20);
+    const double dt = 1e-4;
+    int of_no_strain = 0;
+    for (int round = 0; round < 60000; ++round) {
+        const bool paste = round % 2 > 0;
+        Material<R> m = clay<R>(Elasticity::neo_hookean,
+                                paste ? Plasticity::herschel_bulkley : Plasticity::von_mises);
+        m.yield = R(draw.power(2, 5.7)), m.viscosity = R(draw.power(0, 5));
+        m.exponent = R(draw.in(0.2, 2));
+        const bool absurd = draw.below(4) == 0;
+        const auto value = [&] {  // of b
+            if (!absurd) return draw.power(-6, 6);
+            const double any[] = {0, 1, -1e-6, 1e6, -draw.power(-3, 2), draw.power(-12, 6)};
+            return any[draw.below(6)];
+        };
+        const Vec3<double> b{value(), value(), value()};
+        Particle<R> q = strained_by<R>(composed(draw.rotation(), b - Vec3<double>{1, 1, 1}));
+        const Particle<R> trial = q;
+        if (!yield(q, m, R(dt))) continue;
+        of_no_strain += b.x + b.y + b.z <= 0;
+        ASSERT_TRUE(finite(q.e) && std::isfinite(q.k)) << b.x << ' ' << b.y << ' ' << b.z;
+        const double slip = double(q.k) / root;
+        double law = root * double(m.yield);
+        if (paste)
+            law += std::sqrt(2.0) * double(m.viscosity) *
+                   std::pow(std::sqrt(2.0) * slip / dt, double(m.exponent));
+        EXPECT_GT(slip, 0);
+        // Rounding e, of order one or as large as the trial, moves the stress by a share of this.
+        const double rounded = either<R>(1e-6, 1e-14) * (shear(trial, m) + double(m.mu));
+        EXPECT_NEAR(shear(q, m), law, either<R>(1e-3, 1e-9) * law + rounded)
+            << b.x << ' ' << b.y << ' ' << b.z;
+        // And the volume is that of a state only where its values are neither far apart nor small.
+        const double low = std::min({b.x, b.y, b.z}), high = std::max({b.x, b.y, b.z, 1.0});
+        if (!(low > either<R>(1e-2, 1e-6) * high)) continue;
+        if (b.x * b.y * b.z < either<R>(1e-2, 2e-6)) continue;
+        const auto energy = [&](const Particle<R>& p) {
+            return double(m.mu) / 2 * (trace(cast<double>(p.e)) - 2 * ln_J(p)) +
+                   double(m.lambda) / 2 * ln_J(p) * ln_J(p);
+        };
+        EXPECT_LE(energy(q), energy(trial) + either<R>(1e-4, 1e-9) * (energy(trial) + double(m.mu)))
+            << b.x << ' ' << b.y << ' ' << b.z;
+    }
+    EXPECT_GT(of_no_strain, 1000);
+}
+
 }  // namespace
 }  // namespace knead
