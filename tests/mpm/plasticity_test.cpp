@@ -24,6 +24,7 @@ TYPED_TEST(PlasticityTest, ElasticStrainsStayToTheBit)
              {Plasticity::none, Plasticity::von_mises, Plasticity::herschel_bulkley,
               Plasticity::clamp, Plasticity::drucker_prager})
             for (int round = 0; round < 500; ++round) {
+                if (!go_together(elasticity, plasticity)) continue;
                 const Material<R> m = clay<R>(elasticity, plasticity);
                 Particle<R> q = strained_by<R>(draw.strain(0.001));
                 if (plasticity == Plasticity::drucker_prager)
@@ -41,7 +42,7 @@ TYPED_TEST(PlasticityTest, VonMisesLeavesTheStressOnTheYieldSurfaceAndTheVolumeA
 {
     using R = TypeParam;
     Draw draw(2);
-    for (const Elasticity elasticity : elasticities)
+    for (const Elasticity elasticity : yielding)
         for (const double reach : {0.1, 0.3}) {
             int return_magnitude = 0;
             for (int round = 0; round < 2000; ++round) {
@@ -90,6 +91,7 @@ TYPED_TEST(PlasticityTest, FlowKeepsTheAxesOfTheTrialStrain)
         for (const Plasticity plasticity : {Plasticity::von_mises, Plasticity::drucker_prager,
                                             Plasticity::clamp, Plasticity::herschel_bulkley}) {
             for (int round = 0; round < 300; ++round) {
+                if (!go_together(elasticity, plasticity)) continue;
                 const Material<R> m = clay<R>(elasticity, plasticity);
                 Particle<R> q = strained_by<R>(draw.strain(0.2));
                 const Mat3<double> before = full(cast<double>(q.e));
@@ -108,6 +110,7 @@ TYPED_TEST(PlasticityTest, YieldingTwiceIsYieldingOnce)
         for (const Plasticity plasticity : {Plasticity::von_mises, Plasticity::drucker_prager,
                                             Plasticity::clamp, Plasticity::fluid})
             for (int round = 0; round < 300; ++round) {
+                if (!go_together(elasticity, plasticity)) continue;
                 const Material<R> m = clay<R>(elasticity, plasticity);
                 Particle<R> q = strained_by<R>(draw.strain(0.2));
                 yield(q, m, R(1e-4));
@@ -126,6 +129,7 @@ TYPED_TEST(PlasticityTest, ReturnMapsTurnWithTheFrame)
     for (const Elasticity elasticity : elasticities)
         for (const Plasticity plasticity : plasticities)
             for (int round = 0; round < 300; ++round) {
+                if (!go_together(elasticity, plasticity)) continue;
                 Material<R> m = clay<R>(elasticity, plasticity);
                 m.hardening = 1e5;
                 const Mat3<double> Q = draw.rotation();
@@ -188,7 +192,7 @@ TYPED_TEST(PlasticityTest, HardeningAndSofteningKeepTheStressOnTheMovingYieldSur
 {
     using R = TypeParam;
     Draw draw(8);
-    for (const Elasticity elasticity : elasticities)
+    for (const Elasticity elasticity : yielding)
         for (const double hardening : {0.0, 2e5, 2e6, -1e5, -3e5})
             for (int round = 0; round < 200; ++round) {
                 Material<R> m = clay<R>(elasticity, Plasticity::von_mises);
@@ -216,7 +220,7 @@ TYPED_TEST(PlasticityTest, SnapBackSofteningFallsNoLowerThanTheFloor)
 {
     using R = TypeParam;
     Draw draw(9);
-    for (const Elasticity elasticity : elasticities)
+    for (const Elasticity elasticity : yielding)
         for (int round = 0; round < 500; ++round) {
             Material<R> m = clay<R>(elasticity, Plasticity::von_mises);
             m.hardening = R(-draw.power(5, 9)), m.yield_floor = 1e4;
@@ -232,7 +236,7 @@ TYPED_TEST(PlasticityTest, SnapBackSofteningFallsNoLowerThanTheFloor)
 TYPED_TEST(PlasticityTest, HydrostaticStrainNeverYieldsMetalOrPaste)
 {
     using R = TypeParam;
-    for (const Elasticity elasticity : elasticities)
+    for (const Elasticity elasticity : yielding)
         for (const Plasticity plasticity : {Plasticity::von_mises, Plasticity::herschel_bulkley})
             for (const double e : {-0.9, -0.3, 0.5, 5.0}) {
                 Particle<R> q = strained_by<R>(isotropic(e));
@@ -244,7 +248,7 @@ TYPED_TEST(PlasticityTest, TinyStrainsOfATinyYieldStressKeepTheirDigits)
 {
     using R = TypeParam;
     Draw draw(10);
-    for (const Elasticity elasticity : elasticities)
+    for (const Elasticity elasticity : yielding)
         for (int round = 0; round < 300; ++round) {
             Material<R> m = clay<R>(elasticity, Plasticity::von_mises);
             m.yield = R(1e-3);
@@ -285,6 +289,7 @@ TYPED_TEST(PlasticityTest, NoTrialStrainHoweverAbsurdGivesANan)
     Draw draw(19);
     for (int round = 0; round < 20000; ++round) {
         Material<R> m = clay<R>(elasticities[round % 3], plasticities[draw.below(6)]);
+        if (!go_together(m.elasticity, m.plasticity)) continue;
         m.hardening = R(draw.below(3) - 1) * R(1e5);
         m.exponent = R(draw.in(0.2, 2)), m.cohesion = R(0.01) * R(draw.below(2));
         const auto value = [&] {  // of b

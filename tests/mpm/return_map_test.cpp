@@ -57,7 +57,7 @@ TYPED_TEST(ReturnMapTest, HerschelBulkleySolvesItsEquation)
 TYPED_TEST(ReturnMapTest, PasteInSteadySimpleShearHasTheStressOfTheHerschelBulkleyLaw)
 {
     using R = TypeParam;
-    for (const Elasticity elasticity : elasticities)
+    for (const Elasticity elasticity : yielding)
         for (const double exponent : {1.0, 0.6, 0.4})
             for (const double decade : {-3.0, -2.0, -1.0, 0.0, 1.0, 2.0, 3.0})
                 for (const double yield_stress : {0.0, 1000.0}) {
@@ -84,7 +84,7 @@ TYPED_TEST(ReturnMapTest, PasteInSteadySimpleShearHasTheStressOfTheHerschelBulkl
 TYPED_TEST(ReturnMapTest, PasteDrawnOutHasTroutonsStress)
 {
     using R = TypeParam;
-    for (const Elasticity elasticity : elasticities)
+    for (const Elasticity elasticity : yielding)
         for (const double exponent : {1.0, 0.6, 0.4})
             for (const double decade : {-2.0, 0.0, 2.0}) {
                 Material<R> m = clay<R>(elasticity, Plasticity::herschel_bulkley);
@@ -111,7 +111,7 @@ TYPED_TEST(ReturnMapTest, HerschelBulkleyIsElasticWhenFastAndPerfectlyPlasticWhe
 {
     using R = TypeParam;
     Draw draw(12);
-    for (const Elasticity elasticity : elasticities)
+    for (const Elasticity elasticity : yielding)
         for (const double exponent : {0.3, 0.5, 1.0, 1.5})
             for (int round = 0; round < 100; ++round) {
                 Material<R> paste = clay<R>(elasticity, Plasticity::herschel_bulkley);
@@ -143,7 +143,7 @@ TYPED_TEST(ReturnMapTest, HerschelBulkleyStressDecaysToTheYieldStress)
 {
     using R = TypeParam;
     Draw draw(13);
-    for (const Elasticity elasticity : elasticities)
+    for (const Elasticity elasticity : yielding)
         for (const double exponent : {0.5, 1.0, 1.5}) {
             Material<R> m = clay<R>(elasticity, Plasticity::herschel_bulkley);
             m.exponent = R(exponent), m.viscosity = 3000;
@@ -166,7 +166,7 @@ TYPED_TEST(ReturnMapTest, SandStaysWithinItsConeAndFlowsAtConstantVolume)
 {
     using R = TypeParam;
     Draw draw(14);
-    for (const Elasticity elasticity : elasticities)
+    for (const Elasticity elasticity : yielding)
         for (const double cohesion : {0.0, 0.01}) {
             int return_magnitude = 0;
             for (int round = 0; round < 2000; ++round) {
@@ -200,7 +200,7 @@ TYPED_TEST(ReturnMapTest, SandInTensionGoesToTheTipAndRemembersItsVolume)
 {
     using R = TypeParam;
     Draw draw(15);
-    for (const Elasticity elasticity : elasticities)
+    for (const Elasticity elasticity : yielding)
         for (const double cohesion : {0.0, 0.01})
             for (int round = 0; round < 500; ++round) {
                 Material<R> m = clay<R>(elasticity, Plasticity::drucker_prager);
@@ -225,7 +225,7 @@ TYPED_TEST(ReturnMapTest, SandInTensionGoesToTheTipAndRemembersItsVolume)
 TYPED_TEST(ReturnMapTest, TensionAndCompressionInTurnDoNotPumpSandUp)
 {
     using R = TypeParam;
-    for (const Elasticity elasticity : elasticities) {
+    for (const Elasticity elasticity : yielding) {
         const Material<R> m = clay<R>(elasticity, Plasticity::drucker_prager);
         Particle<R> q{};
         const auto stretch = [&](double ln) {

@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "host/bench/ball.h"
+#include "host/solver/reference.h"
 #include "host/solver/solver.h"
 #include "tests/solver/same_bits.h"
 #include "tests/solver/samples.h"
@@ -258,6 +259,14 @@ TEST_P(Edit, WhatCannotBeIsSaidAndChangesNothing)
     bad.back().v.y = std::numeric_limits<double>::quiet_NaN();
     Material<double> hollow = clay;
     hollow.density = 0;
+    Material<double> soft = clay;
+    soft.elasticity = Elasticity::fixed_corotated;
+    Scene never = two_balls();
+    never.materials[0] = soft;
+    EXPECT_THROW(make(never), std::invalid_argument);
+    EXPECT_THROW(Reference{never}, std::invalid_argument);
+    EXPECT_THROW(solver->add(soft, {}), std::invalid_argument);
+    EXPECT_THROW(solver->set_material(0, soft), std::invalid_argument);
     for (int object : {-1, 1, 2, 1000000}) {
         EXPECT_THROW(solver->remove(object), std::invalid_argument);
         EXPECT_THROW(solver->set_material(object, clay), std::invalid_argument);
