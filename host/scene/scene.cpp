@@ -155,6 +155,11 @@ Object read_object(ObjectReader& r, std::size_t index)
     o.category = r.whole("category", 0, 255, 0);
     o.material.category = o.category;
     o.per_cell = r.number("per_cell", {1, 64, "particles per cell"}, 8);
+    if (o.per_cell < 2)
+        r.fail("per_cell",
+               "at least 2 and at most 64 particles per cell (of fewer, clay drawn to 1.6 times "
+               "its length comes apart)",
+               short_number(o.per_cell));
     return o;
 }
 
