@@ -1,6 +1,6 @@
 // Return maps: what a material keeps of a trial strain. Each is consistent with the stress of
-// material.h, for every elasticity that it goes together with: it scales the deviator of the strain
-// until the stress itself lies on the yield surface, at constant volume.  (10), (11)
+// material.h, where go_together() allows it: it scales the deviator of the strain until the stress
+// itself lies on the yield surface, at constant volume.  (10), (11)
 #pragma once
 #include "cuda/mpm/material.h"
 #include "cuda/mpm/material_data.h"
@@ -98,11 +98,11 @@ HD Sym3<R> scale_deviator(const Sym3<R>& e, R ratio)
 // The largest share t in [0, 1] of the deviator `d` of Hencky strain, about the mean `mean`, whose
 // stress keeps |dev tau| <= bound(pressure).
 template <class R, class Bound>
-HD R solve_return_scale(const Material<R>& m, R mean, Vec3<R> d, Bound&& bound)
+HD R solve_return_scale(const Material<R>& m, R k, R mean, Vec3<R> d, Bound&& bound)
 {
     const auto over = [&](R t) {
         const Vec3<R> tau =
-            principal_stress(m, R(0), {mean + t * d.x, mean + t * d.y, mean + t * d.z});
+            principal_stress(m, k, {mean + t * d.x, mean + t * d.y, mean + t * d.z});
         return deviatoric(tau) - bound(-(tau.x + tau.y + tau.z) / 3);
     };
     R low = 0, high = 1, f_low = over(R(0)), f_high = over(R(1));
@@ -154,7 +154,10 @@ HD bool yield_by_stress(Particle<R>& q, const Material<R>& m, R dt)
     if (r.slip == 0) return false;
     const R mean = (eps.x + eps.y + eps.z) / 3;
     const Vec3<R> d = eps - Vec3<R>{mean, mean, mean};
-    q.e = from_hencky(b.axes, Vec3<R>{mean, mean, mean} + (r.stress / trial) * d);
+    const R t = m.elasticity == Elasticity::hencky
+                    ? r.stress / trial
+                    : solve_return_scale(m, q.k, mean, d, [&](R) { return r.stress; });
+    q.e = from_hencky(b.axes, Vec3<R>{mean, mean, mean} + t * d);
     q.k += R(0.816496580927726) * r.slip;
     return true;
 }
@@ -184,7 +187,7 @@ HD bool yield_sand(Particle<R>& q, const Material<R>& m)
         const R max_shear = bound(-(3 * m.lambda + 2 * m.mu) * mean);
         if (trial > max_shear) t = max_shear / trial;
     } else {
-        t = solve_return_scale(m, mean, d, bound);
+        t = solve_return_scale(m, R(0), mean, d, bound);
     }
     const bool corrected = q.k != 0;
     if (t == 1 && !corrected) return false;
