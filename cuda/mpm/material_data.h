@@ -7,6 +7,15 @@ namespace knead {
 enum class Elasticity : int { neo_hookean, fixed_corotated, hencky };
 enum class Plasticity : int { none, von_mises, drucker_prager, clamp, herschel_bulkley, fluid };
 
+// Whether a plasticity has a return map for this elasticity. Below a stretch of 1/2 the fixed
+// corotated stress falls as clay is pressed further (6): to scale a deviator down to a yield
+// surface would make energy there. Snow's clamp bounds the stretches themselves.
+constexpr bool go_together(Elasticity elasticity, Plasticity plasticity)
+{
+    return elasticity != Elasticity::fixed_corotated || plasticity == Plasticity::none ||
+           plasticity == Plasticity::clamp || plasticity == Plasticity::fluid;
+}
+
 // One object's material, with what its particles share.
 template <class R>
 struct Material {

@@ -1,6 +1,6 @@
 // Return maps: what a material keeps of a trial strain. Each is consistent with the stress of
-// material.h, whatever the elasticity: it scales the deviator of the strain until the stress itself
-// lies on the yield surface, at constant volume.  (10), (11)
+// material.h, where go_together() allows it: it scales the deviator of the strain until the stress
+// itself lies on the yield surface, at constant volume.  (10), (11)
 #pragma once
 #include "cuda/mpm/material.h"
 #include "cuda/mpm/material_data.h"
@@ -54,12 +54,14 @@ HD Return<R> return_magnitude(const Material<R>& m, R trial, R stiffness, R k, R
     }
     const R yield = root * m.yield;
     if (trial <= yield) return {trial, 0};
-    // The stress s solves s + 2 stiffness dt ((s - yield) / viscosity)^(1 / exponent) = trial. With
-    // u the logarithm of the share of the overstress that flows, and p and q the shares that stay
-    // and flow, that is ln(p + q) = 0: convex in u, of slope between exponent and 1, so that Newton
-    // comes down on the root from the corner of its two straight branches.
-    const R over = trial - yield;
-    const R a = std::log(m.viscosity / over) + m.exponent * std::log(over / (2 * stiffness * dt));
+    // In simple shear the deviator is sqrt(2) times the shear stress, and the plastic rate of shear
+    // sqrt(2) times slip / dt, which gives
+    //   s + sqrt(2) stiffness dt ((s - yield) / (sqrt(2) viscosity))^(1 / exponent) = trial.
+    // With u the logarithm of the share of the overstress that flows, and p and q the shares that
+    // stay and flow, that is ln(p + q) = 0: convex in u, of slope between exponent and 1, so that
+    // Newton comes down on the root from the corner of its two straight branches.
+    const R over = trial - yield, shear = R(0.707106781186548) * over;
+    const R a = std::log(m.viscosity / shear) + m.exponent * std::log(shear / (stiffness * dt));
     R u = min(R(0), -a / m.exponent), p = 0, q = 1;
     for (int i = 0; i < 6; ++i) {
         p = std::exp(a + m.exponent * u);
@@ -72,20 +74,23 @@ HD Return<R> return_magnitude(const Material<R>& m, R trial, R stiffness, R k, R
 // neo-Hookean: dev tau = mu dev b, so the deviator of e is scaled and its mean solved for the same
 // determinant, with no eigenvectors. The wanted root of the cubic is the largest, and Halley's
 // steps come down on it from the trial's mean. A fixed number of them: a loop that may end early
-// makes the kernel around it spill. The slope vanishes with all but one value of b, hence its
-// floor.  (10)
+// makes the kernel around it spill. The root lies above `low`, where the slope vanishes, as it does
+// with all but one value of b, hence the slope's floor. A mean below `low` is of no b.  (10)
 template <class R>
 HD Sym3<R> scale_deviator(const Sym3<R>& e, R ratio)
 {
     const R excess = max(determinant_excess(e), crushed<R>);
     const Sym3<R> s = ratio * deviator(e);
     const R II = minors(s), rest = II + determinant(s) - excess;
+    const R low = std::sqrt(max((R(-1) / 3) * II, R(0)));
     constexpr int steps = sizeof(R) == 4 ? 6 : 10;  // enough where the mean falls twentyfold
     R m = (R(1) / 3) * trace(e);
+    if (1 + m < low) m = 2 * low - 1;
     for (int i = 0; i < steps; ++i) {
         const R f = m * (3 + II + m * (3 + m)) + rest, square = (1 + m) * (1 + m);
         const R slope = max(3 * square + II, R(1e-3) * square + R(1e-6));
-        m = m - 2 * f * slope / max(2 * slope * slope - 6 * f * (1 + m), slope * slope);
+        m = max(m - 2 * f * slope / max(2 * slope * slope - 6 * f * (1 + m), slope * slope),
+                low - 1);
     }
     return raised(s, m);
 }
@@ -133,8 +138,10 @@ HD bool yield_by_stress(Particle<R>& q, const Material<R>& m, R dt)
 {
     if (m.elasticity == Elasticity::neo_hookean) {
         const R trial = m.mu * std::sqrt(norm_squared(deviator(q.e)));
-        const Return<R> r =
-            return_magnitude(m, trial, m.mu * (1 + (R(1) / 3) * trace(q.e)), q.k, dt);
+        // |dev b| <= sqrt(2/3) tr b, or b is no tensor of strains: rounding can take a value of it
+        // below 0, and all of its trace with it.
+        const R stiffness = max(m.mu * (1 + (R(1) / 3) * trace(q.e)), R(0.408248290463863) * trial);
+        const Return<R> r = return_magnitude(m, trial, stiffness, q.k, dt);
         if (r.slip == 0) return false;
         q.e = scale_deviator(q.e, r.stress / trial);
         q.k += R(0.816496580927726) * r.slip;

@@ -88,6 +88,11 @@ void check_material(ObjectReader& r, const MaterialSpec& m)
     if (m.plasticity == Plasticity::fluid)
         return require("bulk", m.bulk, "a fluid's bulk modulus above 0 Pa");
     require("young", m.young, "a solid's Young's modulus above 0 Pa");
+    if (!go_together(m.elasticity, m.plasticity))
+        r.fail("elasticity",
+               "\"neo_hookean\" or \"hencky\" for a plasticity with a yield surface "
+               "(\"fixed_corotated\" softens where it is pressed below half its length)",
+               "\"fixed_corotated\"");
     if (m.plasticity == Plasticity::von_mises)
         require("yield", m.yield, "a yield stress above 0 Pa for \"von_mises\"");
     if (m.plasticity == Plasticity::herschel_bulkley)
@@ -150,6 +155,11 @@ Object read_object(ObjectReader& r, std::size_t index)
     o.category = r.whole("category", 0, 255, 0);
     o.material.category = o.category;
     o.per_cell = r.number("per_cell", {1, 64, "particles per cell"}, 8);
+    if (o.per_cell < 2)
+        r.fail("per_cell",
+               "at least 2 and at most 64 particles per cell (of fewer, clay drawn to 1.6 times "
+               "its length comes apart)",
+               short_number(o.per_cell));
     return o;
 }
 

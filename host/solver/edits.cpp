@@ -33,6 +33,7 @@ void check_material(const Material<double>& m)
     require(m.density > 0 && m.mass > 0 && m.volume > 0 && sound_speed(m) > 0 &&
                 std::isfinite(m.density + m.mass + m.volume + sound_speed(m)),
             "a material needs a density, a mass, a volume and a stiffness above 0");
+    check_materials({m});
 }
 
 }  // namespace
@@ -50,8 +51,17 @@ void Solver::restore(const Snapshot&) { refuse(*this); }
 SavedState Solver::save() const { refuse(*this); }
 void Solver::load(const SavedState&) { refuse(*this); }
 
+void check_materials(const std::vector<Material<double>>& materials)
+{
+    for (const Material<double>& m : materials)
+        require(go_together(m.elasticity, m.plasticity),
+                "a plasticity with a yield surface needs neo-Hookean or Hencky elasticity (fixed "
+                "corotated softens where it is pressed below half its length)");
+}
+
 Rules::Rules(const Setup& setup) : now(setup), counts(setup.materials.size(), 0)
 {
+    check_materials(setup.materials);
     for (const Particle<double>& p : setup.particles) {
         require(p.object >= 0 && p.object < int(counts.size()),
                 "a particle of object " + std::to_string(p.object) + ", which has no material");

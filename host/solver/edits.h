@@ -12,7 +12,7 @@ inline bool there(const Material<double>& material) { return material.density > 
 // A scene's setup without its particles, and how many of them each object has.
 class Rules {
   public:
-    // Throws std::invalid_argument where a particle has no material.
+    // Throws std::invalid_argument where a particle has no material, or a material cannot be.
     explicit Rules(const Setup& setup);
 
     const Setup& setup() const { return now; }
@@ -39,6 +39,9 @@ class Rules {
     Setup now;
     std::vector<long> counts;
 };
+
+// Throws std::invalid_argument where a material's elasticity and plasticity do not go together.
+void check_materials(const std::vector<Material<double>>& materials);
 
 // Throws std::invalid_argument where a rig and its tools do not hang together, or no mask has room
 // for them.

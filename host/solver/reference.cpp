@@ -13,6 +13,7 @@
 #include "cuda/mpm/p2g.h"
 #include "cuda/mpm/plasticity.h"
 #include "cuda/mpm/project.h"
+#include "host/solver/edits.h"
 #include "host/solver/pieces.h"
 #include "host/solver/substep.h"
 
@@ -29,6 +30,7 @@ Reference::Reference(const Setup& given)
 {
     if (shapes.size() > max_primitives)
         throw std::invalid_argument("at most " + std::to_string(max_primitives) + " primitives");
+    check_materials(setup.materials);
     setup.particles.clear();
     for (const Binding<float>& b : setup.rig.spheres) bindings.push_back(cast<double>(b));
     for (const Tool<double>& t : setup.tools) blades = blades || t.blade;

@@ -190,8 +190,9 @@ double paste(const Pair& p)
     const double trial = size(deviator(cast<double>(p.cpu.stress)));
     const double over = trial - root * double(p.m.yield), mu = double(p.m.mu), n = p.m.exponent;
     if (over <= 0) return 0;
-    const double logs = std::fabs(std::log(p.m.viscosity / over)) +
-                        n * std::fabs(std::log(over / (2 * mu * double(dt))));
+    const double shear_stress = over / std::sqrt(2.0);
+    const double logs = std::fabs(std::log(p.m.viscosity / shear_stress)) +
+                        n * std::fabs(std::log(shear_stress / (mu * double(dt))));
     return over / mu * (1 + logs) / std::fmin(n, 1);
 }
 
@@ -241,6 +242,7 @@ std::vector<Material<float>> all_materials()
         all.push_back(cast<float>(preset(preset_name)));
     for (const Elasticity elasticity : elasticities)
         for (const Plasticity plasticity : plasticities) {
+            if (!go_together(elasticity, plasticity)) continue;
             Material<float> m = clay<float>(elasticity, plasticity);
             m.hardening = 1e5f, m.exponent = plasticity == Plasticity::fluid ? 7 : 0.6f,
             m.cohesion = 0.005f;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "cuda/mpm/g2p.h"
 #include "tests/solver/clay.h"
 
 namespace knead {
@@ -37,9 +38,11 @@ TYPED_TEST(ReturnMapTest, HerschelBulkleySolvesItsEquation)
                     double(trial), either<R>(3e-7, 1e-15) * double(trial));
         // Where the root lies: f rises, so it must change sign within the tolerance around it.
         const auto f = [&](double s) {
-            const double rate =
-                std::pow(std::max(0.0, s - bound) / double(m.viscosity), 1 / double(m.exponent));
-            return s + 2 * double(stiffness) * double(dt) * rate - double(trial);
+            const double shear_stress = std::max(0.0, s - bound) / std::sqrt(2.0);
+            const double shear_rate =
+                std::pow(shear_stress / double(m.viscosity), 1 / double(m.exponent));
+            const double slip = double(dt) * shear_rate / std::sqrt(2.0);
+            return s + 2 * double(stiffness) * slip - double(trial);
         };
         double low = bound, high = double(trial);
         for (int i = 0; i < 100; ++i) (f((low + high) / 2) > 0 ? high : low) = (low + high) / 2;
@@ -48,11 +51,67 @@ TYPED_TEST(ReturnMapTest, HerschelBulkleySolvesItsEquation)
     EXPECT_LT(worst, either<R>(2e-6, 1e-12));
 }
 
+// Simple shear at a rate, in many substeps until nothing changes any more, against the law as it is
+// written: tau = Y / sqrt(3) + K rate^n. The stress stays below a twentieth of the shear modulus,
+// where the elastic strain that goes with it does not turn the axes by more than half a percent.
+TYPED_TEST(ReturnMapTest, PasteInSteadySimpleShearHasTheStressOfTheHerschelBulkleyLaw)
+{
+    using R = TypeParam;
+    for (const Elasticity elasticity : yielding)
+        for (const double exponent : {1.0, 0.6, 0.4})
+            for (const double decade : {-3.0, -2.0, -1.0, 0.0, 1.0, 2.0, 3.0})
+                for (const double yield_stress : {0.0, 1000.0}) {
+                    Material<R> m = clay<R>(elasticity, Plasticity::herschel_bulkley);
+                    const double rate = std::pow(10, decade), mu = double(m.mu);
+                    m.yield = R(yield_stress), m.exponent = R(exponent);
+                    m.viscosity = R(0.045 * mu * std::pow(1000, -exponent));
+                    const double law = yield_stress / std::sqrt(3.0) +
+                                       double(m.viscosity) * std::pow(rate, exponent);
+                    const double strain = 0.05 * law / mu;  // of a substep
+                    Particle<R> q{};
+                    for (int step = 0; step < 500; ++step) {
+                        q.C = {{0, 0, 0}, {R(rate), 0, 0}, {0, 0, 0}};
+                        q.e = advance_b(q.e, q.C, R(strain / rate));
+                        yield(q, m, R(strain / rate));
+                    }
+                    EXPECT_NEAR(stress(q, m).xy / law, 1, 0.02)
+                        << int(elasticity) << " n " << exponent << " rate " << rate;
+                }
+}
+
+// Drawn out at constant volume: the same law says Y + 3^((1 + n) / 2) K rate^n, which for n = 1 is
+// Trouton's 3. Where the elastic strain is 0.2 %, that is; it changes the stress in proportion.
+TYPED_TEST(ReturnMapTest, PasteDrawnOutHasTroutonsStress)
+{
+    using R = TypeParam;
+    for (const Elasticity elasticity : yielding)
+        for (const double exponent : {1.0, 0.6, 0.4})
+            for (const double decade : {-2.0, 0.0, 2.0}) {
+                Material<R> m = clay<R>(elasticity, Plasticity::herschel_bulkley);
+                const double rate = std::pow(10, decade), mu = double(m.mu);
+                m.yield = 100, m.exponent = R(exponent);
+                m.viscosity = R(0.002 * mu * std::pow(100, -exponent));
+                const double law = 100 + std::pow(3, (1 + exponent) / 2) * double(m.viscosity) *
+                                             std::pow(rate, exponent);
+                const double strain = 0.02 * law / mu;
+                const double along = std::expm1(strain), across = std::expm1(-strain / 2);
+                Particle<R> q{};
+                for (int step = 0; step < 500; ++step) {
+                    q.C = {{R(along), 0, 0}, {0, R(across), 0}, {0, 0, R(across)}};
+                    q.e = advance_b(q.e, q.C, R(1));
+                    yield(q, m, R(strain / rate));
+                }
+                const Sym3<double> tau = stress(q, m);
+                EXPECT_NEAR((tau.xx - tau.yy) / law, 1, 0.01)
+                    << int(elasticity) << " n " << exponent << " rate " << rate;
+            }
+}
+
 TYPED_TEST(ReturnMapTest, HerschelBulkleyIsElasticWhenFastAndPerfectlyPlasticWhenThin)
 {
     using R = TypeParam;
     Draw draw(12);
-    for (const Elasticity elasticity : elasticities)
+    for (const Elasticity elasticity : yielding)
         for (const double exponent : {0.3, 0.5, 1.0, 1.5})
             for (int round = 0; round < 100; ++round) {
                 Material<R> paste = clay<R>(elasticity, Plasticity::herschel_bulkley);
@@ -84,7 +143,7 @@ TYPED_TEST(ReturnMapTest, HerschelBulkleyStressDecaysToTheYieldStress)
 {
     using R = TypeParam;
     Draw draw(13);
-    for (const Elasticity elasticity : elasticities)
+    for (const Elasticity elasticity : yielding)
         for (const double exponent : {0.5, 1.0, 1.5}) {
             Material<R> m = clay<R>(elasticity, Plasticity::herschel_bulkley);
             m.exponent = R(exponent), m.viscosity = 3000;
@@ -107,7 +166,7 @@ TYPED_TEST(ReturnMapTest, SandStaysWithinItsConeAndFlowsAtConstantVolume)
 {
     using R = TypeParam;
     Draw draw(14);
-    for (const Elasticity elasticity : elasticities)
+    for (const Elasticity elasticity : yielding)
         for (const double cohesion : {0.0, 0.01}) {
             int return_magnitude = 0;
             for (int round = 0; round < 2000; ++round) {
@@ -141,7 +200,7 @@ TYPED_TEST(ReturnMapTest, SandInTensionGoesToTheTipAndRemembersItsVolume)
 {
     using R = TypeParam;
     Draw draw(15);
-    for (const Elasticity elasticity : elasticities)
+    for (const Elasticity elasticity : yielding)
         for (const double cohesion : {0.0, 0.01})
             for (int round = 0; round < 500; ++round) {
                 Material<R> m = clay<R>(elasticity, Plasticity::drucker_prager);
@@ -166,7 +225,7 @@ TYPED_TEST(ReturnMapTest, SandInTensionGoesToTheTipAndRemembersItsVolume)
 TYPED_TEST(ReturnMapTest, TensionAndCompressionInTurnDoNotPumpSandUp)
 {
     using R = TypeParam;
-    for (const Elasticity elasticity : elasticities) {
+    for (const Elasticity elasticity : yielding) {
         const Material<R> m = clay<R>(elasticity, Plasticity::drucker_prager);
         Particle<R> q{};
         const auto stretch = [&](double ln) {

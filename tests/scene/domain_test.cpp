@@ -124,7 +124,7 @@ TEST(ShippedScenes, FloorAndObjectsStandWhereTheyWereOn16To192Cells)
             std::vector<std::string> settings{"domain.cells=" + std::to_string(cells)};
             // Of the fine ones the places are what matters, not the number of particles.
             for (std::size_t i = 0; cells > 64 && i < own.objects.size(); ++i)
-                settings.push_back("objects." + std::to_string(i) + ".per_cell=1");
+                settings.push_back("objects." + std::to_string(i) + ".per_cell=2");
             Scene scene = read_scene(path, settings);
             EXPECT_NEAR(scene.setup.lattice.dx, 1.0 / cells, 1e-15);
             expect_walls(scene, own.setup.walls);

@@ -108,6 +108,26 @@ TEST_F(SceneFile, WrongUnitsAndRangesAreToldWithTheirUnit)
     EXPECT_SAYS(complaint(ball, {"frames=1.5"}), "a whole number");
 }
 
+TEST_F(SceneFile, FixedCorotatedElasticityHasNoYieldSurface)
+{
+    const std::string corotated = "objects.0.material.elasticity=fixed_corotated";
+    for (const char* flows : {"von_mises", "herschel_bulkley", "drucker_prager"}) {
+        const std::string law = std::string("objects.0.material.plasticity=") + flows;
+        const std::vector<std::string> numbers = {
+            law, "objects.0.material.yield=1e4", "objects.0.material.viscosity=1",
+            "objects.0.material.friction_angle=30", "objects.0.material.elasticity=hencky"};
+        EXPECT_EQ(complaint(ball, numbers), "");
+        std::vector<std::string> refused = numbers;
+        refused.back() = corotated;
+        EXPECT_SAYS(complaint(ball, refused), "/objects/0/material/elasticity: expected");
+        EXPECT_SAYS(complaint(ball, refused), "\"hencky\" for a plasticity with a yield surface");
+    }
+    for (const char* flows : {"none", "clamp"})
+        EXPECT_EQ(
+            complaint(ball, {std::string("objects.0.material.plasticity=") + flows, corotated}),
+            "");
+}
+
 TEST_F(SceneFile, RestIsAskedForAndItsDefaultsFollowTheScene)
 {
     const Rest<double> none = scene(ball).setup.rest;

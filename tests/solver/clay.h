@@ -9,6 +9,7 @@ namespace knead {
 
 constexpr Elasticity elasticities[] = {Elasticity::neo_hookean, Elasticity::fixed_corotated,
                                        Elasticity::hencky};
+constexpr Elasticity yielding[] = {Elasticity::neo_hookean, Elasticity::hencky};
 constexpr Plasticity plasticities[] = {
     Plasticity::none,  Plasticity::von_mises,        Plasticity::drucker_prager,
     Plasticity::clamp, Plasticity::herschel_bulkley, Plasticity::fluid};

@@ -256,8 +256,10 @@ TEST_P(Edit, WhatCannotBeIsSaidAndChangesNothing)
     const Material<double> clay = paper_clay(dx, 8);
     Particles bad = clay_around({0.5, 0.7, 0.5}, 0.05, dx);
     bad.back().v.y = std::numeric_limits<double>::quiet_NaN();
-    Material<double> hollow = clay;
+    Material<double> hollow = clay, soft = clay;
     hollow.density = 0;
+    soft.elasticity = Elasticity::fixed_corotated;
+    EXPECT_THROW(solver->set_material(0, soft), std::invalid_argument);
     for (int object : {-1, 1, 2, 1000000}) {
         EXPECT_THROW(solver->remove(object), std::invalid_argument);
         EXPECT_THROW(solver->set_material(object, clay), std::invalid_argument);

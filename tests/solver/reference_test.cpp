@@ -166,6 +166,7 @@ TEST_P(AgainstTheReference, EveryMaterialOfASubstepAgrees)
 {
     for (const Elasticity elasticity : elasticities)
         for (const Plasticity plasticity : plasticities) {
+            if (!go_together(elasticity, plasticity)) continue;
             SCOPED_TRACE(testing::Message() << int(elasticity) << ", " << int(plasticity));
             const Given s = turmoil(clay<double>(elasticity, plasticity), 0.06);
             Given none = s;
