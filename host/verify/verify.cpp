@@ -46,12 +46,22 @@ bool wanted(const VerifyOptions& o, const Part& p)
 
 const std::vector<Part>& verify_parts()
 {
+    // clang-format off
     static const std::vector<Part> parts{
         {"accuracy", "laws", laws_part},
         {"accuracy", "shear", shear_part},
         {"accuracy", "momentum", momentum_part},
+        {"accuracy", "floor", floor_part},
         {"accuracy", "recovery", recovery_part},
+        {"convergence", "patch", patch_part},
+        {"convergence", "waves", waves_part},
+        {"convergence", "squeeze", squeeze_part},
+        {"workprecision", "front", front_part},
+        {"stability", "margin", margin_part},
+        {"stability", "steps", steps_part},
+        {"stability", "map", map_part},
     };
+    // clang-format on
     return parts;
 }
 

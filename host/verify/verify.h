@@ -60,7 +60,15 @@ const std::vector<Part>& verify_parts();
 void laws_part(Verification&);
 void shear_part(Verification&);
 void momentum_part(Verification&);
+void floor_part(Verification&);
 void recovery_part(Verification&);
+void patch_part(Verification&);
+void waves_part(Verification&);
+void squeeze_part(Verification&);
+void front_part(Verification&);
+void margin_part(Verification&);
+void steps_part(Verification&);
+void map_part(Verification&);
 
 nlohmann::json verify_json(const Verification& v);
 std::string verify_csv(const Verification& v);
