@@ -17,6 +17,7 @@ struct Case {
     std::function<std::vector<Joint<double>>(double)> at{};  // no tools: empty
     std::function<std::vector<char>(double)> active{};       // none: always
     double frame = 1.0 / 90;                                 // [s]
+    std::string advice = "keep away from it, or lower step.courant";
     double may_grow = 0;  // nothing acts: energy is at most so many times the first; 0: not asked
 };
 

@@ -28,21 +28,48 @@ std::map<Index, std::size_t> numbered(const Squeezed& s)
     return all;
 }
 
-// Where `s` took the place X: between the eight particles around it. Nothing where one is missing.
+// Where `s` took the place X: by the eight particles around it; at the surface, where some are
+// missing, by the nearest eight inwards, continued linearly.
 std::optional<Place> taken(const Squeezed& s, const std::map<Index, std::size_t>& at, Place X)
 {
     const Place x = (1 / s.apart) * X - Place{0.5, 0.5, 0.5};
-    const Index base{int(std::floor(x.x)), int(std::floor(x.y)), int(std::floor(x.z))};
-    const Place f = x - Place{double(base[0]), double(base[1]), double(base[2])};
-    Place sum{};
-    for (int k = 0; k < 8; ++k) {
-        const auto found = at.find({base[0] + (k & 1), base[1] + (k >> 1 & 1), base[2] + (k >> 2)});
-        if (found == at.end()) return {};
-        const double w =
-            (k & 1 ? f.x : 1 - f.x) * (k >> 1 & 1 ? f.y : 1 - f.y) * (k >> 2 ? f.z : 1 - f.z);
-        sum = sum + w * s.to[found->second];
+    Place low{std::floor(x.x), std::floor(x.y), std::floor(x.z)};
+    for (int inwards = 0; inwards < 3; ++inwards) {
+        const Index base{int(low.x), int(low.y), int(low.z)};
+        const Place f = x - low;
+        Place sum{};
+        bool whole = true;
+        for (int k = 0; k < 8 && whole; ++k) {
+            const auto found =
+                at.find({base[0] + (k & 1), base[1] + (k >> 1 & 1), base[2] + (k >> 2)});
+            whole = found != at.end();
+            if (!whole) break;
+            const double w =
+                (k & 1 ? f.x : 1 - f.x) * (k >> 1 & 1 ? f.y : 1 - f.y) * (k >> 2 ? f.z : 1 - f.z);
+            sum = sum + w * s.to[found->second];
+        }
+        if (whole) return sum;
+        const auto inward = [](double& a, double from) {
+            if (std::fabs(a + 0.5) > 0.6 * from) a += a < -0.5 ? 1 : -1;
+        };
+        const double far = std::max({std::fabs(low.x), std::fabs(low.y), std::fabs(low.z)});
+        inward(low.x, far), inward(low.y, far), inward(low.z, far);
     }
-    return sum;
+    return {};
+}
+
+// The same places of the ball for all, whatever particles they have.
+std::vector<Place> probes()
+{
+    constexpr double step = squeeze_radius / 8;
+    std::vector<Place> all;
+    for (int z = -8; z < 8; ++z)
+        for (int y = -8; y < 8; ++y)
+            for (int x = -8; x < 8; ++x) {
+                const Place p = step * Place{x + 0.5, y + 0.5, z + 0.5};
+                if (length(p) < squeeze_radius) all.push_back(p);
+            }
+    return all;
 }
 
 ::Eigen::Vector3d vector(Place x) { return {x.x, x.y, x.z}; }
@@ -86,11 +113,12 @@ Sym3<double> gyration(const std::vector<Place>& places)
 
 Apart apart(const Squeezed& coarse, const Squeezed& fine)
 {
-    const auto at = numbered(fine);
+    const auto at_coarse = numbered(coarse), at_fine = numbered(fine);
     std::vector<::Eigen::Vector3d> a, b;
-    for (std::size_t i = 0; i < coarse.from.size(); ++i)
-        if (const auto there = taken(fine, at, coarse.from[i]))
-            a.push_back(vector(coarse.to[i])), b.push_back(vector(*there));
+    for (const Place& X : probes()) {
+        const auto here = taken(coarse, at_coarse, X), there = taken(fine, at_fine, X);
+        if (here && there) a.push_back(vector(*here)), b.push_back(vector(*there));
+    }
     Apart result;
     result.matched = a.size();
     if (a.empty()) return result;

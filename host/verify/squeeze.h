@@ -31,9 +31,9 @@ struct Apart {
     double rms = 0;           // [m]
     double shift = 0;         // [m]
     double turn = 0;          // [rad]
-    std::size_t matched = 0;  // particles of the first with a place in the second
+    std::size_t matched = 0;  // places of the ball that were compared
 };
-// Every particle of `coarse` against where `fine` took the same place of the ball.
+// Where both took the same 2000 places of the ball.
 Apart apart(const Squeezed& coarse, const Squeezed& fine);
 
 constexpr double squeeze_radius = 0.2;  // of the ball [m]

@@ -170,6 +170,7 @@ void add_nonsense(std::vector<Case>& all)
     Material<double> m = elastic(1e5, 0.3, 1000);
     m.lambda = INFINITY;
     all.push_back(released("Poisson's ratio 0.5", block_on_floor(m), 0.02));
+    all.back().advice = "a scene's file is checked, a Setup in code is not: give finite constants";
     Setup s = block_on_floor(usual);
     s.particles[7].v.x = std::nan("");
     all.push_back(released("a particle that is no number", s, 0.02));
@@ -188,12 +189,10 @@ std::vector<Case> stability_cases(bool quick)
 void map_part(Verification& v)
 {
     int counts[5] = {};
-    std::string worst;
-    double gain = 0;
-    for (const Case& c : stability_cases(v.quick())) {
-        const Outcome o = outcome_of(v, c, v.quick() ? 4 : 60);
+    const std::vector<Case> cases = stability_cases(v.quick());
+    for (const Case& c : cases) {
+        const Outcome o = outcome_of(v, c, v.quick() ? 8 : 60);
         ++counts[int(o.ending)];
-        gain = std::max(gain, o.energy_gain);
         v.add(VerifyRow{"stability map",
                         c.name,
                         fmt::format("{}: {}", ending_name(o.ending), o.note),
@@ -204,13 +203,17 @@ void map_part(Verification& v)
                          {"seconds", o.seconds}}});
         v.say(fmt::format("{:<40} {}: {} ({:.1f} s)", c.name, ending_name(o.ending), o.note,
                           o.seconds));
-        if (o.ending == Ending::failed)
-            worst += (worst.empty() ? "" : "; ") + c.name + ": " + o.note;
+        if (o.ending != Ending::failed) continue;
+        Check check = at_most("map: " + c.name + ": failures", 1, 0, "", c.advice);
+        check.note = o.note;
+        v.add(check);
     }
-    Check c = at_most("map: cases that failed", counts[int(Ending::failed)], 0, "",
-                      "keep away from the named cases, or halve step.courant for them");
-    c.note = fmt::format("{} stable, {} guarded, {} slow, {} refused{}", counts[0], counts[1],
-                         counts[2], counts[3], worst.empty() ? "" : "; failed: " + worst);
+    Check c = at_least("map: cases that ended stable, guarded or refused",
+                       double(counts[0] + counts[1] + counts[3]),
+                       double(cases.size()) - counts[int(Ending::failed)], "",
+                       "the others ran out of time: run them without --quick");
+    c.note = fmt::format("{} stable, {} guarded, {} slow, {} refused, {} failed", counts[0],
+                         counts[1], counts[2], counts[3], counts[4]);
     v.add(c);
 }
 
