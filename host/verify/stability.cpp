@@ -171,6 +171,12 @@ void add_nonsense(std::vector<Case>& all)
     m.lambda = INFINITY;
     all.push_back(released("Poisson's ratio 0.5", block_on_floor(m), 0.02));
     all.back().advice = "a scene's file is checked, a Setup in code is not: give finite constants";
+    Case many = released("300 tools", block_on_floor(usual), 0.02);
+    for (int i = 0; i < 300; ++i) add_ball_tool(many.setup, cell, ContactMode::separate, 0.3);
+    many.at = [far = floor_of(many.setup) + Place{0, 0.12, 0}](double) {
+        return std::vector(300, stands_at(far));
+    };
+    all.push_back(many);
     Setup s = block_on_floor(usual);
     s.particles[7].v.x = std::nan("");
     all.push_back(released("a particle that is no number", s, 0.02));

@@ -52,6 +52,7 @@ const std::vector<Part>& verify_parts()
         {"accuracy", "shear", shear_part},
         {"accuracy", "momentum", momentum_part},
         {"accuracy", "floor", floor_part},
+        {"accuracy", "impact", impact_part},
         {"accuracy", "recovery", recovery_part},
         {"convergence", "patch", patch_part},
         {"convergence", "waves", waves_part},

@@ -61,6 +61,7 @@ void laws_part(Verification&);
 void shear_part(Verification&);
 void momentum_part(Verification&);
 void floor_part(Verification&);
+void impact_part(Verification&);
 void recovery_part(Verification&);
 void patch_part(Verification&);
 void waves_part(Verification&);
