@@ -101,6 +101,7 @@ Outcome outcome_of(Verification& v, const Case& c, double limit, bool in_double)
         const double first = energy_of(c.setup.particles, c.setup);
         if (wrong.empty() && c.may_grow > 0 && !(o.energy <= c.may_grow * first))
             wrong = fmt::format("energy rose {:.3g} times", o.energy / first);
+        if (wrong.empty() && c.nonsense) wrong = "was taken, and should have been refused";
         const bool guarded = o.stats.clipped + o.stats.confined + o.stats.repaired > 0;
         o.note = wrong.empty() ? guards(o.stats) : wrong + "; " + guards(o.stats);
         o.ending = !wrong.empty()     ? Ending::failed

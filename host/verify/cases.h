@@ -18,7 +18,8 @@ struct Case {
     std::function<std::vector<char>(double)> active{};       // none: always
     double frame = 1.0 / 90;                                 // [s]
     std::string advice = "keep away from it, or lower step.courant";
-    double may_grow = 0;  // nothing acts: energy is at most so many times the first; 0: not asked
+    bool nonsense = false;  // must be refused
+    double may_grow = 0;    // nothing acts: energy is at most so many times the first; 0: not asked
 };
 
 enum class Ending { stable, guarded, slow, refused, failed };

@@ -156,7 +156,7 @@ void add_crumbs(std::vector<Case>& all)
             s.particles.push_back(q);
         }
         all.push_back(released(
-            spread > 0 ? "1000 particles in a cell" : "1000 particles in a point", s, 0.05));
+            spread > 0 ? "1000 particles in a cell" : "1000 particles in a point", s, 0.2));
     }
     s = block_on_floor(usual);
     Material<double> stiff = clay_of(1e8, 0.3);
@@ -170,12 +170,15 @@ void add_nonsense(std::vector<Case>& all)
     Material<double> m = elastic(1e5, 0.3, 1000);
     m.lambda = INFINITY;
     all.push_back(released("Poisson's ratio 0.5", block_on_floor(m), 0.02));
+    all.back().nonsense = true;
     all.back().advice = "a scene's file is checked, a Setup in code is not: give finite constants";
     Case many = released("300 tools", block_on_floor(usual), 0.02);
     for (int i = 0; i < 300; ++i) add_ball_tool(many.setup, cell, ContactMode::separate, 0.3);
     many.at = [far = floor_of(many.setup) + Place{0, 0.12, 0}](double) {
         return std::vector(300, stands_at(far));
     };
+    many.nonsense = true;
+    many.advice = "at most 256 primitives: check before making a solver on the CPU";
     all.push_back(many);
     Setup s = block_on_floor(usual);
     s.particles[7].v.x = std::nan("");
