@@ -25,7 +25,8 @@ may[host/assets]="host/files ${may[host/files]}"
 may[render]="host/surface host/hands host/files/image.h ${may[host/surface]}"
 may[host/session]="host/assets ${may[host/assets]} render"
 may[host/bench]="host/session ${may[host/session]}"
-may[host/cli]="host/bench ${may[host/bench]}"
+may[host/verify]="host/session ${may[host/session]}"
+may[host/cli]="host/bench host/verify ${may[host/bench]}"
 
 # The room of a path: cuda and host have rooms of their own, the others are one each.
 room() {

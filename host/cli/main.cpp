@@ -5,6 +5,7 @@
 #include "host/base/machine.h"
 #include "host/bench/bench.h"
 #include "host/cli/verbs.h"
+#include "host/verify/verify.h"
 
 namespace knead {
 namespace {
@@ -149,6 +150,25 @@ void add_bench(CLI::App& app, Verb& chosen)
     bench->callback([&chosen] { chosen = [] { return bench_verb(o); }; });
 }
 
+void add_verify(CLI::App& app, Verb& chosen)
+{
+    static VerifyOptions o;
+    CLI::App* verify = app.add_subcommand(
+        "verify", "Check accuracy, convergence and stability against independent references");
+    verify->add_option("SUITE", o.suites,
+                       "accuracy, convergence, stability, workprecision; none: all");
+    verify->add_option("--device", o.device, "auto, cuda, cuda:N, cpu or reference")
+        ->capture_default_str();
+    verify->add_option("--only", o.only, "Parts whose name contains this");
+    verify->add_option("--out", o.out, "Folder for verify.json, verify.csv, report.md");
+    verify->add_flag("--overwrite", o.overwrite, "Replace results that are there");
+    verify->add_flag("--quick", o.quick, "Small sizes and a sample of the cases: minutes");
+    verify->add_option("--threads", o.threads, "CPU threads; 0: all")->check(CLI::Range(0, 4096));
+    verify->add_flag("--json", o.json, "The results on stdout as JSON");
+    verify->add_flag("-q,--quiet", o.quiet, "Only the last line");
+    verify->callback([&chosen] { chosen = [] { return verify_verb(o); }; });
+}
+
 }  // namespace
 }  // namespace knead
 
@@ -169,6 +189,7 @@ int main(int count, char** words)
     add_convert(app, chosen);
     add_doctor(app, chosen);
     add_bench(app, chosen);
+    add_verify(app, chosen);
     try {
         app.parse(count, words);
     } catch (const CLI::ParseError& e) {

@@ -58,4 +58,7 @@ int convert_verb(const ConvertOptions& options);
 
 int doctor_verb(bool json);
 
+struct VerifyOptions;  // host/verify/verify.h
+int verify_verb(const VerifyOptions& options);
+
 }  // namespace knead

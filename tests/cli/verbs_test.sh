@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # The program's other verbs on the files that it writes itself: record, info, convert, compare,
-# doctor, bench; and what they answer where a file is another, or is there already.
+# doctor, verify, bench; and what they answer where a file is another, or is there already.
 # usage: tests/cli/verbs_test.sh PROGRAM
 set -u
 scenes=$(realpath "$(dirname "$0")/../../scenes")
@@ -107,6 +107,16 @@ holds said '^ok +CPU'
 answers 0 doctor --json
 holds said '"what": "memory"'
 
+answers 2 verify acuracy
+complains accuracy
+answers 2 verify --only nothing
+answers 2 verify --device abacus
+answers 0 verify convergence --only patch --device cpu --json --out verified
+holds said '"schema": "knead.verify/1"'
+holds verified/report.md 'patch test'
+answers 5 verify convergence --only patch --device cpu --out verified
+answers 0 verify convergence --only patch --device reference -q --out verified --overwrite
+[ "$(wc -l <said)" -eq 1 ] || wrong "more than one line with --quiet"
 answers 2 bench frobnicate
 answers 2 bench --backend abacus
 answers 3 bench stages --backend cpu --scene absent.json --out bench --quick

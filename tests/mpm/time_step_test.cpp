@@ -45,7 +45,7 @@ TEST(StepLimits, StiffnessBoundsTheTangentOfTheStress)
                 const Vec3<double> eps{a, even ? a : strain(source), even ? a : strain(source)};
                 const auto at = [&](Vec3<double> e) {
                     Particle<double> q{};
-                    q.e = {std::expm1(2 * e.x), std::expm1(2 * e.y), std::expm1(2 * e.z)};
+                    q.e = {std::expm1(2 * e.x), std::expm1(2 * e.y), std::expm1(2 * e.z), 0, 0, 0};
                     q.k = plasticity == Plasticity::clamp ? -0.1 : 0;
                     return q;
                 };

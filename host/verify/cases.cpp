@@ -1,0 +1,146 @@
+#include "host/verify/cases.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+
+#include "cuda/mpm/material.h"
+#include "host/solver/audit.h"
+
+namespace knead {
+namespace {
+
+constexpr double gain_bound = 0.05;  // of the energy when the tools came to rest
+
+double affine_energy(const Mat3<double>& C, double mass, double dx)
+{
+    return 0.5 * mass * dx * dx / 4 * (dot(C.a, C.a) + dot(C.b, C.b) + dot(C.c, C.c));
+}
+
+void add_to(FrameStats& all, const FrameStats& s)
+{
+    all.dt_min = all.substeps ? std::fmin(all.dt_min, s.dt_min) : s.dt_min;
+    all.substeps += s.substeps;
+    all.clipped += s.clipped, all.confined += s.confined, all.repaired += s.repaired;
+}
+
+std::string guards(const FrameStats& s)
+{
+    return fmt::format("clipped {}, confined {}, repaired {}", s.clipped, s.confined, s.repaired);
+}
+
+// What must hold of the last state, whatever happened; "" if it does.
+std::string broken(const Outcome& o, const Audit& before, const Audit& after, double limit)
+{
+    if (after.broken > 0) return fmt::format("{} particles without finite numbers", after.broken);
+    if (!(std::fabs(after.mass / before.mass - 1) < 1e-9)) return "mass was lost";
+    if (!(o.energy_gain <= gain_bound))
+        return fmt::format("energy rose by {:.3g} at rest", o.energy_gain);
+    if (!(o.fastest <= limit)) return fmt::format("clay at {:.3g} m/s", o.fastest);
+    return "";
+}
+
+}  // namespace
+
+const char* ending_name(Ending e)
+{
+    const char* const names[] = {"stable", "guarded", "slow", "refused", "FAILED"};
+    return names[int(e)];
+}
+
+double energy_of(const std::vector<Particle<double>>& all, const Setup& s)
+{
+    double sum = 0;
+    for (const Particle<double>& q : all) {
+        const Material<double>& m = s.materials[std::size_t(q.object)];
+        sum += m.volume * stored_energy(q, m) + 0.5 * m.mass * dot(q.v, q.v) +
+               affine_energy(q.C, m.mass, s.lattice.dx) -
+               m.mass * dot(s.gravity, q.x - floor_of(s));
+    }
+    return sum;
+}
+
+Outcome outcome_of(Verification& v, const Case& c, double limit, bool in_double)
+{
+    using Clock = std::chrono::steady_clock;
+    const auto begun = Clock::now();
+    const auto spent = [&] { return std::chrono::duration<double>(Clock::now() - begun).count(); };
+    Outcome o;
+    try {
+        const double dx = c.setup.lattice.dx;
+        const Audit before = audit(c.setup.particles, c.setup.materials, dx);
+        const auto solver = in_double ? v.reference(c.setup) : v.solver(c.setup);
+        double at_rest = -INFINITY, highest = -INFINITY, t = 0;
+        while (t < c.end - 1e-9 && spent() < limit) {
+            const bool acts = t < c.action - 1e-9;
+            const double to = std::min(t + c.frame, acts ? c.action : c.end);
+            Motion motion;
+            if (c.at) motion.from = c.at(t), motion.to = c.at(to);
+            if (c.active) motion.active = c.active(t);
+            add_to(o.stats, solver->advance(motion, to - t));
+            t = to;
+            if (t < c.action - 1e-9) continue;
+            const double energy = energy_of(solver->particles(), c.setup);
+            // Within an oscillation the energy that is seen varies: what counts is a second half
+            // that has more than the first had.
+            double& most = t < (c.action + c.end) / 2 ? at_rest : highest;
+            if (!(energy <= most)) most = energy;
+            if (!(energy <= o.energy)) o.energy = energy;
+        }
+        const std::vector<Particle<double>> last = solver->particles();
+        const Audit after = audit(last, c.setup.materials, dx);
+        o.simulated = t, o.fastest = after.fastest, o.volume = after.volume / before.volume;
+        const bool rested = highest > -INFINITY || std::isnan(highest);
+        if (rested) o.energy_gain = (highest - at_rest) / std::max(at_rest, 1e-30);
+        // Twice what all energy could make of a hundredth of the clay, as a sign of an explosion.
+        const double bound = 10 * std::sqrt(2 * std::fabs(std::max(at_rest, 0.0)) / before.mass) +
+                             20 + 2 * before.fastest;
+        std::string wrong = broken(o, before, after, rested ? bound : INFINITY);
+        const double first = energy_of(c.setup.particles, c.setup);
+        if (wrong.empty() && c.may_grow > 0 && !(o.energy <= c.may_grow * first))
+            wrong = fmt::format("energy rose {:.3g} times", o.energy / first);
+        if (wrong.empty() && c.nonsense) wrong = "was taken, and should have been refused";
+        const bool guarded = o.stats.clipped + o.stats.confined + o.stats.repaired > 0;
+        o.note = wrong.empty() ? guards(o.stats) : wrong + "; " + guards(o.stats);
+        o.ending = !wrong.empty()     ? Ending::failed
+                   : t < c.end - 1e-9 ? Ending::slow
+                   : guarded          ? Ending::guarded
+                                      : Ending::stable;
+    } catch (const std::exception& e) {
+        o.ending = Ending::refused, o.note = e.what();
+    }
+    o.seconds = spent();
+    return o;
+}
+
+Setup block_on_floor(const Material<double>& material, int per_axis)
+{
+    constexpr double dx = 0.01;
+    Setup s = between_walls({16, 16, 16}, dx, ContactMode::separate, 0.3);
+    s.gravity = {0, -9.81, 0};
+    const Place floor = floor_of(s), reach{3 * dx, 0, 3 * dx};
+    fill(s, material, floor - reach, floor + reach + Place{0, 4 * dx, 0}, per_axis);
+    return s;
+}
+
+Case pressed_block(std::string name, const Material<double>& material, double radius, double speed,
+                   double depth, int per_axis)
+{
+    Case c{std::move(name), block_on_floor(material, per_axis)};
+    add_ball_tool(c.setup, radius, ContactMode::separate, 0.3);
+    const double dx = c.setup.lattice.dx, start = radius + 0.5 * dx;
+    const double down = (0.5 * dx + depth) / speed;
+    const Place axis = floor_of(c.setup) + Place{0.13 * dx, 4 * dx, -0.21 * dx};
+    c.at = [=](double t) {
+        const double way = t < down ? speed * t : std::max(2 * speed * down - speed * t, 0.0);
+        return std::vector{stands_at(axis + Place{0, start - way, 0})};
+    };
+    c.action = 2 * down;
+    c.end = c.action + std::min(0.1, 1000 * 0.4 * dx / sound_speed(material));
+    c.frame = std::min(c.frame, down / 4);
+    return c;
+}
+
+}  // namespace knead

@@ -1,0 +1,54 @@
+// Violent little scenes, and how they end.
+#pragma once
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "host/verify/clay.h"
+#include "host/verify/verify.h"
+
+namespace knead {
+
+// Tools act until `action`, then stand still until `end`: from then on energy can only fall.
+struct Case {
+    std::string name;
+    Setup setup;
+    double action = 0, end = 0;                              // [s]
+    std::function<std::vector<Joint<double>>(double)> at{};  // no tools: empty
+    std::function<std::vector<char>(double)> active{};       // none: always
+    double frame = 1.0 / 90;                                 // [s]
+    std::string advice = "keep away from it, or lower step.courant";
+    bool nonsense = false;  // must be refused
+    double may_grow = 0;    // nothing acts: energy is at most so many times the first; 0: not asked
+};
+
+enum class Ending { stable, guarded, slow, refused, failed };
+const char* ending_name(Ending e);
+
+struct Outcome {
+    Ending ending = Ending::failed;
+    std::string note;  // counters, message or what went wrong
+    FrameStats stats;
+    double energy = 0;       // the most that was seen while all stood still [J]
+    double energy_gain = 0;  // while all stood still, over the energy that there was [1]
+    double fastest = 0;      // of the last state [m/s]
+    double volume = 0;       // of the last state over that at the beginning [1]
+    double simulated = 0, seconds = 0;
+};
+
+// All energy of the clay [J]: motion with that of each particle's own cell, strain, height.
+double energy_of(const std::vector<Particle<double>>& all, const Setup& s);
+
+// To its end, or until `limit` [s] of wall time have passed.
+Outcome outcome_of(Verification& v, const Case& c, double limit, bool in_double = false);
+
+// A block of 6 x 4 x 6 cells on a floor, per_axis^3 particles a cell, dx = 1 cm; its materials and
+// tools can be changed before it runs.
+Setup block_on_floor(const Material<double>& material, int per_axis = 2);
+// The same with a ball of `radius` that comes down on it at `speed`, goes in by `depth`, and out.
+Case pressed_block(std::string name, const Material<double>& material, double radius, double speed,
+                   double depth, int per_axis = 2);
+
+std::vector<Case> stability_cases(bool quick);
+
+}  // namespace knead

@@ -1,0 +1,192 @@
+// accuracy: a sphere pressed by its diameter into a block on a floor, and withdrawn. Elastic clay
+// comes back; plastic clay keeps a hole of the sphere's size.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <vector>
+
+#include "host/verify/clay.h"
+#include "host/verify/verify.h"
+
+namespace knead {
+namespace {
+
+constexpr double dx = 0.01, speed = 0.5;            // [m] [m/s]
+constexpr double settle = 0.13, rest = 0.2;         // [s] before and after the press
+constexpr double frame = 1.0 / 180, mean_of = 0.1;  // [s]
+
+struct Press {
+    Setup setup;
+    double radius, top, end;  // [m] [m] [s]
+    Place axis;               // on the surface
+
+    // Down by the diameter, and up again until it is out.
+    double depth(double t) const
+    {
+        const double down = 2 * radius / speed, since = t - settle;
+        if (since < 0) return -radius;
+        return since < down ? speed * since : std::max(2 * radius - speed * (since - down), -dx);
+    }
+    std::vector<Joint<double>> at(double t) const
+    {
+        return {stands_at(axis + Place{0, radius - depth(t), 0})};
+    }
+};
+
+Press press(double radius, const Material<double>& material, int passes = 2)
+{
+    const double cells = radius / dx;
+    const int half = std::max(8, int(std::ceil(2 * cells)) + 6);
+    const int high = std::max(10, int(std::ceil(5 * cells)));
+    Press p{between_walls({2 * half + 4, high + int(4 * cells) + 4, 2 * half + 4}, dx,
+                          ContactMode::separate, 0.3),
+            radius,
+            0,
+            0,
+            {}};
+    Setup& s = p.setup;
+    s.gravity = {0, -9.81, 0};
+    const Place floor = floor_of(s), reach{half * dx, 0, half * dx};
+    fill(s, material, floor - reach, floor + reach + Place{0, high * dx, 0}, 2);
+    add_ball_tool(s, radius, ContactMode::separate, 0.3);
+    s.passes = passes;
+    p.top = floor.y + high * dx;
+    p.axis = {floor.x, p.top, floor.z};
+    p.end = settle + 4 * radius / speed + rest;
+    return p;
+}
+
+// Mean places before the press, and at the end.
+struct Places {
+    std::vector<Place> before, after;
+    FrameStats stats;
+};
+
+Places pressed(Verification& v, const Press& p)
+{
+    const std::size_t n = p.setup.particles.size();
+    Places places{std::vector<Place>(n, Place{}), std::vector<Place>(n, Place{}), {}};
+    const auto solver = v.solver(p.setup);
+    int before = 0, after = 0;
+    const auto collect = [&](std::vector<Place>& sum, int& count) {
+        const std::vector<Particle<double>> now = by_id(*solver);
+        for (std::size_t i = 0; i < n; ++i) sum[i] = sum[i] + now[i].x;
+        ++count;
+    };
+    places.stats = drive(
+        *solver, frame, p.end, [&](double t) { return p.at(t); },
+        [&](double t) {
+            if (t <= settle && t > settle - mean_of) collect(places.before, before);
+            if (t > p.end - mean_of) collect(places.after, after);
+            return true;
+        });
+    for (std::size_t i = 0; i < n; ++i) {
+        places.before[i] = (1.0 / before) * places.before[i];
+        places.after[i] = (1.0 / after) * places.after[i];
+    }
+    return places;
+}
+
+double from_axis(const Press& p, Place x) { return std::hypot(x.x - p.axis.x, x.z - p.axis.z); }
+
+std::string named(double radius) { return fmt::format("R = {:.3g} dx", radius / dx); }
+
+struct Left {
+    double dent = 0, aside = 0;  // [m]
+    FrameStats stats;
+};
+
+Left left_in_elastic(Verification& v, const Press& p)
+{
+    const Places places = pressed(v, p);
+    Left left{0, 0, places.stats};
+    for (std::size_t i = 0; i < places.before.size(); ++i) {
+        const Place way = places.after[i] - places.before[i];
+        if (p.setup.particles[i].x.y > p.top - dx / 2) left.dent = std::fmax(left.dent, -way.y);
+        left.aside = std::fmax(left.aside, std::hypot(way.x, way.z));
+    }
+    return left;
+}
+
+void elastic_block(Verification& v, double radius)
+{
+    const Left left = left_in_elastic(v, press(radius, elastic(1e5, 0.3, 1000)));
+    const std::string advice =
+        "press elastic clay less deep than the tool's radius, or expect a dent to stay";
+    Check c = at_most("elastic block, " + named(radius) + ": dent left over D",
+                      left.dent / (2 * radius), 0.10, "", advice);
+    c.note = fmt::format("clipped {}, confined {}, repaired {}; {} substeps", left.stats.clipped,
+                         left.stats.confined, left.stats.repaired, left.stats.substeps);
+    v.add(c);
+    v.add(at_most("elastic block, " + named(radius) + ": farthest moved aside over D",
+                  left.aside / (2 * radius), 0.10, "", advice));
+}
+
+// What the measure itself says of clay that only the grid moves: nothing else can leave a dent.
+void without_projection(Verification& v, double radius)
+{
+    const Left left = left_in_elastic(v, press(radius, elastic(1e5, 0.3, 1000), 0));
+    v.add(at_most("elastic block, " + named(radius) + ", no projection: dent left over D",
+                  left.dent / (2 * radius), 0.02, "", "shorten the substep"));
+}
+
+// The hole: its radius by the nearest particles around the axis in each eighth of a turn, below
+// the rim and above the round end; its depth by the highest particle near the axis.
+struct Hole {
+    double width, depth;  // [m]
+};
+
+Hole hole_of(const Press& p, const std::vector<Place>& x, double surface)
+{
+    constexpr int parts = 8;
+    double nearest[parts];
+    std::fill(nearest, nearest + parts, 1e30);
+    double bottom = -1e30;
+    const double upper = surface - 0.5 * p.radius, lower = surface - 1.2 * p.radius - 0.25 * dx;
+    for (const Place& q : x) {
+        const double r = from_axis(p, q);
+        const double turn = std::atan2(q.z - p.axis.z, q.x - p.axis.x) / (2 * M_PI) + 0.5;
+        double& best = nearest[std::min(int(turn * parts), parts - 1)];
+        if (q.y < upper && q.y > lower) best = std::min(best, r);
+        if (r < std::max(0.5 * dx, 0.3 * p.radius)) bottom = std::max(bottom, q.y);
+    }
+    double sum = 0;
+    for (const double r : nearest) sum += std::min(r, 2 * p.radius) / parts;
+    return {2 * sum, surface - bottom};
+}
+
+void plastic_block(Verification& v, double radius)
+{
+    // Yields at E / 100, so that a few hundredths of the hole spring back, not more than its bound:
+    // by the expansion of a cavity, the wall comes back by p / 2G of its radius, p some 3 Y.
+    constexpr double E = 4e5;
+    const Press p = press(radius, plastic(E, 0.3, 1000, 0.01 * E));
+    const Places places = pressed(v, p);
+    double surface = 0;  // far from the hole, a quarter of dx above its particles
+    long count = 0;
+    for (std::size_t i = 0; i < places.after.size(); ++i)
+        if (p.setup.particles[i].x.y > p.top - dx / 2 &&
+            from_axis(p, places.before[i]) > 2.5 * radius)
+            surface += places.before[i].y, ++count;
+    surface = surface / double(count) + dx / 4;
+    const Hole hole = hole_of(p, places.after, surface);
+    const double bound = std::max(dx / 4, 0.2 * radius);
+    const std::string advice = "finer cells: a hole is as exact as a share of dx";
+    v.add(near("clay block, " + named(radius) + ": width of the hole", hole.width / dx,
+               2 * radius / dx, bound / dx, "dx", advice));
+    v.add(near("clay block, " + named(radius) + ": depth of the hole", hole.depth / dx,
+               2 * radius / dx, bound / dx, "dx", advice));
+}
+
+}  // namespace
+
+void recovery_part(Verification& v)
+{
+    std::vector<double> cells{0.6, 1.28};
+    if (!v.quick()) cells.insert(cells.end(), {2.56, 4});
+    for (const double r : cells) elastic_block(v, r * dx);
+    without_projection(v, 1.28 * dx);
+    for (const double r : cells) plastic_block(v, r * dx);
+}
+
+}  // namespace knead

@@ -1,0 +1,122 @@
+// knead verify: the suites asked for, part after part.
+#include "host/verify/verify.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cstdio>
+
+#include "host/base/errors.h"
+#include "host/base/interrupt.h"
+#include "host/base/json_reader.h"
+#include "host/solver/reference.h"
+
+namespace knead {
+namespace {
+
+std::vector<std::string> suite_names()
+{
+    std::vector<std::string> names;
+    for (const Part& p : verify_parts())
+        if (std::find(names.begin(), names.end(), p.suite) == names.end()) names.push_back(p.suite);
+    return names;
+}
+
+VerifyOptions completed(VerifyOptions o)
+{
+    const std::vector<std::string> names = suite_names();
+    for (const std::string& asked : o.suites)
+        if (std::find(names.begin(), names.end(), asked) == names.end()) {
+            const std::string near = likely_name(asked, names);
+            throw UsageError(fmt::format("no suite \"{}\"{}; there are {}", asked.substr(0, 60),
+                                         near.empty() ? "" : ": \"" + near + "\" is meant?",
+                                         fmt::join(names, ", ")));
+        }
+    if (o.suites.empty()) o.suites = names;
+    return o;
+}
+
+bool wanted(const VerifyOptions& o, const Part& p)
+{
+    return std::find(o.suites.begin(), o.suites.end(), p.suite) != o.suites.end() &&
+           std::string(p.name).find(o.only) != std::string::npos;
+}
+
+}  // namespace
+
+const std::vector<Part>& verify_parts()
+{
+    // clang-format off
+    static const std::vector<Part> parts{
+        {"accuracy", "laws", laws_part},
+        {"accuracy", "shear", shear_part},
+        {"accuracy", "momentum", momentum_part},
+        {"accuracy", "floor", floor_part},
+        {"accuracy", "impact", impact_part},
+        {"accuracy", "recovery", recovery_part},
+        {"convergence", "patch", patch_part},
+        {"convergence", "waves", waves_part},
+        {"convergence", "squeeze", squeeze_part},
+        {"workprecision", "front", front_part},
+        {"stability", "margin", margin_part},
+        {"stability", "steps", steps_part},
+        {"stability", "map", map_part},
+    };
+    // clang-format on
+    return parts;
+}
+
+Verification::Verification(const VerifyOptions& o)
+    : options(completed(o)),
+      device(resolved(parse_device(o.device == "reference" ? "cpu:double" : o.device)))
+{
+}
+
+void Verification::add(Check check)
+{
+    const auto now = std::chrono::steady_clock::now();
+    check.suite = suite;
+    check.seconds = std::chrono::duration<double>(now - mark).count();
+    mark = now;
+    if (!options.json && !options.quiet) std::fputs(verify_text(check).c_str(), stdout);
+    std::fflush(stdout);
+    checks.push_back(std::move(check));
+}
+
+void Verification::say(const std::string& text) const
+{
+    if (!options.quiet) std::fprintf(stderr, "knead verify: %s\n", text.c_str());
+}
+
+std::unique_ptr<Solver> Verification::solver(Setup setup) const
+{
+    setup.threads = options.threads;
+    return make_solver(setup, device);
+}
+
+std::unique_ptr<Solver> Verification::reference(Setup setup) const
+{
+    setup.threads = options.threads;
+    return std::make_unique<Reference>(setup);
+}
+
+void run(Verification& v)
+{
+    for (const Part& part : verify_parts()) {
+        if (!wanted(v.options, part) || interrupted()) continue;
+        v.suite = part.suite;
+        v.lap();
+        try {
+            part.run(v);
+        } catch (const std::exception& e) {
+            Check c = at_most(std::string(part.name) + " runs to its end", std::nan(""), 0, "");
+            c.note = e.what();
+            v.add(std::move(c));
+        }
+    }
+    if (v.checks.empty() && !interrupted())
+        throw UsageError("--only: no part of these suites has \"" + v.options.only.substr(0, 60) +
+                         "\" in its name");
+}
+
+}  // namespace knead

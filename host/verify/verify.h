@@ -1,0 +1,83 @@
+// knead verify: accuracy, convergence, error against run time, stability.  docs/verify.md
+#pragma once
+#include <chrono>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "host/session/device.h"
+#include "host/verify/check.h"
+
+namespace knead {
+
+struct VerifyOptions {
+    std::vector<std::string> suites;  // none: all
+    std::string device = "auto";      // auto, cuda, cuda:N, cpu or reference
+    std::string only;                 // parts whose name contains it
+    std::string out;                  // folder; "": no files
+    bool quick = false, overwrite = false, json = false, quiet = false;
+    int threads = 0;  // CPU; 0: all
+};
+
+// A point of a table beside the checks: the stability map, error against run time.
+struct VerifyRow {
+    std::string table, name, outcome;
+    std::vector<std::pair<std::string, double>> numbers;
+};
+
+// What the suites share: options, device, and the lines so far.
+class Verification {
+  public:
+    explicit Verification(const VerifyOptions& options);
+
+    // Adds a line; its seconds are those since the one before, or since lap().
+    void add(Check check);
+    void add(VerifyRow row) { rows.push_back(std::move(row)); }
+    void lap() { mark = std::chrono::steady_clock::now(); }
+    void say(const std::string& text) const;  // on stderr
+
+    std::unique_ptr<Solver> solver(Setup setup) const;     // on the device of the options
+    std::unique_ptr<Solver> reference(Setup setup) const;  // in double
+    bool quick() const { return options.quick; }
+
+    const VerifyOptions options;
+    const Device device;
+    std::string suite;  // that is running
+    std::vector<Check> checks;
+    std::vector<VerifyRow> rows;
+
+  private:
+    std::chrono::steady_clock::time_point mark = std::chrono::steady_clock::now();
+};
+
+// A part of a suite: one file's checks. Parts that are not quick run only without --quick.
+struct Part {
+    const char *suite, *name;
+    void (*run)(Verification&);
+};
+const std::vector<Part>& verify_parts();
+
+void laws_part(Verification&);
+void shear_part(Verification&);
+void momentum_part(Verification&);
+void floor_part(Verification&);
+void impact_part(Verification&);
+void recovery_part(Verification&);
+void patch_part(Verification&);
+void waves_part(Verification&);
+void squeeze_part(Verification&);
+void front_part(Verification&);
+void margin_part(Verification&);
+void steps_part(Verification&);
+void map_part(Verification&);
+
+nlohmann::json verify_json(const Verification& v);
+std::string verify_csv(const Verification& v);
+std::string verify_text(const Check& check);
+std::string verify_summary(const Verification& v);
+std::string verify_page(const Verification& v);  // report.md
+
+// All parts that the options ask for. What a part throws is a line that failed.
+void run(Verification& v);
+
+}  // namespace knead
