@@ -76,7 +76,7 @@ HD Sym3<R> kirchhoff_stress(const Particle<R>& q, const Material<R>& m)
     return composed(b.axes, principal_stress(m, q.k, hencky(b.value)));
 }
 
-// No eigenvalue of a symmetric matrix is larger than this. [Gershgorin 1931]
+// No eigenvalue of a symmetric matrix is larger than this: the bound of Gershgorin's circles.
 template <class R>
 HD R largest_at_most(const Sym3<R>& a)
 {

@@ -79,7 +79,7 @@ static __device__ __noinline__ void pose_viewed(PoseSpace& s, int part, int n)
     }
 }
 
-// The same with the view copied to shared memory: a kernel's argument lies in the constant bank, and
+// The same with the view in shared memory: a kernel's argument lies in the constant bank, and
 // what a function out of line reads of it through a pointer, no sanitizer can tell from a fault.
 __device__ inline void pose_part(const PoseView& view, PoseSpace& s, int part, int n)
 {

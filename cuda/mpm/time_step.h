@@ -48,10 +48,9 @@ HD StepChoice choose_dt(const StepLimits& p, const Extremes& clay, double tool, 
         best = {p.fixed, Limit::fixed};
     } else {
         at_most(p.viscosity, Limit::viscosity);
-        double stiffness = clay.stiffness < most_stiffening * p.stiffness
-                               ? clay.stiffness
-                               : most_stiffening * p.stiffness;
-        if (!(stiffness > p.stiffness)) stiffness = p.stiffness;
+        const double most = most_stiffening * p.stiffness;
+        double stiffness = p.stiffness;
+        if (clay.stiffness > stiffness) stiffness = clay.stiffness < most ? clay.stiffness : most;
         if (stiffness > 0) at_most(p.courant * p.dx / std::sqrt(stiffness), Limit::sound);
         if (clay.speed > 0) at_most(max_travel * p.dx / clay.speed, Limit::speed);
         at_most(tool, Limit::tool);

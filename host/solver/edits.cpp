@@ -62,6 +62,7 @@ void check_materials(const std::vector<Material<double>>& materials)
 Rules::Rules(const Setup& setup) : now(setup), counts(setup.materials.size(), 0)
 {
     check_materials(setup.materials);
+    check_rig(setup.rig, setup.tools);
     for (const Particle<double>& p : setup.particles) {
         require(p.object >= 0 && p.object < int(counts.size()),
                 "a particle of object " + std::to_string(p.object) + ", which has no material");

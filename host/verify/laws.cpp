@@ -138,6 +138,7 @@ void return_maps(Verification& v, int states)
     for (const Law& law : laws) {
         Worst worst;  // of all elasticities
         for (const auto& [elasticity, name] : elasticities) {
+            if (!go_together(elasticity, law.plasticity)) continue;
             const Worst one = returned<R>(law, elasticity, states);
             Worst::raise(worst.residual, one.residual);
             Worst::raise(worst.volume, one.volume);

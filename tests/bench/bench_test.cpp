@@ -170,7 +170,8 @@ TEST_F(BenchFolder, HandsTouchWhereTheirShapesReachIntoTheClay)
     const std::unique_ptr<Solver> solver = cpu_solver(scene.setup);
     long before = 0, after = 0;
     drive(scene, *solver, &hands, std::max(0, contact - 2), [&](const Frame& f) {
-        (f.number < 2 ? before : after) += f.stats.projected;
+        // In the first frame hands that have not come by themselves are found in the clay.
+        if (f.number > 1) (f.number == 2 ? before : after) += f.stats.projected;
         return f.number < 4;
     });
     EXPECT_GT(after, 0);

@@ -144,10 +144,12 @@ Error error(const Setup& s, const Particles& a, const Particles& b)
     return e;
 }
 
-// Three times what float on the CPU was measured to in these runs: 1.2e-5 and 9.8e-5 cells, 2.1e-8
-// (sand and snow; 3e-9 without) and 7.8e-6. The first is no more than the walk of the positions'
-// own rounding: sqrt(300) times 2^-25 m / sqrt(3) along each axis are 5e-7 m, 1.6e-5 cells.
-constexpr double max_rms = 4e-5, max_off = 3e-4, max_volume = 6e-8, max_momentum = 2.4e-5;
+// Three times what float on the CPU was measured to in these runs: 1.2e-5 and 6e-5 cells, 7.2e-8
+// (sand and snow; 2.6e-8 without) and 3.4e-5. The first is no more than the walk of the positions'
+// own rounding: sqrt(300) times 2^-25 m / sqrt(3) along each axis are 5e-7 m, 1.6e-5 cells. The
+// last comes of tools: the velocity that brings a particle out is its depth, off by that rounding,
+// over half a substep (19).
+constexpr double max_rms = 4e-5, max_off = 2e-4, max_volume = 2.2e-7, max_momentum = 1e-4;
 
 class RecordedRun : public AgainstTheReference {
   protected:
@@ -187,7 +189,7 @@ class RecordedRun : public AgainstTheReference {
         if (blade) {
             EXPECT_GT(e.labelled, 100);
         } else if (!p.setup.tools.empty()) {
-            EXPECT_GT(wanted.sum.projected, 200);
+            EXPECT_GT(wanted.sum.projected, 100);
         }
         EXPECT_NEAR(double(mine.sum.projected), double(wanted.sum.projected),
                     0.01 * double(wanted.sum.projected) + 1);
