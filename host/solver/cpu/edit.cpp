@@ -189,17 +189,25 @@ void CpuSolver<R>::restore(const Snapshot& snapshot)
 }
 
 template <class R>
+Extremes CpuSolver<R>::extremes() const
+{
+    double speed_squared = 0, stiffest = 0;
+    for (const Particle<R>& p : q) {
+        speed_squared = std::max(speed_squared, double(dot(p.v, p.v)));
+        stiffest = std::max(stiffest, double(stiffness(p, materials[std::size_t(p.object)])));
+    }
+    return {std::sqrt(speed_squared), stiffest};
+}
+
+template <class R>
 SavedState CpuSolver<R>::save() const
 {
     SavedState state;
     state.setup = setup;
     state.setup.particles = particles();
     state.order = ids;
-    for (const Particle<R>& p : q) {
-        state.speed_squared = std::max(state.speed_squared, float(dot(p.v, p.v)));
-        state.stiffness =
-            std::max(state.stiffness, float(stiffness(p, materials[std::size_t(p.object)])));
-    }
+    const Extremes most = extremes();
+    state.speed_squared = float(most.speed * most.speed), state.stiffness = float(most.stiffness);
     state.quiet = stillness.quiet, state.quiet_stored = lattice.stored;
     state.covered = was_covered;
     return state;

@@ -310,17 +310,6 @@ void CpuSolver<R>::step_particles(int slot, Bins::Members members, R dt, const T
     c.speed_squared = std::max(c.speed_squared, double(largest(speed_squared)));
 }
 
-template <class R>
-Extremes CpuSolver<R>::extremes() const
-{
-    double speed_squared = 0, stiffest = 0;
-    for (const Particle<R>& p : q) {
-        speed_squared = std::max(speed_squared, double(dot(p.v, p.v)));
-        stiffest = std::max(stiffest, double(stiffness(p, materials[std::size_t(p.object)])));
-    }
-    return {std::sqrt(speed_squared), stiffest};
-}
-
 // Out of tools and walls, where the block is near any; true if a particle may have changed.
 template <class R>
 bool CpuSolver<R>::keep_out(const Group<R>& group, int block, R dt, Counts& c)
