@@ -53,10 +53,15 @@ void Solver::load(const SavedState&) { refuse(*this); }
 
 void check_materials(const std::vector<Material<double>>& materials)
 {
-    for (const Material<double>& m : materials)
+    for (const Material<double>& m : materials) {
+        const double sum = m.density + m.mu + m.lambda + m.bulk + m.yield + m.hardening +
+                           m.yield_floor + m.friction + m.cohesion + m.compress + m.stretch +
+                           m.snow + m.viscosity + m.exponent + m.mass + m.volume;
+        require(std::isfinite(sum), "a material's constants are finite numbers");
         require(go_together(m.elasticity, m.plasticity),
                 "a plasticity with a yield surface needs neo-Hookean or Hencky elasticity (fixed "
                 "corotated softens where it is pressed below half its length)");
+    }
 }
 
 Rules::Rules(const Setup& setup) : now(setup), counts(setup.materials.size(), 0)

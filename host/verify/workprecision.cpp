@@ -28,12 +28,13 @@ struct Point {
 
 std::vector<SqueezeRule> rules(bool quick)
 {
+    const double usual = StepRule{}.courant;
     std::vector<SqueezeRule> all;
     for (const int cells : quick ? std::vector{16, 32} : std::vector{16, 24, 32, 48}) {
         for (const double courant :
-             quick ? std::vector{0.2, 0.4, 0.6} : std::vector{0.1, 0.2, 0.4, 0.6, 0.8})
+             quick ? std::vector{0.4, 0.6, usual} : std::vector{0.2, 0.4, 0.6, usual, 1.0})
             for (const int per_axis : {1, 2, 3}) all.push_back({cells, per_axis, courant, false});
-        if (cells == 16 || cells == 32) all.push_back({cells, 2, 0.4, true});
+        if (cells == 16 || cells == 32) all.push_back({cells, 2, usual, true});
     }
     return all;
 }

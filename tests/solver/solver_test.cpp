@@ -180,6 +180,21 @@ TEST_P(ThinTool, LeavesNoParticleDeepInsideAndLosesNone)
     }
 }
 
+TEST(Solver, NumbersThatAreNoneAndMoreToolsThanThereIsRoomForAreRefused)
+{
+    const Given good = ball(16, 0.3, {0.5, 0.5, 0.5}, clay(1e5, 1e4));
+    Given stiff = good, crowded = good, loose = good;
+    stiff.materials[0].lambda = std::numeric_limits<double>::infinity();
+    EXPECT_THROW(cpu_solver(stiff), std::invalid_argument);
+    crowded.rig.spheres = {{{}, {1}, {}, 0.01f}};
+    crowded.rig.primitives.assign(max_primitives + 1, {1, {0, 0, 0}, 0});
+    crowded.tools = {{ContactMode::separate, 0.3, false, true}};
+    EXPECT_THROW(cpu_solver(crowded), std::invalid_argument);
+    loose.rig.primitives = {{1, {0, 0, 0}, 0}};  // of no sphere and of no tool
+    EXPECT_THROW(cpu_solver(loose), std::invalid_argument);
+    EXPECT_NO_THROW(cpu_solver(good));
+}
+
 TEST(Solver, TheBitsAreTheSameForAnyNumberOfThreads)
 {
     Given s = ball(32, 0.3, {0.5, 0.3, 0.5}, clay(1e5, 1e4));
