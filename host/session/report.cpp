@@ -154,11 +154,26 @@ Json momentum(const Scene& scene, const RunRecord& record, const FrameRow& last)
 
 double drift(double first, double last) { return first > 0 ? last / first - 1 : 0; }
 
+// Of all audited frames the worst.
+Crowding crowding_of(const RunRecord& record)
+{
+    Crowding worst;
+    for (const FrameRow& row : record.rows) {
+        worst.particles = std::max(worst.particles, row.crowding.particles);
+        worst.most = std::max(worst.most, row.crowding.most);
+    }
+    return worst;
+}
+
 Json volumes(const RunRecord& record, const FrameRow& last)
 {
     Json v = {{"first_m3", record.first.volume},
               {"last_m3", last.state.volume},
-              {"drift", drift(record.first.volume, last.state.volume)}};
+              {"drift", drift(record.first.volume, last.state.volume)},
+              {"plastic_drift", drift(record.first.unloaded, last.state.unloaded)}};
+    v["elastic_drift"] = drift(record.first.volume / std::max(record.first.unloaded, 1e-300),
+                               last.state.volume / std::max(last.state.unloaded, 1e-300));
+    v["most_crowded"] = crowding_of(record).most;
     if (record.first_mesh_volume < 0 || !last.meshed) return v;
     v["mesh_first_m3"] = record.first_mesh_volume;
     v["mesh_last_m3"] = last.mesh_volume;
@@ -219,7 +234,8 @@ Json physics(const Scene& scene, const RunRecord& record)
             {"guards",
              {{"clipped", total(record, &FrameStats::clipped)},
               {"confined", total(record, &FrameStats::confined)},
-              {"repaired", total(record, &FrameStats::repaired)}}},
+              {"repaired", total(record, &FrameStats::repaired)},
+              {"crowded", crowding_of(record).particles}}},
             {"state_hash", hexadecimal(last->state.hash)}};
 }
 

@@ -125,6 +125,7 @@ class Run {
         const State now = loop.particles();
         row.audited = true;
         row.state = audit(*now, scene.setup.materials, scene.setup.lattice.dx);
+        row.crowding = crowding(*now, scene.setup.materials, scene.setup.lattice.dx);
         row.stages = solver.stage_times();
         const std::vector<double> inside = solver.penetration();
         depths.add(inside);

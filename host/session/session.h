@@ -35,6 +35,7 @@ struct FrameRow {
     FrameStats stats;
     bool audited = false;  // what follows is filled in
     Audit state;
+    Crowding crowding;
     Depths left;
     std::vector<StageTime> stages;
     bool meshed = false;

@@ -6,18 +6,23 @@
 #include <cmath>
 
 #include "cuda/mpm/material.h"
+#include "cuda/mpm/stencil.h"
 
 namespace knead {
 
 static_assert(sizeof(Particle<double>) == 22 * sizeof(double) + 8, "hashed as bytes: no padding");
 
-double log_volume_ratio(const Particle<double>& q, const Material<double>& m)
+// Sand remembers in k the volume it gained at the cone's tip, snow what it was packed by.
+static double plastic_log_volume(const Particle<double>& q, const Material<double>& m)
 {
-    const double elastic = log_volume(determinant_excess(q.e));
-    // Sand remembers in k the volume it gained at the cone's tip, snow what it was packed by.
     const bool kept =
         m.plasticity == Plasticity::drucker_prager || m.plasticity == Plasticity::clamp;
-    return kept ? elastic + q.k : elastic;
+    return kept ? q.k : 0;
+}
+
+double log_volume_ratio(const Particle<double>& q, const Material<double>& m)
+{
+    return log_volume(determinant_excess(q.e)) + plastic_log_volume(q, m);
 }
 
 double stored_energy(const Particle<double>& q, const Material<double>& m)
@@ -54,6 +59,7 @@ Audit audit(const std::vector<Particle<double>>& particles,
             continue;
         }
         a.volume += J * m.volume;
+        a.unloaded += std::exp(plastic_log_volume(q, m)) * m.volume;
         a.elastic += energy * m.volume;
         a.kinetic += 0.5 * m.mass * dot(q.v, q.v);
         a.momentum = a.momentum + m.mass * q.v;
@@ -64,6 +70,52 @@ Audit audit(const std::vector<Particle<double>>& particles,
     for (std::size_t i = 0; i < counts.size(); ++i) a.mass += double(counts[i]) * materials[i].mass;
     a.hash = XXH64(particles.data(), particles.size() * sizeof(Particle<double>), 0);
     return a;
+}
+
+// Every particle spreads the volume that it claims over its nodes (1), and reads there what all
+// claim together.
+Crowding crowding(const std::vector<Particle<double>>& particles,
+                  const std::vector<Material<double>>& materials, double dx)
+{
+    const auto known = [](const Particle<double>& q) {
+        return std::isfinite(q.x.x + q.x.y + q.x.z + trace(q.e) + q.k);
+    };
+    const Int3 none{1 << 30, 1 << 30, 1 << 30};
+    Int3 low = none, high = {-none.x, -none.y, -none.z};
+    for (const Particle<double>& q : particles) {
+        if (!known(q)) continue;
+        const Int3 base = base_node(q.x, Spacing<double>(dx));
+        low = {std::min(low.x, base.x), std::min(low.y, base.y), std::min(low.z, base.z)};
+        high = {std::max(high.x, base.x), std::max(high.y, base.y), std::max(high.z, base.z)};
+    }
+    if (high.x < low.x) return {};
+    const Int3 size = high - low + Int3{3, 3, 3};
+    std::vector<double> claimed(std::size_t(size.x) * std::size_t(size.y) * std::size_t(size.z));
+    const auto at_nodes = [&](const Particle<double>& q, auto&& visit) {
+        const Stencil<double> s = stencil(q.x, Spacing<double>(dx));
+        for (int n = 0; n < 27; ++n) {
+            const Int3 step = {n % 3, n / 3 % 3, n / 9}, i = s.base - low + step;
+            visit(s.w[step.x].x * s.w[step.y].y * s.w[step.z].z,
+                  claimed[(std::size_t(i.z) * std::size_t(size.y) + std::size_t(i.y)) *
+                              std::size_t(size.x) +
+                          std::size_t(i.x)]);
+        }
+    };
+    for (const Particle<double>& q : particles) {
+        if (!known(q)) continue;
+        const Material<double>& m = materials[std::size_t(q.object)];
+        const double share = std::exp(log_volume_ratio(q, m)) * m.volume / (dx * dx * dx);
+        at_nodes(q, [&](double w, double& node) { node += w * share; });
+    }
+    Crowding found;
+    for (const Particle<double>& q : particles) {
+        if (!known(q)) continue;
+        double here = 0;
+        at_nodes(q, [&](double w, double node) { here += w * node; });
+        found.particles += here > crowded;
+        found.most = std::max(found.most, here);
+    }
+    return found;
 }
 
 std::string hexadecimal(std::uint64_t hash) { return fmt::format("{:016x}", hash); }

@@ -13,6 +13,7 @@ namespace knead {
 struct Audit {
     double mass = 0;                  // [kg]
     double volume = 0;                // sum of J times the volume at rest [m^3]
+    double unloaded = 0;              // the same without the elastic part of J [m^3]
     Vec3<double> momentum{}, spin{};  // [kg m/s]; angular, about the origin [kg m^2/s]
     double kinetic = 0, elastic = 0;  // [J]
     double fastest = 0;               // [m/s]
@@ -23,6 +24,16 @@ struct Audit {
 // All sums in double, in the particles' order.
 Audit audit(const std::vector<Particle<double>>& particles,
             const std::vector<Material<double>>& materials, double dx);
+
+// Where clay lies in clay. Volumes do not tell: projection and walls move particles without their J
+// hearing of it.
+struct Crowding {
+    long particles = 0;  // around which more than `crowded` times the room is claimed
+    double most = 0;     // times, where it is worst
+};
+constexpr double crowded = 1.3;
+Crowding crowding(const std::vector<Particle<double>>& particles,
+                  const std::vector<Material<double>>& materials, double dx);
 
 // ln of the volume over the volume at rest, plastic part included [1].
 double log_volume_ratio(const Particle<double>& q, const Material<double>& m);
