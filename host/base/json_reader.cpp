@@ -75,6 +75,19 @@ std::string likely_name(const std::string& word, const std::vector<std::string>&
     return edit_distance(word.substr(0, 100), best) <= allowed ? best : "";
 }
 
+std::vector<std::string> names_asked(const std::string& kind, const std::vector<std::string>& asked,
+                                     const std::vector<std::string>& names)
+{
+    for (const std::string& one : asked) {
+        if (std::find(names.begin(), names.end(), one) != names.end()) continue;
+        const std::string near = likely_name(one, names);
+        throw UsageError(fmt::format("no {} \"{}\"{}; there are {}", kind, one.substr(0, 60),
+                                     near.empty() ? "" : ": \"" + near + "\" is meant?",
+                                     fmt::join(names, ", ")));
+    }
+    return asked.empty() ? names : asked;
+}
+
 std::string read_text(const std::string& file, std::size_t max_bytes)
 {
     namespace fs = std::filesystem;

@@ -28,6 +28,10 @@ std::string read_text(const std::string& file, std::size_t max_bytes);
 std::string nearest_name(const std::string& word, const std::vector<std::string>& candidates);
 // The same, but "" where even the nearest is too far off to have been meant.
 std::string likely_name(const std::string& word, const std::vector<std::string>& candidates);
+// Those of the names that were asked for; all where none was. Throws UsageError for one that there
+// is not: "no KIND ..., there are ...".
+std::vector<std::string> names_asked(const std::string& kind, const std::vector<std::string>& asked,
+                                     const std::vector<std::string>& names);
 
 // What a number may be. `unit` is "" for a plain number.
 struct Bounds {

@@ -32,14 +32,7 @@ BenchOptions completed(BenchOptions o)
 {
     std::vector<std::string> names;
     for (const auto& [name, suite] : suites()) names.push_back(name);
-    for (const std::string& asked : o.suites)
-        if (std::find(names.begin(), names.end(), asked) == names.end()) {
-            const std::string near = likely_name(asked, names);
-            throw UsageError(fmt::format("no suite \"{}\"{}; there are {}", asked.substr(0, 60),
-                                         near.empty() ? "" : ": \"" + near + "\" is meant?",
-                                         fmt::join(names, ", ")));
-        }
-    if (o.suites.empty()) o.suites = names;
+    o.suites = names_asked("suite", o.suites, names);
     if (o.case_limit <= 0) o.case_limit = o.quick ? 4 : 20;
     return o;
 }

@@ -40,7 +40,8 @@ class Rules {
     std::vector<long> counts;
 };
 
-// Throws std::invalid_argument where a material's elasticity and plasticity do not go together.
+// Throws std::invalid_argument where a material's elasticity and plasticity do not go together, or
+// one of its constants is not finite.
 void check_materials(const std::vector<Material<double>>& materials);
 
 // Throws std::invalid_argument where a rig and its tools do not hang together, or no mask has room

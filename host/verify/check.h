@@ -31,31 +31,30 @@ inline Verdict verdict_of(Sense sense, double measured, double expected, double 
     return held && std::isfinite(measured) ? Verdict::passed : Verdict::failed;
 }
 
-// Builders, for what has no more to say. All bounds are in the unit.
-inline Check near(std::string name, double measured, double expected, double bound,
-                  std::string unit, std::string advice = "")
+// For what has no more to say. All bounds are in the unit.
+inline Check checked(Sense sense, std::string name, double measured, double expected, double bound,
+                     std::string unit, std::string advice)
 {
     Check c{};
     c.name = std::move(name), c.unit = std::move(unit), c.advice = std::move(advice);
-    c.measured = measured, c.expected = expected, c.bound = bound, c.sense = Sense::near;
-    c.verdict = verdict_of(c.sense, measured, expected, bound);
+    c.measured = measured, c.expected = expected, c.bound = bound, c.sense = sense;
+    c.verdict = verdict_of(sense, measured, expected, bound);
     return c;
+}
+inline Check near(std::string name, double measured, double expected, double bound,
+                  std::string unit, std::string advice = "")
+{
+    return checked(Sense::near, name, measured, expected, bound, unit, advice);
 }
 inline Check at_most(std::string name, double measured, double bound, std::string unit,
                      std::string advice = "")
 {
-    Check c = near(std::move(name), measured, 0, bound, std::move(unit), std::move(advice));
-    c.sense = Sense::at_most;
-    c.verdict = verdict_of(c.sense, measured, 0, bound);
-    return c;
+    return checked(Sense::at_most, name, measured, 0, bound, unit, advice);
 }
 inline Check at_least(std::string name, double measured, double bound, std::string unit,
                       std::string advice = "")
 {
-    Check c = near(std::move(name), measured, 0, bound, std::move(unit), std::move(advice));
-    c.sense = Sense::at_least;
-    c.verdict = verdict_of(c.sense, measured, 0, bound);
-    return c;
+    return checked(Sense::at_least, name, measured, 0, bound, unit, advice);
 }
 
 }  // namespace knead

@@ -5,6 +5,7 @@
 
 #include "host/base/errors.h"
 #include "host/base/interrupt.h"
+#include "host/scene/presets.h"
 #include "host/solver/reference.h"
 
 namespace knead {
@@ -28,25 +29,26 @@ Place floor_of(const Setup& s)
     return {(a.x + b.x) / 2, a.y, (a.z + b.z) / 2};
 }
 
+static MaterialSpec solid(Plasticity plasticity, double young, double poisson, double density)
+{
+    return {.name = "solid",
+            .elasticity = Elasticity::neo_hookean,
+            .plasticity = plasticity,
+            .density = density,
+            .young = young,
+            .poisson = poisson};
+}
+
 Material<double> elastic(double young, double poisson, double density)
 {
-    Material<double> m{};
-    m.elasticity = Elasticity::neo_hookean;
-    m.plasticity = Plasticity::none;
-    m.density = density;
-    m.mu = young / (2 * (1 + poisson));
-    m.lambda = young * poisson / ((1 + poisson) * (1 - 2 * poisson));
-    m.bulk = m.lambda + 2 * m.mu / 3;
-    m.exponent = 1;
-    return m;
+    return made(solid(Plasticity::none, young, poisson, density));
 }
 
 Material<double> plastic(double young, double poisson, double density, double yield)
 {
-    Material<double> m = elastic(young, poisson, density);
-    m.plasticity = Plasticity::von_mises;
-    m.yield = yield, m.yield_floor = yield / 100;
-    return m;
+    MaterialSpec spec = solid(Plasticity::von_mises, young, poisson, density);
+    spec.yield = yield, spec.yield_floor = yield / 100;
+    return made(spec);
 }
 
 int fill(Setup& s, Material<double> material, Place from, Place to, int per_axis,

@@ -24,15 +24,7 @@ std::vector<std::string> suite_names()
 
 VerifyOptions completed(VerifyOptions o)
 {
-    const std::vector<std::string> names = suite_names();
-    for (const std::string& asked : o.suites)
-        if (std::find(names.begin(), names.end(), asked) == names.end()) {
-            const std::string near = likely_name(asked, names);
-            throw UsageError(fmt::format("no suite \"{}\"{}; there are {}", asked.substr(0, 60),
-                                         near.empty() ? "" : ": \"" + near + "\" is meant?",
-                                         fmt::join(names, ", ")));
-        }
-    if (o.suites.empty()) o.suites = names;
+    o.suites = names_asked("suite", o.suites, suite_names());
     return o;
 }
 
