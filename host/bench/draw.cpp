@@ -4,7 +4,7 @@
 #include <filesystem>
 
 #include "host/bench/bench.h"
-#include "host/bench/child.h"
+#include "host/base/child.h"
 
 namespace knead {
 

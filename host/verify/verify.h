@@ -15,6 +15,10 @@ struct VerifyOptions {
     std::string device = "auto";      // auto, cuda, cuda:N, cpu or reference
     std::string only;                 // parts whose name contains it
     std::string out;                  // folder; "": no files
+    std::string one;                  // a case of the stability suite, told as JSON, and no suite
+    // The program that runs cases of the stability suite, each in a process of its own; "": they
+    // run in this one, and end it where they crash.
+    std::string program;
     bool quick = false, overwrite = false, json = false, quiet = false;
     int threads = 0;  // CPU; 0: all
 };
