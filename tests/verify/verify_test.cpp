@@ -249,6 +249,8 @@ TEST(Verify, ResultsAreWholeInEveryForm)
     EXPECT_NE(verify_csv(v).find("\"planted \"\"error\"\"\",2,near,1,0.5"), std::string::npos);
     EXPECT_NE(verify_page(v).find("mend it"), std::string::npos);
     EXPECT_NE(verify_page(v).find("| case | stable | 1.5 |"), std::string::npos);
+    EXPECT_EQ(verify_page(v).find("!["), std::string::npos);
+    EXPECT_NE(verify_page(v, {"margins.png"}).find("![margins](margins.png)"), std::string::npos);
     EXPECT_NE(verify_text(v.checks[3]).find("FAILED"), std::string::npos);
 }
 
