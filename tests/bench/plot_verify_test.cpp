@@ -60,10 +60,11 @@ TEST_F(PlotVerify, DrawsWhatThereIs)
                          {"measured", 1.25},
                          {"bound", 1.5},
                          {"verdict", "FAILED"}};
-    EXPECT_EQ(draw_all({point("squeeze", 16, 4, 0.1, true), point("squeeze", 32, 1, 1, true),
-                        point("squeeze", 32, nullptr, 1, false), ended},
-                       {margin}),
-              "");
+    EXPECT_EQ(
+        draw_all(Json::array({point("squeeze", 16, 4, 0.1, true), point("squeeze", 32, 1, 1, true),
+                              point("squeeze", 32, nullptr, 1, false), ended}),
+                 Json::array({margin})),
+        "");
     for (const char* name :
          {"workprecision.png", "convergence.png", "stability.png", "margins.png"}) {
         EXPECT_TRUE(is_picture(name)) << name;
@@ -75,7 +76,7 @@ TEST_F(PlotVerify, LeavesOutWhatWasNotMeasuredAndRefusesWhatIsNoVerification)
 {
     EXPECT_EQ(draw_all(Json::array(), Json::array()), "");
     EXPECT_EQ(said, "");
-    EXPECT_EQ(draw_all({point("squeeze", 16, 4, 0.1, true)}, Json::array()), "");
+    EXPECT_EQ(draw_all(Json::array({point("squeeze", 16, 4, 0.1, true)}), Json::array()), "");
     EXPECT_TRUE(is_picture("workprecision.png"));
     EXPECT_FALSE(fs::exists(folder / "margins.png"));
     EXPECT_NE(draw_all(1, 2).find("the script ended with 2"), std::string::npos);
