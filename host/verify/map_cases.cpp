@@ -220,7 +220,7 @@ Case shredded(const std::string& name, const Material<double>& material, int str
         const Place aside{((i * 7) % 5 - 2) * cell, up * cell, ((i * 3) % 5 - 2) * cell};
         return std::vector{Joint<double>{turn_about(Place{0, 1, 0}, 1.1 * i), floor + aside}};
     };
-    c.action = end, c.end = end + 0.1, c.frame = stroke / 10;
+    c.action = end, c.end = end + 0.1, c.frame = stroke / 10, c.limit = 6 * strokes;
     return c;
 }
 
@@ -239,14 +239,14 @@ Case long_kneading(double substeps)
                            1.5 * cell * std::sin(0.31 * w)};
         return std::vector{stands_at(floor + above), stands_at(floor + beside)};
     };
-    c.action = end, c.end = end + 0.1, c.limit = substeps * 2e-3;
+    c.action = end, c.end = end + 0.1, c.limit = std::max(20.0, substeps * 5e-4);
     return c;
 }
 
 void add_labour(std::vector<Case>& all, bool quick, bool gpu)
 {
-    all.push_back(shredded("clay", usual, quick ? 4 : 40));
-    if (!quick) all.push_back(shredded("jelly", elastic(1e5, 0.45, 1050), 40));
+    all.push_back(shredded("clay", usual, quick ? 4 : 20));
+    if (!quick) all.push_back(shredded("jelly", elastic(1e5, 0.45, 1050), 20));
     all.push_back(long_kneading(quick ? 1e4 : gpu ? 1e6 : 1e5));
 }
 

@@ -60,7 +60,7 @@ int at_a_time(const Verification& v)
 
 Json told(const Outcome& o)
 {
-    Json all{{"ending", int(o.ending)},
+    Json all{{"ending", ending_name(o.ending)},
              {"note", o.note},
              {"substeps", o.stats.substeps},
              {"dt_min", o.stats.dt_min}};
@@ -72,7 +72,10 @@ Json told(const Outcome& o)
 Outcome heard(const Json& all)
 {
     Outcome o;
-    o.ending = Ending(all.at("ending").get<int>()), o.note = all.at("note").get<std::string>();
+    const auto ending = all.at("ending").get<std::string>();
+    for (const Ending e : {Ending::stable, Ending::guarded, Ending::slow, Ending::refused})
+        if (ending == ending_name(e)) o.ending = e;  // else it failed
+    o.note = all.at("note").get<std::string>();
     o.stats.substeps = all.at("substeps").get<int>();
     o.stats.dt_min = all.at("dt_min").get<double>();
     for (const auto& [name, place] : numbers)

@@ -46,7 +46,7 @@ Outcome thin_scene()
         read_scene(file);
         o.note = "was taken, and should have been refused";
     } catch (const InputError& e) {
-        o.ending = Ending::refused, o.note = e.what();
+        o.ending = Ending::refused, o.note = std::string(e.what()).substr(file.size() + 2);
     }
     std::filesystem::remove(file);
     return o;

@@ -107,7 +107,7 @@ TEST(Verify, AChildThatCrashesHangsOrTalksNonsenseIsAFailureThatSaysSo)
         return outcome_by({"sh", "-c", script}, late);
     };
     const Outcome crash = by("kill -SEGV $$", 60), hang = by("exec sleep 60", 0.2),
-                  code = by("exit 4", 60), nonsense = by("echo '{\"ending\": 0}'", 60);
+                  code = by("exit 4", 60), nonsense = by("echo '{\"ending\": \"stable\"}'", 60);
     for (const Outcome& o : {crash, hang, code, nonsense}) EXPECT_EQ(o.ending, Ending::failed);
     EXPECT_EQ(crash.note.find("ended by signal 11"), 0u) << crash.note;
     EXPECT_EQ(hang.note.find("hung"), 0u) << hang.note;
