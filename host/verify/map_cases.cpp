@@ -97,9 +97,10 @@ void add_resolutions(std::vector<Case>& all, bool quick)
 {
     for (const int per_axis : {1, 3, 4}) {
         if (quick && per_axis != 4) continue;
-        all.push_back(
-            pressed_block(fmt::format("{} particles a cell", per_axis * per_axis * per_axis), usual,
-                          2 * cell, 0.5, 2 * cell, per_axis));
+        all.push_back(pressed_block(
+            per_axis == 1 ? "1 particle a cell"
+                          : fmt::format("{} particles a cell", per_axis * per_axis * per_axis),
+            usual, 2 * cell, 0.5, 2 * cell, per_axis));
     }
     for (const int particles : {2, 4}) {
         if (quick && particles == 4) continue;
