@@ -14,8 +14,8 @@ install(DIRECTORY cuda host DESTINATION ${headers} FILES_MATCHING PATTERN *.h PA
     PATTERN host/solver/pieces.h EXCLUDE)
 install(FILES render/painter.h DESTINATION ${headers}/render)
 
-# What `knead bench` compares with and draws by.
-install(FILES profiling/plot.py profiling/peers.json profiling/targets.json
+# What `knead bench` compares with, and what it and `knead verify` draw by.
+install(FILES profiling/plot.py profiling/plot_verify.py profiling/peers.json profiling/targets.json
     DESTINATION ${CMAKE_INSTALL_DATADIR}/knead/profiling)
 install(FILES profiling/peers/taichi_mpm.py
     DESTINATION ${CMAKE_INSTALL_DATADIR}/knead/profiling/peers)

@@ -74,13 +74,21 @@ def mark(size, above):
 class Drawing:
     """One figure: its title, its legend in one line below, the note at its foot."""
 
-    def __init__(self, title, note, height=HEIGHT, left=84, bottom=84):
+    def __init__(self, title, note, height=HEIGHT, left=84, bottom=84, panels=None):
+        """`panels`: rows and columns of axes instead of one."""
         from matplotlib.figure import Figure
         self.figure = Figure(figsize=(WIDTH / 72, height / 72))
         self.height, self.left = height, left
-        self.axes = self.figure.add_axes((left / WIDTH, bottom / height,
-                                          (WIDTH - left - 24) / WIDTH,
-                                          (height - bottom - 72) / height))
+        if panels:
+            self.panels = list(self.figure.subplots(*panels, squeeze=False).flat)
+            self.figure.subplots_adjust(left=72 / WIDTH, right=1 - 24 / WIDTH,
+                                        bottom=72 / height, top=1 - 96 / height, wspace=0.28,
+                                        hspace=0.42)
+            self.axes = self.panels[0]
+        else:
+            self.axes = self.figure.add_axes((left / WIDTH, bottom / height,
+                                              (WIDTH - left - 24) / WIDTH,
+                                              (height - bottom - 72) / height))
         self.figure.text(24 / WIDTH, 1 - 28 / height, title, size=15, weight="bold")
         self.figure.text(24 / WIDTH, 12 / height, note, size=9, color="#777777")
 
@@ -98,9 +106,12 @@ class Drawing:
         folder, name = os.path.split(path)
         partial = None
         try:
-            handle, partial = tempfile.mkstemp(".svg", name + ".partial-", folder or ".")
-            with os.fdopen(handle, "w", encoding="utf-8") as file:
-                self.figure.savefig(file, format="svg", metadata={"Date": None})
+            kind = os.path.splitext(name)[1]
+            handle, partial = tempfile.mkstemp(kind, name + ".partial-", folder or ".")
+            with os.fdopen(handle, "wb") as file:
+                self.figure.savefig(file, format=kind[1:], dpi=144, facecolor="white",
+                                    metadata={"Date": None} if kind == ".svg" else
+                                    {"Software": None})
                 file.flush()
                 os.fsync(file.fileno())
             mask = os.umask(0)
@@ -245,6 +256,44 @@ def drawings(bench, peers):
             yield name, bars(suites[suite], title, note)
 
 
+def run(make, folder, source):
+    """Writes what `make` yields, names and drawings, to the folder or beside `source`; tells their
+    paths. Gives the exit code."""
+    script = os.path.basename(sys.argv[0])
+    try:
+        import matplotlib
+    except ImportError:
+        print(f"{script}: Python has no matplotlib here (Debian: python3-matplotlib)",
+              file=sys.stderr)
+        return 3
+    matplotlib.use("agg")
+    matplotlib.rcParams.update({"svg.fonttype": "none", "svg.hashsalt": "knead", "font.size": 11,
+                                "axes.edgecolor": "#555555", "axes.spines.top": False,
+                                "axes.spines.right": False, "text.color": "#222222"})
+    try:
+        for name, drawing in make():
+            path = os.path.join(folder or os.path.dirname(source) or ".", name)
+            drawing.write(path)
+            print(path)
+    except Wrong as problem:
+        print(f"{script}: {problem}", file=sys.stderr)
+        return 2
+    except Unwritten as problem:
+        print(f"{script}: {problem}", file=sys.stderr)
+        return 5
+    return 0
+
+
+def drawn(options):
+    bench = read(options.bench)
+    if at(bench, "schema") != "knead.bench/1" or not isinstance(at(bench, "rows"), list):
+        raise Wrong(f"{options.bench}: expected \"schema\": \"knead.bench/1\" and \"rows\"")
+    peers = read(options.peers) if os.path.exists(options.peers) else None
+    if peers is None:
+        print(f"plot.py: no {options.peers}: drawn without others' figures", file=sys.stderr)
+    return drawings(bench, peers)
+
+
 def main():
     here = os.path.dirname(os.path.abspath(__file__))
     parser = argparse.ArgumentParser(description="Draws what knead bench measured.")
@@ -253,35 +302,7 @@ def main():
     parser.add_argument("--peers", default=os.path.join(here, "peers.json"),
                         help="figures of others; peers.json beside this script if not given")
     options = parser.parse_args()
-    try:
-        import matplotlib
-    except ImportError:
-        print("plot.py: Python has no matplotlib here (Debian: python3-matplotlib)",
-              file=sys.stderr)
-        return 3
-    matplotlib.use("svg")
-    matplotlib.rcParams.update({"svg.fonttype": "none", "svg.hashsalt": "knead", "font.size": 11,
-                                "axes.edgecolor": "#555555", "axes.spines.top": False,
-                                "axes.spines.right": False, "text.color": "#222222"})
-    try:
-        bench = read(options.bench)
-        if at(bench, "schema") != "knead.bench/1" or not isinstance(at(bench, "rows"), list):
-            raise Wrong(f"{options.bench}: expected \"schema\": \"knead.bench/1\" and \"rows\"")
-        peers = read(options.peers) if os.path.exists(options.peers) else None
-        if peers is None:
-            print(f"plot.py: no {options.peers}: drawn without others' figures", file=sys.stderr)
-        folder = options.out or os.path.dirname(options.bench) or "."
-        for name, drawing in drawings(bench, peers):
-            path = os.path.join(folder, name)
-            drawing.write(path)
-            print(path)
-    except Wrong as problem:
-        print(f"plot.py: {problem}", file=sys.stderr)
-        return 2
-    except Unwritten as problem:
-        print(f"plot.py: {problem}", file=sys.stderr)
-        return 5
-    return 0
+    return run(lambda: drawn(options), options.out, options.bench)
 
 
 if __name__ == "__main__":

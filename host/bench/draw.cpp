@@ -1,28 +1,35 @@
-// The drawings of a benchmark: profiling/plot.py makes them, where Python and matplotlib are.
+// Drawings of results: a script of profiling/ makes them, where Python and matplotlib are.
 #include <fmt/format.h>
 
 #include <filesystem>
 
+#include "host/base/child.h"
 #include "host/bench/bench.h"
-#include "host/bench/child.h"
 
 namespace knead {
 
-std::string draw(const Bench& bench, const std::string& json)
+std::string draw(const std::string& folder, const std::string& name,
+                 const std::vector<std::string>& arguments, std::string& said)
 {
-    namespace fs = std::filesystem;
-    const fs::path folder(bench.figures.folder);
-    const std::string script = (folder / "plot.py").string();
-    const std::string by_hand = fmt::format("; by hand: python3 {} {}", script, json);
-    if (!fs::exists(script))
+    const std::string script = (std::filesystem::path(folder) / name).string();
+    std::vector<std::string> words{"python3", script};
+    words.insert(words.end(), arguments.begin(), arguments.end());
+    const std::string by_hand = fmt::format("; by hand: python3 {} {}", script, arguments.at(0));
+    if (!std::filesystem::exists(script))
         return fmt::format("drawings: no script {} (--data says where){}", script, by_hand);
-    std::string said;
-    const int code =
-        output_of({"python3", script, json, "--peers", (folder / "peers.json").string()}, said);
+    const int code = output_of(words, said);
     if (code == 127) return "drawings: no python3 on the PATH" + by_hand;
     if (code == 3) return "drawings: Python has no matplotlib here" + by_hand;
     if (code != 0) return fmt::format("drawings: the script ended with {}{}", code, by_hand);
     return "";
+}
+
+std::string draw(const Bench& bench, const std::string& json)
+{
+    const std::string& folder = bench.figures.folder;
+    std::string said;
+    return draw(folder, "plot.py",
+                {json, "--peers", (std::filesystem::path(folder) / "peers.json").string()}, said);
 }
 
 }  // namespace knead

@@ -3,6 +3,7 @@
 #include <map>
 #include <optional>
 #include <string>
+#include <vector>
 
 namespace knead {
 
@@ -41,6 +42,11 @@ struct Figures {
 // Where plot.py, peers.json, targets.json and peers/ are: `asked`; if that is "", profiling/ here,
 // in the tree that the program was built in, or in the installation it is part of.
 std::string figures_folder(const std::string& asked);
+
+// Has the script `name` of that folder draw the results in arguments[0]; it says a path a line.
+// What it gives is why there are no drawings, and how to make them by hand; "" if there are.
+std::string draw(const std::string& folder, const std::string& name,
+                 const std::vector<std::string>& arguments, std::string& said);
 
 // A file that is not there is no fault. Throws InputError with file and place for one that is
 // wrong.

@@ -12,7 +12,7 @@
 #include "host/base/outputs.h"
 #include "host/bench/ball.h"
 #include "host/bench/bench.h"
-#include "host/bench/child.h"
+#include "host/base/child.h"
 
 namespace knead {
 namespace {

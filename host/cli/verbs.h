@@ -59,6 +59,6 @@ int convert_verb(const ConvertOptions& options);
 int doctor_verb(bool json);
 
 struct VerifyOptions;  // host/verify/verify.h
-int verify_verb(const VerifyOptions& options);
+int verify_verb(VerifyOptions options);
 
 }  // namespace knead

@@ -8,27 +8,62 @@
 #include "host/base/errors.h"
 #include "host/base/interrupt.h"
 #include "host/base/outputs.h"
+#include "host/bench/figures.h"
 #include "host/cli/verbs.h"
+#include "host/verify/cases.h"
 
 namespace knead {
 namespace {
 
-const std::vector<std::string> results{"verify.json", "verify.csv", "report.md"};
+namespace fs = std::filesystem;
+
+const std::vector<std::string> results{"verify.json", "verify.csv", "report.md"},
+    pictures{"workprecision.png", "convergence.png", "stability.png", "margins.png"};
+
+// Those that there are now.
+std::vector<std::string> drawn(const Verification& v, const std::string& json)
+{
+    const fs::path folder(v.options.out);
+    for (const std::string& name : pictures) fs::remove(folder / name);  // of an older run
+    std::string said;
+    const std::string problem =
+        draw(figures_folder(v.options.data), "plot_verify.py", {json}, said);
+    if (!problem.empty()) v.say(problem);
+    std::vector<std::string> names;
+    for (const std::string& name : pictures)
+        if (fs::exists(folder / name)) names.push_back(name);
+    return names;
+}
 
 void write_results(const Verification& v)
 {
-    const std::filesystem::path folder(v.options.out);
-    write_whole((folder / "verify.json").string(), verify_json(v).dump(2) + "\n");
+    const fs::path folder(v.options.out);
+    const std::string json = (folder / "verify.json").string();
+    write_whole(json, verify_json(v).dump(2) + "\n");
     write_whole((folder / "verify.csv").string(), verify_csv(v));
-    write_whole((folder / "report.md").string(), verify_page(v));
+    write_whole((folder / "report.md").string(), verify_page(v, drawn(v, json)));
+}
+
+// What outcome_by() runs in a process of its own.
+int tell_case(const Verification& v)
+{
+    const Case c = case_named(v, v.options.one);
+    std::printf("%s\n", told(outcome_of(v, c, limit_of(c, v.quick()))).dump().c_str());
+    return exit_ok;
 }
 
 }  // namespace
 
-int verify_verb(const VerifyOptions& options)
+int verify_verb(VerifyOptions options)
 {
+    options.program = std::filesystem::read_symlink("/proc/self/exe").string();
     Verification v(options);
-    if (!options.out.empty()) prepare_folder(options.out, results, options.overwrite);
+    if (!options.one.empty()) return tell_case(v);
+    if (!options.out.empty()) {
+        std::vector<std::string> names = results;
+        names.insert(names.end(), pictures.begin(), pictures.end());
+        prepare_folder(options.out, names, options.overwrite);
+    }
     watch_interrupts();
     run(v);
     if (!options.out.empty()) write_results(v);

@@ -26,9 +26,20 @@ void add_to(FrameStats& all, const FrameStats& s)
     all.clipped += s.clipped, all.confined += s.confined, all.repaired += s.repaired;
 }
 
-std::string guards(const FrameStats& s)
+constexpr double crowded_share = 0.01;  // of the particles
+
+// What acted, or, as a run's report tells it, was counted.
+bool guarded(const Outcome& o)
 {
-    return fmt::format("clipped {}, confined {}, repaired {}", s.clipped, s.confined, s.repaired);
+    return o.stats.clipped + o.stats.confined + o.stats.repaired > 0 || o.crowded > crowded_share;
+}
+
+std::string guards(const Outcome& o, std::size_t particles)
+{
+    std::string text = fmt::format("clipped {}, confined {}, repaired {}", o.stats.clipped,
+                                   o.stats.confined, o.stats.repaired);
+    if (o.crowded > 0) text += fmt::format(", crowded {:.0f}", o.crowded * double(particles));
+    return text;
 }
 
 // What must hold of the last state, whatever happened; "" if it does.
@@ -42,12 +53,77 @@ std::string broken(const Outcome& o, const Audit& before, const Audit& after, do
     return "";
 }
 
+// Energy while nothing acts [J]. Within an oscillation what is seen varies: what counts is a second
+// half that has more than the first had.
+struct Resting {
+    double first = -INFINITY, second = -INFINITY, most = 0;
+    void see(double energy, bool early)
+    {
+        double& half = early ? first : second;
+        if (!(energy <= half)) half = energy;
+        if (!(energy <= most)) most = energy;
+    }
+    bool seen() const { return first != -INFINITY && second != -INFINITY; }
+    double gain() const { return seen() ? (second - first) / std::max(first, 1e-30) : 0; }
+    // Twice what all energy could make of a hundredth of the clay, as a sign of an explosion.
+    double bound(const Audit& before) const
+    {
+        if (!seen()) return INFINITY;
+        return 10 * std::sqrt(2 * std::max(first, 0.0) / before.mass) + 20 + 2 * before.fastest;
+    }
+};
+
+// By the last state.
+void judge(Outcome& o, const Case& c, const Resting& rest,
+           const std::vector<Particle<double>>& last)
+{
+    const double dx = c.setup.lattice.dx;
+    const Audit before = audit(c.setup.particles, c.setup.materials, dx),
+                after = audit(last, c.setup.materials, dx);
+    const Crowding crowding = knead::crowding(last, c.setup.materials, dx);
+    o.fastest = after.fastest, o.volume = after.volume / before.volume;
+    o.energy = rest.most, o.energy_gain = rest.gain();
+    o.crowded = double(crowding.particles) / double(last.size()), o.densest = crowding.most;
+    const bool ended = o.simulated >= c.end - 1e-9;
+    std::string wrong = broken(o, before, after, rest.bound(before));
+    const double first = energy_of(c.setup.particles, c.setup);
+    if (wrong.empty() && c.may_grow > 0 && !(o.energy <= c.may_grow * first))
+        wrong = fmt::format("energy rose {:.3g} times", o.energy / first);
+    if (wrong.empty() && c.nonsense) wrong = "was taken, and should have been refused";
+    if (wrong.empty() && ended && !guarded(o)) wrong = silent_error(c.setup, before, after);
+    const std::string seen = guards(o, last.size());
+    o.note = wrong.empty() ? seen : wrong + "; " + seen;
+    o.ending = !wrong.empty() ? Ending::failed
+               : !ended       ? Ending::slow
+               : guarded(o)   ? Ending::guarded
+                              : Ending::stable;
+}
+
 }  // namespace
 
 const char* ending_name(Ending e)
 {
     const char* const names[] = {"stable", "guarded", "slow", "refused", "FAILED"};
     return names[int(e)];
+}
+
+std::string silent_error(const Setup& s, const Audit& before, const Audit& after)
+{
+    double yield = 0, bulk = INFINITY, rest = 0;
+    for (const Particle<double>& q : s.particles) rest += s.materials[std::size_t(q.object)].volume;
+    for (const Material<double>& m : s.materials) {
+        if (m.plasticity == Plasticity::drucker_prager || m.plasticity == Plasticity::clamp)
+            return "";
+        bulk = std::min(bulk, m.bulk);
+        if (m.plasticity != Plasticity::none && m.plasticity != Plasticity::fluid)
+            yield = std::max(yield, m.yield);
+    }
+    const double weight = after.mass / rest * length(s.gravity) * std::cbrt(rest);
+    const double given = std::sqrt(2 * (before.elastic + after.kinetic) / (bulk * rest));
+    const double off = after.volume / rest - 1, bound = 0.02 + (yield + 2 * weight) / bulk + given;
+    if (std::fabs(off) <= bound) return "";
+    return fmt::format("silent: volume is off by {:.2g} %, and {:.2g} % are explained", 100 * off,
+                       100 * bound);
 }
 
 double energy_of(const std::vector<Particle<double>>& all, const Setup& s)
@@ -62,17 +138,16 @@ double energy_of(const std::vector<Particle<double>>& all, const Setup& s)
     return sum;
 }
 
-Outcome outcome_of(Verification& v, const Case& c, double limit, bool in_double)
+Outcome outcome_of(const Verification& v, const Case& c, double limit, bool in_double)
 {
     using Clock = std::chrono::steady_clock;
     const auto begun = Clock::now();
     const auto spent = [&] { return std::chrono::duration<double>(Clock::now() - begun).count(); };
     Outcome o;
+    Resting rest;
     try {
-        const double dx = c.setup.lattice.dx;
-        const Audit before = audit(c.setup.particles, c.setup.materials, dx);
         const auto solver = in_double ? v.reference(c.setup) : v.solver(c.setup);
-        double at_rest = -INFINITY, highest = -INFINITY, t = 0;
+        double& t = o.simulated;
         while (t < c.end - 1e-9 && spent() < limit) {
             const bool acts = t < c.action - 1e-9;
             const double to = std::min(t + c.frame, acts ? c.action : c.end);
@@ -81,35 +156,14 @@ Outcome outcome_of(Verification& v, const Case& c, double limit, bool in_double)
             if (c.active) motion.active = c.active(t);
             add_to(o.stats, solver->advance(motion, to - t));
             t = to;
-            if (t < c.action - 1e-9) continue;
-            const double energy = energy_of(solver->particles(), c.setup);
-            // Within an oscillation the energy that is seen varies: what counts is a second half
-            // that has more than the first had.
-            double& most = t < (c.action + c.end) / 2 ? at_rest : highest;
-            if (!(energy <= most)) most = energy;
-            if (!(energy <= o.energy)) o.energy = energy;
+            if (t >= c.action - 1e-9)
+                rest.see(energy_of(solver->particles(), c.setup), t < (c.action + c.end) / 2);
         }
-        const std::vector<Particle<double>> last = solver->particles();
-        const Audit after = audit(last, c.setup.materials, dx);
-        o.simulated = t, o.fastest = after.fastest, o.volume = after.volume / before.volume;
-        const bool rested = highest > -INFINITY || std::isnan(highest);
-        if (rested) o.energy_gain = (highest - at_rest) / std::max(at_rest, 1e-30);
-        // Twice what all energy could make of a hundredth of the clay, as a sign of an explosion.
-        const double bound = 10 * std::sqrt(2 * std::fabs(std::max(at_rest, 0.0)) / before.mass) +
-                             20 + 2 * before.fastest;
-        std::string wrong = broken(o, before, after, rested ? bound : INFINITY);
-        const double first = energy_of(c.setup.particles, c.setup);
-        if (wrong.empty() && c.may_grow > 0 && !(o.energy <= c.may_grow * first))
-            wrong = fmt::format("energy rose {:.3g} times", o.energy / first);
-        if (wrong.empty() && c.nonsense) wrong = "was taken, and should have been refused";
-        const bool guarded = o.stats.clipped + o.stats.confined + o.stats.repaired > 0;
-        o.note = wrong.empty() ? guards(o.stats) : wrong + "; " + guards(o.stats);
-        o.ending = !wrong.empty()     ? Ending::failed
-                   : t < c.end - 1e-9 ? Ending::slow
-                   : guarded          ? Ending::guarded
-                                      : Ending::stable;
+        judge(o, c, rest, solver->particles());
+    } catch (const std::bad_alloc&) {
+        o.note = "out of memory";
     } catch (const std::exception& e) {
-        o.ending = Ending::refused, o.note = e.what();
+        o.ending = o.simulated > 0 ? Ending::failed : Ending::refused, o.note = e.what();
     }
     o.seconds = spent();
     return o;

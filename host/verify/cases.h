@@ -1,9 +1,11 @@
 // Violent little scenes, and how they end.
 #pragma once
 #include <functional>
+#include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
+#include "host/solver/audit.h"
 #include "host/verify/clay.h"
 #include "host/verify/verify.h"
 
@@ -20,6 +22,7 @@ struct Case {
     std::string advice = "keep away from it, or lower step.courant";
     bool nonsense = false;  // must be refused
     double may_grow = 0;    // nothing acts: energy is at most so many times the first; 0: not asked
+    double limit = 0;       // of wall time [s]; 0: as long as the suite gives to any
 };
 
 enum class Ending { stable, guarded, slow, refused, failed };
@@ -34,13 +37,33 @@ struct Outcome {
     double fastest = 0;      // of the last state [m/s]
     double volume = 0;       // of the last state over that at the beginning [1]
     double simulated = 0, seconds = 0;
+    double crowded = 0;  // share of particles around which clay lies in clay, of the last state [1]
+    double densest = 0;  // times the room that is there, where it is worst [1]
 };
+nlohmann::json told(const Outcome& o);
+Outcome heard(const nlohmann::json& all);  // throws nlohmann::json::exception
 
 // All energy of the clay [J]: motion with that of each particle's own cell, strain, height.
 double energy_of(const std::vector<Particle<double>>& all, const Setup& s);
 
+// Volume that came or went for no reason, which nobody would hear of; "" if none did. The stress in
+// clay that nothing holds sums up to nothing, so that only its yield stress, its weight, its motion
+// and the energy that it was given keep it from its volume; 2 % are error. Of sand and packed snow
+// nothing is known.
+std::string silent_error(const Setup& s, const Audit& before, const Audit& after);
+
 // To its end, or until `limit` [s] of wall time have passed.
-Outcome outcome_of(Verification& v, const Case& c, double limit, bool in_double = false);
+Outcome outcome_of(const Verification& v, const Case& c, double limit, bool in_double = false);
+
+// The same by another program, which tells its outcome as JSON. One that ends otherwise, or has not
+// ended after `late` [s], is a failure that says so.
+Outcome outcome_by(const std::vector<std::string>& words, double late);
+// Every case in a process of its own, which has twice its limit and 30 s to start; as many at a
+// time as there are threads; on a GPU one. `tell` is called in the order of the cases.
+void outcomes_of(const Verification& v, const std::vector<Case>& cases,
+                 const std::function<void(const Case&, const Outcome&)>& tell);
+Outcome outcome_alone(const Verification& v, const Case& c);
+double limit_of(const Case& c, bool quick);  // [s]
 
 // A block of 6 x 4 x 6 cells on a floor, per_axis^3 particles a cell, dx = 1 cm; its materials and
 // tools can be changed before it runs.
@@ -49,6 +72,12 @@ Setup block_on_floor(const Material<double>& material, int per_axis = 2);
 Case pressed_block(std::string name, const Material<double>& material, double radius, double speed,
                    double depth, int per_axis = 2);
 
-std::vector<Case> stability_cases(bool quick);
+std::vector<Case> stability_cases(bool quick, bool gpu);  // of the map
+std::vector<Case> margin_cases(bool quick);
+// Any of both, also with a longer substep; throws UsageError for one that is not there.
+Case case_named(const Verification& v, const std::string& name);
+// With `times` the default substep, and a name that says so.
+Case with_substep(Case c, double times);
+extern const std::vector<double> substep_ladder;  // times the default
 
 }  // namespace knead

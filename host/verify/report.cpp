@@ -128,10 +128,12 @@ std::string verify_csv(const Verification& v)
     return out;
 }
 
-std::string verify_page(const Verification& v)
+std::string verify_page(const Verification& v, const std::vector<std::string>& drawings)
 {
     std::string text = fmt::format("# Verification\n\n{}, {}; {}. {}", knead_version(),
                                    knead_commit(), cpu_name(), verify_summary(v));
+    for (const std::string& name : drawings)
+        text += fmt::format("\n![{}]({})\n", name.substr(0, name.find('.')), name);
     std::string suite;
     for (const Check& c : v.checks) {
         if (c.suite != suite)

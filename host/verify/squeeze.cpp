@@ -76,11 +76,26 @@ std::vector<Place> probes()
 
 }  // namespace
 
-Squeezed squeezed(Verification& v, const SqueezeRule& rule)
+Squeezed followed(const Verification& v, const SqueezeRule& rule, Setup s, Place middle, double end,
+                  const std::function<std::vector<Joint<double>>(double)>& at)
+{
+    if (rule.courant > 0) s.step.courant = rule.courant;
+    Squeezed result;
+    result.apart = s.lattice.dx / rule.per_axis;
+    for (const Particle<double>& q : s.particles) result.from.push_back(q.x - middle);
+    const auto solver = rule.in_double ? v.reference(s) : v.solver(s);
+    const auto begun = std::chrono::steady_clock::now();
+    result.stats = drive(*solver, 1.0 / 60, end, at, [](double) { return true; });
+    result.seconds =
+        std::chrono::duration<double>(std::chrono::steady_clock::now() - begun).count();
+    for (const Particle<double>& q : by_id(*solver)) result.to.push_back(q.x - middle);
+    return result;
+}
+
+Squeezed squeezed(const Verification& v, const SqueezeRule& rule)
 {
     const double dx = 1.0 / rule.cells;
     Setup s = between_walls({rule.cells, rule.cells, rule.cells}, dx, ContactMode::separate, 0.3);
-    if (rule.courant > 0) s.step.courant = rule.courant;
     const Place middle = s.walls.min + Place{0.5, 0.5, 0.5};
     fill(s, plastic(1e5, 0.3, 1000, 1e4), s.walls.min, s.walls.max, rule.per_axis,
          [&](Place x) { return length(x - middle) < squeeze_radius; });
@@ -89,16 +104,7 @@ Squeezed squeezed(Verification& v, const SqueezeRule& rule)
         const double x = squeeze_radius + tool_radius - std::min(speed * t, deep);
         return std::vector{stands_at(middle + Place{-x, 0, 0}), stands_at(middle + Place{x, 0, 0})};
     };
-    Squeezed result;
-    result.apart = dx / rule.per_axis;
-    for (const Particle<double>& q : s.particles) result.from.push_back(q.x - middle);
-    const auto solver = rule.in_double ? v.reference(s) : v.solver(s);
-    const auto begun = std::chrono::steady_clock::now();
-    result.stats = drive(*solver, 1.0 / 60, deep / speed + rest, at, [](double) { return true; });
-    result.seconds =
-        std::chrono::duration<double>(std::chrono::steady_clock::now() - begun).count();
-    for (const Particle<double>& q : by_id(*solver)) result.to.push_back(q.x - middle);
-    return result;
+    return followed(v, rule, std::move(s), middle, deep / speed + rest, at);
 }
 
 Sym3<double> gyration(const std::vector<Place>& places)

@@ -22,7 +22,10 @@ struct Squeezed {
     FrameStats stats;
     double seconds = 0;  // of simulating
 };
-Squeezed squeezed(Verification& v, const SqueezeRule& rule);
+Squeezed squeezed(const Verification& v, const SqueezeRule& rule);
+// Any clay in `setup` about `middle`, from 0 to `end` [s], with tools where `at` says.
+Squeezed followed(const Verification& v, const SqueezeRule& rule, Setup setup, Place middle,
+                  double end, const std::function<std::vector<Joint<double>>(double)>& at);
 
 // Second moments about the middle, [m^2].
 Sym3<double> gyration(const std::vector<Place>& places);

@@ -15,6 +15,11 @@ struct VerifyOptions {
     std::string device = "auto";      // auto, cuda, cuda:N, cpu or reference
     std::string only;                 // parts whose name contains it
     std::string out;                  // folder; "": no files
+    std::string one;                  // a case of the stability suite, told as JSON, and no suite
+    std::string data;                 // folder of plot_verify.py; "": figures_folder()
+    // The program that runs cases of the stability suite, each in a process of its own; "": they
+    // run in this one, and end it where they crash.
+    std::string program;
     bool quick = false, overwrite = false, json = false, quiet = false;
     int threads = 0;  // CPU; 0: all
 };
@@ -75,7 +80,8 @@ nlohmann::json verify_json(const Verification& v);
 std::string verify_csv(const Verification& v);
 std::string verify_text(const Check& check);
 std::string verify_summary(const Verification& v);
-std::string verify_page(const Verification& v);  // report.md
+// report.md, with the drawings in files of these names beside it.
+std::string verify_page(const Verification& v, const std::vector<std::string>& drawings = {});
 
 // All parts that the options ask for. What a part throws is a line that failed.
 void run(Verification& v);

@@ -1,6 +1,6 @@
 // Whether the python3 on the PATH has matplotlib.
 #pragma once
-#include "host/bench/child.h"
+#include "host/base/child.h"
 
 namespace knead {
 

@@ -9,7 +9,6 @@
 #include "host/base/json_reader.h"
 #include "host/base/outputs.h"
 #include "host/bench/bench.h"
-#include "host/bench/child.h"
 #include "tests/folder.h"
 
 namespace knead {
@@ -130,18 +129,6 @@ TEST_F(Peers, AnswerAloneAndNothingIsLeftBehind)
     std::string where = read_text(path("where"), 1000);
     where.pop_back();
     EXPECT_FALSE(fs::exists(where)) << where;
-}
-
-TEST(Child, ItsOutputIsKeptUpToAMebibyteAndItsEndIsTold)
-{
-    std::string said;
-    EXPECT_EQ(output_of({"sh", "-c", "echo one; exit 7"}, said), 7);
-    EXPECT_EQ(said, "one\n");
-    said.clear();
-    EXPECT_EQ(output_of({"sh", "-c", "head -c 3000000 /dev/zero"}, said, 60), 0);
-    EXPECT_GE(said.size(), std::size_t(1) << 20);
-    EXPECT_LE(said.size(), (std::size_t(1) << 20) + 4096);
-    EXPECT_EQ(output_of({"/no/such/program"}, said), 127);
 }
 
 }  // namespace

@@ -3,7 +3,7 @@
 
 #include "host/base/json_reader.h"
 #include "host/base/outputs.h"
-#include "host/bench/child.h"
+#include "host/base/child.h"
 #include "tests/bench/has_matplotlib.h"
 #include "tests/folder.h"
 

@@ -117,6 +117,10 @@ holds verified/report.md 'patch test'
 answers 5 verify convergence --only patch --device cpu --out verified
 answers 0 verify convergence --only patch --device reference -q --out verified --overwrite
 [ "$(wc -l <said)" -eq 1 ] || wrong "more than one line with --quiet"
+answers 0 verify --case 'a single particle falls' --quick --device cpu --threads 1
+holds said '"ending":"stable"'
+answers 2 verify --case 'a case that is not there' --device cpu
+complains 'stability suite'
 answers 2 bench frobnicate
 answers 2 bench --backend abacus
 answers 3 bench stages --backend cpu --scene absent.json --out bench --quick

@@ -8,11 +8,13 @@
 #include "cuda/mpm/material.h"
 #include "cuda/mpm/plasticity.h"
 #include "host/base/errors.h"
+#include "host/base/outputs.h"
 #include "host/solver/audit.h"
 #include "host/solver/substep.h"
 #include "host/verify/cases.h"
 #include "host/verify/oracle.h"
 #include "host/verify/squeeze.h"
+#include "tests/folder.h"
 
 namespace knead {
 namespace {
@@ -99,6 +101,93 @@ TEST(Verify, AnExplodingCaseFailsAndASoundOneDoesNot)
     EXPECT_EQ(outcome_of(v, c, 0.05).ending, Ending::slow);
 }
 
+TEST(Verify, AChildThatCrashesHangsOrTalksNonsenseIsAFailureThatSaysSo)
+{
+    const auto by = [](const char* script, double late) {
+        return outcome_by({"sh", "-c", script}, late);
+    };
+    const Outcome crash = by("kill -SEGV $$", 60), hang = by("exec sleep 60", 0.2),
+                  code = by("exit 4", 60), nonsense = by("echo '{\"ending\": \"stable\"}'", 60);
+    for (const Outcome& o : {crash, hang, code, nonsense}) EXPECT_EQ(o.ending, Ending::failed);
+    EXPECT_EQ(crash.note.find("ended by signal 11"), 0u) << crash.note;
+    EXPECT_EQ(hang.note.find("hung"), 0u) << hang.note;
+    EXPECT_EQ(code.note, "ended with exit code 4");
+    EXPECT_EQ(nonsense.note, "told no outcome");
+}
+
+TEST(Verify, AnOutcomeIsToldAndHeardAlike)
+{
+    Outcome o;
+    o.ending = Ending::guarded, o.note = "clipped 3";
+    o.stats.clipped = 3, o.stats.substeps = 9, o.stats.dt_min = 1e-5;
+    o.energy_gain = std::nan(""), o.volume = 0.25, o.crowded = 0.5;
+    const Outcome same = heard(nlohmann::json::parse(told(o).dump()));
+    EXPECT_EQ(same.ending, Ending::guarded);
+    EXPECT_EQ(same.note, "clipped 3");
+    EXPECT_EQ(same.stats.clipped, 3);
+    EXPECT_EQ(same.stats.substeps, 9);
+    EXPECT_EQ(same.stats.dt_min, 1e-5);
+    EXPECT_TRUE(std::isnan(same.energy_gain));
+    EXPECT_EQ(same.volume, 0.25);
+    EXPECT_EQ(same.crowded, 0.5);
+}
+
+class InVerifyFolder : public InFolder {};
+
+// A program that crashes in one case and takes its time in the first.
+TEST_F(InVerifyFolder, CasesGoOnInTheirOrderWhenOneCrashes)
+{
+    Outcome good;
+    good.ending = Ending::stable;
+    write_whole(path("program"),
+                "#!/bin/sh\n[ $3 = crash ] && kill -SEGV $$\n"
+                "[ $3 = first ] && sleep 0.3\necho '" +
+                    told(good).dump() + "'\n");
+    std::filesystem::permissions(path("program"), std::filesystem::perms::owner_all);
+    VerifyOptions o = quiet();
+    o.program = path("program"), o.threads = 3;
+    Verification v(o);
+    std::vector<Case> cases(3);
+    cases[0].name = "first", cases[1].name = "crash", cases[2].name = "last";
+    std::string order;
+    outcomes_of(v, cases, [&](const Case& c, const Outcome& out) {
+        order += c.name + " " + ending_name(out.ending) + "; ";
+    });
+    EXPECT_EQ(order, "first stable; crash FAILED; last stable; ");
+}
+
+TEST(Verify, VolumeThatNothingExplainsIsSilent)
+{
+    const knead::Setup s = block_on_floor(plastic(1e6, 0.4, 1000, 1e4));
+    const Audit before = audit(s.particles, s.materials, s.lattice.dx);
+    Audit after = before;
+    EXPECT_EQ(silent_error(s, before, after), "");
+    after.volume = 1.02 * before.volume;
+    EXPECT_EQ(silent_error(s, before, after), "");
+    after.volume = 1.04 * before.volume;
+    EXPECT_EQ(silent_error(s, before, after).find("silent: volume is off by 4 %"), 0u);
+    after.volume = 0.96 * before.volume;
+    EXPECT_NE(silent_error(s, before, after), "");
+    after.kinetic = s.materials[0].bulk * before.volume * 0.03 * 0.03 / 2;
+    EXPECT_EQ(silent_error(s, before, after), "");
+    after.volume = std::nan("");
+    EXPECT_NE(silent_error(s, before, after), "");
+}
+
+TEST(Verify, ClayWithinClayIsGuardedNotStable)
+{
+    Verification v(quiet());
+    Case c{"two blocks in one place", block_on_floor(elastic(1e5, 0.3, 1000))};
+    const Place floor = floor_of(c.setup), reach{0.03, 0, 0.03};
+    c.end = 0.02, c.frame = 0.005;
+    EXPECT_EQ(outcome_of(v, c, 60).crowded, 0);
+    fill(c.setup, elastic(1e5, 0.3, 1000), floor - reach, floor + reach + Place{0, 0.04, 0}, 2);
+    const Outcome o = outcome_of(v, c, 60);
+    EXPECT_EQ(o.ending, Ending::guarded) << o.note;
+    EXPECT_GT(o.crowded, 0.4);
+    EXPECT_NE(o.note.find("crowded"), std::string::npos) << o.note;
+}
+
 TEST(Verify, EnergyIsThatOfHeightMotionAndStrain)
 {
     knead::Setup s = block_on_floor(elastic(1e5, 0.3, 1000));
@@ -160,6 +249,8 @@ TEST(Verify, ResultsAreWholeInEveryForm)
     EXPECT_NE(verify_csv(v).find("\"planted \"\"error\"\"\",2,near,1,0.5"), std::string::npos);
     EXPECT_NE(verify_page(v).find("mend it"), std::string::npos);
     EXPECT_NE(verify_page(v).find("| case | stable | 1.5 |"), std::string::npos);
+    EXPECT_EQ(verify_page(v).find("!["), std::string::npos);
+    EXPECT_NE(verify_page(v, {"margins.png"}).find("![margins](margins.png)"), std::string::npos);
     EXPECT_NE(verify_text(v.checks[3]).find("FAILED"), std::string::npos);
 }
 

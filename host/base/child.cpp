@@ -1,5 +1,6 @@
-#include "host/bench/child.h"
+#include "host/base/child.h"
 
+#include <fcntl.h>
 #include <poll.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -36,16 +37,17 @@ bool read_all(int from, double limit, std::string& said)
 
 int output_of(const std::vector<std::string>& words, std::string& said, double limit)
 {
+    // All that takes memory comes first: between fork and exec another thread may hold its lock.
+    std::vector<char*> arguments;
+    for (const std::string& w : words) arguments.push_back(const_cast<char*>(w.c_str()));
+    arguments.push_back(nullptr);
     int ends[2];
-    if (pipe(ends) != 0) throw ResourceError("no pipe for a peer");
+    // Closed in the children that other threads start: who waits for the end must see it.
+    if (pipe2(ends, O_CLOEXEC) != 0) throw ResourceError("no pipe to another program");
     const pid_t child = fork();
-    if (child < 0) throw ResourceError("no process for a peer");
+    if (child < 0) throw ResourceError("no process for another program");
     if (child == 0) {
         dup2(ends[1], 1);
-        close(ends[0]), close(ends[1]);
-        std::vector<char*> arguments;
-        for (const std::string& w : words) arguments.push_back(const_cast<char*>(w.c_str()));
-        arguments.push_back(nullptr);
         execvp(arguments[0], arguments.data());
         _exit(127);
     }
@@ -54,9 +56,10 @@ int output_of(const std::vector<std::string>& words, std::string& said, double l
     if (!in_time) kill(child, SIGKILL);
     close(ends[0]);
     int status = 0;
-    waitpid(child, &status, 0);
+    while (waitpid(child, &status, 0) < 0 && errno == EINTR) {
+    }
     if (!in_time) return ended_late;
-    return WIFEXITED(status) ? WEXITSTATUS(status) : 128;
+    return WIFEXITED(status) ? WEXITSTATUS(status) : ended_by_signal + WTERMSIG(status);
 }
 
 }  // namespace knead

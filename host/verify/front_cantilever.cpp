@@ -1,0 +1,110 @@
+// workprecision: an elastic beam that stands out of a block so stiff and heavy that it stays, and
+// swings under its own weight. The mean of a swing is what it would bend at rest: for a beam of
+// length L and height h, by bending and shear [Timoshenko 1921; Cowper 1966, 5/6 for nu = 0],
+//     w(x) = rho g / (2 E h^2) x^2 (6 L^2 - 4 L x + x^2) + (6 / 5) rho g / G (L x - x^2 / 2)
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "host/verify/front.h"
+
+namespace knead {
+namespace {
+
+constexpr double young = 1e6, density = 1000, g = 0.2;  // [Pa] [kg/m^3] [m/s^2]
+constexpr double beam = 1, high = 0.25;                 // [m]
+
+double bent(double x)
+{
+    const double bending =
+        density * g / (2 * young * high * high) * x * x * (6 * beam * beam - 4 * beam * x + x * x);
+    return bending + 1.2 * density * g / (young / 2) * (beam * x - x * x / 2);
+}
+
+// A beam along x and its block, and where the beam begins.
+struct Scene {
+    Setup setup;
+    Place root;
+};
+
+Scene built(const FrontRule& rule)
+{
+    const double dx = 1.0 / rule.cells;
+    const int thick = int(std::lround(high * rule.cells));
+    Scene all{between_walls({4 + rule.cells + 2, thick + 8, thick + 4}, dx, ContactMode::sticky, 0),
+              {}};
+    Setup& s = all.setup;
+    s.gravity = {0, -g, 0};
+    all.root = s.walls.min + dx * Place{4, 4, 2};
+    fill(s, elastic(young, 0, density), all.root, all.root + Place{beam, high, high},
+         rule.per_axis);
+    Place end = s.walls.max;
+    end.x = all.root.x;
+    // Of the same speed of sound, so that the beam decides on the substep.
+    fill(s, elastic(1000 * young, 0, 1000 * density), s.walls.min, end, rule.per_axis);
+    return all;
+}
+
+// How the beam bends at a moment, as a multiple of bent() [1], and how fast [1/s]; the block's own
+// way is taken out.
+struct Bend {
+    double way, rate;
+};
+Bend bend_of(const std::vector<Particle<double>>& now, const std::vector<Particle<double>>& first,
+             const Scene& scene)
+{
+    Bend sum{};
+    double squares = 0, block_way = 0, block_rate = 0, beside = 0, shapes = 0;
+    for (std::size_t i = 0; i < now.size(); ++i) {
+        const Place from = first[i].x - scene.root;
+        const double down = first[i].x.y - now[i].x.y, rate = -now[i].v.y;
+        if (first[i].object == 0) {
+            const double w = bent(from.x);
+            sum.way += w * down, sum.rate += w * rate, squares += w * w, shapes += w;
+        } else if (from.y > 0 && from.y < high) {
+            block_way += down, block_rate += rate, beside += 1;
+        }
+    }
+    return {(sum.way - shapes * block_way / beside) / squares,
+            (sum.rate - shapes * block_rate / beside) / squares};
+}
+
+FrontResult swung(const Verification& v, const FrontRule& rule)
+{
+    const Scene scene = built(rule);
+    // The period of a slender beam.
+    const double period = 2 * std::numbers::pi / 3.516 * beam * beam /
+                          std::sqrt(young * high * high / (12 * density));
+    const double step = period / 64;
+    const auto solver = solver_by(v, rule, scene.setup);
+    double sum = 0, mean = std::nan("");
+    int turns = 0;
+    Bend before{};
+    const double seconds = timed_drive(*solver, step, 1.5 * period, [&](double t) {
+        const Bend now = bend_of(by_id(*solver), scene.setup.particles, scene);
+        const bool turned = before.rate * now.rate < 0;
+        // Twice it turns: at the bottom, and back at the top.
+        const double share = turned ? before.rate / (before.rate - now.rate) : 1;
+        if (turns + turned == 2) {
+            const double last = before.way + share * (now.way - before.way);
+            mean = (sum + share * step * (before.way + last) / 2) / (t - step + share * step);
+            return false;
+        }
+        turns += turned;
+        sum += step * (before.way + now.way) / 2;
+        before = now;
+        return true;
+    });
+    return {100 * std::fabs(mean - 1), seconds};
+}
+
+}  // namespace
+
+FrontScene cantilever_front(Verification& v)
+{
+    return {"cantilever", "percent", "the deflection of Timoshenko's beam",
+            v.quick() ? std::vector{8, 16} : std::vector{8, 16, 32, 64},
+            [&v](const FrontRule& rule) { return swung(v, rule); }};
+}
+
+}  // namespace knead

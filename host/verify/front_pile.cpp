@@ -1,0 +1,78 @@
+// workprecision: a column of dry sand falls into a pile. Its profile, as what lies over rings of
+// the floor, against that on a finer lattice.
+#include <array>
+#include <cmath>
+#include <memory>
+#include <numbers>
+
+#include "host/scene/presets.h"
+#include "host/verify/front.h"
+
+namespace knead {
+namespace {
+
+constexpr int rings = 9;
+constexpr double wide = 0.05, radius = 0.15, high = 0.2, end = 0.6;  // [m] [s]
+
+struct Pile {
+    std::array<double, rings> height{};  // [m]
+    double seconds = 0;
+};
+
+Pile collapsed(const Verification& v, const FrontRule& rule)
+{
+    const double dx = 1.0 / rule.cells;
+    Setup s =
+        between_walls({rule.cells, rule.cells / 2, rule.cells}, dx, ContactMode::separate, 0.5);
+    s.gravity = {0, -9.81, 0};
+    const Place floor = floor_of(s);
+    fill(s,
+         made({.name = "dry sand",
+               .elasticity = Elasticity::hencky,
+               .plasticity = Plasticity::drucker_prager,
+               .density = 1600,
+               .young = 3e5,
+               .poisson = 0.3,
+               .friction_angle = 35}),
+         s.walls.min, s.walls.max, rule.per_axis, [&](Place x) {
+             return std::hypot(x.x - floor.x, x.z - floor.z) < radius && x.y < floor.y + high;
+         });
+    // What fills the column by steps is not quite its volume.
+    const double share = std::numbers::pi * radius * radius * high / double(s.particles.size());
+    const auto solver = solver_by(v, rule, s);
+    Pile pile;
+    pile.seconds = timed_drive(*solver, 1.0 / 60, end, [](double) { return true; });
+    for (const Particle<double>& q : solver->particles()) {
+        const auto i = std::size_t(std::hypot(q.x.x - floor.x, q.x.z - floor.z) / wide);
+        const double area = std::numbers::pi * wide * wide * double(2 * i + 1);
+        if (i < rings) pile.height[i] += share / area;
+    }
+    return pile;
+}
+
+// Over all the rings' floor, rms [m].
+double apart(const Pile& a, const Pile& b)
+{
+    double sum = 0, area = 0;
+    for (std::size_t i = 0; i < rings; ++i) {
+        const double off = a.height[i] - b.height[i], ring = double(2 * i + 1);
+        sum += ring * off * off, area += ring;
+    }
+    return std::sqrt(sum / area);
+}
+
+}  // namespace
+
+FrontScene pile_front(Verification& v)
+{
+    const int finest = v.quick() ? 32 : 96;
+    const auto fine = std::make_shared<Pile>(collapsed(v, {finest, 2, 0, false}));
+    return {"pile of sand", "mm", "the profile on " + std::to_string(finest) + " cells/m",
+            v.quick() ? std::vector{16, 24} : std::vector{16, 24, 32, 48},
+            [&v, fine](const FrontRule& rule) {
+                const Pile pile = collapsed(v, rule);
+                return FrontResult{1e3 * apart(pile, *fine), pile.seconds};
+            }};
+}
+
+}  // namespace knead
