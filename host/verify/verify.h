@@ -65,6 +65,7 @@ void impact_part(Verification&);
 void recovery_part(Verification&);
 void patch_part(Verification&);
 void waves_part(Verification&);
+void twist_part(Verification&);
 void squeeze_part(Verification&);
 void front_part(Verification&);
 void margin_part(Verification&);
