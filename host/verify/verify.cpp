@@ -49,6 +49,7 @@ const std::vector<Part>& verify_parts()
         {"convergence", "patch", patch_part},
         {"convergence", "waves", waves_part},
         {"convergence", "twist", twist_part},
+        {"convergence", "locking", locking_part},
         {"convergence", "manufactured", manufactured_part},
         {"convergence", "squeeze", squeeze_part},
         {"workprecision", "front", front_part},

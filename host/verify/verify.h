@@ -66,6 +66,7 @@ void recovery_part(Verification&);
 void patch_part(Verification&);
 void waves_part(Verification&);
 void twist_part(Verification&);
+void locking_part(Verification&);
 void manufactured_part(Verification&);
 void squeeze_part(Verification&);
 void front_part(Verification&);
