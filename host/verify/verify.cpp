@@ -47,6 +47,7 @@ const std::vector<Part>& verify_parts()
         {"accuracy", "impact", impact_part},
         {"accuracy", "recovery", recovery_part},
         {"accuracy", "spheres", spheres_part},
+        {"accuracy", "hertz", hertz_part},
         {"convergence", "patch", patch_part},
         {"convergence", "waves", waves_part},
         {"convergence", "twist", twist_part},
