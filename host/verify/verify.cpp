@@ -48,6 +48,7 @@ const std::vector<Part>& verify_parts()
         {"accuracy", "recovery", recovery_part},
         {"accuracy", "spheres", spheres_part},
         {"accuracy", "hertz", hertz_part},
+        {"accuracy", "sand", sand_part},
         {"accuracy", "dam", dam_part},
         {"convergence", "patch", patch_part},
         {"convergence", "waves", waves_part},

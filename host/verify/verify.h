@@ -65,6 +65,7 @@ void impact_part(Verification&);
 void recovery_part(Verification&);
 void spheres_part(Verification&);
 void hertz_part(Verification&);
+void sand_part(Verification&);
 void dam_part(Verification&);
 void patch_part(Verification&);
 void waves_part(Verification&);
