@@ -54,6 +54,7 @@ const std::vector<Part>& verify_parts()
         {"convergence", "waves", waves_part},
         {"convergence", "twist", twist_part},
         {"convergence", "locking", locking_part},
+        {"convergence", "cook", cook_part},
         {"convergence", "manufactured", manufactured_part},
         {"convergence", "squeeze", squeeze_part},
         {"workprecision", "front", front_part},

@@ -71,6 +71,7 @@ void patch_part(Verification&);
 void waves_part(Verification&);
 void twist_part(Verification&);
 void locking_part(Verification&);
+void cook_part(Verification&);
 void manufactured_part(Verification&);
 void squeeze_part(Verification&);
 void front_part(Verification&);
