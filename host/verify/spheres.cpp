@@ -37,20 +37,26 @@ struct Met {
     double gap;          // between the surfaces when a 100th of the momentum is gone [dx]
 };
 
-// Two balls whose radius has `cells` cells.
-Met met(Verification& v, int cells)
+// Two balls of radius R, their surfaces `apart`, that come at each other with `speed` in all.
+Setup two_balls(int cells, double apart, double speed)
 {
-    const double R = cells * dx, c = std::sqrt(young / density), speed = 0.05 * c;
+    const double R = cells * dx;
     Setup s =
         between_walls({6 * cells + 8, 2 * cells + 8, 2 * cells + 8}, dx, ContactMode::separate, 0);
     const Place middle = 0.5 * (s.walls.min + s.walls.max);
-    const double apart = 2 * dx;  // between the surfaces
     for (const double side : {-1.0, 1.0}) {
         const Place centre = middle + Place{side * (R + apart / 2), 0, 0};
         fill(s, elastic(young, poisson, density), s.walls.min, s.walls.max, 2,
              [&](Place x) { return length(x - centre) < R; });
     }
     for (Particle<double>& q : s.particles) q.v = {q.object == 0 ? speed / 2 : -speed / 2, 0, 0};
+    return s;
+}
+
+Met met(Verification& v, int cells)
+{
+    const double R = cells * dx, c = std::sqrt(young / density), speed = 0.05 * c, apart = 2 * dx;
+    const Setup s = two_balls(cells, apart, speed);
     const auto of_one = [&](const std::vector<Particle<double>>& all, auto&& what) {
         double sum[2] = {}, n[2] = {};
         for (const Particle<double>& q : all) sum[q.object] += what(q), n[q.object] += 1;
@@ -62,7 +68,7 @@ Met met(Verification& v, int cells)
                  energy = energy_of(s.particles, s), centres = of_one(s.particles, place),
                  step = hertz / 60;
     const auto solver = v.solver(s);
-    double from = 0, to = 0, before = begun, last = begun, at = centres;
+    double from = 0, to = 0, before = begun, at = centres;
     Met m{};
     drive(*solver, step, apart / speed + 3 * hertz, [&](double t) {
         const std::vector<Particle<double>> now = solver->particles();
@@ -73,12 +79,12 @@ Met met(Verification& v, int cells)
         if (before > 0.9 * begun && u <= 0.9 * begun) from = crossed(0.9);
         if (before > -0.9 * begun && u <= -0.9 * begun) to = crossed(-0.9);
         if (u > 0.99 * begun) at = of_one(now, place);
-        before = u, last = u;
+        before = u;
         return true;
     });
     const std::vector<Particle<double>> now = solver->particles();
     const Audit a = audit(now, s.materials, dx);
-    m.time = (to - from) / hertz, m.restitution = -last / begun;
+    m.time = (to - from) / hertz, m.restitution = -before / begun;
     m.kept = energy_of(now, s) / energy;
     m.momentum = length(a.momentum) / (a.mass * speed / 2);
     m.gap = (-at - 2 * R) / dx;

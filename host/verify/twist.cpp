@@ -47,10 +47,16 @@ void ringing_bar(Verification& v)
     double kept = 0;
     const double rough = period_off(v, 4, kept);
     v.add(near("twisted bar 4 cells thick: period, off 2 L / c", rough, 0, 5, "%", advice));
-    v.add(at_most("twisted bar 4 cells thick: amplitude lost after 4 periods", 100 * (1 - kept), 5,
-                  "%", "clay rings shorter than it should; longer substeps lose less"));
+    const auto lost = [&](int thick) {
+        v.add(at_most(
+            fmt::format("twisted bar {} cells thick: amplitude lost after 4 periods", thick),
+            100 * (1 - kept), 5, "%",
+            "clay rings shorter than it should; longer substeps lose less"));
+    };
+    lost(4);
     if (v.quick()) return;
     const double fine = period_off(v, 8, kept);
+    lost(8);
     v.add(at_most("twisted bar: error at 8 cells over that at 4", std::fabs(fine / rough), 0.5, "",
                   "refining thin parts does not help"));
 }
