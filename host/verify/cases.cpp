@@ -8,6 +8,7 @@
 
 #include "cuda/mpm/material.h"
 #include "host/solver/audit.h"
+#include "host/solver/reference.h"
 
 namespace knead {
 namespace {
@@ -167,6 +168,21 @@ Outcome outcome_of(const Verification& v, const Case& c, double limit, bool in_d
     }
     o.seconds = spent();
     return o;
+}
+
+void change(Verification& v, std::unique_ptr<Solver>& solver, const Setup& s,
+            const std::function<void(std::vector<Particle<double>>&)>& how)
+{
+    if (dynamic_cast<const Reference*>(solver.get())) {  // has no state but its particles
+        Setup now = s;
+        now.particles = solver->particles();
+        how(now.particles);
+        solver = v.reference(now);
+        return;
+    }
+    SavedState state = solver->save();
+    how(state.setup.particles);
+    solver->load(state);
 }
 
 Setup block_on_floor(const Material<double>& material, int per_axis)

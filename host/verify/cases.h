@@ -65,6 +65,11 @@ void outcomes_of(const Verification& v, const std::vector<Case>& cases,
 Outcome outcome_alone(const Verification& v, const Case& c);
 double limit_of(const Case& c, bool quick);  // [s]
 
+// Changes particles between two frames, in the order of the setup, as a force or a grip from
+// outside would: `how` gets all of them.
+void change(Verification& v, std::unique_ptr<Solver>& solver, const Setup& s,
+            const std::function<void(std::vector<Particle<double>>&)>& how);
+
 // A block of 6 x 4 x 6 cells on a floor, per_axis^3 particles a cell, dx = 1 cm; its materials and
 // tools can be changed before it runs.
 Setup block_on_floor(const Material<double>& material, int per_axis = 2);

@@ -6,79 +6,13 @@
 #include <numbers>
 #include <vector>
 
-#include "host/verify/clay.h"
+#include "host/verify/bars.h"
 #include "host/verify/verify.h"
 
 namespace knead {
 namespace {
 using std::numbers::pi;
-
-constexpr double young = 1e6, density = 1000, bar = 1;  // [Pa] [kg/m^3] [m]
-
-// A bar of 1 m along x, `cells` long and `thick` cells across, free of all walls. Where Poisson's
-// ratio is 0, nothing moves across.
-Setup free_bar(int cells, int thick, double poisson = 0)
-{
-    const double h = bar / cells;
-    Setup s = between_walls({cells + 8, thick + 8, thick + 8}, h, ContactMode::separate, 0);
-    const Place low = s.walls.min + Place{4 * h, 4 * h, 4 * h};
-    fill(s, elastic(young, poisson, density), low, low + Place{bar, thick * h, thick * h}, 2);
-    return s;
-}
-
-// Amplitude of a mode in a series: v = A cos(w t + phase), by least squares over whole periods.
-struct Ringing {
-    double period, kept;  // [s]; amplitude after 4 periods over that at first
-};
-
-// From the mode's velocities at even times: period by the first and last zero, amplitude by the
-// projections on cosine and sine over the first and the fifth period.
-Ringing ringing(const std::vector<double>& u, double step)
-{
-    std::vector<double> zeros;
-    for (std::size_t i = 1; i < u.size(); ++i)
-        if (u[i - 1] * u[i] < 0)
-            zeros.push_back(step * (double(i - 1) + u[i - 1] / (u[i - 1] - u[i])));
-    if (zeros.size() < 9) return {std::nan(""), std::nan("")};
-    const double T = (zeros[8] - zeros[0]) / 4, w = 2 * pi / T;
-    const auto amplitude = [&](double from) {
-        const auto n = std::size_t(std::lround(T / step)), first = std::size_t(from / step);
-        double c = 0, s = 0;
-        for (std::size_t i = first; i < first + n && i < u.size(); ++i)
-            c += u[i] * std::cos(w * step * double(i)), s += u[i] * std::sin(w * step * double(i));
-        return std::hypot(c, s);
-    };
-    return {T, amplitude(4 * T) / amplitude(0)};
-}
-
-// Lets the bar go with velocities `mode(x)` along `axis`; x from 0 to 1 along the bar.
-template <class Mode>
-Ringing rung(Verification& v, Setup s, Vec3<double> axis, double expected, Mode&& mode)
-{
-    const double low = s.particles.front().x.x - s.lattice.dx / 4;
-    std::vector<double> shape;
-    for (Particle<double>& q : s.particles) {
-        shape.push_back(mode((q.x.x - low) / bar));
-        q.v = (1e-3 * shape.back()) * axis;
-    }
-    const double slope = 1e-4;
-    for (std::size_t i = 0; i < s.particles.size(); ++i) {
-        const double x = (s.particles[i].x.x - low) / bar;
-        s.particles[i].C.a =
-            (1e-3 * (mode(x + slope) - mode(x - slope)) / (2 * slope * bar)) * axis;
-    }
-    const auto solver = v.solver(s);
-    const double step = expected / std::ceil(12.5 * bar / s.lattice.dx * 0.4);
-    std::vector<double> all;
-    drive(*solver, step, 5.2 * expected, [&](double) {
-        double sum = 0;
-        const std::vector<Particle<double>> now = by_id(*solver);
-        for (std::size_t i = 0; i < now.size(); ++i) sum += shape[i] * dot(now[i].v, axis);
-        all.push_back(sum);
-        return true;
-    });
-    return ringing(all, step);
-}
+using namespace bars;
 
 void longitudinal(Verification& v)
 {
@@ -87,8 +21,9 @@ void longitudinal(Verification& v)
     const int sizes[2] = {32, 64};
     const double period_bound[2] = {0.5, 0.15}, lost_bound[2] = {1.5, 0.3};
     for (int i = 0; i < 2; ++i) {
-        const Ringing r = rung(v, free_bar(sizes[i], 4), {1, 0, 0}, expected,
-                               [](double x) { return std::cos(pi * x); });
+        const Ringing r = rung(v, free_bar(sizes[i], 4), expected, [](Place x) {
+            return Place{std::cos(pi * x.x / bar), 0, 0};
+        });
         off[i] = r.period / expected - 1;
         v.add(near(fmt::format("bar of {} cells: longitudinal period, off 2L/c", sizes[i]),
                    100 * off[i], 0, period_bound[i], "%", "waves of few cells run slow: refine"));
@@ -147,7 +82,12 @@ double beam_off(Verification& v, int thick, double poisson)
 {
     const double expected = bending_period(1.0 / 8, poisson);
     const Setup s = free_bar(8 * thick, thick, poisson);
-    return 100 * (rung(v, s, {0, 1, 0}, expected, bent).period / expected - 1);
+    return 100 * (rung(v, s, expected,
+                       [](Place r) {
+                           return Place{0, bent(r.x / bar), 0};
+                       }).period /
+                      expected -
+                  1);
 }
 
 void bending(Verification& v)

@@ -202,6 +202,32 @@ TEST(Verify, EnergyIsThatOfHeightMotionAndStrain)
     EXPECT_NEAR(energy_of(s.particles, s), mass * (9.81 * 0.03 + 12.5 + 0.5 * 1e-4 / 4 * 8), 1e-12);
 }
 
+// In float and in double: half of the clay pushed, and nothing else changed.
+TEST(Verify, AChangeBetweenFramesIsOfTheParticlesMeantAndLasts)
+{
+    for (const char* device : {"cpu", "reference"}) {
+        VerifyOptions o = quiet();
+        o.device = device;
+        Verification v(o);
+        knead::Setup s = block_on_floor(elastic(1e5, 0.3, 1000));
+        s.gravity = {};
+        auto solver = v.solver(s);
+        solver->advance({}, 1e-3);
+        change(v, solver, s, [](std::vector<Particle<double>>& all) {
+            for (std::size_t i = 0; i < all.size() / 2; ++i) all[i].v.x += 0.25;
+        });
+        const std::vector<Particle<double>> now = by_id(*solver);
+        ASSERT_EQ(now.size(), s.particles.size());
+        for (std::size_t i = 0; i < now.size(); ++i) {
+            EXPECT_NEAR(now[i].v.x, i < now.size() / 2 ? 0.25 : 0, 1e-12) << device;
+            EXPECT_NEAR(length(now[i].x - s.particles[i].x), 0, 1e-7) << device;
+        }
+        solver->advance({}, 1e-3);
+        const Audit after = audit(solver->particles(), s.materials, s.lattice.dx);
+        EXPECT_NEAR(after.momentum.x, after.mass * 0.125, 1e-6 * after.mass) << device;
+    }
+}
+
 // A ball as two clouds of other spacing, one of them turned, shifted and bent by a known amount.
 TEST(Verify, ShapesAreComparedWithoutTheirRigidMotion)
 {
