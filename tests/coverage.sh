@@ -26,6 +26,7 @@ seq 0 $((GTEST_TOTAL_SHARDS - 1)) | xargs -P 2 -I '{}' sh -c '
     GTEST_SHARD_INDEX={} "$0"/knead_tests --gtest_brief=1 --gtest_filter="$1" \
         >"$0/tests_{}.log" 2>&1 || { tail -n 30 "$0/tests_{}.log"; exit 1; }' \
     $build "${KNEAD_COVERAGE_TESTS:-*}" || failed=1
+tests/verify/quick.sh $build/knead || failed=1
 for test in program verbs; do tests/cli/${test}_test.sh $build/knead || failed=1; done
 [ $failed -eq 0 ] || echo "tests failed: what follows says only what they reached"
 

@@ -18,6 +18,7 @@ struct Tool {
     R friction;   // Coulomb [1]
     bool blade;   // thinner than the lattice can see: two-sided treatment, see cuda/contact/cut.h
     bool active;  // false: passes through everything (not tracked, just reappeared)
+    R size = 1;   // share of its radii that it has: one that comes back inside of clay grows
 };
 
 // Which primitives may matter in a block of 4^3 cells: one bit each.

@@ -66,12 +66,14 @@ HD Vec3<R> spin(Quat<R> p, Quat<R> q, R duration)
     return {s * d.x, s * d.y, s * d.z};
 }
 
-// The sphere over one substep: it stands at `to` and moves exactly from `from` to `to` in dt.
+// The sphere over one substep: it stands at `to` and moves exactly from `from` to `to` in dt. It
+// has the share `size` of its radius.
 template <class R, class From, class To>
-HD Sphere<R> posed(const Binding<R>& b, From&& from, To&& to, R dt)
+HD Sphere<R> posed(const Binding<R>& b, From&& from, To&& to, R dt, R size)
 {
     const Vec3<R> c0 = centre(b, from), c1 = centre(b, to);
-    return {c1, (1 / dt) * (c1 - c0), spin(from(b.joint[0]).q, to(b.joint[0]).q, dt), b.radius, 0};
+    return {c1, (1 / dt) * (c1 - c0), spin(from(b.joint[0]).q, to(b.joint[0]).q, dt),
+            size * b.radius, 0};
 }
 
 }  // namespace knead

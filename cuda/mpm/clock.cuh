@@ -11,10 +11,11 @@ struct Counters {
     double dt_min, dt_max;  // [s]
     int substeps, limits[6];
     unsigned long long yielded, projected, clipped, confined, repaired;  // particle-substeps, nodes
-    unsigned long long covered;  // particle-substeps with a blade beside them
-    unsigned long long moved;    // particle-substeps; of a scene in which clay may be still
-    unsigned long long woken;    // blocks
-    unsigned deepest;            // bits of the largest depth found [m]
+    unsigned long long abrupt, moved_far, trimmed;  // particle-substeps, likewise, nodes
+    unsigned long long covered;                     // particle-substeps with a blade beside them
+    unsigned long long moved;  // particle-substeps; of a scene in which clay may be still
+    unsigned long long woken;  // blocks
+    unsigned deepest;          // bits of the largest depth found [m]
     int active_blocks;
 };
 

@@ -30,8 +30,7 @@ __device__ Events advance_particle(const G2pView& d, const SubstepContext& later
     const auto particles = [&]() -> const ParticleView& { return d.particles[later.side]; };
     const auto own = [&] { return own_index<f>(later, d.particles[0].count); };
     if constexpr (early) particles().load_strain(own().at, q);
-    const float4* nodes = d.velocities[n & 1];
-    if constexpr (f.blades) nodes += q.label() * unsigned(d.lattice.node_count());
+    const float4* nodes = nodes_for<f.blades>(d, q, n);
     const Stencil<float> s = stencil(q.x, d.lattice.spacing);
     [[maybe_unused]] Quiet quiet{};
     if constexpr (f.rests) {
@@ -53,10 +52,12 @@ __device__ Events advance_particle(const G2pView& d, const SubstepContext& later
         if (!moves) q.v = {}, q.C = {};
         if (!__any_sync(all_lanes, moves)) return {};
     }
+    const float per_cell = particles_a_cell(d, nodes_for<f.blades>(d, q, n), q.x, q.object);
+    if (per_cell < 1) calm_crumb(q.C, per_cell);
     q.e = advance_b(q.e, q.C, later.now);
     q.x = q.x + later.now * q.v;
     Events happened{};
-    project<f>(q, d, later, space, moves, happened);
+    project<f>(q, per_cell, d, later, space, moves, happened);
     happened.yielded = yield(q, narrowed<f.plasticity>(d.materials[q.object]), later.now);
     if (!sound(q)) {
         if (own().valid && moves) atomicAdd(&later.clock().counters.repaired, 1ull);
@@ -99,6 +100,8 @@ __device__ void advance_run(const G2pView& d, const SubstepContext& later,
     const ParticleView& to = d.particles[later.side];
     const Index own = own_index<f>(later, to.count);
     if (!own.valid) happened = {};
+    if (happened.depth > d.lattice.dx) atomicAdd(&later.clock().counters.moved_far, 1ull);
+    if (own.valid && abrupt(q.C, later.now)) atomicAdd(&later.clock().counters.abrupt, 1ull);
     const Sums all = summed<f.tools>(happened, dot(q.v, q.v),
                                      stiffness(q, narrowed<f.plasticity>(d.materials[q.object])));
     if ((threadIdx.x & 31) == 0) sums[threadIdx.x >> 5] = all;

@@ -73,6 +73,28 @@ HD void gather(Particle<R>& q, const Stencil<R>& s, std::type_identity_t<const S
            d.z * q.v + step * first_three(by_z)};
 }
 
+// From a stencil's base to the node nearest to the particle. Its mass over the particle's is how
+// many such particles a cell holds there.
+constexpr Int3 nearest_node = {1, 1, 1};
+
+// A crumb, of fewer particles a cell than the corner of a body has, has no shape of its own: of its
+// rate of strain down to a fifth is left, so that no substep makes it oscillate more and more. It
+// turns as it did, and from one particle a cell on nothing is taken.  (8)
+template <class R>
+HD void calm_crumb(Mat3<R>& C, R per_cell)
+{
+    const R missing = R(5) * max(R(0), R(1) - per_cell);
+    C = C - missing / (R(1) + missing) * full(symmetric(C));
+}
+
+// Whether a particle's surroundings change shape by more in a substep than a substep can follow.
+template <class R>
+HD bool abrupt(const Mat3<R>& C, R dt)
+{
+    const R squares = dot(C.a, C.a) + dot(C.b, C.b) + dot(C.c, C.c);
+    return dt * dt * squares > R(0.35) * R(0.35);
+}
+
 // The same sums row by row: of w v, and of w v times the step from the base along x, y and z.
 template <class R>
 struct Gathered {

@@ -178,6 +178,13 @@ __device__ Vec3<float> apply_tools_by_warp(SharedSpace& space, const Colliders<f
     return v;
 }
 
+// Counts a node that was slowed.
+__device__ void count_slowed(const GridUpdateView& d, float mass)
+{
+    Counters& all = d.clock->counters;
+    atomicAdd(mass > d.trifle ? &all.clipped : &all.trimmed, 1ull);
+}
+
 // The node of index i, by lanes that `own` one; tools(in, x, v) by all lanes of a warp.
 template <bool fixed_point, class Tools>
 __device__ void update_node(const GridUpdateView& d, int parity, float dt, int i, bool own,
@@ -193,7 +200,7 @@ __device__ void update_node(const GridUpdateView& d, int parity, float dt, int i
     bool clipped = false;
     if (clay) v = limit_speed(v, at, d.lattice, d.walls, dt, clipped);
     d.nodes[parity][i] = {v.x, v.y, v.z, clay ? sum.m : 0};
-    if (clipped) atomicAdd(&d.clock->counters.clipped, 1ull);
+    if (clipped) count_slowed(d, sum.m);
 }
 
 // The nodes of block b, which tools may touch, by all warps of a thread block.
@@ -283,7 +290,7 @@ __global__ void __launch_bounds__(block_nodes, resident_cut)
                               u = apply_tools(colliders, mask, x, u);
                               return f ? sliced(colliders, mask, x, u, dx, unsigned(f)) : u;
                           });
-            if (clipped) atomicAdd(&d.clock->counters.clipped, 1ull);
+            if (clipped) count_slowed(d, sum.m);
         }
         divide(v, mass, [&] { return slope<fixed_point>(d, parity, at); });
         UNROLL

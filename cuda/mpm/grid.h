@@ -24,6 +24,10 @@ HD Vec3<R> apply_walls(Vec3<R> v, Int3 n, const Walls<R>& walls)
     return v;
 }
 
+// A node that is slowed and holds less than this share of a particle's mass is trimmed: nobody sees
+// it. With more it is clipped.
+constexpr double trimmed_share = 1e-3;
+
 // Velocity of a node that holds mass, before anything stands in its way. Divided each: a weight of
 // 1e-33 makes the mass denormal and its reciprocal infinite.
 template <class R>

@@ -66,7 +66,8 @@ static __device__ __noinline__ void pose_viewed(PoseSpace& s, int part, int n)
             UNROLL
             for (int m = 0; m < 4; ++m) b.joint[m] = staged ? b.joint[m] : 4 * (k - first) + m;
             s.spheres[k] = posed(
-                b, [&s](int j) { return s.from[j]; }, [&s](int j) { return s.to[j]; }, float(dt));
+                b, [&s](int j) { return s.from[j]; }, [&s](int j) { return s.to[j]; }, float(dt),
+                t.tools[t.primitives[primitive_of(part, k / 3)].tool].size);
             t.spheres[parity][i] = s.spheres[k];
         }
     }

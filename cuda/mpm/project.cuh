@@ -3,6 +3,7 @@
 #include "cuda/contact/contact.cuh"
 #include "cuda/contact/cut.h"
 #include "cuda/mpm/events.cuh"
+#include "cuda/mpm/g2p.h"
 #include "cuda/mpm/particle.h"
 #include "cuda/mpm/project.h"
 #include "cuda/mpm/scatter.cuh"
@@ -78,11 +79,30 @@ __device__ inline const Mask* near_tools(const NearView& d, const Lattice<float>
     return empty(mask) ? nullptr : &mask;
 }
 
+// The velocities and masses that the particle of that label feels in substep n.
+template <bool blades>
+__device__ const float4* nodes_for(const G2pView& d, const Particle<float>& q, int n)
+{
+    const float4* nodes = d.velocities[n & 1];
+    if constexpr (blades) nodes += q.label() * unsigned(d.lattice.node_count());
+    return nodes;
+}
+
+// How many particles of that object a cell holds around x.
+__device__ inline float particles_a_cell(const G2pView& d, const float4* nodes, Vec3<float> x,
+                                         int object)
+{
+    asm volatile("" : "+f"(x.x), "+f"(x.y), "+f"(x.z));  // or its index would be kept
+    const Int3 node = base_node(x, d.lattice.spacing) + nearest_node;
+    return nodes[d.lattice.index(node)].w / d.materials[object].mass;
+}
+
 // Projection of a warp's particles, of those that are `asked`, by all its lanes. Returns the depth
 // that the lane's was found at [m].
 template <bool blades>
-__device__ float left_tools(Particle<float>& q, const G2pView& d, const SubstepContext& later,
-                            const ContactScratch<blades>& borrowed, bool asked, unsigned& covered)
+__device__ float left_tools(Particle<float>& q, float per_cell, const G2pView& d,
+                            const SubstepContext& later, const ContactScratch<blades>& borrowed,
+                            bool asked, unsigned& covered)
 {
     const Mask* own = asked ? near_tools(d.near, d.lattice, q.x) : nullptr;
     bool in = own;
@@ -94,7 +114,6 @@ __device__ float left_tools(Particle<float>& q, const G2pView& d, const SubstepC
     if constexpr (blades)
         if (in) covered = cut(q, colliders, mask, d.lattice.dx);
     borrowed.put_aside(q.x);
-    const auto way = [&] { return way_out(d.lattice.dx, later.now); };  // kept, it would spill
     WarpContact<32> contact(borrowed.contact(), colliders);
     for (int k = 0; k < d.near.passes && __any_sync(all_lanes, in); ++k) {
         const int near = contact.look(
@@ -102,9 +121,11 @@ __device__ float left_tools(Particle<float>& q, const G2pView& d, const SubstepC
         if (near == 0) break;
         const Contact<float> hit = contact.deepest(0, near, in, q.x);
         in = hit.phi < 0;
-        if (in) put_out(q.x, q.v, hit, colliders.tools[hit.tool], way());
+        if (in)
+            put_out(q.x, q.v, hit, colliders.tools[hit.tool],
+                    speed_out(d.near.way, -hit.phi, per_cell, later.now));
     }
-    const float depth = come_out(q.x, borrowed.place(), q.x, way());
+    const float depth = come_out(q.x, borrowed.place(), q.x, d.near.way.shallow);
     take_up(q, borrowed.strain());
     if constexpr (!blades) q.C = borrowed.rates();
     return depth;
@@ -113,12 +134,13 @@ __device__ float left_tools(Particle<float>& q, const G2pView& d, const SubstepC
 // The lane's particle, of those that `moves`: out of tools, in front of walls, where nodes are
 // stored.
 template <Features f>
-__device__ void project(Particle<float>& q, const G2pView& d, const SubstepContext& later,
-                        ScatterSpace<f.blades>& space, bool moves, Events& happened)
+__device__ void project(Particle<float>& q, float per_cell, const G2pView& d,
+                        const SubstepContext& later, ScatterSpace<f.blades>& space, bool moves,
+                        Events& happened)
 {
     if constexpr (f.tools)
-        happened.depth = left_tools<f.blades>(q, d, later, ContactScratch<f.blades>{space}, moves,
-                                              happened.covered);
+        happened.depth = left_tools<f.blades>(
+            q, per_cell, d, later, ContactScratch<f.blades>{space}, moves, happened.covered);
     happened.projected = happened.depth > 0;
     if (d.free.holds(q.x)) return;
     happened.confined = confine(q, d.walls);

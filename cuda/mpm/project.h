@@ -4,6 +4,7 @@
 #include "cuda/contact/cut.h"
 #include "cuda/mpm/lattice.h"
 #include "cuda/mpm/particle.h"
+#include "cuda/mpm/time_step.h"
 #include "cuda/mpm/walls.h"
 
 namespace knead {
@@ -13,50 +14,63 @@ namespace knead {
 // deeper than `shallow` is moved at once, up to there.  (19)
 template <class R>
 struct WayOut {
-    R shallow;  // [m]
-    R rate;     // velocity per depth [1/s]
+    R shallow, travel;  // [m]; a substep carries out a particle by `travel` at most
+    R fastest;          // [m/s]
 };
-template <class R>
-HD WayOut<R> way_out(R dx, R dt)
+// As fast as does not shorten the substep (22), and at most three times what that is in the
+// longest: a speed that grows as substeps shrink shrinks them further.
+HD WayOut<double> way_out(const StepLimits& limits)
 {
-    return {R(0.25) * dx, 2 / dt};
+    return {0.375 * limits.dx, max_travel * limits.dx,
+            3 * max_travel * std::sqrt(limits.stiffness) / limits.courant};
+}
+template <class To, class From>
+HD WayOut<To> cast(const WayOut<From>& way)
+{
+    return {To(way.shallow), To(way.travel), To(way.fastest)};
+}
+
+// The speed at which it leaves from that depth [m/s]. It has to move those around it, too, so this
+// grows with their number a cell; a crumb by itself is not thrown.
+template <class R>
+HD R speed_out(const WayOut<R>& way, R depth, R per_cell, R dt)
+{
+    return min(min(max(R(1), 4 * per_cell) * depth, way.travel) / dt, way.fastest);
 }
 
 // Moves what is at x, with velocity v, to the surface that it was found behind; its velocity is
-// what the surface leaves of it that comes out, too.  (18), (19)
+// what the surface leaves of it that comes out at speed `out`, too.  (18), (19)
 template <class R>
-HD void put_out(Vec3<R>& x, Vec3<R>& v, const Contact<R>& hit, const Tool<R>& tool,
-                const WayOut<R>& way)
+HD void put_out(Vec3<R>& x, Vec3<R>& v, const Contact<R>& hit, const Tool<R>& tool, R out)
 {
     const ContactMode mode = tool.mode == ContactMode::slip ? ContactMode::separate : tool.mode;
-    const R out = way.rate * min(-hit.phi, way.shallow);
     x = x - hit.phi * hit.n;
     v = apply_contact(v, hit.n, hit.v + out * hit.n, mode, tool.friction);
 }
 
 // What was found at `from` and belongs to `to` is at x now; returns how far that is [m].
 template <class R>
-HD R come_out(Vec3<R>& x, Vec3<R> from, Vec3<R> to, const WayOut<R>& way)
+HD R come_out(Vec3<R>& x, Vec3<R> from, Vec3<R> to, R shallow)
 {
     const Vec3<R> all = to - from;
     const R depth = length(all);
-    x = depth > way.shallow ? to - (way.shallow / depth) * all : from;
+    x = depth > shallow ? to - (shallow / depth) * all : from;
     return depth;
 }
 
 // Brings q out of the tools of its block, looking for them `passes` times at most; returns how
-// deep inside it was found [m], 0 outside.
+// deep inside it was found [m], 0 outside. A cell around it holds `per_cell` particles like q.
 template <class R>
 HD R project(Particle<R>& q, const Colliders<R>& c, const Mask& mask, int passes,
-             const WayOut<R>& way)
+             const WayOut<R>& way, R per_cell, R dt)
 {
     Vec3<R> to = q.x;
     for (int k = 0; k < passes; ++k) {
         const Contact<R> hit = deepest_contact(c, mask, to);
         if (!(hit.phi < 0)) break;
-        put_out(to, q.v, hit, c.tools[hit.tool], way);
+        put_out(to, q.v, hit, c.tools[hit.tool], speed_out(way, -hit.phi, per_cell, dt));
     }
-    return come_out(q.x, q.x, to, way);
+    return come_out(q.x, q.x, to, way.shallow);
 }
 
 // Puts q back on the wall that it sank into; true if it was deeper there than nodes can take it

@@ -19,6 +19,7 @@ struct GridView {
     int* list[3];        // block_count each: blocks that may hold mass in substep n, in n % 3
     const bool* rim;     // block_count: the block is at an end of what is stored (stored_region.h)
     float momentum_scale, mass_scale;  // fixed-point units per kg m/s and per kg: powers of two
+    float trifle;                      // of a node: slowed it is trimmed, not clipped [kg]
 };
 
 constexpr int max_boxes = 32;  // tools
@@ -65,6 +66,7 @@ struct ToolView {
     int* runs;    // of particles, those near tools first; where no clay may be still
     bool grid_contact;
     int passes;
+    WayOut<float> way;
 };
 
 // All that there is, of which each stage takes its part.

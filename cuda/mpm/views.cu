@@ -22,7 +22,10 @@ ContactView contact_view(const ToolView& t)
             t.tools};
 }
 
-NearView near_view(const Views& d) { return {d.stored, d.tools.masks, d.tools.passes}; }
+NearView near_view(const Views& d)
+{
+    return {d.stored, d.tools.masks, d.tools.passes, d.tools.way};
+}
 
 ScatterView scatter_view(const Views& d)
 {
@@ -56,6 +59,7 @@ PoseView pose_view(const Views& d)
 {
     const ToolView& t = d.tools;
     return {rig_view(t),
+            t.tools,
             d.clock,
             {t.spheres[0].data, t.spheres[1].data},
             {t.shapes[0].data, t.shapes[1].data}};
@@ -106,6 +110,7 @@ GridUpdateView grid_view(const Views& d)
             g.fields,
             g.momentum_scale,
             g.mass_scale,
+            g.trifle,
             g.rim,
             {g.nodes[0], g.nodes[1]},
             {g.sums[0], g.sums[1]},

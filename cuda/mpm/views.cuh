@@ -11,6 +11,7 @@
 #include "cuda/mpm/lattice.h"
 #include "cuda/mpm/material_data.h"
 #include "cuda/mpm/particles.cuh"
+#include "cuda/mpm/project.h"
 #include "cuda/mpm/sleep.h"
 #include "cuda/mpm/stored_region.h"
 #include "cuda/mpm/walls.h"
@@ -89,6 +90,7 @@ MaskView mask_view(const Views& d);
 // The tools posed for substep n; both sides of the ring, n % 2.
 struct PoseView : RigView {
     // reads
+    Span<const Tool<float>> tools;
     const Clock* clock;
     // writes
     Sphere<float>* spheres[2];
@@ -116,6 +118,7 @@ struct NearView {
     Region stored;      // elsewhere there are no masks
     const Mask* masks;  // block_count
     int passes;         // of projection; 0: no tools
+    WayOut<float> way;
 };
 
 // Sorting: the rows of one side, by its ids, to the other.
@@ -230,7 +233,7 @@ struct GridUpdateView {
     Vec3<float> gravity;  // [m/s^2]
     StepLimits limits;
     int fields;
-    float momentum_scale, mass_scale;
+    float momentum_scale, mass_scale, trifle;
     const bool* rim;
     // writes
     float4* nodes[2];    // of substep n, in n % 2: momenta become velocities; the other is cleared

@@ -8,11 +8,11 @@
 #include <exception>
 #include <filesystem>
 
+#include "host/base/child.h"
 #include "host/base/errors.h"
 #include "host/base/outputs.h"
 #include "host/bench/ball.h"
 #include "host/bench/bench.h"
-#include "host/base/child.h"
 
 namespace knead {
 namespace {

@@ -12,6 +12,7 @@ namespace {
 
 constexpr double window = 0.2;        // of the average [s], Section 4.3 of the paper
 constexpr double settling = 0.2;      // from appearing to steady [s]
+constexpr double growing = 0.25;      // from steady to its whole size [s]
 constexpr double longest_gap = 0.25;  // between frames of one appearance [s]
 constexpr float leap = 0.05f;         // of a joint in one frame [m]
 
@@ -98,6 +99,11 @@ Hand HandFilter::filter(const Hand& hand, double time)
 }
 
 bool HandFilter::steady() const { return present_ && time_ - appeared_ >= settling - 1e-6; }
+
+float HandFilter::size() const
+{
+    return steady() ? float(clamp((time_ - appeared_ - settling) / growing, 0.0, 1.0)) : 0.0f;
+}
 
 void HandFilter::start(const Hand& hand, double time)
 {
@@ -216,13 +222,14 @@ HandSource::HandSource(const Recording& recording, const HandsRule& rule)
                 frame.joints[s * joint_count + j] = {unit(joint.q), joint.p};
             }
             frame.steady[s] = rule.present[s] && filters[s].steady();
+            frame.size[s] = filters[s].size();
         }
         frames_.push_back(frame);
     }
 }
 
 bool HandSource::sample(double time, Joint<double> joints[2 * joint_count],
-                        bool active[side_count]) const
+                        float size[side_count]) const
 {
     const auto after =
         std::upper_bound(frames_.begin(), frames_.end(), time,
@@ -238,9 +245,11 @@ bool HandSource::sample(double time, Joint<double> joints[2 * joint_count],
         const Joint<double> joint = between(wide(from.joints[j]), wide(to.joints[j]), s);
         joints[j] = {joint.q, at_ + zoom_ * joint.p};
     }
-    for (int side = 0; side < side_count; ++side)
-        active[side] = from.steady[side] && to.steady[side] && time <= duration();
-    return active[left] || active[right];
+    for (int side = 0; side < side_count; ++side) {
+        const bool active = from.steady[side] && to.steady[side] && time <= duration();
+        size[side] = active ? from.size[side] + float(s) * (to.size[side] - from.size[side]) : 0;
+    }
+    return size[left] > 0 || size[right] > 0;
 }
 
 }  // namespace knead

@@ -26,6 +26,9 @@ class HandFilter {
     // False while untracked and for 0.2 s after the hand appeared, or after one of its joints
     // leapt more than 5 cm in a frame: until then it must not touch anything.
     bool steady() const;
+    // The share of its radii that it should touch with: 0 until it is steady, then it grows to 1
+    // in 0.25 s, for it may have come back inside of clay.
+    float size() const;
 
   private:
     struct Past {
@@ -70,14 +73,16 @@ class HandSource {
 
     // Fills the joints, hand by hand, in the simulation's frame: at + zoom * p. Before the first
     // frame and after the last the hands stand still. A hand is active where it is present in the
-    // rule and steady on both sides of `time`; after the end none is. Answers whether any is.
-    bool sample(double time, Joint<double> joints[2 * joint_count], bool active[side_count]) const;
+    // rule and steady on both sides of `time`; after the end none is. `size` is the share of its
+    // radii that each has, 0 where it is not active. Answers whether any is.
+    bool sample(double time, Joint<double> joints[2 * joint_count], float size[side_count]) const;
 
   private:
     struct Frame {
         double time;
         std::array<Joint<float>, 2 * joint_count> joints;
         bool steady[side_count];
+        float size[side_count];
     };
     std::vector<Frame> frames_;
     double zoom_;

@@ -1,7 +1,8 @@
 // Particles by stratified sampling: a lattice of strata, each of a particle's volume, one particle
-// in each at a hashed place: in its middle half, which keeps the clay even; or, where the surface
-// cuts the stratum, anywhere in it, so that the expected mass is the shape's. The order of the
-// loops never matters.
+// in each at a hashed place. That is its middle tenth, for uneven particles soften clay; its middle
+// half where a cell holds fewer than eight, for the planes of so wide a lattice part when it is
+// stretched; or, where the surface cuts the stratum, anywhere in it, so that the expected mass is
+// the shape's. The order of the loops never matters.
 #include "host/scene/seed.h"
 
 #include <fmt/format.h>
@@ -49,7 +50,8 @@ Vec3<double> placed(const Scene& scene, std::size_t object, Int3 s, double h)
         const Int3 at = s + Int3{corner & 1, corner >> 1 & 1, corner >> 2};
         whole = inside(scene.objects[object], {h * at.x, h * at.y, h * at.z});
     }
-    const double low = whole ? 0.25 : 0, width = whole ? 0.5 : 1;
+    const double width = !whole ? 1 : scene.objects[object].per_cell < 8 ? 0.5 : 0.1;
+    const double low = (1 - width) / 2;
     const Vec3<double> u = hashed(scene.seed, object, s);
     return {h * (s.x + low + width * u.x), h * (s.y + low + width * u.y),
             h * (s.z + low + width * u.z)};

@@ -19,10 +19,11 @@ MotionSource recorded_motion(const HandSource* hands, const HandsRule& rule)
     if (!hands) return [](double, double) { return no_motion(); };
     return [hands, sides = tool_sides(rule)](double from, double to) {
         Motion motion = no_motion();
-        bool before[side_count], active[side_count];
+        float before[side_count], size[side_count];
         hands->sample(from, motion.from.data(), before);
-        hands->sample(to, motion.to.data(), active);
-        for (Side side : sides) motion.active.push_back(active[side]);
+        hands->sample(to, motion.to.data(), size);
+        for (Side side : sides)
+            motion.active.push_back(size[side] > 0), motion.size.push_back(size[side]);
         return motion;
     };
 }

@@ -235,7 +235,10 @@ Json physics(const Scene& scene, const RunRecord& record)
              {{"clipped", total(record, &FrameStats::clipped)},
               {"confined", total(record, &FrameStats::confined)},
               {"repaired", total(record, &FrameStats::repaired)},
+              {"abrupt", total(record, &FrameStats::abrupt)},
+              {"moved_far", total(record, &FrameStats::moved_far)},
               {"crowded", crowding_of(record).particles}}},
+            {"trimmed", total(record, &FrameStats::trimmed)},
             {"state_hash", hexadecimal(last->state.hash)}};
 }
 
@@ -307,16 +310,19 @@ std::string frames_csv(const RunRecord& record)
     std::string out =
         "frame,simulated_s,hand_s,hands,solver_ms,surface_ms,substeps,dt_min_s,dt_max_s,"
         "active_blocks,moved,woken,yielded,projected,found_depth_mm,clipped,confined,repaired,"
-        "kinetic_J,"
+        "abrupt,moved_far,trimmed,kinetic_J,"
         "elastic_J,volume_m3,fastest_m_per_s,left_mean_mm,left_p99_mm,left_max_mm,mesh_m3,"
         "triangles,hash\n";
     for (const FrameRow& r : record.rows) {
         const FrameStats& t = r.stats;
         out += fmt::format(
-            "{},{:.9g},{:.9g},{:d},{:.6g},{:.6g},{},{:.6g},{:.6g},{},{},{},{},{},{:.6g},{},{},{},",
+            "{},{:.9g},{:.9g},{:d},{:.6g},{:.6g},{},{:.6g},{:.6g},{},{},{},{},{},{:.6g},{},{},{},{}"
+            ",{},"
+            "{},",
             r.frame, r.simulated, r.hand_time, r.hands, 1e3 * r.wall, 1e3 * r.surface_wall,
             t.substeps, t.dt_min, t.dt_max, t.active_blocks, t.moved, t.woken, t.yielded,
-            t.projected, 1e3 * t.found_depth, t.clipped, t.confined, t.repaired);
+            t.projected, 1e3 * t.found_depth, t.clipped, t.confined, t.repaired, t.abrupt,
+            t.moved_far, t.trimmed);
         if (r.audited)
             out += fmt::format("{:.9g},{:.9g},{:.9g},{:.6g},{:.6g},{:.6g},{:.6g},", r.state.kinetic,
                                r.state.elastic, r.state.volume, r.state.fastest, 1e3 * r.left.mean,

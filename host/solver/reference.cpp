@@ -22,6 +22,7 @@ namespace knead {
 Reference::Reference(const Setup& given)
     : setup(given),
       q(given.particles),
+      owner(tools_of_spheres(given.rig)),
       spheres(given.rig.spheres.size()),
       shapes(given.rig.primitives.size()),
       walls(walls_on<double>(given.lattice, given.walls)),
@@ -42,8 +43,7 @@ Reference::Reference(const Setup& given)
 FrameStats Reference::advance(const Motion& motion, double duration)
 {
     stats = {}, covered = 0;
-    for (std::size_t t = 0; t < setup.tools.size(); ++t)
-        setup.tools[t].active = t >= motion.active.size() || motion.active[t];
+    for (std::size_t t = 0; t < setup.tools.size(); ++t) set_tool(setup.tools[t], motion, t);
     const StepLimits limits = step_limits(setup);
     const double tool = tool_step(setup, motion, duration);
     Step step = step_at(limits, 0, extremes(), tool, duration);
@@ -75,7 +75,8 @@ void Reference::pose(const Motion& motion, double from, double to, double dt)
 {
     for (std::size_t i = 0; i < spheres.size(); ++i)
         spheres[i] =
-            posed(bindings[i], joints_at<double>(motion, from), joints_at<double>(motion, to), dt);
+            posed(bindings[i], joints_at<double>(motion, from), joints_at<double>(motion, to), dt,
+                  setup.tools[std::size_t(owner[i])].size);
     active = {};
     for (std::size_t i = 0; i < shapes.size(); ++i) {
         const Primitive& p = setup.rig.primitives[i];
@@ -113,8 +114,9 @@ void Reference::grid(double dt)
 {
     const Lattice<double>& lattice = setup.lattice;
     const Colliders<double> tools = colliders();
-    long clipped = 0;
-#pragma omp parallel for num_threads(threads) reduction(+ : clipped)
+    const double light = trifle(setup);
+    long clipped = 0, trimmed = 0;
+#pragma omp parallel for num_threads(threads) reduction(+ : clipped, trimmed)
     for (const int i : occupied) {
         const auto at = std::size_t(i);
         const Int3 n = lattice.node_at(i);
@@ -127,7 +129,7 @@ void Reference::grid(double dt)
                 return f == uncut ? u : sliced(tools, active, x, u, lattice.dx, std::uint32_t(f));
             };
             v[f] = update(fields[f][at], n, lattice, walls, setup.gravity, dt, slowed, obstacles);
-            clipped += slowed;
+            if (slowed) ++(fields[f][at].m > light ? clipped : trimmed);
         }
         if (blades)
             divide(v, {v[uncut].m, v[above].m, v[below].m}, [&] {  // masses stay as they are
@@ -138,7 +140,7 @@ void Reference::grid(double dt)
             });
         for (std::size_t f = 0; f < fields.size(); ++f) fields[f][at].p = v[f].p;
     }
-    stats.clipped += clipped;
+    stats.clipped += clipped, stats.trimmed += trimmed;
 }
 
 // Velocity and its gradient come back (8); strain and position move on (9).
@@ -146,34 +148,45 @@ void Reference::g2p(double dt)
 {
     const Lattice<double>& lattice = setup.lattice;
     before = q;
-#pragma omp parallel for num_threads(threads)
-    for (Particle<double>& p : q) {
+    per_cell.resize(q.size());
+    long sudden = 0;
+#pragma omp parallel for num_threads(threads) reduction(+ : sudden)
+    for (std::size_t i = 0; i < q.size(); ++i) {
+        Particle<double>& p = q[i];
         const Stencil<double> s = stencil(p.x, lattice.spacing);
         const std::vector<Node<double>>& field = fields[blades ? p.label() : uncut];
-        gather(p, s, lattice.spacing,
-               [&](Int3 step) { return field[std::size_t(lattice.index(s.base + step))].p; });
+        const auto node = [&](Int3 step) {
+            return field[std::size_t(lattice.index(s.base + step))];
+        };
+        gather(p, s, lattice.spacing, [&](Int3 step) { return node(step).p; });
+        per_cell[i] = node(nearest_node).m / setup.materials[std::size_t(p.object)].mass;
+        calm_crumb(p.C, per_cell[i]);
+        sudden += abrupt(p.C, dt);
         p.e = advance_b(p.e, p.C, dt);
         p.x = p.x + dt * p.v;
     }
+    stats.abrupt += sudden;
 }
 
 // Out of tools and walls, and to the right side of a blade.  (19), (23), (24)
 void Reference::project(double dt)
 {
     const Colliders<double> tools = colliders();
-    const WayOut<double> way = way_out(setup.lattice.dx, dt);
-    long projected = 0, confined = 0, sliced_off = 0;
+    const WayOut<double> way = way_out(step_limits(setup));
+    long projected = 0, far = 0, confined = 0, sliced_off = 0;
     double deepest = 0;
-#pragma omp parallel for num_threads(threads) reduction(+ : projected, confined, sliced_off) \
+#pragma omp parallel for num_threads(threads) reduction(+ : projected, far, confined, sliced_off) \
     reduction(max : deepest)
-    for (Particle<double>& p : q) {
+    for (std::size_t i = 0; i < q.size(); ++i) {
+        Particle<double>& p = q[i];
         if (blades && setup.passes > 0) sliced_off += cut(p, tools, active, setup.lattice.dx);
-        const double depth = knead::project(p, tools, active, setup.passes, way);
-        projected += depth > 0;
+        const double depth = knead::project(p, tools, active, setup.passes, way, per_cell[i], dt);
+        projected += depth > 0, far += depth > setup.lattice.dx;
         deepest = std::fmax(deepest, depth);
         confined += confine(p, walls);
     }
-    stats.projected += projected, stats.confined += confined, covered += sliced_off;
+    stats.projected += projected, stats.moved_far += far, stats.confined += confined,
+        covered += sliced_off;
     stats.found_depth = std::fmax(stats.found_depth, deepest);
 }
 

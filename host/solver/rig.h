@@ -14,6 +14,15 @@ struct Rig {
     std::vector<Primitive> primitives;
 };
 
+// Per sphere, the tool whose primitives it is in.
+inline std::vector<int> tools_of_spheres(const Rig& rig)
+{
+    std::vector<int> tools(rig.spheres.size(), 0);
+    for (const Primitive& p : rig.primitives)
+        for (int k = 0; k < p.count; ++k) tools[std::size_t(p.sphere[k])] = p.tool;
+    return tools;
+}
+
 // One more than the highest joint that any of its spheres hangs on.
 inline int joints_of(const Rig& rig)
 {

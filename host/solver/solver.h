@@ -21,7 +21,7 @@ namespace knead {
 // How long a substep may be.  (22)
 struct StepRule {
     double fixed = 0;       // [s]; 0: as stability asks
-    double courant = 0.8;   // dt <= courant times what a lone particle is stable with
+    double courant = 0.85;  // dt <= courant times what a lone particle is stable with
     double tool = 0.5;      // dt <= tool * min(r, dx) / |v of a tool|
     double largest = 1e-2;  // [s]
 };
@@ -47,7 +47,10 @@ struct Setup {
 // The joints that the rig hangs on at the two ends of a frame, in the simulation's frame and size.
 struct Motion {
     std::vector<Joint<double>> from, to;  // as many each as the rig's spheres name, or more
-    std::vector<char> active;             // per tool; tools beyond its end are active
+    std::vector<char> active{};           // per tool; tools beyond its end are active
+    // Per tool, the share of its radii that it has, 1 beyond its end. One that appears inside of
+    // clay would throw it: let it grow, over some tenths of a second.
+    std::vector<float> size{};
 };
 
 extern const char* const limit_names[int(Limit::count)];
@@ -59,8 +62,11 @@ struct FrameStats {
     long limits[int(Limit::count)] = {};           // substeps cut by each limit
     long yielded = 0, projected = 0;               // particle-substeps
     long clipped = 0, confined = 0, repaired = 0;  // guards: nodes slowed, particles put back
-    double found_depth = 0;                        // deepest before projection [m]
-    long active_blocks = 0;                        // of the last substep
+    long abrupt = 0, moved_far = 0;  // guards, particle-substeps: dt |C| > 0.35; put out of a tool
+                                     // by more than a cell
+    long trimmed = 0;                // nodes slowed that hold next to nothing
+    double found_depth = 0;          // deepest before projection [m]
+    long active_blocks = 0;          // of the last substep
     long moved = 0;  // particle-substeps: less than their product where clay was still
     long woken = 0;  // blocks of still clay that were pushed
 };

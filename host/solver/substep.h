@@ -2,6 +2,7 @@
 #pragma once
 #include <cmath>
 
+#include "cuda/mpm/grid.h"
 #include "cuda/mpm/material.h"
 #include "cuda/mpm/material_data.h"
 #include "host/solver/solver.h"
@@ -16,6 +17,23 @@ auto joints_at(const Motion& motion, double share)
         const auto n = std::size_t(j);
         return cast<R>(between(motion.from[n], motion.to[n], share));
     };
+}
+
+// Whether tool t acts in a frame, and the share of its radii that it has.
+template <class R>
+void set_tool(Tool<R>& tool, const Motion& motion, std::size_t t)
+{
+    tool.active = t >= motion.active.size() || motion.active[t];
+    tool.size = t < motion.size.size() ? R(motion.size[t]) : R(1);
+}
+
+// What a node holds that is trimmed, not clipped, where it is slowed: at most [kg].
+inline double trifle(const Setup& s)
+{
+    double lightest = 1e30;
+    for (const Material<double>& m : s.materials)
+        if (m.mass > 0) lightest = std::fmin(lightest, m.mass);
+    return trimmed_share * lightest;
 }
 
 // What of a scene limits its substeps; its state may limit them further.  (22)

@@ -60,6 +60,7 @@ struct World {
     Vec3<float> gravity;
     Material<float> clay;
     float dt;
+    WayOut<float> way;
     float4* nodes;
 
     HD int index(Int3 n) const { return (n.z * lattice.size.y + n.y) * lattice.size.x + n.x; }
@@ -107,9 +108,11 @@ __global__ void to_particles(World w, Cloud cloud, Colliders<float> tools, Mask 
         const float4 node = w.nodes[w.index(s.base + step)];
         return Vec3<float>{node.x, node.y, node.z};
     });
+    const float per_cell = w.nodes[w.index(s.base + nearest_node)].w / w.clay.mass;
+    calm_crumb(q.C, per_cell);
     q.e = advance_b(q.e, q.C, w.dt);
     q.x = q.x + w.dt * q.v;
-    project(q, tools, all, 1, way_out(w.lattice.dx, w.dt));
+    project(q, tools, all, 1, w.way, per_cell, w.dt);
     confine(q, w.walls);
     yield(q, w.clay, w.dt);
     cloud.store(i, q);
@@ -213,6 +216,9 @@ class Simulation {
         world.gravity = vector(scene.at("gravity"));
         world.clay = clay_of(scene);
         world.dt = scene.at("dt").get<float>();
+        const StepLimits limits{
+            0.85, world.lattice.dx, stiffness(Particle<float>{}, world.clay), 0, 0, 0};
+        world.way = cast<float>(way_out(limits));
         world.nodes = nodes.data();
         for (std::size_t i = 0; i < cones.primitives.size(); ++i)
             all.bits[i / 32] |= 1u << (i % 32);

@@ -111,7 +111,7 @@ TEST_F(Peers, ThatGiveNoFiguresAreNamedWithTheReason)
     EXPECT_EQ(said(bench("echo '{\"substep_us\": -1}'; echo rubbish")),
               "no figures: it ended with 0");
     EXPECT_EQ(said(bench("exit 3")), "not run: Python has no taichi here");
-    EXPECT_EQ(said(bench("kill -9 $$")), "no figures: it ended with 128");
+    EXPECT_EQ(said(bench("kill -9 $$")), "no figures: it ended with 137");
     PeerRule brief = small;
     brief.limit = 0.2;
     EXPECT_EQ(said(bench(std::string(answer) + "\nexec sleep 60", brief)),

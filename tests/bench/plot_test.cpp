@@ -1,9 +1,9 @@
 // profiling/plot.py: what it draws of a bench.json, where Python has matplotlib.
 #include <gtest/gtest.h>
 
+#include "host/base/child.h"
 #include "host/base/json_reader.h"
 #include "host/base/outputs.h"
-#include "host/base/child.h"
 #include "tests/bench/has_matplotlib.h"
 #include "tests/folder.h"
 

@@ -239,8 +239,8 @@ TEST(HandSource, SamplesBetweenFramesInTheSimulationsFrameAndSize)
     const HandSource source(line_along_x(), rule);
     EXPECT_DOUBLE_EQ(source.duration(), 2.9);
     Joint<double> joints[2 * joint_count];
-    bool active[2];
-    EXPECT_TRUE(source.sample(0.525, joints, active));
+    float size[2];
+    EXPECT_TRUE(source.sample(0.525, joints, size));
     const Hand open = open_hand(right);
     for (int j = 0; j < joint_count; ++j) {
         const auto real = cast<double>(open.joints[j].p) + Vec3<double>{0.04 * 5.25, 0, 0};
@@ -255,25 +255,29 @@ TEST(HandSource, IsInactiveUntilSteadyWhileLostAndAfterTheEnd)
     HandsRule rule;
     HandSource source(line_along_x(), rule);
     Joint<double> joints[2 * joint_count];
-    bool active[2];
+    float size[2];
     const auto left_at = [&](double time) {
-        return source.sample(time, joints, active), active[left];
+        return source.sample(time, joints, size), size[left] > 0;
     };
     EXPECT_FALSE(left_at(0.15));
     EXPECT_TRUE(left_at(0.35));
     EXPECT_TRUE(left_at(0.85));
     EXPECT_FALSE(left_at(0.95));  // the next frame has lost the hand
-    EXPECT_TRUE(active[right]);
+    EXPECT_GT(size[right], 0);
     EXPECT_FALSE(left_at(1.2));
+    EXPECT_FLOAT_EQ(size[right], 1);
     EXPECT_FALSE(left_at(1.45));  // back, but only just
+    EXPECT_TRUE(left_at(1.65));   // and grows
+    EXPECT_GT(size[left], 0);
+    EXPECT_LT(size[left], 0.5);
     EXPECT_TRUE(left_at(1.75));
     EXPECT_TRUE(left_at(2.9));
-    EXPECT_FALSE(source.sample(2.95, joints, active));
+    EXPECT_FALSE(source.sample(2.95, joints, size));
     for (const auto& [q, p] : joints) EXPECT_TRUE(std::isfinite(p.x) && std::isfinite(q.w));
     rule.present[left] = false;
     source = HandSource(line_along_x(), rule);
-    EXPECT_TRUE(source.sample(0.35, joints, active));
-    EXPECT_FALSE(active[left]);
+    EXPECT_TRUE(source.sample(0.35, joints, size));
+    EXPECT_EQ(size[left], 0);
 }
 
 TEST(HandSource, ARecordingOfNoHandsIsNeverActiveAndStillFinite)
@@ -282,8 +286,8 @@ TEST(HandSource, ARecordingOfNoHandsIsNeverActiveAndStillFinite)
     for (int i = 0; i < 5; ++i) r.frames.push_back({i / 60.0, {}});
     const HandSource source(r, {});
     Joint<double> joints[2 * joint_count];
-    bool active[2];
-    EXPECT_FALSE(source.sample(0.03, joints, active));
+    float size[2];
+    EXPECT_FALSE(source.sample(0.03, joints, size));
     for (const auto& [q, p] : joints) EXPECT_DOUBLE_EQ(q.w, 1);
     r.frames.clear();
     EXPECT_THROW(HandSource(r, {}), InputError);

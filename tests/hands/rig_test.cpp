@@ -184,7 +184,7 @@ TEST(AnyRig, MovesFromPoseToPoseInOneStepAndSpinsAsItsJointDoes)
         for (auto& j : to.joints)
             j = {turn * j.q, rotate(turn, j.p) + Vec3<float>{0.001f, 0.002f, -0.003f}};
         for (const auto& b : rig.spheres) {
-            const Sphere<float> s = posed(b, pose_of(from), pose_of(to), dt);
+            const Sphere<float> s = posed(b, pose_of(from), pose_of(to), dt, 1.0f);
             const Vec3<float> c0 = centre(b, pose_of(from));
             const Vec3<float> c1 = rotate(turn, c0) + Vec3<float>{0.001f, 0.002f, -0.003f};
             EXPECT_LT(length(s.c - c1), 1e-6f);

@@ -92,8 +92,8 @@ struct Posed {
     explicit Posed(const knead::Setup& s)
     {
         for (const Binding<float>& b : s.rig.spheres)
-            spheres.push_back(
-                posed(b, joints_at<float>(squeeze, 0), joints_at<float>(squeeze, 1), float(dt)));
+            spheres.push_back(posed(b, joints_at<float>(squeeze, 0), joints_at<float>(squeeze, 1),
+                                    float(dt), 1.0f));
         for (const Primitive& p : s.rig.primitives)
             shapes.push_back(shape(p.count, spheres[std::size_t(p.sphere[0])],
                                    spheres[std::size_t(p.sphere[1])],
@@ -165,11 +165,16 @@ Particle<float> moved(const knead::Setup& s, Particle<float> q,
     const View v(s);
     const Particle<float> before = q;
     const Stencil<float> st = stencil(q.x, v.lattice.dx);
-    gather(q, st, v.lattice.dx,
-           [&](Int3 step) { return velocities[std::size_t(v.lattice.index(st.base + step))].p; });
+    const auto node = [&](Int3 step) {
+        return velocities[std::size_t(v.lattice.index(st.base + step))];
+    };
+    gather(q, st, v.lattice.dx, [&](Int3 step) { return node(step).p; });
+    const float per_cell = node(nearest_node).m / v.material.mass;
+    calm_crumb(q.C, per_cell);
+    const auto way = cast<float>(way_out(step_limits(s)));
     q.e = advance_b(q.e, q.C, float(dt));
     q.x = q.x + float(dt) * q.v;
-    project(q, t.colliders, t.every, s.passes, way_out(v.lattice.dx, float(dt)));
+    project(q, t.colliders, t.every, s.passes, way, per_cell, float(dt));
     confine(q, v.walls);
     yield(q, v.material, float(dt));
     repair(q, before);

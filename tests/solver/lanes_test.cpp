@@ -132,13 +132,18 @@ TYPED_TEST(LanesTest, RowsBringBackWhatParticlesGatherNodeByNode)
         Tile<R> tile{};
         for (Node<R>& node : tile.node) node = {cast<R>(draw.vector(3)), R(draw.in(0, 2))};
         const std::vector<Particle<R>> before = some.q;
-        gather_and_move(some.group, R(dx), R(dt),
-                        [&](int, Int3 base) { return tile.node + tile_index(base); });
+        constexpr double mass = 1;  // of nodes 0 to 2: every other particle is a crumb
+        const auto moved = gather_and_move(some.group, R(mass), R(dx), R(dt), [&](int, Int3 base) {
+            return tile.node + tile_index(base);
+        });
         for (std::size_t l = 0; l < before.size(); ++l) {
             auto q = cast<double>(before[l]);
             const Stencil<double> s = stencil(q.x, dx);
             gather(q, s, dx,
                    [&](Int3 step) { return cast<double>(tile.node[tile_index(s.base + step)].p); });
+            const double per_cell = tile.node[tile_index(s.base + nearest_node)].m / mass;
+            EXPECT_NEAR(moved.per_cell.of[l], per_cell, 1e-6);
+            calm_crumb(q.C, per_cell);
             const Particle<R>& now = some.q[l];
             EXPECT_LT(length(cast<double>(now.v) - q.v), either<R>(3e-6, 1e-14));
             EXPECT_LT(size(cast<double>(now.C) - q.C), either<R>(1e-3, 1e-11));

@@ -36,10 +36,11 @@ Motion motion_at(const Scene& scene, const HandSource* hands, double from, doubl
     Motion m;
     m.from.assign(2 * joint_count, {{1, 0, 0, 0}, {0, 0, 0}}), m.to = m.from;
     if (!hands) return m;
-    bool active[side_count];
-    hands->sample(from, m.from.data(), active);
-    hands->sample(to, m.to.data(), active);
-    for (const Side side : tool_sides(scene.hands)) m.active.push_back(active[side]);
+    float size[side_count];
+    hands->sample(from, m.from.data(), size);
+    hands->sample(to, m.to.data(), size);
+    for (const Side side : tool_sides(scene.hands))
+        m.active.push_back(size[side] > 0), m.size.push_back(size[side]);
     return m;
 }
 

@@ -42,6 +42,7 @@ bool CpuSolver<R>::find_splits()
 template <class R>
 void CpuSolver<R>::split_update(int b, R dt, Counts& c)
 {
+    const R light = R(trifle(setup));
     const Colliders<R> colliders = posed.colliders();
     const Mask& mask = posed.masks[std::size_t(b)];
     const Int3 block = lattice.block_at(b);
@@ -57,7 +58,7 @@ void CpuSolver<R>::split_update(int b, R dt, Counts& c)
             sum[f] = summed(sums[f], n);
             bool clipped;
             v[f] = update(sum[f], n, lattice, walls, gravity, dt, clipped, tools);
-            c.clipped += clipped;
+            if (clipped) ++(sum[f].m > light ? c.clipped : c.trimmed);
         }
         const R mass[3] = {sum[0].m, sum[above].m, sum[below].m};
         divide(v, mass, [&] {

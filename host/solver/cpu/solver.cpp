@@ -41,6 +41,7 @@ FrameStats CpuSolver<R>::advance(const Motion& motion, double duration)
     for (Counts& c : counts) c = {};
     Extremes most = extremes();
     const StepLimits limits = step_limits(setup);
+    way = cast<R>(way_out(limits));
     const bool tools = !posed.bindings.empty();
     const double tool_dt = tool_step(setup, motion, duration);
     posed.activate(motion);
@@ -83,9 +84,8 @@ FrameStats CpuSolver<R>::advance(const Motion& motion, double duration)
     Counts all;
     for (const Counts& c : counts) all.add(c);
     if (posed.blades) finish_cuts(all.covered > 0);
-    stats.yielded = all.yielded, stats.projected = all.projected, stats.clipped = all.clipped;
-    stats.confined = all.confined, stats.repaired = all.repaired, stats.found_depth = all.depth;
-    stats.active_blocks = long(bins.reached.size()), stats.moved = all.moved;
+    all.put_into(stats);
+    stats.active_blocks = long(bins.reached.size());
     arranged = all.moved == 0, ++changes;
     // The particle loops of a block run one after the other on one thread: share out their time.
     const double inner =
@@ -202,6 +202,7 @@ template <class R>
 void CpuSolver<R>::grid_update(R dt)
 {
     const Colliders<R> colliders = posed.colliders();
+    const R light = R(trifle(setup));
     for_each(int(bins.reached.size()), stage_grid, [&](int t, Counts& c) {
         const int b = bins.reached[std::size_t(t)];
         if (!split.empty() && split[std::size_t(b)]) return split_update(b, dt, c);
@@ -218,7 +219,7 @@ void CpuSolver<R>::grid_update(R dt)
             bool clipped;
             grid[0][std::size_t(b) * block_nodes + std::size_t(l)] =
                 update(sum[l], n, lattice, walls, gravity, dt, clipped, hands);
-            c.clipped += clipped;
+            if (clipped) ++(sum[l].m > light ? c.clipped : c.trimmed);
         }
     });
 }
@@ -282,13 +283,14 @@ void CpuSolver<R>::step_particles(int slot, Bins::Members members, R dt, const T
         lap(-1);
         Start before[Group<R>::count];
         for (int l = 0; l < group.size; ++l) before[l] = {group.of[l]->x, group.of[l]->sides};
-        Particle<Lanes<R>> p = gather_and_move(group, lattice.dx, dt, [&](int l, Int3 base) {
+        const Material<R>& m = materials[std::size_t(group.of[0]->object)];
+        Moved<R> moved = gather_and_move(group, m.mass, lattice.dx, dt, [&](int l, Int3 base) {
             return tiles[cut_here ? group.of[l]->sides : 0].node + tile_index(base - corner);
         });
+        Particle<Lanes<R>>& p = moved.p;
         lap(stage_g2p);
-        bool stale = keep_out(group, block, dt, c);
+        bool stale = keep_out(group, moved.per_cell, block, dt, c);
         lap(stage_project);
-        const Material<R>& m = materials[std::size_t(group.of[0]->object)];
         const unsigned yielding = near_yield_mask(p, m) & ((1u << group.size) - 1);
         for (unsigned left = yielding; left; left &= left - 1)
             c.yielded += yield(*group.of[lowest_bit(left)], m, dt);
@@ -303,7 +305,8 @@ void CpuSolver<R>::step_particles(int slot, Bins::Members members, R dt, const T
         }
         speed_squared = max(speed_squared, dot(p.v, p.v));
         for (int l = 0; l < group.size; ++l)
-            c.stiffness = std::max(c.stiffness, double(stiffness(*group.of[l], m)));
+            c.abrupt += abrupt(group.of[l]->C, dt),
+                c.stiffness = std::max(c.stiffness, double(stiffness(*group.of[l], m)));
         note_blocks(group, p.x);
         lap(stage_plasticity);
     });
@@ -312,7 +315,8 @@ void CpuSolver<R>::step_particles(int slot, Bins::Members members, R dt, const T
 
 // Out of tools and walls, where the block is near any; true if a particle may have changed.
 template <class R>
-bool CpuSolver<R>::keep_out(const Group<R>& group, int block, R dt, Counts& c)
+bool CpuSolver<R>::keep_out(const Group<R>& group, const Each<R>& per_cell, int block, R dt,
+                            Counts& c)
 {
     const bool tools = setup.passes > 0 && posed.near[std::size_t(block)];
     const Int3 corner = 4 * lattice.block_at(block);
@@ -330,8 +334,8 @@ bool CpuSolver<R>::keep_out(const Group<R>& group, int block, R dt, Counts& c)
         if (tools) {
             const Mask& mask = posed.mask_at(lattice, p.x);
             if (posed.blades) c.covered += cut(p, colliders, mask, lattice.dx);
-            const R depth = project(p, colliders, mask, setup.passes, way_out(lattice.dx, dt));
-            c.projected += depth > 0;
+            const R depth = project(p, colliders, mask, setup.passes, way, per_cell.of[l], dt);
+            c.projected += depth > 0, c.moved_far += depth > lattice.dx;
             c.depth = std::max(c.depth, double(depth));
         }
         c.confined += confine(p, walls);

@@ -10,6 +10,7 @@
 #include "cuda/mpm/lattice.h"
 #include "cuda/mpm/material_data.h"
 #include "cuda/mpm/particle.h"
+#include "cuda/mpm/project.h"
 #include "cuda/mpm/walls.h"
 #include "host/solver/cpu/bins.h"
 #include "host/solver/cpu/rows.h"
@@ -33,17 +34,24 @@ enum StageName {
 // What the threads count, each on its own.
 struct Counts {
     long yielded = 0, projected = 0, clipped = 0, confined = 0, repaired = 0, covered = 0;
-    long moved = 0;
+    long abrupt = 0, moved_far = 0, trimmed = 0, moved = 0;
     double depth = 0, speed_squared = 0, stiffness = 0;
     double seconds[stage_count] = {};
     void add(const Counts& c)
     {
         yielded += c.yielded, projected += c.projected, clipped += c.clipped;
         confined += c.confined, repaired += c.repaired, covered += c.covered;
-        moved += c.moved;
+        abrupt += c.abrupt, moved_far += c.moved_far, trimmed += c.trimmed, moved += c.moved;
         depth = std::max(depth, c.depth), speed_squared = std::max(speed_squared, c.speed_squared);
         stiffness = std::max(stiffness, c.stiffness);
         for (int s = 0; s < stage_count; ++s) seconds[s] += c.seconds[s];
+    }
+    void put_into(FrameStats& stats) const
+    {
+        stats.yielded = yielded, stats.projected = projected, stats.found_depth = depth;
+        stats.clipped = clipped, stats.confined = confined, stats.repaired = repaired;
+        stats.abrupt = abrupt, stats.moved_far = moved_far, stats.trimmed = trimmed;
+        stats.moved = moved;
     }
 };
 
@@ -97,7 +105,7 @@ class CpuSolver : public Solver {
     void sum_block(Int3 block, Node<R>* sum) const;
     void step_particles(int slot, Bins::Members members, R dt, const Tile<R>* tiles,
                         Counts& counts);
-    bool keep_out(const Group<R>& group, int block, R dt, Counts& counts);
+    bool keep_out(const Group<R>& group, const Each<R>& per_cell, int block, R dt, Counts& counts);
     void note_blocks(const Group<R>& group, const Vec3<Lanes<R>>& place);
     template <class Visit>
     void for_each_group(Bins::Members members, Visit&& visit);
@@ -122,6 +130,7 @@ class CpuSolver : public Solver {
     int threads;
     std::vector<Material<R>> materials;
     PosedTools<R> posed;
+    WayOut<R> way{};
     Stillness<R> stillness;
     std::vector<Particle<R>> q;  // in the order of the last sort by block
     std::vector<int> ids;        // original index of q[i]

@@ -17,6 +17,7 @@ struct PosedTools {
     std::vector<Binding<R>> bindings;
     std::vector<Primitive> primitives;
     std::vector<Tool<R>> tools;
+    std::vector<int> owner;  // per sphere: its tool
     std::vector<Sphere<R>> spheres;
     std::vector<Shape<R>> shapes;
     std::vector<Mask> masks;   // per lattice block
@@ -44,6 +45,7 @@ struct PosedTools {
 template <class R>
 PosedTools<R>::PosedTools(const Setup& setup, const Lattice<R>& lattice)
     : primitives(setup.rig.primitives),
+      owner(tools_of_spheres(setup.rig)),
       spheres(setup.rig.spheres.size()),
       shapes(setup.rig.primitives.size()),
       masks(std::size_t(lattice.block_count()) + 1),
@@ -60,8 +62,7 @@ PosedTools<R>::PosedTools(const Setup& setup, const Lattice<R>& lattice)
 template <class R>
 void PosedTools<R>::activate(const Motion& motion)
 {
-    for (std::size_t t = 0; t < tools.size(); ++t)
-        tools[t].active = t >= motion.active.size() || motion.active[t];
+    for (std::size_t t = 0; t < tools.size(); ++t) set_tool(tools[t], motion, t);
 }
 
 template <class R>
@@ -69,7 +70,7 @@ void PosedTools<R>::pose(const Motion& motion, double s0, double s1, double dt)
 {
     const auto from = joints_at<R>(motion, s0), to = joints_at<R>(motion, s1);
     for (std::size_t i = 0; i < bindings.size(); ++i)
-        spheres[i] = posed(bindings[i], from, to, R(dt));
+        spheres[i] = posed(bindings[i], from, to, R(dt), tools[std::size_t(owner[i])].size);
     for (std::size_t i = 0; i < shapes.size(); ++i) {
         const Primitive& p = primitives[i];
         shapes[i] = shape(p.count, spheres[std::size_t(p.sphere[0])],

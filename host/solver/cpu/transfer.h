@@ -38,31 +38,41 @@ template <class R>
     return out;
 }
 
-// Moves a group; velocities(lane, base) answers with where, in a tile, that particle's nodes begin.
-template <class R, class Velocities>
-[[gnu::always_inline]] inline Particle<Lanes<R>> gather_and_move(const Group<R>& group, R dx, R dt,
-                                                                 Velocities&& velocities)
+// A group that has moved, and how many particles like each a cell holds around it.
+template <class R>
+struct Moved {
+    Particle<Lanes<R>> p;
+    Each<R> per_cell;
+};
+
+// Moves a group; nodes(lane, base) answers with where, in a tile, that particle's nodes begin.
+template <class R, class Nodes>
+[[gnu::always_inline]] inline Moved<R> gather_and_move(const Group<R>& group, R mass, R dx, R dt,
+                                                       Nodes&& nodes)
 {
     using L = Lanes<R>;
-    Particle<L> p;
+    Moved<R> moved;
+    Particle<L>& p = moved.p;
     load_shape(group, p);
     const Stencils<R> stencils(p.x, dx);
     Four<R> v[L::count], by_x[L::count], by_y[L::count], by_z[L::count];
     for (int l = 0; l < L::count; ++l) {
         const Stencil<R> s = stencils[l];
-        const Node<R>* base = velocities(l, s.base);
+        const Node<R>* base = nodes(l, s.base);
         const Gathered<R> sum = gather_rows(s, [&](int j, int k) {
             return row_at(base + tile_index({0, j, k}));
         });
+        moved.per_cell.of[l] = base[tile_index(nearest_node)].m / mass;
         v[l] = sum.v, by_x[l] = sum.by_x, by_y[l] = sum.by_y, by_z[l] = sum.by_z;
     }
     p.v = collected(v);
     p.C = velocity_gradient(p.v, {collected(by_x), collected(by_y), collected(by_z)}, stencils.d(),
                             L(dx));
+    calm_crumb(p.C, moved.per_cell.lanes());
     p.e = advance_b(p.e, p.C, L(dt));
     p.x = p.x + L(dt) * p.v;
     store(p, group);
-    return p;
+    return moved;
 }
 
 }  // namespace knead

@@ -68,8 +68,10 @@ void Store::set_rules(const Rules& rules)
     all.walls = walls_on<float>(setup.lattice, setup.walls);
     all.gravity = cast<float>(setup.gravity);
     all.limits = step_limits(setup);
+    all.tools.way = cast<float>(way_out(all.limits));
     // No speed that the lattice can carry at a hundredth of the longest stable substep is lost.
     const double speed = 100 * std::sqrt(all.limits.stiffness) / all.limits.courant;
+    all.grid.trifle = float(trifle(setup));
     all.grid.mass_scale = fixed_scale(rules.mass());
     all.grid.momentum_scale = fixed_scale(rules.mass() * speed);
     const Rest<double>& rest = setup.rest;
@@ -110,7 +112,8 @@ void Store::point_at_tools(const Setup& setup)
                  box.masks.data(),
                  in_line.data(),
                  setup.grid_contact,
-                 setup.passes};
+                 setup.passes,
+                 all.tools.way};
 }
 
 }  // namespace knead::gpu

@@ -250,6 +250,8 @@ FrameStats GpuSolver::collect()
     stats.yielded = long(n.yielded), stats.projected = long(n.projected);
     stats.clipped = long(n.clipped), stats.confined = long(n.confined);
     stats.repaired = long(n.repaired);
+    stats.abrupt = long(n.abrupt), stats.moved_far = long(n.moved_far);
+    stats.trimmed = long(n.trimmed);
     stats.found_depth = double(std::bit_cast<float>(n.deepest));
     stats.active_blocks = n.active_blocks;
     const long all = long(store.views().particles[0].count) * n.substeps;

@@ -118,9 +118,9 @@ bool Store::write_input(const Setup& setup, const Motion& motion, double duratio
     bool any = false;
     for (std::size_t t = 0; t < setup.tools.size(); ++t) {
         const Tool<double>& tool = setup.tools[t];
-        const bool active = t >= motion.active.size() || motion.active[t];
-        to.tools[t] = {tool.mode, float(tool.friction), tool.blade, active};
-        any = any || active;
+        to.tools[t] = {tool.mode, float(tool.friction), tool.blade, true};
+        set_tool(to.tools[t], motion, t);
+        any = any || to.tools[t].active;
     }
     return any;
 }
