@@ -20,25 +20,22 @@ double affine_energy(const Mat3<double>& C, double mass, double dx)
     return 0.5 * mass * dx * dx / 4 * (dot(C.a, C.a) + dot(C.b, C.b) + dot(C.c, C.c));
 }
 
-void add_to(FrameStats& all, const FrameStats& s)
-{
-    all.dt_min = all.substeps ? std::fmin(all.dt_min, s.dt_min) : s.dt_min;
-    all.substeps += s.substeps;
-    all.clipped += s.clipped, all.confined += s.confined, all.repaired += s.repaired;
-}
-
 constexpr double crowded_share = 0.01;  // of the particles
 
 // What acted, or, as a run's report tells it, was counted.
 bool guarded(const Outcome& o)
 {
-    return o.stats.clipped + o.stats.confined + o.stats.repaired > 0 || o.crowded > crowded_share;
+    const FrameStats& s = o.stats;
+    return s.clipped + s.confined + s.repaired + s.abrupt + s.moved_far > 0 ||
+           o.crowded > crowded_share;
 }
 
 std::string guards(const Outcome& o, std::size_t particles)
 {
     std::string text = fmt::format("clipped {}, confined {}, repaired {}", o.stats.clipped,
                                    o.stats.confined, o.stats.repaired);
+    if (o.stats.abrupt > 0) text += fmt::format(", abrupt {}", o.stats.abrupt);
+    if (o.stats.moved_far > 0) text += fmt::format(", moved far {}", o.stats.moved_far);
     if (o.crowded > 0) text += fmt::format(", crowded {:.0f}", o.crowded * double(particles));
     return text;
 }

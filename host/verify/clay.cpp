@@ -90,6 +90,16 @@ std::vector<Particle<double>> by_id(const Solver& solver)
     return solver.save().setup.particles;
 }
 
+void add_to(FrameStats& all, const FrameStats& s)
+{
+    all.dt_min = all.substeps ? std::fmin(all.dt_min, s.dt_min) : s.dt_min;
+    all.dt_max = std::fmax(all.dt_max, s.dt_max);
+    all.substeps += s.substeps, all.yielded += s.yielded, all.projected += s.projected;
+    all.clipped += s.clipped, all.confined += s.confined, all.repaired += s.repaired;
+    all.abrupt += s.abrupt, all.moved_far += s.moved_far, all.trimmed += s.trimmed;
+    all.found_depth = std::fmax(all.found_depth, s.found_depth);
+}
+
 FrameStats drive(Solver& solver, double frame, double end,
                  const std::function<std::vector<Joint<double>>(double)>& at,
                  const std::function<bool(double)>& look)
@@ -100,11 +110,7 @@ FrameStats drive(Solver& solver, double frame, double end,
         if (interrupted()) throw std::runtime_error("interrupted");
         const double from = double(i) * frame, to = std::fmin(double(i + 1) * frame, end);
         const FrameStats s = solver.advance({at(from), at(to), {}}, to - from);
-        all.dt_min = all.substeps ? std::fmin(all.dt_min, s.dt_min) : s.dt_min;
-        all.dt_max = std::fmax(all.dt_max, s.dt_max);
-        all.substeps += s.substeps, all.yielded += s.yielded, all.projected += s.projected;
-        all.clipped += s.clipped, all.confined += s.confined, all.repaired += s.repaired;
-        all.found_depth = std::fmax(all.found_depth, s.found_depth);
+        add_to(all, s);
         if (!look(to)) break;
     }
     return all;

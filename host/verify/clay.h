@@ -29,6 +29,9 @@ int add_ball_tool(Setup& setup, double radius, ContactMode mode, double friction
 // In the order of the setup, whatever the solver.
 std::vector<Particle<double>> by_id(const Solver& solver);
 
+// Adds what a frame did to what those before it did.
+void add_to(FrameStats& all, const FrameStats& frame);
+
 // Advances in frames of `frame` [s] from t = 0 to `end`; tools are where `at` says. After each
 // frame `look(time)` may end it by false. Returns all frames' counts in one.
 FrameStats drive(Solver& solver, double frame, double end,

@@ -24,6 +24,24 @@ struct FrontScene {
     std::function<FrontResult(const FrontRule&)> run;
 };
 
+// Judged by its own result on the `finest` cells: off(a, b) is how far two of them are apart [m].
+// A quick run has 16 cells and `second`.
+template <class Run, class Off>
+FrontScene against_finest(const Verification& v, std::string name, const std::string& what,
+                          int finest, int second, Run run, Off off)
+{
+    using Result = decltype(run(v, FrontRule{}));
+    const auto fine = std::make_shared<const Result>(run(v, {finest, 2, 0, false}));
+    std::vector<int> cells{16, 24, 32, 48};
+    if (v.quick()) cells = {16, second};
+    return {std::move(name), "mm", what + " on " + std::to_string(finest) + " cells/m", cells,
+            [&v, fine, run, off](const FrontRule& rule) {
+                const Result result = run(v, rule);
+                return FrontResult{1e3 * off(result, *fine), result.seconds};
+            }};
+}
+inline double places_off(const Squeezed& a, const Squeezed& fine) { return apart(a, fine).rms; }
+
 FrontScene squeeze_front(Verification& v);
 FrontScene imprint_front(Verification& v);
 FrontScene cantilever_front(Verification& v);

@@ -2,7 +2,6 @@
 // the floor, against that on a finer lattice.
 #include <array>
 #include <cmath>
-#include <memory>
 #include <numbers>
 
 #include "host/scene/presets.h"
@@ -65,14 +64,8 @@ double apart(const Pile& a, const Pile& b)
 
 FrontScene pile_front(Verification& v)
 {
-    const int finest = v.quick() ? 32 : 96;
-    const auto fine = std::make_shared<Pile>(collapsed(v, {finest, 2, 0, false}));
-    return {"pile of sand", "mm", "the profile on " + std::to_string(finest) + " cells/m",
-            v.quick() ? std::vector{16, 24} : std::vector{16, 24, 32, 48},
-            [&v, fine](const FrontRule& rule) {
-                const Pile pile = collapsed(v, rule);
-                return FrontResult{1e3 * apart(pile, *fine), pile.seconds};
-            }};
+    return against_finest(v, "pile of sand", "the profile", v.quick() ? 32 : 96, 24, collapsed,
+                          [](const Pile& a, const Pile& b) { return apart(a, b); });
 }
 
 }  // namespace knead

@@ -29,7 +29,9 @@ constexpr std::pair<const char*, double Outcome::*> numbers[] = {
 constexpr std::pair<const char*, long FrameStats::*> counts[] = {
     {"clipped", &FrameStats::clipped},
     {"confined", &FrameStats::confined},
-    {"repaired", &FrameStats::repaired}};
+    {"repaired", &FrameStats::repaired},
+    {"abrupt", &FrameStats::abrupt},
+    {"moved_far", &FrameStats::moved_far}};
 
 std::vector<std::string> words_of(const Verification& v, const Case& c)
 {

@@ -92,15 +92,21 @@ Squeezed followed(const Verification& v, const SqueezeRule& rule, Setup s, Place
     return result;
 }
 
-Squeezed squeezed(const Verification& v, const SqueezeRule& rule)
+BallOfClay ball_of_clay(const SqueezeRule& rule, double friction)
 {
-    const double dx = 1.0 / rule.cells;
-    Setup s = between_walls({rule.cells, rule.cells, rule.cells}, dx, ContactMode::separate, 0.3);
+    Setup s = between_walls({rule.cells, rule.cells, rule.cells}, 1.0 / rule.cells,
+                            ContactMode::separate, friction);
     const Place middle = s.walls.min + Place{0.5, 0.5, 0.5};
     fill(s, plastic(1e5, 0.3, 1000, 1e4), s.walls.min, s.walls.max, rule.per_axis,
          [&](Place x) { return length(x - middle) < squeeze_radius; });
+    return {std::move(s), middle};
+}
+
+Squeezed squeezed(const Verification& v, const SqueezeRule& rule)
+{
+    auto [s, middle] = ball_of_clay(rule, 0.3);
     for (int i = 0; i < 2; ++i) add_ball_tool(s, tool_radius, ContactMode::separate, 0.4);
-    const auto at = [&](double t) {
+    const auto at = [middle = middle](double t) {
         const double x = squeeze_radius + tool_radius - std::min(speed * t, deep);
         return std::vector{stands_at(middle + Place{-x, 0, 0}), stands_at(middle + Place{x, 0, 0})};
     };

@@ -23,6 +23,12 @@ struct Squeezed {
     double seconds = 0;  // of simulating
 };
 Squeezed squeezed(const Verification& v, const SqueezeRule& rule);
+// The ball alone, its middle in the middle of a room of 1 m.
+struct BallOfClay {
+    Setup setup;
+    Place middle;
+};
+BallOfClay ball_of_clay(const SqueezeRule& rule, double friction);
 // Any clay in `setup` about `middle`, from 0 to `end` [s], with tools where `at` says.
 Squeezed followed(const Verification& v, const SqueezeRule& rule, Setup setup, Place middle,
                   double end, const std::function<std::vector<Joint<double>>(double)>& at);

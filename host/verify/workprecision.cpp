@@ -135,14 +135,8 @@ double timed_drive(Solver& solver, double frame, double end,
 
 FrontScene squeeze_front(Verification& v)
 {
-    const int finest = v.quick() ? 64 : 96;
-    const auto fine = std::make_shared<Squeezed>(squeezed(v, {finest, 2, 0, false}));
-    return {"squeeze", "mm", "the places on " + std::to_string(finest) + " cells/m",
-            v.quick() ? std::vector{16, 32} : std::vector{16, 24, 32, 48},
-            [&v, fine](const FrontRule& rule) {
-                const Squeezed s = squeezed(v, rule);
-                return FrontResult{1e3 * apart(s, *fine).rms, s.seconds};
-            }};
+    return against_finest(v, "squeeze", "the places", v.quick() ? 64 : 96, 32, squeezed,
+                          places_off);
 }
 
 void front_part(Verification& v)
