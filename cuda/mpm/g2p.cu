@@ -102,7 +102,7 @@ __device__ void advance_run(const G2pView& d, const SubstepContext& later,
     if (!own.valid) happened = {};
     if (happened.depth > d.lattice.dx) atomicAdd(&later.clock().counters.moved_far, 1ull);
     if (own.valid && abrupt(q.C, later.now)) atomicAdd(&later.clock().counters.abrupt, 1ull);
-    const Sums all = summed<f.tools>(happened, dot(q.v, q.v),
+    const Sums all = summed<f.tools>(happened, speed_that_counts(dot(q.v, q.v), happened.depth),
                                      stiffness(q, narrowed<f.plasticity>(d.materials[q.object])));
     if ((threadIdx.x & 31) == 0) sums[threadIdx.x >> 5] = all;
     const bool last = !(later.dt > 0);

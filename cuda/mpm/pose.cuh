@@ -21,6 +21,7 @@ struct PoseSpace {
     PoseView view;
     Joint<float> from[staged_joints], to[staged_joints];
     Sphere<float> spheres[3 * part_primitives];
+    float sizes[part_primitives];
 };
 
 __device__ inline Joint<float> joint_at(const RigView& t, double share, int j)
@@ -47,6 +48,10 @@ static __device__ __noinline__ void pose_viewed(PoseSpace& s, int part, int n)
     const bool staged = t.joints <= staged_joints;
     constexpr int count = 3 * part_primitives;
     const int together = staged ? count : staged_spheres;
+    // Asked for early, and of memory twice in a row: not where a sphere is waited for.
+    for (int k = thread; k < part_primitives && primitive_of(part, k) < t.primitives.count;
+         k += threads)
+        s.sizes[k] = t.tools[t.primitives[primitive_of(part, k)].tool].size;
     for (int first = 0; first < count; first += together) {
         __syncthreads();  // those before have been read
         for (int k = thread; k < 2 * (staged ? t.joints : staged_joints); k += threads) {
@@ -67,7 +72,7 @@ static __device__ __noinline__ void pose_viewed(PoseSpace& s, int part, int n)
             for (int m = 0; m < 4; ++m) b.joint[m] = staged ? b.joint[m] : 4 * (k - first) + m;
             s.spheres[k] = posed(
                 b, [&s](int j) { return s.from[j]; }, [&s](int j) { return s.to[j]; }, float(dt),
-                t.tools[t.primitives[primitive_of(part, k / 3)].tool].size);
+                s.sizes[k / 3]);
             t.spheres[parity][i] = s.spheres[k];
         }
     }

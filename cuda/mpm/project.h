@@ -14,20 +14,27 @@ namespace knead {
 // deeper than `shallow` is moved at once, up to there.  (19)
 template <class R>
 struct WayOut {
-    R shallow, travel;  // [m]; a substep carries out a particle by `travel` at most
-    R fastest;          // [m/s]
+    R shallow;  // [m]
+    R fastest;  // [m/s]
 };
-// As fast as does not shorten the substep (22), and at most three times what that is in the
-// longest: a speed that grows as substeps shrink shrinks them further.
+// The speed is just less than nodes may have in the longest substep of clay at rest. If it grew
+// where substeps are shorter, it would make them shorter still.
 HD WayOut<double> way_out(const StepLimits& limits)
 {
-    return {0.375 * limits.dx, max_travel * limits.dx,
-            3 * max_travel * std::sqrt(limits.stiffness) / limits.courant};
+    return {0.375 * limits.dx, 0.9 * limits.dx / longest_dt(limits, {}).dt};
 }
 template <class To, class From>
 HD WayOut<To> cast(const WayOut<From>& way)
 {
-    return {To(way.shallow), To(way.travel), To(way.fastest)};
+    return {To(way.shallow), To(way.fastest)};
+}
+
+// What of a particle's speed squared shortens substeps (22). What has just been found in a tool will
+// not move at the speed that it was given: those around it slow it down first.
+template <class R>
+HD R speed_that_counts(R speed_squared, R depth)
+{
+    return depth > 0 ? R(0) : speed_squared;
 }
 
 // The speed at which it leaves from that depth [m/s]. It has to move those around it, too, so this
@@ -35,7 +42,7 @@ HD WayOut<To> cast(const WayOut<From>& way)
 template <class R>
 HD R speed_out(const WayOut<R>& way, R depth, R per_cell, R dt)
 {
-    return min(min(max(R(1), 4 * per_cell) * depth, way.travel) / dt, way.fastest);
+    return min(max(R(1), 4 * per_cell) * depth / dt, way.fastest);
 }
 
 // Moves what is at x, with velocity v, to the surface that it was found behind; its velocity is

@@ -35,26 +35,30 @@ struct StepChoice {
     Limit limit;
 };
 
-// For clay in this state, `left` [s] before the frame's end; `tool` is the tools' limit [s]. A lone
-// particle is stable up to dx / sqrt(stiffness), and no other arrangement is less so. What remains
-// is shared out evenly, so that no frame ends on a sliver.
-HD StepChoice choose_dt(const StepLimits& p, const Extremes& clay, double tool, double left)
+// The longest for clay in this state. A lone particle is stable up to dx / sqrt(stiffness), and no
+// other arrangement is less so.
+HD StepChoice longest_dt(const StepLimits& p, const Extremes& clay)
 {
+    if (p.fixed > 0) return {p.fixed, Limit::fixed};
     StepChoice best{p.largest, Limit::speed};
     const auto at_most = [&](double dt, Limit limit) {
         if (dt < best.dt) best = {dt, limit};
     };
-    if (p.fixed > 0) {
-        best = {p.fixed, Limit::fixed};
-    } else {
-        at_most(p.viscosity, Limit::viscosity);
-        const double most = most_stiffening * p.stiffness;
-        double stiffness = p.stiffness;
-        if (clay.stiffness > stiffness) stiffness = clay.stiffness < most ? clay.stiffness : most;
-        if (stiffness > 0) at_most(p.courant * p.dx / std::sqrt(stiffness), Limit::sound);
-        if (clay.speed > 0) at_most(max_travel * p.dx / clay.speed, Limit::speed);
-        at_most(tool, Limit::tool);
-    }
+    at_most(p.viscosity, Limit::viscosity);
+    const double most = most_stiffening * p.stiffness;
+    double stiffness = p.stiffness;
+    if (clay.stiffness > stiffness) stiffness = clay.stiffness < most ? clay.stiffness : most;
+    if (stiffness > 0) at_most(p.courant * p.dx / std::sqrt(stiffness), Limit::sound);
+    if (clay.speed > 0) at_most(max_travel * p.dx / clay.speed, Limit::speed);
+    return best;
+}
+
+// The one to take `left` [s] before the frame's end; `tool` is the tools' limit [s]. What remains is
+// shared out evenly, so that no frame ends on a sliver.
+HD StepChoice choose_dt(const StepLimits& p, const Extremes& clay, double tool, double left)
+{
+    StepChoice best = longest_dt(p, clay);
+    if (!(p.fixed > 0) && tool < best.dt) best = {tool, Limit::tool};
     if (best.dt >= left) return {left, Limit::frame_end};
     if (p.fixed > 0) return best;
     return {left / std::ceil(left / best.dt * (1 - 1e-9)), best.limit};

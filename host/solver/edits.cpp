@@ -188,6 +188,9 @@ void check_state(const SavedState& state, const Setup& of)
         seen[std::size_t(id)] = 1;
     }
     require(state.order.size() == seen.size(), "the state's order leaves out particles");
+    require(state.speed_squared >= 0 && std::isfinite(state.speed_squared) &&
+                state.stiffness >= 0 && std::isfinite(state.stiffness),
+            "the state's speed or stiffness is not a number that can be");
     const Rules rules(s);
     for (const Particle<double>& p : s.particles) {
         if (!finite(p)) require(false, "the state has a particle with a number that is not finite");

@@ -22,6 +22,7 @@ namespace knead {
 Reference::Reference(const Setup& given)
     : setup(given),
       q(given.particles),
+      depth(q.size()),
       owner(tools_of_spheres(given.rig)),
       spheres(given.rig.spheres.size()),
       shapes(given.rig.primitives.size()),
@@ -180,9 +181,9 @@ void Reference::project(double dt)
     for (std::size_t i = 0; i < q.size(); ++i) {
         Particle<double>& p = q[i];
         if (blades && setup.passes > 0) sliced_off += cut(p, tools, active, setup.lattice.dx);
-        const double depth = knead::project(p, tools, active, setup.passes, way, per_cell[i], dt);
-        projected += depth > 0, far += depth > setup.lattice.dx;
-        deepest = std::fmax(deepest, depth);
+        depth[i] = knead::project(p, tools, active, setup.passes, way, per_cell[i], dt);
+        projected += depth[i] > 0, far += depth[i] > setup.lattice.dx;
+        deepest = std::fmax(deepest, depth[i]);
         confined += confine(p, walls);
     }
     stats.projected += projected, stats.moved_far += far, stats.confined += confined,
@@ -226,8 +227,9 @@ Colliders<double> Reference::colliders() const
 Extremes Reference::extremes() const
 {
     Extremes most{};
-    for (const Particle<double>& p : q) {
-        most.speed = std::fmax(most.speed, length(p.v));
+    for (std::size_t i = 0; i < q.size(); ++i) {
+        const Particle<double>& p = q[i];
+        most.speed = std::fmax(most.speed, std::sqrt(speed_that_counts(dot(p.v, p.v), depth[i])));
         most.stiffness =
             std::fmax(most.stiffness, stiffness(p, setup.materials[std::size_t(p.object)]));
     }

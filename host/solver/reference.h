@@ -60,6 +60,7 @@ class Reference : public Solver {
     std::vector<Particle<double>> q;                // in the scene's order
     std::vector<Particle<double>> before;           // as the substep found them
     std::vector<double> per_cell;                   // around each, in particles like it
+    std::vector<double> depth;                      // of each in a tool, before projection [m]
     std::vector<std::vector<Node<double>>> fields;  // one, or with blades one a label: node_count
     std::vector<int> occupied;                      // nodes that hold mass
     std::vector<int> owner;                         // per sphere: its tool

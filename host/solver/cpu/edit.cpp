@@ -20,6 +20,7 @@ struct CpuSnapshot : Snapshot {
     std::vector<Particle<R>> q;
     std::vector<int> ids, quiet;
     bool was_covered = false;
+    Extremes most{};
     explicit CpuSnapshot(const Rules& rules) : book(rules) {}
     std::size_t bytes() const override
     {
@@ -40,6 +41,13 @@ void CpuSolver<R>::apply_rules()
     for (int f = 0; f < (posed.blades ? 3 : 1); ++f)
         grid[f].resize(std::size_t(lattice.node_count()));
     split.resize(posed.blades ? std::size_t(lattice.block_count()) : 0);
+    edited();
+}
+
+template <class R>
+void CpuSolver<R>::edited()
+{
+    most = extremes();
     ++changes;
 }
 
@@ -135,7 +143,7 @@ void CpuSolver<R>::move(int object, const RigidMotion<double>& motion)
         book.check_place(there.x);
     }
     edit(object, [&](Particle<double>& p) { knead::move(p, motion); });
-    ++changes;
+    edited();
 }
 
 template <class R>
@@ -170,7 +178,7 @@ std::shared_ptr<const Snapshot> CpuSolver<R>::snapshot() const
 {
     auto to = std::make_shared<CpuSnapshot<R>>(book);
     to->solver = identity, to->q = q, to->ids = ids;
-    to->quiet = stillness.quiet, to->was_covered = was_covered;
+    to->quiet = stillness.quiet, to->was_covered = was_covered, to->most = most;
     return to;
 }
 
@@ -186,6 +194,7 @@ void CpuSolver<R>::restore(const Snapshot& snapshot)
     arranged = false;  // sorted again, what is in order stays so
     posed = PosedTools<R>(setup, lattice);
     apply_rules();
+    most = from->most;
 }
 
 template <class R>
@@ -206,7 +215,6 @@ SavedState CpuSolver<R>::save() const
     state.setup = setup;
     state.setup.particles = particles();
     state.order = ids;
-    const Extremes most = extremes();
     state.speed_squared = float(most.speed * most.speed), state.stiffness = float(most.stiffness);
     state.quiet = stillness.quiet, state.quiet_stored = lattice.stored;
     state.covered = was_covered;
@@ -226,6 +234,7 @@ void CpuSolver<R>::load(const SavedState& state)
     was_covered = state.covered, arranged = false;
     posed = PosedTools<R>(setup, lattice);
     apply_rules();
+    most = {std::sqrt(double(state.speed_squared)), state.stiffness};
 }
 
 template class CpuSolver<float>;

@@ -65,13 +65,6 @@ inline Lanes<R> max(Lanes<R> a, Lanes<R> b)
 {
     return a.v < b.v ? b.v : a.v;
 }
-template <class R>
-inline R largest(Lanes<R> a)
-{
-    R all = a[0];
-    for (int l = 1; l < Lanes<R>::count; ++l) all = max(all, a[l]);
-    return all;
-}
 
 // ln(1 + x) for x > -1, to 3 units in the last place: 1 + x = 2^n (1 + y) with 1 + y between the
 // roots of 1/2 and 2, and ln(1 + y) = 2 artanh(y / (2 + y)) by its series.

@@ -39,7 +39,6 @@ FrameStats CpuSolver<R>::advance(const Motion& motion, double duration)
     FrameStats stats;
     for (StageTime& t : times) t.seconds = 0;
     for (Counts& c : counts) c = {};
-    Extremes most = extremes();
     const StepLimits limits = step_limits(setup);
     way = cast<R>(way_out(limits));
     const bool tools = !posed.bindings.empty();
@@ -271,7 +270,6 @@ void CpuSolver<R>::step_particles(int slot, Bins::Members members, R dt, const T
     const int block = bins.occupied[std::size_t(slot)];
     const bool cut_here = !split.empty() && split[std::size_t(block)];
     const Int3 corner = 4 * lattice.block_at(block);
-    Lanes<R> speed_squared(R(0));
     double clock = 0;
     const auto lap = [&](int stage) {
         if (slot % 8 != 0) return;
@@ -289,7 +287,8 @@ void CpuSolver<R>::step_particles(int slot, Bins::Members members, R dt, const T
         });
         Particle<Lanes<R>>& p = moved.p;
         lap(stage_g2p);
-        bool stale = keep_out(group, moved.per_cell, block, dt, c);
+        Each<R> depth{};  // in tools
+        bool stale = keep_out(group, moved.per_cell, block, dt, depth, c);
         lap(stage_project);
         const unsigned yielding = near_yield_mask(p, m) & ((1u << group.size) - 1);
         for (unsigned left = yielding; left; left &= left - 1)
@@ -303,20 +302,22 @@ void CpuSolver<R>::step_particles(int slot, Bins::Members members, R dt, const T
             }
             p = knead::load(group);
         }
-        speed_squared = max(speed_squared, dot(p.v, p.v));
-        for (int l = 0; l < group.size; ++l)
-            c.abrupt += abrupt(group.of[l]->C, dt),
-                c.stiffness = std::max(c.stiffness, double(stiffness(*group.of[l], m)));
+        const Each<R> speed_squared(dot(p.v, p.v));
+        for (int l = 0; l < group.size; ++l) {
+            c.speed_squared = std::max(
+                c.speed_squared, double(speed_that_counts(speed_squared.of[l], depth.of[l])));
+            c.abrupt += abrupt(group.of[l]->C, dt);
+            c.stiffness = std::max(c.stiffness, double(stiffness(*group.of[l], m)));
+        }
         note_blocks(group, p.x);
         lap(stage_plasticity);
     });
-    c.speed_squared = std::max(c.speed_squared, double(largest(speed_squared)));
 }
 
 // Out of tools and walls, where the block is near any; true if a particle may have changed.
 template <class R>
 bool CpuSolver<R>::keep_out(const Group<R>& group, const Each<R>& per_cell, int block, R dt,
-                            Counts& c)
+                            Each<R>& depth, Counts& c)
 {
     const bool tools = setup.passes > 0 && posed.near[std::size_t(block)];
     const Int3 corner = 4 * lattice.block_at(block);
@@ -334,9 +335,9 @@ bool CpuSolver<R>::keep_out(const Group<R>& group, const Each<R>& per_cell, int 
         if (tools) {
             const Mask& mask = posed.mask_at(lattice, p.x);
             if (posed.blades) c.covered += cut(p, colliders, mask, lattice.dx);
-            const R depth = project(p, colliders, mask, setup.passes, way, per_cell.of[l], dt);
-            c.projected += depth > 0, c.moved_far += depth > lattice.dx;
-            c.depth = std::max(c.depth, double(depth));
+            const R found = project(p, colliders, mask, setup.passes, way, per_cell.of[l], dt);
+            c.projected += found > 0, c.moved_far += found > lattice.dx;
+            c.depth = std::max(c.depth, double(found)), depth.of[l] = found;
         }
         c.confined += confine(p, walls);
     }

@@ -84,6 +84,7 @@ class CpuSolver : public Solver {
     }
 
   private:
+    void edited();
     Extremes extremes() const;
     // Of a particle before its substep: what its repair needs.
     struct Start {
@@ -105,7 +106,8 @@ class CpuSolver : public Solver {
     void sum_block(Int3 block, Node<R>* sum) const;
     void step_particles(int slot, Bins::Members members, R dt, const Tile<R>* tiles,
                         Counts& counts);
-    bool keep_out(const Group<R>& group, const Each<R>& per_cell, int block, R dt, Counts& counts);
+    bool keep_out(const Group<R>& group, const Each<R>& per_cell, int block, R dt, Each<R>& depth,
+                  Counts& counts);
     void note_blocks(const Group<R>& group, const Vec3<Lanes<R>>& place);
     template <class Visit>
     void for_each_group(Bins::Members members, Visit&& visit);
@@ -141,6 +143,7 @@ class CpuSolver : public Solver {
     std::vector<Node<R>> grid[3];  // node_count velocities
     std::vector<char> split;       // per block: its nodes have three fields; empty without blades
     bool was_covered = false;      // a blade was in the clay at the end of the last frame
+    Extremes most{};               // as the last substep left the clay
     long changes = 0;              // frames, edits
     std::vector<Counts> counts;    // per thread
     std::vector<StageTime> times;
