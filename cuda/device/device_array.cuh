@@ -9,6 +9,19 @@
 
 namespace knead::gpu {
 
+// Waits for what the default stream does. A clear returns before it is done, and so may a copy from
+// the host; the streams of graph.cuh do not wait for either by themselves, and would write first.
+inline void settle(const char* what) { check(cudaStreamSynchronize(nullptr), what); }
+
+// Copies from the host; whatever is launched later finds it there.
+template <class T>
+void upload(T* to, const T* from, std::size_t count)
+{
+    if (count == 0) return;
+    check(cudaMemcpy(to, from, count * sizeof(T), cudaMemcpyDefault), "upload");
+    settle("upload");
+}
+
 template <class T>
 class DeviceArray {
   public:
@@ -19,10 +32,11 @@ class DeviceArray {
         if (n == 0) return;
         check(cudaMalloc(reinterpret_cast<void**>(&first), bytes()), "device memory");
         check(cudaMemset(first, 0, bytes()), "device memory");
+        settle("device memory");
     }
     explicit DeviceArray(const std::vector<T>& from) : DeviceArray(from.size())
     {
-        if (count) check(cudaMemcpy(first, from.data(), bytes(), cudaMemcpyDefault), "upload");
+        upload(first, from.data(), count);
     }
     DeviceArray(DeviceArray&& other) noexcept
         : first(std::exchange(other.first, nullptr)), count(std::exchange(other.count, 0))

@@ -159,9 +159,7 @@ Clay GpuSurface::State::uploaded(const std::vector<Particle<double>>& particles)
         graph.drop();
         rows = {}, rows = DeviceArray<float4>(host_rows.size());
     }
-    if (n)
-        check(cudaMemcpy(rows.data(), host_rows.data(), rows.bytes(), cudaMemcpyDefault), "upload");
-    check(cudaDeviceSynchronize(), "upload");  // our stream does not wait for the default one
+    upload(rows.data(), host_rows.data(), host_rows.size());
     const ParticleView view_of_rows{rows.data(), nullptr, int(n)};
     return {{view_of_rows, view_of_rows}, nullptr};
 }

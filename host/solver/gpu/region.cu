@@ -24,7 +24,7 @@ NodeArrays::NodeArrays(const Lattice<float>& lattice, const Features& features)
     for (std::size_t b = 0; b < blocks; ++b)
         at_end[b] = ends_at(lattice, lattice.block_at(int(b))) != 0;
     rim = DeviceArray<bool>(blocks);
-    check(cudaMemcpy(rim.data(), at_end.get(), blocks, cudaMemcpyDefault), "rim");
+    upload(rim.data(), at_end.get(), blocks);
     if (features.tools) masks = DeviceArray<Mask>(blocks);
     if (!features.rests) return;
     for (DeviceArray<int>* each :
@@ -99,10 +99,7 @@ void Store::set_box(const Lattice<float>& more)
         const Int3 node = block_edge * before.block_at(int(b));
         if (more.stores(node)) same[std::size_t(more.block_of(node))] = quiet[b];
     }
-    if (!same.empty())
-        gpu::check(
-            cudaMemcpy(larger.quiet.data(), same.data(), larger.quiet.bytes(), cudaMemcpyDefault),
-            "quiet blocks");
+    gpu::upload(larger.quiet.data(), same.data(), same.size());
     gpu::check(cudaDeviceSynchronize(), "more nodes");
     box = std::move(larger), all.lattice = more;
     point();

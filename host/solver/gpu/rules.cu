@@ -38,9 +38,7 @@ template <class T>
 void fill(DeviceArray<T>& to, const std::vector<T>& from)
 {
     if (to.size() < from.size()) to = DeviceArray<T>(from.size() + from.size() / 2);
-    if (!from.empty())
-        check(cudaMemcpy(to.data(), from.data(), from.size() * sizeof from[0], cudaMemcpyDefault),
-              "rules");
+    upload(to.data(), from.data(), from.size());
 }
 
 }  // namespace

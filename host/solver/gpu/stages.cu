@@ -37,9 +37,7 @@ struct GpuStages::State {
         Clock clock = store.clock();
         std::vector<int> all(std::size_t(store.views().lattice.block_count()));
         std::iota(all.begin(), all.end(), 0);
-        check(cudaMemcpy(store.box.list[0].data(), all.data(), store.box.list[0].bytes(),
-                         cudaMemcpyDefault),
-              "stage");
+        upload(store.box.list[0].data(), all.data(), all.size());
         clock.begun = clock.done;  // even: the first grid is current
         for (int k = 0; k < 2; ++k) clock.dt[k] = float(clock.step(clock.done + k).dt);
         for (int k = 0; k < 3; ++k)
@@ -49,9 +47,8 @@ struct GpuStages::State {
     void send(const std::vector<Node<float>>& nodes) const
     {
         static_assert(sizeof(Node<float>) == sizeof(float4));
-        check(cudaMemcpy(store.box.nodes[0].data(), nodes.data(), store.box.nodes[0].bytes(),
-                         cudaMemcpyDefault),
-              "stage");
+        upload(store.box.nodes[0].data(), reinterpret_cast<const float4*>(nodes.data()),
+               nodes.size());
     }
     std::vector<Node<float>> nodes(int parity) const
     {

@@ -190,10 +190,7 @@ void Store::set_sides(const std::vector<Particle<double>>& q) const
     const ParticleView view{host_rows.data(), nullptr, int(host_ids.size())};
     for (int i = 0; i < view.count; ++i)
         view.set_sides(i, q[std::size_t(host_ids[std::size_t(i)])].sides);
-    gpu::check(cudaMemcpy(all.particles[side].rows, host_rows.data(),
-                          host_rows.size() * sizeof(float4), cudaMemcpyDefault),
-               "labels");
-    gpu::check(cudaDeviceSynchronize(), "labels");
+    gpu::upload(all.particles[side].rows, host_rows.data(), host_rows.size());
 }
 
 void Store::clear_grids() const
@@ -208,8 +205,7 @@ void Store::clear_grids() const
 
 void Store::set_clock(const Clock& clock) const
 {
-    gpu::check(cudaMemcpy(clocks.data(), &clock, sizeof clock, cudaMemcpyDefault), "clock");
-    gpu::check(cudaDeviceSynchronize(), "clock");  // streams do not wait for the copy by themselves
+    gpu::upload(clocks.data(), &clock, 1);
 }
 
 Clock Store::clock(cudaStream_t stream) const
