@@ -3,6 +3,7 @@
 #include "cuda/math/sym_eigen.h"
 #include "cuda/mpm/material_data.h"
 #include "cuda/mpm/particle.h"
+#include "cuda/mpm/time_step.h"
 
 namespace knead {
 
@@ -59,14 +60,40 @@ HD Sym3<R> neo_hookean_stress(const Sym3<R>& e, R mu, R lambda)
     return raised(mu * e, lambda * log_volume(determinant_excess(e)));
 }
 
+// Of a liquid's ln J what it stiffens by, and what is beyond: from J^(1 - gamma) = 32 on its stress
+// is a straight line of ln J, for substeps are cut for so much and no more.  (7), (22)
+template <class R>
+struct LiquidStrain {
+    R log_J, beyond;  // both 0 or below where it is pressed
+};
+template <class R>
+HD LiquidStrain<R> liquid_strain(const Material<R>& m, R log_J)
+{
+    static_assert(most_stiffening == 32);
+    constexpr R ln_32 = R(3.4657359027997265);
+    if (!((1 - m.exponent) * log_J > ln_32)) return {log_J, 0};
+    const R last = ln_32 / (1 - m.exponent);
+    return {last, log_J - last};
+}
+// Slope of a liquid's Kirchhoff stress over ln J [Pa].
+template <class R>
+HD R liquid_slope(const Material<R>& m, R log_J)
+{
+    const R g = m.exponent;
+    return m.bulk * ((1 - 1 / g) * std::exp((1 - g) * log_J) + std::exp(log_J) / g);
+}
+
 // Kirchhoff stress tau [Pa] of a particle.
 template <class R>
 HD Sym3<R> kirchhoff_stress(const Particle<R>& q, const Material<R>& m)
 {
     if (m.plasticity == Plasticity::fluid) {
-        const R log_J = log_volume(determinant_excess(q.e)), J = std::exp(log_J);
-        const R p = m.bulk / m.exponent * std::expm1(-m.exponent * log_J);
-        return (2 * m.viscosity * J) * deviator(symmetric(q.C)) + isotropic(-p * J);
+        const LiquidStrain<R> s = liquid_strain(m, log_volume(determinant_excess(q.e)));
+        const R J = std::exp(s.log_J);
+        const R p = m.bulk / m.exponent * std::expm1(-m.exponent * s.log_J);
+        R tau = -p * J;
+        if (s.beyond < 0) tau += liquid_slope(m, s.log_J) * s.beyond;
+        return (2 * m.viscosity * J) * deviator(symmetric(q.C)) + isotropic(tau);
     }
     if (m.elasticity == Elasticity::neo_hookean) {
         const R h = snow_hardening(m, q.k);
@@ -91,9 +118,8 @@ HD R stiffness(const Particle<R>& q, const Material<R>& m)
 {
     const R per_mass = 1 / m.density;
     if (m.plasticity == Plasticity::fluid) {
-        const R log_J = log_volume(determinant_excess(q.e)), g = m.exponent;
-        return 3 * m.bulk * per_mass *
-               ((1 - 1 / g) * std::exp((1 - g) * log_J) + std::exp(log_J) / g);
+        const R log_J = liquid_strain(m, log_volume(determinant_excess(q.e))).log_J;
+        return 3 * per_mass * liquid_slope(m, log_J);
     }
     const R h = snow_hardening(m, q.k) * per_mass, mu = h * m.mu, lambda = h * m.lambda;
     if (m.elasticity == Elasticity::hencky) return 3 * lambda + 2 * mu;

@@ -194,7 +194,10 @@ Json physics(const Scene& scene, const RunRecord& record)
     for (const FrameRow& row : record.rows)
         if (row.audited) last = &row;
     double deepest = 0, active = 0;
+    Depths between;
     for (const FrameRow& row : record.rows) {
+        between.count = std::max(between.count, row.between.count);
+        between.max = std::max(between.max, row.between.max);
         deepest = std::max(deepest, row.stats.found_depth);
         active += double(row.stats.active_blocks) / scene.setup.lattice.block_count();
     }
@@ -230,6 +233,8 @@ Json physics(const Scene& scene, const RunRecord& record)
               {"left_p99_mm", 1e3 * left.p99},
               {"left_max_mm", 1e3 * left.max},
               {"left_count", left.count},
+              {"between_max_mm", 1e3 * between.max},
+              {"between_most", between.count},
               {"projected", total(record, &FrameStats::projected)}}},
             {"guards",
              {{"clipped", total(record, &FrameStats::clipped)},

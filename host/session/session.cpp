@@ -9,6 +9,7 @@
 
 #include "host/hands/gesture.h"
 #include "host/hands/recording.h"
+#include "host/solver/between.h"
 
 namespace knead {
 namespace {
@@ -130,6 +131,8 @@ class Run {
         const std::vector<double> inside = solver.penetration();
         depths.add(inside);
         row.left = depths_of(inside);
+        if (!inside.empty())
+            row.between = depths_of(depths_between(scene.setup, loop.last().motion, *now));
         if (row.state.broken > 0) {
             record.trouble =
                 fmt::format("frame {}: {} particles are not numbers", row.frame, row.state.broken);

@@ -37,6 +37,7 @@ struct FrameRow {
     Audit state;
     Crowding crowding;
     Depths left;
+    Depths between;  // of these, what two tools hold between them
     std::vector<StageTime> stages;
     bool meshed = false;
     bool kept = false;       // no clay had moved since the last meshes: these are the same

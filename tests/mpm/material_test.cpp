@@ -207,6 +207,31 @@ TYPED_TEST(MaterialTest, AFluidFeelsOnlyPressureAndTheRateOfShear)
     }
 }
 
+// Where J^-6 reaches 32 the law of pressure goes on as its own tangent: continuous, with its slope,
+// and no stiffer however far it is pressed.
+TYPED_TEST(MaterialTest, AFluidStiffensUntilSubstepsAreCutNoShorterForIt)
+{
+    using R = TypeParam;
+    Material<R> m = solid<R>(Elasticity::neo_hookean);
+    m.plasticity = Plasticity::fluid, m.bulk = 2e6, m.exponent = 7, m.viscosity = 0;
+    m.density = 1000;
+    const auto pressed = [](double ln_J) {
+        return strained_by(isotropic(R(std::expm1(2 * ln_J / 3))));
+    };
+    const auto pressure = [&](double ln_J) {
+        return -double(trace(kirchhoff_stress(pressed(ln_J), m))) / 3;
+    };
+    const double last = -std::log(32) / 6, at_last = 2e6 / 7 * std::expm1(-7 * last);
+    EXPECT_NEAR(pressure(last + 1e-3), at_last * std::exp(last), 0.01 * at_last);
+    EXPECT_NEAR(pressure(last - 1e-3), pressure(last + 1e-3), 0.02 * at_last);
+    const double slope = 2e6 * (6.0 / 7 * 32 + std::exp(last) / 7);
+    EXPECT_NEAR((pressure(-2) - pressure(-1)) / slope, 1, either<R>(1e-3, 1e-9));
+    EXPECT_NEAR(3 * slope / 1000 / double(stiffness(pressed(-3), m)), 1, either<R>(1e-5, 1e-12));
+    EXPECT_LE(double(stiffness(pressed(-3), m)), 32 * double(stiffness(pressed(0), m)));
+    m.exponent = 1;  // does not stiffen
+    EXPECT_NEAR(pressure(-3), 2e6 * (1 - std::exp(-3)), either<R>(1e-3, 1e-9) * 2e6);
+}
+
 TYPED_TEST(MaterialTest, SnowHardensAsItIsPackedAndOthersDoNot)
 {
     using R = TypeParam;

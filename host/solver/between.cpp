@@ -1,0 +1,78 @@
+#include "host/solver/between.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "cuda/contact/contact.h"
+#include "host/solver/cpu/tools.h"
+
+namespace knead {
+namespace {
+
+struct Body {
+    Mask mask{};                                      // its primitives
+    Vec3<double> low{1e30, 1e30, 1e30}, high = -low;  // its box [m]
+    bool holds(Vec3<double> x) const
+    {
+        return x.x >= low.x && x.y >= low.y && x.z >= low.z && x.x <= high.x && x.y <= high.y &&
+               x.z <= high.z;
+    }
+    bool meets(const Body& b) const
+    {
+        return low.x <= b.high.x && low.y <= b.high.y && low.z <= b.high.z && b.low.x <= high.x &&
+               b.low.y <= high.y && b.low.z <= high.z;
+    }
+};
+
+// The tools that act and meet another one.
+std::vector<Body> bodies_of(const PosedTools<double>& posed)
+{
+    std::vector<Body> all(posed.tools.size()), met;
+    for (std::size_t i = 0; i < posed.shapes.size(); ++i) {
+        const auto owner = std::size_t(posed.primitives[i].tool);
+        if (!posed.tools[owner].active || posed.tools[owner].blade) continue;
+        const Shape<double>& s = posed.shapes[i];
+        if (!std::isfinite(dot(s.low, s.high))) continue;
+        Body& b = all[owner];
+        b.mask.bits[i / 32] |= 1u << (i % 32);
+        b.low = {min(b.low.x, s.low.x), min(b.low.y, s.low.y), min(b.low.z, s.low.z)};
+        b.high = {max(b.high.x, s.high.x), max(b.high.y, s.high.y), max(b.high.z, s.high.z)};
+    }
+    for (const Body& b : all)
+        if (std::any_of(all.begin(), all.end(),
+                        [&](const Body& o) { return &o != &b && b.meets(o); }))
+            met.push_back(b);
+    return met;
+}
+
+}  // namespace
+
+std::vector<double> depths_between(const Setup& setup, const Motion& motion,
+                                   const std::vector<Particle<double>>& particles)
+{
+    std::vector<double> depths;
+    if (setup.tools.size() < 2) return depths;
+    PosedTools<double> posed(setup, {{4, 4, 4}, setup.lattice.dx});  // no masks are asked for
+    posed.activate(motion);
+    posed.pose(motion, 1, 1, 1);
+    const Colliders<double> tools = posed.colliders();
+    const std::vector<Body> bodies = bodies_of(posed);
+    const auto at = [&](const Body& b, Vec3<double> x) {
+        return b.holds(x) ? deepest_contact(tools, b.mask, x) : Contact<double>{0, {}, {}, -1};
+    };
+    const auto depth_of = [&](Vec3<double> x) {
+        for (const Body& in : bodies) {
+            const Contact<double> hit = at(in, x);
+            if (!(hit.phi < 0)) continue;
+            const Vec3<double> out = x - hit.phi * hit.n;
+            for (const Body& other : bodies)
+                if (&other != &in && at(other, out).phi < 0) return -hit.phi;
+        }
+        return 0.0;
+    };
+    for (const Particle<double>& p : particles)
+        if (const double depth = depth_of(p.x); depth > 0) depths.push_back(depth);
+    return depths;
+}
+
+}  // namespace knead
