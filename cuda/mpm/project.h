@@ -29,8 +29,8 @@ HD WayOut<To> cast(const WayOut<From>& way)
     return {To(way.shallow), To(way.fastest)};
 }
 
-// What of a particle's speed squared shortens substeps (22). What has just been found in a tool will
-// not move at the speed that it was given: those around it slow it down first.
+// What of a particle's speed squared shortens substeps (22). What has just been found in a tool
+// will not move at the speed that it was given: those around it slow it down first.
 template <class R>
 HD R speed_that_counts(R speed_squared, R depth)
 {

@@ -53,8 +53,8 @@ HD StepChoice longest_dt(const StepLimits& p, const Extremes& clay)
     return best;
 }
 
-// The one to take `left` [s] before the frame's end; `tool` is the tools' limit [s]. What remains is
-// shared out evenly, so that no frame ends on a sliver.
+// The one to take `left` [s] before the frame's end; `tool` is the tools' limit [s]. What remains
+// is shared out evenly, so that no frame ends on a sliver.
 HD StepChoice choose_dt(const StepLimits& p, const Extremes& clay, double tool, double left)
 {
     StepChoice best = longest_dt(p, clay);

@@ -242,13 +242,10 @@ TEST_P(Edit, ASavedStateGoesOnInAnotherSolver)
     play(*other, 5, 3);
     EXPECT_TRUE(same_bits(solver->particles(), other->particles()));
     EXPECT_THROW(other->add(snow(dx), {Particle<double>{}}), std::invalid_argument);
-    SavedState bad = state;
-    bad.order[0] = bad.order[1];
-    EXPECT_THROW(other->load(bad), std::invalid_argument);
-    bad = state, bad.speed_squared = -1;
-    EXPECT_THROW(other->load(bad), std::invalid_argument);
-    bad = state, bad.stiffness = std::numeric_limits<float>::quiet_NaN();
-    EXPECT_THROW(other->load(bad), std::invalid_argument);
+    SavedState twice = state, slow = state, soft = state;
+    twice.order[0] = twice.order[1], slow.speed_squared = -1, soft.stiffness = NAN;
+    for (const SavedState& bad : {twice, slow, soft})
+        EXPECT_THROW(other->load(bad), std::invalid_argument);
     EXPECT_TRUE(same_bits(solver->particles(), other->particles()));
 }
 
