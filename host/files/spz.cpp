@@ -202,8 +202,8 @@ SplatFile unpacked(const std::string& all, const SpzHeader& h, const std::string
     return gather.gathered(path);
 }
 
-// As many bits as centres leave room for, but no finer than a 65536th of the farthest, or a 4096th
-// of a metre: more would only be noise.
+// As many bits as centres leave room for, but no more than make steps of a 65536th of the farthest,
+// its power of two, or of a 4096th of a metre: more would only be noise.
 int fraction_bits_for(const SplatCloud& cloud, const std::string& path)
 {
     float farthest = 0;
