@@ -13,9 +13,6 @@ std::string gunzipped_start(const std::string& bytes, std::size_t most);
 // bytes, or something follows. Memory grows with what comes out, not with what is promised.
 std::string gunzipped(const std::string& bytes, const std::string& path, std::size_t most);
 
-// No byte of a gzip file stands for more than this many (RFC 1951: 258 for two bits).
-constexpr std::size_t gzip_most = 1032;
-
 // The same bytes on every run: it carries no time and no name.
 std::string gzipped(const std::string& bytes);
 

@@ -27,8 +27,6 @@ struct SplatRow {
 };
 static_assert(sizeof(SplatRow) == 32);
 
-std::uint8_t byte(double value) { return std::uint8_t(std::clamp(std::round(value), 0.0, 255.0)); }
-
 std::string ending(const std::string& path)
 {
     return std::filesystem::path(path).extension().string();

@@ -1,11 +1,20 @@
-// What the readers of splats share: splats come in one by one, and what cannot be drawn is counted
-// instead of kept.
+// What the formats of splats share. Read, splats come in one by one, and what cannot be drawn is
+// counted instead of kept.
 #pragma once
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
 #include <string>
 
 #include "host/files/splat_file.h"
 
 namespace knead {
+
+// The nearest whole number that a byte holds.
+inline std::uint8_t byte(double value)
+{
+    return std::uint8_t(std::clamp(std::round(value), 0.0, 255.0));
+}
 
 // One splat as a file has it, past logarithms and logits.
 struct RawSplat {

@@ -30,6 +30,8 @@ static_assert(sizeof(SpzHeader) == 16);
 constexpr int antialiased_flag = 1, extensions_flag = 2;
 constexpr int max_fraction_bits = 23;
 constexpr int spz_max_degree = 4;
+// What unpacks to more than this, and than so many times its size, is no photograph but a trap.
+constexpr std::size_t unpacked_anyway = 64 << 20, unpacked_ratio = 100;
 constexpr std::size_t max_extensions = 1 << 20;                // bytes
 constexpr std::uint32_t coordinate_extension = 0xadbe0003u;    // other axes than the format's own
 constexpr double colour_gain = 0.15;                           // of a coefficient of degree 0
@@ -51,8 +53,6 @@ Sizes sizes(int version, int degree)
 // The format's axes point right, up and back, those of clouds right, down and forward: half a turn
 // about x, which changes the sign of y, of z, and of these harmonics.
 constexpr double sh_sign[] = {1, -1, -1, 1, -1, 1, 1, -1, 1, -1, 1, -1, -1, 1, -1, 1};
-
-std::uint8_t byte(double value) { return std::uint8_t(std::clamp(std::round(value), 0.0, 255.0)); }
 
 double centre_part(const std::uint8_t* at, int fraction_bits)
 {
@@ -214,7 +214,7 @@ int fraction_bits_for(const SplatCloud& cloud, const std::string& path)
     const int fit = 22 - exponent;
     if (fit < 0)
         throw InputError(
-            fmt::format("{}: SPZ holds centres up to 4e6 m, found {} m", path, farthest));
+            fmt::format("{}: SPZ: expected centres within 4e6 m, found {} m", path, farthest));
     return std::min({fit, std::max(16 - exponent, 12), max_fraction_bits});
 }
 
@@ -228,8 +228,9 @@ bool begins_spz(const std::string& start)
 SplatFile parse_spz(const std::string& bytes, const std::string& path)
 {
     const bool packed = begins_gzip(bytes);
-    const SpzHeader h = checked_header(packed ? gunzipped_start(bytes, sizeof(SpzHeader)) : bytes,
-                                       path, packed ? gzip_most * bytes.size() : bytes.size());
+    const SpzHeader h = checked_header(
+        packed ? gunzipped_start(bytes, sizeof(SpzHeader)) : bytes, path,
+        packed ? std::max(unpacked_anyway, unpacked_ratio * bytes.size()) : bytes.size());
     const std::size_t end = sizeof h + h.count * sizes(int(h.version), h.degree).all();
     const bool extended = h.flags & extensions_flag;
     const std::size_t most = end + (extended ? max_extensions : 0);
@@ -245,8 +246,8 @@ SplatFile parse_spz(const std::string& bytes, const std::string& path)
 std::string spz_bytes(const SplatCloud& cloud, const std::string& path, int version)
 {
     if (cloud.count() > 0x7fffffffu)
-        throw InputError(
-            fmt::format("{}: SPZ holds 2147483647 splats, found {}", path, cloud.count()));
+        throw InputError(fmt::format("{}: SPZ: expected at most 2147483647 splats, found {}", path,
+                                     cloud.count()));
     const SpzHeader h{{'N', 'G', 'S', 'P'},
                       std::uint32_t(version),
                       std::uint32_t(cloud.count()),

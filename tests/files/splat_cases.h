@@ -40,13 +40,18 @@ inline const Names plain{"x",       "y",       "z",       "f_dc_0", "f_dc_1", "f
 // One splat in that order: 1, 2, -3; half axes 1, e, 1 / e; opacity 1/2; a quarter turn about x.
 inline const std::vector<double> one_row{1, 2, -3, 0.5, 0.25, -1, 0, 0, 1, -1, 2, 2, 0, 0};
 
+inline std::string properties(const Names& names, const std::string& type = "float")
+{
+    std::string text;
+    for (const std::string& name : names) text += "property " + type + " " + name + "\n";
+    return text;
+}
+
 inline std::string header(const std::string& format, std::size_t rows, const Names& names,
                           const std::string& type = "float", const std::string& comment = "")
 {
-    std::string text = "ply\nformat " + format + " 1.0\n" + comment + "element vertex " +
-                       std::to_string(rows) + "\n";
-    for (const std::string& name : names) text += "property " + type + " " + name + "\n";
-    return text + "end_header\n";
+    return "ply\nformat " + format + " 1.0\n" + comment + "element vertex " + std::to_string(rows) +
+           "\n" + properties(names, type) + "end_header\n";
 }
 
 inline std::string little(const std::vector<double>& row, const Names& names = plain)

@@ -83,12 +83,10 @@ TEST(SplatPly, PropertiesMayStandInAnyOrderAmongOthers)
     }
     expect_one_row(parse_splat_ply(little(row, names), "reversed.ply"));
     // Another element before and one with a list behind.
-    const std::string head =
-        "ply\nformat binary_little_endian 1.0\nelement camera 2\nproperty uchar id\nelement "
-        "vertex 1\n" +
-        header("", 1, plain).substr(header("", 1, {}).find("end_header")) + "";
-    std::string text = head.substr(0, head.size() - std::strlen("end_header\n"));
-    text += "element path 1\nproperty list uchar int at\nend_header\n";
+    std::string text =
+        "ply\nformat binary_little_endian 1.0\nelement camera 2\nproperty uchar id\n"
+        "element vertex 1\n" +
+        properties(plain) + "element path 1\nproperty list uchar int at\nend_header\n";
     text += std::string("\1\2") + bytes_of(std::vector<float>(one_row.begin(), one_row.end()));
     text += std::string("\1") + bytes_of(std::vector<int>{9});
     expect_one_row(parse_splat_ply(text, "among.ply"));

@@ -88,6 +88,18 @@ TEST(Spz, OtherVersionsAndAbsurdHeadersSayWhy)
     EXPECT_THROW(parse_spz("", "f.spz"), InputError);
 }
 
+// Splats of zeros pack a thousandfold: a million bytes of them pass, eighty do not.
+TEST(Spz, WhatUnpacksBeyondReasonIsRefusedByItsHeader)
+{
+    const auto zeros = [](std::uint32_t count) {
+        const SpzByHand by_hand{.count = count, .degree = 0};
+        return gzipped(by_hand.bytes().substr(0, 16) + std::string(20 * std::size_t(count), '\0'));
+    };
+    EXPECT_EQ(parse_spz(zeros(50'000), "z.spz").cloud.count(), 50'000u);
+    EXPECT_NE(reason<InputError>([&] { parse_spz(zeros(4'000'000), "z.spz"); }).find("at most"),
+              std::string::npos);
+}
+
 // The half turn about x that stands between the format's axes and a cloud's, as signs.
 TEST(Spz, TheSignsOfHarmonicsAreThoseOfAHalfTurn)
 {
