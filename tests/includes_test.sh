@@ -13,8 +13,9 @@ declare -A may=(
     [cuda/contact]="cuda/math"
     [cuda/mpm]="cuda/contact cuda/math cuda/device"
     [cuda/surface]="cuda/mpm cuda/contact cuda/math cuda/device"
+    [cuda/splats]="cuda/mpm cuda/contact cuda/math cuda/device"
 )
-stages="cuda/math cuda/device cuda/contact cuda/mpm cuda/surface"
+stages="cuda/math cuda/device cuda/contact cuda/mpm cuda/surface cuda/splats"
 may[host/base]="cuda/math"
 may[host/solver]="host/base $stages"
 may[host/surface]="host/solver ${may[host/solver]}"

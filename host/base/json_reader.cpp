@@ -88,7 +88,10 @@ std::vector<std::string> names_asked(const std::string& kind, const std::vector<
     return asked.empty() ? names : asked;
 }
 
-std::string read_text(const std::string& file, std::size_t max_bytes)
+namespace {
+
+// The size of a regular file.
+std::uintmax_t size_of(const std::string& file)
 {
     namespace fs = std::filesystem;
     std::error_code problem;
@@ -98,14 +101,33 @@ std::string read_text(const std::string& file, std::size_t max_bytes)
         throw InputError(file + ": expected a regular file, found " +
                          (fs::is_directory(status) ? "a directory" : "something else"));
     const std::uintmax_t size = fs::file_size(file, problem);
-    if (problem || size > max_bytes)
-        throw InputError(fmt::format("{}: expected at most {} bytes, found {}", file, max_bytes,
-                                     problem ? problem.message() : std::to_string(size)));
+    if (problem) throw InputError(file + ": cannot be read: " + problem.message());
+    return size;
+}
+
+std::string read_bytes(const std::string& file, std::uintmax_t size)
+{
     std::ifstream in(file, std::ios::binary);
     std::string text(std::size_t(size), '\0');
     if (!in || (size > 0 && !in.read(text.data(), std::streamsize(size))))
         throw InputError(file + ": cannot be read");
     return text;
+}
+
+}  // namespace
+
+std::string read_text(const std::string& file, std::size_t max_bytes)
+{
+    const std::uintmax_t size = size_of(file);
+    if (size > max_bytes)
+        throw InputError(
+            fmt::format("{}: expected at most {} bytes, found {}", file, max_bytes, size));
+    return read_bytes(file, size);
+}
+
+std::string read_start(const std::string& file, std::size_t most)
+{
+    return read_bytes(file, std::min<std::uintmax_t>(size_of(file), most));
 }
 
 Json parse_json(const std::string& text, const std::string& file)

@@ -22,6 +22,8 @@ Json read_json(const std::string& file);
 
 // The whole of a regular file; throws InputError. Shared by all readers of small text files.
 std::string read_text(const std::string& file, std::size_t max_bytes);
+// Its first bytes, as many as there are up to `most`, of a file of any size.
+std::string read_start(const std::string& file, std::size_t most);
 
 // The candidate with the fewest slips of typing (insertion, deletion, exchange, swap of
 // neighbours) from `word`; "" without candidates.

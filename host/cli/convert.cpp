@@ -1,4 +1,4 @@
-// knead convert: meshes, recordings and particles from one format to another.
+// knead convert: meshes, recordings, particles and splats from one format to another.
 #include <fmt/format.h>
 
 #include <cstdio>
@@ -11,6 +11,7 @@
 #include "host/files/mesh_file.h"
 #include "host/files/mesh_reader.h"
 #include "host/files/particle_file.h"
+#include "host/files/splat_file.h"
 #include "host/hands/recording.h"
 #include "host/scene/scene.h"
 
@@ -26,6 +27,28 @@ void check_ending(const std::string& out, const std::vector<std::string>& allowe
         all += (all.empty() ? "" : ", ") + a;
     }
     throw UsageError(fmt::format("{}: {} can be written as {}", out, of, all));
+}
+
+// Says what does not come along.
+void convert_splats(const ConvertOptions& o)
+{
+    check_ending(o.out, {".ply", ".splat", ".spz"}, "splats");
+    const SplatFile file = read_splats(o.in);
+    prepare_file(o.out, o.overwrite);
+    write_splats(o.out, file.cloud);
+    if (o.quiet) return;
+    const auto say = [&](const std::string& what) { fmt::print(stderr, "{}: {}\n", o.out, what); };
+    const SplatRepairs& r = file.repairs;
+    if (r.dropped())
+        say(
+            fmt::format("{} splats left out that cannot be drawn: {} with a number that is not "
+                        "finite, {} without a rotation",
+                        r.dropped(), r.not_finite, r.no_rotation));
+    if (r.mirrored)
+        say(fmt::format("{} splats with a scale below 0: its sign is gone", r.mirrored));
+    if (r.degree_left_out) say("harmonics above degree 3 are left out");
+    if (file.cloud.degree > 0 && std::filesystem::path(o.out).extension() == ".splat")
+        say("harmonics above degree 0 are left out: .splat has no room for them");
 }
 
 }  // namespace
@@ -48,8 +71,10 @@ int convert_verb(const ConvertOptions& o)
         const std::vector<Particle<double>> particles = read_particles(o.in);
         prepare_file(o.out, o.overwrite);
         write_particles(o.out, particles);
+    } else if (kind == FileKind::splats) {
+        convert_splats(o);
     } else {
-        throw InputError(o.in + ": expected a mesh, a recording or particles");
+        throw InputError(o.in + ": expected a mesh, a recording, particles or splats");
     }
     if (!o.quiet) std::printf("%s\n", o.out.c_str());
     return exit_ok;

@@ -1,6 +1,7 @@
-// knead info: what a scene, recording, mesh, report or particle file holds.
+// knead info: what a scene, recording, mesh, report, particle or splat file holds.
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cstdio>
 
 #include "host/base/errors.h"
@@ -9,6 +10,7 @@
 #include "host/files/file_kind.h"
 #include "host/files/mesh_reader.h"
 #include "host/files/particle_file.h"
+#include "host/files/splat_file.h"
 #include "host/hands/filter.h"
 #include "host/hands/gesture.h"
 #include "host/hands/recording.h"
@@ -102,6 +104,43 @@ Json particle_facts(const std::string& path)
             {"low_m", triple(low)}, {"high_m", triple(high)},  {"fastest_m_per_s", fastest}};
 }
 
+Json percentiles(std::vector<float> values)
+{
+    const auto at = [&](double share) {
+        const auto place = values.begin() + std::ptrdiff_t(share * double(values.size() - 1));
+        std::nth_element(values.begin(), place, values.end());
+        return *place;
+    };
+    return {{"p1", at(0.01)}, {"p50", at(0.5)}, {"p99", at(0.99)}, {"max", at(1)}};
+}
+
+Json splat_facts(const std::string& path)
+{
+    const SplatFile file = read_splats(path);
+    const SplatCloud& cloud = file.cloud;
+    Vec3<float> low = cloud.centre[0], high = low;
+    for (const Vec3<float>& x : cloud.centre) {
+        low = {min(low.x, x.x), min(low.y, x.y), min(low.z, x.z)};
+        high = {max(high.x, x.x), max(high.y, x.y), max(high.z, x.z)};
+    }
+    std::vector<float> longest;
+    for (const Vec3<float>& s : cloud.scale) longest.push_back(max(s.x, max(s.y, s.z)));
+    const SplatRepairs& r = file.repairs;
+    Json all = {{"kind", "splats"},
+                {"format", file.format},
+                {"splats", cloud.count()},
+                {"degree", cloud.degree},
+                {"antialiased", cloud.antialiased},
+                {"low_m", triple(cast<double>(low))},
+                {"high_m", triple(cast<double>(high))},
+                {"scale_m", percentiles(longest)},
+                {"opacity", percentiles(cloud.opacity)},
+                {"dropped", {{"not_finite", r.not_finite}, {"no_rotation", r.no_rotation}}},
+                {"mirrored", r.mirrored}};
+    if (r.degree_left_out) all["degree_in_file"] = r.degree_left_out;
+    return all;
+}
+
 std::string lines(const Json& value, const std::string& indent)
 {
     std::string text;
@@ -134,6 +173,7 @@ int info_verb(const InfoOptions& o)
     if (kind == FileKind::recording) facts = recording_facts(o.file);
     if (kind == FileKind::mesh) facts = mesh_facts(o.file);
     if (kind == FileKind::particles) facts = particle_facts(o.file);
+    if (kind == FileKind::splats) facts = splat_facts(o.file);
     std::fputs((o.json ? facts.dump(2) + "\n" : lines(facts, "")).c_str(), stdout);
     return exit_ok;
 }

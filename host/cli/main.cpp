@@ -73,8 +73,8 @@ void add_record(CLI::App& app, Verb& chosen)
 void add_info(CLI::App& app, Verb& chosen)
 {
     static InfoOptions o;
-    CLI::App* info =
-        app.add_subcommand("info", "Describe a scene, recording, mesh, report or particles");
+    CLI::App* info = app.add_subcommand(
+        "info", "Describe a scene, recording, mesh, report, particles or splats");
     info->add_option("FILE", o.file, "The file")->required();
     info->add_option("--set", o.settings, "path.key=value, for scenes")->take_all()->expected(1);
     info->add_flag("--json", o.json, "JSON on stdout");
@@ -102,7 +102,9 @@ void add_convert(CLI::App& app, Verb& chosen)
 {
     static ConvertOptions o;
     CLI::App* convert = app.add_subcommand(
-        "convert", "Meshes (.glb .obj .ply), recordings (.hands .jsonl), particles (.ply .csv)");
+        "convert",
+        "Meshes (.glb .obj .ply), recordings (.hands .jsonl), particles (.ply .csv), splats (.ply "
+        ".splat .spz)");
     convert->add_option("IN", o.in, "The file to read")->required();
     convert->add_option("OUT", o.out, "The file to write; its ending is its format")->required();
     convert->add_flag("--overwrite", o.overwrite, "Replace a file that is there");

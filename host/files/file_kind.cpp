@@ -4,16 +4,30 @@
 
 #include "host/base/json_reader.h"
 #include "host/files/particle_file.h"
+#include "host/files/splat_file.h"
 
 namespace knead {
+namespace {
+
+constexpr std::size_t longest_header = 1 << 20;  // of a PLY file
+
+FileKind ply_kind(const PlyFile& header)
+{
+    if (holds_splats(header)) return FileKind::splats;
+    return holds_particles(header) ? FileKind::particles : FileKind::mesh;
+}
+
+}  // namespace
 
 FileKind file_kind(const std::string& path)
 {
     const std::string ending = std::filesystem::path(path).extension().string();
+    const std::string start = read_start(path, longest_header);
+    if (ending == ".ply" || start.starts_with("ply\n") || start.starts_with("ply\r"))
+        return ply_kind(parse_ply_header(start, path));
+    if (begins_spz(start) || ending == ".splat" || ending == ".spz") return FileKind::splats;
     if (ending == ".hands" || ending == ".jsonl") return FileKind::recording;
     if (ending == ".obj" || ending == ".glb") return FileKind::mesh;
-    if (ending == ".ply")
-        return holds_particles(read_ply(path)) ? FileKind::particles : FileKind::mesh;
     if (ending == ".json") {
         const Json root = read_json(path);
         const Json schema = root.is_object() ? root.value("schema", Json()) : Json();
@@ -24,7 +38,8 @@ FileKind file_kind(const std::string& path)
                          described(schema));
     }
     throw InputError(path +
-                     ": expected a file ending in .json, .hands, .jsonl, .ply, .obj or .glb");
+                     ": expected a file ending in .json, .hands, .jsonl, .ply, .obj, .glb, "
+                     ".splat or .spz");
 }
 
 }  // namespace knead

@@ -15,6 +15,6 @@ void write_particles(const std::string& path, const std::vector<Particle<double>
 // Needs x, y and z; what else is missing is 0. Throws InputError, also for non-finite numbers.
 std::vector<Particle<double>> read_particles(const std::string& path);
 std::vector<Particle<double>> to_particles(const PlyFile& ply, const std::string& path);
-bool holds_particles(const PlyFile& ply);  // points with no faces
+bool holds_particles(const PlyFile& ply);  // points with no faces; its header is enough
 
 }  // namespace knead

@@ -2,7 +2,7 @@
 
 #include <fmt/format.h>
 
-#include <array>
+#include <algorithm>
 #include <bit>
 #include <charconv>
 #include <cmath>
@@ -16,18 +16,17 @@ namespace {
 static_assert(std::endian::native == std::endian::little, "binary PLY is read as it lies");
 constexpr std::size_t max_bytes = std::size_t(4) << 30;
 
-enum class Type : int { i8, u8, i16, u16, i32, u32, f32, f64, none };
-constexpr std::size_t width[] = {1, 1, 2, 2, 4, 4, 4, 8, 0};
+using Type = PlyType;
+constexpr std::size_t width[] = {1, 1, 2, 2, 4, 4, 2, 4, 8, 0};
 
 Type type_named(std::string_view name)
 {
     constexpr std::pair<std::string_view, Type> names[] = {
-        {"char", Type::i8},    {"uchar", Type::u8},   {"short", Type::i16},
-        {"ushort", Type::u16}, {"int", Type::i32},    {"uint", Type::u32},
-        {"float", Type::f32},  {"double", Type::f64}, {"int8", Type::i8},
-        {"uint8", Type::u8},   {"int16", Type::i16},  {"uint16", Type::u16},
-        {"int32", Type::i32},  {"uint32", Type::u32}, {"float32", Type::f32},
-        {"float64", Type::f64}};
+        {"char", Type::i8},   {"uchar", Type::u8},   {"short", Type::i16},   {"ushort", Type::u16},
+        {"int", Type::i32},   {"uint", Type::u32},   {"float", Type::f32},   {"double", Type::f64},
+        {"int8", Type::i8},   {"uint8", Type::u8},   {"int16", Type::i16},   {"uint16", Type::u16},
+        {"int32", Type::i32}, {"uint32", Type::u32}, {"float32", Type::f32}, {"float64", Type::f64},
+        {"half", Type::f16},  {"float16", Type::f16}};
     for (const auto& [n, t] : names)
         if (n == name) return t;
     return Type::none;
@@ -56,6 +55,8 @@ double load(Type type, const char* at)
             return loaded<std::int32_t>(at);
         case Type::u32:
             return loaded<std::uint32_t>(at);
+        case Type::f16:
+            return half_number(std::uint16_t(loaded<std::uint16_t>(at)));
         case Type::f32:
             return loaded<float>(at);
         case Type::f64:
@@ -74,10 +75,31 @@ class Parser {
   public:
     Parser(const std::string& all, const std::string& file) : bytes(all), path(file) {}
 
+    PlyFile parse_header()
+    {
+        header();
+        return std::move(ply);
+    }
+
     PlyFile parse()
     {
         header();
         for (std::size_t e = 0; e < ply.elements.size(); ++e) body(ply.elements[e], types[e]);
+        return std::move(ply);
+    }
+
+    PlyFile parse_rows(const std::string& element, const PlyVisit& visit)
+    {
+        header();
+        const PlyElement* visited = ply.find(element);
+        for (std::size_t e = 0; e < ply.elements.size(); ++e)
+            if (&ply.elements[e] == visited)
+                show(ply.elements[e], types[e], visit);
+            else
+                body(ply.elements[e], types[e]);
+        if (ascii) at = std::min(bytes.find_first_not_of(" \t\r\n", at), bytes.size());
+        if (at != bytes.size())
+            fail("the end of the file", fmt::format("{} bytes more", bytes.size() - at));
         return std::move(ply);
     }
 
@@ -137,8 +159,9 @@ class Parser {
     void read_format(const std::vector<std::string_view>& w)
     {
         ascii = w.size() > 1 && w[1] == "ascii";
-        if (!ascii && (w.size() < 2 || w[1] != "binary_little_endian"))
-            fail("format ascii or binary_little_endian",
+        swapped = w.size() > 1 && w[1] == "binary_big_endian";
+        if (!ascii && !swapped && (w.size() < 2 || w[1] != "binary_little_endian"))
+            fail("format ascii, binary_little_endian or binary_big_endian",
                  w.size() > 1 ? std::string(w[1].substr(0, 40)) : "nothing");
     }
 
@@ -163,12 +186,12 @@ class Parser {
         Types t;
         if (list) t.count = type_named(w[2]);
         t.value = type_named(w[list ? 3 : 1]);
-        if (t.value == Type::none || (list && (t.count == Type::none || t.count >= Type::f32)))
+        if (t.value == Type::none || (list && (t.count == Type::none || t.count >= Type::f16)))
             fail("a PLY number type", "\"" + std::string(w[1].substr(0, 40)) + "\"");
         PlyElement& element = ply.elements.back();
         const std::string name(w.back());
         if (element.find(name)) fail("each property once", "\"" + name + "\" twice");
-        element.properties.push_back({name, list, {}, {}});
+        element.properties.push_back({name, list, t.value, {}, {}});
         types.back().push_back(t);
     }
 
@@ -177,8 +200,11 @@ class Parser {
         if (!ascii) {
             const std::size_t size = width[int(type)];
             if (bytes.size() - at < size) fail("more bytes", "the end of the file");
+            char value[8];
+            std::memcpy(value, bytes.data() + at, size);
+            if (swapped) std::reverse(value, value + size);
             at += size;
-            return load(type, bytes.data() + at - size);
+            return load(type, value);
         }
         at = std::min(bytes.find_first_not_of(" \t\r\n", at), bytes.size());
         double value = 0;
@@ -190,7 +216,8 @@ class Parser {
         return value;
     }
 
-    void body(PlyElement& element, const std::vector<Types>& of)
+    // Refuses rows that the file cannot hold.
+    void check_rows(const PlyElement& element, const std::vector<Types>& of) const
     {
         std::size_t min_row = 0;
         for (const Types& t : of)
@@ -200,12 +227,29 @@ class Parser {
             fail(fmt::format("{} rows of \"{}\", at least {} bytes each", element.rows,
                              element.name, min_row),
                  fmt::format("{} bytes left", bytes.size() - at));
+    }
+
+    void body(PlyElement& element, const std::vector<Types>& of)
+    {
+        check_rows(element, of);
         for (PlyProperty& p : element.properties) {
             if (p.list) p.start.reserve(element.rows + 1), p.start.push_back(0);
             p.values.reserve(element.rows);
         }
         for (std::size_t row = 0; row < element.rows && !of.empty(); ++row)
             for (std::size_t k = 0; k < of.size(); ++k) read_value(element.properties[k], of[k]);
+    }
+
+    void show(const PlyElement& element, const std::vector<Types>& of, const PlyVisit& visit)
+    {
+        check_rows(element, of);
+        for (const PlyProperty& p : element.properties)
+            if (p.list) fail("a single number for \"" + p.name + "\"", "a list");
+        std::vector<double> row(of.size());
+        for (std::size_t i = 0; i < element.rows; ++i) {
+            for (std::size_t k = 0; k < of.size(); ++k) row[k] = number(of[k].value);
+            visit(i, row.data());
+        }
     }
 
     void read_value(PlyProperty& p, const Types& t)
@@ -222,7 +266,7 @@ class Parser {
     const std::string& bytes;
     const std::string& path;
     std::size_t at = 0, next = 0;
-    bool ascii = false;
+    bool ascii = false, swapped = false;  // swapped: binary, the highest byte first
     PlyFile ply;
     std::vector<std::vector<Types>> types;  // per element and property
 };
@@ -246,6 +290,26 @@ const PlyElement* PlyFile::find(const std::string& element) const
 PlyFile parse_ply(const std::string& bytes, const std::string& path)
 {
     return Parser(bytes, path).parse();
+}
+
+PlyFile parse_ply_header(const std::string& bytes, const std::string& path)
+{
+    return Parser(bytes, path).parse_header();
+}
+
+PlyFile parse_ply_rows(const std::string& bytes, const std::string& path,
+                       const std::string& element, const PlyVisit& visit)
+{
+    return Parser(bytes, path).parse_rows(element, visit);
+}
+
+double half_number(std::uint16_t bits)
+{
+    const int exponent = bits >> 10 & 31, fraction = bits & 1023;
+    const double magnitude = exponent == 31  ? (fraction ? std::nan("") : HUGE_VAL)
+                             : exponent == 0 ? std::ldexp(fraction, -24)
+                                             : std::ldexp(1024 + fraction, exponent - 25);
+    return bits >> 15 ? -magnitude : magnitude;
 }
 
 PlyFile read_ply(const std::string& path) { return parse_ply(read_text(path, max_bytes), path); }

@@ -1,13 +1,17 @@
-// PLY as tables of numbers: ASCII or binary little-endian, scalar and list properties.
+// PLY as tables of numbers: ASCII or binary of either byte order, scalar and list properties.
 #pragma once
+#include <cstdint>
+#include <functional>
 #include <string>
 #include <vector>
 
 namespace knead {
 
+enum class PlyType : int { i8, u8, i16, u16, i32, u32, f16, f32, f64, none };
 struct PlyProperty {
     std::string name;
     bool list = false;
+    PlyType type = PlyType::none;    // of its values
     std::vector<double> values;      // one per row, or all lists one after the other
     std::vector<std::size_t> start;  // of a list: rows + 1 offsets into values
 };
@@ -27,5 +31,18 @@ struct PlyFile {
 // hold is refused before anything is allocated for them.
 PlyFile read_ply(const std::string& path);
 PlyFile parse_ply(const std::string& bytes, const std::string& path);
+
+// The header alone, which may be all that `bytes` hold: no values.
+PlyFile parse_ply_header(const std::string& bytes, const std::string& path);
+
+// As parse_ply, but the rows of the first element of that name are shown to `visit` one after the
+// other, the values in the order of the properties, and are not kept: a table of doubles would be
+// twice the file. A list in such a row is refused, and so are bytes behind the last row.
+using PlyVisit = std::function<void(std::size_t row, const double* values)>;
+PlyFile parse_ply_rows(const std::string& bytes, const std::string& path,
+                       const std::string& element, const PlyVisit& visit);
+
+// The number that 16 bits stand for as a half-precision float (IEEE 754 binary16).
+double half_number(std::uint16_t bits);
 
 }  // namespace knead

@@ -3,25 +3,14 @@
 #include <algorithm>
 #include <cmath>
 
+#include "cuda/math/rotation.h"
+
 namespace knead {
 namespace {
 
 using Vec = Vec3<double>;
 
 Vec unit(Vec v) { return (1 / length(v)) * v; }
-
-// The rotation whose matrix is A, by the largest of its four components (Shepperd 1978).
-Quat<double> quaternion(const Mat3<double>& A)
-{
-    const double xx = A.a.x, yy = A.b.y, zz = A.c.z, t = xx + yy + zz;
-    const double yz = A.b.z - A.c.y, zx = A.c.x - A.a.z, xy = A.a.y - A.b.x;
-    if (t >= std::max({xx, yy, zz})) return knead::unit(Quat<double>{1 + t, yz, zx, xy});
-    if (xx >= std::max(yy, zz))
-        return knead::unit(Quat<double>{yz, 1 + 2 * xx - t, A.a.y + A.b.x, A.a.z + A.c.x});
-    if (yy >= zz)
-        return knead::unit(Quat<double>{zx, A.a.y + A.b.x, 1 + 2 * yy - t, A.b.z + A.c.y});
-    return knead::unit(Quat<double>{xy, A.a.z + A.c.x, A.b.z + A.c.y, 1 + 2 * zz - t});
-}
 
 // The rotation that takes the grasp's directions to `press` and, as nearly as that allows, `along`.
 Quat<double> facing(const Grasp& grasp, Vec press, Vec along)

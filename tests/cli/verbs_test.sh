@@ -88,6 +88,39 @@ for file in one/mesh.glb two/mesh.ply one/particles.ply noisy.hands; do
     answers 3 info "half.${file##*.}"
 done
 
+# Splats: two rows of 32 bytes, the second without a rotation; then a PLY with harmonics.
+row='\0\0\200\77\0\0\0\100\0\0\100\100\0\0\200\77\0\0\200\77\0\0\200\77\377\0\200\377'
+printf "$row\\377\\200\\200\\200$row\\200\\200\\200\\200" >two.splat
+answers 0 info two.splat
+holds said 'splats +1$'
+holds said 'no_rotation +1$'
+for ending in ply spz splat; do
+    answers 0 convert two.splat converted.$ending
+    complains '1 splats left out'
+    answers 0 info converted.$ending --json
+    holds said '"splats": 1'
+done
+answers 0 convert converted.ply back.splat -q
+cmp -s converted.splat back.splat || wrong "a splat is another after being converted"
+{
+    printf 'ply\nformat ascii 1.0\nelement vertex 1\n'
+    for name in x y z opacity scale_0 scale_1 scale_2 rot_0 rot_1 rot_2 rot_3 f_rest_{0..8}; do
+        printf 'property float %s\n' $name
+    done
+    printf 'end_header\n1 2 3 0 -3 -3 -3 1 0 0 0 1 2 3 4 5 6 7 8 9\n'
+} >one.ply
+answers 0 convert one.ply one.splat
+complains 'harmonics above degree 0'
+answers 2 convert one.ply one.csv
+answers 2 convert two.splat two.glb
+answers 3 info /dev/null
+head -c 33 two.splat >half.splat
+answers 3 info half.splat
+complains 'rows of 32 bytes'
+head -c 40 converted.spz >half.spz
+answers 3 convert half.spz whole.ply
+[ ! -e whole.ply ] || wrong "a broken file was converted"
+
 # Two of a kind.
 answers 0 compare one/report.json one/report.json
 holds said 'the same'

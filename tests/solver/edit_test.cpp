@@ -4,7 +4,6 @@
 
 #include <cmath>
 #include <functional>
-#include <limits>
 
 #include "host/bench/ball.h"
 #include "host/solver/solver.h"
@@ -242,9 +241,9 @@ TEST_P(Edit, ASavedStateGoesOnInAnotherSolver)
     play(*other, 5, 3);
     EXPECT_TRUE(same_bits(solver->particles(), other->particles()));
     EXPECT_THROW(other->add(snow(dx), {Particle<double>{}}), std::invalid_argument);
-    SavedState twice = state, slow = state, soft = state;
-    twice.order[0] = twice.order[1], slow.speed_squared = -1, soft.stiffness = NAN;
-    for (const SavedState& bad : {twice, slow, soft})
+    SavedState slow = state, soft = state;
+    state.order[0] = state.order[1], slow.speed_squared = -1, soft.stiffness = NAN;
+    for (const SavedState& bad : {state, slow, soft})
         EXPECT_THROW(other->load(bad), std::invalid_argument);
     EXPECT_TRUE(same_bits(solver->particles(), other->particles()));
 }
@@ -257,7 +256,7 @@ TEST_P(Edit, WhatCannotBeIsSaidAndChangesNothing)
     const Particles before = solver->particles();
     const Material<double> clay = paper_clay(dx, 8);
     Particles bad = clay_around({0.5, 0.7, 0.5}, 0.05, dx);
-    bad.back().v.y = std::numeric_limits<double>::quiet_NaN();
+    bad.back().v.y = NAN;
     Material<double> hollow = clay, soft = clay;
     hollow.density = 0;
     soft.elasticity = Elasticity::fixed_corotated;
@@ -273,8 +272,7 @@ TEST_P(Edit, WhatCannotBeIsSaidAndChangesNothing)
     EXPECT_THROW(solver->add(clay, clay_around({0.5, 0.02, 0.5}, 0.05, dx)), std::invalid_argument);
     EXPECT_THROW(solver->move(0, {{1, 0, 0, 0}, {0, 5, 0}}), std::invalid_argument);
     EXPECT_THROW(solver->move(0, {{2, 0, 0, 0}, {}}), std::invalid_argument);
-    EXPECT_THROW(solver->set_gravity({0, std::numeric_limits<double>::infinity(), 0}),
-                 std::invalid_argument);
+    EXPECT_THROW(solver->set_gravity({0, INFINITY, 0}), std::invalid_argument);
     Scene tools = two_balls();
     tools.rig.primitives[0].sphere[1] = 77;
     EXPECT_THROW(solver->set_tools(tools.rig, tools.tools), std::invalid_argument);

@@ -101,7 +101,7 @@ INSTANTIATE_TEST_SUITE_P(Solver, AgainstTheReference, ::testing::ValuesIn(back_e
 // in the last place of 1/2 m, of 2 m/s, and of that over a cell.
 constexpr Apart float_rounds{1.5e-7, 7e-7, 7e-5, 1.5e-7, 0};
 // A tool's velocity is the way between two poses over dt, each rounded by up to 3e-8 m; what it
-// gives to the nodes is off by as much, and so is the depth that a particle gets out of, among eight
+// gives to the nodes is off by as much, and so is the depth that a particle gets out of, of eight
 // a cell at 32 times the depth over dt (19). Measured: 1.5e-7, 2.2e-3, 7.2e-3, 1.4e-6.
 constexpr Apart tools_round{4.5e-7, 3 * 7.5e-8 * 3 / dt, 2e-2, 4e-6, 0};
 

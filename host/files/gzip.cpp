@@ -1,0 +1,119 @@
+#include "host/files/gzip.h"
+
+#include <fmt/format.h>
+#include <zlib.h>
+
+#include <algorithm>
+#include <new>
+
+#include "host/base/errors.h"
+
+namespace knead {
+namespace {
+
+constexpr int gzip_window = 16 + MAX_WBITS;  // with the header and checksum of gzip
+constexpr std::size_t step = std::size_t(1) << 16;
+
+// Shows zlib all of `bytes`, though it counts in 32 bits, and is ready for the end of them.
+class Feed {
+  public:
+    Feed(z_stream& stream, const std::string& bytes) : z(stream), all(bytes) {}
+
+    // Whether these are the last bytes.
+    bool more()
+    {
+        if (z.avail_in == 0) {
+            const std::size_t size = std::min(all.size() - given, step);
+            z.next_in = reinterpret_cast<Bytef*>(const_cast<char*>(all.data() + given));
+            z.avail_in = uInt(size);
+            given += size;
+        }
+        return given == all.size();
+    }
+    std::size_t used() const { return given - z.avail_in; }
+
+  private:
+    z_stream& z;
+    const std::string& all;
+    std::size_t given = 0;
+};
+
+struct Inflated {
+    std::string bytes;
+    bool ended = false;    // the stream, its checksum being right
+    std::size_t used = 0;  // of the compressed bytes
+    std::string trouble;   // zlib's words, if any
+};
+
+Inflated inflated(const std::string& bytes, std::size_t most)
+{
+    z_stream z{};
+    if (inflateInit2(&z, gzip_window) != Z_OK) throw std::bad_alloc();
+    Inflated out;
+    Feed feed(z, bytes);
+    std::string part(step, '\0');
+    int answer = Z_OK;
+    // One byte more than wanted tells that there is more.
+    while (answer == Z_OK && out.bytes.size() <= most) {
+        feed.more();
+        z.next_out = reinterpret_cast<Bytef*>(part.data());
+        z.avail_out = uInt(std::min(step, most + 1 - out.bytes.size()));
+        const std::size_t room = z.avail_out;
+        answer = inflate(&z, Z_NO_FLUSH);  // Z_BUF_ERROR: the file ends here
+        out.bytes.append(part, 0, room - z.avail_out);
+    }
+    out.ended = answer == Z_STREAM_END;
+    out.used = feed.used();
+    if (z.msg) out.trouble = z.msg;
+    inflateEnd(&z);
+    return out;
+}
+
+}  // namespace
+
+bool begins_gzip(const std::string& start) { return start.starts_with("\x1f\x8b"); }
+
+std::string gunzipped_start(const std::string& bytes, std::size_t most)
+{
+    std::string start = inflated(bytes, most).bytes;
+    start.resize(std::min(start.size(), most));
+    return start;
+}
+
+std::string gunzipped(const std::string& bytes, const std::string& path, std::size_t most)
+{
+    Inflated all = inflated(bytes, most);
+    const auto fail = [&](const std::string& expected, const std::string& found) {
+        throw InputError(
+            fmt::format("{}: byte {}: expected {}, found {}", path, all.used, expected, found));
+    };
+    if (all.bytes.size() > most) fail(fmt::format("{} bytes, unpacked", most), "more");
+    if (!all.ended)
+        fail("a gzip stream to its end",
+             all.trouble.empty() ? "the end of the file" : "damage: " + all.trouble);
+    if (all.used != bytes.size())
+        fail("the end of the file", fmt::format("{} bytes more", bytes.size() - all.used));
+    return std::move(all.bytes);
+}
+
+std::string gzipped(const std::string& bytes)
+{
+    z_stream z{};
+    constexpr int memory = 9;  // the most, for speed
+    if (deflateInit2(&z, Z_DEFAULT_COMPRESSION, Z_DEFLATED, gzip_window, memory,
+                     Z_DEFAULT_STRATEGY) != Z_OK)
+        throw std::bad_alloc();
+    std::string out, part(step, '\0');
+    Feed feed(z, bytes);
+    for (int answer = Z_OK; answer != Z_STREAM_END;) {
+        const bool last = feed.more();
+        z.next_out = reinterpret_cast<Bytef*>(part.data());
+        z.avail_out = uInt(step);
+        answer = deflate(&z, last ? Z_FINISH : Z_NO_FLUSH);
+        out.append(part, 0, step - z.avail_out);
+    }
+    deflateEnd(&z);
+    return out;
+}
+
+}  // namespace knead

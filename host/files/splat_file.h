@@ -1,0 +1,64 @@
+// Splats, photographed objects as 3D Gaussians, to files and back: PLY as [Kerbl 2023] writes it
+// and in the dialects of others, .splat, SPZ. docs/formats.md lays them out.
+#pragma once
+#include <cstddef>
+#include <string>
+#include <vector>
+
+#include "cuda/splats/gaussian.h"
+#include "host/files/ply.h"
+
+namespace knead {
+
+// A file's unit of length is taken for a metre, its axes as they are: mostly right, down, forward.
+struct SplatCloud {
+    int degree = 0;            // of the harmonics, at most max_sh_degree
+    bool antialiased = false;  // made for a screen filter that keeps the opacity of small ones
+    std::vector<Vec3<float>> centre;    // [m]
+    std::vector<Quat<float>> rotation;  // unit
+    std::vector<Vec3<float>> scale;     // half axes [m], at least 0
+    std::vector<float> opacity;         // 0 to 1
+    std::vector<Vec3<float>> sh;  // harmonics(degree) for each splat; red, green, blue of each
+
+    std::size_t count() const { return centre.size(); }
+};
+
+// What reading changed; all 0 for a sound file.
+struct SplatRepairs {
+    std::size_t not_finite = 0;   // dropped: a number that is not finite, where it must be
+    std::size_t no_rotation = 0;  // dropped: a quaternion of length 0
+    std::size_t mirrored = 0;     // a half axis below 0, taken without its sign
+    int degree_left_out = 0;      // the file's degree, where it is above max_sh_degree
+
+    std::size_t dropped() const { return not_finite + no_rotation; }
+};
+struct SplatFile {
+    SplatCloud cloud;
+    SplatRepairs repairs;
+    std::string format;  // "ply", "splat", "spz"
+};
+
+// What the file is, its content says; .splat, which has no mark, its ending. Throws InputError with
+// path, place and reason, also where there is no splat or none that can be drawn. A count that the
+// file cannot hold is refused before memory is taken for it.
+SplatFile read_splats(const std::string& path);
+SplatFile parse_splats(const std::string& bytes, const std::string& path);
+
+// By the ending of the path: .ply, .splat, .spz. Throws InputError for another one and for what the
+// format cannot hold, OutputError where the file cannot be written.
+void write_splats(const std::string& path, const SplatCloud& cloud);
+
+// The formats, each on its own.
+bool holds_splats(const PlyFile& ply);  // its header is enough
+SplatFile parse_splat_ply(const std::string& bytes, const std::string& path);
+std::string splat_ply_bytes(const SplatCloud& cloud);
+
+SplatFile parse_splat(const std::string& bytes, const std::string& path);
+std::string splat_bytes(const SplatCloud& cloud);
+
+bool begins_spz(const std::string& start);  // of the first bytes of a file
+SplatFile parse_spz(const std::string& bytes, const std::string& path);
+// Version 2 or 3. `path` is for messages.
+std::string spz_bytes(const SplatCloud& cloud, const std::string& path, int version = 3);
+
+}  // namespace knead
