@@ -26,6 +26,7 @@ struct Spread {
 Spread spread(std::vector<double> values);  // zeros for none; nearest-rank percentiles
 
 nlohmann::json report(const Scene& scene, const RunRecord& record, const RunFacts& facts);
+std::string file_hash(const std::string& path);  // xxh64; "" where it cannot be read
 std::string frames_csv(const RunRecord& record);
 std::string summary(const nlohmann::json& report);
 const char* end_name(End end);

@@ -49,6 +49,11 @@ std::string summary(const Json& report)
                     report["context"]["scene"].get<std::string>(), k["end"].get<std::string>(),
                     k["frames"].get<int>(), k["frames_wanted"].get<int>(), at(k, "/simulated_s"),
                     at(k, "/wall_s"));
+    if (k.contains("cut"))
+        text +=
+            fmt::format("cut           frame {} ends at {:.4g} of {:.4g} s, after {} substeps\n",
+                        long(at(k, "/cut/frame")), at(k, "/cut/reached_s"), at(k, "/frame_s"),
+                        long(at(k, "/cut/substeps")));
     if (k.contains("trouble")) text += "trouble       " + k["trouble"].get<std::string>() + "\n";
     text += fmt::format("device        {}\n", report["context"]["device"].get<std::string>());
     text += fmt::format("frame         {:.3f} ms median, {:.3f} ms p95 ({:.1f} frames/s)\n", frame,
