@@ -124,6 +124,7 @@ int info_verb(const InfoOptions& o)
     if (kind == FileKind::report) {
         const Json root = read_json(o.file);
         if (!o.json) {
+            check_report(root, o.file);
             std::fputs(summary(root).c_str(), stdout);
             return exit_ok;
         }
