@@ -44,7 +44,9 @@ void check_place(const std::string& folder, std::string name, bool overwrite)
     const fs::path path = fs::path(folder) / name;
     if (!overwrite) return refuse_existing(path);
     std::error_code problem;
-    if (!fs::exists(fs::symlink_status(path, problem))) return;
+    const fs::file_status status = fs::symlink_status(path, problem);
+    if (!fs::exists(status)) return;
+    if (fs::is_other(status)) fail(path.string(), "is there and is no regular file");
     if (fs::is_directory(path, problem) != is_folder)
         fail(path.string(), is_folder ? "is no folder" : "is a folder");
 }

@@ -6,6 +6,7 @@
 
 #include "host/base/errors.h"
 #include "host/base/json_reader.h"
+#include "host/base/machine.h"
 #include "host/hands/gesture.h"
 #include "host/session/report.h"
 
@@ -61,6 +62,7 @@ Json command_of(const RunOptions& o, const std::string& device, double cpu_secon
             {"pictures", o.pictures},
             {"video", o.video},
             {"particles", o.particles},
+            {"build", knead_commit()},
             {"cpu_seconds", cpu_seconds}};
 }
 
@@ -77,7 +79,7 @@ RunOptions options_of(const Checkpoint& from, const RunOptions& now)
         c.at("max_memory").get_to(o.max_memory), c.at("audit").get_to(o.audit_every);
         c.at("mesh").get_to(o.mesh), c.at("pictures").get_to(o.pictures);
         c.at("video").get_to(o.video), c.at("particles").get_to(o.particles);
-        cpu_seconds_of(from);
+        cpu_seconds_of(from), c.at("build").get<std::string>();
         check_same(o.scene, c.at("scene_hash"));
         const std::string hands = c.at("hands_file");
         if (!hands.empty()) check_same(hands, c.at("hands_hash"));

@@ -1,6 +1,7 @@
 // knead run: a scene and its hands, headless.
 #include <fmt/format.h>
 
+#include <chrono>
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
@@ -157,12 +158,16 @@ void Session::keep_checkpoints(RunWatch& watch, const Solver& solver, Device dev
     const std::string name =
         device.kind == DeviceKind::cpu ? "cpu" : fmt::format("cuda:{}", device.index);
     watch.checkpoint = [this, &solver, name](const RunRecord& record) {
+        const auto begin = std::chrono::steady_clock::now();
         try {
             const Json command = command_of(o, name, process_seconds() - cpu_before, scene);
             write_checkpoint(in_folder(checkpoint_name), {command, record, solver.save()});
-        } catch (const OutputError& e) {
-            note(e.what());
+        } catch (const std::exception& e) {
+            note(std::string("no checkpoint: ") + e.what());
         }
+        const std::chrono::duration<double> took = std::chrono::steady_clock::now() - begin;
+        // Unless asked for, they take a twentieth of the time at most.
+        if (!o.checkpoint) rule.checkpoint = std::max(rule.checkpoint, 20 * took.count());
     };
 }
 
@@ -174,6 +179,9 @@ void Session::open_writer()
         facts.left_out.push_back("video: ffmpeg is not on the PATH");
         note(facts.left_out.back());
     }
+    if (has_video && earlier)
+        facts.left_out.push_back(fmt::format("video: without the first {} frames, after which the run went on",
+                                             earlier->record.rows.size()));
     try {
         writer = std::make_unique<FrameWriter>(scene, in_folder("pictures"),
                                                has_video ? in_folder("video.mp4") : "",

@@ -27,6 +27,26 @@ answers 5 run ball.json --device cpu --frames 1 --out one
 complains one
 answers 0 run ball.json --device cpu --frames 1 --out one --overwrite
 
+# The old set goes before the new one comes, its report first; what cannot be replaced is said
+# before the work.
+"$program" run ball.json --device cpu --threads 1 --out one --overwrite -q --frames 100000 \
+    >said 2>complained </dev/null &
+process=$!
+until [ ! -e one/report.json ] || ! kill -0 $process; do sleep 0.01; done
+sleep 0.5
+kill -9 $process
+wait $process 2>/dev/null
+for file in report.json frames.csv mesh.glb; do
+    [ ! -e one/$file ] || wrong "the old $file is there without the rest of its set"
+done
+answers 0 run ball.json --device cpu --frames 3 --out one
+for file in report.json frames.csv mesh.glb; do
+    mkdir -p folders/$file
+    answers 5 run ball.json --device cpu --frames 1000000 --out folders --overwrite
+    complains "folders/$file: is a folder"
+    rmdir folders/$file
+done
+
 # Wrong usage.
 answers 2
 answers 2 frobnicate

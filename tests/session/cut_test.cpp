@@ -1,6 +1,7 @@
 // Frames that would not end, and what is left of one that was cut short.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <chrono>
 #include <cstring>
 
@@ -177,7 +178,7 @@ TEST_F(CutRun, WhatIsForeseenIsWhatTheFirstFrameTakes)
         {{"clock=paper"}, "paper.dt"},
         {{liquid}, "objects.0.material.bulk"},
         {{liquid, "objects.0.material.viscosity=1e4"}, "objects.0.material.viscosity"},
-        {{"objects.0.velocity=[300,0,0]", "frame_rate=1000", "gravity=[0,0,0]"},
+        {{"objects.0.velocity=[60,0,0]", "frame_rate=1000", "gravity=[0,0,0]"},
          "objects.0.velocity"},
         {{"objects.0.material.young=1", "frame_rate=1000"}, "frame_rate"}};
     for (const auto& [settings, key] : cases) {
@@ -186,7 +187,8 @@ TEST_F(CutRun, WhatIsForeseenIsWhatTheFirstFrameTakes)
         EXPECT_EQ(f.key, key);
         const auto solver = cpu_solver(s.setup);
         const FrameStats stats = solver->advance(no_motion(), frame_duration(s));
-        EXPECT_NEAR(stats.substeps, f.substeps, 0.1 * f.substeps) << key;
+        // A number that is rounded up is one more where the clay gets the least bit faster.
+        EXPECT_NEAR(stats.substeps, f.substeps, std::max(1.0, 0.1 * f.substeps)) << key;
         EXPECT_NEAR(stats.dt_max, f.dt, 0.1 * f.dt) << key;
     }
 }
