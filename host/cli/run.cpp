@@ -180,7 +180,7 @@ void Session::open_writer()
         note(facts.left_out.back());
     }
     if (has_video && earlier)
-        facts.left_out.push_back(fmt::format("video: without the first {} frames, after which the run went on",
+        facts.left_out.push_back(fmt::format("video: the first {} frames, before the run went on",
                                              earlier->record.rows.size()));
     try {
         writer = std::make_unique<FrameWriter>(scene, in_folder("pictures"),
