@@ -139,10 +139,60 @@ class Run {
     const RunRule& rule;
 };
 
-double seconds_since(std::chrono::steady_clock::time_point start)
-{
-    return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-}
+// Keeps what a later run can go on from: the solver between two frames, and the record then.
+class Keeper {
+  public:
+    Keeper(Solver& solver_, Run& run_, const RunRule& rule_, const RunWatch& watch_)
+        : solver(solver_), run(run_), rule(rule_), watch(watch_), before(run.record.wall)
+    {
+    }
+
+    double wall() const { return before + since(begin); }  // with that of an earlier run [s]
+
+    void after(const Frame& f)
+    {
+        if (!run.may_go_on(f)) return;
+        if (since(saved) >= rule.checkpoint) keep(run.record);
+        // Who cuts frames short is on the host, where copies are cheap.
+        if (!solver.clay()) whole = solver.snapshot(), depths = run.record.depths;
+    }
+
+    // Where the loop was stopped; a frame that was cut short is begun again by the later run.
+    void end(const Frame& last)
+    {
+        const End why = run.record.end;
+        if (why != End::interrupted && why != End::time_limit) return;
+        if (run.may_go_on(last)) return keep(run.record);
+        if (!last.stats.cut || !whole) return;
+        RunRecord until = run.record;
+        until.rows.pop_back(), until.depths = depths;
+        solver.restore(*whole);
+        keep(until);
+    }
+
+  private:
+    using Clock = std::chrono::steady_clock;
+    static double since(Clock::time_point start)
+    {
+        return std::chrono::duration<double>(Clock::now() - start).count();
+    }
+    void keep(RunRecord& record)
+    {
+        record.wall = wall();
+        watch.checkpoint(record);
+        saved = Clock::now();
+    }
+
+    Solver& solver;
+    Run& run;
+    const RunRule& rule;
+    const RunWatch& watch;
+    const double before;
+    const Clock::time_point begin = Clock::now();
+    Clock::time_point saved = begin;
+    std::shared_ptr<const Snapshot> whole;  // after the last whole frame
+    DepthCount depths;                      // then
+};
 
 // What a record says of places, it says in the frame of the scene's file: one way out for all of
 // it.
@@ -224,28 +274,18 @@ RunRecord run_frames(const Scene& scene, Solver& solver, const HandSource* hands
         loop.watch([&](const Frame& f) {
             if (run.shown(f) && run.record.rows.back().meshed) watch.picture(f, *loop.meshes());
         });
-    const auto begin = std::chrono::steady_clock::now();
-    auto saved = begin;
-    const double before = run.record.wall;
-    const auto checkpoint = [&] {
-        run.record.wall = before + seconds_since(begin);
-        watch.checkpoint(run.record);
-        saved = std::chrono::steady_clock::now();
-    };
-    if (watch.checkpoint)
-        loop.watch([&](const Frame& f) {
-            if (run.may_go_on(f) && seconds_since(saved) >= rule.checkpoint) checkpoint();
-        });
+    Keeper keeper(solver, run, rule, watch);
+    if (watch.checkpoint) loop.watch([&](const Frame& f) { keeper.after(f); });
     run.start();
     loop.run();
-    if (watch.checkpoint && loop.end() != End::complete && run.may_go_on(loop.last())) checkpoint();
     if (loop.failure()) run.record.trouble = trouble_of(loop);
     if (loop.end() == End::substeps)
         run.record.trouble =
             fmt::format("frame {}: not done after {} substeps (step.most_substeps)",
                         loop.last().number, loop.last().stats.substeps);
     run.finish();
-    run.record.wall = before + seconds_since(begin);
+    run.record.wall = keeper.wall();
+    if (watch.checkpoint) keeper.end(loop.last());
     move_out(scene, run.record);
     return std::move(run.record);
 }

@@ -61,8 +61,9 @@ struct RunWatch {
     std::function<void(int number, const FramePart&)> part;
     // After every frame that was meshed by mesh_every.
     std::function<void(const Frame&, const std::vector<Mesh>&)> picture;
-    // Between frames, when it is due, and where the run is stopped after a whole frame: what it has
-    // so far. With the solver's state that is all that a later run needs to go on.
+    // Between frames, when it is due, and at the end where the run was stopped: what it has so far,
+    // without a frame that was cut short. With the solver's state that is all that a later run
+    // needs to go on.
     std::function<void(const RunRecord&)> checkpoint;
     std::function<bool()> stop;  // asked before every frame, beside interrupts
 };

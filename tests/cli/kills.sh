@@ -7,7 +7,7 @@ kills=${2:-30}
 . "$(dirname "$0")"/answers.sh
 export OMP_NUM_THREADS=1
 RANDOM=1
-run=(run ball.json --device cpu --frames 60 --particles --threads 1 --set rest.mode=sleep)
+run=(run ball.json --device cpu --frames 12 --particles --threads 1 --set rest.mode=sleep)
 answers 0 "${run[@]}" --out whole -q
 
 # What does not depend on how long it took.
@@ -26,7 +26,7 @@ same_as_whole() {
         wrong "left lying about: $(ls -m "$1")"
 }
 
-done_kills=0 killed=0 runs=0
+done_kills=0 killed=0 runs=0 resumed=0
 command=("${run[@]}" --out torn)
 while [ $done_kills -lt "$kills" ]; do
     "$program" "${command[@]}" -q --checkpoint 1e-9 >said 2>complained </dev/null &
@@ -44,6 +44,7 @@ while [ $done_kills -lt "$kills" ]; do
         break
     elif [ -e torn/checkpoint.knead ]; then
         command=(run --resume torn --threads 1)
+        resumed=$((resumed + 1))
     else
         command=("${run[@]}" --out torn --overwrite)
     fi
@@ -54,5 +55,6 @@ else
     answers 0 "${run[@]}" --out torn --overwrite -q
 fi
 same_as_whole torn $killed
-echo "$done_kills kills, $runs runs that ended among them"
+[ $resumed -gt 0 ] || wrong "no kill found a checkpoint"
+echo "$done_kills kills, $resumed runs that went on, $runs that ended among them"
 concluded

@@ -93,6 +93,29 @@ TEST_F(CheckpointFile, ARunThatGoesOnEndsInTheBitsOfOneThatWasNotEnded)
     EXPECT_FALSE(fs::exists(path("torn/" + std::string(checkpoint_name))));
 }
 
+TEST_F(CheckpointFile, AFrameThatWasCutShortIsBegunAgain)
+{
+    ASSERT_EQ(run_verb(options("whole")), exit_ok);
+    RunOptions o = options("cut");
+    o.checkpoint = 1e6, o.overwrite = true;
+    // Until one ends within a frame after the first.
+    Json report;
+    for (double limit = 0.02; !report["knead"].contains("cut"); limit *= 1.3) {
+        ASSERT_LT(limit, 100);
+        o.time_limit = limit;
+        ASSERT_EQ(run_verb(o), exit_ok);
+        report = read_json(path("cut/report.json"));
+        if (report["knead"]["frames"] == 1) report["knead"].erase("cut");
+    }
+    const Checkpoint c = read_checkpoint(path("cut/" + std::string(checkpoint_name)));
+    EXPECT_EQ(c.record.rows.size() + 1, report["knead"]["frames"].get<std::size_t>());
+    EXPECT_FALSE(c.record.rows.back().stats.cut);
+    ASSERT_EQ(run_verb(resumed("cut")), exit_ok);
+    EXPECT_EQ(bytes("cut/particles.ply"), bytes("whole/particles.ply"));
+    EXPECT_EQ(read_json(path("cut/report.json"))["knead"]["penetration"],
+              read_json(path("whole/report.json"))["knead"]["penetration"]);
+}
+
 TEST_F(CheckpointFile, HoldsWhatWasWritten)
 {
     tear("torn");
