@@ -14,6 +14,7 @@ enum Exit : int {
     exit_output = 5,       // files that cannot be written
     exit_numbers = 6,      // numerical failure, last good state saved
     exit_device = 7,       // the device was lost
+    exit_hangup = 129,     // the terminal was closed, partial results flushed
     exit_interrupt = 130,  // Ctrl-C, partial results flushed
     exit_terminate = 143,  // SIGTERM, the same
 };

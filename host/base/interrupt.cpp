@@ -24,7 +24,7 @@ extern "C" void note_signal(int number)
     if (!caught) {
         since = now();
         caught = number;
-    } else if (now() - since > same) {
+    } else if (number != SIGHUP && now() - since > same) {
         std::signal(number, SIG_DFL);
         std::raise(number);
     }
@@ -36,6 +36,8 @@ void watch_interrupts()
 {
     std::signal(SIGINT, note_signal);
     std::signal(SIGTERM, note_signal);
+    // Under nohup it is ignored, and stays so.
+    if (std::signal(SIGHUP, note_signal) == SIG_IGN) std::signal(SIGHUP, SIG_IGN);
 }
 
 int interrupted() { return int(caught); }

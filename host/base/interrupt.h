@@ -1,5 +1,5 @@
-// Ctrl-C and SIGTERM ask a run to end after its frame; another one, half a second later or more,
-// ends the program at once.
+// Ctrl-C, SIGTERM, and SIGHUP of a terminal that closes ask a run to end; another one of the first
+// two, half a second later or more, ends the program at once.
 #pragma once
 
 namespace knead {

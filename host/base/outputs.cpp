@@ -1,13 +1,17 @@
 #include "host/base/outputs.h"
 
 #include <fcntl.h>
+#include <signal.h>
 #include <unistd.h>
 
 #include <atomic>
 #include <cerrno>
+#include <charconv>
 #include <cstdio>
 #include <cstring>
 #include <filesystem>
+#include <optional>
+#include <utility>
 
 #include "host/base/errors.h"
 
@@ -32,12 +36,44 @@ void refuse_existing(const fs::path& path)
         fail(path.string(), "is there already; --overwrite replaces it");
 }
 
+// A file, or with a '/' at its end a folder, that is to be made or replaced.
+void check_place(const std::string& folder, std::string name, bool overwrite)
+{
+    const bool is_folder = name.ends_with('/');
+    if (is_folder) name.pop_back();
+    const fs::path path = fs::path(folder) / name;
+    if (!overwrite) return refuse_existing(path);
+    std::error_code problem;
+    const fs::file_status status = fs::symlink_status(path, problem);
+    if (!fs::exists(status)) return;
+    if (fs::is_other(status)) fail(path.string(), "is there and is no regular file");
+    if (fs::is_directory(path, problem) != is_folder)
+        fail(path.string(), is_folder ? "is no folder" : "is a folder");
+}
+
+constexpr std::string_view partial_mark = ".partial-";
+
+// Whose partial file of that name it is: "clip.mp4" of process 42 for "clip.partial-42-0.mp4".
+std::optional<std::pair<std::string, pid_t>> origin(const std::string& name)
+{
+    const std::size_t mark = name.rfind(partial_mark);
+    if (mark == std::string::npos) return {};
+    const char *at = name.data() + mark + partial_mark.size(), *end = name.data() + name.size();
+    pid_t process = 0;
+    unsigned number = 0;
+    const auto first = std::from_chars(at, end, process);
+    if (first.ec != std::errc() || process <= 0 || first.ptr == end || *first.ptr != '-') return {};
+    const auto second = std::from_chars(first.ptr + 1, end, number);
+    if (second.ec != std::errc() || (second.ptr != end && *second.ptr != '.')) return {};
+    return {{name.substr(0, mark) + second.ptr, process}};
+}
+
 // "clip.partial-42-0.mp4" for "clip.mp4": programs that choose a format by the ending find it.
 std::string name_beside(const fs::path& file)
 {
     static std::atomic<unsigned> made{0};
     fs::path name = file.stem();
-    name += ".partial-" + std::to_string(getpid()) + "-" + std::to_string(made++);
+    name += std::string(partial_mark) + std::to_string(getpid()) + "-" + std::to_string(made++);
     name += file.extension();
     return (file.parent_path() / name).string();
 }
@@ -119,8 +155,32 @@ void prepare_folder(const std::string& folder, const std::vector<std::string>& n
     if (problem) fail(folder, "cannot be made: " + problem.message());
     if (!fs::is_directory(folder)) fail(folder, "is not a folder");
     const PartialFile probe((fs::path(folder) / ".knead-probe").string());
-    if (overwrite) return;
-    for (const std::string& name : names) refuse_existing(fs::path(folder) / name);
+    for (const std::string& name : names) check_place(folder, name, overwrite);
+}
+
+void remove_partials(const std::string& folder, const std::function<bool(const std::string&)>& ours)
+{
+    std::error_code problem;
+    std::vector<fs::path> left;
+    for (fs::directory_iterator at(folder, problem), end; !problem && at != end;
+         at.increment(problem)) {
+        const auto from = origin(at->path().filename().string());
+        std::error_code unknown;
+        if (from && ours(from->first) && fs::is_regular_file(at->symlink_status(unknown)) &&
+            ::kill(from->second, 0) != 0 && errno == ESRCH)
+            left.push_back(at->path());
+    }
+    for (const fs::path& file : left) fs::remove(file, problem);
+}
+
+void remove_files(const std::string& folder, const std::vector<std::string>& names)
+{
+    for (const std::string& name : names) {
+        const fs::path path = fs::path(folder) / name;
+        std::error_code problem;
+        fs::remove(path, problem);
+        if (problem) fail(path.string(), "cannot be removed: " + problem.message());
+    }
 }
 
 void prepare_file(const std::string& file, bool overwrite)

@@ -1,16 +1,25 @@
 // Where results go: a folder that is checked before the work starts, and files that appear whole.
 #pragma once
+#include <functional>
 #include <string>
 #include <vector>
 
 namespace knead {
 
-// Makes the folder, and checks that it can be written to and that none of `names` (files or folders
-// in it) is there yet, unless `overwrite`. Throws OutputError. `overwrite` removes nothing.
+// Makes the folder, and checks that it can be written to and that none of `names` (files in it, or
+// with a '/' at the end folders) is there yet, unless `overwrite`: then that what is there is of
+// its kind. Throws OutputError. `overwrite` removes nothing.
 void prepare_folder(const std::string& folder, const std::vector<std::string>& names,
                     bool overwrite);
 // The same for one file.
 void prepare_file(const std::string& file, bool overwrite);
+
+// Removes what a killed program left in the folder of a file that it was making, where ours(name of
+// that file) holds and no process has its number any more.
+void remove_partials(const std::string& folder,
+                     const std::function<bool(const std::string&)>& ours);
+// Removes those of the files in the folder that are there, in this order. Throws OutputError.
+void remove_files(const std::string& folder, const std::vector<std::string>& names);
 
 // A file under making, beside its place and with the same ending, so that a program of its own may
 // write it, too. It goes with the object, unless it was put in place.

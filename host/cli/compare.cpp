@@ -27,6 +27,14 @@ double value(const Json& report, const char* pointer)
     return report.contains(p) && report[p].is_number() ? report[p].get<double>() : std::nan("");
 }
 
+// Not every run makes a mesh; all else every report has.
+void check_quantities(const Json& report, const std::string& file)
+{
+    for (const std::string q : quantities)
+        if (q != "/knead/volume/mesh_last_m3" && std::isnan(value(report, q.c_str())))
+            throw InputError(file + ": " + q + ": expected a number as in every report");
+}
+
 std::string text_at(const Json& report, const char* pointer)
 {
     const Json::json_pointer p(pointer);
@@ -43,6 +51,7 @@ double relative(double a, double b)
 Json compare_reports(const CompareOptions& o)
 {
     const Json a = read_json(o.first), b = read_json(o.second);
+    check_quantities(a, o.first), check_quantities(b, o.second);
     const std::string hash = text_at(a, "/knead/state_hash");
     const bool same = !hash.empty() && hash == text_at(b, "/knead/state_hash");
     Json all = {{"kind", "reports"}, {"same_state", same}, {"differences", Json::array()}};

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cstdio>
 
+#include "cuda/mpm/material.h"
 #include "host/base/errors.h"
 #include "host/base/json_reader.h"
 #include "host/cli/verbs.h"
@@ -14,10 +15,10 @@
 #include "host/hands/filter.h"
 #include "host/hands/gesture.h"
 #include "host/hands/recording.h"
+#include "host/scene/foresight.h"
 #include "host/scene/seed.h"
 #include "host/session/report.h"
 #include "host/session/session.h"
-#include "host/solver/substep.h"
 
 namespace knead {
 namespace {
@@ -35,19 +36,17 @@ Json scene_facts(const InfoOptions& o)
                            {"volume_m3", shape_volume(one)},
                            {"mass_kg", shape_volume(one) * one.material.density},
                            {"sound_m_per_s", sound_speed(one.material)}});
-    Setup setup = scene.setup;
-    setup.materials.clear();
-    for (const Object& one : scene.objects) setup.materials.push_back(one.material);
-    const double dx = setup.lattice.dx, unbounded = 1e30;
-    const double dt = choose_dt(step_limits(setup), {}, unbounded, unbounded).dt;
+    const Foresight steps = foresee(scene);
     Json all = {{"kind", "scene"},
                 {"name", scene.name},
                 {"nodes", {n.x, n.y, n.z}},
-                {"spacing_m", dx},
+                {"spacing_m", scene.setup.lattice.dx},
                 {"particles", expected_particles(scene)},
                 {"memory_MiB", expected_bytes(scene) / 0x1p20},
                 {"clock", scene.clock == ClockMode::paper ? "paper" : "wall"},
-                {"dt_s", dt},
+                {"dt_s", steps.dt},
+                {"substeps", steps.substeps},
+                {"asked_by", steps.key},
                 {"objects", objects}};
     if (!scene.has_hands) return all;
     const Recording recording = hands_of(scene);
@@ -164,6 +163,7 @@ int info_verb(const InfoOptions& o)
     if (kind == FileKind::report) {
         const Json root = read_json(o.file);
         if (!o.json) {
+            check_report(root, o.file);
             std::fputs(summary(root).c_str(), stdout);
             return exit_ok;
         }

@@ -17,7 +17,7 @@ void add_run(CLI::App& app, Verb& chosen)
 {
     static RunOptions o;
     CLI::App* run = app.add_subcommand("run", "Simulate a scene with its hands, headless");
-    run->add_option("SCENE", o.scene, "Scene (.json)")->required();
+    run->add_option("SCENE", o.scene, "Scene (.json)");
     run->add_option("--device", o.device, "auto, cuda, cuda:N, cpu or cpu:double")
         ->capture_default_str();
     run->add_option("--set", o.settings, "path.key=value, e.g. objects.0.material.young=2e6")
@@ -30,10 +30,7 @@ void add_run(CLI::App& app, Verb& chosen)
     run->add_flag("--deterministic", o.deterministic, "The same bits on every run");
     run->add_option("--seed", o.seed, "Of the particles' places and of gestures")
         ->check(CLI::Range(0, 2147483647));
-    run->add_option("--threads", o.threads, "CPU threads; 0: all")->check(CLI::Range(0, 4096));
     run->add_option("--max-memory", o.max_memory, "MiB that a run may take; 0: what is free")
-        ->check(CLI::NonNegativeNumber);
-    run->add_option("--time-limit", o.time_limit, "Seconds after which no frame is begun")
         ->check(CLI::NonNegativeNumber);
     run->add_option("--audit", o.audit_every, "Look at the whole state every N frames")
         ->check(CLI::Range(1, 10000000));
@@ -42,6 +39,16 @@ void add_run(CLI::App& app, Verb& chosen)
         ->check(CLI::Range(0, 10000000));
     run->add_flag("--video", o.video, "video.mp4, by ffmpeg");
     run->add_flag("--particles", o.particles, "particles.ply of the last frame");
+    CLI::Option* resume =
+        run->add_option("--resume", o.resume, "Go on with the run that was ended in this folder");
+    for (CLI::Option* other : run->get_options())
+        if (other != resume && other != run->get_help_ptr()) resume->excludes(other);
+    run->add_option("--threads", o.threads, "CPU threads; 0: all")->check(CLI::Range(0, 4096));
+    run->add_option("--time-limit", o.time_limit, "Seconds after which it ends, with its results")
+        ->check(CLI::NonNegativeNumber);
+    run->add_option("--checkpoint", o.checkpoint,
+                    "Seconds from checkpoint to checkpoint, with --out; 60 if not given, 0: none")
+        ->check(CLI::Range(0.0, 1e9));
     run->add_flag("--json", o.json, "The report on stdout");
     run->add_flag("-q,--quiet", o.quiet, "No progress, no summary");
     run->add_flag("-v,--verbose", o.verbose, "A line per frame");
@@ -184,7 +191,8 @@ int main(int count, char** words)
     app.require_subcommand(1);
     app.footer(
         "Exit codes: 0 ok, 1 check failed, 2 usage, 3 bad input, 4 no GPU or out of memory,\n"
-        "5 files cannot be written, 6 numerical failure, 7 device lost, 130 interrupted");
+        "5 files cannot be written, 6 numerical failure, 7 device lost, 130 interrupted,\n"
+        "143 terminated, 129 terminal closed");
     Verb chosen;
     add_run(app, chosen);
     add_record(app, chosen);

@@ -8,20 +8,26 @@
 namespace knead {
 
 Progress::Progress(int count, bool quiet)
-    : frames(count), shown(!quiet && isatty(STDERR_FILENO)), start(ClockMode::now()), last(start)
+    : frames(count),
+      shown(!quiet && isatty(STDERR_FILENO)),
+      start(ClockMode::now()),
+      last(start),
+      begun(start)
 {
 }
 
 Progress::~Progress() { clear(); }
 
-void Progress::show(int done)
+void Progress::show(int done, double part)
 {
     const ClockMode::time_point now = ClockMode::now();
+    if (part == 0) begun = now;
+    if (part > 0 && now - begun < std::chrono::seconds(1)) return;
     if (!shown || (now - last < std::chrono::milliseconds(100) && done < frames)) return;
     last = now;
     drawn = true;
     const double seconds = std::chrono::duration<double>(now - start).count();
-    std::fprintf(stderr, "\r%s\x1b[K", progress_line(done, frames, seconds).c_str());
+    std::fprintf(stderr, "\r%s\x1b[K", progress_line(done, frames, seconds, part).c_str());
     std::fflush(stderr);
 }
 
@@ -31,13 +37,14 @@ void Progress::clear()
     drawn = false;
 }
 
-std::string progress_line(int done, int frames, double seconds)
+std::string progress_line(int done, int frames, double seconds, double part)
 {
     constexpr int width = 30;
     const int filled = frames > 0 ? width * done / frames : width;
     std::string line = "[" + std::string(std::size_t(filled), '#') +
                        std::string(std::size_t(width - filled), '.') + "]" +
                        fmt::format(" {}/{}", done, frames);
+    if (part > 0) line += fmt::format(" + {:.2g} %", 100 * part);
     if (done == 0 || !(seconds > 0)) return line;
     const double rate = done / seconds, left = (frames - done) / rate;
     line += fmt::format("  {:.{}f} frames/s", rate, rate < 100 ? 1 : 0);

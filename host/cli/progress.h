@@ -11,17 +11,19 @@ class Progress {
     ~Progress();
     Progress(const Progress&) = delete;
     Progress& operator=(const Progress&) = delete;
-    void show(int done);  // draws at most ten times a second
+    // Draws at most ten times a second. `part`: how much of the next frame is done, too.
+    void show(int done, double part = 0);
     void clear();
 
   private:
     using ClockMode = std::chrono::steady_clock;
     int frames;
     bool shown, drawn = false;
-    ClockMode::time_point start, last;
+    ClockMode::time_point start, last, begun;  // begun: the frame under way
 };
 
-// The bar's text, without the carriage return: "[#####.....] 50/100  12.3 frames/s  4 s left".
-std::string progress_line(int done, int frames, double seconds);
+// The bar's text, without the carriage return: "[#####.....] 50/100  12.3 frames/s  4 s left", and
+// "[#####.....] 50/100 + 7 %  ..." within a frame that takes longer than a second.
+std::string progress_line(int done, int frames, double seconds, double part = 0);
 
 }  // namespace knead

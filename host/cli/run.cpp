@@ -1,6 +1,7 @@
 // knead run: a scene and its hands, headless.
 #include <fmt/format.h>
 
+#include <chrono>
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
@@ -11,10 +12,12 @@
 #include "host/base/machine.h"
 #include "host/base/outputs.h"
 #include "host/cli/progress.h"
+#include "host/cli/resume.h"
 #include "host/cli/verbs.h"
 #include "host/files/mesh_file.h"
 #include "host/files/particle_file.h"
 #include "host/hands/recording.h"
+#include "host/scene/foresight.h"
 #include "host/scene/seed.h"
 #include "host/session/device.h"
 #include "host/session/frame_writer.h"
@@ -47,6 +50,10 @@ Scene scene_of(const RunOptions& o)
 
 void check_options(const RunOptions& o)
 {
+    if (o.scene.empty() == o.resume.empty())
+        throw UsageError("knead run needs a SCENE, or --resume with the folder of a run");
+    if (o.out.empty() && o.resume.empty() && o.checkpoint.value_or(0) > 0)
+        throw UsageError("--checkpoint needs --out DIR");
     if (o.out.empty() && (o.video || o.particles || o.pictures > 0))
         throw UsageError("--video, --particles and --pictures need --out DIR");
     if (o.mesh != "glb" && o.mesh != "ply" && o.mesh != "obj" && o.mesh != "none")
@@ -55,7 +62,10 @@ void check_options(const RunOptions& o)
 
 class Session {
   public:
-    explicit Session(const RunOptions& options) : o(options), scene(scene_of(o)) {}
+    explicit Session(const RunOptions& options, const Checkpoint* from = nullptr)
+        : o(options), earlier(from), scene(scene_of(o))
+    {
+    }
 
     int run();
 
@@ -65,7 +75,9 @@ class Session {
         return (fs::path(o.out) / name).string();
     }
     void prepare();
+    void clear();
     void open_writer();
+    void keep_checkpoints(RunWatch& watch, const Solver& solver, Device device);
     void watch(RunWatch& watch, Progress& progress);
     void write(const RunRecord& record);
     void note(const std::string& text) const
@@ -81,9 +93,12 @@ class Session {
     int code(const RunRecord& record) const;
 
     const RunOptions& o;
+    const Checkpoint* earlier;  // of the run that goes on; null: a new one
     Scene scene;
     RunRule rule;
     RunFacts facts;
+    std::vector<std::string> names{"report.json", "frames.csv"};  // of the files to come
+    double cpu_before = 0;  // of the process, when the run began; less what an earlier one took [s]
     std::unique_ptr<FrameWriter> writer;
     bool has_video = false, output_refused = false;
 };
@@ -93,20 +108,67 @@ void Session::prepare()
 {
     const std::size_t memory =
         o.max_memory > 0 ? std::size_t(o.max_memory * 0x1p20) : available_memory();
+    check_substeps(scene);
     build(scene, memory);
     if (!o.out.empty()) {
-        std::vector<std::string> names{"report.json", "frames.csv"};
         if (o.mesh != "none") names.push_back("mesh." + o.mesh);
         if (o.particles) names.push_back("particles.ply");
         if (o.video) names.push_back("video.mp4");
-        if (scene.picture_every > 0) names.push_back("pictures");
-        prepare_folder(o.out, names, o.overwrite);
+        std::vector<std::string> places = names;
+        if (scene.picture_every > 0) places.push_back("pictures/");
+        const std::string left = in_folder(checkpoint_name);
+        if (!earlier && !o.overwrite && fs::exists(left))
+            throw OutputError(left +
+                              ": is there already; --resume goes on with the run that it is of, "
+                              "--overwrite replaces it");
+        prepare_folder(o.out, places, o.overwrite || earlier);
     }
     rule.frames = o.frames;
     rule.time_limit = o.time_limit;
     rule.last_mesh = !o.out.empty() && o.mesh != "none";
     facts.threads = o.threads;
     facts.settings = o.settings;
+}
+
+// All that can be wrong with what was given has been found: what a killed program left may go, and
+// where it is to be replaced the set of an earlier run, its report first, which vouches for the
+// rest.
+void Session::clear()
+{
+    if (o.out.empty()) return;
+    remove_partials(o.out, [&](const std::string& name) {
+        return name == checkpoint_name || name == ".knead-probe" ||
+               std::find(names.begin(), names.end(), name) != names.end();
+    });
+    if (earlier || !o.overwrite) return;
+    remove_files(o.out, names);
+    remove_files(o.out, {checkpoint_name});
+    remove_pictures(in_folder("pictures"));
+}
+
+// A disk that refuses them does not end the run.
+void Session::keep_checkpoints(RunWatch& watch, const Solver& solver, Device device)
+{
+    rule.checkpoint = o.checkpoint.value_or(60);
+    if (o.out.empty() || (o.checkpoint && *o.checkpoint == 0)) return;
+    if (device.kind == DeviceKind::cpu_double) {
+        if (o.checkpoint) throw UsageError("--checkpoint: --device cpu:double keeps none");
+        return;
+    }
+    const std::string name =
+        device.kind == DeviceKind::cpu ? "cpu" : fmt::format("cuda:{}", device.index);
+    watch.checkpoint = [this, &solver, name](const RunRecord& record) {
+        const auto begin = std::chrono::steady_clock::now();
+        try {
+            const Json command = command_of(o, name, process_seconds() - cpu_before, scene);
+            write_checkpoint(in_folder(checkpoint_name), {command, record, solver.save()});
+        } catch (const std::exception& e) {
+            note(std::string("no checkpoint: ") + e.what());
+        }
+        const std::chrono::duration<double> took = std::chrono::steady_clock::now() - begin;
+        // Unless asked for, they take a twentieth of the time at most.
+        if (!o.checkpoint) rule.checkpoint = std::max(rule.checkpoint, 20 * took.count());
+    };
 }
 
 void Session::open_writer()
@@ -117,6 +179,9 @@ void Session::open_writer()
         facts.left_out.push_back("video: ffmpeg is not on the PATH");
         note(facts.left_out.back());
     }
+    if (has_video && earlier)
+        facts.left_out.push_back(fmt::format("video: the first {} frames, before the run went on",
+                                             earlier->record.rows.size()));
     try {
         writer = std::make_unique<FrameWriter>(scene, in_folder("pictures"),
                                                has_video ? in_folder("video.mp4") : "",
@@ -137,6 +202,9 @@ void Session::watch(RunWatch& watch, Progress& progress)
                              1e3 * row.wall));
         }
         progress.show(row.frame);
+    };
+    watch.part = [&](int number, const FramePart& part) {
+        progress.show(number - 1, part.reached / part.duration);
     };
     watch.picture = [&](const Frame& frame, const std::vector<Mesh>& meshes) {
         if (!writer) return;
@@ -194,7 +262,9 @@ int Session::code(const RunRecord& record) const
     if (!record.trouble.empty()) std::fprintf(stderr, "knead: %s\n", record.trouble.c_str());
     switch (record.end) {
         case End::interrupted:
-            return interrupted() == 15 ? exit_terminate : exit_interrupt;
+            return 128 + interrupted();  // exit_interrupt, exit_terminate, exit_hangup
+        case End::substeps:
+            return exit_input;
         case End::numbers:
             return exit_numbers;
         case End::device:
@@ -220,26 +290,33 @@ int Session::run()
     const std::unique_ptr<Solver> solver = make_solver(scene.setup, device);
     facts.solver = solver->name();
     rule.audit_every = o.audit_every > 0 ? o.audit_every : device.kind == DeviceKind::cuda ? 10 : 1;
-    // All that can be wrong with what was given has been found: the old pictures may go.
-    if (o.overwrite && !o.out.empty()) remove_pictures(in_folder("pictures"));
+    RunWatch watching;
+    keep_checkpoints(watching, *solver, device);
+    if (earlier) load(*solver, *earlier, scene.setup.particles.size(), in_folder(checkpoint_name));
+    clear();
     open_writer();
     const std::vector<std::string> rest = left_out(scene, rule);
     facts.left_out.insert(facts.left_out.end(), rest.begin(), rest.end());
     scene.setup.particles = {};
 
+    const Foresight steps = foresee(scene);
+    note(fmt::format("a frame takes {:.6g} substeps of {:.3g} s, asked for by {}", steps.substeps,
+                     steps.dt, steps.key));
     watch_interrupts();
-    RunWatch watching;
     RunRecord record;
     {
         Progress progress(frames_wanted(scene, hands.get(), o.frames), o.quiet || o.verbose);
         watch(watching, progress);
-        const double before = process_seconds();
-        record = run_frames(scene, *solver, hands.get(), rule, watching);
-        facts.cpu_seconds = process_seconds() - before;
+        cpu_before = process_seconds() - (earlier ? cpu_seconds_of(*earlier) : 0);
+        record = run_frames(scene, *solver, hands.get(), rule, watching,
+                            earlier ? &earlier->record : nullptr);
+        facts.cpu_seconds = process_seconds() - cpu_before;
     }
     if (scene.setup.rest.mode != RestMode::none)
         for (const std::string& spared : left_at_rest(record)) facts.left_out.push_back(spared);
     write(record);
+    const bool over = record.end == End::complete || record.end == End::numbers;
+    if (over && !o.out.empty() && !output_refused) remove_files(o.out, {checkpoint_name});
     return code(record);
 }
 
@@ -248,7 +325,10 @@ int Session::run()
 int run_verb(const RunOptions& options)
 {
     check_options(options);
-    return Session(options).run();
+    if (options.resume.empty()) return Session(options).run();
+    const Checkpoint from = read_checkpoint((fs::path(options.resume) / checkpoint_name).string());
+    const RunOptions asked = options_of(from, options);
+    return Session(asked, &from).run();
 }
 
 }  // namespace knead

@@ -16,12 +16,14 @@ namespace {
 
 constexpr int max_objects = 256;
 
-void read_step(ObjectReader& r, StepRule& step)
+void read_step(ObjectReader& r, Scene& scene)
 {
+    StepRule& step = scene.setup.step;
     step.fixed = r.number("fixed", {0, 1, "s"}, step.fixed);
     step.courant = r.number("courant", {0, 1, "", true}, step.courant);
     step.tool = r.number("tool", {0, 1, "", true}, step.tool);
     step.largest = r.number("largest", {0, 1, "s", true}, step.largest);
+    scene.most_substeps = r.whole("most_substeps", 1, 2000000000, scene.most_substeps);
 }
 
 // Where the defaults come from docs/model.md says.  (29), (30)
@@ -277,7 +279,7 @@ void read_time(ObjectReader& r, Scene& scene)
         scene.paper_substeps = in.whole("substeps", 1, 10000, 5);
         scene.paper_dt = in.number("dt", {0, 1, "s", true}, 1e-4);
     });
-    r.object("step", [&](ObjectReader& in) { read_step(in, scene.setup.step); });
+    r.object("step", [&](ObjectReader& in) { read_step(in, scene); });
     if (scene.clock == ClockMode::paper && scene.setup.step.fixed == 0)
         scene.setup.step.fixed = scene.paper_dt;
 }

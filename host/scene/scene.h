@@ -35,11 +35,12 @@ struct Scene {
     HandsRule hands;
     bool has_hands = false;
     ClockMode clock = ClockMode::wall;
-    double frame_rate = 90;  // frames per second of wall time
-    int paper_substeps = 5;  // clock "paper": substeps of paper_dt a frame
-    double paper_dt = 1e-4;  // [s]
-    int frames = 0;          // 0: as long as the recording, or 1 s
-    int surface_nodes = 0;   // of the density lattice's longest axis; 0: twice the lattice's
+    double frame_rate = 90;      // frames per second of wall time
+    int paper_substeps = 5;      // clock "paper": substeps of paper_dt a frame
+    double paper_dt = 1e-4;      // [s]
+    int most_substeps = 100000;  // of a frame; a scene that asks for more is refused
+    int frames = 0;              // 0: as long as the recording, or 1 s
+    int surface_nodes = 0;       // of the density lattice's longest axis; 0: twice the lattice's
     SurfaceRule surface;
     unsigned seed = 1;
     Vec3<double> eye{1.1, 0.9, 1.6}, target{0.5, 0.4, 0.5};  // camera [m]

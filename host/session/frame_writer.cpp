@@ -7,6 +7,7 @@
 #include <filesystem>
 
 #include "host/base/errors.h"
+#include "host/base/outputs.h"
 
 namespace knead {
 namespace fs = std::filesystem;
@@ -32,6 +33,7 @@ void remove_pictures(const std::string& folder)
 {
     std::error_code problem;
     if (!fs::is_directory(folder, problem)) return;
+    remove_partials(folder, is_picture_name);
     std::vector<fs::path> old;
     for (fs::directory_iterator at(folder, problem), end; !problem && at != end;
          at.increment(problem))

@@ -26,8 +26,10 @@ LoopRule loop_rule(const Scene& scene)
 }
 
 SessionLoop::SessionLoop(Solver& of, MotionSource source, LoopRule by)
-    : solver(of), motion(std::move(source)), rule(std::move(by))
+    : solver(of), motion(std::move(source)), rule(std::move(by)), begun(rule.done), done(rule.done)
 {
+    newest.number = rule.done;
+    solver.watch_frames([this](const FramePart& part) { return cuts(part); });
 }
 
 void SessionLoop::launch_surfaces()
@@ -50,13 +52,37 @@ bool SessionLoop::step()
     return true;
 }
 
-bool SessionLoop::may_begin()
+void SessionLoop::look_for_end()
 {
-    if (ended || begun == rule.frames) return false;
     if (!began) began = now();
     if (rule.interrupted && rule.interrupted()) stop(End::interrupted);
     if (rule.time_limit > 0 && now() - *began > rule.time_limit) stop(End::time_limit);
+}
+
+bool SessionLoop::may_begin()
+{
+    if (ended || begun == rule.frames) return false;
+    look_for_end();
     return !ended;
+}
+
+// Whether the frame that is being computed ends where it stands.
+bool SessionLoop::cuts(const FramePart& part)
+{
+    look_for_end();
+    if (rule.most_substeps > 0 && part.substeps >= rule.most_substeps) stop(End::substeps);
+    if (rule.part) rule.part(begun + 1, part);
+    return ended.has_value();
+}
+
+// To where it was cut: its end, and the hands at it.
+void SessionLoop::shorten(Frame& f) const
+{
+    const double share = f.stats.reached / rule.duration;
+    f.simulated = (f.number - 1) * rule.duration + f.stats.reached;
+    f.hand_time = (rule.first + f.number - 1 + share) / rule.rate;
+    for (std::size_t j = 0; j < f.motion.to.size(); ++j)
+        f.motion.to[j] = between(f.motion.from[j], f.motion.to[j], share);
 }
 
 // Hands the next frame over; false where there is none.
@@ -102,6 +128,7 @@ bool SessionLoop::collect()
         return false;
     }
     f.times.solver += now() - start;
+    if (f.stats.cut) shorten(f);
     newest = std::move(f);
     ++done;
     moved += newest.stats.moved;

@@ -17,16 +17,21 @@
 
 namespace knead {
 
-enum class End { complete, interrupted, time_limit, numbers, device };
+enum class End { complete, interrupted, time_limit, substeps, numbers, device };
 
 struct LoopRule {
     double duration = 0;  // simulated per frame [s]
     double rate = 0;      // frames per second of the hands' clock
     int first = 0;        // frame of the hands' clock at which the loop begins
+    int done = 0;         // frames that an earlier loop did: numbers and times go on from there
     int frames = -1;      // negative: until it is stopped
 
-    double time_limit = 0;  // wall time after which no frame begins [s]; 0: none
+    // What ends it is looked at before every frame and, on the CPU, between its substeps.
+    double time_limit = 0;   // wall time [s]; 0: none
+    long most_substeps = 0;  // of a frame; one that would need more is cut short there; 0: any
     std::function<bool()> interrupted = [] { return knead::interrupted() != 0; };
+    // Told between substeps where the frame of that number stands.
+    std::function<void(int number, const FramePart&)> part;
 
     std::vector<Material<double>> materials;  // for the surface
     SurfaceRule surface{};
@@ -62,6 +67,7 @@ class SessionLoop {
   public:
     SessionLoop(Solver& solver, MotionSource motion, LoopRule rule);
     SessionLoop(const SessionLoop&) = delete;
+    ~SessionLoop() { solver.watch_frames({}); }
 
     // Called after every frame, in the order in which they were added. Not to be called by one.
     void watch(Watcher watcher) { watchers.push_back(std::move(watcher)); }
@@ -102,9 +108,12 @@ class SessionLoop {
     const GpuSurface* device_surface() const { return on_device.get(); }  // null: none was made
 
   private:
+    void look_for_end();
     bool may_begin();
+    bool cuts(const FramePart& part);
     bool begin();
     bool collect();
+    void shorten(Frame& f) const;
     void tell();
     void make_edits();
     void make_device_surface();

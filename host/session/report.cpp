@@ -59,16 +59,6 @@ T total(const RunRecord& record, T FrameStats::*part)
     return sum;
 }
 
-std::string file_hash(const std::string& path)
-{
-    try {
-        const std::string text = read_text(path, std::size_t(1) << 30);
-        return hexadecimal(XXH64(text.data(), text.size(), 0));
-    } catch (const InputError&) {
-        return "";
-    }
-}
-
 Json context(const Scene& scene, const RunFacts& facts)
 {
     Json all = machine_facts(facts.solver.starts_with("cuda"));
@@ -249,6 +239,16 @@ Json physics(const Scene& scene, const RunRecord& record)
 
 }  // namespace
 
+std::string file_hash(const std::string& path)
+{
+    try {
+        const std::string text = read_text(path, std::size_t(1) << 30);
+        return hexadecimal(XXH64(text.data(), text.size(), 0));
+    } catch (const InputError&) {
+        return "";
+    }
+}
+
 const char* end_name(End end)
 {
     switch (end) {
@@ -258,6 +258,8 @@ const char* end_name(End end)
             return "interrupted";
         case End::time_limit:
             return "time limit";
+        case End::substeps:
+            return "substeps";
         case End::numbers:
             return "numerical failure";
         case End::device:
@@ -287,6 +289,12 @@ Json report(const Scene& scene, const RunRecord& record, const RunFacts& facts)
     Json knead = physics(scene, record);
     knead["end"] = end_name(record.end);
     if (!record.trouble.empty()) knead["trouble"] = record.trouble;
+    if (!record.rows.empty() && record.rows.back().stats.cut) {
+        const FrameRow& last = record.rows.back();
+        knead["cut"] = {{"frame", last.frame},
+                        {"reached_s", last.stats.reached},
+                        {"substeps", last.stats.substeps}};
+    }
     knead["frames"] = record.rows.size();
     knead["frames_wanted"] = record.frames_wanted;
     knead["clock"] = scene.clock == ClockMode::paper ? "paper" : "wall";

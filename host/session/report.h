@@ -26,8 +26,11 @@ struct Spread {
 Spread spread(std::vector<double> values);  // zeros for none; nearest-rank percentiles
 
 nlohmann::json report(const Scene& scene, const RunRecord& record, const RunFacts& facts);
+std::string file_hash(const std::string& path);  // xxh64; "" where it cannot be read
 std::string frames_csv(const RunRecord& record);
-std::string summary(const nlohmann::json& report);
+// Throws InputError where what the summary says is missing or of another type.
+void check_report(const nlohmann::json& report, const std::string& file);
+std::string summary(const nlohmann::json& report);  // of one that was checked
 const char* end_name(End end);
 
 }  // namespace knead

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <chrono>
 #include <cmath>
 
@@ -13,32 +12,6 @@
 
 namespace knead {
 namespace {
-
-// Counts depths in bins of 10 micrometres, the last for all deeper ones: constant memory.
-class DepthCount {
-  public:
-    void add(const std::vector<double>& depths)
-    {
-        for (double d : depths) {
-            ++bins[std::min(std::size_t(d / bin), bins.size() - 1)];
-            ++count, sum += d, max = std::max(max, d);
-        }
-    }
-    Depths summary() const
-    {
-        Depths all{count, count ? sum / double(count) : 0, 0, max};
-        long seen = 0;
-        for (std::size_t i = 0; i < bins.size() && seen * 100 < count * 99; ++i)
-            seen += bins[i], all.p99 = std::min(bin * double(i + 1), max);
-        return all;
-    }
-
-  private:
-    static constexpr double bin = 1e-5;  // [m]
-    std::array<long, 20000> bins{};
-    long count = 0;
-    double sum = 0, max = 0;
-};
 
 // More than a hundredth of the clay put back in one frame: the guards no longer repair, they hide.
 bool overrun(const FrameStats& stats, std::size_t particles)
@@ -59,6 +32,7 @@ class Run {
     {
         record.last_good = loop.particles();
         record.particles = record.last_good->size();
+        if (!record.rows.empty()) return;  // it goes on
         record.first = audit(*record.last_good, scene.setup.materials, scene.setup.lattice.dx);
         if (rule.mesh_every == 0 && !rule.last_mesh) return;
         FrameRow before;
@@ -99,11 +73,19 @@ class Run {
         return rule.mesh_every > 0 && f.number % rule.mesh_every == 0;
     }
 
+    // Whether the state is one from which a later run can go on.
+    bool may_go_on(const Frame& f) const
+    {
+        const End end = loop.end();
+        return f.number > 0 && !is_last(f) && !f.stats.cut && end != End::numbers &&
+               end != End::device;
+    }
+
     // However the loop ended: its last frame is looked at, and meshed where that is wanted.
     void finish()
     {
         record.end = loop.end();
-        record.left = depths.summary();
+        record.left = record.depths.summary();
         if (record.end == End::device) return;
         record.bytes = solver.memory();
         if (record.rows.empty() || record.end == End::numbers) return;
@@ -129,7 +111,7 @@ class Run {
         row.crowding = crowding(*now, scene.setup.materials, scene.setup.lattice.dx);
         row.stages = solver.stage_times();
         const std::vector<double> inside = solver.penetration();
-        depths.add(inside);
+        record.depths.add(inside);
         row.left = depths_of(inside);
         if (!inside.empty())
             row.between = depths_of(depths_between(scene.setup, loop.last().motion, *now));
@@ -158,7 +140,61 @@ class Run {
     Solver& solver;
     SessionLoop& loop;
     const RunRule& rule;
-    DepthCount depths;
+};
+
+// Keeps what a later run can go on from: the solver between two frames, and the record then.
+class Keeper {
+  public:
+    Keeper(Solver& solver_, Run& run_, const RunRule& rule_, const RunWatch& watch_)
+        : solver(solver_), run(run_), rule(rule_), watch(watch_), before(run.record.wall)
+    {
+    }
+
+    double wall() const { return before + since(begin); }  // with that of an earlier run [s]
+
+    void after(const Frame& f)
+    {
+        if (!run.may_go_on(f)) return;
+        if (since(saved) >= rule.checkpoint) keep(run.record);
+        // Who cuts frames short is on the host, where copies are cheap.
+        if (!solver.clay()) whole = solver.snapshot(), depths = run.record.depths;
+    }
+
+    // Where the loop was stopped; a frame that was cut short is begun again by the later run.
+    void end(const Frame& last)
+    {
+        const End why = run.record.end;
+        if (why != End::interrupted && why != End::time_limit) return;
+        if (run.may_go_on(last)) return keep(run.record);
+        if (!last.stats.cut || !whole) return;
+        RunRecord until = run.record;
+        until.rows.pop_back(), until.depths = depths;
+        solver.restore(*whole);
+        keep(until);
+    }
+
+  private:
+    using Clock = std::chrono::steady_clock;
+    static double since(Clock::time_point start)
+    {
+        return std::chrono::duration<double>(Clock::now() - start).count();
+    }
+    void keep(RunRecord& record)
+    {
+        record.wall = wall();
+        watch.checkpoint(record);
+        saved = Clock::now();
+    }
+
+    Solver& solver;
+    Run& run;
+    const RunRule& rule;
+    const RunWatch& watch;
+    const double before;
+    const Clock::time_point begin = Clock::now();
+    Clock::time_point saved = begin;
+    std::shared_ptr<const Snapshot> whole;  // after the last whole frame
+    DepthCount depths;                      // then
 };
 
 // What a record says of places, it says in the frame of the scene's file: one way out for all of
@@ -196,18 +232,6 @@ std::string trouble_of(const SessionLoop& loop)
 
 }  // namespace
 
-Depths depths_of(std::vector<double> found)
-{
-    Depths d;
-    d.count = long(found.size());
-    if (found.empty()) return d;
-    std::sort(found.begin(), found.end());
-    for (double x : found) d.mean += x / double(found.size());
-    d.p99 = found[std::size_t(0.99 * double(found.size() - 1))];
-    d.max = found.back();
-    return d;
-}
-
 Recording hands_of(const Scene& scene)
 {
     const HandsRule& hands = scene.hands;
@@ -231,14 +255,18 @@ int frames_wanted(const Scene& scene, const HandSource* hands, int asked)
 }
 
 RunRecord run_frames(const Scene& scene, Solver& solver, const HandSource* hands,
-                     const RunRule& rule, const RunWatch& watch)
+                     const RunRule& rule, const RunWatch& watch, const RunRecord* earlier)
 {
     LoopRule by = loop_rule(scene);
     by.frames = frames_wanted(scene, hands, rule.frames);
     by.time_limit = rule.time_limit;
+    by.most_substeps = scene.most_substeps;
+    by.part = watch.part;
+    if (earlier) by.done = int(earlier->rows.size());
     by.interrupted = [&] { return interrupted() || (watch.stop && watch.stop()); };
     SessionLoop loop(solver, recorded_motion(hands, scene.hands), by);
     Run run(scene, solver, loop, rule);
+    if (earlier) run.record = *earlier;
     run.record.frames_wanted = by.frames;
     run.record.duration = by.duration;
     loop.watch([&](const Frame& f) { run.add_row(f); });
@@ -249,13 +277,18 @@ RunRecord run_frames(const Scene& scene, Solver& solver, const HandSource* hands
         loop.watch([&](const Frame& f) {
             if (run.shown(f) && run.record.rows.back().meshed) watch.picture(f, *loop.meshes());
         });
+    Keeper keeper(solver, run, rule, watch);
+    if (watch.checkpoint) loop.watch([&](const Frame& f) { keeper.after(f); });
     run.start();
-    const auto begin = std::chrono::steady_clock::now();
     loop.run();
     if (loop.failure()) run.record.trouble = trouble_of(loop);
+    if (loop.end() == End::substeps)
+        run.record.trouble =
+            fmt::format("frame {}: not done after {} substeps (step.most_substeps)",
+                        loop.last().number, loop.last().stats.substeps);
     run.finish();
-    run.record.wall =
-        std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+    run.record.wall = keeper.wall();
+    if (watch.checkpoint) keeper.end(loop.last());
     move_out(scene, run.record);
     return std::move(run.record);
 }

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "host/session/depths.h"
 #include "host/session/loop.h"
 #include "host/solver/audit.h"
 
@@ -15,15 +16,9 @@ struct RunRule {
     int audit_every = 1;     // frames from audit to audit; the first and the last always are
     int mesh_every = 0;      // frames from mesh to mesh; 0: none
     bool last_mesh = false;  // a mesh of the last frame
-    double time_limit = 0;   // wall time after which no frame is begun [s]; 0: none
+    double time_limit = 0;   // wall time after which it ends [s]; 0: none
+    double checkpoint = 0;   // wall time from checkpoint to checkpoint [s]
 };
-
-// Depths [m] of the particles that projection left inside a tool.
-struct Depths {
-    long count = 0;
-    double mean = 0, p99 = 0, max = 0;
-};
-Depths depths_of(std::vector<double> found);
 
 struct FrameRow {
     int frame = 0;
@@ -49,7 +44,8 @@ struct RunRecord {
     std::vector<FrameRow> rows;
     Audit first;                    // before the first frame
     double first_mesh_volume = -1;  // [m^3]; negative: not meshed
-    Depths left;                    // over all audited frames; p99 to 10 micrometres
+    DepthCount depths;              // that audits found
+    Depths left;                    // the same over all audited frames; p99 to 10 micrometres
     std::size_t particles = 0, bytes = 0;
     int frames_wanted = 0;
     double duration = 0;  // simulated per frame [s]
@@ -62,8 +58,14 @@ struct RunRecord {
 
 struct RunWatch {
     std::function<void(const FrameRow&)> frame;  // after every frame
+    // Between substeps: where the frame of that number stands.
+    std::function<void(int number, const FramePart&)> part;
     // After every frame that was meshed by mesh_every.
     std::function<void(const Frame&, const std::vector<Mesh>&)> picture;
+    // Between frames, when it is due, and at the end where the run was stopped: what it has so far,
+    // without a frame that was cut short. With the solver's state that is all that a later run
+    // needs to go on.
+    std::function<void(const RunRecord&)> checkpoint;
     std::function<bool()> stop;  // asked before every frame, beside interrupts
 };
 
@@ -73,9 +75,11 @@ Recording hands_of(const Scene& scene);
 // Frames the scene asks for: its own number, or as long as the hands move, or one second.
 int frames_wanted(const Scene& scene, const HandSource* hands, int asked);
 
-// Advances `solver`, made of scene.setup, frame by frame. `hands` may be null.
+// Advances `solver`, made of scene.setup, frame by frame. `hands` may be null. With what an earlier
+// run had at a checkpoint, and the solver in its state then, it goes on from there.
 RunRecord run_frames(const Scene& scene, Solver& solver, const HandSource* hands,
-                     const RunRule& rule, const RunWatch& watch);
+                     const RunRule& rule, const RunWatch& watch,
+                     const RunRecord* earlier = nullptr);
 
 // Of all particle-substeps those in which clay moved; 1 for a run of none.
 double moved_share(const RunRecord& record);

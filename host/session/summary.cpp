@@ -1,12 +1,11 @@
 // The report as a person reads it.
 #include <fmt/format.h>
 
+#include "host/base/json_reader.h"
 #include "host/session/report.h"
 
 namespace knead {
 namespace {
-
-using Json = nlohmann::json;
 
 double at(const Json& j, const char* pointer)
 {
@@ -14,12 +13,18 @@ double at(const Json& j, const char* pointer)
     return j.contains(p) && j[p].is_number() ? j[p].get<double>() : 0;
 }
 
+// A number that counts: no report is trusted to hold one that an integer holds.
+std::string count_at(const Json& j, const char* pointer)
+{
+    return fmt::format("{:.0f}", at(j, pointer));
+}
+
 std::string counted(const Json& object)
 {
     std::string text;
     for (const auto& [name, count] : object.items()) {
-        if (count == 0) continue;
-        text += fmt::format("{}{} {}", text.empty() ? "" : ", ", name, count.get<long>());
+        if (!count.is_number() || count == 0) continue;
+        text += fmt::format("{}{} {:.0f}", text.empty() ? "" : ", ", name, count.get<double>());
     }
     return text.empty() ? "none" : text;
 }
@@ -38,7 +43,47 @@ std::string stage_lines(const Json& report)
     return text;
 }
 
+struct Wanted {
+    const char* pointer;
+    Json::value_t type;
+};
+// Without these there is nothing to sum up.
+const Wanted wanted[] = {{"/context/scene", Json::value_t::string},
+                         {"/context/device", Json::value_t::string},
+                         {"/runs", Json::value_t::array},
+                         {"/knead/end", Json::value_t::string},
+                         {"/knead/time/limited_by", Json::value_t::object},
+                         {"/knead/mass/exact", Json::value_t::boolean},
+                         {"/knead/volume", Json::value_t::object},
+                         {"/knead/rest/mode", Json::value_t::string},
+                         {"/knead/guards", Json::value_t::object},
+                         {"/knead/state_hash", Json::value_t::string},
+                         {"/knead/left_out", Json::value_t::array},
+                         {"/knead/outputs", Json::value_t::array}};
+
+void require(const Json& in, const std::string& pointer, Json::value_t type,
+             const std::string& file)
+{
+    const Json::json_pointer p(pointer);
+    if (in.contains(p) && in[p].type() == type) return;
+    throw InputError(fmt::format("{}: {}: expected {} as in every report, found {}", file, pointer,
+                                 Json(type).type_name(),
+                                 in.contains(p) ? described(in[p]) : "nothing"));
+}
+
 }  // namespace
+
+void check_report(const Json& report, const std::string& file)
+{
+    for (const Wanted& one : wanted) require(report, one.pointer, one.type, file);
+    for (std::size_t i = 0; i < report["runs"].size(); ++i)
+        require(report, fmt::format("/runs/{}/name", i), Json::value_t::string, file);
+    for (const char* texts : {"left_out", "outputs"})
+        for (std::size_t i = 0; i < report["knead"][texts].size(); ++i)
+            require(report, fmt::format("/knead/{}/{}", texts, i), Json::value_t::string, file);
+    if (report["knead"].contains("trouble"))
+        require(report, "/knead/trouble", Json::value_t::string, file);
+}
 
 std::string summary(const Json& report)
 {
@@ -47,18 +92,23 @@ std::string summary(const Json& report)
     std::string text =
         fmt::format("{}: {}, {} of {} frames, {:.4g} s simulated in {:.4g} s\n",
                     report["context"]["scene"].get<std::string>(), k["end"].get<std::string>(),
-                    k["frames"].get<int>(), k["frames_wanted"].get<int>(), at(k, "/simulated_s"),
+                    count_at(k, "/frames"), count_at(k, "/frames_wanted"), at(k, "/simulated_s"),
                     at(k, "/wall_s"));
+    if (k.contains("cut"))
+        text +=
+            fmt::format("cut           frame {} ends at {:.4g} of {:.4g} s, after {} substeps\n",
+                        count_at(k, "/cut/frame"), at(k, "/cut/reached_s"), at(k, "/frame_s"),
+                        count_at(k, "/cut/substeps"));
     if (k.contains("trouble")) text += "trouble       " + k["trouble"].get<std::string>() + "\n";
     text += fmt::format("device        {}\n", report["context"]["device"].get<std::string>());
     text += fmt::format("frame         {:.3f} ms median, {:.3f} ms p95 ({:.1f} frames/s)\n", frame,
                         at(k, "/frame/p95_ms"), frame > 0 ? 1e3 / frame : 0);
     text += stage_lines(report);
     text += fmt::format("particles     {} ({:.1f} MiB), {:.1f} % of the blocks active\n",
-                        long(at(k, "/particles")), at(k, "/bytes") / 0x1p20,
+                        count_at(k, "/particles"), at(k, "/bytes") / 0x1p20,
                         100 * at(k, "/active_block_share"));
     text += fmt::format("substeps      {}, {:.3g} to {:.3g} s, limited by {}\n",
-                        long(at(k, "/time/substeps")), at(k, "/time/dt_min_s"),
+                        count_at(k, "/time/substeps"), at(k, "/time/dt_min_s"),
                         at(k, "/time/dt_max_s"), counted(k["time"]["limited_by"]));
     text += fmt::format("mass          {:.9g} kg{}\n", at(k, "/mass/last_kg"),
                         k["mass"]["exact"].get<bool>() ? ", unchanged" : ", CHANGED");
@@ -72,7 +122,7 @@ std::string summary(const Json& report)
                         100 * at(k, "/yielded_share"));
     if (k["rest"]["mode"] != "none")
         text += fmt::format("moved         {:.2f} % of all particle-substeps, {} blocks woken\n",
-                            100 * at(k, "/rest/moved_share"), long(at(k, "/rest/woken_blocks")));
+                            100 * at(k, "/rest/moved_share"), count_at(k, "/rest/woken_blocks"));
     text += fmt::format(
         "penetration   left: mean {:.3g}, p99 {:.3g}, max {:.3g} mm; found: max {:.3g} mm\n",
         at(k, "/penetration/left_mean_mm"), at(k, "/penetration/left_p99_mm"),
@@ -83,7 +133,7 @@ std::string summary(const Json& report)
     text += "guards        " + counted(k["guards"]) + "\n";
     if (k.contains("hands"))
         text += fmt::format("hands         active in {} frames, filter lag {:.1f} ms\n",
-                            long(at(k, "/hands/frames_active")), at(k, "/hands/filter_lag_ms"));
+                            count_at(k, "/hands/frames_active"), at(k, "/hands/filter_lag_ms"));
     text += "state hash    " + k["state_hash"].get<std::string>() + "\n";
     for (const Json& s : k["left_out"]) text += "left out      " + s.get<std::string>() + "\n";
     for (const Json& s : k["outputs"]) text += "wrote         " + s.get<std::string>() + "\n";

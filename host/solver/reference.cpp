@@ -52,6 +52,7 @@ FrameStats Reference::advance(const Motion& motion, double duration)
         const Step next = step_after(step, limits, extremes(), tool, duration);
         substep(motion, step.start / duration, next.start / duration, step.dt);
         count(step, stats);
+        if (next.dt > 0 && ends_here(next.start, duration, stats)) break;
         step = next;
     }
     stats.active_blocks = active_blocks();

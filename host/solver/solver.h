@@ -1,5 +1,6 @@
 // The simulator behind one face, whatever it runs on: set up once, then advanced frame by frame.
 #pragma once
+#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
@@ -67,9 +68,20 @@ struct FrameStats {
     long trimmed = 0;                // nodes slowed that hold next to nothing
     double found_depth = 0;          // deepest before projection [m]
     long active_blocks = 0;          // of the last substep
-    long moved = 0;  // particle-substeps: less than their product where clay was still
-    long woken = 0;  // blocks of still clay that were pushed
+    long moved = 0;      // particle-substeps: less than their product where clay was still
+    long woken = 0;      // blocks of still clay that were pushed
+    bool cut = false;    // it was ended before its time, as who watches it asked
+    double reached = 0;  // where it was cut: how far it came [s]
 };
+
+// Where a frame stands between two of its substeps.
+struct FramePart {
+    int substeps = 0;
+    double reached = 0, duration = 0;  // [s] of the frame: simulated so far, in all
+};
+// Asked by the thread that advances, after every substep but a frame's last; true ends the frame
+// there.
+using FrameWatch = std::function<bool(const FramePart&)>;
 
 // Wall time of a stage over one frame [s]; names are those of the profiler ranges.
 struct StageTime {
@@ -120,6 +132,10 @@ class Solver {
         return first;
     }
 
+    // From now on frames are watched by `by` alone; nothing: by nobody. A GPU computes a frame as a
+    // whole and asks nobody.
+    void watch_frames(FrameWatch by) { frame_watch = std::move(by); }
+
     // Edits, while no frame is under way. What follows is what a solver would do that was made of
     // the edited scene. They throw std::invalid_argument for what cannot be, std::runtime_error
     // where memory ends, and then leave all as it was.
@@ -160,7 +176,17 @@ class Solver {
     virtual std::size_t memory() const = 0;  // bytes held
     virtual std::string name() const = 0;    // "cpu float, ...", "cuda: NVIDIA H200"
 
+  protected:
+    // After a substep: whether the frame ends here, which its statistics then say.
+    bool ends_here(double reached, double duration, FrameStats& stats) const
+    {
+        stats.cut = frame_watch && frame_watch({stats.substeps, reached, duration});
+        if (stats.cut) stats.reached = reached;
+        return stats.cut;
+    }
+
   private:
+    FrameWatch frame_watch;
     std::vector<FrameStats> done;
 };
 

@@ -53,6 +53,18 @@ TEST(InterruptDeathTest, TheSameSignalTwiceAtOnceCountsOnce)
     EXPECT_EXIT(raised(SIGTERM), testing::ExitedWithCode(SIGTERM), "");
 }
 
+TEST(InterruptDeathTest, ATerminalThatClosesIsHeardUnlessNobodyIsToHear)
+{
+    const auto raised = [](auto before) {
+        std::signal(SIGHUP, before);
+        watch_interrupts();
+        std::raise(SIGHUP);
+        std::exit(interrupted());
+    };
+    EXPECT_EXIT(raised(SIG_DFL), testing::ExitedWithCode(SIGHUP), "");
+    EXPECT_EXIT(raised(SIG_IGN), testing::ExitedWithCode(0), "");  // as under nohup
+}
+
 TEST(InterruptDeathTest, AnotherOneLaterEndsTheProgram)
 {
     const auto raised = [] {

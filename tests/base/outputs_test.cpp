@@ -160,5 +160,49 @@ TEST_F(Outputs, PlacesAreCheckedBeforeTheWorkAndLeftAsTheyWere)
     EXPECT_EQ(std::distance(fs::directory_iterator(folder / "out/deep"), {}), 1);
 }
 
+TEST_F(Outputs, WhatIsToBeReplacedMustBeOfItsKind)
+{
+    fs::create_directory(folder / "report.json");
+    write_whole(path("pictures"), "a file");
+    const auto why = [&](const std::string& name) {
+        return reason<OutputError>([&] { prepare_folder(folder.string(), {name}, true); });
+    };
+    EXPECT_NE(why("report.json").find("report.json: is a folder"), std::string::npos);
+    EXPECT_NE(why("pictures/").find("pictures: is no folder"), std::string::npos);
+    prepare_folder(folder.string(), {"pictures", "report.json/", "absent", "none/"}, true);
+}
+
+TEST_F(Outputs, OnlyWhatTheDeadLeftUnfinishedIsCleared)
+{
+    const std::string us = std::to_string(getpid());
+    const std::vector<std::string> stay = {"mesh.partial-" + us + "-0.glb",  // somebody is at work
+                                           "mesh.glb",
+                                           "mine.partial-999999999-0.txt",
+                                           "mesh.partial-x-0.glb",
+                                           "mesh.partial-9.glb",
+                                           "mesh.partial-999999999-0x.glb",
+                                           "mesh.partial-99999999999999999999-0.glb"};
+    const std::vector<std::string> go = {"mesh.partial-999999999-0.glb",
+                                         ".knead-probe.partial-999999999-12"};
+    for (const auto* names : {&stay, &go})
+        for (const std::string& name : *names) write_whole(path(name), "half");
+    fs::create_directory(folder / "mesh.partial-999999999-1.glb");
+    remove_partials(folder.string(), [](const std::string& name) {
+        return name == "mesh.glb" || name == ".knead-probe";
+    });
+    for (const std::string& name : stay) EXPECT_TRUE(fs::exists(path(name))) << name;
+    for (const std::string& name : go) EXPECT_FALSE(fs::exists(path(name))) << name;
+    EXPECT_TRUE(fs::exists(folder / "mesh.partial-999999999-1.glb"));
+}
+
+TEST_F(Outputs, FilesAreRemovedWhereTheyAre)
+{
+    write_whole(path("a"), "1"), write_whole(path("b"), "2");
+    remove_files(folder.string(), {"a", "absent"});
+    EXPECT_EQ(files(), 1);
+    fs::create_directories(folder / "full/of");
+    EXPECT_NE(reason<OutputError>([&] { remove_files(folder.string(), {"full"}); }), "");
+}
+
 }  // namespace
 }  // namespace knead

@@ -27,6 +27,26 @@ answers 5 run ball.json --device cpu --frames 1 --out one
 complains one
 answers 0 run ball.json --device cpu --frames 1 --out one --overwrite
 
+# The old set goes before the new one comes, its report first; what cannot be replaced is said
+# before the work.
+"$program" run ball.json --device cpu --threads 1 --out one --overwrite -q --frames 100000 \
+    >said 2>complained </dev/null &
+process=$!
+until [ ! -e one/report.json ] || ! kill -0 $process; do sleep 0.01; done
+sleep 0.5
+kill -9 $process
+wait $process 2>/dev/null
+for file in report.json frames.csv mesh.glb; do
+    [ ! -e one/$file ] || wrong "the old $file is there without the rest of its set"
+done
+answers 0 run ball.json --device cpu --frames 3 --out one
+for file in report.json frames.csv mesh.glb; do
+    mkdir -p folders/$file
+    answers 5 run ball.json --device cpu --frames 1000000 --out folders --overwrite
+    complains "folders/$file: is a folder"
+    rmdir folders/$file
+done
+
 # Wrong usage.
 answers 2
 answers 2 frobnicate
@@ -64,6 +84,47 @@ timeout --preserve-status --kill-after=30 --signal=INT 5 \
 code=$?
 [ $code -eq 130 ] || wrong "exit $code instead of 130 after an interrupt"
 holds stopped/report.json '"end": "interrupted"'
+
+# Every signal, and the time limit, act within a frame that would not end.
+endless=(run ball.json --device cpu --threads 1 --frames 3 --particles
+    --set step.fixed=1e-11 --set step.most_substeps=2000000000)
+for signal in INT:130 TERM:143 HUP:129; do
+    # Job control: what a script starts in the background would ignore INT.
+    set -m
+    "$program" "${endless[@]}" --out "cut-${signal%:*}" >said 2>complained </dev/null &
+    process=$!
+    set +m
+    sleep 2
+    begin=$(date +%s%N)
+    kill "-${signal%:*}" $process
+    wait $process 2>/dev/null
+    code=$?
+    took=$((($(date +%s%N) - begin) / 1000000))
+    echo "$signal: the end after $took ms, results written"
+    [ $code -eq ${signal#*:} ] || wrong "exit $code instead of ${signal#*:} after $signal"
+    [ $took -lt 2000 ] || wrong "took $took ms to end after $signal"
+    for file in report.json frames.csv mesh.glb particles.ply; do
+        [ -s "cut-${signal%:*}/$file" ] || wrong "no $file after $signal"
+    done
+    holds "cut-${signal%:*}/report.json" '"reached_s"'
+done
+answers 0 "${endless[@]}" --out cut-limit --time-limit 0.5
+holds cut-limit/report.json '"end": "time limit"'
+holds cut-limit/report.json '"reached_s"'
+answers 3 run ball.json --device cpu --set step.fixed=1e-30
+complains /step/fixed
+answers 0 run ball.json --device cpu --frames 1
+complains 'substeps of'
+complains 'objects.0.material.young'
+answers 0 info ball.json --json
+holds said '"asked_by": "objects.0.material.young"'
+
+# Options of a run that goes on.
+answers 2 run --resume one ball.json
+answers 2 run --resume one --frames 3
+answers 2 run ball.json --checkpoint 5
+answers 3 run --resume absent
+answers 3 run --resume one
 
 if nvidia-smi -L >/dev/null 2>&1; then
     answers 0 run ball.json --device cuda --frames 3 --deterministic --out gpu-one

@@ -129,6 +129,36 @@ holds said 'DIFFER'
 answers 0 compare one/report.json three/report.json --tolerance 1e9 --json
 answers 1 compare one/report.json two/report.json --slower 1e-9
 holds said 'slower than allowed'
+# Reports that somebody has cut about.
+spoil() { python3 -c "
+import json, sys
+report = json.load(open('one/report.json'))
+exec(sys.argv[1])
+json.dump(report, open('spoiled.json', 'w'))" "$1" 2>/dev/null; }
+if spoil ''; then
+    answers 0 info spoiled.json
+    answers 0 compare one/report.json spoiled.json
+    spoil "report['knead'] = {}"
+    answers 3 info spoiled.json
+    complains /knead/end
+    answers 3 compare spoiled.json spoiled.json
+    complains /knead/simulated_s
+    spoil "del report['context']"
+    answers 3 info spoiled.json
+    spoil "report['runs'] = [1]"
+    answers 3 info spoiled.json
+    complains /runs/0/name
+    spoil "report['knead']['mass']['exact'] = 'yes'"
+    answers 3 info spoiled.json
+    complains /knead/mass/exact
+    spoil "report['knead']['guards'] = [[]]"
+    answers 3 info spoiled.json
+    spoil "report['knead']['frames'] = 1e300; report['knead']['guards']['clipped'] = 'many'"
+    answers 0 info spoiled.json
+    spoil "report['knead']['mass']['last_kg'] = None"
+    answers 3 compare one/report.json spoiled.json
+    complains /knead/mass/last_kg
+fi
 answers 0 compare one/particles.ply one/particles.ply
 answers 1 compare one/particles.ply three/particles.ply --json
 answers 0 compare one/particles.ply two/particles.ply --tolerance 0.01

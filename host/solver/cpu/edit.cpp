@@ -209,6 +209,17 @@ Extremes CpuSolver<R>::extremes() const
 }
 
 template <class R>
+std::vector<Particle<double>> CpuSolver<R>::particles() const
+{
+    std::vector<Particle<double>> all(q.size());
+    for (std::size_t i = 0; i < q.size(); ++i) {
+        Particle<double>& one = all[std::size_t(ids[i])] = cast<double>(q[i]);
+        one.hold(false);
+    }
+    return all;
+}
+
+template <class R>
 SavedState CpuSolver<R>::save() const
 {
     SavedState state;

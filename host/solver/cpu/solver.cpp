@@ -78,6 +78,7 @@ FrameStats CpuSolver<R>::advance(const Motion& motion, double duration)
             c.speed_squared = c.stiffness = 0;
         }
         count(step, stats);
+        if (next.dt > 0 && ends_here(next.start, duration, stats)) break;
         step = next;
     }
     Counts all;
@@ -304,8 +305,8 @@ void CpuSolver<R>::step_particles(int slot, Bins::Members members, R dt, const T
         }
         const Each<R> speed_squared(dot(p.v, p.v));
         for (int l = 0; l < group.size; ++l) {
-            c.speed_squared = std::max(
-                c.speed_squared, double(speed_that_counts(speed_squared.of[l], depth.of[l])));
+            c.speed_squared = std::max(c.speed_squared,
+                                       double(speed_that_counts(speed_squared.of[l], depth.of[l])));
             c.abrupt += abrupt(group.of[l]->C, dt);
             c.stiffness = std::max(c.stiffness, double(stiffness(*group.of[l], m)));
         }
@@ -355,17 +356,6 @@ template <class R>
     for (int l = 0; l < count; ++l)
         block[l] = lattice.block_of(base_node(Vec3<R>{x.of[l], y.of[l], z.of[l]}, lattice.dx));
     for (int l = 0; l < count; ++l) bins.key[std::size_t(group.index[l])] = block[l];
-}
-
-template <class R>
-std::vector<Particle<double>> CpuSolver<R>::particles() const
-{
-    std::vector<Particle<double>> all(q.size());
-    for (std::size_t i = 0; i < q.size(); ++i) {
-        Particle<double>& one = all[std::size_t(ids[i])] = cast<double>(q[i]);
-        one.hold(false);
-    }
-    return all;
 }
 
 template <class R>

@@ -1,0 +1,113 @@
+#include "host/cli/resume.h"
+
+#include <fmt/format.h>
+
+#include <filesystem>
+
+#include "host/base/errors.h"
+#include "host/base/json_reader.h"
+#include "host/base/machine.h"
+#include "host/hands/gesture.h"
+#include "host/session/report.h"
+
+namespace knead {
+namespace {
+namespace fs = std::filesystem;
+
+bool is_gesture(const std::string& name)
+{
+    for (const Gesture& g : gestures())
+        if (g.name == name) return true;
+    return false;
+}
+
+// So that the run may go on from another folder.
+std::string from_anywhere(const std::string& path)
+{
+    return path.empty() || is_gesture(path) ? path : fs::absolute(path).string();
+}
+
+void check_same(const std::string& path, const std::string& hash)
+{
+    if (file_hash(path) != hash)
+        throw InputError(path + ": expected the file that the run began with, found " +
+                         (fs::exists(path) ? "another" : "none"));
+}
+
+std::string hands_file(const Scene& scene)
+{
+    if (!scene.has_hands || is_gesture(scene.hands.recording)) return "";
+    return from_anywhere(scene.hands.recording);
+}
+
+}  // namespace
+
+Json command_of(const RunOptions& o, const std::string& device, double cpu_seconds,
+                const Scene& scene)
+{
+    const std::string hands = hands_file(scene);
+    return {{"scene", from_anywhere(o.scene)},
+            {"scene_hash", file_hash(o.scene)},
+            {"hands_file", hands},
+            {"hands_hash", hands.empty() ? "" : file_hash(hands)},
+            {"device", device},
+            {"settings", o.settings},
+            {"hands", from_anywhere(o.hands)},
+            {"frames", o.frames},
+            {"deterministic", o.deterministic},
+            {"seed", o.seed ? Json(*o.seed) : Json()},
+            {"max_memory", o.max_memory},
+            {"audit", o.audit_every},
+            {"mesh", o.mesh},
+            {"pictures", o.pictures},
+            {"video", o.video},
+            {"particles", o.particles},
+            {"build", knead_commit()},
+            {"cpu_seconds", cpu_seconds}};
+}
+
+RunOptions options_of(const Checkpoint& from, const RunOptions& now)
+{
+    RunOptions o = now;
+    const std::string file = (fs::path(now.resume) / checkpoint_name).string();
+    try {
+        const Json& c = from.command;
+        c.at("scene").get_to(o.scene), c.at("device").get_to(o.device);
+        c.at("settings").get_to(o.settings), c.at("hands").get_to(o.hands);
+        c.at("frames").get_to(o.frames), c.at("deterministic").get_to(o.deterministic);
+        if (!c.at("seed").is_null()) o.seed = c.at("seed").get<unsigned>();
+        c.at("max_memory").get_to(o.max_memory), c.at("audit").get_to(o.audit_every);
+        c.at("mesh").get_to(o.mesh), c.at("pictures").get_to(o.pictures);
+        c.at("video").get_to(o.video), c.at("particles").get_to(o.particles);
+        cpu_seconds_of(from), c.at("build").get<std::string>();
+        check_same(o.scene, c.at("scene_hash"));
+        const std::string hands = c.at("hands_file");
+        if (!hands.empty()) check_same(hands, c.at("hands_hash"));
+    } catch (const Json::exception& e) {
+        throw InputError(file + ": its command is not that of a run: " + e.what());
+    }
+    o.out = now.resume;
+    return o;
+}
+
+double cpu_seconds_of(const Checkpoint& from)
+{
+    return from.command.at("cpu_seconds").get<double>();
+}
+
+void load(Solver& solver, const Checkpoint& from, std::size_t particles, const std::string& file)
+{
+    if (from.state.setup.particles.size() != particles)
+        throw InputError(fmt::format("{}: expected the {} particles of its scene, found {}", file,
+                                     particles, from.state.setup.particles.size()));
+    SavedState state = from.state;
+    state.setup = solver.rules();
+    state.setup.particles = from.state.setup.particles;
+    try {
+        solver.load(state);
+    } catch (const std::invalid_argument& e) {
+        throw InputError(file + ": " + e.what());
+    }
+}
+
+}  // namespace knead

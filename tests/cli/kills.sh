@@ -1,0 +1,60 @@
+#!/usr/bin/env bash
+# A run that is killed at random moments, again and again, and goes on from its checkpoints, ends in
+# the bits of one that nothing disturbed, and leaves nothing lying about.
+# usage: tests/cli/kills.sh PROGRAM [KILLS]
+set -u
+kills=${2:-30}
+. "$(dirname "$0")"/answers.sh
+export OMP_NUM_THREADS=1
+RANDOM=1
+run=(run ball.json --device cpu --frames 12 --particles --threads 1 --set rest.mode=sleep)
+answers 0 "${run[@]}" --out whole -q
+
+# What does not depend on how long it took.
+physics() {
+    cut -d, -f1-4,7-100 "$1/frames.csv"
+    grep -vE '"(bytes|cpu_time|real_time|p95|wall_s|[a-z0-9]*_ms|items_per_second|date)"' \
+        "$1/report.json" | grep -A200 '"knead": {' | grep -vF "$1/"
+}
+same_as_whole() {
+    local file
+    for file in mesh.glb particles.ply; do
+        cmp -s "whole/$file" "$1/$file" || wrong "another $file after $2 kills"
+    done
+    [ "$(physics whole)" = "$(physics "$1")" ] || wrong "another report after $2 kills"
+    [ "$(ls "$1" | tr '\n' ' ')" = "frames.csv mesh.glb particles.ply report.json " ] ||
+        wrong "left lying about: $(ls -m "$1")"
+}
+
+done_kills=0 killed=0 runs=0 resumed=0
+command=("${run[@]}" --out torn)
+while [ $done_kills -lt "$kills" ]; do
+    "$program" "${command[@]}" -q --checkpoint 1e-9 >said 2>complained </dev/null &
+    process=$!
+    sleep "0.$(printf %03d $((RANDOM % 400)))"
+    if kill -9 $process 2>/dev/null; then done_kills=$((done_kills + 1)) killed=$((killed + 1)); fi
+    wait $process 2>/dev/null
+    code=$?
+    if [ $code -eq 0 ]; then
+        same_as_whole torn $killed
+        runs=$((runs + 1)) killed=0
+        command=("${run[@]}" --out torn --overwrite)
+    elif [ $code -ne 137 ]; then
+        wrong "exit $code after $killed kills: knead ${command[*]}"
+        break
+    elif [ -e torn/checkpoint.knead ]; then
+        command=(run --resume torn --threads 1)
+        resumed=$((resumed + 1))
+    else
+        command=("${run[@]}" --out torn --overwrite)
+    fi
+done
+if [ -e torn/checkpoint.knead ]; then
+    answers 0 run --resume torn --threads 1 -q
+else
+    answers 0 "${run[@]}" --out torn --overwrite -q
+fi
+same_as_whole torn $killed
+[ $resumed -gt 0 ] || wrong "no kill found a checkpoint"
+echo "$done_kills kills, $resumed runs that went on, $runs that ended among them"
+concluded
