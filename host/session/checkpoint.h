@@ -9,17 +9,17 @@
 namespace knead {
 
 struct Checkpoint {
-  nlohmann::json command; // how the run was asked for; the caller's
-  RunRecord record;       // what it had found; without state and meshes
-  SavedState state;       // of the solver; of its setup the particles alone
+    nlohmann::json command;  // how the run was asked for; the caller's
+    RunRecord record;        // what it had found; without state and meshes
+    SavedState state;        // of the solver; of its setup the particles alone
 };
 
-constexpr const char *checkpoint_name = "checkpoint.knead";
+constexpr const char* checkpoint_name = "checkpoint.knead";
 
 // Throws OutputError. The file before it stands until this one is whole.
-void write_checkpoint(const std::string &file, const Checkpoint &checkpoint);
+void write_checkpoint(const std::string& file, const Checkpoint& checkpoint);
 // Throws InputError for a file that is no checkpoint, of another version, or
 // damaged. What the numbers mean to a scene, its solver checks.
-Checkpoint read_checkpoint(const std::string &file);
+Checkpoint read_checkpoint(const std::string& file);
 
-} // namespace knead
+}  // namespace knead

@@ -315,8 +315,8 @@ TYPED_TEST(ContactTest, AParticleInsideAnyPrimitiveIsOnItsWayOutAndNeverDeep)
         const Particle<R> was = q;
         constexpr double per_cell[] = {0.2, 1, 8}, times[] = {1, 4, 32};
         const R among = R(per_cell[round / 3 % 3]);
-        const R depth = project(q, rig.colliders(), rig.all(), 1,
-                                WayOut<R>{shallow, fastest}, among, dt);
+        const R depth =
+            project(q, rig.colliders(), rig.all(), 1, WayOut<R>{shallow, fastest}, among, dt);
         EXPECT_EQ(size(q.C - was.C), 0);
         if (before.phi >= 0) {
             EXPECT_EQ(depth, 0);
@@ -366,8 +366,8 @@ TYPED_TEST(ContactTest, APlaneIsWhereItIsForNodesAndParticlesAlikeAtEveryFractio
         }
         Particle<R> q{};
         q.x = {R(0.5), R(height - 0.02), R(0.5)}, q.v = {0, -1, 0};
-        const R depth = project(q, rig.colliders(), rig.all(), 2,
-                                WayOut<R>{lattice.dx / 4, R(1e3)}, R(0.1), R(1e-3));
+        const R depth = project(q, rig.colliders(), rig.all(), 2, WayOut<R>{lattice.dx / 4, R(1e3)},
+                                R(0.1), R(1e-3));
         EXPECT_NEAR(double(depth), 0.02, either<R>(5e-6, 1e-12));
         EXPECT_NEAR(double(q.x.y), height - 1.0 / 64, either<R>(5e-6, 1e-12));  // a quarter is left
         EXPECT_NEAR(double(q.v.y), 20, either<R>(5e-3, 1e-9));
