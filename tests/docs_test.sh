@@ -52,7 +52,7 @@ done | none "options that no program has"
 # The first column of the tables of docs/formats.md, by the last part of each key.
 grep -noP '^\| `[^|]*(?=\|)' docs/formats.md | while IFS=: read -r line cell; do
     grep -oP '(?<=`)[\w.]+(?=(\.\*)?`)' <<<"$cell" | while read -r key; do
-        grep -qF -- "\"${key##*.}\"" host/**/*.cpp || echo "docs/formats.md:$line: $key"
+        grep -qF -- "\"${key##*.}\"" host/**/*.cpp host/**/*.h || echo "docs/formats.md:$line: $key"
     done
 done | none "keys that no code reads or writes"
 

@@ -55,9 +55,10 @@ struct BenchRow {
     std::vector<StageTime> stages;  // of one frame, or parts of the surface
     Counted counted;                // per particle and substep; per particle of a surface
     double moved = 1;               // share of the particle-substeps; the rest was still
-    long clipped = 0, confined = 0, repaired = 0;
-    std::string hash;      // of the first repeat's end
-    int hashed_after = 0;  // frames, warm-up included
+    FrameStats acted;               // its guards alone
+    long crowded = 0;               // particles, at the first repeat's end
+    std::string hash;               // of the first repeat's end
+    int hashed_after = 0;           // frames, warm-up included
     std::string note;
 
     // Particle-substeps per second, of those that moved.

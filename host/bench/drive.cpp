@@ -8,6 +8,7 @@
 #include "host/session/session.h"
 #include "host/solver/audit.h"
 #include "host/solver/cpu/tools.h"
+#include "host/solver/guards.h"
 
 namespace knead {
 namespace {
@@ -47,8 +48,7 @@ struct Gathered {
     {
         (f.stats.projected > 0 ? in_contact : apart).add(f);
         ++timed;
-        sum.clipped += f.stats.clipped, sum.confined += f.stats.confined;
-        sum.repaired += f.stats.repaired;
+        add_guards(sum, f.stats);
         sum.moved += f.stats.moved, sum.substeps += f.stats.substeps;
         blocks = f.stats.active_blocks;
         last = f.number;
@@ -98,8 +98,7 @@ void fill(BenchRow& row, const Scene& scene, const Gathered& all)
     row.between = relative_range(all.medians);
     row.surface = spread(all.surfaces).median;
     row.min_bytes = min_bytes(row.particles, all.blocks);
-    row.clipped = all.sum.clipped, row.confined = all.sum.confined;
-    row.repaired = all.sum.repaired;
+    row.acted = all.sum;
     const double all_of_them = double(row.particles) * all.sum.substeps;
     if (all_of_them > 0) row.moved = double(all.sum.moved) / all_of_them;
 }
@@ -227,8 +226,9 @@ const BenchRow& Bench::measured(const std::string& name, const Scene& scene, con
         if (k > 0) continue;
         row.hashed_after = all.timed + how.warm_up;
         if (how.stages && device.kind == DeviceKind::cpu) row.stages = solver->stage_times();
-        const Audit state =
-            audit(solver->particles(), scene.setup.materials, scene.setup.lattice.dx);
+        const auto last = solver->particles();
+        const Audit state = audit(last, scene.setup.materials, scene.setup.lattice.dx);
+        row.crowded = crowding(last, scene.setup.materials, scene.setup.lattice.dx).particles;
         row.hash = hexadecimal(state.hash);
         if (state.broken > 0) row.note = "NOT SOUND: non-finite numbers";
     }

@@ -6,6 +6,7 @@
 #include "host/base/machine.h"
 #include "host/bench/bench.h"
 #include "host/solver/audit.h"
+#include "host/solver/guards.h"
 
 namespace knead {
 namespace {
@@ -20,6 +21,14 @@ Json spread_json(const Spread& s, double scale)
             {"max", scale * s.max}};
 }
 
+Json guards_json(const BenchRow& r)
+{
+    Json all;
+    for (const auto& [name, count] : frame_guards) all[name] = r.acted.*count;
+    all["crowded"] = r.crowded;
+    return all;
+}
+
 Json row_json(const BenchRow& r)
 {
     Json stages = Json::object();
@@ -30,37 +39,36 @@ Json row_json(const BenchRow& r)
                            {"memory_bytes", s.work.memory_bytes},
                            {"level_2_bytes", s.work.cache_bytes}};
     const auto known = [](double x) { return x > 0 ? Json(x) : Json(); };
-    return {
-        {"suite", r.suite},
-        {"name", r.name},
-        {"at", r.at},
-        {"particles", r.particles},
-        {"nodes", {r.nodes.x, r.nodes.y, r.nodes.z}},
-        {"frames", r.frames},
-        {"repeats", r.repeats},
-        {"frames_in_contact", r.in_contact},
-        {"substeps_per_frame", r.substeps},
-        {"frame_ms", spread_json(r.frame, 1e3)},
-        {"substep_us", spread_json(r.substep, 1e6)},
-        {"repeats_apart", r.between},
-        {"surface_ms", known(1e3 * r.surface)},
-        {"items_per_second", known(r.rate())},
-        {"bytes", r.bytes},
-        {"min_bytes_per_particle", known(r.min_bytes)},
-        {"share_of_copy", known(r.copy_share)},
-        {"instructions_per_particle", known(r.counted.sum.instructions)},
-        {"share_of_issue", known(r.counted.issue_share)},
-        {"memory_bytes_per_particle", known(r.counted.sum.memory_bytes)},
-        {"share_of_copy_counted", known(r.counted.copy_share)},
-        {"level_2_bytes_per_particle", known(r.counted.sum.cache_bytes)},
-        {"counted_clock_MHz", known(1e-6 * r.counted.sum.clock())},
-        {"moved_share", r.moved},
-        {"stages_ms", stages},
-        {"stages_counted", counted},
-        {"guards", {{"clipped", r.clipped}, {"confined", r.confined}, {"repaired", r.repaired}}},
-        {"state_hash", r.hash},
-        {"hashed_after_frames", r.hashed_after},
-        {"note", r.note}};
+    return {{"suite", r.suite},
+            {"name", r.name},
+            {"at", r.at},
+            {"particles", r.particles},
+            {"nodes", {r.nodes.x, r.nodes.y, r.nodes.z}},
+            {"frames", r.frames},
+            {"repeats", r.repeats},
+            {"frames_in_contact", r.in_contact},
+            {"substeps_per_frame", r.substeps},
+            {"frame_ms", spread_json(r.frame, 1e3)},
+            {"substep_us", spread_json(r.substep, 1e6)},
+            {"repeats_apart", r.between},
+            {"surface_ms", known(1e3 * r.surface)},
+            {"items_per_second", known(r.rate())},
+            {"bytes", r.bytes},
+            {"min_bytes_per_particle", known(r.min_bytes)},
+            {"share_of_copy", known(r.copy_share)},
+            {"instructions_per_particle", known(r.counted.sum.instructions)},
+            {"share_of_issue", known(r.counted.issue_share)},
+            {"memory_bytes_per_particle", known(r.counted.sum.memory_bytes)},
+            {"share_of_copy_counted", known(r.counted.copy_share)},
+            {"level_2_bytes_per_particle", known(r.counted.sum.cache_bytes)},
+            {"counted_clock_MHz", known(1e-6 * r.counted.sum.clock())},
+            {"moved_share", r.moved},
+            {"stages_ms", stages},
+            {"stages_counted", counted},
+            {"guards", guards_json(r)},
+            {"state_hash", r.hash},
+            {"hashed_after_frames", r.hashed_after},
+            {"note", r.note}};
 }
 
 Json target_json(const Target& t)
@@ -125,9 +133,13 @@ std::string row_text(const BenchRow& r)
             r.min_bytes > 0 ? fmt::format("; at least {:.0f} B", r.min_bytes) : "",
             each.cache_bytes);
     for (const StageTime& s : r.stages) text += stage_text(s, r.counted.stages);
-    if (r.clipped + r.confined + r.repaired > 0)
-        text += fmt::format("    guards: clipped {}, confined {}, repaired {}\n", r.clipped,
-                            r.confined, r.repaired);
+    if (guards_of(r.acted) + r.crowded > 0) {
+        text += "    guards:";
+        const Json all = guards_json(r);
+        for (const auto& [name, count] : all.items())
+            text += fmt::format(" {} {}", name, count.get<long>());
+        text += "\n";
+    }
     return text + (r.note.empty() ? "" : "    " + r.note + "\n");
 }
 
@@ -182,17 +194,21 @@ std::string bench_csv(const BenchResult& result)
         "suite,name,at,particles,nodes_x,frames,repeats,in_contact,substeps,frame_ms,frame_p95_ms,"
         "substep_us,substep_p95_us,surface_ms,G_per_s,bytes,min_bytes,share_of_copy,"
         "instructions,share_of_issue,memory_bytes,share_of_copy_counted,level_2_bytes,"
-        "moved_share,clipped,confined,repaired,hash\n";
-    for (const BenchRow& r : result.rows)
+        "moved_share,";
+    for (const auto& [name, count] : frame_guards) out += fmt::format("{},", name);
+    out += "crowded,hash\n";
+    for (const BenchRow& r : result.rows) {
         out += fmt::format(
             "{},{},{:.9g},{},{},{},{},{},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},{},"
-            "{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},{},{},{},{}\n",
+            "{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},",
             r.suite, quoted(r.name), r.at, r.particles, r.nodes.x, r.frames, r.repeats,
             r.in_contact, r.substeps, 1e3 * r.frame.median, 1e3 * r.frame.p95,
             1e6 * r.substep.median, 1e6 * r.substep.p95, 1e3 * r.surface, 1e-9 * r.rate(), r.bytes,
             r.min_bytes, r.copy_share, r.counted.sum.instructions, r.counted.issue_share,
-            r.counted.sum.memory_bytes, r.counted.copy_share, r.counted.sum.cache_bytes, r.moved,
-            r.clipped, r.confined, r.repaired, r.hash);
+            r.counted.sum.memory_bytes, r.counted.copy_share, r.counted.sum.cache_bytes, r.moved);
+        for (const auto& [name, count] : frame_guards) out += fmt::format("{},", r.acted.*count);
+        out += fmt::format("{},{}\n", r.crowded, r.hash);
+    }
     return out;
 }
 

@@ -6,6 +6,7 @@
 
 #include "host/bench/bench.h"
 #include "host/session/session.h"
+#include "host/solver/guards.h"
 
 namespace knead {
 namespace {
@@ -29,8 +30,8 @@ std::string timed(const BenchRow& row)
 {
     std::string text = fmt::format("{} frames, {} in contact, p95 {:.3g} us a substep", row.frames,
                                    row.in_contact, 1e6 * row.substep.p95);
-    const long guards = row.clipped + row.confined + row.repaired;
-    if (guards > 0) text += fmt::format(", GUARDS {} ", guards);
+    if (const long guards = guards_of(row.acted) + row.crowded; guards > 0)
+        text += fmt::format(", GUARDS {} ", guards);
     return text + (row.note.empty() ? "" : "; " + row.note);
 }
 

@@ -8,6 +8,7 @@
 
 #include "host/base/json_reader.h"
 #include "host/base/machine.h"
+#include "host/solver/guards.h"
 
 namespace knead {
 namespace {
@@ -177,6 +178,14 @@ const char* rest_name(RestMode mode)
     return mode == RestMode::none ? "none" : mode == RestMode::sleep ? "sleep" : "localized";
 }
 
+Json guards(const RunRecord& record)
+{
+    Json all;
+    for (const auto& [name, count] : frame_guards) all[name] = total(record, count);
+    all["crowded"] = crowding_of(record).particles;
+    return all;
+}
+
 Json physics(const Scene& scene, const RunRecord& record)
 {
     static const FrameRow none;
@@ -226,13 +235,7 @@ Json physics(const Scene& scene, const RunRecord& record)
               {"between_max_mm", 1e3 * between.max},
               {"between_most", between.count},
               {"projected", total(record, &FrameStats::projected)}}},
-            {"guards",
-             {{"clipped", total(record, &FrameStats::clipped)},
-              {"confined", total(record, &FrameStats::confined)},
-              {"repaired", total(record, &FrameStats::repaired)},
-              {"abrupt", total(record, &FrameStats::abrupt)},
-              {"moved_far", total(record, &FrameStats::moved_far)},
-              {"crowded", crowding_of(record).particles}}},
+            {"guards", guards(record)},
             {"trimmed", total(record, &FrameStats::trimmed)},
             {"state_hash", hexadecimal(last->state.hash)}};
 }

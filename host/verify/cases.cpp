@@ -8,6 +8,7 @@
 
 #include "cuda/mpm/material.h"
 #include "host/solver/audit.h"
+#include "host/solver/guards.h"
 #include "host/solver/reference.h"
 
 namespace knead {
@@ -23,21 +24,17 @@ double affine_energy(const Mat3<double>& C, double mass, double dx)
 constexpr double crowded_share = 0.01;  // of the particles
 
 // What acted, or, as a run's report tells it, was counted.
-bool guarded(const Outcome& o)
-{
-    const FrameStats& s = o.stats;
-    return s.clipped + s.confined + s.repaired + s.abrupt + s.moved_far > 0 ||
-           o.crowded > crowded_share;
-}
+bool guarded(const Outcome& o) { return guards_of(o.stats) > 0 || o.crowded > crowded_share; }
 
 std::string guards(const Outcome& o, std::size_t particles)
 {
-    std::string text = fmt::format("clipped {}, confined {}, repaired {}", o.stats.clipped,
-                                   o.stats.confined, o.stats.repaired);
-    if (o.stats.abrupt > 0) text += fmt::format(", abrupt {}", o.stats.abrupt);
-    if (o.stats.moved_far > 0) text += fmt::format(", moved far {}", o.stats.moved_far);
-    if (o.crowded > 0) text += fmt::format(", crowded {:.0f}", o.crowded * double(particles));
-    return text;
+    std::string text;
+    const auto say = [&text](const char* name, long count) {
+        if (count > 0) text += fmt::format("{}{} {}", text.empty() ? "" : ", ", name, count);
+    };
+    for (const auto& [name, count] : frame_guards) say(name, o.stats.*count);
+    say("crowded", std::lround(o.crowded * double(particles)));
+    return text.empty() ? "no guard" : text;
 }
 
 // What must hold of the last state, whatever happened; "" if it does.

@@ -6,6 +6,7 @@
 #include "host/base/errors.h"
 #include "host/base/interrupt.h"
 #include "host/scene/presets.h"
+#include "host/solver/guards.h"
 #include "host/solver/reference.h"
 
 namespace knead {
@@ -95,8 +96,7 @@ void add_to(FrameStats& all, const FrameStats& s)
     all.dt_min = all.substeps ? std::fmin(all.dt_min, s.dt_min) : s.dt_min;
     all.dt_max = std::fmax(all.dt_max, s.dt_max);
     all.substeps += s.substeps, all.yielded += s.yielded, all.projected += s.projected;
-    all.clipped += s.clipped, all.confined += s.confined, all.repaired += s.repaired;
-    all.abrupt += s.abrupt, all.moved_far += s.moved_far, all.trimmed += s.trimmed;
+    add_guards(all, s), all.trimmed += s.trimmed;
     all.found_depth = std::fmax(all.found_depth, s.found_depth);
 }
 

@@ -12,6 +12,7 @@
 #include "host/base/errors.h"
 #include "host/base/interrupt.h"
 #include "host/base/machine.h"
+#include "host/solver/guards.h"
 #include "host/verify/cases.h"
 
 namespace knead {
@@ -26,12 +27,6 @@ constexpr std::pair<const char*, double Outcome::*> numbers[] = {
     {"fastest", &Outcome::fastest},     {"volume", &Outcome::volume},
     {"simulated", &Outcome::simulated}, {"seconds", &Outcome::seconds},
     {"crowded", &Outcome::crowded},     {"densest", &Outcome::densest}};
-constexpr std::pair<const char*, long FrameStats::*> counts[] = {
-    {"clipped", &FrameStats::clipped},
-    {"confined", &FrameStats::confined},
-    {"repaired", &FrameStats::repaired},
-    {"abrupt", &FrameStats::abrupt},
-    {"moved_far", &FrameStats::moved_far}};
 
 std::vector<std::string> words_of(const Verification& v, const Case& c)
 {
@@ -67,7 +62,7 @@ Json told(const Outcome& o)
              {"substeps", o.stats.substeps},
              {"dt_min", o.stats.dt_min}};
     for (const auto& [name, place] : numbers) all[name] = o.*place;  // null where it is none
-    for (const auto& [name, place] : counts) all[name] = o.stats.*place;
+    for (const auto& [name, place] : frame_guards) all[name] = o.stats.*place;
     return all;
 }
 
@@ -82,7 +77,7 @@ Outcome heard(const Json& all)
     o.stats.dt_min = all.at("dt_min").get<double>();
     for (const auto& [name, place] : numbers)
         o.*place = all.at(name).is_null() ? std::nan("") : all.at(name).get<double>();
-    for (const auto& [name, place] : counts) o.stats.*place = all.at(name).get<long>();
+    for (const auto& [name, place] : frame_guards) o.stats.*place = all.at(name).get<long>();
     return o;
 }
 
