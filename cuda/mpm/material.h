@@ -75,7 +75,13 @@ HD LiquidStrain<R> liquid_strain(const Material<R>& m, R log_J)
     const R last = ln_32 / (1 - m.exponent);
     return {last, log_J - last};
 }
-// Slope of a liquid's Kirchhoff stress over ln J [Pa].
+// A liquid's Kirchhoff stress at rest, each of the three alike, and its slope over ln J [Pa].  (7)
+template <class R>
+HD R liquid_stress(const Material<R>& m, R log_J)
+{
+    const R p = m.bulk / m.exponent * std::expm1(-m.exponent * log_J);
+    return -p * std::exp(log_J);
+}
 template <class R>
 HD R liquid_slope(const Material<R>& m, R log_J)
 {
@@ -89,11 +95,9 @@ HD Sym3<R> kirchhoff_stress(const Particle<R>& q, const Material<R>& m)
 {
     if (m.plasticity == Plasticity::fluid) {
         const LiquidStrain<R> s = liquid_strain(m, log_volume(determinant_excess(q.e)));
-        const R J = std::exp(s.log_J);
-        const R p = m.bulk / m.exponent * std::expm1(-m.exponent * s.log_J);
-        R tau = -p * J;
+        R tau = liquid_stress(m, s.log_J);
         if (s.beyond < 0) tau += liquid_slope(m, s.log_J) * s.beyond;
-        return (2 * m.viscosity * J) * deviator(symmetric(q.C)) + isotropic(tau);
+        return (2 * m.viscosity * std::exp(s.log_J)) * deviator(symmetric(q.C)) + isotropic(tau);
     }
     if (m.elasticity == Elasticity::neo_hookean) {
         const R h = snow_hardening(m, q.k);

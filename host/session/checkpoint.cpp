@@ -190,8 +190,8 @@ Head checked_head(const std::string& file, const std::string& bytes)
     return head;
 }
 
-// Hears of what opens and closes: the reader of the whole calls itself for what
-// is nested.
+// Hears of what opens and closes, and ends what is nested deeper than a checkpoint is: from_cbor()
+// calls itself for each level, and would run out of stack.
 struct Depth : nlohmann::json_sax<Json> {
     int now = 0;
     bool down() { return ++now <= 8; }

@@ -1,5 +1,5 @@
-// A run on its way, in a file: from it `knead run --resume` goes on as if
-// nothing had ended it. docs/formats.md has the layout.
+// A run on its way, in a file: from it `knead run --resume` goes on as if nothing had ended it.
+// docs/formats.md has the layout.
 #pragma once
 #include <nlohmann/json.hpp>
 #include <string>
@@ -18,8 +18,8 @@ constexpr const char* checkpoint_name = "checkpoint.knead";
 
 // Throws OutputError. The file before it stands until this one is whole.
 void write_checkpoint(const std::string& file, const Checkpoint& checkpoint);
-// Throws InputError for a file that is no checkpoint, of another version, or
-// damaged. What the numbers mean to a scene, its solver checks.
+// Throws InputError for a file that is no checkpoint, of another version, or damaged. What the
+// numbers mean to a scene, its solver checks.
 Checkpoint read_checkpoint(const std::string& file);
 
 }  // namespace knead

@@ -127,8 +127,9 @@ std::string summary(const Json& report)
         "penetration   left: mean {:.3g}, p99 {:.3g}, max {:.3g} mm; found: max {:.3g} mm\n",
         at(k, "/penetration/left_mean_mm"), at(k, "/penetration/left_p99_mm"),
         at(k, "/penetration/left_max_mm"), at(k, "/penetration/found_max_mm"));
-    if (const long n = k["penetration"].value("between_most", 0L))
-        text += fmt::format("between tools {} particles at most, max {:.3g} mm\n", n,
+    if (at(k, "/penetration/between_most") > 0)
+        text += fmt::format("between tools {} particles at most, max {:.3g} mm\n",
+                            count_at(k, "/penetration/between_most"),
                             at(k, "/penetration/between_max_mm"));
     text += "guards        " + counted(k["guards"]) + "\n";
     if (k.contains("hands"))

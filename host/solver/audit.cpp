@@ -32,9 +32,8 @@ double stored_energy(const Particle<double>& q, const Material<double>& m)
         const auto [l, beyond] = liquid_strain(m, log_J);
         const double g = m.exponent;  // minus the integral of p = bulk / g (J^-g - 1) from 1 to J
         const double part = g == 1 ? -l : std::expm1((1 - g) * l) / (g - 1);
-        const double tau = -m.bulk / g * std::expm1(-g * l) * std::exp(l);
         return m.bulk / g * (part + std::expm1(l)) +
-               (tau + liquid_slope(m, l) / 2 * beyond) * beyond;
+               (liquid_stress(m, l) + liquid_slope(m, l) / 2 * beyond) * beyond;
     }
     const double h = snow_hardening(m, q.k), mu = h * m.mu, lambda = h * m.lambda;
     if (m.elasticity == Elasticity::neo_hookean)
