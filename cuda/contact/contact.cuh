@@ -36,8 +36,10 @@ __device__ inline float min_of(float x, bool in)
 template <int points>
 class WarpContact {
   public:
-    __device__ WarpContact(ContactSpace<points>& space, const Colliders<float>& colliders)
-        : s(space), c(colliders)
+    // `grown`: how much fatter the primitives are taken to be than they are [m].
+    __device__ WarpContact(ContactSpace<points>& space, const Colliders<float>& colliders,
+                           float grown = 0)
+        : s(space), c(colliders), grown(grown)
     {
     }
 
@@ -112,6 +114,7 @@ class WarpContact {
     static constexpr int slots = ContactSpace<points>::slots, parts = 32 / points;
     ContactSpace<points>& s;
     const Colliders<float>& c;
+    const float grown;
     const int lane = int(threadIdx.x & 31), point = lane % points;
 
     // How many of these lanes come before this one.
@@ -122,10 +125,11 @@ class WarpContact {
         return __popc(lanes & mask);
     }
 
-    __device__ static bool met(const Shape<float>& shape, Vec3<float> low, Vec3<float> high)
+    __device__ bool met(const Shape<float>& shape, Vec3<float> low, Vec3<float> high) const
     {
-        return (shape.low.x <= high.x) & (shape.low.y <= high.y) & (shape.low.z <= high.z) &
-               (shape.high.x >= low.x) & (shape.high.y >= low.y) & (shape.high.z >= low.z);
+        return (shape.low.x - grown <= high.x) & (shape.low.y - grown <= high.y) &
+               (shape.low.z - grown <= high.z) & (shape.high.x + grown >= low.x) &
+               (shape.high.y + grown >= low.y) & (shape.high.z + grown >= low.z);
     }
 
     // Index of the primitive that is listed as number k.
@@ -164,7 +168,7 @@ class WarpContact {
             bool may[2];
             UNROLL
             for (int r = 0; r < 2; ++r)
-                may[r] = in && k + r * parts < count && enclosed(shape(k + r * parts), p);
+                may[r] = in && k + r * parts < count && enclosed(shape(k + r * parts), p, grown);
             UNROLL
             for (int r = 0; r < 2; ++r) {
                 const unsigned lanes = __ballot_sync(all, may[r]);
@@ -186,7 +190,7 @@ class WarpContact {
         const Vec3<float> x = {__shfl_sync(all, p.x, of), __shfl_sync(all, p.y, of),
                                __shfl_sync(all, p.z, of)};
         ClosestPoint<float> f{};
-        if (own >= 0) f = closest_point(shape(slot), x);
+        if (own >= 0) f = closest_point(shape(slot), x), f.phi -= grown;
         unsigned long long key = 0;
         if (f.phi < 0) {
             key = static_cast<unsigned long long>(__float_as_uint(-f.phi)) << 32 |

@@ -81,9 +81,11 @@ HD bool two_sided(const Colliders<R>& c, int primitive)
     return c.tools[c.primitives[primitive].tool].blade && c.shapes[primitive].plane;
 }
 
-// The nearest of the mask's primitives at p that `admits(shape)`; blades left out.
+// The nearest of the mask's primitives at p that `admits(shape)`; blades left out. `grown`: how
+// much fatter they are taken to be than they are [m].
 template <class R, class Admits>
-HD Contact<R> nearest_of(const Colliders<R>& c, const Mask& mask, Vec3<R> p, Admits&& admits)
+HD Contact<R> nearest_of(const Colliders<R>& c, const Mask& mask, Vec3<R> p, R grown,
+                         Admits&& admits)
 {
     ClosestPoint<R> best{R(1e30), {0, 1, 0}, 1, 0, 0};
     int at = -1;
@@ -94,22 +96,24 @@ HD Contact<R> nearest_of(const Colliders<R>& c, const Mask& mask, Vec3<R> p, Adm
         if (f.phi < best.phi) best = f, at = i;
     });
     if (at < 0) return {best.phi, best.n, {0, 0, 0}, -1};
-    return {best.phi, best.n, surface_velocity(c, c.primitives[at], best), c.primitives[at].tool};
+    return {best.phi - grown, best.n, surface_velocity(c, c.primitives[at], best),
+            c.primitives[at].tool};
 }
 
 // Of all the mask's primitives, however far.
 template <class R>
 HD Contact<R> nearest(const Colliders<R>& c, const Mask& mask, Vec3<R> p)
 {
-    return nearest_of(c, mask, p, [](const Shape<R>&) { return true; });
+    return nearest_of(c, mask, p, R(0), [](const Shape<R>&) { return true; });
 }
 
 // Of those that p may be inside of: where it is inside of any, the same as nearest(). Elsewhere
 // phi is not negative, and says no more.
 template <class R>
-HD Contact<R> deepest_contact(const Colliders<R>& c, const Mask& mask, Vec3<R> p)
+HD Contact<R> deepest_contact(const Colliders<R>& c, const Mask& mask, Vec3<R> p,
+                              std::type_identity_t<R> grown = 0)
 {
-    return nearest_of(c, mask, p, [&](const Shape<R>& s) { return enclosed(s, p); });
+    return nearest_of(c, mask, p, grown, [&](const Shape<R>& s) { return enclosed(s, p, grown); });
 }
 
 // What a surface with outward normal n, moving at u, leaves of the velocity v.  (18)

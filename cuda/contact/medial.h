@@ -47,15 +47,17 @@ struct alignas(16) Shape {
     R cc;
 };
 
-// Whether p may be inside: it is in the bounding box, and no farther from the plane of a slab, or
-// from the axis of a cone, than the largest radius.
+// Whether p may be inside of the primitive, grown by so much all around [m]: it is in the bounding
+// box, and no farther from the plane of a slab, or from the axis of a cone, than the largest
+// radius. For a grown one, (r + g)^2 is at most 1.1 r^2 + 11 g^2.
 template <class R>
-HD bool enclosed(const Shape<R>& s, Vec3<R> p)
+HD bool enclosed(const Shape<R>& s, Vec3<R> p, std::type_identity_t<R> grown = 0)
 {
     const Vec3<R> d = p - s.c0;
     const R t = dot(d, s.N), away = s.plane ? t * t : dot(d, d) - t * t;
-    return (p.x >= s.low.x) & (p.x <= s.high.x) & (p.y >= s.low.y) & (p.y <= s.high.y) &
-           (p.z >= s.low.z) & (p.z <= s.high.z) & (away <= s.stretch);
+    const R g = grown, far = g > 0 ? R(1.1) * s.stretch + 11 * (g * g) : s.stretch;
+    return (p.x >= s.low.x - g) & (p.x <= s.high.x + g) & (p.y >= s.low.y - g) &
+           (p.y <= s.high.y + g) & (p.z >= s.low.z - g) & (p.z <= s.high.z + g) & (away <= far);
 }
 
 // The nearest point: signed distance, outward normal, weights of the spheres it hangs on.

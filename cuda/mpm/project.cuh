@@ -114,7 +114,7 @@ __device__ float left_tools(Particle<float>& q, float per_cell, const G2pView& d
     if constexpr (blades)
         if (in) covered = cut(q, colliders, mask, d.lattice.dx);
     borrowed.put_aside(q.x);
-    WarpContact<32> contact(borrowed.contact(), colliders);
+    WarpContact<32> contact(borrowed.contact(), colliders, d.near.way.skin);
     for (int k = 0; k < d.near.passes && __any_sync(all_lanes, in); ++k) {
         const int near = contact.look(
             mask, in, q.x, [&](int i) { return blades && two_sided(colliders, i) ? -1 : 0; });

@@ -11,22 +11,24 @@ namespace knead {
 
 // How a particle inside a tool gets out. Moving it would be deformation that the strain never hears
 // of, so its velocity is to carry it out, and the next scatter tells its neighbours; only what lies
-// deeper than `shallow` is moved at once, up to there.  (19)
+// deeper than `shallow` is moved at once, up to there. Pressure holds it as deep as the speed out
+// balances it, so it is sent on until it is the skin away from the tool.  (19)
 template <class R>
 struct WayOut {
-    R shallow;  // [m]
+    R shallow;  // under the skin [m]
     R fastest;  // [m/s]
+    R skin;     // [m]
 };
 // The speed is just less than nodes may have in the longest substep of clay at rest. If it grew
 // where substeps are shorter, it would make them shorter still.
 HD WayOut<double> way_out(const StepLimits& limits)
 {
-    return {0.375 * limits.dx, 0.9 * limits.dx / longest_dt(limits, {}).dt};
+    return {0.375 * limits.dx, 0.9 * limits.dx / longest_dt(limits, {}).dt, 0.1 * limits.dx};
 }
 template <class To, class From>
 HD WayOut<To> cast(const WayOut<From>& way)
 {
-    return {To(way.shallow), To(way.fastest)};
+    return {To(way.shallow), To(way.fastest), To(way.skin)};
 }
 
 // What of a particle's speed squared shortens substeps (22). What has just been found in a tool
@@ -66,14 +68,14 @@ HD R come_out(Vec3<R>& x, Vec3<R> from, Vec3<R> to, R shallow)
 }
 
 // Brings q out of the tools of its block, looking for them `passes` times at most; returns how
-// deep inside it was found [m], 0 outside. A cell around it holds `per_cell` particles like q.
+// deep under the skin it was found [m], 0 outside. A cell around it holds `per_cell` like q.
 template <class R>
 HD R project(Particle<R>& q, const Colliders<R>& c, const Mask& mask, int passes,
              const WayOut<R>& way, R per_cell, R dt)
 {
     Vec3<R> to = q.x;
     for (int k = 0; k < passes; ++k) {
-        const Contact<R> hit = deepest_contact(c, mask, to);
+        const Contact<R> hit = deepest_contact(c, mask, to, way.skin);
         if (!(hit.phi < 0)) break;
         put_out(to, q.v, hit, c.tools[hit.tool], speed_out(way, -hit.phi, per_cell, dt));
     }

@@ -189,7 +189,7 @@ void Reference::project(double dt)
     }
     stats.projected += projected, stats.moved_far += far, stats.confined += confined,
         covered += sliced_off;
-    stats.found_depth = std::fmax(stats.found_depth, deepest);
+    stats.found_depth = std::fmax(stats.found_depth, deepest - way.skin);
 }
 
 // What each material keeps of its trial strain.  (10), (11)

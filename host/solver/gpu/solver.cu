@@ -252,7 +252,8 @@ FrameStats GpuSolver::collect()
     stats.repaired = long(n.repaired);
     stats.abrupt = long(n.abrupt), stats.moved_far = long(n.moved_far);
     stats.trimmed = long(n.trimmed);
-    stats.found_depth = double(std::bit_cast<float>(n.deepest));
+    const float skin = store.views().tools.way.skin;
+    stats.found_depth = double(std::max(0.0f, std::bit_cast<float>(n.deepest) - skin));
     stats.active_blocks = n.active_blocks;
     const long all = long(store.views().particles[0].count) * n.substeps;
     stats.moved = store.features().rests ? long(n.moved) : all;
