@@ -35,7 +35,7 @@ struct alignas(16) Shape {
     Vec3<R> high;     // [m]
     bool plane;       // slab: two tangent planes exist
     Vec3<R> c0;       // slab: first centre; else that of edge[0] [m]
-    R stretch;        // squared, see enclosed() [m^2]
+    R reach;          // see enclosed() [m]
     Vec3<R> N;        // unit normal of the plane; a cone's unit axis; else 0
     R r0;             // slab: first radius [m]
     Cone<R> edge[3];  // (0,1), (1,2), (0,2)
@@ -49,15 +49,16 @@ struct alignas(16) Shape {
 
 // Whether p may be inside of the primitive, grown by so much all around [m]: it is in the bounding
 // box, and no farther from the plane of a slab, or from the axis of a cone, than the largest
-// radius. For a grown one, (r + g)^2 is at most 1.1 r^2 + 11 g^2.
+// radius.
 template <class R>
 HD bool enclosed(const Shape<R>& s, Vec3<R> p, std::type_identity_t<R> grown = 0)
 {
     const Vec3<R> d = p - s.c0;
     const R t = dot(d, s.N), away = s.plane ? t * t : dot(d, d) - t * t;
-    const R g = grown, far = g > 0 ? R(1.1) * s.stretch + 11 * (g * g) : s.stretch;
+    const R g = grown, far = s.reach + g;
     return (p.x >= s.low.x - g) & (p.x <= s.high.x + g) & (p.y >= s.low.y - g) &
-           (p.y <= s.high.y + g) & (p.z >= s.low.z - g) & (p.z <= s.high.z + g) & (away <= far);
+           (p.y <= s.high.y + g) & (p.z >= s.low.z - g) & (p.z <= s.high.z + g) &
+           (away <= far * far);
 }
 
 // The nearest point: signed distance, outward normal, weights of the spheres it hangs on.
@@ -162,11 +163,9 @@ HD void form(Shape<R>& s, int count, const Sphere<R>& s0, const Sphere<R>& s1, c
     s.edge[0] = cone(s0.c, s0.r, count > 1 ? s1.c : s0.c, count > 1 ? s1.r : s0.r);
     const Vec3<R> size = s.high - s.low;
     // With a share for rounding: no point that is inside may be left out.
-    const auto within = [&](R radius) {
-        return R(1.001) * radius * radius + R(1e-6) * dot(size, size);
-    };
+    const auto within = [&](R radius) { return R(1.0005) * radius + R(1e-3) * length(size); };
     s.c0 = s.edge[0].a;
-    s.stretch = within(max(s0.r, s1.r));
+    s.reach = within(max(s0.r, s1.r));
     if (count < 3) {
         if (s.edge[0].length > 0) s.N = s.edge[0].u;
         return;
@@ -184,7 +183,7 @@ HD void form(Shape<R>& s, int count, const Sphere<R>& s0, const Sphere<R>& s1, c
         sheet(s, s1, s2, s0, s.m1, s.m2, m0);
     else
         sheet(s, s2, s0, s1, s.m2, m0, s.m1);
-    s.stretch = within(s.plane ? max(max(s0.r, s1.r), s2.r) : length(size));
+    s.reach = within(s.plane ? max(max(s0.r, s1.r), s2.r) : length(size));
     if (!s.plane) return;
     s.c0 = s0.c;
     s.r0 = s0.r;

@@ -159,7 +159,7 @@ TEST_P(ThinTool, LeavesNoParticleDeepInsideAndLosesNone)
     s.rig.primitives = {{2, {0, 1, 1}, 0}};
     s.tools = {{ContactMode::separate, 0.3, false, true}};
     const auto solver = backend.make(s);
-    double x = 0.5 - 0.15 - radius * dx - 0.01, found = 0;
+    double x = 0.5 - 0.15 - radius * dx - 0.01;
     const double until = x + 0.25;
     long projected = 0;
     while (x < until) {
@@ -167,11 +167,10 @@ TEST_P(ThinTool, LeavesNoParticleDeepInsideAndLosesNone)
         x += speed * dx;
         m.to[0].p.x = x;
         const FrameStats stats = solver->advance(m, shortly);
-        projected += stats.projected, found = std::max(found, stats.found_depth);
+        projected += stats.projected;
         for (double d : solver->penetration()) ASSERT_LT(d, 0.375 * dx + 1e-6);
     }
-    EXPECT_GT(projected, 100);
-    EXPECT_GT(found, 1e-5) << "the rod met nothing";
+    EXPECT_GT(projected, 100) << "the rod met nothing";
     const auto q = solver->particles();
     EXPECT_EQ(q.size(), s.particles.size());
     for (const auto& p : q) {
