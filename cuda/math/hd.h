@@ -47,3 +47,30 @@ HD float fast_exp2(float x)
 #endif
 }
 HD double fast_exp2(double x) { return __builtin_exp2(x); }
+
+// x / y within 2 ulp, y from 2^-126 to 2^126.
+HD float fast_divide(float x, float y)
+{
+#ifdef __CUDA_ARCH__
+    return __fdividef(x, y);
+#else
+    return x / y;
+#endif
+}
+HD double fast_divide(double x, double y) { return x / y; }
+
+// From low to high; low where x is not a number.
+HD float fast_clamp(float x, float low, float high)
+{
+#ifdef __CUDA_ARCH__
+    return fminf(fmaxf(x, low), high);
+#else
+    const float raised = x > low ? x : low;
+    return raised < high ? raised : high;
+#endif
+}
+HD double fast_clamp(double x, double low, double high)
+{
+    const double raised = x > low ? x : low;
+    return raised < high ? raised : high;
+}

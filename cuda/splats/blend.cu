@@ -35,7 +35,7 @@ struct Two {
     Pixel<float> pixel[2];
     float x, y[2], mesh[2];
 
-    __device__ bool done() const { return pixel[0].done && pixel[1].done; }
+    __device__ bool done() const { return knead::done(pixel[0]) && knead::done(pixel[1]); }
 };
 
 // The place of a pixel in the pictures; -1 outside.
@@ -54,7 +54,7 @@ __device__ Two begun(const RasterView& d, int e, int x0, int y0, int lane)
         t.y[k] = float(y0 + lane / square + 4 * k);
         const int at = place_of(d, t.x, t.y[k]);
         t.pixel[k] = {};
-        t.pixel[k].done = at < 0;
+        if (at < 0) t.pixel[k].transmittance = 0;
         t.mesh[k] = no_depth;
         if constexpr (mesh)
             if (at >= 0) t.mesh[k] = d.frame->target[e].mesh_depth[at];
@@ -69,7 +69,6 @@ __device__ void blend_both(Two& t, const Batch& b, int j)
     const Footprint<float> f = footprint(b, j, colour);
     UNROLL
     for (int k = 0; k < 2; ++k) {
-        if (t.pixel[k].done) continue;
         if constexpr (mesh)
             blend(t.pixel[k], f, colour, t.x, t.y[k], t.mesh[k]);
         else

@@ -147,18 +147,12 @@ HD bool project(const Camera<R>& eye, const SplatRule<R>& rule, Vec3<R> centre, 
 template <class R>
 HD R least_fall(R u, R v, R a, R b, R c, R x0, R y0, R x1, R y1)
 {
-    const R dx = clamp(u, x0, x1) - u, dy = clamp(v, y0, y1) - v;
-    if (dx == 0 && dy == 0) return 0;
-    R fall = R(3e38);
-    if (dx != 0) {
-        const R y = clamp(-b * dx / (2 * c), y0 - v, y1 - v);
-        fall = dx * (a * dx + b * y) + c * y * y;
-    }
-    if (dy != 0) {
-        const R x = clamp(-b * dy / (2 * a), x0 - u, x1 - u);
-        fall = min(fall, x * (a * x + b * dy) + c * dy * dy);
-    }
-    return fall;
+    const R dx = fast_clamp(u, x0, x1) - u, dy = fast_clamp(v, y0, y1) - v;
+    const R y = fast_clamp(fast_divide(-b * dx, 2 * c), y0 - v, y1 - v);
+    const R x = fast_clamp(fast_divide(-b * dy, 2 * a), x0 - u, x1 - u);
+    const R on_x = dx * (a * dx + b * y) + c * y * y;
+    const R on_y = x * (a * x + b * dy) + c * dy * dy;
+    return dx == 0 ? on_y : dy == 0 ? on_x : min(on_x, on_y);
 }
 
 // Whether alpha is at least min_alpha anywhere between pixels (x0, y0) and (x1, y1).

@@ -114,7 +114,7 @@ struct Target {
         for (int n : list) {
             blend(p, seen[std::size_t(n)].shape, seen[std::size_t(n)].colour, float(x), float(y),
                   mesh);
-            if (p.done) break;
+            if (done(p)) break;
         }
         const bool hit = mesh < no_depth;
         finish(p, hit ? behind->colour[at] : background, hit ? 1.0f : 0.0f, mesh);

@@ -78,7 +78,7 @@ std::vector<Picture> exact_raster(const SplatCloud& cloud, const SplatFrame& fra
                 const bool hit = depth < no_depth;
                 touches(seen, x, y, double(depth), order == DepthOrder::pixel, all);
                 Pixel<double> p;
-                for (const Touch& t : all) add(p, t.alpha, t.colour, [&t] { return t.depth; });
+                for (const Touch& t : all) add(p, t.alpha, t.colour, t.depth);
                 finish(p, cast<double>(hit ? frame.behind[e].colour[at] : frame.background),
                        hit ? 1.0 : 0.0, double(depth));
                 picture.colour[at] = cast<float>(p.colour);
