@@ -1,5 +1,5 @@
-// From splats to lists of splats per tile: a sort by depth, instances in that order, a stable sort
-// by tile.
+// From splats to lists of splats per tile: a sort by depth, instances in that order, and, after a
+// stable sort by tile, where each tile's begin.
 #include <cub/device/device_radix_sort.cuh>
 #include <cub/device/device_scan.cuh>
 
@@ -11,27 +11,10 @@ namespace {
 
 constexpr int threads = 256;
 constexpr int depth_bits = 24;
-constexpr std::uint16_t no_tile = 0xffff;
-
-// Keys end where the number of tiles does; one of all bits set must come last.
-int tile_bits(int tiles)
-{
-    int bits = 1;
-    while ((1 << bits) <= tiles) ++bits;
-    return bits;
-}
-
 cudaError_t depth_sort(const RasterView& d, void* scratch, std::size_t& bytes, cudaStream_t stream)
 {
     return cub::DeviceRadixSort::SortPairs(scratch, bytes, d.depth_keys, d.sorted_keys, d.numbers,
                                            d.order, d.splats.count, 0, depth_bits, stream);
-}
-
-cudaError_t tile_sort(const RasterView& d, void* scratch, std::size_t& bytes, cudaStream_t stream)
-{
-    return cub::DeviceRadixSort::SortPairs(scratch, bytes, d.tiles, d.sorted_tiles, d.records,
-                                           d.sorted_records, d.room, 0, tile_bits(d.all_tiles()),
-                                           stream);
 }
 
 cudaError_t group_scan(const RasterView& d, void* scratch, std::size_t& bytes, cudaStream_t stream)
@@ -145,18 +128,10 @@ __global__ void __launch_bounds__(threads) emit_kernel(const __grid_constant__ R
     each_candidate(d, candidates_of(d, rank), [&](bool reached, int tile, int record) {
         const unsigned all = __ballot_sync(~0u, reached);
         const unsigned long long mine = at + unsigned(__popc(all & before));
-        if (reached && mine < room) d.tiles[mine] = std::uint16_t(tile), d.records[mine] = record;
+        if (reached && mine < room)
+            d.tiles[0][mine] = std::uint16_t(tile), d.records[0][mine] = record;
         at += unsigned(__popc(all));
     });
-}
-
-// Behind the last instance, keys say that there is none.
-__global__ void __launch_bounds__(threads) pad_kernel(const __grid_constant__ RasterView d)
-{
-    const long long stride = (long long)(gridDim.x) * threads;
-    const long long from = (long long)min(d.group_starts[d.groups], (unsigned long long)d.room);
-    for (long long i = from + blockIdx.x * threads + threadIdx.x; i < d.room; i += stride)
-        d.tiles[i] = no_tile;
 }
 
 __global__ void __launch_bounds__(threads) range_kernel(const __grid_constant__ RasterView d)
@@ -164,23 +139,21 @@ __global__ void __launch_bounds__(threads) range_kernel(const __grid_constant__ 
     const int count = int(min(d.group_starts[d.groups], (unsigned long long)d.room));
     const int i = int(blockIdx.x) * threads + int(threadIdx.x);
     if (i >= count) return;
-    const int tile = d.sorted_tiles[i];
-    if (i == 0 || d.sorted_tiles[i - 1] != tile) d.ranges[tile].x = unsigned(i);
-    if (i == count - 1 || d.sorted_tiles[i + 1] != tile) d.ranges[tile].y = unsigned(i) + 1;
+    const int tile = d.tiles[0][i];
+    if (i == 0 || d.tiles[0][i - 1] != tile) d.ranges[tile].x = unsigned(i);
+    if (i == count - 1 || d.tiles[0][i + 1] != tile) d.ranges[tile].y = unsigned(i) + 1;
 }
 
 }  // namespace
 
-std::size_t raster_scratch_bytes(int splats, int groups, int room, int tiles)
+std::size_t raster_scratch_bytes(int splats, int groups)
 {
     RasterView d{};
-    d.splats.count = splats, d.groups = groups, d.room = room;
-    d.eyes = 1, d.columns = tiles, d.rows = 1;
-    std::size_t depth = 0, scan = 0, tile = 0;
+    d.splats.count = splats, d.groups = groups;
+    std::size_t depth = 0, scan = 0;
     check(depth_sort(d, nullptr, depth, nullptr), "sort");
     check(group_scan(d, nullptr, scan, nullptr), "scan");
-    check(tile_sort(d, nullptr, tile, nullptr), "sort by tile");
-    return max(depth, max(scan, tile));
+    return max(tile_sort_scratch_bytes(), max(depth, scan));
 }
 
 void sort_by_depth(const RasterView& view, const RasterScratch& s, cudaStream_t stream)
@@ -207,14 +180,6 @@ void scan_counts(const RasterView& view, const RasterScratch& s, cudaStream_t st
 void emit(const RasterView& view, cudaStream_t stream)
 {
     launch("emit", emit_kernel, blocks_for(32 * view.groups, threads), threads, stream, view);
-    launch("pad", pad_kernel, min(blocks_for(view.room, threads), 1024), threads, stream, view);
-}
-
-void sort_by_tile(const RasterView& view, const RasterScratch& s, cudaStream_t stream)
-{
-    const ProfilerRange range{"sort by tile"};
-    std::size_t bytes = s.bytes;
-    check(tile_sort(view, s.memory, bytes, stream), "sort by tile");
 }
 
 void find_ranges(const RasterView& view, cudaStream_t stream)

@@ -137,7 +137,7 @@ __global__ void __launch_bounds__(threads) blend_kernel(const __grid_constant__ 
     Two two = begun<mesh>(d, e, x0, y0, lane);
     const uint2 range = d.ranges[tile];
     const int from = int(range.x), to = int(range.y);
-    int next = from + t < to ? d.sorted_records[from + t] : -1;
+    int next = from + t < to ? d.records[0][from + t] : -1;
     for (int first = from; first < to; first += batch) {
         const bool done = __all_sync(~0u, two.done());
         if (__syncthreads_and(done)) break;
@@ -147,7 +147,7 @@ __global__ void __launch_bounds__(threads) blend_kernel(const __grid_constant__ 
             b.rest[t] = *reinterpret_cast<const float4*>(d.rests + next);
         }
         const int after = first + batch + t;
-        next = after < to ? d.sorted_records[after] : -1;
+        next = after < to ? d.records[0][after] : -1;
         __syncthreads();
         if (!done) blend_batch<mesh>(two, b, min(batch, to - first), float(x0), float(y0), lane);
     }

@@ -16,7 +16,7 @@
 namespace knead::gpu {
 
 constexpr int tile_size = 16;     // pixels a side
-constexpr int max_tiles = 65535;  // of both eyes: keys of 16 bits, one of which means none
+constexpr int max_tiles = 65536;  // of both eyes: keys of 16 bits
 
 // Splats as they are at rest.
 struct SplatView {
@@ -97,11 +97,12 @@ struct RasterView {
     // By groups of 32 of that order.
     int groups;
     unsigned long long *group_counts, *group_starts;  // groups + 1
-    // Instances.
+    // Instances, on two sides between which they are sorted; they begin and end on the first.
     int room;
-    std::uint16_t *tiles, *sorted_tiles;
-    int *records, *sorted_records;  // index of a shape
-    uint2* ranges;                  // per tile: from, to
+    std::uint16_t* tiles[2];
+    int* records[2];                        // index of a shape
+    unsigned *digit_counts, *digit_starts;  // digit_table_size each
+    uint2* ranges;                          // per tile: from, to
     RasterCounts* counts;
 
     HD int tiles_of_eye() const { return columns * rows; }
@@ -112,7 +113,9 @@ struct RasterScratch {
     void* memory;
     std::size_t bytes;
 };
-std::size_t raster_scratch_bytes(int splats, int groups, int room, int tiles);
+constexpr int digit_table_size = 256 * 396;
+std::size_t raster_scratch_bytes(int splats, int groups);
+std::size_t tile_sort_scratch_bytes();
 
 // Puts the frame where the stages read it; by value, so that the caller's may go.
 void set_frame(RasterFrame* to, const RasterFrame& frame, cudaStream_t stream);

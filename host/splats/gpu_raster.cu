@@ -227,6 +227,10 @@ std::vector<Picture> GpuRaster::pictures(const SplatFrame& frame)
 void GpuRaster::launch(const SplatFrame& frame, const MovedSplats* moved,
                        const RasterTarget* targets, void* stream)
 {
+    SplatFrame shape;
+    shape.eyes = frame.eyes, shape.rule = frame.rule;
+    check_frame(SplatCloud{}, shape);
+    check(cudaSetDevice(state->device), "device");
     const MovedSplats still{};
     const MovedSplats& m = moved ? *moved : still;
     if (std::size_t(m.count) > state->movable)
@@ -245,20 +249,38 @@ std::vector<double> GpuRaster::replays(int count)
     return seconds;
 }
 
+// Marks between the stages of one graph, so that each finds in the caches what a frame leaves
+// there.
 std::vector<StageTime> GpuRaster::stage_times()
 {
-    constexpr int copies = 20, repeats = 11;
+    constexpr std::size_t repeats = 21;
+    if (!state->graph.ready) return {};
+    const std::vector<Stage> stages = state->stages(state->with_mesh, state->with_moved);
+    std::vector<Event> marks(stages.size() + 1);
+    Graph marked;
+    const auto mark = [&](const Event& event) {
+        check(cudaEventRecordWithFlags(event, state->stream, cudaEventRecordExternal), "splats");
+    };
+    marked.begin(state->stream);
+    for (std::size_t k = 0; k < stages.size(); ++k) {
+        mark(marks[k]);
+        stages[k].launch(state->stream);
+    }
+    mark(marks.back());
+    marked.end(state->stream);
+    std::vector<std::vector<double>> seconds(stages.size());
+    for (std::size_t repeat = 0; repeat < repeats; ++repeat) {
+        state->seconds_of(marked.ready);
+        for (std::size_t k = 0; k < stages.size(); ++k) {
+            float milliseconds = 0;
+            check(cudaEventElapsedTime(&milliseconds, marks[k], marks[k + 1]), "splats");
+            seconds[k].push_back(1e-3 * double(milliseconds));
+        }
+    }
     std::vector<StageTime> times;
-    if (!state->graph.ready) return times;
-    for (const Stage& stage : state->stages(state->with_mesh, state->with_moved)) {
-        Graph alone;
-        alone.begin(state->stream);
-        for (int k = 0; k < copies; ++k) stage.launch(state->stream);
-        alone.end(state->stream);
-        std::vector<double> seconds;
-        for (int k = 0; k < repeats; ++k) seconds.push_back(state->seconds_of(alone.ready));
-        std::nth_element(seconds.begin(), seconds.begin() + repeats / 2, seconds.end());
-        times.push_back({stage.name, seconds[repeats / 2] / copies});
+    for (std::size_t k = 0; k < stages.size(); ++k) {
+        std::nth_element(seconds[k].begin(), seconds[k].begin() + repeats / 2, seconds[k].end());
+        times.push_back({stages[k].name, seconds[k][repeats / 2]});
     }
     return times;
 }

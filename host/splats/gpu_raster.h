@@ -31,7 +31,7 @@ class GpuRaster {
                        int device = -1);
     ~GpuRaster();
 
-    // Draws, waits, downloads. Both eyes must have pictures of one size, of at most 65535 tiles of
+    // Draws, waits, downloads. Both eyes must have pictures of one size, of at most 65536 tiles of
     // 16 x 16 pixels together; no more splats moved than are movable. Throws as check_frame(), too.
     std::vector<Picture> pictures(const SplatFrame& frame);
 
@@ -42,7 +42,7 @@ class GpuRaster {
                 const gpu::RasterTarget* targets, void* stream);
     RasterStats stats() const;  // waits
 
-    // Seconds of each of `count` replays of the last frame, and of each stage by itself.
+    // Seconds of each of `count` replays of the last frame, and of each stage within one.
     std::vector<double> replays(int count);
     std::vector<StageTime> stage_times();
     std::size_t memory() const;  // bytes held on the device

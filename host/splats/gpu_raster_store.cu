@@ -87,6 +87,12 @@ RasterStore::RasterStore(const SplatCloud& cloud, std::size_t movable)
     view.groups = int(groups);
     view.group_counts = group_counts.data(), view.group_starts = group_starts.data();
     view.counts = counts.data();
+    digit_counts = DeviceArray<unsigned>(digit_table_size);
+    digit_starts = DeviceArray<unsigned>(digit_table_size);
+    view.digit_counts = digit_counts.data(), view.digit_starts = digit_starts.data();
+    scratch_memory =
+        DeviceArray<unsigned char>(raster_scratch_bytes(view.splats.count, view.groups));
+    scratch = {scratch_memory.data(), scratch_memory.bytes()};
 }
 
 void RasterStore::upload_splats(const SplatCloud& cloud, const std::vector<int>& memory)
@@ -112,14 +118,13 @@ void RasterStore::reserve(std::size_t instances)
     if (instances < 1 || instances > std::size_t(1) << 30)
         throw std::invalid_argument("splats: room for " + std::to_string(instances) +
                                     " instances; expected 1 to 2^30");
-    tiles = {}, sorted_tiles = {}, records = {}, sorted_records = {};
-    tiles = DeviceArray<std::uint16_t>(instances);
-    sorted_tiles = DeviceArray<std::uint16_t>(instances);
-    records = DeviceArray<int>(instances), sorted_records = DeviceArray<int>(instances);
+    for (int k = 0; k < 2; ++k) tiles[k] = {}, records[k] = {};
+    for (int k = 0; k < 2; ++k) {
+        tiles[k] = DeviceArray<std::uint16_t>(instances);
+        records[k] = DeviceArray<int>(instances);
+        view.tiles[k] = tiles[k].data(), view.records[k] = records[k].data();
+    }
     view.room = int(instances);
-    view.tiles = tiles.data(), view.sorted_tiles = sorted_tiles.data();
-    view.records = records.data(), view.sorted_records = sorted_records.data();
-    take_scratch();
 }
 
 void RasterStore::resize(const SplatFrame& f)
@@ -137,18 +142,6 @@ void RasterStore::resize(const SplatFrame& f)
     ranges = {};
     ranges = DeviceArray<uint2>(std::size_t(view.all_tiles()));
     view.ranges = ranges.data();
-    if (view.room) take_scratch();
-}
-
-void RasterStore::take_scratch()
-{
-    const std::size_t bytes =
-        raster_scratch_bytes(view.splats.count, view.groups, view.room, view.all_tiles());
-    if (scratch_memory.size() < bytes) {
-        scratch_memory = {};
-        scratch_memory = DeviceArray<unsigned char>(bytes);
-    }
-    scratch = {scratch_memory.data(), scratch_memory.bytes()};
 }
 
 std::size_t RasterStore::bytes() const
@@ -156,8 +149,8 @@ std::size_t RasterStore::bytes() const
     std::size_t sum = 0;
     const auto add = [&](const auto&... arrays) { ((sum += arrays.bytes()), ...); };
     add(frame, counts, place, turn, scale, sh, depth_keys, sorted_keys, boxes, shapes, rests,
-        numbers, order, records, sorted_records, group_counts, group_starts, tiles, sorted_tiles,
-        ranges, scratch_memory);
+        numbers, order, records[0], records[1], group_counts, group_starts, tiles[0], tiles[1],
+        digit_counts, digit_starts, ranges, scratch_memory);
     return sum;
 }
 

@@ -23,7 +23,6 @@ class RasterStore {
 
   private:
     void upload_splats(const SplatCloud& cloud, const std::vector<int>& order);
-    void take_scratch();
 
     DeviceArray<float4> place, turn, scale;
     DeviceArray<uint4> sh;
@@ -31,9 +30,10 @@ class RasterStore {
     DeviceArray<TileBoxes> boxes;
     DeviceArray<SplatShape> shapes;
     DeviceArray<SplatRest> rests;
-    DeviceArray<int> numbers, order, records, sorted_records;
+    DeviceArray<int> numbers, order, records[2];
     DeviceArray<unsigned long long> group_counts, group_starts;
-    DeviceArray<std::uint16_t> tiles, sorted_tiles;
+    DeviceArray<std::uint16_t> tiles[2];
+    DeviceArray<unsigned> digit_counts, digit_starts;
     DeviceArray<uint2> ranges;
     DeviceArray<unsigned char> scratch_memory;
 };

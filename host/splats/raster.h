@@ -49,8 +49,8 @@ enum class DepthOrder {
     pixel    // the depth of the splat at the pixel
 };
 
-// In double, every splat in every pixel, sorted by numbers without rounding, to where nothing shines through: the
-// reference. Slow: pixels times splats.
+// In double, every splat in every pixel, in the order of distances that are not rounded to keys, as
+// far as anything shines through: the reference. Slow: pixels times splats.
 std::vector<Picture> exact_raster(const SplatCloud& cloud, const SplatFrame& frame,
                                   DepthOrder order = DepthOrder::middle);
 
