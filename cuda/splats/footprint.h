@@ -1,6 +1,7 @@
 // A splat on the screen of one eye: the 2D Gaussian that its projection is to first order, where it
 // can be seen, how deep it lies. [Zwicker 2001] [Kerbl 2023]
 #pragma once
+#include "cuda/math/fast.h"
 #include "cuda/splats/eye.h"
 #include "cuda/splats/gaussian.h"
 
