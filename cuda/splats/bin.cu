@@ -108,9 +108,9 @@ __global__ void __launch_bounds__(threads) count_kernel(const __grid_constant__ 
     each_candidate(d, mine, [&](bool reached, int, int) {
         count += unsigned(__popc(__ballot_sync(~0u, reached)));
     });
-    const unsigned seen = unsigned(__popc(__ballot_sync(~0u, mine.all > 0)));
     if (rank % 32 == 0) d.group_counts[group] = count;
-    if (rank % 32 == 0 && seen) atomicAdd(&d.counts->visible, seen);
+    const auto seen = [&](int k) { return k < d.splats.count && d.sorted_keys[k] != no_depth_key; };
+    if (mine.all > 0 && !seen(rank + 1)) d.counts->visible = unsigned(rank) + 1;
 }
 
 __global__ void __launch_bounds__(threads) emit_kernel(const __grid_constant__ RasterView d)
