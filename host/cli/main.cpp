@@ -119,6 +119,31 @@ void add_convert(CLI::App& app, Verb& chosen)
     convert->callback([&chosen] { chosen = [] { return convert_verb(o); }; });
 }
 
+void add_render(CLI::App& app, Verb& chosen)
+{
+    static RenderOptions o;
+    CLI::App* render = app.add_subcommand("render", "Draw files of splats (.ply .splat .spz)");
+    render->add_option("FILE", o.files, "Splats; several are one scene")->required();
+    render->add_option("--out", o.out, "Picture (.png)")->required();
+    render->add_option("--eye", o.eye, "x,y,z: where it is seen from [m]; otherwise from before");
+    render->add_option("--at", o.at, "x,y,z: what is looked at [m]; otherwise the middle");
+    render->add_option("--up", o.up, "The axis that points upwards: x, y, z, -x, -y or -z")
+        ->capture_default_str();
+    render->add_option("--fov", o.field, "From side to side [degrees]")
+        ->capture_default_str()
+        ->check(CLI::Range(1.0, 170.0));
+    render->add_option("--orbit", o.orbit, "N pictures, once around: OUT_0000.png and on")
+        ->check(CLI::Range(1, 9999));
+    render->add_option("--size", o.size, "WIDTHxHEIGHT of an eye [pixels]")->capture_default_str();
+    render->add_flag("--stereo", o.stereo, "Two eyes, 64 mm apart, side by side");
+    render->add_option("--background", o.background, "r,g,b: 0 to 1 each; otherwise black");
+    render->add_option("--device", o.device, "auto, cuda, cuda:N, cpu, cpu:double (exact, slow)")
+        ->capture_default_str();
+    render->add_flag("--overwrite", o.overwrite, "Replace files that are there");
+    render->add_flag("-q,--quiet", o.quiet, "Say nothing");
+    render->callback([&chosen] { chosen = [] { return render_verb(o); }; });
+}
+
 void add_doctor(CLI::App& app, Verb& chosen)
 {
     static bool json = false;
@@ -199,6 +224,7 @@ int main(int count, char** words)
     add_info(app, chosen);
     add_compare(app, chosen);
     add_convert(app, chosen);
+    add_render(app, chosen);
     add_doctor(app, chosen);
     add_bench(app, chosen);
     add_verify(app, chosen);

@@ -58,6 +58,20 @@ struct ConvertOptions {
 };
 int convert_verb(const ConvertOptions& options);
 
+struct RenderOptions {
+    std::vector<std::string> files;  // of splats
+    std::string out;                 // .png
+    std::string device = "auto";
+    std::string size = "1280x960";
+    std::string eye, at;     // "x,y,z" [m]; "": so that most is seen
+    std::string up = "-y";   // the axis that points upwards
+    std::string background;  // "r,g,b", 0 to 1; "": black
+    double field = 50;       // of view, from side to side [degrees]
+    int orbit = 0;           // pictures of one turn; 0: one picture
+    bool stereo = false, overwrite = false, quiet = false;
+};
+int render_verb(const RenderOptions& options);
+
 int doctor_verb(bool json);
 
 struct VerifyOptions;  // host/verify/verify.h

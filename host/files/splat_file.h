@@ -3,25 +3,11 @@
 #pragma once
 #include <cstddef>
 #include <string>
-#include <vector>
 
-#include "cuda/splats/gaussian.h"
 #include "host/files/ply.h"
+#include "host/splats/cloud.h"
 
 namespace knead {
-
-// A file's unit of length is taken for a metre, its axes as they are: mostly right, down, forward.
-struct SplatCloud {
-    int degree = 0;            // of the harmonics, at most max_sh_degree
-    bool antialiased = false;  // made for a screen filter that keeps the opacity of small ones
-    std::vector<Vec3<float>> centre;    // [m]
-    std::vector<Quat<float>> rotation;  // unit
-    std::vector<Vec3<float>> scale;     // half axes [m], at least 0
-    std::vector<float> opacity;         // 0 to 1
-    std::vector<Vec3<float>> sh;  // harmonics(degree) for each splat; red, green, blue of each
-
-    std::size_t count() const { return centre.size(); }
-};
 
 // What reading changed; all 0 for a sound file.
 struct SplatRepairs {

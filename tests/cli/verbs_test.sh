@@ -121,6 +121,37 @@ head -c 40 converted.spz >half.spz
 answers 3 convert half.spz whole.ply
 [ ! -e whole.ply ] || wrong "a broken file was converted"
 
+# Pictures of them: what is missing, wrong or there already is said.
+head -c 32 two.splat >first.splat
+answers 0 render first.splat --out drawn.png --size 64x48 --device cpu
+holds said 'drawn.png'
+[ "$(head -c 4 drawn.png | tail -c 3)" = PNG ] || wrong "a picture that is no PNG"
+answers 5 render first.splat --out drawn.png --size 64x48 --device cpu
+answers 0 render first.splat converted.ply one.ply --out many.png --size 64x48 --device cpu -q \
+    --eye 1,2,-5 --at 1,2,3 --up y --fov 30 --background 0.1,0.2,0.3
+[ ! -s said ] || wrong "says something with --quiet"
+cmp -s drawn.png many.png && wrong "a picture of other splats is the same"
+answers 0 render first.splat --out both.png --size 64x48 --device cpu:double --stereo
+answers 0 render first.splat --out turn.png --size 32x32 --device cpu --orbit 3
+[ -s turn_0000.png ] && [ -s turn_0002.png ] || wrong "not a picture for each step of an orbit"
+cmp -s turn_0000.png turn_0001.png && wrong "an orbit stands still"
+answers 2 render first.splat --out drawn.jpg
+answers 2 render first.splat --out other.png --size 64
+answers 2 render first.splat --out other.png --size 0x64
+answers 2 render first.splat --out other.png --size 99999x64
+answers 2 render first.splat --out other.png --eye 1,2
+answers 2 render first.splat --out other.png --eye 1,2,nan
+answers 2 render first.splat --out other.png --eye 1,2,3 --at 1,2,3 --device cpu
+complains 'where it looks at'
+answers 2 render first.splat --out other.png --up w
+answers 2 render first.splat --out other.png --fov 200
+answers 2 render first.splat --out other.png --device abacus
+answers 2 render first.splat
+answers 3 render absent.splat --out other.png --device cpu
+answers 3 render half.splat --out other.png --device cpu
+answers 5 render first.splat --out absent/other.png --device cpu
+[ ! -e other.png ] || wrong "a picture of nothing was written"
+
 # Two of a kind.
 answers 0 compare one/report.json one/report.json
 holds said 'the same'

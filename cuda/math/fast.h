@@ -1,0 +1,51 @@
+// Functions that a GPU has units for, and the same on the host.
+#pragma once
+#include <cmath>
+
+#include "cuda/math/hd.h"
+#if !VECTOR_EXTENSION  // CUDA's compiler
+#include <nv/target>
+#define FAST_ON_GPU
+#endif
+
+namespace knead {
+
+// 2^x, within 2^-22 of the value.
+HD float fast_exp2(float x)
+{
+#ifdef FAST_ON_GPU
+    NV_IF_TARGET(NV_IS_DEVICE, (float y; asm("ex2.approx.ftz.f32 %0, %1;"
+                                             : "=f"(y)
+                                             : "f"(x));
+                                return y;))
+#endif
+    return __builtin_exp2f(x);
+}
+HD double fast_exp2(double x) { return std::exp2(x); }
+
+// x / y within 2 ulp, y from 2^-126 to 2^126.
+HD float fast_divide(float x, float y)
+{
+#ifdef FAST_ON_GPU
+    NV_IF_TARGET(NV_IS_DEVICE, (return __fdividef(x, y);))
+#endif
+    return x / y;
+}
+HD double fast_divide(double x, double y) { return x / y; }
+
+// From low to high; low where x is not a number.
+HD float fast_clamp(float x, float low, float high)
+{
+#ifdef FAST_ON_GPU
+    NV_IF_TARGET(NV_IS_DEVICE, (return fminf(fmaxf(x, low), high);))
+#endif
+    const float raised = x > low ? x : low;
+    return raised < high ? raised : high;
+}
+HD double fast_clamp(double x, double low, double high)
+{
+    const double raised = x > low ? x : low;
+    return raised < high ? raised : high;
+}
+
+}  // namespace knead

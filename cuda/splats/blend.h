@@ -1,0 +1,101 @@
+// One pixel, splat by splat from the nearest on: the over operator, until nothing shines through.
+// [Porter 1984] [Kerbl 2023]
+#pragma once
+#include "cuda/splats/footprint.h"
+
+namespace knead {
+
+constexpr double min_transmittance = 1e-4;    // less counts as 0
+constexpr double median_transmittance = 0.5;  // where the splats' depth is taken
+// How far behind the mesh a centre ends a pixel: splats come in the order of their centres, so a
+// part of a later one may be nearer.
+constexpr double mesh_slack = 1.02;
+constexpr float no_depth = 1e30f;  // [m]: of a pixel in which there is nothing
+
+template <class R>
+struct Pixel {
+    Vec3<R> colour{0, 0, 0};  // premultiplied
+    R transmittance = 1;      // of all so far, for what comes next; 0: nothing more is seen
+    R held = 0;               // of all in front of the mesh, where that has ended the pixel
+    R depth = R(no_depth);    // of the last splat with half of what lies behind still visible
+};
+
+template <class R>
+HD bool done(const Pixel<R>& p)
+{
+    return p.transmittance == 0;
+}
+
+// log2 of alpha at (x, y) of the screen, if drawn() says that it counts.
+template <class R>
+HD R power_at(const Footprint<R>& f, R x, R y)
+{
+    const R dx = x - f.u, dy = y - f.v;
+    return f.peak - f.a * dx * dx - dy * (f.b * dx + f.c * dy);
+}
+template <class R>
+HD bool drawn(R power)
+{
+    return power >= R(log2_min_alpha);
+}
+template <class R>
+HD R alpha_of(R power)
+{
+    return min(fast_exp2(power), R(max_alpha));
+}
+// alpha there; 0 where it is less than min_alpha.
+template <class R>
+HD R alpha_at(const Footprint<R>& f, R x, R y)
+{
+    const R power = power_at(f, x, y);
+    return drawn(power) ? alpha_of(power) : R(0);
+}
+
+template <class R>
+HD R depth_at(const Footprint<R>& f, R x, R y)
+{
+    return f.depth + f.gx * (x - f.u) + f.gy * (y - f.v);
+}
+
+// Adds a splat of this alpha, its colour, and depth at the pixel [m].
+template <class R>
+HD void add(Pixel<R>& p, R alpha, Vec3<R> colour, R depth)
+{
+    const R weight = alpha * p.transmittance, left = p.transmittance - weight;
+    p.colour = p.colour + weight * colour;
+    if (p.transmittance >= R(median_transmittance)) p.depth = depth;
+    p.transmittance = left >= R(min_transmittance) ? left : R(0);
+}
+
+// Adds what the splat shows at (x, y).
+template <class R>
+HD void blend(Pixel<R>& p, const Footprint<R>& f, Vec3<R> colour, R x, R y)
+{
+    const R power = power_at(f, x, y);
+    if (drawn(power)) add(p, alpha_of(power), colour, depth_at(f, x, y));
+}
+
+// The same with a mesh at depth `mesh` [m]: what lies behind it is not seen.
+template <class R>
+HD void blend(Pixel<R>& p, const Footprint<R>& f, Vec3<R> colour, R x, R y, R mesh)
+{
+    const R power = power_at(f, x, y), depth = depth_at(f, x, y);
+    if (!drawn(power)) return;
+    if (depth <= mesh)
+        add(p, alpha_of(power), colour, depth);
+    else if (f.depth > R(mesh_slack) * mesh && !done(p))
+        p.held = p.transmittance, p.transmittance = 0;
+}
+
+// Once all splats are through: what the mesh, of alpha 1, or the background, of alpha 0, adds.
+// Where the splats let half of it through, the pixel's depth is the mesh's.
+template <class R>
+HD void finish(Pixel<R>& p, Vec3<R> behind, R alpha_behind, R mesh)
+{
+    p.transmittance = p.transmittance + p.held;
+    p.colour = p.colour + p.transmittance * behind;
+    if (p.transmittance >= R(median_transmittance)) p.depth = min(mesh, R(no_depth));
+    p.transmittance = p.transmittance * (1 - alpha_behind);
+}
+
+}  // namespace knead

@@ -1,0 +1,77 @@
+// Where splats are seen from: an eye with four sides of its own, as headsets have them, and what
+// follows from it.
+#pragma once
+#include <cmath>
+#include <cstdint>
+#include <cstring>
+
+#include "cuda/math/rotation.h"
+
+namespace knead {
+
+template <class R>
+struct Eye {
+    Vec3<R> position;         // [m]
+    Quat<R> rotation;         // unit; of its axes: right, down, forward
+    R left, right, up, down;  // tangents of the sides: left < right, up < down
+    int width, height;        // pixels
+};
+
+constexpr int max_eye_size = 16384;  // pixels a side
+
+template <class R>
+HD bool valid(const Eye<R>& e)
+{
+    const Quat<R> q = e.rotation;
+    const R turn = q.w * q.w + q.x * q.x + q.y * q.y + q.z * q.z;
+    const auto in = [](R tangent) { return std::fabs(tangent) < R(1000); };
+    return length(e.position) < R(1e9) && std::fabs(turn - 1) < R(1e-3) && in(e.left) &&
+           in(e.right) && in(e.up) && in(e.down) && e.right - e.left > R(1e-4) &&
+           e.down - e.up > R(1e-4) && e.width > 0 && e.height > 0 && e.width <= max_eye_size &&
+           e.height <= max_eye_size;
+}
+
+// An eye in the form that projection needs. Pixel (i, j) has its centre at u = i, v = j.
+template <class R>
+struct Camera {
+    Vec3<R> position;         // [m]
+    Mat3<R> to_eye;           // turns a direction of the world into the eye's axes
+    R fx, fy, cx, cy;         // u = fx x / z + cx, v = fy y / z + cy [pixels]
+    R left, right, up, down;  // tangents
+    int width, height;
+};
+
+template <class R>
+HD Camera<R> camera(const Eye<R>& e)
+{
+    const R fx = R(e.width) / (e.right - e.left), fy = R(e.height) / (e.down - e.up);
+    return {e.position,
+            transpose(rotation(e.rotation)),
+            fx,
+            fy,
+            -e.left * fx - R(0.5),
+            -e.up * fy - R(0.5),
+            e.left,
+            e.right,
+            e.up,
+            e.down,
+            e.width,
+            e.height};
+}
+
+// Depth keys of one order for both eyes: by distance from the point between them, which a turn of
+// the head does not change. 24 bits: a distance from `near` to 65536 times that, to one part in a
+// million; what is farther counts as equally far.
+constexpr std::uint32_t no_depth_key = (1u << 24) - 1;  // of a splat that no eye sees
+
+HD std::uint32_t depth_key(float distance, float near)
+{
+    const float ratio = distance / near;
+    if (!(ratio > 1)) return 0;
+    std::uint32_t bits;  // rise with the ratio: 8 bits of exponent, from 127 on, 23 of fraction
+    std::memcpy(&bits, &ratio, sizeof bits);
+    const std::uint32_t key = (bits - (127u << 23)) >> 3;
+    return key < no_depth_key ? key : no_depth_key - 1;
+}
+
+}  // namespace knead

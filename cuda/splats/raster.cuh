@@ -1,0 +1,136 @@
+// The stages of a frame of splats on the device, in their order, and all that their kernels see.
+//   project . sort . count . scan . emit . sort by tile . ranges . blend
+// Splats are ordered by depth once for both eyes, then listed by the tiles that they reach: the
+// tiles of the second eye follow those of the first, so that one stable sort by tile serves both.
+// Every buffer has a fixed size, every count stays on the device, nothing waits for the host. Where
+// the list is full, the farthest splats are left out of it, and counted.
+#pragma once
+#include <cuda_runtime.h>
+
+#include <cstdint>
+
+#include "cuda/math/span.h"
+#include "cuda/splats/blend.h"
+#include "cuda/splats/eye.h"
+
+namespace knead::gpu {
+
+constexpr int tile_size = 16;     // pixels a side
+constexpr int max_tiles = 65536;  // of both eyes: keys of 16 bits
+
+// Splats as they are at rest.
+struct SplatView {
+    int count, degree;    // of the harmonics
+    const float4* place;  // x, y, z [m], opacity
+    const float4* turn;   // x, y, z, w
+    const float4* scale;  // half axes [m], nothing
+    const uint4* sh;      // sh_row(degree) each: halves, red, green and blue of every coefficient
+};
+// Of how many uint4 a splat's harmonics are.
+HD constexpr int sh_row(int degree) { return (3 * harmonics(degree) + 7) / 8; }
+
+// The first `count` splats, where they are in this frame. Both pointers step by so many floats.
+struct MovedSplats {
+    int count;
+    const float* centre;  // x, y, z [m]
+    int centre_stride;
+    const float* F;  // the columns of the total deformation gradient
+    int F_stride;
+};
+
+// Of one eye, rows from the top.
+struct RasterTarget {
+    const uint2* mesh_colour;  // four halves; null: none
+    const float* mesh_depth;   // [m]; no_depth: no mesh here
+    uint2* colour;             // four halves: red, green, blue, what splats and mesh cover
+    float* depth;              // [m]: where half of what lies behind is hidden, or no_depth
+};
+
+// What changes from frame to frame; in device memory, so that a captured graph stays as it is.
+struct RasterFrame {
+    Camera<float> camera[2];
+    Vec3<float> middle;  // of the eyes [m]
+    SplatRule<float> rule;
+    Vec3<float> background;
+    MovedSplats moved;
+    RasterTarget target[2];
+};
+
+// The first tile, and how many columns and rows of tiles a splat may touch; no rows: not seen.
+struct TileBox {
+    std::uint16_t x, y, columns, rows;
+};
+struct TileBoxes {
+    TileBox eye[2];
+};
+
+// What tile tests and blending read of a splat as an eye sees it.
+struct alignas(32) SplatShape {
+    float u, v, a, b, c, peak, red, green;
+};
+struct alignas(16) SplatRest {
+    float blue, depth, gx, gy;
+};
+
+// How much there was of everything in the last frame.
+struct RasterCounts {
+    unsigned long long instances;  // pairs of tile and splat
+    unsigned long long dropped;    // for which there was no room
+    unsigned visible;              // splats that an eye sees
+};
+
+struct RasterView {
+    SplatView splats;
+    const RasterFrame* frame;
+    int eyes, columns, rows;  // columns and rows of tiles of an eye: both are of one size
+    int width, height;        // pixels of an eye
+
+    // Per splat, in the order of memory.
+    std::uint32_t* depth_keys;
+    TileBoxes* boxes;
+    SplatShape* shapes;  // eyes * count, those of one eye behind those of the other
+    SplatRest* rests;
+    // By depth.
+    const int* numbers;  // 0, 1, 2, ...
+    std::uint32_t* sorted_keys;
+    int* order;
+    // By groups of 32 of that order.
+    int groups;
+    unsigned long long *group_counts, *group_starts;  // groups + 1
+    // Instances, on two sides between which they are sorted; they begin and end on the first.
+    int room;
+    std::uint16_t* tiles[2];
+    int* records[2];                        // index of a shape
+    unsigned *digit_counts, *digit_starts;  // digit_table_size each
+    uint2* ranges;                          // per tile: from, to
+    RasterCounts* counts;
+
+    HD int tiles_of_eye() const { return columns * rows; }
+    HD int all_tiles() const { return eyes * columns * rows; }
+};
+
+struct RasterScratch {
+    void* memory;
+    std::size_t bytes;
+};
+constexpr int digit_table_size = 256 * 396;
+std::size_t raster_scratch_bytes(int splats, int groups);
+std::size_t tile_sort_scratch_bytes();
+
+// Puts the frame where the stages read it; by value, so that the caller's may go.
+void set_frame(RasterFrame* to, const RasterFrame& frame, cudaStream_t stream);
+
+// The stages. Every splat as each eye sees it; the first `moved` as the frame says.
+void project(const RasterView& view, int moved, cudaStream_t stream);
+// Nearest first.
+void sort_by_depth(const RasterView& view, const RasterScratch& s, cudaStream_t stream);
+// How many tiles the splats of each group reach, and where their instances begin.
+void count_tiles(const RasterView& view, cudaStream_t stream);
+void scan_counts(const RasterView& view, const RasterScratch& s, cudaStream_t stream);
+void emit(const RasterView& view, cudaStream_t stream);
+void sort_by_tile(const RasterView& view, const RasterScratch& s, cudaStream_t stream);
+void find_ranges(const RasterView& view, cudaStream_t stream);
+// `mesh`: the targets have one.
+void blend(const RasterView& view, bool mesh, cudaStream_t stream);
+
+}  // namespace knead::gpu

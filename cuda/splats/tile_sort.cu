@@ -1,0 +1,156 @@
+// A stable sort of instances by tile, of as many as there are: their number stays on the device. In
+// each of two passes, by 8 bits, every thread block takes one stretch of them, counts digits, and
+// after a scan over all counts moves them, a tile of them at a time.
+#include <cub/block/block_radix_rank.cuh>
+#include <cub/device/device_scan.cuh>
+
+#include "cuda/device/launch.cuh"
+#include "cuda/splats/raster.cuh"
+
+namespace knead::gpu {
+namespace {
+
+constexpr int threads = 256, digits = 256, digit_bits = 8;
+constexpr int items = 12, part = threads * items;  // instances that a block moves at a time
+constexpr int blocks_each = 3;                     // of a multiprocessor
+constexpr int blocks = 132 * blocks_each;          // of an H200's
+static_assert(threads == digits);
+static_assert(digit_table_size == digits * blocks);
+
+struct Pass {
+    const std::uint16_t* tiles;
+    const int* records;
+    std::uint16_t* to_tiles;
+    int* to_records;
+    unsigned* table;         // counts by digit, then by block
+    const unsigned* starts;  // where those begin
+    const unsigned long long* total;
+    int room, shift;
+};
+
+// The instances of this thread block.
+struct Stretch {
+    int from, to;
+};
+__device__ Stretch stretch_of(const Pass& p)
+{
+    const unsigned long long total = *p.total, room = unsigned(p.room);
+    const long long count = (long long)(total < room ? total : room);
+    const long long parts = (count + part - 1) / part, b = blockIdx.x;
+    const long long from = parts * b / blocks * part, to = parts * (b + 1) / blocks * part;
+    return {int(from < count ? from : count), int(to < count ? to : count)};
+}
+
+struct ByteAt {
+    int shift;
+    __device__ std::uint32_t Digit(std::uint32_t key) const { return key >> shift & (digits - 1); }
+};
+
+__global__ void __launch_bounds__(threads) tally_kernel(const __grid_constant__ Pass p)
+{
+    __shared__ unsigned tally[digits];
+    const int t = int(threadIdx.x);
+    const Stretch s = stretch_of(p);
+    const ByteAt byte{p.shift};
+    tally[t] = 0;
+    __syncthreads();
+    for (int i = s.from + t; i < s.to; i += threads) atomicAdd(&tally[byte.Digit(p.tiles[i])], 1u);
+    __syncthreads();
+    p.table[t * blocks + int(blockIdx.x)] = tally[t];
+}
+
+// What a block has in shared memory: first to rank a part, then to write it in order.
+using Rank = cub::BlockRadixRankMatch<threads, digit_bits, false>;
+struct Sorted {
+    int records[part];
+    std::uint16_t tiles[part];
+};
+union Shared {
+    typename Rank::TempStorage rank;
+    Sorted sorted;
+};
+
+// The n instances from `first` on, sorted into shared memory; firsts[d] of them have a lower digit
+// than d. A warp's lie one behind the other, 32 at a time.
+__device__ void sort_part(const Pass& p, int first, int n, Shared& shared, int* firsts)
+{
+    const int t = int(threadIdx.x), base = t / 32 * 32 * items + t % 32;
+    std::uint32_t keys[items];
+    int records[items], ranks[items], below[1];
+    UNROLL
+    for (int k = 0; k < items; ++k) {
+        const int i = base + 32 * k;  // what is not there comes last
+        keys[k] = i < n ? p.tiles[first + i] : ~0u;
+        records[k] = i < n ? p.records[first + i] : 0;
+    }
+    Rank(shared.rank).RankKeys(keys, ranks, ByteAt{p.shift}, below);
+    firsts[t] = below[0];
+    if (t == 0) firsts[digits] = n;
+    __syncthreads();
+    UNROLL
+    for (int k = 0; k < items; ++k) {
+        shared.sorted.tiles[ranks[k]] = std::uint16_t(keys[k]);
+        shared.sorted.records[ranks[k]] = records[k];
+    }
+    __syncthreads();
+}
+
+__global__ void __launch_bounds__(threads, blocks_each) move_kernel(const __grid_constant__ Pass p)
+{
+    __shared__ Shared shared;
+    __shared__ int firsts[digits + 1];
+    __shared__ unsigned to[digits];  // where the part's first of a digit goes, less firsts
+    const int t = int(threadIdx.x);
+    const Stretch s = stretch_of(p);
+    const ByteAt byte{p.shift};
+    unsigned next = p.starts[t * blocks + int(blockIdx.x)];  // of the digit t
+    for (int first = s.from; first < s.to; first += part) {
+        const int n = min(part, s.to - first);
+        sort_part(p, first, n, shared, firsts);
+        to[t] = next - unsigned(firsts[t]);
+        next += unsigned(firsts[t + 1] - firsts[t]);
+        __syncthreads();
+        for (int i = t; i < n; i += threads) {
+            const std::uint16_t tile = shared.sorted.tiles[i];
+            const unsigned at = to[byte.Digit(tile)] + unsigned(i);
+            p.to_tiles[at] = tile, p.to_records[at] = shared.sorted.records[i];
+        }
+        __syncthreads();
+    }
+}
+
+cudaError_t table_scan(const RasterView& d, void* scratch, std::size_t& bytes, cudaStream_t stream)
+{
+    return cub::DeviceScan::ExclusiveSum(scratch, bytes, d.digit_counts, d.digit_starts,
+                                         digit_table_size, stream);
+}
+
+}  // namespace
+
+std::size_t tile_sort_scratch_bytes()
+{
+    std::size_t bytes = 0;
+    check(table_scan({}, nullptr, bytes, nullptr), "sort by tile");
+    return bytes;
+}
+
+void sort_by_tile(const RasterView& d, const RasterScratch& s, cudaStream_t stream)
+{
+    for (int k = 0; k < 2; ++k) {
+        const Pass p{d.tiles[k],
+                     d.records[k],
+                     d.tiles[1 - k],
+                     d.records[1 - k],
+                     d.digit_counts,
+                     d.digit_starts,
+                     d.group_starts + d.groups,
+                     d.room,
+                     k * digit_bits};
+        launch("sort by tile", tally_kernel, blocks, threads, stream, p);
+        std::size_t bytes = s.bytes;
+        check(table_scan(d, s.memory, bytes, stream), "sort by tile");
+        launch("sort by tile", move_kernel, blocks, threads, stream, p);
+    }
+}
+
+}  // namespace knead::gpu

@@ -1,0 +1,199 @@
+// The rasteriser on the CPU: all splats projected, sorted once, listed by tiles, blended.
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+#include <string>
+
+#include "host/splats/prepared.h"
+
+namespace knead {
+namespace {
+
+constexpr int tile = 16;  // pixels a side
+
+struct Seen {
+    Footprint<float> shape;
+    Vec3<float> colour;
+};
+
+// The splats that any eye sees, in their order, and each as each eye sees it.
+struct Sorted {
+    std::vector<std::uint32_t> keys;
+    std::vector<int> order;
+    std::vector<std::vector<Footprint<float>>> seen;  // by eye, by splat of the cloud
+    std::vector<std::vector<char>> visible;
+};
+
+Sorted sorted(const SplatCloud& cloud, const SplatFrame& frame)
+{
+    const long count = long(cloud.count());
+    const std::size_t eyes = frame.eyes.size();
+    const Vec3<float> middle = cast<float>(middle_of(frame));
+    Sorted s;
+    s.keys.assign(cloud.count(), no_depth_key);
+    s.seen.assign(eyes, std::vector<Footprint<float>>(cloud.count()));
+    s.visible.assign(eyes, std::vector<char>(cloud.count()));
+    std::vector<Camera<float>> cameras;
+    for (const Eye<float>& e : frame.eyes) cameras.push_back(camera(e));
+#pragma omp parallel for schedule(dynamic, 4096)
+    for (long n = 0; n < count; ++n) {
+        const auto i = std::size_t(n);
+        const PosedSplat<float> p = posed<float>(cloud, frame, i);
+        for (std::size_t e = 0; e < eyes; ++e)
+            if (project(cameras[e], frame.rule, p.centre, p.half_axes, cloud.opacity[i],
+                        s.seen[e][i])) {
+                s.visible[e][i] = 1;
+                s.keys[i] = depth_key(length(p.centre - middle), frame.rule.near);
+            }
+    }
+    for (std::size_t i = 0; i < cloud.count(); ++i)
+        if (s.keys[i] != no_depth_key) s.order.push_back(int(i));
+    std::stable_sort(s.order.begin(), s.order.end(),
+                     [&](int a, int b) { return s.keys[std::size_t(a)] < s.keys[std::size_t(b)]; });
+    return s;
+}
+
+// What one eye sees, nearest first.
+std::vector<Seen> seen_by(std::size_t e, const Sorted& s, const SplatCloud& cloud,
+                          const SplatFrame& frame)
+{
+    std::vector<int> which;
+    for (int i : s.order)
+        if (s.visible[e][std::size_t(i)]) which.push_back(i);
+    std::vector<Seen> seen(which.size());
+    const long count = long(which.size());
+#pragma omp parallel for schedule(static)
+    for (long n = 0; n < count; ++n) {
+        const auto i = std::size_t(which[std::size_t(n)]);
+        const PosedSplat<float> p = posed<float>(cloud, frame, i);
+        seen[std::size_t(n)] = {s.seen[e][i], colour_from(frame.eyes[e].position, p, cloud, i)};
+    }
+    return seen;
+}
+
+// First and last tile, along one side, that what reaches from `low` to `high` may touch.
+struct Tiles {
+    int first, last;
+};
+Tiles tiles_between(float low, float high, int tiles)
+{
+    const float end = float(tiles * tile - 1);
+    return {int(std::ceil(clamp(low, 0.0f, end))) / tile, int(clamp(high, -1.0f, end)) / tile};
+}
+
+// The splats of each tile of a row of tiles, in the order of `seen`.
+std::vector<std::vector<int>> listed(const std::vector<Seen>& seen, int row, int columns, int rows)
+{
+    std::vector<std::vector<int>> lists;
+    lists.resize(std::size_t(columns));
+    for (std::size_t n = 0; n < seen.size(); ++n) {
+        const Footprint<float>& f = seen[n].shape;
+        const Tiles y = tiles_between(f.v - f.half_height, f.v + f.half_height, rows);
+        if (row < y.first || row > y.last) continue;
+        const Tiles x = tiles_between(f.u - f.half_width, f.u + f.half_width, columns);
+        for (int k = x.first; k <= x.last; ++k) {
+            const float x0 = float(k * tile), y0 = float(row * tile);
+            if (reaches(f, x0, y0, x0 + tile - 1, y0 + tile - 1))
+                lists[std::size_t(k)].push_back(int(n));
+        }
+    }
+    return lists;
+}
+
+struct Target {
+    Picture& picture;
+    const Backdrop* behind;
+    Vec3<float> background;
+
+    // The pixel (x, y) after the splats of `list`, of which those that pass it are skipped.
+    void draw(int x, int y, const std::vector<int>& list, const std::vector<Seen>& seen) const
+    {
+        const std::size_t at = std::size_t(y) * std::size_t(picture.width) + std::size_t(x);
+        const float mesh = behind ? behind->depth[at] : no_depth;
+        Pixel<float> p;
+        for (int n : list) {
+            blend(p, seen[std::size_t(n)].shape, seen[std::size_t(n)].colour, float(x), float(y),
+                  mesh);
+            if (done(p)) break;
+        }
+        const bool hit = mesh < no_depth;
+        finish(p, hit ? behind->colour[at] : background, hit ? 1.0f : 0.0f, mesh);
+        picture.colour[at] = p.colour;
+        picture.alpha[at] = 1 - p.transmittance;
+        picture.depth[at] = p.depth;
+    }
+};
+
+}  // namespace
+
+void check_frame(const SplatCloud& cloud, const SplatFrame& frame)
+{
+    const auto refuse = [](const std::string& why) {
+        throw std::invalid_argument("splats: " + why);
+    };
+    const std::size_t n = cloud.count();
+    if (cloud.rotation.size() != n || cloud.scale.size() != n || cloud.opacity.size() != n ||
+        cloud.degree < 0 || cloud.degree > max_sh_degree ||
+        cloud.sh.size() != n * std::size_t(harmonics(cloud.degree)))
+        refuse("a cloud whose arrays do not belong together");
+    if (n > std::size_t(1) << 28) refuse("more than 2^28 splats");
+    if (frame.eyes.empty() || frame.eyes.size() > 2) refuse("neither one eye nor two");
+    for (const Eye<float>& e : frame.eyes)
+        if (!valid(e)) refuse("an eye that cannot see");
+    const SplatRule<float>& r = frame.rule;
+    if (!(r.near > 0) || !(r.near_full >= r.near) || !(r.near_full < 1e9f))
+        refuse("expected 0 < near <= near_full");
+    if (!frame.behind.empty() && frame.behind.size() != frame.eyes.size())
+        refuse("not a backdrop for each eye");
+    for (std::size_t e = 0; e < frame.behind.size(); ++e) {
+        const Backdrop& b = frame.behind[e];
+        const std::size_t pixels =
+            std::size_t(frame.eyes[e].width) * std::size_t(frame.eyes[e].height);
+        if (b.colour.size() != b.depth.size() || (b.depth.size() && b.depth.size() != pixels))
+            refuse("a backdrop of another size than the eye's picture");
+    }
+    if (frame.moved_centre.size() != frame.moved_F.size() || frame.moved_centre.size() > n)
+        refuse("more splats moved than there are");
+}
+
+std::vector<Picture> cpu_raster(const SplatCloud& cloud, const SplatFrame& frame)
+{
+    check_frame(cloud, frame);
+    const Sorted order = sorted(cloud, frame);
+    std::vector<Picture> pictures;
+    for (std::size_t e = 0; e < frame.eyes.size(); ++e) {
+        const int width = frame.eyes[e].width, height = frame.eyes[e].height;
+        const std::size_t pixels = std::size_t(width) * std::size_t(height);
+        const std::vector<Seen> seen = seen_by(e, order, cloud, frame);
+        Picture picture{width, height, std::vector<Vec3<float>>(pixels), std::vector<float>(pixels),
+                        std::vector<float>(pixels)};
+        const bool mesh = !frame.behind.empty() && !frame.behind[e].depth.empty();
+        const Target target{picture, mesh ? &frame.behind[e] : nullptr, frame.background};
+        const int columns = (width + tile - 1) / tile, rows = (height + tile - 1) / tile;
+#pragma omp parallel for schedule(dynamic, 1)
+        for (int row = 0; row < rows; ++row) {
+            const std::vector<std::vector<int>> lists = listed(seen, row, columns, rows);
+            for (int y = row * tile; y < std::min(height, (row + 1) * tile); ++y)
+                for (int x = 0; x < width; ++x)
+                    target.draw(x, y, lists[std::size_t(x / tile)], seen);
+        }
+        pictures.push_back(std::move(picture));
+    }
+    return pictures;
+}
+
+double psnr(const Picture& a, const Picture& b)
+{
+    if (a.width != b.width || a.height != b.height || a.pixels() != b.pixels() || !a.pixels())
+        throw std::invalid_argument("pictures of different sizes, or empty");
+    double sum = 0;
+    for (std::size_t i = 0; i < a.pixels(); ++i) {
+        const Vec3<double> d = cast<double>(a.colour[i]) - cast<double>(b.colour[i]);
+        sum += dot(d, d);
+    }
+    const double mean = sum / (3 * double(a.pixels()));
+    if (mean == 0) return 200;
+    return std::min(200.0, -10 * std::log10(mean));
+}
+
+}  // namespace knead

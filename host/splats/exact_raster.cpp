@@ -1,0 +1,94 @@
+// The reference: every splat in every pixel.
+#include <algorithm>
+
+#include "host/splats/prepared.h"
+
+namespace knead {
+namespace {
+
+struct Seen {
+    Footprint<double> shape;
+    Vec3<double> colour;
+    double key;  // its place in the order, unless that is the pixel's
+};
+
+std::vector<Seen> seen_by(const Eye<double>& eye, Vec3<double> middle, const SplatCloud& cloud,
+                          const SplatFrame& frame, DepthOrder order)
+{
+    const Camera<double> c = camera(eye);
+    const SplatRule<double> rule = cast<double>(frame.rule);
+    const Vec3<double> from = order == DepthOrder::middle ? middle : eye.position;
+    std::vector<Seen> seen;
+    for (std::size_t i = 0; i < cloud.count(); ++i) {
+        const PosedSplat<double> p = posed<double>(cloud, frame, i);
+        Seen s;
+        if (!project(c, rule, p.centre, p.half_axes, double(cloud.opacity[i]), s.shape)) continue;
+        s.colour = colour_from(eye.position, p, cloud, i);
+        s.key = order == DepthOrder::plane ? s.shape.depth : length(p.centre - from);
+        seen.push_back(s);
+    }
+    if (order != DepthOrder::pixel)
+        std::stable_sort(seen.begin(), seen.end(),
+                         [](const Seen& a, const Seen& b) { return a.key < b.key; });
+    return seen;
+}
+
+struct Touch {
+    double depth, alpha;
+    Vec3<double> colour;
+};
+
+// All that is drawn at (x, y) in front of the mesh, nearest first.
+void touches(const std::vector<Seen>& seen, double x, double y, double mesh, bool by_pixel,
+             std::vector<Touch>& all)
+{
+    all.clear();
+    for (const Seen& s : seen) {
+        const Footprint<double>& f = s.shape;
+        const double alpha = alpha_at(f, x, y);
+        if (alpha == 0) continue;
+        const double depth = depth_at(f, x, y);
+        if (depth <= mesh) all.push_back({depth, alpha, s.colour});
+    }
+    if (by_pixel)
+        std::stable_sort(all.begin(), all.end(),
+                         [](const Touch& a, const Touch& b) { return a.depth < b.depth; });
+}
+
+}  // namespace
+
+std::vector<Picture> exact_raster(const SplatCloud& cloud, const SplatFrame& frame,
+                                  DepthOrder order)
+{
+    check_frame(cloud, frame);
+    std::vector<Picture> pictures;
+    for (std::size_t e = 0; e < frame.eyes.size(); ++e) {
+        const Eye<double> eye = cast<double>(frame.eyes[e]);
+        const std::vector<Seen> seen = seen_by(eye, middle_of(frame), cloud, frame, order);
+        const std::size_t pixels = std::size_t(eye.width) * std::size_t(eye.height);
+        Picture picture{eye.width, eye.height, std::vector<Vec3<float>>(pixels),
+                        std::vector<float>(pixels), std::vector<float>(pixels)};
+        const bool has_mesh = !frame.behind.empty() && !frame.behind[e].depth.empty();
+#pragma omp parallel for schedule(dynamic, 1)
+        for (int y = 0; y < eye.height; ++y) {
+            std::vector<Touch> all;
+            for (int x = 0; x < eye.width; ++x) {
+                const std::size_t at = std::size_t(y) * std::size_t(eye.width) + std::size_t(x);
+                const float depth = has_mesh ? frame.behind[e].depth[at] : no_depth;
+                const bool hit = depth < no_depth;
+                touches(seen, x, y, double(depth), order == DepthOrder::pixel, all);
+                Pixel<double> p;
+                for (const Touch& t : all) add(p, t.alpha, t.colour, t.depth);
+                finish(p, cast<double>(hit ? frame.behind[e].colour[at] : frame.background),
+                       hit ? 1.0 : 0.0, double(depth));
+                picture.colour[at] = cast<float>(p.colour);
+                picture.alpha[at] = float(1 - p.transmittance);
+                picture.depth[at] = float(p.depth);
+            }
+        }
+        pictures.push_back(std::move(picture));
+    }
+    return pictures;
+}
+
+}  // namespace knead

@@ -1,0 +1,299 @@
+#include <cuda_fp16.h>
+
+#include <algorithm>
+#include <functional>
+#include <stdexcept>
+
+#include "cuda/device/device.cuh"
+#include "cuda/device/graph.cuh"
+#include "host/splats/gpu_raster.h"
+#include "host/splats/gpu_raster_store.cuh"
+#include "host/splats/prepared.h"
+
+namespace knead {
+
+using namespace gpu;
+
+namespace {
+
+struct Stage {
+    const char* name;
+    std::function<void(cudaStream_t)> launch;
+};
+
+uint2 to_halves(Vec3<float> c, float a)
+{
+    const auto bits = [](float x) { return unsigned(__half_as_ushort(__float2half_rn(x))); };
+    return {bits(c.x) | bits(c.y) << 16, bits(c.z) | bits(a) << 16};
+}
+float from_half(unsigned bits)
+{
+    return __half2float(__ushort_as_half((unsigned short)(bits & 0xffff)));
+}
+
+// Room for the first look at a scene, before its count is known.
+std::size_t first_room(const RasterView& view)
+{
+    return std::clamp(8 * std::size_t(view.splats.count), std::size_t(1) << 16,
+                      std::size_t(1) << 25);
+}
+
+}  // namespace
+
+struct GpuRaster::State {
+    State(const SplatCloud& cloud, std::size_t instances, std::size_t movable_, int wanted)
+        : device(chosen(wanted)),
+          movable(std::min(movable_, cloud.count())),
+          fixed_room(instances != 0),
+          store(cloud, movable_)
+    {
+        store.reserve(instances ? instances : first_room(store.view));
+    }
+
+    std::vector<Stage> stages(bool mesh, int moved) const;
+    void prepare(const SplatFrame& frame, bool mesh, int moved);
+    RasterFrame described(const SplatFrame& frame, const MovedSplats& moved,
+                          const RasterTarget* targets) const;
+    void start(const RasterFrame& frame, cudaStream_t on);
+    double seconds_of(cudaGraphExec_t what);
+    RasterStats stats() const;
+    void take_pictures(const SplatFrame& frame);
+
+    int device;
+    std::size_t movable;
+    bool fixed_room;
+    RasterStore store;
+    Stream stream;
+    Event from, to;
+    Graph graph;
+    bool with_mesh = false;  // as the graph was captured
+    int with_moved = 0;
+    // What pictures() draws from and to.
+    DeviceArray<uint2> colour[2], mesh_colour[2];
+    DeviceArray<float> depth[2], mesh_depth[2], moved_numbers;
+};
+
+std::vector<Stage> GpuRaster::State::stages(bool mesh, int moved) const
+{
+    const RasterView d = store.view;
+    const RasterScratch s = store.scratch;
+    return {{"project", [=](cudaStream_t on) { gpu::project(d, moved, on); }},
+            {"sort", [=](cudaStream_t on) { sort_by_depth(d, s, on); }},
+            {"count", [=](cudaStream_t on) { count_tiles(d, on); }},
+            {"scan", [=](cudaStream_t on) { scan_counts(d, s, on); }},
+            {"emit", [=](cudaStream_t on) { emit(d, on); }},
+            {"sort by tile", [=](cudaStream_t on) { sort_by_tile(d, s, on); }},
+            {"ranges", [=](cudaStream_t on) { find_ranges(d, on); }},
+            {"blend", [=](cudaStream_t on) { gpu::blend(d, mesh, on); }}};
+}
+
+// The graph of frames of this shape.
+void GpuRaster::State::prepare(const SplatFrame& frame, bool mesh, int moved)
+{
+    const RasterView& d = store.view;
+    const bool same_size = d.eyes == int(frame.eyes.size()) && d.width == frame.eyes[0].width &&
+                           d.height == frame.eyes[0].height && frame.eyes.back().width == d.width &&
+                           frame.eyes.back().height == d.height;
+    if (graph.ready && same_size && mesh == with_mesh && moved == with_moved) return;
+    graph.drop();
+    if (!same_size) store.resize(frame);
+    with_mesh = mesh, with_moved = moved;
+    graph.begin(stream);
+    for (const Stage& stage : stages(mesh, moved)) stage.launch(stream);
+    graph.end(stream);
+}
+
+RasterFrame GpuRaster::State::described(const SplatFrame& frame, const MovedSplats& moved,
+                                        const RasterTarget* targets) const
+{
+    RasterFrame f{};
+    for (std::size_t e = 0; e < frame.eyes.size(); ++e) {
+        f.camera[e] = camera(frame.eyes[e]);
+        f.target[e] = targets[e];
+    }
+    f.middle = cast<float>(middle_of(frame));
+    f.rule = frame.rule, f.background = frame.background, f.moved = moved;
+    return f;
+}
+
+void GpuRaster::State::start(const RasterFrame& frame, cudaStream_t on)
+{
+    const ProfilerRange range{"splats"};
+    set_frame(store.frame.data(), frame, on);
+    check(cudaGraphLaunch(graph.ready, on), "splats");
+}
+
+double GpuRaster::State::seconds_of(cudaGraphExec_t what)
+{
+    check(cudaEventRecord(from, stream), "splats");
+    check(cudaGraphLaunch(what, stream), "splats");
+    check(cudaEventRecord(to, stream), "splats");
+    check(cudaEventSynchronize(to), "splats");
+    float milliseconds = 0;
+    check(cudaEventElapsedTime(&milliseconds, from, to), "splats");
+    return 1e-3 * double(milliseconds);
+}
+
+RasterStats GpuRaster::State::stats() const
+{
+    check(cudaDeviceSynchronize(), "splats");
+    const RasterCounts c = store.counts.downloaded().at(0);
+    return {c.visible, std::size_t(c.instances), std::size_t(c.dropped)};
+}
+
+// Into colour and depth; waits.
+void GpuRaster::State::take_pictures(const SplatFrame& frame)
+{
+    const std::size_t n = frame.moved_centre.size();
+    if (n > movable) throw std::invalid_argument("splats: more splats moved than are movable");
+    bool mesh = false;
+    for (const Backdrop& b : frame.behind) mesh |= !b.depth.empty();
+    RasterTarget targets[2]{};
+    for (std::size_t e = 0; e < frame.eyes.size(); ++e) {
+        const std::size_t pixels =
+            std::size_t(frame.eyes[e].width) * std::size_t(frame.eyes[e].height);
+        if (colour[e].size() != pixels) {
+            colour[e] = {}, depth[e] = {};
+            colour[e] = DeviceArray<uint2>(pixels), depth[e] = DeviceArray<float>(pixels);
+        }
+        targets[e] = {nullptr, nullptr, colour[e].data(), depth[e].data()};
+        if (!mesh) continue;
+        std::vector<uint2> behind(pixels);
+        std::vector<float> depths(pixels, no_depth);
+        if (const Backdrop& b = frame.behind[e]; !b.depth.empty()) {
+            depths = b.depth;
+            for (std::size_t i = 0; i < pixels; ++i) behind[i] = to_halves(b.colour[i], 1);
+        }
+        mesh_colour[e] = DeviceArray<uint2>(behind), mesh_depth[e] = DeviceArray<float>(depths);
+        targets[e].mesh_colour = mesh_colour[e].data(),
+        targets[e].mesh_depth = mesh_depth[e].data();
+    }
+    MovedSplats moved{};
+    if (n > 0) {
+        static_assert(sizeof(Mat3<float>) == 9 * sizeof(float));
+        std::vector<float> numbers;
+        for (std::size_t i = 0; i < n; ++i) {
+            const Vec3<float> x = frame.moved_centre[i];
+            const Mat3<float>& F = frame.moved_F[i];
+            for (const Vec3<float>& v : {x, F.a, F.b, F.c})
+                numbers.insert(numbers.end(), {v.x, v.y, v.z});
+        }
+        moved_numbers = {};
+        moved_numbers = DeviceArray<float>(numbers);
+        moved = {int(n), moved_numbers.data(), 12, moved_numbers.data() + 3, 12};
+    }
+    prepare(frame, mesh, int(n));
+    start(described(frame, moved, targets), stream);
+    wait(stream, "splats");
+}
+
+GpuRaster::GpuRaster(const SplatCloud& cloud, std::size_t instances, std::size_t movable,
+                     int device)
+    : state(std::make_unique<State>(cloud, instances, movable, device))
+{
+}
+GpuRaster::~GpuRaster() = default;
+
+std::vector<Picture> GpuRaster::pictures(const SplatFrame& frame)
+{
+    check_frame(SplatCloud{}, [&] {
+        SplatFrame still = frame;
+        still.moved_centre.clear(), still.moved_F.clear();
+        return still;
+    }());
+    if (frame.moved_centre.size() != frame.moved_F.size())
+        throw std::invalid_argument("splats: not a deformation for every splat moved");
+    check(cudaSetDevice(state->device), "device");
+    state->take_pictures(frame);
+    const std::size_t needed = state->stats().instances;
+    if (!state->fixed_room && needed > room()) {
+        state->graph.drop();
+        state->store.reserve(needed + needed / 2);
+        state->take_pictures(frame);
+    }
+    std::vector<Picture> pictures;
+    for (std::size_t e = 0; e < frame.eyes.size(); ++e) {
+        const std::vector<uint2> colours = state->colour[e].downloaded();
+        Picture p{frame.eyes[e].width, frame.eyes[e].height, {}, {}, state->depth[e].downloaded()};
+        for (const uint2 c : colours) {
+            p.colour.push_back({from_half(c.x), from_half(c.x >> 16), from_half(c.y)});
+            p.alpha.push_back(from_half(c.y >> 16));
+        }
+        pictures.push_back(std::move(p));
+    }
+    return pictures;
+}
+
+void GpuRaster::launch(const SplatFrame& frame, const MovedSplats* moved,
+                       const RasterTarget* targets, void* stream)
+{
+    SplatFrame shape;
+    shape.eyes = frame.eyes, shape.rule = frame.rule;
+    check_frame(SplatCloud{}, shape);
+    check(cudaSetDevice(state->device), "device");
+    const MovedSplats still{};
+    const MovedSplats& m = moved ? *moved : still;
+    if (std::size_t(m.count) > state->movable)
+        throw std::invalid_argument("splats: more splats moved than are movable");
+    state->prepare(frame, targets[0].mesh_depth != nullptr, m.count);
+    state->start(state->described(frame, m, targets), static_cast<cudaStream_t>(stream));
+}
+
+RasterStats GpuRaster::stats() const { return state->stats(); }
+
+std::vector<double> GpuRaster::replays(int count)
+{
+    std::vector<double> seconds;
+    for (int k = 0; k < count && state->graph.ready; ++k)
+        seconds.push_back(state->seconds_of(state->graph.ready));
+    return seconds;
+}
+
+// Marks between the stages of one graph, so that each finds in the caches what a frame leaves
+// there.
+std::vector<StageTime> GpuRaster::stage_times()
+{
+    constexpr std::size_t repeats = 21;
+    if (!state->graph.ready) return {};
+    const std::vector<Stage> stages = state->stages(state->with_mesh, state->with_moved);
+    std::vector<Event> marks(stages.size() + 1);
+    Graph marked;
+    const auto mark = [&](const Event& event) {
+        check(cudaEventRecordWithFlags(event, state->stream, cudaEventRecordExternal), "splats");
+    };
+    marked.begin(state->stream);
+    for (std::size_t k = 0; k < stages.size(); ++k) {
+        mark(marks[k]);
+        stages[k].launch(state->stream);
+    }
+    mark(marks.back());
+    marked.end(state->stream);
+    std::vector<std::vector<double>> seconds(stages.size());
+    for (std::size_t repeat = 0; repeat < repeats; ++repeat) {
+        state->seconds_of(marked.ready);
+        for (std::size_t k = 0; k < stages.size(); ++k) {
+            float milliseconds = 0;
+            check(cudaEventElapsedTime(&milliseconds, marks[k], marks[k + 1]), "splats");
+            seconds[k].push_back(1e-3 * double(milliseconds));
+        }
+    }
+    std::vector<StageTime> times;
+    for (std::size_t k = 0; k < stages.size(); ++k) {
+        std::nth_element(seconds[k].begin(), seconds[k].begin() + repeats / 2, seconds[k].end());
+        times.push_back({stages[k].name, seconds[k][repeats / 2]});
+    }
+    return times;
+}
+
+std::size_t GpuRaster::memory() const
+{
+    std::size_t sum = state->store.bytes() + state->moved_numbers.bytes();
+    for (int e = 0; e < 2; ++e)
+        sum += state->colour[e].bytes() + state->depth[e].bytes() + state->mesh_colour[e].bytes() +
+               state->mesh_depth[e].bytes();
+    return sum;
+}
+
+std::size_t GpuRaster::room() const { return std::size_t(state->store.view.room); }
+
+}  // namespace knead

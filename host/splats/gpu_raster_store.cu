@@ -1,0 +1,157 @@
+#include <cuda_fp16.h>
+
+#include <algorithm>
+#include <numeric>
+#include <stdexcept>
+#include <string>
+
+#include "host/splats/gpu_raster_store.cuh"
+
+namespace knead::gpu {
+namespace {
+
+// Every third bit of a number is one of x's: points in this order mostly lie by their neighbours.
+// [Morton 1966]
+std::uint64_t spread(std::uint64_t x)
+{
+    x &= 0x1fffff;
+    x = (x | x << 32) & 0x1f00000000ffffull;
+    x = (x | x << 16) & 0x1f0000ff0000ffull;
+    x = (x | x << 8) & 0x100f00f00f00f00full;
+    x = (x | x << 4) & 0x10c30c30c30c30c3ull;
+    return (x | x << 2) & 0x1249249249249249ull;
+}
+
+// Where in memory which splat of the cloud lies: the first `movable` as they are.
+std::vector<int> memory_order(const SplatCloud& cloud, std::size_t movable)
+{
+    const std::size_t n = cloud.count();
+    std::vector<int> order(n);
+    std::iota(order.begin(), order.end(), 0);
+    // 2^-9 m, in a cube of 4 km; what lies outside is at its side.
+    const auto cell = [](float x) {
+        return std::uint64_t(clamp(std::isfinite(x) ? x : 0.0f, -2048.0f, 2047.9f) * 512 + 1048576);
+    };
+    std::vector<std::uint64_t> keys(n);
+    for (std::size_t i = 0; i < n; ++i) {
+        const Vec3<float> x = cloud.centre[i];
+        keys[i] = spread(cell(x.x)) | spread(cell(x.y)) << 1 | spread(cell(x.z)) << 2;
+    }
+    std::stable_sort(order.begin() + long(std::min(movable, n)), order.end(),
+                     [&](int a, int b) { return keys[std::size_t(a)] < keys[std::size_t(b)]; });
+    return order;
+}
+
+// Halves reach to 65504; what is not finite stays so, and is drawn black.
+std::vector<uint4> harmonics_rows(const SplatCloud& cloud, const std::vector<int>& order)
+{
+    const auto coefficients = std::size_t(harmonics(cloud.degree));
+    const auto row = std::size_t(sh_row(cloud.degree));
+    std::vector<uint4> rows(cloud.count() * row);
+    std::vector<__half> halves(8 * row);
+    for (std::size_t i = 0; i < cloud.count(); ++i) {
+        const Vec3<float>* const sh = cloud.sh.data() + std::size_t(order[i]) * coefficients;
+        for (std::size_t k = 0; k < coefficients; ++k) {
+            halves[3 * k] = __float2half_rn(sh[k].x);
+            halves[3 * k + 1] = __float2half_rn(sh[k].y);
+            halves[3 * k + 2] = __float2half_rn(sh[k].z);
+        }
+        std::memcpy(rows.data() + i * row, halves.data(), row * sizeof(uint4));
+    }
+    return rows;
+}
+
+}  // namespace
+
+RasterStore::RasterStore(const SplatCloud& cloud, std::size_t movable)
+{
+    SplatFrame any;
+    any.eyes = {{{0, 0, 0}, {1, 0, 0, 0}, -1, 1, -1, 1, 1, 1}};
+    check_frame(cloud, any);
+    const std::size_t n = cloud.count(), groups = (n + 31) / 32;
+    upload_splats(cloud, memory_order(cloud, movable));
+    frame = DeviceArray<RasterFrame>(1);
+    counts = DeviceArray<RasterCounts>(1);
+    depth_keys = DeviceArray<std::uint32_t>(n), sorted_keys = DeviceArray<std::uint32_t>(n);
+    boxes = DeviceArray<TileBoxes>(n);
+    shapes = DeviceArray<SplatShape>(2 * n), rests = DeviceArray<SplatRest>(2 * n);
+    std::vector<int> each(n);
+    std::iota(each.begin(), each.end(), 0);
+    numbers = DeviceArray<int>(each), order = DeviceArray<int>(n);
+    group_counts = DeviceArray<unsigned long long>(groups + 1);
+    group_starts = DeviceArray<unsigned long long>(groups + 1);
+    view.frame = frame.data();
+    view.depth_keys = depth_keys.data(), view.sorted_keys = sorted_keys.data();
+    view.boxes = boxes.data(), view.shapes = shapes.data(), view.rests = rests.data();
+    view.numbers = numbers.data(), view.order = order.data();
+    view.groups = int(groups);
+    view.group_counts = group_counts.data(), view.group_starts = group_starts.data();
+    view.counts = counts.data();
+    digit_counts = DeviceArray<unsigned>(digit_table_size);
+    digit_starts = DeviceArray<unsigned>(digit_table_size);
+    view.digit_counts = digit_counts.data(), view.digit_starts = digit_starts.data();
+    scratch_memory =
+        DeviceArray<unsigned char>(raster_scratch_bytes(view.splats.count, view.groups));
+    scratch = {scratch_memory.data(), scratch_memory.bytes()};
+}
+
+void RasterStore::upload_splats(const SplatCloud& cloud, const std::vector<int>& memory)
+{
+    const std::size_t n = cloud.count();
+    std::vector<float4> places(n), turns(n), scales(n);
+    for (std::size_t i = 0; i < n; ++i) {
+        const auto from = std::size_t(memory[i]);
+        const Vec3<float> x = cloud.centre[from], s = cloud.scale[from];
+        const Quat<float> q = cloud.rotation[from];
+        places[i] = {x.x, x.y, x.z, cloud.opacity[from]};
+        turns[i] = {q.x, q.y, q.z, q.w};
+        scales[i] = {s.x, s.y, s.z, 0};
+    }
+    place = DeviceArray<float4>(places), turn = DeviceArray<float4>(turns);
+    scale = DeviceArray<float4>(scales);
+    sh = DeviceArray<uint4>(harmonics_rows(cloud, memory));
+    view.splats = {int(n), cloud.degree, place.data(), turn.data(), scale.data(), sh.data()};
+}
+
+void RasterStore::reserve(std::size_t instances)
+{
+    if (instances < 1 || instances > std::size_t(1) << 30)
+        throw std::invalid_argument("splats: room for " + std::to_string(instances) +
+                                    " instances; expected 1 to 2^30");
+    for (int k = 0; k < 2; ++k) tiles[k] = {}, records[k] = {};
+    for (int k = 0; k < 2; ++k) {
+        tiles[k] = DeviceArray<std::uint16_t>(instances);
+        records[k] = DeviceArray<int>(instances);
+        view.tiles[k] = tiles[k].data(), view.records[k] = records[k].data();
+    }
+    view.room = int(instances);
+}
+
+void RasterStore::resize(const SplatFrame& f)
+{
+    const Eye<float>& eye = f.eyes.at(0);
+    const int columns = (eye.width + tile_size - 1) / tile_size;
+    const int rows = (eye.height + tile_size - 1) / tile_size, eyes = int(f.eyes.size());
+    if (f.eyes.back().width != eye.width || f.eyes.back().height != eye.height)
+        throw std::invalid_argument("splats: eyes with pictures of different sizes");
+    if (eyes * columns * rows > max_tiles)
+        throw std::invalid_argument("splats: pictures of more than " + std::to_string(max_tiles) +
+                                    " tiles of 16 x 16 pixels");
+    view.eyes = eyes, view.columns = columns, view.rows = rows;
+    view.width = eye.width, view.height = eye.height;
+    ranges = {};
+    ranges = DeviceArray<uint2>(std::size_t(view.all_tiles()));
+    view.ranges = ranges.data();
+}
+
+std::size_t RasterStore::bytes() const
+{
+    std::size_t sum = 0;
+    const auto add = [&](const auto&... arrays) { ((sum += arrays.bytes()), ...); };
+    add(frame, counts, place, turn, scale, sh, depth_keys, sorted_keys, boxes, shapes, rests,
+        numbers, order, records[0], records[1], group_counts, group_starts, tiles[0], tiles[1],
+        digit_counts, digit_starts, ranges, scratch_memory);
+    return sum;
+}
+
+}  // namespace knead::gpu

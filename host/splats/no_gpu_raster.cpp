@@ -1,0 +1,32 @@
+// What stands for the device's rasteriser where the build has none.
+#ifndef KNEAD_HAS_CUDA
+#include <stdexcept>
+
+#include "host/splats/gpu_raster.h"
+
+namespace knead {
+namespace {
+
+[[noreturn]] void refuse()
+{
+    throw std::runtime_error("no CUDA device: this build has no CUDA side");
+}
+
+}  // namespace
+
+struct GpuRaster::State {};
+GpuRaster::GpuRaster(const SplatCloud&, std::size_t, std::size_t, int) { refuse(); }
+GpuRaster::~GpuRaster() = default;
+std::vector<Picture> GpuRaster::pictures(const SplatFrame&) { refuse(); }
+void GpuRaster::launch(const SplatFrame&, const gpu::MovedSplats*, const gpu::RasterTarget*, void*)
+{
+    refuse();
+}
+RasterStats GpuRaster::stats() const { refuse(); }
+std::vector<double> GpuRaster::replays(int) { refuse(); }
+std::vector<StageTime> GpuRaster::stage_times() { refuse(); }
+std::size_t GpuRaster::memory() const { refuse(); }
+std::size_t GpuRaster::room() const { refuse(); }
+
+}  // namespace knead
+#endif

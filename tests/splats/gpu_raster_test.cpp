@@ -1,0 +1,165 @@
+// The device's pictures of splats against the CPU's: what a colour of 16 bits allows.
+#include "host/splats/gpu_raster.h"
+
+#include <gtest/gtest.h>
+
+#include "tests/reason.h"
+#include "tests/splats/raster_cases.h"
+
+namespace knead {
+namespace {
+
+class GpuSplatPictures : public ::testing::Test {
+  protected:
+    void SetUp() override
+    {
+        if (!gpu_present()) GTEST_SKIP() << "no CUDA device";
+    }
+};
+
+// Pixels in which depth differs, of those that have one: where transmittance passes 1/2, rounding
+// may choose the splat before or after.
+double depths_apart(const Picture& a, const Picture& b)
+{
+    std::size_t apart = 0;
+    for (std::size_t i = 0; i < a.pixels(); ++i)
+        apart += std::fabs(a.depth[i] - b.depth[i]) > 1e-3f * b.depth[i];
+    return double(apart) / double(a.pixels());
+}
+
+void expect_same(const std::vector<Picture>& device, const std::vector<Picture>& host)
+{
+    ASSERT_EQ(device.size(), host.size());
+    for (std::size_t e = 0; e < host.size(); ++e) {
+        EXPECT_GE(psnr(device[e], host[e]), 60) << "eye " << e;
+        EXPECT_LT(depths_apart(device[e], host[e]), 2e-3) << "eye " << e;
+        double alpha = 0;
+        for (std::size_t i = 0; i < host[e].pixels(); ++i)
+            alpha = std::max(alpha, double(std::fabs(device[e].alpha[i] - host[e].alpha[i])));
+        EXPECT_LT(alpha, 0.02) << "eye " << e;
+    }
+}
+
+TEST_F(GpuSplatPictures, AreTheCpusForTwoEyesAndForOneNearAndFar)
+{
+    const SplatCloud cloud = generated(splat_loads().at(0));
+    GpuRaster raster(cloud);
+    for (const char* view : {"far", "near45", "near"}) {
+        SplatFrame frame = seen_from(load_eyes(view, 500, 530));  // no whole number of tiles
+        frame.background = {0.1f, 0.2f, 0.3f};
+        expect_same(raster.pictures(frame), cpu_raster(cloud, frame));
+        EXPECT_EQ(raster.stats().dropped, 0u);
+        frame.eyes.resize(1);
+        frame.rule.antialiased = true;
+        expect_same(raster.pictures(frame), cpu_raster(cloud, frame));
+    }
+}
+
+TEST_F(GpuSplatPictures, AreTheCpusForEveryDegreeOfColour)
+{
+    const SplatCloud full = generated({"small", 20000, 20000, 0.02, 3});
+    for (int degree = 0; degree <= max_sh_degree; ++degree) {
+        SplatCloud cloud = full;
+        cloud.degree = degree;
+        cloud.sh.clear();
+        for (std::size_t i = 0; i < full.count(); ++i)
+            for (int k = 0; k < harmonics(degree); ++k)
+                cloud.sh.push_back(
+                    full.sh[i * std::size_t(harmonics(max_sh_degree)) + std::size_t(k)]);
+        const SplatFrame frame = seen_from(load_eyes("far", 320, 320));
+        expect_same(GpuRaster(cloud).pictures(frame), cpu_raster(cloud, frame));
+    }
+}
+
+TEST_F(GpuSplatPictures, AreTheCpusForSplatsThatMoveAndAMeshBetweenThem)
+{
+    const SplatCloud cloud = generated({"small", 30000, 30000, 0.02, 4});
+    SplatFrame frame = seen_from(load_eyes("far", 320, 288));
+    Draw draw(11);
+    const Mat3<double> Q = draw.rotation();
+    for (std::size_t i = 0; i < 25000; ++i) {
+        const Mat3<double> F{1.3 * Q.a, 0.8 * Q.b, Q.c + 0.2 * Q.a};
+        frame.moved_centre.push_back(cast<float>(F * cast<double>(cloud.centre[i])));
+        frame.moved_F.push_back(cast<float>(F));
+    }
+    GpuRaster raster(cloud, 0, 30000);
+    expect_same(raster.pictures(frame), cpu_raster(cloud, frame));
+    for (std::size_t e = 0; e < 2; ++e) {
+        Backdrop mesh;
+        for (int y = 0; y < 288; ++y)
+            for (int x = 0; x < 320; ++x) {
+                mesh.depth.push_back(x + y < 250 ? 0.45f + 0.001f * float(y) : no_depth);
+                mesh.colour.push_back({0.1f, float(x) / 320, float(y) / 288});
+            }
+        frame.behind.push_back(mesh);
+    }
+    expect_same(raster.pictures(frame), cpu_raster(cloud, frame));
+    frame.behind[1] = {};
+    expect_same(raster.pictures(frame), cpu_raster(cloud, frame));
+    GpuRaster fewer(cloud, 0, 20000);
+    EXPECT_NE(reason<std::invalid_argument>([&] { fewer.pictures(frame); }), "");
+}
+
+TEST_F(GpuSplatPictures, AreTheSameToTheBitAgainAndAgain)
+{
+    const SplatCloud cloud = generated(splat_loads().at(0));
+    const SplatFrame frame = seen_from(load_eyes("near", 400, 400));
+    GpuRaster raster(cloud);
+    const std::vector<Picture> first = raster.pictures(frame);
+    for (int k = 0; k < 3; ++k) {
+        const std::vector<Picture> again = raster.pictures(frame);
+        EXPECT_EQ(furthest(again[0], first[0]), 0);
+        EXPECT_EQ(furthest(again[1], first[1]), 0);
+        EXPECT_EQ(again[1].depth, first[1].depth);
+    }
+}
+
+// What is nearest stays: every pixel is that of a cloud without its farthest splats.
+TEST_F(GpuSplatPictures, WhereThereIsNoRoomTheFarthestAreLeftOutAndCounted)
+{
+    SplatCloud cloud;
+    cloud.degree = 0;
+    for (int k = 0; k < 64; ++k)
+        put(cloud, {0, 0, 1 + 0.1f * float(k)}, {20, 20, 20}, 0.3f, {float(k % 2), 0.5f, 0.2f});
+    const SplatFrame frame = seen_from({plain_eye(160, 160)});  // 100 tiles
+    SplatCloud nearest;
+    for (int k = 0; k < 16; ++k)
+        put(nearest, cloud.centre[std::size_t(k)], {20, 20, 20}, 0.3f, {float(k % 2), 0.5f, 0.2f});
+    GpuRaster raster(cloud, 1600);
+    const std::vector<Picture> found = raster.pictures(frame);
+    EXPECT_EQ(raster.stats().instances, 6400u);
+    EXPECT_EQ(raster.stats().dropped, 4800u);
+    EXPECT_EQ(raster.stats().visible, 64u);
+    expect_same(found, cpu_raster(nearest, frame));
+    // Left to choose, it takes room for all.
+    GpuRaster roomy(cloud);
+    expect_same(roomy.pictures(frame), cpu_raster(cloud, frame));
+    EXPECT_EQ(roomy.stats().dropped, 0u);
+}
+
+TEST_F(GpuSplatPictures, NumbersThatCannotBeDrawnDoNoHarm)
+{
+    const float nan = std::numeric_limits<float>::quiet_NaN(), inf = HUGE_VALF;
+    SplatCloud cloud;
+    for (int k = 0; k < 200; ++k)
+        put(cloud, {0.01f * float(k % 20), 0.01f * float(k / 20), 1}, {0.02f, 0.02f, 0.02f}, 0.5f,
+            {0.2f, 0.4f, 0.6f});
+    const SplatFrame frame = seen_from({plain_eye(100, 100)});
+    const std::vector<Picture> sound = cpu_raster(cloud, frame);
+    for (const float bad : {nan, inf, -inf}) {
+        put(cloud, {bad, 0, 1}, {0.1f, 0.1f, 0.1f}, 0.9f, {1, 1, 1});
+        put(cloud, {0, 0, bad}, {0.1f, 0.1f, 0.1f}, 0.9f, {1, 1, 1});
+        put(cloud, {0, 0, 1}, {0.1f, bad, 0.1f}, 0.9f, {1, 1, 1});
+        put(cloud, {0, 0, 1}, {0.1f, 0.1f, 0.1f}, bad == inf ? nan : bad, {1, 1, 1});
+    }
+    expect_same(GpuRaster(cloud).pictures(frame), sound);
+    const Picture nothing = GpuRaster(SplatCloud{}).pictures(frame).at(0);
+    EXPECT_TRUE(finite(nothing));
+    EXPECT_EQ(nothing.depth.at(5), no_depth);
+    EXPECT_NE(reason<std::invalid_argument>(
+                  [&] { GpuRaster(cloud).pictures(seen_from({plain_eye(16000, 16000)})); }),
+              "");
+}
+
+}  // namespace
+}  // namespace knead
