@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <stdexcept>
+#include <unordered_map>
 
 #include "host/assets/samples.h"
 #include "host/base/errors.h"
@@ -151,7 +152,7 @@ std::size_t fill_thin(const SplatCloud& cloud, const Indices& kept, const Solid&
     };
     std::vector<Touch> touches;
     for (std::uint32_t i : kept) {
-        if (!(solid.lit[i] > 0.02f)) continue;
+        if (!solid.visible(cast<double>(cloud.centre[i]))) continue;
         each_sample(cloud, i, strata.h, 8, [&](Vec3<double> x, double, double u2) {
             const Int3 s = strata.of(x);
             if (u2 > 1.5 || !strata.stores(s) || near_particles(strata, s)) return;
@@ -160,14 +161,24 @@ std::size_t fill_thin(const SplatCloud& cloud, const Indices& kept, const Solid&
     }
     std::stable_sort(touches.begin(), touches.end(),
                      [](const Touch& a, const Touch& b) { return a.key < b.key; });
-    std::size_t added = 0;
-    for (std::size_t from = 0, to; from < touches.size(); from = to, ++added) {
+    // A sheet between two strata touches both: the second gets none where the first's is near.
+    std::unordered_map<std::uint64_t, Vec3<double>> added;
+    for (std::size_t from = 0, to; from < touches.size(); from = to) {
         Vec3<double> sum{};
         for (to = from; to < touches.size() && touches[to].key == touches[from].key; ++to)
             sum = sum + touches[to].x;
-        strata.particles.push_back((1 / double(to - from)) * sum);
+        const Vec3<double> x = (1 / double(to - from)) * sum;
+        bool near = false;
+        for (int k = 0; k < 27 && !near; ++k) {
+            const auto at =
+                added.find(strata.key(strata.of(x) + Int3{k % 3 - 1, k / 3 % 3 - 1, k / 9 - 1}));
+            near = at != added.end() && length(at->second - x) < 0.6 * strata.h;
+        }
+        if (near) continue;
+        added.emplace(touches[from].key, x);
+        strata.particles.push_back(x);
     }
-    return added;
+    return added.size();
 }
 
 SplatCloud subset(const SplatCloud& cloud, const Indices& kept)

@@ -9,7 +9,8 @@
 namespace knead {
 namespace {
 
-constexpr double jitter = 0.1;  // of a spacing
+constexpr double jitter = 0.1;      // of a spacing
+constexpr double uncertain = 0.25;  // spacings of the grid: how well the surface is known
 
 std::array<std::ptrdiff_t, 6> neighbours(const Grid& grid)
 {
@@ -17,17 +18,17 @@ std::array<std::ptrdiff_t, 6> neighbours(const Grid& grid)
     return {-1, 1, -up, up, -out, out};
 }
 
-// The distance that follows from the nearest ones along the three axes.
-float eikonal(std::array<float, 3> a, float h)
+// The distance that follows from the nearest ones along the three axes, in spacings.
+float eikonal(std::array<float, 3> a)
 {
     std::sort(a.begin(), a.end());
-    float d = a[0] + h;
+    float d = a[0] + 1;
     if (d <= a[1]) return d;
     const float s2 = a[0] + a[1];
-    d = (s2 + std::sqrt(max(2 * h * h - (a[0] - a[1]) * (a[0] - a[1]), 0.0f))) / 2;
+    d = (s2 + std::sqrt(max(2 - (a[0] - a[1]) * (a[0] - a[1]), 0.0f))) / 2;
     if (d <= a[2]) return d;
     const float s3 = s2 + a[2], q = a[0] * a[0] + a[1] * a[1] + a[2] * a[2];
-    return (s3 + std::sqrt(max(s3 * s3 - 3 * (q - h * h), 0.0f))) / 3;
+    return (s3 + std::sqrt(max(s3 * s3 - 3 * (q - 1), 0.0f))) / 3;
 }
 
 // Nodes beside the surface: from where the indicator crosses the level along the axes.
@@ -45,7 +46,7 @@ float distance_beside(const Solid& solid, std::size_t i, const std::array<std::p
         }
         sum += nearest * nearest;
     }
-    return sum > 0 ? float(solid.grid.h) / std::sqrt(sum) : -1;
+    return sum > 0 ? 1 / std::sqrt(sum) : -1;
 }
 
 }  // namespace
@@ -55,7 +56,7 @@ std::vector<float> depths(const Solid& solid)
     const Grid& grid = solid.grid;
     const auto next = neighbours(grid);
     const Int3 n = grid.size;
-    const float far = float(grid.h) * float(n.x + n.y + n.z);
+    const float far = float(n.x + n.y + n.z);
     std::vector<float> d(grid.count());
     std::vector<char> known(grid.count(), 1);
     for (int z = 1; z < n.z - 1; ++z)
@@ -79,8 +80,9 @@ std::vector<float> depths(const Solid& solid)
                     for (std::size_t axis = 0; axis < 3; ++axis)
                         a[axis] = min(d[std::size_t(std::ptrdiff_t(i) + next[2 * axis])],
                                       d[std::size_t(std::ptrdiff_t(i) + next[2 * axis + 1])]);
-                    d[i] = min(d[i], eikonal(a, float(grid.h)));
+                    d[i] = min(d[i], eikonal(a));
                 }
+    for (float& v : d) v *= float(grid.h);
     return d;
 }
 
@@ -250,7 +252,8 @@ Interior at_spacing(const Solid& solid, const std::vector<float>& depth, const I
 {
     Interior all{{}, {}, spacing};
     const auto deep = [&](Vec3<double> x, double edge) {
-        return sampled(solid.grid, depth, x) >= rule.bury * interior_half_axis * edge;
+        return sampled(solid.grid, depth, x) >=
+               rule.bury * interior_half_axis * edge + uncertain * solid.grid.h;
     };
     const auto centre = [&](Int3 cell, double edge) {
         return solid.grid.origin + edge * Vec3<double>{cell.x + 0.5, cell.y + 0.5, cell.z + 0.5};

@@ -101,9 +101,9 @@ double hidden_area(const SplatCloud& cloud, std::uint32_t i, double floor)
     return 2 * 3.14159265358979 * a[1] * a[2] * cloud.opacity[i];
 }
 
-// The extinction of the splats [1/m], scaled so that three quarters of the nodes beside a centre
-// belong to a surface of optical depth `opaque` or more: a photographed object is opaque, and how
-// often its splats cover it is chance.
+// The extinction of the splats, per spacing, scaled so that three quarters of the nodes beside a
+// centre belong to a surface of optical depth `opaque` or more: a photographed object is opaque,
+// and how often its splats cover it is chance.
 std::vector<float> extinction(const SplatCloud& cloud, const Indices& kept, const Grid& grid)
 {
     std::vector<float> sizes;
@@ -117,7 +117,7 @@ std::vector<float> extinction(const SplatCloud& cloud, const Indices& kept, cons
     std::vector<float> tau(grid.count());
     std::vector<char> beside(grid.count());
     for (std::uint32_t i : kept) {
-        const double mass = hidden_area(cloud, i, floor) / (h * h * h);
+        const double mass = hidden_area(cloud, i, floor) / (h * h);
         each_sample(cloud, i, h, most, [&](Vec3<double> x, double weight, double) {
             const Stencil<double> s = stencil(x - grid.origin, h);
             for_each_node(s, h, [&](Int3 step, double w, Vec3<double>) {
@@ -130,11 +130,11 @@ std::vector<float> extinction(const SplatCloud& cloud, const Indices& kept, cons
     }
     std::vector<float> depths;  // of a layer that peaks here: 3/4 of its sum is at the peak
     for (std::size_t i = 0; i < tau.size(); ++i)
-        if (beside[i]) depths.push_back(float(h / 0.75) * tau[i]);
+        if (beside[i]) depths.push_back(tau[i] / 0.75f);
     const auto quarter = depths.begin() + std::ptrdiff_t(depths.size() / 4);
     std::nth_element(depths.begin(), quarter, depths.end());
     const float gain = *quarter > 0 ? float(max(1.0, opaque / double(*quarter))) : 1.0f;
-    for (float& t : tau) t = min(gain * t, float(max_depth / h));
+    for (float& t : tau) t = min(gain * t, float(max_depth));
     return tau;
 }
 
@@ -176,8 +176,8 @@ Vec3<float> normal_at(const Grid& grid, const std::vector<float>& tau, const Lig
 }
 
 // The gradient that the indicator has: through the visible layer it falls from 1 to 0 along the
-// normal, in proportion to tau. Where the net pressure along the normal is below a
-// few thousandths of an open surface's, splats are inside and add nothing.
+// normal, in proportion to tau. Where the net pressure along the normal is below a few thousandths
+// of an open surface's, splats are inside and add nothing.
 std::vector<Vec3<float>> dipoles(const Grid& grid, const std::vector<float>& tau,
                                  const Light& light)
 {
@@ -234,27 +234,39 @@ float level_at(const SplatCloud& cloud, const Indices& kept, const Solid& solid)
 
 // Volumes by the share of each node's cube that lies above the level, as if the indicator fell by
 // its slope to both sides.
-void measure(Solid& solid, const std::vector<float>& tau, const Light& light)
+void measure(Solid& solid, const std::vector<float>& tau)
 {
-    const Grid& grid = solid.grid;
+    const Grid grid{{}, 1, solid.grid.size};
     double inside = 0, unlit = 0, both = 0;
     for (std::size_t i = 0; i < grid.count(); ++i) {
         if (!grid.within(grid.node(i), 1)) continue;
         const float over = solid.indicator[i] - solid.level;
-        const float slope = float(grid.h) * length(gradient(grid, solid.indicator, i));
+        const float slope = length(gradient(grid, solid.indicator, i));
         const double share = slope > 0 ? clamp(over / slope + 0.5f, 0.0f, 1.0f) : over > 0;
         inside += share;
-        if (light.seen[i] >= dark || tau[i] > 0) continue;
+        if (solid.seen[i] >= dark || tau[i] > 0) continue;
         unlit += 1;
         both += over > 0;
     }
-    const double cube = grid.h * grid.h * grid.h;
+    const double cube = std::pow(solid.grid.h, 3);
     solid.volume = cube * inside;
     solid.unlit = cube * unlit;
     solid.found = unlit > 0 ? both / unlit : 1;
 }
 
 }  // namespace
+
+bool Solid::visible(Vec3<double> x) const
+{
+    const double reach = 1.5 * grid.h;
+    for (int k = -3; k <= 3; ++k) {
+        const Vec3<double> step{std::abs(k) == 1 ? reach * k : 0,
+                                std::abs(k) == 2 ? reach * k / 2 : 0,
+                                std::abs(k) == 3 ? reach * k / 3 : 0};
+        if (sampled(grid, seen, x + step) >= 5 * dark) return true;
+    }
+    return false;
+}
 
 Solid find_solid(const SplatCloud& cloud, const Indices& kept, const SolidRule& rule)
 {
@@ -266,14 +278,15 @@ Solid find_solid(const SplatCloud& cloud, const Indices& kept, const SolidRule& 
     Solid solid;
     solid.grid = grid_over(box, h);
     const std::vector<float> tau = extinction(cloud, kept, solid.grid);
-    const Light light = lit_from_all_sides(solid.grid, tau, rule.directions);
-    solid.indicator =
-        solve_poisson(solid.grid, divergence(solid.grid, dipoles(solid.grid, tau, light)));
+    const Grid unit{{}, 1, solid.grid.size};  // lengths in spacings: no size of object overflows
+    Light light = lit_from_all_sides(unit, tau, rule.directions);
+    solid.indicator = solve_poisson(unit, divergence(unit, dipoles(unit, tau, light)));
+    solid.seen = std::move(light.seen);
     solid.lit.assign(cloud.count(), 0);
     for (std::uint32_t i : kept)
-        solid.lit[i] = sampled(solid.grid, light.seen, cast<double>(cloud.centre[i]));
+        solid.lit[i] = sampled(solid.grid, solid.seen, cast<double>(cloud.centre[i]));
     solid.level = level_at(cloud, kept, solid);
-    measure(solid, tau, light);
+    measure(solid, tau);
     return solid;
 }
 

@@ -16,15 +16,17 @@ struct SolidRule {
 struct Solid {
     Grid grid;
     std::vector<float> indicator;
-    float level = 0.5f;      // the surface's
-    std::vector<float> lit;  // per splat: share of the sky that it sees, 0 for those left out
-    double volume = 0;       // [m^3]
+    float level = 0.5f;       // the surface's
+    std::vector<float> seen;  // share of the sky that reaches each node
+    std::vector<float> lit;   // per splat: share of the sky that it sees, 0 for those left out
+    double volume = 0;        // [m^3]
     // Of what no light reaches: the volume, and the share of it that is inside. The rest is missed.
     double unlit = 0;  // [m^3]
     double found = 1;
 
     // Above 0 inside; a change of 1 across the surface.
     float inside(Vec3<double> x) const { return sampled(grid, indicator, x) - level; }
+    bool visible(Vec3<double> x) const;  // a tenth of the sky reaches it, or 1.5 spacings away
 };
 
 // Of the splats `kept` of the cloud. Closed cavities are inside: no photograph shows them. Throws
