@@ -1,8 +1,4 @@
-// Particles by stratified sampling: a lattice of strata, each of a particle's volume, one particle
-// in each at a hashed place. That is its middle tenth, for uneven particles soften clay; its middle
-// half where a cell holds fewer than eight, for the planes of so wide a lattice part when it is
-// stretched; or, where the surface cuts the stratum, anywhere in it, so that the expected mass is
-// the shape's. The order of the loops never matters.
+// Particles by stratified sampling (strata.h). The order of the loops never matters.
 #include "host/scene/seed.h"
 
 #include <fmt/format.h>
@@ -13,33 +9,12 @@
 
 #include "cuda/math/node4.h"
 #include "host/base/errors.h"
+#include "host/scene/strata.h"
 
 namespace knead {
 namespace {
 
 constexpr double max_particles = 1e9;  // indices are int
-
-std::uint64_t mixed(std::uint64_t z)  // splitmix64's finaliser [Steele 2014]
-{
-    z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9u;
-    z = (z ^ (z >> 27)) * 0x94d049bb133111ebu;
-    return z ^ (z >> 31);
-}
-
-// Three numbers in [0, 1) for one stratum.
-Vec3<double> hashed(unsigned seed, std::size_t object, Int3 stratum)
-{
-    std::uint64_t z = mixed(0x9e3779b97f4a7c15u + seed);
-    for (std::uint64_t part : {std::uint64_t(object), std::uint64_t(stratum.x),
-                               std::uint64_t(stratum.y), std::uint64_t(stratum.z)})
-        z = mixed(z + 0x9e3779b97f4a7c15u * (part + 1));
-    const auto next = [&] {
-        z += 0x9e3779b97f4a7c15u;
-        return double(mixed(z) >> 11) * 0x1p-53;
-    };
-    const double x = next(), y = next();
-    return {x, y, next()};
-}
 
 // Where the particle of a stratum of edge h [m] goes, inside the object or not. All shapes are
 // convex: a stratum whose corners are inside is inside.
@@ -50,11 +25,7 @@ Vec3<double> placed(const Scene& scene, std::size_t object, Int3 s, double h)
         const Int3 at = s + Int3{corner & 1, corner >> 1 & 1, corner >> 2};
         whole = inside(scene.objects[object], {h * at.x, h * at.y, h * at.z});
     }
-    const double width = !whole ? 1 : scene.objects[object].per_cell < 8 ? 0.5 : 0.1;
-    const double low = (1 - width) / 2;
-    const Vec3<double> u = hashed(scene.seed, object, s);
-    return {h * (s.x + low + width * u.x), h * (s.y + low + width * u.y),
-            h * (s.z + low + width * u.z)};
+    return stratum_place(scene.seed, object, s, h, scene.objects[object].per_cell, whole);
 }
 
 std::string place(const Scene& scene, std::size_t object)

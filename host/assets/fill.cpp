@@ -1,0 +1,255 @@
+#include "host/assets/fill.h"
+
+#include <fmt/format.h>
+
+#include <stdexcept>
+#include <unordered_map>
+
+#include "host/assets/samples.h"
+#include "host/base/errors.h"
+#include "host/scene/strata.h"
+
+namespace knead {
+namespace {
+
+using Indices = std::vector<std::uint32_t>;
+constexpr double bytes_per_node = 104;      // of the solid, its depths and its colours
+constexpr double bytes_per_particle = 128;  // twice the place and the stratum, while a list grows
+constexpr double bytes_per_splat = 400;     // twice, with harmonics of degree 3
+constexpr double max_strata = 1e9;          // along an axis: indices are int
+
+void check(const FillRule& rule)
+{
+    if (!(rule.cell > 0) || !std::isfinite(rule.cell) || !(rule.per_cell >= 1) ||
+        !(rule.per_cell <= 1000) || !(rule.interior_spacing >= 0) || !(rule.bury >= 0) ||
+        rule.solid.max_cells < 8 || rule.solid.max_cells > 320 || rule.solid.directions < 6)
+        throw std::invalid_argument("fill: a rule out of range");
+}
+
+void check_bytes(const FillRule& rule, double bytes, const char* of)
+{
+    if (bytes > double(rule.max_bytes))
+        throw MemoryError(fmt::format("{} need about {:.1f} MiB, and {:.1f} MiB are allowed", of,
+                                      bytes / 0x1p20, double(rule.max_bytes) / 0x1p20));
+}
+
+// The solid's strata, from `low` to before `high`; particles in the order of their keys.
+struct Strata {
+    double h;  // edge [m]
+    Int3 low{}, high{};
+    std::vector<Vec3<double>> particles;
+    std::vector<std::uint64_t> keys;
+
+    Int3 of(Vec3<double> x) const
+    {
+        return {int(std::floor(x.x / h)), int(std::floor(x.y / h)), int(std::floor(x.z / h))};
+    }
+    // Of the box and one more stratum on each side.
+    std::uint64_t key(Int3 s) const
+    {
+        const auto edge = [](int from, int to) { return std::uint64_t(to - from) + 2; };
+        const auto place = [](int from, int at) { return std::uint64_t(at - from + 1); };
+        return (place(low.z, s.z) * edge(low.y, high.y) + place(low.y, s.y)) * edge(low.x, high.x) +
+               place(low.x, s.x);
+    }
+    bool stores(Int3 s) const
+    {
+        return s.x >= low.x && s.y >= low.y && s.z >= low.z && s.x < high.x && s.y < high.y &&
+               s.z < high.z;
+    }
+};
+
+// Over the inner nodes of the grid.
+Strata strata_over(const Grid& grid, double h)
+{
+    const Vec3<double> from = (1 / h) * grid.position({0, 0, 0}),
+                       to = (1 / h) * grid.position(grid.size - Int3{1, 1, 1});
+    for (double end : {from.x, from.y, from.z, to.x, to.y, to.z})
+        if (!(std::abs(end) < max_strata))
+            throw InputError(fmt::format(
+                "expected an object near the origin, of cells that fit its size, found it {:.3g} "
+                "particles away",
+                std::abs(end)));
+    Strata s{h, {}, {}, {}, {}};
+    s.low = s.of(h * from);
+    s.high = s.of(h * to) + Int3{1, 1, 1};
+    const auto edge = [](int low, int high) { return double(high) - double(low) + 2; };
+    const double count =
+        edge(s.low.x, s.high.x) * edge(s.low.y, s.high.y) * edge(s.low.z, s.high.z);
+    if (count > 4e9)
+        throw MemoryError(fmt::format(
+            "expected cells that fit the object's size, found {:.3g} in its box", count));
+    return s;
+}
+
+// The strata that may meet the solid, from the first to before the second.
+std::pair<Int3, Int3> solid_box(const Solid& solid, const Strata& strata)
+{
+    const Grid& grid = solid.grid;
+    Int3 low = grid.size, high{-1, -1, -1};
+    for (std::size_t i = 0; i < grid.count(); ++i) {
+        if (solid.indicator[i] <= solid.level) continue;
+        const Int3 n = grid.node(i);
+        low = {min(low.x, n.x), min(low.y, n.y), min(low.z, n.z)};
+        high = {max(high.x, n.x), max(high.y, n.y), max(high.z, n.z)};
+    }
+    if (high.x < 0) return {strata.low, strata.low};
+    const Int3 one{1, 1, 1};
+    return {strata.of(grid.position(low - one)), strata.of(grid.position(high + one)) + one};
+}
+
+// One particle in each stratum whose hashed place is inside.
+void fill_solid(const Solid& solid, const FillRule& rule, Strata& strata)
+{
+    const auto [low, high] = solid_box(solid, strata);
+    const Int3 from = low, to = high;
+    const int layers = to.z - from.z;
+    const double h = strata.h;
+    std::vector<Strata> layer(std::size_t(layers), Strata{h, strata.low, strata.high, {}, {}});
+#pragma omp parallel for schedule(dynamic)
+    for (int k = 0; k < layers; ++k) {
+        Strata& out = layer[std::size_t(k)];
+        for (int y = from.y; y < to.y; ++y)
+            for (int x = from.x; x < to.x; ++x) {
+                const Int3 s{x, y, from.z + k};
+                int corners = 0;
+                for (int c = 0; c < 8; ++c)
+                    corners += solid.inside(h * Vec3<double>{double(s.x + (c & 1)),
+                                                             double(s.y + (c >> 1 & 1)),
+                                                             double(s.z + (c >> 2))}) > 0;
+                if (corners == 0) continue;
+                const Vec3<double> p =
+                    stratum_place(rule.seed, 0, s, h, rule.per_cell, corners == 8);
+                if (solid.inside(p) <= 0) continue;
+                out.particles.push_back(p);
+                out.keys.push_back(strata.key(s));
+            }
+    }
+    for (const Strata& l : layer) {
+        strata.particles.insert(strata.particles.end(), l.particles.begin(), l.particles.end());
+        strata.keys.insert(strata.keys.end(), l.keys.begin(), l.keys.end());
+    }
+}
+
+bool near_particles(const Strata& strata, Int3 s)
+{
+    for (int row = 0; row < 9; ++row) {
+        const std::uint64_t middle = strata.key(s + Int3{0, row % 3 - 1, row / 3 - 1});
+        const auto at = std::lower_bound(strata.keys.begin(), strata.keys.end(), middle - 1);
+        if (at != strata.keys.end() && *at <= middle + 1) return true;
+    }
+    return false;
+}
+
+// Visible splats that have no particle of the solid in the strata around them belong to a part
+// too thin for the grid: each stratum that they touch gets a particle at their mean.
+std::size_t fill_thin(const SplatCloud& cloud, const Indices& kept, const Solid& solid,
+                      Strata& strata)
+{
+    struct Touch {
+        std::uint64_t key;
+        Vec3<double> x;
+    };
+    std::vector<Touch> touches;
+    for (std::uint32_t i : kept) {
+        if (!solid.visible(cast<double>(cloud.centre[i]))) continue;
+        each_sample(cloud, i, strata.h, 8, [&](Vec3<double> x, double, double u2) {
+            const Int3 s = strata.of(x);
+            if (u2 > 1.5 || !strata.stores(s) || near_particles(strata, s)) return;
+            touches.push_back({strata.key(s), x});
+        });
+    }
+    std::stable_sort(touches.begin(), touches.end(),
+                     [](const Touch& a, const Touch& b) { return a.key < b.key; });
+    // A sheet between two strata touches both: the second gets none where the first's is near.
+    std::unordered_map<std::uint64_t, Vec3<double>> added;
+    for (std::size_t from = 0, to; from < touches.size(); from = to) {
+        Vec3<double> sum{};
+        for (to = from; to < touches.size() && touches[to].key == touches[from].key; ++to)
+            sum = sum + touches[to].x;
+        const Vec3<double> x = (1 / double(to - from)) * sum;
+        bool near = false;
+        for (int k = 0; k < 27 && !near; ++k) {
+            const auto at =
+                added.find(strata.key(strata.of(x) + Int3{k % 3 - 1, k / 3 % 3 - 1, k / 9 - 1}));
+            near = at != added.end() && length(at->second - x) < 0.6 * strata.h;
+        }
+        if (near) continue;
+        added.emplace(touches[from].key, x);
+        strata.particles.push_back(x);
+    }
+    return added.size();
+}
+
+SplatCloud subset(const SplatCloud& cloud, const Indices& kept)
+{
+    SplatCloud out;
+    out.degree = cloud.degree;
+    out.antialiased = cloud.antialiased;
+    const std::size_t stride = std::size_t(harmonics(cloud.degree));
+    for (std::uint32_t i : kept) {
+        out.centre.push_back(cloud.centre[i]);
+        out.rotation.push_back(cloud.rotation[i]);
+        out.scale.push_back(cloud.scale[i]);
+        out.opacity.push_back(cloud.opacity[i]);
+        const auto first = cloud.sh.begin() + std::ptrdiff_t(i * stride);
+        out.sh.insert(out.sh.end(), first, first + std::ptrdiff_t(stride));
+    }
+    return out;
+}
+
+void add_interior(const Interior& interior, const Solid& solid,
+                  const std::vector<Vec3<float>>& colours, SplatCloud& splats)
+{
+    constexpr float nearly_opaque = 0.98f;
+    const std::size_t stride = std::size_t(harmonics(splats.degree));
+    for (std::size_t k = 0; k < interior.centre.size(); ++k) {
+        const float s = interior.half_axis[k];
+        splats.centre.push_back(cast<float>(interior.centre[k]));
+        splats.rotation.push_back({1, 0, 0, 0});
+        splats.scale.push_back({s, s, s});
+        splats.opacity.push_back(nearly_opaque);
+        splats.sh.push_back(sampled(solid.grid, colours, interior.centre[k]));
+        splats.sh.resize(splats.sh.size() + stride - 1);
+    }
+}
+
+}  // namespace
+
+FilledObject fill(const SplatCloud& cloud, const FillRule& rule)
+{
+    check(rule);
+    const double nodes = std::pow(4.0 / 3 * rule.solid.max_cells + 2 * 6 + 17, 3);
+    check_bytes(rule, nodes * bytes_per_node + double(cloud.count()) * bytes_per_splat,
+                "The object's solid and splats");
+    FilledObject out;
+    FillReport& report = out.report;
+    const CleanCloud clean_cloud = clean(cloud, rule.clean);
+    const Indices& kept = clean_cloud.kept;
+    const Solid solid = find_solid(cloud, kept, rule.solid);
+    report = {clean_cloud.report, solid.volume, solid.unlit, solid.found, solid.grid.h, 0, 0};
+
+    const double h = rule.cell / std::cbrt(rule.per_cell);
+    out.particle_volume = h * h * h;
+    // A thin part has at most a stratum for each point that stands for a splat.
+    check_bytes(
+        rule, bytes_per_particle * (1.1 * solid.volume / out.particle_volume + double(kept.size())),
+        "The object's particles");
+    Strata strata = strata_over(solid.grid, h);
+    fill_solid(solid, rule, strata);
+    report.thin = fill_thin(cloud, kept, solid, strata);
+    out.particles = std::move(strata.particles);
+
+    out.splats = subset(cloud, kept);
+    out.surface = kept.size();
+    const std::vector<float> depth = depths(solid);
+    const Interior interior =
+        interior_splats(solid, depth,
+                        {rule.interior_spacing > 0 ? rule.interior_spacing : h, rule.bury,
+                         rule.max_interior, rule.seed});
+    report.interior_spacing = interior.spacing;
+    add_interior(interior, solid, inner_colours(cloud, kept, solid, depth), out.splats);
+    return out;
+}
+
+}  // namespace knead
