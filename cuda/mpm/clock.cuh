@@ -15,6 +15,7 @@ struct Counters {
     unsigned long long covered;                     // particle-substeps with a blade beside them
     unsigned long long moved;  // particle-substeps; of a scene in which clay may be still
     unsigned long long woken;  // blocks
+    unsigned long long stranded, splats_projected, splats_repaired;  // Gaussian-substeps
     unsigned deepest;          // bits of the largest depth found [m]
     int active_blocks;
 };
