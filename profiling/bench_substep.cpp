@@ -1,6 +1,7 @@
 // Time per substep of a ball of clay between two closing tools, with what was computed: a hash of
 // the particles, to see whether a change of speed was a change of result.
 // usage: bench_substep [nodes=64] [frames=30] [gpu|cpu|deterministic] [tools=1] [plastic=1]
+//                      [Gaussians=0]
 #include <algorithm>
 #include <bit>
 #include <chrono>
@@ -44,6 +45,9 @@ void report(const Solver& solver, std::vector<double>& per_substep, const FrameS
                 1e6 * median, 1e6 * best, 1e-9 * count / median);
     std::printf("%d substeps, dt %.3g to %.3g s, %ld blocks, %.1f MiB\n", total.substeps,
                 total.dt_min, total.dt_max, total.active_blocks, double(solver.memory()) / 1048576);
+    if (!solver.gaussians().empty())
+        std::printf("Gaussians: stranded %ld projected %ld repaired %ld in the last frame\n",
+                    total.stranded, total.splats_projected, total.splats_repaired);
     std::printf("yielded %ld projected %ld clipped %ld confined %ld repaired %ld deepest %.3g m\n",
                 total.yielded, total.projected, total.clipped, total.confined, total.repaired,
                 total.found_depth);
@@ -52,9 +56,21 @@ void report(const Solver& solver, std::vector<double>& per_substep, const FrameS
     std::printf("hash %016llx\n", static_cast<unsigned long long>(hash_of(solver.particles())));
 }
 
-int run(int nodes, int frames, const std::string& on, bool tools, bool plastic)
+// So many Gaussians around the ball's surface, as of a photograph: within a cell of 1/64 m of it.
+void add_gaussians(Setup& setup, int count)
+{
+    for (int i = 0; i < count; ++i) {
+        const double height = 1 - (2 * i + 1.0) / count, turn = 2.399963229728653 * i;
+        const double across = std::sqrt(1 - height * height), r = 0.25 + (i * 7 % 16 - 11) / 1024.0;
+        const Vec3<double> out{across * std::cos(turn), height, across * std::sin(turn)};
+        setup.gaussians.push_back(gaussian_at(Vec3<double>{0.5, 0.5, 0.5} + r * out, 0));
+    }
+}
+
+int run(int nodes, int frames, const std::string& on, bool tools, bool plastic, int gaussians)
 {
     Setup setup = ball(nodes);
+    add_gaussians(setup, gaussians);
     if (tools) add_tools(setup);
     if (!plastic) setup.materials[0].plasticity = Plasticity::none;
     setup.deterministic = on == "deterministic";
@@ -76,7 +92,8 @@ int run(int nodes, int frames, const std::string& on, bool tools, bool plastic)
         total.yielded += t.yielded, total.projected += t.projected, total.clipped += t.clipped;
         total.confined += t.confined, total.repaired += t.repaired;
         total.found_depth = std::max(total.found_depth, t.found_depth);
-        total.active_blocks = t.active_blocks;
+        total.active_blocks = t.active_blocks, total.stranded = t.stranded;
+        total.splats_projected = t.splats_projected, total.splats_repaired = t.splats_repaired;
     }
     report(*solver, per_substep, total, count);
     return 0;
@@ -95,11 +112,11 @@ int main(int count, char** words)
         (on != "gpu" && on != "cpu" && on != "deterministic")) {
         std::fprintf(stderr,
                      "usage: bench_substep [nodes: 16 to 512, by 4] [frames] "
-                     "[gpu|cpu|deterministic] [tools 0|1] [plastic 0|1]\n");
+                     "[gpu|cpu|deterministic] [tools 0|1] [plastic 0|1] [Gaussians]\n");
         return 2;
     }
     try {
-        return run(nodes, frames, on, number(4, 1) != 0, number(5, 1) != 0);
+        return run(nodes, frames, on, number(4, 1) != 0, number(5, 1) != 0, number(6, 0));
     } catch (const std::exception& e) {
         std::fprintf(stderr, "%s\n", e.what());
         return 4;

@@ -15,7 +15,8 @@ struct Counters {
     unsigned long long covered;                     // particle-substeps with a blade beside them
     unsigned long long moved;  // particle-substeps; of a scene in which clay may be still
     unsigned long long woken;  // blocks
-    unsigned deepest;          // bits of the largest depth found [m]
+    unsigned long long stranded, splats_projected, splats_repaired;  // Gaussian-substeps
+    unsigned deepest;  // bits of the largest depth found [m]
     int active_blocks;
 };
 

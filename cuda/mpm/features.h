@@ -15,9 +15,11 @@ struct Features {
     bool blades = false;       // three velocity fields: see cuda/contact/cut.h
     bool rests = false;        // clay may be still
     PlasticityClass plasticity = PlasticityClass::elastic;
+    bool splats = false;  // Gaussians follow the clay: the stage deform runs, others do not change
     bool operator==(const Features&) const = default;
 
-    // Whether kernels that are compiled for this serve a scene that uses `other`.
+    // Whether kernels that are compiled for this serve a scene that uses `other`. Of splats none
+    // asks: their stage runs or does not.
     constexpr bool include(const Features& other) const
     {
         return tools >= other.tools && fixed_point >= other.fixed_point && blades >= other.blades &&

@@ -103,6 +103,7 @@ void load(Solver& solver, const Checkpoint& from, std::size_t particles, const s
     SavedState state = from.state;
     state.setup = solver.rules();
     state.setup.particles = from.state.setup.particles;
+    state.setup.gaussians = from.state.setup.gaussians;
     try {
         solver.load(state);
     } catch (const std::invalid_argument& e) {

@@ -17,7 +17,7 @@ namespace {
 static_assert(std::endian::native == std::endian::little, "the file is written as memory is");
 
 constexpr char magic[] = "knead.checkpoint";  // 16 bytes, without the 0
-constexpr std::uint32_t version = 1;
+constexpr std::uint32_t version = 2;
 
 struct Head {
     char magic[16];
@@ -36,6 +36,7 @@ void each_number(Row& r, Visit&& visit)
     all(r.frame, r.simulated, r.hand_time, r.hands, r.wall, r.hands_wall, r.surface_wall);
     all(t.substeps, t.dt_min, t.dt_max, t.yielded, t.projected, t.clipped, t.confined, t.repaired);
     all(t.abrupt, t.moved_far, t.trimmed, t.found_depth, t.active_blocks, t.moved, t.woken);
+    all(t.stranded, t.splats_projected, t.splats_repaired);
     for (auto& count : t.limits) visit(count);
     all(r.audited, r.crowding.particles, r.crowding.most);
     all(r.left.count, r.left.mean, r.left.p99, r.left.max);
@@ -100,6 +101,7 @@ Json facts_json(const Checkpoint& c)
             {"frames_wanted", c.record.frames_wanted},
             {"wall", c.record.wall},
             {"particles", s.setup.particles.size()},
+            {"gaussians", s.setup.gaussians.size()},
             {"quiet", s.quiet.size()},
             {"quiet_low", triple(s.quiet_low)},
             {"quiet_stored", triple(s.quiet_stored)},
@@ -124,17 +126,28 @@ void each_float(P& p, Visit&& visit)
     for (auto* e : {&p.e.xx, &p.e.yy, &p.e.zz, &p.e.xy, &p.e.xz, &p.e.yz, &p.k}) visit(*e);
 }
 
+constexpr std::size_t gaussian_bytes = 12 * sizeof(float) + 2 * sizeof(std::uint32_t);
+template <class G, class Visit>
+void each_float_of(G& g, Visit&& visit)
+{
+    for (auto* v : {&g.x, &g.F.a, &g.F.b, &g.F.c}) visit(v->x), visit(v->y), visit(v->z);
+}
+
 std::string body_of(const SavedState& s)
 {
     std::string body;
     body.reserve(s.setup.particles.size() * (particle_bytes + sizeof(int)) +
-                 s.quiet.size() * sizeof(int));
+                 s.quiet.size() * sizeof(int) + s.setup.gaussians.size() * gaussian_bytes);
     for (const Particle<double>& p : s.setup.particles) {
         each_float(p, [&](double number) { append(body, float(number)); });
         append(body, p.object), append(body, p.sides);
     }
     for (int id : s.order) append(body, id);
     for (int frames : s.quiet) append(body, frames);
+    for (const Gaussian<double>& g : s.setup.gaussians) {
+        each_float_of(g, [&](double number) { append(body, float(number)); });
+        append(body, g.object), append(body, g.sides);
+    }
     return body;
 }
 
@@ -148,19 +161,26 @@ struct Taker {
     }
 };
 
-void take_body(SavedState& s, std::size_t particles, std::size_t quiet, const char* from)
+void take_body(SavedState& s, std::size_t particles, std::size_t quiet, std::size_t gaussians,
+               const char* from)
 {
     Taker taker{from};
+    const auto take_float = [&](double& number) {
+        float rounded;
+        taker.take(rounded), number = rounded;
+    };
+    s.setup.gaussians.resize(gaussians);
     s.setup.particles.resize(particles), s.order.resize(particles), s.quiet.resize(quiet);
     for (Particle<double>& p : s.setup.particles) {
-        each_float(p, [&](double& number) {
-            float rounded;
-            taker.take(rounded), number = rounded;
-        });
+        each_float(p, take_float);
         taker.take(p.object), taker.take(p.sides);
     }
     for (int& id : s.order) taker.take(id);
     for (int& frames : s.quiet) taker.take(frames);
+    for (Gaussian<double>& g : s.setup.gaussians) {
+        each_float_of(g, take_float);
+        taker.take(g.object), taker.take(g.sides);
+    }
 }
 
 [[noreturn]] void refuse(const std::string& file, const std::string& why)
@@ -275,13 +295,16 @@ Checkpoint read_checkpoint(const std::string& file)
         Checkpoint c = facts_in(all);
         const auto particles = all.at("particles").get<std::uint64_t>();
         const auto quiet = all.at("quiet").get<std::uint64_t>();
+        const auto gaussians = all.at("gaussians").get<std::uint64_t>();
         constexpr std::uint64_t each = particle_bytes + sizeof(int);
         if (particles > head.body / each || quiet > head.body / sizeof(int) ||
-            head.body != particles * each + quiet * sizeof(int))
-            refuse(file, fmt::format("expected {} particles and {} blocks, found {} bytes of them",
-                                     particles, quiet, head.body));
+            gaussians > head.body / gaussian_bytes ||
+            head.body != particles * each + quiet * sizeof(int) + gaussians * gaussian_bytes)
+            refuse(file, fmt::format("expected {} particles, {} blocks and {} Gaussians, found {} "
+                                     "bytes of them",
+                                     particles, quiet, gaussians, head.body));
         if (!in_order(c.record)) refuse(file, "its frames are not those of a run on its way");
-        take_body(c.state, particles, quiet, facts + head.facts);
+        take_body(c.state, particles, quiet, gaussians, facts + head.facts);
         return c;
     } catch (const Json::exception& e) {
         refuse(file, std::string("its facts are not those of a checkpoint: ") + e.what());

@@ -22,6 +22,12 @@ bool finite(const Particle<double>& p)
            std::isfinite(trace(p.e) + p.e.xy + p.e.xz + p.e.yz + p.k);
 }
 
+bool finite(const Gaussian<double>& g)
+{
+    return finite(g.x) && finite(g.F.a) && finite(g.F.b) && finite(g.F.c);
+}
+constexpr const char* not_finite = "a Gaussian with a number that is not finite";
+
 // Of a solver that only plays what was recorded, say.
 [[noreturn]] void refuse(const Solver& solver)
 {
@@ -39,6 +45,7 @@ void check_material(const Material<double>& m)
 
 int Solver::add(const Material<double>&, const std::vector<Particle<double>>&) { refuse(*this); }
 void Solver::remove(int) { refuse(*this); }
+void Solver::attach(int, const std::vector<Vec3<double>>&) { refuse(*this); }
 void Solver::set_material(int, const Material<double>&) { refuse(*this); }
 void Solver::move(int, const RigidMotion<double>&) { refuse(*this); }
 void Solver::set_gravity(Vec3<double>) { refuse(*this); }
@@ -72,8 +79,14 @@ Rules::Rules(const Setup& setup) : now(setup), counts(setup.materials.size(), 0)
                 "a particle of object " + std::to_string(p.object) + ", which has no material");
         ++counts[std::size_t(p.object)];
     }
-    now.particles = {};
+    now.particles = {}, now.gaussians = {};
     for (const Tool<double>& tool : now.tools) now.cuts = now.cuts || tool.blade;
+    for (const Gaussian<double>& g : setup.gaussians) {
+        check_object(g.object);
+        require(finite(g), not_finite);
+        require(g.label() <= below && !g.still(), "a Gaussian on a side that no cut has");
+        check_place(g.x, "a Gaussian");
+    }
 }
 
 long Rules::count() const { return std::accumulate(counts.begin(), counts.end(), 0l); }
@@ -154,6 +167,15 @@ void Rules::set_tools(const Rig& rig, const std::vector<Tool<double>>& tools)
     for (const Tool<double>& tool : tools) now.cuts = now.cuts || tool.blade;
 }
 
+void Rules::check_attach(int object, const std::vector<Vec3<double>>& places) const
+{
+    check_object(object);
+    for (const Vec3<double>& x : places) {
+        require(finite(x), not_finite);
+        check_place(x, "a Gaussian");
+    }
+}
+
 void Rules::check_object(int object) const
 {
     const bool known = object >= 0 && object < int(counts.size());
@@ -169,11 +191,12 @@ void Rules::check_motion(const RigidMotion<double>& m)
             "a motion needs a finite shift and a unit quaternion");
 }
 
-void Rules::check_place(Vec3<double> x) const
+void Rules::check_place(Vec3<double> x, const char* what) const
 {
     if (between(now.walls, x, now.lattice.dx)) return;  // asked of every particle
-    throw std::invalid_argument("clay at (" + std::to_string(x.x) + ", " + std::to_string(x.y) +
-                                ", " + std::to_string(x.z) + ") m would lie behind a wall");
+    throw std::invalid_argument(what + std::string(" at (") + std::to_string(x.x) + ", " +
+                                std::to_string(x.y) + ", " + std::to_string(x.z) +
+                                ") m would lie behind a wall");
 }
 
 void check_state(const SavedState& state, const Setup& of)

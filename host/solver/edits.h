@@ -9,10 +9,11 @@ namespace knead {
 // A removed object has a material of density 0.
 inline bool there(const Material<double>& material) { return material.density > 0; }
 
-// A scene's setup without its particles, and how many of them each object has.
+// A scene's setup without its particles and Gaussians, and how many of them each object has.
 class Rules {
   public:
-    // Throws std::invalid_argument where a particle has no material, or a material cannot be.
+    // Throws std::invalid_argument where a particle has no material, or a material or a Gaussian
+    // cannot be.
     explicit Rules(const Setup& setup);
 
     const Setup& setup() const { return now; }
@@ -28,12 +29,13 @@ class Rules {
     void set_gravity(Vec3<double> gravity);
     void set_walls(const WallRule& walls);
     void set_tools(const Rig& rig, const std::vector<Tool<double>>& tools);
+    void check_attach(int object, const std::vector<Vec3<double>>& places) const;
 
     void check_object(int object) const;
     // A motion must be finite and rigid.
     static void check_motion(const RigidMotion<double>& motion);
     // What is at x must be between the walls.
-    void check_place(Vec3<double> x) const;
+    void check_place(Vec3<double> x, const char* what = "clay") const;
 
   private:
     Setup now;

@@ -161,6 +161,58 @@ void align(std::vector<Particle<R>>& q, const std::vector<R>& height)
         if (p.sides != uncut) p.sides = opposite(p.sides);
 }
 
+// Particles by cell, to be looked for around a place.
+template <class R>
+class Neighbourhood {
+  public:
+    Neighbourhood(const std::vector<Particle<R>>& particles, const Lattice<R>& of)
+        : q(particles), lattice(of)
+    {
+        for (std::size_t i = 0; i < q.size(); ++i)
+            by_cell.emplace_back(key(lattice.cell_of(q[i].x), lattice.size, 0), int(i));
+        std::sort(by_cell.begin(), by_cell.end());
+    }
+    // The nearest in the 27 cells around x, of those that are `preferred` where there are any; -1:
+    // there is none.
+    template <class Preferred>
+    int nearest(Vec3<R> x, Preferred&& preferred) const
+    {
+        int best = -1;
+        auto least = std::pair(true, R(0));
+        for (int n = 0; n < 27; ++n) {
+            const Int3 cell = lattice.cell_of(x) + Int3{n % 3 - 1, n / 3 % 3 - 1, n / 9 - 1};
+            const auto k = key(cell, lattice.size, 0);
+            for (auto at = std::lower_bound(by_cell.begin(), by_cell.end(), std::pair(k, 0));
+                 at != by_cell.end() && at->first == k; ++at) {
+                const Vec3<R> d = q[std::size_t(at->second)].x - x;
+                const auto found = std::pair(!preferred(at->second), dot(d, d));
+                if (best < 0 || found < least) best = at->second, least = found;
+            }
+        }
+        return best;
+    }
+
+  private:
+    const std::vector<Particle<R>>& q;
+    const Lattice<R>& lattice;
+    std::vector<std::pair<std::int64_t, int>> by_cell;
+};
+
+// preferred(g, i): whether Gaussian g would rather have the label of particle i.
+template <class R, class Preferred>
+void label_by_nearest(std::vector<Gaussian<R>>& splats, std::size_t from,
+                      const std::vector<Particle<R>>& q, const Lattice<R>& lattice,
+                      Preferred&& preferred)
+{
+    if (from == splats.size()) return;
+    const Neighbourhood<R> around(q, lattice);
+    for (std::size_t k = from; k < splats.size(); ++k) {
+        Gaussian<R>& g = splats[k];
+        const int i = around.nearest(g.x, [&](int n) { return preferred(g, std::size_t(n)); });
+        if (i >= 0) g.sides = q[std::size_t(i)].label();
+    }
+}
+
 }  // namespace
 
 template <class R>
@@ -219,6 +271,30 @@ void forget(std::vector<Particle<R>>& q, const Lattice<R>& lattice, const std::v
     align(q, height);
 }
 
+template <class R>
+void follow_labels(std::vector<Gaussian<R>>& splats, const std::vector<Particle<R>>& q,
+                   const std::vector<std::uint32_t>& before, const Lattice<R>& lattice)
+{
+    label_by_nearest(splats, 0, q, lattice,
+                     [&](const Gaussian<R>& g, std::size_t i) { return before[i] == g.label(); });
+}
+
+template <class R>
+void take_labels(std::vector<Gaussian<R>>& splats, std::size_t from,
+                 const std::vector<Particle<R>>& q, const Lattice<R>& lattice)
+{
+    label_by_nearest(splats, from, q, lattice,
+                     [&](const Gaussian<R>& g, std::size_t i) { return q[i].object == g.object; });
+}
+
+template void follow_labels(std::vector<Gaussian<float>>&, const std::vector<Particle<float>>&,
+                            const std::vector<std::uint32_t>&, const Lattice<float>&);
+template void follow_labels(std::vector<Gaussian<double>>&, const std::vector<Particle<double>>&,
+                            const std::vector<std::uint32_t>&, const Lattice<double>&);
+template void take_labels(std::vector<Gaussian<float>>&, std::size_t,
+                          const std::vector<Particle<float>>&, const Lattice<float>&);
+template void take_labels(std::vector<Gaussian<double>>&, std::size_t,
+                          const std::vector<Particle<double>>&, const Lattice<double>&);
 template int pieces(const std::vector<Particle<float>>&, const Lattice<float>&, std::vector<int>&);
 template int pieces(const std::vector<Particle<double>>&, const Lattice<double>&,
                     std::vector<int>&);

@@ -5,6 +5,7 @@
 #include "cuda/contact/cut.h"
 #include "cuda/mpm/lattice.h"
 #include "cuda/mpm/particle.h"
+#include "cuda/splats/deform.h"
 #include "host/solver/cpu/tools.h"
 
 namespace knead {
@@ -26,31 +27,46 @@ void relabel(std::vector<Particle<R>>& q, const Lattice<R>& lattice);
 template <class R>
 void forget(std::vector<Particle<R>>& q, const Lattice<R>& lattice, const std::vector<R>& height);
 
+// Gaussians take the label of the nearest particle within a cell or two: of those that had the same
+// label as they before, where there are any. before[i] was that of particle i.
+template <class R>
+void follow_labels(std::vector<Gaussian<R>>& splats, const std::vector<Particle<R>>& q,
+                   const std::vector<std::uint32_t>& before, const Lattice<R>& lattice);
+// Those from splats[from] on are new: of particles of the same object, where there are any.
+template <class R>
+void take_labels(std::vector<Gaussian<R>>& splats, std::size_t from,
+                 const std::vector<Particle<R>>& q, const Lattice<R>& lattice);
+
 // At the end of a frame, in which a blade covered clay or not: a stroke that begins forgets old
 // labels in its way, one that has ended leaves whole pieces. mask_at(x): the primitives that may
-// matter at x. True if labels may have changed.
+// matter at x. Gaussians follow. True if labels may have changed.
 template <class R, class MaskAt>
-bool relabel_pieces(std::vector<Particle<R>>& q, const Lattice<R>& lattice,
-                    const Colliders<R>& tools, MaskAt&& mask_at, bool covered, bool was_covered)
+bool relabel_pieces(std::vector<Particle<R>>& q, std::vector<Gaussian<R>>& splats,
+                    const Lattice<R>& lattice, const Colliders<R>& tools, MaskAt&& mask_at,
+                    bool covered, bool was_covered)
 {
     if (covered == was_covered) return false;
-    if (!covered) {
+    std::vector<std::uint32_t> before(splats.empty() ? 0 : q.size());
+    for (std::size_t i = 0; i < before.size(); ++i) before[i] = q[i].label();
+    if (covered) {
+        std::vector<R> height(q.size(), 0);
+        for (std::size_t i = 0; i < q.size(); ++i)
+            for_each_blade(tools, mask_at(q[i].x), q[i].x, lattice.dx,
+                           [&](const Seen<R>& b, const Tool<R>&) { height[i] = b.h; });
+        forget(q, lattice, height);
+    } else {
         relabel(q, lattice);
-        return true;
     }
-    std::vector<R> height(q.size(), 0);
-    for (std::size_t i = 0; i < q.size(); ++i)
-        for_each_blade(tools, mask_at(q[i].x), q[i].x, lattice.dx,
-                       [&](const Seen<R>& b, const Tool<R>&) { height[i] = b.h; });
-    forget(q, lattice, height);
+    follow_labels(splats, q, before, lattice);
     return true;
 }
 template <class R>
-bool relabel_pieces(std::vector<Particle<R>>& q, const Lattice<R>& lattice,
-                    const PosedTools<R>& posed, bool covered, bool was_covered)
+bool relabel_pieces(std::vector<Particle<R>>& q, std::vector<Gaussian<R>>& splats,
+                    const Lattice<R>& lattice, const PosedTools<R>& posed, bool covered,
+                    bool was_covered)
 {
     const auto mask_at = [&](Vec3<R> x) -> const Mask& { return posed.mask_at(lattice, x); };
-    return relabel_pieces(q, lattice, posed.colliders(), mask_at, covered, was_covered);
+    return relabel_pieces(q, splats, lattice, posed.colliders(), mask_at, covered, was_covered);
 }
 
 }  // namespace knead

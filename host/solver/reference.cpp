@@ -22,6 +22,7 @@ namespace knead {
 Reference::Reference(const Setup& given)
     : setup(given),
       q(given.particles),
+      splats(given.gaussians),
       depth(q.size()),
       owner(tools_of_spheres(given.rig)),
       spheres(given.rig.spheres.size()),
@@ -33,7 +34,8 @@ Reference::Reference(const Setup& given)
     if (shapes.size() > max_primitives)
         throw std::invalid_argument("at most " + std::to_string(max_primitives) + " primitives");
     check_materials(setup.materials);
-    setup.particles.clear();
+    if (!setup.gaussians.empty()) Rules{setup};
+    setup.particles.clear(), setup.gaussians.clear();
     for (const Binding<float>& b : setup.rig.spheres) bindings.push_back(cast<double>(b));
     for (const Tool<double>& t : setup.tools) blades = blades || t.blade;
     fields.resize(blades ? 3 : 1);
@@ -70,6 +72,7 @@ void Reference::substep(const Motion& motion, double from, double to, double dt)
     project(dt);
     plasticity(dt);
     repair();
+    deform(dt);
 }
 
 // Medial spheres from joints (20), (21), and what is derived from them once (13), (14).
@@ -206,13 +209,36 @@ void Reference::repair()
     for (std::size_t i = 0; i < q.size(); ++i) stats.repaired += knead::repair(q[i], before[i]);
 }
 
+// Gaussians go with the velocities around them, out of tools and walls.  (31)-(34)
+void Reference::deform(double dt)
+{
+    const Lattice<double>& lattice = setup.lattice;
+    const Colliders<double> tools = colliders();
+    const double per_mass = 1 / lightest_particle(setup);
+    long stranded = 0, projected = 0, repaired = 0;
+#pragma omp parallel for num_threads(threads) reduction(+ : stranded, projected, repaired)
+    for (std::size_t i = 0; i < splats.size(); ++i) {
+        Gaussian<double>& g = splats[i];
+        const Gaussian<double> start = g;
+        const Int3 base = base_node(g.x, lattice.spacing);
+        const std::vector<Node<double>>& field = fields[blades ? g.label() : uncut];
+        stranded += !knead::deform(g, lattice.spacing, dt, [&](Int3 step) {
+            return node_share(field[std::size_t(lattice.index(base + step))], per_mass);
+        });
+        projected += keep_out(g, tools, active, setup.passes, blades, walls, lattice.dx);
+        repaired += knead::repair(g, start);
+    }
+    stats.stranded += stranded, stats.splats_projected += projected;
+    stats.splats_repaired += repaired;
+}
+
 // The end of a frame: a stroke that begins forgets old labels in its way, one that has ended leaves
 // whole pieces.
 void Reference::end_cuts()
 {
     if (!blades) return;
     const auto everywhere = [&](Vec3<double>) -> const Mask& { return active; };
-    relabel_pieces(q, setup.lattice, colliders(), everywhere, covered > 0, was_covered);
+    relabel_pieces(q, splats, setup.lattice, colliders(), everywhere, covered > 0, was_covered);
     was_covered = covered > 0;
 }
 

@@ -23,6 +23,7 @@ class Reference : public Solver {
     FrameStats advance(const Motion& motion, double duration) override;
     // In the scene's order.
     std::vector<Particle<double>> particles() const override { return q; }
+    std::vector<Gaussian<double>> gaussians() const override { return splats; }
     std::vector<double> penetration() const override;
     const std::vector<StageTime>& stage_times() const override { return times; }  // none
     std::size_t memory() const override;
@@ -38,6 +39,7 @@ class Reference : public Solver {
     void project(double dt);     // out of tools and walls; labels beside a blade
     void plasticity(double dt);  // strains back to the yield surface
     void repair();               // particles that are no longer numbers, to where they were
+    void deform(double dt);      // Gaussians go with the clay, and out of tools and walls
 
     // By Lattice::index: momentum and mass after p2g(), velocity and mass after grid(). Field 0 is
     // of all clay; in scenes with blades those of a label leave the other label's clay out (25).
@@ -55,10 +57,11 @@ class Reference : public Solver {
     long active_blocks() const;
     void end_cuts();
 
-    Setup setup;  // but for its particles
+    Setup setup;  // but for its particles and Gaussians
     std::vector<Binding<double>> bindings;
     std::vector<Particle<double>> q;                // in the scene's order
     std::vector<Particle<double>> before;           // as the substep found them
+    std::vector<Gaussian<double>> splats;           // in the scene's order
     std::vector<double> per_cell;                   // around each, in particles like it
     std::vector<double> depth;                      // of each in a tool, before projection [m]
     std::vector<std::vector<Node<double>>> fields;  // one, or with blades one a label: node_count

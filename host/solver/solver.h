@@ -14,6 +14,7 @@
 #include "cuda/mpm/sleep.h"
 #include "cuda/mpm/time_step.h"
 #include "cuda/mpm/walls.h"
+#include "cuda/splats/deform.h"
 #include "host/solver/counters.h"
 #include "host/solver/rig.h"
 
@@ -33,7 +34,8 @@ struct Setup {
     Vec3<double> gravity{};                   // [m/s^2]
     std::vector<Material<double>> materials;  // one per object
     std::vector<Particle<double>> particles;
-    Rig rig;  // all tools; Primitive::tool indexes `tools`
+    std::vector<Gaussian<double>> gaussians{};  // that follow the objects' clay
+    Rig rig;                                    // all tools; Primitive::tool indexes `tools`
     std::vector<Tool<double>> tools;
     StepRule step;
     bool grid_contact = true;  // the grid feels the tools
@@ -68,8 +70,10 @@ struct FrameStats {
     long trimmed = 0;                // nodes slowed that hold next to nothing
     double found_depth = 0;          // deepest before projection [m]
     long active_blocks = 0;          // of the last substep
-    long moved = 0;      // particle-substeps: less than their product where clay was still
-    long woken = 0;      // blocks of still clay that were pushed
+    long moved = 0;     // particle-substeps: less than their product where clay was still
+    long woken = 0;     // blocks of still clay that were pushed
+    long stranded = 0;  // Gaussian-substeps with no clay around: they stay where they are
+    long splats_projected = 0, splats_repaired = 0;  // Gaussian-substeps, as of particles above
     bool cut = false;    // it was ended before its time, as who watches it asked
     double reached = 0;  // where it was cut: how far it came [s]
 };
@@ -99,7 +103,7 @@ class Snapshot {
 
 // The same in plain values on the host: for files, for undo, for another solver of the same kind.
 struct SavedState {
-    Setup setup;              // with its particles, by id
+    Setup setup;              // with its particles, by id, and its Gaussians
     std::vector<int> order;   // ids as the solver keeps them: the CPU's sums depend on it
     float speed_squared = 0;  // of the fastest particle, as the solver found it [m^2/s^2]
     float stiffness = 0;      // of the stiffest, likewise [m^2/s^2]
@@ -112,7 +116,8 @@ struct SavedState {
 
 namespace gpu {
 struct Clay;  // cuda/surface/surface.cuh: where a solver keeps its particles on the device
-}
+struct MovedGaussians;  // cuda/splats/deform.cuh: and its Gaussians
+}  // namespace gpu
 
 class Solver {
   public:
@@ -152,7 +157,11 @@ class Solver {
     virtual void set_walls(const WallRule& walls);
     // All tools at once. The motions of later frames are of this rig.
     virtual void set_tools(const Rig& rig, const std::vector<Tool<double>>& tools);
-    // The setup as edited, without particles. A removed object's material is all zero.
+    // Gaussians at these places [m], undeformed, that follow an object's clay from now on, and are
+    // moved and removed with it.
+    virtual void attach(int object, const std::vector<Vec3<double>>& places);
+    // The setup as edited, without particles and Gaussians. A removed object's material is all
+    // zero.
     virtual const Setup& rules() const;
 
     virtual std::shared_ptr<const Snapshot> snapshot() const;
@@ -165,6 +174,8 @@ class Solver {
 
     // The particles in no particular order (deterministic for equal runs).
     virtual std::vector<Particle<double>> particles() const = 0;
+    // In the order in which they were attached.
+    virtual std::vector<Gaussian<double>> gaussians() const { return {}; }
     // Depth [m] of every particle inside a tool at the end of the last frame; 0 entries left out.
     virtual std::vector<double> penetration() const = 0;
     virtual const std::vector<StageTime>& stage_times() const = 0;
@@ -173,6 +184,8 @@ class Solver {
     virtual std::vector<StageWork> stage_counts() const { return {}; }
     // Where the particles are on the device, for its surface; null where they are not on one.
     virtual const gpu::Clay* clay() const { return nullptr; }
+    // Where the Gaussians are on the device, for who draws them; null where they are not on one.
+    virtual const gpu::MovedGaussians* moved_gaussians() const { return nullptr; }
     virtual std::size_t memory() const = 0;  // bytes held
     virtual std::string name() const = 0;    // "cpu float, ...", "cuda: NVIDIA H200"
 

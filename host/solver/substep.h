@@ -27,14 +27,17 @@ void set_tool(Tool<R>& tool, const Motion& motion, std::size_t t)
     tool.size = t < motion.size.size() ? R(motion.size[t]) : R(1);
 }
 
-// What a node holds that is trimmed, not clipped, where it is slowed: at most [kg].
-inline double trifle(const Setup& s)
+// The mass of the lightest particle that there may be [kg].
+inline double lightest_particle(const Setup& s)
 {
     double lightest = 1e30;
     for (const Material<double>& m : s.materials)
         if (m.mass > 0) lightest = std::fmin(lightest, m.mass);
-    return trimmed_share * lightest;
+    return lightest;
 }
+
+// What a node holds that is trimmed, not clipped, where it is slowed: at most [kg].
+inline double trifle(const Setup& s) { return trimmed_share * lightest_particle(s); }
 
 // What of a scene limits its substeps; its state may limit them further.  (22)
 inline StepLimits step_limits(const Setup& s)

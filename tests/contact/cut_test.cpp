@@ -105,6 +105,51 @@ TEST(Cut, AKnifeStrokeOnADeviceLeavesTwoPiecesToo)
     expect_two_pieces(s, gpu_solver(s, 0));
 }
 
+void expect_gaussians_with_their_pieces(const Given& s, std::unique_ptr<Solver> solver)
+{
+    stroke(*solver, 0.5, 0.5);
+    const auto q = solver->particles();
+    const auto g = solver->gaussians();
+    ASSERT_EQ(g.size(), q.size());
+    long labelled = 0, other = 0, lost = 0, across = 0;
+    for (std::size_t i = 0; i < g.size(); ++i) {
+        labelled += g[i].sides != uncut, other += g[i].sides != q[i].sides;
+        lost += length(g[i].x - q[i].x) > dx;
+        across += (g[i].x.x < 0.5) != (s.particles[i].x.x < 0.5);
+    }
+    EXPECT_GT(labelled, long(q.size()) / 2);
+    EXPECT_LT(other, long(q.size()) / 200);
+    EXPECT_LT(lost, long(q.size()) / 200);
+    EXPECT_LT(across, long(q.size()) / 100);
+}
+
+TEST(Cut, GaussiansStayWithThePieceThatTheyWereAttachedTo)
+{
+    Given s = block(true);
+    for (const auto& p : s.particles) s.gaussians.push_back(gaussian_at(p.x, 0));
+    expect_gaussians_with_their_pieces(s, cpu_solver(s));
+    if (gpu_present()) expect_gaussians_with_their_pieces(s, gpu_solver(s, 0));
+}
+
+TEST(Cut, GaussiansAttachedToCutClayTakeItsLabels)
+{
+    Given s = block(true);
+    const auto solver = cpu_solver(s);
+    stroke(*solver, 0.2, 0.5);
+    const auto q = solver->particles();
+    std::vector<Vec3<double>> places;
+    for (const auto& p : q) places.push_back(p.x);
+    solver->attach(0, places);
+    const auto g = solver->gaussians();
+    ASSERT_EQ(g.size(), q.size());
+    long labelled = 0;
+    for (std::size_t i = 0; i < g.size(); ++i) {
+        EXPECT_EQ(g[i].sides, q[i].sides);
+        labelled += g[i].sides != uncut;
+    }
+    EXPECT_GT(labelled, long(q.size()) / 2);
+}
+
 TEST(Cut, PiecesPulledApartMoveFreely)
 {
     Given s = block(true);

@@ -133,6 +133,22 @@ TEST_F(CheckpointFile, HoldsWhatWasWritten)
     EXPECT_EQ(bytes("again"), bytes("torn/" + std::string(checkpoint_name)));
 }
 
+TEST_F(CheckpointFile, HoldsGaussiansThatFollowTheClay)
+{
+    tear("torn");
+    Checkpoint c = read_checkpoint(path("torn/" + std::string(checkpoint_name)));
+    Gaussian<double> g = gaussian_at(Vec3<double>{0.125, 0.25, 0.5}, 0);
+    g.F = {{1, 2, 3}, {4, 5, 6}, {7, 8, 9}}, g.sides = below;
+    c.state.setup.gaussians = {g, gaussian_at(Vec3<double>{0.5, 0.5, 0.5}, 0)};
+    c.record.rows.back().stats.stranded = 7;
+    write_checkpoint(path("with"), c);
+    const Checkpoint read = read_checkpoint(path("with"));
+    EXPECT_TRUE(same_bits(read.state.setup.gaussians, c.state.setup.gaussians));
+    EXPECT_TRUE(same_bits(read.state.setup.particles, c.state.setup.particles));
+    EXPECT_EQ(read.state.quiet, c.state.quiet);
+    EXPECT_EQ(read.record.rows.back().stats.stranded, 7);
+}
+
 TEST_F(CheckpointFile, WhatIsNotWholeIsRefusedAndStays)
 {
     tear("torn");
@@ -154,7 +170,7 @@ TEST_F(CheckpointFile, WhatIsNotWholeIsRefusedAndStays)
         EXPECT_NE(refused_of(other), "accepted") << at;
     }
     std::string newer = whole;
-    newer[16] = 2;
+    newer[16] = 3;
     EXPECT_NE(refused_of(newer).find("of a newer knead"), std::string::npos);
 
     // The program says so, and leaves all as it is.
@@ -194,6 +210,14 @@ TEST_F(CheckpointFile, WhatMakesNoSenseToTheSolverIsRefused)
     refused_with([](Checkpoint& c) { c.state.setup.particles[3].v.x = std::nan(""); });
     refused_with(
         [](Checkpoint& c) { c.state.setup.particles.pop_back(), c.state.order.pop_back(); });
+    const auto with = [](Gaussian<double> g) {
+        return [g](Checkpoint& c) { c.state.setup.gaussians = {g}; };
+    };
+    const Vec3<double> inside = good.state.setup.particles[3].x;
+    refused_with(with(gaussian_at(inside, 99)));
+    refused_with(with(gaussian_at(Vec3<double>{0.16, 1e9, 0.16}, 0)));
+    refused_with(with(gaussian_at(Vec3<double>{0.16, std::nan(""), 0.16}, 0)));
+    refused_with(with({inside, {}, 0, 77}));
     refused_with([](Checkpoint& c) { c.record.rows.clear(); });
     refused_with([](Checkpoint& c) { c.record.rows.back().frame = 77; });
     refused_with([](Checkpoint& c) { c.command.erase("mesh"); });

@@ -14,6 +14,7 @@
 #include "host/solver/audit.h"
 #include "host/solver/substep.h"
 #include "tests/solver/back_ends.h"
+#include "tests/solver/samples.h"
 
 namespace knead {
 namespace {
@@ -84,6 +85,11 @@ Played made(const std::string& name, const std::vector<std::string>& settings, b
     if (sliced) slice(scene.setup);
     Played p;
     p.setup = rounded_to_float(scene.setup);
+    for (std::size_t i = 0; i < p.setup.particles.size(); i += 3) {  // and up to a cell above
+        const Particle<double>& q = p.setup.particles[i];
+        const Vec3<double> x = q.x + Vec3<double>{0, p.setup.lattice.dx * double(i % 8) / 8, 0};
+        p.setup.gaussians.push_back(gaussian_at(cast<double>(cast<float>(x)), q.object));
+    }
     const double speed = 1;  // [m/s]: nothing here is much faster
     p.setup.step.fixed = choose_dt(step_limits(p.setup), {speed, 0}, 1e30, 1).dt;
     p.duration = substeps * p.setup.step.fixed;
@@ -105,6 +111,7 @@ Played made(const std::string& name, const std::vector<std::string>& settings, b
 
 struct Outcome {
     Particles particles;
+    std::vector<Gaussian<double>> gaussians;
     FrameStats sum;
 };
 Outcome outcome(Solver& solver, const Played& p)
@@ -113,9 +120,10 @@ Outcome outcome(Solver& solver, const Played& p)
     for (const Motion& m : p.motions) {
         const FrameStats s = solver.advance(m, p.duration);
         o.sum.substeps += s.substeps, o.sum.projected += s.projected, o.sum.yielded += s.yielded;
-        o.sum.clipped += s.clipped, o.sum.repaired += s.repaired;
+        o.sum.clipped += s.clipped, o.sum.repaired += s.repaired + s.splats_repaired;
+        o.sum.stranded += s.stranded, o.sum.splats_projected += s.splats_projected;
     }
-    o.particles = solver.particles();
+    o.particles = solver.particles(), o.gaussians = solver.gaussians();
     return o;
 }
 
@@ -152,6 +160,28 @@ Error error(const Setup& s, const Particles& a, const Particles& b)
 // over half a substep (19).
 constexpr double max_rms = 4e-5, max_off = 2e-4, max_volume = 2.2e-7, max_momentum = 1e-4;
 
+// Gaussians of a run of float from the reference's: places [cells], deformations of each, labels.
+struct SplatError {
+    double rms = 0, max = 0, rms_F = 0, max_F = 0, strained = 0;
+    long other_labels = 0;
+};
+SplatError error(const Setup& s, const std::vector<Gaussian<double>>& a,
+                 const std::vector<Gaussian<double>>& b)
+{
+    SplatError e;
+    const auto add = [&](double off, double& rms, double& max) {
+        rms += off * off / double(b.size()), max = std::fmax(max, off);
+    };
+    for (std::size_t i = 0; i < b.size(); ++i) {
+        add(length(a[i].x - b[i].x) / s.lattice.dx, e.rms, e.max);
+        add(size(a[i].F - b[i].F) / size(b[i].F), e.rms_F, e.max_F);
+        e.strained = std::fmax(e.strained, size(b[i].F - diagonal(1.0)));
+        e.other_labels += a[i].sides != b[i].sides;
+    }
+    e.rms = std::sqrt(e.rms), e.rms_F = std::sqrt(e.rms_F);
+    return e;
+}
+
 class RecordedRun : public AgainstTheReference {
   protected:
     static void compare(const std::string& scene, const std::vector<std::string>& settings,
@@ -179,6 +209,14 @@ class RecordedRun : public AgainstTheReference {
                 name.c_str(), e.rms, e.max, e.volume, e.momentum, e.moved, mine.sum.projected,
                 wanted.sum.projected, mine.sum.yielded, wanted.sum.yielded, e.labelled,
                 e.other_labels);
+        const SplatError g = error(p.setup, mine.gaussians, wanted.gaussians);
+        if (std::getenv("KNEAD_SHOW"))
+            std::printf(
+                "  Gaussians: rms %.2g max %.2g cells; F rms %.2g max %.2g of up to %.2g; "
+                "projected %ld %ld, stranded %ld %ld, %ld labelled otherwise\n",
+                g.rms, g.max, g.rms_F, g.max_F, g.strained, mine.sum.splats_projected,
+                wanted.sum.splats_projected, mine.sum.stranded, wanted.sum.stranded,
+                g.other_labels);
         EXPECT_LT(e.rms, max_rms) << "cells";
         EXPECT_LT(e.max, max_off) << "cells";
         EXPECT_LT(e.volume, max_volume);

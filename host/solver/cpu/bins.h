@@ -30,6 +30,9 @@ struct Bins {
         return {order.data() + first[std::size_t(s)], order.data() + first[std::size_t(s) + 1]};
     }
 
+    // Whether a block receives mass, as `reached` lists them.
+    bool reaches(int block) const { return mark[std::size_t(block)] != 0; }
+
     // From here on only particles of the listed blocks, as they were when reordered, are binned.
     void bin_only(const std::vector<char>& listed)
     {

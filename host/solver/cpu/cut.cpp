@@ -77,7 +77,7 @@ void CpuSolver<R>::finish_cuts(bool covered)
 {
     if (stillness.any() && covered != was_covered)
         for (Particle<R>& p : q) p.hold(false);  // whoever looks at whole pieces reads plain labels
-    relabel_pieces(q, lattice, posed, covered, was_covered);
+    relabel_pieces(q, splats, lattice, posed, covered, was_covered);
     was_covered = covered;
 }
 

@@ -18,13 +18,15 @@ struct CpuSnapshot : Snapshot {
     std::shared_ptr<const char> solver;
     Rules book;
     std::vector<Particle<R>> q;
+    std::vector<Gaussian<R>> splats;
     std::vector<int> ids, quiet;
     bool was_covered = false;
     Extremes most{};
     explicit CpuSnapshot(const Rules& rules) : book(rules) {}
     std::size_t bytes() const override
     {
-        return q.size() * (sizeof q[0] + sizeof ids[0]) + quiet.size() * sizeof quiet[0];
+        return q.size() * (sizeof q[0] + sizeof ids[0]) + quiet.size() * sizeof quiet[0] +
+               splats.size() * sizeof splats[0];
     }
 };
 
@@ -42,11 +44,16 @@ void CpuSolver<R>::apply_rules()
         grid[f].resize(std::size_t(lattice.node_count()));
     split.resize(posed.blades ? std::size_t(lattice.block_count()) : 0);
     edited();
+    times.clear();
+    for (const char* name : {"pose", "bin", "p2g", "grid", "g2p", "project", "plasticity"})
+        times.push_back({name, 0});
+    if (!splats.empty()) times.push_back({"deform", 0});
 }
 
 template <class R>
 void CpuSolver<R>::edited()
 {
+    splats_arranged = false;
     most = extremes();
     ++changes;
 }
@@ -119,6 +126,7 @@ void CpuSolver<R>::remove(int object)
         if (p.object == object) wake(p);
         return p.object == object;
     });
+    std::erase_if(splats, [&](const Gaussian<R>& g) { return g.object == object; });
     renumber();
     apply_rules();
 }
@@ -142,7 +150,16 @@ void CpuSolver<R>::move(int object, const RigidMotion<double>& motion)
         knead::move(there, motion);
         book.check_place(there.x);
     }
+    std::vector<Gaussian<R>> moved = splats;
+    for (Gaussian<R>& g : moved) {
+        if (g.object != object) continue;
+        Gaussian<double> there = cast<double>(g);
+        knead::move(there, motion);
+        book.check_place(there.x, "a Gaussian");
+        g = cast<R>(there);
+    }
     edit(object, [&](Particle<double>& p) { knead::move(p, motion); });
+    splats.swap(moved);
     edited();
 }
 
@@ -177,7 +194,7 @@ template <class R>
 std::shared_ptr<const Snapshot> CpuSolver<R>::snapshot() const
 {
     auto to = std::make_shared<CpuSnapshot<R>>(book);
-    to->solver = identity, to->q = q, to->ids = ids;
+    to->solver = identity, to->q = q, to->ids = ids, to->splats = splats;
     to->quiet = stillness.quiet, to->was_covered = was_covered, to->most = most;
     return to;
 }
@@ -189,7 +206,7 @@ void CpuSolver<R>::restore(const Snapshot& snapshot)
     if (!from || from->solver != identity)
         throw std::invalid_argument("the snapshot is of another solver");
     book = from->book;
-    q = from->q, ids = from->ids;
+    q = from->q, ids = from->ids, splats = from->splats;
     stillness.quiet = from->quiet, was_covered = from->was_covered;
     arranged = false;  // sorted again, what is in order stays so
     posed = PosedTools<R>(setup, lattice);
@@ -224,7 +241,7 @@ SavedState CpuSolver<R>::save() const
 {
     SavedState state;
     state.setup = setup;
-    state.setup.particles = particles();
+    state.setup.particles = particles(), state.setup.gaussians = gaussians();
     state.order = ids;
     state.speed_squared = float(most.speed * most.speed), state.stiffness = float(most.stiffness);
     state.quiet = stillness.quiet, state.quiet_stored = lattice.stored;
@@ -240,6 +257,8 @@ void CpuSolver<R>::load(const SavedState& state)
     q.clear();
     for (int id : state.order) q.push_back(cast<R>(state.setup.particles[std::size_t(id)]));
     ids = state.order;
+    splats.clear();
+    for (const Gaussian<double>& g : state.setup.gaussians) splats.push_back(cast<R>(g));
     stillness = Stillness<R>(setup.rest, lattice);
     if (stillness.any()) stillness.quiet = quiet_over(state, lattice);
     was_covered = state.covered, arranged = false;

@@ -30,6 +30,7 @@ void CpuSolver<R>::update_activity(const Motion& motion)
             p.hold(still);
             if (still) p.v = {}, p.C = {};
         });
+        for_each_splat(b, [&](Gaussian<R>& g) { g.hold(still); });
     }
     bins.bin_only(stillness.listed);
     times[stage_bin].seconds += omp_get_wtime() - start;
@@ -72,6 +73,7 @@ void CpuSolver<R>::wake_roused(FrameStats& stats)
     stillness.end([&](int b) {
         const int from = bins.home[std::size_t(b)], to = bins.home[std::size_t(b) + 1];
         for (int i = from; i < to; ++i) q[std::size_t(i)].hold(false);
+        for_each_splat(b, [&](Gaussian<R>& g) { g.hold(false); });
         stats.woken += from < to, any = true;
     });
     if (any) bins.bin_only(stillness.listed);

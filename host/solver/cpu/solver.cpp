@@ -26,11 +26,10 @@ CpuSolver<R>::CpuSolver(const Setup& given)
       stillness(given.rest, lattice)
 {
     for (const Particle<double>& p : given.particles) q.push_back(cast<R>(p));
+    for (const Gaussian<double>& g : given.gaussians) splats.push_back(cast<R>(g));
     renumber();
     apply_rules();
     counts.resize(std::size_t(threads));
-    for (const char* name : {"pose", "bin", "p2g", "grid", "g2p", "project", "plasticity"})
-        times.push_back({name, 0});
 }
 
 template <class R>
@@ -49,6 +48,7 @@ FrameStats CpuSolver<R>::advance(const Motion& motion, double duration)
         return lattice.index(base_node(p.x, lattice.dx));
     };
     if (!arranged) bins.reorder(q, ids, lattice.block_count(), node, threads);
+    arrange_splats();
     if (stillness.any()) update_activity(motion);
 
     Step step = step_at(limits, 0, most, tool_dt, duration);
@@ -68,7 +68,7 @@ FrameStats CpuSolver<R>::advance(const Motion& motion, double duration)
         times[stage_bin].seconds += omp_get_wtime() - start;
         p2g(dt);
         grid_update(dt);
-        g2p(dt);
+        g2p(dt), deform(dt);
         if (stillness.any()) wake_roused(stats);
 
         most = {};
@@ -235,6 +235,8 @@ void CpuSolver<R>::load_tile(const std::vector<Node<R>>& from, Int3 block, Tile<
         if (b.x >= size.x || b.y >= size.y || b.z >= size.z) continue;
         const Node<R>* nodes = &from[std::size_t(lattice.index(4 * b))];
         Node<R>* to = tile.node + tile_index(4 * ahead);
+        static constexpr Node<R> none[block_nodes]{};
+        if (!bins.reaches(lattice.block_of(4 * b))) nodes = none;  // beside a Gaussian alone
         for (int z = 0; z < (ahead.z ? 2 : 4); ++z)
             for (int y = 0; y < (ahead.y ? 2 : 4); ++y)
                 std::memcpy(to + tile_index({0, y, z}), nodes + (z * 4 + y) * 4,
@@ -378,6 +380,7 @@ std::size_t CpuSolver<R>::memory() const
     for (int f = 0; f < 3; ++f)
         bytes += sums[f].capacity() * sizeof(Tile<R>) + grid[f].capacity() * sizeof(Node<R>);
     return q.capacity() * (sizeof(Particle<R>) + 3 * sizeof(int)) +
+           splats.capacity() * (sizeof(Gaussian<R>) + sizeof(int)) +
            posed.masks.capacity() * sizeof(Mask) + bytes;
 }
 

@@ -1,5 +1,6 @@
 // The CPU's simulator: declared here, its loops in solver.cpp, those that only a cut needs in
-// host/solver/cpu/cut.cpp, edits in host/solver/cpu/edit.cpp.
+// host/solver/cpu/cut.cpp, Gaussians in host/solver/cpu/splats.cpp, edits in
+// host/solver/cpu/edit.cpp.
 #pragma once
 #include <omp.h>
 
@@ -28,6 +29,7 @@ enum StageName {
     stage_g2p,
     stage_project,
     stage_plasticity,
+    stage_deform,  // only where there are Gaussians
     stage_count
 };
 
@@ -35,6 +37,7 @@ enum StageName {
 struct Counts {
     long yielded = 0, projected = 0, clipped = 0, confined = 0, repaired = 0, covered = 0;
     long abrupt = 0, moved_far = 0, trimmed = 0, moved = 0;
+    long carried = 0, stranded = 0, splats_projected = 0, splats_repaired = 0;
     double depth = 0, speed_squared = 0, stiffness = 0;
     double seconds[stage_count] = {};
     void add(const Counts& c)
@@ -42,6 +45,8 @@ struct Counts {
         yielded += c.yielded, projected += c.projected, clipped += c.clipped;
         confined += c.confined, repaired += c.repaired, covered += c.covered;
         abrupt += c.abrupt, moved_far += c.moved_far, trimmed += c.trimmed, moved += c.moved;
+        carried += c.carried, stranded += c.stranded;
+        splats_projected += c.splats_projected, splats_repaired += c.splats_repaired;
         depth = std::max(depth, c.depth), speed_squared = std::max(speed_squared, c.speed_squared);
         stiffness = std::max(stiffness, c.stiffness);
         for (int s = 0; s < stage_count; ++s) seconds[s] += c.seconds[s];
@@ -52,6 +57,8 @@ struct Counts {
         stats.clipped = clipped, stats.confined = confined, stats.repaired = repaired;
         stats.abrupt = abrupt, stats.moved_far = moved_far, stats.trimmed = trimmed;
         stats.moved = moved;
+        stats.stranded = stranded, stats.splats_projected = splats_projected;
+        stats.splats_repaired = splats_repaired;
     }
 };
 
@@ -64,6 +71,7 @@ class CpuSolver : public Solver {
     void remove(int object) override;
     void set_material(int object, const Material<double>& material) override;
     void move(int object, const RigidMotion<double>& motion) override;
+    void attach(int object, const std::vector<Vec3<double>>& places) override;
     void set_gravity(Vec3<double> to) override;
     void set_walls(const WallRule& to) override;
     void set_tools(const Rig& rig, const std::vector<Tool<double>>& tools) override;
@@ -74,6 +82,7 @@ class CpuSolver : public Solver {
     void load(const SavedState& state) override;
     long version() const override { return changes; }
     std::vector<Particle<double>> particles() const override;
+    std::vector<Gaussian<double>> gaussians() const override;
     std::vector<double> penetration() const override;
     const std::vector<StageTime>& stage_times() const override { return times; }
     std::size_t memory() const override;
@@ -96,6 +105,17 @@ class CpuSolver : public Solver {
     void grid_update(R dt);
     void split_update(int b, R dt, Counts& counts);
     void g2p(R dt);
+    void arrange_splats();
+    // Calls visit(g) for those that were in block b when the frame began.
+    template <class Visit>
+    void for_each_splat(int b, Visit&& visit)
+    {
+        if (splats.empty()) return;
+        const auto from = splats_before.begin() + b;
+        for (int i = from[0]; i < from[1]; ++i)
+            visit(splats[std::size_t(splat_order[std::size_t(i)])]);
+    }
+    void deform(R dt);
     void update_activity(const Motion& motion);
     Bins::Members movers_among(Bins::Members members, std::vector<int>& movers) const;
     bool pushes(int slot, R dt, const Tile<R>* tiles) const;
@@ -137,7 +157,11 @@ class CpuSolver : public Solver {
     std::vector<Particle<R>> q;  // in the order of the last sort by block
     std::vector<int> ids;        // original index of q[i]
     Bins bins;
-    bool arranged = false;  // nothing has moved since the last sort
+    bool arranged = false;            // nothing has moved since the last sort
+    std::vector<Gaussian<R>> splats;  // in the order in which they were attached
+    // Indices of them by the block that each was in when the frame began: so many before each.
+    std::vector<int> splat_order, splats_before, splat_blocks;
+    bool splats_arranged = false;  // none has moved since
     // Three velocity fields: all clay, and where a blade has been (25) that of uncut and one label.
     Sums sums[3];                  // a tile per occupied block
     std::vector<Node<R>> grid[3];  // node_count velocities

@@ -19,7 +19,8 @@ std::vector<std::pair<std::string, Amount>> of_a_frame(
                                                {"pose", false},
                                                {"p2g", false},
                                                {"grid", true},
-                                               {"g2p", true}}) {
+                                               {"g2p", true},
+                                               {"deform", true}}) {
         std::vector<Amount> own;
         for (const auto& [name, amount] : seen)
             if (name == stage) own.push_back(amount);
@@ -81,6 +82,7 @@ void GpuSolver::walk(const Watch& watch) const
     const Views views = views_for(features);
     const Clock before = store.clock();
     const std::shared_ptr<DeviceState> kept = store.state(before.side, main);
+    const std::shared_ptr<GaussianState> kept_splats = splats.state(store.snapshot_pool(), main);
     watch("sort", [&] { sort(views, features, main, before.side); });
     begin(views, main);
     if (features.tools) watch("pose", [&] { masks(views, main), pose(views, main); });
@@ -91,10 +93,12 @@ void GpuSolver::walk(const Watch& watch) const
     };
     for (int k = 0; k < warm + repeats && under_way(); ++k) {
         watch("grid", [&] { grid(views, features, processors, main); });
+        if (features.splats) watch("deform", [&] { follow(views, features, main); });
         watch("g2p", [&] { g2p(views, features, processors, main); });
     }
     store.clear_grids();
     store.put_back(*kept, before.side, main);
+    splats.copy_back(*kept_splats, main);
     wait(main, "measure");
     Clock after = before;
     for (int& active : after.active) active = 0;

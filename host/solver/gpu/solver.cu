@@ -44,6 +44,7 @@ GpuSolver::GpuSolver(const Setup& given, int wanted, Room room)
       stiffest(store.clock().stiffest[1]),
       drift(store.clock().drift)
 {
+    splats.set(given.gaussians, store.views().lattice);
     show();
     cudaDeviceProp properties;
     check(cudaGetDeviceProperties(&properties, device), "device");
@@ -65,6 +66,7 @@ void GpuSolver::show()
              views.rest.changed,
              views.lattice,
              ++solvers};
+    splats.show(main);
 }
 
 void GpuSolver::capture()
@@ -78,6 +80,7 @@ Features GpuSolver::features_for(bool tools) const
 {
     Features features = store.features();
     features.tools = tools || features.blades;  // a cut stays one when the hands have gone
+    features.splats = splats.count() > 0;
     return features;
 }
 
@@ -139,9 +142,18 @@ void GpuSolver::sort_if_due(const Views& views, const Features& features)
     if (now.unsorted) sort(views, features, main, now.side);
 }
 
+// Between grid and g2p, neither of which waits for a kernel other than the one before it.
+void GpuSolver::follow(const Views& views, const Features& features, cudaStream_t stream) const
+{
+    if (!features.splats) return;
+    const float per_mass = float(1 / lightest_particle(rules()));
+    deform(views, splats.view(), per_mass, features, stream);
+}
+
 void GpuSolver::substep(const Views& views, const Features& features, cudaStream_t stream)
 {
     grid(views, features, processors, stream);
+    follow(views, features, stream);
     g2p(views, features, processors, stream);
 }
 
@@ -198,6 +210,7 @@ void GpuSolver::launch(int slot)
         step_through(f.tools);
     else
         check(cudaGraphLaunch(f.tools ? with_tools.ready : without_tools.ready, main), "substeps");
+    splats.show(main);
     check(cudaMemcpyAsync(f.status.data(), store.views().clock, sizeof(Clock),
                           cudaMemcpyDeviceToHost, main),
           "status");
@@ -258,6 +271,8 @@ FrameStats GpuSolver::collect()
     const long all = long(store.views().particles[0].count) * n.substeps;
     stats.moved = store.features().rests ? long(n.moved) : all;
     stats.woken = long(n.woken);
+    stats.stranded = long(n.stranded), stats.splats_projected = long(n.splats_projected);
+    stats.splats_repaired = long(n.splats_repaired);
     times.clear();
     return stats;
 }
@@ -273,7 +288,11 @@ void GpuSolver::finish_cuts(const Frame& f)
     tools.pose(f.motion, 0, 1, f.duration);
     tools.mask_blocks(lattice);
     std::vector<Particle<double>> q = store.particles();
-    if (relabel_pieces(q, lattice, tools, covered, was_covered)) store.set_sides(q);
+    std::vector<Gaussian<double>> following = splats.all();
+    if (relabel_pieces(q, following, lattice, tools, covered, was_covered)) {
+        store.set_sides(q);
+        splats.set(following, store.views().lattice);
+    }
     was_covered = covered;
 }
 
@@ -282,6 +301,13 @@ std::vector<Particle<double>> GpuSolver::particles() const
     check(cudaSetDevice(device), "device");
     wait(main, "particles");
     return store.particles();
+}
+
+std::vector<Gaussian<double>> GpuSolver::gaussians() const
+{
+    check(cudaSetDevice(device), "device");
+    wait(main, "Gaussians");
+    return splats.all();
 }
 
 std::vector<double> GpuSolver::penetration() const

@@ -9,6 +9,7 @@
 #include "cuda/device/graph.cuh"
 #include "cuda/mpm/particle.h"
 #include "cuda/surface/surface.cuh"
+#include "host/solver/gpu/splats.cuh"
 #include "host/solver/gpu/store.cuh"
 #include "host/solver/solver.h"
 
@@ -28,6 +29,7 @@ class GpuSolver : public Solver {
     void remove(int object) override;
     void set_material(int object, const Material<double>& material) override;
     void move(int object, const RigidMotion<double>& motion) override;
+    void attach(int object, const std::vector<Vec3<double>>& places) override;
     void set_gravity(Vec3<double> gravity) override;
     void set_walls(const WallRule& walls) override;
     void set_tools(const Rig& rig, const std::vector<Tool<double>>& tools) override;
@@ -38,11 +40,13 @@ class GpuSolver : public Solver {
     void load(const SavedState& from) override;
     long version() const override { return changes; }
     std::vector<Particle<double>> particles() const override;
+    std::vector<Gaussian<double>> gaussians() const override;
     std::vector<double> penetration() const override;
     const std::vector<StageTime>& stage_times() const override;
     std::vector<StageWork> stage_counts() const override;
     const Clay* clay() const override { return &shown; }
-    std::size_t memory() const override { return store.bytes(); }
+    const MovedGaussians* moved_gaussians() const override { return &splats.moved(); }
+    std::size_t memory() const override { return store.bytes() + splats.bytes(); }
     std::string name() const override { return title; }
 
   private:
@@ -56,6 +60,7 @@ class GpuSolver : public Solver {
     void capture();
     void capture(Graph& to, bool tools);
     void start(const Views& views, const Features& features);
+    void follow(const Views& views, const Features& features, cudaStream_t stream) const;
     void substep(const Views& views, const Features& features, cudaStream_t stream);
     Views views_for(const Features& features) const;
     Features features_for(bool tools) const;
@@ -80,6 +85,7 @@ class GpuSolver : public Solver {
     std::shared_ptr<const Rules> book;  // one with the snapshots that were taken of it
     int device, processors;
     Store store;
+    Splats splats;
     Stream main, body, beside, posing;
     Clay shown{};
     int side = 0;                // on which the particles lie, of Clock

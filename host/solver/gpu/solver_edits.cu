@@ -4,6 +4,7 @@
 #include <stdexcept>
 
 #include "host/solver/gpu/solver.cuh"
+#include "host/solver/pieces.h"
 
 namespace knead::gpu {
 namespace {
@@ -84,6 +85,9 @@ void GpuSolver::remove(int object)
     wake(object);
     store.erase(object, next.count(), side, main);
     side = 0;
+    std::vector<Gaussian<double>> left = splats.all();
+    if (std::erase_if(left, [&](const Gaussian<double>& g) { return g.object == object; }))
+        splats.set(left, store.views().lattice);
     adopt(next);
     edited();
 }
@@ -105,14 +109,34 @@ void GpuSolver::move(int object, const RigidMotion<double>& motion)
     check_idle();
     book->check_object(object);
     Rules::check_motion(motion);
+    const Extent of_splats = splats.extent(object, motion, main);
+    if (!of_splats.empty()) {
+        book->check_place(cast<double>(of_splats.lowest()), "a Gaussian");
+        book->check_place(cast<double>(of_splats.highest()), "a Gaussian");
+    }
     const Extent to = store.extent(object, motion, side, main);
-    if (to.empty()) return;
-    book->check_place(cast<double>(to.lowest()));
-    book->check_place(cast<double>(to.highest()));
-    store.hold(to.lowest(), to.highest());
+    if (!to.empty()) {
+        book->check_place(cast<double>(to.lowest()));
+        book->check_place(cast<double>(to.highest()));
+        store.hold(to.lowest(), to.highest());
+    }
     wake(object);
     gpu::move(store.views().particles[side], object, motion, main);
+    gpu::move(splats.view(), object, motion, main);
     wake(object);
+    edited();
+}
+
+void GpuSolver::attach(int object, const std::vector<Vec3<double>>& places)
+{
+    check_idle();
+    book->check_attach(object, places);
+    std::vector<Gaussian<double>> all = gaussians();
+    const std::size_t before = all.size();
+    for (const Vec3<double>& x : places)
+        all.push_back(gaussian_at(cast<double>(cast<float>(x)), object));
+    if (store.features().blades) take_labels(all, before, particles(), rules().lattice);
+    splats.set(all, store.views().lattice);
     edited();
 }
 
@@ -152,6 +176,7 @@ std::shared_ptr<const Snapshot> GpuSolver::snapshot() const
     auto to = std::make_shared<GpuSnapshot>();
     to->solver = identity, to->rules = book;
     to->state = store.state(side, main);
+    to->splats = splats.state(store.snapshot_pool(), main);
     to->fastest = fastest, to->stiffest = stiffest, to->drift = drift,
     to->was_covered = was_covered;
     return to;
@@ -171,6 +196,8 @@ void GpuSolver::restore(const Snapshot& snapshot)
         book = from->rules, stale = true;
     }
     store.put_back(state, side, main);
+    if (splats.count() != from->splats->count) stale = true;
+    splats.put_back(*from->splats, main);
     was_covered = from->was_covered, posed = false;
     set_clock(from->fastest, from->stiffest, from->drift);
     show();
@@ -183,7 +210,7 @@ SavedState GpuSolver::save() const
     const Lattice<float> box = store.views().lattice;
     SavedState to;
     to.setup = rules();
-    to.setup.particles = particles();
+    to.setup.particles = particles(), to.setup.gaussians = splats.all();
     to.order = store.order(side);
     to.speed_squared = std::bit_cast<float>(fastest), to.drift = drift;
     to.stiffness = std::bit_cast<float>(stiffest);
@@ -209,6 +236,7 @@ void GpuSolver::load(const SavedState& from)
     store.set_tools(next);
     side = 0;
     store.upload(from.setup.particles, from.order);
+    splats.set(from.setup.gaussians, store.views().lattice);
     adopt(next);
     store.set_quiet(quiet_over(from, store.views().lattice));
     was_covered = from.covered;

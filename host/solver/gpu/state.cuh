@@ -37,6 +37,19 @@ struct DeviceState {
     unsigned char* quiet() const { return memory + row_bytes + id_bytes; }
 };
 
+// Gaussians, as GaussianView lays them out; likewise.
+struct GaussianState {
+    int count = 0;
+    std::size_t bytes = 0;
+    unsigned char* memory = nullptr;
+    Event used{cudaEventDisableTiming};
+    std::shared_ptr<Pool> pool;
+
+    GaussianState(int count, std::size_t bytes, std::shared_ptr<Pool> pool, cudaStream_t stream);
+    GaussianState(const GaussianState&) = delete;
+    ~GaussianState();
+};
+
 inline bool same_box(const Lattice<float>& a, const Lattice<float>& b)
 {
     return a.low == b.low && a.stored == b.stored;
@@ -47,10 +60,11 @@ struct GpuSnapshot : Snapshot {
     std::shared_ptr<const char> solver;
     std::shared_ptr<const Rules> rules;
     std::shared_ptr<DeviceState> state;
+    std::shared_ptr<GaussianState> splats;
     unsigned fastest = 0, stiffest = 0;  // bits of the largest speed squared, stiffness
     double drift = 0;                    // of Clock
     bool was_covered = false;
-    std::size_t bytes() const override { return state ? state->bytes() : 0; }
+    std::size_t bytes() const override { return state ? state->bytes() + splats->bytes : 0; }
 };
 
 }  // namespace knead::gpu

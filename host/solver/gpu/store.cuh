@@ -95,6 +95,7 @@ class Store {
     Extent extent(int object, const RigidMotion<double>& motion, int side,
                   cudaStream_t stream) const;
     int count() const { return all.particles[0].count; }
+    const std::shared_ptr<Pool>& snapshot_pool() const { return pool; }
 
     DeviceArray<float4> rows;  // row_places * count, or more
     NodeArrays box;

@@ -1,0 +1,98 @@
+// Gaussians that go with the clay.  (31)-(34). Each for itself: their order changes no bit.
+#include "cuda/mpm/stencil.h"
+#include "host/solver/cpu/solver.h"
+#include "host/solver/pieces.h"
+
+namespace knead {
+
+// Sorts them by block when a frame begins.
+template <class R>
+void CpuSolver<R>::arrange_splats()
+{
+    if (splats.empty() || splats_arranged) return;
+    const auto blocks = std::size_t(lattice.block_count());
+    std::vector<int> block(splats.size());
+    splats_before.assign(blocks + 1, 0), splat_blocks.clear(), splat_order.resize(splats.size());
+    for (std::size_t i = 0; i < splats.size(); ++i) {
+        block[i] = lattice.block_of(base_node(splats[i].x, lattice.dx));
+        ++splats_before[std::size_t(block[i]) + 1];
+    }
+    for (std::size_t b = 0; b < blocks; ++b) {
+        if (splats_before[b + 1] > 0) splat_blocks.push_back(int(b));
+        splats_before[b + 1] += splats_before[b];
+    }
+    std::vector<int> next = splats_before;
+    for (std::size_t i = 0; i < splats.size(); ++i)
+        splat_order[std::size_t(next[std::size_t(block[i])]++)] = int(i);
+    splats_arranged = true;
+}
+
+// Block by block, so that a tile of nodes serves many. Some have come to another block since.
+template <class R>
+void CpuSolver<R>::deform(R dt)
+{
+    if (splats.empty()) return;
+    const Colliders<R> colliders = posed.colliders();
+    const R per_mass = R(1 / lightest_particle(setup));
+    const Mask none{};
+    for_each(int(splat_blocks.size()), stage_deform, [&](int k, Counts& c) {
+        Tile<R> tiles[3];
+        int loaded = -1;
+        Int3 corner{};
+        for_each_splat(splat_blocks[std::size_t(k)], [&](Gaussian<R>& g) {
+            if (g.still()) return;
+            const Gaussian<R> start = g;
+            ++c.carried;
+            const Int3 base = base_node(g.x, lattice.dx);
+            const int block = lattice.block_of(base);
+            const bool cut_here = !split.empty() && split[std::size_t(block)];
+            if (block != loaded) {
+                loaded = block, corner = 4 * lattice.block_at(block);
+                for (int f = 0; f < (cut_here ? 3 : 1); ++f)
+                    load_tile(grid[f], lattice.block_at(block), tiles[f]);
+            }
+            const Node<R>* nodes = tiles[cut_here ? g.label() : 0].node + tile_index(base - corner);
+            c.stranded += !knead::deform(g, lattice.dx, dt, [&](Int3 step) {
+                return node_share(nodes[tile_index(step)], per_mass);
+            });
+            const bool tools = setup.passes > 0 && posed.near[std::size_t(block)];
+            c.splats_projected +=
+                knead::keep_out(g, colliders, tools ? posed.mask_at(lattice, g.x) : none,
+                                setup.passes, posed.blades, walls, lattice.dx);
+            c.splats_repaired += repair(g, start);
+        });
+    });
+    for (const Counts& c : counts) splats_arranged = splats_arranged && c.carried == 0;
+}
+
+template <class R>
+void CpuSolver<R>::attach(int object, const std::vector<Vec3<double>>& places)
+{
+    book.check_attach(object, places);
+    by_id();
+    const std::size_t before = splats.size();
+    for (const Vec3<double>& x : places) splats.push_back(gaussian_at(cast<R>(x), object));
+    if (posed.blades) {
+        for (Particle<R>& p : q) p.hold(false);
+        take_labels(splats, before, q, lattice);
+    }
+    apply_rules();
+}
+
+template <class R>
+std::vector<Gaussian<double>> CpuSolver<R>::gaussians() const
+{
+    std::vector<Gaussian<double>> all;
+    for (Gaussian<R> g : splats) {
+        g.hold(false);
+        all.push_back(cast<double>(g));
+    }
+    return all;
+}
+
+template void CpuSolver<float>::arrange_splats();
+template void CpuSolver<float>::deform(float);
+template void CpuSolver<float>::attach(int, const std::vector<Vec3<double>>&);
+template std::vector<Gaussian<double>> CpuSolver<float>::gaussians() const;
+
+}  // namespace knead

@@ -1,0 +1,41 @@
+// The Gaussians of a solver on the device. They come and go by way of the host: rare, and sorted
+// there.
+#pragma once
+#include <memory>
+#include <vector>
+
+#include "cuda/device/device_array.cuh"
+#include "cuda/splats/deform.cuh"
+#include "host/solver/gpu/state.cuh"
+
+namespace knead::gpu {
+
+class Splats {
+  public:
+    int count() const { return view_.count; }
+    const GaussianView& view() const { return view_; }
+    std::size_t bytes() const { return memory.bytes() + drawn.bytes(); }
+    const MovedGaussians& moved() const { return moved_; }
+
+    // All of them, in the order of attaching; on the device in that of their nodes.
+    void set(const std::vector<Gaussian<double>>& all, const Lattice<float>& lattice);
+    std::vector<Gaussian<double>> all() const;
+    // What moved() says is so from here on.
+    void show(cudaStream_t stream);
+    // The box around an object's, as they will be after a motion.
+    Extent extent(int object, const RigidMotion<double>& motion, cudaStream_t stream) const;
+
+    std::shared_ptr<GaussianState> state(std::shared_ptr<Pool> pool, cudaStream_t stream) const;
+    void put_back(const GaussianState& state, cudaStream_t stream);
+    void copy_back(const GaussianState& state,
+                   cudaStream_t stream) const;  // of as many as there are
+
+  private:
+    void reserve(int count);
+    DeviceArray<unsigned char> memory;  // of view_, and more
+    GaussianView view_{};
+    DeviceArray<float> drawn;
+    MovedGaussians moved_{};
+};
+
+}  // namespace knead::gpu
