@@ -123,8 +123,7 @@ __global__ void __launch_bounds__(threads)
             boxes.eye[e] = box_of(f[e], frame.camera[e]);
         seen |= boxes.eye[e].rows > 0;
     }
-    d.depth_keys[i] =
-        seen ? depth_key(length(p.centre - frame.middle), frame.rule.near) : no_depth_key;
+    d.depth_keys[i] = seen ? depth_key(p.centre - frame.middle, frame.rule.near) : no_depth_key;
     if (!seen) return;
     d.boxes[i] = boxes;
     const Harmonics<degree> sh(d.splats.sh + std::size_t(i) * Harmonics<degree>::row);

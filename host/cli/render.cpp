@@ -204,7 +204,8 @@ int render_verb(const RenderOptions& o)
     if (std::filesystem::path(o.out).extension() != ".png")
         throw UsageError("--out: expected a file ending in .png, found \"" + o.out + "\"");
     const Device device = resolved(parse_device(o.device));
-    const SplatCloud cloud = read_all(o.files, o.quiet);
+    SplatCloud cloud = read_all(o.files, o.quiet);
+    sort_by_place(cloud);
     const Path path = path_of(o, cloud);
     SplatFrame frame;
     frame.rule.antialiased = cloud.antialiased;
