@@ -59,7 +59,8 @@ double floor_bytes(const SplatCloud& cloud, const RasterStats& s, const SplatFra
 int run(const SplatLoad& load, const std::string& view, int frames, int width, int height,
         const std::string& check)
 {
-    const SplatCloud cloud = generated(load);
+    SplatCloud cloud = generated(load);
+    sort_by_place(cloud);
     SplatFrame frame;
     frame.eyes = load_eyes(view, width, height);
     if (check == "cpu") {

@@ -60,17 +60,20 @@ HD Camera<R> camera(const Eye<R>& e)
 }
 
 // Depth keys of one order for both eyes: by distance from the point between them, which a turn of
-// the head does not change. 24 bits: a distance from `near` to 65536 times that, to one part in a
-// million; what is farther counts as equally far.
+// the head does not change. 24 bits of the squared distance on a logarithmic scale: from `near` to
+// 65536 times that, to one part in a million; what is farther counts as equally far.
 constexpr std::uint32_t no_depth_key = (1u << 24) - 1;  // of a splat that no eye sees
 
-HD std::uint32_t depth_key(float distance, float near)
+// Both sides round the same: `offset` is from that point to the splat.
+HD std::uint32_t depth_key(Vec3<float> offset, float near)
 {
-    const float ratio = distance / near;
+    const float squared =
+        std::fma(offset.x, offset.x, std::fma(offset.y, offset.y, offset.z * offset.z));
+    const float ratio = squared / (near * near);
     if (!(ratio > 1)) return 0;
     std::uint32_t bits;  // rise with the ratio: 8 bits of exponent, from 127 on, 23 of fraction
     std::memcpy(&bits, &ratio, sizeof bits);
-    const std::uint32_t key = (bits - (127u << 23)) >> 3;
+    const std::uint32_t key = (bits - (127u << 23)) >> 4;
     return key < no_depth_key ? key : no_depth_key - 1;
 }
 

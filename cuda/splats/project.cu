@@ -123,10 +123,13 @@ __global__ void __launch_bounds__(threads)
             boxes.eye[e] = box_of(f[e], frame.camera[e]);
         seen |= boxes.eye[e].rows > 0;
     }
-    d.depth_keys[i] =
-        seen ? depth_key(length(p.centre - frame.middle), frame.rule.near) : no_depth_key;
+    d.depth_keys[i] = seen ? depth_key(p.centre - frame.middle, frame.rule.near) : no_depth_key;
     if (!seen) return;
-    d.boxes[i] = boxes;
+    const auto words = [](const TileBox& b) {
+        return uint2{b.x | unsigned(b.y) << 16, b.columns | unsigned(b.rows) << 16};
+    };
+    const uint2 left = words(boxes.eye[0]), right = words(boxes.eye[1]);
+    *reinterpret_cast<uint4*>(d.boxes + i) = {left.x, left.y, right.x, right.y};
     const Harmonics<degree> sh(d.splats.sh + std::size_t(i) * Harmonics<degree>::row);
     UNROLL
     for (int e = 0; e < 2; ++e)

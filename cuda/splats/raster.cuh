@@ -60,7 +60,7 @@ struct RasterFrame {
 struct TileBox {
     std::uint16_t x, y, columns, rows;
 };
-struct TileBoxes {
+struct alignas(16) TileBoxes {
     TileBox eye[2];
 };
 

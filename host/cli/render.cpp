@@ -204,7 +204,8 @@ int render_verb(const RenderOptions& o)
     if (std::filesystem::path(o.out).extension() != ".png")
         throw UsageError("--out: expected a file ending in .png, found \"" + o.out + "\"");
     const Device device = resolved(parse_device(o.device));
-    const SplatCloud cloud = read_all(o.files, o.quiet);
+    SplatCloud cloud = read_all(o.files, o.quiet);
+    sort_by_place(cloud);
     const Path path = path_of(o, cloud);
     SplatFrame frame;
     frame.rule.antialiased = cloud.antialiased;
@@ -212,8 +213,7 @@ int render_verb(const RenderOptions& o)
     const int frames = std::max(o.orbit, 1);
     for (int k = 0; k < frames; ++k) prepare_file(name_of(o, k), o.overwrite);
     std::unique_ptr<GpuRaster> gpu;
-    if (device.kind == DeviceKind::cuda)
-        gpu = std::make_unique<GpuRaster>(cloud, 0, 0, device.index);
+    if (device.kind == DeviceKind::cuda) gpu = std::make_unique<GpuRaster>(cloud, 0, device.index);
     watch_interrupts();
     for (int k = 0; k < frames && !interrupted(); ++k) {
         frame.eyes = path.eyes(2 * std::numbers::pi * k / frames);

@@ -20,4 +20,8 @@ struct SplatCloud {
     std::size_t count() const { return centre.size(); }
 };
 
+// Puts the splats behind the first `kept` into an order in which neighbours in memory mostly are
+// neighbours in space.  [Morton 1966]
+void sort_by_place(SplatCloud& cloud, std::size_t kept = 0);
+
 }  // namespace knead

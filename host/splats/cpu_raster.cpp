@@ -43,7 +43,7 @@ Sorted sorted(const SplatCloud& cloud, const SplatFrame& frame)
             if (project(cameras[e], frame.rule, p.centre, p.half_axes, cloud.opacity[i],
                         s.seen[e][i])) {
                 s.visible[e][i] = 1;
-                s.keys[i] = depth_key(length(p.centre - middle), frame.rule.near);
+                s.keys[i] = depth_key(p.centre - middle, frame.rule.near);
             }
     }
     for (std::size_t i = 0; i < cloud.count(); ++i)

@@ -41,15 +41,17 @@ std::size_t first_room(const RasterView& view)
 }  // namespace
 
 struct GpuRaster::State {
-    State(const SplatCloud& cloud, std::size_t instances, std::size_t movable_, int wanted)
-        : device(chosen(wanted)),
-          movable(std::min(movable_, cloud.count())),
-          fixed_room(instances != 0),
-          store(cloud, movable_)
+    State(const SplatCloud& cloud, std::size_t instances, int wanted)
+        : device(chosen(wanted)), fixed_room(instances != 0), store(cloud)
     {
         store.reserve(instances ? instances : first_room(store.view));
     }
 
+    void check_moved(std::size_t moved) const
+    {
+        if (moved > std::size_t(store.view.splats.count))
+            throw std::invalid_argument("splats: more splats moved than there are");
+    }
     std::vector<Stage> stages(bool mesh, int moved) const;
     void prepare(const SplatFrame& frame, bool mesh, int moved);
     RasterFrame described(const SplatFrame& frame, const MovedSplats& moved,
@@ -60,7 +62,6 @@ struct GpuRaster::State {
     void take_pictures(const SplatFrame& frame);
 
     int device;
-    std::size_t movable;
     bool fixed_room;
     RasterStore store;
     Stream stream;
@@ -145,7 +146,7 @@ RasterStats GpuRaster::State::stats() const
 void GpuRaster::State::take_pictures(const SplatFrame& frame)
 {
     const std::size_t n = frame.moved_centre.size();
-    if (n > movable) throw std::invalid_argument("splats: more splats moved than are movable");
+    check_moved(n);
     bool mesh = false;
     for (const Backdrop& b : frame.behind) mesh |= !b.depth.empty();
     RasterTarget targets[2]{};
@@ -187,9 +188,8 @@ void GpuRaster::State::take_pictures(const SplatFrame& frame)
     wait(stream, "splats");
 }
 
-GpuRaster::GpuRaster(const SplatCloud& cloud, std::size_t instances, std::size_t movable,
-                     int device)
-    : state(std::make_unique<State>(cloud, instances, movable, device))
+GpuRaster::GpuRaster(const SplatCloud& cloud, std::size_t instances, int device)
+    : state(std::make_unique<State>(cloud, instances, device))
 {
 }
 GpuRaster::~GpuRaster() = default;
@@ -233,8 +233,7 @@ void GpuRaster::launch(const SplatFrame& frame, const MovedSplats* moved,
     check(cudaSetDevice(state->device), "device");
     const MovedSplats still{};
     const MovedSplats& m = moved ? *moved : still;
-    if (std::size_t(m.count) > state->movable)
-        throw std::invalid_argument("splats: more splats moved than are movable");
+    state->check_moved(std::size_t(m.count));
     state->prepare(frame, targets[0].mesh_depth != nullptr, m.count);
     state->start(state->described(frame, m, targets), static_cast<cudaStream_t>(stream));
 }

@@ -27,12 +27,11 @@ struct RasterStats {
 // enough memory.
 class GpuRaster {
   public:
-    explicit GpuRaster(const SplatCloud& cloud, std::size_t instances = 0, std::size_t movable = 0,
-                       int device = -1);
+    explicit GpuRaster(const SplatCloud& cloud, std::size_t instances = 0, int device = -1);
     ~GpuRaster();
 
     // Draws, waits, downloads. Both eyes must have pictures of one size, of at most 65536 tiles of
-    // 16 x 16 pixels together; no more splats moved than are movable. Throws as check_frame(), too.
+    // 16 x 16 pixels together. Throws as check_frame(), too.
     std::vector<Picture> pictures(const SplatFrame& frame);
 
     // Queues a frame on a stream (a cudaStream_t) and waits for nothing: of `frame` the eyes, the

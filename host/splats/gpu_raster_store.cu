@@ -1,6 +1,5 @@
 #include <cuda_fp16.h>
 
-#include <algorithm>
 #include <numeric>
 #include <stdexcept>
 #include <string>
@@ -10,47 +9,15 @@
 namespace knead::gpu {
 namespace {
 
-// Every third bit of a number is one of x's: points in this order mostly lie by their neighbours.
-// [Morton 1966]
-std::uint64_t spread(std::uint64_t x)
-{
-    x &= 0x1fffff;
-    x = (x | x << 32) & 0x1f00000000ffffull;
-    x = (x | x << 16) & 0x1f0000ff0000ffull;
-    x = (x | x << 8) & 0x100f00f00f00f00full;
-    x = (x | x << 4) & 0x10c30c30c30c30c3ull;
-    return (x | x << 2) & 0x1249249249249249ull;
-}
-
-// Where in memory which splat of the cloud lies: the first `movable` as they are.
-std::vector<int> memory_order(const SplatCloud& cloud, std::size_t movable)
-{
-    const std::size_t n = cloud.count();
-    std::vector<int> order(n);
-    std::iota(order.begin(), order.end(), 0);
-    // 2^-9 m, in a cube of 4 km; what lies outside is at its side.
-    const auto cell = [](float x) {
-        return std::uint64_t(clamp(std::isfinite(x) ? x : 0.0f, -2048.0f, 2047.9f) * 512 + 1048576);
-    };
-    std::vector<std::uint64_t> keys(n);
-    for (std::size_t i = 0; i < n; ++i) {
-        const Vec3<float> x = cloud.centre[i];
-        keys[i] = spread(cell(x.x)) | spread(cell(x.y)) << 1 | spread(cell(x.z)) << 2;
-    }
-    std::stable_sort(order.begin() + long(std::min(movable, n)), order.end(),
-                     [&](int a, int b) { return keys[std::size_t(a)] < keys[std::size_t(b)]; });
-    return order;
-}
-
 // Halves reach to 65504; what is not finite stays so, and is drawn black.
-std::vector<uint4> harmonics_rows(const SplatCloud& cloud, const std::vector<int>& order)
+std::vector<uint4> harmonics_rows(const SplatCloud& cloud)
 {
     const auto coefficients = std::size_t(harmonics(cloud.degree));
     const auto row = std::size_t(sh_row(cloud.degree));
     std::vector<uint4> rows(cloud.count() * row);
     std::vector<__half> halves(8 * row);
     for (std::size_t i = 0; i < cloud.count(); ++i) {
-        const Vec3<float>* const sh = cloud.sh.data() + std::size_t(order[i]) * coefficients;
+        const Vec3<float>* const sh = cloud.sh.data() + i * coefficients;
         for (std::size_t k = 0; k < coefficients; ++k) {
             halves[3 * k] = __float2half_rn(sh[k].x);
             halves[3 * k + 1] = __float2half_rn(sh[k].y);
@@ -63,13 +30,13 @@ std::vector<uint4> harmonics_rows(const SplatCloud& cloud, const std::vector<int
 
 }  // namespace
 
-RasterStore::RasterStore(const SplatCloud& cloud, std::size_t movable)
+RasterStore::RasterStore(const SplatCloud& cloud)
 {
     SplatFrame any;
     any.eyes = {{{0, 0, 0}, {1, 0, 0, 0}, -1, 1, -1, 1, 1, 1}};
     check_frame(cloud, any);
     const std::size_t n = cloud.count(), groups = (n + 31) / 32;
-    upload_splats(cloud, memory_order(cloud, movable));
+    upload_splats(cloud);
     frame = DeviceArray<RasterFrame>(1);
     counts = DeviceArray<RasterCounts>(1);
     depth_keys = DeviceArray<std::uint32_t>(n), sorted_keys = DeviceArray<std::uint32_t>(n);
@@ -95,21 +62,20 @@ RasterStore::RasterStore(const SplatCloud& cloud, std::size_t movable)
     scratch = {scratch_memory.data(), scratch_memory.bytes()};
 }
 
-void RasterStore::upload_splats(const SplatCloud& cloud, const std::vector<int>& memory)
+void RasterStore::upload_splats(const SplatCloud& cloud)
 {
     const std::size_t n = cloud.count();
     std::vector<float4> places(n), turns(n), scales(n);
     for (std::size_t i = 0; i < n; ++i) {
-        const auto from = std::size_t(memory[i]);
-        const Vec3<float> x = cloud.centre[from], s = cloud.scale[from];
-        const Quat<float> q = cloud.rotation[from];
-        places[i] = {x.x, x.y, x.z, cloud.opacity[from]};
+        const Vec3<float> x = cloud.centre[i], s = cloud.scale[i];
+        const Quat<float> q = cloud.rotation[i];
+        places[i] = {x.x, x.y, x.z, cloud.opacity[i]};
         turns[i] = {q.x, q.y, q.z, q.w};
         scales[i] = {s.x, s.y, s.z, 0};
     }
     place = DeviceArray<float4>(places), turn = DeviceArray<float4>(turns);
     scale = DeviceArray<float4>(scales);
-    sh = DeviceArray<uint4>(harmonics_rows(cloud, memory));
+    sh = DeviceArray<uint4>(harmonics_rows(cloud));
     view.splats = {int(n), cloud.degree, place.data(), turn.data(), scale.data(), sh.data()};
 }
 

@@ -9,7 +9,7 @@ namespace knead::gpu {
 class RasterStore {
   public:
     // Throws std::invalid_argument as check_frame() does of the cloud.
-    RasterStore(const SplatCloud& cloud, std::size_t movable);
+    explicit RasterStore(const SplatCloud& cloud);
 
     // Other buffers for the instances, or for pictures of another size; where they are changes.
     void reserve(std::size_t instances);
@@ -22,7 +22,7 @@ class RasterStore {
     DeviceArray<RasterCounts> counts;
 
   private:
-    void upload_splats(const SplatCloud& cloud, const std::vector<int>& order);
+    void upload_splats(const SplatCloud& cloud);
 
     DeviceArray<float4> place, turn, scale;
     DeviceArray<uint4> sh;

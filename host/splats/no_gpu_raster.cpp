@@ -15,7 +15,7 @@ namespace {
 }  // namespace
 
 struct GpuRaster::State {};
-GpuRaster::GpuRaster(const SplatCloud&, std::size_t, std::size_t, int) { refuse(); }
+GpuRaster::GpuRaster(const SplatCloud&, std::size_t, int) { refuse(); }
 GpuRaster::~GpuRaster() = default;
 std::vector<Picture> GpuRaster::pictures(const SplatFrame&) { refuse(); }
 void GpuRaster::launch(const SplatFrame&, const gpu::MovedSplats*, const gpu::RasterTarget*, void*)

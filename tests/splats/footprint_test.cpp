@@ -163,16 +163,21 @@ TEST(DepthKeys, RiseWithDistanceToOnePartInAMillion)
 {
     const float near = 0.03f;
     Draw draw(6);
+    const auto key = [&](double distance, Vec3<double> d) {
+        return depth_key(cast<float>((distance / length(d)) * d), near);
+    };
     for (int k = 0; k < 20000; ++k) {
-        const float d = float(draw.power(-3, 4)), beyond = d * 1.000003f;
-        EXPECT_GE(depth_key(beyond, near), depth_key(d, near));
-        EXPECT_LT(depth_key(beyond, near), no_depth_key);
+        const double d = draw.power(-3, 4), beyond = d * 1.000003;
+        const Vec3<double> p = draw.vector(1), q = draw.vector(1);
+        EXPECT_GE(key(beyond, q), key(d, p));
+        EXPECT_LT(key(beyond, q), no_depth_key);
         if (d > near && beyond < 65536 * near) {
-            EXPECT_GT(depth_key(beyond, near), depth_key(d, near));
+            EXPECT_GT(key(beyond, q), key(d, p));
         }
     }
-    EXPECT_EQ(depth_key(HUGE_VALF, near), no_depth_key - 1);
-    EXPECT_EQ(depth_key(NAN, near), 0u);
+    EXPECT_EQ(depth_key({HUGE_VALF, 0, 0}, near), no_depth_key - 1);
+    EXPECT_EQ(depth_key({0, 3e38f, 3e38f}, near), no_depth_key - 1);
+    EXPECT_EQ(depth_key({NAN, 0, 0}, near), 0u);
 }
 
 }  // namespace

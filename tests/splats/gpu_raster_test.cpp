@@ -82,7 +82,7 @@ TEST_F(GpuSplatPictures, AreTheCpusForSplatsThatMoveAndAMeshBetweenThem)
         frame.moved_centre.push_back(cast<float>(F * cast<double>(cloud.centre[i])));
         frame.moved_F.push_back(cast<float>(F));
     }
-    GpuRaster raster(cloud, 0, 30000);
+    GpuRaster raster(cloud);
     expect_same(raster.pictures(frame), cpu_raster(cloud, frame));
     for (std::size_t e = 0; e < 2; ++e) {
         Backdrop mesh;
@@ -96,7 +96,7 @@ TEST_F(GpuSplatPictures, AreTheCpusForSplatsThatMoveAndAMeshBetweenThem)
     expect_same(raster.pictures(frame), cpu_raster(cloud, frame));
     frame.behind[1] = {};
     expect_same(raster.pictures(frame), cpu_raster(cloud, frame));
-    GpuRaster fewer(cloud, 0, 20000);
+    GpuRaster fewer(generated({"small", 20000, 0, 0.02, 4}));
     EXPECT_NE(reason<std::invalid_argument>([&] { fewer.pictures(frame); }), "");
 }
 

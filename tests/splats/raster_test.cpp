@@ -323,6 +323,29 @@ TEST(SplatPictures, AreTheSameToTheBitForAnyNumberOfThreads)
     omp_set_num_threads(threads);
 }
 
+TEST(SplatPictures, AreTheSameWhateverTheOrderInMemoryAndSplatsThatMayMoveKeepTheirPlaces)
+{
+    const SplatCloud c = small_scene();
+    SplatCloud sorted = c;
+    sort_by_place(sorted, 1000);
+    double near = 0, near_before = 0;
+    for (std::size_t i = 1000; i + 1 < c.count(); ++i) {
+        near += double(length(sorted.centre[i + 1] - sorted.centre[i]));
+        near_before += double(length(c.centre[i + 1] - c.centre[i]));
+    }
+    EXPECT_LT(near, 0.3 * near_before);
+    for (std::size_t i = 0; i < 1000; ++i) {
+        EXPECT_EQ(sorted.centre[i].x, c.centre[i].x);
+        EXPECT_EQ(sorted.sh[i * 16 + 7].z, c.sh[i * 16 + 7].z);
+    }
+    const SplatFrame frame = seen_from(load_eyes("far", 100, 90));
+    EXPECT_GE(psnr(cpu_raster(sorted, frame).at(1), cpu_raster(c, frame).at(1)), 60);
+    put(sorted, {NAN, HUGE_VALF, -1e30f}, {1, 1, 1}, 1, grey);
+    sorted.sh.resize(sorted.count() * 16);
+    sort_by_place(sorted);
+    EXPECT_EQ(sorted.count(), c.count() + 1);
+}
+
 TEST(SplatPictures, FramesWithoutMeaningAreRefused)
 {
     SplatCloud c = small_scene(10, 0);
