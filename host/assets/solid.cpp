@@ -18,7 +18,7 @@ namespace {
 using Indices = std::vector<std::uint32_t>;
 constexpr double opaque = 6;         // optical depth that the thinner parts of a surface are given
 constexpr double max_depth = 12;     // of one spacing
-constexpr float dark = 0.02f;        // of the sky: less light than this leaked in
+constexpr float dark = 0.005f;       // of the sky: less light than this leaked in
 constexpr double max_samples = 2e7;  // of all splats together
 
 struct Box {
@@ -254,6 +254,40 @@ void measure(Solid& solid, const std::vector<float>& tau)
     solid.found = unlit > 0 ? both / unlit : 1;
 }
 
+// The greatest value within two nodes along each axis, one axis after the other.
+void dilate(const Grid& grid, std::vector<float>& f)
+{
+    const std::array<std::ptrdiff_t, 3> step{1, grid.size.x,
+                                             std::ptrdiff_t(grid.size.x) * grid.size.y};
+    for (std::ptrdiff_t s : step) {
+        const std::vector<float> before = f;
+        for (std::ptrdiff_t i = 2 * s; i < std::ptrdiff_t(f.size()) - 2 * s; ++i)
+            for (std::ptrdiff_t k : {-2 * s, -s, s, 2 * s})
+                f[std::size_t(i)] = max(f[std::size_t(i)], before[std::size_t(i + k)]);
+    }
+}
+
+// The splats that see at least `share` of the sky that the best placed splat around them sees: the
+// skin. The others lie under it.
+Indices skin(const SplatCloud& cloud, const Indices& kept, const Grid& grid, const Light& light)
+{
+    constexpr float share = 0.05f;
+    const auto node = [&](std::uint32_t i) {
+        const Vec3<double> u = grid.local(cast<double>(cloud.centre[i]));
+        return grid.at({int(u.x + 0.5), int(u.y + 0.5), int(u.z + 0.5)});
+    };
+    const auto seen = [&](std::uint32_t i) {
+        return sampled(grid, light.seen, cast<double>(cloud.centre[i]));
+    };
+    std::vector<float> best(grid.count());
+    for (std::uint32_t i : kept) best[node(i)] = max(best[node(i)], seen(i));
+    dilate(grid, best);
+    Indices all;
+    for (std::uint32_t i : kept)
+        if (seen(i) >= share * best[node(i)]) all.push_back(i);
+    return all;
+}
+
 }  // namespace
 
 bool Solid::visible(Vec3<double> x) const
@@ -263,7 +297,7 @@ bool Solid::visible(Vec3<double> x) const
         const Vec3<double> step{std::abs(k) == 1 ? reach * k : 0,
                                 std::abs(k) == 2 ? reach * k / 2 : 0,
                                 std::abs(k) == 3 ? reach * k / 3 : 0};
-        if (sampled(grid, seen, x + step) >= 5 * dark) return true;
+        if (sampled(grid, seen, x + step) >= 0.1f) return true;
     }
     return false;
 }
@@ -277,15 +311,18 @@ Solid find_solid(const SplatCloud& cloud, const Indices& kept, const SolidRule& 
     const double h = covering_spacing(cloud, kept, box, clamp(rule.max_cells, 8, 320));
     Solid solid;
     solid.grid = grid_over(box, h);
-    const std::vector<float> tau = extinction(cloud, kept, solid.grid);
     const Grid unit{{}, 1, solid.grid.size};  // lengths in spacings: no size of object overflows
-    Light light = lit_from_all_sides(unit, tau, rule.directions);
+    std::vector<float> tau = extinction(cloud, kept, solid.grid);
+    Light light = lit_from_all_sides(unit, tau, rule.directions / 3);
+    const Indices outer = skin(cloud, kept, solid.grid, light);
+    tau = extinction(cloud, outer, solid.grid);
+    light = lit_from_all_sides(unit, tau, rule.directions);
     solid.indicator = solve_poisson(unit, divergence(unit, dipoles(unit, tau, light)));
     solid.seen = std::move(light.seen);
     solid.lit.assign(cloud.count(), 0);
     for (std::uint32_t i : kept)
         solid.lit[i] = sampled(solid.grid, solid.seen, cast<double>(cloud.centre[i]));
-    solid.level = level_at(cloud, kept, solid);
+    solid.level = level_at(cloud, outer, solid);
     measure(solid, tau);
     return solid;
 }

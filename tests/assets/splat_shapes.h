@@ -25,15 +25,17 @@ struct Shape {
                             phi(x + Vec3<double>{0, e, 0}) - phi(x - Vec3<double>{0, e, 0}),
                             phi(x + Vec3<double>{0, 0, e}) - phi(x - Vec3<double>{0, 0, e})};
     }
-    // By points of a lattice of n^3.
+    // By a lattice of n^3 cubes, each counted by its share inside.
     double volume(int n = 160) const
     {
         const double h = 2 * half / n;
-        std::size_t count = 0;
+        double sum = 0;
         for (int k = 0; k < n * n * n; ++k)
-            count += inside({h * (k % n + 0.5) - half, h * (k / n % n + 0.5) - half,
-                             h * (k / (n * n) + 0.5) - half});
-        return double(count) * h * h * h;
+            sum += clamp(0.5 - phi({h * (k % n + 0.5) - half, h * (k / n % n + 0.5) - half,
+                                    h * (k / (n * n) + 0.5) - half}) /
+                                   h,
+                         0.0, 1.0);
+        return sum * h * h * h;
     }
 };
 
