@@ -127,7 +127,7 @@ void add_render(CLI::App& app, Verb& chosen)
     render->add_option("--out", o.out, "Picture (.png)")->required();
     render->add_option("--eye", o.eye, "x,y,z: where it is seen from [m]; otherwise from before");
     render->add_option("--at", o.at, "x,y,z: what is looked at [m]; otherwise the middle");
-    render->add_option("--up", o.up, "The axis that points upwards: x, y, z, -x, -y or -z")
+    render->add_option("--up", o.up, "The axis that points upwards: x, y, z or =-x, =-y, =-z")
         ->capture_default_str();
     render->add_option("--fov", o.field, "From side to side [degrees]")
         ->capture_default_str()

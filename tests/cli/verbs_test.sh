@@ -132,7 +132,8 @@ answers 0 render first.splat converted.ply one.ply --out many.png --size 64x48 -
 [ ! -s said ] || wrong "says something with --quiet"
 cmp -s drawn.png many.png && wrong "a picture of other splats is the same"
 answers 0 render first.splat --out both.png --size 64x48 --device cpu:double --stereo
-answers 0 render first.splat --out turn.png --size 32x32 --device cpu --orbit 3
+answers 0 render first.splat --out turn.png --size 32x32 --device cpu --orbit 3 --eye 1,2,-9 \
+    --at 1,2,2
 [ -s turn_0000.png ] && [ -s turn_0002.png ] || wrong "not a picture for each step of an orbit"
 cmp -s turn_0000.png turn_0001.png && wrong "an orbit stands still"
 answers 2 render first.splat --out drawn.jpg
