@@ -100,9 +100,10 @@ __global__ void __launch_bounds__(threads, 5) deform_kernel(const __grid_constan
     if (valid && follow<f>(d, g, i, n, dt, happened.stranded)) {
         happened.projected = put_right<f>(d, g, n);
         happened.repaired = !sound(g);
-        if (happened.repaired) g = d.splats.load(i);
-        d.splats.store(i, g);
-        if constexpr (f.blades) d.splats.sides[i] = g.sides;
+        if (!happened.repaired) {
+            d.splats.store(i, g);
+            if constexpr (f.blades) d.splats.sides[i] = g.sides;
+        }
     }
     report(*d.clock, happened);
 }

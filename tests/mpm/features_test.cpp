@@ -63,6 +63,15 @@ TEST(Features, WhatAStageDoesNotDependOnMakesNoOtherKernel)
     }
 }
 
+TEST(Features, GaussiansMakeNoOtherKernelOfAnyStage)
+{
+    for (Features used : scenes()) {
+        const Features f = served<all_of>(used);
+        used.splats = true;
+        EXPECT_EQ(served<all_of>(used), f);
+    }
+}
+
 TEST(Features, EachCombinationServesItselfSoNoneIsHiddenByOneBeforeIt)
 {
     for (std::size_t k = 0; k < combinations; ++k)

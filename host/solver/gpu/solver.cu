@@ -33,6 +33,15 @@ int substeps_a_turn(int substeps)
 
 std::atomic<int> solvers = 0;  // of the process so far
 
+// Sums of fixed point are cleared, but velocities of blocks that clay has left stay until it comes
+// back. No particle reads them; a Gaussian may.
+void clear_velocities(const Views& views, cudaStream_t stream)
+{
+    const GridView& g = views.grid;
+    const std::size_t nodes = std::size_t(g.fields) * std::size_t(views.lattice.node_count());
+    check(cudaMemsetAsync(g.nodes[0], 0, nodes * sizeof *g.nodes[0], stream), "clear velocities");
+}
+
 }  // namespace
 
 GpuSolver::GpuSolver(const Setup& given, int wanted, Room room)
@@ -99,6 +108,7 @@ void GpuSolver::start(const Views& views, const Features& features)
         check(cudaEventRecord(forked, main), "fork");
         check(cudaStreamWaitEvent(to, forked, 0), "fork");
     };
+    if (features.splats && features.fixed_point) clear_velocities(views, main);
     if (features.tools) {
         fork(beside);
         masks(views, beside);
