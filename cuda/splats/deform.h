@@ -118,18 +118,29 @@ HD NodeSums<R> node_sums(const Stencil<R>& s, NodeAt&& node)
              along_x(yz).sum}};
 }
 
+// A symmetric matrix times its inverse is the identity times its determinant, the matrix here.
+template <class R>
+HD Sym3<R> adjugate(const Sym3<R>& A)
+{
+    return {A.yy * A.zz - A.yz * A.yz, A.xx * A.zz - A.xz * A.xz, A.xx * A.yy - A.xy * A.xy,
+            A.xz * A.yz - A.xy * A.zz, A.xy * A.yz - A.xz * A.yy, A.xy * A.xz - A.yz * A.xx};
+}
+
 // The inverse of a symmetric matrix that has no negative eigenvalue. To one whose smallest is next
 // to nothing so much of the identity is added that none is below `floor`: det / minors lies between
 // a third of the smallest eigenvalue and all of it.
 template <class R>
-HD Sym3<R> bounded_inverse(const Sym3<R>& given, R floor)
+HD Sym3<R> bounded_inverse(Sym3<R> A, R floor)
 {
-    const R m = minors(given), smallest = m > 0 ? determinant(given) / m : R(0);
-    const Sym3<R> A = raised(given, max(floor - smallest, R(0)));
-    const R s = R(1) / determinant(A);
-    return {s * (A.yy * A.zz - A.yz * A.yz), s * (A.xx * A.zz - A.xz * A.xz),
-            s * (A.xx * A.yy - A.xy * A.xy), s * (A.xz * A.yz - A.xy * A.zz),
-            s * (A.xy * A.yz - A.xz * A.yy), s * (A.xy * A.xz - A.yz * A.xx)};
+    Sym3<R> C = adjugate(A);
+    const auto det = [&] { return A.xx * C.xx + A.xy * C.xy + A.xz * C.xz; };
+    R d = det();
+    const R m = trace(C);  // the sum of the principal minors
+    if (!(d >= floor * m && m > 0)) {
+        A = raised(A, m > 0 ? floor - max(d / m, R(0)) : floor);
+        C = adjugate(A), d = det();
+    }
+    return (R(1) / d) * C;
 }
 
 // A velocity and its gradient.
