@@ -19,8 +19,12 @@ std::string shipped(const std::string& name)
     std::error_code problem;
     const fs::path program = fs::read_symlink("/proc/self/exe", problem).parent_path();
     for (const fs::path& folder :
-         {program / "../share/knead", program / "..", program / "../..", fs::path()})
-        if (fs::exists(folder / name, problem)) return (folder / name).lexically_normal().string();
+         {program / "../share/knead", program / "..", program / "../..", fs::path()}) {
+        if (!fs::exists(folder / name, problem)) continue;
+        const fs::path whole = fs::weakly_canonical(folder / name, problem),
+                       near = whole.lexically_relative(fs::current_path(problem));
+        return near.empty() || *near.begin() == ".." ? whole.string() : near.string();
+    }
     return "";
 }
 

@@ -119,7 +119,7 @@ TEST_F(JsonReader, NumbersBeyondADoubleAreNamedWithTheirPlace)
     const std::string expected = ": expected a number within 1.8e308, found ";
     EXPECT_EQ(refused("1e999"), "x.json: line 1, column 1 (byte 0)" + expected + "1e999");
     EXPECT_EQ(refused("{\"a\": \"1e999\", // 1e999\n \"b\": [3, -1e999 ]}"),
-              "x.json: line 2, column 10 (byte 34)" + expected + "-1e999");
+              "x.json: line 2, column 11 (byte 34)" + expected + "-1e999");
     EXPECT_EQ(refused("[1E+400,2]"), "x.json: line 1, column 2 (byte 1)" + expected + "1E+400");
     EXPECT_EQ(refused("[1e-999, 1e308]"), "");
 }

@@ -28,6 +28,11 @@ TEST(Paths, AnEndingIsInLowerCase)
     EXPECT_EQ(ending(""), "");
 }
 
+TEST(Paths, WhatLiesBelowIsNamedFromHere)
+{
+    EXPECT_EQ(shipped("profiling/targets.json"), "profiling/targets.json");
+}
+
 TEST_F(Elsewhere, WhatComesWithTheProgramIsFound)
 {
     EXPECT_TRUE(fs::is_regular_file(shipped("profiling/targets.json")));
