@@ -19,6 +19,9 @@ install(FILES profiling/plot.py profiling/plot_verify.py profiling/peers.json pr
     DESTINATION ${CMAKE_INSTALL_DATADIR}/knead/profiling)
 install(FILES profiling/peers/taichi_mpm.py
     DESTINATION ${CMAKE_INSTALL_DATADIR}/knead/profiling/peers)
+# Scenes that it knows by their names.
+install(DIRECTORY scenes DESTINATION ${CMAKE_INSTALL_DATADIR}/knead FILES_MATCHING
+    PATTERN *.json PATTERN *.hands)
 
 configure_package_config_file(cmake/KneadConfig.cmake.in
     ${CMAKE_CURRENT_BINARY_DIR}/KneadConfig.cmake INSTALL_DESTINATION ${package}

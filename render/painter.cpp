@@ -12,8 +12,6 @@
 namespace knead {
 namespace {
 
-constexpr int largest_side = 4096;  // pixels
-
 // As the shaders read it (std140); the fields are explained there.
 struct EyeUniforms {
     float eye[4], right[4], up[4], forward[4], ball[4], scale[4];
@@ -81,7 +79,7 @@ Texture target(GLenum format, int width, int height)
 
 bool finite(Vec3<float> v) { return std::isfinite(v.x + v.y + v.z); }
 
-void check(const Camera& camera, float floor)
+void check(const Camera& camera, float floor, int largest_side)
 {
     const auto fail = [](const std::string& what) {
         throw std::invalid_argument("camera: " + what);
@@ -116,7 +114,7 @@ class GlPainter final : public Painter {
     Image paint(const std::vector<Mesh>& meshes, const std::vector<DrawPrimitive>& primitives,
                 const Camera& camera, float floor) override
     {
-        check(camera, floor);
+        check(camera, floor, largest_side_);
         const bool hands = camera.hands > 0 && !primitives.empty();
         const Geometry geometry = gather(meshes, hands ? primitives : std::vector<DrawPrimitive>{});
         const Context::Bound bound(context_);
@@ -134,6 +132,7 @@ class GlPainter final : public Painter {
     }
 
     std::string name() const override { return context_.name(); }
+    int largest_side() const override { return largest_side_; }
 
   private:
     void build();
@@ -155,10 +154,21 @@ class GlPainter final : public Painter {
     Buffer vertices_, triangles_, lamps_, view_;
     VertexArray layout_;
     int width_ = 0, height_ = 0;  // pixels
+    int largest_side_ = 0;        // of a picture
 };
+
+// Of a square that the GL draws to, in whole pixels.
+int largest_picture()
+{
+    GLint texture = 0, view[2] = {0, 0};
+    glGetIntegerv(GL_MAX_TEXTURE_SIZE, &texture);
+    glGetIntegerv(GL_MAX_VIEWPORT_DIMS, view);
+    return std::min({texture, view[0], view[1]}) / samples_across;
+}
 
 void GlPainter::build()
 {
+    largest_side_ = largest_picture();
     shadow_ = program(shadow_vertex, shadow_fragment, "shadow");
     scene_ = program(scene_vertex, scene_fragment, "scene");
     light_ = program(screen_vertex, light_fragment, "light");
@@ -201,6 +211,7 @@ void GlPainter::resize(int width, int height)
 {
     if (width == width_ && height == height_) return;
     width_ = height_ = 0;
+    normals_ = {}, colours_ = {}, depths_ = {}, radiances_ = {}, picture_ = {};
     const int w = samples_across * width, h = samples_across * height;
     normals_ = target(GL_RGBA16F, w, h);
     colours_ = target(GL_RGBA16F, w, h);
@@ -212,12 +223,16 @@ void GlPainter::resize(int width, int height)
     glNamedFramebufferTexture(scene_frame_, GL_DEPTH_ATTACHMENT, depths_, 0);
     glNamedFramebufferTexture(light_frame_, GL_COLOR_ATTACHMENT0, radiances_, 0);
     glNamedFramebufferTexture(picture_frame_, GL_COLOR_ATTACHMENT0, picture_, 0);
-    for (const GLuint frame :
-         {GLuint(scene_frame_), GLuint(light_frame_), GLuint(picture_frame_)}) {
-        if (glCheckNamedFramebufferStatus(frame, GL_DRAW_FRAMEBUFFER) != GL_FRAMEBUFFER_COMPLETE) {
-            throw std::runtime_error("no room for a picture of " + std::to_string(width) + " x " +
-                                     std::to_string(height) + " pixels on " + context_.name());
-        }
+    // A texture that there is no room for is an error of its own; all errors are taken.
+    bool fits = true;
+    while (glGetError() != GL_NO_ERROR) fits = false;
+    for (const GLuint frame : {GLuint(scene_frame_), GLuint(light_frame_), GLuint(picture_frame_)})
+        fits = fits &&
+               glCheckNamedFramebufferStatus(frame, GL_DRAW_FRAMEBUFFER) == GL_FRAMEBUFFER_COMPLETE;
+    if (!fits) {
+        normals_ = {}, colours_ = {}, depths_ = {}, radiances_ = {}, picture_ = {};
+        throw PictureError("no room for a picture of " + std::to_string(width) + " x " +
+                           std::to_string(height) + " pixels on " + context_.name());
     }
     width_ = width;
     height_ = height;
@@ -337,10 +352,9 @@ Image GlPainter::developed()
     std::vector<std::uint8_t> upside_down(row * std::size_t(height_));
     glReadPixels(0, 0, width_, height_, GL_RGB, GL_UNSIGNED_BYTE, upside_down.data());
     if (const GLenum error = glGetError()) {
-        throw std::runtime_error(std::string("painting on ") + context_.name() + ": " +
-                                 (error == GL_OUT_OF_MEMORY
-                                      ? "out of memory"
-                                      : "OpenGL error " + std::to_string(error)));
+        throw PictureError(std::string("painting on ") + context_.name() + ": " +
+                           (error == GL_OUT_OF_MEMORY ? "out of memory"
+                                                      : "OpenGL error " + std::to_string(error)));
     }
     Image image{width_, height_, std::vector<std::uint8_t>(upside_down.size())};
     for (int y = 0; y < height_; ++y) {

@@ -1,6 +1,7 @@
 // Headless pictures: clay, hands and floor with light, shade, contact shadow and ambient occlusion.
 #pragma once
 #include <memory>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -23,16 +24,23 @@ struct DrawPrimitive {
     Sphere<float> sphere[3];
 };
 
+// One picture cannot be made; why. Another one may be.
+struct PictureError : std::runtime_error {
+    using std::runtime_error::runtime_error;
+};
+
 class Painter {
   public:
     // Throws std::runtime_error, with the reason, where no GL context can be made.
     static std::unique_ptr<Painter> open();
     virtual ~Painter() = default;
-    // `floor` is the height of the ground plane [m].
+    // `floor` is the height of the ground plane [m]. Throws PictureError where the GL has no room
+    // for it, std::invalid_argument for what cannot be drawn.
     virtual Image paint(const std::vector<Mesh>& meshes,
                         const std::vector<DrawPrimitive>& primitives, const Camera& camera,
                         float floor) = 0;
     virtual std::string name() const = 0;  // the GL renderer
+    virtual int largest_side() const = 0;  // of a picture, by the GL's limits [pixels]
 };
 
 }  // namespace knead

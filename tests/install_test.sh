@@ -12,6 +12,22 @@ prefix=$folder/prefix
 cmake --install "$build" --prefix "$prefix" >/dev/null
 "$prefix"/bin/knead --version
 
+# Its scenes and figures are found from a folder that has none, and not in a tree.
+mkdir "$folder"/empty
+(
+    cd "$folder"/empty
+    "$prefix"/bin/knead info scenes/squeeze.json >/dev/null
+    "$prefix"/bin/knead run squeeze --device cpu --frames 1 --set domain.cells=32 --quiet
+    code=0
+    "$prefix"/bin/knead bench targets --device cpu --quick --max-memory 1 --out bench \
+        >said 2>&1 || code=$?
+    # Too little memory for any case: but the scene was read, and targets.json.
+    if [ $code -ne 4 ] || grep 'no file' said; then
+        echo "the installed program lacks its files: bench ended with $code"
+        exit 1
+    fi
+)
+
 missing=$(cd "$prefix"/include/knead &&
     grep -rhoE '^ *# *include +"[^"]+"' . | grep -oE '[^"]+/[^"]+' | sort -u |
     while read -r header; do [ -e "$header" ] || echo "$header"; done)

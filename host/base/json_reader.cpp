@@ -3,27 +3,14 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cerrno>
 #include <cmath>
+#include <cstring>
 #include <filesystem>
 #include <fstream>
-#include <set>
 
 namespace knead {
 namespace {
-
-constexpr int deepest = 64;  // levels; scenes need 4
-constexpr std::size_t max_json_bytes = 16u << 20;
-
-std::string position(const std::string& text, std::size_t byte)
-{
-    const std::size_t end = std::min(byte, text.size());
-    std::size_t line = 1, column = 1;
-    for (std::size_t i = 0; i < end; ++i) {
-        ++column;
-        if (text[i] == '\n') ++line, column = 1;
-    }
-    return fmt::format("line {}, column {} (byte {})", line, column, end);
-}
 
 // Edit distance with swaps of neighbours (optimal string alignment).
 std::size_t edit_distance(const std::string& a, const std::string& b)
@@ -96,7 +83,9 @@ std::uintmax_t size_of(const std::string& file)
     namespace fs = std::filesystem;
     std::error_code problem;
     const fs::file_status status = fs::status(file, problem);
-    if (!fs::exists(status)) throw InputError(file + ": no such file");
+    if (status.type() == fs::file_type::not_found) throw InputError(file + ": no such file");
+    if (!fs::status_known(status) || status.type() == fs::file_type::none)
+        throw InputError(file + ": cannot be read: " + problem.message());
     if (!fs::is_regular_file(status))
         throw InputError(file + ": expected a regular file, found " +
                          (fs::is_directory(status) ? "a directory" : "something else"));
@@ -107,10 +96,12 @@ std::uintmax_t size_of(const std::string& file)
 
 std::string read_bytes(const std::string& file, std::uintmax_t size)
 {
+    errno = 0;
     std::ifstream in(file, std::ios::binary);
-    std::string text(std::size_t(size), '\0');
+    std::string text(in ? std::size_t(size) : 0, '\0');
     if (!in || (size > 0 && !in.read(text.data(), std::streamsize(size))))
-        throw InputError(file + ": cannot be read");
+        throw InputError(file + ": cannot be read" +
+                         (errno ? std::string(": ") + std::strerror(errno) : ""));
     return text;
 }
 
@@ -128,43 +119,6 @@ std::string read_text(const std::string& file, std::size_t max_bytes)
 std::string read_start(const std::string& file, std::size_t most)
 {
     return read_bytes(file, std::min<std::uintmax_t>(size_of(file), most));
-}
-
-Json parse_json(const std::string& text, const std::string& file)
-{
-    std::vector<std::set<std::string>> keys;
-    const auto watch = [&](int depth, Json::parse_event_t event, Json& parsed) {
-        if (depth > deepest)
-            throw InputError(
-                fmt::format("{}: expected at most {} levels of nesting", file, deepest));
-        if (event == Json::parse_event_t::object_start) {
-            keys.resize(std::size_t(depth) + 1);
-            keys.back().clear();
-        }
-        if (event == Json::parse_event_t::key) {
-            const auto& key = parsed.get_ref<const std::string&>();
-            if (!keys[std::size_t(depth) - 1].insert(key).second)
-                throw InputError(
-                    fmt::format("{}: key \"{}\" is given twice in one object", file, key));
-        }
-        return true;
-    };
-    try {
-        return Json::parse(text, watch, true, true);
-    } catch (const Json::parse_error& e) {
-        std::string reason = e.what();
-        const std::size_t tail = reason.rfind("; expected");
-        reason = tail == std::string::npos ? "not JSON" : reason.substr(tail + 2);
-        throw InputError(fmt::format("{}: {}: cannot be read as JSON: {}", file,
-                                     position(text, e.byte), reason));
-    } catch (const Json::exception& e) {
-        throw InputError(fmt::format("{}: cannot be read as JSON: {}", file, e.what()));
-    }
-}
-
-Json read_json(const std::string& file)
-{
-    return parse_json(read_text(file, max_json_bytes), file);
 }
 
 std::string described(const Bounds& r)

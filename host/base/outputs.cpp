@@ -4,6 +4,7 @@
 #include <signal.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <atomic>
 #include <cerrno>
 #include <charconv>
@@ -78,6 +79,20 @@ std::string name_beside(const fs::path& file)
     return (file.parent_path() / name).string();
 }
 
+// Where a file of that name lies, its own links followed, even to where there is none yet.
+fs::path followed(const std::string& file)
+{
+    fs::path at = file;
+    for (int links = 0; links < 40; ++links) {
+        std::error_code problem;
+        if (!fs::is_symlink(fs::symlink_status(at, problem))) return at;
+        const fs::path to = fs::read_symlink(at, problem);
+        if (problem) refuse(file, problem.value());
+        at = at.parent_path() / to;
+    }
+    refuse(file, ELOOP);
+}
+
 // 0, or why not all of it could be written.
 int write_all(int file, const std::string& bytes)
 {
@@ -99,13 +114,25 @@ int flush(int file)
     return 0;
 }
 
+// Whether the folder takes files.
+void probe(const std::string& folder)
+{
+    try {
+        const PartialFile file((fs::path(folder) / ".knead-probe").string());
+    } catch (const OutputError& e) {
+        const std::string said = e.what();
+        fail(folder, said.substr(said.find("cannot be written")));
+    }
+}
+
 }  // namespace
 
 PartialFile::PartialFile(const std::string& to) : file(to)
 {
     if (file.empty()) fail("\"\"", "cannot be written: the path is empty");
+    place = followed(file).string();
     do {
-        partial = name_beside(file);
+        partial = name_beside(place);
         made = ::open(partial.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
         // EEXIST: left by a process of our number that was killed.
     } while (made < 0 && (errno == EEXIST || errno == EINTR));
@@ -128,13 +155,13 @@ void PartialFile::put_in_place()
 {
     // A device, say, is no place for a file: renaming would put an end to it.
     std::error_code problem;
-    if (fs::is_other(fs::symlink_status(file, problem)))
+    if (fs::is_other(fs::symlink_status(place, problem)))
         fail(file, "cannot be written: it is there and is no regular file");
     int reason = flush(made);
     // Closed before it is renamed: a file system over a network may speak up only here.
     if (::close(made) != 0 && reason == 0) reason = errno;
     made = -1;
-    if (reason == 0 && ::rename(partial.c_str(), file.c_str()) != 0) reason = errno;
+    if (reason == 0 && ::rename(partial.c_str(), place.c_str()) != 0) reason = errno;
     if (reason == 0) return;
     ::unlink(partial.c_str());
     refuse(file, reason);
@@ -154,23 +181,32 @@ void prepare_folder(const std::string& folder, const std::vector<std::string>& n
     fs::create_directories(folder, problem);
     if (problem) fail(folder, "cannot be made: " + problem.message());
     if (!fs::is_directory(folder)) fail(folder, "is not a folder");
-    const PartialFile probe((fs::path(folder) / ".knead-probe").string());
+    probe(folder);
     for (const std::string& name : names) check_place(folder, name, overwrite);
+}
+
+std::vector<Leftover> leftovers(const std::string& folder)
+{
+    std::error_code problem;
+    std::vector<Leftover> left;
+    for (fs::directory_iterator at(folder, problem), end; !problem && at != end;
+         at.increment(problem)) {
+        const auto from = origin(at->path().filename().string());
+        std::error_code unknown;
+        if (from && fs::is_regular_file(at->symlink_status(unknown)) &&
+            ::kill(from->second, 0) != 0 && errno == ESRCH)
+            left.push_back({at->path().string(), from->first});
+    }
+    std::sort(left.begin(), left.end(),
+              [](const Leftover& a, const Leftover& b) { return a.path < b.path; });
+    return left;
 }
 
 void remove_partials(const std::string& folder, const std::function<bool(const std::string&)>& ours)
 {
     std::error_code problem;
-    std::vector<fs::path> left;
-    for (fs::directory_iterator at(folder, problem), end; !problem && at != end;
-         at.increment(problem)) {
-        const auto from = origin(at->path().filename().string());
-        std::error_code unknown;
-        if (from && ours(from->first) && fs::is_regular_file(at->symlink_status(unknown)) &&
-            ::kill(from->second, 0) != 0 && errno == ESRCH)
-            left.push_back(at->path());
-    }
-    for (const fs::path& file : left) fs::remove(file, problem);
+    for (const Leftover& left : leftovers(folder))
+        if (ours(left.of)) fs::remove(left.path, problem);
 }
 
 void remove_files(const std::string& folder, const std::vector<std::string>& names)

@@ -14,15 +14,20 @@ void prepare_folder(const std::string& folder, const std::vector<std::string>& n
 // The same for one file.
 void prepare_file(const std::string& file, bool overwrite);
 
-// Removes what a killed program left in the folder of a file that it was making, where ours(name of
-// that file) holds and no process has its number any more.
+// What a killed program left in a folder of a file that it was making: no process has its number.
+struct Leftover {
+    std::string path, of;  // of: the name of the file that it was to be
+};
+std::vector<Leftover> leftovers(const std::string& folder);  // by path; none where there is none
+// Removes those for which ours(of) holds.
 void remove_partials(const std::string& folder,
                      const std::function<bool(const std::string&)>& ours);
 // Removes those of the files in the folder that are there, in this order. Throws OutputError.
 void remove_files(const std::string& folder, const std::vector<std::string>& names);
 
 // A file under making, beside its place and with the same ending, so that a program of its own may
-// write it, too. It goes with the object, unless it was put in place.
+// write it, too; nothing that is there has its name. It goes with the object, unless it was put in
+// place. Where `file` is a symbolic link, the link stays and what it names is replaced.
 class PartialFile {
   public:
     // Makes it, empty. All throw OutputError with the file's path and the reason.
@@ -38,8 +43,8 @@ class PartialFile {
     void put_in_place();
 
   private:
-    std::string file, partial;
-    int made = -1;  // its descriptor
+    std::string file, place, partial;  // place: `file` with its links followed
+    int made = -1;                     // its descriptor
 };
 
 // The one way a file is written. Throws OutputError; the old file, if there is one, is then left.

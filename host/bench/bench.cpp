@@ -13,19 +13,19 @@
 #include "host/base/json_reader.h"
 #include "host/base/machine.h"
 #include "host/base/outputs.h"
+#include "host/base/paths.h"
 #include "host/scene/seed.h"
 
 namespace knead {
 namespace {
 namespace fs = std::filesystem;
 
-Device device_of(const std::string& backend)
+Device device_of(const std::string& text)
 {
-    if (backend == "auto" || backend == "cpu") return resolved(parse_device(backend));
-    if (backend == "gpu") return resolved(parse_device("cuda"));
-    if (backend.starts_with("gpu:")) return resolved(parse_device("cuda" + backend.substr(3)));
-    throw UsageError("--backend: expected auto, cpu, gpu or gpu:N, found \"" +
-                     backend.substr(0, 60) + "\"");
+    const Device device = parse_device(text);
+    if (device.kind == DeviceKind::cpu_double)
+        throw UsageError("--device: expected auto, cuda, cuda:N or cpu: cpu:double is not timed");
+    return resolved(device);
 }
 
 BenchOptions completed(BenchOptions o)
@@ -34,6 +34,7 @@ BenchOptions completed(BenchOptions o)
     for (const auto& [name, suite] : suites()) names.push_back(name);
     o.suites = names_asked("suite", o.suites, names);
     if (o.case_limit <= 0) o.case_limit = o.quick ? 4 : 20;
+    o.scene = file_or_shipped(o.scene);
     return o;
 }
 
@@ -86,7 +87,7 @@ double gpu_clock()
 
 Bench::Bench(const BenchOptions& o)
     : options(completed(o)),
-      device(device_of(o.backend)),
+      device(device_of(o.device)),
       facts(device_facts(device, o.threads)),
       figures(read_figures(figures_folder(o.data)))
 {
@@ -148,6 +149,7 @@ std::vector<StageWork> Bench::counted(const std::function<std::vector<StageWork>
 int bench_verb(const BenchOptions& options)
 {
     Bench bench(options);
+    read_scene(bench.options.scene, {});  // what is wrong with it is said before anything is made
     const std::string folder = folder_of(bench);
     prepare_folder(folder, results, options.overwrite);
     watch_interrupts();
@@ -177,7 +179,10 @@ int bench_verb(const BenchOptions& options)
         bench.result.left_out.push_back(why);
     }
     std::fputs(options.json ? json.c_str() : bench_text(bench).c_str(), stdout);
-    bench.say("wrote " + folder);
+    if (failed)
+        bench.say("failed; what was measured all the same is in " + folder);
+    else
+        bench.say("wrote " + folder);
     return interrupted() == 15 ? exit_terminate : interrupted() ? exit_interrupt : failed;
 }
 

@@ -16,10 +16,10 @@
 namespace knead {
 
 struct BenchOptions {
-    std::vector<std::string> suites;  // none: all
-    std::string backend = "auto";     // auto, cpu, gpu, gpu:N
-    std::string out;                  // "": profiling/results/<device>
-    std::string scene = "scenes/squeeze.json";
+    std::vector<std::string> suites;            // none: all
+    std::string device = "auto";                // auto, cuda, cuda:N, cpu
+    std::string out;                            // "": profiling/results/<device>
+    std::string scene = "scenes/squeeze.json";  // here, or of those that come with the program
     std::string data;  // folder of plot.py, peers.json, targets.json and peers/; "": figures_folder
     bool count = false;  // by the device's counters, too
     bool quick = false, peers = false, overwrite = false, json = false, quiet = false;

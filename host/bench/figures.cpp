@@ -4,6 +4,7 @@
 #include <limits>
 
 #include "host/base/json_reader.h"
+#include "host/base/paths.h"
 
 namespace knead {
 namespace {
@@ -84,13 +85,8 @@ TargetList targets_of(const Json& root, const std::string& file)
 std::string figures_folder(const std::string& asked)
 {
     if (!asked.empty()) return asked;
-    std::error_code problem;
-    const fs::path program = fs::read_symlink("/proc/self/exe", problem).parent_path();
-    for (const fs::path& folder :
-         {fs::path("profiling"), program / "../profiling", program / "../../profiling",
-          program / "../share/knead/profiling"})
-        if (fs::exists(folder / "targets.json", problem)) return folder.lexically_normal().string();
-    return "profiling";
+    const std::string found = shipped("profiling/targets.json");
+    return found.empty() ? "profiling" : fs::path(found).parent_path().string();
 }
 
 Figures read_figures(const std::string& folder)

@@ -39,8 +39,8 @@ struct Figures {
     std::string no_peers, no_targets;  // why there are none; "" if there are
 };
 
-// Where plot.py, peers.json, targets.json and peers/ are: `asked`; if that is "", profiling/ here,
-// in the tree that the program was built in, or in the installation it is part of.
+// Where plot.py, peers.json, targets.json and peers/ are: `asked`; if that is "", profiling/ of
+// what comes with the program (host/base/paths.h).
 std::string figures_folder(const std::string& asked);
 
 // Has the script `name` of that folder draw the results in arguments[0]; it says a path a line.

@@ -2,10 +2,10 @@
 #include <fmt/format.h>
 
 #include <cstdio>
-#include <filesystem>
 
 #include "host/base/errors.h"
 #include "host/base/outputs.h"
+#include "host/base/paths.h"
 #include "host/cli/verbs.h"
 #include "host/files/file_kind.h"
 #include "host/files/mesh_file.h"
@@ -20,10 +20,10 @@ namespace {
 
 void check_ending(const std::string& out, const std::vector<std::string>& allowed, const char* of)
 {
-    const std::string ending = std::filesystem::path(out).extension().string();
+    const std::string form = ending(out);
     std::string all;
     for (const std::string& a : allowed) {
-        if (a == ending) return;
+        if (a == form) return;
         all += (all.empty() ? "" : ", ") + a;
     }
     throw UsageError(fmt::format("{}: {} can be written as {}", out, of, all));
@@ -47,7 +47,7 @@ void convert_splats(const ConvertOptions& o)
     if (r.mirrored)
         say(fmt::format("{} splats with a scale below 0: its sign is gone", r.mirrored));
     if (r.degree_left_out) say("harmonics above degree 3 are left out");
-    if (file.cloud.degree > 0 && std::filesystem::path(o.out).extension() == ".splat")
+    if (file.cloud.degree > 0 && ending(o.out) == ".splat")
         say("harmonics above degree 0 are left out: .splat has no room for them");
 }
 

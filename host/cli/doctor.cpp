@@ -2,10 +2,12 @@
 #include <fmt/format.h>
 
 #include <cstdio>
+#include <filesystem>
 #include <nlohmann/json.hpp>
 
 #include "host/base/errors.h"
 #include "host/base/machine.h"
+#include "host/base/outputs.h"
 #include "host/cli/verbs.h"
 #include "host/files/video.h"
 #include "host/scene/seed.h"
@@ -53,9 +55,32 @@ Json pictures_finding()
     }
 }
 
+// In the folders and those directly in them, where runs put their results.
+void add_leftovers(Json& all, const std::vector<std::string>& folders)
+{
+    namespace fs = std::filesystem;
+    for (const std::string& folder : folders) {
+        std::error_code problem;
+        if (!fs::is_directory(folder, problem)) throw InputError(folder + ": no such folder");
+        std::vector<std::string> places{folder};
+        for (fs::directory_iterator at(folder, problem), end; !problem && at != end;
+             at.increment(problem)) {
+            std::error_code unknown;
+            if (fs::is_directory(at->symlink_status(unknown)))
+                places.push_back(at->path().string());
+        }
+        for (const std::string& place : places)
+            for (const Leftover& left : leftovers(place)) {
+                const std::string text =
+                    left.path + ": of " + left.of + ", by a program that was killed; may go";
+                all.push_back(finding("leftover", true, text));
+            }
+    }
+}
+
 }  // namespace
 
-int doctor_verb(bool json)
+int doctor_verb(const DoctorOptions& o)
 {
     const bool ffmpeg = Video::available();
     Json all = Json::array();
@@ -69,12 +94,16 @@ int doctor_verb(bool json)
     all.push_back(pictures_finding());
     all.push_back(
         finding("ffmpeg", ffmpeg, ffmpeg ? "on the PATH" : "not on the PATH; no --video"));
-    if (json) {
-        std::printf("%s\n", all.dump(2).c_str());
+    add_leftovers(all, o.folders);
+    if (o.json) {
+        std::printf("%s\n", all.dump(2, ' ', false, Json::error_handler_t::replace).c_str());
         return exit_ok;
     }
     for (const Json& f : all)
-        std::printf("%-8s %-10s %s\n", f["there"].get<bool>() ? "ok" : "missing",
+        std::printf("%-8s %-10s %s\n",
+                    f["what"] == "leftover"  ? "left"
+                    : f["there"].get<bool>() ? "ok"
+                                             : "missing",
                     f["what"].get<std::string>().c_str(), f["text"].get<std::string>().c_str());
     return exit_ok;
 }

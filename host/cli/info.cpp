@@ -146,7 +146,9 @@ std::string lines(const Json& value, const std::string& indent)
     for (const auto& [key, entry] : value.items()) {
         const bool nested =
             entry.is_object() || (entry.is_array() && !entry.empty() && entry[0].is_object());
-        const std::string said = entry.is_string() ? entry.get<std::string>() : entry.dump();
+        const std::string said = entry.is_string()
+                                     ? entry.get<std::string>()
+                                     : entry.dump(-1, ' ', false, Json::error_handler_t::replace);
         text += indent + fmt::format("{:<16}", key) + (nested ? "" : " " + said) + "\n";
         if (nested) text += lines(entry, indent + "  ");
     }
@@ -174,7 +176,10 @@ int info_verb(const InfoOptions& o)
     if (kind == FileKind::mesh) facts = mesh_facts(o.file);
     if (kind == FileKind::particles) facts = particle_facts(o.file);
     if (kind == FileKind::splats) facts = splat_facts(o.file);
-    std::fputs((o.json ? facts.dump(2) + "\n" : lines(facts, "")).c_str(), stdout);
+    std::fputs((o.json ? facts.dump(2, ' ', false, Json::error_handler_t::replace) + "\n"
+                       : lines(facts, ""))
+                   .c_str(),
+               stdout);
     return exit_ok;
 }
 

@@ -1,8 +1,14 @@
 // The command line: verbs and their options as typed. What each does is in a file of its name.
+#include <fmt/format.h>
+
 #include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cstdio>
 
 #include "host/base/errors.h"
+#include "host/base/json_reader.h"
 #include "host/base/machine.h"
+#include "host/base/paths.h"
 #include "host/bench/bench.h"
 #include "host/cli/verbs.h"
 #include "host/verify/verify.h"
@@ -11,6 +17,29 @@ namespace knead {
 namespace {
 
 using Verb = std::function<int()>;
+
+// A number from `low` to `high`. CLI::Range lets "nan" pass.
+CLI::Validator between(double low, double high)
+{
+    const auto refused = [low, high](std::string& word) {
+        double value = 0;
+        if (CLI::detail::lexical_cast(word, value) && value >= low && value <= high)
+            return std::string();
+        return fmt::format("expected a number from {} to {}, found \"{}\"", low, high, word);
+    };
+    return CLI::Validator(refused, fmt::format("{} to {}", low, high));
+}
+constexpr double longest = 1e9;      // [s]
+constexpr double most_memory = 1e9;  // [MiB]
+
+// path.key=value, before it is known whether a scene has that path.
+const CLI::Validator setting(
+    [](std::string& word) {
+        const std::string path = "." + word.substr(0, word.find('=')) + ".";
+        const bool fine = word.find('=') != std::string::npos && path.find("..") == path.npos;
+        return fine ? "" : "expected path.key=value, found \"" + word.substr(0, 60) + "\"";
+    },
+    "");
 
 // Options lie in the closure that main calls, so they live as long as the program.
 void add_run(CLI::App& app, Verb& chosen)
@@ -22,7 +51,8 @@ void add_run(CLI::App& app, Verb& chosen)
         ->capture_default_str();
     run->add_option("--set", o.settings, "path.key=value, e.g. objects.0.material.young=2e6")
         ->take_all()
-        ->expected(1);
+        ->expected(1)
+        ->check(setting);
     run->add_option("--hands", o.hands, "A recording or gesture instead of the scene's");
     run->add_option("--frames", o.frames, "Stop after N frames")->check(CLI::Range(1, 10000000));
     run->add_option("--out", o.out, "Folder for report.json, frames.csv, mesh, pictures");
@@ -31,7 +61,7 @@ void add_run(CLI::App& app, Verb& chosen)
     run->add_option("--seed", o.seed, "Of the particles' places and of gestures")
         ->check(CLI::Range(0, 2147483647));
     run->add_option("--max-memory", o.max_memory, "MiB that a run may take; 0: what is free")
-        ->check(CLI::NonNegativeNumber);
+        ->check(between(0, most_memory));
     run->add_option("--audit", o.audit_every, "Look at the whole state every N frames")
         ->check(CLI::Range(1, 10000000));
     run->add_option("--mesh", o.mesh, "glb, ply, obj or none")->capture_default_str();
@@ -45,14 +75,19 @@ void add_run(CLI::App& app, Verb& chosen)
         if (other != resume && other != run->get_help_ptr()) resume->excludes(other);
     run->add_option("--threads", o.threads, "CPU threads; 0: all")->check(CLI::Range(0, 4096));
     run->add_option("--time-limit", o.time_limit, "Seconds after which it ends, with its results")
-        ->check(CLI::NonNegativeNumber);
+        ->check(between(0, longest));
     run->add_option("--checkpoint", o.checkpoint,
                     "Seconds from checkpoint to checkpoint, with --out; 60 if not given, 0: none")
-        ->check(CLI::Range(0.0, 1e9));
+        ->check(between(0, longest));
     run->add_flag("--json", o.json, "The report on stdout");
     run->add_flag("-q,--quiet", o.quiet, "No progress, no summary");
     run->add_flag("-v,--verbose", o.verbose, "A line per frame");
-    run->callback([&chosen] { chosen = [] { return run_verb(o); }; });
+    run->callback([&chosen] {
+        o.scene = file_or_shipped(o.scene);
+        // A name without an ending is a gesture's.
+        if (!ending(o.hands).empty()) o.hands = file_or_shipped(o.hands);
+        chosen = [] { return run_verb(o); };
+    });
 }
 
 void add_record(CLI::App& app, Verb& chosen)
@@ -83,9 +118,15 @@ void add_info(CLI::App& app, Verb& chosen)
     CLI::App* info = app.add_subcommand(
         "info", "Describe a scene, recording, mesh, report, particles or splats");
     info->add_option("FILE", o.file, "The file")->required();
-    info->add_option("--set", o.settings, "path.key=value, for scenes")->take_all()->expected(1);
+    info->add_option("--set", o.settings, "path.key=value, for scenes")
+        ->take_all()
+        ->expected(1)
+        ->check(setting);
     info->add_flag("--json", o.json, "JSON on stdout");
-    info->callback([&chosen] { chosen = [] { return info_verb(o); }; });
+    info->callback([&chosen] {
+        o.file = file_or_shipped(o.file);
+        chosen = [] { return info_verb(o); };
+    });
 }
 
 void add_compare(CLI::App& app, Verb& chosen)
@@ -96,11 +137,11 @@ void add_compare(CLI::App& app, Verb& chosen)
     compare->add_option("SECOND", o.second, "The same kind")->required();
     compare->add_option("--tolerance", o.tolerance, "Relative for reports, metres for particles")
         ->capture_default_str()
-        ->check(CLI::NonNegativeNumber);
+        ->check(between(0, 1e300));
     compare
         ->add_option("--slower", o.slower,
                      "Fail where the second's frame takes this many times as long")
-        ->check(CLI::NonNegativeNumber);
+        ->check(between(0, 1e300));
     compare->add_flag("--json", o.json, "JSON on stdout");
     compare->callback([&chosen] { chosen = [] { return compare_verb(o); }; });
 }
@@ -116,7 +157,10 @@ void add_convert(CLI::App& app, Verb& chosen)
     convert->add_option("OUT", o.out, "The file to write; its ending is its format")->required();
     convert->add_flag("--overwrite", o.overwrite, "Replace a file that is there");
     convert->add_flag("-q,--quiet", o.quiet, "Say nothing");
-    convert->callback([&chosen] { chosen = [] { return convert_verb(o); }; });
+    convert->callback([&chosen] {
+        o.in = file_or_shipped(o.in);
+        chosen = [] { return convert_verb(o); };
+    });
 }
 
 void add_render(CLI::App& app, Verb& chosen)
@@ -131,7 +175,7 @@ void add_render(CLI::App& app, Verb& chosen)
         ->capture_default_str();
     render->add_option("--fov", o.field, "From side to side [degrees]")
         ->capture_default_str()
-        ->check(CLI::Range(1.0, 170.0));
+        ->check(between(1, 170));
     render->add_option("--orbit", o.orbit, "N pictures, once around: OUT_0000.png and on")
         ->check(CLI::Range(1, 9999));
     render->add_option("--size", o.size, "WIDTHxHEIGHT of an eye [pixels]")->capture_default_str();
@@ -146,10 +190,13 @@ void add_render(CLI::App& app, Verb& chosen)
 
 void add_doctor(CLI::App& app, Verb& chosen)
 {
-    static bool json = false;
-    CLI::App* doctor = app.add_subcommand("doctor", "Say what is here and what is missing");
-    doctor->add_flag("--json", json, "JSON on stdout");
-    doctor->callback([&chosen] { chosen = [] { return doctor_verb(json); }; });
+    static DoctorOptions o;
+    CLI::App* doctor = app.add_subcommand(
+        "doctor", "Say what is here, what is missing, and what killed programs left");
+    doctor->add_option("FOLDER", o.folders,
+                       "Where leftovers are looked for; if none is given, here");
+    doctor->add_flag("--json", o.json, "JSON on stdout");
+    doctor->callback([&chosen] { chosen = [] { return doctor_verb(o); }; });
 }
 
 void add_bench(CLI::App& app, Verb& chosen)
@@ -160,25 +207,26 @@ void add_bench(CLI::App& app, Verb& chosen)
     bench->add_option(
         "SUITE", o.suites,
         "stages, paper, scale, surface, localized, deterministic, targets; none: all");
-    bench->add_option("--backend", o.backend, "auto, cpu, gpu or gpu:N")->capture_default_str();
+    bench->add_option("--device", o.device, "auto, cuda, cuda:N or cpu")->capture_default_str();
     bench->add_option("--out", o.out,
                       "Folder for results; profiling/results/<device> if not given");
     bench->add_flag("--overwrite", o.overwrite, "Replace results that are there");
     bench->add_flag("--quick", o.quick, "Few frames, small sizes: to see that it works");
     bench->add_flag("--peers", o.peers, "Other implementations too, on one scene");
-    bench->add_option("--data", o.data,
-                      "Folder of plot.py, peers.json, targets.json and peers/; profiling/ if not "
-                      "given");
+    bench->add_option(
+        "--data", o.data,
+        "Folder of plot.py, peers.json, targets.json and peers/; otherwise those that "
+        "came with the program");
     bench->add_option("--scene", o.scene, "The squeeze that is varied")->capture_default_str();
     bench->add_flag("--count", o.count,
                     "Instructions and bytes, too, by the GPU's counters (needs CUPTI)");
     bench->add_option("--threads", o.threads, "CPU threads; 0: all")->check(CLI::Range(0, 4096));
     bench->add_option("--case-limit", o.case_limit, "Seconds after which a case begins no frame")
-        ->check(CLI::NonNegativeNumber);
+        ->check(between(0, longest));
     bench->add_option("--max-memory", o.max_memory, "MiB of the host; 0: what is free")
-        ->check(CLI::NonNegativeNumber);
+        ->check(between(0, most_memory));
     bench->add_option("--max-particles", o.max_particles, "Where the suite scale ends")
-        ->check(CLI::Range(1e3, 2e8));
+        ->check(between(1e3, 2e8));
     bench->add_flag("--json", o.json, "The results on stdout as JSON");
     bench->add_flag("-q,--quiet", o.quiet, "No progress");
     bench->callback([&chosen] { chosen = [] { return bench_verb(o); }; });
@@ -196,13 +244,41 @@ void add_verify(CLI::App& app, Verb& chosen)
     verify->add_option("--only", o.only, "Parts whose name contains this");
     verify->add_option("--case", o.one, "One case of the stability suite alone, told as JSON");
     verify->add_option("--out", o.out, "Folder for verify.json, verify.csv, report.md, pictures");
-    verify->add_option("--data", o.data, "Folder of plot_verify.py; profiling/ if not given");
+    verify->add_option("--data", o.data, "Folder of plot_verify.py; otherwise that of the program");
     verify->add_flag("--overwrite", o.overwrite, "Replace results that are there");
     verify->add_flag("--quick", o.quick, "Small sizes and a sample of the cases: minutes");
     verify->add_option("--threads", o.threads, "CPU threads; 0: all")->check(CLI::Range(0, 4096));
     verify->add_flag("--json", o.json, "The results on stdout as JSON");
     verify->add_flag("-q,--quiet", o.quiet, "Only the last line");
     verify->callback([&chosen] { chosen = [] { return verify_verb(o); }; });
+}
+
+// Says what is probably meant, where there is no such verb, or the verb has no such option.
+void suggest(const CLI::App& app, const std::vector<std::string>& words)
+{
+    const auto say = [](const std::string& word, const std::vector<std::string>& known) {
+        const std::string near = likely_name(word, known);
+        if (!near.empty())
+            std::fprintf(stderr, "%s: \"%s\" is meant?\n", word.c_str(), near.c_str());
+    };
+    const CLI::App* verb = nullptr;
+    std::vector<std::string> verbs;
+    for (const CLI::App* one : app.get_subcommands([](const CLI::App*) { return true; })) {
+        verbs.push_back(one->get_name());
+        if (!words.empty() && words[0] == one->get_name()) verb = one;
+    }
+    if (!verb) {
+        if (!words.empty()) say(words[0], verbs);
+        return;
+    }
+    std::vector<std::string> options;
+    for (const CLI::Option* option : verb->get_options())
+        for (const std::string& name : option->get_lnames()) options.push_back("--" + name);
+    for (const std::string& word : words) {
+        const std::string name = word.substr(0, word.find('='));
+        const bool there = std::find(options.begin(), options.end(), name) != options.end();
+        if (name.starts_with("--") && name.size() > 2 && !there) say(name, options);
+    }
 }
 
 }  // namespace
@@ -231,7 +307,9 @@ int main(int count, char** words)
     try {
         app.parse(count, words);
     } catch (const CLI::ParseError& e) {
-        return app.exit(e) == 0 ? exit_ok : exit_usage;
+        if (app.exit(e) == 0) return exit_ok;
+        suggest(app, {words + 1, words + count});
+        return exit_usage;
     }
     return ended(chosen);
 }

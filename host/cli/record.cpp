@@ -2,10 +2,10 @@
 #include <fmt/format.h>
 
 #include <cstdio>
-#include <filesystem>
 
 #include "host/base/errors.h"
 #include "host/base/outputs.h"
+#include "host/base/paths.h"
 #include "host/cli/verbs.h"
 #include "host/hands/gesture.h"
 #include "host/hands/recording.h"
@@ -14,8 +14,8 @@ namespace knead {
 
 int record_verb(const RecordOptions& o)
 {
-    const std::string ending = std::filesystem::path(o.out).extension().string();
-    if (ending != ".hands" && ending != ".jsonl")
+    const std::string form = ending(o.out);
+    if (form != ".hands" && form != ".jsonl")
         throw UsageError("OUT: expected a file ending in .hands or .jsonl, found \"" + o.out +
                          "\"");
     GestureRule rule;

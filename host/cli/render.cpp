@@ -12,6 +12,7 @@
 #include "host/base/errors.h"
 #include "host/base/interrupt.h"
 #include "host/base/outputs.h"
+#include "host/base/paths.h"
 #include "host/cli/verbs.h"
 #include "host/files/image.h"
 #include "host/files/splat_file.h"
@@ -201,7 +202,7 @@ std::string name_of(const RenderOptions& o, int frame)
 
 int render_verb(const RenderOptions& o)
 {
-    if (std::filesystem::path(o.out).extension() != ".png")
+    if (ending(o.out) != ".png")
         throw UsageError("--out: expected a file ending in .png, found \"" + o.out + "\"");
     const Device device = resolved(parse_device(o.device));
     SplatCloud cloud = read_all(o.files, o.quiet);

@@ -72,7 +72,11 @@ struct RenderOptions {
 };
 int render_verb(const RenderOptions& options);
 
-int doctor_verb(bool json);
+struct DoctorOptions {
+    std::vector<std::string> folders{"."};  // in which leftovers are looked for
+    bool json = false;
+};
+int doctor_verb(const DoctorOptions& options);
 
 struct VerifyOptions;  // host/verify/verify.h
 int verify_verb(VerifyOptions options);

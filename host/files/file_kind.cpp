@@ -1,8 +1,7 @@
 #include "host/files/file_kind.h"
 
-#include <filesystem>
-
 #include "host/base/json_reader.h"
+#include "host/base/paths.h"
 #include "host/files/particle_file.h"
 #include "host/files/splat_file.h"
 
@@ -21,14 +20,14 @@ FileKind ply_kind(const PlyFile& header)
 
 FileKind file_kind(const std::string& path)
 {
-    const std::string ending = std::filesystem::path(path).extension().string();
+    const std::string form = ending(path);
     const std::string start = read_start(path, longest_header);
-    if (ending == ".ply" || start.starts_with("ply\n") || start.starts_with("ply\r"))
+    if (form == ".ply" || start.starts_with("ply\n") || start.starts_with("ply\r"))
         return ply_kind(parse_ply_header(start, path));
-    if (begins_spz(start) || ending == ".splat" || ending == ".spz") return FileKind::splats;
-    if (ending == ".hands" || ending == ".jsonl") return FileKind::recording;
-    if (ending == ".obj" || ending == ".glb") return FileKind::mesh;
-    if (ending == ".json") {
+    if (begins_spz(start) || form == ".splat" || form == ".spz") return FileKind::splats;
+    if (form == ".hands" || form == ".jsonl") return FileKind::recording;
+    if (form == ".obj" || form == ".glb") return FileKind::mesh;
+    if (form == ".json") {
         const Json root = read_json(path);
         const Json schema = root.is_object() ? root.value("schema", Json()) : Json();
         if (schema == "knead.scene/1") return FileKind::scene;

@@ -100,13 +100,14 @@ const Form matrices{TINYGLTF_TYPE_MAT4, {TINYGLTF_COMPONENT_TYPE_FLOAT}, "MAT4 o
 class Reader {
   public:
     Reader(const std::string& bytes, const std::string& file, GltfSkins skins)
-        : path(file), model(load(bytes, file, skins)), left(64 * bytes.size())
+        : path(file), model(load(bytes, file, skins)), most(64 * bytes.size())
     {
     }
 
     Gltf read(GltfSkins skins)
     {
         Gltf all;
+        check_work(skins);
         for (std::size_t m = 0; m < model.meshes.size(); ++m)
             for (std::size_t p = 0; p < model.meshes[m].primitives.size(); ++p) {
                 const std::string where = fmt::format("/meshes/{}/primitives/{}", m, p);
@@ -122,6 +123,36 @@ class Reader {
     }
 
   private:
+    // What an accessor's numbers take [bytes]; 0 for one that is not there, or longer than the
+    // buffer: reading it will refuse it.
+    std::size_t bytes_of(int index) const
+    {
+        if (index < 0 || std::size_t(index) >= model.accessors.size()) return 0;
+        const tinygltf::Accessor& a = model.accessors[std::size_t(index)];
+        if (model.buffers.empty() || a.count > model.buffers[0].data.size()) return 0;
+        const int columns = tinygltf::GetNumComponentsInType(std::uint32_t(a.type));
+        return a.count * std::size_t(std::max(columns, 1)) * sizeof(double);
+    }
+
+    // Before any number is read: all that will be. An accessor counts as often as it is named.
+    void check_work(GltfSkins skins) const
+    {
+        std::size_t wanted = 0;
+        for (const tinygltf::Mesh& mesh : model.meshes)
+            for (const tinygltf::Primitive& p : mesh.primitives) {
+                const int corner_list = p.indices >= 0 ? p.indices : attribute(p, "POSITION");
+                wanted += bytes_of(attribute(p, "POSITION")) + bytes_of(corner_list);
+                if (skins == GltfSkins::read)
+                    wanted +=
+                        bytes_of(attribute(p, "JOINTS_0")) + bytes_of(attribute(p, "WEIGHTS_0"));
+            }
+        for (const tinygltf::Skin& s : model.skins) wanted += bytes_of(s.inverseBindMatrices);
+        if (wanted > most)
+            refuse_gltf(path, "/meshes",
+                        fmt::format("at most {} bytes of numbers, 64 times the file", most),
+                        std::to_string(wanted));
+    }
+
     std::string transform() const
     {
         for (std::size_t i = 0; i < model.nodes.size(); ++i) {
@@ -164,10 +195,6 @@ class Reader {
         if (end > view.byteLength)
             fail(fmt::format("the {} bytes of its view at most", view.byteLength),
                  fmt::format("{} elements that end at {}", a.count, end));
-        const std::size_t wanted = a.count * columns * sizeof(double);
-        if (wanted > left)
-            fail(fmt::format("at most {} more bytes of numbers", left), std::to_string(wanted));
-        left -= wanted;
         return {model.buffers[0].data.data() + view.byteOffset + a.byteOffset, a.count, stride,
                 a.componentType};
     }
@@ -283,7 +310,7 @@ class Reader {
 
     const std::string& path;
     const tinygltf::Model model;
-    std::size_t left;  // bytes that numbers may still take
+    const std::size_t most;  // bytes that all numbers together may take
 };
 
 }  // namespace

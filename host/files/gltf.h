@@ -34,7 +34,8 @@ enum class GltfSkins { ignored, read };
 
 // Whatever the file holds, the answer is finite vertices and triangles that name them, or an
 // InputError with path, place (byte, line, JSON pointer or element), what was expected and found.
-// All numbers together take at most 64 times the file's size, however often the file names them.
+// All numbers together take at most 64 times the file's size, however often the file names them,
+// and there are at most 65536 primitives: both are checked before any number is read.
 // Its one buffer must lie inside; accessors are plain, not sparse.
 Gltf parse_gltf(const std::string& bytes, const std::string& path, GltfSkins skins);
 Gltf read_gltf(const std::string& path, GltfSkins skins);

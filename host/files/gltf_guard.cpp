@@ -15,6 +15,7 @@ static_assert(std::endian::native == std::endian::little, "GLB is read as it lie
 constexpr std::size_t max_json_bytes = 16u << 20;
 constexpr std::uint32_t magic = 0x46546c67, chunk_json = 0x4e4f534a, chunk_binary = 0x004e4942;
 constexpr std::size_t json_start = 20;
+constexpr std::size_t max_parts = 1 << 16;
 
 // What is read of a document. All else, pictures, extensions and extras too, is left out before
 // tinygltf sees it; of what is left it would take a value of another type for one that is absent,
@@ -106,6 +107,7 @@ class Guard {
         // tinygltf copies the whole chunk once for each buffer.
         const Json buffers = out.value("buffers", Json::array());
         need(buffers.size() <= 1, "/buffers", "at most one", buffers);
+        check_parts(out.value("meshes", Json::array()));
         if (!buffers.empty() && buffers[0].contains("uri"))
             need(false, "/buffers/0/uri", "none: the buffer inside the file", buffers[0]["uri"]);
         return out;
@@ -116,6 +118,16 @@ class Guard {
               const Json& found) const
     {
         if (!holds) refuse_gltf(path, where, expected, described(found));
+    }
+
+    // Each takes time and memory of its own, however little it names.
+    void check_parts(const Json& meshes) const
+    {
+        std::size_t parts = 0;
+        for (const Json& mesh : meshes) parts += mesh["primitives"].size();
+        if (parts > max_parts)
+            refuse_gltf(path, "/meshes", fmt::format("at most {} primitives in all", max_parts),
+                        std::to_string(parts));
     }
 
     void add_list(Json& out, const Json& all, const char* section) const

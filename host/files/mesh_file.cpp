@@ -12,6 +12,7 @@
 
 #include "host/base/errors.h"
 #include "host/base/outputs.h"
+#include "host/base/paths.h"
 
 namespace knead {
 
@@ -213,16 +214,6 @@ std::string ply(const std::string& path, const std::vector<const Mesh*>& meshes)
     return bytes;
 }
 
-std::string ending_of(const std::string& path)
-{
-    const std::size_t slash = path.rfind('/'), dot = path.rfind('.');
-    if (dot == std::string::npos || (slash != std::string::npos && dot < slash)) return "";
-    std::string ending = path.substr(dot + 1);
-    for (char& c : ending)
-        if (c >= 'A' && c <= 'Z') c = char(c - 'A' + 'a');
-    return ending;
-}
-
 }  // namespace
 
 void write_mesh(const std::string& path, const std::vector<Mesh>& meshes)
@@ -232,12 +223,12 @@ void write_mesh(const std::string& path, const std::vector<Mesh>& meshes)
         check(path, mesh);
         if (!mesh.triangles.empty()) shown.push_back(&mesh);
     }
-    const std::string ending = ending_of(path);
-    if (ending == "glb")
+    const std::string form = ending(path);
+    if (form == ".glb")
         write_whole(path, glb(path, shown));
-    else if (ending == "obj")
+    else if (form == ".obj")
         write_whole(path, obj(shown));
-    else if (ending == "ply")
+    else if (form == ".ply")
         write_whole(path, ply(path, shown));
     else
         fail(path, "a mesh is written as .glb, .obj or .ply");

@@ -4,9 +4,9 @@
 
 #include <charconv>
 #include <cmath>
-#include <filesystem>
 
 #include "host/base/json_reader.h"
+#include "host/base/paths.h"
 #include "host/files/gltf.h"
 
 namespace knead {
@@ -152,6 +152,23 @@ Mesh parse_obj(const std::string& text, const std::string& path)
     return mesh;
 }
 
+namespace {
+
+// 7 of "category 7", as write_mesh names it; 0 of any other name.
+int category_of(const std::string& name)
+{
+    constexpr std::string_view before = "category ";
+    if (!name.starts_with(before)) return 0;
+    const char *const first = name.data() + before.size(), *const end = name.data() + name.size();
+    int category = 0;
+    const auto [at, problem] = std::from_chars(first, end, category);
+    const bool plain = problem == std::errc() && at == end && category >= 0 && category < 256 &&
+                       (*first != '0' || end == first + 1);
+    return plain ? category : 0;
+}
+
+}  // namespace
+
 std::vector<Mesh> parse_glb(const std::string& bytes, const std::string& path)
 {
     Gltf gltf = parse_gltf(bytes, path, GltfSkins::ignored);
@@ -162,8 +179,7 @@ std::vector<Mesh> parse_glb(const std::string& bytes, const std::string& path)
     std::vector<Mesh> all;
     for (GltfPart& part : gltf.parts) {
         Mesh mesh;
-        for (int c = 0; c < 256; ++c)
-            if (part.mesh == fmt::format("category {}", c)) mesh.category = c;
+        mesh.category = category_of(part.mesh);
         mesh.vertices = std::move(part.vertices), mesh.triangles = std::move(part.triangles);
         finish_mesh(mesh, path);
         all.push_back(std::move(mesh));
@@ -173,10 +189,10 @@ std::vector<Mesh> parse_glb(const std::string& bytes, const std::string& path)
 
 std::vector<Mesh> read_mesh(const std::string& path)
 {
-    const std::string ending = std::filesystem::path(path).extension().string();
-    if (ending == ".ply") return {to_mesh(read_ply(path), path)};
-    if (ending == ".obj") return {parse_obj(read_text(path, max_bytes), path)};
-    if (ending == ".glb") return parse_glb(read_text(path, max_bytes), path);
+    const std::string form = ending(path);
+    if (form == ".ply") return {to_mesh(read_ply(path), path)};
+    if (form == ".obj") return {parse_obj(read_text(path, max_bytes), path)};
+    if (form == ".glb") return parse_glb(read_text(path, max_bytes), path);
     throw InputError(path + ": expected a mesh ending in .ply, .obj or .glb");
 }
 

@@ -3,11 +3,11 @@
 #include <fmt/format.h>
 
 #include <cmath>
-#include <filesystem>
 #include <limits>
 
 #include "host/base/errors.h"
 #include "host/base/outputs.h"
+#include "host/base/paths.h"
 #include "host/scene/scene.h"
 
 namespace knead {
@@ -50,10 +50,10 @@ std::string csv_bytes(const std::vector<Particle<double>>& particles)
 
 void write_particles(const std::string& path, const std::vector<Particle<double>>& particles)
 {
-    const std::string ending = std::filesystem::path(path).extension().string();
-    if (ending == ".ply") return write_whole(path, ply_bytes(particles));
-    if (ending == ".csv") return write_whole(path, csv_bytes(particles));
-    throw InputError(path + ": expected .ply or .csv for particles, found \"" + ending + "\"");
+    const std::string form = ending(path);
+    if (form == ".ply") return write_whole(path, ply_bytes(particles));
+    if (form == ".csv") return write_whole(path, csv_bytes(particles));
+    throw InputError(path + ": expected .ply or .csv for particles, found \"" + form + "\"");
 }
 
 bool holds_particles(const PlyFile& ply)

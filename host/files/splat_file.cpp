@@ -6,11 +6,11 @@
 #include <bit>
 #include <cmath>
 #include <cstring>
-#include <filesystem>
 
 #include "host/base/errors.h"
 #include "host/base/json_reader.h"
 #include "host/base/outputs.h"
+#include "host/base/paths.h"
 #include "host/files/splat_gather.h"
 
 namespace knead {
@@ -26,11 +26,6 @@ struct SplatRow {
     std::uint8_t rotation[4];  // w, x, y, z: 128 for 0, 128 a unit
 };
 static_assert(sizeof(SplatRow) == 32);
-
-std::string ending(const std::string& path)
-{
-    return std::filesystem::path(path).extension().string();
-}
 
 bool finite(Vec3<float> v)
 {

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <random>
 
+#include "host/base/json_reader.h"
 #include "host/hands/keys.h"
 
 namespace knead {
@@ -303,12 +304,14 @@ void check(const GestureRule& rule)
 
 const Script& script(const std::string& name)
 {
-    std::string known;
+    std::vector<std::string> known;
     for (const Script& s : scripts()) {
         if (s.gesture.name == name) return s;
-        known += (known.empty() ? "" : ", ") + s.gesture.name;
+        known.push_back(s.gesture.name);
     }
-    throw InputError(fmt::format("gesture: expected one of {}, found \"{}\"", known, name));
+    throw InputError(fmt::format("gesture: expected one of {}, found \"{}\"; the nearest is \"{}\"",
+                                 fmt::join(known, ", "), name.substr(0, 60),
+                                 nearest_name(name, known)));
 }
 
 }  // namespace

@@ -6,12 +6,11 @@
 #include <bit>
 #include <cmath>
 #include <cstring>
-#include <filesystem>
-#include <fstream>
-#include <system_error>
 #include <utility>
 
+#include "host/base/json_reader.h"
 #include "host/base/outputs.h"
+#include "host/base/paths.h"
 #include "host/hands/recording_rules.h"
 
 namespace knead {
@@ -23,7 +22,7 @@ constexpr std::uint32_t version = 1;
 constexpr std::uint32_t tracked_bit = 1u << 31;  // below it one bit per joint: valid
 constexpr std::size_t joint_size = 8 * 4;        // position, quaternion, radius
 constexpr std::size_t frame_size = 8 + side_count * (4 + joint_count * joint_size);
-constexpr std::uintmax_t largest_file = std::uintmax_t(1) << 30;  // [bytes]: five hours of 30 Hz
+constexpr std::size_t largest_file = std::size_t(1) << 30;  // [bytes]: five hours of 30 Hz
 
 // Little-endian on every machine.
 template <class Word>
@@ -152,12 +151,6 @@ Recording from_binary(const std::string& bytes, const std::string& path)
     return r;
 }
 
-bool ends_with(const std::string& text, const std::string& ending)
-{
-    return text.size() >= ending.size() &&
-           text.compare(text.size() - ending.size(), ending.size(), ending) == 0;
-}
-
 }  // namespace
 
 void check(const Recording& r)
@@ -204,25 +197,14 @@ Recording from_bytes(const std::string& bytes, const std::string& path)
 
 Recording read_recording(const std::string& path)
 {
-    std::error_code error;
-    const std::uintmax_t size = std::filesystem::file_size(path, error);
-    if (error)
-        throw InputError(fmt::format("{}: expected a recording, found: {}", path, error.message()));
-    if (size > largest_file)
-        throw InputError(
-            fmt::format("{}: expected at most {} bytes, found {}", path, largest_file, size));
-    std::string bytes(size, '\0');
-    std::ifstream in(path, std::ios::binary);
-    in.read(bytes.data(), std::streamsize(size));
-    if (!in)
-        throw InputError(fmt::format("{}: expected {} bytes, could not read them", path, size));
-    return from_bytes(bytes, path);
+    return from_bytes(read_text(path, largest_file), path);
 }
 
 void write_recording(const std::string& path, const Recording& recording)
 {
-    const bool binary = ends_with(path, ".hands");
-    if (!binary && !ends_with(path, ".jsonl"))
+    const std::string form = ending(path);
+    const bool binary = form == ".hands";
+    if (!binary && form != ".jsonl")
         throw InputError(fmt::format("{}: expected the ending .hands or .jsonl", path));
     check(recording);
     write_whole(path, binary ? to_binary(recording) : to_lines(recording));

@@ -21,7 +21,8 @@ Device parse_device(const std::string& text)
         if (problem == std::errc() && at == end && index >= 0) return {DeviceKind::cuda, index};
     }
     throw UsageError("--device: expected auto, cuda, cuda:N, cpu or cpu:double, found \"" +
-                     text.substr(0, 60) + "\"");
+                     text.substr(0, 60) + "\"" +
+                     (text.starts_with("gpu") ? "; a GPU is called cuda" : ""));
 }
 
 Device resolved(Device device)

@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cctype>
 #include <filesystem>
+#include <new>
+#include <stdexcept>
 
 #include "host/base/errors.h"
 #include "host/base/outputs.h"
@@ -77,6 +79,11 @@ FrameWriter::FrameWriter(const Scene& of, std::string where, std::string video_f
       rate(per_second),
       painter(Painter::open())
 {
+    const int most = painter->largest_side();
+    if (std::max(scene.picture_width, scene.picture_height) > most)
+        throw std::runtime_error(
+            fmt::format("pictures of {} x {} pixels; at most {} a side can be drawn on {}",
+                        scene.picture_width, scene.picture_height, most, painter->name()));
     if (!folder.empty()) fs::create_directories(folder);
     if (!video_path.empty())
         video = Video::open(video_path, scene.picture_width, scene.picture_height, rate);
@@ -90,8 +97,16 @@ void FrameWriter::add(const Frame& frame, const std::vector<Mesh>& meshes)
     camera.width = scene.picture_width;
     camera.height = scene.picture_height;
     const float floor = float(scene.setup.walls.min.y);
-    const Image image = painter->paint(
-        meshes, draw_primitives(scene.setup, frame.motion.to, frame.motion.active), camera, floor);
+    Image image;
+    try {
+        image = painter->paint(meshes,
+                               draw_primitives(scene.setup, frame.motion.to, frame.motion.active),
+                               camera, floor);
+    } catch (const std::bad_alloc&) {
+        throw PictureError("more memory is needed than there is");
+    } catch (const std::invalid_argument& e) {
+        throw PictureError(e.what());
+    }
     try {
         if (!folder.empty())
             write_png((fs::path(folder) / picture_name(frame.number)).string(), image);

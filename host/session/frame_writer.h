@@ -23,9 +23,11 @@ void remove_pictures(const std::string& folder);
 class FrameWriter {
   public:
     // `folder` receives a picture_name() a picture; with `video`, its frames `rate` per second also
-    // make that file. Throws std::runtime_error with the reason where there is no OpenGL.
+    // make that file. Throws std::runtime_error with the reason where there is no OpenGL, or where
+    // it draws no pictures of the scene's size.
     FrameWriter(const Scene& scene, std::string folder, std::string video, double rate);
-    void add(const Frame& frame, const std::vector<Mesh>& meshes);  // throws OutputError
+    // Throws OutputError, and PictureError where this picture alone cannot be made.
+    void add(const Frame& frame, const std::vector<Mesh>& meshes);
     void close();  // ends the video; throws OutputError
     int count() const { return pictures; }
     std::string renderer() const { return painter->name(); }

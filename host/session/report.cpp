@@ -285,6 +285,20 @@ Spread spread(std::vector<double> values)
     return s;
 }
 
+namespace {
+
+// What was known before the run, and what came of it.
+std::vector<std::string> left_out_of(const RunRecord& record, const RunFacts& facts)
+{
+    std::vector<std::string> all = facts.left_out;
+    if (record.pictures_missing > 0)
+        all.push_back(fmt::format("pictures: {} could not be made; the first, {}",
+                                  record.pictures_missing, record.no_picture));
+    return all;
+}
+
+}  // namespace
+
 Json report(const Scene& scene, const RunRecord& record, const RunFacts& facts)
 {
     Json stage_block = Json::object();
@@ -305,7 +319,7 @@ Json report(const Scene& scene, const RunRecord& record, const RunFacts& facts)
     knead["wall_s"] = record.wall;
     knead["frame"] = milliseconds(frame_seconds(record));
     knead["stages"] = stage_block;
-    knead["left_out"] = facts.left_out;
+    knead["left_out"] = left_out_of(record, facts);
     knead["outputs"] = facts.outputs;
     if (facts.hand_rate > 0) {
         long with = 0;

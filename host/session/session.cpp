@@ -5,10 +5,15 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <cstdio>
+#include <filesystem>
 
+#include "host/base/errors.h"
+#include "host/base/json_reader.h"
 #include "host/hands/gesture.h"
 #include "host/hands/recording.h"
 #include "host/solver/between.h"
+#include "render/painter.h"
 
 namespace knead {
 namespace {
@@ -95,6 +100,18 @@ class Run {
             return;
         }
         if (rule.last_mesh && !last.meshed) mesh(last);
+    }
+
+    // A picture that cannot be made is missing; the run goes on.
+    void show(const Frame& f, const std::vector<Mesh>& meshes, const RunWatch& watch)
+    {
+        try {
+            watch.picture(f, meshes);
+        } catch (const PictureError& e) {
+            if (record.pictures_missing++ > 0) return;
+            record.no_picture = fmt::format("of frame {}: {}", f.number, e.what());
+            std::fprintf(stderr, "knead: no picture %s\n", record.no_picture.c_str());
+        }
     }
 
     RunRecord record;
@@ -235,7 +252,9 @@ std::string trouble_of(const SessionLoop& loop)
 Recording hands_of(const Scene& scene)
 {
     const HandsRule& hands = scene.hands;
+    std::vector<std::string> names;
     for (const Gesture& g : gestures()) {
+        names.push_back(g.name);
         if (g.name != hands.recording) continue;
         GestureRule rule;
         rule.radius = scene.objects[0].size.x / 2 / hands.zoom;
@@ -243,6 +262,13 @@ Recording hands_of(const Scene& scene)
         rule.seed = scene.seed;
         return generate(g.name, rule);
     }
+    const std::filesystem::path file = hands.recording;
+    std::error_code problem;
+    if (!file.has_extension() && !std::filesystem::exists(file, problem))
+        throw InputError(
+            fmt::format("{}: no such recording, and no such gesture; the nearest is "
+                        "\"{}\"",
+                        hands.recording, nearest_name(hands.recording, names)));
     return read_recording(hands.recording);
 }
 
@@ -275,7 +301,7 @@ RunRecord run_frames(const Scene& scene, Solver& solver, const HandSource* hands
     if (watch.frame) loop.watch([&](const Frame&) { watch.frame(run.record.rows.back()); });
     if (watch.picture)
         loop.watch([&](const Frame& f) {
-            if (run.shown(f) && run.record.rows.back().meshed) watch.picture(f, *loop.meshes());
+            if (run.shown(f) && run.record.rows.back().meshed) run.show(f, *loop.meshes(), watch);
         });
     Keeper keeper(solver, run, rule, watch);
     if (watch.checkpoint) loop.watch([&](const Frame& f) { keeper.after(f); });

@@ -54,13 +54,16 @@ struct RunRecord {
     std::string trouble;  // of End::numbers and End::device: what, when
     State last_good;      // of the last audit that found nothing wrong
     Meshes meshes;        // the last that were made; null: none
+    // Pictures that could not be made since the run began, or went on; why not the first of them.
+    int pictures_missing = 0;
+    std::string no_picture;
 };
 
 struct RunWatch {
     std::function<void(const FrameRow&)> frame;  // after every frame
     // Between substeps: where the frame of that number stands.
     std::function<void(int number, const FramePart&)> part;
-    // After every frame that was meshed by mesh_every.
+    // After every frame that was meshed by mesh_every. A PictureError is counted and said once.
     std::function<void(const Frame&, const std::vector<Mesh>&)> picture;
     // Between frames, when it is due, and at the end where the run was stopped: what it has so far,
     // without a frame that was cut short. With the solver's state that is all that a later run

@@ -16,6 +16,7 @@
 
 namespace knead {
 namespace {
+namespace fs = std::filesystem;
 
 template <class Error>
 void expect_code(const Error& error, int code, const std::string& said)
@@ -111,7 +112,52 @@ TEST_F(JsonReader, TextsThatAreNoJsonAreNamedWithTheirPlace)
     EXPECT_EQ(refused(std::string(70, '[') + std::string(70, ']')),
               "x.json: expected at most 64 levels of nesting");
     EXPECT_EQ(refused(R"({"a": 1, /* said */ "b": 2} // end)"), "");
-    EXPECT_NE(refused("1e999"), "");
+}
+
+TEST_F(JsonReader, NumbersBeyondADoubleAreNamedWithTheirPlace)
+{
+    const std::string expected = ": expected a number within 1.8e308, found ";
+    EXPECT_EQ(refused("1e999"), "x.json: line 1, column 1 (byte 0)" + expected + "1e999");
+    EXPECT_EQ(refused("{\"a\": \"1e999\", // 1e999\n \"b\": [3, -1e999 ]}"),
+              "x.json: line 2, column 11 (byte 34)" + expected + "-1e999");
+    EXPECT_EQ(refused("[1E+400,2]"), "x.json: line 1, column 2 (byte 1)" + expected + "1E+400");
+    EXPECT_EQ(refused("[1e-999, 1e308]"), "");
+}
+
+// The superuser may read everything; nobody may not.
+class Nobody {
+  public:
+    Nobody()
+    {
+        if (superuser && seteuid(65534) != 0) ADD_FAILURE() << "not nobody";
+    }
+    Nobody(const Nobody&) = delete;
+    ~Nobody()
+    {
+        if (superuser && seteuid(0) != 0) ADD_FAILURE() << "not the superuser again";
+    }
+
+  private:
+    const bool superuser = geteuid() == 0;
+};
+
+TEST_F(JsonReader, FilesThatMayNotBeReadAreNamedWithTheReason)
+{
+    write_whole(path("secret.json"), "{}");
+    fs::create_directory(folder / "locked");
+    write_whole(path("locked/a.json"), "{}");
+    fs::permissions(folder, fs::perms(0755));
+    fs::permissions(folder / "secret.json", fs::perms::none);
+    fs::permissions(folder / "locked", fs::perms::none);
+    std::string said[2];
+    {
+        const Nobody nobody;
+        said[0] = reason<InputError>([&] { read_json(path("secret.json")); });
+        said[1] = reason<InputError>([&] { read_json(path("locked/a.json")); });
+    }
+    fs::permissions(folder / "locked", fs::perms::owner_all);
+    EXPECT_EQ(said[0], path("secret.json") + ": cannot be read: Permission denied");
+    EXPECT_EQ(said[1], path("locked/a.json") + ": cannot be read: Permission denied");
 }
 
 TEST_F(JsonReader, ValuesOfAnotherTypeAreNamedWithWhatWasExpected)

@@ -92,6 +92,33 @@ TEST_F(Outputs, WhatIsNoRegularFileIsNotReplaced)
     EXPECT_EQ(files(), 1);
 }
 
+TEST_F(Outputs, ALinkStaysAndWhatItNamesIsReplaced)
+{
+    fs::create_directory(folder / "disk");
+    write_whole(path("disk/real"), "old");
+    fs::create_symlink("disk/real", folder / "near");
+    fs::create_symlink(path("near"), folder / "far");
+    fs::create_symlink("disk/new", folder / "dangling");
+    write_whole(path("far"), "new");
+    write_whole(path("dangling"), "first");
+    EXPECT_EQ(content("disk/real"), "new");
+    EXPECT_EQ(content("disk/new"), "first");
+    for (const char* link : {"near", "far", "dangling"})
+        EXPECT_TRUE(fs::is_symlink(folder / link)) << link;
+    EXPECT_EQ(files(), 4);
+    fs::create_symlink("loop", folder / "loop");
+    ASSERT_EQ(mkfifo(path("pipe").c_str(), 0600), 0);
+    fs::create_symlink("pipe", folder / "to-pipe");
+    const auto said = [&](const std::string& name) {
+        return reason<OutputError>([&] { write_whole(path(name), "x"); });
+    };
+    EXPECT_EQ(said("loop"),
+              path("loop") + ": cannot be written: Too many levels of symbolic links");
+    EXPECT_EQ(said("to-pipe"),
+              path("to-pipe") + ": cannot be written: it is there and is no regular file");
+    EXPECT_TRUE(fs::is_fifo(folder / "pipe"));
+}
+
 TEST_F(Outputs, AnotherProgramMayWriteWhatIsThenPutInPlace)
 {
     write_whole(path("clip.mp4"), "old");
@@ -193,6 +220,27 @@ TEST_F(Outputs, OnlyWhatTheDeadLeftUnfinishedIsCleared)
     for (const std::string& name : stay) EXPECT_TRUE(fs::exists(path(name))) << name;
     for (const std::string& name : go) EXPECT_FALSE(fs::exists(path(name))) << name;
     EXPECT_TRUE(fs::exists(folder / "mesh.partial-999999999-1.glb"));
+}
+
+TEST_F(Outputs, WhatTheDeadLeftIsNamedWithWhatItWasToBe)
+{
+    for (const char* name : {"z.partial-999999999-0.hands", "a.partial-999999999-3.glb",
+                             "x.hands.partial", "x.partial-1-0.hands", "x.hands"})
+        write_whole(path(name), "half");
+    const std::vector<Leftover> left = leftovers(folder.string());
+    ASSERT_EQ(left.size(), 2u);
+    EXPECT_EQ(left[0].path, path("a.partial-999999999-3.glb"));
+    EXPECT_EQ(left[0].of, "a.glb");
+    EXPECT_EQ(left[1].path, path("z.partial-999999999-0.hands"));
+    EXPECT_EQ(left[1].of, "z.hands");
+    EXPECT_TRUE(leftovers(path("absent")).empty());
+    EXPECT_EQ(files(), 5);
+}
+
+TEST_F(Outputs, AFolderThatTakesNoFilesIsNamedItself)
+{
+    const std::string said = reason<OutputError>([] { prepare_folder("/proc", {}, false); });
+    EXPECT_EQ(said.rfind("/proc: cannot be written: ", 0), 0u) << said;
 }
 
 TEST_F(Outputs, FilesAreRemovedWhereTheyAre)

@@ -42,7 +42,7 @@ class BenchFolder : public InFolder {
     BenchOptions quick() const
     {
         BenchOptions o;
-        o.backend = "cpu", o.scene = (folder / "scene.json").string(), o.quick = o.quiet = true;
+        o.device = "cpu", o.scene = (folder / "scene.json").string(), o.quick = o.quiet = true;
         o.out = (folder / "out").string(), o.case_limit = 0.01;
         return o;
     }
@@ -109,9 +109,9 @@ TEST_F(BenchFolder, WrongWordsAreRefusedBeforeAnythingIsMeasured)
     o.suites = {"stagse"};
     EXPECT_EQ(code(o), exit_usage);
     EXPECT_NE(complained.find("\"stages\""), complained.npos) << complained;
-    o.suites = {"stages"}, o.backend = "cuda";
+    o.suites = {"stages"}, o.device = "cpu:double";
     EXPECT_EQ(code(o), exit_usage);
-    o.backend = "gpu:x";
+    o.device = "gpu:x";
     EXPECT_EQ(code(o), exit_usage);
     EXPECT_FALSE(fs::exists(folder / "out"));
 }
@@ -149,10 +149,11 @@ TEST_F(BenchFolder, AWrongFileOfFiguresIsRefusedBeforeAnythingIsMeasured)
 TEST_F(BenchFolder, ASuiteThatFailsLeavesTheOthersTheirResults)
 {
     BenchOptions o = quick();
-    o.suites = {"stages", "scale"};
+    o.suites = {"stages", "scale"}, o.quiet = false;
     o.max_memory = 25;  // too little for the squeeze, enough for the first ball of "scale"
     const int result = code(o);
     EXPECT_EQ(result, exit_resource);
+    EXPECT_EQ(complained.find("wrote"), complained.npos) << complained;
     const Json all = Json::parse(text("bench.json"));
     ASSERT_GE(all["rows"].size(), 1u) << complained;
     EXPECT_EQ(all["rows"][0]["suite"], "scale");

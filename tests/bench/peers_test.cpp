@@ -53,7 +53,7 @@ class Peers : public InFolder {
     static void SetUpTestSuite()
     {
         BenchOptions o;
-        o.backend = "cpu", o.data = "none", o.quiet = true;
+        o.device = "cpu", o.data = "none", o.quiet = true;
         of = std::make_unique<Bench>(o);
     }
     static void TearDownTestSuite() { of.reset(); }

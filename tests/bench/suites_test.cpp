@@ -31,7 +31,7 @@ class Suites : public InFolder {
     {
         write_whole(path("soft.json"), soft);
         BenchOptions o;
-        o.suites = {suite}, o.backend = "cpu", o.scene = path("soft.json"), o.out = path("out");
+        o.suites = {suite}, o.device = "cpu", o.scene = path("soft.json"), o.out = path("out");
         o.quick = true, o.case_limit = 0.01;
         testing::internal::CaptureStderr();
         testing::internal::CaptureStdout();

@@ -53,6 +53,24 @@ answers 2 frobnicate
 answers 2 run
 answers 2 run ball.json --frames several
 answers 2 run ball.json --mesh stl --out three
+answers 2 rn ball.json
+complains 'rn: "run" is meant?'
+answers 2 run ball.json --devise cpu
+complains '--devise: "--device" is meant?'
+answers 2 run ball.json --frmaes=3
+complains '"--frames" is meant?'
+for setting in gravity =1 objects..name=x .seed=1 seed.=1; do
+    answers 2 run ball.json --set $setting
+    complains 'path.key=value'
+    answers 2 info ball.json --set $setting
+done
+for number in nan inf -1 1e300 much; do
+    answers 2 run ball.json --device cpu --frames 1 --max-memory $number
+    answers 2 bench stages --device cpu --quick --max-memory $number
+done
+answers 2 run ball.json --device cpu --frames 1 --time-limit nan
+answers 2 run ball.json --device cpu --frames 1 --out three --checkpoint nan
+answers 2 compare one/report.json one/report.json --tolerance nan
 
 # Bad input: the place, what was expected, what was found.
 answers 3 run ball.json --set objects.0.diametre=1
@@ -70,6 +88,12 @@ answers 3 run noise.json
 answers 3 run empty.json
 answers 3 run absent.json
 complains absent.json
+answers 3 run ball.json --hands sqeeze
+complains 'the nearest is "squeeze"'
+sed 's/0.32/1e999/' ball.json >huge.json
+answers 3 run huge.json
+complains 'huge.json: line 3, column 24'
+complains 'found 1e999'
 answers 4 run ball.json --set objects.0.per_cell=64 --set domain.cells=256 --max-memory 50
 
 # Files that cannot be written.

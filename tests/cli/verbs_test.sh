@@ -20,10 +20,19 @@ answers 0 convert noisy.jsonl back.hands -q
 cmp -s noisy.hands back.hands || wrong "a recording is another after .jsonl"
 answers 2 record squeeze hands.txt
 answers 3 record sqeeze typo.hands
-complains squeeze
+complains 'the nearest is "squeeze"'
 answers 5 record squeeze squeeze.hands
 answers 0 record squeeze squeeze.hands --overwrite
 answers 5 record squeeze absent/squeeze.hands
+complains 'absent/squeeze.hands: cannot be written: No such file or directory'
+# Half a recording never has a name that may be the user's; a link stays, and is written through.
+printf mine >squeeze.hands.partial
+ln -s aimed.hands link.hands
+answers 5 record squeeze link.hands
+[ ! -e aimed.hands ] || wrong "a link that is there was followed unasked"
+answers 0 record squeeze link.hands --seconds 0.5 --overwrite
+[ -L link.hands ] && [ -s aimed.hands ] || wrong "a link is no link after it was written through"
+[ "$(cat squeeze.hands.partial)" = mine ] || wrong "a file of the user's was overwritten"
 answers 5 record squeeze absent/squeeze.jsonl
 
 # Runs to look at: with all that can be written, and one that differs.
@@ -64,6 +73,14 @@ printf 'solid of nothing' >what.stl
 answers 3 info what.stl
 answers 3 info empty.ply
 answers 3 info absent.glb
+
+# The scenes that come with the program, from any folder.
+for name in squeeze squeeze.json scenes/squeeze.json; do
+    answers 0 info $name
+    holds said 'kind +scene'
+done
+answers 0 info imprint.hands --json  # that of this folder
+holds said '"frames": 31'
 
 # From format to format.
 for ending in obj ply glb; do
@@ -201,6 +218,26 @@ answers 0 doctor
 holds said '^ok +CPU'
 answers 0 doctor --json
 holds said '"what": "memory"'
+# What a killed program left is named, and stays.
+printf half >one/mesh.partial-999999999-0.glb
+printf half >$'one/\377.partial-999999999-0.hands'
+for folder_asked in . one; do
+    answers 0 doctor $folder_asked
+    holds said '^left .*one/mesh.partial-999999999-0.glb: of mesh.glb'
+done
+answers 0 doctor two
+grep -q '^left' said && wrong "something left in a folder without"
+answers 0 doctor one --json
+holds said '"what": "leftover"'
+[ -e one/mesh.partial-999999999-0.glb ] || wrong "doctor removed what it should name"
+answers 3 doctor absent
+
+# Names that are no UTF-8.
+cp ball.json $'b\377ll.json'
+answers 0 info $'b\377ll.json' --json
+answers 0 info $'b\377ll.json'
+answers 0 run $'b\377ll.json' --device cpu --frames 1 --out $'o\377t' --json
+answers 0 info $'o\377t/report.json'
 
 answers 2 verify acuracy
 complains accuracy
@@ -217,7 +254,14 @@ holds said '"ending":"stable"'
 answers 2 verify --case 'a case that is not there' --device cpu
 complains 'stability suite'
 answers 2 bench frobnicate
-answers 2 bench --backend abacus
-answers 3 bench stages --backend cpu --scene absent.json --out bench --quick
+answers 2 bench --device abacus
+answers 2 bench --device gpu
+complains 'a GPU is called cuda'
+answers 3 bench stages --device cpu --scene absent.json --out bench --quick
+[ ! -e bench ] || wrong "a folder for results of nothing"
+# Its scene is found from anywhere; where nothing could be measured, nothing is said to be written.
+answers 4 bench stages --device cpu --quick --max-memory 1 --out bench
+complains 'MiB are free'
+grep -q wrote complained && wrong "says that it wrote what it could not measure"
 
 concluded

@@ -10,6 +10,7 @@
 #include "host/base/json_reader.h"
 #include "host/base/outputs.h"
 #include "host/cli/verbs.h"
+#include "host/files/file_kind.h"
 #include "host/files/mesh_file.h"
 #include "host/files/mesh_reader.h"
 #include "host/files/particle_file.h"
@@ -41,6 +42,26 @@ TEST_F(Files, MeshesSurviveEveryFormat)
     }
     ConvertOptions c{path("t.glb"), path("u.obj"), false, true};
     EXPECT_EQ(convert_verb(c), exit_ok);
+}
+
+TEST_F(Files, AnEndingMayBeInCapitals)
+{
+    const std::vector<Particle<double>> particles(2);
+    for (const char* name : {"T.PLY", "T.OBJ", "T.Glb"}) {
+        write_mesh(path(name), {tetrahedron()});
+        EXPECT_EQ(file_kind(path(name)), FileKind::mesh) << name;
+        EXPECT_EQ(read_mesh(path(name)).size(), 1u) << name;
+    }
+    for (const char* name : {"P.PLY", "P.CSV"}) write_particles(path(name), particles);
+    EXPECT_EQ(file_kind(path("P.PLY")), FileKind::particles);
+    EXPECT_EQ(convert_verb({path("T.Glb"), path("U.OBJ"), false, true}), exit_ok);
+    EXPECT_EQ(convert_verb({path("P.PLY"), path("Q.Csv"), false, true}), exit_ok);
+    RecordOptions record;
+    record.gesture = "squeeze", record.out = path("S.HANDS"), record.quiet = true;
+    record.seconds = 0.1;
+    EXPECT_EQ(record_verb(record), exit_ok);
+    EXPECT_EQ(convert_verb({path("S.HANDS"), path("S.JsonL"), false, true}), exit_ok);
+    EXPECT_EQ(file_kind(path("S.JsonL")), FileKind::recording);
 }
 
 // Whatever is cut off or flipped, a reader answers with a mesh or an InputError.

@@ -241,6 +241,22 @@ TEST_F(Picture, WhatCannotBeDrawnIsNamed)
     EXPECT_PRED2(says, reason({}, {}, camera), "field of view");
 }
 
+// OpenGL 4.5 promises textures of 16384 texels a side; a picture takes two a pixel.
+TEST_F(Picture, IsAsWideAsTheDeviceCanDraw)
+{
+    const int most = painter->largest_side();
+    ASSERT_GE(most, 8192);
+    Camera camera = front();
+    camera.width = 5000, camera.height = 16;
+    const Image wide = painter->paint({dented_ball(0)}, {}, camera, 0);
+    EXPECT_EQ(wide.width, 5000);
+    EXPECT_EQ(wide.rgb.size(), 3u * 5000 * 16);
+    EXPECT_NE(*std::max_element(wide.rgb.begin(), wide.rgb.end()), 0);
+    camera.width = most + 1;
+    EXPECT_THROW(painter->paint({}, {}, camera, 0), std::invalid_argument);
+    EXPECT_EQ(paint({dented_ball(0)}).width, 240);
+}
+
 TEST_F(Picture, StraightDownAndFromBelowTheFloorItStillShowsTheClay)
 {
     const std::vector<Mesh> clay = {dented_ball(0)};

@@ -171,7 +171,7 @@ TEST_F(SceneFile, NonFiniteNumbersAreRefused)
     EXPECT_SAYS(complaint(ball, {"objects.0.diameter=nan"}), "found the text \"nan\"");
     EXPECT_SAYS(complaint(R"({"schema": "knead.scene/1", "objects": [
         {"centre": [1e999, 0, 0], "diameter": 0.5}]})"),
-                "cannot be read");
+                "line 2, column 21 (byte 61): expected a number within 1.8e308, found 1e999");
     EXPECT_SAYS(complaint(R"({"schema": "knead.scene/1", "objects": [
         {"centre": [NaN, 0, 0], "diameter": 0.5}]})"),
                 "line 2, column");

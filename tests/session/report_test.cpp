@@ -6,6 +6,7 @@
 #include "host/base/errors.h"
 #include "host/cli/progress.h"
 #include "host/session/device.h"
+#include "tests/reason.h"
 
 namespace knead {
 namespace {
@@ -35,6 +36,8 @@ TEST(Device, WordsAreReadStrictly)
     EXPECT_EQ(parse_device("cuda:3").index, 3);
     for (const char* word : {"", "CPU", "cuda:", "cuda:x", "cuda:1x", "cuda:-1", "gpu"})
         EXPECT_THROW(parse_device(word), UsageError) << word;
+    EXPECT_NE(reason<UsageError>([] { parse_device("gpu:0"); }).find("a GPU is called cuda"),
+              std::string::npos);
 }
 
 }  // namespace

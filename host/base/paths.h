@@ -1,0 +1,18 @@
+// What a path says by its ending, and where the files lie that come with the program.
+#pragma once
+#include <string>
+
+namespace knead {
+
+// The path's ending in lower case, with its point: ".glb" of "a/Ball.GLB"; "" if it has none.
+std::string ending(const std::string& path);
+
+// A file or folder that comes with the program, e.g. "profiling" or "scenes/squeeze.json": beside
+// the installed program (share/knead), else in the tree that it was built in, else here. "" if it
+// is in none of them. What lies below the working directory is named from there.
+std::string shipped(const std::string& name);
+// A scene or recording by the name that its user typed: where there is no such file, that of the
+// scenes that come with the program, e.g. "squeeze.json", "scenes/squeeze.json" or "squeeze".
+std::string file_or_shipped(const std::string& name);
+
+}  // namespace knead
