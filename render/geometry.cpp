@@ -135,13 +135,15 @@ void add_hull(Geometry& geometry, const DrawPrimitive& primitive, int level, Vec
     }
 }
 
-Geometry gather(const std::vector<Mesh>& meshes, const std::vector<DrawPrimitive>& primitives)
+Geometry gather(const std::vector<Mesh>& meshes, const std::vector<DrawPrimitive>& primitives,
+                const std::vector<Mesh>& unseen)
 {
     Geometry g{};
     for (const DrawPrimitive& primitive : primitives) add_hull(g, primitive, fine, skin_colour);
     const int clay = int(g.triangles.size());
     for (const Mesh& mesh : meshes) add_mesh(g, mesh);
     const int shadows = int(g.triangles.size());
+    for (const Mesh& mesh : unseen) add_mesh(g, mesh);
     for (const DrawPrimitive& primitive : primitives) add_hull(g, primitive, coarse, skin_colour);
     g.seen = {0, shadows};
     g.clay = {clay, shadows - clay};
@@ -163,10 +165,7 @@ Ball around(const Geometry& geometry, Vec3<float> target, float reach)
         high = {max(high.x, q.x), max(high.y, q.y), max(high.z, q.z)};
         any = true;
     };
-    for (int k = geometry.seen.first; k < geometry.seen.first + geometry.seen.count; ++k) {
-        const Int3 t = geometry.triangles[k];
-        grow(t.x), grow(t.y), grow(t.z);
-    }
+    for (const Int3 t : geometry.triangles) grow(t.x), grow(t.y), grow(t.z);
     if (!any) return {target, reach};
     const float radius = length(high - low) / 2;
     return {0.5f * (low + high), max(radius, 1e-3f * reach)};

@@ -22,10 +22,10 @@ struct Range {
 
 struct Geometry {
     std::vector<PaintVertex> vertices;
-    std::vector<Int3> triangles;  // hands, then clay, then hands again, coarser, to cast shadows
+    std::vector<Int3> triangles;  // hands, clay, then to cast shadows: unseen clay, coarser hands
     Range seen;                   // hands and clay
     Range clay;
-    Range casting;  // clay and coarse hands
+    Range casting;  // from clay to the end
 };
 
 // The hull of a medial primitive: for each direction n of a sphere split `level` times, the
@@ -35,10 +35,11 @@ void add_hull(Geometry& geometry, const DrawPrimitive& primitive, int level, Vec
 
 // Triangles with a vertex that is not finite are left out. Throws std::invalid_argument for a
 // triangle that names no vertex, a missing normal, or a primitive not of 1 to 3 spheres.
-Geometry gather(const std::vector<Mesh>& meshes, const std::vector<DrawPrimitive>& primitives);
+Geometry gather(const std::vector<Mesh>& meshes, const std::vector<DrawPrimitive>& primitives,
+                const std::vector<Mesh>& unseen = {});
 
-// The ball about all that is seen, within a cube of half side `reach` about `target`, so that one
-// stray vertex does not spoil the shadows. Radius [m], positive.
+// The ball about all that is seen or casts a shadow, within a cube of half side `reach` about
+// `target`, so that one stray vertex does not spoil the shadows. Radius [m], positive.
 struct Ball {
     Vec3<float> centre;
     float radius;

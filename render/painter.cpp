@@ -112,11 +112,13 @@ class GlPainter final : public Painter {
     ~GlPainter() override { bound_ = std::make_unique<Context::Bound>(context_); }
 
     Image paint(const std::vector<Mesh>& meshes, const std::vector<DrawPrimitive>& primitives,
-                const Camera& camera, float floor) override
+                const Camera& camera, float floor, const std::vector<Mesh>& unseen) override
     {
         check(camera, floor, largest_side_);
+        near_ = 1e-3f * length(camera.target - camera.eye);
         const bool hands = camera.hands > 0 && !primitives.empty();
-        const Geometry geometry = gather(meshes, hands ? primitives : std::vector<DrawPrimitive>{});
+        const Geometry geometry =
+            gather(meshes, hands ? primitives : std::vector<DrawPrimitive>{}, unseen);
         const Context::Bound bound(context_);
         resize(camera.width, camera.height);
         upload(geometry);
@@ -131,6 +133,7 @@ class GlPainter final : public Painter {
         return developed();
     }
 
+    std::vector<float> depths() override;
     std::string name() const override { return context_.name(); }
     int largest_side() const override { return largest_side_; }
 
@@ -154,6 +157,7 @@ class GlPainter final : public Painter {
     Buffer vertices_, triangles_, lamps_, view_;
     VertexArray layout_;
     int width_ = 0, height_ = 0;  // pixels
+    float near_ = 0;              // [m]
     int largest_side_ = 0;        // of a picture
 };
 
@@ -264,7 +268,7 @@ void GlPainter::aim(const Geometry& geometry, const Camera& camera, float floor)
     const Ball ball = around(geometry, camera.target, 1.5f * distance);
     const Lamps all = lamps_about(ball, (1 / length(key)) * key, 0.06f);
     EyeUniforms view{};
-    put(view.eye, camera.eye, 1e-3f * distance);
+    put(view.eye, camera.eye, near_);
     put(view.right, wide * right, 1 / wide);
     put(view.up, tangent * up, 1 / tangent);
     put(view.forward, forward, floor);
@@ -362,6 +366,28 @@ Image GlPainter::developed()
                     image.rgb.begin() + std::ptrdiff_t(row) * y);
     }
     return image;
+}
+
+// Of a pixel's samples the nearest.
+std::vector<float> GlPainter::depths()
+{
+    const Context::Bound bound(context_);
+    const int across = samples_across * width_, rows = samples_across * height_;
+    std::vector<float> samples(std::size_t(across) * std::size_t(rows));
+    glBindFramebuffer(GL_READ_FRAMEBUFFER, scene_frame_);
+    glReadPixels(0, 0, across, rows, GL_DEPTH_COMPONENT, GL_FLOAT, samples.data());
+    if (const GLenum error = glGetError())
+        throw PictureError(std::string("reading depths on ") + context_.name() + ": OpenGL error " +
+                           std::to_string(error));
+    std::vector<float> nearest(std::size_t(width_) * std::size_t(height_));
+    for (int y = 0; y < rows; ++y)
+        for (int x = 0; x < across; ++x) {
+            const int pixel = (height_ - 1 - y / samples_across) * width_ + x / samples_across;
+            float& to = nearest[std::size_t(pixel)];
+            to = max(to, samples[std::size_t(y) * std::size_t(across) + std::size_t(x)]);
+        }
+    for (float& d : nearest) d = near_ / d;
+    return nearest;
 }
 
 }  // namespace

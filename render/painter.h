@@ -34,11 +34,20 @@ class Painter {
     // Throws std::runtime_error, with the reason, where no GL context can be made.
     static std::unique_ptr<Painter> open();
     virtual ~Painter() = default;
-    // `floor` is the height of the ground plane [m]. Throws PictureError where the GL has no room
-    // for it, std::invalid_argument for what cannot be drawn.
+    // `floor` is the height of the ground plane [m]. What is `unseen` casts its shadow all the
+    // same: splats will be put where it is. Throws PictureError where the GL has no room for it,
+    // std::invalid_argument for what cannot be drawn.
     virtual Image paint(const std::vector<Mesh>& meshes,
                         const std::vector<DrawPrimitive>& primitives, const Camera& camera,
-                        float floor) = 0;
+                        float floor, const std::vector<Mesh>& unseen) = 0;
+    Image paint(const std::vector<Mesh>& meshes, const std::vector<DrawPrimitive>& primitives,
+                const Camera& camera, float floor)
+    {
+        return paint(meshes, primitives, camera, floor, {});
+    }
+    // How far meshes and hands lie in the last picture, along the camera's gaze [m], top row first;
+    // infinity where there is neither.
+    virtual std::vector<float> depths() = 0;
     virtual std::string name() const = 0;  // the GL renderer
     virtual int largest_side() const = 0;  // of a picture, by the GL's limits [pixels]
 };

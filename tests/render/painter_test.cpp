@@ -107,6 +107,32 @@ TEST_F(Picture, HasTheSizeAskedForAndMoreThanOneColour)
     EXPECT_FALSE(painter->name().empty());
 }
 
+TEST_F(Picture, DepthsAreThoseOfTheMeshAlongTheGaze)
+{
+    paint({dented_ball(0)});
+    const std::vector<float> depths = painter->depths();
+    ASSERT_EQ(depths.size(), 240u * 180);
+    const Camera camera = front();
+    const float distance = length(camera.target - camera.eye);
+    const float nearest = *std::min_element(depths.begin(), depths.end());
+    EXPECT_NEAR(nearest, distance - 0.25f, 0.01f);
+    EXPECT_NEAR(depths[90 * 240 + 120], nearest, 1e-3f) << "the middle of the ball";
+    EXPECT_TRUE(std::isinf(depths[0])) << "the background";
+}
+
+// Where splats will be put, the floor is in shade, and nothing else has changed.
+TEST_F(Picture, WhatIsUnseenCastsItsShadow)
+{
+    const Image bare = paint({}), seen = paint({dented_ball(0)});
+    const Image unseen = painter->paint({}, {}, front(), 0, {dented_ball(0)});
+    const std::vector<float> depths = painter->depths();
+    EXPECT_TRUE(std::all_of(depths.begin(), depths.end(), [](float d) { return std::isinf(d); }));
+    const Vec3<float> beside{0.5f + 0.3f, 0, 0.5f}, behind = ball_centre;
+    EXPECT_NE(unseen.rgb, bare.rgb);
+    EXPECT_LT(luminance(unseen, front(), beside), 1.01 * luminance(bare, front(), beside));
+    EXPECT_NE(luminance(unseen, front(), behind), luminance(seen, front(), behind));
+}
+
 TEST_F(Picture, ADentIsDarkOnTheSideOfTheLightAndBrightOpposite)
 {
     const Image plain = paint({dented_ball(0)}), dented = paint({dented_ball(0.04f)});
