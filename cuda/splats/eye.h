@@ -33,7 +33,7 @@ HD bool valid(const Eye<R>& e)
 
 // An eye in the form that projection needs. Pixel (i, j) has its centre at u = i, v = j.
 template <class R>
-struct Camera {
+struct Pinhole {
     Vec3<R> position;         // [m]
     Mat3<R> to_eye;           // turns a direction of the world into the eye's axes
     R fx, fy, cx, cy;         // u = fx x / z + cx, v = fy y / z + cy [pixels]
@@ -42,7 +42,7 @@ struct Camera {
 };
 
 template <class R>
-HD Camera<R> camera(const Eye<R>& e)
+HD Pinhole<R> pinhole(const Eye<R>& e)
 {
     const R fx = R(e.width) / (e.right - e.left), fy = R(e.height) / (e.down - e.up);
     return {e.position,

@@ -84,7 +84,7 @@ HD R near_fade(R depth, const SplatRule<R>& rule)
 // times as large, lies outside one of the four sides. `margin` is what the screen's filter adds, as
 // a tangent. A linear projection smears what lies there into the view where the splat is large.
 template <class R>
-HD bool outside_sides(const Camera<R>& eye, Vec3<R> t, Vec3<R> x, Vec3<R> y, Vec3<R> z, R k)
+HD bool outside_sides(const Pinhole<R>& eye, Vec3<R> t, Vec3<R> x, Vec3<R> y, Vec3<R> z, R k)
 {
     const R beyond_x = max(t.x - eye.right * t.z, eye.left * t.z - t.x);
     const R beyond_y = max(t.y - eye.down * t.z, eye.up * t.z - t.y);
@@ -99,7 +99,7 @@ HD bool outside_sides(const Camera<R>& eye, Vec3<R> t, Vec3<R> x, Vec3<R> y, Vec
 // The footprint of a splat of centre x and half axes L. False where the eye does not see it: too
 // near, behind, beside the picture, too faint, or with numbers that are not finite or too large.
 template <class R>
-HD bool project(const Camera<R>& eye, const SplatRule<R>& rule, Vec3<R> centre, const Mat3<R>& L,
+HD bool project(const Pinhole<R>& eye, const SplatRule<R>& rule, Vec3<R> centre, const Mat3<R>& L,
                 R opacity, Footprint<R>& f)
 {
     const Vec3<R> t = eye.to_eye * (centre - eye.position);

@@ -24,7 +24,7 @@ __device__ void tiles_between(float low, float high, int size, std::uint16_t& fi
     first = std::uint16_t(from), count = std::uint16_t(max(to - from + 1, 0));
 }
 
-__device__ TileBox box_of(const Footprint<float>& f, const Camera<float>& c)
+__device__ TileBox box_of(const Footprint<float>& f, const Pinhole<float>& c)
 {
     TileBox box;
     tiles_between(f.u - f.half_width, f.u + f.half_width, c.width, box.x, box.columns);

@@ -48,7 +48,7 @@ struct RasterTarget {
 
 // What changes from frame to frame; in device memory, so that a captured graph stays as it is.
 struct RasterFrame {
-    Camera<float> camera[2];
+    Pinhole<float> camera[2];
     Vec3<float> middle;  // of the eyes [m]
     SplatRule<float> rule;
     Vec3<float> background;

@@ -33,8 +33,8 @@ Sorted sorted(const SplatCloud& cloud, const SplatFrame& frame)
     s.keys.assign(cloud.count(), no_depth_key);
     s.seen.assign(eyes, std::vector<Footprint<float>>(cloud.count()));
     s.visible.assign(eyes, std::vector<char>(cloud.count()));
-    std::vector<Camera<float>> cameras;
-    for (const Eye<float>& e : frame.eyes) cameras.push_back(camera(e));
+    std::vector<Pinhole<float>> cameras;
+    for (const Eye<float>& e : frame.eyes) cameras.push_back(pinhole(e));
 #pragma omp parallel for schedule(dynamic, 4096)
     for (long n = 0; n < count; ++n) {
         const auto i = std::size_t(n);

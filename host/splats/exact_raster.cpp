@@ -15,7 +15,7 @@ struct Seen {
 std::vector<Seen> seen_by(const Eye<double>& eye, Vec3<double> middle, const SplatCloud& cloud,
                           const SplatFrame& frame, DepthOrder order)
 {
-    const Camera<double> c = camera(eye);
+    const Pinhole<double> c = pinhole(eye);
     const SplatRule<double> rule = cast<double>(frame.rule);
     const Vec3<double> from = order == DepthOrder::middle ? middle : eye.position;
     std::vector<Seen> seen;

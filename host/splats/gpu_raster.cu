@@ -109,7 +109,7 @@ RasterFrame GpuRaster::State::described(const SplatFrame& frame, const MovedSpla
 {
     RasterFrame f{};
     for (std::size_t e = 0; e < frame.eyes.size(); ++e) {
-        f.camera[e] = camera(frame.eyes[e]);
+        f.camera[e] = pinhole(frame.eyes[e]);
         f.target[e] = targets[e];
     }
     f.middle = cast<float>(middle_of(frame));

@@ -12,7 +12,7 @@
 namespace knead {
 namespace {
 
-Camera<double> some_camera()
+Pinhole<double> some_pinhole()
 {
     Eye<double> eye{{0.1, -0.2, 0.3},
                     unit(Quat<double>{0.9, 0.1, -0.2, 0.05}),
@@ -23,24 +23,24 @@ Camera<double> some_camera()
                     1000,
                     1100};
     EXPECT_TRUE(valid(eye));
-    return camera(eye);
+    return pinhole(eye);
 }
 
-Vec3<double> pixel_of(const Camera<double>& c, Vec3<double> x)  // u, v, depth
+Vec3<double> pixel_of(const Pinhole<double>& c, Vec3<double> x)  // u, v, depth
 {
     const Vec3<double> t = c.to_eye * (x - c.position);
     return {c.fx * t.x / t.z + c.cx, c.fy * t.y / t.z + c.cy, t.z};
 }
 
 // The point of the world at (x, y, z) of the eye's axes.
-Vec3<double> at(const Camera<double>& c, Vec3<double> t)
+Vec3<double> at(const Pinhole<double>& c, Vec3<double> t)
 {
     return c.position + transpose(c.to_eye) * t;
 }
 
 TEST(Footprints, TheSidesOfTheFrustumAreTheSidesOfThePicture)
 {
-    const Camera<double> c = some_camera();
+    const Pinhole<double> c = some_pinhole();
     const Vec3<double> low = pixel_of(c, at(c, {-1.1 * 2, -0.9 * 2, 2}));
     const Vec3<double> high = pixel_of(c, at(c, {0.8 * 2, 1.2 * 2, 2}));
     EXPECT_NEAR(low.x, -0.5, 1e-9);
@@ -52,7 +52,7 @@ TEST(Footprints, TheSidesOfTheFrustumAreTheSidesOfThePicture)
 // Sigma on the screen and the covariance with depth, by differences of where points go.
 TEST(Footprints, TheCovarianceIsThatOfTheProjectionToFirstOrder)
 {
-    const Camera<double> c = some_camera();
+    const Pinhole<double> c = some_pinhole();
     Draw draw(2);
     for (int k = 0; k < 200; ++k) {
         const Vec3<double> x = at(c, {draw.in(-1, 0.7), draw.in(-0.8, 1.1), 1.0});
@@ -84,7 +84,7 @@ TEST(Footprints, TheCovarianceIsThatOfTheProjectionToFirstOrder)
 // A thin disc that is large on the screen: its depth is that of its plane.
 TEST(Footprints, TheDepthOfADiscIsThatOfItsPlane)
 {
-    const Camera<double> c = some_camera();
+    const Pinhole<double> c = some_pinhole();
     Draw draw(8);
     for (int k = 0; k < 50; ++k) {
         const Vec3<double> t{draw.in(-0.5, 0.5), draw.in(-0.5, 0.5), 1};
@@ -105,7 +105,7 @@ TEST(Footprints, TheDepthOfADiscIsThatOfItsPlane)
 TEST(Footprints, TheBoxIsAsTightAsWhatIsDrawnAndATileIsReachedWhereAPixelOfItIs)
 {
     const Eye<float> eye = plain_eye(400, 400);
-    const Camera<float> c = camera(eye);
+    const Pinhole<float> c = pinhole(eye);
     Draw draw(4);
     long reached = 0, hit = 0;
     for (int k = 0; k < 600; ++k) {

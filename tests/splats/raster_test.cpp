@@ -167,7 +167,7 @@ TEST(SplatPictures, AMeshHidesWhatLiesBehindItAndNothingElse)
 {
     constexpr int side = 96;
     const Eye<float> eye = plain_eye(side, side);
-    const Camera<float> cam = camera(eye);
+    const Pinhole<float> cam = pinhole(eye);
     SplatFrame frame = seen_from({eye});
     Backdrop ball;
     const Vec3<float> centre{0, 0, 2};
