@@ -243,6 +243,17 @@ std::string ObjectReader::text(const std::string& key, const std::string& fallba
     return value->get<std::string>();
 }
 
+std::string ObjectReader::beside(const std::string& key, const std::string& name,
+                                 const std::string& otherwise) const
+{
+    namespace fs = std::filesystem;
+    const fs::path plain = fs::path(name).lexically_normal();
+    if (plain.empty() || plain.is_absolute() || *plain.begin() == "..")
+        fail(key, "a path inside the document's folder" + otherwise,
+             "\"" + name.substr(0, 200) + "\"");
+    return (fs::path(path).parent_path() / plain).string();
+}
+
 Vec3<double> ObjectReader::vector(const std::string& key, Bounds each)
 {
     const std::string expected = "three numbers, each " + described(each).substr(2);

@@ -64,6 +64,10 @@ class ObjectReader {
     int whole(const std::string& key, int low, int high, int fallback);
     bool flag(const std::string& key, bool fallback);
     std::string text(const std::string& key, const std::string& fallback);
+    // The path of the file `name` beside the document. It must stay there, for a document from
+    // elsewhere names no file outside its own folder; `otherwise` is added to what it says then.
+    std::string beside(const std::string& key, const std::string& name,
+                       const std::string& otherwise = "") const;
     Vec3<double> vector(const std::string& key, Bounds each, Vec3<double> fallback);
     Vec3<double> vector(const std::string& key, Bounds each);
     // One of the named values.

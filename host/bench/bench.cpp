@@ -8,6 +8,7 @@
 #include <cstdio>
 #include <filesystem>
 
+#include "host/assets/splat_object.h"
 #include "host/base/errors.h"
 #include "host/base/interrupt.h"
 #include "host/base/json_reader.h"
@@ -97,8 +98,10 @@ Scene Bench::scene(const std::vector<std::string>& settings) const
 {
     Scene s = read_scene(options.scene, settings);
     s.setup.threads = options.threads;
-    build(s,
-          options.max_memory > 0 ? std::size_t(options.max_memory * 0x1p20) : available_memory());
+    const std::size_t memory =
+        options.max_memory > 0 ? std::size_t(options.max_memory * 0x1p20) : available_memory();
+    load_splats(s, memory);
+    build(s, memory);
     return s;
 }
 

@@ -5,6 +5,7 @@
 #include <cstdio>
 
 #include "cuda/mpm/material.h"
+#include "host/assets/splat_object.h"
 #include "host/base/errors.h"
 #include "host/base/json_reader.h"
 #include "host/cli/verbs.h"
@@ -27,7 +28,8 @@ Json triple(Vec3<double> v) { return {v.x, v.y, v.z}; }
 
 Json scene_facts(const InfoOptions& o)
 {
-    const Scene scene = read_scene(o.file, o.settings);
+    Scene scene = read_scene(o.file, o.settings);
+    const std::vector<SplatObject> splats = load_splats(scene, available_memory());
     const Int3 n = scene.setup.lattice.size;
     Json objects = Json::array();
     for (const Object& one : scene.objects)
@@ -48,6 +50,11 @@ Json scene_facts(const InfoOptions& o)
                 {"substeps", steps.substeps},
                 {"asked_by", steps.key},
                 {"objects", objects}};
+    for (const SplatObject& s : splats) {
+        Json& one = all["objects"][std::size_t(s.object)];
+        one["splats"] = s.surface, one["splats_inside"] = s.cloud.count() - s.surface;
+        one["splats_left_out"] = s.report.clean.dropped() + s.beyond;
+    }
     if (!scene.has_hands) return all;
     const Recording recording = hands_of(scene);
     const HandSource hands(recording, scene.hands);

@@ -40,6 +40,22 @@ std::string hands_file(const Scene& scene)
     return from_anywhere(scene.hands.recording);
 }
 
+// Of the files that objects of splats come from, in the order of the objects.
+std::vector<std::string> splat_hashes(const Scene& scene)
+{
+    std::vector<std::string> hashes;
+    for (const Object& o : scene.objects)
+        if (o.shape == ShapeKind::splats) hashes.push_back(file_hash(o.splats.file));
+    return hashes;
+}
+
+void check_splats(const RunOptions& o, const std::vector<std::string>& hashes)
+{
+    if (hashes.empty()) return;
+    if (splat_hashes(read_scene(o.scene, o.settings)) != hashes)
+        throw InputError(o.scene + ": expected the files of splats that the run began with");
+}
+
 }  // namespace
 
 Json command_of(const RunOptions& o, const std::string& device, double cpu_seconds,
@@ -62,6 +78,8 @@ Json command_of(const RunOptions& o, const std::string& device, double cpu_secon
             {"pictures", o.pictures},
             {"video", o.video},
             {"particles", o.particles},
+            {"splats", o.splats},
+            {"splat_hashes", splat_hashes(scene)},
             {"build", knead_commit()},
             {"cpu_seconds", cpu_seconds}};
 }
@@ -79,10 +97,12 @@ RunOptions options_of(const Checkpoint& from, const RunOptions& now)
         c.at("max_memory").get_to(o.max_memory), c.at("audit").get_to(o.audit_every);
         c.at("mesh").get_to(o.mesh), c.at("pictures").get_to(o.pictures);
         c.at("video").get_to(o.video), c.at("particles").get_to(o.particles);
+        c.at("splats").get_to(o.splats);
         cpu_seconds_of(from), c.at("build").get<std::string>();
         check_same(o.scene, c.at("scene_hash"));
         const std::string hands = c.at("hands_file");
         if (!hands.empty()) check_same(hands, c.at("hands_hash"));
+        check_splats(o, c.at("splat_hashes"));
     } catch (const Json::exception& e) {
         throw InputError(file + ": its command is not that of a run: " + e.what());
     }
@@ -95,11 +115,15 @@ double cpu_seconds_of(const Checkpoint& from)
     return from.command.at("cpu_seconds").get<double>();
 }
 
-void load(Solver& solver, const Checkpoint& from, std::size_t particles, const std::string& file)
+void load(Solver& solver, const Checkpoint& from, const Scene& scene, const std::string& file)
 {
-    if (from.state.setup.particles.size() != particles)
-        throw InputError(fmt::format("{}: expected the {} particles of its scene, found {}", file,
-                                     particles, from.state.setup.particles.size()));
+    const auto check = [&](const char* what, std::size_t expected, std::size_t found) {
+        if (found != expected)
+            throw InputError(fmt::format("{}: expected the {} {} of its scene, found {}", file,
+                                         expected, what, found));
+    };
+    check("particles", scene.setup.particles.size(), from.state.setup.particles.size());
+    check("Gaussians", scene.setup.gaussians.size(), from.state.setup.gaussians.size());
     SavedState state = from.state;
     state.setup = solver.rules();
     state.setup.particles = from.state.setup.particles;

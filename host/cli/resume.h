@@ -16,6 +16,7 @@ RunOptions options_of(const Checkpoint& from, const RunOptions& now);
 double cpu_seconds_of(const Checkpoint& from);
 
 // Puts the solver, made of the checkpoint's scene, into its state. Throws InputError.
-void load(Solver& solver, const Checkpoint& from, std::size_t particles, const std::string& file);
+// `scene` is that of the run, built anew.
+void load(Solver& solver, const Checkpoint& from, const Scene& scene, const std::string& file);
 
 }  // namespace knead

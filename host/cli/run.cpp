@@ -6,6 +6,7 @@
 #include <cstdio>
 #include <filesystem>
 
+#include "host/assets/splat_object.h"
 #include "host/base/errors.h"
 #include "host/base/interrupt.h"
 #include "host/base/json_reader.h"
@@ -22,6 +23,7 @@
 #include "host/session/device.h"
 #include "host/session/frame_writer.h"
 #include "host/session/report.h"
+#include "host/splats/deformed.h"
 
 namespace knead {
 namespace {
@@ -54,6 +56,8 @@ void check_options(const RunOptions& o)
         throw UsageError("knead run needs a SCENE, or --resume with the folder of a run");
     if (o.out.empty() && o.resume.empty() && o.checkpoint.value_or(0) > 0)
         throw UsageError("--checkpoint needs --out DIR");
+    if (o.splats != "ply" && o.splats != "splat" && o.splats != "spz" && o.splats != "none")
+        throw UsageError("--splats: expected ply, splat, spz or none, found \"" + o.splats + "\"");
     if (o.out.empty() && (o.video || o.particles || o.pictures > 0))
         throw UsageError("--video, --particles and --pictures need --out DIR");
     if (o.mesh != "glb" && o.mesh != "ply" && o.mesh != "obj" && o.mesh != "none")
@@ -78,8 +82,9 @@ class Session {
     void clear();
     void open_writer();
     void keep_checkpoints(RunWatch& watch, const Solver& solver, Device device);
-    void watch(RunWatch& watch, Progress& progress);
-    void write(const RunRecord& record);
+    void watch(RunWatch& watch, Progress& progress, const Solver& solver);
+    void write(const RunRecord& record, const Solver& solver);
+    void write_cloud(const std::string& to, const Solver& solver) const;
     void note(const std::string& text) const
     {
         if (!o.quiet) std::fprintf(stderr, "knead: %s\n", text.c_str());
@@ -95,6 +100,7 @@ class Session {
     const RunOptions& o;
     const Checkpoint* earlier;  // of the run that goes on; null: a new one
     Scene scene;
+    std::vector<SplatObject> splats;
     RunRule rule;
     RunFacts facts;
     std::vector<std::string> names{"report.json", "frames.csv"};  // of the files to come
@@ -109,8 +115,12 @@ void Session::prepare()
     const std::size_t memory =
         o.max_memory > 0 ? std::size_t(o.max_memory * 0x1p20) : available_memory();
     check_substeps(scene);
+    splats = load_splats(scene, memory);
+    for (const SplatObject& of : splats)
+        facts.splats += of.cloud.count(), facts.inside += of.cloud.count() - of.surface;
     build(scene, memory);
     if (!o.out.empty()) {
+        if (!splats.empty() && o.splats != "none") names.push_back("splats." + o.splats);
         if (o.mesh != "none") names.push_back("mesh." + o.mesh);
         if (o.particles) names.push_back("particles.ply");
         if (o.video) names.push_back("video.mp4");
@@ -183,9 +193,9 @@ void Session::open_writer()
         facts.left_out.push_back(fmt::format("video: the first {} frames, before the run went on",
                                              earlier->record.rows.size()));
     try {
-        writer = std::make_unique<FrameWriter>(scene, in_folder("pictures"),
-                                               has_video ? in_folder("video.mp4") : "",
-                                               scene.frame_rate / scene.picture_every);
+        writer = std::make_unique<FrameWriter>(
+            scene, in_folder("pictures"), has_video ? in_folder("video.mp4") : "",
+            scene.frame_rate / scene.picture_every, joined(splats));
         rule.mesh_every = scene.picture_every;
     } catch (const std::runtime_error& e) {
         note(e.what());
@@ -193,7 +203,7 @@ void Session::open_writer()
     }
 }
 
-void Session::watch(RunWatch& watch, Progress& progress)
+void Session::watch(RunWatch& watch, Progress& progress, const Solver& solver)
 {
     watch.frame = [&](const FrameRow& row) {
         if (o.verbose && !o.quiet) {
@@ -209,7 +219,7 @@ void Session::watch(RunWatch& watch, Progress& progress)
     watch.picture = [&](const Frame& frame, const std::vector<Mesh>& meshes) {
         if (!writer) return;
         try {
-            writer->add(frame, meshes);
+            writer->add(frame, meshes, solver.gaussians());
         } catch (const OutputError& e) {
             refused(e.what());
             writer.reset();
@@ -228,7 +238,14 @@ void Session::attempt(const std::string& name, const std::function<void(const st
     }
 }
 
-void Session::write(const RunRecord& record)
+// In the frame of the scene's file.
+void Session::write_cloud(const std::string& to, const Solver& solver) const
+{
+    const SplatCloud cloud = deformed(joined(splats), solver.gaussians());
+    write_splats(to, placed(cloud, {1, 0, 0, 0}, 1, scene.origin));
+}
+
+void Session::write(const RunRecord& record, const Solver& solver)
 {
     const bool files = !o.out.empty();
     const bool failed = record.end == End::numbers || record.end == End::device;
@@ -237,6 +254,8 @@ void Session::write(const RunRecord& record)
     if (files && (o.particles || failed))
         attempt("particles.ply",
                 [&](const std::string& to) { write_particles(to, *record.last_good); });
+    if (files && !splats.empty() && o.splats != "none" && !failed)
+        attempt("splats." + o.splats, [&](const std::string& to) { write_cloud(to, solver); });
     if (writer && writer->count() > 0) {
         facts.outputs.push_back(in_folder("pictures"));
         if (has_video) attempt("video.mp4", [&](const std::string&) { writer->close(); });
@@ -292,12 +311,12 @@ int Session::run()
     rule.audit_every = o.audit_every > 0 ? o.audit_every : device.kind == DeviceKind::cuda ? 10 : 1;
     RunWatch watching;
     keep_checkpoints(watching, *solver, device);
-    if (earlier) load(*solver, *earlier, scene.setup.particles.size(), in_folder(checkpoint_name));
+    if (earlier) load(*solver, *earlier, scene, in_folder(checkpoint_name));
     clear();
     open_writer();
     const std::vector<std::string> rest = left_out(scene, rule);
     facts.left_out.insert(facts.left_out.end(), rest.begin(), rest.end());
-    scene.setup.particles = {};
+    scene.setup.particles = {}, scene.setup.gaussians = {};
 
     const Foresight steps = foresee(scene);
     note(fmt::format("a frame takes {:.6g} substeps of {:.3g} s, asked for by {}", steps.substeps,
@@ -306,7 +325,7 @@ int Session::run()
     RunRecord record;
     {
         Progress progress(frames_wanted(scene, hands.get(), o.frames), o.quiet || o.verbose);
-        watch(watching, progress);
+        watch(watching, progress, *solver);
         cpu_before = process_seconds() - (earlier ? cpu_seconds_of(*earlier) : 0);
         record = run_frames(scene, *solver, hands.get(), rule, watching,
                             earlier ? &earlier->record : nullptr);
@@ -314,7 +333,7 @@ int Session::run()
     }
     if (scene.setup.rest.mode != RestMode::none)
         for (const std::string& spared : left_at_rest(record)) facts.left_out.push_back(spared);
-    write(record);
+    write(record, *solver);
     const bool over = record.end == End::complete || record.end == End::numbers;
     if (over && !o.out.empty() && !output_refused) remove_files(o.out, {checkpoint_name});
     return code(record);

@@ -135,17 +135,36 @@ void read_material(ObjectReader& r, Object& object)
     });
 }
 
+void read_splats_rule(ObjectReader& r, SplatsRule& splats)
+{
+    splats.file = r.beside("file", r.text("file", ""));
+    splats.size = r.number("size", {0, 1000, "m", true});
+    splats.turn = r.number("turn", {-360, 360, "degrees"}, 0);
+    splats.up = r.choice<UpAxis>("up",
+                                 {{"x", UpAxis::x},
+                                  {"-x", UpAxis::minus_x},
+                                  {"y", UpAxis::y},
+                                  {"-y", UpAxis::minus_y},
+                                  {"z", UpAxis::z},
+                                  {"-z", UpAxis::minus_z}},
+                                 UpAxis::minus_y);
+}
+
 Object read_object(ObjectReader& r, std::size_t index)
 {
     const Bounds where{-1000, 1000, "m"}, extent{0, 1000, "m", true};
     Object o;
     o.name = r.text("name", fmt::format("object {}", index));
-    o.shape = r.choice<ShapeKind>(
-        "shape",
-        {{"sphere", ShapeKind::sphere}, {"box", ShapeKind::box}, {"cylinder", ShapeKind::cylinder}},
-        ShapeKind::sphere);
+    o.shape = r.choice<ShapeKind>("shape",
+                                  {{"sphere", ShapeKind::sphere},
+                                   {"box", ShapeKind::box},
+                                   {"cylinder", ShapeKind::cylinder},
+                                   {"splats", ShapeKind::splats}},
+                                  ShapeKind::sphere);
     o.centre = r.vector("centre", where);
-    if (o.shape == ShapeKind::box) {
+    if (o.shape == ShapeKind::splats) {
+        read_splats_rule(r, o.splats);
+    } else if (o.shape == ShapeKind::box) {
         o.size = r.vector("size", extent);
     } else {
         const double across = r.number("diameter", extent);
@@ -173,6 +192,14 @@ void read_objects(ObjectReader& r, Scene& scene)
     for (std::size_t i = 0; i < list.size(); ++i)
         ObjectReader::read(list[i], r.file(), r.pointer("objects") + "/" + std::to_string(i),
                            [&](ObjectReader& o) { scene.objects.push_back(read_object(o, i)); });
+    // A category's clay is drawn as one surface, or not at all where splats are drawn for it.
+    for (const Object& a : scene.objects)
+        for (const Object& b : scene.objects)
+            if (a.category == b.category && a.shape == ShapeKind::splats &&
+                b.shape != ShapeKind::splats)
+                r.fail(
+                    "objects", "another category for objects of splats than for other clay",
+                    fmt::format("category {} of \"{}\" and of \"{}\"", a.category, a.name, b.name));
 }
 
 void read_side(ObjectReader& r, HandsRule& hands, Side side)
@@ -188,8 +215,7 @@ void read_side(ObjectReader& r, HandsRule& hands, Side side)
     }
 }
 
-// A gesture's name brings its tools along. A recording's path is taken beside the scene and must
-// stay there: a scene from elsewhere names no file outside its own folder.
+// A gesture's name brings its tools along.
 void read_recording_name(ObjectReader& r, HandsRule& hands)
 {
     namespace fs = std::filesystem;
@@ -202,15 +228,11 @@ void read_recording_name(ObjectReader& r, HandsRule& hands)
         for (Side side : {left, right}) hands.held[side] = g.held[side];
         return;
     }
-    const fs::path plain = fs::path(name).lexically_normal();
-    if (!plain.has_extension())
+    if (!fs::path(name).has_extension())
         r.fail("recording", "a gesture or a file (.hands, .jsonl)",
                "\"" + name.substr(0, 60) + "\"; the nearest gesture is \"" +
                    nearest_name(name, known) + "\"");
-    if (plain.is_absolute() || *plain.begin() == "..")
-        r.fail("recording", "a path inside the scene's folder (--hands takes any path)",
-               "\"" + name.substr(0, 200) + "\"");
-    hands.recording = (fs::path(r.file()).parent_path() / plain).string();
+    hands.recording = r.beside("recording", name, " (--hands takes any path)");
 }
 
 void read_hands(ObjectReader& r, Scene& scene)

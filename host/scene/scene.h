@@ -1,6 +1,7 @@
 // A scene: what is simulated, with which tools, moved how, for how long. Read from JSON
 // ("schema": "knead.scene/1"; comments allowed; docs/formats.md names every key, unit and default).
 #pragma once
+#include <memory>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -12,7 +13,23 @@
 
 namespace knead {
 
-enum class ShapeKind { sphere, box, cylinder };
+enum class ShapeKind { sphere, box, cylinder, splats };
+enum class UpAxis { x, minus_x, y, minus_y, z, minus_z };
+
+// A photographed object, of shape `splats`: its file, and how it stands in the scene.
+struct SplatsRule {
+    std::string file;
+    UpAxis up = UpAxis::minus_y;  // which axis of the file points up
+    double size = 0;              // longest extent [m]
+    double turn = 0;              // about the vertical, once upright [degrees]
+};
+// What such an object is made of, where build() puts it: host/assets/splat_object.h finds it.
+struct Given {
+    std::vector<Vec3<double>> particles;  // [m]
+    double volume = 0;                    // of each [m^3]
+    std::vector<Vec3<double>> splats;     // their centres [m]
+};
+
 struct Object {
     std::string name;
     ShapeKind shape = ShapeKind::sphere;
@@ -23,6 +40,8 @@ struct Object {
     std::string preset;           // name of the material, as given
     int category = 0;
     double per_cell = 8;  // particles per cell
+    SplatsRule splats;    // of shape `splats`; centre and size are known once it is loaded
+    std::shared_ptr<const Given> given;
 };
 
 enum class ClockMode { wall, paper };
@@ -59,8 +78,9 @@ Scene read_scene(const std::string& path, const std::vector<std::string>& settin
 // Simulated per frame [s]. Clock "paper": the hands cover a displayed frame's path in less of it.
 double frame_duration(const Scene& scene);
 
-// Fills setup.particles, rig and tools from the objects and hands. Throws InputError for an empty
-// scene, or where the particles would not fit into `memory` bytes (said before allocating).
+// Fills setup.particles, Gaussians, rig and tools from the objects and hands. Objects of shape
+// `splats` must have been loaded. Throws InputError for an empty scene, or where the particles
+// would not fit into `memory` bytes (said before allocating).
 void build(Scene& scene, std::size_t memory);
 
 }  // namespace knead

@@ -67,6 +67,40 @@ void check_memory(const Scene& scene, std::size_t memory)
             scene.setup.lattice.size.z, bytes / 0x1p20, double(memory) / 0x1p20));
 }
 
+// Whether an earlier object is there.
+bool taken(const Scene& scene, std::size_t index, Vec3<double> x)
+{
+    for (std::size_t k = 0; k < index; ++k)
+        if (inside(scene.objects[k], x)) return true;
+    return false;
+}
+
+[[noreturn]] void refuse_empty(const Scene& scene, std::size_t index, double spacing)
+{
+    throw InputError(
+        fmt::format("{}: expected an object that holds particles, found none in it: "
+                    "smaller than a cell's {:.3g} m, or inside an earlier object",
+                    place(scene, index), spacing));
+}
+
+// The particles that it came with.
+void put_object(Scene& scene, std::size_t index)
+{
+    Object& o = scene.objects[index];
+    Setup& setup = scene.setup;
+    if (!o.given) throw std::logic_error(place(scene, index) + ": its splats are not loaded");
+    o.material.volume = o.given->volume;
+    o.material.mass = o.material.density * o.material.volume;
+    const std::size_t before = setup.particles.size();
+    for (const Vec3<double>& p : o.given->particles)
+        if (!taken(scene, index, p))
+            setup.particles.push_back({p, o.velocity, {}, {}, 0, int(index), 0});
+    if (setup.particles.size() == before) refuse_empty(scene, index, std::cbrt(o.given->volume));
+    for (const Vec3<double>& x : o.given->splats)
+        setup.gaussians.push_back(gaussian_at(x, int(index)));
+    setup.materials.push_back(o.material);
+}
+
 void seed_object(Scene& scene, std::size_t index)
 {
     Object& o = scene.objects[index];
@@ -88,16 +122,10 @@ void seed_object(Scene& scene, std::size_t index)
                 if (!inside(o, p) || !within(p.x, min.x, max.x) || !within(p.y, min.y, max.y) ||
                     !within(p.z, min.z, max.z))
                     continue;
-                bool taken = false;
-                for (std::size_t k = 0; k < index && !taken; ++k)
-                    taken = inside(scene.objects[k], p);
-                if (!taken) setup.particles.push_back({p, o.velocity, {}, {}, 0, int(index), 0});
+                if (!taken(scene, index, p))
+                    setup.particles.push_back({p, o.velocity, {}, {}, 0, int(index), 0});
             }
-    if (setup.particles.size() == before)
-        throw InputError(
-            fmt::format("{}: expected an object that holds particles, found none in it: "
-                        "smaller than a cell's {:.3g} m, or inside an earlier object",
-                        place(scene, index), h));
+    if (setup.particles.size() == before) refuse_empty(scene, index, h);
     setup.materials.push_back(o.material);
 }
 
@@ -133,6 +161,8 @@ bool inside(const Object& o, Vec3<double> x)
             return half(d.x, o.size.x) && half(d.y, o.size.y) && half(d.z, o.size.z);
         case ShapeKind::cylinder:
             return half(d.y, o.size.y) && half(std::hypot(d.x, d.z), o.size.x);
+        case ShapeKind::splats:
+            return false;
         case ShapeKind::sphere:
             break;
     }
@@ -147,6 +177,8 @@ double shape_volume(const Object& o)
             return box;
         case ShapeKind::cylinder:
             return box * std::numbers::pi / 4;
+        case ShapeKind::splats:
+            return o.given ? o.given->volume * double(o.given->particles.size()) : 0;
         case ShapeKind::sphere:
             break;
     }
@@ -192,14 +224,16 @@ std::size_t available_memory()
 void build(Scene& scene, std::size_t memory)
 {
     Setup& setup = scene.setup;
-    setup.particles.clear(), setup.materials.clear(), setup.tools.clear();
+    setup.particles.clear(), setup.gaussians.clear(), setup.materials.clear();
+    setup.tools.clear();
     setup.rig = {};
     if (scene.objects.empty())
         throw InputError(scene.path + ": /objects: expected at least one object, found none");
     check_memory(scene, memory);
     for (std::size_t i = 0; i < scene.objects.size(); ++i) check_between_walls(scene, i);
     setup.particles.reserve(std::size_t(expected_particles(scene) * 1.02) + 64);
-    for (std::size_t i = 0; i < scene.objects.size(); ++i) seed_object(scene, i);
+    for (std::size_t i = 0; i < scene.objects.size(); ++i)
+        scene.objects[i].shape == ShapeKind::splats ? put_object(scene, i) : seed_object(scene, i);
     if (!scene.has_hands) return;
     for (Side side : tool_sides(scene.hands)) add_tool(scene, side);
     if (setup.rig.primitives.size() > max_primitives)

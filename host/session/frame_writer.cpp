@@ -10,6 +10,7 @@
 
 #include "host/base/errors.h"
 #include "host/base/outputs.h"
+#include "host/session/splat_picture.h"
 
 namespace knead {
 namespace fs = std::filesystem;
@@ -72,10 +73,11 @@ std::vector<DrawPrimitive> draw_primitives(const Setup& setup,
 }
 
 FrameWriter::FrameWriter(const Scene& of, std::string where, std::string video_file,
-                         double per_second)
+                         double per_second, SplatCloud cloud)
     : scene(of),
       folder(std::move(where)),
       video_path(std::move(video_file)),
+      splats(std::move(cloud)),
       rate(per_second),
       painter(Painter::open())
 {
@@ -89,7 +91,15 @@ FrameWriter::FrameWriter(const Scene& of, std::string where, std::string video_f
         video = Video::open(video_path, scene.picture_width, scene.picture_height, rate);
 }
 
-void FrameWriter::add(const Frame& frame, const std::vector<Mesh>& meshes)
+bool FrameWriter::has_splats(int category) const
+{
+    return std::any_of(scene.objects.begin(), scene.objects.end(), [&](const Object& o) {
+        return o.shape == ShapeKind::splats && o.category == category;
+    });
+}
+
+void FrameWriter::add(const Frame& frame, const std::vector<Mesh>& meshes,
+                      const std::vector<Gaussian<double>>& gaussians)
 {
     Camera camera;
     camera.eye = cast<float>(scene.eye);
@@ -97,11 +107,15 @@ void FrameWriter::add(const Frame& frame, const std::vector<Mesh>& meshes)
     camera.width = scene.picture_width;
     camera.height = scene.picture_height;
     const float floor = float(scene.setup.walls.min.y);
+    std::vector<Mesh> seen, unseen;
+    for (const Mesh& m : meshes) (has_splats(m.category) ? unseen : seen).push_back(m);
     Image image;
     try {
-        image = painter->paint(meshes,
-                               draw_primitives(scene.setup, frame.motion.to, frame.motion.active),
-                               camera, floor);
+        image =
+            painter->paint(seen, draw_primitives(scene.setup, frame.motion.to, frame.motion.active),
+                           camera, floor, unseen);
+        if (splats.count() > 0)
+            image = with_splats(image, painter->depths(), camera, splats, gaussians);
     } catch (const std::bad_alloc&) {
         throw PictureError("more memory is needed than there is");
     } catch (const std::invalid_argument& e) {

@@ -5,6 +5,7 @@
 
 #include "host/files/video.h"
 #include "host/session/loop.h"
+#include "host/splats/cloud.h"
 #include "render/painter.h"
 
 namespace knead {
@@ -25,16 +26,23 @@ class FrameWriter {
     // `folder` receives a picture_name() a picture; with `video`, its frames `rate` per second also
     // make that file. Throws std::runtime_error with the reason where there is no OpenGL, or where
     // it draws no pictures of the scene's size.
-    FrameWriter(const Scene& scene, std::string folder, std::string video, double rate);
+    // `splats`: those of the scene, in the order of the solver's Gaussians; they are drawn in place
+    // of the clay of objects that have them.
+    FrameWriter(const Scene& scene, std::string folder, std::string video, double rate,
+                SplatCloud splats = {});
     // Throws OutputError, and PictureError where this picture alone cannot be made.
-    void add(const Frame& frame, const std::vector<Mesh>& meshes);
+    void add(const Frame& frame, const std::vector<Mesh>& meshes,
+             const std::vector<Gaussian<double>>& gaussians = {});
     void close();  // ends the video; throws OutputError
     int count() const { return pictures; }
     std::string renderer() const { return painter->name(); }
 
   private:
+    bool has_splats(int category) const;
+
     const Scene& scene;
     std::string folder, video_path;
+    SplatCloud splats;
     double rate;
     std::unique_ptr<Painter> painter;
     std::unique_ptr<Video> video;

@@ -321,6 +321,12 @@ Json report(const Scene& scene, const RunRecord& record, const RunFacts& facts)
     knead["stages"] = stage_block;
     knead["left_out"] = left_out_of(record, facts);
     knead["outputs"] = facts.outputs;
+    if (facts.splats > 0)
+        knead["splats"] = {{"count", facts.splats},
+                           {"inside", facts.inside},
+                           {"projected", total(record, &FrameStats::splats_projected)},
+                           {"stranded", total(record, &FrameStats::stranded)},
+                           {"repaired", total(record, &FrameStats::splats_repaired)}};
     if (facts.hand_rate > 0) {
         long with = 0;
         for (const FrameRow& row : record.rows) with += row.hands;

@@ -10,11 +10,12 @@ namespace knead {
 
 // What the loop itself does not know.
 struct RunFacts {
-    std::string solver;       // Solver::name()
-    int threads = 0;          // asked for; 0: all
-    double cpu_seconds = 0;   // of the whole process during the loop
-    double hand_rate = 0;     // of the recording [1/s]; 0: no hands
-    double hand_latency = 0;  // of the tracker [s]
+    std::string solver;                  // Solver::name()
+    int threads = 0;                     // asked for; 0: all
+    double cpu_seconds = 0;              // of the whole process during the loop
+    double hand_rate = 0;                // of the recording [1/s]; 0: no hands
+    double hand_latency = 0;             // of the tracker [s]
+    std::size_t splats = 0, inside = 0;  // that follow clay; of these, put inside of objects
     std::vector<std::string> left_out;
     std::vector<std::string> settings;  // --set as given
     std::vector<std::string> outputs;   // files written

@@ -366,7 +366,9 @@ std::vector<std::string> left_out(const Scene& scene, const RunRule& rule)
     if (std::none_of(scene.objects.begin(), scene.objects.end(), yields))
         out.push_back("plasticity: no object yields");
     if (scene.setup.rest.mode == RestMode::none) out.push_back("sleep: not asked for (/rest/mode)");
-    out.push_back("Gaussians: the scene has none");
+    const auto splats = [](const Object& o) { return o.shape == ShapeKind::splats; };
+    if (std::none_of(scene.objects.begin(), scene.objects.end(), splats))
+        out.push_back("Gaussians: the scene has none");
     if (rule.mesh_every == 0 && !rule.last_mesh)
         out.push_back("surface: neither mesh nor pictures are asked for");
     else if (rule.mesh_every == 0)

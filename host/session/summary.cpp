@@ -131,6 +131,10 @@ std::string summary(const Json& report)
         text += fmt::format("between tools {} particles at most, max {:.3g} mm\n",
                             count_at(k, "/penetration/between_most"),
                             at(k, "/penetration/between_max_mm"));
+    if (k.contains("splats"))
+        text += fmt::format("splats        {}, {} of them put inside; {} times put out of tools\n",
+                            count_at(k, "/splats/count"), count_at(k, "/splats/inside"),
+                            count_at(k, "/splats/projected"));
     text += "guards        " + counted(k["guards"]) + "\n";
     if (k.contains("hands"))
         text += fmt::format("hands         active in {} frames, filter lag {:.1f} ms\n",

@@ -35,6 +35,17 @@ answers 0 record squeeze link.hands --seconds 0.5 --overwrite
 [ "$(cat squeeze.hands.partial)" = mine ] || wrong "a file of the user's was overwritten"
 answers 5 record squeeze absent/squeeze.jsonl
 
+# An object of splats, squeezed: described, drawn, and written as deformed.
+pot="$scenes/pot.json --set domain.cells=16 --set objects.0.per_cell=2"
+answers 0 info $pot
+holds said 'splats_inside +[1-9]'
+answers 0 run $pot --device cpu --frames 2 --pictures 2 --mesh none --splats spz --out pot
+holds said 'splats +[0-9]+, [1-9][0-9]* of them put inside'
+[ -s pot/splats.spz ] || wrong "no splats were written"
+answers 0 info pot/splats.spz
+answers 2 run $pot --device cpu --splats glb
+complains '--splats: expected ply, splat, spz or none, found "glb"'
+
 # Runs to look at: with all that can be written, and one that differs.
 answers 0 run ball.json --device cpu --frames 3 --out one --particles --pictures 1 -v
 holds complained 'frame 2: [0-9]+ substeps'

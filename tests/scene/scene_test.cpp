@@ -6,6 +6,7 @@
 #include <fstream>
 #include <numbers>
 
+#include "host/assets/splat_object.h"
 #include "host/base/json_reader.h"
 #include "host/scene/presets.h"
 #include "host/scene/seed.h"
@@ -379,7 +380,8 @@ TEST(Scenes, ThoseThatComeAlongAreReadAndBuilt)
     for (const auto& entry : fs::directory_iterator("scenes")) {
         if (entry.path().extension() != ".json") continue;
         Scene s = read_scene(entry.path().string());
-        EXPECT_NO_THROW(build(s, std::size_t(1) << 33)) << entry.path();
+        EXPECT_NO_THROW((load_splats(s, std::size_t(1) << 33), build(s, std::size_t(1) << 33)))
+            << entry.path();
         EXPECT_FALSE(s.setup.particles.empty()) << entry.path();
         ++read;
     }

@@ -305,7 +305,7 @@ TEST_P(FollowEdits, TheyAreMovedAndRemovedWithTheirObject)
     p.x = {0.2, 0.2, 0.2};
     const int second = solver->add(m, {p});
     solver->attach(second, {p.x, {0.2, 0.22, 0.2}});
-    const RigidMotion<double> motion{turn_about(Vec3<double>{0, 1, 0}, 0.3), {0.1, 0.05, -0.1}};
+    const RigidMotion<double> motion{turn_about(Vec3<double>{0, 1, 0}, 0.3), {0.1, 0.05, -0.05}};
     solver->move(0, motion);
     const Gaussians moved = solver->gaussians();
     const Mat3<double> Q = rotation(motion.q);

@@ -84,8 +84,7 @@ FrameStats CpuSolver<R>::advance(const Motion& motion, double duration)
     Counts all;
     for (const Counts& c : counts) all.add(c);
     if (posed.blades) finish_cuts(all.covered > 0);
-    all.put_into(stats);
-    stats.found_depth = std::max(0.0, stats.found_depth - double(way.skin));
+    all.put_into(stats, double(way.skin));
     stats.active_blocks = long(bins.reached.size());
     arranged = all.moved == 0, ++changes;
     // The particle loops of a block run one after the other on one thread: share out their time.

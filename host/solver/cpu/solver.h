@@ -51,9 +51,11 @@ struct Counts {
         stiffness = std::max(stiffness, c.stiffness);
         for (int s = 0; s < stage_count; ++s) seconds[s] += c.seconds[s];
     }
-    void put_into(FrameStats& stats) const
+    // `skin`: from which depths were taken (19) [m].
+    void put_into(FrameStats& stats, double skin) const
     {
-        stats.yielded = yielded, stats.projected = projected, stats.found_depth = depth;
+        stats.yielded = yielded, stats.projected = projected;
+        stats.found_depth = std::max(0.0, depth - skin);
         stats.clipped = clipped, stats.confined = confined, stats.repaired = repaired;
         stats.abrupt = abrupt, stats.moved_far = moved_far, stats.trimmed = trimmed;
         stats.moved = moved;

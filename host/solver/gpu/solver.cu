@@ -152,7 +152,8 @@ void GpuSolver::sort_if_due(const Views& views, const Features& features)
     if (now.unsorted) sort(views, features, main, now.side);
 }
 
-// Between grid and g2p, neither of which waits for a kernel other than the one before it.
+// Between grid and g2p, neither of which waits for a kernel other than the one before it. Beside
+// g2p it would be hidden; a fork between kernels that start early crashed (driver 580).
 void GpuSolver::follow(const Views& views, const Features& features, cudaStream_t stream) const
 {
     if (!features.splats) return;

@@ -1,0 +1,153 @@
+#include "host/assets/splat_object.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <numbers>
+
+#include "host/base/errors.h"
+#include "host/splats/deformed.h"
+
+namespace knead {
+namespace {
+
+struct Box {
+    Vec3<double> low{1e30, 1e30, 1e30}, high{-1e30, -1e30, -1e30};
+
+    void add(Vec3<double> x)
+    {
+        low = {min(low.x, x.x), min(low.y, x.y), min(low.z, x.z)};
+        high = {max(high.x, x.x), max(high.y, x.y), max(high.z, x.z)};
+    }
+    Vec3<double> size() const { return high - low; }
+    Vec3<double> centre() const { return 0.5 * (low + high); }
+};
+
+Box box_of(const SplatCloud& cloud, const std::vector<std::uint32_t>& kept)
+{
+    Box box;
+    for (const std::uint32_t i : kept) box.add(cast<double>(cloud.centre[i]));
+    return box;
+}
+
+Quat<double> about(Vec3<double> axis, double degrees)
+{
+    return turn_about(axis, degrees * std::numbers::pi / 180);
+}
+
+// Turns the file's axis that points up to the scene's y.
+Quat<double> upright(UpAxis up)
+{
+    switch (up) {
+        case UpAxis::y:
+            return {1, 0, 0, 0};
+        case UpAxis::minus_y:
+            return about({1, 0, 0}, 180);
+        case UpAxis::z:
+            return about({1, 0, 0}, -90);
+        case UpAxis::minus_z:
+            return about({1, 0, 0}, 90);
+        case UpAxis::x:
+            return about({0, 0, 1}, 90);
+        case UpAxis::minus_x:
+            return about({0, 0, 1}, -90);
+    }
+    return {1, 0, 0, 0};
+}
+
+// The splats between the walls: others, floaters that the cleaning took for parts, have no place.
+void keep_between(const WallRule& walls, const FilledObject& filled, SplatObject& object)
+{
+    const SplatCloud& from = filled.splats;
+    SplatCloud& to = object.cloud;
+    to.degree = from.degree, to.antialiased = from.antialiased;
+    const auto width = std::size_t(harmonics(from.degree));
+    const auto in = [](double x, double low, double high) { return x >= low && x <= high; };
+    for (std::size_t i = 0; i < from.count(); ++i) {
+        const Vec3<double> x = cast<double>(from.centre[i]);
+        if (!in(x.x, walls.min.x, walls.max.x) || !in(x.y, walls.min.y, walls.max.y) ||
+            !in(x.z, walls.min.z, walls.max.z)) {
+            ++object.beyond;
+            continue;
+        }
+        object.surface += i < filled.surface;
+        to.centre.push_back(from.centre[i]), to.rotation.push_back(from.rotation[i]);
+        to.scale.push_back(from.scale[i]), to.opacity.push_back(from.opacity[i]);
+        const auto sh = from.sh.begin() + std::ptrdiff_t(i * width);
+        to.sh.insert(to.sh.end(), sh, sh + std::ptrdiff_t(width));
+    }
+}
+
+SplatObject loaded(Scene& scene, std::size_t index, std::size_t memory)
+{
+    Object& o = scene.objects[index];
+    const SplatCloud file = read_splats(o.splats.file).cloud;
+    const FillRule by;
+    const Quat<double> turn = about({0, 1, 0}, o.splats.turn) * upright(o.splats.up);
+    const SplatCloud upright_cloud = placed(file, turn, 1, {0, 0, 0});
+    const CleanCloud clean_cloud = clean(upright_cloud, by.clean);
+    const Box box = box_of(upright_cloud, clean_cloud.kept);
+    const Vec3<double> size = box.size();
+    const double longest = max(size.x, max(size.y, size.z));
+    if (!(longest > 0))
+        throw InputError("expected splats that make up an object, found none, or all in one place");
+    const double scale = o.splats.size / longest;
+    FillRule rule;
+    rule.cell = scene.setup.lattice.dx, rule.per_cell = o.per_cell, rule.seed = scene.seed;
+    rule.max_bytes = memory;
+    FilledObject filled =
+        fill(placed(upright_cloud, {1, 0, 0, 0}, scale, o.centre - scale * box.centre()), rule);
+
+    SplatObject object{int(index), {}, 0, filled.report, 0};
+    keep_between(scene.setup.walls, filled, object);
+    Given given;
+    given.particles = std::move(filled.particles), given.volume = filled.particle_volume;
+    Box all;
+    for (const Vec3<double>& x : given.particles) all.add(x);
+    for (const Vec3<float>& x : object.cloud.centre) given.splats.push_back(cast<double>(x));
+    o.centre = all.centre(), o.size = all.size();
+    o.given = std::make_shared<const Given>(std::move(given));
+    return object;
+}
+
+}  // namespace
+
+std::vector<SplatObject> load_splats(Scene& scene, std::size_t memory)
+{
+    std::vector<SplatObject> objects;
+    for (std::size_t i = 0; i < scene.objects.size(); ++i) {
+        if (scene.objects[i].shape != ShapeKind::splats) continue;
+        const auto where = [&] { return fmt::format("{}: /objects/{}: ", scene.path, i); };
+        try {
+            objects.push_back(loaded(scene, i, memory));
+        } catch (const MemoryError& e) {
+            throw MemoryError(where() + e.what());
+        } catch (const InputError& e) {
+            throw InputError(where() + e.what());
+        }
+    }
+    return objects;
+}
+
+SplatCloud joined(const std::vector<SplatObject>& objects)
+{
+    SplatCloud all;
+    for (const SplatObject& o : objects) all.degree = max(all.degree, o.cloud.degree);
+    const auto append = [](auto& to, const auto& from) {
+        to.insert(to.end(), from.begin(), from.end());
+    };
+    for (const SplatObject& o : objects) {
+        const SplatCloud& c = o.cloud;
+        all.antialiased = all.antialiased || c.antialiased;
+        append(all.centre, c.centre), append(all.rotation, c.rotation);
+        append(all.scale, c.scale), append(all.opacity, c.opacity);
+        const int own = harmonics(c.degree), wanted = harmonics(all.degree);
+        for (std::size_t i = 0; i < c.count(); ++i)
+            for (int k = 0; k < wanted; ++k)
+                all.sh.push_back(k < own ? c.sh[i * std::size_t(own) + std::size_t(k)]
+                                         : Vec3<float>{0, 0, 0});
+    }
+    return all;
+}
+
+}  // namespace knead

@@ -1,0 +1,15 @@
+// Pictures of clay into which splats are put, each behind and before what it should be.
+#pragma once
+#include "cuda/splats/deform.h"
+#include "host/files/image.h"
+#include "host/splats/raster.h"
+#include "render/painter.h"
+
+namespace knead {
+
+// `image` is what the camera sees of all else, `depths` how far that lies (Painter::depths()). Of
+// the first splats of the cloud, as many as there are Gaussians are where these are.
+Image with_splats(const Image& image, const std::vector<float>& depths, const Camera& camera,
+                  const SplatCloud& cloud, const std::vector<Gaussian<double>>& gaussians);
+
+}  // namespace knead
