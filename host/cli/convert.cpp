@@ -32,7 +32,7 @@ void check_ending(const std::string& out, const std::vector<std::string>& allowe
 // Says what does not come along.
 void convert_splats(const ConvertOptions& o)
 {
-    check_ending(o.out, {".ply", ".splat", ".spz"}, "splats");
+    check_ending(o.out, {".ply", ".splat", ".spz", ".glb"}, "splats");
     const SplatFile file = read_splats(o.in);
     prepare_file(o.out, o.overwrite);
     write_splats(o.out, file.cloud);

@@ -69,7 +69,8 @@ void add_run(CLI::App& app, Verb& chosen)
         ->check(CLI::Range(0, 10000000));
     run->add_flag("--video", o.video, "video.mp4, by ffmpeg");
     run->add_flag("--particles", o.particles, "particles.ply of the last frame");
-    run->add_option("--splats", o.splats, "ply, splat, spz or none, of a scene that has splats")
+    run->add_option("--splats", o.splats,
+                    "ply, splat, spz, glb or none, of a scene that has splats")
         ->capture_default_str();
     CLI::Option* resume =
         run->add_option("--resume", o.resume, "Go on with the run that was ended in this folder");

@@ -56,8 +56,10 @@ void check_options(const RunOptions& o)
         throw UsageError("knead run needs a SCENE, or --resume with the folder of a run");
     if (o.out.empty() && o.resume.empty() && o.checkpoint.value_or(0) > 0)
         throw UsageError("--checkpoint needs --out DIR");
-    if (o.splats != "ply" && o.splats != "splat" && o.splats != "spz" && o.splats != "none")
-        throw UsageError("--splats: expected ply, splat, spz or none, found \"" + o.splats + "\"");
+    const std::vector<std::string> forms{"ply", "splat", "spz", "glb", "none"};
+    if (std::find(forms.begin(), forms.end(), o.splats) == forms.end())
+        throw UsageError("--splats: expected ply, splat, spz, glb or none, found \"" + o.splats +
+                         "\"");
     if (o.out.empty() && (o.video || o.particles || o.pictures > 0))
         throw UsageError("--video, --particles and --pictures need --out DIR");
     if (o.mesh != "glb" && o.mesh != "ply" && o.mesh != "obj" && o.mesh != "none")
@@ -238,11 +240,12 @@ void Session::attempt(const std::string& name, const std::function<void(const st
     }
 }
 
-// In the frame of the scene's file.
+// In the frame of the scene's file, turned upside down: axes of clouds point right, down, forward.
 void Session::write_cloud(const std::string& to, const Solver& solver) const
 {
+    const Quat<double> turn{0, 1, 0, 0};
     const SplatCloud cloud = deformed(joined(splats), solver.gaussians());
-    write_splats(to, placed(cloud, {1, 0, 0, 0}, 1, scene.origin));
+    write_splats(to, placed(cloud, turn, 1, rotate(turn, scene.origin)));
 }
 
 void Session::write(const RunRecord& record, const Solver& solver)

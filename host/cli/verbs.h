@@ -23,7 +23,7 @@ struct RunOptions {
     std::string mesh = "glb";  // glb, ply, obj, none
     int pictures = -1;         // frames from picture to picture; 0: none; -1: the scene's
     bool video = false, particles = false;
-    std::string splats = "ply";        // ply, splat, spz, none: of a scene that has them
+    std::string splats = "ply";        // ply, splat, spz, glb, none: of a scene that has them
     std::optional<double> checkpoint;  // seconds from one to the next; 0: none
     std::string resume;  // folder of a run that was ended; goes on as it was asked for
 };

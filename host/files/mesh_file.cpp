@@ -13,12 +13,13 @@
 #include "host/base/errors.h"
 #include "host/base/outputs.h"
 #include "host/base/paths.h"
+#include "host/files/glb.h"
 
 namespace knead {
 
 namespace {
 
-static_assert(std::endian::native == std::endian::little, "GLB and this PLY are little-endian");
+static_assert(std::endian::native == std::endian::little, "this PLY is little-endian");
 
 [[noreturn]] void fail(const std::string& path, const std::string& reason)
 {
@@ -78,37 +79,14 @@ void check(const std::string& path, const Mesh& mesh)
             fail(path, which + " has a triangle with a vertex that is not there");
 }
 
-// glTF's numbers for what the buffer holds.
-enum : int {
-    component_float = 5126,
-    component_index = 5125,
-    target_vertex = 34962,
-    target_index = 34963
-};
-constexpr std::uint32_t glb_magic = 0x46546c67, chunk_json = 0x4e4f534a, chunk_binary = 0x004e4942;
-
-// One view and one accessor into the binary chunk; returns the accessor's index.
-template <class T>
-int add_accessor(nlohmann::json& gltf, std::string& binary, const std::vector<T>& values,
-                 int target)
-{
-    const bool index = target == target_index;
-    gltf["bufferViews"].push_back({{"buffer", 0},
-                                   {"byteOffset", binary.size()},
-                                   {"byteLength", values.size() * sizeof(T)},
-                                   {"target", target}});
-    gltf["accessors"].push_back({{"bufferView", gltf["bufferViews"].size() - 1},
-                                 {"componentType", index ? component_index : component_float},
-                                 {"count", index ? 3 * values.size() : values.size()},
-                                 {"type", index ? "SCALAR" : "VEC3"}});
-    append_all(binary, values);
-    return int(gltf["accessors"].size()) - 1;
-}
-
 // A node per category. The colour is the vertices', over a matt white material.
-void add_mesh(nlohmann::json& gltf, std::string& binary, const Mesh& mesh)
+void add_mesh(Glb& glb, const Mesh& mesh)
 {
-    const int position = add_accessor(gltf, binary, mesh.vertices, target_vertex);
+    nlohmann::json& gltf = glb.gltf;
+    const auto vectors = [&](const std::vector<Vec3<float>>& values) {
+        return add_accessor(glb, values, gltf_float, "VEC3", values.size(), gltf_vertices);
+    };
+    const int position = vectors(mesh.vertices);
     Vec3<float> low = mesh.vertices[0], high = low;
     for (const Vec3<float> v : mesh.vertices) {
         low = {min(low.x, v.x), min(low.y, v.y), min(low.z, v.z)};
@@ -116,10 +94,10 @@ void add_mesh(nlohmann::json& gltf, std::string& binary, const Mesh& mesh)
     }
     gltf["accessors"][position]["min"] = {low.x, low.y, low.z};
     gltf["accessors"][position]["max"] = {high.x, high.y, high.z};
-    const int normal = add_accessor(gltf, binary, mesh.normals, target_vertex);
-    const std::vector colours(mesh.vertices.size(), category_colour(mesh.category));
-    const int colour = add_accessor(gltf, binary, colours, target_vertex);
-    const int indices = add_accessor(gltf, binary, mesh.triangles, target_index);
+    const int normal = vectors(mesh.normals);
+    const int colour = vectors(std::vector(mesh.vertices.size(), category_colour(mesh.category)));
+    const int indices = add_accessor(glb, mesh.triangles, gltf_index, "SCALAR",
+                                     3 * mesh.triangles.size(), gltf_indices);
     const std::string name = "category " + std::to_string(mesh.category);
     const nlohmann::json primitive = {
         {"attributes", {{"POSITION", position}, {"NORMAL", normal}, {"COLOR_0", colour}}},
@@ -132,31 +110,16 @@ void add_mesh(nlohmann::json& gltf, std::string& binary, const Mesh& mesh)
 
 std::string glb(const std::string& path, const std::vector<const Mesh*>& meshes)
 {
-    nlohmann::json gltf = {{"asset", {{"version", "2.0"}, {"generator", "knead"}}},
-                           {"scene", 0},
-                           {"scenes", nlohmann::json::array({{{"name", "clay"}}})}};
-    std::string binary;
-    for (const Mesh* const mesh : meshes) add_mesh(gltf, binary, *mesh);
-    if (!meshes.empty()) {
-        gltf["buffers"].push_back({{"byteLength", binary.size()}});
-        gltf["materials"].push_back(
+    Glb glb;
+    glb.gltf = {{"asset", {{"version", "2.0"}, {"generator", "knead"}}},
+                {"scene", 0},
+                {"scenes", nlohmann::json::array({{{"name", "clay"}}})}};
+    for (const Mesh* const mesh : meshes) add_mesh(glb, *mesh);
+    if (!meshes.empty())
+        glb.gltf["materials"].push_back(
             {{"name", "clay"},
              {"pbrMetallicRoughness", {{"metallicFactor", 0}, {"roughnessFactor", 0.8}}}});
-    }
-    std::string text = gltf.dump();
-    text.resize((text.size() + 3) / 4 * 4, ' ');
-    const std::size_t size = 12 + 8 + text.size() + (binary.empty() ? 0 : 8 + binary.size());
-    if (size > UINT32_MAX) fail(path, "a GLB holds at most 4 GiB; try .ply");
-    std::string bytes;
-    bytes.reserve(size);
-    for (const std::uint32_t word :
-         {glb_magic, 2u, std::uint32_t(size), std::uint32_t(text.size()), chunk_json})
-        append(bytes, word);
-    bytes += text;
-    if (binary.empty()) return bytes;
-    append(bytes, std::uint32_t(binary.size()));  // of 4-byte numbers only, hence aligned
-    append(bytes, chunk_binary);
-    return bytes += binary;
+    return glb_bytes(std::move(glb), path, "try .ply");
 }
 
 std::string obj(const std::vector<const Mesh*>& meshes)

@@ -152,8 +152,9 @@ void write_splats(const std::string& path, const SplatCloud& cloud)
     if (ending(path) == ".ply") return write_whole(path, splat_ply_bytes(cloud));
     if (ending(path) == ".splat") return write_whole(path, splat_bytes(cloud));
     if (ending(path) == ".spz") return write_whole(path, spz_bytes(cloud, path));
-    throw InputError(path + ": expected .ply, .splat or .spz for splats, found \"" + ending(path) +
-                     "\"");
+    if (ending(path) == ".glb") return write_whole(path, splat_glb_bytes(cloud, path));
+    throw InputError(path + ": expected .ply, .splat, .spz or .glb for splats, found \"" +
+                     ending(path) + "\"");
 }
 
 }  // namespace knead

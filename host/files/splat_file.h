@@ -1,5 +1,5 @@
 // Splats, photographed objects as 3D Gaussians, to files and back: PLY as [Kerbl 2023] writes it
-// and in the dialects of others, .splat, SPZ. docs/formats.md lays them out.
+// and in the dialects of others, .splat, SPZ, glTF. docs/formats.md lays them out.
 #pragma once
 #include <cstddef>
 #include <string>
@@ -30,8 +30,8 @@ struct SplatFile {
 SplatFile read_splats(const std::string& path);
 SplatFile parse_splats(const std::string& bytes, const std::string& path);
 
-// By the ending of the path: .ply, .splat, .spz. Throws InputError for another one and for what the
-// format cannot hold, OutputError where the file cannot be written.
+// By the ending of the path: .ply, .splat, .spz, .glb, which is only written. Throws InputError for
+// another one and for what the format cannot hold, OutputError where the file cannot be written.
 void write_splats(const std::string& path, const SplatCloud& cloud);
 
 // The formats, each on its own.
@@ -46,5 +46,8 @@ bool begins_spz(const std::string& start);  // of the first bytes of a file
 SplatFile parse_spz(const std::string& bytes, const std::string& path);
 // Version 2 or 3. `path` is for messages.
 std::string spz_bytes(const SplatCloud& cloud, const std::string& path, int version = 3);
+
+// KHR_gaussian_splatting; axes right, up, back. `path` is for messages.
+std::string splat_glb_bytes(const SplatCloud& cloud, const std::string& path);
 
 }  // namespace knead

@@ -43,8 +43,10 @@ answers 0 run $pot --device cpu --frames 2 --pictures 2 --mesh none --splats spz
 holds said 'splats +[0-9]+, [1-9][0-9]* of them put inside'
 [ -s pot/splats.spz ] || wrong "no splats were written"
 answers 0 info pot/splats.spz
-answers 2 run $pot --device cpu --splats glb
-complains '--splats: expected ply, splat, spz or none, found "glb"'
+answers 0 convert pot/splats.spz pot/splats.glb
+grep -aq KHR_gaussian_splatting pot/splats.glb || wrong "no splats in a GLB"
+answers 2 run $pot --device cpu --splats obj
+complains '--splats: expected ply, splat, spz, glb or none, found "obj"'
 
 # Runs to look at: with all that can be written, and one that differs.
 answers 0 run ball.json --device cpu --frames 3 --out one --particles --pictures 1 -v
