@@ -52,19 +52,44 @@ void check_between_walls(const Scene& scene, std::size_t index)
     check("z", centre.z, o.size.z, min.z, max.z);
 }
 
+// What takes memory [bytes]. Per particle the list handed over and one copy of it by an audit, and
+// the solver's own twice over with its sorting keys; a Gaussian likewise; per node the grid, the
+// tiles' sums and the masks; the density lattice.
+struct Memory {
+    double clay, nodes, surface;
+    double all() const { return clay + nodes + surface; }
+};
+Memory memory_of(const Scene& scene)
+{
+    const auto nodes = [](Int3 n) { return double(n.x) * n.y * n.z; };
+    constexpr double particle = 2 * sizeof(Particle<double>) + 2 * sizeof(Particle<float>) + 32;
+    constexpr double splat = 2 * sizeof(Gaussian<double>) + 2 * sizeof(Gaussian<float>) + 8;
+    constexpr double node = 5 * sizeof(Node<float>) + double(sizeof(Mask)) / block_nodes;
+    double splats = 0;
+    for (const Object& o : scene.objects)
+        if (o.given) splats += double(o.given->splats.size());
+    return {expected_particles(scene) * particle + splats * splat,
+            nodes(scene.setup.lattice.size) * node,
+            nodes(scene.surface.lattice.size) * sizeof(float)};
+}
+
 void check_memory(const Scene& scene, std::size_t memory)
 {
-    const double particles = expected_particles(scene), bytes = expected_bytes(scene);
+    const Memory needs = memory_of(scene);
+    const double particles = expected_particles(scene), bytes = needs.all();
+    const bool surface = needs.surface > max(needs.clay, needs.nodes);
     if (particles > max_particles)
         throw MemoryError(
             fmt::format("{}: /objects: expected at most {:.3g} particles, found {:.4g}", scene.path,
                         max_particles, particles));
     if (bytes > double(memory))
         throw MemoryError(fmt::format(
-            "{}: {:.4g} particles on {} x {} x {} nodes need about {:.1f} MiB, and {:.1f} MiB are "
-            "free: fewer cells (/domain/cells) or particles per cell (/objects/*/per_cell)",
+            "{}: {:.4g} particles on {} x {} x {} nodes and their surface need about {:.1f} MiB, "
+            "and {:.1f} MiB are free: {}",
             scene.path, particles, scene.setup.lattice.size.x, scene.setup.lattice.size.y,
-            scene.setup.lattice.size.z, bytes / 0x1p20, double(memory) / 0x1p20));
+            scene.setup.lattice.size.z, bytes / 0x1p20, double(memory) / 0x1p20,
+            surface ? "fewer nodes of the surface (/surface/nodes)"
+                    : "fewer cells (/domain/cells) or particles per cell (/objects/*/per_cell)"));
 }
 
 // Whether an earlier object is there.
@@ -193,16 +218,7 @@ double expected_particles(const Scene& scene)
     return count;
 }
 
-// Per particle the list handed over and one copy of it by an audit, and the solver's own twice over
-// with its sorting keys; per node the grid, the tiles' sums and the masks; the density lattice.
-double expected_bytes(const Scene& scene)
-{
-    const auto nodes = [](Int3 n) { return double(n.x) * n.y * n.z; };
-    const double particle = 2 * sizeof(Particle<double>) + 2 * sizeof(Particle<float>) + 32;
-    const double node = 5 * sizeof(Node<float>) + double(sizeof(Mask)) / block_nodes;
-    return expected_particles(scene) * particle + nodes(scene.setup.lattice.size) * node +
-           nodes(scene.surface.lattice.size) * sizeof(float);
-}
+double expected_bytes(const Scene& scene) { return memory_of(scene).all(); }
 
 std::vector<Side> tool_sides(const HandsRule& hands)
 {

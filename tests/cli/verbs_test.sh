@@ -142,7 +142,7 @@ cmp -s converted.splat back.splat || wrong "a splat is another after being conve
 answers 0 convert one.ply one.splat
 complains 'harmonics above degree 0'
 answers 2 convert one.ply one.csv
-answers 2 convert two.splat two.glb
+answers 2 convert two.splat two.obj
 answers 3 info /dev/null
 head -c 33 two.splat >half.splat
 answers 3 info half.splat

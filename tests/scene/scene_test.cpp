@@ -11,6 +11,7 @@
 #include "host/scene/presets.h"
 #include "host/scene/seed.h"
 #include "tests/folder.h"
+#include "tests/reason.h"
 
 namespace knead {
 namespace {
@@ -309,6 +310,11 @@ TEST_F(SceneFile, TooManyParticlesAreRefusedBeforeAnythingIsAllocated)
     EXPECT_TRUE(small.setup.particles.capacity() == 0);
     EXPECT_NO_THROW(build(small, std::size_t(expected_bytes(small)) + 1));
     // The estimate covers what is really held.
+    const std::string said = reason<MemoryError>([&] {
+        Scene fine = scene(ball, {"surface.nodes=1024"});
+        build(fine, std::size_t(1) << 25);
+    });
+    EXPECT_NE(said.find("/surface/nodes"), std::string::npos) << said;
     EXPECT_GT(expected_bytes(small),
               double(small.setup.particles.size() * sizeof(Particle<double>)));
 }
