@@ -203,10 +203,7 @@ void Store::clear_grids() const
     gpu::check(cudaDeviceSynchronize(), "clear");
 }
 
-void Store::set_clock(const Clock& clock) const
-{
-    gpu::upload(clocks.data(), &clock, 1);
-}
+void Store::set_clock(const Clock& clock) const { gpu::upload(clocks.data(), &clock, 1); }
 
 Clock Store::clock(cudaStream_t stream) const
 {
