@@ -181,23 +181,6 @@ std::size_t fill_thin(const SplatCloud& cloud, const Indices& kept, const Solid&
     return added.size();
 }
 
-SplatCloud subset(const SplatCloud& cloud, const Indices& kept)
-{
-    SplatCloud out;
-    out.degree = cloud.degree;
-    out.antialiased = cloud.antialiased;
-    const std::size_t stride = std::size_t(harmonics(cloud.degree));
-    for (std::uint32_t i : kept) {
-        out.centre.push_back(cloud.centre[i]);
-        out.rotation.push_back(cloud.rotation[i]);
-        out.scale.push_back(cloud.scale[i]);
-        out.opacity.push_back(cloud.opacity[i]);
-        const auto first = cloud.sh.begin() + std::ptrdiff_t(i * stride);
-        out.sh.insert(out.sh.end(), first, first + std::ptrdiff_t(stride));
-    }
-    return out;
-}
-
 void add_interior(const Interior& interior, const Solid& solid,
                   const std::vector<Vec3<float>>& colours, SplatCloud& splats)
 {
@@ -219,12 +202,17 @@ void add_interior(const Interior& interior, const Solid& solid,
 FilledObject fill(const SplatCloud& cloud, const FillRule& rule)
 {
     check(rule);
+    return fill(cloud, clean(cloud, rule.clean), rule);
+}
+
+FilledObject fill(const SplatCloud& cloud, const CleanCloud& clean_cloud, const FillRule& rule)
+{
+    check(rule);
     const double nodes = std::pow(4.0 / 3 * rule.solid.max_cells + 2 * 6 + 17, 3);
     check_bytes(rule, nodes * bytes_per_node + double(cloud.count()) * bytes_per_splat,
                 "The object's solid and splats");
     FilledObject out;
     FillReport& report = out.report;
-    const CleanCloud clean_cloud = clean(cloud, rule.clean);
     const Indices& kept = clean_cloud.kept;
     const Solid solid = find_solid(cloud, kept, rule.solid);
     report = {clean_cloud.report, solid.volume, solid.unlit, solid.found, solid.grid.h, 0, 0};
@@ -240,7 +228,7 @@ FilledObject fill(const SplatCloud& cloud, const FillRule& rule)
     report.thin = fill_thin(cloud, kept, solid, strata);
     out.particles = std::move(strata.particles);
 
-    out.splats = subset(cloud, kept);
+    out.splats = picked(cloud, kept);
     out.surface = kept.size();
     const std::vector<float> depth = depths(solid);
     const Interior interior =

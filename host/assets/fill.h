@@ -40,5 +40,7 @@ struct FilledObject {
 // find, MemoryError, before taking it, for more memory than the rule's. The same bits for any
 // number of threads.
 FilledObject fill(const SplatCloud& cloud, const FillRule& rule);
+// The same of a cloud that was cleaned before; moved, turned and scaled since it may have been.
+FilledObject fill(const SplatCloud& cloud, const CleanCloud& cleaned, const FillRule& rule);
 
 }  // namespace knead

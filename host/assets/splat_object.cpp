@@ -23,13 +23,6 @@ struct Box {
     Vec3<double> centre() const { return 0.5 * (low + high); }
 };
 
-Box box_of(const SplatCloud& cloud, const std::vector<std::uint32_t>& kept)
-{
-    Box box;
-    for (const std::uint32_t i : kept) box.add(cast<double>(cloud.centre[i]));
-    return box;
-}
-
 Quat<double> about(Vec3<double> axis, double degrees)
 {
     return turn_about(axis, degrees * std::numbers::pi / 180);
@@ -58,45 +51,38 @@ Quat<double> upright(UpAxis up)
 // The splats between the walls: others, floaters that the cleaning took for parts, have no place.
 void keep_between(const WallRule& walls, const FilledObject& filled, SplatObject& object)
 {
-    const SplatCloud& from = filled.splats;
-    SplatCloud& to = object.cloud;
-    to.degree = from.degree, to.antialiased = from.antialiased;
-    const auto width = std::size_t(harmonics(from.degree));
     const auto in = [](double x, double low, double high) { return x >= low && x <= high; };
-    for (std::size_t i = 0; i < from.count(); ++i) {
-        const Vec3<double> x = cast<double>(from.centre[i]);
+    std::vector<std::uint32_t> between;
+    for (std::uint32_t i = 0; i < filled.splats.count(); ++i) {
+        const Vec3<double> x = cast<double>(filled.splats.centre[i]);
         if (!in(x.x, walls.min.x, walls.max.x) || !in(x.y, walls.min.y, walls.max.y) ||
-            !in(x.z, walls.min.z, walls.max.z)) {
-            ++object.beyond;
+            !in(x.z, walls.min.z, walls.max.z))
             continue;
-        }
         object.surface += i < filled.surface;
-        to.centre.push_back(from.centre[i]), to.rotation.push_back(from.rotation[i]);
-        to.scale.push_back(from.scale[i]), to.opacity.push_back(from.opacity[i]);
-        const auto sh = from.sh.begin() + std::ptrdiff_t(i * width);
-        to.sh.insert(to.sh.end(), sh, sh + std::ptrdiff_t(width));
+        between.push_back(i);
     }
+    object.beyond = filled.splats.count() - between.size();
+    object.cloud = picked(filled.splats, between);
 }
 
 SplatObject loaded(Scene& scene, std::size_t index, std::size_t memory)
 {
     Object& o = scene.objects[index];
     const SplatCloud file = read_splats(o.splats.file).cloud;
-    const FillRule by;
+    FillRule rule;
+    rule.cell = scene.setup.lattice.dx, rule.per_cell = o.per_cell, rule.seed = scene.seed;
+    rule.max_bytes = memory;
+    const CleanCloud cleaned = clean(file, rule.clean);
     const Quat<double> turn = about({0, 1, 0}, o.splats.turn) * upright(o.splats.up);
-    const SplatCloud upright_cloud = placed(file, turn, 1, {0, 0, 0});
-    const CleanCloud clean_cloud = clean(upright_cloud, by.clean);
-    const Box box = box_of(upright_cloud, clean_cloud.kept);
+    Box box;
+    for (const std::uint32_t i : cleaned.kept) box.add(rotate(turn, cast<double>(file.centre[i])));
     const Vec3<double> size = box.size();
     const double longest = max(size.x, max(size.y, size.z));
     if (!(longest > 0))
         throw InputError("expected splats that make up an object, found none, or all in one place");
     const double scale = o.splats.size / longest;
-    FillRule rule;
-    rule.cell = scene.setup.lattice.dx, rule.per_cell = o.per_cell, rule.seed = scene.seed;
-    rule.max_bytes = memory;
     FilledObject filled =
-        fill(placed(upright_cloud, {1, 0, 0, 0}, scale, o.centre - scale * box.centre()), rule);
+        fill(placed(file, turn, scale, o.centre - scale * box.centre()), cleaned, rule);
 
     SplatObject object{int(index), {}, 0, filled.report, 0};
     keep_between(scene.setup.walls, filled, object);

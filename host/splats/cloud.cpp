@@ -26,17 +26,25 @@ std::uint64_t cell(float x)
     return std::uint64_t((metres + 2048) * 512);
 }
 
-template <class T>
-void reorder(std::vector<T>& values, const std::vector<std::size_t>& order, std::size_t row)
-{
-    std::vector<T> sorted;
-    sorted.reserve(values.size());
-    for (const std::size_t i : order)
-        for (std::size_t k = 0; k < row; ++k) sorted.push_back(values[i * row + k]);
-    values = std::move(sorted);
-}
-
 }  // namespace
+
+SplatCloud picked(const SplatCloud& cloud, const std::vector<std::uint32_t>& indices)
+{
+    SplatCloud out;
+    out.degree = cloud.degree, out.antialiased = cloud.antialiased;
+    const auto stride = std::size_t(harmonics(cloud.degree));
+    const auto pick = [&](auto& to, const auto& from, std::size_t each) {
+        to.reserve(indices.size() * each);
+        for (const std::uint32_t i : indices) {
+            const auto first = from.begin() + std::ptrdiff_t(i * each);
+            to.insert(to.end(), first, first + std::ptrdiff_t(each));
+        }
+    };
+    pick(out.centre, cloud.centre, 1), pick(out.rotation, cloud.rotation, 1);
+    pick(out.scale, cloud.scale, 1), pick(out.opacity, cloud.opacity, 1);
+    pick(out.sh, cloud.sh, stride);
+    return out;
+}
 
 void sort_by_place(SplatCloud& cloud, std::size_t kept)
 {
@@ -46,13 +54,11 @@ void sort_by_place(SplatCloud& cloud, std::size_t kept)
         const Vec3<float> x = cloud.centre[i];
         keys[i] = spread(cell(x.x)) | spread(cell(x.y)) << 1 | spread(cell(x.z)) << 2;
     }
-    std::vector<std::size_t> order(n);
-    std::iota(order.begin(), order.end(), std::size_t(0));
+    std::vector<std::uint32_t> order(n);
+    std::iota(order.begin(), order.end(), std::uint32_t(0));
     std::stable_sort(order.begin() + long(std::min(kept, n)), order.end(),
-                     [&](std::size_t a, std::size_t b) { return keys[a] < keys[b]; });
-    reorder(cloud.centre, order, 1), reorder(cloud.rotation, order, 1);
-    reorder(cloud.scale, order, 1), reorder(cloud.opacity, order, 1);
-    reorder(cloud.sh, order, std::size_t(harmonics(cloud.degree)));
+                     [&](std::uint32_t a, std::uint32_t b) { return keys[a] < keys[b]; });
+    cloud = picked(cloud, order);
 }
 
 }  // namespace knead

@@ -1,6 +1,7 @@
 // A cloud of splats.
 #pragma once
 #include <cstddef>
+#include <cstdint>
 #include <vector>
 
 #include "cuda/splats/gaussian.h"
@@ -23,5 +24,8 @@ struct SplatCloud {
 // Puts the splats behind the first `kept` into an order in which neighbours in memory mostly are
 // neighbours in space.  [Morton 1966]
 void sort_by_place(SplatCloud& cloud, std::size_t kept = 0);
+
+// The splats of these indices, in their order.
+SplatCloud picked(const SplatCloud& cloud, const std::vector<std::uint32_t>& indices);
 
 }  // namespace knead
