@@ -1,7 +1,11 @@
-// From splats to lists of splats per tile: a sort by depth, instances in that order, and, after a
-// stable sort by tile, where each tile's begin.
+// From splats to lists of splats per tile: a sort by depth, then the tiles that each splat of that
+// order reaches.
+#include <thrust/iterator/counting_iterator.h>
+#include <thrust/iterator/transform_iterator.h>
+
 #include <cub/device/device_radix_sort.cuh>
 #include <cub/device/device_scan.cuh>
+#include <cuda/atomic>
 
 #include "cuda/device/launch.cuh"
 #include "cuda/splats/raster.cuh"
@@ -9,18 +13,45 @@
 namespace knead::gpu {
 namespace {
 
-constexpr int threads = 256;
+using Wide = unsigned long long;
+
+constexpr int threads = 256, warps = threads / 32;
+constexpr int stretch = chunk_size / warps;  // candidates of a warp
+constexpr int blocks_each = 5;               // of a multiprocessor
+constexpr int blocks = 132 * blocks_each;    // of an H200's
 constexpr int depth_bits = 24;
+
 cudaError_t depth_sort(const RasterView& d, void* scratch, std::size_t& bytes, cudaStream_t stream)
 {
     return cub::DeviceRadixSort::SortPairs(scratch, bytes, d.depth_keys, d.sorted_keys, d.numbers,
                                            d.order, d.splats.count, 0, depth_bits, stream);
 }
 
-cudaError_t group_scan(const RasterView& d, void* scratch, std::size_t& bytes, cudaStream_t stream)
+__device__ int tiles_in(const TileBox& b) { return int(b.columns) * int(b.rows); }
+
+// How many tiles of both eyes the splat of a rank in the order of depth may touch.
+struct CandidatesOf {
+    const std::uint32_t* keys;
+    const int* order;
+    const TileBoxes* boxes;
+    int count;
+
+    __device__ Wide operator()(int rank) const
+    {
+        if (rank >= count || keys[rank] == no_depth_key) return 0;
+        const TileBoxes b = boxes[order[rank]];
+        return Wide(tiles_in(b.eye[0]) + tiles_in(b.eye[1]));
+    }
+};
+
+cudaError_t candidate_scan(const RasterView& d, void* scratch, std::size_t& bytes,
+                           cudaStream_t stream)
 {
-    return cub::DeviceScan::ExclusiveSum(scratch, bytes, d.group_counts, d.group_starts,
-                                         d.groups + 1, stream);
+    const auto counts = thrust::make_transform_iterator(
+        thrust::make_counting_iterator(0),
+        CandidatesOf{d.sorted_keys, d.order, d.boxes, d.splats.count});
+    return cub::DeviceScan::ExclusiveSum(scratch, bytes, counts, d.candidate_starts,
+                                         d.splats.count + 1, stream);
 }
 
 __device__ Footprint<float> shape_of(const RasterView& d, int record)
@@ -32,22 +63,41 @@ __device__ Footprint<float> shape_of(const RasterView& d, int record)
     return f;
 }
 
-// A lane's splat: how many tiles of either eye it may touch.
-struct Candidates {
-    int splat;
+// The rank of the splat whose candidate that is, of those that there are. A warp looks at 32 places
+// at a time.
+__device__ int rank_of(const RasterView& d, Wide candidate)
+{
+    const int lane = int(threadIdx.x) % 32;
+    int from = 0, to = d.splats.count;  // starts[from] <= candidate < starts[to]
+    while (to - from > 1) {
+        const int probe = from + int((long long)(to - from) * (lane + 1) / 33);
+        const int below = __popc(__ballot_sync(~0u, d.candidate_starts[probe] <= candidate));
+        const int next = __shfl_sync(~0u, probe, min(below, 31));
+        const int last = __shfl_sync(~0u, probe, max(below - 1, 0));
+        if (below < 32) to = next;
+        if (below > 0) from = last;
+    }
+    return from;
+}
+
+// 32 splats that follow each other in the order of depth, one a lane.
+struct Window {
+    int start;        // of its candidates, counted from the first of the warp's stretch
+    int splat, left;  // its tiles of the first eye
     TileBoxes boxes;
-    int left, all;  // of the first eye, of both
 };
 
-__device__ Candidates candidates_of(const RasterView& d, int rank)
+__device__ Window window_at(const RasterView& d, int rank, Wide from, int count)
 {
-    Candidates c{};
-    if (rank >= d.splats.count || d.sorted_keys[rank] == no_depth_key) return c;
-    c.splat = d.order[rank];
-    c.boxes = d.boxes[c.splat];
-    const auto tiles = [](const TileBox& b) { return int(b.columns) * int(b.rows); };
-    c.left = tiles(c.boxes.eye[0]), c.all = c.left + tiles(c.boxes.eye[1]);
-    return c;
+    Window w{count, 0, 0, {}};
+    if (rank >= d.splats.count) return w;
+    const Wide start = d.candidate_starts[rank];
+    if (start >= from + unsigned(count)) return w;
+    w.start = int((long long)(start - from));
+    w.splat = d.order[rank];
+    w.boxes = d.boxes[w.splat];
+    w.left = tiles_in(w.boxes.eye[0]);
+    return w;
 }
 
 // The value of the lane `from`, of a thing of whole words.
@@ -64,95 +114,153 @@ __device__ T from_lane(const T& mine, int from)
     return theirs;
 }
 
-// Calls use(reached, tile, record) for all candidates of a warp's splats, 32 at a time, in the
-// order of the splats; the whole warp calls it, and calls `use` together. A splat of many tiles is
-// shared by all lanes.
+// Calls use(reached, tile, record) for `count` candidates from `from` on, 32 at a time, in the
+// order of the splats; the whole warp calls it, and calls `use` together.
 template <class Use>
-__device__ void each_candidate(const RasterView& d, const Candidates& mine, Use&& use)
+__device__ void each_candidate(const RasterView& d, Wide from, int count, Use&& use)
 {
     const int lane = int(threadIdx.x) % 32;
-    int up_to = mine.all;  // of the lanes up to this one
-    UNROLL
-    for (int step = 1; step < 32; step *= 2) {
-        const int before = __shfl_up_sync(~0u, up_to, step);
-        if (lane >= step) up_to += before;
+    int at = 0;
+    for (int rank = count > 0 ? rank_of(d, from) : 0; at < count; rank += 32) {
+        const Window mine = window_at(d, rank + lane, from, count);
+        const Wide behind = d.candidate_starts[min(rank + 32, d.splats.count)] - from;
+        const int end = behind < unsigned(count) ? int(behind) : count;
+        for (; at < end; at = min(at + 32, end)) {
+            const int candidate = at + lane;
+            int owner = 0;  // the last lane with start <= candidate
+            UNROLL
+            for (int step = 16; step > 0; step /= 2)
+                if (__shfl_sync(~0u, mine.start, owner + step) <= candidate) owner += step;
+            const bool in = candidate < end;
+            const Window w = from_lane(mine, owner);
+            const int local = candidate - w.start;
+            const int e = local >= w.left ? 1 : 0, n = local - e * w.left;
+            const TileBox box = e == 0 ? w.boxes.eye[0] : w.boxes.eye[1];
+            const int columns = max(int(box.columns), 1), row = n / columns;
+            const int x = int(box.x) + n - row * columns, y = int(box.y) + row;
+            const int record = e * d.splats.count + w.splat;
+            const float x0 = float(x * tile_size), y0 = float(y * tile_size);
+            const bool reached = in && reaches(shape_of(d, in ? record : 0), x0, y0,
+                                               x0 + (tile_size - 1), y0 + (tile_size - 1));
+            use(reached, (e * d.rows + y) * d.columns + x, record);
+        }
     }
-    const int all = __shfl_sync(~0u, up_to, 31);
-    for (int base = 0; base < all; base += 32) {
-        const int at = base + lane;
-        int owner = 0;  // the first lane with up_to > at
+}
+
+// What is known of a chunk, in one word: nothing yet, the sum of its instances, or of those of all
+// chunks up to it as well. [Merrill 2016]
+constexpr int state_bit = 62;
+constexpr Wide own = Wide(1) << state_bit, total = Wide(2) << state_bit, value_bits = own - 1;
+
+// The sum of all chunks before; `sum` is this one's. One warp calls it.
+__device__ Wide sum_before(const RasterView& d, int chunk, Wide sum)
+{
+    const int lane = int(threadIdx.x) % 32;
+    const auto state = [&](int k) {
+        return cuda::atomic_ref<Wide, cuda::thread_scope_device>(d.chunk_states[k]);
+    };
+    if (lane == 0 && chunk > 0) state(chunk).store(own | sum, cuda::memory_order_relaxed);
+    Wide before = 0;
+    for (int last = chunk - 1; last >= 0; last -= 32) {
+        const int k = last - lane;
+        Wide word = total;  // of none, before the first
+        if (k >= 0) do
+                word = state(k).load(cuda::memory_order_relaxed);
+            while (word >> state_bit == 0);
+        const unsigned totals = __ballot_sync(~0u, word >> state_bit == 2);
+        const int until = totals ? lowest_bit(totals) : 31;
+        Wide part = lane <= until ? word & value_bits : 0;
         UNROLL
-        for (int step = 16; step > 0; step /= 2)
-            if (__shfl_sync(~0u, up_to, owner + step - 1) <= at) owner += step;
-        const bool in = at < all;
-        const Candidates c = from_lane(mine, owner);
-        const int local = at - (__shfl_sync(~0u, up_to, owner) - c.all);
-        const int e = local >= c.left ? 1 : 0, n = local - e * c.left;
-        const TileBox box = c.boxes.eye[e];
-        const int columns = max(int(box.columns), 1), row = n / columns;
-        const int x = int(box.x) + n - row * columns, y = int(box.y) + row;
-        const int record = e * d.splats.count + c.splat;
-        const float x0 = float(x * tile_size), y0 = float(y * tile_size);
-        const bool reached = in && reaches(shape_of(d, in ? record : 0), x0, y0,
-                                           x0 + (tile_size - 1), y0 + (tile_size - 1));
-        use(reached, (e * d.rows + y) * d.columns + x, record);
+        for (int step = 16; step > 0; step /= 2) part += __shfl_xor_sync(~0u, part, step);
+        before += part;
+        if (totals) break;
     }
+    if (lane == 0) state(chunk).store(total | (before + sum), cuda::memory_order_relaxed);
+    return before;
 }
 
-__global__ void __launch_bounds__(threads) count_kernel(const __grid_constant__ RasterView d)
+// The instances that a warp found.
+struct Found {
+    int records[stretch];
+    std::uint16_t tiles[stretch];
+};
+
+// Of a warp's stretch; how many.
+__device__ int find(const RasterView& d, Wide from, Wide all, Found& found)
 {
-    const int rank = int(blockIdx.x) * threads + int(threadIdx.x), group = rank / 32;
-    if (group > d.groups) return;
-    const Candidates mine = candidates_of(d, rank);
-    unsigned count = 0;
-    each_candidate(d, mine, [&](bool reached, int, int) {
-        count += unsigned(__popc(__ballot_sync(~0u, reached)));
+    const unsigned before = (1u << (threadIdx.x % 32)) - 1;
+    const int count = from < all ? int(min(all - from, Wide(stretch))) : 0;
+    int sum = 0;
+    each_candidate(d, from, count, [&](bool reached, int tile, int record) {
+        const unsigned lanes = __ballot_sync(~0u, reached);
+        const int at = sum + __popc(lanes & before);
+        if (reached) found.tiles[at] = std::uint16_t(tile), found.records[at] = record;
+        sum += __popc(lanes);
     });
-    if (rank % 32 == 0) d.group_counts[group] = count;
-    const auto seen = [&](int k) { return k < d.splats.count && d.sorted_keys[k] != no_depth_key; };
-    if (mine.all > 0 && !seen(rank + 1)) d.counts->visible = unsigned(rank) + 1;
+    return sum;
 }
 
-__global__ void __launch_bounds__(threads) emit_kernel(const __grid_constant__ RasterView d)
+// The frame's counts, by the last chunk, up to whose end `listed` instances were found.
+__device__ void count_all(const RasterView& d, Wide listed, Wide not_looked_at)
 {
-    const int rank = int(blockIdx.x) * threads + int(threadIdx.x), group = rank / 32;
-    const unsigned long long total = d.group_starts[d.groups], room = unsigned(d.room);
-    if (rank == 0) {
-        d.counts->instances = total;
-        d.counts->dropped = total > room ? total - room : 0;
+    const Wide room = unsigned(d.room), kept = listed < room ? listed : room;
+    d.counts->listed = kept;
+    d.counts->instances = listed + not_looked_at;
+    d.counts->dropped = listed + not_looked_at - kept;
+}
+
+// Chunks are taken in their order: a block waits only for such as were taken before.
+__global__ void __launch_bounds__(threads, blocks_each)
+    emit_kernel(const __grid_constant__ RasterView d)
+{
+    __shared__ Found found[warps];
+    __shared__ int sums[warps], taken;
+    __shared__ Wide before;
+    const int t = int(threadIdx.x), warp = t / 32, lane = t % 32;
+    const Wide all = d.candidate_starts[d.splats.count], room = unsigned(d.room);
+    const int chunks = int(min((all + chunk_size - 1) / chunk_size, Wide(d.chunks)));
+    if (blockIdx.x == 0 && warp == 0 && all > 0) {
+        const int last = rank_of(d, all - 1);
+        if (lane == 0) d.counts->visible = unsigned(last) + 1;
     }
-    if (group >= d.groups) return;
-    unsigned long long at = d.group_starts[group];
-    if (at >= room || at == d.group_starts[group + 1]) return;
-    const unsigned before = (1u << (rank % 32)) - 1;
-    each_candidate(d, candidates_of(d, rank), [&](bool reached, int tile, int record) {
-        const unsigned all = __ballot_sync(~0u, reached);
-        const unsigned long long mine = at + unsigned(__popc(all & before));
-        if (reached && mine < room)
-            d.tiles[0][mine] = std::uint16_t(tile), d.records[0][mine] = record;
-        at += unsigned(__popc(all));
-    });
-}
-
-__global__ void __launch_bounds__(threads) range_kernel(const __grid_constant__ RasterView d)
-{
-    const int count = int(min(d.group_starts[d.groups], (unsigned long long)d.room));
-    const int i = int(blockIdx.x) * threads + int(threadIdx.x);
-    if (i >= count) return;
-    const int tile = d.tiles[0][i];
-    if (i == 0 || d.tiles[0][i - 1] != tile) d.ranges[tile].x = unsigned(i);
-    if (i == count - 1 || d.tiles[0][i + 1] != tile) d.ranges[tile].y = unsigned(i) + 1;
+    for (;;) {
+        if (t == 0) taken = atomicAdd(&d.counts->next_chunk, 1);
+        __syncthreads();
+        const int chunk = taken;
+        if (chunk >= chunks) return;
+        const int sum =
+            find(d, Wide(chunk) * chunk_size + unsigned(warp * stretch), all, found[warp]);
+        if (lane == 0) sums[warp] = sum;
+        __syncthreads();
+        if (warp == 0) {
+            int of_all = 0;
+            for (const int s : sums) of_all += s;
+            const Wide b = sum_before(d, chunk, Wide(of_all));
+            if (lane == 0) {
+                before = b;
+                const Wide looked_at = Wide(chunks) * chunk_size;
+                if (chunk == chunks - 1)
+                    count_all(d, b + unsigned(of_all), all > looked_at ? all - looked_at : 0);
+            }
+        }
+        __syncthreads();
+        Wide at = before + unsigned(lane);
+        for (int w = 0; w < warp; ++w) at += unsigned(sums[w]);
+        for (int i = lane; i < sum && at < room; i += 32, at += 32)
+            d.tiles[0][at] = found[warp].tiles[i], d.records[0][at] = found[warp].records[i];
+        __syncthreads();
+    }
 }
 
 }  // namespace
 
-std::size_t raster_scratch_bytes(int splats, int groups)
+std::size_t raster_scratch_bytes(int splats)
 {
     RasterView d{};
-    d.splats.count = splats, d.groups = groups;
+    d.splats.count = splats;
     std::size_t depth = 0, scan = 0;
     check(depth_sort(d, nullptr, depth, nullptr), "sort");
-    check(group_scan(d, nullptr, scan, nullptr), "scan");
+    check(candidate_scan(d, nullptr, scan, nullptr), "scan");
     return max(tile_sort_scratch_bytes(), max(depth, scan));
 }
 
@@ -163,31 +271,19 @@ void sort_by_depth(const RasterView& view, const RasterScratch& s, cudaStream_t 
     check(depth_sort(view, s.memory, bytes, stream), "sort");
 }
 
-void count_tiles(const RasterView& view, cudaStream_t stream)
-{
-    check(cudaMemsetAsync(view.counts, 0, sizeof *view.counts, stream), "count");
-    launch("count", count_kernel, blocks_for(32 * (view.groups + 1), threads), threads, stream,
-           view);
-}
-
-void scan_counts(const RasterView& view, const RasterScratch& s, cudaStream_t stream)
+void scan_candidates(const RasterView& view, const RasterScratch& s, cudaStream_t stream)
 {
     const ProfilerRange range{"scan"};
     std::size_t bytes = s.bytes;
-    check(group_scan(view, s.memory, bytes, stream), "scan");
+    check(candidate_scan(view, s.memory, bytes, stream), "scan");
 }
 
 void emit(const RasterView& view, cudaStream_t stream)
 {
-    launch("emit", emit_kernel, blocks_for(32 * view.groups, threads), threads, stream, view);
-}
-
-void find_ranges(const RasterView& view, cudaStream_t stream)
-{
-    check(cudaMemsetAsync(view.ranges, 0, std::size_t(view.all_tiles()) * sizeof *view.ranges,
-                          stream),
-          "ranges");
-    launch("ranges", range_kernel, blocks_for(view.room, threads), threads, stream, view);
+    check(cudaMemsetAsync(view.counts, 0, sizeof *view.counts, stream), "emit");
+    check(cudaMemsetAsync(view.chunk_states, 0, std::size_t(view.chunks) * sizeof(Wide), stream),
+          "emit");
+    launch("emit", emit_kernel, blocks, threads, stream, view);
 }
 
 }  // namespace knead::gpu

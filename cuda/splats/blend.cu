@@ -36,6 +36,10 @@ struct Two {
     float x, y[2], mesh[2];
 
     __device__ bool done() const { return knead::done(pixel[0]) && knead::done(pixel[1]); }
+    __device__ bool takes_depth() const
+    {
+        return knead::takes_depth(pixel[0]) || knead::takes_depth(pixel[1]);
+    }
 };
 
 // The place of a pixel in the pictures; -1 outside.
@@ -62,18 +66,30 @@ __device__ Two begun(const RasterView& d, int e, int x0, int y0, int lane)
     return t;
 }
 
-template <bool mesh>
+// How a warp blends: pixels whose depth no longer changes are spared it.
+enum class Blending { plain, deep, mesh };
+
+template <Blending how>
 __device__ void blend_both(Two& t, const Batch& b, int j)
 {
     Vec3<float> colour;
     const Footprint<float> f = footprint(b, j, colour);
     UNROLL
     for (int k = 0; k < 2; ++k) {
-        if constexpr (mesh)
+        if constexpr (how == Blending::mesh)
             blend(t.pixel[k], f, colour, t.x, t.y[k], t.mesh[k]);
+        else if constexpr (how == Blending::deep)
+            blend_deep(t.pixel[k], f, colour, t.x, t.y[k]);
         else
             blend(t.pixel[k], f, colour, t.x, t.y[k]);
     }
+}
+
+// Those of 32 splats, from `first` on, that `in` names.
+template <Blending how>
+__device__ void blend_named(Two& t, const Batch& b, int first, unsigned in)
+{
+    for (; in; in &= in - 1) blend_both<how>(t, b, first + lowest_bit(in));
 }
 
 // The first n splats of a batch into a warp's square, whose first pixel is (x0, y0).
@@ -87,8 +103,13 @@ __device__ void blend_batch(Two& t, const Batch& b, int n, float x0, float y0, i
             in = reaches(footprint(b, first + lane, colour), x0, y0, x0 + (square - 1),
                          y0 + (square - 1));
         }
-        for (unsigned left = __ballot_sync(~0u, in); left; left &= left - 1)
-            blend_both<mesh>(t, b, first + lowest_bit(left));
+        const unsigned reached = __ballot_sync(~0u, in);
+        if constexpr (mesh)
+            blend_named<Blending::mesh>(t, b, first, reached);
+        else if (__any_sync(~0u, t.takes_depth()))
+            blend_named<Blending::plain>(t, b, first, reached);
+        else
+            blend_named<Blending::deep>(t, b, first, reached);
         if (__all_sync(~0u, t.done())) return;
     }
 }
@@ -136,7 +157,7 @@ __global__ void __launch_bounds__(threads) blend_kernel(const __grid_constant__ 
     const int y0 = (row - e * d.rows) * tile_size + warp / 2 * square;
     Two two = begun<mesh>(d, e, x0, y0, lane);
     const uint2 range = d.ranges[tile];
-    const int from = int(range.x), to = int(range.y);
+    const int from = d.room - int(range.x), to = int(range.y);
     int next = from + t < to ? d.records[0][from + t] : -1;
     for (int first = from; first < to; first += batch) {
         const bool done = __all_sync(~0u, two.done());

@@ -57,14 +57,28 @@ HD R depth_at(const Footprint<R>& f, R x, R y)
     return f.depth + f.gx * (x - f.u) + f.gy * (y - f.v);
 }
 
-// Adds a splat of this alpha, its colour, and depth at the pixel [m].
+// Adds a splat of this alpha and colour.
 template <class R>
-HD void add(Pixel<R>& p, R alpha, Vec3<R> colour, R depth)
+HD void add(Pixel<R>& p, R alpha, Vec3<R> colour)
 {
     const R weight = alpha * p.transmittance, left = p.transmittance - weight;
     p.colour = p.colour + weight * colour;
-    if (p.transmittance >= R(median_transmittance)) p.depth = depth;
     p.transmittance = left >= R(min_transmittance) ? left : R(0);
+}
+
+// Whether the pixel's depth may still change.
+template <class R>
+HD bool takes_depth(const Pixel<R>& p)
+{
+    return p.transmittance >= R(median_transmittance);
+}
+
+// The same with its depth at the pixel [m].
+template <class R>
+HD void add(Pixel<R>& p, R alpha, Vec3<R> colour, R depth)
+{
+    if (takes_depth(p)) p.depth = depth;
+    add(p, alpha, colour);
 }
 
 // Adds what the splat shows at (x, y).
@@ -75,7 +89,15 @@ HD void blend(Pixel<R>& p, const Footprint<R>& f, Vec3<R> colour, R x, R y)
     if (drawn(power)) add(p, alpha_of(power), colour, depth_at(f, x, y));
 }
 
-// The same with a mesh at depth `mesh` [m]: what lies behind it is not seen.
+// The same where takes_depth() is false.
+template <class R>
+HD void blend_deep(Pixel<R>& p, const Footprint<R>& f, Vec3<R> colour, R x, R y)
+{
+    const R power = power_at(f, x, y);
+    if (drawn(power)) add(p, alpha_of(power), colour);
+}
+
+// The same as blend() with a mesh at depth `mesh` [m]: what lies behind it is not seen.
 template <class R>
 HD void blend(Pixel<R>& p, const Footprint<R>& f, Vec3<R> colour, R x, R y, R mesh)
 {
@@ -94,7 +116,7 @@ HD void finish(Pixel<R>& p, Vec3<R> behind, R alpha_behind, R mesh)
 {
     p.transmittance = p.transmittance + p.held;
     p.colour = p.colour + p.transmittance * behind;
-    if (p.transmittance >= R(median_transmittance)) p.depth = min(mesh, R(no_depth));
+    if (takes_depth(p)) p.depth = min(mesh, R(no_depth));
     p.transmittance = p.transmittance * (1 - alpha_behind);
 }
 

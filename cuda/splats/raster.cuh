@@ -1,5 +1,5 @@
 // The stages of a frame of splats on the device, in their order, and all that their kernels see.
-//   project . sort . count . scan . emit . sort by tile . ranges . blend
+//   project . sort . scan . emit . sort by tile . blend
 // Splats are ordered by depth once for both eyes, then listed by the tiles that they reach: the
 // tiles of the second eye follow those of the first, so that one stable sort by tile serves both.
 // Every buffer has a fixed size, every count stays on the device, nothing waits for the host. Where
@@ -72,11 +72,17 @@ struct alignas(16) SplatRest {
     float blue, depth, gx, gy;
 };
 
+// Pairs of a tile and a splat whose box it meets are *candidates*; those of which the splat reaches
+// the tile are *instances*. Candidates are looked at so many at a time, by one thread block.
+constexpr int chunk_size = 4096;
+
 // How much there was of everything in the last frame.
 struct RasterCounts {
-    unsigned long long instances;  // pairs of tile and splat
-    unsigned long long dropped;    // for which there was no room
+    unsigned long long listed;     // instances in the list
+    unsigned long long instances;  // all, with candidates that were not looked at
+    unsigned long long dropped;    // of these, what is not in the list
     unsigned visible;              // splats that an eye sees
+    int next_chunk;                // of candidates
 };
 
 struct RasterView {
@@ -94,15 +100,18 @@ struct RasterView {
     const int* numbers;  // 0, 1, 2, ...
     std::uint32_t* sorted_keys;
     int* order;
-    // By groups of 32 of that order.
-    int groups;
-    unsigned long long *group_counts, *group_starts;  // groups + 1
+    unsigned long long* candidate_starts;  // count + 1
+    // By chunks of candidates; more chunks are not looked at.
+    int chunks;
+    unsigned long long* chunk_states;
     // Instances, on two sides between which they are sorted; they begin and end on the first.
     int room;
     std::uint16_t* tiles[2];
     int* records[2];                        // index of a shape
     unsigned *digit_counts, *digit_starts;  // digit_table_size each
-    uint2* ranges;                          // per tile: from, to
+    // Per tile where its instances end, and how far from the end of the room they begin: 0 where
+    // there are none.
+    uint2* ranges;
     RasterCounts* counts;
 
     HD int tiles_of_eye() const { return columns * rows; }
@@ -114,7 +123,7 @@ struct RasterScratch {
     std::size_t bytes;
 };
 constexpr int digit_table_size = 256 * 396;
-std::size_t raster_scratch_bytes(int splats, int groups);
+std::size_t raster_scratch_bytes(int splats);
 std::size_t tile_sort_scratch_bytes();
 
 // Puts the frame where the stages read it; by value, so that the caller's may go.
@@ -124,12 +133,12 @@ void set_frame(RasterFrame* to, const RasterFrame& frame, cudaStream_t stream);
 void project(const RasterView& view, int moved, cudaStream_t stream);
 // Nearest first.
 void sort_by_depth(const RasterView& view, const RasterScratch& s, cudaStream_t stream);
-// How many tiles the splats of each group reach, and where their instances begin.
-void count_tiles(const RasterView& view, cudaStream_t stream);
-void scan_counts(const RasterView& view, const RasterScratch& s, cudaStream_t stream);
+// Where the candidates of each splat begin.
+void scan_candidates(const RasterView& view, const RasterScratch& s, cudaStream_t stream);
+// The candidates that are instances, in the order of depth.
 void emit(const RasterView& view, cudaStream_t stream);
+// By tile, and where those of each tile lie.
 void sort_by_tile(const RasterView& view, const RasterScratch& s, cudaStream_t stream);
-void find_ranges(const RasterView& view, cudaStream_t stream);
 // `mesh`: the targets have one.
 void blend(const RasterView& view, bool mesh, cudaStream_t stream);
 

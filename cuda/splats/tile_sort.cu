@@ -24,8 +24,9 @@ struct Pass {
     int* to_records;
     unsigned* table;         // counts by digit, then by block
     const unsigned* starts;  // where those begin
-    const unsigned long long* total;
+    const unsigned long long* listed;
     int room, shift;
+    uint2* ranges;  // null: another pass follows
 };
 
 // The instances of this thread block.
@@ -34,8 +35,7 @@ struct Stretch {
 };
 __device__ Stretch stretch_of(const Pass& p)
 {
-    const unsigned long long total = *p.total, room = unsigned(p.room);
-    const long long count = (long long)(total < room ? total : room);
+    const long long count = (long long)*p.listed;
     const long long parts = (count + part - 1) / part, b = blockIdx.x;
     const long long from = parts * b / blocks * part, to = parts * (b + 1) / blocks * part;
     return {int(from < count ? from : count), int(to < count ? to : count)};
@@ -95,6 +95,14 @@ __device__ void sort_part(const Pass& p, int first, int n, Shared& shared, int* 
     __syncthreads();
 }
 
+// Those of a tile lie one behind the other in a part, and the first and last of the part tell
+// where.
+__device__ void widen(const Pass& p, int tile, unsigned at, bool first, bool last)
+{
+    if (first) atomicMax(&p.ranges[tile].x, unsigned(p.room) - at);
+    if (last) atomicMax(&p.ranges[tile].y, at + 1);
+}
+
 __global__ void __launch_bounds__(threads, blocks_each) move_kernel(const __grid_constant__ Pass p)
 {
     __shared__ Shared shared;
@@ -114,6 +122,9 @@ __global__ void __launch_bounds__(threads, blocks_each) move_kernel(const __grid
             const std::uint16_t tile = shared.sorted.tiles[i];
             const unsigned at = to[byte.Digit(tile)] + unsigned(i);
             p.to_tiles[at] = tile, p.to_records[at] = shared.sorted.records[i];
+            if (p.ranges)
+                widen(p, tile, at, i == 0 || shared.sorted.tiles[i - 1] != tile,
+                      i == n - 1 || shared.sorted.tiles[i + 1] != tile);
         }
         __syncthreads();
     }
@@ -136,16 +147,14 @@ std::size_t tile_sort_scratch_bytes()
 
 void sort_by_tile(const RasterView& d, const RasterScratch& s, cudaStream_t stream)
 {
+    check(cudaMemsetAsync(d.ranges, 0, std::size_t(d.all_tiles()) * sizeof *d.ranges, stream),
+          "sort by tile");
     for (int k = 0; k < 2; ++k) {
-        const Pass p{d.tiles[k],
-                     d.records[k],
-                     d.tiles[1 - k],
-                     d.records[1 - k],
-                     d.digit_counts,
-                     d.digit_starts,
-                     d.group_starts + d.groups,
-                     d.room,
-                     k * digit_bits};
+        const Pass p{d.tiles[k],        d.records[k],
+                     d.tiles[1 - k],    d.records[1 - k],
+                     d.digit_counts,    d.digit_starts,
+                     &d.counts->listed, d.room,
+                     k * digit_bits,    k == 1 ? d.ranges : nullptr};
         launch("sort by tile", tally_kernel, blocks, threads, stream, p);
         std::size_t bytes = s.bytes;
         check(table_scan(d, s.memory, bytes, stream), "sort by tile");

@@ -80,11 +80,9 @@ std::vector<Stage> GpuRaster::State::stages(bool mesh, int moved) const
     const RasterScratch s = store.scratch;
     return {{"project", [=](cudaStream_t on) { gpu::project(d, moved, on); }},
             {"sort", [=](cudaStream_t on) { sort_by_depth(d, s, on); }},
-            {"count", [=](cudaStream_t on) { count_tiles(d, on); }},
-            {"scan", [=](cudaStream_t on) { scan_counts(d, s, on); }},
+            {"scan", [=](cudaStream_t on) { scan_candidates(d, s, on); }},
             {"emit", [=](cudaStream_t on) { emit(d, on); }},
             {"sort by tile", [=](cudaStream_t on) { sort_by_tile(d, s, on); }},
-            {"ranges", [=](cudaStream_t on) { find_ranges(d, on); }},
             {"blend", [=](cudaStream_t on) { gpu::blend(d, mesh, on); }}};
 }
 

@@ -30,12 +30,15 @@ std::vector<uint4> harmonics_rows(const SplatCloud& cloud)
 
 }  // namespace
 
+// For which there is room, for each instance for which there is.
+constexpr std::size_t candidates_each = 8;
+
 RasterStore::RasterStore(const SplatCloud& cloud)
 {
     SplatFrame any;
     any.eyes = {{{0, 0, 0}, {1, 0, 0, 0}, -1, 1, -1, 1, 1, 1}};
     check_frame(cloud, any);
-    const std::size_t n = cloud.count(), groups = (n + 31) / 32;
+    const std::size_t n = cloud.count();
     upload_splats(cloud);
     frame = DeviceArray<RasterFrame>(1);
     counts = DeviceArray<RasterCounts>(1);
@@ -45,20 +48,17 @@ RasterStore::RasterStore(const SplatCloud& cloud)
     std::vector<int> each(n);
     std::iota(each.begin(), each.end(), 0);
     numbers = DeviceArray<int>(each), order = DeviceArray<int>(n);
-    group_counts = DeviceArray<unsigned long long>(groups + 1);
-    group_starts = DeviceArray<unsigned long long>(groups + 1);
+    candidate_starts = DeviceArray<unsigned long long>(n + 1);
     view.frame = frame.data();
     view.depth_keys = depth_keys.data(), view.sorted_keys = sorted_keys.data();
     view.boxes = boxes.data(), view.shapes = shapes.data(), view.rests = rests.data();
     view.numbers = numbers.data(), view.order = order.data();
-    view.groups = int(groups);
-    view.group_counts = group_counts.data(), view.group_starts = group_starts.data();
+    view.candidate_starts = candidate_starts.data();
     view.counts = counts.data();
     digit_counts = DeviceArray<unsigned>(digit_table_size);
     digit_starts = DeviceArray<unsigned>(digit_table_size);
     view.digit_counts = digit_counts.data(), view.digit_starts = digit_starts.data();
-    scratch_memory =
-        DeviceArray<unsigned char>(raster_scratch_bytes(view.splats.count, view.groups));
+    scratch_memory = DeviceArray<unsigned char>(raster_scratch_bytes(view.splats.count));
     scratch = {scratch_memory.data(), scratch_memory.bytes()};
 }
 
@@ -91,6 +91,10 @@ void RasterStore::reserve(std::size_t instances)
         view.tiles[k] = tiles[k].data(), view.records[k] = records[k].data();
     }
     view.room = int(instances);
+    const std::size_t chunks = candidates_each * instances / chunk_size + 1;
+    chunk_states = {};
+    chunk_states = DeviceArray<unsigned long long>(chunks);
+    view.chunks = int(chunks), view.chunk_states = chunk_states.data();
 }
 
 void RasterStore::resize(const SplatFrame& f)
@@ -115,7 +119,7 @@ std::size_t RasterStore::bytes() const
     std::size_t sum = 0;
     const auto add = [&](const auto&... arrays) { ((sum += arrays.bytes()), ...); };
     add(frame, counts, place, turn, scale, sh, depth_keys, sorted_keys, boxes, shapes, rests,
-        numbers, order, records[0], records[1], group_counts, group_starts, tiles[0], tiles[1],
+        numbers, order, records[0], records[1], candidate_starts, chunk_states, tiles[0], tiles[1],
         digit_counts, digit_starts, ranges, scratch_memory);
     return sum;
 }

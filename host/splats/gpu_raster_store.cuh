@@ -31,7 +31,7 @@ class RasterStore {
     DeviceArray<SplatShape> shapes;
     DeviceArray<SplatRest> rests;
     DeviceArray<int> numbers, order, records[2];
-    DeviceArray<unsigned long long> group_counts, group_starts;
+    DeviceArray<unsigned long long> candidate_starts, chunk_states;
     DeviceArray<std::uint16_t> tiles[2];
     DeviceArray<unsigned> digit_counts, digit_starts;
     DeviceArray<uint2> ranges;
