@@ -13,6 +13,7 @@ install(DIRECTORY cuda host DESTINATION ${headers} FILES_MATCHING PATTERN *.h PA
     PATTERN host/cli EXCLUDE PATTERN host/solver/cpu EXCLUDE PATTERN host/solver/gpu EXCLUDE
     PATTERN host/solver/pieces.h EXCLUDE)
 install(FILES render/painter.h DESTINATION ${headers}/render)
+install(FILES xr/headset.h DESTINATION ${headers}/xr)
 
 # What `knead bench` compares with, and what it and `knead verify` draw by.
 install(FILES profiling/plot.py profiling/plot_verify.py profiling/peers.json profiling/targets.json
