@@ -18,4 +18,9 @@ target_link_libraries(openxr_probe PRIVATE knead_app knead_options)
 if(TARGET knead_tests)
     target_sources(knead_tests PRIVATE tests/openxr_replay/flow.cpp tests/openxr_replay/script.cpp)
     target_include_directories(knead_tests SYSTEM PRIVATE ${OPENXR_INCLUDE_DIR})
+    target_compile_definitions(knead_tests PRIVATE
+        KNEAD_XR_PROBE="$<TARGET_FILE:openxr_probe>"
+        KNEAD_XR_RUNTIME="${CMAKE_BINARY_DIR}/openxr_replay.json"
+        KNEAD_XR_PROGRAM="$<TARGET_FILE:knead>")
+    add_dependencies(knead_tests openxr_probe openxr_replay)
 endif()

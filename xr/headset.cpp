@@ -286,7 +286,10 @@ Tick OpenXrHeadset::begin()
     Tick tick;
     tick.time = last_time + last_period, tick.period = last_period;
     in_frame = session && session->state.running() && try_to([&] { frame = session->wait(); });
-    if (!in_frame) return tick;
+    if (!in_frame) {
+        last_time = tick.time;
+        return tick;
+    }
     tick.period = 1e-9 * double(frame.predictedDisplayPeriod);
     // Another runtime may have another clock: ours goes on.
     if (rebase) {

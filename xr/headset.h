@@ -67,12 +67,12 @@ struct Tick {
 struct FieldOfView {
     float left, right, up, down;
 };
-struct Eye {
+struct EyePlace {
     Joint<float> pose;  // looks along -z, y up [m]
     FieldOfView field;
 };
 // Where an eye is drawn: GL textures of the headset, valid until end(). Row 0 is the lowest.
-struct EyeTarget {
+struct EyeTexture {
     unsigned colour = 0, depth = 0;  // depth 0: the runtime takes none
     int width = 0, height = 0;
     bool srgb = false;  // colour is stored as sRGB: write linear, with GL_FRAMEBUFFER_SRGB
@@ -89,13 +89,13 @@ struct TrackedHand {
 
 struct Sight {
     bool draw = false;  // eyes and targets are valid
-    std::array<Eye, 2> eyes{};
-    std::array<EyeTarget, 2> targets{};
+    std::array<EyePlace, 2> eyes{};
+    std::array<EyeTexture, 2> targets{};
     std::array<TrackedHand, side_count> hands{};
 };
 
-// What was drawn. Depth d of the depth texture lies at the distance near * far / (far - d *
-// (far - near)) along the gaze; far may be infinite.
+// What was drawn. In the depth textures 0 means the distance near_z along the gaze and 1 far_z, and
+// 1 / distance is linear between them; one of the two may be infinite.
 struct Drawn {
     bool eyes = false;                   // false: nothing is submitted
     float near_z = 0, far_z = 0;         // [m]; 0: no depth was written

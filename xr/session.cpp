@@ -196,7 +196,7 @@ bool Session::open_targets(Sight& sight)
     before_gl();
     for (std::size_t eye = 0; eye < 2; ++eye) {
         const XrViewConfigurationView& view = instance.views[eye];
-        EyeTarget& target = sight.targets[eye];
+        EyeTexture& target = sight.targets[eye];
         target.width = int(view.recommendedImageRectWidth);
         target.height = int(view.recommendedImageRectHeight);
         target.srgb = is_srgb(colour_format);

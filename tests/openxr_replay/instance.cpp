@@ -60,7 +60,8 @@ XrResult XRAPI_CALL list_extensions(const char* layer, std::uint32_t capacity, s
 {
     return answered("xrEnumerateInstanceExtensionProperties", [&](Runtime& r) {
         refuse_if(layer && *layer, XR_ERROR_API_LAYER_NOT_PRESENT, "no layer is here");
-        if (r.absent > 0 && !r.headset_absent) throw Answer{XR_ERROR_RUNTIME_FAILURE};
+        if (r.absent > 0 && !r.headset_absent && --r.absent >= 0)
+            throw Answer{XR_ERROR_RUNTIME_FAILURE};
         for (std::uint32_t i = 0; to && i < capacity; ++i)
             check_struct(&to[i], XR_TYPE_EXTENSION_PROPERTIES);
         return give(offered(), capacity, count, to);
@@ -76,9 +77,6 @@ XrResult XRAPI_CALL create_instance(const XrInstanceCreateInfo* info, XrInstance
                   XR_ERROR_API_VERSION_UNSUPPORTED, "not version 1 of OpenXR");
         refuse_if(info->applicationInfo.applicationName[0] == 0, XR_ERROR_NAME_INVALID,
                   "the application has no name");
-        // The loader asks for the list of extensions itself before it gets here.
-        if (r.absent > 0 && !r.headset_absent && --r.absent >= 0)
-            throw Answer{XR_ERROR_RUNTIME_FAILURE};
         auto made = std::make_unique<InstanceObject>();
         const auto there = offered();
         for (std::uint32_t i = 0; i < info->enabledExtensionCount; ++i) {

@@ -21,7 +21,7 @@ void draw(const Sight& sight, unsigned frame)
 {
     glBindFramebuffer(GL_FRAMEBUFFER, frame);
     for (std::size_t eye = 0; eye < 2; ++eye) {
-        const EyeTarget& to = sight.targets[eye];
+        const EyeTexture& to = sight.targets[eye];
         glNamedFramebufferTexture(frame, GL_COLOR_ATTACHMENT0, to.colour, 0);
         if (to.depth) glNamedFramebufferTexture(frame, GL_DEPTH_ATTACHMENT, to.depth, 0);
         const float colour[] = {eye == 0 ? 1.f : 0.f, eye == 1 ? 1.f : 0.f, 0, 1}, half = 0.5f;

@@ -103,7 +103,6 @@ struct Runtime {
     bool headset_absent = false;
     bool context_stolen = false;
     std::set<std::size_t> fired;  // faults that have begun
-    std::string session_handle_to_lose;
     long wrong = 0;
 
     double script_time(XrTime at) const { return 1e-9 * double(at - zero); }

@@ -12,7 +12,7 @@ namespace knead::replay {
 enum class FaultKind {
     lose_session,     // calls answer XR_ERROR_SESSION_LOST from here on
     session_loss,     // the event that says so comes first
-    lose_instance,    // calls answer XR_ERROR_INSTANCE_LOST; `count` tries find no runtime
+    lose_instance,    // calls answer XR_ERROR_INSTANCE_LOST; then `count` calls find no runtime
     lose_headset,     // the session is lost, and `count` times there is no headset
     take_off,         // the session stops; after `count` polls it may begin again
     unworn,           // the user is not present, for `count` frames
