@@ -60,8 +60,14 @@ HandTrackers::HandTrackers(Instance& of, XrSession session) : instance(of)
         const XrHandTrackingDataSourceInfoEXT sources{XR_TYPE_HAND_TRACKING_DATA_SOURCE_INFO_EXT,
                                                       nullptr, 2, wanted};
         if (instance.has[hand_data_source]) about.next = &sources;
-        const XrResult result =
-            instance.api.create_hand_tracker.raw(session, &about, &tracker[side]);
+        sources_told[side] = instance.has[hand_data_source];
+        XrResult result = instance.api.create_hand_tracker.raw(session, &about, &tracker[side]);
+        if (XR_FAILED(result) && sources_told[side]) {
+            // A layer between us and the runtime may not know of sources.
+            about.next = nullptr;
+            sources_told[side] = false;
+            result = instance.api.create_hand_tracker.raw(session, &about, &tracker[side]);
+        }
         if (result == XR_ERROR_SESSION_LOST || result == XR_ERROR_INSTANCE_LOST)
             throw XrFailure("xrCreateHandTrackerEXT", result);
         if (XR_FAILED(result)) tracker[side] = XR_NULL_HANDLE;
@@ -85,12 +91,12 @@ TrackedHand HandTrackers::locate(Side side, XrSpace space, XrTime time)
     XrHandTrackingDataSourceStateEXT source{};
     source.type = XR_TYPE_HAND_TRACKING_DATA_SOURCE_STATE_EXT;
     auto found = typed<XrHandJointLocationsEXT>(XR_TYPE_HAND_JOINT_LOCATIONS_EXT);
-    if (instance.has[hand_data_source]) found.next = &source;
+    if (sources_told[side]) found.next = &source;
     found.jointCount = XR_HAND_JOINT_COUNT_EXT;
     found.jointLocations = joints;
     instance.api.locate_hand(tracker[side], &about, &found);
     to.hand = hand_of(found, side);
-    const bool inferred = instance.has[hand_data_source] && source.isActive &&
+    const bool inferred = sources_told[side] && source.isActive &&
                           source.dataSource == XR_HAND_TRACKING_DATA_SOURCE_CONTROLLER_EXT;
     if (to.hand.tracked) to.from = inferred ? HandFrom::controller : HandFrom::cameras;
     return to;

@@ -20,6 +20,7 @@ class HandTrackers {
   private:
     Instance& instance;
     XrHandTrackerEXT tracker[side_count] = {XR_NULL_HANDLE, XR_NULL_HANDLE};
+    bool sources_told[side_count] = {false, false};
 };
 
 // What the runtime answered, as the project's hand.
