@@ -267,8 +267,8 @@ TEST_F(EyePicture, SplatsHideWhatLiesBehindThemAndNothingBefore)
     painter->set_clay({ball(ball_centre, 0.25f)}, 1);
     const std::vector<int> bare = painted();
     const float distance = length(ball_centre - front().position) - 0.25f;
-    SplatLayer layer{2, 2, {}, {}};
-    for (int i = 0; i < 4; ++i) layer.colour.insert(layer.colour.end(), {0.5f, 0, 0, 0.5f});
+    SplatLayer layer{2, 2, std::vector<float>(16, 0.5f), {}};
+    for (std::size_t i = 0; i < 4; ++i) layer.colour[4 * i + 1] = layer.colour[4 * i + 2] = 0;
     layer.depth.assign(4, distance - 0.1f);
     painter->set_splats(0, layer);
     const std::vector<int> before = painted();
