@@ -9,9 +9,6 @@
 namespace knead {
 namespace {
 
-constexpr Vec3<float> skin_colour{0.74f, 0.46f, 0.35f};
-constexpr int fine = 3, coarse = 2;  // 1280 and 320 triangles a primitive
-
 bool finite(Vec3<float> v)
 {
     return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
@@ -81,18 +78,19 @@ const UnitSphere& unit_sphere(int level)
     return balls.at(std::size_t(level));
 }
 
-void add_mesh(Geometry& geometry, const Mesh& mesh)
+}  // namespace
+
+void add_mesh(Geometry& geometry, const Mesh& mesh, Vec3<float> colour, float skin,
+              const std::string& name)
 {
-    const std::string name = "clay mesh of category " + std::to_string(mesh.category);
     if (mesh.normals.size() != mesh.vertices.size()) {
         throw std::invalid_argument(name + ": " + std::to_string(mesh.vertices.size()) +
                                     " vertices, but " + std::to_string(mesh.normals.size()) +
                                     " normals");
     }
     const int first = int(geometry.vertices.size()), count = int(mesh.vertices.size());
-    const Vec3<float> colour = category_colour(mesh.category);
     for (int i = 0; i < count; ++i) {
-        geometry.vertices.push_back({mesh.vertices[i], mesh.normals[i], colour, 0});
+        geometry.vertices.push_back({mesh.vertices[i], mesh.normals[i], colour, skin});
     }
     const auto usable = [&](int i) {
         if (i < 0 || i >= count) {
@@ -108,9 +106,8 @@ void add_mesh(Geometry& geometry, const Mesh& mesh)
     }
 }
 
-}  // namespace
-
-void add_hull(Geometry& geometry, const DrawPrimitive& primitive, int level, Vec3<float> colour)
+void add_hull(Geometry& geometry, const DrawPrimitive& primitive, int level, Vec3<float> colour,
+              float skin)
 {
     if (primitive.count < 1 || primitive.count > 3) {
         throw std::invalid_argument("a medial primitive of " + std::to_string(primitive.count) +
@@ -128,23 +125,31 @@ void add_hull(Geometry& geometry, const DrawPrimitive& primitive, int level, Vec
             const Sphere<float>& s = primitive.sphere[i];
             if (dot(s.c - far->c, n) + s.r - far->r > 0) far = &s;
         }
-        geometry.vertices.push_back({far->c + far->r * n, n, colour, 1});
+        geometry.vertices.push_back({far->c + far->r * n, n, colour, skin});
     }
     for (const Int3 t : ball.triangles) {
         geometry.triangles.push_back({first + t.x, first + t.y, first + t.z});
     }
 }
 
+void add_clay(Geometry& geometry, const Mesh& mesh)
+{
+    add_mesh(geometry, mesh, category_colour(mesh.category), 0,
+             "clay mesh of category " + std::to_string(mesh.category));
+}
+
 Geometry gather(const std::vector<Mesh>& meshes, const std::vector<DrawPrimitive>& primitives,
                 const std::vector<Mesh>& unseen)
 {
     Geometry g{};
-    for (const DrawPrimitive& primitive : primitives) add_hull(g, primitive, fine, skin_colour);
+    for (const DrawPrimitive& primitive : primitives)
+        add_hull(g, primitive, fine_hull, skin_colour);
     const int clay = int(g.triangles.size());
-    for (const Mesh& mesh : meshes) add_mesh(g, mesh);
+    for (const Mesh& mesh : meshes) add_clay(g, mesh);
     const int shadows = int(g.triangles.size());
-    for (const Mesh& mesh : unseen) add_mesh(g, mesh);
-    for (const DrawPrimitive& primitive : primitives) add_hull(g, primitive, coarse, skin_colour);
+    for (const Mesh& mesh : unseen) add_clay(g, mesh);
+    for (const DrawPrimitive& primitive : primitives)
+        add_hull(g, primitive, coarse_hull, skin_colour);
     g.seen = {0, shadows};
     g.clay = {clay, shadows - clay};
     g.casting = {clay, int(g.triangles.size()) - clay};

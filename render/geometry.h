@@ -31,7 +31,18 @@ struct Geometry {
 // The hull of a medial primitive: for each direction n of a sphere split `level` times, the
 // support point max over i of (c_i . n + r_i), with normal n. Inscribed; exact at its vertices.
 // Nothing is added for a primitive that is not finite.
-void add_hull(Geometry& geometry, const DrawPrimitive& primitive, int level, Vec3<float> colour);
+void add_hull(Geometry& geometry, const DrawPrimitive& primitive, int level, Vec3<float> colour,
+              float skin = 1);
+
+// A mesh of one colour, `skin` 0 clay to 1 hand. As of gather(): triangles with a vertex that is
+// not finite are left out; throws std::invalid_argument for what `name` says cannot be drawn.
+void add_mesh(Geometry& geometry, const Mesh& mesh, Vec3<float> colour, float skin,
+              const std::string& name);
+// The same of clay, in the colour of its category.
+void add_clay(Geometry& geometry, const Mesh& mesh);
+
+constexpr Vec3<float> skin_colour{0.74f, 0.46f, 0.35f};  // linear RGB
+constexpr int fine_hull = 3, coarse_hull = 2;            // 1280 and 320 triangles a primitive
 
 // Triangles with a vertex that is not finite are left out. Throws std::invalid_argument for a
 // triangle that names no vertex, a missing normal, or a primitive not of 1 to 3 spheres.

@@ -36,6 +36,8 @@ inline Lamp lamp(Vec3<float> towards, const Ball& ball)
     return l;
 }
 
+constexpr float golden_angle = 2.39996323f;  // [rad]
+
 // The k-th of n points spread evenly over a disk or dome by the golden angle (a Fibonacci
 // spiral), dealt so that lamps of equal number modulo 4 are spread evenly as well.
 inline int dealt(int k) { return 4 * (k / 4) + (k + k / 4) % 4; }
@@ -44,18 +46,18 @@ inline int dealt(int k) { return 4 * (k / 4) + (k + k / 4) % 4; }
 // [rad].
 inline Lamps lamps_about(const Ball& ball, Vec3<float> key, float spread)
 {
-    const float golden = 2.39996323f, tau = 6.2831853f;
+    const float tau = 6.2831853f;
     const Vec3<float> u = orthogonal(key), v = cross(key, u);
     Lamps all{};
     for (int k = 0; k < key_lamps; ++k) {
         const float r = std::tan(spread) * std::sqrt((float(k) + 0.5f) / key_lamps);
-        const float turn = golden * float(k);
+        const float turn = golden_angle * float(k);
         const Vec3<float> d = key + r * (std::cos(turn) * u + std::sin(turn) * v);
         all[dealt(k)] = lamp((1 / length(d)) * d, ball);
     }
     for (int k = 0; k < dome_lamps; ++k) {
         const float y = (float(k) + 0.5f) / dome_lamps, r = std::sqrt(1 - y * y);
-        const float turn = std::fmod(golden * float(k), tau);
+        const float turn = std::fmod(golden_angle * float(k), tau);
         all[key_lamps + dealt(k)] = lamp({r * std::cos(turn), y, r * std::sin(turn)}, ball);
     }
     return all;

@@ -2,14 +2,17 @@
 #ifndef KNEAD_HAS_GL
 #include <stdexcept>
 
-#include "render/painter.h"
+#include "render/eye_painter.h"
 
 namespace knead {
 
-std::unique_ptr<Painter> Painter::open()
-{
-    throw std::runtime_error("no pictures: this build was configured without EGL and OpenGL");
+namespace {
+constexpr const char* reason = "no pictures: this build was configured without EGL and OpenGL";
 }
+
+std::unique_ptr<Painter> Painter::open() { throw std::runtime_error(reason); }
+std::unique_ptr<EyePainter> EyePainter::open(int) { throw std::runtime_error(reason); }
+void load_gl(GlAddress) { throw std::runtime_error(reason); }
 
 }  // namespace knead
 #endif

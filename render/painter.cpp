@@ -1,72 +1,16 @@
 // Pictures by OpenGL: shadow maps of every lamp, then what the camera sees, then light on it.
 #include <algorithm>
 #include <cmath>
-#include <cstddef>
 #include <stdexcept>
 
 #include "render/context.h"
 #include "render/geometry.h"
 #include "render/gl.h"
+#include "render/program.h"
 #include "render/shaders.h"
 
 namespace knead {
 namespace {
-
-// As the shaders read it (std140); the fields are explained there.
-struct EyeUniforms {
-    float eye[4], right[4], up[4], forward[4], ball[4], scale[4];
-};
-
-Shader shader(GLenum kind, const char* body, const char* name)
-{
-    Shader made(glCreateShader(kind));
-    const std::string head = shared_constants();
-    const char* parts[] = {head.c_str(), common, body};
-    glShaderSource(made, 3, parts, nullptr);
-    glCompileShader(made);
-    GLint fine = 0;
-    glGetShaderiv(made, GL_COMPILE_STATUS, &fine);
-    if (!fine) {
-        char log[2000] = "";
-        glGetShaderInfoLog(made, sizeof log, nullptr, log);
-        throw std::runtime_error("no pictures: the shader " + std::string(name) + ": " + log);
-    }
-    return made;
-}
-
-Program program(const char* vertex, const char* fragment, const char* name)
-{
-    const Shader v = shader(GL_VERTEX_SHADER, vertex, name);
-    const Shader f = shader(GL_FRAGMENT_SHADER, fragment, name);
-    Program made(glCreateProgram());
-    glAttachShader(made, v);
-    glAttachShader(made, f);
-    glLinkProgram(made);
-    GLint fine = 0;
-    glGetProgramiv(made, GL_LINK_STATUS, &fine);
-    if (!fine) {
-        char log[2000] = "";
-        glGetProgramInfoLog(made, sizeof log, nullptr, log);
-        throw std::runtime_error("no pictures: the program " + std::string(name) + ": " + log);
-    }
-    return made;
-}
-
-// Depth seen by `layers` lamps. Outside the map nothing stands in the way.
-Texture shadow_maps(int side, int layers)
-{
-    Texture maps = texture(GL_TEXTURE_2D_ARRAY);
-    glTextureStorage3D(maps, 1, GL_DEPTH_COMPONENT16, side, side, layers);
-    const float far[4] = {1, 1, 1, 1};
-    glTextureParameterfv(maps, GL_TEXTURE_BORDER_COLOR, far);
-    glTextureParameteri(maps, GL_TEXTURE_WRAP_S, GL_CLAMP_TO_BORDER);
-    glTextureParameteri(maps, GL_TEXTURE_WRAP_T, GL_CLAMP_TO_BORDER);
-    glTextureParameteri(maps, GL_TEXTURE_MIN_FILTER, GL_LINEAR);
-    glTextureParameteri(maps, GL_TEXTURE_MAG_FILTER, GL_LINEAR);
-    glTextureParameteri(maps, GL_TEXTURE_COMPARE_MODE, GL_COMPARE_REF_TO_TEXTURE);
-    glTextureParameteri(maps, GL_TEXTURE_COMPARE_FUNC, GL_LEQUAL);
-    return maps;
-}
 
 Texture target(GLenum format, int width, int height)
 {
@@ -99,11 +43,6 @@ void check(const Camera& camera, float floor, int largest_side)
         fail("hands of opacity " + std::to_string(camera.hands) + "; expected 0 to 1");
     }
     if (!std::isfinite(floor)) throw std::invalid_argument("the height of the floor is not finite");
-}
-
-void put(float (&to)[4], Vec3<float> v, float w)
-{
-    to[0] = v.x, to[1] = v.y, to[2] = v.z, to[3] = w;
 }
 
 class GlPainter final : public Painter {
@@ -173,10 +112,12 @@ int largest_picture()
 void GlPainter::build()
 {
     largest_side_ = largest_picture();
-    shadow_ = program(shadow_vertex, shadow_fragment, "shadow");
-    scene_ = program(scene_vertex, scene_fragment, "scene");
-    light_ = program(screen_vertex, light_fragment, "light");
-    tone_ = program(screen_vertex, tone_fragment, "tone");
+    const std::string head = still_constants();
+    shadow_ = program({head, common, shadow_vertex}, {head, shadow_fragment}, "shadow");
+    scene_ = program({head, common, scene_vertex}, {head, scene_fragment}, "scene");
+    light_ =
+        program({head, screen_vertex}, {head, common, shading, ground, light_fragment}, "light");
+    tone_ = program({head, screen_vertex}, {head, tones, tone_fragment}, "tone");
     key_maps_ = shadow_maps(key_map_side, key_lamps);
     dome_maps_ = shadow_maps(dome_map_side, dome_lamps);
     shadow_frame_ = framebuffer();
@@ -191,22 +132,8 @@ void GlPainter::build()
     lamps_ = buffer();
     glNamedBufferStorage(lamps_, sizeof(Lamps), nullptr, GL_DYNAMIC_STORAGE_BIT);
     view_ = buffer();
-    glNamedBufferStorage(view_, sizeof(EyeUniforms), nullptr, GL_DYNAMIC_STORAGE_BIT);
-    layout_ = vertex_array();
-    const struct {
-        GLint count;
-        std::size_t offset;
-    } fields[] = {{3, offsetof(PaintVertex, place)},
-                  {3, offsetof(PaintVertex, normal)},
-                  {4, offsetof(PaintVertex, colour)}};
-    for (GLuint i = 0; i < 3; ++i) {
-        glEnableVertexArrayAttrib(layout_, i);
-        glVertexArrayAttribFormat(layout_, i, fields[i].count, GL_FLOAT, GL_FALSE,
-                                  GLuint(fields[i].offset));
-        glVertexArrayAttribBinding(layout_, i, 0);
-    }
-    glVertexArrayVertexBuffer(layout_, 0, vertices_, 0, sizeof(PaintVertex));
-    glVertexArrayElementBuffer(layout_, triangles_);
+    glNamedBufferStorage(view_, sizeof(ViewBlock), nullptr, GL_DYNAMIC_STORAGE_BIT);
+    layout_ = paint_layout(vertices_, triangles_);
     glClipControl(GL_LOWER_LEFT, GL_ZERO_TO_ONE);
     glPixelStorei(GL_PACK_ALIGNMENT, 1);
 }
@@ -267,14 +194,14 @@ void GlPainter::aim(const Geometry& geometry, const Camera& camera, float floor)
     const Vec3<float> key = Vec3<float>{0, 0.95f, 0} - 0.95f * right + 0.35f * near;
     const Ball ball = around(geometry, camera.target, 1.5f * distance);
     const Lamps all = lamps_about(ball, (1 / length(key)) * key, 0.06f);
-    EyeUniforms view{};
+    ViewBlock view{};
     put(view.eye, camera.eye, near_);
     put(view.right, wide * right, 1 / wide);
     put(view.up, tangent * up, 1 / tangent);
     put(view.forward, forward, floor);
     put(view.ball, ball.centre, ball.radius);
-    const float spacing = std::pow(10.0f, std::round(std::log10(distance / 8)));
-    put(view.scale, {spacing, 4 * distance, 2 * tangent / float(camera.height)}, 0);
+    put(view.sky, right - 0.5f * forward, 0);
+    put(view.scale, {line_spacing(distance), 4 * distance, 2 * tangent / float(camera.height)}, 0);
     glNamedBufferSubData(lamps_, 0, sizeof all, all.data());
     glNamedBufferSubData(view_, 0, sizeof view, &view);
     glBindBufferBase(GL_UNIFORM_BUFFER, 0, lamps_);

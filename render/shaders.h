@@ -1,6 +1,8 @@
-// The shaders of a picture, GLSL 4.50. What they share with C++ is in `shared_constants`, made from
-// the C++ values; what they share with each other is in `common`.
+// The shaders of a still picture, GLSL 4.50, and what live ones (render/eye_shaders.h) share with
+// them: `common`, `shading`, `ground`, `tones`. What they share with C++ is in `still_constants`,
+// made from the C++ values, and in ViewBlock.
 #pragma once
+#include <cmath>
 #include <string>
 
 #include "render/lights.h"
@@ -10,14 +12,30 @@ namespace knead {
 constexpr int samples_across = 2;                        // of a pixel, each way
 constexpr int key_map_side = 1024, dome_map_side = 512;  // texels of a shadow map
 
-inline std::string shared_constants()
+inline std::string constant(const char* name, int value)
 {
-    const auto line = [](const char* name, int value) {
-        return "const int " + std::string(name) + " = " + std::to_string(value) + ";\n";
-    };
-    return "#version 450 core\n" + line("key_lamps", key_lamps) + line("dome_lamps", dome_lamps) +
-           line("lamps", lamps) + line("samples_across", samples_across) +
-           line("key_map_side", key_map_side) + line("dome_map_side", dome_map_side);
+    return "const int " + std::string(name) + " = " + std::to_string(value) + ";\n";
+}
+inline std::string still_constants()
+{
+    return "#version 450 core\n" + constant("key_lamps", key_lamps) +
+           constant("dome_lamps", dome_lamps) + constant("lamps", lamps) +
+           constant("samples_across", samples_across) + constant("key_map_side", key_map_side) +
+           constant("dome_map_side", dome_map_side);
+}
+
+// As the shaders read it (std140); the fields are explained in `common`.
+struct ViewBlock {
+    float eye[4], right[4], up[4], forward[4], ball[4], scale[4], sky[4], shift[4];
+};
+inline void put(float (&to)[4], Vec3<float> v, float w)
+{
+    to[0] = v.x, to[1] = v.y, to[2] = v.z, to[3] = w;
+}
+// Of the floor's lines, for an eye so far from what it looks at [m].
+inline float line_spacing(float distance)
+{
+    return std::pow(10.0f, std::round(std::log10(distance / 8)));
 }
 
 constexpr const char* common = R"(
@@ -33,9 +51,22 @@ layout(std140, binding = 1) uniform View {
     vec4 forward;   // unit; w: height of the floor [m]
     vec4 ball;      // centre and radius of what casts shadows [m]
     vec4 scale;     // spacing of the floor's lines [m], where it fades [m], angle of a pixel [rad]
+    vec4 sky;       // the side on which the sky is brighter
+    vec4 shift;     // of the field's middle from the gaze, in half fields: to the right, up
 };
 vec3 in_map(Lamp l, vec3 p) {
     return vec3(dot(l.row[0], vec4(p, 1)), dot(l.row[1], vec4(p, 1)), dot(l.row[2], vec4(p, 1)));
+}
+// Depth is near / distance along the gaze: 1 near, 0 far.
+vec4 projected(vec3 place) {
+    vec3 d = place - eye.xyz;
+    float ahead = dot(d, forward.xyz);
+    return vec4(dot(d, right.xyz) * right.w * right.w - shift.x * ahead,
+                dot(d, up.xyz) * up.w * up.w - shift.y * ahead, eye.w, ahead);
+}
+// Through a place of the picture, -1 to 1 each way; as long as the gaze goes 1 ahead.
+vec3 ray_through(vec2 at) {
+    return forward.xyz + (at.x + shift.x) * right.xyz + (at.y + shift.y) * up.xyz;
 }
 )";
 
@@ -52,7 +83,7 @@ constexpr const char* shadow_fragment = R"(
 void main() {}
 )";
 
-// Normal, colour and depth as the camera sees them. Depth is near / distance: 1 near, 0 far.
+// Normal, colour and depth as the camera sees them.
 constexpr const char* scene_vertex = R"(
 layout(location = 0) in vec3 place;
 layout(location = 1) in vec3 normal;
@@ -60,9 +91,7 @@ layout(location = 2) in vec4 colour;
 out vec3 vertex_normal;
 out vec4 vertex_colour;
 void main() {
-    vec3 d = place - eye.xyz;
-    gl_Position = vec4(dot(d, right.xyz) * right.w * right.w, dot(d, up.xyz) * up.w * up.w, eye.w,
-                       dot(d, forward.xyz));
+    gl_Position = projected(place);
     vertex_normal = normal;
     vertex_colour = colour;
 }
@@ -86,85 +115,39 @@ void main() {
 }
 )";
 
-// Light on what is seen, or on the floor, or the backdrop. Every sample of a pixel takes its
-// quarter of the lamps; the mean over the pixel has them all.
-constexpr const char* light_fragment = R"(
-layout(binding = 0) uniform sampler2D normals;
-layout(binding = 1) uniform sampler2D colours;
-layout(binding = 2) uniform sampler2D depths;
-layout(binding = 3) uniform sampler2DArrayShadow key_maps;
-layout(binding = 4) uniform sampler2DArrayShadow dome_maps;
-layout(location = 0) uniform vec2 size;  // of the picture in samples
-out vec4 radiance;
-
+// What clay, skin and floor do with light, and where it comes from.
+constexpr const char* shading = R"(
 const vec3 key_colour = vec3(1.48, 1.38, 1.24);
 const vec3 floor_colour = vec3(0.30, 0.30, 0.31);
 
-// Brighter above, and from the camera's right, where the key light does not reach, so that shade
-// keeps form.
-vec3 sky(vec3 l) {
-    float side = dot(l, right.xyz) * right.w - 0.5 * dot(l, forward.xyz);
-    return mix(vec3(0.40, 0.42, 0.46), vec3(0.58, 0.64, 0.74), l.y) * (0.72 + 0.45 * side);
+// Brighter above, and on the side that the key light does not reach, so that shade keeps form.
+vec3 sky_from(vec3 l) {
+    return mix(vec3(0.40, 0.42, 0.46), vec3(0.58, 0.64, 0.74), l.y) *
+           (0.72 + 0.45 * dot(l, sky.xyz));
 }
 vec3 backdrop(float height) {
     return mix(vec3(0.50, 0.51, 0.52), vec3(0.27, 0.30, 0.35), smoothstep(0.0, 0.7, height));
 }
-
-// Jorge Jimenez's interleaved gradient noise, in [0, 1): neighbours differ, so their mean is
-// smooth.
-float grain(vec2 at) { return fract(52.9829189 * fract(dot(at, vec2(0.06711056, 0.00583715)))); }
-
-// `blur` is in shares of the map: every sample and lamp looks up another spot of that square, along
-// Martin Roberts' R2 sequence, and the one opposite.
-float open_to(sampler2DArrayShadow maps, int layer, Lamp l, vec3 p, vec2 turn, float blur) {
-    vec3 m = in_map(l, p);
-    vec2 aside = blur * (2 * fract(turn + layer * vec2(0.7548777, 0.5698403)) - 1);
-    float depth = clamp(m.z, 0, 1) - 3e-4;
-    return 0.5 * (texture(maps, vec4(m.xy + aside, layer, depth)) +
-                  texture(maps, vec4(m.xy - aside, layer, depth)));
-}
-
-// Clay: a broad, weak highlight. Skin: broader, with light that bleeds at grazing view.
-vec3 lit(vec3 p, vec3 n, vec3 view, vec3 colour, float skin) {
-    int quarter = int(gl_FragCoord.x) % 2 + 2 * (int(gl_FragCoord.y) % 2);
+// The highlight of a lamp. Clay: broad and weak. Skin: broader.
+float glint_of(vec3 n, vec3 l, vec3 view, float skin) {
     float shine = mix(22, 9, skin), gloss = mix(0.050, 0.030, skin);
-    float texel = 2 * ball.w / key_map_side;
-    vec2 turn = vec2(grain(gl_FragCoord.xy), grain(gl_FragCoord.yx + 37));
-    vec3 key = vec3(0), glint = vec3(0), dome = vec3(0);
-    for (int i = quarter; i < key_lamps; i += 4) {
-        vec3 l = lamp[i].towards.xyz;
-        float cosine = dot(n, l);
-        if (cosine <= 0) continue;
-        float share = cosine * open_to(key_maps, i, lamp[i], p + (2.5 * texel) * n, turn,
-                                       1.8 / key_map_side);
-        key += share;
-        vec3 h = normalize(l + view);
-        float fresnel = 1 + 4 * pow(1 - max(dot(h, view), 0), 5);
-        glint += share * fresnel * gloss * (shine + 8) / 8 * pow(max(dot(n, h), 0), shine);
-    }
-    texel = 2 * ball.w / dome_map_side;
-    float open = 0;
-    for (int i = quarter; i < dome_lamps; i += 4) {
-        Lamp l = lamp[key_lamps + i];
-        float cosine = dot(n, l.towards.xyz);
-        if (cosine <= 0) continue;
-        float share = cosine * open_to(dome_maps, i, l, p + (2.0 * texel) * n, turn,
-                                       2.0 / dome_map_side);
-        dome += share * sky(l.towards.xyz);
-        open += share;
-    }
-    // Radiance is colour / pi times irradiance; a lamp of the dome stands for 2 pi / dome_lamps sr.
-    float key_share = 4.0 / key_lamps, dome_share = 4.0 * 2.0 / dome_lamps;
-    open *= dome_share;
-    // Light that the floor sends back up, less near the floor, which is in shade there.
+    vec3 h = normalize(l + view);
+    float fresnel = 1 + 4 * pow(1 - max(dot(h, view), 0), 5);
+    return fresnel * gloss * (shine + 8) / 8 * pow(max(dot(n, h), 0), shine);
+}
+// Light that the floor sends back up, less near the floor, which is in shade there.
+vec3 bounced(vec3 p, vec3 n) {
     float height = max(p.y - forward.w, 0);
     float clear = mix(0.10, 1.0, height / (height + 0.35 * ball.w));
-    vec3 bounce = 0.75 * clear * (0.5 - 0.5 * n.y) * floor_colour;
-    vec3 light = key * key_share * key_colour + dome * dome_share + bounce;
-    float rim = skin * 0.22 * pow(1 - max(dot(n, view), 0), 3) * (0.3 + open);
-    return colour * light + glint * key_share * key_colour + rim * vec3(1.0, 0.72, 0.60);
+    return 0.75 * clear * (0.5 - 0.5 * n.y) * floor_colour;
 }
+// What bleeds through skin at grazing view, where so much of the sky is open.
+vec3 rim_of(vec3 n, vec3 view, float skin, float open) {
+    return skin * 0.22 * pow(1 - max(dot(n, view), 0), 3) * (0.3 + open) * vec3(1.0, 0.72, 0.60);
+}
+)";
 
+constexpr const char* ground = R"(
 // Share of a line of one pixel or `width` that a footprint covers, softened over the footprint.
 float line(float at, float spacing, float width, float footprint) {
     float d = abs(fract(at / spacing + 0.5) - 0.5) * spacing;
@@ -181,10 +164,83 @@ vec3 floor_at(vec3 p, vec3 ray, float distance) {
                        line(p.z, 5 * scale.x, 2 * w, footprint));
     return floor_colour * (1 - 0.20 * lines) * (1 - 0.28 * strong);
 }
+)";
+
+constexpr const char* tones = R"(
+// Straight up to a knee, then a shoulder that never clips.
+vec3 toned(vec3 c) {
+    const float knee = 0.6;
+    vec3 over = max(c - knee, 0);
+    return clamp(min(c, knee) + (1 - knee) * over / (over + (1 - knee)), 0, 1);
+}
+// From linear to sRGB, and back.
+vec3 encoded(vec3 c) {
+    return mix(12.92 * c, 1.055 * pow(c, vec3(1 / 2.4)) - 0.055, step(0.0031308, c));
+}
+vec3 decoded(vec3 c) {
+    return mix(c / 12.92, pow((c + 0.055) / 1.055, vec3(2.4)), step(0.04045, c));
+}
+)";
+
+// Light on what is seen, or on the floor, or the backdrop. Every sample of a pixel takes its
+// quarter of the lamps; the mean over the pixel has them all.
+constexpr const char* light_fragment = R"(
+layout(binding = 0) uniform sampler2D normals;
+layout(binding = 1) uniform sampler2D colours;
+layout(binding = 2) uniform sampler2D depths;
+layout(binding = 3) uniform sampler2DArrayShadow key_maps;
+layout(binding = 4) uniform sampler2DArrayShadow dome_maps;
+layout(location = 0) uniform vec2 size;  // of the picture in samples
+out vec4 radiance;
+
+// Jorge Jimenez's interleaved gradient noise, in [0, 1): neighbours differ, so their mean is
+// smooth.
+float grain(vec2 at) { return fract(52.9829189 * fract(dot(at, vec2(0.06711056, 0.00583715)))); }
+
+// `blur` is in shares of the map: every sample and lamp looks up another spot of that square, along
+// Martin Roberts' R2 sequence, and the one opposite.
+float open_to(sampler2DArrayShadow maps, int layer, Lamp l, vec3 p, vec2 turn, float blur) {
+    vec3 m = in_map(l, p);
+    vec2 aside = blur * (2 * fract(turn + layer * vec2(0.7548777, 0.5698403)) - 1);
+    float depth = clamp(m.z, 0, 1) - 3e-4;
+    return 0.5 * (texture(maps, vec4(m.xy + aside, layer, depth)) +
+                  texture(maps, vec4(m.xy - aside, layer, depth)));
+}
+
+vec3 lit(vec3 p, vec3 n, vec3 view, vec3 colour, float skin) {
+    int quarter = int(gl_FragCoord.x) % 2 + 2 * (int(gl_FragCoord.y) % 2);
+    float texel = 2 * ball.w / key_map_side;
+    vec2 turn = vec2(grain(gl_FragCoord.xy), grain(gl_FragCoord.yx + 37));
+    vec3 key = vec3(0), glint = vec3(0), dome = vec3(0);
+    for (int i = quarter; i < key_lamps; i += 4) {
+        vec3 l = lamp[i].towards.xyz;
+        float cosine = dot(n, l);
+        if (cosine <= 0) continue;
+        float share = cosine * open_to(key_maps, i, lamp[i], p + (2.5 * texel) * n, turn,
+                                       1.8 / key_map_side);
+        key += share;
+        glint += share * glint_of(n, l, view, skin);
+    }
+    texel = 2 * ball.w / dome_map_side;
+    float open = 0;
+    for (int i = quarter; i < dome_lamps; i += 4) {
+        Lamp l = lamp[key_lamps + i];
+        float cosine = dot(n, l.towards.xyz);
+        if (cosine <= 0) continue;
+        float share = cosine * open_to(dome_maps, i, l, p + (2.0 * texel) * n, turn,
+                                       2.0 / dome_map_side);
+        dome += share * sky_from(l.towards.xyz);
+        open += share;
+    }
+    // Radiance is colour / pi times irradiance; a lamp of the dome stands for 2 pi / dome_lamps sr.
+    float key_share = 4.0 / key_lamps, dome_share = 4.0 * 2.0 / dome_lamps;
+    open *= dome_share;
+    vec3 light = key * key_share * key_colour + dome * dome_share + bounced(p, n);
+    return colour * light + glint * key_share * key_colour + rim_of(n, view, skin, open);
+}
 
 void main() {
-    vec2 at = 2 * gl_FragCoord.xy / size - 1;
-    vec3 ray = forward.xyz + at.x * right.xyz + at.y * up.xyz;
+    vec3 ray = ray_through(2 * gl_FragCoord.xy / size - 1);
     ivec2 cell = ivec2(gl_FragCoord.xy);
     float depth = texelFetch(depths, cell, 0).r;
     float distance = depth > 0 ? eye.w / depth : 1e30;
@@ -206,7 +262,7 @@ void main() {
 }
 )";
 
-// Mean of the samples, then tones: straight up to a knee, then a shoulder that never clips; sRGB.
+// Mean of the samples, then tones, as sRGB.
 constexpr const char* tone_fragment = R"(
 layout(binding = 0) uniform sampler2D radiances;
 out vec4 tone;
@@ -216,12 +272,7 @@ void main() {
     for (int y = 0; y < samples_across; ++y)
         for (int x = 0; x < samples_across; ++x)
             sum += texelFetch(radiances, first + ivec2(x, y), 0).rgb;
-    vec3 c = sum / (samples_across * samples_across);
-    const float knee = 0.6;
-    vec3 over = max(c - knee, 0);
-    c = min(c, knee) + (1 - knee) * over / (over + (1 - knee));
-    c = clamp(c, 0, 1);
-    tone = vec4(mix(12.92 * c, 1.055 * pow(c, vec3(1 / 2.4)) - 0.055, step(0.0031308, c)), 1);
+    tone = vec4(encoded(toned(sum / (samples_across * samples_across))), 1);
 }
 )";
 

@@ -206,31 +206,44 @@ Response response(Filter filter, double rate)
 
 double lag(Filter filter, double rate) { return response(filter, rate).ramp; }
 
-HandSource::HandSource(const Recording& recording, const HandsRule& rule)
-    : zoom_(rule.zoom), at_(rule.at)
+HandStream::HandStream(const HandsRule& rule)
+    : filters_{HandFilter(rule.filter), HandFilter(rule.filter)},
+      present_{rule.present[left], rule.present[right]},
+      zoom_(rule.zoom),
+      at_(rule.at)
 {
-    check(recording);
-    HandFilter filters[side_count] = {HandFilter(rule.filter), HandFilter(rule.filter)};
-    frames_.reserve(recording.frames.size());
-    for (const HandFrame& given : recording.frames) {
-        Frame frame{};
-        frame.time = given.time;
-        for (int s = 0; s < side_count; ++s) {
-            const Hand hand = filters[s].filter(given.hand[s], given.time);
-            for (int j = 0; j < joint_count; ++j) {
-                const Joint<float>& joint = hand.joints[j];
-                frame.joints[s * joint_count + j] = {unit(joint.q), joint.p};
-            }
-            frame.steady[s] = rule.present[s] && filters[s].steady();
-            frame.size[s] = filters[s].size();
-        }
-        frames_.push_back(frame);
-    }
 }
 
-bool HandSource::sample(double time, Joint<double> joints[2 * joint_count],
+void HandStream::push(const HandFrame& given)
+{
+    if (!(empty() ? std::isfinite(given.time) : given.time > newest())) return;
+    Frame frame{};
+    frame.time = given.time;
+    for (int s = 0; s < side_count; ++s) {
+        const Hand hand = filters_[s].filter(given.hand[s], given.time);
+        for (int j = 0; j < joint_count; ++j) {
+            const Joint<float>& joint = hand.joints[j];
+            frame.joints[s * joint_count + j] = {unit(joint.q), joint.p};
+        }
+        frame.steady[s] = present_[s] && filters_[s].steady();
+        frame.size[s] = filters_[s].size();
+    }
+    frames_.push_back(frame);
+}
+
+void HandStream::forget(double time)
+{
+    while (frames_.size() > 2 && frames_[1].time <= time) frames_.pop_front();
+}
+
+bool HandStream::sample(double time, Joint<double> joints[2 * joint_count],
                         float size[side_count]) const
 {
+    if (empty()) {
+        std::fill(joints, joints + 2 * joint_count, Joint<double>{{1, 0, 0, 0}, {0, 0, 0}});
+        std::fill(size, size + int(side_count), 0.0f);
+        return false;
+    }
     const auto after =
         std::upper_bound(frames_.begin(), frames_.end(), time,
                          [](double t, const Frame& frame) { return t < frame.time; });
@@ -245,11 +258,19 @@ bool HandSource::sample(double time, Joint<double> joints[2 * joint_count],
         const Joint<double> joint = between(wide(from.joints[j]), wide(to.joints[j]), s);
         joints[j] = {joint.q, at_ + zoom_ * joint.p};
     }
+    const double last = open_ ? newest() + longest_gap : newest();
     for (int side = 0; side < side_count; ++side) {
-        const bool active = from.steady[side] && to.steady[side] && time <= duration();
+        const bool active = from.steady[side] && to.steady[side] && time <= last;
         size[side] = active ? from.size[side] + float(s) * (to.size[side] - from.size[side]) : 0;
     }
     return size[left] > 0 || size[right] > 0;
+}
+
+HandSource::HandSource(const Recording& recording, const HandsRule& rule) : stream_(rule)
+{
+    check(recording);
+    for (const HandFrame& frame : recording.frames) stream_.push(frame);
+    stream_.close();
 }
 
 }  // namespace knead

@@ -63,18 +63,26 @@ Response response(Filter filter, double rate);  // rate in frames per second
 // Response::ramp alone.
 double lag(Filter filter, double rate);
 
-// A recording, filtered once, and sampled between its frames. Time runs as in the time stamps.
-class HandSource {
+// Tracked hands as they come: filtered once, and sampled at any time between those that came.
+class HandStream {
   public:
-    // Throws InputError for a recording that check() refuses.
-    HandSource(const Recording& recording, const HandsRule& rule);
+    explicit HandStream(const HandsRule& rule);
 
-    double duration() const { return frames_.back().time; }  // [s]
+    // The next frame, in the tracker's frame of reference. One whose time does not rise, or is not
+    // a number, adds nothing.
+    void push(const HandFrame& frame);
+    // No more will come: after the last frame no hand is active. Before that hands stay where they
+    // were last seen, for a quarter of a second active.
+    void close() { open_ = false; }
+    // Times before `time` [s] will not be asked for any more.
+    void forget(double time);
+    bool empty() const { return frames_.empty(); }
+    double newest() const { return frames_.back().time; }  // [s]
 
     // Fills the joints, hand by hand, in the simulation's frame: at + zoom * p. Before the first
-    // frame and after the last the hands stand still. A hand is active where it is present in the
-    // rule and steady on both sides of `time`; after the end none is. `size` is the share of its
-    // radii that each has, 0 where it is not active. Answers whether any is.
+    // frame and after the last the hands stand still, at the origin where none came. A hand is
+    // active where it is present in the rule and steady on both sides of `time`. `size` is the
+    // share of its radii that each has, 0 where it is not active. Answers whether any is.
     bool sample(double time, Joint<double> joints[2 * joint_count], float size[side_count]) const;
 
   private:
@@ -84,9 +92,28 @@ class HandSource {
         bool steady[side_count];
         float size[side_count];
     };
-    std::vector<Frame> frames_;
+    std::deque<Frame> frames_;
+    HandFilter filters_[side_count];
+    bool present_[side_count];
     double zoom_;
     Vec3<double> at_;
+    bool open_ = true;
+};
+
+// A whole recording, sampled as a stream that is closed. Time runs as in the time stamps.
+class HandSource {
+  public:
+    // Throws InputError for a recording that check() refuses.
+    HandSource(const Recording& recording, const HandsRule& rule);
+
+    double duration() const { return stream_.newest(); }  // [s]
+    bool sample(double time, Joint<double> joints[2 * joint_count], float size[side_count]) const
+    {
+        return stream_.sample(time, joints, size);
+    }
+
+  private:
+    HandStream stream_;
 };
 
 }  // namespace knead

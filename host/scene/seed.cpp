@@ -154,25 +154,23 @@ void seed_object(Scene& scene, std::size_t index)
     setup.materials.push_back(o.material);
 }
 
-void add_tool(Scene& scene, Side side)
+void add_tool(HandTools& to, const HandsRule& hands, Side side)
 {
-    const HandsRule& hands = scene.hands;
-    Setup& setup = scene.setup;
     const std::string& name = hands.held[side];
     const Rig rig = name.empty() ? hand_rig(hands.topology, side) : tool_rig(name, side);
-    const int base = int(setup.rig.spheres.size()), tool = int(setup.tools.size());
+    const int base = int(to.rig.spheres.size()), tool = int(to.tools.size());
     for (Binding<float> b : rig.spheres) {
         b.radius *= float(hands.zoom);
         for (Vec3<float>& o : b.offset) o = float(hands.zoom) * o;
-        setup.rig.spheres.push_back(b);
+        to.rig.spheres.push_back(b);
     }
     for (Primitive p : rig.primitives) {
         for (int& s : p.sphere) s += base;
         p.tool = tool;
-        setup.rig.primitives.push_back(p);
+        to.rig.primitives.push_back(p);
     }
     const bool blade = name == "knife" || name == "scissors";
-    setup.tools.push_back({hands.mode, hands.friction, blade, true});
+    to.tools.push_back({hands.mode, hands.friction, blade, true});
 }
 
 }  // namespace
@@ -228,6 +226,13 @@ std::vector<Side> tool_sides(const HandsRule& hands)
     return sides;
 }
 
+HandTools hand_tools(const HandsRule& hands)
+{
+    HandTools made;
+    for (Side side : tool_sides(hands)) add_tool(made, hands, side);
+    return made;
+}
+
 std::size_t available_memory()
 {
     std::ifstream in("/proc/meminfo");
@@ -251,7 +256,8 @@ void build(Scene& scene, std::size_t memory)
     for (std::size_t i = 0; i < scene.objects.size(); ++i)
         scene.objects[i].shape == ShapeKind::splats ? put_object(scene, i) : seed_object(scene, i);
     if (!scene.has_hands) return;
-    for (Side side : tool_sides(scene.hands)) add_tool(scene, side);
+    HandTools made = hand_tools(scene.hands);
+    setup.rig = std::move(made.rig), setup.tools = std::move(made.tools);
     if (setup.rig.primitives.size() > max_primitives)
         throw InputError(fmt::format("{}: /hands: expected at most {} primitives, found {}",
                                      scene.path, max_primitives, setup.rig.primitives.size()));

@@ -10,7 +10,16 @@ double shape_volume(const Object& object);             // [m^3]
 double expected_particles(const Scene& scene);         // before overlaps are left out
 double expected_bytes(const Scene& scene);             // host and solver together
 std::vector<Side> tool_sides(const HandsRule& hands);  // of each tool, in its order
-bool inside(const Object& object, Vec3<double> x);     // x in [m]; never of shape `splats`
-std::size_t available_memory();                        // bytes free on this machine
+
+// What the hands are, or hold, in the size that they have in the simulation.
+struct HandTools {
+    Rig rig;
+    std::vector<Tool<double>> tools;
+};
+// Throws std::invalid_argument for a tool that is not known.
+HandTools hand_tools(const HandsRule& hands);
+
+bool inside(const Object& object, Vec3<double> x);  // x in [m]; never of shape `splats`
+std::size_t available_memory();                     // bytes free on this machine
 
 }  // namespace knead

@@ -49,9 +49,8 @@ void remove_pictures(const std::string& folder)
         throw OutputError(folder + ": its old pictures cannot be removed: " + problem.message());
 }
 
-std::vector<DrawPrimitive> draw_primitives(const Setup& setup,
-                                           const std::vector<Joint<double>>& joints,
-                                           const std::vector<char>& active)
+std::vector<DrawPrimitive> draw_primitives(const Rig& rig, const std::vector<Joint<double>>& joints,
+                                           int tool)
 {
     std::vector<DrawPrimitive> primitives;
     if (joints.empty()) return primitives;
@@ -59,17 +58,30 @@ std::vector<DrawPrimitive> draw_primitives(const Setup& setup,
         const Joint<double>& at = joints[std::size_t(j)];
         return Joint<float>{cast<float>(at.q), cast<float>(at.p)};
     };
-    for (const Primitive& p : setup.rig.primitives) {
-        if (std::size_t(p.tool) < active.size() && !active[std::size_t(p.tool)]) continue;
+    for (const Primitive& p : rig.primitives) {
+        if (p.tool != tool) continue;
         DrawPrimitive primitive{};
         primitive.count = p.count;
         for (int k = 0; k < 3; ++k) {
-            const Binding<float>& b = setup.rig.spheres[std::size_t(p.sphere[k])];
+            const Binding<float>& b = rig.spheres[std::size_t(p.sphere[k])];
             primitive.sphere[k] = {centre(b, pose), {}, {}, b.radius, 0};
         }
         primitives.push_back(primitive);
     }
     return primitives;
+}
+
+std::vector<DrawPrimitive> draw_primitives(const Setup& setup,
+                                           const std::vector<Joint<double>>& joints,
+                                           const std::vector<char>& active)
+{
+    std::vector<DrawPrimitive> all;
+    for (std::size_t tool = 0; tool < setup.tools.size(); ++tool) {
+        if (tool < active.size() && !active[tool]) continue;
+        const std::vector<DrawPrimitive> one = draw_primitives(setup.rig, joints, int(tool));
+        all.insert(all.end(), one.begin(), one.end());
+    }
+    return all;
 }
 
 FrameWriter::FrameWriter(const Scene& of, std::string where, std::string video_file,

@@ -15,6 +15,10 @@ std::vector<DrawPrimitive> draw_primitives(const Setup& setup,
                                            const std::vector<Joint<double>>& joints,
                                            const std::vector<char>& active);
 
+// Those of one tool of a rig.
+std::vector<DrawPrimitive> draw_primitives(const Rig& rig, const std::vector<Joint<double>>& joints,
+                                           int tool);
+
 // frame_00010.png
 std::string picture_name(int frame);
 // Removes the pictures that an earlier run left in the folder: files of exactly such names, and

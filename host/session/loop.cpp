@@ -13,6 +13,16 @@ double now()  // [s]
         .count();
 }
 
+// Null of a solver that takes no edits.
+const std::vector<Material<double>>* materials_of(const Solver& solver)
+{
+    try {
+        return &solver.rules().materials;
+    } catch (const std::logic_error&) {
+        return nullptr;
+    }
+}
+
 }  // namespace
 
 LoopRule loop_rule(const Scene& scene)
@@ -72,14 +82,15 @@ bool SessionLoop::cuts(const FramePart& part)
     look_for_end();
     if (rule.most_substeps > 0 && part.substeps >= rule.most_substeps) stop(End::substeps);
     if (rule.part) rule.part(begun + 1, part);
-    return ended.has_value();
+    return ended || (rule.shed && rule.shed(part));
 }
 
 // To where it was cut: its end, and the hands at it.
-void SessionLoop::shorten(Frame& f) const
+void SessionLoop::shorten(Frame& f)
 {
     const double share = f.stats.reached / rule.duration;
-    f.simulated = (f.number - 1) * rule.duration + f.stats.reached;
+    f.simulated = (f.number - 1) * rule.duration + f.stats.reached - lost;
+    lost += rule.duration - f.stats.reached;
     f.hand_time = (rule.first + f.number - 1 + share) / rule.rate;
     for (std::size_t j = 0; j < f.motion.to.size(); ++j)
         f.motion.to[j] = between(f.motion.from[j], f.motion.to[j], share);
@@ -94,7 +105,6 @@ bool SessionLoop::begin()
     Frame& f = under_way[begun % 2];
     f = {};
     f.number = begun + 1;
-    f.simulated = f.number * rule.duration;
     f.hand_time = (rule.first + f.number) / rule.rate;
     f.motion = motion((rule.first + begun) / rule.rate, f.hand_time);
     const double submitted = now();
@@ -128,6 +138,7 @@ bool SessionLoop::collect()
         return false;
     }
     f.times.solver += now() - start;
+    f.simulated = f.number * rule.duration - lost;
     if (f.stats.cut) shorten(f);
     newest = std::move(f);
     ++done;
@@ -146,8 +157,11 @@ void SessionLoop::tell()
 void SessionLoop::make_edits()
 {
     if (edits.empty()) return;
+    if (begun > done) throw std::logic_error("an edit was to be made with a frame under way");
     for (const Edit& edit : std::exchange(edits, {})) edit(solver);
-    // There may be other clay now.
+    // There may be other clay now, of other materials.
+    if (const std::vector<Material<double>>* edited = materials_of(solver))
+        rule.materials = *edited;
     state.reset(), last_meshes.reset(), on_device.reset();
     if (launching) make_device_surface();
 }

@@ -30,6 +30,9 @@ struct LoopRule {
     double time_limit = 0;   // wall time [s]; 0: none
     long most_substeps = 0;  // of a frame; one that would need more is cut short there; 0: any
     std::function<bool()> interrupted = [] { return knead::interrupted() != 0; };
+    // Asked between substeps on the CPU: true ends the frame there. The loop goes on with the next
+    // one; what was left of the frame's time is lost to the simulation.
+    std::function<bool(const FramePart&)> shed;
     // Told between substeps where the frame of that number stands.
     std::function<void(int number, const FramePart&)> part;
 
@@ -48,7 +51,7 @@ struct FrameTimes {
 
 struct Frame {
     int number = 0;        // from 1
-    double simulated = 0;  // since the loop began, at the frame's end [s]
+    double simulated = 0;  // since the loop began, at the frame's end; shed time left out [s]
     double hand_time = 0;  // of the hands' clock, at the frame's end [s]
     Motion motion;
     FrameStats stats;
@@ -75,6 +78,9 @@ class SessionLoop {
     // Done once, before the next frame's motion is asked for, with no frame under way: the frame
     // after the next where one has been handed over. It may change whatever the solver lets change.
     void edit(Edit edit) { edits.push_back(std::move(edit)); }
+
+    // The edits that wait are made now. Throws std::logic_error while a frame is under way.
+    void make_edits();
 
     // From now on every frame is handed over while the one before it is computed. Watchers then see
     // what a frame did, but cannot fetch the state: it is of no frame in particular.
@@ -113,9 +119,8 @@ class SessionLoop {
     bool cuts(const FramePart& part);
     bool begin();
     bool collect();
-    void shorten(Frame& f) const;
+    void shorten(Frame& f);
     void tell();
-    void make_edits();
     void make_device_surface();
 
     Solver& solver;
@@ -127,6 +132,7 @@ class SessionLoop {
     Frame under_way[2];       // by turns
     Frame newest;             // of those that ended
     int begun = 0, done = 0;  // frames
+    double lost = 0;          // simulated time that was shed [s]
     bool ahead = false, launching = false;
     std::optional<double> began;  // at the first frame [s of the wall's clock]
     std::optional<End> ended;

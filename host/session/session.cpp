@@ -18,12 +18,6 @@
 namespace knead {
 namespace {
 
-// More than a hundredth of the clay put back in one frame: the guards no longer repair, they hide.
-bool overrun(const FrameStats& stats, std::size_t particles)
-{
-    return double(stats.repaired) > 0.01 * double(particles);
-}
-
 // What watches the loop: each of its watchers fills its part of the frame's row.
 class Run {
   public:
@@ -317,6 +311,11 @@ RunRecord run_frames(const Scene& scene, Solver& solver, const HandSource* hands
     if (watch.checkpoint) keeper.end(loop.last());
     move_out(scene, run.record);
     return std::move(run.record);
+}
+
+bool overrun(const FrameStats& stats, std::size_t particles)
+{
+    return double(stats.repaired) > 0.01 * double(particles);
 }
 
 double moved_share(const RunRecord& record)

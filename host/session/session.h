@@ -84,6 +84,10 @@ RunRecord run_frames(const Scene& scene, Solver& solver, const HandSource* hands
                      const RunRule& rule, const RunWatch& watch,
                      const RunRecord* earlier = nullptr);
 
+// Whether the guards no longer repair, but hide: more than a hundredth of the clay was put back in
+// one frame.
+bool overrun(const FrameStats& stats, std::size_t particles);
+
 // Of all particle-substeps those in which clay moved; 1 for a run of none.
 double moved_share(const RunRecord& record);
 

@@ -293,5 +293,35 @@ TEST(HandSource, ARecordingOfNoHandsIsNeverActiveAndStillFinite)
     EXPECT_THROW(HandSource(r, {}), InputError);
 }
 
+TEST(HandStream, HoldsTheLastHandsForAWhileAndForgetsOldOnes)
+{
+    HandsRule rule;
+    rule.zoom = 2;
+    HandStream stream(rule);
+    Joint<double> joints[2 * joint_count];
+    float size[side_count];
+    EXPECT_FALSE(stream.sample(0, joints, size));
+    EXPECT_EQ(joints[0].q.w, 1);
+    HandFrame frame;
+    frame.hand[left] = open_hand(left);
+    frame.hand[left].tracked = true;
+    frame.hand[left].valid.fill(true);
+    for (int i = 0; i <= 100; ++i) frame.time = 0.01 * i, stream.push(frame);
+    frame.time = 0.5;
+    stream.push(frame);
+    frame.time = std::nan("");
+    stream.push(frame);
+    EXPECT_DOUBLE_EQ(stream.newest(), 1);
+    EXPECT_TRUE(stream.sample(1.2, joints, size));
+    EXPECT_EQ(size[left], 1);
+    EXPECT_EQ(size[right], 0);
+    EXPECT_FALSE(stream.sample(1.3, joints, size));
+    stream.forget(0.9);
+    EXPECT_TRUE(stream.sample(0.95, joints, size));
+    stream.close();
+    EXPECT_FALSE(stream.sample(1.01, joints, size));
+    EXPECT_TRUE(stream.sample(1, joints, size));
+}
+
 }  // namespace
 }  // namespace knead

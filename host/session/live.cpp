@@ -1,0 +1,326 @@
+#include "host/session/live.h"
+
+#include <algorithm>
+#include <chrono>
+#include <new>
+#include <stdexcept>
+
+#include "host/assets/splat_object.h"
+#include "host/base/errors.h"
+#include "host/scene/foresight.h"
+#include "host/scene/seed.h"
+#include "host/session/live_run.h"
+#include "host/session/session.h"
+
+namespace knead {
+namespace {
+
+constexpr std::size_t most_waiting = 1024;  // frames of hands
+
+double steady_now()  // [s]
+{
+    return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch())
+        .count();
+}
+
+std::string reason_of(const std::exception_ptr& failure)
+{
+    try {
+        std::rethrow_exception(failure);
+    } catch (const std::bad_alloc&) {
+        return "more memory is needed than there is";
+    } catch (const std::exception& e) {
+        return e.what();
+    }
+}
+
+}  // namespace
+
+std::shared_ptr<const LiveScene> load_live_scene(const std::string& path,
+                                                 const std::vector<std::string>& settings,
+                                                 std::size_t memory)
+{
+    auto made = std::make_shared<LiveScene>();
+    made->scene = read_scene(path, settings);
+    if (memory == 0) memory = available_memory();
+    check_substeps(made->scene);
+    made->splats = joined(load_splats(made->scene, memory));
+    build(made->scene, memory);
+    if (made->scene.has_hands) made->recording = hands_of(made->scene);
+    return made;
+}
+
+std::vector<int> splat_categories(const Scene& scene)
+{
+    std::vector<int> found;
+    for (const Object& o : scene.objects)
+        if (o.shape == ShapeKind::splats) found.push_back(o.category);
+    return found;
+}
+
+LiveSession::LiveSession(std::shared_ptr<const LiveScene> of, LiveRule by)
+    : rule(std::move(by)), epoch(steady_now()), scene(std::move(of)), paused(rule.paused)
+{
+    published.store(std::make_shared<const LiveState>());
+    thread = std::thread([this] { live(); });
+}
+
+LiveSession::~LiveSession()
+{
+    {
+        const std::lock_guard lock(mutex);
+        quit = true;
+    }
+    wake.notify_all();
+    thread.join();
+}
+
+double LiveSession::now() const { return rule.clock ? rule.clock() : steady_now() - epoch; }
+
+void LiveSession::push(const HandFrame& hands)
+{
+    const std::lock_guard lock(mutex);
+    incoming.push_back(hands);
+    if (incoming.size() > most_waiting) incoming.pop_front();
+}
+
+void LiveSession::post(Command command, bool at_once)
+{
+    {
+        const std::lock_guard lock(mutex);
+        if (at_once) ++hurry;
+        commands.push_back([this, command = std::move(command), at_once] {
+            if (at_once) --hurry;
+            try {
+                command();
+            } catch (...) {
+                refuse(reason_of(std::current_exception()));
+            }
+        });
+        ++posted;
+    }
+    wake.notify_all();
+}
+
+void LiveSession::settle()
+{
+    std::unique_lock lock(mutex);
+    const long ticket = posted;
+    done.wait(lock, [&] { return finished >= ticket || quit; });
+}
+
+void LiveSession::live()
+{
+    begin(scene);
+    publish();
+    std::unique_lock lock(mutex);
+    ++finished;
+    done.notify_all();
+    while (!quit) {
+        if (!commands.empty()) {
+            const Command command = std::move(commands.front());
+            commands.pop_front();
+            lock.unlock();
+            command();
+            publish();
+            lock.lock();
+            ++finished;
+            done.notify_all();
+        } else if (wait_for_work(lock)) {
+            lock.unlock();
+            frame();
+            publish();
+            lock.lock();
+        }
+    }
+    finished = posted;  // nobody waits for what will not be done
+    commands.clear();
+    done.notify_all();
+    lock.unlock();
+    run.reset();  // on the thread that made it
+}
+
+// Whether a frame is due; otherwise some of the time until it is has been waited.
+bool LiveSession::wait_for_work(std::unique_lock<std::mutex>& lock)
+{
+    const bool going = run && trouble.empty();
+    if (going && steps > 0) return true;
+    if (!going || paused || rule.stepped) {
+        wake.wait(lock, [&] { return quit || !commands.empty(); });
+        return false;
+    }
+    const double left = next - now();
+    if (left <= 1e-9) return true;  // sums of periods are rounded
+    wake.wait_for(lock, std::chrono::duration<double>(std::clamp(left, 1e-4, 5e-3)));
+    return false;
+}
+
+void LiveSession::begin(std::shared_ptr<const LiveScene> of)
+{
+    run.reset();  // first: two may not fit into memory
+    scene = std::move(of);
+    trouble.clear();
+    late = 0;
+    ++history;
+    next = now();
+    if (!scene) return;
+    try {
+        run = std::make_unique<LiveRun>(
+            scene, rule, rule.stepped ? stepped_to : now(), [this] { return now(); },
+            [this] { return quit || hurry > 0; });
+        run->make_surface();
+    } catch (...) {
+        trouble = reason_of(std::current_exception());
+    }
+}
+
+void LiveSession::frame()
+{
+    {
+        const std::lock_guard lock(mutex);
+        for (const HandFrame& hands : incoming) run->push(hands);
+        incoming.clear();
+    }
+    const bool single = steps > 0;
+    if (single) --steps;
+    try {
+        trouble = run->frame(single);
+    } catch (...) {
+        trouble = reason_of(std::current_exception());
+    }
+    // Frames that were due while this one was computed, but for one, are not made up for.
+    const double period = run->period(), before = now() - period;
+    next += period;
+    if (single || rule.stepped || next >= before) return;
+    late += (before - next) / period * run->simulated_period();
+    next = before;
+}
+
+void LiveSession::publish()
+{
+    auto state = std::make_shared<LiveState>();
+    try {
+        if (run) run->tell(*state);
+    } catch (...) {
+        if (trouble.empty()) trouble = reason_of(std::current_exception());
+    }
+    state->scene = scene;
+    state->history = history;
+    state->version = ++version;
+    state->paused = paused;
+    if (run) state->shed.behind = run->lost() + late;
+    state->trouble = trouble;
+    state->refused = refused;
+    state->refusal = refusal;
+    published.store(std::move(state));
+}
+
+void LiveSession::refuse(const std::string& why)
+{
+    ++refused;
+    refusal = why;
+}
+
+void LiveSession::pause(bool on)
+{
+    post([this, on] {
+        paused = on;
+        next = now();
+        if (on && run && trouble.empty()) run->make_surface();
+    });
+}
+
+void LiveSession::step(int frames)
+{
+    post([this, frames] { steps += std::max(0, frames); });
+}
+
+void LiveSession::reset()
+{
+    post([this] { begin(scene); }, true);
+}
+
+void LiveSession::load(std::shared_ptr<const LiveScene> of)
+{
+    post([this, of = std::move(of)] { begin(of); }, true);
+}
+
+void LiveSession::load(const std::string& path, const std::vector<std::string>& settings)
+{
+    // What cannot be read leaves the scene that is there.
+    post([this, path, settings] { begin(load_live_scene(path, settings)); }, true);
+}
+
+void LiveSession::edit_clay(Edit edit, bool reshapes)
+{
+    post([this, edit = std::move(edit), reshapes] {
+        if (!run) throw std::invalid_argument("there is no simulation to edit");
+        run->edit(edit, reshapes);
+    });
+}
+
+void LiveSession::set_hands(const HandsRule& hands)
+{
+    post([this, hands] {
+        if (!run) throw std::invalid_argument("there is no simulation that has tools");
+        run->set_hands(hands);
+    });
+}
+
+void LiveSession::play(bool recorded)
+{
+    post([this, recorded] {
+        if (!run) throw std::invalid_argument("there is no simulation that hands could move");
+        run->play(recorded);
+    });
+}
+
+void LiveSession::set_gravity(Vec3<double> gravity)
+{
+    edit_clay([gravity](Solver& solver) { solver.set_gravity(gravity); }, false);
+}
+
+void LiveSession::set_material(int object, const Material<double>& material)
+{
+    const auto change = [object, material](Solver& solver) {
+        const auto& there = solver.rules().materials;
+        if (object < 0 || std::size_t(object) >= there.size())
+            throw std::invalid_argument("there is no object " + std::to_string(object));
+        Material<double> whole = material;
+        whole.volume = there[std::size_t(object)].volume;
+        whole.mass = whole.density * whole.volume;
+        whole.category = there[std::size_t(object)].category;
+        solver.set_material(object, whole);
+    };
+    edit_clay(change, false);
+}
+
+bool LiveSession::ask(const std::function<void(const Solver&)>& look)
+{
+    bool seen = false;
+    post([this, &look, &seen] {
+        if (!run) return;
+        look(run->of());
+        seen = true;
+    });
+    settle();
+    return seen;
+}
+
+void LiveSession::advance_to(double time)
+{
+    if (!rule.stepped)
+        throw std::logic_error("a session in real time does not take the time from its caller");
+    post([this, time] {
+        constexpr double rounding = 1e-9;  // [s]
+        while (run && trouble.empty() && !paused && !quit && run->next_end() <= time + rounding) {
+            frame();
+            publish();
+        }
+        if (run && paused) run->skip_to(time);
+        stepped_to = std::max(stepped_to, time);
+    });
+    settle();
+}
+
+}  // namespace knead

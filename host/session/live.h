@@ -1,0 +1,163 @@
+// A live session: a scene is simulated on a thread of its own, moved by hands as they come, changed
+// by commands, and seen through states that never change once they are published. Windows and
+// headsets draw these; none of them waits for the simulation.
+#pragma once
+#include <atomic>
+#include <condition_variable>
+#include <deque>
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "host/hands/recording.h"
+#include "host/session/loop.h"
+#include "host/splats/cloud.h"
+#include "render/painter.h"
+
+namespace knead {
+
+// A scene with all that was loaded for it.
+struct LiveScene {
+    Scene scene;                         // built
+    SplatCloud splats;                   // of its objects, in the order of the solver's Gaussians
+    std::optional<Recording> recording;  // of the hands that it names
+};
+// As `knead run` loads it. `memory` [bytes], 0: what is free. Throws InputError, MemoryError.
+std::shared_ptr<const LiveScene> load_live_scene(const std::string& path,
+                                                 const std::vector<std::string>& settings = {},
+                                                 std::size_t memory = 0);
+// Categories of clay in whose place splats are drawn.
+std::vector<int> splat_categories(const Scene& scene);
+
+struct LiveRule {
+    std::function<std::unique_ptr<Solver>(const Setup&)> make;  // the solver of a scene
+    // Time passes as the caller says, by advance_to(): frames are whole, and the same hands give
+    // the same bits. Otherwise it is real time.
+    bool stepped = false;
+    // What follows is of real time alone.
+    std::function<double()> clock;  // [s], rising; null: since the session began
+    double budget = 0;     // what a frame may take on the clock [s]; 0: the time to the next one
+    double fastest = 3;    // a tool follows its hand at so many real metres a second of simulated
+                           // time at most; 0: any
+    bool recorded = true;  // begins with the scene's recorded hands
+    bool paused = false;   // begins paused
+};
+
+// One tool as the simulation had it at the end of a frame.
+struct LiveTool {
+    Side side;
+    std::string held;  // "" the bare hand
+    bool active;       // touches clay
+    float size;        // the share of its radii that it has
+    std::vector<DrawPrimitive> primitives;
+};
+
+// What falls behind when the machine is too slow.
+struct Shed {
+    long frames = 0;    // that were cut short between two substeps
+    double behind = 0;  // of simulated time, in all [s]
+};
+
+// The simulation at the end of a frame, an edit or a command. Never changes.
+struct LiveState {
+    std::shared_ptr<const LiveScene> scene;  // null: none was loaded
+    int history = 0;                         // rises when a scene is loaded, and with every reset
+    long version = 0;                        // of this state: rises with every one
+    double time = 0;                         // of the session, at the frame's end [s]
+    Frame frame;  // the last: number, statistics, times, and the joints of all tools
+    std::vector<StageTime> stages;  // of the last frame; empty where they cost more than it
+    Meshes meshes;                  // null: none were made
+    long mesh_version = 0;          // rises when they change
+    std::shared_ptr<const std::vector<Gaussian<double>>> gaussians;  // null: the scene has none
+    std::vector<LiveTool> tools;
+    HandsRule hands;  // which tools there are
+    bool recorded = false, paused = false;
+    Shed shed;
+    std::string solver;   // its name
+    std::string trouble;  // why the simulation has ended; "": it has not
+    int refused = 0;      // commands that could not be done
+    std::string refusal;  // why not the last of them
+};
+
+class LiveRun;
+
+class LiveSession {
+  public:
+    // Simulates `scene`, which may be null, from now on. Nothing that goes wrong with it is thrown:
+    // the state says it.
+    LiveSession(std::shared_ptr<const LiveScene> scene, LiveRule rule);
+    ~LiveSession();  // between two substeps
+    LiveSession(const LiveSession&) = delete;
+
+    // All that follows may be called by any thread.
+    std::shared_ptr<const LiveState> state() const { return published.load(); }
+    double now() const;  // [s] of the session: what hands are stamped with
+    // Tracked hands, in the tracker's frame; times rise. The oldest of more than a thousand that
+    // wait are dropped.
+    void push(const HandFrame& hands);
+
+    // Commands are done in their order, between frames. A reset and a load end the frame under way.
+    void pause(bool paused);
+    void step(int frames = 1);  // while paused
+    void reset();
+    void load(std::shared_ptr<const LiveScene> scene);
+    void load(const std::string& path, const std::vector<std::string>& settings);
+    // Which tools the hands are or hold. The scene's clay stays as it is.
+    void set_hands(const HandsRule& hands);
+    void play(bool recorded);  // the scene's recorded hands, from their start; or those pushed
+    void set_gravity(Vec3<double> gravity);  // [m/s^2]
+    // The object's volume stays, its mass is that times the density.
+    void set_material(int object, const Material<double>& material);
+    // What it throws is a refusal, and must leave the solver as it was.
+    void edit(Edit edit) { edit_clay(std::move(edit), true); }
+
+    // Waits until all commands so far are done.
+    void settle();
+    // The same after `look` has seen the solver; false where there is none.
+    bool ask(const std::function<void(const Solver&)>& look);
+    // Of a stepped session: simulates all frames that end at `time` [s] or before, and waits for
+    // them. Throws std::logic_error in real time.
+    void advance_to(double time);
+
+  private:
+    using Command = std::function<void()>;
+    void post(Command command, bool at_once = false);
+    void edit_clay(Edit edit, bool reshapes);
+    void live();
+    bool wait_for_work(std::unique_lock<std::mutex>& lock);
+    void begin(std::shared_ptr<const LiveScene> scene);
+    void frame();
+    void publish();
+    void refuse(const std::string& why);
+
+    const LiveRule rule;
+    const double epoch;  // of the steady clock [s]
+    std::atomic<std::shared_ptr<const LiveState>> published;
+
+    std::mutex mutex;  // of what follows, up to the thread's own
+    std::condition_variable wake, done;
+    std::deque<Command> commands;
+    long posted = 1, finished = 0;  // commands; the first is to begin
+    std::deque<HandFrame> incoming;
+    std::atomic<bool> quit = false;
+    std::atomic<int> hurry = 0;  // commands for whose sake a frame is not worth its end
+
+    // Of the simulation's thread.
+    std::shared_ptr<const LiveScene> scene;
+    std::unique_ptr<LiveRun> run;
+    int history = 0, refused = 0;
+    long version = 0;
+    std::string refusal, trouble;
+    bool paused = false;
+    int steps = 0;          // frames to do though paused
+    double stepped_to = 0;  // of a stepped session [s]
+    double next = 0;        // when the next frame is due [s]
+    double late = 0;        // simulated time that never began, because frames were due too fast [s]
+    std::thread thread;
+};
+
+}  // namespace knead

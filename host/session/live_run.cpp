@@ -1,0 +1,204 @@
+#include "host/session/live_run.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <new>
+
+#include "host/base/errors.h"
+#include "host/session/frame_writer.h"
+#include "host/session/session.h"
+
+namespace knead {
+
+LiveRun::LiveRun(std::shared_ptr<const LiveScene> of, const LiveRule& by, double start,
+                 std::function<double()> clock, std::function<bool()> stale)
+    : scene(std::move(of)),
+      rule(by),
+      now(std::move(clock)),
+      solver(rule.make(scene->scene.setup)),
+      hands(scene->scene.hands),
+      tools{scene->scene.setup.rig, scene->scene.setup.tools},
+      stream(hands),
+      recorded(rule.recorded && scene->recording),
+      skew(start),
+      time(start),
+      particles(scene->scene.setup.particles.size())
+{
+    make_sources();
+    LoopRule loop_by = loop_rule(scene->scene);
+    loop_by.most_substeps = scene->scene.most_substeps;
+    loop_by.interrupted = [] { return false; };
+    const double budget = rule.stepped ? 0 : rule.budget > 0 ? rule.budget : period();
+    loop_by.shed = [this, stale, budget](const FramePart&) {
+        return stale() || (budget > 0 && now() - began > budget);
+    };
+    loop = std::make_unique<SessionLoop>(
+        *solver, [this](double from, double to) { return motion(from, to); }, loop_by);
+    loop->watch([this](const Frame& frame) { after(frame); });
+}
+
+void LiveRun::make_sources()
+{
+    stream = HandStream(hands);
+    if (scene->recording) source = std::make_unique<HandSource>(*scene->recording, hands);
+    replay = recorded_motion(source.get(), hands);
+    moved_on = false;
+}
+
+Motion LiveRun::motion(double from, double to)
+{
+    if (recorded) return replay(from - replayed, to - replayed);
+    return pushed(from, to);
+}
+
+// Each frame begins where the one before ended, whatever came in between.
+Motion LiveRun::pushed(double from, double to)
+{
+    Motion m = no_motion();
+    const double until = rule.stepped ? to + skew : now();
+    float size[side_count], before[side_count];
+    stream.sample(until, m.to.data(), size);
+    if (moved_on)
+        m.from = last.to;
+    else
+        stream.sample(rule.stepped ? from + skew : until, m.from.data(), before);
+    for (Side side : tool_sides(hands))
+        m.active.push_back(size[side] > 0), m.size.push_back(size[side]);
+    if (!rule.stepped) keep_up(m);
+    stream.forget(until - 1);
+    return m;
+}
+
+// A simulation that falls behind sees hands faster than they are. Tools follow as fast as hands
+// can move; those that touched nothing are where their hand is at once.
+void LiveRun::keep_up(Motion& m) const
+{
+    const std::vector<Side> sides = tool_sides(hands);
+    const double reach = rule.fastest * hands.zoom * simulated_period();
+    for (std::size_t tool = 0; tool < sides.size(); ++tool) {
+        const std::size_t first = std::size_t(int(sides[tool]) * joint_count);
+        const bool touched = moved_on && tool < last.active.size() && last.active[tool];
+        double far = 0;
+        for (std::size_t j = first; j < first + joint_count; ++j) {
+            if (!touched) m.from[j] = m.to[j];
+            far = std::max(far, length(m.to[j].p - m.from[j].p));
+        }
+        if (!(rule.fastest > 0) || far <= reach) continue;
+        for (std::size_t j = first; j < first + joint_count; ++j)
+            m.to[j] = between(m.from[j], m.to[j], reach / far);
+    }
+}
+
+void LiveRun::after(const Frame& frame)
+{
+    last = frame.motion;
+    moved_on = true;
+    time = rule.stepped ? frame.hand_time + skew : now();
+    if (overrun(frame.stats, particles)) {
+        trouble = fmt::format("frame {}: {} particles had to be put back", frame.number,
+                              frame.stats.repaired);
+        loop->stop(End::numbers);
+    }
+    if (!frame.stats.cut) return;
+    const double left = simulated_period() - frame.stats.reached;
+    ++cut;
+    lost_time += left;
+    replayed += left / simulated_period() * period();  // recorded hands wait
+}
+
+std::string LiveRun::frame(bool shown)
+{
+    began = now();
+    const bool going = loop->step();
+    if (!trouble.empty()) return trouble;
+    if (loop->failure()) std::rethrow_exception(loop->failure());
+    if (!going || loop->end() != End::complete)
+        return fmt::format("frame {}: not done after {} substeps (step.most_substeps)",
+                           loop->last().number, loop->last().stats.substeps);
+    // On the CPU a surface costs as much as many substeps: half the time at most is for them.
+    const bool due = rule.stepped || solver->clay() || now() - mesh_made >= mesh_cost;
+    if (due || shown) make_surface();
+    return {};
+}
+
+void LiveRun::make_surface()
+{
+    const int number = loop->last().number;
+    if (meshed == number) return;
+    const double start = now();
+    const Meshes made = loop->meshes();
+    if (made != meshes) meshes = made, ++mesh_version;
+    meshed = number;
+    mesh_made = now();
+    mesh_cost = mesh_made - start;
+}
+
+double LiveRun::next_end() const { return (loop->last().number + 1) * period() + skew; }
+
+void LiveRun::skip_to(double to)
+{
+    skew = std::max(skew, to - loop->last().number * period());
+    moved_on = false;
+}
+
+void LiveRun::set_hands(const HandsRule& by)
+{
+    HandTools made = hand_tools(by);
+    edit([&](Solver& s) { s.set_tools(made.rig, made.tools); }, false);
+    tools = std::move(made);
+    const bool same = by.zoom == hands.zoom && length(by.at - hands.at) == 0 &&
+                      by.filter == hands.filter && by.present[left] == hands.present[left] &&
+                      by.present[right] == hands.present[right];
+    hands = by;
+    if (!same) make_sources();
+}
+
+void LiveRun::play(bool on)
+{
+    if (on && !source) throw std::invalid_argument("the scene has no recorded hands");
+    recorded = on;
+    replayed = loop->last().number * period();
+    moved_on = false;
+}
+
+void LiveRun::edit(const Edit& change, bool reshapes)
+{
+    std::exception_ptr refused;
+    loop->edit([&](Solver& s) {
+        try {
+            change(s);
+        } catch (...) {
+            refused = std::current_exception();
+        }
+    });
+    loop->make_edits();
+    if (refused) std::rethrow_exception(refused);
+    if (reshapes) meshed = -1, make_surface();
+}
+
+void LiveRun::tell(LiveState& state)
+{
+    state.scene = scene;
+    state.time = time;
+    state.frame = loop->last();
+    if (!solver->clay()) state.stages = solver->stage_times();
+    state.meshes = meshes;
+    state.mesh_version = mesh_version;
+    if (scene->splats.count() > 0)
+        state.gaussians =
+            std::make_shared<const std::vector<Gaussian<double>>>(solver->gaussians());
+    const std::vector<Side> sides = tool_sides(hands);
+    for (std::size_t tool = 0; tool < tools.tools.size() && tool < sides.size(); ++tool) {
+        const bool active = tool < last.active.size() && last.active[tool];
+        const float size = tool < last.size.size() ? last.size[tool] : 0;
+        state.tools.push_back({sides[tool], hands.held[sides[tool]], active, size,
+                               draw_primitives(tools.rig, last.to, int(tool))});
+    }
+    state.hands = hands;
+    state.recorded = recorded;
+    state.shed.frames = cut;
+    state.solver = solver->name();
+}
+
+}  // namespace knead

@@ -1,0 +1,76 @@
+// One history of a live scene, from its start or a reset to the next one: solver, loop, hands.
+// Belongs to the thread of a LiveSession.
+#pragma once
+#include <memory>
+#include <string>
+
+#include "host/scene/seed.h"
+#include "host/session/live.h"
+#include "host/session/motion.h"
+
+namespace knead {
+
+class LiveRun {
+  public:
+    // `began` is the session's time [s]. Throws what making the solver throws.
+    // `stale` is asked between substeps: true ends the frame.
+    LiveRun(std::shared_ptr<const LiveScene> scene, const LiveRule& rule, double began,
+            std::function<double()> now, std::function<bool()> stale);
+    LiveRun(const LiveRun&) = delete;
+
+    void push(const HandFrame& frame) { stream.push(frame); }
+    // One frame, and its surface where that is due, or `shown`. "", or why the simulation ended.
+    std::string frame(bool shown);
+    // The surface of the last frame, if it has none yet.
+    void make_surface();
+    double next_end() const;  // of the next frame, on the session's clock where that is stepped [s]
+    // The session's time went on to `time` without this one.
+    void skip_to(double time);
+
+    void set_hands(const HandsRule& rule);
+    void play(bool recorded);
+    // Done now; throws what it throws. `reshapes`: there is another surface now.
+    void edit(const Edit& edit, bool reshapes);
+
+    // Fills what a state says of the simulation.
+    void tell(LiveState& state);
+    const Solver& of() const { return *solver; }
+    double lost() const { return lost_time; }
+    double period() const { return 1 / scene->scene.frame_rate; }             // [s]
+    double simulated_period() const { return frame_duration(scene->scene); }  // [s]
+
+  private:
+    Motion motion(double from, double to);
+    Motion pushed(double from, double to);
+    void keep_up(Motion& motion) const;
+    void after(const Frame& frame);
+    void make_sources();
+
+    const std::shared_ptr<const LiveScene> scene;
+    const LiveRule& rule;
+    const std::function<double()> now;
+    std::unique_ptr<Solver> solver;
+    std::unique_ptr<SessionLoop> loop;
+    HandsRule hands;
+    HandTools tools;
+    HandStream stream;
+    std::unique_ptr<HandSource> source;  // null: nothing was recorded
+    MotionSource replay;                 // of it
+    bool recorded;
+    double skew;          // of the session's time over the loop's [s]
+    double replayed = 0;  // when in the loop's time the recording began; later where it was held up
+    double time = 0;      // of the session, at the last frame's end [s]
+    double began = 0;     // the frame under way [s]
+    Motion last;          // as it ended
+    bool moved_on = false;  // there is a last motion
+    std::size_t particles = 0;
+    long cut = 0;
+    double lost_time = 0;  // of frames that were cut [s]
+    Meshes meshes;         // the last that were made
+    int meshed = -1;       // the frame that they are of
+    long mesh_version = 0;
+    double mesh_cost = 0, mesh_made = -1e30;  // [s]
+    std::string trouble;
+};
+
+}  // namespace knead

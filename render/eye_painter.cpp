@@ -1,0 +1,378 @@
+// A live picture: shadow maps where something moved, samples of what the eye sees, and their mean
+// in the caller's framebuffer.
+#include "render/eye_painter.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <stdexcept>
+
+#include "render/eye_shaders.h"
+#include "render/eye_shapes.h"
+#include "render/program.h"
+
+namespace knead {
+namespace {
+
+// What lies beyond is not there: keeps one stray vertex from spoiling the shadows [m].
+constexpr float farthest = 1e4f;
+
+// What drawing needs, whatever was set before; and the values of a new context again.
+void set_state()
+{
+    for (const GLenum off :
+         {GL_SCISSOR_TEST, GL_STENCIL_TEST, GL_BLEND, GL_CULL_FACE, GL_POLYGON_OFFSET_FILL,
+          GL_SAMPLE_ALPHA_TO_COVERAGE, GL_RASTERIZER_DISCARD, GL_DEPTH_CLAMP, GL_FRAMEBUFFER_SRGB})
+        glDisable(off);
+    glEnable(GL_DEPTH_TEST);
+    glEnable(GL_MULTISAMPLE);
+    glColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
+    glDepthMask(GL_TRUE);
+    glCullFace(GL_BACK);
+    glFrontFace(GL_CCW);
+    glDepthRangef(0, 1);
+    glPolygonMode(GL_FRONT_AND_BACK, GL_FILL);
+    glClipControl(GL_LOWER_LEFT, GL_ZERO_TO_ONE);
+    glBindSamplers(0, 4, nullptr);
+}
+void reset_state()
+{
+    glDisable(GL_DEPTH_TEST);
+    glDisable(GL_FRAMEBUFFER_SRGB);
+    glDepthFunc(GL_LESS);
+    glClipControl(GL_LOWER_LEFT, GL_NEGATIVE_ONE_TO_ONE);
+    glUseProgram(0);
+    glBindVertexArray(0);
+    glBindTextures(0, 4, nullptr);
+    glBindBufferBase(GL_UNIFORM_BUFFER, 0, 0);
+    glBindBufferBase(GL_UNIFORM_BUFFER, 1, 0);
+}
+
+void check(const EyeView& view, const EyeLook& look)
+{
+    const Vec3<float> l = look.light;
+    const Ball s = look.stage;
+    if (!valid(splat_eye(view)) || !(view.near > 0 && view.near < farthest))
+        throw std::invalid_argument("an eye whose pose, sides, near distance or size has no sense");
+    if (!std::isfinite(look.floor) || !(length(l) > 0 && length(l) < 1e9f) ||
+        !(length(s.centre) < farthest && s.radius > 0 && s.radius < farthest))
+        throw std::invalid_argument("a floor, light or stage that is not finite");
+}
+
+class GlEyePainter final : public EyePainter {
+  public:
+    explicit GlEyePainter(int samples);
+    void set_clay(const std::vector<Mesh>& meshes, long version,
+                  const std::vector<int>& unseen) override;
+    void set_hands(const std::vector<HandLook>& hands) override;
+    void set_splats(int eye, const SplatLayer& layer) override
+    {
+        splats_.at(std::size_t(eye)).upload(layer);
+    }
+    void set_splats(int eye, unsigned colour, unsigned depth) override
+    {
+        DrawnSplats& s = splats_.at(std::size_t(eye));
+        s.colour_name = depth ? colour : 0, s.depth_name = depth;
+    }
+    void paint(const EyeView& view, const EyeLook& look, const EyeTarget& target, int eye) override;
+    std::string name() const override { return name_; }
+
+  private:
+    void resize(int width, int height);
+    void build_maps();
+    void light(const EyeLook& look);
+    void cast_shadows();
+    void aim(const EyeView& view, const EyeLook& look);
+    void see(const EyeView& view, const EyeLook& look);
+    void put_out(const EyeView& view, const EyeTarget& target, const DrawnSplats& splats);
+
+    int samples_;
+    std::string name_;
+    Program shadow_, blur_, scene_, ground_, backdrop_, output_;
+    Texture key_map_ = shadow_maps(key_side, 1);
+    Texture zenith_depths_, half_blurred_, zenith_map_, colours_, depths_;
+    Framebuffer key_frame_ = framebuffer(), zenith_frame_ = framebuffer();
+    Framebuffer blur_frame_ = framebuffer(), frame_ = framebuffer();
+    Buffer lamps_ = buffer(), view_ = buffer();
+    VertexArray nothing_ = vertex_array();
+    Shapes clay_, hands_;
+    std::vector<DrawnClay> clays_;
+    std::vector<DrawnHand> drawn_hands_;
+    std::array<DrawnSplats, 2> splats_;
+    int width_ = 0, height_ = 0;  // of the samples' textures [pixels]
+    long version_ = 0;
+    bool any_clay_ = false, shadows_stand_ = false;
+    Ball about_clay_{}, lit_{};          // all clay; what the shadow maps hold
+    Vec3<float> towards_{};              // the key light
+    float floor_ = 0, floor_depth_ = 1;  // its height [m]; its depth in the zenith's map
+};
+
+GlEyePainter::GlEyePainter(int samples) : samples_(samples)
+{
+    const GLubyte* renderer = glGetString(GL_RENDERER);
+    name_ = renderer ? reinterpret_cast<const char*>(renderer) : "unnamed";
+    const std::string head = live_constants(samples);
+    shadow_ = program({head, common, shadow_vertex}, {head, shadow_fragment}, "live shadow");
+    scene_ = program({head, common, live_vertex},
+                     {head, common, shading, tones, zenith_blur, live_shading, live_fragment},
+                     "live scene");
+    ground_ = program(
+        {head, common, live_floor_vertex},
+        {head, common, shading, ground, tones, zenith_blur, live_shading, live_floor_fragment},
+        "live floor");
+    backdrop_ = program({head, live_backdrop_vertex},
+                        {head, common, shading, tones, live_backdrop_fragment}, "live backdrop");
+    output_ =
+        program({head, screen_vertex}, {head, common, tones, live_output_fragment}, "live output");
+    blur_ = program({head, screen_vertex}, {head, zenith_blur, blur_fragment}, "live blur");
+    build_maps();
+    glNamedBufferStorage(lamps_, live_lamps * sizeof(Lamp), nullptr, GL_DYNAMIC_STORAGE_BIT);
+    glNamedBufferStorage(view_, sizeof(ViewBlock), nullptr, GL_DYNAMIC_STORAGE_BIT);
+    if (const GLenum error = glGetError())
+        throw std::runtime_error("no live pictures on " + name_ + ": OpenGL error " +
+                                 std::to_string(error));
+}
+
+void GlEyePainter::build_maps()
+{
+    glNamedFramebufferDrawBuffer(key_frame_, GL_NONE);
+    glNamedFramebufferTextureLayer(key_frame_, GL_DEPTH_ATTACHMENT, key_map_, 0, 0);
+    const auto map = [](GLenum format, GLint filter) {
+        Texture made = texture(GL_TEXTURE_2D);
+        glTextureStorage2D(made, 1, format, zenith_side, zenith_side);
+        glTextureParameteri(made, GL_TEXTURE_MIN_FILTER, filter);
+        glTextureParameteri(made, GL_TEXTURE_MAG_FILTER, filter);
+        glTextureParameteri(made, GL_TEXTURE_WRAP_S, GL_CLAMP_TO_EDGE);
+        glTextureParameteri(made, GL_TEXTURE_WRAP_T, GL_CLAMP_TO_EDGE);
+        return made;
+    };
+    zenith_depths_ = map(GL_DEPTH_COMPONENT32F, GL_NEAREST);
+    half_blurred_ = map(GL_R32F, GL_NEAREST);
+    zenith_map_ = map(GL_R32F, GL_LINEAR);
+    glNamedFramebufferDrawBuffer(zenith_frame_, GL_NONE);
+    glNamedFramebufferTexture(zenith_frame_, GL_DEPTH_ATTACHMENT, zenith_depths_, 0);
+}
+
+void GlEyePainter::set_clay(const std::vector<Mesh>& meshes, long version,
+                            const std::vector<int>& unseen)
+{
+    if (any_clay_ && version == version_) return;
+    Geometry all{};
+    std::vector<DrawnClay> drawn = gather_clay(all, meshes, unseen);
+    about_clay_ = around(all, {0, 0, 0}, farthest);
+    clay_.upload(all);
+    clays_ = std::move(drawn);
+    version_ = version;
+    any_clay_ = true;
+    shadows_stand_ = false;
+}
+
+void GlEyePainter::set_hands(const std::vector<HandLook>& hands)
+{
+    Geometry all{};
+    drawn_hands_ = gather_hands(all, hands);
+    hands_.upload(all);
+    shadows_stand_ = false;
+}
+
+// Grows only: the eyes of a headset, and a window that is drawn wider, share what is there.
+void GlEyePainter::resize(int width, int height)
+{
+    if (width <= width_ && height <= height_) return;
+    const int w = std::max(width, width_), h = std::max(height, height_);
+    width_ = height_ = 0;
+    const auto target = [&](GLenum format) {
+        Texture made = texture(GL_TEXTURE_2D_MULTISAMPLE);
+        glTextureStorage2DMultisample(made, samples_, format, w, h, GL_TRUE);
+        return made;
+    };
+    colours_ = {}, depths_ = {};
+    colours_ = target(GL_SRGB8_ALPHA8);
+    depths_ = target(GL_DEPTH_COMPONENT32F);
+    glNamedFramebufferTexture(frame_, GL_COLOR_ATTACHMENT0, colours_, 0);
+    glNamedFramebufferTexture(frame_, GL_DEPTH_ATTACHMENT, depths_, 0);
+    bool fits = true;
+    while (glGetError() != GL_NO_ERROR) fits = false;
+    fits = fits &&
+           glCheckNamedFramebufferStatus(frame_, GL_DRAW_FRAMEBUFFER) == GL_FRAMEBUFFER_COMPLETE;
+    if (!fits) {
+        colours_ = {}, depths_ = {};
+        throw PictureError("no room for a live picture of " + std::to_string(w) + " x " +
+                           std::to_string(h) + " pixels on " + name_);
+    }
+    width_ = w, height_ = h;
+}
+
+// The ball that is lit is kept while clay stays in it and does not shrink to less than half:
+// shadows that are sampled anew every frame would crawl.
+void GlEyePainter::light(const EyeLook& look)
+{
+    const float room = 1.5f;  // for hands about the clay
+    Ball wanted = look.stage;
+    if (any_clay_ && !clays_.empty() && room * about_clay_.radius < look.stage.radius)
+        wanted = {about_clay_.centre, room * about_clay_.radius};
+    const float inner = wanted.radius / room;
+    const bool holds = length(wanted.centre - lit_.centre) + inner <= lit_.radius;
+    const Vec3<float> towards = (1 / length(look.light)) * look.light;
+    if (!holds || wanted.radius < 0.5f * lit_.radius || length(towards - towards_) > 1e-6f ||
+        look.floor != floor_) {
+        lit_ = wanted;
+        towards_ = towards;
+        floor_ = look.floor;
+        // As the zenith sees it, so that shade on it fades outwards.
+        const float below = (lit_.centre.y - floor_) / (2 * lit_.radius);
+        floor_depth_ = clamp(0.5f + below, 0.0f, 1.0f);
+        const Lamp all[live_lamps] = {lamp(towards_, lit_), lamp({0, 1, 0}, lit_)};
+        glNamedBufferSubData(lamps_, 0, sizeof all, all);
+        shadows_stand_ = false;
+    }
+}
+
+void GlEyePainter::cast_shadows()
+{
+    if (shadows_stand_) return;
+    glUseProgram(shadow_);
+    glEnable(GL_DEPTH_CLAMP);
+    glEnable(GL_CULL_FACE);
+    glDepthFunc(GL_LESS);
+    for (int i = 0; i < live_lamps; ++i) {
+        const GLuint frame = i == 0 ? key_frame_ : zenith_frame_;
+        const int side = i == 0 ? key_side : zenith_side;
+        const float far = i == 0 ? 1 : floor_depth_;
+        glBindFramebuffer(GL_DRAW_FRAMEBUFFER, frame);
+        glViewport(0, 0, side, side);
+        glClearNamedFramebufferfv(frame, GL_DEPTH, 0, &far);
+        glUniform1i(0, i);
+        for (const DrawnClay& clay : clays_) clay_.draw(clay.range);
+        for (const DrawnHand& hand : drawn_hands_)
+            if (hand.opacity >= 0.5f) hands_.draw(hand.casting);
+    }
+    glDisable(GL_DEPTH_CLAMP);
+    glDisable(GL_CULL_FACE);
+    glDisable(GL_DEPTH_TEST);
+    glUseProgram(blur_);
+    glBindFramebuffer(GL_DRAW_FRAMEBUFFER, blur_frame_);
+    glBindVertexArray(nothing_);
+    for (int axis : {0, 1}) {
+        glNamedFramebufferTexture(blur_frame_, GL_COLOR_ATTACHMENT0,
+                                  axis == 0 ? half_blurred_ : zenith_map_, 0);
+        glBindTextureUnit(0, axis == 0 ? zenith_depths_ : half_blurred_);
+        glUniform1i(0, axis);
+        glDrawArrays(GL_TRIANGLES, 0, 3);
+    }
+    glEnable(GL_DEPTH_TEST);
+    shadows_stand_ = true;
+}
+
+void GlEyePainter::aim(const EyeView& view, const EyeLook& look)
+{
+    const auto axis = [&](Vec3<float> a) { return rotate(unit(view.rotation), a); };
+    const Vec3<float> right = axis({1, 0, 0}), up = axis({0, 1, 0}), forward = axis({0, 0, -1});
+    const float wide = (view.right - view.left) / 2, high = (view.up - view.down) / 2;
+    const float far = std::max(length(view.position - lit_.centre), lit_.radius);
+    // The sky is brighter across from the key light.
+    const Vec3<float> level{-towards_.x, 0, -towards_.z};
+    const Vec3<float> aside = length(level) > 1e-3f ? (1 / length(level)) * level : Vec3<float>{};
+    ViewBlock block{};
+    put(block.eye, view.position, view.near);
+    put(block.right, wide * right, 1 / wide);
+    put(block.up, high * up, 1 / high);
+    put(block.forward, forward, look.floor);
+    put(block.ball, lit_.centre, lit_.radius);
+    // The floor keeps its lines and its end while the head moves.
+    const float room = 3 * look.stage.radius;
+    put(block.scale,
+        {line_spacing(room), std::max(4 * room, 2 * far), 2 * high / float(view.height)}, 0);
+    put(block.sky, aside, 0);
+    put(block.shift, {(view.right + view.left) / (2 * wide), (view.up + view.down) / (2 * high), 0},
+        0);
+    glNamedBufferSubData(view_, 0, sizeof block, &block);
+}
+
+void GlEyePainter::see(const EyeView& view, const EyeLook& look)
+{
+    glBindFramebuffer(GL_DRAW_FRAMEBUFFER, frame_);
+    glViewport(0, 0, view.width, view.height);
+    glEnable(GL_FRAMEBUFFER_SRGB);
+    glDepthFunc(GL_GEQUAL);
+    const float zero[4] = {0, 0, 0, 0};
+    glClearNamedFramebufferfv(frame_, GL_COLOR, 0, zero);
+    glClearNamedFramebufferfv(frame_, GL_DEPTH, 0, zero);
+    glBindTextureUnit(0, key_map_);
+    glBindTextureUnit(1, zenith_map_);
+    glUseProgram(scene_);
+    glUniform1f(1, 1);
+    for (const DrawnClay& clay : clays_) {
+        glUniform1f(2, clay.category == look.highlight ? 1.0f : 0.0f);
+        if (clay.seen) clay_.draw(clay.range);
+    }
+    glUniform1f(2, 0);
+    for (const DrawnHand& hand : drawn_hands_) {
+        glUniform1f(1, clamp(hand.opacity, 0.0f, 1.0f));
+        if (hand.opacity > 0) hands_.draw(hand.seen);
+    }
+    glBindVertexArray(nothing_);
+    if (look.floor_seen && view.position.y > look.floor) {
+        glUseProgram(ground_);
+        glUniform1f(1, look.transparent ? 0.0f : 1.0f);
+        glDrawArrays(GL_TRIANGLE_STRIP, 0, 4);
+    }
+    if (!look.transparent) {
+        glUseProgram(backdrop_);
+        glDrawArrays(GL_TRIANGLES, 0, 3);
+    }
+}
+
+void GlEyePainter::put_out(const EyeView& view, const EyeTarget& target, const DrawnSplats& splats)
+{
+    glBindFramebuffer(GL_DRAW_FRAMEBUFFER, target.framebuffer);
+    glViewport(target.x, target.y, view.width, view.height);
+    (target.linear ? glEnable : glDisable)(GL_FRAMEBUFFER_SRGB);
+    glDepthFunc(GL_ALWAYS);
+    glUseProgram(output_);
+    const GLuint sources[] = {colours_, depths_, splats.colour_name, splats.depth_name};
+    glBindTextures(0, 4, sources);
+    glUniform4f(1, float(target.x), float(target.y), float(view.width), float(view.height));
+    glUniform1i(2, target.linear);
+    glUniform1i(3, splats.colour_name != 0);
+    glBindVertexArray(nothing_);
+    glDrawArrays(GL_TRIANGLES, 0, 3);
+}
+
+void GlEyePainter::paint(const EyeView& view, const EyeLook& look, const EyeTarget& target, int eye)
+{
+    check(view, look);
+    const DrawnSplats& splats = splats_.at(std::size_t(eye));
+    if (glCheckNamedFramebufferStatus(target.framebuffer, GL_DRAW_FRAMEBUFFER) !=
+        GL_FRAMEBUFFER_COMPLETE)
+        throw PictureError("the framebuffer that is to be drawn into is not complete");
+    resize(view.width, view.height);
+    set_state();
+    light(look);
+    aim(view, look);
+    glBindBufferBase(GL_UNIFORM_BUFFER, 0, lamps_);
+    glBindBufferBase(GL_UNIFORM_BUFFER, 1, view_);
+    cast_shadows();
+    see(view, look);
+    put_out(view, target, splats);
+    reset_state();
+}
+
+}  // namespace
+
+std::unique_ptr<EyePainter> EyePainter::open(int samples)
+{
+    if (samples != 1 && samples != 2 && samples != 4 && samples != 8)
+        throw std::runtime_error("no live pictures of " + std::to_string(samples) +
+                                 " samples a pixel; expected 1, 2, 4 or 8");
+    if (!glCreateTextures) throw std::runtime_error("no live pictures: OpenGL was not loaded");
+    return std::make_unique<GlEyePainter>(samples);
+}
+
+void load_gl(GlAddress address)
+{
+    if (!gladLoadGL(address) || !GLAD_GL_VERSION_4_5)
+        throw std::runtime_error("no live pictures: OpenGL 4.5 does not load");
+}
+
+}  // namespace knead

@@ -1,0 +1,213 @@
+// The shaders of a live picture, GLSL 4.50. Light, floor and tones are those of a still one
+// (render/shaders.h), with fewer lamps: a key light, and the sky by its mean.
+#pragma once
+#include <string>
+
+#include "render/shaders.h"
+
+namespace knead {
+
+constexpr int live_lamps = 2;  // the key light; the zenith, which stands for the whole sky
+constexpr int key_side = 1024, zenith_side = 128;  // texels of their shadow maps
+
+// Points of a disk of radius 1 as an array of GLSL, in the order of a Fibonacci spiral.
+inline std::string spiral(const std::string& name, int count)
+{
+    std::string text = "const vec2 " + name + "[" + std::to_string(count) + "] = vec2[](";
+    for (int i = 0; i < count; ++i) {
+        const float far = std::sqrt((float(i) + 0.5f) / float(count));
+        const float turn = golden_angle * float(i);
+        text += (i ? ", vec2(" : "vec2(") + std::to_string(far * std::cos(turn)) + ", " +
+                std::to_string(far * std::sin(turn)) + ")";
+    }
+    return text + ");\n";
+}
+
+inline std::string live_constants(int samples)
+{
+    return "#version 450 core\n" + constant("lamps", live_lamps) + constant("key_side", key_side) +
+           constant("zenith_side", zenith_side) + constant("samples", samples) +
+           spiral("key_taps", 2 * samples);  // lookups of its map, four texels each
+}
+
+// Of the zenith's map what is looked up is exp(falloff * (depth - 1)): that can be blurred, and its
+// ratio to a receiver's own says how much of the blurred depths lies before it.
+// [Annen 2008, exponential shadow maps]
+constexpr const char* zenith_blur = R"(
+const float falloff = 60;
+float weight_of(float depth) { return exp(falloff * (depth - 1)); }
+)";
+// Gaussian along one axis; first from depths to weights.
+constexpr const char* blur_fragment = R"(
+layout(binding = 0) uniform sampler2D from;
+layout(location = 0) uniform int axis;  // 0: of depths, along x; 1: of weights, along y
+out float blurred;
+void main() {
+    ivec2 at = ivec2(gl_FragCoord.xy), aside = axis == 0 ? ivec2(1, 0) : ivec2(0, 1);
+    float sum = 0, all = 0;
+    for (int i = -6; i <= 6; ++i) {
+        float share = exp(-i * i / 18.0);
+        ivec2 p = clamp(at + i * aside, ivec2(0), ivec2(zenith_side - 1));
+        float value = texelFetch(from, p, 0).r;
+        sum += share * (axis == 0 ? weight_of(value) : value);
+        all += share;
+    }
+    blurred = sum / all;
+}
+)";
+
+// Light on a place that is seen. The lookups of a shadow lie alike for every pixel and both eyes:
+// what is rough at rest would crawl in motion.
+constexpr const char* live_shading = R"(
+layout(binding = 0) uniform sampler2DArrayShadow key_map;
+layout(binding = 1) uniform sampler2D zenith_map;
+
+float key_open(vec3 p, vec3 n) {
+    const float spread = 3;  // texels
+    vec3 m = in_map(lamp[0], p + (spread + 1) * 2 * ball.w / key_side * n);
+    if (any(greaterThan(abs(m.xy - 0.5), vec2(0.5)))) return 1;
+    float depth = clamp(m.z, 0, 1) - 4e-4, open = 0;
+    for (int i = 0; i < key_taps.length(); ++i)
+        open += texture(key_map, vec4(m.xy + spread / key_side * key_taps[i], 0, depth));
+    return open / key_taps.length();
+}
+float sky_open(vec3 p, vec3 n) {
+    vec3 m = in_map(lamp[1], p + 4 * 2 * ball.w / zenith_side * n);
+    if (any(greaterThan(abs(m.xy - 0.5), vec2(0.5)))) return 1;
+    return min(texture(zenith_map, m.xy).r / weight_of(clamp(m.z, 0, 1)), 1);
+}
+
+vec3 lit(vec3 p, vec3 n, vec3 view, vec3 colour, float skin) {
+    vec3 l = lamp[0].towards.xyz;
+    float cosine = dot(n, l);
+    float key = cosine > 0 ? cosine * key_open(p, n) : 0;
+    // Of the dome above, a surface sees the share (1 + n.y) / 2, about the direction between its
+    // normal and the zenith; what stands above hides a part of it.
+    float open = 0.5 + 0.5 * n.y;
+    if (n.y > -0.5) open *= mix(0.4, 1.0, sky_open(p, n));
+    vec3 middle = n + vec3(0, 1.001, 0);
+    vec3 light = key * key_colour + open * sky_from(normalize(middle)) + bounced(p, n);
+    float glint = key > 0 ? key * glint_of(n, l, view, skin) : 0;
+    return colour * light + glint * key_colour + rim_of(n, view, skin, open);
+}
+)";
+
+constexpr const char* live_vertex = R"(
+layout(location = 0) in vec3 place;
+layout(location = 1) in vec3 normal;
+layout(location = 2) in vec4 colour;
+out vec3 vertex_place;
+out vec3 vertex_normal;
+out vec4 vertex_colour;
+void main() {
+    gl_Position = projected(place);
+    vertex_place = place;
+    vertex_normal = normal;
+    vertex_colour = colour;
+}
+)";
+// What fades is left out of more and more samples, by a pattern of 4 x 4 pixels: nothing needs to
+// be sorted.
+constexpr const char* live_fragment = R"(
+in vec3 vertex_place;
+in vec3 vertex_normal;
+in vec4 vertex_colour;
+layout(location = 1) uniform float opacity;
+layout(location = 2) uniform float glow;  // 1: selected
+out vec4 radiance;
+const int order[16] = int[](0, 8, 2, 10, 12, 4, 14, 6, 3, 11, 1, 9, 15, 7, 13, 5);
+void main() {
+    if (opacity < 1) {
+        int at = int(gl_FragCoord.x) % 4 + 4 * (int(gl_FragCoord.y) % 4);
+        int count = int(opacity * samples + (order[at] + 0.5) / 16);
+        if (count == 0) discard;
+        gl_SampleMask[0] = (1 << count) - 1;
+    } else {
+        gl_SampleMask[0] = ~0;
+    }
+    float size = length(vertex_normal);
+    vec3 n = size > 0 ? vertex_normal / size : vec3(0, 1, 0);
+    if (!gl_FrontFacing) n = -n;
+    vec3 view = normalize(eye.xyz - vertex_place);
+    vec3 c = lit(vertex_place, n, view, vertex_colour.rgb, vertex_colour.a);
+    float edge = pow(1 - max(dot(n, view), 0), 2);
+    radiance = vec4(toned(c + glow * mix(0.03, 0.8, edge) * vec3(0.35, 0.62, 1.0)), 1);
+}
+)";
+
+// The floor as two triangles as far as it is seen; it fades into the backdrop.
+constexpr const char* live_floor_vertex = R"(
+out vec3 vertex_place;
+void main() {
+    vec2 side = 2 * vec2(gl_VertexID & 1, gl_VertexID >> 1) - 1;
+    vec2 at = ball.xz + scale.y * side;
+    vertex_place = vec3(at.x, forward.w, at.y);
+    gl_Position = projected(vertex_place);
+}
+)";
+constexpr const char* live_floor_fragment = R"(
+in vec3 vertex_place;
+out vec4 radiance;
+layout(location = 1) uniform float cover;  // 0: what is not floor shines through
+void main() {
+    vec3 ray = vertex_place - eye.xyz;
+    vec3 colour = floor_at(vertex_place, ray, length(ray));
+    vec3 up = vec3(0, 1, 0);
+    float fade = smoothstep(0.25, 1.0, length(vertex_place.xz - ball.xz) / scale.y);
+    vec3 c = mix(lit(vertex_place, up, up, colour, 0), backdrop(0), cover * fade);
+    radiance = cover > 0 ? vec4(toned(c), 1) : (1 - fade) * vec4(toned(c), 1);
+}
+)";
+constexpr const char* live_backdrop_vertex = R"(
+out vec2 at;
+void main() {
+    at = vec2(gl_VertexID == 1 ? 3 : -1, gl_VertexID == 2 ? 3 : -1);
+    gl_Position = vec4(at, 0, 1);
+}
+)";
+constexpr const char* live_backdrop_fragment = R"(
+in vec2 at;
+out vec4 radiance;
+void main() { radiance = vec4(toned(backdrop(max(normalize(ray_through(at)).y, 0))), 1); }
+)";
+
+// From samples to the pixels of the caller: their mean, the nearest depth, and splats before what
+// lies behind them. Those are blended as displayed, as the files mean them.
+constexpr const char* live_output_fragment = R"(
+layout(binding = 0) uniform sampler2DMS colours;
+layout(binding = 1) uniform sampler2DMS depths;
+layout(binding = 2) uniform sampler2D splat_colours;
+layout(binding = 3) uniform sampler2D splat_depths;
+layout(location = 1) uniform vec4 picture;  // its lower left corner and its size [pixels]
+layout(location = 2) uniform bool linear;   // GL encodes what is written
+layout(location = 3) uniform bool splats;
+out vec4 tone;
+void main() {
+    ivec2 at = ivec2(gl_FragCoord.xy - picture.xy);
+    vec2 spot = (gl_FragCoord.xy - picture.xy) / picture.zw;
+    spot.y = 1 - spot.y;
+    float ahead = splats ? texture(splat_depths, spot).r : 1e30, nearest = 0;
+    vec4 sum = vec4(0);
+    float behind = 0;
+    for (int s = 0; s < samples; ++s) {
+        sum += texelFetch(colours, at, s);
+        float depth = texelFetch(depths, at, s).r;
+        nearest = max(nearest, depth);
+        if (ahead * depth < eye.w) behind += 1.0 / samples;
+    }
+    sum /= samples;
+    // Colours are already times their cover.
+    vec3 c = sum.a > 0 ? encoded(sum.rgb / sum.a) * sum.a : vec3(0);
+    float cover = sum.a;
+    if (splats && behind > 0) {
+        vec4 over = behind * texture(splat_colours, spot);
+        c = over.rgb + (1 - over.a) * c;
+        cover = over.a + (1 - over.a) * cover;
+        if (over.a > 0.5) nearest = max(nearest, eye.w / ahead);
+    }
+    tone = vec4(linear ? (cover > 0 ? decoded(c / cover) * cover : vec3(0)) : c, cover);
+    gl_FragDepth = nearest;
+}
+)";
+
+}  // namespace knead

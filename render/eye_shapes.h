@@ -1,0 +1,55 @@
+// What a live picture draws, as it lies on the device.
+#pragma once
+#include <vector>
+
+#include "render/eye_painter.h"
+#include "render/program.h"
+
+namespace knead {
+
+// One list of vertices and triangles.
+struct Shapes {
+    Buffer vertices = buffer(), triangles = buffer();
+    VertexArray layout = paint_layout(vertices, triangles);
+
+    void upload(const Geometry& geometry)
+    {
+        glNamedBufferData(vertices, GLsizeiptr(geometry.vertices.size() * sizeof(PaintVertex)),
+                          geometry.vertices.data(), GL_STREAM_DRAW);
+        glNamedBufferData(triangles, GLsizeiptr(geometry.triangles.size() * sizeof(Int3)),
+                          geometry.triangles.data(), GL_STREAM_DRAW);
+    }
+    void draw(Range range) const
+    {
+        if (range.count == 0) return;
+        glBindVertexArray(layout);
+        glDrawElements(GL_TRIANGLES, 3 * range.count, GL_UNSIGNED_INT,
+                       reinterpret_cast<const void*>(std::size_t(range.first) * sizeof(Int3)));
+    }
+};
+
+struct DrawnClay {
+    Range range;
+    int category;
+    bool seen;
+};
+// All meshes behind each other in `geometry`, and where each is.
+std::vector<DrawnClay> gather_clay(Geometry& geometry, const std::vector<Mesh>& meshes,
+                                   const std::vector<int>& unseen);
+
+struct DrawnHand {
+    Range seen, casting;
+    float opacity;
+};
+std::vector<DrawnHand> gather_hands(Geometry& geometry, const std::vector<HandLook>& hands);
+
+// A layer of splats as two textures, or what the caller has instead.
+struct DrawnSplats {
+    Texture colour, depth;
+    int width = 0, height = 0;
+    GLuint colour_name = 0, depth_name = 0;  // what is drawn; 0: none
+
+    void upload(const SplatLayer& layer);
+};
+
+}  // namespace knead

@@ -1,0 +1,107 @@
+// A small user of the headset's five verbs: it clears both eyes, and tells in JSON lines what it
+// saw. The checks of faults run it; it needs no clay.
+// usage: openxr_probe FRAMES [--egl|--glx] [--patience SECONDS]
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <nlohmann/json.hpp>
+
+#include "render/gl.h"
+#include "xr/headset.h"
+
+using namespace knead;
+using Json = nlohmann::json;
+
+namespace {
+
+void tell(const Json& line) { std::printf("%s\n", line.dump().c_str()); }
+
+// Clears colour to red at the left and green at the right eye, depth to a half.
+void draw(const Sight& sight, unsigned frame)
+{
+    glBindFramebuffer(GL_FRAMEBUFFER, frame);
+    for (std::size_t eye = 0; eye < 2; ++eye) {
+        const EyeTexture& to = sight.targets[eye];
+        glNamedFramebufferTexture(frame, GL_COLOR_ATTACHMENT0, to.colour, 0);
+        if (to.depth) glNamedFramebufferTexture(frame, GL_DEPTH_ATTACHMENT, to.depth, 0);
+        const float colour[] = {eye == 0 ? 1.f : 0.f, eye == 1 ? 1.f : 0.f, 0, 1}, half = 0.5f;
+        glClearNamedFramebufferfv(frame, GL_COLOR, 0, colour);
+        if (to.depth) glClearNamedFramebufferfv(frame, GL_DEPTH, 0, &half);
+    }
+}
+
+Json hand_line(const TrackedHand& hand)
+{
+    int valid = 0;
+    for (const bool one : hand.hand.valid) valid += one;
+    return {
+        {"tracked", hand.hand.tracked},
+        {"valid", valid},
+        {"from", int(hand.from)},
+        {"wrist",
+         {hand.hand.joints[wrist].p.x, hand.hand.joints[wrist].p.y, hand.hand.joints[wrist].p.z}},
+        {"radii", {hand.hand.radius[wrist], hand.hand.radius[index_tip]}},
+        {"pinch", hand.pinch}};
+}
+
+int probe(int frames, const HeadsetRule& rule)
+{
+    const std::unique_ptr<Headset> headset = Headset::open(rule);
+    gladLoadGL(reinterpret_cast<GLADloadfunc>(headset->gl_address()));
+    const HeadsetFacts& facts = headset->facts();
+    tell({{"binding", facts.binding},
+          {"runtime", facts.runtime},
+          {"missing", facts.missing},
+          {"hidden", facts.hidden[0].corners.size()},
+          {"depth", facts.depth}});
+    unsigned target = 0;
+    glCreateFramebuffers(1, &target);
+    int drawn = 0, errors = 0;
+    for (int turn = 0; turn < 100 * frames + 1000; ++turn) {
+        const News news = headset->poll();
+        for (const std::string& message : news.messages) tell({{"message", message}});
+        if (news.renewed) tell({{"renewed", drawn}});
+        if (news.recentred) tell({{"recentred", drawn}});
+        if (news.phase == Phase::over) {
+            tell({{"over", news.reason}});
+            break;
+        }
+        if (news.phase != Phase::running) continue;
+        const Tick tick = headset->begin();
+        const Sight sight = headset->locate();
+        if (sight.draw) draw(sight, target), ++drawn;
+        while (glGetError() != 0) ++errors;
+        tell({{"time", tick.time},
+              {"period", tick.period},
+              {"draw", sight.draw},
+              {"focused", news.focused},
+              {"worn", news.worn},
+              {"rate", news.rate},
+              {"left", hand_line(sight.hands[left])},
+              {"right", hand_line(sight.hands[right])}});
+        Drawn done;
+        done.eyes = sight.draw, done.near_z = 0.05f, done.far_z = 100;
+        done.vibrate[right] = drawn == 20 ? 0.5f : 0;
+        headset->end(done);
+        if (drawn == frames) headset->leave();
+    }
+    glDeleteFramebuffers(1, &target);
+    tell({{"drawn", drawn}, {"errors", errors}, {"stray", headset->stray_gl_errors()}});
+    headset->close();
+    return 0;
+}
+
+}  // namespace
+
+int main(int count, char** words)
+{
+    HeadsetRule rule;
+    rule.nap = 0.001;
+    int frames = count > 1 ? std::atoi(words[1]) : 30;
+    for (int i = 2; i < count; ++i) {
+        if (std::strcmp(words[i], "--egl") == 0) rule.binding = GlBinding::egl;
+        if (std::strcmp(words[i], "--glx") == 0) rule.binding = GlBinding::glx;
+        if (std::strcmp(words[i], "--patience") == 0) rule.patience = std::atof(words[i + 1]);
+    }
+    return ended([&] { return probe(frames, rule); });
+}

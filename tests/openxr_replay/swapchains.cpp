@@ -1,0 +1,155 @@
+// Swapchains of GL textures, made in the application's context.
+#include "render/gl.h"
+#include "tests/openxr_replay/runtime.h"
+
+namespace knead::replay {
+namespace {
+
+constexpr int images = 3;
+// Best first; what is a depth comes last.
+const std::vector<std::int64_t> formats{GL_SRGB8_ALPHA8, GL_RGBA8, GL_RGBA16F,
+                                        GL_DEPTH_COMPONENT32F, GL_DEPTH_COMPONENT16};
+
+bool is_depth(std::int64_t format)
+{
+    return format == GL_DEPTH_COMPONENT32F || format == GL_DEPTH_COMPONENT16;
+}
+
+XrResult XRAPI_CALL list_formats(XrSession handle, std::uint32_t capacity, std::uint32_t* count,
+                                 std::int64_t* to)
+{
+    return answered("xrEnumerateSwapchainFormats", [&](Runtime&) {
+        session_of(handle);
+        return give(formats, capacity, count, to);
+    });
+}
+
+void check_info(const XrSwapchainCreateInfo& info)
+{
+    const bool known = std::find(formats.begin(), formats.end(), info.format) != formats.end();
+    refuse_if(!known, XR_ERROR_SWAPCHAIN_FORMAT_UNSUPPORTED, "not among the formats");
+    const XrSwapchainUsageFlags right_use = is_depth(info.format)
+                                                ? XR_SWAPCHAIN_USAGE_DEPTH_STENCIL_ATTACHMENT_BIT
+                                                : XR_SWAPCHAIN_USAGE_COLOR_ATTACHMENT_BIT;
+    refuse_if((info.usageFlags & right_use) == 0, XR_ERROR_VALIDATION_FAILURE,
+              "a use that its format is not for");
+    refuse_if(
+        info.sampleCount != 1 || info.faceCount != 1 || info.arraySize != 1 || info.mipCount != 1,
+        XR_ERROR_FEATURE_UNSUPPORTED, "only plain textures are here");
+    refuse_if(info.width == 0 || info.height == 0 || info.width > 8192 || info.height > 8192,
+              XR_ERROR_VALIDATION_FAILURE, "a size that cannot be");
+}
+
+XrResult XRAPI_CALL create(XrSession handle, const XrSwapchainCreateInfo* info, XrSwapchain* to)
+{
+    return answered("xrCreateSwapchain", [&](Runtime& r) {
+        SessionObject& session = session_of(handle);
+        check_struct(info, XR_TYPE_SWAPCHAIN_CREATE_INFO);
+        check_info(*info);
+        auto made = std::make_unique<SwapchainObject>(images);
+        made->width = int(info->width), made->height = int(info->height);
+        made->depth = is_depth(info->format);
+        made->textures.resize(images);
+        {
+            const auto held = session.gl->bind();
+            const unsigned before = glGetError();
+            refuse_if(before != 0, XR_ERROR_RUNTIME_FAILURE, "called with a GL error pending");
+            glCreateTextures(GL_TEXTURE_2D, images, made->textures.data());
+            for (const unsigned texture : made->textures)
+                glTextureStorage2D(texture, 1, GLenum(info->format), made->width, made->height);
+            refuse_if(glGetError() != 0, XR_ERROR_RUNTIME_FAILURE, "textures cannot be made");
+        }
+        if (r.context_stolen) session.gl->steal();
+        *to = r.add<XrSwapchain>(std::move(made), number_of(handle));
+    });
+}
+
+XrResult XRAPI_CALL destroy(XrSwapchain handle)
+{
+    return answered("xrDestroySwapchain", [&](Runtime& r) {
+        SwapchainObject& chain = r.get<SwapchainObject>(handle);
+        auto* session = dynamic_cast<SessionObject*>(r.objects.at(chain.parent).get());
+        const auto held = session->gl->bind();
+        glDeleteTextures(images, chain.textures.data());
+        r.remove(number_of(handle));
+    });
+}
+
+XrResult XRAPI_CALL list_images(XrSwapchain handle, std::uint32_t capacity, std::uint32_t* count,
+                                XrSwapchainImageBaseHeader* to)
+{
+    return answered("xrEnumerateSwapchainImages", [&](Runtime& r) {
+        const SwapchainObject& chain = r.get<SwapchainObject>(handle);
+        auto* list = reinterpret_cast<XrSwapchainImageOpenGLKHR*>(to);
+        std::vector<XrSwapchainImageOpenGLKHR> all;
+        for (const unsigned texture : chain.textures)
+            all.push_back({XR_TYPE_SWAPCHAIN_IMAGE_OPENGL_KHR, nullptr, texture});
+        for (std::uint32_t i = 0; list && i < capacity; ++i)
+            check_struct(&list[i], XR_TYPE_SWAPCHAIN_IMAGE_OPENGL_KHR);
+        return give(all, capacity, count, list);
+    });
+}
+
+// A swapchain of a session that is not lost, with no GL error pending.
+SwapchainObject& live(XrSwapchain handle)
+{
+    SwapchainObject& chain = runtime().get<SwapchainObject>(handle);
+    SessionObject& session = session_of(reinterpret_cast<XrSession>(chain.parent));
+    const auto held = session.gl->bind();
+    refuse_if(glGetError() != 0, XR_ERROR_RUNTIME_FAILURE, "called with a GL error pending");
+    return chain;
+}
+
+void steal_after(const SwapchainObject& chain)
+{
+    Runtime& r = runtime();
+    if (r.context_stolen)
+        dynamic_cast<SessionObject*>(r.objects.at(chain.parent).get())->gl->steal();
+}
+
+XrResult XRAPI_CALL acquire(XrSwapchain handle, const XrSwapchainImageAcquireInfo* info,
+                            std::uint32_t* index)
+{
+    return answered("xrAcquireSwapchainImage", [&](Runtime&) {
+        SwapchainObject& chain = live(handle);
+        if (info) check_struct(info, XR_TYPE_SWAPCHAIN_IMAGE_ACQUIRE_INFO);
+        int next = 0;
+        allowed(chain.order.acquire(next));
+        *index = std::uint32_t(next);
+        steal_after(chain);
+    });
+}
+
+XrResult XRAPI_CALL wait(XrSwapchain handle, const XrSwapchainImageWaitInfo* info)
+{
+    return answered("xrWaitSwapchainImage", [&](Runtime&) {
+        SwapchainObject& chain = live(handle);
+        check_struct(info, XR_TYPE_SWAPCHAIN_IMAGE_WAIT_INFO);
+        allowed(chain.order.wait());
+        steal_after(chain);
+    });
+}
+
+XrResult XRAPI_CALL release(XrSwapchain handle, const XrSwapchainImageReleaseInfo* info)
+{
+    return answered("xrReleaseSwapchainImage", [&](Runtime&) {
+        SwapchainObject& chain = live(handle);
+        if (info) check_struct(info, XR_TYPE_SWAPCHAIN_IMAGE_RELEASE_INFO);
+        allowed(chain.order.release());
+    });
+}
+
+}  // namespace
+
+void add_swapchain_functions(Table& to)
+{
+    to["xrEnumerateSwapchainFormats"] = entry(list_formats);
+    to["xrCreateSwapchain"] = entry(create);
+    to["xrDestroySwapchain"] = entry(destroy);
+    to["xrEnumerateSwapchainImages"] = entry(list_images);
+    to["xrAcquireSwapchainImage"] = entry(acquire);
+    to["xrWaitSwapchainImage"] = entry(wait);
+    to["xrReleaseSwapchainImage"] = entry(release);
+}
+
+}  // namespace knead::replay

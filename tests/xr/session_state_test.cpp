@@ -1,0 +1,145 @@
+// The life of an OpenXR session, told to a state machine that makes no calls.
+#include "xr/session_state.h"
+
+#include <gtest/gtest.h>
+
+namespace knead::xr {
+namespace {
+
+// What a runtime says of a headset that is put on, up to `last`.
+SessionState running(Told last = Told::focused)
+{
+    SessionState state;
+    state.told(Told::idle), state.told(Told::ready);
+    state.did(Duty::begin);
+    for (const Told next : {Told::synchronized, Told::visible, Told::focused}) {
+        state.told(next);
+        if (next == last) break;
+    }
+    return state;
+}
+
+TEST(SessionState, begins_once_when_it_is_ready_and_then_runs)
+{
+    SessionState state;
+    EXPECT_EQ(state.duty(), Duty::nothing);
+    state.told(Told::idle);
+    EXPECT_EQ(state.duty(), Duty::nothing);
+    state.told(Told::ready);
+    EXPECT_EQ(state.duty(), Duty::begin);
+    EXPECT_FALSE(state.running());
+    state.did(Duty::begin);
+    EXPECT_EQ(state.duty(), Duty::nothing);
+    EXPECT_TRUE(state.running());
+    EXPECT_FALSE(state.visible());
+    state.told(Told::synchronized);
+    EXPECT_FALSE(state.visible());
+    state.told(Told::visible);
+    EXPECT_TRUE(state.visible());
+    EXPECT_FALSE(state.focused());
+    state.told(Told::focused);
+    EXPECT_TRUE(state.visible());
+    EXPECT_TRUE(state.focused());
+    EXPECT_EQ(state.strange(), 0);
+}
+
+TEST(SessionState, a_headset_taken_off_ends_the_session_and_waits_for_the_next)
+{
+    SessionState state = running();
+    state.told(Told::visible), state.told(Told::synchronized), state.told(Told::stopping);
+    EXPECT_EQ(state.duty(), Duty::end);
+    EXPECT_TRUE(state.running()) << "frames go on until it is ended";
+    state.did(Duty::end);
+    EXPECT_FALSE(state.running());
+    EXPECT_EQ(state.duty(), Duty::nothing);
+    state.told(Told::idle);
+    EXPECT_EQ(state.duty(), Duty::nothing);
+    state.told(Told::ready);
+    EXPECT_EQ(state.duty(), Duty::begin);
+    EXPECT_EQ(state.strange(), 0);
+}
+
+TEST(SessionState, leaves_when_the_runtime_or_the_user_wants_to)
+{
+    SessionState by_runtime = running(Told::synchronized);
+    by_runtime.told(Told::stopping);
+    by_runtime.did(Duty::end);
+    by_runtime.told(Told::idle);
+    by_runtime.told(Told::exiting);
+    EXPECT_EQ(by_runtime.duty(), Duty::leave);
+
+    SessionState by_user = running();
+    by_user.wants_to_leave();
+    EXPECT_EQ(by_user.duty(), Duty::nothing) << "the runtime first stops it";
+    by_user.told(Told::visible), by_user.told(Told::synchronized), by_user.told(Told::stopping);
+    EXPECT_EQ(by_user.duty(), Duty::end);
+    by_user.did(Duty::end);
+    by_user.told(Told::idle);
+    EXPECT_EQ(by_user.duty(), Duty::leave);
+
+    SessionState never_begun;
+    never_begun.wants_to_leave();
+    EXPECT_EQ(never_begun.duty(), Duty::leave);
+}
+
+TEST(SessionState, a_loss_stops_frames_at_once_and_is_made_good_by_beginning_anew)
+{
+    for (const Duty made_good : {Duty::renew_session, Duty::renew_instance}) {
+        SessionState state = running();
+        if (made_good == Duty::renew_session)
+            state.session_lost();
+        else
+            state.instance_lost();
+        EXPECT_FALSE(state.running());
+        EXPECT_FALSE(state.visible());
+        EXPECT_EQ(state.duty(), made_good);
+        state.did(made_good);
+        EXPECT_EQ(state.duty(), Duty::nothing);
+        state.told(Told::idle), state.told(Told::ready);
+        EXPECT_EQ(state.duty(), Duty::begin);
+        EXPECT_EQ(state.strange(), 0);
+    }
+}
+
+TEST(SessionState, a_pending_loss_is_a_loss_and_a_lost_instance_outweighs_it)
+{
+    SessionState state = running();
+    state.told(Told::loss_pending);
+    EXPECT_EQ(state.duty(), Duty::renew_session);
+    state.instance_lost();
+    EXPECT_EQ(state.duty(), Duty::renew_instance);
+    state.session_lost();
+    EXPECT_EQ(state.duty(), Duty::renew_instance);
+    state.wants_to_leave();
+    EXPECT_EQ(state.duty(), Duty::leave) << "nobody waits for a runtime that is not wanted";
+}
+
+TEST(SessionState, wanting_to_leave_outlives_a_new_session)
+{
+    SessionState state = running();
+    state.session_lost();
+    state.wants_to_leave();
+    state.did(Duty::renew_session);
+    EXPECT_TRUE(state.is_leaving());
+    EXPECT_EQ(state.duty(), Duty::leave);
+}
+
+TEST(SessionState, what_breaks_the_order_is_counted_and_survived)
+{
+    SessionState state;
+    state.told(Told::focused);
+    EXPECT_EQ(state.strange(), 1);
+    EXPECT_FALSE(state.running()) << "it was never begun";
+    state.told(Told::idle), state.told(Told::ready), state.told(Told::ready);
+    EXPECT_EQ(state.strange(), 3);
+    EXPECT_EQ(state.duty(), Duty::begin);
+    state.did(Duty::begin);
+    state.told(Told::ready);
+    EXPECT_EQ(state.duty(), Duty::nothing) << "a session is not begun twice";
+    SessionState not_begun;
+    not_begun.told(Told::stopping);
+    EXPECT_EQ(not_begun.duty(), Duty::nothing) << "nor ended before it was begun";
+}
+
+}  // namespace
+}  // namespace knead::xr

@@ -1,0 +1,38 @@
+// What is held and pressed: grips, triggers, vibration, by OpenXR's actions.
+#pragma once
+#include "xr/headset.h"
+#include "xr/instance.h"
+
+namespace knead::xr {
+
+// One side's controller, or the runtime's own gestures of a hand.
+struct Held {
+    bool active = false;  // its grip has a pose
+    Joint<float> grip{};
+    float trigger = 0, grasp = 0;  // 0 to 1
+};
+
+class Actions {
+  public:
+    Actions(Instance& instance, XrSession session);
+    ~Actions();
+    Actions(const Actions&) = delete;
+
+    void sync();
+    Held held(Side side, XrSpace base, XrTime time);
+    void vibrate(Side side, float strength);
+
+  private:
+    void suggest();
+    XrAction action(XrActionType type, const char* name, const char* shown);
+    float value(XrAction of, Side side);
+
+    Instance& instance;
+    XrSession session;
+    XrPath hand[side_count];
+    XrActionSet set = XR_NULL_HANDLE;
+    XrAction grip, trigger, grasp, buzz;
+    XrSpace space[side_count] = {XR_NULL_HANDLE, XR_NULL_HANDLE};
+};
+
+}  // namespace knead::xr

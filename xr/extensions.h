@@ -1,0 +1,39 @@
+// The extensions of OpenXR that are used: two are needed, the others serve where they are offered.
+#pragma once
+#include <array>
+#include <string>
+#include <vector>
+
+namespace knead::xr {
+
+enum Extension : int {
+    opengl_enable,
+    hand_tracking,
+    hand_interaction,
+    hand_data_source,
+    depth_layer,
+    visibility_mask,
+    refresh_rate,
+    user_presence,
+    convert_time,
+    debug_messages,
+    extension_count
+};
+
+struct ExtensionRow {
+    const char* name;
+    bool needed;
+    const char* gives;  // for people
+};
+extern const std::array<ExtensionRow, extension_count> extension_table;
+
+// Which of the table are offered and so enabled.
+struct Enabled {
+    std::array<bool, extension_count> on{};
+    bool operator[](Extension e) const { return on[std::size_t(e)]; }
+    std::vector<std::string> names() const;
+    std::vector<std::string> missing() const;
+};
+Enabled enabled_of(const std::vector<std::string>& offered);
+
+}  // namespace knead::xr

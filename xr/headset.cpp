@@ -1,0 +1,358 @@
+#include "xr/headset.h"
+
+#include <chrono>
+#include <cmath>
+#include <utility>
+
+#include "xr/session.h"
+
+namespace knead {
+namespace xr {
+namespace {
+
+double wall()  // [s]
+{
+    return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch())
+        .count();
+}
+
+class OpenXrHeadset : public Headset {
+  public:
+    explicit OpenXrHeadset(const HeadsetRule& by) : rule(by) { start(); }
+    ~OpenXrHeadset() override { OpenXrHeadset::close(); }
+
+    News poll() override;
+    Tick begin() override;
+    Sight locate() override;
+    void end(const Drawn& drawn) override;
+    void close() override;
+    void leave() override;
+    double time_left() override;
+    const HeadsetFacts& facts() const override { return about; }
+    void make_current() override
+    {
+        if (platform) platform->make_current();
+    }
+    GlAddress gl_address() const override { return platform->address(); }
+    int stray_gl_errors() const override { return stray + (session ? session->gl_errors : 0); }
+
+  private:
+    void start();
+    void start_session();
+    void drop_session();
+    void drop_instance();
+    void describe();
+    void read_events(News& news);
+    void take(const XrEventDataBuffer& event, News& news);
+    bool fulfil(Duty duty, News& news);
+    void renew(Duty duty, News& news);
+    void give_up(const std::string& why);
+    // Does `what`; a loss that it meets with becomes the state's, to be dealt with by poll().
+    template <class Action>
+    bool try_to(const Action& what);
+
+    HeadsetRule rule;
+    PFN_xrGetInstanceProcAddr entry = nullptr;
+    std::unique_ptr<Platform> platform;
+    std::unique_ptr<Instance> instance;
+    std::unique_ptr<Session> session;
+    HeadsetFacts about;
+    XrFrameState frame{};
+    bool in_frame = false;
+    bool worn = true, renewed = false, over = false, leaving = false;
+    double rate = 0;
+    double lost_at =
+        -1;             // when the runtime was first missed [s of the wall]; negative: it is there
+    int fruitless = 0;  // new sessions since a frame was shown
+    std::string reason;
+    std::string last_loss;            // the last of them
+    std::vector<std::string> losses;  // to be told at the next poll()
+    int stray = 0;                    // GL errors of earlier sessions
+    // From the runtime's clock to ours: time = (XrTime - zero) in seconds.
+    bool rebase = true;
+    XrTime zero = 0;
+    double last_time = 0, last_period = 0;
+};
+
+void OpenXrHeadset::start()
+{
+    entry = loader();
+    const std::vector<std::string> offered = offered_extensions(entry);
+    // The GL context outlives a lost runtime, and with it all that was uploaded.
+    if (!platform) platform = xr::platform(rule.binding, offered);
+    instance = std::make_unique<Instance>(entry, offered, *platform);
+    try {
+        start_session();
+    } catch (const XrFailure& e) {
+        drop_instance();
+        throw HeadsetError(std::string("the OpenXR runtime makes no session: ") + e.what());
+    }
+}
+
+void OpenXrHeadset::start_session()
+{
+    session = std::make_unique<Session>(*instance, *platform, rule);
+    if (leaving) session->state.wants_to_leave();
+    rate = session->refresh_rate();
+    rebase = true;
+    describe();
+}
+
+void OpenXrHeadset::drop_session()
+{
+    if (session) stray += session->gl_errors;
+    in_frame = false;
+    session.reset();
+}
+
+void OpenXrHeadset::drop_instance()
+{
+    drop_session();
+    instance.reset();
+}
+
+void OpenXrHeadset::describe()
+{
+    about.runtime = instance->runtime_name, about.system = instance->system_name;
+    about.binding = platform->name();
+    const auto text =
+        reinterpret_cast<const unsigned char* (*)(unsigned)>(platform->address()("glGetString"));
+    const unsigned char* renderer = text(0x1F01);
+    about.renderer = renderer ? reinterpret_cast<const char*>(renderer) : "unnamed";
+    about.extensions = instance->has.names(), about.missing = instance->has.missing();
+    session->describe(about);
+    for (int eye = 0; eye < 2; ++eye) about.hidden[std::size_t(eye)] = session->hidden_area(eye);
+}
+
+template <class Action>
+bool OpenXrHeadset::try_to(const Action& what)
+{
+    try {
+        what();
+        return true;
+    } catch (const XrFailure& e) {
+        losses.push_back(e.what());
+        last_loss = e.what();
+        if (e.code == XR_ERROR_INSTANCE_LOST || e.code == XR_ERROR_RUNTIME_FAILURE) {
+            session->state.instance_lost();
+        } else {
+            // A call that is refused for another reason is a fault of ours or of the runtime; a
+            // new session is worth a try, for what is shaped lives on.
+            session->state.session_lost();
+        }
+        return false;
+    }
+}
+
+void OpenXrHeadset::give_up(const std::string& why)
+{
+    over = true;
+    reason = why;
+    drop_instance();
+}
+
+void OpenXrHeadset::take(const XrEventDataBuffer& event, News& news)
+{
+    SessionState& state = session->state;
+    switch (int(event.type)) {
+        case XR_TYPE_EVENT_DATA_SESSION_STATE_CHANGED:
+            state.told(Told(reinterpret_cast<const XrEventDataSessionStateChanged&>(event).state));
+            break;
+        case XR_TYPE_EVENT_DATA_INSTANCE_LOSS_PENDING:
+            state.instance_lost();
+            break;
+        case XR_TYPE_EVENT_DATA_REFERENCE_SPACE_CHANGE_PENDING:
+            news.recentred = true;
+            break;
+        case XR_TYPE_EVENT_DATA_DISPLAY_REFRESH_RATE_CHANGED_FB:
+            rate = reinterpret_cast<const XrEventDataDisplayRefreshRateChangedFB&>(event)
+                       .toDisplayRefreshRate;
+            break;
+        case XR_TYPE_EVENT_DATA_USER_PRESENCE_CHANGED_EXT:
+            worn = reinterpret_cast<const XrEventDataUserPresenceChangedEXT&>(event).isUserPresent;
+            break;
+        case XR_TYPE_EVENT_DATA_VISIBILITY_MASK_CHANGED_KHR:
+            for (int eye = 0; eye < 2; ++eye)
+                about.hidden[std::size_t(eye)] = session->hidden_area(eye);
+            break;
+        case XR_TYPE_EVENT_DATA_EVENTS_LOST:
+            news.messages.push_back("the runtime has lost events");
+            break;
+        default:
+            break;
+    }
+}
+
+void OpenXrHeadset::read_events(News& news)
+{
+    try_to([&] {
+        XrEventDataBuffer event;
+        while (instance->next_event(event)) take(event, news);
+    });
+    for (std::string& message : instance->take_messages()) news.messages.push_back(message);
+}
+
+// A runtime that went away is waited for; meanwhile clay and simulation live on.
+void OpenXrHeadset::renew(Duty duty, News& news)
+{
+    if (lost_at < 0) {
+        lost_at = wall();
+        news.messages.push_back(duty == Duty::renew_session ? "the session was lost"
+                                                            : "the runtime was lost");
+    }
+    constexpr int most_fruitless = 10;
+    if (++fruitless > most_fruitless && !last_loss.empty())
+        return give_up("the headset fails again and again: " + last_loss);
+    try {
+        if (duty == Duty::renew_session && instance) {
+            drop_session();
+            if (!instance->find_system())
+                throw HeadsetError("the headset " + about.system + " is gone");
+            start_session();
+        } else {
+            drop_instance();
+            start();
+        }
+        renewed = true;
+        lost_at = -1;
+        news.messages.push_back("a new session began");
+    } catch (const std::runtime_error& e) {
+        drop_session();
+        // An absent runtime is no fault: patience alone bounds how often it is looked for.
+        if (dynamic_cast<const XrFailure*>(&e))
+            drop_instance();
+        else
+            --fruitless;
+        if (wall() - lost_at > rule.patience)
+            give_up(std::string("the headset did not come back: ") + e.what());
+        else
+            sleep_for(rule.nap);
+    }
+}
+
+// What the state asks for; false where a frame may be drawn at once.
+bool OpenXrHeadset::fulfil(Duty duty, News& news)
+{
+    switch (duty) {
+        case Duty::nothing:
+            return false;
+        case Duty::begin:
+        case Duty::end:
+            try_to([&] { session->fulfil(duty); });
+            return true;
+        case Duty::renew_session:
+        case Duty::renew_instance:
+            renew(duty, news);
+            return true;
+        case Duty::leave:
+            give_up("");
+            return true;
+    }
+    return false;
+}
+
+News OpenXrHeadset::poll()
+{
+    News news;
+    news.messages = std::exchange(losses, {});
+    if (!over && !session) {
+        if (leaving)
+            give_up("");
+        else
+            renew(instance ? Duty::renew_session : Duty::renew_instance, news);
+    }
+    if (!over && session) {
+        read_events(news);
+        for (int k = 0; k < 4 && !over && session && fulfil(session->state.duty(), news); ++k)
+            if (session) read_events(news);
+    }
+    news.reason = reason;
+    news.worn = worn;
+    news.rate = rate;
+    if (over) {
+        news.phase = Phase::over;
+        return news;
+    }
+    news.renewed = std::exchange(renewed, false);
+    if (!session) return news;
+    news.visible = session->state.visible(), news.focused = session->state.focused();
+    news.phase = session->state.running() ? Phase::running : Phase::waiting;
+    if (news.phase == Phase::waiting) sleep_for(rule.nap);
+    return news;
+}
+
+Tick OpenXrHeadset::begin()
+{
+    Tick tick;
+    tick.time = last_time + last_period, tick.period = last_period;
+    in_frame = session && session->state.running() && try_to([&] { frame = session->wait(); });
+    if (!in_frame) {
+        last_time = tick.time;
+        return tick;
+    }
+    tick.period = 1e-9 * double(frame.predictedDisplayPeriod);
+    // Another runtime may have another clock: ours goes on.
+    if (rebase) {
+        const bool first = last_period == 0;
+        const double now = first ? 0 : last_time + last_period;
+        zero = frame.predictedDisplayTime - XrTime(std::llround(1e9 * now));
+        rebase = false;
+    }
+    tick.time = 1e-9 * double(frame.predictedDisplayTime - zero);
+    tick.draw = frame.shouldRender;
+    last_time = tick.time;
+    last_period = tick.period > 0 ? tick.period : 1.0 / 90;
+    return tick;
+}
+
+Sight OpenXrHeadset::locate()
+{
+    Sight sight;
+    if (in_frame && !try_to([&] { sight = session->locate(frame); })) sight = {};
+    return sight;
+}
+
+void OpenXrHeadset::end(const Drawn& drawn)
+{
+    if (in_frame && try_to([&] { session->end(frame, drawn); })) fruitless = 0;
+    in_frame = false;
+}
+
+void OpenXrHeadset::leave()
+{
+    leaving = true;
+    if (!session) return;
+    session->state.wants_to_leave();
+    if (session->state.running()) session->request_exit();
+}
+
+double OpenXrHeadset::time_left()
+{
+#ifndef _WIN32
+    if (!in_frame || !instance->has[convert_time]) return -1;
+    timespec seen{}, now{};
+    if (XR_FAILED(instance->api.to_timespec.raw(instance->api.instance, frame.predictedDisplayTime,
+                                                &seen)))
+        return -1;
+    clock_gettime(CLOCK_MONOTONIC, &now);
+    return double(seen.tv_sec - now.tv_sec) + 1e-9 * double(seen.tv_nsec - now.tv_nsec);
+#else
+    return -1;
+#endif
+}
+
+void OpenXrHeadset::close()
+{
+    over = true;
+    drop_instance();
+}
+
+}  // namespace
+}  // namespace xr
+
+std::unique_ptr<Headset> Headset::open(const HeadsetRule& rule)
+{
+    return std::make_unique<xr::OpenXrHeadset>(rule);
+}
+
+}  // namespace knead

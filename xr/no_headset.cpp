@@ -1,0 +1,12 @@
+// Takes the place of the room where OpenXR's headers were not found.
+#include "xr/headset.h"
+
+namespace knead {
+
+std::unique_ptr<Headset> Headset::open(const HeadsetRule&)
+{
+    throw HeadsetError(
+        "this program was built without OpenXR (the package libopenxr-dev was not there)");
+}
+
+}  // namespace knead

@@ -1,0 +1,291 @@
+#include "xr/session.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "xr/hand_shape.h"
+#include "xr/two_call.h"
+
+namespace knead::xr {
+namespace {
+
+// The runtime's list may be shorter than the truth: a rate is asked for where one is near.
+constexpr double same_rate = 1;  // [1/s]
+
+}  // namespace
+
+Session::Session(Instance& of, Platform& by, const HeadsetRule& with)
+    : instance(of), platform(by), rule(with)
+{
+    gl_error = reinterpret_cast<unsigned (*)()>(platform.address()("glGetError"));
+    for (XrView& view : views) view = typed<XrView>(XR_TYPE_VIEW);
+    create();
+    try {
+        make_spaces();
+        make_chains();
+        actions = std::make_unique<Actions>(instance, session);
+        hands = std::make_unique<HandTrackers>(instance, session);
+        blend = instance.blend_mode(rule.see_through);
+        ask_for_rate();
+    } catch (...) {
+        free_all();
+        throw;
+    }
+}
+
+void Session::free_all()
+{
+    hands.reset(), actions.reset();
+    for (int eye = 0; eye < 2; ++eye) colour[eye].reset(), depth[eye].reset();
+    if (origin) instance.api.destroy_space.raw(origin);
+    if (session) instance.api.destroy_session.raw(session);
+    platform.make_current();
+}
+
+void Session::before_gl()
+{
+    while (gl_error() != 0) ++gl_errors;
+}
+
+void Session::after_gl()
+{
+    platform.make_current();
+    while (gl_error() != 0) ++gl_errors;
+}
+
+void Session::create()
+{
+    // To be asked before a session is made, whatever it answers: 4.5 is what we draw with.
+    auto needs = typed<XrGraphicsRequirementsOpenGLKHR>(XR_TYPE_GRAPHICS_REQUIREMENTS_OPENGL_KHR);
+    instance.api.gl_requirements(instance.api.instance, instance.system, &needs);
+    if (needs.minApiVersionSupported > XR_MAKE_VERSION(4, 5, 0xffffffff))
+        throw HeadsetError("the OpenXR runtime wants a newer OpenGL than 4.5");
+    auto about = typed<XrSessionCreateInfo>(XR_TYPE_SESSION_CREATE_INFO);
+    about.next = platform.binding();
+    about.systemId = instance.system;
+    before_gl();
+    instance.api.create_session(instance.api.instance, &about, &session);
+    after_gl();
+}
+
+void Session::make_spaces()
+{
+    const auto offered =
+        listed(instance.api.reference_spaces, XR_REFERENCE_SPACE_TYPE_LOCAL, session);
+    const bool stage =
+        std::find(offered.begin(), offered.end(), XR_REFERENCE_SPACE_TYPE_STAGE) != offered.end();
+    auto about = typed<XrReferenceSpaceCreateInfo>(XR_TYPE_REFERENCE_SPACE_CREATE_INFO);
+    about.referenceSpaceType = rule.floor == Floor::standing && stage
+                                   ? XR_REFERENCE_SPACE_TYPE_STAGE
+                                   : XR_REFERENCE_SPACE_TYPE_LOCAL;
+    about.poseInReferenceSpace.orientation.w = 1;
+    instance.api.create_reference_space(session, &about, &origin);
+}
+
+void Session::make_chains()
+{
+    const auto offered = listed(instance.api.formats, std::int64_t(0), session);
+    colour_format = chosen_format(colour_formats, offered);
+    depth_format = instance.has[depth_layer] ? chosen_format(depth_formats, offered) : 0;
+    if (colour_format == 0)
+        throw HeadsetError("the OpenXR runtime offers neither SRGB8_ALPHA8 nor RGBA8 textures");
+    before_gl();
+    for (int eye = 0; eye < 2; ++eye) {
+        const int width = int(instance.views[eye].recommendedImageRectWidth);
+        const int height = int(instance.views[eye].recommendedImageRectHeight);
+        colour[eye] = std::make_unique<Swapchain>(
+            instance.api, session, colour_format,
+            XR_SWAPCHAIN_USAGE_COLOR_ATTACHMENT_BIT | XR_SWAPCHAIN_USAGE_SAMPLED_BIT, width,
+            height);
+        if (depth_format != 0)
+            depth[eye] = std::make_unique<Swapchain>(
+                instance.api, session, depth_format,
+                XR_SWAPCHAIN_USAGE_DEPTH_STENCIL_ATTACHMENT_BIT | XR_SWAPCHAIN_USAGE_SAMPLED_BIT,
+                width, height);
+    }
+    after_gl();
+}
+
+void Session::ask_for_rate()
+{
+    if (!instance.has[xr::refresh_rate] || rule.rate <= 0) return;
+    const auto offered = listed(instance.api.refresh_rates, 0.f, session);
+    for (const float rate : offered)
+        if (std::abs(rate - rule.rate) < same_rate)
+            instance.api.request_refresh_rate.raw(session, rate);
+}
+
+double Session::refresh_rate()
+{
+    float rate = 0;
+    if (instance.has[xr::refresh_rate]) instance.api.refresh_rate.raw(session, &rate);
+    return rate;
+}
+
+void Session::fulfil(Duty duty)
+{
+    if (duty == Duty::begin) {
+        auto about = typed<XrSessionBeginInfo>(XR_TYPE_SESSION_BEGIN_INFO);
+        about.primaryViewConfigurationType = XR_VIEW_CONFIGURATION_TYPE_PRIMARY_STEREO;
+        instance.api.begin_session(session, &about);
+    } else if (duty == Duty::end) {
+        instance.api.end_session(session);
+    }
+    state.did(duty);
+}
+
+XrFrameState Session::wait()
+{
+    auto about = typed<XrFrameWaitInfo>(XR_TYPE_FRAME_WAIT_INFO);
+    auto frame = typed<XrFrameState>(XR_TYPE_FRAME_STATE);
+    instance.api.wait_frame(session, &about, &frame);
+    auto begin = typed<XrFrameBeginInfo>(XR_TYPE_FRAME_BEGIN_INFO);
+    before_gl();
+    instance.api.begin_frame(session, &begin);
+    after_gl();
+    return frame;
+}
+
+bool Session::locate_eyes(const XrFrameState& frame, Sight& sight)
+{
+    auto about = typed<XrViewLocateInfo>(XR_TYPE_VIEW_LOCATE_INFO);
+    about.viewConfigurationType = XR_VIEW_CONFIGURATION_TYPE_PRIMARY_STEREO;
+    about.displayTime = frame.predictedDisplayTime;
+    about.space = origin;
+    auto seen = typed<XrViewState>(XR_TYPE_VIEW_STATE);
+    std::uint32_t count = 0;
+    instance.api.locate_views(session, &about, &seen, 2, &count, views);
+    constexpr XrViewStateFlags both =
+        XR_VIEW_STATE_POSITION_VALID_BIT | XR_VIEW_STATE_ORIENTATION_VALID_BIT;
+    if (count != 2 || (seen.viewStateFlags & both) != both) return false;
+    for (int eye = 0; eye < 2; ++eye) {
+        const XrFovf& fov = views[eye].fov;
+        sight.eyes[std::size_t(eye)] = {
+            joint_of(views[eye].pose), {fov.angleLeft, fov.angleRight, fov.angleUp, fov.angleDown}};
+    }
+    return true;
+}
+
+// A tracked hand, or one around the controller that is held.
+TrackedHand Session::hand(Side side, XrTime time)
+{
+    TrackedHand found = hands->locate(side, origin, time);
+    const Held held = actions->held(side, origin, time);
+    found.pinch = held.trigger, found.grasp = held.grasp;
+    found.holds = held.active;
+    if (!found.hand.tracked && held.active) {
+        found.hand = hand_around(side, held.grip, held.trigger, held.grasp);
+        found.from = HandFrom::posed;
+    }
+    return found;
+}
+
+Sight Session::locate(const XrFrameState& frame)
+{
+    Sight sight;
+    actions->sync();
+    const bool eyes = locate_eyes(frame, sight);
+    for (const Side side : {left, right})
+        sight.hands[std::size_t(side)] = hand(side, frame.predictedDisplayTime);
+    sight.draw = frame.shouldRender && eyes && open_targets(sight);
+    return sight;
+}
+
+bool Session::open_targets(Sight& sight)
+{
+    before_gl();
+    for (std::size_t eye = 0; eye < 2; ++eye) {
+        const XrViewConfigurationView& view = instance.views[eye];
+        EyeTexture& target = sight.targets[eye];
+        target.width = int(view.recommendedImageRectWidth);
+        target.height = int(view.recommendedImageRectHeight);
+        target.srgb = is_srgb(colour_format);
+        target.colour = colour[eye]->acquire();
+        if (depth[eye]) target.depth = depth[eye]->acquire();
+    }
+    after_gl();
+    return true;
+}
+
+void Session::close_targets()
+{
+    before_gl();
+    for (int eye = 0; eye < 2; ++eye) {
+        if (colour[eye]->held()) colour[eye]->release();
+        if (depth[eye] && depth[eye]->held()) depth[eye]->release();
+    }
+    after_gl();
+}
+
+void Session::end(const XrFrameState& frame, const Drawn& drawn)
+{
+    close_targets();
+    for (const Side side : {left, right})
+        if (drawn.vibrate[side] > 0) actions->vibrate(side, drawn.vibrate[side]);
+    XrCompositionLayerProjectionView eyes[2];
+    XrCompositionLayerDepthInfoKHR depths[2];
+    for (int eye = 0; eye < 2; ++eye) {
+        eyes[eye] =
+            typed<XrCompositionLayerProjectionView>(XR_TYPE_COMPOSITION_LAYER_PROJECTION_VIEW);
+        eyes[eye].pose = views[eye].pose;
+        eyes[eye].fov = views[eye].fov;
+        eyes[eye].subImage = colour[eye]->whole();
+        if (!depth[eye] || !(drawn.near_z > 0)) continue;
+        depths[eye] =
+            typed<XrCompositionLayerDepthInfoKHR>(XR_TYPE_COMPOSITION_LAYER_DEPTH_INFO_KHR);
+        depths[eye].subImage = depth[eye]->whole();
+        depths[eye].maxDepth = 1;
+        depths[eye].nearZ = drawn.near_z, depths[eye].farZ = drawn.far_z;
+        eyes[eye].next = &depths[eye];
+    }
+    auto layer = typed<XrCompositionLayerProjection>(XR_TYPE_COMPOSITION_LAYER_PROJECTION);
+    if (blend == XR_ENVIRONMENT_BLEND_MODE_ALPHA_BLEND)
+        layer.layerFlags = XR_COMPOSITION_LAYER_BLEND_TEXTURE_SOURCE_ALPHA_BIT;
+    layer.space = origin;
+    layer.viewCount = 2;
+    layer.views = eyes;
+    const auto* layers = reinterpret_cast<const XrCompositionLayerBaseHeader*>(&layer);
+    auto about = typed<XrFrameEndInfo>(XR_TYPE_FRAME_END_INFO);
+    about.displayTime = frame.predictedDisplayTime;
+    about.environmentBlendMode = blend;
+    about.layerCount = drawn.eyes ? 1 : 0;
+    about.layers = &layers;
+    before_gl();
+    instance.api.end_frame(session, &about);
+    after_gl();
+}
+
+HiddenArea Session::hidden_area(int eye)
+{
+    HiddenArea area;
+    if (!instance.has[visibility_mask]) return area;
+    auto mask = typed<XrVisibilityMaskKHR>(XR_TYPE_VISIBILITY_MASK_KHR);
+    const auto ask = [&] {
+        return instance.api.visibility_mask.raw(
+            session, XR_VIEW_CONFIGURATION_TYPE_PRIMARY_STEREO, std::uint32_t(eye),
+            XR_VISIBILITY_MASK_TYPE_HIDDEN_TRIANGLE_MESH_KHR, &mask);
+    };
+    if (XR_FAILED(ask())) return area;
+    std::vector<XrVector2f> corners(mask.vertexCountOutput);
+    std::vector<std::uint32_t> indices(mask.indexCountOutput);
+    mask.vertexCapacityInput = std::uint32_t(corners.size()), mask.vertices = corners.data();
+    mask.indexCapacityInput = std::uint32_t(indices.size()), mask.indices = indices.data();
+    if (corners.empty() || indices.size() % 3 != 0 || XR_FAILED(ask())) return area;
+    for (const std::uint32_t index : indices) {
+        if (index >= corners.size()) return {};
+        area.corners.push_back({corners[index].x, corners[index].y});
+    }
+    return area;
+}
+
+void Session::describe(HeadsetFacts& facts) const
+{
+    facts.srgb = is_srgb(colour_format);
+    facts.depth = depth_format != 0;
+    facts.see_through = blend == XR_ENVIRONMENT_BLEND_MODE_ALPHA_BLEND;
+    facts.hands = instance.tracks_hands;
+    facts.width = int(instance.views[0].recommendedImageRectWidth);
+    facts.height = int(instance.views[0].recommendedImageRectHeight);
+}
+
+}  // namespace knead::xr

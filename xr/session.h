@@ -1,0 +1,63 @@
+// One OpenXR session and all that hangs on it: spaces, swapchains, hands, actions, frames.
+#pragma once
+#include <memory>
+#include <optional>
+
+#include "xr/actions.h"
+#include "xr/hands.h"
+#include "xr/session_state.h"
+#include "xr/swapchain.h"
+
+namespace knead::xr {
+
+class Session {
+  public:
+    // Throws XrFailure where the runtime refuses, HeadsetError where it offers no usable format.
+    Session(Instance& instance, Platform& platform, const HeadsetRule& rule);
+    ~Session() { free_all(); }
+    Session(const Session&) = delete;
+
+    // One duty of `state`, where it is one of this session's: to begin or to end it.
+    void fulfil(Duty duty);
+    void request_exit() { instance.api.request_exit.raw(session); }
+    XrFrameState wait();
+    Sight locate(const XrFrameState& frame);
+    void end(const XrFrameState& frame, const Drawn& drawn);
+    HiddenArea hidden_area(int eye);
+    double refresh_rate();
+    void make_current() { platform.make_current(); }
+    void describe(HeadsetFacts& facts) const;
+
+    SessionState state;
+    int gl_errors = 0;
+
+  private:
+    void free_all();
+    void create();
+    void make_spaces();
+    void make_chains();
+    void ask_for_rate();
+    bool locate_eyes(const XrFrameState& frame, Sight& sight);
+    TrackedHand hand(Side side, XrTime time);
+    bool open_targets(Sight& sight);
+    void close_targets();
+    // Around calls that touch the GL: some runtimes fail where an error was left, or leave one, or
+    // another context current.
+    void before_gl();
+    void after_gl();
+
+    Instance& instance;
+    Platform& platform;
+    const HeadsetRule& rule;
+    unsigned (*gl_error)() = nullptr;
+    XrSession session = XR_NULL_HANDLE;
+    XrSpace origin = XR_NULL_HANDLE;
+    std::int64_t colour_format = 0, depth_format = 0;
+    XrEnvironmentBlendMode blend = XR_ENVIRONMENT_BLEND_MODE_OPAQUE;
+    std::unique_ptr<Swapchain> colour[2], depth[2];
+    std::unique_ptr<Actions> actions;
+    std::unique_ptr<HandTrackers> hands;
+    XrView views[2];  // as last located
+};
+
+}  // namespace knead::xr

@@ -1,0 +1,39 @@
+// A queue of GL textures that the runtime shows.
+#pragma once
+#include <cstdint>
+#include <vector>
+
+#include "xr/api.h"
+
+namespace knead::xr {
+
+// GL formats, by their numbers in the GL registry, best first: those that the painters write.
+extern const std::vector<std::int64_t> colour_formats, depth_formats;
+bool is_srgb(std::int64_t format);
+// The first of `liked` that is offered; 0: none.
+std::int64_t chosen_format(const std::vector<std::int64_t>& liked,
+                           const std::vector<std::int64_t>& offered);
+
+class Swapchain {
+  public:
+    Swapchain(Api& api, XrSession session, std::int64_t format, XrSwapchainUsageFlags usage,
+              int width, int height);
+    ~Swapchain();
+    Swapchain(const Swapchain&) = delete;
+
+    // A texture that may be drawn into, until release().
+    unsigned acquire();
+    void release();
+    bool held() const { return acquired; }
+    // All of it, as layers name it.
+    XrSwapchainSubImage whole() const;
+
+  private:
+    Api& api;
+    XrSwapchain chain = XR_NULL_HANDLE;
+    int width, height;
+    std::vector<unsigned> textures;
+    bool acquired = false;
+};
+
+}  // namespace knead::xr
