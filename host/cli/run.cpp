@@ -24,6 +24,7 @@
 #include "host/session/frame_writer.h"
 #include "host/session/report.h"
 #include "host/splats/deformed.h"
+#include "host/splats/upkeep.h"
 
 namespace knead {
 namespace {
@@ -80,9 +81,11 @@ class Session {
     {
         return (fs::path(o.out) / name).string();
     }
+    bool has_splats() const { return splats.cloud().count() > 0; }
     void prepare();
     void clear();
     void open_writer();
+    void keep_splats(RunWatch& watch, Solver& solver, Device device);
     void keep_checkpoints(RunWatch& watch, const Solver& solver, Device device);
     void watch(RunWatch& watch, Progress& progress, const Solver& solver);
     void write(const RunRecord& record, const Solver& solver);
@@ -102,7 +105,7 @@ class Session {
     const RunOptions& o;
     const Checkpoint* earlier;  // of the run that goes on; null: a new one
     Scene scene;
-    std::vector<SplatObject> splats;
+    SplatUpkeep splats{{}, {}};
     RunRule rule;
     RunFacts facts;
     std::vector<std::string> names{"report.json", "frames.csv"};  // of the files to come
@@ -117,12 +120,13 @@ void Session::prepare()
     const std::size_t memory =
         o.max_memory > 0 ? std::size_t(o.max_memory * 0x1p20) : available_memory();
     check_substeps(scene);
-    splats = load_splats(scene, memory);
-    for (const SplatObject& of : splats)
+    const std::vector<SplatObject> objects = load_splats(scene, memory);
+    for (const SplatObject& of : objects)
         facts.splats += of.cloud.count(), facts.inside += of.cloud.count() - of.surface;
+    splats = SplatUpkeep(scene.upkeep, joined(objects));
     build(scene, memory);
     if (!o.out.empty()) {
-        if (!splats.empty() && o.splats != "none") names.push_back("splats." + o.splats);
+        if (has_splats() && o.splats != "none") names.push_back("splats." + o.splats);
         if (o.mesh != "none") names.push_back("mesh." + o.mesh);
         if (o.particles) names.push_back("particles.ply");
         if (o.video) names.push_back("video.mp4");
@@ -173,13 +177,29 @@ void Session::keep_checkpoints(RunWatch& watch, const Solver& solver, Device dev
         const auto begin = std::chrono::steady_clock::now();
         try {
             const Json command = command_of(o, name, process_seconds() - cpu_before, scene);
-            write_checkpoint(in_folder(checkpoint_name), {command, record, solver.save()});
+            write_checkpoint(in_folder(checkpoint_name),
+                             {command, record, solver.save(), splats.state()});
         } catch (const std::exception& e) {
             note(std::string("no checkpoint: ") + e.what());
         }
         const std::chrono::duration<double> took = std::chrono::steady_clock::now() - begin;
         // Unless asked for, they take a twentieth of the time at most.
         if (!o.checkpoint) rule.checkpoint = std::max(rule.checkpoint, 20 * took.count());
+    };
+}
+
+void Session::keep_splats(RunWatch& watch, Solver& solver, Device device)
+{
+    if (!splats.any()) return;
+    if (device.kind == DeviceKind::cpu_double) {
+        facts.left_out.push_back(
+            "splats that are split or added: --device cpu:double does neither");
+        return;
+    }
+    watch.upkeep = [this, &solver](FrameRow& row) {
+        const UpkeepReport done = splats.after(row.frame, solver);
+        row.splats_split = long(done.split), row.splats_added = long(done.added);
+        row.splats_waiting = long(done.waiting);
     };
 }
 
@@ -197,7 +217,7 @@ void Session::open_writer()
     try {
         writer = std::make_unique<FrameWriter>(
             scene, in_folder("pictures"), has_video ? in_folder("video.mp4") : "",
-            scene.frame_rate / scene.picture_every, joined(splats));
+            scene.frame_rate / scene.picture_every, &splats.cloud());
         rule.mesh_every = scene.picture_every;
     } catch (const std::runtime_error& e) {
         note(e.what());
@@ -244,7 +264,7 @@ void Session::attempt(const std::string& name, const std::function<void(const st
 void Session::write_cloud(const std::string& to, const Solver& solver) const
 {
     const Quat<double> turn{0, 1, 0, 0};
-    const SplatCloud cloud = deformed(joined(splats), solver.gaussians());
+    const SplatCloud cloud = deformed(splats.cloud(), solver.gaussians());
     write_splats(to, placed(cloud, turn, 1, rotate(turn, scene.origin)));
 }
 
@@ -257,7 +277,7 @@ void Session::write(const RunRecord& record, const Solver& solver)
     if (files && (o.particles || failed))
         attempt("particles.ply",
                 [&](const std::string& to) { write_particles(to, *record.last_good); });
-    if (files && !splats.empty() && o.splats != "none" && !failed)
+    if (files && has_splats() && o.splats != "none" && !failed)
         attempt("splats." + o.splats, [&](const std::string& to) { write_cloud(to, solver); });
     if (writer && writer->count() > 0) {
         facts.outputs.push_back(in_folder("pictures"));
@@ -313,8 +333,12 @@ int Session::run()
     facts.solver = solver->name();
     rule.audit_every = o.audit_every > 0 ? o.audit_every : device.kind == DeviceKind::cuda ? 10 : 1;
     RunWatch watching;
+    keep_splats(watching, *solver, device);
     keep_checkpoints(watching, *solver, device);
-    if (earlier) load(*solver, *earlier, scene, in_folder(checkpoint_name));
+    if (earlier) {
+        load(*solver, *earlier, scene, in_folder(checkpoint_name));
+        splats.set_state(earlier->splats);
+    }
     clear();
     open_writer();
     const std::vector<std::string> rest = left_out(scene, rule);

@@ -10,6 +10,7 @@
 #include "host/hands/gesture.h"
 #include "host/scene/domain.h"
 #include "host/scene/presets.h"
+#include "host/scene/splats_rule.h"
 
 namespace knead {
 namespace {
@@ -133,21 +134,6 @@ void read_material(ObjectReader& r, Object& object)
         check_material(in, m);
         object.material = made(m);
     });
-}
-
-void read_splats_rule(ObjectReader& r, SplatsRule& splats)
-{
-    splats.file = r.beside("file", r.text("file", ""));
-    splats.size = r.number("size", {0, 1000, "m", true});
-    splats.turn = r.number("turn", {-360, 360, "degrees"}, 0);
-    splats.up = r.choice<UpAxis>("up",
-                                 {{"x", UpAxis::x},
-                                  {"-x", UpAxis::minus_x},
-                                  {"y", UpAxis::y},
-                                  {"-y", UpAxis::minus_y},
-                                  {"z", UpAxis::z},
-                                  {"-z", UpAxis::minus_z}},
-                                 UpAxis::minus_y);
 }
 
 Object read_object(ObjectReader& r, std::size_t index)
@@ -323,6 +309,7 @@ void read_root(ObjectReader& r, Scene& scene)
     });
     read_time(r, scene);
     r.object("rest", [&](ObjectReader& in) { read_rest(in, scene); });
+    r.object("splats", [&](ObjectReader& in) { read_upkeep(in, scene.upkeep); });
     r.object("surface", [&](ObjectReader& in) { read_surface(in, scene); });
     r.object("pictures", [&](ObjectReader& in) { read_pictures(in, scene); });
     r.object("camera", [&](ObjectReader& in) { read_camera(in, scene); });

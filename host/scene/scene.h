@@ -9,6 +9,7 @@
 #include "cuda/mpm/material_data.h"
 #include "host/hands/rule.h"
 #include "host/solver/solver.h"
+#include "host/splats/upkeep.h"
 #include "host/surface/mesh.h"
 
 namespace knead {
@@ -63,6 +64,7 @@ struct Scene {
     SurfaceRule surface;
     unsigned seed = 1;
     Vec3<double> eye{1.1, 0.9, 1.6}, target{0.5, 0.4, 0.5};  // camera [m]
+    UpkeepRule upkeep;                                       // of objects of splats
     int picture_every = 0;  // frames from picture to picture; 0: none
     int picture_width = 960, picture_height = 720;
 };

@@ -4,6 +4,7 @@
 #include <xxhash.h>
 
 #include <bit>
+#include <cmath>
 #include <cstdint>
 #include <cstring>
 #include <limits>
@@ -17,7 +18,7 @@ namespace {
 static_assert(std::endian::native == std::endian::little, "the file is written as memory is");
 
 constexpr char magic[] = "knead.checkpoint";  // 16 bytes, without the 0
-constexpr std::uint32_t version = 2;
+constexpr std::uint32_t version = 3;
 
 struct Head {
     char magic[16];
@@ -42,6 +43,7 @@ void each_number(Row& r, Visit&& visit)
     all(r.left.count, r.left.mean, r.left.p99, r.left.max);
     all(r.between.count, r.between.mean, r.between.p99, r.between.max);
     all(r.meshed, r.kept, r.mesh_volume, r.triangles);
+    all(r.splats_split, r.splats_added, r.splats_waiting);
     auto& a = r.state;
     all(a.mass, a.volume, a.unloaded, a.kinetic, a.elastic, a.fastest, a.broken, a.hash);
     vector(a.momentum), vector(a.spin);
@@ -102,6 +104,9 @@ Json facts_json(const Checkpoint& c)
             {"wall", c.record.wall},
             {"particles", s.setup.particles.size()},
             {"gaussians", s.setup.gaussians.size()},
+            {"splats", c.splats.count()},
+            {"splat_degree", c.splats.cloud.degree},
+            {"antialiased", c.splats.cloud.antialiased},
             {"quiet", s.quiet.size()},
             {"quiet_low", triple(s.quiet_low)},
             {"quiet_stored", triple(s.quiet_stored)},
@@ -133,11 +138,27 @@ void each_float_of(G& g, Visit&& visit)
     for (auto* v : {&g.x, &g.F.a, &g.F.b, &g.F.c}) visit(v->x), visit(v->y), visit(v->z);
 }
 
-std::string body_of(const SavedState& s)
+std::size_t splat_bytes(int degree) { return (12 + 3 * harmonics(degree)) * sizeof(float); }
+// All numbers of splat i.
+template <class S, class Visit>
+void each_float_of(S& s, std::size_t i, Visit&& visit)
 {
+    auto& c = s.cloud;
+    const auto vector = [&](auto& v) { visit(v.x), visit(v.y), visit(v.z); };
+    vector(c.centre[i]), vector(c.scale[i]);
+    visit(c.rotation[i].w), visit(c.rotation[i].x), visit(c.rotation[i].y), visit(c.rotation[i].z);
+    visit(c.opacity[i]), visit(s.extent[i]);
+    const auto count = std::size_t(harmonics(c.degree));
+    for (std::size_t k = 0; k < count; ++k) vector(c.sh[i * count + k]);
+}
+
+std::string body_of(const Checkpoint& c)
+{
+    const SavedState& s = c.state;
     std::string body;
     body.reserve(s.setup.particles.size() * (particle_bytes + sizeof(int)) +
-                 s.quiet.size() * sizeof(int) + s.setup.gaussians.size() * gaussian_bytes);
+                 s.quiet.size() * sizeof(int) + s.setup.gaussians.size() * gaussian_bytes +
+                 c.splats.count() * splat_bytes(c.splats.cloud.degree));
     for (const Particle<double>& p : s.setup.particles) {
         each_float(p, [&](double number) { append(body, float(number)); });
         append(body, p.object), append(body, p.sides);
@@ -148,6 +169,8 @@ std::string body_of(const SavedState& s)
         each_float_of(g, [&](double number) { append(body, float(number)); });
         append(body, g.object), append(body, g.sides);
     }
+    for (std::size_t i = 0; i < c.splats.count(); ++i)
+        each_float_of(c.splats, i, [&](float number) { append(body, number); });
     return body;
 }
 
@@ -161,16 +184,47 @@ struct Taker {
     }
 };
 
-void take_body(SavedState& s, std::size_t particles, std::size_t quiet, std::size_t gaussians,
-               const char* from)
+// What the body holds.
+struct Counts {
+    std::uint64_t particles, quiet, gaussians, splats;
+    int degree;
+
+    bool fill(std::uint64_t bytes) const
+    {
+        constexpr std::uint64_t each = particle_bytes + sizeof(int);
+        if (degree < 0 || degree > max_sh_degree) return false;
+        const std::uint64_t splat = splat_bytes(degree);
+        if (particles > bytes / each || quiet > bytes / sizeof(int) ||
+            gaussians > bytes / gaussian_bytes || splats > bytes / splat)
+            return false;
+        return bytes ==
+               particles * each + quiet * sizeof(int) + gaussians * gaussian_bytes + splats * splat;
+    }
+};
+
+void take_splats(CarriedSplats& s, std::size_t count, Taker& taker)
 {
+    SplatCloud& c = s.cloud;
+    c.centre.resize(count), c.rotation.resize(count), c.scale.resize(count);
+    c.opacity.resize(count), s.extent.resize(count);
+    c.sh.resize(count * std::size_t(harmonics(c.degree)));
+    for (std::size_t i = 0; i < count; ++i)
+        each_float_of(s, i, [&](float& number) {
+            taker.take(number);
+            if (!std::isfinite(number)) throw std::out_of_range("splats");
+        });
+}
+
+void take_body(Checkpoint& c, const Counts& n, const char* from)
+{
+    SavedState& s = c.state;
     Taker taker{from};
     const auto take_float = [&](double& number) {
         float rounded;
         taker.take(rounded), number = rounded;
     };
-    s.setup.gaussians.resize(gaussians);
-    s.setup.particles.resize(particles), s.order.resize(particles), s.quiet.resize(quiet);
+    s.setup.gaussians.resize(n.gaussians);
+    s.setup.particles.resize(n.particles), s.order.resize(n.particles), s.quiet.resize(n.quiet);
     for (Particle<double>& p : s.setup.particles) {
         each_float(p, take_float);
         taker.take(p.object), taker.take(p.sides);
@@ -181,6 +235,7 @@ void take_body(SavedState& s, std::size_t particles, std::size_t quiet, std::siz
         each_float_of(g, take_float);
         taker.take(g.object), taker.take(g.sides);
     }
+    take_splats(c.splats, n.splats, taker);
 }
 
 [[noreturn]] void refuse(const std::string& file, const std::string& why)
@@ -257,6 +312,8 @@ Checkpoint facts_in(const Json& from)
     s.quiet_stored = triple_in(from.at("quiet_stored"));
     s.speed_squared = from.at("speed_squared"), s.stiffness = from.at("stiffness");
     s.drift = from.at("drift"), s.covered = from.at("covered");
+    c.splats.cloud.degree = from.at("splat_degree");
+    c.splats.cloud.antialiased = from.at("antialiased");
     return c;
 }
 
@@ -273,7 +330,7 @@ bool in_order(const RunRecord& record)
 void write_checkpoint(const std::string& file, const Checkpoint& c)
 {
     const std::vector<std::uint8_t> facts = Json::to_cbor(facts_json(c));
-    const std::string body = body_of(c.state);
+    const std::string body = body_of(c);
     Head head{{}, version, 0, facts.size(), body.size()};
     std::memcpy(head.magic, magic, sizeof head.magic);
     std::string whole;
@@ -293,23 +350,22 @@ Checkpoint read_checkpoint(const std::string& file)
     try {
         const Json all = facts_of(file, facts, facts + head.facts);
         Checkpoint c = facts_in(all);
-        const auto particles = all.at("particles").get<std::uint64_t>();
-        const auto quiet = all.at("quiet").get<std::uint64_t>();
-        const auto gaussians = all.at("gaussians").get<std::uint64_t>();
-        constexpr std::uint64_t each = particle_bytes + sizeof(int);
-        if (particles > head.body / each || quiet > head.body / sizeof(int) ||
-            gaussians > head.body / gaussian_bytes ||
-            head.body != particles * each + quiet * sizeof(int) + gaussians * gaussian_bytes)
-            refuse(file, fmt::format("expected {} particles, {} blocks and {} Gaussians, found {} "
-                                     "bytes of them",
-                                     particles, quiet, gaussians, head.body));
+        const auto count = [&](const char* of) { return all.at(of).get<std::uint64_t>(); };
+        const Counts counts{count("particles"), count("quiet"), count("gaussians"), count("splats"),
+                            c.splats.cloud.degree};
+        if (!counts.fill(head.body) || (counts.splats && counts.splats != counts.gaussians))
+            refuse(file,
+                   fmt::format("expected {} particles, {} blocks, {} Gaussians and {} splats, "
+                               "found {} bytes of them",
+                               counts.particles, counts.quiet, counts.gaussians, counts.splats,
+                               head.body));
         if (!in_order(c.record)) refuse(file, "its frames are not those of a run on its way");
-        take_body(c.state, particles, quiet, gaussians, facts + head.facts);
+        take_body(c, counts, facts + head.facts);
         return c;
     } catch (const Json::exception& e) {
         refuse(file, std::string("its facts are not those of a checkpoint: ") + e.what());
     } catch (const std::out_of_range&) {
-        refuse(file, "its depths are not those of a checkpoint");
+        refuse(file, "its depths or splats are not those of a checkpoint");
     }
 }
 

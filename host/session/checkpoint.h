@@ -5,13 +5,15 @@
 #include <string>
 
 #include "host/session/session.h"
+#include "host/splats/carried.h"
 
 namespace knead {
 
 struct Checkpoint {
     nlohmann::json command;  // how the run was asked for; the caller's
     RunRecord record;        // what it had found; without state and meshes
-    SavedState state;        // of the solver; of its setup the particles alone
+    SavedState state;        // of the solver; of its setup the particles and Gaussians alone
+    CarriedSplats splats;    // one for each Gaussian; none where nothing draws these
 };
 
 constexpr const char* checkpoint_name = "checkpoint.knead";

@@ -85,11 +85,11 @@ std::vector<DrawPrimitive> draw_primitives(const Setup& setup,
 }
 
 FrameWriter::FrameWriter(const Scene& of, std::string where, std::string video_file,
-                         double per_second, SplatCloud cloud)
+                         double per_second, const SplatCloud* cloud)
     : scene(of),
       folder(std::move(where)),
       video_path(std::move(video_file)),
-      splats(std::move(cloud)),
+      splats(cloud),
       rate(per_second),
       painter(Painter::open())
 {
@@ -126,8 +126,8 @@ void FrameWriter::add(const Frame& frame, const std::vector<Mesh>& meshes,
         image =
             painter->paint(seen, draw_primitives(scene.setup, frame.motion.to, frame.motion.active),
                            camera, floor, unseen);
-        if (splats.count() > 0)
-            image = with_splats(image, painter->depths(), camera, splats, gaussians);
+        if (splats && splats->count() > 0)
+            image = with_splats(image, painter->depths(), camera, *splats, gaussians);
     } catch (const std::bad_alloc&) {
         throw PictureError("more memory is needed than there is");
     } catch (const std::invalid_argument& e) {

@@ -31,9 +31,10 @@ class FrameWriter {
     // make that file. Throws std::runtime_error with the reason where there is no OpenGL, or where
     // it draws no pictures of the scene's size.
     // `splats`: those of the scene, in the order of the solver's Gaussians; they are drawn in place
-    // of the clay of objects that have them.
+    // of the clay of objects that have them. They may change from picture to picture; the writer
+    // looks at them where they are.
     FrameWriter(const Scene& scene, std::string folder, std::string video, double rate,
-                SplatCloud splats = {});
+                const SplatCloud* splats = nullptr);
     // Throws OutputError, and PictureError where this picture alone cannot be made.
     void add(const Frame& frame, const std::vector<Mesh>& meshes,
              const std::vector<Gaussian<double>>& gaussians = {});
@@ -46,7 +47,7 @@ class FrameWriter {
 
     const Scene& scene;
     std::string folder, video_path;
-    SplatCloud splats;
+    const SplatCloud* splats;
     double rate;
     std::unique_ptr<Painter> painter;
     std::unique_ptr<Video> video;

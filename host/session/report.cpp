@@ -60,6 +60,21 @@ T total(const RunRecord& record, T FrameStats::*part)
     return sum;
 }
 
+long total(const RunRecord& record, long FrameRow::*part)
+{
+    long sum = 0;
+    for (const FrameRow& row : record.rows) sum += row.*part;
+    return sum;
+}
+
+// Splats that waited for budget or capacity at once.
+long waiting_most(const RunRecord& record)
+{
+    long most = 0;
+    for (const FrameRow& row : record.rows) most = std::max(most, row.splats_waiting);
+    return most;
+}
+
 Json context(const Scene& scene, const RunFacts& facts)
 {
     Json all = machine_facts(facts.solver.starts_with("cuda"));
@@ -326,7 +341,10 @@ Json report(const Scene& scene, const RunRecord& record, const RunFacts& facts)
                            {"inside", facts.inside},
                            {"projected", total(record, &FrameStats::splats_projected)},
                            {"stranded", total(record, &FrameStats::stranded)},
-                           {"repaired", total(record, &FrameStats::splats_repaired)}};
+                           {"repaired", total(record, &FrameStats::splats_repaired)},
+                           {"split", total(record, &FrameRow::splats_split)},
+                           {"added", total(record, &FrameRow::splats_added)},
+                           {"waiting_most", waiting_most(record)}};
     if (facts.hand_rate > 0) {
         long with = 0;
         for (const FrameRow& row : record.rows) with += row.hands;

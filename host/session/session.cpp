@@ -291,6 +291,10 @@ RunRecord run_frames(const Scene& scene, Solver& solver, const HandSource* hands
     run.record.duration = by.duration;
     loop.watch([&](const Frame& f) { run.add_row(f); });
     loop.watch([&](const Frame& f) { run.check(f); });
+    loop.watch([&](const Frame& f) {
+        if (watch.upkeep && !f.stats.cut && loop.end() != End::numbers)
+            watch.upkeep(run.record.rows.back());
+    });
     loop.watch([&](const Frame& f) { run.make_surface(f); });
     if (watch.frame) loop.watch([&](const Frame&) { watch.frame(run.record.rows.back()); });
     if (watch.picture)

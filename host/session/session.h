@@ -38,6 +38,7 @@ struct FrameRow {
     bool kept = false;       // no clay had moved since the last meshes: these are the same
     double mesh_volume = 0;  // [m^3]
     long triangles = 0;
+    long splats_split = 0, splats_added = 0, splats_waiting = 0;  // after the frame
 };
 
 struct RunRecord {
@@ -63,6 +64,9 @@ struct RunWatch {
     std::function<void(const FrameRow&)> frame;  // after every frame
     // Between substeps: where the frame of that number stands.
     std::function<void(int number, const FramePart&)> part;
+    // After every whole frame of a sound state, before it is shown or kept: may edit the solver's
+    // Gaussians.
+    std::function<void(FrameRow&)> upkeep;
     // After every frame that was meshed by mesh_every. A PictureError is counted and said once.
     std::function<void(const Frame&, const std::vector<Mesh>&)> picture;
     // Between frames, when it is due, and at the end where the run was stopped: what it has so far,

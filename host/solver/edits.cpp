@@ -46,6 +46,7 @@ void check_material(const Material<double>& m)
 int Solver::add(const Material<double>&, const std::vector<Particle<double>>&) { refuse(*this); }
 void Solver::remove(int) { refuse(*this); }
 void Solver::attach(int, const std::vector<Vec3<double>>&) { refuse(*this); }
+void Solver::set_gaussians(const std::vector<Gaussian<double>>&) { refuse(*this); }
 void Solver::set_material(int, const Material<double>&) { refuse(*this); }
 void Solver::move(int, const RigidMotion<double>&) { refuse(*this); }
 void Solver::set_gravity(Vec3<double>) { refuse(*this); }
@@ -81,12 +82,7 @@ Rules::Rules(const Setup& setup) : now(setup), counts(setup.materials.size(), 0)
     }
     now.particles = {}, now.gaussians = {};
     for (const Tool<double>& tool : now.tools) now.cuts = now.cuts || tool.blade;
-    for (const Gaussian<double>& g : setup.gaussians) {
-        check_object(g.object);
-        require(finite(g), not_finite);
-        require(g.label() <= below && !g.still(), "a Gaussian on a side that no cut has");
-        check_place(g.x, "a Gaussian");
-    }
+    check_gaussians(setup.gaussians);
 }
 
 long Rules::count() const { return std::accumulate(counts.begin(), counts.end(), 0l); }
@@ -173,6 +169,16 @@ void Rules::check_attach(int object, const std::vector<Vec3<double>>& places) co
     for (const Vec3<double>& x : places) {
         require(finite(x), not_finite);
         check_place(x, "a Gaussian");
+    }
+}
+
+void Rules::check_gaussians(const std::vector<Gaussian<double>>& all) const
+{
+    for (const Gaussian<double>& g : all) {
+        check_object(g.object);
+        require(finite(g), not_finite);
+        require(g.label() <= below && !g.still(), "a Gaussian on a side that no cut has");
+        check_place(g.x, "a Gaussian");
     }
 }
 

@@ -30,6 +30,7 @@ class Rules {
     void set_walls(const WallRule& walls);
     void set_tools(const Rig& rig, const std::vector<Tool<double>>& tools);
     void check_attach(int object, const std::vector<Vec3<double>>& places) const;
+    void check_gaussians(const std::vector<Gaussian<double>>& all) const;
 
     void check_object(int object) const;
     // A motion must be finite and rigid.

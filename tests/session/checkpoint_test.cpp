@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <fstream>
 #include <functional>
 
@@ -140,13 +141,32 @@ TEST_F(CheckpointFile, HoldsGaussiansThatFollowTheClay)
     Gaussian<double> g = gaussian_at(Vec3<double>{0.125, 0.25, 0.5}, 0);
     g.F = {{1, 2, 3}, {4, 5, 6}, {7, 8, 9}}, g.sides = below;
     c.state.setup.gaussians = {g, gaussian_at(Vec3<double>{0.5, 0.5, 0.5}, 0)};
-    c.record.rows.back().stats.stranded = 7;
+    c.record.rows.back().stats.stranded = 7, c.record.rows.back().splats_split = 5;
+    SplatCloud cloud;
+    cloud.degree = 1, cloud.antialiased = true;
+    for (int i = 0; i < 2; ++i) {
+        cloud.centre.push_back({1, 2, float(i)}), cloud.rotation.push_back({0, 1, 0, 0});
+        cloud.scale.push_back({0.5f, 0.25f, 0}), cloud.opacity.push_back(0.75f);
+        for (int k = 0; k < 4; ++k) cloud.sh.push_back({float(k), -1, float(i)});
+    }
+    c.splats = carried(cloud), c.splats.extent[1] = 3;
     write_checkpoint(path("with"), c);
     const Checkpoint read = read_checkpoint(path("with"));
     EXPECT_TRUE(same_bits(read.state.setup.gaussians, c.state.setup.gaussians));
     EXPECT_TRUE(same_bits(read.state.setup.particles, c.state.setup.particles));
     EXPECT_EQ(read.state.quiet, c.state.quiet);
     EXPECT_EQ(read.record.rows.back().stats.stranded, 7);
+    EXPECT_EQ(read.record.rows.back().splats_split, 5);
+    EXPECT_TRUE(read.splats.cloud.antialiased);
+    EXPECT_TRUE(same_bits(read.splats.cloud.sh, cloud.sh));
+    EXPECT_TRUE(same_bits(read.splats.cloud.rotation, cloud.rotation));
+    EXPECT_EQ(read.splats.extent, c.splats.extent);
+    c.splats.cloud.scale[1].y = NAN;
+    write_checkpoint(path("with"), c);
+    EXPECT_NE(refused("with").find("splats"), std::string::npos) << refused("with");
+    c.splats = carried(picked(cloud, {0}));
+    write_checkpoint(path("with"), c);
+    EXPECT_NE(refused("with").find("1 splats"), std::string::npos) << refused("with");
 }
 
 TEST_F(CheckpointFile, WhatIsNotWholeIsRefusedAndStays)
@@ -170,7 +190,7 @@ TEST_F(CheckpointFile, WhatIsNotWholeIsRefusedAndStays)
         EXPECT_NE(refused_of(other), "accepted") << at;
     }
     std::string newer = whole;
-    newer[16] = 3;
+    newer[16] = 4;
     EXPECT_NE(refused_of(newer).find("of a newer knead"), std::string::npos);
 
     // The program says so, and leaves all as it is.

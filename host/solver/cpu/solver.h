@@ -74,6 +74,7 @@ class CpuSolver : public Solver {
     void set_material(int object, const Material<double>& material) override;
     void move(int object, const RigidMotion<double>& motion) override;
     void attach(int object, const std::vector<Vec3<double>>& places) override;
+    void set_gaussians(const std::vector<Gaussian<double>>& all) override;
     void set_gravity(Vec3<double> to) override;
     void set_walls(const WallRule& to) override;
     void set_tools(const Rig& rig, const std::vector<Tool<double>>& tools) override;

@@ -80,6 +80,18 @@ void CpuSolver<R>::attach(int object, const std::vector<Vec3<double>>& places)
 }
 
 template <class R>
+void CpuSolver<R>::set_gaussians(const std::vector<Gaussian<double>>& all)
+{
+    book.check_gaussians(all);
+    splats.clear();
+    for (const Gaussian<double>& g : all) splats.push_back(cast<R>(g));
+    splats_arranged = false, ++changes;
+    const bool timed = times.back().name == "deform";
+    if (timed && splats.empty()) times.pop_back();
+    if (!timed && !splats.empty()) times.push_back({"deform", 0});
+}
+
+template <class R>
 std::vector<Gaussian<double>> CpuSolver<R>::gaussians() const
 {
     std::vector<Gaussian<double>> all;
@@ -93,6 +105,7 @@ std::vector<Gaussian<double>> CpuSolver<R>::gaussians() const
 template void CpuSolver<float>::arrange_splats();
 template void CpuSolver<float>::deform(float);
 template void CpuSolver<float>::attach(int, const std::vector<Vec3<double>>&);
+template void CpuSolver<float>::set_gaussians(const std::vector<Gaussian<double>>&);
 template std::vector<Gaussian<double>> CpuSolver<float>::gaussians() const;
 
 }  // namespace knead

@@ -140,6 +140,16 @@ void GpuSolver::attach(int object, const std::vector<Vec3<double>>& places)
     edited();
 }
 
+void GpuSolver::set_gaussians(const std::vector<Gaussian<double>>& all)
+{
+    check_idle();
+    book->check_gaussians(all);
+    wait(main, "Gaussians");  // their memory may be replaced
+    splats.set(all, store.views().lattice);
+    splats.show(main);
+    ++changes, stale = true;
+}
+
 void GpuSolver::set_gravity(Vec3<double> gravity)
 {
     check_idle();

@@ -1,0 +1,43 @@
+#include "host/scene/splats_rule.h"
+
+namespace knead {
+
+void read_splats_rule(ObjectReader& r, SplatsRule& splats)
+{
+    splats.file = r.beside("file", r.text("file", ""));
+    splats.size = r.number("size", {0, 1000, "m", true});
+    splats.turn = r.number("turn", {-360, 360, "degrees"}, 0);
+    splats.up = r.choice<UpAxis>("up",
+                                 {{"x", UpAxis::x},
+                                  {"-x", UpAxis::minus_x},
+                                  {"y", UpAxis::y},
+                                  {"-y", UpAxis::minus_y},
+                                  {"z", UpAxis::z},
+                                  {"-z", UpAxis::minus_z}},
+                                 UpAxis::minus_y);
+}
+
+void read_upkeep(ObjectReader& r, UpkeepRule& upkeep)
+{
+    constexpr int most = 100000000;
+    upkeep.every = r.whole("every", 1, 1000000, upkeep.every);
+    upkeep.capacity = std::size_t(r.whole("capacity", 0, most, 0));
+    r.object("split", [&](ObjectReader& in) {
+        SplitRule& split = upkeep.split;
+        split.limit = in.number("limit", {0, 1000, "times the length at rest"}, split.limit);
+        if (split.limit > 0 && split.limit < 1.1)
+            in.fail("limit", "0 (none is split) or 1.1 to 1000 times the length at rest",
+                    short_number(split.limit));
+        split.smallest = in.number("smallest", {0, 1000, "m"}, split.smallest);
+        split.budget = std::size_t(in.whole("budget", 1, most, int(split.budget)));
+        upkeep.splits = split.limit > 0;
+    });
+    r.object("refill", [&](ObjectReader& in) {
+        RefillRule& refill = upkeep.refill;
+        refill.see_through = in.number("see_through", {0.001, 1, ""}, refill.see_through);
+        refill.budget = std::size_t(in.whole("budget", 1, most, int(refill.budget)));
+        upkeep.refills = refill.see_through < 1;
+    });
+}
+
+}  // namespace knead

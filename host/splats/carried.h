@@ -1,0 +1,44 @@
+// The splats that a solver's Gaussians carry while clay is shaped: some are split, some are added.
+#pragma once
+#include "cuda/splats/deform.h"
+#include "host/splats/cloud.h"
+
+namespace knead {
+
+// One splat for each of a solver's Gaussians, in their order, as they were at rest.
+struct CarriedSplats {
+    SplatCloud cloud;
+    // Longest half axis at rest [m]; of a splat that was split off, that of the one it came from.
+    std::vector<float> extent;
+
+    std::size_t count() const { return cloud.count(); }
+};
+
+inline CarriedSplats carried(SplatCloud cloud)
+{
+    CarriedSplats all{std::move(cloud), {}};
+    all.extent.reserve(all.count());
+    for (const Vec3<float>& s : all.cloud.scale) all.extent.push_back(max(s.x, max(s.y, s.z)));
+    return all;
+}
+
+inline Vec3<double> put_between(const WallRule& walls, Vec3<double> x)
+{
+    return {clamp(x.x, walls.min.x, walls.max.x), clamp(x.y, walls.min.y, walls.max.y),
+            clamp(x.z, walls.min.z, walls.max.z)};
+}
+
+// One more splat, of half axes `scale` [m], whose colour is given by harmonics(degree) numbers.
+inline void append(CarriedSplats& to, Vec3<float> centre, const Ellipsoid<float>& shape,
+                   float opacity, const Vec3<float>* sh, float extent)
+{
+    SplatCloud& c = to.cloud;
+    // The colour may be one of the cloud's own.
+    const std::vector<Vec3<float>> colour(sh, sh + harmonics(c.degree));
+    c.centre.push_back(centre), c.rotation.push_back(shape.q), c.scale.push_back(shape.scale);
+    c.opacity.push_back(opacity);
+    c.sh.insert(c.sh.end(), colour.begin(), colour.end());
+    to.extent.push_back(extent);
+}
+
+}  // namespace knead

@@ -1,0 +1,149 @@
+// Splats that are split and added between the frames of a solver, on every back end that is there.
+#include "host/splats/upkeep.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+#include "host/solver/reference.h"
+#include "tests/solver/same_bits.h"
+#include "tests/splats/kneaded.h"
+
+namespace knead::kneaded {
+namespace {
+
+using Given = Setup;  // the name is a member of testing::Test
+using Gaussians = std::vector<Gaussian<double>>;
+
+class Kept : public testing::TestWithParam<bool> {
+  protected:
+    void SetUp() override
+    {
+        if (GetParam() && !gpu_present()) GTEST_SKIP() << "no CUDA device";
+    }
+    std::unique_ptr<Solver> make(const Given& s) const
+    {
+        Given same = s;
+        same.deterministic = true;
+        return GetParam() ? gpu_solver(same, 0) : cpu_solver(same);
+    }
+};
+INSTANTIATE_TEST_SUITE_P(Splats, Kept, testing::Values(false, true),
+                         [](const auto& at) { return std::string(at.param ? "cuda" : "cpu"); });
+
+Body drawn()
+{
+    Body b = body_of(0.01);
+    draw_out(b, 4, 10 * frame);
+    return b;
+}
+
+void advance(Solver& solver, int frames, SplatUpkeep* upkeep = nullptr, int from = 0)
+{
+    for (int f = from + 1; f <= from + frames; ++f) {
+        solver.advance({}, frame);
+        if (upkeep) upkeep->after(f, solver);
+    }
+}
+
+UpkeepRule rule()
+{
+    UpkeepRule r;
+    r.splits = r.refills = true, r.every = 2, r.split.budget = 300;
+    return r;
+}
+
+TEST_P(Kept, AllMayBeReplacedAndTheClayDoesNotHearOfIt)
+{
+    const Body b = drawn();
+    const auto solver = make(b.setup), other = make(b.setup);
+    advance(*solver, 2), advance(*other, 2);
+    Gaussians all = solver->gaussians();
+    std::reverse(all.begin(), all.end());
+    all.resize(all.size() - 10);
+    all.push_back(gaussian_at(middle, 0));
+    all.back().F.b = {0.5, 2, 0};
+    solver->set_gaussians(all);
+    EXPECT_TRUE(same_bits(solver->gaussians(), all));
+    advance(*solver, 3), advance(*other, 3);
+    EXPECT_TRUE(same_bits(solver->particles(), other->particles()));
+    const Gaussians turned = solver->gaussians(), plain = other->gaussians();
+    for (std::size_t i = 0; i + 1 < turned.size(); ++i)
+        ASSERT_TRUE(same_bits(Gaussians{turned[i]}, {plain[plain.size() - 1 - i]})) << i;
+    EXPECT_GT(length(turned.back().F.b), 1);
+    solver->set_gaussians({});
+    EXPECT_TRUE(solver->gaussians().empty());
+    advance(*solver, 1), advance(*other, 1);
+    EXPECT_TRUE(same_bits(solver->particles(), other->particles()));
+    all[3].x.y = 0.01;
+    EXPECT_THROW(other->set_gaussians(all), std::invalid_argument);
+    all[3] = all[4], all[5].object = 3;
+    EXPECT_THROW(other->set_gaussians(all), std::invalid_argument);
+    EXPECT_EQ(other->gaussians().size(), plain.size());
+}
+
+TEST_P(Kept, TheyGrowWhenDueUpToTheCapacity)
+{
+    const Body b = drawn();
+    UpkeepRule few = rule();
+    few.capacity = b.splats.count() + 700;
+    SplatUpkeep upkeep(few, b.splats.cloud);
+    const auto solver = make(b.setup), bare = make(b.setup);
+    std::size_t count = b.splats.count();
+    for (int f = 1; f <= 12; ++f) {
+        solver->advance({}, frame), bare->advance({}, frame);
+        const UpkeepReport done = upkeep.after(f, *solver);
+        EXPECT_TRUE(f % 2 == 0 || done.split + done.added == 0);
+        EXPECT_LE(done.split, 300u);
+        count += done.split + done.added;
+        ASSERT_EQ(solver->gaussians().size(), count);
+        ASSERT_EQ(upkeep.cloud().count(), count);
+    }
+    EXPECT_EQ(count, few.capacity) << "not drawn out enough";
+    EXPECT_TRUE(same_bits(solver->particles(), bare->particles()));
+}
+
+// As a checkpoint does.
+TEST_P(Kept, TheSavedStateGoesOnInTheSameBits)
+{
+    const Body b = drawn();
+    SplatUpkeep first(rule(), b.splats.cloud), second(rule(), b.splats.cloud);
+    const auto solver = make(b.setup), loaded = make(b.setup);
+    advance(*solver, 9, &first);
+    const SavedState state = solver->save();
+    second.set_state(first.state());
+    ASSERT_GT(first.cloud().count(), b.splats.count());
+    loaded->load(state);
+    advance(*solver, 4, &first, 9), advance(*loaded, 4, &second, 9);
+    EXPECT_GT(first.cloud().count(), state.setup.gaussians.size());
+    EXPECT_TRUE(same_bits(solver->gaussians(), loaded->gaussians()));
+    EXPECT_TRUE(same_bits(first.cloud().scale, second.cloud().scale));
+    EXPECT_TRUE(same_bits(first.cloud().opacity, second.cloud().opacity));
+}
+
+TEST(KeptOnTheCpu, TheBitsAreTheSameForAnyNumberOfThreads)
+{
+    Body b = drawn();
+    Gaussians wanted;
+    for (const int threads : {1, 2, 5}) {
+        b.setup.threads = threads;
+        SplatUpkeep upkeep(rule(), b.splats.cloud);
+        const auto solver = cpu_solver(b.setup);
+        advance(*solver, 10, &upkeep);
+        if (threads == 1) wanted = solver->gaussians();
+        EXPECT_TRUE(same_bits(solver->gaussians(), wanted)) << threads;
+    }
+    EXPECT_GT(wanted.size(), b.splats.count());
+}
+
+TEST(KeptOnTheCpu, ASolverThatTakesNoEditsIsRefused)
+{
+    const Body b = drawn();
+    SplatUpkeep upkeep(rule(), b.splats.cloud);
+    Reference solver(b.setup);
+    EXPECT_THROW(upkeep.after(2, solver), std::logic_error);
+    EXPECT_NO_THROW(upkeep.after(1, solver)) << "not due";
+}
+
+}  // namespace
+}  // namespace knead::kneaded
