@@ -56,17 +56,6 @@ void report(const Solver& solver, std::vector<double>& per_substep, const FrameS
     std::printf("hash %016llx\n", static_cast<unsigned long long>(hash_of(solver.particles())));
 }
 
-// So many Gaussians around the ball's surface, as of a photograph: within a cell of 1/64 m of it.
-void add_gaussians(Setup& setup, int count)
-{
-    for (int i = 0; i < count; ++i) {
-        const double height = 1 - (2 * i + 1.0) / count, turn = 2.399963229728653 * i;
-        const double across = std::sqrt(1 - height * height), r = 0.25 + (i * 7 % 16 - 11) / 1024.0;
-        const Vec3<double> out{across * std::cos(turn), height, across * std::sin(turn)};
-        setup.gaussians.push_back(gaussian_at(Vec3<double>{0.5, 0.5, 0.5} + r * out, 0));
-    }
-}
-
 int run(int nodes, int frames, const std::string& on, bool tools, bool plastic, int gaussians)
 {
     Setup setup = ball(nodes);

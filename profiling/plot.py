@@ -15,14 +15,15 @@ import tempfile
 COLOURS = ["#b5512b", "#2f6f8f", "#7a8f2f", "#7b4f9d", "#c69214",
            "#4d4d4d", "#d98c7a", "#8cb8cc", "#3f5c1e", "#b49bc9"]
 # bench.json has its stages by name; this is their order in time.
-STAGES = ["sort", "pose", "p2g", "grid", "g2p", "clear", "deposit", "list", "soften", "count",
-          "scan", "march", "relax", "shade"]
+STAGES = ["project", "sort", "pose", "p2g", "grid", "g2p", "clear", "deposit", "list", "soften",
+          "count", "scan", "emit", "sort by tile", "blend", "march", "relax", "shade"]
 PAPER = {"paper: grid": ("paper-grid.svg", "nodes per axis"),
          "paper: substeps": ("paper-substeps.svg", "substeps a frame"),
          "paper: particles per cell": ("paper-particles.svg", "particles per cell")}
 BARS = {"stages": ("stages.svg", "Stages of one 11.1 ms frame"),
         "localized": ("localized.svg", "A frame of clay of which 5 % is in hands"),
-        "surface": ("surface.svg", "Making the surface")}
+        "surface": ("surface.svg", "Making the surface"),
+        "splats": ("splats.svg", "Splats for both eyes")}
 WIDTH, HEIGHT = 760, 460  # points
 
 
@@ -195,6 +196,8 @@ def scale(rows, device, note):
 def bar_name(row):
     """"0.137 M particles, 64³"; of a case that says more in its name, that."""
     name = str(at(row, "name") or "")
+    if at(row, "suite") == "splats":
+        return name.removeprefix("splats: ")
     begin, end = name.find(": "), name.rfind(", ")
     if not at(row, "stages_ms") and 0 <= begin < end:
         return name[begin + 2:end]

@@ -44,6 +44,17 @@ inline Setup ball(int nodes)
     return s;
 }
 
+// So many Gaussians around the ball's surface, as of a photograph: within a cell of 1/64 m of it.
+inline void add_gaussians(Setup& s, int count)
+{
+    for (int i = 0; i < count; ++i) {
+        const double height = 1 - (2 * i + 1.0) / count, turn = 2.399963229728653 * i;
+        const double across = std::sqrt(1 - height * height), r = 0.25 + (i * 7 % 16 - 11) / 1024.0;
+        const Vec3<double> out{across * std::cos(turn), height, across * std::sin(turn)};
+        s.gaussians.push_back(gaussian_at(Vec3<double>{0.5, 0.5, 0.5} + r * out, 0));
+    }
+}
+
 // Two cones of radius 6 cm that hang on the wrists.
 inline void add_tools(Setup& s)
 {

@@ -37,6 +37,14 @@ struct Counted {
     double copy_share = 0;   // bytes of the memory over time, of the measured copy's rate
 };
 
+// What a row drew of splats, for both eyes. No pixels: nothing.
+struct Drawn {
+    int width = 0, height = 0;  // pixels of an eye
+    std::size_t moved = 0;      // splats that are turned and stretched, of all
+    std::size_t visible = 0, instances = 0, dropped = 0;  // of a GPU's picture (RasterStats)
+    double psnr = 0;  // of the worse eye, against what the row's note says [dB]; 0: not compared
+};
+
 // One measured case. Times in seconds.
 struct BenchRow {
     std::string suite, name;
@@ -55,6 +63,7 @@ struct BenchRow {
     std::vector<StageTime> stages;  // of one frame, or parts of the surface
     Counted counted;                // per particle and substep; per particle of a surface
     double moved = 1;               // share of the particle-substeps; the rest was still
+    Drawn drawn;                    // its particles are splats where this has pixels
     FrameStats acted;               // its guards alone
     long crowded = 0;               // particles, at the first repeat's end
     std::string hash;               // of the first repeat's end
@@ -154,8 +163,10 @@ void drive(const Scene& scene, Solver& solver, const HandSource* hands, int firs
 // that is wanted; where the device makes it, not even that is waited for.
 struct QueuedFrames {
     int frames = 0;
-    double frame = 0;  // [s] from the end of one to the end of the next, on average
-    double waits = 0;  // of the host within a frame, on average
+    double frame = 0;     // [s] from the end of one to the end of the next, on average
+    double waits = 0;     // of the host within a frame, on average
+    double substeps = 0;  // of a frame, on average
+    std::vector<Gaussian<double>> gaussians;  // as the last frame left them
 };
 QueuedFrames queued(const Scene& scene, Device device, const HandSource* hands, int first,
                     int frames, bool surfaces);
@@ -199,6 +210,7 @@ void scale_suite(Bench&);
 void surface_suite(Bench&);
 void localized_suite(Bench&);
 void deterministic_suite(Bench&);
+void splats_suite(Bench&);
 void targets_suite(Bench&);
 void run_peers(Bench&);
 void run_peers(Bench&, const PeerRule& rule);

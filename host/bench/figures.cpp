@@ -42,6 +42,10 @@ PeerFigures peers_of(const Json& root, const std::string& file)
                     out.public_best[size] = 1e-6 * times.number(size, {0, unbounded, "us", true});
             });
         });
+        r.object("splat_frame", [&](ObjectReader& frame) {
+            out.splat_source = required_text(frame, "source");
+            out.splat_frame = 1e-3 * frame.number("ms", {0, unbounded, "ms", true});
+        });
         r.required("card", "an object");
         r.object("card", [&](ObjectReader& card) {
             out.card = required_text(card, "name");

@@ -21,9 +21,11 @@ struct Target {
 struct PeerFigures {
     std::string source, device;                 // of the public codes' times
     std::map<std::string, double> public_best;  // seconds per substep, by size
-    std::string card;                           // for which a time is estimated
-    double multiprocessors = 0, clock = 0;      // its [1/s]
-    double copy = 0;                            // bytes per second of a copy on it
+    std::string splat_source;                   // of what follows
+    double splat_frame = 0;  // seconds of a frame of clay in a scene of splats; 0: no figure
+    std::string card;        // for which a time is estimated
+    double multiprocessors = 0, clock = 0;  // its [1/s]
+    double copy = 0;                        // bytes per second of a copy on it
 };
 
 // targets.json

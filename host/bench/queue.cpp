@@ -21,11 +21,12 @@ QueuedFrames queued(const Scene& scene, Device device, const HandSource* hands, 
     SessionLoop loop(*solver, recorded_motion(hands, scene.hands), rule);
     if (surfaces) loop.launch_surfaces();
     Wall::time_point start;
-    long waits = 0;
+    long waits = 0, substeps = 0;
     loop.watch([&](const Frame& f) {
         if (f.number == 2) loop.hand_over_ahead();  // how frames run is settled now
         if (f.number == warm_up) start = Wall::now();
         if (f.number > warm_up + 1) waits += f.waits;  // handed over after the start
+        if (f.number > warm_up) substeps += f.stats.substeps;
     });
     loop.run();
     if (loop.failure()) std::rethrow_exception(loop.failure());
@@ -33,6 +34,8 @@ QueuedFrames queued(const Scene& scene, Device device, const HandSource* hands, 
     if (all.frames < 1) return {};
     all.frame = std::chrono::duration<double>(Wall::now() - start).count() / all.frames;
     all.waits = double(waits) / all.frames;
+    all.substeps = double(substeps) / all.frames;
+    all.gaussians = solver->gaussians();
     return all;
 }
 

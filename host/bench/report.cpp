@@ -39,6 +39,7 @@ Json row_json(const BenchRow& r)
                            {"memory_bytes", s.work.memory_bytes},
                            {"level_2_bytes", s.work.cache_bytes}};
     const auto known = [](double x) { return x > 0 ? Json(x) : Json(); };
+    const bool pixels = r.drawn.width > 0;
     return {{"suite", r.suite},
             {"name", r.name},
             {"at", r.at},
@@ -63,6 +64,12 @@ Json row_json(const BenchRow& r)
             {"level_2_bytes_per_particle", known(r.counted.sum.cache_bytes)},
             {"counted_clock_MHz", known(1e-6 * r.counted.sum.clock())},
             {"moved_share", r.moved},
+            {"eye_pixels", pixels ? Json{r.drawn.width, r.drawn.height} : Json()},
+            {"splats_moved", pixels ? Json(r.drawn.moved) : Json()},
+            {"splats_seen", known(double(r.drawn.visible))},
+            {"instances", known(double(r.drawn.instances))},
+            {"instances_dropped", r.drawn.visible ? Json(r.drawn.dropped) : Json()},
+            {"psnr_dB", known(r.drawn.psnr)},
             {"stages_ms", stages},
             {"stages_counted", counted},
             {"guards", guards_json(r)},
@@ -108,10 +115,24 @@ std::string stage_text(const StageTime& s, const std::vector<StageWork>& counted
     return text + "\n";
 }
 
+std::string drawn_text(const BenchRow& r)
+{
+    const Drawn& d = r.drawn;
+    std::string text =
+        fmt::format("  {:>9.3f} ms (p95 {:.3f})  2 x {} x {}, {} splats moved",
+                    1e3 * r.frame.median, 1e3 * r.frame.p95, d.width, d.height, d.moved);
+    if (d.visible > 0)
+        text +=
+            fmt::format(", {} seen, {} instances, {} dropped", d.visible, d.instances, d.dropped);
+    return text + (d.psnr > 0 ? fmt::format(", PSNR {:.1f} dB", d.psnr) : "");
+}
+
 std::string row_text(const BenchRow& r)
 {
     std::string text = fmt::format("{:<46} {:>9}", r.name, r.particles);
-    if (r.suite == "surface")
+    if (r.drawn.width > 0)
+        text += drawn_text(r);
+    else if (r.suite == "surface")
         text += fmt::format("  {:>9.3f} ms", 1e3 * r.frame.median);
     else
         text += fmt::format(
@@ -194,7 +215,8 @@ std::string bench_csv(const BenchResult& result)
         "suite,name,at,particles,nodes_x,frames,repeats,in_contact,substeps,frame_ms,frame_p95_ms,"
         "substep_us,substep_p95_us,surface_ms,G_per_s,bytes,min_bytes,share_of_copy,"
         "instructions,share_of_issue,memory_bytes,share_of_copy_counted,level_2_bytes,"
-        "moved_share,";
+        "moved_share,eye_width,eye_height,splats_moved,splats_seen,instances,instances_dropped,"
+        "psnr_dB,";
     for (const auto& [name, count] : frame_guards) out += fmt::format("{},", name);
     out += "crowded,hash\n";
     for (const BenchRow& r : result.rows) {
@@ -206,6 +228,9 @@ std::string bench_csv(const BenchResult& result)
             1e6 * r.substep.median, 1e6 * r.substep.p95, 1e3 * r.surface, 1e-9 * r.rate(), r.bytes,
             r.min_bytes, r.copy_share, r.counted.sum.instructions, r.counted.issue_share,
             r.counted.sum.memory_bytes, r.counted.copy_share, r.counted.sum.cache_bytes, r.moved);
+        const Drawn& d = r.drawn;
+        out += fmt::format("{},{},{},{},{},{},{:.6g},", d.width, d.height, d.moved, d.visible,
+                           d.instances, d.dropped, d.psnr);
         for (const auto& [name, count] : frame_guards) out += fmt::format("{},", r.acted.*count);
         out += fmt::format("{},{}\n", r.crowded, r.hash);
     }

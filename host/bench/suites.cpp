@@ -278,8 +278,8 @@ const std::vector<std::pair<std::string, Suite>>& suites()
     static const std::vector<std::pair<std::string, Suite>> all{
         {"stages", stages_suite},   {"localized", localized_suite},
         {"surface", surface_suite}, {"deterministic", deterministic_suite},
-        {"targets", targets_suite}, {"paper", paper_suite},
-        {"scale", scale_suite}};
+        {"splats", splats_suite},   {"targets", targets_suite},
+        {"paper", paper_suite},     {"scale", scale_suite}};
     return all;
 }
 

@@ -132,6 +132,65 @@ void localized_target(Bench& bench)
                     held.frame.median / near.frame.median));
 }
 
+// The row of splats of that name; null: it was not measured.
+const BenchRow* splats(const Bench& bench, const std::string& name)
+{
+    const std::vector<BenchRow>& rows = bench.result.rows;
+    const auto at = std::find_if(rows.begin(), rows.end(),
+                                 [&](const BenchRow& r) { return r.name == "splats: " + name; });
+    return at == rows.end() ? nullptr : &*at;
+}
+
+// Of the sizes that --quick leaves out, nothing is said.
+void picture_targets(Bench& bench)
+{
+    const BenchRow *far = splats(bench, "660k far"), *near = splats(bench, "660k near"),
+                   *fine = splats(bench, "5m-fine far");
+    const auto time = [](const BenchRow* r) { return r ? 1e3 * r->frame.median : -1; };
+    const auto note = [](const BenchRow* r) {
+        return r ? fmt::format("2 x {} x {}, {} splats moved", r->drawn.width, r->drawn.height,
+                               r->drawn.moved)
+                 : "left out: --quick, or no memory";
+    };
+    add(bench, "splats 660k far", time(far), note(far));
+    add(bench, "splats near", far && near ? time(near) / time(far) : -1, note(near));
+    add(bench, "splats 5m-fine", time(fine), note(fine));
+    double agreed = -1;
+    for (const BenchRow* r : {far, near, fine})
+        if (r && r->drawn.psnr > 0)
+            agreed = agreed < 0 ? r->drawn.psnr : std::min(agreed, r->drawn.psnr);
+    add(bench, "splats cpu", agreed, agreed < 0 ? "no GPU's picture" : "the worst of the above");
+    for (const auto& [key, name] : {std::pair{"splats exact", ", against the exact picture"},
+                                    std::pair{"splats eyes", ", one order against one an eye"}}) {
+        const BenchRow* row =
+            splats(bench, (bench.options.quick ? "6k" : "30k") + std::string(name));
+        add(bench, key, row ? row->drawn.psnr : -1, row ? note(row) : "");
+    }
+}
+
+void splat_targets(Bench& bench)
+{
+    if (!splats(bench, "a frame in real time")) splats_suite(bench);
+    picture_targets(bench);
+    const BenchRow *bare = splats(bench, "a substep with 0 k Gaussians"),
+                   *with = splats(bench, "a substep with 300 k Gaussians");
+    add(bench, "gaussians",
+        bare && with ? std::max(0.0, 1e6 * (with->substep.median - bare->substep.median)) : -1,
+        bare && with ? fmt::format("{:.1f} us a substep with, {:.1f} without",
+                                   1e6 * with->substep.median, 1e6 * bare->substep.median)
+                     : "left out: --quick");
+    const BenchRow *frame = splats(bench, "the paper's frame, 5 substeps"),
+                   *real = splats(bench, "a frame in real time");
+    add(bench, "splat frame", frame ? 1e3 * frame->frame.median : -1, frame ? frame->note : "");
+    add(bench, "splat real time", real ? 1e3 * real->frame.median : -1, real ? real->note : "");
+    if (!bench.figures.peers) return;
+    const PeerFigures& peers = *bench.figures.peers;
+    const bool both = frame && peers.splat_frame > 0;
+    add(bench, "splat frame ratio", both ? peers.splat_frame / frame->frame.median : -1,
+        both ? fmt::format("theirs {:.1f} ms, {}", 1e3 * peers.splat_frame, peers.splat_source)
+             : "no figure of theirs");
+}
+
 void peer_target(Bench& bench)
 {
     double measured = -1;
@@ -193,6 +252,7 @@ void targets_suite(Bench& bench)
     without("others' figures: ", bench.figures.no_peers);
     size_targets(bench);
     if (!bench.stopped()) localized_target(bench);
+    if (!bench.stopped()) splat_targets(bench);
     peer_target(bench);
     if (!bench.stopped()) estimate(bench);
 }

@@ -15,11 +15,14 @@ TEST(Figures, TheTreesOwnAreReadWhole)
     const Figures all = read_figures(figures_folder(""));
     ASSERT_TRUE(all.targets.has_value()) << all.no_targets;
     EXPECT_EQ(all.targets->set_for, "one H200");
-    for (const char* key : {"substep 137 k", "paper frame", "host waits", "real time", "hand scale",
-                            "rate 1.1 M", "rate 8.8 M", "memory", "public 137 k", "public 1.1 M",
-                            "public 8.8 M", "localized", "taichi"})
+    for (const char* key : {"substep 137 k",   "paper frame",       "host waits",     "real time",
+                            "hand scale",      "rate 1.1 M",        "rate 8.8 M",     "memory",
+                            "public 137 k",    "public 1.1 M",      "public 8.8 M",   "localized",
+                            "splats 660k far", "splats near",       "splats 5m-fine", "splats cpu",
+                            "splats exact",    "splats eyes",       "gaussians",      "splat frame",
+                            "splat real time", "splat frame ratio", "taichi"})
         EXPECT_EQ(all.targets->targets.count(key), 1u) << key;
-    EXPECT_EQ(all.targets->targets.size(), 13u);
+    EXPECT_EQ(all.targets->targets.size(), 23u);
     const Target& rate = all.targets->targets.at("rate 8.8 M");
     EXPECT_TRUE(rate.min);
     EXPECT_EQ(rate.must, 10);
@@ -28,6 +31,7 @@ TEST(Figures, TheTreesOwnAreReadWhole)
     ASSERT_TRUE(all.peers.has_value()) << all.no_peers;
     EXPECT_DOUBLE_EQ(all.peers->public_best.at("1.1 M"), 780e-6);
     EXPECT_DOUBLE_EQ(all.peers->clock, 2.52e9);
+    EXPECT_DOUBLE_EQ(all.peers->splat_frame, 25.1e-3);
     EXPECT_DOUBLE_EQ(all.peers->copy, 0.9 * 1008e9);
 }
 
@@ -95,6 +99,8 @@ TEST(Figures, WhatIsWrongIsNamedWithFileAndPlace)
               "/public_best/substep_us/1.1 M: expected a number above 0 us, found 0");
     EXPECT_EQ(changed("/card/share_of_copy", 2),
               "/card/share_of_copy: expected a number above 0 and at most 1, found 2");
+    EXPECT_EQ(changed("/splat_frame/ms", -1),
+              "/splat_frame/ms: expected a number above 0 ms, found -1");
     EXPECT_EQ(changed("/card", 2).rfind("/card: expected an object, found 2", 0), 0u);
 }
 

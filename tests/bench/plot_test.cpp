@@ -92,6 +92,14 @@ TEST_F(PlotScript, LeavesOutWhatHasNoPlaceAndSaysWhereNothingWasMeasured)
               0);
     EXPECT_TRUE(shows("stages.svg", "6 ms"));
     EXPECT_FALSE(shows("stages.svg", "fetch"));
+    ASSERT_EQ(drawn({{{"suite", "splats"},
+                      {"name", "splats: 660k far, still"},
+                      {"stages_ms", {{"blend", 0.5}, {"project", 0.25}}}},
+                     {{"suite", "splats: frame"}, {"name", "a frame"}, {"at", 1}}}),
+              0);
+    EXPECT_TRUE(shows("splats.svg", "660k far, still"));
+    EXPECT_TRUE(shows("splats.svg", "0.75 ms"));
+    EXPECT_FALSE(shows("splats.svg", "a frame"));
 }
 
 TEST_F(PlotScript, DrawsWithoutOthersFiguresAndRefusesWhatIsNoBenchmark)
