@@ -26,5 +26,5 @@ if(TARGET knead_tests)
         KNEAD_XR_MISUSE="$<TARGET_FILE:openxr_misuse>"
         KNEAD_XR_RUNTIME="${CMAKE_BINARY_DIR}/openxr_replay.json"
         KNEAD_XR_PROGRAM="$<TARGET_FILE:knead>")
-    add_dependencies(knead_tests openxr_probe openxr_misuse openxr_replay)
+    add_dependencies(knead_tests openxr_probe openxr_misuse openxr_replay knead)
 endif()

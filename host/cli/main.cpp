@@ -115,6 +115,46 @@ void add_record(CLI::App& app, Verb& chosen)
     record->callback([&chosen] { chosen = [] { return record_verb(o); }; });
 }
 
+void add_vr(CLI::App& app, Verb& chosen)
+{
+    static VrOptions o;
+    CLI::App* vr = app.add_subcommand("vr", "Shape a scene's clay with your hands, in a headset");
+    vr->add_option("SCENE", o.scene, "Scene (.json)")->required();
+    vr->add_option("--device", o.device, "auto, cuda, cuda:N or cpu")->capture_default_str();
+    vr->add_option("--set", o.settings, "path.key=value, e.g. objects.0.material.young=2e6")
+        ->take_all()
+        ->expected(1)
+        ->check(setting);
+    vr->add_option("--frames", o.frames, "Leave after N frames of the display")
+        ->check(CLI::Range(1, 10000000));
+    vr->add_option("--out", o.out, "Folder for headset.json, mesh.glb and hands.hands");
+    vr->add_option("--record", o.record, "The hands, to a file ending in .hands or .jsonl");
+    vr->add_option("--place", o.place, "x,y,z of the clay before the user [m]")
+        ->capture_default_str();
+    vr->add_option("--rate", o.rate, "Frames per second of the display, where it has that rate")
+        ->check(between(0, 1000));
+    vr->add_flag("--standing", o.standing, "Places count from the floor, not from the head");
+    vr->add_flag("--see-through", o.see_through, "The room behind the clay, where the headset can");
+    vr->add_flag("--recorded", o.recorded, "The scene's recorded hands shape it; you watch");
+    vr->add_option("--binding", o.binding, "OpenGL by auto, egl, glx or wgl")
+        ->capture_default_str();
+    vr->add_option("--samples", o.samples, "Of a pixel: 1, 2, 4 or 8; 0: 4 on a GPU, else 1")
+        ->check(CLI::Range(0, 8));
+    vr->add_option("--patience", o.patience, "Seconds that a lost runtime is waited for")
+        ->capture_default_str()
+        ->check(between(0, longest));
+    vr->add_flag("--deterministic", o.deterministic,
+                 "The display steps the simulation: the same hands give the same bits");
+    vr->add_option("--threads", o.threads, "CPU threads; 0: all")->check(CLI::Range(0, 4096));
+    vr->add_flag("--overwrite", o.overwrite, "Replace results that are there");
+    vr->add_flag("--json", o.json, "What happened, on stdout as JSON");
+    vr->add_flag("-q,--quiet", o.quiet, "No messages, no summary");
+    vr->callback([&chosen] {
+        o.scene = file_or_shipped(o.scene);
+        chosen = [] { return vr_verb(o); };
+    });
+}
+
 void add_info(CLI::App& app, Verb& chosen)
 {
     static InfoOptions o;
@@ -300,6 +340,7 @@ int main(int count, char** words)
     Verb chosen;
     add_run(app, chosen);
     add_record(app, chosen);
+    add_vr(app, chosen);
     add_info(app, chosen);
     add_compare(app, chosen);
     add_convert(app, chosen);

@@ -38,6 +38,24 @@ struct RecordOptions {
 };
 int record_verb(const RecordOptions& options);
 
+struct VrOptions {
+    std::string scene;
+    std::string device = "auto";
+    std::vector<std::string> settings;   // path.key=value
+    int frames = 0;                      // 0: until the user leaves
+    std::string out;                     // folder; "": no files
+    std::string record;                  // .hands or .jsonl; "": none
+    std::string binding = "auto";        // auto, egl, glx, wgl
+    std::string place = "0,-0.35,-0.5";  // where the clay is before the user [m]
+    double rate = 0;                     // of the display [1/s]; 0: the runtime's own
+    double patience = 20;                // for a runtime that was lost [s]
+    int samples = 0;                     // of a pixel; 0: as fits the device
+    int threads = 0;                     // 0: all
+    bool standing = false, see_through = false, recorded = false;
+    bool deterministic = false, overwrite = false, json = false, quiet = false;
+};
+int vr_verb(const VrOptions& options);
+
 struct InfoOptions {
     std::string file;
     std::vector<std::string> settings;

@@ -260,7 +260,9 @@ bool HandStream::sample(double time, Joint<double> joints[2 * joint_count],
     }
     const double last = open_ ? newest() + longest_gap : newest();
     for (int side = 0; side < side_count; ++side) {
-        const bool active = from.steady[side] && to.steady[side] && time <= last;
+        // At the very time of a frame it counts alone: who follows live does not know the next yet.
+        const bool steady = from.steady[side] && (s == 0 || to.steady[side]);
+        const bool active = steady && time <= last;
         size[side] = active ? from.size[side] + float(s) * (to.size[side] - from.size[side]) : 0;
     }
     return size[left] > 0 || size[right] > 0;

@@ -50,8 +50,8 @@ XrResult XRAPI_CALL wait(XrSession handle, const XrFrameWaitInfo* info, XrFrameS
         session.order.wait();
         const std::int64_t now = now_of(r);
         session.waited = r.clock.next(now);
-        session.will_render =
-            session.flow.visible() && !r.script.has(FaultKind::no_render, r.frame);
+        session.will_render = session.flow.visible() && r.frame % r.script.render_every == 0 &&
+                              !r.script.has(FaultKind::no_render, r.frame);
         to->predictedDisplayTime = session.waited;
         to->predictedDisplayPeriod = r.clock.period();
         to->shouldRender = session.will_render;

@@ -105,6 +105,7 @@ Script Script::read(const std::string& file)
         script.hands_at = from.vector("hands_at", place, {0, 0, 0});
         script.log = from.text("log", ""), script.dump = from.text("dump", "");
         script.dump_every = from.whole("dump_every", 1, 1000000, 1);
+        script.render_every = from.whole("render_every", 1, 1000000, 1);
         script.passthrough = from.flag("passthrough", false);
         if (const Json* names = from.find("without"))
             script.without = names->get<std::vector<std::string>>();

@@ -67,6 +67,7 @@ struct Script {
     std::string log;           // JSON lines: every frame, every vibration, every wrong call
     std::string dump;          // folder of pictures; "": none
     int dump_every = 1;        // frames
+    int render_every = 1;      // frames: no other is to be rendered
     bool passthrough = false;  // offers blending over the world, too
 
     static Script read(const std::string& file);  // throws InputError

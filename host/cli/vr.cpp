@@ -1,0 +1,162 @@
+// knead vr: a scene in a headset.
+#include <fmt/format.h>
+
+#include <cmath>
+#include <cstdio>
+#include <filesystem>
+#include <sstream>
+
+#include "host/base/errors.h"
+#include "host/base/interrupt.h"
+#include "host/base/json_reader.h"
+#include "host/base/outputs.h"
+#include "host/base/paths.h"
+#include "host/cli/verbs.h"
+#include "host/files/mesh_file.h"
+#include "host/hands/recording.h"
+#include "host/session/device.h"
+#include "host/session/headset_loop.h"
+
+namespace knead {
+namespace {
+namespace fs = std::filesystem;
+
+Vec3<double> place_of(const std::string& text)
+{
+    std::istringstream in(text);
+    Vec3<double> place{};
+    char first = 0, second = 0;
+    in >> place.x >> first >> place.y >> second >> place.z;
+    const auto near = [](double x) { return std::abs(x) <= 10; };
+    if (!in || !(in >> std::ws).eof() || first != ',' || second != ',' ||
+        !(near(place.x) && near(place.y) && near(place.z)))
+        throw UsageError("--place: expected x,y,z, each within 10 m, found \"" +
+                         text.substr(0, 60) + "\"");
+    return place;
+}
+
+GlBinding binding_of(const std::string& text)
+{
+    if (text == "auto") return GlBinding::automatic;
+    if (text == "egl") return GlBinding::egl;
+    if (text == "glx") return GlBinding::glx;
+    if (text == "wgl") return GlBinding::wgl;
+    throw UsageError("--binding: expected auto, egl, glx or wgl, found \"" + text.substr(0, 60) +
+                     "\"");
+}
+
+HeadsetLoopRule rule_of(const VrOptions& o, Device device)
+{
+    HeadsetLoopRule rule;
+    rule.headset.binding = binding_of(o.binding);
+    rule.headset.floor = o.standing ? Floor::standing : Floor::seated;
+    rule.headset.rate = o.rate, rule.headset.patience = o.patience;
+    rule.headset.see_through = o.see_through;
+    rule.make = [device](const Setup& setup) { return make_solver(setup, device); };
+    rule.stepped = o.deterministic, rule.recorded = o.recorded;
+    rule.workplace.at = place_of(o.place);
+    rule.frames = o.frames;
+    rule.samples = o.samples > 0 ? o.samples : device.kind == DeviceKind::cuda ? 4 : 1;
+    rule.tell = [quiet = o.quiet](const std::string& text) {
+        if (!quiet) std::fprintf(stderr, "knead: %s\n", text.c_str());
+    };
+    rule.stop = [] { return interrupted() != 0; };
+    return rule;
+}
+
+// Outputs that could not be written are refused before the headset is put on.
+void prepare(const VrOptions& o)
+{
+    if (!o.record.empty()) {
+        const std::string form = ending(o.record);
+        if (form != ".hands" && form != ".jsonl")
+            throw UsageError("--record: expected a file ending in .hands or .jsonl, found \"" +
+                             o.record + "\"");
+        prepare_file(o.record, o.overwrite);
+    }
+    if (!o.out.empty())
+        prepare_folder(o.out, {"headset.json", "mesh.glb", "hands.hands"}, o.overwrite);
+}
+
+Json report_of(const VrOptions& o, const HeadsetEnd& end)
+{
+    Json of{{"schema", "knead.headset/1"}, {"scene", o.scene}, {"settings", o.settings}};
+    const HeadsetFacts& f = end.facts;
+    of["headset"] = {
+        {"runtime", f.runtime},   {"system", f.system},          {"binding", f.binding},
+        {"renderer", f.renderer}, {"extensions", f.extensions},  {"missing", f.missing},
+        {"width", f.width},       {"height", f.height},          {"depth", f.depth},
+        {"hands", f.hands},       {"see_through", f.see_through}};
+    of["display"] = end.figures.figures();
+    of["drawn"] = end.drawn;
+    of["renewals"] = end.renewals;
+    of["gl_errors"] = end.gl_errors, of["stray_gl_errors"] = end.stray;
+    of["reason"] = end.reason;
+    const LiveState& s = *end.state;
+    of["simulation"] = {{"solver", s.solver},          {"deterministic", o.deterministic},
+                        {"frames", s.frame.number},    {"simulated_s", s.frame.simulated},
+                        {"cut_frames", s.shed.frames}, {"behind_s", s.shed.behind},
+                        {"trouble", s.trouble},        {"state_hash", end.hash}};
+    of["hands"] = {{"frames", end.hands.frames.size()}};
+    return of;
+}
+
+// Each result by itself: where the disk refuses one, the others are still written.
+bool write_results(const VrOptions& o, HeadsetEnd& end, const Json& report)
+{
+    bool all = true;
+    const auto attempt = [&](const auto& write) {
+        try {
+            write();
+        } catch (const std::runtime_error& e) {
+            std::fprintf(stderr, "knead: %s\n", e.what());
+            all = false;
+        }
+    };
+    const auto in_folder = [&](const char* name) { return (fs::path(o.out) / name).string(); };
+    const bool hands = !end.hands.frames.empty();
+    if (hands && !o.record.empty()) attempt([&] { write_recording(o.record, end.hands); });
+    if (o.out.empty()) return all;
+    if (hands) attempt([&] { write_recording(in_folder("hands.hands"), end.hands); });
+    if (end.state->meshes && !end.state->meshes->empty())
+        attempt([&] { write_mesh(in_folder("mesh.glb"), *end.state->meshes); });
+    attempt([&] { write_whole(in_folder("headset.json"), report.dump(2) + "\n"); });
+    return all;
+}
+
+void summarise(const VrOptions& o, const HeadsetEnd& end, const Json& report)
+{
+    if (o.json) std::printf("%s\n", report.dump(2).c_str());
+    if (o.json || o.quiet) return;
+    std::printf("%s", fmt::format("headset       {}, {} x {} an eye, {}\n{}state hash    {}\n",
+                                  end.facts.runtime, end.facts.width, end.facts.height,
+                                  end.facts.renderer, end.figures.summary(), end.hash)
+                          .c_str());
+}
+
+}  // namespace
+
+int vr_verb(const VrOptions& o)
+{
+    const Device device = resolved(parse_device(o.device));
+    const HeadsetLoopRule rule = rule_of(o, device);
+    prepare(o);
+    std::vector<std::string> settings = o.settings;
+    if (o.deterministic) settings.push_back("deterministic=true");
+    auto scene = std::make_shared<LiveScene>(*load_live_scene(o.scene, settings));
+    scene->scene.setup.threads = o.threads;
+    watch_interrupts();
+    HeadsetEnd end = HeadsetLoop(scene, rule).run();
+    const Json report = report_of(o, end);
+    const bool written = write_results(o, end, report);
+    summarise(o, end, report);
+    if (!end.reason.empty()) {
+        std::fprintf(stderr, "knead: %s\n", end.reason.c_str());
+        return exit_resource;
+    }
+    if (!end.state->trouble.empty()) return exit_numbers;
+    if (interrupted() != 0) return 128 + interrupted();
+    return written ? exit_ok : exit_output;
+}
+
+}  // namespace knead

@@ -1,0 +1,75 @@
+#include "host/session/headset_figures.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "host/session/report.h"
+
+namespace knead {
+namespace {
+
+constexpr std::size_t most = 90 * 3600;
+
+float percentile(std::vector<float> values, double share)
+{
+    if (values.empty()) return 0;
+    const auto at = values.begin() + std::ptrdiff_t(share * double(values.size() - 1));
+    std::nth_element(values.begin(), at, values.end());
+    return *at;
+}
+
+nlohmann::json spread_of(const std::vector<float>& values)
+{
+    return {{"median", percentile(values, 0.5)},
+            {"p95", percentile(values, 0.95)},
+            {"p99", percentile(values, 0.99)},
+            {"max", percentile(values, 1)}};
+}
+
+}  // namespace
+
+void FrameFigures::add(const FrameParts& frame)
+{
+    ++frames;
+    if (frame.work() > frame.period) ++late;
+    last.push_back(frame);
+    if (last.size() > kept) last.erase(last.begin());
+    if (work.size() >= most) return;
+    work.push_back(float(1e3 * frame.work()));
+    draw.push_back(float(1e3 * frame.draw));
+    latency.push_back(float(1e3 * frame.latency));
+    latency_frames.push_back(frame.period > 0 ? float(frame.latency / frame.period) : 0);
+}
+
+double FrameFigures::margin() const
+{
+    if (last.empty()) return 1;
+    double sum = 0;
+    for (const FrameParts& frame : last) sum += frame.margin();
+    return sum / double(last.size());
+}
+
+nlohmann::json FrameFigures::figures() const
+{
+    return {{"frames", frames},
+            {"longer_than_a_period", late},
+            {"work_ms", spread_of(work)},
+            {"draw_ms", spread_of(draw)},
+            {"motion_to_dent_ms", spread_of(latency)},
+            {"motion_to_dent_frames", spread_of(latency_frames)}};
+}
+
+std::string FrameFigures::summary() const
+{
+    return fmt::format(
+        "frames        {}, of which {} took longer than the display's\n"
+        "work          {:.2f} ms median, {:.2f} ms p95, {:.2f} ms p99\n"
+        "drawing       {:.2f} ms median, {:.2f} ms p99\n"
+        "motion to dent {:.1f} ms median, {:.2f} display frames; p95 {:.2f}\n",
+        frames, late, percentile(work, 0.5), percentile(work, 0.95), percentile(work, 0.99),
+        percentile(draw, 0.5), percentile(draw, 0.99), percentile(latency, 0.5),
+        percentile(latency_frames, 0.5), percentile(latency_frames, 0.95));
+}
+
+}  // namespace knead

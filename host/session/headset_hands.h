@@ -1,0 +1,53 @@
+// The user's hands in a headset: what the simulation is given, what is drawn, and what is felt.
+#pragma once
+#include <optional>
+
+#include "host/hands/filter.h"
+#include "host/scene/seed.h"
+#include "host/session/headset_view.h"
+#include "host/session/live.h"
+
+namespace knead {
+
+// How well a hand is seen, for its opacity: it fades where it was lost, and comes back as it grows.
+class HandFade {
+  public:
+    static constexpr double fading = 0.3;  // [s]
+    static constexpr float faint = 0.35f;  // while it does not yet touch
+    // `size`: the share of its radii that it touches with. Answers the opacity.
+    float frame(double time, bool tracked, float size);
+
+  private:
+    float opacity = 0;
+    double last = 0, lost = -1e30;  // [s]
+};
+
+// One frame of both hands, in the frame of recordings.
+HandFrame hand_frame(const Sight& sight, const Workplace& workplace, double time);
+
+class HeadsetHands {
+  public:
+    explicit HeadsetHands(const HandsRule& rule) { set(rule); }
+    // The tools are others from now on; hands begin anew.
+    void set(const HandsRule& rule);
+    const HandsRule& rule() const { return by; }
+
+    // Hands as they are now, for the same filter that the simulation uses: what is drawn is what
+    // touches. Times rise.
+    void push(const HandFrame& frame);
+    // What to draw at the newest time, tool by tool.
+    std::vector<HandLook> looks();
+    // How strongly each side should vibrate: at contact that begins, and where clay yields.
+    void feel(const LiveState& state, float strength[side_count]);
+
+  private:
+    HandsRule by;
+    HandTools tools;
+    std::optional<HandStream> stream;
+    HandFade fade[side_count];
+    HandFrame newest;
+    bool touched[side_count] = {false, false};
+    long felt = -1;  // version of the state
+};
+
+}  // namespace knead

@@ -1,0 +1,178 @@
+// Pure parts of a headset's session: places, times, figures, fading hands.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+
+#include "host/session/headset_figures.h"
+#include "host/session/headset_hands.h"
+#include "host/session/headset_time.h"
+
+namespace knead {
+namespace {
+
+TEST(Workplace, at_the_origin_changes_no_bit_of_a_hand)
+{
+    Hand hand = open_hand(right);
+    hand.valid.fill(true);
+    for (int j = 0; j < joint_count; ++j) hand.joints[j].p.x += 0.123f * float(j);
+    const Hand same = in_hands(Workplace{{0, 0, 0}, 0}, hand);
+    for (int j = 0; j < joint_count; ++j) {
+        EXPECT_EQ(same.joints[j].p.x, hand.joints[j].p.x);
+        EXPECT_EQ(same.joints[j].p.z, hand.joints[j].p.z);
+        EXPECT_EQ(same.joints[j].q.w, hand.joints[j].q.w);
+        EXPECT_EQ(same.joints[j].q.y, hand.joints[j].q.y);
+    }
+}
+
+TEST(Workplace, before_a_head_is_where_it_usually_is_before_the_origin)
+{
+    const Workplace usual{{0.1, -0.35, -0.5}, 0};
+    const Workplace same = before_head({{1, 0, 0, 0}, {0, 0, 0}}, usual);
+    EXPECT_LT(length(same.at - usual.at), 1e-9);
+    // A head turned by a quarter to the left, up, and bent down.
+    const double quarter = std::numbers::pi / 2;
+    const Quat<double> turn = turn_about(Vec3<double>{0, 1, 0}, quarter);
+    const Quat<double> bend = turn_about(Vec3<double>{1, 0, 0}, -0.4);
+    const Joint<float> head{cast<float>(turn * bend), {1, 1.6f, 2}};
+    const Workplace place = before_head(head, usual);
+    EXPECT_NEAR(place.turn, quarter, 1e-6);
+    EXPECT_LT(length(place.at - Vec3<double>{0.5, 1.25, 1.9}), 1e-6);
+    // The head, as the hands' frame sees it, is where it usually is.
+    const Joint<float> seen = in_hands(place, head);
+    EXPECT_LT(length(cast<double>(seen.p) + usual.at), 1e-6);
+    EXPECT_NEAR(rotate(seen.q, Vec3<float>{0, 0, -1}).x, 0, 1e-6);
+}
+
+TEST(Workplace, eyes_stand_in_the_simulation_as_hands_do)
+{
+    const Workplace place{{0.2, -0.3, -0.4}, 0.7};
+    HandsRule rule;
+    rule.zoom = 2.5, rule.at = {0.5, 0.3, 0.5};
+    EyePlace eye{{{1, 0, 0, 0}, {0.03f, 0.1f, 0.2f}}, {-0.8f, 0.7f, 0.75f, -0.85f}};
+    const EyeView view = eye_view(eye, 640, 480, place, rule, 0.05f);
+    const Joint<float> hand = in_hands(place, eye.pose);
+    EXPECT_LT(length(view.position - (cast<float>(rule.at) + 2.5f * hand.p)), 1e-6f);
+    EXPECT_FLOAT_EQ(view.near, 0.125f);
+    EXPECT_FLOAT_EQ(view.left, std::tan(-0.8f));
+    EXPECT_FLOAT_EQ(view.down, std::tan(-0.85f));
+    EXPECT_EQ(view.width, 640);
+}
+
+TEST(LiveHands, of_a_scene_without_any_are_as_large_as_its_clay_wants)
+{
+    Scene scene{};
+    Object ball;
+    ball.centre = {0.5, 0.3, 0.5}, ball.size = {0.4, 0.4, 0.4};
+    scene.objects = {ball};
+    const HandsRule rule = live_hands(scene);
+    EXPECT_DOUBLE_EQ(rule.zoom, 2);
+    EXPECT_LT(length(rule.at - ball.centre), 1e-12);
+    scene.has_hands = true;
+    scene.hands.zoom = 7;
+    EXPECT_EQ(live_hands(scene).zoom, 7);
+}
+
+TEST(SessionTime, is_on_the_ends_of_frames_to_the_bit_and_stands_still_unseen)
+{
+    SessionTime time(90);
+    EXPECT_EQ(time.frame(5.0, false), 0);
+    for (int k = 1; k < 1000; ++k)
+        EXPECT_EQ(time.frame(5.0 + 1e-9 * std::round(k * 1e9 / 90), true), k / 90.0);
+    const double last = time.time();
+    EXPECT_EQ(time.frame(100, false), last) << "nobody has seen the time until then";
+    EXPECT_NEAR(time.frame(100 + 1.0 / 72, true), last + 1.0 / 72, 1e-9);
+    EXPECT_NEAR(time.frame(99, true), last + 1.0 / 72, 1e-9) << "it never goes back";
+}
+
+TEST(DisplayClock, goes_on_with_the_wall_for_one_frame)
+{
+    DisplayClock clock;
+    clock.set(3, 100, 0.01);
+    EXPECT_DOUBLE_EQ(clock.now(100), 3);
+    EXPECT_NEAR(clock.now(100.004), 3.004, 1e-9);
+    EXPECT_DOUBLE_EQ(clock.now(200), 3.01);
+    EXPECT_DOUBLE_EQ(clock.now(99), 3);
+    clock.set(3, 100, 0);
+    EXPECT_DOUBLE_EQ(clock.now(200), 3) << "without frames it stands still";
+}
+
+TEST(HandFade, takes_its_time_in_both_directions)
+{
+    HandFade fade;
+    EXPECT_EQ(fade.frame(0, false, 0), 0);
+    EXPECT_EQ(fade.frame(1, true, 0), HandFade::faint) << "seen, but not to be felt yet";
+    EXPECT_EQ(fade.frame(2, true, 1), 1);
+    const float soon = fade.frame(2 + HandFade::fading / 2, false, 0);
+    EXPECT_GT(soon, 0.4f);
+    EXPECT_LT(soon, 0.6f);
+    EXPECT_EQ(fade.frame(2 + 2 * HandFade::fading, false, 0), 0);
+}
+
+TEST(FrameFigures, count_what_came_too_late_and_keep_the_newest)
+{
+    FrameFigures figures;
+    EXPECT_EQ(figures.margin(), 1);
+    FrameParts quick, slow;
+    quick.period = slow.period = 0.011;
+    quick.draw = 0.004, quick.wait = 0.5, quick.latency = 0.011;
+    slow.draw = 0.02;
+    for (int k = 0; k < 500; ++k) figures.add(quick);
+    EXPECT_NEAR(figures.margin(), 1 - 4.0 / 11, 1e-9) << "waiting is no work";
+    EXPECT_TRUE(figures.is_comfortable());
+    EXPECT_EQ(figures.missed(), 0);
+    for (int k = 0; k < 200; ++k) figures.add(slow);
+    EXPECT_FALSE(figures.is_comfortable());
+    EXPECT_EQ(figures.missed(), 200);
+    EXPECT_EQ(figures.recent().size(), FrameFigures::kept);
+    EXPECT_EQ(figures.recent().back().draw, slow.draw);
+    const auto told = figures.figures();
+    EXPECT_NEAR(told["work_ms"]["median"], 4, 1e-3);
+    EXPECT_NEAR(told["work_ms"]["max"], 20, 1e-3);
+    EXPECT_NEAR(told["motion_to_dent_frames"]["median"], 1, 1e-5);
+}
+
+// Haptics: once where contact begins, gently while clay yields, and not for what was felt already.
+TEST(HeadsetHands, feel_contact_where_a_tool_touches)
+{
+    HeadsetHands hands{HandsRule{}};
+    float strength[side_count];
+    LiveState state;
+    state.version = 1;
+    state.tools.push_back({right, "", true, 1, {}});
+    hands.feel(state, strength);
+    EXPECT_EQ(strength[right], 0);
+    state.version = 2, state.frame.stats.projected = 5, state.frame.stats.yielded = 9;
+    hands.feel(state, strength);
+    EXPECT_GT(strength[right], 0.4f);
+    EXPECT_EQ(strength[left], 0);
+    hands.feel(state, strength);
+    EXPECT_EQ(strength[right], 0) << "the same state";
+    state.version = 3;
+    hands.feel(state, strength);
+    EXPECT_GT(strength[right], 0);
+    EXPECT_LT(strength[right], 0.4f);
+}
+
+TEST(HeadsetHands, draw_nothing_before_a_hand_came_and_faintly_before_it_touches)
+{
+    HeadsetHands hands{HandsRule{}};
+    EXPECT_TRUE(hands.looks().empty());
+    HandFrame frame;
+    frame.hand[right] = open_hand(right);
+    frame.hand[right].tracked = true;
+    frame.hand[right].valid.fill(true);
+    for (int k = 0; k < 200; ++k) {
+        frame.time = k / 90.0;
+        hands.push(frame);
+        const std::vector<HandLook> looks = hands.looks();
+        if (k == 0) continue;
+        ASSERT_EQ(looks.size(), 1u) << "the left hand was never seen";
+        EXPECT_FALSE(looks[0].primitives.empty());
+        EXPECT_LE(looks[0].opacity, frame.time < 0.15 ? HandFade::faint : 1.0f);
+        EXPECT_GE(looks[0].opacity, frame.time > 1 ? 1.0f : 0.0f);
+    }
+}
+
+}  // namespace
+}  // namespace knead
