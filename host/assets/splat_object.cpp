@@ -81,6 +81,19 @@ SplatObject loaded(Scene& scene, std::size_t index, std::size_t memory)
     if (!(longest > 0))
         throw InputError("expected splats that make up an object, found none, or all in one place");
     const double scale = o.splats.size / longest;
+    if (o.local()) {
+        o.size = scale * size;
+        Given none;
+        none.volume = std::pow(rule.cell, 3) / rule.per_cell;
+        o.given = std::make_shared<const Given>(std::move(none));
+        SplatObject still{int(index),
+                          placed(file, turn, scale, o.centre - scale * box.centre()),
+                          file.count(),
+                          {},
+                          0,
+                          true};
+        return still;
+    }
     FilledObject filled =
         fill(placed(file, turn, scale, o.centre - scale * box.centre()), cleaned, rule);
 
@@ -115,7 +128,7 @@ std::vector<SplatObject> load_splats(Scene& scene, std::size_t memory)
     return objects;
 }
 
-SplatCloud joined(const std::vector<SplatObject>& objects)
+SplatCloud joined(const std::vector<SplatObject>& objects, bool local)
 {
     SplatCloud all;
     for (const SplatObject& o : objects) all.degree = max(all.degree, o.cloud.degree);
@@ -124,6 +137,7 @@ SplatCloud joined(const std::vector<SplatObject>& objects)
     };
     for (const SplatObject& o : objects) {
         const SplatCloud& c = o.cloud;
+        if (o.local != local) continue;
         all.antialiased = all.antialiased || c.antialiased;
         append(all.centre, c.centre), append(all.rotation, c.rotation);
         append(all.scale, c.scale), append(all.opacity, c.opacity);

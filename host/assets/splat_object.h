@@ -13,6 +13,7 @@ struct SplatObject {
     std::size_t surface = 0;  // the first are the file's; the others lie inside
     FillReport report;
     std::size_t beyond = 0;  // splats left out because they lay behind a wall
+    bool local = false;      // of a scene that stands still: none is attached to anything
 };
 
 // Reads the files of the scene's objects of shape `splats`, and gives those objects their size,
@@ -21,8 +22,8 @@ struct SplatObject {
 // object, MemoryError for more than `memory` bytes.
 std::vector<SplatObject> load_splats(Scene& scene, std::size_t memory);
 
-// All their splats as one cloud, in the order in which a solver has their Gaussians. The degree of
-// the harmonics is the highest of them.
-SplatCloud joined(const std::vector<SplatObject>& objects);
+// All their splats as one cloud, in the order in which a solver has their Gaussians; or those of
+// the scenes that stand still. The degree of the harmonics is the highest of all.
+SplatCloud joined(const std::vector<SplatObject>& objects, bool local = false);
 
 }  // namespace knead

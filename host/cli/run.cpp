@@ -6,7 +6,6 @@
 #include <cstdio>
 #include <filesystem>
 
-#include "host/assets/splat_object.h"
 #include "host/base/errors.h"
 #include "host/base/interrupt.h"
 #include "host/base/json_reader.h"
@@ -23,8 +22,8 @@
 #include "host/session/device.h"
 #include "host/session/frame_writer.h"
 #include "host/session/report.h"
+#include "host/session/scene_splats.h"
 #include "host/splats/deformed.h"
-#include "host/splats/upkeep.h"
 
 namespace knead {
 namespace {
@@ -81,7 +80,7 @@ class Session {
     {
         return (fs::path(o.out) / name).string();
     }
-    bool has_splats() const { return splats.cloud().count() > 0; }
+    bool has_splats() const { return splats->drawn().count() > 0; }
     void prepare();
     void clear();
     void open_writer();
@@ -105,7 +104,7 @@ class Session {
     const RunOptions& o;
     const Checkpoint* earlier;  // of the run that goes on; null: a new one
     Scene scene;
-    SplatUpkeep splats{{}, {}};
+    std::unique_ptr<SceneSplats> splats;
     RunRule rule;
     RunFacts facts;
     std::vector<std::string> names{"report.json", "frames.csv"};  // of the files to come
@@ -123,8 +122,9 @@ void Session::prepare()
     const std::vector<SplatObject> objects = load_splats(scene, memory);
     for (const SplatObject& of : objects)
         facts.splats += of.cloud.count(), facts.inside += of.cloud.count() - of.surface;
-    splats = SplatUpkeep(scene.upkeep, joined(objects));
     build(scene, memory);
+    splats = std::make_unique<SceneSplats>(scene, objects);
+    facts.local = splats->local();
     if (!o.out.empty()) {
         if (has_splats() && o.splats != "none") names.push_back("splats." + o.splats);
         if (o.mesh != "none") names.push_back("mesh." + o.mesh);
@@ -167,6 +167,11 @@ void Session::keep_checkpoints(RunWatch& watch, const Solver& solver, Device dev
 {
     rule.checkpoint = o.checkpoint.value_or(60);
     if (o.out.empty() || (o.checkpoint && *o.checkpoint == 0)) return;
+    if (splats->local()) {
+        if (o.checkpoint) throw UsageError("--checkpoint: a scene with local clay keeps none");
+        facts.left_out.push_back("checkpoints: a scene with local clay keeps none");
+        return;
+    }
     if (device.kind == DeviceKind::cpu_double) {
         if (o.checkpoint) throw UsageError("--checkpoint: --device cpu:double keeps none");
         return;
@@ -178,7 +183,7 @@ void Session::keep_checkpoints(RunWatch& watch, const Solver& solver, Device dev
         try {
             const Json command = command_of(o, name, process_seconds() - cpu_before, scene);
             write_checkpoint(in_folder(checkpoint_name),
-                             {command, record, solver.save(), splats.state()});
+                             {command, record, solver.save(), splats->state()});
         } catch (const std::exception& e) {
             note(std::string("no checkpoint: ") + e.what());
         }
@@ -190,16 +195,15 @@ void Session::keep_checkpoints(RunWatch& watch, const Solver& solver, Device dev
 
 void Session::keep_splats(RunWatch& watch, Solver& solver, Device device)
 {
-    if (!splats.any()) return;
+    if (!splats->changes()) return;
     if (device.kind == DeviceKind::cpu_double) {
+        if (splats->local()) throw UsageError("--device cpu:double: has no local clay");
         facts.left_out.push_back(
             "splats that are split or added: --device cpu:double does neither");
         return;
     }
-    watch.upkeep = [this, &solver](FrameRow& row) {
-        const UpkeepReport done = splats.after(row.frame, solver);
-        row.splats_split = long(done.split), row.splats_added = long(done.added);
-        row.splats_waiting = long(done.waiting);
+    watch.upkeep = [this, &solver](const Frame& frame, FrameRow& row) {
+        return splats->after(frame, row, solver);
     };
 }
 
@@ -217,7 +221,7 @@ void Session::open_writer()
     try {
         writer = std::make_unique<FrameWriter>(
             scene, in_folder("pictures"), has_video ? in_folder("video.mp4") : "",
-            scene.frame_rate / scene.picture_every, &splats.cloud());
+            scene.frame_rate / scene.picture_every, &splats->drawn());
         rule.mesh_every = scene.picture_every;
     } catch (const std::runtime_error& e) {
         note(e.what());
@@ -240,6 +244,7 @@ void Session::watch(RunWatch& watch, Progress& progress, const Solver& solver)
     };
     watch.picture = [&](const Frame& frame, const std::vector<Mesh>& meshes) {
         if (!writer) return;
+        splats->refresh();
         try {
             writer->add(frame, meshes, solver.gaussians());
         } catch (const OutputError& e) {
@@ -264,13 +269,14 @@ void Session::attempt(const std::string& name, const std::function<void(const st
 void Session::write_cloud(const std::string& to, const Solver& solver) const
 {
     const Quat<double> turn{0, 1, 0, 0};
-    const SplatCloud cloud = deformed(splats.cloud(), solver.gaussians());
+    const SplatCloud cloud = deformed(splats->drawn(), solver.gaussians());
     write_splats(to, placed(cloud, turn, 1, rotate(turn, scene.origin)));
 }
 
 void Session::write(const RunRecord& record, const Solver& solver)
 {
     const bool files = !o.out.empty();
+    splats->refresh();
     const bool failed = record.end == End::numbers || record.end == End::device;
     if (files && o.mesh != "none" && record.meshes && !record.meshes->empty())
         attempt("mesh." + o.mesh, [&](const std::string& to) { write_mesh(to, *record.meshes); });
@@ -337,7 +343,7 @@ int Session::run()
     keep_checkpoints(watching, *solver, device);
     if (earlier) {
         load(*solver, *earlier, scene, in_folder(checkpoint_name));
-        splats.set_state(earlier->splats);
+        splats->set_state(earlier->splats);
     }
     clear();
     open_writer();

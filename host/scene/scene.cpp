@@ -46,6 +46,10 @@ void read_rest(ObjectReader& r, Scene& scene)
         r.number("speed", {0, 1000, "m/s", true}, min(creep ? 0.005 : 0.05, rest.push * frame));
     rest.frames = r.whole("frames", 1, 1000000, min(int(std::ceil(0.1 / frame - 1e-9)), 1000000));
     rest.reach = r.number("reach", {0, 1000, "m"}, 4 * scene.setup.lattice.dx);
+    const bool local = std::any_of(scene.objects.begin(), scene.objects.end(),
+                                   [](const Object& o) { return o.local(); });
+    if (local && rest.mode != RestMode::localized)
+        r.fail("mode", "\"localized\" for a scene with an object that has a `depth`", "another");
     if (rest.mode == RestMode::localized && !scene.has_hands)
         r.fail("mode", "\"none\" or \"sleep\" for a scene without hands", "\"localized\"");
 }
@@ -178,6 +182,9 @@ void read_objects(ObjectReader& r, Scene& scene)
     for (std::size_t i = 0; i < list.size(); ++i)
         ObjectReader::read(list[i], r.file(), r.pointer("objects") + "/" + std::to_string(i),
                            [&](ObjectReader& o) { scene.objects.push_back(read_object(o, i)); });
+    const auto local = [](const Object& o) { return o.local(); };
+    if (std::count_if(scene.objects.begin(), scene.objects.end(), local) > 1)
+        r.fail("objects", "at most one object with a depth", "several");
     // A category's clay is drawn as one surface, or not at all where splats are drawn for it.
     for (const Object& a : scene.objects)
         for (const Object& b : scene.objects)

@@ -23,6 +23,9 @@ struct SplatsRule {
     UpAxis up = UpAxis::minus_y;  // which axis of the file points up
     double size = 0;              // longest extent [m]
     double turn = 0;              // about the vertical, once upright [degrees]
+    // Above 0: a scene that stands still. Where hands are, what lies up to so far [m] under its
+    // surface is clay (host/session/local_clay.h). 0: a solid, clay as a whole.
+    double depth = 0;
 };
 // What such an object is made of, where build() puts it: host/assets/splat_object.h finds it.
 struct Given {
@@ -32,6 +35,7 @@ struct Given {
 };
 
 struct Object {
+    bool local() const { return shape == ShapeKind::splats && splats.depth > 0; }
     std::string name;
     ShapeKind shape = ShapeKind::sphere;
     Vec3<double> centre{};        // [m]

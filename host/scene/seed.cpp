@@ -116,6 +116,7 @@ void put_object(Scene& scene, std::size_t index)
     if (!o.given) throw std::logic_error(place(scene, index) + ": its splats are not loaded");
     o.material.volume = o.given->volume;
     o.material.mass = o.material.density * o.material.volume;
+    if (o.local()) return setup.materials.push_back(o.material);  // its clay comes with the hands
     const std::size_t before = setup.particles.size();
     for (const Vec3<double>& p : o.given->particles)
         if (!taken(scene, index, p))
@@ -251,7 +252,8 @@ void build(Scene& scene, std::size_t memory)
     if (scene.objects.empty())
         throw InputError(scene.path + ": /objects: expected at least one object, found none");
     check_memory(scene, memory);
-    for (std::size_t i = 0; i < scene.objects.size(); ++i) check_between_walls(scene, i);
+    for (std::size_t i = 0; i < scene.objects.size(); ++i)
+        if (!scene.objects[i].local()) check_between_walls(scene, i);
     setup.particles.reserve(std::size_t(expected_particles(scene) * 1.02) + 64);
     for (std::size_t i = 0; i < scene.objects.size(); ++i)
         scene.objects[i].shape == ShapeKind::splats ? put_object(scene, i) : seed_object(scene, i);

@@ -7,6 +7,7 @@ void read_splats_rule(ObjectReader& r, SplatsRule& splats)
     splats.file = r.beside("file", r.text("file", ""));
     splats.size = r.number("size", {0, 1000, "m", true});
     splats.turn = r.number("turn", {-360, 360, "degrees"}, 0);
+    splats.depth = r.number("depth", {0, 1000, "m"}, 0);
     splats.up = r.choice<UpAxis>("up",
                                  {{"x", UpAxis::x},
                                   {"-x", UpAxis::minus_x},

@@ -166,6 +166,14 @@ void SessionLoop::make_edits()
     if (launching) make_device_surface();
 }
 
+void SessionLoop::clay_edited()
+{
+    if (begun > done) throw std::logic_error("clay was edited with a frame under way");
+    rule.materials = solver.rules().materials;
+    state.reset(), last_meshes.reset(), on_device.reset();
+    if (launching) make_device_surface();
+}
+
 State SessionLoop::particles()
 {
     if (begun > done) throw std::logic_error("the state was asked for with a frame under way");

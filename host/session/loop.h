@@ -89,6 +89,10 @@ class SessionLoop {
     // host does not wait for it.
     void launch_surfaces();
 
+    // Said by a watcher that has brought clay or taken some away, with no frame under way.
+    void clay_edited();
+    const std::vector<Material<double>>& materials() const { return rule.materials; }
+
     // No frame begins any more. Those under way end, and are watched. The first reason stands.
     void stop(End why = End::complete);
 

@@ -67,11 +67,10 @@ long total(const RunRecord& record, long FrameRow::*part)
     return sum;
 }
 
-// Splats that waited for budget or capacity at once.
-long waiting_most(const RunRecord& record)
+long largest(const RunRecord& record, long FrameRow::*part)
 {
     long most = 0;
-    for (const FrameRow& row : record.rows) most = std::max(most, row.splats_waiting);
+    for (const FrameRow& row : record.rows) most = std::max(most, row.*part);
     return most;
 }
 
@@ -344,7 +343,11 @@ Json report(const Scene& scene, const RunRecord& record, const RunFacts& facts)
                            {"repaired", total(record, &FrameStats::splats_repaired)},
                            {"split", total(record, &FrameRow::splats_split)},
                            {"added", total(record, &FrameRow::splats_added)},
-                           {"waiting_most", waiting_most(record)}};
+                           {"waiting_most", largest(record, &FrameRow::splats_waiting)}};
+    if (facts.local)
+        knead["local"] = {{"cubes_most", largest(record, &FrameRow::cubes)},
+                          {"taken", total(record, &FrameRow::cubes_taken)},
+                          {"given_back", total(record, &FrameRow::cubes_given_back)}};
     if (facts.hand_rate > 0) {
         long with = 0;
         for (const FrameRow& row : record.rows) with += row.hands;

@@ -16,6 +16,7 @@ struct RunFacts {
     double hand_rate = 0;                // of the recording [1/s]; 0: no hands
     double hand_latency = 0;             // of the tracker [s]
     std::size_t splats = 0, inside = 0;  // that follow clay; of these, put inside of objects
+    bool local = false;                  // some stand still, and are clay where hands are
     std::vector<std::string> left_out;
     std::vector<std::string> settings;  // --set as given
     std::vector<std::string> outputs;   // files written

@@ -118,8 +118,9 @@ class Run {
     {
         const State now = loop.particles();
         row.audited = true;
-        row.state = audit(*now, scene.setup.materials, scene.setup.lattice.dx);
-        row.crowding = crowding(*now, scene.setup.materials, scene.setup.lattice.dx);
+        row.state = audit(*now, loop.materials(), scene.setup.lattice.dx);
+        row.crowding = crowding(*now, loop.materials(), scene.setup.lattice.dx);
+        record.particles = std::max(record.particles, now->size());
         row.stages = solver.stage_times();
         const std::vector<double> inside = solver.penetration();
         record.depths.add(inside);
@@ -292,8 +293,9 @@ RunRecord run_frames(const Scene& scene, Solver& solver, const HandSource* hands
     loop.watch([&](const Frame& f) { run.add_row(f); });
     loop.watch([&](const Frame& f) { run.check(f); });
     loop.watch([&](const Frame& f) {
-        if (watch.upkeep && !f.stats.cut && loop.end() != End::numbers)
-            watch.upkeep(run.record.rows.back());
+        if (watch.upkeep && !f.stats.cut && loop.end() != End::numbers &&
+            watch.upkeep(f, run.record.rows.back()))
+            loop.clay_edited();
     });
     loop.watch([&](const Frame& f) { run.make_surface(f); });
     if (watch.frame) loop.watch([&](const Frame&) { watch.frame(run.record.rows.back()); });

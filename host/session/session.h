@@ -39,6 +39,7 @@ struct FrameRow {
     double mesh_volume = 0;  // [m^3]
     long triangles = 0;
     long splats_split = 0, splats_added = 0, splats_waiting = 0;  // after the frame
+    long cubes = 0, cubes_taken = 0, cubes_given_back = 0;        // of local clay
 };
 
 struct RunRecord {
@@ -65,8 +66,8 @@ struct RunWatch {
     // Between substeps: where the frame of that number stands.
     std::function<void(int number, const FramePart&)> part;
     // After every whole frame of a sound state, before it is shown or kept: may edit the solver's
-    // Gaussians.
-    std::function<void(FrameRow&)> upkeep;
+    // Gaussians, and bring or take clay, which it then says.
+    std::function<bool(const Frame&, FrameRow&)> upkeep;
     // After every frame that was meshed by mesh_every. A PictureError is counted and said once.
     std::function<void(const Frame&, const std::vector<Mesh>&)> picture;
     // Between frames, when it is due, and at the end where the run was stopped: what it has so far,

@@ -35,6 +35,8 @@ class Cells {
         for (std::size_t i = 0; i < points.size(); ++i) order[next[cell[i]]++] = std::uint32_t(i);
     }
 
+    const Vec3<double>& point(std::uint32_t i) const { return points[i]; }
+
     // Calls visit(index) for every point that is nearer than `reach` [m] to x along each axis, and
     // for some others around; in one order always.
     template <class Visit>

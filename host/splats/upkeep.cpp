@@ -6,10 +6,12 @@ namespace knead {
 namespace {
 
 // Of the particles of each object that has Gaussians [m]; 0 of the others.
-std::vector<double> spacings(const Setup& rules, const std::vector<Gaussian<double>>& gaussians)
+std::vector<double> spacings(const Setup& rules, const std::vector<Gaussian<double>>& gaussians,
+                             int below_object)
 {
     std::vector<double> all(rules.materials.size(), 0);
     for (const Gaussian<double>& g : gaussians) {
+        if (g.object >= below_object) continue;
         const auto object = std::size_t(g.object);
         all[object] = std::cbrt(rules.materials[object].volume);
     }
@@ -37,7 +39,7 @@ UpkeepReport SplatUpkeep::after(int frame, Solver& solver)
     }
     if (rule.refills) {
         const RefillReport done = refill(splats, gaussians, solver.particles(),
-                                         spacings(solver.rules(), gaussians), rule.refill, walls);
+                                         spacings(solver.rules(), gaussians, refilled), rule.refill, walls);
         report.added = done.added, report.waiting += done.waiting;
     }
     if (report.split + report.added > 0) solver.set_gaussians(gaussians);

@@ -30,6 +30,9 @@ class SplatUpkeep {
     const SplatCloud& cloud() const { return splats.cloud; }
     const CarriedSplats& state() const { return splats; }
     void set_state(CarriedSplats state) { splats = std::move(state); }
+    CarriedSplats& state() { return splats; }  // of who brings Gaussians and takes them away
+    // From this object on none gets new splats: where all but one side of the clay is out of sight.
+    void refill_below(int object) { refilled = object; }
     bool any() const { return rule.any() && splats.count() > 0; }
 
     // After the frame of that number, with no frame under way: where it is due, splats are split
@@ -40,6 +43,7 @@ class SplatUpkeep {
   private:
     UpkeepRule rule;
     CarriedSplats splats;
+    int refilled = 0x7fffffff;
 };
 
 }  // namespace knead

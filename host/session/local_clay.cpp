@@ -1,0 +1,367 @@
+#include "host/session/local_clay.h"
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+
+#include "cuda/contact/skinning.h"
+#include "host/scene/strata.h"
+#include "host/session/local_surface.h"
+#include "host/splats/deformed.h"
+
+namespace knead {
+namespace {
+
+constexpr int cube_cells = 2 * block_edge;
+// Beyond what moves, in cells: clay that holds it, and how much farther a hand must be from clay
+// before that is given back.
+constexpr double support_cells = block_edge, slack_cells = 2 * block_edge;
+constexpr double too_near = 0.6;  // of a particle's spacing, to one that is there
+
+template <class T>
+void keep_only(std::vector<T>& all, const std::vector<std::uint32_t>& kept)
+{
+    for (std::size_t i = 0; i < kept.size(); ++i) all[i] = all[kept[i]];
+    all.resize(kept.size());
+}
+
+void append_cloud(SplatCloud& to, const SplatCloud& from, std::size_t i)
+{
+    const auto count = std::size_t(harmonics(from.degree));
+    to.centre.push_back(from.centre[i]), to.rotation.push_back(from.rotation[i]);
+    to.scale.push_back(from.scale[i]), to.opacity.push_back(from.opacity[i]);
+    to.sh.insert(to.sh.end(), from.sh.begin() + std::ptrdiff_t(i * count),
+                 from.sh.begin() + std::ptrdiff_t((i + 1) * count));
+}
+
+void set_splat(SplatCloud& to, std::size_t at, const SplatCloud& from, std::size_t i)
+{
+    const auto count = std::size_t(harmonics(from.degree));
+    to.centre[at] = from.centre[i], to.rotation[at] = from.rotation[i];
+    to.scale[at] = from.scale[i], to.opacity[at] = from.opacity[i];
+    for (std::size_t k = 0; k < count; ++k) to.sh[at * count + k] = from.sh[i * count + k];
+}
+
+// Whether it is, to the bit, where and as it was when it was attached.
+bool untouched(const Gaussian<double>& g, Vec3<float> centre)
+{
+    const Vec3<float> x = cast<float>(g.x);
+    const Mat3<double>& F = g.F;
+    return x.x == centre.x && x.y == centre.y && x.z == centre.z && F.a.x == 1 && F.b.y == 1 &&
+           F.c.z == 1 && F.a.y == 0 && F.a.z == 0 && F.b.x == 0 && F.b.z == 0 && F.c.x == 0 &&
+           F.c.y == 0;
+}
+
+// A normal of what was deformed by F.
+Vec3<float> turned_normal(const Mat3<double>& F, Vec3<float> n)
+{
+    // The cofactors of F, F^-T times its determinant.
+    const Mat3<double> C{cross(F.b, F.c), cross(F.c, F.a), cross(F.a, F.b)};
+    const Vec3<double> m = C * cast<double>(n);
+    const double size = length(m);
+    return size > 0 ? cast<float>((1 / size) * m) : n;
+}
+
+}  // namespace
+
+LocalClay::LocalClay(const Scene& scene, int object, SplatCloud of, SplatUpkeep& with)
+    : rig(scene.setup.rig),
+      walls(scene.setup.walls),
+      material(scene.setup.materials.at(std::size_t(object))),
+      depth(scene.objects.at(std::size_t(object)).splats.depth),
+      dx(scene.setup.lattice.dx),
+      spacing(std::cbrt(material.volume)),
+      edge(cube_cells * dx),
+      reach(scene.setup.rest.reach + support_cells * dx),
+      per_cell(scene.objects[std::size_t(object)].per_cell),
+      seed(scene.seed),
+      moving(with),
+      cloud(std::move(of)),
+      away(cloud.count(), 0),
+      normal(cloud.count(), {0, 0, 0}),
+      home(with.cloud().count(), -1)
+{
+    if (moving.cloud().count() == 0) moving.state().cloud.degree = cloud.degree;
+    if (moving.cloud().degree != cloud.degree)
+        throw std::invalid_argument("splats that move and splats that stand, of other harmonics");
+    moving.refill_below(int(scene.setup.materials.size()));
+    for (std::size_t i = 0; i < cloud.count(); ++i) put(std::uint32_t(i));
+}
+
+Int3 LocalClay::cube_of(Vec3<double> x) const
+{
+    const auto along = [this](double place) {
+        return int(std::floor(clamp(place / edge, -1048576.0, 1048575.0)));
+    };
+    return {along(x.x), along(x.y), along(x.z)};
+}
+
+LocalClay::Key LocalClay::key_of(Int3 c)
+{
+    const auto part = [](int n) { return Key(n + 1048576); };
+    return part(c.z) << 42 | part(c.y) << 21 | part(c.x);
+}
+
+Int3 LocalClay::cube_at(Key key)
+{
+    const auto part = [key](int shift) { return int(key >> shift & 0x1fffff) - 1048576; };
+    return {part(0), part(21), part(42)};
+}
+
+bool LocalClay::between_walls(Vec3<double> x) const
+{
+    const auto in = [](double a, double low, double high) { return a >= low && a <= high; };
+    return in(x.x, walls.min.x, walls.max.x) && in(x.y, walls.min.y, walls.max.y) &&
+           in(x.z, walls.min.z, walls.max.z);
+}
+
+// What lies between the walls may become clay.
+void LocalClay::put(std::uint32_t i)
+{
+    const Vec3<double> x = cast<double>(cloud.centre[i]);
+    if (between_walls(x)) at[key_of(cube_of(x))].push_back(i);
+}
+
+LocalClay::Boxes LocalClay::boxes_of(const Motion& motion) const
+{
+    Boxes boxes;
+    std::map<int, std::size_t> of;  // by tool
+    for (const Primitive& p : rig.primitives) {
+        const auto tool = std::size_t(p.tool);
+        if (motion.to.empty() || (tool < motion.active.size() && !motion.active[tool])) continue;
+        if (!of.count(p.tool)) {
+            of[p.tool] = boxes.size();
+            boxes.push_back({{1e30, 1e30, 1e30}, {-1e30, -1e30, -1e30}});
+        }
+        auto& [low, high] = boxes[of[p.tool]];
+        for (int k = 0; k < p.count; ++k) {
+            const Binding<double> b = cast<double>(rig.spheres[std::size_t(p.sphere[k])]);
+            const auto from = centre(b, [&](int j) { return motion.from[std::size_t(j)]; });
+            const auto to = centre(b, [&](int j) { return motion.to[std::size_t(j)]; });
+            const auto add = [&](double a, double c, double next, double& l, double& h) {
+                l = min(l, min(a, min(c, next)) - b.radius);
+                h = max(h, max(a, max(c, next)) + b.radius);
+            };
+            add(from.x, to.x, 2 * to.x - from.x, low.x, high.x);
+            add(from.y, to.y, 2 * to.y - from.y, low.y, high.y);
+            add(from.z, to.z, 2 * to.z - from.z, low.z, high.z);
+        }
+    }
+    return boxes;
+}
+
+// Of the domain, in rising order.
+std::vector<LocalClay::Key> LocalClay::cubes_near(const Boxes& boxes, double beyond) const
+{
+    std::vector<Key> keys;
+    const Vec3<double> more{beyond, beyond, beyond};
+    const Int3 first = cube_of(walls.min), last = cube_of(walls.max);
+    for (const auto& [low, high] : boxes) {
+        const Int3 a = cube_of(low - more), b = cube_of(high + more);
+        for (int z = std::max(a.z, first.z); z <= std::min(b.z, last.z); ++z)
+            for (int y = std::max(a.y, first.y); y <= std::min(b.y, last.y); ++y)
+                for (int x = std::max(a.x, first.x); x <= std::min(b.x, last.x); ++x)
+                    keys.push_back(key_of({x, y, z}));
+    }
+    std::sort(keys.begin(), keys.end());
+    keys.erase(std::unique(keys.begin(), keys.end()), keys.end());
+    return keys;
+}
+
+// Slots that tell of the surface in or over these cubes, in rising order.
+std::vector<std::uint32_t> LocalClay::standing_near(const std::vector<Key>& cubes) const
+{
+    const int more = int(std::ceil((depth + 2 * dx) / edge));
+    std::vector<Key> keys;
+    for (const Key key : cubes)
+        for (int z = -more; z <= more; ++z)
+            for (int y = -more; y <= more; ++y)
+                for (int x = -more; x <= more; ++x)
+                    keys.push_back(key_of(cube_at(key) + Int3{x, y, z}));
+    std::sort(keys.begin(), keys.end());
+    keys.erase(std::unique(keys.begin(), keys.end()), keys.end());
+    std::vector<std::uint32_t> slots;
+    for (const Key key : keys)
+        if (const auto found = at.find(key); found != at.end())
+            slots.insert(slots.end(), found->second.begin(), found->second.end());
+    std::sort(slots.begin(), slots.end());
+    return slots;
+}
+
+// Of those slots that have none: across the plane through the centres around, towards the nearest
+// hand, which comes from outside.
+void LocalClay::find_normals(const Boxes& boxes, const std::vector<std::uint32_t>& slots)
+{
+    std::vector<Vec3<double>> x;
+    for (const std::uint32_t i : slots) x.push_back(cast<double>(cloud.centre[i]));
+    const double around = 2.5 * dx;
+    const Cells cells(x, around);
+    const int count = int(slots.size());
+#pragma omp parallel for schedule(dynamic, 64)
+    for (int k = 0; k < count; ++k) {
+        const auto i = std::size_t(slots[std::size_t(k)]);
+        if (dot(normal[i], normal[i]) > 0) continue;
+        const Vec3<double> here = x[std::size_t(k)];
+        Vec3<double> sum{};
+        Sym3<double> square{};
+        double n = 0;
+        const auto outer = [](Vec3<double> d, double w) {
+            return Sym3<double>{w * d.x * d.x, w * d.y * d.y, w * d.z * d.z,
+                                w * d.x * d.y, w * d.x * d.z, w * d.y * d.z};
+        };
+        cells.each_near(here, {around, around, around}, [&](std::uint32_t j) {
+            const Vec3<double> d = x[j] - here;
+            if (dot(d, d) > around * around) return;
+            sum = sum + d, n += 1, square = square + outer(d, 1);
+        });
+        Sym3<double> spread = square + outer(sum, -1 / n);
+        if (n < 6)  // too few: the splat's own
+            spread = covariance(
+                Ellipsoid<double>{cast<double>(cloud.rotation[i]), cast<double>(cloud.scale[i])});
+        const Eigen<double> e = eigen(spread);
+        Vec3<double> least = e.axes.a;
+        if (e.value.y < e.value.x && e.value.y <= e.value.z) least = e.axes.b;
+        if (e.value.z < e.value.x && e.value.z < e.value.y) least = e.axes.c;
+        double nearest = 1e300, side = 1;
+        for (const auto& [low, high] : boxes) {
+            const Vec3<double> to = 0.5 * (low + high) - here;
+            if (dot(to, to) < nearest) nearest = dot(to, to), side = dot(to, least);
+        }
+        normal[i] = cast<float>(side < 0 ? -least : least);
+    }
+}
+
+// One in each stratum that lies under the surface and holds none yet.
+std::vector<Particle<double>> LocalClay::seeds(Int3 cube, const LocalSurface& surface,
+                                               const Cells& there) const
+{
+    std::vector<Particle<double>> all;
+    const auto from = [&](int c) { return int(std::ceil(c * edge / spacing - 0.5)); };
+    for (int z = from(cube.z); z < from(cube.z + 1); ++z)
+        for (int y = from(cube.y); y < from(cube.y + 1); ++y)
+            for (int x = from(cube.x); x < from(cube.x + 1); ++x) {
+                const Vec3<double> p = stratum_place(seed, 0, {x, y, z}, spacing, per_cell, true);
+                if (!between_walls(p)) continue;
+                const std::optional<double> h = surface.height(p);
+                if (!h || *h > 0 || *h < -depth) continue;
+                bool taken = false;
+                const double near = too_near * spacing;
+                there.each_near(p, {near, near, near}, [&](std::uint32_t j) {
+                    taken = taken || length(there.point(j) - p) < near;
+                });
+                if (!taken) all.push_back({p, {}, {}, {}, 0, 0, 0});
+            }
+    return all;
+}
+
+void LocalClay::take(const std::vector<Key>& cubes, const Boxes& boxes, Solver& solver)
+{
+    std::vector<Gaussian<double>> gaussians = solver.gaussians();
+    CarriedSplats& carried = moving.state();
+    home.resize(carried.count(), -1);  // some were split
+    const std::vector<std::uint32_t> slots = standing_near(cubes);
+    find_normals(boxes, slots);
+    std::vector<Vec3<double>> x, n, particles;
+    for (const std::uint32_t i : slots)
+        x.push_back(cast<double>(cloud.centre[i])), n.push_back(cast<double>(normal[i]));
+    for (std::size_t i = 0; i < gaussians.size(); ++i) {
+        if (home[i] < 0) continue;
+        x.push_back(gaussians[i].x);
+        n.push_back(cast<double>(turned_normal(gaussians[i].F, normal[std::size_t(home[i])])));
+    }
+    for (const Particle<double>& p : solver.particles()) particles.push_back(p.x);
+    const LocalSurface surface(std::move(x), std::move(n), depth, 2 * dx);
+    const Cells there(particles, 2 * spacing);
+    std::vector<std::vector<Particle<double>>> found(cubes.size());
+    const int count = int(cubes.size());
+#pragma omp parallel for schedule(dynamic)
+    for (int k = 0; k < count; ++k)
+        found[std::size_t(k)] = seeds(cube_at(cubes[std::size_t(k)]), surface, there);
+    for (std::size_t k = 0; k < cubes.size(); ++k)
+        clay[cubes[k]] = found[k].empty() ? -1 : solver.add(material, found[k]);
+    // All that stands in clay goes with it from here on.
+    for (const auto& [key, object] : clay) {
+        const auto standing = at.find(key);
+        if (object < 0 || standing == at.end()) continue;
+        std::sort(standing->second.begin(), standing->second.end());
+        for (const std::uint32_t i : standing->second) {
+            const Vec3<float> s = cloud.scale[i];
+            append(carried, cloud.centre[i], {cloud.rotation[i], s}, cloud.opacity[i],
+                   cloud.sh.data() + i * std::size_t(harmonics(cloud.degree)),
+                   max(s.x, max(s.y, s.z)));
+            gaussians.push_back(gaussian_at(cast<double>(cloud.centre[i]), object));
+            home.push_back(int(i)), away[i] = 1;
+        }
+        at.erase(standing);
+    }
+    solver.set_gaussians(gaussians);
+}
+
+void LocalClay::give_back(const std::vector<Key>& cubes, Solver& solver)
+{
+    std::vector<char> gone(solver.rules().materials.size(), 0);
+    for (const Key key : cubes)
+        if (clay[key] >= 0) gone[std::size_t(clay[key])] = 1;
+    const std::vector<Gaussian<double>> gaussians = solver.gaussians();
+    CarriedSplats& carried = moving.state();
+    home.resize(carried.count(), -1);
+    std::vector<std::uint32_t> back, kept;
+    std::vector<Gaussian<double>> as;
+    for (std::size_t i = 0; i < gaussians.size(); ++i) {
+        const bool leaves = gone[std::size_t(gaussians[i].object)];
+        (leaves ? back : kept).push_back(std::uint32_t(i));
+        if (leaves) as.push_back(gaussians[i]);
+    }
+    const SplatCloud now = deformed(picked(carried.cloud, back), as);
+    for (std::size_t k = 0; k < back.size(); ++k) {
+        const int slot = home[back[k]];
+        auto i = std::size_t(slot);
+        if (slot < 0) {  // split off, or added
+            i = cloud.count();
+            append_cloud(cloud, now, k);
+            away.push_back(0), normal.push_back({0, 0, 0});
+        } else {
+            away[i] = 0;
+            if (!untouched(as[k], cloud.centre[i])) {
+                set_splat(cloud, i, now, k);
+                normal[i] = turned_normal(as[k].F, normal[i]);
+            }
+        }
+        put(std::uint32_t(i));
+    }
+    carried.cloud = picked(carried.cloud, kept);
+    keep_only(carried.extent, kept), keep_only(home, kept);
+    for (const Key key : cubes) {
+        if (clay[key] >= 0) solver.remove(clay[key]);
+        clay.erase(key);
+    }
+}
+
+LocalReport LocalClay::after(const Motion& motion, Solver& solver)
+{
+    LocalReport report;
+    const Boxes boxes = boxes_of(motion);
+    const std::vector<Key> held = cubes_near(boxes, reach + slack_cells * dx);
+    std::vector<Key> left, wanted;
+    for (const auto& [key, object] : clay)
+        if (!std::binary_search(held.begin(), held.end(), key)) left.push_back(key);
+    if (!left.empty()) give_back(left, solver);
+    for (const Key key : cubes_near(boxes, reach))
+        if (!clay.count(key)) wanted.push_back(key);
+    if (!wanted.empty()) take(wanted, boxes, solver);
+    report.taken = wanted.size(), report.given_back = left.size();
+    for (const auto& [key, object] : clay) report.cubes += object >= 0;
+    report.splats = moving.cloud().count();
+    return report;
+}
+
+SplatCloud LocalClay::shown() const
+{
+    SplatCloud all = moving.cloud();
+    all.antialiased = all.antialiased || cloud.antialiased;
+    for (std::size_t i = 0; i < cloud.count(); ++i)
+        if (!away[i]) append_cloud(all, cloud, i);
+    return all;
+}
+
+}  // namespace knead

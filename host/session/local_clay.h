@@ -1,0 +1,71 @@
+// A large scene of splats stands still, and is clay only where hands are. Space is divided into
+// cubes of two blocks of nodes; those that a hand comes near get particles under the scene's
+// surface and their splats become Gaussians of the solver, before the hand touches them. Cubes that
+// all hands have left give their splats back, where they are and as they were deformed by then.
+// docs/splats.md.
+#pragma once
+#include <map>
+#include <unordered_map>
+#include <vector>
+
+#include "host/scene/scene.h"
+#include "host/splats/upkeep.h"
+
+namespace knead {
+
+struct LocalReport {
+    std::size_t cubes = 0, particles = 0, splats = 0;  // that are clay now
+    std::size_t taken = 0, given_back = 0;             // cubes, in this frame
+};
+
+class LocalClay {
+  public:
+    // Of a scene whose objects were loaded and built: `object` is the one with a `depth`, `cloud`
+    // its splats. `moving` are the splats of the solver's Gaussians; what becomes clay joins them.
+    LocalClay(const Scene& scene, int object, SplatCloud cloud, SplatUpkeep& moving);
+
+    // Between two frames: clay for where the tools will be at the end of the next one, if they go
+    // on as in `motion`; back with what they have left.
+    LocalReport after(const Motion& motion, Solver& solver);
+
+    // Those that move, in the order of the solver's Gaussians, then those that stand still.
+    SplatCloud shown() const;
+    const SplatCloud& still() const { return cloud; }
+    bool stands(std::size_t splat) const { return !away[splat]; }  // one of still()
+
+  private:
+    using Key = std::int64_t;
+    using Boxes = std::vector<std::pair<Vec3<double>, Vec3<double>>>;  // corners [m]
+
+    Int3 cube_of(Vec3<double> x) const;
+    static Key key_of(Int3 cube);
+    static Int3 cube_at(Key key);
+    Boxes boxes_of(const Motion& motion) const;
+    std::vector<Key> cubes_near(const Boxes& boxes, double reach) const;
+    void put(std::uint32_t splat);
+    void take(const std::vector<Key>& cubes, const Boxes& boxes, Solver& solver);
+    void give_back(const std::vector<Key>& cubes, Solver& solver);
+    void find_normals(const Boxes& boxes, const std::vector<std::uint32_t>& slots);
+    std::vector<std::uint32_t> standing_near(const std::vector<Key>& cubes) const;
+    std::vector<Particle<double>> seeds(Int3 cube, const class LocalSurface& surface,
+                                        const class Cells& there) const;
+    bool between_walls(Vec3<double> x) const;
+
+    Rig rig;
+    WallRule walls;
+    Material<double> material;
+    double depth, dx, spacing, edge;  // of the clay, cells, particles, cubes [m]
+    double reach;                     // from a tool to what moves [m]
+    double per_cell;
+    unsigned seed;
+
+    SplatUpkeep& moving;
+    SplatCloud cloud;  // slots, of which those that are away move
+    std::vector<char> away;
+    std::vector<Vec3<float>> normal;                         // outward; 0: not known yet
+    std::unordered_map<Key, std::vector<std::uint32_t>> at;  // slots that stand, by cube
+    std::vector<int> home;                                   // slot of each moving splat; -1: none
+    std::map<Key, int> clay;  // cubes that are clay, and their objects; -1: empty ones
+};
+
+}  // namespace knead

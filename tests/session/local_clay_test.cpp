@@ -1,0 +1,296 @@
+// Scenes of splats that stand still and are clay where tools come near.
+#include "host/session/local_clay.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstring>
+#include <fstream>
+
+#include "host/assets/procedural_ground.h"
+#include "host/base/errors.h"
+#include "host/session/scene_splats.h"
+#include "host/splats/cells.h"
+#include "host/splats/deformed.h"
+#include "host/splats/generate.h"
+#include "host/splats/raster.h"
+#include "tests/folder.h"
+#include "tests/solver/same_bits.h"
+
+namespace knead {
+namespace {
+
+constexpr double frame = 1.0 / 90;
+constexpr std::size_t room = std::size_t(1) << 32;
+using Place = Vec3<double>;
+
+// A floor of splats at y = 0.2 in a domain of 1.2 m, and two balls that are moved through it as
+// wanted.
+class LocalScene : public InFolder {
+  protected:
+    void SetUp() override
+    {
+        write_splats(path("floor.ply"), tiled_ground(20000));
+        std::ofstream(path("scene.json")) << R"({"schema": "knead.scene/1",
+            "domain": {"edge": 1.2, "cells": 48},
+            "objects": [{"shape": "splats", "file": "floor.ply", "size": 1, "up": "y",
+                         "centre": [0.6, 0.2, 0.6], "depth": 0.1,
+                         "material": {"preset": "soft-clay", "young": 2e5, "yield": 4000}}],
+            "rest": {"mode": "localized", "reach": 0.04},
+            "hands": {"recording": "squeeze"}})";
+        make();
+    }
+    void make(const std::vector<std::string>& settings = {})
+    {
+        scene = read_scene(path("scene.json"), settings);
+        const std::vector<SplatObject> objects = load_splats(scene, room);
+        build(scene, room);
+        hold_balls();
+        moving = std::make_unique<SplatUpkeep>(scene.upkeep, joined(objects));
+        local = std::make_unique<LocalClay>(scene, 0, joined(objects, true), *moving);
+        solver = cpu_solver(scene.setup);
+        number = 0;
+        middle = local->still().centre;
+    }
+    // Each tool is one ball, whose lowest point is there; away: it is not active.
+    static constexpr double radius = 0.04;
+    static constexpr Place away{0, -1e3, 0};
+    void hold_balls()
+    {
+        Rig& rig = scene.setup.rig;
+        rig = {};
+        for (int tool = 0; tool < 2; ++tool) {
+            Binding<float> b{};
+            b.joint[0] = tool * joint_count, b.weight[0] = 1, b.radius = float(radius);
+            rig.spheres.push_back(b);
+            Primitive p{};
+            p.count = 1, p.tool = tool;
+            for (int& s : p.sphere) s = tool;
+            rig.primitives.push_back(p);
+        }
+    }
+    std::vector<Joint<double>> joints(Place a, Place b) const
+    {
+        std::vector<Joint<double>> all(std::size_t(int(side_count) * joint_count),
+                                       {{1, 0, 0, 0}, {0, 0, 0}});
+        const Place up{0, radius, 0};
+        all[0].p = a + up, all[std::size_t(joint_count)].p = b + up;
+        return all;
+    }
+    // Moves both in a straight line in so many frames.
+    void move(Place a, Place a_to, Place b, Place b_to, int frames)
+    {
+        const std::vector<char> active{a.y > -1, b.y > -1};
+        for (int f = 0; f < frames; ++f) {
+            const auto at = [&](double s) {
+                return joints(active[0] ? a + s * (a_to - a) : Place{},
+                              active[1] ? b + s * (b_to - b) : Place{});
+            };
+            const Motion m{at(double(f) / frames), at(double(f + 1) / frames), active};
+            last = solver->advance(m, frame);
+            repaired += last.repaired;
+            moving->after(++number, *solver);
+            report = local->after(m, *solver);
+            most_cubes = std::max(most_cubes, report.cubes);
+        }
+    }
+    void press(Place at, double depth = 0.03)
+    {
+        const Place high = at + Place{0, 0.1, 0}, low = at - Place{0, depth, 0};
+        move(high, low, away, away, 25), move(low, high, away, away, 15);
+    }
+    void leave() { move(away, away, away, away, 2); }
+
+    // How far splats around a place lie below where they were, at the most.
+    double dent(Place at, double around = 0.04) const
+    {
+        double most = 0;
+        const SplatCloud& now = local->still();
+        for (std::size_t i = 0; i < middle.size(); ++i) {
+            const Place was = cast<double>(middle[i]), d = was - at;
+            if (std::hypot(d.x, d.z) < around && local->stands(i))
+                most = max(most, was.y - double(now.centre[i].y));
+        }
+        return most;
+    }
+    Picture seen() const
+    {
+        SplatFrame f;
+        f.eyes = {eye_looking({0.9, 0.6, 1.2}, {0.5, 0.2, 0.5}, 0.5, 320, 240, {0, 1, 0})};
+        for (const Gaussian<double>& g : solver->gaussians()) {
+            f.moved_centre.push_back(cast<float>(g.x));
+            f.moved_F.push_back({cast<float>(g.F.a), cast<float>(g.F.b), cast<float>(g.F.c)});
+        }
+        return cpu_raster(local->shown(), f).front();
+    }
+
+    Scene scene;
+    std::unique_ptr<SplatUpkeep> moving;
+    std::unique_ptr<LocalClay> local;
+    std::unique_ptr<Solver> solver;
+    std::vector<Vec3<float>> middle;  // centres at first
+    FrameStats last;
+    LocalReport report;
+    long repaired = 0;
+    std::size_t most_cubes = 0;
+    int number = 0;
+};
+
+TEST_F(LocalScene, ABallLeavesADentAndFarSplatsKeepTheirBits)
+{
+    const SplatCloud before = local->still();
+    const Place at{0.4, 0.2, 0.5};
+    press(at);
+    EXPECT_GT(solver->particles().size(), 500u);
+    leave();
+    EXPECT_EQ(report.cubes, 0u);
+    EXPECT_TRUE(solver->particles().empty());
+    EXPECT_TRUE(solver->gaussians().empty());
+    EXPECT_EQ(repaired, 0);
+    EXPECT_GT(dent(at), 0.015);
+    EXPECT_LT(dent(at), 0.05);
+    const SplatCloud& now = local->still();
+    std::size_t same = 0;
+    for (std::size_t i = 0; i < before.count(); ++i) {
+        const Place d = cast<double>(before.centre[i]) - at;
+        if (std::hypot(d.x, d.z) < 0.25) continue;
+        ++same;
+        ASSERT_EQ(std::memcmp(&now.centre[i], &before.centre[i], sizeof now.centre[i]), 0) << i;
+        ASSERT_EQ(std::memcmp(&now.rotation[i], &before.rotation[i], sizeof now.rotation[i]), 0);
+        ASSERT_EQ(std::memcmp(&now.scale[i], &before.scale[i], sizeof now.scale[i]), 0);
+    }
+    EXPECT_GT(same, 15000u);
+}
+
+TEST_F(LocalScene, WhatIsGivenBackLooksAsItDid)
+{
+    const Picture before = seen();
+    press({0.5, 0.2, 0.5});
+    const Picture as_clay = seen();
+    EXPECT_LT(psnr(before, as_clay), 45) << "nothing happened";
+    leave();
+    EXPECT_GT(psnr(as_clay, seen()), 50);
+}
+
+TEST_F(LocalScene, ASecondDentLeavesTheFirst)
+{
+    const Place one{0.35, 0.2, 0.4}, other{0.8, 0.2, 0.8};
+    press(one);
+    const Place high{0, 0.1, 0};
+    move(one + high, other + high, away, away, 30);
+    const double first = dent(one);
+    EXPECT_GT(first, 0.015);
+    press(other);
+    leave();
+    EXPECT_EQ(dent(one), first) << "to the bit";
+    EXPECT_GT(dent(other), 0.015);
+}
+
+// The second time, the clay is made of the dented splats.
+TEST_F(LocalScene, TheSamePlaceMayBeKneadedAgain)
+{
+    const Place at{0.5, 0.2, 0.5};
+    press(at, 0.02);
+    leave();
+    const double first = dent(at);
+    press(at, 0.045);
+    leave();
+    EXPECT_GT(dent(at), first + 0.008);
+    EXPECT_LT(dent(at), 0.07);
+}
+
+TEST_F(LocalScene, TwoHandsHaveTwoRegions)
+{
+    const Place a{0.3, 0.2, 0.3}, b{0.9, 0.2, 0.9}, high{0, 0.1, 0}, low{0, -0.03, 0};
+    press(a);
+    const std::size_t one = most_cubes;
+    make();
+    most_cubes = 0;
+    move(a + high, a + low, b + high, b + low, 25);
+    EXPECT_GT(double(most_cubes), 1.5 * double(one));
+    EXPECT_LT(double(most_cubes), 2.5 * double(one));
+    move(a + low, a + high, b + low, b + high, 15);
+    leave();
+    EXPECT_GT(dent(a), 0.015);
+    EXPECT_GT(dent(b), 0.015);
+    EXPECT_LT(dent({0.6, 0.2, 0.6}), 1e-9);
+}
+
+// No particle is there twice, and none is missing between.
+TEST_F(LocalScene, OverlappingRegionsHaveNoSeam)
+{
+    const Place a{0.5, 0.26, 0.5}, b{0.8, 0.26, 0.5};
+    move(a, a, away, away, 2);
+    const std::size_t one = solver->particles().size();
+    move(a, a, b, b, 2);
+    EXPECT_GT(solver->particles().size(), one);
+    const std::vector<Particle<double>> q = solver->particles();
+    std::vector<Place> x;
+    for (const Particle<double>& p : q) x.push_back(p.x);
+    const double spacing = std::cbrt(scene.setup.materials[0].volume);
+    const Cells cells(x, spacing);
+    std::size_t lonely = 0;
+    for (std::size_t i = 0; i < x.size(); ++i) {
+        double nearest = 1e30;
+        cells.each_near(x[i], {spacing, spacing, spacing}, [&](std::uint32_t j) {
+            if (j != i) nearest = std::fmin(nearest, length(x[j] - x[i]));
+        });
+        ASSERT_GT(nearest, 0.6 * spacing) << i;
+        lonely += nearest > 1.2 * spacing;
+    }
+    EXPECT_EQ(lonely, 0u);
+    EXPECT_EQ(repaired, 0);
+}
+
+// Work goes with what is near the hands, not with the scene.
+TEST_F(LocalScene, AScenesSizeCostsNothing)
+{
+    const SplatCloud alone = placed(tiled_ground(20000), {1, 0, 0, 0}, 1, {0.6, 0.2, 0.6});
+    local = std::make_unique<LocalClay>(scene, 0, alone, *moving);
+    press({0.5, 0.2, 0.5});
+    const std::size_t splats = moving->cloud().count(), particles = solver->particles().size();
+    const long blocks = last.active_blocks;
+    // The same floor four times: three more above it.
+    const SplatCloud floor = tiled_ground(20000);
+    SplatCloud four = floor;
+    for (const float up : {0.5f, 0.6f, 0.7f}) {
+        for (std::size_t i = 0; i < floor.count(); ++i)
+            four.centre.push_back(floor.centre[i] + Vec3<float>{0, up, 0});
+        const auto more = [](auto& to, const auto& from) {
+            to.insert(to.end(), from.begin(), from.end());
+        };
+        more(four.rotation, floor.rotation), more(four.scale, floor.scale);
+        more(four.opacity, floor.opacity), more(four.sh, floor.sh);
+    }
+    make();
+    local = std::make_unique<LocalClay>(scene, 0, placed(four, {1, 0, 0, 0}, 1, {0.6, 0.2, 0.6}),
+                                        *moving);
+    press({0.5, 0.2, 0.5});
+    EXPECT_EQ(moving->cloud().count(), splats);
+    EXPECT_EQ(solver->particles().size(), particles);
+    EXPECT_EQ(last.active_blocks, blocks);
+    EXPECT_EQ(local->still().count(), 80000u);
+}
+
+TEST_F(LocalScene, TheBitsAreTheSameForAnyNumberOfThreads)
+{
+    std::vector<Gaussian<double>> wanted;
+    for (const int threads : {1, 3}) {
+        make();
+        scene.setup.threads = threads, solver = cpu_solver(scene.setup);
+        move({0.5, 0.3, 0.5}, {0.55, 0.18, 0.5}, away, away, 12);
+        if (threads == 1) wanted = solver->gaussians();
+        EXPECT_TRUE(same_bits(solver->gaussians(), wanted)) << threads;
+    }
+    EXPECT_GT(wanted.size(), 100u);
+}
+
+TEST_F(LocalScene, NeedsTheLocalizedModeAndIsOneAtMost)
+{
+    EXPECT_THROW(make({"rest.mode=sleep"}), InputError);
+    EXPECT_THROW(make({"objects.0.depth=-1"}), InputError);
+    EXPECT_NO_THROW(make({"objects.0.depth=0.05"}));
+}
+
+}  // namespace
+}  // namespace knead
