@@ -15,9 +15,11 @@ namespace knead {
 
 using Json = nlohmann::json;
 
+constexpr std::size_t max_json_bytes = 16u << 20;  // of a document
+
 // Throws InputError with file, line, column and byte offset.
 Json parse_json(const std::string& text, const std::string& file);
-// Throws InputError where the file is missing, not a regular file, or larger than 16 MiB.
+// Throws InputError where the file is missing, not a regular file, or larger than that.
 Json read_json(const std::string& file);
 
 // The whole of a regular file; throws InputError. Shared by all readers of small text files.

@@ -13,7 +13,6 @@ namespace knead {
 namespace {
 
 constexpr int deepest = 64;  // levels; scenes need 4
-constexpr std::size_t max_json_bytes = 16u << 20;
 
 std::string position(const std::string& text, std::size_t byte)
 {

@@ -59,7 +59,6 @@ namespace gpu {
 DeviceFacts facts_of(int) { throw std::runtime_error("this build has no CUDA side"); }
 std::size_t free_memory(int) { throw std::runtime_error("this build has no CUDA side"); }
 }  // namespace gpu
-std::string gpu_bus() { return ""; }
 #endif
 
 }  // namespace knead

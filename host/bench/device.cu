@@ -3,7 +3,6 @@
 
 #include "cuda/device/device_array.cuh"
 #include "cuda/device/launch.cuh"
-#include "host/base/machine.h"
 #include "host/bench/device.h"
 
 namespace knead {
@@ -67,15 +66,5 @@ std::size_t free_memory(int device)
 }
 
 }  // namespace gpu
-
-std::string gpu_bus()
-{
-    int device = 0;
-    char bus[64] = {};
-    if (cudaGetDevice(&device) != cudaSuccess ||
-        cudaDeviceGetPCIBusId(bus, int(sizeof bus), device) != cudaSuccess)
-        return "";
-    return bus;
-}
 
 }  // namespace knead

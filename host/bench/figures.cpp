@@ -66,8 +66,8 @@ TargetList targets_of(const Json& root, const std::string& file)
         out.set_for = required_text(r, "set_for");
         const Json all = r.required("targets", "an object");
         r.object("targets", [&](ObjectReader& list) {
-            for (const auto& [key, value] : all.items())
-                list.object(key, [&](ObjectReader& t) {
+            for (const auto& [name, value] : all.items())
+                list.object(name, [&, key = name](ObjectReader& t) {
                     Target target;
                     target.name = required_text(t, "name");
                     target.unit = t.text("unit", "");

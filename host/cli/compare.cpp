@@ -1,5 +1,7 @@
 // knead compare: two reports, or two particle files. Fails (1) where they differ by more than
 // asked.
+#include "host/cli/compare.h"
+
 #include <fmt/format.h>
 
 #include <cmath>
@@ -7,7 +9,6 @@
 
 #include "host/base/errors.h"
 #include "host/base/json_reader.h"
-#include "host/cli/verbs.h"
 #include "host/files/file_kind.h"
 #include "host/files/particle_file.h"
 
@@ -48,9 +49,10 @@ double relative(double a, double b)
     return std::isnan(a) || std::isnan(b) ? INFINITY : std::fabs(a - b) / size;
 }
 
-Json compare_reports(const CompareOptions& o)
+}  // namespace
+
+Json compared(const Json& a, const Json& b, const CompareOptions& o)
 {
-    const Json a = read_json(o.first), b = read_json(o.second);
     check_quantities(a, o.first), check_quantities(b, o.second);
     const std::string hash = text_at(a, "/knead/state_hash");
     const bool same = !hash.empty() && hash == text_at(b, "/knead/state_hash");
@@ -73,9 +75,9 @@ Json compare_reports(const CompareOptions& o)
     return all;
 }
 
-Json compare_particles(const CompareOptions& o)
+Json compared(const std::vector<Particle<double>>& a, const std::vector<Particle<double>>& b,
+              const CompareOptions& o)
 {
-    const std::vector<Particle<double>> a = read_particles(o.first), b = read_particles(o.second);
     Json all = {{"kind", "particles"}, {"first", a.size()}, {"second", b.size()}, {"agree", false}};
     if (a.size() != b.size()) return all;
     double sum = 0, farthest = 0, fastest = 0;
@@ -118,15 +120,15 @@ std::string told(const Json& all)
     return text + (all["agree"].get<bool>() ? "agree\n" : "DIFFER\n");
 }
 
-}  // namespace
-
 int compare_verb(const CompareOptions& o)
 {
     const FileKind first = file_kind(o.first), second = file_kind(o.second);
     if (first != second || (first != FileKind::report && first != FileKind::particles))
         throw InputError(o.first + ", " + o.second +
                          ": expected two reports or two particle files");
-    const Json all = first == FileKind::report ? compare_reports(o) : compare_particles(o);
+    const Json all = first == FileKind::report
+                         ? compared(read_json(o.first), read_json(o.second), o)
+                         : compared(read_particles(o.first), read_particles(o.second), o);
     std::fputs((o.json ? all.dump(2) + "\n" : told(all)).c_str(), stdout);
     return all["agree"].get<bool>() ? exit_ok : exit_check;
 }

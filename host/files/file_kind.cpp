@@ -26,7 +26,8 @@ FileKind file_kind(const std::string& path)
         return ply_kind(parse_ply_header(start, path));
     if (begins_spz(start) || form == ".splat" || form == ".spz") return FileKind::splats;
     if (form == ".hands" || form == ".jsonl") return FileKind::recording;
-    if (form == ".obj" || form == ".glb") return FileKind::mesh;
+    if (form == ".obj" || form == ".glb" || form == ".stl") return FileKind::mesh;
+    if (form == ".csv") return FileKind::particles;
     if (form == ".json") {
         const Json root = read_json(path);
         const Json schema = root.is_object() ? root.value("schema", Json()) : Json();
@@ -38,7 +39,7 @@ FileKind file_kind(const std::string& path)
     }
     throw InputError(path +
                      ": expected a file ending in .json, .hands, .jsonl, .ply, .obj, .glb, "
-                     ".splat or .spz");
+                     ".stl, .csv, .splat or .spz");
 }
 
 }  // namespace knead

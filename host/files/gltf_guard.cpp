@@ -12,7 +12,6 @@ namespace knead {
 namespace {
 
 static_assert(std::endian::native == std::endian::little, "GLB is read as it lies");
-constexpr std::size_t max_json_bytes = 16u << 20;
 constexpr std::uint32_t magic = 0x46546c67, chunk_json = 0x4e4f534a, chunk_binary = 0x004e4942;
 constexpr std::size_t json_start = 20;
 constexpr std::size_t max_parts = 1 << 16;

@@ -1,4 +1,5 @@
-// Meshes to files: GLB (glTF 2.0), OBJ, PLY. A file appears whole under its name or not at all.
+// Meshes to files: GLB (glTF 2.0), OBJ, PLY, STL. A file appears whole under its name or not at
+// all.
 #include "host/files/mesh_file.h"
 
 #include <algorithm>
@@ -14,6 +15,7 @@
 #include "host/base/outputs.h"
 #include "host/base/paths.h"
 #include "host/files/glb.h"
+#include "host/files/stl.h"
 
 namespace knead {
 
@@ -193,8 +195,10 @@ void write_mesh(const std::string& path, const std::vector<Mesh>& meshes)
         write_whole(path, obj(shown));
     else if (form == ".ply")
         write_whole(path, ply(path, shown));
+    else if (form == ".stl")
+        write_whole(path, stl_bytes(shown, path));
     else
-        fail(path, "a mesh is written as .glb, .obj or .ply");
+        fail(path, "a mesh is written as .glb, .obj, .ply or .stl");
 }
 
 }  // namespace knead

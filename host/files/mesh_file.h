@@ -7,7 +7,7 @@
 
 namespace knead {
 
-// By the ending of the path: .glb, .obj, .ply. Throws OutputError with path and reason.
+// By the ending of the path: .glb, .obj, .ply, .stl. Throws OutputError with path and reason.
 void write_mesh(const std::string& path, const std::vector<Mesh>& meshes);
 
 }  // namespace knead

@@ -8,6 +8,7 @@
 #include "host/base/json_reader.h"
 #include "host/base/paths.h"
 #include "host/files/gltf.h"
+#include "host/files/stl.h"
 
 namespace knead {
 namespace {
@@ -193,7 +194,8 @@ std::vector<Mesh> read_mesh(const std::string& path)
     if (form == ".ply") return {to_mesh(read_ply(path), path)};
     if (form == ".obj") return {parse_obj(read_text(path, max_bytes), path)};
     if (form == ".glb") return parse_glb(read_text(path, max_bytes), path);
-    throw InputError(path + ": expected a mesh ending in .ply, .obj or .glb");
+    if (form == ".stl") return {parse_stl(read_text(path, max_bytes), path)};
+    throw InputError(path + ": expected a mesh ending in .ply, .obj, .glb or .stl");
 }
 
 }  // namespace knead

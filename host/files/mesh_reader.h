@@ -1,4 +1,4 @@
-// Triangle meshes from files: .ply, .obj, and .glb with its buffer inside.
+// Triangle meshes from files: .ply, .obj, .stl, and .glb with its buffer inside.
 #pragma once
 #include <string>
 #include <vector>

@@ -2,10 +2,12 @@
 
 #include <fmt/format.h>
 
+#include <charconv>
 #include <cmath>
 #include <limits>
 
 #include "host/base/errors.h"
+#include "host/base/json_reader.h"
 #include "host/base/outputs.h"
 #include "host/base/paths.h"
 #include "host/scene/scene.h"
@@ -44,6 +46,61 @@ std::string csv_bytes(const std::vector<Particle<double>>& particles)
         out += fmt::format("{},{}\n", q.object, q.sides);
     }
     return out;
+}
+
+constexpr std::size_t max_csv = std::size_t(4) << 30;  // [bytes]
+constexpr std::size_t max_columns = 256;
+
+std::string_view trimmed(std::string_view word)
+{
+    const std::size_t from = word.find_first_not_of(" \t\r");
+    if (from == std::string_view::npos) return {};
+    return word.substr(from, word.find_last_not_of(" \t\r") + 1 - from);
+}
+
+// What stands between the commas of a line.
+template <class Visit>
+void each_word(std::string_view line, Visit&& visit)
+{
+    for (std::size_t at = 0; at <= line.size();) {
+        const std::size_t end = std::min(line.find(',', at), line.size());
+        visit(trimmed(line.substr(at, end - at)));
+        at = end + 1;
+    }
+}
+
+void take_heading(PlyElement& points, std::string_view line, const std::string& place)
+{
+    each_word(line, [&](std::string_view word) {
+        if (points.properties.size() == max_columns)
+            throw InputError(fmt::format("{}: expected at most {} columns", place, max_columns));
+        if (word.size() > 1 && word.front() == '"' && word.back() == '"')
+            word = word.substr(1, word.size() - 2);
+        const std::string name(word);
+        if (points.find(name))
+            throw InputError(fmt::format("{}: expected a name once, found \"{}\" again", place,
+                                         name.substr(0, 60)));
+        points.properties.push_back({name, false, PlyType::f64, {}, {}});
+    });
+}
+
+void take_row(PlyElement& points, std::string_view line, const std::string& place)
+{
+    std::size_t column = 0;
+    each_word(line, [&](std::string_view word) {
+        double value = 0;
+        const char* const end = word.data() + word.size();
+        const auto [at, problem] = std::from_chars(word.data(), end, value);
+        if (problem != std::errc() || at != end || column == points.properties.size())
+            throw InputError(fmt::format("{}: expected {} numbers, found \"{}\" as number {}",
+                                         place, points.properties.size(), word.substr(0, 60),
+                                         column + 1));
+        points.properties[column++].values.push_back(value);
+    });
+    if (column != points.properties.size())
+        throw InputError(fmt::format("{}: expected {} numbers, found {}", place,
+                                     points.properties.size(), column));
+    ++points.rows;
 }
 
 }  // namespace
@@ -99,8 +156,30 @@ std::vector<Particle<double>> to_particles(const PlyFile& ply, const std::string
     return particles;
 }
 
+std::vector<Particle<double>> parse_csv(const std::string& text, const std::string& path)
+{
+    PlyFile table;  // of one element, as a PLY file would have it
+    table.elements.resize(1);
+    PlyElement& points = table.elements[0];
+    points.name = "vertex";
+    std::size_t number = 0;
+    for (std::size_t at = 0; at < text.size();) {
+        const std::size_t end = std::min(text.find('\n', at), text.size());
+        const std::string_view line = trimmed(std::string_view(text).substr(at, end - at));
+        at = end + 1, ++number;
+        if (line.empty()) continue;
+        const std::string place = fmt::format("{}: line {}", path, number);
+        if (points.properties.empty())
+            take_heading(points, line, place);
+        else
+            take_row(points, line, place);
+    }
+    return to_particles(table, path);
+}
+
 std::vector<Particle<double>> read_particles(const std::string& path)
 {
+    if (ending(path) == ".csv") return parse_csv(read_text(path, max_csv), path);
     return to_particles(read_ply(path), path);
 }
 

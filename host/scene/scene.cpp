@@ -368,14 +368,20 @@ double frame_duration(const Scene& s)
     return s.clock == ClockMode::paper ? s.paper_substeps * s.paper_dt : 1 / s.frame_rate;
 }
 
-Scene read_scene(const std::string& path, const std::vector<std::string>& settings)
+Scene parse_scene(const std::string& text, const std::string& path,
+                  const std::vector<std::string>& settings)
 {
-    Json root = read_json(path);
+    Json root = parse_json(text, path);
     for (const std::string& setting : settings) apply(setting, root);
     Scene scene;
     scene.path = path;
     ObjectReader::read(root, path, "", [&](ObjectReader& r) { read_root(r, scene); });
     return scene;
+}
+
+Scene read_scene(const std::string& path, const std::vector<std::string>& settings)
+{
+    return parse_scene(read_text(path, max_json_bytes), path, settings);
 }
 
 }  // namespace knead

@@ -80,6 +80,9 @@ const std::vector<std::string>& preset_names();
 
 // Reads a scene and applies `settings` ("path.key=value") in order. Throws InputError.
 Scene read_scene(const std::string& path, const std::vector<std::string>& settings = {});
+// The same of the file's text; the files that it names are looked for beside `path`.
+Scene parse_scene(const std::string& text, const std::string& path,
+                  const std::vector<std::string>& settings = {});
 
 // Simulated per frame [s]. Clock "paper": the hands cover a displayed frame's path in less of it.
 double frame_duration(const Scene& scene);

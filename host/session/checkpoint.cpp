@@ -345,7 +345,11 @@ void write_checkpoint(const std::string& file, const Checkpoint& c)
 
 Checkpoint read_checkpoint(const std::string& file)
 {
-    const std::string bytes = read_text(file, std::size_t(1) << 38);
+    return parse_checkpoint(read_text(file, std::size_t(1) << 38), file);
+}
+
+Checkpoint parse_checkpoint(const std::string& bytes, const std::string& file)
+{
     const Head head = checked_head(file, bytes);
     const char* facts = bytes.data() + sizeof head;
     try {

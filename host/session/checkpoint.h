@@ -23,5 +23,6 @@ void write_checkpoint(const std::string& file, const Checkpoint& checkpoint);
 // Throws InputError for a file that is no checkpoint, of another version, or damaged. What the
 // numbers mean to a scene, its solver checks.
 Checkpoint read_checkpoint(const std::string& file);
+Checkpoint parse_checkpoint(const std::string& bytes, const std::string& file);
 
 }  // namespace knead

@@ -2,6 +2,7 @@
 #ifndef KNEAD_HAS_CUDA
 #include <stdexcept>
 
+#include "host/base/machine.h"
 #include "host/solver/gpu/material.h"
 #include "host/solver/gpu/room.h"
 #include "host/solver/gpu/stages.h"
@@ -19,6 +20,7 @@ namespace {
 
 bool gpu_present() { return false; }
 long gpu_waits() { return 0; }
+std::string gpu_bus() { return ""; }
 std::unique_ptr<Solver> gpu_solver(const Setup&, int) { refuse(); }
 std::unique_ptr<Solver> gpu_solver(const Setup&, int, Room) { refuse(); }
 

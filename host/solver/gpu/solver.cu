@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "cuda/device/device.cuh"
+#include "host/base/machine.h"
 #include "host/solver/gpu/solver.cuh"
 #include "host/solver/pieces.h"
 
@@ -350,6 +351,16 @@ bool gpu_present()
 {
     int count = 0;
     return cudaGetDeviceCount(&count) == cudaSuccess && count > 0;
+}
+
+std::string gpu_bus()
+{
+    int device = 0;
+    char bus[64] = {};
+    if (cudaGetDevice(&device) != cudaSuccess ||
+        cudaDeviceGetPCIBusId(bus, int(sizeof bus), device) != cudaSuccess)
+        return "";
+    return bus;
 }
 
 }  // namespace knead

@@ -1,0 +1,30 @@
+# The fuzz targets: one program for all formats, that every compiler builds, and with clang, where
+# KNEAD_FUZZ asks for it, one of libFuzzer for each.
+set(fuzz_sources formats mesh_formats cloud_formats session_formats)
+list(TRANSFORM fuzz_sources PREPEND tests/fuzz/)
+list(TRANSFORM fuzz_sources APPEND .cpp)
+add_library(knead_fuzz_formats OBJECT ${fuzz_sources})
+target_link_libraries(knead_fuzz_formats PUBLIC knead_app knead_options knead_openmp ${knead_fmt}
+    GTest::gtest)
+target_compile_definitions(knead_fuzz_formats PRIVATE XXH_INLINE_ALL)
+add_executable(knead_fuzz tests/fuzz/driver.cpp tests/fuzz/mutate.cpp)
+target_link_libraries(knead_fuzz PRIVATE knead_fuzz_formats)
+if(KNEAD_SANITIZE)
+    target_compile_definitions(knead_fuzz PRIVATE KNEAD_SANITIZED=1)
+endif()
+if(KNEAD_SANITIZE OR KNEAD_COVERAGE)
+    set(fuzz_inputs 200)
+else()
+    set(fuzz_inputs 2000)
+endif()
+check(fuzz tests/fuzz/some.sh $<TARGET_FILE:knead_fuzz> ${fuzz_inputs})
+
+if(KNEAD_FUZZ AND CMAKE_CXX_COMPILER_ID MATCHES "Clang")
+    foreach(format mesh-ply mesh-obj mesh-glb mesh-stl particles-ply particles-csv splats-ply
+            splats-splat splats-spz scene settings run report checkpoint hands hands-lines)
+        add_executable(fuzz-${format} tests/fuzz/libfuzzer.cpp)
+        target_link_libraries(fuzz-${format} PRIVATE knead_fuzz_formats)
+        target_link_options(fuzz-${format} PRIVATE -fsanitize=fuzzer)
+        target_compile_definitions(fuzz-${format} PRIVATE KNEAD_FORMAT="${format}")
+    endforeach()
+endif()

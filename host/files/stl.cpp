@@ -1,0 +1,212 @@
+#include "host/files/stl.h"
+
+#include <fmt/format.h>
+
+#include <array>
+#include <bit>
+#include <charconv>
+#include <cmath>
+#include <cstdint>
+#include <cstring>
+#include <string_view>
+#include <unordered_map>
+
+#include "host/base/errors.h"
+#include "host/files/mesh_reader.h"
+
+namespace knead {
+namespace {
+
+static_assert(std::endian::native == std::endian::little, "binary STL is read as it lies");
+constexpr std::size_t head_size = 80, facets_at = 84, facet_size = 50;
+
+// Makes one vertex of corners at the same place.
+class Corners {
+  public:
+    explicit Corners(Mesh& of) : mesh(of) {}
+    int index(Vec3<float> x)
+    {
+        x = {x.x + 0.f, x.y + 0.f, x.z + 0.f};  // -0 is at the place of 0
+        const auto [at, is_new] = known.try_emplace(std::bit_cast<std::array<std::uint32_t, 3>>(x),
+                                                    int(mesh.vertices.size()));
+        if (is_new) mesh.vertices.push_back(x);
+        return at->second;
+    }
+
+  private:
+    struct Hash {
+        std::size_t operator()(const std::array<std::uint32_t, 3>& key) const
+        {
+            std::uint64_t h = 0;
+            for (const std::uint32_t word : key) {
+                h = (h ^ word) * 0x9e3779b97f4a7c15u;
+                h ^= h >> 29;
+            }
+            return std::size_t(h);
+        }
+    };
+    Mesh& mesh;
+    std::unordered_map<std::array<std::uint32_t, 3>, int, Hash> known;
+};
+
+std::uint32_t promised(const std::string& bytes)
+{
+    std::uint32_t count = 0;
+    std::memcpy(&count, bytes.data() + head_size, sizeof count);
+    return count;
+}
+
+// Some binary files begin with "solid", too: what tells them is that their size is as promised.
+bool is_binary(const std::string& bytes)
+{
+    return bytes.size() >= facets_at &&
+           bytes.size() == facets_at + facet_size * std::size_t(promised(bytes));
+}
+
+Mesh from_binary(const std::string& bytes)
+{
+    Mesh mesh;
+    Corners corners(mesh);
+    for (std::size_t at = facets_at; at < bytes.size(); at += facet_size) {
+        float numbers[12];  // the normal, which is made anew, and three corners
+        std::memcpy(numbers, bytes.data() + at, sizeof numbers);
+        const auto corner = [&](int k) {
+            return corners.index({numbers[3 * k], numbers[3 * k + 1], numbers[3 * k + 2]});
+        };
+        const int a = corner(1), b = corner(2), c = corner(3);
+        mesh.triangles.push_back({a, b, c});
+    }
+    return mesh;
+}
+
+// The words of a text, one after the other, with the line that each stands in.
+class Words {
+  public:
+    Words(const std::string& of, const std::string& from) : text(of), path(from) {}
+    std::string_view next()  // "" at the end
+    {
+        while (at < text.size() && std::strchr(" \t\r\n", text[at])) line += text[at++] == '\n';
+        const std::size_t from = at;
+        while (at < text.size() && !std::strchr(" \t\r\n", text[at])) ++at;
+        return std::string_view(text).substr(from, at - from);
+    }
+    void skip_line()
+    {
+        while (at < text.size() && text[at] != '\n') ++at;
+    }
+    void expect(const char* word)
+    {
+        const std::string_view found = next();
+        if (found != word) refuse(fmt::format("\"{}\"", word), found);
+    }
+    float number()
+    {
+        std::string_view word = next();
+        float value = 0;
+        if (word.starts_with('+')) word.remove_prefix(1);
+        const auto [end, problem] = std::from_chars(word.data(), word.data() + word.size(), value);
+        if (problem != std::errc() || end != word.data() + word.size() || !std::isfinite(value))
+            refuse("a finite number", word);
+        return value;
+    }
+    [[noreturn]] void refuse(const std::string& expected, std::string_view found) const
+    {
+        const std::string said =
+            found.empty() ? "the end of the file" : fmt::format("\"{}\"", found.substr(0, 60));
+        throw InputError(
+            fmt::format("{}: line {}: expected {}, found {}", path, line, expected, said));
+    }
+
+  private:
+    const std::string &text, &path;
+    std::size_t at = 0, line = 1;
+};
+
+void take_facet(Words& words, Corners& corners, Mesh& mesh)
+{
+    words.expect("normal");
+    for (int k = 0; k < 3; ++k) words.number();
+    words.expect("outer"), words.expect("loop");
+    int corner[3];
+    for (int& one : corner) {
+        words.expect("vertex");
+        const float x = words.number(), y = words.number(), z = words.number();
+        one = corners.index({x, y, z});
+    }
+    words.expect("endloop"), words.expect("endfacet");
+    mesh.triangles.push_back({corner[0], corner[1], corner[2]});
+}
+
+Mesh from_text(const std::string& text, const std::string& path)
+{
+    Mesh mesh;
+    Corners corners(mesh);
+    Words words(text, path);
+    bool inside = false;
+    for (std::string_view word = words.next(); !word.empty(); word = words.next()) {
+        if (word == (inside ? "endsolid" : "solid")) {
+            words.skip_line();  // its name
+            inside = !inside;
+        } else if (inside && word == "facet") {
+            take_facet(words, corners, mesh);
+        } else {
+            words.refuse(inside ? "\"facet\" or \"endsolid\"" : "\"solid\"", word);
+        }
+    }
+    if (inside) words.refuse("\"endsolid\"", "");
+    return mesh;
+}
+
+Vec3<float> facet_normal(Vec3<float> a, Vec3<float> b, Vec3<float> c)
+{
+    const Vec3<float> n = cross(b - a, c - a);
+    const float size = length(n);
+    return size > 0 && std::isfinite(size) ? (1 / size) * n : Vec3<float>{0, 0, 0};
+}
+
+}  // namespace
+
+Mesh parse_stl(const std::string& bytes, const std::string& path)
+{
+    Mesh mesh;
+    if (is_binary(bytes))
+        mesh = from_binary(bytes);
+    else if (bytes.starts_with("solid"))
+        mesh = from_text(bytes, path);
+    else if (bytes.size() < facets_at)
+        throw InputError(
+            fmt::format("{}: expected an STL of {} bytes at least, or one that begins "
+                        "with \"solid\", found {} bytes",
+                        path, facets_at, bytes.size()));
+    else
+        throw InputError(
+            fmt::format("{}: byte {}: expected as many triangles of {} bytes as fill "
+                        "the file's {}, found a count of {}",
+                        path, head_size, facet_size, bytes.size(), promised(bytes)));
+    finish_mesh(mesh, path);
+    return mesh;
+}
+
+std::string stl_bytes(const std::vector<const Mesh*>& meshes, const std::string& path)
+{
+    std::size_t count = 0;
+    for (const Mesh* mesh : meshes) count += mesh->triangles.size();
+    if (count > UINT32_MAX) throw OutputError(path + ": an STL holds at most 2^32 - 1 triangles");
+    std::string bytes = "knead; metres";  // never "solid", which begins a text
+    bytes.resize(head_size, ' ');
+    bytes.reserve(facets_at + facet_size * count);
+    const auto append = [&](const auto& value) {
+        bytes.append(reinterpret_cast<const char*>(&value), sizeof value);
+    };
+    append(std::uint32_t(count));
+    for (const Mesh* mesh : meshes)
+        for (const Int3 t : mesh->triangles) {
+            const auto at = [&](int v) { return mesh->vertices[std::size_t(v)]; };
+            const Vec3<float> a = at(t.x), b = at(t.y), c = at(t.z);
+            append(facet_normal(a, b, c)), append(a), append(b), append(c);
+            append(std::uint16_t(0));
+        }
+    return bytes;
+}
+
+}  // namespace knead

@@ -1,0 +1,211 @@
+// Scenes, and what comes of them: recorded hands, runs, reports, checkpoints.
+#include <xxhash.h>
+
+#include <algorithm>
+#include <cstring>
+#include <filesystem>
+
+#include "host/assets/splat_object.h"
+#include "host/base/json_reader.h"
+#include "host/cli/compare.h"
+#include "host/hands/gesture.h"
+#include "host/hands/recording.h"
+#include "host/scene/foresight.h"
+#include "host/scene/seed.h"
+#include "host/session/checkpoint.h"
+#include "host/session/device.h"
+#include "host/session/report.h"
+#include "tests/folder.h"
+#include "tests/fuzz/formats.h"
+
+namespace knead {
+namespace {
+namespace fs = std::filesystem;
+
+constexpr std::size_t memory = 24u << 20;  // that a scene may take [bytes]
+
+// Small enough to be run again and again.
+const char* const small_scenes[] = {
+    R"({"schema": "knead.scene/1", "name": "falls",  // and is squeezed
+"domain": {"edge": 0.32, "cells": 16}, "gravity": [0, -9.81, 0], "frame_rate": 90,
+"objects": [{"shape": "sphere", "centre": [0.16, 0.16, 0.16], "diameter": 0.1, "per_cell": 8,
+             "velocity": [0, -1, 0], "material": {"preset": "clay", "young": 1e5}}],
+"hands": {"recording": "squeeze", "zoom": 1.0}, "rest": {"mode": "sleep", "frames": 2},
+"surface": {"nodes": 32}, "seed": 3})",
+    R"({"schema": "knead.scene/1",
+"domain": {"edge": 1.0, "cells": [16, 24, 8]}, "clock": "paper", "paper": {"substeps": 5, "dt": 1e-4},
+"walls": {"min": [0.1, 0.1, 0.1], "max": [0.5, 0.8, 0.3]},
+"objects": [
+ {"name": "a", "shape": "box", "centre": [0.3, 0.3, 0.2], "size": [0.2, 0.2, 0.15],
+  "material": "viscous-liquid", "category": 2},
+ {"name": "b", "shape": "cylinder", "centre": [0.3, 0.6, 0.2], "diameter": 0.1, "height": 0.1,
+  "material": {"preset": "snow", "density": 300}, "per_cell": 4.5}],
+"contact": {"grid": false, "passes": 1}, "step": {"courant": 0.5, "largest": 1e-3}})"};
+
+std::vector<std::string> scene_seeds()
+{
+    std::vector<std::string> all(std::begin(small_scenes), std::end(small_scenes));
+    for (const auto& file : fs::directory_iterator("scenes"))
+        if (file.path().extension() == ".json") all.push_back(read_text(file.path(), 1 << 20));
+    std::sort(all.begin() + std::size(small_scenes), all.end());
+    return all;
+}
+
+// What `info` and `run` ask of a scene before it moves.
+Scene built(const std::string& text, const std::vector<std::string>& settings = {})
+{
+    Scene scene = parse_scene(text, "scenes/fuzzed.json", settings);
+    foresee(scene);
+    check_substeps(scene);
+    load_splats(scene, memory);
+    build(scene, memory);
+    return scene;
+}
+void read_a_scene(const std::string& text)
+{
+    try {
+        built(text);
+    } catch (const MemoryError&) {
+        // Most that come with the program are too large to be built here; they were read.
+    }
+}
+
+// As `--set` has them: one a line.
+std::vector<std::string> setting_seeds()
+{
+    return {"domain.cells=16\nobjects.0.material.bulk=1e5\nseed=5",
+            "objects.1.material=dough\nobjects.1.material.density=900\npictures.every=2",
+            "walls.min=[0.1,0.1,0.1]\nobjects.1.category=3\nrest={\"mode\":\"none\"}"};
+}
+void read_settings(const std::string& lines)
+{
+    std::vector<std::string> settings;
+    for (std::size_t at = 0; at < lines.size() && settings.size() < 20;) {
+        const std::size_t end = std::min(lines.find('\n', at), lines.size());
+        settings.push_back(lines.substr(at, end - at));
+        at = end + 1;
+    }
+    built(small_scenes[1], settings);
+}
+
+struct SmallRun {
+    Scene scene;
+    RunRecord record;
+    SavedState state;
+    std::string report;
+};
+// Two frames of ten substeps at most.
+SmallRun run_of(const std::string& text)
+{
+    SmallRun run;
+    run.scene = parse_scene(text, "scenes/fuzzed.json");
+    run.scene.most_substeps = 10, run.scene.setup.threads = 1;
+    load_splats(run.scene, memory);
+    build(run.scene, memory);
+    std::unique_ptr<HandSource> hands;
+    if (run.scene.has_hands)
+        hands = std::make_unique<HandSource>(hands_of(run.scene), run.scene.hands);
+    const std::unique_ptr<Solver> solver = make_solver(run.scene.setup, {DeviceKind::cpu, 0});
+    RunRule rule;
+    rule.frames = 2, rule.last_mesh = true;
+    run.record = run_frames(run.scene, *solver, hands.get(), rule, {});
+    run.state = solver->save();
+    run.report = report(run.scene, run.record, {}).dump();
+    return run;
+}
+
+std::vector<std::string> run_seeds() { return {std::begin(small_scenes), std::end(small_scenes)}; }
+void run_a_scene(const std::string& text)
+{
+    const SmallRun run = run_of(text);
+    must_pass("its own report", [&] {
+        const Json said = parse_json(run.report, "its report");
+        check_report(said, "its report");
+        summary(said);
+    });
+}
+
+std::vector<std::string> report_seeds()
+{
+    return {run_of(small_scenes[0]).report, run_of(small_scenes[1]).report};
+}
+void read_report(const std::string& text)
+{
+    const Json said = parse_json(text, "report.json");
+    static const Json other = parse_json(report_seeds()[0], "other.json");
+    try {
+        told(compared(other, said, {}));
+    } catch (const InputError&) {
+    }
+    check_report(said, "report.json");
+    summary(said);
+}
+
+// With the checksum of its other bytes in the last eight.
+std::string summed(std::string bytes)
+{
+    if (bytes.size() < 8) return bytes;
+    const std::uint64_t sum = XXH64(bytes.data(), bytes.size() - 8, 0);
+    std::memcpy(bytes.data() + bytes.size() - 8, &sum, 8);
+    return bytes;
+}
+
+std::vector<std::string> checkpoint_seeds()
+{
+    SmallRun run = run_of(small_scenes[0]);
+    run.record.frames_wanted = 5;
+    const Json command = {{"scene", "a.json"}, {"frames", 5}, {"cpu_seconds", 0.5}};
+    run.state.setup.particles.resize(40), run.state.order.resize(40);
+    const Folder folder;
+    write_checkpoint(folder / "seed", {command, run.record, run.state});
+    return {read_text(folder / "seed", 1 << 20)};
+}
+void read_a_checkpoint(const std::string& bytes)
+{
+    try {
+        parse_checkpoint(bytes, "checkpoint.knead");
+    } catch (const InputError&) {
+        parse_checkpoint(summed(bytes), "checkpoint.knead");
+    }
+}
+
+Recording short_hands()
+{
+    GestureRule rule;
+    rule.seconds = 0.1, rule.dropouts = 0.2;
+    return generate("squeeze", rule);
+}
+std::vector<std::string> hands_seeds() { return {to_binary(short_hands())}; }
+std::vector<std::string> hands_lines_seeds()
+{
+    Recording one = short_hands();
+    one.frames.resize(1);
+    return {to_lines(one), to_lines(short_hands())};
+}
+void read_hands(const std::string& bytes)
+{
+    const auto both_ways = [](const Recording& r) {
+        must_pass("as binary", [&] { from_bytes(to_binary(r), "again.hands"); });
+        must_pass("as lines", [&] { from_bytes(to_lines(r), "again.jsonl"); });
+    };
+    try {
+        both_ways(from_bytes(bytes, "fuzzed.hands"));
+    } catch (const InputError&) {
+        both_ways(from_bytes(summed(bytes), "fuzzed.hands"));
+    }
+}
+
+}  // namespace
+
+std::vector<FuzzFormat> session_formats()
+{
+    return {{"scene", scene_seeds, read_a_scene},
+            {"settings", setting_seeds, read_settings},
+            {"run", run_seeds, run_a_scene},
+            {"report", report_seeds, read_report},
+            {"checkpoint", checkpoint_seeds, read_a_checkpoint},
+            {"hands", hands_seeds, read_hands},
+            {"hands-lines", hands_lines_seeds, read_hands}};
+}
+
+}  // namespace knead
