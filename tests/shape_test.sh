@@ -6,7 +6,8 @@ cd "$(dirname "$0")/.."
 export LC_ALL=C.UTF-8
 
 shopt -s nullglob lastpipe globstar
-shipped=(cuda/**/*.{h,cuh,cu} host/**/*.{h,cuh,cpp,cu} render/*.h render/*.cpp xr/*.h xr/*.cpp)
+shipped=(cuda/**/*.{h,cuh,cu} host/**/*.{h,cuh,cpp,cu} render/*.{h,cpp} render/view/*.{h,cpp}
+    xr/*.h xr/*.cpp)
 source=("${shipped[@]}" tests/**/*.h tests/**/*.cpp profiling/**/*.{h,cuh,cpp,cu} examples/*.cpp)
 text=("${source[@]}" tests/**/*.sh tests/**/*.py profiling/**/*.py
     profiling/*/*.sh demo.sh test.sh .ci/*
@@ -26,6 +27,7 @@ grep -nE '#define +[A-Za-z_0-9]+(\(| +[^ ])' "${shipped[@]}" | grep -v '^cuda/ma
 grep -n '<<<' "${source[@]}" | grep -v '^cuda/device/launch\.cuh:' |
     none "kernels that start elsewhere than in cuda/device/launch.cuh have no range in a profiler"
 grep -niP '(?<![a-z])(managers?|helpers?|handlers?|utils?|impl|misc)(?![a-z]|_t\b)' "${source[@]}" |
+    grep -v '#include <backends/imgui_impl_' |
     none "names that say nothing: manager, helper, handler, util, impl, misc"
 grep -nwE 'TODO|FIXME|XXX|NOLINT.*' "${source[@]}" | none "things left undone"
 grep -nE '/(home|root|work)/' "${words[@]}" | grep -v '^tests/shape_test\.sh:' |
