@@ -4,6 +4,7 @@
 #include <cmath>
 #include <map>
 #include <mutex>
+#include <numeric>
 
 #include "host/surface/surface.h"
 
@@ -11,7 +12,7 @@ namespace knead {
 namespace {
 
 constexpr float spacing = 0.0025f;  // of the lattice on which the surface is found [m]
-constexpr float reach = 0.004f;     // over which primitives share a vertex [m]
+constexpr float reach = 0.002f;     // over which primitives share a vertex [m]
 
 // The rig with a forearm on the wrist: two bones' worth of breadth, 12 cm long.
 Rig with_forearm(Topology topology, Side side)
@@ -92,49 +93,73 @@ Field inside(const Laid& hand)
     return field;
 }
 
+// The largest `count` of some shares, by their indices.
+std::vector<int> largest(const std::vector<float>& shares, int count)
+{
+    std::vector<int> order(shares.size());
+    std::iota(order.begin(), order.end(), 0);
+    std::partial_sort(order.begin(), order.begin() + count, order.end(), [&](int a, int b) {
+        return shares[std::size_t(a)] > shares[std::size_t(b)];
+    });
+    order.resize(std::size_t(count));
+    return order;
+}
+
+// The shares that spheres have of a vertex: those of the closest points on the primitives about it.
+std::vector<float> sphere_shares(const Rig& rig, const Laid& hand, Vec3<float> v)
+{
+    std::vector<ClosestPoint<float>> near;
+    float least = 1e30f;
+    for (const Shape<float>& s : hand.shapes) {
+        near.push_back(closest_point(s, v));
+        least = min(least, near.back().phi);
+    }
+    std::vector<float> shares(rig.spheres.size(), 0);
+    for (std::size_t i = 0; i < near.size(); ++i) {
+        const float part = std::exp((least - near[i].phi) / reach);
+        const float l[3] = {near[i].l0, near[i].l1, near[i].l2};
+        for (int k = 0; k < 3; ++k) shares[std::size_t(rig.primitives[i].sphere[k])] += part * l[k];
+    }
+    return shares;
+}
+
 }  // namespace
 
-HandSkin::HandSkin(Topology topology, Side side)
+HandSkin::HandSkin(Topology topology, Side side) : rig_(with_forearm(topology, side))
 {
-    const Rig rig = with_forearm(topology, side);
     const Hand open = open_hand(side);
-    const Laid hand = laid(rig, open, side);
+    const Laid hand = laid(rig_, open, side);
     Mesh mesh = isosurface(inside(hand), 0.5f);
     smooth(mesh, Smoothing::taubin, 12);
     triangles_ = mesh.triangles;
     for (std::size_t v = 0; v < mesh.vertices.size(); ++v) {
-        std::array<float, joint_count> share{};
-        std::vector<ClosestPoint<float>> near;
-        float least = 1e30f;
-        for (const Shape<float>& s : hand.shapes) {
-            near.push_back(closest_point(s, mesh.vertices[v]));
-            least = min(least, near.back().phi);
-        }
-        for (std::size_t i = 0; i < near.size(); ++i) {
-            const float part = std::exp((least - near[i].phi) / reach);
-            const float l[3] = {near[i].l0, near[i].l1, near[i].l2};
-            for (int k = 0; k < 3; ++k) {
-                const Binding<float>& b = rig.spheres[std::size_t(rig.primitives[i].sphere[k])];
-                for (int j = 0; j < 4; ++j)
-                    share[std::size_t(b.joint[j] - int(side) * joint_count)] +=
-                        part * l[k] * b.weight[j];
-            }
-        }
-        std::array<int, joint_count> order{};
-        for (int j = 0; j < joint_count; ++j) order[std::size_t(j)] = j;
-        std::partial_sort(order.begin(), order.begin() + 4, order.end(), [&](int a, int b) {
-            return share[std::size_t(a)] > share[std::size_t(b)];
-        });
+        const std::vector<float> shares = sphere_shares(rig_, hand, mesh.vertices[v]);
+        const std::vector<int> spheres = largest(shares, most);
         Skinned s{};
+        Vec3<float> middle{};
         float all = 0;
-        for (int k = 0; k < 4; ++k) all += share[std::size_t(order[std::size_t(k)])];
+        for (const int i : spheres) all += shares[std::size_t(i)];
+        std::vector<float> by_joint(joint_count, 0);
+        for (int k = 0; k < most; ++k) {
+            const std::size_t i = std::size_t(spheres[std::size_t(k)]);
+            s.sphere[k] = int(i);
+            s.share[k] = shares[i] / all;
+            middle = middle + s.share[k] * hand.spheres[i].c;
+            const Binding<float>& b = rig_.spheres[i];
+            for (int j = 0; j < 4; ++j)
+                by_joint[std::size_t(b.joint[j] - int(side) * joint_count)] +=
+                    s.share[k] * b.weight[j];
+        }
+        const std::vector<int> joints = largest(by_joint, 4);
+        float sum = 0;
+        for (const int j : joints) sum += by_joint[std::size_t(j)];
         for (int k = 0; k < 4; ++k) {
-            const int j = order[std::size_t(k)];
-            const Joint<float>& at = open.joints[std::size_t(j)];
+            const int j = joints[std::size_t(k)];
+            const Quat<float> back = conjugate(open.joints[std::size_t(j)].q);
             s.joint[k] = int(side) * joint_count + j;
-            s.weight[k] = share[std::size_t(j)] / all;
-            s.place[k] = rotate(conjugate(at.q), mesh.vertices[v] - at.p);
-            s.normal[k] = rotate(conjugate(at.q), mesh.normals[v]);
+            s.weight[k] = by_joint[std::size_t(j)] / sum;
+            s.offset[k] = rotate(back, mesh.vertices[v] - middle);
+            s.normal[k] = rotate(back, mesh.normals[v]);
         }
         skinned_.push_back(s);
     }
@@ -146,15 +171,22 @@ Mesh HandSkin::posed(const std::vector<Joint<double>>& joints, double zoom) cons
     mesh.triangles = triangles_;
     mesh.vertices.resize(skinned_.size());
     mesh.normals.resize(skinned_.size());
+    const float size = float(zoom);
     std::vector<Joint<float>> at;
     for (const Joint<double>& j : joints) at.push_back(cast<float>(j));
+    std::vector<Vec3<float>> centres;
+    for (Binding<float> b : rig_.spheres) {
+        for (Vec3<float>& o : b.offset) o = size * o;
+        centres.push_back(centre(b, [&](int j) { return at[std::size_t(j)]; }));
+    }
     for (std::size_t v = 0; v < skinned_.size(); ++v) {
         const Skinned& s = skinned_[v];
         Vec3<float> p{}, n{};
+        for (int k = 0; k < most; ++k) p = p + s.share[k] * centres[std::size_t(s.sphere[k])];
         for (int k = 0; k < 4; ++k) {
-            const Joint<float>& j = at[std::size_t(s.joint[k])];
-            p = p + s.weight[k] * (j.p + float(zoom) * rotate(j.q, s.place[k]));
-            n = n + s.weight[k] * rotate(j.q, s.normal[k]);
+            const Quat<float> q = at[std::size_t(s.joint[k])].q;
+            p = p + (s.weight[k] * size) * rotate(q, s.offset[k]);
+            n = n + s.weight[k] * rotate(q, s.normal[k]);
         }
         mesh.vertices[v] = p;
         mesh.normals[v] = n;

@@ -23,12 +23,17 @@ class HandSkin {
     std::size_t vertices() const { return skinned_.size(); }
 
   private:
-    // A vertex in the frames of the joints that it hangs on.
+    // A vertex hangs on spheres, as the primitives between them do: on what these shares of the
+    // centres add up to, by an offset that turns with the joints.
+    static constexpr int most = 6;
     struct Skinned {
+        int sphere[most];
+        float share[most];  // sum 1
         int joint[4];
-        float weight[4];  // sum 1
-        Vec3<float> place[4], normal[4];
+        float weight[4];                   // sum 1
+        Vec3<float> offset[4], normal[4];  // in the joints' frames
     };
+    Rig rig_;  // with a forearm; at real size
     std::vector<Skinned> skinned_;
     std::vector<Int3> triangles_;
 };
