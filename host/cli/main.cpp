@@ -334,7 +334,7 @@ int main(int count, char** words)
     app.set_version_flag("--version", "knead " + knead_version());
     app.require_subcommand(1);
     app.footer(
-        "Exit codes: 0 ok, 1 check failed, 2 usage, 3 bad input, 4 no GPU or out of memory,\n"
+        "Exit codes: 0 ok, 1 check failed, 2 usage, 3 bad input, 4 no GPU, headset or memory,\n"
         "5 files cannot be written, 6 numerical failure, 7 device lost, 130 interrupted,\n"
         "143 terminated, 129 terminal closed");
     Verb chosen;
