@@ -90,7 +90,8 @@ class KneadVr : public InFolder {
                                        KNEAD_XR_PROGRAM,
                                        "vr"};
         words.insert(words.end(), scene.begin(), scene.end());
-        for (const char* word : {"--binding", "egl", "--place", "0,0,0", "--json", "--quiet"})
+        for (const char* word :
+             {"--binding", "egl", "--place", "0,0,0", "--json", "--quiet", "--no-panel"})
             words.push_back(word);
         words.insert(words.end(), more.begin(), more.end());
         std::string said;
