@@ -65,7 +65,7 @@ std::string choice_of(PanelAct act, const PanelView& view)
         case PanelAct::right_tool:
             return "RIGHT: " + tool(view.right_tool);
         case PanelAct::cells:
-            return fmt::format("{} CELLS", view.cells);
+            return fmt::format("{} NODES", view.nodes);
         default:
             return "";
     }

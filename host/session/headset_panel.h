@@ -36,7 +36,7 @@ struct PanelCommand {
 struct PanelView {
     std::string scene, material, left_tool, right_tool, trouble;
     float stiffness = 0, yield = -1;  // of their sliders, 0 to 1; negative: the material has none
-    int cells = 0;
+    int nodes = 0;                    // of the lattice, along x
     bool gravity = true, paused = false;
 };
 

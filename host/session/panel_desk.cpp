@@ -142,8 +142,11 @@ void PanelDesk::apply(const PanelCommand& command, const LiveState& state, LiveS
             material.yield = value_of(command.value, weakest, strongest);
             return give(state, live);
         case PanelAct::cells: {
-            const int now = cells > 0 ? cells : setup.lattice.size.x;
-            cells = std::clamp(now + 16 * command.step, fewest_cells, most_cells);
+            // A scene's lattice has some nodes more than cells were asked for.
+            const int now = cells > 0 ? cells : setup.lattice.size.x / 16 * 16;
+            const bool between = cells == 0 && setup.lattice.size.x % 16 != 0;
+            const int next = between && command.step < 0 ? now : now + 16 * command.step;
+            cells = std::clamp(next, fewest_cells, most_cells);
             return load(live);
         }
         case PanelAct::gravity:
@@ -165,7 +168,7 @@ PanelView PanelDesk::view(const LiveState& state, const HeadsetHands& hands)
     if (shown.trouble.empty()) shown.trouble = state.refusal;
     shown.stiffness = share_of(material.mu, softest, stiffest);
     shown.yield = yields(material) ? share_of(material.yield, weakest, strongest) : -1;
-    if (state.scene) shown.cells = cells > 0 ? cells : state.scene->scene.setup.lattice.size.x;
+    if (state.scene) shown.nodes = state.scene->scene.setup.lattice.size.x;
     shown.gravity = gravity;
     return shown;
 }
