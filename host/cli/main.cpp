@@ -136,6 +136,7 @@ void add_vr(CLI::App& app, Verb& chosen)
     vr->add_flag("--standing", o.standing, "Places count from the floor, not from the head");
     vr->add_flag("--see-through", o.see_through, "The room behind the clay, where the headset can");
     vr->add_flag("--recorded", o.recorded, "The scene's recorded hands shape it; you watch");
+    vr->add_flag("--no-panel", o.no_panel, "Without the panel beside the clay");
     vr->add_option("--binding", o.binding, "OpenGL by auto, egl, glx or wgl")
         ->capture_default_str();
     vr->add_option("--samples", o.samples, "Of a pixel: 1, 2, 4 or 8; 0: 4 on a GPU, else 1")
@@ -364,7 +365,7 @@ int main(int count, char** words)
     app.set_version_flag("--version", "knead " + knead_version());
     app.require_subcommand(1);
     app.footer(
-        "Exit codes: 0 ok, 1 check failed, 2 usage, 3 bad input, 4 no GPU or out of memory,\n"
+        "Exit codes: 0 ok, 1 check failed, 2 usage, 3 bad input, 4 no GPU, headset or memory,\n"
         "5 files cannot be written, 6 numerical failure, 7 device lost, 130 interrupted,\n"
         "143 terminated, 129 terminal closed");
     Verb chosen;

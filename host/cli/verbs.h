@@ -51,7 +51,7 @@ struct VrOptions {
     double patience = 20;                // for a runtime that was lost [s]
     int samples = 0;                     // of a pixel; 0: as fits the device
     int threads = 0;                     // 0: all
-    bool standing = false, see_through = false, recorded = false;
+    bool standing = false, see_through = false, recorded = false, no_panel = false;
     bool deterministic = false, overwrite = false, json = false, quiet = false;
 };
 int vr_verb(const VrOptions& options);

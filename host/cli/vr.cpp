@@ -56,6 +56,7 @@ HeadsetLoopRule rule_of(const VrOptions& o, Device device)
     rule.stepped = o.deterministic, rule.recorded = o.recorded;
     rule.workplace.at = place_of(o.place);
     rule.frames = o.frames;
+    rule.panel = !o.no_panel;
     rule.samples = o.samples > 0 ? o.samples : device.kind == DeviceKind::cuda ? 4 : 1;
     rule.tell = [quiet = o.quiet](const std::string& text) {
         if (!quiet) std::fprintf(stderr, "knead: %s\n", text.c_str());
@@ -139,10 +140,11 @@ void summarise(const VrOptions& o, const HeadsetEnd& end, const Json& report)
 int vr_verb(const VrOptions& o)
 {
     const Device device = resolved(parse_device(o.device));
-    const HeadsetLoopRule rule = rule_of(o, device);
+    HeadsetLoopRule rule = rule_of(o, device);
     prepare(o);
     std::vector<std::string> settings = o.settings;
     if (o.deterministic) settings.push_back("deterministic=true");
+    rule.scene = o.scene, rule.settings = settings;
     auto scene = std::make_shared<LiveScene>(*load_live_scene(o.scene, settings));
     scene->scene.setup.threads = o.threads;
     watch_interrupts();

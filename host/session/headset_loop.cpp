@@ -52,16 +52,16 @@ HeadsetLoop::HeadsetLoop(std::shared_ptr<const LiveScene> scene, HeadsetLoopRule
       headset(Headset::open(rule.headset)),
       time(scene->scene.frame_rate),
       hands(live_hands(scene->scene)),
-      workplace(rule.workplace)
+      workplace(rule.workplace),
+      desk(rule.scene, rule.settings)
 {
     load_gl(headset->gl_address());
     painter = EyePainter::open(rule.samples);
     make_targets();
-    const bool needs_hands = !scene->scene.has_hands;
     live = std::make_unique<LiveSession>(std::move(scene),
                                          live_rule(rule, [this] { return clock.now(wall()); }));
-    if (needs_hands) live->set_hands(hands.rule());
     live->settle();
+    follow_history();
     end.hands.name = "headset";
 }
 
@@ -69,6 +69,7 @@ HeadsetLoop::~HeadsetLoop()
 {
     live.reset();
     headset->make_current();
+    quad.reset();
     if (target) glDeleteFramebuffers(1, &target);
     if (own_depth) glDeleteTextures(1, &own_depth);
     painter.reset();
@@ -142,8 +143,9 @@ void HeadsetLoop::frame(const News& news)
     const double begun = wall();
     const Sight sight = headset->locate();
     const double located = wall();
+    poke(sight);
     // Nobody shapes what nobody sees: without the headset worn and in view, time stands still.
-    const bool runs = news.visible && news.worn && !leaving;
+    const bool runs = news.visible && news.worn && !leaving && !paused;
     simulate(sight, runs, parts);
     const double simulated = wall();
     if (sight.draw) draw(sight);
@@ -162,35 +164,97 @@ void HeadsetLoop::frame(const News& news)
     if (sight.draw && runs) end.figures.add(parts);
 }
 
+// Another scene, or the same from its start, has its own tools; what was recorded was of the one
+// before.
+void HeadsetLoop::follow_history()
+{
+    state = live->state();
+    if (state->history == history) return;
+    const bool first = history == 0;
+    history = state->history;
+    if (!state->scene) return;
+    const Scene& scene = state->scene->scene;
+    const HandsRule rule_now = live_hands(scene);
+    hands.set(rule_now);
+    if (!scene.has_hands) live->set_hands(rule_now);
+    // A stepped session begins each history at 0.
+    if (rule.stepped && !first) time = SessionTime(scene.frame_rate);
+    ran = ran && !rule.stepped;
+    recorded_from = time.time();
+    end.hands.frames.clear();
+}
+
+// What is drawn moves at any time, what shapes only while time goes on.
+void HeadsetLoop::push(HandFrame given, bool runs, double now)
+{
+    if (anew) given.hand[left].tracked = given.hand[right].tracked = false;
+    anew = false;
+    given.time = tick.time;
+    hands.push(given);
+    std::vector<HandFrame>& kept = end.hands.frames;
+    given.time = now - recorded_from;
+    if (!runs || (!kept.empty() && !(given.time > kept.back().time))) return;
+    if (kept.size() >= longest_recording && !recording_full)
+        rule.tell("an hour of hands was recorded; what follows is not");
+    recording_full = kept.size() >= longest_recording;
+    if (recording_full) kept.pop_back();
+    kept.push_back(given);
+    given.time = now;
+    live->push(given);
+    ++frames;
+}
+
 // Hands to the simulation, which goes on to this frame's time, and its newest state.
 void HeadsetLoop::simulate(const Sight& sight, bool runs, FrameParts& parts)
 {
+    follow_history();
     const double now = time.frame(tick.time, runs && ran);
     ran = runs;
     if (!rule.stepped) clock.set(now, wall(), runs ? tick.period : 0);
-    if (runs && (frames == 0 || now > end.hands.frames.back().time)) {
-        HandFrame given = hand_frame(sight, workplace, now);
-        if (anew) given.hand[left].tracked = given.hand[right].tracked = false;
-        anew = false;
-        live->push(given);
-        hands.push(given);
-        if (end.hands.frames.size() >= longest_recording && !recording_full)
-            rule.tell("an hour of hands was recorded; what follows is not");
-        recording_full = end.hands.frames.size() >= longest_recording;
-        if (recording_full)
-            end.hands.frames.back() = given;
-        else
-            end.hands.frames.push_back(given);
-        ++frames;
-    }
+    push(hand_frame(sight, workplace, now), runs, now);
     if (rule.stepped && runs) live->advance_to(now);
     const auto before = state;
     state = live->state();
-    if (!state->trouble.empty() && (!before || before->trouble.empty()))
+    if (!state->trouble.empty() && before->trouble.empty())
         rule.tell("the simulation has ended: " + state->trouble);
     // The state shows what a hand did when its frame began.
     const double computing = rule.stepped ? 0 : state->frame.times.solver;
-    parts.latency = now - (state->time - computing);
+    parts.latency = std::max(0.0, now - (state->time - computing));
+}
+
+void HeadsetLoop::poke(const Sight& sight)
+{
+    if (!rule.panel) return;
+    const Joint<float> at = HeadsetPanel::pose(rule.workplace, panel_side);
+    for (const Side side : {left, right}) {
+        const Hand hand = in_hands(workplace, sight.hands[std::size_t(side)].hand);
+        const Vec3<float> tip = rotate(conjugate(at.q), hand.joints[index_tip].p - at.p);
+        const bool seen = hand.tracked && hand.valid[index_tip];
+        if (const auto command = panel.poke(side, tip, seen)) obey(*command, sight);
+    }
+}
+
+void HeadsetLoop::obey(const PanelCommand& command, const Sight& sight)
+{
+    panel_age = 0;
+    switch (command.act) {
+        case PanelAct::pause:
+            paused = !paused;
+            return;
+        case PanelAct::recentre:
+            workplace = before_head(head_of(sight), rule.workplace);
+            return;
+        case PanelAct::side:
+            panel_side = panel_side == left ? right : left;
+            return;
+        case PanelAct::quit:
+            leaving = true;
+            headset->leave();
+            return;
+        default:
+            desk.apply(command, *state, *live, hands);
+            if (rule.stepped) live->settle();
+    }
 }
 
 void HeadsetLoop::show_state()
@@ -202,17 +266,44 @@ void HeadsetLoop::show_state()
     painter->set_hands(hands.looks());
 }
 
+void HeadsetLoop::draw_panel(const EyeView& view, const EyeTarget& to)
+{
+    constexpr int fine = 3, often = 9;  // texels a pixel; frames from graph to graph
+    if (!quad)
+        quad = std::make_unique<PanelQuad>(fine * HeadsetPanel::width, fine * HeadsetPanel::height,
+                                           to.linear);
+    if (panel_age++ % (2 * often) == 0) {  // both eyes count
+        PanelView shown = desk.view(*state, hands);
+        shown.paused = paused;
+        PanelCanvas canvas(HeadsetPanel::width, HeadsetPanel::height, fine);
+        panel.draw(canvas, shown, end.figures);
+        quad->upload(canvas);
+    }
+    const Joint<float> at = HeadsetPanel::pose(rule.workplace, panel_side);
+    const float x = 0.5f * HeadsetPanel::width * HeadsetPanel::pixel;
+    const float y = 0.5f * HeadsetPanel::height * HeadsetPanel::pixel;
+    std::array<Vec3<float>, 4> corners{{{-x, y, 0}, {x, y, 0}, {-x, -y, 0}, {x, -y, 0}}};
+    for (Vec3<float>& corner : corners)
+        corner =
+            cast<float>(hands.rule().at) + float(hands.rule().zoom) * (at.p + rotate(at.q, corner));
+    quad->draw(corners, view, to);
+}
+
 void HeadsetLoop::draw(const Sight& sight)
 {
     show_state();
-    const EyeLook look = look_of(state->scene->scene, headset->facts().see_through);
+    static const Scene none{};
+    const Scene& scene = state->scene ? state->scene->scene : none;
+    const EyeLook look = look_of(scene, headset->facts().see_through);
     for (int eye = 0; eye < 2; ++eye) {
         const EyeTexture& to = sight.targets[std::size_t(eye)];
         glNamedFramebufferTexture(target, GL_COLOR_ATTACHMENT0, to.colour, 0);
         glNamedFramebufferTexture(target, GL_DEPTH_ATTACHMENT, to.depth ? to.depth : own_depth, 0);
         const EyeView view = eye_view(sight.eyes[std::size_t(eye)], to.width, to.height, workplace,
                                       hands.rule(), float(rule.nearest));
-        painter->paint(view, look, {target, 0, 0, to.srgb}, eye);
+        const EyeTarget into{target, 0, 0, to.srgb};
+        painter->paint(view, look, into, eye);
+        if (rule.panel) draw_panel(view, into);
     }
     glNamedFramebufferTexture(target, GL_COLOR_ATTACHMENT0, 0, 0);
     glNamedFramebufferTexture(target, GL_DEPTH_ATTACHMENT, 0, 0);

@@ -10,6 +10,8 @@
 #include "host/session/headset_hands.h"
 #include "host/session/headset_time.h"
 #include "host/session/live.h"
+#include "host/session/panel_desk.h"
+#include "host/session/panel_quad.h"
 
 namespace knead {
 
@@ -21,6 +23,9 @@ struct HeadsetLoopRule {
     bool stepped = false;
     bool recorded = false;  // the scene's recorded hands move the tools, the user watches
     Workplace workplace;
+    bool panel = true;
+    std::string scene;                  // its file: the panel offers those beside it
+    std::vector<std::string> settings;  // that go with it
     int frames = 0;         // of the simulation's time, in frames of the display; 0: until it ends
     double nearest = 0.05;  // nothing nearer to an eye is drawn [m]
     int samples = 1;        // of a pixel
@@ -53,7 +58,12 @@ class HeadsetLoop {
     bool turn();
     void frame(const News& news);
     void simulate(const Sight& sight, bool runs, FrameParts& parts);
+    void push(HandFrame given, bool runs, double now);
+    void follow_history();
     void draw(const Sight& sight);
+    void draw_panel(const EyeView& view, const EyeTarget& to);
+    void poke(const Sight& sight);
+    void obey(const PanelCommand& command, const Sight& sight);
     void show_state();
     void look_for_end(const News& news);
     void make_targets();
@@ -77,6 +87,15 @@ class HeadsetLoop {
     bool leaving = false;
     int frames = 0;  // of the session's time
     bool recording_full = false;
+    int history = 0;           // of the state that is followed
+    double recorded_from = 0;  // the session's time at its begin [s]
+
+    HeadsetPanel panel;
+    PanelDesk desk;
+    std::unique_ptr<PanelQuad> quad;
+    Side panel_side = left;
+    bool paused = false;
+    int panel_age = 0;  // frames since it was painted; 0: it must be
 };
 
 }  // namespace knead

@@ -15,6 +15,8 @@
 
 #include "host/base/child.h"
 #include "host/base/errors.h"
+#include "host/hands/recording.h"
+#include "host/session/headset_panel.h"
 #include "tests/folder.h"
 
 namespace knead {
@@ -92,6 +94,7 @@ class KneadVr : public InFolder {
         words.insert(words.end(), scene.begin(), scene.end());
         for (const char* word : {"--binding", "egl", "--place", "0,0,0", "--json", "--quiet"})
             words.push_back(word);
+        if (!panel) words.push_back("--no-panel");
         words.insert(words.end(), more.begin(), more.end());
         std::string said;
         const int code = output_of(words, said, 300);
@@ -122,6 +125,7 @@ class KneadVr : public InFolder {
         EXPECT_EQ(log.back()["wrong"], 0) << "no call broke OpenXR's rules, and nothing leaked";
     }
 
+    bool panel = false;
     Json report;
     std::vector<Json> log;
 };
@@ -245,6 +249,56 @@ TEST_F(KneadVr, gives_up_on_a_runtime_that_stays_away_and_keeps_the_work)
     EXPECT_NE(report["reason"].get<std::string>().find("did not come back"), std::string::npos);
     for (const char* file : {"headset.json", "mesh.glb", "hands.hands"})
         EXPECT_TRUE(fs::exists(path("out") + "/" + file)) << file;
+}
+
+// A right hand whose index finger goes through what is at `target` of the panel, and back.
+Recording poking(PanelAct target)
+{
+    const HeadsetPanel panel;
+    const PanelItem* item = nullptr;
+    for (const PanelItem& one : panel.items())
+        if (one.command.act == target && !item) item = &one;
+    const Joint<float> at = HeadsetPanel::pose(Workplace{{0, 0, 0}, 0}, left);
+    const float x = item->rect.x + 0.5f * item->rect.width - 0.5f * HeadsetPanel::width;
+    const float y = 0.5f * HeadsetPanel::height - item->rect.y - 0.5f * item->rect.height;
+    Recording recording{"poke", 90, 0, {}};
+    for (int k = 0; k < 60; ++k) {
+        const float z = 0.06f - 0.05f * std::min(float(k) / 30, 1.0f) - 0.012f * float(k / 30);
+        const Vec3<float> tip{HeadsetPanel::pixel * x, HeadsetPanel::pixel * y, z};
+        HandFrame frame;
+        frame.time = k / 90.0;
+        Hand& hand = frame.hand[right] = open_hand(right);
+        const Vec3<float> shift = at.p + rotate(at.q, tip) - hand.joints[index_tip].p;
+        for (auto& joint : hand.joints) joint.p = joint.p + shift;
+        hand.tracked = true;
+        hand.valid.fill(true);
+        for (auto& joint : frame.hand[left].joints) joint = {{0, 0, 0, 0}, {0, 0, 0}};
+        recording.frames.push_back(frame);
+    }
+    return recording;
+}
+
+TEST_F(KneadVr, is_left_by_a_finger_on_quit_and_paused_by_one_on_pause)
+{
+    panel = true;
+    Json script = squeeze();
+    script["render_every"] = 20;
+    script["hands"] = path("poke.hands");
+    write_recording(path("poke.hands"), poking(PanelAct::quit));
+    EXPECT_EQ(vr(script, {"--frames", "500"}), exit_ok);
+    expect_sound();
+    EXPECT_EQ(report["reason"], "");
+    EXPECT_GT(report["simulation"]["frames"], 20);
+    EXPECT_LT(report["simulation"]["frames"], 60);
+    EXPECT_GT(report["drawn"], 0);
+
+    // Time stands still once it is paused: the runtime has to end it.
+    write_recording(path("poke.hands"), poking(PanelAct::pause));
+    script["faults"] = {{{"kind", "exit"}, {"frame", 200}}};
+    EXPECT_EQ(vr(script, {"--frames", "500"}), exit_ok);
+    expect_sound();
+    EXPECT_GT(report["simulation"]["frames"], 20);
+    EXPECT_LT(report["simulation"]["frames"], 60);
 }
 
 TEST_F(KneadVr, without_a_runtime_ends_at_once_with_a_message)

@@ -1,0 +1,39 @@
+// A small picture of flat colours and plain capital letters, for a panel in the headset.
+#pragma once
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace knead {
+
+struct PanelRect {
+    float x = 0, y = 0, width = 0, height = 0;  // from the upper left corner [pixels]
+    bool holds(float px, float py) const
+    {
+        return px >= x && px < x + width && py >= y && py < y + height;
+    }
+};
+struct PanelColour {
+    std::uint8_t r, g, b;  // sRGB
+};
+
+// Letters are `letter_height` high, and `letter_step` apart.
+constexpr int letter_height = 7, letter_step = 6;  // [pixels]
+
+class PanelCanvas {
+  public:
+    // `fine`: texels a pixel, in each direction.
+    PanelCanvas(int width, int height, int fine);
+    void fill(const PanelRect& rect, PanelColour colour);
+    // Capitals, digits and . , : - + / % ( ) < > _; what is not known is a blank. Cut at the edge.
+    void text(float x, float y, const std::string& words, PanelColour colour);
+    int width() const { return wide; }  // [texels]
+    int height() const { return high; }
+    const std::vector<std::uint8_t>& rgba() const { return texels; }  // top row first
+
+  private:
+    int fine, wide, high;
+    std::vector<std::uint8_t> texels;
+};
+
+}  // namespace knead
