@@ -38,8 +38,9 @@ UpkeepReport SplatUpkeep::after(int frame, Solver& solver)
         report.split = done.split, report.waiting += done.waiting;
     }
     if (rule.refills) {
-        const RefillReport done = refill(splats, gaussians, solver.particles(),
-                                         spacings(solver.rules(), gaussians, refilled), rule.refill, walls);
+        const std::vector<double> s = spacings(solver.rules(), gaussians, refilled);
+        const RefillReport done =
+            refill(splats, gaussians, solver.particles(), s, rule.refill, walls);
         report.added = done.added, report.waiting += done.waiting;
     }
     if (report.split + report.added > 0) solver.set_gaussians(gaussians);
