@@ -23,8 +23,13 @@ std::vector<double> spacings(const Setup& rules, const std::vector<Gaussian<doub
 SplatUpkeep::SplatUpkeep(const UpkeepRule& by, SplatCloud cloud)
     : rule(by), splats(carried(std::move(cloud)))
 {
-    if (rule.capacity == 0) rule.capacity = 3 * splats.count();
-    rule.split.capacity = rule.refill.capacity = rule.capacity;
+    expect(0);
+}
+
+void SplatUpkeep::expect(std::size_t more)
+{
+    const std::size_t most = rule.capacity > 0 ? rule.capacity : 3 * (splats.count() + more);
+    rule.split.capacity = rule.refill.capacity = most;
 }
 
 UpkeepReport SplatUpkeep::after(int frame, Solver& solver)
