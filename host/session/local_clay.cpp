@@ -84,6 +84,7 @@ LocalClay::LocalClay(const Scene& scene, int object, SplatCloud of, SplatUpkeep&
     if (moving.cloud().count() == 0) moving.state().cloud.degree = cloud.degree;
     if (moving.cloud().degree != cloud.degree)
         throw std::invalid_argument("splats that move and splats that stand, of other harmonics");
+    moving.expect(cloud.count());
     moving.refill_below(int(scene.setup.materials.size()));
     for (std::size_t i = 0; i < cloud.count(); ++i) put(std::uint32_t(i));
 }

@@ -160,8 +160,8 @@ class Solver {
     // Gaussians at these places [m], undeformed, that follow an object's clay from now on, and are
     // moved and removed with it.
     virtual void attach(int object, const std::vector<Vec3<double>>& places);
-    // All Gaussians at once, deformed as they are, in this order from now on. The clay does not hear
-    // of it: its next frame has the same bits.
+    // All Gaussians at once, deformed as they are, in this order from now on. The clay does not
+    // hear of it: its next frame has the same bits.
     virtual void set_gaussians(const std::vector<Gaussian<double>>& all);
     // The setup as edited, without particles and Gaussians. A removed object's material is all
     // zero.

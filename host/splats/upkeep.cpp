@@ -23,8 +23,13 @@ std::vector<double> spacings(const Setup& rules, const std::vector<Gaussian<doub
 SplatUpkeep::SplatUpkeep(const UpkeepRule& by, SplatCloud cloud)
     : rule(by), splats(carried(std::move(cloud)))
 {
-    if (rule.capacity == 0) rule.capacity = 3 * splats.count();
-    rule.split.capacity = rule.refill.capacity = rule.capacity;
+    expect(0);
+}
+
+void SplatUpkeep::expect(std::size_t more)
+{
+    const std::size_t most = rule.capacity > 0 ? rule.capacity : 3 * (splats.count() + more);
+    rule.split.capacity = rule.refill.capacity = most;
 }
 
 UpkeepReport SplatUpkeep::after(int frame, Solver& solver)
@@ -38,8 +43,9 @@ UpkeepReport SplatUpkeep::after(int frame, Solver& solver)
         report.split = done.split, report.waiting += done.waiting;
     }
     if (rule.refills) {
-        const RefillReport done = refill(splats, gaussians, solver.particles(),
-                                         spacings(solver.rules(), gaussians, refilled), rule.refill, walls);
+        const std::vector<double> s = spacings(solver.rules(), gaussians, refilled);
+        const RefillReport done =
+            refill(splats, gaussians, solver.particles(), s, rule.refill, walls);
         report.added = done.added, report.waiting += done.waiting;
     }
     if (report.split + report.added > 0) solver.set_gaussians(gaussians);

@@ -31,6 +31,8 @@ class SplatUpkeep {
     const CarriedSplats& state() const { return splats; }
     void set_state(CarriedSplats state) { splats = std::move(state); }
     CarriedSplats& state() { return splats; }  // of who brings Gaussians and takes them away
+    // There may come so many more, which the default of the capacity is to hear of.
+    void expect(std::size_t more);
     // From this object on none gets new splats: where all but one side of the clay is out of sight.
     void refill_below(int object) { refilled = object; }
     bool any() const { return rule.any() && splats.count() > 0; }
