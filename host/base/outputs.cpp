@@ -15,6 +15,7 @@
 #include <utility>
 
 #include "host/base/errors.h"
+#include "host/base/interrupt.h"
 
 namespace knead {
 namespace fs = std::filesystem;
@@ -117,6 +118,7 @@ int flush(int file)
 // Whether the folder takes files.
 void probe(const std::string& folder)
 {
+    const EndHeld held;
     try {
         const PartialFile file((fs::path(folder) / ".knead-probe").string());
     } catch (const OutputError& e) {
@@ -169,6 +171,7 @@ void PartialFile::put_in_place()
 
 void write_whole(const std::string& file, const std::string& bytes)
 {
+    const EndHeld held;  // so that half a file is not left lying about
     PartialFile partial(file);
     partial.write(bytes);
     partial.put_in_place();
@@ -226,6 +229,7 @@ void prepare_file(const std::string& file, bool overwrite)
     std::error_code problem;
     if (fs::is_directory(path, problem)) fail(file, "is a folder");
     if (!overwrite) refuse_existing(path);
+    const EndHeld held;
     const PartialFile probe(file);
 }
 

@@ -62,7 +62,7 @@ int convert_verb(const ConvertOptions& o)
         prepare_file(o.out, o.overwrite);
         write_recording(o.out, recording);
     } else if (kind == FileKind::mesh) {
-        check_ending(o.out, {".glb", ".obj", ".ply"}, "a mesh");
+        check_ending(o.out, {".glb", ".obj", ".ply", ".stl"}, "a mesh");
         const std::vector<Mesh> meshes = read_mesh(o.in);
         prepare_file(o.out, o.overwrite);
         write_mesh(o.out, meshes);

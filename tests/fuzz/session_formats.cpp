@@ -33,7 +33,8 @@ const char* const small_scenes[] = {
 "hands": {"recording": "squeeze", "zoom": 1.0}, "rest": {"mode": "sleep", "frames": 2},
 "surface": {"nodes": 32}, "seed": 3})",
     R"({"schema": "knead.scene/1",
-"domain": {"edge": 1.0, "cells": [16, 24, 8]}, "clock": "paper", "paper": {"substeps": 5, "dt": 1e-4},
+"domain": {"edge": 1.0, "cells": [16, 24, 8]},
+"clock": "paper", "paper": {"substeps": 5, "dt": 1e-4},
 "walls": {"min": [0.1, 0.1, 0.1], "max": [0.5, 0.8, 0.3]},
 "objects": [
  {"name": "a", "shape": "box", "centre": [0.3, 0.3, 0.2], "size": [0.2, 0.2, 0.15],
