@@ -211,8 +211,17 @@ void add_render(CLI::App& app, Verb& chosen)
 {
     static RenderOptions o;
     CLI::App* render = app.add_subcommand("render", "Draw files of splats (.ply .splat .spz)");
-    render->add_option("FILE", o.files, "Splats; several are one scene")->required();
-    render->add_option("--out", o.out, "Picture (.png)")->required();
+    render->add_option("FILE", o.files, "Splats; several are one scene. Or the folder of a run")
+        ->required();
+    render->add_option("--out", o.out, "Picture (.png)");
+    render->add_option(
+        "--video", o.video,
+        "Video (.mp4 .mkv .webm .mov .avi) of an orbit, a path, or a run's pictures");
+    render->add_option("--rate", o.rate, "Frames per second of the video")
+        ->capture_default_str()
+        ->check(between(1, 240));
+    render->add_option("--path", o.path,
+                       "File of the places that the camera passes (knead.path/1)");
     render->add_option("--eye", o.eye, "x,y,z: where it is seen from [m]; otherwise from before");
     render->add_option("--at", o.at, "x,y,z: what is looked at [m]; otherwise the middle");
     render->add_option("--up", o.up, "The axis that points upwards: x, y, z or =-x, =-y, =-z")
@@ -280,7 +289,7 @@ void add_bench(CLI::App& app, Verb& chosen)
         app.add_subcommand("bench", "Measure the speed of this machine on the squeeze");
     bench->add_option(
         "SUITE", o.suites,
-        "stages, paper, scale, surface, localized, deterministic, targets; none: all");
+        "stages, paper, scale, surface, localized, deterministic, splats, targets; none: all");
     bench->add_option("--device", o.device, "auto, cuda, cuda:N or cpu")->capture_default_str();
     bench->add_option("--out", o.out,
                       "Folder for results; profiling/results/<device> if not given");

@@ -1,4 +1,4 @@
-// knead render: pictures of files of splats.
+// knead render: pictures and videos of files of splats; videos of the pictures of a run.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -13,10 +13,14 @@
 #include "host/base/interrupt.h"
 #include "host/base/outputs.h"
 #include "host/base/paths.h"
+#include "host/cli/camera_path.h"
 #include "host/cli/verbs.h"
 #include "host/files/image.h"
 #include "host/files/splat_file.h"
+#include "host/files/video.h"
 #include "host/session/device.h"
+#include "host/session/frame_writer.h"
+#include "host/session/splat_picture.h"
 #include "host/splats/generate.h"
 #include "host/splats/gpu_raster.h"
 
@@ -26,6 +30,7 @@ namespace {
 using V = Vec3<double>;
 constexpr double eyes_apart = 0.064;  // [m]
 constexpr int max_side = 8192;        // pixels
+constexpr double max_frames = 1e5;    // of a path
 
 [[noreturn]] void refuse(const std::string& option, const std::string& expected,
                          const std::string& found)
@@ -128,17 +133,27 @@ Ball most_of(const SplatCloud& cloud)
     return {cast<double>(centre), std::max(double(at_share(0.9)), 1e-6)};
 }
 
+// Frame by frame where the eyes are.
 struct Path {
     V from, to, up;
     double tangent;
     Size size;
     bool stereo;
+    int frames = 1;
+    double rate = 30;             // frames a second
+    std::vector<CameraKey> keys;  // empty: turned about the line upwards through `to`
 
-    // Turned about the line upwards through what is looked at.
-    std::vector<Eye<float>> eyes(double angle) const
+    View view(int frame) const
     {
-        const V away = rotate(turn_about(up, angle), from - to), head = to + away;
-        const Eye<float> one = eye_looking(head, to, tangent, size.width, size.height, up);
+        if (!keys.empty()) return view_at(keys, keys.front().time + frame / rate);
+        const double angle = 2 * std::numbers::pi * frame / frames;
+        return {to + rotate(turn_about(up, angle), from - to), to};
+    }
+
+    std::vector<Eye<float>> eyes(int frame) const
+    {
+        const auto [head, at] = view(frame);
+        const Eye<float> one = eye_looking(head, at, tangent, size.width, size.height, up);
         if (!stereo) return {one};
         const V right = rotation(cast<double>(one.rotation)).a;
         std::vector<Eye<float>> two;
@@ -150,6 +165,17 @@ struct Path {
     }
 };
 
+void read_keys(const RenderOptions& o, Path& path)
+{
+    if (o.path.empty()) return;
+    path.keys = read_camera_path(o.path);
+    const double frames = (path.keys.back().time - path.keys.front().time) * path.rate;
+    if (!(frames < max_frames))
+        throw UsageError(
+            fmt::format("--path: {:.0f} frames; at most {} are made", frames, max_frames));
+    path.frames = int(std::floor(frames + 1e-6)) + 1;
+}
+
 Path path_of(const RenderOptions& o, const SplatCloud& cloud)
 {
     const Ball ball = most_of(cloud);
@@ -157,6 +183,7 @@ Path path_of(const RenderOptions& o, const SplatCloud& cloud)
     path.size = parse_size(o.size), path.up = parse_up(o.up), path.stereo = o.stereo;
     path.tangent = std::tan(o.field * std::numbers::pi / 360);
     path.to = o.at.empty() ? ball.centre : triple("--at", o.at);
+    path.frames = std::max(o.orbit, 1), path.rate = o.rate;
     if (!o.eye.empty()) {
         path.from = triple("--eye", o.eye);
     } else {
@@ -168,42 +195,101 @@ Path path_of(const RenderOptions& o, const SplatCloud& cloud)
                                   (std::cos(0.25) * front + std::sin(0.25) * path.up);
     }
     if (!(length(path.from - path.to) > 1e-9)) throw UsageError("--eye: it is where it looks at");
+    read_keys(o, path);
     return path;
 }
 
-// Side by side.
-Image image_of(const std::vector<Picture>& pictures)
-{
-    Image image{0, pictures.at(0).height, {}};
-    for (const Picture& p : pictures) image.width += p.width;
-    const auto byte = [](float c) {
-        return std::uint8_t(std::lround(255 * std::clamp(c, 0.0f, 1.0f)));
-    };
-    for (int y = 0; y < image.height; ++y)
-        for (const Picture& p : pictures)
-            for (int x = 0; x < p.width; ++x) {
-                const Vec3<float> c =
-                    p.colour[std::size_t(y) * std::size_t(p.width) + std::size_t(x)];
-                image.rgb.insert(image.rgb.end(), {byte(c.x), byte(c.y), byte(c.z)});
-            }
-    return image;
-}
-
-// OUT, or for a frame of an orbit OUT with its number before the ending.
+// OUT, or of several frames OUT with the number before the ending.
 std::string name_of(const RenderOptions& o, int frame)
 {
-    if (o.orbit == 0) return o.out;
+    if (o.orbit == 0 && o.path.empty()) return o.out;
     std::filesystem::path path = o.out;
     path.replace_filename(path.stem().string() + fmt::format("_{:04}.png", frame));
     return path.string();
+}
+
+void check_options(const RenderOptions& o)
+{
+    if (o.out.empty() && o.video.empty())
+        throw UsageError("knead render needs --out PICTURE.png, --video FILE, or both");
+    if (!o.out.empty() && ending(o.out) != ".png")
+        throw UsageError("--out: expected a file ending in .png, found \"" + o.out + "\"");
+    const std::vector<std::string> forms{".mp4", ".mkv", ".webm", ".mov", ".avi"};
+    if (!o.video.empty() && std::find(forms.begin(), forms.end(), ending(o.video)) == forms.end())
+        throw UsageError(
+            "--video: expected a file ending in .mp4, .mkv, .webm, .mov or .avi, "
+            "found \"" +
+            o.video + "\"");
+    if (!o.path.empty() && (o.orbit > 0 || !o.eye.empty() || !o.at.empty()))
+        throw UsageError("--path: it says all that --orbit, --eye and --at say");
+}
+
+// Nothing is drawn that could not be kept.
+std::unique_ptr<Video> video_of(const RenderOptions& o, int width, int height)
+{
+    if (o.video.empty()) return nullptr;
+    prepare_file(o.video, o.overwrite);
+    return Video::open(o.video, width, height, o.rate);
+}
+
+// The pictures of a run, in their order, as a video; at --rate.
+int run_video(const RenderOptions& o)
+{
+    if (!o.out.empty() || !o.path.empty() || o.orbit > 0 || o.stereo)
+        throw UsageError(o.files[0] + ": of the pictures of a run, only a --video is made");
+    const std::vector<std::string> pictures = pictures_in(o.files[0]);
+    if (pictures.empty())
+        throw InputError(o.files[0] +
+                         ": expected the folder of a run with pictures, or files of splats");
+    const Image first = read_png(pictures[0]);
+    const std::unique_ptr<Video> video = video_of(o, first.width, first.height);
+    watch_interrupts();
+    for (const std::string& file : pictures) {
+        if (interrupted()) break;
+        const Image image = read_png(file);
+        if (image.width != first.width || image.height != first.height)
+            throw InputError(fmt::format("{}: {} x {} pixels, but {} has {} x {}", file,
+                                         image.width, image.height, pictures[0], first.width,
+                                         first.height));
+        video->add(image);
+    }
+    video->close();
+    if (!o.quiet) std::printf("%s\n", o.video.c_str());
+    return interrupted() ? 128 + interrupted() : int(exit_ok);
+}
+
+// Frame by frame; what is drawn is written at once.
+void draw_frames(const RenderOptions& o, const Path& path, const SplatCloud& cloud,
+                 SplatFrame& frame, Device device, Video* video)
+{
+    std::unique_ptr<GpuRaster> gpu;
+    if (device.kind == DeviceKind::cuda) gpu = std::make_unique<GpuRaster>(cloud, 0, device.index);
+    for (int k = 0; k < path.frames && !interrupted(); ++k) {
+        frame.eyes = path.eyes(k);
+        const Image image =
+            image_of(gpu                                     ? gpu->pictures(frame)
+                     : device.kind == DeviceKind::cpu_double ? exact_raster(cloud, frame)
+                                                             : cpu_raster(cloud, frame));
+        if (video) video->add(image);
+        if (o.out.empty()) continue;
+        write_png(name_of(o, k), image);
+        if (!o.quiet) std::printf("%s\n", name_of(o, k).c_str());
+    }
+    if (!video) return;
+    video->close();
+    if (!o.quiet) std::printf("%s\n", o.video.c_str());
 }
 
 }  // namespace
 
 int render_verb(const RenderOptions& o)
 {
-    if (ending(o.out) != ".png")
-        throw UsageError("--out: expected a file ending in .png, found \"" + o.out + "\"");
+    check_options(o);
+    std::error_code nobody_asks;
+    if (o.files.size() == 1 && std::filesystem::is_directory(o.files[0], nobody_asks))
+        return run_video(o);
+    if (!o.video.empty() && o.orbit == 0 && o.path.empty())
+        throw UsageError("--video: of splats it needs --orbit FRAMES or --path FILE");
     const Device device = resolved(parse_device(o.device));
     SplatCloud cloud = read_all(o.files, o.quiet);
     sort_by_place(cloud);
@@ -211,20 +297,12 @@ int render_verb(const RenderOptions& o)
     SplatFrame frame;
     frame.rule.antialiased = cloud.antialiased;
     if (!o.background.empty()) frame.background = cast<float>(triple("--background", o.background));
-    const int frames = std::max(o.orbit, 1);
-    for (int k = 0; k < frames; ++k) prepare_file(name_of(o, k), o.overwrite);
-    std::unique_ptr<GpuRaster> gpu;
-    if (device.kind == DeviceKind::cuda) gpu = std::make_unique<GpuRaster>(cloud, 0, device.index);
+    if (!o.out.empty())
+        for (int k = 0; k < path.frames; ++k) prepare_file(name_of(o, k), o.overwrite);
+    const std::unique_ptr<Video> video =
+        video_of(o, path.size.width * (path.stereo ? 2 : 1), path.size.height);
     watch_interrupts();
-    for (int k = 0; k < frames && !interrupted(); ++k) {
-        frame.eyes = path.eyes(2 * std::numbers::pi * k / frames);
-        const std::string file = name_of(o, k);
-        write_png(file,
-                  image_of(gpu                                     ? gpu->pictures(frame)
-                           : device.kind == DeviceKind::cpu_double ? exact_raster(cloud, frame)
-                                                                   : cpu_raster(cloud, frame)));
-        if (!o.quiet) std::printf("%s\n", file.c_str());
-    }
+    draw_frames(o, path, cloud, frame, device, video.get());
     return interrupted() ? 128 + interrupted() : int(exit_ok);
 }
 

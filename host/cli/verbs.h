@@ -78,8 +78,10 @@ struct ConvertOptions {
 int convert_verb(const ConvertOptions& options);
 
 struct RenderOptions {
-    std::vector<std::string> files;  // of splats
-    std::string out;                 // .png
+    std::vector<std::string> files;  // of splats; or one folder: that of a run with pictures
+    std::string out, video;          // .png; .mp4 and others; at least one of both
+    std::string path;                // file of keys of a camera; "": none
+    double rate = 30;                // frames per second of the video
     std::string device = "auto";
     std::string size = "1280x960";
     std::string eye, at;     // "x,y,z" [m]; "": so that most is seen

@@ -1,5 +1,6 @@
 // A picture, and its file.
 #pragma once
+#include <cstddef>
 #include <cstdint>
 #include <string>
 #include <vector>
@@ -11,6 +12,10 @@ struct Image {
     std::vector<std::uint8_t> rgb;  // 3 * width * height, sRGB, top row first
 };
 
+constexpr std::size_t max_picture_pixels = std::size_t(1) << 26;  // of one that is read
+
+// Reads a PNG of any kind as 8 bits a colour; throws InputError with path and reason.
+Image read_png(const std::string& path);
 // Writes a PNG, whole or not at all; throws OutputError with path and reason.
 void write_png(const std::string& path, const Image& image);
 

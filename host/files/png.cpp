@@ -1,7 +1,8 @@
-// Pictures to PNG files.
+// Pictures to PNG files and back.
 #include <png.h>
 
 #include "host/base/errors.h"
+#include "host/base/json_reader.h"
 #include "host/base/outputs.h"
 #include "host/files/image.h"
 
@@ -46,6 +47,28 @@ void write_png(const std::string& path, const Image& image)
 {
     check(path, image);
     write_whole(path, encoded(path, image));
+}
+
+Image read_png(const std::string& path)
+{
+    const auto refuse = [&](const std::string& why) {
+        throw InputError(path + ": no picture that can be read: " + why);
+    };
+    const std::string bytes = read_text(path, std::size_t(1) << 30);
+    png_image head{};
+    head.version = PNG_IMAGE_VERSION;
+    if (!png_image_begin_read_from_memory(&head, bytes.data(), bytes.size())) refuse(head.message);
+    if (std::size_t(head.width) * head.height > max_picture_pixels) {
+        png_image_free(&head);
+        refuse(std::to_string(head.width) + " x " + std::to_string(head.height) +
+               " pixels; expected at most " + std::to_string(max_picture_pixels) + " in all");
+    }
+    head.format = PNG_FORMAT_RGB;
+    Image image{int(head.width), int(head.height), {}};
+    image.rgb.resize(PNG_IMAGE_SIZE(head));
+    const png_color black{0, 0, 0};  // what shows through is drawn over it
+    if (!png_image_finish_read(&head, &black, image.rgb.data(), 0, nullptr)) refuse(head.message);
+    return image;
 }
 
 }  // namespace knead

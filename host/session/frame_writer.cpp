@@ -32,6 +32,20 @@ bool is_picture_name(const std::string& name)
 
 std::string picture_name(int frame) { return fmt::format("frame_{:05}.png", frame); }
 
+std::vector<std::string> pictures_in(const std::string& run)
+{
+    std::error_code problem;
+    std::vector<std::string> names;
+    const fs::path folder = fs::path(run) / "pictures";
+    for (fs::directory_iterator at(folder, problem), end; !problem && at != end;
+         at.increment(problem))
+        if (is_picture_name(at->path().filename().string())) names.push_back(at->path().string());
+    std::sort(names.begin(), names.end(), [](const std::string& a, const std::string& b) {
+        return a.size() != b.size() ? a.size() < b.size() : a < b;  // numbers beyond five digits
+    });
+    return names;
+}
+
 void remove_pictures(const std::string& folder)
 {
     std::error_code problem;

@@ -21,6 +21,8 @@ std::vector<DrawPrimitive> draw_primitives(const Rig& rig, const std::vector<Joi
 
 // frame_00010.png
 std::string picture_name(int frame);
+// The paths of the pictures in the folder of a run, by their numbers.
+std::vector<std::string> pictures_in(const std::string& run);
 // Removes the pictures that an earlier run left in the folder: files of exactly such names, and
 // nothing else. Throws OutputError.
 void remove_pictures(const std::string& folder);

@@ -16,6 +16,21 @@ Eye<float> eye_of(const Camera& camera)
 
 }  // namespace
 
+Image image_of(const std::vector<Picture>& pictures)
+{
+    Image image{0, pictures.at(0).height, {}};
+    for (const Picture& p : pictures) image.width += p.width;
+    const auto byte = [](float c) { return std::uint8_t(std::lround(255 * clamp(c, 0.0f, 1.0f))); };
+    for (int y = 0; y < image.height; ++y)
+        for (const Picture& p : pictures)
+            for (int x = 0; x < p.width; ++x) {
+                const Vec3<float> c =
+                    p.colour[std::size_t(y) * std::size_t(p.width) + std::size_t(x)];
+                image.rgb.insert(image.rgb.end(), {byte(c.x), byte(c.y), byte(c.z)});
+            }
+    return image;
+}
+
 Image with_splats(const Image& image, const std::vector<float>& depths, const Camera& camera,
                   const SplatCloud& cloud, const std::vector<Gaussian<double>>& gaussians)
 {
@@ -34,15 +49,7 @@ Image with_splats(const Image& image, const std::vector<float>& depths, const Ca
         frame.moved_centre.push_back(cast<float>(g.x));
         frame.moved_F.push_back({cast<float>(g.F.a), cast<float>(g.F.b), cast<float>(g.F.c)});
     }
-    const Picture picture = cpu_raster(cloud, frame).front();
-    Image whole = image;
-    for (std::size_t i = 0; i < picture.pixels(); ++i) {
-        const Vec3<float> c = picture.colour[i];
-        const float rgb[3] = {c.x, c.y, c.z};
-        for (std::size_t k = 0; k < 3; ++k)
-            whole.rgb[3 * i + k] = std::uint8_t(std::lround(255 * clamp(rgb[k], 0.0f, 1.0f)));
-    }
-    return whole;
+    return image_of(cpu_raster(cloud, frame));
 }
 
 }  // namespace knead

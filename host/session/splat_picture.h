@@ -7,6 +7,9 @@
 
 namespace knead {
 
+// Side by side; all of one height.
+Image image_of(const std::vector<Picture>& pictures);
+
 // `image` is what the camera sees of all else, `depths` how far that lies (Painter::depths()). Of
 // the first splats of the cloud, as many as there are Gaussians are where these are.
 Image with_splats(const Image& image, const std::vector<float>& depths, const Camera& camera,

@@ -183,6 +183,44 @@ answers 3 render half.splat --out other.png --device cpu
 answers 5 render first.splat --out absent/other.png --device cpu
 [ ! -e other.png ] || wrong "a picture of nothing was written"
 
+# Videos of them: an orbit, a path, the pictures of a run; and what is no video is said.
+cat >way.json <<'WAY'
+{"schema": "knead.path/1", "keys": [{"time": 0, "eye": [1, 2, -5], "at": [1, 2, 3]},
+                                    {"time": 0.2, "eye": [2, 2, -4], "at": [1, 2, 3]}]}
+WAY
+answers 0 render first.splat --path way.json --rate 10 --out way.png --size 32x32 --device cpu
+[ -s way_0002.png ] && [ ! -e way_0003.png ] || wrong "0.2 s at 10 frames a second are 3 pictures"
+cmp -s way_0000.png way_0002.png && wrong "the camera stands still"
+mkdir -p a_run/pictures
+cp way_0000.png a_run/pictures/frame_00002.png
+cp way_0001.png a_run/pictures/frame_00010.png
+if command -v ffmpeg >/dev/null; then
+    answers 0 render first.splat --orbit 3 --video turn.mp4 --size 33x32 --device cpu
+    answers 0 render first.splat --path way.json --video way.mkv --size 32x32 --stereo --device cpu
+    answers 0 render a_run --video run.mp4 --rate 5
+    for video in turn.mp4 way.mkv run.mp4; do [ -s $video ] || wrong "no $video"; done
+    answers 5 render a_run --video run.mp4
+    answers 5 render first.splat --orbit 3 --video no/turn.mp4 --size 32x32 --device cpu
+    cp drawn.png a_run/pictures/frame_00011.png
+    answers 3 render a_run --video sizes.mp4
+    complains 'frame_00011.png: 64 x 48 pixels'
+    echo broken >a_run/pictures/frame_00011.png
+    answers 3 render a_run --video broken.mp4
+    complains 'frame_00011.png'
+fi
+mkdir bare && ln -s "$(command -v timeout)" bare/
+PATH=$PWD/bare answers 5 render a_run --video none.mp4
+complains 'ffmpeg is not on the PATH'
+[ ! -e none.mp4 ] || wrong "a video without ffmpeg"
+answers 2 render first.splat --video one.mp4 --device cpu
+complains '--orbit'
+answers 2 render first.splat --orbit 3 --video turn.gif --device cpu
+answers 2 render first.splat --orbit 3 --path way.json --out other.png --device cpu
+answers 2 render a_run --out other.png --video other.mp4
+answers 3 render a_run/pictures --video other.mp4
+complains 'expected the folder of a run'
+answers 3 render first.splat --path absent.json --out other.png --device cpu
+
 # Two of a kind.
 answers 0 compare one/report.json one/report.json
 holds said 'the same'

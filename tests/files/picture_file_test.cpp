@@ -66,6 +66,40 @@ TEST_F(PictureFile, APngReadsBackAsTheSamePixels)
     EXPECT_EQ(files(), 1);
 }
 
+TEST_F(PictureFile, APngIsReadWholeOrRefusedWithPathAndReason)
+{
+    const Image image = gradient(61, 37);
+    write_png(path("a.png"), image);
+    const Image back = read_png(path("a.png"));
+    EXPECT_EQ(back.width, 61);
+    EXPECT_EQ(back.height, 37);
+    EXPECT_EQ(back.rgb, image.rgb);
+    const std::string whole = read_text(path("a.png"), 1 << 20);
+    const auto refused = [&](const std::string& bytes) {
+        write_whole(path("b.png"), bytes);
+        const std::string why = reason<InputError>([&] { read_png(path("b.png")); });
+        EXPECT_PRED2(says, why, path("b.png"));
+        return !why.empty();
+    };
+    // The last chunk of 12 bytes holds nothing, and the one before a checksum.
+    for (std::size_t cut = 0; cut < whole.size() - 16; cut += 7)
+        EXPECT_TRUE(refused(whole.substr(0, cut))) << cut << " bytes of " << whole.size();
+    for (std::size_t at : {std::size_t(0), std::size_t(17), whole.size() / 2}) {
+        std::string bad = whole;
+        bad[at] = char(bad[at] ^ 0x55);
+        EXPECT_TRUE(refused(bad)) << at;
+    }
+    // A head that promises more than anyone draws, with its checksum.
+    png_image head{};
+    head.version = PNG_IMAGE_VERSION, head.format = PNG_FORMAT_GRAY;
+    head.width = 70000, head.height = 1000;
+    const std::vector<std::uint8_t> grey(70000 * 1000);
+    ASSERT_TRUE(png_image_write_to_file(&head, path("b.png").c_str(), 0, grey.data(), 0, nullptr));
+    EXPECT_PRED2(says, reason<InputError>([&] { read_png(path("b.png")); }),
+                 "70000 x 1000 pixels; expected at most 67108864 in all");
+    EXPECT_NE(reason<InputError>([&] { read_png(path("none.png")); }), "");
+}
+
 TEST_F(PictureFile, APngThatCannotBeWrittenNamesPathAndReasonAndLeavesNothing)
 {
     const Image image = gradient(4, 4);
