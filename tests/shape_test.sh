@@ -26,9 +26,9 @@ grep -nE '#define +[A-Za-z_0-9]+(\(| +[^ ])' "${shipped[@]}" | grep -v '^cuda/ma
     none "macros other than HD and UNROLL (switches of a library, without a value, are allowed)"
 grep -n '<<<' "${source[@]}" | grep -v '^cuda/device/launch\.cuh:' |
     none "kernels that start elsewhere than in cuda/device/launch.cuh have no range in a profiler"
-# "debug_utils" is a name of OpenXR's.
+# "debug_utils" is a name of OpenXR's, "sa_handler" one of POSIX's.
 silent='(managers?|helpers?|handlers?|utils?|impl|misc)(?![a-z]|_t\b)'
-grep -niP "(?<![a-z])(?<!debug)(?<!debug_)$silent" "${source[@]}" |
+grep -niP "(?<![a-z])(?<!debug)(?<!debug_)(?<!sa_)$silent" "${source[@]}" |
     grep -v '#include <backends/imgui_impl_' |
     none "names that say nothing: manager, helper, handler, util, impl, misc"
 grep -nwE 'TODO|FIXME|XXX|NOLINT.*' "${source[@]}" | none "things left undone"
