@@ -41,7 +41,7 @@ class ViewDesk {
     void lead_hand(bool on);
     void move_hand(double time);
     void draw();
-    void draw_splats(const EyeView& view);
+    void draw_splats(const EyeView& view, bool whole);
     void keep_picture(const std::string& file);
     void film();
     void frame_camera();

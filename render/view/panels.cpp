@@ -159,6 +159,8 @@ void style_panels()
     style.ScaleAllSizes(std::max(1.0f, ImGui::GetIO().FontGlobalScale));
 }
 
+float panels_across() { return 8 + wide * std::max(1.0f, ImGui::GetIO().FontGlobalScale); }
+
 PanelAsks build_panels(PanelModel& m)
 {
     PanelAsks asks;
