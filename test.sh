@@ -22,7 +22,7 @@ step() {
     exit 1
 }
 
-install "${build_packages[@]}" libgtest-dev doxygen
+install "${build_packages[@]}" libgtest-dev doxygen xvfb
 
 settings=(-DCMAKE_BUILD_TYPE=Release -DKNEAD_WERROR=ON)
 nvcc=$(command -v nvcc || ls /usr/local/cuda/bin/nvcc 2>/dev/null)

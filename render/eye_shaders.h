@@ -27,7 +27,7 @@ inline std::string live_constants(int samples)
 {
     return "#version 450 core\n" + constant("lamps", live_lamps) + constant("key_side", key_side) +
            constant("zenith_side", zenith_side) + constant("samples", samples) +
-           spiral("key_taps", 2 * samples);  // lookups of its map, four texels each
+           spiral("key_taps", samples < 2 ? 4 : 2 * samples);  // lookups, four texels each
 }
 
 // Of the zenith's map what is looked up is exp(falloff * (depth - 1)): that can be blurred, and its

@@ -2,7 +2,7 @@
 #ifndef KNEAD_HAS_GL
 #include <stdexcept>
 
-#include "render/eye_painter.h"
+#include "render/coarse_picture.h"
 
 namespace knead {
 
@@ -12,6 +12,7 @@ constexpr const char* reason = "no pictures: this build was configured without E
 
 std::unique_ptr<Painter> Painter::open() { throw std::runtime_error(reason); }
 std::unique_ptr<EyePainter> EyePainter::open(int) { throw std::runtime_error(reason); }
+std::unique_ptr<CoarsePicture> CoarsePicture::open() { throw std::runtime_error(reason); }
 void load_gl(GlAddress) { throw std::runtime_error(reason); }
 
 }  // namespace knead

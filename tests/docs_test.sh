@@ -8,7 +8,7 @@ export LC_ALL=C.UTF-8
 shopt -s nullglob globstar lastpipe
 
 pages=(README.md CHANGELOG.md docs/*.md {cuda,host,tests,profiling,scenes,examples}/**/README.md
-    {render,xr}/README.md)
+    {render,render/view,xr}/README.md)
 sources=({cuda,host,render,xr,tests,profiling,examples}/**/*.{h,cuh,cpp,cu,sh,py} CMakeLists.txt
     CMakePresets.json .clang-tidy *.sh)
 rooms='(cuda|host|render|xr|tests|docs|scenes|profiling|examples)'
@@ -68,7 +68,7 @@ grep -nP '\t| +$|\r' "${pages[@]}" | none "tabs or blanks at the end of a line"
 grep -nE '/(home|root|work)/' "${pages[@]}" | none "paths of somebody's machine"
 
 # Every room has a page that says what it is for.
-for room in cuda/*/ host/*/ host/solver/*/ render/ xr/ tests/ profiling/ scenes/; do
+for room in cuda/*/ host/*/ host/solver/*/ render/ render/view/ xr/ tests/ profiling/ scenes/; do
     [ -e "$room/README.md" ] || echo "$room"
 done | none "rooms without a README.md"
 

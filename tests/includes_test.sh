@@ -25,16 +25,18 @@ may[host/scene]="host/surface host/hands ${may[host/surface]}"
 may[host/files]="host/scene host/splats ${may[host/scene]}"
 may[host/assets]="host/files ${may[host/files]}"
 may[render]="host/surface host/hands host/files/image.h ${may[host/surface]}"
+may[render/view]="render ${may[render]}"
 may[xr]="host/hands ${may[host/hands]}"
 may[host/session]="host/assets ${may[host/assets]} render xr"
 may[host/bench]="host/session ${may[host/session]}"
 may[host/verify]="host/session ${may[host/session]}"
-may[host/cli]="host/bench host/verify ${may[host/bench]}"
+may[host/cli]="host/bench host/verify ${may[host/bench]} render/view"
 
-# The room of a path: cuda and host have rooms of their own, the others are one each.
+# The room of a path: cuda and host have rooms of their own, and so has render/view; the others are
+# one each.
 room() {
     case $1 in
-        cuda/*/* | host/*/*) local below=${1#*/}; echo "${1%%/*}/${below%%/*}" ;;
+        cuda/*/* | host/*/* | render/view/*) local below=${1#*/}; echo "${1%%/*}/${below%%/*}" ;;
         *) echo "${1%%/*}" ;;
     esac
 }
@@ -61,7 +63,7 @@ while IFS=: read -r file line text; do
     echo "$file:$line: \"$target\" $why"
     wrong=$((wrong + 1))
 done < <(grep -nE '^ *# *include +"' cuda/**/*.{h,cuh,cu} host/**/*.{h,cuh,cpp,cu} \
-    render/*.{h,cpp} xr/*.{h,cpp})
+    render/*.{h,cpp} render/view/*.{h,cpp} xr/*.{h,cpp})
 
 echo "$count includes, $wrong wrong"
 [ $count -gt 0 ] && [ $wrong -eq 0 ]

@@ -6,7 +6,8 @@ cd "$(dirname "$0")/.."
 export LC_ALL=C.UTF-8
 
 shopt -s nullglob lastpipe globstar
-shipped=(cuda/**/*.{h,cuh,cu} host/**/*.{h,cuh,cpp,cu} render/*.h render/*.cpp xr/*.h xr/*.cpp)
+shipped=(cuda/**/*.{h,cuh,cu} host/**/*.{h,cuh,cpp,cu} render/*.{h,cpp} render/view/*.{h,cpp}
+    xr/*.h xr/*.cpp)
 source=("${shipped[@]}" tests/**/*.h tests/**/*.cpp profiling/**/*.{h,cuh,cpp,cu} examples/*.cpp)
 text=("${source[@]}" tests/**/*.sh tests/**/*.py profiling/**/*.py
     profiling/*/*.sh demo.sh test.sh .ci/*
@@ -28,6 +29,7 @@ grep -n '<<<' "${source[@]}" | grep -v '^cuda/device/launch\.cuh:' |
 # "debug_utils" is a name of OpenXR's.
 silent='(managers?|helpers?|handlers?|utils?|impl|misc)(?![a-z]|_t\b)'
 grep -niP "(?<![a-z])(?<!debug)(?<!debug_)$silent" "${source[@]}" |
+    grep -v '#include <backends/imgui_impl_' |
     none "names that say nothing: manager, helper, handler, util, impl, misc"
 grep -nwE 'TODO|FIXME|XXX|NOLINT.*' "${source[@]}" | none "things left undone"
 grep -nE '/(home|root|work)/' "${words[@]}" | grep -v '^tests/shape_test\.sh:' |

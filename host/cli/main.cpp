@@ -232,6 +232,36 @@ void add_render(CLI::App& app, Verb& chosen)
     render->callback([&chosen] { chosen = [] { return render_verb(o); }; });
 }
 
+void add_view(CLI::App& app, Verb& chosen)
+{
+    static ViewOptions o;
+    CLI::App* view = app.add_subcommand("view", "A window in which a scene lives and is shaped");
+    view->add_option("SCENE", o.scene, "Scene (.json)")->required();
+    view->add_option("--device", o.device, "auto, cuda, cuda:N, cpu or cpu:double")
+        ->capture_default_str();
+    view->add_option("--set", o.settings, "path.key=value, for the scene")
+        ->take_all()
+        ->expected(1)
+        ->check(setting);
+    view->add_option("--size", o.size, "WIDTHxHEIGHT of the window [pixels]")
+        ->capture_default_str();
+    view->add_option("--frames", o.frames, "Ends after N drawn frames")
+        ->check(CLI::Range(1, 10000000));
+    view->add_option("--screenshot", o.screenshot, "Picture (.png) of the last frame")
+        ->needs("--frames");
+    view->add_option("--script", o.script, "Mouse and keys from a file; a frame a frame");
+    view->add_flag("--paused", o.paused, "Begins paused");
+    view->add_flag("--bare", o.bare, "Begins without panels");
+    view->add_option("--max-memory", o.max_memory, "MiB that it may take; 0: what is free")
+        ->check(between(0, most_memory));
+    view->add_flag("--overwrite", o.overwrite, "Replace a picture that is there");
+    view->add_flag("-q,--quiet", o.quiet, "No summary");
+    view->callback([&chosen] {
+        o.scene = file_or_shipped(o.scene);
+        chosen = [] { return view_verb(o); };
+    });
+}
+
 void add_doctor(CLI::App& app, Verb& chosen)
 {
     static DoctorOptions o;
@@ -346,6 +376,7 @@ int main(int count, char** words)
     add_compare(app, chosen);
     add_convert(app, chosen);
     add_render(app, chosen);
+    add_view(app, chosen);
     add_doctor(app, chosen);
     add_bench(app, chosen);
     add_verify(app, chosen);

@@ -1,0 +1,66 @@
+// knead view: a window in which a scene lives, shaped by recorded hands or one led by the mouse.
+#include <fmt/format.h>
+
+#include <charconv>
+#include <chrono>
+#include <cstdio>
+#include <filesystem>
+
+#include "host/base/errors.h"
+#include "host/base/interrupt.h"
+#include "host/cli/verbs.h"
+#include "host/cli/view_desk.h"
+
+namespace knead {
+namespace {
+namespace fs = std::filesystem;
+
+void parse_size(const std::string& text, int& width, int& height)
+{
+    const char *at = text.data(), *end = at + text.size();
+    const auto first = std::from_chars(at, end, width);
+    const bool cross = first.ec == std::errc() && first.ptr < end && *first.ptr == 'x';
+    const auto second = cross ? std::from_chars(first.ptr + 1, end, height) : first;
+    if (!cross || second.ec != std::errc() || second.ptr != end || width < 64 || height < 64 ||
+        width > 16384 || height > 16384)
+        throw UsageError("--size: expected WIDTHxHEIGHT of 64 to 16384 pixels, found \"" +
+                         text.substr(0, 60) + "\"");
+}
+
+double wall_now()  // [s]
+{
+    return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch())
+        .count();
+}
+
+}  // namespace
+
+int view_verb(const ViewOptions& o)
+{
+    int width = 0, height = 0;
+    parse_size(o.size, width, height);
+    const Device device = resolved(parse_device(o.device));
+    const InputScript script = o.script.empty() ? InputScript() : InputScript::read(o.script);
+    if (!o.screenshot.empty() && !o.overwrite && fs::exists(o.screenshot))
+        throw OutputError(o.screenshot + ": is there already; --overwrite replaces it");
+    std::unique_ptr<Window> window = Window::open("Knead", width, height);
+    const auto memory = std::size_t(o.max_memory * 0x1p20);
+    const auto scene = load_live_scene(o.scene, o.settings, memory);
+    watch_interrupts();
+    ViewDesk desk(std::move(window), scene, device, script, !o.script.empty(), o.paused);
+    desk.panels.model.open = !o.bare;
+    double before = wall_now();
+    while (!desk.closed() && !interrupted() && (o.frames == 0 || desk.drawn() < o.frames)) {
+        const double now = wall_now();
+        const bool last = o.frames > 0 && desk.drawn() + 1 == o.frames;
+        desk.frame(now - before, last ? o.screenshot : "");
+        before = now;
+    }
+    desk.end();
+    if (!o.quiet) std::printf("%s", desk.summary().c_str());
+    if (interrupted()) return 128 + interrupted();
+    if (desk.gl_errors() > 0) return exit_check;
+    return desk.output_refused() ? exit_output : exit_ok;
+}
+
+}  // namespace knead

@@ -1,0 +1,17 @@
+// What a live state looks like: from the simulation's words to a live painter's.
+#pragma once
+#include "host/session/live.h"
+#include "render/eye_painter.h"
+
+namespace knead {
+
+// Floor and stage of a scene.
+EyeLook live_look(const Scene& scene);
+// The version under which a painter is given the clay of a state: another for another history.
+long clay_version(const LiveState& state);
+// Tools that touch clay, as the simulation has them.
+std::vector<HandLook> hand_looks(const LiveState& state);
+// Tracked hands as they are now, wherever the simulation has come to, that are so opaque.
+std::vector<HandLook> tracked_looks(const HandFrame& frame, const HandsRule& rule, float opacity);
+
+}  // namespace knead

@@ -1,0 +1,39 @@
+// Splats of a live scene as an eye sees them, for a live painter.
+#pragma once
+#include <memory>
+#include <vector>
+
+#include "cuda/splats/deform.h"
+#include "host/session/device.h"
+#include "host/splats/gpu_raster.h"
+#include "host/splats/raster.h"
+#include "render/eye_painter.h"
+#include "render/pace.h"
+
+namespace knead {
+
+class SplatDrawer {
+  public:
+    // By the rasteriser of that device, with fewer pixels where a picture would take longer than
+    // `budget` [s]. Throws std::runtime_error where the device cannot.
+    SplatDrawer(const SplatCloud& cloud, Device device, double budget);
+
+    // Of the first splats, as many as there are Gaussians are where these are.
+    SplatLayer layer(const EyeView& view, const std::vector<Gaussian<double>>& gaussians);
+
+    double scale() const { return scale_; }      // of the last layer, share of the view's sides
+    double seconds() const { return seconds_; }  // that it took [s]
+
+  private:
+    SplatCloud cloud_;  // of the CPU's
+    bool antialiased_;
+    std::unique_ptr<GpuRaster> gpu_;
+    Pace pace_;
+    double scale_ = 1, seconds_ = 0;
+};
+
+// A rasteriser's picture before nothing, as a layer. What is too thin to have a depth takes that of
+// what is beside it.
+SplatLayer layer_of(const Picture& picture);
+
+}  // namespace knead

@@ -1,0 +1,34 @@
+// GLFW's functions, found when the first window is opened: a program without a screen needs none.
+#pragma once
+#define GLFW_INCLUDE_NONE
+#include <GLFW/glfw3.h>
+
+namespace knead {
+
+struct Glfw {
+    decltype(&glfwInit) init;
+    decltype(&glfwGetError) error;
+    decltype(&glfwWindowHint) hint;
+    decltype(&glfwCreateWindow) create;
+    decltype(&glfwDestroyWindow) destroy;
+    decltype(&glfwMakeContextCurrent) make_current;
+    decltype(&glfwGetProcAddress) address;
+    decltype(&glfwSwapInterval) swap_interval;
+    decltype(&glfwSwapBuffers) swap;
+    decltype(&glfwPollEvents) poll;
+    decltype(&glfwWindowShouldClose) should_close;
+    decltype(&glfwGetFramebufferSize) framebuffer_size;
+    decltype(&glfwGetWindowSize) window_size;
+    decltype(&glfwSetWindowUserPointer) set_user;
+    decltype(&glfwGetWindowUserPointer) user;
+    decltype(&glfwSetKeyCallback) on_key;
+    decltype(&glfwSetCharCallback) on_text;
+    decltype(&glfwSetCursorPosCallback) on_move;
+    decltype(&glfwSetMouseButtonCallback) on_button;
+    decltype(&glfwSetScrollCallback) on_wheel;
+};
+
+// Throws ResourceError where there is no GLFW 3.3, or it finds no screen.
+const Glfw& glfw();
+
+}  // namespace knead

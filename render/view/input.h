@@ -1,0 +1,90 @@
+// Mouse and keys apart from any window, from a person or a script.
+#pragma once
+#include <array>
+#include <string>
+#include <vector>
+
+namespace knead {
+
+// Letters and digits are their capital ASCII codes; all keys are numbered as by GLFW.
+enum Key : int {
+    key_space = 32,
+    key_escape = 256,
+    key_enter,
+    key_tab,
+    key_backspace,
+    key_delete = 261,
+    key_right,
+    key_left,
+    key_down,
+    key_up,
+    key_home = 268,
+    key_end,
+    key_f12 = 301,
+    key_shift = 340,
+    key_control,
+    key_count = 349
+};
+enum MouseButton : int { button_left, button_right, button_middle, button_count };
+
+struct InputEvent {
+    enum Kind { move, button, key, wheel, text, screenshot, lose } kind;
+    double x = 0, y = 0;  // move: pixels from the upper left corner; wheel: steps away from oneself
+    int code = 0;         // of a button or key; text: a Unicode character
+    bool down = false;    // of a button or key
+    std::string file{};   // screenshot
+};
+
+// What is held, and what happened since the last frame.
+class InputState {
+  public:
+    void begin_frame();  // forgets what happened
+    void take(const InputEvent& event);
+
+    bool held(Key key) const { return in(key) && keys_[std::size_t(key)]; }
+    bool held(MouseButton button) const { return buttons_[std::size_t(button)]; }
+    bool pressed(int key) const;                             // since the last frame, however short
+    const std::vector<int>& typed() const { return text_; }  // Unicode characters
+    double x() const { return x_; }
+    double y() const { return y_; }
+    double moved_x() const { return moved_x_; }
+    double moved_y() const { return moved_y_; }
+    double wheel() const { return wheel_; }
+    bool clicked(MouseButton button) const { return clicked_[std::size_t(button)]; }
+
+  private:
+    static bool in(int key) { return key >= 0 && key < key_count; }
+
+    std::array<bool, key_count> keys_{};
+    std::array<bool, button_count> buttons_{}, clicked_{};
+    std::vector<int> pressed_, text_;
+    double x_ = 0, y_ = 0, moved_x_ = 0, moved_y_ = 0, wheel_ = 0;
+    bool placed_ = false;  // the mouse has been seen
+};
+
+// Events at times: lines of "TIME EVENT", in the order of their times [s]; # begins a comment.
+//     move X Y | button left|right|middle down|up | key NAME down|up|tap | wheel STEPS |
+//     text WORD | screenshot FILE | lose
+// A key's name is a letter, a digit, or space, escape, enter, tab, left, ...; `lose` is the loss of
+// the OpenGL context.
+class InputScript {
+  public:
+    InputScript() = default;
+    // Throws InputError with file, line, what was expected and found.
+    static InputScript read(const std::string& path);
+    static InputScript parse(const std::string& text, const std::string& path);
+
+    // Events up to `time` that were not given before.
+    std::vector<InputEvent> due(double time);
+    bool over() const { return next_ == events_.size(); }
+
+  private:
+    struct Timed {
+        double time;
+        InputEvent event;
+    };
+    std::vector<Timed> events_;
+    std::size_t next_ = 0;
+};
+
+}  // namespace knead

@@ -1,0 +1,16 @@
+// A build without GLFW's headers, Dear ImGui or OpenGL: no window, and the reason.
+#ifndef KNEAD_HAS_WINDOW
+#include "host/base/errors.h"
+#include "render/view/window.h"
+
+namespace knead {
+
+std::unique_ptr<Window> Window::open(const std::string&, int, int)
+{
+    throw ResourceError(
+        "no window: this build was configured without GLFW (libglfw3-dev), Dear ImGui "
+        "(libimgui-dev) or OpenGL");
+}
+
+}  // namespace knead
+#endif

@@ -1,0 +1,188 @@
+#include "render/view/panels.h"
+
+#include <imgui.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+
+namespace knead {
+namespace {
+
+constexpr float wide = 300;  // of the panels at scale 1 [pixels]
+
+bool combo(const char* label, int& chosen, const std::vector<std::string>& names)
+{
+    const bool known = chosen >= 0 && std::size_t(chosen) < names.size();
+    bool changed = false;
+    if (!ImGui::BeginCombo(label, known ? names[std::size_t(chosen)].c_str() : "-")) return false;
+    for (int i = 0; i < int(names.size()); ++i)
+        if (ImGui::Selectable(names[std::size_t(i)].c_str(), i == chosen)) {
+            changed = i != chosen;
+            chosen = i;
+        }
+    ImGui::EndCombo();
+    return changed;
+}
+
+bool slide(const char* label, double& value, double low, double high, const char* format,
+           bool logarithmic = false)
+{
+    return ImGui::SliderScalar(label, ImGuiDataType_Double, &value, &low, &high, format,
+                               logarithmic ? ImGuiSliderFlags_Logarithmic : 0);
+}
+
+void scene_part(PanelModel& m, PanelAsks& asks)
+{
+    if (!ImGui::CollapsingHeader("Scene", ImGuiTreeNodeFlags_DefaultOpen)) return;
+    if (combo("##scene", m.scene, m.scenes)) asks.load = m.scene;
+    ImGui::SameLine();
+    if (ImGui::Button("Frame")) asks.frame_camera = true;
+    if (ImGui::Button(m.paused ? "Play" : "Pause")) asks.pause = !m.paused;
+    ImGui::SameLine();
+    if (ImGui::Button("Step")) asks.step = true;
+    ImGui::SameLine();
+    if (ImGui::Button("Reset")) asks.reset = true;
+    if (m.has_recording) {
+        bool on = m.recorded;
+        if (ImGui::Checkbox("Recorded hands", &on)) asks.recorded = on;
+    }
+    if (slide("Gravity", m.gravity, 0, 20, "%.2f m/s2")) asks.gravity = m.gravity;
+}
+
+void material_part(PanelModel& m, PanelAsks& asks)
+{
+    if (!ImGui::CollapsingHeader("Material", ImGuiTreeNodeFlags_DefaultOpen)) return;
+    if (m.objects.empty()) return ImGui::TextUnformatted("No objects.");
+    std::vector<std::string> names;
+    for (const ObjectPanel& o : m.objects) names.push_back(o.name);
+    m.object = std::clamp(m.object, 0, int(names.size()) - 1);
+    if (names.size() > 1) combo("Object", m.object, names);
+    ObjectPanel& o = m.objects[std::size_t(m.object)];
+    if (combo("Preset", o.preset, m.presets)) asks.preset = true;
+    for (Slider& s : o.sliders) {
+        const std::string format = "%.4g " + s.unit;
+        if (slide(s.name.c_str(), s.value, s.low, s.high, format.c_str(), s.logarithmic))
+            asks.material = true;
+    }
+}
+
+void hand_part(PanelModel& m, PanelAsks& asks)
+{
+    if (!ImGui::CollapsingHeader("Hand and tools", ImGuiTreeNodeFlags_DefaultOpen)) return;
+    ImGui::Checkbox("The mouse leads a hand (H)", &m.hand);
+    int tool = m.tool;
+    if (combo("Holds", tool, m.tools)) asks.tool = tool;
+    combo("Posture", m.posture, m.postures);
+    slide("Press", m.press, 0.01, 0.4, "%.2f m");
+    slide("Tilt", m.tilt, -1.5, 1.5, "%.2f rad");
+    slide("Roll", m.roll, -3.14, 3.14, "%.2f rad");
+    const char* fingers[5] = {"Thumb (1)", "Index (2)", "Middle (3)", "Ring (4)", "Little (5)"};
+    if (ImGui::TreeNode("Fingers")) {
+        for (int i = 0; i < 5; ++i) slide(fingers[i], m.curl[i], 0, 1, "%.2f");
+        ImGui::TreePop();
+    }
+}
+
+ImU32 colour_of(std::size_t stage)
+{
+    const float hue = std::fmod(0.08f + 0.61803f * float(stage), 1.0f);
+    return ImGui::GetColorU32(ImVec4(ImColor::HSV(hue, 0.55f, 0.9f)));
+}
+
+// A bar for each frame, the newest at the right, its stages stacked.
+void bars(const TimeGraph& g, ImVec2 size)
+{
+    ImDrawList* draw = ImGui::GetWindowDrawList();
+    const ImVec2 at = ImGui::GetCursorScreenPos();
+    draw->AddRectFilled(at, {at.x + size.x, at.y + size.y}, ImGui::GetColorU32(ImGuiCol_FrameBg));
+    const double most = std::max(g.longest(), 1e-6);
+    const float step = size.x / float(TimeGraph::frames);
+    for (int back = 0; back < g.count(); ++back) {
+        const float right = at.x + size.x - step * float(back);
+        float top = at.y + size.y;
+        for (std::size_t i = 0; i < g.names().size(); ++i) {
+            const float high = size.y * float(g.seconds(back, i) / most);
+            draw->AddRectFilled({right - step, top - high}, {right, top}, colour_of(i));
+            top -= high;
+        }
+    }
+    ImGui::Dummy(size);
+}
+
+void time_part(const PanelModel& m)
+{
+    if (!ImGui::CollapsingHeader("Times", ImGuiTreeNodeFlags_DefaultOpen)) return;
+    bars(m.graph, {ImGui::GetContentRegionAvail().x, 60});
+    ImGui::Text("highest bar: %.1f ms", 1e3 * m.graph.longest());
+    if (ImGui::BeginTable("stages", 2)) {
+        for (std::size_t i = 0; i < m.graph.names().size(); ++i) {
+            ImGui::TableNextColumn();
+            ImGui::TextColored(ImGui::ColorConvertU32ToFloat4(colour_of(i)), "%s",
+                               m.graph.names()[i].c_str());
+            ImGui::TableNextColumn();
+            ImGui::Text("%.2f ms", 1e3 * m.graph.mean(i));
+        }
+        ImGui::EndTable();
+    }
+    for (const std::string& fact : m.facts) ImGui::TextWrapped("%s", fact.c_str());
+}
+
+// What must be read, at the lower edge.
+void said(const PanelModel& m)
+{
+    if (m.trouble.empty() && m.notice.empty()) return;
+    const ImVec2 screen = ImGui::GetIO().DisplaySize;
+    ImGui::SetNextWindowPos({screen.x / 2, screen.y - 12}, ImGuiCond_Always, {0.5f, 1});
+    ImGui::SetNextWindowSizeConstraints({200, 0}, {std::max(220.0f, 0.7f * screen.x), 400});
+    const ImGuiWindowFlags flags = ImGuiWindowFlags_NoDecoration | ImGuiWindowFlags_NoInputs |
+                                   ImGuiWindowFlags_AlwaysAutoResize | ImGuiWindowFlags_NoNav;
+    ImGui::Begin("said", nullptr, flags);
+    ImGui::PushTextWrapPos(0.68f * screen.x);
+    if (!m.trouble.empty()) {
+        ImGui::TextColored({1, 0.5f, 0.4f, 1}, "The simulation has ended: %s", m.trouble.c_str());
+        ImGui::TextUnformatted("Reset begins it anew.");
+    }
+    if (!m.notice.empty()) ImGui::TextUnformatted(m.notice.c_str());
+    ImGui::PopTextWrapPos();
+    ImGui::End();
+}
+
+}  // namespace
+
+void style_panels()
+{
+    ImGui::StyleColorsDark();
+    ImGuiStyle& style = ImGui::GetStyle();
+    style.WindowRounding = style.FrameRounding = 4;
+    style.Colors[ImGuiCol_WindowBg].w = 0.86f;
+    style.ScaleAllSizes(std::max(1.0f, ImGui::GetIO().FontGlobalScale));
+}
+
+PanelAsks build_panels(PanelModel& m)
+{
+    PanelAsks asks;
+    if (m.open) {
+        const float scale = std::max(1.0f, ImGui::GetIO().FontGlobalScale);
+        const float high = ImGui::GetIO().DisplaySize.y - 16;
+        ImGui::SetNextWindowPos({8, 8}, ImGuiCond_Always);
+        ImGui::SetNextWindowSizeConstraints({scale * wide, 0},
+                                            {scale * wide, std::max(high, 50.f)});
+        ImGui::Begin("Knead", nullptr, ImGuiWindowFlags_NoMove | ImGuiWindowFlags_AlwaysAutoResize);
+        ImGui::PushItemWidth(0.58f * scale * wide);
+        scene_part(m, asks);
+        material_part(m, asks);
+        hand_part(m, asks);
+        time_part(m);
+        if (ImGui::Button("Screenshot (F12)")) asks.screenshot = true;
+        ImGui::SameLine();
+        if (ImGui::Button(m.filming ? "Stop film" : "Film")) asks.film = true;
+        ImGui::TextDisabled("Tab hides this.");
+        ImGui::PopItemWidth();
+        ImGui::End();
+    }
+    said(m);
+    return asks;
+}
+
+}  // namespace knead

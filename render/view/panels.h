@@ -1,0 +1,10 @@
+// The panels, by Dear ImGui. A frame of it must have begun.
+#pragma once
+#include "render/view/panel_model.h"
+
+namespace knead {
+
+void style_panels();
+PanelAsks build_panels(PanelModel& model);
+
+}  // namespace knead

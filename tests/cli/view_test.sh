@@ -1,0 +1,53 @@
+#!/usr/bin/env bash
+# `knead view` on a screen that is memory alone (Xvfb): a scripted mouse presses a hand into a ball;
+# the clay moves, pictures are made, OpenGL is content. Without a screen it says so.
+# usage: tests/cli/view_test.sh PROGRAM
+set -u
+knead=$1
+out=$(mktemp -d)
+screen=
+trap '[ -z "$screen" ] || kill "$screen" 2>/dev/null; rm -rf "$out"' EXIT
+fail() { echo "FAILED: $*"; cat "$out"/*.txt 2>/dev/null; exit 1; }
+
+env -u DISPLAY -u WAYLAND_DISPLAY "$knead" view scenes/squeeze.json >"$out/none.txt" 2>&1
+[ $? -eq 4 ] && grep -q "no window" "$out/none.txt" || fail "no screen: exit code 4 and a reason"
+"$knead" view scenes/squeeze.json --size 12 >"$out/size.txt" 2>&1
+[ $? -eq 2 ] || fail "a size without sense is wrong usage"
+
+command -v Xvfb >/dev/null || { echo "no Xvfb"; exit 77; }
+if grep -q "configured without" "$out/none.txt"; then echo "no window in this build"; exit 77; fi
+mkfifo "$out/number"
+exec 3<>"$out/number"
+Xvfb -displayfd 3 -screen 0 640x480x24 -nolisten tcp >"$out/xvfb.txt" 2>&1 &
+screen=$!
+read -t 30 -u 3 number || { echo "Xvfb does not start"; exit 77; }
+export DISPLAY=:$number
+
+cat >"$out/press" <<END
+0 move 200 120
+0.02 screenshot $out/begin.png
+0.03 key h tap
+0.04 key tab tap
+0.6 button left down
+0.85 lose
+END
+small=(--set domain.cells=16 --set surface.nodes=32 --size 320x240 --device cpu)
+"$knead" view scenes/squeeze.json "${small[@]}" --script "$out/press" --frames 80 \
+    --screenshot "$out/end.png" >"$out/said.txt" 2>"$out/errors.txt"
+rc=$?
+if grep -q "OpenGL 4.5" "$out/errors.txt"; then cat "$out/errors.txt"; exit 77; fi
+[ $rc -eq 0 ] || fail "exit code $rc"
+grep -q "^80 frames drawn by .* 80 simulated.* 0 cut short.* 0 OpenGL errors" "$out/said.txt" ||
+    fail "what was said"
+grep -q " 0 particle-substeps" "$out/said.txt" && fail "the hand touched nothing"
+[ -s "$out/begin.png" ] && [ -s "$out/end.png" ] || fail "no pictures"
+cmp -s "$out/begin.png" "$out/end.png" && fail "the pictures are the same"
+
+# The same script gives the same clay.
+before=$(grep -o "[0-9]* particle-substeps" "$out/said.txt")
+"$knead" view scenes/squeeze.json "${small[@]}" --script "$out/press" --frames 80 \
+    --screenshot "$out/again.png" >"$out/said.txt" 2>"$out/errors.txt"
+grep -q "begin.png" "$out/errors.txt" && fail "$(cat "$out/errors.txt")"
+grep -q " $before" "$out/said.txt" || fail "another run of the script: not $before"
+cmp -s "$out/end.png" "$out/again.png" || fail "another run of the script: another picture"
+cat "$out/said.txt"
