@@ -52,7 +52,7 @@ HeadsetLoopRule rule_of(const VrOptions& o, Device device)
     rule.headset.floor = o.standing ? Floor::standing : Floor::seated;
     rule.headset.rate = o.rate, rule.headset.patience = o.patience;
     rule.headset.see_through = o.see_through;
-    rule.make = [device](const Setup& setup) { return make_solver(setup, device); };
+    rule.device = device;
     rule.stepped = o.deterministic, rule.recorded = o.recorded;
     rule.workplace.at = place_of(o.place);
     rule.frames = o.frames;
@@ -148,7 +148,7 @@ int vr_verb(const VrOptions& o)
     auto scene = std::make_shared<LiveScene>(*load_live_scene(o.scene, settings));
     scene->scene.setup.threads = o.threads;
     watch_interrupts();
-    HeadsetEnd end = HeadsetLoop(scene, rule).run();
+    HeadsetEnd end = run_headset(scene, rule);
     const Json report = report_of(o, end);
     const bool written = write_results(o, end, report);
     summarise(o, end, report);

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "host/session/frame_writer.h"
+#include "render/hand_skin.h"
 
 namespace knead {
 
@@ -53,10 +54,12 @@ std::vector<HandLook> HeadsetHands::looks()
     for (std::size_t tool = 0; tool < sides.size(); ++tool) {
         const Side side = sides[tool];
         if (opacity[side] <= 0) continue;
-        all.push_back({draw_primitives(tools.rig, joints, int(tool)),
-                       {},
-                       opacity[side],
-                       by.held[side].empty()});
+        HandLook look{{}, {}, opacity[side], by.held[side].empty()};
+        if (look.skin)
+            look.skins.push_back(hand_skin(by.topology, side).posed(joints, by.zoom));
+        else
+            look.primitives = draw_primitives(tools.rig, joints, int(tool));
+        all.push_back(std::move(look));
     }
     return all;
 }

@@ -4,42 +4,71 @@
 #include <cmath>
 #include <limits>
 
+#include "host/session/headset_eyes.h"
+#include "host/session/headset_hands.h"
+#include "host/session/headset_time.h"
+#include "host/session/panel_desk.h"
 #include "host/solver/audit.h"
-#include "render/gl.h"
 
 namespace knead {
 namespace {
 
 constexpr std::size_t longest_recording = 90 * 3600;  // frames
 
-// The clay's history and its mesh, as one number that changes with either.
-long mesh_version(const LiveState& state)
-{
-    return (long(state.history) << 40) + state.mesh_version;
-}
-
-EyeLook look_of(const Scene& scene, bool transparent)
-{
-    EyeLook look;
-    look.floor = float(scene.setup.walls.min.y);
-    look.transparent = transparent;
-    look.floor_seen = !transparent;
-    const Vec3<double> low = scene.setup.walls.min, high = scene.setup.walls.max;
-    look.stage = {cast<float>(0.5 * (low + high)), float(0.5 * length(high - low))};
-    return look;
-}
-
 LiveRule live_rule(const HeadsetLoopRule& rule, std::function<double()> clock)
 {
     LiveRule live;
-    live.make = rule.make;
+    live.make = [device = rule.device](const Setup& setup) { return make_solver(setup, device); };
     live.stepped = rule.stepped;
     live.recorded = rule.recorded;
     live.clock = std::move(clock);
     return live;
 }
 
-}  // namespace
+class HeadsetLoop {
+  public:
+    HeadsetLoop(std::shared_ptr<const LiveScene> scene, HeadsetLoopRule rule);
+    HeadsetEnd run();
+
+  private:
+    bool turn();
+    void frame(const News& news);
+    void simulate(const Sight& sight, bool runs, FrameParts& parts);
+    void push(HandFrame given, bool runs, double now);
+    void follow_history();
+    bool draw(const Sight& sight);
+    void poke(const Sight& sight);
+    void obey(const PanelCommand& command, const Sight& sight);
+    void look_for_end(const News& news);
+    double wall() const;
+
+    HeadsetLoopRule rule;
+    std::unique_ptr<Headset> headset;
+    std::unique_ptr<HeadsetEyes> eyes;
+    DisplayClock clock;
+    SessionTime time;
+    std::unique_ptr<LiveSession> live;
+    std::shared_ptr<const LiveState> state;
+    HeadsetHands hands;
+    Workplace workplace;
+    HeadsetEnd end;
+    Tick tick;
+    bool ran = false;   // in the frame before
+    bool anew = false;  // hands are to be taken for new
+    bool leaving = false;
+    int frames = 0;  // of the session's time
+    bool recording_full = false;
+    int history = 0;           // of the state that is followed
+    double recorded_from = 0;  // the session's time at its begin [s]
+
+    HeadsetPanel panel;
+    PanelDesk desk;
+    PanelCanvas canvas;
+    Side panel_side = left;
+    bool paused = false;
+    int panel_age = 0;    // frames since it was painted; 0: it must be
+    std::string undrawn;  // why nothing is, if so
+};
 
 double HeadsetLoop::wall() const
 {
@@ -53,38 +82,15 @@ HeadsetLoop::HeadsetLoop(std::shared_ptr<const LiveScene> scene, HeadsetLoopRule
       time(scene->scene.frame_rate),
       hands(live_hands(scene->scene)),
       workplace(rule.workplace),
-      desk(rule.scene, rule.settings)
+      desk(rule.scene, rule.settings),
+      canvas(HeadsetPanel::width, HeadsetPanel::height, 3)
 {
-    load_gl(headset->gl_address());
-    painter = EyePainter::open(rule.samples);
-    make_targets();
+    eyes = std::make_unique<HeadsetEyes>(*headset, rule.samples, rule.device);
     live = std::make_unique<LiveSession>(std::move(scene),
                                          live_rule(rule, [this] { return clock.now(wall()); }));
     live->settle();
     follow_history();
     end.hands.name = "headset";
-}
-
-HeadsetLoop::~HeadsetLoop()
-{
-    live.reset();
-    headset->make_current();
-    quad.reset();
-    if (target) glDeleteFramebuffers(1, &target);
-    if (own_depth) glDeleteTextures(1, &own_depth);
-    painter.reset();
-    headset->close();
-}
-
-void HeadsetLoop::make_targets()
-{
-    const HeadsetFacts& facts = headset->facts();
-    if (!target) glCreateFramebuffers(1, &target);
-    if (own_depth) glDeleteTextures(1, &own_depth);
-    own_depth = 0;
-    if (facts.depth) return;
-    glCreateTextures(GL_TEXTURE_2D, 1, &own_depth);
-    glTextureStorage2D(own_depth, 1, GL_DEPTH_COMPONENT32F, facts.width, facts.height);
 }
 
 HeadsetEnd HeadsetLoop::run()
@@ -98,6 +104,7 @@ HeadsetEnd HeadsetLoop::run()
         end.hash = hexadecimal(found.hash);
     });
     end.hands.rate = tick.period > 0 ? 1 / tick.period : 90;
+    end.gl_errors = eyes->gl_errors();
     end.stray = headset->stray_gl_errors();
     end.facts = headset->facts();
     headset->close();
@@ -120,8 +127,7 @@ bool HeadsetLoop::turn()
     if (news.renewed) {
         ++end.renewals;
         anew = true;
-        headset->make_current();
-        make_targets();
+        eyes->renew();
     }
     if (news.phase == Phase::over) {
         end.reason = news.reason;
@@ -148,12 +154,12 @@ void HeadsetLoop::frame(const News& news)
     const bool runs = news.visible && news.worn && !leaving && !paused;
     simulate(sight, runs, parts);
     const double simulated = wall();
-    if (sight.draw) draw(sight);
+    const bool shown = sight.draw && draw(sight);
     const double drawn = wall();
 
     Drawn done;
-    done.eyes = sight.draw;
-    if (sight.draw) done.near_z = std::numeric_limits<float>::infinity();
+    done.eyes = shown;
+    if (shown) done.near_z = std::numeric_limits<float>::infinity();
     done.far_z = float(rule.nearest);
     hands.feel(*state, done.vibrate);
     parts.left = headset->time_left();
@@ -161,7 +167,7 @@ void HeadsetLoop::frame(const News& news)
     parts.wait = begun - start, parts.locate = located - begun;
     parts.simulate = simulated - located, parts.draw = drawn - simulated;
     parts.submit = wall() - drawn, parts.period = tick.period;
-    if (sight.draw && runs) end.figures.add(parts);
+    if (shown && runs) end.figures.add(parts);
 }
 
 // Another scene, or the same from its start, has its own tools; what was recorded was of the one
@@ -257,58 +263,39 @@ void HeadsetLoop::obey(const PanelCommand& command, const Sight& sight)
     }
 }
 
-void HeadsetLoop::show_state()
+// False where it cannot be drawn, which is told once.
+bool HeadsetLoop::draw(const Sight& sight)
 {
-    static const std::vector<Mesh> nothing;
-    const std::vector<int> unseen =
-        state->scene ? splat_categories(state->scene->scene) : std::vector<int>();
-    painter->set_clay(state->meshes ? *state->meshes : nothing, mesh_version(*state), unseen);
-    painter->set_hands(hands.looks());
-}
-
-void HeadsetLoop::draw_panel(const EyeView& view, const EyeTarget& to)
-{
-    constexpr int fine = 3, often = 9;  // texels a pixel; frames from graph to graph
-    if (!quad)
-        quad = std::make_unique<PanelQuad>(fine * HeadsetPanel::width, fine * HeadsetPanel::height,
-                                           to.linear);
-    if (panel_age++ % (2 * often) == 0) {  // both eyes count
+    constexpr int often = 9;  // frames from graph to graph
+    const bool repaint = rule.panel && panel_age++ % often == 0;
+    if (repaint) {
         PanelView shown = desk.view(*state, hands);
         shown.paused = paused;
-        PanelCanvas canvas(HeadsetPanel::width, HeadsetPanel::height, fine);
         panel.draw(canvas, shown, end.figures);
-        quad->upload(canvas);
     }
-    const Joint<float> at = HeadsetPanel::pose(rule.workplace, panel_side);
-    const float x = 0.5f * HeadsetPanel::width * HeadsetPanel::pixel;
-    const float y = 0.5f * HeadsetPanel::height * HeadsetPanel::pixel;
-    std::array<Vec3<float>, 4> corners{{{-x, y, 0}, {x, y, 0}, {-x, -y, 0}, {x, -y, 0}}};
-    for (Vec3<float>& corner : corners)
-        corner =
-            cast<float>(hands.rule().at) + float(hands.rule().zoom) * (at.p + rotate(at.q, corner));
-    quad->draw(corners, view, to);
+    HeadsetPicture picture{*state,    hands.looks(),       hands.rule(),
+                           workplace, float(rule.nearest), repaint ? &canvas : nullptr,
+                           {}};
+    if (rule.panel) picture.panel = HeadsetPanel::pose(rule.workplace, panel_side);
+    picture.panel_width = HeadsetPanel::pixel * HeadsetPanel::width;
+    picture.panel_height = HeadsetPanel::pixel * HeadsetPanel::height;
+    try {
+        eyes->draw(sight, picture);
+    } catch (const std::exception& e) {
+        if (undrawn.empty()) rule.tell(std::string("nothing is drawn: ") + e.what());
+        undrawn = e.what();
+        return false;
+    }
+    undrawn.clear();
+    ++end.drawn;
+    return true;
 }
 
-void HeadsetLoop::draw(const Sight& sight)
+}  // namespace
+
+HeadsetEnd run_headset(std::shared_ptr<const LiveScene> scene, const HeadsetLoopRule& rule)
 {
-    show_state();
-    static const Scene none{};
-    const Scene& scene = state->scene ? state->scene->scene : none;
-    const EyeLook look = look_of(scene, headset->facts().see_through);
-    for (int eye = 0; eye < 2; ++eye) {
-        const EyeTexture& to = sight.targets[std::size_t(eye)];
-        glNamedFramebufferTexture(target, GL_COLOR_ATTACHMENT0, to.colour, 0);
-        glNamedFramebufferTexture(target, GL_DEPTH_ATTACHMENT, to.depth ? to.depth : own_depth, 0);
-        const EyeView view = eye_view(sight.eyes[std::size_t(eye)], to.width, to.height, workplace,
-                                      hands.rule(), float(rule.nearest));
-        const EyeTarget into{target, 0, 0, to.srgb};
-        painter->paint(view, look, into, eye);
-        if (rule.panel) draw_panel(view, into);
-    }
-    glNamedFramebufferTexture(target, GL_COLOR_ATTACHMENT0, 0, 0);
-    glNamedFramebufferTexture(target, GL_DEPTH_ATTACHMENT, 0, 0);
-    while (glGetError() != GL_NO_ERROR) ++end.gl_errors;
-    ++end.drawn;
+    return HeadsetLoop(std::move(scene), rule).run();
 }
 
 }  // namespace knead

@@ -6,18 +6,16 @@
 #include <string>
 #include <vector>
 
+#include "host/session/device.h"
 #include "host/session/headset_figures.h"
-#include "host/session/headset_hands.h"
-#include "host/session/headset_time.h"
+#include "host/session/headset_view.h"
 #include "host/session/live.h"
-#include "host/session/panel_desk.h"
-#include "host/session/panel_quad.h"
 
 namespace knead {
 
 struct HeadsetLoopRule {
     HeadsetRule headset;
-    std::function<std::unique_ptr<Solver>(const Setup&)> make;  // the solver of a scene
+    Device device;  // resolved: of solver and splats
     // The display's time steps the simulation, and a frame waits for it: the same hands give the
     // same bits. Otherwise it lives in real time.
     bool stepped = false;
@@ -46,56 +44,8 @@ struct HeadsetEnd {
     int renewals = 0;   // sessions that were lost and begun anew
 };
 
-class HeadsetLoop {
-  public:
-    // Opens the headset. Throws HeadsetError, and std::runtime_error where OpenGL does not do.
-    HeadsetLoop(std::shared_ptr<const LiveScene> scene, HeadsetLoopRule rule);
-    ~HeadsetLoop();
-    // Until the user or the runtime leaves, or all frames were drawn.
-    HeadsetEnd run();
-
-  private:
-    bool turn();
-    void frame(const News& news);
-    void simulate(const Sight& sight, bool runs, FrameParts& parts);
-    void push(HandFrame given, bool runs, double now);
-    void follow_history();
-    void draw(const Sight& sight);
-    void draw_panel(const EyeView& view, const EyeTarget& to);
-    void poke(const Sight& sight);
-    void obey(const PanelCommand& command, const Sight& sight);
-    void show_state();
-    void look_for_end(const News& news);
-    void make_targets();
-    double wall() const;
-
-    HeadsetLoopRule rule;
-    std::unique_ptr<Headset> headset;
-    std::unique_ptr<EyePainter> painter;
-    unsigned target = 0;     // framebuffer
-    unsigned own_depth = 0;  // texture, where the headset takes none
-    DisplayClock clock;
-    SessionTime time;
-    std::unique_ptr<LiveSession> live;
-    std::shared_ptr<const LiveState> state;
-    HeadsetHands hands;
-    Workplace workplace;
-    HeadsetEnd end;
-    Tick tick;
-    bool ran = false;   // in the frame before
-    bool anew = false;  // hands are to be taken for new
-    bool leaving = false;
-    int frames = 0;  // of the session's time
-    bool recording_full = false;
-    int history = 0;           // of the state that is followed
-    double recorded_from = 0;  // the session's time at its begin [s]
-
-    HeadsetPanel panel;
-    PanelDesk desk;
-    std::unique_ptr<PanelQuad> quad;
-    Side panel_side = left;
-    bool paused = false;
-    int panel_age = 0;  // frames since it was painted; 0: it must be
-};
+// Opens the headset, and returns when the user or the runtime has left it, or all frames were
+// drawn. Throws HeadsetError, and std::runtime_error where OpenGL does not do.
+HeadsetEnd run_headset(std::shared_ptr<const LiveScene> scene, const HeadsetLoopRule& rule);
 
 }  // namespace knead

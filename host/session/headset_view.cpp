@@ -54,6 +54,14 @@ EyeView eye_view(const EyePlace& eye, int width, int height, const Workplace& wo
     return view;
 }
 
+std::array<float, 4> clip_of(const EyeView& view, Vec3<float> point)
+{
+    const Vec3<float> p = rotate(conjugate(view.rotation), point - view.position);
+    const float width = view.right - view.left, height = view.up - view.down;
+    return {(2 * p.x + (view.right + view.left) * p.z) / width,
+            (2 * p.y + (view.up + view.down) * p.z) / height, view.near, -p.z};
+}
+
 Joint<float> head_of(const Sight& sight)
 {
     return between(sight.eyes[0].pose, sight.eyes[1].pose, 0.5f);

@@ -1,6 +1,8 @@
 // Where the clay is before the user: between the headset's frame, that of the hands, which is the
 // frame of recordings, and the simulation's.
 #pragma once
+#include <array>
+
 #include "host/hands/rule.h"
 #include "host/scene/scene.h"
 #include "render/eye_painter.h"
@@ -25,6 +27,8 @@ Hand in_hands(const Workplace& workplace, const Hand& hand);
 // What an eye of the headset sees of the simulation. `nearest` [m] is of the headset's size.
 EyeView eye_view(const EyePlace& eye, int width, int height, const Workplace& workplace,
                  const HandsRule& hands, float nearest);
+// A point of the world in the clip space of an eye, whose depth is near / distance.
+std::array<float, 4> clip_of(const EyeView& view, Vec3<float> point);
 // The head, between both eyes.
 Joint<float> head_of(const Sight& sight);
 

@@ -1,5 +1,7 @@
 #include "host/session/panel_quad.h"
 
+#ifdef KNEAD_HAS_GL
+
 #include <stdexcept>
 
 #include "render/program.h"
@@ -27,14 +29,6 @@ void main()
 )";
 
 }  // namespace
-
-std::array<float, 4> clip_of(const EyeView& view, Vec3<float> point)
-{
-    const Vec3<float> p = rotate(conjugate(view.rotation), point - view.position);
-    const float width = view.right - view.left, height = view.up - view.down;
-    return {(2 * p.x + (view.right + view.left) * p.z) / width,
-            (2 * p.y + (view.up + view.down) * p.z) / height, view.near, -p.z};
-}
 
 PanelQuad::PanelQuad(int width, int height, bool srgb)
     : drawn(program({vertex}, {fragment}, "panel")),
@@ -87,3 +81,4 @@ void PanelQuad::draw(const std::array<Vec3<float>, 4>& corners, const EyeView& v
 }
 
 }  // namespace knead
+#endif

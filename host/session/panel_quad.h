@@ -3,6 +3,7 @@
 #pragma once
 #include <array>
 
+#include "host/session/headset_view.h"
 #include "host/session/panel_text.h"
 #include "render/eye_painter.h"
 #include "render/gl.h"
@@ -24,8 +25,5 @@ class PanelQuad {
     Texture picture;
     VertexArray nothing;
 };
-
-// A point of the world in the clip space of an eye, whose depth is near / distance.
-std::array<float, 4> clip_of(const EyeView& view, Vec3<float> point);
 
 }  // namespace knead

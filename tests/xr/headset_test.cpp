@@ -168,7 +168,7 @@ TEST(HeadsetHands, draw_nothing_before_a_hand_came_and_faintly_before_it_touches
         const std::vector<HandLook> looks = hands.looks();
         if (k == 0) continue;
         ASSERT_EQ(looks.size(), 1u) << "the left hand was never seen";
-        EXPECT_FALSE(looks[0].primitives.empty());
+        EXPECT_FALSE(looks[0].skins.empty());
         EXPECT_LE(looks[0].opacity, frame.time < 0.15 ? HandFade::faint : 1.0f);
         EXPECT_GE(looks[0].opacity, frame.time > 1 ? 1.0f : 0.0f);
     }

@@ -8,7 +8,6 @@
 #include "host/scene/presets.h"
 #include "host/session/device.h"
 #include "host/session/panel_desk.h"
-#include "host/session/panel_quad.h"
 
 namespace knead {
 namespace {
@@ -153,7 +152,7 @@ TEST(PanelText, knows_the_letters_of_scenes_and_blanks_what_it_does_not_know)
     EXPECT_GT(ink(std::string(100, 'W')), 0) << "cut at the edge";
 }
 
-TEST(PanelQuad, puts_corners_where_the_eye_sees_them)
+TEST(Panel, puts_corners_where_the_eye_sees_them)
 {
     EyeView view;
     view.left = -1, view.right = 0.5f, view.down = -0.8f, view.up = 0.6f, view.near = 0.1f;

@@ -1,0 +1,43 @@
+// The GL side of a headset's session: what both eyes see of a live state, drawn into the headset's
+// textures.
+#pragma once
+#include <memory>
+
+#include "host/session/device.h"
+#include "host/session/headset_view.h"
+#include "host/session/live.h"
+#include "host/session/panel_text.h"
+
+namespace knead {
+
+// What is drawn for one frame.
+struct HeadsetPicture {
+    const LiveState& state;
+    std::vector<HandLook> hands;
+    const HandsRule& rule;  // where hands, and so eyes, stand in the simulation
+    const Workplace& workplace;
+    float nearest;                            // [m] of the headset's size
+    const PanelCanvas* canvas;                // the panel's new picture; null: the one before
+    std::optional<Joint<float>> panel;        // where it stands, in the frame of the hands
+    float panel_width = 0, panel_height = 0;  // [m]
+};
+
+class HeadsetEyes {
+  public:
+    // In the headset's context. `samples` of a pixel; splats by the rasteriser of `device`. Throws
+    // std::runtime_error where this OpenGL does not do.
+    HeadsetEyes(Headset& headset, int samples, Device device);
+    ~HeadsetEyes();
+    HeadsetEyes(const HeadsetEyes&) = delete;
+
+    void renew();  // the headset has a new session
+    // Throws std::runtime_error and std::invalid_argument where it cannot be drawn.
+    void draw(const Sight& sight, const HeadsetPicture& picture);
+    int gl_errors() const;  // of what was drawn
+
+  private:
+    struct Parts;
+    std::unique_ptr<Parts> parts;
+};
+
+}  // namespace knead
