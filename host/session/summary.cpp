@@ -111,7 +111,9 @@ std::string summary(const Json& report)
                         count_at(k, "/time/substeps"), at(k, "/time/dt_min_s"),
                         at(k, "/time/dt_max_s"), counted(k["time"]["limited_by"]));
     text += fmt::format("mass          {:.9g} kg{}\n", at(k, "/mass/last_kg"),
-                        k["mass"]["exact"].get<bool>() ? ", unchanged" : ", CHANGED");
+                        k.contains("local")              ? ", of what is clay just now"
+                        : k["mass"]["exact"].get<bool>() ? ", unchanged"
+                                                         : ", CHANGED");
     text += fmt::format("volume        {:.6g} m^3, drift {:+.3f} %", at(k, "/volume/last_m3"),
                         100 * at(k, "/volume/drift"));
     if (k["volume"].contains("mesh_drift"))

@@ -32,7 +32,7 @@ class LocalScene : public InFolder {
     {
         write_splats(path("floor.ply"), tiled_ground(20000));
         std::ofstream(path("scene.json")) << R"({"schema": "knead.scene/1",
-            "domain": {"edge": 1.2, "cells": 48},
+            "gravity": [0, 0, 0], "domain": {"edge": 1.2, "cells": 48},
             "objects": [{"shape": "splats", "file": "floor.ply", "size": 1, "up": "y",
                          "centre": [0.6, 0.2, 0.6], "depth": 0.15,
                          "material": {"preset": "soft-clay", "young": 2e5, "yield": 4000}}],
@@ -161,6 +161,17 @@ TEST_F(LocalScene, ABallLeavesADentAndFarSplatsKeepTheirBits)
         ASSERT_EQ(std::memcmp(&now.scale[i], &before.scale[i], sizeof now.scale[i]), 0);
     }
     EXPECT_GT(same, 15000u);
+}
+
+TEST_F(LocalScene, AHandThatOnlyComesNearChangesNothing)
+{
+    const SplatCloud before = local->still();
+    move({0.5, 0.23, 0.5}, {0.5, 0.23, 0.5}, away, away, 20);
+    EXPECT_GT(report.splats, 100u);
+    leave();
+    EXPECT_EQ(report.splats, 0u);
+    EXPECT_TRUE(same_bits(local->still().centre, before.centre));
+    EXPECT_TRUE(same_bits(local->still().scale, before.scale));
 }
 
 TEST_F(LocalScene, WhatIsGivenBackLooksAsItDid)
