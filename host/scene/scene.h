@@ -8,6 +8,7 @@
 
 #include "cuda/mpm/material_data.h"
 #include "host/hands/rule.h"
+#include "host/scene/captions.h"
 #include "host/solver/solver.h"
 #include "host/surface/mesh.h"
 
@@ -65,6 +66,7 @@ struct Scene {
     Vec3<double> eye{1.1, 0.9, 1.6}, target{0.5, 0.4, 0.5};  // camera [m]
     int picture_every = 0;  // frames from picture to picture; 0: none
     int picture_width = 960, picture_height = 720;
+    std::vector<Caption> captions;  // in its pictures
 };
 
 // Presets by name: clay, soft-clay, plasticine, wet-sand, snow, jelly, dough, viscous-liquid.
