@@ -1,5 +1,6 @@
 #!/usr/bin/env bash
-# From a fresh clone to clay pressed by a hand: pictures, a mesh and a report under out/demo.
+# From a fresh clone to clay pressed by a hand: pictures, a mesh and a report under out/demo; and to
+# an object of splats in the same hands, under out/demo-pot.
 set -eu
 cd "$(dirname "$0")"
 . .ci/setup.sh
@@ -21,6 +22,10 @@ grep -o 'knead: .*' build/demo.log | head -n 1
 say "Running: knead run scenes/demo.json --out out/demo"
 ./build/demo/knead run scenes/demo.json --out out/demo --overwrite "$@"
 
+say "Running: knead run scenes/pot.json, coarsely, --out out/demo-pot"
+./build/demo/knead run scenes/pot.json --out out/demo-pot --overwrite --quiet --mesh none \
+    --set domain.cells=16 --set objects.0.material.young=1e5 --frames 120 --pictures 60
+
 say "What there is to see"
 first=$(find out/demo/pictures -name '*.png' 2>/dev/null | sort | head -n 1)
 last=$(find out/demo/pictures -name '*.png' 2>/dev/null | sort | tail -n 1)
@@ -29,6 +34,8 @@ if [ -n "$first" ]; then
 else
     echo "pictures      none: see \"left out\" above"
 fi
+echo "a pot         out/demo-pot/pictures: a photographed object, squeezed; its splats as they are"
+echo "              now in out/demo-pot/splats.ply, for any viewer of Gaussian splats"
 echo "mesh          out/demo/mesh.glb, for any viewer of glTF"
 echo "report        out/demo/report.json and, frame by frame, out/demo/frames.csv"
 echo "              (README.md says how to read them)"

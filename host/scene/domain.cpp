@@ -116,6 +116,7 @@ void move_in(Scene& scene)
     for (Object& o : scene.objects) o.centre = o.centre - scene.origin;
     scene.hands.at = scene.hands.at - scene.origin;
     scene.eye = scene.eye - scene.origin, scene.target = scene.target - scene.origin;
+    for (Caption& caption : scene.captions) caption.at = caption.at - scene.origin;
 }
 
 }  // namespace knead

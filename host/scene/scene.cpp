@@ -274,6 +274,7 @@ void read_pictures(ObjectReader& r, Scene& scene)
     scene.picture_every = r.whole("every", 0, 1000000, 0);
     scene.picture_width = r.whole("width", 16, 8192, scene.picture_width);
     scene.picture_height = r.whole("height", 16, 8192, scene.picture_height);
+    scene.captions = read_captions(r);
 }
 
 void read_camera(ObjectReader& r, Scene& scene)

@@ -8,6 +8,7 @@
 
 #include "cuda/mpm/material_data.h"
 #include "host/hands/rule.h"
+#include "host/scene/captions.h"
 #include "host/solver/solver.h"
 #include "host/splats/upkeep.h"
 #include "host/surface/mesh.h"
@@ -71,6 +72,7 @@ struct Scene {
     UpkeepRule upkeep;                                       // of objects of splats
     int picture_every = 0;  // frames from picture to picture; 0: none
     int picture_width = 960, picture_height = 720;
+    std::vector<Caption> captions;  // in its pictures
 };
 
 // Presets by name: clay, soft-clay, plasticine, wet-sand, snow, jelly, dough, viscous-liquid.

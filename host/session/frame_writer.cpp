@@ -4,12 +4,14 @@
 
 #include <algorithm>
 #include <cctype>
+#include <cmath>
 #include <filesystem>
 #include <new>
 #include <stdexcept>
 
 #include "host/base/errors.h"
 #include "host/base/outputs.h"
+#include "host/session/lettering.h"
 #include "host/session/live_look.h"
 #include "host/session/splat_picture.h"
 
@@ -86,6 +88,29 @@ std::vector<DrawPrimitive> draw_primitives(const Rig& rig, const std::vector<Joi
     return primitives;
 }
 
+namespace {
+
+// Where the camera sees them; those behind it are left out.
+void write_captions(const std::vector<Caption>& captions, const Camera& camera, Image& image)
+{
+    const Vec3<float> gaze = camera.target - camera.eye, forward = (1 / length(gaze)) * gaze;
+    const Vec3<float> side = cross(forward, Vec3<float>{0, 1, 0});
+    const Vec3<float> right =
+        length(side) > 1e-6f ? (1 / length(side)) * side : Vec3<float>{1, 0, 0};
+    const Vec3<float> up = cross(right, forward);
+    const float scale = float(image.height) / 2 / std::tan(camera.field / 2);
+    for (const Caption& caption : captions) {
+        const Vec3<float> d = cast<float>(caption.at) - camera.eye;
+        const float depth = dot(d, forward);
+        if (depth < 1e-3f) continue;
+        write_text(image, caption.text, double(image.width) / 2 + scale * dot(d, right) / depth,
+                   double(image.height) / 2 - scale * dot(d, up) / depth,
+                   std::max(7.0, image.height / 45.0));
+    }
+}
+
+}  // namespace
+
 FrameWriter::FrameWriter(const Scene& of, std::string where, std::string video_file,
                          double per_second, const SplatCloud* cloud)
     : scene(of),
@@ -130,6 +155,7 @@ void FrameWriter::add(const Frame& frame, const std::vector<Mesh>& meshes,
         image = painter->paint(seen, hands, camera, floor, unseen);
         if (splats && splats->count() > 0)
             image = with_splats(image, painter->depths(), camera, *splats, gaussians);
+        write_captions(scene.captions, camera, image);
     } catch (const std::bad_alloc&) {
         throw PictureError("more memory is needed than there is");
     } catch (const std::invalid_argument& e) {

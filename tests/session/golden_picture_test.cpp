@@ -100,7 +100,7 @@ class GoldenPictures : public InFolder {
              const std::vector<int>& frames)
     {
         for (const char* size : {"pictures.width=240", "pictures.height=180"})
-            settings.push_back(size);
+            settings.insert(settings.begin(), size);  // unless they say another
         scene = read_scene(file, settings);
         splats = joined(load_splats(scene, std::size_t(1) << 32));
         build(scene, std::size_t(1) << 32);
@@ -164,6 +164,18 @@ TEST_F(GoldenPictures, OfAPotOfSplatsInTheHands)
     splats.sh.assign(splats.sh.size(), {0, 0, 0});
     writer.reset();
     EXPECT_NE(difference(drawn(shown[0]), right), "") << "splats without colour";
+}
+
+TEST_F(GoldenPictures, OfEveryPresetDroppedAndPressedWithItsName)
+{
+    run("scenes/presets.json",
+        {"domain.cells=[56,16,28]", "surface.nodes=112", "pictures.width=320",
+         "pictures.height=124"},
+        {20});
+    const Image right = drawn(shown[0]);
+    expect_kept(right, "presets");
+    scene.captions.pop_back();
+    EXPECT_NE(difference(drawn(shown[0]), right), "") << "a name is missing";
 }
 
 // Needs no OpenGL.
