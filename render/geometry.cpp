@@ -9,7 +9,7 @@
 namespace knead {
 namespace {
 
-constexpr Vec3<float> wood{0.42f, 0.27f, 0.14f};  // linear RGB
+constexpr Vec3<float> wood{0.42f, 0.27f, 0.14f}, steel{0.40f, 0.42f, 0.45f};  // linear RGB
 
 bool finite(Vec3<float> v)
 {
@@ -142,7 +142,7 @@ void add_clay(Geometry& geometry, const Mesh& mesh)
 
 HandRanges add_hand(Geometry& geometry, const HandLook& hand)
 {
-    const Vec3<float> colour = hand.skin ? skin_colour : wood;
+    const Vec3<float> colour = hand.skin ? skin_colour : hand.metal ? steel : wood;
     const float kind = hand.skin ? 1.0f : 0.0f;
     const auto so_far = [&] { return int(geometry.triangles.size()); };
     const int first = so_far();

@@ -30,6 +30,7 @@ struct HandLook {
     std::vector<Mesh> skins;                // drawn as they are; categories do not count
     float opacity = 1;                      // [0, 1]; below 1/2 it casts no shadow
     bool skin = true;                       // false: a thing, of wood
+    bool metal = false;                     // of steel instead
 };
 
 // One picture cannot be made; why. Another one may be.

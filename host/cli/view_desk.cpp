@@ -92,7 +92,10 @@ void ViewDesk::frame(double passed, const std::string& screenshot)
     if (asks.screenshot) wanted.push_back("");
     if (asks.recorded && *asks.recorded) panels.model.hand = false;
     if (!window->keys_taken()) take_keys();
-    if (!window->mouse_taken()) take_mouse(passed);
+    if (!window->mouse_taken())
+        take_mouse(passed);
+    else
+        pointer.pressed = false;
     if (panels.model.hand != hand_led) lead_hand(panels.model.hand);
     move_hand(time);
     if (scripted) session.advance_to(time);
@@ -236,8 +239,9 @@ void ViewDesk::draw()
         const Meshes meshes = state->meshes;
         painter->set_clay(meshes ? *meshes : std::vector<Mesh>{}, clay_version(*state), unseen);
         const auto& objects = state->scene->scene.objects;
-        if (panels.model.object != selected) selected = panels.model.object, fast_time = time + 1.5;
-        if (time < fast_time && std::size_t(selected) < objects.size())
+        if (panels.model.object != selected)
+            selected = panels.model.object, glow_until = time + 1.5;
+        if (time < glow_until && std::size_t(selected) < objects.size())
             look.highlight = objects[std::size_t(selected)].category;
     }
     // Where the mouse is, as long as no tool is there yet.

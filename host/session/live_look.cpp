@@ -32,11 +32,12 @@ std::vector<HandLook> hand_looks(const HandsRule& rule, const std::vector<Joint<
             {{}, {hand_skin(rule.topology, side).posed(joints, rule.zoom)}, opacity, true});
         const std::string& held = rule.held[side];
         if (held.empty()) continue;
-        HandLook thing{{}, {}, opacity, false};
-        for (const Rig& rig : {tool_rig(held, side), tool_handle(held, side)})
-            for (const DrawPrimitive& p : draw_primitives(zoomed(rig, rule.zoom), joints, 0))
-                thing.primitives.push_back(p);
-        looks.push_back(std::move(thing));
+        const auto add = [&](const Rig& rig, bool metal) {
+            looks.push_back(
+                {draw_primitives(zoomed(rig, rule.zoom), joints, 0), {}, opacity, false, metal});
+        };
+        add(tool_rig(held, side), held == "knife" || held == "scissors");
+        add(tool_handle(held, side), false);
     }
     return looks;
 }
