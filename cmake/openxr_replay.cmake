@@ -28,3 +28,5 @@ if(TARGET knead_tests)
         KNEAD_XR_PROGRAM="$<TARGET_FILE:knead>")
     add_dependencies(knead_tests openxr_probe openxr_misuse openxr_replay knead)
 endif()
+check(xr_validation tests/xr/validation.sh $<TARGET_FILE:knead>
+    ${CMAKE_BINARY_DIR}/openxr_replay.json)
