@@ -1,18 +1,35 @@
 #!/usr/bin/env bash
 # From a fresh clone to clay pressed by a hand: pictures, a mesh and a report under out/demo; and to
 # an object of splats in the same hands, under out/demo-pot.
-set -eu
+set -eu -o pipefail
 cd "$(dirname "$0")"
 . .ci/setup.sh
 
 install "${build_packages[@]}"
 
+# "[17/130]" of Ninja, on one line of a terminal, else a line a quarter.
+progress() {
+    local line done all shown=0
+    while IFS= read -r line; do
+        [[ $line =~ ^\[([0-9]+)/([0-9]+)\] ]] || continue
+        done=${BASH_REMATCH[1]} all=${BASH_REMATCH[2]}
+        if [ -t 1 ]; then
+            printf '\r    %d of %d steps, %d s' "$done" "$all" $SECONDS
+        elif [ $((4 * done / all)) -gt $shown ]; then
+            shown=$((4 * done / all))
+            echo "    $done of $all steps, $SECONDS s"
+        fi
+    done
+    [ ! -t 1 ] || echo
+}
+
 cuda=OFF
 gpu_present && cuda=ON  # without a card its half of the build would only cost minutes
-say "Building (release, for this machine's processor)"
+say "Building (release, for this machine's processor): $(expected_build)"
 mkdir -p build
 if ! { cmake -S . -B build/demo -G Ninja -DCMAKE_BUILD_TYPE=Release -DKNEAD_NATIVE=ON \
-    -DKNEAD_CUDA=$cuda && cmake --build build/demo --target knead; } >build/demo.log 2>&1; then
+    -DKNEAD_CUDA=$cuda && cmake --build build/demo --target knead; } 2>&1 | tee build/demo.log |
+    progress; then
     grep -E 'rror' build/demo.log | head -n 20 >&2
     echo "The build failed: see build/demo.log" >&2
     exit 1

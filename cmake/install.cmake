@@ -18,12 +18,12 @@ install(FILES xr/headset.h DESTINATION ${headers}/xr)
 
 # What `knead bench` compares with, and what it and `knead verify` draw by.
 install(FILES profiling/plot.py profiling/plot_verify.py profiling/peers.json profiling/targets.json
-    DESTINATION ${CMAKE_INSTALL_DATADIR}/knead/profiling)
+    DESTINATION ${CMAKE_INSTALL_DATADIR}/knead/profiling COMPONENT program)
 install(FILES profiling/peers/taichi_mpm.py
-    DESTINATION ${CMAKE_INSTALL_DATADIR}/knead/profiling/peers)
+    DESTINATION ${CMAKE_INSTALL_DATADIR}/knead/profiling/peers COMPONENT program)
 # Scenes that it knows by their names.
-install(DIRECTORY scenes DESTINATION ${CMAKE_INSTALL_DATADIR}/knead FILES_MATCHING
-    PATTERN *.json PATTERN *.hands)
+install(DIRECTORY scenes DESTINATION ${CMAKE_INSTALL_DATADIR}/knead COMPONENT program
+    FILES_MATCHING PATTERN *.json PATTERN *.hands PATTERN *.spz)
 
 configure_package_config_file(cmake/KneadConfig.cmake.in
     ${CMAKE_CURRENT_BINARY_DIR}/KneadConfig.cmake INSTALL_DESTINATION ${package}

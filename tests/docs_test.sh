@@ -33,6 +33,17 @@ words '(?<=\]\()[^)#:]+(?=[)#])' | while IFS=: read -r page line link; do
     [ -e "$(dirname "$page")/$link" ] || echo "$page:$line: $link"
 done | none "links to nothing"
 
+# As GitHub and Doxygen make them of headings: small letters, blanks as dashes, no marks.
+anchors() {
+    grep -P '^#+ ' "$1" | sed -E 's/^#+ +//' | tr 'A-Z ' 'a-z-' | sed -E 's/[^[:alnum:]_-]//g'
+}
+words '(?<=\]\()[^):]*#[^)]+(?=\))' | while IFS=: read -r page line link; do
+    file=${link%%#*}
+    target=$page
+    if [ -n "$file" ]; then target=$(dirname "$page")/$file; fi
+    anchors "$target" 2>/dev/null | grep -qxF -- "${link#*#}" || echo "$page:$line: $link"
+done | none "links to sections that are not there"
+
 # `name()`, `Type::name`, a switch of the build or the environment.
 words '(?<=`)([A-Za-z_]\w*::)*[A-Za-z_]\w*(?=\()(?=[^`]*\)`)|(?<=`)\w+(::\w+)+(?=`)|\bKNEAD_\w+' |
     while IFS=: read -r page line name; do

@@ -35,15 +35,10 @@ extern "C" void note_signal(int number)
 constexpr int ending[] = {SIGINT, SIGTERM, SIGHUP};
 std::mutex holding;
 int holders = 0;
-struct sigaction before[std::size(ending)];
+void (*before[std::size(ending)])(int);
 volatile std::sig_atomic_t held_back = 0;  // the signal that came meanwhile
 
 extern "C" void hold_back(int number) { held_back = number; }
-
-bool is_default(const struct sigaction& action)
-{
-    return !(action.sa_flags & SA_SIGINFO) && action.sa_handler == SIG_DFL;
-}
 
 }  // namespace
 
@@ -53,11 +48,8 @@ EndHeld::EndHeld()
     if (holders++ > 0) return;
     held_back = 0;
     for (std::size_t i = 0; i < std::size(ending); ++i) {
-        sigaction(ending[i], nullptr, &before[i]);
-        struct sigaction hold = {};
-        hold.sa_handler = hold_back;
-        hold.sa_flags = SA_RESTART;
-        if (is_default(before[i])) sigaction(ending[i], &hold, nullptr);
+        before[i] = std::signal(ending[i], hold_back);
+        if (before[i] != SIG_DFL) std::signal(ending[i], before[i]);
     }
 }
 
@@ -66,7 +58,7 @@ EndHeld::~EndHeld()
     const std::lock_guard<std::mutex> lock(holding);
     if (--holders > 0) return;
     for (std::size_t i = 0; i < std::size(ending); ++i)
-        if (is_default(before[i])) sigaction(ending[i], &before[i], nullptr);
+        if (before[i] == SIG_DFL) std::signal(ending[i], SIG_DFL);
     if (held_back) std::raise(held_back);
 }
 

@@ -5,9 +5,12 @@
 #include <algorithm>
 #include <cerrno>
 #include <cmath>
+#include <cstdio>
 #include <cstring>
 #include <filesystem>
 #include <fstream>
+
+#include "host/base/paths.h"
 
 namespace knead {
 namespace {
@@ -105,10 +108,30 @@ std::string read_bytes(const std::string& file, std::uintmax_t size)
     return text;
 }
 
+// Read once, for a file is asked for what it is before it is read.
+const std::string& standard_input(std::size_t max_bytes)
+{
+    static std::string whole;
+    static bool ended = false;
+    char part[1 << 16];
+    while (!ended && whole.size() <= max_bytes) {
+        const std::size_t count = std::fread(part, 1, sizeof part, stdin);
+        whole.append(part, count);
+        ended = count == 0;
+    }
+    if (std::ferror(stdin)) throw InputError("-: the standard input cannot be read");
+    return whole;
+}
+
 }  // namespace
 
 std::string read_text(const std::string& file, std::size_t max_bytes)
 {
+    if (is_standard(file)) {
+        const std::string& whole = standard_input(max_bytes);
+        if (whole.size() <= max_bytes) return whole;
+        throw InputError(fmt::format("{}: expected at most {} bytes, found more", file, max_bytes));
+    }
     const std::uintmax_t size = size_of(file);
     if (size > max_bytes)
         throw InputError(
@@ -118,6 +141,7 @@ std::string read_text(const std::string& file, std::size_t max_bytes)
 
 std::string read_start(const std::string& file, std::size_t most)
 {
+    if (is_standard(file)) return standard_input(most).substr(0, most);
     return read_bytes(file, std::min<std::uintmax_t>(size_of(file), most));
 }
 

@@ -22,7 +22,8 @@ Json parse_json(const std::string& text, const std::string& file);
 // Throws InputError where the file is missing, not a regular file, or larger than that.
 Json read_json(const std::string& file);
 
-// The whole of a regular file; throws InputError. Shared by all readers of small text files.
+// The whole of a regular file, or of the standard input where is_standard() (paths.h), however
+// often it is asked for; throws InputError. Shared by all readers of files.
 std::string read_text(const std::string& file, std::size_t max_bytes);
 // Its first bytes, as many as there are up to `most`, of a file of any size.
 std::string read_start(const std::string& file, std::size_t most);

@@ -16,6 +16,7 @@
 
 #include "host/base/errors.h"
 #include "host/base/interrupt.h"
+#include "host/base/paths.h"
 
 namespace knead {
 namespace fs = std::filesystem;
@@ -171,6 +172,10 @@ void PartialFile::put_in_place()
 
 void write_whole(const std::string& file, const std::string& bytes)
 {
+    if (is_standard(file)) {
+        if (const int reason = write_all(STDOUT_FILENO, bytes)) refuse(file, reason);
+        return;
+    }
     const EndHeld held;  // so that half a file is not left lying about
     PartialFile partial(file);
     partial.write(bytes);
@@ -224,6 +229,7 @@ void remove_files(const std::string& folder, const std::vector<std::string>& nam
 
 void prepare_file(const std::string& file, bool overwrite)
 {
+    if (is_standard(file)) return;
     const fs::path path(file);
     if (!path.has_filename()) fail(file, "is not the name of a file");
     std::error_code problem;

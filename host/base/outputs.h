@@ -47,7 +47,8 @@ class PartialFile {
     int made = -1;                     // its descriptor
 };
 
-// The one way a file is written. Throws OutputError; the old file, if there is one, is then left.
+// The one way a file is written; to the standard output where is_standard() (paths.h). Throws
+// OutputError; the old file, if there is one, is then left.
 void write_whole(const std::string& file, const std::string& bytes);
 
 }  // namespace knead

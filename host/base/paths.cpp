@@ -14,6 +14,11 @@ std::string ending(const std::string& path)
     return text;
 }
 
+bool is_standard(const std::string& path)
+{
+    return path == "-" || (path.starts_with("-.") && path.find('/') == std::string::npos);
+}
+
 std::string shipped(const std::string& name)
 {
     std::error_code problem;

@@ -7,6 +7,10 @@ namespace knead {
 // The path's ending in lower case, with its point: ".glb" of "a/Ball.GLB"; "" if it has none.
 std::string ending(const std::string& path);
 
+// Whether it names the standard input or output: "-", or "-.obj", which says what comes through it.
+// A file of such a name is "./-.obj".
+bool is_standard(const std::string& path);
+
 // A file or folder that comes with the program, e.g. "profiling" or "scenes/squeeze.json": beside
 // the installed program (share/knead), else in the tree that it was built in, else here. "" if it
 // is in none of them. What lies below the working directory is named from there.

@@ -53,8 +53,14 @@ void convert_splats(const ConvertOptions& o)
 
 }  // namespace
 
-int convert_verb(const ConvertOptions& o)
+int convert_verb(const ConvertOptions& asked)
 {
+    ConvertOptions o = asked;
+    o.in = with_form(o.in, o.from);
+    if (o.out == "-") {
+        if (o.to.empty()) throw UsageError("OUT: -: --to says its format, e.g. --to ply");
+        o.out += o.to.starts_with('.') ? o.to : "." + o.to;
+    }
     const FileKind kind = file_kind(o.in);
     if (kind == FileKind::recording) {
         check_ending(o.out, {".hands", ".jsonl"}, "a recording");
@@ -76,7 +82,7 @@ int convert_verb(const ConvertOptions& o)
     } else {
         throw InputError(o.in + ": expected a mesh, a recording, particles or splats");
     }
-    if (!o.quiet) std::printf("%s\n", o.out.c_str());
+    if (!o.quiet && !is_standard(o.out)) std::printf("%s\n", o.out.c_str());
     return exit_ok;
 }
 

@@ -16,8 +16,10 @@
 #include "host/hands/filter.h"
 #include "host/hands/gesture.h"
 #include "host/hands/recording.h"
+#include "host/scene/domain.h"
 #include "host/scene/foresight.h"
 #include "host/scene/seed.h"
+#include "host/session/estimate.h"
 #include "host/session/report.h"
 #include "host/session/session.h"
 
@@ -49,6 +51,7 @@ Json scene_facts(const InfoOptions& o)
                 {"dt_s", steps.dt},
                 {"substeps", steps.substeps},
                 {"asked_by", steps.key},
+                {"frame_wall_s", frame_seconds(scene, resolved({}))},
                 {"objects", objects}};
     for (const SplatObject& s : splats) {
         Json& one = all["objects"][std::size_t(s.object)];
@@ -164,10 +167,14 @@ std::string lines(const Json& value, const std::string& indent)
 
 }  // namespace
 
-int info_verb(const InfoOptions& o)
+int info_verb(const InfoOptions& asked)
 {
+    InfoOptions o = asked;
+    o.file = with_form(o.file);
     const FileKind kind = file_kind(o.file);
-    if (kind != FileKind::scene && !o.settings.empty()) throw UsageError("--set: only for scenes");
+    if (kind != FileKind::scene && (!o.settings.empty() || o.cells > 0))
+        throw UsageError("--set and --cells: only for scenes");
+    if (o.cells > 0) o.settings.push_back(cells_setting(read_json(o.file), o.cells));
     Json facts;
     if (kind == FileKind::report) {
         const Json root = read_json(o.file);

@@ -10,6 +10,7 @@
 #include "host/base/machine.h"
 #include "host/base/paths.h"
 #include "host/bench/bench.h"
+#include "host/cli/manual.h"
 #include "host/cli/verbs.h"
 #include "host/verify/verify.h"
 
@@ -41,12 +42,30 @@ const CLI::Validator setting(
     },
     "");
 
+// What a run writes.
+void add_results(CLI::App* run, RunOptions& o)
+{
+    run->add_option("--mesh", o.mesh, "glb, ply, obj, stl or none")->capture_default_str();
+    run->add_option("--mesh-every", o.mesh_every, "meshes/mesh_0001 and on, every N frames")
+        ->check(CLI::Range(0, 10000000));
+    run->add_option("--particles-every", o.particles_every,
+                    "particles/particles_0001.ply and on, every N frames")
+        ->check(CLI::Range(0, 10000000));
+    run->add_option("--pictures", o.pictures, "A picture every N frames; 0: none")
+        ->check(CLI::Range(0, 10000000));
+    run->add_flag("--video", o.video, "video.mp4, by ffmpeg");
+    run->add_flag("--particles", o.particles, "particles.ply of the last frame");
+    run->add_option("--splats", o.splats,
+                    "ply, splat, spz, glb or none, of a scene that has splats")
+        ->capture_default_str();
+}
+
 // Options lie in the closure that main calls, so they live as long as the program.
 void add_run(CLI::App& app, Verb& chosen)
 {
     static RunOptions o;
     CLI::App* run = app.add_subcommand("run", "Simulate a scene with its hands, headless");
-    run->add_option("SCENE", o.scene, "Scene (.json)");
+    run->add_option("SCENE", o.scene, "Scene (.json); -: the standard input");
     run->add_option("--device", o.device, "auto, cuda, cuda:N, cpu or cpu:double")
         ->capture_default_str();
     run->add_option("--set", o.settings, "path.key=value, e.g. objects.0.material.young=2e6")
@@ -54,6 +73,8 @@ void add_run(CLI::App& app, Verb& chosen)
         ->expected(1)
         ->check(setting);
     run->add_option("--hands", o.hands, "A recording or gesture instead of the scene's");
+    run->add_option("--cells", o.cells, "Along the domain's longest axis instead of the scene's")
+        ->check(CLI::Range(8, 1024));
     run->add_option("--frames", o.frames, "Stop after N frames")->check(CLI::Range(1, 10000000));
     run->add_option("--out", o.out, "Folder for report.json, frames.csv, mesh, pictures");
     run->add_flag("--overwrite", o.overwrite, "Replace results that are there");
@@ -64,14 +85,7 @@ void add_run(CLI::App& app, Verb& chosen)
         ->check(between(0, most_memory));
     run->add_option("--audit", o.audit_every, "Look at the whole state every N frames")
         ->check(CLI::Range(1, 10000000));
-    run->add_option("--mesh", o.mesh, "glb, ply, obj or none")->capture_default_str();
-    run->add_option("--pictures", o.pictures, "A picture every N frames; 0: none")
-        ->check(CLI::Range(0, 10000000));
-    run->add_flag("--video", o.video, "video.mp4, by ffmpeg");
-    run->add_flag("--particles", o.particles, "particles.ply of the last frame");
-    run->add_option("--splats", o.splats,
-                    "ply, splat, spz, glb or none, of a scene that has splats")
-        ->capture_default_str();
+    add_results(run, o);
     CLI::Option* resume =
         run->add_option("--resume", o.resume, "Go on with the run that was ended in this folder");
     for (CLI::Option* other : run->get_options())
@@ -161,11 +175,13 @@ void add_info(CLI::App& app, Verb& chosen)
     static InfoOptions o;
     CLI::App* info = app.add_subcommand(
         "info", "Describe a scene, recording, mesh, report, particles or splats");
-    info->add_option("FILE", o.file, "The file")->required();
+    info->add_option("FILE", o.file, "The file; -: the standard input")->required();
     info->add_option("--set", o.settings, "path.key=value, for scenes")
         ->take_all()
         ->expected(1)
         ->check(setting);
+    info->add_option("--cells", o.cells, "Of a scene, along the longest axis of its domain")
+        ->check(CLI::Range(8, 1024));
     info->add_flag("--json", o.json, "JSON on stdout");
     info->callback([&chosen] {
         o.file = file_or_shipped(o.file);
@@ -195,10 +211,15 @@ void add_convert(CLI::App& app, Verb& chosen)
     static ConvertOptions o;
     CLI::App* convert = app.add_subcommand(
         "convert",
-        "Meshes (.glb .obj .ply), recordings (.hands .jsonl), particles (.ply .csv), splats (.ply "
-        ".splat .spz)");
-    convert->add_option("IN", o.in, "The file to read")->required();
-    convert->add_option("OUT", o.out, "The file to write; its ending is its format")->required();
+        "Meshes (.glb .obj .ply .stl), recordings (.hands .jsonl), particles (.ply .csv), splats "
+        "(.ply .splat .spz)");
+    convert->add_option("IN", o.in, "The file to read; -: the standard input")->required();
+    convert
+        ->add_option("OUT", o.out,
+                     "The file to write; its ending is its format; -: the standard output")
+        ->required();
+    convert->add_option("--from", o.from, "Format of the standard input, e.g. obj");
+    convert->add_option("--to", o.to, "Format of the standard output, e.g. stl");
     convert->add_flag("--overwrite", o.overwrite, "Replace a file that is there");
     convert->add_flag("-q,--quiet", o.quiet, "Say nothing");
     convert->callback([&chosen] {
@@ -336,6 +357,50 @@ void add_verify(CLI::App& app, Verb& chosen)
     verify->callback([&chosen] { chosen = [] { return verify_verb(o); }; });
 }
 
+void add_list(CLI::App& app, Verb& chosen)
+{
+    static ListOptions o;
+    CLI::App* list = app.add_subcommand("list", "Name what a scene can use");
+    list->add_option("KIND", o.kind, "presets, materials (the same), gestures, scenes")->required();
+    list->callback([&chosen] { chosen = [] { return list_verb(o); }; });
+}
+
+void add_new(CLI::App& app, Verb& chosen)
+{
+    static NewOptions o;
+    CLI::App* make = app.add_subcommand("new", "Write a scene to start from, with comments");
+    make->add_option("SCENE", o.out, "File ending in .json; -: the standard output")->required();
+    make->add_flag("--overwrite", o.overwrite, "Replace a file that is there");
+    make->add_flag("-q,--quiet", o.quiet, "Say nothing");
+    make->callback([&chosen] { chosen = [] { return new_verb(o); }; });
+}
+
+void add_help(CLI::App& app, Verb& chosen)
+{
+    static std::string verb, shell, folder;
+    static bool manual = false;
+    CLI::App* help = app.add_subcommand("help", "Describe the program, or one of its verbs");
+    help->add_option("VERB", verb, "What is described");
+    help->add_flag("--man", manual, "As a page of the manual, in roff");
+    help->add_option("--completion", shell, "Completion for a shell instead: bash, zsh");
+    help->add_option("--pages", folder, "Write all pages and completions into this folder");
+    help->callback([&] {
+        chosen = [&app] {
+            if (!folder.empty()) {
+                write_pages(app, folder);
+                return int(exit_ok);
+            }
+            std::string text = manual_page(app, verb);
+            if (!shell.empty())
+                text = completion(app, shell);
+            else if (!manual)
+                text = verb.empty() ? app.help() : app.get_subcommand(verb)->help("knead");
+            std::fputs(text.c_str(), stdout);
+            return int(exit_ok);
+        };
+    });
+}
+
 // Says what is probably meant, where there is no such verb, or the verb has no such option.
 void suggest(const CLI::App& app, const std::vector<std::string>& words)
 {
@@ -371,7 +436,7 @@ int main(int count, char** words)
 {
     using namespace knead;
     CLI::App app("Clay shaped by hands", "knead");
-    app.set_version_flag("--version", "knead " + knead_version());
+    app.set_version_flag("-V,--version", "knead " + knead_version());
     app.require_subcommand(1);
     app.footer(
         "Exit codes: 0 ok, 1 check failed, 2 usage, 3 bad input, 4 no GPU, headset or memory,\n"
@@ -389,6 +454,9 @@ int main(int count, char** words)
     add_doctor(app, chosen);
     add_bench(app, chosen);
     add_verify(app, chosen);
+    add_list(app, chosen);
+    add_new(app, chosen);
+    add_help(app, chosen);
     try {
         app.parse(count, words);
     } catch (const CLI::ParseError& e) {

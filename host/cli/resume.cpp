@@ -76,6 +76,9 @@ Json command_of(const RunOptions& o, const std::string& device, double cpu_secon
             {"audit", o.audit_every},
             {"mesh", o.mesh},
             {"pictures", o.pictures},
+            {"cells", o.cells},
+            {"mesh_every", o.mesh_every},
+            {"particles_every", o.particles_every},
             {"video", o.video},
             {"particles", o.particles},
             {"splats", o.splats},
@@ -96,6 +99,9 @@ RunOptions options_of(const Checkpoint& from, const RunOptions& now)
         if (!c.at("seed").is_null()) o.seed = c.at("seed").get<unsigned>();
         c.at("max_memory").get_to(o.max_memory), c.at("audit").get_to(o.audit_every);
         c.at("mesh").get_to(o.mesh), c.at("pictures").get_to(o.pictures);
+        // A checkpoint of an older program has none of them.
+        o.cells = c.value("cells", 0), o.mesh_every = c.value("mesh_every", 0);
+        o.particles_every = c.value("particles_every", 0);
         c.at("video").get_to(o.video), c.at("particles").get_to(o.particles);
         c.at("splats").get_to(o.splats);
         cpu_seconds_of(from), c.at("build").get<std::string>();

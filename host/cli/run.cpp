@@ -11,15 +11,19 @@
 #include "host/base/json_reader.h"
 #include "host/base/machine.h"
 #include "host/base/outputs.h"
+#include "host/base/paths.h"
 #include "host/cli/progress.h"
 #include "host/cli/resume.h"
+#include "host/cli/sequence.h"
 #include "host/cli/verbs.h"
 #include "host/files/mesh_file.h"
 #include "host/files/particle_file.h"
 #include "host/hands/recording.h"
+#include "host/scene/domain.h"
 #include "host/scene/foresight.h"
 #include "host/scene/seed.h"
 #include "host/session/device.h"
+#include "host/session/estimate.h"
 #include "host/session/frame_writer.h"
 #include "host/session/report.h"
 #include "host/session/scene_splats.h"
@@ -35,6 +39,7 @@ Scene scene_of(const RunOptions& o)
     if (o.seed) settings.push_back(fmt::format("seed={}", *o.seed));
     if (o.pictures >= 0) settings.push_back(fmt::format("pictures.every={}", o.pictures));
     if (o.deterministic) settings.push_back("deterministic=true");
+    if (o.cells > 0) settings.push_back(cells_setting(read_json(o.scene), o.cells));
     Scene scene = read_scene(o.scene, settings);
     if (!o.hands.empty()) {
         if (!scene.has_hands) throw UsageError("--hands: the scene has no \"hands\" to replace");
@@ -60,16 +65,24 @@ void check_options(const RunOptions& o)
     if (std::find(forms.begin(), forms.end(), o.splats) == forms.end())
         throw UsageError("--splats: expected ply, splat, spz, glb or none, found \"" + o.splats +
                          "\"");
-    if (o.out.empty() && (o.video || o.particles || o.pictures > 0))
-        throw UsageError("--video, --particles and --pictures need --out DIR");
-    if (o.mesh != "glb" && o.mesh != "ply" && o.mesh != "obj" && o.mesh != "none")
-        throw UsageError("--mesh: expected glb, ply, obj or none, found \"" + o.mesh + "\"");
+    if (o.out.empty() &&
+        (o.video || o.particles || o.pictures > 0 || o.mesh_every > 0 || o.particles_every > 0))
+        throw UsageError("--video, --particles, --pictures and sequences need --out DIR");
+    const std::vector<std::string> meshes{"glb", "ply", "obj", "stl", "none"};
+    if (std::find(meshes.begin(), meshes.end(), o.mesh) == meshes.end())
+        throw UsageError("--mesh: expected glb, ply, obj, stl or none, found \"" + o.mesh + "\"");
+    if (o.mesh == "none" && o.mesh_every > 0)
+        throw UsageError("--mesh-every needs another --mesh than none");
 }
 
 class Session {
   public:
     explicit Session(const RunOptions& options, const Checkpoint* from = nullptr)
-        : o(options), earlier(from), scene(scene_of(o))
+        : o(options),
+          earlier(from),
+          scene(scene_of(o)),
+          mesh_files(in_folder("meshes"), "mesh", o.mesh, o.mesh_every),
+          clay_files(in_folder("particles"), "particles", "ply", o.particles_every)
     {
     }
 
@@ -94,6 +107,14 @@ class Session {
         if (!o.quiet) std::fprintf(stderr, "knead: %s\n", text.c_str());
     }
     void attempt(const std::string& name, const std::function<void(const std::string&)>& write);
+    void add_to(Sequence& to, int frame, const std::function<void(const std::string&)>& write)
+    {
+        try {
+            to.add(frame, write);
+        } catch (const OutputError& e) {
+            refused(e.what());
+        }
+    }
     void refused(const std::string& why)
     {
         std::fprintf(stderr, "knead: %s\n", why.c_str());
@@ -105,6 +126,7 @@ class Session {
     const Checkpoint* earlier;  // of the run that goes on; null: a new one
     Scene scene;
     std::unique_ptr<SceneSplats> splats;
+    Sequence mesh_files, clay_files;
     RunRule rule;
     RunFacts facts;
     std::vector<std::string> names{"report.json", "frames.csv"};  // of the files to come
@@ -132,6 +154,8 @@ void Session::prepare()
         if (o.video) names.push_back("video.mp4");
         std::vector<std::string> places = names;
         if (scene.picture_every > 0) places.push_back("pictures/");
+        if (mesh_files.wanted()) places.push_back("meshes/");
+        if (clay_files.wanted()) places.push_back("particles/");
         const std::string left = in_folder(checkpoint_name);
         if (!earlier && !o.overwrite && fs::exists(left))
             throw OutputError(left +
@@ -141,6 +165,7 @@ void Session::prepare()
     }
     rule.frames = o.frames;
     rule.time_limit = o.time_limit;
+    rule.meshes_every = o.mesh_every, rule.particles_every = o.particles_every;
     rule.last_mesh = !o.out.empty() && o.mesh != "none";
     facts.threads = o.threads;
     facts.settings = o.settings;
@@ -160,6 +185,7 @@ void Session::clear()
     remove_files(o.out, names);
     remove_files(o.out, {checkpoint_name});
     remove_pictures(in_folder("pictures"));
+    mesh_files.remove_old(), clay_files.remove_old();
 }
 
 // A disk that refuses them does not end the run.
@@ -172,6 +198,7 @@ void Session::keep_checkpoints(RunWatch& watch, const Solver& solver, Device dev
         facts.left_out.push_back("checkpoints: a scene with local clay keeps none");
         return;
     }
+    if (is_standard(o.scene)) return note("no checkpoints: the scene has no file to go on from");
     if (device.kind == DeviceKind::cpu_double) {
         if (o.checkpoint) throw UsageError("--checkpoint: --device cpu:double keeps none");
         return;
@@ -242,6 +269,12 @@ void Session::watch(RunWatch& watch, Progress& progress, const Solver& solver)
     watch.part = [&](int number, const FramePart& part) {
         progress.show(number - 1, part.reached / part.duration);
     };
+    watch.meshes = [&](int number, const std::vector<Mesh>& all) {
+        add_to(mesh_files, number, [&](const std::string& file) { write_mesh(file, all); });
+    };
+    watch.particles = [&](int number, const std::vector<Particle<double>>& all) {
+        add_to(clay_files, number, [&](const std::string& file) { write_particles(file, all); });
+    };
     watch.picture = [&](const Frame& frame, const std::vector<Mesh>& meshes) {
         if (!writer) return;
         splats->refresh();
@@ -289,6 +322,8 @@ void Session::write(const RunRecord& record, const Solver& solver)
         facts.outputs.push_back(in_folder("pictures"));
         if (has_video) attempt("video.mp4", [&](const std::string&) { writer->close(); });
     }
+    for (const Sequence* sequence : {&mesh_files, &clay_files})
+        if (sequence->count() > 0) facts.outputs.push_back(sequence->place());
     if (files)
         attempt("frames.csv", [&](const std::string& to) { write_whole(to, frames_csv(record)); });
     const auto text = [&] {
@@ -354,6 +389,9 @@ int Session::run()
     const Foresight steps = foresee(scene);
     note(fmt::format("a frame takes {:.6g} substeps of {:.3g} s, asked for by {}", steps.substeps,
                      steps.dt, steps.key));
+    if (!o.quiet)
+        note(fmt::format("about {:.2g} s a frame on this machine, without hands and surface",
+                         frame_seconds(scene, device)));
     watch_interrupts();
     RunRecord record;
     {

@@ -20,7 +20,10 @@ struct RunOptions {
     double max_memory = 0;     // [MiB]; 0: what is free
     double time_limit = 0;     // [s]; 0: none
     int audit_every = 0;       // frames; 0: every frame on the CPU, one in 10 on a GPU
-    std::string mesh = "glb";  // glb, ply, obj, none
+    std::string mesh = "glb";  // glb, ply, obj, stl, none
+    int cells = 0;             // along the longest axis of the domain; 0: the scene's
+    int mesh_every = 0;        // frames from mesh to mesh of a sequence; 0: none
+    int particles_every = 0;   // frames from particles to particles of a sequence; 0: none
     int pictures = -1;         // frames from picture to picture; 0: none; -1: the scene's
     bool video = false, particles = false;
     std::string splats = "ply";        // ply, splat, spz, glb, none: of a scene that has them
@@ -59,6 +62,7 @@ int vr_verb(const VrOptions& options);
 struct InfoOptions {
     std::string file;
     std::vector<std::string> settings;
+    int cells = 0;  // of a scene, along the longest axis of its domain; 0: the scene's
     bool json = false;
 };
 int info_verb(const InfoOptions& options);
@@ -72,8 +76,9 @@ struct CompareOptions {
 int compare_verb(const CompareOptions& options);
 
 struct ConvertOptions {
-    std::string in, out;
+    std::string in, out;  // "-": standard input, standard output
     bool overwrite = false, quiet = false;
+    std::string from = "", to = "";  // what comes and goes through these, e.g. "obj"
 };
 int convert_verb(const ConvertOptions& options);
 
@@ -112,6 +117,17 @@ struct DoctorOptions {
     bool json = false;
 };
 int doctor_verb(const DoctorOptions& options);
+
+struct ListOptions {
+    std::string kind;  // presets, materials (the same), gestures, scenes
+};
+int list_verb(const ListOptions& options);
+
+struct NewOptions {
+    std::string out;  // .json; "-": standard output
+    bool overwrite = false, quiet = false;
+};
+int new_verb(const NewOptions& options);
 
 struct VerifyOptions;  // host/verify/verify.h
 int verify_verb(VerifyOptions options);

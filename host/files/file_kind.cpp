@@ -16,12 +16,37 @@ FileKind ply_kind(const PlyFile& header)
     return holds_particles(header) ? FileKind::particles : FileKind::mesh;
 }
 
+// Of what has no name.
+std::string form_of(const std::string& start)
+{
+    if (start.starts_with("KNHANDS1")) return ".hands";
+    if (start.starts_with("glTF")) return ".glb";
+    if (start.starts_with("solid")) return ".stl";
+    if (start.starts_with("ply\n") || start.starts_with("ply\r")) return ".ply";
+    if (begins_spz(start)) return ".spz";
+    const std::string line = start.substr(0, start.find('\n'));
+    if (line.find("\"knead.hands/1\"") != std::string::npos) return ".jsonl";
+    const std::size_t first = start.find_first_not_of(" \t\r\n");
+    const bool json = first != std::string::npos && (start[first] == '{' || start[first] == '/');
+    return json ? ".json" : "";
+}
+
 }  // namespace
+
+std::string with_form(const std::string& path, const std::string& told)
+{
+    if (path != "-") return path;
+    if (!told.empty()) return told.starts_with('.') ? "-" + told : "-." + told;
+    const std::string form = form_of(read_start(path, longest_header));
+    if (form.empty())
+        throw InputError("-: how it begins does not say what it is; --from obj, csv or splat does");
+    return path + form;
+}
 
 FileKind file_kind(const std::string& path)
 {
-    const std::string form = ending(path);
     const std::string start = read_start(path, longest_header);
+    const std::string form = path == "-" ? form_of(start) : ending(path);
     if (form == ".ply" || start.starts_with("ply\n") || start.starts_with("ply\r"))
         return ply_kind(parse_ply_header(start, path));
     if (begins_spz(start) || form == ".splat" || form == ".spz") return FileKind::splats;

@@ -64,6 +64,26 @@ void read_domain(ObjectReader& r, Scene& scene)
     scene.setup.lattice = {cells, edge / max(cells.x, max(cells.y, cells.z))};
 }
 
+std::string cells_setting(const Json& root, int cells)
+{
+    const Json::json_pointer place("/domain/cells");
+    const Json found = root.contains(place) ? root[place] : Json();
+    double longest = 0;
+    bool numbers = found.is_array() && found.size() == 3;
+    for (const Json& one : found)
+        numbers = numbers && one.is_number() && one > 0,
+        longest = numbers ? std::max(longest, one.get<double>()) : 0;
+    Json asked = cells;  // what is no domain is refused by who reads it
+    if (numbers) {
+        asked = Json::array();
+        for (const Json& one : found) {
+            const double share = one.get<double>() / longest * cells / block_edge;
+            asked.push_back(std::max(8, int(std::lround(share)) * block_edge));
+        }
+    }
+    return "domain.cells=" + asked.dump();
+}
+
 void read_walls(ObjectReader& r, Scene& scene)
 {
     const Lattice<double>& l = scene.setup.lattice;

@@ -18,6 +18,10 @@ inline const std::vector<std::pair<std::string, ContactMode>> contact_modes = {
 void read_domain(ObjectReader& r, Scene& scene);
 void read_walls(ObjectReader& r, Scene& scene);
 
+// The setting by which the longest axis of a scene's domain has `cells` cells and the others keep
+// their share of it, to whole blocks: "domain.cells=48". `root` is the scene's document.
+std::string cells_setting(const Json& root, int cells);
+
 // When all is read: enlarges the lattices, by whole blocks, where nodes are missing beyond a wall,
 // and moves all that has a place from the scene's frame into that of the simulation, which has its
 // origin at the lattice's first node. Where nothing is missing, nothing moves.

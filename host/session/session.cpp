@@ -18,6 +18,21 @@
 namespace knead {
 namespace {
 
+// From the simulation's frame into that of the scene's file.
+std::vector<Particle<double>> moved_out(const Scene& scene, std::vector<Particle<double>> clay)
+{
+    for (Particle<double>& q : clay) q.x = q.x + scene.origin;
+    return clay;
+}
+std::vector<Mesh> moved_out(const Scene& scene, std::vector<Mesh> meshes)
+{
+    const Vec3<double> by = scene.origin;
+    if (dot(by, by) == 0) return meshes;
+    for (Mesh& mesh : meshes)
+        for (Vec3<float>& x : mesh.vertices) x = cast<float>(cast<double>(x) + by);
+    return meshes;
+}
+
 // What watches the loop: each of its watchers fills its part of the frame's row.
 class Run {
   public:
@@ -33,7 +48,7 @@ class Run {
         record.particles = record.last_good->size();
         if (!record.rows.empty()) return;  // it goes on
         record.first = audit(*record.last_good, scene.setup.materials, scene.setup.lattice.dx);
-        if (rule.mesh_every == 0 && !rule.last_mesh) return;
+        if (rule.mesh_every == 0 && rule.meshes_every == 0 && !rule.last_mesh) return;
         FrameRow before;
         mesh(before);
         record.first_mesh_volume = before.mesh_volume;
@@ -64,12 +79,20 @@ class Run {
 
     void make_surface(const Frame& f)
     {
-        const bool wanted = shown(f) || (is_last(f) && rule.last_mesh);
+        const bool wanted = shown(f) || due(f, rule.meshes_every) || (is_last(f) && rule.last_mesh);
         if (wanted && loop.end() != End::numbers) mesh(record.rows.back());
     }
-    bool shown(const Frame& f) const
+    static bool due(const Frame& f, int every) { return every > 0 && f.number % every == 0; }
+    bool shown(const Frame& f) const { return due(f, rule.mesh_every); }
+
+    // What files are made of, where the frame is one of theirs.
+    void hand_out(const Frame& f, const RunWatch& watch)
     {
-        return rule.mesh_every > 0 && f.number % rule.mesh_every == 0;
+        if (loop.end() == End::numbers || f.stats.cut) return;
+        if (watch.meshes && due(f, rule.meshes_every) && record.rows.back().meshed)
+            watch.meshes(f.number, moved_out(scene, *loop.meshes()));
+        if (watch.particles && due(f, rule.particles_every))
+            watch.particles(f.number, moved_out(scene, *loop.particles()));
     }
 
     // Whether the state is one from which a later run can go on.
@@ -215,17 +238,11 @@ void move_out(const Scene& scene, RunRecord& record)
 {
     const Vec3<double> by = scene.origin;
     if (dot(by, by) == 0) return;
-    if (record.last_good) {
-        std::vector<Particle<double>> moved = *record.last_good;
-        for (Particle<double>& q : moved) q.x = q.x + by;
-        record.last_good = std::make_shared<const std::vector<Particle<double>>>(std::move(moved));
-    }
-    if (record.meshes) {
-        std::vector<Mesh> moved = *record.meshes;
-        for (Mesh& mesh : moved)
-            for (Vec3<float>& x : mesh.vertices) x = cast<float>(cast<double>(x) + by);
-        record.meshes = std::make_shared<const std::vector<Mesh>>(std::move(moved));
-    }
+    if (record.last_good)
+        record.last_good = std::make_shared<const std::vector<Particle<double>>>(
+            moved_out(scene, *record.last_good));
+    if (record.meshes)
+        record.meshes = std::make_shared<const std::vector<Mesh>>(moved_out(scene, *record.meshes));
     const auto turn = [by](Audit& state) { state.spin = state.spin + cross(by, state.momentum); };
     turn(record.first);
     for (FrameRow& row : record.rows)
@@ -303,6 +320,7 @@ RunRecord run_frames(const Scene& scene, Solver& solver, const HandSource* hands
         loop.watch([&](const Frame& f) {
             if (run.shown(f) && run.record.rows.back().meshed) run.show(f, *loop.meshes(), watch);
         });
+    loop.watch([&](const Frame& f) { run.hand_out(f, watch); });
     Keeper keeper(solver, run, rule, watch);
     if (watch.checkpoint) loop.watch([&](const Frame& f) { keeper.after(f); });
     run.start();
@@ -374,7 +392,7 @@ std::vector<std::string> left_out(const Scene& scene, const RunRule& rule)
     const auto splats = [](const Object& o) { return o.shape == ShapeKind::splats; };
     if (std::none_of(scene.objects.begin(), scene.objects.end(), splats))
         out.push_back("Gaussians: the scene has none");
-    if (rule.mesh_every == 0 && !rule.last_mesh)
+    if (rule.mesh_every == 0 && rule.meshes_every == 0 && !rule.last_mesh)
         out.push_back("surface: neither mesh nor pictures are asked for");
     else if (rule.mesh_every == 0)
         out.push_back("pictures: not asked for");

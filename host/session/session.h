@@ -12,12 +12,14 @@
 namespace knead {
 
 struct RunRule {
-    int frames = 0;          // 0: as the scene says
-    int audit_every = 1;     // frames from audit to audit; the first and the last always are
-    int mesh_every = 0;      // frames from mesh to mesh; 0: none
-    bool last_mesh = false;  // a mesh of the last frame
-    double time_limit = 0;   // wall time after which it ends [s]; 0: none
-    double checkpoint = 0;   // wall time from checkpoint to checkpoint [s]
+    int frames = 0;           // 0: as the scene says
+    int audit_every = 1;      // frames from audit to audit; the first and the last always are
+    int mesh_every = 0;       // frames from mesh to mesh; 0: none
+    bool last_mesh = false;   // a mesh of the last frame
+    int meshes_every = 0;     // frames from one to the next that `meshes` of RunWatch is told of
+    int particles_every = 0;  // the same of `particles`
+    double time_limit = 0;    // wall time after which it ends [s]; 0: none
+    double checkpoint = 0;    // wall time from checkpoint to checkpoint [s]
 };
 
 struct FrameRow {
@@ -70,6 +72,9 @@ struct RunWatch {
     std::function<bool(const Frame&, FrameRow&)> upkeep;
     // After every frame that was meshed by mesh_every. A PictureError is counted and said once.
     std::function<void(const Frame&, const std::vector<Mesh>&)> picture;
+    // After every frame of meshes_every and particles_every, in the frame of the scene's file.
+    std::function<void(int number, const std::vector<Mesh>&)> meshes;
+    std::function<void(int number, const std::vector<Particle<double>>&)> particles;
     // Between frames, when it is due, and at the end where the run was stopped: what it has so far,
     // without a frame that was cut short. With the solver's state that is all that a later run
     // needs to go on.

@@ -28,9 +28,8 @@ cp one/mesh.glb one/particles.ply .
 
 # What does not depend on how long it took.
 sums() {
-    find "$1" -type f ! -name report.json ! -name frames.csv ! -name verify.json ! -name '*.csv' \
-        ! -name report.md ! -name checkpoint.knead -printf '%P ' -exec sh -c 'md5sum <"$1"' _ {} \; |
-        sort
+    find "$1" -type f ! -name 'report.*' ! -name frames.csv ! -name 'verify.*' \
+        ! -name checkpoint.knead -printf '%P ' -exec sh -c 'md5sum <"$1"' _ {} \; | sort
 }
 
 # fails_at_each NAME OLD ARGUMENT...: in a folder `at` that begins as a copy of OLD ("" for none),
@@ -83,7 +82,7 @@ fails_at_each run "" "${run[@]}" --frames 2 --particles --out at --checkpoint 1e
 fails_at_each "run --overwrite" one "${run[@]}" --frames 2 --particles --out at --overwrite
 fails_at_each "run --resume" ended run --resume at -q --threads 1
 mkdir -p old
-for file in mesh.obj copy.ply copy.csv copy.stl hands.hands hands.jsonl; do echo old >old/$file; done
+for file in mesh.obj copy.ply copy.stl hands.hands hands.jsonl; do echo old >old/$file; done
 fails_at_each record old record squeeze at/hands.hands --seconds 0.2 --overwrite -q
 fails_at_each "convert mesh" old convert mesh.glb at/mesh.obj --overwrite -q
 fails_at_each "convert to STL" old convert mesh.glb at/copy.stl --overwrite -q

@@ -47,12 +47,38 @@ for file in report.json frames.csv mesh.glb; do
     rmdir folders/$file
 done
 
+# A scene through the standard input; a coarser one; sequences of files.
+answers_to() {
+    "$program" "${@:2}" <"$1" >said 2>complained || wrong "exit $?: knead ${*:2}"
+}
+answers_to ball.json run - --device cpu --frames 3 --threads 1 --out piped
+[ "$(state one)" = "$(state piped)" ] || wrong "another state of a scene without a file"
+answers_to ball.json info - --cells 64
+holds said 'nodes +\[64,64,64\]'
+holds said 'frame_wall_s +[0-9.e-]+$'
+answers 0 run ball.json --device cpu --frames 1 --cells 16
+complains 'a frame on this machine'
+answers 3 run ball.json --cells 17
+sequences=(run ball.json --device cpu --frames 5 --threads 1 --mesh stl --mesh-every 2
+    --particles-every 2 --out moving)
+answers 0 "${sequences[@]}"
+[ "$(ls moving/meshes | tr '\n' ' ')" = "mesh_0001.stl mesh_0002.stl " ] || wrong "$(ls -R moving)"
+[ "$(ls moving/particles | wc -l)" -eq 2 ] || wrong "$(ls -R moving)"
+answers 0 run ball.json --device cpu --frames 4 --threads 1 --mesh stl --particles --out still
+cmp -s moving/meshes/mesh_0002.stl still/mesh.stl || wrong "another mesh in a sequence"
+cmp -s moving/particles/particles_0002.ply still/particles.ply || wrong "other particles in one"
+touch moving/meshes/mesh_0007.stl moving/meshes/mine_0007.stl
+answers 0 "${sequences[@]}" --overwrite
+[ "$(ls moving/meshes | tr '\n' ' ')" = "mesh_0001.stl mesh_0002.stl mine_0007.stl " ] ||
+    wrong "after --overwrite: $(ls -R moving)"
+answers 2 run ball.json --mesh-every 2
+
 # Wrong usage.
 answers 2
 answers 2 frobnicate
 answers 2 run
 answers 2 run ball.json --frames several
-answers 2 run ball.json --mesh stl --out three
+answers 2 run ball.json --mesh fbx --out three
 answers 2 rn ball.json
 complains 'rn: "run" is meant?'
 answers 2 run ball.json --devise cpu

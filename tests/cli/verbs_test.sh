@@ -114,7 +114,71 @@ done
 answers 0 convert one/particles.ply particles.csv
 answers 0 convert one/particles.ply particles.ply
 cmp -s one/particles.ply particles.ply || wrong "particles are others after being converted"
-answers 2 convert one/mesh.glb mesh.stl
+answers 2 convert one/mesh.glb mesh.fbx
+# STL, binary and text; particles as a table and back; pipes.
+answers 0 convert one/mesh.glb first.stl
+answers 0 convert first.stl second_stl.glb
+answers 0 info second_stl.glb
+holds said 'pieces +1'
+printf 'solid a\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\n%s' \
+    $'endloop\nendfacet\nendsolid a\n' >text.stl
+answers 0 info text.stl
+holds said 'triangles +1$'
+answers 0 convert particles.csv table.ply
+answers 0 compare one/particles.ply table.ply --tolerance 0
+"$program" convert - - --to stl <one/mesh.glb 2>complained >piped.stl || wrong "no pipe"
+cmp -s first.stl piped.stl || wrong "another STL through a pipe"
+"$program" convert - - --from stl --to obj <piped.stl 2>complained | "$program" convert - \
+    piped.glb --from obj >said 2>complained || wrong "no pipe of two"
+answers 0 info piped.glb
+"$program" compare - one/report.json <one/report.json >said 2>complained ||
+    wrong "no report by a pipe"
+answers 2 convert one/mesh.glb -
+answers 3 convert - empty.ply
+
+# What it says of itself.
+answers 0 -V
+for verb in run info convert list new help; do
+    answers 0 help $verb
+    holds said "Usage: knead $verb"
+    answers 0 help $verb --man
+    holds said '^\.SH OPTIONS'
+done
+answers 2 help rnu
+complains '"run" is meant?'
+answers 0 help --man
+holds said '^\.B knead run'
+if command -v man >/dev/null; then
+    for verb in '' run convert; do
+        "$program" help $verb --man >page.1
+        [ -z "$(man --warnings=w -l page.1 2>&1 >/dev/null)" ] || wrong "roff of $verb: $(man \
+            --warnings=w -l page.1 2>&1 >/dev/null | head -n 3)"
+    done
+fi
+answers 0 help --completion bash
+bash -n said || wrong "completion that bash does not read"
+completed() {  # WORD...: the last is completed
+    bash -c 'source said; knead() { "'"$program"'" "$@"; }; COMP_WORDS=("$@")
+        COMP_CWORD=$(($# - 1)); _knead; printf "%s\n" "${COMPREPLY[@]}"' _ "$@"
+}
+completed knead ru | grep -qx run || wrong "no completion of a verb"
+completed knead run --devi | grep -qx -- --device || wrong "no completion of an option"
+completed knead record sque | grep -qx squeeze || wrong "no completion of a gesture"
+answers 0 help --completion zsh
+if command -v zsh >/dev/null; then zsh -n said || wrong "completion that zsh does not read"; fi
+answers 2 help --completion fish
+for kind in presets materials gestures scenes; do
+    answers 0 list $kind
+    [ "$(wc -l <said)" -ge 8 ] || wrong "few $kind"
+done
+holds said '^squeeze +Two hands'
+answers 2 list tools
+answers 0 new first.json
+answers 0 info first.json
+answers 0 run first.json --device cpu --frames 1 --cells 16 --pictures 0 -q
+answers 5 new first.json
+answers 2 new first.txt
+"$program" new - 2>complained | cmp -s - first.json || wrong "another scene through a pipe"
 answers 2 convert noisy.hands noisy.glb
 answers 2 convert one/particles.ply particles.glb
 answers 3 convert ball.json ball.glb

@@ -14,7 +14,9 @@
 #include "host/files/mesh_file.h"
 #include "host/files/mesh_reader.h"
 #include "host/files/particle_file.h"
+#include "host/files/stl.h"
 #include "tests/folder.h"
+#include "tests/reason.h"
 
 namespace knead {
 namespace {
@@ -33,7 +35,7 @@ Mesh tetrahedron()
 
 TEST_F(Files, MeshesSurviveEveryFormat)
 {
-    for (const char* name : {"t.ply", "t.obj", "t.glb"}) {
+    for (const char* name : {"t.ply", "t.obj", "t.glb", "t.stl"}) {
         write_mesh(path(name), {tetrahedron()});
         const std::vector<Mesh> back = read_mesh(path(name));
         ASSERT_EQ(back.size(), 1u) << name;
@@ -47,7 +49,7 @@ TEST_F(Files, MeshesSurviveEveryFormat)
 TEST_F(Files, AnEndingMayBeInCapitals)
 {
     const std::vector<Particle<double>> particles(2);
-    for (const char* name : {"T.PLY", "T.OBJ", "T.Glb"}) {
+    for (const char* name : {"T.PLY", "T.OBJ", "T.Glb", "T.STL"}) {
         write_mesh(path(name), {tetrahedron()});
         EXPECT_EQ(file_kind(path(name)), FileKind::mesh) << name;
         EXPECT_EQ(read_mesh(path(name)).size(), 1u) << name;
@@ -68,7 +70,7 @@ TEST_F(Files, AnEndingMayBeInCapitals)
 TEST_F(Files, TruncatedAndFlippedMeshesEndInAMessage)
 {
     long refused = 0;
-    for (const char* name : {"t.ply", "t.obj", "t.glb"}) {
+    for (const char* name : {"t.ply", "t.obj", "t.glb", "t.stl"}) {
         write_mesh(path(name), {tetrahedron()});
         const std::string whole = read_text(path(name), 1 << 20);
         const auto tried = [&](const std::string& bytes) {
@@ -76,6 +78,7 @@ TEST_F(Files, TruncatedAndFlippedMeshesEndInAMessage)
                 if (std::string(name) == "t.ply") to_mesh(parse_ply(bytes, name), name);
                 if (std::string(name) == "t.obj") parse_obj(bytes, name);
                 if (std::string(name) == "t.glb") parse_glb(bytes, name);
+                if (std::string(name) == "t.stl") parse_stl(bytes, name);
             } catch (const InputError&) {
                 ++refused;
             }
@@ -118,9 +121,63 @@ TEST_F(Files, ParticlesKeepEveryBit)
     const auto back = read_particles(path("p.ply"));
     ASSERT_EQ(back.size(), particles.size());
     EXPECT_EQ(std::memcmp(back.data(), particles.data(), 100 * sizeof(Particle<double>)), 0);
+    write_particles(path("p.csv"), particles);
+    const auto table = read_particles(path("p.csv"));
+    ASSERT_EQ(table.size(), particles.size());
+    EXPECT_EQ(std::memcmp(table.data(), particles.data(), 100 * sizeof(Particle<double>)), 0);
     particles[7].x.y = std::nan("");
-    write_particles(path("q.ply"), particles);
-    EXPECT_THROW(read_particles(path("q.ply")), InputError);
+    for (const char* name : {"q.ply", "q.csv"}) {
+        write_particles(path(name), particles);
+        EXPECT_THROW(read_particles(path(name)), InputError);
+    }
+}
+
+TEST(Table, WhatIsNoTableOfParticlesIsNamedWithItsLine)
+{
+    const auto said = [](const std::string& text) {
+        return reason<InputError>([&] { parse_csv(text, "t.csv"); });
+    };
+    EXPECT_EQ(said("x,y,z\n1,2,3\n"), "");
+    EXPECT_EQ(parse_csv("\"z\", other, y ,x\r\n\r\n1,9,2,3\r\n", "t.csv")[0].x.x, 3);
+    EXPECT_EQ(said("x,y,z\n1,2\n"), "t.csv: line 2: expected 3 numbers, found 2");
+    EXPECT_NE(said("x,y,z\n1,2,3,4\n").find("line 2"), std::string::npos);
+    EXPECT_NE(said("x,y,z\n\n1,two,3\n").find("line 3: expected 3 numbers, found \"two\""),
+              std::string::npos);
+    EXPECT_NE(said("x,y,x\n").find("\"x\" again"), std::string::npos);
+    EXPECT_NE(said("x,y\n1,2\n").find("\"z\""), std::string::npos);
+    EXPECT_NE(said("x,y,z\n").find("found none"), std::string::npos);
+    EXPECT_NE(said(""), "");
+    EXPECT_NE(said(std::string(1000, ',')).find("256 columns"), std::string::npos);
+}
+
+// Text and binary, with corners that several triangles share.
+TEST_F(Files, StlIsTheSameSurfaceInBothForms)
+{
+    write_mesh(path("t.stl"), {tetrahedron()});
+    const std::string bytes = read_text(path("t.stl"), 1 << 20);
+    EXPECT_EQ(bytes.size(), 84u + 4 * 50);
+    const Mesh binary = parse_stl(bytes, "t.stl");
+    std::string text = "solid a tetrahedron of 4\n";
+    for (const Int3 t : binary.triangles) {
+        text += "facet normal 0 0 0\n outer loop\n";
+        for (const int v : {t.x, t.y, t.z}) {
+            const Vec3<float> x = binary.vertices[std::size_t(v)];
+            text += "  vertex " + std::to_string(x.x) + " " + std::to_string(x.y) + " +" +
+                    std::to_string(x.z) + "\n";
+        }
+        text += " endloop\nendfacet\n";
+    }
+    const Mesh read = parse_stl(text + "endsolid a tetrahedron of 4\n", "text.stl");
+    EXPECT_EQ(read.vertices.size(), 4u);
+    EXPECT_EQ(read.triangles.size(), 4u);
+    EXPECT_NEAR(volume(read), 1.0 / 6, 1e-6);
+    const auto said = [](const std::string& some) {
+        return reason<InputError>([&] { parse_stl(some, "s"); });
+    };
+    EXPECT_NE(said(text).find("\"endsolid\", found the end"), std::string::npos);
+    EXPECT_NE(said("solid\nfacet normal 0 0 1\nouter\nvertex").find("line 4"), std::string::npos);
+    EXPECT_NE(said(bytes + "x").find("byte 80"), std::string::npos);
+    EXPECT_NE(said("solid\nendsolid\n").find("triangles"), std::string::npos);
 }
 
 TEST_F(Files, AnOldFileSurvivesAWriteThatFails)

@@ -1,0 +1,77 @@
+// knead list: what a scene can name. One a line, its name first.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <filesystem>
+
+#include "host/base/errors.h"
+#include "host/base/json_reader.h"
+#include "host/base/paths.h"
+#include "host/cli/verbs.h"
+#include "host/hands/gesture.h"
+#include "host/scene/presets.h"
+
+namespace knead {
+namespace {
+namespace fs = std::filesystem;
+
+void list_presets()
+{
+    for (const MaterialSpec& m : material_specs()) {
+        const std::string stiff = m.plasticity == Plasticity::fluid
+                                      ? fmt::format("bulk {:.3g} Pa", m.bulk)
+                                      : fmt::format("Young's modulus {:.3g} Pa", m.young);
+        fmt::print("{:<16} {} kg/m3, {}\n", m.name, m.density, stiff);
+    }
+}
+
+void list_gestures()
+{
+    for (const Gesture& g : gestures()) {
+        std::string held;
+        for (const std::string& tool : g.held)
+            if (!tool.empty()) held += ", with a " + tool;
+        fmt::print("{:<16} {} s{}\n", g.name, g.seconds, held);
+    }
+}
+
+// The first comment of a scene says what it shows.
+std::string first_comment(const std::string& text)
+{
+    const std::size_t at = text.find("// ");
+    if (at == std::string::npos) return "";
+    return text.substr(at + 3, text.find('\n', at) - at - 3);
+}
+
+void list_scenes()
+{
+    const std::string folder = shipped("scenes");
+    std::vector<fs::path> files;
+    std::error_code problem;
+    for (fs::directory_iterator at(folder, problem), end; !problem && at != end;
+         at.increment(problem))
+        if (at->path().extension() == ".json") files.push_back(at->path());
+    if (files.empty()) throw InputError("the scenes that come with the program are not there");
+    std::sort(files.begin(), files.end());
+    for (const fs::path& file : files)
+        fmt::print("{:<16} {}\n", file.stem().string(),
+                   first_comment(read_text(file.string(), max_json_bytes)));
+}
+
+}  // namespace
+
+int list_verb(const ListOptions& o)
+{
+    const std::vector<std::string> kinds{"presets", "materials", "gestures", "scenes"};
+    names_asked("list of", {o.kind}, kinds);
+    if (o.kind == "gestures")
+        list_gestures();
+    else if (o.kind == "scenes")
+        list_scenes();
+    else
+        list_presets();
+    return exit_ok;
+}
+
+}  // namespace knead
