@@ -22,9 +22,9 @@ side_by_side() {
 
 clay() {
     simulate pinch 4 --set domain.cells=40 --set surface.nodes=96 --set pictures.width=512 \
-        --set pictures.height=384 --set 'camera.eye=[0.4,0.98,0.96]' \
-        --set 'camera.target=[0.56,0.26,0.5]'
-    side_by_side pinch 32 84 144 'crop=470:364,scale=420:-1:flags=lanczos' docs/clay.png
+        --set pictures.height=384 --set 'camera.eye=[0.38,1.0,1.01]' \
+        --set 'camera.target=[0.55,0.225,0.5]'
+    side_by_side pinch 32 84 144 'scale=420:-1:flags=lanczos' docs/clay.png
     # 60 frames a second, of which one in four is drawn.
     ffmpeg -loglevel error -y -framerate 15 -pattern_type glob \
         -i "$out/pinch/pictures/frame_*.png" -loop 0 -filter_complex \
