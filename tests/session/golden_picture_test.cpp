@@ -121,7 +121,8 @@ class GoldenPictures : public InFolder {
 
     Image drawn(const Shown& what)
     {
-        if (!writer) writer = std::make_unique<FrameWriter>(scene, folder.string(), "", 30, &splats);
+        if (!writer)
+            writer = std::make_unique<FrameWriter>(scene, folder.string(), "", 30, &splats);
         writer->add(what.frame, what.meshes, what.gaussians);
         return read_png((folder / picture_name(what.frame.number)).string());
     }
