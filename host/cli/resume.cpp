@@ -56,6 +56,21 @@ void check_splats(const RunOptions& o, const std::vector<std::string>& hashes)
         throw InputError(o.scene + ": expected the files of splats that the run began with");
 }
 
+// Objects that came with hands; those that went with them have no material.
+void add_local(std::vector<Material<double>>& materials, const LocalState& local,
+               const Scene& scene)
+{
+    const std::size_t before = materials.size();
+    for (const Object& o : scene.objects) {
+        if (!o.local() || local.objects < int(before) || local.objects > 100000000) continue;
+        materials.resize(std::size_t(local.objects), Material<double>{});
+        const Material<double> material = materials[std::size_t(&o - scene.objects.data())];
+        for (const auto& [cube, object] : local.clay)
+            if (object >= int(before) && object < local.objects)
+                materials[std::size_t(object)] = material;
+    }
+}
+
 }  // namespace
 
 Json command_of(const RunOptions& o, const std::string& device, double cpu_seconds,
@@ -121,24 +136,28 @@ double cpu_seconds_of(const Checkpoint& from)
     return from.command.at("cpu_seconds").get<double>();
 }
 
-void load(Solver& solver, const Checkpoint& from, const Scene& scene, const std::string& file)
+void load(Solver& solver, const Checkpoint& from, const Scene& scene, SceneSplats& splats,
+          const std::string& file)
 {
     const auto check = [&](const char* what, std::size_t expected, std::size_t found) {
         if (found != expected)
             throw InputError(fmt::format("{}: expected the {} {} of its scene, found {}", file,
                                          expected, what, found));
     };
-    check("particles", scene.setup.particles.size(), from.state.setup.particles.size());
+    if (!splats.local())  // that clay comes and goes
+        check("particles", scene.setup.particles.size(), from.state.setup.particles.size());
     // Where splats are split or added, there may be more Gaussians by now.
-    const bool grown = scene.upkeep.any() && !scene.setup.gaussians.empty();
+    const bool grown = splats.local() || (scene.upkeep.any() && !scene.setup.gaussians.empty());
     check("Gaussians", grown ? from.splats.count() : scene.setup.gaussians.size(),
           from.state.setup.gaussians.size());
     check("splats", from.state.setup.gaussians.size(), from.splats.count());
     SavedState state = from.state;
     state.setup = solver.rules();
+    add_local(state.setup.materials, from.local, scene);
     state.setup.particles = from.state.setup.particles;
     state.setup.gaussians = from.state.setup.gaussians;
     try {
+        splats.set_state(from.splats, from.local);
         solver.load(state);
     } catch (const std::invalid_argument& e) {
         throw InputError(file + ": " + e.what());

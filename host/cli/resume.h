@@ -4,6 +4,7 @@
 
 #include "host/cli/verbs.h"
 #include "host/session/checkpoint.h"
+#include "host/session/scene_splats.h"
 
 namespace knead {
 
@@ -17,6 +18,7 @@ double cpu_seconds_of(const Checkpoint& from);
 
 // Puts the solver, made of the checkpoint's scene, into its state. Throws InputError.
 // `scene` is that of the run, built anew.
-void load(Solver& solver, const Checkpoint& from, const Scene& scene, const std::string& file);
+void load(Solver& solver, const Checkpoint& from, const Scene& scene, SceneSplats& splats,
+          const std::string& file);
 
 }  // namespace knead

@@ -193,11 +193,6 @@ void Session::keep_checkpoints(RunWatch& watch, const Solver& solver, Device dev
 {
     rule.checkpoint = o.checkpoint.value_or(60);
     if (o.out.empty() || (o.checkpoint && *o.checkpoint == 0)) return;
-    if (splats->local()) {
-        if (o.checkpoint) throw UsageError("--checkpoint: a scene with local clay keeps none");
-        facts.left_out.push_back("checkpoints: a scene with local clay keeps none");
-        return;
-    }
     if (is_standard(o.scene)) return note("no checkpoints: the scene has no file to go on from");
     if (device.kind == DeviceKind::cpu_double) {
         if (o.checkpoint) throw UsageError("--checkpoint: --device cpu:double keeps none");
@@ -209,8 +204,8 @@ void Session::keep_checkpoints(RunWatch& watch, const Solver& solver, Device dev
         const auto begin = std::chrono::steady_clock::now();
         try {
             const Json command = command_of(o, name, process_seconds() - cpu_before, scene);
-            write_checkpoint(in_folder(checkpoint_name),
-                             {command, record, solver.save(), splats->state()});
+            write_checkpoint(in_folder(checkpoint_name), {command, record, solver.save(),
+                                                          splats->state(), splats->local_state()});
         } catch (const std::exception& e) {
             note(std::string("no checkpoint: ") + e.what());
         }
@@ -377,8 +372,7 @@ int Session::run()
     keep_splats(watching, *solver, device);
     keep_checkpoints(watching, *solver, device);
     if (earlier) {
-        load(*solver, *earlier, scene, in_folder(checkpoint_name));
-        splats->set_state(earlier->splats);
+        load(*solver, *earlier, scene, *splats, in_folder(checkpoint_name));
     }
     clear();
     open_writer();

@@ -11,6 +11,7 @@
 
 #include "host/base/json_reader.h"
 #include "host/base/outputs.h"
+#include "host/session/checkpoint_body.h"
 
 namespace knead {
 namespace {
@@ -106,6 +107,10 @@ Json facts_json(const Checkpoint& c)
             {"particles", s.setup.particles.size()},
             {"gaussians", s.setup.gaussians.size()},
             {"splats", c.splats.count()},
+            {"still", c.local.cloud.count()},
+            {"home", c.local.home.size()},
+            {"clay", c.local.clay},
+            {"objects", c.local.objects},
             {"splat_degree", c.splats.cloud.degree},
             {"antialiased", c.splats.cloud.antialiased},
             {"quiet", s.quiet.size()},
@@ -115,12 +120,6 @@ Json facts_json(const Checkpoint& c)
             {"stiffness", s.stiffness},
             {"drift", s.drift},
             {"covered", s.covered}};
-}
-
-template <class T>
-void append(std::string& to, const T& value)
-{
-    to.append(reinterpret_cast<const char*>(&value), sizeof value);
 }
 
 // The solvers that are saved keep floats: nothing is lost.
@@ -139,27 +138,14 @@ void each_float_of(G& g, Visit&& visit)
     for (auto* v : {&g.x, &g.F.a, &g.F.b, &g.F.c}) visit(v->x), visit(v->y), visit(v->z);
 }
 
-std::size_t splat_bytes(int degree) { return (12 + 3 * harmonics(degree)) * sizeof(float); }
-// All numbers of splat i.
-template <class S, class Visit>
-void each_float_of(S& s, std::size_t i, Visit&& visit)
-{
-    auto& c = s.cloud;
-    const auto vector = [&](auto& v) { visit(v.x), visit(v.y), visit(v.z); };
-    vector(c.centre[i]), vector(c.scale[i]);
-    visit(c.rotation[i].w), visit(c.rotation[i].x), visit(c.rotation[i].y), visit(c.rotation[i].z);
-    visit(c.opacity[i]), visit(s.extent[i]);
-    const auto count = std::size_t(harmonics(c.degree));
-    for (std::size_t k = 0; k < count; ++k) vector(c.sh[i * count + k]);
-}
-
 std::string body_of(const Checkpoint& c)
 {
     const SavedState& s = c.state;
     std::string body;
     body.reserve(s.setup.particles.size() * (particle_bytes + sizeof(int)) +
                  s.quiet.size() * sizeof(int) + s.setup.gaussians.size() * gaussian_bytes +
-                 c.splats.count() * splat_bytes(c.splats.cloud.degree));
+                 (c.splats.count() + c.local.cloud.count()) *
+                     (splat_bytes(c.splats.cloud.degree) + local_bytes));
     for (const Particle<double>& p : s.setup.particles) {
         each_float(p, [&](double number) { append(body, float(number)); });
         append(body, p.object), append(body, p.sides);
@@ -170,51 +156,31 @@ std::string body_of(const Checkpoint& c)
         each_float_of(g, [&](double number) { append(body, float(number)); });
         append(body, g.object), append(body, g.sides);
     }
-    for (std::size_t i = 0; i < c.splats.count(); ++i)
-        each_float_of(c.splats, i, [&](float number) { append(body, number); });
+    append(body, c.splats.cloud);
+    for (const float extent : c.splats.extent) append(body, extent);
+    append(body, c.local);
     return body;
 }
 
-// Takes values from the front of bytes whose number was checked.
-struct Taker {
-    const char* at;
-    template <class T>
-    void take(T& value)
-    {
-        std::memcpy(&value, at, sizeof value), at += sizeof value;
-    }
-};
-
 // What the body holds.
 struct Counts {
-    std::uint64_t particles, quiet, gaussians, splats;
+    std::uint64_t particles, quiet, gaussians, splats, still, home;
     int degree;
 
     bool fill(std::uint64_t bytes) const
     {
         constexpr std::uint64_t each = particle_bytes + sizeof(int);
         if (degree < 0 || degree > max_sh_degree) return false;
-        const std::uint64_t splat = splat_bytes(degree);
+        const std::uint64_t one = splat_bytes(degree), splat = one + sizeof(float),
+                            slot = one + local_bytes;
         if (particles > bytes / each || quiet > bytes / sizeof(int) ||
-            gaussians > bytes / gaussian_bytes || splats > bytes / splat)
+            gaussians > bytes / gaussian_bytes || splats > bytes / splat || still > bytes / slot ||
+            home > bytes / sizeof(int))
             return false;
-        return bytes ==
-               particles * each + quiet * sizeof(int) + gaussians * gaussian_bytes + splats * splat;
+        return bytes == particles * each + quiet * sizeof(int) + gaussians * gaussian_bytes +
+                            splats * splat + still * slot + home * sizeof(int);
     }
 };
-
-void take_splats(CarriedSplats& s, std::size_t count, Taker& taker)
-{
-    SplatCloud& c = s.cloud;
-    c.centre.resize(count), c.rotation.resize(count), c.scale.resize(count);
-    c.opacity.resize(count), s.extent.resize(count);
-    c.sh.resize(count * std::size_t(harmonics(c.degree)));
-    for (std::size_t i = 0; i < count; ++i)
-        each_float_of(s, i, [&](float& number) {
-            taker.take(number);
-            if (!std::isfinite(number)) throw std::out_of_range("splats");
-        });
-}
 
 void take_body(Checkpoint& c, const Counts& n, const char* from)
 {
@@ -236,7 +202,10 @@ void take_body(Checkpoint& c, const Counts& n, const char* from)
         each_float_of(g, take_float);
         taker.take(g.object), taker.take(g.sides);
     }
-    take_splats(c.splats, n.splats, taker);
+    taker.take(c.splats.cloud, n.splats);
+    c.splats.extent.resize(n.splats);
+    for (float& extent : c.splats.extent) taker.take_finite(extent);
+    taker.take(c.local, n.still, n.home);
 }
 
 [[noreturn]] void refuse(const std::string& file, const std::string& why)
@@ -313,8 +282,11 @@ Checkpoint facts_in(const Json& from)
     s.quiet_stored = triple_in(from.at("quiet_stored"));
     s.speed_squared = from.at("speed_squared"), s.stiffness = from.at("stiffness");
     s.drift = from.at("drift"), s.covered = from.at("covered");
-    c.splats.cloud.degree = from.at("splat_degree");
-    c.splats.cloud.antialiased = from.at("antialiased");
+    from.at("splat_degree").get_to(c.splats.cloud.degree);
+    from.at("antialiased").get_to(c.splats.cloud.antialiased);
+    c.local.cloud.degree = c.splats.cloud.degree;
+    c.local.cloud.antialiased = c.splats.cloud.antialiased;
+    from.at("clay").get_to(c.local.clay), from.at("objects").get_to(c.local.objects);
     return c;
 }
 
@@ -336,7 +308,7 @@ void write_checkpoint(const std::string& file, const Checkpoint& c)
     std::memcpy(head.magic, magic, sizeof head.magic);
     std::string whole;
     whole.reserve(sizeof head + facts.size() + body.size() + 8);
-    append(whole, head);
+    whole.append(reinterpret_cast<const char*>(&head), sizeof head);
     whole.append(reinterpret_cast<const char*>(facts.data()), facts.size());
     whole += body;
     append(whole, std::uint64_t(XXH64(whole.data(), whole.size(), 0)));
@@ -356,7 +328,8 @@ Checkpoint parse_checkpoint(const std::string& bytes, const std::string& file)
         const Json all = facts_of(file, facts, facts + head.facts);
         Checkpoint c = facts_in(all);
         const auto count = [&](const char* of) { return all.at(of).get<std::uint64_t>(); };
-        const Counts counts{count("particles"), count("quiet"), count("gaussians"), count("splats"),
+        const Counts counts{count("particles"),   count("quiet"), count("gaussians"),
+                            count("splats"),      count("still"), count("home"),
                             c.splats.cloud.degree};
         if (!counts.fill(head.body) || (counts.splats && counts.splats != counts.gaussians))
             refuse(file,

@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
+#include "host/session/local_state.h"
 #include "host/session/session.h"
 #include "host/splats/carried.h"
 
@@ -14,6 +15,7 @@ struct Checkpoint {
     RunRecord record;        // what it had found; without state and meshes
     SavedState state;        // of the solver; of its setup the particles and Gaussians alone
     CarriedSplats splats;    // one for each Gaussian; none where nothing draws these
+    LocalState local;        // of a scene with local clay
 };
 
 constexpr const char* checkpoint_name = "checkpoint.knead";

@@ -75,18 +75,19 @@ LocalClay::LocalClay(const Scene& scene, int object, SplatCloud of, SplatUpkeep&
       reach(scene.setup.rest.reach + support_cells * dx),
       per_cell(scene.objects[std::size_t(object)].per_cell),
       seed(scene.seed),
-      moving(with),
-      cloud(std::move(of)),
-      away(cloud.count(), 0),
-      normal(cloud.count(), {0, 0, 0}),
-      home(with.cloud().count(), -1)
+      moving(with)
 {
-    if (moving.cloud().count() == 0) moving.state().cloud.degree = cloud.degree;
-    if (moving.cloud().degree != cloud.degree)
+    state_.cloud = std::move(of);
+    state_.away.assign(state_.cloud.count(), 0),
+        state_.normal.assign(state_.cloud.count(), {0, 0, 0});
+    state_.home.assign(with.cloud().count(), -1);
+    state_.objects = int(scene.setup.materials.size());
+    if (moving.cloud().count() == 0) moving.state().cloud.degree = state_.cloud.degree;
+    if (moving.cloud().degree != state_.cloud.degree)
         throw std::invalid_argument("splats that move and splats that stand, of other harmonics");
-    moving.expect(cloud.count());
+    moving.expect(state_.cloud.count());
     moving.refill_below(int(scene.setup.materials.size()));
-    for (std::size_t i = 0; i < cloud.count(); ++i) put(std::uint32_t(i));
+    for (std::size_t i = 0; i < state_.cloud.count(); ++i) put(std::uint32_t(i));
 }
 
 Int3 LocalClay::cube_of(Vec3<double> x) const
@@ -119,7 +120,7 @@ bool LocalClay::between_walls(Vec3<double> x) const
 // What lies between the walls may become clay.
 void LocalClay::put(std::uint32_t i)
 {
-    const Vec3<double> x = cast<double>(cloud.centre[i]);
+    const Vec3<double> x = cast<double>(state_.cloud.centre[i]);
     if (between_walls(x)) at[key_of(cube_of(x))].push_back(i);
 }
 
@@ -194,14 +195,14 @@ std::vector<std::uint32_t> LocalClay::standing_near(const std::vector<Key>& cube
 void LocalClay::find_normals(const Boxes& boxes, const std::vector<std::uint32_t>& slots)
 {
     std::vector<Vec3<double>> x;
-    for (const std::uint32_t i : slots) x.push_back(cast<double>(cloud.centre[i]));
+    for (const std::uint32_t i : slots) x.push_back(cast<double>(state_.cloud.centre[i]));
     const double around = 2.5 * dx;
     const Cells cells(x, around);
     const int count = int(slots.size());
 #pragma omp parallel for schedule(dynamic, 64)
     for (int k = 0; k < count; ++k) {
         const auto i = std::size_t(slots[std::size_t(k)]);
-        if (dot(normal[i], normal[i]) > 0) continue;
+        if (dot(state_.normal[i], state_.normal[i]) > 0) continue;
         const Vec3<double> here = x[std::size_t(k)];
         Vec3<double> sum{};
         Sym3<double> square{};
@@ -217,8 +218,8 @@ void LocalClay::find_normals(const Boxes& boxes, const std::vector<std::uint32_t
         });
         Sym3<double> spread = square + outer(sum, -1 / n);
         if (n < 6)  // too few: the splat's own
-            spread = covariance(
-                Ellipsoid<double>{cast<double>(cloud.rotation[i]), cast<double>(cloud.scale[i])});
+            spread = covariance(Ellipsoid<double>{cast<double>(state_.cloud.rotation[i]),
+                                                  cast<double>(state_.cloud.scale[i])});
         const Eigen<double> e = eigen(spread);
         Vec3<double> least = e.axes.a;
         if (e.value.y < e.value.x && e.value.y <= e.value.z) least = e.axes.b;
@@ -228,7 +229,7 @@ void LocalClay::find_normals(const Boxes& boxes, const std::vector<std::uint32_t
             const Vec3<double> to = 0.5 * (low + high) - here;
             if (dot(to, to) < nearest) nearest = dot(to, to), side = dot(to, least);
         }
-        normal[i] = cast<float>(side < 0 ? -least : least);
+        state_.normal[i] = cast<float>(side < 0 ? -least : least);
     }
 }
 
@@ -259,16 +260,18 @@ void LocalClay::take(const std::vector<Key>& cubes, const Boxes& boxes, Solver& 
 {
     std::vector<Gaussian<double>> gaussians = solver.gaussians();
     CarriedSplats& carried = moving.state();
-    home.resize(carried.count(), -1);  // some were split
+    state_.home.resize(carried.count(), -1);  // some were split
     const std::vector<std::uint32_t> slots = standing_near(cubes);
     find_normals(boxes, slots);
     std::vector<Vec3<double>> x, n, particles;
     for (const std::uint32_t i : slots)
-        x.push_back(cast<double>(cloud.centre[i])), n.push_back(cast<double>(normal[i]));
+        x.push_back(cast<double>(state_.cloud.centre[i])),
+            n.push_back(cast<double>(state_.normal[i]));
     for (std::size_t i = 0; i < gaussians.size(); ++i) {
-        if (home[i] < 0) continue;
+        if (state_.home[i] < 0) continue;
         x.push_back(gaussians[i].x);
-        n.push_back(cast<double>(turned_normal(gaussians[i].F, normal[std::size_t(home[i])])));
+        n.push_back(cast<double>(
+            turned_normal(gaussians[i].F, state_.normal[std::size_t(state_.home[i])])));
     }
     for (const Particle<double>& p : solver.particles()) particles.push_back(p.x);
     const LocalSurface surface(std::move(x), std::move(n), depth, 2 * dx);
@@ -278,20 +281,23 @@ void LocalClay::take(const std::vector<Key>& cubes, const Boxes& boxes, Solver& 
 #pragma omp parallel for schedule(dynamic)
     for (int k = 0; k < count; ++k)
         found[std::size_t(k)] = seeds(cube_at(cubes[std::size_t(k)]), surface, there);
-    for (std::size_t k = 0; k < cubes.size(); ++k)
-        clay[cubes[k]] = found[k].empty() ? -1 : solver.add(material, found[k]);
+    for (std::size_t k = 0; k < cubes.size(); ++k) {
+        state_.clay[cubes[k]] = found[k].empty() ? -1 : solver.add(material, found[k]);
+        state_.objects = std::max(state_.objects, state_.clay[cubes[k]] + 1);
+    }
     // All that stands in clay goes with it from here on.
-    for (const auto& [key, object] : clay) {
+    for (const auto& [key, object] : state_.clay) {
         const auto standing = at.find(key);
         if (object < 0 || standing == at.end()) continue;
         std::sort(standing->second.begin(), standing->second.end());
         for (const std::uint32_t i : standing->second) {
-            const Vec3<float> s = cloud.scale[i];
-            append(carried, cloud.centre[i], {cloud.rotation[i], s}, cloud.opacity[i],
-                   cloud.sh.data() + i * std::size_t(harmonics(cloud.degree)),
+            const Vec3<float> s = state_.cloud.scale[i];
+            append(carried, state_.cloud.centre[i], {state_.cloud.rotation[i], s},
+                   state_.cloud.opacity[i],
+                   state_.cloud.sh.data() + i * std::size_t(harmonics(state_.cloud.degree)),
                    max(s.x, max(s.y, s.z)));
-            gaussians.push_back(gaussian_at(cast<double>(cloud.centre[i]), object));
-            home.push_back(int(i)), away[i] = 1;
+            gaussians.push_back(gaussian_at(cast<double>(state_.cloud.centre[i]), object));
+            state_.home.push_back(int(i)), state_.away[i] = 1;
         }
         at.erase(standing);
     }
@@ -302,10 +308,10 @@ void LocalClay::give_back(const std::vector<Key>& cubes, Solver& solver)
 {
     std::vector<char> gone(solver.rules().materials.size(), 0);
     for (const Key key : cubes)
-        if (clay[key] >= 0) gone[std::size_t(clay[key])] = 1;
+        if (state_.clay[key] >= 0) gone[std::size_t(state_.clay[key])] = 1;
     const std::vector<Gaussian<double>> gaussians = solver.gaussians();
     CarriedSplats& carried = moving.state();
-    home.resize(carried.count(), -1);
+    state_.home.resize(carried.count(), -1);
     std::vector<std::uint32_t> back, kept;
     std::vector<Gaussian<double>> as;
     for (std::size_t i = 0; i < gaussians.size(); ++i) {
@@ -315,26 +321,26 @@ void LocalClay::give_back(const std::vector<Key>& cubes, Solver& solver)
     }
     const SplatCloud now = deformed(picked(carried.cloud, back), as);
     for (std::size_t k = 0; k < back.size(); ++k) {
-        const int slot = home[back[k]];
+        const int slot = state_.home[back[k]];
         auto i = std::size_t(slot);
         if (slot < 0) {  // split off, or added
-            i = cloud.count();
-            append_cloud(cloud, now, k);
-            away.push_back(0), normal.push_back({0, 0, 0});
+            i = state_.cloud.count();
+            append_cloud(state_.cloud, now, k);
+            state_.away.push_back(0), state_.normal.push_back({0, 0, 0});
         } else {
-            away[i] = 0;
-            if (!untouched(as[k], cloud.centre[i])) {
-                set_splat(cloud, i, now, k);
-                normal[i] = turned_normal(as[k].F, normal[i]);
+            state_.away[i] = 0;
+            if (!untouched(as[k], state_.cloud.centre[i])) {
+                set_splat(state_.cloud, i, now, k);
+                state_.normal[i] = turned_normal(as[k].F, state_.normal[i]);
             }
         }
         put(std::uint32_t(i));
     }
     carried.cloud = picked(carried.cloud, kept);
-    keep_only(carried.extent, kept), keep_only(home, kept);
+    keep_only(carried.extent, kept), keep_only(state_.home, kept);
     for (const Key key : cubes) {
-        if (clay[key] >= 0) solver.remove(clay[key]);
-        clay.erase(key);
+        if (state_.clay[key] >= 0) solver.remove(state_.clay[key]);
+        state_.clay.erase(key);
     }
 }
 
@@ -344,24 +350,35 @@ LocalReport LocalClay::after(const Motion& motion, Solver& solver)
     const Boxes boxes = boxes_of(motion);
     const std::vector<Key> held = cubes_near(boxes, reach + slack_cells * dx);
     std::vector<Key> left, wanted;
-    for (const auto& [key, object] : clay)
+    for (const auto& [key, object] : state_.clay)
         if (!std::binary_search(held.begin(), held.end(), key)) left.push_back(key);
     if (!left.empty()) give_back(left, solver);
     for (const Key key : cubes_near(boxes, reach))
-        if (!clay.count(key)) wanted.push_back(key);
+        if (!state_.clay.count(key)) wanted.push_back(key);
     if (!wanted.empty()) take(wanted, boxes, solver);
     report.taken = wanted.size(), report.given_back = left.size();
-    for (const auto& [key, object] : clay) report.cubes += object >= 0;
+    for (const auto& [key, object] : state_.clay) report.cubes += object >= 0;
     report.splats = moving.cloud().count();
     return report;
+}
+
+void LocalClay::set_state(LocalState state)
+{
+    check(state);
+    if (state.cloud.degree != state_.cloud.degree)
+        throw std::invalid_argument("splats that stand, of other harmonics");
+    state_ = std::move(state);
+    at.clear();
+    for (std::size_t i = 0; i < state_.cloud.count(); ++i)
+        if (!state_.away[i]) put(std::uint32_t(i));
 }
 
 SplatCloud LocalClay::shown() const
 {
     SplatCloud all = moving.cloud();
-    all.antialiased = all.antialiased || cloud.antialiased;
-    for (std::size_t i = 0; i < cloud.count(); ++i)
-        if (!away[i]) append_cloud(all, cloud, i);
+    all.antialiased = all.antialiased || state_.cloud.antialiased;
+    for (std::size_t i = 0; i < state_.cloud.count(); ++i)
+        if (!state_.away[i]) append_cloud(all, state_.cloud, i);
     return all;
 }
 

@@ -4,11 +4,11 @@
 // all hands have left give their splats back, where they are and as they were deformed by then.
 // docs/splats.md.
 #pragma once
-#include <map>
 #include <unordered_map>
 #include <vector>
 
 #include "host/scene/scene.h"
+#include "host/session/local_state.h"
 #include "host/splats/upkeep.h"
 
 namespace knead {
@@ -28,10 +28,15 @@ class LocalClay {
     // on as in `motion`; back with what they have left.
     LocalReport after(const Motion& motion, Solver& solver);
 
+    const LocalState& state() const { return state_; }
+    // Of the same scene. The solver and the splats that move must be those of then, too. Throws as
+    // check().
+    void set_state(LocalState state);
+
     // Those that move, in the order of the solver's Gaussians, then those that stand still.
     SplatCloud shown() const;
-    const SplatCloud& still() const { return cloud; }
-    bool stands(std::size_t splat) const { return !away[splat]; }  // one of still()
+    const SplatCloud& still() const { return state_.cloud; }
+    bool stands(std::size_t splat) const { return !state_.away[splat]; }  // one of still()
 
   private:
     using Key = std::int64_t;
@@ -60,12 +65,8 @@ class LocalClay {
     unsigned seed;
 
     SplatUpkeep& moving;
-    SplatCloud cloud;  // slots, of which those that are away move
-    std::vector<char> away;
-    std::vector<Vec3<float>> normal;                         // outward; 0: not known yet
+    LocalState state_;
     std::unordered_map<Key, std::vector<std::uint32_t>> at;  // slots that stand, by cube
-    std::vector<int> home;                                   // slot of each moving splat; -1: none
-    std::map<Key, int> clay;  // cubes that are clay, and their objects; -1: empty ones
 };
 
 }  // namespace knead

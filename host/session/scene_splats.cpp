@@ -17,6 +17,13 @@ void SceneSplats::refresh()
     if (local()) shown = around_hands->shown();
 }
 
+void SceneSplats::set_state(const CarriedSplats& state, const LocalState& of_local)
+{
+    moving.set_state(state);
+    if (local()) around_hands->set_state(of_local);
+    refresh();
+}
+
 bool SceneSplats::after(const Frame& frame, FrameRow& row, Solver& solver)
 {
     const UpkeepReport done = moving.after(row.frame, solver);

@@ -27,9 +27,10 @@ class SceneSplats {
     const SplatCloud& drawn() const { return local() ? shown : moving.cloud(); }
     void refresh();
 
-    // For checkpoints, of a scene without local clay.
+    // For checkpoints. Throws std::invalid_argument for a state that is not whole.
     const CarriedSplats& state() const { return moving.state(); }
-    void set_state(const CarriedSplats& state) { moving.set_state(state); }
+    LocalState local_state() const { return local() ? around_hands->state() : LocalState{}; }
+    void set_state(const CarriedSplats& state, const LocalState& of_local);
 
   private:
     SplatUpkeep moving;

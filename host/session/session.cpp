@@ -301,6 +301,7 @@ RunRecord run_frames(const Scene& scene, Solver& solver, const HandSource* hands
     by.most_substeps = scene.most_substeps;
     by.part = watch.part;
     if (earlier) by.done = int(earlier->rows.size());
+    if (earlier) by.materials = solver.rules().materials;  // of clay that came meanwhile, too
     by.interrupted = [&] { return interrupted() || (watch.stop && watch.stop()); };
     SessionLoop loop(solver, recorded_motion(hands, scene.hands), by);
     Run run(scene, solver, loop, rule);

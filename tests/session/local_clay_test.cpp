@@ -297,6 +297,34 @@ TEST_F(LocalScene, TheBitsAreTheSameForAnyNumberOfThreads)
     EXPECT_GT(wanted.size(), 100u);
 }
 
+// As a checkpoint does.
+TEST_F(LocalScene, ItsStateGoesOnInTheSameBits)
+{
+    const Place a{0.5, 0.3, 0.5}, b{0.55, 0.18, 0.5}, c{0.8, 0.26, 0.7};
+    press({0.3, 0.2, 0.3}), leave();
+    move(a, b, away, away, 12);
+    const LocalState state = local->state();
+    const CarriedSplats carried = moving->state();
+    SavedState saved = solver->save();
+    const int then = number;
+    move(b, c, away, away, 20), leave();
+    const SplatCloud wanted = local->still();
+    make();
+    number = then;
+    moving->set_state(carried), local->set_state(state), solver->load(saved);
+    move(b, c, away, away, 20), leave();
+    EXPECT_TRUE(same_bits(local->still().centre, wanted.centre));
+    EXPECT_TRUE(same_bits(local->still().scale, wanted.scale));
+    EXPECT_TRUE(same_bits(local->still().rotation, wanted.rotation));
+    LocalState bad = state;
+    bad.home[0] = int(bad.cloud.count());
+    EXPECT_THROW(local->set_state(bad), std::invalid_argument);
+    bad = state, bad.away.pop_back();
+    EXPECT_THROW(local->set_state(bad), std::invalid_argument);
+    bad = state, bad.clay.begin()->second = bad.objects;
+    EXPECT_THROW(local->set_state(bad), std::invalid_argument);
+}
+
 TEST_F(LocalScene, NeedsTheLocalizedModeAndIsOneAtMost)
 {
     EXPECT_THROW(make({"rest.mode=sleep"}), InputError);
