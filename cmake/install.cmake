@@ -12,7 +12,8 @@ install(EXPORT KneadTargets NAMESPACE Knead:: DESTINATION ${package})
 install(DIRECTORY cuda host DESTINATION ${headers} FILES_MATCHING PATTERN *.h PATTERN *.cuh
     PATTERN host/cli EXCLUDE PATTERN host/solver/cpu EXCLUDE PATTERN host/solver/gpu EXCLUDE
     PATTERN host/solver/pieces.h EXCLUDE)
-install(FILES render/painter.h render/geometry.h render/eye_painter.h DESTINATION ${headers}/render)
+install(FILES render/painter.h render/geometry.h render/eye_painter.h render/pace.h
+    DESTINATION ${headers}/render)
 
 # What `knead bench` compares with, and what it and `knead verify` draw by.
 install(FILES profiling/plot.py profiling/plot_verify.py profiling/peers.json profiling/targets.json
