@@ -25,7 +25,8 @@ progress() {
 
 cuda=OFF
 gpu_present && cuda=ON  # without a card its half of the build would only cost minutes
-say "Building (release, for this machine's processor): $(expected_build)"
+say "Building (release, for this machine's processor)"
+began=$SECONDS
 mkdir -p build
 if ! { cmake -S . -B build/demo -G Ninja -DCMAKE_BUILD_TYPE=Release -DKNEAD_NATIVE=ON \
     -DKNEAD_CUDA=$cuda && cmake --build build/demo --target knead; } 2>&1 | tee build/demo.log |
@@ -35,9 +36,12 @@ if ! { cmake -S . -B build/demo -G Ninja -DCMAKE_BUILD_TYPE=Release -DKNEAD_NATI
     exit 1
 fi
 grep -o 'knead: .*' build/demo.log | head -n 1
+echo "built in $((SECONDS - began)) s on $(nproc) processors"
 
 say "Running: knead run scenes/demo.json --out out/demo"
+began=$SECONDS
 ./build/demo/knead run scenes/demo.json --out out/demo --overwrite "$@"
+echo "ran for $((SECONDS - began)) s"
 
 say "Running: knead run scenes/pot.json, coarsely, --out out/demo-pot"
 ./build/demo/knead run scenes/pot.json --out out/demo-pot --overwrite --quiet --mesh none \

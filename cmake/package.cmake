@@ -25,10 +25,10 @@ set(CPACK_GENERATOR DEB)
 set(CPACK_PACKAGE_NAME knead)
 set(CPACK_PACKAGE_VERSION ${PROJECT_VERSION})
 set(CPACK_PACKAGE_DESCRIPTION_SUMMARY "Clay shaped by tracked hands")
-set(CPACK_DEBIAN_PROGRAM_DESCRIPTION "Clay shaped by tracked hands
- Knead simulates elastoplastic clay by the material point method, on an NVIDIA
- GPU or on the CPU, and lets tracked hands and the tools they hold press,
- pinch, cut and squeeze it. Clouds of Gaussian splats are clay, too.")
+set(CPACK_DEBIAN_PROGRAM_DESCRIPTION
+    "Knead simulates elastoplastic clay by the material point method, on an NVIDIA
+GPU or on the CPU, and lets tracked hands and the tools they hold press,
+pinch, cut and squeeze it. Clouds of Gaussian splats are clay, too.")
 set(CPACK_PACKAGE_CONTACT "The Knead authors <knead@localhost>" CACHE STRING
     "Who maintains packages that are built here: Name <address>")
 set(CPACK_PACKAGING_INSTALL_PREFIX /usr)

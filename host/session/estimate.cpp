@@ -38,12 +38,12 @@ double frame_seconds(const Scene& scene, Device device)
     using Clock = std::chrono::steady_clock;
     const Foresight steps = foresee(scene);
     const bool slow = device.kind == DeviceKind::cpu_double;
-    Setup setup = lump(scene, slow ? 6 : device.kind == DeviceKind::cuda ? 24 : 14);
+    Setup setup = lump(scene, slow ? 6 : device.kind == DeviceKind::cuda ? 24 : 12);
     setup.step = scene.setup.step, setup.step.fixed = steps.dt;
     const double particles = double(setup.particles.size());
     const std::unique_ptr<Solver> solver = make_solver(setup, device);
     solver->advance({}, 2 * steps.dt);  // the first of all is slower
-    constexpr double enough = 0.03;     // [s]
+    constexpr double enough = 0.02;     // [s]
     double took = 0;
     long substeps = 0;
     for (int count = 2; took < enough && count < 4096; count *= 2) {

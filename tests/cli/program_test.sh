@@ -144,7 +144,8 @@ for signal in INT:130 TERM:143 HUP:129; do
     "$program" "${endless[@]}" --out "cut-${signal%:*}" >said 2>complained </dev/null &
     process=$!
     set +m
-    sleep 2
+    until grep -q 'on this machine' complained || ! kill -0 $process; do sleep 0.1; done
+    sleep 1
     begin=$(date +%s%N)
     kill "-${signal%:*}" $process
     wait $process 2>/dev/null

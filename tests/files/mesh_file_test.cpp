@@ -206,10 +206,10 @@ TEST(MeshFile, NoMeshesMakeAValidFileOfEachKind)
 TEST(MeshFile, UnknownEndingIsNamedAndNothingIsWritten)
 {
     const Folder place;
-    for (const char* const name : {"clay.stl", "clay", "folder.glb/clay", ".", ""}) {
+    for (const char* const name : {"clay.fbx", "clay", "folder.glb/clay", ".", ""}) {
         const std::string path = place / name;
         EXPECT_EQ(error_of(path, pair_of_meshes()),
-                  path + ": a mesh is written as .glb, .obj or .ply");
+                  path + ": a mesh is written as .glb, .obj, .ply or .stl");
     }
     EXPECT_EQ(place.files(), 0);
 }

@@ -111,12 +111,23 @@ void expect_walls(const Scene& scene, const WallRule& wanted)
     EXPECT_GE(double(fine.dx) * fine.size.z, s.lattice.dx * size.z * (1 - 1e-6));
 }
 
+// scenes/presets.json shows 24 things of a decimetre side by side: on fewer cells they are lost.
+bool has_small_things(const std::string& path) { return path == "scenes/presets.json"; }
+
+// The longest edge of its domain [m].
+double edge_of(const Scene& scene)
+{
+    const Int3 cells = scene.setup.lattice.size;
+    return scene.setup.lattice.dx * max(cells.x, max(cells.y, cells.z));
+}
+
 TEST(ShippedScenes, OnTheirOwnLatticeTheSimulationsFrameIsTheFiles)
 {
     for (const std::string& path : shipped()) {
         const Scene scene = read_scene(path);
         EXPECT_EQ(length(scene.origin), 0) << path;
-        EXPECT_EQ(scene.setup.lattice.size.x, path == "scenes/demo.json" ? 48 : 64) << path;
+        const int cells = has_small_things(path) ? 112 : path == "scenes/demo.json" ? 48 : 64;
+        EXPECT_EQ(scene.setup.lattice.size.x, cells) << path;
     }
 }
 
@@ -126,13 +137,14 @@ TEST(ShippedScenes, FloorAndObjectsStandWhereTheyWereOn16To192Cells)
     for (const std::string& path : shipped()) {
         const Scene own = read_scene(path);
         for (const int cells : {16, 24, 32, 48, 64, 96, 128, 192}) {
+            if (cells < 64 && has_small_things(path)) continue;
             SCOPED_TRACE(path + " on " + std::to_string(cells));
             std::vector<std::string> settings{"domain.cells=" + std::to_string(cells)};
             // Of the fine ones the places are what matters, not the number of particles.
             for (std::size_t i = 0; cells > 64 && i < own.objects.size(); ++i)
                 settings.push_back("objects." + std::to_string(i) + ".per_cell=2");
             Scene scene = read_scene(path, settings);
-            EXPECT_NEAR(scene.setup.lattice.dx, 1.0 / cells, 1e-15);
+            EXPECT_NEAR(scene.setup.lattice.dx, edge_of(own) / cells, 1e-15);
             expect_walls(scene, own.setup.walls);
             build(scene, std::size_t(1) << 34);
             const std::vector<Extent> found = extents(scene, scene.setup.particles);
@@ -154,6 +166,7 @@ TEST(ShippedScenes, RunAFrameOnCoarseLatticesAndOnTheirOwn)
 {
     for (const std::string& path : shipped())
         for (const int cells : {16, 24, 32, 64}) {
+            if (cells < 64 && has_small_things(path)) continue;
             SCOPED_TRACE(path + " on " + std::to_string(cells));
             std::vector<std::string> settings{"domain.cells=" + std::to_string(cells)};
             if (cells > 32) settings.insert(settings.end(), {"clock=paper", "paper.substeps=2"});
