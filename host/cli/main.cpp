@@ -11,164 +11,12 @@
 #include "host/base/paths.h"
 #include "host/bench/bench.h"
 #include "host/cli/manual.h"
+#include "host/cli/options.h"
 #include "host/cli/verbs.h"
 #include "host/verify/verify.h"
 
 namespace knead {
 namespace {
-
-using Verb = std::function<int()>;
-
-// A number from `low` to `high`. CLI::Range lets "nan" pass.
-CLI::Validator between(double low, double high)
-{
-    const auto refused = [low, high](std::string& word) {
-        double value = 0;
-        if (CLI::detail::lexical_cast(word, value) && value >= low && value <= high)
-            return std::string();
-        return fmt::format("expected a number from {} to {}, found \"{}\"", low, high, word);
-    };
-    return CLI::Validator(refused, fmt::format("{} to {}", low, high));
-}
-constexpr double longest = 1e9;      // [s]
-constexpr double most_memory = 1e9;  // [MiB]
-
-// path.key=value, before it is known whether a scene has that path.
-const CLI::Validator setting(
-    [](std::string& word) {
-        const std::string path = "." + word.substr(0, word.find('=')) + ".";
-        const bool fine = word.find('=') != std::string::npos && path.find("..") == path.npos;
-        return fine ? "" : "expected path.key=value, found \"" + word.substr(0, 60) + "\"";
-    },
-    "");
-
-// What a run writes.
-void add_results(CLI::App* run, RunOptions& o)
-{
-    run->add_option("--mesh", o.mesh, "glb, ply, obj, stl or none")->capture_default_str();
-    run->add_option("--mesh-every", o.mesh_every, "meshes/mesh_0001 and on, every N frames")
-        ->check(CLI::Range(0, 10000000));
-    run->add_option("--particles-every", o.particles_every,
-                    "particles/particles_0001.ply and on, every N frames")
-        ->check(CLI::Range(0, 10000000));
-    run->add_option("--pictures", o.pictures, "A picture every N frames; 0: none")
-        ->check(CLI::Range(0, 10000000));
-    run->add_flag("--video", o.video, "video.mp4, by ffmpeg");
-    run->add_flag("--particles", o.particles, "particles.ply of the last frame");
-    run->add_option("--splats", o.splats,
-                    "ply, splat, spz, glb or none, of a scene that has splats")
-        ->capture_default_str();
-}
-
-// Options lie in the closure that main calls, so they live as long as the program.
-void add_run(CLI::App& app, Verb& chosen)
-{
-    static RunOptions o;
-    CLI::App* run = app.add_subcommand("run", "Simulate a scene with its hands, headless");
-    run->add_option("SCENE", o.scene, "Scene (.json); -: the standard input");
-    run->add_option("--device", o.device, "auto, cuda, cuda:N, cpu or cpu:double")
-        ->capture_default_str();
-    run->add_option("--set", o.settings, "path.key=value, e.g. objects.0.material.young=2e6")
-        ->take_all()
-        ->expected(1)
-        ->check(setting);
-    run->add_option("--hands", o.hands, "A recording or gesture instead of the scene's");
-    run->add_option("--cells", o.cells, "Along the domain's longest axis instead of the scene's")
-        ->check(CLI::Range(8, 1024));
-    run->add_option("--frames", o.frames, "Stop after N frames")->check(CLI::Range(1, 10000000));
-    run->add_option("--out", o.out, "Folder for report.json, frames.csv, mesh, pictures");
-    run->add_flag("--overwrite", o.overwrite, "Replace results that are there");
-    run->add_flag("--deterministic", o.deterministic, "The same bits on every run");
-    run->add_option("--seed", o.seed, "Of the particles' places and of gestures")
-        ->check(CLI::Range(0, 2147483647));
-    run->add_option("--max-memory", o.max_memory, "MiB that a run may take; 0: what is free")
-        ->check(between(0, most_memory));
-    run->add_option("--audit", o.audit_every, "Look at the whole state every N frames")
-        ->check(CLI::Range(1, 10000000));
-    add_results(run, o);
-    CLI::Option* resume =
-        run->add_option("--resume", o.resume, "Go on with the run that was ended in this folder");
-    for (CLI::Option* other : run->get_options())
-        if (other != resume && other != run->get_help_ptr()) resume->excludes(other);
-    run->add_option("--threads", o.threads, "CPU threads; 0: all")->check(CLI::Range(0, 4096));
-    run->add_option("--time-limit", o.time_limit, "Seconds after which it ends, with its results")
-        ->check(between(0, longest));
-    run->add_option("--checkpoint", o.checkpoint,
-                    "Seconds from checkpoint to checkpoint, with --out; 60 if not given, 0: none")
-        ->check(between(0, longest));
-    run->add_flag("--json", o.json, "The report on stdout");
-    run->add_flag("-q,--quiet", o.quiet, "No progress, no summary");
-    run->add_flag("-v,--verbose", o.verbose, "A line per frame");
-    run->callback([&chosen] {
-        o.scene = file_or_shipped(o.scene);
-        // A name without an ending is a gesture's.
-        if (!ending(o.hands).empty()) o.hands = file_or_shipped(o.hands);
-        chosen = [] { return run_verb(o); };
-    });
-}
-
-void add_record(CLI::App& app, Verb& chosen)
-{
-    static RecordOptions o;
-    CLI::App* record =
-        app.add_subcommand("record", "Write the hands of a scripted gesture to a file");
-    record->add_option("GESTURE", o.gesture, "squeeze, imprint, poke, cut, ...")->required();
-    record->add_option("OUT", o.out, "File ending in .hands or .jsonl")->required();
-    record->add_option("--rate", o.rate, "Frames per second")->capture_default_str();
-    record->add_option("--seconds", o.seconds, "Length; 0: the gesture's own");
-    record->add_option("--radius", o.radius, "Of the ball that is shaped [m]")
-        ->capture_default_str();
-    record->add_option("--depth", o.depth,
-                       "Deepest penetration over the radius; 0: the gesture's own");
-    record->add_option("--jitter", o.jitter, "Tracking noise, rms [m]");
-    record->add_option("--dropouts", o.dropouts, "Chance per hand and frame to lose it");
-    record->add_option("--latency", o.latency, "Of the tracker [s]")->capture_default_str();
-    record->add_option("--seed", o.seed, "Of noise and dropouts")->capture_default_str();
-    record->add_flag("--overwrite", o.overwrite, "Replace a file that is there");
-    record->add_flag("-q,--quiet", o.quiet, "Say nothing");
-    record->callback([&chosen] { chosen = [] { return record_verb(o); }; });
-}
-
-void add_vr(CLI::App& app, Verb& chosen)
-{
-    static VrOptions o;
-    CLI::App* vr = app.add_subcommand("vr", "Shape a scene's clay with your hands, in a headset");
-    vr->add_option("SCENE", o.scene, "Scene (.json)")->required();
-    vr->add_option("--device", o.device, "auto, cuda, cuda:N or cpu")->capture_default_str();
-    vr->add_option("--set", o.settings, "path.key=value, e.g. objects.0.material.young=2e6")
-        ->take_all()
-        ->expected(1)
-        ->check(setting);
-    vr->add_option("--frames", o.frames, "Leave after N frames of the display")
-        ->check(CLI::Range(1, 10000000));
-    vr->add_option("--out", o.out, "Folder for headset.json, mesh.glb and hands.hands");
-    vr->add_option("--record", o.record, "The hands, to a file ending in .hands or .jsonl");
-    vr->add_option("--place", o.place, "x,y,z of the clay before the user [m]")
-        ->capture_default_str();
-    vr->add_option("--rate", o.rate, "Frames per second of the display, where it has that rate")
-        ->check(between(0, 1000));
-    vr->add_flag("--standing", o.standing, "Places count from the floor, not from the head");
-    vr->add_flag("--see-through", o.see_through, "The room behind the clay, where the headset can");
-    vr->add_flag("--recorded", o.recorded, "The scene's recorded hands shape it; you watch");
-    vr->add_flag("--no-panel", o.no_panel, "Without the panel beside the clay");
-    vr->add_option("--binding", o.binding, "OpenGL by auto, egl, glx or wgl")
-        ->capture_default_str();
-    vr->add_option("--samples", o.samples, "Of a pixel: 1, 2, 4 or 8; 0: 4 on a GPU, else 1")
-        ->check(CLI::Range(0, 8));
-    vr->add_option("--patience", o.patience, "Seconds that a lost runtime is waited for")
-        ->capture_default_str()
-        ->check(between(0, longest));
-    vr->add_flag("--deterministic", o.deterministic,
-                 "The display steps the simulation: the same hands give the same bits");
-    vr->add_option("--threads", o.threads, "CPU threads; 0: all")->check(CLI::Range(0, 4096));
-    vr->add_flag("--overwrite", o.overwrite, "Replace results that are there");
-    vr->add_flag("--json", o.json, "What happened, on stdout as JSON");
-    vr->add_flag("-q,--quiet", o.quiet, "No messages, no summary");
-    vr->callback([&chosen] {
-        o.scene = file_or_shipped(o.scene);
-        chosen = [] { return vr_verb(o); };
-    });
-}
 
 void add_info(CLI::App& app, Verb& chosen)
 {
@@ -179,7 +27,7 @@ void add_info(CLI::App& app, Verb& chosen)
     info->add_option("--set", o.settings, "path.key=value, for scenes")
         ->take_all()
         ->expected(1)
-        ->check(setting);
+        ->check(setting());
     info->add_option("--cells", o.cells, "Of a scene, along the longest axis of its domain")
         ->check(CLI::Range(8, 1024));
     info->add_flag("--json", o.json, "JSON on stdout");
@@ -260,36 +108,6 @@ void add_render(CLI::App& app, Verb& chosen)
     render->add_flag("--overwrite", o.overwrite, "Replace files that are there");
     render->add_flag("-q,--quiet", o.quiet, "Say nothing");
     render->callback([&chosen] { chosen = [] { return render_verb(o); }; });
-}
-
-void add_view(CLI::App& app, Verb& chosen)
-{
-    static ViewOptions o;
-    CLI::App* view = app.add_subcommand("view", "A window in which a scene lives and is shaped");
-    view->add_option("SCENE", o.scene, "Scene (.json)")->required();
-    view->add_option("--device", o.device, "auto, cuda, cuda:N, cpu or cpu:double")
-        ->capture_default_str();
-    view->add_option("--set", o.settings, "path.key=value, for the scene")
-        ->take_all()
-        ->expected(1)
-        ->check(setting);
-    view->add_option("--size", o.size, "WIDTHxHEIGHT of the window [pixels]")
-        ->capture_default_str();
-    view->add_option("--frames", o.frames, "Ends after N drawn frames")
-        ->check(CLI::Range(1, 10000000));
-    view->add_option("--screenshot", o.screenshot, "Picture (.png) of the last frame")
-        ->needs("--frames");
-    view->add_option("--script", o.script, "Mouse and keys from a file; a frame a frame");
-    view->add_flag("--paused", o.paused, "Begins paused");
-    view->add_flag("--bare", o.bare, "Begins without panels");
-    view->add_option("--max-memory", o.max_memory, "MiB that it may take; 0: what is free")
-        ->check(between(0, most_memory));
-    view->add_flag("--overwrite", o.overwrite, "Replace a picture that is there");
-    view->add_flag("-q,--quiet", o.quiet, "No summary");
-    view->callback([&chosen] {
-        o.scene = file_or_shipped(o.scene);
-        chosen = [] { return view_verb(o); };
-    });
 }
 
 void add_doctor(CLI::App& app, Verb& chosen)
