@@ -245,7 +245,7 @@ void GlEyePainter::cast_shadows()
         glUniform1i(0, i);
         for (const DrawnClay& clay : clays_) clay_.draw(clay.range);
         for (const DrawnHand& hand : drawn_hands_)
-            if (hand.opacity >= 0.5f) hands_.draw(hand.casting);
+            if (hand.opacity >= 0.5f) hands_.draw(hand.ranges.casting);
     }
     glDisable(GL_DEPTH_CLAMP);
     glDisable(GL_CULL_FACE);
@@ -309,7 +309,7 @@ void GlEyePainter::see(const EyeView& view, const EyeLook& look)
     glUniform1f(2, 0);
     for (const DrawnHand& hand : drawn_hands_) {
         glUniform1f(1, clamp(hand.opacity, 0.0f, 1.0f));
-        if (hand.opacity > 0) hands_.draw(hand.seen);
+        if (hand.opacity > 0) hands_.draw(hand.ranges.seen);
     }
     glBindVertexArray(nothing_);
     if (look.floor_seen && view.position.y > look.floor) {

@@ -49,14 +49,6 @@ struct EyeLook {
     Ball stage{{0.5f, 0.25f, 0.5f}, 1};   // about all that matters: clay outside casts no shadow
 };
 
-// One hand, or what it holds.
-struct HandLook {
-    std::vector<DrawPrimitive> primitives;  // drawn as their hulls
-    std::vector<Mesh> skins;                // drawn as they are; categories do not count
-    float opacity = 1;                      // [0, 1]; below 1/2 it casts no shadow
-    bool skin = true;                       // false: a thing, of wood
-};
-
 // What splats look like to an eye, from a rasteriser, rows from the top; of any resolution.
 struct SplatLayer {
     int width = 0, height = 0;  // 0: none

@@ -6,8 +6,6 @@
 namespace knead {
 namespace {
 
-constexpr Vec3<float> wood{0.42f, 0.27f, 0.14f};  // linear RGB
-
 int so_far(const Geometry& geometry) { return int(geometry.triangles.size()); }
 
 }  // namespace
@@ -28,21 +26,7 @@ std::vector<DrawnClay> gather_clay(Geometry& geometry, const std::vector<Mesh>& 
 std::vector<DrawnHand> gather_hands(Geometry& geometry, const std::vector<HandLook>& hands)
 {
     std::vector<DrawnHand> drawn;
-    for (const HandLook& hand : hands) {
-        const Vec3<float> colour = hand.skin ? skin_colour : wood;
-        const float kind = hand.skin ? 1.0f : 0.0f;
-        const int first = so_far(geometry);
-        for (const DrawPrimitive& p : hand.primitives)
-            add_hull(geometry, p, fine_hull, colour, kind);
-        const int skins = so_far(geometry);
-        for (const Mesh& mesh : hand.skins)
-            add_mesh(geometry, mesh, colour, kind, "the skin of a hand");
-        const int end = so_far(geometry);
-        // Skins are seen and cast a shadow; hulls cast that of coarser ones.
-        for (const DrawPrimitive& p : hand.primitives)
-            add_hull(geometry, p, coarse_hull, colour, kind);
-        drawn.push_back({{first, end - first}, {skins, so_far(geometry) - skins}, hand.opacity});
-    }
+    for (const HandLook& hand : hands) drawn.push_back({add_hand(geometry, hand), hand.opacity});
     return drawn;
 }
 

@@ -38,7 +38,7 @@ std::vector<DrawnClay> gather_clay(Geometry& geometry, const std::vector<Mesh>& 
                                    const std::vector<int>& unseen);
 
 struct DrawnHand {
-    Range seen, casting;
+    HandRanges ranges;
     float opacity;
 };
 std::vector<DrawnHand> gather_hands(Geometry& geometry, const std::vector<HandLook>& hands);

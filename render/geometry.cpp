@@ -9,6 +9,8 @@
 namespace knead {
 namespace {
 
+constexpr Vec3<float> wood{0.42f, 0.27f, 0.14f}, steel{0.40f, 0.42f, 0.45f};  // linear RGB
+
 bool finite(Vec3<float> v)
 {
     return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
@@ -138,21 +140,35 @@ void add_clay(Geometry& geometry, const Mesh& mesh)
              "clay mesh of category " + std::to_string(mesh.category));
 }
 
-Geometry gather(const std::vector<Mesh>& meshes, const std::vector<DrawPrimitive>& primitives,
+HandRanges add_hand(Geometry& geometry, const HandLook& hand)
+{
+    const Vec3<float> colour = hand.skin ? skin_colour : hand.metal ? steel : wood;
+    const float kind = hand.skin ? 1.0f : 0.0f;
+    const auto so_far = [&] { return int(geometry.triangles.size()); };
+    const int first = so_far();
+    for (const DrawPrimitive& p : hand.primitives) add_hull(geometry, p, fine_hull, colour, kind);
+    const int skins = so_far();
+    for (const Mesh& mesh : hand.skins)
+        add_mesh(geometry, mesh, colour, kind, "the skin of a hand");
+    const int end = so_far();
+    for (const DrawPrimitive& p : hand.primitives) add_hull(geometry, p, coarse_hull, colour, kind);
+    return {{first, end - first}, {skins, so_far() - skins}};
+}
+
+Geometry gather(const std::vector<Mesh>& meshes, const std::vector<HandLook>& hands,
                 const std::vector<Mesh>& unseen)
 {
     Geometry g{};
-    for (const DrawPrimitive& primitive : primitives)
-        add_hull(g, primitive, fine_hull, skin_colour);
-    const int clay = int(g.triangles.size());
     for (const Mesh& mesh : meshes) add_clay(g, mesh);
-    const int shadows = int(g.triangles.size());
+    g.clay = {0, int(g.triangles.size())};
+    g.casting.push_back(g.clay);
+    for (const HandLook& hand : hands) {
+        const HandRanges ranges = add_hand(g, hand);
+        g.seen.push_back(ranges.seen), g.casting.push_back(ranges.casting);
+    }
+    const int first = int(g.triangles.size());
     for (const Mesh& mesh : unseen) add_clay(g, mesh);
-    for (const DrawPrimitive& primitive : primitives)
-        add_hull(g, primitive, coarse_hull, skin_colour);
-    g.seen = {0, shadows};
-    g.clay = {clay, shadows - clay};
-    g.casting = {clay, int(g.triangles.size()) - clay};
+    g.casting.push_back({first, int(g.triangles.size()) - first});
     return g;
 }
 

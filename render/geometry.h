@@ -22,10 +22,10 @@ struct Range {
 
 struct Geometry {
     std::vector<PaintVertex> vertices;
-    std::vector<Int3> triangles;  // hands, clay, then to cast shadows: unseen clay, coarser hands
-    Range seen;                   // hands and clay
-    Range clay;
-    Range casting;  // from clay to the end
+    // Clay, then of each hand hulls, skins, and coarser hulls to cast shadows; then unseen clay.
+    std::vector<Int3> triangles;
+    Range clay;                        // that is seen
+    std::vector<Range> seen, casting;  // besides
 };
 
 // The hull of a medial primitive: for each direction n of a sphere split `level` times, the
@@ -46,8 +46,14 @@ constexpr int fine_hull = 3, coarse_hull = 2;            // 1280 and 320 triangl
 
 // Triangles with a vertex that is not finite are left out. Throws std::invalid_argument for a
 // triangle that names no vertex, a missing normal, or a primitive not of 1 to 3 spheres.
-Geometry gather(const std::vector<Mesh>& meshes, const std::vector<DrawPrimitive>& primitives,
+Geometry gather(const std::vector<Mesh>& meshes, const std::vector<HandLook>& hands,
                 const std::vector<Mesh>& unseen = {});
+
+// The same of one hand, behind what is there.
+struct HandRanges {
+    Range seen, casting;  // they share the skins
+};
+HandRanges add_hand(Geometry& geometry, const HandLook& hand);
 
 // The ball about all that is seen or casts a shadow, within a cube of half side `reach` about
 // `target`, so that one stray vertex does not spoil the shadows. Radius [m], positive.

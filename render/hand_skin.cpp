@@ -14,7 +14,7 @@ namespace {
 constexpr float spacing = 0.0025f;  // of the lattice on which the surface is found [m]
 constexpr float reach = 0.002f;     // over which primitives share a vertex [m]
 
-// The rig with a forearm on the wrist: two bones' worth of breadth, 12 cm long.
+// The rig with the beginning of a forearm behind the wrist, as broad as two bones.
 Rig with_forearm(Topology topology, Side side)
 {
     Rig rig = hand_rig(topology, side);
@@ -24,8 +24,8 @@ Rig with_forearm(Topology topology, Side side)
         float x, y, z, r;
     } spheres[] = {{-0.011f, 0.001f, 0.004f, 0.0165f},
                    {0.011f, 0.001f, 0.004f, 0.0165f},
-                   {-0.017f, 0.003f, 0.12f, 0.0235f},
-                   {0.017f, 0.003f, 0.12f, 0.0235f}};
+                   {-0.014f, 0.002f, 0.075f, 0.0190f},
+                   {0.014f, 0.002f, 0.075f, 0.0190f}};
     for (const auto& s : spheres) {
         const Vec3<float> c{s.x, s.y, s.z};
         rig.spheres.push_back({{joint, joint, joint, joint}, {1, 0, 0, 0}, {c, c, c, c}, s.r});

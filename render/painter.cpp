@@ -50,24 +50,23 @@ class GlPainter final : public Painter {
     GlPainter() : bound_(std::make_unique<Context::Bound>(context_)) { build(), bound_.reset(); }
     ~GlPainter() override { bound_ = std::make_unique<Context::Bound>(context_); }
 
-    Image paint(const std::vector<Mesh>& meshes, const std::vector<DrawPrimitive>& primitives,
+    Image paint(const std::vector<Mesh>& meshes, const std::vector<HandLook>& looks,
                 const Camera& camera, float floor, const std::vector<Mesh>& unseen) override
     {
         check(camera, floor, largest_side_);
         near_ = 1e-3f * length(camera.target - camera.eye);
-        const bool hands = camera.hands > 0 && !primitives.empty();
-        const Geometry geometry =
-            gather(meshes, hands ? primitives : std::vector<DrawPrimitive>{}, unseen);
+        const bool hands = camera.hands > 0 && !looks.empty();
+        const Geometry geometry = gather(meshes, hands ? looks : std::vector<HandLook>{}, unseen);
         const Context::Bound bound(context_);
         resize(camera.width, camera.height);
         upload(geometry);
         aim(geometry, camera, floor);
         cast_shadows(geometry.casting);
         if (hands && camera.hands < 1) {
-            see(geometry.clay);
+            see(geometry, false);
             light(1);
         }
-        see(geometry.seen);
+        see(geometry, true);
         light(hands ? camera.hands : 1);
         return developed();
     }
@@ -81,8 +80,8 @@ class GlPainter final : public Painter {
     void resize(int width, int height);
     void upload(const Geometry& geometry);
     void aim(const Geometry& geometry, const Camera& camera, float floor);
-    void cast_shadows(Range range);
-    void see(Range range);
+    void cast_shadows(const std::vector<Range>& ranges);
+    void see(const Geometry& geometry, bool hands);
     void light(float opacity);
     Image developed();
     void draw(Range range) const;
@@ -215,7 +214,7 @@ void GlPainter::draw(Range range) const
                    reinterpret_cast<const void*>(std::size_t(range.first) * sizeof(Int3)));
 }
 
-void GlPainter::cast_shadows(Range range)
+void GlPainter::cast_shadows(const std::vector<Range>& ranges)
 {
     glUseProgram(shadow_);
     glBindVertexArray(layout_);
@@ -233,13 +232,13 @@ void GlPainter::cast_shadows(Range range)
         const float far = 1;
         glClearNamedFramebufferfv(shadow_frame_, GL_DEPTH, 0, &far);
         glUniform1i(0, i);
-        draw(range);
+        for (const Range& range : ranges) draw(range);
     }
     glDisable(GL_DEPTH_CLAMP);
     glDisable(GL_CULL_FACE);
 }
 
-void GlPainter::see(Range range)
+void GlPainter::see(const Geometry& geometry, bool hands)
 {
     glUseProgram(scene_);
     glBindVertexArray(layout_);
@@ -251,7 +250,9 @@ void GlPainter::see(Range range)
     glClearNamedFramebufferfv(scene_frame_, GL_COLOR, 0, zero);
     glClearNamedFramebufferfv(scene_frame_, GL_COLOR, 1, zero);
     glClearNamedFramebufferfv(scene_frame_, GL_DEPTH, 0, zero);
-    draw(range);
+    draw(geometry.clay);
+    if (hands)
+        for (const Range& range : geometry.seen) draw(range);
     glDisable(GL_DEPTH_TEST);
 }
 

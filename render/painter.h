@@ -24,6 +24,15 @@ struct DrawPrimitive {
     Sphere<float> sphere[3];
 };
 
+// One hand, or what it holds.
+struct HandLook {
+    std::vector<DrawPrimitive> primitives;  // drawn as their hulls
+    std::vector<Mesh> skins;                // drawn as they are; categories do not count
+    float opacity = 1;                      // [0, 1]; below 1/2 it casts no shadow
+    bool skin = true;                       // false: a thing, of wood
+    bool metal = false;                     // of steel instead
+};
+
 // One picture cannot be made; why. Another one may be.
 struct PictureError : std::runtime_error {
     using std::runtime_error::runtime_error;
@@ -37,13 +46,14 @@ class Painter {
     // `floor` is the height of the ground plane [m]. What is `unseen` casts its shadow all the
     // same: splats will be put where it is. Throws PictureError where the GL has no room for it,
     // std::invalid_argument for what cannot be drawn.
-    virtual Image paint(const std::vector<Mesh>& meshes,
-                        const std::vector<DrawPrimitive>& primitives, const Camera& camera,
-                        float floor, const std::vector<Mesh>& unseen) = 0;
+    // Hands have the opacity of the camera, whatever their own.
+    virtual Image paint(const std::vector<Mesh>& meshes, const std::vector<HandLook>& hands,
+                        const Camera& camera, float floor, const std::vector<Mesh>& unseen) = 0;
     Image paint(const std::vector<Mesh>& meshes, const std::vector<DrawPrimitive>& primitives,
-                const Camera& camera, float floor)
+                const Camera& camera, float floor, const std::vector<Mesh>& unseen = {})
     {
-        return paint(meshes, primitives, camera, floor, {});
+        return paint(meshes, std::vector<HandLook>{{primitives, {}, 1, true}}, camera, floor,
+                     unseen);
     }
     // How far meshes and hands lie in the last picture, along the camera's gaze [m], top row first;
     // infinity where there is neither.

@@ -60,6 +60,7 @@ int view_verb(const ViewOptions& o)
     if (!o.quiet) std::printf("%s", desk.summary().c_str());
     if (interrupted()) return 128 + interrupted();
     if (desk.gl_errors() > 0) return exit_check;
+    if (desk.ended()) return exit_numbers;
     return desk.output_refused() ? exit_output : exit_ok;
 }
 

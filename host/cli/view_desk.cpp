@@ -92,7 +92,10 @@ void ViewDesk::frame(double passed, const std::string& screenshot)
     if (asks.screenshot) wanted.push_back("");
     if (asks.recorded && *asks.recorded) panels.model.hand = false;
     if (!window->keys_taken()) take_keys();
-    if (!window->mouse_taken()) take_mouse(passed);
+    if (!window->mouse_taken())
+        take_mouse(passed);
+    else
+        pointer.pressed = false;
     if (panels.model.hand != hand_led) lead_hand(panels.model.hand);
     move_hand(time);
     if (scripted) session.advance_to(time);
@@ -191,10 +194,10 @@ void ViewDesk::move_hand(double at)
         for (int i = 0; i < 5; ++i) posed_hand.curl[i] = std::max(pointer.curl[i], m.curl[i]);
         Pointing p;
         p.eye = cast<double>(camera.eye());
-        p.rotation =
-            cast<double>(eye_view(camera.camera(window->width(), window->height())).rotation);
+        const int width = window->width(), height = window->height();
+        p.rotation = cast<double>(camera.view(width, height).rotation);
         p.ray = cast<double>(
-            camera.ray(float(input.x()), float(input.y()), window->width(), window->height()));
+            camera.ray(float(input.x()), float(input.y()), width, height, window->panels_width()));
         tracked = posed_hand.hands(p, panels.hands(*state));
     }
     session.push(tracked);
@@ -209,15 +212,16 @@ void ViewDesk::frame_camera()
             low = {min(low.x, v.x), min(low.y, v.y), min(low.z, v.z)};
             high = {max(high.x, v.x), max(high.y, v.y), max(high.z, v.z)};
         }
-    camera.frame(low, high, float(window->width()) / float(std::max(1, window->height())));
+    const int across = std::max(1, window->width() - window->panels_width());
+    camera.frame(low, high, float(across) / float(std::max(1, window->height())));
 }
 
-void ViewDesk::draw_splats(const EyeView& view)
+void ViewDesk::draw_splats(const EyeView& view, bool whole)
 {
     SplatLayer layer;
     raster_took = 0;
     if (splats && state->scene.get() == shown && state->gaussians)
-        layer = splats->layer(view, *state->gaussians), raster_took = splats->seconds();
+        layer = splats->layer(view, *state->gaussians, whole), raster_took = splats->seconds();
     painter->set_splats(0, layer);
 }
 
@@ -226,7 +230,7 @@ void ViewDesk::draw()
     const int width = window->width(), height = window->height();
     if (width < 1 || height < 1) return;  // minimised
     const double begin = wall_now();
-    const EyeView view = eye_view(camera.camera(width, height));
+    const EyeView view = camera.view(width, height, window->panels_width());
     std::vector<HandLook> hands = hand_looks(*state);
     EyeLook look;
     if (state->scene) {
@@ -235,8 +239,9 @@ void ViewDesk::draw()
         const Meshes meshes = state->meshes;
         painter->set_clay(meshes ? *meshes : std::vector<Mesh>{}, clay_version(*state), unseen);
         const auto& objects = state->scene->scene.objects;
-        if (panels.model.object != selected) selected = panels.model.object, fast_time = time + 1.5;
-        if (time < fast_time && std::size_t(selected) < objects.size())
+        if (panels.model.object != selected)
+            selected = panels.model.object, glow_until = time + 1.5;
+        if (time < glow_until && std::size_t(selected) < objects.size())
             look.highlight = objects[std::size_t(selected)].category;
     }
     // Where the mouse is, as long as no tool is there yet.
@@ -244,9 +249,9 @@ void ViewDesk::draw()
         for (HandLook& ghost : tracked_looks(tracked, panels.hands(*state), 0.4f))
             hands.push_back(std::move(ghost));
     painter->set_hands(hands);
-    draw_splats(view);
     // Pictures that are kept are whole; others may be coarse, to keep up.
     const bool kept = !wanted.empty() || video;
+    draw_splats(view, kept);
     coarse->paint(*painter, view, look, kept ? 1 : pace.scale());
     window->draw_panels();
     const double drawn_at = wall_now();

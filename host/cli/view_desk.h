@@ -30,6 +30,7 @@ class ViewDesk {
     int drawn() const { return frames; }
     int gl_errors() const { return errors; }
     bool output_refused() const { return refused; }
+    bool ended() const { return !session.state()->trouble.empty(); }  // the simulation has
     std::string summary() const;
 
     ViewPanels panels;
@@ -41,7 +42,7 @@ class ViewDesk {
     void lead_hand(bool on);
     void move_hand(double time);
     void draw();
-    void draw_splats(const EyeView& view);
+    void draw_splats(const EyeView& view, bool whole);
     void keep_picture(const std::string& file);
     void film();
     void frame_camera();
@@ -68,7 +69,7 @@ class ViewDesk {
     std::vector<std::string> wanted;  // screenshots of this frame
     int frames = 0, errors = 0, lost = 0, film_width = 0, film_height = 0;
     bool hand_led = false, quit = false, refused = false;
-    double time = 0, fast_time = 0;  // of the session; when an object was selected [s]
+    double time = 0, glow_until = 0;  // of the session; when an object was selected [s]
     int selected = 0;
     double raster_took = 0, picture_took = 0, show_took = 0;  // [s]
     long touched = 0, counted = 0;  // particle-substeps put out of tools; the version counted to

@@ -8,6 +8,7 @@
 #include <stdexcept>
 
 #include "host/base/paths.h"
+#include "host/hands/pointer.h"
 
 namespace knead {
 namespace {
@@ -147,7 +148,8 @@ void ViewPanels::follow(const LiveState& state)
     model.object = 0;
     model.tool = 0;
     for (std::size_t i = 0; i < model.tools.size(); ++i)
-        if (model.tools[i] == scene.hands.held[right]) model.tool = int(i);
+        if (model.tools[i] == scene.hands.held[right])
+            model.tool = int(i), model.posture = int(Posture::fist);
     for (std::size_t i = 0; i < paths.size(); ++i)
         if (path_key(paths[i]) == path_key(scene.path)) model.scene = int(i);
 }
@@ -185,6 +187,7 @@ void ViewPanels::obey(const PanelAsks& asks, LiveSession& session, const LiveSta
     if (asks.gravity) session.set_gravity({0, -*asks.gravity, 0});
     if (asks.tool) {
         model.tool = *asks.tool;
+        model.posture = int(model.tool == 0 ? Posture::relaxed : Posture::fist);
         session.set_hands(hands(state));
     }
     if (!asks.preset && !asks.material) return;

@@ -6,7 +6,8 @@
 namespace knead {
 namespace {
 
-constexpr double press_time = 0.25;  // [s]
+constexpr double press_time = 0.25;              // [s]
+constexpr double inwards = 0.45, upwards = 0.3;  // from the gaze to where fingers point [rad]
 
 Fingers posed_as(Posture posture, Side side)
 {

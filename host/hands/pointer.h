@@ -1,5 +1,6 @@
-// A hand for those who have none tracked: it hangs on a mouse, fingers along the gaze, and is posed
-// by keys. What comes out is a tracked hand like any other.
+// A hand for those who have none tracked: it hangs on a mouse, reaches in from below and its own
+// side, so that it hides little of what it touches, and is posed by keys. What comes out is a
+// tracked hand like any other.
 #pragma once
 #include "host/hands/posture.h"
 #include "host/hands/rule.h"

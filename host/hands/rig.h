@@ -28,6 +28,10 @@ struct FittedSphere {
     float weight[4];  // sum 1; the first is the largest
 };
 
+// What of a tool (tool_rig()) a hand is closed about; it is seen, and touches nothing. Empty where
+// the tool itself lies in the hand. Throws std::invalid_argument for a tool that is not known.
+Rig tool_handle(const std::string& name, Side side);
+
 // Binds spheres of the right hand to the joints of `open`, the open hand of `side`.
 Rig hang(const std::vector<FittedSphere>& spheres, const std::vector<Primitive>& primitives,
          const Hand& open, Side side);

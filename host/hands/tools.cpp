@@ -2,7 +2,7 @@
 // left one mirrors them.
 #include <stdexcept>
 
-#include "host/hands/hands.h"
+#include "host/hands/rig.h"
 
 namespace knead {
 namespace {
@@ -17,6 +17,7 @@ struct Design {
     const char* name;
     std::vector<Piece> spheres;
     std::vector<Primitive> primitives;
+    std::vector<Piece> handle{};  // of cones, two spheres each; seen alone
 };
 
 constexpr float half_blade = 0.0005f;  // blades are 1 mm thick
@@ -64,7 +65,8 @@ const std::vector<Design>& designs()
         // 10 cm from a base of 20 mm radius to a point of 1 mm, ahead of the index finger.
         {"cone",
          {{index_distal, {0, -0.01f, -0.04f}, 0.02f}, {index_distal, {0, -0.01f, -0.14f}, 0.001f}},
-         {{2, {0, 1, 1}, 0}}},
+         {{2, {0, 1, 1}, 0}},
+         {{index_distal, {0, -0.01f, 0.03f}, 0.006f}, {index_distal, {0, -0.01f, -0.05f}, 0.006f}}},
         // A ball of 8 mm radius on a rod of 2.5 mm radius, under the index finger's pad like a pen.
         {"ball",
          {{index_distal, {0, -0.01f, 0.02f}, 0.0025f},
@@ -77,30 +79,56 @@ const std::vector<Design>& designs()
           {palm, {0, -0.045f, -0.07f}, half_blade},
           {palm, {0, -0.045f, -0.19f}, half_blade},
           {palm, {0, -0.015f, -0.15f}, half_blade}},
-         {{3, {0, 1, 3}, 0}, {3, {1, 2, 3}, 0}}},
-        {"scissors", scissor_blades(), {{3, {0, 1, 2}, 0}, {3, {3, 4, 5}, 0}}},
+         {{3, {0, 1, 3}, 0}, {3, {1, 2, 3}, 0}},
+         {{palm, {0, -0.03f, 0.035f}, 0.011f}, {palm, {0, -0.03f, -0.068f}, 0.010f}}},
+        {"scissors",
+         scissor_blades(),
+         {{3, {0, 1, 2}, 0}, {3, {3, 4, 5}, 0}},
+         {{index_distal, {0, -0.004f, 0.012f}, 0.0035f},
+          {index_distal, {0, 0, -0.014f}, 0.002f},
+          {thumb_distal, {0, -0.004f, 0.012f}, 0.0035f},
+          {thumb_distal, {0, 0, -0.014f}, 0.002f}}},
     };
     return all;
+}
+
+const Design& design_of(const std::string& name)
+{
+    std::string known;
+    for (const Design& design : designs()) {
+        if (design.name == name) return design;
+        known += (known.empty() ? "" : ", ") + std::string(design.name);
+    }
+    throw std::invalid_argument("unknown tool \"" + name + "\"; expected one of: " + known);
+}
+
+Rig hung(const std::vector<Piece>& pieces, const std::vector<Primitive>& primitives, Side side)
+{
+    Rig rig{{}, primitives};
+    for (const Piece& piece : pieces) {
+        const int j = int(side) * joint_count + piece.joint;
+        const float x = side == right ? piece.c.x : -piece.c.x;
+        const Vec3<float> c{x, piece.c.y, piece.c.z};
+        rig.spheres.push_back({{j, j, j, j}, {1, 0, 0, 0}, {c, c, c, c}, piece.r});
+    }
+    return rig;
 }
 
 }  // namespace
 
 Rig tool_rig(const std::string& name, Side side)
 {
-    std::string known;
-    for (const Design& design : designs()) {
-        known += (known.empty() ? "" : ", ") + std::string(design.name);
-        if (design.name != name) continue;
-        Rig rig{{}, design.primitives};
-        for (const Piece& piece : design.spheres) {
-            const int j = int(side) * joint_count + piece.joint;
-            const float x = side == right ? piece.c.x : -piece.c.x;
-            const Vec3<float> c{x, piece.c.y, piece.c.z};
-            rig.spheres.push_back({{j, j, j, j}, {1, 0, 0, 0}, {c, c, c, c}, piece.r});
-        }
-        return rig;
-    }
-    throw std::invalid_argument("unknown tool \"" + name + "\"; expected one of: " + known);
+    const Design& design = design_of(name);
+    return hung(design.spheres, design.primitives, side);
+}
+
+Rig tool_handle(const std::string& name, Side side)
+{
+    const Design& design = design_of(name);
+    std::vector<Primitive> cones;
+    for (int i = 0; i + 1 < int(design.handle.size()); i += 2)
+        cones.push_back({2, {i, i + 1, i + 1}, 0});
+    return hung(design.handle, cones, side);
 }
 
 }  // namespace knead

@@ -10,6 +10,7 @@
 
 #include "host/base/errors.h"
 #include "host/base/outputs.h"
+#include "host/session/live_look.h"
 #include "host/session/splat_picture.h"
 
 namespace knead {
@@ -71,19 +72,6 @@ std::vector<DrawPrimitive> draw_primitives(const Rig& rig, const std::vector<Joi
     return primitives;
 }
 
-std::vector<DrawPrimitive> draw_primitives(const Setup& setup,
-                                           const std::vector<Joint<double>>& joints,
-                                           const std::vector<char>& active)
-{
-    std::vector<DrawPrimitive> all;
-    for (std::size_t tool = 0; tool < setup.tools.size(); ++tool) {
-        if (tool < active.size() && !active[tool]) continue;
-        const std::vector<DrawPrimitive> one = draw_primitives(setup.rig, joints, int(tool));
-        all.insert(all.end(), one.begin(), one.end());
-    }
-    return all;
-}
-
 FrameWriter::FrameWriter(const Scene& of, std::string where, std::string video_file,
                          double per_second, SplatCloud cloud)
     : scene(of),
@@ -121,11 +109,11 @@ void FrameWriter::add(const Frame& frame, const std::vector<Mesh>& meshes,
     const float floor = float(scene.setup.walls.min.y);
     std::vector<Mesh> seen, unseen;
     for (const Mesh& m : meshes) (has_splats(m.category) ? unseen : seen).push_back(m);
+    std::vector<HandLook> hands;
+    if (scene.has_hands) hands = hand_looks(scene.hands, frame.motion.to, frame.motion.active);
     Image image;
     try {
-        image =
-            painter->paint(seen, draw_primitives(scene.setup, frame.motion.to, frame.motion.active),
-                           camera, floor, unseen);
+        image = painter->paint(seen, hands, camera, floor, unseen);
         if (splats.count() > 0)
             image = with_splats(image, painter->depths(), camera, splats, gaussians);
     } catch (const std::bad_alloc&) {

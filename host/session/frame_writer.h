@@ -10,12 +10,7 @@
 
 namespace knead {
 
-// The tools' primitives where the joints put them, for a picture.
-std::vector<DrawPrimitive> draw_primitives(const Setup& setup,
-                                           const std::vector<Joint<double>>& joints,
-                                           const std::vector<char>& active);
-
-// Those of one tool of a rig.
+// The primitives of one tool of a rig where the joints put them, for a picture.
 std::vector<DrawPrimitive> draw_primitives(const Rig& rig, const std::vector<Joint<double>>& joints,
                                            int tool);
 

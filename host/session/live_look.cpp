@@ -1,5 +1,6 @@
 #include "host/session/live_look.h"
 
+#include "host/hands/rig.h"
 #include "host/scene/seed.h"
 #include "host/session/frame_writer.h"
 #include "host/session/motion.h"
@@ -8,15 +9,38 @@
 namespace knead {
 namespace {
 
-// A bare hand by its skin, a thing by its primitives.
-HandLook look_of(const HandsRule& rule, Side side, const std::vector<Joint<double>>& joints,
-                 std::vector<DrawPrimitive> primitives, float opacity)
+Rig zoomed(Rig rig, double zoom)
 {
-    if (!rule.held[side].empty()) return {std::move(primitives), {}, opacity, false};
-    return {{}, {hand_skin(rule.topology, side).posed(joints, rule.zoom)}, opacity, true};
+    for (Binding<float>& b : rig.spheres) {
+        b.radius *= float(zoom);
+        for (Vec3<float>& o : b.offset) o = float(zoom) * o;
+    }
+    return rig;
 }
 
 }  // namespace
+
+std::vector<HandLook> hand_looks(const HandsRule& rule, const std::vector<Joint<double>>& joints,
+                                 const std::vector<char>& active, float opacity)
+{
+    std::vector<HandLook> looks;
+    const std::vector<Side> sides = tool_sides(rule);
+    for (std::size_t tool = 0; tool < sides.size(); ++tool) {
+        if (joints.empty() || (tool < active.size() && !active[tool])) continue;
+        const Side side = sides[tool];
+        looks.push_back(
+            {{}, {hand_skin(rule.topology, side).posed(joints, rule.zoom)}, opacity, true});
+        const std::string& held = rule.held[side];
+        if (held.empty()) continue;
+        const auto add = [&](const Rig& rig, bool metal) {
+            looks.push_back(
+                {draw_primitives(zoomed(rig, rule.zoom), joints, 0), {}, opacity, false, metal});
+        };
+        add(tool_rig(held, side), held == "knife" || held == "scissors");
+        add(tool_handle(held, side), false);
+    }
+    return looks;
+}
 
 EyeLook live_look(const Scene& scene)
 {
@@ -35,12 +59,10 @@ long clay_version(const LiveState& state)
 
 std::vector<HandLook> hand_looks(const LiveState& state)
 {
-    std::vector<HandLook> looks;
-    for (const LiveTool& tool : state.tools)
-        if (tool.active)
-            looks.push_back(
-                look_of(state.hands, tool.side, state.frame.motion.to, tool.primitives, 1));
-    return looks;
+    std::vector<char> active;
+    for (const LiveTool& tool : state.tools) active.push_back(tool.active);
+    active.resize(tool_sides(state.hands).size(), false);
+    return hand_looks(state.hands, state.frame.motion.to, active);
 }
 
 std::vector<HandLook> tracked_looks(const HandFrame& frame, const HandsRule& rule, float opacity)
@@ -52,14 +74,9 @@ std::vector<HandLook> tracked_looks(const HandFrame& frame, const HandsRule& rul
             joints[std::size_t(side * joint_count + j)] = {
                 unit(cast<double>(joint.q)), rule.at + rule.zoom * cast<double>(joint.p)};
         }
-    const HandTools tools = hand_tools(rule);
-    const std::vector<Side> sides = tool_sides(rule);
-    std::vector<HandLook> looks;
-    for (std::size_t tool = 0; tool < sides.size(); ++tool)
-        if (frame.hand[sides[tool]].tracked)
-            looks.push_back(look_of(rule, sides[tool], joints,
-                                    draw_primitives(tools.rig, joints, int(tool)), opacity));
-    return looks;
+    std::vector<char> active;
+    for (const Side side : tool_sides(rule)) active.push_back(frame.hand[side].tracked);
+    return hand_looks(rule, joints, active, opacity);
 }
 
 }  // namespace knead

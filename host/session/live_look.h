@@ -9,7 +9,11 @@ namespace knead {
 EyeLook live_look(const Scene& scene);
 // The version under which a painter is given the clay of a state: another for another history.
 long clay_version(const LiveState& state);
-// Tools that touch clay, as the simulation has them.
+// Hands as they are seen where the joints put them: by their skin, with what they hold. `active`
+// per tool; those beyond its end are.
+std::vector<HandLook> hand_looks(const HandsRule& rule, const std::vector<Joint<double>>& joints,
+                                 const std::vector<char>& active, float opacity = 1);
+// Those that touch clay, as the simulation has them.
 std::vector<HandLook> hand_looks(const LiveState& state);
 // Tracked hands as they are now, wherever the simulation has come to, that are so opaque.
 std::vector<HandLook> tracked_looks(const HandFrame& frame, const HandsRule& rule, float opacity);

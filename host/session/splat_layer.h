@@ -18,8 +18,10 @@ class SplatDrawer {
     // `budget` [s]. Throws std::runtime_error where the device cannot.
     SplatDrawer(const SplatCloud& cloud, Device device, double budget);
 
-    // Of the first splats, as many as there are Gaussians are where these are.
-    SplatLayer layer(const EyeView& view, const std::vector<Gaussian<double>>& gaussians);
+    // Of the first splats, as many as there are Gaussians are where these are. `whole`: with all
+    // pixels, however long that takes.
+    SplatLayer layer(const EyeView& view, const std::vector<Gaussian<double>>& gaussians,
+                     bool whole = false);
 
     double scale() const { return scale_; }      // of the last layer, share of the view's sides
     double seconds() const { return seconds_; }  // that it took [s]

@@ -57,20 +57,23 @@ Vec3<float> OrbitCamera::forward() const
 Vec3<float> OrbitCamera::right() const { return {std::cos(yaw_), 0, -std::sin(yaw_)}; }
 Vec3<float> OrbitCamera::eye() const { return at_ - distance_ * forward(); }
 
-Camera OrbitCamera::camera(int width, int height) const
+EyeView OrbitCamera::view(int width, int height, int hidden) const
 {
     Camera c;
     c.eye = eye(), c.target = at_;
     c.field = field_;
     c.width = width, c.height = height;
-    return c;
+    EyeView view = eye_view(c);
+    const float aside = view.right * float(hidden) / float(std::max(width, 1));
+    view.left -= aside, view.right -= aside;
+    return view;
 }
 
-Vec3<float> OrbitCamera::ray(float x, float y, int width, int height) const
+Vec3<float> OrbitCamera::ray(float x, float y, int width, int height, int hidden) const
 {
     const float pixel = 2 * std::tan(field_ / 2) / float(std::max(height, 1));
     const Vec3<float> up = cross(right(), forward());
-    return forward() + ((x - 0.5f * float(width)) * pixel) * right() -
+    return forward() + ((x - 0.5f * float(width + hidden)) * pixel) * right() -
            ((y - 0.5f * float(height)) * pixel) * up;
 }
 

@@ -1,6 +1,6 @@
 // A camera that goes around what it looks at.
 #pragma once
-#include "render/painter.h"
+#include "render/eye_painter.h"
 
 namespace knead {
 
@@ -17,14 +17,16 @@ class OrbitCamera {
     void pan(float right, float down, int height);
     void zoom(float steps);  // nearer by a tenth for each step
 
-    Camera camera(int width, int height) const;
+    // What the camera looks at is in the middle of what is left of a picture whose first `hidden`
+    // columns cannot be seen.
+    EyeView view(int width, int height, int hidden = 0) const;
     Vec3<float> eye() const;
     Vec3<float> target() const { return at_; }
     float distance() const { return distance_; }
     float field() const { return field_; }
     Vec3<float> forward() const;  // unit
     // Through the pixel (x, y) from the upper left corner; as long as the gaze goes 1 ahead.
-    Vec3<float> ray(float x, float y, int width, int height) const;
+    Vec3<float> ray(float x, float y, int width, int height, int hidden = 0) const;
 
   private:
     Vec3<float> right() const;

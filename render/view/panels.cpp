@@ -16,11 +16,14 @@ bool combo(const char* label, int& chosen, const std::vector<std::string>& names
     const bool known = chosen >= 0 && std::size_t(chosen) < names.size();
     bool changed = false;
     if (!ImGui::BeginCombo(label, known ? names[std::size_t(chosen)].c_str() : "-")) return false;
-    for (int i = 0; i < int(names.size()); ++i)
+    for (int i = 0; i < int(names.size()); ++i) {
+        ImGui::PushID(i);  // names need not be different
         if (ImGui::Selectable(names[std::size_t(i)].c_str(), i == chosen)) {
             changed = i != chosen;
             chosen = i;
         }
+        ImGui::PopID();
+    }
     ImGui::EndCombo();
     return changed;
 }
@@ -158,6 +161,8 @@ void style_panels()
     style.Colors[ImGuiCol_WindowBg].w = 0.86f;
     style.ScaleAllSizes(std::max(1.0f, ImGui::GetIO().FontGlobalScale));
 }
+
+float panels_across() { return 8 + wide * std::max(1.0f, ImGui::GetIO().FontGlobalScale); }
 
 PanelAsks build_panels(PanelModel& m)
 {

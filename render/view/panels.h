@@ -5,6 +5,7 @@
 namespace knead {
 
 void style_panels();
+float panels_across();  // from the left edge [pixels]
 PanelAsks build_panels(PanelModel& model);
 
 }  // namespace knead

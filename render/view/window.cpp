@@ -106,6 +106,7 @@ class GlfwWindow final : public Window {
     }
     std::vector<InputEvent> poll() override;
     PanelAsks panels(PanelModel& model, const InputState& input, double seconds) override;
+    int panels_width() const override { return hidden_; }
     bool mouse_taken() const override { return ImGui::GetIO().WantCaptureMouse; }
     bool keys_taken() const override { return ImGui::GetIO().WantTextInput; }
     void draw_panels() override;
@@ -119,7 +120,7 @@ class GlfwWindow final : public Window {
 
     GLFWwindow* window_ = nullptr;
     Heard heard_;
-    int width_ = 0, height_ = 0;
+    int width_ = 0, height_ = 0, hidden_ = 0;
 };
 
 GlfwWindow::GlfwWindow(const std::string& title, int width, int height)
@@ -203,6 +204,7 @@ PanelAsks GlfwWindow::panels(PanelModel& model, const InputState& input, double 
     ImGui_ImplOpenGL3_NewFrame();
     ImGui::NewFrame();
     const PanelAsks asks = build_panels(model);
+    hidden_ = model.open ? int(panels_across()) : 0;
     ImGui::Render();
     return asks;
 }

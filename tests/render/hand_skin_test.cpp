@@ -72,7 +72,7 @@ TEST(HandSkin, IsClosedAndTurnedOutwards)
     const auto joints = joints_of(right, {{1, 0, 0, 0}, {0, 0, 0}}, Fingers{}, 1);
     const Mesh mesh = hand_skin(Topology::h47, right).posed(joints, 1);
     EXPECT_EQ(components(mesh), 1);
-    // A hand and 12 cm of a forearm.
+    // A hand and 9 cm of a forearm.
     EXPECT_GT(volume(mesh), 0.3e-3);
     EXPECT_LT(volume(mesh), 1.2e-3);
     std::map<std::pair<int, int>, int> edges;

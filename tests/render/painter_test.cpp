@@ -124,7 +124,7 @@ TEST_F(Picture, DepthsAreThoseOfTheMeshAlongTheGaze)
 TEST_F(Picture, WhatIsUnseenCastsItsShadow)
 {
     const Image bare = paint({}), seen = paint({dented_ball(0)});
-    const Image unseen = painter->paint({}, {}, front(), 0, {dented_ball(0)});
+    const Image unseen = painter->paint({}, std::vector<HandLook>{}, front(), 0, {dented_ball(0)});
     const std::vector<float> depths = painter->depths();
     EXPECT_TRUE(std::all_of(depths.begin(), depths.end(), [](float d) { return std::isinf(d); }));
     const Vec3<float> beside{0.5f + 0.3f, 0, 0.5f}, behind = ball_centre;

@@ -29,7 +29,9 @@ TEST(Orbit, LooksFromWhereItWasPut)
 {
     const OrbitCamera camera = some_camera();
     expect_near(camera.eye(), {1.25f, 0.95f, 1.5f}, 1e-5f);
-    expect_near(camera.camera(640, 480).target, target, 1e-6f);
+    const EyeView view = camera.view(640, 480);
+    expect_near(rotate(view.rotation, Vec3<float>{0, 0, -1}), camera.forward(), 1e-5f);
+    EXPECT_NEAR(view.left, -view.right, 1e-6f);
     EXPECT_NEAR(length(camera.forward()), 1, 1e-6f);
     OrbitCamera same = camera;
     same.look(target, target);
@@ -49,6 +51,16 @@ TEST(Orbit, GoesAroundTheTargetAndStopsBeforeThePoles)
     const Vec3<float> half = 0.5f * (turned.eye() + some_camera().eye());
     EXPECT_NEAR(half.x, target.x, 1e-4f);
     EXPECT_NEAR(half.z, target.z, 1e-4f);
+}
+
+// Behind a panel of 200 of 640 columns the target is in the middle of the other 440.
+TEST(Orbit, ThePictureMovesAsideForWhatHidesIt)
+{
+    const OrbitCamera camera = some_camera();
+    expect_near(camera.ray(420, 240, 640, 480, 200), camera.forward(), 1e-6f);
+    const EyeView view = camera.view(640, 480, 200);
+    EXPECT_NEAR(-view.left / (view.right - view.left), 420.0f / 640, 1e-5f);
+    EXPECT_NEAR(view.right - view.left, 2 * camera.view(640, 480).right, 1e-5f);
 }
 
 // What is under the mouse stays under it.
