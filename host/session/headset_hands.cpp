@@ -30,7 +30,15 @@ void HeadsetHands::set(const HandsRule& rule)
 {
     tools = hand_tools(rule);
     by = rule;
-    stream.emplace(rule);
+    HandsRule unplaced = rule;
+    unplaced.zoom = 1, unplaced.at = {0, 0, 0};
+    stream.emplace(unplaced);
+}
+
+void HeadsetHands::set_zoom(double zoom)
+{
+    by.zoom = zoom;
+    tools = hand_tools(by);
 }
 
 void HeadsetHands::push(const HandFrame& frame)
@@ -47,6 +55,7 @@ std::vector<HandLook> HeadsetHands::looks()
     std::vector<Joint<double>> joints(std::size_t(int(side_count) * joint_count));
     float size[side_count];
     stream->sample(newest.time, joints.data(), size);
+    for (Joint<double>& joint : joints) joint.p = by.at + by.zoom * joint.p;
     float opacity[side_count];
     for (int side = 0; side < side_count; ++side)
         opacity[side] = fade[side].frame(newest.time, newest.hand[side].tracked, size[side]);

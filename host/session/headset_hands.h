@@ -31,6 +31,8 @@ class HeadsetHands {
     // The tools are others from now on; hands begin anew.
     void set(const HandsRule& rule);
     const HandsRule& rule() const { return by; }
+    // The same hands are larger or smaller against the clay; they stay as they are tracked.
+    void set_zoom(double zoom);
 
     // Hands as they are now, for the same filter that the simulation uses: what is drawn is what
     // touches. Times rise.
@@ -43,7 +45,7 @@ class HeadsetHands {
   private:
     HandsRule by;
     HandTools tools;
-    std::optional<HandStream> stream;
+    std::optional<HandStream> stream;  // in the frame of the hands
     HandFade fade[side_count];
     HandFrame newest;
     bool touched[side_count] = {false, false};

@@ -6,6 +6,7 @@
 
 #include "host/session/headset_eyes.h"
 #include "host/session/headset_hands.h"
+#include "host/session/headset_hold.h"
 #include "host/session/headset_time.h"
 #include "host/session/panel_desk.h"
 #include "host/solver/audit.h"
@@ -38,6 +39,8 @@ class HeadsetLoop {
     void follow_history();
     bool draw(const Sight& sight);
     void poke(const Sight& sight);
+    void hold_clay(const HandFrame& given);
+    void tell_hands();
     void obey(const PanelCommand& command, const Sight& sight);
     void look_for_end(const News& news);
     double wall() const;
@@ -66,8 +69,10 @@ class HeadsetLoop {
     PanelCanvas canvas;
     Side panel_side = left;
     bool paused = false;
-    int panel_age = 0;    // frames since it was painted; 0: it must be
-    std::string undrawn;  // why nothing is, if so
+    HeadsetHold hold;
+    bool holding = false;  // hands carry clay, and do not shape it
+    int panel_age = 0;     // frames since it was painted; 0: it must be
+    std::string undrawn;   // why nothing is, if so
 };
 
 double HeadsetLoop::wall() const
@@ -186,6 +191,7 @@ void HeadsetLoop::follow_history()
     // A stepped session begins each history at 0.
     if (rule.stepped && !first) time = SessionTime(scene.frame_rate);
     ran = ran && !rule.stepped;
+    holding = false, hold = {};
     recorded_from = time.time();
     end.hands.frames.clear();
 }
@@ -197,6 +203,7 @@ void HeadsetLoop::push(HandFrame given, bool runs, double now)
     anew = false;
     given.time = tick.time;
     hands.push(given);
+    if (holding) hold_clay(given);
     std::vector<HandFrame>& kept = end.hands.frames;
     given.time = now - recorded_from;
     if (!runs || (!kept.empty() && !(given.time > kept.back().time))) return;
@@ -240,6 +247,31 @@ void HeadsetLoop::poke(const Sight& sight)
     }
 }
 
+// Hands that carry clay touch none.
+void HeadsetLoop::tell_hands()
+{
+    HandsRule told = hands.rule();
+    if (holding) told.present[left] = told.present[right] = false;
+    live->set_hands(told);
+    live->set_gravity(desk.gravity_of(*state));
+}
+
+void HeadsetLoop::hold_clay(const HandFrame& given)
+{
+    static const std::vector<Mesh> nothing;
+    const HeadsetHold::Answer answer =
+        hold.frame(given, hands.rule(), state->meshes ? *state->meshes : nothing);
+    if (answer.zoom != 1) hands.set_zoom(clamp(hands.rule().zoom / answer.zoom, 0.05, 50.0));
+    // What is carried does not fall, nor gather speed.
+    if (answer.took) live->set_gravity({0, 0, 0});
+    if (answer.let_go) live->set_gravity(desk.gravity_of(*state));
+    if (!answer.category || !state->scene) return;
+    const std::vector<Object>& objects = state->scene->scene.objects;
+    for (std::size_t i = 0; i < objects.size(); ++i)
+        if (objects[i].category == *answer.category)
+            live->edit([i, motion = answer.motion](Solver& s) { s.move(int(i), motion); });
+}
+
 void HeadsetLoop::obey(const PanelCommand& command, const Sight& sight)
 {
     panel_age = 0;
@@ -253,12 +285,17 @@ void HeadsetLoop::obey(const PanelCommand& command, const Sight& sight)
         case PanelAct::side:
             panel_side = panel_side == left ? right : left;
             return;
+        case PanelAct::hold:
+            holding = !holding;
+            hold = {};
+            return tell_hands();
         case PanelAct::quit:
             leaving = true;
             headset->leave();
             return;
         default:
             desk.apply(command, *state, *live, hands);
+            if (holding) tell_hands();
             if (rule.stepped) live->settle();
     }
 }
@@ -270,7 +307,7 @@ bool HeadsetLoop::draw(const Sight& sight)
     const bool repaint = rule.panel && panel_age++ % often == 0;
     if (repaint) {
         PanelView shown = desk.view(*state, hands);
-        shown.paused = paused;
+        shown.paused = paused, shown.holding = holding;
         panel.draw(canvas, shown, end.figures);
     }
     HeadsetPicture picture{*state,    hands.looks(),       hands.rule(),

@@ -44,6 +44,8 @@ std::string label_of(const PanelCommand& command, const PanelView& view)
             return "RECENTRE";
         case PanelAct::side:
             return "OTHER SIDE";
+        case PanelAct::hold:
+            return view.holding ? "SHAPE" : "HOLD";
         case PanelAct::quit:
             return "QUIT";
         default:
@@ -107,7 +109,7 @@ HeadsetPanel::HeadsetPanel()
     arrows(PanelAct::left_tool), arrows(PanelAct::right_tool), arrows(PanelAct::cells);
     buttons({PanelAct::gravity, PanelAct::pause});
     buttons({PanelAct::reset, PanelAct::recentre});
-    buttons({PanelAct::side, PanelAct::quit});
+    buttons({PanelAct::side, PanelAct::hold, PanelAct::quit});
 }
 
 Joint<float> HeadsetPanel::pose(const Workplace& usual, Side side)
@@ -176,8 +178,9 @@ void HeadsetPanel::draw_item(PanelCanvas& canvas, const PanelItem& item,
 {
     const bool down = fingers[left].pressed == &item || fingers[right].pressed == &item;
     const PanelAct act = item.command.act;
-    const bool on =
-        (act == PanelAct::gravity && view.gravity) || (act == PanelAct::pause && view.paused);
+    const bool on = (act == PanelAct::gravity && view.gravity) ||
+                    (act == PanelAct::pause && view.paused) ||
+                    (act == PanelAct::hold && view.holding);
     canvas.fill(item.rect, down ? held : on ? lit : plain);
     if (item.slider) {
         const float value = act == PanelAct::stiffness ? view.stiffness : view.yield;

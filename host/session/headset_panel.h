@@ -24,6 +24,7 @@ enum class PanelAct {
     reset,
     recentre,
     side,
+    hold,
     quit
 };
 struct PanelCommand {
@@ -37,7 +38,7 @@ struct PanelView {
     std::string scene, material, left_tool, right_tool, trouble;
     float stiffness = 0, yield = -1;  // of their sliders, 0 to 1; negative: the material has none
     int nodes = 0;                    // of the lattice, along x
-    bool gravity = true, paused = false;
+    bool gravity = true, paused = false, holding = false;
 };
 
 struct PanelItem {

@@ -151,10 +151,16 @@ void PanelDesk::apply(const PanelCommand& command, const LiveState& state, LiveS
         }
         case PanelAct::gravity:
             gravity = !gravity;
-            return live.set_gravity(gravity ? setup.gravity : Vec3<double>{0, 0, 0});
+            return live.set_gravity(gravity_of(state));
         default:
             return;
     }
+}
+
+Vec3<double> PanelDesk::gravity_of(const LiveState& state) const
+{
+    const Vec3<double> none{0, 0, 0};
+    return gravity && state.scene ? state.scene->scene.setup.gravity : none;
 }
 
 PanelView PanelDesk::view(const LiveState& state, const HeadsetHands& hands)
