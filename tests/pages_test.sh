@@ -11,6 +11,6 @@ while IFS=: read -r page link; do
     echo "$page: $link is not there"
     wrong=$((wrong + 1))
 done <links
-grep -q 'picture.png' index.html || { echo "no picture on the first page"; wrong=$((wrong + 1)); }
+grep -q 'loop.gif' index.html || { echo "no picture on the first page"; wrong=$((wrong + 1)); }
 echo "$(wc -l <links) links and pictures, $wrong broken"
 [ -s links ] && [ $wrong -eq 0 ]

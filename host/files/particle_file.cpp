@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <charconv>
 #include <cmath>
 #include <limits>
@@ -71,9 +72,9 @@ void each_word(std::string_view line, Visit&& visit)
 
 void take_heading(PlyElement& points, std::string_view line, const std::string& place)
 {
+    if (std::size_t(std::count(line.begin(), line.end(), ',')) >= max_columns)
+        throw InputError(fmt::format("{}: expected at most {} columns", place, max_columns));
     each_word(line, [&](std::string_view word) {
-        if (points.properties.size() == max_columns)
-            throw InputError(fmt::format("{}: expected at most {} columns", place, max_columns));
         if (word.size() > 1 && word.front() == '"' && word.back() == '"')
             word = word.substr(1, word.size() - 2);
         const std::string name(word);

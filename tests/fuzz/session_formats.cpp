@@ -158,7 +158,7 @@ std::vector<std::string> checkpoint_seeds()
     const Json command = {{"scene", "a.json"}, {"frames", 5}, {"cpu_seconds", 0.5}};
     run.state.setup.particles.resize(40), run.state.order.resize(40);
     const Folder folder;
-    write_checkpoint(folder / "seed", {command, run.record, run.state, {}});
+    write_checkpoint(folder / "seed", {command, run.record, run.state, {}, {}});
     return {read_text(folder / "seed", 1 << 20)};
 }
 void read_a_checkpoint(const std::string& bytes)
