@@ -2,8 +2,8 @@
 
 #include <algorithm>
 
-#include "host/session/frame_writer.h"
-#include "render/hand_skin.h"
+#include "host/scene/seed.h"
+#include "host/session/live_look.h"
 
 namespace knead {
 
@@ -28,18 +28,14 @@ HandFrame hand_frame(const Sight& sight, const Workplace& workplace, double time
 
 void HeadsetHands::set(const HandsRule& rule)
 {
-    tools = hand_tools(rule);
+    hand_tools(rule);  // refuses a tool that is not known
     by = rule;
     HandsRule unplaced = rule;
     unplaced.zoom = 1, unplaced.at = {0, 0, 0};
     stream.emplace(unplaced);
 }
 
-void HeadsetHands::set_zoom(double zoom)
-{
-    by.zoom = zoom;
-    tools = hand_tools(by);
-}
+void HeadsetHands::set_zoom(double zoom) { by.zoom = zoom; }
 
 void HeadsetHands::push(const HandFrame& frame)
 {
@@ -63,12 +59,10 @@ std::vector<HandLook> HeadsetHands::looks()
     for (std::size_t tool = 0; tool < sides.size(); ++tool) {
         const Side side = sides[tool];
         if (opacity[side] <= 0) continue;
-        HandLook look{{}, {}, opacity[side], by.held[side].empty()};
-        if (look.skin)
-            look.skins.push_back(hand_skin(by.topology, side).posed(joints, by.zoom));
-        else
-            look.primitives = draw_primitives(tools.rig, joints, int(tool));
-        all.push_back(std::move(look));
+        std::vector<char> alone(sides.size(), 0);
+        alone[tool] = 1;
+        for (HandLook& look : hand_looks(by, joints, alone, opacity[side]))
+            all.push_back(std::move(look));
     }
     return all;
 }

@@ -3,7 +3,6 @@
 #include <optional>
 
 #include "host/hands/filter.h"
-#include "host/scene/seed.h"
 #include "host/session/headset_view.h"
 #include "host/session/live.h"
 
@@ -44,7 +43,6 @@ class HeadsetHands {
 
   private:
     HandsRule by;
-    HandTools tools;
     std::optional<HandStream> stream;  // in the frame of the hands
     HandFade fade[side_count];
     HandFrame newest;
