@@ -32,7 +32,7 @@ endif()
 find_package(Doxygen QUIET)
 if(DOXYGEN_FOUND)
     file(GLOB REFERENCE_INPUT RELATIVE ${PROJECT_SOURCE_DIR} CONFIGURE_DEPENDS cuda/*/*.h
-        host/*/*.h render/painter.h)
+        host/*/*.h render/painter.h render/eye_painter.h render/geometry.h render/pace.h)
     list(FILTER REFERENCE_INPUT EXCLUDE REGEX "^host/(cli/|solver/pieces.h)")
     list(JOIN REFERENCE_INPUT " " REFERENCE_INPUT)
     set(REFERENCE_FOLDER ${CMAKE_BINARY_DIR}/reference)

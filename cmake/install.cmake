@@ -12,7 +12,7 @@ install(EXPORT KneadTargets NAMESPACE Knead:: DESTINATION ${package})
 install(DIRECTORY cuda host DESTINATION ${headers} FILES_MATCHING PATTERN *.h PATTERN *.cuh
     PATTERN host/cli EXCLUDE PATTERN host/solver/cpu EXCLUDE PATTERN host/solver/gpu EXCLUDE
     PATTERN host/solver/pieces.h EXCLUDE)
-install(FILES render/painter.h render/geometry.h render/eye_painter.h
+install(FILES render/painter.h render/geometry.h render/eye_painter.h render/pace.h
     DESTINATION ${headers}/render)
 install(FILES xr/headset.h DESTINATION ${headers}/xr)
 

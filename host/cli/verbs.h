@@ -95,10 +95,10 @@ struct ViewOptions {
     std::string scene;
     std::string device = "auto";
     std::vector<std::string> settings;
-    std::string size = "1280x800";  // of the window
-    int frames = 0;                 // that are drawn; 0: until it is closed
-    std::string screenshot;         // of the last frame
-    std::string script;             // mouse and keys from a file, on a clock of its own
+    std::string size = "1280x800";      // of the window
+    int frames = 0;                     // that are drawn; 0: until it is closed
+    std::string screenshot;             // of the last frame
+    std::string script;                 // mouse and keys from a file, on a clock of its own
     bool paused = false, bare = false;  // begins paused; without panels
     double max_memory = 0;              // [MiB]; 0: what is free
     bool overwrite = false, quiet = false;

@@ -7,7 +7,7 @@ namespace knead {
 namespace {
 
 constexpr double press_time = 0.25;              // [s]
-constexpr double inwards = 0.45, upwards = 0.3;  // from the gaze to where fingers point [rad]
+constexpr double inwards = 0.9, upwards = 0.35;  // from the gaze to where fingers point [rad]
 
 Fingers posed_as(Posture posture, Side side)
 {
