@@ -44,35 +44,6 @@ constexpr std::string_view glyphs[] = {
     "302113242536", "2027", "102133242516", "03123342"};
 static_assert(std::size(glyphs) == 95);
 
-constexpr double step = 6;  // from a letter's left to the next one's, in the lattice's spacing
-
-struct Point {
-    double x, y;
-};
-struct Stroke {
-    Point from, to;
-};
-
-void add_strokes(std::string_view glyph, double left, std::vector<Stroke>& all)
-{
-    const auto point = [&](std::size_t at) {
-        return Point{left + (glyph[at] - '0'), double(glyph[at + 1] - '0')};
-    };
-    for (std::size_t at = 0; at + 3 < glyph.size(); at += 2) {
-        if (glyph[at] == ';') ++at;
-        if (at + 3 >= glyph.size() || glyph[at + 2] == ';') continue;
-        all.push_back({point(at), point(at + 2)});
-    }
-}
-
-double distance(Point p, const Stroke& s)
-{
-    const double dx = s.to.x - s.from.x, dy = s.to.y - s.from.y, square = dx * dx + dy * dy;
-    const double along = (p.x - s.from.x) * dx + (p.y - s.from.y) * dy;
-    const double t = square > 0 ? std::clamp(along / square, 0.0, 1.0) : 0.0;
-    return std::hypot(p.x - s.from.x - t * dx, p.y - s.from.y - t * dy);
-}
-
 void blend(std::uint8_t* rgb, double colour, double cover)
 {
     for (int k = 0; k < 3; ++k)
@@ -81,25 +52,51 @@ void blend(std::uint8_t* rgb, double colour, double cover)
 
 }  // namespace
 
-void write_text(Image& image, const std::string& text, double x, double y, double height)
+Lettering::Lettering(const std::string& text) : wide(step * double(text.size()) - (step - 4))
 {
-    const double unit = height / 6, pen = std::max(0.45, 0.55 / unit), edge = pen + 1.2 / unit;
-    std::vector<Stroke> strokes;
     for (std::size_t k = 0; k < text.size(); ++k) {
         const auto at = std::size_t(static_cast<unsigned char>(text[k])) - std::size_t(' ');
         const std::string_view glyph =
             at < std::size(glyphs) && !glyphs[at].empty() ? glyphs[at] : box;
-        add_strokes(glyph, step * double(k), strokes);
+        add(glyph.data(), glyph.size(), step * double(k));
     }
-    const double wide = step * double(text.size()) - (step - 4);
+}
+
+void Lettering::add(const char* glyph, std::size_t size, double left)
+{
+    const auto point = [&](std::size_t at) {
+        return Point{left + (glyph[at] - '0'), double(glyph[at + 1] - '0')};
+    };
+    for (std::size_t at = 0; at + 3 < size; at += 2) {
+        if (glyph[at] == ';') ++at;
+        if (at + 3 >= size || glyph[at + 2] == ';') continue;
+        strokes.push_back({point(at), point(at + 2)});
+    }
+}
+
+double Lettering::distance(double x, double y) const
+{
+    double nearest = 1e9;
+    for (const Stroke& s : strokes) {
+        const double dx = s.to.x - s.from.x, dy = s.to.y - s.from.y, square = dx * dx + dy * dy;
+        const double along = (x - s.from.x) * dx + (y - s.from.y) * dy;
+        const double t = square > 0 ? std::clamp(along / square, 0.0, 1.0) : 0.0;
+        nearest = std::min(nearest, std::hypot(x - s.from.x - t * dx, y - s.from.y - t * dy));
+    }
+    return nearest;
+}
+
+void write_text(Image& image, const std::string& text, double x, double y, double height)
+{
+    const Lettering line(text);
+    const double unit = height / Lettering::capital, pen = std::max(0.45, 0.55 / unit);
+    const double edge = pen + 1.2 / unit, wide = line.width();
     const double left = x - unit * wide / 2, top = y - unit * 3, room = 1 + unit * edge;
     const auto column = [&](double at) { return int(std::clamp(at, 0.0, double(image.width))); };
     const auto row = [&](double at) { return int(std::clamp(at, 0.0, double(image.height))); };
     for (int j = row(top - room); j < row(top + unit * 8 + room + 1); ++j)
         for (int i = column(left - room); i < column(left + unit * wide + room + 1); ++i) {
-            const Point p{(i + 0.5 - left) / unit, (j + 0.5 - top) / unit};
-            double nearest = 1e9;
-            for (const Stroke& s : strokes) nearest = std::min(nearest, distance(p, s));
+            const double nearest = line.distance((i + 0.5 - left) / unit, (j + 0.5 - top) / unit);
             const auto cover = [&](double radius) {
                 return std::clamp(unit * (radius - nearest) + 0.5, 0.0, 1.0);
             };

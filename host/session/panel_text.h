@@ -1,4 +1,4 @@
-// A small picture of flat colours and plain capital letters, for a panel in the headset.
+// A small picture of flat colours and capital letters, for a panel in the headset.
 #pragma once
 #include <cstdint>
 #include <string>
@@ -25,7 +25,7 @@ class PanelCanvas {
     // `fine`: texels a pixel, in each direction.
     PanelCanvas(int width, int height, int fine);
     void fill(const PanelRect& rect, PanelColour colour);
-    // Capitals, digits and . , : - + / % ( ) < > _; what is not known is a blank. Cut at the edge.
+    // In capitals (host/session/lettering.h), from their upper left corner. Cut at the edge.
     void text(float x, float y, const std::string& words, PanelColour colour);
     int width() const { return wide; }  // [texels]
     int height() const { return high; }
