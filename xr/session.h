@@ -17,7 +17,7 @@ class Session {
     ~Session() { free_all(); }
     Session(const Session&) = delete;
 
-    // One duty of `state`, where it is one of this session's: to begin or to end it.
+    // Does what the state asks for where that is to begin or to end; all else is for others.
     void fulfil(Duty duty);
     void request_exit() { instance.api.request_exit.raw(session); }
     XrFrameState wait();

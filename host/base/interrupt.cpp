@@ -1,6 +1,7 @@
 #include "host/base/interrupt.h"
 
 #include <csignal>
+#include <iterator>
 #include <ctime>
 #include <mutex>
 
