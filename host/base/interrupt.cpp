@@ -1,8 +1,8 @@
 #include "host/base/interrupt.h"
 
 #include <csignal>
-#include <iterator>
 #include <ctime>
+#include <iterator>
 #include <mutex>
 
 namespace knead {

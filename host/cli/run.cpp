@@ -315,8 +315,14 @@ int Session::code(const RunRecord& record) const
 
 int Session::run()
 {
-    const Device device = resolved(parse_device(o.device));
+    Device device = resolved(parse_device(o.device));
     prepare();
+    // A scene of local clay begins without any, which the solver on a GPU does not.
+    if (device.kind == DeviceKind::cuda && splats->local()) {
+        if (o.device != "auto") throw UsageError("--device " + o.device + ": has no local clay");
+        device = {DeviceKind::cpu, 0};
+        facts.left_out.push_back("the GPU: it has no local clay");
+    }
     std::unique_ptr<HandSource> hands;
     if (scene.has_hands) {
         const Recording recording = hands_of(scene);
