@@ -309,18 +309,19 @@ TEST_F(Live, ToolsFollowNoFasterThanHandsMove)
         frame.hand[side].valid.fill(true);
     }
     for (int i = 1; i <= 80; ++i) {
-        // Pushed before its time comes, or the frame could begin without it.
+        // Pushed before its time comes, or the frame could begin without it: the first was due at
+        // 0.
         frame.time = 0.01 * i;
         session.push(frame);
         clock = frame.time;
-        once(session, [&](const LiveState& s) { return s.frame.number >= i; });
+        once(session, [&](const LiveState& s) { return s.frame.number > i; });
     }
     for (int i = 81; i <= 120; ++i) {
         frame.time = 0.01 * i;
         for (Joint<float>& j : frame.hand[right].joints) j.p.x += 0.045f;
         session.push(frame);
         clock = frame.time;
-        once(session, [&](const LiveState& s) { return s.frame.number >= i; });
+        once(session, [&](const LiveState& s) { return s.frame.number > i; });
     }
     EXPECT_TRUE(session.state()->tools.at(1).active);
     session.ask([&](const Solver&) {
