@@ -41,10 +41,19 @@ __device__ Events advance_particle(const G2pView& d, const SubstepContext& later
     constexpr bool full = f.tools && f.plasticity != PlasticityClass::any && !early;
     float* const aside = &space.slopes[threadIdx.x >> 5][0][0].x + (threadIdx.x & 31);
     if constexpr (full) *aside = q.k;
-    gather_from(nodes, d.lattice, s, q, [&] {
-        if (!early) particles().load_strain(own().at, q);
-        if (full) q.k = *aside;
-    });
+    float around = 0;  // mass of the nearest node [kg]
+    gather_from(
+        nodes, d.lattice, s, q,
+        [&](float mass) {
+            if constexpr (full)
+                aside[32] = mass;
+            else
+                around = mass;
+        },
+        [&] {
+            if (!early) particles().load_strain(own().at, q);
+            if (full) q.k = *aside;
+        });
     bool moves = true;
     if constexpr (f.rests) {
         wake_if_pushed(d, quiet, q, later.now, n);
@@ -52,8 +61,12 @@ __device__ Events advance_particle(const G2pView& d, const SubstepContext& later
         if (!moves) q.v = {}, q.C = {};
         if (!__any_sync(all_lanes, moves)) return {};
     }
-    const float per_cell = particles_a_cell(d, nodes_for<f.blades>(d, q, n), q.x, q.object);
-    if (per_cell < 1) calm_crumb(q.C, per_cell);
+    const auto mass_around = [&] {
+        if constexpr (full) asm volatile("" ::: "memory");  // or it would be kept
+        return full ? aside[32] : around;
+    };
+    const auto per_cell = [&] { return mass_around() / d.materials[q.object].mass; };
+    if (mass_around() < d.materials[q.object].mass) calm_crumb(q.C, per_cell());
     q.e = advance_b(q.e, q.C, later.now);
     q.x = q.x + later.now * q.v;
     Events happened{};

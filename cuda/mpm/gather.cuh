@@ -24,11 +24,12 @@ HD Offsets offsets(const Lattice<float>& lattice, Int3 base)
     return o;
 }
 
-// Gathers from `nodes`, of one field. at_last() may ask for what is wanted next: it is called
-// before the loads of the last plane.
-template <class AtLast>
+// Gathers from `nodes`, of one field; hands on the mass of the node nearest to the particle [kg].
+// at_last() may ask for what is wanted next: it is called before the loads of the last plane.
+template <class Nearest, class AtLast>
 __device__ void gather_from(const float4* nodes, const Lattice<float>& lattice,
-                            const Stencil<float>& s, Particle<float>& q, AtLast&& at_last)
+                            const Stencil<float>& s, Particle<float>& q, Nearest&& nearest,
+                            AtLast&& at_last)
 {
     const Offsets o = offsets(lattice, s.base);
     gather(q, s, lattice.spacing, [&](Int3 step) {
@@ -36,6 +37,7 @@ __device__ void gather_from(const float4* nodes, const Lattice<float>& lattice,
         if (step.y == 0 && step.z == 0) __syncwarp();
         if (step == Int3{2, 0, 0}) at_last();
         const float4 v = (nodes + o.column(step))[step.z * Lattice<float>::along_z];
+        if (step == nearest_node) nearest(v.w);
         return Vec3<float>{v.x, v.y, v.z};
     });
 }

@@ -88,25 +88,17 @@ __device__ const float4* nodes_for(const G2pView& d, const Particle<float>& q, i
     return nodes;
 }
 
-// How many particles of that object a cell holds around x.
-__device__ inline float particles_a_cell(const G2pView& d, const float4* nodes, Vec3<float> x,
-                                         int object)
-{
-    asm volatile("" : "+f"(x.x), "+f"(x.y), "+f"(x.z));  // or its index would be kept
-    const Int3 node = base_node(x, d.lattice.spacing) + nearest_node;
-    return nodes[d.lattice.index(node)].w / d.materials[object].mass;
-}
-
 // Projection of a warp's particles, of those that are `asked`, by all its lanes. Returns the depth
 // that the lane's was found at [m].
-template <bool blades>
-__device__ float left_tools(Particle<float>& q, float per_cell, const G2pView& d,
+template <bool blades, class PerCell>
+__device__ float left_tools(Particle<float>& q, PerCell&& per_cell, const G2pView& d,
                             const SubstepContext& later, const ContactScratch<blades>& borrowed,
                             bool asked, unsigned& covered)
 {
     const Mask* own = asked ? near_tools(d.near, d.lattice, q.x) : nullptr;
     bool in = own;
     if (!__any_sync(all_lanes, in)) return 0;
+    const float around = per_cell();
     put_aside(q, borrowed.strain());
     if constexpr (!blades) borrowed.put_aside(q.C);
     const Mask& mask = in ? *own : d.near.masks[0];
@@ -123,7 +115,7 @@ __device__ float left_tools(Particle<float>& q, float per_cell, const G2pView& d
         in = hit.phi < 0;
         if (in)
             put_out(q.x, q.v, hit, colliders.tools[hit.tool],
-                    speed_out(d.near.way, -hit.phi, per_cell, later.now));
+                    speed_out(d.near.way, -hit.phi, around, later.now));
     }
     const float depth = come_out(q.x, borrowed.place(), q.x, d.near.way.shallow);
     take_up(q, borrowed.strain());
@@ -133,8 +125,8 @@ __device__ float left_tools(Particle<float>& q, float per_cell, const G2pView& d
 
 // The lane's particle, of those that `moves`: out of tools, in front of walls, where nodes are
 // stored.
-template <Features f>
-__device__ void project(Particle<float>& q, float per_cell, const G2pView& d,
+template <Features f, class PerCell>
+__device__ void project(Particle<float>& q, PerCell&& per_cell, const G2pView& d,
                         const SubstepContext& later, ScatterSpace<f.blades>& space, bool moves,
                         Events& happened)
 {
