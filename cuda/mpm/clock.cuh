@@ -2,6 +2,7 @@
 #pragma once
 #include <bit>
 
+#include "cuda/math/hd.h"
 #include "cuda/mpm/time_step.h"
 
 namespace knead::gpu {
@@ -19,6 +20,17 @@ struct Counters {
     unsigned deepest;  // bits of the largest depth found [m]
     int active_blocks;
 };
+
+// The largest of what particles have: bits of a speed squared and of a stiffness (material.h)
+// [m^2/s^2 each].
+struct Peak {
+    unsigned fastest, stiffest;
+};
+// By substep, in n % 2. Each thread block raises one of several, so that fewer meet at one place.
+struct alignas(128) Peaks {
+    Peak of[2];
+};
+constexpr int peak_places = 4;
 
 // What a frame does: nothing where the one before it has stopped (stored_region.h), and what that
 // one has left where it is told to go on.
@@ -49,7 +61,7 @@ enum class Mode : int { running, stopped, going_on };
 //    dt[0], dt[1]                                 w n, n + 1                 r
 //    steps          w n                r n        r n, w n + 1               r n + 1
 //    active         w n: 0             + n        r n - 1, n; w n + 1: as n  + n + 1
-//    fastest, stiffest r n - 1                    r n - 1; w n: 0            + n
+//    peaks          r n - 1                       r n - 1; w n: 0            + n
 //    crowded        w all: no          + n - 1    r n - 1, w it: no; + n
 //    woken                    w all: 0            r n - 1; w n: 0            + n
 //    listed                   w, +     r          +                          r
@@ -73,30 +85,48 @@ enum class Mode : int { running, stopped, going_on };
 // the last but one has written is there. Before it waits, g2p n reads `side`, its run and where its
 // particles are, which g2p n - 1 has written; grid reads nothing. A substep of dt 0 does nothing:
 // g2p leaves `done` as it is, so that the rest of a turn of the graph runs idle.
+//
+// What many thread blocks add to lies in lines of memory of its own (128 bytes): a read of what
+// lies beside a number to which a thousand blocks add waits for them all, 3 us in p2g.
 struct Clock {
     int done, begun;  // substeps through; the one under way
     float dt[2];      // of the one under way and of the one after it [s]; 0: there is none
     Step steps[3];
-    int active[3];               // blocks listed of substep n, in n % 3
-    unsigned fastest[2];         // bits of the largest speed squared that a substep left [m^2/s^2]
-    unsigned stiffest[2];        // likewise of the largest stiffness (material.h) [m^2/s^2]
-    int listed, woken[2];        // where clay may be still: as RestView has them
-    int near_runs, far_runs;     // lined up so far in ToolView::runs
-    double duration, tool_step;  // of the frame [s]
-    int side;                    // on which of their two sides the particles lie
-    int sorted_from;             // on which they lay before the last sort
-    double drift;                // how far a particle may have come since the last sort [m]
-    bool unsorted;               // they are sorted again in this frame
+    int side;                       // on which of their two sides the particles lie
+    int sorted_from;                // on which they lay before the last sort
+    double duration;                // of the frame [s]
+    alignas(128) double tool_step;  // [s]
+    double drift;                   // how far a particle may have come since the last sort [m]
+    Step resume;                    // before which the frame has stopped
     Mode mode;
-    bool crowded[2];  // a block of the rim is listed, as substep n noticed, in n % 2
-    Step resume;      // before which the frame has stopped
-    Counters counters;
+    bool unsorted;                         // they are sorted again in this frame
+    bool crowded[2];                       // a block of the rim is listed, as n noticed, in n % 2
+    alignas(128) int active[3];            // blocks listed of substep n, in n % 3
+    alignas(128) int listed, woken[2];     // where clay may be still: as RestView has them
+    alignas(128) int near_runs, far_runs;  // lined up so far in ToolView::runs
+    Peaks peaks[peak_places];
+    alignas(128) Counters counters;
+    // Of all that substep n left.
+    HD Peak peak(int n) const
+    {
+        Peak all{};
+        UNROLL
+        for (const Peaks& p : peaks)
+            all = {max(all.fastest, p.of[n & 1].fastest), max(all.stiffest, p.of[n & 1].stiffest)};
+        return all;
+    }
+    HD void set_peak(int n, Peak all)
+    {
+        UNROLL
+        for (Peaks& p : peaks) p.of[n & 1] = {};
+        peaks[0].of[n & 1] = all;
+    }
     // What the substep before n left.
     HD Extremes extremes(int n) const
     {
-        const int k = (n + 1) & 1;
-        return {std::sqrt(double(std::bit_cast<float>(fastest[k]))),
-                double(std::bit_cast<float>(stiffest[k]))};
+        const Peak all = peak(n + 1);
+        return {std::sqrt(double(std::bit_cast<float>(all.fastest))),
+                double(std::bit_cast<float>(all.stiffest))};
     }
     HD Step& step(int n) { return steps[n % 3]; }
     HD const Step& step(int n) const { return steps[n % 3]; }

@@ -47,8 +47,8 @@ __global__ void __launch_bounds__(threads)
         __reduce_max_sync(~0u, valid ? __float_as_uint(stiffness(q, materials[q.object])) : 0);
     const float places[3] = {x.x, x.y, x.z};
     const bool first = (threadIdx.x & 31) == 0;
-    if (first && fastest) atomicMax(&to->fastest, fastest);
-    if (first && stiffest) atomicMax(&to->stiffest, stiffest);
+    if (first && fastest) atomicMax(&to->peak.fastest, fastest);
+    if (first && stiffest) atomicMax(&to->peak.stiffest, stiffest);
     UNROLL
     for (int k = 0; k < 3; ++k) {
         const int key = ordered(places[k]);

@@ -15,7 +15,7 @@ constexpr int every_object = -1;
 // The fastest and the stiffest of some particles and the box around them, as atomics find them
 // (ordered.cuh).
 struct Extent {
-    unsigned fastest = 0, stiffest = 0;  // bits of the speed squared, the stiffness [m^2/s^2]
+    Peak peak{};
     int low[3] = {0x7f7fffff, 0x7f7fffff, 0x7f7fffff};
     int high[3] = {~0x7f7fffff, ~0x7f7fffff, ~0x7f7fffff};  // [m]
 

@@ -56,8 +56,9 @@ __device__ void report(Clock& clock, int n, const Sums (&sums)[warps], int moved
         if (some) atomicAdd(to[k], static_cast<unsigned long long>(some));
     }
     if (all.deepest) atomicMax(&clock.counters.deepest, all.deepest);
-    atomicMax(&clock.fastest[n & 1], all.fastest);
-    atomicMax(&clock.stiffest[n & 1], all.stiffest);
+    Peak& peak = clock.peaks[blockIdx.x % peak_places].of[n & 1];
+    atomicMax(&peak.fastest, all.fastest);
+    atomicMax(&peak.stiffest, all.stiffest);
 }
 
 }  // namespace knead::gpu

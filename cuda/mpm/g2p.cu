@@ -66,7 +66,9 @@ __device__ Events advance_particle(const G2pView& d, const SubstepContext& later
         return full ? aside[32] : around;
     };
     const auto per_cell = [&] { return mass_around() / d.materials[q.object].mass; };
-    if (mass_around() < d.materials[q.object].mass) calm_crumb(q.C, per_cell());
+    // Where registers allow, by vote: lanes that branch by themselves cost the warp more.
+    const bool crumb = mass_around() < d.materials[q.object].mass;
+    if (f.tools ? __any_sync(all_lanes, crumb) : crumb) calm_crumb(q.C, per_cell());
     q.e = advance_b(q.e, q.C, later.now);
     q.x = q.x + later.now * q.v;
     Events happened{};
@@ -113,8 +115,11 @@ __device__ void advance_run(const G2pView& d, const SubstepContext& later,
     const ParticleView& to = d.particles[later.side];
     const Index own = own_index<f>(later, to.count);
     if (!own.valid) happened = {};
-    if (happened.depth > d.lattice.dx) atomicAdd(&later.clock().counters.moved_far, 1ull);
-    if (own.valid && abrupt(q.C, later.now)) atomicAdd(&later.clock().counters.abrupt, 1ull);
+    const bool far = happened.depth > d.lattice.dx, sudden = own.valid && abrupt(q.C, later.now);
+    if (__any_sync(all_lanes, far || sudden)) {
+        if (far) atomicAdd(&later.clock().counters.moved_far, 1ull);
+        if (sudden) atomicAdd(&later.clock().counters.abrupt, 1ull);
+    }
     const Sums all = summed<f.tools>(happened, speed_that_counts(dot(q.v, q.v), happened.depth),
                                      stiffness(q, narrowed<f.plasticity>(d.materials[q.object])));
     if ((threadIdx.x & 31) == 0) sums[threadIdx.x >> 5] = all;

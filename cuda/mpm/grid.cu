@@ -71,7 +71,7 @@ __device__ void look_ahead(const GridUpdateView& d)
         c.mode = Mode::stopped, c.resume = next, next.dt = 0;
     c.crowded[before] = false;
     c.begun = n;
-    c.fastest[n & 1] = c.stiffest[n & 1] = 0;
+    c.set_peak(n, {});
     c.woken[n & 1] = 0;
     c.active[(n + 1) % 3] = c.active[n % 3];
     c.drift += clay.speed * step.dt;

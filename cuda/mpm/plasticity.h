@@ -2,6 +2,7 @@
 // material.h, where go_together() allows it: it scales the deviator of the strain until the stress
 // itself lies on the yield surface, at constant volume.  (10), (11)
 #pragma once
+#include "cuda/math/fast.h"
 #include "cuda/mpm/material.h"
 #include "cuda/mpm/material_data.h"
 #include "cuda/mpm/particle.h"
@@ -89,8 +90,8 @@ HD Sym3<R> scale_deviator(const Sym3<R>& e, R ratio)
     for (int i = 0; i < steps; ++i) {
         const R f = m * (3 + II + m * (3 + m)) + rest, square = (1 + m) * (1 + m);
         const R slope = max(3 * square + II, R(1e-3) * square + R(1e-6));
-        m = max(m - 2 * f * slope / max(2 * slope * slope - 6 * f * (1 + m), slope * slope),
-                low - 1);
+        const R square_or_more = max(2 * slope * slope - 6 * f * (1 + m), slope * slope);
+        m = max(m - fast_divide(2 * f * slope, square_or_more), low - 1);
     }
     return raised(s, m);
 }

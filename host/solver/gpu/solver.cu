@@ -50,8 +50,7 @@ GpuSolver::GpuSolver(const Setup& given, int wanted, Room room)
       device(chosen(wanted)),
       processors(multiprocessors(device)),
       store(given, room, device),
-      fastest(store.clock().fastest[1]),
-      stiffest(store.clock().stiffest[1]),
+      peak(store.clock().peak(1)),
       drift(store.clock().drift)
 {
     splats.set(given.gaussians, store.views().lattice);
@@ -267,7 +266,7 @@ FrameStats GpuSolver::collect()
     posed = f.tools;
     const Clock& clock = *f.status.data();
     side = clock.side, drift = clock.drift;
-    fastest = clock.fastest[(clock.done + 1) & 1], stiffest = clock.stiffest[(clock.done + 1) & 1];
+    peak = clock.peak(clock.done + 1);
     const Counters& n = f.status->counters;
     stats.substeps = last_substeps = n.substeps;
     stats.dt_min = n.dt_min, stats.dt_max = n.dt_max;

@@ -79,7 +79,7 @@ class GpuSolver : public Solver {
     void adopt(const Rules& rules);
     void wake(int object);
     void edited();
-    void set_clock(unsigned speed, unsigned stiffness, double apart);
+    void set_clock(Peak most, double apart);
 
     // Snapshots know by its address whose they are.
     std::shared_ptr<const char> identity = std::make_shared<const char>();
@@ -89,11 +89,11 @@ class GpuSolver : public Solver {
     Splats splats;
     Stream main, body, beside, posing;
     Clay shown{};
-    int side = 0;                // on which the particles lie, of Clock
-    unsigned fastest, stiffest;  // bits, of Clock
-    double drift;                // [m], of Clock
-    long changes = 0;            // frames, edits
-    bool stale = true;           // the graphs are of other views
+    int side = 0;       // on which the particles lie, of Clock
+    Peak peak;          // of Clock
+    double drift;       // [m], of Clock
+    long changes = 0;   // frames, edits
+    bool stale = true;  // the graphs are of other views
     std::string title;
     Event forked{cudaEventDisableTiming};
     Event masked{cudaEventDisableTiming}, posed_first{cudaEventDisableTiming};

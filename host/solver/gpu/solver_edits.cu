@@ -35,13 +35,12 @@ void GpuSolver::wake(int object)
 
 // What the next frame begins with: where the particles lie, how fast and how stiff they are at
 // most, and how far they may have come since they were sorted.
-void GpuSolver::set_clock(unsigned speed, unsigned stiffness, double apart)
+void GpuSolver::set_clock(Peak most, double apart)
 {
     Clock clock = store.clock(main);
-    fastest = speed, stiffest = stiffness, drift = apart;
-    const int last = (clock.done + 1) & 1;
-    clock.side = side, clock.fastest[last] = speed, clock.stiffest[last] = stiffness;
-    clock.drift = apart;
+    peak = most, drift = apart;
+    clock.side = side, clock.drift = apart;
+    clock.set_peak(clock.done + 1, most);
     store.set_clock(clock);
 }
 
@@ -50,7 +49,7 @@ void GpuSolver::edited()
     const Extent around = store.extent(every_object, at_rest, side, main);
     if (store.features().fixed_point && !around.empty())
         store.arrange_as_new(around, side, main), side = 0;
-    set_clock(around.fastest, around.stiffest, unsorted);
+    set_clock(around.peak, unsorted);
     show();
     ++changes, stale = true, posed = false;
 }
@@ -187,8 +186,7 @@ std::shared_ptr<const Snapshot> GpuSolver::snapshot() const
     to->solver = identity, to->rules = book;
     to->state = store.state(side, main);
     to->splats = splats.state(store.snapshot_pool(), main);
-    to->fastest = fastest, to->stiffest = stiffest, to->drift = drift,
-    to->was_covered = was_covered;
+    to->peak = peak, to->drift = drift, to->was_covered = was_covered;
     return to;
 }
 
@@ -209,7 +207,7 @@ void GpuSolver::restore(const Snapshot& snapshot)
     if (splats.count() != from->splats->count) stale = true;
     splats.put_back(*from->splats, main);
     was_covered = from->was_covered, posed = false;
-    set_clock(from->fastest, from->stiffest, from->drift);
+    set_clock(from->peak, from->drift);
     show();
     ++changes;
 }
@@ -222,8 +220,8 @@ SavedState GpuSolver::save() const
     to.setup = rules();
     to.setup.particles = particles(), to.setup.gaussians = splats.all();
     to.order = store.order(side);
-    to.speed_squared = std::bit_cast<float>(fastest), to.drift = drift;
-    to.stiffness = std::bit_cast<float>(stiffest);
+    to.speed_squared = std::bit_cast<float>(peak.fastest), to.drift = drift;
+    to.stiffness = std::bit_cast<float>(peak.stiffest);
     to.quiet_low = box.low, to.quiet_stored = box.stored, to.quiet = store.quiet();
     to.covered = was_covered;
     return to;
@@ -250,8 +248,9 @@ void GpuSolver::load(const SavedState& from)
     adopt(next);
     store.set_quiet(quiet_over(from, store.views().lattice));
     was_covered = from.covered;
-    set_clock(std::bit_cast<unsigned>(from.speed_squared), std::bit_cast<unsigned>(from.stiffness),
-              from.drift);
+    set_clock(
+        {std::bit_cast<unsigned>(from.speed_squared), std::bit_cast<unsigned>(from.stiffness)},
+        from.drift);
     show();
     ++changes, stale = true, posed = false;
 }

@@ -61,8 +61,8 @@ struct GpuSnapshot : Snapshot {
     std::shared_ptr<const Rules> rules;
     std::shared_ptr<DeviceState> state;
     std::shared_ptr<GaussianState> splats;
-    unsigned fastest = 0, stiffest = 0;  // bits of the largest speed squared, stiffness
-    double drift = 0;                    // of Clock
+    Peak peak{};       // of Clock
+    double drift = 0;  // of Clock
     bool was_covered = false;
     std::size_t bytes() const override { return state ? state->bytes() + splats->bytes : 0; }
 };

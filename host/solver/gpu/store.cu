@@ -101,7 +101,7 @@ Store::Store(const Setup& setup, Room given, int device)
     Clock start{};
     start.done = 6;  // of its rings, all places are behind it
     const Extent around = extent(every_object, {{1, 0, 0, 0}, {}}, 0, nullptr);
-    start.fastest[1] = around.fastest, start.stiffest[1] = around.stiffest;
+    start.set_peak(1, around.peak);
     start.drift = 1e30;
     set_clock(start);
 }
