@@ -90,8 +90,8 @@ HD Sym3<R> scale_deviator(const Sym3<R>& e, R ratio)
     for (int i = 0; i < steps; ++i) {
         const R f = m * (3 + II + m * (3 + m)) + rest, square = (1 + m) * (1 + m);
         const R slope = max(3 * square + II, R(1e-3) * square + R(1e-6));
-        const R square_or_more = max(2 * slope * slope - 6 * f * (1 + m), slope * slope);
-        m = max(m - fast_divide(2 * f * slope, square_or_more), low - 1);
+        const R bent = 2 * slope - 6 * f * fast_divide(1 + m, slope);  // f'' = 6 (1 + m)
+        m = max(m - 2 * fast_divide(f, max(bent, slope)), low - 1);
     }
     return raised(s, m);
 }
