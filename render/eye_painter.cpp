@@ -74,6 +74,10 @@ class GlEyePainter final : public EyePainter {
         DrawnSplats& s = splats_.at(std::size_t(eye));
         s.colour_name = depth ? colour : 0, s.depth_name = depth;
     }
+    void set_hidden(int eye, const std::vector<std::array<float, 2>>& corners) override
+    {
+        hidden_.at(std::size_t(eye)).set(corners);
+    }
     void paint(const EyeView& view, const EyeLook& look, const EyeTarget& target, int eye) override;
     std::string name() const override { return name_; }
 
@@ -83,12 +87,12 @@ class GlEyePainter final : public EyePainter {
     void light(const EyeLook& look);
     void cast_shadows();
     void aim(const EyeView& view, const EyeLook& look);
-    void see(const EyeView& view, const EyeLook& look);
-    void put_out(const EyeView& view, const EyeTarget& target, const DrawnSplats& splats);
+    void see(const EyeView& view, const EyeLook& look, const DrawnHidden& hidden);
+    void put_out(const EyeView& view, const EyeTarget& target, std::size_t eye);
 
     int samples_;
     std::string name_;
-    Program shadow_, blur_, scene_, ground_, backdrop_, output_;
+    Program shadow_, blur_, scene_, ground_, backdrop_, hide_, output_;
     Texture key_map_ = shadow_maps(key_side, 1);
     Texture zenith_depths_, half_blurred_, zenith_map_, colours_, depths_;
     Framebuffer key_frame_ = framebuffer(), zenith_frame_ = framebuffer();
@@ -99,6 +103,7 @@ class GlEyePainter final : public EyePainter {
     std::vector<DrawnClay> clays_;
     std::vector<DrawnHand> drawn_hands_;
     std::array<DrawnSplats, 2> splats_;
+    std::array<DrawnHidden, 2> hidden_;
     int width_ = 0, height_ = 0;  // of the samples' textures [pixels]
     long version_ = 0;
     bool any_clay_ = false, shadows_stand_ = false;
@@ -122,6 +127,8 @@ GlEyePainter::GlEyePainter(int samples) : samples_(samples)
         "live floor");
     backdrop_ = program({head, live_backdrop_vertex},
                         {head, common, shading, tones, live_backdrop_fragment}, "live backdrop");
+    hide_ =
+        program({head, common, live_hidden_vertex}, {head, live_hidden_fragment}, "live hidden");
     output_ =
         program({head, screen_vertex}, {head, common, tones, live_output_fragment}, "live output");
     blur_ = program({head, screen_vertex}, {head, zenith_blur, blur_fragment}, "live blur");
@@ -289,7 +296,7 @@ void GlEyePainter::aim(const EyeView& view, const EyeLook& look)
     glNamedBufferSubData(view_, 0, sizeof block, &block);
 }
 
-void GlEyePainter::see(const EyeView& view, const EyeLook& look)
+void GlEyePainter::see(const EyeView& view, const EyeLook& look, const DrawnHidden& hidden)
 {
     glBindFramebuffer(GL_DRAW_FRAMEBUFFER, frame_);
     glViewport(0, 0, view.width, view.height);
@@ -298,6 +305,12 @@ void GlEyePainter::see(const EyeView& view, const EyeLook& look)
     const float zero[4] = {0, 0, 0, 0};
     glClearNamedFramebufferfv(frame_, GL_COLOR, 0, zero);
     glClearNamedFramebufferfv(frame_, GL_DEPTH, 0, zero);
+    if (hidden.any()) {
+        glColorMask(GL_FALSE, GL_FALSE, GL_FALSE, GL_FALSE);
+        glUseProgram(hide_);
+        hidden.draw();
+        glColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
+    }
     glBindTextureUnit(0, key_map_);
     glBindTextureUnit(1, zenith_map_);
     glUseProgram(scene_);
@@ -323,8 +336,9 @@ void GlEyePainter::see(const EyeView& view, const EyeLook& look)
     }
 }
 
-void GlEyePainter::put_out(const EyeView& view, const EyeTarget& target, const DrawnSplats& splats)
+void GlEyePainter::put_out(const EyeView& view, const EyeTarget& target, std::size_t eye)
 {
+    const DrawnSplats& splats = splats_[eye];
     glBindFramebuffer(GL_DRAW_FRAMEBUFFER, target.framebuffer);
     glViewport(target.x, target.y, view.width, view.height);
     (target.linear ? glEnable : glDisable)(GL_FRAMEBUFFER_SRGB);
@@ -335,6 +349,7 @@ void GlEyePainter::put_out(const EyeView& view, const EyeTarget& target, const D
     glUniform4f(1, float(target.x), float(target.y), float(view.width), float(view.height));
     glUniform1i(2, target.linear);
     glUniform1i(3, splats.colour_name != 0);
+    glUniform1i(4, hidden_[eye].any());
     glBindVertexArray(nothing_);
     glDrawArrays(GL_TRIANGLES, 0, 3);
 }
@@ -342,7 +357,7 @@ void GlEyePainter::put_out(const EyeView& view, const EyeTarget& target, const D
 void GlEyePainter::paint(const EyeView& view, const EyeLook& look, const EyeTarget& target, int eye)
 {
     check(view, look);
-    const DrawnSplats& splats = splats_.at(std::size_t(eye));
+    const DrawnHidden& hidden = hidden_.at(std::size_t(eye));
     if (glCheckNamedFramebufferStatus(target.framebuffer, GL_DRAW_FRAMEBUFFER) !=
         GL_FRAMEBUFFER_COMPLETE)
         throw PictureError("the framebuffer that is to be drawn into is not complete");
@@ -353,8 +368,8 @@ void GlEyePainter::paint(const EyeView& view, const EyeLook& look, const EyeTarg
     glBindBufferBase(GL_UNIFORM_BUFFER, 0, lamps_);
     glBindBufferBase(GL_UNIFORM_BUFFER, 1, view_);
     cast_shadows();
-    see(view, look);
-    put_out(view, target, splats);
+    see(view, look, hidden);
+    put_out(view, target, std::size_t(eye));
     reset_state();
 }
 

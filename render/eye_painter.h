@@ -2,6 +2,7 @@
 // framebuffer of the caller, in the context that is current. A subset of Painter's light, made for
 // every frame of a window or a headset.
 #pragma once
+#include <array>
 #include <memory>
 #include <string>
 #include <vector>
@@ -81,6 +82,11 @@ class EyePainter {
     // The same from textures of the caller's, with the layout of a SplatLayer (GL_RGBA of any
     // floating-point or normalised format; GL_R32F), e.g. written by CUDA. 0: none.
     virtual void set_splats(int eye, unsigned colour, unsigned depth) = 0;
+    // What nobody sees of the pictures of eye 0 or 1, until it is set again: triangles, three
+    // corners each, in tangents (x right, y up). There nothing is shaded, and the target gets no
+    // colour, alpha 0 and the depth of what is infinitely far. Throws std::invalid_argument for
+    // corners that are not finite, or not in threes.
+    virtual void set_hidden(int eye, const std::vector<std::array<float, 2>>& corners) = 0;
 
     // Draws all that was set, of `eye` 0 or 1 the splats. Of the framebuffer's viewport nothing is
     // kept. Where it has depth, that becomes near / distance along the gaze: 1 near, 0 infinitely

@@ -171,6 +171,18 @@ out vec4 radiance;
 void main() { radiance = vec4(toned(backdrop(max(normalize(ray_through(at)).y, 0))), 1); }
 )";
 
+// What nobody sees: before all else, at depth 1, behind which all that follows lies. Its alpha
+// stays 0, which nothing else that near has.
+constexpr const char* live_hidden_vertex = R"(
+layout(location = 0) in vec2 tangents;
+void main() {
+    gl_Position = vec4(tangents.x * right.w - shift.x, tangents.y * up.w - shift.y, 1, 1);
+}
+)";
+constexpr const char* live_hidden_fragment = R"(
+void main() {}
+)";
+
 // From samples to the pixels of the caller: their mean, the nearest depth, and splats before what
 // lies behind them. Those are blended as displayed, as the files mean them.
 constexpr const char* live_output_fragment = R"(
@@ -181,26 +193,35 @@ layout(binding = 3) uniform sampler2D splat_depths;
 layout(location = 1) uniform vec4 picture;  // its lower left corner and its size [pixels]
 layout(location = 2) uniform bool linear;   // GL encodes what is written
 layout(location = 3) uniform bool splats;
+layout(location = 4) uniform bool hidden;  // something is
 out vec4 tone;
 void main() {
     ivec2 at = ivec2(gl_FragCoord.xy - picture.xy);
+    vec4 sum = vec4(0);
+    float found[samples], nearest = 0;
+    int seen = 0;
+    for (int s = 0; s < samples; ++s) {
+        vec4 colour = texelFetch(colours, at, s);
+        float depth = texelFetch(depths, at, s).r;
+        if (hidden && depth == 1 && colour.a == 0) continue;
+        sum += colour;
+        nearest = max(nearest, depth);
+        found[seen++] = depth;
+    }
+    tone = vec4(0);
+    gl_FragDepth = 0;
+    if (seen == 0) return;
+    sum /= seen;
     vec2 spot = (gl_FragCoord.xy - picture.xy) / picture.zw;
     spot.y = 1 - spot.y;
-    float ahead = splats ? texture(splat_depths, spot).r : 1e30, nearest = 0;
-    vec4 sum = vec4(0);
-    float behind = 0;
-    for (int s = 0; s < samples; ++s) {
-        sum += texelFetch(colours, at, s);
-        float depth = texelFetch(depths, at, s).r;
-        nearest = max(nearest, depth);
-        if (ahead * depth < eye.w) behind += 1.0 / samples;
-    }
-    sum /= samples;
+    float ahead = splats ? textureLod(splat_depths, spot, 0).r : 1e30, behind = 0;
+    for (int s = 0; s < seen; ++s)
+        if (ahead * found[s] < eye.w) behind += 1.0 / seen;
     // Colours are already times their cover.
     vec3 c = sum.a > 0 ? encoded(sum.rgb / sum.a) * sum.a : vec3(0);
     float cover = sum.a;
     if (splats && behind > 0) {
-        vec4 over = behind * texture(splat_colours, spot);
+        vec4 over = behind * textureLod(splat_colours, spot, 0);
         c = over.rgb + (1 - over.a) * c;
         cover = over.a + (1 - over.a) * cover;
         if (over.a > 0.5) nearest = max(nearest, eye.w / ahead);

@@ -1,6 +1,7 @@
 #include "render/eye_shapes.h"
 
 #include <algorithm>
+#include <cmath>
 #include <stdexcept>
 
 namespace knead {
@@ -56,6 +57,28 @@ void DrawnSplats::upload(const SplatLayer& layer)
     glTextureSubImage2D(depth, 0, 0, 0, layer.width, layer.height, GL_RED, GL_FLOAT,
                         layer.depth.data());
     colour_name = colour, depth_name = depth;
+}
+
+void DrawnHidden::set(const std::vector<std::array<float, 2>>& to)
+{
+    if (to == corners) return;
+    const bool sound = to.size() % 3 == 0 && std::all_of(to.begin(), to.end(), [](const auto& c) {
+                           return std::isfinite(c[0]) && std::isfinite(c[1]);
+                       });
+    if (!sound) throw std::invalid_argument("a hidden area that is not of finite triangles");
+    corners = to;
+    glNamedBufferData(vertices, GLsizeiptr(corners.size() * sizeof corners[0]), corners.data(),
+                      GL_STATIC_DRAW);
+    glVertexArrayVertexBuffer(layout, 0, vertices, 0, sizeof corners[0]);
+    glEnableVertexArrayAttrib(layout, 0);
+    glVertexArrayAttribFormat(layout, 0, 2, GL_FLOAT, GL_FALSE, 0);
+    glVertexArrayAttribBinding(layout, 0, 0);
+}
+
+void DrawnHidden::draw() const
+{
+    glBindVertexArray(layout);
+    glDrawArrays(GL_TRIANGLES, 0, GLsizei(corners.size()));
 }
 
 }  // namespace knead

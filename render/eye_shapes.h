@@ -1,5 +1,6 @@
 // What a live picture draws, as it lies on the device.
 #pragma once
+#include <array>
 #include <vector>
 
 #include "render/eye_painter.h"
@@ -50,6 +51,17 @@ struct DrawnSplats {
     GLuint colour_name = 0, depth_name = 0;  // what is drawn; 0: none
 
     void upload(const SplatLayer& layer);
+};
+
+// What nobody sees of an eye's picture, by corners of triangles at location 0.
+struct DrawnHidden {
+    Buffer vertices = buffer();
+    VertexArray layout = vertex_array();
+    std::vector<std::array<float, 2>> corners;  // [tangents]
+
+    void set(const std::vector<std::array<float, 2>>& corners);
+    bool any() const { return !corners.empty(); }
+    void draw() const;
 };
 
 }  // namespace knead

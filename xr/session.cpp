@@ -273,7 +273,9 @@ HiddenArea Session::hidden_area(int eye)
     if (corners.empty() || indices.size() % 3 != 0 || XR_FAILED(ask())) return area;
     for (const std::uint32_t index : indices) {
         if (index >= corners.size()) return {};
-        area.corners.push_back({corners[index].x, corners[index].y});
+        const XrVector2f& c = corners[index];
+        if (!std::isfinite(c.x) || !std::isfinite(c.y)) return {};
+        area.corners.push_back({c.x, c.y});
     }
     return area;
 }

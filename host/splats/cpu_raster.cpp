@@ -9,7 +9,7 @@
 namespace knead {
 namespace {
 
-constexpr int tile = 16;  // pixels a side
+constexpr int tile = hidden_tile;
 
 struct Seen {
     Footprint<float> shape;
@@ -81,8 +81,10 @@ Tiles tiles_between(float low, float high, int tiles)
     return {int(std::ceil(clamp(low, 0.0f, end))) / tile, int(clamp(high, -1.0f, end)) / tile};
 }
 
-// The splats of each tile of a row of tiles, in the order of `seen`.
-std::vector<std::vector<int>> listed(const std::vector<Seen>& seen, int row, int columns, int rows)
+// The splats of each tile of a row of tiles, in the order of `seen`. `hidden`: of that row, 1 where
+// a tile gets none; null: all get theirs.
+std::vector<std::vector<int>> listed(const std::vector<Seen>& seen, int row, int columns, int rows,
+                                     const char* hidden)
 {
     std::vector<std::vector<int>> lists;
     lists.resize(std::size_t(columns));
@@ -92,6 +94,7 @@ std::vector<std::vector<int>> listed(const std::vector<Seen>& seen, int row, int
         if (row < y.first || row > y.last) continue;
         const Tiles x = tiles_between(f.u - f.half_width, f.u + f.half_width, columns);
         for (int k = x.first; k <= x.last; ++k) {
+            if (hidden && hidden[k]) continue;
             const float x0 = float(k * tile), y0 = float(row * tile);
             if (reaches(f, x0, y0, x0 + tile - 1, y0 + tile - 1))
                 lists[std::size_t(k)].push_back(int(n));
@@ -152,6 +155,14 @@ void check_frame(const SplatCloud& cloud, const SplatFrame& frame)
         if (b.colour.size() != b.depth.size() || (b.depth.size() && b.depth.size() != pixels))
             refuse("a backdrop of another size than the eye's picture");
     }
+    if (!frame.hidden.empty() && frame.hidden.size() != frame.eyes.size())
+        refuse("hidden tiles not of each eye");
+    for (std::size_t e = 0; e < frame.hidden.size(); ++e) {
+        const auto along = [](int pixels) { return std::size_t((pixels + tile - 1) / tile); };
+        const std::size_t tiles = along(frame.eyes[e].width) * along(frame.eyes[e].height);
+        if (!frame.hidden[e].empty() && frame.hidden[e].size() != tiles)
+            refuse("hidden tiles of another picture");
+    }
     if (frame.moved_centre.size() != frame.moved_F.size() || frame.moved_centre.size() > n)
         refuse("more splats moved than there are");
 }
@@ -170,9 +181,12 @@ std::vector<Picture> cpu_raster(const SplatCloud& cloud, const SplatFrame& frame
         const bool mesh = !frame.behind.empty() && !frame.behind[e].depth.empty();
         const Target target{picture, mesh ? &frame.behind[e] : nullptr, frame.background};
         const int columns = (width + tile - 1) / tile, rows = (height + tile - 1) / tile;
+        const bool all = frame.hidden.empty() || frame.hidden[e].empty();
 #pragma omp parallel for schedule(dynamic, 1)
         for (int row = 0; row < rows; ++row) {
-            const std::vector<std::vector<int>> lists = listed(seen, row, columns, rows);
+            const std::vector<std::vector<int>> lists =
+                listed(seen, row, columns, rows,
+                       all ? nullptr : frame.hidden[e].data() + std::ptrdiff_t(row) * columns);
             for (int y = row * tile; y < std::min(height, (row + 1) * tile); ++y)
                 for (int x = 0; x < width; ++x)
                     target.draw(x, y, lists[std::size_t(x / tile)], seen);

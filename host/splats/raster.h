@@ -14,6 +14,8 @@ struct Backdrop {
     std::vector<float> depth;         // along the eye's forward axis [m]; no_depth: no mesh here
 };
 
+constexpr int hidden_tile = 16;  // pixels a side
+
 struct SplatFrame {
     std::vector<Eye<float>> eyes;  // 1 or 2: one order of depth serves both
     SplatRule<float> rule;
@@ -23,6 +25,9 @@ struct SplatFrame {
     // gradient that turns and stretches them.
     std::vector<Vec3<float>> moved_centre;
     std::vector<Mat3<float>> moved_F;
+    // Per eye, of its tiles, rows from the top: 1 where nobody sees one. It may then be left empty,
+    // and is on the CPU. No tiles, or no eyes: all is seen.
+    std::vector<std::vector<char>> hidden;
 };
 
 struct Picture {

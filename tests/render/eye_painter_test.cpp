@@ -285,6 +285,30 @@ TEST_F(EyePicture, SplatsHideWhatLiesBehindThemAndNothingBefore)
     EXPECT_EQ(painted(), bare);
 }
 
+// The left half is hidden, from splats too, and the right half is as it was.
+TEST_F(EyePicture, WhatNobodySeesStaysEmpty)
+{
+    painter->set_clay({ball(ball_centre, 0.25f)}, 1);
+    painter->set_splats(0, {1, 1, {0.2f, 0.4f, 0.1f, 0.75f}, {0.1f}});
+    const EyeView view = front();
+    const std::vector<int> whole = painted(view);
+    const std::array<float, 2> a{view.left, view.down}, b{0, view.down}, c{view.left, view.up};
+    painter->set_hidden(0, {a, b, c, c, b, {0, view.up}});
+    const std::vector<int> half = painted(view);
+    const std::vector<float> depths = plain->depths();
+    for (int y = 0; y < high; ++y)
+        for (int x = 0; x < wide; ++x) {
+            const std::size_t at = std::size_t(y * wide + x);
+            const bool hidden = x < wide / 2;
+            ASSERT_EQ(depths[at] == 0, hidden) << x << " " << y;
+            for (std::size_t i = 4 * at; i < 4 * at + 4; ++i)
+                ASSERT_EQ(half[i], hidden ? 0 : whole[i]) << x << " " << y;
+        }
+    EXPECT_THROW(painter->set_hidden(0, {a, b}), std::invalid_argument);
+    painter->set_hidden(0, {});
+    EXPECT_EQ(painted(view), whole);
+}
+
 TEST_F(EyePicture, IsTheSameWhateverStateIsSetAndLeavesThatOfANewContext)
 {
     painter->set_clay({ball(ball_centre, 0.25f)}, 1);
