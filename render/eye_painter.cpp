@@ -3,12 +3,12 @@
 #include "render/eye_painter.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <stdexcept>
 
+#include "render/eye_clay.h"
 #include "render/eye_shaders.h"
-#include "render/eye_shapes.h"
+#include "render/eye_splats.h"
 #include "render/program.h"
 
 namespace knead {
@@ -61,23 +61,30 @@ void check(const EyeView& view, const EyeLook& look)
 
 class GlEyePainter final : public EyePainter {
   public:
-    explicit GlEyePainter(int samples);
+    GlEyePainter(int samples, bool share);
+    const Sharing& sharing(int device) override { return sharings_.with(device); }
     void set_clay(const std::vector<Mesh>& meshes, long version,
                   const std::vector<int>& unseen) override;
+    void set_device_clay(const DeviceMesh& mesh, long version,
+                         const std::vector<int>& unseen) override;
     void set_hands(const std::vector<HandLook>& hands) override;
-    void set_splats(int eye, const SplatLayer& layer) override
-    {
-        splats_.at(std::size_t(eye)).upload(layer);
-    }
+    void set_splats(int eye, const SplatLayer& layer) override { splats_.upload(eye, layer); }
     void set_splats(int eye, unsigned colour, unsigned depth) override
     {
-        DrawnSplats& s = splats_.at(std::size_t(eye));
-        s.colour_name = depth ? colour : 0, s.depth_name = depth;
+        splats_.set(eye, colour, depth);
     }
     void set_hidden(int eye, const std::vector<std::array<float, 2>>& corners) override
     {
         hidden_.at(std::size_t(eye)).set(corners);
     }
+    bool set_splats(GpuRaster& raster, const SplatFrame& frame,
+                    const DeviceGaussians* moved) override
+    {
+        const bool shared = sharing(raster.device()).shared;
+        if (shared) splats_.draw(raster, frame, moved);
+        return shared;
+    }
+    double splat_seconds() const override { return splats_.seconds(); }
     void paint(const EyeView& view, const EyeLook& look, const EyeTarget& target, int eye) override;
     std::string name() const override { return name_; }
 
@@ -88,7 +95,7 @@ class GlEyePainter final : public EyePainter {
     void cast_shadows();
     void aim(const EyeView& view, const EyeLook& look);
     void see(const EyeView& view, const EyeLook& look, const DrawnHidden& hidden);
-    void put_out(const EyeView& view, const EyeTarget& target, std::size_t eye);
+    void put_out(const EyeView& view, const EyeTarget& target, int eye);
 
     int samples_;
     std::string name_;
@@ -99,20 +106,21 @@ class GlEyePainter final : public EyePainter {
     Framebuffer blur_frame_ = framebuffer(), frame_ = framebuffer();
     Buffer lamps_ = buffer(), view_ = buffer();
     VertexArray nothing_ = vertex_array();
-    Shapes clay_, hands_;
-    std::vector<DrawnClay> clays_;
+    Sharings sharings_;
+    EyeClay clay_{farthest};
+    Shapes hands_;
     std::vector<DrawnHand> drawn_hands_;
-    std::array<DrawnSplats, 2> splats_;
+    EyeSplats splats_;
     std::array<DrawnHidden, 2> hidden_;
     int width_ = 0, height_ = 0;  // of the samples' textures [pixels]
     long version_ = 0;
     bool any_clay_ = false, shadows_stand_ = false;
-    Ball about_clay_{}, lit_{};          // all clay; what the shadow maps hold
+    Ball lit_{};                         // what the shadow maps hold
     Vec3<float> towards_{};              // the key light
     float floor_ = 0, floor_depth_ = 1;  // its height [m]; its depth in the zenith's map
 };
 
-GlEyePainter::GlEyePainter(int samples) : samples_(samples)
+GlEyePainter::GlEyePainter(int samples, bool share) : samples_(samples), sharings_(share)
 {
     const GLubyte* renderer = glGetString(GL_RENDERER);
     name_ = renderer ? reinterpret_cast<const char*>(renderer) : "unnamed";
@@ -164,14 +172,17 @@ void GlEyePainter::set_clay(const std::vector<Mesh>& meshes, long version,
                             const std::vector<int>& unseen)
 {
     if (any_clay_ && version == version_) return;
-    Geometry all{};
-    std::vector<DrawnClay> drawn = gather_clay(all, meshes, unseen);
-    about_clay_ = around(all, {0, 0, 0}, farthest);
-    clay_.upload(all);
-    clays_ = std::move(drawn);
-    version_ = version;
-    any_clay_ = true;
-    shadows_stand_ = false;
+    clay_.set(meshes, unseen);
+    version_ = version, any_clay_ = true, shadows_stand_ = false;
+}
+
+void GlEyePainter::set_device_clay(const DeviceMesh& mesh, long version,
+                                   const std::vector<int>& unseen)
+{
+    if (any_clay_ && version == version_) return;
+    if (!sharing(mesh.device()).shared) return set_clay(mesh.meshes(), version, unseen);
+    clay_.set(mesh, unseen);
+    version_ = version, any_clay_ = true, shadows_stand_ = false;
 }
 
 void GlEyePainter::set_hands(const std::vector<HandLook>& hands)
@@ -216,8 +227,9 @@ void GlEyePainter::light(const EyeLook& look)
 {
     const float room = 1.5f;  // for hands about the clay
     Ball wanted = look.stage;
-    if (any_clay_ && !clays_.empty() && room * about_clay_.radius < look.stage.radius)
-        wanted = {about_clay_.centre, room * about_clay_.radius};
+    const Ball& clay = clay_.about();
+    if (!clay_.parts().empty() && room * clay.radius < look.stage.radius)
+        wanted = {clay.centre, room * clay.radius};
     const float inner = wanted.radius / room;
     const bool holds = length(wanted.centre - lit_.centre) + inner <= lit_.radius;
     const Vec3<float> towards = (1 / length(look.light)) * look.light;
@@ -250,7 +262,7 @@ void GlEyePainter::cast_shadows()
         glViewport(0, 0, side, side);
         glClearNamedFramebufferfv(frame, GL_DEPTH, 0, &far);
         glUniform1i(0, i);
-        for (const DrawnClay& clay : clays_) clay_.draw(clay.range);
+        for (std::size_t k = 0; k < clay_.parts().size(); ++k) clay_.draw(k);
         for (const DrawnHand& hand : drawn_hands_)
             if (hand.opacity >= 0.5f) hands_.draw(hand.ranges.casting);
     }
@@ -315,9 +327,10 @@ void GlEyePainter::see(const EyeView& view, const EyeLook& look, const DrawnHidd
     glBindTextureUnit(1, zenith_map_);
     glUseProgram(scene_);
     glUniform1f(1, 1);
-    for (const DrawnClay& clay : clays_) {
-        glUniform1f(2, clay.category == look.highlight ? 1.0f : 0.0f);
-        if (clay.seen) clay_.draw(clay.range);
+    for (std::size_t k = 0; k < clay_.parts().size(); ++k) {
+        const EyeClay::Part& part = clay_.parts()[k];
+        glUniform1f(2, part.category == look.highlight ? 1.0f : 0.0f);
+        if (part.seen) clay_.draw(k);
     }
     glUniform1f(2, 0);
     for (const DrawnHand& hand : drawn_hands_) {
@@ -336,9 +349,9 @@ void GlEyePainter::see(const EyeView& view, const EyeLook& look, const DrawnHidd
     }
 }
 
-void GlEyePainter::put_out(const EyeView& view, const EyeTarget& target, std::size_t eye)
+void GlEyePainter::put_out(const EyeView& view, const EyeTarget& target, int eye)
 {
-    const DrawnSplats& splats = splats_[eye];
+    const DrawnSplats& splats = splats_.of(eye);
     glBindFramebuffer(GL_DRAW_FRAMEBUFFER, target.framebuffer);
     glViewport(target.x, target.y, view.width, view.height);
     (target.linear ? glEnable : glDisable)(GL_FRAMEBUFFER_SRGB);
@@ -349,7 +362,7 @@ void GlEyePainter::put_out(const EyeView& view, const EyeTarget& target, std::si
     glUniform4f(1, float(target.x), float(target.y), float(view.width), float(view.height));
     glUniform1i(2, target.linear);
     glUniform1i(3, splats.colour_name != 0);
-    glUniform1i(4, hidden_[eye].any());
+    glUniform1i(4, hidden_[std::size_t(eye)].any());
     glBindVertexArray(nothing_);
     glDrawArrays(GL_TRIANGLES, 0, 3);
 }
@@ -369,19 +382,19 @@ void GlEyePainter::paint(const EyeView& view, const EyeLook& look, const EyeTarg
     glBindBufferBase(GL_UNIFORM_BUFFER, 1, view_);
     cast_shadows();
     see(view, look, hidden);
-    put_out(view, target, std::size_t(eye));
+    put_out(view, target, eye);
     reset_state();
 }
 
 }  // namespace
 
-std::unique_ptr<EyePainter> EyePainter::open(int samples)
+std::unique_ptr<EyePainter> EyePainter::open(int samples, bool share)
 {
     if (samples != 1 && samples != 2 && samples != 4 && samples != 8)
         throw std::runtime_error("no live pictures of " + std::to_string(samples) +
                                  " samples a pixel; expected 1, 2, 4 or 8");
     if (!glCreateTextures) throw std::runtime_error("no live pictures: OpenGL was not loaded");
-    return std::make_unique<GlEyePainter>(samples);
+    return std::make_unique<GlEyePainter>(samples, share);
 }
 
 void load_gl(GlAddress address)

@@ -8,9 +8,15 @@
 #include <vector>
 
 #include "cuda/splats/eye.h"
+#include "host/share/sharing.h"
 #include "render/geometry.h"
 
 namespace knead {
+
+class DeviceGaussians;  // host/splats/device_gaussians.h
+class DeviceMesh;       // host/surface/device_mesh.h
+class GpuRaster;        // host/splats/gpu_raster.h
+struct SplatFrame;
 
 // Finds the functions of OpenGL for contexts that others have made current, e.g. GLFW or an OpenXR
 // front end; Context (render/context.h) does it itself. Throws std::runtime_error for less than
@@ -62,15 +68,23 @@ class EyePainter {
     // In the context that is current, whose functions have been found; it must be current whenever
     // the painter is used or deleted. `samples` a pixel, and twice as many lookups of a
     // shadow: 1, 2, 4 or 8; software renderers want 1. Throws std::runtime_error
-    // with the reason where this OpenGL does not do.
-    static std::unique_ptr<EyePainter> open(int samples = 4);
+    // with the reason where this OpenGL does not do. `share`: what a CUDA device makes may come
+    // without a way through host memory, where that device draws.
+    static std::unique_ptr<EyePainter> open(int samples = 4, bool share = true);
     virtual ~EyePainter() = default;
+
+    // Whether it does so for this CUDA device, found out once.
+    virtual const Sharing& sharing(int device) = 0;
 
     // Clay as meshed; uploaded where `version` is another than the last time. Clay of the
     // categories `unseen` only casts its shadow: splats are drawn where it is. Throws
     // std::invalid_argument for a mesh that cannot be drawn.
     virtual void set_clay(const std::vector<Mesh>& meshes, long version,
                           const std::vector<int>& unseen = {}) = 0;
+    // The same of a mesh on a CUDA device: shared with it where that can be, else fetched. The host
+    // waits for nothing where it is shared.
+    virtual void set_device_clay(const DeviceMesh& mesh, long version,
+                                 const std::vector<int>& unseen = {}) = 0;
     virtual void set_hands(const std::vector<HandLook>& hands) = 0;
     void set_hands(const std::vector<DrawPrimitive>& primitives)
     {
@@ -87,6 +101,14 @@ class EyePainter {
     // colour, alpha 0 and the depth of what is infinitely far. Throws std::invalid_argument for
     // corners that are not finite, or not in threes.
     virtual void set_hidden(int eye, const std::vector<std::array<float, 2>>& corners) = 0;
+    // What eyes 0 and 1, or 0 alone, see by a rasteriser on a CUDA device: all eyes of the frame,
+    // one order of depth. The host waits for nothing. False, and nothing is done, where it cannot
+    // be shared. The first splats are where `moved` says, if it is there, and not where the frame
+    // does. Throws as GpuRaster::launch().
+    virtual bool set_splats(GpuRaster& raster, const SplatFrame& frame,
+                            const DeviceGaussians* moved = nullptr) = 0;
+    // What such pictures take on the device lately [s]; 0: none is known.
+    virtual double splat_seconds() const = 0;
 
     // Draws all that was set, of `eye` 0 or 1 the splats. Of the framebuffer's viewport nothing is
     // kept. Where it has depth, that becomes near / distance along the gaze: 1 near, 0 infinitely

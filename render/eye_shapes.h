@@ -29,29 +29,11 @@ struct Shapes {
     }
 };
 
-struct DrawnClay {
-    Range range;
-    int category;
-    bool seen;
-};
-// All meshes behind each other in `geometry`, and where each is.
-std::vector<DrawnClay> gather_clay(Geometry& geometry, const std::vector<Mesh>& meshes,
-                                   const std::vector<int>& unseen);
-
 struct DrawnHand {
     HandRanges ranges;
     float opacity;
 };
 std::vector<DrawnHand> gather_hands(Geometry& geometry, const std::vector<HandLook>& hands);
-
-// A layer of splats as two textures, or what the caller has instead.
-struct DrawnSplats {
-    Texture colour, depth;
-    int width = 0, height = 0;
-    GLuint colour_name = 0, depth_name = 0;  // what is drawn; 0: none
-
-    void upload(const SplatLayer& layer);
-};
 
 // What nobody sees of an eye's picture, by corners of triangles at location 0.
 struct DrawnHidden {

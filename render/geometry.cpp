@@ -80,6 +80,13 @@ const UnitSphere& unit_sphere(int level)
     return balls.at(std::size_t(level));
 }
 
+Vec3<float> within(Vec3<float> p, Vec3<float> target, float reach)
+{
+    return {clamp(p.x, target.x - reach, target.x + reach),
+            clamp(p.y, target.y - reach, target.y + reach),
+            clamp(p.z, target.z - reach, target.z + reach)};
+}
+
 }  // namespace
 
 void add_mesh(Geometry& geometry, const Mesh& mesh, Vec3<float> colour, float skin,
@@ -172,24 +179,27 @@ Geometry gather(const std::vector<Mesh>& meshes, const std::vector<HandLook>& ha
     return g;
 }
 
+Ball around(Vec3<float> low, Vec3<float> high, Vec3<float> target, float reach)
+{
+    low = within(low, target, reach), high = within(high, target, reach);
+    const float radius = length(high - low) / 2;
+    return {0.5f * (low + high), max(radius, 1e-3f * reach)};
+}
+
 Ball around(const Geometry& geometry, Vec3<float> target, float reach)
 {
     const Vec3<float> side{reach, reach, reach};
     Vec3<float> low = target + side, high = target - side;
     bool any = false;
     const auto grow = [&](int i) {
-        const Vec3<float> p = geometry.vertices[i].place;
-        const Vec3<float> q{clamp(p.x, target.x - reach, target.x + reach),
-                            clamp(p.y, target.y - reach, target.y + reach),
-                            clamp(p.z, target.z - reach, target.z + reach)};
+        const Vec3<float> q = within(geometry.vertices[i].place, target, reach);
         low = {min(low.x, q.x), min(low.y, q.y), min(low.z, q.z)};
         high = {max(high.x, q.x), max(high.y, q.y), max(high.z, q.z)};
         any = true;
     };
     for (const Int3 t : geometry.triangles) grow(t.x), grow(t.y), grow(t.z);
     if (!any) return {target, reach};
-    const float radius = length(high - low) / 2;
-    return {0.5f * (low + high), max(radius, 1e-3f * reach)};
+    return around(low, high, target, reach);
 }
 
 }  // namespace knead

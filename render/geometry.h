@@ -61,6 +61,7 @@ struct Ball {
     Vec3<float> centre;
     float radius;
 };
+Ball around(Vec3<float> low, Vec3<float> high, Vec3<float> target, float reach);  // a box
 Ball around(const Geometry& geometry, Vec3<float> target, float reach);
 
 }  // namespace knead

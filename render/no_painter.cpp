@@ -11,7 +11,7 @@ constexpr const char* reason = "no pictures: this build was configured without E
 }
 
 std::unique_ptr<Painter> Painter::open() { throw std::runtime_error(reason); }
-std::unique_ptr<EyePainter> EyePainter::open(int) { throw std::runtime_error(reason); }
+std::unique_ptr<EyePainter> EyePainter::open(int, bool) { throw std::runtime_error(reason); }
 std::unique_ptr<CoarsePicture> CoarsePicture::open() { throw std::runtime_error(reason); }
 void load_gl(GlAddress) { throw std::runtime_error(reason); }
 

@@ -11,7 +11,11 @@
 #include "host/cli/verbs.h"
 #include "host/files/video.h"
 #include "host/scene/seed.h"
+#include "host/share/sharing.h"
 #include "render/painter.h"
+#ifdef KNEAD_HAS_GL
+#include "render/context.h"
+#endif
 
 namespace knead {
 namespace {
@@ -55,6 +59,23 @@ Json pictures_finding()
     }
 }
 
+// Asked in a context as pictures have; a window or a headset has its own.
+Json sharing_finding()
+{
+#ifdef KNEAD_HAS_GL
+    try {
+        const Context context;
+        const Context::Bound bound(context);
+        const Sharing found = sharing(0);
+        return finding("sharing", found.shared, found.text);
+    } catch (const std::exception&) {
+        return finding("sharing", false, "no OpenGL to share with");
+    }
+#else
+    return finding("sharing", false, "no OpenGL to share with");
+#endif
+}
+
 // In the folders and those directly in them, where runs put their results.
 void add_leftovers(Json& all, const std::vector<std::string>& folders)
 {
@@ -92,6 +113,7 @@ int doctor_verb(const DoctorOptions& o)
                             double(available_memory()) / 0x1p30)));
     all.push_back(cuda_finding());
     all.push_back(pictures_finding());
+    all.push_back(sharing_finding());
     all.push_back(
         finding("ffmpeg", ffmpeg, ffmpeg ? "on the PATH" : "not on the PATH; no --video"));
     add_leftovers(all, o.folders);

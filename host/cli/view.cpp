@@ -49,6 +49,8 @@ int view_verb(const ViewOptions& o)
     watch_interrupts();
     ViewDesk desk(std::move(window), scene, device, script, !o.script.empty(), o.paused);
     desk.panels.model.open = !o.bare;
+    if (const std::string way = desk.sharing(); !o.quiet && !way.empty())
+        std::fprintf(stderr, "knead: %s\n", way.c_str());
     double before = wall_now();
     while (!desk.closed() && !interrupted() && (o.frames == 0 || desk.drawn() < o.frames)) {
         const double now = wall_now();

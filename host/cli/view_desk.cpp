@@ -34,12 +34,13 @@ std::string free_name(const std::string& end)
     throw OutputError("knead_9999" + end + ": all numbers before it are taken, too");
 }
 
-LiveRule live_rule(Device device, bool scripted, bool paused)
+LiveRule live_rule(Device device, bool scripted, bool paused, EyePainter& painter)
 {
     LiveRule rule;
     rule.make = [device](const Setup& setup) { return make_solver(setup, device); };
     rule.stepped = scripted;
     rule.paused = paused;
+    rule.on_device = device.kind == DeviceKind::cuda && painter.sharing(device.index).shared;
     return rule;
 }
 
@@ -61,7 +62,7 @@ ViewDesk::ViewDesk(std::unique_ptr<Window> shown_in, std::shared_ptr<const LiveS
       device(on),
       script(std::move(by)),
       scripted(with_script),
-      session(std::move(scene), live_rule(on, with_script, paused)),
+      session(std::move(scene), live_rule(on, with_script, paused, *painter)),
       state(session.state())
 {
     for (const char* name : posture_names) panels.model.postures.push_back(name);
@@ -205,24 +206,27 @@ void ViewDesk::move_hand(double at)
 
 void ViewDesk::frame_camera()
 {
-    if (!state->meshes || state->meshes->empty()) return;
     Vec3<float> low{1e30f, 1e30f, 1e30f}, high = -low;
-    for (const Mesh& mesh : *state->meshes)
+    if (state->on_device && !state->on_device->empty())
+        low = state->on_device->low(), high = state->on_device->high();
+    for (const Mesh& mesh : state->meshes ? *state->meshes : std::vector<Mesh>())
         for (const Vec3<float>& v : mesh.vertices) {
             low = {min(low.x, v.x), min(low.y, v.y), min(low.z, v.z)};
             high = {max(high.x, v.x), max(high.y, v.y), max(high.z, v.z)};
         }
+    if (!(low.x <= high.x)) return;
     const int across = std::max(1, window->width() - window->panels_width());
     camera.frame(low, high, float(across) / float(std::max(1, window->height())));
 }
 
 void ViewDesk::draw_splats(const EyeView& view, bool whole)
 {
-    SplatLayer layer;
     raster_took = 0;
-    if (splats && state->scene.get() == shown && state->gaussians)
-        layer = splats->layer(view, *state->gaussians, whole), raster_took = splats->seconds();
-    painter->set_splats(0, layer);
+    const SplatMotion motion = splat_motion(*state);
+    if (!splats || state->scene.get() != shown || !motion.any())
+        return painter->set_splats(0, SplatLayer{});
+    splats->draw(*painter, {view}, motion, whole);
+    raster_took = splats->seconds();
 }
 
 void ViewDesk::draw()
@@ -235,9 +239,7 @@ void ViewDesk::draw()
     EyeLook look;
     if (state->scene) {
         look = live_look(state->scene->scene);
-        const std::vector<int> unseen = splat_categories(state->scene->scene);
-        const Meshes meshes = state->meshes;
-        painter->set_clay(meshes ? *meshes : std::vector<Mesh>{}, clay_version(*state), unseen);
+        show_clay(*painter, *state);
         const auto& objects = state->scene->scene.objects;
         if (panels.model.object != selected)
             selected = panels.model.object, glow_until = time + 1.5;

@@ -32,6 +32,11 @@ class ViewDesk {
     bool output_refused() const { return refused; }
     bool ended() const { return !session.state()->trouble.empty(); }  // the simulation has
     std::string summary() const;
+    // Which way what the device makes comes to the window; "" where there is no CUDA device.
+    std::string sharing() const
+    {
+        return device.kind == DeviceKind::cuda ? painter->sharing(device.index).text : "";
+    }
 
     ViewPanels panels;
 

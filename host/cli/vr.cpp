@@ -119,8 +119,8 @@ bool write_results(const VrOptions& o, HeadsetEnd& end, const Json& report)
     if (hands && !o.record.empty()) attempt([&] { write_recording(o.record, end.hands); });
     if (o.out.empty()) return all;
     if (hands) attempt([&] { write_recording(in_folder("hands.hands"), end.hands); });
-    if (end.state->meshes && !end.state->meshes->empty())
-        attempt([&] { write_mesh(in_folder("mesh.glb"), *end.state->meshes); });
+    if (const Meshes meshes = meshes_of(*end.state); !meshes->empty())
+        attempt([&] { write_mesh(in_folder("mesh.glb"), *meshes); });
     attempt([&] { write_whole(in_folder("headset.json"), report.dump(2) + "\n"); });
     return all;
 }

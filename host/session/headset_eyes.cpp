@@ -46,6 +46,13 @@ HeadsetEyes::~HeadsetEyes() { parts->headset.make_current(); }
 
 int HeadsetEyes::gl_errors() const { return parts->errors; }
 
+Sharing HeadsetEyes::sharing() const
+{
+    if (parts->device.kind != DeviceKind::cuda) return {};
+    parts->headset.make_current();
+    return parts->painter->sharing(parts->device.index);
+}
+
 void HeadsetEyes::renew()
 {
     parts->headset.make_current();
@@ -58,10 +65,8 @@ void HeadsetEyes::renew()
 
 void HeadsetEyes::Parts::follow(const LiveState& state)
 {
-    static const std::vector<Mesh> nothing;
     const bool any = state.scene != nullptr;
-    painter->set_clay(state.meshes ? *state.meshes : nothing, clay_version(state),
-                      any ? splat_categories(state.scene->scene) : std::vector<int>());
+    show_clay(*painter, state);
     if (state.history == splats_of) return;
     splats_of = state.history;
     splats.reset();
@@ -74,12 +79,15 @@ void HeadsetEyes::draw(const Sight& sight, const HeadsetPicture& picture)
 {
     parts->follow(picture.state);
     parts->painter->set_hands(picture.hands);
-    for (int eye = 0; eye < 2; ++eye) {
-        const EyeTexture& to = sight.targets[std::size_t(eye)];
-        const EyeView view = eye_view(sight.eyes[std::size_t(eye)], to.width, to.height,
-                                      picture.workplace, picture.rule, picture.nearest);
-        parts->draw(eye, to, view, picture);
-    }
+    std::vector<EyeView> views;
+    for (std::size_t eye = 0; eye < 2; ++eye)
+        views.push_back(eye_view(sight.eyes[eye], sight.targets[eye].width,
+                                 sight.targets[eye].height, picture.workplace, picture.rule,
+                                 picture.nearest));
+    if (const SplatMotion motion = splat_motion(picture.state); parts->splats && motion.any())
+        parts->splats->draw(*parts->painter, views, motion);
+    for (std::size_t eye = 0; eye < 2; ++eye)
+        parts->draw(int(eye), sight.targets[eye], views[eye], picture);
     while (glGetError() != GL_NO_ERROR) ++parts->errors;
 }
 
@@ -92,8 +100,6 @@ void HeadsetEyes::Parts::draw(int eye, const EyeTexture& to, const EyeView& view
     look.floor_seen = !look.transparent;
     glNamedFramebufferTexture(target, GL_COLOR_ATTACHMENT0, to.colour, 0);
     glNamedFramebufferTexture(target, GL_DEPTH_ATTACHMENT, to.depth ? to.depth : own_depth, 0);
-    if (splats && picture.state.gaussians)
-        painter->set_splats(eye, splats->layer(view, *picture.state.gaussians));
     const EyeTarget into{target, 0, 0, to.srgb};
     painter->paint(view, look, into, eye);
     if (picture.panel) draw_panel(view, into, picture);
@@ -132,5 +138,6 @@ HeadsetEyes::~HeadsetEyes() = default;
 void HeadsetEyes::renew() {}
 void HeadsetEyes::draw(const Sight&, const HeadsetPicture&) {}
 int HeadsetEyes::gl_errors() const { return 0; }
+Sharing HeadsetEyes::sharing() const { return {}; }
 #endif
 }  // namespace knead

@@ -34,6 +34,8 @@ class HeadsetEyes {
     // Throws std::runtime_error and std::invalid_argument where it cannot be drawn.
     void draw(const Sight& sight, const HeadsetPicture& picture);
     int gl_errors() const;  // of what was drawn
+    // Which way what the device makes comes here; without text where there is no CUDA device.
+    Sharing sharing() const;
 
   private:
     struct Parts;

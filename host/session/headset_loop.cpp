@@ -91,8 +91,11 @@ HeadsetLoop::HeadsetLoop(std::shared_ptr<const LiveScene> scene, HeadsetLoopRule
       canvas(HeadsetPanel::width, HeadsetPanel::height, 3)
 {
     eyes = std::make_unique<HeadsetEyes>(*headset, rule.samples, rule.device);
-    live = std::make_unique<LiveSession>(std::move(scene),
-                                         live_rule(rule, [this] { return clock.now(wall()); }));
+    LiveRule lived = live_rule(rule, [this] { return clock.now(wall()); });
+    const Sharing sharing = eyes->sharing();
+    lived.on_device = sharing.shared;
+    if (!sharing.text.empty()) rule.tell(sharing.text);
+    live = std::make_unique<LiveSession>(std::move(scene), std::move(lived));
     live->settle();
     follow_history();
     end.hands.name = "headset";
@@ -258,9 +261,7 @@ void HeadsetLoop::tell_hands()
 
 void HeadsetLoop::hold_clay(const HandFrame& given)
 {
-    static const std::vector<Mesh> nothing;
-    const HeadsetHold::Answer answer =
-        hold.frame(given, hands.rule(), state->meshes ? *state->meshes : nothing);
+    const HeadsetHold::Answer answer = hold.frame(given, hands.rule(), *meshes_of(*state));
     if (answer.zoom != 1) hands.set_zoom(clamp(hands.rule().zoom / answer.zoom, 0.05, 50.0));
     // What is carried does not fall, nor gather speed.
     if (answer.took) live->set_gravity({0, 0, 0});

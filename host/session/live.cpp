@@ -58,6 +58,13 @@ std::vector<int> splat_categories(const Scene& scene)
     return found;
 }
 
+Meshes meshes_of(const LiveState& state)
+{
+    if (state.meshes) return state.meshes;
+    return std::make_shared<const std::vector<Mesh>>(state.on_device ? state.on_device->meshes()
+                                                                     : std::vector<Mesh>());
+}
+
 LiveSession::LiveSession(std::shared_ptr<const LiveScene> of, LiveRule by)
     : rule(std::move(by)), epoch(steady_now()), scene(std::move(of)), paused(rule.paused)
 {

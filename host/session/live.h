@@ -16,6 +16,7 @@
 #include "host/hands/recording.h"
 #include "host/session/loop.h"
 #include "host/splats/cloud.h"
+#include "host/splats/device_gaussians.h"
 #include "render/painter.h"
 
 namespace knead {
@@ -40,11 +41,12 @@ struct LiveRule {
     bool stepped = false;
     // What follows is of real time alone.
     std::function<double()> clock;  // [s], rising; null: since the session began
-    double budget = 0;     // what a frame may take on the clock [s]; 0: the time to the next one
-    double fastest = 3;    // a tool follows its hand at so many real metres a second of simulated
-                           // time at most; 0: any
-    bool recorded = true;  // begins with the scene's recorded hands
-    bool paused = false;   // begins paused
+    double budget = 0;       // what a frame may take on the clock [s]; 0: the time to the next one
+    double fastest = 3;      // a tool follows its hand at so many real metres a second of simulated
+                             // time at most; 0: any
+    bool recorded = true;    // begins with the scene's recorded hands
+    bool paused = false;     // begins paused
+    bool on_device = false;  // surfaces and Gaussians stay where a device made them
 };
 
 // One tool as the simulation had it at the end of a frame.
@@ -70,9 +72,13 @@ struct LiveState {
     double time = 0;                         // of the session, at the frame's end [s]
     Frame frame;  // the last: number, statistics, times, and the joints of all tools
     std::vector<StageTime> stages;  // of the last frame; empty where they cost more than it
-    Meshes meshes;                  // null: none were made
-    long mesh_version = 0;          // rises when they change
-    std::shared_ptr<const std::vector<Gaussian<double>>> gaussians;  // null: the scene has none
+    // The surface: null, or one of these. Both null: none was made.
+    Meshes meshes;
+    std::shared_ptr<const DeviceMesh> on_device;
+    long mesh_version = 0;  // rises when it changes
+    // Where Gaussians are: null, or one of these. Both null: the scene has none.
+    std::shared_ptr<const std::vector<Gaussian<double>>> gaussians;
+    std::shared_ptr<const DeviceGaussians> gaussians_on_device;
     std::vector<LiveTool> tools;
     HandsRule hands;  // which tools there are
     bool recorded = false, paused = false;
@@ -82,6 +88,9 @@ struct LiveState {
     int refused = 0;      // commands that could not be done
     std::string refusal;  // why not the last of them
 };
+
+// The surface on the host; fetched where it is on a device, which waits. Never null.
+Meshes meshes_of(const LiveState& state);
 
 class LiveRun;
 

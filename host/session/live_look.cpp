@@ -57,6 +57,17 @@ long clay_version(const LiveState& state)
     return (long(state.history) << 40) + state.mesh_version;
 }
 
+void show_clay(EyePainter& painter, const LiveState& state)
+{
+    static const std::vector<Mesh> nothing;
+    const std::vector<int> unseen =
+        state.scene ? splat_categories(state.scene->scene) : std::vector<int>();
+    if (state.on_device)
+        painter.set_device_clay(*state.on_device, clay_version(state), unseen);
+    else
+        painter.set_clay(state.meshes ? *state.meshes : nothing, clay_version(state), unseen);
+}
+
 std::vector<HandLook> hand_looks(const LiveState& state)
 {
     std::vector<char> active;

@@ -1,6 +1,7 @@
 // What a live state looks like: from the simulation's words to a live painter's.
 #pragma once
 #include "host/session/live.h"
+#include "host/session/splat_layer.h"
 #include "render/eye_painter.h"
 
 namespace knead {
@@ -9,6 +10,13 @@ namespace knead {
 EyeLook live_look(const Scene& scene);
 // The version under which a painter is given the clay of a state: another for another history.
 long clay_version(const LiveState& state);
+// Where the splats of a state are.
+inline SplatMotion splat_motion(const LiveState& state)
+{
+    return {state.gaussians.get(), state.gaussians_on_device.get()};
+}
+// Gives a painter the clay of a state, under that version.
+void show_clay(EyePainter& painter, const LiveState& state);
 // Hands as they are seen where the joints put them: by their skin, with what they hold. `active`
 // per tool; those beyond its end are.
 std::vector<HandLook> hand_looks(const HandsRule& rule, const std::vector<Joint<double>>& joints,

@@ -127,8 +127,13 @@ void LiveRun::make_surface()
     const int number = loop->last().number;
     if (meshed == number) return;
     const double start = now();
-    const Meshes made = loop->meshes();
-    if (made != meshes) meshes = made, ++mesh_version;
+    if (rule.on_device && solver->clay()) {
+        const auto made = loop->device_mesh();
+        if (made != on_device) on_device = made, ++mesh_version;
+    } else {
+        const Meshes made = loop->meshes();
+        if (made != meshes) meshes = made, ++mesh_version;
+    }
     meshed = number;
     mesh_made = now();
     mesh_cost = mesh_made - start;
@@ -183,11 +188,9 @@ void LiveRun::tell(LiveState& state)
     state.time = time;
     state.frame = loop->last();
     if (!solver->clay()) state.stages = solver->stage_times();
-    state.meshes = meshes;
+    state.meshes = meshes, state.on_device = on_device;
     state.mesh_version = mesh_version;
-    if (scene->splats.count() > 0)
-        state.gaussians =
-            std::make_shared<const std::vector<Gaussian<double>>>(solver->gaussians());
+    if (scene->splats.count() > 0) tell_gaussians(state);
     const std::vector<Side> sides = tool_sides(hands);
     for (std::size_t tool = 0; tool < tools.tools.size() && tool < sides.size(); ++tool) {
         const bool active = tool < last.active.size() && last.active[tool];
@@ -199,6 +202,16 @@ void LiveRun::tell(LiveState& state)
     state.recorded = recorded;
     state.shed.frames = cut;
     state.solver = solver->name();
+}
+
+void LiveRun::tell_gaussians(LiveState& state)
+{
+    const gpu::MovedGaussians* moved = rule.on_device ? solver->moved_gaussians() : nullptr;
+    if (moved)
+        state.gaussians_on_device = gaussians.kept(*moved);
+    else
+        state.gaussians =
+            std::make_shared<const std::vector<Gaussian<double>>>(solver->gaussians());
 }
 
 }  // namespace knead

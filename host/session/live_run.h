@@ -45,6 +45,7 @@ class LiveRun {
     void keep_up(Motion& motion) const;
     void after(const Frame& frame);
     void make_sources();
+    void tell_gaussians(LiveState& state);
 
     const std::shared_ptr<const LiveScene> scene;
     const LiveRule& rule;
@@ -65,9 +66,11 @@ class LiveRun {
     bool moved_on = false;  // there is a last motion
     std::size_t particles = 0;
     long cut = 0;
-    double lost_time = 0;  // of frames that were cut [s]
-    Meshes meshes;         // the last that were made
-    int meshed = -1;       // the frame that they are of
+    double lost_time = 0;                         // of frames that were cut [s]
+    Meshes meshes;                                // the last that were made
+    std::shared_ptr<const DeviceMesh> on_device;  // or this
+    int meshed = -1;                              // the frame that they are of
+    GaussianKeeper gaussians;
     long mesh_version = 0;
     double mesh_cost = 0, mesh_made = -1e30;  // [s]
     std::string trouble;

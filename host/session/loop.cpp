@@ -142,7 +142,7 @@ bool SessionLoop::collect()
     if (f.stats.cut) shorten(f);
     newest = std::move(f);
     ++done;
-    moved += newest.stats.moved;
+    moved += newest.stats.moved, moved_on_device += newest.stats.moved;
     state.reset();
     return true;
 }
@@ -162,7 +162,7 @@ void SessionLoop::make_edits()
     // There may be other clay now, of other materials.
     if (const std::vector<Material<double>>* edited = materials_of(solver))
         rule.materials = *edited;
-    state.reset(), last_meshes.reset(), on_device.reset();
+    forget_surfaces();
     if (launching) make_device_surface();
 }
 
@@ -170,7 +170,7 @@ void SessionLoop::clay_edited()
 {
     if (begun > done) throw std::logic_error("clay was edited with a frame under way");
     rule.materials = solver.rules().materials;
-    state.reset(), last_meshes.reset(), on_device.reset();
+    forget_surfaces();
     if (launching) make_device_surface();
 }
 
@@ -184,6 +184,24 @@ State SessionLoop::particles()
 void SessionLoop::make_device_surface()
 {
     on_device = std::make_unique<GpuSurface>(*particles(), rule.materials, rule.surface);
+}
+
+void SessionLoop::forget_surfaces()
+{
+    state.reset(), last_meshes.reset(), last_on_device.reset(), on_device.reset();
+}
+
+std::shared_ptr<const DeviceMesh> SessionLoop::device_mesh()
+{
+    if (begun > done) throw std::logic_error("a surface was asked for with a frame under way");
+    const gpu::Clay* clay = solver.clay();
+    if (!clay || (last_on_device && moved_on_device == 0)) return last_on_device;
+    const double start = now();
+    if (!on_device) make_device_surface();
+    last_on_device = on_device->kept(*clay);
+    moved_on_device = 0;
+    newest.times.surface += now() - start;
+    return last_on_device;
 }
 
 Meshes SessionLoop::meshes()

@@ -114,6 +114,8 @@ class SessionLoop {
     State particles();
     // Its surface, made when first asked for; the same one stands while no clay moves.
     Meshes meshes();
+    // The same, left on the device where the solver's clay is there; else null.
+    std::shared_ptr<const DeviceMesh> device_mesh();
     bool meshes_stand() const { return last_meshes && moved == 0; }
     const GpuSurface* device_surface() const { return on_device.get(); }  // null: none was made
 
@@ -126,6 +128,7 @@ class SessionLoop {
     void shorten(Frame& f);
     void tell();
     void make_device_surface();
+    void forget_surfaces();
 
     Solver& solver;
     MotionSource motion;
@@ -144,7 +147,8 @@ class SessionLoop {
 
     State state;         // null: not fetched
     Meshes last_meshes;  // null: none
-    long moved = 0;      // particle-substeps since they were made
+    std::shared_ptr<const DeviceMesh> last_on_device;
+    long moved = 0, moved_on_device = 0;  // particle-substeps since they were made
     std::unique_ptr<GpuSurface> on_device;
 };
 

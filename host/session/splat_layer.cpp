@@ -4,35 +4,32 @@
 #include <chrono>
 #include <cmath>
 
+#include "cuda/splats/spread.h"
+
 namespace knead {
 namespace {
 
-// Depths beside those that are there, so many pixels far; behind that, the mean of all.
-void spread(SplatLayer& layer, int far)
+// As on the device (cuda/splats/spread.cu).
+void spread(SplatLayer& layer)
 {
-    double sum = 0;
-    long count = 0;
+    DepthSum sum{0, 0};
     for (const float d : layer.depth)
-        if (d < no_depth) sum += double(d), ++count;
-    if (count == 0) return;
-    for (int round = 0; round < far; ++round) {
+        if (d < no_depth) sum.units += counted_depth(d), ++sum.pixels;
+    for (int round = 0; round < spread_rounds; ++round) {
         const std::vector<float> before = layer.depth;
         const auto at = [&](int x, int y) {
-            return before[std::size_t(y) * std::size_t(layer.width) + std::size_t(x)];
+            const bool inside = x >= 0 && x < layer.width && y >= 0 && y < layer.height;
+            return inside ? before[std::size_t(y) * std::size_t(layer.width) + std::size_t(x)]
+                          : no_depth;
         };
+        std::size_t i = 0;
         for (int y = 0; y < layer.height; ++y)
-            for (int x = 0; x < layer.width; ++x) {
-                float& d = layer.depth[std::size_t(y) * std::size_t(layer.width) + std::size_t(x)];
-                if (d < no_depth) continue;
-                for (const int i : {-1, 1}) {
-                    if (x + i >= 0 && x + i < layer.width) d = std::min(d, at(x + i, y));
-                    if (y + i >= 0 && y + i < layer.height) d = std::min(d, at(x, y + i));
-                }
-            }
+            for (int x = 0; x < layer.width; ++x, ++i)
+                layer.depth[i] =
+                    spread_depth(before[i], at(x - 1, y), at(x + 1, y), at(x, y - 1), at(x, y + 1));
     }
-    const float mean = float(sum / double(count));
     for (std::size_t i = 0; i < layer.depth.size(); ++i)
-        if (!(layer.depth[i] < no_depth) && layer.colour[4 * i + 3] > 0) layer.depth[i] = mean;
+        layer.depth[i] = filled_depth(layer.depth[i], layer.colour[4 * i + 3] > 0, sum);
 }
 
 }  // namespace
@@ -46,12 +43,12 @@ SplatLayer layer_of(const Picture& picture)
         const float values[4] = {c.x, c.y, c.z, picture.alpha[i]};
         std::copy(values, values + 4, layer.colour.begin() + std::ptrdiff_t(4 * i));
     }
-    spread(layer, 3);
+    spread(layer);
     return layer;
 }
 
 SplatDrawer::SplatDrawer(const SplatCloud& cloud, Device device, double budget)
-    : antialiased_(cloud.antialiased), pace_(budget, 0.125, 0.5)
+    : antialiased_(cloud.antialiased), budget_(budget), pace_(budget, 0.125, 0.5)
 {
     if (resolved(device).kind == DeviceKind::cuda)
         gpu_ = std::make_unique<GpuRaster>(cloud, 0, device.index);
@@ -59,27 +56,56 @@ SplatDrawer::SplatDrawer(const SplatCloud& cloud, Device device, double budget)
         cloud_ = cloud;
 }
 
-SplatLayer SplatDrawer::layer(const EyeView& view, const std::vector<Gaussian<double>>& gaussians,
-                              bool whole)
+SplatFrame SplatDrawer::frame_of(const std::vector<EyeView>& views, const SplatMotion& motion) const
 {
-    using Clock = std::chrono::steady_clock;
-    scale_ = whole ? 1 : pace_.scale();
-    EyeView coarse = view;
-    coarse.width = std::max(1, int(std::lround(scale_ * view.width)));
-    coarse.height = std::max(1, int(std::lround(scale_ * view.height)));
     SplatFrame frame;
-    frame.eyes = {splat_eye(coarse)};
+    for (EyeView view : views) {
+        view.width = std::max(1, int(std::lround(scale_ * view.width)));
+        view.height = std::max(1, int(std::lround(scale_ * view.height)));
+        frame.eyes.push_back(splat_eye(view));
+    }
     frame.rule.antialiased = antialiased_;
-    for (const Gaussian<double>& g : gaussians) {
+    if (!motion.host) return frame;
+    for (const Gaussian<double>& g : *motion.host) {
         frame.moved_centre.push_back(cast<float>(g.x));
         frame.moved_F.push_back({cast<float>(g.F.a), cast<float>(g.F.b), cast<float>(g.F.c)});
     }
+    return frame;
+}
+
+SplatLayer SplatDrawer::layer(const EyeView& view, const SplatMotion& motion, bool whole)
+{
+    using Clock = std::chrono::steady_clock;
+    scale_ = whole ? 1 : pace_.scale();
+    SplatFrame frame = frame_of({view}, motion);
+    if (motion.device) motion.device->fetch(frame);
     const Clock::time_point begin = Clock::now();
     const SplatLayer made =
         layer_of(gpu_ ? gpu_->pictures(frame).front() : cpu_raster(cloud_, frame).front());
     seconds_ = std::chrono::duration<double>(Clock::now() - begin).count();
     if (!whole) pace_.took(seconds_);
     return made;
+}
+
+void SplatDrawer::draw(EyePainter& painter, const std::vector<EyeView>& views,
+                       const SplatMotion& motion, bool whole)
+{
+    const auto same_size = [&](const EyeView& v) {
+        return v.width == views[0].width && v.height == views[0].height;
+    };
+    if (gpu_ && painter.sharing(gpu_->device()).shared &&
+        std::all_of(views.begin(), views.end(), same_size)) {
+        // Nothing is fetched: whole pictures are quick, until it is seen that they are not.
+        if (!shared_) pace_ = Pace(budget_ * double(views.size()), 0.125, 1);
+        shared_ = true;
+        scale_ = whole ? 1 : pace_.scale();
+        painter.set_splats(*gpu_, frame_of(views, motion), motion.device);
+        seconds_ = painter.splat_seconds();
+        if (!whole && seconds_ > 0) pace_.took(seconds_);
+        return;
+    }
+    for (std::size_t eye = 0; eye < views.size(); ++eye)
+        painter.set_splats(int(eye), layer(views[eye], motion, whole));
 }
 
 }  // namespace knead

@@ -5,6 +5,7 @@
 
 #include "cuda/splats/deform.h"
 #include "host/session/device.h"
+#include "host/splats/device_gaussians.h"
 #include "host/splats/gpu_raster.h"
 #include "host/splats/raster.h"
 #include "render/eye_painter.h"
@@ -12,25 +13,37 @@
 
 namespace knead {
 
+// Where the first splats are, as many as there are Gaussians: those of one of these, or none.
+struct SplatMotion {
+    const std::vector<Gaussian<double>>* host = nullptr;
+    const DeviceGaussians* device = nullptr;
+    bool any() const { return host || device; }
+};
+
 class SplatDrawer {
   public:
     // By the rasteriser of that device, with fewer pixels where a picture would take longer than
     // `budget` [s]. Throws std::runtime_error where the device cannot.
     SplatDrawer(const SplatCloud& cloud, Device device, double budget);
 
-    // Of the first splats, as many as there are Gaussians are where these are. `whole`: with all
-    // pixels, however long that takes.
-    SplatLayer layer(const EyeView& view, const std::vector<Gaussian<double>>& gaussians,
-                     bool whole = false);
+    // `whole`: with all pixels, however long that takes.
+    SplatLayer layer(const EyeView& view, const SplatMotion& motion, bool whole = false);
+    // The same to eyes 0 and 1 of a painter, or 0 alone: shared with it where that can be.
+    void draw(EyePainter& painter, const std::vector<EyeView>& views, const SplatMotion& motion,
+              bool whole = false);
 
     double scale() const { return scale_; }      // of the last layer, share of the view's sides
     double seconds() const { return seconds_; }  // that it took [s]
 
   private:
+    SplatFrame frame_of(const std::vector<EyeView>& views, const SplatMotion& motion) const;
+
     SplatCloud cloud_;  // of the CPU's
     bool antialiased_;
     std::unique_ptr<GpuRaster> gpu_;
+    double budget_;
     Pace pace_;
+    bool shared_ = false;  // so was the last picture
     double scale_ = 1, seconds_ = 0;
 };
 

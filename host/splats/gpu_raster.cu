@@ -57,6 +57,8 @@ struct GpuRaster::State {
     RasterFrame described(const SplatFrame& frame, const MovedSplats& moved,
                           const RasterTarget* targets) const;
     void start(const RasterFrame& frame, cudaStream_t on);
+    void ask_room(cudaStream_t on);
+    void make_room();
     double seconds_of(cudaGraphExec_t what);
     RasterStats stats() const;
     void take_pictures(const SplatFrame& frame);
@@ -69,6 +71,11 @@ struct GpuRaster::State {
     Graph graph;
     bool with_mesh = false;  // as the graph was captured
     int with_moved = 0;
+    // What the last frame that was asked needed, once `told` is there.
+    Pinned<RasterCounts> needed;
+    Event told{cudaEventDisableTiming};
+    Event launched{cudaEventDisableTiming};  // the last frame of launch(), on whatever stream
+    bool asked = false;
     // What pictures() draws from and to.
     DeviceArray<uint2> colour[2], mesh_colour[2];
     DeviceArray<float> depth[2], mesh_depth[2], moved_numbers;
@@ -120,6 +127,32 @@ void GpuRaster::State::start(const RasterFrame& frame, cudaStream_t on)
     const ProfilerRange range{"splats"};
     set_frame(store.frame.data(), frame, on);
     check(cudaGraphLaunch(graph.ready, on), "splats");
+}
+
+// A frame that launch() made tells later, without a wait, how much room it needed.
+void GpuRaster::State::ask_room(cudaStream_t on)
+{
+    if (fixed_room || asked) return;
+    check(cudaMemcpyAsync(needed.data(), store.counts.data(), sizeof(RasterCounts),
+                          cudaMemcpyDefault, on),
+          "splats");
+    check(cudaEventRecord(told, on), "splats");
+    asked = true;
+}
+void GpuRaster::State::make_room()
+{
+    if (!asked) return;
+    const cudaError_t state = cudaEventQuery(told);
+    if (state == cudaErrorNotReady) {
+        cudaGetLastError();  // else the next launch finds it
+        return;
+    }
+    check(state, "splats");
+    asked = false;
+    const std::size_t wanted = std::size_t(needed->instances);
+    if (wanted <= std::size_t(store.view.room)) return;
+    graph.drop();
+    store.reserve(std::min(wanted + wanted / 2, std::size_t(1) << 30));
 }
 
 double GpuRaster::State::seconds_of(cudaGraphExec_t what)
@@ -182,6 +215,7 @@ void GpuRaster::State::take_pictures(const SplatFrame& frame)
         moved = {int(n), moved_numbers.data(), 12, moved_numbers.data() + 3, 12};
     }
     prepare(frame, mesh, int(n));
+    check(cudaStreamWaitEvent(stream, launched, 0), "splats");
     start(described(frame, moved, targets), stream);
     wait(stream, "splats");
 }
@@ -232,9 +266,16 @@ void GpuRaster::launch(const SplatFrame& frame, const MovedSplats* moved,
     const MovedSplats still{};
     const MovedSplats& m = moved ? *moved : still;
     state->check_moved(std::size_t(m.count));
+    state->make_room();
     state->prepare(frame, targets[0].mesh_depth != nullptr, m.count);
-    state->start(state->described(frame, m, targets), static_cast<cudaStream_t>(stream));
+    const auto on = static_cast<cudaStream_t>(stream);
+    check(cudaStreamWaitEvent(on, state->launched, 0), "splats");
+    state->start(state->described(frame, m, targets), on);
+    state->ask_room(on);
+    check(cudaEventRecord(state->launched, on), "splats");
 }
+
+int GpuRaster::device() const { return state->device; }
 
 RasterStats GpuRaster::stats() const { return state->stats(); }
 

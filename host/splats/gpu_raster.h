@@ -36,7 +36,8 @@ class GpuRaster {
 
     // Queues a frame on a stream (a cudaStream_t) and waits for nothing: of `frame` the eyes, the
     // rule and the background count. Splats that move, and where the pictures go, one target for
-    // each eye, are on the device already. `moved` may be null.
+    // each eye, are on the device already. `moved` may be null. Where `instances` was 0 and there
+    // was not room enough, a later frame has it.
     void launch(const SplatFrame& frame, const gpu::MovedSplats* moved,
                 const gpu::RasterTarget* targets, void* stream);
     RasterStats stats() const;  // waits
@@ -44,6 +45,7 @@ class GpuRaster {
     // Seconds of each of `count` replays of the last frame, and of each stage within one.
     std::vector<double> replays(int count);
     std::vector<StageTime> stage_times();
+    int device() const;
     std::size_t memory() const;  // bytes held on the device
     std::size_t room() const;    // instances
 

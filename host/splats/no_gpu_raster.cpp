@@ -2,6 +2,7 @@
 #ifndef KNEAD_HAS_CUDA
 #include <stdexcept>
 
+#include "host/splats/device_gaussians.h"
 #include "host/splats/gpu_raster.h"
 
 namespace knead {
@@ -22,11 +23,24 @@ void GpuRaster::launch(const SplatFrame&, const gpu::MovedSplats*, const gpu::Ra
 {
     refuse();
 }
+int GpuRaster::device() const { refuse(); }
 RasterStats GpuRaster::stats() const { refuse(); }
 std::vector<double> GpuRaster::replays(int) { refuse(); }
 std::vector<StageTime> GpuRaster::stage_times() { refuse(); }
 std::size_t GpuRaster::memory() const { refuse(); }
 std::size_t GpuRaster::room() const { refuse(); }
+
+DeviceGaussians::DeviceGaussians(std::shared_ptr<gpu::KeptGaussians>) { refuse(); }
+int DeviceGaussians::device() const { refuse(); }
+std::size_t DeviceGaussians::count() const { refuse(); }
+void DeviceGaussians::fetch(SplatFrame&) const { refuse(); }
+struct GaussianKeeper::State {};
+GaussianKeeper::GaussianKeeper() = default;  // it is never asked
+GaussianKeeper::~GaussianKeeper() = default;
+std::shared_ptr<const DeviceGaussians> GaussianKeeper::kept(const gpu::MovedGaussians&)
+{
+    refuse();
+}
 
 }  // namespace knead
 #endif

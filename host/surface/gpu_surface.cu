@@ -7,6 +7,7 @@
 #include "cuda/device/device.cuh"
 #include "cuda/device/graph.cuh"
 #include "cuda/surface/smooth.h"
+#include "host/surface/device_mesh.cuh"
 #include "host/surface/gpu_surface_store.cuh"
 
 namespace knead {
@@ -41,6 +42,7 @@ struct GpuSurface::State {
     Clay clay{};
     Graph graph;
     bool fresh = true;  // nothing may be kept of it
+    KeptMeshes kept;
 
     State(const std::vector<Particle<double>>& particles,
           const std::vector<Material<double>>& materials, const SurfaceRule& rule, SurfaceRoom room,
@@ -50,6 +52,8 @@ struct GpuSurface::State {
     void forget_if_told(cudaStream_t on);
     void start(cudaStream_t on);
     void run();
+    SurfaceRoom needed() const;
+    void make(const Clay& now);
     double seconds_of(cudaGraphExec_t what);
     Clay uploaded(const std::vector<Particle<double>>& particles);
     Amounts before_block(int block) const;
@@ -189,11 +193,12 @@ void GpuSurface::launch(const Clay& clay)
 
 const SurfaceView& GpuSurface::view() const { return state->store.view; }
 
-SurfaceRoom GpuSurface::needed() const
+SurfaceRoom GpuSurface::State::needed() const
 {
-    const Amounts all = state->before_block(state->store.view.blocks);
+    const Amounts all = before_block(store.view.blocks);
     return {all.vertices, all.triangles};
 }
+SurfaceRoom GpuSurface::needed() const { return state->needed(); }
 
 SurfaceRoom GpuSurface::room() const
 {
@@ -273,22 +278,45 @@ Field GpuSurface::density(int category) const
     return field;
 }
 
+// Waits for it, and takes more room where it may.
+void GpuSurface::State::make(const Clay& now)
+{
+    check(cudaSetDevice(device), "device");
+    prepare(now);
+    run();
+    const SurfaceRoom needs = needed();
+    const SurfaceRoom has{std::size_t(store.view.vertex_room),
+                          std::size_t(store.view.triangle_room)};
+    if (fixed_room || (needs.vertices <= has.vertices && needs.triangles <= has.triangles)) return;
+    graph.drop();
+    store.reserve({needs.vertices + needs.vertices / 4, needs.triangles + needs.triangles / 4});
+    prepare(now);
+    run();
+}
+
 std::vector<Mesh> GpuSurface::surface(const Clay& clay, SurfaceStats* stats)
 {
-    check(cudaSetDevice(state->device), "device");
-    state->prepare(clay);
-    state->run();
-    const SurfaceRoom needs = needed(), has = room();
-    if (!state->fixed_room && (needs.vertices > has.vertices || needs.triangles > has.triangles)) {
-        state->graph.drop();
-        state->store.reserve(
-            {needs.vertices + needs.vertices / 4, needs.triangles + needs.triangles / 4});
-        state->prepare(clay);
-        state->run();
-    }
+    state->make(clay);
     const SurfaceStats found = settled();
     if (stats) *stats = found;
     return meshes();
+}
+
+std::shared_ptr<const DeviceMesh> GpuSurface::kept(const Clay& clay, SurfaceStats* stats)
+{
+    state->make(clay);
+    const SurfaceStats found = settled();
+    if (stats) *stats = found;
+    std::vector<int> categories;
+    for (const auto& [category, kind] : state->store.kinds) categories.push_back(category);
+    return state->kept.kept(state->store.view, categories, state->device, state->stream);
+}
+
+std::shared_ptr<const DeviceMesh> GpuSurface::kept(const std::vector<Particle<double>>& particles,
+                                                   SurfaceStats* stats)
+{
+    check(cudaSetDevice(state->device), "device");
+    return kept(state->uploaded(particles), stats);
 }
 
 std::vector<Mesh> GpuSurface::surface(const std::vector<Particle<double>>& particles,
@@ -347,6 +375,9 @@ std::vector<StageWork> GpuSurface::stage_counts()
     return counts;
 }
 
-std::size_t GpuSurface::memory() const { return state->store.bytes() + state->rows.bytes(); }
+std::size_t GpuSurface::memory() const
+{
+    return state->store.bytes() + state->rows.bytes() + state->kept.bytes();
+}
 
 }  // namespace knead

@@ -7,6 +7,7 @@
 #include "cuda/mpm/material_data.h"
 #include "cuda/mpm/particle.h"
 #include "host/solver/solver.h"
+#include "host/surface/device_mesh.h"
 #include "host/surface/surface.h"
 
 namespace knead {
@@ -14,11 +15,6 @@ namespace gpu {
 struct Clay;         // cuda/surface/surface.cuh: where a solver keeps its particles
 struct SurfaceView;  // cuda/surface/surface.cuh: where the mesh is
 }  // namespace gpu
-
-// What fits into the device's buffers.
-struct SurfaceRoom {
-    std::size_t vertices = 0, triangles = 0;  // 0: as many as the clay should need
-};
 
 // How much of the last surface was recomputed, in blocks of 4^3 nodes of one category.
 struct SurfaceWork {
@@ -55,9 +51,14 @@ class GpuSurface {
 
     // Launches, waits, and takes more room where the constructor was left to choose it.
     std::vector<Mesh> surface(const gpu::Clay& clay, SurfaceStats* stats = nullptr);
+    // The same, whose mesh is kept on the device. Meshes that nobody holds any more give their
+    // memory to later ones.
+    std::shared_ptr<const DeviceMesh> kept(const gpu::Clay& clay, SurfaceStats* stats = nullptr);
     // The same from particles on the host, any number.
     std::vector<Mesh> surface(const std::vector<Particle<double>>& particles,
                               SurfaceStats* stats = nullptr);
+    std::shared_ptr<const DeviceMesh> kept(const std::vector<Particle<double>>& particles,
+                                           SurfaceStats* stats = nullptr);
 
     // Seconds of each of `count` replays of a graph of the last surface, by now of clay that has
     // not moved where its solver can tell, and what each stage takes of a surface that keeps

@@ -34,11 +34,22 @@ std::vector<Mesh> GpuSurface::surface(const std::vector<Particle<double>>&, Surf
 {
     refuse();
 }
+std::shared_ptr<const DeviceMesh> GpuSurface::kept(const gpu::Clay&, SurfaceStats*) { refuse(); }
+std::shared_ptr<const DeviceMesh> GpuSurface::kept(const std::vector<Particle<double>>&,
+                                                   SurfaceStats*)
+{
+    refuse();
+}
 std::vector<double> GpuSurface::replays(int) { refuse(); }
 std::vector<StageTime> GpuSurface::stage_times() { refuse(); }
 std::vector<StageWork> GpuSurface::stage_counts() { refuse(); }
 SurfaceRoom GpuSurface::room() const { refuse(); }
 std::size_t GpuSurface::memory() const { refuse(); }
+
+DeviceMesh::DeviceMesh(std::shared_ptr<gpu::KeptMesh>, std::vector<int>) { refuse(); }
+int DeviceMesh::device() const { refuse(); }
+SurfaceRoom DeviceMesh::room() const { refuse(); }
+std::vector<Mesh> DeviceMesh::meshes() const { refuse(); }
 
 }  // namespace knead
 #endif

@@ -1,0 +1,113 @@
+#include <algorithm>
+#include <bit>
+
+#include "cuda/device/device.cuh"
+#include "host/surface/device_mesh.cuh"
+
+namespace knead {
+
+using namespace gpu;
+
+namespace {
+
+Vec3<float> corner(const int (&side)[3])
+{
+    const auto value = [&](int k) { return std::bit_cast<float>(ordered(side[k])); };
+    return {value(0), value(1), value(2)};
+}
+
+template <class T>
+std::vector<T> downloaded(const DeviceArray<T>& from, std::size_t count)
+{
+    std::vector<T> to(count);
+    if (count)
+        check(cudaMemcpy(to.data(), from.data(), count * sizeof(T), cudaMemcpyDefault), "download");
+    return to;
+}
+
+}  // namespace
+
+KeptMesh::KeptMesh(SurfaceRoom room, int categories, int on)
+    : device(on),
+      processors(multiprocessors(on)),
+      triangles(room.triangles),
+      places(room.vertices),
+      normals(room.vertices),
+      draws(std::size_t(categories)),
+      facts(1)
+{
+}
+
+std::shared_ptr<const DeviceMesh> KeptMeshes::kept(const SurfaceView& view,
+                                                   const std::vector<int>& categories, int device,
+                                                   cudaStream_t stream)
+{
+    const SurfaceRoom room{std::size_t(view.vertex_room), std::size_t(view.triangle_room)};
+    std::erase_if(all, [&](const std::shared_ptr<KeptMesh>& one) {
+        return one->places.size() != room.vertices || one->triangles.size() != room.triangles;
+    });
+    auto free =
+        std::find_if(all.begin(), all.end(), [](const auto& one) { return one.use_count() == 1; });
+    if (free == all.end()) {
+        all.push_back(std::make_shared<KeptMesh>(room, view.categories, device));
+        free = all.end() - 1;
+    }
+    const KeptMesh& to = **free;
+    check(cudaStreamWaitEvent(stream, to.read, 0), "surface");
+    keep_mesh(view, to.place(), to.processors, stream);
+    wait(stream, "surface");
+    return std::make_shared<const DeviceMesh>(*free, categories);
+}
+
+std::size_t KeptMeshes::bytes() const
+{
+    std::size_t sum = 0;
+    for (const auto& one : all)
+        sum += one->triangles.bytes() + one->places.bytes() + one->normals.bytes() +
+               one->draws.bytes() + one->facts.bytes();
+    return sum;
+}
+
+DeviceMesh::DeviceMesh(std::shared_ptr<KeptMesh> kept, std::vector<int> categories)
+    : kept_(std::move(kept)), categories_(std::move(categories))
+{
+    const MeshFacts facts = kept_->facts.downloaded().at(0);
+    vertices_ = facts.vertices, triangles_ = facts.triangles;
+    if (vertices_ > 0) low_ = corner(facts.low), high_ = corner(facts.high);
+}
+
+int DeviceMesh::device() const { return kept_->device; }
+
+SurfaceRoom DeviceMesh::room() const { return {kept_->places.size(), kept_->triangles.size()}; }
+
+std::vector<Mesh> DeviceMesh::meshes() const
+{
+    if (empty()) return {};
+    check(cudaSetDevice(device()), "device");
+    const std::vector<Int3> triangles = downloaded(kept_->triangles, triangles_);
+    const std::vector<float4> places = downloaded(kept_->places, vertices_),
+                              normals = downloaded(kept_->normals, vertices_);
+    const std::vector<DrawCommand> draws = kept_->draws.downloaded();
+    std::vector<Mesh> meshes;
+    int first = 0;  // a category's vertices lie behind those of the one before, and all are used
+    for (std::size_t c = 0; c < categories_.size(); ++c) {
+        if (draws[c].count == 0) continue;
+        Mesh mesh;
+        mesh.category = categories_[c];
+        int end = first;
+        const std::size_t from = draws[c].first_index / 3;
+        for (std::size_t k = from; k < from + draws[c].count / 3; ++k) {
+            const Int3 t = triangles[k];
+            end = std::max({end, t.x + 1, t.y + 1, t.z + 1});
+            mesh.triangles.push_back(t - Int3{first, first, first});
+        }
+        for (; first < end; ++first) {
+            const float4 x = places[std::size_t(first)], n = normals[std::size_t(first)];
+            mesh.vertices.push_back({x.x, x.y, x.z}), mesh.normals.push_back({n.x, n.y, n.z});
+        }
+        meshes.push_back(std::move(mesh));
+    }
+    return meshes;
+}
+
+}  // namespace knead

@@ -1,0 +1,40 @@
+// What splats look like to both eyes, as textures: uploaded, written by CUDA, or the caller's.
+#pragma once
+#include <array>
+#include <memory>
+
+#include "host/share/shared_splats.h"
+#include "render/eye_painter.h"
+#include "render/gl.h"
+
+namespace knead {
+
+// Of one eye.
+struct DrawnSplats {
+    Texture colour, depth;
+    int width = 0, height = 0;
+    bool registered = false;                 // with CUDA
+    GLuint colour_name = 0, depth_name = 0;  // what is drawn; 0: none
+
+    bool is_of(int w, int h) const { return width == w && height == h; }
+    void resize(int to_width, int to_height);
+    void show() { colour_name = colour, depth_name = depth; }
+};
+
+class EyeSplats {
+  public:
+    const DrawnSplats& of(int eye) const { return eyes_.at(std::size_t(eye)); }
+    void upload(int eye, const SplatLayer& layer);
+    void set(int eye, GLuint colour, GLuint depth);
+    void draw(GpuRaster& raster, const SplatFrame& frame, const DeviceGaussians* moved);  // shared
+    double seconds() const { return raster_ ? raster_->seconds() : 0; }
+
+  private:
+    void let_go();  // CUDA of all textures
+
+    std::array<DrawnSplats, 2> eyes_;
+    std::unique_ptr<SharedSplats> raster_;  // ends before the textures do
+    int device_ = -1;
+};
+
+}  // namespace knead
