@@ -9,6 +9,7 @@
 #include "render/eye_clay.h"
 #include "render/eye_shaders.h"
 #include "render/eye_splats.h"
+#include "render/gl_state.h"
 #include "render/program.h"
 
 namespace knead {
@@ -16,37 +17,6 @@ namespace {
 
 // What lies beyond is not there: keeps one stray vertex from spoiling the shadows [m].
 constexpr float farthest = 1e4f;
-
-// What drawing needs, whatever was set before; and the values of a new context again.
-void set_state()
-{
-    for (const GLenum off :
-         {GL_SCISSOR_TEST, GL_STENCIL_TEST, GL_BLEND, GL_CULL_FACE, GL_POLYGON_OFFSET_FILL,
-          GL_SAMPLE_ALPHA_TO_COVERAGE, GL_RASTERIZER_DISCARD, GL_DEPTH_CLAMP, GL_FRAMEBUFFER_SRGB})
-        glDisable(off);
-    glEnable(GL_DEPTH_TEST);
-    glEnable(GL_MULTISAMPLE);
-    glColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
-    glDepthMask(GL_TRUE);
-    glCullFace(GL_BACK);
-    glFrontFace(GL_CCW);
-    glDepthRangef(0, 1);
-    glPolygonMode(GL_FRONT_AND_BACK, GL_FILL);
-    glClipControl(GL_LOWER_LEFT, GL_ZERO_TO_ONE);
-    glBindSamplers(0, 4, nullptr);
-}
-void reset_state()
-{
-    glDisable(GL_DEPTH_TEST);
-    glDisable(GL_FRAMEBUFFER_SRGB);
-    glDepthFunc(GL_LESS);
-    glClipControl(GL_LOWER_LEFT, GL_NEGATIVE_ONE_TO_ONE);
-    glUseProgram(0);
-    glBindVertexArray(0);
-    glBindTextures(0, 4, nullptr);
-    glBindBufferBase(GL_UNIFORM_BUFFER, 0, 0);
-    glBindBufferBase(GL_UNIFORM_BUFFER, 1, 0);
-}
 
 void check(const EyeView& view, const EyeLook& look)
 {

@@ -152,8 +152,8 @@ class SharedPictures : public testing::Test {
     long version = 0;
 };
 
-// From nothing to a ball, and to nothing again.
-double radius_at(int k) { return k % 10 == 0 ? 0 : 0.03 * std::min(k, 20 - k); }
+// From nothing to a ball, and to nothing again. A ball of less than two cells has no surface.
+double radius_at(int k) { return k % 10 == 0 ? 0 : 0.06 + 0.022 * std::min(k, 20 - k); }
 
 TEST_F(SharedPictures, OfClayThatGrowsAndShrinksToNothing)
 {
@@ -279,7 +279,7 @@ TEST_F(SharedPictures, MeshesGiveTheirMemoryToLaterOnesOnlyWhenLetGo)
     const std::size_t memory = surface.memory();
     held.clear();
     for (int k = 0; k < 20; ++k) set_clay(*surface.kept(clay_of(0.2)));
-    EXPECT_EQ(surface.memory(), memory);
+    EXPECT_LE(surface.memory(), memory) << "not one mesh more than there were at a time";
     ASSERT_EQ(small->meshes().size(), 1u);
     EXPECT_EQ(small->meshes()[0].triangles.size(), as_it_was.at(0).triangles.size());
     set_clay(*small);
