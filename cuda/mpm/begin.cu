@@ -24,7 +24,7 @@ __device__ void begin_frame(const BeginView& d)
 __global__ void begin_kernel(const __grid_constant__ BeginView d)
 {
     Clock& c = *d.clock;
-    if (c.mode != Mode::stopped) begin_frame(d);
+    if (c.mode != Mode::stopped && c.mode != Mode::cut) begin_frame(d);
     // Where clay may be still, the sort says whose it is.
     c.unsorted =
         c.mode == Mode::running && (d.rest != RestMode::none || c.drift > max_drift * d.limits.dx);

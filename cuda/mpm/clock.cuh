@@ -33,8 +33,8 @@ struct alignas(128) Peaks {
 constexpr int peak_places = 4;
 
 // What a frame does: nothing where the one before it has stopped (stored_region.h), and what that
-// one has left where it is told to go on.
-enum class Mode : int { running, stopped, going_on };
+// one has left where it is told to go on; nothing where that one was cut, as the host asked.
+enum class Mode : int { running, stopped, going_on, cut };
 
 // Where the simulation stands. Substeps are counted through all frames; what belongs to substep n
 // is kept in place n of a ring, of two or of three. No kernel writes what other blocks of it read,
@@ -70,7 +70,8 @@ enum class Mode : int { running, stopped, going_on };
 //    sorted_from              w, r
 //    drift          r         w 0                 +
 //    unsorted       w
-//    mode, resume   r, w                          r, w: stopped before n + 1
+//    mode, resume   r, w                          r, w: stopped or cut before n + 1
+//    halt                                         r
 //    duration       w                  r          r                          r
 //    tool_step      w                             r
 //    counters       w 0                           +                          +
@@ -78,7 +79,7 @@ enum class Mode : int { running, stopped, going_on };
 // What grid both reads and writes in one place (crowded n - 1, drift, mode, counters but `clipped`)
 // only thread 0 of block 0 touches. `listed` grows under grid, which does not go through the list.
 // Between frames the host reads the clock, and where one has stopped, says that it goes on
-// (host/solver/gpu/region.cu).
+// (host/solver/gpu/region.cu). While one is under way it may set `halt` (host/solver/gpu/watch.cu).
 //
 // grid and g2p start early (launch_pdl): each waits for the end of the kernel before it and only
 // then lets the next one take its places, so no more than two of them are on the device, and what
@@ -101,6 +102,7 @@ struct Clock {
     Mode mode;
     bool unsorted;                         // they are sorted again in this frame
     bool crowded[2];                       // a block of the rim is listed, as n noticed, in n % 2
+    int halt;                              // not 0: the host asks that the frame end here
     alignas(128) int active[3];            // blocks listed of substep n, in n % 3
     alignas(128) int listed, woken[2];     // where clay may be still: as RestView has them
     alignas(128) int near_runs, far_runs;  // lined up so far in ToolView::runs

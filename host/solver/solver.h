@@ -83,8 +83,9 @@ struct FramePart {
     int substeps = 0;
     double reached = 0, duration = 0;  // [s] of the frame: simulated so far, in all
 };
-// Asked by the thread that advances, after every substep but a frame's last; true ends the frame
-// there.
+// Asked by the thread that advances or collects; true ends the frame there. On the CPU after every
+// substep but a frame's last; on a GPU every 20 ms of a frame that takes more than 30, which ends a
+// few substeps later, and one that was submitted behind it does nothing and is cut, too.
 using FrameWatch = std::function<bool(const FramePart&)>;
 
 // Wall time of a stage over one frame [s]; names are those of the profiler ranges.
@@ -137,8 +138,7 @@ class Solver {
         return first;
     }
 
-    // From now on frames are watched by `by` alone; nothing: by nobody. A GPU computes a frame as a
-    // whole and asks nobody.
+    // From now on frames are watched by `by` alone; nothing: by nobody.
     void watch_frames(FrameWatch by) { frame_watch = std::move(by); }
 
     // Edits, while no frame is under way. What follows is what a solver would do that was made of
@@ -193,6 +193,7 @@ class Solver {
     virtual std::string name() const = 0;    // "cpu float, ...", "cuda: NVIDIA H200"
 
   protected:
+    bool watched() const { return bool(frame_watch); }
     // After a substep: whether the frame ends here, which its statistics then say.
     bool ends_here(double reached, double duration, FrameStats& stats) const
     {

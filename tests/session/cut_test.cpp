@@ -68,6 +68,44 @@ TEST(CutFrame, IsTheShorterFrame)
     }
 }
 
+// Where it stood when it was looked in on, and the one that was submitted behind it does nothing.
+TEST(CutFrame, OfAGpuIsTheShorterFrame)
+{
+    if (!gpu_present()) GTEST_SKIP() << "no GPU here";
+    Setup setup = falling();
+    setup.gravity = {}, setup.deterministic = true;
+    const auto cut = gpu_solver(setup, 0), shorter = gpu_solver(setup, 0);
+    for (const bool behind : {false, true}) {
+        int asked = 0;
+        const auto watched = [&](const FramePart& part) {
+            EXPECT_GT(part.substeps, 0);
+            EXPECT_EQ(part.duration, 0x1p20 * frame);  // minutes
+            return ++asked == 2;
+        };
+        cut->watch_frames(watched);
+        cut->submit(no_motion(), 0x1p20 * frame);
+        if (behind) cut->submit(no_motion(), 0x1p20 * frame);
+        const FrameStats stats = cut->collect();
+        EXPECT_TRUE(stats.cut);
+        EXPECT_EQ(asked, 2);
+        EXPECT_GT(stats.substeps, 0);
+        EXPECT_EQ(stats.reached, stats.substeps * step);
+        if (behind) {
+            const FrameStats none = cut->collect();
+            EXPECT_TRUE(none.cut);
+            EXPECT_EQ(none.substeps, 0);
+            EXPECT_EQ(none.reached, 0);
+        }
+        cut->watch_frames({});
+        EXPECT_EQ(shorter->advance(no_motion(), stats.reached).substeps, stats.substeps);
+        EXPECT_TRUE(same_bits(cut->particles(), shorter->particles()));
+        // The next one is whole.
+        EXPECT_EQ(cut->advance(no_motion(), frame).substeps, 16);
+        EXPECT_EQ(shorter->advance(no_motion(), frame).substeps, 16);
+        EXPECT_TRUE(same_bits(cut->particles(), shorter->particles()));
+    }
+}
+
 TEST(CutFrame, ALoopThatIsGoneIsNotAsked)
 {
     const auto solver = cpu_solver(falling());
@@ -102,7 +140,9 @@ const char* const endless = "step.fixed=1e-30";
 
 TEST_F(CutRun, TheTimeLimitActsWithinAFrame)
 {
-    for (const DeviceKind kind : {DeviceKind::cpu, DeviceKind::cpu_double}) {
+    std::vector<DeviceKind> kinds{DeviceKind::cpu, DeviceKind::cpu_double};
+    if (gpu_present()) kinds.push_back(DeviceKind::cuda);
+    for (const DeviceKind kind : kinds) {
         const Scene s = scene({endless, "step.most_substeps=2000000000"});
         const auto solver = make_solver(s.setup, {kind});
         RunRule rule;

@@ -131,6 +131,7 @@ void Store::hold(Vec3<float> low, Vec3<float> high)
 // The end of a frame that is under way.
 void GpuSolver::wait_for(int slot)
 {
+    watch(slot);
     wait(frames[slot].done, "substeps");
     while (frames[slot].duration > 0 && frames[slot].status->mode == Mode::stopped) go_on(slot);
 }
@@ -151,6 +152,7 @@ void GpuSolver::go_on(int slot)
     show();
     if (!stepwise) capture();
     launch(slot);
+    watch(slot);
     wait(frames[slot].done, "substeps");
     if (behind) launch(slot ^ 1);
 }

@@ -255,6 +255,7 @@ FrameStats GpuSolver::collect()
     FrameStats stats;
     if (!(f.duration > 0)) return ++collected, stats;
     check(cudaSetDevice(device), "device");
+    const bool nothing_done = was_cut;
     try {
         wait_for(slot);
     } catch (...) {
@@ -263,8 +264,13 @@ FrameStats GpuSolver::collect()
     }
     ++collected;
     ++changes;
-    posed = f.tools;
     const Clock& clock = *f.status.data();
+    was_cut = clock.mode == Mode::cut;
+    stats.cut = was_cut;
+    if (halted && submitted == collected) end_halt();
+    if (nothing_done) return stats;  // the frame before was cut while this one was under way
+    if (stats.cut) stats.reached = clock.resume.start;
+    posed = f.tools;
     side = clock.side, drift = clock.drift;
     peak = clock.peak(clock.done + 1);
     const Counters& n = f.status->counters;

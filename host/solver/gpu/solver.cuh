@@ -71,6 +71,8 @@ class GpuSolver : public Solver {
     void step_through(bool tools);
     void launch(int slot);
     void wait_for(int slot);
+    void watch(int slot);
+    void end_halt();
     void go_on(int slot);
     void walk(const Watch& watch) const;
     void pose_end(const Views& views) const;
@@ -87,7 +89,7 @@ class GpuSolver : public Solver {
     int device, processors;
     Store store;
     Splats splats;
-    Stream main, body, beside, posing;
+    Stream main, body, beside, posing, asking;
     Clay shown{};
     int side = 0;       // on which the particles lie, of Clock
     Peak peak;          // of Clock
@@ -100,6 +102,10 @@ class GpuSolver : public Solver {
     Graph with_tools, without_tools;
     Frame frames[2];  // under way, or to be
     int submitted = 0, collected = 0;
+    bool halted = false;   // Clock::halt is set
+    bool was_cut = false;  // the frame that was collected last
+    Pinned<Clock> seen;    // amid a frame
+    Pinned<int> halt;
     bool posed = false;        // masks are those of the last frame's end
     bool stepwise = false;     // no graph: KNEAD_GRAPH=0, for profilers and memory checkers
     bool was_covered = false;  // a blade was in the clay at the end of the last frame
