@@ -72,7 +72,7 @@ TEST(CutFrame, IsTheShorterFrame)
 TEST(CutFrame, OfAGpuIsTheShorterFrame)
 {
     if (!gpu_present()) GTEST_SKIP() << "no GPU here";
-    Setup setup = falling();
+    knead::Setup setup = falling();
     setup.gravity = {}, setup.deterministic = true;
     const auto cut = gpu_solver(setup, 0), shorter = gpu_solver(setup, 0);
     for (const bool behind : {false, true}) {
