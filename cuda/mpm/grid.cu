@@ -186,20 +186,72 @@ __device__ void count_slowed(const GridUpdateView& d, float mass)
     atomicAdd(mass > d.trifle ? &all.clipped : &all.trimmed, 1ull);
 }
 
-// The node of index i, by lanes that `own` one; tools(in, x, v) by all lanes of a warp.
+// How a node is updated. One that is not stored holds nothing. A mass may be read while others
+// write its node's velocity: it stays as it is.
+template <bool fixed_point>
+__device__ Together together(const GridUpdateView& d, int parity, Int3 n)
+{
+    const auto mass = [&](Int3 m) {
+        return d.lattice.stores(m) ? sum_of<fixed_point>(d, parity, d.lattice.index(m)).m : 0;
+    };
+    Together how = knead::together(n, d.walls, mass);
+    const Int3 far = n + how.way;
+    if (!d.lattice.stores({far.x, n.y, n.z})) how.way.x = 0;
+    if (!d.lattice.stores({n.x, far.y, n.z})) how.way.y = 0;
+    if (!d.lattice.stores({n.x, n.y, far.z})) how.way.z = 0;
+    return how;
+}
+
+__device__ Node<float>& node_at(const GridUpdateView& d, int parity, int i)
+{
+    return reinterpret_cast<Node<float>&>(d.nodes[parity][i]);
+}
+
+// A node in a corner of walls and its images, of the field that begins with node `field`, where
+// they stand. Tools leave it the velocity v.
+template <bool fixed_point>
+__device__ void update_corner(const GridUpdateView& d, int parity, float dt, Int3 n, Int3 way,
+                              Vec3<float> v, int field)
+{
+    const auto node = [&](int k) -> Node<float>& {
+        return node_at(d, parity, field + d.lattice.index(image(n, way, k)));
+    };
+    if (fixed_point)
+        for (int k = 0; k < image_count(way); ++k)
+            node(k) = sum_of<fixed_point>(d, parity, field + d.lattice.index(image(n, way, k)));
+    update_images<0>(
+        n, way, d.lattice, d.walls, d.gravity, dt, node, [v](Vec3<float>) { return v; },
+        [&](float mass) { count_slowed(d, mass); });
+}
+
+// The node of index i, by lanes that `own` one; tools(in, x, v) by all lanes of a warp. Loads come
+// first: none waits for another.
 template <bool fixed_point, class Tools>
 __device__ void update_node(const GridUpdateView& d, int parity, float dt, int i, bool own,
                             Tools&& tools)
 {
     const Int3 at = d.lattice.node_at(i);
-    const Node<float> sum = own ? sum_of<fixed_point>(d, parity, i) : Node<float>{};
-    const bool clay = sum.m > 0;
+    Node<float> sum = own ? sum_of<fixed_point>(d, parity, i) : Node<float>{}, far{};
+    const Together how = own ? together<fixed_point>(d, parity, at) : Together{};
+    const int images = image_count(how.way), other = d.lattice.index(at + how.way);
+    if (images == 2) far = sum_of<fixed_point>(d, parity, other);
+    const bool elsewhere = how.elsewhere && sum.m > 0, clay = sum.m > 0 && !elsewhere;
     Vec3<float> v{};
     if (clay) v = apply_gravity(sum, d.gravity, dt);
     v = tools(clay, d.lattice.position(at), v);
-    if (!own) return;
+    if (!own || elsewhere) return;
+    if (clay && images > 2) return update_corner<fixed_point>(d, parity, dt, at, how.way, v, 0);
+    if (clay && far.m > 0) {
+        update_images<2>(
+            at, how.way, d.lattice, d.walls, d.gravity, dt,
+            [&](int k) -> Node<float>& { return k ? far : sum; }, [v](Vec3<float>) { return v; },
+            [&](float mass) { count_slowed(d, mass); });
+        d.nodes[parity][i] = {sum.p.x, sum.p.y, sum.p.z, sum.m};
+        d.nodes[parity][other] = {far.p.x, far.p.y, far.p.z, far.m};
+        return;
+    }
     bool clipped = false;
-    if (clay) v = limit_speed(v, at, d.lattice, d.walls, dt, clipped);
+    if (clay) v = limit_speed(apply_walls(v, at, d.walls), d.lattice, dt, clipped);
     d.nodes[parity][i] = {v.x, v.y, v.z, clay ? sum.m : 0};
     if (clipped) count_slowed(d, sum.m);
 }
@@ -257,6 +309,20 @@ __device__ Vec3<float> slope(const GridUpdateView& d, int parity, Int3 n)
     });
 }
 
+// The velocities of the labels at node n, where they stand, are kept apart.
+template <bool fixed_point>
+__device__ void keep_apart(const GridUpdateView& d, int parity, Int3 n)
+{
+    const int nodes = d.lattice.node_count(), i = d.lattice.index(n);
+    Node<float> v[3];
+    float mass[3];
+    UNROLL
+    for (int f = 0; f < 3; ++f) v[f] = node_at(d, parity, f * nodes + i), mass[f] = v[f].m;
+    divide(v, mass, [&] { return slope<fixed_point>(d, parity, n); });
+    UNROLL
+    for (int f = 1; f < 3; ++f) node_at(d, parity, f * nodes + i) = v[f];
+}
+
 // Where blades are: each label has its own velocity, and the two do not pass through each other.
 // Neighbours read masses here, which the update leaves as they are.
 template <class Case>
@@ -278,25 +344,28 @@ __global__ void __launch_bounds__(block_nodes, resident_cut)
         const int i = b * block_nodes + int(threadIdx.x);
         const Int3 at = d.lattice.node_at(i);
         const Mask& mask = d.masks[b];
-        Node<float> v[3];
-        float mass[3];
-        UNROLL
+        const Together how = together<fixed_point>(d, parity, at);
+        const int count = image_count(how.way);
+        if (how.elsewhere && sum_of<fixed_point>(d, parity, i).m > 0) return;
         for (int f = 0; f < 3; ++f) {
             const Node<float> sum = sum_of<fixed_point>(d, parity, f * nodes + i);
-            mass[f] = sum.m;
+            const auto tools = [&](Vec3<float> x, Vec3<float> u) {
+                if (!d.grid_contact) return u;
+                u = apply_tools(colliders, mask, x, u);
+                return f ? sliced(colliders, mask, x, u, dx, unsigned(f)) : u;
+            };
+            if (count > 1 && sum.m > 0) {
+                const Vec3<float> v = apply_gravity(sum, d.gravity, dt);
+                update_corner<fixed_point>(d, parity, dt, at, how.way,
+                                           tools(d.lattice.position(at), v), f * nodes);
+                continue;
+            }
             bool clipped;
-            v[f] = update(sum, at, d.lattice, d.walls, d.gravity, dt, clipped,
-                          [&](Vec3<float> x, Vec3<float> u) {
-                              if (!d.grid_contact) return u;
-                              u = apply_tools(colliders, mask, x, u);
-                              return f ? sliced(colliders, mask, x, u, dx, unsigned(f)) : u;
-                          });
+            node_at(d, parity, f * nodes + i) =
+                update(sum, at, d.lattice, d.walls, d.gravity, dt, clipped, tools);
             if (clipped) count_slowed(d, sum.m);
         }
-        divide(v, mass, [&] { return slope<fixed_point>(d, parity, at); });
-        UNROLL
-        for (int f = 0; f < 3; ++f)
-            d.nodes[parity][f * nodes + i] = {v[f].p.x, v[f].p.y, v[f].p.z, v[f].m};
+        for (int k = 0; k < count; ++k) keep_apart<fixed_point>(d, parity, image(at, how.way, k));
     });
 }
 

@@ -24,6 +24,47 @@ HD Vec3<R> apply_walls(Vec3<R> v, Int3 n, const Walls<R>& walls)
     return v;
 }
 
+// What a face on nodes, of normal `axis`, leaves of the node a step before it and of its image. The
+// velocity on the face is their mean, blended with that of the node on it (1): of their mean is
+// left what is left of any velocity (18), by the same impulse on both.
+template <class R>
+HD void apply_face(Node<R>& before, Node<R>& image, Vec3<R> axis, const Walls<R>& walls)
+{
+    if (!(before.m > 0 && image.m > 0)) return;
+    const Vec3<R> mean = R(0.5) * (before.p + image.p);
+    const Vec3<R> left = apply_contact(mean, axis, {0, 0, 0}, walls.mode, walls.friction);
+    const Vec3<R> change = R(2) * (left - mean);
+    const R share = image.m / (before.m + image.m);
+    before.p = before.p + share * change;
+    image.p = image.p + (1 - share) * change;
+}
+
+// What the six walls leave of node n and its images, axis by axis; node(k) is the k-th, as a
+// reference. Of `count`, or as many as there are `way` to.
+template <int count, class R, class Each>
+HD void apply_walls(Int3 n, Int3 way, const Walls<R>& walls, Each&& node)
+{
+    const int all = count ? count : image_count(way);
+    int next = 1;  // bit of the axis
+    const auto face = [&](int at, int past, int to_image, Vec3<R> axis) {
+        const auto alone = [&](Vec3<R>& v, Vec3<R> normal) {
+            v = apply_contact(v, normal, {0, 0, 0}, walls.mode, walls.friction);
+        };
+        const int bit = count == 2 ? 1 : next;
+        for (int k = 0; k < all; ++k) {
+            if (to_image && !(k & bit))
+                apply_face(node(k), node(k | bit), to_image < 0 ? axis : -axis, walls);
+            if (!to_image && at < 0) alone(node(k).p, axis);
+            if (!to_image && past >= 0) alone(node(k).p, -axis);
+        }
+        if (to_image) next *= 2;
+    };
+    const Int3 at = n - walls.first, past = at - walls.free;
+    face(at.x, past.x, way.x, {1, 0, 0});
+    face(at.y, past.y, way.y, {0, 1, 0});
+    face(at.z, past.z, way.z, {0, 0, 1});
+}
+
 // A node that is slowed and holds less than this share of a particle's mass is trimmed: nobody sees
 // it. With more it is clipped.
 constexpr double trimmed_share = 1e-3;
@@ -36,13 +77,11 @@ HD Vec3<R> apply_gravity(const Node<R>& node, Vec3<R> gravity, R dt)
     return Vec3<R>{node.p.x / node.m, node.p.y / node.m, node.p.z / node.m} + dt * gravity;
 }
 
-// What walls leave of it, and the guard: `clipped` is set where a node would outrun one cell per
-// substep, to be counted by the caller.
+// The guard: `clipped` is set where a node would outrun one cell per substep, to be counted by the
+// caller.
 template <class R>
-HD Vec3<R> limit_speed(Vec3<R> v, Int3 n, const Lattice<R>& lattice, const Walls<R>& walls, R dt,
-                       bool& clipped)
+HD Vec3<R> limit_speed(Vec3<R> v, const Lattice<R>& lattice, R dt, bool& clipped)
 {
-    v = apply_walls(v, n, walls);
     const R speed = length(v), limit = lattice.dx / dt;
     clipped = speed > limit;
     return clipped ? (limit / speed) * v : v;
@@ -56,7 +95,28 @@ HD Node<R> update(const Node<R>& node, Int3 n, const Lattice<R>& lattice, const 
     clipped = false;
     if (!(node.m > 0)) return {{0, 0, 0}, 0};
     const Vec3<R> v = tools(lattice.position(n), apply_gravity(node, gravity, dt));
-    return {limit_speed(v, n, lattice, walls, dt, clipped), node.m};
+    return {limit_speed(apply_walls(v, n, walls), lattice, dt, clipped), node.m};
+}
+
+// The same for node n and its images, of which node(k) is the k-th: sums that become velocities.
+// What is behind a wall no tool touches; tools(v) answers with what they leave of n's own. Calls
+// slowed(mass) for each that is clipped.
+template <int count, class R, class Each, class Tools, class Slowed>
+HD void update_images(Int3 n, Int3 way, const Lattice<R>& lattice, const Walls<R>& walls,
+                      Vec3<R> gravity, R dt, Each&& node, Tools&& tools, Slowed&& slowed)
+{
+    const int all = count ? count : image_count(way);
+    for (int k = 0; k < all; ++k) {
+        Node<R>& one = node(k);
+        one = one.m > 0 ? Node<R>{apply_gravity(one, gravity, dt), one.m} : Node<R>{};
+        if (k == 0 && one.m > 0) one.p = tools(one.p);
+    }
+    apply_walls<count>(n, way, walls, node);
+    for (int k = 0; k < all; ++k) {
+        bool clipped;
+        node(k).p = limit_speed(node(k).p, lattice, dt, clipped);
+        if (clipped) slowed(node(k).m);
+    }
 }
 
 // Which way a number of the nodes rises at node n, at any length: value(node) answers for those

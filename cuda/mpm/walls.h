@@ -22,18 +22,76 @@ struct Walls {
     Vec3<R> deep_min, deep_max;  // farther no node lets a particle sink in a substep (19) [m]
     Int3 first, free;            // the first free node, and how many there are along each axis
     ContactMode mode;
+    int on_nodes;  // faces that stand on nodes, by bits: 1 << 2 * axis the low one, twice that the
+                   // high one
     R friction;
 };
+
+// Where a face stands on nodes, the node a step before it and the one a step behind it are images
+// of each other. The way from one to the other: 2 steps along the axis of each such face, 0 along
+// others; `behind` the faces, or before them.
+template <class R>
+HD Int3 across_faces(Int3 n, const Walls<R>& walls, bool behind)
+{
+    const Int3 at = n - walls.first, past = at - walls.free + Int3{1, 1, 1};
+    const int beyond = behind ? 2 : 0, inwards = behind ? 2 : -2, faces = walls.on_nodes;
+    const auto axis = [=](int from_first, int from_last, int low) {
+        if ((faces & low) && from_first == -beyond) return inwards;
+        return (faces & 2 * low) && from_last == beyond ? -inwards : 0;
+    };
+    return {axis(at.x, past.x, 1), axis(at.y, past.y, 4), axis(at.z, past.z, 16)};
+}
+
+// Whether node n is neither behind, on, nor a step before a wall.
+template <class R>
+HD bool clear_of(Int3 n, const Walls<R>& walls)
+{
+    const auto clear = [](int at, int free) { return unsigned(at - 1) < unsigned(free - 2); };
+    const Int3 at = n - walls.first, free = walls.free;
+    return clear(at.x, free.x) && clear(at.y, free.y) && clear(at.z, free.z);
+}
+
+// How node n is updated: with its images, `way` to them across faces; or elsewhere, because it is
+// itself an image of a node before them that holds mass. mass(node) reads a sum's, which no update
+// changes.
+struct Together {
+    bool elsewhere;
+    Int3 way;
+};
+template <class R, class Mass>
+HD Together together(Int3 n, const Walls<R>& walls, Mass&& mass)
+{
+    const Int3 none{};
+    if (clear_of(n, walls)) return {false, none};
+    const Int3 back = across_faces(n, walls, true);
+    if (back == none) return {false, across_faces(n, walls, false)};
+    return {mass(n + back) > 0, none};
+}
+
+// The k-th of node n and its images, itself the first; a bit of k for each axis that `way` leads
+// along.
+HD Int3 image(Int3 n, Int3 way, int k)
+{
+    const auto axis = [&k](int step) {
+        if (!step) return 0;
+        const int taken = k & 1;
+        k >>= 1;
+        return taken * step;
+    };
+    const int x = axis(way.x), y = axis(way.y);
+    return n + Int3{x, y, axis(way.z)};
+}
+HD int image_count(Int3 way) { return 1 << ((way.x != 0) + (way.y != 0) + (way.z != 0)); }
 
 // Where along an axis nodes are held, for faces at `min` and `max` [m]: to `below` and from `above`
 // on. A face that is off a node by no more than what its decimals leave out stands on it.
 struct HeldNodes {
     int below, above;
 };
+constexpr double face_rounding = 1e-4;  // cells
 inline HeldNodes held_nodes(double min, double max, double dx)
 {
-    constexpr double rounding = 1e-4;  // cells
-    return {int(std::floor(min / dx + rounding)), int(std::ceil(max / dx - rounding))};
+    return {int(std::floor(min / dx + face_rounding)), int(std::ceil(max / dx - face_rounding))};
 }
 
 // How far a particle at a face sinks in a substep at most [cells], where the first held node lies
@@ -51,17 +109,21 @@ Walls<R> walls_on(const Lattice<L>& lattice, const WallRule& rule)
     w.min = cast<R>(rule.min), w.max = cast<R>(rule.max);
     w.mode = rule.mode, w.friction = R(rule.friction);
     const double dx = double(lattice.dx);
-    const auto axis = [dx](double low, double high, R& deep_low, R& deep_high, int& first,
-                           int& free) {
+    const auto axis = [dx, &w](double low, double high, R& deep_low, R& deep_high, int& first,
+                               int& free, int bit) {
         const HeldNodes held = held_nodes(low, high, dx);
-        deep_low = R(low - dx * sinking(low / dx - held.below));
-        deep_high = R(high + dx * sinking(held.above - high / dx));
+        const double behind_low = low / dx - held.below, behind_high = held.above - high / dx;
+        deep_low = R(low - dx * sinking(behind_low));
+        deep_high = R(high + dx * sinking(behind_high));
         first = held.below + 1, free = held.above - first;
+        const bool apart = free > 1;  // else a node would have two images
+        const auto on_node = [=](double behind) { return apart && behind < face_rounding; };
+        w.on_nodes |= bit * on_node(behind_low) | 2 * bit * on_node(behind_high);
     };
     const Vec3<double>&a = rule.min, &b = rule.max;
-    axis(a.x, b.x, w.deep_min.x, w.deep_max.x, w.first.x, w.free.x);
-    axis(a.y, b.y, w.deep_min.y, w.deep_max.y, w.first.y, w.free.y);
-    axis(a.z, b.z, w.deep_min.z, w.deep_max.z, w.first.z, w.free.z);
+    axis(a.x, b.x, w.deep_min.x, w.deep_max.x, w.first.x, w.free.x, 1);
+    axis(a.y, b.y, w.deep_min.y, w.deep_max.y, w.first.y, w.free.y, 4);
+    axis(a.z, b.z, w.deep_min.z, w.deep_max.z, w.first.z, w.free.z, 16);
     return w;
 }
 

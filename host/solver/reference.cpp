@@ -114,7 +114,8 @@ void Reference::p2g(double dt)
     }
 }
 
-// Momenta become velocities (3), (18); beside a blade each label has its own (24), (25).
+// Momenta become velocities (3), (18); beside a blade each label has its own (24), (25). Images
+// behind walls come with their node.
 void Reference::grid(double dt)
 {
     const Lattice<double>& lattice = setup.lattice;
@@ -123,27 +124,37 @@ void Reference::grid(double dt)
     long clipped = 0, trimmed = 0;
 #pragma omp parallel for num_threads(threads) reduction(+ : clipped, trimmed)
     for (const int i : occupied) {
-        const auto at = std::size_t(i);
         const Int3 n = lattice.node_at(i);
-        Node<double> v[3] = {};
+        const auto at = [&](std::size_t f, Int3 m) -> Node<double>& {
+            return fields[f][std::size_t(lattice.index(m))];
+        };
+        const auto [elsewhere, way] = together(n, walls, [&](Int3 m) { return at(uncut, m).m; });
+        if (elsewhere) continue;
+        Node<double> v[3][8] = {};
         for (std::size_t f = 0; f < fields.size(); ++f) {
-            bool slowed;
-            const auto obstacles = [&](Vec3<double> x, Vec3<double> u) {
+            const auto obstacles = [&](Vec3<double> u) {
+                const Vec3<double> x = lattice.position(n);
                 if (!setup.grid_contact) return u;
                 u = apply_tools(tools, active, x, u);
                 return f == uncut ? u : sliced(tools, active, x, u, lattice.dx, std::uint32_t(f));
             };
-            v[f] = update(fields[f][at], n, lattice, walls, setup.gravity, dt, slowed, obstacles);
-            if (slowed) ++(fields[f][at].m > light ? clipped : trimmed);
+            for (int k = 0; k < image_count(way); ++k) v[f][k] = at(f, image(n, way, k));
+            update_images<0>(
+                n, way, lattice, walls, setup.gravity, dt,
+                [&](int k) -> Node<double>& { return v[f][k]; }, obstacles,
+                [&](double mass) { ++(mass > light ? clipped : trimmed); });
         }
-        if (blades)
-            divide(v, {v[uncut].m, v[above].m, v[below].m}, [&] {  // masses stay as they are
-                return slope(lattice, n, [&](Int3 other) {
-                    const auto m = std::size_t(lattice.index(other));
-                    return fields[below][m].m - fields[above][m].m;
+        for (int k = 0; k < image_count(way); ++k) {
+            const Int3 m = image(n, way, k);
+            Node<double> one[3] = {v[uncut][k], v[above][k], v[below][k]};
+            if (blades)
+                divide(one, {one[uncut].m, one[above].m, one[below].m}, [&] {
+                    return slope(lattice, m, [&](Int3 other) {  // masses stay as they are
+                        return at(below, other).m - at(above, other).m;
+                    });
                 });
-            });
-        for (std::size_t f = 0; f < fields.size(); ++f) fields[f][at].p = v[f].p;
+            for (std::size_t f = 0; f < fields.size(); ++f) at(f, m).p = one[f].p;
+        }
     }
     stats.clipped += clipped, stats.trimmed += trimmed;
 }

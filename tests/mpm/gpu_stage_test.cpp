@@ -16,6 +16,7 @@
 #include "host/hands/hands.h"
 #include "host/solver/gpu/stages.h"
 #include "host/solver/substep.h"
+#include "tests/mpm/updated_nodes.h"
 
 namespace knead {
 namespace {
@@ -148,15 +149,9 @@ std::vector<Node<float>> updated(const knead::Setup& s, const std::vector<Node<f
                                  const Posed& t)
 {
     const View v(s);
-    std::vector<Node<float>> out(sums.size());
-    for (int i = 0; i < v.lattice.node_count(); ++i) {
-        bool clipped;
-        out[std::size_t(i)] = update(
-            sums[std::size_t(i)], v.lattice.node_at(i), v.lattice, v.walls, cast<float>(s.gravity),
-            float(dt), clipped,
-            [&](Vec3<float> x, Vec3<float> u) { return apply_tools(t.colliders, t.every, x, u); });
-    }
-    return out;
+    return updated_nodes(
+        sums, v.lattice, v.walls, cast<float>(s.gravity), float(dt),
+        [&](Vec3<float> x, Vec3<float> u) { return apply_tools(t.colliders, t.every, x, u); });
 }
 
 Particle<float> moved(const knead::Setup& s, Particle<float> q,

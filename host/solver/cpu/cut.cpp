@@ -1,4 +1,5 @@
-// The loops that only a cut needs: three velocity fields near a blade, and whole pieces after it.
+// The loops that only walls and cuts need: nodes with their images behind a wall, three velocity
+// fields near a blade, and whole pieces after it.
 #include "cuda/mpm/grid.h"
 #include "host/solver/cpu/solver.h"
 #include "host/solver/pieces.h"
@@ -38,35 +39,59 @@ bool CpuSolver<R>::find_splits()
     return any;
 }
 
-// A block near a cut: each label has its own velocity, and the two do not pass through each other.
+// How a node that holds `mass` is updated: with which others.
 template <class R>
-void CpuSolver<R>::split_update(int b, R dt, Counts& c)
+Together CpuSolver<R>::updated(Int3 n, R mass) const
+{
+    if (!(mass > 0)) return {};
+    return together(n, walls, [&](Int3 m) { return summed(sums[0], m).m; });
+}
+
+// Node n of block b and its images behind walls. Near a cut each label has its own velocity, and
+// the two do not pass through each other.
+template <class R>
+void CpuSolver<R>::update_together(int b, Int3 n, Int3 across, R dt, Counts& c)
 {
     const R light = R(trifle(setup));
     const Colliders<R> colliders = posed.colliders();
     const Mask& mask = posed.masks[std::size_t(b)];
+    const int count = image_count(across), fields = split.empty() || !split[std::size_t(b)] ? 1 : 3;
+    Node<R> v[3][8] = {};
+    for (int f = 0; f < fields; ++f) {
+        const auto tools = [&](Vec3<R> u) {
+            if (!setup.grid_contact || !posed.near[std::size_t(b)]) return u;
+            const Vec3<R> x = lattice.position(n);
+            u = apply_tools(colliders, mask, x, u);
+            return f ? sliced(colliders, mask, x, u, lattice.dx, std::uint32_t(f)) : u;
+        };
+        for (int k = 0; k < count; ++k) v[f][k] = summed(sums[f], image(n, across, k));
+        update_images<0>(
+            n, across, lattice, walls, gravity, dt, [&](int k) -> Node<R>& { return v[f][k]; },
+            tools, [&](R mass) { ++(mass > light ? c.clipped : c.trimmed); });
+    }
+    for (int k = 0; k < count; ++k) {
+        const Int3 m = image(n, across, k);
+        if (k && !(v[0][k].m > 0)) continue;  // its own block looks after it
+        Node<R> one[3] = {v[0][k], v[1][k], v[2][k]};
+        if (fields > 1)
+            divide(one, {one[0].m, one[above].m, one[below].m}, [&] {
+                return slope(lattice, m, [&](Int3 other) {
+                    return summed(sums[below], other).m - summed(sums[above], other).m;
+                });
+            });
+        for (int f = 0; f < fields; ++f) grid[f][std::size_t(lattice.index(m))] = one[f];
+    }
+}
+
+// A block near a cut.
+template <class R>
+void CpuSolver<R>::split_update(int b, R dt, Counts& c)
+{
     const Int3 block = lattice.block_at(b);
     for (int l = 0; l < block_nodes; ++l) {
         const Int3 n = 4 * block + Int3{l % 4, l / 4 % 4, l / 16};
-        Node<R> sum[3], v[3];
-        for (int f = 0; f < 3; ++f) {
-            const auto tools = [&](Vec3<R> x, Vec3<R> u) {
-                if (!setup.grid_contact) return u;
-                u = apply_tools(colliders, mask, x, u);
-                return f ? sliced(colliders, mask, x, u, lattice.dx, std::uint32_t(f)) : u;
-            };
-            sum[f] = summed(sums[f], n);
-            bool clipped;
-            v[f] = update(sum[f], n, lattice, walls, gravity, dt, clipped, tools);
-            if (clipped) ++(sum[f].m > light ? c.clipped : c.trimmed);
-        }
-        const R mass[3] = {sum[0].m, sum[above].m, sum[below].m};
-        divide(v, mass, [&] {
-            return slope(lattice, n, [&](Int3 m) {
-                return summed(sums[below], m).m - summed(sums[above], m).m;
-            });
-        });
-        for (int f = 0; f < 3; ++f) grid[f][std::size_t(b) * block_nodes + std::size_t(l)] = v[f];
+        const Together how = updated(n, summed(sums[0], n).m);
+        if (!how.elsewhere) update_together(b, n, how.way, dt, c);
     }
 }
 
@@ -82,6 +107,8 @@ void CpuSolver<R>::finish_cuts(bool covered)
 }
 
 template bool CpuSolver<float>::find_splits();
+template Together CpuSolver<float>::updated(Int3, float) const;
+template void CpuSolver<float>::update_together(int, Int3, Int3, float, Counts&);
 template void CpuSolver<float>::split_update(int, float, Counts&);
 template void CpuSolver<float>::finish_cuts(bool);
 

@@ -214,8 +214,15 @@ void CpuSolver<R>::grid_update(R dt)
         };
         Node<R> sum[block_nodes] = {};
         sum_block(block, sum);
+        const bool at_wall = beside_wall(4 * block);
         for (int l = 0; l < block_nodes; ++l) {
             const Int3 n = 4 * block + Int3{l % 4, l / 4 % 4, l / 16};
+            const Together how = at_wall ? updated(n, sum[l].m) : Together{};
+            if (how.elsewhere) continue;
+            if (image_count(how.way) > 1) {
+                update_together(b, n, how.way, dt, c);
+                continue;
+            }
             bool clipped;
             grid[0][std::size_t(b) * block_nodes + std::size_t(l)] =
                 update(sum[l], n, lattice, walls, gravity, dt, clipped, hands);
@@ -324,14 +331,7 @@ bool CpuSolver<R>::keep_out(const Group<R>& group, const Each<R>& per_cell, int 
 {
     const bool tools = setup.passes > 0 && posed.near[std::size_t(block)];
     const Int3 corner = 4 * lattice.block_at(block);
-    // A particle of the block has moved by less than a cell.
-    const auto near_wall = [](int from, int first, int free) {
-        return from <= first || from + 6 >= first + free;
-    };
-    if (!tools && !near_wall(corner.x, walls.first.x, walls.free.x) &&
-        !near_wall(corner.y, walls.first.y, walls.free.y) &&
-        !near_wall(corner.z, walls.first.z, walls.free.z))
-        return false;
+    if (!tools && !beside_wall(corner)) return false;
     const Colliders<R> colliders = posed.colliders();
     for (int l = 0; l < group.size; ++l) {
         Particle<R>& p = *group.of[l];

@@ -106,6 +106,9 @@ class CpuSolver : public Solver {
     using Sums = std::vector<Tile<R>>;
     void p2g(R dt);
     void grid_update(R dt);
+    bool beside_wall(Int3 corner) const;
+    Together updated(Int3 node, R mass) const;
+    void update_together(int b, Int3 node, Int3 across, R dt, Counts& counts);
     void split_update(int b, R dt, Counts& counts);
     void g2p(R dt);
     void arrange_splats();
@@ -194,6 +197,19 @@ Node<R> CpuSolver<R>::summed(const Sums& tiles, Int3 n) const
                 sum = node(four(sum) + four(share));
             }
     return sum;
+}
+
+// Whether a block has nodes beside or behind a wall, or particles that may get behind one in a
+// substep, in which they move by less than a cell.
+template <class R>
+bool CpuSolver<R>::beside_wall(Int3 corner) const
+{
+    const auto near = [](int from, int first, int free) {
+        return from <= first || from + 6 >= first + free;
+    };
+    return near(corner.x, walls.first.x, walls.free.x) ||
+           near(corner.y, walls.first.y, walls.free.y) ||
+           near(corner.z, walls.first.z, walls.free.z);
 }
 
 // Runs body(i, thread's counts) for i in [0, count) on all threads, and books the wall time.

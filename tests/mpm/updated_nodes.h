@@ -1,0 +1,29 @@
+// The grid update by a plain loop: every node with its images behind walls.
+#pragma once
+#include <vector>
+
+#include "cuda/mpm/grid.h"
+
+namespace knead {
+
+// Velocities from sums; tools(x, v) answers with what the tools near x leave of v.
+template <class R, class Tools>
+std::vector<Node<R>> updated_nodes(const std::vector<Node<R>>& sums, const Lattice<R>& lattice,
+                                   const Walls<R>& walls, Vec3<R> gravity, R dt, Tools&& tools)
+{
+    std::vector<Node<R>> out(sums.size());
+    const auto index = [&](Int3 n) { return std::size_t(lattice.index(n)); };
+    for (int i = 0; i < lattice.node_count(); ++i) {
+        const Int3 n = lattice.node_at(i);
+        const Together how = together(n, walls, [&](Int3 m) { return sums[index(m)].m; });
+        if (!(sums[index(n)].m > 0) || how.elsewhere) continue;
+        const auto each = [&](int k) -> Node<R>& { return out[index(image(n, how.way, k))]; };
+        for (int k = 0; k < image_count(how.way); ++k) each(k) = sums[index(image(n, how.way, k))];
+        update_images<0>(
+            n, how.way, lattice, walls, gravity, dt, each,
+            [&](Vec3<R> v) { return tools(lattice.position(n), v); }, [](R) {});
+    }
+    return out;
+}
+
+}  // namespace knead

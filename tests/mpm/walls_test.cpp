@@ -1,0 +1,141 @@
+// Walls that stand on a plane of nodes: a node before the face and its image behind it obey it
+// together.
+#include <algorithm>
+#include <cmath>
+
+#include "cuda/mpm/g2p.h"
+#include "cuda/mpm/grid.h"
+#include "cuda/mpm/p2g.h"
+#include "tests/solver/samples.h"
+
+namespace knead {
+namespace {
+
+const ContactMode modes[] = {ContactMode::sticky, ContactMode::slip, ContactMode::separate};
+const Lattice<double> lattice{{16, 20, 24}, 0.1};
+
+Walls<double> walls_of(ContactMode mode, double friction)
+{
+    return walls_on<double>(lattice, walls_inside(lattice, 3, mode, friction));
+}
+
+double energy(const Node<double>& n) { return n.m * dot(n.p, n.p) / 2; }
+
+// The impulse is the same on both, no more than the face may give, and makes no energy; the clay
+// between them does not go through the face.
+TEST(Walls, OnANodeAndItsImageActWithOneImpulseWithinTheLawOfContact)
+{
+    Draw draw(11);
+    long held = 0, slid = 0, left_free = 0;
+    for (int round = 0; round < 30000; ++round) {
+        const ContactMode mode = modes[round % 3];
+        const Walls<double> walls = walls_of(mode, draw.in(0, 1));
+        const Vec3<double> axis = round % 2 ? Vec3<double>{0, 1, 0} : Vec3<double>{0, 0, -1};
+        const Node<double> before{draw.vector(1), std::exp(draw.in(-20, 0))};
+        const Node<double> image{draw.vector(1), std::exp(draw.in(-20, 0))};
+        Node<double> a = before, b = image;
+        apply_face(a, b, axis, walls);
+        const Vec3<double> of_a = a.m * (a.p - before.p), of_b = b.m * (b.p - image.p);
+        EXPECT_LT(length(of_a - of_b), 1e-14 * std::fmax(a.m, b.m));
+        const Vec3<double> J = a.m < b.m ? of_a : of_b;  // with fewer digits lost
+        EXPECT_LE(energy(a) + energy(b), (energy(before) + energy(image)) * (1 + 1e-14));
+        const Vec3<double> mean = 0.5 * (a.p + b.p), was = 0.5 * (before.p + image.p);
+        const double push = dot(J, axis), rubs = length(J - push * axis);
+        if (mode == ContactMode::slip) {
+            EXPECT_NEAR(dot(mean, axis), 0, 1e-14);
+            EXPECT_LT(rubs, 1e-15 * std::fmin(a.m, b.m) + 1e-16 * length(J));
+        } else if (dot(was, axis) >= 0) {
+            EXPECT_EQ(length(J), 0);
+            ++left_free;
+        } else {
+            EXPECT_NEAR(dot(mean, axis), 0, 1e-14);
+            EXPECT_GT(push, 0);
+            const double speed = length(mean);
+            if (mode == ContactMode::sticky) {
+                EXPECT_LT(speed, 1e-14);
+            }
+            if (mode != ContactMode::separate) continue;
+            EXPECT_LE(rubs, walls.friction * push + 1e-14 * std::fmin(a.m, b.m));
+            if (speed > 1e-9) {
+                EXPECT_NEAR(rubs, walls.friction * push, 1e-14 * std::fmin(a.m, b.m));
+            }
+            ++(speed > 1e-9 ? slid : held);
+        }
+    }
+    EXPECT_GT(held, 300);
+    EXPECT_GT(slid, 1000);
+    EXPECT_GT(left_free, 1000);
+}
+
+// Every node is updated once: with its images, or as an image of a node that holds mass.
+TEST(Walls, EachNodeIsUpdatedOnceWhateverHoldsMass)
+{
+    Draw draw(5);
+    for (const int nodes : {2, 3, 6}) {  // the last leave 2 to 10 free nodes along an axis
+        const Walls<double> walls =
+            walls_on<double>(lattice, walls_inside(lattice, nodes, ContactMode::slip, 0));
+        for (int round = 0; round < 20; ++round) {
+            std::vector<double> mass(std::size_t(lattice.node_count()));
+            for (double& m : mass) m = draw.below(3) ? draw.in(0, 1) : 0;
+            const auto at = [&](Int3 n) { return std::size_t(lattice.index(n)); };
+            std::vector<int> times(mass.size(), 0);
+            long images = 0, most = 0;
+            for (int i = 0; i < lattice.node_count(); ++i) {
+                const Int3 n = lattice.node_at(i);
+                if (!(mass[at(n)] > 0)) continue;
+                const auto how = together(n, walls, [&](Int3 m) { return mass[at(m)]; });
+                if (how.elsewhere) continue;
+                const int count = image_count(how.way);
+                for (int k = 0; k < count; ++k) ++times[at(image(n, how.way, k))];
+                images += count - 1, most = std::max<long>(most, count);
+            }
+            for (std::size_t i = 0; i < mass.size(); ++i)
+                if (mass[i] > 0) {
+                    ASSERT_EQ(times[i], 1) << i;
+                }
+            EXPECT_GT(images, 100);
+            EXPECT_EQ(most, 8);
+        }
+    }
+}
+
+// Faces between nodes, and those of a box of one free node, have no images.
+TEST(Walls, OnlyFacesThatStandOnNodesHaveImages)
+{
+    WallRule rule = walls_inside(lattice, 3, ContactMode::slip, 0);
+    EXPECT_EQ(walls_on<double>(lattice, rule).on_nodes, 63);
+    rule.min.y += 0.01, rule.max.z -= 0.05;
+    EXPECT_EQ(walls_on<double>(lattice, rule).on_nodes, 63 - 4 - 32);
+    rule.min.y += 1e-6 - 0.01;
+    EXPECT_EQ(walls_on<double>(lattice, rule).on_nodes, 63 - 32);
+    rule.max.x = rule.min.x + 0.2;
+    EXPECT_EQ(walls_on<double>(lattice, rule).on_nodes, 63 - 32 - 3);
+}
+
+// Whatever the nodes do, of up to a cell per substep: clay before the face stays before it.
+TEST(Walls, AParticleBeforeAFaceOnNodesDoesNotSinkIntoIt)
+{
+    Draw draw(3);
+    constexpr double dt = 1e-3, dx = 0.1;
+    double lowest = 1;
+    for (int round = 0; round < 30000; ++round) {
+        const Walls<double> walls = walls_of(modes[round % 3], draw.in(0, 1));
+        Particle<double> q{};
+        q.x = {0.75, walls.min.y + dx * draw.in(0, 1.49), 0.85};
+        Node<double> column[4];  // from the image on
+        for (Node<double>& n : column)
+            n = {{0, draw.in(-1, 1) * dx / dt, 0}, std::exp(draw.in(-5, 0))};
+        apply_face(column[2], column[0], {0, 1, 0}, walls);
+        column[1].p = apply_walls(column[1].p, {8, 3, 8}, walls);
+        gather(q, stencil(q.x, dx), dx, [&](Int3 step) {
+            const int base = base_node(q.x, dx).y;
+            return column[base + step.y - 2].p;
+        });
+        lowest = std::fmin(lowest, (q.x.y + dt * q.v.y - walls.min.y) / dx);
+    }
+    EXPECT_GE(lowest, -1e-12);
+    EXPECT_LT(lowest, 1e-3);
+}
+
+}  // namespace
+}  // namespace knead
