@@ -29,8 +29,8 @@ say "Building (release, for this machine's processor)"
 began=$SECONDS
 mkdir -p build
 if ! { cmake -S . -B build/demo -G Ninja -DCMAKE_BUILD_TYPE=Release -DKNEAD_NATIVE=ON \
-    -DKNEAD_CUDA=$cuda && cmake --build build/demo --target knead; } 2>&1 | tee build/demo.log |
-    progress; then
+    -DKNEAD_UNITED=ON -DKNEAD_CUDA=$cuda && cmake --build build/demo --target knead; } 2>&1 |
+    tee build/demo.log | progress; then
     grep -E 'rror' build/demo.log | head -n 20 >&2
     echo "The build failed: see build/demo.log" >&2
     exit 1

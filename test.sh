@@ -24,7 +24,7 @@ step() {
 
 install "${build_packages[@]}" libgtest-dev doxygen xvfb
 
-settings=(-DCMAKE_BUILD_TYPE=Release -DKNEAD_WERROR=ON)
+settings=(-DCMAKE_BUILD_TYPE=Release -DKNEAD_WERROR=ON -DKNEAD_UNITED=ON)
 nvcc=$(command -v nvcc || ls /usr/local/cuda/bin/nvcc 2>/dev/null)
 if [ -z "$nvcc" ]; then
     say "No CUDA compiler here: the CPU side is built and tested, CUDA is left out."

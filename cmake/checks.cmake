@@ -10,6 +10,7 @@ check(docs tests/docs_test.sh)
 check(headers_alone tests/headers_alone.sh)
 check(program tests/cli/program_test.sh $<TARGET_FILE:knead>)
 check(verbs tests/cli/verbs_test.sh $<TARGET_FILE:knead>)
+check(usage tests/cli/usage_test.sh $<TARGET_FILE:knead>)
 check(kills tests/cli/kills.sh $<TARGET_FILE:knead>)
 check(view tests/cli/view_test.sh $<TARGET_FILE:knead>)
 # A sanitizer wants to be the first library.

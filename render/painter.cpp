@@ -21,7 +21,7 @@ Texture target(GLenum format, int width, int height)
     return made;
 }
 
-bool finite(Vec3<float> v) { return std::isfinite(v.x + v.y + v.z); }
+bool is_place(Vec3<float> v) { return std::isfinite(v.x + v.y + v.z); }
 
 void check(const Camera& camera, float floor, int largest_side)
 {
@@ -34,7 +34,8 @@ void check(const Camera& camera, float floor, int largest_side)
              std::to_string(camera.height) + " pixels; expected 1 to " +
              std::to_string(largest_side));
     }
-    if (!finite(camera.eye) || !finite(camera.target)) fail("its place or target is not finite");
+    if (!is_place(camera.eye) || !is_place(camera.target))
+        fail("its place or target is not finite");
     if (!(length(camera.target - camera.eye) > 0)) fail("it stands on its target");
     if (!(camera.field > 1e-3f && camera.field < 3.1f)) {
         fail("a field of view of " + std::to_string(camera.field) + " rad; expected 0.001 to 3.1");

@@ -66,5 +66,18 @@ while IFS=: read -r file line text; do
 done < <(grep -nE '^ *# *include +"' cuda/**/*.{h,cuh,cu} host/**/*.{h,cuh,cpp,cu} \
     render/*.{h,cpp} render/view/*.{h,cpp} xr/*.{h,cpp})
 
+# Where files are compiled together (KNEAD_UNITED), one may live on what another includes.
+for needs in 'fmt:: <fmt/' 'nlohmann:: <nlohmann/' 'std::filesystem <filesystem>' \
+    'std::chrono <chrono>'; do
+    read -r name header <<<"$needs"
+    for file in $(grep -lF "$name" host/**/*.{h,cpp} render/**/*.{h,cpp} xr/*.{h,cpp}); do
+        own=${file%.cpp}.h
+        [ -e "$own" ] || own=
+        grep -qF "#include $header" "$file" $own && continue
+        echo "$file: uses $name and does not include $header"
+        wrong=$((wrong + 1))
+    done
+done
+
 echo "$count includes, $wrong wrong"
 [ $count -gt 0 ] && [ $wrong -eq 0 ]

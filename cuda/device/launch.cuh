@@ -4,16 +4,19 @@
 
 #include <atomic>
 #include <nv/target>
-#include <nvtx3/nvtx3.hpp>
 #include <stdexcept>
 #include <string>
 
 namespace knead::gpu {
 
-struct ProfilerDomain {
-    static constexpr const char* name = "knead";
+// A range of the domain "knead" in a profiler's picture, on the calling thread, while it lives.
+class ProfilerRange {
+  public:
+    explicit ProfilerRange(const char* name);
+    ~ProfilerRange();
+    ProfilerRange(const ProfilerRange&) = delete;
+    ProfilerRange& operator=(const ProfilerRange&) = delete;
 };
-using ProfilerRange = nvtx3::scoped_range_in<ProfilerDomain>;
 
 inline void check(cudaError_t e, const char* what)
 {

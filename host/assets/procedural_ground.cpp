@@ -10,7 +10,7 @@
 namespace knead {
 namespace {
 
-constexpr double tile = 0.08, joint = 0.006, side = 1;  // [m]
+constexpr double tile = 0.08, mortar_width = 0.006, ground_side = 1;  // [m]
 
 double height_at(double x, double z)  // [m]
 {
@@ -30,7 +30,8 @@ Vec3<double> paint_at(unsigned seed, double x, double z, bool& mortar)
 {
     const int i = int(std::floor(x / tile)), k = int(std::floor(z / tile));
     const double u = x - i * tile, v = z - k * tile;
-    mortar = u < joint / 2 || v < joint / 2 || u > tile - joint / 2 || v > tile - joint / 2;
+    mortar = u < mortar_width / 2 || v < mortar_width / 2 || u > tile - mortar_width / 2 ||
+             v > tile - mortar_width / 2;
     const Vec3<double> r = strata::hashed(seed, 2, {i, 0, k});
     if (mortar) return {0.62, 0.6, 0.56};
     const double a = std::atan2(k + 0.5, i + 0.5), far = std::hypot(i + 0.5, k + 0.5);
@@ -46,12 +47,12 @@ SplatCloud tiled_ground(int count, unsigned seed)
 {
     if (count < 100) throw std::invalid_argument("tiled_ground: expected at least 100 splats");
     const int rows = int(std::ceil(std::sqrt(double(count))));
-    const double gap = side / rows;
+    const double gap = ground_side / rows;
     SplatCloud cloud;
     for (int k = 0; k < count; ++k) {
         const Vec3<double> u = strata::hashed(seed, 1, {k, 0, 0});
-        const double x = (k % rows + 0.35 + 0.3 * u.x) * gap - side / 2;
-        const double z = (k / rows + 0.35 + 0.3 * u.y) * gap - side / 2;
+        const double x = (k % rows + 0.35 + 0.3 * u.x) * gap - ground_side / 2;
+        const double z = (k / rows + 0.35 + 0.3 * u.y) * gap - ground_side / 2;
         const Vec3<double> n = normal_at(x, z), along = orthogonal(n);
         bool mortar = false;
         const Vec3<double> c = paint_at(seed, x, z, mortar);

@@ -42,8 +42,8 @@ Spheres seen(const Spheres& s, const FitView& view)
 // The cost of a fit, with its slope and curvature over centres and radii.
 struct Cost {
     double value;
-    Eigen::MatrixXd curvature;
-    Eigen::VectorXd descent;
+    ::Eigen::MatrixXd curvature;
+    ::Eigen::VectorXd descent;
 };
 
 // Adds the distance at one point of a view. By the envelope theorem d(phi)/d(centre) = -share n and
@@ -55,11 +55,11 @@ void add(Cost& cost, const Hold& h, const Primitive& q, const FitView& view, dou
         const auto& n = h.closest_point.n;
         const Vec3<double> g =
             view.carries.empty() ? n : transpose(view.carries[std::size_t(i)].turn) * n;
-        return Eigen::Vector4d(-g.x, -g.y, -g.z, -1);
+        return ::Eigen::Vector4d(-g.x, -g.y, -g.z, -1);
     };
     cost.value += phi * phi * (0.5 + far / 6);
     for_each_share(q, h.closest_point, [&](int i, double li) {
-        const Eigen::Vector4d gi = li * slope(i);
+        const ::Eigen::Vector4d gi = li * slope(i);
         cost.descent.segment<4>(4 * i) -= (1 + far) * phi * gi;
         for_each_share(q, h.closest_point, [&](int j, double lj) {
             cost.curvature.block<4, 4>(4 * i, 4 * j) +=
@@ -72,7 +72,7 @@ Cost cost_of(const Spheres& s, const Spheres& start, const std::vector<Primitive
              const std::vector<FitView>& views, const FitRule& rule)
 {
     const int n = int(s.size());
-    Cost cost{0, Eigen::MatrixXd::Zero(4 * n, 4 * n), Eigen::VectorXd::Zero(4 * n)};
+    Cost cost{0, ::Eigen::MatrixXd::Zero(4 * n, 4 * n), ::Eigen::VectorXd::Zero(4 * n)};
     double points = 0;
     for (const FitView& view : views) {
         const auto all = shapes(seen(s, view), primitives);
@@ -83,10 +83,10 @@ Cost cost_of(const Spheres& s, const Spheres& start, const std::vector<Primitive
         points += double(view.points.size());
     }
     const double pull = rule.pull * points / n;
-    const Eigen::Vector4d pulls(pull, pull, pull, pull / radius_freedom);
+    const ::Eigen::Vector4d pulls(pull, pull, pull, pull / radius_freedom);
     for (int i = 0; i < n; ++i) {
         const Vec3<double> back = start[i].c - s[i].c;
-        const Eigen::Vector4d away(back.x, back.y, back.z, start[i].r - s[i].r);
+        const ::Eigen::Vector4d away(back.x, back.y, back.z, start[i].r - s[i].r);
         cost.value += away.dot(pulls.cwiseProduct(away)) / 2;
         cost.curvature.diagonal().segment<4>(4 * i) += pulls;
         cost.descent.segment<4>(4 * i) += pulls.cwiseProduct(away);
@@ -94,7 +94,7 @@ Cost cost_of(const Spheres& s, const Spheres& start, const std::vector<Primitive
     return cost;
 }
 
-Spheres moved(const Spheres& s, const Eigen::VectorXd& step)
+Spheres moved(const Spheres& s, const ::Eigen::VectorXd& step)
 {
     Spheres out = s;
     for (int i = 0; i < int(s.size()); ++i) {
@@ -113,7 +113,7 @@ void refine(Spheres& s, const Spheres& start, const std::vector<Primitive>& prim
     const double unit_damping = cost.curvature.trace() / double(cost.descent.size());
     double damping = 1e-3;
     for (int round = 0; round < max_rounds && damping < 1e6; ++round) {
-        Eigen::MatrixXd damped = cost.curvature;
+        ::Eigen::MatrixXd damped = cost.curvature;
         damped.diagonal().array() += damping * unit_damping;
         const Spheres next = moved(s, damped.ldlt().solve(cost.descent));
         const Cost then = cost_of(next, start, primitives, views, rule);

@@ -12,8 +12,8 @@
 namespace knead {
 namespace {
 
-using Eigen::Matrix3d;
-using Eigen::Vector3d;
+using ::Eigen::Matrix3d;
+using ::Eigen::Vector3d;
 
 // The joints by their names in the WebXR Hand Input specification; it has no palm.
 const char* const webxr_names[joint_count] = {"",
@@ -103,12 +103,12 @@ std::array<Joint<double>, joint_count> bind_pose(const Source& s, const GltfSkin
     std::array<Frame, joint_count> f{};
     for (std::size_t k = 0; k < order.size(); ++k) {
         if (order[k] < 0) continue;
-        const Eigen::Matrix4d m(skin.inverse_bind[k].data());
+        const ::Eigen::Matrix4d m(skin.inverse_bind[k].data());
         s.need(std::abs(m.determinant()) > 1e-9,
                fmt::format("/skins/0/inverseBindMatrices: element {}: expected an invertible "
                            "matrix, found determinant {}",
                            k, m.determinant()));
-        const Eigen::Matrix4d at = m.inverse();
+        const ::Eigen::Matrix4d at = m.inverse();
         f[order[k]] = {facing(at.block<3, 1>(0, 0), at.block<3, 1>(0, 2)), at.block<3, 1>(0, 3)};
     }
     base = f[wrist];
@@ -116,7 +116,7 @@ std::array<Joint<double>, joint_count> bind_pose(const Source& s, const GltfSkin
     straighten(f);
     std::array<Joint<double>, joint_count> joints{};
     for (int j = 0; j < joint_count; ++j) {
-        const Eigen::Quaterniond q(f[j].axes);
+        const ::Eigen::Quaterniond q(f[j].axes);
         joints[j] = {unit(Quat<double>{q.w(), q.x(), q.y(), q.z()}),
                      {f[j].p[0], f[j].p[1], f[j].p[2]}};
     }

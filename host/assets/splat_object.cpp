@@ -11,7 +11,7 @@
 namespace knead {
 namespace {
 
-struct Box {
+struct PartBox {
     Vec3<double> low{1e30, 1e30, 1e30}, high{-1e30, -1e30, -1e30};
 
     void add(Vec3<double> x)
@@ -74,7 +74,7 @@ SplatObject loaded(Scene& scene, std::size_t index, std::size_t memory)
     rule.max_bytes = memory;
     const CleanCloud cleaned = clean(file, rule.clean);
     const Quat<double> turn = about({0, 1, 0}, o.splats.turn) * upright(o.splats.up);
-    Box box;
+    PartBox box;
     for (const std::uint32_t i : cleaned.kept) box.add(rotate(turn, cast<double>(file.centre[i])));
     const Vec3<double> size = box.size();
     const double longest = max(size.x, max(size.y, size.z));
@@ -101,7 +101,7 @@ SplatObject loaded(Scene& scene, std::size_t index, std::size_t memory)
     keep_between(scene.setup.walls, filled, object);
     Given given;
     given.particles = std::move(filled.particles), given.volume = filled.particle_volume;
-    Box all;
+    PartBox all;
     for (const Vec3<double>& x : given.particles) all.add(x);
     for (const Vec3<float>& x : object.cloud.centre) given.splats.push_back(cast<double>(x));
     o.centre = all.centre(), o.size = all.size();

@@ -33,10 +33,10 @@ extern "C" void note_signal(int number)
 }
 
 // Of EndHeld. Signals are the process's, so what holds them is, too.
-constexpr int ending[] = {SIGINT, SIGTERM, SIGHUP};
+constexpr int signals[] = {SIGINT, SIGTERM, SIGHUP};
 std::mutex holding;
 int holders = 0;
-void (*before[std::size(ending)])(int);
+void (*before[std::size(signals)])(int);
 volatile std::sig_atomic_t held_back = 0;  // the signal that came meanwhile
 
 extern "C" void hold_back(int number) { held_back = number; }
@@ -48,9 +48,9 @@ EndHeld::EndHeld()
     const std::lock_guard<std::mutex> lock(holding);
     if (holders++ > 0) return;
     held_back = 0;
-    for (std::size_t i = 0; i < std::size(ending); ++i) {
-        before[i] = std::signal(ending[i], hold_back);
-        if (before[i] != SIG_DFL) std::signal(ending[i], before[i]);
+    for (std::size_t i = 0; i < std::size(signals); ++i) {
+        before[i] = std::signal(signals[i], hold_back);
+        if (before[i] != SIG_DFL) std::signal(signals[i], before[i]);
     }
 }
 
@@ -58,8 +58,8 @@ EndHeld::~EndHeld()
 {
     const std::lock_guard<std::mutex> lock(holding);
     if (--holders > 0) return;
-    for (std::size_t i = 0; i < std::size(ending); ++i)
-        if (before[i] == SIG_DFL) std::signal(ending[i], SIG_DFL);
+    for (std::size_t i = 0; i < std::size(signals); ++i)
+        if (before[i] == SIG_DFL) std::signal(signals[i], SIG_DFL);
     if (held_back) std::raise(held_back);
 }
 

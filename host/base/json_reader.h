@@ -3,7 +3,7 @@
 // expected, with unit and range, and what was found.
 #pragma once
 #include <functional>
-#include <nlohmann/json.hpp>
+#include <nlohmann/json_fwd.hpp>
 #include <string>
 #include <utility>
 #include <vector>
@@ -25,6 +25,7 @@ Json read_json(const std::string& file);
 // The whole of a regular file, or of the standard input where is_standard() (paths.h), however
 // often it is asked for; throws InputError. Shared by all readers of files.
 std::string read_text(const std::string& file, std::size_t max_bytes);
+constexpr std::size_t max_file_bytes = std::size_t(4) << 30;  // of meshes and clouds
 // Its first bytes, as many as there are up to `most`, of a file of any size.
 std::string read_start(const std::string& file, std::size_t most);
 

@@ -5,6 +5,7 @@
 #include <cctype>
 #include <cstring>
 #include <iterator>
+#include <nlohmann/json.hpp>
 #include <set>
 
 #include "host/base/json_reader.h"

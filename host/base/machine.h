@@ -1,7 +1,7 @@
 // What this machine is, as far as results depend on it.
 #pragma once
 #include <cstddef>
-#include <nlohmann/json.hpp>
+#include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
 

@@ -1,6 +1,7 @@
 // knead bench: what is measured, how, and what comes of it.  docs/benchmarks.md
 #pragma once
 #include <array>
+#include <chrono>
 #include <functional>
 #include <map>
 #include <nlohmann/json.hpp>
@@ -14,6 +15,12 @@
 #include "host/session/report.h"
 
 namespace knead {
+
+using Wall = std::chrono::steady_clock;
+inline double since(Wall::time_point start)  // [s]
+{
+    return std::chrono::duration<double>(Wall::now() - start).count();
+}
 
 struct BenchOptions {
     std::vector<std::string> suites;            // none: all

@@ -13,12 +13,6 @@
 namespace knead {
 namespace {
 
-using Wall = std::chrono::steady_clock;
-double since(Wall::time_point start)
-{
-    return std::chrono::duration<double>(Wall::now() - start).count();
-}
-
 // What the repeats of a case gather. Frames in which no hand touches any more are set aside, unless
 // there are no others.
 struct Gathered {

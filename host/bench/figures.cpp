@@ -2,6 +2,7 @@
 
 #include <filesystem>
 #include <limits>
+#include <nlohmann/json.hpp>
 
 #include "host/base/json_reader.h"
 #include "host/base/paths.h"

@@ -7,6 +7,7 @@
 #include <cstring>
 #include <exception>
 #include <filesystem>
+#include <nlohmann/json.hpp>
 
 #include "host/base/child.h"
 #include "host/base/errors.h"
@@ -19,8 +20,8 @@ namespace {
 namespace fs = std::filesystem;
 using Json = nlohmann::json;
 
-constexpr int substeps = 5;
-constexpr double dt = 1e-4, frame = substeps * dt;  // [s]
+constexpr int peer_substeps = 5;
+constexpr double dt = 1e-4, peer_frame = peer_substeps * dt;  // [s]
 
 // Both cones close on the ball at 1 m/s from just outside, upright all the way: they do not spin,
 // so that a peer need not know what the spin of a tool does to its surface.
@@ -46,7 +47,7 @@ Json posed_spheres(const Setup& setup, int count)
 {
     Json all = Json::array();
     for (int f = 0; f <= count; ++f) {
-        const Motion motion = upright(f * frame, f * frame);
+        const Motion motion = upright(f * peer_frame, f * peer_frame);
         Json now = Json::array();
         for (const Binding<float>& b : setup.rig.spheres) {
             Binding<double> wide{};
@@ -75,7 +76,7 @@ Json described(const Setup& setup, const PeerRule& rule)
     return {{"nodes", rule.nodes},
             {"dx", setup.lattice.dx},
             {"dt", dt},
-            {"substeps", substeps},
+            {"substeps", peer_substeps},
             {"frames", rule.frames},
             {"warm_frames", rule.warm_frames},
             {"gravity", {setup.gravity.x, setup.gravity.y, setup.gravity.z}},
@@ -129,7 +130,7 @@ Ours ours(const Bench& bench, const Setup& setup, const PeerRule& peers)
 {
     const std::unique_ptr<Solver> solver = make_solver(setup, bench.device);
     LoopRule rule;
-    rule.duration = frame, rule.rate = 1 / frame, rule.frames = peers.frames;
+    rule.duration = peer_frame, rule.rate = 1 / peer_frame, rule.frames = peers.frames;
     rule.interrupted = [&] { return bench.stopped(); };
     SessionLoop loop(*solver, upright, rule);
     std::vector<double> times;

@@ -10,7 +10,6 @@ namespace knead {
 QueuedFrames queued(const Scene& scene, Device device, const HandSource* hands, int first,
                     int frames, bool surfaces)
 {
-    using Wall = std::chrono::steady_clock;
     constexpr int warm_up = 4;
     const std::unique_ptr<Solver> solver = make_solver(scene.setup, device);
     LoopRule rule = loop_rule(scene);
@@ -32,7 +31,7 @@ QueuedFrames queued(const Scene& scene, Device device, const HandSource* hands, 
     if (loop.failure()) std::rethrow_exception(loop.failure());
     all.frames = loop.last().number - warm_up;
     if (all.frames < 1) return {};
-    all.frame = std::chrono::duration<double>(Wall::now() - start).count() / all.frames;
+    all.frame = since(start) / all.frames;
     all.waits = double(waits) / all.frames;
     all.substeps = double(substeps) / all.frames;
     all.gaussians = solver->gaussians();

@@ -16,12 +16,6 @@
 namespace knead {
 namespace {
 
-using Wall = std::chrono::steady_clock;
-double since(Wall::time_point then)
-{
-    return std::chrono::duration<double>(Wall::now() - then).count();
-}
-
 // FNV-1a over the bits of colours and depths.
 std::uint64_t hash_of(const std::vector<Picture>& pictures)
 {

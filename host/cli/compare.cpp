@@ -6,6 +6,7 @@
 
 #include <cmath>
 #include <cstdio>
+#include <nlohmann/json.hpp>
 
 #include "host/base/errors.h"
 #include "host/base/json_reader.h"
@@ -16,11 +17,11 @@ namespace knead {
 namespace {
 
 // Numbers of a report that are physics, not time: they must agree.
-const char* const quantities[] = {"/knead/simulated_s",         "/knead/particles",
-                                  "/knead/mass/last_kg",        "/knead/volume/last_m3",
-                                  "/knead/volume/mesh_last_m3", "/knead/energy/kinetic_J",
-                                  "/knead/energy/elastic_J",    "/knead/yielded_share",
-                                  "/knead/time/substeps",       "/knead/penetration/left_max_mm"};
+const char* const to_agree[] = {"/knead/simulated_s",         "/knead/particles",
+                                "/knead/mass/last_kg",        "/knead/volume/last_m3",
+                                "/knead/volume/mesh_last_m3", "/knead/energy/kinetic_J",
+                                "/knead/energy/elastic_J",    "/knead/yielded_share",
+                                "/knead/time/substeps",       "/knead/penetration/left_max_mm"};
 
 double value(const Json& report, const char* pointer)
 {
@@ -31,7 +32,7 @@ double value(const Json& report, const char* pointer)
 // Not every run makes a mesh; all else every report has.
 void check_quantities(const Json& report, const std::string& file)
 {
-    for (const std::string q : quantities)
+    for (const std::string q : to_agree)
         if (q != "/knead/volume/mesh_last_m3" && std::isnan(value(report, q.c_str())))
             throw InputError(file + ": " + q + ": expected a number as in every report");
 }
@@ -58,7 +59,7 @@ Json compared(const Json& a, const Json& b, const CompareOptions& o)
     const bool same = !hash.empty() && hash == text_at(b, "/knead/state_hash");
     Json all = {{"kind", "reports"}, {"same_state", same}, {"differences", Json::array()}};
     bool agree = true;
-    for (const char* q : quantities) {
+    for (const char* q : to_agree) {
         const double first = value(a, q), second = value(b, q), apart = relative(first, second);
         if (apart > o.tolerance) agree = false;
         if (apart > 0)

@@ -1,6 +1,6 @@
 // What `knead compare` finds.
 #pragma once
-#include <nlohmann/json.hpp>
+#include <nlohmann/json_fwd.hpp>
 #include <string>
 #include <vector>
 

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cstdio>
+#include <nlohmann/json.hpp>
 
 #include "cuda/mpm/material.h"
 #include "host/assets/splat_object.h"

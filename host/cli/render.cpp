@@ -110,11 +110,11 @@ SplatCloud read_all(const std::vector<std::string>& files, bool quiet)
 }
 
 // Where most of the cloud is: the median of each axis, and how far nine of ten are from there.
-struct Ball {
+struct Sphere {
     V centre;
     double radius;
 };
-Ball most_of(const SplatCloud& cloud)
+Sphere most_of(const SplatCloud& cloud)
 {
     std::vector<float> numbers(cloud.count());
     const auto at_share = [&](double share) {
@@ -178,7 +178,7 @@ void read_keys(const RenderOptions& o, Path& path)
 
 Path path_of(const RenderOptions& o, const SplatCloud& cloud)
 {
-    const Ball ball = most_of(cloud);
+    const Sphere ball = most_of(cloud);
     Path path;
     path.size = parse_size(o.size), path.up = parse_up(o.up), path.stereo = o.stereo;
     path.tangent = std::tan(o.field * std::numbers::pi / 360);

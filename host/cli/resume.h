@@ -1,5 +1,6 @@
 // A run that goes on: what its checkpoint keeps of how it was asked for, and back.
 #pragma once
+#include <nlohmann/json_fwd.hpp>
 #include <string>
 
 #include "host/cli/verbs.h"

@@ -27,12 +27,6 @@ void parse_size(const std::string& text, int& width, int& height)
                          text.substr(0, 60) + "\"");
 }
 
-double wall_now()  // [s]
-{
-    return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch())
-        .count();
-}
-
 }  // namespace
 
 int view_verb(const ViewOptions& o)

@@ -18,12 +18,6 @@ constexpr double film_rate = 30;                             // pictures per sec
 constexpr double splat_budget = 0.1, picture_budget = 0.15;  // [s]
 constexpr float per_pixel = 0.006f;                          // of a drag [rad]
 
-double wall_now()  // [s]
-{
-    return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch())
-        .count();
-}
-
 // knead_0001.png, the first number that is free.
 std::string free_name(const std::string& end)
 {
@@ -51,6 +45,12 @@ int samples_for(const Window& window)
 }
 
 }  // namespace
+
+double wall_now()
+{
+    return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch())
+        .count();
+}
 
 ViewDesk::ViewDesk(std::unique_ptr<Window> shown_in, std::shared_ptr<const LiveScene> scene,
                    Device on, InputScript by, bool with_script, bool paused)

@@ -1,5 +1,7 @@
 #include "host/files/file_kind.h"
 
+#include <nlohmann/json.hpp>
+
 #include "host/base/json_reader.h"
 #include "host/base/paths.h"
 #include "host/files/particle_file.h"

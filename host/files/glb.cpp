@@ -9,8 +9,6 @@ namespace {
 
 static_assert(std::endian::native == std::endian::little, "GLB is little-endian");
 
-constexpr std::uint32_t magic = 0x46546c67, chunk_json = 0x4e4f534a, chunk_binary = 0x004e4942;
-
 void append(std::string& bytes, std::uint32_t word)
 {
     bytes.append(reinterpret_cast<const char*>(&word), sizeof word);
@@ -29,12 +27,12 @@ std::string glb_bytes(Glb glb, const std::string& path, const std::string& other
     std::string bytes;
     bytes.reserve(size);
     for (const std::uint32_t word :
-         {magic, 2u, std::uint32_t(size), std::uint32_t(text.size()), chunk_json})
+         {glb_magic, 2u, std::uint32_t(size), std::uint32_t(text.size()), glb_json})
         append(bytes, word);
     bytes += text;
     if (!holds) return bytes;
     append(bytes, std::uint32_t(glb.binary.size()));
-    append(bytes, chunk_binary);
+    append(bytes, glb_binary);
     return bytes += glb.binary;
 }
 

@@ -7,6 +7,9 @@
 
 namespace knead {
 
+// What a file begins with, and the types of its two chunks.
+constexpr std::uint32_t glb_magic = 0x46546c67, glb_json = 0x4e4f534a, glb_binary = 0x004e4942;
+
 // glTF's numbers for what the buffer holds.
 enum : int {
     gltf_byte = 5121,

@@ -21,7 +21,6 @@ namespace knead {
 namespace {
 
 // Bytes that are read, at most: tinygltf takes 32-bit sizes.
-constexpr std::size_t max_bytes = std::size_t(4) << 30;
 
 tinygltf::Model load(const std::string& whole, const std::string& path, GltfSkins skins)
 {
@@ -84,10 +83,10 @@ struct Form {
     const char* said;
 };
 const Form positions{TINYGLTF_TYPE_VEC3, {TINYGLTF_COMPONENT_TYPE_FLOAT}, "VEC3 of floats"};
-const Form corners{TINYGLTF_TYPE_SCALAR,
-                   {TINYGLTF_COMPONENT_TYPE_UNSIGNED_BYTE, TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT,
-                    TINYGLTF_COMPONENT_TYPE_UNSIGNED_INT},
-                   "SCALAR of unsigned bytes, shorts or ints"};
+const Form triangles{TINYGLTF_TYPE_SCALAR,
+                     {TINYGLTF_COMPONENT_TYPE_UNSIGNED_BYTE, TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT,
+                      TINYGLTF_COMPONENT_TYPE_UNSIGNED_INT},
+                     "SCALAR of unsigned bytes, shorts or ints"};
 const Form joints{TINYGLTF_TYPE_VEC4,
                   {TINYGLTF_COMPONENT_TYPE_UNSIGNED_BYTE, TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT},
                   "VEC4 of unsigned bytes or shorts"};
@@ -260,7 +259,7 @@ class Reader {
             all.push_back(int(v));
         };
         if (primitive.indices >= 0)
-            each<1>(primitive.indices, corners, named, [&](const auto& v) { add(v[0]); });
+            each<1>(primitive.indices, triangles, named, [&](const auto& v) { add(v[0]); });
         else
             for (std::size_t i = 0; i < count; ++i) add(double(i));
         if (all.size() % 3 != 0)
@@ -322,7 +321,7 @@ Gltf parse_gltf(const std::string& bytes, const std::string& path, GltfSkins ski
 
 Gltf read_gltf(const std::string& path, GltfSkins skins)
 {
-    return parse_gltf(read_text(path, max_bytes), path, skins);
+    return parse_gltf(read_text(path, max_file_bytes), path, skins);
 }
 
 }  // namespace knead

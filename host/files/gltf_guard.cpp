@@ -5,14 +5,15 @@
 
 #include <bit>
 #include <cstring>
+#include <nlohmann/json.hpp>
 
 #include "host/base/json_reader.h"
+#include "host/files/glb.h"
 
 namespace knead {
 namespace {
 
 static_assert(std::endian::native == std::endian::little, "GLB is read as it lies");
-constexpr std::uint32_t magic = 0x46546c67, chunk_json = 0x4e4f534a, chunk_binary = 0x004e4942;
 constexpr std::size_t json_start = 20;
 constexpr std::size_t max_parts = 1 << 16;
 
@@ -76,18 +77,18 @@ class Guard {
                               const std::string& found) {
             refuse_gltf(path, fmt::format("byte {}", byte), expected, found);
         };
-        if (bytes.size() < json_start || word(bytes, 0) != magic)
+        if (bytes.size() < json_start || word(bytes, 0) != glb_magic)
             fail(0, "a GLB file", "something else");
         if (word(bytes, 4) != 2) fail(4, "version 2", std::to_string(word(bytes, 4)));
         if (word(bytes, 8) != bytes.size())
             fail(8, fmt::format("the file's {} bytes", bytes.size()),
                  std::to_string(word(bytes, 8)));
         const std::size_t size = word(bytes, 12), end = json_start + size;
-        if (word(bytes, 16) != chunk_json || end > bytes.size() || size > max_json_bytes)
+        if (word(bytes, 16) != glb_json || end > bytes.size() || size > max_json_bytes)
             fail(12, "a JSON chunk of at most 16 MiB inside the file",
                  fmt::format("{} bytes", size));
         if (bytes.size() == end) return size;
-        if (bytes.size() - end < 8 || word(bytes, end + 4) != chunk_binary ||
+        if (bytes.size() - end < 8 || word(bytes, end + 4) != glb_binary ||
             word(bytes, end) > bytes.size() - end - 8)
             fail(end, "a binary chunk inside the file", "something else");
         return size;

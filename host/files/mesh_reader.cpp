@@ -4,6 +4,7 @@
 
 #include <charconv>
 #include <cmath>
+#include <limits>
 
 #include "host/base/json_reader.h"
 #include "host/base/paths.h"
@@ -12,8 +13,6 @@
 
 namespace knead {
 namespace {
-
-constexpr std::size_t max_bytes = std::size_t(4) << 30;
 
 // A polygon as a fan around its first corner.
 template <class At>
@@ -192,9 +191,9 @@ std::vector<Mesh> read_mesh(const std::string& path)
 {
     const std::string form = ending(path);
     if (form == ".ply") return {to_mesh(read_ply(path), path)};
-    if (form == ".obj") return {parse_obj(read_text(path, max_bytes), path)};
-    if (form == ".glb") return parse_glb(read_text(path, max_bytes), path);
-    if (form == ".stl") return {parse_stl(read_text(path, max_bytes), path)};
+    if (form == ".obj") return {parse_obj(read_text(path, max_file_bytes), path)};
+    if (form == ".glb") return parse_glb(read_text(path, max_file_bytes), path);
+    if (form == ".stl") return {parse_stl(read_text(path, max_file_bytes), path)};
     throw InputError(path + ": expected a mesh ending in .ply, .obj, .glb or .stl");
 }
 

@@ -14,10 +14,9 @@ namespace knead {
 namespace {
 
 static_assert(std::endian::native == std::endian::little, "binary PLY is read as it lies");
-constexpr std::size_t max_bytes = std::size_t(4) << 30;
 
 using Type = PlyType;
-constexpr std::size_t width[] = {1, 1, 2, 2, 4, 4, 2, 4, 8, 0};
+constexpr std::size_t bytes_of[] = {1, 1, 2, 2, 4, 4, 2, 4, 8, 0};
 
 Type type_named(std::string_view name)
 {
@@ -171,7 +170,7 @@ class Parser {
         const bool good =
             w.size() == 3 &&
             std::from_chars(w[2].data(), w[2].data() + w[2].size(), rows).ec == std::errc();
-        if (!good || rows > max_bytes || ply.elements.size() >= 64)
+        if (!good || rows > max_file_bytes || ply.elements.size() >= 64)
             fail("\"element NAME ROWS\"", "something else");
         ply.elements.push_back({std::string(w[1]), rows, {}});
         types.emplace_back();
@@ -198,7 +197,7 @@ class Parser {
     double number(Type type)
     {
         if (!ascii) {
-            const std::size_t size = width[int(type)];
+            const std::size_t size = bytes_of[int(type)];
             if (bytes.size() - at < size) fail("more bytes", "the end of the file");
             char value[8];
             std::memcpy(value, bytes.data() + at, size);
@@ -221,7 +220,7 @@ class Parser {
     {
         std::size_t min_row = 0;
         for (const Types& t : of)
-            min_row += ascii ? 2 : width[int(t.count == Type::none ? t.value : t.count)];
+            min_row += ascii ? 2 : bytes_of[int(t.count == Type::none ? t.value : t.count)];
         if (element.rows > 0 &&
             element.rows > (bytes.size() - at + 1) / std::max<std::size_t>(1, min_row))
             fail(fmt::format("{} rows of \"{}\", at least {} bytes each", element.rows,
@@ -256,7 +255,8 @@ class Parser {
     {
         if (!p.list) return p.values.push_back(number(t.value));
         const double count = number(t.count);
-        const double room = double(bytes.size() - at + 1) / double(ascii ? 2 : width[int(t.value)]);
+        const double room =
+            double(bytes.size() - at + 1) / double(ascii ? 2 : bytes_of[int(t.value)]);
         if (!(count >= 0 && count <= room))
             fail("a list that the file can hold", short_number(count));
         for (int i = 0; i < int(count); ++i) p.values.push_back(number(t.value));
@@ -312,6 +312,9 @@ double half_number(std::uint16_t bits)
     return bits >> 15 ? -magnitude : magnitude;
 }
 
-PlyFile read_ply(const std::string& path) { return parse_ply(read_text(path, max_bytes), path); }
+PlyFile read_ply(const std::string& path)
+{
+    return parse_ply(read_text(path, max_file_bytes), path);
+}
 
 }  // namespace knead

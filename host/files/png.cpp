@@ -9,7 +9,7 @@
 namespace knead {
 namespace {
 
-[[noreturn]] void fail(const std::string& path, const std::string& reason)
+[[noreturn]] void refuse_png(const std::string& path, const std::string& reason)
 {
     throw OutputError(path + ": the picture cannot be written: " + reason);
 }
@@ -17,11 +17,11 @@ namespace {
 void check(const std::string& path, const Image& image)
 {
     const std::string size = std::to_string(image.width) + " x " + std::to_string(image.height);
-    if (image.width < 1 || image.height < 1) fail(path, "it is " + size + " pixels");
+    if (image.width < 1 || image.height < 1) refuse_png(path, "it is " + size + " pixels");
     const std::size_t bytes = std::size_t(3) * std::size_t(image.width) * std::size_t(image.height);
     if (image.rgb.size() != bytes) {
-        fail(path, size + " pixels need " + std::to_string(bytes) + " bytes, but there are " +
-                       std::to_string(image.rgb.size()));
+        refuse_png(path, size + " pixels need " + std::to_string(bytes) + " bytes, but there are " +
+                             std::to_string(image.rgb.size()));
     }
 }
 
@@ -36,7 +36,7 @@ std::string encoded(const std::string& path, const Image& image)
     png_alloc_size_t size = PNG_IMAGE_PNG_SIZE_MAX(head);
     std::string bytes(size, '\0');
     if (!png_image_write_to_memory(&head, bytes.data(), &size, 0, image.rgb.data(), 0, nullptr))
-        fail(path, head.message);
+        refuse_png(path, head.message);
     bytes.resize(size);
     return bytes;
 }

@@ -17,7 +17,6 @@ namespace knead {
 namespace {
 
 static_assert(std::endian::native == std::endian::little, ".splat is read as it lies");
-constexpr std::size_t max_bytes = std::size_t(4) << 30;
 
 // A row of a .splat file.
 struct SplatRow {
@@ -144,7 +143,7 @@ SplatFile parse_splats(const std::string& bytes, const std::string& path)
 
 SplatFile read_splats(const std::string& path)
 {
-    return parse_splats(read_text(path, max_bytes), path);
+    return parse_splats(read_text(path, max_file_bytes), path);
 }
 
 void write_splats(const std::string& path, const SplatCloud& cloud)

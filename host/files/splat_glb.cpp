@@ -2,6 +2,7 @@
 // know the extension draws the points.  [Khronos 2026]
 #include <algorithm>
 #include <cmath>
+#include <nlohmann/json.hpp>
 
 #include "host/base/errors.h"
 #include "host/files/glb.h"

@@ -6,8 +6,7 @@
 namespace knead {
 namespace {
 
-constexpr double press_time = 0.25;              // [s]
-constexpr double inwards = 0.9, upwards = 0.35;  // from the gaze to where fingers point [rad]
+constexpr double press_time = 0.25;  // [s]
 
 Fingers posed_as(Posture posture, Side side)
 {

@@ -11,12 +11,12 @@ constexpr int roots[5] = {thumb_metacarpal, index_metacarpal, middle_metacarpal,
                           little_metacarpal};
 constexpr int bones[5] = {3, 4, 4, 4, 4};  // joints of the chain but the tip
 
-Joint<double> relative(const Joint<float>& parent, const Joint<float>& child)
+Joint<double> bone_of(const Joint<float>& parent, const Joint<float>& child)
 {
     const Quat<double> back = conjugate(unit(cast<double>(parent.q)));
     return {back * unit(cast<double>(child.q)), rotate(back, cast<double>(child.p - parent.p))};
 }
-Joint<double> placed(const Joint<double>& parent, const Joint<double>& child)
+Joint<double> jointed(const Joint<double>& parent, const Joint<double>& child)
 {
     return {unit(parent.q * child.q), parent.p + rotate(parent.q, child.p)};
 }
@@ -60,12 +60,12 @@ Pose posed(Side side, const Joint<double>& wrist_at, const Fingers& fingers)
     const Hand open = open_hand(side);
     Pose pose{};
     pose[wrist] = wrist_at;
-    pose[palm] = placed(wrist_at, relative(open.joints[wrist], open.joints[palm]));
+    pose[palm] = jointed(wrist_at, bone_of(open.joints[wrist], open.joints[palm]));
     for (int i = 0; i < 5; ++i) {
         int parent = wrist;
         for (int k = 0; k <= bones[i]; ++k) {
             const int j = roots[i] + k;
-            pose[j] = placed(pose[parent], relative(open.joints[parent], open.joints[j]));
+            pose[j] = jointed(pose[parent], bone_of(open.joints[parent], open.joints[j]));
             const int moving = i == 0 ? k : k - 1;  // metacarpals of the fingers do not move
             if (moving == 0) {
                 const double angle = spread_sign(side, i) * fingers.spread[i];

@@ -1,4 +1,6 @@
 // Recordings as JSON lines: a header, then one line a frame.
+#include <fmt/format.h>
+
 #include <charconv>
 #include <nlohmann/json.hpp>
 #include <utility>

@@ -8,6 +8,7 @@
 #include <cstdint>
 #include <cstring>
 #include <limits>
+#include <nlohmann/json.hpp>
 
 #include "host/base/json_reader.h"
 #include "host/base/outputs.h"

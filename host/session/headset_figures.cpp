@@ -3,13 +3,14 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <nlohmann/json.hpp>
 
 #include "host/session/report.h"
 
 namespace knead {
 namespace {
 
-constexpr std::size_t most = 90 * 3600;
+constexpr std::size_t max_frames = 90 * 3600;
 
 float percentile(std::vector<float> values, double share)
 {
@@ -35,7 +36,7 @@ void FrameFigures::add(const FrameParts& frame)
     if (frame.work() > frame.period) ++late;
     last.push_back(frame);
     if (last.size() > kept) last.erase(last.begin());
-    if (work.size() >= most) return;
+    if (work.size() >= max_frames) return;
     work.push_back(float(1e3 * frame.work()));
     draw.push_back(float(1e3 * frame.draw));
     latency.push_back(float(1e3 * frame.latency));

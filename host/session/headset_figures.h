@@ -1,6 +1,6 @@
 // How long the parts of a headset's frames take, and how late deformation follows the hand.
 #pragma once
-#include <nlohmann/json.hpp>
+#include <nlohmann/json_fwd.hpp>
 #include <string>
 #include <vector>
 

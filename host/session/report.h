@@ -1,6 +1,6 @@
 // What a run has to say: report.json, frames.csv and the summary for people.  docs/formats.md
 #pragma once
-#include <nlohmann/json.hpp>
+#include <nlohmann/json_fwd.hpp>
 #include <string>
 #include <vector>
 

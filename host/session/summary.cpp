@@ -1,6 +1,8 @@
 // The report as a person reads it.
 #include <fmt/format.h>
 
+#include <nlohmann/json.hpp>
+
 #include "host/base/json_reader.h"
 #include "host/session/report.h"
 

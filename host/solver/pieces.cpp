@@ -7,10 +7,9 @@
 #include <unordered_map>
 
 namespace knead {
-namespace {
 
 // A cell and a label: the vertices of the graph whose components are the pieces.
-struct Graph {
+struct PieceGraph {
     std::unordered_map<std::int64_t, int> vertex;
     std::vector<std::int64_t> keys;
     std::vector<int> parent;
@@ -34,6 +33,8 @@ struct Graph {
     }
 };
 
+namespace {
+
 std::int64_t key(Int3 c, Int3 size, std::uint32_t label)
 {
     return ((std::int64_t(c.z) * size.y + c.y) * size.x + c.x) * 4 + label;
@@ -49,7 +50,7 @@ bool alike(std::uint32_t a, std::uint32_t b)
 
 // Calls visit(vertex) for every vertex within `reach` cells of vertex v, v itself left out.
 template <class Visit>
-void around(const Graph& g, int v, Int3 size, int reach, Visit&& visit)
+void around(const PieceGraph& g, int v, Int3 size, int reach, Visit&& visit)
 {
     const std::int64_t k = g.keys[std::size_t(v)], c = k / 4;
     const Int3 at = {int(c % size.x), int(c / size.x % size.y), int(c / size.x / size.y)};
@@ -64,14 +65,17 @@ void around(const Graph& g, int v, Int3 size, int reach, Visit&& visit)
                 }
 }
 
-std::uint32_t label(const Graph& g, int v) { return std::uint32_t(g.keys[std::size_t(v)] % 4); }
+std::uint32_t label(const PieceGraph& g, int v)
+{
+    return std::uint32_t(g.keys[std::size_t(v)] % 4);
+}
 
 // `of_particle` receives every particle's vertex.
 template <class R>
-Graph connected(const std::vector<Particle<R>>& q, const Lattice<R>& lattice,
-                std::vector<int>& of_particle)
+PieceGraph connected(const std::vector<Particle<R>>& q, const Lattice<R>& lattice,
+                     std::vector<int>& of_particle)
 {
-    Graph g;
+    PieceGraph g;
     for (const Particle<R>& p : q)
         of_particle.push_back(g.add(key(lattice.cell_of(p.x), lattice.size, p.sides)));
     for (int v = 0; v < int(g.keys.size()); ++v)
@@ -82,7 +86,7 @@ Graph connected(const std::vector<Particle<R>>& q, const Lattice<R>& lattice,
 }
 
 // Piece of every vertex, the most particles first; returns the number of pieces.
-int number(Graph& g, const std::vector<int>& of_particle, std::vector<int>& piece_of_vertex)
+int number(PieceGraph& g, const std::vector<int>& of_particle, std::vector<int>& piece_of_vertex)
 {
     std::vector<int> weight(g.keys.size(), 0), roots;
     for (const int v : of_particle) ++weight[std::size_t(g.root(v))];
@@ -99,8 +103,9 @@ int number(Graph& g, const std::vector<int>& of_particle, std::vector<int>& piec
 }
 
 // The pieces within a blade's reach of each.
-std::vector<std::vector<int>> neighbours(const Graph& g, const std::vector<int>& piece_of_vertex,
-                                         int count, Int3 size)
+std::vector<std::vector<int>> neighbours(const PieceGraph& g,
+                                         const std::vector<int>& piece_of_vertex, int count,
+                                         Int3 size)
 {
     std::vector<std::set<int>> near(std::size_t(count), std::set<int>{});
     for (int v = 0; v < int(g.keys.size()); ++v)
@@ -114,7 +119,7 @@ std::vector<std::vector<int>> neighbours(const Graph& g, const std::vector<int>&
 }
 
 // Which pieces have faces of opposite labels near each other: cut, but not through.
-std::vector<char> hinged(const Graph& g, const std::vector<int>& piece_of_vertex, int count,
+std::vector<char> hinged(const PieceGraph& g, const std::vector<int>& piece_of_vertex, int count,
                          Int3 size)
 {
     std::vector<char> found(std::size_t(count), 0);
@@ -219,7 +224,7 @@ template <class R>
 int pieces(const std::vector<Particle<R>>& q, const Lattice<R>& lattice, std::vector<int>& piece)
 {
     std::vector<int> vertex, of_vertex;
-    Graph g = connected(q, lattice, vertex);
+    PieceGraph g = connected(q, lattice, vertex);
     const int count = number(g, vertex, of_vertex);
     piece.resize(q.size());
     for (std::size_t i = 0; i < q.size(); ++i) piece[i] = of_vertex[std::size_t(vertex[i])];
@@ -230,7 +235,7 @@ template <class R>
 void relabel(std::vector<Particle<R>>& q, const Lattice<R>& lattice)
 {
     std::vector<int> vertex, piece;
-    Graph g = connected(q, lattice, vertex);
+    PieceGraph g = connected(q, lattice, vertex);
     const int count = number(g, vertex, piece);
     const std::vector<char> keeps = hinged(g, piece, count, lattice.size);
     const auto given = coloured(neighbours(g, piece, count, lattice.size));
@@ -248,7 +253,7 @@ void forget(std::vector<Particle<R>>& q, const Lattice<R>& lattice, const std::v
     for (std::size_t i = 0; i < q.size(); ++i)
         if (height[i] != 0) before[i].sides = unknown;
     std::vector<int> vertex, piece;
-    Graph g = connected(before, lattice, vertex);
+    PieceGraph g = connected(before, lattice, vertex);
     const int count = number(g, vertex, piece);
     const std::vector<char> keeps = hinged(g, piece, count, lattice.size);
     std::vector<char> met(std::size_t(count), 0), skin(g.keys.size(), 0), fresh(g.keys.size(), 0);

@@ -11,7 +11,7 @@ namespace {
 
 constexpr int tile = hidden_tile;
 
-struct Seen {
+struct SeenSplat {
     Footprint<float> shape;
     Vec3<float> colour;
 };
@@ -54,13 +54,13 @@ Sorted sorted(const SplatCloud& cloud, const SplatFrame& frame)
 }
 
 // What one eye sees, nearest first.
-std::vector<Seen> seen_by(std::size_t e, const Sorted& s, const SplatCloud& cloud,
-                          const SplatFrame& frame)
+std::vector<SeenSplat> seen_by(std::size_t e, const Sorted& s, const SplatCloud& cloud,
+                               const SplatFrame& frame)
 {
     std::vector<int> which;
     for (int i : s.order)
         if (s.visible[e][std::size_t(i)]) which.push_back(i);
-    std::vector<Seen> seen(which.size());
+    std::vector<SeenSplat> seen(which.size());
     const long count = long(which.size());
 #pragma omp parallel for schedule(static)
     for (long n = 0; n < count; ++n) {
@@ -83,8 +83,8 @@ Tiles tiles_between(float low, float high, int tiles)
 
 // The splats of each tile of a row of tiles, in the order of `seen`. `hidden`: of that row, 1 where
 // a tile gets none; null: all get theirs.
-std::vector<std::vector<int>> listed(const std::vector<Seen>& seen, int row, int columns, int rows,
-                                     const char* hidden)
+std::vector<std::vector<int>> listed(const std::vector<SeenSplat>& seen, int row, int columns,
+                                     int rows, const char* hidden)
 {
     std::vector<std::vector<int>> lists;
     lists.resize(std::size_t(columns));
@@ -109,7 +109,7 @@ struct Target {
     Vec3<float> background;
 
     // The pixel (x, y) after the splats of `list`, of which those that pass it are skipped.
-    void draw(int x, int y, const std::vector<int>& list, const std::vector<Seen>& seen) const
+    void draw(int x, int y, const std::vector<int>& list, const std::vector<SeenSplat>& seen) const
     {
         const std::size_t at = std::size_t(y) * std::size_t(picture.width) + std::size_t(x);
         const float mesh = behind ? behind->depth[at] : no_depth;
@@ -175,7 +175,7 @@ std::vector<Picture> cpu_raster(const SplatCloud& cloud, const SplatFrame& frame
     for (std::size_t e = 0; e < frame.eyes.size(); ++e) {
         const int width = frame.eyes[e].width, height = frame.eyes[e].height;
         const std::size_t pixels = std::size_t(width) * std::size_t(height);
-        const std::vector<Seen> seen = seen_by(e, order, cloud, frame);
+        const std::vector<SeenSplat> seen = seen_by(e, order, cloud, frame);
         Picture picture{width, height, std::vector<Vec3<float>>(pixels), std::vector<float>(pixels),
                         std::vector<float>(pixels)};
         const bool mesh = !frame.behind.empty() && !frame.behind[e].depth.empty();

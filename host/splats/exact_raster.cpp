@@ -6,22 +6,23 @@
 namespace knead {
 namespace {
 
-struct Seen {
+struct SeenExactly {
     Footprint<double> shape;
     Vec3<double> colour;
     double key;  // its place in the order, unless that is the pixel's
 };
 
-std::vector<Seen> seen_by(const Eye<double>& eye, Vec3<double> middle, const SplatCloud& cloud,
-                          const SplatFrame& frame, DepthOrder order)
+std::vector<SeenExactly> seen_exactly_by(const Eye<double>& eye, Vec3<double> middle,
+                                         const SplatCloud& cloud, const SplatFrame& frame,
+                                         DepthOrder order)
 {
     const Pinhole<double> c = pinhole(eye);
     const SplatRule<double> rule = cast<double>(frame.rule);
     const Vec3<double> from = order == DepthOrder::middle ? middle : eye.position;
-    std::vector<Seen> seen;
+    std::vector<SeenExactly> seen;
     for (std::size_t i = 0; i < cloud.count(); ++i) {
         const PosedSplat<double> p = posed<double>(cloud, frame, i);
-        Seen s;
+        SeenExactly s;
         if (!project(c, rule, p.centre, p.half_axes, double(cloud.opacity[i]), s.shape)) continue;
         s.colour = colour_from(eye.position, p, cloud, i);
         s.key = order == DepthOrder::plane ? s.shape.depth : length(p.centre - from);
@@ -29,7 +30,7 @@ std::vector<Seen> seen_by(const Eye<double>& eye, Vec3<double> middle, const Spl
     }
     if (order != DepthOrder::pixel)
         std::stable_sort(seen.begin(), seen.end(),
-                         [](const Seen& a, const Seen& b) { return a.key < b.key; });
+                         [](const SeenExactly& a, const SeenExactly& b) { return a.key < b.key; });
     return seen;
 }
 
@@ -39,11 +40,11 @@ struct Touch {
 };
 
 // All that is drawn at (x, y) in front of the mesh, nearest first.
-void touches(const std::vector<Seen>& seen, double x, double y, double mesh, bool by_pixel,
+void touches(const std::vector<SeenExactly>& seen, double x, double y, double mesh, bool by_pixel,
              std::vector<Touch>& all)
 {
     all.clear();
-    for (const Seen& s : seen) {
+    for (const SeenExactly& s : seen) {
         const Footprint<double>& f = s.shape;
         const double alpha = alpha_at(f, x, y);
         if (alpha == 0) continue;
@@ -64,7 +65,8 @@ std::vector<Picture> exact_raster(const SplatCloud& cloud, const SplatFrame& fra
     std::vector<Picture> pictures;
     for (std::size_t e = 0; e < frame.eyes.size(); ++e) {
         const Eye<double> eye = cast<double>(frame.eyes[e]);
-        const std::vector<Seen> seen = seen_by(eye, middle_of(frame), cloud, frame, order);
+        const std::vector<SeenExactly> seen =
+            seen_exactly_by(eye, middle_of(frame), cloud, frame, order);
         const std::size_t pixels = std::size_t(eye.width) * std::size_t(eye.height);
         Picture picture{eye.width, eye.height, std::vector<Vec3<float>>(pixels),
                         std::vector<float>(pixels), std::vector<float>(pixels)};

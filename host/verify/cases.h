@@ -1,7 +1,7 @@
 // Violent little scenes, and how they end.
 #pragma once
 #include <functional>
-#include <nlohmann/json.hpp>
+#include <nlohmann/json_fwd.hpp>
 #include <string>
 #include <vector>
 

@@ -1,7 +1,7 @@
 // knead verify: accuracy, convergence, error against run time, stability.  docs/verify.md
 #pragma once
 #include <chrono>
-#include <nlohmann/json.hpp>
+#include <nlohmann/json_fwd.hpp>
 #include <string>
 #include <vector>
 

@@ -6,8 +6,8 @@
 namespace knead {
 namespace {
 
-constexpr float steepest = 1.5f;                   // [rad]
-constexpr float nearest = 1e-3f, farthest = 1e3f;  // [m]
+constexpr float steepest = 1.5f;                            // [rad]
+constexpr float min_distance = 1e-3f, max_distance = 1e3f;  // [m]
 
 }  // namespace
 
@@ -15,9 +15,9 @@ void OrbitCamera::look(Vec3<float> eye, Vec3<float> target)
 {
     const Vec3<float> back = eye - target;
     const float far = length(back);
-    if (!(far > 0 && far < farthest)) return;
+    if (!(far > 0 && far < max_distance)) return;
     at_ = target;
-    distance_ = std::max(far, nearest);
+    distance_ = std::max(far, min_distance);
     pitch_ = clamp(std::asin(clamp(back.y / far, -1.0f, 1.0f)), -steepest, steepest);
     yaw_ = std::atan2(back.x, back.z);
 }
@@ -25,10 +25,10 @@ void OrbitCamera::look(Vec3<float> eye, Vec3<float> target)
 void OrbitCamera::frame(Vec3<float> low, Vec3<float> high, float aspect)
 {
     const float radius = length(high - low) / 2;
-    if (!(radius > 0 && radius < farthest)) return;
+    if (!(radius > 0 && radius < max_distance)) return;
     at_ = 0.5f * (low + high);
     const float half = std::atan(std::tan(field_ / 2) * std::min(1.0f, aspect));
-    distance_ = clamp(1.1f * radius / std::sin(half), nearest, farthest);
+    distance_ = clamp(1.1f * radius / std::sin(half), min_distance, max_distance);
 }
 
 void OrbitCamera::orbit(float right, float up)
@@ -46,7 +46,7 @@ void OrbitCamera::pan(float right_by, float down, int height)
 
 void OrbitCamera::zoom(float steps)
 {
-    distance_ = clamp(distance_ * std::pow(0.9f, steps), nearest, farthest);
+    distance_ = clamp(distance_ * std::pow(0.9f, steps), min_distance, max_distance);
 }
 
 Vec3<float> OrbitCamera::forward() const

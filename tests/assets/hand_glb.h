@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstring>
 #include <iterator>
+#include <nlohmann/json.hpp>
 
 #include "host/assets/refine.h"
 #include "host/base/json_reader.h"

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <csignal>
 #include <new>
+#include <nlohmann/json.hpp>
 
 #include "host/base/errors.h"
 #include "host/base/interrupt.h"

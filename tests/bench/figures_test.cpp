@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include <nlohmann/json.hpp>
+
 #include "host/base/json_reader.h"
 #include "host/base/outputs.h"
 #include "tests/folder.h"

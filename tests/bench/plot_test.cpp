@@ -1,6 +1,8 @@
 // profiling/plot.py: what it draws of a bench.json, where Python has matplotlib.
 #include <gtest/gtest.h>
 
+#include <nlohmann/json.hpp>
+
 #include "host/base/child.h"
 #include "host/base/json_reader.h"
 #include "host/base/outputs.h"

@@ -1,6 +1,8 @@
 // profiling/plot_verify.py: what it draws of a verify.json, where Python has matplotlib.
 #include <gtest/gtest.h>
 
+#include <nlohmann/json.hpp>
+
 #include "host/base/json_reader.h"
 #include "host/base/outputs.h"
 #include "host/bench/figures.h"

@@ -1,4 +1,6 @@
 // Particles: PLY, CSV. Splats: PLY in all its dialects, .splat, SPZ.
+#include <nlohmann/json.hpp>
+
 #include "host/base/json_reader.h"
 #include "host/cli/compare.h"
 #include "host/files/gzip.h"

@@ -1,6 +1,8 @@
 // Pictures that cannot be made: they are missing, and the run is not.
 #include <gtest/gtest.h>
 
+#include <nlohmann/json.hpp>
+
 #include "host/base/errors.h"
 #include "host/base/json_reader.h"
 #include "host/base/outputs.h"

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <nlohmann/json.hpp>
 
 #include "cuda/mpm/material.h"
 #include "cuda/mpm/plasticity.h"

@@ -1,5 +1,6 @@
 // Pure parts of a headset's session: places, times, figures, fading hands.
 #include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
 
 #include <cmath>
 #include <numbers>

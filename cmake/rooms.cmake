@@ -1,0 +1,66 @@
+# How the libraries' rooms are compiled.
+
+# Verbs, sessions, tables and checks wait for the solver and are not part of it: as quick with -O1,
+# and compiled in less time.
+set(cold_rooms "host/(cli|session|bench|verify)/[^/]*\\.cpp$|host/files/gltf\\.cpp$")
+get_target_property(sources knead_app SOURCES)
+list(FILTER sources INCLUDE REGEX ${cold_rooms})
+set_source_files_properties(${sources} PROPERTIES COMPILE_OPTIONS $<$<CONFIG:Release>:-O1>)
+
+# These have flags of their own, are heavy alone, or include what takes names that others use
+# (X11). Those of host/verify each name their own constants.
+set(apart "host/base/machine|host/solver/(counters|reference)|files/gltf\\.cpp|\
+render/(context|no_painter|view/no_window)|xr/(platform|no_headset)")
+
+# In place of the target's sources of the rooms, `parts` files of the build folder, each of which
+# includes its share of them; `form` is cpp or cu. Further arguments are the compiler's.
+function(knead_unite target form parts name rooms)
+    get_target_property(all ${target} SOURCES)
+    set(some "")
+    foreach(source IN LISTS all)
+        cmake_path(ABSOLUTE_PATH source BASE_DIRECTORY ${PROJECT_SOURCE_DIR} OUTPUT_VARIABLE path)
+        file(RELATIVE_PATH name_here ${PROJECT_SOURCE_DIR} ${path})
+        if(name_here MATCHES "^(${rooms})/[^/]*\\.${form}$" AND NOT name_here MATCHES ${apart})
+            list(REMOVE_ITEM all ${source})
+            list(APPEND some ${path})
+        endif()
+    endforeach()
+    list(REMOVE_DUPLICATES some)
+    list(LENGTH some count)
+    if(count EQUAL 0)
+        return()
+    endif()
+    math(EXPR share "(${count} + ${parts} - 1) / ${parts}")
+    foreach(part RANGE 1 ${parts})
+        math(EXPR from "(${part} - 1) * ${share}")
+        list(SUBLIST some ${from} ${share} files)
+        list(TRANSFORM files REPLACE "(.+)" "#include \"\\1\"")
+        list(JOIN files "\n" text)
+        set(united ${CMAKE_CURRENT_BINARY_DIR}/united/${name}_${part}.${form})
+        file(CONFIGURE OUTPUT ${united} CONTENT "${text}\n" @ONLY)
+        set_source_files_properties(${united} PROPERTIES COMPILE_OPTIONS "${ARGN}")
+        list(PREPEND all ${united})  # the longest first
+    endforeach()
+    set_target_properties(${target} PROPERTIES SOURCES "${all}")
+endfunction()
+
+if(KNEAD_UNITED)
+    # What nearly all of them include, read once.
+    target_precompile_headers(knead_app PRIVATE <fmt/format.h>
+        ${PROJECT_SOURCE_DIR}/host/session/session.h ${PROJECT_SOURCE_DIR}/host/verify/verify.h)
+    set_source_files_properties(render/view/no_window.cpp PROPERTIES
+        SKIP_PRECOMPILE_HEADERS ON)  # has a definition of its own
+    set(cold $<$<CONFIG:Release>:-O1>)
+    knead_unite(knead_solver cpp 1 base "host/base|host/surface")
+    knead_unite(knead_solver cpp 1 solver "host/solver|host/splats")
+    knead_unite(knead_app cpp 1 scene "host/scene|host/hands")
+    knead_unite(knead_app cpp 1 files "host/files")
+    knead_unite(knead_app cpp 1 assets "host/assets")
+    knead_unite(knead_app cpp 2 session "host/session" ${cold})
+    knead_unite(knead_app cpp 1 bench "host/bench" ${cold})
+    knead_unite(knead_app cpp 2 cli "host/cli" ${cold})
+    knead_unite(knead_app cpp 1 picture "render|render/view")
+    knead_unite(knead_app cpp 1 headset "xr")
+    knead_unite(knead_solver cu 1 device_solver "host/solver/gpu")
+    knead_unite(knead_solver cu 1 device_store "host/surface|host/splats")
+endif()
