@@ -186,8 +186,7 @@ __device__ void count_slowed(const GridUpdateView& d, float mass)
     atomicAdd(mass > d.trifle ? &all.clipped : &all.trimmed, 1ull);
 }
 
-// How a node is updated. One that is not stored holds nothing. A mass may be read while others
-// write its node's velocity: it stays as it is.
+// How a node is updated. One that is not stored holds nothing.
 template <bool fixed_point>
 __device__ Together together(const GridUpdateView& d, int parity, Int3 n)
 {
@@ -208,24 +207,22 @@ __device__ Node<float>& node_at(const GridUpdateView& d, int parity, int i)
 }
 
 // A node in a corner of walls and its images, of the field that begins with node `field`, where
-// they stand. Tools leave it the velocity v.
+// they stand. Tools leave it the velocity v; `led` if that is another.
 template <bool fixed_point>
 __device__ void update_corner(const GridUpdateView& d, int parity, float dt, Int3 n, Int3 way,
-                              Vec3<float> v, int field)
+                              Vec3<float> v, bool led, int field)
 {
     const auto node = [&](int k) -> Node<float>& {
         return node_at(d, parity, field + d.lattice.index(image(n, way, k)));
     };
-    if (fixed_point)
-        for (int k = 0; k < image_count(way); ++k)
-            node(k) = sum_of<fixed_point>(d, parity, field + d.lattice.index(image(n, way, k)));
+    for (int k = 0; fixed_point && k < image_count(way); ++k)
+        node(k) = sum_of<fixed_point>(d, parity, field + d.lattice.index(image(n, way, k)));
     update_images<0>(
-        n, way, d.lattice, d.walls, d.gravity, dt, node, [v](Vec3<float>) { return v; },
-        [&](float mass) { count_slowed(d, mass); });
+        n, way, d.lattice, d.walls, d.gravity, dt, node,
+        [=](Vec3<float>& of) { return of = v, led; }, [&](float mass) { count_slowed(d, mass); });
 }
 
-// The node of index i, by lanes that `own` one; tools(in, x, v) by all lanes of a warp. Loads come
-// first: none waits for another.
+// The node of index i, by lanes that `own` one; tools(in, x, v) by all lanes of a warp.
 template <bool fixed_point, class Tools>
 __device__ void update_node(const GridUpdateView& d, int parity, float dt, int i, bool own,
                             Tools&& tools)
@@ -238,16 +235,19 @@ __device__ void update_node(const GridUpdateView& d, int parity, float dt, int i
     const bool elsewhere = how.elsewhere && sum.m > 0, clay = sum.m > 0 && !elsewhere;
     Vec3<float> v{};
     if (clay) v = apply_gravity(sum, d.gravity, dt);
+    const Vec3<float> free = v;
     v = tools(clay, d.lattice.position(at), v);
     if (!own || elsewhere) return;
-    if (clay && images > 2) return update_corner<fixed_point>(d, parity, dt, at, how.way, v, 0);
+    const bool led = differ(v, free);
+    if (clay && images > 2)
+        return update_corner<fixed_point>(d, parity, dt, at, how.way, v, led, 0);
     if (clay && far.m > 0) {
         update_images<2>(
             at, how.way, d.lattice, d.walls, d.gravity, dt,
-            [&](int k) -> Node<float>& { return k ? far : sum; }, [v](Vec3<float>) { return v; },
+            [&](int k) -> Node<float>& { return k ? far : sum; },
+            [=](Vec3<float>& of) { return of = v, led; },
             [&](float mass) { count_slowed(d, mass); });
-        d.nodes[parity][i] = {sum.p.x, sum.p.y, sum.p.z, sum.m};
-        d.nodes[parity][other] = {far.p.x, far.p.y, far.p.z, far.m};
+        node_at(d, parity, i) = sum, node_at(d, parity, other) = far;
         return;
     }
     bool clipped = false;
@@ -309,7 +309,6 @@ __device__ Vec3<float> slope(const GridUpdateView& d, int parity, Int3 n)
     });
 }
 
-// The velocities of the labels at node n, where they stand, are kept apart.
 template <bool fixed_point>
 __device__ void keep_apart(const GridUpdateView& d, int parity, Int3 n)
 {
@@ -345,8 +344,9 @@ __global__ void __launch_bounds__(block_nodes, resident_cut)
         const Int3 at = d.lattice.node_at(i);
         const Mask& mask = d.masks[b];
         const Together how = together<fixed_point>(d, parity, at);
-        const int count = image_count(how.way);
-        if (how.elsewhere && sum_of<fixed_point>(d, parity, i).m > 0) return;
+        const bool clay = sum_of<fixed_point>(d, parity, i).m > 0;
+        if (clay && how.elsewhere) return;
+        const int count = clay ? image_count(how.way) : 1;
         for (int f = 0; f < 3; ++f) {
             const Node<float> sum = sum_of<fixed_point>(d, parity, f * nodes + i);
             const auto tools = [&](Vec3<float> x, Vec3<float> u) {
@@ -355,9 +355,10 @@ __global__ void __launch_bounds__(block_nodes, resident_cut)
                 return f ? sliced(colliders, mask, x, u, dx, unsigned(f)) : u;
             };
             if (count > 1 && sum.m > 0) {
-                const Vec3<float> v = apply_gravity(sum, d.gravity, dt);
-                update_corner<fixed_point>(d, parity, dt, at, how.way,
-                                           tools(d.lattice.position(at), v), f * nodes);
+                const Vec3<float> free = apply_gravity(sum, d.gravity, dt);
+                const Vec3<float> v = tools(d.lattice.position(at), free);
+                update_corner<fixed_point>(d, parity, dt, at, how.way, v, differ(v, free),
+                                           f * nodes);
                 continue;
             }
             bool clipped;

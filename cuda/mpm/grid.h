@@ -26,11 +26,17 @@ HD Vec3<R> apply_walls(Vec3<R> v, Int3 n, const Walls<R>& walls)
 
 // What a face on nodes, of normal `axis`, leaves of the node a step before it and of its image. The
 // velocity on the face is their mean, blended with that of the node on it (1): of their mean is
-// left what is left of any velocity (18), by the same impulse on both.
+// left what is left of any velocity (18), by the same impulse on both. Where a tool leads the node,
+// it leads the image as in a mirror.
 template <class R>
-HD void apply_face(Node<R>& before, Node<R>& image, Vec3<R> axis, const Walls<R>& walls)
+HD void apply_face(Node<R>& before, Node<R>& image, Vec3<R> axis, const Walls<R>& walls, bool led)
 {
     if (!(before.m > 0 && image.m > 0)) return;
+    if (led) {
+        const Vec3<R> along = before.p - dot(before.p, axis) * axis;
+        image.p = (walls.mode == ContactMode::sticky ? R(0) : R(2)) * along - before.p;
+        return;
+    }
     const Vec3<R> mean = R(0.5) * (before.p + image.p);
     const Vec3<R> left = apply_contact(mean, axis, {0, 0, 0}, walls.mode, walls.friction);
     const Vec3<R> change = R(2) * (left - mean);
@@ -40,9 +46,9 @@ HD void apply_face(Node<R>& before, Node<R>& image, Vec3<R> axis, const Walls<R>
 }
 
 // What the six walls leave of node n and its images, axis by axis; node(k) is the k-th, as a
-// reference. Of `count`, or as many as there are `way` to.
+// reference. Of `count`, or as many as there are `way` to; `led` by a tool or not.
 template <int count, class R, class Each>
-HD void apply_walls(Int3 n, Int3 way, const Walls<R>& walls, Each&& node)
+HD void apply_walls(Int3 n, Int3 way, const Walls<R>& walls, bool led, Each&& node)
 {
     const int all = count ? count : image_count(way);
     int next = 1;  // bit of the axis
@@ -53,7 +59,7 @@ HD void apply_walls(Int3 n, Int3 way, const Walls<R>& walls, Each&& node)
         const int bit = count == 2 ? 1 : next;
         for (int k = 0; k < all; ++k) {
             if (to_image && !(k & bit))
-                apply_face(node(k), node(k | bit), to_image < 0 ? axis : -axis, walls);
+                apply_face(node(k), node(k | bit), to_image < 0 ? axis : -axis, walls, led);
             if (!to_image && at < 0) alone(node(k).p, axis);
             if (!to_image && past >= 0) alone(node(k).p, -axis);
         }
@@ -98,20 +104,27 @@ HD Node<R> update(const Node<R>& node, Int3 n, const Lattice<R>& lattice, const 
     return {limit_speed(apply_walls(v, n, walls), lattice, dt, clipped), node.m};
 }
 
+template <class R>
+HD bool differ(Vec3<R> a, Vec3<R> b)
+{
+    return a.x != b.x || a.y != b.y || a.z != b.z;
+}
+
 // The same for node n and its images, of which node(k) is the k-th: sums that become velocities.
-// What is behind a wall no tool touches; tools(v) answers with what they leave of n's own. Calls
-// slowed(mass) for each that is clipped.
+// tools(v) leaves what they leave of n's own, and says whether that is another. Calls slowed(mass)
+// for each that is clipped.
 template <int count, class R, class Each, class Tools, class Slowed>
 HD void update_images(Int3 n, Int3 way, const Lattice<R>& lattice, const Walls<R>& walls,
                       Vec3<R> gravity, R dt, Each&& node, Tools&& tools, Slowed&& slowed)
 {
     const int all = count ? count : image_count(way);
+    bool led = false;
     for (int k = 0; k < all; ++k) {
         Node<R>& one = node(k);
         one = one.m > 0 ? Node<R>{apply_gravity(one, gravity, dt), one.m} : Node<R>{};
-        if (k == 0 && one.m > 0) one.p = tools(one.p);
+        if (k == 0 && one.m > 0) led = tools(one.p);
     }
-    apply_walls<count>(n, way, walls, node);
+    apply_walls<count>(n, way, walls, led, node);
     for (int k = 0; k < all; ++k) {
         bool clipped;
         node(k).p = limit_speed(node(k).p, lattice, dt, clipped);

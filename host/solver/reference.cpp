@@ -132,11 +132,12 @@ void Reference::grid(double dt)
         if (elsewhere) continue;
         Node<double> v[3][8] = {};
         for (std::size_t f = 0; f < fields.size(); ++f) {
-            const auto obstacles = [&](Vec3<double> u) {
-                const Vec3<double> x = lattice.position(n);
-                if (!setup.grid_contact) return u;
+            const auto obstacles = [&](Vec3<double>& u) {
+                if (!setup.grid_contact) return false;
+                const Vec3<double> x = lattice.position(n), free = u;
                 u = apply_tools(tools, active, x, u);
-                return f == uncut ? u : sliced(tools, active, x, u, lattice.dx, std::uint32_t(f));
+                if (f != uncut) u = sliced(tools, active, x, u, lattice.dx, std::uint32_t(f));
+                return differ(u, free);
             };
             for (int k = 0; k < image_count(way); ++k) v[f][k] = at(f, image(n, way, k));
             update_images<0>(

@@ -21,7 +21,12 @@ std::vector<Node<R>> updated_nodes(const std::vector<Node<R>>& sums, const Latti
         for (int k = 0; k < image_count(how.way); ++k) each(k) = sums[index(image(n, how.way, k))];
         update_images<0>(
             n, how.way, lattice, walls, gravity, dt, each,
-            [&](Vec3<R> v) { return tools(lattice.position(n), v); }, [](R) {});
+            [&](Vec3<R>& v) {
+                const Vec3<R> free = v;
+                v = tools(lattice.position(n), v);
+                return differ(v, free);
+            },
+            [](R) {});
     }
     return out;
 }

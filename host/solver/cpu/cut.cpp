@@ -58,11 +58,12 @@ void CpuSolver<R>::update_together(int b, Int3 n, Int3 across, R dt, Counts& c)
     const int count = image_count(across), fields = split.empty() || !split[std::size_t(b)] ? 1 : 3;
     Node<R> v[3][8] = {};
     for (int f = 0; f < fields; ++f) {
-        const auto tools = [&](Vec3<R> u) {
-            if (!setup.grid_contact || !posed.near[std::size_t(b)]) return u;
-            const Vec3<R> x = lattice.position(n);
+        const auto tools = [&](Vec3<R>& u) {
+            if (!setup.grid_contact || !posed.near[std::size_t(b)]) return false;
+            const Vec3<R> x = lattice.position(n), free = u;
             u = apply_tools(colliders, mask, x, u);
-            return f ? sliced(colliders, mask, x, u, lattice.dx, std::uint32_t(f)) : u;
+            if (f) u = sliced(colliders, mask, x, u, lattice.dx, std::uint32_t(f));
+            return differ(u, free);
         };
         for (int k = 0; k < count; ++k) v[f][k] = summed(sums[f], image(n, across, k));
         update_images<0>(
