@@ -87,7 +87,7 @@ void soften(Scene& scene)
         if (!(strain >= 1)) continue;
         throw InputError(fmt::format(
             "{}: /step/soften_beyond: expected at least {}, found {}: \"{}\" would be softened to "
-            "{} and still yield at {}, so that it would flow at no strain that it can bear",
+            "{} and still yield only at {}, so that it would hardly flow at all",
             scene.path, int(needed * std::sqrt(strain / o.softer)) + 1, scene.soften_beyond, o.name,
             pascals(elastic_modulus(o.material)), pascals(strain * elastic_modulus(o.material))));
     }

@@ -8,6 +8,7 @@
 #include "host/base/errors.h"
 #include "host/scene/foresight.h"
 #include "host/scene/presets.h"
+#include "host/session/live.h"
 #include "host/session/report.h"
 #include "host/solver/audit.h"
 #include "host/verify/clay.h"
@@ -140,6 +141,27 @@ TEST(Soften, AnElasticBlockSinksUnderItsWeightByAsManyTimesAsIsSaid)
     EXPECT_GT(times, 5);
     const double ratio = first_swing(soft, 5e-4 * std::sqrt(times)) / first_swing(plain, 5e-4);
     EXPECT_NEAR(ratio / times, 1, 0.1);
+}
+
+TEST(Soften, AMaterialThatALiveSessionIsGivenIsSoftenedLikewise)
+{
+    const auto live = load_live_scene(
+        "scenes/squeeze.json", {"domain.cells=16", "surface.nodes=32", "step.soften_beyond=30"});
+    LiveRule rule;
+    rule.make = cpu_solver;
+    rule.stepped = true;
+    LiveSession session(live, rule);
+    const Material<double> clay = preset("clay"), stiff = softer(clay, 1e-4);
+    const double times = softening(live->scene, stiff);
+    EXPECT_GT(times, 10);
+    const auto modulus_with = [&](const Material<double>& given) {
+        session.set_material(0, given);
+        double modulus = 0;
+        session.ask([&](const Solver& s) { modulus = elastic_modulus(s.rules().materials[0]); });
+        return modulus;
+    };
+    EXPECT_NEAR(modulus_with(stiff) * times / elastic_modulus(stiff), 1, 1e-6);
+    EXPECT_NEAR(modulus_with(clay) / elastic_modulus(clay), 1, 1e-6);
 }
 
 // It comes to rest up to a cell above the floor, whose nodes it feels as far as they weigh (1).
