@@ -20,6 +20,7 @@
 #include "host/scene/domain.h"
 #include "host/scene/foresight.h"
 #include "host/scene/seed.h"
+#include "host/scene/soften.h"
 #include "host/session/estimate.h"
 #include "host/session/report.h"
 #include "host/session/session.h"
@@ -35,12 +36,14 @@ Json scene_facts(const InfoOptions& o)
     const std::vector<SplatObject> splats = load_splats(scene, available_memory());
     const Int3 n = scene.setup.lattice.size;
     Json objects = Json::array();
-    for (const Object& one : scene.objects)
+    for (const Object& one : scene.objects) {
         objects.push_back({{"name", one.name},
                            {"material", one.preset},
                            {"volume_m3", shape_volume(one)},
                            {"mass_kg", shape_volume(one) * one.material.density},
                            {"sound_m_per_s", sound_speed(one.material)}});
+        if (one.softer > 1) objects.back()["softened"] = softened_text(scene, one);
+    }
     const Foresight steps = foresee(scene);
     Json all = {{"kind", "scene"},
                 {"name", scene.name},

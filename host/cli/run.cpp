@@ -24,6 +24,7 @@
 #include "host/scene/domain.h"
 #include "host/scene/foresight.h"
 #include "host/scene/seed.h"
+#include "host/scene/soften.h"
 #include "host/session/device.h"
 #include "host/session/estimate.h"
 #include "host/session/frame_writer.h"
@@ -346,6 +347,8 @@ int Session::run()
     facts.left_out.insert(facts.left_out.end(), rest.begin(), rest.end());
     scene.setup.particles = {}, scene.setup.gaussians = {};
 
+    for (const Object& one : scene.objects)
+        if (one.softer > 1) note(softened_text(scene, one));
     const Foresight steps = foresee(scene);
     note(fmt::format("a frame takes {:.6g} substeps of {:.3g} s, asked for by {}", steps.substeps,
                      steps.dt, steps.key));

@@ -11,6 +11,7 @@
 #include "host/hands/gesture.h"
 #include "host/scene/domain.h"
 #include "host/scene/presets.h"
+#include "host/scene/soften.h"
 #include "host/scene/splats_rule.h"
 
 namespace knead {
@@ -26,6 +27,7 @@ void read_step(ObjectReader& r, Scene& scene)
     step.tool = r.number("tool", {0, 1, "", true}, step.tool);
     step.largest = r.number("largest", {0, 1, "s", true}, step.largest);
     scene.most_substeps = r.whole("most_substeps", 1, 2000000000, scene.most_substeps);
+    scene.soften_beyond = r.whole("soften_beyond", 0, 1000000, scene.soften_beyond);
 }
 
 // Where the defaults come from docs/model.md says.  (29), (30)
@@ -324,6 +326,7 @@ void read_root(ObjectReader& r, Scene& scene)
     r.object("camera", [&](ObjectReader& in) { read_camera(in, scene); });
     scene.seed = unsigned(r.whole("seed", 0, std::numeric_limits<int>::max(), 1));
     scene.setup.deterministic = r.flag("deterministic", false);
+    soften(scene);
     move_in(scene);
 }
 

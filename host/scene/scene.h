@@ -43,6 +43,7 @@ struct Object {
     Vec3<double> size{};          // full extents [m]; a cylinder stands on y
     Vec3<double> velocity{};      // [m/s]
     Material<double> material{};  // mass and volume are filled in when particles are made
+    double softer = 1;            // so many times as it was given (step.soften_beyond)
     std::string preset;           // name of the material, as given
     int category = 0;
     double per_cell = 8;  // particles per cell
@@ -64,6 +65,7 @@ struct Scene {
     int paper_substeps = 5;      // clock "paper": substeps of paper_dt a frame
     double paper_dt = 1e-4;      // [s]
     int most_substeps = 100000;  // of a frame; a scene that asks for more is refused
+    int soften_beyond = 0;       // substeps a frame; stiffer materials are made softer; 0: none is
     int frames = 0;              // 0: as long as the recording, or 1 s
     int surface_nodes = 0;       // of the density lattice's longest axis; 0: twice the lattice's
     SurfaceRule surface;

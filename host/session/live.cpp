@@ -9,6 +9,7 @@
 #include "host/base/errors.h"
 #include "host/scene/foresight.h"
 #include "host/scene/seed.h"
+#include "host/scene/soften.h"
 #include "host/session/live_run.h"
 #include "host/session/session.h"
 
@@ -289,11 +290,11 @@ void LiveSession::set_gravity(Vec3<double> gravity)
 
 void LiveSession::set_material(int object, const Material<double>& material)
 {
-    const auto change = [object, material](Solver& solver) {
+    const auto change = [this, object, material](Solver& solver) {
         const auto& there = solver.rules().materials;
         if (object < 0 || std::size_t(object) >= there.size())
             throw std::invalid_argument("there is no object " + std::to_string(object));
-        Material<double> whole = material;
+        Material<double> whole = softer(material, softening(run->begun_as(), material));
         whole.volume = there[std::size_t(object)].volume;
         whole.mass = whole.density * whole.volume;
         whole.category = there[std::size_t(object)].category;

@@ -35,6 +35,7 @@ class LiveRun {
     // Fills what a state says of the simulation.
     void tell(LiveState& state);
     const Solver& of() const { return *solver; }
+    const Scene& begun_as() const { return scene->scene; }
     double lost() const { return lost_time; }
     double period() const { return 1 / scene->scene.frame_rate; }             // [s]
     double simulated_period() const { return frame_duration(scene->scene); }  // [s]

@@ -334,6 +334,8 @@ Json report(const Scene& scene, const RunRecord& record, const RunFacts& facts)
     knead["wall_s"] = record.wall;
     knead["frame"] = milliseconds(frame_seconds(record));
     knead["stages"] = stage_block;
+    if (const Json softened = softened_facts(scene); !softened.empty())
+        knead["softened"] = softened;
     knead["left_out"] = left_out_of(record, facts);
     knead["outputs"] = facts.outputs;
     if (facts.splats > 0)

@@ -28,6 +28,8 @@ struct Spread {
 Spread spread(std::vector<double> values);  // zeros for none; nearest-rank percentiles
 
 nlohmann::json report(const Scene& scene, const RunRecord& record, const RunFacts& facts);
+// Objects that are simulated softer than they were given, each with its text; [] for none.
+nlohmann::json softened_facts(const Scene& scene);
 std::string file_hash(const std::string& path);  // xxh64; "" where it cannot be read
 std::string frames_csv(const RunRecord& record);
 // Throws InputError where what the summary says is missing or of another type.

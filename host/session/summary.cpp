@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "host/base/json_reader.h"
+#include "host/scene/soften.h"
 #include "host/session/report.h"
 
 namespace knead {
@@ -45,6 +46,15 @@ std::string stage_lines(const Json& report)
     return text;
 }
 
+std::string softened_lines(const Json& k)
+{
+    std::string text;
+    if (!k.contains("softened")) return text;
+    for (const Json& s : k["softened"])
+        text += "softened      " + s["text"].get<std::string>() + "\n";
+    return text;
+}
+
 struct Wanted {
     const char* pointer;
     Json::value_t type;
@@ -75,6 +85,21 @@ void require(const Json& in, const std::string& pointer, Json::value_t type,
 
 }  // namespace
 
+Json softened_facts(const Scene& scene)
+{
+    Json all = Json::array();
+    for (const Object& one : scene.objects) {
+        if (one.softer == 1) continue;
+        const double modulus = elastic_modulus(one.material);
+        all.push_back({{"object", one.name},
+                       {"modulus_Pa", modulus},
+                       {"given_Pa", modulus * one.softer},
+                       {"times", one.softer},
+                       {"text", softened_text(scene, one)}});
+    }
+    return all;
+}
+
 void check_report(const Json& report, const std::string& file)
 {
     for (const Wanted& one : wanted) require(report, one.pointer, one.type, file);
@@ -83,6 +108,11 @@ void check_report(const Json& report, const std::string& file)
     for (const char* texts : {"left_out", "outputs"})
         for (std::size_t i = 0; i < report["knead"][texts].size(); ++i)
             require(report, fmt::format("/knead/{}/{}", texts, i), Json::value_t::string, file);
+    if (report["knead"].contains("softened")) {
+        require(report, "/knead/softened", Json::value_t::array, file);
+        for (std::size_t i = 0; i < report["knead"]["softened"].size(); ++i)
+            require(report, fmt::format("/knead/softened/{}/text", i), Json::value_t::string, file);
+    }
     if (report["knead"].contains("trouble"))
         require(report, "/knead/trouble", Json::value_t::string, file);
 }
@@ -143,6 +173,7 @@ std::string summary(const Json& report)
     if (k.contains("hands"))
         text += fmt::format("hands         active in {} frames, filter lag {:.1f} ms\n",
                             count_at(k, "/hands/frames_active"), at(k, "/hands/filter_lag_ms"));
+    text += softened_lines(k);
     text += "state hash    " + k["state_hash"].get<std::string>() + "\n";
     for (const Json& s : k["left_out"]) text += "left out      " + s.get<std::string>() + "\n";
     for (const Json& s : k["outputs"]) text += "wrote         " + s.get<std::string>() + "\n";

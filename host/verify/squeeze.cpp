@@ -186,6 +186,7 @@ void squeeze_part(Verification& v)
                   double(all[0].stats.clipped + all[1].stats.clipped + all[2].stats.clipped +
                          all[0].stats.repaired + all[1].stats.repaired + all[2].stats.repaired),
                   0, "", "shorten the substep"));
+    release_checks(v);
 }
 
 }  // namespace knead

@@ -45,6 +45,10 @@ struct Apart {
 // Where both took the same 2000 places of the ball.
 Apart apart(const Squeezed& coarse, const Squeezed& fine);
 
+// How fast a ball leaves two tools that let it go one after the other: over places of the same ball
+// and tools between the nodes, at two sizes of cells. Part of `squeeze`.
+void release_checks(Verification& v);
+
 constexpr double squeeze_radius = 0.2;  // of the ball [m]
 
 }  // namespace knead
