@@ -37,7 +37,7 @@ std::string free_name(const std::string& end)
 LiveRule live_rule(Device device, bool scripted, bool paused)
 {
     LiveRule rule;
-    rule.make = [device](const Setup& setup) { return make_solver(setup, device); };
+    rule.make = [device](const Setup& setup) { return make_solver(setup, able(setup, device)); };
     rule.stepped = scripted;
     rule.paused = paused;
     return rule;
@@ -81,8 +81,6 @@ void ViewDesk::frame(double passed, const std::string& screenshot)
         shown = state->scene.get();
         camera.look(cast<float>(shown->scene.eye), cast<float>(shown->scene.target));
         splats.reset();
-        if (shown->splats.count() > 0)
-            splats = std::make_unique<SplatDrawer>(shown->splats, device, splat_budget);
     }
     tell_facts();
     const PanelAsks asks = window->panels(panels.model, input, passed);
@@ -216,11 +214,22 @@ void ViewDesk::frame_camera()
     camera.frame(low, high, float(across) / float(std::max(1, window->height())));
 }
 
+void ViewDesk::follow_splats()
+{
+    if (!state->splats) return splats.reset();
+    if (!splats)
+        splats = std::make_unique<SplatDrawer>(*state->splats, device, splat_budget);
+    else if (state->history != splats_of || state->splat_version != splat_version)
+        splats->set(*state->splats);
+    splats_of = state->history, splat_version = state->splat_version;
+}
+
 void ViewDesk::draw_splats(const EyeView& view, bool whole)
 {
     SplatLayer layer;
     raster_took = 0;
-    if (splats && state->scene.get() == shown && state->gaussians)
+    follow_splats();
+    if (splats && state->gaussians)
         layer = splats->layer(view, *state->gaussians, whole), raster_took = splats->seconds();
     painter->set_splats(0, layer);
 }
@@ -334,9 +343,10 @@ std::string ViewDesk::summary() const
     const auto last = session.state();
     return fmt::format(
         "{} frames drawn by {}; {} simulated, {:.4g} s, {:.4g} s behind, {} cut short; {} "
-        "particle-substeps put out of tools; {} OpenGL errors{}\n",
+        "particle-substeps put out of tools; {} OpenGL errors{}{}\n",
         frames, painter->name(), last->frame.number, last->frame.simulated, last->shed.behind,
         last->shed.frames, touched, errors,
+        last->splats ? fmt::format("; {} splats", last->splats->count()) : "",
         last->trouble.empty() ? "" : "; the simulation ended: " + last->trouble);
 }
 

@@ -25,7 +25,9 @@ struct HeadsetEyes::Parts {
     Texture own_depth;  // where the headset takes none
     std::unique_ptr<PanelQuad> quad;
     std::unique_ptr<SplatDrawer> splats;
+    HiddenTiles hidden[2];
     int splats_of = -1;  // history
+    long splat_version = -1;
     int errors = 0;
 
     void follow(const LiveState& state);
@@ -34,7 +36,7 @@ struct HeadsetEyes::Parts {
 };
 
 HeadsetEyes::HeadsetEyes(Headset& headset, int samples, Device device)
-    : parts(new Parts{headset, device, {}, {}, {}, {}, {}})
+    : parts(new Parts{headset, device, {}, {}, {}, {}, {}, {}})
 {
     load_gl(headset.gl_address());
     parts->painter = EyePainter::open(samples);
@@ -62,12 +64,13 @@ void HeadsetEyes::Parts::follow(const LiveState& state)
     const bool any = state.scene != nullptr;
     painter->set_clay(state.meshes ? *state.meshes : nothing, clay_version(state),
                       any ? splat_categories(state.scene->scene) : std::vector<int>());
-    if (state.history == splats_of) return;
-    splats_of = state.history;
+    if (state.history == splats_of && state.splat_version == splat_version) return;
+    const bool other = state.history != splats_of || !splats;
+    splats_of = state.history, splat_version = state.splat_version;
+    if (!other) return splats->set(*state.splats);
     splats.reset();
     painter->set_splats(0, SplatLayer{}), painter->set_splats(1, SplatLayer{});
-    if (any && state.scene->splats.count() > 0)
-        splats = std::make_unique<SplatDrawer>(state.scene->splats, device, splat_budget);
+    if (state.splats) splats = std::make_unique<SplatDrawer>(*state.splats, device, splat_budget);
 }
 
 void HeadsetEyes::draw(const Sight& sight, const HeadsetPicture& picture)
@@ -92,8 +95,12 @@ void HeadsetEyes::Parts::draw(int eye, const EyeTexture& to, const EyeView& view
     look.floor_seen = !look.transparent;
     glNamedFramebufferTexture(target, GL_COLOR_ATTACHMENT0, to.colour, 0);
     glNamedFramebufferTexture(target, GL_DEPTH_ATTACHMENT, to.depth ? to.depth : own_depth, 0);
+    const HiddenArea& unseen = headset.facts().hidden[std::size_t(eye)];
+    painter->set_hidden(eye, unseen.corners);
+    hidden[eye].set(unseen.corners);
     if (splats && picture.state.gaussians)
-        painter->set_splats(eye, splats->layer(view, *picture.state.gaussians));
+        painter->set_splats(eye,
+                            splats->layer(view, *picture.state.gaussians, false, &hidden[eye]));
     const EyeTarget into{target, 0, 0, to.srgb};
     painter->paint(view, look, into, eye);
     if (picture.panel) draw_panel(view, into, picture);

@@ -51,16 +51,22 @@ SplatLayer layer_of(const Picture& picture)
 }
 
 SplatDrawer::SplatDrawer(const SplatCloud& cloud, Device device, double budget)
-    : antialiased_(cloud.antialiased), pace_(budget, 0.125, 0.5)
+    : device_(resolved(device)), pace_(budget, 0.125, 0.5)
 {
-    if (resolved(device).kind == DeviceKind::cuda)
-        gpu_ = std::make_unique<GpuRaster>(cloud, 0, device.index);
+    set(cloud);
+}
+
+void SplatDrawer::set(const SplatCloud& cloud)
+{
+    antialiased_ = cloud.antialiased;
+    if (device_.kind == DeviceKind::cuda)
+        gpu_ = std::make_unique<GpuRaster>(cloud, 0, device_.index);
     else
         cloud_ = cloud;
 }
 
 SplatLayer SplatDrawer::layer(const EyeView& view, const std::vector<Gaussian<double>>& gaussians,
-                              bool whole)
+                              bool whole, HiddenTiles* hidden)
 {
     using Clock = std::chrono::steady_clock;
     scale_ = whole ? 1 : pace_.scale();
@@ -70,6 +76,7 @@ SplatLayer SplatDrawer::layer(const EyeView& view, const std::vector<Gaussian<do
     SplatFrame frame;
     frame.eyes = {splat_eye(coarse)};
     frame.rule.antialiased = antialiased_;
+    if (hidden && !gpu_) frame.hidden = {hidden->of(coarse)};
     for (const Gaussian<double>& g : gaussians) {
         frame.moved_centre.push_back(cast<float>(g.x));
         frame.moved_F.push_back({cast<float>(g.F.a), cast<float>(g.F.b), cast<float>(g.F.c)});

@@ -5,6 +5,7 @@
 
 #include "cuda/splats/deform.h"
 #include "host/session/device.h"
+#include "host/session/hidden_tiles.h"
 #include "host/splats/gpu_raster.h"
 #include "host/splats/raster.h"
 #include "render/eye_painter.h"
@@ -18,15 +19,19 @@ class SplatDrawer {
     // `budget` [s]. Throws std::runtime_error where the device cannot.
     SplatDrawer(const SplatCloud& cloud, Device device, double budget);
 
+    // Others from now on: the clay's were split, or some came or went.
+    void set(const SplatCloud& cloud);
+
     // Of the first splats, as many as there are Gaussians are where these are. `whole`: with all
-    // pixels, however long that takes.
+    // pixels, however long that takes. `hidden`: what nobody sees; null: nothing.
     SplatLayer layer(const EyeView& view, const std::vector<Gaussian<double>>& gaussians,
-                     bool whole = false);
+                     bool whole = false, HiddenTiles* hidden = nullptr);
 
     double scale() const { return scale_; }      // of the last layer, share of the view's sides
     double seconds() const { return seconds_; }  // that it took [s]
 
   private:
+    Device device_;
     SplatCloud cloud_;  // of the CPU's
     bool antialiased_;
     std::unique_ptr<GpuRaster> gpu_;
