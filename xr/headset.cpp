@@ -27,6 +27,11 @@ class OpenXrHeadset : public Headset {
     void end(const Drawn& drawn) override;
     void close() override;
     void leave() override;
+    void set_floor(Floor floor) override
+    {
+        moves_floor = moves_floor || floor != rule.floor;
+        rule.floor = floor;
+    }
     double time_left() override;
     const HeadsetFacts& facts() const override { return about; }
     void make_current() override
@@ -59,6 +64,7 @@ class OpenXrHeadset : public Headset {
     HeadsetFacts about;
     XrFrameState frame{};
     bool in_frame = false;
+    bool moves_floor = false;  // at the next poll()
     bool worn = true, renewed = false, over = false, leaving = false;
     double rate = 0;
     double lost_at =
@@ -254,6 +260,11 @@ bool OpenXrHeadset::fulfil(Duty duty, News& news)
 News OpenXrHeadset::poll()
 {
     News news;
+    if (std::exchange(moves_floor, false) && session)
+        try_to([&] {
+            session->move_origin();
+            session->describe(about);
+        });
     news.messages = std::exchange(losses, {});
     if (!over && !session) {
         if (leaving)

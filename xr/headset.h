@@ -88,7 +88,8 @@ struct TrackedHand {
 };
 
 struct Sight {
-    bool draw = false;  // eyes and targets are valid
+    bool located = false;  // eyes are valid, though nobody may see them
+    bool draw = false;     // eyes and targets are valid
     std::array<EyePlace, 2> eyes{};
     std::array<EyeTexture, 2> targets{};
     std::array<TrackedHand, side_count> hands{};
@@ -114,7 +115,8 @@ struct HeadsetFacts {
     std::vector<std::string> extensions;  // in use
     std::vector<std::string> missing;     // that would be used
     bool hands = false, depth = false, see_through = false, srgb = false;
-    int width = 0, height = 0;  // of an eye [pixels]
+    Floor floor = Floor::seated;  // where the origin is; seated where the runtime has no floor
+    int width = 0, height = 0;    // of an eye [pixels]
     std::array<HiddenArea, 2> hidden;
 };
 
@@ -133,6 +135,8 @@ class Headset {
 
     // Asks the runtime to end the session; Phase::over follows.
     virtual void leave() = 0;
+    // From the next poll() on the origin is there, if the runtime can.
+    virtual void set_floor(Floor floor) = 0;
     // How long before the frame's display time it is [s]; negative: too late, or not known.
     virtual double time_left() = 0;
 
@@ -143,5 +147,16 @@ class Headset {
     virtual GlAddress gl_address() const = 0;
     virtual int stray_gl_errors() const = 0;  // that calls into the runtime left behind
 };
+
+// What is there before a headset is opened, for people who look for what is missing.
+struct RuntimeFacts {
+    bool built = false;                      // this program knows OpenXR
+    bool loader = false, runtime = false;    // were found; `runtime` answers
+    std::string manifest;                    // the file that names the runtime; "": none does
+    std::vector<std::string> used, missing;  // extensions: offered, and not
+    std::string reason;                      // why there is no headset to be had; "": there may be
+};
+// Starts no runtime where no file names one. Throws nothing.
+RuntimeFacts runtime_facts();
 
 }  // namespace knead

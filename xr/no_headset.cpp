@@ -9,4 +9,11 @@ std::unique_ptr<Headset> Headset::open(const HeadsetRule&)
         "this program was built without OpenXR (the package libopenxr-dev was not there)");
 }
 
+RuntimeFacts runtime_facts()
+{
+    RuntimeFacts facts;
+    facts.reason = "this program was built without OpenXR (libopenxr-dev was not there)";
+    return facts;
+}
+
 }  // namespace knead

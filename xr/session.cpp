@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "xr/hand_shape.h"
 #include "xr/two_call.h"
@@ -75,11 +76,18 @@ void Session::make_spaces()
     const bool stage =
         std::find(offered.begin(), offered.end(), XR_REFERENCE_SPACE_TYPE_STAGE) != offered.end();
     auto about = typed<XrReferenceSpaceCreateInfo>(XR_TYPE_REFERENCE_SPACE_CREATE_INFO);
-    about.referenceSpaceType = rule.floor == Floor::standing && stage
-                                   ? XR_REFERENCE_SPACE_TYPE_STAGE
-                                   : XR_REFERENCE_SPACE_TYPE_LOCAL;
+    floor = stage ? rule.floor : Floor::seated;
+    about.referenceSpaceType =
+        floor == Floor::standing ? XR_REFERENCE_SPACE_TYPE_STAGE : XR_REFERENCE_SPACE_TYPE_LOCAL;
     about.poseInReferenceSpace.orientation.w = 1;
     instance.api.create_reference_space(session, &about, &origin);
+}
+
+void Session::move_origin()
+{
+    const XrSpace before = std::exchange(origin, XR_NULL_HANDLE);
+    instance.api.destroy_space.raw(before);
+    make_spaces();
 }
 
 void Session::make_chains()
@@ -184,7 +192,7 @@ Sight Session::locate(const XrFrameState& frame)
 {
     Sight sight;
     actions->sync();
-    const bool eyes = locate_eyes(frame, sight);
+    const bool eyes = sight.located = locate_eyes(frame, sight);
     for (const Side side : {left, right})
         sight.hands[std::size_t(side)] = hand(side, frame.predictedDisplayTime);
     sight.draw = frame.shouldRender && eyes && open_targets(sight);
@@ -286,6 +294,7 @@ void Session::describe(HeadsetFacts& facts) const
     facts.depth = depth_format != 0;
     facts.see_through = blend == XR_ENVIRONMENT_BLEND_MODE_ALPHA_BLEND;
     facts.hands = instance.tracks_hands;
+    facts.floor = floor;
     facts.width = int(instance.views[0].recommendedImageRectWidth);
     facts.height = int(instance.views[0].recommendedImageRectHeight);
 }

@@ -25,6 +25,7 @@ class Session {
     void end(const XrFrameState& frame, const Drawn& drawn);
     HiddenArea hidden_area(int eye);
     double refresh_rate();
+    void move_origin();  // to where the rule says now; not in a frame
     void make_current() { platform.make_current(); }
     void describe(HeadsetFacts& facts) const;
 
@@ -52,6 +53,7 @@ class Session {
     unsigned (*gl_error)() = nullptr;
     XrSession session = XR_NULL_HANDLE;
     XrSpace origin = XR_NULL_HANDLE;
+    Floor floor = Floor::seated;  // of the origin
     std::int64_t colour_format = 0, depth_format = 0;
     XrEnvironmentBlendMode blend = XR_ENVIRONMENT_BLEND_MODE_OPAQUE;
     std::unique_ptr<Swapchain> colour[2], depth[2];

@@ -13,6 +13,7 @@
 #include "host/scene/seed.h"
 #include "host/share/sharing.h"
 #include "render/painter.h"
+#include "xr/headset.h"
 #ifdef KNEAD_HAS_GL
 #include "render/context.h"
 #endif
@@ -76,6 +77,28 @@ Json sharing_finding()
 #endif
 }
 
+std::string joined(const std::vector<std::string>& words)
+{
+    return words.empty() ? "none" : fmt::format("{}", fmt::join(words, " "));
+}
+
+// No headset is looked for: that would start the runtime's programs.
+Json openxr_finding()
+{
+    const RuntimeFacts facts = runtime_facts();
+    const std::string without = "; no knead vr";
+    const std::string named =
+        facts.manifest.empty() ? "" : " (the runtime is named by " + facts.manifest + ")";
+    Json of = finding("OpenXR", facts.runtime && facts.reason.empty(),
+                      facts.reason.empty()
+                          ? fmt::format("the runtime of {} offers {}; not {}", facts.manifest,
+                                        joined(facts.used), joined(facts.missing))
+                          : facts.reason + named + without);
+    of["loader"] = facts.loader, of["runtime"] = facts.manifest;
+    of["extensions"] = facts.used, of["missing"] = facts.missing;
+    return of;
+}
+
 // In the folders and those directly in them, where runs put their results.
 void add_leftovers(Json& all, const std::vector<std::string>& folders)
 {
@@ -116,6 +139,7 @@ int doctor_verb(const DoctorOptions& o)
     all.push_back(sharing_finding());
     all.push_back(
         finding("ffmpeg", ffmpeg, ffmpeg ? "on the PATH" : "not on the PATH; no --video"));
+    all.push_back(openxr_finding());
     add_leftovers(all, o.folders);
     if (o.json) {
         std::printf("%s\n", all.dump(2, ' ', false, Json::error_handler_t::replace).c_str());

@@ -103,8 +103,9 @@ void add_record(CLI::App& app, Verb& chosen)
     static RecordOptions o;
     CLI::App* record =
         app.add_subcommand("record", "Write the hands of a scripted gesture to a file");
-    record->add_option("GESTURE", o.gesture, "squeeze, imprint, poke, cut, ...")->required();
-    record->add_option("OUT", o.out, "File ending in .hands or .jsonl")->required();
+    record->add_option("GESTURE", o.gesture, "squeeze, imprint, poke, cut, ...");
+    record->add_option("OUT", o.out, "File ending in .hands or .jsonl");
+    record->add_flag("--live", o.live, "Says how hands in a headset are recorded");
     record->add_option("--rate", o.rate, "Frames per second")->capture_default_str();
     record->add_option("--seconds", o.seconds, "Length; 0: the gesture's own");
     record->add_option("--radius", o.radius, "Of the ball that is shaped [m]")
@@ -134,6 +135,7 @@ void add_vr(CLI::App& app, Verb& chosen)
         ->check(CLI::Range(1, 10000000));
     vr->add_option("--out", o.out, "Folder for headset.json, mesh.glb and hands.hands");
     vr->add_option("--record", o.record, "The hands, to a file ending in .hands or .jsonl");
+    vr->add_flag("--hands-only", o.hands_only, "Records hands; the clay stands still");
     vr->add_option("--place", o.place, "x,y,z of the clay before the user [m]")
         ->capture_default_str();
     vr->add_option("--rate", o.rate, "Frames per second of the display, where it has that rate")

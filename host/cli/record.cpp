@@ -14,6 +14,15 @@ namespace knead {
 
 int record_verb(const RecordOptions& o)
 {
+    if (o.live || o.gesture == "live" || o.gesture == "headset") {
+        const std::string named = o.out.empty() && o.live ? o.gesture : o.out;
+        throw UsageError(
+            "knead record makes the hands of a gesture; hands in a headset are recorded by\n"
+            "  knead vr SCENE --record " +
+            (named.empty() ? "FILE" : named) + "\nand --hands-only leaves the simulation out");
+    }
+    if (o.gesture.empty() || o.out.empty())
+        throw UsageError("knead record needs a GESTURE and a file OUT (knead list gestures)");
     const std::string form = ending(o.out);
     if (form != ".hands" && form != ".jsonl")
         throw UsageError("OUT: expected a file ending in .hands or .jsonl, found \"" + o.out +

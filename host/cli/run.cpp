@@ -14,6 +14,7 @@
 #include "host/base/outputs.h"
 #include "host/base/paths.h"
 #include "host/cli/progress.h"
+#include "host/cli/replay.h"
 #include "host/cli/resume.h"
 #include "host/cli/run_options.h"
 #include "host/cli/sequence.h"
@@ -87,6 +88,7 @@ class Session {
     const Checkpoint* earlier;  // of the run that goes on; null: a new one
     Scene scene;
     std::unique_ptr<SceneSplats> splats;
+    std::unique_ptr<ActionReplay> replay;  // null: nothing was done beside the hands
     Sequence mesh_files, clay_files;
     RunRule rule;
     RunFacts facts;
@@ -154,6 +156,12 @@ void Session::keep_checkpoints(RunWatch& watch, const Solver& solver, Device dev
 {
     rule.checkpoint = o.checkpoint.value_or(60);
     if (o.out.empty() || (o.checkpoint && *o.checkpoint == 0)) return;
+    if (replay) {
+        if (o.checkpoint || earlier)
+            throw UsageError("--checkpoint, --resume: not where " +
+                             actions_file(scene.hands.recording) + " is played");
+        return;
+    }
     if (is_standard(o.scene)) return note("no checkpoints: the scene has no file to go on from");
     if (device.kind == DeviceKind::cpu_double) {
         if (o.checkpoint) throw UsageError("--checkpoint: --device cpu:double keeps none");
@@ -320,9 +328,9 @@ int Session::run()
     Device device = resolved(parse_device(o.device));
     prepare();
     // A scene of local clay begins without any, which the solver on a GPU does not.
-    if (device.kind == DeviceKind::cuda && splats->local()) {
+    if (able(scene.setup, device).kind != device.kind) {
         if (o.device != "auto") throw UsageError("--device " + o.device + ": has no local clay");
-        device = {DeviceKind::cpu, 0};
+        device = able(scene.setup, device);
         facts.left_out.push_back("the GPU: it has no local clay");
     }
     std::unique_ptr<HandSource> hands;
@@ -331,6 +339,7 @@ int Session::run()
         facts.hand_rate = recording.rate;
         facts.hand_latency = recording.latency;
         hands = std::make_unique<HandSource>(recording, scene.hands);
+        replay = replay_of(scene, recording, [this](const std::string& text) { note(text); });
     }
     const std::unique_ptr<Solver> solver = make_solver(scene.setup, device);
     facts.solver = solver->name();
@@ -360,6 +369,7 @@ int Session::run()
     {
         Progress progress(frames_wanted(scene, hands.get(), o.frames), o.quiet || o.verbose);
         watch(watching, progress, *solver);
+        if (replay) play(*replay, *splats, watching);
         cpu_before = process_seconds() - (earlier ? cpu_seconds_of(*earlier) : 0);
         record = run_frames(scene, *solver, hands.get(), rule, watching,
                             earlier ? &earlier->record : nullptr);

@@ -8,6 +8,7 @@
 
 #include "host/base/errors.h"
 #include "host/base/json_reader.h"
+#include "host/cli/replay.h"
 #include "host/scene/domain.h"
 
 namespace knead {
@@ -21,7 +22,8 @@ Scene scene_of(const RunOptions& o)
     if (o.cells > 0) settings.push_back(cells_setting(read_json(o.scene), o.cells));
     Scene scene = read_scene(o.scene, settings);
     if (!o.hands.empty()) {
-        if (!scene.has_hands) throw UsageError("--hands: the scene has no \"hands\" to replace");
+        if (!scene.has_hands && !begin_with_hands(scene, o.hands))
+            throw UsageError("--hands: the scene has no \"hands\" to replace");
         scene.hands.recording = o.hands;
     }
     scene.setup.threads = o.threads;

@@ -37,6 +37,7 @@ struct RecordOptions {
     double rate = 60, seconds = 0, jitter = 0, dropouts = 0, latency = 0.038, radius = 0.1,
            depth = 0;
     unsigned seed = 1;
+    bool live = false;  // is what knead vr does, as it says
     bool overwrite = false, quiet = false;
 };
 int record_verb(const RecordOptions& options);
@@ -55,6 +56,7 @@ struct VrOptions {
     int samples = 0;                     // of a pixel; 0: as fits the device
     int threads = 0;                     // 0: all
     bool standing = false, see_through = false, recorded = false, no_panel = false;
+    bool hands_only = false;  // records hands, simulates nothing
     bool deterministic = false, overwrite = false, json = false, quiet = false;
 };
 int vr_verb(const VrOptions& options);

@@ -31,7 +31,7 @@ std::string free_name(const std::string& end)
 LiveRule live_rule(Device device, bool scripted, bool paused, EyePainter& painter)
 {
     LiveRule rule;
-    rule.make = [device](const Setup& setup) { return make_solver(setup, device); };
+    rule.make = [device](const Setup& setup) { return make_solver(setup, able(setup, device)); };
     rule.stepped = scripted;
     rule.paused = paused;
     rule.on_device = device.kind == DeviceKind::cuda && painter.sharing(device.index).shared;
@@ -82,8 +82,6 @@ void ViewDesk::frame(double passed, const std::string& screenshot)
         shown = state->scene.get();
         camera.look(cast<float>(shown->scene.eye), cast<float>(shown->scene.target));
         splats.reset();
-        if (shown->splats.count() > 0)
-            splats = std::make_unique<SplatDrawer>(shown->splats, device, splat_budget);
     }
     tell_facts();
     const PanelAsks asks = window->panels(panels.model, input, passed);
@@ -219,12 +217,22 @@ void ViewDesk::frame_camera()
     camera.frame(low, high, float(across) / float(std::max(1, window->height())));
 }
 
+void ViewDesk::follow_splats()
+{
+    if (!state->splats) return splats.reset();
+    if (!splats)
+        splats = std::make_unique<SplatDrawer>(*state->splats, device, splat_budget);
+    else if (state->history != splats_of || state->splat_version != splat_version)
+        splats->set(*state->splats);
+    splats_of = state->history, splat_version = state->splat_version;
+}
+
 void ViewDesk::draw_splats(const EyeView& view, bool whole)
 {
     raster_took = 0;
+    follow_splats();
     const SplatMotion motion = splat_motion(*state);
-    if (!splats || state->scene.get() != shown || !motion.any())
-        return painter->set_splats(0, SplatLayer{});
+    if (!splats || !motion.any()) return painter->set_splats(0, SplatLayer{});
     splats->draw(*painter, {view}, motion, whole);
     raster_took = splats->seconds();
 }
@@ -336,9 +344,10 @@ std::string ViewDesk::summary() const
     const auto last = session.state();
     return fmt::format(
         "{} frames drawn by {}; {} simulated, {:.4g} s, {:.4g} s behind, {} cut short; {} "
-        "particle-substeps put out of tools; {} OpenGL errors{}\n",
+        "particle-substeps put out of tools; {} OpenGL errors{}{}\n",
         frames, painter->name(), last->frame.number, last->frame.simulated, last->shed.behind,
         last->shed.frames, touched, errors,
+        last->splats ? fmt::format("; {} splats", last->splats->count()) : "",
         last->trouble.empty() ? "" : "; the simulation ended: " + last->trouble);
 }
 

@@ -49,6 +49,7 @@ class ViewDesk {
     void lead_hand(bool on);
     void move_hand(double time);
     void draw();
+    void follow_splats();
     void draw_splats(const EyeView& view, bool whole);
     void keep_picture(const std::string& file);
     void film();
@@ -71,6 +72,8 @@ class ViewDesk {
     HandFrame tracked;
     std::unique_ptr<SplatDrawer> splats;
     const LiveScene* shown = nullptr;  // the scene that camera and splats are of
+    int splats_of = 0;                 // history
+    long splat_version = 0;            // that is drawn
     std::unique_ptr<Video> video;
     double filmed = 0;                // [s] of the film so far
     std::vector<std::string> wanted;  // screenshots of this frame

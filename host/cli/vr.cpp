@@ -17,6 +17,7 @@
 #include "host/hands/recording.h"
 #include "host/session/device.h"
 #include "host/session/headset_loop.h"
+#include "host/session/report.h"
 
 namespace knead {
 namespace {
@@ -55,6 +56,7 @@ HeadsetLoopRule rule_of(const VrOptions& o, Device device)
     rule.headset.see_through = o.see_through;
     rule.device = device;
     rule.stepped = o.deterministic, rule.recorded = o.recorded;
+    rule.hands_only = o.hands_only;
     rule.workplace.at = place_of(o.place);
     rule.frames = o.frames;
     rule.panel = !o.no_panel;
@@ -69,15 +71,20 @@ HeadsetLoopRule rule_of(const VrOptions& o, Device device)
 // Outputs that could not be written are refused before the headset is put on.
 void prepare(const VrOptions& o)
 {
+    if (o.hands_only && o.record.empty() && o.out.empty())
+        throw UsageError("--hands-only needs --record FILE, or --out DIR");
     if (!o.record.empty()) {
         const std::string form = ending(o.record);
         if (form != ".hands" && form != ".jsonl")
             throw UsageError("--record: expected a file ending in .hands or .jsonl, found \"" +
                              o.record + "\"");
         prepare_file(o.record, o.overwrite);
+        prepare_file(actions_file(o.record), o.overwrite);
     }
     if (!o.out.empty())
-        prepare_folder(o.out, {"headset.json", "mesh.glb", "hands.hands"}, o.overwrite);
+        prepare_folder(o.out,
+                       {"headset.json", "mesh.glb", "hands.hands", actions_file("hands.hands")},
+                       o.overwrite);
 }
 
 Json report_of(const VrOptions& o, const HeadsetEnd& end)
@@ -95,12 +102,28 @@ Json report_of(const VrOptions& o, const HeadsetEnd& end)
     of["gl_errors"] = end.gl_errors, of["stray_gl_errors"] = end.stray;
     of["reason"] = end.reason;
     const LiveState& s = *end.state;
-    of["simulation"] = {{"solver", s.solver},          {"deterministic", o.deterministic},
-                        {"frames", s.frame.number},    {"simulated_s", s.frame.simulated},
-                        {"cut_frames", s.shed.frames}, {"behind_s", s.shed.behind},
-                        {"trouble", s.trouble},        {"state_hash", end.hash}};
-    of["hands"] = {{"frames", end.hands.frames.size()}};
+    of["simulation"] = {
+        {"solver", s.solver},          {"deterministic", o.deterministic},
+        {"frames", s.frame.number},    {"simulated_s", s.frame.simulated},
+        {"cut_frames", s.shed.frames}, {"behind_s", s.shed.behind},
+        {"trouble", s.trouble},        {"state_hash", end.hash},
+        {"particles", end.particles},  {"splats", s.splats ? s.splats->count() : 0}};
+    of["hands"] = {{"frames", end.hands.frames.size()}, {"actions", end.actions.all.size()}};
     return of;
+}
+
+// The hands, and beside them what was done. Where nothing was, what an earlier session left there
+// goes: it was of other hands.
+void write_hands(const std::string& file, HeadsetEnd& end)
+{
+    const fs::path side = actions_file(file);
+    if (end.actions.all.empty())
+        remove_files(side.parent_path().empty() ? "." : side.parent_path().string(),
+                     {side.filename().string()});
+    write_recording(file, end.hands);
+    if (end.actions.all.empty()) return;
+    end.actions.recording = file_hash(file);
+    write_actions(side.string(), end.actions);
 }
 
 // Each result by itself: where the disk refuses one, the others are still written.
@@ -117,9 +140,9 @@ bool write_results(const VrOptions& o, HeadsetEnd& end, const Json& report)
     };
     const auto in_folder = [&](const char* name) { return (fs::path(o.out) / name).string(); };
     const bool hands = !end.hands.frames.empty();
-    if (hands && !o.record.empty()) attempt([&] { write_recording(o.record, end.hands); });
+    if (hands && !o.record.empty()) attempt([&] { write_hands(o.record, end); });
     if (o.out.empty()) return all;
-    if (hands) attempt([&] { write_recording(in_folder("hands.hands"), end.hands); });
+    if (hands) attempt([&] { write_hands(in_folder("hands.hands"), end); });
     if (const Meshes meshes = meshes_of(*end.state); !meshes->empty())
         attempt([&] { write_mesh(in_folder("mesh.glb"), *meshes); });
     attempt([&] { write_whole(in_folder("headset.json"), report.dump(2) + "\n"); });

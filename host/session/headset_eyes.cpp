@@ -25,7 +25,9 @@ struct HeadsetEyes::Parts {
     Texture own_depth;  // where the headset takes none
     std::unique_ptr<PanelQuad> quad;
     std::unique_ptr<SplatDrawer> splats;
+    std::array<HiddenTiles, 2> hidden;
     int splats_of = -1;  // history
+    long splat_version = -1;
     int errors = 0;
 
     void follow(const LiveState& state);
@@ -34,7 +36,7 @@ struct HeadsetEyes::Parts {
 };
 
 HeadsetEyes::HeadsetEyes(Headset& headset, int samples, Device device)
-    : parts(new Parts{headset, device, {}, {}, {}, {}, {}})
+    : parts(new Parts{headset, device, {}, {}, {}, {}, {}, {}})
 {
     load_gl(headset.gl_address());
     parts->painter = EyePainter::open(samples);
@@ -65,14 +67,14 @@ void HeadsetEyes::renew()
 
 void HeadsetEyes::Parts::follow(const LiveState& state)
 {
-    const bool any = state.scene != nullptr;
     show_clay(*painter, state);
-    if (state.history == splats_of) return;
-    splats_of = state.history;
+    if (state.history == splats_of && state.splat_version == splat_version) return;
+    const bool other = state.history != splats_of || !splats;
+    splats_of = state.history, splat_version = state.splat_version;
+    if (!other) return splats->set(*state.splats);
     splats.reset();
     painter->set_splats(0, SplatLayer{}), painter->set_splats(1, SplatLayer{});
-    if (any && state.scene->splats.count() > 0)
-        splats = std::make_unique<SplatDrawer>(state.scene->splats, device, splat_budget);
+    if (state.splats) splats = std::make_unique<SplatDrawer>(*state.splats, device, splat_budget);
 }
 
 void HeadsetEyes::draw(const Sight& sight, const HeadsetPicture& picture)
@@ -84,8 +86,13 @@ void HeadsetEyes::draw(const Sight& sight, const HeadsetPicture& picture)
         views.push_back(eye_view(sight.eyes[eye], sight.targets[eye].width,
                                  sight.targets[eye].height, picture.workplace, picture.rule,
                                  picture.nearest));
+    for (std::size_t eye = 0; eye < 2; ++eye) {
+        const HiddenArea& unseen = parts->headset.facts().hidden[eye];
+        parts->painter->set_hidden(int(eye), unseen.corners);
+        parts->hidden[eye].set(unseen.corners);
+    }
     if (const SplatMotion motion = splat_motion(picture.state); parts->splats && motion.any())
-        parts->splats->draw(*parts->painter, views, motion);
+        parts->splats->draw(*parts->painter, views, motion, false, &parts->hidden);
     for (std::size_t eye = 0; eye < 2; ++eye)
         parts->draw(int(eye), sight.targets[eye], views[eye], picture);
     while (glGetError() != GL_NO_ERROR) ++parts->errors;

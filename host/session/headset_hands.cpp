@@ -2,10 +2,43 @@
 
 #include <algorithm>
 
+#include "cuda/contact/medial.h"
 #include "host/scene/seed.h"
 #include "host/session/live_look.h"
 
 namespace knead {
+namespace {
+
+// Whether clay is at the tool, within so far [m] of it. Where no surface was made nobody can tell.
+bool at_clay(const LiveTool& tool, const Meshes& clay, float within)
+{
+    if (!clay || tool.primitives.empty()) return true;
+    Vec3<float> low{1e30f, 1e30f, 1e30f}, high = -low;
+    std::vector<Shape<float>> shapes;
+    for (const DrawPrimitive& p : tool.primitives) {
+        const Sphere<float>* s = p.sphere;
+        for (int i = 0; i < p.count; ++i) {
+            const Vec3<float> c = s[i].c;
+            const float far = s[i].r + within;
+            low = {min(low.x, c.x - far), min(low.y, c.y - far), min(low.z, c.z - far)};
+            high = {max(high.x, c.x + far), max(high.y, c.y + far), max(high.z, c.z + far)};
+        }
+        const int last = p.count - 1;
+        shapes.push_back(shape(p.count, s[0], s[std::min(1, last)], s[std::min(2, last)]));
+    }
+    for (const Mesh& mesh : *clay)
+        for (const Vec3<float>& x : mesh.vertices) {
+            if (x.x < low.x || x.y < low.y || x.z < low.z) continue;
+            if (x.x > high.x || x.y > high.y || x.z > high.z) continue;
+            for (const Shape<float>& s : shapes)
+                if (closest_point(s, x).phi < within) return true;
+        }
+    return false;
+}
+
+bool has_blade(const LiveTool& tool) { return tool.held == "knife" || tool.held == "scissors"; }
+
+}  // namespace
 
 float HandFade::frame(double time, bool tracked, float size)
 {
@@ -69,19 +102,22 @@ std::vector<HandLook> HeadsetHands::looks()
 
 void HeadsetHands::feel(const LiveState& state, float strength[side_count])
 {
-    constexpr float contact = 0.5f, yielding = 0.15f;
+    constexpr float contact = 0.5f, yielding = 0.15f, cutting = 0.35f;
     std::fill(strength, strength + int(side_count), 0.0f);
     if (state.version == felt) return;
     felt = state.version;
     const FrameStats& stats = state.frame.stats;
-    const bool touches = stats.projected > 0;
+    // The surface is where half of the clay's density is: about a node of it away from the clay.
+    const float within = 1.5f * state.surface.lattice.dx;
+    bool now[side_count] = {false, false}, blade[side_count] = {false, false};
+    for (const LiveTool& tool : state.tools) {
+        if (stats.projected == 0 || !tool.active || !at_clay(tool, state.meshes, within)) continue;
+        now[tool.side] = true, blade[tool.side] = has_blade(tool);
+    }
     for (int side = 0; side < side_count; ++side) {
-        const bool now = touches && std::any_of(state.tools.begin(), state.tools.end(),
-                                                [&](const LiveTool& tool) {
-                                                    return tool.side == side && tool.active;
-                                                });
-        if (now) strength[side] = touched[side] ? (stats.yielded > 0 ? yielding : 0) : contact;
-        touched[side] = now;
+        const float steady = stats.yielded == 0 ? 0 : blade[side] ? cutting : yielding;
+        if (now[side]) strength[side] = touched[side] ? steady : contact;
+        touched[side] = now[side];
     }
 }
 

@@ -38,7 +38,8 @@ class HeadsetHands {
     void push(const HandFrame& frame);
     // What to draw at the newest time, tool by tool.
     std::vector<HandLook> looks();
-    // How strongly each side should vibrate: at contact that begins, and where clay yields.
+    // How strongly each side should vibrate: at contact of its own that begins, and where clay
+    // yields to it or its blade cuts.
     void feel(const LiveState& state, float strength[side_count]);
 
   private:

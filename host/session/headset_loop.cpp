@@ -7,6 +7,7 @@
 #include "host/session/headset_eyes.h"
 #include "host/session/headset_hands.h"
 #include "host/session/headset_hold.h"
+#include "host/session/headset_record.h"
 #include "host/session/headset_time.h"
 #include "host/session/panel_desk.h"
 #include "host/solver/audit.h"
@@ -14,15 +15,18 @@
 namespace knead {
 namespace {
 
-constexpr std::size_t longest_recording = 90 * 3600;  // frames
-
-LiveRule live_rule(const HeadsetLoopRule& rule, std::function<double()> clock)
+LiveRule live_rule(const HeadsetLoopRule& rule, std::function<double()> clock,
+                   std::function<void(const HandAction&)> acted)
 {
     LiveRule live;
-    live.make = [device = rule.device](const Setup& setup) { return make_solver(setup, device); };
-    live.stepped = rule.stepped;
+    live.make = [device = rule.device](const Setup& setup) {
+        return make_solver(setup, able(setup, device));
+    };
+    live.stepped = live.from_zero = rule.stepped;
     live.recorded = rule.recorded;
+    live.paused = rule.hands_only;
     live.clock = std::move(clock);
+    live.acted = std::move(acted);
     return live;
 }
 
@@ -56,13 +60,14 @@ class HeadsetLoop {
     Workplace workplace;
     HeadsetEnd end;
     Tick tick;
-    bool ran = false;   // in the frame before
-    bool anew = false;  // hands are to be taken for new
+    bool ran = false;         // in the frame before
+    bool anew = false;        // hands are to be taken for new
+    bool place_anew = false;  // the clay before the head, as soon as that is located
+    Floor floor = Floor::seated;
     bool leaving = false;
-    int frames = 0;  // of the session's time
-    bool recording_full = false;
-    int history = 0;           // of the state that is followed
-    double recorded_from = 0;  // the session's time at its begin [s]
+    int frames = 0;   // of the session's time
+    int history = 0;  // of the state that is followed
+    HeadsetRecord record;
 
     HeadsetPanel panel;
     PanelDesk desk;
@@ -87,18 +92,27 @@ HeadsetLoop::HeadsetLoop(std::shared_ptr<const LiveScene> scene, HeadsetLoopRule
       time(scene->scene.frame_rate),
       hands(live_hands(scene->scene)),
       workplace(rule.workplace),
+      record(rule.tell),
       desk(rule.scene, rule.settings),
       canvas(HeadsetPanel::width, HeadsetPanel::height, 3)
 {
     eyes = std::make_unique<HeadsetEyes>(*headset, rule.samples, rule.device);
-    LiveRule lived = live_rule(rule, [this] { return clock.now(wall()); });
+    LiveRule lived = live_rule(
+        rule, [this] { return clock.now(wall()); },
+        [this](const HandAction& done) { record.act(done); });
     const Sharing sharing = eyes->sharing();
     lived.on_device = sharing.shared;
     if (!sharing.text.empty()) rule.tell(sharing.text);
     live = std::make_unique<LiveSession>(std::move(scene), std::move(lived));
     live->settle();
+    floor = headset->facts().floor;
+    if (floor == Floor::standing) {
+        // A place over the floor stands at first; later, and where there is none, it is the head
+        // that counts.
+        place_anew = !(rule.workplace.at.y > 0);
+        if (!place_anew) rule.workplace = {};
+    }
     follow_history();
-    end.hands.name = "headset";
 }
 
 HeadsetEnd HeadsetLoop::run()
@@ -110,7 +124,10 @@ HeadsetEnd HeadsetLoop::run()
         const Setup& rules = solver.rules();
         const Audit found = audit(solver.particles(), rules.materials, rules.lattice.dx);
         end.hash = hexadecimal(found.hash);
+        end.particles = long(solver.particles().size());
     });
+    end.hands = std::move(record.hands), end.actions = std::move(record.actions);
+    end.hands.name = "headset";
     end.hands.rate = tick.period > 0 ? 1 / tick.period : 90;
     end.gl_errors = eyes->gl_errors();
     end.stray = headset->stray_gl_errors();
@@ -157,6 +174,13 @@ void HeadsetLoop::frame(const News& news)
     const double begun = wall();
     const Sight sight = headset->locate();
     const double located = wall();
+    if (place_anew && sight.located) {
+        if (floor != headset->facts().floor) rule.tell("the runtime knows no floor of the room");
+        floor = headset->facts().floor;
+        workplace = before_head(head_of(sight), rule.workplace);
+        place_anew = false;
+        anew = true;
+    }
     poke(sight);
     // Nobody shapes what nobody sees: without the headset worn and in view, time stands still.
     const bool runs = news.visible && news.worn && !leaving && !paused;
@@ -190,13 +214,12 @@ void HeadsetLoop::follow_history()
     const Scene& scene = state->scene->scene;
     const HandsRule rule_now = live_hands(scene);
     hands.set(rule_now);
-    if (!scene.has_hands) live->set_hands(rule_now);
     // A stepped session begins each history at 0.
     if (rule.stepped && !first) time = SessionTime(scene.frame_rate);
+    record.begin(*state->scene, time.time());
+    if (!scene.has_hands) live->set_hands(rule_now);
     ran = ran && !rule.stepped;
     holding = false, hold = {};
-    recorded_from = time.time();
-    end.hands.frames.clear();
 }
 
 // What is drawn moves at any time, what shapes only while time goes on.
@@ -207,14 +230,7 @@ void HeadsetLoop::push(HandFrame given, bool runs, double now)
     given.time = tick.time;
     hands.push(given);
     if (holding) hold_clay(given);
-    std::vector<HandFrame>& kept = end.hands.frames;
-    given.time = now - recorded_from;
-    if (!runs || (!kept.empty() && !(given.time > kept.back().time))) return;
-    if (kept.size() >= longest_recording && !recording_full)
-        rule.tell("an hour of hands was recorded; what follows is not");
-    recording_full = kept.size() >= longest_recording;
-    if (recording_full) kept.pop_back();
-    kept.push_back(given);
+    if (!runs || !record.frame(given, now)) return;
     given.time = now;
     live->push(given);
     ++frames;
@@ -229,6 +245,7 @@ void HeadsetLoop::simulate(const Sight& sight, bool runs, FrameParts& parts)
     if (!rule.stepped) clock.set(now, wall(), runs ? tick.period : 0);
     push(hand_frame(sight, workplace, now), runs, now);
     if (rule.stepped && runs) live->advance_to(now);
+    if (runs) record.simulated(now);
     const auto before = state;
     state = live->state();
     if (!state->trouble.empty() && before->trouble.empty())
@@ -269,8 +286,7 @@ void HeadsetLoop::hold_clay(const HandFrame& given)
     if (!answer.category || !state->scene) return;
     const std::vector<Object>& objects = state->scene->scene.objects;
     for (std::size_t i = 0; i < objects.size(); ++i)
-        if (objects[i].category == *answer.category)
-            live->edit([i, motion = answer.motion](Solver& s) { s.move(int(i), motion); });
+        if (objects[i].category == *answer.category) live->move_clay(int(i), answer.motion);
 }
 
 void HeadsetLoop::obey(const PanelCommand& command, const Sight& sight)
@@ -279,9 +295,14 @@ void HeadsetLoop::obey(const PanelCommand& command, const Sight& sight)
     switch (command.act) {
         case PanelAct::pause:
             paused = !paused;
-            return;
+            return record.pause(paused);
         case PanelAct::recentre:
             workplace = before_head(head_of(sight), rule.workplace);
+            return;
+        case PanelAct::posture:
+            floor = floor == Floor::seated ? Floor::standing : Floor::seated;
+            headset->set_floor(floor);
+            place_anew = true;
             return;
         case PanelAct::side:
             panel_side = panel_side == left ? right : left;
@@ -295,6 +316,9 @@ void HeadsetLoop::obey(const PanelCommand& command, const Sight& sight)
             headset->leave();
             return;
         default:
+            if (command.act == PanelAct::reset) record.begins_by("reset");
+            if (command.act == PanelAct::scene || command.act == PanelAct::cells)
+                record.begins_by("scene");
             desk.apply(command, *state, *live, hands);
             if (holding) tell_hands();
             if (rule.stepped) live->settle();
@@ -309,6 +333,7 @@ bool HeadsetLoop::draw(const Sight& sight)
     if (repaint) {
         PanelView shown = desk.view(*state, hands);
         shown.paused = paused, shown.holding = holding;
+        shown.standing = headset->facts().floor == Floor::standing;
         panel.draw(canvas, shown, end.figures);
     }
     HeadsetPicture picture{*state,    hands.looks(),       hands.rule(),

@@ -19,7 +19,8 @@ struct HeadsetLoopRule {
     // The display's time steps the simulation, and a frame waits for it: the same hands give the
     // same bits. Otherwise it lives in real time.
     bool stepped = false;
-    bool recorded = false;  // the scene's recorded hands move the tools, the user watches
+    bool recorded = false;    // the scene's recorded hands move the tools, the user watches
+    bool hands_only = false;  // the clay stands still: hands are recorded
     Workplace workplace;
     bool panel = true;
     std::string scene;                  // its file: the panel offers those beside it
@@ -35,9 +36,11 @@ struct HeadsetEnd {
     std::string reason;  // why the headset ended; "": as it was asked to
     HeadsetFacts facts;
     FrameFigures figures;
-    Recording hands;  // as the simulation had them; without frames: none came
+    Recording hands;      // as the simulation had them; without frames: none came
+    HandActions actions;  // what was done beside them; the recording's hash is not filled in
     std::shared_ptr<const LiveState> state;
-    std::string hash;   // of the clay's state; "": there was no simulation
+    std::string hash;  // of the clay's state; "": there was no simulation
+    long particles = 0;
     long drawn = 0;     // pairs of eyes
     int gl_errors = 0;  // of our own drawing
     int stray = 0;      // GL errors that the runtime left

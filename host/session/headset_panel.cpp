@@ -42,6 +42,8 @@ std::string label_of(const PanelCommand& command, const PanelView& view)
             return "RESET";
         case PanelAct::recentre:
             return "RECENTRE";
+        case PanelAct::posture:
+            return view.standing ? "STANDING" : "SEATED";
         case PanelAct::side:
             return "OTHER SIDE";
         case PanelAct::hold:
@@ -68,6 +70,8 @@ std::string choice_of(PanelAct act, const PanelView& view)
             return "RIGHT: " + tool(view.right_tool);
         case PanelAct::cells:
             return fmt::format("{} NODES", view.nodes);
+        case PanelAct::surface:
+            return fmt::format("SURFACE {} NODES", view.surface);
         default:
             return "";
     }
@@ -106,9 +110,10 @@ HeadsetPanel::HeadsetPanel()
     };
     arrows(PanelAct::scene), arrows(PanelAct::material);
     slider(PanelAct::stiffness), slider(PanelAct::yield);
-    arrows(PanelAct::left_tool), arrows(PanelAct::right_tool), arrows(PanelAct::cells);
+    arrows(PanelAct::left_tool), arrows(PanelAct::right_tool), arrows(PanelAct::cells),
+        arrows(PanelAct::surface);
     buttons({PanelAct::gravity, PanelAct::pause});
-    buttons({PanelAct::reset, PanelAct::recentre});
+    buttons({PanelAct::reset, PanelAct::recentre, PanelAct::posture});
     buttons({PanelAct::side, PanelAct::hold, PanelAct::quit});
 }
 
@@ -199,7 +204,7 @@ void HeadsetPanel::draw_item(PanelCanvas& canvas, const PanelItem& item,
 // The share of every frame that was worked in, and whether that is comfortable.
 void HeadsetPanel::draw_graph(PanelCanvas& canvas, const FrameFigures& figures) const
 {
-    const PanelRect box{gap, 11 * row_height + gap, width - 2 * gap, 2 * row_height - 2 * gap};
+    const PanelRect box{gap, 12 * row_height + gap, width - 2 * gap, 2 * row_height - 2 * gap};
     canvas.fill(box, {18, 19, 22});
     const float step = box.width / float(FrameFigures::kept);
     const std::vector<FrameParts>& frames = figures.recent();

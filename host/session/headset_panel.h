@@ -19,10 +19,12 @@ enum class PanelAct {
     left_tool,
     right_tool,
     cells,
+    surface,
     gravity,
     pause,
     reset,
     recentre,
+    posture,
     side,
     hold,
     quit
@@ -38,7 +40,8 @@ struct PanelView {
     std::string scene, material, left_tool, right_tool, trouble;
     float stiffness = 0, yield = -1;  // of their sliders, 0 to 1; negative: the material has none
     int nodes = 0;                    // of the lattice, along x
-    bool gravity = true, paused = false, holding = false;
+    int surface = 0;                  // of the surface's, along its longest side
+    bool gravity = true, paused = false, holding = false, standing = false;
 };
 
 struct PanelItem {
@@ -49,7 +52,7 @@ struct PanelItem {
 
 class HeadsetPanel {
   public:
-    static constexpr int width = 240, height = 208;  // [pixels]
+    static constexpr int width = 240, height = 224;  // [pixels]
     static constexpr float pixel = 0.0016f;          // [m]
     static constexpr float finger = 0.007f;          // from the tip's joint to what presses [m]
 

@@ -5,11 +5,9 @@
 #include <new>
 #include <stdexcept>
 
-#include "host/assets/splat_object.h"
 #include "host/base/errors.h"
 #include "host/scene/foresight.h"
 #include "host/scene/seed.h"
-#include "host/scene/soften.h"
 #include "host/session/live_run.h"
 #include "host/session/session.h"
 
@@ -45,7 +43,8 @@ std::shared_ptr<const LiveScene> load_live_scene(const std::string& path,
     made->scene = read_scene(path, settings);
     if (memory == 0) memory = available_memory();
     check_substeps(made->scene);
-    made->splats = joined(load_splats(made->scene, memory));
+    made->settings = settings;
+    made->splats = load_splats(made->scene, memory);
     build(made->scene, memory);
     if (made->scene.has_hands) made->recording = hands_of(made->scene);
     return made;
@@ -171,6 +170,7 @@ void LiveSession::begin(std::shared_ptr<const LiveScene> of)
     late = 0;
     ++history;
     next = now();
+    if (rule.from_zero) stepped_to = 0;
     if (!scene) return;
     try {
         run = std::make_unique<LiveRun>(
@@ -267,8 +267,17 @@ void LiveSession::edit_clay(Edit edit, bool reshapes)
     });
 }
 
+void LiveSession::tell(HandAction action, Act act) const
+{
+    action.act = act;
+    if (rule.acted) rule.acted(action);
+}
+
 void LiveSession::set_hands(const HandsRule& hands)
 {
+    HandAction action;
+    action.hands = hands;
+    tell(action, Act::hands);
     post([this, hands] {
         if (!run) throw std::invalid_argument("there is no simulation that has tools");
         run->set_hands(hands);
@@ -285,22 +294,37 @@ void LiveSession::play(bool recorded)
 
 void LiveSession::set_gravity(Vec3<double> gravity)
 {
+    HandAction action;
+    action.gravity = gravity;
+    tell(action, Act::gravity);
     edit_clay([gravity](Solver& solver) { solver.set_gravity(gravity); }, false);
+}
+
+void LiveSession::set_surface(int nodes)
+{
+    post([this, nodes] {
+        if (!run) throw std::invalid_argument("there is no simulation that has a surface");
+        run->set_surface(nodes);
+    });
+}
+
+void LiveSession::move_clay(int object, const RigidMotion<double>& motion)
+{
+    HandAction action;
+    action.object = object, action.motion = motion;
+    tell(action, Act::move);
+    edit([object, motion](Solver& solver) { solver.move(object, motion); });
 }
 
 void LiveSession::set_material(int object, const Material<double>& material)
 {
-    const auto change = [this, object, material](Solver& solver) {
-        const auto& there = solver.rules().materials;
-        if (object < 0 || std::size_t(object) >= there.size())
-            throw std::invalid_argument("there is no object " + std::to_string(object));
-        Material<double> whole = softer(material, softening(run->begun_as(), material));
-        whole.volume = there[std::size_t(object)].volume;
-        whole.mass = whole.density * whole.volume;
-        whole.category = there[std::size_t(object)].category;
-        solver.set_material(object, whole);
-    };
-    edit_clay(change, false);
+    HandAction action;
+    action.object = object, action.material = material;
+    tell(action, Act::material);
+    post([this, object, material] {
+        if (!run) throw std::invalid_argument("there is no simulation to edit");
+        run->set_material(object, material);
+    });
 }
 
 bool LiveSession::ask(const std::function<void(const Solver&)>& look)

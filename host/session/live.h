@@ -13,7 +13,9 @@
 #include <thread>
 #include <vector>
 
+#include "host/assets/splat_object.h"
 #include "host/hands/recording.h"
+#include "host/session/hand_actions.h"
 #include "host/session/loop.h"
 #include "host/splats/cloud.h"
 #include "host/splats/device_gaussians.h"
@@ -24,8 +26,9 @@ namespace knead {
 // A scene with all that was loaded for it.
 struct LiveScene {
     Scene scene;                         // built
-    SplatCloud splats;                   // of its objects, in the order of the solver's Gaussians
+    std::vector<SplatObject> splats;     // of its objects
     std::optional<Recording> recording;  // of the hands that it names
+    std::vector<std::string> settings;   // with which it was read
 };
 // As `knead run` loads it. `memory` [bytes], 0: what is free. Throws InputError, MemoryError.
 std::shared_ptr<const LiveScene> load_live_scene(const std::string& path,
@@ -39,6 +42,7 @@ struct LiveRule {
     // Time passes as the caller says, by advance_to(): frames are whole, and the same hands give
     // the same bits. Otherwise it is real time.
     bool stepped = false;
+    bool from_zero = false;  // then: the caller's time is 0 again at a reset, and where one loads
     // What follows is of real time alone.
     std::function<double()> clock;  // [s], rising; null: since the session began
     double budget = 0;       // what a frame may take on the clock [s]; 0: the time to the next one
@@ -47,6 +51,9 @@ struct LiveRule {
     bool recorded = true;    // begins with the scene's recorded hands
     bool paused = false;     // begins paused
     bool on_device = false;  // surfaces and Gaussians stay where a device made them
+    // Told of what is done beside hands, by whoever asks for it: set_hands(), set_gravity(),
+    // set_material(), move_clay().
+    std::function<void(const HandAction&)> acted;
 };
 
 // One tool as the simulation had it at the end of a frame.
@@ -76,9 +83,13 @@ struct LiveState {
     Meshes meshes;
     std::shared_ptr<const DeviceMesh> on_device;
     long mesh_version = 0;  // rises when it changes
+    SurfaceRule surface;    // by which it is made
     // Where Gaussians are: null, or one of these. Both null: the scene has none.
     std::shared_ptr<const std::vector<Gaussian<double>>> gaussians;
     std::shared_ptr<const DeviceGaussians> gaussians_on_device;
+    // In the order of the Gaussians, then those that stand still. Null: the scene has none.
+    std::shared_ptr<const SplatCloud> splats;
+    long splat_version = 0;  // rises when they change: were split, added, taken up, laid down
     std::vector<LiveTool> tools;
     HandsRule hands;  // which tools there are
     bool recorded = false, paused = false;
@@ -121,6 +132,9 @@ class LiveSession {
     void set_gravity(Vec3<double> gravity);  // [m/s^2]
     // The object's volume stays, its mass is that times the density.
     void set_material(int object, const Material<double>& material);
+    // So many nodes of the surface's lattice along its longest side, 8 to 1024.
+    void set_surface(int nodes);
+    void move_clay(int object, const RigidMotion<double>& motion);
     // What it throws is a refusal, and must leave the solver as it was.
     void edit(Edit edit) { edit_clay(std::move(edit), true); }
 
@@ -135,6 +149,7 @@ class LiveSession {
   private:
     using Command = std::function<void()>;
     void post(Command command, bool at_once = false);
+    void tell(HandAction action, Act act) const;
     void edit_clay(Edit edit, bool reshapes);
     void live();
     bool wait_for_work(std::unique_lock<std::mutex>& lock);

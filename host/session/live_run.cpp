@@ -3,13 +3,30 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <new>
 
 #include "host/base/errors.h"
+#include "host/scene/soften.h"
 #include "host/session/frame_writer.h"
 #include "host/session/session.h"
 
 namespace knead {
+namespace {
+
+// Of the time of a simulation in real time, what splitting and adding splats may take.
+constexpr double upkeep_share = 0.1;
+
+bool takes_edits(const Solver& solver)
+{
+    try {
+        return !solver.rules().materials.empty();
+    } catch (const std::logic_error&) {
+        return false;
+    }
+}
+
+}  // namespace
 
 LiveRun::LiveRun(std::shared_ptr<const LiveScene> of, const LiveRule& by, double start,
                  std::function<double()> clock, std::function<bool()> stale)
@@ -17,6 +34,7 @@ LiveRun::LiveRun(std::shared_ptr<const LiveScene> of, const LiveRule& by, double
       rule(by),
       now(std::move(clock)),
       solver(rule.make(scene->scene.setup)),
+      splats(scene->scene, scene->splats),
       hands(scene->scene.hands),
       tools{scene->scene.setup.rig, scene->scene.setup.tools},
       stream(hands),
@@ -25,6 +43,9 @@ LiveRun::LiveRun(std::shared_ptr<const LiveScene> of, const LiveRule& by, double
       time(start),
       particles(scene->scene.setup.particles.size())
 {
+    if (splats.local() && !takes_edits(*solver))
+        throw std::invalid_argument(solver->name() + " has no local clay");
+    if (splats.drawn().count() > 0) drawn = std::make_shared<const SplatCloud>(splats.drawn());
     make_sources();
     LoopRule loop_by = loop_rule(scene->scene);
     loop_by.most_substeps = scene->scene.most_substeps;
@@ -99,12 +120,34 @@ void LiveRun::after(const Frame& frame)
         trouble = fmt::format("frame {}: {} particles had to be put back", frame.number,
                               frame.stats.repaired);
         loop->stop(End::numbers);
+    } else if (splats.changes() && takes_edits(*solver)) {
+        keep_splats(frame);
     }
     if (!frame.stats.cut) return;
     const double left = simulated_period() - frame.stats.reached;
     ++cut;
     lost_time += left;
     replayed += left / simulated_period() * period();  // recorded hands wait
+}
+
+// As after a frame of `knead run`, where time is stepped. In real time upkeep, which looks at all
+// splats and particles, comes less often where it takes long; clay for the hands cannot wait.
+void LiveRun::keep_splats(const Frame& frame)
+{
+    const double start = now();
+    const bool due = rule.stepped || start - upkeep_done >= upkeep_cost / upkeep_share;
+    FrameRow row;
+    row.frame = frame.number;
+    if (splats.after(frame, row, *solver, due)) {
+        loop->clay_edited();
+        particles = std::max(particles, loop->particles()->size());
+    }
+    if (due && row.frame % scene->scene.upkeep.every == 0)
+        upkeep_done = now(), upkeep_cost = upkeep_done - start;
+    if (row.splats_split + row.splats_added + row.cubes_taken + row.cubes_given_back == 0) return;
+    splats.refresh();
+    drawn = std::make_shared<const SplatCloud>(splats.drawn());
+    ++splat_version;
 }
 
 std::string LiveRun::frame(bool shown)
@@ -151,12 +194,11 @@ void LiveRun::set_hands(const HandsRule& by)
 {
     HandTools made = hand_tools(by);
     edit([&](Solver& s) { s.set_tools(made.rig, made.tools); }, false);
+    splats.set_rig(made.rig);
     tools = std::move(made);
-    const bool same = by.zoom == hands.zoom && length(by.at - hands.at) == 0 &&
-                      by.filter == hands.filter && by.present[left] == hands.present[left] &&
-                      by.present[right] == hands.present[right];
+    const bool alike = move_alike(by, hands);
     hands = by;
-    if (!same) make_sources();
+    if (!alike) make_sources();
 }
 
 void LiveRun::play(bool on)
@@ -182,6 +224,30 @@ void LiveRun::edit(const Edit& change, bool reshapes)
     if (reshapes) meshed = -1, make_surface();
 }
 
+void LiveRun::set_surface(int nodes)
+{
+    if (nodes < 8 || nodes > 1024)
+        throw std::invalid_argument("a surface has 8 to 1024 nodes along its longest side");
+    SurfaceRule to = scene->scene.surface;
+    const Int3 was = to.lattice.size;
+    const int longest = std::max({was.x, was.y, was.z});
+    const auto along = [&](int n) {
+        const double share = double(n) / longest * nodes;
+        return block_edge * int(std::ceil(share / block_edge - 1e-9));
+    };
+    to.lattice = {{along(was.x), along(was.y), along(was.z)},
+                  to.lattice.dx * float(longest) / float(nodes)};
+    loop->set_surface(to);
+    meshed = -1;
+    make_surface();
+}
+
+void LiveRun::set_material(int object, const Material<double>& material)
+{
+    const Material<double> held = softer(material, softening(scene->scene, material));
+    edit([&](Solver& s) { splats.set_material(object, held, s); }, false);
+}
+
 void LiveRun::tell(LiveState& state)
 {
     state.scene = scene;
@@ -190,7 +256,10 @@ void LiveRun::tell(LiveState& state)
     if (!solver->clay()) state.stages = solver->stage_times();
     state.meshes = meshes, state.on_device = on_device;
     state.mesh_version = mesh_version;
-    if (scene->splats.count() > 0) tell_gaussians(state);
+    state.surface = loop->surface_rule();
+    if (drawn) tell_gaussians(state);
+    state.splats = drawn;
+    state.splat_version = splat_version;
     const std::vector<Side> sides = tool_sides(hands);
     for (std::size_t tool = 0; tool < tools.tools.size() && tool < sides.size(); ++tool) {
         const bool active = tool < last.active.size() && last.active[tool];

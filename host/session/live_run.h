@@ -7,6 +7,7 @@
 #include "host/scene/seed.h"
 #include "host/session/live.h"
 #include "host/session/motion.h"
+#include "host/session/scene_splats.h"
 
 namespace knead {
 
@@ -32,10 +33,13 @@ class LiveRun {
     // Done now; throws what it throws. `reshapes`: there is another surface now.
     void edit(const Edit& edit, bool reshapes);
 
+    // The object's volume stays; so does that of local clay.
+    void set_surface(int nodes);  // along its longest side
+    void set_material(int object, const Material<double>& material);
+
     // Fills what a state says of the simulation.
     void tell(LiveState& state);
     const Solver& of() const { return *solver; }
-    const Scene& begun_as() const { return scene->scene; }
     double lost() const { return lost_time; }
     double period() const { return 1 / scene->scene.frame_rate; }             // [s]
     double simulated_period() const { return frame_duration(scene->scene); }  // [s]
@@ -45,6 +49,7 @@ class LiveRun {
     Motion pushed(double from, double to);
     void keep_up(Motion& motion) const;
     void after(const Frame& frame);
+    void keep_splats(const Frame& frame);
     void make_sources();
     void tell_gaussians(LiveState& state);
 
@@ -52,6 +57,10 @@ class LiveRun {
     const LiveRule& rule;
     const std::function<double()> now;
     std::unique_ptr<Solver> solver;
+    SceneSplats splats;
+    std::shared_ptr<const SplatCloud> drawn;  // of them; null: there are none
+    long splat_version = 0;
+    double upkeep_cost = 0, upkeep_done = -1e30;  // [s]
     std::unique_ptr<SessionLoop> loop;
     HandsRule hands;
     HandTools tools;

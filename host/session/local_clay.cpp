@@ -67,6 +67,7 @@ Vec3<float> turned_normal(const Mat3<double>& F, Vec3<float> n)
 LocalClay::LocalClay(const Scene& scene, int object, SplatCloud of, SplatUpkeep& with)
     : rig(scene.setup.rig),
       walls(scene.setup.walls),
+      ground(object),
       material(scene.setup.materials.at(std::size_t(object))),
       depth(scene.objects.at(std::size_t(object)).splats.depth),
       dx(scene.setup.lattice.dx),
@@ -342,6 +343,14 @@ void LocalClay::give_back(const std::vector<Key>& cubes, Solver& solver)
         if (state_.clay[key] >= 0) solver.remove(state_.clay[key]);
         state_.clay.erase(key);
     }
+}
+
+void LocalClay::set_material(int object, const Material<double>& to, Solver& solver)
+{
+    if (object != ground) return;
+    material = to;
+    for (const auto& [key, clay] : state_.clay)
+        if (clay >= 0) solver.set_material(clay, to);
 }
 
 LocalReport LocalClay::after(const Motion& motion, Solver& solver)

@@ -28,6 +28,11 @@ class LocalClay {
     // on as in `motion`; back with what they have left.
     LocalReport after(const Motion& motion, Solver& solver);
 
+    // The tools are others from now on.
+    void set_rig(const Rig& by) { rig = by; }
+    // If the object is the one that stands still: its clay is of this material from now on.
+    void set_material(int object, const Material<double>& material, Solver& solver);
+
     const LocalState& state() const { return state_; }
     // Of the same scene. The solver and the splats that move must be those of then, too. Throws as
     // check().
@@ -58,6 +63,7 @@ class LocalClay {
 
     Rig rig;
     WallRule walls;
+    int ground;  // object that stands
     Material<double> material;
     double depth, dx, spacing, edge;  // of the clay, cells, particles, cubes [m]
     double reach;                     // from a tool to what moves [m]

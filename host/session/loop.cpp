@@ -174,6 +174,14 @@ void SessionLoop::clay_edited()
     if (launching) make_device_surface();
 }
 
+void SessionLoop::set_surface(const SurfaceRule& surface)
+{
+    if (begun > done) throw std::logic_error("a surface was changed with a frame under way");
+    rule.surface = surface;
+    last_meshes.reset(), on_device.reset();
+    if (launching) make_device_surface();
+}
+
 State SessionLoop::particles()
 {
     if (begun > done) throw std::logic_error("the state was asked for with a frame under way");

@@ -92,6 +92,9 @@ class SessionLoop {
     // Said by a watcher that has brought clay or taken some away, with no frame under way.
     void clay_edited();
     const std::vector<Material<double>>& materials() const { return rule.materials; }
+    // Surfaces are made by this rule from now on. Throws as clay_edited().
+    void set_surface(const SurfaceRule& surface);
+    const SurfaceRule& surface_rule() const { return rule.surface; }
 
     // No frame begins any more. Those under way end, and are watched. The first reason stands.
     void stop(End why = End::complete);

@@ -14,10 +14,13 @@ Motion no_motion()
     return motion;
 }
 
-MotionSource recorded_motion(const HandSource* hands, const HandsRule& rule)
+namespace {
+
+// `hands` points at a source or a stream.
+template <class Hands>
+MotionSource motion_of(Hands hands, const HandsRule& rule)
 {
-    if (!hands) return [](double, double) { return no_motion(); };
-    return [hands, sides = tool_sides(rule)](double from, double to) {
+    return [hands = std::move(hands), sides = tool_sides(rule)](double from, double to) {
         Motion motion = no_motion();
         float before[side_count], size[side_count];
         hands->sample(from, motion.from.data(), before);
@@ -26,6 +29,25 @@ MotionSource recorded_motion(const HandSource* hands, const HandsRule& rule)
             motion.active.push_back(size[side] > 0), motion.size.push_back(size[side]);
         return motion;
     };
+}
+
+}  // namespace
+
+MotionSource recorded_motion(const HandSource* hands, const HandsRule& rule)
+{
+    if (!hands) return [](double, double) { return no_motion(); };
+    return motion_of(hands, rule);
+}
+
+MotionSource stream_motion(std::shared_ptr<const HandStream> hands, const HandsRule& rule)
+{
+    return motion_of(std::move(hands), rule);
+}
+
+bool move_alike(const HandsRule& a, const HandsRule& b)
+{
+    return a.zoom == b.zoom && length(a.at - b.at) == 0 && a.filter == b.filter &&
+           a.present[left] == b.present[left] && a.present[right] == b.present[right];
 }
 
 bool any_active(const Motion& motion)

@@ -1,6 +1,7 @@
 // What moves the tools, frame by frame: recorded hands, a script, a tracker, or nothing.
 #pragma once
 #include <functional>
+#include <memory>
 
 #include "host/hands/filter.h"
 #include "host/solver/solver.h"
@@ -15,7 +16,11 @@ using MotionSource = std::function<Motion(double from, double to)>;
 Motion no_motion();
 // `hands` must outlive the source; null: no_motion() always.
 MotionSource recorded_motion(const HandSource* hands, const HandsRule& rule);
+// The same of a stream that goes on; it may be shared.
+MotionSource stream_motion(std::shared_ptr<const HandStream> hands, const HandsRule& rule);
 
+// Whether hands move alike by both rules: at most what they hold is another.
+bool move_alike(const HandsRule& a, const HandsRule& b);
 bool any_active(const Motion& motion);
 
 }  // namespace knead

@@ -13,7 +13,13 @@ namespace fs = std::filesystem;
 const std::vector<std::string> tool_names{"", "slab", "rod", "cone", "ball", "knife", "scissors"};
 constexpr double softest = 1e3, stiffest = 1e7;  // shear modulus [Pa]
 constexpr double weakest = 10, strongest = 1e6;  // yield stress [Pa]
-constexpr int fewest_cells = 16, most_cells = 128;
+constexpr int fewest_cells = 16, most_cells = 128, most_surface = 256;
+
+int surface_of(const LiveState& state)  // nodes along its longest side
+{
+    const Int3 size = state.surface.lattice.size;
+    return std::max({size.x, size.y, size.z});
+}
 
 std::size_t moved(std::size_t at, int step, std::size_t count)
 {
@@ -149,6 +155,9 @@ void PanelDesk::apply(const PanelCommand& command, const LiveState& state, LiveS
             cells = std::clamp(next, fewest_cells, most_cells);
             return load(live);
         }
+        case PanelAct::surface:
+            return live.set_surface(
+                std::clamp(surface_of(state) + 16 * command.step, fewest_cells, most_surface));
         case PanelAct::gravity:
             gravity = !gravity;
             return live.set_gravity(gravity_of(state));
@@ -175,6 +184,7 @@ PanelView PanelDesk::view(const LiveState& state, const HeadsetHands& hands)
     shown.stiffness = share_of(material.mu, softest, stiffest);
     shown.yield = yields(material) ? share_of(material.yield, weakest, strongest) : -1;
     if (state.scene) shown.nodes = state.scene->scene.setup.lattice.size.x;
+    shown.surface = surface_of(state);
     shown.gravity = gravity;
     return shown;
 }

@@ -1,5 +1,8 @@
 #include "host/session/scene_splats.h"
 
+#include <stdexcept>
+#include <string>
+
 namespace knead {
 
 SceneSplats::SceneSplats(const Scene& scene, const std::vector<SplatObject>& objects)
@@ -24,9 +27,27 @@ void SceneSplats::set_state(const CarriedSplats& state, const LocalState& of_loc
     refresh();
 }
 
-bool SceneSplats::after(const Frame& frame, FrameRow& row, Solver& solver)
+void SceneSplats::set_rig(const Rig& rig)
 {
-    const UpkeepReport done = moving.after(row.frame, solver);
+    if (local()) around_hands->set_rig(rig);
+}
+
+void SceneSplats::set_material(int object, const Material<double>& material, Solver& solver)
+{
+    const auto& there = solver.rules().materials;
+    if (object < 0 || std::size_t(object) >= there.size())
+        throw std::invalid_argument("there is no object " + std::to_string(object));
+    Material<double> whole = material;
+    whole.volume = there[std::size_t(object)].volume;
+    whole.mass = whole.density * whole.volume;
+    whole.category = there[std::size_t(object)].category;
+    solver.set_material(object, whole);
+    if (local()) around_hands->set_material(object, whole, solver);
+}
+
+bool SceneSplats::after(const Frame& frame, FrameRow& row, Solver& solver, bool upkeep)
+{
+    const UpkeepReport done = upkeep ? moving.after(row.frame, solver) : UpkeepReport{};
     row.splats_split = long(done.split), row.splats_added = long(done.added);
     row.splats_waiting = long(done.waiting);
     if (!local()) return false;

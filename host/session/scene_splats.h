@@ -18,9 +18,12 @@ class SceneSplats {
     bool local() const { return around_hands != nullptr; }
     bool changes() const { return moving.any() || local(); }  // from frame to frame
 
-    // After a frame, which its row hears of: splats are split and added, and where hands come or
-    // go, clay. True if clay was brought or taken.
-    bool after(const Frame& frame, FrameRow& row, Solver& solver);
+    // After a frame, which its row hears of: splats are split and added where that is due, unless
+    // `upkeep` is false, and where hands come or go, clay. True if clay was brought or taken.
+    bool after(const Frame& frame, FrameRow& row, Solver& solver, bool upkeep = true);
+    // The tools are others from now on; so is the material of an object, which the solver is told.
+    void set_rig(const Rig& rig);
+    void set_material(int object, const Material<double>& material, Solver& solver);
 
     // All of them as of the last refresh(): in the order of the solver's Gaussians, then those that
     // stand still.

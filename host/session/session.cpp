@@ -303,7 +303,7 @@ RunRecord run_frames(const Scene& scene, Solver& solver, const HandSource* hands
     if (earlier) by.done = int(earlier->rows.size());
     if (earlier) by.materials = solver.rules().materials;  // of clay that came meanwhile, too
     by.interrupted = [&] { return interrupted() || (watch.stop && watch.stop()); };
-    SessionLoop loop(solver, recorded_motion(hands, scene.hands), by);
+    SessionLoop loop(solver, watch.motion ? watch.motion : recorded_motion(hands, scene.hands), by);
     Run run(scene, solver, loop, rule);
     if (earlier) run.record = *earlier;
     run.record.frames_wanted = by.frames;
@@ -324,7 +324,9 @@ RunRecord run_frames(const Scene& scene, Solver& solver, const HandSource* hands
     loop.watch([&](const Frame& f) { run.hand_out(f, watch); });
     Keeper keeper(solver, run, rule, watch);
     if (watch.checkpoint) loop.watch([&](const Frame& f) { keeper.after(f); });
+    if (watch.edits) loop.watch([&](const Frame& f) { watch.edits(f.number, loop); });
     run.start();
+    if (watch.edits) watch.edits(by.done, loop);
     loop.run();
     if (loop.failure()) run.record.trouble = trouble_of(loop);
     if (loop.end() == End::substeps)

@@ -65,6 +65,9 @@ struct RunRecord {
 
 struct RunWatch {
     std::function<void(const FrameRow&)> frame;  // after every frame
+    // Before each frame: may hand the loop edits, after the frame of that number.
+    std::function<void(int number, SessionLoop&)> edits;
+    MotionSource motion;  // of the tools, in place of the hands' own
     // Between substeps: where the frame of that number stands.
     std::function<void(int number, const FramePart&)> part;
     // After every whole frame of a sound state, before it is shown or kept: may edit the solver's

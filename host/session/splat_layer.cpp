@@ -48,10 +48,16 @@ SplatLayer layer_of(const Picture& picture)
 }
 
 SplatDrawer::SplatDrawer(const SplatCloud& cloud, Device device, double budget)
-    : antialiased_(cloud.antialiased), budget_(budget), pace_(budget, 0.125, 0.5)
+    : device_(resolved(device)), budget_(budget), pace_(budget, 0.125, 0.5)
 {
-    if (resolved(device).kind == DeviceKind::cuda)
-        gpu_ = std::make_unique<GpuRaster>(cloud, 0, device.index);
+    set(cloud);
+}
+
+void SplatDrawer::set(const SplatCloud& cloud)
+{
+    antialiased_ = cloud.antialiased;
+    if (device_.kind == DeviceKind::cuda)
+        gpu_ = std::make_unique<GpuRaster>(cloud, 0, device_.index);
     else
         cloud_ = cloud;
 }
@@ -73,12 +79,18 @@ SplatFrame SplatDrawer::frame_of(const std::vector<EyeView>& views, const SplatM
     return frame;
 }
 
-SplatLayer SplatDrawer::layer(const EyeView& view, const SplatMotion& motion, bool whole)
+SplatLayer SplatDrawer::layer(const EyeView& view, const SplatMotion& motion, bool whole,
+                              HiddenTiles* hidden)
 {
     using Clock = std::chrono::steady_clock;
     scale_ = whole ? 1 : pace_.scale();
     SplatFrame frame = frame_of({view}, motion);
     if (motion.device) motion.device->fetch(frame);
+    if (hidden && !gpu_) {
+        EyeView coarse = view;
+        coarse.width = frame.eyes[0].width, coarse.height = frame.eyes[0].height;
+        frame.hidden = {hidden->of(coarse)};
+    }
     const Clock::time_point begin = Clock::now();
     const SplatLayer made =
         layer_of(gpu_ ? gpu_->pictures(frame).front() : cpu_raster(cloud_, frame).front());
@@ -88,7 +100,7 @@ SplatLayer SplatDrawer::layer(const EyeView& view, const SplatMotion& motion, bo
 }
 
 void SplatDrawer::draw(EyePainter& painter, const std::vector<EyeView>& views,
-                       const SplatMotion& motion, bool whole)
+                       const SplatMotion& motion, bool whole, std::array<HiddenTiles, 2>* hidden)
 {
     const auto same_size = [&](const EyeView& v) {
         return v.width == views[0].width && v.height == views[0].height;
@@ -105,7 +117,8 @@ void SplatDrawer::draw(EyePainter& painter, const std::vector<EyeView>& views,
         return;
     }
     for (std::size_t eye = 0; eye < views.size(); ++eye)
-        painter.set_splats(int(eye), layer(views[eye], motion, whole));
+        painter.set_splats(int(eye),
+                           layer(views[eye], motion, whole, hidden ? &hidden->at(eye) : nullptr));
 }
 
 }  // namespace knead

@@ -1,10 +1,12 @@
 // Splats of a live scene as an eye sees them, for a live painter.
 #pragma once
+#include <array>
 #include <memory>
 #include <vector>
 
 #include "cuda/splats/deform.h"
 #include "host/session/device.h"
+#include "host/session/hidden_tiles.h"
 #include "host/splats/device_gaussians.h"
 #include "host/splats/gpu_raster.h"
 #include "host/splats/raster.h"
@@ -26,11 +28,16 @@ class SplatDrawer {
     // `budget` [s]. Throws std::runtime_error where the device cannot.
     SplatDrawer(const SplatCloud& cloud, Device device, double budget);
 
-    // `whole`: with all pixels, however long that takes.
-    SplatLayer layer(const EyeView& view, const SplatMotion& motion, bool whole = false);
+    // Others from now on: the clay's were split, or some came or went.
+    void set(const SplatCloud& cloud);
+
+    // `whole`: with all pixels, however long that takes. `hidden`: what nobody sees; null: nothing.
+    SplatLayer layer(const EyeView& view, const SplatMotion& motion, bool whole = false,
+                     HiddenTiles* hidden = nullptr);
     // The same to eyes 0 and 1 of a painter, or 0 alone: shared with it where that can be.
+    // `hidden`: of each eye; null: nothing.
     void draw(EyePainter& painter, const std::vector<EyeView>& views, const SplatMotion& motion,
-              bool whole = false);
+              bool whole = false, std::array<HiddenTiles, 2>* hidden = nullptr);
 
     double scale() const { return scale_; }      // of the last layer, share of the view's sides
     double seconds() const { return seconds_; }  // that it took [s]
@@ -38,6 +45,7 @@ class SplatDrawer {
   private:
     SplatFrame frame_of(const std::vector<EyeView>& views, const SplatMotion& motion) const;
 
+    Device device_;
     SplatCloud cloud_;  // of the CPU's
     bool antialiased_;
     std::unique_ptr<GpuRaster> gpu_;

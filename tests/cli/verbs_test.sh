@@ -21,6 +21,9 @@ cmp -s noisy.hands back.hands || wrong "a recording is another after .jsonl"
 answers 2 record squeeze hands.txt
 answers 3 record sqeeze typo.hands
 complains 'the nearest is "squeeze"'
+answers 2 record --live mine.hands
+complains 'knead vr SCENE --record mine.hands'
+answers 2 record squeeze
 answers 5 record squeeze squeeze.hands
 answers 0 record squeeze squeeze.hands --overwrite
 answers 5 record squeeze absent/squeeze.hands
@@ -341,6 +344,9 @@ answers 0 doctor
 holds said '^ok +CPU'
 answers 0 doctor --json
 holds said '"what": "memory"'
+# OpenXR is named, and a runtime that is not there is no failure, but a hint.
+XR_RUNTIME_JSON=/nowhere.json answers 0 doctor
+holds said '^missing +OpenXR .*no knead vr'
 # What a killed program left is named, and stays.
 printf half >one/mesh.partial-999999999-0.glb
 printf half >$'one/\377.partial-999999999-0.hands'

@@ -50,4 +50,19 @@ before=$(grep -o "[0-9]* particle-substeps" "$out/said.txt")
 grep -q "begin.png" "$out/errors.txt" && fail "$(cat "$out/errors.txt")"
 grep -q " $before" "$out/said.txt" || fail "another run of the script: not $before"
 cmp -s "$out/end.png" "$out/again.png" || fail "another run of the script: another picture"
+
+: >"$out/still"
+# Splats: a floor that stands still becomes clay at the recorded rod, a pot is squeezed and split.
+for scene in "ground --set domain.cells=32" "pot --set domain.cells=24 --set splats.split.limit=1.2"
+do
+    # shellcheck disable=SC2086
+    "$knead" view scenes/${scene%% *}.json ${scene#* } --set surface.nodes=24 --size 160x120 \
+        --device cpu --script "$out/still" --frames 40 --bare --screenshot "$out/${scene%% *}.png" \
+        >"$out/said.txt" 2>"$out/errors.txt"
+    [ $? -eq 0 ] || fail "view of ${scene%% *}"
+    grep -q "^40 frames drawn by .* 40 simulated.* 0 OpenGL errors" "$out/said.txt" ||
+        fail "what was said of ${scene%% *}"
+    [ -s "$out/${scene%% *}.png" ] || fail "no picture of ${scene%% *}"
+    grep -q "; [1-9][0-9]* splats" "$out/said.txt" || fail "no splats of ${scene%% *}"
+done
 cat "$out/said.txt"

@@ -166,7 +166,7 @@ XrResult XRAPI_CALL locate(XrSession handle, const XrViewLocateInfo* info, XrVie
         session_of(handle);
         check_struct(info, XR_TYPE_VIEW_LOCATE_INFO);
         check_struct(state, XR_TYPE_VIEW_STATE);
-        r.get<SpaceObject>(info->space);
+        const SpaceObject& base = r.get<SpaceObject>(info->space);
         refuse_if(info->displayTime <= 0, XR_ERROR_TIME_INVALID, "not a time");
         for (std::uint32_t i = 0; to && i < capacity; ++i) check_struct(&to[i], XR_TYPE_VIEW);
         state->viewStateFlags =
@@ -174,9 +174,11 @@ XrResult XRAPI_CALL locate(XrSession handle, const XrViewLocateInfo* info, XrVie
             XR_VIEW_STATE_POSITION_TRACKED_BIT | XR_VIEW_STATE_ORIENTATION_TRACKED_BIT;
         std::vector<XrView> all;
         const double time = r.script_time(info->displayTime);
-        for (int eye = 0; eye < 2; ++eye)
-            all.push_back(
-                {XR_TYPE_VIEW, nullptr, pose_of(eye_at(r.script, time, eye)), fov_of(eye)});
+        for (int eye = 0; eye < 2; ++eye) {
+            Joint<double> pose = eye_at(r.script, time, eye);
+            pose.p.y += higher_in(base);
+            all.push_back({XR_TYPE_VIEW, nullptr, pose_of(pose), fov_of(eye)});
+        }
         return give(all, capacity, count, to);
     });
 }

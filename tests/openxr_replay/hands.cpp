@@ -57,15 +57,20 @@ XrResult XRAPI_CALL locate(XrHandTrackerEXT handle, const XrHandJointsLocateInfo
             to, XR_TYPE_HAND_JOINT_LOCATIONS_EXT,
             {XR_TYPE_HAND_TRACKING_DATA_SOURCE_STATE_EXT, XR_TYPE_HAND_JOINT_VELOCITIES_EXT});
         const SpaceObject& base = r.get<SpaceObject>(info->baseSpace);
-        refuse_if(base.reference != XR_REFERENCE_SPACE_TYPE_LOCAL || base.action,
-                  XR_ERROR_VALIDATION_FAILURE, "hands are scripted in LOCAL alone");
+        refuse_if((base.reference != XR_REFERENCE_SPACE_TYPE_LOCAL &&
+                   base.reference != XR_REFERENCE_SPACE_TYPE_STAGE) ||
+                      base.action,
+                  XR_ERROR_VALIDATION_FAILURE, "hands are scripted in LOCAL and STAGE alone");
         refuse_if(info->time <= 0, XR_ERROR_TIME_INVALID, "not a time");
         refuse_if(to->jointCount != XR_HAND_JOINT_COUNT_EXT || !to->jointLocations,
                   XR_ERROR_VALIDATION_FAILURE, "not 26 joints");
         HandAnswer answer = hand_at(r.script, hand.side, r.script_time(info->time));
         answer.active = answer.active && session.flow.focused();
         to->isActive = answer.active;
-        for (int j = 0; j < joint_count; ++j) fill(to->jointLocations[j], answer, j);
+        for (int j = 0; j < joint_count; ++j) {
+            fill(to->jointLocations[j], answer, j);
+            to->jointLocations[j].pose.position.y += float(higher_in(base));
+        }
         // Velocities are optional: none are given.
         if (void* speeds = in_chain(to, XR_TYPE_HAND_JOINT_VELOCITIES_EXT)) {
             auto& velocities = *static_cast<XrHandJointVelocitiesEXT*>(speeds);

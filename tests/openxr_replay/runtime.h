@@ -61,6 +61,12 @@ struct SpaceObject : Object {
     int side = -1;
     XrPosef pose{};
 };
+constexpr double floor_below = 1.2;  // the origin of LOCAL above that of STAGE [m]
+// How much higher a place of LOCAL is in a space of LOCAL or STAGE [m].
+inline double higher_in(const SpaceObject& space)
+{
+    return space.reference == XR_REFERENCE_SPACE_TYPE_STAGE ? floor_below : 0;
+}
 struct SwapchainObject : Object {
     explicit SwapchainObject(int images) : order(images) {}
     const char* kind() const override { return "swapchain"; }

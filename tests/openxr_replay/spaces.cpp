@@ -4,8 +4,6 @@
 namespace knead::replay {
 namespace {
 
-constexpr double floor_below = 1.2;  // the origin of LOCAL above that of STAGE [m]
-
 XrResult XRAPI_CALL list(XrSession handle, std::uint32_t capacity, std::uint32_t* count,
                          XrReferenceSpaceType* to)
 {

@@ -155,6 +155,48 @@ TEST(HeadsetHands, feel_contact_where_a_tool_touches)
     EXPECT_LT(strength[right], 0.4f);
 }
 
+// Both hands are in the scene; only the one that is at the clay feels it, and a blade feels more.
+TEST(HeadsetHands, feel_each_what_it_touches_itself)
+{
+    HeadsetHands hands{HandsRule{}};
+    float strength[side_count];
+    LiveState state;
+    state.surface.lattice.dx = 0.01f;
+    Mesh clay;
+    clay.vertices = {{0, 0, 0}, {1, 1, 1}};
+    state.meshes = std::make_shared<const std::vector<Mesh>>(std::vector<Mesh>{clay});
+    const auto ball_at = [](Vec3<float> place) {
+        DrawPrimitive p{1, {}};
+        p.sphere[0].c = place, p.sphere[0].r = 0.05f;
+        return std::vector<DrawPrimitive>{p};
+    };
+    state.tools.push_back({left, "", true, 1, ball_at({0.06f, 0, 0})});
+    state.tools.push_back({right, "", true, 1, ball_at({0.5f, 0, 0})});
+    state.frame.stats.projected = 5, state.frame.stats.yielded = 9;
+    const auto feel = [&] {
+        ++state.version;
+        hands.feel(state, strength);
+    };
+    feel();
+    EXPECT_GT(strength[left], 0.4f);
+    EXPECT_EQ(strength[right], 0) << "far from all clay";
+    feel();
+    const float pressing = strength[left];
+    EXPECT_GT(pressing, 0);
+    state.tools[0].held = "knife";
+    feel();
+    EXPECT_GT(strength[left], pressing) << "it cuts";
+    state.frame.stats.yielded = 0;
+    feel();
+    EXPECT_EQ(strength[left], 0) << "it rests";
+    state.tools[1].primitives = ball_at({1, 1, 1.06f});
+    feel();
+    EXPECT_GT(strength[right], 0.4f) << "its own contact begins";
+    state.tools[1].active = false;
+    feel();
+    EXPECT_EQ(strength[right], 0);
+}
+
 TEST(HeadsetHands, draw_nothing_before_a_hand_came_and_faintly_before_it_touches)
 {
     HeadsetHands hands{HandsRule{}};

@@ -238,6 +238,29 @@ TEST_F(PanelDeskTest, changes_materials_gravity_and_tools)
     EXPECT_EQ(hands.rule().held[right], "");
 }
 
+// The clay does not hear of its surface: the same frame goes on.
+TEST_F(PanelDeskTest, makes_the_surface_finer_while_the_clay_stays)
+{
+    live.advance_to(0.1);
+    const auto before = live.state();
+    const int nodes = desk.view(*before, hands).surface;
+    act(PanelAct::surface, 1);
+    const auto after = live.state();
+    EXPECT_EQ(desk.view(*after, hands).surface, nodes + 16);
+    EXPECT_EQ(after->history, before->history);
+    EXPECT_EQ(after->frame.number, before->frame.number);
+    ASSERT_FALSE(after->meshes->empty());
+    EXPECT_GT((*after->meshes)[0].triangles.size(), 2 * (*before->meshes)[0].triangles.size());
+    EXPECT_NEAR(volume((*after->meshes)[0]), volume((*before->meshes)[0]),
+                0.1 * volume((*before->meshes)[0]));
+    for (int i = 0; i < 4; ++i) act(PanelAct::surface, -1);
+    EXPECT_EQ(desk.view(*live.state(), hands).surface, 16) << "no coarser";
+    EXPECT_EQ(live.state()->refused, 0);
+    live.set_surface(4000);
+    live.settle();
+    EXPECT_EQ(live.state()->refused, 1);
+}
+
 TEST_F(PanelDeskTest, begins_anew_by_reset_cells_and_scene)
 {
     const int before = live.state()->history;

@@ -3,141 +3,12 @@
 #include <gtest/gtest.h>
 
 #ifdef KNEAD_XR_PROGRAM
-#include <png.h>
-
-#include <cmath>
 #include <cstdlib>
-#include <cstring>
-#include <filesystem>
-#include <fstream>
-#include <nlohmann/json.hpp>
-#include <sstream>
 
-#include "host/base/child.h"
-#include "host/base/errors.h"
-#include "host/hands/recording.h"
-#include "host/session/headset_panel.h"
-#include "tests/folder.h"
+#include "tests/xr/vr_run.h"
 
 namespace knead {
 namespace {
-namespace fs = std::filesystem;
-
-using Json = nlohmann::json;
-
-struct Pixels {
-    int width = 0, height = 0;
-    std::vector<png_byte> rgb;
-    const png_byte* at(int x, int y) const { return &rgb[std::size_t(3 * (y * width + x))]; }
-};
-
-Pixels read_png(const std::string& path)
-{
-    png_image image;
-    std::memset(&image, 0, sizeof image);
-    image.version = PNG_IMAGE_VERSION;
-    Pixels pixels;
-    if (!png_image_begin_read_from_file(&image, path.c_str())) {
-        ADD_FAILURE() << path << ": " << image.message;
-        return pixels;
-    }
-    image.format = PNG_FORMAT_RGB;
-    pixels.width = int(image.width), pixels.height = int(image.height);
-    pixels.rgb.resize(PNG_IMAGE_SIZE(image));
-    EXPECT_TRUE(png_image_finish_read(&image, nullptr, pixels.rgb.data(), 0, nullptr));
-    return pixels;
-}
-
-// The middle of the clay, which is the only thing that is that red [pixels]; and how many there
-// are.
-struct Red {
-    double x = 0, y = 0;
-    int count = 0;
-};
-Red red_of(const Pixels& picture)
-{
-    Red red;
-    for (int y = 0; y < picture.height; ++y)
-        for (int x = 0; x < picture.width; ++x) {
-            const png_byte* p = picture.at(x, y);
-            if (p[0] < 90 || p[0] < 2 * p[1] || p[0] < 2 * p[2]) continue;
-            red.x += x + 0.5, red.y += y + 0.5, ++red.count;
-        }
-    red.x /= std::max(1, red.count), red.y /= std::max(1, red.count);
-    return red;
-}
-
-class KneadVr : public InFolder {
-  protected:
-    const std::vector<std::string> scene{"scenes/squeeze.json",
-                                         "--set",
-                                         "domain.cells=16",
-                                         "--set",
-                                         "surface.nodes=32",
-                                         "--device",
-                                         "cpu",
-                                         "--deterministic",
-                                         "--threads",
-                                         "1"};
-
-    // Runs `knead vr` on the squeeze under a script; `report` is what it said.
-    int vr(Json script, const std::vector<std::string>& more)
-    {
-        script["log"] = path("log");
-        std::ofstream(path("script.json")) << script.dump();
-        std::vector<std::string> words{"env",
-                                       "XR_RUNTIME_JSON=" KNEAD_XR_RUNTIME,
-                                       "KNEAD_REPLAY_SCRIPT=" + path("script.json"),
-                                       "OMP_WAIT_POLICY=passive",
-                                       KNEAD_XR_PROGRAM,
-                                       "vr"};
-        words.insert(words.end(), scene.begin(), scene.end());
-        for (const char* word : {"--binding", "egl", "--place", "0,0,0", "--json", "--quiet"})
-            words.push_back(word);
-        if (!panel) words.push_back("--no-panel");
-        words.insert(words.end(), more.begin(), more.end());
-        std::string said;
-        const int code = output_of(words, said, 300);
-        report = Json::parse(said, nullptr, false);
-        log.clear();
-        std::ifstream lines(path("log"));
-        for (std::string line; std::getline(lines, line);) log.push_back(Json::parse(line));
-        return code;
-    }
-    // The hash of the state to which `knead run` brings the recorded hands.
-    std::string replayed(const std::string& hands)
-    {
-        std::vector<std::string> words{KNEAD_XR_PROGRAM, "run"};
-        words.insert(words.end(), scene.begin(), scene.end());
-        const std::string frames = std::to_string(report["simulation"]["frames"].get<int>());
-        for (const std::string& word : {std::string("--hands"), hands, std::string("--frames"),
-                                        frames, std::string("--json"), std::string("--quiet")})
-            words.push_back(word);
-        std::string said;
-        EXPECT_EQ(output_of(words, said, 300), exit_ok);
-        return Json::parse(said)["knead"]["state_hash"];
-    }
-    void expect_sound()
-    {
-        ASSERT_TRUE(report.is_object());
-        EXPECT_EQ(report["gl_errors"], 0);
-        ASSERT_FALSE(log.empty());
-        EXPECT_EQ(log.back()["wrong"], 0) << "no call broke OpenXR's rules, and nothing leaked";
-    }
-
-    bool panel = false;
-    Json report;
-    std::vector<Json> log;
-};
-
-// A head that looks down at the clay, and the recorded squeeze.
-Json squeeze()
-{
-    return {{"hands", "scenes/squeeze.hands"},
-            {"width", 192},
-            {"height", 192},
-            {"head", {{{"time", 0}, {"at", {0, 0.2, 0.36}}, {"tilt", -29}}}}};
-}
 
 TEST_F(KneadVr, plays_the_squeeze_and_shows_it_to_both_eyes)
 {
@@ -163,7 +34,7 @@ TEST_F(KneadVr, plays_the_squeeze_and_shows_it_to_both_eyes)
         // Reversed depth: the near distance over the distance along the gaze.
         EXPECT_TRUE(left_eye["depth"]["near"].is_null()) << "infinite";
         EXPECT_NEAR(left_eye["depth"]["far"], 0.05, 1e-6);
-        const Red l = red_of(read_png(left_eye["file"])), r = red_of(read_png(right_eye["file"]));
+        const Red l = red_of(pixels_of(left_eye["file"])), r = red_of(pixels_of(right_eye["file"]));
         ASSERT_GT(l.count, 300);
         EXPECT_NEAR(r.count, l.count, 0.1 * l.count);
         EXPECT_NEAR(l.y, r.y, 1) << "eyes are level";
@@ -192,8 +63,8 @@ TEST_F(KneadVr, draws_what_its_goldens_show)
         const std::string made = path("dump") + "/" + name;
         if (const char* out = std::getenv("KNEAD_GOLDEN_OUT"))
             fs::copy_file(made, fs::path(out) / name, fs::copy_options::overwrite_existing);
-        const Pixels seen = read_png(made);
-        const Pixels golden = read_png(std::string("tests/xr/golden/") + name);
+        const Pixels seen = pixels_of(made);
+        const Pixels golden = pixels_of(std::string("tests/xr/golden/") + name);
         ASSERT_EQ(seen.rgb.size(), golden.rgb.size());
         double sum = 0;
         int far_off = 0;
@@ -251,40 +122,13 @@ TEST_F(KneadVr, gives_up_on_a_runtime_that_stays_away_and_keeps_the_work)
         EXPECT_TRUE(fs::exists(path("out") + "/" + file)) << file;
 }
 
-// A right hand whose index finger goes through what is at `target` of the panel, and back.
-Recording poking(PanelAct target)
-{
-    const HeadsetPanel panel;
-    const PanelItem* item = nullptr;
-    for (const PanelItem& one : panel.items())
-        if (one.command.act == target && !item) item = &one;
-    const Joint<float> at = HeadsetPanel::pose(Workplace{{0, 0, 0}, 0}, left);
-    const float x = item->rect.x + 0.5f * item->rect.width - 0.5f * HeadsetPanel::width;
-    const float y = 0.5f * HeadsetPanel::height - item->rect.y - 0.5f * item->rect.height;
-    Recording recording{"poke", 90, 0, {}};
-    for (int k = 0; k < 60; ++k) {
-        const float z = 0.06f - 0.05f * std::min(float(k) / 30, 1.0f) - 0.012f * float(k / 30);
-        const Vec3<float> tip{HeadsetPanel::pixel * x, HeadsetPanel::pixel * y, z};
-        HandFrame frame;
-        frame.time = k / 90.0;
-        Hand& hand = frame.hand[right] = open_hand(right);
-        const Vec3<float> shift = at.p + rotate(at.q, tip) - hand.joints[index_tip].p;
-        for (auto& joint : hand.joints) joint.p = joint.p + shift;
-        hand.tracked = true;
-        hand.valid.fill(true);
-        for (auto& joint : frame.hand[left].joints) joint = {{0, 0, 0, 0}, {0, 0, 0}};
-        recording.frames.push_back(frame);
-    }
-    return recording;
-}
-
 TEST_F(KneadVr, is_left_by_a_finger_on_quit_and_paused_by_one_on_pause)
 {
     panel = true;
     Json script = squeeze();
     script["render_every"] = 20;
     script["hands"] = path("poke.hands");
-    write_recording(path("poke.hands"), poking(PanelAct::quit));
+    write_recording(path("poke.hands"), poking({PanelAct::quit}));
     EXPECT_EQ(vr(script, {"--frames", "500"}), exit_ok);
     expect_sound();
     EXPECT_EQ(report["reason"], "");
@@ -293,7 +137,7 @@ TEST_F(KneadVr, is_left_by_a_finger_on_quit_and_paused_by_one_on_pause)
     EXPECT_GT(report["drawn"], 0);
 
     // Time stands still once it is paused: the runtime has to end it.
-    write_recording(path("poke.hands"), poking(PanelAct::pause));
+    write_recording(path("poke.hands"), poking({PanelAct::pause}));
     script["faults"] = {{{"kind", "exit"}, {"frame", 200}}};
     EXPECT_EQ(vr(script, {"--frames", "500"}), exit_ok);
     expect_sound();

@@ -1,0 +1,83 @@
+#include "host/session/action_replay.h"
+
+#include <fmt/format.h>
+
+#include "host/hands/recording.h"
+#include "host/scene/seed.h"
+
+namespace knead {
+namespace {
+
+constexpr double rounding = 1e-9;  // [s]
+
+}  // namespace
+
+ActionReplay::ActionReplay(Recording of, const HandsRule& by, double per_second,
+                           std::vector<HandAction> all)
+    : recording(std::move(of)), rule(by), rate(per_second), actions(std::move(all))
+{
+    check(recording);
+    begin_hands(-1);
+}
+
+// Of the frames that came later than that: what was tracked before was of hands that are no more.
+void ActionReplay::begin_hands(double after)
+{
+    const auto stream = std::make_shared<HandStream>(rule);
+    for (const HandFrame& frame : recording.frames)
+        if (frame.time > after) stream->push(frame);
+    stream->close();
+    source = stream_motion(stream, rule);
+}
+
+void ActionReplay::perform(const HandAction& action, int number, Solver& solver,
+                           SceneSplats& splats)
+{
+    switch (action.act) {
+        case Act::began:
+        case Act::pause:
+            return;
+        case Act::material:
+            return splats.set_material(action.object, action.material, solver);
+        case Act::gravity:
+            return solver.set_gravity(action.gravity);
+        case Act::move:
+            return solver.move(action.object, action.motion);
+        case Act::hands:
+            break;
+    }
+    HandsRule now = rule;
+    now.zoom = action.hands.zoom, now.at = action.hands.at;
+    for (const Side side : {left, right})
+        now.held[side] = action.hands.held[side], now.present[side] = action.hands.present[side];
+    const HandTools tools = hand_tools(now);
+    solver.set_tools(tools.rig, tools.tools);
+    splats.set_rig(tools.rig);
+    const bool alike = move_alike(now, rule);
+    rule = now;
+    if (alike) return;
+    // The frames before had heard of all hands up to the first that ended with them or later.
+    double heard = -1;
+    for (const HandFrame& frame : recording.frames) {
+        if (number == 0 || heard >= number / rate - rounding) break;
+        heard = frame.time;
+    }
+    begin_hands(heard);
+}
+
+void ActionReplay::before_frame(int number, SessionLoop& loop, SceneSplats& splats,
+                                const std::function<void(const std::string&)>& refused)
+{
+    const double end = (number + 1) / rate;
+    for (; next < actions.size() && actions[next].time + rounding < end; ++next)
+        loop.edit([this, number, &splats, refused, &action = actions[next]](Solver& solver) {
+            try {
+                perform(action, number, solver, splats);
+            } catch (const std::exception& e) {
+                refused(fmt::format("what was done at {:.6g} s is refused, as it was then: {}",
+                                    action.time, e.what()));
+            }
+        });
+}
+
+}  // namespace knead
