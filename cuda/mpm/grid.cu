@@ -67,9 +67,8 @@ __device__ void look_ahead(const GridUpdateView& d)
     const Step step = c.step(n);
     const Extremes clay = c.extremes(n);
     Step next = step_after(step, d.limits, clay, c.tool_step, c.duration);
-    const bool crowded = c.crowded[before];
-    if ((crowded || c.halt) && step.dt > 0 && next.dt > 0)
-        c.mode = crowded ? Mode::stopped : Mode::cut, c.resume = next, next.dt = 0;
+    if ((c.crowded[before] || c.halt) && step.dt > 0 && next.dt > 0)
+        c.mode = c.crowded[before] ? Mode::stopped : Mode::cut, c.resume = next, next.dt = 0;
     c.crowded[before] = false;
     c.begun = n;
     c.set_peak(n, {});
