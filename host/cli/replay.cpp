@@ -29,7 +29,7 @@ std::unique_ptr<ActionReplay> replay_of(const Scene& scene, const Recording& rec
         throw InputError(file + ": expected what was done beside " + scene.hands.recording +
                          ", found that of another recording; without the file, the hands alone "
                          "are played");
-    note(fmt::format("{}: {} actions are played, too", file, actions.all.size()));
+    note(fmt::format("{}: played, too; actions: {}", file, actions.all.size()));
     if (!actions.settings.empty())
         note(fmt::format("{}: recorded of {} with --set {}", file, actions.scene,
                          fmt::join(actions.settings, " --set ")));
