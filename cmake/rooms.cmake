@@ -1,8 +1,8 @@
 # How the libraries' rooms are compiled.
 
-# Verbs, sessions, tables and checks wait for the solver and are not part of it: as quick with -O1,
-# and compiled in less time.
-set(cold_rooms "host/(cli|session|bench|verify)/[^/]*\\.cpp$|host/files/gltf\\.cpp$")
+# Verbs, sessions, tables, checks and headsets wait for the solver and are not part of it: as quick
+# with -O1, and compiled in less time.
+set(cold_rooms "host/(cli|session|bench|verify)/[^/]*\\.cpp$|/xr/[^/]*\\.cpp$|host/files/gltf\\.cpp$")
 get_target_property(sources knead_app SOURCES)
 list(FILTER sources INCLUDE REGEX ${cold_rooms})
 set_source_files_properties(${sources} PROPERTIES COMPILE_OPTIONS $<$<CONFIG:Release>:-O1>)
@@ -45,22 +45,28 @@ function(knead_unite target form parts name rooms)
 endfunction()
 
 if(KNEAD_UNITED)
-    # What nearly all of them include, read once.
-    target_precompile_headers(knead_app PRIVATE <fmt/format.h>
-        ${PROJECT_SOURCE_DIR}/host/session/session.h ${PROJECT_SOURCE_DIR}/host/verify/verify.h)
-    set_source_files_properties(render/view/no_window.cpp PROPERTIES
-        SKIP_PRECOMPILE_HEADERS ON)  # has a definition of its own
     set(cold $<$<CONFIG:Release>:-O1>)
-    knead_unite(knead_solver cpp 1 base "host/base|host/surface")
-    knead_unite(knead_solver cpp 1 solver "host/solver|host/splats")
-    knead_unite(knead_app cpp 1 scene "host/scene|host/hands")
-    knead_unite(knead_app cpp 1 files "host/files")
-    knead_unite(knead_app cpp 1 assets "host/assets")
     knead_unite(knead_app cpp 2 session "host/session" ${cold})
     knead_unite(knead_app cpp 1 bench "host/bench" ${cold})
     knead_unite(knead_app cpp 2 cli "host/cli" ${cold})
+    knead_unite(knead_app cpp 1 headset "xr" ${cold})
+    knead_unite(knead_app cpp 1 files "host/files")
+    knead_unite(knead_app cpp 1 assets "host/assets")
+    knead_unite(knead_app cpp 1 scene "host/scene|host/hands")
     knead_unite(knead_app cpp 1 picture "render|render/view")
-    knead_unite(knead_app cpp 1 headset "xr")
+    knead_unite(knead_solver cpp 1 base "host/base|host/surface")
+    knead_unite(knead_solver cpp 1 solver "host/solver|host/splats")
     knead_unite(knead_solver cu 1 device_solver "host/solver/gpu")
-    knead_unite(knead_solver cu 1 device_store "host/surface|host/splats")
+    knead_unite(knead_solver cu 1 device_surface "host/surface")
+    knead_unite(knead_solver cu 1 device_splats "host/splats")
+endif()
+
+# What most files include, read once; none of our own, whose names are not for everyone. Not where
+# warnings are errors: GCC then warns of what it inlines from the standard library's headers, too.
+if(KNEAD_UNITED AND NOT KNEAD_WERROR)
+    set(knead_common <algorithm> <array> <chrono> <cmath> <filesystem> <functional> <map> <memory>
+        <numbers> <optional> <string> <vector> <fmt/format.h> <nlohmann/json_fwd.hpp>)
+    target_precompile_headers(knead_app PRIVATE ${knead_common})
+    set_source_files_properties(render/view/no_window.cpp PROPERTIES
+        SKIP_PRECOMPILE_HEADERS ON)  # has a definition of its own
 endif()
