@@ -1,5 +1,7 @@
 #include "host/session/hand_actions.h"
 
+#include <nlohmann/json.hpp>
+
 #include "host/base/json_reader.h"
 #include "host/base/outputs.h"
 #include "host/scene/seed.h"
