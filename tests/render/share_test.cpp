@@ -242,7 +242,27 @@ TEST_F(SharedPictures, WhatIsRegisteredMayOutliveItsContext)
     compare(Target(64, 64), "after the loss");
 }
 
-TEST_F(SharedPictures, TwoHundredRegistrationsLeaveNothing)
+// So many registrations of a mesh and of splats; `before`: what memory is free after the first.
+class Registrations : public SharedPictures {
+  protected:
+    void register_often(int count, int first, std::size_t& before, const DeviceMesh& mesh,
+                        GpuRaster& raster, const SplatFrame& frame, const MeshLayout& layout,
+                        const Device& device)
+    {
+        for (int k = 0; k < count; ++k) {
+            if (k == first) glFinish(), before = free_memory(device);
+            const Buffer taker = buffer();
+            glNamedBufferData(taker, GLsizeiptr(layout.bytes), nullptr, GL_DYNAMIC_DRAW);
+            SharedMesh(taker, layout, 0).copy(mesh);
+            shared->set_device_clay(mesh, ++version);
+            ASSERT_TRUE(shared->set_splats(raster, frame));
+            if (k % 10 == 9) shared = EyePainter::open(1);
+        }
+        glFinish();
+    }
+};
+
+TEST_F(Registrations, OfTwoHundredNothingIsLeft)
 {
     const std::vector<Material<double>> materials{clay(1.0 / 48)};
     GpuSurface surface(clay_of(0.3), materials, rule(), {200000, 400000});
@@ -252,20 +272,15 @@ TEST_F(SharedPictures, TwoHundredRegistrationsLeaveNothing)
     const Device device = parse_device("cuda:0");
     SplatFrame frame;
     for (int e = 0; e < 2; ++e) frame.eyes.push_back(splat_eye(view_of(e, 512, 512)));
-    std::size_t before = 0;
-    for (int k = 0; k < 220; ++k) {
-        if (k == 20) glFinish(), before = free_memory(device);
-        const Buffer taker = buffer();
-        glNamedBufferData(taker, GLsizeiptr(layout.bytes), nullptr, GL_DYNAMIC_DRAW);
-        SharedMesh(taker, layout, 0).copy(*mesh);
-        shared->set_device_clay(*mesh, ++version);
-        ASSERT_TRUE(shared->set_splats(raster, frame));
-        if (k % 10 == 9) shared = EyePainter::open(1);
+    // Others may take of the device's memory meanwhile: that nothing is left is seen once.
+    double lost = 1e18;
+    for (int attempt = 0; attempt < 3 && lost >= 64e6; ++attempt) {
+        std::size_t before = 0;
+        register_often(220, 20, before, *mesh, raster, frame, layout, device);
+        lost = double(before) - double(free_memory(device));
     }
-    glFinish();
-    const std::size_t after = free_memory(device);
-    RecordProperty("bytes_lost", std::to_string(long(before) - long(after)));
-    EXPECT_GT(double(after), double(before) - 64e6) << layout.bytes << " bytes a registration";
+    RecordProperty("bytes_lost", std::to_string(lost));
+    EXPECT_LT(lost, 64e6) << layout.bytes << " bytes a registration";
 }
 
 TEST_F(SharedPictures, MeshesGiveTheirMemoryToLaterOnesOnlyWhenLetGo)
