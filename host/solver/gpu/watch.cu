@@ -22,7 +22,7 @@ bool over(cudaEvent_t done)
 {
     const cudaError_t answer = cudaEventQuery(done);
     if (answer == cudaErrorNotReady) return false;
-    check(answer, "substeps");
+    gpu::check(answer, "substeps");
     return true;
 }
 
