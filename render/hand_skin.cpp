@@ -11,8 +11,8 @@
 namespace knead {
 namespace {
 
-constexpr float spacing = 0.0025f;  // of the lattice on which the surface is found [m]
-constexpr float reach = 0.002f;     // over which primitives share a vertex [m]
+constexpr float spacing = 0.0025f;       // of the lattice on which the surface is found [m]
+constexpr float shared_within = 0.002f;  // over which primitives share a vertex [m]
 
 // The rig with the beginning of a forearm behind the wrist, as broad as two bones.
 Rig with_forearm(Topology topology, Side side)
@@ -116,7 +116,7 @@ std::vector<float> sphere_shares(const Rig& rig, const Laid& hand, Vec3<float> v
     }
     std::vector<float> shares(rig.spheres.size(), 0);
     for (std::size_t i = 0; i < near.size(); ++i) {
-        const float part = std::exp((least - near[i].phi) / reach);
+        const float part = std::exp((least - near[i].phi) / shared_within);
         const float l[3] = {near[i].l0, near[i].l1, near[i].l2};
         for (int k = 0; k < 3; ++k) shares[std::size_t(rig.primitives[i].sphere[k])] += part * l[k];
     }
