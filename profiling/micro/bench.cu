@@ -28,7 +28,7 @@ double Bench::seconds(const std::string& name, const std::function<void()>& prep
         prepare();
         check(cudaStreamSynchronize(stream), name.c_str());
         launch("mark", mark_kernel, 1, 1, stream);
-        const gpu::ProfilerRange range{name};
+        const gpu::ProfilerRange range{name.c_str()};
         run();
         launch("mark", mark_kernel, 1, 1, stream);
         names << name << std::endl;
