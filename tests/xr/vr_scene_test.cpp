@@ -7,7 +7,7 @@
 namespace knead {
 namespace {
 
-using Scenes = KneadVr;
+using VrScenes = KneadVr;
 
 // The replay runtime hides a triangle at each corner; its eyes see 45 degrees to all sides or less,
 // so that at least the pixels at the very corners are hidden.
@@ -37,7 +37,7 @@ void expect_hidden_corners(const Json& eye)
     EXPECT_GT(lit, hidden);
 }
 
-TEST_F(Scenes, what_no_lens_shows_is_not_drawn)
+TEST_F(VrScenes, what_no_lens_shows_is_not_drawn)
 {
     Json script = squeeze();
     script["dump"] = path("dump");
@@ -54,7 +54,7 @@ TEST_F(Scenes, what_no_lens_shows_is_not_drawn)
 
 // Splats of a pot that is thrown onto the floor are split as they are drawn out; clay, hands and
 // splats are one picture.
-TEST_F(Scenes, a_pot_of_splats_is_shaped_as_by_a_run)
+TEST_F(VrScenes, a_pot_of_splats_is_shaped_as_by_a_run)
 {
     write_splats(path("pot.ply"), glazed_pot(4000));
     std::ofstream(path("scene.json")) << R"({"schema": "knead.scene/1",
@@ -84,7 +84,7 @@ TEST_F(Scenes, a_pot_of_splats_is_shaped_as_by_a_run)
 }
 
 // A floor of splats that stands still becomes clay where the recorded rod pokes it.
-TEST_F(Scenes, a_standing_floor_becomes_clay_at_the_hands)
+TEST_F(VrScenes, a_standing_floor_becomes_clay_at_the_hands)
 {
     scene = {"scenes/ground.json", "--set", "domain.cells=32", "--set",     "surface.nodes=32",
              "--device",           "cpu",   "--deterministic", "--threads", "1"};
@@ -102,7 +102,7 @@ TEST_F(Scenes, a_standing_floor_becomes_clay_at_the_hands)
 
 // What a finger does to the panel is kept beside the hands, and played with them; a reset begins
 // the recording anew.
-TEST_F(Scenes, what_the_panel_did_is_played_by_a_run_to_the_same_state)
+TEST_F(VrScenes, what_the_panel_did_is_played_by_a_run_to_the_same_state)
 {
     panel = true;
     Json script = squeeze();
@@ -137,7 +137,7 @@ TEST_F(Scenes, what_the_panel_did_is_played_by_a_run_to_the_same_state)
 
 // Where the origin is on the floor, the clay is put before the head; the panel's button changes
 // from one origin to the other, and no call is wrong.
-TEST_F(Scenes, are_put_before_a_head_that_stands_or_sits)
+TEST_F(VrScenes, are_put_before_a_head_that_stands_or_sits)
 {
     panel = true;
     Json script = squeeze();
@@ -172,7 +172,7 @@ TEST_F(Scenes, are_put_before_a_head_that_stands_or_sits)
 }
 
 // Hands alone: the clay stands still, and the recording shapes it later.
-TEST_F(Scenes, hands_alone_are_recorded_without_a_simulation)
+TEST_F(VrScenes, hands_alone_are_recorded_without_a_simulation)
 {
     Json script = squeeze();
     script["render_every"] = 1000;
