@@ -178,7 +178,7 @@ void SessionLoop::set_surface(const SurfaceRule& surface)
 {
     if (begun > done) throw std::logic_error("a surface was changed with a frame under way");
     rule.surface = surface;
-    last_meshes.reset(), on_device.reset();
+    last_meshes.reset(), last_on_device.reset(), on_device.reset();
     if (launching) make_device_surface();
 }
 

@@ -57,5 +57,25 @@ TEST(LiveOnDevice, IsTheSameSession)
         EXPECT_EQ((*again)[m].triangles.size(), first_meshes[m].triangles.size());
 }
 
+// While it is paused, too: no frame comes that would make another mesh.
+TEST(LiveOnDevice, HasTheSurfaceThatIsAskedForAtOnce)
+{
+    if (!gpu_present()) GTEST_SKIP() << "no CUDA device";
+    const auto scene = load_live_scene("scenes/squeeze.json", {"domain.cells=16"});
+    LiveSession session(scene, rule_of(true));
+    session.advance_to(0.1);
+    session.pause(true);
+    session.settle();
+    const auto triangles = [&] {
+        const auto state = session.state();
+        EXPECT_TRUE(state->on_device);
+        return meshes_of(*state)->at(0).triangles.size();
+    };
+    const std::size_t before = triangles();
+    session.set_surface(2 * session.state()->surface.lattice.size.x);
+    session.settle();
+    EXPECT_GT(triangles(), 2 * before);
+}
+
 }  // namespace
 }  // namespace knead
