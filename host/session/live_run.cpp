@@ -244,8 +244,7 @@ void LiveRun::set_surface(int nodes)
 
 void LiveRun::set_material(int object, const Material<double>& material)
 {
-    const Material<double> held = softer(material, softening(scene->scene, material));
-    edit([&](Solver& s) { splats.set_material(object, held, s); }, false);
+    edit([&](Solver& s) { splats.set_material(object, material, s); }, false);
 }
 
 void LiveRun::tell(LiveState& state)

@@ -3,10 +3,12 @@
 #include <stdexcept>
 #include <string>
 
+#include "host/scene/soften.h"
+
 namespace knead {
 
-SceneSplats::SceneSplats(const Scene& scene, const std::vector<SplatObject>& objects)
-    : moving(scene.upkeep, joined(objects))
+SceneSplats::SceneSplats(const Scene& given, const std::vector<SplatObject>& objects)
+    : scene(given), moving(given.upkeep, joined(objects))
 {
     for (const SplatObject& of : objects)
         if (of.local)
@@ -37,7 +39,7 @@ void SceneSplats::set_material(int object, const Material<double>& material, Sol
     const auto& there = solver.rules().materials;
     if (object < 0 || std::size_t(object) >= there.size())
         throw std::invalid_argument("there is no object " + std::to_string(object));
-    Material<double> whole = material;
+    Material<double> whole = softer(material, softening(scene, material));
     whole.volume = there[std::size_t(object)].volume;
     whole.mass = whole.density * whole.volume;
     whole.category = there[std::size_t(object)].category;

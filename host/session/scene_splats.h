@@ -11,7 +11,7 @@ namespace knead {
 
 class SceneSplats {
   public:
-    // Of a scene that was built of these objects.
+    // Of a scene that was built of these objects and outlives this.
     SceneSplats(const Scene& scene, const std::vector<SplatObject>& objects);
     SceneSplats(const SceneSplats&) = delete;
 
@@ -21,7 +21,8 @@ class SceneSplats {
     // After a frame, which its row hears of: splats are split and added where that is due, unless
     // `upkeep` is false, and where hands come or go, clay. True if clay was brought or taken.
     bool after(const Frame& frame, FrameRow& row, Solver& solver, bool upkeep = true);
-    // The tools are others from now on; so is the material of an object, which the solver is told.
+    // The tools are others from now on; so is the material of an object, which the solver is told:
+    // softened where the scene asks for that (`step.soften_beyond`).
     void set_rig(const Rig& rig);
     void set_material(int object, const Material<double>& material, Solver& solver);
 
@@ -36,6 +37,7 @@ class SceneSplats {
     void set_state(const CarriedSplats& state, const LocalState& of_local);
 
   private:
+    const Scene& scene;
     SplatUpkeep moving;
     std::unique_ptr<LocalClay> around_hands;  // null: no object has a depth
     SplatCloud shown;                         // of a scene with local clay
