@@ -104,7 +104,7 @@ Json told(const HandsRule& rule)
     return of;
 }
 
-// A turn is told by two axes' images' worth of numbers: a quaternion of length 1.
+// The turn is a unit quaternion: "turn" its vector part, "turn_w" its scalar part.
 RigidMotion<double> motion_in(ObjectReader& r)
 {
     RigidMotion<double> m;
