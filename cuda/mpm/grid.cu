@@ -185,6 +185,27 @@ __device__ void count_slowed(const GridUpdateView& d, float mass)
     atomicAdd(mass > d.trifle ? &all.clipped : &all.trimmed, 1ull);
 }
 
+__device__ Node<float>& node_at(const GridUpdateView& d, int parity, int i)
+{
+    return reinterpret_cast<Node<float>&>(d.nodes[parity][i]);
+}
+
+// A node by walls and its images, of the field that begins with node `field`, where they stand.
+// Tools leave it the velocity v; `led` if that is another.
+template <bool fixed_point>
+__device__ void update_corner(const GridUpdateView& d, int parity, float dt, Int3 n, Int3 way,
+                              Vec3<float> v, bool led, int field)
+{
+    const auto node = [&](int k) -> Node<float>& {
+        return node_at(d, parity, field + d.lattice.index(image(n, way, k)));
+    };
+    for (int k = 0; fixed_point && k < image_count(way); ++k)
+        node(k) = sum_of<fixed_point>(d, parity, field + d.lattice.index(image(n, way, k)));
+    update_images<0>(
+        n, way, d.lattice, d.walls, d.gravity, dt, node,
+        [=](Vec3<float>& of) { return of = v, led; }, [&](float mass) { count_slowed(d, mass); });
+}
+
 // How a node is updated. One that is not stored holds nothing.
 template <bool fixed_point>
 __device__ Together together(const GridUpdateView& d, int parity, Int3 n)
@@ -200,25 +221,33 @@ __device__ Together together(const GridUpdateView& d, int parity, Int3 n)
     return how;
 }
 
-__device__ Node<float>& node_at(const GridUpdateView& d, int parity, int i)
-{
-    return reinterpret_cast<Node<float>&>(d.nodes[parity][i]);
-}
-
-// A node in a corner of walls and its images, of the field that begins with node `field`, where
-// they stand. Tools leave it the velocity v; `led` if that is another.
+// Node n, of mass m > 0, which has a wall near; tools leave it the velocity v, `led` if that is
+// another. What only walls need is loaded here: few nodes come this way, and what is held while
+// tools act costs all nodes registers.
 template <bool fixed_point>
-__device__ void update_corner(const GridUpdateView& d, int parity, float dt, Int3 n, Int3 way,
-                              Vec3<float> v, bool led, int field)
+__device__ void update_at_wall(const GridUpdateView& d, int parity, float dt, Int3 n, float m,
+                               Vec3<float> v, bool led)
 {
-    const auto node = [&](int k) -> Node<float>& {
-        return node_at(d, parity, field + d.lattice.index(image(n, way, k)));
-    };
-    for (int k = 0; fixed_point && k < image_count(way); ++k)
-        node(k) = sum_of<fixed_point>(d, parity, field + d.lattice.index(image(n, way, k)));
-    update_images<0>(
-        n, way, d.lattice, d.walls, d.gravity, dt, node,
-        [=](Vec3<float>& of) { return of = v, led; }, [&](float mass) { count_slowed(d, mass); });
+    const Together how = together<fixed_point>(d, parity, n);
+    if (how.elsewhere) return;
+    const int images = image_count(how.way), i = d.lattice.index(n);
+    if (images > 2) return update_corner<fixed_point>(d, parity, dt, n, how.way, v, led, 0);
+    const int other = d.lattice.index(n + how.way);
+    Node<float> near{v, m}, far{};
+    if (images == 2) far = sum_of<fixed_point>(d, parity, other);
+    if (far.m > 0) {
+        update_images<2>(
+            n, how.way, d.lattice, d.walls, d.gravity, dt,
+            [&](int k) -> Node<float>& { return k ? far : near; },
+            [=](Vec3<float>& of) { return of = v, led; },
+            [&](float mass) { count_slowed(d, mass); });
+        node_at(d, parity, other) = far;
+    } else {
+        bool clipped = false;
+        near.p = limit_speed(apply_walls(v, n, d.walls), d.lattice, dt, clipped);
+        if (clipped) count_slowed(d, m);
+    }
+    node_at(d, parity, i) = near;
 }
 
 // The node of index i, by lanes that `own` one; tools(in, x, v) by all lanes of a warp.
@@ -227,30 +256,17 @@ __device__ void update_node(const GridUpdateView& d, int parity, float dt, int i
                             Tools&& tools)
 {
     const Int3 at = d.lattice.node_at(i);
-    Node<float> sum = own ? sum_of<fixed_point>(d, parity, i) : Node<float>{}, far{};
-    const Together how = own ? together<fixed_point>(d, parity, at) : Together{};
-    const int images = image_count(how.way), other = d.lattice.index(at + how.way);
-    if (images == 2) far = sum_of<fixed_point>(d, parity, other);
-    const bool elsewhere = how.elsewhere && sum.m > 0, clay = sum.m > 0 && !elsewhere;
+    const Node<float> sum = own ? sum_of<fixed_point>(d, parity, i) : Node<float>{};
+    const bool clay = sum.m > 0;
     Vec3<float> v{};
     if (clay) v = apply_gravity(sum, d.gravity, dt);
     const Vec3<float> free = v;
     v = tools(clay, d.lattice.position(at), v);
-    if (!own || elsewhere) return;
-    const bool led = differ(v, free);
-    if (clay && images > 2)
-        return update_corner<fixed_point>(d, parity, dt, at, how.way, v, led, 0);
-    if (clay && far.m > 0) {
-        update_images<2>(
-            at, how.way, d.lattice, d.walls, d.gravity, dt,
-            [&](int k) -> Node<float>& { return k ? far : sum; },
-            [=](Vec3<float>& of) { return of = v, led; },
-            [&](float mass) { count_slowed(d, mass); });
-        node_at(d, parity, i) = sum, node_at(d, parity, other) = far;
-        return;
-    }
+    if (!own) return;
+    if (clay && !clear_of(at, d.walls))
+        return update_at_wall<fixed_point>(d, parity, dt, at, sum.m, v, differ(v, free));
     bool clipped = false;
-    if (clay) v = limit_speed(apply_walls(v, at, d.walls), d.lattice, dt, clipped);
+    if (clay) v = limit_speed(v, d.lattice, dt, clipped);
     d.nodes[parity][i] = {v.x, v.y, v.z, clay ? sum.m : 0};
     if (clipped) count_slowed(d, sum.m);
 }
