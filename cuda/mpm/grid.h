@@ -46,20 +46,19 @@ HD void apply_face(Node<R>& before, Node<R>& image, Vec3<R> axis, const Walls<R>
 }
 
 // What the six walls leave of node n and its images, axis by axis; node(k) is the k-th, as a
-// reference. Of `count`, or as many as there are `way` to; `led` by a tool or not.
-template <int count, class R, class Each>
+// reference. `led` by a tool or not.
+template <class R, class Each>
 HD void apply_walls(Int3 n, Int3 way, const Walls<R>& walls, bool led, Each&& node)
 {
-    const int all = count ? count : image_count(way);
+    const int all = image_count(way);
     int next = 1;  // bit of the axis
     const auto face = [&](int at, int past, int to_image, Vec3<R> axis) {
         const auto alone = [&](Vec3<R>& v, Vec3<R> normal) {
             v = apply_contact(v, normal, {0, 0, 0}, walls.mode, walls.friction);
         };
-        const int bit = count == 2 ? 1 : next;
         for (int k = 0; k < all; ++k) {
-            if (to_image && !(k & bit))
-                apply_face(node(k), node(k | bit), to_image < 0 ? axis : -axis, walls, led);
+            if (to_image && !(k & next))
+                apply_face(node(k), node(k | next), to_image < 0 ? axis : -axis, walls, led);
             if (!to_image && at < 0) alone(node(k).p, axis);
             if (!to_image && past >= 0) alone(node(k).p, -axis);
         }
@@ -113,18 +112,18 @@ HD bool differ(Vec3<R> a, Vec3<R> b)
 // The same for node n and its images, of which node(k) is the k-th: sums that become velocities.
 // tools(v) leaves what they leave of n's own, and says whether that is another. Calls slowed(mass)
 // for each that is clipped.
-template <int count, class R, class Each, class Tools, class Slowed>
+template <class R, class Each, class Tools, class Slowed>
 HD void update_images(Int3 n, Int3 way, const Lattice<R>& lattice, const Walls<R>& walls,
                       Vec3<R> gravity, R dt, Each&& node, Tools&& tools, Slowed&& slowed)
 {
-    const int all = count ? count : image_count(way);
+    const int all = image_count(way);
     bool led = false;
     for (int k = 0; k < all; ++k) {
         Node<R>& one = node(k);
         one = one.m > 0 ? Node<R>{apply_gravity(one, gravity, dt), one.m} : Node<R>{};
         if (k == 0 && one.m > 0) led = tools(one.p);
     }
-    apply_walls<count>(n, way, walls, led, node);
+    apply_walls(n, way, walls, led, node);
     for (int k = 0; k < all; ++k) {
         bool clipped;
         node(k).p = limit_speed(node(k).p, lattice, dt, clipped);
