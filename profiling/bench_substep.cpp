@@ -1,7 +1,8 @@
 // Time per substep of a ball of clay between two closing tools, with what was computed: a hash of
 // the particles, to see whether a change of speed was a change of result.
 // usage: bench_substep [nodes=64] [frames=30] [gpu|cpu|deterministic] [tools=1] [plastic=1]
-//                      [Gaussians=0]
+//                      [Gaussians=0] [dt=0]
+// dt: of every substep [us], so that two versions take the same; 0: as stability asks.
 #include <algorithm>
 #include <bit>
 #include <chrono>
@@ -56,9 +57,11 @@ void report(const Solver& solver, std::vector<double>& per_substep, const FrameS
     std::printf("hash %016llx\n", static_cast<unsigned long long>(hash_of(solver.particles())));
 }
 
-int run(int nodes, int frames, const std::string& on, bool tools, bool plastic, int gaussians)
+int run(int nodes, int frames, const std::string& on, bool tools, bool plastic, int gaussians,
+        int dt)
 {
     Setup setup = ball(nodes);
+    setup.step.fixed = 1e-6 * dt;
     add_gaussians(setup, gaussians);
     if (tools) add_tools(setup);
     if (!plastic) setup.materials[0].plasticity = Plasticity::none;
@@ -101,11 +104,12 @@ int main(int count, char** words)
         (on != "gpu" && on != "cpu" && on != "deterministic")) {
         std::fprintf(stderr,
                      "usage: bench_substep [nodes: 16 to 512, by 4] [frames] "
-                     "[gpu|cpu|deterministic] [tools 0|1] [plastic 0|1] [Gaussians]\n");
+                     "[gpu|cpu|deterministic] [tools 0|1] [plastic 0|1] [Gaussians] [dt in us]\n");
         return 2;
     }
     try {
-        return run(nodes, frames, on, number(4, 1) != 0, number(5, 1) != 0, number(6, 0));
+        return run(nodes, frames, on, number(4, 1) != 0, number(5, 1) != 0, number(6, 0),
+                   number(7, 0));
     } catch (const std::exception& e) {
         std::fprintf(stderr, "%s\n", e.what());
         return 4;

@@ -22,6 +22,16 @@ struct ContactSpace {
     unsigned char pairs[slots * points];      // 32 * slot + point
 };
 
+// A block's mask by two loads: word by word it would be eight.
+__device__ inline Mask loaded(const Mask& mask)
+{
+    Mask all;
+    UNROLL
+    for (int k = 0; k < mask_words / 4; ++k)
+        reinterpret_cast<uint4*>(all.bits)[k] = reinterpret_cast<const uint4*>(mask.bits)[k];
+    return all;
+}
+
 // The minimum over a warp's lanes that are `in`; NaN if none is.
 __device__ inline float min_of(float x, bool in)
 {

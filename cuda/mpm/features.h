@@ -14,6 +14,7 @@ struct Features {
     bool fixed_point = false;  // sums that do not depend on their order
     bool blades = false;       // three velocity fields: see cuda/contact/cut.h
     bool rests = false;        // clay may be still
+    bool mixed = false;        // not one object's clay alone
     PlasticityClass plasticity = PlasticityClass::elastic;
     bool splats = false;  // Gaussians follow the clay: the stage deform runs, others do not change
     bool operator==(const Features&) const = default;
@@ -23,7 +24,7 @@ struct Features {
     constexpr bool include(const Features& other) const
     {
         return tools >= other.tools && fixed_point >= other.fixed_point && blades >= other.blades &&
-               rests >= other.rests && plasticity >= other.plasticity;
+               rests >= other.rests && mixed >= other.mixed && plasticity >= other.plasticity;
     }
 };
 
@@ -32,18 +33,25 @@ constexpr int run_length(const Features& features) { return features.blades ? 64
 
 // All combinations that kernels are compiled for, each with and without fixed_point. The first that
 // includes what a scene uses serves it. Scenes with blades, or in which clay may be still, have
-// tools or run as if they had.
+// tools or run as if they had. One object alone is told apart where that was measured to pay: of
+// clay, near tools. Without tools a kernel for it would spill.
 inline constexpr Features compiled[] = {
-    {.plasticity = PlasticityClass::elastic},
-    {.plasticity = PlasticityClass::plastic},
-    {.plasticity = PlasticityClass::any},
+    {.mixed = true, .plasticity = PlasticityClass::elastic},
+    {.mixed = true, .plasticity = PlasticityClass::plastic},
+    {.mixed = true, .plasticity = PlasticityClass::any},
     {.tools = true, .plasticity = PlasticityClass::elastic},
     {.tools = true, .plasticity = PlasticityClass::plastic},
-    {.tools = true, .plasticity = PlasticityClass::any},
-    {.tools = true, .rests = true, .plasticity = PlasticityClass::plastic},
-    {.tools = true, .rests = true, .plasticity = PlasticityClass::any},
-    {.tools = true, .blades = true, .plasticity = PlasticityClass::any},
-    {.tools = true, .blades = true, .rests = true, .plasticity = PlasticityClass::any},
+    {.tools = true, .mixed = true, .plasticity = PlasticityClass::elastic},
+    {.tools = true, .mixed = true, .plasticity = PlasticityClass::plastic},
+    {.tools = true, .mixed = true, .plasticity = PlasticityClass::any},
+    {.tools = true, .rests = true, .mixed = true, .plasticity = PlasticityClass::plastic},
+    {.tools = true, .rests = true, .mixed = true, .plasticity = PlasticityClass::any},
+    {.tools = true, .blades = true, .mixed = true, .plasticity = PlasticityClass::any},
+    {.tools = true,
+     .blades = true,
+     .rests = true,
+     .mixed = true,
+     .plasticity = PlasticityClass::any},
 };
 
 constexpr std::size_t combinations = 2 * sizeof compiled / sizeof compiled[0];
@@ -55,12 +63,13 @@ constexpr Features combination(std::size_t k)
 }
 
 // A combination as a type: nvcc (13.0) takes no structure for a kernel's template argument.
-template <bool tools, bool fixed_point, bool blades, bool rests, PlasticityClass plasticity>
+template <bool tools, bool fixed_point, bool blades, bool rests, bool mixed,
+          PlasticityClass plasticity>
 struct Case {
-    static constexpr Features features{tools, fixed_point, blades, rests, plasticity};
+    static constexpr Features features{tools, fixed_point, blades, rests, mixed, plasticity};
 };
 template <Features f>
-using CaseOf = Case<f.tools, f.fixed_point, f.blades, f.rests, f.plasticity>;
+using CaseOf = Case<f.tools, f.fixed_point, f.blades, f.rests, f.mixed, f.plasticity>;
 
 // What kernel(Case) answers for the first combination that serves. `relevant` leaves of Features
 // what the stage depends on: the rest does not make it another kernel.

@@ -18,6 +18,19 @@
 namespace knead::gpu {
 namespace {
 
+// Whether the return map is due, for a lane of the warp at least: the shorter question, asked where
+// registers allow.
+template <Features f>
+__device__ bool may_yield(const Materials& materials, const Particle<float>& q)
+{
+    if constexpr (f.tools && f.plasticity == PlasticityClass::plastic) {
+        const Material<float> m = material_of<f>(materials, q.object);
+        const bool asked = m.plasticity == Plasticity::von_mises && !surely_elastic(m, q.e, q.k);
+        return __any_sync(all_lanes, asked);
+    }
+    return true;
+}
+
 // Moves the thread's particle through the velocities of substep n. All lanes of a warp stay
 // together: clay that is still moves, too, and is put back.
 template <Features f>
@@ -37,7 +50,7 @@ __device__ Events advance_particle(const G2pView& d, const SubstepContext& later
         quiet = quiet_at(d, q, s.base, n);
         if (__all_sync(all_lanes, quiet.unasked)) return {};
     }
-    // The one number that the registers have no room for meanwhile.
+    // The two numbers that the registers have no room for meanwhile.
     constexpr bool full = f.tools && f.plasticity != PlasticityClass::any && !early;
     float* const aside = &space.slopes[threadIdx.x >> 5][0][0].x + (threadIdx.x & 31);
     if constexpr (full) *aside = q.k;
@@ -65,15 +78,18 @@ __device__ Events advance_particle(const G2pView& d, const SubstepContext& later
         if constexpr (full) asm volatile("" ::: "memory");  // or it would be kept
         return full ? aside[32] : around;
     };
-    const auto per_cell = [&] { return mass_around() / d.materials[q.object].mass; };
+    const auto per_cell = [&] {
+        return mass_around() / material_of<f>(d.materials, q.object).mass;
+    };
     // Where registers allow, by vote: lanes that branch by themselves cost the warp more.
-    const bool crumb = mass_around() < d.materials[q.object].mass;
+    const bool crumb = mass_around() < material_of<f>(d.materials, q.object).mass;
     if (f.tools ? __any_sync(all_lanes, crumb) : crumb) calm_crumb(q.C, per_cell());
     q.e = advance_b(q.e, q.C, later.now);
     q.x = q.x + later.now * q.v;
     Events happened{};
     project<f>(q, per_cell, d, later, space, moves, happened);
-    happened.yielded = yield(q, narrowed<f.plasticity>(d.materials[q.object]), later.now);
+    if (may_yield<f>(d.materials, q))
+        happened.yielded = yield(q, material_of<f>(d.materials, q.object), later.now);
     if (!sound(q)) {
         if (own().valid && moves) atomicAdd(&later.clock().counters.repaired, 1ull);
         repair(q, particles().load_state(own().at));
@@ -115,20 +131,23 @@ __device__ void advance_run(const G2pView& d, const SubstepContext& later,
     const ParticleView& to = d.particles[later.side];
     const Index own = own_index<f>(later, to.count);
     if (!own.valid) happened = {};
-    const bool far = happened.depth > d.lattice.dx, sudden = own.valid && abrupt(q.C, later.now);
+    const bool far = happened.depth > d.lattice.dx, sudden = abrupt(q.C, later.now) && own.valid;
     if (__any_sync(all_lanes, far || sudden)) {
         if (far) atomicAdd(&later.clock().counters.moved_far, 1ull);
         if (sudden) atomicAdd(&later.clock().counters.abrupt, 1ull);
     }
+    const Material<float> m = material_of<f>(d.materials, q.object);
+    const float per_density = f.mixed ? 1 / m.density : d.materials.per_density;
     const Sums all = summed<f.tools>(happened, speed_that_counts(dot(q.v, q.v), happened.depth),
-                                     stiffness(q, narrowed<f.plasticity>(d.materials[q.object])));
+                                     stiffness(q, m, per_density));
     if ((threadIdx.x & 31) == 0) sums[threadIdx.x >> 5] = all;
     const bool last = !(later.dt > 0);
     if constexpr (f.rests) note_end(d, q, last && happened.moved, later.n - 1);
     if (own.valid) to.store_state(own.at, q);
     if (own.valid && last) to.store_motion(own.at, q);
     WarpScatter<f.blades> scatter{d, space, later.n};
-    if (!last) scatter(q, narrowed<f.plasticity>(d.materials[q.object]), own.valid, later.dt);
+    const float per_mass = f.mixed ? 1 / m.mass : d.materials.per_mass;
+    if (!last) scatter(q, m, per_mass, own.valid, later.dt);
     const int own_activity = synchronised<f.rests>(happened.moved);
     if (threadIdx.x == 0) report(later.clock(), later.n - 1, sums, own_activity);
 }

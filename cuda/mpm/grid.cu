@@ -286,7 +286,7 @@ __global__ void __launch_bounds__(threads<Case::features.tools>, resident<Case::
     if (!(dt > 0)) return;
     if (d.rest.mode == RestMode::sleep) guard_neighbours(d, n);
     for_each_block<fixed_point>(d, start, [&](const int(&blocks)[blocks_per_cta<tools>]) {
-        const auto near = [&](int b) { return tools && b >= 0 && !empty(d.masks[b]); };
+        const auto near = [&](int b) { return tools && b >= 0 && !empty(loaded(d.masks[b])); };
         const int half = int(threadIdx.x) / block_nodes;
         const int own = half ? blocks[blocks_per_cta<tools> - 1] : blocks[0];
         if (own >= 0 && !near(own))

@@ -116,21 +116,25 @@ HD R largest_at_most(const Sym3<R>& a)
 }
 
 // What bounds a substep: the largest slope that the stress has over strain in this state, over the
-// density [m^2/s^2].  (22)
+// density [m^2/s^2]; per_density: 1 over that, where it is at hand.  (22)
 template <class R>
-HD R stiffness(const Particle<R>& q, const Material<R>& m)
+HD R stiffness(const Particle<R>& q, const Material<R>& m, R per_density)
 {
-    const R per_mass = 1 / m.density;
     if (m.plasticity == Plasticity::fluid) {
         const R log_J = liquid_strain(m, log_volume(determinant_excess(q.e))).log_J;
-        return 3 * per_mass * liquid_slope(m, log_J);
+        return 3 * per_density * liquid_slope(m, log_J);
     }
-    const R h = snow_hardening(m, q.k) * per_mass, mu = h * m.mu, lambda = h * m.lambda;
+    const R h = snow_hardening(m, q.k) * per_density, mu = h * m.mu, lambda = h * m.lambda;
     if (m.elasticity == Elasticity::hencky) return 3 * lambda + 2 * mu;
     const R b = 1 + max(R(0), largest_at_most(q.e));
     if (m.elasticity == Elasticity::neo_hookean) return 3 * lambda + 2 * mu * b;
     const R s = std::sqrt(b), J = std::sqrt(max(R(1), 1 + determinant_excess(q.e)));
     return 2 * mu * (2 * b - s) + 3 * lambda * (2 * J * J - J);
+}
+template <class R>
+HD R stiffness(const Particle<R>& q, const Material<R>& m)
+{
+    return stiffness(q, m, 1 / m.density);
 }
 
 // Fastest elastic wave in the material at rest [m/s].

@@ -44,7 +44,7 @@ __global__ void __launch_bounds__(run_length(Case::features), 4)
         const Particle<float> q = particles.load(valid ? i : particles.count - 1);
         if (!f.rests && d.runs) line_up(d, run, near_tools(d.near, d.lattice, q.x) != nullptr);
         const Material<float> m = narrowed<f.plasticity>(d.materials[q.object]);
-        WarpScatter<f.blades, true>{d, space, n}(q, m, valid, float(clock.step(n).dt));
+        WarpScatter<f.blades, true>{d, space, n}(q, m, 1 / m.mass, valid, float(clock.step(n).dt));
     });
 }
 

@@ -76,7 +76,7 @@ __device__ inline const Mask* near_tools(const NearView& d, const Lattice<float>
     const bool in = d.stored.holds(x) && d.passes > 0;
     if (!in) return nullptr;
     const Mask& mask = d.masks[lattice.block_of(cell)];
-    return empty(mask) ? nullptr : &mask;
+    return empty(loaded(mask)) ? nullptr : &mask;
 }
 
 // The velocities and masses that the particle of that label feels in substep n.

@@ -113,13 +113,14 @@ class WarpScatter {
     {
     }
 
-    __device__ void operator()(const Particle<float>& q, const Material<float>& m, bool valid,
-                               float dt)
+    // per_mass: 1 over the mass of the material [1/kg].
+    __device__ void operator()(const Particle<float>& q, const Material<float>& m, float per_mass,
+                               bool valid, float dt)
     {
         const Stencil<float> stencil = knead::stencil(q.x, d.lattice.spacing);
         const int node = valid ? d.lattice.index(stencil.base) : nowhere, slot = slot_of(node);
         __syncwarp();  // others may have put something aside where this one writes
-        write_down(q, m, stencil, slot, dt);
+        write_down(q, m, per_mass, stencil, slot, dt);
         s.cells[warp][slot] = node;
         __syncwarp();
         walk();
@@ -137,7 +138,7 @@ class WarpScatter {
     const Lane own = lane_of(lane);
     const Int3 step = column_step(own.column) + Int3{0, 0, own.k};
 
-    __device__ void write_down(const Particle<float>& q, const Material<float>& m,
+    __device__ void write_down(const Particle<float>& q, const Material<float>& m, float per_mass,
                                const Stencil<float>& stencil, int slot, float dt)
     {
         const Momentum<float> a =
@@ -148,10 +149,10 @@ class WarpScatter {
             const Node<float> n = knead::node(column_of(a, stencil, to.x, to.y));
             s.columns[warp][slot][c] = {n.p.x, n.p.y, n.p.z, n.m};
         }
-        const Vec3<float> per_mass = (1 / m.mass) * a.by_step.c;
+        const Vec3<float> along_z = per_mass * a.by_step.c;
         UNROLL
         for (int k = 0; k < 3; ++k) {
-            const Vec3<float> slope = float(k) * per_mass;
+            const Vec3<float> slope = float(k) * along_z;
             s.slopes[warp][slot][k] = {slope.x, slope.y, slope.z, stencil.w[k].z};
         }
         if constexpr (blades) s.sides[warp][slot] = q.label();

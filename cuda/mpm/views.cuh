@@ -24,7 +24,8 @@ struct FrameInput;
 // Materials by object. One that is alone travels with the kernel's arguments.
 struct Materials {
     Material<float> first;
-    const Material<float>* all;  // count
+    float per_density, per_mass;  // 1 over those of the first [m^3/kg, 1/kg]
+    const Material<float>* all;   // count
     int count;
     HD Material<float> operator[](int object) const
     {

@@ -1,7 +1,8 @@
-// Plasticity on the device: of a material what a kernel is compiled for.
+// Materials on the device: of each what a kernel is compiled for.
 #pragma once
 #include "cuda/mpm/features.h"
 #include "cuda/mpm/material_data.h"
+#include "cuda/mpm/views.cuh"
 
 namespace knead::gpu {
 
@@ -15,6 +16,13 @@ __device__ Material<float> narrowed(Material<float> m)
         m.plasticity =
             m.plasticity == Plasticity::von_mises ? Plasticity::von_mises : Plasticity::none;
     return m;
+}
+
+// The material of an object. Where there is one, its numbers are constants to the kernel.
+template <Features f>
+__device__ Material<float> material_of(const Materials& all, int object)
+{
+    return narrowed<f.plasticity>(f.mixed ? all[object] : all.first);
 }
 
 }  // namespace knead::gpu

@@ -11,10 +11,11 @@ namespace {
 std::vector<Features> scenes()
 {
     std::vector<Features> all;
-    for (int bits = 0; bits < 16; ++bits)
+    for (int bits = 0; bits < 32; ++bits)
         for (const PlasticityClass p :
              {PlasticityClass::elastic, PlasticityClass::plastic, PlasticityClass::any})
-            all.push_back({(bits & 1) != 0, (bits & 2) != 0, (bits & 4) != 0, (bits & 8) != 0, p});
+            all.push_back({(bits & 1) != 0, (bits & 2) != 0, (bits & 4) != 0, (bits & 8) != 0,
+                           (bits & 16) != 0, p});
     return all;
 }
 
@@ -46,6 +47,9 @@ TEST(Features, ASceneIsNotGivenWhatCostsMostUnlessItUsesIt)
         if (!used.blades && !used.rests) {
             EXPECT_EQ(f.tools, used.tools);
             EXPECT_EQ(f.plasticity, used.plasticity);
+            if (used.tools && used.plasticity != PlasticityClass::any) {
+                EXPECT_EQ(f.mixed, used.mixed);
+            }
         }
         if (!used.blades && used.plasticity != PlasticityClass::any) {
             EXPECT_NE(f.plasticity, PlasticityClass::any);

@@ -10,8 +10,9 @@ Features features_of(const Setup& s)
 {
     const bool blades = s.cuts || std::any_of(s.tools.begin(), s.tools.end(),
                                               [](const Tool<double>& t) { return t.blade; });
-    Features f{!s.rig.primitives.empty() || blades, s.deterministic, blades,
-               s.rest.mode != RestMode::none, PlasticityClass::elastic};
+    Features f{
+        !s.rig.primitives.empty() || blades, s.deterministic,         blades,
+        s.rest.mode != RestMode::none,       s.materials.size() != 1, PlasticityClass::elastic};
     for (const Material<double>& m : s.materials) {
         if (!there(m)) continue;
         const bool plain =
@@ -61,8 +62,8 @@ void Store::set_rules(const Rules& rules)
     std::vector<Material<float>> each;
     for (const Material<double>& m : setup.materials) each.push_back(cast<float>(m));
     fill(materials, each);
-    all.materials = {each.empty() ? Material<float>{} : each[0], materials.data(),
-                     int(each.size())};
+    const Material<float> first = each.empty() ? Material<float>{} : each[0];
+    all.materials = {first, 1 / first.density, 1 / first.mass, materials.data(), int(each.size())};
     all.walls = walls_on<float>(setup.lattice, setup.walls);
     all.gravity = cast<float>(setup.gravity);
     all.limits = step_limits(setup);
