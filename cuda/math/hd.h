@@ -1,14 +1,17 @@
 // HD marks a function that means the same on the CPU and on the GPU; UNROLL a loop that must
-// vanish, because it walks an array that must stay in registers. VECTOR_EXTENSION says whether the
+// vanish, because it walks an array that must stay in registers; ROLLED one that must stay, because
+// few come there and instructions have to be fetched. VECTOR_EXTENSION says whether the
 // compiler knows vector registers as a type.
 #pragma once
 
 #ifdef __CUDACC__
 #define HD __host__ __device__ inline
 #define UNROLL _Pragma("unroll")
+#define ROLLED _Pragma("unroll 1")
 #define VECTOR_EXTENSION 0
 #else
 #define HD inline
+#define ROLLED
 #define VECTOR_EXTENSION 1
 #ifdef __clang__
 #define UNROLL _Pragma("unroll")

@@ -27,6 +27,9 @@ struct Int3 {
     int x, y, z;
 };
 
+// Of the axes 0, 1 and 2.
+HD int component(Int3 a, int axis) { return axis == 0 ? a.x : axis == 1 ? a.y : a.z; }
+
 HD Int3 operator+(Int3 a, Int3 b) { return {a.x + b.x, a.y + b.y, a.z + b.z}; }
 HD Int3 operator-(Int3 a, Int3 b) { return {a.x - b.x, a.y - b.y, a.z - b.z}; }
 HD Int3 operator*(int s, Int3 a) { return {s * a.x, s * a.y, s * a.z}; }

@@ -6,6 +6,16 @@
 
 namespace knead {
 
+// At a place along an axis of which the first `free` nodes are free: 1 on the low wall or behind
+// it, -1 on the high one or behind it, else 0. Of the normal that leads away from a wall it is the
+// sign.
+HD int held_by(int at, int free) { return at < 0 ? 1 : at >= free ? -1 : 0; }
+template <class R>
+HD Vec3<R> wall_normal(int axis, int sign)
+{
+    return R(sign) * Vec3<R>{R(axis == 0), R(axis == 1), R(axis == 2)};
+}
+
 // What the six walls leave of a velocity at node n.  (18) with fixed, axis-aligned normals
 template <class R>
 HD Vec3<R> apply_walls(Vec3<R> v, Int3 n, const Walls<R>& walls)
@@ -14,13 +24,10 @@ HD Vec3<R> apply_walls(Vec3<R> v, Int3 n, const Walls<R>& walls)
     if (unsigned(at.x) < unsigned(free.x) && unsigned(at.y) < unsigned(free.y) &&
         unsigned(at.z) < unsigned(free.z))
         return v;
-    const auto face = [&](bool low, bool high, Vec3<R> axis) {
-        if (low) v = apply_contact(v, axis, {0, 0, 0}, walls.mode, walls.friction);
-        if (high) v = apply_contact(v, -axis, {0, 0, 0}, walls.mode, walls.friction);
-    };
-    face(at.x < 0, at.x >= free.x, {1, 0, 0});
-    face(at.y < 0, at.y >= free.y, {0, 1, 0});
-    face(at.z < 0, at.z >= free.z, {0, 0, 1});
+    ROLLED
+    for (int axis = 0; axis < 3; ++axis)
+        if (const int sign = held_by(component(at, axis), component(free, axis)))
+            v = apply_contact(v, wall_normal<R>(axis, sign), {0, 0, 0}, walls.mode, walls.friction);
     return v;
 }
 
@@ -45,29 +52,43 @@ HD void apply_face(Node<R>& before, Node<R>& image, Vec3<R> axis, const Walls<R>
     image.p = image.p + (1 - share) * change;
 }
 
+// Calls visit(k) for each of `all` nodes: n and its images. Of two, which are in registers, where
+// `count` is 2.
+template <int count, class Visit>
+HD void for_each_image(int all, Visit&& visit)
+{
+    if constexpr (count == 2) {
+        visit(0), visit(1);
+    } else {
+        ROLLED
+        for (int k = 0; k < all; ++k) visit(k);
+    }
+}
+
 // What the six walls leave of node n and its images, axis by axis; node(k) is the k-th, as a
-// reference. `led` by a tool or not.
-template <class R, class Each>
+// reference. Of `count`, or as many as there are `way` to; `led` by a tool or not.
+template <int count, class R, class Each>
 HD void apply_walls(Int3 n, Int3 way, const Walls<R>& walls, bool led, Each&& node)
 {
-    const int all = image_count(way);
+    const Int3 at = n - walls.first;
     int next = 1;  // bit of the axis
-    const auto face = [&](int at, int past, int to_image, Vec3<R> axis) {
-        const auto alone = [&](Vec3<R>& v, Vec3<R> normal) {
-            v = apply_contact(v, normal, {0, 0, 0}, walls.mode, walls.friction);
-        };
-        for (int k = 0; k < all; ++k) {
-            if (to_image && !(k & next))
-                apply_face(node(k), node(k | next), to_image < 0 ? axis : -axis, walls, led);
-            if (!to_image && at < 0) alone(node(k).p, axis);
-            if (!to_image && past >= 0) alone(node(k).p, -axis);
-        }
+    ROLLED
+    for (int axis = 0; axis < 3; ++axis) {
+        const int to_image = component(way, axis);
+        const int sign = to_image ? (to_image < 0 ? 1 : -1)
+                                  : held_by(component(at, axis), component(walls.free, axis));
+        if (!sign) continue;
+        const Vec3<R> normal = wall_normal<R>(axis, sign);
+        const int bit = count == 2 ? 1 : next;
+        for_each_image<count>(image_count(way), [&](int k) {
+            Node<R>& one = node(k);
+            if (!to_image)
+                one.p = apply_contact(one.p, normal, {0, 0, 0}, walls.mode, walls.friction);
+            else if (!(k & bit))
+                apply_face(one, node(k | bit), normal, walls, led);
+        });
         if (to_image) next *= 2;
-    };
-    const Int3 at = n - walls.first, past = at - walls.free;
-    face(at.x, past.x, way.x, {1, 0, 0});
-    face(at.y, past.y, way.y, {0, 1, 0});
-    face(at.z, past.z, way.z, {0, 0, 1});
+    }
 }
 
 // A node that is slowed and holds less than this share of a particle's mass is trimmed: nobody sees
@@ -112,23 +133,23 @@ HD bool differ(Vec3<R> a, Vec3<R> b)
 // The same for node n and its images, of which node(k) is the k-th: sums that become velocities.
 // tools(v) leaves what they leave of n's own, and says whether that is another. Calls slowed(mass)
 // for each that is clipped.
-template <class R, class Each, class Tools, class Slowed>
+template <int count, class R, class Each, class Tools, class Slowed>
 HD void update_images(Int3 n, Int3 way, const Lattice<R>& lattice, const Walls<R>& walls,
                       Vec3<R> gravity, R dt, Each&& node, Tools&& tools, Slowed&& slowed)
 {
     const int all = image_count(way);
     bool led = false;
-    for (int k = 0; k < all; ++k) {
+    for_each_image<count>(all, [&](int k) {
         Node<R>& one = node(k);
         one = one.m > 0 ? Node<R>{apply_gravity(one, gravity, dt), one.m} : Node<R>{};
         if (k == 0 && one.m > 0) led = tools(one.p);
-    }
-    apply_walls(n, way, walls, led, node);
-    for (int k = 0; k < all; ++k) {
+    });
+    apply_walls<count>(n, way, walls, led, node);
+    for_each_image<count>(all, [&](int k) {
         bool clipped;
         node(k).p = limit_speed(node(k).p, lattice, dt, clipped);
         if (clipped) slowed(node(k).m);
-    }
+    });
 }
 
 // Which way a number of the nodes rises at node n, at any length: value(node) answers for those
