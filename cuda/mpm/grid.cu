@@ -190,11 +190,11 @@ __device__ Node<float>& node_at(const GridUpdateView& d, int parity, int i)
     return reinterpret_cast<Node<float>&>(d.nodes[parity][i]);
 }
 
-// A node and its images, of the field that begins with node `field`, where they stand. Tools leave
-// it the velocity v; `led` if that is another.
+// A node by walls and its images, of the field that begins with node `field`, where they stand.
+// Tools leave it the velocity v; `led` if that is another.
 template <bool fixed_point>
-__device__ void update_corner(const GridUpdateView& d, int parity, float dt, Int3 n, Int3 way,
-                              Vec3<float> v, bool led, int field)
+__device__ void update_with_images(const GridUpdateView& d, int parity, float dt, Int3 n, Int3 way,
+                                   Vec3<float> v, bool led, int field)
 {
     const auto node = [&](int k) -> Node<float>& {
         return node_at(d, parity, field + d.lattice.index(image(n, way, k)));
@@ -202,7 +202,7 @@ __device__ void update_corner(const GridUpdateView& d, int parity, float dt, Int
     ROLLED
     for (int k = 0; fixed_point && k < image_count(way); ++k)
         node(k) = sum_of<fixed_point>(d, parity, field + d.lattice.index(image(n, way, k)));
-    update_images<0>(
+    update_images(
         n, way, d.lattice, d.walls, d.gravity, dt, node,
         [=](Vec3<float>& of) { return of = v, led; }, [&](float mass) { count_slowed(d, mass); });
 }
@@ -231,24 +231,11 @@ __device__ void update_at_wall(const GridUpdateView& d, int parity, float dt, In
 {
     const Together how = together<fixed_point>(d, parity, n);
     if (how.elsewhere) return;
-    const int images = image_count(how.way), i = d.lattice.index(n);
-    // In fixed point two would spill, too.
-    if (images > (fixed_point ? 1 : 2))
-        return update_corner<fixed_point>(d, parity, dt, n, how.way, v, led, 0);
-    if (images == 2) {
-        const int other = d.lattice.index(n + how.way);
-        Node<float> near{v, m}, far = sum_of<fixed_point>(d, parity, other);
-        update_images<2>(
-            n, how.way, d.lattice, d.walls, d.gravity, dt,
-            [&](int k) -> Node<float>& { return k ? far : near; },
-            [=](Vec3<float>& of) { return of = v, led; },
-            [&](float mass) { count_slowed(d, mass); });
-        node_at(d, parity, i) = near, node_at(d, parity, other) = far;
-        return;
-    }
+    if (image_count(how.way) > 1)
+        return update_with_images<fixed_point>(d, parity, dt, n, how.way, v, led, 0);
     bool clipped = false;
     v = limit_speed(apply_walls(v, n, d.walls), d.lattice, dt, clipped);
-    node_at(d, parity, i) = {v, m};
+    node_at(d, parity, d.lattice.index(n)) = {v, m};
     if (clipped) count_slowed(d, m);
 }
 
@@ -374,8 +361,8 @@ __global__ void __launch_bounds__(block_nodes, resident_cut)
             if (count > 1 && sum.m > 0) {
                 const Vec3<float> free = apply_gravity(sum, d.gravity, dt);
                 const Vec3<float> v = tools(d.lattice.position(at), free);
-                update_corner<fixed_point>(d, parity, dt, at, how.way, v, differ(v, free),
-                                           f * nodes);
+                update_with_images<fixed_point>(d, parity, dt, at, how.way, v, differ(v, free),
+                                                f * nodes);
                 continue;
             }
             bool clipped;

@@ -52,25 +52,13 @@ HD void apply_face(Node<R>& before, Node<R>& image, Vec3<R> axis, const Walls<R>
     image.p = image.p + (1 - share) * change;
 }
 
-// Calls visit(k) for each of `all` nodes: n and its images. Of two, which are in registers, where
-// `count` is 2.
-template <int count, class Visit>
-HD void for_each_image(int all, Visit&& visit)
-{
-    if constexpr (count == 2) {
-        visit(0), visit(1);
-    } else {
-        ROLLED
-        for (int k = 0; k < all; ++k) visit(k);
-    }
-}
-
 // What the six walls leave of node n and its images, axis by axis; node(k) is the k-th, as a
-// reference. Of `count`, or as many as there are `way` to; `led` by a tool or not.
-template <int count, class R, class Each>
+// reference. `led` by a tool or not.
+template <class R, class Each>
 HD void apply_walls(Int3 n, Int3 way, const Walls<R>& walls, bool led, Each&& node)
 {
     const Int3 at = n - walls.first;
+    const int all = image_count(way);
     int next = 1;  // bit of the axis
     ROLLED
     for (int axis = 0; axis < 3; ++axis) {
@@ -79,14 +67,14 @@ HD void apply_walls(Int3 n, Int3 way, const Walls<R>& walls, bool led, Each&& no
                                   : held_by(component(at, axis), component(walls.free, axis));
         if (!sign) continue;
         const Vec3<R> normal = wall_normal<R>(axis, sign);
-        const int bit = count == 2 ? 1 : next;
-        for_each_image<count>(image_count(way), [&](int k) {
+        ROLLED
+        for (int k = 0; k < all; ++k) {
             Node<R>& one = node(k);
             if (!to_image)
                 one.p = apply_contact(one.p, normal, {0, 0, 0}, walls.mode, walls.friction);
-            else if (!(k & bit))
-                apply_face(one, node(k | bit), normal, walls, led);
-        });
+            else if (!(k & next))
+                apply_face(one, node(k | next), normal, walls, led);
+        }
         if (to_image) next *= 2;
     }
 }
@@ -133,23 +121,25 @@ HD bool differ(Vec3<R> a, Vec3<R> b)
 // The same for node n and its images, of which node(k) is the k-th: sums that become velocities.
 // tools(v) leaves what they leave of n's own, and says whether that is another. Calls slowed(mass)
 // for each that is clipped.
-template <int count, class R, class Each, class Tools, class Slowed>
+template <class R, class Each, class Tools, class Slowed>
 HD void update_images(Int3 n, Int3 way, const Lattice<R>& lattice, const Walls<R>& walls,
                       Vec3<R> gravity, R dt, Each&& node, Tools&& tools, Slowed&& slowed)
 {
     const int all = image_count(way);
     bool led = false;
-    for_each_image<count>(all, [&](int k) {
+    ROLLED
+    for (int k = 0; k < all; ++k) {
         Node<R>& one = node(k);
         one = one.m > 0 ? Node<R>{apply_gravity(one, gravity, dt), one.m} : Node<R>{};
         if (k == 0 && one.m > 0) led = tools(one.p);
-    });
-    apply_walls<count>(n, way, walls, led, node);
-    for_each_image<count>(all, [&](int k) {
+    }
+    apply_walls(n, way, walls, led, node);
+    ROLLED
+    for (int k = 0; k < all; ++k) {
         bool clipped;
         node(k).p = limit_speed(node(k).p, lattice, dt, clipped);
         if (clipped) slowed(node(k).m);
-    });
+    }
 }
 
 // Which way a number of the nodes rises at node n, at any length: value(node) answers for those

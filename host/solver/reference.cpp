@@ -140,7 +140,7 @@ void Reference::grid(double dt)
                 return differ(u, free);
             };
             for (int k = 0; k < image_count(way); ++k) v[f][k] = at(f, image(n, way, k));
-            update_images<0>(
+            update_images(
                 n, way, lattice, walls, setup.gravity, dt,
                 [&](int k) -> Node<double>& { return v[f][k]; }, obstacles,
                 [&](double mass) { ++(mass > light ? clipped : trimmed); });

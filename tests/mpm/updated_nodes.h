@@ -19,7 +19,7 @@ std::vector<Node<R>> updated_nodes(const std::vector<Node<R>>& sums, const Latti
         if (!(sums[index(n)].m > 0) || how.elsewhere) continue;
         const auto each = [&](int k) -> Node<R>& { return out[index(image(n, how.way, k))]; };
         for (int k = 0; k < image_count(how.way); ++k) each(k) = sums[index(image(n, how.way, k))];
-        update_images<0>(
+        update_images(
             n, how.way, lattice, walls, gravity, dt, each,
             [&](Vec3<R>& v) {
                 const Vec3<R> free = v;

@@ -66,7 +66,7 @@ void CpuSolver<R>::update_together(int b, Int3 n, Int3 across, R dt, Counts& c)
             return differ(u, free);
         };
         for (int k = 0; k < count; ++k) v[f][k] = summed(sums[f], image(n, across, k));
-        update_images<0>(
+        update_images(
             n, across, lattice, walls, gravity, dt, [&](int k) -> Node<R>& { return v[f][k]; },
             tools, [&](R mass) { ++(mass > light ? c.clipped : c.trimmed); });
     }
