@@ -61,11 +61,13 @@ if(KNEAD_UNITED)
     knead_unite(knead_solver cu 1 device_splats "host/splats")
 endif()
 
-# What most files include, read once; none of our own, whose names are not for everyone. Not where
-# warnings are errors: GCC then warns of what it inlines from the standard library's headers, too.
-if(KNEAD_UNITED AND NOT KNEAD_WERROR)
+# What most files include, read once; none of our own, whose names are not for everyone. The app not
+# where warnings are errors: GCC then warns of what it inlines from the standard library's headers.
+if(KNEAD_UNITED)
     set(knead_common <algorithm> <array> <chrono> <cmath> <filesystem> <functional> <map> <memory>
         <numbers> <optional> <string> <vector> <fmt/format.h> <nlohmann/json_fwd.hpp>)
+endif()
+if(KNEAD_UNITED AND NOT KNEAD_WERROR)
     target_precompile_headers(knead_app PRIVATE ${knead_common})
     set_source_files_properties(render/view/no_window.cpp PROPERTIES
         SKIP_PRECOMPILE_HEADERS ON)  # has a definition of its own
