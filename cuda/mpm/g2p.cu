@@ -78,11 +78,9 @@ __device__ Events advance_particle(const G2pView& d, const SubstepContext& later
         if constexpr (full) asm volatile("" ::: "memory");  // or it would be kept
         return full ? aside[32] : around;
     };
-    const auto per_cell = [&] {
-        return mass_around() / material_of<f>(d.materials, q.object).mass;
-    };
+    const auto per_cell = [&] { return mass_around() / mass_of<f>(d.materials, q.object); };
     // Where registers allow, by vote: lanes that branch by themselves cost the warp more.
-    const bool crumb = mass_around() < material_of<f>(d.materials, q.object).mass;
+    const bool crumb = mass_around() < mass_of<f>(d.materials, q.object);
     if (f.tools ? __any_sync(all_lanes, crumb) : crumb) calm_crumb(q.C, per_cell());
     q.e = advance_b(q.e, q.C, later.now);
     q.x = q.x + later.now * q.v;

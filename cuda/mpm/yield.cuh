@@ -24,5 +24,10 @@ __device__ Material<float> material_of(const Materials& all, int object)
 {
     return narrowed<f.plasticity>(f.mixed ? all[object] : all.first);
 }
+template <Features f>
+__device__ float mass_of(const Materials& all, int object)
+{
+    return material_of<f>(all, object).mass;
+}
 
 }  // namespace knead::gpu
