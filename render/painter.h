@@ -1,5 +1,6 @@
 // Headless pictures: clay, hands and floor with light, shade, contact shadow and ambient occlusion.
 #pragma once
+#include <functional>
 #include <memory>
 #include <stdexcept>
 #include <string>
@@ -60,6 +61,12 @@ class Painter {
     virtual std::vector<float> depths() = 0;
     virtual std::string name() const = 0;  // the GL renderer
     virtual int largest_side() const = 0;  // of a picture, by the GL's limits [pixels]
+    // Asked again and again while a picture is made, which may take seconds where the processor
+    // draws; true: it is given up, by a PictureError.
+    void give_up_when(std::function<bool()> asked) { given_up = std::move(asked); }
+
+  protected:
+    std::function<bool()> given_up = [] { return false; };
 };
 
 }  // namespace knead

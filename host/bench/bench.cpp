@@ -183,11 +183,12 @@ int bench_verb(const BenchOptions& options)
         bench.result.left_out.push_back(why);
     }
     std::fputs(options.json ? json.c_str() : bench_text(bench).c_str(), stdout);
-    if (failed)
-        bench.say("failed; what was measured all the same is in " + folder);
+    if (failed || bench.stopped())
+        bench.say(std::string(failed ? "failed" : "interrupted") +
+                  "; what was measured all the same is in " + folder);
     else
         bench.say("wrote " + folder);
-    return interrupted() == 15 ? exit_terminate : interrupted() ? exit_interrupt : failed;
+    return bench.stopped() ? 128 + interrupted() : failed;
 }
 
 }  // namespace knead

@@ -110,9 +110,13 @@ void add_leftovers(Json& all, const std::vector<std::string>& folders)
         for (fs::directory_iterator at(folder, problem), end; !problem && at != end;
              at.increment(problem)) {
             std::error_code unknown;
-            if (fs::is_directory(at->symlink_status(unknown)))
-                places.push_back(at->path().string());
+            if (!fs::is_directory(at->symlink_status(unknown))) continue;
+            places.push_back(at->path().string());
+            for (const char* below : {"pictures", "meshes", "particles"})  // of a run
+                if (fs::is_directory(fs::symlink_status(at->path() / below, unknown)))
+                    places.push_back((at->path() / below).string());
         }
+        if (problem) throw InputError(folder + ": cannot be read: " + problem.message());
         for (const std::string& place : places)
             for (const Leftover& left : leftovers(place)) {
                 const std::string text =

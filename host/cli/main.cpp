@@ -28,7 +28,8 @@ void add_info(CLI::App& app, Verb& chosen)
         ->take_all()
         ->expected(1)
         ->check(setting());
-    info->add_option("--cells", o.cells, "Of a scene, along the longest axis of its domain")
+    info->add_option("--cells", o.cells,
+                     "Of a scene, along the longest axis of its domain: a multiple of 4")
         ->check(CLI::Range(8, 1024));
     info->add_flag("--json", o.json, "JSON on stdout");
     info->callback([&chosen] {
@@ -193,6 +194,12 @@ void add_new(CLI::App& app, Verb& chosen)
     make->callback([&chosen] { chosen = [] { return new_verb(o); }; });
 }
 
+// What `knead --help` says. app.help() would be of the verb that was given: of help itself.
+std::string whole_help(const CLI::App& app)
+{
+    return app.get_formatter()->make_help(&app, "knead", CLI::AppFormatMode::Normal);
+}
+
 void add_help(CLI::App& app, Verb& chosen)
 {
     static std::string verb, shell, folder;
@@ -212,7 +219,7 @@ void add_help(CLI::App& app, Verb& chosen)
             if (!shell.empty())
                 text = completion(app, shell);
             else if (!manual)
-                text = verb.empty() ? app.help() : app.get_subcommand(verb)->help("knead");
+                text = verb.empty() ? whole_help(app) : app.get_subcommand(verb)->help("knead");
             std::fputs(text.c_str(), stdout);
             return int(exit_ok);
         };

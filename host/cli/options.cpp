@@ -64,7 +64,8 @@ void add_run(CLI::App& app, Verb& chosen)
         ->expected(1)
         ->check(setting());
     run->add_option("--hands", o.hands, "A recording or gesture instead of the scene's");
-    run->add_option("--cells", o.cells, "Along the domain's longest axis instead of the scene's")
+    run->add_option("--cells", o.cells,
+                    "Along the domain's longest axis instead of the scene's: a multiple of 4")
         ->check(CLI::Range(8, 1024));
     run->add_option("--frames", o.frames, "Stop after N frames")->check(CLI::Range(1, 10000000));
     run->add_option("--out", o.out, "Folder for report.json, frames.csv, mesh, pictures");

@@ -37,6 +37,12 @@ namespace knead {
 namespace {
 namespace fs = std::filesystem;
 
+double seconds_now()
+{
+    return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch())
+        .count();
+}
+
 class Session {
   public:
     explicit Session(const RunOptions& options, const Checkpoint* from = nullptr)
@@ -93,6 +99,7 @@ class Session {
     RunRule rule;
     RunFacts facts;
     std::vector<std::string> names{"report.json", "frames.csv"};  // of the files to come
+    double began = 0;       // the loop of frames, by seconds_now() [s]
     double cpu_before = 0;  // of the process, when the run began; less what an earlier one took [s]
     std::unique_ptr<FrameWriter> writer;
     bool has_video = false, output_refused = false;
@@ -144,6 +151,8 @@ void Session::clear()
         return name == checkpoint_name || name == ".knead-probe" ||
                std::find(names.begin(), names.end(), name) != names.end();
     });
+    remove_partial_pictures(in_folder("pictures"));
+    mesh_files.remove_partial(), clay_files.remove_partial();
     if (earlier || !o.overwrite) return;
     remove_files(o.out, names);
     remove_files(o.out, {checkpoint_name});
@@ -213,7 +222,12 @@ void Session::open_writer()
         writer = std::make_unique<FrameWriter>(
             scene, in_folder("pictures"), has_video ? in_folder("video.mp4") : "",
             scene.frame_rate / scene.picture_every, &splats->drawn());
+        writer->give_up_when([this] {
+            return interrupted() != 0 || (o.time_limit > 0 && seconds_now() - began > o.time_limit);
+        });
         rule.mesh_every = scene.picture_every;
+    } catch (const OutputError& e) {
+        refused(e.what());
     } catch (const std::runtime_error& e) {
         note(e.what());
         facts.left_out.push_back(std::string("pictures: ") + e.what());
@@ -240,7 +254,7 @@ void Session::watch(RunWatch& watch, Progress& progress, const Solver& solver)
         add_to(clay_files, number, [&](const std::string& file) { write_particles(file, all); });
     };
     watch.picture = [&](const Frame& frame, const std::vector<Mesh>& meshes) {
-        if (!writer) return;
+        if (!writer || interrupted()) return;
         splats->refresh();
         try {
             writer->add(frame, meshes, solver.gaussians());
@@ -371,6 +385,7 @@ int Session::run()
         watch(watching, progress, *solver);
         if (replay) play(*replay, *splats, watching);
         cpu_before = process_seconds() - (earlier ? cpu_seconds_of(*earlier) : 0);
+        began = seconds_now();
         record = run_frames(scene, *solver, hands.get(), rule, watching,
                             earlier ? &earlier->record : nullptr);
         facts.cpu_seconds = process_seconds() - cpu_before;

@@ -34,6 +34,13 @@ Sequence::Sequence(std::string folder_, std::string stem_, std::string ending_, 
 {
 }
 
+void Sequence::remove_partial() const
+{
+    std::error_code problem;
+    if (!fs::is_directory(folder, problem)) return;
+    remove_partials(folder, [&](const std::string& name) { return is_numbered(name, stem); });
+}
+
 void Sequence::remove_old() const
 {
     const auto ours = [&](const std::string& name) { return is_numbered(name, stem); };

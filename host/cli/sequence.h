@@ -16,6 +16,8 @@ class Sequence {
     // Removes what an earlier run left: files of exactly such names, of any ending that a mesh has.
     // Throws OutputError.
     void remove_old() const;
+    // Removes what is left of files that were not written to their end.
+    void remove_partial() const;
     // Writes the file of a frame. Throws OutputError where the disk refuses; after that, nothing.
     void add(int frame, const std::function<void(const std::string& file)>& write);
 

@@ -72,7 +72,7 @@ int verify_verb(VerifyOptions options)
         std::printf("%s\n", verify_json(v).dump(2).c_str());
     else
         std::fputs(verify_summary(v).c_str(), stdout);
-    if (const int by = interrupted()) return by == 15 ? exit_terminate : exit_interrupt;
+    if (const int by = interrupted()) return 128 + by;
     const auto failed = [](const Check& c) { return c.verdict == Verdict::failed; };
     return std::any_of(v.checks.begin(), v.checks.end(), failed) ? exit_check : exit_ok;
 }

@@ -41,7 +41,9 @@ std::string with_form(const std::string& path, const std::string& told)
     if (!told.empty()) return told.starts_with('.') ? "-" + told : "-." + told;
     const std::string form = form_of(read_start(path, longest_header));
     if (form.empty())
-        throw InputError("-: how it begins does not say what it is; --from obj, csv or splat does");
+        throw InputError(
+            "-: how it begins does not say what it is: obj, csv and splat do not; "
+            "`knead convert` takes --from, others a file's name");
     return path + form;
 }
 

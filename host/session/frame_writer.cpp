@@ -49,6 +49,12 @@ std::vector<std::string> pictures_in(const std::string& run)
     return names;
 }
 
+void remove_partial_pictures(const std::string& folder)
+{
+    std::error_code problem;
+    if (fs::is_directory(folder, problem)) remove_partials(folder, is_picture_name);
+}
+
 void remove_pictures(const std::string& folder)
 {
     std::error_code problem;
@@ -125,7 +131,9 @@ FrameWriter::FrameWriter(const Scene& of, std::string where, std::string video_f
         throw std::runtime_error(
             fmt::format("pictures of {} x {} pixels; at most {} a side can be drawn on {}",
                         scene.picture_width, scene.picture_height, most, painter->name()));
-    if (!folder.empty()) fs::create_directories(folder);
+    std::error_code problem;
+    if (!folder.empty()) fs::create_directories(folder, problem);
+    if (problem) throw OutputError(folder + ": cannot be made: " + problem.message());
     if (!video_path.empty())
         video = Video::open(video_path, scene.picture_width, scene.picture_height, rate);
 }

@@ -1,5 +1,6 @@
 // Pictures and a video of a run, where this machine can make them.
 #pragma once
+#include <functional>
 #include <memory>
 #include <string>
 
@@ -21,12 +22,14 @@ std::vector<std::string> pictures_in(const std::string& run);
 // Removes the pictures that an earlier run left in the folder: files of exactly such names, and
 // nothing else. Throws OutputError.
 void remove_pictures(const std::string& folder);
+// Removes what is left of pictures that were not written to their end.
+void remove_partial_pictures(const std::string& folder);
 
 class FrameWriter {
   public:
     // `folder` receives a picture_name() a picture; with `video`, its frames `rate` per second also
     // make that file. Throws std::runtime_error with the reason where there is no OpenGL, or where
-    // it draws no pictures of the scene's size.
+    // it draws no pictures of the scene's size, OutputError where the folder cannot be made.
     // `splats`: those of the scene, in the order of the solver's Gaussians; they are drawn in place
     // of the clay of objects that have them. They may change from picture to picture; the writer
     // looks at them where they are.
@@ -35,6 +38,8 @@ class FrameWriter {
     // Throws OutputError, and PictureError where this picture alone cannot be made.
     void add(const Frame& frame, const std::vector<Mesh>& meshes,
              const std::vector<Gaussian<double>>& gaussians = {});
+    // True: a picture under way is given up, by a PictureError.
+    void give_up_when(std::function<bool()> asked) { painter->give_up_when(std::move(asked)); }
     void close();  // ends the video; throws OutputError
     int count() const { return pictures; }
     std::string renderer() const { return painter->name(); }

@@ -28,6 +28,22 @@ void expect_code(const Error& error, int code, const std::string& said)
     EXPECT_EQ(found, code) << said;
 }
 
+// Loops under test catch signals, as the program does. Whoever ends the tests is heard all the
+// same.
+class EndsOnSignals : public testing::EmptyTestEventListener {
+    void OnTestEnd(const testing::TestInfo&) override
+    {
+        const int by = interrupted();
+        if (by == 0) return;
+        std::signal(by, SIG_DFL);
+        std::raise(by);
+    }
+};
+[[maybe_unused]] const bool heard = [] {
+    testing::UnitTest::GetInstance()->listeners().Append(new EndsOnSignals);
+    return true;
+}();
+
 TEST(Errors, EveryKindHasItsExitCodeAndIsSaid)
 {
     EXPECT_EQ(ended([] { return 42; }), 42);

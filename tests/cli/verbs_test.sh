@@ -148,6 +148,10 @@ for verb in run info convert list new help; do
 done
 answers 2 help rnu
 complains '"run" is meant?'
+answers 0 help
+holds said '^Usage: knead '
+holds said '^  verify '
+holds said '143 terminated'
 answers 0 help --man
 holds said '^\.B knead run'
 if command -v man >/dev/null; then

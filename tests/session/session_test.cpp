@@ -124,6 +124,7 @@ TEST_F(RunFolder, MeshesStandWhileNothingMoves)
         RunRule rule;
         rule.frames = 4, rule.mesh_every = every;
         const RunRecord r = run_frames(scene, solver, nullptr, rule, {});
+        ASSERT_EQ(r.rows.size(), 4u);
         EXPECT_TRUE(r.rows[1].kept && !r.rows[2].kept);
         EXPECT_EQ(r.rows[1].mesh_volume, r.first_mesh_volume);
         EXPECT_EQ(r.rows[2].meshed, every == 1);
