@@ -25,7 +25,7 @@ progress() {
 
 cuda=OFF
 gpu_present && cuda=ON  # without a card its half of the build would only cost minutes
-say "Building (release, for this machine's processor)"
+say "Building (release, for this machine's processor): about 2 minutes on two cores"
 began=$SECONDS
 mkdir -p build
 build() {  # settings
@@ -42,14 +42,16 @@ fi
 grep -o 'knead: .*' build/demo.log | head -n 1
 echo "built in $((SECONDS - began)) s on $(nproc) processors"
 
-say "Running: knead run scenes/demo.json --out out/demo"
+say "Running: knead run scenes/demo.json --out out/demo: about half a minute on two cores"
 began=$SECONDS
 ./build/demo/knead run scenes/demo.json --out out/demo --overwrite "$@"
 echo "ran for $((SECONDS - began)) s"
 
-say "Running: knead run scenes/pot.json, coarsely, --out out/demo-pot"
+say "Running: knead run scenes/pot.json, coarsely, --out out/demo-pot: some ten seconds"
+began=$SECONDS
 ./build/demo/knead run scenes/pot.json --out out/demo-pot --overwrite --quiet --mesh none \
     --set domain.cells=16 --set objects.0.material.young=1e5 --frames 120 --pictures 60
+echo "ran for $((SECONDS - began)) s"
 
 say "What there is to see"
 first=$(find out/demo/pictures -name '*.png' 2>/dev/null | sort | head -n 1)

@@ -15,6 +15,7 @@ std::string compiler_name();
 std::string knead_version();
 std::string knead_commit();  // of the build's source, "-dirty" where it was changed; or "unknown"
 std::string utc_now();       // 2025-01-31T12:00:00Z
+double wall_seconds();       // since some moment [s]
 double process_seconds();    // CPU time of all threads since the start [s]
 
 // What the driver says of a GPU now. Clocks are those of the moment: a GPU at rest slows down.

@@ -1,7 +1,6 @@
 // knead run: a scene and its hands, headless.
 #include <fmt/format.h>
 
-#include <chrono>
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
@@ -36,12 +35,6 @@
 namespace knead {
 namespace {
 namespace fs = std::filesystem;
-
-double seconds_now()
-{
-    return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch())
-        .count();
-}
 
 class Session {
   public:
@@ -99,7 +92,7 @@ class Session {
     RunRule rule;
     RunFacts facts;
     std::vector<std::string> names{"report.json", "frames.csv"};  // of the files to come
-    double began = 0;       // the loop of frames, by seconds_now() [s]
+    double began = 0;       // the loop of frames, by wall_seconds() [s]
     double cpu_before = 0;  // of the process, when the run began; less what an earlier one took [s]
     std::unique_ptr<FrameWriter> writer;
     bool has_video = false, output_refused = false;
@@ -133,17 +126,14 @@ void Session::prepare()
                               "--overwrite replaces it");
         prepare_folder(o.out, places, o.overwrite || earlier);
     }
-    rule.frames = o.frames;
-    rule.time_limit = o.time_limit;
+    rule.frames = o.frames, rule.time_limit = o.time_limit;
     rule.meshes_every = o.mesh_every, rule.particles_every = o.particles_every;
     rule.last_mesh = !o.out.empty() && o.mesh != "none";
-    facts.threads = o.threads;
-    facts.settings = o.settings;
+    facts.threads = o.threads, facts.settings = o.settings;
 }
 
-// All that can be wrong with what was given has been found: what a killed program left may go, and
-// where it is to be replaced the set of an earlier run, its report first, which vouches for the
-// rest.
+// Nothing given is wrong: what a killed program left may go, and where it is to be replaced the set
+// of an earlier run, its report first, which vouches for the rest.
 void Session::clear()
 {
     if (o.out.empty()) return;
@@ -151,8 +141,8 @@ void Session::clear()
         return name == checkpoint_name || name == ".knead-probe" ||
                std::find(names.begin(), names.end(), name) != names.end();
     });
-    remove_partial_pictures(in_folder("pictures"));
     mesh_files.remove_partial(), clay_files.remove_partial();
+    remove_partial_pictures(in_folder("pictures"));
     if (earlier || !o.overwrite) return;
     remove_files(o.out, names);
     remove_files(o.out, {checkpoint_name});
@@ -179,7 +169,7 @@ void Session::keep_checkpoints(RunWatch& watch, const Solver& solver, Device dev
     const std::string name =
         device.kind == DeviceKind::cpu ? "cpu" : fmt::format("cuda:{}", device.index);
     watch.checkpoint = [this, &solver, name](const RunRecord& record) {
-        const auto begin = std::chrono::steady_clock::now();
+        const double begin = wall_seconds();
         try {
             const Json command = command_of(o, name, process_seconds() - cpu_before, scene);
             write_checkpoint(in_folder(checkpoint_name), {command, record, solver.save(),
@@ -187,9 +177,9 @@ void Session::keep_checkpoints(RunWatch& watch, const Solver& solver, Device dev
         } catch (const std::exception& e) {
             note(std::string("no checkpoint: ") + e.what());
         }
-        const std::chrono::duration<double> took = std::chrono::steady_clock::now() - begin;
         // Unless asked for, they take a twentieth of the time at most.
-        if (!o.checkpoint) rule.checkpoint = std::max(rule.checkpoint, 20 * took.count());
+        const double took = wall_seconds() - begin;
+        if (!o.checkpoint) rule.checkpoint = std::max(rule.checkpoint, 20 * took);
     };
 }
 
@@ -222,15 +212,13 @@ void Session::open_writer()
         writer = std::make_unique<FrameWriter>(
             scene, in_folder("pictures"), has_video ? in_folder("video.mp4") : "",
             scene.frame_rate / scene.picture_every, &splats->drawn());
-        writer->give_up_when([this] {
-            return interrupted() != 0 || (o.time_limit > 0 && seconds_now() - began > o.time_limit);
-        });
+        const double limit = o.time_limit > 0 ? o.time_limit : 1e30;
+        writer->give_up_when([=, this] { return interrupted() || wall_seconds() - began > limit; });
         rule.mesh_every = scene.picture_every;
     } catch (const OutputError& e) {
         refused(e.what());
     } catch (const std::runtime_error& e) {
-        note(e.what());
-        facts.left_out.push_back(std::string("pictures: ") + e.what());
+        note(e.what()), facts.left_out.push_back(std::string("pictures: ") + e.what());
     }
 }
 
@@ -259,8 +247,7 @@ void Session::watch(RunWatch& watch, Progress& progress, const Solver& solver)
         try {
             writer->add(frame, meshes, solver.gaussians());
         } catch (const OutputError& e) {
-            refused(e.what());
-            writer.reset();
+            refused(e.what()), writer.reset();
         }
     };
 }
@@ -385,7 +372,7 @@ int Session::run()
         watch(watching, progress, *solver);
         if (replay) play(*replay, *splats, watching);
         cpu_before = process_seconds() - (earlier ? cpu_seconds_of(*earlier) : 0);
-        began = seconds_now();
+        began = wall_seconds();
         record = run_frames(scene, *solver, hands.get(), rule, watching,
                             earlier ? &earlier->record : nullptr);
         facts.cpu_seconds = process_seconds() - cpu_before;

@@ -98,7 +98,8 @@ mkdir -p splats
 printf "$row\\377\\200\\200\\200" >splats/a.splat
 fails_at_each render splats render at/a.splat --out at/drawn.png --size 16x16 --device cpu -q
 fails_at_each "convert splats" splats convert at/a.splat at/b.spz -q
-fails_at_each "run of sequences" "" "${run[@]}" --frames 2 --out at --mesh-every 1 --particles-every 1
+fails_at_each "run of sequences" "" "${run[@]}" --frames 2 --out at --mesh-every 1 \
+    --particles-every 1
 fails_at_each "run of pictures" "" "${run[@]}" --frames 2 --out at --pictures 1 \
     --set pictures.width=32 --set pictures.height=32
 fails_at_each new "" new at/fresh.json

@@ -11,6 +11,7 @@
 #include <sys/time.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <chrono>
 #include <cstdio>
 #include <cstdlib>
@@ -121,15 +122,34 @@ bool was_read(const FuzzFormat& format, const std::string& input)
     }
 }
 
+// What libFuzzer found to run other lines, a few of each format; in the order of their names.
+std::vector<std::string> found_inputs(const FuzzFormat& format)
+{
+    std::vector<fs::path> files;
+    const fs::path folder = fs::path("tests/fuzz/corpus") / format.name;
+    if (!fs::is_directory(folder))
+        throw std::logic_error(folder.string() + ": not here; run from the top of the tree");
+    for (const auto& file : fs::directory_iterator(folder)) files.push_back(file.path());
+    std::sort(files.begin(), files.end());
+    std::vector<std::string> inputs;
+    for (const fs::path& file : files) inputs.push_back(read_text(file.string(), longest));
+    return inputs;
+}
+
 // Throws what the format throws.
 void fuzz(const FuzzFormat& format, const Options& o, Kept& kept)
 {
     allow_seconds(0);
-    const std::vector<std::string> seeds = format.seeds();
+    std::vector<std::string> seeds = format.seeds();
     for (std::size_t i = 0; i < seeds.size(); ++i) {
         kept.set(seeds[i]);
         if (!was_read(format, seeds[i]))
             throw std::logic_error(fmt::format("its seed {} is refused", i));
+    }
+    for (const std::string& input : found_inputs(format)) {
+        kept.set(input);
+        was_read(format, input);
+        seeds.push_back(input);
     }
     Mutator mutator(o.seed);
     const auto begin = std::chrono::steady_clock::now();

@@ -27,7 +27,8 @@ for format; do
         $build/knead_fuzz --seeds $build/corpus "$format"
         $build/fuzz-$format -max_total_time=$half -timeout=20 -rss_limit_mb=3000 -seed="$seed" \
             -print_final_stats=1 -artifact_prefix=$build/found/$format- \
-            $build/corpus/"$format" >$build/"$format".log 2>&1 || failed=$((failed + 1))
+            $build/corpus/"$format" tests/fuzz/corpus/"$format" \
+            >$build/"$format".log 2>&1 || failed=$((failed + 1))
         grep -E 'number_of_executed_units|SUMMARY' $build/"$format".log | sed "s/^/$format /"
     fi
     $build/knead_fuzz --seconds $half --seed "$seed" --keep $build/found/"$format" "$format" ||
