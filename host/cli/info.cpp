@@ -34,6 +34,8 @@ Json scene_facts(const InfoOptions& o)
 {
     Scene scene = read_scene(o.file, o.settings);
     const std::vector<SplatObject> splats = load_splats(scene, available_memory());
+    std::size_t gaussians = 0;  // what follows clay from the start
+    for (const SplatObject& s : splats) gaussians += s.local ? 0 : s.cloud.count();
     const Int3 n = scene.setup.lattice.size;
     Json objects = Json::array();
     for (const Object& one : scene.objects) {
@@ -55,7 +57,7 @@ Json scene_facts(const InfoOptions& o)
                 {"dt_s", steps.dt},
                 {"substeps", steps.substeps},
                 {"asked_by", steps.key},
-                {"frame_wall_s", frame_seconds(scene, resolved({}))},
+                {"frame_wall_s", frame_seconds(scene, resolved({}), gaussians)},
                 {"objects", objects}};
     for (const SplatObject& s : splats) {
         Json& one = all["objects"][std::size_t(s.object)];

@@ -355,6 +355,7 @@ int Session::run()
     open_writer();
     const std::vector<std::string> rest = left_out(scene, rule);
     facts.left_out.insert(facts.left_out.end(), rest.begin(), rest.end());
+    const std::size_t gaussians = scene.setup.gaussians.size();
     scene.setup.particles = {}, scene.setup.gaussians = {};
 
     for (const Object& one : scene.objects)
@@ -365,7 +366,7 @@ int Session::run()
     watch_interrupts();
     if (!o.quiet)
         note(fmt::format("about {:.2g} s a frame on this machine, without hands and surface",
-                         frame_seconds(scene, device)));
+                         frame_seconds(scene, device, gaussians)));
     RunRecord record;
     {
         Progress progress(frames_wanted(scene, hands.get(), o.frames), o.quiet || o.verbose);
