@@ -1,7 +1,12 @@
 # Every check that is no case of GoogleTest, as a test of CTest.
+set(knead_test_environment "")
+if(KNEAD_SANITIZE)
+    set(knead_test_environment LSAN_OPTIONS=suppressions=${PROJECT_SOURCE_DIR}/tests/leaks.txt)
+endif()
 function(check name)
     add_test(NAME ${name} COMMAND ${ARGN} WORKING_DIRECTORY ${PROJECT_SOURCE_DIR})
-    set_tests_properties(${name} PROPERTIES SKIP_RETURN_CODE 77 TIMEOUT 600)
+    set_tests_properties(${name} PROPERTIES SKIP_RETURN_CODE 77 TIMEOUT 600
+        ENVIRONMENT "${knead_test_environment}")
 endfunction()
 
 check(shape tests/shape_test.sh)
