@@ -25,7 +25,7 @@ progress() {
 
 cuda=OFF
 gpu_present && cuda=ON  # without a card its half of the build would only cost minutes
-say "Building (release, for this machine's processor): 2 to 3 minutes on two cores"
+say "Building (release, for this machine's processor): one to three minutes on two cores"
 began=$SECONDS
 mkdir -p build
 build() {  # settings
