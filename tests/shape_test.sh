@@ -26,6 +26,8 @@ grep -nE '#define +[A-Za-z_0-9]+(\(| +[^ ])' "${shipped[@]}" | grep -v '^cuda/ma
     none "macros other than HD and UNROLL (switches of a library, without a value, are allowed)"
 grep -n '<<<' "${source[@]}" | grep -v '^cuda/device/launch\.cuh:' |
     none "kernels that start elsewhere than in cuda/device/launch.cuh have no range in a profiler"
+grep -n 'cudaDeviceSynchronize *(' "${shipped[@]}" |
+    none "waits for a whole device, which end whatever another thread is capturing"
 # "debug_utils" is a name of OpenXR's, "sa_handler" one of POSIX's.
 silent='(managers?|helpers?|handlers?|utils?|impl|misc)(?![a-z]|_t\b)'
 grep -niP "(?<![a-z])(?<!debug)(?<!debug_)(?<!sa_)$silent" "${source[@]}" |

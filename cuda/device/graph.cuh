@@ -29,7 +29,8 @@ struct Graph {
     Graph() = default;
     Graph(const Graph&) = delete;
     ~Graph() { drop(); }
-    // Of what is launched on the stream between the two.
+    // Of what is launched on the stream between the two. Meanwhile no thread of the process may
+    // wait for the device as a whole (cudaDeviceSynchronize): that would end the capture.
     void begin(cudaStream_t stream)
     {
         drop();

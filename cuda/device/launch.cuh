@@ -37,6 +37,18 @@ inline void wait(cudaEvent_t event, const char* what)
     check(cudaEventSynchronize(event), what);
 }
 
+// Whether the device has come to it; also where it was never recorded. Does not wait.
+inline bool is_over(cudaEvent_t event, const char* what)
+{
+    const cudaError_t answer = cudaEventQuery(event);
+    if (answer == cudaErrorNotReady) {
+        cudaGetLastError();  // else the next launch finds it
+        return false;
+    }
+    check(answer, what);
+    return true;
+}
+
 // `name` is the profiler range and the error text. No blocks: nothing to do.
 template <class... Parameters, class... Arguments>
 void launch(const char* name, void (*kernel)(Parameters...), int blocks, int threads,

@@ -15,12 +15,18 @@ __global__ void measure_kernel(const __grid_constant__ SurfaceView d, MeshFacts*
     *facts = {vertices,
               vertices ? all.triangles : 0,
               {INT_MAX, INT_MAX, INT_MAX},
-              {INT_MIN, INT_MIN, INT_MIN}};
+              {INT_MIN, INT_MIN, INT_MIN},
+              all,
+              *d.faults};
 }
 
-__device__ MeshFacts box_about(const float4* x, unsigned count, unsigned first, unsigned step)
+struct Box {
+    int low[3], high[3];
+};
+
+__device__ Box box_about(const float4* x, unsigned count, unsigned first, unsigned step)
 {
-    MeshFacts box{0, 0, {INT_MAX, INT_MAX, INT_MAX}, {INT_MIN, INT_MIN, INT_MIN}};
+    Box box{{INT_MAX, INT_MAX, INT_MAX}, {INT_MIN, INT_MIN, INT_MIN}};
     for (unsigned v = first; v < count; v += step) {
         const int side[3] = {ordered(__float_as_int(x[v].x)), ordered(__float_as_int(x[v].y)),
                              ordered(__float_as_int(x[v].z))};
@@ -35,7 +41,7 @@ __device__ MeshFacts box_about(const float4* x, unsigned count, unsigned first, 
 
 __global__ void __launch_bounds__(threads) box_kernel(const float4* x, MeshFacts* facts)
 {
-    const MeshFacts box =
+    const Box box =
         box_about(x, facts->vertices, blockIdx.x * threads + threadIdx.x, gridDim.x * threads);
     UNROLL
     for (int k = 0; k < 3; ++k) {

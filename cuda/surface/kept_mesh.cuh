@@ -6,10 +6,13 @@
 namespace knead::gpu {
 
 // How large it is, and the box about its vertices: each side a float by its bits, so changed that
-// whole numbers are in the order of the floats.
+// whole numbers are in the order of the floats. Without room for all of it, it is empty; `needed`
+// is what it would have.
 struct MeshFacts {
     unsigned vertices, triangles;
     int low[3], high[3];
+    Amounts needed;
+    Faults faults;  // of the surface
 };
 HD int ordered(int bits) { return bits >= 0 ? bits : bits ^ 0x7fffffff; }  // and back
 

@@ -326,14 +326,8 @@ int Session::code(const RunRecord& record) const
 
 int Session::run()
 {
-    Device device = resolved(parse_device(o.device));
+    const Device device = resolved(parse_device(o.device));
     prepare();
-    // A scene of local clay begins without any, which the solver on a GPU does not.
-    if (able(scene.setup, device).kind != device.kind) {
-        if (o.device != "auto") throw UsageError("--device " + o.device + ": has no local clay");
-        device = able(scene.setup, device);
-        facts.left_out.push_back("the GPU: it has no local clay");
-    }
     std::unique_ptr<HandSource> hands;
     if (scene.has_hands) {
         const Recording recording = hands_of(scene);

@@ -31,7 +31,7 @@ std::string free_name(const std::string& end)
 LiveRule live_rule(Device device, bool scripted, bool paused, EyePainter& painter)
 {
     LiveRule rule;
-    rule.make = [device](const Setup& setup) { return make_solver(setup, able(setup, device)); };
+    rule.make = [device](const Setup& setup) { return make_solver(setup, device); };
     rule.stepped = scripted;
     rule.paused = paused;
     rule.on_device = device.kind == DeviceKind::cuda && painter.sharing(device.index).shared;

@@ -35,12 +35,6 @@ Device resolved(Device device)
     return device;
 }
 
-Device able(const Setup& setup, Device device)
-{
-    if (device.kind == DeviceKind::cuda && setup.particles.empty()) return {DeviceKind::cpu, 0};
-    return device;
-}
-
 std::unique_ptr<Solver> make_solver(const Setup& setup, Device device)
 {
     const Device chosen = resolved(device);

@@ -18,9 +18,6 @@ Device parse_device(const std::string& text);  // throws UsageError
 // "auto" means the GPU where there is one, else the CPU. Throws ResourceError where a GPU is asked
 // for and none can be had, or where memory is short.
 Device resolved(Device device);
-// What is to simulate a scene of this setup: the CPU in place of a GPU, whose solver cannot begin
-// without particles, as scenes of local clay do.
-Device able(const Setup& setup, Device resolved);
 std::unique_ptr<Solver> make_solver(const Setup& setup, Device device);
 
 }  // namespace knead

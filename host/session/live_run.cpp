@@ -57,6 +57,7 @@ LiveRun::LiveRun(std::shared_ptr<const LiveScene> of, const LiveRule& by, double
     loop = std::make_unique<SessionLoop>(
         *solver, [this](double from, double to) { return motion(from, to); }, loop_by);
     loop->watch([this](const Frame& frame) { after(frame); });
+    if (rule.on_device) loop->launch_surfaces(true);
 }
 
 void LiveRun::make_sources()

@@ -42,9 +42,10 @@ SessionLoop::SessionLoop(Solver& of, MotionSource source, LoopRule by)
     solver.watch_frames([this](const FramePart& part) { return cuts(part); });
 }
 
-void SessionLoop::launch_surfaces()
+void SessionLoop::launch_surfaces(bool kept)
 {
     launching = solver.clay() != nullptr;
+    keeping = kept;
     if (launching) make_device_surface();
 }
 
@@ -115,7 +116,7 @@ bool SessionLoop::begin()
         solver.submit(f.motion, rule.duration);
         ++begun;
         f.times.solver = now() - submitted;
-        if (launching) on_device->launch(*solver.clay());
+        if (launching) launch_surface(f.number);
     } catch (...) {
         stop(End::device);
         failed = std::current_exception();
@@ -178,7 +179,7 @@ void SessionLoop::set_surface(const SurfaceRule& surface)
 {
     if (begun > done) throw std::logic_error("a surface was changed with a frame under way");
     rule.surface = surface;
-    last_meshes.reset(), last_on_device.reset(), on_device.reset();
+    last_meshes.reset(), last_on_device.reset(), on_device.reset(), launched = -1;
     if (launching) make_device_surface();
 }
 
@@ -189,14 +190,28 @@ State SessionLoop::particles()
     return state;
 }
 
+// Where the last frame moved nothing, its mesh will stand, most likely, and none is kept.
+void SessionLoop::launch_surface(int frame)
+{
+    if (!on_device) return;
+    if (!keeping) return on_device->launch(*solver.clay());
+    if (last_on_device && moved_on_device == 0) return;
+    on_device->launch_kept(*solver.clay());
+    launched = frame;
+}
+
+// Of no clay there is none.
 void SessionLoop::make_device_surface()
 {
+    launched = -1;
+    if (particles()->empty()) return;
     on_device = std::make_unique<GpuSurface>(*particles(), rule.materials, rule.surface);
 }
 
 void SessionLoop::forget_surfaces()
 {
     state.reset(), last_meshes.reset(), last_on_device.reset(), on_device.reset();
+    launched = -1;
 }
 
 std::shared_ptr<const DeviceMesh> SessionLoop::device_mesh()
@@ -206,7 +221,9 @@ std::shared_ptr<const DeviceMesh> SessionLoop::device_mesh()
     if (!clay || (last_on_device && moved_on_device == 0)) return last_on_device;
     const double start = now();
     if (!on_device) make_device_surface();
-    last_on_device = on_device->kept(*clay);
+    if (!on_device) return nullptr;
+    last_on_device = launched == newest.number ? on_device->launched() : nullptr;
+    if (!last_on_device) last_on_device = on_device->kept(*clay);
     moved_on_device = 0;
     newest.times.surface += now() - start;
     return last_on_device;
@@ -220,7 +237,7 @@ Meshes SessionLoop::meshes()
     std::vector<Mesh> made;
     if (const gpu::Clay* clay = solver.clay()) {
         if (!on_device) make_device_surface();
-        made = on_device->surface(*clay);
+        if (on_device) made = on_device->surface(*clay);
     } else {
         made = surface(*particles(), rule.materials, rule.surface);
     }

@@ -86,8 +86,8 @@ class SessionLoop {
     // what a frame did, but cannot fetch the state: it is of no frame in particular.
     void hand_over_ahead() { ahead = true; }
     // From now on the surface of every frame is launched behind it; where the device makes it, the
-    // host does not wait for it.
-    void launch_surfaces();
+    // host does not wait for it. `kept`: for device_mesh(), which then waits once.
+    void launch_surfaces(bool kept = false);
 
     // Said by a watcher that has brought clay or taken some away, with no frame under way.
     void clay_edited();
@@ -131,6 +131,7 @@ class SessionLoop {
     void shorten(Frame& f);
     void tell();
     void make_device_surface();
+    void launch_surface(int frame);
     void forget_surfaces();
 
     Solver& solver;
@@ -143,7 +144,8 @@ class SessionLoop {
     Frame newest;             // of those that ended
     int begun = 0, done = 0;  // frames
     double lost = 0;          // simulated time that was shed [s]
-    bool ahead = false, launching = false;
+    bool ahead = false, launching = false, keeping = false;
+    int launched = -1;            // the frame whose kept surface was
     std::optional<double> began;  // at the first frame [s of the wall's clock]
     std::optional<End> ended;
     std::exception_ptr failed;

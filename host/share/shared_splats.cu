@@ -130,12 +130,7 @@ void SharedSplats::State::time()
         check(cudaEventRecord(from, stream), "splats");
         return;
     }
-    const cudaError_t known = cudaEventQuery(to);
-    if (known == cudaErrorNotReady) {
-        cudaGetLastError();  // else the next launch finds it
-        return;
-    }
-    check(known, "splats");
+    if (!is_over(to, "splats")) return;
     float milliseconds = 0;
     check(cudaEventElapsedTime(&milliseconds, from, to), "splats");
     seconds = 1e-3 * double(milliseconds);

@@ -141,13 +141,7 @@ void GpuRaster::State::ask_room(cudaStream_t on)
 }
 void GpuRaster::State::make_room()
 {
-    if (!asked) return;
-    const cudaError_t state = cudaEventQuery(told);
-    if (state == cudaErrorNotReady) {
-        cudaGetLastError();  // else the next launch finds it
-        return;
-    }
-    check(state, "splats");
+    if (!asked || !is_over(told, "splats")) return;
     asked = false;
     const std::size_t wanted = std::size_t(needed->instances);
     if (wanted <= std::size_t(store.view.room)) return;
@@ -168,7 +162,7 @@ double GpuRaster::State::seconds_of(cudaGraphExec_t what)
 
 RasterStats GpuRaster::State::stats() const
 {
-    check(cudaDeviceSynchronize(), "splats");
+    wait(launched, "splats"), wait(stream, "splats");
     const RasterCounts c = store.counts.downloaded().at(0);
     return {c.visible, std::size_t(c.instances), std::size_t(c.dropped)};
 }

@@ -10,6 +10,9 @@ using namespace gpu;
 
 namespace {
 
+// How many there are before the next one waits for a renderer.
+constexpr std::size_t most = 4;
+
 Vec3<float> corner(const int (&side)[3])
 {
     const auto value = [&](int k) { return std::bit_cast<float>(ordered(side[k])); };
@@ -38,16 +41,21 @@ KeptMesh::KeptMesh(SurfaceRoom room, int categories, int on)
 {
 }
 
-std::shared_ptr<const DeviceMesh> KeptMeshes::kept(const SurfaceView& view,
-                                                   const std::vector<int>& categories, int device,
-                                                   cudaStream_t stream)
+// Of those that nobody holds, one that nobody reads any more, so that what is launched here seldom
+// waits for a renderer.
+std::shared_ptr<KeptMesh> KeptMeshes::launch(const SurfaceView& view, int device,
+                                             cudaStream_t stream)
 {
     const SurfaceRoom room{std::size_t(view.vertex_room), std::size_t(view.triangle_room)};
     std::erase_if(all, [&](const std::shared_ptr<KeptMesh>& one) {
         return one->places.size() != room.vertices || one->triangles.size() != room.triangles;
     });
-    auto free =
-        std::find_if(all.begin(), all.end(), [](const auto& one) { return one.use_count() == 1; });
+    const auto let_go = [](const auto& one) { return one.use_count() == 1; };
+    auto free = std::find_if(all.begin(), all.end(), [&](const auto& one) {
+        return let_go(one) && is_over(one->read, "surface");
+    });
+    if (free == all.end() && all.size() >= most)
+        free = std::find_if(all.begin(), all.end(), let_go);
     if (free == all.end()) {
         all.push_back(std::make_shared<KeptMesh>(room, view.categories, device));
         free = all.end() - 1;
@@ -55,8 +63,11 @@ std::shared_ptr<const DeviceMesh> KeptMeshes::kept(const SurfaceView& view,
     const KeptMesh& to = **free;
     check(cudaStreamWaitEvent(stream, to.read, 0), "surface");
     keep_mesh(view, to.place(), to.processors, stream);
-    wait(stream, "surface");
-    return std::make_shared<const DeviceMesh>(*free, categories);
+    check(cudaMemcpyAsync(to.told.data(), to.facts.data(), sizeof(MeshFacts),
+                          cudaMemcpyDeviceToHost, stream),
+          "surface");
+    check(cudaEventRecord(to.written, stream), "surface");
+    return *free;
 }
 
 std::size_t KeptMeshes::bytes() const
@@ -68,11 +79,13 @@ std::size_t KeptMeshes::bytes() const
     return sum;
 }
 
-DeviceMesh::DeviceMesh(std::shared_ptr<KeptMesh> kept, std::vector<int> categories)
-    : kept_(std::move(kept)), categories_(std::move(categories))
+DeviceMesh::DeviceMesh(std::shared_ptr<KeptMesh> kept, std::vector<int> categories,
+                       const MeshFacts& facts)
+    : kept_(std::move(kept)),
+      categories_(std::move(categories)),
+      vertices_(facts.vertices),
+      triangles_(facts.triangles)
 {
-    const MeshFacts facts = kept_->facts.downloaded().at(0);
-    vertices_ = facts.vertices, triangles_ = facts.triangles;
     if (vertices_ > 0) low_ = corner(facts.low), high_ = corner(facts.high);
 }
 

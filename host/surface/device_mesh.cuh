@@ -19,6 +19,8 @@ struct KeptMesh {
     DeviceArray<float4> places, normals;
     DeviceArray<DrawCommand> draws;
     DeviceArray<MeshFacts> facts;
+    Pinned<MeshFacts> told;  // the same on the host, once it is written
+    Event written{cudaEventDisableTiming};
     // After the last read of it that was launched and not waited for: whoever writes again waits.
     Event read{cudaEventDisableTiming};
 };
@@ -26,10 +28,8 @@ struct KeptMesh {
 // Meshes of one surface, one after the other, in memory that nobody reads any more.
 class KeptMeshes {
   public:
-    // Launches the copy behind the surface on the stream, and waits for it.
-    std::shared_ptr<const DeviceMesh> kept(const SurfaceView& view,
-                                           const std::vector<int>& categories, int device,
-                                           cudaStream_t stream);
+    // Launches the copy behind the surface on the stream, and waits for nothing.
+    std::shared_ptr<KeptMesh> launch(const SurfaceView& view, int device, cudaStream_t stream);
     std::size_t bytes() const;
 
   private:

@@ -7,7 +7,8 @@
 
 namespace knead {
 namespace gpu {
-struct KeptMesh;  // host/surface/device_mesh.cuh
+struct KeptMesh;   // host/surface/device_mesh.cuh
+struct MeshFacts;  // cuda/surface/kept_mesh.cuh
 }  // namespace gpu
 
 // What fits into the device's buffers.
@@ -18,7 +19,8 @@ struct SurfaceRoom {
 // Never changes. May be read by any thread, and let go of by any.
 class DeviceMesh {
   public:
-    DeviceMesh(std::shared_ptr<gpu::KeptMesh> kept, std::vector<int> categories);
+    DeviceMesh(std::shared_ptr<gpu::KeptMesh> kept, std::vector<int> categories,
+               const gpu::MeshFacts& facts);
 
     int device() const;
     bool empty() const { return triangles_ == 0; }

@@ -1,25 +1,19 @@
 // What the device holds of a surface, the order of its stages, and the way back to the host.
-#include <algorithm>
-#include <cmath>
-#include <functional>
+#include <iterator>
 #include <stdexcept>
+#include <string>
+#include <utility>
 
 #include "cuda/device/device.cuh"
-#include "cuda/device/graph.cuh"
 #include "cuda/surface/smooth.h"
-#include "host/surface/device_mesh.cuh"
-#include "host/surface/gpu_surface_store.cuh"
+#include "host/surface/gpu_surface.h"
+#include "host/surface/gpu_surface_state.cuh"
 
 namespace knead {
 
 using namespace gpu;
 
 namespace {
-
-struct Stage {
-    const char* name;
-    std::function<void(cudaStream_t)> launch;
-};
 
 // A rule that makes sense to the loops on the CPU does so here.
 const SurfaceRule& checked(const SurfaceRule& rule)
@@ -29,35 +23,6 @@ const SurfaceRule& checked(const SurfaceRule& rule)
 }
 
 }  // namespace
-
-struct GpuSurface::State {
-    int device, processors;
-    bool fixed_room;
-    SurfaceStore store;
-    Stream stream;
-    Event from, to;
-
-    // What the last surface was made of.
-    DeviceArray<float4> rows;
-    Clay clay{};
-    Graph graph;
-    bool fresh = true;  // nothing may be kept of it
-    KeptMeshes kept;
-
-    State(const std::vector<Particle<double>>& particles,
-          const std::vector<Material<double>>& materials, const SurfaceRule& rule, SurfaceRoom room,
-          int wanted);
-    std::vector<Stage> stages(const Clay& now) const;
-    void prepare(const Clay& now);
-    void forget_if_told(cudaStream_t on);
-    void start(cudaStream_t on);
-    void run();
-    SurfaceRoom needed() const;
-    void make(const Clay& now);
-    double seconds_of(cudaGraphExec_t what);
-    Clay uploaded(const std::vector<Particle<double>>& particles);
-    Amounts before_block(int block) const;
-};
 
 GpuSurface::State::State(const std::vector<Particle<double>>& particles,
                          const std::vector<Material<double>>& materials, const SurfaceRule& rule,
@@ -70,7 +35,7 @@ GpuSurface::State::State(const std::vector<Particle<double>>& particles,
 }
 
 // The stages over particles that are where they are now, in their order.
-std::vector<Stage> GpuSurface::State::stages(const Clay& now) const
+std::vector<SurfaceStage> GpuSurface::State::stages(const Clay& now) const
 {
     const SurfaceRule& rule = store.rule;
     const int steps = rule.smoothing == Smoothing::none ? 0 : rule.iterations;
@@ -80,7 +45,7 @@ std::vector<Stage> GpuSurface::State::stages(const Clay& now) const
     d.whole = !now.changed;
     const ScanSpace s = store.space;
     const int n = processors;
-    std::vector<Stage> stages{
+    std::vector<SurfaceStage> stages{
         {"renew", [d, now](cudaStream_t on) { renew(d, now, on); }},
         {"clear", [d, n](cudaStream_t on) { clear(d, n, on); }},
         {"deposit", [d, now](cudaStream_t on) { deposit(d, now, on); }},
@@ -116,7 +81,7 @@ void GpuSurface::State::prepare(const Clay& now)
         return;
     clay = now, fresh = true;
     graph.begin(stream);
-    for (const Stage& stage : stages(clay)) stage.launch(stream);
+    for (const SurfaceStage& stage : stages(clay)) stage.launch(stream);
     graph.end(stream);
 }
 
@@ -137,18 +102,6 @@ void GpuSurface::State::run()
 {
     start(stream);
     wait(stream, "surface");
-}
-
-double GpuSurface::State::seconds_of(cudaGraphExec_t what)
-{
-    if (what == graph.ready) forget_if_told(stream);
-    check(cudaEventRecord(from, stream), "surface");
-    check(cudaGraphLaunch(what, stream), "surface");
-    check(cudaEventRecord(to, stream), "surface");
-    check(cudaEventSynchronize(to), "surface");
-    float milliseconds = 0;
-    check(cudaEventElapsedTime(&milliseconds, from, to), "surface");
-    return 1e-3 * double(milliseconds);
 }
 
 Clay GpuSurface::State::uploaded(const std::vector<Particle<double>>& particles)
@@ -183,7 +136,12 @@ GpuSurface::GpuSurface(const std::vector<Particle<double>>& particles,
     : state(std::make_unique<State>(particles, materials, rule, room, device))
 {
 }
-GpuSurface::~GpuSurface() = default;
+// What is under way reads and writes what is freed here.
+GpuSurface::~GpuSurface()
+{
+    if (state->under_way && cudaEventSynchronize(state->under_way->written) != cudaSuccess)
+        cudaGetLastError();
+}
 
 void GpuSurface::launch(const Clay& clay)
 {
@@ -200,26 +158,41 @@ SurfaceRoom GpuSurface::State::needed() const
 }
 SurfaceRoom GpuSurface::needed() const { return state->needed(); }
 
-SurfaceRoom GpuSurface::room() const
+SurfaceRoom GpuSurface::State::room() const
 {
-    return {std::size_t(state->store.view.vertex_room),
-            std::size_t(state->store.view.triangle_room)};
+    return {std::size_t(store.view.vertex_room), std::size_t(store.view.triangle_room)};
+}
+SurfaceRoom GpuSurface::room() const { return state->room(); }
+
+bool GpuSurface::State::fits(const SurfaceRoom& needs) const
+{
+    return needs.vertices <= room().vertices && needs.triangles <= room().triangles;
 }
 
-SurfaceStats GpuSurface::settled() const
+void GpuSurface::State::take_room(const SurfaceRoom& needs)
 {
-    const SurfaceRoom has = room(), needs = needed();
-    if (needs.vertices > has.vertices || needs.triangles > has.triangles)
+    graph.drop();
+    store.reserve({needs.vertices + needs.vertices / 4, needs.triangles + needs.triangles / 4});
+}
+
+SurfaceStats GpuSurface::State::settled(const SurfaceRoom& needs, const Faults& faults) const
+{
+    const SurfaceRoom has = room();
+    if (!fits(needs))
         throw std::runtime_error(
             "the surface has " + std::to_string(needs.vertices) + " vertices and " +
             std::to_string(needs.triangles) + " triangles; on the device there is room for " +
             std::to_string(has.vertices) + " and " + std::to_string(has.triangles));
-    const Faults faults = state->store.faults.downloaded().at(0);
     if (faults.crowded)
         throw std::runtime_error(
             "the density has overflowed: a node of the surface's lattice holds the volume of more "
             "than 64 particles and 16 times the rest density");
     return {long(faults.unusable), long(faults.outside)};
+}
+
+SurfaceStats GpuSurface::settled() const
+{
+    return state->settled(state->needed(), state->store.faults.downloaded().at(0));
 }
 
 SurfaceWork GpuSurface::work() const
@@ -282,16 +255,45 @@ Field GpuSurface::density(int category) const
 void GpuSurface::State::make(const Clay& now)
 {
     check(cudaSetDevice(device), "device");
+    if (under_way) wait(under_way->written, "surface");
     prepare(now);
     run();
     const SurfaceRoom needs = needed();
-    const SurfaceRoom has{std::size_t(store.view.vertex_room),
-                          std::size_t(store.view.triangle_room)};
-    if (fixed_room || (needs.vertices <= has.vertices && needs.triangles <= has.triangles)) return;
-    graph.drop();
-    store.reserve({needs.vertices + needs.vertices / 4, needs.triangles + needs.triangles / 4});
+    if (fixed_room || fits(needs)) return;
+    take_room(needs);
     prepare(now);
     run();
+}
+
+void GpuSurface::State::launch_kept(const Clay& now, cudaStream_t on)
+{
+    check(cudaSetDevice(device), "device");
+    if (under_way) check(cudaStreamWaitEvent(on, under_way->written, 0), "surface");
+    prepare(now);
+    start(on);
+    under_way = kept.launch(store.view, device, on);
+}
+void GpuSurface::launch_kept(const Clay& clay) { state->launch_kept(clay, clay.stream); }
+
+// One wait, and nothing is asked of the device: what there is to know came with the mesh.
+std::shared_ptr<const DeviceMesh> GpuSurface::State::launched(SurfaceStats* stats)
+{
+    if (!under_way) return nullptr;
+    check(cudaSetDevice(device), "device");
+    const std::shared_ptr<KeptMesh> made = std::exchange(under_way, nullptr);
+    wait(made->written, "surface");
+    const MeshFacts facts = *made->told.data();
+    const SurfaceRoom needs{facts.needed.vertices, facts.needed.triangles};
+    if (!fixed_room && !fits(needs)) return take_room(needs), nullptr;
+    const SurfaceStats found = settled(needs, facts.faults);
+    if (stats) *stats = found;
+    std::vector<int> categories;
+    for (const auto& [category, kind] : store.kinds) categories.push_back(category);
+    return std::make_shared<const DeviceMesh>(made, categories, facts);
+}
+std::shared_ptr<const DeviceMesh> GpuSurface::launched(SurfaceStats* stats)
+{
+    return state->launched(stats);
 }
 
 std::vector<Mesh> GpuSurface::surface(const Clay& clay, SurfaceStats* stats)
@@ -304,12 +306,10 @@ std::vector<Mesh> GpuSurface::surface(const Clay& clay, SurfaceStats* stats)
 
 std::shared_ptr<const DeviceMesh> GpuSurface::kept(const Clay& clay, SurfaceStats* stats)
 {
-    state->make(clay);
-    const SurfaceStats found = settled();
-    if (stats) *stats = found;
-    std::vector<int> categories;
-    for (const auto& [category, kind] : state->store.kinds) categories.push_back(category);
-    return state->kept.kept(state->store.view, categories, state->device, state->stream);
+    for (;;) {
+        state->launch_kept(clay, state->stream);
+        if (auto made = state->launched(stats)) return made;
+    }
 }
 
 std::shared_ptr<const DeviceMesh> GpuSurface::kept(const std::vector<Particle<double>>& particles,
@@ -327,53 +327,6 @@ std::vector<Mesh> GpuSurface::surface(const std::vector<Particle<double>>& parti
 }
 
 void GpuSurface::forget() { state->fresh = true; }
-
-std::vector<double> GpuSurface::replays(int count)
-{
-    std::vector<double> seconds;
-    for (int k = 0; k < count && state->graph.ready; ++k)
-        seconds.push_back(state->seconds_of(state->graph.ready));
-    return seconds;
-}
-
-std::vector<StageTime> GpuSurface::stage_times()
-{
-    constexpr int copies = 20, repeats = 11;
-    std::vector<StageTime> times;
-    if (!state->graph.ready) return times;
-    for (const Stage& stage : state->stages(state->clay)) {
-        state->fresh = true;
-        state->run();
-        Graph alone;
-        alone.begin(state->stream);
-        for (int k = 0; k < copies; ++k) stage.launch(state->stream);
-        alone.end(state->stream);
-        std::vector<double> seconds;
-        for (int k = 0; k < repeats; ++k) seconds.push_back(state->seconds_of(alone.ready));
-        std::nth_element(seconds.begin(), seconds.begin() + repeats / 2, seconds.end());
-        times.push_back({stage.name, seconds[repeats / 2] / copies});
-    }
-    state->fresh = true;
-    state->run();
-    return times;
-}
-
-std::vector<StageWork> GpuSurface::stage_counts()
-{
-    if (!state->graph.ready) return {};
-    check(cudaSetDevice(state->device), "device");
-    const std::vector<StageWork> counts = counted([this](const Watch& watch) {
-        for (const Stage& stage : state->stages(state->clay)) {
-            state->fresh = true;
-            state->run();
-            watch(stage.name,
-                  [&] { stage.launch(state->stream), wait(state->stream, stage.name); });
-        }
-    });
-    state->fresh = true;
-    state->run();
-    return counts;
-}
 
 std::size_t GpuSurface::memory() const
 {

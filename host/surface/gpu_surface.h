@@ -54,7 +54,12 @@ class GpuSurface {
     // The same, whose mesh is kept on the device. Meshes that nobody holds any more give their
     // memory to later ones.
     std::shared_ptr<const DeviceMesh> kept(const gpu::Clay& clay, SurfaceStats* stats = nullptr);
-    // The same from particles on the host, any number.
+    // The same in two halves. Launched behind what is queued to move the clay, as launch(), with
+    // the copy that is kept; then waited for, and for nothing else. Null where none was launched
+    // since, or where it did not fit and more room was taken: kept() makes it.
+    void launch_kept(const gpu::Clay& clay);
+    std::shared_ptr<const DeviceMesh> launched(SurfaceStats* stats = nullptr);
+    // From particles on the host, any number.
     std::vector<Mesh> surface(const std::vector<Particle<double>>& particles,
                               SurfaceStats* stats = nullptr);
     std::shared_ptr<const DeviceMesh> kept(const std::vector<Particle<double>>& particles,

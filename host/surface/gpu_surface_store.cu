@@ -148,7 +148,6 @@ void SurfaceStore::reserve(SurfaceRoom room)
     for (int k = 0; k < 2; ++k) view.vertices[k] = vertices[k].data();
     view.normals = normals.data(), view.triangles = triangles.data();
     view.ring = ring.data(), view.next = next.data(), view.last = last.data();
-    check(cudaDeviceSynchronize(), "surface");
 }
 
 std::size_t SurfaceStore::bytes() const

@@ -40,13 +40,18 @@ std::shared_ptr<const DeviceMesh> GpuSurface::kept(const std::vector<Particle<do
 {
     refuse();
 }
+void GpuSurface::launch_kept(const gpu::Clay&) { refuse(); }
+std::shared_ptr<const DeviceMesh> GpuSurface::launched(SurfaceStats*) { refuse(); }
 std::vector<double> GpuSurface::replays(int) { refuse(); }
 std::vector<StageTime> GpuSurface::stage_times() { refuse(); }
 std::vector<StageWork> GpuSurface::stage_counts() { refuse(); }
 SurfaceRoom GpuSurface::room() const { refuse(); }
 std::size_t GpuSurface::memory() const { refuse(); }
 
-DeviceMesh::DeviceMesh(std::shared_ptr<gpu::KeptMesh>, std::vector<int>) { refuse(); }
+DeviceMesh::DeviceMesh(std::shared_ptr<gpu::KeptMesh>, std::vector<int>, const gpu::MeshFacts&)
+{
+    refuse();
+}
 int DeviceMesh::device() const { refuse(); }
 SurfaceRoom DeviceMesh::room() const { refuse(); }
 std::vector<Mesh> DeviceMesh::meshes() const { refuse(); }

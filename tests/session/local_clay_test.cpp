@@ -26,10 +26,11 @@ using Place = Vec3<double>;
 
 // A floor of splats at y = 0.2 in a domain of 1.2 m, and two balls that are moved through it as
 // wanted.
-class LocalScene : public InFolder {
+class LocalScene : public InFolder, public ::testing::WithParamInterface<bool> {  // on a GPU?
   protected:
     void SetUp() override
     {
+        if (GetParam() && !gpu_present()) GTEST_SKIP() << "no CUDA device";
         write_splats(path("floor.ply"), tiled_ground(20000));
         std::ofstream(path("scene.json")) << R"({"schema": "knead.scene/1",
             "gravity": [0, 0, 0], "domain": {"edge": 1.2, "cells": 48},
@@ -48,9 +49,13 @@ class LocalScene : public InFolder {
         hold_balls();
         moving = std::make_unique<SplatUpkeep>(scene.upkeep, joined(objects));
         local = std::make_unique<LocalClay>(scene, 0, joined(objects, true), *moving);
-        solver = cpu_solver(scene.setup);
+        solver = made();
         number = 0;
         middle = local->still().centre;
+    }
+    std::unique_ptr<Solver> made() const
+    {
+        return GetParam() ? gpu_solver(scene.setup, 0) : cpu_solver(scene.setup);
     }
     // Each tool is one ball, whose lowest point is there; away: it is not active.
     static constexpr double radius = 0.04;
@@ -136,7 +141,7 @@ class LocalScene : public InFolder {
     int number = 0;
 };
 
-TEST_F(LocalScene, ABallLeavesADentAndFarSplatsKeepTheirBits)
+TEST_P(LocalScene, ABallLeavesADentAndFarSplatsKeepTheirBits)
 {
     const SplatCloud before = local->still();
     const Place at{0.4, 0.2, 0.5};
@@ -163,7 +168,7 @@ TEST_F(LocalScene, ABallLeavesADentAndFarSplatsKeepTheirBits)
     EXPECT_GT(same, 15000u);
 }
 
-TEST_F(LocalScene, AHandThatOnlyComesNearChangesNothing)
+TEST_P(LocalScene, AHandThatOnlyComesNearChangesNothing)
 {
     const SplatCloud before = local->still();
     move({0.5, 0.23, 0.5}, {0.5, 0.23, 0.5}, away, away, 20);
@@ -174,7 +179,7 @@ TEST_F(LocalScene, AHandThatOnlyComesNearChangesNothing)
     EXPECT_TRUE(same_bits(local->still().scale, before.scale));
 }
 
-TEST_F(LocalScene, WhatIsGivenBackLooksAsItDid)
+TEST_P(LocalScene, WhatIsGivenBackLooksAsItDid)
 {
     const Picture before = seen();
     press({0.5, 0.2, 0.5});
@@ -184,7 +189,7 @@ TEST_F(LocalScene, WhatIsGivenBackLooksAsItDid)
     EXPECT_GT(psnr(as_clay, seen()), 50);
 }
 
-TEST_F(LocalScene, ASecondDentLeavesTheFirst)
+TEST_P(LocalScene, ASecondDentLeavesTheFirst)
 {
     const Place one{0.35, 0.2, 0.4}, other{0.8, 0.2, 0.8};
     press(one);
@@ -199,7 +204,7 @@ TEST_F(LocalScene, ASecondDentLeavesTheFirst)
 }
 
 // The second time, the clay is made of the dented splats.
-TEST_F(LocalScene, TheSamePlaceMayBeKneadedAgain)
+TEST_P(LocalScene, TheSamePlaceMayBeKneadedAgain)
 {
     const Place at{0.5, 0.2, 0.5};
     press(at, 0.02);
@@ -211,7 +216,7 @@ TEST_F(LocalScene, TheSamePlaceMayBeKneadedAgain)
     EXPECT_LT(dent(at), 0.07);
 }
 
-TEST_F(LocalScene, TwoHandsHaveTwoRegions)
+TEST_P(LocalScene, TwoHandsHaveTwoRegions)
 {
     const Place a{0.3, 0.2, 0.3}, b{0.9, 0.2, 0.9}, high{0, 0.1, 0}, low{0, -0.03, 0};
     press(a);
@@ -229,7 +234,7 @@ TEST_F(LocalScene, TwoHandsHaveTwoRegions)
 }
 
 // No particle is there twice, and none is missing between.
-TEST_F(LocalScene, OverlappingRegionsHaveNoSeam)
+TEST_P(LocalScene, OverlappingRegionsHaveNoSeam)
 {
     const Place a{0.5, 0.26, 0.5}, b{0.8, 0.26, 0.5};
     move(a, a, away, away, 2);
@@ -255,7 +260,7 @@ TEST_F(LocalScene, OverlappingRegionsHaveNoSeam)
 }
 
 // Work goes with what is near the hands, not with the scene.
-TEST_F(LocalScene, AScenesSizeCostsNothing)
+TEST_P(LocalScene, AScenesSizeCostsNothing)
 {
     const SplatCloud alone = placed(tiled_ground(20000), {1, 0, 0, 0}, 1, {0.6, 0.2, 0.6});
     local = std::make_unique<LocalClay>(scene, 0, alone, *moving);
@@ -284,12 +289,13 @@ TEST_F(LocalScene, AScenesSizeCostsNothing)
     EXPECT_EQ(local->still().count(), 80000u);
 }
 
-TEST_F(LocalScene, TheBitsAreTheSameForAnyNumberOfThreads)
+TEST_P(LocalScene, TheBitsAreTheSameForAnyNumberOfThreads)
 {
+    if (GetParam()) GTEST_SKIP() << "threads are the CPU's";
     std::vector<Gaussian<double>> wanted;
     for (const int threads : {1, 3}) {
         make();
-        scene.setup.threads = threads, solver = cpu_solver(scene.setup);
+        scene.setup.threads = threads, solver = made();
         move({0.5, 0.3, 0.5}, {0.55, 0.18, 0.5}, away, away, 12);
         if (threads == 1) wanted = solver->gaussians();
         EXPECT_TRUE(same_bits(solver->gaussians(), wanted)) << threads;
@@ -298,9 +304,10 @@ TEST_F(LocalScene, TheBitsAreTheSameForAnyNumberOfThreads)
 }
 
 // As a checkpoint does.
-TEST_F(LocalScene, ItsStateGoesOnInTheSameBits)
+TEST_P(LocalScene, ItsStateGoesOnInTheSameBits)
 {
     const Place a{0.5, 0.3, 0.5}, b{0.55, 0.18, 0.5}, c{0.8, 0.26, 0.7};
+    make({"deterministic=true"});
     press({0.3, 0.2, 0.3}), leave();
     move(a, b, away, away, 12);
     const LocalState state = local->state();
@@ -309,7 +316,7 @@ TEST_F(LocalScene, ItsStateGoesOnInTheSameBits)
     const int then = number;
     move(b, c, away, away, 20), leave();
     const SplatCloud wanted = local->still();
-    make();
+    make({"deterministic=true"});
     number = then;
     moving->set_state(carried), local->set_state(state), solver->load(saved);
     move(b, c, away, away, 20), leave();
@@ -325,12 +332,15 @@ TEST_F(LocalScene, ItsStateGoesOnInTheSameBits)
     EXPECT_THROW(local->set_state(bad), std::invalid_argument);
 }
 
-TEST_F(LocalScene, NeedsTheLocalizedModeAndIsOneAtMost)
+TEST_P(LocalScene, NeedsTheLocalizedModeAndIsOneAtMost)
 {
     EXPECT_THROW(make({"rest.mode=sleep"}), InputError);
     EXPECT_THROW(make({"objects.0.depth=-1"}), InputError);
     EXPECT_NO_THROW(make({"objects.0.depth=0.05"}));
 }
+
+INSTANTIATE_TEST_SUITE_P(Devices, LocalScene, ::testing::Bool(),
+                         [](const auto& device) { return device.param ? "cuda" : "cpu"; });
 
 }  // namespace
 }  // namespace knead

@@ -296,5 +296,38 @@ TEST(LoopOnTheGpu, HandedOverAheadGivesTheSameBitsAndNobodyWaits)
     expect_same_bits_ahead([](const auto& setup) { return gpu_solver(setup, 0); });
 }
 
+TEST(LoopOnTheGpu, KeptSurfacesComeWithTheirFramesAndCostOneWait)
+{
+    if (!gpu_present()) GTEST_SKIP() << "no CUDA device";
+    knead::Setup setup = ball(24);
+    add_tools(setup);
+    const auto solver = gpu_solver(setup, 0);
+    LoopRule rule;
+    rule.duration = 2e-3, rule.rate = 500, rule.frames = 6, rule.first = 10;
+    rule.materials = setup.materials;
+    rule.surface.lattice = {setup.lattice.size, float(setup.lattice.dx)};
+    SessionLoop l(
+        *solver, [](double from, double to) { return closing(from, to - from); }, rule);
+    l.launch_surfaces(true);
+    std::vector<std::shared_ptr<const DeviceMesh>> kept;
+    std::vector<Meshes> fetched;
+    l.watch([&](const Frame& f) {
+        const long before = gpu_waits();
+        kept.push_back(l.device_mesh());
+        EXPECT_EQ(gpu_waits() - before, 1) << f.number;
+        if (f.number == 3) l.edit([](Solver& s) { s.set_gravity({0, -5, 0}); });
+        fetched.push_back(l.meshes());
+    });
+    l.run();
+    ASSERT_EQ(kept.size(), 6u);
+    for (std::size_t frame = 0; frame < kept.size(); ++frame) {
+        const std::vector<Mesh> a = kept[frame]->meshes(), &b = *fetched[frame];
+        ASSERT_EQ(a.size(), b.size());
+        ASSERT_EQ(a.at(0).vertices.size(), b.at(0).vertices.size());
+        for (std::size_t i = 0; i < a[0].vertices.size(); ++i)
+            ASSERT_EQ(length(a[0].vertices[i] - b[0].vertices[i]), 0) << frame << ": " << i;
+    }
+}
+
 }  // namespace
 }  // namespace knead

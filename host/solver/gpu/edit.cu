@@ -52,7 +52,7 @@ void Store::reserve_runs()
         std::iota(every.begin(), every.end(), 0);
         reserve(in_line, run_count);
         copy(in_line.data(), every.data(), run_count * sizeof(int), nullptr);
-        gpu::check(cudaDeviceSynchronize(), "runs");
+        settle("runs");
     }
     all.rest.run_listed = run_listed.data(), all.rest.list = runs.data();
     all.tools.runs = in_line.data();
@@ -107,7 +107,7 @@ void Store::upload(const std::vector<Particle<double>>& particles, const std::ve
     const std::vector<float4> host = rows_of(particles, order);
     copy(all.particles[0].rows, host.data(), host.size() * sizeof host[0], nullptr);
     copy(ids[0].data(), order.data(), order.size() * sizeof order[0], nullptr);
-    gpu::check(cudaDeviceSynchronize(), "upload");
+    settle("upload");
 }
 
 void Store::append(const std::vector<Particle<double>>& clay, int object, int side,
@@ -174,7 +174,7 @@ void Store::set_quiet(const std::vector<int>& quiet) const
 {
     if (!used.rests) return;
     copy(box.quiet.data(), quiet.data(), quiet.size() * sizeof quiet[0], nullptr);
-    gpu::check(cudaDeviceSynchronize(), "quiet blocks");
+    settle("quiet blocks");
 }
 
 std::shared_ptr<DeviceState> Store::state(int side, cudaStream_t stream) const

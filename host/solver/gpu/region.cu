@@ -100,7 +100,6 @@ void Store::set_box(const Lattice<float>& more)
         if (more.stores(node)) same[std::size_t(more.block_of(node))] = quiet[b];
     }
     gpu::upload(larger.quiet.data(), same.data(), same.size());
-    gpu::check(cudaDeviceSynchronize(), "more nodes");
     box = std::move(larger), all.lattice = more;
     point();
 }
@@ -123,6 +122,7 @@ void Store::hold(Vec3<float> low, Vec3<float> high)
     const bool fits = first.x >= l.low.x && first.y >= l.low.y && first.z >= l.low.z &&
                       end.x <= stored.x && end.y <= stored.y && end.z <= stored.z;
     if (fits) return;
+    if (count() == 0) return set_box(box_around({l.size, l.dx}, first, end, room.spare));
     const Int3 from{min(first.x, l.low.x), min(first.y, l.low.y), min(first.z, l.low.z)};
     const Int3 to{max(end.x, stored.x), max(end.y, stored.y), max(end.z, stored.z)};
     set_box(box_around({l.size, l.dx}, from, to, room.spare));

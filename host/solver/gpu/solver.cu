@@ -5,7 +5,6 @@
 #include <bit>
 #include <cstdlib>
 #include <limits>
-#include <mutex>
 
 #include "cuda/device/device.cuh"
 #include "host/base/machine.h"
@@ -79,12 +78,8 @@ void GpuSolver::show()
     splats.show(main);
 }
 
-// One solver of a process at a time: a kernel is loaded when it is first launched, and where two
-// sessions began together that seems to have ended the other's capture.
 void GpuSolver::capture()
 {
-    static std::mutex one;
-    const std::lock_guard alone(one);
     capture(without_tools, false);
     if (store.features().tools) capture(with_tools, true);
     stale = false;

@@ -18,14 +18,6 @@ double now()
         .count();
 }
 
-bool over(cudaEvent_t done)
-{
-    const cudaError_t answer = cudaEventQuery(done);
-    if (answer == cudaErrorNotReady) return false;
-    gpu::check(answer, "substeps");
-    return true;
-}
-
 }  // namespace
 
 // Returns when the frame is over, or soon after; nothing is watched where nobody asked for it. A
@@ -36,7 +28,7 @@ void GpuSolver::watch(int slot)
     if (!watched()) return;
     const double start = now();
     double last = start + patience - every;
-    while (!over(f.done)) {
+    while (!is_over(f.done, "substeps")) {
         std::this_thread::yield();
         if (now() - last < every) continue;
         last = now();

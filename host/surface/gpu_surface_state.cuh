@@ -1,0 +1,54 @@
+// What a surface on the device holds, and the order of its stages.
+#pragma once
+#include <functional>
+#include <memory>
+#include <vector>
+
+#include "cuda/device/graph.cuh"
+#include "host/surface/device_mesh.cuh"
+#include "host/surface/gpu_surface_store.cuh"
+
+namespace knead {
+
+struct SurfaceStage {
+    const char* name;
+    std::function<void(cudaStream_t)> launch;
+};
+
+struct GpuSurface::State {
+    int device, processors;
+    bool fixed_room;
+    SurfaceStore store;
+    gpu::Stream stream;
+    gpu::Event from, to;
+
+    // What the last surface was made of.
+    gpu::DeviceArray<float4> rows;
+    gpu::Clay clay{};
+    gpu::Graph graph;
+    bool fresh = true;  // nothing may be kept of it
+    gpu::KeptMeshes kept;
+    std::shared_ptr<gpu::KeptMesh> under_way;  // that launch_kept() began; null: none
+
+    State(const std::vector<Particle<double>>& particles,
+          const std::vector<Material<double>>& materials, const SurfaceRule& rule, SurfaceRoom room,
+          int wanted);
+    std::vector<SurfaceStage> stages(const gpu::Clay& now) const;
+    void prepare(const gpu::Clay& now);
+    void forget_if_told(cudaStream_t on);
+    void start(cudaStream_t on);
+    void run();
+    SurfaceRoom needed() const;
+    void make(const gpu::Clay& now);
+    double seconds_of(cudaGraphExec_t what);
+    gpu::Clay uploaded(const std::vector<Particle<double>>& particles);
+    gpu::Amounts before_block(int block) const;
+    SurfaceRoom room() const;
+    bool fits(const SurfaceRoom& needs) const;
+    void take_room(const SurfaceRoom& needs);
+    SurfaceStats settled(const SurfaceRoom& needs, const gpu::Faults& faults) const;
+    void launch_kept(const gpu::Clay& now, cudaStream_t on);
+    std::shared_ptr<const DeviceMesh> launched(SurfaceStats* stats);
+};
+
+}  // namespace knead
