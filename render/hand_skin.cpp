@@ -6,6 +6,7 @@
 #include <mutex>
 #include <numeric>
 
+#include "cuda/math/rotation.h"
 #include "host/surface/surface.h"
 
 namespace knead {
@@ -173,7 +174,9 @@ Mesh HandSkin::posed(const std::vector<Joint<double>>& joints, double zoom) cons
     mesh.normals.resize(skinned_.size());
     const float size = float(zoom);
     std::vector<Joint<float>> at;
-    for (const Joint<double>& j : joints) at.push_back(cast<float>(j));
+    std::vector<Mat3<float>> turned;  // half the work of quaternions
+    for (const Joint<double>& j : joints)
+        at.push_back(cast<float>(j)), turned.push_back(rotation(at.back().q));
     std::vector<Vec3<float>> centres;
     for (Binding<float> b : rig_.spheres) {
         for (Vec3<float>& o : b.offset) o = size * o;
@@ -184,9 +187,9 @@ Mesh HandSkin::posed(const std::vector<Joint<double>>& joints, double zoom) cons
         Vec3<float> p{}, n{};
         for (int k = 0; k < most; ++k) p = p + s.share[k] * centres[std::size_t(s.sphere[k])];
         for (int k = 0; k < 4; ++k) {
-            const Quat<float> q = at[std::size_t(s.joint[k])].q;
-            p = p + (s.weight[k] * size) * rotate(q, s.offset[k]);
-            n = n + s.weight[k] * rotate(q, s.normal[k]);
+            const Mat3<float>& Q = turned[std::size_t(s.joint[k])];
+            p = p + (s.weight[k] * size) * (Q * s.offset[k]);
+            n = n + s.weight[k] * (Q * s.normal[k]);
         }
         mesh.vertices[v] = p;
         mesh.normals[v] = n;

@@ -12,11 +12,11 @@ class Pace {
     }
     double scale() const { return scale_; }  // share of a side's pixels, up to 1
     // What a picture of that scale took [s]. What lies near the budget changes nothing, so that the
-    // picture does not waver.
+    // picture does not waver: a step down or up leaves it there.
     void took(double seconds)
     {
         if (seconds > 1.2 * budget_) scale_ = std::max(least_, 0.75 * scale_);
-        if (seconds < 0.4 * budget_) scale_ = std::min(1.0, 1.2 * scale_);
+        if (seconds < 0.6 * budget_) scale_ = std::min(1.0, 1.2 * scale_);
     }
 
   private:

@@ -13,7 +13,9 @@
 //
 // One thread calls all of them, and its GL context is the headset's (make_current()).
 #pragma once
+#include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstdint>
 #include <memory>
 #include <string>
@@ -95,10 +97,17 @@ struct Sight {
     std::array<TrackedHand, side_count> hands{};
 };
 
+// A side of a picture drawn at a scale, from 0 to 1 [pixels].
+inline int scaled(int side, float scale)
+{
+    return std::clamp(int(std::lround(scale * float(side))), 1, side);
+}
+
 // What was drawn. In the depth textures 0 means the distance near_z along the gaze and 1 far_z, and
 // 1 / distance is linear between them; one of the two may be infinite.
 struct Drawn {
     bool eyes = false;                   // false: nothing is submitted
+    float scale = 1;                     // share of a target's sides, from the lower left corner
     float near_z = 0, far_z = 0;         // [m]; 0: no depth was written
     float vibrate[side_count] = {0, 0};  // 0 to 1, for 20 ms, where a controller is held
 };

@@ -237,11 +237,11 @@ void Session::end(const XrFrameState& frame, const Drawn& drawn)
             typed<XrCompositionLayerProjectionView>(XR_TYPE_COMPOSITION_LAYER_PROJECTION_VIEW);
         eyes[eye].pose = views[eye].pose;
         eyes[eye].fov = views[eye].fov;
-        eyes[eye].subImage = colour[eye]->whole();
+        eyes[eye].subImage = colour[eye]->part(drawn.scale);
         if (!depth[eye] || !(drawn.near_z > 0)) continue;
         depths[eye] =
             typed<XrCompositionLayerDepthInfoKHR>(XR_TYPE_COMPOSITION_LAYER_DEPTH_INFO_KHR);
-        depths[eye].subImage = depth[eye]->whole();
+        depths[eye].subImage = depth[eye]->part(drawn.scale);
         depths[eye].maxDepth = 1;
         depths[eye].nearZ = drawn.near_z, depths[eye].farZ = drawn.far_z;
         eyes[eye].next = &depths[eye];

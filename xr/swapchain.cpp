@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "xr/headset.h"
 #include "xr/two_call.h"
 
 namespace knead::xr {
@@ -59,6 +60,9 @@ void Swapchain::release()
     api.release_image(chain, nullptr);
 }
 
-XrSwapchainSubImage Swapchain::whole() const { return {chain, {{0, 0}, {width, height}}, 0}; }
+XrSwapchainSubImage Swapchain::part(float scale) const
+{
+    return {chain, {{0, 0}, {scaled(width, scale), scaled(height, scale)}}, 0};
+}
 
 }  // namespace knead::xr

@@ -25,8 +25,8 @@ class Swapchain {
     unsigned acquire();
     void release();
     bool held() const { return acquired; }
-    // All of it, as layers name it.
-    XrSwapchainSubImage whole() const;
+    // As layers name it: of its sides the share `scale`, rounded, from the lower left corner.
+    XrSwapchainSubImage part(float scale) const;
 
   private:
     Api& api;

@@ -147,6 +147,11 @@ void add_vr(CLI::App& app, Verb& chosen)
     vr->add_flag("--no-panel", o.no_panel, "Without the panel beside the clay");
     vr->add_option("--binding", o.binding, "OpenGL by auto, egl, glx or wgl")
         ->capture_default_str();
+    vr->add_option("--eye-scale", o.eye_scale,
+                   "Share of an eye's sides that is drawn at least where OpenGL is too slow; 1: "
+                   "always whole")
+        ->capture_default_str()
+        ->check(between(0.1, 1));
     vr->add_option("--samples", o.samples, "Of a pixel: 1, 2, 4 or 8; 0: 4 on a GPU, else 1")
         ->check(CLI::Range(0, 8));
     vr->add_option("--patience", o.patience, "Seconds that a lost runtime is waited for")

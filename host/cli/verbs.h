@@ -54,6 +54,7 @@ struct VrOptions {
     double rate = 0;                     // of the display [1/s]; 0: the runtime's own
     double patience = 20;                // for a runtime that was lost [s]
     int samples = 0;                     // of a pixel; 0: as fits the device
+    double eye_scale = 0.5;              // of its sides that is drawn at least
     int threads = 0;                     // 0: all
     bool standing = false, see_through = false, recorded = false, no_panel = false;
     bool hands_only = false;  // records hands, simulates nothing

@@ -6,7 +6,9 @@
 #include "host/session/live_look.h"
 #include "host/session/panel_quad.h"
 #include "host/session/splat_layer.h"
+#include "render/draw_timer.h"
 #include "render/gl.h"
+#include "render/pace.h"
 #endif
 
 namespace knead {
@@ -18,6 +20,8 @@ constexpr double splat_budget = 4e-3;  // for the splats of an eye [s]
 }  // namespace
 
 struct HeadsetEyes::Parts {
+    Parts(Headset& of, Device on) : headset(of), device(on) {}
+
     Headset& headset;
     Device device;
     std::unique_ptr<EyePainter> painter;
@@ -29,17 +33,22 @@ struct HeadsetEyes::Parts {
     int splats_of = -1;  // history
     long splat_version = -1;
     int errors = 0;
+    std::unique_ptr<DrawTimer> timer;
+    std::optional<Pace> pace;  // of both eyes; none: they are whole
+    int timed = 0;             // pictures
 
+    float scale(const HeadsetPicture& picture);
     void follow(const LiveState& state);
     void draw(int eye, const EyeTexture& to, const EyeView& view, const HeadsetPicture& picture);
     void draw_panel(const EyeView& view, const EyeTarget& to, const HeadsetPicture& picture);
 };
 
 HeadsetEyes::HeadsetEyes(Headset& headset, int samples, Device device)
-    : parts(new Parts{headset, device, {}, {}, {}, {}, {}, {}})
+    : parts(new Parts(headset, device))
 {
     load_gl(headset.gl_address());
     parts->painter = EyePainter::open(samples);
+    parts->timer = std::make_unique<DrawTimer>();
     parts->target = framebuffer();
     renew();
 }
@@ -77,25 +86,44 @@ void HeadsetEyes::Parts::follow(const LiveState& state)
     if (state.splats) splats = std::make_unique<SplatDrawer>(*state.splats, device, splat_budget);
 }
 
-void HeadsetEyes::draw(const Sight& sight, const HeadsetPicture& picture)
+// By what the last pictures took. Those of another scale, still under way when it changed, do not
+// count.
+float HeadsetEyes::Parts::scale(const HeadsetPicture& picture)
 {
+    if (!(picture.budget > 0)) {
+        pace.reset();
+        return 1;
+    }
+    if (!pace) pace.emplace(picture.budget, picture.least, 1);
+    constexpr int first = 20;  // pictures, of which some wait for what is loaded then
+    while (const auto reading = timer->told())
+        if (++timed > first && reading->scale == float(pace->scale())) pace->took(reading->seconds);
+    return float(pace->scale());
+}
+
+float HeadsetEyes::draw(const Sight& sight, const HeadsetPicture& picture)
+{
+    const float scale = parts->scale(picture);
     parts->follow(picture.state);
     parts->painter->set_hands(picture.hands);
     std::vector<EyeView> views;
     for (std::size_t eye = 0; eye < 2; ++eye)
-        views.push_back(eye_view(sight.eyes[eye], sight.targets[eye].width,
-                                 sight.targets[eye].height, picture.workplace, picture.rule,
-                                 picture.nearest));
+        views.push_back(eye_view(sight.eyes[eye], scaled(sight.targets[eye].width, scale),
+                                 scaled(sight.targets[eye].height, scale), picture.workplace,
+                                 picture.rule, picture.nearest));
     for (std::size_t eye = 0; eye < 2; ++eye) {
         const HiddenArea& unseen = parts->headset.facts().hidden[eye];
         parts->painter->set_hidden(int(eye), unseen.corners);
         parts->hidden[eye].set(unseen.corners);
     }
+    parts->timer->begin(scale);
     if (const SplatMotion motion = splat_motion(picture.state); parts->splats && motion.any())
         parts->splats->draw(*parts->painter, views, motion, false, &parts->hidden);
     for (std::size_t eye = 0; eye < 2; ++eye)
         parts->draw(int(eye), sight.targets[eye], views[eye], picture);
+    parts->timer->end();
     while (glGetError() != GL_NO_ERROR) ++parts->errors;
+    return scale;
 }
 
 void HeadsetEyes::Parts::draw(int eye, const EyeTexture& to, const EyeView& view,
@@ -143,7 +171,7 @@ HeadsetEyes::HeadsetEyes(Headset&, int, Device)
 }
 HeadsetEyes::~HeadsetEyes() = default;
 void HeadsetEyes::renew() {}
-void HeadsetEyes::draw(const Sight&, const HeadsetPicture&) {}
+float HeadsetEyes::draw(const Sight&, const HeadsetPicture&) { return 1; }
 int HeadsetEyes::gl_errors() const { return 0; }
 Sharing HeadsetEyes::sharing() const { return {}; }
 #endif

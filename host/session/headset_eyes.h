@@ -20,6 +20,9 @@ struct HeadsetPicture {
     const PanelCanvas* canvas;                // the panel's new picture; null: the one before
     std::optional<Joint<float>> panel;        // where it stands, in the frame of the hands
     float panel_width = 0, panel_height = 0;  // [m]
+    // What OpenGL may take for both eyes [s], else they become smaller; 0: they are whole.
+    double budget = 0;
+    double least = 0.5;  // share of an eye's sides that is drawn at least
 };
 
 class HeadsetEyes {
@@ -31,8 +34,9 @@ class HeadsetEyes {
     HeadsetEyes(const HeadsetEyes&) = delete;
 
     void renew();  // the headset has a new session
-    // Throws std::runtime_error and std::invalid_argument where it cannot be drawn.
-    void draw(const Sight& sight, const HeadsetPicture& picture);
+    // Returns which share of a target's sides was drawn into. Throws std::runtime_error and
+    // std::invalid_argument where it cannot be drawn.
+    float draw(const Sight& sight, const HeadsetPicture& picture);
     int gl_errors() const;  // of what was drawn
     // Which way what the device makes comes here; without text where there is no CUDA device.
     Sharing sharing() const;

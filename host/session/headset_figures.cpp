@@ -40,6 +40,7 @@ void FrameFigures::add(const FrameParts& frame)
     work.push_back(float(1e3 * frame.work()));
     draw.push_back(float(1e3 * frame.draw));
     latency.push_back(float(1e3 * frame.latency));
+    scale.push_back(frame.scale);
     latency_frames.push_back(frame.period > 0 ? float(frame.latency / frame.period) : 0);
 }
 
@@ -57,6 +58,7 @@ nlohmann::json FrameFigures::figures() const
             {"longer_than_a_period", late},
             {"work_ms", spread_of(work)},
             {"draw_ms", spread_of(draw)},
+            {"eye_scale", {{"median", percentile(scale, 0.5)}, {"min", percentile(scale, 0)}}},
             {"motion_to_dent_ms", spread_of(latency)},
             {"motion_to_dent_frames", spread_of(latency_frames)}};
 }
@@ -66,11 +68,14 @@ std::string FrameFigures::summary() const
     return fmt::format(
         "frames        {}, of which {} took longer than the display's\n"
         "work          {:.2f} ms median, {:.2f} ms p95, {:.2f} ms p99\n"
-        "drawing       {:.2f} ms median, {:.2f} ms p99\n"
+        "drawing       {:.2f} ms median, {:.2f} ms p99; sides of an eye at {:.0f} %, {:.0f} % at "
+        "least\n"
         "motion to dent {:.1f} ms median, {:.2f} display frames; p95 {:.2f}\n",
         frames, late, percentile(work, 0.5), percentile(work, 0.95), percentile(work, 0.99),
-        percentile(draw, 0.5), percentile(draw, 0.99), percentile(latency, 0.5),
-        percentile(latency_frames, 0.5), percentile(latency_frames, 0.95));
+        percentile(draw, 0.5), percentile(draw, 0.99),
+        frames ? 100 * percentile(scale, 0.5) : 100.f, frames ? 100 * percentile(scale, 0) : 100.f,
+        percentile(latency, 0.5), percentile(latency_frames, 0.5),
+        percentile(latency_frames, 0.95));
 }
 
 }  // namespace knead

@@ -16,6 +16,7 @@ struct FrameParts {
     double period = 0;   // from frame to frame
     double left = -1;    // before the frame is due when it is submitted; negative: not known
     double latency = 0;  // from the hand's sample to the frame that shows what it did
+    float scale = 1;     // of an eye's sides, as drawn
 
     double work() const { return locate + simulate + draw + submit; }
     // The share of the period that is not worked in: below 0.2 it is no longer comfortable.
@@ -42,7 +43,7 @@ class FrameFigures {
 
   private:
     std::vector<FrameParts> last;
-    std::vector<float> work, draw, latency, latency_frames;
+    std::vector<float> work, draw, latency, latency_frames, scale;
     long frames = 0, late = 0;
 };
 

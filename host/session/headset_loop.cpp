@@ -19,9 +19,7 @@ LiveRule live_rule(const HeadsetLoopRule& rule, std::function<double()> clock,
                    std::function<void(const HandAction&)> acted)
 {
     LiveRule live;
-    live.make = [device = rule.device](const Setup& setup) {
-        return make_solver(setup, able(setup, device));
-    };
+    live.make = [device = rule.device](const Setup& setup) { return make_solver(setup, device); };
     live.stepped = live.from_zero = rule.stepped;
     live.recorded = rule.recorded;
     live.paused = rule.hands_only;
@@ -41,7 +39,7 @@ class HeadsetLoop {
     void simulate(const Sight& sight, bool runs, FrameParts& parts);
     void push(HandFrame given, bool runs, double now);
     void follow_history();
-    bool draw(const Sight& sight);
+    bool draw(const Sight& sight, float& scale);
     void poke(const Sight& sight);
     void hold_clay(const HandFrame& given);
     void tell_hands();
@@ -186,11 +184,11 @@ void HeadsetLoop::frame(const News& news)
     const bool runs = news.visible && news.worn && !leaving && !paused;
     simulate(sight, runs, parts);
     const double simulated = wall();
-    const bool shown = sight.draw && draw(sight);
+    const bool shown = sight.draw && draw(sight, parts.scale);
     const double drawn = wall();
 
     Drawn done;
-    done.eyes = shown;
+    done.eyes = shown, done.scale = parts.scale;
     if (shown) done.near_z = std::numeric_limits<float>::infinity();
     done.far_z = float(rule.nearest);
     hands.feel(*state, done.vibrate);
@@ -326,9 +324,10 @@ void HeadsetLoop::obey(const PanelCommand& command, const Sight& sight)
 }
 
 // False where it cannot be drawn, which is told once.
-bool HeadsetLoop::draw(const Sight& sight)
+bool HeadsetLoop::draw(const Sight& sight, float& scale)
 {
-    constexpr int often = 9;  // frames from graph to graph
+    constexpr int often = 9;       // frames from graph to graph
+    constexpr double share = 0.6;  // of a frame that OpenGL may take: the device has clay to move
     const bool repaint = rule.panel && panel_age++ % often == 0;
     if (repaint) {
         PanelView shown = desk.view(*state, hands);
@@ -342,8 +341,10 @@ bool HeadsetLoop::draw(const Sight& sight)
     if (rule.panel) picture.panel = HeadsetPanel::pose(rule.workplace, panel_side);
     picture.panel_width = HeadsetPanel::pixel * HeadsetPanel::width;
     picture.panel_height = HeadsetPanel::pixel * HeadsetPanel::height;
+    if (!rule.stepped && rule.least_scale < 1) picture.budget = share * tick.period;
+    picture.least = rule.least_scale;
     try {
-        eyes->draw(sight, picture);
+        scale = eyes->draw(sight, picture);
     } catch (const std::exception& e) {
         if (undrawn.empty()) rule.tell(std::string("nothing is drawn: ") + e.what());
         undrawn = e.what();

@@ -28,6 +28,8 @@ struct HeadsetLoopRule {
     int frames = 0;         // of the simulation's time, in frames of the display; 0: until it ends
     double nearest = 0.05;  // nothing nearer to an eye is drawn [m]
     int samples = 1;        // of a pixel
+    // In real time, where OpenGL is too slow, an eye's sides are drawn down to this share.
+    double least_scale = 0.5;
     std::function<void(const std::string&)> tell;  // messages for people
     std::function<bool()> stop;                    // asked every frame
 };

@@ -217,8 +217,10 @@ void HeadsetPanel::draw_graph(PanelCanvas& canvas, const FrameFigures& figures) 
     }
     const float comfortable = box.height * (1 - 0.8f / 1.25f);
     canvas.fill({box.x, box.y + comfortable, box.width, 0.5f}, faint);
-    const std::string text =
+    std::string text =
         fmt::format("MARGIN {:.0f} %  {} LATE", 100 * figures.margin(), figures.missed());
+    if (!frames.empty() && frames.back().scale < 1)
+        text += fmt::format("  SIZE {:.0f} %", 100 * frames.back().scale);
     canvas.text(box.x + 3, box.y + 3, text, figures.is_comfortable() ? ink : alarm);
 }
 

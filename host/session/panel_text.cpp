@@ -12,39 +12,56 @@ PanelCanvas::PanelCanvas(int width, int height, int by)
 {
 }
 
+int PanelCanvas::texel(float at) const { return int(std::lround(at * float(fine))); }
+
 void PanelCanvas::fill(const PanelRect& rect, PanelColour colour)
 {
-    const auto bound = [&](float at, int most) {
-        return std::clamp(int(std::lround(at * float(fine))), 0, most);
-    };
-    const int right = bound(rect.x + rect.width, wide), low = bound(rect.y + rect.height, high);
-    for (int y = bound(rect.y, high); y < low; ++y)
-        for (int x = bound(rect.x, wide); x < right; ++x) {
-            std::uint8_t* at = &texels[std::size_t(4 * (y * wide + x))];
-            at[0] = colour.r, at[1] = colour.g, at[2] = colour.b, at[3] = 255;
+    const int left = std::clamp(texel(rect.x), 0, wide),
+              right = std::clamp(texel(rect.x + rect.width), left, wide);
+    const int top = std::clamp(texel(rect.y), 0, high),
+              low = std::clamp(texel(rect.y + rect.height), top, high);
+    if (top == low) return;
+    const auto row = [&](int y) { return texels.begin() + std::ptrdiff_t(4) * (y * wide + left); };
+    auto at = row(top);
+    for (int x = left; x < right; ++x)
+        *at++ = colour.r, *at++ = colour.g, *at++ = colour.b, *at++ = 255;
+    for (int y = top + 1; y < low; ++y) std::copy(row(top), at, row(y));
+}
+
+const std::vector<std::uint8_t>& PanelCanvas::ink_of(char name)
+{
+    std::vector<std::uint8_t>& ink = inks[name];
+    if (!ink.empty()) return ink;
+    constexpr double pen = 0.5;  // its radius [pixels]: a capital of six units is seven pixels high
+    static_assert(letter_step == Lettering::step && letter_height == Lettering::capital + 2 * pen);
+    const Lettering one(std::string(1, name));
+    for (int j = 0; j < (letter_height + 2) * fine; ++j)
+        for (int i = 0; i < letter_step * fine; ++i) {
+            const double away = one.distance((i + 0.5) / fine - pen, (j + 0.5) / fine - pen);
+            const double cover = std::clamp(fine * (pen - away) + 0.5, 0.0, 1.0);
+            ink.push_back(std::uint8_t(std::lround(255 * cover)));
         }
+    return ink;
 }
 
 void PanelCanvas::text(float x, float y, const std::string& words, PanelColour colour)
 {
-    constexpr double pen = 0.5;  // its radius [pixels]: a capital of six units is seven pixels high
-    static_assert(letter_step == Lettering::step && letter_height == Lettering::capital + 2 * pen);
+    const int step = letter_step * fine, tall = (letter_height + 2) * fine, top = texel(y);
+    const int first = std::max(0, -top), end = std::min(tall, high - top);
+    int left = texel(x);
     for (const char name : words) {
-        const Lettering one(std::string(1, char(std::toupper(static_cast<unsigned char>(name)))));
-        const auto texel = [&](float at, int most) {
-            return std::clamp(int(std::lround(at * float(fine))), 0, most);
-        };
-        for (int j = texel(y, high); j < texel(y + letter_height + 2, high); ++j)
-            for (int i = texel(x, wide); i < texel(x + letter_step, wide); ++i) {
-                const double away = one.distance((i + 0.5) / fine - double(x) - pen,
-                                                 (j + 0.5) / fine - double(y) - pen);
-                const double cover = std::clamp(fine * (pen - away) + 0.5, 0.0, 1.0);
-                std::uint8_t* const at = &texels[std::size_t(4 * (j * wide + i))];
-                const std::uint8_t ink[4] = {colour.r, colour.g, colour.b, 255};
+        const std::vector<std::uint8_t>& ink =
+            ink_of(char(std::toupper(static_cast<unsigned char>(name))));
+        for (int j = first; j < end; ++j)
+            for (int i = std::max(0, -left); i < std::min(step, wide - left); ++i) {
+                const int cover = ink[std::size_t(j * step + i)];
+                if (cover == 0) continue;
+                std::uint8_t* const at = &texels[std::size_t(4 * ((top + j) * wide + left + i))];
+                const int to[4] = {colour.r, colour.g, colour.b, 255};
                 for (int k = 0; k < 4; ++k)
-                    at[k] = std::uint8_t(std::lround((1 - cover) * at[k] + cover * ink[k]));
+                    at[k] = std::uint8_t(((255 - cover) * at[k] + cover * to[k] + 127) / 255);
             }
-        x += letter_step;
+        left += step;
     }
 }
 

@@ -1,6 +1,7 @@
 // A small picture of flat colours and capital letters, for a panel in the headset.
 #pragma once
 #include <cstdint>
+#include <map>
 #include <string>
 #include <vector>
 
@@ -25,15 +26,22 @@ class PanelCanvas {
     // `fine`: texels a pixel, in each direction.
     PanelCanvas(int width, int height, int fine);
     void fill(const PanelRect& rect, PanelColour colour);
-    // In capitals (host/session/lettering.h), from their upper left corner. Cut at the edge.
+    // In capitals (host/session/lettering.h), from their upper left corner, which is rounded to a
+    // texel. Cut at the edge.
     void text(float x, float y, const std::string& words, PanelColour colour);
     int width() const { return wide; }  // [texels]
     int height() const { return high; }
     const std::vector<std::uint8_t>& rgba() const { return texels; }  // top row first
 
   private:
+    int texel(float at) const;
+    const std::vector<std::uint8_t>& ink_of(char name);
+
     int fine, wide, high;
     std::vector<std::uint8_t> texels;
+    // Of each texel of a letter, row by row, the share that is ink, of 255. Kept: the distance to
+    // strokes takes a hundred times as long as to put them there.
+    std::map<char, std::vector<std::uint8_t>> inks;
 };
 
 }  // namespace knead

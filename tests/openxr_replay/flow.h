@@ -62,6 +62,7 @@ class ImageOrder {
     Refused release();
     bool ever_released() const { return released > 0; }
     int last_released() const { return (released - 1) % count; }
+    int last_waited() const { return (waited - 1) % count; }
     bool held() const { return acquired > released; }
 
   private:

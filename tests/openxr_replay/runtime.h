@@ -72,6 +72,7 @@ struct SwapchainObject : Object {
     const char* kind() const override { return "swapchain"; }
     ImageOrder order;
     std::vector<unsigned> textures;
+    std::vector<void*> drawn;  // GLsync of each, behind its last drawing; null: none
     int width = 0, height = 0;
     bool depth = false;
 };

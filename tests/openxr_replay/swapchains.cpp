@@ -49,7 +49,7 @@ XrResult XRAPI_CALL create(XrSession handle, const XrSwapchainCreateInfo* info, 
         auto made = std::make_unique<SwapchainObject>(images);
         made->width = int(info->width), made->height = int(info->height);
         made->depth = is_depth(info->format);
-        made->textures.resize(images);
+        made->textures.resize(images), made->drawn.resize(images);
         {
             const auto held = session.gl->bind();
             const unsigned before = glGetError();
@@ -70,6 +70,7 @@ XrResult XRAPI_CALL destroy(XrSwapchain handle)
         SwapchainObject& chain = r.get<SwapchainObject>(handle);
         auto* session = dynamic_cast<SessionObject*>(r.objects.at(chain.parent).get());
         const auto held = session->gl->bind();
+        for (void* drawn : chain.drawn) glDeleteSync(static_cast<GLsync>(drawn));
         glDeleteTextures(images, chain.textures.data());
         r.remove(number_of(handle));
     });
@@ -107,6 +108,33 @@ void steal_after(const SwapchainObject& chain)
         dynamic_cast<SessionObject*>(r.objects.at(chain.parent).get())->gl->steal();
 }
 
+std::unique_ptr<GlGuard> bound(const SwapchainObject& chain)
+{
+    return session_of(reinterpret_cast<XrSession>(chain.parent)).gl->bind();
+}
+
+// As a compositor does, which shows an image when it has been drawn: an application that asks for
+// more than OpenGL can draw waits here, and does not fill a queue without end.
+void mark_drawing(SwapchainObject& chain)
+{
+    const auto held = bound(chain);
+    void*& drawn = chain.drawn[std::size_t(chain.order.last_released())];
+    glDeleteSync(static_cast<GLsync>(drawn));
+    drawn = glFenceSync(GL_SYNC_GPU_COMMANDS_COMPLETE, 0);
+    glFlush();
+}
+void wait_for_drawing(const SwapchainObject& chain)
+{
+    constexpr GLuint64 patience = 5'000'000'000;  // [ns]
+    void* const drawn = chain.drawn[std::size_t(chain.order.last_waited())];
+    if (!drawn) return;
+    const auto held = bound(chain);
+    const GLenum end =
+        glClientWaitSync(static_cast<GLsync>(drawn), GL_SYNC_FLUSH_COMMANDS_BIT, patience);
+    refuse_if(end != GL_ALREADY_SIGNALED && end != GL_CONDITION_SATISFIED, XR_ERROR_RUNTIME_FAILURE,
+              "OpenGL does not end what it draws");
+}
+
 XrResult XRAPI_CALL acquire(XrSwapchain handle, const XrSwapchainImageAcquireInfo* info,
                             std::uint32_t* index)
 {
@@ -126,6 +154,7 @@ XrResult XRAPI_CALL wait(XrSwapchain handle, const XrSwapchainImageWaitInfo* inf
         SwapchainObject& chain = live(handle);
         check_struct(info, XR_TYPE_SWAPCHAIN_IMAGE_WAIT_INFO);
         allowed(chain.order.wait());
+        wait_for_drawing(chain);
         steal_after(chain);
     });
 }
@@ -136,6 +165,7 @@ XrResult XRAPI_CALL release(XrSwapchain handle, const XrSwapchainImageReleaseInf
         SwapchainObject& chain = live(handle);
         if (info) check_struct(info, XR_TYPE_SWAPCHAIN_IMAGE_RELEASE_INFO);
         allowed(chain.order.release());
+        mark_drawing(chain);
     });
 }
 

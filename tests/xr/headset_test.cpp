@@ -1,13 +1,14 @@
 // Pure parts of a headset's session: places, times, figures, fading hands.
 #include <gtest/gtest.h>
-#include <nlohmann/json.hpp>
 
 #include <cmath>
+#include <nlohmann/json.hpp>
 #include <numbers>
 
 #include "host/session/headset_figures.h"
 #include "host/session/headset_hands.h"
 #include "host/session/headset_time.h"
+#include "render/pace.h"
 
 namespace knead {
 namespace {
@@ -108,6 +109,24 @@ TEST(HandFade, takes_its_time_in_both_directions)
     EXPECT_GT(soon, 0.4f);
     EXPECT_LT(soon, 0.6f);
     EXPECT_EQ(fade.frame(2 + 2 * HandFade::fading, false, 0), 0);
+}
+
+// Of a renderer whose time goes with the pixels.
+TEST(Pace, comes_to_rest_where_pictures_are_in_time)
+{
+    for (const double whole : {0.2, 0.9, 1.15, 1.5, 3.0, 9.0, 100.0}) {  // of the budget
+        Pace pace(1, 0.3, 1);
+        for (int k = 0; k < 30; ++k) pace.took(whole * pace.scale() * pace.scale());
+        const double rests_at = pace.scale(), takes = whole * rests_at * rests_at;
+        EXPECT_LE(takes, std::max(1.2, whole * 0.09 + 1e-9)) << whole;
+        if (rests_at < 1 && rests_at > 0.3) {
+            EXPECT_GE(takes, 0.6) << whole;
+        }
+        pace.took(takes);
+        EXPECT_EQ(pace.scale(), rests_at) << whole;
+        for (int k = 0; k < 30; ++k) pace.took(0.1 * pace.scale() * pace.scale());
+        EXPECT_EQ(pace.scale(), 1) << "it comes back";
+    }
 }
 
 TEST(FrameFigures, count_what_came_too_late_and_keep_the_newest)
