@@ -22,6 +22,12 @@ constexpr double splat_budget = 4e-3;  // for the splats of an eye [s]
 struct HeadsetEyes::Parts {
     Parts(Headset& of, Device on) : headset(of), device(on) {}
 
+    struct KeptMotion {
+        std::shared_ptr<const std::vector<Gaussian<double>>> host;
+        std::shared_ptr<const DeviceGaussians> device;
+        SplatMotion told() const { return {host.get(), device.get()}; }
+    };
+
     Headset& headset;
     Device device;
     std::unique_ptr<EyePainter> painter;
@@ -31,14 +37,17 @@ struct HeadsetEyes::Parts {
     std::unique_ptr<SplatDrawer> splats;
     std::array<HiddenTiles, 2> hidden;
     int splats_of = -1;  // history
-    long splat_version = -1;
+    long splat_version = -1, coming_version = -1;
+    // Where the splats were that are drawn, and those that are prepared, when they were last told.
+    KeptMotion motion, coming_motion;
     int errors = 0;
     std::unique_ptr<DrawTimer> timer;
     std::optional<Pace> pace;  // of both eyes; none: they are whole
     int timed = 0;             // pictures
 
     float scale(const HeadsetPicture& picture);
-    void follow(const LiveState& state);
+    void follow(const LiveState& state, bool at_once);
+    void follow_splats(const LiveState& state, bool at_once);
     void draw(int eye, const EyeTexture& to, const EyeView& view, const HeadsetPicture& picture);
     void draw_panel(const EyeView& view, const EyeTarget& to, const HeadsetPicture& picture);
 };
@@ -74,16 +83,35 @@ void HeadsetEyes::renew()
     glTextureStorage2D(parts->own_depth, 1, GL_DEPTH_COMPONENT32F, facts.width, facts.height);
 }
 
-void HeadsetEyes::Parts::follow(const LiveState& state)
+void HeadsetEyes::Parts::follow(const LiveState& state, bool at_once)
 {
     show_clay(*painter, state);
-    if (state.history == splats_of && state.splat_version == splat_version) return;
     const bool other = state.history != splats_of || !splats;
+    if (!other) return follow_splats(state, at_once);
+    if (state.history == splats_of && state.splat_version == splat_version) return;
     splats_of = state.history, splat_version = state.splat_version;
-    if (!other) return splats->set(*state.splats);
     splats.reset();
     painter->set_splats(0, SplatLayer{}), painter->set_splats(1, SplatLayer{});
     if (state.splats) splats = std::make_unique<SplatDrawer>(*state.splats, device, splat_budget);
+    motion = {state.gaussians, state.gaussians_on_device};
+}
+
+// Splats and their motion belong together: while others are prepared, those before stand where they
+// were last.
+void HeadsetEyes::Parts::follow_splats(const LiveState& state, bool at_once)
+{
+    const KeptMotion now{state.gaussians, state.gaussians_on_device};
+    if (splats->preparing() && state.splat_version == coming_version) coming_motion = now;
+    if (splats->adopt()) splat_version = coming_version, motion = coming_motion;
+    if (state.splat_version == splat_version) {
+        motion = now;
+    } else if (at_once) {
+        splats->set(*state.splats);
+        splat_version = state.splat_version, motion = now;
+    } else if (!splats->preparing()) {
+        splats->prepare(state.splats);
+        coming_version = state.splat_version, coming_motion = now;
+    }
 }
 
 // By what the last pictures took. Those of another scale, still under way when it changed, do not
@@ -104,7 +132,7 @@ float HeadsetEyes::Parts::scale(const HeadsetPicture& picture)
 float HeadsetEyes::draw(const Sight& sight, const HeadsetPicture& picture)
 {
     const float scale = parts->scale(picture);
-    parts->follow(picture.state);
+    parts->follow(picture.state, picture.at_once);
     parts->painter->set_hands(picture.hands);
     std::vector<EyeView> views;
     for (std::size_t eye = 0; eye < 2; ++eye)
@@ -117,7 +145,7 @@ float HeadsetEyes::draw(const Sight& sight, const HeadsetPicture& picture)
         parts->hidden[eye].set(unseen.corners);
     }
     parts->timer->begin(scale);
-    if (const SplatMotion motion = splat_motion(picture.state); parts->splats && motion.any())
+    if (const SplatMotion motion = parts->motion.told(); parts->splats && motion.any())
         parts->splats->draw(*parts->painter, views, motion, false, &parts->hidden);
     for (std::size_t eye = 0; eye < 2; ++eye)
         parts->draw(int(eye), sight.targets[eye], views[eye], picture);

@@ -341,6 +341,7 @@ bool HeadsetLoop::draw(const Sight& sight, float& scale)
     if (rule.panel) picture.panel = HeadsetPanel::pose(rule.workplace, panel_side);
     picture.panel_width = HeadsetPanel::pixel * HeadsetPanel::width;
     picture.panel_height = HeadsetPanel::pixel * HeadsetPanel::height;
+    picture.at_once = rule.stepped;
     if (!rule.stepped && rule.least_scale < 1) picture.budget = share * tick.period;
     picture.least = rule.least_scale;
     try {

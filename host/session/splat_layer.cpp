@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <utility>
 
 #include "cuda/splats/spread.h"
 
@@ -60,6 +61,28 @@ void SplatDrawer::set(const SplatCloud& cloud)
         gpu_ = std::make_unique<GpuRaster>(cloud, 0, device_.index);
     else
         cloud_ = cloud;
+}
+
+void SplatDrawer::prepare(std::shared_ptr<const SplatCloud> cloud)
+{
+    coming_cloud_ = std::move(cloud);
+    if (device_.kind != DeviceKind::cuda) return;
+    coming_ = std::async(std::launch::async, [cloud = coming_cloud_, index = device_.index] {
+        return std::make_unique<GpuRaster>(*cloud, 0, index);
+    });
+}
+
+bool SplatDrawer::adopt()
+{
+    using namespace std::chrono_literals;
+    if (!preparing()) return false;
+    if (coming_.valid() && coming_.wait_for(0s) != std::future_status::ready) return false;
+    const std::shared_ptr<const SplatCloud> cloud = std::exchange(coming_cloud_, nullptr);
+    if (!coming_.valid()) return set(*cloud), true;
+    antialiased_ = cloud->antialiased;
+    std::unique_ptr<GpuRaster> before = std::exchange(gpu_, coming_.get());
+    going_ = std::async(std::launch::async, [old = std::move(before)]() mutable { old.reset(); });
+    return true;
 }
 
 SplatFrame SplatDrawer::frame_of(const std::vector<EyeView>& views, const SplatMotion& motion) const

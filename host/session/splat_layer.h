@@ -1,6 +1,7 @@
 // Splats of a live scene as an eye sees them, for a live painter.
 #pragma once
 #include <array>
+#include <future>
 #include <memory>
 #include <vector>
 
@@ -30,6 +31,11 @@ class SplatDrawer {
 
     // Others from now on: the clay's were split, or some came or went.
     void set(const SplatCloud& cloud);
+    // The same without making the caller wait: a thread of its own brings them to the device, while
+    // those before are drawn. adopt() is true when they are drawn from now on.
+    void prepare(std::shared_ptr<const SplatCloud> cloud);
+    bool preparing() const { return coming_cloud_ != nullptr; }
+    bool adopt();
 
     // `whole`: with all pixels, however long that takes. `hidden`: what nobody sees; null: nothing.
     SplatLayer layer(const EyeView& view, const SplatMotion& motion, bool whole = false,
@@ -49,6 +55,9 @@ class SplatDrawer {
     SplatCloud cloud_;  // of the CPU's
     bool antialiased_;
     std::unique_ptr<GpuRaster> gpu_;
+    std::shared_ptr<const SplatCloud> coming_cloud_;
+    std::future<std::unique_ptr<GpuRaster>> coming_;
+    std::future<void> going_;  // of what was drawn before: to free memory waits for the device
     double budget_;
     Pace pace_;
     bool shared_ = false;  // so was the last picture
