@@ -97,14 +97,16 @@ HD Sym3<R> scale_deviator(const Sym3<R>& e, R ratio)
 }
 
 // The largest share t in [0, 1] of the deviator `d` of Hencky strain, about the mean `mean`, whose
-// stress keeps |dev tau| <= bound(pressure).
+// stress keeps |dev tau| <= bound(dev tau, pressure).
 template <class R, class Bound>
 HD R solve_return_scale(const Material<R>& m, R k, R mean, Vec3<R> d, Bound&& bound)
 {
     const auto over = [&](R t) {
         const Vec3<R> tau =
             principal_stress(m, k, {mean + t * d.x, mean + t * d.y, mean + t * d.z});
-        return deviatoric(tau) - bound(-(tau.x + tau.y + tau.z) / 3);
+        const R middle = (tau.x + tau.y + tau.z) / 3;
+        const Vec3<R> s = tau - Vec3<R>{middle, middle, middle};
+        return std::sqrt(dot(s, s)) - bound(s, -middle);
     };
     R low = 0, high = 1, f_low = over(R(0)), f_high = over(R(1));
     if (f_high <= 0) return 1;
@@ -157,10 +159,30 @@ HD bool yield_by_stress(Particle<R>& q, const Material<R>& m, R dt)
     const Vec3<R> d = eps - Vec3<R>{mean, mean, mean};
     const R t = m.elasticity == Elasticity::hencky
                     ? r.stress / trial
-                    : solve_return_scale(m, q.k, mean, d, [&](R) { return r.stress; });
+                    : solve_return_scale(m, q.k, mean, d, [&](Vec3<R>, R) { return r.stress; });
     q.e = from_hencky(b.axes, Vec3<R>{mean, mean, mean} + t * d);
     q.k += R(0.816496580927726) * r.slip;
     return true;
+}
+
+// How much |dev tau| sand bears over its pressure where the deviator has the principal values s:
+// `friction` in triaxial compression, and least in extension, as Mohr and Coulomb have it. Between
+// them the cone's section is that of Matsuoka and Nakai: friction over the largest root of a cubic
+// with one number of its own, on which Newton's steps come down from the root in extension.  (11)
+template <class R>
+HD R friction_towards(R friction, Vec3<R> s)
+{
+    constexpr int steps = sizeof(R) == 4 ? 6 : 8;    // enough up to 60 degrees; then a little less
+    const R beta = R(0.204124145231932) * friction;  // 1 / (2 sqrt(6))
+    const R B = 2 * beta * (1 + 2 * beta), size = std::sqrt(dot(s, s));
+    const Vec3<R> n = size > 0 ? (1 / size) * s : Vec3<R>{};
+    const R cosine = max(R(-1), min(R(1), R(-7.348469228349535) * (n.x * n.y * n.z)));
+    R y = 1 + 2 * beta;
+    for (int i = 0; i < steps; ++i) {
+        const R slope = max(3 * y * y - 1 - B, R(1e-3));
+        y = y - fast_divide(y * (y * y - 1 - B) + B * cosine, slope);
+    }
+    return friction / y;
 }
 
 // Sand: no tension beyond the tip, shear up to friction times pressure. Volume gained at the tip is
@@ -181,11 +203,13 @@ HD bool yield_sand(Particle<R>& q, const Material<R>& m)
     const R mean = sum / 3, shift = q.k / 3, tip = (m.lambda + R(2) / 3 * m.mu) * m.cohesion;
     eps = eps + Vec3<R>{shift, shift, shift};
     const Vec3<R> d = eps - Vec3<R>{mean, mean, mean};
-    const auto bound = [&](R pressure) { return m.friction * max(pressure + tip, R(0)); };
+    const auto bound = [&](Vec3<R> s, R pressure) {
+        return friction_towards(m.friction, s) * max(pressure + tip, R(0));
+    };
     R t = 1;
     if (m.elasticity == Elasticity::hencky) {
         const R trial = 2 * m.mu * std::sqrt(dot(d, d));
-        const R max_shear = bound(-(3 * m.lambda + 2 * m.mu) * mean);
+        const R max_shear = bound(d, -(3 * m.lambda + 2 * m.mu) * mean);
         if (trial > max_shear) t = max_shear / trial;
     } else {
         t = solve_return_scale(m, R(0), mean, d, bound);

@@ -26,15 +26,30 @@ constexpr int beyond = 2;  // nodes beyond each wall
 
 int in_blocks(int nodes) { return (nodes + block_edge - 1) / block_edge * block_edge; }
 
-// The nodes that a lattice of `size` along an axis lacks before its first, and how many it needs.
-struct Room {
-    int before, size;
+// How a lattice of `size` nodes along an axis is laid for walls at `min` and `max`: where its first
+// node stands, and how many it needs. The low face is to stand on a node (18): the lattice is moved
+// up by the part of a cell that the face lies past one, and down by whole blocks where nodes lack.
+struct Laid {
+    double first;  // [m]
+    int size;
 };
-Room room_for(double min, double max, double dx, int size)
+Laid laid(double min, double max, double dx, int size)
 {
-    const HeldNodes held = held_nodes(min, max, dx);
-    const int before = held.below < beyond ? in_blocks(beyond - held.below) : 0;
-    return {before, std::max(size + before, in_blocks(before + held.above + beyond + 1))};
+    const int below = held_nodes(min, max, dx).below;
+    const int before = below < beyond ? in_blocks(beyond - below) : 0;
+    const double past = min / dx - below, moved = past > face_rounding ? past * dx : 0;
+    const int above = held_nodes(min - moved, max - moved, dx).above;
+    return {moved - before * dx, std::max(size + before, in_blocks(before + above + beyond + 1))};
+}
+
+Lattice<float> enlarged(const Lattice<float>& fine, Int3 from, Int3 to)
+{
+    const auto along = [](int nodes, int a, int b) {
+        return in_blocks(int(std::ceil(double(nodes) / a * b - 1e-9)));
+    };
+    return {{along(fine.size.x, from.x, to.x), along(fine.size.y, from.y, to.y),
+             along(fine.size.z, from.z, to.z)},
+            fine.dx};
 }
 
 }  // namespace
@@ -119,20 +134,15 @@ void move_in(Scene& scene)
     WallRule& walls = scene.setup.walls;
     const double dx = lattice.dx;
     const Int3 was = lattice.size;
-    const Room x = room_for(walls.min.x, walls.max.x, dx, was.x),
-               y = room_for(walls.min.y, walls.max.y, dx, was.y),
-               z = room_for(walls.min.z, walls.max.z, dx, was.z);
-    if (x.size == was.x && y.size == was.y && z.size == was.z) return;
-    lattice = {{x.size, y.size, z.size}, dx};
-    Lattice<float>& fine = scene.surface.lattice;
-    const auto along = [](int nodes, int from, int to) {
-        return in_blocks(int(std::ceil(double(nodes) / from * to - 1e-9)));
-    };
-    fine = {{along(fine.size.x, was.x, x.size), along(fine.size.y, was.y, y.size),
-             along(fine.size.z, was.z, z.size)},
-            fine.dx};
-
-    scene.origin = -dx * Vec3<double>{double(x.before), double(y.before), double(z.before)};
+    const Laid x = laid(walls.min.x, walls.max.x, dx, was.x),
+               y = laid(walls.min.y, walls.max.y, dx, was.y),
+               z = laid(walls.min.z, walls.max.z, dx, was.z);
+    const Int3 now{x.size, y.size, z.size};
+    if (!(now == was)) {
+        lattice = {now, dx};
+        scene.surface.lattice = enlarged(scene.surface.lattice, was, now);
+    }
+    scene.origin = {x.first, y.first, z.first};
     walls.min = walls.min - scene.origin, walls.max = walls.max - scene.origin;
     for (Object& o : scene.objects) o.centre = o.centre - scene.origin;
     scene.hands.at = scene.hands.at - scene.origin;

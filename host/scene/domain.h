@@ -22,9 +22,10 @@ void read_walls(ObjectReader& r, Scene& scene);
 // their share of it, to whole blocks: "domain.cells=48". `root` is the scene's document.
 std::string cells_setting(const Json& root, int cells);
 
-// When all is read: enlarges the lattices, by whole blocks, where nodes are missing beyond a wall,
-// and moves all that has a place from the scene's frame into that of the simulation, which has its
-// origin at the lattice's first node. Where nothing is missing, nothing moves.
+// When all is read: lays the lattices so that a plane of nodes stands on each low face, enlarges
+// them, by whole blocks, where nodes are missing beyond a wall, and moves all that has a place from
+// the scene's frame into that of the simulation, which has its origin at the lattice's first node.
+// Where low faces stand on nodes and nothing is missing, nothing moves.
 void move_in(Scene& scene);
 
 }  // namespace knead

@@ -20,7 +20,7 @@ namespace {
 static_assert(std::endian::native == std::endian::little, "the file is written as memory is");
 
 constexpr char magic[] = "knead.checkpoint";  // 16 bytes, without the 0
-constexpr std::uint32_t version = 3;
+constexpr std::uint32_t version = 4;
 
 struct Head {
     char magic[16];

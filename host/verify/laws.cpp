@@ -102,7 +102,7 @@ double off_surface(const Law& law, const Material<double>& m, const Sym3<double>
         return yielded ? std::fabs(off) : std::max(off, 0.0);
     }
     const double tip = (m.lambda + 2 * m.mu / 3) * m.cohesion;
-    const double bound = m.friction * std::max(oracle::pressure(tau) + tip, 0.0);
+    const double bound = oracle::cone(tau, m.friction) * std::max(oracle::pressure(tau) + tip, 0.0);
     return std::max(oracle::shear(tau) - bound, 0.0) / m.mu;
 }
 

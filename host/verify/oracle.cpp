@@ -1,6 +1,7 @@
 #include "host/verify/oracle.h"
 
 #include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
 #include <Eigen/LU>
 #include <Eigen/SVD>
 #include <cmath>
@@ -61,6 +62,23 @@ double shear(const Sym3<double>& tau)
 }
 
 double pressure(const Sym3<double>& tau) { return -dense(tau).trace() / 3; }
+
+// The largest r for which stresses 1 + r N keep I1 I2 <= k I3.
+double cone(const Sym3<double>& tau, double friction)
+{
+    const Matrix M = dense(tau), S = M.trace() / 3 * Matrix::Identity() - M;
+    if (!(S.norm() > 0)) return friction;
+    const Matrix N = S / S.norm();
+    const double sine = 3 * friction / (2 * std::sqrt(6.0) + friction);
+    const double k = (9 - sine * sine) / (1 - sine * sine);
+    double low = 0, high = -1 / ::Eigen::SelfAdjointEigenSolver<Matrix>(N).eigenvalues().minCoeff();
+    for (int i = 0; i < 60; ++i) {
+        const double r = (low + high) / 2;
+        const double product = 1 - r * r / 2 + r * r * r * N.determinant();
+        (3 * (3 - r * r / 2) > k * product ? high : low) = r;
+    }
+    return low;
+}
 
 Mat3<double> Draw::rotation()
 {

@@ -20,6 +20,9 @@ State solid(const Material<double>& m, const Sym3<double>& e, double factor = 1)
 // Magnitudes of the deviator, and minus the mean, of a stress [Pa].
 double shear(const Sym3<double>& tau);
 double pressure(const Sym3<double>& tau);
+// The magnitude that Matsuoka and Nakai's cone allows a deviator in the direction of tau's, over
+// the pressure; `friction` in triaxial compression.
+double cone(const Sym3<double>& tau, double friction);
 
 // Random states, the same on every run.
 class Draw {

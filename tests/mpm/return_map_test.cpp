@@ -162,6 +162,53 @@ TYPED_TEST(ReturnMapTest, HerschelBulkleyStressDecaysToTheYieldStress)
         }
 }
 
+// Matsuoka and Nakai's cone by the invariants of stress, pressure being positive: the largest r for
+// which I1 I2 <= k I3, with k = (9 - sin^2 phi) / (1 - sin^2 phi), at principal stresses
+// 1 + r n_a.
+double cone_of(double friction, Vec3<double> n)
+{
+    const double sine = 3 * friction / (2 * std::sqrt(6.0) + friction);
+    const double k = (9 - sine * sine) / (1 - sine * sine);
+    double low = 0, high = -1 / std::min({n.x, n.y, n.z});
+    for (int i = 0; i < 60; ++i) {
+        const double r = (low + high) / 2, x = 1 + r * n.x, y = 1 + r * n.y, z = 1 + r * n.z;
+        ((x + y + z) * (x * y + y * z + z * x) > k * x * y * z ? high : low) = r;
+    }
+    return low;
+}
+template <class R>
+double cone_of(const Particle<R>& q, const Material<R>& m)
+{
+    const Particle<double> exact = cast<double>(q);
+    const Vec3<double> tau = eigen(kirchhoff_stress(exact, cast<double>(m))).value;
+    const double mean = (tau.x + tau.y + tau.z) / 3;
+    const Vec3<double> s = Vec3<double>{mean, mean, mean} - tau;
+    return length(s) > 0 ? cone_of(double(m.friction), (1 / length(s)) * s) : 1;
+}
+
+TYPED_TEST(ReturnMapTest, SandIsAsStrongAsMatsuokaAndNakaiSayInEveryDirection)
+{
+    using R = TypeParam;
+    const double meets = either<R>(1e-6, 1e-13);
+    for (const double degrees : {5.0, 20.0, 35.0, 55.0}) {
+        const double s = std::sin(degrees * M_PI / 180);
+        const double pressed = 2 * std::sqrt(6.0) * s / (3 - s);  // triaxial compression
+        const auto found = [&](Vec3<double> n) {
+            return double(friction_towards(R(pressed), cast<R>(n))) / pressed;
+        };
+        EXPECT_NEAR(found({-2, 1, 1}), 1, meets);
+        EXPECT_NEAR(found({2, -1, -1}), (3 - s) / (3 + s), meets);
+        for (int i = 0; i < 360; ++i) {
+            const double at = i * M_PI / 180, third = 2 * M_PI / 3;
+            const Vec3<double> n =
+                std::sqrt(2.0 / 3) *
+                Vec3<double>{std::cos(at), std::cos(at - third), std::cos(at + third)};
+            EXPECT_NEAR(found(n), cone_of(pressed, {-n.x, -n.y, -n.z}) / pressed, 2 * meets);
+        }
+    }
+    EXPECT_GT(double(friction_towards(R(0.6), Vec3<R>{})), 0);
+}
+
 TYPED_TEST(ReturnMapTest, SandStaysWithinItsConeAndFlowsAtConstantVolume)
 {
     using R = TypeParam;
@@ -176,7 +223,7 @@ TYPED_TEST(ReturnMapTest, SandStaysWithinItsConeAndFlowsAtConstantVolume)
                 Particle<R> q =
                     strained_by<R>(symmetric(full(draw.strain(0.15)) + diagonal(draw.in(-0.3, 0))));
                 const auto over = [&] {
-                    return shear(q, m) - 0.6 * std::max(0.0, pressure(q, m) + tip);
+                    return shear(q, m) - cone_of(q, m) * std::max(0.0, pressure(q, m) + tip);
                 };
                 const double trial = over(), volume = ln_J(q);
                 if (volume > cohesion - 1e-4) continue;

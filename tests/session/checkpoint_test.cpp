@@ -199,7 +199,7 @@ TEST_F(CheckpointFile, WhatIsNotWholeIsRefusedAndStays)
         EXPECT_NE(refused_of(other), "accepted") << at;
     }
     std::string newer = whole;
-    newer[16] = 4;
+    newer[16] = char(newer[16] + 1);
     EXPECT_NE(refused_of(newer).find("of a newer knead"), std::string::npos);
 
     // The program says so, and leaves all as it is.
