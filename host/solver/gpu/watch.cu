@@ -1,8 +1,8 @@
 // Frames that take long are looked in on while they run, and cut where who watches them asks.
-#include <chrono>
 #include <thread>
 
 #include "cuda/device/device.cuh"
+#include "host/base/machine.h"
 #include "host/solver/gpu/solver.cuh"
 
 namespace knead::gpu {
@@ -11,12 +11,6 @@ namespace {
 // How long a frame may take before it is looked in on, and then how often [s]. Frames that a
 // headset shows are over by then.
 constexpr double patience = 0.03, every = 0.02;
-
-double now()
-{
-    return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch())
-        .count();
-}
 
 bool over(cudaEvent_t done)
 {
@@ -34,12 +28,12 @@ void GpuSolver::watch(int slot)
 {
     const Frame& f = frames[slot];
     if (!watched()) return;
-    const double start = now();
+    const double start = wall_seconds();
     double last = start + patience - every;
     while (!over(f.done)) {
         std::this_thread::yield();
-        if (now() - last < every) continue;
-        last = now();
+        if (wall_seconds() - last < every) continue;
+        last = wall_seconds();
         const auto* clock = store.views().clock;
         check(cudaMemcpyAsync(seen.data(), clock, sizeof(Clock), cudaMemcpyDeviceToHost, asking),
               "a look at a frame");
