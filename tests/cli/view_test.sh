@@ -31,7 +31,7 @@ cat >"$out/press" <<END
 0.6 button left down
 0.85 lose
 END
-small=(--set domain.cells=16 --set surface.nodes=32 --size 320x240 --device cpu)
+small=(--cells 16 --set surface.nodes=32 --size 320x240 --device cpu)
 "$knead" view scenes/squeeze.json "${small[@]}" --script "$out/press" --frames 80 \
     --screenshot "$out/end.png" >"$out/said.txt" 2>"$out/errors.txt"
 rc=$?
@@ -40,13 +40,14 @@ if grep -q "OpenGL 4.5" "$out/errors.txt"; then cat "$out/errors.txt"; exit 77; 
 grep -q "^80 frames drawn by .* 80 simulated.* 0 cut short.* 0 OpenGL errors" "$out/said.txt" ||
     fail "what was said"
 grep -q " 0 particle-substeps" "$out/said.txt" && fail "the hand touched nothing"
+grep -q "about .* s a frame on this machine" "$out/errors.txt" || fail "no time of a frame is said"
 [ -s "$out/begin.png" ] && [ -s "$out/end.png" ] || fail "no pictures"
 cmp -s "$out/begin.png" "$out/end.png" && fail "the pictures are the same"
 
-# The same script gives the same clay.
+# The same script gives the same clay, and --cells what --set gives.
 before=$(grep -o "[0-9]* particle-substeps" "$out/said.txt")
-"$knead" view scenes/squeeze.json "${small[@]}" --script "$out/press" --frames 80 \
-    --screenshot "$out/again.png" >"$out/said.txt" 2>"$out/errors.txt"
+"$knead" view scenes/squeeze.json --set domain.cells=16 "${small[@]:2}" --script "$out/press" \
+    --frames 80 --screenshot "$out/again.png" >"$out/said.txt" 2>"$out/errors.txt"
 grep -q "begin.png" "$out/errors.txt" && fail "$(cat "$out/errors.txt")"
 grep -q " $before" "$out/said.txt" || fail "another run of the script: not $before"
 cmp -s "$out/end.png" "$out/again.png" || fail "another run of the script: another picture"
