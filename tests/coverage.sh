@@ -38,7 +38,7 @@ done
 also tests/cli/kills.sh $build/knead
 [ ! -e $build/libopenxr_replay.so ] ||
     also tests/xr/validation.sh $build/knead $PWD/$build/openxr_replay.json
-also tests/fuzz/some.sh $build/knead_fuzz 200
+also tests/fuzz/some.sh $build/knead_fuzz 400
 [ $failed -eq 0 ] || echo "tests failed: what follows says only what they reached"
 
 gcovr --root . --filter 'cuda/.*/.*\.h$' --filter 'host/' --csv --output $build/lines.csv $build
