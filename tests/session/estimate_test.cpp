@@ -34,7 +34,7 @@ class Estimate : public InFolder {
     {
         Json root = read_json("scenes/ground.json");
         Json& objects = root["objects"];
-        objects[0]["file"] = std::filesystem::absolute("scenes/ground.spz").string();
+        std::filesystem::copy_file("scenes/ground.spz", path("ground.spz"));
         if (!floor) objects.erase(0), root["rest"] = {{"mode", "none"}};
         objects.push_back({{"centre", {0.4, 0.6, 0.4}}, {"diameter", 0.2}, {"material", "clay"}});
         root.erase("hands");
