@@ -52,6 +52,39 @@ grep -q "begin.png" "$out/errors.txt" && fail "$(cat "$out/errors.txt")"
 grep -q " $before" "$out/said.txt" || fail "another run of the script: not $before"
 cmp -s "$out/end.png" "$out/again.png" || fail "another run of the script: another picture"
 
+# By keys: a film by an ffmpeg that keeps its pictures as they are, a picture, a pause, a step, a
+# turn; what is made without a name gets the first that is free.
+mkdir "$out/bin" "$out/here"
+printf '#!/bin/sh\nfor to; do :; done\nexec cat >"${to#file:}"\n' >"$out/bin/ffmpeg"
+chmod +x "$out/bin/ffmpeg"
+cat >"$out/keys" <<END
+0.1 key v tap
+0.15 key f12 tap
+0.2 key e down
+0.25 key t down
+0.3 key e up
+0.32 key t up
+0.4 key v tap
+0.45 key p tap
+0.46 key home tap
+0.5 key space tap
+0.6 key n tap
+0.7 key v tap
+END
+knead=$(realpath "$knead")
+tree=$PWD
+(cd "$out/here" && PATH=$out/bin:$PATH "$knead" view "$tree/scenes/squeeze.json" "${small[@]}" \
+    --script "$out/keys" --frames 80) >"$out/said.txt" 2>"$out/errors.txt"
+[ $? -eq 0 ] || fail "view by keys"
+simulated=$(sed -n 's/^80 frames drawn by .* \([0-9]*\) simulated.*/\1/p' "$out/said.txt")
+[ "$simulated" -ge 40 ] && [ "$simulated" -le 50 ] || fail "$simulated simulated, paused at 0.5 s"
+[ "$(cd "$out/here" && echo *)" = "knead_0001.mp4 knead_0001.png knead_0002.mp4" ] ||
+    fail "made: $(ls "$out/here")"
+# 30 a second, 0.3 s; the other one until the end, 0.19 s.
+pictures=$(($(stat -c %s "$out/here/knead_0001.mp4") / (3 * 320 * 240)))
+[ $pictures -ge 8 ] && [ $pictures -le 11 ] || fail "a film of $pictures pictures"
+[ -s "$out/here/knead_0002.mp4" ] || fail "no film where it is not ended"
+
 : >"$out/still"
 # Splats: a floor that stands still becomes clay at the recorded rod, a pot is squeezed and split.
 for scene in "ground --set domain.cells=32" "pot --set domain.cells=24 --set splats.split.limit=1.2"

@@ -35,9 +35,15 @@ class Estimate : public InFolder {
         Json root = read_json("scenes/ground.json");
         Json& objects = root["objects"];
         std::filesystem::copy_file("scenes/ground.spz", path("ground.spz"));
-        if (!floor) objects.erase(0), root["rest"] = {{"mode", "none"}};
-        objects.push_back({{"centre", {0.4, 0.6, 0.4}}, {"diameter", 0.2}, {"material", "clay"}});
-        root.erase("hands");
+        if (!floor) objects.erase(0), root.erase("rest");
+        objects.push_back({{"centre", {0.4, 0.6, 0.4}},
+                           {"diameter", 0.2},
+                           {"material", "clay"},
+                           {"category", 1}});
+        if (floor)
+            root["hands"]["recording"] = "poke";
+        else
+            root.erase("hands");
         write_whole(path("scene.json"), root.dump());
         return path("scene.json");
     }
