@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "host/base/errors.h"
+#include "host/base/interrupt.h"
 #include "host/base/machine.h"
 
 namespace knead {
@@ -280,8 +281,8 @@ void ViewDesk::keep_picture(const std::string& file)
 {
     try {
         const std::string name = file.empty() ? free_name(".png") : file;
-        write_png(name, window->image());
-        panels.model.note("Wrote " + name);
+        if (write_png(name, window->image(), [] { return interrupted() != 0; }))
+            panels.model.note("Wrote " + name);
     } catch (const OutputError& e) {
         panels.model.note(e.what());
         refused = true;
