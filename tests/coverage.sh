@@ -31,14 +31,14 @@ seq 0 $((GTEST_TOTAL_SHARDS - 1)) | xargs -P 2 -I '{}' sh -c '
 tests/verify/quick.sh $build/knead || failed=1
 # All that CTest runs of the program; 77: this machine lacks what the test needs.
 also() { "$@" || [ $? -eq 77 ] || failed=1; }
-for test in program verbs usage view; do also tests/cli/${test}_test.sh $build/knead; done
+for test in program verbs doctor usage view; do also tests/cli/${test}_test.sh $build/knead; done
 for test in failures signals; do
     also tests/cli/$test.sh $build/knead $build/libknead_failing_calls.so
 done
 also tests/cli/kills.sh $build/knead
 [ ! -e $build/libopenxr_replay.so ] ||
     also tests/xr/validation.sh $build/knead $PWD/$build/openxr_replay.json
-also tests/fuzz/some.sh $build/knead_fuzz 200
+also tests/fuzz/some.sh $build/knead_fuzz 400
 [ $failed -eq 0 ] || echo "tests failed: what follows says only what they reached"
 
 gcovr --root . --filter 'cuda/.*/.*\.h$' --filter 'host/' --csv --output $build/lines.csv $build

@@ -1,11 +1,12 @@
 #include "host/assets/fit.h"
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <cstdio>
 #include <ostream>
 #include <utility>
+
+#include "host/base/machine.h"
 
 namespace knead {
 namespace {
@@ -206,7 +207,7 @@ Skin right_skin(const HandMesh& mesh)
 
 FitReport fit_hand(const std::vector<HandMesh>& meshes, Topology topology)
 {
-    const auto begun = std::chrono::steady_clock::now();
+    const double begun = wall_seconds();
     const Side side = meshes.at(0).side;
     const Layout l = layout(topology);
     FitReport report{};
@@ -241,8 +242,7 @@ FitReport fit_hand(const std::vector<HandMesh>& meshes, Topology topology)
         report.shift += moved / double(s.size());
         report.farthest = std::max(report.farthest, moved);
     }
-    report.seconds =
-        std::chrono::duration<double>(std::chrono::steady_clock::now() - begun).count();
+    report.seconds = wall_seconds() - begun;
     return report;
 }
 

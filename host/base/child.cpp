@@ -7,10 +7,10 @@
 
 #include <algorithm>
 #include <cerrno>
-#include <chrono>
 #include <csignal>
 
 #include "host/base/errors.h"
+#include "host/base/machine.h"
 
 namespace knead {
 namespace {
@@ -18,11 +18,10 @@ namespace {
 // Adds what comes to `said`; false where that takes longer than `limit` [s], if there is one.
 bool read_all(int from, double limit, std::string& said)
 {
-    using Clock = std::chrono::steady_clock;
-    const auto start = Clock::now();
+    const double start = wall_seconds();
     char part[4096];
     for (;;) {
-        const double left = limit - std::chrono::duration<double>(Clock::now() - start).count();
+        const double left = limit - (wall_seconds() - start);
         pollfd ready{from, POLLIN, 0};
         const int answered = poll(&ready, 1, limit > 0 ? int(1e3 * std::max(0.0, left)) : -1);
         if (answered == 0) return false;

@@ -1,5 +1,6 @@
 #include "host/base/paths.h"
 
+#include <algorithm>
 #include <filesystem>
 #include <system_error>
 
@@ -44,6 +45,17 @@ std::string file_or_shipped(const std::string& name)
     const std::string file = path.string() + (form.empty() ? ".json" : "");
     const std::string found = shipped(file.starts_with("scenes/") ? file : "scenes/" + file);
     return found.empty() ? name : found;
+}
+
+std::vector<std::string> shipped_scenes()
+{
+    std::vector<std::string> names;
+    std::error_code problem;
+    for (fs::directory_iterator at(shipped("scenes"), problem), end; !problem && at != end;
+         at.increment(problem))
+        if (at->path().extension() == ".json") names.push_back(at->path().stem().string());
+    std::sort(names.begin(), names.end());
+    return names;
 }
 
 }  // namespace knead

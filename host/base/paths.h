@@ -1,6 +1,7 @@
 // What a path says by its ending, and where the files lie that come with the program.
 #pragma once
 #include <string>
+#include <vector>
 
 namespace knead {
 
@@ -18,5 +19,8 @@ std::string shipped(const std::string& name);
 // A scene or recording by the name that its user typed: where there is no such file, that of the
 // scenes that come with the program, e.g. "squeeze.json", "scenes/squeeze.json" or "squeeze".
 std::string file_or_shipped(const std::string& name);
+
+// The names of those scenes, "squeeze" for one, in their order.
+std::vector<std::string> shipped_scenes();
 
 }  // namespace knead

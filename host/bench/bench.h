@@ -1,7 +1,6 @@
 // knead bench: what is measured, how, and what comes of it.  docs/benchmarks.md
 #pragma once
 #include <array>
-#include <chrono>
 #include <functional>
 #include <map>
 #include <nlohmann/json.hpp>
@@ -9,18 +8,13 @@
 #include <vector>
 
 #include "cuda/mpm/particle.h"
+#include "host/base/machine.h"
 #include "host/bench/device.h"
 #include "host/bench/figures.h"
 #include "host/session/loop.h"
 #include "host/session/report.h"
 
 namespace knead {
-
-using Wall = std::chrono::steady_clock;
-inline double since(Wall::time_point start)  // [s]
-{
-    return std::chrono::duration<double>(Wall::now() - start).count();
-}
 
 struct BenchOptions {
     std::vector<std::string> suites;            // none: all

@@ -1,6 +1,5 @@
 // How one case is driven: the recorded hands, frame by frame, from where they touch the clay.
 #include <algorithm>
-#include <chrono>
 #include <map>
 
 #include "host/bench/bench.h"
@@ -54,7 +53,7 @@ struct Gathered {
 void once(const Scene& scene, Solver& solver, const HandSource* hands, const Drive& how, int first,
           Device device, Gathered& all)
 {
-    const Wall::time_point begin = Wall::now();
+    const double begin = wall_seconds();
     const int every =
         how.surfaces > 0 && how.frames > 0 ? std::max(1, how.frames / how.surfaces) : 0;
     Gathered mine;
@@ -69,7 +68,7 @@ void once(const Scene& scene, Solver& solver, const HandSource* hands, const Dri
             }
         }
         if (how.frames > 0 && timed >= how.frames) return false;
-        return timed < 2 || since(begin) < how.limit / how.repeats;
+        return timed < 2 || wall_seconds() - begin < how.limit / how.repeats;
     });
     if (mine.timed > 0) all.medians.push_back(spread(mine.times().substeps).median);
 }
@@ -212,8 +211,8 @@ const BenchRow& Bench::measured(const std::string& name, const Scene& scene, con
         first = std::max(0, contact - how.warm_up);
     }
     Gathered all;
-    const Wall::time_point begin = Wall::now();
-    for (int k = 0; k < how.repeats && (k == 0 || since(begin) < how.limit); ++k) {
+    const double begin = wall_seconds();
+    for (int k = 0; k < how.repeats && (k == 0 || wall_seconds() - begin < how.limit); ++k) {
         const std::unique_ptr<Solver> solver = make_solver(scene.setup, device);
         once(scene, *solver, hands.get(), how, first, device, all);
         row.bytes = solver->memory();

@@ -1,6 +1,5 @@
 // Frames as a session would run them: handed over one ahead, so that the device never waits for the
 // host, nor the host for the device but for a frame that is over.
-#include <chrono>
 
 #include "host/bench/bench.h"
 #include "host/session/session.h"
@@ -19,11 +18,11 @@ QueuedFrames queued(const Scene& scene, Device device, const HandSource* hands, 
     if (rule.frames <= warm_up + 1) return all;
     SessionLoop loop(*solver, recorded_motion(hands, scene.hands), rule);
     if (surfaces) loop.launch_surfaces();
-    Wall::time_point start;
+    double start = 0;
     long waits = 0, substeps = 0;
     loop.watch([&](const Frame& f) {
         if (f.number == 2) loop.hand_over_ahead();  // how frames run is settled now
-        if (f.number == warm_up) start = Wall::now();
+        if (f.number == warm_up) start = wall_seconds();
         if (f.number > warm_up + 1) waits += f.waits;  // handed over after the start
         if (f.number > warm_up) substeps += f.stats.substeps;
     });
@@ -31,7 +30,7 @@ QueuedFrames queued(const Scene& scene, Device device, const HandSource* hands, 
     if (loop.failure()) std::rethrow_exception(loop.failure());
     all.frames = loop.last().number - warm_up;
     if (all.frames < 1) return {};
-    all.frame = since(start) / all.frames;
+    all.frame = (wall_seconds() - start) / all.frames;
     all.waits = double(waits) / all.frames;
     all.substeps = double(substeps) / all.frames;
     all.gaussians = solver->gaussians();

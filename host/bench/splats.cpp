@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <bit>
-#include <chrono>
 #include <cmath>
 
 #include "host/bench/ball.h"
@@ -65,12 +64,13 @@ void draw_on_gpu(const SplatCase& what, const SplatCloud& cloud, const SplatFram
 void draw_on_cpu(const SplatCase& what, const SplatCloud& cloud, const SplatFrame& frame,
                  BenchRow& row, std::vector<Picture>& pictures)
 {
-    const Wall::time_point begin = Wall::now();
+    const double begin = wall_seconds();
     std::vector<double> seconds;
-    while (seconds.size() < 2 || (int(seconds.size()) < what.frames && since(begin) < what.limit)) {
-        const Wall::time_point start = Wall::now();
+    while (seconds.size() < 2 ||
+           (int(seconds.size()) < what.frames && wall_seconds() - begin < what.limit)) {
+        const double start = wall_seconds();
         pictures = cpu_raster(cloud, frame);
-        seconds.push_back(since(start));
+        seconds.push_back(wall_seconds() - start);
     }
     row.frame = spread(seconds), row.frames = int(seconds.size());
 }
@@ -140,10 +140,10 @@ void exact_rows(Bench& bench)
     sort_by_place(cloud);
     const SplatFrame frame = frame_of(what, cloud);
     bench.say("splats: against the exact picture");
-    const Wall::time_point start = Wall::now();
+    const double start = wall_seconds();
     const std::vector<Picture> exact = exact_raster(cloud, frame);
     BenchRow row = row_of(what, cloud, frame);
-    row.suite = "splats: picture", row.frame.median = since(start), row.frames = 1;
+    row.suite = "splats: picture", row.frame.median = wall_seconds() - start, row.frames = 1;
     row.name = fmt::format("splats: {}, against the exact picture", what.load.name);
     const std::vector<Picture> ours = pictures_by(bench.device, cloud, frame);
     row.hash = hexadecimal(hash_of(ours)), row.drawn.psnr = psnr(ours, exact);
@@ -175,17 +175,17 @@ void substep_row(Bench& bench, int count)
     const std::unique_ptr<Solver> solver = make_solver(setup, bench.device);
     const double frame = 1.0 / 90;
     std::vector<double> frames, substeps, counts;
-    const Wall::time_point begin = Wall::now();
+    const double begin = wall_seconds();
     const auto more = [&] {
         const int done = int(frames.size());
         return !bench.stopped() && done < (quick ? 3 : 30) &&
-               (done < 2 || since(begin) < bench.options.case_limit);
+               (done < 2 || wall_seconds() - begin < bench.options.case_limit);
     };
     while (more()) {
         const Motion motion = closing(double(frames.size()) * frame, frame);
-        const Wall::time_point start = Wall::now();
+        const double start = wall_seconds();
         const FrameStats stats = solver->advance(motion, frame);
-        frames.push_back(since(start)), counts.push_back(std::max(stats.substeps, 1));
+        frames.push_back(wall_seconds() - start), counts.push_back(std::max(stats.substeps, 1));
         substeps.push_back(frames.back() / counts.back());
         row.in_contact += stats.projected > 0;
     }

@@ -2,9 +2,9 @@
 #include "host/surface/surface.h"
 
 #include <algorithm>
-#include <chrono>
 
 #include "cuda/mpm/stencil.h"
+#include "host/base/machine.h"
 #include "host/bench/bench.h"
 #include "host/session/session.h"
 #include "host/surface/gpu_surface.h"
@@ -15,9 +15,9 @@ namespace {
 template <class Work>
 double seconds(Work&& work)
 {
-    const auto start = std::chrono::steady_clock::now();
+    const double start = wall_seconds();
     work();
-    return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    return wall_seconds() - start;
 }
 
 // In the order of the lattice's cells, as a solver on a GPU holds them.

@@ -117,12 +117,16 @@ void add_leftovers(Json& all, const std::vector<std::string>& folders)
                     places.push_back((at->path() / below).string());
         }
         if (problem) throw InputError(folder + ": cannot be read: " + problem.message());
-        for (const std::string& place : places)
+        for (const std::string& place : places) {
+            if (fs::directory_iterator(place, problem); problem)
+                all.push_back(
+                    finding("unread", false, place + ": cannot be read: " + problem.message()));
             for (const Leftover& left : leftovers(place)) {
                 const std::string text =
                     left.path + ": of " + left.of + ", by a program that was killed; may go";
                 all.push_back(finding("leftover", true, text));
             }
+        }
     }
 }
 
@@ -152,6 +156,7 @@ int doctor_verb(const DoctorOptions& o)
     for (const Json& f : all)
         std::printf("%-8s %-10s %s\n",
                     f["what"] == "leftover"  ? "left"
+                    : f["what"] == "unread"  ? "unread"
                     : f["there"].get<bool>() ? "ok"
                                              : "missing",
                     f["what"].get<std::string>().c_str(), f["text"].get<std::string>().c_str());

@@ -47,6 +47,7 @@ Json scene_facts(const InfoOptions& o)
         if (one.softer > 1) objects.back()["softened"] = softened_text(scene, one);
     }
     const Foresight steps = foresee(scene);
+    const FrameCost cost = frame_cost(scene, resolved({}), gaussians);
     Json all = {{"kind", "scene"},
                 {"name", scene.name},
                 {"nodes", {n.x, n.y, n.z}},
@@ -57,8 +58,9 @@ Json scene_facts(const InfoOptions& o)
                 {"dt_s", steps.dt},
                 {"substeps", steps.substeps},
                 {"asked_by", steps.key},
-                {"frame_wall_s", frame_seconds(scene, resolved({}), gaussians)},
+                {"frame_wall_s", cost.still ? Json() : Json(cost.seconds)},
                 {"objects", objects}};
+    if (cost.per_thousand > 0) all["frame_wall_s_per_1000_local"] = cost.per_thousand;
     for (const SplatObject& s : splats) {
         Json& one = all["objects"][std::size_t(s.object)];
         one["splats"] = s.surface, one["splats_inside"] = s.cloud.count() - s.surface;

@@ -1,9 +1,7 @@
 // knead list: what a scene can name. One a line, its name first.
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <cstdio>
-#include <filesystem>
 
 #include "host/base/errors.h"
 #include "host/base/json_reader.h"
@@ -14,7 +12,6 @@
 
 namespace knead {
 namespace {
-namespace fs = std::filesystem;
 
 void list_presets()
 {
@@ -46,17 +43,11 @@ std::string first_comment(const std::string& text)
 
 void list_scenes()
 {
-    const std::string folder = shipped("scenes");
-    std::vector<fs::path> files;
-    std::error_code problem;
-    for (fs::directory_iterator at(folder, problem), end; !problem && at != end;
-         at.increment(problem))
-        if (at->path().extension() == ".json") files.push_back(at->path());
-    if (files.empty()) throw InputError("the scenes that come with the program are not there");
-    std::sort(files.begin(), files.end());
-    for (const fs::path& file : files)
-        fmt::print("{:<16} {}\n", file.stem().string(),
-                   first_comment(read_text(file.string(), max_json_bytes)));
+    const std::vector<std::string> names = shipped_scenes();
+    if (names.empty()) throw InputError("the scenes that come with the program are not there");
+    for (const std::string& name : names)
+        fmt::print("{:<16} {}\n", name,
+                   first_comment(read_text(shipped("scenes/" + name + ".json"), max_json_bytes)));
 }
 
 }  // namespace

@@ -34,7 +34,7 @@ void add_info(CLI::App& app, Verb& chosen)
     info->add_flag("--json", o.json, "JSON on stdout");
     info->callback([&chosen] {
         o.file = file_or_shipped(o.file);
-        chosen = [] { return info_verb(o); };
+        chosen = [] { return check_scene(o.file), info_verb(o); };
     });
 }
 

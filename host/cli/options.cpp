@@ -3,6 +3,10 @@
 
 #include <fmt/format.h>
 
+#include <filesystem>
+
+#include "host/base/errors.h"
+#include "host/base/json_reader.h"
 #include "host/base/paths.h"
 #include "host/cli/verbs.h"
 
@@ -29,7 +33,27 @@ CLI::Validator setting()
     return CLI::Validator(refused, "");
 }
 
+void check_scene(const std::string& name)
+{
+    std::error_code problem;
+    const std::string form = ending(name);
+    if (name.empty() || is_standard(name) || (!form.empty() && form != ".json") ||
+        std::filesystem::exists(name, problem))
+        return;
+    const std::string asked = std::filesystem::path(name).stem().string();
+    const std::string near = likely_name(asked, shipped_scenes());
+    if (!near.empty())
+        throw InputError(name + ": no such file, and no such scene: \"" + near + "\" is meant?");
+}
+
 namespace {
+
+void add_cells(CLI::App* verb, int& cells)
+{
+    verb->add_option("--cells", cells,
+                     "Along the domain's longest axis instead of the scene's: a multiple of 4")
+        ->check(CLI::Range(8, 1024));
+}
 
 // What a run writes.
 void add_results(CLI::App* run, RunOptions& o)
@@ -64,9 +88,7 @@ void add_run(CLI::App& app, Verb& chosen)
         ->expected(1)
         ->check(setting());
     run->add_option("--hands", o.hands, "A recording or gesture instead of the scene's");
-    run->add_option("--cells", o.cells,
-                    "Along the domain's longest axis instead of the scene's: a multiple of 4")
-        ->check(CLI::Range(8, 1024));
+    add_cells(run, o.cells);
     run->add_option("--frames", o.frames, "Stop after N frames")->check(CLI::Range(1, 10000000));
     run->add_option("--out", o.out, "Folder for report.json, frames.csv, mesh, pictures");
     run->add_flag("--overwrite", o.overwrite, "Replace results that are there");
@@ -95,7 +117,7 @@ void add_run(CLI::App& app, Verb& chosen)
         o.scene = file_or_shipped(o.scene);
         // A name without an ending is a gesture's.
         if (!ending(o.hands).empty()) o.hands = file_or_shipped(o.hands);
-        chosen = [] { return run_verb(o); };
+        chosen = [] { return check_scene(o.scene), run_verb(o); };
     });
 }
 
@@ -132,6 +154,7 @@ void add_vr(CLI::App& app, Verb& chosen)
         ->take_all()
         ->expected(1)
         ->check(setting());
+    add_cells(vr, o.cells);
     vr->add_option("--frames", o.frames, "Leave after N frames of the display")
         ->check(CLI::Range(1, 10000000));
     vr->add_option("--out", o.out, "Folder for headset.json, mesh.glb and hands.hands");
@@ -165,7 +188,7 @@ void add_vr(CLI::App& app, Verb& chosen)
     vr->add_flag("-q,--quiet", o.quiet, "No messages, no summary");
     vr->callback([&chosen] {
         o.scene = file_or_shipped(o.scene);
-        chosen = [] { return vr_verb(o); };
+        chosen = [] { return check_scene(o.scene), vr_verb(o); };
     });
 }
 
@@ -180,6 +203,7 @@ void add_view(CLI::App& app, Verb& chosen)
         ->take_all()
         ->expected(1)
         ->check(setting());
+    add_cells(view, o.cells);
     view->add_option("--size", o.size, "WIDTHxHEIGHT of the window [pixels]")
         ->capture_default_str();
     view->add_option("--frames", o.frames, "Ends after N drawn frames")
@@ -195,7 +219,7 @@ void add_view(CLI::App& app, Verb& chosen)
     view->add_flag("-q,--quiet", o.quiet, "No summary");
     view->callback([&chosen] {
         o.scene = file_or_shipped(o.scene);
-        chosen = [] { return view_verb(o); };
+        chosen = [] { return check_scene(o.scene), view_verb(o); };
     });
 }
 

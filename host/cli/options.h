@@ -11,6 +11,9 @@ using Verb = std::function<int()>;
 CLI::Validator between(double low, double high);
 // path.key=value, before it is known whether a scene has that path.
 CLI::Validator setting();
+// Throws InputError where there is no such file, and a scene that comes with the program has nearly
+// that name. Whoever reads the file says the rest.
+void check_scene(const std::string& name);
 constexpr double longest = 1e9;      // [s]
 constexpr double most_memory = 1e9;  // [MiB]
 

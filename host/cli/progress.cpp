@@ -5,12 +5,14 @@
 
 #include <cstdio>
 
+#include "host/base/machine.h"
+
 namespace knead {
 
 Progress::Progress(int count, bool quiet)
     : frames(count),
       shown(!quiet && isatty(STDERR_FILENO)),
-      start(ClockMode::now()),
+      start(wall_seconds()),
       last(start),
       begun(start)
 {
@@ -20,14 +22,13 @@ Progress::~Progress() { clear(); }
 
 void Progress::show(int done, double part)
 {
-    const ClockMode::time_point now = ClockMode::now();
+    const double now = wall_seconds();
     if (part == 0) begun = now;
-    if (part > 0 && now - begun < std::chrono::seconds(1)) return;
-    if (!shown || (now - last < std::chrono::milliseconds(100) && done < frames)) return;
+    if (part > 0 && now - begun < 1) return;
+    if (!shown || (now - last < 0.1 && done < frames)) return;
     last = now;
     drawn = true;
-    const double seconds = std::chrono::duration<double>(now - start).count();
-    std::fprintf(stderr, "\r%s\x1b[K", progress_line(done, frames, seconds, part).c_str());
+    std::fprintf(stderr, "\r%s\x1b[K", progress_line(done, frames, now - start, part).c_str());
     std::fflush(stderr);
 }
 

@@ -1,6 +1,5 @@
 // A bar with frames per second and the time left: on stderr, and only on a terminal.
 #pragma once
-#include <chrono>
 #include <string>
 
 namespace knead {
@@ -16,10 +15,9 @@ class Progress {
     void clear();
 
   private:
-    using ClockMode = std::chrono::steady_clock;
     int frames;
     bool shown, drawn = false;
-    ClockMode::time_point start, last, begun;  // begun: the frame under way
+    double start, last, begun;  // by wall_seconds() [s]; begun: the frame under way
 };
 
 // The bar's text, without the carriage return: "[#####.....] 50/100  12.3 frames/s  4 s left", and

@@ -264,15 +264,18 @@ void draw_frames(const RenderOptions& o, const Path& path, const SplatCloud& clo
 {
     std::unique_ptr<GpuRaster> gpu;
     if (device.kind == DeviceKind::cuda) gpu = std::make_unique<GpuRaster>(cloud, 0, device.index);
+    frame.stop = [] { return interrupted() != 0; };
     for (int k = 0; k < path.frames && !interrupted(); ++k) {
         frame.eyes = path.eyes(k);
         const Image image =
             image_of(gpu                                     ? gpu->pictures(frame)
                      : device.kind == DeviceKind::cpu_double ? exact_raster(cloud, frame)
-                                                             : cpu_raster(cloud, frame));
+                                                             : cpu_raster(cloud, frame),
+                     frame.stop);
+        if (interrupted()) break;
         if (video) video->add(image);
         if (o.out.empty()) continue;
-        write_png(name_of(o, k), image);
+        if (!write_png(name_of(o, k), image, frame.stop)) break;
         if (!o.quiet) std::printf("%s\n", name_of(o, k).c_str());
     }
     if (!video) return;

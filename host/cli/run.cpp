@@ -358,9 +358,7 @@ int Session::run()
     note(fmt::format("a frame takes {:.6g} substeps of {:.3g} s, asked for by {}", steps.substeps,
                      steps.dt, steps.key));
     watch_interrupts();
-    if (!o.quiet)
-        note(fmt::format("about {:.2g} s a frame on this machine, without hands and surface",
-                         frame_seconds(scene, device, gaussians)));
+    if (!o.quiet) note(cost_text(frame_cost(scene, device, gaussians)));
     RunRecord record;
     {
         Progress progress(frames_wanted(scene, hands.get(), o.frames), o.quiet || o.verbose);

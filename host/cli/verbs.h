@@ -46,6 +46,7 @@ struct VrOptions {
     std::string scene;
     std::string device = "auto";
     std::vector<std::string> settings;   // path.key=value
+    int cells = 0;                       // along the longest axis of the domain; 0: the scene's
     int frames = 0;                      // 0: until the user leaves
     std::string out;                     // folder; "": no files
     std::string record;                  // .hands or .jsonl; "": none
@@ -105,6 +106,7 @@ struct ViewOptions {
     std::string scene;
     std::string device = "auto";
     std::vector<std::string> settings;
+    int cells = 0;                      // along the longest axis of the domain; 0: the scene's
     std::string size = "1280x800";      // of the window
     int frames = 0;                     // that are drawn; 0: until it is closed
     std::string screenshot;             // of the last frame

@@ -2,14 +2,17 @@
 #include <fmt/format.h>
 
 #include <charconv>
-#include <chrono>
 #include <cstdio>
 #include <filesystem>
 
 #include "host/base/errors.h"
 #include "host/base/interrupt.h"
+#include "host/base/json_reader.h"
+#include "host/base/machine.h"
 #include "host/cli/verbs.h"
 #include "host/cli/view_desk.h"
+#include "host/scene/domain.h"
+#include "host/session/estimate.h"
 
 namespace knead {
 namespace {
@@ -39,15 +42,18 @@ int view_verb(const ViewOptions& o)
         throw OutputError(o.screenshot + ": is there already; --overwrite replaces it");
     std::unique_ptr<Window> window = Window::open("Knead", width, height);
     const auto memory = std::size_t(o.max_memory * 0x1p20);
-    const auto scene = load_live_scene(o.scene, o.settings, memory);
+    std::vector<std::string> settings = o.settings;
+    if (o.cells > 0) settings.push_back(cells_setting(read_json(o.scene), o.cells));
+    const auto scene = load_live_scene(o.scene, settings, memory);
     watch_interrupts();
+    if (!o.quiet) std::fprintf(stderr, "knead: %s\n", cost_text(scene->scene, device).c_str());
     ViewDesk desk(std::move(window), scene, device, script, !o.script.empty(), o.paused);
     desk.panels.model.open = !o.bare;
     if (const std::string way = desk.sharing(); !o.quiet && !way.empty())
         std::fprintf(stderr, "knead: %s\n", way.c_str());
-    double before = wall_now();
+    double before = wall_seconds();
     while (!desk.closed() && !interrupted() && (o.frames == 0 || desk.drawn() < o.frames)) {
-        const double now = wall_now();
+        const double now = wall_seconds();
         const bool last = o.frames > 0 && desk.drawn() + 1 == o.frames;
         desk.frame(now - before, last ? o.screenshot : "");
         before = now;

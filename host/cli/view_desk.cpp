@@ -3,12 +3,13 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <filesystem>
 #include <utility>
 
 #include "host/base/errors.h"
+#include "host/base/interrupt.h"
+#include "host/base/machine.h"
 
 namespace knead {
 namespace {
@@ -45,12 +46,6 @@ int samples_for(const Window& window)
 }
 
 }  // namespace
-
-double wall_now()
-{
-    return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch())
-        .count();
-}
 
 ViewDesk::ViewDesk(std::unique_ptr<Window> shown_in, std::shared_ptr<const LiveScene> scene,
                    Device on, InputScript by, bool with_script, bool paused)
@@ -241,7 +236,7 @@ void ViewDesk::draw()
 {
     const int width = window->width(), height = window->height();
     if (width < 1 || height < 1) return;  // minimised
-    const double begin = wall_now();
+    const double begin = wall_seconds();
     const EyeView view = camera.view(width, height, window->panels_width());
     std::vector<HandLook> hands = hand_looks(*state);
     EyeLook look;
@@ -264,7 +259,7 @@ void ViewDesk::draw()
     draw_splats(view, kept);
     coarse->paint(*painter, view, look, kept ? 1 : pace.scale());
     window->draw_panels();
-    const double drawn_at = wall_now();
+    const double drawn_at = wall_seconds();
     for (const std::string& file : std::exchange(wanted, {})) keep_picture(file);
     if (video && (scripted ? frames / shown->scene.frame_rate : time) >= filmed) {
         if (width == film_width && height == film_height) {
@@ -275,9 +270,9 @@ void ViewDesk::draw()
         }
     }
     errors += window->gl_errors();
-    const double shown_at = wall_now();
+    const double shown_at = wall_seconds();
     window->show();
-    picture_took = drawn_at - begin - raster_took, show_took = wall_now() - shown_at;
+    picture_took = drawn_at - begin - raster_took, show_took = wall_seconds() - shown_at;
     if (!kept) pace.took(picture_took + show_took);
     panels.add_times(*state, raster_took, picture_took, show_took);
 }
@@ -286,8 +281,8 @@ void ViewDesk::keep_picture(const std::string& file)
 {
     try {
         const std::string name = file.empty() ? free_name(".png") : file;
-        write_png(name, window->image());
-        panels.model.note("Wrote " + name);
+        if (write_png(name, window->image(), [] { return interrupted() != 0; }))
+            panels.model.note("Wrote " + name);
     } catch (const OutputError& e) {
         panels.model.note(e.what());
         refused = true;

@@ -15,8 +15,6 @@
 
 namespace knead {
 
-double wall_now();  // [s], of a clock that never goes back
-
 class ViewDesk {
   public:
     // With a script, time passes by a frame of the simulation for each one that is drawn, so that

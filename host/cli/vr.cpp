@@ -15,7 +15,9 @@
 #include "host/cli/verbs.h"
 #include "host/files/mesh_file.h"
 #include "host/hands/recording.h"
+#include "host/scene/domain.h"
 #include "host/session/device.h"
+#include "host/session/estimate.h"
 #include "host/session/headset_loop.h"
 #include "host/session/report.h"
 
@@ -162,8 +164,10 @@ void summarise(const VrOptions& o, const HeadsetEnd& end, const Json& report)
 
 }  // namespace
 
-int vr_verb(const VrOptions& o)
+int vr_verb(const VrOptions& asked)
 {
+    VrOptions o = asked;
+    if (o.cells > 0) o.settings.push_back(cells_setting(read_json(o.scene), o.cells));
     const Device device = resolved(parse_device(o.device));
     HeadsetLoopRule rule = rule_of(o, device);
     prepare(o);
@@ -173,6 +177,7 @@ int vr_verb(const VrOptions& o)
     auto scene = std::make_shared<LiveScene>(*load_live_scene(o.scene, settings));
     scene->scene.setup.threads = o.threads;
     watch_interrupts();
+    if (!o.hands_only) rule.tell(cost_text(scene->scene, device));
     HeadsetEnd end = run_headset(scene, rule);
     const Json report = report_of(o, end);
     const bool written = write_results(o, end, report);

@@ -1,6 +1,10 @@
 // Pictures to PNG files and back.
 #include <png.h>
 
+#include <csetjmp>
+#include <cstdio>
+#include <new>
+
 #include "host/base/errors.h"
 #include "host/base/json_reader.h"
 #include "host/base/outputs.h"
@@ -25,28 +29,85 @@ void check(const std::string& path, const Image& image)
     }
 }
 
-std::string encoded(const std::string& path, const Image& image)
-{
-    png_image head{};
-    head.version = PNG_IMAGE_VERSION;
-    head.width = png_uint_32(image.width);
-    head.height = png_uint_32(image.height);
-    head.format = PNG_FORMAT_RGB;
-    // No picture of that size comes out longer.
-    png_alloc_size_t size = PNG_IMAGE_PNG_SIZE_MAX(head);
-    std::string bytes(size, '\0');
-    if (!png_image_write_to_memory(&head, bytes.data(), &size, 0, image.rgb.data(), 0, nullptr))
-        refuse_png(path, head.message);
-    bytes.resize(size);
-    return bytes;
-}
+// libpng, row by row: between two rows it may be given up. What libpng calls an error ends its call
+// by a jump, over nothing that would have to be destroyed.
+class Encoder {
+  public:
+    Encoder() : png(png_create_write_struct(PNG_LIBPNG_VER_STRING, this, fail, ignore))
+    {
+        if (png) info = png_create_info_struct(png);
+        if (info) png_set_write_fn(png, this, append, nullptr);
+    }
+    ~Encoder() { png_destroy_write_struct(&png, &info); }
+    Encoder(const Encoder&) = delete;
+    Encoder& operator=(const Encoder&) = delete;
+
+    enum class End { whole, given_up, failed };
+    End encode(const Image& image, const std::function<bool()>& stop)
+    {
+        if (!info || setjmp(png_jmpbuf(png))) return End::failed;
+        begin(image);
+        if (!add_rows(image, stop)) return End::given_up;
+        png_write_end(png, info);
+        return End::whole;
+    }
+
+    std::string bytes;
+    char reason[128] = "out of memory";
+
+  private:
+    void begin(const Image& image)
+    {
+        png_set_IHDR(png, info, png_uint_32(image.width), png_uint_32(image.height), 8,
+                     PNG_COLOR_TYPE_RGB, PNG_INTERLACE_NONE, PNG_COMPRESSION_TYPE_DEFAULT,
+                     PNG_FILTER_TYPE_DEFAULT);
+        png_set_sRGB(png, info, PNG_sRGB_INTENT_PERCEPTUAL);
+        png_write_info(png, info);
+    }
+    bool add_rows(const Image& image, const std::function<bool()>& stop)
+    {
+        const std::size_t row = std::size_t(3) * std::size_t(image.width);
+        for (std::size_t at = 0; at < image.rgb.size(); at += row) {
+            if (stop && stop()) return false;
+            png_write_row(png, image.rgb.data() + at);
+        }
+        return true;
+    }
+
+    static void append(png_structp png, png_bytep from, png_size_t count)
+    {
+        bool fits = true;
+        try {
+            static_cast<Encoder*>(png_get_io_ptr(png))
+                ->bytes.append(reinterpret_cast<const char*>(from), count);
+        } catch (const std::bad_alloc&) {
+            fits = false;
+        }
+        if (!fits) png_error(png, "out of memory");
+    }
+    static void fail(png_structp png, png_const_charp why)
+    {
+        std::snprintf(static_cast<Encoder*>(png_get_error_ptr(png))->reason, sizeof reason, "%s",
+                      why);
+        png_longjmp(png, 1);
+    }
+    static void ignore(png_structp, png_const_charp) {}
+
+    png_structp png = nullptr;
+    png_infop info = nullptr;
+};
 
 }  // namespace
 
-void write_png(const std::string& path, const Image& image)
+bool write_png(const std::string& path, const Image& image, const std::function<bool()>& stop)
 {
     check(path, image);
-    write_whole(path, encoded(path, image));
+    Encoder encoder;
+    const Encoder::End end = encoder.encode(image, stop);
+    if (end == Encoder::End::given_up) return false;
+    if (end == Encoder::End::failed) refuse_png(path, encoder.reason);
+    write_whole(path, encoder.bytes);
+    return true;
 }
 
 Image read_png(const std::string& path)

@@ -1,5 +1,7 @@
 #include "host/session/estimate.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <map>
@@ -55,7 +57,7 @@ double substep_seconds(const Setup& setup, Device device)
 
 }  // namespace
 
-double frame_seconds(const Scene& scene, Device device, std::size_t gaussians)
+FrameCost frame_cost(const Scene& scene, Device device, std::size_t gaussians)
 {
     const Foresight steps = foresee(scene);
     const bool slow = device.kind == DeviceKind::cpu_double, gpu = device.kind == DeviceKind::cuda;
@@ -66,7 +68,7 @@ double frame_seconds(const Scene& scene, Device device, std::size_t gaussians)
     };
     // Of each kind of material once; on a GPU they cost alike, and a solver takes long to make.
     std::map<std::pair<Elasticity, Plasticity>, double> known;  // [s] a particle and substep
-    double particles = 0, cost = 0;
+    double particles = 0, cost = 0, local = 0;
     for (const Object& object : scene.objects) {
         const Material<double>& m = gpu ? scene.objects[0].material : object.material;
         const auto [at, fresh] = known.try_emplace({m.elasticity, m.plasticity}, 0);
@@ -76,6 +78,7 @@ double frame_seconds(const Scene& scene, Device device, std::size_t gaussians)
         }
         const double count = shape_volume(object) * object.per_cell;
         particles += count, cost += count * at->second;
+        if (object.local()) local = at->second;
     }
     double substep = particles > 0 ? cost / particles * expected_particles(scene) : 0;
     if (gaussians > 0) {
@@ -90,7 +93,24 @@ double frame_seconds(const Scene& scene, Device device, std::size_t gaussians)
         const double more = substep_seconds(setup, device) - without;
         substep += std::max(0.0, more) / double(setup.gaussians.size()) * double(gaussians);
     }
-    return substep * steps.substeps;
+    return {particles == 0, substep * steps.substeps, 1000 * local * steps.substeps};
+}
+
+std::string cost_text(const FrameCost& cost)
+{
+    const std::string local =
+        fmt::format("about {:.2g} s{} for each 1000 particles of clay that comes with the hands",
+                    cost.per_thousand, cost.still ? " on this machine" : " more");
+    if (cost.still) return "what a frame takes depends on the hands: " + local;
+    return fmt::format("about {:.2g} s a frame on this machine, without hands and surface",
+                       cost.seconds) +
+           (cost.per_thousand > 0 ? "; " + local : "");
+}
+
+std::string cost_text(const Scene& built, Device device)
+{
+    const Setup& setup = built.setup;
+    return cost_text(frame_cost(built, able(setup, device), setup.gaussians.size()));
 }
 
 }  // namespace knead

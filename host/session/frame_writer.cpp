@@ -162,20 +162,22 @@ void FrameWriter::add(const Frame& frame, const std::vector<Mesh>& meshes,
     try {
         image = painter->paint(seen, hands, camera, floor, unseen);
         if (splats && splats->count() > 0)
-            image = with_splats(image, painter->depths(), camera, *splats, gaussians);
+            image = with_splats(image, painter->depths(), camera, *splats, gaussians, give_up);
         write_captions(scene.captions, camera, image);
     } catch (const std::bad_alloc&) {
         throw PictureError("more memory is needed than there is");
     } catch (const std::invalid_argument& e) {
         throw PictureError(e.what());
     }
+    bool whole = true;
     try {
-        if (!folder.empty())
-            write_png((fs::path(folder) / picture_name(frame.number)).string(), image);
-        if (video) video->add(image);
+        const std::string file = (fs::path(folder) / picture_name(frame.number)).string();
+        if (!folder.empty()) whole = write_png(file, image, give_up);
+        if (whole && video) video->add(image);
     } catch (const std::runtime_error& e) {
         throw OutputError(e.what());
     }
+    if (!whole) throw PictureError("given up");
     ++pictures;
 }
 

@@ -38,8 +38,12 @@ class FrameWriter {
     // Throws OutputError, and PictureError where this picture alone cannot be made.
     void add(const Frame& frame, const std::vector<Mesh>& meshes,
              const std::vector<Gaussian<double>>& gaussians = {});
-    // True: a picture under way is given up, by a PictureError.
-    void give_up_when(std::function<bool()> asked) { painter->give_up_when(std::move(asked)); }
+    // True: a picture under way, drawn or written, is given up, by a PictureError.
+    void give_up_when(std::function<bool()> asked)
+    {
+        give_up = asked;
+        painter->give_up_when(std::move(asked));
+    }
     void close();  // ends the video; throws OutputError
     int count() const { return pictures; }
     std::string renderer() const { return painter->name(); }
@@ -49,6 +53,7 @@ class FrameWriter {
 
     const Scene& scene;
     std::string folder, video_path;
+    std::function<bool()> give_up;
     const SplatCloud* splats;
     double rate;
     std::unique_ptr<Painter> painter;

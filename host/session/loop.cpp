@@ -1,17 +1,12 @@
 #include "host/session/loop.h"
 
-#include <chrono>
 #include <stdexcept>
 #include <utility>
 
+#include "host/base/machine.h"
+
 namespace knead {
 namespace {
-
-double now()  // [s]
-{
-    return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch())
-        .count();
-}
 
 // Null of a solver that takes no edits.
 const std::vector<Material<double>>* materials_of(const Solver& solver)
@@ -65,9 +60,9 @@ bool SessionLoop::step()
 
 void SessionLoop::look_for_end()
 {
-    if (!began) began = now();
+    if (!began) began = wall_seconds();
     if (rule.interrupted && rule.interrupted()) stop(End::interrupted);
-    if (rule.time_limit > 0 && now() - *began > rule.time_limit) stop(End::time_limit);
+    if (rule.time_limit > 0 && wall_seconds() - *began > rule.time_limit) stop(End::time_limit);
 }
 
 bool SessionLoop::may_begin()
@@ -102,20 +97,20 @@ bool SessionLoop::begin()
 {
     if (!may_begin()) return false;
     if (begun == done) make_edits();
-    const double start = now();
+    const double start = wall_seconds();
     Frame& f = under_way[begun % 2];
     f = {};
     f.number = begun + 1;
     f.hand_time = (rule.first + f.number) / rule.rate;
     f.motion = motion((rule.first + begun) / rule.rate, f.hand_time);
-    const double submitted = now();
+    const double submitted = wall_seconds();
     f.times.motion = submitted - start;
     const long waits = gpu_waits();
     const int before = begun;
     try {
         solver.submit(f.motion, rule.duration);
         ++begun;
-        f.times.solver = now() - submitted;
+        f.times.solver = wall_seconds() - submitted;
         if (launching) launch_surface(f.number);
     } catch (...) {
         stop(End::device);
@@ -128,7 +123,7 @@ bool SessionLoop::begin()
 // Waits for the end of the oldest frame under way; false where the solver failed.
 bool SessionLoop::collect()
 {
-    const double start = now();
+    const double start = wall_seconds();
     Frame& f = under_way[done % 2];
     try {
         f.stats = solver.collect();
@@ -138,7 +133,7 @@ bool SessionLoop::collect()
         begun = done;  // the one behind it is lost, too
         return false;
     }
-    f.times.solver += now() - start;
+    f.times.solver += wall_seconds() - start;
     f.simulated = f.number * rule.duration - lost;
     if (f.stats.cut) shorten(f);
     newest = std::move(f);
@@ -150,9 +145,9 @@ bool SessionLoop::collect()
 
 void SessionLoop::tell()
 {
-    const double start = now();
+    const double start = wall_seconds();
     for (const Watcher& watcher : watchers) watcher(newest);
-    newest.times.watchers = now() - start - newest.times.surface;
+    newest.times.watchers = wall_seconds() - start - newest.times.surface;
 }
 
 void SessionLoop::make_edits()
@@ -219,13 +214,13 @@ std::shared_ptr<const DeviceMesh> SessionLoop::device_mesh()
     if (begun > done) throw std::logic_error("a surface was asked for with a frame under way");
     const gpu::Clay* clay = solver.clay();
     if (!clay || (last_on_device && moved_on_device == 0)) return last_on_device;
-    const double start = now();
+    const double start = wall_seconds();
     if (!on_device) make_device_surface();
     if (!on_device) return nullptr;
     last_on_device = launched == newest.number ? on_device->launched() : nullptr;
     if (!last_on_device) last_on_device = on_device->kept(*clay);
     moved_on_device = 0;
-    newest.times.surface += now() - start;
+    newest.times.surface += wall_seconds() - start;
     return last_on_device;
 }
 
@@ -233,7 +228,7 @@ Meshes SessionLoop::meshes()
 {
     if (begun > done) throw std::logic_error("a surface was asked for with a frame under way");
     if (meshes_stand()) return last_meshes;
-    const double start = now();
+    const double start = wall_seconds();
     std::vector<Mesh> made;
     if (const gpu::Clay* clay = solver.clay()) {
         if (!on_device) make_device_surface();
@@ -243,7 +238,7 @@ Meshes SessionLoop::meshes()
     }
     last_meshes = std::make_shared<const std::vector<Mesh>>(std::move(made));
     moved = 0;
-    newest.times.surface += now() - start;
+    newest.times.surface += wall_seconds() - start;
     return last_meshes;
 }
 

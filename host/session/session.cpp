@@ -3,13 +3,13 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
 
 #include "host/base/errors.h"
 #include "host/base/json_reader.h"
+#include "host/base/machine.h"
 #include "host/hands/gesture.h"
 #include "host/hands/recording.h"
 #include "host/solver/between.h"
@@ -185,12 +185,16 @@ class Keeper {
     {
     }
 
-    double wall() const { return before + since(begin); }  // with that of an earlier run [s]
+    double wall() const
+    {
+        return before + wall_seconds() - begin;
+    }  // with that of an earlier run [s]
 
     void after(const Frame& f)
     {
         if (!run.may_go_on(f)) return;
-        if (since(saved) >= rule.checkpoint) keep(run.record);
+        // In place when it is due.
+        if (wall_seconds() - saved + took >= rule.checkpoint) keep(run.record);
         // Who cuts frames short is on the host, where copies are cheap.
         if (!solver.clay()) whole = solver.snapshot(), depths = run.record.depths;
     }
@@ -209,16 +213,12 @@ class Keeper {
     }
 
   private:
-    using Clock = std::chrono::steady_clock;
-    static double since(Clock::time_point start)
-    {
-        return std::chrono::duration<double>(Clock::now() - start).count();
-    }
     void keep(RunRecord& record)
     {
         record.wall = wall();
+        saved = wall_seconds();
         watch.checkpoint(record);
-        saved = Clock::now();
+        took = wall_seconds() - saved;
     }
 
     Solver& solver;
@@ -226,8 +226,8 @@ class Keeper {
     const RunRule& rule;
     const RunWatch& watch;
     const double before;
-    const Clock::time_point begin = Clock::now();
-    Clock::time_point saved = begin;
+    const double begin = wall_seconds();
+    double saved = begin, took = 0;         // the last: when, and how long it was written [s]
     std::shared_ptr<const Snapshot> whole;  // after the last whole frame
     DepthCount depths;                      // then
 };

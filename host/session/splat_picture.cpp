@@ -16,25 +16,29 @@ Eye<float> eye_of(const Camera& camera)
 
 }  // namespace
 
-Image image_of(const std::vector<Picture>& pictures)
+Image image_of(const std::vector<Picture>& pictures, const std::function<bool()>& stop)
 {
     Image image{0, pictures.at(0).height, {}};
     for (const Picture& p : pictures) image.width += p.width;
+    image.rgb.resize(std::size_t(3) * std::size_t(image.width) * std::size_t(image.height));
     const auto byte = [](float c) { return std::uint8_t(std::lround(255 * clamp(c, 0.0f, 1.0f))); };
-    for (int y = 0; y < image.height; ++y)
+    std::uint8_t* to = image.rgb.data();
+    for (int y = 0; y < image.height && !(stop && stop()); ++y)
         for (const Picture& p : pictures)
             for (int x = 0; x < p.width; ++x) {
                 const Vec3<float> c =
                     p.colour[std::size_t(y) * std::size_t(p.width) + std::size_t(x)];
-                image.rgb.insert(image.rgb.end(), {byte(c.x), byte(c.y), byte(c.z)});
+                for (const float of : {c.x, c.y, c.z}) *to++ = byte(of);
             }
     return image;
 }
 
 Image with_splats(const Image& image, const std::vector<float>& depths, const Camera& camera,
-                  const SplatCloud& cloud, const std::vector<Gaussian<double>>& gaussians)
+                  const SplatCloud& cloud, const std::vector<Gaussian<double>>& gaussians,
+                  const std::function<bool()>& stop)
 {
     SplatFrame frame;
+    frame.stop = stop;
     frame.eyes = {eye_of(camera)};
     frame.rule.antialiased = cloud.antialiased;
     Backdrop behind;
@@ -49,7 +53,7 @@ Image with_splats(const Image& image, const std::vector<float>& depths, const Ca
         frame.moved_centre.push_back(cast<float>(g.x));
         frame.moved_F.push_back({cast<float>(g.F.a), cast<float>(g.F.b), cast<float>(g.F.c)});
     }
-    return image_of(cpu_raster(cloud, frame));
+    return image_of(cpu_raster(cloud, frame), stop);
 }
 
 }  // namespace knead

@@ -184,6 +184,7 @@ std::vector<Picture> cpu_raster(const SplatCloud& cloud, const SplatFrame& frame
         const bool all = frame.hidden.empty() || frame.hidden[e].empty();
 #pragma omp parallel for schedule(dynamic, 1)
         for (int row = 0; row < rows; ++row) {
+            if (frame.stopped()) continue;
             const std::vector<std::vector<int>> lists =
                 listed(seen, row, columns, rows,
                        all ? nullptr : frame.hidden[e].data() + std::ptrdiff_t(row) * columns);

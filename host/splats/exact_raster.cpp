@@ -73,6 +73,7 @@ std::vector<Picture> exact_raster(const SplatCloud& cloud, const SplatFrame& fra
         const bool has_mesh = !frame.behind.empty() && !frame.behind[e].depth.empty();
 #pragma omp parallel for schedule(dynamic, 1)
         for (int y = 0; y < eye.height; ++y) {
+            if (frame.stopped()) continue;
             std::vector<Touch> all;
             for (int x = 0; x < eye.width; ++x) {
                 const std::size_t at = std::size_t(y) * std::size_t(eye.width) + std::size_t(x);

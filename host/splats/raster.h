@@ -1,5 +1,6 @@
 // Pictures of splats. Every form of the rasteriser takes a SplatFrame and gives a Picture per eye.
 #pragma once
+#include <functional>
 #include <vector>
 
 #include "cuda/splats/blend.h"
@@ -28,6 +29,11 @@ struct SplatFrame {
     // Per eye, of its tiles, rows from the top: 1 where nobody sees one. It may then be left empty,
     // and is on the CPU. No tiles, or no eyes: all is seen.
     std::vector<std::vector<char>> hidden;
+    // On the CPU, asked before every row of tiles or pixels, by several threads: true leaves what
+    // follows undrawn. Who has it so throws the picture away.
+    std::function<bool()> stop;
+
+    bool stopped() const { return stop && stop(); }
 };
 
 struct Picture {

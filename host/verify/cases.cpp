@@ -3,10 +3,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 
 #include "cuda/mpm/material.h"
+#include "host/base/machine.h"
 #include "host/solver/audit.h"
 #include "host/solver/guards.h"
 #include "host/solver/reference.h"
@@ -135,9 +135,8 @@ double energy_of(const std::vector<Particle<double>>& all, const Setup& s)
 
 Outcome outcome_of(const Verification& v, const Case& c, double limit, bool in_double)
 {
-    using Clock = std::chrono::steady_clock;
-    const auto begun = Clock::now();
-    const auto spent = [&] { return std::chrono::duration<double>(Clock::now() - begun).count(); };
+    const double begun = wall_seconds();
+    const auto spent = [&] { return wall_seconds() - begun; };
     Outcome o;
     Resting rest;
     try {

@@ -6,10 +6,11 @@
 #include <Eigen/SVD>
 #include <algorithm>
 #include <array>
-#include <chrono>
 #include <cmath>
 #include <map>
 #include <optional>
+
+#include "host/base/machine.h"
 
 namespace knead {
 namespace {
@@ -84,10 +85,9 @@ Squeezed followed(const Verification& v, const SqueezeRule& rule, Setup s, Place
     result.apart = s.lattice.dx / rule.per_axis;
     for (const Particle<double>& q : s.particles) result.from.push_back(q.x - middle);
     const auto solver = rule.in_double ? v.reference(s) : v.solver(s);
-    const auto begun = std::chrono::steady_clock::now();
+    const double begun = wall_seconds();
     result.stats = drive(*solver, 1.0 / 60, end, at, [](double) { return true; });
-    result.seconds =
-        std::chrono::duration<double>(std::chrono::steady_clock::now() - begun).count();
+    result.seconds = wall_seconds() - begun;
     for (const Particle<double>& q : by_id(*solver)) result.to.push_back(q.x - middle);
     return result;
 }

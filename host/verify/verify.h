@@ -1,10 +1,10 @@
 // knead verify: accuracy, convergence, error against run time, stability.  docs/verify.md
 #pragma once
-#include <chrono>
 #include <nlohmann/json_fwd.hpp>
 #include <string>
 #include <vector>
 
+#include "host/base/machine.h"
 #include "host/session/device.h"
 #include "host/verify/check.h"
 
@@ -38,7 +38,7 @@ class Verification {
     // Adds a line; its seconds are those since the one before, or since lap().
     void add(Check check);
     void add(VerifyRow row) { rows.push_back(std::move(row)); }
-    void lap() { mark = std::chrono::steady_clock::now(); }
+    void lap() { mark = wall_seconds(); }
     void say(const std::string& text) const;  // on stderr
 
     std::unique_ptr<Solver> solver(Setup setup) const;     // on the device of the options
@@ -52,7 +52,7 @@ class Verification {
     std::vector<VerifyRow> rows;
 
   private:
-    std::chrono::steady_clock::time_point mark = std::chrono::steady_clock::now();
+    double mark = wall_seconds();
 };
 
 // A part of a suite: one file's checks. Parts that are not quick run only without --quick.

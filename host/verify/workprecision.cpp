@@ -4,9 +4,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <chrono>
 
 #include "host/base/interrupt.h"
+#include "host/base/machine.h"
 #include "host/verify/front.h"
 
 namespace knead {
@@ -118,19 +118,15 @@ std::unique_ptr<Solver> solver_by(const Verification& v, const FrontRule& rule, 
 double timed_drive(Solver& solver, double frame, double end,
                    const std::function<bool(double)>& look)
 {
-    using Clock = std::chrono::steady_clock;
-    const auto since = [](Clock::time_point begun) {
-        return std::chrono::duration<double>(Clock::now() - begun).count();
-    };
     double looked = 0;
-    const auto begun = Clock::now();
+    const double begun = wall_seconds();
     drive(solver, frame, end, [&](double t) {
-        const auto now = Clock::now();
+        const double now = wall_seconds();
         const bool goes_on = look(t);
-        looked += since(now);
+        looked += wall_seconds() - now;
         return goes_on;
     });
-    return since(begun) - looked;
+    return wall_seconds() - begun - looked;
 }
 
 FrontScene squeeze_front(Verification& v)

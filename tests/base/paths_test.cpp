@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 #include "host/base/outputs.h"
 #include "tests/folder.h"
 
@@ -43,6 +45,16 @@ TEST_F(Elsewhere, WhatComesWithTheProgramIsFound)
         EXPECT_EQ(found.filename(), "squeeze.json");
     }
     EXPECT_TRUE(fs::is_regular_file(file_or_shipped("squeeze.hands")));
+}
+
+TEST_F(Elsewhere, TheScenesThatComeWithTheProgramAreNamedInTheirOrder)
+{
+    const std::vector<std::string> names = shipped_scenes();
+    EXPECT_TRUE(std::is_sorted(names.begin(), names.end()));
+    for (const char* name : {"ground", "pot", "squeeze"})
+        EXPECT_NE(std::find(names.begin(), names.end(), name), names.end()) << name;
+    for (const std::string& name : names)
+        EXPECT_TRUE(fs::is_regular_file(file_or_shipped(name))) << name;
 }
 
 TEST_F(Elsewhere, AFileOfTheUsersComesFirstAndNoOtherFolderIsSearched)

@@ -70,4 +70,44 @@ for signal in INT:2 TERM:15 HUP:1; do
         "partial results, $whole_ends after the last frame"
     [ $early_ends -gt 0 ] && [ $whole_ends -gt 0 ] || wrong "${signal%:*}: not at every stage"
 done
+# While a huge picture is drawn or written: it is given up, and nothing of it is left.
+row='\0\0\200\77\0\0\0\100\0\0\100\100\0\0\200\77\0\0\200\77\0\0\200\77\377\0\200\377'
+printf "$row\\377\\200\\200\\200" >one.splat
+# sent SIGNAL CODE SECONDS ARGUMENT...: the signal comes so long after the program's first word, or
+# start where it says none; it ends with that code, and says how long that took.
+sent() {
+    local signal=$1 expected=$2 seconds=$3
+    shift 3
+    here="$signal after $seconds s: knead $1"
+    set -m
+    "$program" "$@" >said 2>complained </dev/null &
+    local process=$!
+    if [ "$1" != render ]; then
+        for _ in $(seq 600); do [ -s said ] || [ -s complained ] && break || sleep 0.05; done
+    fi
+    sleep "$seconds"
+    local begin=$EPOCHREALTIME
+    kill -s "$signal" $process
+    wait $process
+    code=$?
+    set +m
+    took=$(awk -v a="$begin" -v b="$EPOCHREALTIME" 'BEGIN { print b - a }')
+    [ $code -eq "$expected" ] || wrong "$here: exit $code instead of $expected"
+    find . -name '*.partial-*' | grep -q . && wrong "$here: left $(find . -name '*.partial-*')"
+}
+for seconds in 0.1 0.3 0.5 0.8 1.1; do
+    sent INT 130 $seconds render one.splat --out huge.png --size 8192x4096 --device cpu -q
+    [ ! -e huge.png ] || wrong "$here: a picture is there"
+    echo "render: $took s after the signal"
+done
+
+# A terminal that closes ends the measuring and the checking; what there is by then is kept.
+sent HUP 129 0.2 bench stages --device cpu --quick --out measured --threads 1
+grep -q '"the rest: interrupted"' measured/bench.json || wrong "$here: it does not say so"
+[ -s measured/bench.csv ] || wrong "$here: no table"
+echo "bench: $took s after the signal"
+sent HUP 129 0.2 verify --device cpu --quick --out verified --threads 1
+[ -s verified/verify.csv ] && [ -s verified/report.md ] || wrong "$here: no results"
+grep -q '"schema": "knead.verify/1"' verified/verify.json || wrong "$here: no verify.json"
+echo "verify: $took s after the signal"
 concluded

@@ -37,6 +37,15 @@ refuses 2 'expected path.key=value' run ball.json --device cpu --set nothing
 refuses 2 'expected path.key=value' run ball.json --device cpu --set domain..cells=3
 refuses 3 'expected an index below 1' run ball.json --device cpu --set objects.7.diameter=1
 refuses 3 empty run --resume empty
+for name in sqeeze sqeeze.json scenes/sqeeze.json; do
+    for verb in run view vr info; do
+        refuses 3 "$name: no such file, and no such scene: \"squeeze\" is meant?" $verb $name
+    done
+done
+refuses 3 'sqeeze.ply: no such file' info sqeeze.ply
+grep -q 'is meant' complained && wrong "a scene is meant where a mesh was asked for"
+refuses 3 'nothing like it: no such file' run 'nothing like it'
+grep -q 'is meant' complained && wrong "a scene is meant of quite another name"
 refuses 2 "keeps none" run ball.json --device cpu:double --out r --checkpoint 2
 rm -r r  # that is said when the folder is there
 

@@ -31,7 +31,7 @@ cat >"$out/press" <<END
 0.6 button left down
 0.85 lose
 END
-small=(--set domain.cells=16 --set surface.nodes=32 --size 320x240 --device cpu)
+small=(--cells 16 --set surface.nodes=32 --size 320x240 --device cpu)
 "$knead" view scenes/squeeze.json "${small[@]}" --script "$out/press" --frames 80 \
     --screenshot "$out/end.png" >"$out/said.txt" 2>"$out/errors.txt"
 rc=$?
@@ -40,16 +40,50 @@ if grep -q "OpenGL 4.5" "$out/errors.txt"; then cat "$out/errors.txt"; exit 77; 
 grep -q "^80 frames drawn by .* 80 simulated.* 0 cut short.* 0 OpenGL errors" "$out/said.txt" ||
     fail "what was said"
 grep -q " 0 particle-substeps" "$out/said.txt" && fail "the hand touched nothing"
+grep -q "about .* s a frame on this machine" "$out/errors.txt" || fail "no time of a frame is said"
 [ -s "$out/begin.png" ] && [ -s "$out/end.png" ] || fail "no pictures"
 cmp -s "$out/begin.png" "$out/end.png" && fail "the pictures are the same"
 
-# The same script gives the same clay.
+# The same script gives the same clay, and --cells what --set gives.
 before=$(grep -o "[0-9]* particle-substeps" "$out/said.txt")
-"$knead" view scenes/squeeze.json "${small[@]}" --script "$out/press" --frames 80 \
-    --screenshot "$out/again.png" >"$out/said.txt" 2>"$out/errors.txt"
+"$knead" view scenes/squeeze.json --set domain.cells=16 "${small[@]:2}" --script "$out/press" \
+    --frames 80 --screenshot "$out/again.png" >"$out/said.txt" 2>"$out/errors.txt"
 grep -q "begin.png" "$out/errors.txt" && fail "$(cat "$out/errors.txt")"
 grep -q " $before" "$out/said.txt" || fail "another run of the script: not $before"
 cmp -s "$out/end.png" "$out/again.png" || fail "another run of the script: another picture"
+
+# By keys: a film by an ffmpeg that keeps its pictures as they are, a picture, a pause, a step, a
+# turn; what is made without a name gets the first that is free.
+mkdir "$out/bin" "$out/here"
+printf '#!/bin/sh\nfor to; do :; done\nexec cat >"${to#file:}"\n' >"$out/bin/ffmpeg"
+chmod +x "$out/bin/ffmpeg"
+cat >"$out/keys" <<END
+0.1 key v tap
+0.15 key f12 tap
+0.2 key e down
+0.25 key t down
+0.3 key e up
+0.32 key t up
+0.4 key v tap
+0.45 key p tap
+0.46 key home tap
+0.5 key space tap
+0.6 key n tap
+0.7 key v tap
+END
+knead=$(realpath "$knead")
+tree=$PWD
+(cd "$out/here" && PATH=$out/bin:$PATH "$knead" view "$tree/scenes/squeeze.json" "${small[@]}" \
+    --script "$out/keys" --frames 80) >"$out/said.txt" 2>"$out/errors.txt"
+[ $? -eq 0 ] || fail "view by keys"
+simulated=$(sed -n 's/^80 frames drawn by .* \([0-9]*\) simulated.*/\1/p' "$out/said.txt")
+[ "$simulated" -ge 40 ] && [ "$simulated" -le 50 ] || fail "$simulated simulated, paused at 0.5 s"
+[ "$(cd "$out/here" && echo *)" = "knead_0001.mp4 knead_0001.png knead_0002.mp4" ] ||
+    fail "made: $(ls "$out/here")"
+# 30 a second, 0.3 s; the other one until the end, 0.19 s.
+pictures=$(($(stat -c %s "$out/here/knead_0001.mp4") / (3 * 320 * 240)))
+[ $pictures -ge 8 ] && [ $pictures -le 11 ] || fail "a film of $pictures pictures"
+[ -s "$out/here/knead_0002.mp4" ] || fail "no film where it is not ended"
 
 : >"$out/still"
 # Splats: a floor that stands still becomes clay at the recorded rod, a pot is squeezed and split.

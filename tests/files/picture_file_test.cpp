@@ -1,8 +1,10 @@
 // PNG files and videos: what is read back is what was written, and what fails is named.
 #include <gtest/gtest.h>
 #include <png.h>
+#include <time.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
@@ -121,6 +123,49 @@ TEST_F(PictureFile, APngThatCannotBeWrittenNamesPathAndReasonAndLeavesNothing)
         EXPECT_PRED2(says, error(path("locked/a.png")), "Permission denied");
     }
     fs::permissions(path("locked"), fs::perms::owner_all);
+}
+
+// Rows that nothing compresses, as wide as pictures get.
+Image noise(int width, int height)
+{
+    Image image = plain(width, height, 0);
+    std::uint32_t state = 1;
+    for (std::uint8_t& c : image.rgb)
+        state = state * 1664525 + 1013904223, c = std::uint8_t(state >> 24);
+    return image;
+}
+
+double thread_seconds()
+{
+    timespec t{};
+    clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
+    return double(t.tv_sec) + 1e-9 * double(t.tv_nsec);
+}
+
+TEST_F(PictureFile, AHugePngIsGivenUpSoonAndLeavesTheOldOne)
+{
+    const Image image = noise(8192, 1024);
+    write_png(path("a.png"), plain(3, 3, 9));
+    double asked = thread_seconds(), longest = 0;
+    int asks = 0;
+    const auto after = [&](int rows) {
+        return [&, rows] {
+            const double now = thread_seconds();
+            longest = std::max(longest, now - asked), asked = now;
+            return ++asks > rows;
+        };
+    };
+    EXPECT_FALSE(write_png(path("a.png"), image, after(500)));
+    longest = std::max(longest, thread_seconds() - asked);
+    EXPECT_EQ(asks, 501);
+    EXPECT_LT(longest, 0.1) << "seconds of the processor from row to row, and to the end";
+    EXPECT_EQ(read_png(path("a.png")).width, 3);
+    EXPECT_EQ(files(), 1);
+
+    EXPECT_FALSE(write_png(path("b.png"), gradient(8, 4), [] { return true; }));
+    EXPECT_EQ(files(), 1);
+    EXPECT_TRUE(write_png(path("b.png"), gradient(8, 4), [] { return false; }));
+    EXPECT_EQ(read_png(path("b.png")).rgb, gradient(8, 4).rgb);
 }
 
 TEST_F(PictureFile, ADiskThatRunsFullLeavesTheOldPicture)

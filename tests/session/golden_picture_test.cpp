@@ -64,7 +64,10 @@ bool renews() { return std::getenv("KNEAD_RENEW_PICTURES") != nullptr; }
 void expect_kept(const Image& image, const std::string& name)
 {
     const std::string kept = "tests/golden/" + name + ".png";
-    if (renews()) return write_png(kept, image);
+    if (renews()) {
+        write_png(kept, image);
+        return;
+    }
     const std::string why = difference(image, read_png(kept));
     if (why.empty()) return;
     std::filesystem::create_directories("out/golden");

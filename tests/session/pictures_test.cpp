@@ -105,5 +105,24 @@ TEST_F(Pictures, ACameraThatSeesNothingCostsItsPictures)
     EXPECT_EQ(writer.count(), 0);
 }
 
+TEST_F(Pictures, OneThatIsGivenUpIsNotThere)
+{
+    if (drawn_by().empty()) GTEST_SKIP() << "no OpenGL";
+    const Scene small = scene();
+    FrameWriter writer(small, path("pictures"), "", 30);
+    // Given up at each moment at which it can be, until it never is: drawing, then row by row.
+    int given_up = 0;
+    for (int last = 0;; last += 20, ++given_up) {
+        int asked = 0;
+        writer.give_up_when([&] { return asked++ == last; });
+        if (reason<PictureError>([&] { writer.add(Frame{}, {}); }).empty()) break;
+        ASSERT_TRUE(std::filesystem::is_empty(path("pictures"))) << last;
+        ASSERT_LT(last, 10000);
+    }
+    EXPECT_GE(given_up, small.picture_height / 20) << "not asked before every row";
+    EXPECT_EQ(writer.count(), 1);
+    EXPECT_TRUE(std::filesystem::exists(path("pictures/frame_00000.png")));
+}
+
 }  // namespace
 }  // namespace knead

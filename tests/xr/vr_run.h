@@ -65,18 +65,20 @@ inline Red red_of(const Pixels& picture)
     return red;
 }
 
+// A head that looks down at the clay, and the recorded squeeze.
+inline Json squeeze()
+{
+    return {{"hands", "scenes/squeeze.hands"},
+            {"width", 192},
+            {"height", 192},
+            {"head", {{{"time", 0}, {"at", {0, 0.2, 0.36}}, {"tilt", -29}}}}};
+}
+
 class KneadVr : public InFolder {
   protected:
-    std::vector<std::string> scene{"scenes/squeeze.json",
-                                   "--set",
-                                   "domain.cells=16",
-                                   "--set",
-                                   "surface.nodes=32",
-                                   "--device",
-                                   "cpu",
-                                   "--deterministic",
-                                   "--threads",
-                                   "1"};
+    std::vector<std::string> scene{"scenes/squeeze.json", "--cells",  "16",  "--set",
+                                   "surface.nodes=32",    "--device", "cpu", "--deterministic",
+                                   "--threads",           "1"};
 
     // Runs `knead vr` on the squeeze under a script; `report` is what it said.
     int vr(Json script, const std::vector<std::string>& more)
@@ -101,6 +103,26 @@ class KneadVr : public InFolder {
         std::ifstream lines(path("log"));
         for (std::string line; std::getline(lines, line);) log.push_back(Json::parse(line));
         return code;
+    }
+    // What it says on stderr while three frames are shown.
+    std::string messages(const std::vector<std::string>& more)
+    {
+        std::ofstream(path("script.json")) << squeeze().dump();
+        std::vector<std::string> words{"sh",
+                                       "-c",
+                                       "\"$@\" 2>&1 >\"$0\"",
+                                       path("said"),
+                                       "env",
+                                       "XR_RUNTIME_JSON=" KNEAD_XR_RUNTIME,
+                                       "KNEAD_REPLAY_SCRIPT=" + path("script.json"),
+                                       KNEAD_XR_PROGRAM,
+                                       "vr"};
+        words.insert(words.end(), scene.begin(), scene.end());
+        words.insert(words.end(), {"--binding", "egl", "--frames", "3"});
+        words.insert(words.end(), more.begin(), more.end());
+        std::string said;
+        EXPECT_EQ(output_of(words, said, 300), exit_ok) << said;
+        return said;
     }
     // The hash of the state to which `knead run` brings the recorded hands.
     std::string replayed(const std::string& hands)
@@ -128,15 +150,6 @@ class KneadVr : public InFolder {
     Json report;
     std::vector<Json> log;
 };
-
-// A head that looks down at the clay, and the recorded squeeze.
-inline Json squeeze()
-{
-    return {{"hands", "scenes/squeeze.hands"},
-            {"width", 192},
-            {"height", 192},
-            {"head", {{{"time", 0}, {"at", {0, 0.2, 0.36}}, {"tilt", -29}}}}};
-}
 
 // A right hand whose index finger goes through what is at each of `targets` of the panel, and back,
 // one after the other: 60 frames each.

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #ifdef KNEAD_XR_PROGRAM
+#include <algorithm>
 #include <cstdlib>
 
 #include "tests/xr/vr_run.h"
@@ -75,6 +76,19 @@ TEST_F(KneadVr, draws_what_its_goldens_show)
         EXPECT_LT(sum / double(seen.rgb.size()), 1.5) << name;
         EXPECT_LT(far_off, 0.01 * double(seen.rgb.size())) << name;
     }
+}
+
+TEST_F(KneadVr, says_before_what_a_frame_takes_on_the_cells_that_are_asked_for)
+{
+    ASSERT_EQ(vr(squeeze(), {"--frames", "3"}), exit_ok);
+    const Json& settings = report["settings"];
+    EXPECT_NE(std::find(settings.begin(), settings.end(), "domain.cells=16"), settings.end());
+    const int coarse = report["simulation"]["particles"];
+    scene[2] = "32";
+    ASSERT_EQ(vr(squeeze(), {"--frames", "3"}), exit_ok);
+    EXPECT_NEAR(double(report["simulation"]["particles"]) / coarse, 8, 0.5);
+    EXPECT_NE(messages({}).find(" s a frame on this machine"), std::string::npos);
+    EXPECT_EQ(messages({"--quiet"}).find("on this machine"), std::string::npos);
 }
 
 struct Strike {

@@ -1,8 +1,8 @@
 // Frames that take long are looked in on while they run, and cut where who watches them asks.
-#include <chrono>
 #include <thread>
 
 #include "cuda/device/device.cuh"
+#include "host/base/machine.h"
 #include "host/solver/gpu/solver.cuh"
 
 namespace knead::gpu {
@@ -12,12 +12,6 @@ namespace {
 // headset shows are over by then.
 constexpr double patience = 0.03, every = 0.02;
 
-double now()
-{
-    return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch())
-        .count();
-}
-
 }  // namespace
 
 // Returns when the frame is over, or soon after; nothing is watched where nobody asked for it. A
@@ -26,12 +20,12 @@ void GpuSolver::watch(int slot)
 {
     const Frame& f = frames[slot];
     if (!watched()) return;
-    const double start = now();
+    const double start = wall_seconds();
     double last = start + patience - every;
     while (!is_over(f.done, "substeps")) {
         std::this_thread::yield();
-        if (now() - last < every) continue;
-        last = now();
+        if (wall_seconds() - last < every) continue;
+        last = wall_seconds();
         const auto* clock = store.views().clock;
         check(cudaMemcpyAsync(seen.data(), clock, sizeof(Clock), cudaMemcpyDeviceToHost, asking),
               "a look at a frame");
