@@ -1,9 +1,9 @@
 #include "host/session/headset_loop.h"
 
-#include <chrono>
 #include <cmath>
 #include <limits>
 
+#include "host/base/machine.h"
 #include "host/session/headset_eyes.h"
 #include "host/session/headset_hands.h"
 #include "host/session/headset_hold.h"
@@ -45,7 +45,6 @@ class HeadsetLoop {
     void tell_hands();
     void obey(const PanelCommand& command, const Sight& sight);
     void look_for_end(const News& news);
-    double wall() const;
 
     HeadsetLoopRule rule;
     std::unique_ptr<Headset> headset;
@@ -78,12 +77,6 @@ class HeadsetLoop {
     std::string undrawn;   // why nothing is, if so
 };
 
-double HeadsetLoop::wall() const
-{
-    return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch())
-        .count();
-}
-
 HeadsetLoop::HeadsetLoop(std::shared_ptr<const LiveScene> scene, HeadsetLoopRule by)
     : rule(std::move(by)),
       headset(Headset::open(rule.headset)),
@@ -96,7 +89,7 @@ HeadsetLoop::HeadsetLoop(std::shared_ptr<const LiveScene> scene, HeadsetLoopRule
 {
     eyes = std::make_unique<HeadsetEyes>(*headset, rule.samples, rule.device);
     LiveRule lived = live_rule(
-        rule, [this] { return clock.now(wall()); },
+        rule, [this] { return clock.now(wall_seconds()); },
         [this](const HandAction& done) { record.act(done); });
     const Sharing sharing = eyes->sharing();
     lived.on_device = sharing.shared;
@@ -167,11 +160,11 @@ bool HeadsetLoop::turn()
 void HeadsetLoop::frame(const News& news)
 {
     FrameParts parts;
-    const double start = wall();
+    const double start = wall_seconds();
     tick = headset->begin();
-    const double begun = wall();
+    const double begun = wall_seconds();
     const Sight sight = headset->locate();
-    const double located = wall();
+    const double located = wall_seconds();
     if (place_anew && sight.located) {
         if (floor != headset->facts().floor) rule.tell("the runtime knows no floor of the room");
         floor = headset->facts().floor;
@@ -183,9 +176,9 @@ void HeadsetLoop::frame(const News& news)
     // Nobody shapes what nobody sees: without the headset worn and in view, time stands still.
     const bool runs = news.visible && news.worn && !leaving && !paused;
     simulate(sight, runs, parts);
-    const double simulated = wall();
+    const double simulated = wall_seconds();
     const bool shown = sight.draw && draw(sight, parts.scale);
-    const double drawn = wall();
+    const double drawn = wall_seconds();
 
     Drawn done;
     done.eyes = shown, done.scale = parts.scale;
@@ -196,7 +189,7 @@ void HeadsetLoop::frame(const News& news)
     headset->end(done);
     parts.wait = begun - start, parts.locate = located - begun;
     parts.simulate = simulated - located, parts.draw = drawn - simulated;
-    parts.submit = wall() - drawn, parts.period = tick.period;
+    parts.submit = wall_seconds() - drawn, parts.period = tick.period;
     if (shown && runs) end.figures.add(parts);
 }
 
@@ -240,7 +233,7 @@ void HeadsetLoop::simulate(const Sight& sight, bool runs, FrameParts& parts)
     follow_history();
     const double now = time.frame(tick.time, runs && ran);
     ran = runs;
-    if (!rule.stepped) clock.set(now, wall(), runs ? tick.period : 0);
+    if (!rule.stepped) clock.set(now, wall_seconds(), runs ? tick.period : 0);
     push(hand_frame(sight, workplace, now), runs, now);
     if (rule.stepped && runs) live->advance_to(now);
     if (runs) record.simulated(now);

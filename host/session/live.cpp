@@ -6,6 +6,7 @@
 #include <stdexcept>
 
 #include "host/base/errors.h"
+#include "host/base/machine.h"
 #include "host/scene/foresight.h"
 #include "host/scene/seed.h"
 #include "host/session/live_run.h"
@@ -15,12 +16,6 @@ namespace knead {
 namespace {
 
 constexpr std::size_t most_waiting = 1024;  // frames of hands
-
-double steady_now()  // [s]
-{
-    return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch())
-        .count();
-}
 
 std::string reason_of(const std::exception_ptr& failure)
 {
@@ -66,7 +61,7 @@ Meshes meshes_of(const LiveState& state)
 }
 
 LiveSession::LiveSession(std::shared_ptr<const LiveScene> of, LiveRule by)
-    : rule(std::move(by)), epoch(steady_now()), scene(std::move(of)), paused(rule.paused)
+    : rule(std::move(by)), epoch(wall_seconds()), scene(std::move(of)), paused(rule.paused)
 {
     published.store(std::make_shared<const LiveState>());
     thread = std::thread([this] { live(); });
@@ -82,7 +77,7 @@ LiveSession::~LiveSession()
     thread.join();
 }
 
-double LiveSession::now() const { return rule.clock ? rule.clock() : steady_now() - epoch; }
+double LiveSession::now() const { return rule.clock ? rule.clock() : wall_seconds() - epoch; }
 
 void LiveSession::push(const HandFrame& hands)
 {

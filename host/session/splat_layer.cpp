@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "cuda/splats/spread.h"
+#include "host/base/machine.h"
 
 namespace knead {
 namespace {
@@ -105,7 +106,6 @@ SplatFrame SplatDrawer::frame_of(const std::vector<EyeView>& views, const SplatM
 SplatLayer SplatDrawer::layer(const EyeView& view, const SplatMotion& motion, bool whole,
                               HiddenTiles* hidden)
 {
-    using Clock = std::chrono::steady_clock;
     scale_ = whole ? 1 : pace_.scale();
     SplatFrame frame = frame_of({view}, motion);
     if (motion.device) motion.device->fetch(frame);
@@ -114,10 +114,10 @@ SplatLayer SplatDrawer::layer(const EyeView& view, const SplatMotion& motion, bo
         coarse.width = frame.eyes[0].width, coarse.height = frame.eyes[0].height;
         frame.hidden = {hidden->of(coarse)};
     }
-    const Clock::time_point begin = Clock::now();
+    const double begin = wall_seconds();
     const SplatLayer made =
         layer_of(gpu_ ? gpu_->pictures(frame).front() : cpu_raster(cloud_, frame).front());
-    seconds_ = std::chrono::duration<double>(Clock::now() - begin).count();
+    seconds_ = wall_seconds() - begin;
     if (!whole) pace_.took(seconds_);
     return made;
 }
