@@ -22,7 +22,7 @@ step() {
     exit 1
 }
 
-install "${build_packages[@]}" libgtest-dev doxygen xvfb
+install "${build_packages[@]}" libgtest-dev doxygen xvfb libopenal1
 
 settings=(-DCMAKE_BUILD_TYPE=Release -DKNEAD_WERROR=ON -DKNEAD_UNITED=ON)
 nvcc=$(command -v nvcc || ls /usr/local/cuda/bin/nvcc 2>/dev/null)

@@ -1,5 +1,6 @@
 // Takes the place of the room where OpenXR's headers were not found.
 #include "xr/headset.h"
+#include "xr/sound.h"
 
 namespace knead {
 
@@ -7,6 +8,12 @@ std::unique_ptr<Headset> Headset::open(const HeadsetRule&)
 {
     throw HeadsetError(
         "this program was built without OpenXR (the package libopenxr-dev was not there)");
+}
+
+std::unique_ptr<SoundOut> SoundOut::open(std::string& why)
+{
+    why = "this program was built without OpenXR";
+    return nullptr;
 }
 
 RuntimeFacts runtime_facts()

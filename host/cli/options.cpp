@@ -168,6 +168,7 @@ void add_vr(CLI::App& app, Verb& chosen)
     vr->add_flag("--see-through", o.see_through, "The room behind the clay, where the headset can");
     vr->add_flag("--recorded", o.recorded, "The scene's recorded hands shape it; you watch");
     vr->add_flag("--no-panel", o.no_panel, "Without the panel beside the clay");
+    vr->add_flag("--no-sound", o.no_sound, "Nothing is heard of what hands do to clay");
     vr->add_option("--binding", o.binding, "OpenGL by auto, egl, glx or wgl")
         ->capture_default_str();
     vr->add_option("--eye-scale", o.eye_scale,

@@ -59,6 +59,7 @@ struct VrOptions {
     int threads = 0;                     // 0: all
     bool standing = false, see_through = false, recorded = false, no_panel = false;
     bool hands_only = false;  // records hands, simulates nothing
+    bool no_sound = false;
     bool deterministic = false, overwrite = false, json = false, quiet = false;
 };
 int vr_verb(const VrOptions& options);

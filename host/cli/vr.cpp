@@ -62,6 +62,7 @@ HeadsetLoopRule rule_of(const VrOptions& o, Device device)
     rule.workplace.at = place_of(o.place);
     rule.frames = o.frames;
     rule.panel = !o.no_panel;
+    rule.sound = !o.no_sound;
     rule.least_scale = o.eye_scale;
     rule.samples = o.samples > 0 ? o.samples : device.kind == DeviceKind::cuda ? 4 : 1;
     rule.tell = [quiet = o.quiet](const std::string& text) {

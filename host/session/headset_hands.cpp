@@ -9,10 +9,13 @@
 namespace knead {
 namespace {
 
-// Whether clay is at the tool, within so far [m] of it. Where no surface was made nobody can tell.
-bool at_clay(const LiveTool& tool, const Meshes& clay, float within)
+// Whether clay is at the tool, within so far [m] of it. Where no surface was made nobody can tell,
+// and of one that is on a device only the box about it is known.
+bool at_clay(const LiveTool& tool, const LiveState& state, float within)
 {
-    if (!clay || tool.primitives.empty()) return true;
+    const Meshes& clay = state.meshes;
+    const DeviceMesh* const away = clay ? nullptr : state.on_device.get();
+    if (!(clay || away) || tool.primitives.empty()) return true;
     Vec3<float> low{1e30f, 1e30f, 1e30f}, high = -low;
     std::vector<Shape<float>> shapes;
     for (const DrawPrimitive& p : tool.primitives) {
@@ -25,6 +28,11 @@ bool at_clay(const LiveTool& tool, const Meshes& clay, float within)
         }
         const int last = p.count - 1;
         shapes.push_back(shape(p.count, s[0], s[std::min(1, last)], s[std::min(2, last)]));
+    }
+    if (away) {
+        const Vec3<float> a = away->low(), b = away->high();
+        return !away->empty() && low.x <= b.x && low.y <= b.y && low.z <= b.z && high.x >= a.x &&
+               high.y >= a.y && high.z >= a.z;
     }
     for (const Mesh& mesh : *clay)
         for (const Vec3<float>& x : mesh.vertices) {
@@ -100,25 +108,41 @@ std::vector<HandLook> HeadsetHands::looks()
     return all;
 }
 
-void HeadsetHands::feel(const LiveState& state, float strength[side_count])
+void HeadsetHands::feel(const LiveState& state, Feel felt[side_count])
 {
-    constexpr float contact = 0.5f, yielding = 0.15f, cutting = 0.35f;
-    std::fill(strength, strength + int(side_count), 0.0f);
-    if (state.version == felt) return;
-    felt = state.version;
+    std::fill(felt, felt + int(side_count), Feel::nothing);
+    if (state.version == felt_version) return;
+    felt_version = state.version;
     const FrameStats& stats = state.frame.stats;
     // The surface is where half of the clay's density is: about a node of it away from the clay.
     const float within = 1.5f * state.surface.lattice.dx;
     bool now[side_count] = {false, false}, blade[side_count] = {false, false};
     for (const LiveTool& tool : state.tools) {
-        if (stats.projected == 0 || !tool.active || !at_clay(tool, state.meshes, within)) continue;
+        if (stats.projected == 0 || !tool.active || !at_clay(tool, state, within)) continue;
         now[tool.side] = true, blade[tool.side] = has_blade(tool);
     }
     for (int side = 0; side < side_count; ++side) {
-        const float steady = stats.yielded == 0 ? 0 : blade[side] ? cutting : yielding;
-        if (now[side]) strength[side] = touched[side] ? steady : contact;
+        const Feel steady = stats.yielded == 0 ? Feel::nothing
+                            : blade[side]      ? Feel::cutting
+                                               : Feel::yielding;
+        if (now[side]) felt[side] = touched[side] ? steady : Feel::contact;
         touched[side] = now[side];
     }
+}
+
+float strength_of(Feel feel)
+{
+    switch (feel) {
+        case Feel::nothing:
+            return 0;
+        case Feel::contact:
+            return 0.5f;
+        case Feel::yielding:
+            return 0.15f;
+        case Feel::cutting:
+            return 0.35f;
+    }
+    return 0;
 }
 
 }  // namespace knead

@@ -3,6 +3,7 @@
 #include <optional>
 
 #include "host/hands/filter.h"
+#include "host/session/cue_sound.h"
 #include "host/session/headset_view.h"
 #include "host/session/live.h"
 
@@ -38,9 +39,9 @@ class HeadsetHands {
     void push(const HandFrame& frame);
     // What to draw at the newest time, tool by tool.
     std::vector<HandLook> looks();
-    // How strongly each side should vibrate: at contact of its own that begins, and where clay
-    // yields to it or its blade cuts.
-    void feel(const LiveState& state, float strength[side_count]);
+    // What each side does to clay: contact of its own that begins, then whether clay yields to it
+    // or its blade cuts. Nothing where the state was felt already.
+    void feel(const LiveState& state, Feel felt[side_count]);
 
   private:
     HandsRule by;
@@ -48,7 +49,10 @@ class HeadsetHands {
     HandFade fade[side_count];
     HandFrame newest;
     bool touched[side_count] = {false, false};
-    long felt = -1;  // version of the state
+    long felt_version = -1;  // of the state
 };
+
+// How strongly a controller vibrates, 0 to 1.
+float strength_of(Feel feel);
 
 }  // namespace knead

@@ -11,6 +11,7 @@
 #include "host/session/headset_time.h"
 #include "host/session/panel_desk.h"
 #include "host/solver/audit.h"
+#include "xr/sound.h"
 
 namespace knead {
 namespace {
@@ -43,6 +44,7 @@ class HeadsetLoop {
     void poke(const Sight& sight);
     void hold_clay(const HandFrame& given);
     void tell_hands();
+    void feel(const Sight& sight, float strength[side_count]);
     void obey(const PanelCommand& command, const Sight& sight);
     void look_for_end(const News& news);
 
@@ -75,6 +77,8 @@ class HeadsetLoop {
     bool holding = false;  // hands carry clay, and do not shape it
     int panel_age = 0;     // frames since it was painted; 0: it must be
     std::string undrawn;   // why nothing is, if so
+    CueSound cues;
+    std::unique_ptr<SoundOut> sound;  // null: nothing is heard
 };
 
 HeadsetLoop::HeadsetLoop(std::shared_ptr<const LiveScene> scene, HeadsetLoopRule by)
@@ -94,6 +98,9 @@ HeadsetLoop::HeadsetLoop(std::shared_ptr<const LiveScene> scene, HeadsetLoopRule
     const Sharing sharing = eyes->sharing();
     lived.on_device = sharing.shared;
     if (!sharing.text.empty()) rule.tell(sharing.text);
+    std::string silent;
+    if (rule.sound && !rule.stepped) sound = SoundOut::open(silent);
+    if (!silent.empty()) rule.tell("no sound: " + silent);
     live = std::make_unique<LiveSession>(std::move(scene), std::move(lived));
     live->settle();
     floor = headset->facts().floor;
@@ -184,7 +191,7 @@ void HeadsetLoop::frame(const News& news)
     done.eyes = shown, done.scale = parts.scale;
     if (shown) done.near_z = std::numeric_limits<float>::infinity();
     done.far_z = float(rule.nearest);
-    hands.feel(*state, done.vibrate);
+    feel(sight, done.vibrate);
     parts.left = headset->time_left();
     headset->end(done);
     parts.wait = begun - start, parts.locate = located - begun;
@@ -314,6 +321,23 @@ void HeadsetLoop::obey(const PanelCommand& command, const Sight& sight)
             if (holding) tell_hands();
             if (rule.stepped) live->settle();
     }
+}
+
+// Haptics and sound of what the newest state did.
+void HeadsetLoop::feel(const Sight& sight, float strength[side_count])
+{
+    constexpr float aside = 0.4f;  // so far to a side it is heard from there alone [m]
+    Feel felt[side_count];
+    hands.feel(*state, felt);
+    const Joint<float> head = head_of(sight);
+    for (const Side side : {left, right}) {
+        strength[side] = strength_of(felt[side]);
+        const Hand& hand = sight.hands[std::size_t(side)].hand;
+        const Vec3<float> off = rotate(conjugate(head.q), hand.joints[index_tip].p - head.p);
+        cues.set(side, felt[side], off.x / aside);
+    }
+    if (sound)
+        sound->fill([this](int pairs, std::vector<std::int16_t>& to) { cues.make(pairs, to); });
 }
 
 // False where it cannot be drawn, which is told once.

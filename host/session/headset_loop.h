@@ -30,6 +30,7 @@ struct HeadsetLoopRule {
     int samples = 1;        // of a pixel
     // In real time, where OpenGL is too slow, an eye's sides are drawn down to this share.
     double least_scale = 0.5;
+    bool sound = true;                             // of what hands do to clay, in real time
     std::function<void(const std::string&)> tell;  // messages for people
     std::function<bool()> stop;                    // asked every frame
 };

@@ -156,29 +156,28 @@ TEST(FrameFigures, count_what_came_too_late_and_keep_the_newest)
 TEST(HeadsetHands, feel_contact_where_a_tool_touches)
 {
     HeadsetHands hands{HandsRule{}};
-    float strength[side_count];
+    Feel felt[side_count];
     LiveState state;
     state.version = 1;
     state.tools.push_back({right, "", true, 1, {}});
-    hands.feel(state, strength);
-    EXPECT_EQ(strength[right], 0);
+    hands.feel(state, felt);
+    EXPECT_EQ(felt[right], Feel::nothing);
     state.version = 2, state.frame.stats.projected = 5, state.frame.stats.yielded = 9;
-    hands.feel(state, strength);
-    EXPECT_GT(strength[right], 0.4f);
-    EXPECT_EQ(strength[left], 0);
-    hands.feel(state, strength);
-    EXPECT_EQ(strength[right], 0) << "the same state";
+    hands.feel(state, felt);
+    EXPECT_EQ(felt[right], Feel::contact);
+    EXPECT_EQ(felt[left], Feel::nothing);
+    hands.feel(state, felt);
+    EXPECT_EQ(felt[right], Feel::nothing) << "the same state";
     state.version = 3;
-    hands.feel(state, strength);
-    EXPECT_GT(strength[right], 0);
-    EXPECT_LT(strength[right], 0.4f);
+    hands.feel(state, felt);
+    EXPECT_EQ(felt[right], Feel::yielding);
 }
 
 // Both hands are in the scene; only the one that is at the clay feels it, and a blade feels more.
 TEST(HeadsetHands, feel_each_what_it_touches_itself)
 {
     HeadsetHands hands{HandsRule{}};
-    float strength[side_count];
+    Feel felt[side_count];
     LiveState state;
     state.surface.lattice.dx = 0.01f;
     Mesh clay;
@@ -194,26 +193,26 @@ TEST(HeadsetHands, feel_each_what_it_touches_itself)
     state.frame.stats.projected = 5, state.frame.stats.yielded = 9;
     const auto feel = [&] {
         ++state.version;
-        hands.feel(state, strength);
+        hands.feel(state, felt);
     };
     feel();
-    EXPECT_GT(strength[left], 0.4f);
-    EXPECT_EQ(strength[right], 0) << "far from all clay";
+    EXPECT_EQ(felt[left], Feel::contact);
+    EXPECT_EQ(felt[right], Feel::nothing) << "far from all clay";
     feel();
-    const float pressing = strength[left];
-    EXPECT_GT(pressing, 0);
+    EXPECT_EQ(felt[left], Feel::yielding);
     state.tools[0].held = "knife";
     feel();
-    EXPECT_GT(strength[left], pressing) << "it cuts";
+    EXPECT_EQ(felt[left], Feel::cutting);
+    EXPECT_GT(strength_of(Feel::cutting), strength_of(Feel::yielding));
     state.frame.stats.yielded = 0;
     feel();
-    EXPECT_EQ(strength[left], 0) << "it rests";
+    EXPECT_EQ(felt[left], Feel::nothing) << "it rests";
     state.tools[1].primitives = ball_at({1, 1, 1.06f});
     feel();
-    EXPECT_GT(strength[right], 0.4f) << "its own contact begins";
+    EXPECT_EQ(felt[right], Feel::contact) << "its own contact begins";
     state.tools[1].active = false;
     feel();
-    EXPECT_EQ(strength[right], 0);
+    EXPECT_EQ(felt[right], Feel::nothing);
 }
 
 TEST(HeadsetHands, draw_nothing_before_a_hand_came_and_faintly_before_it_touches)
