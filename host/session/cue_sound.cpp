@@ -8,7 +8,7 @@ namespace knead {
 namespace {
 
 constexpr float per_second = 1.0f / CueSound::rate;
-constexpr int held = CueSound::rate * 6 / 100;  // a rustle that is not told again [samples]
+constexpr int sustained = CueSound::rate * 6 / 100;  // a rustle that is not told again [samples]
 
 // The share of the way that a level goes in a sample, of one that follows within `seconds`.
 float follows(float seconds) { return 1 - std::exp(-per_second / seconds); }
@@ -25,8 +25,8 @@ void CueSound::set(Side side, Feel feel, float right)
     Voice& voice = voices[side];
     voice.right = std::isfinite(right) ? std::clamp(right, -1.0f, 1.0f) : 0;
     if (feel == Feel::contact) voice.strike = 1, voice.phase = 0;
-    if (feel == Feel::yielding) voice.yield_left = held;
-    if (feel == Feel::cutting) voice.cut_left = held;
+    if (feel == Feel::yielding) voice.yield_left = sustained;
+    if (feel == Feel::cutting) voice.cut_left = sustained;
 }
 
 float CueSound::noise()  // -1 to 1

@@ -110,7 +110,7 @@ std::string cost_text(const FrameCost& cost)
 std::string cost_text(const Scene& built, Device device)
 {
     const Setup& setup = built.setup;
-    return cost_text(frame_cost(built, able(setup, device), setup.gaussians.size()));
+    return cost_text(frame_cost(built, device, setup.gaussians.size()));
 }
 
 }  // namespace knead
