@@ -123,7 +123,7 @@ float HeadsetEyes::Parts::scale(const HeadsetPicture& picture)
         return 1;
     }
     if (!pace) pace.emplace(picture.budget, picture.least, 1);
-    constexpr int first = 20;  // pictures, of which some wait for what is loaded then
+    constexpr int first = 4;  // pictures, which wait for what is loaded then
     while (const auto reading = timer->told())
         if (++timed > first && reading->scale == float(pace->scale())) pace->took(reading->seconds);
     return float(pace->scale());
