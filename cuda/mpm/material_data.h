@@ -27,7 +27,7 @@ struct Material {
     R yield;        // von Mises, Herschel-Bulkley: uniaxial yield stress [Pa]
     R hardening;    // von Mises: slope of the yield stress over plastic strain [Pa]; < 0 softens
     R yield_floor;  // von Mises: softening stops here [Pa]
-    R friction;     // Drucker-Prager: |dev tau| <= friction * pressure [1]
+    R friction;     // Drucker-Prager: |dev tau| over pressure in triaxial compression, at most [1]
     R cohesion;     // Drucker-Prager: Hencky volume strain that the cone's tip bears [1]
     R compress, stretch;  // clamp: singular values stay in [1 - compress, 1 + stretch]
     R snow;               // clamp: hardening exponent [1]
