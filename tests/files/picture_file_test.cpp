@@ -193,6 +193,8 @@ TEST_F(PictureFile, AnImageThatContradictsItsSizeIsRefused)
     EXPECT_PRED2(says, error(), "4 x 4 pixels need 48 bytes, but there are 47");
     image.width = -4;
     EXPECT_PRED2(says, error(), "-4 x 4");
+    image = plain(1000001, 1, 0);  // wider than libpng writes any
+    EXPECT_PRED2(says, error(), path("a.png") + ": the picture cannot be written: Invalid IHDR");
     EXPECT_EQ(files(), 0);
 }
 

@@ -1,11 +1,22 @@
 // Without a GPU, or in a build without CUDA, what needs one says so and nothing else happens.
 #include <gtest/gtest.h>
 
+#include <nlohmann/json.hpp>
+
 #include "host/base/errors.h"
+#include "host/base/machine.h"
+#include "host/bench/device.h"
 #include "host/session/device.h"
+#include "host/share/shared_mesh.h"
+#include "host/share/shared_splats.h"
+#include "host/share/sharing.h"
 #include "host/solver/gpu/material.h"
+#include "host/solver/gpu/room.h"
 #include "host/solver/gpu/stages.h"
+#include "host/splats/device_gaussians.h"
+#include "host/splats/gpu_raster.h"
 #include "host/surface/gpu_surface.h"
+#include "tests/reason.h"
 
 namespace knead {
 namespace {
@@ -42,6 +53,30 @@ TEST_F(NoGpu, EveryWayToOneThrows)
     EXPECT_THROW(GpuSurface(setup.particles, setup.materials, rule), std::runtime_error);
     EXPECT_EQ(gpu_waits(), 0);
 }
+
+#ifndef KNEAD_HAS_CUDA
+TEST_F(NoGpu, ABuildWithoutCudaMakesNothingOfTheDevice)
+{
+    const auto refuses = [](auto&& make) {
+        const std::string why = reason<std::runtime_error>(make);
+        EXPECT_NE(why.find("this build has no CUDA side"), std::string::npos) << why;
+    };
+    refuses([&] { gpu_solver(setup, 0, whole_lattice); });
+    refuses([&] { gpu_answers({}, {}, 1.0f); });
+    refuses([] { GpuRaster(SplatCloud{}, 0, 0); });
+    refuses([] { DeviceMesh(nullptr, {}); });
+    refuses([] { const DeviceGaussians none(nullptr); });
+    refuses([] { SharedMesh(0, MeshLayout{}, 0); });
+    refuses([] { SharedSplats(0); });
+    refuses([] { device_facts({DeviceKind::cuda, 0}, 1); });
+    refuses([] { free_memory({DeviceKind::cuda, 0}); });
+    EXPECT_FALSE(sharing(0).shared);
+    EXPECT_NE(sharing(0).text.find("by way of host memory"), std::string::npos);
+    EXPECT_EQ(gpu_bus(), "");
+    EXPECT_FALSE(machine_facts(true)["gpu"].contains("name"));
+    EXPECT_GT(free_memory({DeviceKind::cpu, 0}), std::size_t(1) << 20);
+}
+#endif
 
 TEST_F(NoGpu, AutoIsTheCpuAndCudaIsRefused)
 {
