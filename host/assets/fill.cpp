@@ -100,12 +100,13 @@ std::pair<Int3, Int3> solid_box(const Solid& solid, const Strata& strata)
     return {strata.of(grid.position(low - one)), strata.of(grid.position(high + one)) + one};
 }
 
-// The indicator as a depth: its change by one takes a spacing of the grid or more. A third from the
-// level it is no measure any more; half a stratum still leaves none of them out.
+// The indicator as a depth: most of its change by one is within three spacings of the grid. Near its
+// ends it is no measure; half a stratum lets none of them be left out.
 double depth_in(const Solid& solid, Vec3<double> x, double stratum)
 {
-    const double excess = double(solid.inside(x));
-    return std::abs(excess) < 1.0 / 3 ? excess * solid.grid.h : std::copysign(stratum / 2, excess);
+    const double excess = double(solid.inside(x)), limit = stratum / 2;
+    if (std::abs(excess) > 1.0 / 3) return std::copysign(limit, excess);
+    return clamp(3 * excess * solid.grid.h, -limit, limit);
 }
 
 void fill_solid(const Solid& solid, const FillRule& rule, Strata& strata)

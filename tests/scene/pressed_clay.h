@@ -60,6 +60,7 @@ inline Pressing fingertip(int cells)
     Pressing p{
         clay_scene(cells, ShapeKind::box, {0.5, floor + 3.5 * u, 0.5}, {14 * u, 7 * u, 14 * u}),
         {}};
+    p.scene.setup.gravity = {0, -9.81, 0};
     const auto above = [&](double height) {
         return Vec3<double>{0.5 + 0.2 * u, top + height, 0.5 + 0.1 * u};
     };
