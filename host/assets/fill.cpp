@@ -100,8 +100,8 @@ std::pair<Int3, Int3> solid_box(const Solid& solid, const Strata& strata)
     return {strata.of(grid.position(low - one)), strata.of(grid.position(high + one)) + one};
 }
 
-// The indicator as a depth: most of its change by one is within three spacings of the grid. Near its
-// ends it is no measure; half a stratum lets none of them be left out.
+// The indicator as a depth: most of its change by one is within three spacings of the grid. Near
+// its ends it is no measure; half a stratum lets none of them be left out.
 double depth_in(const Solid& solid, Vec3<double> x, double stratum)
 {
     const double excess = double(solid.inside(x)), limit = stratum / 2;

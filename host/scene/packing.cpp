@@ -16,7 +16,7 @@ using Values = std::vector<float>;
 using Points = std::vector<Vec3<double>>;
 
 constexpr int layers = 2;       // of whole strata under the surface whose particles are moved
-constexpr int iterations = 10;  // of packing
+constexpr int iterations = 12;  // of packing
 constexpr double rate = 6, inertia = 0.6, max_move = 0.2;  // the last in strata
 constexpr Int3 one{1, 1, 1};
 constexpr Vec3<double> half{0.5, 0.5, 0.5};
@@ -67,7 +67,7 @@ Vec3<double> put_inside(const Depth& depth, Vec3<double> x, double h)
 // What of a stratum is inside.
 struct Part {
     double share = 0;       // of its volume
-    Vec3<double> centre{};  // about that of mass, inside [m]
+    Vec3<double> centre{};  // of its mass [m]
 };
 
 Part part_of(const Depth& depth, Int3 s, double h)
@@ -89,7 +89,7 @@ Part part_of(const Depth& depth, Int3 s, double h)
         sum += share, moment = moment + share * x;
     }
     if (sum == 0) return {};
-    return {sum / (n * n * n), put_inside(depth, (1 / sum) * moment, h)};
+    return {sum / (n * n * n), (1 / sum) * moment};
 }
 
 // In [0, 1), and evenly so among neighbours: which of the strata that are cut alike hold a
@@ -104,11 +104,12 @@ double threshold(Int3 s, double offset)
 // A stratum that the surface cuts, and the particle that it may get.
 struct Cut {
     Int3 node;
-    double excess;  // of its share over its threshold
-    Vec3<double> x;
+    double share;
+    double excess;           // of it over the threshold; -1: no place for a particle is known
+    Vec3<double> x, centre;  // the particle's place and that of the part's mass [m]
 };
 
-// The share of every stratum; those of the cut ones that have a place for a particle, in order.
+// The share of every stratum; the cut ones apart, in order.
 std::vector<Cut> measure(const Packing& p, const Depth& depth, const Box& box, Values& shares)
 {
     const double offset = strata::hashed(p.seed, p.object, {}).x;
@@ -117,9 +118,12 @@ std::vector<Cut> measure(const Packing& p, const Depth& depth, const Box& box, V
         const Int3 s = box.low + n;
         const Part part = part_of(depth, s, p.h);
         shares[std::size_t(box.at(n))] = float(part.share);
-        if (part.share > 0 && float(part.share) < 1 && depth(part.centre) >= 0)
-            by_layer[std::size_t(n.z)].push_back(
-                {n, part.share - threshold(s, offset), part.centre});
+        if (part.share == 0 || float(part.share) == 1) return;
+        const Vec3<double> jitter =
+            stratum_place(p.seed, p.object, s, p.h, p.per_cell) - p.h * (real(s) + half);
+        const Vec3<double> x = put_inside(depth, part.centre + jitter, p.h);
+        const double excess = depth(x) >= 0 ? part.share - threshold(s, offset) : -1;
+        by_layer[std::size_t(n.z)].push_back({n, part.share, excess, x, part.centre});
     });
     std::vector<Cut> all;
     for (const std::vector<Cut>& layer : by_layer)
@@ -128,23 +132,27 @@ std::vector<Cut> measure(const Packing& p, const Depth& depth, const Box& box, V
 }
 
 // As many of the cut strata as their volume fills, those first whose share is most above their
-// threshold; still in order.
-void choose(std::vector<Cut>& cuts, const Values& shares)
+// threshold; in order.
+std::vector<Cut> chosen(const std::vector<Cut>& cuts)
 {
     double volume = 0;
-    for (const float share : shares) volume += share < 1 ? double(share) : 0;
-    const auto wanted = std::ptrdiff_t(std::lround(volume));
-    if (wanted >= Size(cuts.size())) return;
     std::vector<double> excess;
-    for (const Cut& c : cuts) excess.push_back(c.excess);
-    std::nth_element(excess.begin(), excess.begin() + wanted, excess.end(), std::greater<>());
-    const double limit = excess[std::size_t(wanted)];
-    std::erase_if(cuts, [limit](const Cut& c) { return !(c.excess > limit); });
+    for (const Cut& c : cuts) volume += c.share, excess.push_back(c.excess);
+    const auto wanted = Size(std::lround(volume));
+    double limit = -1;
+    if (wanted < Size(cuts.size())) {
+        std::nth_element(excess.begin(), excess.begin() + wanted, excess.end(), std::greater<>());
+        limit = excess[std::size_t(wanted)];
+    }
+    std::vector<Cut> some;
+    for (const Cut& c : cuts)
+        if (c.excess > limit) some.push_back(c);
+    return some;
 }
 
-// Particles by the layer of their stencils' first node: layers of nodes are then summed at once,
-// each in one order.
-void deposit_all(const Box& box, const Points& places, Values& density)
+// Adds particles, of volume 1 or `share`. They are taken by the layer of their stencils' first
+// node: layers of nodes are then summed at once, each in one order.
+void deposit_all(const Box& box, const Points& places, const Values& share, Values& density)
 {
     constexpr int slab = 4;
     std::vector<std::vector<int>> by_layer(std::size_t(box.size.z));
@@ -156,7 +164,8 @@ void deposit_all(const Box& box, const Points& places, Values& density)
             for (const int i : by_layer[std::size_t(z)]) {
                 const Stencil<double> s = stencil(places[std::size_t(i)], 1.0);
                 float* const base = density.data() + box.at(s.base);
-                deposit(s, 1.0, [&](Int3 step, double part) {
+                const double whole = share.empty() ? 1 : double(share[std::size_t(i)]);
+                deposit(s, whole, [&](Int3 step, double part) {
                     if (z + step.z >= low && z + step.z < low + slab)
                         base[box.at(step)] += float(part);
                 });
@@ -176,22 +185,6 @@ void soften(const Box& box, int passes, Values& values, Values& other)
             });
             values.swap(other);
         }
-}
-
-// What the density of a shape is whose strata are so full: particles' kernel is the mean over a
-// stratum, of variance 1/12, twice more; here once, with the variance of both.
-void spread(const Box& box, Values& values, Values& other)
-{
-    constexpr float side = 1.0f / 12;
-    for (const Size along : box.stride) {
-        const float* const from = values.data();
-        float* const to = other.data();
-        box.each(1, [&](Int3 n) {
-            const Size i = box.at(n);
-            to[i] = side * (from[i - along] + from[i + along]) + (1 - 2 * side) * from[i];
-        });
-        values.swap(other);
-    }
 }
 
 // Every value the least of those `layers` away at most: below 1 where the surface is near.
@@ -219,7 +212,7 @@ void pack(const Box& box, const Depth& depth, const Values& still, const Values&
     Points velocity(places.size());
     for (int k = 0; k < iterations; ++k) {
         density = still;
-        deposit_all(box, places, density);
+        deposit_all(box, places, {}, density);
         soften(box, passes, density, other);
         for (std::size_t i = 0; i < density.size(); ++i) density[i] -= shape[i];
         soften(box, passes, density, other);
@@ -239,6 +232,23 @@ void pack(const Box& box, const Depth& depth, const Values& still, const Values&
                 v = {};
         }
     }
+}
+
+// That of a particle in the middle of every whole stratum, and of cut ones' shares where they are:
+// a shape of whole strata is packed from the first.
+Values shape_density(const Box& box, const std::vector<Cut>& cuts, const Values& shares)
+{
+    Points places;
+    Values share, density(shares.size());
+    for (int z = 0; z < box.size.z; ++z)
+        for (int y = 0; y < box.size.y; ++y)
+            for (int x = 0; x < box.size.x; ++x)
+                if (shares[std::size_t(box.at({x, y, z}))] == 1)
+                    places.push_back(real({x, y, z})), share.push_back(1);
+    for (const Cut& c : cuts)
+        places.push_back(box.place(c.centre)), share.push_back(float(c.share));
+    deposit_all(box, places, share, density);
+    return density;
 }
 
 // Particles in the order of their strata, and which of them move.
@@ -275,17 +285,16 @@ std::vector<Vec3<double>> packed(const Packing& p, const Depth& depth)
     const int passes = softenings(1.0, 1.0), margin = passes + 3;
     const Box box(p, margin);
     Values shares(std::size_t(box.count()));
-    std::vector<Cut> cuts = measure(p, depth, box, shares);
-    choose(cuts, shares);
-    Seeds seeds = seeded(p, box, cuts, shares);
+    const std::vector<Cut> cuts = measure(p, depth, box, shares);
+    const Seeds seeds = seeded(p, box, chosen(cuts), shares);
     Points moving, still;
     for (std::size_t i = 0; i < seeds.places.size(); ++i)
         (seeds.moves[i] ? moving : still).push_back(seeds.places[i]);
-    Values other(shares.size()), at_rest(shares.size());
-    spread(box, shares, other);
-    soften(box, passes, shares, other);
-    deposit_all(box, still, at_rest);
-    pack(box, depth, at_rest, shares, passes, moving, other);
+    Values shape = shape_density(box, cuts, shares), at_rest(shape.size()), &other = shares;
+    std::fill(other.begin(), other.end(), 0.0f);
+    soften(box, passes, shape, other);
+    deposit_all(box, still, {}, at_rest);
+    pack(box, depth, at_rest, shape, passes, moving, other);
     Points all;
     auto moved = moving.begin();
     for (std::size_t i = 0; i < seeds.places.size(); ++i)

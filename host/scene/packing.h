@@ -24,8 +24,8 @@ struct Packing {
                          // stratum s reaches from h s to h (s + 1)
 };
 
-// In the order of their strata; inside the shape. The same bits for any number of threads. Takes 16
-// bytes a stratum of the box.
+// In the order of their strata; inside the shape where that is convex or smooth. The same bits for
+// any number of threads. Takes 16 bytes a stratum of the box.
 std::vector<Vec3<double>> packed(const Packing& packing, const Depth& depth);
 
 }  // namespace knead

@@ -80,7 +80,7 @@ inline std::vector<double> from_sphere(const Mesh& mesh)
 // Vertices by the cube of edge `reach` that they are in.
 class Nearby {
   public:
-    Nearby(const Mesh& mesh, double reach) : mesh(mesh), reach(reach)
+    Nearby(const Mesh& of, double within) : mesh(of), reach(within)
     {
         for (std::size_t v = 0; v < mesh.vertices.size(); ++v)
             cubes[key(cube_of(cast<double>(mesh.vertices[v])))].push_back(v);
