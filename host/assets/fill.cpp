@@ -2,12 +2,13 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <stdexcept>
 #include <unordered_map>
 
 #include "host/assets/samples.h"
 #include "host/base/errors.h"
-#include "host/scene/strata.h"
+#include "host/scene/packing.h"
 
 namespace knead {
 namespace {
@@ -15,6 +16,7 @@ namespace {
 using Indices = std::vector<std::uint32_t>;
 constexpr double bytes_per_node = 104;      // of the solid, its depths and its colours
 constexpr double bytes_per_particle = 128;  // twice the place and the stratum, while a list grows
+constexpr double bytes_per_stratum = 16;    // while particles are packed
 constexpr double bytes_per_splat = 400;     // twice, with harmonics of degree 3
 constexpr double max_strata = 1e9;          // along an axis: indices are int
 
@@ -33,7 +35,7 @@ void check_bytes(const FillRule& rule, double bytes, const char* of)
                                       bytes / 0x1p20, double(rule.max_bytes) / 0x1p20));
 }
 
-// The solid's strata, from `low` to before `high`; particles in the order of their keys.
+// The solid's strata, from `low` to before `high`; keys of those that hold particles, in order.
 struct Strata {
     double h;  // edge [m]
     Int3 low{}, high{};
@@ -98,37 +100,24 @@ std::pair<Int3, Int3> solid_box(const Solid& solid, const Strata& strata)
     return {strata.of(grid.position(low - one)), strata.of(grid.position(high + one)) + one};
 }
 
-// One particle in each stratum whose hashed place is inside.
+// The indicator as a depth: most of its change by one is within three spacings of the grid. Near
+// its ends it is no measure; half a stratum lets none of them be left out.
+double depth_in(const Solid& solid, Vec3<double> x, double stratum)
+{
+    const double excess = double(solid.inside(x)), limit = stratum / 2;
+    if (std::abs(excess) > 1.0 / 3) return std::copysign(limit, excess);
+    return clamp(3 * excess * solid.grid.h, -limit, limit);
+}
+
 void fill_solid(const Solid& solid, const FillRule& rule, Strata& strata)
 {
     const auto [low, high] = solid_box(solid, strata);
-    const Int3 from = low, to = high;
-    const int layers = to.z - from.z;
-    const double h = strata.h;
-    std::vector<Strata> layer(std::size_t(layers), Strata{h, strata.low, strata.high, {}, {}});
-#pragma omp parallel for schedule(dynamic)
-    for (int k = 0; k < layers; ++k) {
-        Strata& out = layer[std::size_t(k)];
-        for (int y = from.y; y < to.y; ++y)
-            for (int x = from.x; x < to.x; ++x) {
-                const Int3 s{x, y, from.z + k};
-                int corners = 0;
-                for (int c = 0; c < 8; ++c)
-                    corners += solid.inside(h * Vec3<double>{double(s.x + (c & 1)),
-                                                             double(s.y + (c >> 1 & 1)),
-                                                             double(s.z + (c >> 2))}) > 0;
-                if (corners == 0) continue;
-                const Vec3<double> p =
-                    stratum_place(rule.seed, 0, s, h, rule.per_cell, corners == 8);
-                if (solid.inside(p) <= 0) continue;
-                out.particles.push_back(p);
-                out.keys.push_back(strata.key(s));
-            }
-    }
-    for (const Strata& l : layer) {
-        strata.particles.insert(strata.particles.end(), l.particles.begin(), l.particles.end());
-        strata.keys.insert(strata.keys.end(), l.keys.begin(), l.keys.end());
-    }
+    const Int3 size = high - low;
+    check_bytes(rule, bytes_per_stratum * double(size.x) * size.y * size.z, "The object's strata");
+    strata.particles = packed({strata.h, rule.per_cell, rule.seed, 0, low, high},
+                              [&](Vec3<double> x) { return depth_in(solid, x, strata.h); });
+    for (Vec3<double> x : strata.particles) strata.keys.push_back(strata.key(strata.of(x)));
+    std::sort(strata.keys.begin(), strata.keys.end());
 }
 
 bool near_particles(const Strata& strata, Int3 s)

@@ -1,32 +1,20 @@
-// Particles by stratified sampling (strata.h). The order of the loops never matters.
 #include "host/scene/seed.h"
 
 #include <fmt/format.h>
 
 #include <cmath>
 #include <fstream>
+#include <limits>
 #include <numbers>
 
 #include "cuda/math/node4.h"
 #include "host/base/errors.h"
-#include "host/scene/strata.h"
+#include "host/scene/packing.h"
 
 namespace knead {
 namespace {
 
 constexpr double max_particles = 1e9;  // indices are int
-
-// Where the particle of a stratum of edge h [m] goes, inside the object or not. All shapes are
-// convex: a stratum whose corners are inside is inside.
-Vec3<double> placed(const Scene& scene, std::size_t object, Int3 s, double h)
-{
-    bool whole = true;
-    for (int corner = 0; corner < 8 && whole; ++corner) {
-        const Int3 at = s + Int3{corner & 1, corner >> 1 & 1, corner >> 2};
-        whole = inside(scene.objects[object], {h * at.x, h * at.y, h * at.z});
-    }
-    return stratum_place(scene.seed, object, s, h, scene.objects[object].per_cell, whole);
-}
 
 std::string place(const Scene& scene, std::size_t object)
 {
@@ -127,6 +115,16 @@ void put_object(Scene& scene, std::size_t index)
     setup.materials.push_back(o.material);
 }
 
+// How deep a point lies in what an object fills: the walls and earlier objects bound it, too [m].
+double room(const Scene& scene, std::size_t index, Vec3<double> x)
+{
+    const Vec3<double> low = x - scene.setup.walls.min, high = scene.setup.walls.max - x;
+    double d = min(min(min(low.x, low.y), min(low.z, high.x)), min(high.y, high.z));
+    d = min(d, depth(scene.objects[index], x));
+    for (std::size_t k = 0; k < index; ++k) d = min(d, -depth(scene.objects[k], x));
+    return d;
+}
+
 void seed_object(Scene& scene, std::size_t index)
 {
     Object& o = scene.objects[index];
@@ -134,23 +132,19 @@ void seed_object(Scene& scene, std::size_t index)
     const double h = setup.lattice.dx / std::cbrt(o.per_cell);
     o.material.volume = h * h * h;
     o.material.mass = o.material.density * o.material.volume;
-    const auto first = [&](double c, double size) {
-        return int(std::floor((c - size / 2) / h)) - 1;
+    const auto strata = [h](Vec3<double> x) {
+        return Int3{int(std::floor(x.x / h)), int(std::floor(x.y / h)), int(std::floor(x.z / h))};
     };
-    const auto last = [&](double c, double size) { return int(std::ceil((c + size / 2) / h)); };
-    const auto within = [](double x, double low, double high) { return x >= low && x <= high; };
-    const Vec3<double>&min = setup.walls.min, &max = setup.walls.max;
+    const Packing packing{h,
+                          o.per_cell,
+                          scene.seed,
+                          index,
+                          strata(o.centre - 0.5 * o.size),
+                          strata(o.centre + 0.5 * o.size) + Int3{1, 1, 1}};
     const std::size_t before = setup.particles.size();
-    for (int z = first(o.centre.z, o.size.z); z <= last(o.centre.z, o.size.z); ++z)
-        for (int y = first(o.centre.y, o.size.y); y <= last(o.centre.y, o.size.y); ++y)
-            for (int x = first(o.centre.x, o.size.x); x <= last(o.centre.x, o.size.x); ++x) {
-                const Vec3<double> p = placed(scene, index, {x, y, z}, h);
-                if (!inside(o, p) || !within(p.x, min.x, max.x) || !within(p.y, min.y, max.y) ||
-                    !within(p.z, min.z, max.z))
-                    continue;
-                if (!taken(scene, index, p))
-                    setup.particles.push_back({p, o.velocity, {}, {}, 0, int(index), 0});
-            }
+    for (const Vec3<double>& p :
+         packed(packing, [&](Vec3<double> x) { return room(scene, index, x); }))
+        setup.particles.push_back({p, o.velocity, {}, {}, 0, int(index), 0});
     if (setup.particles.size() == before) refuse_empty(scene, index, h);
     setup.materials.push_back(o.material);
 }
@@ -176,22 +170,23 @@ void add_tool(HandTools& to, const HandsRule& hands, Side side)
 
 }  // namespace
 
-bool inside(const Object& o, Vec3<double> x)
+double depth(const Object& o, Vec3<double> x)
 {
-    const Vec3<double> d = x - o.centre;
-    const auto half = [](double a, double size) { return std::abs(a) <= size / 2; };
+    const Vec3<double> d = x - o.centre, half = 0.5 * o.size;
     switch (o.shape) {
         case ShapeKind::box:
-            return half(d.x, o.size.x) && half(d.y, o.size.y) && half(d.z, o.size.z);
+            return min(half.x - std::abs(d.x), min(half.y - std::abs(d.y), half.z - std::abs(d.z)));
         case ShapeKind::cylinder:
-            return half(d.y, o.size.y) && half(std::hypot(d.x, d.z), o.size.x);
+            return min(half.y - std::abs(d.y), half.x - std::hypot(d.x, d.z));
         case ShapeKind::splats:
-            return false;
+            return -std::numeric_limits<double>::infinity();
         case ShapeKind::sphere:
             break;
     }
-    return dot(d, d) <= o.size.x * o.size.x / 4;
+    return half.x - length(d);
 }
+
+bool inside(const Object& o, Vec3<double> x) { return depth(o, x) >= 0; }
 
 double shape_volume(const Object& o)
 {

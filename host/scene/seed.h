@@ -19,7 +19,9 @@ struct HandTools {
 // Throws std::invalid_argument for a tool that is not known.
 HandTools hand_tools(const HandsRule& hands);
 
-bool inside(const Object& object, Vec3<double> x);  // x in [m]; never of shape `splats`
-std::size_t available_memory();                     // bytes free on this machine
+// How far under an object's surface x lies [m], negative outside; never inside of shape `splats`.
+double depth(const Object& object, Vec3<double> x);
+bool inside(const Object& object, Vec3<double> x);
+std::size_t available_memory();  // bytes free on this machine
 
 }  // namespace knead

@@ -1,8 +1,7 @@
 // Particles by stratified sampling: a lattice of strata, each of a particle's volume, one particle
 // in each at a hashed place. That is its middle tenth, for uneven particles soften clay; its middle
 // half where a cell holds fewer than eight, for the planes of so wide a lattice part when it is
-// stretched; or, where the surface cuts the stratum, anywhere in it, so that the expected mass is
-// the shape's.
+// stretched. Where a surface cuts strata: packing.h.
 #pragma once
 #include <cstddef>
 #include <cstdint>
@@ -38,12 +37,11 @@ inline Vec3<double> hashed(unsigned seed, std::size_t object, Int3 stratum)
 }  // namespace strata
 
 // Where the particle of a stratum of edge h [m] goes; the stratum reaches from h s to h (s + 1).
-// `whole` says that no surface cuts it, per_cell how many particles a cell of the solver has.
+// per_cell is how many particles a cell of the solver has.
 inline Vec3<double> stratum_place(unsigned seed, std::size_t object, Int3 s, double h,
-                                  double per_cell, bool whole)
+                                  double per_cell)
 {
-    const double width = !whole ? 1 : per_cell < 8 ? 0.5 : 0.1;
-    const double low = (1 - width) / 2;
+    const double width = per_cell < 8 ? 0.5 : 0.1, low = (1 - width) / 2;
     const Vec3<double> u = strata::hashed(seed, object, s);
     return {h * (s.x + low + width * u.x), h * (s.y + low + width * u.y),
             h * (s.z + low + width * u.z)};

@@ -243,7 +243,7 @@ std::vector<Particle<double>> LocalClay::seeds(Int3 cube, const LocalSurface& su
     for (int z = from(cube.z); z < from(cube.z + 1); ++z)
         for (int y = from(cube.y); y < from(cube.y + 1); ++y)
             for (int x = from(cube.x); x < from(cube.x + 1); ++x) {
-                const Vec3<double> p = stratum_place(seed, 0, {x, y, z}, spacing, per_cell, true);
+                const Vec3<double> p = stratum_place(seed, 0, {x, y, z}, spacing, per_cell);
                 if (!between_walls(p)) continue;
                 const std::optional<double> h = surface.height(p);
                 if (!h || *h > 0 || *h < -depth) continue;
