@@ -18,7 +18,7 @@ struct SurfaceStage {
 struct GpuSurface::State {
     int device, processors;
     bool fixed_room;
-    SurfaceStore store;
+    gpu::SurfaceStore store;
     gpu::Stream stream;
     gpu::Event from, to;
 
