@@ -53,13 +53,13 @@ inline Pressing squeeze(int cells, double share = 0, unsigned seed = 1)
 }
 
 // A slab of 14 x 7 x 14 twenty-fourths of a metre, into which a sphere of 2.5 sinks by 2.
-inline Pressing fingertip(int cells)
+inline Pressing fingertip(int cells, unsigned seed = 1)
 {
     constexpr double u = 1.0 / 24;
     const double floor = 3.0 * u, top = floor + 7 * u;
-    Pressing p{
-        clay_scene(cells, ShapeKind::box, {0.5, floor + 3.5 * u, 0.5}, {14 * u, 7 * u, 14 * u}),
-        {}};
+    Pressing p{clay_scene(cells, ShapeKind::box, {0.5, floor + 3.5 * u, 0.5},
+                          {14 * u, 7 * u, 14 * u}, 8, seed),
+               {}};
     p.scene.setup.gravity = {0, -9.81, 0};
     const auto above = [&](double height) {
         return Vec3<double>{0.5 + 0.2 * u, top + height, 0.5 + 0.1 * u};

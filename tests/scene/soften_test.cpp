@@ -169,7 +169,7 @@ TEST(Soften, AMaterialThatALiveSessionIsGivenIsSoftenedLikewise)
 TEST(Soften, AStiffBlockFallsRestsAndIsPressedByAToolInFewSubstepsWithoutAGuard)
 {
     constexpr int asked = 40;
-    constexpr double high = 0.03, begin = 1, end = 1.6;  // [m] [s]
+    constexpr double high = 0.03, begin = 2, end = 2.6;  // [m] [s]
     Scene scene = block(stone, high, {"step.soften_beyond=" + std::to_string(asked)});
     build(scene, std::size_t(1) << 30);
     auto& s = scene.setup;
@@ -177,8 +177,8 @@ TEST(Soften, AStiffBlockFallsRestsAndIsPressedByAToolInFewSubstepsWithoutAGuard)
     add_ball_tool(s, 0.03, ContactMode::separate, 0.4);
     const auto solver = cpu_solver(s);
     const double start = height(*solver), frame = frame_duration(scene), dx = s.lattice.dx;
-    const auto tool = [&](double t) {  // from `begin` on down to 1 cm deep, and up again
-        const double way = std::max(0.0, 0.16 * std::min(t - begin, begin + 0.5 - t));
+    const auto tool = [&](double t) {  // from `begin` on down to 2 cm deep, and up again
+        const double way = std::max(0.0, 0.2 * std::min(t - begin, begin + 0.5 - t));
         return std::vector{stands_at(floor + Place{0, 0.06 + 0.03 + 0.03 - way, 0})};
     };
     double fell = 0, before = 0, at_rest = 0, pressed = 0;

@@ -47,7 +47,7 @@ Body drawn_out(bool hollow)
 {
     Body b = body_of();
     if (hollow) make_hollow(b);
-    draw_out(b, 3.6, frames * frame);
+    draw_out(b, 3.75, frames * frame);
     return b;
 }
 Eye<float> beside() { return eye_looking({0.75, 0.75, 1.15}, middle, 0.45, 480, 360, {0, 1, 0}); }
