@@ -269,7 +269,6 @@ TEST_F(GpuSolver, RefusesWhatDoesNotHangTogether)
     refuses([](knead::Setup& s) { s.particles[3].x.y = 2; });
     refuses([](knead::Setup& s) { s.particles[3].x.y = std::nan(""); });
     refuses([](knead::Setup& s) { s.particles[3].object = 1; });
-    refuses([](knead::Setup& s) { s.particles.clear(); });
     refuses([](knead::Setup& s) { s.lattice.size.x = 33; });
     refuses([](knead::Setup& s) { s.walls.min.y = s.lattice.dx; });
     refuses([](knead::Setup& s) { s.walls.max.z = 30 * s.lattice.dx; });
