@@ -64,7 +64,6 @@ TEST_F(NoGpu, ABuildWithoutCudaMakesNothingOfTheDevice)
     refuses([&] { gpu_solver(setup, 0, whole_lattice); });
     refuses([&] { gpu_answers({}, {}, 1.0f); });
     refuses([] { GpuRaster(SplatCloud{}, 0, 0); });
-    refuses([] { DeviceMesh(nullptr, {}); });
     refuses([] { const DeviceGaussians none(nullptr); });
     refuses([] { SharedMesh(0, MeshLayout{}, 0); });
     refuses([] { SharedSplats(0); });
