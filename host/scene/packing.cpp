@@ -25,12 +25,12 @@ Vec3<double> real(Int3 n) { return {double(n.x), double(n.y), double(n.z)}; }
 
 // One node in the middle of every stratum, and a margin of empty ones that no kernel leaves.
 // Places in it are in strata from its first node.
-struct Box {
+struct StrataBox {
     double h;
     Int3 low, size;
     Size stride[3];
 
-    Box(const Packing& p, int margin)
+    StrataBox(const Packing& p, int margin)
         : h(p.h),
           low(p.low - margin * one),
           size(p.high - p.low + 2 * margin * one),
@@ -110,7 +110,7 @@ struct Cut {
 };
 
 // The share of every stratum; the cut ones apart, in order.
-std::vector<Cut> measure(const Packing& p, const Depth& depth, const Box& box, Values& shares)
+std::vector<Cut> measure(const Packing& p, const Depth& depth, const StrataBox& box, Values& shares)
 {
     const double offset = strata::hashed(p.seed, p.object, {}).x;
     std::vector<std::vector<Cut>> by_layer(std::size_t(box.size.z));
@@ -152,7 +152,7 @@ std::vector<Cut> chosen(const std::vector<Cut>& cuts)
 
 // Adds particles, of volume 1 or `share`. They are taken by the layer of their stencils' first
 // node: layers of nodes are then summed at once, each in one order.
-void deposit_all(const Box& box, const Points& places, const Values& share, Values& density)
+void deposit_all(const StrataBox& box, const Points& places, const Values& share, Values& density)
 {
     constexpr int slab = 4;
     std::vector<std::vector<int>> by_layer(std::size_t(box.size.z));
@@ -173,7 +173,7 @@ void deposit_all(const Box& box, const Points& places, const Values& share, Valu
 }
 
 // Passes of the surface's binomial kernel along every axis.
-void soften(const Box& box, int passes, Values& values, Values& other)
+void soften(const StrataBox& box, int passes, Values& values, Values& other)
 {
     for (int pass = 0; pass < passes; ++pass)
         for (const Size along : box.stride) {
@@ -188,7 +188,7 @@ void soften(const Box& box, int passes, Values& values, Values& other)
 }
 
 // Every value the least of those `layers` away at most: below 1 where the surface is near.
-Values lowered(const Box& box, Values values)
+Values lowered(const StrataBox& box, Values values)
 {
     Values other(values.size());
     for (const Size along : box.stride) {
@@ -205,8 +205,8 @@ Values lowered(const Box& box, Values values)
 
 // Moves particles down the gradient of the squared difference of two densities: `still` and theirs,
 // and the shape's. A particle that would leave the shape stays.
-void pack(const Box& box, const Depth& depth, const Values& still, const Values& shape, int passes,
-          Points& places, Values& other)
+void pack(const StrataBox& box, const Depth& depth, const Values& still, const Values& shape,
+          int passes, Points& places, Values& other)
 {
     Values density;
     Points velocity(places.size());
@@ -236,7 +236,7 @@ void pack(const Box& box, const Depth& depth, const Values& still, const Values&
 
 // That of a particle in the middle of every whole stratum, and of cut ones' shares where they are:
 // a shape of whole strata is packed from the first.
-Values shape_density(const Box& box, const std::vector<Cut>& cuts, const Values& shares)
+Values shape_density(const StrataBox& box, const std::vector<Cut>& cuts, const Values& shares)
 {
     Points places;
     Values share, density(shares.size());
@@ -257,7 +257,8 @@ struct Seeds {
     std::vector<char> moves;
 };
 
-Seeds seeded(const Packing& p, const Box& box, const std::vector<Cut>& cuts, const Values& shares)
+Seeds seeded(const Packing& p, const StrataBox& box, const std::vector<Cut>& cuts,
+             const Values& shares)
 {
     const Values near = lowered(box, shares);
     Seeds seeds;
@@ -283,7 +284,7 @@ Seeds seeded(const Packing& p, const Box& box, const std::vector<Cut>& cuts, con
 std::vector<Vec3<double>> packed(const Packing& p, const Depth& depth)
 {
     const int passes = softenings(1.0, 1.0), margin = passes + 3;
-    const Box box(p, margin);
+    const StrataBox box(p, margin);
     Values shares(std::size_t(box.count()));
     const std::vector<Cut> cuts = measure(p, depth, box, shares);
     const Seeds seeds = seeded(p, box, chosen(cuts), shares);
