@@ -117,7 +117,7 @@ class SessionLoop {
     State particles();
     // Its surface, made when first asked for; the same one stands while no clay moves.
     Meshes meshes();
-    // The same, left on the device where the solver's clay is there; else null.
+    // The same, left on the device where the solver's clay is there; else, and without clay, null.
     std::shared_ptr<const DeviceMesh> device_mesh();
     bool meshes_stand() const { return last_meshes && moved == 0; }
     const GpuSurface* device_surface() const { return on_device.get(); }  // null: none was made
