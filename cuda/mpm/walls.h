@@ -15,6 +15,13 @@ struct WallRule {
     double friction;  // Coulomb [1]
 };
 
+template <class R>
+HD Vec3<R> put_between(const WallRule& walls, Vec3<R> x)
+{
+    const Vec3<R> low = cast<R>(walls.min), high = cast<R>(walls.max);
+    return {clamp(x.x, low.x, high.x), clamp(x.y, low.y, high.y), clamp(x.z, low.z, high.z)};
+}
+
 // The same as the stages see it. Nodes on and behind a face are held; the others are free.
 template <class R>
 struct Walls {

@@ -82,12 +82,11 @@ __device__ void report(Clock& clock, const Happened& happened)
 }
 
 template <class Case>
-__global__ void __launch_bounds__(threads, 5) deform_kernel(const __grid_constant__ DeformView d)
+__global__ void __launch_bounds__(threads, 6) deform_kernel(const __grid_constant__ DeformView d)
 {
     constexpr Features f = Case::features;
-    const int own = int(blockIdx.x * threads + threadIdx.x);
-    const bool valid = own < d.splats.count;
-    const int i = min(own, d.splats.count - 1);
+    const int own = int(blockIdx.x * threads + threadIdx.x), i = min(own, d.splats.room - 1);
+    const bool valid = own < *d.splats.live;
     // As the substep before left it, which is over.
     Gaussian<float> g{};
     d.splats.load_place(i, g);
@@ -131,7 +130,7 @@ void deform(const Views& views, const GaussianView& splats, float per_mass,
                           views.clock};
     const auto kernel = dispatch<relevant>(
         features, []<class Case>(Case) -> void (*)(DeformView) { return deform_kernel<Case>; });
-    launch_pdl("deform", kernel, blocks_for(splats.count, threads), threads, stream, view);
+    launch_pdl("deform", kernel, blocks_for(splats.room, threads), threads, stream, view);
 }
 
 }  // namespace knead::gpu

@@ -15,12 +15,13 @@ namespace knead::gpu {
 
 constexpr int gaussian_rows = 3;
 struct GaussianView {
-    float4* rows;     // gaussian_rows * count: (x, F.a.x), (F.a.y F.a.z F.b.x F.b.y), (F.b.z, F.c)
-    unsigned* sides;  // count each: Gaussian::sides
+    float4* rows;     // gaussian_rows * room: (x, F.a.x), (F.a.y F.a.z F.b.x F.b.y), (F.b.z, F.c)
+    unsigned* sides;  // room each: Gaussian::sides
     int *objects, *ids;  // whose each is, and its place in the order of attaching
-    int count;
+    int count, room;
+    const int* live;  // the count, where a captured kernel finds it: it may change behind its back
 
-    HD float4& row(int r, int i) const { return rows[std::size_t(r) * std::size_t(count) + i]; }
+    HD float4& row(int r, int i) const { return rows[std::size_t(r) * std::size_t(room) + i]; }
     HD void load_place(int i, Gaussian<float>& g) const
     {
         const float4 a = row(0, i);
@@ -43,17 +44,19 @@ struct GaussianView {
         row(1, i) = {g.F.a.y, g.F.a.z, g.F.b.x, g.F.b.y};
         row(2, i) = {g.F.b.z, g.F.c.x, g.F.c.y, g.F.c.z};
     }
-    // All of one, in one piece of memory of bytes_for(count).
+    // All of one, in one piece of memory.
     static constexpr std::size_t bytes_each = gaussian_rows * sizeof(float4) + 3 * sizeof(int);
 };
-// Lays so many out in memory of count * bytes_each.
-inline GaussianView gaussians_in(void* memory, int count)
+// Lays out room for so many in memory of room * bytes_each.
+inline GaussianView gaussians_in(void* memory, int count, int room, const int* live = nullptr)
 {
     auto* const rows = static_cast<float4*>(memory);
     auto* const words =
-        reinterpret_cast<int*>(rows + std::size_t(gaussian_rows) * std::size_t(count));
-    return {rows, reinterpret_cast<unsigned*>(words), words + count, words + 2 * std::size_t(count),
-            count};
+        reinterpret_cast<int*>(rows + std::size_t(gaussian_rows) * std::size_t(room));
+    return {rows,         reinterpret_cast<unsigned*>(words),
+            words + room, words + 2 * std::size_t(room),
+            count,        room,
+            live};
 }
 
 // For who draws them: in the order of attaching, as the last frame or edit left them. What is
@@ -75,5 +78,13 @@ void move(const GaussianView& splats, int object, const RigidMotion<double>& mot
 // The box around them after that; `to` holds Extent{} before.
 void extent(const GaussianView& splats, int object, const RigidMotion<double>& motion, Extent* to,
             cudaStream_t stream);
+
+// Edits as of GaussianEdits, of Gaussians for which there is room: they follow the first `count`.
+// `places` is for as many as there are Gaussians, or particles.
+void split(const GaussianView& splats, const GaussianSplit* splits, int count, int* places,
+           const WallRule& walls, cudaStream_t stream);
+void add_beside(const GaussianView& splats, const ParticleView& particles,
+                const GaussianBeside* added, int count, int* places, const WallRule& walls,
+                cudaStream_t stream);
 
 }  // namespace knead::gpu

@@ -23,6 +23,17 @@ struct Gaussian {
     HD void hold(bool held) { sides = label() | (held ? Particle<R>::still_bit : 0); }
 };
 
+// Some of many Gaussians change, and some are new. One that is split goes so far to one side, its
+// second to the other; the new ones lie beside particles, whose object and label they take.
+struct GaussianSplit {
+    int index;
+    Vec3<double> way;  // [m]
+};
+struct GaussianBeside {
+    int particle;      // id
+    Vec3<double> way;  // from it [m]
+};
+
 // Undeformed, at x.
 template <class R>
 HD Gaussian<R> gaussian_at(Vec3<R> x, int object)
@@ -247,6 +258,23 @@ HD bool keep_out(Gaussian<R>& g, const Colliders<R>& tools, const Mask& mask, in
     g.x = point.x, g.sides = point.sides;
     keep_within(g, walls);
     return depth > 0;
+}
+
+// Splits one; returns the second. Both stay between the walls.
+template <class R>
+HD Gaussian<R> split(Gaussian<R>& g, Vec3<R> way, const WallRule& walls)
+{
+    Gaussian<R> second = g;
+    g.x = put_between(walls, g.x - way), second.x = put_between(walls, second.x + way);
+    return second;
+}
+
+template <class R>
+HD Gaussian<R> gaussian_beside(const Particle<R>& p, Vec3<R> way, const WallRule& walls)
+{
+    Gaussian<R> g = gaussian_at(put_between(walls, p.x + way), p.object);
+    g.sides = p.label();
+    return g;
 }
 
 // Moves a Gaussian as part of a rigid body.

@@ -49,7 +49,69 @@ __global__ void __launch_bounds__(threads)
     for (int r = 0; r < gaussian_rows; ++r) to[at + r] = d.row(r, i);
 }
 
+// Where each is, by its id.
+__global__ void __launch_bounds__(threads) invert_kernel(const int* ids, int count, int* places)
+{
+    const int i = int(blockIdx.x * threads + threadIdx.x);
+    if (i < count) places[ids[i]] = i;
+}
+
+// At the end, as the one of that number.
+__device__ void append(const GaussianView& d, int number, const Gaussian<float>& g)
+{
+    const int i = d.count + number;
+    d.store(i, g);
+    d.sides[i] = g.sides, d.objects[i] = g.object, d.ids[i] = i;
+}
+
+__global__ void __launch_bounds__(threads)
+    split_kernel(const __grid_constant__ GaussianView d, const GaussianSplit* splits, int count,
+                 const int* places, const __grid_constant__ WallRule walls)
+{
+    const int k = int(blockIdx.x * threads + threadIdx.x);
+    if (k >= count) return;
+    const int i = places[splits[k].index];
+    Gaussian<float> g = d.load(i);
+    g.sides = d.sides[i], g.object = d.objects[i];
+    append(d, k, knead::split(g, cast<float>(splits[k].way), walls));
+    d.store(i, g);
+}
+
+__global__ void __launch_bounds__(threads)
+    beside_kernel(const __grid_constant__ GaussianView d, const __grid_constant__ ParticleView q,
+                  const GaussianBeside* added, int count, const int* places,
+                  const __grid_constant__ WallRule walls)
+{
+    const int k = int(blockIdx.x * threads + threadIdx.x);
+    if (k >= count) return;
+    const Particle<float> p = q.load_state(places[added[k].particle]);
+    append(d, k, gaussian_beside(p, cast<float>(added[k].way), walls));
+}
+
+void invert(const int* ids, int count, int* places, cudaStream_t stream)
+{
+    launch("invert", invert_kernel, blocks_for(count, threads), threads, stream, ids, count,
+           places);
+}
+
 }  // namespace
+
+void split(const GaussianView& splats, const GaussianSplit* splits, int count, int* places,
+           const WallRule& walls, cudaStream_t stream)
+{
+    invert(splats.ids, splats.count, places, stream);
+    launch("split", split_kernel, blocks_for(count, threads), threads, stream, splats, splits,
+           count, places, walls);
+}
+
+void add_beside(const GaussianView& splats, const ParticleView& particles,
+                const GaussianBeside* added, int count, int* places, const WallRule& walls,
+                cudaStream_t stream)
+{
+    invert(particles.ids, particles.count, places, stream);
+    launch("add beside", beside_kernel, blocks_for(count, threads), threads, stream, splats,
+           particles, added, count, places, walls);
+}
 
 void arrange(const GaussianView& gaussians, float* rows, cudaStream_t stream)
 {

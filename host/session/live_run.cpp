@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <new>
 
@@ -13,9 +14,6 @@
 
 namespace knead {
 namespace {
-
-// Of the time of a simulation in real time, what splitting and adding splats may take.
-constexpr double upkeep_share = 0.1;
 
 bool takes_edits(const Solver& solver)
 {
@@ -45,7 +43,7 @@ LiveRun::LiveRun(std::shared_ptr<const LiveScene> of, const LiveRule& by, double
 {
     if (splats.local() && !takes_edits(*solver))
         throw std::invalid_argument(solver->name() + " has no local clay");
-    if (splats.drawn().count() > 0) drawn = std::make_shared<const SplatCloud>(splats.drawn());
+    if (splats.drawn().count() > 0) drawn = splats.picture();
     make_sources();
     LoopRule loop_by = loop_rule(scene->scene);
     loop_by.most_substeps = scene->scene.most_substeps;
@@ -132,23 +130,43 @@ void LiveRun::after(const Frame& frame)
 }
 
 // As after a frame of `knead run`, where time is stepped. In real time upkeep, which looks at all
-// splats and particles, comes less often where it takes long; clay for the hands cannot wait.
+// splats and particles and takes as long as some frames, goes on beside them; clay for the hands
+// cannot wait.
 void LiveRun::keep_splats(const Frame& frame)
 {
-    const double start = now();
-    const bool due = rule.stepped || start - upkeep_done >= upkeep_cost / upkeep_share;
     FrameRow row;
     row.frame = frame.number;
-    if (splats.after(frame, row, *solver, due)) {
+    if (!rule.stepped) adopt_plan(row);
+    const bool other_clay =
+        rule.stepped ? splats.after(frame, row, *solver) : splats.follow_hands(frame, row, *solver);
+    if (other_clay) {
+        ++edits;
         loop->clay_edited();
-        particles = std::max(particles, loop->particles()->size());
+        particles = std::max(particles, solver->particle_count());
     }
-    if (due && row.frame % scene->scene.upkeep.every == 0)
-        upkeep_done = now(), upkeep_cost = upkeep_done - start;
+    if (!rule.stepped) begin_plan(frame.number);
     if (row.splats_split + row.splats_added + row.cubes_taken + row.cubes_given_back == 0) return;
     splats.refresh();
-    drawn = std::make_shared<const SplatCloud>(splats.drawn());
+    drawn = splats.picture();
     ++splat_version;
+}
+
+// What was planned for other clay is forgotten.
+void LiveRun::adopt_plan(FrameRow& row)
+{
+    using namespace std::chrono_literals;
+    if (!plan.valid() || plan.wait_for(0s) != std::future_status::ready) return;
+    UpkeepPlan made = plan.get();
+    if (edits == planned_edits) splats.adopt(std::move(made), row, *solver);
+}
+
+void LiveRun::begin_plan(int frame)
+{
+    if (plan.valid() || !splats.upkeep().due(frame)) return;
+    planned_edits = edits;
+    plan = std::async(std::launch::async,
+                      [of = solver.get(), then = solver->snapshot(), task = splats.upkeep().task(),
+                       rules = solver->rules()] { return task.plan(of->held(*then), rules); });
 }
 
 std::string LiveRun::frame(bool shown)
@@ -213,6 +231,7 @@ void LiveRun::play(bool on)
 void LiveRun::edit(const Edit& change, bool reshapes)
 {
     std::exception_ptr refused;
+    ++edits;
     loop->edit([&](Solver& s) {
         try {
             change(s);

@@ -1,6 +1,7 @@
 // One history of a live scene, from its start or a reset to the next one: solver, loop, hands.
 // Belongs to the thread of a LiveSession.
 #pragma once
+#include <future>
 #include <memory>
 #include <string>
 
@@ -50,6 +51,8 @@ class LiveRun {
     void keep_up(Motion& motion) const;
     void after(const Frame& frame);
     void keep_splats(const Frame& frame);
+    void adopt_plan(FrameRow& row);
+    void begin_plan(int frame);
     void make_sources();
     void tell_gaussians(LiveState& state);
 
@@ -60,7 +63,6 @@ class LiveRun {
     SceneSplats splats;
     std::shared_ptr<const SplatCloud> drawn;  // of them; null: there are none
     long splat_version = 0;
-    double upkeep_cost = 0, upkeep_done = -1e30;  // [s]
     std::unique_ptr<SessionLoop> loop;
     HandsRule hands;
     HandTools tools;
@@ -84,6 +86,10 @@ class LiveRun {
     long mesh_version = 0;
     double mesh_cost = 0, mesh_made = -1e30;  // [s]
     std::string trouble;
+    // Of splats that are to be split and added, by a thread of its own; ends before the solver
+    // does.
+    long edits = 0, planned_edits = 0;  // made, and when the plan was begun
+    std::future<UpkeepPlan> plan;
 };
 
 }  // namespace knead

@@ -5,7 +5,6 @@
 #include <stdexcept>
 
 #include "cuda/contact/skinning.h"
-#include "host/scene/strata.h"
 #include "host/session/local_surface.h"
 #include "host/splats/deformed.h"
 
@@ -16,7 +15,6 @@ constexpr int cube_cells = 2 * block_edge;
 // Beyond what moves, in cells: clay that holds it, and how much farther a hand must be from clay
 // before that is given back.
 constexpr double support_cells = block_edge, slack_cells = 2 * block_edge;
-constexpr double too_near = 0.6;  // of a particle's spacing, to one that is there
 
 template <class T>
 void keep_only(std::vector<T>& all, const std::vector<std::uint32_t>& kept)
@@ -83,7 +81,7 @@ LocalClay::LocalClay(const Scene& scene, int object, SplatCloud of, SplatUpkeep&
         state_.normal.assign(state_.cloud.count(), {0, 0, 0});
     state_.home.assign(with.cloud().count(), -1);
     state_.objects = int(scene.setup.materials.size());
-    if (moving.cloud().count() == 0) moving.state().cloud.degree = state_.cloud.degree;
+    if (moving.cloud().count() == 0) moving.change().cloud.degree = state_.cloud.degree;
     if (moving.cloud().degree != state_.cloud.degree)
         throw std::invalid_argument("splats that move and splats that stand, of other harmonics");
     moving.expect(state_.cloud.count());
@@ -191,76 +189,10 @@ std::vector<std::uint32_t> LocalClay::standing_near(const std::vector<Key>& cube
     return slots;
 }
 
-// Of those slots that have none: across the plane through the centres around, towards the nearest
-// hand, which comes from outside.
-void LocalClay::find_normals(const Boxes& boxes, const std::vector<std::uint32_t>& slots)
-{
-    std::vector<Vec3<double>> x;
-    for (const std::uint32_t i : slots) x.push_back(cast<double>(state_.cloud.centre[i]));
-    const double around = 2.5 * dx;
-    const Cells cells(x, around);
-    const int count = int(slots.size());
-#pragma omp parallel for schedule(dynamic, 64)
-    for (int k = 0; k < count; ++k) {
-        const auto i = std::size_t(slots[std::size_t(k)]);
-        if (dot(state_.normal[i], state_.normal[i]) > 0) continue;
-        const Vec3<double> here = x[std::size_t(k)];
-        Vec3<double> sum{};
-        Sym3<double> square{};
-        double n = 0;
-        const auto outer = [](Vec3<double> d, double w) {
-            return Sym3<double>{w * d.x * d.x, w * d.y * d.y, w * d.z * d.z,
-                                w * d.x * d.y, w * d.x * d.z, w * d.y * d.z};
-        };
-        cells.each_near(here, {around, around, around}, [&](std::uint32_t j) {
-            const Vec3<double> d = x[j] - here;
-            if (dot(d, d) > around * around) return;
-            sum = sum + d, n += 1, square = square + outer(d, 1);
-        });
-        Sym3<double> spread = square + outer(sum, -1 / n);
-        if (n < 6)  // too few: the splat's own
-            spread = covariance(Ellipsoid<double>{cast<double>(state_.cloud.rotation[i]),
-                                                  cast<double>(state_.cloud.scale[i])});
-        const Eigen<double> e = eigen(spread);
-        Vec3<double> least = e.axes.a;
-        if (e.value.y < e.value.x && e.value.y <= e.value.z) least = e.axes.b;
-        if (e.value.z < e.value.x && e.value.z < e.value.y) least = e.axes.c;
-        double nearest = 1e300, side = 1;
-        for (const auto& [low, high] : boxes) {
-            const Vec3<double> to = 0.5 * (low + high) - here;
-            if (dot(to, to) < nearest) nearest = dot(to, to), side = dot(to, least);
-        }
-        state_.normal[i] = cast<float>(side < 0 ? -least : least);
-    }
-}
-
-// One in each stratum that lies under the surface and holds none yet.
-std::vector<Particle<double>> LocalClay::seeds(Int3 cube, const LocalSurface& surface,
-                                               const Cells& there) const
-{
-    std::vector<Particle<double>> all;
-    const auto from = [&](int c) { return int(std::ceil(c * edge / spacing - 0.5)); };
-    for (int z = from(cube.z); z < from(cube.z + 1); ++z)
-        for (int y = from(cube.y); y < from(cube.y + 1); ++y)
-            for (int x = from(cube.x); x < from(cube.x + 1); ++x) {
-                const Vec3<double> p = stratum_place(seed, 0, {x, y, z}, spacing, per_cell);
-                if (!between_walls(p)) continue;
-                const std::optional<double> h = surface.height(p);
-                if (!h || *h > 0 || *h < -depth) continue;
-                bool taken = false;
-                const double near = too_near * spacing;
-                there.each_near(p, {near, near, near}, [&](std::uint32_t j) {
-                    taken = taken || length(there.point(j) - p) < near;
-                });
-                if (!taken) all.push_back({p, {}, {}, {}, 0, 0, 0});
-            }
-    return all;
-}
-
 void LocalClay::take(const std::vector<Key>& cubes, const Boxes& boxes, Solver& solver)
 {
     std::vector<Gaussian<double>> gaussians = solver.gaussians();
-    CarriedSplats& carried = moving.state();
+    CarriedSplats& carried = moving.change();
     state_.home.resize(carried.count(), -1);  // some were split
     const std::vector<std::uint32_t> slots = standing_near(cubes);
     find_normals(boxes, slots);
@@ -277,15 +209,7 @@ void LocalClay::take(const std::vector<Key>& cubes, const Boxes& boxes, Solver& 
     for (const Particle<double>& p : solver.particles()) particles.push_back(p.x);
     const LocalSurface surface(std::move(x), std::move(n), depth, 2 * dx);
     const Cells there(particles, 2 * spacing);
-    std::vector<std::vector<Particle<double>>> found(cubes.size());
-    const int count = int(cubes.size());
-#pragma omp parallel for schedule(dynamic)
-    for (int k = 0; k < count; ++k)
-        found[std::size_t(k)] = seeds(cube_at(cubes[std::size_t(k)]), surface, there);
-    for (std::size_t k = 0; k < cubes.size(); ++k) {
-        state_.clay[cubes[k]] = found[k].empty() ? -1 : solver.add(material, found[k]);
-        state_.objects = std::max(state_.objects, state_.clay[cubes[k]] + 1);
-    }
+    add_clay(cubes, all_seeds(cubes, surface, there), solver);
     // All that stands in clay goes with it from here on.
     for (const auto& [key, object] : state_.clay) {
         const auto standing = at.find(key);
@@ -311,7 +235,7 @@ void LocalClay::give_back(const std::vector<Key>& cubes, Solver& solver)
     for (const Key key : cubes)
         if (state_.clay[key] >= 0) gone[std::size_t(state_.clay[key])] = 1;
     const std::vector<Gaussian<double>> gaussians = solver.gaussians();
-    CarriedSplats& carried = moving.state();
+    CarriedSplats& carried = moving.change();
     state_.home.resize(carried.count(), -1);
     std::vector<std::uint32_t> back, kept;
     std::vector<Gaussian<double>> as;
@@ -339,10 +263,12 @@ void LocalClay::give_back(const std::vector<Key>& cubes, Solver& solver)
     }
     carried.cloud = picked(carried.cloud, kept);
     keep_only(carried.extent, kept), keep_only(state_.home, kept);
+    std::vector<int> objects;
     for (const Key key : cubes) {
-        if (state_.clay[key] >= 0) solver.remove(state_.clay[key]);
+        if (state_.clay[key] >= 0) objects.push_back(state_.clay[key]);
         state_.clay.erase(key);
     }
+    if (!objects.empty()) solver.remove_each(objects);
 }
 
 void LocalClay::set_material(int object, const Material<double>& to, Solver& solver)

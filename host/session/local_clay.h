@@ -57,8 +57,14 @@ class LocalClay {
     void give_back(const std::vector<Key>& cubes, Solver& solver);
     void find_normals(const Boxes& boxes, const std::vector<std::uint32_t>& slots);
     std::vector<std::uint32_t> standing_near(const std::vector<Key>& cubes) const;
-    std::vector<Particle<double>> seeds(Int3 cube, const class LocalSurface& surface,
+    int first_stratum(int cube) const;
+    std::vector<Particle<double>> seeds(Int3 cube, int layer, const class CubeHeights& heights,
                                         const class Cells& there) const;
+    std::vector<std::vector<Particle<double>>> all_seeds(const std::vector<Key>& cubes,
+                                                         const class LocalSurface& surface,
+                                                         const Cells& there) const;
+    void add_clay(const std::vector<Key>& cubes, std::vector<std::vector<Particle<double>>> found,
+                  Solver& solver);
     bool between_walls(Vec3<double> x) const;
 
     Rig rig;

@@ -17,38 +17,44 @@ class LocalSurface {
           n(std::move(normals)),
           far(depth + width),
           wide(width),
-          cells(x, max(far / 3, width))
+          cells(x, width)
     {
     }
     LocalSurface(const LocalSurface&) = delete;
 
     // Height over the planes of the splats that are about as near as the nearest [m], below 0
     // inside; nothing where no splat is near enough.
-    std::optional<double> height(Vec3<double> at) const
-    {
-        double nearest = far * far;
-        const Vec3<double> all{far, far, far};
-        cells.each_near(at, all, [&](std::uint32_t j) {
-            const Vec3<double> d = at - x[j];
-            nearest = min(nearest, dot(d, d));
-        });
-        if (nearest >= far * far) return {};
-        const double reach = std::sqrt(nearest) + wide;
-        double sum = 0, weight = 0;
-        cells.each_near(at, {reach, reach, reach}, [&](std::uint32_t j) {
-            const Vec3<double> d = at - x[j];
-            const double w = 1 - dot(d, d) / (reach * reach);
-            if (w > 0) sum += w * dot(d, n[j]), weight += w;
-        });
-        const double h = sum / weight;
-        if (nearest - h * h > wide * wide) return {};  // beside the surface's end
-        return h;
-    }
+    std::optional<double> height(Vec3<double> at) const;
 
   private:
+    double nearest_squared(Vec3<double> at) const;
+
     std::vector<Vec3<double>> x, n;
     double far, wide;
     Cells cells;
+};
+
+// The heights in a cube. Far from the surface many splats are about as near as the nearest, so that
+// heights are found at a few corners, and are linear between them; within half a part of the
+// surface, and where a corner has none, they are as they are.
+class CubeHeights {
+  public:
+    static constexpr int parts = 4, corners = parts + 1;  // along an edge
+    static constexpr int count = corners * corners * corners;
+
+    CubeHeights(const LocalSurface& of, Vec3<double> at, double edge)
+        : surface(of), low(at), step(edge / parts), heights(count)
+    {
+    }
+    // Before height(): of each corner, in any order, by any threads.
+    void find(int corner);
+    std::optional<double> height(Vec3<double> at) const;  // of a place in the cube
+
+  private:
+    const LocalSurface& surface;
+    Vec3<double> low;
+    double step;  // [m]
+    std::vector<std::optional<double>> heights;
 };
 
 }  // namespace knead

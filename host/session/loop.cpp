@@ -158,16 +158,14 @@ void SessionLoop::make_edits()
     // There may be other clay now, of other materials.
     if (const std::vector<Material<double>>* edited = materials_of(solver))
         rule.materials = *edited;
-    forget_surfaces();
-    if (launching) make_device_surface();
+    renew_surfaces();
 }
 
 void SessionLoop::clay_edited()
 {
     if (begun > done) throw std::logic_error("clay was edited with a frame under way");
     rule.materials = solver.rules().materials;
-    forget_surfaces();
-    if (launching) make_device_surface();
+    renew_surfaces();
 }
 
 void SessionLoop::set_surface(const SurfaceRule& surface)
@@ -203,10 +201,14 @@ void SessionLoop::make_device_surface()
     on_device = std::make_unique<GpuSurface>(*particles(), rule.materials, rule.surface);
 }
 
-void SessionLoop::forget_surfaces()
+// What was made is of other clay. The device's memory serves again, where it can: to take and to
+// give back so much of it would hold up all who draw.
+void SessionLoop::renew_surfaces()
 {
-    state.reset(), last_meshes.reset(), last_on_device.reset(), on_device.reset();
+    state.reset(), last_meshes.reset(), last_on_device.reset();
     launched = -1;
+    if (on_device && !on_device->set_materials(rule.materials)) on_device.reset();
+    if (launching && !on_device) make_device_surface();
 }
 
 std::shared_ptr<const DeviceMesh> SessionLoop::device_mesh()

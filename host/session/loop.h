@@ -132,7 +132,7 @@ class SessionLoop {
     void tell();
     void make_device_surface();
     void launch_surface(int frame);
-    void forget_surfaces();
+    void renew_surfaces();
 
     Solver& solver;
     MotionSource motion;

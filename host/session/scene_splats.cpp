@@ -19,7 +19,14 @@ SceneSplats::SceneSplats(const Scene& given, const std::vector<SplatObject>& obj
 
 void SceneSplats::refresh()
 {
-    if (local()) shown = around_hands->shown();
+    if (local()) shown = std::make_shared<const SplatCloud>(around_hands->shown());
+}
+
+std::shared_ptr<const SplatCloud> SceneSplats::picture() const
+{
+    if (local()) return shown;
+    const std::shared_ptr<const CarriedSplats> all = moving.shared();
+    return {all, &all->cloud};
 }
 
 void SceneSplats::set_state(const CarriedSplats& state, const LocalState& of_local)
@@ -47,11 +54,29 @@ void SceneSplats::set_material(int object, const Material<double>& material, Sol
     if (local()) around_hands->set_material(object, whole, solver);
 }
 
-bool SceneSplats::after(const Frame& frame, FrameRow& row, Solver& solver, bool upkeep)
+namespace {
+
+void tell(const UpkeepReport& done, FrameRow& row)
 {
-    const UpkeepReport done = upkeep ? moving.after(row.frame, solver) : UpkeepReport{};
     row.splats_split = long(done.split), row.splats_added = long(done.added);
     row.splats_waiting = long(done.waiting);
+}
+
+}  // namespace
+
+bool SceneSplats::after(const Frame& frame, FrameRow& row, Solver& solver)
+{
+    tell(moving.after(row.frame, solver), row);
+    return follow_hands(frame, row, solver);
+}
+
+void SceneSplats::adopt(UpkeepPlan plan, FrameRow& row, Solver& solver)
+{
+    tell(moving.adopt(std::move(plan), solver), row);
+}
+
+bool SceneSplats::follow_hands(const Frame& frame, FrameRow& row, Solver& solver)
+{
     if (!local()) return false;
     const LocalReport now = around_hands->after(frame.motion, solver);
     row.cubes = long(now.cubes), row.cubes_taken = long(now.taken);

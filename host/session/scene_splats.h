@@ -18,9 +18,14 @@ class SceneSplats {
     bool local() const { return around_hands != nullptr; }
     bool changes() const { return moving.any() || local(); }  // from frame to frame
 
-    // After a frame, which its row hears of: splats are split and added where that is due, unless
-    // `upkeep` is false, and where hands come or go, clay. True if clay was brought or taken.
-    bool after(const Frame& frame, FrameRow& row, Solver& solver, bool upkeep = true);
+    // After a frame, which its row hears of: splats are split and added where that is due, and
+    // where hands come or go, clay. True if clay was brought or taken.
+    bool after(const Frame& frame, FrameRow& row, Solver& solver);
+    // The same for who has splats split and added beside frames: clay, and what came of a task of
+    // upkeep().
+    bool follow_hands(const Frame& frame, FrameRow& row, Solver& solver);
+    const SplatUpkeep& upkeep() const { return moving; }
+    void adopt(UpkeepPlan plan, FrameRow& row, Solver& solver);
     // The tools are others from now on; so is the material of an object, which the solver is told:
     // softened where the scene asks for that (`step.soften_beyond`).
     void set_rig(const Rig& rig);
@@ -28,7 +33,8 @@ class SceneSplats {
 
     // All of them as of the last refresh(): in the order of the solver's Gaussians, then those that
     // stand still.
-    const SplatCloud& drawn() const { return local() ? shown : moving.cloud(); }
+    const SplatCloud& drawn() const { return local() ? *shown : moving.cloud(); }
+    std::shared_ptr<const SplatCloud> picture() const;  // of drawn(), which stays as it is
     void refresh();
 
     // For checkpoints. Throws std::invalid_argument for a state that is not whole.
@@ -40,7 +46,7 @@ class SceneSplats {
     const Scene& scene;
     SplatUpkeep moving;
     std::unique_ptr<LocalClay> around_hands;  // null: no object has a depth
-    SplatCloud shown;                         // of a scene with local clay
+    std::shared_ptr<const SplatCloud> shown;  // of a scene with local clay
 };
 
 }  // namespace knead

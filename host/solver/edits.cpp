@@ -1,5 +1,6 @@
 #include "host/solver/edits.h"
 
+#include <algorithm>
 #include <cmath>
 #include <numeric>
 #include <stdexcept>
@@ -43,10 +44,11 @@ void check_material(const Material<double>& m)
 
 }  // namespace
 
-int Solver::add(const Material<double>&, const std::vector<Particle<double>>&) { refuse(*this); }
-void Solver::remove(int) { refuse(*this); }
+std::vector<int> Solver::add_each(const Material<double>&, Clays) { refuse(*this); }
+void Solver::remove_each(std::span<const int>) { refuse(*this); }
 void Solver::attach(int, const std::vector<Vec3<double>>&) { refuse(*this); }
 void Solver::set_gaussians(const std::vector<Gaussian<double>>&) { refuse(*this); }
+void Solver::edit_gaussians(const GaussianEdits&) { refuse(*this); }
 void Solver::set_material(int, const Material<double>&) { refuse(*this); }
 void Solver::move(int, const RigidMotion<double>&) { refuse(*this); }
 void Solver::set_gravity(Vec3<double>) { refuse(*this); }
@@ -55,6 +57,7 @@ void Solver::set_tools(const Rig&, const std::vector<Tool<double>>&) { refuse(*t
 const Setup& Solver::rules() const { refuse(*this); }
 std::shared_ptr<const Snapshot> Solver::snapshot() const { refuse(*this); }
 void Solver::restore(const Snapshot&) { refuse(*this); }
+Held Solver::held(const Snapshot&) const { refuse(*this); }
 SavedState Solver::save() const { refuse(*this); }
 void Solver::load(const SavedState&) { refuse(*this); }
 
@@ -95,24 +98,38 @@ double Rules::mass() const
     return sum;
 }
 
-int Rules::add(const Material<double>& material, const std::vector<Particle<double>>& clay)
+std::vector<int> Rules::add_each(const Material<double>& material, Clays clays)
 {
     check_material(material);
-    for (const Particle<double>& p : clay) {
-        if (!finite(p)) require(false, "a particle with a number that is not finite");
-        check_place(p.x);
+    long sum = count();
+    for (const std::vector<Particle<double>>& clay : clays) {
+        for (const Particle<double>& p : clay) {
+            if (!finite(p)) require(false, "a particle with a number that is not finite");
+            check_place(p.x);
+        }
+        sum += long(clay.size());
     }
-    require(count() + long(clay.size()) < 200000000, "more than 2e8 particles");
-    now.materials.push_back(material);
-    counts.push_back(long(clay.size()));
-    return int(counts.size()) - 1;
+    require(sum < 200000000, "more than 2e8 particles");
+    std::vector<int> objects;
+    for (const std::vector<Particle<double>>& clay : clays) {
+        objects.push_back(int(counts.size()));
+        now.materials.push_back(material);
+        counts.push_back(long(clay.size()));
+    }
+    return objects;
 }
 
-void Rules::remove(int object)
+void Rules::remove_each(std::span<const int> objects)
 {
-    check_object(object);
-    now.materials[std::size_t(object)] = {};
-    counts[std::size_t(object)] = 0;
+    std::vector<int> sorted(objects.begin(), objects.end());
+    std::sort(sorted.begin(), sorted.end());
+    require(std::adjacent_find(sorted.begin(), sorted.end()) == sorted.end(),
+            "an object is removed twice");
+    for (const int object : objects) check_object(object);
+    for (const int object : objects) {
+        now.materials[std::size_t(object)] = {};
+        counts[std::size_t(object)] = 0;
+    }
 }
 
 Plasticity Rules::set_material(int object, const Material<double>& material)
@@ -169,6 +186,22 @@ void Rules::check_attach(int object, const std::vector<Vec3<double>>& places) co
     for (const Vec3<double>& x : places) {
         require(finite(x), not_finite);
         check_place(x, "a Gaussian");
+    }
+}
+
+void check_edits(const GaussianEdits& edits, std::size_t gaussians, std::size_t particles)
+{
+    std::vector<char> is_split(gaussians, 0);
+    for (const GaussianSplit& split : edits.splits) {
+        require(split.index >= 0 && std::size_t(split.index) < gaussians,
+                "there is no Gaussian " + std::to_string(split.index));
+        require(!is_split[std::size_t(split.index)]++, "a Gaussian is split twice");
+        require(finite(split.way), not_finite);
+    }
+    for (const GaussianBeside& added : edits.added) {
+        require(added.particle >= 0 && std::size_t(added.particle) < particles,
+                "there is no particle " + std::to_string(added.particle));
+        require(finite(added.way), not_finite);
     }
 }
 

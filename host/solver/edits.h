@@ -22,8 +22,8 @@ class Rules {
     double mass() const;  // of all clay [kg]
 
     // Each throws std::invalid_argument, and changes nothing, where the edit cannot be.
-    int add(const Material<double>& material, const std::vector<Particle<double>>& clay);
-    void remove(int object);
+    std::vector<int> add_each(const Material<double>& material, Clays clays);
+    void remove_each(std::span<const int> objects);
     // Returns the law that the object had.
     Plasticity set_material(int object, const Material<double>& material);
     void set_gravity(Vec3<double> gravity);
@@ -50,6 +50,9 @@ void check_materials(const std::vector<Material<double>>& materials);
 // Throws std::invalid_argument where a rig and its tools do not hang together, or no mask has room
 // for them.
 void check_rig(const Rig& rig, const std::vector<Tool<double>>& tools);
+
+// Throws std::invalid_argument for edits of Gaussians, beside particles, that there are not.
+void check_edits(const GaussianEdits& edits, std::size_t gaussians, std::size_t particles);
 
 // Throws std::invalid_argument where the state is not whole, or not of such a lattice.
 void check_state(const SavedState& state, const Setup& of);

@@ -2,6 +2,7 @@
 #pragma once
 #include <functional>
 #include <memory>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -120,6 +121,21 @@ struct Clay;  // cuda/surface/surface.cuh: where a solver keeps its particles on
 struct MovedGaussians;  // cuda/splats/deform.cuh: and its Gaussians
 }  // namespace gpu
 
+// No Gaussian is split twice.
+struct GaussianEdits {
+    std::vector<GaussianSplit> splits;
+    std::vector<GaussianBeside> added;
+    bool any() const { return !splits.empty() || !added.empty(); }
+};
+
+struct Held {
+    std::vector<Particle<double>> particles;
+    std::vector<Gaussian<double>> gaussians;
+};
+
+// The particles of several objects.
+using Clays = std::span<const std::vector<Particle<double>>>;
+
 class Solver {
   public:
     virtual ~Solver() = default;
@@ -147,8 +163,14 @@ class Solver {
 
     // More clay of one material, at rest or moving; Particle::object is set. Returns the object's
     // number, which no other will have, also when this one is removed.
-    virtual int add(const Material<double>& material, const std::vector<Particle<double>>& clay);
-    virtual void remove(int object);
+    int add(const Material<double>& material, const std::vector<Particle<double>>& clay)
+    {
+        return add_each(material, {&clay, 1}).at(0);
+    }
+    // As many objects, at once.
+    virtual std::vector<int> add_each(const Material<double>& material, Clays clays);
+    void remove(int object) { remove_each({&object, 1}); }
+    virtual void remove_each(std::span<const int> objects);
     // Its particles keep their volume; their mass is that times the density.
     virtual void set_material(int object, const Material<double>& material);
     virtual void move(int object, const RigidMotion<double>& motion);
@@ -163,6 +185,9 @@ class Solver {
     // All Gaussians at once, deformed as they are, in this order from now on. The clay does not
     // hear of it: its next frame has the same bits.
     virtual void set_gaussians(const std::vector<Gaussian<double>>& all);
+    // The same of some among many, at little cost: behind all others come the second ones of those
+    // that are split, in their order, then the new ones.
+    virtual void edit_gaussians(const GaussianEdits& edits);
     // The setup as edited, without particles and Gaussians. A removed object's material is all
     // zero.
     virtual const Setup& rules() const;
@@ -170,11 +195,14 @@ class Solver {
     virtual std::shared_ptr<const Snapshot> snapshot() const;
     // Of this solver, at any time. Throws std::invalid_argument for that of another.
     virtual void restore(const Snapshot& snapshot);
+    // What it holds, for any thread, while the solver goes on; particles by id.
+    virtual Held held(const Snapshot& snapshot) const;
     virtual SavedState save() const;
     virtual void load(const SavedState& state);
     // Another after every frame, edit and restoring: who has drawn this number need not draw again.
     virtual long version() const { return 0; }
 
+    virtual std::size_t particle_count() const { return particles().size(); }
     // The particles in no particular order (deterministic for equal runs).
     virtual std::vector<Particle<double>> particles() const = 0;
     // In the order in which they were attached.

@@ -22,12 +22,6 @@ inline CarriedSplats carried(SplatCloud cloud)
     return all;
 }
 
-inline Vec3<double> put_between(const WallRule& walls, Vec3<double> x)
-{
-    return {clamp(x.x, walls.min.x, walls.max.x), clamp(x.y, walls.min.y, walls.max.y),
-            clamp(x.z, walls.min.z, walls.max.z)};
-}
-
 // One more splat, of half axes `scale` [m], whose colour is given by harmonics(degree) numbers.
 inline void append(CarriedSplats& to, Vec3<float> centre, const Ellipsoid<float>& shape,
                    float opacity, const Vec3<float>* sh, float extent)

@@ -222,21 +222,20 @@ RefillReport refill(CarriedSplats& splats, std::vector<Gaussian<double>>& gaussi
     for (const std::uint32_t k : bare) {
         const Place& place = places[k];
         if (place.depth >= enough) continue;  // the new ones around cover it
-        if (report.added == rule.budget || gaussians.size() >= rule.capacity) {
+        if (report.added.size() == rule.budget || gaussians.size() >= rule.capacity) {
             ++report.waiting;
             continue;
         }
         const Particle<double>& p = particles[place.particle];
         const Ellipsoid<double> shape = disc_at(place);
-        Gaussian<double> g = gaussian_at(
-            put_between(walls, place.x + ((0.5 - thickness) * place.spacing) * place.n), p.object);
-        g.sides = p.label();
+        const Vec3<double> way = ((0.5 - thickness) * place.spacing) * place.n;
+        const Gaussian<double> g = gaussian_beside(p, way, walls);
         sh[0] = cast<float>(colours.at(place, p.object));
         append(splats, cast<float>(g.x), {cast<float>(shape.q), cast<float>(shape.scale)}, opacity,
                sh.data(), float(disc * place.spacing));
         gaussians.push_back(g);
         add_cover({g.x, half_axes(shape), double(opacity)}, cells, widest, places);
-        ++report.added;
+        report.added.push_back({int(place.particle), way});
     }
     return report;
 }

@@ -13,7 +13,7 @@ struct RefillRule {
 };
 
 struct RefillReport {
-    std::size_t added = 0;
+    std::vector<GaussianBeside> added;
     std::size_t bare = 0;     // places at the clay's surface that were
     std::size_t waiting = 0;  // of these, still so, for want of budget or capacity
 };

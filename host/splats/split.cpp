@@ -56,8 +56,8 @@ std::vector<Candidate> candidates(const CarriedSplats& splats,
     return all;
 }
 
-void split_one(CarriedSplats& splats, std::vector<Gaussian<double>>& gaussians, std::size_t i,
-               const WallRule& walls)
+GaussianSplit split_one(CarriedSplats& splats, std::vector<Gaussian<double>>& gaussians,
+                        std::size_t i, const WallRule& walls)
 {
     SplatCloud& c = splats.cloud;
     const Mat3<double> L = half_axes(rest_shape(c, i)), M = gaussians[i].F * L;
@@ -72,16 +72,15 @@ void split_one(CarriedSplats& splats, std::vector<Gaussian<double>>& gaussians, 
     const Ellipsoid<double> shape = ellipsoid(symmetric(shorter * transpose(shorter)));
     const double apart = std::sqrt(1 - pair_variance);
     const Vec3<double> now = apart * (M * u), rest = apart * Lu;
-    const Vec3<double> x = gaussians[i].x, at_rest = cast<double>(c.centre[i]);
+    const Vec3<double> at_rest = cast<double>(c.centre[i]);
 
     c.rotation[i] = cast<float>(shape.q), c.scale[i] = cast<float>(shape.scale);
     c.opacity[i] = float(pair_opacity(double(c.opacity[i])));
     c.centre[i] = cast<float>(at_rest - rest);
     append(splats, cast<float>(at_rest + rest), {c.rotation[i], c.scale[i]}, c.opacity[i],
            c.sh.data() + i * std::size_t(harmonics(c.degree)), splats.extent[i]);
-    Gaussian<double> other = gaussians[i];
-    gaussians[i].x = put_between(walls, x - now), other.x = put_between(walls, x + now);
-    gaussians.push_back(other);
+    gaussians.push_back(split(gaussians[i], now, walls));
+    return {int(i), now};
 }
 
 }  // namespace
@@ -120,8 +119,10 @@ SplitReport split(CarriedSplats& splats, std::vector<Gaussian<double>>& gaussian
     const std::size_t room =
         rule.capacity > gaussians.size() ? rule.capacity - gaussians.size() : 0;
     const std::size_t count = std::min({all.size(), rule.budget, room});
-    for (std::size_t k = 0; k < count; ++k) split_one(splats, gaussians, all[k].index, walls);
-    return {count, all.size() - count};
+    SplitReport report{{}, all.size() - count};
+    for (std::size_t k = 0; k < count; ++k)
+        report.splits.push_back(split_one(splats, gaussians, all[k].index, walls));
+    return report;
 }
 
 }  // namespace knead

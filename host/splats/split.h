@@ -14,7 +14,7 @@ struct SplitRule {
 };
 
 struct SplitReport {
-    std::size_t split = 0;    // splats that are two now
+    std::vector<GaussianSplit> splits;  // those that are two now
     std::size_t waiting = 0;  // beyond the limit, but also beyond the budget or the capacity
 };
 

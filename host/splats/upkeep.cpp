@@ -1,5 +1,6 @@
 #include "host/splats/upkeep.h"
 
+#include <atomic>
 #include <cmath>
 
 namespace knead {
@@ -21,35 +22,57 @@ std::vector<double> spacings(const Setup& rules, const std::vector<Gaussian<doub
 }  // namespace
 
 SplatUpkeep::SplatUpkeep(const UpkeepRule& by, SplatCloud cloud)
-    : rule(by), splats(carried(std::move(cloud)))
+    : rule(by), splats(std::make_shared<CarriedSplats>(carried(std::move(cloud))))
 {
     expect(0);
 }
 
 void SplatUpkeep::expect(std::size_t more)
 {
-    const std::size_t most = rule.capacity > 0 ? rule.capacity : 3 * (splats.count() + more);
+    const std::size_t most = rule.capacity > 0 ? rule.capacity : 3 * (splats->count() + more);
     rule.split.capacity = rule.refill.capacity = most;
+}
+
+CarriedSplats& SplatUpkeep::change()
+{
+    if (splats.use_count() > 1) splats = std::make_shared<CarriedSplats>(*splats);
+    std::atomic_thread_fence(std::memory_order_acquire);  // who read it has ended
+    return *splats;
+}
+
+UpkeepPlan UpkeepTask::plan(const Held& held, const Setup& rules) const
+{
+    UpkeepPlan plan{std::make_shared<CarriedSplats>(*splats), {}, 0};
+    std::vector<Gaussian<double>> gaussians = held.gaussians;
+    if (rule.splits) {
+        SplitReport done = split(*plan.splats, gaussians, rule.split, rules.walls);
+        plan.edits.splits = std::move(done.splits), plan.waiting += done.waiting;
+    }
+    if (rule.refills) {
+        const std::vector<double> s = spacings(rules, gaussians, refilled);
+        RefillReport done =
+            refill(*plan.splats, gaussians, held.particles, s, rule.refill, rules.walls);
+        plan.edits.added = std::move(done.added), plan.waiting += done.waiting;
+    }
+    return plan;
+}
+
+UpkeepReport SplatUpkeep::adopt(UpkeepPlan plan, Solver& solver)
+{
+    const UpkeepReport report{plan.edits.splits.size(), plan.edits.added.size(), plan.waiting};
+    if (!plan.edits.any()) return report;
+    solver.edit_gaussians(plan.edits);
+    splats = std::move(plan.splats);
+    return report;
 }
 
 UpkeepReport SplatUpkeep::after(int frame, Solver& solver)
 {
-    UpkeepReport report;
-    if (!any() || frame % rule.every != 0) return report;
-    std::vector<Gaussian<double>> gaussians = solver.gaussians();
-    const WallRule& walls = solver.rules().walls;
-    if (rule.splits) {
-        const SplitReport done = split(splats, gaussians, rule.split, walls);
-        report.split = done.split, report.waiting += done.waiting;
-    }
-    if (rule.refills) {
-        const std::vector<double> s = spacings(solver.rules(), gaussians, refilled);
-        const RefillReport done =
-            refill(splats, gaussians, solver.particles(), s, rule.refill, walls);
-        report.added = done.added, report.waiting += done.waiting;
-    }
-    if (report.split + report.added > 0) solver.set_gaussians(gaussians);
-    return report;
+    if (!due(frame)) return {};
+    Held held;
+    held.gaussians = solver.gaussians();
+    if (rule.refills) held.particles = solver.particles();
+    return adopt(task().plan(held, solver.rules()), solver);
 }
 
 }  // namespace knead

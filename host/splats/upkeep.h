@@ -1,6 +1,8 @@
-// Keeps the splats of a solver's Gaussians dense while clay is shaped: between frames, on the host,
-// through the solver's edits. docs/splats.md.
+// Keeps the splats of a solver's Gaussians dense while clay is shaped: on the host, through the
+// solver's edits, between frames or beside them. docs/splats.md.
 #pragma once
+#include <memory>
+
 #include "host/solver/solver.h"
 #include "host/splats/refill.h"
 #include "host/splats/split.h"
@@ -22,29 +24,55 @@ struct UpkeepReport {
     std::size_t waiting = 0;           // for budget or capacity
 };
 
+// What upkeep comes to, for the splats that it began with.
+struct UpkeepPlan {
+    std::shared_ptr<CarriedSplats> splats;  // as they will be
+    GaussianEdits edits;
+    std::size_t waiting = 0;
+};
+
+// What is to be looked at: a copy that any thread may follow.
+struct UpkeepTask {
+    UpkeepRule rule;
+    std::shared_ptr<const CarriedSplats> splats;
+    int refilled = 0;  // objects below
+
+    // Of a solver's particles and Gaussians, and its rules.
+    UpkeepPlan plan(const Held& held, const Setup& rules) const;
+};
+
 class SplatUpkeep {
   public:
     // Of the splats of a solver's Gaussians, in their order.
     SplatUpkeep(const UpkeepRule& rule, SplatCloud cloud);
 
-    const SplatCloud& cloud() const { return splats.cloud; }
-    const CarriedSplats& state() const { return splats; }
-    void set_state(CarriedSplats state) { splats = std::move(state); }
-    CarriedSplats& state() { return splats; }  // of who brings Gaussians and takes them away
+    const SplatCloud& cloud() const { return splats->cloud; }
+    const CarriedSplats& state() const { return *splats; }
+    std::shared_ptr<const CarriedSplats> shared() const { return splats; }
+    void set_state(CarriedSplats state)
+    {
+        splats = std::make_shared<CarriedSplats>(std::move(state));
+    }
+    // Of who brings Gaussians and takes them away. What a task or a picture holds stays as it is.
+    CarriedSplats& change();
     // There may come so many more, which the default of the capacity is to hear of.
     void expect(std::size_t more);
     // From this object on none gets new splats: where all but one side of the clay is out of sight.
     void refill_below(int object) { refilled = object; }
-    bool any() const { return rule.any() && splats.count() > 0; }
+    bool any() const { return rule.any() && splats->count() > 0; }
+    bool due(int frame) const { return any() && frame % rule.every == 0; }
 
     // After the frame of that number, with no frame under way: where it is due, splats are split
     // and added. The clay does not hear of it. Throws std::logic_error where the solver takes no
     // edits.
     UpkeepReport after(int frame, Solver& solver);
+    // The same in two halves, between which frames may pass, but no other edits.
+    UpkeepTask task() const { return {rule, splats, refilled}; }
+    UpkeepReport adopt(UpkeepPlan plan, Solver& solver);
 
   private:
     UpkeepRule rule;
-    CarriedSplats splats;
+    std::shared_ptr<CarriedSplats> splats;
     int refilled = 0x7fffffff;
 };
 

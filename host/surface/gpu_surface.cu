@@ -143,6 +143,22 @@ GpuSurface::~GpuSurface()
         cudaGetLastError();
 }
 
+// Waits for what reads the table that is written.
+bool GpuSurface::State::set_materials(const std::vector<Material<double>>& materials)
+{
+    check(cudaSetDevice(device), "device");
+    if (!store.serves(materials)) return false;
+    if (under_way) wait(under_way->written, "surface");
+    wait(stream, "surface");
+    graph.drop();
+    store.set_materials(materials);
+    return true;
+}
+bool GpuSurface::set_materials(const std::vector<Material<double>>& materials)
+{
+    return state->set_materials(materials);
+}
+
 void GpuSurface::launch(const Clay& clay)
 {
     state->prepare(clay);

@@ -34,6 +34,10 @@ class GpuSurface {
                SurfaceRoom room = {}, int device = -1);
     ~GpuSurface();
 
+    // After an edit, the clay's materials. False, and nothing has changed, where they need another
+    // surface: for a category that is new, or particles larger than there were.
+    bool set_materials(const std::vector<Material<double>>& materials);
+
     // Launches all stages behind what is queued to move the clay, and waits for nothing. A surface
     // for which there is no room is empty, and settled() says so. The particles must be as many as
     // at first.

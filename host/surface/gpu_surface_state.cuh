@@ -34,6 +34,7 @@ struct GpuSurface::State {
           const std::vector<Material<double>>& materials, const SurfaceRule& rule, SurfaceRoom room,
           int wanted);
     std::vector<SurfaceStage> stages(const gpu::Clay& now) const;
+    bool set_materials(const std::vector<Material<double>>& materials);
     void prepare(const gpu::Clay& now);
     void forget_if_told(cudaStream_t on);
     void start(cudaStream_t on);

@@ -34,15 +34,19 @@ SurfaceStore::SurfaceStore(const std::vector<Particle<double>>& particles,
     reserve(room);
 }
 
-// Categories by rising number, and what each object adds to its own.
+float SurfaceStore::cell() const { return rule.lattice.dx * rule.lattice.dx * rule.lattice.dx; }
+
+// Of a particle at rest [m^3]; 0 of what cannot be.
+float SurfaceStore::volume(const Material<double>& material) const
+{
+    const float v = float(material.mass / material.density);
+    return v > 0 && std::isfinite(v / cell()) ? v : 0.0f;
+}
+
+// Categories by rising number.
 void SurfaceStore::sort_out(const std::vector<Particle<double>>& particles,
                             const std::vector<Material<double>>& materials)
 {
-    const float cell = rule.lattice.dx * rule.lattice.dx * rule.lattice.dx;
-    const auto volume = [&](const Material<double>& m) {
-        const float v = float(m.mass / m.density);
-        return v > 0 && std::isfinite(v / cell) ? v : 0.0f;
-    };
     for (const Particle<double>& q : particles) {
         if (q.object < 0 || std::size_t(q.object) >= materials.size()) continue;
         const Material<double>& m = materials[std::size_t(q.object)];
@@ -50,33 +54,48 @@ void SurfaceStore::sort_out(const std::vector<Particle<double>>& particles,
         if (!(v > 0)) continue;
         Kind& kind = kinds[m.category];
         kind.volume = std::max(kind.volume, v);
-        kind.amount += double(v / cell);
+        kind.amount += double(v / cell());
     }
-    std::vector<Layer> rows_of_layers;
     for (const auto& [category, kind] : kinds) {
-        rows_of_layers.push_back(
-            {quantum_of(kind.volume / cell), softenings(kind.volume, rule.lattice.dx)});
+        each_layer.push_back(
+            {quantum_of(kind.volume / cell()), softenings(kind.volume, rule.lattice.dx)});
         amount += kind.amount;
     }
-    std::vector<Grain> rows_of_grains;
-    for (const Material<double>& m : materials) {
-        const auto found = kinds.find(m.category);
-        const int index = int(std::distance(kinds.begin(), found));
-        const float share = volume(m) / cell;
-        // An object that had no particles at first must not be larger than those that had.
-        const bool usable = found != kinds.end() && volume(m) <= found->second.volume;
-        rows_of_grains.push_back(usable ? Grain{share / rows_of_layers[index].quantum, index}
-                                        : Grain{0, 0});
-    }
-    if (kinds.empty()) rows_of_layers.push_back({1, 0});  // so that there is something to launch
+    if (kinds.empty()) each_layer.push_back({1, 0});  // so that there is something to launch
     int max_passes = 0;
-    for (const Layer& layer : rows_of_layers) max_passes = std::max(max_passes, layer.softenings);
+    for (const Layer& layer : each_layer) max_passes = std::max(max_passes, layer.softenings);
     rounds = std::max(1, (max_passes + passes_a_round - 1) / passes_a_round);
     view.rounds = rounds;
     view.reach = max_passes + 1;  // a cell has nodes one step away
-    if (!rows_of_grains.empty()) first = rows_of_grains[0];
-    grains = DeviceArray<Grain>(rows_of_grains);
-    layers = DeviceArray<Layer>(rows_of_layers);
+    layers = DeviceArray<Layer>(each_layer);
+    set_materials(materials);
+}
+
+bool SurfaceStore::serves(const std::vector<Material<double>>& materials) const
+{
+    return std::all_of(materials.begin(), materials.end(), [this](const Material<double>& m) {
+        const auto found = kinds.find(m.category);
+        return volume(m) == 0 || (found != kinds.end() && volume(m) <= found->second.volume);
+    });
+}
+
+// What each object adds to its category. One that had no particles at first must not be larger than
+// those that had.
+void SurfaceStore::set_materials(const std::vector<Material<double>>& materials)
+{
+    std::vector<Grain> each;
+    for (const Material<double>& m : materials) {
+        const auto found = kinds.find(m.category);
+        const int index = int(std::distance(kinds.begin(), found));
+        const float share = volume(m) / cell();
+        const bool usable = found != kinds.end() && volume(m) <= found->second.volume;
+        each.push_back(usable ? Grain{share / each_layer[std::size_t(index)].quantum, index}
+                              : Grain{0, 0});
+    }
+    if (grains.size() < each.size()) grains = DeviceArray<Grain>(each.size() + each.size() / 2);
+    upload(grains.data(), each.data(), each.size());
+    view.first = each.empty() ? Grain{} : each[0];
+    view.grains = {grains.data(), int(each.size())};
 }
 
 // All that depends on the lattice.
@@ -112,8 +131,6 @@ void SurfaceStore::allocate()
     faults = DeviceArray<Faults>(1);
     scratch = DeviceArray<unsigned char>(scan_scratch_bytes(view.blocks));
     space = {scratch.data(), scratch.size()};
-    view.first = first;
-    view.grains = {grains.data(), int(grains.size())};
     view.layers = layers.data();
     view.sums = sums.data(), view.marks = marks.data(), view.occupied = occupied.data();
     view.list = blocks.data(), view.skin = skin.data(), view.active = active.data();

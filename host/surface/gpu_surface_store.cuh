@@ -23,6 +23,9 @@ class SurfaceStore {
                  const std::vector<Material<double>>& materials, const SurfaceRule& given,
                  SurfaceRoom room);
 
+    // Whether the layers that there are serve clay of these materials; then what each adds to them.
+    bool serves(const std::vector<Material<double>>& materials) const;
+    void set_materials(const std::vector<Material<double>>& materials);
     // Other buffers for the mesh; where they are changes.
     void reserve(SurfaceRoom room);
     std::size_t bytes() const;
@@ -42,10 +45,12 @@ class SurfaceStore {
   private:
     void sort_out(const std::vector<Particle<double>>& particles,
                   const std::vector<Material<double>>& materials);
+    float cell() const;  // [m^3]
+    float volume(const Material<double>& material) const;
     void allocate();
 
     double amount = 0;  // of all clay [nodes full]
-    Grain first{};
+    std::vector<Layer> each_layer;
     DeviceArray<Grain> grains;
     DeviceArray<Layer> layers;
     DeviceArray<unsigned> sums, marks, occupied, anew;

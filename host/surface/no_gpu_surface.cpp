@@ -21,6 +21,7 @@ GpuSurface::GpuSurface(const std::vector<Particle<double>>&, const std::vector<M
     refuse();
 }
 GpuSurface::~GpuSurface() = default;
+bool GpuSurface::set_materials(const std::vector<Material<double>>&) { refuse(); }
 void GpuSurface::launch(const gpu::Clay&) { refuse(); }
 const gpu::SurfaceView& GpuSurface::view() const { refuse(); }
 SurfaceStats GpuSurface::settled() const { refuse(); }

@@ -9,6 +9,7 @@
 
 #include "host/assets/procedural_ground.h"
 #include "host/base/errors.h"
+#include "host/session/local_surface.h"
 #include "host/session/scene_splats.h"
 #include "host/splats/cells.h"
 #include "host/splats/deformed.h"
@@ -337,6 +338,45 @@ TEST_P(LocalScene, NeedsTheLocalizedModeAndIsOneAtMost)
     EXPECT_THROW(make({"rest.mode=sleep"}), InputError);
     EXPECT_THROW(make({"objects.0.depth=-1"}), InputError);
     EXPECT_NO_THROW(make({"objects.0.depth=0.05"}));
+}
+
+// Hills of splats: between corners deep places are told to a tenth of a step, others exactly.
+TEST(LocalSurfaceOfSplats, IsKnownInACubeByItsCorners)
+{
+    std::vector<Place> x, n;
+    const double gap = 0.01, dx = 1.0 / 48, depth = 0.17;
+    for (int i = 0; i < 100; ++i)
+        for (int j = 0; j < 100; ++j) {
+            const double a = gap * i, c = gap * j;
+            x.push_back({a, 0.4 + 0.03 * std::sin(6 * a) * std::cos(5 * c), c});
+            const Place along{-0.18 * std::cos(6 * a) * std::cos(5 * c), 1,
+                              0.15 * std::sin(6 * a) * std::sin(5 * c)};
+            n.push_back((1 / length(along)) * along);
+        }
+    const LocalSurface surface(x, n, depth, 2 * dx);
+    const double edge = 8 * dx;
+    int inside = 0, deep = 0;
+    for (int y = 1; y < 4; ++y) {
+        const Place low{3 * edge, y * edge, 2 * edge};
+        CubeHeights cube(surface, low, edge);
+        for (int k = 0; k < CubeHeights::count; ++k) cube.find(k);
+        for (int k = 0; k < 4000; ++k) {
+            const Place at =
+                low + edge / 20 * Place{k % 20 + 0.5, k / 20 % 10 * 2 + 0.5, k / 200 + 0.5};
+            const auto wanted = surface.height(at), found = cube.height(at);
+            if (wanted && std::abs(*wanted) < 0.5 * dx) {
+                ASSERT_EQ(found, wanted) << k;
+            } else if (wanted && found) {
+                ASSERT_NEAR(*found, *wanted, 0.2 * dx) << k;
+            }
+            if (wanted && *wanted < 0 && *wanted > -depth) {
+                ASSERT_TRUE(found) << k;
+            }
+            inside += wanted && *wanted < 0, deep += wanted && *wanted < -4 * dx;
+        }
+    }
+    EXPECT_GT(inside, 1000);
+    EXPECT_GT(deep, 500);
 }
 
 INSTANTIATE_TEST_SUITE_P(Devices, LocalScene, ::testing::Bool(),

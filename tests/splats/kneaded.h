@@ -180,11 +180,12 @@ inline std::pair<std::size_t, std::size_t> play(Body& b, Solver& solver, int fra
         solver.advance({}, frame);
         if (!upkeep || f % upkeep->every != 0) continue;
         std::vector<Gaussian<double>> g = solver.gaussians();
-        if (upkeep->splits) split_up += split(b.splats, g, upkeep->split, b.setup.walls).split;
+        if (upkeep->splits)
+            split_up += split(b.splats, g, upkeep->split, b.setup.walls).splits.size();
         if (upkeep->refills)
             added +=
                 refill(b.splats, g, solver.particles(), {b.spacing}, upkeep->refill, b.setup.walls)
-                    .added;
+                    .added.size();
         solver.set_gaussians(g);
     }
     return {split_up, added};

@@ -52,7 +52,7 @@ TEST(SplitSplat, KeepsMeanAndCovariance)
     const Vec3<double> x = g[0].x;
     const Sym3<double> before = covariance_of(s, g[0], 0);
     const SplitReport done = split(s, g, {}, far_walls);
-    EXPECT_EQ(done.split, 1u);
+    EXPECT_EQ(done.splits.size(), 1u);
     ASSERT_EQ(g.size(), 2u);
     ASSERT_EQ(s.count(), 2u);
     EXPECT_LT(length(0.5 * (g[0].x + g[1].x) - x), 1e-12);
@@ -112,7 +112,7 @@ TEST(SplitSplat, ThePairComposesToNearlyTheSamePicture)
         const Picture before = cpu_raster(s.cloud, f).front();
         Gaussians g{gaussian_at(Vec3<double>{0, 0, 0}, 0)};
         g[0].F.a.x = 2;
-        ASSERT_EQ(split(s, g, {}, far_walls).split, 1u);
+        ASSERT_EQ(split(s, g, {}, far_walls).splits.size(), 1u);
         SplatFrame two = f;
         two.moved_centre.clear(), two.moved_F.clear();
         for (const Gaussian<double>& one : g) {
@@ -164,7 +164,7 @@ TEST(Split, GoesOnUntilNoneIsTooLong)
     Many m = many();
     ASSERT_GT(worst(m), 2.5);
     int calls = 0;
-    for (; calls < 20 && split(m.splats, m.gaussians, {}, far_walls).split > 0; ++calls) {
+    for (; calls < 20 && split(m.splats, m.gaussians, {}, far_walls).splits.size() > 0; ++calls) {
     }
     EXPECT_LT(worst(m), SplitRule{}.limit * 1.0001);
     EXPECT_GT(calls, 2);
@@ -179,15 +179,15 @@ TEST(Split, TakesTheWorstFirstWithinBudgetAndCapacity)
     SplitRule rule;
     rule.budget = 10;
     SplitReport done = split(m.splats, m.gaussians, rule, far_walls);
-    EXPECT_EQ(done.split, 10u);
+    EXPECT_EQ(done.splits.size(), 10u);
     EXPECT_GT(done.waiting, 100u);
     EXPECT_LT(worst(m), before);
     rule.budget = 1000, rule.capacity = m.gaussians.size() + 7;
     done = split(m.splats, m.gaussians, rule, far_walls);
-    EXPECT_EQ(done.split, 7u);
+    EXPECT_EQ(done.splits.size(), 7u);
     EXPECT_EQ(m.gaussians.size(), rule.capacity);
     rule.capacity = 5;
-    EXPECT_EQ(split(m.splats, m.gaussians, rule, far_walls).split, 0u);
+    EXPECT_EQ(split(m.splats, m.gaussians, rule, far_walls).splits.size(), 0u);
     rule = {}, rule.smallest = 1;
     EXPECT_EQ(split(m.splats, m.gaussians, rule, far_walls).waiting, 0u);
 }
@@ -251,7 +251,7 @@ TEST(Refill, AddsNothingWhereSplatsCoverTheSurface)
 {
     Block b = block(1);
     const RefillReport done = refill(b.splats, b.gaussians, b.particles, {Block::h}, {}, far_walls);
-    EXPECT_EQ(done.added, 0u);
+    EXPECT_EQ(done.added.size(), 0u);
     EXPECT_EQ(done.bare, 0u);
 }
 
@@ -260,9 +260,9 @@ TEST(Refill, CoversWhatIsBareWithDiscsAlongTheSurface)
     Block b = block(0.06);
     const std::size_t before = b.gaussians.size();
     const RefillReport done = refill(b.splats, b.gaussians, b.particles, {Block::h}, {}, far_walls);
-    EXPECT_GT(done.added, 100u);
+    EXPECT_GT(done.added.size(), 100u);
     EXPECT_EQ(done.waiting, 0u);
-    EXPECT_EQ(b.gaussians.size(), before + done.added);
+    EXPECT_EQ(b.gaussians.size(), before + done.added.size());
     EXPECT_EQ(b.splats.count(), b.gaussians.size());
     std::size_t on_top = 0;
     for (std::size_t i = before; i < b.gaussians.size(); ++i) {
@@ -306,10 +306,11 @@ TEST(Refill, KeepsToItsBudgetAndCapacityTheBarestFirst)
     rule.budget = 20;
     const RefillReport done =
         refill(b.splats, b.gaussians, b.particles, {Block::h}, rule, far_walls);
-    EXPECT_EQ(done.added, 20u);
+    EXPECT_EQ(done.added.size(), 20u);
     EXPECT_GT(done.waiting, 50u);
     rule.budget = 1000, rule.capacity = b.gaussians.size() + 3;
-    EXPECT_EQ(refill(b.splats, b.gaussians, b.particles, {Block::h}, rule, far_walls).added, 3u);
+    EXPECT_EQ(refill(b.splats, b.gaussians, b.particles, {Block::h}, rule, far_walls).added.size(),
+              3u);
     EXPECT_EQ(refill(b.splats, b.gaussians, b.particles, {0}, {}, far_walls).bare, 0u)
         << "an object without splats";
 }

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <future>
 
 #include "host/solver/reference.h"
 #include "tests/solver/same_bits.h"
@@ -119,6 +120,46 @@ TEST_P(Kept, TheSavedStateGoesOnInTheSameBits)
     EXPECT_TRUE(same_bits(solver->gaussians(), loaded->gaussians()));
     EXPECT_TRUE(same_bits(first.cloud().scale, second.cloud().scale));
     EXPECT_TRUE(same_bits(first.cloud().opacity, second.cloud().opacity));
+}
+
+// Planned by another thread while frames go on: what comes of it is put where the clay is by then.
+TEST_P(Kept, ItMayGoOnBesideFrames)
+{
+    const Body b = drawn();
+    SplatUpkeep upkeep(rule(), b.splats.cloud);
+    const auto solver = make(b.setup), bare = make(b.setup);
+    advance(*solver, 4), advance(*bare, 4);
+    const auto shown = upkeep.shared();
+    const UpkeepTask task = upkeep.task();
+    auto plan =
+        std::async(std::launch::async, [&, then = solver->snapshot(), rules = solver->rules()] {
+            return task.plan(solver->held(*then), rules);
+        });
+    advance(*solver, 3), advance(*bare, 3);
+    UpkeepPlan made = plan.get();
+    const GaussianEdits edits = made.edits;
+    const UpkeepReport done = upkeep.adopt(std::move(made), *solver);
+    EXPECT_EQ(done.split, 300u);
+    EXPECT_GT(done.added, 0u);
+    EXPECT_EQ(shown->count(), b.splats.count()) << "who draws them has those of before";
+    ASSERT_EQ(upkeep.cloud().count(), b.splats.count() + done.split + done.added);
+    const Gaussians now = solver->gaussians(), before = bare->gaussians();
+    ASSERT_EQ(now.size(), upkeep.cloud().count());
+    for (std::size_t k = 0; k < edits.splits.size(); ++k) {
+        const GaussianSplit& s = edits.splits[k];
+        const Gaussian<double>&first = now[std::size_t(s.index)], &second = now[before.size() + k];
+        const Vec3<double> x = before[std::size_t(s.index)].x;
+        ASSERT_LT(length(first.x - (x - s.way)), 1e-6) << k;
+        ASSERT_LT(length(second.x - (x + s.way)), 1e-6) << k;
+    }
+    const auto q = bare->particles();
+    for (std::size_t k = 0; k < edits.added.size(); ++k) {
+        const GaussianBeside& a = edits.added[k];
+        const Vec3<double> x = now[before.size() + edits.splits.size() + k].x;
+        ASSERT_LT(length(x - (q[std::size_t(a.particle)].x + a.way)), 1e-6) << k;
+    }
+    advance(*solver, 2), advance(*bare, 2);
+    EXPECT_TRUE(same_bits(solver->particles(), bare->particles()));
 }
 
 TEST(KeptOnTheCpu, TheBitsAreTheSameForAnyNumberOfThreads)

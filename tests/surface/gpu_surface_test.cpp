@@ -209,6 +209,28 @@ TEST_F(GpuSurfaces, NothingOfTheLastSurfaceIsLeftInTheNext)
         same_bits(GpuSurface(left, {clay(h)}, rule_of(64)).surface(left), used.surface(left)));
 }
 
+// After an edit, without taking other memory.
+TEST_F(GpuSurfaces, OfOtherMaterialsIsTheSameAsANewOne)
+{
+    const double h = 1.0 / 48;
+    Particles first = filled(h, 1, 0, ball({0.3, 0.5, 0.5}, 0.2));
+    const auto other = filled(h, 2, 1, ball({0.7, 0.5, 0.5}, 0.2));
+    first.insert(first.end(), other.begin(), other.end());
+    Particles second = filled(h, 3, 2, ball({0.5, 0.5, 0.5}, 0.2));
+    const auto more = filled(h, 4, 3, ball({0.5, 0.8, 0.5}, 0.15));
+    second.insert(second.end(), more.begin(), more.end());
+    GpuSurface used(first, {clay(h, 5), clay(h, -3)}, rule_of(48));
+    used.surface(first);
+    const std::vector<Material<double>> edited{{}, {}, clay(h, 5), clay(h, -3)};
+    ASSERT_TRUE(used.set_materials(edited));
+    EXPECT_TRUE(
+        same_bits(used.surface(second), GpuSurface(second, edited, rule_of(48)).surface(second)));
+    EXPECT_FALSE(used.set_materials({clay(h, 5), clay(h, 4)})) << "a category that is new";
+    EXPECT_FALSE(used.set_materials({clay(1.1 * h, 5)})) << "larger particles";
+    EXPECT_TRUE(
+        same_bits(used.surface(second), GpuSurface(second, edited, rule_of(48)).surface(second)));
+}
+
 TEST_F(GpuSurfaces, MeasuringLeavesTheSurfaceAsItWas)
 {
     const double h = 1.0 / 48;

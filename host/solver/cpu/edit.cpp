@@ -11,8 +11,6 @@
 
 namespace knead {
 
-namespace {
-
 template <class R>
 struct CpuSnapshot : Snapshot {
     std::shared_ptr<const char> solver;
@@ -29,8 +27,6 @@ struct CpuSnapshot : Snapshot {
                splats.size() * sizeof splats[0];
     }
 };
-
-}  // namespace
 
 // What follows from the setup alone.
 template <class R>
@@ -103,30 +99,34 @@ void CpuSolver<R>::edit(int object, Edit&& edit)
 }
 
 template <class R>
-int CpuSolver<R>::add(const Material<double>& material, const std::vector<Particle<double>>& clay)
+std::vector<int> CpuSolver<R>::add_each(const Material<double>& material, Clays clays)
 {
-    const int object = book.add(material, clay);
+    const std::vector<int> objects = book.add_each(material, clays);
     by_id();
-    for (const Particle<double>& p : clay) {
-        q.push_back(cast<R>(p));
-        q.back().object = object;
-        wake(q.back());
-    }
+    for (std::size_t k = 0; k < clays.size(); ++k)
+        for (const Particle<double>& p : clays[k]) {
+            q.push_back(cast<R>(p));
+            q.back().object = objects[k];
+            wake(q.back());
+        }
     renumber();
     apply_rules();
-    return object;
+    return objects;
 }
 
 template <class R>
-void CpuSolver<R>::remove(int object)
+void CpuSolver<R>::remove_each(std::span<const int> objects)
 {
-    book.remove(object);
+    book.remove_each(objects);
     by_id();
+    const auto goes = [&](int object) {
+        return !there(book.setup().materials[std::size_t(object)]);
+    };
     std::erase_if(q, [&](const Particle<R>& p) {
-        if (p.object == object) wake(p);
-        return p.object == object;
+        if (goes(p.object)) wake(p);
+        return goes(p.object);
     });
-    std::erase_if(splats, [&](const Gaussian<R>& g) { return g.object == object; });
+    std::erase_if(splats, [&](const Gaussian<R>& g) { return goes(g.object); });
     renumber();
     apply_rules();
 }
@@ -200,18 +200,25 @@ std::shared_ptr<const Snapshot> CpuSolver<R>::snapshot() const
 }
 
 template <class R>
-void CpuSolver<R>::restore(const Snapshot& snapshot)
+const CpuSnapshot<R>& CpuSolver<R>::known(const Snapshot& snapshot) const
 {
     const auto* from = dynamic_cast<const CpuSnapshot<R>*>(&snapshot);
     if (!from || from->solver != identity)
         throw std::invalid_argument("the snapshot is of another solver");
-    book = from->book;
-    q = from->q, ids = from->ids, splats = from->splats;
-    stillness.quiet = from->quiet, was_covered = from->was_covered;
+    return *from;
+}
+
+template <class R>
+void CpuSolver<R>::restore(const Snapshot& snapshot)
+{
+    const auto& from = known(snapshot);
+    book = from.book;
+    q = from.q, ids = from.ids, splats = from.splats;
+    stillness.quiet = from.quiet, was_covered = from.was_covered;
     arranged = false;  // sorted again, what is in order stays so
     posed = PosedTools<R>(setup, lattice);
     apply_rules();
-    most = from->most;
+    most = from.most;
 }
 
 template <class R>
@@ -226,14 +233,16 @@ Extremes CpuSolver<R>::extremes() const
 }
 
 template <class R>
+Held CpuSolver<R>::held(const Snapshot& snapshot) const
+{
+    const auto& from = known(snapshot);
+    return {in_double(from.q, from.ids), in_double(from.splats)};
+}
+
+template <class R>
 std::vector<Particle<double>> CpuSolver<R>::particles() const
 {
-    std::vector<Particle<double>> all(q.size());
-    for (std::size_t i = 0; i < q.size(); ++i) {
-        Particle<double>& one = all[std::size_t(ids[i])] = cast<double>(q[i]);
-        one.hold(false);
-    }
-    return all;
+    return in_double(q, ids);
 }
 
 template <class R>

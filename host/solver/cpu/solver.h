@@ -64,26 +64,55 @@ struct Counts {
     }
 };
 
+// By id, and as they were attached.
+template <class R>
+std::vector<Particle<double>> in_double(const std::vector<Particle<R>>& q,
+                                        const std::vector<int>& ids)
+{
+    std::vector<Particle<double>> all(q.size());
+    for (std::size_t i = 0; i < q.size(); ++i) {
+        Particle<double>& one = all[std::size_t(ids[i])] = cast<double>(q[i]);
+        one.hold(false);
+    }
+    return all;
+}
+template <class R>
+std::vector<Gaussian<double>> in_double(const std::vector<Gaussian<R>>& splats)
+{
+    std::vector<Gaussian<double>> all;
+    for (Gaussian<R> g : splats) {
+        g.hold(false);
+        all.push_back(cast<double>(g));
+    }
+    return all;
+}
+
+template <class R>
+struct CpuSnapshot;
+
 template <class R>
 class CpuSolver : public Solver {
   public:
     explicit CpuSolver(const Setup& given);
     FrameStats advance(const Motion& motion, double duration) override;
-    int add(const Material<double>& material, const std::vector<Particle<double>>& clay) override;
-    void remove(int object) override;
+    std::vector<int> add_each(const Material<double>& material, Clays clays) override;
+    void remove_each(std::span<const int> objects) override;
     void set_material(int object, const Material<double>& material) override;
     void move(int object, const RigidMotion<double>& motion) override;
     void attach(int object, const std::vector<Vec3<double>>& places) override;
     void set_gaussians(const std::vector<Gaussian<double>>& all) override;
+    void edit_gaussians(const GaussianEdits& edits) override;
     void set_gravity(Vec3<double> to) override;
     void set_walls(const WallRule& to) override;
     void set_tools(const Rig& rig, const std::vector<Tool<double>>& tools) override;
     const Setup& rules() const override { return setup; }
     std::shared_ptr<const Snapshot> snapshot() const override;
+    Held held(const Snapshot& snapshot) const override;
     void restore(const Snapshot& from) override;
     SavedState save() const override;
     void load(const SavedState& state) override;
     long version() const override { return changes; }
+    std::size_t particle_count() const override { return q.size(); }
     std::vector<Particle<double>> particles() const override;
     std::vector<Gaussian<double>> gaussians() const override;
     std::vector<double> penetration() const override;
@@ -111,6 +140,7 @@ class CpuSolver : public Solver {
     void update_together(int b, Int3 node, Int3 across, R dt, Counts& counts);
     void split_update(int b, R dt, Counts& counts);
     void g2p(R dt);
+    const CpuSnapshot<R>& known(const Snapshot& snapshot) const;
     void arrange_splats();
     // Calls visit(g) for those that were in block b when the frame began.
     template <class Visit>

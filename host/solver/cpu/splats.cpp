@@ -92,20 +92,33 @@ void CpuSolver<R>::set_gaussians(const std::vector<Gaussian<double>>& all)
 }
 
 template <class R>
+void CpuSolver<R>::edit_gaussians(const GaussianEdits& edits)
+{
+    check_edits(edits, splats.size(), q.size());
+    const WallRule& between = setup.walls;
+    for (const GaussianSplit& s : edits.splits)
+        splats.push_back(knead::split(splats[std::size_t(s.index)], cast<R>(s.way), between));
+    std::vector<int> places(q.size());
+    for (std::size_t i = 0; i < q.size(); ++i) places[std::size_t(ids[i])] = int(i);
+    for (const GaussianBeside& b : edits.added) {
+        const auto at = std::size_t(places[std::size_t(b.particle)]);
+        splats.push_back(gaussian_beside(q[at], cast<R>(b.way), between));
+    }
+    splats_arranged = false, ++changes;
+    if (times.back().name != "deform" && !splats.empty()) times.push_back({"deform", 0});
+}
+
+template <class R>
 std::vector<Gaussian<double>> CpuSolver<R>::gaussians() const
 {
-    std::vector<Gaussian<double>> all;
-    for (Gaussian<R> g : splats) {
-        g.hold(false);
-        all.push_back(cast<double>(g));
-    }
-    return all;
+    return in_double(splats);
 }
 
 template void CpuSolver<float>::arrange_splats();
 template void CpuSolver<float>::deform(float);
 template void CpuSolver<float>::attach(int, const std::vector<Vec3<double>>&);
 template void CpuSolver<float>::set_gaussians(const std::vector<Gaussian<double>>&);
+template void CpuSolver<float>::edit_gaussians(const GaussianEdits&);
 template std::vector<Gaussian<double>> CpuSolver<float>::gaussians() const;
 
 }  // namespace knead

@@ -8,11 +8,14 @@
 namespace knead::gpu {
 namespace {
 
-// Room for `count`, and some for what comes next. What the array held is lost.
+// Room for `count`, and some for what comes next: to take memory and to give it back makes the
+// whole device wait. What the array held is lost.
 template <class T>
 void reserve(DeviceArray<T>& array, std::size_t count)
 {
-    if (array.size() < count) array = DeviceArray<T>(count + count / 4);
+    constexpr std::size_t few = std::size_t(64) << 20;  // bytes
+    const std::size_t more = count * sizeof(T) < few ? count / 2 : count / 4;
+    if (array.size() < count) array = DeviceArray<T>(count + more);
 }
 
 void copy(void* to, const void* from, std::size_t bytes, cudaStream_t stream)
@@ -110,14 +113,12 @@ void Store::upload(const std::vector<Particle<double>>& particles, const std::ve
     settle("upload");
 }
 
-void Store::append(const std::vector<Particle<double>>& clay, int object, int side,
-                   cudaStream_t stream)
+void Store::append(const std::vector<Particle<double>>& clay, int side, cudaStream_t stream)
 {
     const auto before = std::size_t(count()), more = clay.size(), n = before + more;
     std::vector<int> order(more);
     std::iota(order.begin(), order.end(), 0);
     std::vector<float4> fresh = rows_of(clay, order);
-    for (std::size_t i = 0; i < more; ++i) fresh[more + i].w = std::bit_cast<float>(object);
     std::iota(order.begin(), order.end(), int(before));
     reserve_others(n);
     for (std::size_t r = 0; r < particle_rows; ++r) {
@@ -137,7 +138,7 @@ void Store::erase(int object, long left, int side, cudaStream_t stream)
     const auto n = std::size_t(left);
     reserve_others(n);
     reserve_scratch(count());
-    const DeviceArray<int> places(2 * std::size_t(count()));
+    reserve(places, 2 * std::size_t(count()));
     const ParticleView to{other_rows.data(), other_ids.data(), int(left)};
     keep_others(all.particles[side], object, to, places.data(), scratch.data(), scratch.bytes(),
                 stream);

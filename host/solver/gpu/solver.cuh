@@ -25,21 +25,24 @@ class GpuSolver : public Solver {
     }
     void submit(const Motion& motion, double duration) override;
     FrameStats collect() override;
-    int add(const Material<double>& material, const std::vector<Particle<double>>& clay) override;
-    void remove(int object) override;
+    std::vector<int> add_each(const Material<double>& material, Clays clays) override;
+    void remove_each(std::span<const int> objects) override;
     void set_material(int object, const Material<double>& material) override;
     void move(int object, const RigidMotion<double>& motion) override;
     void attach(int object, const std::vector<Vec3<double>>& places) override;
     void set_gaussians(const std::vector<Gaussian<double>>& all) override;
+    void edit_gaussians(const GaussianEdits& edits) override;
     void set_gravity(Vec3<double> gravity) override;
     void set_walls(const WallRule& walls) override;
     void set_tools(const Rig& rig, const std::vector<Tool<double>>& tools) override;
     const Setup& rules() const override { return book->setup(); }
     std::shared_ptr<const Snapshot> snapshot() const override;
     void restore(const Snapshot& from) override;
+    Held held(const Snapshot& snapshot) const override;
     SavedState save() const override;
     void load(const SavedState& from) override;
     long version() const override { return changes; }
+    std::size_t particle_count() const override { return std::size_t(store.count()); }
     std::vector<Particle<double>> particles() const override;
     std::vector<Gaussian<double>> gaussians() const override;
     std::vector<double> penetration() const override;
@@ -82,6 +85,7 @@ class GpuSolver : public Solver {
     void wake(int object);
     void edited();
     void set_clock(Peak most, double apart);
+    const GpuSnapshot& known(const Snapshot& snapshot) const;
 
     // Snapshots know by its address whose they are.
     std::shared_ptr<const char> identity = std::make_shared<const char>();

@@ -54,11 +54,17 @@ void GpuSolver::edited()
     ++changes, stale = true, posed = false;
 }
 
-int GpuSolver::add(const Material<double>& material, const std::vector<Particle<double>>& clay)
+std::vector<int> GpuSolver::add_each(const Material<double>& material, Clays clays)
 {
     check_idle();
     Rules next = *book;
-    const int object = next.add(material, clay);
+    const std::vector<int> objects = next.add_each(material, clays);
+    std::vector<Particle<double>> clay;
+    for (std::size_t k = 0; k < clays.size(); ++k)
+        for (const Particle<double>& p : clays[k]) {
+            clay.push_back(p);
+            clay.back().object = objects[k];
+        }
     if (!clay.empty()) {
         Vec3<float> low = cast<float>(clay[0].x), high = low;
         for (const Particle<double>& p : clay) {
@@ -67,26 +73,34 @@ int GpuSolver::add(const Material<double>& material, const std::vector<Particle<
             high = {max(high.x, x.x), max(high.y, x.y), max(high.z, x.z)};
         }
         store.hold(low, high);
-        store.append(clay, object, side, main);
+        store.append(clay, side, main);
         side = 0;
     }
     adopt(next);
-    wake(object);
+    for (const int object : objects) wake(object);
     edited();
-    return object;
+    return objects;
 }
 
-void GpuSolver::remove(int object)
+void GpuSolver::remove_each(std::span<const int> objects)
 {
     check_idle();
     Rules next = *book;
-    next.remove(object);
-    wake(object);
-    store.erase(object, next.count(), side, main);
-    side = 0;
-    std::vector<Gaussian<double>> left = splats.all();
-    if (std::erase_if(left, [&](const Gaussian<double>& g) { return g.object == object; }))
-        splats.set(left, store.views().lattice);
+    next.remove_each(objects);
+    long left = book->count();
+    for (const int object : objects) {
+        wake(object);
+        if (book->count(object) == 0) continue;
+        left -= book->count(object);
+        store.erase(object, left, side, main);
+        side = 0;
+    }
+    const auto& materials = next.setup().materials;
+    std::vector<Gaussian<double>> kept = splats.all();
+    if (std::erase_if(kept, [&](const Gaussian<double>& g) {
+            return !there(materials[std::size_t(g.object)]);
+        }))
+        splats.set(kept, store.views().lattice);
     adopt(next);
     edited();
 }
@@ -149,6 +163,17 @@ void GpuSolver::set_gaussians(const std::vector<Gaussian<double>>& all)
     ++changes, stale = true;
 }
 
+// The graphs stand, unless there was not room enough.
+void GpuSolver::edit_gaussians(const GaussianEdits& edits)
+{
+    check_idle();
+    check_edits(edits, std::size_t(splats.count()), std::size_t(store.count()));
+    if (splats.count() == 0) stale = true;
+    if (splats.edit(edits, store.views().particles[side], book->setup().walls, main)) stale = true;
+    splats.show(main);
+    ++changes;
+}
+
 void GpuSolver::set_gravity(Vec3<double> gravity)
 {
     check_idle();
@@ -190,12 +215,37 @@ std::shared_ptr<const Snapshot> GpuSolver::snapshot() const
     return to;
 }
 
+const GpuSnapshot& GpuSolver::known(const Snapshot& snapshot) const
+{
+    const auto* of = dynamic_cast<const GpuSnapshot*>(&snapshot);
+    if (!of || of->solver != identity)
+        throw std::invalid_argument("the snapshot is of another solver");
+    return *of;
+}
+
+Held GpuSolver::held(const Snapshot& snapshot) const
+{
+    const GpuSnapshot& from = known(snapshot);
+    const DeviceState& state = *from.state;
+    const GaussianState& of_splats = *from.splats;
+    check(cudaSetDevice(device), "device");
+    wait(state.used, "snapshot");
+    wait(of_splats.used, "snapshot");
+    std::vector<float4> rows(state.row_bytes / sizeof(float4));
+    std::vector<int> ids(std::size_t(state.count));
+    const auto download = [](auto& to, const unsigned char* of) {
+        if (to.empty()) return;
+        check(cudaMemcpy(to.data(), of, to.size() * sizeof to[0], cudaMemcpyDefault), "snapshot");
+    };
+    download(rows, state.rows()), download(ids, state.ids());
+    return {in_double({rows.data(), ids.data(), state.count}),
+            Splats::downloaded(of_splats.memory, of_splats.count, of_splats.room)};
+}
+
 void GpuSolver::restore(const Snapshot& snapshot)
 {
     check_idle();
-    const auto* from = dynamic_cast<const GpuSnapshot*>(&snapshot);
-    if (!from || from->solver != identity)
-        throw std::invalid_argument("the snapshot is of another solver");
+    const auto* from = &known(snapshot);
     const DeviceState& state = *from->state;
     if (!same_box(store.views().lattice, state.lattice)) store.set_box(state.lattice), stale = true;
     if (store.count() != state.count) store.resize(state.count), side = 0, stale = true;
@@ -204,8 +254,11 @@ void GpuSolver::restore(const Snapshot& snapshot)
         book = from->rules, stale = true;
     }
     store.put_back(state, side, main);
-    if (splats.count() != from->splats->count) stale = true;
+    const GaussianView before = splats.view();
     splats.put_back(*from->splats, main);
+    const GaussianView now = splats.view();
+    if (now.rows != before.rows || now.room != before.room || (now.count > 0) != (before.count > 0))
+        stale = true;
     was_covered = from->was_covered, posed = false;
     set_clock(from->peak, from->drift);
     show();

@@ -7,12 +7,70 @@
 
 namespace knead::gpu {
 
-// Room for so many, and a quarter more where it has to grow; what was there is lost.
-void Splats::reserve(int count)
+// Room for so many, where there is not; what was there is lost.
+void Splats::reserve(int count, int room)
 {
-    const std::size_t bytes = std::size_t(count) * GaussianView::bytes_each;
-    if (memory.size() < bytes) memory = DeviceArray<unsigned char>(bytes + bytes / 4);
-    view_ = gaussians_in(memory.data(), count);
+    const std::size_t bytes = std::size_t(room) * GaussianView::bytes_each;
+    if (memory.size() < bytes) memory = DeviceArray<unsigned char>(bytes);
+    view_ = gaussians_in(memory.data(), count, room, live.data());
+}
+
+void Splats::set_count(int count, cudaStream_t stream)
+{
+    view_.count = count;
+    check(cudaMemcpyAsync(live.data(), &count, sizeof count, cudaMemcpyDefault, stream),
+          "Gaussians");
+}
+
+// For as many in all, and a quarter more where there was not room enough: those that there are stay
+// where they are in their rows.
+void Splats::make_room(int count, cudaStream_t stream)
+{
+    if (count <= view_.room) return;
+    const GaussianView from = view_;
+    const DeviceArray<unsigned char> before = std::move(memory);
+    memory = {};
+    reserve(from.count, count + count / 4);
+    const auto copy = [&](auto* to, const auto* of, int rows) {
+        const std::size_t each = sizeof *to;
+        check(cudaMemcpy2DAsync(to, std::size_t(view_.room) * each, of,
+                                std::size_t(from.room) * each, std::size_t(from.count) * each,
+                                std::size_t(rows), cudaMemcpyDeviceToDevice, stream),
+              "Gaussians");
+    };
+    if (from.count > 0) {
+        copy(view_.rows, from.rows, gaussian_rows);
+        copy(view_.sides, from.sides, 3);  // and the two that lie behind it
+    }
+    wait(stream, "Gaussians");
+}
+
+bool Splats::edit(const GaussianEdits& edits, const ParticleView& particles, const WallRule& walls,
+                  cudaStream_t stream)
+{
+    const int split = int(edits.splits.size()), more = int(edits.added.size());
+    const GaussianView before = view_;
+    make_room(count() + split + more, stream);
+    const auto given = [&](auto& to, const auto& from) {
+        using Array = std::remove_reference_t<decltype(to)>;
+        if (to.size() < from.size()) to = Array(2 * from.size());
+        check(cudaMemcpyAsync(to.data(), from.data(), from.size() * sizeof from[0],
+                              cudaMemcpyDefault, stream),
+              "Gaussians");
+    };
+    const auto most = std::size_t(std::max(count(), particles.count));
+    if (places.size() < most) places = DeviceArray<int>(most + most / 4);
+    if (split > 0) {
+        given(splits, edits.splits);
+        gpu::split(view_, splits.data(), split, places.data(), walls, stream);
+        view_.count += split;
+    }
+    if (more > 0) {
+        given(added, edits.added);
+        add_beside(view_, particles, added.data(), more, places.data(), walls, stream);
+    }
+    set_count(view_.count + more, stream);
+    return view_.rows != before.rows || view_.room != before.room;
 }
 
 void Splats::set(const std::vector<Gaussian<double>>& all, const Lattice<float>& lattice)
@@ -22,29 +80,35 @@ void Splats::set(const std::vector<Gaussian<double>>& all, const Lattice<float>&
         order.emplace_back(lattice.index(base_node(cast<float>(all[i].x), lattice.spacing)),
                            int(i));
     std::sort(order.begin(), order.end());
-    std::vector<unsigned char> host(all.size() * GaussianView::bytes_each);
-    const GaussianView to = gaussians_in(host.data(), int(all.size()));
+    const int room = std::max(int(all.size()), view_.room);  // a graph may know it
+    std::vector<unsigned char> host(std::size_t(room) * GaussianView::bytes_each);
+    const GaussianView to = gaussians_in(host.data(), int(all.size()), room);
     for (int i = 0; i < to.count; ++i) {
         to.ids[i] = order[std::size_t(i)].second;
         const Gaussian<double>& g = all[std::size_t(to.ids[i])];
         to.store(i, cast<float>(g));
         to.sides[i] = g.label(), to.objects[i] = g.object;
     }
-    reserve(to.count);
+    reserve(to.count, room);
     upload(memory.data(), host.data(), host.size());
+    upload(live.data(), &to.count, 1);
 }
 
 std::vector<Gaussian<double>> Splats::all() const
 {
-    const auto n = std::size_t(count());
-    std::vector<unsigned char> host(n * GaussianView::bytes_each);
-    std::vector<Gaussian<double>> to(n);
-    if (host.empty()) return to;
-    check(cudaMemcpy(host.data(), memory.data(), host.size(), cudaMemcpyDefault), "Gaussians");
-    const GaussianView from = gaussians_in(host.data(), count());
-    for (int i = 0; i < from.count; ++i) {
-        Gaussian<double>& g = to[std::size_t(from.ids[i])] = cast<double>(from.load(i));
-        g.object = from.objects[i], g.sides = from.sides[i];
+    return downloaded(memory.data(), count(), view_.room);
+}
+
+std::vector<Gaussian<double>> Splats::downloaded(const unsigned char* from, int count, int room)
+{
+    std::vector<unsigned char> host(std::size_t(room) * GaussianView::bytes_each);
+    std::vector<Gaussian<double>> to(static_cast<std::size_t>(count));
+    if (count == 0) return to;
+    check(cudaMemcpy(host.data(), from, host.size(), cudaMemcpyDefault), "Gaussians");
+    const GaussianView there = gaussians_in(host.data(), count, room);
+    for (int i = 0; i < count; ++i) {
+        Gaussian<double>& g = to[std::size_t(there.ids[i])] = cast<double>(there.load(i));
+        g.object = there.objects[i], g.sides = there.sides[i];
     }
     return to;
 }
@@ -71,8 +135,9 @@ Extent Splats::extent(int object, const RigidMotion<double>& motion, cudaStream_
 
 std::shared_ptr<GaussianState> Splats::state(std::shared_ptr<Pool> pool, cudaStream_t stream) const
 {
-    auto to = std::make_shared<GaussianState>(
-        count(), std::size_t(count()) * GaussianView::bytes_each, std::move(pool), stream);
+    auto to = std::make_shared<GaussianState>(count(), view_.room,
+                                              std::size_t(view_.room) * GaussianView::bytes_each,
+                                              std::move(pool), stream);
     if (to->bytes)
         check(cudaMemcpyAsync(to->memory, memory.data(), to->bytes, cudaMemcpyDefault, stream),
               "snapshot");
@@ -82,7 +147,8 @@ std::shared_ptr<GaussianState> Splats::state(std::shared_ptr<Pool> pool, cudaStr
 
 void Splats::put_back(const GaussianState& from, cudaStream_t stream)
 {
-    reserve(from.count);
+    reserve(from.count, from.room);
+    set_count(from.count, stream);
     copy_back(from, stream);
 }
 
@@ -94,9 +160,9 @@ void Splats::copy_back(const GaussianState& from, cudaStream_t stream) const
     check(cudaEventRecord(from.used, stream), "restore");
 }
 
-GaussianState::GaussianState(int gaussians, std::size_t size, std::shared_ptr<Pool> from,
-                             cudaStream_t stream)
-    : count(gaussians), bytes(size), pool(std::move(from))
+GaussianState::GaussianState(int gaussians, int places, std::size_t size,
+                             std::shared_ptr<Pool> from, cudaStream_t stream)
+    : count(gaussians), room(places), bytes(size), pool(std::move(from))
 {
     if (bytes == 0) return;
     void* all = nullptr;

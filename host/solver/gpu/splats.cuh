@@ -1,5 +1,5 @@
-// The Gaussians of a solver on the device. They come and go by way of the host: rare, and sorted
-// there.
+// The Gaussians of a solver on the device. All come by way of the host, sorted there; some that
+// join them are put behind.
 #pragma once
 #include <memory>
 #include <vector>
@@ -20,6 +20,10 @@ class Splats {
     // All of them, in the order of attaching; on the device in that of their nodes.
     void set(const std::vector<Gaussian<double>>& all, const Lattice<float>& lattice);
     std::vector<Gaussian<double>> all() const;
+    // Of these particles. True where what a graph was captured of is
+    // somewhere else now.
+    bool edit(const GaussianEdits& edits, const ParticleView& particles, const WallRule& walls,
+              cudaStream_t stream);
     // What moved() says is so from here on.
     void show(cudaStream_t stream);
     // The box around an object's, as they will be after a motion.
@@ -27,12 +31,19 @@ class Splats {
 
     std::shared_ptr<GaussianState> state(std::shared_ptr<Pool> pool, cudaStream_t stream) const;
     void put_back(const GaussianState& state, cudaStream_t stream);
-    void copy_back(const GaussianState& state,
-                   cudaStream_t stream) const;  // of as many as there are
+    // Of as many as there are.
+    void copy_back(const GaussianState& state, cudaStream_t stream) const;
+    // From there, once it is written.
+    static std::vector<Gaussian<double>> downloaded(const unsigned char* from, int count, int room);
 
   private:
-    void reserve(int count);
+    void reserve(int count, int room);
+    void set_count(int count, cudaStream_t stream);
+    void make_room(int count, cudaStream_t stream);
     DeviceArray<unsigned char> memory;  // of view_, and more
+    DeviceArray<int> live{1}, places;
+    DeviceArray<GaussianSplit> splits;
+    DeviceArray<GaussianBeside> added;
     GaussianView view_{};
     DeviceArray<float> drawn;
     MovedGaussians moved_{};

@@ -39,13 +39,14 @@ struct DeviceState {
 
 // Gaussians, as GaussianView lays them out; likewise.
 struct GaussianState {
-    int count = 0;
+    int count = 0, room = 0;
     std::size_t bytes = 0;
     unsigned char* memory = nullptr;
     Event used{cudaEventDisableTiming};
     std::shared_ptr<Pool> pool;
 
-    GaussianState(int count, std::size_t bytes, std::shared_ptr<Pool> pool, cudaStream_t stream);
+    GaussianState(int count, int room, std::size_t bytes, std::shared_ptr<Pool> pool,
+                  cudaStream_t stream);
     GaussianState(const GaussianState&) = delete;
     ~GaussianState();
 };

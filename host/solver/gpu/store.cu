@@ -168,19 +168,23 @@ std::vector<float> Store::depths(cudaStream_t stream) const
     return to;
 }
 
+std::vector<Particle<double>> in_double(const ParticleView& on_host)
+{
+    std::vector<Particle<double>> out(static_cast<std::size_t>(on_host.count));
+    for (int i = 0; i < on_host.count; ++i) {
+        Particle<float> q = on_host.load(i);
+        q.hold(false);
+        out[std::size_t(on_host.ids[i])] = cast<double>(q);
+    }
+    return out;
+}
+
 std::vector<Particle<double>> Store::particles() const
 {
     const int side = clock().side;
     std::vector<float4> host_rows = rows_on(side);
     std::vector<int> host_ids = order(side);
-    const ParticleView view{host_rows.data(), host_ids.data(), int(host_ids.size())};
-    std::vector<Particle<double>> out(host_ids.size());
-    for (int i = 0; i < view.count; ++i) {
-        Particle<float> q = view.load(i);
-        q.hold(false);
-        out[std::size_t(view.ids[i])] = cast<double>(q);
-    }
-    return out;
+    return in_double({host_rows.data(), host_ids.data(), int(host_ids.size())});
 }
 
 void Store::set_sides(const std::vector<Particle<double>>& q) const
@@ -217,7 +221,7 @@ std::size_t Store::bytes() const
     std::size_t sum = materials.bytes() + bindings.bytes() + primitives.bytes() + amid.bytes() +
                       travel.bytes() + in_line.bytes() + clocks.bytes() + input.bytes() +
                       scratch.bytes() + rows.bytes() + runs.bytes() + run_listed.bytes() +
-                      box.bytes() + other_rows.bytes() + other_ids.bytes();
+                      box.bytes() + other_rows.bytes() + other_ids.bytes() + places.bytes();
     for (int s = 0; s < 2; ++s) sum += spheres[s].bytes() + shapes[s].bytes() + ids[s].bytes();
     return sum;
 }

@@ -39,6 +39,9 @@ Features features_of(const Setup& setup);
 // Throws std::invalid_argument where tools are more than the device takes, or do not hang together.
 void check_tools(const Setup& setup);
 
+// By id, of rows and ids that were downloaded.
+std::vector<Particle<double>> in_double(const ParticleView& on_host);
+
 // The device's form of a scene. Throws std::invalid_argument for one that does not hang together
 // and std::runtime_error where the device has not enough memory.
 class Store {
@@ -83,8 +86,7 @@ class Store {
     void hold(Vec3<float> low, Vec3<float> high);
     void set_box(const Lattice<float>& box);
     // Of the particles that lie on `side`; all lie on side 0 afterwards.
-    void append(const std::vector<Particle<double>>& clay, int object, int side,
-                cudaStream_t stream);
+    void append(const std::vector<Particle<double>>& clay, int side, cudaStream_t stream);
     void erase(int object, long left, int side, cudaStream_t stream);
     void arrange_as_new(const Extent& around, int side, cudaStream_t stream);
     // Makes room for so many particles, and forgets those that there are.
@@ -126,7 +128,7 @@ class Store {
     DeviceArray<Extent> found;
     // Where an edit puts the particles that it leaves; then the two are swapped.
     DeviceArray<float4> other_rows;
-    DeviceArray<int> other_ids;
+    DeviceArray<int> other_ids, places;
     std::shared_ptr<Pool> pool;
     Pinned<FrameInput> next_input[2];
     Views all{};

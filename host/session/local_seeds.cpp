@@ -1,0 +1,132 @@
+// What LocalClay finds of the surface under the hands, and the clay that it puts there.
+#include <algorithm>
+#include <cmath>
+
+#include "host/scene/strata.h"
+#include "host/session/local_clay.h"
+#include "host/session/local_surface.h"
+
+namespace knead {
+namespace {
+
+constexpr double too_near = 0.6;  // of a particle's spacing, to one that is there
+
+}  // namespace
+
+// Of those slots that have none: across the plane through the centres around, towards the nearest
+// hand, which comes from outside.
+void LocalClay::find_normals(const Boxes& boxes, const std::vector<std::uint32_t>& slots)
+{
+    std::vector<Vec3<double>> x;
+    for (const std::uint32_t i : slots) x.push_back(cast<double>(state_.cloud.centre[i]));
+    const double around = 2.5 * dx;
+    const Cells cells(x, around);
+    const int count = int(slots.size());
+#pragma omp parallel for schedule(dynamic, 64)
+    for (int k = 0; k < count; ++k) {
+        const auto i = std::size_t(slots[std::size_t(k)]);
+        if (dot(state_.normal[i], state_.normal[i]) > 0) continue;
+        const Vec3<double> here = x[std::size_t(k)];
+        Vec3<double> sum{};
+        Sym3<double> square{};
+        double n = 0;
+        const auto outer = [](Vec3<double> d, double w) {
+            return Sym3<double>{w * d.x * d.x, w * d.y * d.y, w * d.z * d.z,
+                                w * d.x * d.y, w * d.x * d.z, w * d.y * d.z};
+        };
+        cells.each_near(here, {around, around, around}, [&](std::uint32_t j) {
+            const Vec3<double> d = x[j] - here;
+            if (dot(d, d) > around * around) return;
+            sum = sum + d, n += 1, square = square + outer(d, 1);
+        });
+        Sym3<double> spread = square + outer(sum, -1 / n);
+        if (n < 6)  // too few: the splat's own
+            spread = covariance(Ellipsoid<double>{cast<double>(state_.cloud.rotation[i]),
+                                                  cast<double>(state_.cloud.scale[i])});
+        const Eigen<double> e = eigen(spread);
+        Vec3<double> least = e.axes.a;
+        if (e.value.y < e.value.x && e.value.y <= e.value.z) least = e.axes.b;
+        if (e.value.z < e.value.x && e.value.z < e.value.y) least = e.axes.c;
+        double nearest = 1e300, side = 1;
+        for (const auto& [low, high] : boxes) {
+            const Vec3<double> to = 0.5 * (low + high) - here;
+            if (dot(to, to) < nearest) nearest = dot(to, to), side = dot(to, least);
+        }
+        state_.normal[i] = cast<float>(side < 0 ? -least : least);
+    }
+}
+
+// The first stratum of a cube along an axis, or of the one that follows.
+int LocalClay::first_stratum(int cube) const { return int(std::ceil(cube * edge / spacing - 0.5)); }
+
+// One in each stratum of a layer of the cube that lies under the surface and holds none yet.
+std::vector<Particle<double>> LocalClay::seeds(Int3 cube, int z, const CubeHeights& heights,
+                                               const Cells& there) const
+{
+    std::vector<Particle<double>> all;
+    for (int y = first_stratum(cube.y); y < first_stratum(cube.y + 1); ++y)
+        for (int x = first_stratum(cube.x); x < first_stratum(cube.x + 1); ++x) {
+            const Vec3<double> p = stratum_place(seed, 0, {x, y, z}, spacing, per_cell);
+            if (!between_walls(p)) continue;
+            const std::optional<double> h = heights.height(p);
+            if (!h || *h > 0 || *h < -depth) continue;
+            bool taken = false;
+            const double near = too_near * spacing;
+            there.each_near(p, {near, near, near}, [&](std::uint32_t j) {
+                taken = taken || length(there.point(j) - p) < near;
+            });
+            if (!taken) all.push_back({p, {}, {}, {}, 0, 0, 0});
+        }
+    return all;
+}
+
+// Of each cube. Hands wait for it: layers are shared out, for few cubes hold much.
+std::vector<std::vector<Particle<double>>> LocalClay::all_seeds(const std::vector<Key>& cubes,
+                                                                const LocalSurface& surface,
+                                                                const Cells& there) const
+{
+    std::vector<CubeHeights> heights;
+    for (const Key key : cubes) {
+        const Int3 c = cube_at(key);
+        heights.emplace_back(surface, Vec3<double>{c.x * edge, c.y * edge, c.z * edge}, edge);
+    }
+    const int corners = int(cubes.size()) * CubeHeights::count;
+#pragma omp parallel for schedule(dynamic, 8)
+    for (int k = 0; k < corners; ++k)
+        heights[std::size_t(k / CubeHeights::count)].find(k % CubeHeights::count);
+    std::vector<std::pair<std::size_t, int>> layers;
+    for (std::size_t k = 0; k < cubes.size(); ++k) {
+        const int z = cube_at(cubes[k]).z;
+        for (int s = first_stratum(z); s < first_stratum(z + 1); ++s) layers.emplace_back(k, s);
+    }
+    std::vector<std::vector<Particle<double>>> of_layers(layers.size()), all(cubes.size());
+    const int count = int(layers.size());
+#pragma omp parallel for schedule(dynamic)
+    for (int l = 0; l < count; ++l) {
+        const auto [k, z] = layers[std::size_t(l)];
+        of_layers[std::size_t(l)] = seeds(cube_at(cubes[k]), z, heights[k], there);
+    }
+    for (std::size_t l = 0; l < layers.size(); ++l) {
+        auto& to = all[layers[l].first];
+        to.insert(to.end(), of_layers[l].begin(), of_layers[l].end());
+    }
+    return all;
+}
+
+// The clay of these cubes, each an object of its own; -1 of those that are empty.
+void LocalClay::add_clay(const std::vector<Key>& cubes,
+                         std::vector<std::vector<Particle<double>>> found, Solver& solver)
+{
+    std::vector<Key> filled;
+    for (std::size_t k = 0; k < cubes.size(); ++k) {
+        state_.clay[cubes[k]] = -1;
+        if (!found[k].empty()) filled.push_back(cubes[k]);
+    }
+    std::erase_if(found, [](const auto& of_cube) { return of_cube.empty(); });
+    if (filled.empty()) return;
+    const std::vector<int> objects = solver.add_each(material, found);
+    for (std::size_t k = 0; k < filled.size(); ++k) state_.clay[filled[k]] = objects[k];
+    state_.objects = std::max(state_.objects, objects.back() + 1);
+}
+
+}  // namespace knead

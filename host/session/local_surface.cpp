@@ -1,0 +1,71 @@
+#include "host/session/local_surface.h"
+
+namespace knead {
+namespace {
+
+int corner_at(int x, int y, int z)
+{
+    return x + CubeHeights::corners * (y + CubeHeights::corners * z);
+}
+
+}  // namespace
+
+// Farther and farther around, for most places are near.
+double LocalSurface::nearest_squared(Vec3<double> at) const
+{
+    double nearest = far * far;
+    for (double reach = wide;; reach = min(2 * reach, far)) {
+        cells.each_near(at, {reach, reach, reach}, [&](std::uint32_t j) {
+            const Vec3<double> d = at - x[j];
+            nearest = min(nearest, dot(d, d));
+        });
+        if (nearest <= reach * reach || reach >= far) return nearest;
+    }
+}
+
+std::optional<double> LocalSurface::height(Vec3<double> at) const
+{
+    const double nearest = nearest_squared(at);
+    if (nearest >= far * far) return {};
+    const double reach = std::sqrt(nearest) + wide;
+    double sum = 0, weight = 0;
+    cells.each_near(at, {reach, reach, reach}, [&](std::uint32_t j) {
+        const Vec3<double> d = at - x[j];
+        const double w = 1 - dot(d, d) / (reach * reach);
+        if (w > 0) sum += w * dot(d, n[j]), weight += w;
+    });
+    const double h = sum / weight;
+    if (nearest - h * h > wide * wide) return {};  // beside the surface's end
+    return h;
+}
+
+void CubeHeights::find(int corner)
+{
+    const int row = corner / corners;
+    const Vec3<double> steps = {double(corner % corners), double(row % corners),
+                                double(row / corners)};
+    heights[std::size_t(corner)] = surface.height(low + step * steps);
+}
+
+std::optional<double> CubeHeights::height(Vec3<double> at) const
+{
+    const Vec3<double> r = (1 / step) * (at - low);
+    const auto part = [](double along) { return int(clamp(along, 0.0, parts - 0.5)); };
+    const int x = part(r.x), y = part(r.y), z = part(r.z);
+    const auto share = [](double along, int from) { return clamp(along - from, 0.0, 1.0); };
+    const Vec3<double> t = {share(r.x, x), share(r.y, y), share(r.z, z)};
+    double sum = 0;
+    int known = 0;
+    for (int k = 0; k < 8; ++k) {
+        const int i = k & 1, j = k >> 1 & 1, l = k >> 2;
+        const std::optional<double>& h = heights[std::size_t(corner_at(x + i, y + j, z + l))];
+        if (!h) continue;
+        ++known;
+        sum += (i ? t.x : 1 - t.x) * (j ? t.y : 1 - t.y) * (l ? t.z : 1 - t.z) * *h;
+    }
+    if (known == 0) return {};
+    if (known < 8 || std::abs(sum) < 0.5 * step) return surface.height(at);
+    return sum;
+}
+
+}  // namespace knead
