@@ -333,6 +333,7 @@ void GlEyePainter::put_out(const EyeView& view, const EyeTarget& target, int eye
     glUniform1i(2, target.linear);
     glUniform1i(3, splats.colour_name != 0);
     glUniform1i(4, hidden_[std::size_t(eye)].any());
+    glUniform2f(5, float(splats.shown_width), float(splats.shown_height));
     glBindVertexArray(nothing_);
     glDrawArrays(GL_TRIANGLES, 0, 3);
 }

@@ -194,6 +194,7 @@ layout(location = 1) uniform vec4 picture;  // its lower left corner and its siz
 layout(location = 2) uniform bool linear;   // GL encodes what is written
 layout(location = 3) uniform bool splats;
 layout(location = 4) uniform bool hidden;  // something is
+layout(location = 5) uniform vec2 shown;   // of the splats' texels, from the first on; 0: all
 out vec4 tone;
 void main() {
     ivec2 at = ivec2(gl_FragCoord.xy - picture.xy);
@@ -214,6 +215,8 @@ void main() {
     sum /= seen;
     vec2 spot = (gl_FragCoord.xy - picture.xy) / picture.zw;
     spot.y = 1 - spot.y;
+    if (shown.x > 0)
+        spot = clamp(spot * shown, vec2(0.5), shown - 0.5) / vec2(textureSize(splat_colours, 0));
     float ahead = splats ? textureLod(splat_depths, spot, 0).r : 1e30, behind = 0;
     for (int s = 0; s < seen; ++s)
         if (ahead * found[s] < eye.w) behind += 1.0 / seen;

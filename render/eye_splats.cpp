@@ -40,15 +40,17 @@ void EyeSplats::upload(int eye, const SplatLayer& layer)
                         layer.colour.data());
     glTextureSubImage2D(s.depth, 0, 0, 0, layer.width, layer.height, GL_RED, GL_FLOAT,
                         layer.depth.data());
-    s.show();
+    s.show(layer.width, layer.height);
 }
 
 void EyeSplats::set(int eye, GLuint colour, GLuint depth)
 {
     DrawnSplats& s = eyes_.at(std::size_t(eye));
     s.colour_name = depth ? colour : 0, s.depth_name = depth;
+    s.shown_width = s.shown_height = 0;
 }
 
+// To register textures anew takes tens of milliseconds: those that are larger serve, too.
 void EyeSplats::draw(GpuRaster& raster, const SplatFrame& frame, const DeviceGaussians* moved)
 {
     if (!raster_ || device_ != raster.device()) {
@@ -60,17 +62,18 @@ void EyeSplats::draw(GpuRaster& raster, const SplatFrame& frame, const DeviceGau
     bool stands = true;
     for (std::size_t e = 0; e < eyes; ++e)
         stands = stands && eyes_[e].registered &&
-                 eyes_[e].is_of(frame.eyes[e].width, frame.eyes[e].height);
+                 eyes_[e].holds(frame.eyes[e].width, frame.eyes[e].height);
     if (!stands) let_go();
     for (std::size_t e = 0; e < eyes && !stands; ++e) {
         DrawnSplats& s = eyes_[e];
         const Eye<float>& seen = frame.eyes[e];
-        if (!s.is_of(seen.width, seen.height)) s.resize(seen.width, seen.height);
+        if (!s.holds(seen.width, seen.height))
+            s.resize(std::max(s.width, seen.width), std::max(s.height, seen.height));
         raster_->take(int(e), s.colour, s.depth, s.width, s.height);
         s.registered = true;
     }
     raster_->draw(raster, frame, moved);
-    for (std::size_t e = 0; e < eyes; ++e) eyes_[e].show();
+    for (std::size_t e = 0; e < eyes; ++e) eyes_[e].show(frame.eyes[e].width, frame.eyes[e].height);
 }
 
 }  // namespace knead

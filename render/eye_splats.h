@@ -14,11 +14,17 @@ struct DrawnSplats {
     Texture colour, depth;
     int width = 0, height = 0;
     bool registered = false;                 // with CUDA
+    int shown_width = 0, shown_height = 0;   // of the picture, from the first texel on; 0: all
     GLuint colour_name = 0, depth_name = 0;  // what is drawn; 0: none
 
     bool is_of(int w, int h) const { return width == w && height == h; }
+    bool holds(int w, int h) const { return width >= w && height >= h; }
     void resize(int to_width, int to_height);
-    void show() { colour_name = colour, depth_name = depth; }
+    void show(int w, int h)
+    {
+        colour_name = colour, depth_name = depth;
+        shown_width = w, shown_height = h;
+    }
 };
 
 class EyeSplats {

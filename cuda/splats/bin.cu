@@ -24,7 +24,7 @@ constexpr int depth_bits = 24;
 cudaError_t depth_sort(const RasterView& d, void* scratch, std::size_t& bytes, cudaStream_t stream)
 {
     return cub::DeviceRadixSort::SortPairs(scratch, bytes, d.depth_keys, d.sorted_keys, d.numbers,
-                                           d.order, d.splats.count, 0, depth_bits, stream);
+                                           d.order, d.count, 0, depth_bits, stream);
 }
 
 __device__ int tiles_in(const TileBox& b) { return int(b.columns) * int(b.rows); }
@@ -48,10 +48,9 @@ cudaError_t candidate_scan(const RasterView& d, void* scratch, std::size_t& byte
                            cudaStream_t stream)
 {
     const auto counts = thrust::make_transform_iterator(
-        thrust::make_counting_iterator(0),
-        CandidatesOf{d.sorted_keys, d.order, d.boxes, d.splats.count});
-    return cub::DeviceScan::ExclusiveSum(scratch, bytes, counts, d.candidate_starts,
-                                         d.splats.count + 1, stream);
+        thrust::make_counting_iterator(0), CandidatesOf{d.sorted_keys, d.order, d.boxes, d.count});
+    return cub::DeviceScan::ExclusiveSum(scratch, bytes, counts, d.candidate_starts, d.count + 1,
+                                         stream);
 }
 
 __device__ Footprint<float> shape_of(const RasterView& d, int record)
@@ -68,7 +67,7 @@ __device__ Footprint<float> shape_of(const RasterView& d, int record)
 __device__ int rank_of(const RasterView& d, Wide candidate)
 {
     const int lane = int(threadIdx.x) % 32;
-    int from = 0, to = d.splats.count;  // starts[from] <= candidate < starts[to]
+    int from = 0, to = d.count;  // starts[from] <= candidate < starts[to]
     while (to - from > 1) {
         const int probe = from + int((long long)(to - from) * (lane + 1) / 33);
         const int below = __popc(__ballot_sync(~0u, d.candidate_starts[probe] <= candidate));
@@ -90,7 +89,7 @@ struct Window {
 __device__ Window window_at(const RasterView& d, int rank, Wide from, int count)
 {
     Window w{count, 0, 0, {}};
-    if (rank >= d.splats.count) return w;
+    if (rank >= d.count) return w;
     const Wide start = d.candidate_starts[rank];
     if (start >= from + unsigned(count)) return w;
     w.start = int((long long)(start - from));
@@ -123,7 +122,7 @@ __device__ void each_candidate(const RasterView& d, Wide from, int count, Use&& 
     int at = 0;
     for (int rank = count > 0 ? rank_of(d, from) : 0; at < count; rank += 32) {
         const Window mine = window_at(d, rank + lane, from, count);
-        const Wide behind = d.candidate_starts[min(rank + 32, d.splats.count)] - from;
+        const Wide behind = d.candidate_starts[min(rank + 32, d.count)] - from;
         const int end = behind < unsigned(count) ? int(behind) : count;
         for (; at < end; at = min(at + 32, end)) {
             const int candidate = at + lane;
@@ -138,7 +137,7 @@ __device__ void each_candidate(const RasterView& d, Wide from, int count, Use&& 
             const TileBox box = e == 0 ? w.boxes.eye[0] : w.boxes.eye[1];
             const int columns = max(int(box.columns), 1), row = n / columns;
             const int x = int(box.x) + n - row * columns, y = int(box.y) + row;
-            const int record = e * d.splats.count + w.splat;
+            const int record = e * d.count + w.splat;
             const float x0 = float(x * tile_size), y0 = float(y * tile_size);
             const bool reached = in && reaches(shape_of(d, in ? record : 0), x0, y0,
                                                x0 + (tile_size - 1), y0 + (tile_size - 1));
@@ -217,7 +216,7 @@ __global__ void __launch_bounds__(threads, blocks_each)
     __shared__ int sums[warps], taken;
     __shared__ Wide before;
     const int t = int(threadIdx.x), warp = t / 32, lane = t % 32;
-    const Wide all = d.candidate_starts[d.splats.count], room = unsigned(d.room);
+    const Wide all = d.candidate_starts[d.count], room = unsigned(d.room);
     const int chunks = int(min((all + chunk_size - 1) / chunk_size, Wide(d.chunks)));
     if (blockIdx.x == 0 && warp == 0 && all > 0) {
         const int last = rank_of(d, all - 1);
@@ -257,7 +256,7 @@ __global__ void __launch_bounds__(threads, blocks_each)
 std::size_t raster_scratch_bytes(int splats)
 {
     RasterView d{};
-    d.splats.count = splats;
+    d.count = splats;
     std::size_t depth = 0, scan = 0;
     check(depth_sort(d, nullptr, depth, nullptr), "sort");
     check(candidate_scan(d, nullptr, scan, nullptr), "scan");

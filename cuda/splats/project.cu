@@ -68,7 +68,7 @@ struct Posed {
 template <bool moved>
 __device__ Posed posed(const RasterView& d, int i, float4 place)
 {
-    const float4 q = d.splats.turn[i], s = d.splats.scale[i];
+    const float4 q = d.frame->splats.turn[i], s = d.frame->splats.scale[i];
     Posed p;
     p.centre = {place.x, place.y, place.z};
     p.half_axes = half_axes(Ellipsoid<float>{{q.w, q.x, q.y, q.z}, {s.x, s.y, s.z}});
@@ -96,7 +96,7 @@ __device__ void store(const RasterView& d, int e, int i, const Footprint<float>&
     Vec3<float> to = rsqrtf(dot(ray, ray)) * ray;
     if constexpr (moved) to = transpose(p.turn) * to;
     const Vec3<float> colour = drawable(sh_colour(degree, to, sh));
-    const std::size_t at = std::size_t(e) * std::size_t(d.splats.count) + std::size_t(i);
+    const std::size_t at = std::size_t(e) * std::size_t(d.count) + std::size_t(i);
     float4* const shape = reinterpret_cast<float4*>(d.shapes + at);
     shape[0] = {f.u, f.v, f.a, f.b};
     shape[1] = {f.c, f.peak, colour.x, colour.y};
@@ -111,7 +111,11 @@ __global__ void __launch_bounds__(threads)
     const int i = first + int(blockIdx.x) * threads + int(threadIdx.x);
     if (i >= end) return;
     const RasterFrame& frame = *d.frame;
-    const float4 place = d.splats.place[i];
+    if (i >= frame.splats.count) {
+        d.depth_keys[i] = no_depth_key;
+        return;
+    }
+    const float4 place = frame.splats.place[i];
     const Posed p = posed<moved>(d, i, place);
     Footprint<float> f[2];
     TileBoxes boxes{};
@@ -130,7 +134,7 @@ __global__ void __launch_bounds__(threads)
     };
     const uint2 left = words(boxes.eye[0]), right = words(boxes.eye[1]);
     *reinterpret_cast<uint4*>(d.boxes + i) = {left.x, left.y, right.x, right.y};
-    const Harmonics<degree> sh(d.splats.sh + std::size_t(i) * Harmonics<degree>::row);
+    const Harmonics<degree> sh(frame.splats.sh + std::size_t(i) * Harmonics<degree>::row);
     UNROLL
     for (int e = 0; e < 2; ++e)
         if (boxes.eye[e].rows > 0) store<moved, degree>(d, e, i, f[e], p, sh);
@@ -147,7 +151,7 @@ template <int degree>
 void launch_project(const RasterView& view, int moved, cudaStream_t stream)
 {
     launch_range<true, degree>(view, 0, moved, stream);
-    launch_range<false, degree>(view, moved, view.splats.count, stream);
+    launch_range<false, degree>(view, moved, view.count, stream);
 }
 
 }  // namespace
@@ -159,7 +163,7 @@ void set_frame(RasterFrame* to, const RasterFrame& frame, cudaStream_t stream)
 
 void project(const RasterView& view, int moved, cudaStream_t stream)
 {
-    switch (view.splats.degree) {
+    switch (view.degree) {
         case 0:
             return launch_project<0>(view, moved, stream);
         case 1:

@@ -48,6 +48,7 @@ struct RasterTarget {
 
 // What changes from frame to frame; in device memory, so that a captured graph stays as it is.
 struct RasterFrame {
+    SplatView splats;  // as many as the view has places for, or fewer
     Pinhole<float> camera[2];
     Vec3<float> middle;  // of the eyes [m]
     SplatRule<float> rule;
@@ -86,7 +87,7 @@ struct RasterCounts {
 };
 
 struct RasterView {
-    SplatView splats;
+    int count, degree;  // of splats, or places for them; of their harmonics
     const RasterFrame* frame;
     int eyes, columns, rows;  // columns and rows of tiles of an eye: both are of one size
     int width, height;        // pixels of an eye

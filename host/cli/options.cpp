@@ -176,7 +176,8 @@ void add_vr(CLI::App& app, Verb& chosen)
                    "always whole")
         ->capture_default_str()
         ->check(between(0.1, 1));
-    vr->add_option("--samples", o.samples, "Of a pixel: 1, 2, 4 or 8; 0: 4 on a GPU, else 1")
+    vr->add_option("--samples", o.samples,
+                   "Of a pixel: 1, 2, 4 or 8; 0: 4 on a GPU that has time for them, else 1")
         ->check(CLI::Range(0, 8));
     vr->add_option("--patience", o.patience, "Seconds that a lost runtime is waited for")
         ->capture_default_str()

@@ -1,5 +1,9 @@
 #include "host/session/headset_eyes.h"
 
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
 #include <stdexcept>
 
 #ifdef KNEAD_HAS_GL
@@ -20,7 +24,7 @@ constexpr double splat_budget = 4e-3;  // for the splats of an eye [s]
 }  // namespace
 
 struct HeadsetEyes::Parts {
-    Parts(Headset& of, Device on) : headset(of), device(on) {}
+    Parts(Headset& of, const EyesRule& by) : headset(of), rule(by), device(by.device) {}
 
     struct KeptMotion {
         std::shared_ptr<const std::vector<Gaussian<double>>> host;
@@ -29,6 +33,7 @@ struct HeadsetEyes::Parts {
     };
 
     Headset& headset;
+    EyesRule rule;
     Device device;
     std::unique_ptr<EyePainter> painter;
     Framebuffer target;
@@ -44,7 +49,11 @@ struct HeadsetEyes::Parts {
     std::unique_ptr<DrawTimer> timer;
     std::optional<Pace> pace;  // of both eyes; none: they are whole
     int timed = 0;             // pictures
+    double first_scale = 1;
+    std::string told;
 
+    double seconds_of_empty_eyes();
+    void choose();
     float scale(const HeadsetPicture& picture);
     void follow(const LiveState& state, bool at_once);
     void follow_splats(const LiveState& state, bool at_once);
@@ -52,14 +61,56 @@ struct HeadsetEyes::Parts {
     void draw_panel(const EyeView& view, const EyeTarget& to, const HeadsetPicture& picture);
 };
 
-HeadsetEyes::HeadsetEyes(Headset& headset, int samples, Device device)
-    : parts(new Parts(headset, device))
+HeadsetEyes::HeadsetEyes(Headset& headset, const EyesRule& rule) : parts(new Parts(headset, rule))
 {
     load_gl(headset.gl_address());
-    parts->painter = EyePainter::open(samples);
+    parts->painter = EyePainter::open(rule.samples);
     parts->timer = std::make_unique<DrawTimer>();
     parts->target = framebuffer();
     renew();
+    if (rule.budget > 0) parts->choose();
+}
+
+std::string HeadsetEyes::told() const { return parts->told; }
+
+// The least of some, which have what they draw with loaded.
+double HeadsetEyes::Parts::seconds_of_empty_eyes()
+{
+    const HeadsetFacts& about = headset.facts();
+    Texture colour = texture(GL_TEXTURE_2D), depth = texture(GL_TEXTURE_2D);
+    glTextureStorage2D(colour, 1, GL_SRGB8_ALPHA8, about.width, about.height);
+    glTextureStorage2D(depth, 1, GL_DEPTH_COMPONENT32F, about.width, about.height);
+    glNamedFramebufferTexture(target, GL_COLOR_ATTACHMENT0, colour, 0);
+    glNamedFramebufferTexture(target, GL_DEPTH_ATTACHMENT, depth, 0);
+    EyeView view;
+    view.position = {0.5f, 1, 1.5f}, view.width = about.width, view.height = about.height;
+    double least = 1e30;
+    for (int k = 0; k < 4; ++k) {
+        timer->begin(1);
+        for (int eye = 0; eye < 2; ++eye) painter->paint(view, {}, {target, 0, 0, true}, eye);
+        timer->end();
+        glFinish();
+        while (const auto reading = timer->told())
+            if (k > 0) least = std::min(least, reading->seconds);
+    }
+    glNamedFramebufferTexture(target, GL_COLOR_ATTACHMENT0, 0, 0);
+    glNamedFramebufferTexture(target, GL_DEPTH_ATTACHMENT, 0, 0);
+    return least;
+}
+
+// Fewer samples first: four times the pixels are worth more than four samples.
+void HeadsetEyes::Parts::choose()
+{
+    double takes = seconds_of_empty_eyes();
+    if (takes > rule.budget && rule.samples > 1) {
+        told =
+            fmt::format("one sample a pixel is drawn: {} of {} x {} would take {:.1f} ms",
+                        rule.samples, headset.facts().width, headset.facts().height, 1e3 * takes);
+        painter = EyePainter::open(1);
+        takes = seconds_of_empty_eyes();
+    }
+    if (takes > rule.budget && takes < 1e30)
+        first_scale = std::max(rule.least, std::sqrt(rule.budget / takes));
 }
 
 HeadsetEyes::~HeadsetEyes() { parts->headset.make_current(); }
@@ -122,7 +173,7 @@ float HeadsetEyes::Parts::scale(const HeadsetPicture& picture)
         pace.reset();
         return 1;
     }
-    if (!pace) pace.emplace(picture.budget, picture.least, 1);
+    if (!pace) pace.emplace(picture.budget, picture.least, first_scale);
     constexpr int first = 4;  // pictures, which wait for what is loaded then
     while (const auto reading = timer->told())
         if (++timed > first && reading->scale == float(pace->scale())) pace->took(reading->seconds);
@@ -193,7 +244,7 @@ void HeadsetEyes::Parts::draw_panel(const EyeView& view, const EyeTarget& to,
 #else
 struct HeadsetEyes::Parts {};
 
-HeadsetEyes::HeadsetEyes(Headset&, int, Device)
+HeadsetEyes::HeadsetEyes(Headset&, const EyesRule&)
 {
     throw std::runtime_error("this program was built without OpenGL");
 }
@@ -201,6 +252,7 @@ HeadsetEyes::~HeadsetEyes() = default;
 void HeadsetEyes::renew() {}
 float HeadsetEyes::draw(const Sight&, const HeadsetPicture&) { return 1; }
 int HeadsetEyes::gl_errors() const { return 0; }
+std::string HeadsetEyes::told() const { return {}; }
 Sharing HeadsetEyes::sharing() const { return {}; }
 #endif
 }  // namespace knead

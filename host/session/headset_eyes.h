@@ -2,6 +2,7 @@
 // textures.
 #pragma once
 #include <memory>
+#include <string>
 
 #include "host/session/device.h"
 #include "host/session/headset_view.h"
@@ -26,11 +27,19 @@ struct HeadsetPicture {
     double least = 0.5;  // share of an eye's sides that is drawn at least
 };
 
+struct EyesRule {
+    Device device;    // of the rasteriser of splats
+    int samples = 1;  // of a pixel
+    // What OpenGL may take for both eyes [s]: where empty ones take more, they begin with one
+    // sample a pixel, and as small as that asks for, down to `least` of their sides. 0: not asked.
+    double budget = 0;
+    double least = 0.5;
+};
+
 class HeadsetEyes {
   public:
-    // In the headset's context. `samples` of a pixel; splats by the rasteriser of `device`. Throws
-    // std::runtime_error where this OpenGL does not do.
-    HeadsetEyes(Headset& headset, int samples, Device device);
+    // In the headset's context. Throws std::runtime_error where this OpenGL does not do.
+    HeadsetEyes(Headset& headset, const EyesRule& rule);
     ~HeadsetEyes();
     HeadsetEyes(const HeadsetEyes&) = delete;
 
@@ -38,7 +47,8 @@ class HeadsetEyes {
     // Returns which share of a target's sides was drawn into. Throws std::runtime_error and
     // std::invalid_argument where it cannot be drawn.
     float draw(const Sight& sight, const HeadsetPicture& picture);
-    int gl_errors() const;  // of what was drawn
+    int gl_errors() const;     // of what was drawn
+    std::string told() const;  // of what was found at the start; "": nothing of note
     // Which way what the device makes comes here; without text where there is no CUDA device.
     Sharing sharing() const;
 

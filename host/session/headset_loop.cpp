@@ -29,6 +29,21 @@ LiveRule live_rule(const HeadsetLoopRule& rule, std::function<double()> clock,
     return live;
 }
 
+constexpr double gl_share = 0.6;  // of a frame that OpenGL may take: the device has clay to move
+
+EyesRule eyes_rule(const HeadsetLoopRule& rule)
+{
+    const bool on_gpu = rule.device.kind == DeviceKind::cuda;
+    EyesRule eyes{rule.device,
+                  rule.samples > 0 ? rule.samples
+                  : on_gpu         ? 4
+                                   : 1,
+                  0, rule.least_scale};
+    const double rate = rule.headset.rate > 0 ? rule.headset.rate : 90;
+    if (rule.samples == 0 && on_gpu && !rule.stepped) eyes.budget = gl_share / rate;
+    return eyes;
+}
+
 class HeadsetLoop {
   public:
     HeadsetLoop(std::shared_ptr<const LiveScene> scene, HeadsetLoopRule rule);
@@ -91,7 +106,8 @@ HeadsetLoop::HeadsetLoop(std::shared_ptr<const LiveScene> scene, HeadsetLoopRule
       desk(rule.scene, rule.settings),
       canvas(HeadsetPanel::width, HeadsetPanel::height, 3)
 {
-    eyes = std::make_unique<HeadsetEyes>(*headset, rule.samples, rule.device);
+    eyes = std::make_unique<HeadsetEyes>(*headset, eyes_rule(rule));
+    if (!eyes->told().empty()) rule.tell(eyes->told());
     LiveRule lived = live_rule(
         rule, [this] { return clock.now(wall_seconds()); },
         [this](const HandAction& done) { record.act(done); });
@@ -343,8 +359,7 @@ void HeadsetLoop::feel(const Sight& sight, float strength[side_count])
 // False where it cannot be drawn, which is told once.
 bool HeadsetLoop::draw(const Sight& sight, float& scale)
 {
-    constexpr int often = 9;       // frames from graph to graph
-    constexpr double share = 0.6;  // of a frame that OpenGL may take: the device has clay to move
+    constexpr int often = 9;  // frames from graph to graph
     const bool repaint = rule.panel && panel_age++ % often == 0;
     if (repaint) {
         PanelView shown = desk.view(*state, hands);
@@ -359,7 +374,7 @@ bool HeadsetLoop::draw(const Sight& sight, float& scale)
     picture.panel_width = HeadsetPanel::pixel * HeadsetPanel::width;
     picture.panel_height = HeadsetPanel::pixel * HeadsetPanel::height;
     picture.at_once = rule.stepped;
-    if (!rule.stepped && rule.least_scale < 1) picture.budget = share * tick.period;
+    if (!rule.stepped && rule.least_scale < 1) picture.budget = gl_share * tick.period;
     picture.least = rule.least_scale;
     try {
         scale = eyes->draw(sight, picture);

@@ -27,7 +27,7 @@ struct HeadsetLoopRule {
     std::vector<std::string> settings;  // that go with it
     int frames = 0;         // of the simulation's time, in frames of the display; 0: until it ends
     double nearest = 0.05;  // nothing nearer to an eye is drawn [m]
-    int samples = 1;        // of a pixel
+    int samples = 0;        // of a pixel; 0: 1, or on a GPU 4 where there is time for them
     // In real time, where OpenGL is too slow, an eye's sides are drawn down to this share.
     double least_scale = 0.5;
     bool sound = true;                             // of what hands do to clay, in real time

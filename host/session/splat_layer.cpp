@@ -59,18 +59,30 @@ void SplatDrawer::set(const SplatCloud& cloud)
 {
     antialiased_ = cloud.antialiased;
     if (device_.kind == DeviceKind::cuda)
-        gpu_ = std::make_unique<GpuRaster>(cloud, 0, device_.index);
+        gpu_ = raster_of(cloud, 0);
     else
         cloud_ = cloud;
+}
+
+// With room for some that will be split or added.
+std::unique_ptr<GpuRaster> SplatDrawer::raster_of(const SplatCloud& cloud,
+                                                  std::size_t instances) const
+{
+    auto made = std::make_unique<GpuRaster>(cloud, 0, device_.index, cloud.count() / 4 * 5);
+    made->reserve(instances);
+    return made;
 }
 
 void SplatDrawer::prepare(std::shared_ptr<const SplatCloud> cloud)
 {
     coming_cloud_ = std::move(cloud);
     if (device_.kind != DeviceKind::cuda) return;
-    coming_ = std::async(std::launch::async, [cloud = coming_cloud_, index = device_.index] {
-        return std::make_unique<GpuRaster>(*cloud, 0, index);
-    });
+    coming_ = std::async(std::launch::async,
+                         [this, cloud = coming_cloud_, to = gpu_.get(), room = gpu_->room()] {
+                             if (!to->serves(*cloud)) return raster_of(*cloud, room);
+                             to->prepare(*cloud);
+                             return std::unique_ptr<GpuRaster>();
+                         });
 }
 
 bool SplatDrawer::adopt()
@@ -81,7 +93,9 @@ bool SplatDrawer::adopt()
     const std::shared_ptr<const SplatCloud> cloud = std::exchange(coming_cloud_, nullptr);
     if (!coming_.valid()) return set(*cloud), true;
     antialiased_ = cloud->antialiased;
-    std::unique_ptr<GpuRaster> before = std::exchange(gpu_, coming_.get());
+    std::unique_ptr<GpuRaster> made = coming_.get();
+    if (!made) return gpu_->show_prepared(), true;
+    std::unique_ptr<GpuRaster> before = std::exchange(gpu_, std::move(made));
     going_ = std::async(std::launch::async, [old = std::move(before)]() mutable { old.reset(); });
     return true;
 }

@@ -49,6 +49,7 @@ class SplatDrawer {
     double seconds() const { return seconds_; }  // that it took [s]
 
   private:
+    std::unique_ptr<GpuRaster> raster_of(const SplatCloud& cloud, std::size_t instances) const;
     SplatFrame frame_of(const std::vector<EyeView>& views, const SplatMotion& motion) const;
 
     Device device_;

@@ -17,7 +17,7 @@ using namespace gpu;
 
 namespace {
 
-// One eye's textures, and the picture that is copied into them.
+// One eye's textures, and the picture, as large or smaller, that is copied into their beginning.
 struct EyeShare {
     int width = 0, height = 0;
     Registered colour_texture, depth_texture;
@@ -31,7 +31,7 @@ struct SharedSplats::State {
     explicit State(int wanted) : device(chosen(wanted)), processors(multiprocessors(device)) {}
 
     MovedSplats moved(const SplatFrame& frame);
-    void copy(int eyes);
+    void copy(const SplatFrame& frame);
     void time();
 
     int device, processors;
@@ -98,8 +98,9 @@ MovedSplats SharedSplats::State::moved(const SplatFrame& frame)
     return {int(n), numbers.data(), int(each), numbers.data() + 3, int(each)};
 }
 
-void SharedSplats::State::copy(int eyes)
+void SharedSplats::State::copy(const SplatFrame& frame)
 {
+    const int eyes = int(frame.eyes.size());
     cudaGraphicsResource_t resources[4];
     for (int e = 0; e < eyes; ++e) {
         resources[2 * e] = eye[e].colour_texture;
@@ -116,9 +117,10 @@ void SharedSplats::State::copy(int eyes)
     };
     for (int e = 0; e < eyes; ++e) {
         const EyeShare& s = eye[e];
-        const auto width = std::size_t(s.width);
-        put(s.colour_texture, s.colour.data(), width * sizeof(uint2), s.height);
-        put(s.depth_texture, s.depth.data(), width * sizeof(float), s.height);
+        const Eye<float>& seen = frame.eyes[std::size_t(e)];
+        const auto width = std::size_t(seen.width);
+        put(s.colour_texture, s.colour.data(), width * sizeof(uint2), seen.height);
+        put(s.depth_texture, s.depth.data(), width * sizeof(float), seen.height);
     }
     mapped.end();
 }
@@ -145,8 +147,8 @@ void SharedSplats::draw(GpuRaster& raster, const SplatFrame& frame, const Device
     for (int e = 0; e < std::min(eyes, 2); ++e) {
         const EyeShare& s = state->eye[e];
         const Eye<float>& seen = frame.eyes[std::size_t(e)];
-        if (s.width != seen.width || s.height != seen.height)
-            throw std::invalid_argument("splats: an eye without textures of its size");
+        if (s.width < seen.width || s.height < seen.height)
+            throw std::invalid_argument("splats: an eye larger than its textures");
         targets[e] = {nullptr, nullptr, s.colour.data(), s.depth.data()};
     }
     check(cudaSetDevice(state->device), "device");
@@ -157,13 +159,14 @@ void SharedSplats::draw(GpuRaster& raster, const SplatFrame& frame, const Device
     if (moved) moved->kept().done(state->stream);
     for (int e = 0; e < eyes; ++e) {
         const EyeShare& s = state->eye[e];
-        spread(
-            {s.width, s.height, s.colour.data(), s.depth.data(), s.spare.data(), state->sum.data()},
-            state->processors, state->stream);
+        const Eye<float>& seen = frame.eyes[std::size_t(e)];
+        spread({seen.width, seen.height, s.colour.data(), s.depth.data(), s.spare.data(),
+                state->sum.data()},
+               state->processors, state->stream);
     }
     if (!state->timed) check(cudaEventRecord(state->to, state->stream), "splats");
     state->timed = true;
-    state->copy(eyes);
+    state->copy(frame);
 }
 
 double SharedSplats::seconds() const { return state->seconds; }

@@ -21,7 +21,7 @@ class SharedSplats {
 
     // Draws the eyes of the frame, one or two, into their textures, for what GL draws from now on,
     // and waits for nothing: depths as spread (cuda/splats/spread.h), row 0 the top. Throws as
-    // GpuRaster::launch(), and std::invalid_argument for eyes that have no textures of their size.
+    // GpuRaster::launch(), and std::invalid_argument for eyes larger than their textures.
     // `moved`: where the first splats are, in place of what the frame says; may be null.
     void draw(GpuRaster& raster, const SplatFrame& frame, const DeviceGaussians* moved);
     // What a picture took on the device, one of the last few of this size [s]; 0: none is known.

@@ -34,22 +34,24 @@ float from_half(unsigned bits)
 // Room for the first look at a scene, before its count is known.
 std::size_t first_room(const RasterView& view)
 {
-    return std::clamp(8 * std::size_t(view.splats.count), std::size_t(1) << 16,
-                      std::size_t(1) << 25);
+    return std::clamp(8 * std::size_t(view.count), std::size_t(1) << 16, std::size_t(1) << 25);
 }
 
 }  // namespace
 
 struct GpuRaster::State {
-    State(const SplatCloud& cloud, std::size_t instances, int wanted)
-        : device(chosen(wanted)), fixed_room(instances != 0), store(cloud)
+    State(const SplatCloud& cloud, std::size_t instances, int wanted, std::size_t splats)
+        : device(chosen(wanted)),
+          fixed_room(instances != 0),
+          store(std::max(cloud.count(), splats), cloud.degree)
     {
+        table.fill(cloud, std::size_t(store.view.count), stream);
         store.reserve(instances ? instances : first_room(store.view));
     }
 
     void check_moved(std::size_t moved) const
     {
-        if (moved > std::size_t(store.view.splats.count))
+        if (moved > std::size_t(table.view().count))
             throw std::invalid_argument("splats: more splats moved than there are");
     }
     std::vector<Stage> stages(bool mesh, int moved) const;
@@ -65,8 +67,9 @@ struct GpuRaster::State {
 
     int device;
     bool fixed_room;
+    Stream stream, loading;
+    SplatTable table, prepared;
     RasterStore store;
-    Stream stream;
     Event from, to;
     Graph graph;
     bool with_mesh = false;  // as the graph was captured
@@ -93,10 +96,12 @@ std::vector<Stage> GpuRaster::State::stages(bool mesh, int moved) const
             {"blend", [=](cudaStream_t on) { gpu::blend(d, mesh, on); }}};
 }
 
-// The graph of frames of this shape.
+// The graph of frames of this shape. A few splats more or less that move do not make another.
 void GpuRaster::State::prepare(const SplatFrame& frame, bool mesh, int moved)
 {
+    constexpr int step = 1 << 14;
     const RasterView& d = store.view;
+    if (moved > 0) moved = std::min((moved + step - 1) / step * step, d.count);
     const bool same_size = d.eyes == int(frame.eyes.size()) && d.width == frame.eyes[0].width &&
                            d.height == frame.eyes[0].height && frame.eyes.back().width == d.width &&
                            frame.eyes.back().height == d.height;
@@ -113,6 +118,7 @@ RasterFrame GpuRaster::State::described(const SplatFrame& frame, const MovedSpla
                                         const RasterTarget* targets) const
 {
     RasterFrame f{};
+    f.splats = table.view();
     for (std::size_t e = 0; e < frame.eyes.size(); ++e) {
         f.camera[e] = pinhole(frame.eyes[e]);
         f.target[e] = targets[e];
@@ -214,11 +220,35 @@ void GpuRaster::State::take_pictures(const SplatFrame& frame)
     wait(stream, "splats");
 }
 
-GpuRaster::GpuRaster(const SplatCloud& cloud, std::size_t instances, int device)
-    : state(std::make_unique<State>(cloud, instances, device))
+GpuRaster::GpuRaster(const SplatCloud& cloud, std::size_t instances, int device, std::size_t splats)
+    : state(std::make_unique<State>(cloud, instances, device, splats))
 {
 }
 GpuRaster::~GpuRaster() = default;
+
+bool GpuRaster::serves(const SplatCloud& cloud) const
+{
+    return cloud.degree == state->store.view.degree &&
+           cloud.count() <= std::size_t(state->store.view.count);
+}
+
+// The frames that read the other splats were launched before those that are shown now.
+void GpuRaster::prepare(const SplatCloud& cloud)
+{
+    if (!serves(cloud)) throw std::invalid_argument("splats: there is not room for so many");
+    check(cudaSetDevice(state->device), "device");
+    check(cudaStreamWaitEvent(state->loading, state->launched, 0), "splats");
+    state->prepared.fill(cloud, std::size_t(state->store.view.count), state->loading);
+}
+
+void GpuRaster::show_prepared() { std::swap(state->table, state->prepared); }
+
+void GpuRaster::reserve(std::size_t instances)
+{
+    if (instances <= room()) return;
+    state->graph.drop();
+    state->store.reserve(instances);
+}
 
 std::vector<Picture> GpuRaster::pictures(const SplatFrame& frame)
 {
@@ -319,7 +349,8 @@ std::vector<StageTime> GpuRaster::stage_times()
 
 std::size_t GpuRaster::memory() const
 {
-    std::size_t sum = state->store.bytes() + state->moved_numbers.bytes();
+    std::size_t sum = state->store.bytes() + state->table.bytes() + state->prepared.bytes() +
+                      state->moved_numbers.bytes();
     for (int e = 0; e < 2; ++e)
         sum += state->colour[e].bytes() + state->depth[e].bytes() + state->mesh_colour[e].bytes() +
                state->mesh_depth[e].bytes();

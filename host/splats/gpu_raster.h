@@ -27,8 +27,19 @@ struct RasterStats {
 // enough memory.
 class GpuRaster {
   public:
-    explicit GpuRaster(const SplatCloud& cloud, std::size_t instances = 0, int device = -1);
+    // `splats`: room for so many, in clouds to come.
+    explicit GpuRaster(const SplatCloud& cloud, std::size_t instances = 0, int device = -1,
+                       std::size_t splats = 0);
     ~GpuRaster();
+
+    // Another cloud, in two halves: brought to the device by any one thread, while others are drawn
+    // (all is allocated at the first time); then shown from the next frame on, without a wait.
+    // Throws std::invalid_argument as the constructor, and for a cloud that does not fit.
+    bool serves(const SplatCloud& cloud) const;
+    void prepare(const SplatCloud& cloud);
+    void show_prepared();
+    // Room for so many instances at least, before the first frame.
+    void reserve(std::size_t instances);
 
     // Draws, waits, downloads. Both eyes must have pictures of one size, of at most 65536 tiles of
     // 16 x 16 pixels together. Throws as check_frame(), too.

@@ -33,13 +33,9 @@ std::vector<uint4> harmonics_rows(const SplatCloud& cloud)
 // For which there is room, for each instance for which there is.
 constexpr std::size_t candidates_each = 8;
 
-RasterStore::RasterStore(const SplatCloud& cloud)
+RasterStore::RasterStore(std::size_t n, int degree)
 {
-    SplatFrame any;
-    any.eyes = {{{0, 0, 0}, {1, 0, 0, 0}, -1, 1, -1, 1, 1, 1}};
-    check_frame(cloud, any);
-    const std::size_t n = cloud.count();
-    upload_splats(cloud);
+    view.count = int(n), view.degree = degree;
     frame = DeviceArray<RasterFrame>(1);
     counts = DeviceArray<RasterCounts>(1);
     depth_keys = DeviceArray<std::uint32_t>(n), sorted_keys = DeviceArray<std::uint32_t>(n);
@@ -58,12 +54,16 @@ RasterStore::RasterStore(const SplatCloud& cloud)
     digit_counts = DeviceArray<unsigned>(digit_table_size);
     digit_starts = DeviceArray<unsigned>(digit_table_size);
     view.digit_counts = digit_counts.data(), view.digit_starts = digit_starts.data();
-    scratch_memory = DeviceArray<unsigned char>(raster_scratch_bytes(view.splats.count));
+    scratch_memory = DeviceArray<unsigned char>(raster_scratch_bytes(view.count));
     scratch = {scratch_memory.data(), scratch_memory.bytes()};
 }
 
-void RasterStore::upload_splats(const SplatCloud& cloud)
+// Waits for the copies alone.
+void SplatTable::fill(const SplatCloud& cloud, std::size_t room, cudaStream_t stream)
 {
+    SplatFrame any;
+    any.eyes = {{{0, 0, 0}, {1, 0, 0, 0}, -1, 1, -1, 1, 1, 1}};
+    check_frame(cloud, any);
     const std::size_t n = cloud.count();
     std::vector<float4> places(n), turns(n), scales(n);
     for (std::size_t i = 0; i < n; ++i) {
@@ -73,10 +73,24 @@ void RasterStore::upload_splats(const SplatCloud& cloud)
         turns[i] = {q.x, q.y, q.z, q.w};
         scales[i] = {s.x, s.y, s.z, 0};
     }
-    place = DeviceArray<float4>(places), turn = DeviceArray<float4>(turns);
-    scale = DeviceArray<float4>(scales);
-    sh = DeviceArray<uint4>(harmonics_rows(cloud));
-    view.splats = {int(n), cloud.degree, place.data(), turn.data(), scale.data(), sh.data()};
+    const auto put = [&](auto& to, const auto& from, std::size_t each) {
+        using Array = std::remove_reference_t<decltype(to)>;
+        if (to.size() < each * room) to = Array(each * room);
+        if (from.empty()) return;
+        check(cudaMemcpyAsync(to.data(), from.data(), from.size() * sizeof from[0],
+                              cudaMemcpyDefault, stream),
+              "splats");
+    };
+    put(place, places, 1), put(turn, turns, 1), put(scale, scales, 1);
+    const std::vector<uint4> rows = harmonics_rows(cloud);
+    put(sh, rows, std::size_t(sh_row(cloud.degree)));
+    wait(stream, "splats");
+    seen = {int(n), cloud.degree, place.data(), turn.data(), scale.data(), sh.data()};
+}
+
+std::size_t SplatTable::bytes() const
+{
+    return place.bytes() + turn.bytes() + scale.bytes() + sh.bytes();
 }
 
 void RasterStore::reserve(std::size_t instances)
@@ -109,8 +123,10 @@ void RasterStore::resize(const SplatFrame& f)
                                     " tiles of 16 x 16 pixels");
     view.eyes = eyes, view.columns = columns, view.rows = rows;
     view.width = eye.width, view.height = eye.height;
-    ranges = {};
-    ranges = DeviceArray<uint2>(std::size_t(view.all_tiles()));
+    if (const auto tiles = std::size_t(view.all_tiles()); ranges.size() < tiles) {
+        ranges = {};
+        ranges = DeviceArray<uint2>(tiles);
+    }
     view.ranges = ranges.data();
 }
 
@@ -118,9 +134,9 @@ std::size_t RasterStore::bytes() const
 {
     std::size_t sum = 0;
     const auto add = [&](const auto&... arrays) { ((sum += arrays.bytes()), ...); };
-    add(frame, counts, place, turn, scale, sh, depth_keys, sorted_keys, boxes, shapes, rests,
-        numbers, order, records[0], records[1], candidate_starts, chunk_states, tiles[0], tiles[1],
-        digit_counts, digit_starts, ranges, scratch_memory);
+    add(frame, counts, depth_keys, sorted_keys, boxes, shapes, rests, numbers, order, records[0],
+        records[1], candidate_starts, chunk_states, tiles[0], tiles[1], digit_counts, digit_starts,
+        ranges, scratch_memory);
     return sum;
 }
 

@@ -6,10 +6,23 @@
 
 namespace knead::gpu {
 
+// Splats at rest, and room for more.
+class SplatTable {
+  public:
+    // Of splats of that degree. Throws std::invalid_argument as check_frame() does of the cloud.
+    void fill(const SplatCloud& cloud, std::size_t room, cudaStream_t stream);
+    const SplatView& view() const { return seen; }
+    std::size_t bytes() const;
+
+  private:
+    SplatView seen{};
+    DeviceArray<float4> place, turn, scale;
+    DeviceArray<uint4> sh;
+};
+
 class RasterStore {
   public:
-    // Throws std::invalid_argument as check_frame() does of the cloud.
-    explicit RasterStore(const SplatCloud& cloud);
+    RasterStore(std::size_t splats, int degree);
 
     // Other buffers for the instances, or for pictures of another size; where they are changes.
     void reserve(std::size_t instances);
@@ -22,10 +35,6 @@ class RasterStore {
     DeviceArray<RasterCounts> counts;
 
   private:
-    void upload_splats(const SplatCloud& cloud);
-
-    DeviceArray<float4> place, turn, scale;
-    DeviceArray<uint4> sh;
     DeviceArray<std::uint32_t> depth_keys, sorted_keys;
     DeviceArray<TileBoxes> boxes;
     DeviceArray<SplatShape> shapes;

@@ -16,8 +16,12 @@ namespace {
 }  // namespace
 
 struct GpuRaster::State {};
-GpuRaster::GpuRaster(const SplatCloud&, std::size_t, int) { refuse(); }
+GpuRaster::GpuRaster(const SplatCloud&, std::size_t, int, std::size_t) { refuse(); }
 GpuRaster::~GpuRaster() = default;
+bool GpuRaster::serves(const SplatCloud&) const { refuse(); }
+void GpuRaster::prepare(const SplatCloud&) { refuse(); }
+void GpuRaster::show_prepared() { refuse(); }
+void GpuRaster::reserve(std::size_t) { refuse(); }
 std::vector<Picture> GpuRaster::pictures(const SplatFrame&) { refuse(); }
 void GpuRaster::launch(const SplatFrame&, const gpu::MovedSplats*, const gpu::RasterTarget*, void*)
 {

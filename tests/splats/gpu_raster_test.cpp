@@ -115,6 +115,25 @@ TEST_F(GpuSplatPictures, AreTheSameToTheBitAgainAndAgain)
 }
 
 // What is nearest stays: every pixel is that of a cloud without its farthest splats.
+TEST_F(GpuSplatPictures, AreOfAnotherCloudOnceItIsShown)
+{
+    const SplatCloud first = generated({"small", 3000, 0, 0.02, 4});
+    const SplatCloud more = generated({"small", 3700, 0, 0.02, 5});
+    const SplatFrame frame = seen_from({plain_eye(160, 120)});
+    GpuRaster raster(first, 0, -1, 4000);
+    EXPECT_TRUE(raster.serves(more));
+    expect_same(raster.pictures(frame), cpu_raster(first, frame));
+    raster.prepare(more);
+    expect_same(raster.pictures(frame), cpu_raster(first, frame));
+    raster.show_prepared();
+    expect_same(raster.pictures(frame), cpu_raster(more, frame));
+    raster.prepare(first), raster.show_prepared();
+    expect_same(raster.pictures(frame), cpu_raster(first, frame));
+    const SplatCloud many = generated({"small", 4001, 0, 0.02, 5});
+    EXPECT_FALSE(raster.serves(many));
+    EXPECT_THROW(raster.prepare(many), std::invalid_argument);
+}
+
 TEST_F(GpuSplatPictures, WhereThereIsNoRoomTheFarthestAreLeftOutAndCounted)
 {
     SplatCloud cloud;

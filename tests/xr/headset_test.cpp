@@ -129,6 +129,18 @@ TEST(Pace, comes_to_rest_where_pictures_are_in_time)
     }
 }
 
+TEST(Pace, is_found_at_once_and_not_by_one_slow_picture)
+{
+    Pace pace(1, 0.1, 1);
+    pace.took(50);
+    EXPECT_EQ(pace.scale(), 1) << "it may have waited for something";
+    pace.took(1);
+    pace.took(9), pace.took(9);
+    EXPECT_NEAR(pace.scale(), 1.0 / 3, 1e-12);
+    pace.took(1.3), pace.took(1.3);
+    EXPECT_NEAR(pace.scale(), 0.25, 1e-12);
+}
+
 TEST(FrameFigures, count_what_came_too_late_and_keep_the_newest)
 {
     FrameFigures figures;
