@@ -119,6 +119,7 @@ template <class Use>
 __device__ void each_candidate(const RasterView& d, Wide from, int count, Use&& use)
 {
     const int lane = int(threadIdx.x) % 32;
+    const char* const hidden = d.frame->hidden;
     int at = 0;
     for (int rank = count > 0 ? rank_of(d, from) : 0; at < count; rank += 32) {
         const Window mine = window_at(d, rank + lane, from, count);
@@ -139,9 +140,11 @@ __device__ void each_candidate(const RasterView& d, Wide from, int count, Use&& 
             const int x = int(box.x) + n - row * columns, y = int(box.y) + row;
             const int record = e * d.count + w.splat;
             const float x0 = float(x * tile_size), y0 = float(y * tile_size);
-            const bool reached = in && reaches(shape_of(d, in ? record : 0), x0, y0,
-                                               x0 + (tile_size - 1), y0 + (tile_size - 1));
-            use(reached, (e * d.rows + y) * d.columns + x, record);
+            const int tile = (e * d.rows + y) * d.columns + x;
+            const bool seen = in && !(hidden && hidden[tile]);
+            const bool reached = seen && reaches(shape_of(d, in ? record : 0), x0, y0,
+                                                 x0 + (tile_size - 1), y0 + (tile_size - 1));
+            use(reached, tile, record);
         }
     }
 }

@@ -55,6 +55,7 @@ struct RasterFrame {
     Vec3<float> background;
     MovedSplats moved;
     RasterTarget target[2];
+    const char* hidden;  // RasterView::all_tiles(): 1 where nothing is drawn; null: all is
 };
 
 // The first tile, and how many columns and rows of tiles a splat may touch; no rows: not seen.

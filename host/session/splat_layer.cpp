@@ -100,13 +100,17 @@ bool SplatDrawer::adopt()
     return true;
 }
 
-SplatFrame SplatDrawer::frame_of(const std::vector<EyeView>& views, const SplatMotion& motion) const
+// `hidden`: of as many eyes; null: nothing.
+SplatFrame SplatDrawer::frame_of(const std::vector<EyeView>& views, const SplatMotion& motion,
+                                 HiddenTiles* hidden) const
 {
     SplatFrame frame;
-    for (EyeView view : views) {
+    for (std::size_t eye = 0; eye < views.size(); ++eye) {
+        EyeView view = views[eye];
         view.width = std::max(1, int(std::lround(scale_ * view.width)));
         view.height = std::max(1, int(std::lround(scale_ * view.height)));
         frame.eyes.push_back(splat_eye(view));
+        if (hidden) frame.hidden.push_back(hidden[eye].of(view));
     }
     frame.rule.antialiased = antialiased_;
     if (!motion.host) return frame;
@@ -121,13 +125,8 @@ SplatLayer SplatDrawer::layer(const EyeView& view, const SplatMotion& motion, bo
                               HiddenTiles* hidden)
 {
     scale_ = whole ? 1 : pace_.scale();
-    SplatFrame frame = frame_of({view}, motion);
+    SplatFrame frame = frame_of({view}, motion, hidden);
     if (motion.device) motion.device->fetch(frame);
-    if (hidden && !gpu_) {
-        EyeView coarse = view;
-        coarse.width = frame.eyes[0].width, coarse.height = frame.eyes[0].height;
-        frame.hidden = {hidden->of(coarse)};
-    }
     const double begin = wall_seconds();
     const SplatLayer made =
         layer_of(gpu_ ? gpu_->pictures(frame).front() : cpu_raster(cloud_, frame).front());
@@ -148,7 +147,8 @@ void SplatDrawer::draw(EyePainter& painter, const std::vector<EyeView>& views,
         if (!shared_) pace_ = Pace(budget_ * double(views.size()), 0.125, 1);
         shared_ = true;
         scale_ = whole ? 1 : pace_.scale();
-        painter.set_splats(*gpu_, frame_of(views, motion), motion.device);
+        painter.set_splats(*gpu_, frame_of(views, motion, hidden ? hidden->data() : nullptr),
+                           motion.device);
         seconds_ = painter.splat_seconds();
         if (!whole && seconds_ > 0) pace_.took(seconds_);
         return;

@@ -50,7 +50,8 @@ class SplatDrawer {
 
   private:
     std::unique_ptr<GpuRaster> raster_of(const SplatCloud& cloud, std::size_t instances) const;
-    SplatFrame frame_of(const std::vector<EyeView>& views, const SplatMotion& motion) const;
+    SplatFrame frame_of(const std::vector<EyeView>& views, const SplatMotion& motion,
+                        HiddenTiles* hidden) const;
 
     Device device_;
     SplatCloud cloud_;  // of the CPU's

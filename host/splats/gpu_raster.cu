@@ -58,6 +58,7 @@ struct GpuRaster::State {
     void prepare(const SplatFrame& frame, bool mesh, int moved);
     RasterFrame described(const SplatFrame& frame, const MovedSplats& moved,
                           const RasterTarget* targets) const;
+    void hide(const SplatFrame& frame, cudaStream_t on);
     void start(const RasterFrame& frame, cudaStream_t on);
     void ask_room(cudaStream_t on);
     void make_room();
@@ -82,6 +83,8 @@ struct GpuRaster::State {
     // What pictures() draws from and to.
     DeviceArray<uint2> colour[2], mesh_colour[2];
     DeviceArray<float> depth[2], mesh_depth[2], moved_numbers;
+    std::vector<char> hidden;  // as the device has them; empty: all is seen
+    DeviceArray<char> hidden_tiles;
 };
 
 std::vector<Stage> GpuRaster::State::stages(bool mesh, int moved) const
@@ -125,7 +128,27 @@ RasterFrame GpuRaster::State::described(const SplatFrame& frame, const MovedSpla
     }
     f.middle = cast<float>(middle_of(frame));
     f.rule = frame.rule, f.background = frame.background, f.moved = moved;
+    f.hidden = hidden.empty() ? nullptr : hidden_tiles.data();
     return f;
+}
+
+// Where they are others than those of the frame before, behind which they are copied.
+void GpuRaster::State::hide(const SplatFrame& frame, cudaStream_t on)
+{
+    const auto of_eye = std::size_t(store.view.tiles_of_eye());
+    std::vector<char> tiles;
+    for (std::size_t e = 0; e < frame.hidden.size(); ++e) {
+        if (frame.hidden[e].empty()) continue;
+        tiles.resize(frame.eyes.size() * of_eye, 0);
+        std::copy(frame.hidden[e].begin(), frame.hidden[e].end(),
+                  tiles.begin() + std::ptrdiff_t(e * of_eye));
+    }
+    if (tiles == hidden) return;
+    hidden = std::move(tiles);
+    if (hidden_tiles.size() == 0) hidden_tiles = DeviceArray<char>(max_tiles);
+    if (hidden.empty()) return;
+    check(cudaMemcpyAsync(hidden_tiles.data(), hidden.data(), hidden.size(), cudaMemcpyDefault, on),
+          "splats");
 }
 
 void GpuRaster::State::start(const RasterFrame& frame, cudaStream_t on)
@@ -216,6 +239,7 @@ void GpuRaster::State::take_pictures(const SplatFrame& frame)
     }
     prepare(frame, mesh, int(n));
     check(cudaStreamWaitEvent(stream, launched, 0), "splats");
+    hide(frame, stream);
     start(described(frame, moved, targets), stream);
     wait(stream, "splats");
 }
@@ -284,7 +308,7 @@ void GpuRaster::launch(const SplatFrame& frame, const MovedSplats* moved,
                        const RasterTarget* targets, void* stream)
 {
     SplatFrame shape;
-    shape.eyes = frame.eyes, shape.rule = frame.rule;
+    shape.eyes = frame.eyes, shape.rule = frame.rule, shape.hidden = frame.hidden;
     check_frame(SplatCloud{}, shape);
     check(cudaSetDevice(state->device), "device");
     const MovedSplats still{};
@@ -294,6 +318,7 @@ void GpuRaster::launch(const SplatFrame& frame, const MovedSplats* moved,
     state->prepare(frame, targets[0].mesh_depth != nullptr, m.count);
     const auto on = static_cast<cudaStream_t>(stream);
     check(cudaStreamWaitEvent(on, state->launched, 0), "splats");
+    state->hide(frame, on);
     state->start(state->described(frame, m, targets), on);
     state->ask_room(on);
     check(cudaEventRecord(state->launched, on), "splats");
@@ -349,8 +374,8 @@ std::vector<StageTime> GpuRaster::stage_times()
 
 std::size_t GpuRaster::memory() const
 {
-    std::size_t sum = state->store.bytes() + state->table.bytes() + state->prepared.bytes() +
-                      state->moved_numbers.bytes();
+    std::size_t sum = state->store.bytes() + state->hidden_tiles.bytes() + state->table.bytes() +
+                      state->prepared.bytes() + state->moved_numbers.bytes();
     for (int e = 0; e < 2; ++e)
         sum += state->colour[e].bytes() + state->depth[e].bytes() + state->mesh_colour[e].bytes() +
                state->mesh_depth[e].bytes();

@@ -26,8 +26,8 @@ struct SplatFrame {
     // gradient that turns and stretches them.
     std::vector<Vec3<float>> moved_centre;
     std::vector<Mat3<float>> moved_F;
-    // Per eye, of its tiles, rows from the top: 1 where nobody sees one. It may then be left empty,
-    // and is on the CPU. No tiles, or no eyes: all is seen.
+    // Per eye, of its tiles, rows from the top: 1 where nobody sees one, which is left empty. No
+    // tiles, or no eyes: all is seen.
     std::vector<std::vector<char>> hidden;
     // On the CPU, asked before every row of tiles or pixels, by several threads: true leaves what
     // follows undrawn. Who has it so throws the picture away.

@@ -108,7 +108,8 @@ TEST_F(Pictures, ACameraThatSeesNothingCostsItsPictures)
 TEST_F(Pictures, OneThatIsGivenUpIsNotThere)
 {
     if (drawn_by().empty()) GTEST_SKIP() << "no OpenGL";
-    const Scene small = scene();
+    Scene small = scene();
+    small.picture_width = 240, small.picture_height = 180;
     FrameWriter writer(small, path("pictures"), "", 30);
     // Given up at each moment at which it can be, until it never is: drawing, then row by row.
     int given_up = 0;

@@ -115,6 +115,24 @@ TEST_F(GpuSplatPictures, AreTheSameToTheBitAgainAndAgain)
 }
 
 // What is nearest stays: every pixel is that of a cloud without its farthest splats.
+TEST_F(GpuSplatPictures, AreEmptyWhereNobodySeesThem)
+{
+    const SplatCloud cloud = generated({"small", 20000, 0, 0.02, 4});
+    SplatFrame frame = seen_from({plain_eye(160, 120), plain_eye(160, 120)});
+    GpuRaster raster(cloud);
+    const auto whole = raster.pictures(frame);
+    frame.hidden = {std::vector<char>(80, 0), {}};
+    for (std::size_t t = 0; t < 80; t += 3) frame.hidden[0][t] = 1;
+    const auto masked = raster.pictures(frame);
+    expect_same(masked, cpu_raster(cloud, frame));
+    EXPECT_LT(psnr(masked[0], whole[0]), 40);
+    EXPECT_EQ(psnr(masked[1], whole[1]), 200) << "of the other eye all is seen";
+    frame.hidden[0].assign(80, 1);
+    for (const float alpha : raster.pictures(frame)[0].alpha) ASSERT_EQ(alpha, 0);
+    frame.hidden.clear();
+    EXPECT_EQ(psnr(raster.pictures(frame)[0], whole[0]), 200);
+}
+
 TEST_F(GpuSplatPictures, AreOfAnotherCloudOnceItIsShown)
 {
     const SplatCloud first = generated({"small", 3000, 0, 0.02, 4});
