@@ -1,10 +1,12 @@
 #!/usr/bin/env bash
 # Makes the pictures of the README from committed scenes: clay and a pot of splats before, in and
-# after the hands, every material, and a loop. Needs ffmpeg. Look at what it has made.
-# usage: docs/gallery.sh [PROGRAM=build/demo/knead] [PARTS="clay pot presets"]
+# after the hands, every material, and a loop; and error against run time and how cases of the
+# stability map end, as they are on this machine. Needs ffmpeg, and matplotlib for the last. Look at
+# what it has made.
+# usage: docs/gallery.sh [PROGRAM=build/demo/knead] [PARTS="clay pot presets verify"]
 set -eu
 cd "$(dirname "$0")/.."
-program=${1:-build/demo/knead} parts=${2:-clay pot presets} out=$(mktemp -d)
+program=${1:-build/demo/knead} parts=${2:-clay pot presets verify} out=$(mktemp -d)
 trap 'rm -rf "$out"' EXIT
 
 # simulate SCENE EVERY OPTION...: pictures of a run, without its other results.
@@ -43,9 +45,15 @@ presets() {
         -compression_level 9 docs/presets.png
 }
 
+# One check of it fails today (tests/verify/known.txt); the pictures are made even so.
+verify() {
+    "$program" verify workprecision stability --quick --out "$out/verify" || [ $? -eq 1 ]
+    cp "$out/verify/workprecision.png" "$out/verify/stability.png" docs
+}
+
 for part in $parts; do
     case $part in
-        clay | pot | presets) "$part" ;;
+        clay | pot | presets | verify) "$part" ;;
         *) echo "no part $part" >&2; exit 2 ;;
     esac
 done

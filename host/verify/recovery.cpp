@@ -11,21 +11,24 @@
 namespace knead {
 namespace {
 
-constexpr double dx = 0.01, speed = 0.5;            // [m] [m/s]
-constexpr double settle = 0.13, rest = 0.2;         // [s] before and after the press
+constexpr double dx = 0.01, speed = 0.5;            // [m] [m/s], at most
 constexpr double frame = 1.0 / 180, mean_of = 0.1;  // [s]
+constexpr double settle = 24 * frame, rest = 0.2;   // [s] before and after the press
 
 struct Press {
     Setup setup;
     double radius, top, end;  // [m] [m] [s]
     Place axis;               // on the surface
 
-    // Down by the diameter, and up again until it is out.
+    Place deepest() const { return axis - Place{0, radius, 0}; }  // of the tool's middle
+    // Down by the diameter, and up again until it is out. In whole frames: between two a tool goes
+    // straight, and would turn before it is as deep as it was asked to go.
+    double down() const { return frame * std::ceil(2 * radius / (speed * frame)); }
     double depth(double t) const
     {
-        const double down = 2 * radius / speed, since = t - settle;
-        if (since < 0) return -radius;
-        return since < down ? speed * since : std::max(2 * radius - speed * (since - down), -dx);
+        const double since = t - settle, way = 2 * radius / down() * since;
+        if (since < -frame / 2) return -radius;
+        return since < down() ? way : std::max(4 * radius - way, -dx);
     }
     std::vector<Joint<double>> at(double t) const
     {
@@ -52,7 +55,7 @@ Press press(double radius, const Material<double>& material, int passes = 2)
     s.passes = passes;
     p.top = floor.y + high * dx;
     p.axis = {floor.x, p.top, floor.z};
-    p.end = settle + 4 * radius / speed + rest;
+    p.end = settle + 2 * p.down() + rest;
     return p;
 }
 
@@ -130,8 +133,10 @@ void without_projection(Verification& v, double radius)
                   left.dent / (2 * radius), 0.02, "", "shorten the substep"));
 }
 
-// The hole: its radius by the nearest particles around the axis in each eighth of a turn, below
-// the rim and above the round end; its depth by the highest particle near the axis.
+// The hole, by how far particles stand from where the tool was: under the middle of its deepest
+// place from a ball, over it from its way in. Its width by the nearest below the rim in each eighth
+// of a turn, its depth by the farthest in on its floor: none need lie on the axis or at the tool's
+// middle, and a few particles are all that there are.
 struct Hole {
     double width, depth;  // [m]
 };
@@ -140,19 +145,22 @@ Hole hole_of(const Press& p, const std::vector<Place>& x, double surface)
 {
     constexpr int parts = 8;
     double nearest[parts];
-    std::fill(nearest, nearest + parts, 1e30);
+    std::fill(nearest, nearest + parts, p.radius);
     double bottom = -1e30;
-    const double upper = surface - 0.5 * p.radius, lower = surface - 1.2 * p.radius - 0.25 * dx;
     for (const Place& q : x) {
+        const Place way = q - p.deepest();
         const double r = from_axis(p, q);
-        const double turn = std::atan2(q.z - p.axis.z, q.x - p.axis.x) / (2 * M_PI) + 0.5;
-        double& best = nearest[std::min(int(turn * parts), parts - 1)];
-        if (q.y < upper && q.y > lower) best = std::min(best, r);
-        if (r < std::max(0.5 * dx, 0.3 * p.radius)) bottom = std::max(bottom, q.y);
+        const double off = (way.y < 0 ? length(way) : r) - p.radius;
+        // Eighths about the axes and diagonals, on which the lattice's particles lie.
+        const double turn = std::atan2(way.z, way.x) / (2 * M_PI) + 1;
+        double& best = nearest[int(turn * parts + 0.5) % parts];
+        if (q.y < surface - 0.5 * p.radius) best = std::min(best, off);
+        if (r < 0.8 * p.radius)
+            bottom = std::max(bottom, way.y < 0 ? p.top - 2 * p.radius - off : q.y);
     }
     double sum = 0;
-    for (const double r : nearest) sum += std::min(r, 2 * p.radius) / parts;
-    return {2 * sum, surface - bottom};
+    for (const double off : nearest) sum += off / parts;
+    return {2 * (p.radius + sum), surface - bottom};
 }
 
 void plastic_block(Verification& v, double radius)

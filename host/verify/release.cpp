@@ -22,7 +22,9 @@ double speed_of(const Verification& v, int cells, double phase)
     const double dx = 1.0 / cells;
     Setup s = between_walls({cells, cells, cells}, dx, ContactMode::separate, 0.3);
     const Place middle = s.walls.min + Place{0.5, 0.5, 0.5} + (phase * dx) * Place{1, 0.37, 0.61};
-    fill(s, plastic(1e6, 0.3, 1000, 1e5), s.walls.min, s.walls.max, 2,
+    // The same particles: others would be another ball, with faces elsewhere.
+    const Place reach{radius, radius, radius};
+    fill(s, plastic(1e6, 0.3, 1000, 1e5), middle - reach, middle + reach, 2,
          [&](Place x) { return length(x - middle) < radius; });
     for (int i = 0; i < 2; ++i) add_ball_tool(s, tool_radius, ContactMode::separate, 0.4);
     const double in = (deep + gap) / speed, out = in + hold;
