@@ -128,7 +128,8 @@ TEST_F(GpuSplatPictures, AreEmptyWhereNobodySeesThem)
     EXPECT_LT(psnr(masked[0], whole[0]), 40);
     EXPECT_EQ(psnr(masked[1], whole[1]), 200) << "of the other eye all is seen";
     frame.hidden[0].assign(80, 1);
-    for (const float alpha : raster.pictures(frame)[0].alpha) ASSERT_EQ(alpha, 0);
+    const Picture nothing = raster.pictures(frame)[0];
+    for (const float alpha : nothing.alpha) ASSERT_EQ(alpha, 0);
     frame.hidden.clear();
     EXPECT_EQ(psnr(raster.pictures(frame)[0], whole[0]), 200);
 }
