@@ -207,7 +207,7 @@ void LocalClay::take(const std::vector<Key>& cubes, const Boxes& boxes, Solver& 
             turned_normal(gaussians[i].F, state_.normal[std::size_t(state_.home[i])])));
     }
     for (const Particle<double>& p : solver.particles()) particles.push_back(p.x);
-    const LocalSurface surface(std::move(x), std::move(n), depth, 2 * dx);
+    const LocalSurface surface(x, n, depth, 2 * dx);
     const Cells there(particles, 2 * spacing);
     add_clay(cubes, all_seeds(cubes, surface, there), solver);
     // All that stands in clay goes with it from here on.
@@ -312,8 +312,16 @@ SplatCloud LocalClay::shown() const
 {
     SplatCloud all = moving.cloud();
     all.antialiased = all.antialiased || state_.cloud.antialiased;
+    std::vector<std::uint32_t> standing;
     for (std::size_t i = 0; i < state_.cloud.count(); ++i)
-        if (!state_.away[i]) append_cloud(all, state_.cloud, i);
+        if (!state_.away[i]) standing.push_back(std::uint32_t(i));
+    const std::size_t first = all.count(), count = first + standing.size();
+    all.centre.resize(count), all.rotation.resize(count), all.scale.resize(count);
+    all.opacity.resize(count), all.sh.resize(count * std::size_t(harmonics(all.degree)));
+    const int more = int(standing.size());
+#pragma omp parallel for schedule(static)
+    for (int k = 0; k < more; ++k)
+        set_splat(all, first + std::size_t(k), state_.cloud, standing[std::size_t(k)]);
     return all;
 }
 

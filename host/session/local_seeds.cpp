@@ -5,54 +5,70 @@
 #include "host/scene/strata.h"
 #include "host/session/local_clay.h"
 #include "host/session/local_surface.h"
+#include "host/session/patches.h"
 
 namespace knead {
 namespace {
 
 constexpr double too_near = 0.6;  // of a particle's spacing, to one that is there
 
+Vec3<double> least_axis(const Sym3<double>& spread)
+{
+    const Eigen<double> e = eigen(spread);
+    if (e.value.z < e.value.x && e.value.z < e.value.y) return e.axes.c;
+    return e.value.y < e.value.x ? e.axes.b : e.axes.a;
+}
+
+// Towards the nearest of boxes, by their middles.
+Vec3<double> outward(Vec3<double> axis, Vec3<double> from,
+                     const std::vector<std::pair<Vec3<double>, Vec3<double>>>& boxes)
+{
+    double nearest = 1e300, side = 1;
+    for (const auto& [low, high] : boxes) {
+        const Vec3<double> to = 0.5 * (low + high) - from;
+        if (dot(to, to) < nearest) nearest = dot(to, to), side = dot(to, axis);
+    }
+    return side < 0 ? -axis : axis;
+}
+
 }  // namespace
 
-// Of those slots that have none: across the plane through the centres around, towards the nearest
-// hand, which comes from outside.
+// Of those slots that have none, by patches: across the plane through the centres around, towards
+// the nearest hand, which comes from outside.
 void LocalClay::find_normals(const Boxes& boxes, const std::vector<std::uint32_t>& slots)
 {
-    std::vector<Vec3<double>> x;
+    std::vector<Vec3<double>> x, middles;
     for (const std::uint32_t i : slots) x.push_back(cast<double>(state_.cloud.centre[i]));
+    const Patches patches(x, dx / 2);
+    for (const Patch& p : patches.all()) middles.push_back(p.mean);
     const double around = 2.5 * dx;
-    const Cells cells(x, around);
-    const int count = int(slots.size());
+    const Cells cells(middles, around);
+    const int count = int(middles.size());
+    std::vector<Vec3<float>> normals(middles.size());
 #pragma omp parallel for schedule(dynamic, 64)
     for (int k = 0; k < count; ++k) {
-        const auto i = std::size_t(slots[std::size_t(k)]);
-        if (dot(state_.normal[i], state_.normal[i]) > 0) continue;
-        const Vec3<double> here = x[std::size_t(k)];
+        const Vec3<double> here = middles[std::size_t(k)];
         Vec3<double> sum{};
         Sym3<double> square{};
         double n = 0;
-        const auto outer = [](Vec3<double> d, double w) {
-            return Sym3<double>{w * d.x * d.x, w * d.y * d.y, w * d.z * d.z,
-                                w * d.x * d.y, w * d.x * d.z, w * d.y * d.z};
-        };
         cells.each_near(here, {around, around, around}, [&](std::uint32_t j) {
-            const Vec3<double> d = x[j] - here;
+            const Patch& p = patches.all()[j];
+            const Vec3<double> d = p.mean - here;
             if (dot(d, d) > around * around) return;
-            sum = sum + d, n += 1, square = square + outer(d, 1);
+            sum = sum + p.count * d, n += p.count;
+            square = square + p.spread + squared(d, p.count);
         });
-        Sym3<double> spread = square + outer(sum, -1 / n);
-        if (n < 6)  // too few: the splat's own
+        Sym3<double> spread = square + squared(sum, -1 / n);
+        if (n < 6) {  // too few: the splat's own
+            const auto i = std::size_t(slots[patches.all()[std::size_t(k)].first]);
             spread = covariance(Ellipsoid<double>{cast<double>(state_.cloud.rotation[i]),
                                                   cast<double>(state_.cloud.scale[i])});
-        const Eigen<double> e = eigen(spread);
-        Vec3<double> least = e.axes.a;
-        if (e.value.y < e.value.x && e.value.y <= e.value.z) least = e.axes.b;
-        if (e.value.z < e.value.x && e.value.z < e.value.y) least = e.axes.c;
-        double nearest = 1e300, side = 1;
-        for (const auto& [low, high] : boxes) {
-            const Vec3<double> to = 0.5 * (low + high) - here;
-            if (dot(to, to) < nearest) nearest = dot(to, to), side = dot(to, least);
         }
-        state_.normal[i] = cast<float>(side < 0 ? -least : least);
+        normals[std::size_t(k)] = cast<float>(outward(least_axis(spread), here, boxes));
+    }
+    for (std::size_t k = 0; k < slots.size(); ++k) {
+        Vec3<float>& n = state_.normal[slots[k]];
+        if (dot(n, n) == 0) n = normals[patches.of(k)];
     }
 }
 

@@ -1,5 +1,7 @@
 #include "host/session/local_surface.h"
 
+#include "host/session/patches.h"
+
 namespace knead {
 namespace {
 
@@ -10,12 +12,30 @@ int corner_at(int x, int y, int z)
 
 }  // namespace
 
+LocalSurface::LocalSurface(const std::vector<Vec3<double>>& centres,
+                           const std::vector<Vec3<double>>& normals, double depth, double width)
+    : far(depth + width), wide(width)
+{
+    const Patches patches(centres, width / 2);
+    for (const Patch& p : patches.all()) {
+        x.push_back(p.mean), count.push_back(p.count);
+        n.push_back({0, 0, 0});
+    }
+    for (std::size_t i = 0; i < normals.size(); ++i)
+        n[patches.of(i)] = n[patches.of(i)] + normals[i];
+    for (std::size_t k = 0; k < n.size(); ++k) {
+        const double size = length(n[k]);
+        n[k] = size > 0 ? (1 / size) * n[k] : normals[patches.all()[k].first];
+    }
+    cells.emplace(x, width);
+}
+
 // Farther and farther around, for most places are near.
 double LocalSurface::nearest_squared(Vec3<double> at) const
 {
     double nearest = far * far;
     for (double reach = wide;; reach = min(2 * reach, far)) {
-        cells.each_near(at, {reach, reach, reach}, [&](std::uint32_t j) {
+        cells->each_near(at, {reach, reach, reach}, [&](std::uint32_t j) {
             const Vec3<double> d = at - x[j];
             nearest = min(nearest, dot(d, d));
         });
@@ -29,9 +49,9 @@ std::optional<double> LocalSurface::height(Vec3<double> at) const
     if (nearest >= far * far) return {};
     const double reach = std::sqrt(nearest) + wide;
     double sum = 0, weight = 0;
-    cells.each_near(at, {reach, reach, reach}, [&](std::uint32_t j) {
+    cells->each_near(at, {reach, reach, reach}, [&](std::uint32_t j) {
         const Vec3<double> d = at - x[j];
-        const double w = 1 - dot(d, d) / (reach * reach);
+        const double w = count[j] * (1 - dot(d, d) / (reach * reach));
         if (w > 0) sum += w * dot(d, n[j]), weight += w;
     });
     const double h = sum / weight;

@@ -10,32 +10,27 @@ namespace knead {
 class LocalSurface {
   public:
     // Centres of splats and their outward unit normals. `depth` [m] is how far below the surface a
-    // place may lie, `width` [m] how far from a splat the surface goes on along it.
-    LocalSurface(std::vector<Vec3<double>> centres, std::vector<Vec3<double>> normals, double depth,
-                 double width)
-        : x(std::move(centres)),
-          n(std::move(normals)),
-          far(depth + width),
-          wide(width),
-          cells(x, width)
-    {
-    }
+    // place may lie, `width` [m] how far from a splat the surface goes on along it: those within
+    // half of that are one patch.
+    LocalSurface(const std::vector<Vec3<double>>& centres, const std::vector<Vec3<double>>& normals,
+                 double depth, double width);
     LocalSurface(const LocalSurface&) = delete;
 
-    // Height over the planes of the splats that are about as near as the nearest [m], below 0
-    // inside; nothing where no splat is near enough.
+    // Height over the planes of the patches that are about as near as the nearest [m], below 0
+    // inside; nothing where none is near enough.
     std::optional<double> height(Vec3<double> at) const;
 
   private:
     double nearest_squared(Vec3<double> at) const;
 
-    std::vector<Vec3<double>> x, n;
+    std::vector<Vec3<double>> x, n;  // of patches
+    std::vector<double> count;       // of their splats
     double far, wide;
-    Cells cells;
+    std::optional<Cells> cells;
 };
 
-// The heights in a cube. Far from the surface many splats are about as near as the nearest, so that
-// heights are found at a few corners, and are linear between them; within half a part of the
+// The heights in a cube. Far from the surface many patches are about as near as the nearest, so
+// that heights are found at a few corners, and are linear between them; within half a part of the
 // surface, and where a corner has none, they are as they are.
 class CubeHeights {
   public:

@@ -1,5 +1,8 @@
 // The splats that a solver's Gaussians carry while clay is shaped: some are split, some are added.
 #pragma once
+#include <algorithm>
+#include <array>
+
 #include "cuda/splats/deform.h"
 #include "host/splats/cloud.h"
 
@@ -28,10 +31,12 @@ inline void append(CarriedSplats& to, Vec3<float> centre, const Ellipsoid<float>
 {
     SplatCloud& c = to.cloud;
     // The colour may be one of the cloud's own.
-    const std::vector<Vec3<float>> colour(sh, sh + harmonics(c.degree));
+    const std::size_t n = std::size_t(harmonics(c.degree));
+    std::array<Vec3<float>, 16> colour;
+    std::copy_n(sh, n, colour.begin());
     c.centre.push_back(centre), c.rotation.push_back(shape.q), c.scale.push_back(shape.scale);
     c.opacity.push_back(opacity);
-    c.sh.insert(c.sh.end(), colour.begin(), colour.end());
+    c.sh.insert(c.sh.end(), colour.begin(), colour.begin() + std::ptrdiff_t(n));
     to.extent.push_back(extent);
 }
 
