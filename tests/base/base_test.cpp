@@ -95,9 +95,9 @@ TEST(InterruptDeathTest, AnotherOneLaterEndsTheProgram)
     EXPECT_EXIT(raised(), testing::KilledBySignal(SIGTERM), "");
 }
 
-using InterruptDeathFiles = InFolder;
+using InterruptFilesDeathTest = InFolder;
 
-TEST_F(InterruptDeathFiles, AFileUnderMakingIsGivenUpByASignalThatEndsTheProgram)
+TEST_F(InterruptFilesDeathTest, AFileUnderMakingIsGivenUpByASignalThatEndsTheProgram)
 {
     write_whole(path("a"), "old");
     const std::string large(std::size_t(64) << 20, 'x');
