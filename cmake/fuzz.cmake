@@ -35,11 +35,11 @@ else()
     target_link_libraries(knead_fuzzed PUBLIC nlohmann_json::nlohmann_json
         PRIVATE knead_options knead_openmp ${knead_fmt} Eigen3::Eigen CLI11::CLI11 PNG::PNG
         ZLIB::ZLIB ${CMAKE_DL_LIBS})
-    knead_unite(knead_fuzzed cpp 1 fuzzed_files "host/files|host/session|host/cli")
-    knead_unite(knead_fuzzed cpp 1 fuzzed_scene "host/scene|host/hands|host/assets")
-    knead_unite(knead_fuzzed cpp 1 fuzzed_base "host/base|host/surface")
+    knead_unite(knead_fuzzed cpp 1 fuzzed_files "host/files/|host/session/|host/cli/")
+    knead_unite(knead_fuzzed cpp 1 fuzzed_scene "host/scene/|host/hands/|host/assets/")
+    knead_unite(knead_fuzzed cpp 1 fuzzed_base "host/base/|host/surface/")
     knead_unite(knead_fuzzed cpp 1 fuzzed_solver
-        "host/solver|host/solver/cpu|host/solver/gpu|host/splats")
+        "host/solver/|host/solver/cpu/|host/solver/gpu/|host/splats/")
     add_dependencies(knead_fuzzed knead_commit)
 endif()
 add_library(knead_fuzz_formats OBJECT ${fuzz_sources})

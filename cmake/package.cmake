@@ -29,7 +29,7 @@ set(CPACK_DEBIAN_PROGRAM_DESCRIPTION
     "Knead simulates elastoplastic clay by the material point method, on an NVIDIA
 GPU or on the CPU, and lets tracked hands and the tools they hold press,
 pinch, cut and squeeze it. Clouds of Gaussian splats are clay, too.")
-set(CPACK_PACKAGE_CONTACT "The Knead authors <knead@localhost>" CACHE STRING
+set(CPACK_PACKAGE_CONTACT "The Knead authors <knead@example.org>" CACHE STRING
     "Who maintains packages that are built here: Name <address>")
 set(CPACK_PACKAGING_INSTALL_PREFIX /usr)
 set(CPACK_STRIP_FILES ON)

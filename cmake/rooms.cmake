@@ -1,26 +1,27 @@
 # How the libraries' rooms are compiled.
 
-# Verbs, sessions, tables, checks and headsets wait for the solver and are not part of it: as quick
-# with -O1, and compiled in less time.
-set(cold_rooms "host/(cli|session|bench|verify)/[^/]*\\.cpp$|/xr/[^/]*\\.cpp$|host/files/gltf\\.cpp$")
+# Verbs, sessions, tables, checks and headsets wait for the solver, files for the disk, and are not
+# part of it: as quick with -O1, and compiled in less time.
+set(cold_rooms "(host/(cli|session|bench|verify|files)|/xr)/[^/]*\\.cpp$")
 get_target_property(sources knead_app SOURCES)
 list(FILTER sources INCLUDE REGEX ${cold_rooms})
 set_source_files_properties(${sources} PROPERTIES COMPILE_OPTIONS $<$<CONFIG:Release>:-O1>)
 
 # These have flags of their own, are heavy alone, or include what takes names that others use
-# (X11). Those of host/verify each name their own constants.
-set(apart "host/base/machine|host/solver/(counters|reference)|files/gltf\\.cpp|\
+# (X11).
+set(apart "host/base/machine\\.cpp|host/solver/(counters|reference)|files/gltf\\.cpp|\
 render/(context|no_painter|view/no_window)|xr/(platform|no_headset)")
 
 # In place of the target's sources of the rooms, `parts` files of the build folder, each of which
-# includes its share of them; `form` is cpp or cu. Further arguments are the compiler's.
+# includes its share of them; `form` is cpp or cu. `rooms` says how their paths begin, as an
+# expression. Further arguments are the compiler's.
 function(knead_unite target form parts name rooms)
     get_target_property(all ${target} SOURCES)
     set(some "")
     foreach(source IN LISTS all)
         cmake_path(ABSOLUTE_PATH source BASE_DIRECTORY ${PROJECT_SOURCE_DIR} OUTPUT_VARIABLE path)
         file(RELATIVE_PATH name_here ${PROJECT_SOURCE_DIR} ${path})
-        if(name_here MATCHES "^(${rooms})/[^/]*\\.${form}$" AND NOT name_here MATCHES ${apart})
+        if(name_here MATCHES "^(${rooms})[^/]*\\.${form}$" AND NOT name_here MATCHES ${apart})
             list(REMOVE_ITEM all ${source})
             list(APPEND some ${path})
         endif()
@@ -46,29 +47,39 @@ endfunction()
 
 if(KNEAD_UNITED)
     set(cold $<$<CONFIG:Release>:-O1>)
-    knead_unite(knead_app cpp 2 session "host/session" ${cold})
-    knead_unite(knead_app cpp 1 bench "host/bench" ${cold})
-    knead_unite(knead_app cpp 2 cli "host/cli" ${cold})
-    knead_unite(knead_app cpp 1 headset "xr" ${cold})
-    knead_unite(knead_app cpp 1 files "host/files")
-    knead_unite(knead_app cpp 1 assets "host/assets")
-    knead_unite(knead_app cpp 1 scene "host/scene|host/hands")
-    knead_unite(knead_app cpp 1 picture "render|render/view")
-    knead_unite(knead_solver cpp 1 base "host/base|host/surface")
-    knead_unite(knead_solver cpp 1 solver "host/solver|host/splats")
-    knead_unite(knead_solver cu 1 device_solver "host/solver/gpu")
-    knead_unite(knead_solver cu 1 device_surface "host/surface")
-    knead_unite(knead_solver cu 1 device_splats "host/splats")
+    # The longest last. The others of host/verify name constants alike.
+    knead_unite(knead_app cpp 1 checks_motion
+        "host/verify/(bars|clay|front_imprint|front_sloshing|momentum)" ${cold})
+    knead_unite(knead_app cpp 1 headset "xr/" ${cold})
+    knead_unite(knead_app cpp 1 picture "render/|render/view/")
+    knead_unite(knead_app cpp 1 files "host/files/" ${cold})
+    knead_unite(knead_app cpp 1 checks_tables
+        "host/verify/(laws|processes|report|stability|verify|workprecision)" ${cold})
+    knead_unite(knead_app cpp 2 cli "host/cli/" ${cold})
+    knead_unite(knead_app cpp 1 bench "host/bench/" ${cold})
+    knead_unite(knead_app cpp 1 assets "host/assets/")
+    knead_unite(knead_app cpp 1 scene "host/scene/|host/hands/")
+    knead_unite(knead_app cpp 1 checks_linear "host/verify/(oracle|squeeze|waves)" ${cold})
+    knead_unite(knead_app cpp 2 session "host/session/" ${cold})
+    knead_unite(knead_solver cpp 1 base "host/base/|host/surface/")
+    knead_unite(knead_solver cpp 1 solver "host/solver/|host/splats/")
+    knead_unite(knead_solver cu 1 device_solver "host/solver/gpu/")
+    knead_unite(knead_solver cu 1 device_surface "host/surface/")
+    knead_unite(knead_solver cu 1 device_splats "host/splats/")
 endif()
 
-# What most files include, read once; none of our own, whose names are not for everyone. The app not
-# where warnings are errors: GCC then warns of what it inlines from the standard library's headers.
+# What most files include, read once; none of our own, whose names are not for everyone. Not of the
+# libraries where warnings are errors: GCC then warns of what it inlines from the standard library's
+# headers.
 if(KNEAD_UNITED)
     set(knead_common <algorithm> <array> <chrono> <cmath> <filesystem> <functional> <map> <memory>
         <numbers> <optional> <string> <vector> <fmt/format.h> <nlohmann/json_fwd.hpp>)
 endif()
 if(KNEAD_UNITED AND NOT KNEAD_WERROR)
     target_precompile_headers(knead_app PRIVATE ${knead_common})
-    set_source_files_properties(render/view/no_window.cpp PROPERTIES
-        SKIP_PRECOMPILE_HEADERS ON)  # has a definition of its own
+    target_precompile_headers(knead_solver PRIVATE ${knead_common})
+    # These have definitions of their own.
+    set_source_files_properties(render/view/no_window.cpp host/base/machine.cpp
+        host/share/no_share.cpp host/solver/counters.cpp host/solver/cpu/levels.cpp PROPERTIES
+        SKIP_PRECOMPILE_HEADERS ON)
 endif()

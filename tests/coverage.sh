@@ -31,7 +31,9 @@ seq 0 $((GTEST_TOTAL_SHARDS - 1)) | xargs -P 2 -I '{}' sh -c '
 tests/verify/quick.sh $build/knead || failed=1
 # All that CTest runs of the program; 77: this machine lacks what the test needs.
 also() { "$@" || [ $? -eq 77 ] || failed=1; }
-for test in program verbs doctor usage view; do also tests/cli/${test}_test.sh $build/knead; done
+for test in program verbs completion doctor usage view; do
+    also tests/cli/${test}_test.sh $build/knead
+done
 for test in failures signals; do
     also tests/cli/$test.sh $build/knead $build/libknead_failing_calls.so
 done

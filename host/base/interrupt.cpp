@@ -63,6 +63,8 @@ EndHeld::~EndHeld()
     if (held_back) std::raise(held_back);
 }
 
+bool EndHeld::asked() { return held_back != 0; }
+
 void watch_interrupts()
 {
     std::signal(SIGINT, note_signal);

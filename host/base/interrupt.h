@@ -15,6 +15,8 @@ class EndHeld {
     ~EndHeld();
     EndHeld(const EndHeld&) = delete;
     EndHeld& operator=(const EndHeld&) = delete;
+
+    static bool asked();  // whether one waits: what is begun had better be given up
 };
 
 }  // namespace knead

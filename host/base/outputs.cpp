@@ -96,7 +96,7 @@ fs::path followed(const std::string& file)
 }
 
 // 0, or why not all of it could be written.
-int write_all(int file, const std::string& bytes)
+int write_all(int file, std::string_view bytes)
 {
     for (std::size_t done = 0; done < bytes.size();) {
         const ssize_t step = ::write(file, bytes.data() + done, bytes.size() - done);
@@ -106,6 +106,16 @@ int write_all(int file, const std::string& bytes)
             return step == 0 ? ENOSPC : errno;
     }
     return 0;
+}
+
+// Waits until what is written is on the disk, unless the file system cannot tell: 0, or why it is
+// not. Done piece by piece, little of a large file is left to flush, which nothing can interrupt.
+int send(int file)
+{
+    constexpr unsigned all =
+        SYNC_FILE_RANGE_WAIT_BEFORE | SYNC_FILE_RANGE_WRITE | SYNC_FILE_RANGE_WAIT_AFTER;
+    if (::sync_file_range(file, 0, 0, all) == 0) return 0;
+    return errno == EIO || errno == ENOSPC || errno == EDQUOT ? errno : 0;
 }
 
 // Some file systems keep what does not fit to themselves until now.
@@ -154,6 +164,18 @@ void PartialFile::write(const std::string& bytes)
     if (const int reason = write_all(made, bytes)) refuse(file, reason);
 }
 
+bool PartialFile::write_unless(const std::function<bool()>& stop, const std::string& bytes)
+{
+    constexpr std::size_t piece = std::size_t(4) << 20;
+    for (std::size_t from = 0; from < bytes.size(); from += piece) {
+        if (stop()) return false;
+        int reason = write_all(made, std::string_view(bytes).substr(from, piece));
+        if (reason == 0 && bytes.size() > piece) reason = send(made);
+        if (reason) refuse(file, reason);
+    }
+    return !stop();
+}
+
 void PartialFile::put_in_place()
 {
     // A device, say, is no place for a file: renaming would put an end to it.
@@ -172,14 +194,21 @@ void PartialFile::put_in_place()
 
 void write_whole(const std::string& file, const std::string& bytes)
 {
+    write_whole_unless([] { return false; }, file, bytes);
+}
+
+bool write_whole_unless(const std::function<bool()>& stop, const std::string& file,
+                        const std::string& bytes)
+{
     if (is_standard(file)) {
         if (const int reason = write_all(STDOUT_FILENO, bytes)) refuse(file, reason);
-        return;
+        return true;
     }
     const EndHeld held;  // so that half a file is not left lying about
     PartialFile partial(file);
-    partial.write(bytes);
+    if (!partial.write_unless([&] { return EndHeld::asked() || stop(); }, bytes)) return false;
     partial.put_in_place();
+    return true;
 }
 
 void prepare_folder(const std::string& folder, const std::vector<std::string>& names,

@@ -38,6 +38,9 @@ class PartialFile {
 
     const std::string& path() const { return partial; }
     void write(const std::string& bytes);  // at its end
+    // The same; `stop` is asked every few MiB, each of which is then sent to the disk. False: it
+    // was given up, and what there is of the file is of no use.
+    bool write_unless(const std::function<bool()>& stop, const std::string& bytes);
     // Flushes it to the disk and renames it: the old file or the new one, never neither, never
     // half. Once.
     void put_in_place();
@@ -48,7 +51,11 @@ class PartialFile {
 };
 
 // The one way a file is written; to the standard output where is_standard() (paths.h). Throws
-// OutputError; the old file, if there is one, is then left.
+// OutputError; the old file, if there is one, is then left. So it is where a signal comes meanwhile
+// that is not watched (interrupt.h), and ends the program.
 void write_whole(const std::string& file, const std::string& bytes);
+// The same, but where `stop`, asked on the way, says so: false, and the old file is left.
+bool write_whole_unless(const std::function<bool()>& stop, const std::string& file,
+                        const std::string& bytes);
 
 }  // namespace knead

@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
@@ -30,6 +31,13 @@ namespace {
 
 Json triple(Vec3<double> v) { return {v.x, v.y, v.z}; }
 
+// A count that was reckoned, as long as a whole number can say it.
+Json whole(double count)
+{
+    if (!(std::fabs(count) < 0x1p53)) return count;
+    return std::llround(count);
+}
+
 Json scene_facts(const InfoOptions& o)
 {
     Scene scene = read_scene(o.file, o.settings);
@@ -52,11 +60,11 @@ Json scene_facts(const InfoOptions& o)
                 {"name", scene.name},
                 {"nodes", {n.x, n.y, n.z}},
                 {"spacing_m", scene.setup.lattice.dx},
-                {"particles", expected_particles(scene)},
+                {"particles", whole(expected_particles(scene))},
                 {"memory_MiB", expected_bytes(scene) / 0x1p20},
                 {"clock", scene.clock == ClockMode::paper ? "paper" : "wall"},
                 {"dt_s", steps.dt},
-                {"substeps", steps.substeps},
+                {"substeps", whole(steps.substeps)},
                 {"asked_by", steps.key},
                 {"frame_wall_s", cost.still ? Json() : Json(cost.seconds)},
                 {"objects", objects}};

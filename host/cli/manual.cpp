@@ -124,7 +124,8 @@ std::string words_of(const CLI::App& app, const std::string& verb)
 {
     if (verb == "list") return "presets materials gestures scenes";
     if (verb == "record") return "$(knead list gestures 2>/dev/null | cut -d' ' -f1)";
-    if (verb == "run" || verb == "info") return "$(knead list scenes 2>/dev/null | cut -d' ' -f1)";
+    if (verb == "run" || verb == "info" || verb == "view" || verb == "vr")
+        return "$(knead list scenes 2>/dev/null | cut -d' ' -f1)";
     std::string names;
     if (verb == "help")
         for (const CLI::App* one : verbs_of(app)) names += one->get_name() + " ";
@@ -174,7 +175,7 @@ std::string for_zsh(const CLI::App& app)
                 cases += " \\\n            '--" + name + "[" +
                          described(option->get_description()) + "]" +
                          (takes_value(*option) ? ":value:_files'" : "'");
-        const std::string words = words_of(app, verb->get_name());
+        const std::string words = shell_text(words_of(app, verb->get_name()));
         cases += " \\\n            '*:word:" +
                  (words.empty() ? "_files'" : "{ _files; compadd " + words + " }'") + " ;;\n";
     }

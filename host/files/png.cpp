@@ -106,8 +106,7 @@ bool write_png(const std::string& path, const Image& image, const std::function<
     const Encoder::End end = encoder.encode(image, stop);
     if (end == Encoder::End::given_up) return false;
     if (end == Encoder::End::failed) refuse_png(path, encoder.reason);
-    write_whole(path, encoder.bytes);
-    return true;
+    return write_whole_unless([&] { return stop && stop(); }, path, encoder.bytes);
 }
 
 Image read_png(const std::string& path)

@@ -163,6 +163,7 @@ void FrameWriter::add(const Frame& frame, const std::vector<Mesh>& meshes,
         image = painter->paint(seen, hands, camera, floor, unseen);
         if (splats && splats->count() > 0)
             image = with_splats(image, painter->depths(), camera, *splats, gaussians, give_up);
+        if (give_up && give_up()) throw PictureError("given up");
         write_captions(scene.captions, camera, image);
     } catch (const std::bad_alloc&) {
         throw PictureError("more memory is needed than there is");

@@ -5,6 +5,7 @@
 #include <string>
 
 #include "host/splats/prepared.h"
+#include "host/splats/unless_stopped.h"
 
 namespace knead {
 namespace {
@@ -24,51 +25,55 @@ struct Sorted {
     std::vector<std::vector<char>> visible;
 };
 
-Sorted sorted(const SplatCloud& cloud, const SplatFrame& frame)
+// False, as all that follow: the frame was stopped.
+bool sort_seen(const SplatCloud& cloud, const SplatFrame& frame, Sorted& s)
 {
-    const long count = long(cloud.count());
-    const std::size_t eyes = frame.eyes.size();
+    const std::size_t count = cloud.count(), eyes = frame.eyes.size();
     const Vec3<float> middle = cast<float>(middle_of(frame));
-    Sorted s;
-    s.keys.assign(cloud.count(), no_depth_key);
-    s.seen.assign(eyes, std::vector<Footprint<float>>(cloud.count()));
-    s.visible.assign(eyes, std::vector<char>(cloud.count()));
     std::vector<Pinhole<float>> cameras;
     for (const Eye<float>& e : frame.eyes) cameras.push_back(pinhole(e));
-#pragma omp parallel for schedule(dynamic, 4096)
-    for (long n = 0; n < count; ++n) {
-        const auto i = std::size_t(n);
+    s.seen.resize(eyes), s.visible.resize(eyes);
+    for (std::size_t e = 0; e < eyes; ++e)
+        if (!resize_unless_stopped(s.seen[e], count, frame) ||
+            !resize_unless_stopped(s.visible[e], count, frame))
+            return false;
+    if (!resize_unless_stopped(s.keys, count, frame)) return false;
+    const auto see = [&](std::size_t i) {
         const PosedSplat<float> p = posed<float>(cloud, frame, i);
+        s.keys[i] = no_depth_key;
         for (std::size_t e = 0; e < eyes; ++e)
             if (project(cameras[e], frame.rule, p.centre, p.half_axes, cloud.opacity[i],
                         s.seen[e][i])) {
                 s.visible[e][i] = 1;
                 s.keys[i] = depth_key(p.centre - middle, frame.rule.near);
             }
-    }
-    for (std::size_t i = 0; i < cloud.count(); ++i)
+    };
+    const auto keep = [&](std::size_t i) {
         if (s.keys[i] != no_depth_key) s.order.push_back(int(i));
-    std::stable_sort(s.order.begin(), s.order.end(),
-                     [&](int a, int b) { return s.keys[std::size_t(a)] < s.keys[std::size_t(b)]; });
-    return s;
+    };
+    return parallel_for_unless_stopped(count, frame, see) &&
+           for_each_unless_stopped(count, frame, keep) &&
+           sort_unless_stopped(s.order, frame, [&](int a, int b) {
+               return s.keys[std::size_t(a)] < s.keys[std::size_t(b)];
+           });
 }
 
 // What one eye sees, nearest first.
-std::vector<SeenSplat> seen_by(std::size_t e, const Sorted& s, const SplatCloud& cloud,
-                               const SplatFrame& frame)
+bool find_seen(std::size_t e, const Sorted& s, const SplatCloud& cloud, const SplatFrame& frame,
+               std::vector<SeenSplat>& seen)
 {
     std::vector<int> which;
-    for (int i : s.order)
-        if (s.visible[e][std::size_t(i)]) which.push_back(i);
-    std::vector<SeenSplat> seen(which.size());
-    const long count = long(which.size());
-#pragma omp parallel for schedule(static)
-    for (long n = 0; n < count; ++n) {
-        const auto i = std::size_t(which[std::size_t(n)]);
+    const auto choose = [&](std::size_t n) {
+        if (s.visible[e][std::size_t(s.order[n])]) which.push_back(s.order[n]);
+    };
+    const auto see = [&](std::size_t n) {
+        const auto i = std::size_t(which[n]);
         const PosedSplat<float> p = posed<float>(cloud, frame, i);
-        seen[std::size_t(n)] = {s.seen[e][i], colour_from(frame.eyes[e].position, p, cloud, i)};
-    }
-    return seen;
+        seen[n] = {s.seen[e][i], colour_from(frame.eyes[e].position, p, cloud, i)};
+    };
+    return for_each_unless_stopped(s.order.size(), frame, choose) &&
+           resize_unless_stopped(seen, which.size(), frame) &&
+           parallel_for_unless_stopped(which.size(), frame, see);
 }
 
 // First and last tile, along one side, that what reaches from `low` to `high` may touch.
@@ -83,15 +88,15 @@ Tiles tiles_between(float low, float high, int tiles)
 
 // The splats of each tile of a row of tiles, in the order of `seen`. `hidden`: of that row, 1 where
 // a tile gets none; null: all get theirs.
-std::vector<std::vector<int>> listed(const std::vector<SeenSplat>& seen, int row, int columns,
-                                     int rows, const char* hidden)
+bool list_row(const std::vector<SeenSplat>& seen, int row, const SplatFrame& frame,
+              const Eye<float>& eye, const char* hidden, std::vector<std::vector<int>>& lists)
 {
-    std::vector<std::vector<int>> lists;
+    const int columns = (eye.width + tile - 1) / tile, rows = (eye.height + tile - 1) / tile;
     lists.resize(std::size_t(columns));
-    for (std::size_t n = 0; n < seen.size(); ++n) {
+    return for_each_unless_stopped(seen.size(), frame, [&](std::size_t n) {
         const Footprint<float>& f = seen[n].shape;
         const Tiles y = tiles_between(f.v - f.half_height, f.v + f.half_height, rows);
-        if (row < y.first || row > y.last) continue;
+        if (row < y.first || row > y.last) return;
         const Tiles x = tiles_between(f.u - f.half_width, f.u + f.half_width, columns);
         for (int k = x.first; k <= x.last; ++k) {
             if (hidden && hidden[k]) continue;
@@ -99,8 +104,7 @@ std::vector<std::vector<int>> listed(const std::vector<SeenSplat>& seen, int row
             if (reaches(f, x0, y0, x0 + tile - 1, y0 + tile - 1))
                 lists[std::size_t(k)].push_back(int(n));
         }
-    }
-    return lists;
+    });
 }
 
 struct Target {
@@ -167,32 +171,63 @@ void check_frame(const SplatCloud& cloud, const SplatFrame& frame)
         refuse("more splats moved than there are");
 }
 
+namespace {
+
+// As far as the frame is not stopped.
+void draw_row(const Target& target, int row, const std::vector<std::vector<int>>& lists,
+              const std::vector<SeenSplat>& seen, const SplatFrame& frame)
+{
+    const int low = row * tile, high = std::min(target.picture.height, low + tile);
+    std::size_t since_asked = 0;
+    for (int y = low; y < high; ++y)
+        for (int x = 0; x < target.picture.width; ++x) {
+            const std::vector<int>& list = lists[std::size_t(x / tile)];
+            since_asked += 16 + list.size();
+            if (since_asked > between_asks) {
+                if (frame.stopped()) return;
+                since_asked = 0;
+            }
+            target.draw(x, y, list, seen);
+        }
+}
+
+bool draw_eye(std::size_t e, const std::vector<SeenSplat>& seen, const SplatFrame& frame,
+              Picture& picture)
+{
+    const Eye<float>& eye = frame.eyes[e];
+    const int width = picture.width = eye.width, height = picture.height = eye.height;
+    const std::size_t pixels = std::size_t(width) * std::size_t(height);
+    if (!resize_unless_stopped(picture.colour, pixels, frame) ||
+        !resize_unless_stopped(picture.alpha, pixels, frame) ||
+        !resize_unless_stopped(picture.depth, pixels, frame))
+        return false;
+    const bool mesh = !frame.behind.empty() && !frame.behind[e].depth.empty();
+    const Target target{picture, mesh ? &frame.behind[e] : nullptr, frame.background};
+    const int columns = (width + tile - 1) / tile, rows = (height + tile - 1) / tile;
+    const bool all = frame.hidden.empty() || frame.hidden[e].empty();
+#pragma omp parallel for schedule(dynamic, 1)
+    for (int row = 0; row < rows; ++row) {
+        std::vector<std::vector<int>> lists;
+        const char* const hidden =
+            all ? nullptr : frame.hidden[e].data() + std::ptrdiff_t(row) * columns;
+        if (!list_row(seen, row, frame, eye, hidden, lists)) continue;
+        draw_row(target, row, lists, seen, frame);
+    }
+    return !frame.stopped();
+}
+
+}  // namespace
+
 std::vector<Picture> cpu_raster(const SplatCloud& cloud, const SplatFrame& frame)
 {
     check_frame(cloud, frame);
-    const Sorted order = sorted(cloud, frame);
-    std::vector<Picture> pictures;
+    Sorted order;
+    if (!sort_seen(cloud, frame, order)) return {};
+    std::vector<Picture> pictures(frame.eyes.size());
     for (std::size_t e = 0; e < frame.eyes.size(); ++e) {
-        const int width = frame.eyes[e].width, height = frame.eyes[e].height;
-        const std::size_t pixels = std::size_t(width) * std::size_t(height);
-        const std::vector<SeenSplat> seen = seen_by(e, order, cloud, frame);
-        Picture picture{width, height, std::vector<Vec3<float>>(pixels), std::vector<float>(pixels),
-                        std::vector<float>(pixels)};
-        const bool mesh = !frame.behind.empty() && !frame.behind[e].depth.empty();
-        const Target target{picture, mesh ? &frame.behind[e] : nullptr, frame.background};
-        const int columns = (width + tile - 1) / tile, rows = (height + tile - 1) / tile;
-        const bool all = frame.hidden.empty() || frame.hidden[e].empty();
-#pragma omp parallel for schedule(dynamic, 1)
-        for (int row = 0; row < rows; ++row) {
-            if (frame.stopped()) continue;
-            const std::vector<std::vector<int>> lists =
-                listed(seen, row, columns, rows,
-                       all ? nullptr : frame.hidden[e].data() + std::ptrdiff_t(row) * columns);
-            for (int y = row * tile; y < std::min(height, (row + 1) * tile); ++y)
-                for (int x = 0; x < width; ++x)
-                    target.draw(x, y, lists[std::size_t(x / tile)], seen);
-        }
-        pictures.push_back(std::move(picture));
+        std::vector<SeenSplat> seen;
+        if (!find_seen(e, order, cloud, frame, seen) || !draw_eye(e, seen, frame, pictures[e]))
+            return {};
     }
     return pictures;
 }

@@ -2,6 +2,7 @@
 #include <algorithm>
 
 #include "host/splats/prepared.h"
+#include "host/splats/unless_stopped.h"
 
 namespace knead {
 namespace {
@@ -12,26 +13,24 @@ struct SeenExactly {
     double key;  // its place in the order, unless that is the pixel's
 };
 
-std::vector<SeenExactly> seen_exactly_by(const Eye<double>& eye, Vec3<double> middle,
-                                         const SplatCloud& cloud, const SplatFrame& frame,
-                                         DepthOrder order)
+// False: the frame was stopped.
+bool find_seen_exactly(const Eye<double>& eye, const SplatCloud& cloud, const SplatFrame& frame,
+                       DepthOrder order, std::vector<SeenExactly>& seen)
 {
     const Pinhole<double> c = pinhole(eye);
     const SplatRule<double> rule = cast<double>(frame.rule);
-    const Vec3<double> from = order == DepthOrder::middle ? middle : eye.position;
-    std::vector<SeenExactly> seen;
-    for (std::size_t i = 0; i < cloud.count(); ++i) {
+    const Vec3<double> from = order == DepthOrder::middle ? middle_of(frame) : eye.position;
+    const auto see = [&](std::size_t i) {
         const PosedSplat<double> p = posed<double>(cloud, frame, i);
         SeenExactly s;
-        if (!project(c, rule, p.centre, p.half_axes, double(cloud.opacity[i]), s.shape)) continue;
+        if (!project(c, rule, p.centre, p.half_axes, double(cloud.opacity[i]), s.shape)) return;
         s.colour = colour_from(eye.position, p, cloud, i);
         s.key = order == DepthOrder::plane ? s.shape.depth : length(p.centre - from);
         seen.push_back(s);
-    }
-    if (order != DepthOrder::pixel)
-        std::stable_sort(seen.begin(), seen.end(),
-                         [](const SeenExactly& a, const SeenExactly& b) { return a.key < b.key; });
-    return seen;
+    };
+    const auto nearer = [](const SeenExactly& a, const SeenExactly& b) { return a.key < b.key; };
+    return for_each_unless_stopped(cloud.count(), frame, see) &&
+           (order == DepthOrder::pixel || sort_unless_stopped(seen, frame, nearer));
 }
 
 struct Touch {
@@ -56,40 +55,49 @@ void touches(const std::vector<SeenExactly>& seen, double x, double y, double me
                          [](const Touch& a, const Touch& b) { return a.depth < b.depth; });
 }
 
+bool draw_exactly(std::size_t e, const std::vector<SeenExactly>& seen, const SplatFrame& frame,
+                  DepthOrder order, Picture& picture)
+{
+    const int width = picture.width = frame.eyes[e].width;
+    const int height = picture.height = frame.eyes[e].height;
+    const std::size_t pixels = std::size_t(width) * std::size_t(height);
+    if (!resize_unless_stopped(picture.colour, pixels, frame) ||
+        !resize_unless_stopped(picture.alpha, pixels, frame) ||
+        !resize_unless_stopped(picture.depth, pixels, frame))
+        return false;
+    const bool has_mesh = !frame.behind.empty() && !frame.behind[e].depth.empty();
+#pragma omp parallel for schedule(dynamic, 1)
+    for (int y = 0; y < height; ++y) {
+        std::vector<Touch> all;
+        for (int x = 0; x < width && !frame.stopped(); ++x) {
+            const std::size_t at = std::size_t(y) * std::size_t(width) + std::size_t(x);
+            const float depth = has_mesh ? frame.behind[e].depth[at] : no_depth;
+            const bool hit = depth < no_depth;
+            touches(seen, x, y, double(depth), order == DepthOrder::pixel, all);
+            Pixel<double> p;
+            for (const Touch& t : all) add(p, t.alpha, t.colour, t.depth);
+            finish(p, cast<double>(hit ? frame.behind[e].colour[at] : frame.background),
+                   hit ? 1.0 : 0.0, double(depth));
+            picture.colour[at] = cast<float>(p.colour);
+            picture.alpha[at] = float(1 - p.transmittance);
+            picture.depth[at] = float(p.depth);
+        }
+    }
+    return !frame.stopped();
+}
+
 }  // namespace
 
 std::vector<Picture> exact_raster(const SplatCloud& cloud, const SplatFrame& frame,
                                   DepthOrder order)
 {
     check_frame(cloud, frame);
-    std::vector<Picture> pictures;
+    std::vector<Picture> pictures(frame.eyes.size());
     for (std::size_t e = 0; e < frame.eyes.size(); ++e) {
-        const Eye<double> eye = cast<double>(frame.eyes[e]);
-        const std::vector<SeenExactly> seen =
-            seen_exactly_by(eye, middle_of(frame), cloud, frame, order);
-        const std::size_t pixels = std::size_t(eye.width) * std::size_t(eye.height);
-        Picture picture{eye.width, eye.height, std::vector<Vec3<float>>(pixels),
-                        std::vector<float>(pixels), std::vector<float>(pixels)};
-        const bool has_mesh = !frame.behind.empty() && !frame.behind[e].depth.empty();
-#pragma omp parallel for schedule(dynamic, 1)
-        for (int y = 0; y < eye.height; ++y) {
-            if (frame.stopped()) continue;
-            std::vector<Touch> all;
-            for (int x = 0; x < eye.width; ++x) {
-                const std::size_t at = std::size_t(y) * std::size_t(eye.width) + std::size_t(x);
-                const float depth = has_mesh ? frame.behind[e].depth[at] : no_depth;
-                const bool hit = depth < no_depth;
-                touches(seen, x, y, double(depth), order == DepthOrder::pixel, all);
-                Pixel<double> p;
-                for (const Touch& t : all) add(p, t.alpha, t.colour, t.depth);
-                finish(p, cast<double>(hit ? frame.behind[e].colour[at] : frame.background),
-                       hit ? 1.0 : 0.0, double(depth));
-                picture.colour[at] = cast<float>(p.colour);
-                picture.alpha[at] = float(1 - p.transmittance);
-                picture.depth[at] = float(p.depth);
-            }
-        }
-        pictures.push_back(std::move(picture));
+        std::vector<SeenExactly> seen;
+        if (!find_seen_exactly(cast<double>(frame.eyes[e]), cloud, frame, order, seen) ||
+            !draw_exactly(e, seen, frame, order, pictures[e]))
+            return {};
     }
     return pictures;
 }

@@ -29,8 +29,8 @@ struct SplatFrame {
     // Per eye, of its tiles, rows from the top: 1 where nobody sees one, which is left empty. No
     // tiles, or no eyes: all is seen.
     std::vector<std::vector<char>> hidden;
-    // On the CPU, asked before every row of tiles or pixels, by several threads: true leaves what
-    // follows undrawn. Who has it so throws the picture away.
+    // On the CPU, asked every few milliseconds at every stage, by several threads: true gives the
+    // pictures up, of which there are then none.
     std::function<bool()> stop;
 
     bool stopped() const { return stop && stop(); }

@@ -117,8 +117,8 @@ void patch(Verification& v)
     s.step.fixed = 1e-5;
     const auto inner = [&](Place x) {
         const Place a = x - low;
-        const auto deep = [&](double at) { return at > 3 * h && at < 7 * h; };
-        return deep(a.x) && deep(a.y) && deep(a.z);
+        const auto within = [&](double at) { return at > 3 * h && at < 7 * h; };
+        return within(a.x) && within(a.y) && within(a.z);
     };
     const auto moving = v.reference(s);
     moving->advance({}, 1e-5);

@@ -95,6 +95,29 @@ TEST(InterruptDeathTest, AnotherOneLaterEndsTheProgram)
     EXPECT_EXIT(raised(), testing::KilledBySignal(SIGTERM), "");
 }
 
+using InterruptFilesDeathTest = InFolder;
+
+TEST_F(InterruptFilesDeathTest, AFileUnderMakingIsGivenUpByASignalThatEndsTheProgram)
+{
+    write_whole(path("a"), "old");
+    const std::string large(std::size_t(64) << 20, 'x');
+    for (const int number : {SIGINT, SIGTERM, SIGHUP}) {
+        const auto raised = [&] {
+            int asks = 0;
+            const auto stop = [&] {
+                if (++asks == 2) std::raise(number);
+                if (asks == 4) std::exit(99);
+                return false;
+            };
+            write_whole_unless(stop, path("a"), large);
+            std::exit(0);
+        };
+        EXPECT_EXIT(raised(), testing::KilledBySignal(number), "");
+        EXPECT_EQ(read_text(path("a"), 100), "old");
+        EXPECT_EQ(files(), 1);
+    }
+}
+
 class JsonReader : public InFolder {
   protected:
     std::string refused(const std::string& text, const ObjectReader::Body& body = {}) const

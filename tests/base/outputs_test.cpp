@@ -10,6 +10,7 @@
 
 #include "host/base/errors.h"
 #include "host/base/json_reader.h"
+#include "tests/asks.h"
 #include "tests/folder.h"
 #include "tests/reason.h"
 #include "tests/small_disk.h"
@@ -50,6 +51,23 @@ TEST_F(Outputs, AFullDiskLeavesTheOldFileAndNothingElse)
     const SmallDisk full(4096);
     write_whole(path("a.json"), std::string(4096, 'y'));
     EXPECT_EQ(content("a.json").size(), 4096u);
+}
+
+TEST_F(Outputs, ALargeFileThatIsGivenUpLeavesTheOldOneAndNothingElse)
+{
+    const std::string large((std::size_t(17) << 20) + 5, 'x');
+    write_whole(path("a"), "old");
+    Asks asks;
+    const auto all = asks.until(1000);
+    EXPECT_TRUE(write_whole_unless(all, path("b"), large));
+    EXPECT_EQ(read_text(path("b"), large.size()), large);
+    const int count = asks.count;
+    EXPECT_GE(count, 5) << "not asked on the way";
+    for (int n = 1; n <= count; ++n) {
+        EXPECT_FALSE(write_whole_unless(asks.until(n), path("a"), large)) << n;
+        EXPECT_EQ(content("a"), "old");
+    }
+    EXPECT_EQ(files(), 2);
 }
 
 TEST_F(Outputs, APlaceThatTakesNoFileIsNamedWithTheReason)

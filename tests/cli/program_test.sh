@@ -139,6 +139,7 @@ holds stopped/report.json '"end": "interrupted"'
 endless=(run ball.json --device cpu --threads 1 --frames 3 --particles
     --set step.fixed=1e-11 --set step.most_substeps=2000000000)
 for signal in INT:130 TERM:143 HUP:129; do
+    : >complained  # what the last one said is not waited for
     # Job control: what a script starts in the background would ignore INT.
     set -m
     "$program" "${endless[@]}" --out "cut-${signal%:*}" >said 2>complained </dev/null &
@@ -169,6 +170,12 @@ complains 'substeps of'
 complains 'objects.0.material.young'
 answers 0 info ball.json --json
 holds said '"asked_by": "objects.0.material.young"'
+# The ball's volume is 0.1^3 pi / 6 m^3, a cell's 0.01^3 m^3; eight particles a cell.
+holds said '"particles": 4189,?$'
+holds said '"substeps": [0-9]+,?$'
+answers 0 info ball.json
+holds said '^particles +4189$'
+holds said '^substeps +[0-9]+$'
 
 # Options of a run that goes on.
 answers 2 run --resume one ball.json

@@ -18,6 +18,12 @@ echo 'no scene' >text.txt
 echo '{"schema": "knead.other/1"}' >other.json
 mkdir empty
 printf 'x,y,z\n0.1,0.1,0.1\n' >three.csv
+printf 'x,y,z\n0.1,b,0.1\n' >letter.csv
+printf 'x,y,z,x\n1,2,3,4\n' >twice.csv
+echo '{"schema": "knead.report/1"}' >bare.json
+row='\0\0\200\77\0\0\0\100\0\0\100\100\0\0\200\77\0\0\200\77\0\0\200\77\377\0\200\377'
+printf "$row\\377\\200\\200\\200" >one.splat
+echo '1 press q' >keys
 touch before && ls >before
 
 refuses 2 "needs a SCENE, or --resume" run
@@ -50,12 +56,17 @@ refuses 2 "keeps none" run ball.json --device cpu:double --out r --checkpoint 2
 rm -r r  # that is said when the folder is there
 
 refuses 2 "OUT: expected a file ending in .hands or .jsonl" record press made.txt
+refuses 2 "knead record needs a GESTURE and a file OUT" record
 refuses 2 "SCENE: expected a file ending in .json" new scene.txt
 refuses 2 "--set and --cells: only for scenes" info hands.hands --cells 32
 refuses 2 "--set and --cells: only for scenes" info hands.hands --set seed=1
 refuses 3 "text.txt" info text.txt
 refuses 3 "expected two reports or two particle files" compare hands.hands hands.hands
 refuses 3 "expected two reports or two particle files" compare three.csv hands.hands
+refuses 3 "bare.json: /knead/simulated_s: expected a number as in every report" \
+    compare bare.json bare.json
+refuses 3 'letter.csv: line 2: expected 3 numbers, found "b" as number 2' convert letter.csv l.ply
+refuses 3 'twice.csv: line 1: expected a name once, found "x" again' convert twice.csv t.ply
 refuses 2 "--to says its format" convert hands.hands -
 refuses 2 "can be written as .hands, .jsonl" convert hands.hands hands.ply
 refuses 2 "can be written as .ply, .csv" convert three.csv three.obj
@@ -71,10 +82,27 @@ refuses 2 "only a --video is made" render empty --video f.mp4 --orbit 3
 refuses 3 "expected the folder of a run with pictures" render empty --video f.mp4
 refuses 2 "it needs --orbit FRAMES or --path FILE" render any.ply --video f.mp4
 
+splat=(render one.splat --out p.png --device cpu)
+refuses 2 '--at: expected three numbers with commas between them, found "1,2"' \
+    "${splat[@]}" --at 1,2
+refuses 2 '--eye: expected three numbers' "${splat[@]}" --eye 1,2,3,4
+refuses 2 '--eye: it is where it looks at' "${splat[@]}" --eye 1,2,3 --at 1,2,3
+refuses 2 '--up: expected x, y, z, -x, -y or -z, found "w"' "${splat[@]}" --up w
+refuses 2 '--background: expected three numbers' "${splat[@]}" --background 0,grey,0
+refuses 2 '--size: expected WIDTHxHEIGHT of at most 8192 pixels a side' "${splat[@]}" --size 8193x9
+refuses 2 '--size: expected WIDTHxHEIGHT of at most 8192 pixels a side' "${splat[@]}" --size 64
+refuses 3 'way.json' "${splat[@]}" --path way.json
+
+refuses 2 "--hands-only needs --record FILE, or --out DIR" vr ball.json --hands-only
+refuses 2 '--record: expected a file ending in .hands or .jsonl, found "mine.txt"' \
+    vr ball.json --record mine.txt
 refuses 2 "--place: expected x,y,z" vr ball.json --place 1,2
 refuses 2 "--place: expected x,y,z" vr ball.json --place 1,2,30
 refuses 2 "--binding: expected auto, egl, glx or wgl" vr ball.json --binding vulkan
 refuses 2 "--size: expected WIDTHxHEIGHT of 64 to 16384 pixels" view ball.json --size 32x999
+refuses 5 "text.txt: is there already; --overwrite replaces it" \
+    view ball.json --frames 3 --screenshot text.txt
+refuses 3 "keys" view ball.json --script keys
 refuses 2 "no case of the stability suite" verify stability --device cpu --quick --case none
 refuses 2 "no part of these suites" verify accuracy --device cpu --quick --only nothing
 refuses 2 "cpu:double is not timed" bench --device cpu:double

@@ -165,17 +165,6 @@ if command -v man >/dev/null; then
             --warnings=w -l page.1 2>&1 >/dev/null | head -n 3)"
     done
 fi
-answers 0 help --completion bash
-bash -n said || wrong "completion that bash does not read"
-completed() {  # WORD...: the last is completed
-    bash -c 'source said; knead() { "'"$program"'" "$@"; }; COMP_WORDS=("$@")
-        COMP_CWORD=$(($# - 1)); _knead; printf "%s\n" "${COMPREPLY[@]}"' _ "$@"
-}
-completed knead ru | grep -qx run || wrong "no completion of a verb"
-completed knead run --devi | grep -qx -- --device || wrong "no completion of an option"
-completed knead record sque | grep -qx squeeze || wrong "no completion of a gesture"
-answers 0 help --completion zsh
-if command -v zsh >/dev/null; then zsh -n said || wrong "completion that zsh does not read"; fi
 answers 2 help --completion fish
 for kind in presets materials gestures scenes; do
     answers 0 list $kind

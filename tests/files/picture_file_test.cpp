@@ -1,7 +1,6 @@
 // PNG files and videos: what is read back is what was written, and what fails is named.
 #include <gtest/gtest.h>
 #include <png.h>
-#include <time.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -17,6 +16,7 @@
 #include "host/files/image.h"
 #include "host/files/video.h"
 #include "render/painter.h"
+#include "tests/asks.h"
 #include "tests/folder.h"
 #include "tests/reason.h"
 #include "tests/small_disk.h"
@@ -135,30 +135,14 @@ Image noise(int width, int height)
     return image;
 }
 
-double thread_seconds()
-{
-    timespec t{};
-    clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
-    return double(t.tv_sec) + 1e-9 * double(t.tv_nsec);
-}
-
 TEST_F(PictureFile, AHugePngIsGivenUpSoonAndLeavesTheOldOne)
 {
     const Image image = noise(8192, 1024);
     write_png(path("a.png"), plain(3, 3, 9));
-    double asked = thread_seconds(), longest = 0;
-    int asks = 0;
-    const auto after = [&](int rows) {
-        return [&, rows] {
-            const double now = thread_seconds();
-            longest = std::max(longest, now - asked), asked = now;
-            return ++asks > rows;
-        };
-    };
-    EXPECT_FALSE(write_png(path("a.png"), image, after(500)));
-    longest = std::max(longest, thread_seconds() - asked);
-    EXPECT_EQ(asks, 501);
-    EXPECT_LT(longest, 0.1) << "seconds of the processor from row to row, and to the end";
+    Asks asks;
+    EXPECT_FALSE(write_png(path("a.png"), image, asks.until(501)));
+    EXPECT_LT(asks.longest_wait(), 0.1);
+    EXPECT_EQ(asks.count, 501);
     EXPECT_EQ(read_png(path("a.png")).width, 3);
     EXPECT_EQ(files(), 1);
 

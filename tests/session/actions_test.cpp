@@ -69,6 +69,7 @@ TEST(HandActions, OfAHostileFileAreRefusedWithTheirPlace)
         {"\"density\":", "\"density\":-"},
         {"\"mu\":", "\"mu\":1e300,\"mo\":"},
         {"\"plasticity\":\"", "\"plasticity\":\"wishful-"},
+        {"\"elasticity\":\"neo-hookean", "\"elasticity\":\"fixed-corotated"},
         {"\"knife\"", "\"../../etc/passwd\""},
         {"\"zoom\":0", "\"zoom\":-0"},
         {"\"turn_w\":0.9", "\"turn_w\":0.1"},

@@ -5,7 +5,6 @@
 #include <gtest/gtest.h>
 #include <omp.h>
 
-#include <atomic>
 #include <numbers>
 
 #include "tests/reason.h"
@@ -369,24 +368,6 @@ TEST(SplatPictures, FramesWithoutMeaningAreRefused)
     EXPECT_TRUE(refused([](SplatFrame& f) { f.moved_centre.resize(3); }));
     EXPECT_TRUE(refused([](SplatFrame& f) { f.moved_centre.resize(11), f.moved_F.resize(11); }));
     EXPECT_TRUE(refused([&](SplatFrame&) { c.opacity.pop_back(); }));
-}
-
-TEST(SplatPictures, OneThatIsStoppedIsLeftAsFarAsItIs)
-{
-    SplatCloud c;
-    put(c, {0, 0, 2}, {20, 20, 20}, 0.9f, red);
-    SplatFrame frame = seen_from({plain_eye(16, 160)});
-    const Picture whole = cpu_raster(c, frame).at(0), exact = exact_raster(c, frame).at(0);
-    std::atomic<int> asked{0};
-    const auto drawn = [&](const Picture& p) {
-        return std::count_if(p.alpha.begin(), p.alpha.end(), [](float a) { return a > 0; });
-    };
-    frame.stop = [&] { return asked++ >= 3; };
-    EXPECT_EQ(drawn(cpu_raster(c, frame).at(0)), drawn(whole) * 3 / 10) << "rows of tiles";
-    asked = 0;
-    EXPECT_EQ(drawn(exact_raster(c, frame).at(0)), drawn(exact) * 3 / 160) << "rows of pixels";
-    frame.stop = [] { return false; };
-    EXPECT_EQ(furthest(cpu_raster(c, frame).at(0), whole), 0);
 }
 
 }  // namespace

@@ -1,0 +1,79 @@
+// What takes long without a picture to show for it, so that it can be given up on the way: each of
+// these asks frame.stopped() every few milliseconds, and answers false where it was stopped.
+#pragma once
+#include <algorithm>
+#include <vector>
+
+#include "host/splats/raster.h"
+
+namespace knead {
+
+constexpr std::size_t between_asks = 1 << 15;  // elements
+
+// one(i) for every i below n.
+template <class One>
+bool for_each_unless_stopped(std::size_t n, const SplatFrame& frame, One&& one)
+{
+    for (std::size_t from = 0; from < n; from += between_asks) {
+        if (frame.stopped()) return false;
+        const std::size_t to = std::min(n, from + between_asks);
+        for (std::size_t i = from; i < to; ++i) one(i);
+    }
+    return true;
+}
+
+// The same by all threads.
+template <class One>
+bool parallel_for_unless_stopped(std::size_t n, const SplatFrame& frame, One&& one)
+{
+    constexpr std::size_t block = 4096;
+    const long blocks = long((n + block - 1) / block);
+#pragma omp parallel for schedule(dynamic, 1)
+    for (long b = 0; b < blocks; ++b) {
+        if (frame.stopped()) continue;
+        const std::size_t from = std::size_t(b) * block, to = std::min(n, from + block);
+        for (std::size_t i = from; i < to; ++i) one(i);
+    }
+    return !frame.stopped();
+}
+
+// v.resize(n): memory that the system hands out for the first time costs a second a few GiB.
+template <class T>
+bool resize_unless_stopped(std::vector<T>& v, std::size_t n, const SplatFrame& frame)
+{
+    v.reserve(n);
+    while (v.size() < n) {
+        if (frame.stopped()) return false;
+        v.resize(std::min(n, v.size() + between_asks));
+    }
+    return true;
+}
+
+// std::stable_sort, as merges of ever longer parts.
+template <class T, class Less>
+bool sort_unless_stopped(std::vector<T>& v, const SplatFrame& frame, Less less)
+{
+    const std::size_t n = v.size();
+    for (std::size_t from = 0; from < n; from += between_asks) {
+        if (frame.stopped()) return false;
+        const auto to = long(std::min(n, from + between_asks));
+        std::stable_sort(v.begin() + long(from), v.begin() + to, less);
+    }
+    std::vector<T> merged;
+    for (std::size_t part = between_asks; part < n; part *= 2) {
+        merged.clear(), merged.reserve(n);
+        for (std::size_t a = 0; a < n;) {
+            const std::size_t a_end = std::min(n, a + part), b_end = std::min(n, a_end + part);
+            for (std::size_t b = a_end; a < a_end || b < b_end;) {
+                if (merged.size() % between_asks == 0 && frame.stopped()) return false;
+                const bool second = a == a_end || (b < b_end && less(v[b], v[a]));
+                merged.push_back(v[second ? b++ : a++]);
+            }
+            a = b_end;
+        }
+        v.swap(merged);
+    }
+    return true;
+}
+
+}  // namespace knead
