@@ -46,9 +46,9 @@ class GpuRaster {
     std::vector<Picture> pictures(const SplatFrame& frame);
 
     // Queues a frame on a stream (a cudaStream_t) and waits for nothing: of `frame` the eyes, the
-    // rule, the background and what is hidden count. Splats that move, and where the pictures go, one target for
-    // each eye, are on the device already. `moved` may be null. Where `instances` was 0 and there
-    // was not room enough, a later frame has it.
+    // rule, the background and what is hidden count. Splats that move, and where the pictures go,
+    // one target for each eye, are on the device already. `moved` may be null. Where `instances`
+    // was 0 and there was not room enough, a later frame has it.
     void launch(const SplatFrame& frame, const gpu::MovedSplats* moved,
                 const gpu::RasterTarget* targets, void* stream);
     RasterStats stats() const;  // waits
