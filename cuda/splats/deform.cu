@@ -82,7 +82,7 @@ __device__ void report(Clock& clock, const Happened& happened)
 }
 
 template <class Case>
-__global__ void __launch_bounds__(threads, 6) deform_kernel(const __grid_constant__ DeformView d)
+__global__ void __launch_bounds__(threads, 5) deform_kernel(const __grid_constant__ DeformView d)
 {
     constexpr Features f = Case::features;
     const int own = int(blockIdx.x * threads + threadIdx.x), i = min(own, d.splats.room - 1);

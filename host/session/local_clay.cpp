@@ -169,8 +169,8 @@ std::vector<LocalClay::Key> LocalClay::cubes_near(const Boxes& boxes, double bey
     return keys;
 }
 
-// Slots that tell of the surface in or over these cubes, in rising order.
-std::vector<std::uint32_t> LocalClay::standing_near(const std::vector<Key>& cubes) const
+// What tells of the surface in or over these cubes, in rising order.
+LocalClay::Standing LocalClay::standing_near(const std::vector<Key>& cubes)
 {
     const int more = int(std::ceil((depth + 2 * dx) / edge));
     std::vector<Key> keys;
@@ -181,12 +181,17 @@ std::vector<std::uint32_t> LocalClay::standing_near(const std::vector<Key>& cube
                     keys.push_back(key_of(cube_at(key) + Int3{x, y, z}));
     std::sort(keys.begin(), keys.end());
     keys.erase(std::unique(keys.begin(), keys.end()), keys.end());
-    std::vector<std::uint32_t> slots;
-    for (const Key key : keys)
-        if (const auto found = at.find(key); found != at.end())
-            slots.insert(slots.end(), found->second.begin(), found->second.end());
-    std::sort(slots.begin(), slots.end());
-    return slots;
+    Standing near;
+    for (const Key key : keys) {
+        const auto found = at.find(key);
+        if (found == at.end()) continue;
+        std::vector<std::uint32_t>& of_cube = found->second;
+        if (!std::is_sorted(of_cube.begin(), of_cube.end()))  // some were given back
+            std::sort(of_cube.begin(), of_cube.end());
+        near.cubes.push_back(near.slots.size());
+        near.slots.insert(near.slots.end(), of_cube.begin(), of_cube.end());
+    }
+    return near;
 }
 
 void LocalClay::take(const std::vector<Key>& cubes, const Boxes& boxes, Solver& solver)
@@ -194,12 +199,13 @@ void LocalClay::take(const std::vector<Key>& cubes, const Boxes& boxes, Solver& 
     std::vector<Gaussian<double>> gaussians = solver.gaussians();
     CarriedSplats& carried = moving.change();
     state_.home.resize(carried.count(), -1);  // some were split
-    const std::vector<std::uint32_t> slots = standing_near(cubes);
-    find_normals(boxes, slots);
+    Standing near = standing_near(cubes);
+    find_normals(boxes, near);
     std::vector<Vec3<double>> x, n, particles;
-    for (const std::uint32_t i : slots)
+    for (const std::uint32_t i : near.slots)
         x.push_back(cast<double>(state_.cloud.centre[i])),
             n.push_back(cast<double>(state_.normal[i]));
+    near.cubes.push_back(x.size());
     for (std::size_t i = 0; i < gaussians.size(); ++i) {
         if (state_.home[i] < 0) continue;
         x.push_back(gaussians[i].x);
@@ -207,7 +213,7 @@ void LocalClay::take(const std::vector<Key>& cubes, const Boxes& boxes, Solver& 
             turned_normal(gaussians[i].F, state_.normal[std::size_t(state_.home[i])])));
     }
     for (const Particle<double>& p : solver.particles()) particles.push_back(p.x);
-    const LocalSurface surface(x, n, depth, 2 * dx);
+    const LocalSurface surface(x, n, depth, 2 * dx, near.cubes);
     const Cells there(particles, 2 * spacing);
     add_clay(cubes, all_seeds(cubes, surface, there), solver);
     // All that stands in clay goes with it from here on.

@@ -55,8 +55,13 @@ class LocalClay {
     void put(std::uint32_t splat);
     void take(const std::vector<Key>& cubes, const Boxes& boxes, Solver& solver);
     void give_back(const std::vector<Key>& cubes, Solver& solver);
-    void find_normals(const Boxes& boxes, const std::vector<std::uint32_t>& slots);
-    std::vector<std::uint32_t> standing_near(const std::vector<Key>& cubes) const;
+    // Slots, by cubes, which begin there.
+    struct Standing {
+        std::vector<std::uint32_t> slots;
+        std::vector<std::size_t> cubes;
+    };
+    void find_normals(const Boxes& boxes, const Standing& near);
+    Standing standing_near(const std::vector<Key>& cubes);
     int first_stratum(int cube) const;
     std::vector<Particle<double>> seeds(Int3 cube, int layer, const class CubeHeights& heights,
                                         const class Cells& there) const;

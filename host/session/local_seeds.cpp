@@ -35,11 +35,12 @@ Vec3<double> outward(Vec3<double> axis, Vec3<double> from,
 
 // Of those slots that have none, by patches: across the plane through the centres around, towards
 // the nearest hand, which comes from outside.
-void LocalClay::find_normals(const Boxes& boxes, const std::vector<std::uint32_t>& slots)
+void LocalClay::find_normals(const Boxes& boxes, const Standing& near)
 {
+    const std::vector<std::uint32_t>& slots = near.slots;
     std::vector<Vec3<double>> x, middles;
     for (const std::uint32_t i : slots) x.push_back(cast<double>(state_.cloud.centre[i]));
-    const Patches patches(x, dx / 2);
+    const Patches patches(x, dx / 2, near.cubes);
     for (const Patch& p : patches.all()) middles.push_back(p.mean);
     const double around = 2.5 * dx;
     const Cells cells(middles, around);

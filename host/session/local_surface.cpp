@@ -13,10 +13,11 @@ int corner_at(int x, int y, int z)
 }  // namespace
 
 LocalSurface::LocalSurface(const std::vector<Vec3<double>>& centres,
-                           const std::vector<Vec3<double>>& normals, double depth, double width)
+                           const std::vector<Vec3<double>>& normals, double depth, double width,
+                           const std::vector<std::size_t>& groups)
     : far(depth + width), wide(width)
 {
-    const Patches patches(centres, width / 2);
+    const Patches patches(centres, width / 2, groups);
     for (const Patch& p : patches.all()) {
         x.push_back(p.mean), count.push_back(p.count);
         n.push_back({0, 0, 0});

@@ -12,8 +12,9 @@ class LocalSurface {
     // Centres of splats and their outward unit normals. `depth` [m] is how far below the surface a
     // place may lie, `width` [m] how far from a splat the surface goes on along it: those within
     // half of that are one patch.
+    // `groups`: as of Patches.
     LocalSurface(const std::vector<Vec3<double>>& centres, const std::vector<Vec3<double>>& normals,
-                 double depth, double width);
+                 double depth, double width, const std::vector<std::size_t>& groups = {0});
     LocalSurface(const LocalSurface&) = delete;
 
     // Height over the planes of the patches that are about as near as the nearest [m], below 0
