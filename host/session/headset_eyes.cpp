@@ -24,7 +24,7 @@ constexpr double splat_budget = 4e-3;  // for the splats of an eye [s]
 }  // namespace
 
 struct HeadsetEyes::Parts {
-    Parts(Headset& of, const EyesRule& by) : headset(of), rule(by), device(by.device) {}
+    Parts(Headset& of, const EyesRule& by) : headset(of), rule(by) {}
 
     struct KeptMotion {
         std::shared_ptr<const std::vector<Gaussian<double>>> host;
@@ -34,7 +34,6 @@ struct HeadsetEyes::Parts {
 
     Headset& headset;
     EyesRule rule;
-    Device device;
     std::unique_ptr<EyePainter> painter;
     Framebuffer target;
     Texture own_depth;  // where the headset takes none
@@ -119,9 +118,9 @@ int HeadsetEyes::gl_errors() const { return parts->errors; }
 
 Sharing HeadsetEyes::sharing() const
 {
-    if (parts->device.kind != DeviceKind::cuda) return {};
+    if (parts->rule.device.kind != DeviceKind::cuda) return {};
     parts->headset.make_current();
-    return parts->painter->sharing(parts->device.index);
+    return parts->painter->sharing(parts->rule.device.index);
 }
 
 void HeadsetEyes::renew()
@@ -143,7 +142,8 @@ void HeadsetEyes::Parts::follow(const LiveState& state, bool at_once)
     splats_of = state.history, splat_version = state.splat_version;
     splats.reset();
     painter->set_splats(0, SplatLayer{}), painter->set_splats(1, SplatLayer{});
-    if (state.splats) splats = std::make_unique<SplatDrawer>(*state.splats, device, splat_budget);
+    if (state.splats)
+        splats = std::make_unique<SplatDrawer>(*state.splats, rule.device, splat_budget);
     motion = {state.gaussians, state.gaussians_on_device};
 }
 
@@ -173,7 +173,7 @@ float HeadsetEyes::Parts::scale(const HeadsetPicture& picture)
         pace.reset();
         return 1;
     }
-    if (!pace) pace.emplace(picture.budget, picture.least, first_scale);
+    if (!pace) pace.emplace(picture.budget, rule.least, first_scale);
     constexpr int first = 4;  // pictures, which wait for what is loaded then
     while (const auto reading = timer->told())
         if (++timed > first && reading->scale == float(pace->scale())) pace->took(reading->seconds);

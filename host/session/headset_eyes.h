@@ -24,16 +24,15 @@ struct HeadsetPicture {
     bool at_once = false;  // other splats: else they are brought to the device beside the drawing
     // What OpenGL may take for both eyes [s], else they become smaller; 0: they are whole.
     double budget = 0;
-    double least = 0.5;  // share of an eye's sides that is drawn at least
 };
 
 struct EyesRule {
     Device device;    // of the rasteriser of splats
     int samples = 1;  // of a pixel
     // What OpenGL may take for both eyes [s]: where empty ones take more, they begin with one
-    // sample a pixel, and as small as that asks for, down to `least` of their sides. 0: not asked.
+    // sample a pixel, and as small as that asks for. 0: not asked.
     double budget = 0;
-    double least = 0.5;
+    double least = 0.5;  // share of an eye's sides that is drawn at least
 };
 
 class HeadsetEyes {

@@ -375,7 +375,6 @@ bool HeadsetLoop::draw(const Sight& sight, float& scale)
     picture.panel_height = HeadsetPanel::pixel * HeadsetPanel::height;
     picture.at_once = rule.stepped;
     if (!rule.stepped && rule.least_scale < 1) picture.budget = gl_share * tick.period;
-    picture.least = rule.least_scale;
     try {
         scale = eyes->draw(sight, picture);
     } catch (const std::exception& e) {

@@ -46,8 +46,16 @@ void LocalClay::find_normals(const Boxes& boxes, const Standing& near)
     const Cells cells(middles, around);
     const int count = int(middles.size());
     std::vector<Vec3<float>> normals(middles.size());
+    const auto has_none = [this](std::uint32_t slot) {
+        const Vec3<float> n = state_.normal[slot];
+        return dot(n, n) == 0;
+    };
+    std::vector<char> wanted(middles.size(), 0);
+    for (std::size_t k = 0; k < slots.size(); ++k)
+        if (has_none(slots[k])) wanted[patches.of(k)] = 1;
 #pragma omp parallel for schedule(dynamic, 64)
     for (int k = 0; k < count; ++k) {
+        if (!wanted[std::size_t(k)]) continue;
         const Vec3<double> here = middles[std::size_t(k)];
         Vec3<double> sum{};
         Sym3<double> square{};
@@ -67,10 +75,8 @@ void LocalClay::find_normals(const Boxes& boxes, const Standing& near)
         }
         normals[std::size_t(k)] = cast<float>(outward(least_axis(spread), here, boxes));
     }
-    for (std::size_t k = 0; k < slots.size(); ++k) {
-        Vec3<float>& n = state_.normal[slots[k]];
-        if (dot(n, n) == 0) n = normals[patches.of(k)];
-    }
+    for (std::size_t k = 0; k < slots.size(); ++k)
+        if (has_none(slots[k])) state_.normal[slots[k]] = normals[patches.of(k)];
 }
 
 // The first stratum of a cube along an axis, or of the one that follows.

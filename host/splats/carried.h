@@ -32,7 +32,7 @@ inline void append(CarriedSplats& to, Vec3<float> centre, const Ellipsoid<float>
     SplatCloud& c = to.cloud;
     // The colour may be one of the cloud's own.
     const std::size_t n = std::size_t(harmonics(c.degree));
-    std::array<Vec3<float>, 16> colour;
+    std::array<Vec3<float>, std::size_t(harmonics(max_sh_degree))> colour;
     std::copy_n(sh, n, colour.begin());
     c.centre.push_back(centre), c.rotation.push_back(shape.q), c.scale.push_back(shape.scale);
     c.opacity.push_back(opacity);

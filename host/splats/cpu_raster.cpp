@@ -195,12 +195,8 @@ bool draw_eye(std::size_t e, const std::vector<SeenSplat>& seen, const SplatFram
               Picture& picture)
 {
     const Eye<float>& eye = frame.eyes[e];
-    const int width = picture.width = eye.width, height = picture.height = eye.height;
-    const std::size_t pixels = std::size_t(width) * std::size_t(height);
-    if (!resize_unless_stopped(picture.colour, pixels, frame) ||
-        !resize_unless_stopped(picture.alpha, pixels, frame) ||
-        !resize_unless_stopped(picture.depth, pixels, frame))
-        return false;
+    const int width = eye.width, height = eye.height;
+    if (!resize_unless_stopped(picture, eye, frame)) return false;
     const bool mesh = !frame.behind.empty() && !frame.behind[e].depth.empty();
     const Target target{picture, mesh ? &frame.behind[e] : nullptr, frame.background};
     const int columns = (width + tile - 1) / tile, rows = (height + tile - 1) / tile;

@@ -58,13 +58,8 @@ void touches(const std::vector<SeenExactly>& seen, double x, double y, double me
 bool draw_exactly(std::size_t e, const std::vector<SeenExactly>& seen, const SplatFrame& frame,
                   DepthOrder order, Picture& picture)
 {
-    const int width = picture.width = frame.eyes[e].width;
-    const int height = picture.height = frame.eyes[e].height;
-    const std::size_t pixels = std::size_t(width) * std::size_t(height);
-    if (!resize_unless_stopped(picture.colour, pixels, frame) ||
-        !resize_unless_stopped(picture.alpha, pixels, frame) ||
-        !resize_unless_stopped(picture.depth, pixels, frame))
-        return false;
+    const int width = frame.eyes[e].width, height = frame.eyes[e].height;
+    if (!resize_unless_stopped(picture, frame.eyes[e], frame)) return false;
     const bool has_mesh = !frame.behind.empty() && !frame.behind[e].depth.empty();
 #pragma omp parallel for schedule(dynamic, 1)
     for (int y = 0; y < height; ++y) {

@@ -49,6 +49,16 @@ bool resize_unless_stopped(std::vector<T>& v, std::size_t n, const SplatFrame& f
     return true;
 }
 
+// The arrays of an eye's picture.
+inline bool resize_unless_stopped(Picture& picture, const Eye<float>& eye, const SplatFrame& frame)
+{
+    picture.width = eye.width, picture.height = eye.height;
+    const std::size_t pixels = std::size_t(eye.width) * std::size_t(eye.height);
+    return resize_unless_stopped(picture.colour, pixels, frame) &&
+           resize_unless_stopped(picture.alpha, pixels, frame) &&
+           resize_unless_stopped(picture.depth, pixels, frame);
+}
+
 // std::stable_sort, as merges of ever longer parts.
 template <class T, class Less>
 bool sort_unless_stopped(std::vector<T>& v, const SplatFrame& frame, Less less)
