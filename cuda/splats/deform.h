@@ -24,7 +24,8 @@ struct Gaussian {
 };
 
 // Some of many Gaussians change, and some are new. One that is split goes so far to one side, its
-// second to the other; the new ones lie beside particles, whose object and label they take.
+// second to the other; the new ones lie beside particles, whose object and label they take, or
+// where they are told to.
 struct GaussianSplit {
     int index;
     Vec3<double> way;  // [m]
@@ -32,6 +33,10 @@ struct GaussianSplit {
 struct GaussianBeside {
     int particle;      // id
     Vec3<double> way;  // from it [m]
+};
+struct GaussianPlace {  // of an undeformed one
+    Vec3<float> x;      // [m]
+    int object;
 };
 
 // Undeformed, at x.

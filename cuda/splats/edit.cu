@@ -1,6 +1,8 @@
 // Gaussians between two frames, one thread each: moved with their object, arranged to be drawn. As
 // cuda/mpm/edit.cu: in double and without contraction of multiply-add, so that they have the bits
 // that the host would compute.
+#include <cub/device/device_scan.cuh>
+
 #include "cuda/device/launch.cuh"
 #include "cuda/device/ordered.cuh"
 #include "cuda/splats/deform.cuh"
@@ -88,6 +90,38 @@ __global__ void __launch_bounds__(threads)
     append(d, k, gaussian_beside(p, cast<float>(added[k].way), walls));
 }
 
+// And behind the last a 0, so that the sums say how many there are.
+__global__ void __launch_bounds__(threads)
+    choose_kernel(const __grid_constant__ GaussianView d, const MarkedObjects of, int* by_place,
+                  int* by_id)
+{
+    const int i = int(blockIdx.x * threads + threadIdx.x);
+    if (i > d.count) return;
+    const bool chosen = i < d.count && of.has(d.objects[i]);
+    by_place[i] = chosen, by_id[i < d.count ? d.ids[i] : i] = chosen;
+}
+
+// The sums of what comes before have taken the marks' places.
+__global__ void __launch_bounds__(threads)
+    copy_kernel(const __grid_constant__ GaussianView d, const MarkedObjects of,
+                const __grid_constant__ GaussianView to, const int* by_place, const int* by_id)
+{
+    const int i = int(blockIdx.x * threads + threadIdx.x);
+    if (i >= d.count || !of.has(d.objects[i])) return;
+    const int at = by_place[i], id = d.ids[i];
+    UNROLL
+    for (int r = 0; r < gaussian_rows; ++r) to.row(r, at) = d.row(r, i);
+    to.sides[at] = d.sides[i], to.objects[at] = d.objects[i];
+    to.ids[at] = by_id ? by_id[id] : id;
+}
+
+__global__ void __launch_bounds__(threads)
+    place_kernel(const __grid_constant__ GaussianView d, const GaussianPlace* placed, int count)
+{
+    const int k = int(blockIdx.x * threads + threadIdx.x);
+    if (k < count) append(d, k, gaussian_at(placed[k].x, placed[k].object));
+}
+
 void invert(const int* ids, int count, int* places, cudaStream_t stream)
 {
     launch("invert", invert_kernel, blocks_for(count, threads), threads, stream, ids, count,
@@ -111,6 +145,31 @@ void add_beside(const GaussianView& splats, const ParticleView& particles,
     invert(particles.ids, particles.count, places, stream);
     launch("add beside", beside_kernel, blocks_for(count, threads), threads, stream, splats,
            particles, added, count, places, walls);
+}
+
+void place(const GaussianView& splats, const GaussianPlace* placed, int count, cudaStream_t stream)
+{
+    launch("place", place_kernel, blocks_for(count, threads), threads, stream, splats, placed,
+           count);
+}
+
+void choose(const GaussianView& splats, const MarkedObjects& of, int* marks, void* scratch,
+            std::size_t scratch_bytes, cudaStream_t stream)
+{
+    const int count = splats.count + 1;
+    int* const by_id = marks + count;
+    launch("choose", choose_kernel, blocks_for(count, threads), threads, stream, splats, of, marks,
+           by_id);
+    for (int* half : {marks, by_id})
+        check(cub::DeviceScan::ExclusiveSum(scratch, scratch_bytes, half, half, count, stream),
+              "choose");
+}
+
+void copy_chosen(const GaussianView& from, const MarkedObjects& of, const GaussianView& to,
+                 const int* marks, bool renumbered, cudaStream_t stream)
+{
+    launch("copy chosen", copy_kernel, blocks_for(from.count, threads), threads, stream, from, of,
+           to, marks, renumbered ? marks + from.count + 1 : nullptr);
 }
 
 void arrange(const GaussianView& gaussians, float* rows, cudaStream_t stream)

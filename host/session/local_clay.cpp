@@ -6,12 +6,17 @@
 
 #include "cuda/contact/skinning.h"
 #include "host/session/local_surface.h"
+#include "host/solver/edits.h"
 #include "host/splats/deformed.h"
 
 namespace knead {
 namespace {
 
 constexpr int cube_cells = 2 * block_edge;
+// Splats that are given back at a time, about, and frames from one time to the next.
+constexpr std::size_t splats_at_once = 20000;
+constexpr int frames_apart = 4;
+constexpr std::uint32_t no_slot = ~std::uint32_t(0);
 // Beyond what moves, in cells: clay that holds it, and how much farther a hand must be from clay
 // before that is given back.
 constexpr double support_cells = block_edge, slack_cells = 2 * block_edge;
@@ -23,21 +28,11 @@ void keep_only(std::vector<T>& all, const std::vector<std::uint32_t>& kept)
     all.resize(kept.size());
 }
 
-void append_cloud(SplatCloud& to, const SplatCloud& from, std::size_t i)
+void keep_only(SplatCloud& all, const std::vector<std::uint32_t>& kept)
 {
-    const auto count = std::size_t(harmonics(from.degree));
-    to.centre.push_back(from.centre[i]), to.rotation.push_back(from.rotation[i]);
-    to.scale.push_back(from.scale[i]), to.opacity.push_back(from.opacity[i]);
-    to.sh.insert(to.sh.end(), from.sh.begin() + std::ptrdiff_t(i * count),
-                 from.sh.begin() + std::ptrdiff_t((i + 1) * count));
-}
-
-void set_splat(SplatCloud& to, std::size_t at, const SplatCloud& from, std::size_t i)
-{
-    const auto count = std::size_t(harmonics(from.degree));
-    to.centre[at] = from.centre[i], to.rotation[at] = from.rotation[i];
-    to.scale[at] = from.scale[i], to.opacity[at] = from.opacity[i];
-    for (std::size_t k = 0; k < count; ++k) to.sh[at * count + k] = from.sh[i * count + k];
+    for (std::size_t i = 0; i < kept.size(); ++i)
+        if (kept[i] != i) set_splat(all, i, all, kept[i]);
+    resize(all, kept.size());
 }
 
 // Whether it is, to the bit, where and as it was when it was attached.
@@ -70,15 +65,16 @@ LocalClay::LocalClay(const Scene& scene, int object, SplatCloud of, SplatUpkeep&
       depth(scene.objects.at(std::size_t(object)).splats.depth),
       dx(scene.setup.lattice.dx),
       spacing(std::cbrt(material.volume)),
-      edge(cube_cells * dx),
       reach(scene.setup.rest.reach + support_cells * dx),
       per_cell(scene.objects[std::size_t(object)].per_cell),
       seed(scene.seed),
-      moving(with)
+      moving(with),
+      tiling{cube_cells * dx},
+      standing(tiling, dx)
 {
     state_.cloud = std::move(of);
-    state_.away.assign(state_.cloud.count(), 0),
-        state_.normal.assign(state_.cloud.count(), {0, 0, 0});
+    state_.away.assign(state_.cloud.count(), 0);
+    state_.normal.assign(state_.cloud.count(), {0, 0, 0});
     state_.home.assign(with.cloud().count(), -1);
     state_.objects = int(scene.setup.materials.size());
     if (moving.cloud().count() == 0) moving.change().cloud.degree = state_.cloud.degree;
@@ -89,41 +85,16 @@ LocalClay::LocalClay(const Scene& scene, int object, SplatCloud of, SplatUpkeep&
     for (std::size_t i = 0; i < state_.cloud.count(); ++i) put(std::uint32_t(i));
 }
 
-Int3 LocalClay::cube_of(Vec3<double> x) const
-{
-    const auto along = [this](double place) {
-        return int(std::floor(clamp(place / edge, -1048576.0, 1048575.0)));
-    };
-    return {along(x.x), along(x.y), along(x.z)};
-}
-
-LocalClay::Key LocalClay::key_of(Int3 c)
-{
-    const auto part = [](int n) { return Key(n + 1048576); };
-    return part(c.z) << 42 | part(c.y) << 21 | part(c.x);
-}
-
-Int3 LocalClay::cube_at(Key key)
-{
-    const auto part = [key](int shift) { return int(key >> shift & 0x1fffff) - 1048576; };
-    return {part(0), part(21), part(42)};
-}
-
-bool LocalClay::between_walls(Vec3<double> x) const
-{
-    const auto in = [](double a, double low, double high) { return a >= low && a <= high; };
-    return in(x.x, walls.min.x, walls.max.x) && in(x.y, walls.min.y, walls.max.y) &&
-           in(x.z, walls.min.z, walls.max.z);
-}
+bool LocalClay::between_walls(Vec3<double> x) const { return within(x, walls.min, walls.max); }
 
 // What lies between the walls may become clay.
 void LocalClay::put(std::uint32_t i)
 {
     const Vec3<double> x = cast<double>(state_.cloud.centre[i]);
-    if (between_walls(x)) at[key_of(cube_of(x))].push_back(i);
+    if (between_walls(x)) standing.put(i, x);
 }
 
-LocalClay::Boxes LocalClay::boxes_of(const Motion& motion) const
+Boxes LocalClay::boxes_of(const Motion& motion) const
 {
     Boxes boxes;
     std::map<int, std::size_t> of;  // by tool
@@ -156,125 +127,151 @@ std::vector<LocalClay::Key> LocalClay::cubes_near(const Boxes& boxes, double bey
 {
     std::vector<Key> keys;
     const Vec3<double> more{beyond, beyond, beyond};
-    const Int3 first = cube_of(walls.min), last = cube_of(walls.max);
+    const Int3 first = tiling.of(walls.min), last = tiling.of(walls.max);
     for (const auto& [low, high] : boxes) {
-        const Int3 a = cube_of(low - more), b = cube_of(high + more);
+        const Int3 a = tiling.of(low - more), b = tiling.of(high + more);
         for (int z = std::max(a.z, first.z); z <= std::min(b.z, last.z); ++z)
             for (int y = std::max(a.y, first.y); y <= std::min(b.y, last.y); ++y)
                 for (int x = std::max(a.x, first.x); x <= std::min(b.x, last.x); ++x)
-                    keys.push_back(key_of({x, y, z}));
+                    keys.push_back(Cubes::key({x, y, z}));
     }
     std::sort(keys.begin(), keys.end());
     keys.erase(std::unique(keys.begin(), keys.end()), keys.end());
     return keys;
 }
 
-// What tells of the surface in or over these cubes, in rising order.
-LocalClay::Standing LocalClay::standing_near(const std::vector<Key>& cubes)
+// Those that tell of the surface in or over these, in rising order.
+std::vector<LocalClay::Key> LocalClay::around(const std::vector<Key>& cubes) const
 {
-    const int more = int(std::ceil((depth + 2 * dx) / edge));
+    const int more = int(std::ceil((depth + 2 * dx) / tiling.edge));
     std::vector<Key> keys;
     for (const Key key : cubes)
         for (int z = -more; z <= more; ++z)
             for (int y = -more; y <= more; ++y)
                 for (int x = -more; x <= more; ++x)
-                    keys.push_back(key_of(cube_at(key) + Int3{x, y, z}));
+                    keys.push_back(Cubes::key(Cubes::at(key) + Int3{x, y, z}));
     std::sort(keys.begin(), keys.end());
     keys.erase(std::unique(keys.begin(), keys.end()), keys.end());
-    Standing near;
-    for (const Key key : keys) {
-        const auto found = at.find(key);
-        if (found == at.end()) continue;
-        std::vector<std::uint32_t>& of_cube = found->second;
-        if (!std::is_sorted(of_cube.begin(), of_cube.end()))  // some were given back
-            std::sort(of_cube.begin(), of_cube.end());
-        near.cubes.push_back(near.slots.size());
-        near.slots.insert(near.slots.end(), of_cube.begin(), of_cube.end());
-    }
-    return near;
+    return keys;
 }
 
-void LocalClay::take(const std::vector<Key>& cubes, const Boxes& boxes, Solver& solver)
+void LocalClay::take(const std::vector<Key>& wanted, const Boxes& boxes, Solver& solver)
 {
-    std::vector<Gaussian<double>> gaussians = solver.gaussians();
+    const std::vector<Key> near = around(wanted);
+    standing.look(near, state_.cloud, state_.normal, boxes);
+    const LocalSurface surface(standing.surface(near), depth, 2 * dx);
+    // Clay from beside may have come there.
+    Int3 low = Cubes::at(wanted.front()), high = low;
+    for (const Key key : wanted) {
+        const Int3 c = Cubes::at(key);
+        low = {std::min(low.x, c.x), std::min(low.y, c.y), std::min(low.z, c.z)};
+        high = {std::max(high.x, c.x), std::max(high.y, c.y), std::max(high.z, c.z)};
+    }
+    const auto corner = [this](Int3 c) {
+        return tiling.edge * Vec3<double>{double(c.x), double(c.y), double(c.z)};
+    };
+    const Vec3<double> beyond{spacing, spacing, spacing};
+    const std::vector<Vec3<double>> particles =
+        solver.places(corner(low) - beyond, corner(high + Int3{1, 1, 1}) + beyond);
+    const Cells there(particles, 2 * spacing);
+    add_clay(wanted, all_seeds(wanted, surface, there), solver);
+    take_splats(solver);
+}
+
+// All that stands in clay goes with it from here on.
+void LocalClay::take_splats(Solver& solver)
+{
+    std::vector<std::uint32_t> slots;
+    GaussianEdits edits;
+    std::size_t most = 0;
+    for (const auto& [key, object] : state_.clay) most += object < 0 ? 0 : standing.in(key).size();
+    slots.reserve(most), edits.placed.reserve(most);
+    for (const auto& [key, object] : state_.clay) {
+        if (object < 0) continue;
+        for (const std::uint32_t i : standing.in(key)) {
+            if (state_.away[i]) continue;
+            slots.push_back(i), state_.away[i] = 1;
+            edits.placed.push_back({state_.cloud.centre[i], object});
+        }
+    }
+    if (slots.empty()) return;
     CarriedSplats& carried = moving.change();
     state_.home.resize(carried.count(), -1);  // some were split
-    Standing near = standing_near(cubes);
-    find_normals(boxes, near);
-    std::vector<Vec3<double>> x, n, particles;
-    for (const std::uint32_t i : near.slots)
-        x.push_back(cast<double>(state_.cloud.centre[i])),
-            n.push_back(cast<double>(state_.normal[i]));
-    near.cubes.push_back(x.size());
-    for (std::size_t i = 0; i < gaussians.size(); ++i) {
-        if (state_.home[i] < 0) continue;
-        x.push_back(gaussians[i].x);
-        n.push_back(cast<double>(
-            turned_normal(gaussians[i].F, state_.normal[std::size_t(state_.home[i])])));
-    }
-    for (const Particle<double>& p : solver.particles()) particles.push_back(p.x);
-    const LocalSurface surface(x, n, depth, 2 * dx, near.cubes);
-    const Cells there(particles, 2 * spacing);
-    add_clay(cubes, all_seeds(cubes, surface, there), solver);
-    // All that stands in clay goes with it from here on.
-    for (const auto& [key, object] : state_.clay) {
-        const auto standing = at.find(key);
-        if (object < 0 || standing == at.end()) continue;
-        std::sort(standing->second.begin(), standing->second.end());
-        for (const std::uint32_t i : standing->second) {
-            const Vec3<float> s = state_.cloud.scale[i];
-            append(carried, state_.cloud.centre[i], {state_.cloud.rotation[i], s},
-                   state_.cloud.opacity[i],
-                   state_.cloud.sh.data() + i * std::size_t(harmonics(state_.cloud.degree)),
-                   max(s.x, max(s.y, s.z)));
-            gaussians.push_back(gaussian_at(cast<double>(state_.cloud.centre[i]), object));
-            state_.home.push_back(int(i)), state_.away[i] = 1;
-        }
-        at.erase(standing);
-    }
-    solver.set_gaussians(gaussians);
+    state_.home.insert(state_.home.end(), slots.begin(), slots.end());
+    append(carried, state_.cloud, slots);
+    solver.edit_gaussians(edits);
 }
 
-void LocalClay::give_back(const std::vector<Key>& cubes, Solver& solver)
+void LocalClay::give_back(const std::vector<Key>& left, Solver& solver)
 {
-    std::vector<char> gone(solver.rules().materials.size(), 0);
-    for (const Key key : cubes)
-        if (state_.clay[key] >= 0) gone[std::size_t(state_.clay[key])] = 1;
-    const std::vector<Gaussian<double>> gaussians = solver.gaussians();
-    CarriedSplats& carried = moving.change();
-    state_.home.resize(carried.count(), -1);
-    std::vector<std::uint32_t> back, kept;
-    std::vector<Gaussian<double>> as;
-    for (std::size_t i = 0; i < gaussians.size(); ++i) {
-        const bool leaves = gone[std::size_t(gaussians[i].object)];
-        (leaves ? back : kept).push_back(std::uint32_t(i));
-        if (leaves) as.push_back(gaussians[i]);
-    }
-    const SplatCloud now = deformed(picked(carried.cloud, back), as);
-    for (std::size_t k = 0; k < back.size(); ++k) {
-        const int slot = state_.home[back[k]];
-        auto i = std::size_t(slot);
-        if (slot < 0) {  // split off, or added
-            i = state_.cloud.count();
-            append_cloud(state_.cloud, now, k);
-            state_.away.push_back(0), state_.normal.push_back({0, 0, 0});
-        } else {
-            state_.away[i] = 0;
-            if (!untouched(as[k], state_.cloud.centre[i])) {
-                set_splat(state_.cloud, i, now, k);
-                state_.normal[i] = turned_normal(as[k].F, state_.normal[i]);
-            }
-        }
-        put(std::uint32_t(i));
-    }
-    carried.cloud = picked(carried.cloud, kept);
-    keep_only(carried.extent, kept), keep_only(state_.home, kept);
     std::vector<int> objects;
-    for (const Key key : cubes) {
+    for (const Key key : left) {
         if (state_.clay[key] >= 0) objects.push_back(state_.clay[key]);
         state_.clay.erase(key);
     }
-    if (!objects.empty()) solver.remove_each(objects);
+    if (objects.empty()) return;
+    SomeGaussians back = solver.gaussians_of(objects);
+    solver.remove_each(objects);
+    CarriedSplats& carried = moving.change();
+    state_.home.resize(carried.count(), -1);
+    std::vector<char> leaves(carried.count(), 0);
+    std::vector<std::uint32_t> changed, slots, kept;
+    changed.reserve(back.indices.size()), slots.reserve(back.indices.size());
+    for (std::size_t k = 0; k < back.indices.size(); ++k) {
+        const auto i = std::size_t(back.indices[k]);
+        const int slot = state_.home[i];
+        const Gaussian<double> g = back.gaussians[k];
+        leaves[i] = 1;
+        if (slot >= 0) state_.away[std::size_t(slot)] = 0;
+        if (slot >= 0 && untouched(g, state_.cloud.centre[std::size_t(slot)])) continue;
+        back.gaussians[changed.size()] = g;
+        changed.push_back(std::uint32_t(i)), slots.push_back(std::uint32_t(slot));
+    }
+    back.gaussians.resize(changed.size());
+    settle(deformed(picked(carried.cloud, changed), back.gaussians), std::move(slots),
+           back.gaussians);
+    kept.reserve(leaves.size());
+    for (std::size_t i = 0; i < leaves.size(); ++i)
+        if (!leaves[i]) kept.push_back(std::uint32_t(i));
+    keep_only(carried.cloud, kept);
+    keep_only(carried.extent, kept), keep_only(state_.home, kept);
+}
+
+// Splats stand where they are now, in these slots; one that was split off or added, in a new one.
+void LocalClay::settle(const SplatCloud& now, std::vector<std::uint32_t> slots,
+                       const std::vector<Gaussian<double>>& as)
+{
+    SplatCloud& cloud = state_.cloud;
+    const std::size_t before = cloud.count();
+    std::size_t all = before;
+    for (std::uint32_t& slot : slots)
+        if (slot == no_slot) slot = std::uint32_t(all++);
+    resize(cloud, all), state_.away.resize(all, 0), state_.normal.resize(all, {0, 0, 0});
+    // Few come to another cube.
+    std::vector<std::uint32_t> leaving, coming;
+    Key touched = -1;
+    for (std::size_t k = 0; k < slots.size(); ++k) {
+        const std::uint32_t i = slots[k];
+        const Vec3<double> to = cast<double>(now.centre[k]), from = cast<double>(cloud.centre[i]);
+        const Key key = tiling.key_of(from);
+        const bool known = i < before;
+        if (known && between_walls(from) == between_walls(to) && tiling.key_of(to) == key) {
+            if (touched != key) standing.touch(key);
+            touched = key;
+            continue;
+        }
+        coming.push_back(i);
+        if (known) leaving.push_back(i);
+    }
+    standing.remove(leaving, cloud);
+    const int count = int(slots.size());
+#pragma omp parallel for schedule(static)
+    for (int k = 0; k < count; ++k) {
+        const auto from = std::size_t(k), i = std::size_t(slots[from]);
+        set_splat(cloud, i, now, from);
+        if (i < before) state_.normal[i] = turned_normal(as[from].F, state_.normal[i]);
+    }
+    for (const std::uint32_t i : coming) put(i);
 }
 
 void LocalClay::set_material(int object, const Material<double>& to, Solver& solver)
@@ -285,7 +282,16 @@ void LocalClay::set_material(int object, const Material<double>& to, Solver& sol
         if (clay >= 0) solver.set_material(clay, to);
 }
 
-LocalReport LocalClay::after(const Motion& motion, Solver& solver)
+// The first of these, with about so many splats.
+void LocalClay::ration(std::vector<Key>& cubes) const
+{
+    std::size_t count = 0, splats = 0;
+    while (count < cubes.size() && splats < splats_at_once)
+        splats += standing.in(cubes[count++]).size();
+    cubes.resize(count);
+}
+
+LocalReport LocalClay::after(int frame, const Motion& motion, Solver& solver)
 {
     LocalReport report;
     const Boxes boxes = boxes_of(motion);
@@ -293,9 +299,14 @@ LocalReport LocalClay::after(const Motion& motion, Solver& solver)
     std::vector<Key> left, wanted;
     for (const auto& [key, object] : state_.clay)
         if (!std::binary_search(held.begin(), held.end(), key)) left.push_back(key);
-    if (!left.empty()) give_back(left, solver);
     for (const Key key : cubes_near(boxes, reach))
         if (!state_.clay.count(key)) wanted.push_back(key);
+    // What goes can wait: a frame that is held up is a dent that comes late.
+    if (frame % frames_apart == 0)
+        ration(left);
+    else
+        left.clear();
+    if (!left.empty()) give_back(left, solver);
     if (!wanted.empty()) take(wanted, boxes, solver);
     report.taken = wanted.size(), report.given_back = left.size();
     for (const auto& [key, object] : state_.clay) report.cubes += object >= 0;
@@ -309,26 +320,31 @@ void LocalClay::set_state(LocalState state)
     if (state.cloud.degree != state_.cloud.degree)
         throw std::invalid_argument("splats that stand, of other harmonics");
     state_ = std::move(state);
-    at.clear();
-    for (std::size_t i = 0; i < state_.cloud.count(); ++i)
-        if (!state_.away[i]) put(std::uint32_t(i));
+    standing.clear();
+    for (std::size_t i = 0; i < state_.cloud.count(); ++i) put(std::uint32_t(i));
 }
 
-SplatCloud LocalClay::shown() const
+void LocalClay::show(SplatCloud& all) const
 {
-    SplatCloud all = moving.cloud();
-    all.antialiased = all.antialiased || state_.cloud.antialiased;
-    std::vector<std::uint32_t> standing;
+    const SplatCloud& move = moving.cloud();
+    std::vector<std::uint32_t> standing_still;
     for (std::size_t i = 0; i < state_.cloud.count(); ++i)
-        if (!state_.away[i]) standing.push_back(std::uint32_t(i));
-    const std::size_t first = all.count(), count = first + standing.size();
-    all.centre.resize(count), all.rotation.resize(count), all.scale.resize(count);
-    all.opacity.resize(count), all.sh.resize(count * std::size_t(harmonics(all.degree)));
-    const int more = int(standing.size());
+        if (!state_.away[i]) standing_still.push_back(std::uint32_t(i));
+    const std::size_t first = move.count();
+    all.degree = state_.cloud.degree;
+    all.antialiased = move.antialiased || state_.cloud.antialiased;
+    if (const std::size_t wanted = first + standing_still.size(); all.centre.capacity() < wanted)
+        reserve(all, wanted + wanted / 4);  // some will be split
+    resize(all, first + standing_still.size());
+    const int count = int(all.count());
 #pragma omp parallel for schedule(static)
-    for (int k = 0; k < more; ++k)
-        set_splat(all, first + std::size_t(k), state_.cloud, standing[std::size_t(k)]);
-    return all;
+    for (int k = 0; k < count; ++k) {
+        const auto i = std::size_t(k);
+        if (i < first)
+            set_splat(all, i, move, i);
+        else
+            set_splat(all, i, state_.cloud, standing_still[i - first]);
+    }
 }
 
 }  // namespace knead

@@ -4,11 +4,11 @@
 // all hands have left give their splats back, where they are and as they were deformed by then.
 // docs/splats.md.
 #pragma once
-#include <unordered_map>
 #include <vector>
 
 #include "host/scene/scene.h"
 #include "host/session/local_state.h"
+#include "host/session/standing.h"
 #include "host/splats/upkeep.h"
 
 namespace knead {
@@ -24,9 +24,9 @@ class LocalClay {
     // its splats. `moving` are the splats of the solver's Gaussians; what becomes clay joins them.
     LocalClay(const Scene& scene, int object, SplatCloud cloud, SplatUpkeep& moving);
 
-    // Between two frames: clay for where the tools will be at the end of the next one, if they go
-    // on as in `motion`; back with what they have left.
-    LocalReport after(const Motion& motion, Solver& solver);
+    // After the frame of that number: clay for where the tools will be at the end of the next one,
+    // if they go on as in `motion`; back with what they have left, bit by bit.
+    LocalReport after(int frame, const Motion& motion, Solver& solver);
 
     // The tools are others from now on.
     void set_rig(const Rig& by) { rig = by; }
@@ -38,30 +38,25 @@ class LocalClay {
     // check().
     void set_state(LocalState state);
 
-    // Those that move, in the order of the solver's Gaussians, then those that stand still.
-    SplatCloud shown() const;
+    // Those that move, in the order of the solver's Gaussians, then those that stand still: all of
+    // the cloud, whose memory may serve.
+    void show(SplatCloud& all) const;
     const SplatCloud& still() const { return state_.cloud; }
     bool stands(std::size_t splat) const { return !state_.away[splat]; }  // one of still()
 
   private:
-    using Key = std::int64_t;
-    using Boxes = std::vector<std::pair<Vec3<double>, Vec3<double>>>;  // corners [m]
+    using Key = Cubes::Key;
 
-    Int3 cube_of(Vec3<double> x) const;
-    static Key key_of(Int3 cube);
-    static Int3 cube_at(Key key);
     Boxes boxes_of(const Motion& motion) const;
     std::vector<Key> cubes_near(const Boxes& boxes, double reach) const;
+    void ration(std::vector<Key>& cubes) const;
+    std::vector<Key> around(const std::vector<Key>& cubes) const;
     void put(std::uint32_t splat);
-    void take(const std::vector<Key>& cubes, const Boxes& boxes, Solver& solver);
-    void give_back(const std::vector<Key>& cubes, Solver& solver);
-    // Slots, by cubes, which begin there.
-    struct Standing {
-        std::vector<std::uint32_t> slots;
-        std::vector<std::size_t> cubes;
-    };
-    void find_normals(const Boxes& boxes, const Standing& near);
-    Standing standing_near(const std::vector<Key>& cubes);
+    void take(const std::vector<Key>& wanted, const Boxes& boxes, Solver& solver);
+    void take_splats(Solver& solver);
+    void give_back(const std::vector<Key>& left, Solver& solver);
+    void settle(const SplatCloud& now, std::vector<std::uint32_t> slots,
+                const std::vector<Gaussian<double>>& as);
     int first_stratum(int cube) const;
     std::vector<Particle<double>> seeds(Int3 cube, int layer, const class CubeHeights& heights,
                                         const class Cells& there) const;
@@ -76,14 +71,15 @@ class LocalClay {
     WallRule walls;
     int ground;  // object that stands
     Material<double> material;
-    double depth, dx, spacing, edge;  // of the clay, cells, particles, cubes [m]
-    double reach;                     // from a tool to what moves [m]
+    double depth, dx, spacing;  // of the clay, cells, particles [m]
+    double reach;               // from a tool to what moves [m]
     double per_cell;
     unsigned seed;
 
     SplatUpkeep& moving;
     LocalState state_;
-    std::unordered_map<Key, std::vector<std::uint32_t>> at;  // slots that stand, by cube
+    Cubes tiling;
+    Standing standing;  // slots between the walls
 };
 
 }  // namespace knead

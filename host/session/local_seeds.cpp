@@ -5,82 +5,19 @@
 #include "host/scene/strata.h"
 #include "host/session/local_clay.h"
 #include "host/session/local_surface.h"
-#include "host/session/patches.h"
 
 namespace knead {
 namespace {
 
 constexpr double too_near = 0.6;  // of a particle's spacing, to one that is there
 
-Vec3<double> least_axis(const Sym3<double>& spread)
-{
-    const Eigen<double> e = eigen(spread);
-    if (e.value.z < e.value.x && e.value.z < e.value.y) return e.axes.c;
-    return e.value.y < e.value.x ? e.axes.b : e.axes.a;
-}
-
-// Towards the nearest of boxes, by their middles.
-Vec3<double> outward(Vec3<double> axis, Vec3<double> from,
-                     const std::vector<std::pair<Vec3<double>, Vec3<double>>>& boxes)
-{
-    double nearest = 1e300, side = 1;
-    for (const auto& [low, high] : boxes) {
-        const Vec3<double> to = 0.5 * (low + high) - from;
-        if (dot(to, to) < nearest) nearest = dot(to, to), side = dot(to, axis);
-    }
-    return side < 0 ? -axis : axis;
-}
-
 }  // namespace
 
-// Of those slots that have none, by patches: across the plane through the centres around, towards
-// the nearest hand, which comes from outside.
-void LocalClay::find_normals(const Boxes& boxes, const Standing& near)
-{
-    const std::vector<std::uint32_t>& slots = near.slots;
-    std::vector<Vec3<double>> x, middles;
-    for (const std::uint32_t i : slots) x.push_back(cast<double>(state_.cloud.centre[i]));
-    const Patches patches(x, dx / 2, near.cubes);
-    for (const Patch& p : patches.all()) middles.push_back(p.mean);
-    const double around = 2.5 * dx;
-    const Cells cells(middles, around);
-    const int count = int(middles.size());
-    std::vector<Vec3<float>> normals(middles.size());
-    const auto has_none = [this](std::uint32_t slot) {
-        const Vec3<float> n = state_.normal[slot];
-        return dot(n, n) == 0;
-    };
-    std::vector<char> wanted(middles.size(), 0);
-    for (std::size_t k = 0; k < slots.size(); ++k)
-        if (has_none(slots[k])) wanted[patches.of(k)] = 1;
-#pragma omp parallel for schedule(dynamic, 64)
-    for (int k = 0; k < count; ++k) {
-        if (!wanted[std::size_t(k)]) continue;
-        const Vec3<double> here = middles[std::size_t(k)];
-        Vec3<double> sum{};
-        Sym3<double> square{};
-        double n = 0;
-        cells.each_near(here, {around, around, around}, [&](std::uint32_t j) {
-            const Patch& p = patches.all()[j];
-            const Vec3<double> d = p.mean - here;
-            if (dot(d, d) > around * around) return;
-            sum = sum + p.count * d, n += p.count;
-            square = square + p.spread + squared(d, p.count);
-        });
-        Sym3<double> spread = square + squared(sum, -1 / n);
-        if (n < 6) {  // too few: the splat's own
-            const auto i = std::size_t(slots[patches.all()[std::size_t(k)].first]);
-            spread = covariance(Ellipsoid<double>{cast<double>(state_.cloud.rotation[i]),
-                                                  cast<double>(state_.cloud.scale[i])});
-        }
-        normals[std::size_t(k)] = cast<float>(outward(least_axis(spread), here, boxes));
-    }
-    for (std::size_t k = 0; k < slots.size(); ++k)
-        if (has_none(slots[k])) state_.normal[slots[k]] = normals[patches.of(k)];
-}
-
 // The first stratum of a cube along an axis, or of the one that follows.
-int LocalClay::first_stratum(int cube) const { return int(std::ceil(cube * edge / spacing - 0.5)); }
+int LocalClay::first_stratum(int cube) const
+{
+    return int(std::ceil(cube * tiling.edge / spacing - 0.5));
+}
 
 // One in each stratum of a layer of the cube that lies under the surface and holds none yet.
 std::vector<Particle<double>> LocalClay::seeds(Int3 cube, int z, const CubeHeights& heights,
@@ -110,8 +47,10 @@ std::vector<std::vector<Particle<double>>> LocalClay::all_seeds(const std::vecto
 {
     std::vector<CubeHeights> heights;
     for (const Key key : cubes) {
-        const Int3 c = cube_at(key);
-        heights.emplace_back(surface, Vec3<double>{c.x * edge, c.y * edge, c.z * edge}, edge);
+        const Int3 c = Cubes::at(key);
+        heights.emplace_back(surface,
+                             Vec3<double>{c.x * tiling.edge, c.y * tiling.edge, c.z * tiling.edge},
+                             tiling.edge);
     }
     const int corners = int(cubes.size()) * CubeHeights::count;
 #pragma omp parallel for schedule(dynamic, 8)
@@ -119,7 +58,7 @@ std::vector<std::vector<Particle<double>>> LocalClay::all_seeds(const std::vecto
         heights[std::size_t(k / CubeHeights::count)].find(k % CubeHeights::count);
     std::vector<std::pair<std::size_t, int>> layers;
     for (std::size_t k = 0; k < cubes.size(); ++k) {
-        const int z = cube_at(cubes[k]).z;
+        const int z = Cubes::at(cubes[k]).z;
         for (int s = first_stratum(z); s < first_stratum(z + 1); ++s) layers.emplace_back(k, s);
     }
     std::vector<std::vector<Particle<double>>> of_layers(layers.size()), all(cubes.size());
@@ -127,7 +66,7 @@ std::vector<std::vector<Particle<double>>> LocalClay::all_seeds(const std::vecto
 #pragma omp parallel for schedule(dynamic)
     for (int l = 0; l < count; ++l) {
         const auto [k, z] = layers[std::size_t(l)];
-        of_layers[std::size_t(l)] = seeds(cube_at(cubes[k]), z, heights[k], there);
+        of_layers[std::size_t(l)] = seeds(Cubes::at(cubes[k]), z, heights[k], there);
     }
     for (std::size_t l = 0; l < layers.size(); ++l) {
         auto& to = all[layers[l].first];

@@ -1,7 +1,5 @@
 #include "host/session/local_surface.h"
 
-#include "host/session/patches.h"
-
 namespace knead {
 namespace {
 
@@ -12,23 +10,27 @@ int corner_at(int x, int y, int z)
 
 }  // namespace
 
-LocalSurface::LocalSurface(const std::vector<Vec3<double>>& centres,
-                           const std::vector<Vec3<double>>& normals, double depth, double width,
-                           const std::vector<std::size_t>& groups)
-    : far(depth + width), wide(width)
+std::vector<SurfacePatch> surface_patches(const std::vector<Vec3<double>>& centres,
+                                          const std::vector<Vec3<double>>& normals, double edge)
 {
-    const Patches patches(centres, width / 2, groups);
-    for (const Patch& p : patches.all()) {
-        x.push_back(p.mean), count.push_back(p.count);
-        n.push_back({0, 0, 0});
-    }
+    const Patches of = patches(centres, edge);
+    std::vector<SurfacePatch> made;
+    for (const Patch& p : of.all) made.push_back({p.mean, {0, 0, 0}, p.count});
     for (std::size_t i = 0; i < normals.size(); ++i)
-        n[patches.of(i)] = n[patches.of(i)] + normals[i];
-    for (std::size_t k = 0; k < n.size(); ++k) {
-        const double size = length(n[k]);
-        n[k] = size > 0 ? (1 / size) * n[k] : normals[patches.all()[k].first];
+        made[of.of[i]].n = made[of.of[i]].n + normals[i];
+    for (std::size_t k = 0; k < made.size(); ++k) {
+        Vec3<double>& n = made[k].n;
+        const double size = length(n);
+        n = size > 0 ? (1 / size) * n : normals[of.all[k].first];
     }
-    cells.emplace(x, width);
+    return made;
+}
+
+LocalSurface::LocalSurface(const std::vector<SurfacePatch>& of, double depth, double width)
+    : patches(of), far(depth + width), wide(width)
+{
+    for (const SurfacePatch& p : patches) middles.push_back(p.x);
+    cells.emplace(middles, width);
 }
 
 // Farther and farther around, for most places are near.
@@ -37,7 +39,7 @@ double LocalSurface::nearest_squared(Vec3<double> at) const
     double nearest = far * far;
     for (double reach = wide;; reach = min(2 * reach, far)) {
         cells->each_near(at, {reach, reach, reach}, [&](std::uint32_t j) {
-            const Vec3<double> d = at - x[j];
+            const Vec3<double> d = at - middles[j];
             nearest = min(nearest, dot(d, d));
         });
         if (nearest <= reach * reach || reach >= far) return nearest;
@@ -51,9 +53,10 @@ std::optional<double> LocalSurface::height(Vec3<double> at) const
     const double reach = std::sqrt(nearest) + wide;
     double sum = 0, weight = 0;
     cells->each_near(at, {reach, reach, reach}, [&](std::uint32_t j) {
-        const Vec3<double> d = at - x[j];
-        const double w = count[j] * (1 - dot(d, d) / (reach * reach));
-        if (w > 0) sum += w * dot(d, n[j]), weight += w;
+        const SurfacePatch& p = patches[j];
+        const Vec3<double> d = at - p.x;
+        const double w = p.count * (1 - dot(d, d) / (reach * reach));
+        if (w > 0) sum += w * dot(d, p.n), weight += w;
     });
     const double h = sum / weight;
     if (nearest - h * h > wide * wide) return {};  // beside the surface's end

@@ -3,18 +3,24 @@
 #include <optional>
 #include <vector>
 
+#include "host/session/patches.h"
 #include "host/splats/cells.h"
 
 namespace knead {
 
+struct SurfacePatch {
+    Vec3<double> x, n;  // middle [m], outward unit normal
+    double count;       // of its splats
+};
+// Of splats at these places with these normals, by cells of this edge [m].
+std::vector<SurfacePatch> surface_patches(const std::vector<Vec3<double>>& centres,
+                                          const std::vector<Vec3<double>>& normals, double edge);
+
 class LocalSurface {
   public:
-    // Centres of splats and their outward unit normals. `depth` [m] is how far below the surface a
-    // place may lie, `width` [m] how far from a splat the surface goes on along it: those within
-    // half of that are one patch.
-    // `groups`: as of Patches.
-    LocalSurface(const std::vector<Vec3<double>>& centres, const std::vector<Vec3<double>>& normals,
-                 double depth, double width, const std::vector<std::size_t>& groups = {0});
+    // `depth` [m] is how far below the surface a place may lie, `width` [m] how far from a splat
+    // the surface goes on along it, twice a patch's edge.
+    LocalSurface(const std::vector<SurfacePatch>& patches, double depth, double width);
     LocalSurface(const LocalSurface&) = delete;
 
     // Height over the planes of the patches that are about as near as the nearest [m], below 0
@@ -24,8 +30,8 @@ class LocalSurface {
   private:
     double nearest_squared(Vec3<double> at) const;
 
-    std::vector<Vec3<double>> x, n;  // of patches
-    std::vector<double> count;       // of their splats
+    std::vector<SurfacePatch> patches;
+    std::vector<Vec3<double>> middles;  // of them
     double far, wide;
     std::optional<Cells> cells;
 };

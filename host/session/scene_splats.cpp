@@ -1,5 +1,6 @@
 #include "host/session/scene_splats.h"
 
+#include <atomic>
 #include <stdexcept>
 #include <string>
 
@@ -15,11 +16,17 @@ SceneSplats::SceneSplats(const Scene& given, const std::vector<SplatObject>& obj
             around_hands =
                 std::make_unique<LocalClay>(scene, of.object, joined(objects, true), moving);
     refresh();
+    refresh();  // both have memory before hands come
 }
 
 void SceneSplats::refresh()
 {
-    if (local()) shown = std::make_shared<const SplatCloud>(around_hands->shown());
+    if (!local()) return;
+    // Memory that nobody looks at any more serves again.
+    std::swap(shown, before);
+    if (!shown || shown.use_count() > 1) shown = std::make_shared<SplatCloud>();
+    std::atomic_thread_fence(std::memory_order_acquire);  // who read it has ended
+    around_hands->show(*shown);
 }
 
 std::shared_ptr<const SplatCloud> SceneSplats::picture() const
@@ -78,7 +85,7 @@ void SceneSplats::adopt(UpkeepPlan plan, FrameRow& row, Solver& solver)
 bool SceneSplats::follow_hands(const Frame& frame, FrameRow& row, Solver& solver)
 {
     if (!local()) return false;
-    const LocalReport now = around_hands->after(frame.motion, solver);
+    const LocalReport now = around_hands->after(row.frame, frame.motion, solver);
     row.cubes = long(now.cubes), row.cubes_taken = long(now.taken);
     row.cubes_given_back = long(now.given_back);
     return now.taken + now.given_back > 0;

@@ -45,8 +45,8 @@ class SceneSplats {
   private:
     const Scene& scene;
     SplatUpkeep moving;
-    std::unique_ptr<LocalClay> around_hands;  // null: no object has a depth
-    std::shared_ptr<const SplatCloud> shown;  // of a scene with local clay
+    std::unique_ptr<LocalClay> around_hands;    // null: no object has a depth
+    std::shared_ptr<SplatCloud> shown, before;  // of a scene with local clay
 };
 
 }  // namespace knead

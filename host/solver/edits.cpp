@@ -49,6 +49,27 @@ void Solver::remove_each(std::span<const int>) { refuse(*this); }
 void Solver::attach(int, const std::vector<Vec3<double>>&) { refuse(*this); }
 void Solver::set_gaussians(const std::vector<Gaussian<double>>&) { refuse(*this); }
 void Solver::edit_gaussians(const GaussianEdits&) { refuse(*this); }
+
+SomeGaussians Solver::gaussians_of(std::span<const int> objects) const
+{
+    SomeGaussians some;
+    std::vector<int> wanted(objects.begin(), objects.end());
+    std::sort(wanted.begin(), wanted.end());
+    const std::vector<Gaussian<double>> all = gaussians();
+    for (std::size_t i = 0; i < all.size(); ++i) {
+        if (!std::binary_search(wanted.begin(), wanted.end(), all[i].object)) continue;
+        some.indices.push_back(int(i)), some.gaussians.push_back(all[i]);
+    }
+    return some;
+}
+
+std::vector<Vec3<double>> Solver::places(Vec3<double> low, Vec3<double> high) const
+{
+    std::vector<Vec3<double>> inside;
+    for (const Particle<double>& p : particles())
+        if (within(p.x, low, high)) inside.push_back(p.x);
+    return inside;
+}
 void Solver::set_material(int, const Material<double>&) { refuse(*this); }
 void Solver::move(int, const RigidMotion<double>&) { refuse(*this); }
 void Solver::set_gravity(Vec3<double>) { refuse(*this); }
@@ -213,6 +234,12 @@ void Rules::check_gaussians(const std::vector<Gaussian<double>>& all) const
         require(g.label() <= below && !g.still(), "a Gaussian on a side that no cut has");
         check_place(g.x, "a Gaussian");
     }
+}
+
+void Rules::check_placed(const GaussianPlace& place) const
+{
+    check_object(place.object);
+    check_place(cast<double>(place.x), "a Gaussian");
 }
 
 void Rules::check_object(int object) const

@@ -9,6 +9,14 @@ namespace knead {
 // A removed object has a material of density 0.
 inline bool there(const Material<double>& material) { return material.density > 0; }
 
+// In a box, whose faces belong to it.
+template <class R>
+bool within(Vec3<R> x, Vec3<R> low, Vec3<R> high)
+{
+    return x.x >= low.x && x.x <= high.x && x.y >= low.y && x.y <= high.y && x.z >= low.z &&
+           x.z <= high.z;
+}
+
 // A scene's setup without its particles and Gaussians, and how many of them each object has.
 class Rules {
   public:
@@ -31,6 +39,7 @@ class Rules {
     void set_tools(const Rig& rig, const std::vector<Tool<double>>& tools);
     void check_attach(int object, const std::vector<Vec3<double>>& places) const;
     void check_gaussians(const std::vector<Gaussian<double>>& all) const;
+    void check_placed(const GaussianPlace& place) const;
 
     void check_object(int object) const;
     // A motion must be finite and rigid.

@@ -125,7 +125,14 @@ struct MovedGaussians;  // cuda/splats/deform.cuh: and its Gaussians
 struct GaussianEdits {
     std::vector<GaussianSplit> splits;
     std::vector<GaussianBeside> added;
-    bool any() const { return !splits.empty() || !added.empty(); }
+    std::vector<GaussianPlace> placed{};
+    bool any() const { return !splits.empty() || !added.empty() || !placed.empty(); }
+};
+
+// Some of a solver's Gaussians, and their places in the order of attaching, which rise.
+struct SomeGaussians {
+    std::vector<int> indices;
+    std::vector<Gaussian<double>> gaussians;
 };
 
 struct Held {
@@ -186,7 +193,8 @@ class Solver {
     // hear of it: its next frame has the same bits.
     virtual void set_gaussians(const std::vector<Gaussian<double>>& all);
     // The same of some among many, at little cost: behind all others come the second ones of those
-    // that are split, in their order, then the new ones.
+    // that are split, in their order, then those beside particles, then those that
+    // are placed: who has many brings neighbours together.
     virtual void edit_gaussians(const GaussianEdits& edits);
     // The setup as edited, without particles and Gaussians. A removed object's material is all
     // zero.
@@ -207,6 +215,10 @@ class Solver {
     virtual std::vector<Particle<double>> particles() const = 0;
     // In the order in which they were attached.
     virtual std::vector<Gaussian<double>> gaussians() const { return {}; }
+    // Those of these objects, at less cost where they are few among many.
+    virtual SomeGaussians gaussians_of(std::span<const int> objects) const;
+    // Where particles lie in a box, in no particular order [m].
+    virtual std::vector<Vec3<double>> places(Vec3<double> low, Vec3<double> high) const;
     // Depth [m] of every particle inside a tool at the end of the last frame; 0 entries left out.
     virtual std::vector<double> penetration() const = 0;
     virtual const std::vector<StageTime>& stage_times() const = 0;

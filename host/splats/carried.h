@@ -40,4 +40,7 @@ inline void append(CarriedSplats& to, Vec3<float> centre, const Ellipsoid<float>
     to.extent.push_back(extent);
 }
 
+// Those of a cloud, as they are at rest.
+void append(CarriedSplats& to, const SplatCloud& from, const std::vector<std::uint32_t>& indices);
+
 }  // namespace knead

@@ -28,21 +28,34 @@ std::uint64_t cell(float x)
 
 }  // namespace
 
+void resize(SplatCloud& c, std::size_t count)
+{
+    c.centre.resize(count), c.rotation.resize(count), c.scale.resize(count);
+    c.opacity.resize(count), c.sh.resize(count * std::size_t(harmonics(c.degree)));
+}
+
+void reserve(SplatCloud& c, std::size_t count)
+{
+    c.centre.reserve(count), c.rotation.reserve(count), c.scale.reserve(count);
+    c.opacity.reserve(count), c.sh.reserve(count * std::size_t(harmonics(c.degree)));
+}
+
+void set_splat(SplatCloud& to, std::size_t at, const SplatCloud& from, std::size_t i)
+{
+    const auto count = std::size_t(harmonics(from.degree));
+    to.centre[at] = from.centre[i], to.rotation[at] = from.rotation[i];
+    to.scale[at] = from.scale[i], to.opacity[at] = from.opacity[i];
+    for (std::size_t k = 0; k < count; ++k) to.sh[at * count + k] = from.sh[i * count + k];
+}
+
 SplatCloud picked(const SplatCloud& cloud, const std::vector<std::uint32_t>& indices)
 {
     SplatCloud out;
     out.degree = cloud.degree, out.antialiased = cloud.antialiased;
-    const auto stride = std::size_t(harmonics(cloud.degree));
-    const auto pick = [&](auto& to, const auto& from, std::size_t each) {
-        to.reserve(indices.size() * each);
-        for (const std::uint32_t i : indices) {
-            const auto first = from.begin() + std::ptrdiff_t(i * each);
-            to.insert(to.end(), first, first + std::ptrdiff_t(each));
-        }
-    };
-    pick(out.centre, cloud.centre, 1), pick(out.rotation, cloud.rotation, 1);
-    pick(out.scale, cloud.scale, 1), pick(out.opacity, cloud.opacity, 1);
-    pick(out.sh, cloud.sh, stride);
+    resize(out, indices.size());
+    const int count = int(indices.size());
+#pragma omp parallel for schedule(static)
+    for (int k = 0; k < count; ++k) set_splat(out, std::size_t(k), cloud, indices[std::size_t(k)]);
     return out;
 }
 

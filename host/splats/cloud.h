@@ -21,6 +21,11 @@ struct SplatCloud {
     std::size_t count() const { return centre.size(); }
 };
 
+void resize(SplatCloud& cloud, std::size_t count);
+void reserve(SplatCloud& cloud, std::size_t count);
+// Splat `at` becomes splat i of the other cloud, of the same degree.
+void set_splat(SplatCloud& to, std::size_t at, const SplatCloud& from, std::size_t i);
+
 // Puts the splats behind the first `kept` into an order in which neighbours in memory mostly are
 // neighbours in space.  [Morton 1966]
 void sort_by_place(SplatCloud& cloud, std::size_t kept = 0);

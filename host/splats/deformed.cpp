@@ -29,19 +29,18 @@ void put(SplatCloud& cloud, std::size_t i, Vec3<double> x, const Mat3<double>& F
 
 }  // namespace
 
-SplatCloud deformed(const SplatCloud& cloud, const std::vector<Gaussian<double>>& gaussians)
+SplatCloud deformed(SplatCloud cloud, const std::vector<Gaussian<double>>& gaussians)
 {
     if (gaussians.size() > cloud.count())
         throw std::invalid_argument(std::to_string(gaussians.size()) + " Gaussians of " +
                                     std::to_string(cloud.count()) + " splats");
-    SplatCloud moved = cloud;
     const int count = int(gaussians.size());
 #pragma omp parallel for
     for (int i = 0; i < count; ++i) {
         const Gaussian<double>& g = gaussians[std::size_t(i)];
-        put(moved, std::size_t(i), g.x, g.F, polar_rotation(g.F));
+        put(cloud, std::size_t(i), g.x, g.F, polar_rotation(g.F));
     }
-    return moved;
+    return cloud;
 }
 
 SplatCloud placed(const SplatCloud& cloud, Quat<double> q, double scale, Vec3<double> shift)

@@ -35,8 +35,14 @@ void SplatUpkeep::expect(std::size_t more)
 
 CarriedSplats& SplatUpkeep::change()
 {
-    if (splats.use_count() > 1) splats = std::make_shared<CarriedSplats>(*splats);
-    std::atomic_thread_fence(std::memory_order_acquire);  // who read it has ended
+    if (splats.use_count() > 1) {
+        // Memory that nobody looks at any more serves again.
+        if (!spare || spare.use_count() > 1) spare = std::make_shared<CarriedSplats>();
+        std::atomic_thread_fence(std::memory_order_acquire);  // who read it has ended
+        *spare = *splats;
+        std::swap(splats, spare);
+    }
+    std::atomic_thread_fence(std::memory_order_acquire);
     return *splats;
 }
 

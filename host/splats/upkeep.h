@@ -72,7 +72,7 @@ class SplatUpkeep {
 
   private:
     UpkeepRule rule;
-    std::shared_ptr<CarriedSplats> splats;
+    std::shared_ptr<CarriedSplats> splats, spare;
     int refilled = 0x7fffffff;
 };
 

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "host/bench/ball.h"
+#include "host/solver/edits.h"
 #include "host/solver/solver.h"
 #include "tests/solver/same_bits.h"
 
@@ -122,9 +123,15 @@ TEST_P(SomeEdits, SomeGaussiansAreSplitAndSomeAreAddedBesideParticles)
         for (const GaussianBeside& k : edits.added)
             all.push_back(cast<double>(gaussian_beside(cast<float>(q[std::size_t(k.particle)]),
                                                        cast<float>(k.way), walls)));
+        for (int k = 0; k < 100; ++k) {
+            const Vec3<float> x =
+                cast<float>(all[std::size_t(3 * k)].x) + Vec3<float>{0, 0.001f, 0};
+            edits.placed.push_back({x, 0});
+            all.push_back(gaussian_at(cast<double>(x), 0));
+        }
         other->set_gaussians(all);
         solver->edit_gaussians(edits);
-        ASSERT_EQ(solver->gaussians().size(), s.gaussians.size() + 500u * unsigned(round + 1));
+        ASSERT_EQ(solver->gaussians().size(), s.gaussians.size() + 600u * unsigned(round + 1));
         EXPECT_TRUE(same_bits(solver->gaussians(), all)) << round;
         advance(*solver, 2), advance(*other, 2);
         EXPECT_TRUE(same_bits(solver->gaussians(), other->gaussians())) << round;
@@ -146,11 +153,74 @@ TEST_P(SomeEdits, OfGaussiansThatThereAreNotAreRefused)
     refused({{{3, {NAN, 0, 0}}}, {}});
     refused({{}, {{n, {}}}});
     refused({{}, {{0, {0, INFINITY, 0}}}});
+    for (const float x : {NAN, 1e9f}) refused({{}, {}, {{{x, 0.5f, 0.5f}, 0}}});
+    refused({{}, {}, {{{0.5f, 0.5f, 0.5f}, 99}}});
     EXPECT_TRUE(same_bits(solver->gaussians(), make(s)->gaussians()));
     solver->edit_gaussians({{{3, {5, 0, 0}}}, {{0, {0, -5, 0}}}});
     EXPECT_FLOAT_EQ(float(solver->gaussians()[3].x.x), float(s.walls.min.x));
     EXPECT_FLOAT_EQ(float(solver->gaussians()[std::size_t(n)].x.x), float(s.walls.max.x));
     EXPECT_FLOAT_EQ(float(solver->gaussians().back().x.y), float(s.walls.min.y));
+}
+
+// As who takes all of them and looks for those; then others go with their object, and what is left
+// keeps its order.
+TEST_P(SomeEdits, GaussiansOfSomeObjectsAreToldAndGoWithThem)
+{
+    const Given s = turning_block();
+    const auto solver = make(s);
+    const Particles clay = solver->particles();
+    std::vector<int> objects;
+    for (int k = 0; k < 3; ++k) {
+        objects.push_back(solver->add(s.materials[0], {clay.begin(), clay.begin() + 40}));
+        GaussianEdits edits;
+        for (std::size_t i = 0; i < 500; ++i) {
+            const Vec3<double> x = s.gaussians[i + 7 * std::size_t(k)].x;
+            edits.placed.push_back({cast<float>(x), i % 2 ? objects.back() : objects.front()});
+        }
+        solver->edit_gaussians(edits);
+    }
+    advance(*solver, 2);
+    const Gaussians all = solver->gaussians();
+    const int some[] = {objects[2], objects[0], objects[2]};
+    const SomeGaussians found = solver->gaussians_of(some);
+    Gaussians wanted, kept;
+    for (std::size_t i = 0; i < all.size(); ++i) {
+        const bool chosen = all[i].object == objects[0] || all[i].object == objects[2];
+        (chosen ? wanted : kept).push_back(all[i]);
+    }
+    ASSERT_EQ(found.gaussians.size(), 1250u);
+    EXPECT_TRUE(same_bits(found.gaussians, wanted));
+    for (std::size_t k = 0; k < found.indices.size(); ++k)
+        EXPECT_TRUE(same_bits(Gaussians{all[std::size_t(found.indices[k])]},
+                              Gaussians{found.gaussians[k]}));
+    EXPECT_TRUE(solver->gaussians_of({}).indices.empty());
+    solver->remove_each({&objects[0], 1}), solver->remove_each({&objects[2], 1});
+    EXPECT_TRUE(same_bits(solver->gaussians(), kept));
+    advance(*solver, 2);
+    GaussianEdits more;
+    const Vec3<float> x{0.5f, 0.5f, 0.5f};
+    more.splits = {{1, {0.001, 0, 0}}}, more.placed = {{x, objects[1]}};
+    solver->edit_gaussians(more);
+    ASSERT_EQ(solver->gaussians().size(), kept.size() + 2);
+    EXPECT_TRUE(same_bits(Gaussians{solver->gaussians().back()},
+                          Gaussians{gaussian_at(cast<double>(x), objects[1])}));
+}
+
+TEST_P(SomeEdits, PlacesInABoxAreThoseOfItsParticles)
+{
+    const auto solver = make(turning_block());
+    advance(*solver, 2);
+    const Particles q = solver->particles();
+    const Vec3<double> low{0.4, 0.4, 0.4}, high{0.5, 0.5, 0.5};
+    std::vector<double> wanted, found;
+    for (const Particle<double>& p : q)
+        if (within(p.x, low, high)) wanted.push_back(p.x.x + 10 * p.x.y + 100 * p.x.z);
+    for (const Vec3<double>& x : solver->places(low, high))
+        found.push_back(x.x + 10 * x.y + 100 * x.z);
+    std::sort(wanted.begin(), wanted.end()), std::sort(found.begin(), found.end());
+    EXPECT_EQ(found, wanted);
+    EXPECT_GT(found.size(), 1u);
+    EXPECT_LT(found.size(), q.size() / 2);
 }
 
 // What has grown since goes back to what there was, and frames go on as they did.

@@ -95,15 +95,18 @@ template <class R>
 void CpuSolver<R>::edit_gaussians(const GaussianEdits& edits)
 {
     check_edits(edits, splats.size(), q.size());
+    for (const GaussianPlace& g : edits.placed) book.check_placed(g);
     const WallRule& between = setup.walls;
     for (const GaussianSplit& s : edits.splits)
         splats.push_back(knead::split(splats[std::size_t(s.index)], cast<R>(s.way), between));
-    std::vector<int> places(q.size());
-    for (std::size_t i = 0; i < q.size(); ++i) places[std::size_t(ids[i])] = int(i);
+    std::vector<int> places(edits.added.empty() ? 0 : q.size());
+    for (std::size_t i = 0; i < places.size(); ++i) places[std::size_t(ids[i])] = int(i);
     for (const GaussianBeside& b : edits.added) {
         const auto at = std::size_t(places[std::size_t(b.particle)]);
         splats.push_back(gaussian_beside(q[at], cast<R>(b.way), between));
     }
+    for (const GaussianPlace& g : edits.placed)
+        splats.push_back(gaussian_at(cast<R>(g.x), g.object));
     splats_arranged = false, ++changes;
     if (times.back().name != "deform" && !splats.empty()) times.push_back({"deform", 0});
 }

@@ -45,6 +45,8 @@ class GpuSolver : public Solver {
     std::size_t particle_count() const override { return std::size_t(store.count()); }
     std::vector<Particle<double>> particles() const override;
     std::vector<Gaussian<double>> gaussians() const override;
+    SomeGaussians gaussians_of(std::span<const int> objects) const override;
+    std::vector<Vec3<double>> places(Vec3<double> low, Vec3<double> high) const override;
     std::vector<double> penetration() const override;
     const std::vector<StageTime>& stage_times() const override;
     std::vector<StageWork> stage_counts() const override;

@@ -12,6 +12,14 @@ namespace {
 constexpr RigidMotion<double> at_rest{{1, 0, 0, 0}, {0, 0, 0}};
 constexpr double unsorted = 1e30;
 
+std::vector<char> marked(std::span<const int> objects, std::size_t of)
+{
+    std::vector<char> marks(of, 0);
+    for (const int object : objects)
+        if (object >= 0 && std::size_t(object) < of) marks[std::size_t(object)] = 1;
+    return marks;
+}
+
 }  // namespace
 
 void GpuSolver::check_idle() const
@@ -60,6 +68,7 @@ std::vector<int> GpuSolver::add_each(const Material<double>& material, Clays cla
     Rules next = *book;
     const std::vector<int> objects = next.add_each(material, clays);
     std::vector<Particle<double>> clay;
+    clay.reserve(std::size_t(next.count() - book->count()));
     for (std::size_t k = 0; k < clays.size(); ++k)
         for (const Particle<double>& p : clays[k]) {
             clay.push_back(p);
@@ -95,12 +104,7 @@ void GpuSolver::remove_each(std::span<const int> objects)
         store.erase(object, left, side, main);
         side = 0;
     }
-    const auto& materials = next.setup().materials;
-    std::vector<Gaussian<double>> kept = splats.all();
-    if (std::erase_if(kept, [&](const Gaussian<double>& g) {
-            return !there(materials[std::size_t(g.object)]);
-        }))
-        splats.set(kept, store.views().lattice);
+    splats.erase(marked(objects, next.setup().materials.size()), main);
     adopt(next);
     edited();
 }
@@ -168,10 +172,24 @@ void GpuSolver::edit_gaussians(const GaussianEdits& edits)
 {
     check_idle();
     check_edits(edits, std::size_t(splats.count()), std::size_t(store.count()));
+    for (const GaussianPlace& g : edits.placed) book->check_placed(g);
     if (splats.count() == 0) stale = true;
     if (splats.edit(edits, store.views().particles[side], book->setup().walls, main)) stale = true;
     splats.show(main);
     ++changes;
+}
+
+SomeGaussians GpuSolver::gaussians_of(std::span<const int> objects) const
+{
+    check_idle();
+    return splats.of(marked(objects, book->setup().materials.size()), main);
+}
+
+std::vector<Vec3<double>> GpuSolver::places(Vec3<double> low, Vec3<double> high) const
+{
+    check_idle();
+    wait(main, "particles");
+    return store.places_in(low, high);
 }
 
 void GpuSolver::set_gravity(Vec3<double> gravity)

@@ -6,6 +6,16 @@
 #include "host/solver/gpu/splats.cuh"
 
 namespace knead::gpu {
+namespace {
+
+Gaussian<double> in_double(const GaussianView& host, int i)
+{
+    Gaussian<double> g = cast<double>(host.load(i));
+    g.object = host.objects[i], g.sides = host.sides[i];
+    return g;
+}
+
+}  // namespace
 
 // Room for so many, where there is not; what was there is lost.
 void Splats::reserve(int count, int room)
@@ -45,12 +55,65 @@ void Splats::make_room(int count, cudaStream_t stream)
     wait(stream, "Gaussians");
 }
 
+Splats::Chosen Splats::chosen(const std::vector<char>& objects, char with,
+                              cudaStream_t stream) const
+{
+    const int n = count() + 1;
+    Chosen made{DeviceArray<char>(objects), DeviceArray<int>(2 * std::size_t(n)), 0};
+    const DeviceArray<unsigned char> scratch(keep_scratch_bytes(n));
+    choose(view_, {made.objects.data(), with}, made.places.data(), scratch.data(), scratch.size(),
+           stream);
+    wait(stream, "Gaussians");
+    check(
+        cudaMemcpy(&made.count, made.places.data() + count(), sizeof made.count, cudaMemcpyDefault),
+        "Gaussians");
+    return made;
+}
+
+SomeGaussians Splats::of(const std::vector<char>& objects, cudaStream_t stream) const
+{
+    SomeGaussians some;
+    if (count() == 0) return some;
+    const Chosen them = chosen(objects, 1, stream);
+    const int n = them.count;
+    const DeviceArray<unsigned char> bytes(std::size_t(n) * GaussianView::bytes_each);
+    copy_chosen(view_, {them.objects.data(), 1}, gaussians_in(bytes.data(), n, n),
+                them.places.data(), false, stream);
+    wait(stream, "Gaussians");
+    std::vector<unsigned char> host = bytes.downloaded();
+    const GaussianView found = gaussians_in(host.data(), n, n);
+    // By id: a mark for each, then the places of those that are marked.
+    std::vector<int> rank(static_cast<std::size_t>(count()), -1);
+    for (int i = 0; i < n; ++i) rank[std::size_t(found.ids[i])] = 0;
+    some.indices.reserve(std::size_t(n));
+    for (std::size_t id = 0; id < rank.size(); ++id)
+        if (rank[id] == 0) rank[id] = int(some.indices.size()), some.indices.push_back(int(id));
+    some.gaussians.resize(std::size_t(n));
+    for (int i = 0; i < n; ++i)
+        some.gaussians[std::size_t(rank[std::size_t(found.ids[i])])] = in_double(found, i);
+    return some;
+}
+
+void Splats::erase(const std::vector<char>& objects, cudaStream_t stream)
+{
+    if (count() == 0) return;
+    const Chosen kept = chosen(objects, 0, stream);
+    if (kept.count == count()) return;
+    DeviceArray<unsigned char> other(memory.size());
+    const GaussianView to = gaussians_in(other.data(), kept.count, view_.room, live.data());
+    copy_chosen(view_, {kept.objects.data(), 0}, to, kept.places.data(), true, stream);
+    set_count(kept.count, stream);
+    wait(stream, "Gaussians");
+    memory = std::move(other), view_ = to;
+}
+
 bool Splats::edit(const GaussianEdits& edits, const ParticleView& particles, const WallRule& walls,
                   cudaStream_t stream)
 {
-    const int split = int(edits.splits.size()), more = int(edits.added.size());
+    const int split = int(edits.splits.size()), beside = int(edits.added.size());
     const GaussianView before = view_;
-    make_room(count() + split + more, stream);
+    const int places_told = int(edits.placed.size());
+    make_room(count() + split + beside + places_told, stream);
     const auto given = [&](auto& to, const auto& from) {
         using Array = std::remove_reference_t<decltype(to)>;
         if (to.size() < from.size()) to = Array(2 * from.size());
@@ -65,11 +128,17 @@ bool Splats::edit(const GaussianEdits& edits, const ParticleView& particles, con
         gpu::split(view_, splits.data(), split, places.data(), walls, stream);
         view_.count += split;
     }
-    if (more > 0) {
+    if (beside > 0) {
         given(added, edits.added);
-        add_beside(view_, particles, added.data(), more, places.data(), walls, stream);
+        add_beside(view_, particles, added.data(), beside, places.data(), walls, stream);
+        view_.count += beside;
     }
-    set_count(view_.count + more, stream);
+    if (places_told > 0) {
+        given(placed, edits.placed);
+        place(view_, placed.data(), places_told, stream);
+        view_.count += places_told;
+    }
+    set_count(view_.count, stream);
     return view_.rows != before.rows || view_.room != before.room;
 }
 
@@ -106,10 +175,7 @@ std::vector<Gaussian<double>> Splats::downloaded(const unsigned char* from, int 
     if (count == 0) return to;
     check(cudaMemcpy(host.data(), from, host.size(), cudaMemcpyDefault), "Gaussians");
     const GaussianView there = gaussians_in(host.data(), count, room);
-    for (int i = 0; i < count; ++i) {
-        Gaussian<double>& g = to[std::size_t(there.ids[i])] = cast<double>(there.load(i));
-        g.object = there.objects[i], g.sides = there.sides[i];
-    }
+    for (int i = 0; i < count; ++i) to[std::size_t(there.ids[i])] = in_double(there, i);
     return to;
 }
 

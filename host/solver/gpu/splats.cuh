@@ -24,6 +24,10 @@ class Splats {
     // somewhere else now.
     bool edit(const GaussianEdits& edits, const ParticleView& particles, const WallRule& walls,
               cudaStream_t stream);
+    // Those of objects that are marked.
+    SomeGaussians of(const std::vector<char>& objects, cudaStream_t stream) const;
+    // They go; the others keep their order. What a graph was captured of is somewhere else then.
+    void erase(const std::vector<char>& objects, cudaStream_t stream);
     // What moved() says is so from here on.
     void show(cudaStream_t stream);
     // The box around an object's, as they will be after a motion.
@@ -40,10 +44,17 @@ class Splats {
     void reserve(int count, int room);
     void set_count(int count, cudaStream_t stream);
     void make_room(int count, cudaStream_t stream);
+    struct Chosen {
+        DeviceArray<char> objects;
+        DeviceArray<int> places;  // as of choose()
+        int count;
+    };
+    Chosen chosen(const std::vector<char>& objects, char with, cudaStream_t stream) const;
     DeviceArray<unsigned char> memory;  // of view_, and more
     DeviceArray<int> live{1}, places;
     DeviceArray<GaussianSplit> splits;
     DeviceArray<GaussianBeside> added;
+    DeviceArray<GaussianPlace> placed;
     GaussianView view_{};
     DeviceArray<float> drawn;
     MovedGaussians moved_{};

@@ -187,6 +187,22 @@ std::vector<Particle<double>> Store::particles() const
     return in_double({host_rows.data(), host_ids.data(), int(host_ids.size())});
 }
 
+// Of each particle one row of six comes to the host.
+std::vector<Vec3<double>> Store::places_in(Vec3<double> low, Vec3<double> high) const
+{
+    std::vector<float4> first(static_cast<std::size_t>(count()));
+    if (!first.empty())
+        check(cudaMemcpy(first.data(), all.particles[clock().side].rows,
+                         first.size() * sizeof first[0], cudaMemcpyDefault),
+              "particles");
+    std::vector<Vec3<double>> inside;
+    for (const float4& row : first) {
+        const Vec3<double> x = cast<double>(Vec3<float>{row.x, row.y, row.z});
+        if (within(x, low, high)) inside.push_back(x);
+    }
+    return inside;
+}
+
 void Store::set_sides(const std::vector<Particle<double>>& q) const
 {
     const int side = clock().side;

@@ -60,6 +60,7 @@ class Store {
     void send_input(int slot, cudaStream_t stream) const;
 
     std::vector<Particle<double>> particles() const;
+    std::vector<Vec3<double>> places_in(Vec3<double> low, Vec3<double> high) const;
     std::vector<float> depths(cudaStream_t stream) const;  // of penetration(), by id [m]
     void set_sides(const std::vector<Particle<double>>& particles) const;
     // The particles, and how long blocks have been at rest; put back into a store that has room
