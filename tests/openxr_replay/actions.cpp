@@ -1,30 +1,30 @@
-// Actions of scripted controllers, and a log of their vibrations.
-#include "tests/openxr_replay/runtime.h"
+// Actions: their sets, what they are bound to, and what that is called.
+#include "tests/openxr_replay/actions.h"
+
+#include <algorithm>
+
+#include "tests/openxr_replay/profiles.h"
 
 namespace knead::replay {
 namespace {
 
-// Kinds of controllers, and what each has below a hand.
-const std::map<std::string, std::set<std::string>>& profiles()
+void check_names(const std::string& name, const std::string& shown)
 {
-    static const std::set<std::string> simple{"input/select/click", "input/menu/click",
-                                              "input/grip/pose", "input/aim/pose", "output/haptic"};
-    static const std::set<std::string> touch{"input/trigger/value", "input/squeeze/value",
-                                             "input/grip/pose", "input/aim/pose", "output/haptic"};
-    static const std::set<std::string> click{"input/trigger/value", "input/squeeze/click",
-                                             "input/grip/pose", "input/aim/pose", "output/haptic"};
-    static const std::set<std::string> hands{"input/pinch_ext/value", "input/grasp_ext/value",
-                                             "input/grip/pose",       "input/aim/pose",
-                                             "input/pinch_ext/pose",  "input/poke_ext/pose"};
-    static const std::map<std::string, std::set<std::string>> all{
-        {"/interaction_profiles/khr/simple_controller", simple},
-        {"/interaction_profiles/oculus/touch_controller", touch},
-        {"/interaction_profiles/valve/index_controller", touch},
-        {"/interaction_profiles/htc/vive_controller", click},
-        {"/interaction_profiles/microsoft/motion_controller", click},
-        {"/interaction_profiles/ext/hand_interaction_ext", hands},
-    };
-    return all;
+    refuse_if(name.empty(), XR_ERROR_NAME_INVALID, "no name");
+    refuse_if(!is_name(name), XR_ERROR_PATH_FORMAT_INVALID, name);
+    refuse_if(shown.empty(), XR_ERROR_LOCALIZED_NAME_INVALID, "no name for people");
+}
+
+// Refuses names that another object of its kind has, below the same parent.
+template <class Kind>
+void check_other_names(const std::string& name, const std::string& shown, std::uint64_t parent)
+{
+    for (const auto& [number, object] : runtime().objects) {
+        const auto* other = dynamic_cast<const Kind*>(object.get());
+        if (!other || other->parent != parent) continue;
+        refuse_if(other->name == name, XR_ERROR_NAME_DUPLICATED, name);
+        refuse_if(other->shown == shown, XR_ERROR_LOCALIZED_NAME_DUPLICATED, shown);
+    }
 }
 
 XrResult XRAPI_CALL create_set(XrInstance handle, const XrActionSetCreateInfo* info,
@@ -33,11 +33,11 @@ XrResult XRAPI_CALL create_set(XrInstance handle, const XrActionSetCreateInfo* i
     return answered("xrCreateActionSet", [&](Runtime& r) {
         instance_of(handle);
         check_struct(info, XR_TYPE_ACTION_SET_CREATE_INFO);
-        refuse_if(!is_name(info->actionSetName), XR_ERROR_NAME_INVALID, info->actionSetName);
-        refuse_if(info->localizedActionSetName[0] == 0, XR_ERROR_LOCALIZED_NAME_INVALID,
-                  "no name for people");
+        refuse_if(!to, XR_ERROR_VALIDATION_FAILURE, "no place for the handle");
         auto made = std::make_unique<ActionSetObject>();
-        made->name = info->actionSetName;
+        made->name = info->actionSetName, made->shown = info->localizedActionSetName;
+        check_names(made->name, made->shown);
+        check_other_names<ActionSetObject>(made->name, made->shown, number_of(handle));
         *to = r.add<XrActionSet>(std::move(made), number_of(handle));
     });
 }
@@ -55,22 +55,34 @@ XrResult XRAPI_CALL destroy_set(XrActionSet handle)
     });
 }
 
+void check_type(XrActionType type)
+{
+    for (const XrActionType known :
+         {XR_ACTION_TYPE_BOOLEAN_INPUT, XR_ACTION_TYPE_FLOAT_INPUT, XR_ACTION_TYPE_VECTOR2F_INPUT,
+          XR_ACTION_TYPE_POSE_INPUT, XR_ACTION_TYPE_VIBRATION_OUTPUT})
+        if (type == known) return;
+    throw Refusal{XR_ERROR_VALIDATION_FAILURE, "not a type of actions"};
+}
+
 XrResult XRAPI_CALL create(XrActionSet handle, const XrActionCreateInfo* info, XrAction* to)
 {
     return answered("xrCreateAction", [&](Runtime& r) {
-        r.get<ActionSetObject>(handle);
+        const ActionSetObject& set = r.get<ActionSetObject>(handle);
         check_struct(info, XR_TYPE_ACTION_CREATE_INFO);
-        refuse_if(!is_name(info->actionName), XR_ERROR_NAME_INVALID, info->actionName);
-        refuse_if(info->localizedActionName[0] == 0, XR_ERROR_LOCALIZED_NAME_INVALID,
-                  "no name for people");
-        if (const SessionObject* session = r.live_session())
-            refuse_if(session->attached.count(number_of(handle)) > 0,
-                      XR_ERROR_ACTIONSETS_ALREADY_ATTACHED, "its set is attached already");
+        refuse_if(!to, XR_ERROR_VALIDATION_FAILURE, "no place for the handle");
+        refuse_if(set.attached, XR_ERROR_ACTIONSETS_ALREADY_ATTACHED, "its set was attached");
         auto made = std::make_unique<ActionObject>();
-        made->name = info->actionName;
+        made->name = info->actionName, made->shown = info->localizedActionName;
         made->type = info->actionType;
-        for (std::uint32_t i = 0; i < info->countSubactionPaths; ++i)
-            made->sides.insert(info->subactionPaths[i]);
+        check_names(made->name, made->shown);
+        check_other_names<ActionObject>(made->name, made->shown, number_of(handle));
+        check_type(made->type);
+        for (std::uint32_t i = 0; i < info->countSubactionPaths; ++i) {
+            const std::string& path = r.text_of(info->subactionPaths[i]);
+            refuse_if(user_of(path) != path, XR_ERROR_PATH_UNSUPPORTED, "not a user: " + path);
+            refuse_if(!made->sides.insert(info->subactionPaths[i]).second,
+                      XR_ERROR_PATH_UNSUPPORTED, "twice the same: " + path);
+        }
         *to = r.add<XrAction>(std::move(made), number_of(handle));
     });
 }
@@ -89,8 +101,8 @@ XrResult XRAPI_CALL suggest(XrInstance handle, const XrInteractionProfileSuggest
         InstanceObject& instance = instance_of(handle);
         check_struct(info, XR_TYPE_INTERACTION_PROFILE_SUGGESTED_BINDING);
         const std::string profile = r.text_of(info->interactionProfile);
-        const auto known = profiles().find(profile);
-        if (known == profiles().end()) throw Answer{XR_ERROR_PATH_UNSUPPORTED};
+        const Profile* known = profile_named(profile);
+        if (!known) throw Answer{XR_ERROR_PATH_UNSUPPORTED};
         if (profile.ends_with("_ext")) check_enabled("XR_EXT_hand_interaction");
         const SessionObject* session = r.live_session();
         refuse_if(session && session->attached_once, XR_ERROR_ACTIONSETS_ALREADY_ATTACHED,
@@ -101,11 +113,8 @@ XrResult XRAPI_CALL suggest(XrInstance handle, const XrInteractionProfileSuggest
             const XrActionSuggestedBinding& binding = info->suggestedBindings[i];
             r.get<ActionObject>(binding.action);
             const std::string path = r.text_of(binding.binding);
-            const bool left_hand = path.starts_with("/user/hand/left/");
-            const std::size_t start = left_hand ? 16 : 17;
-            refuse_if((!left_hand && !path.starts_with("/user/hand/right/")) ||
-                          known->second.count(path.substr(start)) == 0,
-                      XR_ERROR_PATH_UNSUPPORTED, profile + " has no " + path);
+            refuse_if(!offers(*known, path), XR_ERROR_PATH_UNSUPPORTED,
+                      profile + " has no " + path);
             all.push_back(binding);
         }
         instance.suggested[profile] = all;
@@ -117,102 +126,68 @@ XrResult XRAPI_CALL attach(XrSession handle, const XrSessionActionSetsAttachInfo
     return answered("xrAttachSessionActionSets", [&](Runtime& r) {
         SessionObject& session = session_of(handle);
         check_struct(info, XR_TYPE_SESSION_ACTION_SETS_ATTACH_INFO);
+        refuse_if(info->countActionSets == 0, XR_ERROR_VALIDATION_FAILURE, "no action sets");
         refuse_if(session.attached_once, XR_ERROR_ACTIONSETS_ALREADY_ATTACHED, "attached twice");
-        session.attached_once = true;
-        for (std::uint32_t i = 0; i < info->countActionSets; ++i) {
+        for (std::uint32_t i = 0; i < info->countActionSets; ++i)
             r.get<ActionSetObject>(info->actionSets[i]);
+        for (std::uint32_t i = 0; i < info->countActionSets; ++i) {
+            r.get<ActionSetObject>(info->actionSets[i]).attached = true;
             session.attached.insert(number_of(info->actionSets[i]));
         }
+        session.attached_once = true;
     });
 }
 
-XrResult XRAPI_CALL sync(XrSession handle, const XrActionsSyncInfo* info)
+// Words for people: the hand, the kind of controller, the part of it.
+std::string words_of(const SessionObject& session, const std::string& path,
+                     XrInputSourceLocalizedNameFlags which)
 {
-    return answered("xrSyncActions", [&](Runtime&) -> XrResult {
-        SessionObject& session = session_of(handle);
-        check_struct(info, XR_TYPE_ACTIONS_SYNC_INFO);
-        for (std::uint32_t i = 0; i < info->countActiveActionSets; ++i)
-            refuse_if(session.attached.count(number_of(info->activeActionSets[i].actionSet)) == 0,
-                      XR_ERROR_ACTIONSET_NOT_ATTACHED, "a set that is not attached");
-        session.synced = session.flow.focused();
-        return session.synced ? XR_SUCCESS : XR_SESSION_NOT_FOCUSED;
+    const std::string user = user_of(path);
+    refuse_if(user.empty(), XR_ERROR_PATH_UNSUPPORTED, "not the source of an input: " + path);
+    std::vector<std::string> parts;
+    if (which & XR_INPUT_SOURCE_LOCALIZED_NAME_USER_PATH_BIT) parts.push_back(user.substr(6));
+    const auto profile = session.profiles.find(user);
+    if (which & XR_INPUT_SOURCE_LOCALIZED_NAME_INTERACTION_PROFILE_BIT)
+        parts.push_back(profile == session.profiles.end()
+                            ? "controller"
+                            : profile->second.substr(profile->second.rfind('/') + 1));
+    if (which & XR_INPUT_SOURCE_LOCALIZED_NAME_COMPONENT_BIT && path.size() > user.size())
+        parts.push_back(path.substr(user.size() + 1));
+    std::string all;
+    for (const std::string& part : parts) all += (all.empty() ? "" : " ") + part;
+    std::replace_if(
+        all.begin(), all.end(), [](char c) { return c == '/' || c == '_'; }, ' ');
+    return all;
+}
+
+XrResult XRAPI_CALL sources(XrSession handle, const XrBoundSourcesForActionEnumerateInfo* info,
+                            std::uint32_t capacity, std::uint32_t* count, XrPath* to)
+{
+    return answered("xrEnumerateBoundSourcesForAction", [&](Runtime&) {
+        const SessionObject& session = session_of(handle);
+        check_struct(info, XR_TYPE_BOUND_SOURCES_FOR_ACTION_ENUMERATE_INFO);
+        attached_action(session, info->action);
+        const std::vector<std::string>& paths = the_instance().paths;
+        std::vector<XrPath> all;
+        for (const std::string& path : sources_of(session, info->action, ""))
+            all.push_back(XrPath(std::find(paths.begin(), paths.end(), path) - paths.begin()));
+        return give(all, capacity, count, to);
     });
 }
 
-// The controller that an action of a hand is of now; null: none.
-const Controller* held_by(XrSession handle, const XrActionStateGetInfo* info, XrActionType type)
+XrResult XRAPI_CALL source_name(XrSession handle, const XrInputSourceLocalizedNameGetInfo* info,
+                                std::uint32_t capacity, std::uint32_t* count, char* to)
 {
-    Runtime& r = runtime();
-    SessionObject& session = session_of(handle);
-    check_struct(info, XR_TYPE_ACTION_STATE_GET_INFO);
-    const ActionObject& action = r.get<ActionObject>(info->action);
-    refuse_if(session.attached.count(action.parent) == 0, XR_ERROR_ACTIONSET_NOT_ATTACHED,
-              "its set is not attached");
-    refuse_if(action.type != type, XR_ERROR_ACTION_TYPE_MISMATCH, action.name);
-    refuse_if(action.sides.count(info->subactionPath) == 0, XR_ERROR_PATH_UNSUPPORTED,
-              "a hand that the action was not made for");
-    if (!session.synced) return nullptr;
-    const Side side = r.text_of(info->subactionPath) == "/user/hand/left" ? left : right;
-    return controller_at(r.script, side, r.script_time(session.waited));
-}
-
-XrResult XRAPI_CALL float_state(XrSession handle, const XrActionStateGetInfo* info,
-                                XrActionStateFloat* to)
-{
-    return answered("xrGetActionStateFloat", [&](Runtime& r) {
-        check_struct(to, XR_TYPE_ACTION_STATE_FLOAT);
-        const Controller* held = held_by(handle, info, XR_ACTION_TYPE_FLOAT_INPUT);
-        to->isActive = held != nullptr;
-        const bool grasps = r.get<ActionObject>(info->action).name == "grasp";
-        to->currentState = held ? float(grasps ? held->squeeze : held->trigger) : 0;
-        to->changedSinceLastSync = XR_FALSE;
-        to->lastChangeTime = 0;
-    });
-}
-
-XrResult XRAPI_CALL pose_state(XrSession handle, const XrActionStateGetInfo* info,
-                               XrActionStatePose* to)
-{
-    return answered("xrGetActionStatePose", [&](Runtime&) {
-        check_struct(to, XR_TYPE_ACTION_STATE_POSE);
-        to->isActive = held_by(handle, info, XR_ACTION_TYPE_POSE_INPUT) != nullptr;
-    });
-}
-
-XrResult XRAPI_CALL vibrate(XrSession handle, const XrHapticActionInfo* info,
-                            const XrHapticBaseHeader* how)
-{
-    return answered("xrApplyHapticFeedback", [&](Runtime& r) -> XrResult {
-        SessionObject& session = session_of(handle);
-        check_struct(info, XR_TYPE_HAPTIC_ACTION_INFO);
-        check_struct(how, XR_TYPE_HAPTIC_VIBRATION);
-        const ActionObject& action = r.get<ActionObject>(info->action);
-        refuse_if(action.type != XR_ACTION_TYPE_VIBRATION_OUTPUT, XR_ERROR_ACTION_TYPE_MISMATCH,
-                  action.name);
-        const auto& shake = *reinterpret_cast<const XrHapticVibration*>(how);
-        refuse_if(!(shake.amplitude >= 0 && shake.amplitude <= 1), XR_ERROR_VALIDATION_FAILURE,
-                  "an amplitude beyond [0, 1]");
-        r.note({{"haptic", r.text_of(info->subactionPath)},
-                {"strength", shake.amplitude},
-                {"frame", r.frame}});
-        return session.flow.focused() ? XR_SUCCESS : XR_SESSION_NOT_FOCUSED;
-    });
-}
-
-XrResult XRAPI_CALL stop(XrSession handle, const XrHapticActionInfo* info)
-{
-    return answered("xrStopHapticFeedback", [&](Runtime&) {
-        session_of(handle);
-        check_struct(info, XR_TYPE_HAPTIC_ACTION_INFO);
-    });
-}
-
-XrResult XRAPI_CALL profile_of(XrSession handle, XrPath, XrInteractionProfileState* to)
-{
-    return answered("xrGetCurrentInteractionProfile", [&](Runtime&) {
-        session_of(handle);
-        check_struct(to, XR_TYPE_INTERACTION_PROFILE_STATE);
-        to->interactionProfile = XR_NULL_PATH;
+    return answered("xrGetInputSourceLocalizedName", [&](Runtime& r) {
+        const SessionObject& session = session_of(handle);
+        check_struct(info, XR_TYPE_INPUT_SOURCE_LOCALIZED_NAME_GET_INFO);
+        refuse_if(!session.attached_once, XR_ERROR_ACTIONSET_NOT_ATTACHED, "nothing is attached");
+        refuse_if(info->whichComponents == 0 || info->whichComponents > 7,
+                  XR_ERROR_VALIDATION_FAILURE, "not parts of a name");
+        const std::string words =
+            words_of(session, r.text_of(info->sourcePath), info->whichComponents);
+        return give(std::vector<char>(words.c_str(), words.c_str() + words.size() + 1), capacity,
+                    count, to);
     });
 }
 
@@ -226,12 +201,8 @@ void add_action_functions(Table& to)
     to["xrDestroyAction"] = entry(destroy);
     to["xrSuggestInteractionProfileBindings"] = entry(suggest);
     to["xrAttachSessionActionSets"] = entry(attach);
-    to["xrSyncActions"] = entry(sync);
-    to["xrGetActionStateFloat"] = entry(float_state);
-    to["xrGetActionStatePose"] = entry(pose_state);
-    to["xrApplyHapticFeedback"] = entry(vibrate);
-    to["xrStopHapticFeedback"] = entry(stop);
-    to["xrGetCurrentInteractionProfile"] = entry(profile_of);
+    to["xrEnumerateBoundSourcesForAction"] = entry(sources);
+    to["xrGetInputSourceLocalizedName"] = entry(source_name);
 }
 
 }  // namespace knead::replay

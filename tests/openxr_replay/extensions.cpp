@@ -1,30 +1,69 @@
 // Small extensions: the hidden area, the display's rate, and clocks.
+#include <algorithm>
+
 #include "tests/openxr_replay/runtime.h"
 
 namespace knead::replay {
 namespace {
 
 // The four corners of each eye's picture, in tangents: what round lenses do not show.
-XrResult XRAPI_CALL mask(XrSession handle, XrViewConfigurationType, std::uint32_t view,
+struct Mask {
+    std::vector<XrVector2f> corners;
+    std::vector<std::uint32_t> indices;
+};
+
+// What is left of the square between them, anticlockwise.
+std::vector<XrVector2f> visible_outline()
+{
+    return {{1, -0.75f}, {1, 0.75f},   {0.75f, 1},   {-0.75f, 1},
+            {-1, 0.75f}, {-1, -0.75f}, {-0.75f, -1}, {0.75f, -1}};
+}
+
+Mask mask_of(XrVisibilityMaskTypeKHR type)
+{
+    Mask made;
+    if (type == XR_VISIBILITY_MASK_TYPE_HIDDEN_TRIANGLE_MESH_KHR) {
+        for (const float x : {-1.0f, 1.0f})
+            for (const float y : {-1.0f, 1.0f}) {
+                const XrVector2f along{0.75f * x, y}, up{x, 0.75f * y};
+                const bool turned = x * y < 0;  // all triangles are anticlockwise
+                made.corners.insert(made.corners.end(),
+                                    {{x, y}, turned ? up : along, turned ? along : up});
+            }
+    } else {
+        made.corners = visible_outline();
+    }
+    const auto count = std::uint32_t(made.corners.size());
+    if (type == XR_VISIBILITY_MASK_TYPE_VISIBLE_TRIANGLE_MESH_KHR)
+        for (std::uint32_t i = 2; i < count; ++i)
+            made.indices.insert(made.indices.end(), {0, i - 1, i});
+    else
+        for (std::uint32_t i = 0; i < count; ++i) made.indices.push_back(i);
+    return made;
+}
+
+XrResult XRAPI_CALL mask(XrSession handle, XrViewConfigurationType views, std::uint32_t view,
                          XrVisibilityMaskTypeKHR type, XrVisibilityMaskKHR* to)
 {
     return answered("xrGetVisibilityMaskKHR", [&](Runtime&) {
         session_of(handle);
         check_struct(to, XR_TYPE_VISIBILITY_MASK_KHR);
         refuse_if(view > 1, XR_ERROR_VALIDATION_FAILURE, "not an eye");
-        to->vertexCountOutput = to->indexCountOutput = 0;
-        if (type != XR_VISIBILITY_MASK_TYPE_HIDDEN_TRIANGLE_MESH_KHR) return;
-        std::vector<XrVector2f> corners;
-        for (const float x : {-1.0f, 1.0f})
-            for (const float y : {-1.0f, 1.0f})
-                corners.insert(corners.end(), {{x, y}, {0.75f * x, y}, {x, 0.75f * y}});
-        to->vertexCountOutput = to->indexCountOutput = std::uint32_t(corners.size());
-        if (to->vertexCapacityInput == 0 && to->indexCapacityInput == 0) return;
-        refuse_if(to->vertexCapacityInput < corners.size() ||
-                      to->indexCapacityInput < corners.size() || !to->vertices || !to->indices,
+        check_view_type(views);
+        refuse_if(type < XR_VISIBILITY_MASK_TYPE_HIDDEN_TRIANGLE_MESH_KHR ||
+                      type > XR_VISIBILITY_MASK_TYPE_LINE_LOOP_KHR,
+                  XR_ERROR_VALIDATION_FAILURE, "not a kind of mask");
+        const Mask all = mask_of(type);
+        to->vertexCountOutput = std::uint32_t(all.corners.size());
+        to->indexCountOutput = std::uint32_t(all.indices.size());
+        if (to->vertexCapacityInput == 0 || to->indexCapacityInput == 0) return;
+        refuse_if(!to->vertices || !to->indices, XR_ERROR_VALIDATION_FAILURE,
+                  "no place for the mask");
+        refuse_if(to->vertexCapacityInput < all.corners.size() ||
+                      to->indexCapacityInput < all.indices.size(),
                   XR_ERROR_SIZE_INSUFFICIENT, "too small a place for the mask");
-        for (std::size_t i = 0; i < corners.size(); ++i)
-            to->vertices[i] = corners[i], to->indices[i] = std::uint32_t(i);
+        std::copy(all.corners.begin(), all.corners.end(), to->vertices);
+        std::copy(all.indices.begin(), all.indices.end(), to->indices);
     });
 }
 
@@ -56,18 +95,20 @@ XrResult XRAPI_CALL ask_rate(XrSession handle, float value)
 
 XrResult XRAPI_CALL to_timespec(XrInstance handle, XrTime time, timespec* to)
 {
-    return answered("xrConvertTimeToTimespecTimeKHR", [&](Runtime&) {
+    return answered("xrConvertTimeToTimespecTimeKHR", [&](Runtime& r) {
         instance_of(handle);
         refuse_if(time <= 0, XR_ERROR_TIME_INVALID, "not a time");
+        time += clock_offset(r);
         *to = {time_t(time / 1'000'000'000), long(time % 1'000'000'000)};
     });
 }
 
 XrResult XRAPI_CALL from_timespec(XrInstance handle, const timespec* from, XrTime* to)
 {
-    return answered("xrConvertTimespecTimeToTimeKHR", [&](Runtime&) {
+    return answered("xrConvertTimespecTimeToTimeKHR", [&](Runtime& r) {
         instance_of(handle);
-        *to = XrTime(from->tv_sec) * 1'000'000'000 + from->tv_nsec;
+        *to = XrTime(from->tv_sec) * 1'000'000'000 + from->tv_nsec - clock_offset(r);
+        refuse_if(*to <= 0, XR_ERROR_TIME_INVALID, "before the runtime's clock began");
     });
 }
 

@@ -24,6 +24,7 @@ Refused SessionFlow::end()
 
 void SessionFlow::stop()
 {
+    if (state == Told::ready) tell(Told::synchronized);
     if (state == Told::focused) tell(Told::visible);
     if (state == Told::visible) tell(Told::synchronized);
     tell(Told::stopping);
@@ -39,7 +40,7 @@ Refused SessionFlow::request_exit()
 
 void SessionFlow::frame_ended()
 {
-    if (shown) return;
+    if (shown || state != Told::ready) return;
     shown = true;
     tell(Told::synchronized), tell(Told::visible), tell(Told::focused);
 }
@@ -66,11 +67,13 @@ Refused FrameOrder::begin(bool& discarded)
     return {};
 }
 
+Refused FrameOrder::may_end() const { return ended == begun ? "XR_ERROR_CALL_ORDER_INVALID" : ""; }
+
 Refused FrameOrder::end()
 {
-    if (ended == begun) return "XR_ERROR_CALL_ORDER_INVALID";
-    ended = begun;
-    return {};
+    const Refused refused = may_end();
+    if (refused.empty()) ended = begun;
+    return refused;
 }
 
 Refused ImageOrder::acquire(int& index)
@@ -102,7 +105,9 @@ bool is_name(const std::string& name)
 
 bool is_path(const std::string& path)
 {
-    if (path.size() < 2 || path[0] != '/' || path.back() == '/') return false;
+    constexpr std::size_t longest = 255;  // XR_MAX_PATH_LENGTH counts the end, too
+    if (path.size() < 2 || path.size() > longest || path[0] != '/' || path.back() == '/')
+        return false;
     for (std::size_t from = 1; from < path.size();) {
         const std::size_t to = std::min(path.find('/', from), path.size());
         const std::string name = path.substr(from, to - from);

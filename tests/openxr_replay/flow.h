@@ -47,6 +47,7 @@ class FrameOrder {
     bool may_wait() const { return waited == begun; }  // else it blocks
     void wait() { ++waited; }
     Refused begin(bool& discarded);
+    Refused may_end() const;
     Refused end();
 
   private:
@@ -60,6 +61,7 @@ class ImageOrder {
     Refused acquire(int& index);
     Refused wait();
     Refused release();
+    bool ever_acquired() const { return acquired > 0; }
     bool ever_released() const { return released > 0; }
     int last_released() const { return (released - 1) % count; }
     int last_waited() const { return (waited - 1) % count; }

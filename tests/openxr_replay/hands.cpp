@@ -1,4 +1,6 @@
 // The 26 joints of each hand, out of the recording.
+#include <algorithm>
+
 #include "tests/openxr_replay/runtime.h"
 
 namespace knead::replay {
@@ -46,6 +48,22 @@ void fill(XrHandJointLocationEXT& to, const HandAnswer& from, int joint)
         XR_SPACE_LOCATION_POSITION_TRACKED_BIT | XR_SPACE_LOCATION_ORIENTATION_TRACKED_BIT;
 }
 
+// Moves a joint from LOCAL to where it is in a space.
+void place(XrHandJointLocationEXT& joint, const SpaceObject& base, double time)
+{
+    if (is_plain(base)) {
+        joint.pose.position.y += float(higher_in(base));
+        return;
+    }
+    const auto& [q, p] = joint.pose;
+    Joint<double> found{{q.w, q.x, q.y, q.z}, {p.x, p.y, p.z}};
+    if (joint.locationFlags == 0) return;
+    if (in_space(base, time, found))
+        joint.pose = pose_of(found);
+    else
+        joint.locationFlags = 0;
+}
+
 XrResult XRAPI_CALL locate(XrHandTrackerEXT handle, const XrHandJointsLocateInfoEXT* info,
                            XrHandJointLocationsEXT* to)
 {
@@ -57,26 +75,24 @@ XrResult XRAPI_CALL locate(XrHandTrackerEXT handle, const XrHandJointsLocateInfo
             to, XR_TYPE_HAND_JOINT_LOCATIONS_EXT,
             {XR_TYPE_HAND_TRACKING_DATA_SOURCE_STATE_EXT, XR_TYPE_HAND_JOINT_VELOCITIES_EXT});
         const SpaceObject& base = r.get<SpaceObject>(info->baseSpace);
-        refuse_if((base.reference != XR_REFERENCE_SPACE_TYPE_LOCAL &&
-                   base.reference != XR_REFERENCE_SPACE_TYPE_STAGE) ||
-                      base.action,
-                  XR_ERROR_VALIDATION_FAILURE, "hands are scripted in LOCAL and STAGE alone");
         refuse_if(info->time <= 0, XR_ERROR_TIME_INVALID, "not a time");
         refuse_if(to->jointCount != XR_HAND_JOINT_COUNT_EXT || !to->jointLocations,
                   XR_ERROR_VALIDATION_FAILURE, "not 26 joints");
+        auto* velocities =
+            static_cast<XrHandJointVelocitiesEXT*>(in_chain(to, XR_TYPE_HAND_JOINT_VELOCITIES_EXT));
+        refuse_if(velocities && (velocities->jointCount != XR_HAND_JOINT_COUNT_EXT ||
+                                 !velocities->jointVelocities),
+                  XR_ERROR_VALIDATION_FAILURE, "not 26 velocities");
         HandAnswer answer = hand_at(r.script, hand.side, r.script_time(info->time));
         answer.active = answer.active && session.flow.focused();
         to->isActive = answer.active;
         for (int j = 0; j < joint_count; ++j) {
             fill(to->jointLocations[j], answer, j);
-            to->jointLocations[j].pose.position.y += float(higher_in(base));
+            place(to->jointLocations[j], base, r.script_time(info->time));
         }
         // Velocities are optional: none are given.
-        if (void* speeds = in_chain(to, XR_TYPE_HAND_JOINT_VELOCITIES_EXT)) {
-            auto& velocities = *static_cast<XrHandJointVelocitiesEXT*>(speeds);
-            for (std::uint32_t j = 0; j < velocities.jointCount; ++j)
-                velocities.jointVelocities[j] = {};
-        }
+        if (velocities)
+            std::fill_n(velocities->jointVelocities, joint_count, XrHandJointVelocityEXT{});
         if (void* source = in_chain(to, XR_TYPE_HAND_TRACKING_DATA_SOURCE_STATE_EXT)) {
             refuse_if(!hand.sources, XR_ERROR_VALIDATION_FAILURE,
                       "the source of a tracker made without sources");

@@ -3,7 +3,6 @@
 #include <cstring>
 
 #include "tests/openxr_replay/runtime.h"
-#include "xr/check.h"
 
 namespace knead::replay {
 namespace {
@@ -25,12 +24,20 @@ constexpr Known extensions[] = {
     {"XR_KHR_convert_timespec_time", 1},
 };
 
+// XrSystemUserPresencePropertiesEXT, which is newer than the headers.
+struct UserPresence {
+    XrStructureType type;
+    void* next;
+    XrBool32 supported;
+};
+
 const Table& table()
 {
     static const Table all = [] {
         Table made;
         add_instance_functions(made), add_session_functions(made), add_frame_functions(made);
         add_swapchain_functions(made), add_space_functions(made), add_action_functions(made);
+        add_state_functions(made), add_name_functions(made);
         add_hand_functions(made), add_extension_functions(made);
         return made;
     }();
@@ -40,7 +47,9 @@ const Table& table()
 XrResult XRAPI_CALL address(XrInstance handle, const char* name, PFN_xrVoidFunction* function)
 {
     return answered("xrGetInstanceProcAddr", [&](Runtime& r) {
+        refuse_if(!function, XR_ERROR_VALIDATION_FAILURE, "no place for the function");
         *function = nullptr;
+        refuse_if(!name, XR_ERROR_VALIDATION_FAILURE, "no name");
         const auto found = table().find(name);
         if (found == table().end()) throw Answer{XR_ERROR_FUNCTION_UNSUPPORTED};
         const bool early = std::string(name) == "xrEnumerateInstanceExtensionProperties" ||
@@ -68,15 +77,26 @@ XrResult XRAPI_CALL list_extensions(const char* layer, std::uint32_t capacity, s
     });
 }
 
+// Refuses a name that does not end within its place.
+template <std::size_t size>
+void check_ends(const char (&name)[size])
+{
+    refuse_if(!std::memchr(name, 0, size), XR_ERROR_NAME_INVALID, "a name without an end");
+}
+
 XrResult XRAPI_CALL create_instance(const XrInstanceCreateInfo* info, XrInstance* to)
 {
     return answered("xrCreateInstance", [&](Runtime& r) {
         check_struct(info, XR_TYPE_INSTANCE_CREATE_INFO,
                      {XR_TYPE_DEBUG_UTILS_MESSENGER_CREATE_INFO_EXT});
+        refuse_if(!to, XR_ERROR_VALIDATION_FAILURE, "no place for the handle");
+        refuse_if(info->createFlags != 0, XR_ERROR_VALIDATION_FAILURE, "there are no such flags");
         refuse_if(XR_VERSION_MAJOR(info->applicationInfo.apiVersion) != 1,
                   XR_ERROR_API_VERSION_UNSUPPORTED, "not version 1 of OpenXR");
         refuse_if(info->applicationInfo.applicationName[0] == 0, XR_ERROR_NAME_INVALID,
                   "the application has no name");
+        check_ends(info->applicationInfo.applicationName);
+        check_ends(info->applicationInfo.engineName);
         auto made = std::make_unique<InstanceObject>();
         const auto there = offered();
         for (std::uint32_t i = 0; i < info->enabledExtensionCount; ++i) {
@@ -128,30 +148,15 @@ XrResult XRAPI_CALL poll(XrInstance handle, XrEventDataBuffer* to)
     });
 }
 
-XrResult XRAPI_CALL result_text(XrInstance handle, XrResult value, char* to)
-{
-    return answered("xrResultToString", [&](Runtime&) {
-        instance_of(handle);
-        std::snprintf(to, XR_MAX_RESULT_STRING_SIZE, "%s", xr::result_name(value).c_str());
-    });
-}
-
-XrResult XRAPI_CALL type_text(XrInstance handle, XrStructureType value, char* to)
-{
-    return answered("xrStructureTypeToString", [&](Runtime&) {
-        instance_of(handle);
-        std::snprintf(to, XR_MAX_STRUCTURE_NAME_SIZE, "XR_UNKNOWN_STRUCTURE_TYPE_%d", int(value));
-    });
-}
-
 XrResult XRAPI_CALL to_path(XrInstance handle, const char* text, XrPath* to)
 {
-    return answered("xrStringToPath", [&](Runtime& r) {
-        instance_of(handle);
+    return answered("xrStringToPath", [&](Runtime&) {
+        std::vector<std::string>& paths = instance_of(handle).paths;
+        refuse_if(!text || !to, XR_ERROR_VALIDATION_FAILURE, "no text, or no place for the path");
         refuse_if(!is_path(text), XR_ERROR_PATH_FORMAT_INVALID, text);
-        const auto found = std::find(r.paths.begin(), r.paths.end(), text);
-        *to = XrPath(found - r.paths.begin());
-        if (found == r.paths.end()) r.paths.push_back(text);
+        const auto found = std::find(paths.begin(), paths.end(), text);
+        *to = XrPath(found - paths.begin());
+        if (found == paths.end()) paths.push_back(text);
     });
 }
 
@@ -193,6 +198,10 @@ XrResult XRAPI_CALL system_properties(XrInstance handle, XrSystemId id, XrSystem
         to->systemId = id;
         to->graphicsProperties = {8192, 8192, 16};
         to->trackingProperties = {XR_TRUE, XR_TRUE};
+        if (void* presence = in_chain(to, XR_TYPE_SYSTEM_USER_PRESENCE_PROPERTIES_EXT)) {
+            check_enabled("XR_EXT_user_presence");
+            static_cast<UserPresence*>(presence)->supported = XR_TRUE;
+        }
         if (void* hands = in_chain(to, XR_TYPE_SYSTEM_HAND_TRACKING_PROPERTIES_EXT)) {
             check_enabled("XR_EXT_hand_tracking");
             static_cast<XrSystemHandTrackingPropertiesEXT*>(hands)->supportsHandTracking = XR_TRUE;
@@ -241,8 +250,6 @@ void add_instance_functions(Table& to)
     to["xrDestroyInstance"] = entry(destroy_instance);
     to["xrGetInstanceProperties"] = entry(properties);
     to["xrPollEvent"] = entry(poll);
-    to["xrResultToString"] = entry(result_text);
-    to["xrStructureTypeToString"] = entry(type_text);
     to["xrStringToPath"] = entry(to_path);
     to["xrPathToString"] = entry(to_text);
     to["xrGetSystem"] = entry(get_system);

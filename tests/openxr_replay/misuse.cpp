@@ -88,6 +88,26 @@ XrResult misuse(Started& s, const std::string& name)
         XrSpace made = XR_NULL_HANDLE;  // its quaternion is zero
         return s.api.create_reference_space.raw(s.session, &about, &made);
     }
+    if (name == "unknown_struct") {
+        XrBaseInStructure stranger{XrStructureType(2000000000), nullptr};
+        auto about = typed<XrReferenceSpaceCreateInfo>(XR_TYPE_REFERENCE_SPACE_CREATE_INFO);
+        about.next = &stranger;
+        about.referenceSpaceType = XR_REFERENCE_SPACE_TYPE_LOCAL;
+        about.poseInReferenceSpace.orientation.w = 1;
+        XrSpace made = XR_NULL_HANDLE;
+        const XrResult result = s.api.create_reference_space.raw(s.session, &about, &made);
+        s.api.destroy_space.raw(made);
+        return result;
+    }
+    if (name == "twice_the_same_name") {
+        auto about = typed<XrActionSetCreateInfo>(XR_TYPE_ACTION_SET_CREATE_INFO);
+        std::strcpy(about.actionSetName, "clay"), std::strcpy(about.localizedActionSetName, "Clay");
+        XrActionSet first = XR_NULL_HANDLE, second = XR_NULL_HANDLE;
+        s.api.create_action_set(s.api.instance, &about, &first);
+        const XrResult result = s.api.create_action_set.raw(s.api.instance, &about, &second);
+        s.api.destroy_action_set.raw(first);
+        return result;
+    }
     if (name == "unwaited_image") {
         const XrSwapchainCreateInfo about = s.chain_info();
         XrSwapchain chain = XR_NULL_HANDLE;

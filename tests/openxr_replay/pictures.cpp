@@ -11,7 +11,7 @@ namespace {
 
 // Reads by a framebuffer of its own, and leaves the bindings as they were.
 template <class Value>
-std::vector<Value> pixels(unsigned texture, GLenum attachment, GLenum format, GLenum type,
+std::vector<Value> pixels(ShownTexture texture, GLenum attachment, GLenum format, GLenum type,
                           const int box[4], int values)
 {
     GLint before = 0, packed = 0, buffer = 0;
@@ -21,7 +21,10 @@ std::vector<Value> pixels(unsigned texture, GLenum attachment, GLenum format, GL
     std::vector<Value> all(std::size_t(box[2]) * std::size_t(box[3]) * std::size_t(values));
     GLuint from = 0;
     glCreateFramebuffers(1, &from);
-    glNamedFramebufferTexture(from, attachment, texture, 0);
+    if (texture.layer == ShownTexture::whole)
+        glNamedFramebufferTexture(from, attachment, texture.name, 0);
+    else
+        glNamedFramebufferTextureLayer(from, attachment, texture.name, 0, texture.layer);
     if (attachment == GL_COLOR_ATTACHMENT0)
         glNamedFramebufferReadBuffer(from, GL_COLOR_ATTACHMENT0);
     glBindFramebuffer(GL_READ_FRAMEBUFFER, from);
@@ -37,7 +40,7 @@ std::vector<Value> pixels(unsigned texture, GLenum attachment, GLenum format, GL
 
 }  // namespace
 
-Image colour_of(unsigned texture, int x, int y, int width, int height)
+Image colour_of(ShownTexture texture, int x, int y, int width, int height)
 {
     const int box[4] = {x, y, width, height};
     const auto all =
@@ -49,7 +52,7 @@ Image colour_of(unsigned texture, int x, int y, int width, int height)
     return image;
 }
 
-DepthFacts depth_of(unsigned texture, int x, int y, int width, int height)
+DepthFacts depth_of(ShownTexture texture, int x, int y, int width, int height)
 {
     const int box[4] = {x, y, width, height};
     const auto all =

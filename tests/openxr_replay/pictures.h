@@ -6,15 +6,22 @@
 
 namespace knead::replay {
 
+// A texture, or one of an array.
+struct ShownTexture {
+    static constexpr int whole = -1;
+    unsigned name;
+    int layer = whole;
+};
+
 // A rectangle of a GL texture whose row 0 is the lowest; the image's is the highest. The context
 // must be current; what was bound is bound again.
-Image colour_of(unsigned texture, int x, int y, int width, int height);
+Image colour_of(ShownTexture texture, int x, int y, int width, int height);
 
 struct DepthFacts {
     float nearest = 1, farthest = 0;  // of the values [0, 1]
     double covered = 0;               // the share that is nearer than 1
     double mean = 0;                  // of those [0, 1]
 };
-DepthFacts depth_of(unsigned texture, int x, int y, int width, int height);
+DepthFacts depth_of(ShownTexture texture, int x, int y, int width, int height);
 
 }  // namespace knead::replay

@@ -96,7 +96,8 @@ SessionObject* Runtime::live_session(XrSession* handle)
 
 const std::string& Runtime::text_of(XrPath path)
 {
-    refuse_if(path == 0 || path >= paths.size(), XR_ERROR_PATH_INVALID, "not a path");
+    const std::vector<std::string>& paths = the_instance().paths;
+    refuse_if(path == XR_NULL_PATH || path >= paths.size(), XR_ERROR_PATH_INVALID, "not a path");
     return paths[std::size_t(path)];
 }
 
@@ -119,6 +120,11 @@ void refuse_if(bool wrong, XrResult code, const std::string& why)
     if (wrong) throw Refusal{code, why};
 }
 
+void complain_if(bool wrong, const std::string& why)
+{
+    if (wrong) runtime().refuse(runtime().answering, why);
+}
+
 void allowed(const Refused& refused)
 {
     if (!refused.empty()) throw Refusal{code_of(refused), refused};
@@ -133,9 +139,8 @@ void check_struct(const void* given, XrStructureType type,
               "a struct of type " + std::to_string(int(base->type)) + " instead of " +
                   std::to_string(int(type)));
     for (const XrBaseInStructure* next = base->next; next; next = next->next)
-        refuse_if(std::find(known.begin(), known.end(), next->type) == known.end(),
-                  XR_ERROR_VALIDATION_FAILURE,
-                  "a struct of type " + std::to_string(int(next->type)) + " chained to it");
+        complain_if(std::find(known.begin(), known.end(), next->type) == known.end(),
+                    "a struct of type " + std::to_string(int(next->type)) + " chained to it");
 }
 
 void* in_chain(const void* given, XrStructureType type)
@@ -191,12 +196,14 @@ void check_pose(const XrPosef& pose)
 void play_faults(SessionObject& session)
 {
     Runtime& r = runtime();
+    XrSession handle = XR_NULL_HANDLE;
+    r.live_session(&handle);
     for (std::size_t i = 0; i < r.script.faults.size(); ++i) {
         const Fault& fault = r.script.faults[i];
         const bool ends = r.frame >= fault.frame + fault.count;
         if (fault.kind == FaultKind::unworn && ends && r.fired.insert(1000 + i).second)
             r.post(XrEventDataUserPresenceChangedEXT{XR_TYPE_EVENT_DATA_USER_PRESENCE_CHANGED_EXT,
-                                                     nullptr, XR_NULL_HANDLE, XR_TRUE});
+                                                     nullptr, handle, XR_TRUE});
         if (r.frame < fault.frame || !r.fired.insert(i).second) continue;
         r.note({{"fault", int(fault.kind)}, {"frame", r.frame}});
         switch (fault.kind) {
@@ -220,9 +227,8 @@ void play_faults(SessionObject& session)
                 session.flow.take_off(fault.count);
                 break;
             case FaultKind::unworn:
-                r.post(
-                    XrEventDataUserPresenceChangedEXT{XR_TYPE_EVENT_DATA_USER_PRESENCE_CHANGED_EXT,
-                                                      nullptr, XR_NULL_HANDLE, XR_FALSE});
+                r.post(XrEventDataUserPresenceChangedEXT{
+                    XR_TYPE_EVENT_DATA_USER_PRESENCE_CHANGED_EXT, nullptr, handle, XR_FALSE});
                 break;
             case FaultKind::refresh:
                 r.post(XrEventDataDisplayRefreshRateChangedFB{
@@ -234,7 +240,7 @@ void play_faults(SessionObject& session)
                 r.post(XrEventDataReferenceSpaceChangePending{
                     XR_TYPE_EVENT_DATA_REFERENCE_SPACE_CHANGE_PENDING,
                     nullptr,
-                    XR_NULL_HANDLE,
+                    handle,
                     XR_REFERENCE_SPACE_TYPE_LOCAL,
                     Runtime::zero,
                     XR_FALSE,

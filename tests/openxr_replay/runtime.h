@@ -42,6 +42,13 @@ struct InstanceObject : Object {
     bool asked_system = false, asked_gl = false;
     bool lost = false;
     std::map<std::string, std::vector<XrActionSuggestedBinding>> suggested;  // by profile
+    std::vector<std::string> paths{""};                                      // by XrPath
+};
+// An action of one top level path, or of any, as the last xrSyncActions found it.
+struct ActionState {
+    bool active = false, changed = false;
+    float value = 0;
+    XrTime when = 0;  // it changed
 };
 struct SessionObject : Object {
     const char* kind() const override { return "session"; }
@@ -49,20 +56,24 @@ struct SessionObject : Object {
     SessionFlow flow;
     FrameOrder order;
     std::set<std::uint64_t> attached;
-    bool attached_once = false, synced = false, lost = false;
-    XrTime waited = 0, begun = 0;  // the display times
+    bool attached_once = false, lost = false;
+    std::map<std::pair<std::uint64_t, XrPath>, ActionState> states;  // by action
+    std::map<std::string, std::string> profiles;  // of controllers, by top level path
+    XrTime waited = 0, begun = 0;                 // the display times
     int begun_frame = 0;
-    bool will_render = true;
+    bool will_render = true, begun_to_render = true;  // the frame waited for, the one begun
 };
 struct SpaceObject : Object {
     const char* kind() const override { return "space"; }
     XrReferenceSpaceType reference = XR_REFERENCE_SPACE_TYPE_LOCAL;
     XrAction action = XR_NULL_HANDLE;  // of an action space
-    int side = -1;
+    XrPath of = XR_NULL_PATH;          // the action's, of an action space; null: any
     XrPosef pose{};
 };
 constexpr double floor_below = 1.2;  // the origin of LOCAL above that of STAGE [m]
-// How much higher a place of LOCAL is in a space of LOCAL or STAGE [m].
+// LOCAL or STAGE without a pose of its own.
+bool is_plain(const SpaceObject& space);
+// How much higher a place of LOCAL is in a plain space [m].
 inline double higher_in(const SpaceObject& space)
 {
     return space.reference == XR_REFERENCE_SPACE_TYPE_STAGE ? floor_below : 0;
@@ -74,15 +85,17 @@ struct SwapchainObject : Object {
     std::vector<unsigned> textures;
     std::vector<void*> drawn;  // GLsync of each, behind its last drawing; null: none
     int width = 0, height = 0;
-    bool depth = false;
+    std::uint32_t layers = 1;
+    bool depth = false, once = false;  // once: of static images
 };
 struct ActionSetObject : Object {
     const char* kind() const override { return "action set"; }
-    std::string name;
+    std::string name, shown;
+    bool attached = false;  // once, to any session
 };
 struct ActionObject : Object {
     const char* kind() const override { return "action"; }
-    std::string name;
+    std::string name, shown;
     XrActionType type{};
     std::set<XrPath> sides;
 };
@@ -103,7 +116,6 @@ struct Runtime {
     static constexpr XrTime zero = 1'000'000'000;  // of the script [ns]
     std::map<std::uint64_t, std::unique_ptr<Object>> objects;
     std::uint64_t next_handle = 0x1000;
-    std::vector<std::string> paths{""};  // by XrPath
     std::deque<XrEventDataBuffer> events;
     int frame = -1;  // of the runtime, over all sessions
     int absent = 0;  // tries that will find no runtime, or no headset
@@ -111,6 +123,7 @@ struct Runtime {
     bool context_stolen = false;
     std::set<std::size_t> fired;  // faults that have begun
     long wrong = 0;
+    const char* answering = "";  // the call
 
     double script_time(XrTime at) const { return 1e-9 * double(at - zero); }
     // A line of the log, and of standard error where it is a wrong call.
@@ -157,9 +170,12 @@ Handle Runtime::add(std::unique_ptr<Object> object, std::uint64_t parent)
 }
 
 void refuse_if(bool wrong, XrResult code, const std::string& why);
+// Counts and tells what breaks a rule and is to be answered as if it had not.
+void complain_if(bool wrong, const std::string& why);
 // Refuses what a state machine has refused.
 void allowed(const Refused& refused);
-// Refuses a struct that is missing, has another type, or a `next` that is not among `known`.
+// Refuses a struct that is missing or has another type. A `next` that is not among `known` is
+// wrong, too, but a runtime has to overlook it.
 void check_struct(const void* given, XrStructureType type,
                   const std::vector<XrStructureType>& known = {});
 // The struct of that type in the chain, or null.
@@ -170,6 +186,8 @@ InstanceObject& instance_of(XrInstance handle);
 SessionObject& session_of(XrSession handle);
 InstanceObject& the_instance();
 XrPosef pose_of(const Joint<double>& joint);
+// A place of LOCAL as it is in a space at a time of the script; false where that is not known.
+bool in_space(const SpaceObject& space, double time, Joint<double>& place);
 void check_pose(const XrPosef& pose);
 
 // Does what a function does, under the lock, and turns what it throws into its answer.
@@ -178,6 +196,7 @@ XrResult answered(const char* call, const Body& body)
 {
     Runtime& r = runtime();
     const std::lock_guard held(r.lock);
+    r.answering = call;
     try {
         if constexpr (std::is_void_v<decltype(body(r))>) {
             body(r);
@@ -205,7 +224,11 @@ XrResult give(const std::vector<T>& all, std::uint32_t capacity, std::uint32_t* 
     if (capacity == 0) return XR_SUCCESS;
     refuse_if(!to, XR_ERROR_VALIDATION_FAILURE, "no place for the list");
     refuse_if(capacity < all.size(), XR_ERROR_SIZE_INSUFFICIENT, "too small a place for the list");
-    for (std::size_t i = 0; i < all.size(); ++i) to[i] = all[i];
+    for (std::size_t i = 0; i < all.size(); ++i) {
+        T one = all[i];
+        if constexpr (requires { one.next; }) one.next = to[i].next;  // the chain stays
+        to[i] = one;
+    }
     return XR_SUCCESS;
 }
 
@@ -222,6 +245,8 @@ void add_frame_functions(Table& to);
 void add_swapchain_functions(Table& to);
 void add_space_functions(Table& to);
 void add_action_functions(Table& to);
+void add_state_functions(Table& to);
+void add_name_functions(Table& to);
 void add_hand_functions(Table& to);
 void add_extension_functions(Table& to);
 
@@ -232,7 +257,12 @@ std::string extension_of(const std::string& function);
 
 // Starts the faults that are due at this frame.
 void play_faults(SessionObject& session);
+void check_layers(const SessionObject& session, const XrFrameEndInfo& end);
 void log_layers(SessionObject& session, const XrFrameEndInfo& end);
+XrFovf fov_of(int eye);
+// What CLOCK_MONOTONIC says more than the runtime's clock [ns]; 0 in virtual time.
+std::int64_t clock_offset(const Runtime& r);
+void check_view_type(XrViewConfigurationType type);
 constexpr XrSystemId the_system = 7;
 
 }  // namespace knead::replay

@@ -4,12 +4,6 @@
 namespace knead::replay {
 namespace {
 
-void check_view(XrViewConfigurationType type)
-{
-    refuse_if(type != XR_VIEW_CONFIGURATION_TYPE_PRIMARY_STEREO,
-              XR_ERROR_VIEW_CONFIGURATION_TYPE_UNSUPPORTED, "not the stereo view");
-}
-
 void check_system(XrInstance handle, XrSystemId system)
 {
     refuse_if(!instance_of(handle).asked_system || system != the_system, XR_ERROR_SYSTEM_INVALID,
@@ -31,7 +25,7 @@ XrResult XRAPI_CALL view_properties(XrInstance handle, XrSystemId system,
 {
     return answered("xrGetViewConfigurationProperties", [&](Runtime&) {
         check_system(handle, system);
-        check_view(type);
+        check_view_type(type);
         check_struct(to, XR_TYPE_VIEW_CONFIGURATION_PROPERTIES);
         to->viewConfigurationType = type;
         to->fovMutable = XR_FALSE;
@@ -43,12 +37,12 @@ XrResult XRAPI_CALL views(XrInstance handle, XrSystemId system, XrViewConfigurat
 {
     return answered("xrEnumerateViewConfigurationViews", [&](Runtime& r) {
         check_system(handle, system);
-        check_view(type);
+        check_view_type(type);
         for (std::uint32_t i = 0; to && i < capacity; ++i)
             check_struct(&to[i], XR_TYPE_VIEW_CONFIGURATION_VIEW);
         const auto width = std::uint32_t(r.script.width), height = std::uint32_t(r.script.height);
         const XrViewConfigurationView one{
-            XR_TYPE_VIEW_CONFIGURATION_VIEW, nullptr, width, 8192, height, 8192, 1, 4};
+            XR_TYPE_VIEW_CONFIGURATION_VIEW, nullptr, width, 8192, height, 8192, 1, 1};
         return give(std::vector<XrViewConfigurationView>(2, one), capacity, count, to);
     });
 }
@@ -59,7 +53,7 @@ XrResult XRAPI_CALL blend_modes(XrInstance handle, XrSystemId system, XrViewConf
 {
     return answered("xrEnumerateEnvironmentBlendModes", [&](Runtime& r) {
         check_system(handle, system);
-        check_view(type);
+        check_view_type(type);
         std::vector<XrEnvironmentBlendMode> modes{XR_ENVIRONMENT_BLEND_MODE_OPAQUE};
         if (r.script.passthrough) modes.push_back(XR_ENVIRONMENT_BLEND_MODE_ALPHA_BLEND);
         return give(modes, capacity, count, to);
@@ -108,12 +102,15 @@ XrResult XRAPI_CALL destroy(XrSession handle)
 
 XrResult XRAPI_CALL begin(XrSession handle, const XrSessionBeginInfo* info)
 {
-    return answered("xrBeginSession", [&](Runtime&) {
+    return answered("xrBeginSession", [&](Runtime& r) {
         SessionObject& session = session_of(handle);
         check_struct(info, XR_TYPE_SESSION_BEGIN_INFO);
-        check_view(info->primaryViewConfigurationType);
+        check_view_type(info->primaryViewConfigurationType);
         allowed(session.flow.begin());
         session.order = {};
+        if (the_instance().enabled.count("XR_EXT_user_presence") > 0)
+            r.post(XrEventDataUserPresenceChangedEXT{XR_TYPE_EVENT_DATA_USER_PRESENCE_CHANGED_EXT,
+                                                     nullptr, handle, XR_TRUE});
     });
 }
 
@@ -129,6 +126,12 @@ XrResult XRAPI_CALL request_exit(XrSession handle)
 }
 
 }  // namespace
+
+void check_view_type(XrViewConfigurationType type)
+{
+    refuse_if(type != XR_VIEW_CONFIGURATION_TYPE_PRIMARY_STEREO,
+              XR_ERROR_VIEW_CONFIGURATION_TYPE_UNSUPPORTED, "not the stereo view");
+}
 
 void add_session_functions(Table& to)
 {

@@ -1,5 +1,5 @@
 // Spaces: where the origin and the grips are.
-#include "tests/openxr_replay/runtime.h"
+#include "tests/openxr_replay/actions.h"
 
 namespace knead::replay {
 namespace {
@@ -16,6 +16,12 @@ XrResult XRAPI_CALL list(XrSession handle, std::uint32_t capacity, std::uint32_t
     });
 }
 
+void check_reference(XrReferenceSpaceType type)
+{
+    refuse_if(type < XR_REFERENCE_SPACE_TYPE_VIEW || type > XR_REFERENCE_SPACE_TYPE_STAGE,
+              XR_ERROR_REFERENCE_SPACE_UNSUPPORTED, "a space that is not offered");
+}
+
 XrResult XRAPI_CALL create_reference(XrSession handle, const XrReferenceSpaceCreateInfo* info,
                                      XrSpace* to)
 {
@@ -23,9 +29,7 @@ XrResult XRAPI_CALL create_reference(XrSession handle, const XrReferenceSpaceCre
         session_of(handle);
         check_struct(info, XR_TYPE_REFERENCE_SPACE_CREATE_INFO);
         check_pose(info->poseInReferenceSpace);
-        refuse_if(info->referenceSpaceType < XR_REFERENCE_SPACE_TYPE_VIEW ||
-                      info->referenceSpaceType > XR_REFERENCE_SPACE_TYPE_STAGE,
-                  XR_ERROR_REFERENCE_SPACE_UNSUPPORTED, "a space that is not offered");
+        check_reference(info->referenceSpaceType);
         auto made = std::make_unique<SpaceObject>();
         made->reference = info->referenceSpaceType;
         made->pose = info->poseInReferenceSpace;
@@ -43,11 +47,10 @@ XrResult XRAPI_CALL create_of_action(XrSession handle, const XrActionSpaceCreate
         const ActionObject& action = r.get<ActionObject>(info->action);
         refuse_if(action.type != XR_ACTION_TYPE_POSE_INPUT, XR_ERROR_ACTION_TYPE_MISMATCH,
                   "an action that is not a pose");
-        refuse_if(action.sides.count(info->subactionPath) == 0, XR_ERROR_PATH_UNSUPPORTED,
-                  "a hand that the action was not made for");
+        check_subaction(action, info->subactionPath);
         auto made = std::make_unique<SpaceObject>();
         made->action = info->action;
-        made->side = r.text_of(info->subactionPath) == "/user/hand/left" ? left : right;
+        made->of = info->subactionPath;
         made->pose = info->poseInActionSpace;
         *to = r.add<XrSpace>(std::move(made), number_of(handle));
     });
@@ -72,7 +75,7 @@ bool find(const SpaceObject& space, double time, Joint<double>& to)
 {
     const Script& script = runtime().script;
     if (space.action) {
-        const Controller* held = controller_at(script, Side(space.side), time);
+        const Controller* held = pointed_by(space, time);
         if (!held) return false;
         to = grip_at(*held, time);
     } else if (space.reference == XR_REFERENCE_SPACE_TYPE_VIEW) {
@@ -94,6 +97,10 @@ XrResult XRAPI_CALL locate(XrSpace handle, XrSpace base, XrTime time, XrSpaceLoc
         check_struct(to, XR_TYPE_SPACE_LOCATION, {XR_TYPE_SPACE_VELOCITY});
         refuse_if(time <= 0, XR_ERROR_TIME_INVALID, "not a time");
         to->locationFlags = 0;
+        // Velocities are optional: none are given.
+        if (void* velocity = in_chain(to, XR_TYPE_SPACE_VELOCITY))
+            *static_cast<XrSpaceVelocity*>(velocity) = {
+                XR_TYPE_SPACE_VELOCITY, static_cast<XrSpaceVelocity*>(velocity)->next, 0, {}, {}};
         Joint<double> a, b;
         const double at = r.script_time(time);
         if (!find(space, at, a) || !find(from, at, b)) return;
@@ -104,10 +111,12 @@ XrResult XRAPI_CALL locate(XrSpace handle, XrSpace base, XrTime time, XrSpaceLoc
     });
 }
 
-XrResult XRAPI_CALL bounds(XrSession handle, XrReferenceSpaceType, XrExtent2Df* to)
+XrResult XRAPI_CALL bounds(XrSession handle, XrReferenceSpaceType type, XrExtent2Df* to)
 {
     return answered("xrGetReferenceSpaceBoundsRect", [&](Runtime&) -> XrResult {
         session_of(handle);
+        check_reference(type);
+        refuse_if(!to, XR_ERROR_VALIDATION_FAILURE, "no place for the bounds");
         *to = {0, 0};
         return XR_SPACE_BOUNDS_UNAVAILABLE;
     });
@@ -122,6 +131,25 @@ XrResult XRAPI_CALL destroy(XrSpace handle)
 }
 
 }  // namespace
+
+bool is_plain(const SpaceObject& space)
+{
+    const auto& [q, p] = space.pose;
+    return !space.action && space.reference != XR_REFERENCE_SPACE_TYPE_VIEW && q.x == 0 &&
+           q.y == 0 && q.z == 0 && q.w == 1 && p.x == 0 && p.y == 0 && p.z == 0;
+}
+
+bool in_space(const SpaceObject& space, double time, Joint<double>& place)
+{
+    if (is_plain(space)) {
+        place.p.y += higher_in(space);
+        return true;
+    }
+    Joint<double> origin;
+    if (!find(space, time, origin)) return false;
+    place = joined(inverse(origin), place);
+    return true;
+}
 
 void add_space_functions(Table& to)
 {

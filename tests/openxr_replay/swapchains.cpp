@@ -33,11 +33,33 @@ void check_info(const XrSwapchainCreateInfo& info)
                                                 : XR_SWAPCHAIN_USAGE_COLOR_ATTACHMENT_BIT;
     refuse_if((info.usageFlags & right_use) == 0, XR_ERROR_VALIDATION_FAILURE,
               "a use that its format is not for");
-    refuse_if(
-        info.sampleCount != 1 || info.faceCount != 1 || info.arraySize != 1 || info.mipCount != 1,
-        XR_ERROR_FEATURE_UNSUPPORTED, "only plain textures are here");
-    refuse_if(info.width == 0 || info.height == 0 || info.width > 8192 || info.height > 8192,
+    refuse_if(info.createFlags & XR_SWAPCHAIN_CREATE_PROTECTED_CONTENT_BIT,
+              XR_ERROR_FEATURE_UNSUPPORTED, "content is not protected here");
+    refuse_if(info.createFlags & ~XR_SWAPCHAIN_CREATE_STATIC_IMAGE_BIT, XR_ERROR_VALIDATION_FAILURE,
+              "not a swapchain's flags");
+    refuse_if(info.width == 0 || info.height == 0 || info.width > 8192 || info.height > 8192 ||
+                  info.arraySize == 0 || info.mipCount == 0 || info.sampleCount == 0 ||
+                  (info.faceCount != 1 && info.faceCount != 6),
               XR_ERROR_VALIDATION_FAILURE, "a size that cannot be");
+    refuse_if(
+        info.sampleCount != 1 || info.faceCount != 1 || info.arraySize > 4 || info.mipCount != 1,
+        XR_ERROR_FEATURE_UNSUPPORTED, "only plain textures and short arrays are here");
+}
+
+// Refuses where OpenGL has an error pending, or has not the memory.
+void make_textures(SwapchainObject& chain, GLenum format)
+{
+    refuse_if(glGetError() != 0, XR_ERROR_RUNTIME_FAILURE, "called with a GL error pending");
+    const auto count = GLsizei(chain.textures.size());
+    const bool array = chain.layers > 1;
+    glCreateTextures(array ? GL_TEXTURE_2D_ARRAY : GL_TEXTURE_2D, count, chain.textures.data());
+    for (const unsigned texture : chain.textures)
+        if (array)
+            glTextureStorage3D(texture, 1, format, chain.width, chain.height,
+                               GLsizei(chain.layers));
+        else
+            glTextureStorage2D(texture, 1, format, chain.width, chain.height);
+    refuse_if(glGetError() != 0, XR_ERROR_RUNTIME_FAILURE, "textures cannot be made");
 }
 
 XrResult XRAPI_CALL create(XrSession handle, const XrSwapchainCreateInfo* info, XrSwapchain* to)
@@ -46,18 +68,18 @@ XrResult XRAPI_CALL create(XrSession handle, const XrSwapchainCreateInfo* info, 
         SessionObject& session = session_of(handle);
         check_struct(info, XR_TYPE_SWAPCHAIN_CREATE_INFO);
         check_info(*info);
-        auto made = std::make_unique<SwapchainObject>(images);
+        refuse_if(!to, XR_ERROR_VALIDATION_FAILURE, "no place for the handle");
+        const bool once = (info->createFlags & XR_SWAPCHAIN_CREATE_STATIC_IMAGE_BIT) != 0;
+        const std::size_t count = once ? 1 : images;
+        auto made = std::make_unique<SwapchainObject>(int(count));
+        made->once = once;
         made->width = int(info->width), made->height = int(info->height);
+        made->layers = info->arraySize;
         made->depth = is_depth(info->format);
-        made->textures.resize(images), made->drawn.resize(images);
+        made->textures.resize(count), made->drawn.resize(count);
         {
             const auto held = session.gl->bind();
-            const unsigned before = glGetError();
-            refuse_if(before != 0, XR_ERROR_RUNTIME_FAILURE, "called with a GL error pending");
-            glCreateTextures(GL_TEXTURE_2D, images, made->textures.data());
-            for (const unsigned texture : made->textures)
-                glTextureStorage2D(texture, 1, GLenum(info->format), made->width, made->height);
-            refuse_if(glGetError() != 0, XR_ERROR_RUNTIME_FAILURE, "textures cannot be made");
+            make_textures(*made, GLenum(info->format));
         }
         if (r.context_stolen) session.gl->steal();
         *to = r.add<XrSwapchain>(std::move(made), number_of(handle));
@@ -71,7 +93,7 @@ XrResult XRAPI_CALL destroy(XrSwapchain handle)
         auto* session = dynamic_cast<SessionObject*>(r.objects.at(chain.parent).get());
         const auto held = session->gl->bind();
         for (void* drawn : chain.drawn) glDeleteSync(static_cast<GLsync>(drawn));
-        glDeleteTextures(images, chain.textures.data());
+        glDeleteTextures(GLsizei(chain.textures.size()), chain.textures.data());
         r.remove(number_of(handle));
     });
 }
@@ -141,6 +163,9 @@ XrResult XRAPI_CALL acquire(XrSwapchain handle, const XrSwapchainImageAcquireInf
     return answered("xrAcquireSwapchainImage", [&](Runtime&) {
         SwapchainObject& chain = live(handle);
         if (info) check_struct(info, XR_TYPE_SWAPCHAIN_IMAGE_ACQUIRE_INFO);
+        refuse_if(!index, XR_ERROR_VALIDATION_FAILURE, "no place for the index");
+        refuse_if(chain.once && chain.order.ever_acquired(), XR_ERROR_CALL_ORDER_INVALID,
+                  "a static image, acquired before");
         int next = 0;
         allowed(chain.order.acquire(next));
         *index = std::uint32_t(next);

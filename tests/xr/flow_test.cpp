@@ -36,6 +36,19 @@ TEST(ReplaySession, tells_its_states_in_the_order_of_the_specification)
     EXPECT_EQ(flow.begin(), "XR_ERROR_SESSION_NOT_READY");
 }
 
+TEST(ReplaySession, left_before_its_first_frame_skips_no_state_and_comes_back_to_none)
+{
+    SessionFlow flow;
+    flow.begin();
+    flow.news.clear();
+    EXPECT_EQ(flow.request_exit(), "");
+    EXPECT_EQ(flow.news, (Tellings{Told::synchronized, Told::stopping}));
+    flow.news.clear();
+    flow.frame_ended();
+    EXPECT_TRUE(flow.news.empty()) << "a frame does not make it visible again";
+    EXPECT_EQ(flow.end(), "");
+}
+
 TEST(ReplaySession, taken_off_may_begin_again_after_so_many_empty_polls)
 {
     SessionFlow flow;
@@ -54,6 +67,7 @@ TEST(ReplayFrames, are_waited_for_begun_and_ended_in_this_order)
 {
     FrameOrder order;
     bool discarded = false;
+    EXPECT_EQ(order.may_end(), "XR_ERROR_CALL_ORDER_INVALID");
     EXPECT_EQ(order.end(), "XR_ERROR_CALL_ORDER_INVALID");
     EXPECT_EQ(order.begin(discarded), "XR_ERROR_CALL_ORDER_INVALID");
     EXPECT_TRUE(order.may_wait());
@@ -96,6 +110,8 @@ TEST(ReplayPaths, are_told_from_what_is_none)
 {
     for (const char* good : {"/user/hand/left", "/a", "/input/select_1/value-2.x"})
         EXPECT_TRUE(is_path(good)) << good;
+    EXPECT_TRUE(is_path("/" + std::string(254, 'a')));
+    EXPECT_FALSE(is_path("/" + std::string(255, 'a'))) << "longer than XR_MAX_PATH_LENGTH";
     for (const char* bad : {"", "/", "user", "/User", "/a//b", "/a/", "/a/..", "/a b"})
         EXPECT_FALSE(is_path(bad)) << bad;
     EXPECT_TRUE(is_name("clay"));

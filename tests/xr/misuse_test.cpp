@@ -38,6 +38,8 @@ INSTANTIATE_TEST_SUITE_P(
         Misuse{"wrong_type", "XR_ERROR_VALIDATION_FAILURE", failed_by_wrong_calls},
         Misuse{"not_enabled", "XR_ERROR_FUNCTION_UNSUPPORTED", 0},
         Misuse{"skewed_space", "XR_ERROR_POSE_INVALID", failed_by_wrong_calls},
+        Misuse{"unknown_struct", "XR_SUCCESS", failed_by_wrong_calls},
+        Misuse{"twice_the_same_name", "XrResult -44", failed_by_wrong_calls},
         Misuse{"unwaited_image", "XR_ERROR_CALL_ORDER_INVALID", failed_by_wrong_calls},
         Misuse{"strange_format", "XR_ERROR_SWAPCHAIN_FORMAT_UNSUPPORTED", failed_by_wrong_calls},
         Misuse{"pending_gl_error", "XR_ERROR_RUNTIME_FAILURE", failed_by_wrong_calls},
