@@ -1,11 +1,14 @@
 # How the libraries' rooms are compiled.
 
+# What waits for others is built in less time with -O1. Under sanitizers too, but for the solver.
+set(knead_cold $<$<OR:$<CONFIG:Release>,$<BOOL:${KNEAD_SANITIZE}>>:-O1>)
+
 # Verbs, sessions, tables, checks and headsets wait for the solver, files for the disk, and are not
 # part of it: as quick with -O1, and compiled in less time.
 set(cold_rooms "(host/(cli|session|bench|verify|files)|/xr)/[^/]*\\.cpp$")
 get_target_property(sources knead_app SOURCES)
 list(FILTER sources INCLUDE REGEX ${cold_rooms})
-set_source_files_properties(${sources} PROPERTIES COMPILE_OPTIONS $<$<CONFIG:Release>:-O1>)
+set_source_files_properties(${sources} PROPERTIES COMPILE_OPTIONS ${knead_cold})
 
 # These have flags of their own, are heavy alone, or include what takes names that others use
 # (X11).
@@ -45,22 +48,34 @@ function(knead_unite target form parts name rooms)
     set_target_properties(${target} PROPERTIES SOURCES "${all}")
 endfunction()
 
+# Where the scope of variables is watched, GCC keeps the vectors of the solver's loops in memory, and
+# most of the tests' time was spent there. Its formulas are those of the reference and of tests,
+# where scopes are watched; objects of splats and scenes are made by loops of the kind.
+if(KNEAD_SANITIZE)
+    set(unwatched -fno-sanitize-address-use-after-scope)
+    target_compile_options(knead_solver PRIVATE $<$<COMPILE_LANGUAGE:CXX>:${unwatched}>)
+    set_source_files_properties(host/solver/reference.cpp PROPERTIES
+        COMPILE_OPTIONS -fsanitize-address-use-after-scope)
+    get_target_property(sources knead_app SOURCES)
+    list(FILTER sources INCLUDE REGEX "host/(assets|scene)/")
+    set_source_files_properties(${sources} PROPERTIES COMPILE_OPTIONS ${unwatched})
+endif()
+
 if(KNEAD_UNITED)
-    set(cold $<$<CONFIG:Release>:-O1>)
     # The longest last. The others of host/verify name constants alike.
     knead_unite(knead_app cpp 1 checks_motion
-        "host/verify/(bars|clay|front_imprint|front_sloshing|momentum)" ${cold})
-    knead_unite(knead_app cpp 1 headset "xr/" ${cold})
+        "host/verify/(bars|clay|front_imprint|front_sloshing|momentum)" ${knead_cold})
+    knead_unite(knead_app cpp 1 headset "xr/" ${knead_cold})
     knead_unite(knead_app cpp 1 picture "render/|render/view/")
-    knead_unite(knead_app cpp 1 files "host/files/" ${cold})
+    knead_unite(knead_app cpp 1 files "host/files/" ${knead_cold})
     knead_unite(knead_app cpp 1 checks_tables
-        "host/verify/(laws|processes|report|stability|verify|workprecision)" ${cold})
-    knead_unite(knead_app cpp 2 cli "host/cli/" ${cold})
-    knead_unite(knead_app cpp 1 bench "host/bench/" ${cold})
-    knead_unite(knead_app cpp 1 assets "host/assets/")
-    knead_unite(knead_app cpp 1 scene "host/scene/|host/hands/")
-    knead_unite(knead_app cpp 1 checks_linear "host/verify/(oracle|squeeze|waves)" ${cold})
-    knead_unite(knead_app cpp 2 session "host/session/" ${cold})
+        "host/verify/(laws|processes|report|stability|verify|workprecision)" ${knead_cold})
+    knead_unite(knead_app cpp 2 cli "host/cli/" ${knead_cold})
+    knead_unite(knead_app cpp 1 bench "host/bench/" ${knead_cold})
+    knead_unite(knead_app cpp 1 assets "host/assets/" ${unwatched})
+    knead_unite(knead_app cpp 1 scene "host/scene/|host/hands/" ${unwatched})
+    knead_unite(knead_app cpp 1 checks_linear "host/verify/(oracle|squeeze|waves)" ${knead_cold})
+    knead_unite(knead_app cpp 2 session "host/session/" ${knead_cold})
     knead_unite(knead_solver cpp 1 base "host/base/|host/surface/")
     knead_unite(knead_solver cpp 1 solver "host/solver/|host/splats/")
     knead_unite(knead_solver cu 1 device_solver "host/solver/gpu/")

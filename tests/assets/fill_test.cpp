@@ -10,6 +10,7 @@
 #include "host/base/errors.h"
 #include "tests/assets/splat_shapes.h"
 #include "tests/reason.h"
+#include "tests/sanitized.h"
 
 namespace knead {
 namespace {
@@ -25,6 +26,7 @@ TEST(Fill, ParticlesHaveTheVolumeOfTheObject)
 {
     for (const Shape& shape :
          {ball_shape(), box_shape(), torus_shape(), bumpy_shape(), bowl_shape()}) {
+        if (sanitized && shape.name != "bowl") continue;
         const FilledObject o = fill(cloud_of(shape, 8000), rule_of(1.0 / 32));
         const double volume = double(o.particles.size()) * o.particle_volume;
         EXPECT_NEAR(o.particle_volume, std::pow(1.0 / 32, 3) / 8, 1e-12);
@@ -128,6 +130,7 @@ TEST(Fill, InnerSplatsLieTwoAndAHalfHalfAxesUnderTheSurface)
 TEST(Fill, ColoursInsideSolveLaplacesEquation)
 {
     for (const Shape& shape : {ball_shape(), box_shape(), bumpy_shape()}) {
+        if (sanitized && shape.name != "box") continue;
         const FilledObject o = fill(cloud_of(shape, 8000), rule_of(1.0 / 32));
         double worst = 0, mean = 0;
         for (std::size_t i = o.surface; i < o.splats.count(); ++i) {

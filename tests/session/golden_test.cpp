@@ -9,6 +9,7 @@
 #include "host/scene/seed.h"
 #include "host/session/session.h"
 #include "host/solver/cpu/levels.h"
+#include "tests/sanitized.h"
 
 namespace knead {
 namespace {
@@ -99,6 +100,7 @@ class GoldenCpu : public ::testing::TestWithParam<int> {};
 TEST_P(GoldenCpu, ScenesEndInTheStatesOfTheTable)
 {
     if (!as_written) GTEST_SKIP() << "contraction changes the bits: build with KNEAD_VERIFY";
+    if (sanitized && GetParam() == 1) GTEST_SKIP() << "under sanitizers two threads are enough";
     std::vector<MakeSolver> levels = cpu_levels();
     if (!verify_build) levels.resize(1);
     for (std::size_t level = 0; level < levels.size(); ++level)

@@ -383,6 +383,9 @@ std::size_t CpuSolver<R>::memory() const
            posed.masks.capacity() * sizeof(Mask) + bytes;
 }
 
+template void CpuSolver<float>::load_tile(const std::vector<Node<float>>&, Int3,
+                                          Tile<float>&) const;
+
 std::unique_ptr<Solver> plain_cpu_solver(const Setup& setup)
 {
     return std::make_unique<CpuSolver<float>>(setup);
