@@ -13,9 +13,8 @@ namespace knead {
 namespace {
 
 constexpr int cube_cells = 2 * block_edge;
-// Splats that are given back at a time, about, and frames from one time to the next.
-constexpr std::size_t splats_at_once = 20000;
-constexpr int frames_apart = 4;
+// What hands have left is given back so often: it holds a frame up, and can wait.
+constexpr int frames_apart = 32;
 constexpr std::uint32_t no_slot = ~std::uint32_t(0);
 // Beyond what moves, in cells: clay that holds it, and how much farther a hand must be from clay
 // before that is given back.
@@ -282,15 +281,6 @@ void LocalClay::set_material(int object, const Material<double>& to, Solver& sol
         if (clay >= 0) solver.set_material(clay, to);
 }
 
-// The first of these, with about so many splats.
-void LocalClay::ration(std::vector<Key>& cubes) const
-{
-    std::size_t count = 0, splats = 0;
-    while (count < cubes.size() && splats < splats_at_once)
-        splats += standing.in(cubes[count++]).size();
-    cubes.resize(count);
-}
-
 LocalReport LocalClay::after(int frame, const Motion& motion, Solver& solver)
 {
     LocalReport report;
@@ -299,13 +289,15 @@ LocalReport LocalClay::after(int frame, const Motion& motion, Solver& solver)
     std::vector<Key> left, wanted;
     for (const auto& [key, object] : state_.clay)
         if (!std::binary_search(held.begin(), held.end(), key)) left.push_back(key);
-    for (const Key key : cubes_near(boxes, reach))
-        if (!state_.clay.count(key)) wanted.push_back(key);
-    // What goes can wait: a frame that is held up is a dent that comes late.
-    if (frame % frames_apart == 0)
-        ration(left);
-    else
-        left.clear();
+    const auto look = [&](double beyond) {
+        wanted.clear();
+        for (const Key key : cubes_near(boxes, beyond))
+            if (!state_.clay.count(key)) wanted.push_back(key);
+    };
+    look(reach);
+    // Once for more than is needed now, rather than again in the frames to come.
+    if (!wanted.empty()) look(reach + slack_cells / 2 * dx);
+    if (frame % frames_apart > 0) left.clear();
     if (!left.empty()) give_back(left, solver);
     if (!wanted.empty()) take(wanted, boxes, solver);
     report.taken = wanted.size(), report.given_back = left.size();

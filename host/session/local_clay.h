@@ -25,7 +25,7 @@ class LocalClay {
     LocalClay(const Scene& scene, int object, SplatCloud cloud, SplatUpkeep& moving);
 
     // After the frame of that number: clay for where the tools will be at the end of the next one,
-    // if they go on as in `motion`; back with what they have left, bit by bit.
+    // if they go on as in `motion`; back with what they have left, now and then.
     LocalReport after(int frame, const Motion& motion, Solver& solver);
 
     // The tools are others from now on.
@@ -49,7 +49,6 @@ class LocalClay {
 
     Boxes boxes_of(const Motion& motion) const;
     std::vector<Key> cubes_near(const Boxes& boxes, double reach) const;
-    void ration(std::vector<Key>& cubes) const;
     std::vector<Key> around(const std::vector<Key>& cubes) const;
     void put(std::uint32_t splat);
     void take(const std::vector<Key>& wanted, const Boxes& boxes, Solver& solver);

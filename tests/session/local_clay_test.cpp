@@ -105,7 +105,7 @@ class LocalScene : public InFolder, public ::testing::WithParamInterface<bool> {
         const Place high = at + Place{0, 0.1, 0}, low = at - Place{0, depth, 0};
         move(high, low, away, away, 25), move(low, high, away, away, 15);
     }
-    void leave() { move(away, away, away, away, 8); }
+    void leave() { move(away, away, away, away, 33); }
 
     // How far splats around a place lie below where they were, at the most.
     double dent(Place at, double around = 0.04) const
@@ -198,7 +198,7 @@ TEST_P(LocalScene, ASecondDentLeavesTheFirst)
     press(one);
     const Place high{0, 0.1, 0};
     move(one + high, other + high, away, away, 30);
-    move(other + high, other + high, away, away, 4);  // for what is given back bit by bit
+    move(other + high, other + high, away, away, 33);  // for what is given back
     const double first = dent(one);
     EXPECT_GT(first, 0.015);
     press(other);
@@ -274,7 +274,7 @@ TEST_P(LocalScene, AScenesSizeCostsNothing)
     // The same floor four times: three more above it.
     const SplatCloud floor = tiled_ground(20000);
     SplatCloud four = floor;
-    for (const float up : {0.5f, 0.6f, 0.7f}) {
+    for (const float up : {0.65f, 0.75f, 0.85f}) {
         for (std::size_t i = 0; i < floor.count(); ++i)
             four.centre.push_back(floor.centre[i] + Vec3<float>{0, up, 0});
         const auto more = [](auto& to, const auto& from) {
