@@ -1,5 +1,7 @@
 #include "host/session/local_surface.h"
 
+#include "host/session/patches.h"
+
 namespace knead {
 namespace {
 

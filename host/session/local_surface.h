@@ -3,7 +3,6 @@
 #include <optional>
 #include <vector>
 
-#include "host/session/patches.h"
 #include "host/splats/cells.h"
 
 namespace knead {
