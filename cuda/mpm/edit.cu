@@ -87,22 +87,24 @@ __global__ void __launch_bounds__(threads)
 }
 
 // 1 for those that stay, by place and by id.
-__global__ void __launch_bounds__(threads) mark_kernel(const Chosen gone, int* by_place, int* by_id)
+__global__ void __launch_bounds__(threads)
+    mark_kernel(const ParticleView from, const char* gone, int* by_place, int* by_id)
 {
     const int i = int(blockIdx.x * threads + threadIdx.x);
-    if (i >= gone.particles.count) return;
-    by_place[i] = by_id[gone.particles.ids[i]] = gone.has(i) ? 0 : 1;
+    if (i >= from.count) return;
+    by_place[i] = by_id[from.ids[i]] = gone[object_of(from, i)] ? 0 : 1;
 }
 
 // The sums of what comes before have taken the marks' places.
 __global__ void __launch_bounds__(threads)
-    keep_kernel(const Chosen gone, const ParticleView to, const int* by_place, const int* by_id)
+    keep_kernel(const ParticleView from, const char* gone, const ParticleView to,
+                const int* by_place, const int* by_id)
 {
     const int i = int(blockIdx.x * threads + threadIdx.x);
-    if (i >= gone.particles.count || gone.has(i)) return;
+    if (i >= from.count || gone[object_of(from, i)]) return;
     const int at = by_place[i];
-    for (int r = 0; r < particle_rows; ++r) to.row(r, at) = gone.particles.row(r, i);
-    to.ids[at] = by_id[gone.particles.ids[i]];
+    for (int r = 0; r < particle_rows; ++r) to.row(r, at) = from.row(r, i);
+    to.ids[at] = by_id[from.ids[i]];
 }
 
 __global__ void __launch_bounds__(threads) id_kernel(const ParticleView from, const ParticleView to)
@@ -159,17 +161,16 @@ std::size_t keep_scratch_bytes(int count)
     return bytes;
 }
 
-void keep_others(const ParticleView& from, int object, const ParticleView& to, int* places,
+void keep_others(const ParticleView& from, const char* gone, const ParticleView& to, int* places,
                  void* scratch, std::size_t scratch_bytes, cudaStream_t stream)
 {
-    const Chosen gone{from, object};
     int* const by_id = places + from.count;
-    launch("mark", mark_kernel, blocks_of(from), threads, stream, gone, places, by_id);
+    launch("mark", mark_kernel, blocks_of(from), threads, stream, from, gone, places, by_id);
     for (int* marks : {places, by_id})
         check(
             cub::DeviceScan::ExclusiveSum(scratch, scratch_bytes, marks, marks, from.count, stream),
             "keep");
-    launch("keep", keep_kernel, blocks_of(from), threads, stream, gone, to, places, by_id);
+    launch("keep", keep_kernel, blocks_of(from), threads, stream, from, gone, to, places, by_id);
 }
 
 void order_by_id(const ParticleView& from, const ParticleView& to, cudaStream_t stream)

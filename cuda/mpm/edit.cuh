@@ -41,10 +41,11 @@ void change_law(const ParticleView& particles, int object, Plasticity from, Plas
 // Blocks that an object's particles are in forget how long they have been at rest.
 void wake(const ParticleView& particles, int object, const Lattice<float>& lattice, int* quiet,
           cudaStream_t stream);
-// All particles but an object's, in their order, with ids that leave no gap. `places` has room for
-// twice as many as there are particles; `scratch` for scan_bytes(count).
+// All particles but those of objects that are marked in `gone`, in their order, with ids that leave
+// no gap. `places` has room for twice as many as there are particles; `scratch` for
+// keep_scratch_bytes(count).
 std::size_t keep_scratch_bytes(int count);
-void keep_others(const ParticleView& from, int object, const ParticleView& to, int* places,
+void keep_others(const ParticleView& from, const char* gone, const ParticleView& to, int* places,
                  void* scratch, std::size_t scratch_bytes, cudaStream_t stream);
 // All particles in the order of their ids.
 void order_by_id(const ParticleView& from, const ParticleView& to, cudaStream_t stream);

@@ -88,19 +88,13 @@ void add_beside(const GaussianView& splats, const ParticleView& particles,
                 cudaStream_t stream);
 void place(const GaussianView& splats, const GaussianPlace* placed, int count, cudaStream_t stream);
 
-// Which Gaussians: of objects that are marked so.
-struct MarkedObjects {
-    const char* marks;  // by object
-    char with;
-    __device__ bool has(int object) const { return marks[object] == with; }
-};
-// `marks` has room for 2 (count + 1): of each that is chosen its place among the chosen, by place
-// and then by id; each half ends with how many there are. `scratch` is for
-// keep_scratch_bytes(count + 1).
-void choose(const GaussianView& splats, const MarkedObjects& of, int* marks, void* scratch,
+// Those stay whose objects are not marked in `gone`. `places` has room for 2 (count + 1): where
+// each of them comes, by place and then by id; each half ends with how many there are. `scratch` is
+// for keep_scratch_bytes(count + 1).
+void choose(const GaussianView& splats, const char* gone, int* places, void* scratch,
             std::size_t scratch_bytes, cudaStream_t stream);
-// Those that are chosen, in their order, with ids that leave no gap, or with those that they had.
-void copy_chosen(const GaussianView& from, const MarkedObjects& of, const GaussianView& to,
-                 const int* marks, bool renumbered, cudaStream_t stream);
+// These, in their order, with ids that leave no gap.
+void copy_chosen(const GaussianView& from, const char* gone, const GaussianView& to,
+                 const int* places, cudaStream_t stream);
 
 }  // namespace knead::gpu

@@ -92,27 +92,27 @@ __global__ void __launch_bounds__(threads)
 
 // And behind the last a 0, so that the sums say how many there are.
 __global__ void __launch_bounds__(threads)
-    choose_kernel(const __grid_constant__ GaussianView d, const MarkedObjects of, int* by_place,
+    choose_kernel(const __grid_constant__ GaussianView d, const char* gone, int* by_place,
                   int* by_id)
 {
     const int i = int(blockIdx.x * threads + threadIdx.x);
     if (i > d.count) return;
-    const bool chosen = i < d.count && of.has(d.objects[i]);
+    const bool chosen = i < d.count && !gone[d.objects[i]];
     by_place[i] = chosen, by_id[i < d.count ? d.ids[i] : i] = chosen;
 }
 
 // The sums of what comes before have taken the marks' places.
 __global__ void __launch_bounds__(threads)
-    copy_kernel(const __grid_constant__ GaussianView d, const MarkedObjects of,
+    copy_kernel(const __grid_constant__ GaussianView d, const char* gone,
                 const __grid_constant__ GaussianView to, const int* by_place, const int* by_id)
 {
     const int i = int(blockIdx.x * threads + threadIdx.x);
-    if (i >= d.count || !of.has(d.objects[i])) return;
-    const int at = by_place[i], id = d.ids[i];
+    if (i >= d.count || gone[d.objects[i]]) return;
+    const int at = by_place[i];
     UNROLL
     for (int r = 0; r < gaussian_rows; ++r) to.row(r, at) = d.row(r, i);
     to.sides[at] = d.sides[i], to.objects[at] = d.objects[i];
-    to.ids[at] = by_id ? by_id[id] : id;
+    to.ids[at] = by_id[d.ids[i]];
 }
 
 __global__ void __launch_bounds__(threads)
@@ -153,23 +153,23 @@ void place(const GaussianView& splats, const GaussianPlace* placed, int count, c
            count);
 }
 
-void choose(const GaussianView& splats, const MarkedObjects& of, int* marks, void* scratch,
+void choose(const GaussianView& splats, const char* gone, int* places, void* scratch,
             std::size_t scratch_bytes, cudaStream_t stream)
 {
     const int count = splats.count + 1;
-    int* const by_id = marks + count;
-    launch("choose", choose_kernel, blocks_for(count, threads), threads, stream, splats, of, marks,
-           by_id);
-    for (int* half : {marks, by_id})
+    int* const by_id = places + count;
+    launch("choose", choose_kernel, blocks_for(count, threads), threads, stream, splats, gone,
+           places, by_id);
+    for (int* half : {places, by_id})
         check(cub::DeviceScan::ExclusiveSum(scratch, scratch_bytes, half, half, count, stream),
               "choose");
 }
 
-void copy_chosen(const GaussianView& from, const MarkedObjects& of, const GaussianView& to,
-                 const int* marks, bool renumbered, cudaStream_t stream)
+void copy_chosen(const GaussianView& from, const char* gone, const GaussianView& to,
+                 const int* places, cudaStream_t stream)
 {
-    launch("copy chosen", copy_kernel, blocks_for(from.count, threads), threads, stream, from, of,
-           to, marks, renumbered ? marks + from.count + 1 : nullptr);
+    launch("copy chosen", copy_kernel, blocks_for(from.count, threads), threads, stream, from, gone,
+           to, places, places + from.count + 1);
 }
 
 void arrange(const GaussianView& gaussians, float* rows, cudaStream_t stream)

@@ -139,13 +139,21 @@ void LiveRun::keep_splats(const Frame& frame)
     if (!rule.stepped) adopt_plan(row);
     const bool other_clay =
         rule.stepped ? splats.after(frame, row, *solver) : splats.follow_hands(frame, row, *solver);
-    if (other_clay) {
-        ++edits;
-        loop->clay_edited();
-        particles = std::max(particles, solver->particle_count());
-    }
+    if (other_clay) clay_changed();
     if (!rule.stepped) begin_plan(frame.number);
-    if (row.splats_split + row.splats_added + row.cubes_taken + row.cubes_given_back == 0) return;
+    if (row.splats_split + row.splats_added + row.cubes_taken + row.cubes_given_back > 0)
+        splats_changed();
+}
+
+void LiveRun::clay_changed()
+{
+    ++edits;
+    loop->clay_edited();
+    particles = std::max(particles, solver->particle_count());
+}
+
+void LiveRun::splats_changed()
+{
     splats.refresh();
     drawn = splats.picture();
     ++splat_version;
@@ -155,6 +163,7 @@ void LiveRun::keep_splats(const Frame& frame)
 void LiveRun::adopt_plan(FrameRow& row)
 {
     using namespace std::chrono_literals;
+    if (splats.leaving()) return;
     if (!plan.valid() || plan.wait_for(0s) != std::future_status::ready) return;
     UpkeepPlan made = plan.get();
     if (edits == planned_edits) splats.adopt(std::move(made), row, *solver);
@@ -162,7 +171,7 @@ void LiveRun::adopt_plan(FrameRow& row)
 
 void LiveRun::begin_plan(int frame)
 {
-    if (plan.valid() || !splats.upkeep().due(frame)) return;
+    if (plan.valid() || splats.leaving() || !splats.upkeep().due(frame)) return;
     planned_edits = edits;
     plan = std::async(std::launch::async,
                       [of = solver.get(), then = solver->snapshot(), task = splats.upkeep().task(),
@@ -231,6 +240,7 @@ void LiveRun::play(bool on)
 void LiveRun::edit(const Edit& change, bool reshapes)
 {
     std::exception_ptr refused;
+    if (splats.end_leaving(*solver)) clay_changed(), splats_changed();
     ++edits;
     loop->edit([&](Solver& s) {
         try {

@@ -51,6 +51,8 @@ class LiveRun {
     void keep_up(Motion& motion) const;
     void after(const Frame& frame);
     void keep_splats(const Frame& frame);
+    void clay_changed();
+    void splats_changed();
     void adopt_plan(FrameRow& row);
     void begin_plan(int frame);
     void make_sources();

@@ -13,46 +13,11 @@ namespace knead {
 namespace {
 
 constexpr int cube_cells = 2 * block_edge;
-// What hands have left is given back so often: it holds a frame up, and can wait.
+// What hands have left is given back so often: it can wait.
 constexpr int frames_apart = 32;
-constexpr std::uint32_t no_slot = ~std::uint32_t(0);
 // Beyond what moves, in cells: clay that holds it, and how much farther a hand must be from clay
 // before that is given back.
 constexpr double support_cells = block_edge, slack_cells = 2 * block_edge;
-
-template <class T>
-void keep_only(std::vector<T>& all, const std::vector<std::uint32_t>& kept)
-{
-    for (std::size_t i = 0; i < kept.size(); ++i) all[i] = all[kept[i]];
-    all.resize(kept.size());
-}
-
-void keep_only(SplatCloud& all, const std::vector<std::uint32_t>& kept)
-{
-    for (std::size_t i = 0; i < kept.size(); ++i)
-        if (kept[i] != i) set_splat(all, i, all, kept[i]);
-    resize(all, kept.size());
-}
-
-// Whether it is, to the bit, where and as it was when it was attached.
-bool untouched(const Gaussian<double>& g, Vec3<float> centre)
-{
-    const Vec3<float> x = cast<float>(g.x);
-    const Mat3<double>& F = g.F;
-    return x.x == centre.x && x.y == centre.y && x.z == centre.z && F.a.x == 1 && F.b.y == 1 &&
-           F.c.z == 1 && F.a.y == 0 && F.a.z == 0 && F.b.x == 0 && F.b.z == 0 && F.c.x == 0 &&
-           F.c.y == 0;
-}
-
-// A normal of what was deformed by F.
-Vec3<float> turned_normal(const Mat3<double>& F, Vec3<float> n)
-{
-    // The cofactors of F, F^-T times its determinant.
-    const Mat3<double> C{cross(F.b, F.c), cross(F.c, F.a), cross(F.a, F.b)};
-    const Vec3<double> m = C * cast<double>(n);
-    const double size = length(m);
-    return size > 0 ? cast<float>((1 / size) * m) : n;
-}
 
 }  // namespace
 
@@ -201,78 +166,6 @@ void LocalClay::take_splats(Solver& solver)
     solver.edit_gaussians(edits);
 }
 
-void LocalClay::give_back(const std::vector<Key>& left, Solver& solver)
-{
-    std::vector<int> objects;
-    for (const Key key : left) {
-        if (state_.clay[key] >= 0) objects.push_back(state_.clay[key]);
-        state_.clay.erase(key);
-    }
-    if (objects.empty()) return;
-    SomeGaussians back = solver.gaussians_of(objects);
-    solver.remove_each(objects);
-    CarriedSplats& carried = moving.change();
-    state_.home.resize(carried.count(), -1);
-    std::vector<char> leaves(carried.count(), 0);
-    std::vector<std::uint32_t> changed, slots, kept;
-    changed.reserve(back.indices.size()), slots.reserve(back.indices.size());
-    for (std::size_t k = 0; k < back.indices.size(); ++k) {
-        const auto i = std::size_t(back.indices[k]);
-        const int slot = state_.home[i];
-        const Gaussian<double> g = back.gaussians[k];
-        leaves[i] = 1;
-        if (slot >= 0) state_.away[std::size_t(slot)] = 0;
-        if (slot >= 0 && untouched(g, state_.cloud.centre[std::size_t(slot)])) continue;
-        back.gaussians[changed.size()] = g;
-        changed.push_back(std::uint32_t(i)), slots.push_back(std::uint32_t(slot));
-    }
-    back.gaussians.resize(changed.size());
-    settle(deformed(picked(carried.cloud, changed), back.gaussians), std::move(slots),
-           back.gaussians);
-    kept.reserve(leaves.size());
-    for (std::size_t i = 0; i < leaves.size(); ++i)
-        if (!leaves[i]) kept.push_back(std::uint32_t(i));
-    keep_only(carried.cloud, kept);
-    keep_only(carried.extent, kept), keep_only(state_.home, kept);
-}
-
-// Splats stand where they are now, in these slots; one that was split off or added, in a new one.
-void LocalClay::settle(const SplatCloud& now, std::vector<std::uint32_t> slots,
-                       const std::vector<Gaussian<double>>& as)
-{
-    SplatCloud& cloud = state_.cloud;
-    const std::size_t before = cloud.count();
-    std::size_t all = before;
-    for (std::uint32_t& slot : slots)
-        if (slot == no_slot) slot = std::uint32_t(all++);
-    resize(cloud, all), state_.away.resize(all, 0), state_.normal.resize(all, {0, 0, 0});
-    // Few come to another cube.
-    std::vector<std::uint32_t> leaving, coming;
-    Key touched = -1;
-    for (std::size_t k = 0; k < slots.size(); ++k) {
-        const std::uint32_t i = slots[k];
-        const Vec3<double> to = cast<double>(now.centre[k]), from = cast<double>(cloud.centre[i]);
-        const Key key = tiling.key_of(from);
-        const bool known = i < before;
-        if (known && between_walls(from) == between_walls(to) && tiling.key_of(to) == key) {
-            if (touched != key) standing.touch(key);
-            touched = key;
-            continue;
-        }
-        coming.push_back(i);
-        if (known) leaving.push_back(i);
-    }
-    standing.remove(leaving, cloud);
-    const int count = int(slots.size());
-#pragma omp parallel for schedule(static)
-    for (int k = 0; k < count; ++k) {
-        const auto from = std::size_t(k), i = std::size_t(slots[from]);
-        set_splat(cloud, i, now, from);
-        if (i < before) state_.normal[i] = turned_normal(as[from].F, state_.normal[i]);
-    }
-    for (const std::uint32_t i : coming) put(i);
-}
-
 void LocalClay::set_material(int object, const Material<double>& to, Solver& solver)
 {
     if (object != ground) return;
@@ -281,26 +174,38 @@ void LocalClay::set_material(int object, const Material<double>& to, Solver& sol
         if (clay >= 0) solver.set_material(clay, to);
 }
 
-LocalReport LocalClay::after(int frame, const Motion& motion, Solver& solver)
+// Cubes that all hands have left, and others that they come near: more of them than are needed now,
+// once, rather than again in the frames to come.
+LocalClay::Change LocalClay::change_for(const Boxes& boxes) const
+{
+    Change change;
+    const std::vector<Key> held = cubes_near(boxes, reach + slack_cells * dx);
+    for (const auto& [key, object] : state_.clay)
+        if (!std::binary_search(held.begin(), held.end(), key)) change.left.push_back(key);
+    const auto missing = [&](double beyond) {
+        std::vector<Key> keys;
+        for (const Key key : cubes_near(boxes, beyond))
+            if (!state_.clay.count(key) || leaves(key)) keys.push_back(key);
+        return keys;
+    };
+    if (!missing(reach).empty()) change.wanted = missing(reach + slack_cells / 2 * dx);
+    return change;
+}
+
+LocalReport LocalClay::after(int frame, const Motion& motion, Solver& solver, bool beside)
 {
     LocalReport report;
+    report.given_back = end_leaving(solver, false);
     const Boxes boxes = boxes_of(motion);
-    const std::vector<Key> held = cubes_near(boxes, reach + slack_cells * dx);
-    std::vector<Key> left, wanted;
-    for (const auto& [key, object] : state_.clay)
-        if (!std::binary_search(held.begin(), held.end(), key)) left.push_back(key);
-    const auto look = [&](double beyond) {
-        wanted.clear();
-        for (const Key key : cubes_near(boxes, beyond))
-            if (!state_.clay.count(key)) wanted.push_back(key);
-    };
-    look(reach);
-    // Once for more than is needed now, rather than again in the frames to come.
-    if (!wanted.empty()) look(reach + slack_cells / 2 * dx);
-    if (frame % frames_apart > 0) left.clear();
-    if (!left.empty()) give_back(left, solver);
-    if (!wanted.empty()) take(wanted, boxes, solver);
-    report.taken = wanted.size(), report.given_back = left.size();
+    Change change = change_for(boxes);
+    const bool comes = !change.wanted.empty();
+    // Beside frames it can wait for one in which nothing comes.
+    const bool due = frame % frames_apart == 0 && !leaving() && !(beside && comes);
+    if (due && !change.left.empty())
+        report.given_back += begin_leaving(std::move(change.left), solver);
+    if (comes || !beside) report.given_back += end_leaving(solver, true);
+    if (comes) take(change.wanted, boxes, solver);
+    report.taken = change.wanted.size();
     for (const auto& [key, object] : state_.clay) report.cubes += object >= 0;
     report.splats = moving.cloud().count();
     return report;
@@ -309,6 +214,7 @@ LocalReport LocalClay::after(int frame, const Motion& motion, Solver& solver)
 void LocalClay::set_state(LocalState state)
 {
     check(state);
+    if (leaving()) way_back.get();
     if (state.cloud.degree != state_.cloud.degree)
         throw std::invalid_argument("splats that stand, of other harmonics");
     state_ = std::move(state);

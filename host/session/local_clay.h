@@ -4,6 +4,7 @@
 // all hands have left give their splats back, where they are and as they were deformed by then.
 // docs/splats.md.
 #pragma once
+#include <future>
 #include <vector>
 
 #include "host/scene/scene.h"
@@ -25,14 +26,20 @@ class LocalClay {
     LocalClay(const Scene& scene, int object, SplatCloud cloud, SplatUpkeep& moving);
 
     // After the frame of that number: clay for where the tools will be at the end of the next one,
-    // if they go on as in `motion`; back with what they have left, now and then.
-    LocalReport after(int frame, const Motion& motion, Solver& solver);
+    // if they go on as in `motion`; back with what they have left, now and then. `beside`: a thread
+    // finds out what goes back, and it goes a few frames later.
+    LocalReport after(int frame, const Motion& motion, Solver& solver, bool beside = false);
+    // Some clay is on its way back: no one else may edit the solver's Gaussians or remove clay.
+    bool leaving() const { return way_back.valid(); }
+    // It goes back now. True if some was on its way.
+    bool end_leaving(Solver& solver) { return end_leaving(solver, true) > 0; }
 
     // The tools are others from now on.
     void set_rig(const Rig& by) { rig = by; }
     // If the object is the one that stands still: its clay is of this material from now on.
     void set_material(int object, const Material<double>& material, Solver& solver);
 
+    // None of these four while clay is on its way back.
     const LocalState& state() const { return state_; }
     // Of the same scene. The solver and the splats that move must be those of then, too. Throws as
     // check().
@@ -53,8 +60,22 @@ class LocalClay {
     void put(std::uint32_t splat);
     void take(const std::vector<Key>& wanted, const Boxes& boxes, Solver& solver);
     void take_splats(Solver& solver);
-    void give_back(const std::vector<Key>& left, Solver& solver);
-    void settle(const SplatCloud& now, std::vector<std::uint32_t> slots,
+    struct Change {
+        std::vector<Key> left, wanted;
+    };
+    Change change_for(const Boxes& boxes) const;
+
+    struct WayBack {
+        std::vector<int> objects;
+        std::vector<std::uint32_t> slots;  // of splats that stand again
+        CarriedSplats stay;                // that move still
+        std::vector<int> home;             // theirs
+    };
+    bool leaves(Key cube) const;
+    std::size_t begin_leaving(std::vector<Key> cubes, Solver& solver);
+    std::size_t end_leaving(Solver& solver, bool now);
+    WayBack settle(const CarriedSplats& carried, SomeGaussians back, std::vector<int> objects);
+    void put_at(const SplatCloud& now, std::vector<std::uint32_t> slots,
                 const std::vector<Gaussian<double>>& as);
     int first_stratum(int cube) const;
     std::vector<Particle<double>> seeds(Int3 cube, int layer, const class CubeHeights& heights,
@@ -79,6 +100,9 @@ class LocalClay {
     LocalState state_;
     Cubes tiling;
     Standing standing;  // slots between the walls
+    std::vector<Key> on_way_back;
+    // The thread has state_, but for `clay`, and `standing`.
+    std::future<WayBack> way_back;
 };
 
 }  // namespace knead

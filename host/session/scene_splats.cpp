@@ -74,7 +74,7 @@ void tell(const UpkeepReport& done, FrameRow& row)
 bool SceneSplats::after(const Frame& frame, FrameRow& row, Solver& solver)
 {
     tell(moving.after(row.frame, solver), row);
-    return follow_hands(frame, row, solver);
+    return local_clay(frame, row, solver, false);
 }
 
 void SceneSplats::adopt(UpkeepPlan plan, FrameRow& row, Solver& solver)
@@ -84,8 +84,13 @@ void SceneSplats::adopt(UpkeepPlan plan, FrameRow& row, Solver& solver)
 
 bool SceneSplats::follow_hands(const Frame& frame, FrameRow& row, Solver& solver)
 {
+    return local_clay(frame, row, solver, true);
+}
+
+bool SceneSplats::local_clay(const Frame& frame, FrameRow& row, Solver& solver, bool beside)
+{
     if (!local()) return false;
-    const LocalReport now = around_hands->after(row.frame, frame.motion, solver);
+    const LocalReport now = around_hands->after(row.frame, frame.motion, solver, beside);
     row.cubes = long(now.cubes), row.cubes_taken = long(now.taken);
     row.cubes_given_back = long(now.given_back);
     return now.taken + now.given_back > 0;

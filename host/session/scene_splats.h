@@ -22,8 +22,11 @@ class SceneSplats {
     // where hands come or go, clay. True if clay was brought or taken.
     bool after(const Frame& frame, FrameRow& row, Solver& solver);
     // The same for who has splats split and added beside frames: clay, and what came of a task of
-    // upkeep().
+    // upkeep(), but not while clay is on its way back, beside frames, too.
     bool follow_hands(const Frame& frame, FrameRow& row, Solver& solver);
+    bool leaving() const { return local() && around_hands->leaving(); }
+    // That ends now, which edits the solver; true if some was on its way.
+    bool end_leaving(Solver& solver) { return leaving() && around_hands->end_leaving(solver); }
     const SplatUpkeep& upkeep() const { return moving; }
     void adopt(UpkeepPlan plan, FrameRow& row, Solver& solver);
     // The tools are others from now on; so is the material of an object, which the solver is told:
@@ -43,6 +46,8 @@ class SceneSplats {
     void set_state(const CarriedSplats& state, const LocalState& of_local);
 
   private:
+    bool local_clay(const Frame& frame, FrameRow& row, Solver& solver, bool beside);
+
     const Scene& scene;
     SplatUpkeep moving;
     std::unique_ptr<LocalClay> around_hands;    // null: no object has a depth

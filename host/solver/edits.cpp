@@ -50,12 +50,12 @@ void Solver::attach(int, const std::vector<Vec3<double>>&) { refuse(*this); }
 void Solver::set_gaussians(const std::vector<Gaussian<double>>&) { refuse(*this); }
 void Solver::edit_gaussians(const GaussianEdits&) { refuse(*this); }
 
-SomeGaussians Solver::gaussians_of(std::span<const int> objects) const
+SomeGaussians Solver::gaussians_of(const Snapshot& snapshot, std::span<const int> objects) const
 {
     SomeGaussians some;
     std::vector<int> wanted(objects.begin(), objects.end());
     std::sort(wanted.begin(), wanted.end());
-    const std::vector<Gaussian<double>> all = gaussians();
+    const std::vector<Gaussian<double>> all = held(snapshot).gaussians;
     for (std::size_t i = 0; i < all.size(); ++i) {
         if (!std::binary_search(wanted.begin(), wanted.end(), all[i].object)) continue;
         some.indices.push_back(int(i)), some.gaussians.push_back(all[i]);

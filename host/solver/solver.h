@@ -205,6 +205,9 @@ class Solver {
     virtual void restore(const Snapshot& snapshot);
     // What it holds, for any thread, while the solver goes on; particles by id.
     virtual Held held(const Snapshot& snapshot) const;
+    // The Gaussians of these objects in it, likewise.
+    virtual SomeGaussians gaussians_of(const Snapshot& snapshot,
+                                       std::span<const int> objects) const;
     virtual SavedState save() const;
     virtual void load(const SavedState& state);
     // Another after every frame, edit and restoring: who has drawn this number need not draw again.
@@ -215,8 +218,6 @@ class Solver {
     virtual std::vector<Particle<double>> particles() const = 0;
     // In the order in which they were attached.
     virtual std::vector<Gaussian<double>> gaussians() const { return {}; }
-    // Those of these objects, at less cost where they are few among many.
-    virtual SomeGaussians gaussians_of(std::span<const int> objects) const;
     // Where particles lie in a box, in no particular order [m].
     virtual std::vector<Vec3<double>> places(Vec3<double> low, Vec3<double> high) const;
     // Depth [m] of every particle inside a tool at the end of the last frame; 0 entries left out.

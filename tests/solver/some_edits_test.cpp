@@ -182,7 +182,7 @@ TEST_P(SomeEdits, GaussiansOfSomeObjectsAreToldAndGoWithThem)
     advance(*solver, 2);
     const Gaussians all = solver->gaussians();
     const int some[] = {objects[2], objects[0], objects[2]};
-    const SomeGaussians found = solver->gaussians_of(some);
+    const SomeGaussians found = solver->gaussians_of(*solver->snapshot(), some);
     Gaussians wanted, kept;
     for (std::size_t i = 0; i < all.size(); ++i) {
         const bool chosen = all[i].object == objects[0] || all[i].object == objects[2];
@@ -193,7 +193,7 @@ TEST_P(SomeEdits, GaussiansOfSomeObjectsAreToldAndGoWithThem)
     for (std::size_t k = 0; k < found.indices.size(); ++k)
         EXPECT_TRUE(same_bits(Gaussians{all[std::size_t(found.indices[k])]},
                               Gaussians{found.gaussians[k]}));
-    EXPECT_TRUE(solver->gaussians_of({}).indices.empty());
+    EXPECT_TRUE(solver->gaussians_of(*solver->snapshot(), {}).indices.empty());
     solver->remove_each({&objects[0], 1}), solver->remove_each({&objects[2], 1});
     EXPECT_TRUE(same_bits(solver->gaussians(), kept));
     advance(*solver, 2);

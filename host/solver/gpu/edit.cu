@@ -133,15 +133,16 @@ void Store::append(const std::vector<Particle<double>>& clay, int side, cudaStre
     swap_in(int(n));
 }
 
-void Store::erase(int object, long left, int side, cudaStream_t stream)
+void Store::erase(const std::vector<char>& objects, long left, int side, cudaStream_t stream)
 {
     const auto n = std::size_t(left);
     reserve_others(n);
     reserve_scratch(count());
-    reserve(places, 2 * std::size_t(count()));
+    reserve(places, 2 * std::size_t(count())), reserve(gone, objects.size());
+    copy(gone.data(), objects.data(), objects.size(), stream);
     const ParticleView to{other_rows.data(), other_ids.data(), int(left)};
-    keep_others(all.particles[side], object, to, places.data(), scratch.data(), scratch.bytes(),
-                stream);
+    keep_others(all.particles[side], gone.data(), to, places.data(), scratch.data(),
+                scratch.bytes(), stream);
     wait(stream, "remove");
     swap_in(int(left));
 }

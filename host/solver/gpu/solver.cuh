@@ -39,13 +39,14 @@ class GpuSolver : public Solver {
     std::shared_ptr<const Snapshot> snapshot() const override;
     void restore(const Snapshot& from) override;
     Held held(const Snapshot& snapshot) const override;
+    SomeGaussians gaussians_of(const Snapshot& snapshot,
+                               std::span<const int> objects) const override;
     SavedState save() const override;
     void load(const SavedState& from) override;
     long version() const override { return changes; }
     std::size_t particle_count() const override { return std::size_t(store.count()); }
     std::vector<Particle<double>> particles() const override;
     std::vector<Gaussian<double>> gaussians() const override;
-    SomeGaussians gaussians_of(std::span<const int> objects) const override;
     std::vector<Vec3<double>> places(Vec3<double> low, Vec3<double> high) const override;
     std::vector<double> penetration() const override;
     const std::vector<StageTime>& stage_times() const override;

@@ -96,15 +96,13 @@ void GpuSolver::remove_each(std::span<const int> objects)
     check_idle();
     Rules next = *book;
     next.remove_each(objects);
-    long left = book->count();
-    for (const int object : objects) {
-        wake(object);
-        if (book->count(object) == 0) continue;
-        left -= book->count(object);
-        store.erase(object, left, side, main);
+    for (const int object : objects) wake(object);
+    const std::vector<char> gone = marked(objects, next.setup().materials.size());
+    if (next.count() < book->count()) {
+        store.erase(gone, next.count(), side, main);
         side = 0;
     }
-    splats.erase(marked(objects, next.setup().materials.size()), main);
+    splats.erase(gone, main);
     adopt(next);
     edited();
 }
@@ -177,12 +175,6 @@ void GpuSolver::edit_gaussians(const GaussianEdits& edits)
     if (splats.edit(edits, store.views().particles[side], book->setup().walls, main)) stale = true;
     splats.show(main);
     ++changes;
-}
-
-SomeGaussians GpuSolver::gaussians_of(std::span<const int> objects) const
-{
-    check_idle();
-    return splats.of(marked(objects, book->setup().materials.size()), main);
 }
 
 std::vector<Vec3<double>> GpuSolver::places(Vec3<double> low, Vec3<double> high) const
@@ -258,6 +250,14 @@ Held GpuSolver::held(const Snapshot& snapshot) const
     download(rows, state.rows()), download(ids, state.ids());
     return {in_double({rows.data(), ids.data(), state.count}),
             Splats::downloaded(of_splats.memory, of_splats.count, of_splats.room)};
+}
+
+SomeGaussians GpuSolver::gaussians_of(const Snapshot& snapshot, std::span<const int> objects) const
+{
+    const GpuSnapshot& from = known(snapshot);
+    check(cudaSetDevice(device), "device");
+    wait(from.splats->used, "snapshot");
+    return some_of(*from.splats, objects);
 }
 
 void GpuSolver::restore(const Snapshot& snapshot)

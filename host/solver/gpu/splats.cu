@@ -55,56 +55,30 @@ void Splats::make_room(int count, cudaStream_t stream)
     wait(stream, "Gaussians");
 }
 
-Splats::Chosen Splats::chosen(const std::vector<char>& objects, char with,
-                              cudaStream_t stream) const
-{
-    const int n = count() + 1;
-    Chosen made{DeviceArray<char>(objects), DeviceArray<int>(2 * std::size_t(n)), 0};
-    const DeviceArray<unsigned char> scratch(keep_scratch_bytes(n));
-    choose(view_, {made.objects.data(), with}, made.places.data(), scratch.data(), scratch.size(),
-           stream);
-    wait(stream, "Gaussians");
-    check(
-        cudaMemcpy(&made.count, made.places.data() + count(), sizeof made.count, cudaMemcpyDefault),
-        "Gaussians");
-    return made;
-}
-
-SomeGaussians Splats::of(const std::vector<char>& objects, cudaStream_t stream) const
-{
-    SomeGaussians some;
-    if (count() == 0) return some;
-    const Chosen them = chosen(objects, 1, stream);
-    const int n = them.count;
-    const DeviceArray<unsigned char> bytes(std::size_t(n) * GaussianView::bytes_each);
-    copy_chosen(view_, {them.objects.data(), 1}, gaussians_in(bytes.data(), n, n),
-                them.places.data(), false, stream);
-    wait(stream, "Gaussians");
-    std::vector<unsigned char> host = bytes.downloaded();
-    const GaussianView found = gaussians_in(host.data(), n, n);
-    // By id: a mark for each, then the places of those that are marked.
-    std::vector<int> rank(static_cast<std::size_t>(count()), -1);
-    for (int i = 0; i < n; ++i) rank[std::size_t(found.ids[i])] = 0;
-    some.indices.reserve(std::size_t(n));
-    for (std::size_t id = 0; id < rank.size(); ++id)
-        if (rank[id] == 0) rank[id] = int(some.indices.size()), some.indices.push_back(int(id));
-    some.gaussians.resize(std::size_t(n));
-    for (int i = 0; i < n; ++i)
-        some.gaussians[std::size_t(rank[std::size_t(found.ids[i])])] = in_double(found, i);
-    return some;
-}
-
+// Between two places in memory, which are kept: to free one waits for all that the device does.
 void Splats::erase(const std::vector<char>& objects, cudaStream_t stream)
 {
     if (count() == 0) return;
-    const Chosen kept = chosen(objects, 0, stream);
-    if (kept.count == count()) return;
-    DeviceArray<unsigned char> other(memory.size());
-    const GaussianView to = gaussians_in(other.data(), kept.count, view_.room, live.data());
-    copy_chosen(view_, {kept.objects.data(), 0}, to, kept.places.data(), true, stream);
-    set_count(kept.count, stream);
+    const auto hold = [](auto& array, std::size_t size) {
+        using Array = std::remove_reference_t<decltype(array)>;
+        if (array.size() < size) array = Array(size + size / 4);
+    };
+    const int n = count() + 1;
+    hold(gone, objects.size()), hold(places, 2 * std::size_t(n)), hold(sums, keep_scratch_bytes(n));
+    const auto copy = [stream](void* to, const void* from, std::size_t bytes) {
+        check(cudaMemcpyAsync(to, from, bytes, cudaMemcpyDefault, stream), "Gaussians");
+    };
+    copy(gone.data(), objects.data(), objects.size());
+    choose(view_, gone.data(), places.data(), sums.data(), sums.size(), stream);
+    int kept = 0;
+    copy(&kept, places.data() + count(), sizeof kept);
     wait(stream, "Gaussians");
-    memory = std::move(other), view_ = to;
+    if (kept == count()) return;
+    if (other.size() < memory.size()) other = DeviceArray<unsigned char>(memory.size());
+    const GaussianView to = gaussians_in(other.data(), kept, view_.room, live.data());
+    copy_chosen(view_, gone.data(), to, places.data(), stream);
+    set_count(kept, stream);
+    std::swap(memory, other), view_ = to;
 }
 
 bool Splats::edit(const GaussianEdits& edits, const ParticleView& particles, const WallRule& walls,
@@ -166,6 +140,34 @@ void Splats::set(const std::vector<Gaussian<double>>& all, const Lattice<float>&
 std::vector<Gaussian<double>> Splats::all() const
 {
     return downloaded(memory.data(), count(), view_.room);
+}
+
+SomeGaussians some_of(const GaussianState& state, std::span<const int> objects)
+{
+    SomeGaussians some;
+    if (state.count == 0 || objects.empty()) return some;
+    std::vector<char> wanted(std::size_t(*std::max_element(objects.begin(), objects.end())) + 1, 0);
+    for (const int object : objects) wanted[std::size_t(object)] = 1;
+    std::vector<unsigned char> host(state.bytes);
+    check(cudaMemcpy(host.data(), state.memory, host.size(), cudaMemcpyDefault), "Gaussians");
+    const GaussianView there = gaussians_in(host.data(), state.count, state.room);
+    const auto chosen = [&](int place) {
+        const auto object = std::size_t(there.objects[place]);
+        return object < wanted.size() && wanted[object];
+    };
+    // In the order of attaching.
+    std::vector<int> place_of(static_cast<std::size_t>(state.count), -1);
+    for (int i = 0; i < state.count; ++i)
+        if (chosen(i)) place_of[std::size_t(there.ids[i])] = i;
+    for (std::size_t id = 0; id < place_of.size(); ++id)
+        if (place_of[id] >= 0) some.indices.push_back(int(id));
+    some.gaussians.resize(some.indices.size());
+    const int count = int(some.indices.size());
+    for (int k = 0; k < count; ++k) {
+        const auto id = std::size_t(some.indices[std::size_t(k)]);
+        some.gaussians[std::size_t(k)] = in_double(there, place_of[id]);
+    }
+    return some;
 }
 
 std::vector<Gaussian<double>> Splats::downloaded(const unsigned char* from, int count, int room)

@@ -2,6 +2,7 @@
 // join them are put behind.
 #pragma once
 #include <memory>
+#include <span>
 #include <vector>
 
 #include "cuda/device/device_array.cuh"
@@ -14,7 +15,7 @@ class Splats {
   public:
     int count() const { return view_.count; }
     const GaussianView& view() const { return view_; }
-    std::size_t bytes() const { return memory.bytes() + drawn.bytes(); }
+    std::size_t bytes() const { return memory.bytes() + other.bytes() + drawn.bytes(); }
     const MovedGaussians& moved() const { return moved_; }
 
     // All of them, in the order of attaching; on the device in that of their nodes.
@@ -24,9 +25,8 @@ class Splats {
     // somewhere else now.
     bool edit(const GaussianEdits& edits, const ParticleView& particles, const WallRule& walls,
               cudaStream_t stream);
-    // Those of objects that are marked.
-    SomeGaussians of(const std::vector<char>& objects, cudaStream_t stream) const;
-    // They go; the others keep their order. What a graph was captured of is somewhere else then.
+    // Those of objects that are marked go; the others keep their order. What a graph was captured
+    // of is somewhere else then.
     void erase(const std::vector<char>& objects, cudaStream_t stream);
     // What moved() says is so from here on.
     void show(cudaStream_t stream);
@@ -44,13 +44,9 @@ class Splats {
     void reserve(int count, int room);
     void set_count(int count, cudaStream_t stream);
     void make_room(int count, cudaStream_t stream);
-    struct Chosen {
-        DeviceArray<char> objects;
-        DeviceArray<int> places;  // as of choose()
-        int count;
-    };
-    Chosen chosen(const std::vector<char>& objects, char with, cudaStream_t stream) const;
-    DeviceArray<unsigned char> memory;  // of view_, and more
+    DeviceArray<unsigned char> memory, other;  // of view_, and more; of the view before
+    DeviceArray<unsigned char> sums;           // scratch
+    DeviceArray<char> gone;                    // by object
     DeviceArray<int> live{1}, places;
     DeviceArray<GaussianSplit> splits;
     DeviceArray<GaussianBeside> added;
@@ -59,5 +55,8 @@ class Splats {
     DeviceArray<float> drawn;
     MovedGaussians moved_{};
 };
+
+// The Gaussians of these objects, once the state is written.
+SomeGaussians some_of(const GaussianState& state, std::span<const int> objects);
 
 }  // namespace knead::gpu

@@ -237,7 +237,8 @@ std::size_t Store::bytes() const
     std::size_t sum = materials.bytes() + bindings.bytes() + primitives.bytes() + amid.bytes() +
                       travel.bytes() + in_line.bytes() + clocks.bytes() + input.bytes() +
                       scratch.bytes() + rows.bytes() + runs.bytes() + run_listed.bytes() +
-                      box.bytes() + other_rows.bytes() + other_ids.bytes() + places.bytes();
+                      box.bytes() + other_rows.bytes() + other_ids.bytes() + places.bytes() +
+                      gone.bytes();
     for (int s = 0; s < 2; ++s) sum += spheres[s].bytes() + shapes[s].bytes() + ids[s].bytes();
     return sum;
 }

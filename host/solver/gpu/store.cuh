@@ -88,7 +88,8 @@ class Store {
     void set_box(const Lattice<float>& box);
     // Of the particles that lie on `side`; all lie on side 0 afterwards.
     void append(const std::vector<Particle<double>>& clay, int side, cudaStream_t stream);
-    void erase(int object, long left, int side, cudaStream_t stream);
+    // All of objects that are marked; so many are left.
+    void erase(const std::vector<char>& objects, long left, int side, cudaStream_t stream);
     void arrange_as_new(const Extent& around, int side, cudaStream_t stream);
     // Makes room for so many particles, and forgets those that there are.
     void resize(int count);
@@ -130,6 +131,7 @@ class Store {
     // Where an edit puts the particles that it leaves; then the two are swapped.
     DeviceArray<float4> other_rows;
     DeviceArray<int> other_ids, places;
+    DeviceArray<char> gone;  // by object
     std::shared_ptr<Pool> pool;
     Pinned<FrameInput> next_input[2];
     Views all{};
