@@ -17,6 +17,9 @@ namespace {
 
 // What lies beyond is not there: keeps one stray vertex from spoiling the shadows [m].
 constexpr float farthest = 1e4f;
+constexpr Vec3<float> selected_glow{0.35f, 0.62f, 1};
+
+void set_glow(Vec3<float> of) { glUniform3f(2, of.x, of.y, of.z); }
 
 void check(const EyeView& view, const EyeLook& look)
 {
@@ -299,12 +302,12 @@ void GlEyePainter::see(const EyeView& view, const EyeLook& look, const DrawnHidd
     glUniform1f(1, 1);
     for (std::size_t k = 0; k < clay_.parts().size(); ++k) {
         const EyeClay::Part& part = clay_.parts()[k];
-        glUniform1f(2, part.category == look.highlight ? 1.0f : 0.0f);
+        set_glow(part.category == look.highlight ? selected_glow : Vec3<float>{0, 0, 0});
         if (part.seen) clay_.draw(k);
     }
-    glUniform1f(2, 0);
     for (const DrawnHand& hand : drawn_hands_) {
         glUniform1f(1, clamp(hand.opacity, 0.0f, 1.0f));
+        set_glow(hand.glow);
         if (hand.opacity > 0) hands_.draw(hand.ranges.seen);
     }
     glBindVertexArray(nothing_);

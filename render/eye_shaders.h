@@ -113,7 +113,7 @@ in vec3 vertex_place;
 in vec3 vertex_normal;
 in vec4 vertex_colour;
 layout(location = 1) uniform float opacity;
-layout(location = 2) uniform float glow;  // 1: selected
+layout(location = 2) uniform vec3 glow;  // of the rim
 out vec4 radiance;
 const int order[16] = int[](0, 8, 2, 10, 12, 4, 14, 6, 3, 11, 1, 9, 15, 7, 13, 5);
 void main() {
@@ -131,7 +131,7 @@ void main() {
     vec3 view = normalize(eye.xyz - vertex_place);
     vec3 c = lit(vertex_place, n, view, vertex_colour.rgb, vertex_colour.a);
     float edge = pow(1 - max(dot(n, view), 0), 2);
-    radiance = vec4(toned(c + glow * mix(0.03, 0.8, edge) * vec3(0.35, 0.62, 1.0)), 1);
+    radiance = vec4(toned(c + mix(0.03, 0.8, edge) * glow), 1);
 }
 )";
 

@@ -8,7 +8,8 @@ namespace knead {
 std::vector<DrawnHand> gather_hands(Geometry& geometry, const std::vector<HandLook>& hands)
 {
     std::vector<DrawnHand> drawn;
-    for (const HandLook& hand : hands) drawn.push_back({add_hand(geometry, hand), hand.opacity});
+    for (const HandLook& hand : hands)
+        drawn.push_back({add_hand(geometry, hand), hand.opacity, hand.glow});
     return drawn;
 }
 

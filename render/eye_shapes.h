@@ -32,6 +32,7 @@ struct Shapes {
 struct DrawnHand {
     HandRanges ranges;
     float opacity;
+    Vec3<float> glow;
 };
 std::vector<DrawnHand> gather_hands(Geometry& geometry, const std::vector<HandLook>& hands);
 

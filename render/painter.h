@@ -32,6 +32,7 @@ struct HandLook {
     float opacity = 1;                      // [0, 1]; below 1/2 it casts no shadow
     bool skin = true;                       // false: a thing, of wood
     bool metal = false;                     // of steel instead
+    Vec3<float> glow{0, 0, 0};              // light of its rim, linear; eyes alone show it
 };
 
 // One picture cannot be made; why. Another one may be.

@@ -43,6 +43,9 @@ struct Colliders {
     Span<const Tool<R>> tools;
 };
 
+// Tools as a set of bits: those beyond the 31st share its last one.
+HD std::uint32_t tool_bit(int tool) { return 1u << min(tool, 31); }
+
 template <class R>
 struct Contact {
     R phi;      // signed distance [m]

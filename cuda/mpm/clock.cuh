@@ -18,6 +18,7 @@ struct Counters {
     unsigned long long woken;  // blocks
     unsigned long long stranded, splats_projected, splats_repaired;  // Gaussian-substeps
     unsigned deepest;  // bits of the largest depth found [m]
+    unsigned touched;  // tools that touched particles: tool_bit()
     int active_blocks;
 };
 

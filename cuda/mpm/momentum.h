@@ -18,21 +18,30 @@ HD Mat3<R> momentum_gradient(const Mat3<R>& C, const Sym3<R>& tau, R mass, R vol
     return mass * C - (dt * volume * spacing.per_D) * full(tau);
 }
 
-// Momentum [kg m/s] and mass [kg] per weight: at the stencil's base node, and by how much the
-// momentum grows from node to node along x, y and z.
+// Momentum [kg m/s] and mass [kg] per weight: at the stencil's base node, and by how much it grows
+// from node to node; along z as velocity [m/s], which is the same for every column of nodes.
 template <class R>
 struct Momentum {
     Four<R> base;
-    Mat3<R> by_step;
+    Vec3<R> along_x, along_y;  // [kg m/s]
+    Vec3<R> along_z;           // [m/s]
 };
 
-// Of a particle whose Kirchhoff stress is tau [Pa].
+// Of a particle whose Kirchhoff stress is tau [Pa]; per_mass is 1 / m.mass.
+//
+// What the base has of the growth along z is the same rounded velocity, times the weights' own
+// first moment. By Q and the stencil's d it would be off by the error of 1 / m.mass, which is one
+// number for all particles and substeps: a ball that flies and turns gained 1e-8 of its momentum in
+// each.
 template <class R>
-HD Momentum<R> momentum(const Particle<R>& q, const Sym3<R>& tau, const Material<R>& m,
+HD Momentum<R> momentum(const Particle<R>& q, const Sym3<R>& tau, const Material<R>& m, R per_mass,
                         const Stencil<R>& s, std::type_identity_t<const Spacing<R>&> spacing, R dt)
 {
     const Mat3<R> Q = momentum_gradient(q.C, tau, m.mass, m.volume, spacing, dt);
-    return {four(m.mass * q.v + Q * s.d, m.mass), spacing.dx * Q};
+    const Vec3<R> along_z = per_mass * (spacing.dx * Q.c);
+    const R above_base = R(1) + (s.w[2].z - s.w[0].z);  // in cells
+    const Vec3<R> p = m.mass * (q.v - above_base * along_z) + s.d.x * Q.a + s.d.y * Q.b;
+    return {four(p, m.mass), spacing.dx * Q.a, spacing.dx * Q.b, along_z};
 }
 
 }  // namespace knead

@@ -13,17 +13,17 @@ template <class R>
 HD Four<R> column_of(const Momentum<R>& a, const Stencil<R>& s, int i, int j)
 {
     Four<R> here = a.base;
-    if (j) here = slid(here, R(j), a.by_step.b);
-    if (i) here = slid(here, R(i), a.by_step.a);
+    if (j) here = slid(here, R(j), a.along_y);
+    if (i) here = slid(here, R(i), a.along_x);
     return (s.w[i].x * s.w[j].y) * here;
 }
 
 // A node of a column: its weight `w` along z times the column's momentum there, which from the
-// first node on grows by `per_mass` [m/s] times the mass.
+// first node on grew by `along_z` [m/s] times the mass.
 template <class R>
-HD Four<R> along(Four<R> column, R w, Vec3<R> per_mass)
+HD Four<R> along(Four<R> column, R w, Vec3<R> along_z)
 {
-    return w * slid(column, last(column), per_mass);
+    return w * slid(column, last(column), along_z);
 }
 
 // add(step, share) is where the memory is: a plain sum, a tile of shared memory, an atomic.
@@ -32,15 +32,14 @@ template <class R, class Add>
 HD void scatter(const Particle<R>& q, const Material<R>& m, const Stencil<R>& s,
                 std::type_identity_t<const Spacing<R>&> spacing, R dt, Add&& add)
 {
-    const Momentum<R> a = momentum(q, kirchhoff_stress(q, m), m, s, spacing, dt);
-    const Vec3<R> per_mass = (1 / m.mass) * a.by_step.c;
+    const Momentum<R> a = momentum(q, kirchhoff_stress(q, m), m, R(1) / m.mass, s, spacing, dt);
     UNROLL
     for (int n = 0; n < 9; ++n) {
         const Int3 step = {n % 3, n / 3, 0};
         const Four<R> column = column_of(a, s, step.x, step.y);
         UNROLL
         for (int k = 0; k < 3; ++k)
-            add(step + Int3{0, 0, k}, node(along(column, s.w[k].z, R(k) * per_mass)));
+            add(step + Int3{0, 0, k}, node(along(column, s.w[k].z, R(k) * a.along_z)));
     }
 }
 

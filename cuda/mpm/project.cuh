@@ -88,6 +88,13 @@ __device__ const float4* nodes_for(const G2pView& d, const Particle<float>& q, i
     return nodes;
 }
 
+// Tools that the lanes of a warp have touched, to the frame's.
+__device__ inline void add_touched(Clock& clock, std::uint32_t tools)
+{
+    const unsigned all = __reduce_or_sync(all_lanes, tools);
+    if (all && (threadIdx.x & 31) == 0) atomicOr(&clock.counters.touched, all);
+}
+
 // Projection of a warp's particles, of those that are `asked`, by all its lanes. Returns the depth
 // that the lane's was found at [m].
 template <bool blades, class PerCell>
@@ -103,8 +110,11 @@ __device__ float left_tools(Particle<float>& q, PerCell&& per_cell, const G2pVie
     if constexpr (!blades) borrowed.put_aside(q.C);
     const Mask& mask = in ? *own : d.near.masks[0];
     const Colliders<float> colliders = d.contact.colliders(later.n - 1);
-    if constexpr (blades)
-        if (in) covered = cut(q, colliders, mask, d.lattice.dx);
+    if constexpr (blades) {
+        std::uint32_t touched = 0;
+        if (in) covered = cut(q, colliders, mask, d.lattice.dx, touched);
+        add_touched(later.clock(), touched);
+    }
     borrowed.put_aside(q.x);
     WarpContact<32> contact(borrowed.contact(), colliders, d.near.way.skin);
     for (int k = 0; k < d.near.passes && __any_sync(all_lanes, in); ++k) {
@@ -113,6 +123,7 @@ __device__ float left_tools(Particle<float>& q, PerCell&& per_cell, const G2pVie
         if (near == 0) break;
         const Contact<float> hit = contact.deepest(0, near, in, q.x);
         in = hit.phi < 0;
+        add_touched(later.clock(), in ? tool_bit(hit.tool) : 0);
         if (in)
             put_out(q.x, q.v, hit, colliders.tools[hit.tool],
                     speed_out(d.near.way, -hit.phi, around, later.now));

@@ -68,15 +68,17 @@ HD R come_out(Vec3<R>& x, Vec3<R> from, Vec3<R> to, R shallow)
 }
 
 // Brings q out of the tools of its block, looking for them `passes` times at most; returns how
-// deep under the skin it was found [m], 0 outside. A cell around it holds `per_cell` like q.
+// deep under the skin it was found [m], 0 outside. A cell around it holds `per_cell` like q. Those
+// tools are added to `touched` (tool_bit()).
 template <class R>
 HD R project(Particle<R>& q, const Colliders<R>& c, const Mask& mask, int passes,
-             const WayOut<R>& way, R per_cell, R dt)
+             const WayOut<R>& way, R per_cell, R dt, std::uint32_t& touched)
 {
     Vec3<R> to = q.x;
     for (int k = 0; k < passes; ++k) {
         const Contact<R> hit = deepest_contact(c, mask, to, way.skin);
         if (!(hit.phi < 0)) break;
+        touched |= tool_bit(hit.tool);
         put_out(to, q.v, hit, c.tools[hit.tool], speed_out(way, -hit.phi, per_cell, dt));
     }
     return come_out(q.x, q.x, to, way.shallow);
@@ -105,13 +107,15 @@ HD bool confine(Particle<R>& q, const Walls<R>& walls)
 
 // Labels a particle that a blade has reached, and keeps a labelled one on its side. One that lies
 // further across than a substep can have carried it has its label from an older cut: it gets
-// a new one, and is not dragged through the blade. True if a blade covers it.
+// a new one, and is not dragged through the blade. True if a blade covers it; its tool is added to
+// `touched`.
 template <class R>
-HD bool cut(Particle<R>& q, const Colliders<R>& c, const Mask& mask, R dx)
+HD bool cut(Particle<R>& q, const Colliders<R>& c, const Mask& mask, R dx, std::uint32_t& touched)
 {
     bool covered = false;
     for_each_blade(c, mask, q.x, dx, [&](const Seen<R>& b, const Tool<R>& tool) {
         covered = true;
+        touched |= tool_bit(int(&tool - &c.tools[0]));
         const bool astray = (q.sides == below ? b.h : -b.h) > R(0.5) * dx;
         if (q.sides == uncut || astray) q.sides = b.h < 0 ? below : above;
         const R side = q.sides == below ? R(-1) : R(1), inside = b.half - side * b.h;

@@ -142,17 +142,16 @@ class WarpScatter {
                                const Stencil<float>& stencil, int slot, float dt)
     {
         const Momentum<float> a =
-            momentum(q, kirchhoff_stress(q, m), m, stencil, d.lattice.spacing, dt);
+            momentum(q, kirchhoff_stress(q, m), m, per_mass, stencil, d.lattice.spacing, dt);
         UNROLL
         for (int c = 0; c < 9; ++c) {
             const Int3 to = column_step(c);
             const Node<float> n = knead::node(column_of(a, stencil, to.x, to.y));
             s.columns[warp][slot][c] = {n.p.x, n.p.y, n.p.z, n.m};
         }
-        const Vec3<float> along_z = per_mass * a.by_step.c;
         UNROLL
         for (int k = 0; k < 3; ++k) {
-            const Vec3<float> slope = float(k) * along_z;
+            const Vec3<float> slope = float(k) * a.along_z;
             s.slopes[warp][slot][k] = {slope.x, slope.y, slope.z, stencil.w[k].z};
         }
         if constexpr (blades) s.sides[warp][slot] = q.label();

@@ -9,41 +9,6 @@
 namespace knead {
 namespace {
 
-// Whether clay is at the tool, within so far [m] of it. Where no surface was made nobody can tell,
-// and of one that is on a device only the box about it is known.
-bool at_clay(const LiveTool& tool, const LiveState& state, float within)
-{
-    const Meshes& clay = state.meshes;
-    const DeviceMesh* const away = clay ? nullptr : state.on_device.get();
-    if (!(clay || away) || tool.primitives.empty()) return true;
-    Vec3<float> low{1e30f, 1e30f, 1e30f}, high = -low;
-    std::vector<Shape<float>> shapes;
-    for (const DrawPrimitive& p : tool.primitives) {
-        const Sphere<float>* s = p.sphere;
-        for (int i = 0; i < p.count; ++i) {
-            const Vec3<float> c = s[i].c;
-            const float far = s[i].r + within;
-            low = {min(low.x, c.x - far), min(low.y, c.y - far), min(low.z, c.z - far)};
-            high = {max(high.x, c.x + far), max(high.y, c.y + far), max(high.z, c.z + far)};
-        }
-        const int last = p.count - 1;
-        shapes.push_back(shape(p.count, s[0], s[std::min(1, last)], s[std::min(2, last)]));
-    }
-    if (away) {
-        const Vec3<float> a = away->low(), b = away->high();
-        return !away->empty() && low.x <= b.x && low.y <= b.y && low.z <= b.z && high.x >= a.x &&
-               high.y >= a.y && high.z >= a.z;
-    }
-    for (const Mesh& mesh : *clay)
-        for (const Vec3<float>& x : mesh.vertices) {
-            if (x.x < low.x || x.y < low.y || x.z < low.z) continue;
-            if (x.x > high.x || x.y > high.y || x.z > high.z) continue;
-            for (const Shape<float>& s : shapes)
-                if (closest_point(s, x).phi < within) return true;
-        }
-    return false;
-}
-
 bool has_blade(const LiveTool& tool) { return tool.held == "knife" || tool.held == "scissors"; }
 
 }  // namespace
@@ -102,8 +67,10 @@ std::vector<HandLook> HeadsetHands::looks()
         if (opacity[side] <= 0) continue;
         std::vector<char> alone(sides.size(), 0);
         alone[tool] = 1;
-        for (HandLook& look : hand_looks(by, joints, alone, opacity[side]))
+        for (HandLook& look : hand_looks(by, joints, alone, opacity[side])) {
+            look.glow = cue[side].glow(newest.time);
             all.push_back(std::move(look));
+        }
     }
     return all;
 }
@@ -114,11 +81,10 @@ void HeadsetHands::feel(const LiveState& state, Feel felt[side_count])
     if (state.version == felt_version) return;
     felt_version = state.version;
     const FrameStats& stats = state.frame.stats;
-    // The surface is where half of the clay's density is: about a node of it away from the clay.
-    const float within = 1.5f * state.surface.lattice.dx;
     bool now[side_count] = {false, false}, blade[side_count] = {false, false};
-    for (const LiveTool& tool : state.tools) {
-        if (stats.projected == 0 || !tool.active || !at_clay(tool, state, within)) continue;
+    for (std::size_t k = 0; k < state.tools.size(); ++k) {
+        const LiveTool& tool = state.tools[k];
+        if (!tool.active || !(stats.touched & tool_bit(int(k)))) continue;
         now[tool.side] = true, blade[tool.side] = has_blade(tool);
     }
     for (int side = 0; side < side_count; ++side) {
@@ -127,7 +93,26 @@ void HeadsetHands::feel(const LiveState& state, Feel felt[side_count])
                                                : Feel::yielding;
         if (now[side]) felt[side] = touched[side] ? steady : Feel::contact;
         touched[side] = now[side];
+        cue[side].show(felt[side], newest.time);
     }
+}
+
+void HandCue::show(Feel feel, double time)
+{
+    if (feel == Feel::contact)
+        struck = time;
+    else if (feel != Feel::nothing)
+        steady = feel, felt = time;
+}
+
+Vec3<float> HandCue::glow(double time) const
+{
+    constexpr Vec3<float> warm{1, 0.8f, 0.4f}, red{1, 0.25f, 0.15f};
+    const auto left = [time](double since) {
+        return clamp(float(1 - (time - since) / lasting), 0.f, 1.f);
+    };
+    return 2 * left(struck) * warm +
+           left(felt) * (steady == Feel::cutting ? 1.4f * red : 0.7f * warm);
 }
 
 float strength_of(Feel feel)

@@ -22,6 +22,19 @@ class HandFade {
     double last = 0, lost = -1e30;  // [s]
 };
 
+// What a hand feels, made visible: its rim lights up at contact, glows faintly while clay yields to
+// it and red while its blade cuts, and fades when nothing more is felt.
+class HandCue {
+  public:
+    static constexpr double lasting = 0.25;  // [s]
+    void show(Feel feel, double time);
+    Vec3<float> glow(double time) const;  // linear
+
+  private:
+    double struck = -1e30, felt = -1e30;  // when last: contact began, something steady [s]
+    Feel steady = Feel::nothing;
+};
+
 // One frame of both hands, in the frame of recordings.
 HandFrame hand_frame(const Sight& sight, const Workplace& workplace, double time);
 
@@ -40,13 +53,14 @@ class HeadsetHands {
     // What to draw at the newest time, tool by tool.
     std::vector<HandLook> looks();
     // What each side does to clay: contact of its own that begins, then whether clay yields to it
-    // or its blade cuts. Nothing where the state was felt already.
+    // or its blade cuts. Nothing where the state was felt already. looks() shows it from then on.
     void feel(const LiveState& state, Feel felt[side_count]);
 
   private:
     HandsRule by;
     std::optional<HandStream> stream;  // in the frame of the hands
     HandFade fade[side_count];
+    HandCue cue[side_count];
     HandFrame newest;
     bool touched[side_count] = {false, false};
     long felt_version = -1;  // of the state

@@ -191,19 +191,21 @@ void Reference::project(double dt)
     const Colliders<double> tools = colliders();
     const WayOut<double> way = way_out(step_limits(setup));
     long projected = 0, far = 0, confined = 0, sliced_off = 0;
+    std::uint32_t touched = 0;
     double deepest = 0;
 #pragma omp parallel for num_threads(threads) reduction(+ : projected, far, confined, sliced_off) \
-    reduction(max : deepest)
+    reduction(max : deepest) reduction(| : touched)
     for (std::size_t i = 0; i < q.size(); ++i) {
         Particle<double>& p = q[i];
-        if (blades && setup.passes > 0) sliced_off += cut(p, tools, active, setup.lattice.dx);
-        depth[i] = knead::project(p, tools, active, setup.passes, way, per_cell[i], dt);
+        if (blades && setup.passes > 0)
+            sliced_off += cut(p, tools, active, setup.lattice.dx, touched);
+        depth[i] = knead::project(p, tools, active, setup.passes, way, per_cell[i], dt, touched);
         projected += depth[i] > 0, far += depth[i] > setup.lattice.dx;
         deepest = std::fmax(deepest, depth[i]);
         confined += confine(p, walls);
     }
     stats.projected += projected, stats.moved_far += far, stats.confined += confined,
-        covered += sliced_off;
+        covered += sliced_off, stats.touched |= touched;
     stats.found_depth = std::fmax(stats.found_depth, deepest - way.skin);
 }
 

@@ -1,5 +1,6 @@
 // The simulator behind one face, whatever it runs on: set up once, then advanced frame by frame.
 #pragma once
+#include <cstdint>
 #include <functional>
 #include <memory>
 #include <span>
@@ -70,6 +71,7 @@ struct FrameStats {
                                      // by more than a cell
     long trimmed = 0;                // nodes slowed that hold next to nothing
     double found_depth = 0;          // deepest before projection [m]
+    std::uint32_t touched = 0;       // tools that found clay inside, or at a blade: tool_bit()
     long active_blocks = 0;          // of the last substep
     long moved = 0;     // particle-substeps: less than their product where clay was still
     long woken = 0;     // blocks of still clay that were pushed

@@ -288,7 +288,10 @@ TYPED_TEST(ContactTest, FarFromEveryToolNothingHappens)
     Particle<R> q{};
     q.x = far, q.v = v, q.C = cast<R>(draw.matrix());
     const Particle<R> before = q;
-    EXPECT_EQ(project(q, rig.colliders(), rig.all(), 2, WayOut<R>{1, 1, R(0.1)}, R(8), R(0.01)), 0);
+    std::uint32_t touched = 0;
+    const WayOut<R> way{1, 1, R(0.1)};
+    EXPECT_EQ(project(q, rig.colliders(), rig.all(), 2, way, R(8), R(0.01), touched), 0);
+    EXPECT_EQ(touched, 0u);
     EXPECT_EQ(length(q.x - before.x) + length(q.v - before.v) + size(q.C - before.C), 0);
 }
 
@@ -317,8 +320,10 @@ TYPED_TEST(ContactTest, AParticleInsideAnyPrimitiveIsOnItsWayOutAndNeverDeep)
         const Particle<R> was = q;
         constexpr double per_cell[] = {0.2, 1, 8}, times[] = {1, 4, 32};
         const R among = R(per_cell[round / 3 % 3]);
-        const R depth =
-            project(q, rig.colliders(), rig.all(), 1, WayOut<R>{shallow, fastest, skin}, among, dt);
+        std::uint32_t touched = 0;
+        const WayOut<R> way{shallow, fastest, skin};
+        const R depth = project(q, rig.colliders(), rig.all(), 1, way, among, dt, touched);
+        EXPECT_EQ(touched, before.phi < 0 ? tool_bit(before.tool) : 0);
         EXPECT_EQ(size(q.C - was.C), 0);
         if (before.phi >= 0) {
             EXPECT_EQ(depth, 0);
@@ -368,8 +373,9 @@ TYPED_TEST(ContactTest, APlaneIsWhereItIsForNodesAndParticlesAlikeAtEveryFractio
         }
         Particle<R> q{};
         q.x = {R(0.5), R(height - 0.02), R(0.5)}, q.v = {0, -1, 0};
-        const R depth = project(q, rig.colliders(), rig.all(), 2,
-                                WayOut<R>{lattice.dx / 4, R(1e3), 0}, R(0.1), R(1e-3));
+        std::uint32_t touched = 0;
+        const WayOut<R> way{lattice.dx / 4, R(1e3), 0};
+        const R depth = project(q, rig.colliders(), rig.all(), 2, way, R(0.1), R(1e-3), touched);
         EXPECT_NEAR(double(depth), 0.02, either<R>(5e-6, 1e-12));
         EXPECT_NEAR(double(q.x.y), height - 1.0 / 64, either<R>(5e-6, 1e-12));  // a quarter is left
         EXPECT_NEAR(double(q.v.y), 20, either<R>(5e-3, 1e-9));

@@ -171,7 +171,8 @@ Particle<float> moved(const knead::Setup& s, Particle<float> q,
     const auto way = cast<float>(way_out(limits));
     q.e = advance_b(q.e, q.C, float(dt));
     q.x = q.x + float(dt) * q.v;
-    project(q, t.colliders, t.every, s.passes, way, per_cell, float(dt));
+    std::uint32_t touched = 0;
+    project(q, t.colliders, t.every, s.passes, way, per_cell, float(dt), touched);
     confine(q, v.walls);
     yield(q, v.material, float(dt));
     repair(q, before);

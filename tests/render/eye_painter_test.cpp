@@ -27,8 +27,7 @@ TEST(EyeView, OfACameraLooksFromItToItsTarget)
     EXPECT_TRUE(valid(eye));
     EXPECT_NEAR(dot(rotate(eye.rotation, Vec3<float>{0, 0, 1}), gaze), length(gaze), 1e-5f);
     EXPECT_LT(rotate(eye.rotation, Vec3<float>{0, 1, 0}).y, -0.9f);
-    EXPECT_EQ(eye.up, -view.up);
-    EXPECT_EQ(eye.down, -view.down);
+    EXPECT_TRUE(eye.up == -view.up && eye.down == -view.down);
 }
 
 #if KNEAD_HAS_GL
@@ -40,8 +39,7 @@ Mesh ball(Vec3<float> centre, float radius, int category = 0)
 {
     Geometry sphere{};
     DrawPrimitive primitive{1, {}};
-    primitive.sphere[0].r = radius;
-    primitive.sphere[0].c = centre;
+    primitive.sphere[0].r = radius, primitive.sphere[0].c = centre;
     add_hull(sphere, primitive, 4, {0, 0, 0});
     Mesh mesh;
     mesh.category = category;
@@ -241,14 +239,14 @@ TEST_F(EyePicture, WhatIsSelectedGlowsAndNothingElse)
     EXPECT_GT(on_right, 200);
 }
 
-TEST_F(EyePicture, HandsFadeByTheirOpacity)
+TEST_F(EyePicture, HandsFadeByTheirOpacityAndGlow)
 {
     DrawPrimitive finger{2, {}};
     finger.sphere[0].c = {0.4f, 0.3f, 1.0f}, finger.sphere[1].c = {0.6f, 0.2f, 0.9f};
     finger.sphere[0].r = 0.05f, finger.sphere[1].r = 0.04f;
     const std::vector<int> none = painted();
-    const auto changed = [&](float opacity) {
-        painter->set_hands(std::vector<HandLook>{{{finger}, {}, opacity, true}});
+    const auto changed = [&](float opacity, Vec3<float> glow = {0, 0, 0}) {
+        painter->set_hands(std::vector<HandLook>{{{finger}, {}, opacity, true, false, glow}});
         const std::vector<int> c = painted();
         double sum = 0;
         for (int i = 0; i < wide * high; ++i)
@@ -260,6 +258,8 @@ TEST_F(EyePicture, HandsFadeByTheirOpacity)
     EXPECT_GT(little, 0);
     EXPECT_GT(half, 1.5 * little);
     EXPECT_GT(all, 1.5 * half);
+    EXPECT_EQ(changed(0, {2, 1.6f, 0.8f}), 0);
+    EXPECT_GT(std::abs(changed(1, {2, 1.6f, 0.8f}) - all), 0.1 * all);
 }
 
 TEST_F(EyePicture, SplatsHideWhatLiesBehindThemAndNothingBefore)

@@ -174,7 +174,7 @@ TEST(HeadsetHands, feel_contact_where_a_tool_touches)
     state.tools.push_back({right, "", true, 1, {}});
     hands.feel(state, felt);
     EXPECT_EQ(felt[right], Feel::nothing);
-    state.version = 2, state.frame.stats.projected = 5, state.frame.stats.yielded = 9;
+    state.version = 2, state.frame.stats.touched = 1, state.frame.stats.yielded = 9;
     hands.feel(state, felt);
     EXPECT_EQ(felt[right], Feel::contact);
     EXPECT_EQ(felt[left], Feel::nothing);
@@ -191,25 +191,16 @@ TEST(HeadsetHands, feel_each_what_it_touches_itself)
     HeadsetHands hands{HandsRule{}};
     Feel felt[side_count];
     LiveState state;
-    state.surface.lattice.dx = 0.01f;
-    Mesh clay;
-    clay.vertices = {{0, 0, 0}, {1, 1, 1}};
-    state.meshes = std::make_shared<const std::vector<Mesh>>(std::vector<Mesh>{clay});
-    const auto ball_at = [](Vec3<float> place) {
-        DrawPrimitive p{1, {}};
-        p.sphere[0].c = place, p.sphere[0].r = 0.05f;
-        return std::vector<DrawPrimitive>{p};
-    };
-    state.tools.push_back({left, "", true, 1, ball_at({0.06f, 0, 0})});
-    state.tools.push_back({right, "", true, 1, ball_at({0.5f, 0, 0})});
-    state.frame.stats.projected = 5, state.frame.stats.yielded = 9;
+    state.tools.push_back({left, "", true, 1, {}});
+    state.tools.push_back({right, "", true, 1, {}});
+    state.frame.stats.touched = 1, state.frame.stats.yielded = 9;
     const auto feel = [&] {
         ++state.version;
         hands.feel(state, felt);
     };
     feel();
     EXPECT_EQ(felt[left], Feel::contact);
-    EXPECT_EQ(felt[right], Feel::nothing) << "far from all clay";
+    EXPECT_EQ(felt[right], Feel::nothing) << "the other does";
     feel();
     EXPECT_EQ(felt[left], Feel::yielding);
     state.tools[0].held = "knife";
@@ -219,12 +210,50 @@ TEST(HeadsetHands, feel_each_what_it_touches_itself)
     state.frame.stats.yielded = 0;
     feel();
     EXPECT_EQ(felt[left], Feel::nothing) << "it rests";
-    state.tools[1].primitives = ball_at({1, 1, 1.06f});
+    state.frame.stats.touched = 3;
     feel();
     EXPECT_EQ(felt[right], Feel::contact) << "its own contact begins";
     state.tools[1].active = false;
     feel();
     EXPECT_EQ(felt[right], Feel::nothing);
+}
+
+// A flash where contact begins, which what follows does not cut short, then light for as long as
+// clay yields.
+TEST(HeadsetHands, show_what_they_feel)
+{
+    HandCue cue;
+    EXPECT_EQ(length(cue.glow(1)), 0);
+    cue.show(Feel::contact, 1);
+    const float flash = length(cue.glow(1));
+    EXPECT_GT(flash, 1);
+    cue.show(Feel::yielding, 1.01), cue.show(Feel::nothing, 1.02);
+    EXPECT_GT(length(cue.glow(1.02)), 0.9f * flash);
+    for (double t = 1.02; t < 2; t += 0.01) cue.show(Feel::yielding, t);
+    const float steady = length(cue.glow(2));
+    EXPECT_GT(steady, 0.3f);
+    EXPECT_LT(steady, 0.6f * flash);
+    cue.show(Feel::cutting, 2);
+    EXPECT_GT(cue.glow(2).x, 3 * cue.glow(2).y) << "red";
+    EXPECT_EQ(length(cue.glow(2 + HandCue::lasting)), 0);
+}
+
+TEST(HeadsetHands, glow_while_they_touch)
+{
+    HeadsetHands hands{HandsRule{}};
+    HandFrame frame;
+    frame.hand[right] = open_hand(right);
+    for (int k = 0; k < 60; ++k) frame.time = k / 60.0, hands.push(frame);
+    LiveState state;
+    state.tools.push_back({right, "", true, 1, {}});
+    Feel felt[side_count];
+    state.version = 1;
+    hands.feel(state, felt);
+    ASSERT_FALSE(hands.looks().empty());
+    EXPECT_EQ(length(hands.looks().front().glow), 0);
+    state.version = 2, state.frame.stats.touched = 1;
+    hands.feel(state, felt);
+    EXPECT_GT(length(hands.looks().front().glow), 1);
 }
 
 TEST(HeadsetHands, draw_nothing_before_a_hand_came_and_faintly_before_it_touches)

@@ -337,8 +337,9 @@ bool CpuSolver<R>::keep_out(const Group<R>& group, const Each<R>& per_cell, int 
         Particle<R>& p = *group.of[l];
         if (tools) {
             const Mask& mask = posed.mask_at(lattice, p.x);
-            if (posed.blades) c.covered += cut(p, colliders, mask, lattice.dx);
-            const R found = project(p, colliders, mask, setup.passes, way, per_cell.of[l], dt);
+            if (posed.blades) c.covered += cut(p, colliders, mask, lattice.dx, c.touched);
+            const R found =
+                project(p, colliders, mask, setup.passes, way, per_cell.of[l], dt, c.touched);
             c.projected += found > 0, c.moved_far += found > lattice.dx;
             c.depth = std::max(c.depth, double(found)), depth.of[l] = found;
         }

@@ -38,6 +38,7 @@ struct Counts {
     long yielded = 0, projected = 0, clipped = 0, confined = 0, repaired = 0, covered = 0;
     long abrupt = 0, moved_far = 0, trimmed = 0, moved = 0;
     long carried = 0, stranded = 0, splats_projected = 0, splats_repaired = 0;
+    std::uint32_t touched = 0;
     double depth = 0, speed_squared = 0, stiffness = 0;
     double seconds[stage_count] = {};
     void add(const Counts& c)
@@ -45,7 +46,7 @@ struct Counts {
         yielded += c.yielded, projected += c.projected, clipped += c.clipped;
         confined += c.confined, repaired += c.repaired, covered += c.covered;
         abrupt += c.abrupt, moved_far += c.moved_far, trimmed += c.trimmed, moved += c.moved;
-        carried += c.carried, stranded += c.stranded;
+        carried += c.carried, stranded += c.stranded, touched |= c.touched;
         splats_projected += c.splats_projected, splats_repaired += c.splats_repaired;
         depth = std::max(depth, c.depth), speed_squared = std::max(speed_squared, c.speed_squared);
         stiffness = std::max(stiffness, c.stiffness);
@@ -58,7 +59,7 @@ struct Counts {
         stats.found_depth = std::max(0.0, depth - skin);
         stats.clipped = clipped, stats.confined = confined, stats.repaired = repaired;
         stats.abrupt = abrupt, stats.moved_far = moved_far, stats.trimmed = trimmed;
-        stats.moved = moved;
+        stats.moved = moved, stats.touched = touched;
         stats.stranded = stranded, stats.splats_projected = splats_projected;
         stats.splats_repaired = splats_repaired;
     }

@@ -284,7 +284,7 @@ FrameStats GpuSolver::collect()
     stats.trimmed = long(n.trimmed);
     const float skin = store.views().tools.way.skin;
     stats.found_depth = double(std::max(0.0f, std::bit_cast<float>(n.deepest) - skin));
-    stats.active_blocks = n.active_blocks;
+    stats.active_blocks = n.active_blocks, stats.touched = n.touched;
     const long all = long(store.views().particles[0].count) * n.substeps;
     stats.moved = store.features().rests ? long(n.moved) : all;
     stats.woken = long(n.woken);
