@@ -107,12 +107,12 @@ void HandCue::show(Feel feel, double time)
 
 Vec3<float> HandCue::glow(double time) const
 {
-    constexpr Vec3<float> warm{1, 0.8f, 0.4f}, red{1, 0.25f, 0.15f};
+    constexpr Vec3<float> green{0.1f, 0.9f, 0.6f}, red{1, 0.25f, 0.15f};
     const auto left = [time](double since) {
         return clamp(float(1 - (time - since) / lasting), 0.f, 1.f);
     };
-    return 2 * left(struck) * warm +
-           left(felt) * (steady == Feel::cutting ? 1.4f * red : 0.7f * warm);
+    return 2 * left(struck) * green +
+           left(felt) * (steady == Feel::cutting ? 1.4f * red : 0.7f * green);
 }
 
 float strength_of(Feel feel)

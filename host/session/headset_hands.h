@@ -22,7 +22,7 @@ class HandFade {
     double last = 0, lost = -1e30;  // [s]
 };
 
-// What a hand feels, made visible: its rim lights up at contact, glows faintly while clay yields to
+// What a hand feels, made visible: its rim lights up green at contact, glows while clay yields to
 // it and red while its blade cuts, and fades when nothing more is felt.
 class HandCue {
   public:
