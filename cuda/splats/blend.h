@@ -81,20 +81,22 @@ HD void add(Pixel<R>& p, R alpha, Vec3<R> colour, R depth)
     add(p, alpha, colour);
 }
 
-// Adds what the splat shows at (x, y).
+// Adds what the splat shows at (x, y). What is not drawn adds an alpha of 0, which changes nothing:
+// a GPU chooses faster than it branches.
 template <class R>
 HD void blend(Pixel<R>& p, const Footprint<R>& f, Vec3<R> colour, R x, R y)
 {
-    const R power = power_at(f, x, y);
-    if (drawn(power)) add(p, alpha_of(power), colour, depth_at(f, x, y));
+    const R power = power_at(f, x, y), alpha = alpha_of(power), depth = depth_at(f, x, y);
+    p.depth = drawn(power) && takes_depth(p) ? depth : p.depth;
+    add(p, drawn(power) ? alpha : R(0), colour);
 }
 
 // The same where takes_depth() is false.
 template <class R>
 HD void blend_deep(Pixel<R>& p, const Footprint<R>& f, Vec3<R> colour, R x, R y)
 {
-    const R power = power_at(f, x, y);
-    if (drawn(power)) add(p, alpha_of(power), colour);
+    const R power = power_at(f, x, y), alpha = alpha_of(power);
+    add(p, drawn(power) ? alpha : R(0), colour);
 }
 
 // The same as blend() with a mesh at depth `mesh` [m]: what lies behind it is not seen.
