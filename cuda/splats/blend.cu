@@ -91,7 +91,7 @@ __device__ Column begun(const RasterView& d, int e, int x0, int y0, bool unseen)
 }
 
 // How a warp blends: pixels whose depth no longer changes are spared it.
-enum class Blending { plain, deep, mesh };
+enum class Blending { plain, deep, covered, mesh };
 
 template <Blending how>
 __device__ void blend_column(Column& c, const Batch& b, int j)
@@ -106,16 +106,24 @@ __device__ void blend_column(Column& c, const Batch& b, int j)
             blend(c.pixel[k], f, colour, c.x, y, c.mesh[k]);
         else if constexpr (how == Blending::deep)
             blend_deep(c.pixel[k], f, colour, c.x, y);
+        else if constexpr (how == Blending::covered)
+            blend_covered(c.pixel[k], f, colour, c.x, y);
         else
             blend(c.pixel[k], f, colour, c.x, y);
     }
 }
 
-// Those of 32 splats, from `first` on, that `in` names.
+// Those of 32 splats, from `first` on, that `in` names. Near splats mostly cover a patch.
 template <Blending how>
-__device__ void blend_named(Column& c, const Batch& b, int first, unsigned in)
+__device__ void blend_named(Column& c, const Batch& b, int first, unsigned in, unsigned covering)
 {
-    for (; in; in &= in - 1) blend_column<how>(c, b, first + lowest_bit(in));
+    for (; in; in &= in - 1) {
+        const int k = lowest_bit(in);
+        if (how == Blending::deep && (covering >> k & 1))
+            blend_column<Blending::covered>(c, b, first + k);
+        else
+            blend_column<how>(c, b, first + k);
+    }
 }
 
 // The first n splats of a batch into a warp's patch, whose first pixel is (x0, y0).
@@ -123,18 +131,21 @@ template <bool mesh>
 __device__ void blend_batch(Column& c, const Batch& b, int n, float x0, float y0)
 {
     const int lane = int(threadIdx.x) % 32;
+    const float x1 = x0 + (patch_width - 1), y1 = y0 + (patch_height - 1);
     for (int first = 0; first < n; first += 32) {
-        bool in = false;
-        if (first + lane < n)
-            in = reaches(footprint(b.words[0][first + lane], b.words[1][first + lane]), x0, y0,
-                         x0 + (patch_width - 1), y0 + (patch_height - 1));
-        const unsigned reached = __ballot_sync(~0u, in);
+        bool in = false, all = false;
+        if (first + lane < n) {
+            const Footprint<float> f =
+                footprint(b.words[0][first + lane], b.words[1][first + lane]);
+            in = reaches(f, x0, y0, x1, y1), all = !mesh && covers(f, x0, y0, x1, y1);
+        }
+        const unsigned reached = __ballot_sync(~0u, in), covering = __ballot_sync(~0u, all);
         if constexpr (mesh)
-            blend_named<Blending::mesh>(c, b, first, reached);
+            blend_named<Blending::mesh>(c, b, first, reached, covering);
         else if (__any_sync(~0u, c.takes_depth()))
-            blend_named<Blending::plain>(c, b, first, reached);
+            blend_named<Blending::plain>(c, b, first, reached, covering);
         else
-            blend_named<Blending::deep>(c, b, first, reached);
+            blend_named<Blending::deep>(c, b, first, reached, covering);
         if (__all_sync(~0u, c.done())) return;
     }
 }

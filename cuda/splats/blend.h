@@ -99,6 +99,23 @@ HD void blend_deep(Pixel<R>& p, const Footprint<R>& f, Vec3<R> colour, R x, R y)
     add(p, drawn(power) ? alpha : R(0), colour);
 }
 
+// Whether alpha is as exp2 says, neither too little nor too much, at every pixel between (x0, y0)
+// and (x1, y1): it is least at a corner. False also where rounding may decide.
+template <class R>
+HD bool covers(const Footprint<R>& f, R x0, R y0, R x1, R y1)
+{
+    const auto enough = [&](R x, R y) { return power_at(f, x, y) >= R(log2_min_alpha + 1e-2); };
+    return f.peak <= R(log2_max_alpha) && enough(x0, y0) && enough(x1, y0) && enough(x0, y1) &&
+           enough(x1, y1);
+}
+
+// The same as blend_deep() where covers() is true.
+template <class R>
+HD void blend_covered(Pixel<R>& p, const Footprint<R>& f, Vec3<R> colour, R x, R y)
+{
+    add(p, fast_exp2(power_at(f, x, y)), colour);
+}
+
 // The same as blend() with a mesh at depth `mesh` [m]: what lies behind it is not seen.
 template <class R>
 HD void blend(Pixel<R>& p, const Footprint<R>& f, Vec3<R> colour, R x, R y, R mesh)
