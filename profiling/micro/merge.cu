@@ -78,8 +78,9 @@ struct Written {
 
 __device__ void write_slot(const Loaded& a, Written& w, int slot, float dx, float dt)
 {
-    const Momentum<float> p = momentum(a.q, kirchhoff_stress(a.q, a.m), a.m, a.s, dx, dt);
-    const Vec3<float> slope = (1 / a.m.mass) * p.by_step.c;
+    const Momentum<float> p =
+        momentum(a.q, kirchhoff_stress(a.q, a.m), a.m, 1 / a.m.mass, a.s, dx, dt);
+    const Vec3<float> slope = p.along_z;
     UNROLL
     for (int r = 0; r < 9; ++r) {
         const Node<float> n = node(column_of(p, a.s, r % 3, r / 3));

@@ -112,7 +112,8 @@ __global__ void to_particles(World w, Cloud cloud, Colliders<float> tools, Mask 
     calm_crumb(q.C, per_cell);
     q.e = advance_b(q.e, q.C, w.dt);
     q.x = q.x + w.dt * q.v;
-    project(q, tools, all, 1, w.way, per_cell, w.dt);
+    std::uint32_t touched = 0;
+    project(q, tools, all, 1, w.way, per_cell, w.dt, touched);
     confine(q, w.walls);
     yield(q, w.clay, w.dt);
     cloud.store(i, q);
