@@ -43,10 +43,32 @@ __device__ Footprint<float> footprint(const Batch& b, int j, Vec3<float>& colour
     return f;
 }
 
-// The pixels of a thread, in one column, two rows apart.
+// What a thread block draws: a tile's pixels from (x, y) to before (right, bottom), as far as its
+// samples go, of which one stands for `step` x `step` pixels.
+struct Part {
+    int tile, eye, step, x, y, right, bottom;
+
+    __device__ bool has(int2 pixel) const { return pixel.x < right && pixel.y < bottom; }
+};
+
+__device__ Part part_of(const RasterView& d, int block)
+{
+    Part p;
+    p.tile = block / parts, p.eye = p.tile / d.tiles_of_eye();
+    const int n = block - p.tile * parts, row = p.tile / d.columns;
+    const int x = (p.tile - row * d.columns) * tile_size, y = (row - p.eye * d.rows) * tile_size;
+    p.step = fovea_step(d.frame->fovea[p.eye], d.frame->camera[p.eye], x, y);
+    p.x = x + n % parts_across * part_width * p.step;
+    p.y = y + n / parts_across * part_height * p.step;
+    p.right = min(x + tile_size, d.width), p.bottom = min(y + tile_size, d.height);
+    return p;
+}
+
+// The samples of a thread, in one column, two rows apart.
 struct Column {
     Pixel<float> pixel[each];
-    float x, y, mesh[each];  // y: of the first
+    float x, y, step, mesh[each];  // x, y: of the first
+    unsigned hidden;               // bits of those of which nothing is drawn
 
     __device__ bool done() const
     {
@@ -62,30 +84,43 @@ struct Column {
         for (const Pixel<float>& p : pixel) any = any || knead::takes_depth(p);
         return any;
     }
+    // The first of the pixels that a sample stands for.
+    __device__ int2 corner(int k) const
+    {
+        const int by = int(step);
+        return {int(x) & -by, (int(y) & -by) + 2 * k * by};
+    }
 };
 
-// The place of a column's pixel in the pictures; -1 outside.
-__device__ int place_of(const RasterView& d, const Column& c, int k)
+__device__ bool is_hidden(const RasterView& d, int eye, int2 pixel)
 {
-    const int x = int(c.x), y = int(c.y) + 2 * k;
-    return x < d.width && y < d.height ? y * d.width + x : -1;
+    const char* const hidden = d.frame->hidden_squares;
+    const int row = eye * d.square_rows() + pixel.y / square_size;
+    return hidden && hidden[row * d.square_columns() + pixel.x / square_size];
 }
 
-// `unseen`: nothing is drawn there.
+// Of the patch whose first pixel is (x0, y0).
 template <bool mesh>
-__device__ Column begun(const RasterView& d, int e, int x0, int y0, bool unseen)
+__device__ Column begun(const RasterView& d, const Part& part, int x0, int y0)
 {
-    const int lane = int(threadIdx.x) % 32;
+    const int lane = int(threadIdx.x) % 32, step = part.step;
     Column c;
-    c.x = float(x0 + lane % patch_width), c.y = float(y0 + lane / patch_width);
+    c.step = float(step), c.hidden = 0;
+    c.x = float(x0 + lane % patch_width * step) + sample_offset(step);
+    c.y = float(y0 + lane / patch_width * step) + sample_offset(step);
     UNROLL
     for (int k = 0; k < each; ++k) {
-        const int at = place_of(d, c, k);
+        const int2 at = c.corner(k);
+        const bool in = part.has(at), hidden = in && is_hidden(d, part.eye, at);
         c.pixel[k] = {};
-        if (unseen || at < 0) c.pixel[k].transmittance = 0;
+        if (!in || hidden) c.pixel[k].transmittance = 0;
+        c.hidden |= hidden ? 1u << k : 0;
         c.mesh[k] = no_depth;
         if constexpr (mesh)
-            if (at >= 0) c.mesh[k] = d.frame->target[e].mesh_depth[at];
+            if (in)
+                c.mesh[k] = d.frame->target[part.eye]
+                                .mesh_depth[min(at.y + step / 2, d.height - 1) * d.width +
+                                            min(at.x + step / 2, d.width - 1)];
     }
     return c;
 }
@@ -101,7 +136,7 @@ __device__ void blend_column(Column& c, const Batch& b, int j)
     f.v -= c.y;
     UNROLL
     for (int k = 0; k < each; ++k) {
-        const float y = float(2 * k);  // from the column's first pixel
+        const float y = float(2 * k) * c.step;  // from the column's first sample
         if constexpr (how == Blending::mesh)
             blend(c.pixel[k], f, colour, c.x, y, c.mesh[k]);
         else if constexpr (how == Blending::deep)
@@ -126,12 +161,12 @@ __device__ void blend_named(Column& c, const Batch& b, int first, unsigned in, u
     }
 }
 
-// The first n splats of a batch into a warp's patch, whose first pixel is (x0, y0).
+// The first n splats of a batch into a warp's patch, whose first sample is at (x0, y0).
 template <bool mesh>
 __device__ void blend_batch(Column& c, const Batch& b, int n, float x0, float y0)
 {
     const int lane = int(threadIdx.x) % 32;
-    const float x1 = x0 + (patch_width - 1), y1 = y0 + (patch_height - 1);
+    const float x1 = x0 + (patch_width - 1) * c.step, y1 = y0 + (patch_height - 1) * c.step;
     for (int first = 0; first < n; first += 32) {
         bool in = false, all = false;
         if (first + lane < n) {
@@ -158,50 +193,36 @@ __device__ unsigned halves(float low, float high)
 }
 
 template <bool mesh>
-__device__ void store(const RasterView& d, int e, Column& c)
+__device__ void store_pixel(const RasterView& d, int e, Pixel<float> p, int at)
 {
     const RasterTarget& target = d.frame->target[e];
+    Vec3<float> behind = d.frame->background;
+    float cover = 0, depth = no_depth;
+    if constexpr (mesh) depth = target.mesh_depth[at];
+    if (mesh && depth < no_depth) {
+        const uint2 m = target.mesh_colour[at];
+        const auto low = [](unsigned w) {
+            return __half2float(__ushort_as_half((unsigned short)(w & 0xffff)));
+        };
+        behind = {low(m.x), low(m.x >> 16), low(m.y)}, cover = 1;
+    }
+    finish(p, behind, cover, depth);
+    target.colour[at] = {halves(p.colour.x, p.colour.y), halves(p.colour.z, 1 - p.transmittance)};
+    target.depth[at] = p.depth;
+}
+
+// All pixels that the samples stand for, each before what lies behind it.
+template <bool mesh>
+__device__ void store(const RasterView& d, const Part& part, const Column& c)
+{
     UNROLL
     for (int k = 0; k < each; ++k) {
-        const int at = place_of(d, c, k);
-        if (at < 0) continue;
-        Pixel<float>& p = c.pixel[k];
-        Vec3<float> behind = d.frame->background;
-        float cover = 0;
-        if constexpr (mesh)
-            if (c.mesh[k] < no_depth) {
-                const uint2 m = target.mesh_colour[at];
-                const auto low = [](unsigned w) {
-                    return __half2float(__ushort_as_half((unsigned short)(w & 0xffff)));
-                };
-                behind = {low(m.x), low(m.x >> 16), low(m.y)}, cover = 1;
-            }
-        finish(p, behind, cover, c.mesh[k]);
-        target.colour[at] = {halves(p.colour.x, p.colour.y),
-                             halves(p.colour.z, 1 - p.transmittance)};
-        target.depth[at] = p.depth;
+        const Pixel<float> p = c.hidden >> k & 1 ? Pixel<float>{} : c.pixel[k];
+        const int2 first = c.corner(k);
+        for (int y = first.y; y < min(first.y + part.step, part.bottom); ++y)
+            for (int x = first.x; x < min(first.x + part.step, part.right); ++x)
+                store_pixel<mesh>(d, part.eye, p, y * d.width + x);
     }
-}
-
-// What a thread block draws; (x, y) is its first pixel.
-struct Part {
-    int tile, eye, x, y;
-};
-__device__ Part part_of(const RasterView& d, int block)
-{
-    const int tile = block / parts, n = block - tile * parts;
-    const int eye = tile / d.tiles_of_eye(), row = tile / d.columns;
-    return {tile, eye, (tile - row * d.columns) * tile_size + n % parts_across * part_width,
-            (row - eye * d.rows) * tile_size + n / parts_across * part_height};
-}
-
-// Whether the patch at (x, y) lies in a hidden square, or outside.
-__device__ bool unseen_at(const RasterView& d, int eye, int x, int y)
-{
-    if (x >= d.width || y >= d.height) return true;
-    const char* const hidden = d.frame->hidden_squares;
-    const int row = eye * d.square_rows() + y / square_size;
-    return hidden && hidden[row * d.square_columns() + x / square_size];
 }
 
 // A splat on its way into a batch: not in, if it does not reach the part.
@@ -215,9 +236,10 @@ __device__ Entry entry_of(const RasterView& d, const Part& part, int record)
     if (record < 0) return n;
     const float4* const shape = reinterpret_cast<const float4*>(d.shapes + record);
     n.words[0] = shape[0], n.words[1] = shape[1];
-    const float x = float(part.x), y = float(part.y);
-    n.in = reaches(footprint(n.words[0], n.words[1]), x, y, x + (part_width - 1),
-                   y + (part_height - 1));
+    const float x = float(part.x) + sample_offset(part.step),
+                y = float(part.y) + sample_offset(part.step);
+    n.in = reaches(footprint(n.words[0], n.words[1]), x, y, x + float((part_width - 1) * part.step),
+                   y + float((part_height - 1) * part.step));
     if (n.in) n.words[2] = *reinterpret_cast<const float4*>(d.rests + record);
     return n;
 }
@@ -242,14 +264,16 @@ __device__ int put(Batch& b, const Entry& n, unsigned lanes)
 }
 
 template <bool mesh>
-__global__ void __launch_bounds__(threads) blend_kernel(const __grid_constant__ RasterView d)
+__global__ void __launch_bounds__(threads, mesh ? 5 : 8)
+    blend_kernel(const __grid_constant__ RasterView d)
 {
     __shared__ Batch b;
     const int t = int(threadIdx.x), warp = t / 32;
     const Part part = part_of(d, int(blockIdx.x));
-    const int x0 = part.x + warp % 2 * patch_width, y0 = part.y + warp / 2 * patch_height;
-    const bool unseen = unseen_at(d, part.eye, x0, y0);
-    Column c = begun<mesh>(d, part.eye, x0, y0, unseen);
+    if (!part.has({part.x, part.y})) return;
+    const int x0 = part.x + warp % 2 * patch_width * part.step;
+    const int y0 = part.y + warp / 2 * patch_height * part.step;
+    Column c = begun<mesh>(d, part, x0, y0);
     const uint2 range = d.ranges[part.tile];
     const int from = d.room - int(range.x), to = int(range.y);
     int next = from + t < to ? d.records[0][from + t] : -1;
@@ -263,13 +287,11 @@ __global__ void __launch_bounds__(threads) blend_kernel(const __grid_constant__ 
         const int after = first + batch + t;
         next = after < to ? d.records[0][after] : -1;
         __syncthreads();
-        if (!done) blend_batch<mesh>(c, b, n, float(x0), float(y0));
+        if (!done)
+            blend_batch<mesh>(c, b, n, float(x0) + sample_offset(part.step),
+                              float(y0) + sample_offset(part.step));
     }
-    if (unseen) {
-        UNROLL
-        for (Pixel<float>& p : c.pixel) p = {};
-    }
-    store<mesh>(d, part.eye, c);
+    store<mesh>(d, part, c);
 }
 
 }  // namespace

@@ -13,6 +13,7 @@
 #include "cuda/math/span.h"
 #include "cuda/splats/blend.h"
 #include "cuda/splats/eye.h"
+#include "cuda/splats/fovea.h"
 
 namespace knead::gpu {
 
@@ -20,6 +21,7 @@ constexpr int tile_size = 64;                 // pixels a side
 constexpr int square_size = 16;               // of what is hidden or not
 constexpr int max_squares = 1 << 16;          // of both eyes
 static_assert(tile_size % square_size == 0);  // so there are no more tiles: keys of 16 bits
+static_assert(tile_size == fovea_square);     // so a tile has one step
 
 // Splats as they are at rest.
 struct SplatView {
@@ -60,6 +62,7 @@ struct RasterFrame {
     RasterTarget target[2];
     // 1 where nothing is drawn, of RasterView::all_squares(), of all_tiles(); null: all is.
     const char *hidden_squares, *hidden_tiles;
+    Fovea<float> fovea[2];
 };
 
 // The first tile, and how many columns and rows of tiles a splat may touch; no rows: not seen.

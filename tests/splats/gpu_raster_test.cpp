@@ -100,6 +100,18 @@ TEST_F(GpuSplatPictures, AreTheCpusForSplatsThatMoveAndAMeshBetweenThem)
     EXPECT_NE(reason<std::invalid_argument>([&] { fewer.pictures(frame); }), "");
 }
 
+// A mesh that is nearer from row to row, in a part of the picture.
+Backdrop half_before(const Eye<float>& eye)
+{
+    Backdrop mesh;
+    for (int n = 0; n < eye.width * eye.height; ++n) {
+        const int x = n % eye.width, y = n / eye.width;
+        mesh.depth.push_back(2 * x > y ? 0.6f - 0.5f * float(y) / float(eye.height) : no_depth);
+        mesh.colour.push_back({0.1f, float(x % 7) / 7, float(y % 5) / 5});
+    }
+    return mesh;
+}
+
 // With a mesh half in front of them, through one rasteriser whose pictures change their size.
 TEST_F(GpuSplatPictures, AreTheCpusNearAMeshInPicturesOfAnySize)
 {
@@ -107,21 +119,34 @@ TEST_F(GpuSplatPictures, AreTheCpusNearAMeshInPicturesOfAnySize)
     GpuRaster raster(cloud);
     for (const auto& [width, height] : {std::pair{64, 64}, {129, 97}, {200, 70}, {81, 260}}) {
         SplatFrame frame = seen_from(load_eyes("near", width, height));
-        for (const Eye<float>& eye : frame.eyes) {
-            Backdrop mesh;
-            for (int n = 0; n < eye.width * eye.height; ++n) {
-                const int x = n % eye.width, y = n / eye.width;
-                mesh.depth.push_back(2 * x > y ? 0.3f + 0.001f * float(y) : no_depth);
-                mesh.colour.push_back({0.1f, float(x % 7) / 7, float(y % 5) / 5});
-            }
-            frame.behind.push_back(mesh);
-        }
+        for (const Eye<float>& eye : frame.eyes) frame.behind.push_back(half_before(eye));
         expect_same(raster.pictures(frame), cpu_raster(cloud, frame));
         frame.behind.clear(), frame.eyes.resize(1);
         expect_same(raster.pictures(frame), cpu_raster(cloud, frame));
     }
     const SplatFrame tiny = seen_from(load_eyes("near", 5, 3));
     EXPECT_GE(psnr(raster.pictures(tiny)[1], cpu_raster(cloud, tiny)[1]), 60);
+}
+
+TEST_F(GpuSplatPictures, AreTheCpusBesideAFovea)
+{
+    const SplatCloud cloud = generated({"small", 20000, 20000, 0.02, 4});
+    GpuRaster raster(cloud);
+    SplatFrame frame = seen_from(load_eyes("far", 403, 301));
+    frame.background = {0.1f, 0.2f, 0.3f};
+    const auto plain = raster.pictures(frame);
+    frame.fovea = {{}, {0, 0, 20, 30}};
+    EXPECT_EQ(furthest(raster.pictures(frame)[1], plain[1]), 0);
+    frame.fovea = {{0.1f, -0.2f, 0.2f, 0.5f}, {-0.3f, 0.1f, 0.1f, 0.1f}};
+    expect_same(raster.pictures(frame), cpu_raster(cloud, frame));
+    EXPECT_LT(psnr(raster.pictures(frame)[1], plain[1]), 60);
+    frame.hidden = {std::vector<char>(26 * 19, 0), {}};
+    for (std::size_t t = 0; t < 26 * 19; t += 3) frame.hidden[0][t] = 1;
+    expect_same(raster.pictures(frame), cpu_raster(cloud, frame));
+    for (int e = 0; e < 2; ++e) frame.behind.push_back(half_before(frame.eyes[0]));
+    expect_same(raster.pictures(frame), cpu_raster(cloud, frame));
+    frame.fovea.clear(), frame.behind.clear(), frame.hidden.clear();
+    EXPECT_EQ(furthest(raster.pictures(frame)[1], plain[1]), 0);
 }
 
 TEST_F(GpuSplatPictures, AreTheSameToTheBitAgainAndAgain)
