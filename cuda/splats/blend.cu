@@ -21,6 +21,9 @@ static_assert(warps * patch_width * patch_height == part_width * part_height);
 static_assert(tile_size % part_width == 0 && tile_size % part_height == 0);
 static_assert(square_size % patch_width == 0 && square_size % patch_height == 0);
 
+// Thread blocks of a multiprocessor, by what they need of its registers.
+constexpr int resident(bool mesh) { return each == 4 ? (mesh ? 5 : 8) : (mesh ? 4 : 5); }
+
 struct Batch {
     float4 words[3][batch];  // of SplatShape two, of SplatRest one
     int counts[warps];       // that each warp has put into it
@@ -69,6 +72,7 @@ struct Column {
     Pixel<float> pixel[each];
     float x, y, step, mesh[each];  // x, y: of the first
     unsigned hidden;               // bits of those of which nothing is drawn
+    bool by_mesh;                  // a mesh is at one of the warp's
 
     __device__ bool done() const
     {
@@ -105,7 +109,7 @@ __device__ Column begun(const RasterView& d, const Part& part, int x0, int y0)
 {
     const int lane = int(threadIdx.x) % 32, step = part.step;
     Column c;
-    c.step = float(step), c.hidden = 0;
+    c.step = float(step), c.hidden = 0, c.by_mesh = false;
     c.x = float(x0 + lane % patch_width * step) + sample_offset(step);
     c.y = float(y0 + lane / patch_width * step) + sample_offset(step);
     UNROLL
@@ -121,7 +125,9 @@ __device__ Column begun(const RasterView& d, const Part& part, int x0, int y0)
                 c.mesh[k] = d.frame->target[part.eye]
                                 .mesh_depth[min(at.y + step / 2, d.height - 1) * d.width +
                                             min(at.x + step / 2, d.width - 1)];
+        c.by_mesh |= c.mesh[k] < no_depth;
     }
+    if constexpr (mesh) c.by_mesh = __any_sync(~0u, c.by_mesh);
     return c;
 }
 
@@ -172,10 +178,10 @@ __device__ void blend_batch(Column& c, const Batch& b, int n, float x0, float y0
         if (first + lane < n) {
             const Footprint<float> f =
                 footprint(b.words[0][first + lane], b.words[1][first + lane]);
-            in = reaches(f, x0, y0, x1, y1), all = !mesh && covers(f, x0, y0, x1, y1);
+            in = reaches(f, x0, y0, x1, y1), all = covers(f, x0, y0, x1, y1);
         }
         const unsigned reached = __ballot_sync(~0u, in), covering = __ballot_sync(~0u, all);
-        if constexpr (mesh)
+        if (mesh && c.by_mesh)
             blend_named<Blending::mesh>(c, b, first, reached, covering);
         else if (__any_sync(~0u, c.takes_depth()))
             blend_named<Blending::plain>(c, b, first, reached, covering);
@@ -264,7 +270,7 @@ __device__ int put(Batch& b, const Entry& n, unsigned lanes)
 }
 
 template <bool mesh>
-__global__ void __launch_bounds__(threads, mesh ? 5 : 8)
+__global__ void __launch_bounds__(threads, resident(mesh))
     blend_kernel(const __grid_constant__ RasterView d)
 {
     __shared__ Batch b;
