@@ -16,8 +16,9 @@ install(FILES render/painter.h render/geometry.h render/eye_painter.h render/pac
     DESTINATION ${headers}/render)
 install(FILES xr/headset.h DESTINATION ${headers}/xr)
 
-# What `knead bench` compares with, and what it and `knead verify` draw by.
-install(FILES profiling/plot.py profiling/plot_verify.py profiling/peers.json profiling/targets.json
+# What `knead bench` compares with, what `knead verify` knows of, and what both draw by.
+install(FILES profiling/plot.py profiling/plot_verify.py profiling/known.json profiling/peers.json
+    profiling/targets.json
     DESTINATION ${CMAKE_INSTALL_DATADIR}/knead/profiling COMPONENT program)
 install(FILES profiling/peers/taichi_mpm.py
     DESTINATION ${CMAKE_INSTALL_DATADIR}/knead/profiling/peers COMPONENT program)

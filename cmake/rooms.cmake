@@ -69,7 +69,7 @@ if(KNEAD_UNITED)
     knead_unite(knead_app cpp 1 picture "render/|render/view/")
     knead_unite(knead_app cpp 1 files "host/files/" ${knead_cold})
     knead_unite(knead_app cpp 1 checks_tables
-        "host/verify/(laws|processes|report|stability|verify|workprecision)" ${knead_cold})
+        "host/verify/(known|laws|processes|report|stability|verify|workprecision)" ${knead_cold})
     knead_unite(knead_app cpp 2 cli "host/cli/" ${knead_cold})
     knead_unite(knead_app cpp 1 bench "host/bench/" ${knead_cold})
     knead_unite(knead_app cpp 1 assets "host/assets/" ${unwatched})

@@ -45,7 +45,7 @@ presets() {
         -compression_level 9 docs/presets.png
 }
 
-# One check of it fails today (tests/verify/known.txt); the pictures are made even so.
+# One check of it fails today (profiling/known.json); the pictures are made even so.
 verify() {
     "$program" verify workprecision stability --quick --out "$out/verify" || [ $? -eq 1 ]
     cp "$out/verify/workprecision.png" "$out/verify/stability.png" docs

@@ -26,6 +26,11 @@ mkdir "$folder"/empty
         echo "the installed program lacks its files: bench ended with $code"
         exit 1
     fi
+    "$prefix"/bin/knead verify accuracy --only shear --device cpu >said 2>&1
+    if grep 'no file' said; then
+        echo "the installed program lacks known.json"
+        exit 1
+    fi
 )
 
 missing=$(cd "$prefix"/include/knead &&

@@ -172,7 +172,8 @@ void add_verify(CLI::App& app, Verb& chosen)
     verify->add_option("--only", o.only, "Parts whose name contains this");
     verify->add_option("--case", o.one, "One case of the stability suite alone, told as JSON");
     verify->add_option("--out", o.out, "Folder for verify.json, verify.csv, report.md, pictures");
-    verify->add_option("--data", o.data, "Folder of plot_verify.py; otherwise that of the program");
+    verify->add_option("--data", o.data,
+                       "Folder of plot_verify.py and known.json; otherwise the program's");
     verify->add_flag("--overwrite", o.overwrite, "Replace results that are there");
     verify->add_flag("--quick", o.quick, "Small sizes and a sample of the cases: minutes");
     verify->add_option("--threads", o.threads, "CPU threads; 0: all")->check(CLI::Range(0, 4096));

@@ -20,6 +20,7 @@ struct Check {
     double seconds = 0;
     std::string note;    // what else was seen
     std::string advice;  // what a user should do where it failed
+    std::string why;     // it is known to fail, by known.json; "": not known to
 };
 
 // A number that is none passes nothing.
@@ -56,5 +57,8 @@ inline Check at_least(std::string name, double measured, double bound, std::stri
 {
     return checked(Sense::at_least, name, measured, 0, bound, unit, advice);
 }
+
+// What was measured and what was allowed, with the unit.
+std::string measured_text(const Check& check);
 
 }  // namespace knead

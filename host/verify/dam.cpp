@@ -39,7 +39,8 @@ void column(Verification& v, int cells)
         for (const Particle<double>& q : solver->particles())
             front = std::fmax(front, (q.x.x + dx / 4 - low.x) / wide);
         v.add(near(fmt::format("dam, {} cells wide: front at t sqrt(2g/a) = {}", cells, t), front,
-                   expected, 0.1 * expected, "a", "water runs too fast or too slow"));
+                   expected, 0.1 * expected, "a",
+                   "water runs ahead by a tenth: give walls friction, up to 0.3"));
     }
 }
 

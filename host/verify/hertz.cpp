@@ -71,7 +71,7 @@ void hertz_part(Verification& v)
         const Pressed p = pressed(v, cells);
         const std::string name = fmt::format("ball of R = {} dx between tools: ", cells);
         v.add(near(name + "force, of Hertz's", 100 * p.force, 100, 5, "%",
-                   "small contacts are too soft or too hard: refine"));
+                   "refine until tools go in by two cells or more"));
         v.add(at_most(name + "force before they touch", 100 * p.early, 5, "%",
                       "tools touch clay too early or too late: move them by that"));
     }

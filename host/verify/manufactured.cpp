@@ -198,9 +198,11 @@ void manufactured_part(Verification& v)
               "halving dx gains less than 4 times");
     for (const double A : {0.01, 0.1})
         order(v, "cube between walls", in_cube, quick ? 8 : 16, A, 1.8,
-              "keep walls a few cells away from what must be right");
+              "27 particles a cell where clay is stretched over many cells");
     order(v, "ring", in_ring, quick ? 20 : 40, 0.01, 1, "refine round parts");
-    if (!quick) order(v, "ring", in_ring, 40, 0.1, 1, "refine round parts");
+    if (!quick)
+        order(v, "ring", in_ring, 40, 0.1, 1,
+              "27 particles a cell where clay is stretched over many cells");
 }
 
 }  // namespace knead

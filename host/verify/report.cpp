@@ -45,6 +45,10 @@ Json check_json(const Check& c)
             {"verdict", verdict_name(c.verdict)},
             {"seconds", c.seconds},
             {"note", c.note},
+            {"why", c.verdict == Verdict::passed ? Json("")
+                    : c.why.empty()              ? Json()
+                                                 : Json(c.why)},
+            {"known", known_name(c)},
             {"advice", c.verdict == Verdict::failed ? c.advice : ""}};
 }
 
@@ -73,6 +77,12 @@ std::string table_page(const Verification& v, const std::string& table)
 
 }  // namespace
 
+std::string measured_text(const Check& c)
+{
+    return fmt::format("{:.4g}{}{}, expected {}", c.measured, c.unit.empty() ? "" : " ", c.unit,
+                       bound_text(c));
+}
+
 std::string verify_text(const Check& c)
 {
     std::string text =
@@ -88,7 +98,13 @@ std::string verify_summary(const Verification& v)
 {
     double seconds = 0;
     for (const Check& c : v.checks) seconds += c.seconds;
-    return fmt::format("{} checks, {} FAILED, {:.1f} s\n", v.checks.size(), failures(v), seconds);
+    const long unknown = std::count_if(v.checks.begin(), v.checks.end(), [](const Check& c) {
+        return c.verdict == Verdict::failed && c.why.empty();
+    });
+    const std::string of_them =
+        unknown > 0 ? fmt::format(", {} of them for no known reason", unknown) : "";
+    return fmt::format("{} checks, {} FAILED{}, {:.1f} s\n", v.checks.size(), failures(v), of_them,
+                       seconds);
 }
 
 Json verify_json(const Verification& v)
@@ -116,15 +132,15 @@ Json verify_json(const Verification& v)
 
 std::string verify_csv(const Verification& v)
 {
-    std::string out = "suite,name,measured,sense,expected,bound,unit,verdict,seconds\n";
+    std::string out = "suite,name,measured,sense,expected,bound,unit,verdict,seconds,known\n";
     for (const Check& c : v.checks)
-        out += fmt::format("{},{},{:.9g},{},{},{:.6g},{},{},{:.3f}\n", c.suite, quoted(c.name),
+        out += fmt::format("{},{},{:.9g},{},{},{:.6g},{},{},{:.3f},{}\n", c.suite, quoted(c.name),
                            c.measured, sense_name(c.sense),
                            c.sense == Sense::near ? fmt::format("{:.9g}", c.expected) : "", c.bound,
-                           quoted(c.unit), verdict_name(c.verdict), c.seconds);
+                           quoted(c.unit), verdict_name(c.verdict), c.seconds, known_name(c));
     for (const VerifyRow& r : v.rows)
         for (const auto& [name, value] : r.numbers)
-            out += fmt::format("{},{},{:.9g},,,,{},{},\n", quoted(r.table), quoted(r.name), value,
+            out += fmt::format("{},{},{:.9g},,,,{},{},,\n", quoted(r.table), quoted(r.name), value,
                                quoted(name), quoted(r.outcome));
     return out;
 }
@@ -146,11 +162,7 @@ std::string verify_page(const Verification& v, const std::vector<std::string>& d
         text += fmt::format("| {} | {:.4g} | {} | {} | {} | {:.1f} |\n", c.name, c.measured,
                             bound_text(c), c.unit, verdict_name(c.verdict), c.seconds);
     }
-    if (failures(v) > 0) text += "\n## What to do about what failed\n\n";
-    for (const Check& c : v.checks)
-        if (c.verdict == Verdict::failed)
-            text +=
-                fmt::format("- {}: {}{}\n", c.name, c.note.empty() ? "" : c.note + ". ", c.advice);
+    text += failed_page(v.checks);
     std::vector<std::string> tables;
     for (const VerifyRow& r : v.rows)
         if (std::find(tables.begin(), tables.end(), r.table) == tables.end())

@@ -68,7 +68,8 @@ const std::vector<Part>& verify_parts()
 
 Verification::Verification(const VerifyOptions& o)
     : options(completed(o)),
-      device(resolved(parse_device(o.device == "reference" ? "cpu:double" : o.device)))
+      device(resolved(parse_device(o.device == "reference" ? "cpu:double" : o.device))),
+      known(read_known(o.data))
 {
 }
 
@@ -78,6 +79,8 @@ void Verification::add(Check check)
     check.suite = suite;
     check.seconds = now - mark;
     mark = now;
+    const auto reason = known.why.find(check.name);
+    if (reason != known.why.end()) check.why = reason->second;
     if (!options.json && !options.quiet) std::fputs(verify_text(check).c_str(), stdout);
     std::fflush(stdout);
     checks.push_back(std::move(check));
@@ -102,6 +105,7 @@ std::unique_ptr<Solver> Verification::reference(Setup setup) const
 
 void run(Verification& v)
 {
+    if (!v.known.problem.empty()) v.say(v.known.problem);
     for (const Part& part : verify_parts()) {
         if (!wanted(v.options, part) || interrupted()) continue;
         v.suite = part.suite;
@@ -109,6 +113,7 @@ void run(Verification& v)
         try {
             part.run(v);
         } catch (const std::exception& e) {
+            if (interrupted()) break;  // which is no failure of the part
             Check c = at_most(std::string(part.name) + " runs to its end", std::nan(""), 0, "");
             c.note = e.what();
             v.add(std::move(c));

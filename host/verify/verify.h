@@ -7,6 +7,7 @@
 #include "host/base/machine.h"
 #include "host/session/device.h"
 #include "host/verify/check.h"
+#include "host/verify/known.h"
 
 namespace knead {
 
@@ -16,7 +17,7 @@ struct VerifyOptions {
     std::string only;                 // parts whose name contains it
     std::string out;                  // folder; "": no files
     std::string one;                  // a case of the stability suite, told as JSON, and no suite
-    std::string data;                 // folder of plot_verify.py; "": figures_folder()
+    std::string data;  // folder of known.json, plot_verify.py; "": what comes with it
     // The program that runs cases of the stability suite, each in a process of its own; "": they
     // run in this one, and end it where they crash.
     std::string program;
@@ -35,7 +36,8 @@ class Verification {
   public:
     explicit Verification(const VerifyOptions& options);
 
-    // Adds a line; its seconds are those since the one before, or since lap().
+    // Adds a line; its seconds are those since the one before, or since lap(); why it fails, if it
+    // does and that is known, is that of the file.
     void add(Check check);
     void add(VerifyRow row) { rows.push_back(std::move(row)); }
     void lap() { mark = wall_seconds(); }
@@ -47,6 +49,7 @@ class Verification {
 
     const VerifyOptions options;
     const Device device;
+    const KnownFailures known;
     std::string suite;  // that is running
     std::vector<Check> checks;
     std::vector<VerifyRow> rows;
