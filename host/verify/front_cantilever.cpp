@@ -27,7 +27,7 @@ struct Scene {
     Place root;
 };
 
-Scene built(const FrontRule& rule)
+Scene built(const SceneRule& rule)
 {
     const double dx = 1.0 / rule.cells;
     const int thick = int(std::lround(high * rule.cells));
@@ -36,12 +36,11 @@ Scene built(const FrontRule& rule)
     Setup& s = all.setup;
     s.gravity = {0, -g, 0};
     all.root = s.walls.min + dx * Place{4, 4, 2};
-    fill(s, elastic(young, 0, density), all.root, all.root + Place{beam, high, high},
-         rule.per_axis);
+    fill_by(s, rule, elastic(young, 0, density), all.root, all.root + Place{beam, high, high});
     Place end = s.walls.max;
     end.x = all.root.x;
     // Of the same speed of sound, so that the beam decides on the substep.
-    fill(s, elastic(1000 * young, 0, 1000 * density), s.walls.min, end, rule.per_axis);
+    fill_by(s, rule, elastic(1000 * young, 0, 1000 * density), s.walls.min, end);
     return all;
 }
 
@@ -69,19 +68,18 @@ Bend bend_of(const std::vector<Particle<double>>& now, const std::vector<Particl
             (sum.rate - shapes * block_rate / beside) / squares};
 }
 
-FrontResult swung(const Verification& v, const FrontRule& rule)
+FrontResult swung(const Verification& v, const SceneRule& rule)
 {
     const Scene scene = built(rule);
     // The period of a slender beam.
     const double period = 2 * std::numbers::pi / 3.516 * beam * beam /
                           std::sqrt(young * high * high / (12 * density));
-    const double step = period / 64;
-    const auto solver = solver_by(v, rule, scene.setup);
+    const double step = period / 48;
     double sum = 0, mean = std::nan("");
     int turns = 0;
     Bend before{};
-    const double seconds = timed_drive(*solver, step, 1.5 * period, [&](double t) {
-        const Bend now = bend_of(by_id(*solver), scene.setup.particles, scene);
+    const auto look = [&](const Solver& solver, double t) {
+        const Bend now = bend_of(by_id(solver), scene.setup.particles, scene);
         const bool turned = before.rate * now.rate < 0;
         // Twice it turns: at the bottom, and back at the top.
         const double share = turned ? before.rate / (before.rate - now.rate) : 1;
@@ -94,8 +92,9 @@ FrontResult swung(const Verification& v, const FrontRule& rule)
         sum += step * (before.way + now.way) / 2;
         before = now;
         return true;
-    });
-    return {100 * std::fabs(mean - 1), seconds};
+    };
+    const Driven driven = timed_drive(v, rule, scene.setup, step, 1.5 * period, no_tools, look);
+    return {100 * std::fabs(mean - 1), driven.seconds, 0};
 }
 
 }  // namespace
@@ -103,8 +102,8 @@ FrontResult swung(const Verification& v, const FrontRule& rule)
 FrontScene cantilever_front(Verification& v)
 {
     return {"cantilever", "percent", "the deflection of Timoshenko's beam",
-            v.quick() ? std::vector{8, 16} : std::vector{8, 16, 32, 64},
-            [&v](const FrontRule& rule) { return swung(v, rule); }};
+            FrontSizes{{8, 16}, {8, 16, 32, 64}, {16, 32, 64, 96}}.of(v),
+            [&v](const SceneRule& rule) { return swung(v, rule); }};
 }
 
 }  // namespace knead

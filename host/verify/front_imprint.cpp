@@ -8,7 +8,7 @@ namespace {
 
 constexpr double tool = 0.1, deep = 0.1, speed = 1, rest = 0.05;  // [m] [m/s] [s]
 
-Squeezed imprinted(const Verification& v, const FrontRule& rule)
+Squeezed imprinted(const Verification& v, const SceneRule& rule)
 {
     auto [s, middle] = ball_of_clay(rule, 0.5);
     s.walls.min.y = middle.y - squeeze_radius;
@@ -24,8 +24,7 @@ Squeezed imprinted(const Verification& v, const FrontRule& rule)
 
 FrontScene imprint_front(Verification& v)
 {
-    return against_finest(v, "imprint", "the places", v.quick() ? 48 : 96, 32, imprinted,
-                          places_off);
+    return against_finest(v, "imprint", "the places", 48, 32, imprinted, places_off);
 }
 
 }  // namespace knead

@@ -18,7 +18,7 @@ Place wave(Place x)
                                               std::cos(k * x.x) * std::sinh(k * x.y), 0};
 }
 
-Setup tank(const FrontRule& rule, double w)
+Setup tank(const SceneRule& rule, double w)
 {
     const double dx = 1.0 / rule.cells;
     Setup s = between_walls({rule.cells, rule.cells * 3 / 4, 4}, dx, ContactMode::slip, 0);
@@ -28,7 +28,7 @@ Setup tank(const FrontRule& rule, double w)
     // Of ten times the speed of a long wave: at the floor it is a hundredth denser.
     m.density = 1000, m.bulk = m.density * 100 * g * depth, m.exponent = 7, m.viscosity = 0.1;
     const Place low = s.walls.min;
-    fill(s, m, low, {s.walls.max.x, low.y + depth, s.walls.max.z}, rule.per_axis);
+    fill_by(s, rule, m, low, {s.walls.max.x, low.y + depth, s.walls.max.z});
     for (Particle<double>& q : s.particles) {
         const Place x = q.x - low;
         const double pressure = m.density * g * (depth - x.y),
@@ -44,7 +44,7 @@ Setup tank(const FrontRule& rule, double w)
 }
 
 // Over half a period, from flat to flat: how far the wave is from theory, rms over that of theory.
-FrontResult sloshed(const Verification& v, const FrontRule& rule)
+FrontResult sloshed(const Verification& v, const SceneRule& rule)
 {
     const double w = std::sqrt(g * k * std::tanh(k * depth)), end = std::numbers::pi / w;
     const Setup s = tank(rule, w);
@@ -54,18 +54,18 @@ FrontResult sloshed(const Verification& v, const FrontRule& rule)
         shape.push_back(wave(q.x - s.walls.min));
         squares += dot(shape.back(), shape.back());
     }
-    const auto solver = solver_by(v, rule, s);
     double off = 0, whole = 0;
-    const double seconds = timed_drive(*solver, end / 24, end, [&](double t) {
-        const std::vector<Particle<double>> now = by_id(*solver);
-        double sum = 0;
-        for (std::size_t i = 0; i < now.size(); ++i)
-            sum += dot(shape[i], now[i].x - s.particles[i].x);
-        const double expected = high * std::sin(w * t), miss = sum / squares - expected;
-        off += miss * miss, whole += expected * expected;
-        return true;
-    });
-    return {100 * std::sqrt(off / whole), seconds};
+    const Driven driven =
+        timed_drive(v, rule, s, end / 24, end, no_tools, [&](const Solver& solver, double t) {
+            const std::vector<Particle<double>> now = by_id(solver);
+            double sum = 0;
+            for (std::size_t i = 0; i < now.size(); ++i)
+                sum += dot(shape[i], now[i].x - s.particles[i].x);
+            const double expected = high * std::sin(w * t), miss = sum / squares - expected;
+            off += miss * miss, whole += expected * expected;
+            return true;
+        });
+    return {100 * std::sqrt(off / whole), driven.seconds, 0};
 }
 
 }  // namespace
@@ -73,8 +73,8 @@ FrontResult sloshed(const Verification& v, const FrontRule& rule)
 FrontScene sloshing_front(Verification& v)
 {
     return {"sloshing", "percent", "Lamb's standing wave",
-            v.quick() ? std::vector{8, 16} : std::vector{8, 16, 32, 64},
-            [&v](const FrontRule& rule) { return sloshed(v, rule); }};
+            FrontSizes{{8, 16}, {8, 16, 32, 64}, {16, 32, 64, 96}}.of(v),
+            [&v](const SceneRule& rule) { return sloshed(v, rule); }};
 }
 
 }  // namespace knead

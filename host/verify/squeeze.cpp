@@ -5,58 +5,82 @@
 #include <Eigen/LU>
 #include <Eigen/SVD>
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <map>
+#include <limits>
 #include <optional>
-
-#include "host/base/machine.h"
 
 namespace knead {
 namespace {
 
 constexpr double tool_radius = 0.15, deep = 0.1, speed = 1, rest = 0.05;  // [m] [m/s] [s]
 
-// Which particle began in which cube of edge `apart` about the middle.
-using Index = std::array<int, 3>;
-std::map<Index, std::size_t> numbered(const Squeezed& s)
-{
-    std::map<Index, std::size_t> all;
-    for (std::size_t i = 0; i < s.from.size(); ++i) {
-        const Place x = (1 / s.apart) * s.from[i];
-        all[{int(std::floor(x.x)), int(std::floor(x.y)), int(std::floor(x.z))}] = i;
+// Particles by the cube of edge `edge` [m] that they began in.
+class Cubes {
+  public:
+    Cubes(const std::vector<Place>& places, double cube) : all(places), edge(cube)
+    {
+        for (const Place& x : all) reach = std::max({reach, far(x.x), far(x.y), far(x.z)});
+        wide = 2 * reach + 1;
+        first.assign(std::size_t(wide) * wide * wide + 1, 0);
+        for (const Place& x : all) ++first[index(cube_of(x)) + 1];
+        for (std::size_t i = 1; i < first.size(); ++i) first[i] += first[i - 1];
+        order.resize(all.size());
+        std::vector<std::size_t> next(first.begin(), first.end() - 1);
+        for (std::size_t i = 0; i < all.size(); ++i) order[next[index(cube_of(all[i]))]++] = i;
     }
-    return all;
-}
-
-// Where `s` took the place X: by the eight particles around it; at the surface, where some are
-// missing, by the nearest eight inwards, continued linearly.
-std::optional<Place> taken(const Squeezed& s, const std::map<Index, std::size_t>& at, Place X)
-{
-    const Place x = (1 / s.apart) * X - Place{0.5, 0.5, 0.5};
-    Place low{std::floor(x.x), std::floor(x.y), std::floor(x.z)};
-    for (int inwards = 0; inwards < 3; ++inwards) {
-        const Index base{int(low.x), int(low.y), int(low.z)};
-        const Place f = x - low;
-        Place sum{};
-        bool whole = true;
-        for (int k = 0; k < 8 && whole; ++k) {
-            const auto found =
-                at.find({base[0] + (k & 1), base[1] + (k >> 1 & 1), base[2] + (k >> 2)});
-            whole = found != at.end();
-            if (!whole) break;
-            const double w =
-                (k & 1 ? f.x : 1 - f.x) * (k >> 1 & 1 ? f.y : 1 - f.y) * (k >> 2 ? f.z : 1 - f.z);
-            sum = sum + w * s.to[found->second];
+    // Calls visit(i, distance) for those nearer to x than `near`, which is no more than the edge.
+    template <class Visit>
+    void each(Place x, double near, Visit&& visit) const
+    {
+        for (int k = 0; k < 27; ++k) {
+            const Int3 c = cube_of(x) + Int3{k % 3 - 1, k / 3 % 3 - 1, k / 9 - 1};
+            if (std::max({std::abs(c.x), std::abs(c.y), std::abs(c.z)}) > reach) continue;
+            for (std::size_t j = first[index(c)]; j < first[index(c) + 1]; ++j)
+                if (const double r = length(all[order[j]] - x); r < near) visit(order[j], r);
         }
-        if (whole) return sum;
-        const auto inward = [](double& a, double from) {
-            if (std::fabs(a + 0.5) > 0.6 * from) a += a < -0.5 ? 1 : -1;
-        };
-        const double far = std::max({std::fabs(low.x), std::fabs(low.y), std::fabs(low.z)});
-        inward(low.x, far), inward(low.y, far), inward(low.z, far);
     }
-    return {};
+
+  private:
+    int far(double x) const { return int(std::fabs(x) / edge) + 1; }
+    Int3 cube_of(Place x) const
+    {
+        return {int(std::floor(x.x / edge)), int(std::floor(x.y / edge)),
+                int(std::floor(x.z / edge))};
+    }
+    std::size_t index(Int3 c) const
+    {
+        return (std::size_t(c.z + reach) * wide + std::size_t(c.y + reach)) * wide +
+               std::size_t(c.x + reach);
+    }
+
+    const std::vector<Place>& all;
+    double edge;
+    int reach = 0;
+    std::size_t wide = 0;
+    std::vector<std::size_t> first, order;
+};
+
+::Eigen::Vector3d vector(Place x) { return {x.x, x.y, x.z}; }
+
+// Where `s` took the place X, by the particles nearer than `near`, near ones weighing more.
+std::optional<Place> taken(const Squeezed& s, const Cubes& cubes, Place X, double near)
+{
+    ::Eigen::Matrix4d A = ::Eigen::Matrix4d::Zero();
+    ::Eigen::Matrix<double, 4, 3> b = ::Eigen::Matrix<double, 4, 3>::Zero();
+    int count = 0;
+    cubes.each(X, near, [&](std::size_t i, double r) {
+        const double share = 1 - r * r / (near * near), w = share * share;
+        ::Eigen::Vector4d p;
+        p << vector((1 / near) * (s.from[i] - X)), 1;
+        A += w * p * p.transpose();
+        b += w * p * vector(s.to[i] - X).transpose();
+        ++count;
+    });
+    if (count < 8) return {};
+    const ::Eigen::FullPivLU<::Eigen::Matrix4d> solved(A);
+    if (solved.rcond() < 1e-4) return {};
+    const ::Eigen::Matrix<double, 4, 3> fit = solved.solve(b);
+    return X + Place{fit(3, 0), fit(3, 1), fit(3, 2)};
 }
 
 // The same places of the ball for all, whatever particles they have.
@@ -73,36 +97,32 @@ std::vector<Place> probes()
     return all;
 }
 
-::Eigen::Vector3d vector(Place x) { return {x.x, x.y, x.z}; }
-
 }  // namespace
 
-Squeezed followed(const Verification& v, const SqueezeRule& rule, Setup s, Place middle, double end,
+Squeezed followed(const Verification& v, const SceneRule& rule, Setup s, Place middle, double end,
                   const std::function<std::vector<Joint<double>>(double)>& at)
 {
-    if (rule.courant > 0) s.step.courant = rule.courant;
     Squeezed result;
-    result.apart = s.lattice.dx / rule.per_axis;
+    result.apart = s.lattice.dx / std::cbrt(rule.per_cell);
     for (const Particle<double>& q : s.particles) result.from.push_back(q.x - middle);
-    const auto solver = rule.in_double ? v.reference(s) : v.solver(s);
-    const double begun = wall_seconds();
-    result.stats = drive(*solver, 1.0 / 60, end, at, [](double) { return true; });
-    result.seconds = wall_seconds() - begun;
-    for (const Particle<double>& q : by_id(*solver)) result.to.push_back(q.x - middle);
+    const Driven driven = timed_drive(v, rule, std::move(s), 1.0 / 60, end, at, no_look);
+    result.stats = driven.stats, result.seconds = driven.seconds, result.inside = driven.inside;
+    for (const Particle<double>& q : by_id(*driven.solver)) result.to.push_back(q.x - middle);
+    result.at = carried(result);
     return result;
 }
 
-BallOfClay ball_of_clay(const SqueezeRule& rule, double friction)
+BallOfClay ball_of_clay(const SceneRule& rule, double friction)
 {
     Setup s = between_walls({rule.cells, rule.cells, rule.cells}, 1.0 / rule.cells,
                             ContactMode::separate, friction);
     const Place middle = s.walls.min + Place{0.5, 0.5, 0.5};
-    fill(s, plastic(1e5, 0.3, 1000, 1e4), s.walls.min, s.walls.max, rule.per_axis,
-         [&](Place x) { return length(x - middle) < squeeze_radius; });
+    fill_by(s, rule, plastic(1e5, 0.3, 1000, 1e4), s.walls.min, s.walls.max,
+            [&](Place x) { return squeeze_radius - length(x - middle); });
     return {std::move(s), middle};
 }
 
-Squeezed squeezed(const Verification& v, const SqueezeRule& rule)
+Squeezed squeezed(const Verification& v, const SceneRule& rule)
 {
     auto [s, middle] = ball_of_clay(rule, 0.3);
     for (int i = 0; i < 2; ++i) add_ball_tool(s, tool_radius, ContactMode::separate, 0.4);
@@ -123,14 +143,27 @@ Sym3<double> gyration(const std::vector<Place>& places)
     return sum;
 }
 
-Apart apart(const Squeezed& coarse, const Squeezed& fine)
+std::vector<Place> carried(const Squeezed& s)
 {
-    const auto at_coarse = numbered(coarse), at_fine = numbered(fine);
-    std::vector<::Eigen::Vector3d> a, b;
+    constexpr double none = std::numeric_limits<double>::quiet_NaN();
+    const double far = 2.6 * s.apart;  // holds 8 particles beside a face that is a step, too
+    const Cubes cubes(s.from, far);
+    std::vector<Place> all;
     for (const Place& X : probes()) {
-        const auto here = taken(coarse, at_coarse, X), there = taken(fine, at_fine, X);
-        if (here && there) a.push_back(vector(*here)), b.push_back(vector(*there));
+        std::optional<Place> x;
+        for (const double near : {1.7 * s.apart, 2.1 * s.apart, far})
+            if (!x) x = taken(s, cubes, X, near);
+        all.push_back(x.value_or(Place{none, none, none}));
     }
+    return all;
+}
+
+Apart apart(const std::vector<Place>& coarse, const std::vector<Place>& fine)
+{
+    std::vector<::Eigen::Vector3d> a, b;
+    for (std::size_t i = 0; i < coarse.size(); ++i)
+        if (std::isfinite(coarse[i].x + fine[i].x))
+            a.push_back(vector(coarse[i])), b.push_back(vector(fine[i]));
     Apart result;
     result.matched = a.size();
     if (a.empty()) return result;
@@ -168,7 +201,7 @@ void squeeze_part(Verification& v)
         return std::sqrt(norm_squared(shape(s) + -1.0 * best) / norm_squared(best));
     };
     const std::string advice = "finer cells do not give a better shape here: keep the coarser ones";
-    const Apart coarse = apart(all[0], all[2]), middle = apart(all[1], all[2]);
+    const Apart coarse = apart(all[0].at, all[2].at), middle = apart(all[1].at, all[2].at);
     const std::string names = fmt::format(
         "squeeze, {} against {} cells per m, finest {}: ", sizes[1], sizes[0], sizes[2]);
     const auto ratio = [&](const char* what, double fine, double rough, const char* unit) {

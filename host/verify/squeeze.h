@@ -3,34 +3,28 @@
 #pragma once
 #include <vector>
 
-#include "host/verify/clay.h"
-#include "host/verify/verify.h"
+#include "host/verify/scene_rule.h"
 
 namespace knead {
-
-struct SqueezeRule {
-    int cells = 32;      // along 1 m
-    int per_axis = 2;    // particles along a cell
-    double courant = 0;  // 0: the default
-    bool in_double = false;
-};
 
 // Places about the ball's middle, [m], where they began and where they ended.
 struct Squeezed {
     std::vector<Place> from, to;
-    double apart = 0;  // of neighbouring particles at first [m]
+    double apart = 0;       // of neighbouring particles at first [m]
+    std::vector<Place> at;  // where probes() were taken, below
     FrameStats stats;
     double seconds = 0;  // of simulating
+    double inside = 0;   // Driven::inside [m]
 };
-Squeezed squeezed(const Verification& v, const SqueezeRule& rule);
+Squeezed squeezed(const Verification& v, const SceneRule& rule);
 // The ball alone, its middle in the middle of a room of 1 m.
 struct BallOfClay {
     Setup setup;
     Place middle;
 };
-BallOfClay ball_of_clay(const SqueezeRule& rule, double friction);
+BallOfClay ball_of_clay(const SceneRule& rule, double friction);
 // Any clay in `setup` about `middle`, from 0 to `end` [s], with tools where `at` says.
-Squeezed followed(const Verification& v, const SqueezeRule& rule, Setup setup, Place middle,
+Squeezed followed(const Verification& v, const SceneRule& rule, Setup setup, Place middle,
                   double end, const std::function<std::vector<Joint<double>>(double)>& at);
 
 // Second moments about the middle, [m^2].
@@ -42,8 +36,11 @@ struct Apart {
     double turn = 0;          // [rad]
     std::size_t matched = 0;  // places of the ball that were compared
 };
-// Where both took the same 2000 places of the ball.
-Apart apart(const Squeezed& coarse, const Squeezed& fine);
+// Where 2000 places of the ball, the same of all, were taken: by the map that is linear and fits
+// the particles around each best. Not a number where there are too few.
+std::vector<Place> carried(const Squeezed& s);
+// Between two results of carried().
+Apart apart(const std::vector<Place>& coarse, const std::vector<Place>& fine);
 
 // How fast a ball leaves two tools that let it go one after the other: over places of the same ball
 // and tools between the nodes, at two sizes of cells. Part of `squeeze`.

@@ -4,135 +4,167 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "host/base/interrupt.h"
-#include "host/base/machine.h"
 #include "host/verify/front.h"
 
 namespace knead {
 namespace {
 
-constexpr int usual_per_axis = 2;
+constexpr double tenth = 0.9;  // of the other's: what is less is better, and no chance
 
-struct Point {
-    FrontRule rule;
-    double error, seconds;  // in the scene's unit, [s]
-    int per_cell() const { return rule.per_axis * rule.per_axis * rule.per_axis; }
-    bool usual() const
-    {
-        return rule.per_axis == usual_per_axis && rule.courant == StepRule{}.courant &&
-               !rule.in_double;
-    }
-    std::string name() const
-    {
-        return fmt::format("{} cells/m, {} a cell, courant {}, {}", rule.cells, per_cell(),
-                           rule.courant, rule.in_double ? "double" : "float");
-    }
-    bool beats(const Point& other) const
-    {
-        return seconds <= other.seconds && error <= other.error &&
-               (seconds < other.seconds || error < other.error);
-    }
+// Particles a cell and courants of a lattice, the index-th of the scene's.
+struct Settings {
+    std::vector<double> per_cell, courant;
 };
-
-std::vector<FrontRule> rules(const FrontScene& scene, bool quick)
+Settings settings(const Verification& v, std::size_t index, std::size_t lattices)
 {
     const double usual = StepRule{}.courant;
-    std::vector<FrontRule> all;
+    if (v.quick()) {
+        if (index == 0) return {{4, 8, 27}, {0.4, usual}};
+        return {{4, 8}, {0.4, usual}};
+    }
+    const bool finest = index + 1 == lattices && v.device.kind == DeviceKind::cuda;
+    if (finest) return {{4, 8, 16}, {usual, 1}};
+    return {{4, 8, 16, 27}, {0.3, 0.6, usual, 1}};
+}
+
+std::vector<SceneRule> rules(const Verification& v, const FrontScene& scene)
+{
+    std::vector<SceneRule> all;
     for (std::size_t i = 0; i < scene.cells.size(); ++i) {
-        const int cells = scene.cells[i];
-        for (const double courant :
-             quick ? std::vector{0.4, usual} : std::vector{0.2, 0.4, 0.6, usual, 1.0})
-            for (const int per_axis : {1, 2, 3})
-                if (per_axis < 3 || i == 0 || !quick)
-                    all.push_back({cells, per_axis, courant, false});
+        const Settings s = settings(v, i, scene.cells.size());
+        SceneRule rule = default_rule(scene.cells[i]);
+        rule.repeats = v.quick() ? 1 : 3;
+        for (const double courant : s.courant)
+            for (const double per_cell : s.per_cell) {
+                rule.courant = courant, rule.per_cell = per_cell;
+                all.push_back(rule);
+            }
         // The loops in double are no way to wait for fine cells.
-        if (i == 0 || (i == 1 && !quick)) all.push_back({cells, usual_per_axis, usual, true});
+        if (i > 0) continue;
+        rule = default_rule(scene.cells[i]), rule.in_double = true;
+        all.push_back(rule);
     }
     return all;
 }
 
-// The quickest that is no worse than `one`, if it is quicker by a tenth, which chance is not; of
-// what a scene's file may ask for: not of one particle a cell.
-const Point& quickest(const std::vector<Point>& all, const Point& one)
+// What else is better than the defaults; and that finer cells are worth their time.
+void judge_defaults(Verification& v, const FrontScene& scene, const std::vector<FrontPoint>& all)
 {
-    const Point* best = &one;
-    for (const Point& p : all) {
-        const bool allowed = p.per_cell() > 1 && p.seconds < 0.9 * one.seconds;
-        if (allowed && p.error <= one.error && p.seconds < best->seconds) best = &p;
-    }
-    return *best;
-}
-
-// What else is as right as the defaults in less time; and that finer cells are worth their time.
-void name_defaults(Verification& v, const FrontScene& scene, const std::vector<Point>& all)
-{
-    std::vector<Point> defaults;
+    std::vector<FrontPoint> defaults;
     std::copy_if(all.begin(), all.end(), std::back_inserter(defaults),
-                 [](const Point& p) { return p.usual(); });
-    const Point &coarse = defaults.front(), &fine = defaults.back();
+                 [](const FrontPoint& p) { return p.usual(); });
+    const FrontPoint &coarse = defaults.front(), &fine = defaults.back();
     Check c = at_most(fmt::format("{}, defaults: error at {} cells/m over that at {}", scene.name,
                                   fine.rule.cells, coarse.rule.cells),
                       fine.error / coarse.error, 0.7, "", "use the coarser cells");
     c.note = "off " + scene.against;
-    for (const Point& p : defaults) {
-        const Point& best = quickest(all, p);
-        c.note += fmt::format("; at {} cells/m {:.3g} {} in {:.3f} s", p.rule.cells, p.error,
-                              scene.unit, p.seconds);
-        if (&best != &p)
-            c.note += fmt::format(", beaten by {}: {:.3g} {} in {:.3f} s", best.name(), best.error,
-                                  scene.unit, best.seconds);
+    for (const FrontPoint& p : defaults) {
+        const std::string stands = standing(beaten_by(all, p), scene.unit);
+        c.note += fmt::format("; at {} cells/m {}, {}", p.rule.cells, p.told(scene.unit), stands);
+        v.add(VerifyRow{"defaults: " + scene.name,
+                        fmt::format("{} cells/m", p.rule.cells),
+                        stands,
+                        {{"error_" + scene.unit, p.error}, {"seconds", p.seconds}}});
     }
     v.add(c);
 }
 
-void add_rows(Verification& v, const FrontScene& scene, const std::vector<Point>& all)
+void add_rows(Verification& v, const FrontScene& scene, const std::vector<FrontPoint>& all)
 {
-    for (const Point& p : all) {
-        const auto beaten = [&](const Point& other) { return other.beats(p); };
+    for (const FrontPoint& p : all) {
+        const auto beaten = [&](const FrontPoint& other) { return other.beats(p); };
         const auto by = std::find_if(all.begin(), all.end(), beaten);
         v.add(VerifyRow{"error against run time: " + scene.name,
                         p.name(),
                         by == all.end() ? "front" : "beaten by " + by->name(),
                         {{"error_" + scene.unit, p.error},
+                         {"counted", p.counted},
                          {"seconds", p.seconds},
                          {"cells", double(p.rule.cells)},
-                         {"per_cell", double(p.per_cell())},
+                         {"per_cell", p.rule.per_cell},
                          {"courant", p.rule.courant},
                          {"double", double(p.rule.in_double)},
                          {"default", double(p.usual())}}});
         if (by == all.end() && !v.options.json && !v.options.quiet)
-            fmt::print("    {}, front: {:<46} {:>8.3f} {}  {:>8.3f} s\n", scene.name, p.name(),
-                       p.error, scene.unit, p.seconds);
+            fmt::print("    {}, front: {:<46} {}\n", scene.name, p.name(), p.told(scene.unit));
     }
 }
 
 }  // namespace
 
-std::unique_ptr<Solver> solver_by(const Verification& v, const FrontRule& rule, Setup setup)
+SceneRule default_rule(int cells)
 {
-    if (rule.courant > 0) setup.step.courant = rule.courant;
-    return rule.in_double ? v.reference(std::move(setup)) : v.solver(std::move(setup));
+    SceneRule rule;
+    rule.cells = cells, rule.courant = StepRule{}.courant, rule.packed = true;
+    return rule;
 }
 
-double timed_drive(Solver& solver, double frame, double end,
-                   const std::function<bool(double)>& look)
+std::string FrontPoint::name() const
 {
-    double looked = 0;
-    const double begun = wall_seconds();
-    drive(solver, frame, end, [&](double t) {
-        const double now = wall_seconds();
-        const bool goes_on = look(t);
-        looked += wall_seconds() - now;
-        return goes_on;
-    });
-    return wall_seconds() - begun - looked;
+    return fmt::format("{} cells/m, {} a cell, courant {}, {}", rule.cells, rule.per_cell,
+                       rule.courant, rule.in_double ? "double" : "float");
+}
+
+std::string FrontPoint::told(const std::string& unit) const
+{
+    const std::string luck = counted > error ? fmt::format(" (counts as {:.3g})", counted) : "";
+    return fmt::format("{:.3g} {}{} in {:.3g} s", error, unit, luck, seconds);
+}
+
+bool FrontPoint::usual() const
+{
+    const SceneRule d = default_rule(rule.cells);
+    return rule.per_cell == d.per_cell && rule.courant == d.courant && !rule.in_double;
+}
+
+bool FrontPoint::beats(const FrontPoint& other) const
+{
+    return seconds <= other.seconds && counted <= other.counted &&
+           (seconds < other.seconds || counted < other.counted);
+}
+
+void count_errors(std::vector<FrontPoint>& all)
+{
+    for (FrontPoint& p : all) {
+        p.counted = 0;
+        for (const FrontPoint& q : all)
+            if (q.rule.per_cell == p.rule.per_cell && q.rule.courant == p.rule.courant &&
+                q.rule.in_double == p.rule.in_double && q.rule.cells >= p.rule.cells)
+                p.counted = std::fmax(p.counted, std::isfinite(q.error) ? q.error : INFINITY);
+    }
+}
+
+Beaten beaten_by(const std::vector<FrontPoint>& all, const FrontPoint& one)
+{
+    Beaten by;
+    for (const FrontPoint& p : all) {
+        if (p.counted <= one.counted && p.seconds < tenth * one.seconds &&
+            (!by.quicker || p.seconds < by.quicker->seconds))
+            by.quicker = &p;
+        if (p.seconds <= one.seconds && p.counted < tenth * one.counted &&
+            (!by.righter || p.counted < by.righter->counted))
+            by.righter = &p;
+    }
+    return by;
+}
+
+std::string standing(const Beaten& by, const std::string& unit)
+{
+    if (!by.at_all()) return "on the front";
+    const auto told = [&](const FrontPoint& p) { return p.name() + ": " + p.told(unit); };
+    std::string text = "beaten";
+    if (by.quicker) text += " in time by " + told(*by.quicker);
+    if (by.righter && by.righter != by.quicker)
+        text += (by.quicker ? " and in error by " : " in error by ") + told(*by.righter);
+    return text;
 }
 
 FrontScene squeeze_front(Verification& v)
 {
-    return against_finest(v, "squeeze", "the places", v.quick() ? 64 : 96, 32, squeezed,
-                          places_off);
+    return against_finest(v, "squeeze", "the places", 64, 32, squeezed, places_off);
 }
 
 void front_part(Verification& v)
@@ -140,17 +172,22 @@ void front_part(Verification& v)
     for (const auto& make :
          {squeeze_front, imprint_front, cantilever_front, sloshing_front, pile_front}) {
         const FrontScene scene = make(v);
-        std::vector<Point> all;
-        for (const FrontRule& rule : rules(scene, v.quick())) {
+        std::vector<FrontPoint> all;
+        const auto seeds = std::make_shared<Seeds>();
+        for (SceneRule rule : rules(v, scene)) {
             if (interrupted()) return;
+            rule.seeds = seeds;
             const FrontResult r = scene.run(rule);
-            all.push_back({rule, r.error, r.seconds});
-            v.say(fmt::format("{}: {}: {:.3f} {}, {:.2f} s", scene.name, all.back().name(), r.error,
+            all.push_back({rule, r.error, r.seconds, r.error});
+            v.say(fmt::format("{}: {}: {:.3f} {}, {:.4f} s", scene.name, all.back().name(), r.error,
                               scene.unit, r.seconds));
         }
+        count_errors(all);
         add_rows(v, scene, all);
-        name_defaults(v, scene, all);
+        judge_defaults(v, scene, all);
+        if (scene.name == "squeeze" || scene.name == "imprint") feature_rows(v, scene);
     }
+    surface_front(v);
 }
 
 }  // namespace knead

@@ -248,7 +248,7 @@ TEST(Verify, ShapesAreComparedWithoutTheirRigidMotion)
     const Quat<double> turn = turn_about(Vec3<double>{0, 0, 1}, 0.2);
     const auto moved = [&](Place p) { return rotate(turn, stretched(p)) + Place{0.03, 0.04, 0}; };
     const Squeezed fine = cloud(0.02, stretched), coarse = cloud(0.04, moved);
-    const Apart same = apart(coarse, fine);
+    const Apart same = apart(carried(coarse), carried(fine));
     EXPECT_GT(same.matched, 1500u);
     EXPECT_LT(same.rms, 1e-12);
     EXPECT_NEAR(same.turn, 0.2, 1e-9);
@@ -256,7 +256,7 @@ TEST(Verify, ShapesAreComparedWithoutTheirRigidMotion)
     const Squeezed bent = cloud(0.04, [&](Place p) {
         return moved(p) + Place{0, 0, p.x > 0 ? 0.002 : -0.002};
     });
-    EXPECT_GT(apart(bent, fine).rms, 2e-4);
+    EXPECT_GT(apart(carried(bent), carried(fine)).rms, 2e-4);
 }
 
 TEST(Verify, ResultsAreWholeInEveryForm)

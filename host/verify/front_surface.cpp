@@ -1,0 +1,149 @@
+// workprecision: the surface of a ball against the sphere that it is, over the nodes of its density
+// and how it is smoothed, against the time that a surface takes.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "host/base/interrupt.h"
+#include "host/base/machine.h"
+#include "host/surface/gpu_surface.h"
+#include "host/verify/front.h"
+
+namespace knead {
+namespace {
+
+constexpr double radius = 0.25;  // [m]
+
+struct Variant {
+    double nodes;  // over cells, along an axis
+    Smoothing smoothing;
+    int iterations;
+    bool usual;
+};
+
+// By a scene's defaults, and with one of them changed.
+std::vector<Variant> variants(bool quick)
+{
+    const SurfaceRule d{};
+    std::vector<Variant> all;
+    for (const double nodes :
+         quick ? std::vector{1.0, 2.0, 3.0} : std::vector{0.5, 1.0, 1.5, 2.0, 3.0, 4.0})
+        all.push_back({nodes, d.smoothing, d.iterations, nodes == 2});
+    all.push_back({2, Smoothing::none, 0, false});
+    if (quick) return all;
+    for (const int iterations : {2, 10, 20}) all.push_back({2, d.smoothing, iterations, false});
+    all.push_back({2, Smoothing::laplace, d.iterations, false});
+    return all;
+}
+
+const char* smoothing_name(Smoothing s)
+{
+    return s == Smoothing::none ? "none" : s == Smoothing::laplace ? "laplace" : "taubin";
+}
+
+struct Skin {
+    Mesh mesh;
+    double seconds;
+};
+
+// On a GPU without the copies there and back, by replays of a graph; else the quickest of three.
+Skin skin(const Verification& v, const Setup& s, const SurfaceRule& rule)
+{
+    if (v.device.kind == DeviceKind::cuda) {
+        GpuSurface surface(s.particles, s.materials, rule, {}, v.device.index);
+        std::vector<Mesh> meshes = surface.surface(s.particles);
+        const std::vector<double> times = surface.replays(v.quick() ? 5 : 50);
+        return {std::move(meshes.at(0)), *std::min_element(times.begin(), times.end())};
+    }
+    Skin best{{}, INFINITY};
+    for (int i = 0; i < (v.quick() ? 1 : 3); ++i) {
+        const double begun = wall_seconds();
+        best.mesh = surface(s.particles, s.materials, rule).at(0);
+        best.seconds = std::fmin(best.seconds, wall_seconds() - begun);
+    }
+    return best;
+}
+
+// Distances of the vertices from the sphere [m]: rms, and rms about their mean, which is the
+// surface's roughness without what softening takes off a round body everywhere.
+struct Off {
+    double rms, rough;
+};
+Off off_sphere(const Mesh& mesh, Place middle)
+{
+    double sum = 0, squares = 0;
+    const double n = double(mesh.vertices.size());
+    for (const Vec3<float> x : mesh.vertices) {
+        const double d = length(cast<double>(x) - middle) - radius;
+        sum += d / n, squares += d * d / n;
+    }
+    return {std::sqrt(squares), std::sqrt(std::fmax(squares - sum * sum, 0))};
+}
+
+struct Line {
+    Variant by;
+    Off off;
+    double seconds, volume;  // [s], over the ball's
+    bool beats(const Line& other) const
+    {
+        return off.rough <= other.off.rough && seconds <= other.seconds &&
+               (off.rough < other.off.rough || seconds < other.seconds);
+    }
+};
+
+Line measured(const Verification& v, const Setup& s, Place middle, const Variant& by)
+{
+    SurfaceRule made;
+    const auto nodes = [&](int n) { return int(std::ceil(n * by.nodes / 8)) * 8; };
+    const Int3 n = s.lattice.size;
+    made.lattice = {{nodes(n.x), nodes(n.y), nodes(n.z)}, float(s.lattice.dx / by.nodes)};
+    made.smoothing = by.smoothing, made.iterations = by.iterations;
+    const Skin skinned = skin(v, s, made);
+    const double whole = 4 * std::numbers::pi / 3 * radius * radius * radius;
+    return {by, off_sphere(skinned.mesh, middle), skinned.seconds, volume(skinned.mesh) / whole};
+}
+
+void add_line(Verification& v, int cells, const Line& a, bool beaten)
+{
+    const std::string name = fmt::format("{} nodes a cell, {} {}", a.by.nodes,
+                                         smoothing_name(a.by.smoothing), a.by.iterations);
+    v.add(VerifyRow{fmt::format("surface of a ball of {} m on {} cells/m", 2 * radius, cells),
+                    name,
+                    beaten ? "beaten" : "front",
+                    {{"error_mm", 1e3 * a.off.rms},
+                     {"rough_mm", 1e3 * a.off.rough},
+                     {"volume_percent", 100 * (a.volume - 1)},
+                     {"seconds", a.seconds},
+                     {"nodes_per_cell", a.by.nodes},
+                     {"iterations", double(a.by.iterations)},
+                     {"default", double(a.by.usual)}}});
+    if (v.options.json || v.options.quiet) return;
+    fmt::print(
+        "    surface: {:<30} {:>7.4f} mm off, {:.4f} rough, {:+.3f} % volume  {:>9.6f} s{}{}\n",
+        name, 1e3 * a.off.rms, 1e3 * a.off.rough, 100 * (a.volume - 1), a.seconds,
+        beaten ? "" : "  front", a.by.usual ? "  default" : "");
+}
+
+}  // namespace
+
+void surface_front(Verification& v)
+{
+    const int cells = FrontSizes{{16}, {32}, {64}}.of(v).front();
+    const SceneRule rule = default_rule(cells);
+    Setup s = between_walls({cells, cells, cells}, 1.0 / cells, ContactMode::separate, 0);
+    const Place middle = s.walls.min + Place{0.5 + 0.003, 0.5 - 0.007, 0.5 + 0.011};
+    fill_by(s, rule, plastic(1e6, 0.3, 1000, 1e5), s.walls.min, s.walls.max,
+            [&](Place x) { return radius - length(x - middle); });
+    std::vector<Line> all;
+    for (const Variant& by : variants(v.quick())) {
+        if (interrupted()) return;
+        all.push_back(measured(v, s, middle, by));
+    }
+    for (const Line& a : all)
+        add_line(v, cells, a,
+                 std::any_of(all.begin(), all.end(), [&](const Line& b) { return b.beats(a); }));
+}
+
+}  // namespace knead
