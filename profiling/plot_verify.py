@@ -16,11 +16,13 @@ FRONT = "error against run time: "
 MARGIN = "margin of the substep: "
 ENDINGS = {"stable": "#cfe3c4", "guarded": "#f3e3a8", "refused": "#c9dcec", "slow": "#dddddd",
            "FAILED": "#e8a090"}
-OFTEN = {1: "o", 8: "s", 27: "^"}  # marker by particles a cell
+OFTEN = {1: "o", 4: "v", 8: "s", 16: "P", 27: "^"}  # marker by particles a cell
+SURFACE = "surface of a ball"
 
 
 def fronts(rows):
-    """Points of every scene: dictionaries with `error`, `seconds` and what was varied."""
+    """Points of every scene: dictionaries with `error`, `seconds` and what was varied. `counted` is
+    what an error counts as: that of the same setting on finer cells, if that is more."""
     scenes = {}
     for row in rows:
         table = str(at(row, "table") or "")
@@ -32,7 +34,8 @@ def fronts(rows):
         if unit is None or not point[unit] or not point.get("seconds"):
             continue
         point.update(error=point[unit], unit=unit[len("error_"):].replace("percent", "%"),
-                     front=at(row, "outcome") == "front")
+                     front=at(row, "outcome") == "front",
+                     counted=point.get("counted") or point[unit])
         scenes.setdefault(table[len(FRONT):], []).append(point)
     return scenes
 
@@ -57,7 +60,7 @@ def work_precision(scenes, note):
             axes.plot(p["seconds"], p["error"], OFTEN.get(p["per_cell"], "D"), markersize=5,
                       color=colour[p["cells"]], alpha=0.85,
                       fillstyle="none" if p["double"] else "full")
-        front = sorted((p["seconds"], p["error"]) for p in points if p["front"])
+        front = sorted((p["seconds"], p["counted"]) for p in points if p["front"])
         axes.plot([x for x, _ in front], [y for _, y in front], color="#999999", linewidth=1,
                   zorder=1)
         usual = [p for p in points if p["default"]]
@@ -128,6 +131,33 @@ def convergence(scenes, note):
     return drawing
 
 
+def ball(rows, note):
+    """A dot a surface: how rough, over the time that it takes."""
+    drawing = Drawing("The surface of a ball", note)
+    axes = drawing.axes
+    for row in rows:
+        numbers = {k: number(v) for k, v in (at(row, "numbers") or {}).items()}
+        if not numbers.get("rough_mm") or not numbers.get("seconds"):
+            continue
+        place = (1e3 * numbers["seconds"], numbers["rough_mm"])
+        front = at(row, "outcome") == "front"
+        axes.plot(*place, "o", markersize=6, color=COLOURS[1],
+                  fillstyle="full" if front else "none")
+        if numbers.get("default"):
+            axes.plot(*place, "o", markersize=13, fillstyle="none", color="#222222")
+        axes.annotate(str(at(row, "name")), place, xytext=(8, 4), textcoords="offset points",
+                      size=8)
+    axes.set_xscale("log")
+    axes.set_yscale("log")
+    decades(axes.xaxis)
+    decades(axes.yaxis)
+    axes.margins(x=0.3, y=0.1)
+    axes.set_xlabel("ms a surface; full: on the front; circle: the default")
+    axes.set_ylabel("distance from its mean sphere, rms, mm")
+    axes.grid(color="#e6e6e6")
+    return drawing
+
+
 def stability(rows, note):
     """A coloured cell a case, in the order of the report."""
     from matplotlib.patches import Rectangle
@@ -190,6 +220,9 @@ def drawings(verify):
     if scenes:
         yield "workprecision.png", work_precision(scenes, note)
         yield "convergence.png", convergence(scenes, note)
+    surfaces = [r for r in verify["rows"] if str(at(r, "table") or "").startswith(SURFACE)]
+    if surfaces:
+        yield "surface.png", ball(surfaces, note)
     cases = [r for r in verify["rows"] if at(r, "table") == "stability map"]
     if cases:
         yield "stability.png", stability(cases, note)

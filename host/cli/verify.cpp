@@ -19,7 +19,7 @@ namespace {
 namespace fs = std::filesystem;
 
 const std::vector<std::string> results{"verify.json", "verify.csv", "report.md"},
-    pictures{"workprecision.png", "convergence.png", "stability.png", "margins.png"};
+    pictures{"workprecision.png", "convergence.png", "surface.png", "stability.png", "margins.png"};
 
 // Those that there are now.
 std::vector<std::string> drawn(const Verification& v, const std::string& json)

@@ -74,7 +74,7 @@ FrontResult swung(const Verification& v, const SceneRule& rule)
     // The period of a slender beam.
     const double period = 2 * std::numbers::pi / 3.516 * beam * beam /
                           std::sqrt(young * high * high / (12 * density));
-    const double step = period / 48;
+    const double step = period / 24;
     double sum = 0, mean = std::nan("");
     int turns = 0;
     Bend before{};

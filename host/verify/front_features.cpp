@@ -43,7 +43,7 @@ void feature_rows(Verification& v, const FrontScene& scene)
         if (interrupted()) return;
         if (v.quick() && !change.quick) continue;
         SceneRule rule = default_rule(usual_cells(v));
-        rule.repeats = v.quick() ? 1 : 5, rule.watch = true;
+        rule.repeats = v.quick() ? 3 : 5, rule.watch = true;
         change.make(rule);
         const FrontResult r = scene.run(rule);
         if (&change == changes) usual = r;

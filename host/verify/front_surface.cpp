@@ -6,6 +6,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "cuda/surface/density.h"
 #include "host/base/interrupt.h"
 #include "host/base/machine.h"
 #include "host/surface/gpu_surface.h"
@@ -126,10 +127,22 @@ void add_line(Verification& v, int cells, const Line& a, bool beaten)
         beaten ? "" : "  front", a.by.usual ? "  default" : "");
 }
 
+void check_default(Verification& v, const Setup& s, const Line& a)
+{
+    v.add(at_most("surface of a ball, defaults: from its mean sphere, rms, over a cell",
+                  a.off.rough / s.lattice.dx, 0.01, "", "raise surface.nodes"));
+    const double spacing = std::cbrt(s.materials[0].volume);
+    const double taken = kernel_variance<double> * spacing * spacing / radius;
+    v.add(near("surface of a ball, defaults: under the sphere, over variance / radius",
+               a.off.rms / taken, 1, 0.1, "",
+               "refine: a surface is softened over a particle's width"));
+}
+
 }  // namespace
 
 void surface_front(Verification& v)
 {
+    v.lap();
     const int cells = FrontSizes{{16}, {32}, {64}}.of(v).front();
     const SceneRule rule = default_rule(cells);
     Setup s = between_walls({cells, cells, cells}, 1.0 / cells, ContactMode::separate, 0);
@@ -141,9 +154,11 @@ void surface_front(Verification& v)
         if (interrupted()) return;
         all.push_back(measured(v, s, middle, by));
     }
-    for (const Line& a : all)
+    for (const Line& a : all) {
         add_line(v, cells, a,
                  std::any_of(all.begin(), all.end(), [&](const Line& b) { return b.beats(a); }));
+        if (a.by.usual) check_default(v, s, a);
+    }
 }
 
 }  // namespace knead

@@ -62,13 +62,18 @@ TEST_F(PlotVerify, DrawsWhatThereIs)
                          {"measured", 1.25},
                          {"bound", 1.5},
                          {"verdict", "FAILED"}};
+    const Json ball = {
+        {"table", "surface of a ball of 0.5 m on 64 cells/m"},
+        {"name", "2 nodes a cell, taubin 5"},
+        {"outcome", "front"},
+        {"numbers", {{"error_mm", 5}, {"rough_mm", 0.4}, {"seconds", 1e-4}, {"default", 1}}}};
     EXPECT_EQ(
         draw_all(Json::array({point("squeeze", 16, 4, 0.1, true), point("squeeze", 32, 1, 1, true),
-                              point("squeeze", 32, nullptr, 1, false), ended}),
+                              point("squeeze", 32, nullptr, 1, false), ball, ended}),
                  Json::array({margin})),
         "");
     for (const char* name :
-         {"workprecision.png", "convergence.png", "stability.png", "margins.png"}) {
+         {"workprecision.png", "convergence.png", "surface.png", "stability.png", "margins.png"}) {
         EXPECT_TRUE(is_picture(name)) << name;
         EXPECT_NE(said.find(path(name)), said.npos);
     }
