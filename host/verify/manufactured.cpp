@@ -179,8 +179,10 @@ void order(Verification& v, const char* name, Error error, int n, double A, doub
            const char* advice)
 {
     const double rough = error(v, n, A) / A, fine = error(v, 2 * n, A) / A;
-    Check c = at_least(fmt::format("manufactured, {}, A = {} m: order of the error", name, A),
-                       std::log2(rough / fine), bound, "", advice);
+    Check c =
+        at_least(fmt::format("manufactured, {}, A = {} m, {} to {} cells/m: order of the error",
+                             name, A, n, 2 * n),
+                 std::log2(rough / fine), bound, "", advice);
     c.note = fmt::format("{:.3g} % and {:.3g} % of A at {} and {} cells a metre", 100 * rough,
                          100 * fine, n, 2 * n);
     v.add(c);
