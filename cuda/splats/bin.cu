@@ -119,7 +119,7 @@ template <class Use>
 __device__ void each_candidate(const RasterView& d, Wide from, int count, Use&& use)
 {
     const int lane = int(threadIdx.x) % 32;
-    const char* const hidden = d.frame->hidden_tiles;
+    const char* const hidden = d.frame->hidden;
     int at = 0;
     for (int rank = count > 0 ? rank_of(d, from) : 0; at < count; rank += 32) {
         const Window mine = window_at(d, rank + lane, from, count);

@@ -18,7 +18,6 @@ struct SplatRule {
 constexpr double min_alpha = 1.0 / 255;  // less is not drawn
 constexpr double max_alpha = 0.99;       // of one splat
 constexpr double log2_min_alpha = -7.99435343685886;
-constexpr double log2_max_alpha = -0.01449956969511509;
 constexpr double screen_variance = 0.3;  // of the screen's filter [pixels^2]
 constexpr double tangent_margin = 1.3;   // of the sides, to which slopes are cut off
 

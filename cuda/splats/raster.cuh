@@ -2,7 +2,6 @@
 //   project . sort . scan . emit . sort by tile . blend
 // Splats are ordered by depth once for both eyes, then listed by the tiles that they reach: the
 // tiles of the second eye follow those of the first, so that one stable sort by tile serves both.
-// A tile is large, for lists cost as much as pixels; several thread blocks blend the list of one.
 // Every buffer has a fixed size, every count stays on the device, nothing waits for the host. Where
 // the list is full, the farthest splats are left out of it, and counted.
 #pragma once
@@ -13,15 +12,11 @@
 #include "cuda/math/span.h"
 #include "cuda/splats/blend.h"
 #include "cuda/splats/eye.h"
-#include "cuda/splats/fovea.h"
 
 namespace knead::gpu {
 
-constexpr int tile_size = 64;                 // pixels a side
-constexpr int square_size = 16;               // of what is hidden or not
-constexpr int max_squares = 1 << 16;          // of both eyes
-static_assert(tile_size % square_size == 0);  // so there are no more tiles: keys of 16 bits
-static_assert(tile_size == fovea_square);     // so a tile has one step
+constexpr int tile_size = 16;     // pixels a side
+constexpr int max_tiles = 65536;  // of both eyes: keys of 16 bits
 
 // Splats as they are at rest.
 struct SplatView {
@@ -60,9 +55,7 @@ struct RasterFrame {
     Vec3<float> background;
     MovedSplats moved;
     RasterTarget target[2];
-    // 1 where nothing is drawn, of RasterView::all_squares(), of all_tiles(); null: all is.
-    const char *hidden_squares, *hidden_tiles;
-    Fovea<float> fovea[2];
+    const char* hidden;  // RasterView::all_tiles(): 1 where nothing is drawn; null: all is
 };
 
 // The first tile, and how many columns and rows of tiles a splat may touch; no rows: not seen.
@@ -83,7 +76,7 @@ struct alignas(16) SplatRest {
 
 // Pairs of a tile and a splat whose box it meets are *candidates*; those of which the splat reaches
 // the tile are *instances*. Candidates are looked at so many at a time, by one thread block.
-constexpr int chunk_size = 2048;
+constexpr int chunk_size = 4096;
 
 // How much there was of everything in the last frame.
 struct RasterCounts {
@@ -125,9 +118,6 @@ struct RasterView {
 
     HD int tiles_of_eye() const { return columns * rows; }
     HD int all_tiles() const { return eyes * columns * rows; }
-    HD int square_columns() const { return (width + square_size - 1) / square_size; }
-    HD int square_rows() const { return (height + square_size - 1) / square_size; }
-    HD int all_squares() const { return eyes * square_columns() * square_rows(); }
 };
 
 struct RasterScratch {

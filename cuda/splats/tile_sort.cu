@@ -1,6 +1,6 @@
 // A stable sort of instances by tile, of as many as there are: their number stays on the device. In
-// each of two passes, by half of a tile's bits, every thread block takes one stretch of them,
-// counts digits, and after a scan over all counts moves them, a part of them at a time.
+// each of two passes, by 8 bits, every thread block takes one stretch of them, counts digits, and
+// after a scan over all counts moves them, a tile of them at a time.
 #include <cub/block/block_radix_rank.cuh>
 #include <cub/device/device_scan.cuh>
 
@@ -26,7 +26,6 @@ struct Pass {
     const unsigned* starts;  // where those begin
     const unsigned long long* listed;
     int room, shift;
-    unsigned mask;  // of the digit
     uint2* ranges;  // null: another pass follows
 };
 
@@ -42,10 +41,9 @@ __device__ Stretch stretch_of(const Pass& p)
     return {int(from < count ? from : count), int(to < count ? to : count)};
 }
 
-struct DigitOf {
+struct ByteAt {
     int shift;
-    unsigned mask;
-    __device__ std::uint32_t Digit(std::uint32_t key) const { return key >> shift & mask; }
+    __device__ std::uint32_t Digit(std::uint32_t key) const { return key >> shift & (digits - 1); }
 };
 
 __global__ void __launch_bounds__(threads) tally_kernel(const __grid_constant__ Pass p)
@@ -53,10 +51,10 @@ __global__ void __launch_bounds__(threads) tally_kernel(const __grid_constant__ 
     __shared__ unsigned tally[digits];
     const int t = int(threadIdx.x);
     const Stretch s = stretch_of(p);
-    const DigitOf digit{p.shift, p.mask};
+    const ByteAt byte{p.shift};
     tally[t] = 0;
     __syncthreads();
-    for (int i = s.from + t; i < s.to; i += threads) atomicAdd(&tally[digit.Digit(p.tiles[i])], 1u);
+    for (int i = s.from + t; i < s.to; i += threads) atomicAdd(&tally[byte.Digit(p.tiles[i])], 1u);
     __syncthreads();
     p.table[t * blocks + int(blockIdx.x)] = tally[t];
 }
@@ -85,8 +83,8 @@ __device__ void sort_part(const Pass& p, int first, int n, Shared& shared, int* 
         keys[k] = i < n ? p.tiles[first + i] : ~0u;
         records[k] = i < n ? p.records[first + i] : 0;
     }
-    Rank(shared.rank).RankKeys(keys, ranks, DigitOf{p.shift, p.mask}, below);
-    firsts[t] = min(below[0], n);
+    Rank(shared.rank).RankKeys(keys, ranks, ByteAt{p.shift}, below);
+    firsts[t] = below[0];
     if (t == 0) firsts[digits] = n;
     __syncthreads();
     UNROLL
@@ -112,7 +110,7 @@ __global__ void __launch_bounds__(threads, blocks_each) move_kernel(const __grid
     __shared__ unsigned to[digits];  // where the part's first of a digit goes, less firsts
     const int t = int(threadIdx.x);
     const Stretch s = stretch_of(p);
-    const DigitOf digit{p.shift, p.mask};
+    const ByteAt byte{p.shift};
     unsigned next = p.starts[t * blocks + int(blockIdx.x)];  // of the digit t
     for (int first = s.from; first < s.to; first += part) {
         const int n = min(part, s.to - first);
@@ -122,7 +120,7 @@ __global__ void __launch_bounds__(threads, blocks_each) move_kernel(const __grid
         __syncthreads();
         for (int i = t; i < n; i += threads) {
             const std::uint16_t tile = shared.sorted.tiles[i];
-            const unsigned at = to[digit.Digit(tile)] + unsigned(i);
+            const unsigned at = to[byte.Digit(tile)] + unsigned(i);
             p.to_tiles[at] = tile, p.to_records[at] = shared.sorted.records[i];
             if (p.ranges)
                 widen(p, tile, at, i == 0 || shared.sorted.tiles[i - 1] != tile,
@@ -151,20 +149,12 @@ void sort_by_tile(const RasterView& d, const RasterScratch& s, cudaStream_t stre
 {
     check(cudaMemsetAsync(d.ranges, 0, std::size_t(d.all_tiles()) * sizeof *d.ranges, stream),
           "sort by tile");
-    int bits = 1;  // of a digit: as many in each pass, so that neither has a few digits alone
-    while (1 << 2 * bits < d.all_tiles()) ++bits;
     for (int k = 0; k < 2; ++k) {
-        const Pass p{d.tiles[k],
-                     d.records[k],
-                     d.tiles[1 - k],
-                     d.records[1 - k],
-                     d.digit_counts,
-                     d.digit_starts,
-                     &d.counts->listed,
-                     d.room,
-                     k * bits,
-                     (1u << bits) - 1,
-                     k == 1 ? d.ranges : nullptr};
+        const Pass p{d.tiles[k],        d.records[k],
+                     d.tiles[1 - k],    d.records[1 - k],
+                     d.digit_counts,    d.digit_starts,
+                     &d.counts->listed, d.room,
+                     k * digit_bits,    k == 1 ? d.ranges : nullptr};
         launch("sort by tile", tally_kernel, blocks, threads, stream, p);
         std::size_t bytes = s.bytes;
         check(table_scan(d, s.memory, bytes, stream), "sort by tile");

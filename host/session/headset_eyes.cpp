@@ -142,10 +142,8 @@ void HeadsetEyes::Parts::follow(const LiveState& state, bool at_once)
     splats_of = state.history, splat_version = state.splat_version;
     splats.reset();
     painter->set_splats(0, SplatLayer{}), painter->set_splats(1, SplatLayer{});
-    if (state.splats) {
+    if (state.splats)
         splats = std::make_unique<SplatDrawer>(*state.splats, rule.device, splat_budget);
-        if (rule.foveate > 0) splats->foveate(fovea_of(rule.foveate));
-    }
     motion = {state.gaussians, state.gaussians_on_device};
 }
 

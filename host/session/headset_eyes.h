@@ -33,7 +33,6 @@ struct EyesRule {
     // sample a pixel, and as small as that asks for. 0: not asked.
     double budget = 0;
     double least = 0.5;  // share of an eye's sides that is drawn at least
-    double foveate = 0;  // degrees from a lens's middle up to which splats are fine; 0: all are
 };
 
 class HeadsetEyes {

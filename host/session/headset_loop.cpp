@@ -38,7 +38,7 @@ EyesRule eyes_rule(const HeadsetLoopRule& rule)
                   rule.samples > 0 ? rule.samples
                   : on_gpu         ? 4
                                    : 1,
-                  0, rule.least_scale, rule.foveate};
+                  0, rule.least_scale};
     const double rate = rule.headset.rate > 0 ? rule.headset.rate : 90;
     if (rule.samples == 0 && on_gpu && !rule.stepped) eyes.budget = gl_share / rate;
     return eyes;

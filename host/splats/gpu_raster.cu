@@ -83,8 +83,8 @@ struct GpuRaster::State {
     // What pictures() draws from and to.
     DeviceArray<uint2> colour[2], mesh_colour[2];
     DeviceArray<float> depth[2], mesh_depth[2], moved_numbers;
-    std::vector<char> hidden;        // squares, as the device has them; empty: all is seen
-    DeviceArray<char> hidden_tiles;  // and behind them tiles
+    std::vector<char> hidden;  // as the device has them; empty: all is seen
+    DeviceArray<char> hidden_tiles;
 };
 
 std::vector<Stage> GpuRaster::State::stages(bool mesh, int moved) const
@@ -110,7 +110,7 @@ void GpuRaster::State::prepare(const SplatFrame& frame, bool mesh, int moved)
                            frame.eyes.back().height == d.height;
     if (graph.ready && same_size && mesh == with_mesh && moved == with_moved) return;
     graph.drop();
-    if (!same_size) store.resize(frame), hidden.clear();
+    if (!same_size) store.resize(frame);
     with_mesh = mesh, with_moved = moved;
     graph.begin(stream);
     for (const Stage& stage : stages(mesh, moved)) stage.launch(stream);
@@ -125,36 +125,29 @@ RasterFrame GpuRaster::State::described(const SplatFrame& frame, const MovedSpla
     for (std::size_t e = 0; e < frame.eyes.size(); ++e) {
         f.camera[e] = pinhole(frame.eyes[e]);
         f.target[e] = targets[e];
-        if (!frame.fovea.empty()) f.fovea[e] = frame.fovea[e];
     }
     f.middle = cast<float>(middle_of(frame));
     f.rule = frame.rule, f.background = frame.background, f.moved = moved;
-    if (!hidden.empty()) {
-        f.hidden_squares = hidden_tiles.data();
-        f.hidden_tiles = f.hidden_squares + store.view.all_squares();
-    }
+    f.hidden = hidden.empty() ? nullptr : hidden_tiles.data();
     return f;
 }
 
 // Where they are others than those of the frame before, behind which they are copied.
 void GpuRaster::State::hide(const SplatFrame& frame, cudaStream_t on)
 {
-    static_assert(square_size == hidden_tile);
-    const RasterView& d = store.view;
-    const std::ptrdiff_t of_eye = d.square_columns() * d.square_rows();
-    std::vector<char> squares;
+    const auto of_eye = std::size_t(store.view.tiles_of_eye());
+    std::vector<char> tiles;
     for (std::size_t e = 0; e < frame.hidden.size(); ++e) {
         if (frame.hidden[e].empty()) continue;
-        squares.resize(std::size_t(d.all_squares()), 0);
+        tiles.resize(frame.eyes.size() * of_eye, 0);
         std::copy(frame.hidden[e].begin(), frame.hidden[e].end(),
-                  squares.begin() + std::ptrdiff_t(e) * of_eye);
+                  tiles.begin() + std::ptrdiff_t(e * of_eye));
     }
-    if (squares == hidden) return;
-    hidden = std::move(squares);
+    if (tiles == hidden) return;
+    hidden = std::move(tiles);
+    if (hidden_tiles.size() == 0) hidden_tiles = DeviceArray<char>(max_tiles);
     if (hidden.empty()) return;
-    const std::vector<char> all = with_hidden_tiles(d, hidden);
-    if (hidden_tiles.size() == 0) hidden_tiles = DeviceArray<char>(2 * max_squares);
-    check(cudaMemcpyAsync(hidden_tiles.data(), all.data(), all.size(), cudaMemcpyDefault, on),
+    check(cudaMemcpyAsync(hidden_tiles.data(), hidden.data(), hidden.size(), cudaMemcpyDefault, on),
           "splats");
 }
 
@@ -316,7 +309,6 @@ void GpuRaster::launch(const SplatFrame& frame, const MovedSplats* moved,
 {
     SplatFrame shape;
     shape.eyes = frame.eyes, shape.rule = frame.rule, shape.hidden = frame.hidden;
-    shape.fovea = frame.fovea;
     check_frame(SplatCloud{}, shape);
     check(cudaSetDevice(state->device), "device");
     const MovedSplats still{};

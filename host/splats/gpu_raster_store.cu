@@ -118,31 +118,16 @@ void RasterStore::resize(const SplatFrame& f)
     const int rows = (eye.height + tile_size - 1) / tile_size, eyes = int(f.eyes.size());
     if (f.eyes.back().width != eye.width || f.eyes.back().height != eye.height)
         throw std::invalid_argument("splats: eyes with pictures of different sizes");
-    RasterView seen = view;
-    seen.eyes = eyes, seen.columns = columns, seen.rows = rows;
-    seen.width = eye.width, seen.height = eye.height;
-    if (seen.all_squares() > max_squares)
-        throw std::invalid_argument("splats: pictures of more than " + std::to_string(max_squares) +
+    if (eyes * columns * rows > max_tiles)
+        throw std::invalid_argument("splats: pictures of more than " + std::to_string(max_tiles) +
                                     " tiles of 16 x 16 pixels");
-    view = seen;
+    view.eyes = eyes, view.columns = columns, view.rows = rows;
+    view.width = eye.width, view.height = eye.height;
     if (const auto tiles = std::size_t(view.all_tiles()); ranges.size() < tiles) {
         ranges = {};
         ranges = DeviceArray<uint2>(tiles);
     }
     view.ranges = ranges.data();
-}
-
-std::vector<char> with_hidden_tiles(const RasterView& d, std::vector<char> squares)
-{
-    constexpr int each = tile_size / square_size;
-    const int across = d.square_columns(), down = d.square_rows(), count = d.all_squares();
-    squares.resize(std::size_t(count + d.all_tiles()), 1);
-    for (int n = 0; n < count; ++n) {
-        const int row = n / across, e = row / down;  // rows are counted through both eyes
-        const int tile = (e * d.rows + (row - e * down) / each) * d.columns + n % across / each;
-        if (!squares[std::size_t(n)]) squares[std::size_t(count + tile)] = 0;
-    }
-    return squares;
 }
 
 std::size_t RasterStore::bytes() const

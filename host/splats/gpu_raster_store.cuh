@@ -20,9 +20,6 @@ class SplatTable {
     DeviceArray<uint4> sh;
 };
 
-// RasterFrame::hidden_squares, and behind them the tiles of which every square is hidden.
-std::vector<char> with_hidden_tiles(const RasterView& d, std::vector<char> squares);
-
 class RasterStore {
   public:
     RasterStore(std::size_t splats, int degree);
