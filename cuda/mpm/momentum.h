@@ -31,8 +31,8 @@ struct Momentum {
 //
 // What the base has of the growth along z is the same rounded velocity, times the weights' own
 // first moment. By Q and the stencil's d it would be off by the error of 1 / m.mass, which is one
-// number for all particles and substeps: a ball that flies and turns gained 1e-8 of its momentum in
-// each.
+// number for all particles and substeps: a ball that flies and turns went off by 1e-8 of its
+// momentum in each.
 template <class R>
 HD Momentum<R> momentum(const Particle<R>& q, const Sym3<R>& tau, const Material<R>& m, R per_mass,
                         const Stencil<R>& s, std::type_identity_t<const Spacing<R>&> spacing, R dt)

@@ -19,7 +19,7 @@ HD Four<R> column_of(const Momentum<R>& a, const Stencil<R>& s, int i, int j)
 }
 
 // A node of a column: its weight `w` along z times the column's momentum there, which from the
-// first node on grew by `along_z` [m/s] times the mass.
+// first node on grows by `along_z` [m/s] times the mass.
 template <class R>
 HD Four<R> along(Four<R> column, R w, Vec3<R> along_z)
 {

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "cuda/contact/medial.h"
+#include "cuda/contact/contact.h"
 #include "host/scene/seed.h"
 #include "host/session/live_look.h"
 

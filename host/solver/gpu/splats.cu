@@ -15,6 +15,13 @@ Gaussian<double> in_double(const GaussianView& host, int i)
     return g;
 }
 
+// Room for so many, and a quarter more where there was not; what was there is lost.
+template <class T>
+void hold(DeviceArray<T>& array, std::size_t count)
+{
+    if (array.size() < count) array = DeviceArray<T>(count + count / 4);
+}
+
 }  // namespace
 
 // Room for so many, where there is not; what was there is lost.
@@ -59,10 +66,6 @@ void Splats::make_room(int count, cudaStream_t stream)
 void Splats::erase(const std::vector<char>& objects, cudaStream_t stream)
 {
     if (count() == 0) return;
-    const auto hold = [](auto& array, std::size_t size) {
-        using Array = std::remove_reference_t<decltype(array)>;
-        if (array.size() < size) array = Array(size + size / 4);
-    };
     const int n = count() + 1;
     hold(gone, objects.size()), hold(places, 2 * std::size_t(n)), hold(sums, keep_scratch_bytes(n));
     const auto copy = [stream](void* to, const void* from, std::size_t bytes) {
@@ -95,8 +98,7 @@ bool Splats::edit(const GaussianEdits& edits, const ParticleView& particles, con
                               cudaMemcpyDefault, stream),
               "Gaussians");
     };
-    const auto most = std::size_t(std::max(count(), particles.count));
-    if (places.size() < most) places = DeviceArray<int>(most + most / 4);
+    hold(places, std::size_t(std::max(count(), particles.count)));
     if (split > 0) {
         given(splits, edits.splits);
         gpu::split(view_, splits.data(), split, places.data(), walls, stream);
