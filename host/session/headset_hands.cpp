@@ -112,7 +112,7 @@ Vec3<float> HandCue::glow(double time) const
         return clamp(float(1 - (time - since) / lasting), 0.f, 1.f);
     };
     return 2 * left(struck) * green +
-           left(felt) * (steady == Feel::cutting ? 1.4f * red : 0.7f * green);
+           left(felt) * (steady == Feel::cutting ? 1.4f * red : 1.1f * green);
 }
 
 float strength_of(Feel feel)
