@@ -103,6 +103,7 @@ Json report_of(const VrOptions& o, const HeadsetEnd& end)
     of["display"] = end.figures.figures();
     of["drawn"] = end.drawn;
     of["renewals"] = end.renewals;
+    of["shared"] = end.shared;
     of["gl_errors"] = end.gl_errors, of["stray_gl_errors"] = end.stray;
     of["reason"] = end.reason;
     const LiveState& s = *end.state;

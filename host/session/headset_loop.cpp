@@ -144,6 +144,7 @@ HeadsetEnd HeadsetLoop::run()
     end.hands.name = "headset";
     end.hands.rate = tick.period > 0 ? 1 / tick.period : 90;
     end.gl_errors = eyes->gl_errors();
+    end.shared = eyes->sharing().shared;
     end.stray = headset->stray_gl_errors();
     end.facts = headset->facts();
     headset->close();

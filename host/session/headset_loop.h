@@ -44,10 +44,11 @@ struct HeadsetEnd {
     std::shared_ptr<const LiveState> state;
     std::string hash;  // of the clay's state; "": there was no simulation
     long particles = 0;
-    long drawn = 0;     // pairs of eyes
-    int gl_errors = 0;  // of our own drawing
-    int stray = 0;      // GL errors that the runtime left
-    int renewals = 0;   // sessions that were lost and begun anew
+    long drawn = 0;       // pairs of eyes
+    int gl_errors = 0;    // of our own drawing
+    int stray = 0;        // GL errors that the runtime left
+    int renewals = 0;     // sessions that were lost and begun anew
+    bool shared = false;  // clay and splats went from CUDA to OpenGL without the host
 };
 
 // Opens the headset, and returns when the user or the runtime has left it, or all frames were

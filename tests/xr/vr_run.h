@@ -144,6 +144,54 @@ class KneadVr : public InFolder {
         ASSERT_FALSE(log.empty());
         EXPECT_EQ(log.back()["wrong"], 0) << "no call broke OpenXR's rules, and nothing leaked";
     }
+    // Both eyes of every picture that was dumped show the clay, at the distance at which it is.
+    void expect_parallax() const
+    {
+        for (const Json& line : log) {
+            if (!line.contains("eyes") || !line["eyes"][0].contains("file")) continue;
+            const Json &left_eye = line["eyes"][0], &right_eye = line["eyes"][1];
+            EXPECT_NEAR(left_eye["p"][0].get<double>(), -0.032, 1e-6);
+            // Reversed depth: the near distance over the distance along the gaze.
+            EXPECT_TRUE(left_eye["depth"]["near"].is_null()) << "infinite";
+            EXPECT_NEAR(left_eye["depth"]["far"], 0.05, 1e-6);
+            const Pixels seen = pixels_of(left_eye["file"]);
+            const Red l = red_of(seen), r = red_of(pixels_of(right_eye["file"]));
+            ASSERT_GT(l.count, 0.008 * seen.width * seen.height);
+            EXPECT_NEAR(r.count, l.count, 0.1 * l.count);
+            EXPECT_NEAR(l.y, r.y, 0.005 * seen.height) << "eyes are level";
+            // Parallax: as far apart as two eyes see one thing at its distance, their own frusta
+            // taken off. The ball's middle is at the origin, its seen side nearer.
+            const auto tangent = [&](const Json& eye, double x) {
+                const double low = std::tan(eye["fov"][0].get<double>());
+                const double high = std::tan(eye["fov"][1].get<double>());
+                return low + (high - low) * x / seen.width;
+            };
+            const double parallax = tangent(left_eye, l.x) - tangent(right_eye, r.x);
+            const double distance = 0.064 / parallax;
+            EXPECT_GT(distance, std::hypot(0.2, 0.36) - 0.1) << line["frame"];
+            EXPECT_LT(distance, std::hypot(0.2, 0.36) + 0.02) << line["frame"];
+        }
+    }
+    // Frame 75, which was dumped, against tests/xr/golden.
+    void expect_goldens() const
+    {
+        for (const char* name : {"frame_00075_left.png", "frame_00075_right.png"}) {
+            const std::string made = path("dump") + "/" + name;
+            if (const char* out = std::getenv("KNEAD_GOLDEN_OUT"))
+                fs::copy_file(made, fs::path(out) / name, fs::copy_options::overwrite_existing);
+            const Pixels seen = pixels_of(made);
+            const Pixels golden = pixels_of(std::string("tests/xr/golden/") + name);
+            ASSERT_EQ(seen.rgb.size(), golden.rgb.size());
+            double sum = 0;
+            int far_off = 0;
+            for (std::size_t i = 0; i < seen.rgb.size(); ++i) {
+                const int off = std::abs(int(seen.rgb[i]) - int(golden.rgb[i]));
+                sum += off, far_off += off > 32;
+            }
+            EXPECT_LT(sum / double(seen.rgb.size()), 1.5) << name;
+            EXPECT_LT(far_off, 0.01 * double(seen.rgb.size())) << name;
+        }
+    }
 
     bool panel = false;
     std::string place = "0,0,0";
