@@ -94,6 +94,7 @@ class HeadsetLoop {
     std::string undrawn;   // why nothing is, if so
     CueSound cues;
     std::unique_ptr<SoundOut> sound;  // null: nothing is heard
+    bool shared = false;              // clay and splats stay on the device
 };
 
 HeadsetLoop::HeadsetLoop(std::shared_ptr<const LiveScene> scene, HeadsetLoopRule by)
@@ -112,7 +113,7 @@ HeadsetLoop::HeadsetLoop(std::shared_ptr<const LiveScene> scene, HeadsetLoopRule
         rule, [this] { return clock.now(wall_seconds()); },
         [this](const HandAction& done) { record.act(done); });
     const Sharing sharing = eyes->sharing();
-    lived.on_device = sharing.shared;
+    shared = lived.on_device = sharing.shared;
     if (!sharing.text.empty()) rule.tell(sharing.text);
     std::string silent;
     if (rule.sound && !rule.stepped) sound = SoundOut::open(silent);
@@ -144,7 +145,7 @@ HeadsetEnd HeadsetLoop::run()
     end.hands.name = "headset";
     end.hands.rate = tick.period > 0 ? 1 / tick.period : 90;
     end.gl_errors = eyes->gl_errors();
-    end.shared = eyes->sharing().shared;
+    end.shared = shared;
     end.stray = headset->stray_gl_errors();
     end.facts = headset->facts();
     headset->close();
