@@ -143,16 +143,17 @@ std::string standing(const Line& usual, const std::vector<Line>& all)
     return text.empty() ? "on the front" : text;
 }
 
-void check_default(Verification& v, const Setup& s, const Line& a, const std::vector<Line>& all)
+void check_default(Verification& v, const Setup& s, int cells, const Line& a,
+                   const std::vector<Line>& all)
 {
-    Check rough = at_most("surface of a ball, defaults: from its mean sphere, rms, over a cell",
+    const std::string what = fmt::format("surface of a ball, {} cells per m, defaults: ", cells);
+    Check rough = at_most(what + "from its mean sphere, rms, over a cell",
                           a.off.rough / s.lattice.dx, 0.01, "", "raise surface.nodes");
     rough.note = fmt::format("{}: {}", a.name(), standing(a, all));
     v.add(rough);
     const double spacing = std::cbrt(s.materials[0].volume);
     const double taken = kernel_variance<double> * spacing * spacing / radius;
-    v.add(near("surface of a ball, defaults: under the sphere, over variance / radius",
-               a.off.rms / taken, 1, 0.1, "",
+    v.add(near(what + "under the sphere, over variance / radius", a.off.rms / taken, 1, 0.1, "",
                "refine: a surface is softened over a particle's width"));
 }
 
@@ -174,7 +175,7 @@ void surface_front(Verification& v)
     }
     for (const Line& a : all) add_line(v, cells, a, all);
     for (const Line& a : all)
-        if (a.by.usual) check_default(v, s, a, all);
+        if (a.by.usual) check_default(v, s, cells, a, all);
 }
 
 }  // namespace knead
