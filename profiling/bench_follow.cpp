@@ -1,9 +1,11 @@
-// How often Gaussians must hear of the clay's motion: every substep, every k-th with the velocity
-// held in between, or once a frame by the composed motion of the nodes, each of which is carried
-// along through all substeps of the frame. The paper's ball, pressed by two cones and soft enough
-// to flow; errors are from every substep, after the last frame.
+// How often Gaussians must hear of the clay's motion: every substep; every k-th, with the velocity
+// held until the next, or with that of the last for all that they are behind, as the solvers do; in
+// k groups that take turns, each so and all of them in a frame's last substep; or once a frame by
+// the composed motion of the nodes, each of which is carried along through all substeps of the
+// frame. The paper's ball, soft enough to flow, turns and is pressed by two cones; errors are from
+// every substep, after the last frame.
 //
-//   bench_follow [nodes] [frames] [Gaussians] [substeps a frame]
+//   bench_follow [nodes] [frames] [Gaussians] [substeps a frame] [turns: rad/s]
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -24,9 +26,11 @@ using Gaussians = std::vector<Gaussian<double>>;
 constexpr double frame = 1.0 / 90;
 
 // What follows the clay in one way.
+enum class Mode { held, behind, in_turns, composed };
 struct Way {
     std::string name;
-    int every = 1;  // substeps; 0: composed, once a frame
+    Mode mode;
+    int every = 1;  // substeps
     Gaussians gaussians{};
     double seconds = 0;
 };
@@ -51,16 +55,19 @@ double seconds_of(const std::function<void()>& work)
 
 double squared(const Mat3<double>& A) { return dot(A.a, A.a) + dot(A.b, A.b) + dot(A.c, A.c); }
 
-template <class NodeAt>
-void carry_all(Gaussians& all, const Clay& clay, double dt, NodeAt&& node)
+// Those that `go`, by their index, through so many substeps of dt [s].
+template <class Go, class NodeAt>
+void carry_those(Gaussians& all, const Clay& clay, double dt, int substeps, Go&& go, NodeAt&& node)
 {
     const Lattice<double>& l = clay.setup.lattice;
     const Colliders<double> tools = clay.solver.colliders();
     const Walls<double> walls = walls_on<double>(l, clay.setup.walls);
-    for (Gaussian<double>& g : all) {
+    for (std::size_t i = 0; i < all.size(); ++i) {
+        if (!go(i)) continue;
+        Gaussian<double>& g = all[i];
         const Gaussian<double> start = g;
         const Int3 base = base_node(g.x, l.spacing);
-        deform(g, l.spacing, dt, [&](Int3 step) { return node(base + step); });
+        deform(g, l.spacing, dt, substeps, [&](Int3 step) { return node(base + step); });
         keep_out(g, tools, clay.solver.acting(), clay.setup.passes, false, walls, l.dx);
         repair(g, start);
     }
@@ -99,6 +106,43 @@ struct Composed {
     }
 };
 
+// Substep s of a frame.
+void follow(Way& w, const Clay& clay, double dt, int s, int substeps)
+{
+    const auto node = [&](Int3 n) { return clay.node(n); };
+    const auto any = [](std::size_t) { return true; };
+    const int every = w.every;
+    const bool last = s + 1 == substeps;
+    if (w.mode == Mode::held) {
+        if (s % every) return;
+        carry_those(w.gaussians, clay, std::min(every, substeps - s) * dt, 1, any, node);
+    } else if (w.mode == Mode::behind) {
+        if ((s + 1) % every && !last) return;
+        carry_those(w.gaussians, clay, dt, s % every + 1, any, node);
+    } else {
+        for (int g = 0; g < every; ++g) {
+            const int since = s >= g ? (s - g) % every : s + 1;  // its last turn: 0 is now
+            const int behind = since == 0 ? std::min(every, s + 1) : since;
+            if (since == 0 || last)
+                carry_those(
+                    w.gaussians, clay, dt, behind,
+                    [&](std::size_t i) { return int(i / 128) % every == g; }, node);
+        }
+    }
+}
+
+std::vector<Way> ways_of(int substeps)
+{
+    std::vector<Way> ways{{"every substep", Mode::held, 1}};
+    for (const int k : {2, 4, 8}) ways.push_back({fmt::format("held, {}", k), Mode::held, k});
+    ways.push_back({"held, a frame", Mode::held, substeps});
+    for (const int k : {2, 3, 4}) ways.push_back({fmt::format("behind, {}", k), Mode::behind, k});
+    for (const int k : {2, 3, 4})
+        ways.push_back({fmt::format("in turns, {}", k), Mode::in_turns, k});
+    ways.push_back({"composed, a frame", Mode::composed});
+    return ways;
+}
+
 void report(const std::vector<Way>& ways, double dx, int frames)
 {
     fmt::print("{:22} {:>10} {:>12} {:>12} {:>12} {:>12}\n", "way", "ms/frame", "x rms [dx]",
@@ -129,11 +173,14 @@ int main(int argc, char** argv)
     Setup scene = ball(nodes);
     scene.materials[0].yield = 1e4;
     add_tools(scene);
+    const double rate = argc > 5 ? std::atof(argv[5]) : 0;
+    for (Particle<double>& p : scene.particles) {
+        p.v = cross(Vec3<double>{0, 0, rate}, p.x - Vec3<double>{0.5, 0.5, 0.5});
+        p.C = {{0, rate, 0}, {-rate, 0, 0}, {0, 0, 0}};
+    }
     Reference solver(scene);
     const Clay clay{scene, solver, 1 / lightest_particle(scene)};
-    std::vector<Way> ways{{"every substep", 1},      {"every 2nd", 2},
-                          {"every 4th", 4},          {"every 8th", 8},
-                          {"every frame", substeps}, {"composed, a frame", 0}};
+    std::vector<Way> ways = ways_of(substeps);
     std::mt19937_64 random(1);
     std::uniform_real_distribution<double> within(-0.25, 0.25);
     while (ways[0].gaussians.size() < std::size_t(count)) {
@@ -151,22 +198,20 @@ int main(int argc, char** argv)
             solver.p2g(dt), solver.grid(dt);
             for (Way& w : ways)
                 w.seconds += seconds_of([&] {
-                    if (w.every == 0) {
-                        if (s == 0) composed.begin(clay);
-                        composed.go_on(clay, dt);
-                    } else if (s % w.every == 0) {
-                        carry_all(w.gaussians, clay, std::min(w.every, substeps - s) * dt,
-                                  [&](Int3 n) { return clay.node(n); });
-                    }
+                    if (w.mode != Mode::composed) return follow(w, clay, dt, s, substeps);
+                    if (s == 0) composed.begin(clay);
+                    composed.go_on(clay, dt);
                 });
             solver.g2p(dt), solver.project(dt), solver.plasticity(dt), solver.repair();
         }
         Way& last = ways.back();
         last.seconds += seconds_of([&] {
-            carry_all(last.gaussians, clay, 1, [&](Int3 n) {
-                const auto i = std::size_t(scene.lattice.index(n));
-                return NodeShare<double>{composed.way[i], composed.share[i]};
-            });
+            carry_those(
+                last.gaussians, clay, 1, 1, [](std::size_t) { return true; },
+                [&](Int3 n) {
+                    const auto i = std::size_t(scene.lattice.index(n));
+                    return NodeShare<double>{composed.way[i], composed.share[i]};
+                });
         });
     }
     fmt::print("{} particles, {} Gaussians, {} frames of {} substeps\n", scene.particles.size(),

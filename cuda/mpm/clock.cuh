@@ -3,6 +3,7 @@
 #include <bit>
 
 #include "cuda/math/hd.h"
+#include "cuda/mpm/lag.h"
 #include "cuda/mpm/time_step.h"
 
 namespace knead::gpu {
@@ -61,6 +62,7 @@ enum class Mode : int { running, stopped, going_on, cut };
 //    begun                                        w n                        r
 //    dt[0], dt[1]                                 w n, n + 1                 r
 //    steps          w n                r n        r n, w n + 1               r n + 1
+//    lag            w                             r, w
 //    active         w n: 0             + n        r n - 1, n; w n + 1: as n  + n + 1
 //    peaks          r n - 1                       r n - 1; w n: 0            + n
 //    crowded        w all: no          + n - 1    r n - 1, w it: no; + n
@@ -77,10 +79,12 @@ enum class Mode : int { running, stopped, going_on, cut };
 //    tool_step      w                             r
 //    counters       w 0                           +                          +
 //
-// What grid both reads and writes in one place (crowded n - 1, drift, mode, counters but `clipped`)
-// only thread 0 of block 0 touches. `listed` grows under grid, which does not go through the list.
-// Between frames the host reads the clock, and where one has stopped, says that it goes on
-// (host/solver/gpu/region.cu). While one is under way it may set `halt` (host/solver/gpu/watch.cu).
+// What grid both reads and writes in one place (crowded n - 1, drift, lag, mode, counters but
+// `clipped`) only thread 0 of block 0 touches. `listed` grows under grid, which does not go through
+// the list. `deform`, between grid and g2p of some substeps and after the last, reads done, begun,
+// dt and lag. Between frames the host reads the clock, and where one has stopped, says that it goes
+// on (host/solver/gpu/region.cu). While one is under way it may set `halt`
+// (host/solver/gpu/watch.cu).
 //
 // grid and g2p start early (launch_pdl): each waits for the end of the kernel before it and only
 // then lets the next one take its places, so no more than two of them are on the device, and what
@@ -95,6 +99,7 @@ struct Clock {
     int done, begun;  // substeps through; the one under way
     float dt[2];      // of the one under way and of the one after it [s]; 0: there is none
     Step steps[3];
+    Lag lag;                        // of Gaussians, with the substep under way
     int side;                       // on which of their two sides the particles lie
     int sorted_from;                // on which they lay before the last sort
     double duration;                // of the frame [s]

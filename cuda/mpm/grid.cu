@@ -63,6 +63,8 @@ __device__ void look_ahead(const GridUpdateView& d)
     c.step(n + 1) = next;
     c.dt[0] = float(step.dt), c.dt[1] = float(next.dt);
     if (!(step.dt > 0)) return;
+    if (c.lag.due()) c.lag = {};  // the substep before has moved them
+    c.lag.add(step.dt);
     all.dt_min = all.substeps ? min(all.dt_min, step.dt) : step.dt;
     all.dt_max = max(all.dt_max, step.dt);
     ++all.substeps;

@@ -19,27 +19,44 @@ struct DeformView {
     NearView near;
     const int* moves_from;  // block_count: where clay may be still, from which substep on it moves
     float per_mass;         // of share() [1/kg]
+    bool at_end;            // of the frame: whoever is behind is moved
     // writes
     GaussianView splats;
     Clock* clock;
 };
+
+// By how much they move: through so many substeps of dt [s] each, 0 where they are not behind or it
+// is not their turn; by velocities and tools of substep n.
+struct Stretch {
+    int n, substeps;
+    float dt;
+};
+__device__ Stretch stretch(const DeformView& d)
+{
+    const Clock& c = *d.clock;
+    const int begun = c.begun, done = c.done;
+    const float now = c.dt[0];
+    const Lag lag = c.lag;
+    const bool moves = d.at_end ? !lag.due() : lag.due() && now > 0;
+    return {d.at_end ? done - 1 : begun, moves ? lag.substeps : 0, lag.each<float>()};
+}
 
 // What of a Gaussian's substep is counted: each 0 or 1.
 struct Happened {
     bool stranded, projected, repaired;
 };
 
-// Where clay moves g in substep n; what is left of it is loaded meanwhile. False: it is held still.
+// Where clay moves g; what is left of it is loaded meanwhile. False: it is held still.
 template <Features f>
-__device__ bool follow(const DeformView& d, Gaussian<float>& g, int i, int n, float dt,
+__device__ bool follow(const DeformView& d, Gaussian<float>& g, int i, const Stretch& by,
                        bool& stranded)
 {
     stranded = !d.near.stored.holds(g.x);
     if (stranded) return d.splats.load_rest(i, g), true;
     const Int3 base = base_node(g.x, d.lattice.spacing);
     if constexpr (f.rests)
-        if (d.moves_from[d.lattice.block_of(base)] > n) return false;
-    const float4* nodes = d.velocities[n & 1];
+        if (d.moves_from[d.lattice.block_of(base)] > by.n) return false;
+    const float4* nodes = d.velocities[by.n & 1];
     if constexpr (f.blades) nodes += g.label() * unsigned(d.lattice.node_count());
     const Offsets o = offsets(d.lattice, base);
     bool held;
@@ -48,7 +65,7 @@ __device__ bool follow(const DeformView& d, Gaussian<float>& g, int i, int n, fl
         return NodeShare<float>{{v.x, v.y, v.z}, __saturatef(d.per_mass * v.w)};  // share()
     });
     d.splats.load_rest(i, g);
-    if (held) carry(g, field, dt);
+    if (held) carry(g, field, by.dt, by.substeps);
     stranded = !held;
     return true;
 }
@@ -69,16 +86,16 @@ __device__ bool put_right(const DeformView& d, Gaussian<float>& g, int n)
 }
 
 // A warp's to the frame's counters.
-__device__ void report(Clock& clock, const Happened& happened)
+__device__ void report(Clock& clock, const Happened& happened, int substeps)
 {
-    const auto add = [](unsigned long long& to, bool mine) {
+    const auto add = [](unsigned long long& to, bool mine, int each) {
         const unsigned lanes = __ballot_sync(all_lanes, mine);
         if (lanes && (threadIdx.x & 31) == 0)
-            atomicAdd(&to, static_cast<unsigned long long>(__popc(lanes)));
+            atomicAdd(&to, static_cast<unsigned long long>(each * __popc(lanes)));
     };
-    add(clock.counters.stranded, happened.stranded);
-    add(clock.counters.splats_projected, happened.projected);
-    add(clock.counters.splats_repaired, happened.repaired);
+    add(clock.counters.stranded, happened.stranded, substeps);
+    add(clock.counters.splats_projected, happened.projected, 1);
+    add(clock.counters.splats_repaired, happened.repaired, 1);
 }
 
 template <class Case>
@@ -87,24 +104,23 @@ __global__ void __launch_bounds__(threads, 5) deform_kernel(const __grid_constan
     constexpr Features f = Case::features;
     const int own = int(blockIdx.x * threads + threadIdx.x), i = min(own, d.splats.room - 1);
     const bool valid = own < *d.splats.live;
-    // As the substep before left it, which is over.
+    // As it was left when it moved last, in a substep that is over.
     Gaussian<float> g{};
     d.splats.load_place(i, g);
     if constexpr (f.blades) g.sides = d.splats.sides[i];
     wait_for_upstream();
-    const int n = d.clock->begun;
-    const float dt = d.clock->dt[0];
-    if (!(dt > 0)) return;
+    const Stretch by = stretch(d);
+    if (by.substeps == 0) return;
     Happened happened{};
-    if (valid && follow<f>(d, g, i, n, dt, happened.stranded)) {
-        happened.projected = put_right<f>(d, g, n);
+    if (valid && follow<f>(d, g, i, by, happened.stranded)) {
+        happened.projected = put_right<f>(d, g, by.n);
         happened.repaired = !sound(g);
         if (!happened.repaired) {
             d.splats.store(i, g);
             if constexpr (f.blades) d.splats.sides[i] = g.sides;
         }
     }
-    report(*d.clock, happened);
+    report(*d.clock, happened, by.substeps);
 }
 
 constexpr Features relevant(Features f)
@@ -115,7 +131,7 @@ constexpr Features relevant(Features f)
 }  // namespace
 
 void deform(const Views& views, const GaussianView& splats, float per_mass,
-            const Features& features, cudaStream_t stream)
+            const Features& features, bool at_end, cudaStream_t stream)
 {
     const G2pView same = g2p_view(views);
     const DeformView view{{same.velocities[0], same.velocities[1]},
@@ -126,11 +142,16 @@ void deform(const Views& views, const GaussianView& splats, float per_mass,
                           same.near,
                           same.rest.free,
                           per_mass,
+                          at_end,
                           splats,
                           views.clock};
     const auto kernel = dispatch<relevant>(
         features, []<class Case>(Case) -> void (*)(DeformView) { return deform_kernel<Case>; });
-    launch_pdl("deform", kernel, blocks_for(splats.room, threads), threads, stream, view);
+    const int blocks = blocks_for(splats.room, threads);
+    if (at_end)  // behind a loop, where none starts early
+        launch("deform", kernel, blocks, threads, stream, view);
+    else
+        launch_pdl("deform", kernel, blocks, threads, stream, view);
 }
 
 }  // namespace knead::gpu

@@ -69,9 +69,10 @@ struct MovedGaussians {
 };
 void arrange(const GaussianView& gaussians, float* rows, cudaStream_t stream);
 
-// The Gaussians' stage of a substep, after grid: before or after g2p is the same.
+// The Gaussians' stage, after grid in every follow_every-th substep of a frame, before or after g2p
+// is the same; and `at_end`, after the frame's last g2p, for what is left.
 void deform(const Views& views, const GaussianView& splats, float per_mass,
-            const Features& features, cudaStream_t stream);
+            const Features& features, bool at_end, cudaStream_t stream);
 // Those of an object, as part of a rigid body.
 void move(const GaussianView& splats, int object, const RigidMotion<double>& motion,
           cudaStream_t stream);

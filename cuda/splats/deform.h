@@ -144,15 +144,16 @@ HD Sym3<R> adjugate(const Sym3<R>& A)
 
 // The inverse of a symmetric matrix that has no negative eigenvalue. To one whose smallest is next
 // to nothing so much of the identity is added that none is below `floor`: det / minors lies between
-// a third of the smallest eigenvalue and all of it.
+// a third of the smallest eigenvalue and all of it. `exact` if nothing was added.
 template <class R>
-HD Sym3<R> bounded_inverse(Sym3<R> A, R floor)
+HD Sym3<R> bounded_inverse(Sym3<R> A, R floor, bool& exact)
 {
     Sym3<R> C = adjugate(A);
     const auto det = [&] { return A.xx * C.xx + A.xy * C.xy + A.xz * C.xz; };
     R d = det();
     const R m = trace(C);  // the sum of the principal minors
-    if (!(d >= floor * m && m > 0)) {
+    exact = d >= floor * m && m > 0;
+    if (!exact) {
         A = raised(A, m > 0 ? floor - max(d / m, R(0)) : floor);
         C = adjugate(A), d = det();
     }
@@ -170,17 +171,20 @@ struct LinearField {
 // their mean are B = <v r^T> and M = <r r^T>, r in steps: first the rotation that is nearest to
 // them, then what is left. A rotation is so found exactly wherever the nodes say which it is, as
 // those of a plane do; and a gradient in a direction in which no node has a neighbour is that of
-// the rotation.  (32)
+// the rotation. Where M has a good inverse the two come to B M^-1 at once.  (32)
 template <class R>
 HD Mat3<R> fitted_gradient(const Mat3<R>& B, const Sym3<R>& M)
 {
     constexpr R floor = R(1) / 256;
+    bool exact;
+    const Mat3<R> inverse = full(bounded_inverse(M, floor, exact));
+    if (exact) return B * inverse;
     const Sym3<R> inertia = raised(R(-1) * M, trace(M));
     const Vec3<R> spin = {B.b.z - B.c.y, B.c.x - B.a.z, B.a.y - B.b.x};
-    const Vec3<R> w = full(bounded_inverse(inertia, floor)) * spin;
+    const Vec3<R> w = full(bounded_inverse(inertia, floor, exact)) * spin;
     const Mat3<R> W = {{0, w.z, -w.y}, {-w.z, 0, w.x}, {w.y, -w.x, 0}}, m = full(M);
     const Mat3<R> left = B - Mat3<R>{cross(w, m.a), cross(w, m.b), cross(w, m.c)};
-    return W + left * full(bounded_inverse(M, floor));
+    return W + left * inverse;
 }
 
 // What moves the point whose stencil is s; `held` is false where none of its nodes holds mass.
@@ -209,16 +213,21 @@ HD LinearField<R> fitted_field(const NodeSums<R>& n, const Stencil<R>& s,
     return {v + C * r, spacing.per_dx * C};
 }
 
-// Carries a Gaussian on for dt [s]. A substep that would turn its neighbourhood inside out is cut:
-// for |dt C| <= 1/2, det(I + dt C) > 0.  (33)
+// Carries a Gaussian on through so many substeps of dt [s] each, in all of which the field around
+// it is this one: a rotation stays one. A substep that would turn its neighbourhood inside out is
+// cut: for |dt C| <= 1/2, det(I + dt C) > 0.  (33)
 template <class R>
-HD void carry(Gaussian<R>& g, const LinearField<R>& field, R dt)
+HD void carry(Gaussian<R>& g, const LinearField<R>& field, R dt, int substeps)
 {
     const Mat3<R>& C = field.C;
     const R size_squared = dt * dt * (dot(C.a, C.a) + dot(C.b, C.b) + dot(C.c, C.c));
     const R step = size_squared > R(0.25) ? dt * (R(0.5) / std::sqrt(size_squared)) : dt;
-    g.x = g.x + dt * field.v;
-    g.F = g.F + step * (C * g.F);
+    Vec3<R> v = field.v;  // where it is by then
+    for (int n = 0; n < substeps; ++n) {
+        g.x = g.x + dt * v;
+        g.F = g.F + step * (C * g.F);
+        v = v + step * (C * v);
+    }
 }
 
 // What moves the point x, through the nodes around it: node(step) as in node_sums().
@@ -230,13 +239,14 @@ HD LinearField<R> field_at(Vec3<R> x, std::type_identity_t<const Spacing<R>&> sp
     return fitted_field(node_sums(s, node), s, spacing, held);
 }
 
-// A substep of g. False where no node holds mass: it stays.
+// So many substeps of g, of dt [s] each. False where no node holds mass: it stays.
 template <class R, class NodeAt>
-HD bool deform(Gaussian<R>& g, std::type_identity_t<const Spacing<R>&> spacing, R dt, NodeAt&& node)
+HD bool deform(Gaussian<R>& g, std::type_identity_t<const Spacing<R>&> spacing, R dt, int substeps,
+               NodeAt&& node)
 {
     bool held;
     const LinearField<R> field = field_at(g.x, spacing, held, node);
-    if (held) carry(g, field, dt);
+    if (held) carry(g, field, dt, substeps);
     return held;
 }
 

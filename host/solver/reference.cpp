@@ -46,6 +46,7 @@ Reference::Reference(const Setup& given)
 FrameStats Reference::advance(const Motion& motion, double duration)
 {
     stats = {}, covered = 0;
+    Lag lag{};
     for (std::size_t t = 0; t < setup.tools.size(); ++t) set_tool(setup.tools[t], motion, t);
     const StepLimits limits = step_limits(setup);
     const double tool = tool_step(setup, motion, duration);
@@ -54,7 +55,10 @@ FrameStats Reference::advance(const Motion& motion, double duration)
         const Step next = step_after(step, limits, extremes(), tool, duration);
         substep(motion, step.start / duration, next.start / duration, step.dt);
         count(step, stats);
-        if (next.dt > 0 && ends_here(next.start, duration, stats)) break;
+        lag.add(step.dt);
+        const bool last = !(next.dt > 0) || ends_here(next.start, duration, stats);
+        if (lag.due() || last) deform(lag), lag = {};
+        if (last) break;
         step = next;
     }
     stats.active_blocks = active_blocks();
@@ -72,7 +76,6 @@ void Reference::substep(const Motion& motion, double from, double to, double dt)
     project(dt);
     plasticity(dt);
     repair();
-    deform(dt);
 }
 
 // Medial spheres from joints (20), (21), and what is derived from them once (13), (14).
@@ -224,7 +227,7 @@ void Reference::repair()
 }
 
 // Gaussians go with the velocities around them, out of tools and walls.  (31)-(34)
-void Reference::deform(double dt)
+void Reference::deform(const Lag& lag)
 {
     const Lattice<double>& lattice = setup.lattice;
     const Colliders<double> tools = colliders();
@@ -236,9 +239,11 @@ void Reference::deform(double dt)
         const Gaussian<double> start = g;
         const Int3 base = base_node(g.x, lattice.spacing);
         const std::vector<Node<double>>& field = fields[blades ? g.label() : uncut];
-        stranded += !knead::deform(g, lattice.spacing, dt, [&](Int3 step) {
+        const auto node = [&](Int3 step) {
             return node_share(field[std::size_t(lattice.index(base + step))], per_mass);
-        });
+        };
+        if (!knead::deform(g, lattice.spacing, lag.each<double>(), lag.substeps, node))
+            stranded += lag.substeps;
         projected += keep_out(g, tools, active, setup.passes, blades, walls, lattice.dx);
         repaired += knead::repair(g, start);
     }

@@ -6,6 +6,7 @@
 
 #include "cuda/contact/cut.h"
 #include "cuda/math/node4.h"
+#include "cuda/mpm/lag.h"
 #include "host/solver/solver.h"
 
 namespace knead {
@@ -29,7 +30,7 @@ class Reference : public Solver {
     std::size_t memory() const override;
     std::string name() const override;
 
-    // A substep of dt [s], stage by stage; substep() calls them in this order.
+    // A substep of dt [s], stage by stage; substep() calls all but the last in this order.
     void substep(const Motion& motion, double from, double to, double dt);
     // Stands the tools where they are at the share `to` of a frame, moving as from share `from` on.
     void pose(const Motion& motion, double from, double to, double dt);
@@ -39,7 +40,7 @@ class Reference : public Solver {
     void project(double dt);     // out of tools and walls; labels beside a blade
     void plasticity(double dt);  // strains back to the yield surface
     void repair();               // particles that are no longer numbers, to where they were
-    void deform(double dt);      // Gaussians go with the clay, and out of tools and walls
+    void deform(const Lag& lag);  // Gaussians go with the clay, and out of tools and walls
 
     // By Lattice::index: momentum and mass after p2g(), velocity and mass after grid(). Field 0 is
     // of all clay; in scenes with blades those of a label leave the other label's clay out (25).

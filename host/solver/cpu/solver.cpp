@@ -51,6 +51,7 @@ FrameStats CpuSolver<R>::advance(const Motion& motion, double duration)
     arrange_splats();
     if (stillness.any()) update_activity(motion);
 
+    Lag lag{};
     Step step = step_at(limits, 0, most, tool_dt, duration);
     while (step.dt > 0) {
         const Step next = step_after(step, limits, most, tool_dt, duration);
@@ -68,17 +69,14 @@ FrameStats CpuSolver<R>::advance(const Motion& motion, double duration)
         times[stage_bin].seconds += omp_get_wtime() - start;
         p2g(dt);
         grid_update(dt);
-        g2p(dt), deform(dt);
-        if (stillness.any()) wake_roused(stats);
-
-        most = {};
-        for (Counts& c : counts) {
-            most.speed = std::max(most.speed, std::sqrt(c.speed_squared));
-            most.stiffness = std::max(most.stiffness, c.stiffness);
-            c.speed_squared = c.stiffness = 0;
-        }
+        g2p(dt);
         count(step, stats);
-        if (next.dt > 0 && ends_here(next.start, duration, stats)) break;
+        lag.add(step.dt);
+        const bool last = !(next.dt > 0) || ends_here(next.start, duration, stats);
+        if (lag.due() || last) deform(lag), lag = {};
+        if (stillness.any()) wake_roused(stats);
+        take_extremes();
+        if (last) break;
         step = next;
     }
     Counts all;

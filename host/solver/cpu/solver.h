@@ -5,9 +5,11 @@
 #include <omp.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstdint>
 
 #include "cuda/math/node4.h"
+#include "cuda/mpm/lag.h"
 #include "cuda/mpm/lattice.h"
 #include "cuda/mpm/material_data.h"
 #include "cuda/mpm/particle.h"
@@ -152,7 +154,16 @@ class CpuSolver : public Solver {
         for (int i = from[0]; i < from[1]; ++i)
             visit(splats[std::size_t(splat_order[std::size_t(i)])]);
     }
-    void deform(R dt);
+    void deform(const Lag& lag);
+    void take_extremes()  // what a substep left, for the length of the next
+    {
+        most = {};
+        for (Counts& c : counts) {
+            most.speed = std::max(most.speed, std::sqrt(c.speed_squared));
+            most.stiffness = std::max(most.stiffness, c.stiffness);
+            c.speed_squared = c.stiffness = 0;
+        }
+    }
     void update_activity(const Motion& motion);
     Bins::Members movers_among(Bins::Members members, std::vector<int>& movers) const;
     bool pushes(int slot, R dt, const Tile<R>* tiles) const;

@@ -29,7 +29,7 @@ void CpuSolver<R>::arrange_splats()
 
 // Block by block, so that a tile of nodes serves many. Some have come to another block since.
 template <class R>
-void CpuSolver<R>::deform(R dt)
+void CpuSolver<R>::deform(const Lag& lag)
 {
     if (splats.empty()) return;
     const Colliders<R> colliders = posed.colliders();
@@ -52,9 +52,11 @@ void CpuSolver<R>::deform(R dt)
                     load_tile(grid[f], lattice.block_at(block), tiles[f]);
             }
             const Node<R>* nodes = tiles[cut_here ? g.label() : 0].node + tile_index(base - corner);
-            c.stranded += !knead::deform(g, lattice.dx, dt, [&](Int3 step) {
+            const auto node = [&](Int3 step) {
                 return node_share(nodes[tile_index(step)], per_mass);
-            });
+            };
+            if (!knead::deform(g, lattice.dx, lag.each<R>(), lag.substeps, node))
+                c.stranded += lag.substeps;
             const bool tools = setup.passes > 0 && posed.near[std::size_t(block)];
             c.splats_projected +=
                 knead::keep_out(g, colliders, tools ? posed.mask_at(lattice, g.x) : none,
@@ -118,7 +120,7 @@ std::vector<Gaussian<double>> CpuSolver<R>::gaussians() const
 }
 
 template void CpuSolver<float>::arrange_splats();
-template void CpuSolver<float>::deform(float);
+template void CpuSolver<float>::deform(const Lag&);
 template void CpuSolver<float>::attach(int, const std::vector<Vec3<double>>&);
 template void CpuSolver<float>::set_gaussians(const std::vector<Gaussian<double>>&);
 template void CpuSolver<float>::edit_gaussians(const GaussianEdits&);

@@ -15,20 +15,22 @@ std::vector<std::pair<std::string, Amount>> of_a_frame(
     const std::vector<std::pair<std::string, Amount>>& seen, int substeps)
 {
     std::vector<std::pair<std::string, Amount>> all;
-    for (const auto& [stage, every_substep] : {std::pair{"sort", false},
-                                               {"pose", false},
-                                               {"p2g", false},
-                                               {"grid", true},
-                                               {"g2p", true},
-                                               {"deform", true}}) {
+    for (const auto& [stage, every] : {std::pair{"sort", 0},
+                                       {"pose", 0},
+                                       {"p2g", 0},
+                                       {"grid", 1},
+                                       {"g2p", 1},
+                                       {"deform", follow_every}}) {
         std::vector<Amount> own;
         for (const auto& [name, amount] : seen)
             if (name == stage) own.push_back(amount);
         if (own.empty()) continue;
-        if (every_substep && own.size() > warm) own.erase(own.begin(), own.begin() + warm);
+        const int cold = every ? (warm + every - 1) / every : 0;
+        if (int(own.size()) > cold) own.erase(own.begin(), own.begin() + cold);
         Amount sum{};
         for (const Amount& amount : own) sum += amount;
-        all.push_back({stage, every_substep ? double(substeps) / double(own.size()) * sum : sum});
+        const int times = every ? (substeps + every - 1) / every : int(own.size());
+        all.push_back({stage, double(times) / double(own.size()) * sum});
     }
     return all;
 }
@@ -91,11 +93,16 @@ void GpuSolver::walk(const Watch& watch) const
         Clock now = store.clock();
         return now.step(now.done).dt > 0;
     };
-    for (int k = 0; k < warm + repeats && under_way(); ++k) {
+    const auto deforms = [&](bool at_end) {
+        if (features.splats) watch("deform", [&] { follow(views, features, at_end, main); });
+    };
+    int k = 0;
+    for (; k < warm + repeats && under_way(); ++k) {
         watch("grid", [&] { grid(views, features, processors, main); });
-        if (features.splats) watch("deform", [&] { follow(views, features, main); });
+        if (k % follow_every == follow_every - 1) deforms(false);
         watch("g2p", [&] { g2p(views, features, processors, main); });
     }
+    if (k < follow_every) deforms(true);
     store.clear_grids();
     store.put_back(*kept, before.side, main);
     splats.copy_back(*kept_splats, main);

@@ -16,12 +16,14 @@ namespace gpu {
 namespace {
 
 // How many substeps each turn of the graph's loop holds, for frames of so many or a twentieth more:
-// going round costs about 4 us, a substep that finds the frame over about 3.
+// going round costs about 4 us, a substep that finds the frame over about 3. Always so many times
+// follow_every: in which of them Gaussians follow is known when they are captured.
 int substeps_a_turn(int substeps)
 {
-    if (substeps == 0) return 4;
-    int best = 0, min_cost = std::numeric_limits<int>::max();
-    for (int each = 2; each <= 32; ++each) {
+    constexpr int unit = follow_every;
+    if (substeps == 0) return (4 + unit - 1) / unit * unit;
+    int best = unit, min_cost = std::numeric_limits<int>::max();
+    for (int each = unit == 1 ? 2 : unit; each <= 32; each += unit) {
         int worst = 0;
         for (int n = substeps; n <= substeps + substeps / 20; ++n) {
             const int turns = (n + each - 1) / each;
@@ -154,17 +156,20 @@ void GpuSolver::sort_if_due(const Views& views, const Features& features)
 
 // Between grid and g2p, neither of which waits for a kernel other than the one before it. Beside
 // g2p it would be hidden; a fork between kernels that start early crashed (driver 580).
-void GpuSolver::follow(const Views& views, const Features& features, cudaStream_t stream) const
+void GpuSolver::follow(const Views& views, const Features& features, bool at_end,
+                       cudaStream_t stream) const
 {
     if (!features.splats) return;
     const float per_mass = float(1 / lightest_particle(rules()));
-    deform(views, splats.view(), per_mass, features, stream);
+    deform(views, splats.view(), per_mass, features, at_end, stream);
 }
 
-void GpuSolver::substep(const Views& views, const Features& features, cudaStream_t stream)
+// `place`: so many of the frame, or of whole turns of its loop, come before.
+void GpuSolver::substep(const Views& views, const Features& features, int place,
+                        cudaStream_t stream)
 {
     grid(views, features, processors, stream);
-    follow(views, features, stream);
+    if (place % follow_every == follow_every - 1) follow(views, features, false, stream);
     g2p(views, features, processors, stream);
 }
 
@@ -188,11 +193,12 @@ void GpuSolver::capture(Graph& to, bool tools)
     start(views, features);
     const auto take_turn = [&](cudaStream_t stream) {
         for (int k = 0; k < (turn ? turn : substeps_a_turn(0)); ++k)
-            substep(views, features, stream);
+            substep(views, features, k, stream);
     };
     take_turn(main);  // of short frames all: the loop is not entered
     capture_body(add_conditional(main, cudaGraphCondTypeWhile, views.conditions.again), body,
                  take_turn);
+    follow(views, features, true, main);
     to.end(main);
     check(cudaGraphUpload(to.ready, main), "graph");
     wait(main, "graph");
@@ -208,7 +214,8 @@ void GpuSolver::step_through(bool tools)
         Clock now = store.clock(main);
         return now.step(now.done).dt > 0;
     };
-    while (under_way()) substep(views, features, main);
+    for (int k = 0; under_way(); ++k) substep(views, features, k, main);
+    follow(views, features, true, main);
 }
 
 void GpuSolver::launch(int slot)

@@ -67,8 +67,9 @@ class GpuSolver : public Solver {
     void capture();
     void capture(Graph& to, bool tools);
     void start(const Views& views, const Features& features);
-    void follow(const Views& views, const Features& features, cudaStream_t stream) const;
-    void substep(const Views& views, const Features& features, cudaStream_t stream);
+    void follow(const Views& views, const Features& features, bool at_end,
+                cudaStream_t stream) const;
+    void substep(const Views& views, const Features& features, int place, cudaStream_t stream);
     Views views_for(const Features& features) const;
     Features features_for(bool tools) const;
     void show();
