@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <map>
 #include <nlohmann/json.hpp>
 
@@ -28,10 +29,9 @@ const char* const soft = R"({
 class Suites : public InFolder {
   protected:
     // The results of one suite.
-    Json measured(const std::string& suite)
+    Json measured(const std::string& suite, BenchOptions o = {})
     {
         write_whole(path("soft.json"), soft);
-        BenchOptions o;
         o.suites = {suite}, o.device = "cpu", o.scene = path("soft.json"), o.out = path("out");
         o.quick = true, o.case_limit = 0.01;
         testing::internal::CaptureStderr();
@@ -67,6 +67,31 @@ TEST_F(Suites, PaperVariesOneQuantityAtATime)
     const std::vector<Json>& each = rows.at("paper: particles per cell");
     EXPECT_NEAR(each.back()["particles"].get<double>() / each.front()["particles"].get<double>(),
                 12.0 / 4, 0.02);
+}
+
+TEST_F(Suites, ScaleGrowsToTheMostParticlesThatAreAskedFor)
+{
+    BenchOptions o;
+    o.max_particles = 3.5e4;
+    const auto rows = parts(measured("scale", o)).at("scale");
+    ASSERT_EQ(rows.size(), 2u);
+    const double first = rows[0]["particles"], second = rows[1]["particles"];
+    EXPECT_NEAR(second / first, std::pow(40.0 / 28, 3), 0.1);  // of the lattices' cells
+    EXPECT_EQ(rows[1]["at"].get<double>(), second);
+}
+
+TEST_F(Suites, ScaleStopsWhereTheMemoryEndsAndSaysSo)
+{
+    BenchOptions o;
+    o.max_memory = 1;
+    const Json all = measured("scale", o);
+    EXPECT_TRUE(all["rows"].empty());
+    std::vector<std::string> sizes;
+    for (const std::string why : all["left_out"])
+        if (why.starts_with("scale: ")) sizes.push_back(why);
+    ASSERT_EQ(sizes.size(), 1u) << all["left_out"].dump();  // no larger one is tried
+    EXPECT_EQ(sizes[0].find("scale: 28^3 nodes: "), 0u) << sizes[0];
+    EXPECT_NE(sizes[0].find("GiB of the host"), std::string::npos) << sizes[0];
 }
 
 TEST_F(Suites, TenDeterministicRunsEndInOneHash)
