@@ -66,6 +66,30 @@ TEST_F(Files, AnEndingMayBeInCapitals)
     EXPECT_EQ(file_kind(path("S.JsonL")), FileKind::recording);
 }
 
+TEST_F(Files, JsonIsWhatItsSchemaSays)
+{
+    const auto kind = [&](const std::string& text) {
+        write_whole(path("x.json"), text);
+        return file_kind(path("x.json"));
+    };
+    EXPECT_EQ(kind(R"({"schema": "knead.scene/1"})"), FileKind::scene);
+    EXPECT_EQ(kind(R"({"schema": "knead.report/1"})"), FileKind::report);
+    for (const char* other : {R"({"schema": "knead.scene/2"})", R"({"schema": 3})", "{}", "[1]"}) {
+        const std::string why = reason<InputError>([&] { kind(other); });
+        EXPECT_EQ(why.find(path("x.json") + ": /schema: expected \"knead.scene/1\""), 0u) << why;
+    }
+    write_whole(path("x.txt"), "words");
+    const std::string why = reason<InputError>([&] { file_kind(path("x.txt")); });
+    EXPECT_NE(why.find("x.txt: expected a file ending in .json"), why.npos) << why;
+}
+
+TEST_F(Files, OnlyTheStandardInputIsGivenAForm)
+{
+    EXPECT_EQ(with_form("a.bin", "ply"), "a.bin");
+    EXPECT_EQ(with_form("-", "ply"), "-.ply");
+    EXPECT_EQ(with_form("-", ".ply"), "-.ply");
+}
+
 // Whatever is cut off or flipped, a reader answers with a mesh or an InputError.
 TEST_F(Files, TruncatedAndFlippedMeshesEndInAMessage)
 {
