@@ -129,6 +129,24 @@ TEST(Pace, comes_to_rest_where_pictures_are_in_time)
     }
 }
 
+TEST(Pace, has_its_pixels_back_where_fewer_take_no_less)
+{
+    // Splats that crowd into few tiles: half the side takes twice the time.
+    Pace pace(1, 0.125, 1);
+    double least = 1;
+    int coarse = 0;
+    for (int frame = 0; frame < 1000; ++frame) {
+        pace.took(2 / pace.scale());
+        least = std::min(least, pace.scale());
+        coarse += pace.scale() < 1;
+    }
+    EXPECT_GT(least, 0.6);  // one step down
+    EXPECT_LT(coarse, 50);
+    // When they take as long as they have pixels, the side falls again.
+    for (int frame = 0; frame < 200; ++frame) pace.took(3 * pace.scale() * pace.scale());
+    EXPECT_NEAR(3 * pace.scale() * pace.scale(), 1, 0.2);
+}
+
 TEST(Pace, is_found_at_once_and_not_by_one_slow_picture)
 {
     Pace pace(1, 0.1, 1);
