@@ -23,8 +23,9 @@ class Pace {
         before_ = seconds;
         if (both > 1.2 * budget_)
             too_long(both);
-        else if (seconds < 0.6 * budget_)
-            larger_ = {}, patient_ = 0, set(std::min(1.0, 1.2 * scale_));
+        else if (seconds <= 1.2 * budget_)
+            larger_ = {};
+        if (seconds < 0.6 * budget_) patient_ = 0, set(std::min(1.0, 1.2 * scale_));
     }
 
   private:

@@ -6,6 +6,7 @@
 #include "cuda/math/rotation.h"
 #include "host/bench/ball.h"
 #include "host/solver/reference.h"
+#include "tests/solver/followers.h"
 #include "tests/solver/same_bits.h"
 #include "tests/solver/samples.h"
 
@@ -16,26 +17,10 @@ using Given = Setup;  // the name is a member of testing::Test
 constexpr double dx = 1.0 / 32, dt = 2e-4;
 constexpr Vec3<double> middle{0.5, 0.5, 0.5};
 
-struct Kind {
-    const char* name;
-    std::unique_ptr<Solver> (*make)(const Given&);
-    bool device = false;
-};
-std::unique_ptr<Solver> on_device(const Given& s) { return gpu_solver(s, 0); }
-std::unique_ptr<Solver> reference(const Given& s) { return std::make_unique<Reference>(s); }
-
-class FollowInTime : public testing::TestWithParam<Kind> {
-  protected:
-    void SetUp() override
-    {
-        if (GetParam().device && !gpu_present()) GTEST_SKIP() << "no CUDA device";
-    }
-    std::unique_ptr<Solver> make(const Given& s) { return GetParam().make(s); }
-};
+class FollowInTime : public Following {};
 INSTANTIATE_TEST_SUITE_P(Solver, FollowInTime,
-                         testing::Values(Kind{"float", cpu_solver}, Kind{"reference", reference},
-                                         Kind{"cuda", on_device, true}),
-                         [](const auto& at) { return std::string(at.param.name); });
+                         testing::Values(follower_float, follower_reference, follower_cuda),
+                         name_of);
 
 // An elastic ball that flies and turns, with a Gaussian at each of its particles, in substeps of
 // the same length.

@@ -6,6 +6,7 @@
 #include "cuda/math/rotation.h"
 #include "host/bench/ball.h"
 #include "host/solver/reference.h"
+#include "tests/solver/followers.h"
 #include "tests/solver/same_bits.h"
 #include "tests/solver/samples.h"
 
@@ -17,33 +18,13 @@ using Gaussians = std::vector<Gaussian<double>>;
 constexpr double frame = 1.0 / 90, dx = 1.0 / 32;
 constexpr Vec3<double> middle{0.5, 0.5, 0.5};
 
-struct Backend {
-    const char* name;
-    std::unique_ptr<Solver> (*make)(const Given&);
-    bool device = false;
-};
-std::unique_ptr<Solver> on_device(const Given& s) { return gpu_solver(s, 0); }
-std::unique_ptr<Solver> reference(const Given& s) { return std::make_unique<Reference>(s); }
-std::string name_of(const testing::TestParamInfo<Backend>& at) { return at.param.name; }
-
-class Follow : public testing::TestWithParam<Backend> {
-  protected:
-    void SetUp() override
-    {
-        if (GetParam().device && !gpu_present()) GTEST_SKIP() << "no CUDA device";
-    }
-    std::unique_ptr<Solver> make(const Given& s) { return GetParam().make(s); }
-};
+class Follow : public Following {};
 INSTANTIATE_TEST_SUITE_P(Solver, Follow,
-                         testing::Values(Backend{"float", cpu_solver},
-                                         Backend{"reference", reference},
-                                         Backend{"cuda", on_device, true}),
+                         testing::Values(follower_float, follower_reference, follower_cuda),
                          name_of);
 // Those that take edits.
-class FollowEdits : public Follow {};
-INSTANTIATE_TEST_SUITE_P(Solver, FollowEdits,
-                         testing::Values(Backend{"float", cpu_solver},
-                                         Backend{"cuda", on_device, true}),
+class FollowEdits : public Following {};
+INSTANTIATE_TEST_SUITE_P(Solver, FollowEdits, testing::Values(follower_float, follower_cuda),
                          name_of);
 
 // A ball of radius r [m] around c, elastic where the yield stress is 0 [Pa], with a Gaussian at

@@ -147,6 +147,18 @@ TEST(Pace, has_its_pixels_back_where_fewer_take_no_less)
     EXPECT_NEAR(3 * pace.scale() * pace.scale(), 1, 0.2);
 }
 
+TEST(Pace, goes_on_down_where_a_picture_in_time_lies_between)
+{
+    Pace pace(1, 0.125, 1);
+    const auto see = [&](double cost, int frames) {
+        for (int k = 0; k < frames; ++k) pace.took(cost * pace.scale() * pace.scale());
+    };
+    see(2, 20);
+    const double before = pace.scale();
+    see(5, 4);  // now as slow as at first, of fewer pixels
+    EXPECT_LT(pace.scale(), before);
+}
+
 TEST(Pace, is_found_at_once_and_not_by_one_slow_picture)
 {
     Pace pace(1, 0.1, 1);
