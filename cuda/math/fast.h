@@ -33,6 +33,17 @@ HD float fast_divide(float x, float y)
 }
 HD double fast_divide(double x, double y) { return x / y; }
 
+// x y + z. On a GPU rounded once, always: what is left to the compiler it may round otherwise in
+// another kernel, and then one splat would reach a pixel by one of two ways to list it alone.
+HD float fast_fma(float x, float y, float z)
+{
+#ifdef FAST_ON_GPU
+    NV_IF_TARGET(NV_IS_DEVICE, (return __fmaf_rn(x, y, z);))
+#endif
+    return x * y + z;
+}
+HD double fast_fma(double x, double y, double z) { return x * y + z; }
+
 // From low to high; low where x is not a number.
 HD float fast_clamp(float x, float low, float high)
 {

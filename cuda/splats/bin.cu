@@ -1,5 +1,5 @@
-// From splats to lists of splats per tile: a sort by depth, then the tiles that each splat of that
-// order reaches.
+// From splats to lists of splats per tile: a sort by depth, then the tiles, or the parts of tiles,
+// that each splat of that order reaches.
 #include <thrust/iterator/counting_iterator.h>
 #include <thrust/iterator/transform_iterator.h>
 
@@ -20,6 +20,8 @@ constexpr int stretch = chunk_size / warps;  // candidates of a warp
 constexpr int blocks_each = 5;               // of a multiprocessor
 constexpr int blocks = 132 * blocks_each;    // of an H200's
 constexpr int depth_bits = 24;
+constexpr int sampled_chunks = 32 * sampling / stretch;  // one of so many: 32 of each stretch
+static_assert(sampled_chunks * stretch == 32 * sampling);
 
 cudaError_t depth_sort(const RasterView& d, void* scratch, std::size_t& bytes, cudaStream_t stream)
 {
@@ -113,13 +115,63 @@ __device__ T from_lane(const T& mine, int from)
     return theirs;
 }
 
-// Calls use(reached, tile, record) for `count` candidates from `from` on, 32 at a time, in the
-// order of the splats; the whole warp calls it, and calls `use` together.
+__device__ bool reaches_from(const Footprint<float>& f, int x, int y, int width, int height)
+{
+    const float x0 = float(x), y0 = float(y);
+    return reaches(f, x0, y0, x0 + float(width - 1), y0 + float(height - 1));
+}
+
+// Which parts of the tile whose first pixel is (x, y) a splat reaches, as bits.
+__device__ unsigned parts_reached(const Footprint<float>& f, int x, int y)
+{
+    unsigned found = 0;
+    ROLLED
+    for (int n = 0; n < parts; ++n)
+        if (reaches_from(f, x + n % parts_across * part_width, y + n / parts_across * part_height,
+                         part_width, part_height))
+            found |= 1u << n;
+    return found;
+}
+
+// A splat in one tile of an eye.
+struct Candidate {
+    int record, tile, x, y;  // (x, y): the tile's first pixel
+};
+
+// In which parts' lists of its tile a candidate stands, as bits. The tile is asked first even where
+// parts decide, for a whole list has what reaches the tile alone.
+__device__ unsigned lists_of(const RasterView& d, const Candidate& c, bool sampled)
+{
+    const unsigned seen = d.seen_parts[c.tile];
+    if (!seen) return 0;
+    const Footprint<float> f = shape_of(d, c.record);
+    if (!reaches_from(f, c.x, c.y, tile_size, tile_size)) return 0;
+    const bool whole = d.whole[c.tile];
+    if (whole && !sampled) return 1;
+    const unsigned found = parts_reached(f, c.x, c.y) & seen;
+    if (sampled) {
+        atomicAdd(&d.samples[c.tile].splats, 1u);
+        atomicAdd(&d.samples[c.tile].entries, unsigned(__popc(found)));
+    }
+    return whole ? 1 : found;
+}
+
+// The n-th tile of a splat, of both eyes.
+__device__ Candidate candidate_of(const RasterView& d, const Window& w, int n)
+{
+    const int e = n >= w.left ? 1 : 0;
+    const TileBox box = e == 0 ? w.boxes.eye[0] : w.boxes.eye[1];
+    const int columns = max(int(box.columns), 1), of_eye = n - e * w.left, row = of_eye / columns;
+    const int x = int(box.x) + of_eye - row * columns, y = int(box.y) + row;
+    return {e * d.count + w.splat, (e * d.rows + y) * d.columns + x, x * tile_size, y * tile_size};
+}
+
+// Calls use(lists, candidate) for `count` candidates from `from` on, 32 at a time, in the order of
+// the splats; the whole warp calls it, and calls `use` together.
 template <class Use>
 __device__ void each_candidate(const RasterView& d, Wide from, int count, Use&& use)
 {
     const int lane = int(threadIdx.x) % 32;
-    const char* const hidden = d.frame->hidden;
     int at = 0;
     for (int rank = count > 0 ? rank_of(d, from) : 0; at < count; rank += 32) {
         const Window mine = window_at(d, rank + lane, from, count);
@@ -133,18 +185,8 @@ __device__ void each_candidate(const RasterView& d, Wide from, int count, Use&& 
                 if (__shfl_sync(~0u, mine.start, owner + step) <= candidate) owner += step;
             const bool in = candidate < end;
             const Window w = from_lane(mine, owner);
-            const int local = candidate - w.start;
-            const int e = local >= w.left ? 1 : 0, n = local - e * w.left;
-            const TileBox box = e == 0 ? w.boxes.eye[0] : w.boxes.eye[1];
-            const int columns = max(int(box.columns), 1), row = n / columns;
-            const int x = int(box.x) + n - row * columns, y = int(box.y) + row;
-            const int record = e * d.count + w.splat;
-            const float x0 = float(x * tile_size), y0 = float(y * tile_size);
-            const int tile = (e * d.rows + y) * d.columns + x;
-            const bool seen = in && !(hidden && hidden[tile]);
-            const bool reached = seen && reaches(shape_of(d, in ? record : 0), x0, y0,
-                                                 x0 + (tile_size - 1), y0 + (tile_size - 1));
-            use(reached, tile, record);
+            const Candidate c = candidate_of(d, w, candidate - w.start);
+            use(in ? lists_of(d, c, at == 0 && from / chunk_size % sampled_chunks == 0) : 0, c);
         }
     }
 }
@@ -181,25 +223,59 @@ __device__ Wide sum_before(const RasterView& d, int chunk, Wide sum)
     return before;
 }
 
-// The instances that a warp found.
+// What a warp found: `count` candidates that stand in lists, in `instances` together.
 struct Found {
     int records[stretch];
     std::uint16_t tiles[stretch];
+    unsigned char lists[stretch];
+};
+struct FoundCounts {
+    int count;
+    unsigned instances;
 };
 
-// Of a warp's stretch; how many.
-__device__ int find(const RasterView& d, Wide from, Wide all, Found& found)
+// Of a warp's stretch.
+__device__ FoundCounts find(const RasterView& d, Wide from, Wide all, Found& found)
 {
     const unsigned before = (1u << (threadIdx.x % 32)) - 1;
     const int count = from < all ? int(min(all - from, Wide(stretch))) : 0;
     int sum = 0;
-    each_candidate(d, from, count, [&](bool reached, int tile, int record) {
-        const unsigned lanes = __ballot_sync(~0u, reached);
+    unsigned instances = 0;  // of a lane
+    each_candidate(d, from, count, [&](unsigned lists, const Candidate& c) {
+        const unsigned lanes = __ballot_sync(~0u, lists != 0);
         const int at = sum + __popc(lanes & before);
-        if (reached) found.tiles[at] = std::uint16_t(tile), found.records[at] = record;
-        sum += __popc(lanes);
+        if (lists) {
+            found.records[at] = c.record, found.tiles[at] = std::uint16_t(c.tile);
+            found.lists[at] = (unsigned char)(lists);
+        }
+        sum += __popc(lanes), instances += unsigned(__popc(lists));
     });
-    return sum;
+    return {sum, __reduce_add_sync(~0u, instances)};
+}
+
+// Writes what a warp found, from `at` on, as far as there is room.
+__device__ void write(const RasterView& d, const Found& found, int count, Wide at)
+{
+    const int lane = int(threadIdx.x) % 32;
+    const Wide room = unsigned(d.room);
+    for (int first = 0; first < count && at < room; first += 32) {
+        const int i = first + lane;
+        const bool in = i < count;
+        unsigned lists = in ? found.lists[i] : 0;
+        const int record = in ? found.records[i] : 0, key = in ? found.tiles[i] * parts : 0;
+        unsigned until = unsigned(__popc(lists));  // of all lanes up to this
+        UNROLL
+        for (int step = 1; step < 32; step *= 2) {
+            const unsigned below = __shfl_up_sync(~0u, until, unsigned(step));
+            if (lane >= step) until += below;
+        }
+        Wide to = at + (until - unsigned(__popc(lists)));
+        for (; lists && to < room; lists &= lists - 1, ++to) {
+            d.keys[0][to] = std::uint16_t(key + lowest_bit(lists));
+            d.records[0][to] = record;
+        }
+        at += __shfl_sync(~0u, until, 31);
+    }
 }
 
 // The frame's counts, by the last chunk, up to whose end `listed` instances were found.
@@ -211,15 +287,26 @@ __device__ void count_all(const RasterView& d, Wide listed, Wide not_looked_at)
     d.counts->dropped = listed + not_looked_at - kept;
 }
 
+// By what was found in the frame before. Another size of pictures begins without.
+__global__ void __launch_bounds__(threads) choose_kernel(const __grid_constant__ RasterView d)
+{
+    const int tile = int(blockIdx.x) * threads + int(threadIdx.x);
+    if (tile >= d.all_tiles()) return;
+    const TileSample s = d.samples[tile];
+    d.whole[tile] = best_whole(s.splats, s.entries, __popc(d.seen_parts[tile]));
+    d.samples[tile] = {0, 0};
+}
+
 // Chunks are taken in their order: a block waits only for such as were taken before.
 __global__ void __launch_bounds__(threads, blocks_each)
     emit_kernel(const __grid_constant__ RasterView d)
 {
     __shared__ Found found[warps];
-    __shared__ int sums[warps], taken;
+    __shared__ unsigned sums[warps];
+    __shared__ int taken;
     __shared__ Wide before;
     const int t = int(threadIdx.x), warp = t / 32, lane = t % 32;
-    const Wide all = d.candidate_starts[d.count], room = unsigned(d.room);
+    const Wide all = d.candidate_starts[d.count];
     const int chunks = int(min((all + chunk_size - 1) / chunk_size, Wide(d.chunks)));
     if (blockIdx.x == 0 && warp == 0 && all > 0) {
         const int last = rank_of(d, all - 1);
@@ -230,26 +317,25 @@ __global__ void __launch_bounds__(threads, blocks_each)
         __syncthreads();
         const int chunk = taken;
         if (chunk >= chunks) return;
-        const int sum =
+        const FoundCounts mine =
             find(d, Wide(chunk) * chunk_size + unsigned(warp * stretch), all, found[warp]);
-        if (lane == 0) sums[warp] = sum;
+        if (lane == 0) sums[warp] = mine.instances;
         __syncthreads();
         if (warp == 0) {
-            int of_all = 0;
-            for (const int s : sums) of_all += s;
-            const Wide b = sum_before(d, chunk, Wide(of_all));
+            Wide of_all = 0;
+            for (const unsigned s : sums) of_all += s;
+            const Wide b = sum_before(d, chunk, of_all);
             if (lane == 0) {
                 before = b;
                 const Wide looked_at = Wide(chunks) * chunk_size;
                 if (chunk == chunks - 1)
-                    count_all(d, b + unsigned(of_all), all > looked_at ? all - looked_at : 0);
+                    count_all(d, b + of_all, all > looked_at ? parts * (all - looked_at) : 0);
             }
         }
         __syncthreads();
-        Wide at = before + unsigned(lane);
-        for (int w = 0; w < warp; ++w) at += unsigned(sums[w]);
-        for (int i = lane; i < sum && at < room; i += 32, at += 32)
-            d.tiles[0][at] = found[warp].tiles[i], d.records[0][at] = found[warp].records[i];
+        Wide at = before;
+        for (int w = 0; w < warp; ++w) at += sums[w];
+        write(d, found[warp], mine.count, at);
         __syncthreads();
     }
 }
@@ -285,6 +371,7 @@ void emit(const RasterView& view, cudaStream_t stream)
     check(cudaMemsetAsync(view.counts, 0, sizeof *view.counts, stream), "emit");
     check(cudaMemsetAsync(view.chunk_states, 0, std::size_t(view.chunks) * sizeof(Wide), stream),
           "emit");
+    launch("emit", choose_kernel, blocks_for(view.all_tiles(), threads), threads, stream, view);
     launch("emit", emit_kernel, blocks, threads, stream, view);
 }
 

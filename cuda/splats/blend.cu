@@ -1,7 +1,10 @@
-// One tile of one eye a thread block, one square of 8 x 8 pixels a warp, two pixels a thread. A
-// warp's lanes first ask of 32 splats whether they reach its square, each of one; then the warp
-// blends those that do.
+// A thread block draws a part of a tile: a warp a patch of that, a thread every second pixel of a
+// column. The block's threads ask of 128 splats of the list whether they reach its part, each of
+// one; of a whole list most may not. Then a warp's lanes ask of 32 of those that do whether they
+// reach its patch; then the warp blends what does, the more pixels at once the less it reads. While
+// it blends one batch of splats, the next is on its way.
 #include <cuda_fp16.h>
+#include <cuda_pipeline.h>
 
 #include "cuda/device/launch.cuh"
 #include "cuda/splats/raster.cuh"
@@ -10,107 +13,166 @@ namespace knead::gpu {
 namespace {
 
 constexpr int threads = 128, warps = threads / 32;
-constexpr int batch = threads;  // splats in shared memory at a time
-constexpr int square = 8;       // pixels a side
-static_assert(warps * square * square == tile_size * tile_size);
+constexpr int batch = threads;                            // entries of a list looked at at a time
+constexpr int each = 4;                                   // pixels of a thread
+constexpr int patch_width = 16, patch_height = 2 * each;  // pixels of a warp
+static_assert(2 * patch_width == part_width && 2 * patch_height == part_height && warps == 4);
+static_assert(square_size % patch_width == 0 && square_size % patch_height == 0);
+
+// Thread blocks of a multiprocessor, by what they need of its registers.
+constexpr int resident(bool mesh) { return mesh ? 5 : 8; }
 
 struct Batch {
-    float4 shape[batch][2];
-    float4 rest[batch];
+    float4 words[3][batch];  // of SplatShape two, of SplatRest one
+    int counts[warps];       // that each warp has put into it
 };
+
+__device__ Footprint<float> footprint(float4 p, float4 q)
+{
+    Footprint<float> f;
+    f.u = p.x, f.v = p.y, f.a = p.z, f.b = p.w, f.c = q.x, f.peak = q.y;
+    return f;
+}
 
 // What there is of a splat in shared memory.
 __device__ Footprint<float> footprint(const Batch& b, int j, Vec3<float>& colour)
 {
-    const float4 p = b.shape[j][0], q = b.shape[j][1], r = b.rest[j];
-    Footprint<float> f;
-    f.u = p.x, f.v = p.y, f.a = p.z, f.b = p.w, f.c = q.x, f.peak = q.y;
+    const float4 q = b.words[1][j], r = b.words[2][j];
+    Footprint<float> f = footprint(b.words[0][j], q);
     f.depth = r.y, f.gx = r.z, f.gy = r.w;
     colour = {q.z, q.w, r.x};
     return f;
 }
 
-// Two pixels of a thread, one four rows below the other.
-struct Two {
-    Pixel<float> pixel[2];
-    float x, y[2], mesh[2];
+// What a thread block draws; (x, y) is its first pixel.
+struct Part {
+    int key, tile, eye, x, y;
+};
+__device__ Part part_of(const RasterView& d, int key)
+{
+    const int tile = key / parts, n = key - tile * parts;
+    const int eye = tile / d.tiles_of_eye(), row = tile / d.columns;
+    return {key, tile, eye, (tile - row * d.columns) * tile_size + n % parts_across * part_width,
+            (row - eye * d.rows) * tile_size + n / parts_across * part_height};
+}
 
-    __device__ bool done() const { return knead::done(pixel[0]) && knead::done(pixel[1]); }
+// The pixels of a thread, in one column, two rows apart.
+struct Column {
+    Pixel<float> pixel[each];
+    float x, y, mesh[each];  // x, y: of the first
+    bool by_mesh;            // a mesh is at one of the warp's
+
+    __device__ bool done() const
+    {
+        bool all = true;
+        UNROLL
+        for (const Pixel<float>& p : pixel) all = all && knead::done(p);
+        return all;
+    }
     __device__ bool takes_depth() const
     {
-        return knead::takes_depth(pixel[0]) || knead::takes_depth(pixel[1]);
+        bool any = false;
+        UNROLL
+        for (const Pixel<float>& p : pixel) any = any || knead::takes_depth(p);
+        return any;
     }
 };
 
-// The place of a pixel in the pictures; -1 outside.
-__device__ int place_of(const RasterView& d, float x, float y)
+// The place of a column's pixel in the pictures; -1 outside.
+__device__ int place_of(const RasterView& d, const Column& c, int k)
 {
-    return x < float(d.width) && y < float(d.height) ? int(y) * d.width + int(x) : -1;
+    const int x = int(c.x), y = int(c.y) + 2 * k;
+    return x < d.width && y < d.height ? y * d.width + x : -1;
 }
 
-template <bool mesh>
-__device__ Two begun(const RasterView& d, int e, int x0, int y0, int lane)
+// Whether the patch at (x, y) lies in a hidden square, or outside.
+__device__ bool unseen_at(const RasterView& d, int eye, int x, int y)
 {
-    Two t;
-    t.x = float(x0 + lane % square);
+    if (x >= d.width || y >= d.height) return true;
+    const char* const hidden = d.frame->hidden;
+    const int row = eye * d.square_rows() + y / square_size;
+    return hidden && hidden[row * d.square_columns() + x / square_size];
+}
+
+// Of the patch whose first pixel is (x0, y0). `unseen`: nothing is drawn there.
+template <bool mesh>
+__device__ Column begun(const RasterView& d, int e, int x0, int y0, bool unseen)
+{
+    const int lane = int(threadIdx.x) % 32;
+    Column c;
+    c.x = float(x0 + lane % patch_width), c.y = float(y0 + lane / patch_width);
+    c.by_mesh = false;
     UNROLL
-    for (int k = 0; k < 2; ++k) {
-        t.y[k] = float(y0 + lane / square + 4 * k);
-        const int at = place_of(d, t.x, t.y[k]);
-        t.pixel[k] = {};
-        if (at < 0) t.pixel[k].transmittance = 0;
-        t.mesh[k] = no_depth;
+    for (int k = 0; k < each; ++k) {
+        const int at = place_of(d, c, k);
+        c.pixel[k] = {};
+        if (unseen || at < 0) c.pixel[k].transmittance = 0;
+        c.mesh[k] = no_depth;
         if constexpr (mesh)
-            if (at >= 0) t.mesh[k] = d.frame->target[e].mesh_depth[at];
+            if (at >= 0) c.mesh[k] = d.frame->target[e].mesh_depth[at];
+        c.by_mesh |= c.mesh[k] < no_depth;
     }
-    return t;
+    if constexpr (mesh) c.by_mesh = __any_sync(~0u, c.by_mesh);
+    return c;
 }
 
 // How a warp blends: pixels whose depth no longer changes are spared it.
-enum class Blending { plain, deep, mesh };
+enum class Blending { plain, deep, covered, mesh };
 
 template <Blending how>
-__device__ void blend_both(Two& t, const Batch& b, int j)
+__device__ void blend_column(Column& c, const Batch& b, int j)
 {
     Vec3<float> colour;
-    const Footprint<float> f = footprint(b, j, colour);
+    Footprint<float> f = footprint(b, j, colour);
+    f.v -= c.y;
     UNROLL
-    for (int k = 0; k < 2; ++k) {
+    for (int k = 0; k < each; ++k) {
+        const float y = float(2 * k);  // from the column's first pixel
         if constexpr (how == Blending::mesh)
-            blend(t.pixel[k], f, colour, t.x, t.y[k], t.mesh[k]);
+            blend(c.pixel[k], f, colour, c.x, y, c.mesh[k]);
         else if constexpr (how == Blending::deep)
-            blend_deep(t.pixel[k], f, colour, t.x, t.y[k]);
+            blend_deep(c.pixel[k], f, colour, c.x, y);
+        else if constexpr (how == Blending::covered)
+            blend_covered(c.pixel[k], f, colour, c.x, y);
         else
-            blend(t.pixel[k], f, colour, t.x, t.y[k]);
+            blend(c.pixel[k], f, colour, c.x, y);
     }
 }
 
-// Those of 32 splats, from `first` on, that `in` names.
+// Those of 32 splats, from `first` on, that `in` names. Near splats mostly cover a patch.
 template <Blending how>
-__device__ void blend_named(Two& t, const Batch& b, int first, unsigned in)
+__device__ void blend_named(Column& c, const Batch& b, int first, unsigned in, unsigned covering)
 {
-    for (; in; in &= in - 1) blend_both<how>(t, b, first + lowest_bit(in));
+    for (; in; in &= in - 1) {
+        const int k = lowest_bit(in);
+        if (how == Blending::deep && (covering >> k & 1))
+            blend_column<Blending::covered>(c, b, first + k);
+        else
+            blend_column<how>(c, b, first + k);
+    }
 }
 
-// The first n splats of a batch into a warp's square, whose first pixel is (x0, y0).
+// The first n splats of a batch into a warp's patch, whose first pixel is (x0, y0).
 template <bool mesh>
-__device__ void blend_batch(Two& t, const Batch& b, int n, float x0, float y0, int lane)
+__device__ void blend_batch(Column& c, const Batch& b, int n, float x0, float y0)
 {
+    const int lane = int(threadIdx.x) % 32;
+    const float x1 = x0 + (patch_width - 1), y1 = y0 + (patch_height - 1);
     for (int first = 0; first < n; first += 32) {
-        bool in = false;
+        bool in = false, all = false;
         if (first + lane < n) {
-            Vec3<float> colour;
-            in = reaches(footprint(b, first + lane, colour), x0, y0, x0 + (square - 1),
-                         y0 + (square - 1));
+            const Footprint<float> f =
+                footprint(b.words[0][first + lane], b.words[1][first + lane]);
+            in = reaches(f, x0, y0, x1, y1), all = covers(f, x0, y0, x1, y1);
         }
-        const unsigned reached = __ballot_sync(~0u, in);
-        if constexpr (mesh)
-            blend_named<Blending::mesh>(t, b, first, reached);
-        else if (__any_sync(~0u, t.takes_depth()))
-            blend_named<Blending::plain>(t, b, first, reached);
+        const unsigned reached = __ballot_sync(~0u, in), covering = __ballot_sync(~0u, all);
+        if (mesh && c.by_mesh)
+            blend_named<Blending::mesh>(c, b, first, reached, covering);
+        else if (__any_sync(~0u, c.takes_depth()))
+            blend_named<Blending::plain>(c, b, first, reached, covering);
         else
-            blend_named<Blending::deep>(t, b, first, reached);
-        if (__all_sync(~0u, t.done())) return;
+            blend_named<Blending::deep>(c, b, first, reached, covering);
+        if (__all_sync(~0u, c.done())) return;
     }
 }
 
@@ -122,64 +184,122 @@ __device__ unsigned halves(float low, float high)
 }
 
 template <bool mesh>
-__device__ void store(const RasterView& d, int e, Two& t)
+__device__ void store(const RasterView& d, int e, Column& c)
 {
     const RasterTarget& target = d.frame->target[e];
     UNROLL
-    for (int k = 0; k < 2; ++k) {
-        const int at = place_of(d, t.x, t.y[k]);
+    for (int k = 0; k < each; ++k) {
+        const int at = place_of(d, c, k);
         if (at < 0) continue;
-        Pixel<float>& p = t.pixel[k];
+        Pixel<float>& p = c.pixel[k];
         Vec3<float> behind = d.frame->background;
         float cover = 0;
         if constexpr (mesh)
-            if (t.mesh[k] < no_depth) {
-                const uint2 c = target.mesh_colour[at];
+            if (c.mesh[k] < no_depth) {
+                const uint2 m = target.mesh_colour[at];
                 const auto low = [](unsigned w) {
                     return __half2float(__ushort_as_half((unsigned short)(w & 0xffff)));
                 };
-                behind = {low(c.x), low(c.x >> 16), low(c.y)}, cover = 1;
+                behind = {low(m.x), low(m.x >> 16), low(m.y)}, cover = 1;
             }
-        finish(p, behind, cover, t.mesh[k]);
+        finish(p, behind, cover, c.mesh[k]);
         target.colour[at] = {halves(p.colour.x, p.colour.y),
                              halves(p.colour.z, 1 - p.transmittance)};
         target.depth[at] = p.depth;
     }
 }
 
-template <bool mesh>
-__global__ void __launch_bounds__(threads) blend_kernel(const __grid_constant__ RasterView d)
+// An entry of a list, as a thread looks at it; record -1: none.
+struct Entry {
+    int record;
+    float4 shape[2];
+};
+__device__ Entry entry_of(const RasterView& d, int record)
 {
-    __shared__ Batch b;
-    const int t = int(threadIdx.x), lane = t % 32, warp = t / 32;
-    const int tile = int(blockIdx.x), e = tile / d.tiles_of_eye(), row = tile / d.columns;
-    const int x0 = (tile - row * d.columns) * tile_size + warp % 2 * square;
-    const int y0 = (row - e * d.rows) * tile_size + warp / 2 * square;
-    Two two = begun<mesh>(d, e, x0, y0, lane);
-    const uint2 range = d.ranges[tile];
-    const int from = d.room - int(range.x), to = int(range.y);
-    int next = from + t < to ? d.records[0][from + t] : -1;
-    for (int first = from; first < to; first += batch) {
-        const bool done = __all_sync(~0u, two.done());
-        if (__syncthreads_and(done)) break;
-        if (next >= 0) {
-            const float4* const shape = reinterpret_cast<const float4*>(d.shapes + next);
-            b.shape[t][0] = shape[0], b.shape[t][1] = shape[1];
-            b.rest[t] = *reinterpret_cast<const float4*>(d.rests + next);
-        }
-        const int after = first + batch + t;
-        next = after < to ? d.records[0][after] : -1;
-        __syncthreads();
-        if (!done) blend_batch<mesh>(two, b, min(batch, to - first), float(x0), float(y0), lane);
+    Entry n{};
+    n.record = record;
+    if (record < 0) return n;
+    const float4* const shape = reinterpret_cast<const float4*>(d.shapes + record);
+    n.shape[0] = shape[0], n.shape[1] = shape[1];
+    return n;
+}
+__device__ bool is_in(const Part& part, const Entry& n)
+{
+    const float x = float(part.x), y = float(part.y);
+    return n.record >= 0 && reaches(footprint(n.shape[0], n.shape[1]), x, y, x + (part_width - 1),
+                                    y + (part_height - 1));
+}
+
+// Puts those that are in into the batch, in their order; how many. `lanes`: of the warp. After the
+// barrier at which every warp has told its count; there once the copy is waited for.
+__device__ int put(const RasterView& d, Batch& b, const Entry& n, unsigned lanes)
+{
+    const int lane = int(threadIdx.x) % 32, warp = int(threadIdx.x) / 32;
+    int at = __popc(lanes & ((1u << lane) - 1)), all = 0;
+    UNROLL
+    for (int w = 0; w < warps; ++w) {
+        const int count = b.counts[w];
+        if (w < warp) at += count;
+        all += count;
     }
-    store<mesh>(d, e, two);
+    if (lanes >> lane & 1) {
+        b.words[0][at] = n.shape[0], b.words[1][at] = n.shape[1];
+        __pipeline_memcpy_async(&b.words[2][at], d.rests + n.record, sizeof b.words[2][at]);
+    }
+    __pipeline_commit();
+    return all;
+}
+
+// One barrier a batch: at that, all warps are through with the batch before the one that they blend
+// next, whose place the one after takes.
+template <bool mesh>
+__device__ void blend_list(const RasterView& d, const Part& part, Column& c, float x0, float y0)
+{
+    __shared__ Batch both[2];
+    const int t = int(threadIdx.x), warp = t / 32;
+    const uint2 range = d.ranges[d.whole[part.tile] ? part.tile * parts : part.key];
+    const int to = int(range.y), from = range.y ? d.room - int(range.x) : 0;
+    const auto record_at = [&](int at) { return at < to ? d.records[0][at] : -1; };
+    Entry entry = entry_of(d, record_at(from + t));
+    int record = record_at(from + batch + t), before = 0, side = 0;
+    for (int first = from; first < to || before > 0; first += batch, side ^= 1) {
+        Batch& b = both[side];
+        const bool done = __all_sync(~0u, c.done());
+        const unsigned lanes = __ballot_sync(~0u, is_in(part, entry));
+        if (t % 32 == 0) b.counts[warp] = __popc(lanes);
+        if (__syncthreads_and(done)) break;
+        const int n = put(d, b, entry, lanes);
+        entry = entry_of(d, record);
+        record = record_at(first + 2 * batch + t);
+        if (!done) blend_batch<mesh>(c, both[side ^ 1], before, x0, y0);
+        __pipeline_wait_prior(0);
+        before = n;
+    }
+}
+
+template <bool mesh>
+__global__ void __launch_bounds__(threads, resident(mesh))
+    blend_kernel(const __grid_constant__ RasterView d)
+{
+    const int warp = int(threadIdx.x) / 32;
+    const Part part = part_of(d, int(blockIdx.x));
+    if (part.x >= d.width || part.y >= d.height) return;
+    const int x0 = part.x + warp % 2 * patch_width, y0 = part.y + warp / 2 * patch_height;
+    const bool unseen = unseen_at(d, part.eye, x0, y0);
+    Column c = begun<mesh>(d, part.eye, x0, y0, unseen);
+    blend_list<mesh>(d, part, c, float(x0), float(y0));
+    if (unseen) {
+        UNROLL
+        for (Pixel<float>& p : c.pixel) p = {};
+    }
+    store<mesh>(d, part.eye, c);
 }
 
 }  // namespace
 
 void blend(const RasterView& view, bool mesh, cudaStream_t stream)
 {
-    launch("blend", mesh ? blend_kernel<true> : blend_kernel<false>, view.all_tiles(), threads,
+    launch("blend", mesh ? blend_kernel<true> : blend_kernel<false>, view.all_keys(), threads,
            stream, view);
 }
 

@@ -31,7 +31,8 @@ template <class R>
 HD R power_at(const Footprint<R>& f, R x, R y)
 {
     const R dx = x - f.u, dy = y - f.v;
-    return f.peak - f.a * dx * dx - dy * (f.b * dx + f.c * dy);
+    const R of_x = fast_fma(-f.a * dx, dx, f.peak);
+    return fast_fma(-dy, fast_fma(f.c, dy, f.b * dx), of_x);
 }
 template <class R>
 HD bool drawn(R power)
@@ -61,8 +62,10 @@ HD R depth_at(const Footprint<R>& f, R x, R y)
 template <class R>
 HD void add(Pixel<R>& p, R alpha, Vec3<R> colour)
 {
-    const R weight = alpha * p.transmittance, left = p.transmittance - weight;
-    p.colour = p.colour + weight * colour;
+    const R weight = alpha * p.transmittance;
+    const R left = fast_fma(-alpha, p.transmittance, p.transmittance);
+    p.colour = {fast_fma(weight, colour.x, p.colour.x), fast_fma(weight, colour.y, p.colour.y),
+                fast_fma(weight, colour.z, p.colour.z)};
     p.transmittance = left >= R(min_transmittance) ? left : R(0);
 }
 
@@ -81,20 +84,39 @@ HD void add(Pixel<R>& p, R alpha, Vec3<R> colour, R depth)
     add(p, alpha, colour);
 }
 
-// Adds what the splat shows at (x, y).
+// Adds what the splat shows at (x, y). What is not drawn adds an alpha of 0, which changes nothing:
+// a GPU chooses faster than it branches.
 template <class R>
 HD void blend(Pixel<R>& p, const Footprint<R>& f, Vec3<R> colour, R x, R y)
 {
-    const R power = power_at(f, x, y);
-    if (drawn(power)) add(p, alpha_of(power), colour, depth_at(f, x, y));
+    const R power = power_at(f, x, y), alpha = alpha_of(power), depth = depth_at(f, x, y);
+    p.depth = drawn(power) && takes_depth(p) ? depth : p.depth;
+    add(p, drawn(power) ? alpha : R(0), colour);
 }
 
 // The same where takes_depth() is false.
 template <class R>
 HD void blend_deep(Pixel<R>& p, const Footprint<R>& f, Vec3<R> colour, R x, R y)
 {
-    const R power = power_at(f, x, y);
-    if (drawn(power)) add(p, alpha_of(power), colour);
+    const R power = power_at(f, x, y), alpha = alpha_of(power);
+    add(p, drawn(power) ? alpha : R(0), colour);
+}
+
+// Whether alpha is as exp2 says, neither too little nor too much, at every pixel between (x0, y0)
+// and (x1, y1): it is least at a corner. False also where rounding may decide.
+template <class R>
+HD bool covers(const Footprint<R>& f, R x0, R y0, R x1, R y1)
+{
+    const auto enough = [&](R x, R y) { return power_at(f, x, y) >= R(log2_min_alpha + 1e-2); };
+    return f.peak <= R(log2_max_alpha) && enough(x0, y0) && enough(x1, y0) && enough(x0, y1) &&
+           enough(x1, y1);
+}
+
+// The same as blend_deep() where covers() is true.
+template <class R>
+HD void blend_covered(Pixel<R>& p, const Footprint<R>& f, Vec3<R> colour, R x, R y)
+{
+    add(p, fast_exp2(power_at(f, x, y)), colour);
 }
 
 // The same as blend() with a mesh at depth `mesh` [m]: what lies behind it is not seen.

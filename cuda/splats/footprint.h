@@ -18,6 +18,7 @@ struct SplatRule {
 constexpr double min_alpha = 1.0 / 255;  // less is not drawn
 constexpr double max_alpha = 0.99;       // of one splat
 constexpr double log2_min_alpha = -7.99435343685886;
+constexpr double log2_max_alpha = -0.01449956969511509;
 constexpr double screen_variance = 0.3;  // of the screen's filter [pixels^2]
 constexpr double tangent_margin = 1.3;   // of the sides, to which slopes are cut off
 
@@ -151,8 +152,8 @@ HD R least_fall(R u, R v, R a, R b, R c, R x0, R y0, R x1, R y1)
     const R dx = fast_clamp(u, x0, x1) - u, dy = fast_clamp(v, y0, y1) - v;
     const R y = fast_clamp(fast_divide(-b * dx, 2 * c), y0 - v, y1 - v);
     const R x = fast_clamp(fast_divide(-b * dy, 2 * a), x0 - u, x1 - u);
-    const R on_x = dx * (a * dx + b * y) + c * y * y;
-    const R on_y = x * (a * x + b * dy) + c * dy * dy;
+    const R on_x = fast_fma(c * y, y, dx * fast_fma(b, y, a * dx));
+    const R on_y = fast_fma(c * dy, dy, x * fast_fma(a, x, b * dy));
     return dx == 0 ? on_y : dy == 0 ? on_x : min(on_x, on_y);
 }
 

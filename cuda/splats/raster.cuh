@@ -2,6 +2,8 @@
 //   project . sort . scan . emit . sort by tile . blend
 // Splats are ordered by depth once for both eyes, then listed by the tiles that they reach: the
 // tiles of the second eye follow those of the first, so that one stable sort by tile serves both.
+// How a tile lists them, whole or by parts, is chosen by what was found in the frame before; pixels
+// are the same to the bit either way.
 // Every buffer has a fixed size, every count stays on the device, nothing waits for the host. Where
 // the list is full, the farthest splats are left out of it, and counted.
 #pragma once
@@ -12,11 +14,12 @@
 #include "cuda/math/span.h"
 #include "cuda/splats/blend.h"
 #include "cuda/splats/eye.h"
+#include "cuda/splats/tiles.h"
 
 namespace knead::gpu {
 
-constexpr int tile_size = 16;     // pixels a side
-constexpr int max_tiles = 65536;  // of both eyes: keys of 16 bits
+constexpr int max_squares = 1 << 16;      // of both eyes
+constexpr int max_tiles = 65536 / parts;  // keys of 16 bits; of so many squares there are 4866
 
 // Splats as they are at rest.
 struct SplatView {
@@ -55,7 +58,7 @@ struct RasterFrame {
     Vec3<float> background;
     MovedSplats moved;
     RasterTarget target[2];
-    const char* hidden;  // RasterView::all_tiles(): 1 where nothing is drawn; null: all is
+    const char* hidden;  // RasterView::all_squares(): 1 where nothing is drawn; null: all is
 };
 
 // The first tile, and how many columns and rows of tiles a splat may touch; no rows: not seen.
@@ -74,14 +77,20 @@ struct alignas(16) SplatRest {
     float blue, depth, gx, gy;
 };
 
-// Pairs of a tile and a splat whose box it meets are *candidates*; those of which the splat reaches
-// the tile are *instances*. Candidates are looked at so many at a time, by one thread block.
-constexpr int chunk_size = 4096;
+// Pairs of a tile and a splat whose box it meets are *candidates*; the entries of a tile's lists
+// are *instances*: at most one of a candidate where the tile is listed whole, else at most one of
+// each part. Candidates are looked at so many at a time, by one thread block.
+constexpr int chunk_size = 2048;
+
+// What was sampled of a tile: splats, and entries of a list by parts (best_whole()).
+struct alignas(8) TileSample {
+    unsigned splats, entries;
+};
 
 // How much there was of everything in the last frame.
 struct RasterCounts {
     unsigned long long listed;     // instances in the list
-    unsigned long long instances;  // all, with candidates that were not looked at
+    unsigned long long instances;  // all, and as many as there may be of candidates not looked at
     unsigned long long dropped;    // of these, what is not in the list
     unsigned visible;              // splats that an eye sees
     int next_chunk;                // of candidates
@@ -108,16 +117,24 @@ struct RasterView {
     unsigned long long* chunk_states;
     // Instances, on two sides between which they are sorted; they begin and end on the first.
     int room;
-    std::uint16_t* tiles[2];
+    std::uint16_t* keys[2];                 // tile * parts + part; part 0 where listed whole
     int* records[2];                        // index of a shape
     unsigned *digit_counts, *digit_starts;  // digit_table_size each
-    // Per tile where its instances end, and how far from the end of the room they begin: 0 where
+    // Per key where its instances end, and how far from the end of the room they begin: 0 where
     // there are none.
     uint2* ranges;
+    // Per tile.
+    const unsigned char* seen_parts;  // a bit each: in the picture, and not all of it is hidden
+    TileSample* samples;              // of this frame, from emit() on
+    bool* whole;                      // how it is listed
     RasterCounts* counts;
 
     HD int tiles_of_eye() const { return columns * rows; }
     HD int all_tiles() const { return eyes * columns * rows; }
+    HD int all_keys() const { return all_tiles() * parts; }
+    HD int square_columns() const { return (width + square_size - 1) / square_size; }
+    HD int square_rows() const { return (height + square_size - 1) / square_size; }
+    HD int all_squares() const { return eyes * square_columns() * square_rows(); }
 };
 
 struct RasterScratch {
@@ -137,9 +154,9 @@ void project(const RasterView& view, int moved, cudaStream_t stream);
 void sort_by_depth(const RasterView& view, const RasterScratch& s, cudaStream_t stream);
 // Where the candidates of each splat begin.
 void scan_candidates(const RasterView& view, const RasterScratch& s, cudaStream_t stream);
-// The candidates that are instances, in the order of depth.
+// How each tile is listed, and the instances in the order of depth.
 void emit(const RasterView& view, cudaStream_t stream);
-// By tile, and where those of each tile lie.
+// By tile and part, and where those of each lie.
 void sort_by_tile(const RasterView& view, const RasterScratch& s, cudaStream_t stream);
 // `mesh`: the targets have one.
 void blend(const RasterView& view, bool mesh, cudaStream_t stream);

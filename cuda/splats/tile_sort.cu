@@ -1,6 +1,6 @@
-// A stable sort of instances by tile, of as many as there are: their number stays on the device. In
+// A stable sort of instances by key, of as many as there are: their number stays on the device. In
 // each of two passes, by 8 bits, every thread block takes one stretch of them, counts digits, and
-// after a scan over all counts moves them, a tile of them at a time.
+// after a scan over all counts moves them, a load of them at a time.
 #include <cub/block/block_radix_rank.cuh>
 #include <cub/device/device_scan.cuh>
 
@@ -11,16 +11,16 @@ namespace knead::gpu {
 namespace {
 
 constexpr int threads = 256, digits = 256, digit_bits = 8;
-constexpr int items = 12, part = threads * items;  // instances that a block moves at a time
+constexpr int items = 12, load = threads * items;  // instances that a block moves at a time
 constexpr int blocks_each = 3;                     // of a multiprocessor
 constexpr int blocks = 132 * blocks_each;          // of an H200's
 static_assert(threads == digits);
 static_assert(digit_table_size == digits * blocks);
 
 struct Pass {
-    const std::uint16_t* tiles;
+    const std::uint16_t* keys;
     const int* records;
-    std::uint16_t* to_tiles;
+    std::uint16_t* to_keys;
     int* to_records;
     unsigned* table;         // counts by digit, then by block
     const unsigned* starts;  // where those begin
@@ -36,8 +36,8 @@ struct Stretch {
 __device__ Stretch stretch_of(const Pass& p)
 {
     const long long count = (long long)*p.listed;
-    const long long parts = (count + part - 1) / part, b = blockIdx.x;
-    const long long from = parts * b / blocks * part, to = parts * (b + 1) / blocks * part;
+    const long long loads = (count + load - 1) / load, b = blockIdx.x;
+    const long long from = loads * b / blocks * load, to = loads * (b + 1) / blocks * load;
     return {int(from < count ? from : count), int(to < count ? to : count)};
 }
 
@@ -54,16 +54,16 @@ __global__ void __launch_bounds__(threads) tally_kernel(const __grid_constant__ 
     const ByteAt byte{p.shift};
     tally[t] = 0;
     __syncthreads();
-    for (int i = s.from + t; i < s.to; i += threads) atomicAdd(&tally[byte.Digit(p.tiles[i])], 1u);
+    for (int i = s.from + t; i < s.to; i += threads) atomicAdd(&tally[byte.Digit(p.keys[i])], 1u);
     __syncthreads();
     p.table[t * blocks + int(blockIdx.x)] = tally[t];
 }
 
-// What a block has in shared memory: first to rank a part, then to write it in order.
+// What a block has in shared memory: first to rank a load, then to write it in order.
 using Rank = cub::BlockRadixRankMatch<threads, digit_bits, false>;
 struct Sorted {
-    int records[part];
-    std::uint16_t tiles[part];
+    int records[load];
+    std::uint16_t keys[load];
 };
 union Shared {
     typename Rank::TempStorage rank;
@@ -72,7 +72,7 @@ union Shared {
 
 // The n instances from `first` on, sorted into shared memory; firsts[d] of them have a lower digit
 // than d. A warp's lie one behind the other, 32 at a time.
-__device__ void sort_part(const Pass& p, int first, int n, Shared& shared, int* firsts)
+__device__ void sort_load(const Pass& p, int first, int n, Shared& shared, int* firsts)
 {
     const int t = int(threadIdx.x), base = t / 32 * 32 * items + t % 32;
     std::uint32_t keys[items];
@@ -80,7 +80,7 @@ __device__ void sort_part(const Pass& p, int first, int n, Shared& shared, int* 
     UNROLL
     for (int k = 0; k < items; ++k) {
         const int i = base + 32 * k;  // what is not there comes last
-        keys[k] = i < n ? p.tiles[first + i] : ~0u;
+        keys[k] = i < n ? p.keys[first + i] : ~0u;
         records[k] = i < n ? p.records[first + i] : 0;
     }
     Rank(shared.rank).RankKeys(keys, ranks, ByteAt{p.shift}, below);
@@ -89,42 +89,41 @@ __device__ void sort_part(const Pass& p, int first, int n, Shared& shared, int* 
     __syncthreads();
     UNROLL
     for (int k = 0; k < items; ++k) {
-        shared.sorted.tiles[ranks[k]] = std::uint16_t(keys[k]);
+        shared.sorted.keys[ranks[k]] = std::uint16_t(keys[k]);
         shared.sorted.records[ranks[k]] = records[k];
     }
     __syncthreads();
 }
 
-// Those of a tile lie one behind the other in a part, and the first and last of the part tell
-// where.
-__device__ void widen(const Pass& p, int tile, unsigned at, bool first, bool last)
+// Those of a key lie one behind the other in a stretch's load, whose first and last tell where.
+__device__ void widen(const Pass& p, int key, unsigned at, bool first, bool last)
 {
-    if (first) atomicMax(&p.ranges[tile].x, unsigned(p.room) - at);
-    if (last) atomicMax(&p.ranges[tile].y, at + 1);
+    if (first) atomicMax(&p.ranges[key].x, unsigned(p.room) - at);
+    if (last) atomicMax(&p.ranges[key].y, at + 1);
 }
 
 __global__ void __launch_bounds__(threads, blocks_each) move_kernel(const __grid_constant__ Pass p)
 {
     __shared__ Shared shared;
     __shared__ int firsts[digits + 1];
-    __shared__ unsigned to[digits];  // where the part's first of a digit goes, less firsts
+    __shared__ unsigned to[digits];  // where the load's first of a digit goes, less firsts
     const int t = int(threadIdx.x);
     const Stretch s = stretch_of(p);
     const ByteAt byte{p.shift};
     unsigned next = p.starts[t * blocks + int(blockIdx.x)];  // of the digit t
-    for (int first = s.from; first < s.to; first += part) {
-        const int n = min(part, s.to - first);
-        sort_part(p, first, n, shared, firsts);
+    for (int first = s.from; first < s.to; first += load) {
+        const int n = min(load, s.to - first);
+        sort_load(p, first, n, shared, firsts);
         to[t] = next - unsigned(firsts[t]);
         next += unsigned(firsts[t + 1] - firsts[t]);
         __syncthreads();
         for (int i = t; i < n; i += threads) {
-            const std::uint16_t tile = shared.sorted.tiles[i];
-            const unsigned at = to[byte.Digit(tile)] + unsigned(i);
-            p.to_tiles[at] = tile, p.to_records[at] = shared.sorted.records[i];
+            const std::uint16_t key = shared.sorted.keys[i];
+            const unsigned at = to[byte.Digit(key)] + unsigned(i);
+            p.to_keys[at] = key, p.to_records[at] = shared.sorted.records[i];
             if (p.ranges)
-                widen(p, tile, at, i == 0 || shared.sorted.tiles[i - 1] != tile,
-                      i == n - 1 || shared.sorted.tiles[i + 1] != tile);
+                widen(p, key, at, i == 0 || shared.sorted.keys[i - 1] != key,
+                      i == n - 1 || shared.sorted.keys[i + 1] != key);
         }
         __syncthreads();
     }
@@ -147,11 +146,11 @@ std::size_t tile_sort_scratch_bytes()
 
 void sort_by_tile(const RasterView& d, const RasterScratch& s, cudaStream_t stream)
 {
-    check(cudaMemsetAsync(d.ranges, 0, std::size_t(d.all_tiles()) * sizeof *d.ranges, stream),
+    check(cudaMemsetAsync(d.ranges, 0, std::size_t(d.all_keys()) * sizeof *d.ranges, stream),
           "sort by tile");
     for (int k = 0; k < 2; ++k) {
-        const Pass p{d.tiles[k],        d.records[k],
-                     d.tiles[1 - k],    d.records[1 - k],
+        const Pass p{d.keys[k],         d.records[k],
+                     d.keys[1 - k],     d.records[1 - k],
                      d.digit_counts,    d.digit_starts,
                      &d.counts->listed, d.room,
                      k * digit_bits,    k == 1 ? d.ranges : nullptr};

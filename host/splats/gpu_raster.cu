@@ -83,8 +83,9 @@ struct GpuRaster::State {
     // What pictures() draws from and to.
     DeviceArray<uint2> colour[2], mesh_colour[2];
     DeviceArray<float> depth[2], mesh_depth[2], moved_numbers;
-    std::vector<char> hidden;  // as the device has them; empty: all is seen
-    DeviceArray<char> hidden_tiles;
+    std::vector<char> hidden;  // squares, as the device has them; empty: all is seen
+    DeviceArray<char> hidden_squares;
+    bool resized = true;  // since hide()
 };
 
 std::vector<Stage> GpuRaster::State::stages(bool mesh, int moved) const
@@ -110,7 +111,7 @@ void GpuRaster::State::prepare(const SplatFrame& frame, bool mesh, int moved)
                            frame.eyes.back().height == d.height;
     if (graph.ready && same_size && mesh == with_mesh && moved == with_moved) return;
     graph.drop();
-    if (!same_size) store.resize(frame);
+    if (!same_size) store.resize(frame), resized = true;
     with_mesh = mesh, with_moved = moved;
     graph.begin(stream);
     for (const Stage& stage : stages(mesh, moved)) stage.launch(stream);
@@ -128,27 +129,38 @@ RasterFrame GpuRaster::State::described(const SplatFrame& frame, const MovedSpla
     }
     f.middle = cast<float>(middle_of(frame));
     f.rule = frame.rule, f.background = frame.background, f.moved = moved;
-    f.hidden = hidden.empty() ? nullptr : hidden_tiles.data();
+    f.hidden = hidden.empty() ? nullptr : hidden_squares.data();
     return f;
 }
 
-// Where they are others than those of the frame before, behind which they are copied.
+// What is hidden, where that or the size is another than in the frame before, behind which it is
+// copied. Of pictures of another size nothing is known yet of any tile.
 void GpuRaster::State::hide(const SplatFrame& frame, cudaStream_t on)
 {
-    const auto of_eye = std::size_t(store.view.tiles_of_eye());
-    std::vector<char> tiles;
+    static_assert(square_size == hidden_tile);
+    const RasterView& d = store.view;
+    const std::ptrdiff_t of_eye = d.square_columns() * d.square_rows();
+    std::vector<char> squares;
     for (std::size_t e = 0; e < frame.hidden.size(); ++e) {
         if (frame.hidden[e].empty()) continue;
-        tiles.resize(frame.eyes.size() * of_eye, 0);
+        squares.resize(std::size_t(d.all_squares()), 0);
         std::copy(frame.hidden[e].begin(), frame.hidden[e].end(),
-                  tiles.begin() + std::ptrdiff_t(e * of_eye));
+                  squares.begin() + std::ptrdiff_t(e) * of_eye);
     }
-    if (tiles == hidden) return;
-    hidden = std::move(tiles);
-    if (hidden_tiles.size() == 0) hidden_tiles = DeviceArray<char>(max_tiles);
-    if (hidden.empty()) return;
-    check(cudaMemcpyAsync(hidden_tiles.data(), hidden.data(), hidden.size(), cudaMemcpyDefault, on),
+    if (!resized && squares == hidden) return;
+    if (resized)
+        check(cudaMemsetAsync(d.samples, 0, std::size_t(d.all_tiles()) * sizeof *d.samples, on),
+              "splats");
+    resized = false, hidden = std::move(squares);
+    const std::vector<unsigned char> seen = seen_parts(d, hidden);
+    check(cudaMemcpyAsync(store.seen_parts_of.data(), seen.data(), seen.size(), cudaMemcpyDefault,
+                          on),
           "splats");
+    if (hidden.empty()) return;
+    if (hidden_squares.size() == 0) hidden_squares = DeviceArray<char>(max_squares);
+    check(
+        cudaMemcpyAsync(hidden_squares.data(), hidden.data(), hidden.size(), cudaMemcpyDefault, on),
+        "splats");
 }
 
 void GpuRaster::State::start(const RasterFrame& frame, cudaStream_t on)
@@ -374,7 +386,7 @@ std::vector<StageTime> GpuRaster::stage_times()
 
 std::size_t GpuRaster::memory() const
 {
-    std::size_t sum = state->store.bytes() + state->hidden_tiles.bytes() + state->table.bytes() +
+    std::size_t sum = state->store.bytes() + state->hidden_squares.bytes() + state->table.bytes() +
                       state->prepared.bytes() + state->moved_numbers.bytes();
     for (int e = 0; e < 2; ++e)
         sum += state->colour[e].bytes() + state->depth[e].bytes() + state->mesh_colour[e].bytes() +

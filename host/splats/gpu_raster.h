@@ -16,7 +16,7 @@ struct RasterTarget;  // cuda/splats/raster.cuh
 // How much there was of everything in the last frame.
 struct RasterStats {
     std::size_t visible = 0;    // splats that an eye sees
-    std::size_t instances = 0;  // pairs of tile and splat
+    std::size_t instances = 0;  // entries of the tiles' lists: by parts in the first frame
     std::size_t dropped = 0;    // of these, the farthest, for which there was no room
 };
 

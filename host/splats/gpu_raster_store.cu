@@ -51,6 +51,10 @@ RasterStore::RasterStore(std::size_t n, int degree)
     view.numbers = numbers.data(), view.order = order.data();
     view.candidate_starts = candidate_starts.data();
     view.counts = counts.data();
+    seen_parts_of = DeviceArray<unsigned char>(max_tiles);
+    samples = DeviceArray<TileSample>(max_tiles), whole = DeviceArray<bool>(max_tiles);
+    view.seen_parts = seen_parts_of.data();
+    view.samples = samples.data(), view.whole = whole.data();
     digit_counts = DeviceArray<unsigned>(digit_table_size);
     digit_starts = DeviceArray<unsigned>(digit_table_size);
     view.digit_counts = digit_counts.data(), view.digit_starts = digit_starts.data();
@@ -98,11 +102,11 @@ void RasterStore::reserve(std::size_t instances)
     if (instances < 1 || instances > std::size_t(1) << 30)
         throw std::invalid_argument("splats: room for " + std::to_string(instances) +
                                     " instances; expected 1 to 2^30");
-    for (int k = 0; k < 2; ++k) tiles[k] = {}, records[k] = {};
+    for (int k = 0; k < 2; ++k) keys[k] = {}, records[k] = {};
     for (int k = 0; k < 2; ++k) {
-        tiles[k] = DeviceArray<std::uint16_t>(instances);
+        keys[k] = DeviceArray<std::uint16_t>(instances);
         records[k] = DeviceArray<int>(instances);
-        view.tiles[k] = tiles[k].data(), view.records[k] = records[k].data();
+        view.keys[k] = keys[k].data(), view.records[k] = records[k].data();
     }
     view.room = int(instances);
     const std::size_t chunks = candidates_each * instances / chunk_size + 1;
@@ -118,16 +122,35 @@ void RasterStore::resize(const SplatFrame& f)
     const int rows = (eye.height + tile_size - 1) / tile_size, eyes = int(f.eyes.size());
     if (f.eyes.back().width != eye.width || f.eyes.back().height != eye.height)
         throw std::invalid_argument("splats: eyes with pictures of different sizes");
-    if (eyes * columns * rows > max_tiles)
-        throw std::invalid_argument("splats: pictures of more than " + std::to_string(max_tiles) +
+    RasterView seen = view;
+    seen.eyes = eyes, seen.columns = columns, seen.rows = rows;
+    seen.width = eye.width, seen.height = eye.height;
+    if (seen.all_squares() > max_squares)
+        throw std::invalid_argument("splats: pictures of more than " + std::to_string(max_squares) +
                                     " tiles of 16 x 16 pixels");
-    view.eyes = eyes, view.columns = columns, view.rows = rows;
-    view.width = eye.width, view.height = eye.height;
-    if (const auto tiles = std::size_t(view.all_tiles()); ranges.size() < tiles) {
+    view = seen;
+    if (const auto lists = std::size_t(view.all_keys()); ranges.size() < lists) {
         ranges = {};
-        ranges = DeviceArray<uint2>(tiles);
+        ranges = DeviceArray<uint2>(lists);
     }
     view.ranges = ranges.data();
+}
+
+std::vector<unsigned char> seen_parts(const RasterView& d, const std::vector<char>& hidden)
+{
+    constexpr int each = tile_size / square_size;
+    const int across = d.square_columns(), down = d.square_rows();
+    std::vector<unsigned char> seen(std::size_t(d.all_tiles()));
+    for (int n = 0; n < d.all_squares(); ++n) {
+        if (!hidden.empty() && hidden[std::size_t(n)]) continue;
+        const int rows = n / across, e = rows / down;  // rows are counted through both eyes
+        const int x = n - rows * across, y = rows - e * down;
+        const int part = y % each / (part_height / square_size) * parts_across +
+                         x % each / (part_width / square_size);
+        seen[std::size_t((e * d.rows + y / each) * d.columns + x / each)] |=
+            (unsigned char)(1 << part);
+    }
+    return seen;
 }
 
 std::size_t RasterStore::bytes() const
@@ -135,8 +158,8 @@ std::size_t RasterStore::bytes() const
     std::size_t sum = 0;
     const auto add = [&](const auto&... arrays) { ((sum += arrays.bytes()), ...); };
     add(frame, counts, depth_keys, sorted_keys, boxes, shapes, rests, numbers, order, records[0],
-        records[1], candidate_starts, chunk_states, tiles[0], tiles[1], digit_counts, digit_starts,
-        ranges, scratch_memory);
+        records[1], candidate_starts, chunk_states, keys[0], keys[1], digit_counts, digit_starts,
+        ranges, seen_parts_of, samples, whole, scratch_memory);
     return sum;
 }
 

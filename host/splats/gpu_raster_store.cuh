@@ -20,6 +20,9 @@ class SplatTable {
     DeviceArray<uint4> sh;
 };
 
+// Of each tile, as RasterView::seen_parts; `hidden`: as RasterFrame's, or empty.
+std::vector<unsigned char> seen_parts(const RasterView& d, const std::vector<char>& hidden);
+
 class RasterStore {
   public:
     RasterStore(std::size_t splats, int degree);
@@ -33,6 +36,7 @@ class RasterStore {
     RasterScratch scratch{};
     DeviceArray<RasterFrame> frame;
     DeviceArray<RasterCounts> counts;
+    DeviceArray<unsigned char> seen_parts_of;  // each tile
 
   private:
     DeviceArray<std::uint32_t> depth_keys, sorted_keys;
@@ -41,9 +45,11 @@ class RasterStore {
     DeviceArray<SplatRest> rests;
     DeviceArray<int> numbers, order, records[2];
     DeviceArray<unsigned long long> candidate_starts, chunk_states;
-    DeviceArray<std::uint16_t> tiles[2];
+    DeviceArray<std::uint16_t> keys[2];
     DeviceArray<unsigned> digit_counts, digit_starts;
     DeviceArray<uint2> ranges;
+    DeviceArray<TileSample> samples;
+    DeviceArray<bool> whole;
     DeviceArray<unsigned char> scratch_memory;
 };
 

@@ -6,6 +6,7 @@
 
 #include <vector>
 
+#include "cuda/splats/blend.h"
 #include "cuda/splats/eye.h"
 #include "tests/splats/raster_cases.h"
 
@@ -131,6 +132,54 @@ TEST(Footprints, TheBoxIsAsTightAsWhatIsDrawnAndATileIsReachedWhereAPixelOfItIs)
     }
     EXPECT_GT(hit, 2000);
     EXPECT_LT(double(reached), 1.15 * double(hit));  // what lies between pixels
+}
+
+TEST(Footprints, WhatCoversAPatchIsBlendedToTheSameBitsWithoutASecondLook)
+{
+    const Pinhole<float> c = pinhole(plain_eye(400, 400));
+    Draw draw(8);
+    const auto start = [](float left) {
+        Pixel<float> p;
+        p.transmittance = left, p.colour = {0.1f, 0.2f, 0.3f}, p.depth = 0.7f;
+        return p;
+    };
+    const auto same = [](const Pixel<float>& a, const Pixel<float>& b) {
+        return a.transmittance == b.transmittance && a.depth == b.depth &&
+               length(a.colour - b.colour) == 0;
+    };
+    int covered = 0, full = 0;
+    for (int k = 0; k < 20000; ++k) {
+        Footprint<float> f;
+        const Ellipsoid<double> e{quaternion(draw.rotation()),
+                                  {draw.power(-3, 0), draw.power(-3, 0), draw.power(-3, 0)}};
+        const Vec3<double> x{draw.in(-0.9, 0.9), draw.in(-0.9, 0.9), 1};
+        const float opacity = k % 50 == 0 ? 1.0f : float(draw.in(0.01, 0.99));
+        if (!project(c, SplatRule<float>{}, cast<float>(x),
+                     half_axes(Ellipsoid<float>{cast<float>(e.q), cast<float>(e.scale)}), opacity,
+                     f))
+            continue;
+        const float x0 = 16 * float(k % 25), y0 = 8 * float(k % 49);
+        const bool covers_it = covers(f, x0, y0, x0 + 15, y0 + 7);
+        bool everywhere = true;
+        for (int n = 0; n < 128; ++n) {
+            const float px = x0 + float(n % 16), py = y0 + float(n / 16), left = 0.49f;
+            const float alpha = alpha_at(f, px, py);
+            everywhere = everywhere && alpha > 0 && opacity <= float(max_alpha);
+            Pixel<float> deep = start(left), whole = deep, plain = deep, by_hand = deep;
+            const Vec3<float> colour{0.5f, 0.6f, 0.7f};
+            blend_deep(deep, f, colour, px, py);
+            blend(plain, f, colour, px, py);
+            if (alpha > 0) add(by_hand, alpha, colour);
+            EXPECT_TRUE(same(deep, by_hand) && same(plain, by_hand));
+            if (!covers_it) continue;
+            blend_covered(whole, f, colour, px, py);
+            EXPECT_TRUE(same(whole, by_hand)) << k;
+        }
+        covered += covers_it, full += everywhere;
+        EXPECT_TRUE(everywhere || !covers_it);
+    }
+    EXPECT_GT(covered, 1000);
+    EXPECT_GT(covered, 0.98 * full);
 }
 
 template <class R>

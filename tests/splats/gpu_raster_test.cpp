@@ -100,6 +100,83 @@ TEST_F(GpuSplatPictures, AreTheCpusForSplatsThatMoveAndAMeshBetweenThem)
     EXPECT_NE(reason<std::invalid_argument>([&] { fewer.pictures(frame); }), "");
 }
 
+// A mesh that is nearer from row to row, in a part of the picture.
+Backdrop half_before(const Eye<float>& eye)
+{
+    Backdrop mesh;
+    for (int n = 0; n < eye.width * eye.height; ++n) {
+        const int x = n % eye.width, y = n / eye.width;
+        mesh.depth.push_back(2 * x > y ? 0.6f - 0.5f * float(y) / float(eye.height) : no_depth);
+        mesh.colour.push_back({0.1f, float(x % 7) / 7, float(y % 5) / 5});
+    }
+    return mesh;
+}
+
+// With a mesh half in front of them, through one rasteriser whose pictures change their size.
+TEST_F(GpuSplatPictures, AreTheCpusNearAMeshInPicturesOfAnySize)
+{
+    const SplatCloud cloud = generated({"small", 20000, 20000, 0.02, 4});
+    GpuRaster raster(cloud);
+    for (const auto& [width, height] : {std::pair{64, 64}, {129, 97}, {200, 70}, {81, 260}}) {
+        SplatFrame frame = seen_from(load_eyes("near", width, height));
+        for (const Eye<float>& eye : frame.eyes) frame.behind.push_back(half_before(eye));
+        expect_same(raster.pictures(frame), cpu_raster(cloud, frame));
+        frame.behind.clear(), frame.eyes.resize(1);
+        expect_same(raster.pictures(frame), cpu_raster(cloud, frame));
+    }
+    const SplatFrame tiny = seen_from(load_eyes("near", 5, 3));
+    EXPECT_GE(psnr(raster.pictures(tiny)[1], cpu_raster(cloud, tiny)[1]), 60);
+}
+
+// A first frame lists all tiles by parts, later ones whole where that is cheaper; a rasteriser that
+// saw something else before chooses otherwise again.
+TEST_F(GpuSplatPictures, AreTheSameToTheBitHoweverTilesAreListed)
+{
+    const SplatCloud cloud = generated(splat_loads().at(0));
+    const std::size_t count = 63 * 51;  // squares of hidden
+    for (const char* view : {"far", "near"})
+        for (const bool masked : {false, true}) {
+            SplatFrame frame = seen_from(load_eyes(view, 1001, 803));
+            if (masked) {
+                for (const Eye<float>& eye : frame.eyes) frame.behind.push_back(half_before(eye));
+                frame.hidden = {std::vector<char>(count, 0), std::vector<char>(count, 0)};
+                for (std::size_t n = 0; n < count; n += 3) frame.hidden[n % 2][n] = 1;
+            }
+            GpuRaster raster(cloud, std::size_t(1) << 24);
+            const std::vector<Picture> by_parts = raster.pictures(frame);
+            const std::size_t most = raster.stats().instances;
+            const std::vector<Picture> mixed = raster.pictures(frame);
+            const std::size_t fewer = raster.stats().instances;
+            if (std::string(view) == "near") {
+                EXPECT_LT(fewer, most) << "tiles that are listed whole";
+            }
+            EXPECT_LE(fewer, most);
+            raster.pictures(seen_from(load_eyes("near45", 1001, 803)));
+            const std::vector<Picture> other = raster.pictures(frame);
+            EXPECT_EQ(raster.stats().dropped, 0u);
+            for (std::size_t e = 0; e < 2; ++e)
+                for (const auto* again : {&mixed, &other}) {
+                    EXPECT_EQ(furthest((*again)[e], by_parts[e]), 0) << view << masked;
+                    EXPECT_EQ((*again)[e].depth, by_parts[e].depth) << view << masked;
+                }
+        }
+}
+
+// All of a large cloud in a few tiles: whole lists would be longer than a block should look
+// through.
+TEST_F(GpuSplatPictures, AreListedByPartsWhereTheyAreSeenSmall)
+{
+    const SplatCloud cloud = generated({"small", 200000, 0, 0.02, 4});
+    const SplatFrame frame = seen_from({eye_looking({0, 0, -3}, {0, 0, 0}, 1, 640, 640),
+                                        eye_looking({0.06, 0, -3}, {0, 0, 0}, 1, 640, 640)});
+    GpuRaster raster(cloud);
+    const std::vector<Picture> first = raster.pictures(frame);
+    const std::size_t instances = raster.stats().instances;
+    EXPECT_EQ(furthest(raster.pictures(frame)[0], first[0]), 0);
+    EXPECT_EQ(raster.stats().instances, instances);
+    expect_same(first, cpu_raster(cloud, frame));
+}
+
 TEST_F(GpuSplatPictures, AreTheSameToTheBitAgainAndAgain)
 {
     const SplatCloud cloud = generated(splat_loads().at(0));
@@ -114,7 +191,6 @@ TEST_F(GpuSplatPictures, AreTheSameToTheBitAgainAndAgain)
     }
 }
 
-// What is nearest stays: every pixel is that of a cloud without its farthest splats.
 TEST_F(GpuSplatPictures, AreEmptyWhereNobodySeesThem)
 {
     const SplatCloud cloud = generated({"small", 20000, 0, 0.02, 4});
@@ -127,6 +203,12 @@ TEST_F(GpuSplatPictures, AreEmptyWhereNobodySeesThem)
     expect_same(masked, cpu_raster(cloud, frame));
     EXPECT_LT(psnr(masked[0], whole[0]), 40);
     EXPECT_EQ(psnr(masked[1], whole[1]), 200) << "of the other eye all is seen";
+    for (std::size_t y = 0; y < 4; ++y)  // one whole tile, beside squares of others
+        for (std::size_t x = 4; x < 8; ++x) frame.hidden[0][10 * y + x] = 1;
+    expect_same(raster.pictures(frame), cpu_raster(cloud, frame));
+    std::swap(frame.hidden[0], frame.hidden[1]);
+    expect_same(raster.pictures(frame), cpu_raster(cloud, frame));
+    std::swap(frame.hidden[0], frame.hidden[1]);
     frame.hidden[0].assign(80, 1);
     const Picture nothing = raster.pictures(frame)[0];
     for (const float alpha : nothing.alpha) ASSERT_EQ(alpha, 0);
@@ -153,22 +235,27 @@ TEST_F(GpuSplatPictures, AreOfAnotherCloudOnceItIsShown)
     EXPECT_THROW(raster.prepare(many), std::invalid_argument);
 }
 
+// What is nearest stays: every pixel is that of a cloud without its farthest splats.
 TEST_F(GpuSplatPictures, WhereThereIsNoRoomTheFarthestAreLeftOutAndCounted)
 {
     SplatCloud cloud;
     cloud.degree = 0;
     for (int k = 0; k < 64; ++k)
         put(cloud, {0, 0, 1 + 0.1f * float(k)}, {20, 20, 20}, 0.3f, {float(k % 2), 0.5f, 0.2f});
-    const SplatFrame frame = seen_from({plain_eye(160, 160)});  // 100 tiles
+    const SplatFrame frame = seen_from({plain_eye(160, 160)});  // 50 parts of 9 tiles
     SplatCloud nearest;
     for (int k = 0; k < 16; ++k)
         put(nearest, cloud.centre[std::size_t(k)], {20, 20, 20}, 0.3f, {float(k % 2), 0.5f, 0.2f});
-    GpuRaster raster(cloud, 1600);
+    GpuRaster raster(cloud, 800);
     const std::vector<Picture> found = raster.pictures(frame);
-    EXPECT_EQ(raster.stats().instances, 6400u);
-    EXPECT_EQ(raster.stats().dropped, 4800u);
+    EXPECT_EQ(raster.stats().instances, 3200u);
+    EXPECT_EQ(raster.stats().dropped, 2400u);
     EXPECT_EQ(raster.stats().visible, 64u);
     expect_same(found, cpu_raster(nearest, frame));
+    // The next frame lists its tiles whole, for which there is room enough.
+    expect_same(raster.pictures(frame), cpu_raster(cloud, frame));
+    EXPECT_EQ(raster.stats().instances, 576u);
+    EXPECT_EQ(raster.stats().dropped, 0u);
     // Left to choose, it takes room for all.
     GpuRaster roomy(cloud);
     expect_same(roomy.pictures(frame), cpu_raster(cloud, frame));
