@@ -1,7 +1,7 @@
 // One case of `knead bench splats`, by itself and of any size: for a profiler, and to try a change.
 // Fails where the device's picture is below 50 dB of the CPU's.
 // usage: bench_splats [load=660k] [far|near45|near] [frames=200] [width=2064] [height=2208]
-//        [check|nocheck|cpu] [still|moving]
+//        [check|nocheck|cpu] [still|moving] [fovea in degrees=0: none]
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -53,6 +53,7 @@ int main(int count, char** words)
     what.view = word(2, "far"), what.frames = std::atoi(word(3, "200").c_str());
     what.width = std::atoi(word(4, "2064").c_str());
     what.height = std::atoi(word(5, "2208").c_str());
+    what.foveate = std::atof(word(8, "0").c_str());
     what.check = check == "check", what.moving = motion == "moving";
     const std::vector<SplatLoad>& loads = splat_loads();
     const auto load = std::find_if(loads.begin(), loads.end(),
@@ -66,7 +67,7 @@ int main(int count, char** words)
         what.height < 1 || what.height > 8192) {
         std::fprintf(stderr,
                      "usage: bench_splats [load] [far|near45|near] [frames] [width] "
-                     "[height] [check|nocheck|cpu] [still|moving]\nloads:");
+                     "[height] [check|nocheck|cpu] [still|moving] [fovea]\nloads:");
         for (const SplatLoad& l : loads) std::fprintf(stderr, " %s", l.name.c_str());
         std::fprintf(stderr, "\n");
         return 2;

@@ -115,21 +115,13 @@ __device__ T from_lane(const T& mine, int from)
     return theirs;
 }
 
-__device__ bool reaches_from(const Footprint<float>& f, int x, int y, int width, int height)
-{
-    const float x0 = float(x), y0 = float(y);
-    return reaches(f, x0, y0, x0 + float(width - 1), y0 + float(height - 1));
-}
-
 // Which parts of the tile whose first pixel is (x, y) a splat reaches, as bits.
-__device__ unsigned parts_reached(const Footprint<float>& f, int x, int y)
+__device__ unsigned parts_reached(const Footprint<float>& f, int x, int y, int step, unsigned drawn)
 {
     unsigned found = 0;
     ROLLED
     for (int n = 0; n < parts; ++n)
-        if (reaches_from(f, x + n % parts_across * part_width, y + n / parts_across * part_height,
-                         part_width, part_height))
-            found |= 1u << n;
+        if (drawn >> n & 1 && reaches_part(f, x, y, part_box(n, step), step)) found |= 1u << n;
     return found;
 }
 
@@ -142,13 +134,13 @@ struct Candidate {
 // parts decide, for a whole list has what reaches the tile alone.
 __device__ unsigned lists_of(const RasterView& d, const Candidate& c, bool sampled)
 {
-    const unsigned seen = d.seen_parts[c.tile];
-    if (!seen) return 0;
+    const TileRule rule = d.rules[c.tile];
+    if (!rule.drawn) return 0;
     const Footprint<float> f = shape_of(d, c.record);
-    if (!reaches_from(f, c.x, c.y, tile_size, tile_size)) return 0;
-    const bool whole = d.whole[c.tile];
+    if (!reaches_part(f, c.x, c.y, {0, 0, tile_size, tile_size}, 1)) return 0;
+    const bool whole = rule.whole;
     if (whole && !sampled) return 1;
-    const unsigned found = parts_reached(f, c.x, c.y) & seen;
+    const unsigned found = parts_reached(f, c.x, c.y, rule.step, rule.drawn);
     if (sampled) {
         atomicAdd(&d.samples[c.tile].splats, 1u);
         atomicAdd(&d.samples[c.tile].entries, unsigned(__popc(found)));
@@ -292,8 +284,13 @@ __global__ void __launch_bounds__(threads) choose_kernel(const __grid_constant__
 {
     const int tile = int(blockIdx.x) * threads + int(threadIdx.x);
     if (tile >= d.all_tiles()) return;
+    const int eye = tile / d.tiles_of_eye(), row = tile / d.columns;
+    const int x = (tile - row * d.columns) * tile_size, y = (row - eye * d.rows) * tile_size;
+    const int step = fovea_step(d.frame->fovea[eye], d.frame->camera[eye], x, y);
+    const unsigned drawn = drawn_parts(d.seen_parts[tile], step);
     const TileSample s = d.samples[tile];
-    d.whole[tile] = best_whole(s.splats, s.entries, __popc(d.seen_parts[tile]));
+    d.rules[tile] = {(unsigned char)(drawn), (unsigned char)(step),
+                     best_whole(s.splats, s.entries, __popc(drawn))};
     d.samples[tile] = {0, 0};
 }
 

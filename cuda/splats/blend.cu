@@ -44,23 +44,41 @@ __device__ Footprint<float> footprint(const Batch& b, int j, Vec3<float>& colour
     return f;
 }
 
-// What a thread block draws; (x, y) is its first pixel.
+// What a thread block draws: of a tile the samples of a part, of which one stands for `step` x
+// `step` pixels.
 struct Part {
-    int key, tile, eye, x, y;
+    int key, tile, eye, x, y;  // (x, y): the tile's first pixel
+    int step;
+    PartBox box;
+
+    __device__ int left() const { return x + box.x; }
+    __device__ int top() const { return y + box.y; }
+    __device__ bool has(const RasterView& d, int2 pixel) const
+    {
+        return pixel.x < min(left() + box.width, d.width) &&
+               pixel.y < min(top() + box.height, d.height);
+    }
 };
+
 __device__ Part part_of(const RasterView& d, int key)
 {
     const int tile = key / parts, n = key - tile * parts;
-    const int eye = tile / d.tiles_of_eye(), row = tile / d.columns;
-    return {key, tile, eye, (tile - row * d.columns) * tile_size + n % parts_across * part_width,
-            (row - eye * d.rows) * tile_size + n / parts_across * part_height};
+    const int eye = tile / d.tiles_of_eye(), row = tile / d.columns, step = d.rules[tile].step;
+    return {key,
+            tile,
+            eye,
+            (tile - row * d.columns) * tile_size,
+            (row - eye * d.rows) * tile_size,
+            step,
+            part_box(n, step)};
 }
 
-// The pixels of a thread, in one column, two rows apart.
+// The samples of a thread, in one column, two rows apart.
 struct Column {
     Pixel<float> pixel[each];
-    float x, y, mesh[each];  // x, y: of the first
-    bool by_mesh;            // a mesh is at one of the warp's
+    float x, y, step, mesh[each];  // x, y: of the first
+    unsigned hidden;               // bits of those of which nothing is drawn
+    bool by_mesh;                  // a mesh is at one of the warp's
 
     __device__ bool done() const
     {
@@ -76,40 +94,48 @@ struct Column {
         for (const Pixel<float>& p : pixel) any = any || knead::takes_depth(p);
         return any;
     }
+    // The first of the pixels that a sample stands for.
+    __device__ int2 corner(int k) const
+    {
+        const int by = int(step);
+        return {int(x) & -by, (int(y) & -by) + 2 * k * by};
+    }
 };
 
-// The place of a column's pixel in the pictures; -1 outside.
-__device__ int place_of(const RasterView& d, const Column& c, int k)
+__device__ bool is_hidden(const RasterView& d, int eye, int2 pixel)
 {
-    const int x = int(c.x), y = int(c.y) + 2 * k;
-    return x < d.width && y < d.height ? y * d.width + x : -1;
-}
-
-// Whether the patch at (x, y) lies in a hidden square, or outside.
-__device__ bool unseen_at(const RasterView& d, int eye, int x, int y)
-{
-    if (x >= d.width || y >= d.height) return true;
     const char* const hidden = d.frame->hidden;
-    const int row = eye * d.square_rows() + y / square_size;
-    return hidden && hidden[row * d.square_columns() + x / square_size];
+    const int row = eye * d.square_rows() + pixel.y / square_size;
+    return hidden && hidden[row * d.square_columns() + pixel.x / square_size];
 }
 
-// Of the patch whose first pixel is (x0, y0). `unseen`: nothing is drawn there.
-template <bool mesh>
-__device__ Column begun(const RasterView& d, int e, int x0, int y0, bool unseen)
+// The mesh before which a sample lies, that of its middle pixel.
+__device__ float mesh_at(const RasterView& d, const Part& part, int2 corner)
 {
-    const int lane = int(threadIdx.x) % 32;
+    const int x = min(corner.x + part.step / 2, d.width - 1);
+    const int y = min(corner.y + part.step / 2, d.height - 1);
+    return d.frame->target[part.eye].mesh_depth[y * d.width + x];
+}
+
+// Of the patch whose first pixel is (x0, y0).
+template <bool mesh>
+__device__ Column begun(const RasterView& d, const Part& part, int x0, int y0)
+{
+    const int lane = int(threadIdx.x) % 32, step = part.step;
     Column c;
-    c.x = float(x0 + lane % patch_width), c.y = float(y0 + lane / patch_width);
-    c.by_mesh = false;
+    c.x = float(x0 + lane % patch_width * step) + sample_offset(step);
+    c.y = float(y0 + lane / patch_width * step) + sample_offset(step);
+    c.step = float(step), c.hidden = 0, c.by_mesh = false;
     UNROLL
     for (int k = 0; k < each; ++k) {
-        const int at = place_of(d, c, k);
+        const int2 at = c.corner(k);
+        const bool in = part.has(d, at), hidden = in && is_hidden(d, part.eye, at);
         c.pixel[k] = {};
-        if (unseen || at < 0) c.pixel[k].transmittance = 0;
+        if (!in || hidden) c.pixel[k].transmittance = 0;
+        c.hidden |= hidden ? 1u << k : 0;
         c.mesh[k] = no_depth;
         if constexpr (mesh)
-            if (at >= 0) c.mesh[k] = d.frame->target[e].mesh_depth[at];
+            if (in) c.mesh[k] = mesh_at(d, part, at);
         c.by_mesh |= c.mesh[k] < no_depth;
     }
     if constexpr (mesh) c.by_mesh = __any_sync(~0u, c.by_mesh);
@@ -127,7 +153,7 @@ __device__ void blend_column(Column& c, const Batch& b, int j)
     f.v -= c.y;
     UNROLL
     for (int k = 0; k < each; ++k) {
-        const float y = float(2 * k);  // from the column's first pixel
+        const float y = float(2 * k) * c.step;  // from the column's first sample
         if constexpr (how == Blending::mesh)
             blend(c.pixel[k], f, colour, c.x, y, c.mesh[k]);
         else if constexpr (how == Blending::deep)
@@ -152,12 +178,12 @@ __device__ void blend_named(Column& c, const Batch& b, int first, unsigned in, u
     }
 }
 
-// The first n splats of a batch into a warp's patch, whose first pixel is (x0, y0).
+// The first n splats of a batch into a warp's patch, whose first sample is at (x0, y0).
 template <bool mesh>
 __device__ void blend_batch(Column& c, const Batch& b, int n, float x0, float y0)
 {
     const int lane = int(threadIdx.x) % 32;
-    const float x1 = x0 + (patch_width - 1), y1 = y0 + (patch_height - 1);
+    const float x1 = x0 + (patch_width - 1) * c.step, y1 = y0 + (patch_height - 1) * c.step;
     for (int first = 0; first < n; first += 32) {
         bool in = false, all = false;
         if (first + lane < n) {
@@ -184,28 +210,35 @@ __device__ unsigned halves(float low, float high)
 }
 
 template <bool mesh>
-__device__ void store(const RasterView& d, int e, Column& c)
+__device__ void store_pixel(const RasterView& d, int e, Pixel<float> p, int at)
 {
     const RasterTarget& target = d.frame->target[e];
+    Vec3<float> behind = d.frame->background;
+    float cover = 0, depth = no_depth;
+    if constexpr (mesh) depth = target.mesh_depth[at];
+    if (mesh && depth < no_depth) {
+        const uint2 m = target.mesh_colour[at];
+        const auto low = [](unsigned w) {
+            return __half2float(__ushort_as_half((unsigned short)(w & 0xffff)));
+        };
+        behind = {low(m.x), low(m.x >> 16), low(m.y)}, cover = 1;
+    }
+    finish(p, behind, cover, depth);
+    target.colour[at] = {halves(p.colour.x, p.colour.y), halves(p.colour.z, 1 - p.transmittance)};
+    target.depth[at] = p.depth;
+}
+
+// All pixels that the samples stand for, each before what lies behind it.
+template <bool mesh>
+__device__ void store(const RasterView& d, const Part& part, const Column& c)
+{
     UNROLL
     for (int k = 0; k < each; ++k) {
-        const int at = place_of(d, c, k);
-        if (at < 0) continue;
-        Pixel<float>& p = c.pixel[k];
-        Vec3<float> behind = d.frame->background;
-        float cover = 0;
-        if constexpr (mesh)
-            if (c.mesh[k] < no_depth) {
-                const uint2 m = target.mesh_colour[at];
-                const auto low = [](unsigned w) {
-                    return __half2float(__ushort_as_half((unsigned short)(w & 0xffff)));
-                };
-                behind = {low(m.x), low(m.x >> 16), low(m.y)}, cover = 1;
-            }
-        finish(p, behind, cover, c.mesh[k]);
-        target.colour[at] = {halves(p.colour.x, p.colour.y),
-                             halves(p.colour.z, 1 - p.transmittance)};
-        target.depth[at] = p.depth;
+        const Pixel<float> p = c.hidden >> k & 1 ? Pixel<float>{} : c.pixel[k];
+        const int2 first = c.corner(k);
+        for (int y = first.y; y < first.y + part.step; ++y)
+            for (int x = first.x; x < first.x + part.step; ++x)
+                if (part.has(d, {x, y})) store_pixel<mesh>(d, part.eye, p, y * d.width + x);
     }
 }
 
@@ -225,9 +258,8 @@ __device__ Entry entry_of(const RasterView& d, int record)
 }
 __device__ bool is_in(const Part& part, const Entry& n)
 {
-    const float x = float(part.x), y = float(part.y);
-    return n.record >= 0 && reaches(footprint(n.shape[0], n.shape[1]), x, y, x + (part_width - 1),
-                                    y + (part_height - 1));
+    return n.record >= 0 &&
+           reaches_part(footprint(n.shape[0], n.shape[1]), part.x, part.y, part.box, part.step);
 }
 
 // Puts those that are in into the batch, in their order; how many. `lanes`: of the warp. After the
@@ -257,7 +289,7 @@ __device__ void blend_list(const RasterView& d, const Part& part, Column& c, flo
 {
     __shared__ Batch both[2];
     const int t = int(threadIdx.x), warp = t / 32;
-    const uint2 range = d.ranges[d.whole[part.tile] ? part.tile * parts : part.key];
+    const uint2 range = d.ranges[d.rules[part.tile].whole ? part.tile * parts : part.key];
     const int to = int(range.y), from = range.y ? d.room - int(range.x) : 0;
     const auto record_at = [&](int at) { return at < to ? d.records[0][at] : -1; };
     Entry entry = entry_of(d, record_at(from + t));
@@ -283,16 +315,13 @@ __global__ void __launch_bounds__(threads, resident(mesh))
 {
     const int warp = int(threadIdx.x) / 32;
     const Part part = part_of(d, int(blockIdx.x));
-    if (part.x >= d.width || part.y >= d.height) return;
-    const int x0 = part.x + warp % 2 * patch_width, y0 = part.y + warp / 2 * patch_height;
-    const bool unseen = unseen_at(d, part.eye, x0, y0);
-    Column c = begun<mesh>(d, part.eye, x0, y0, unseen);
-    blend_list<mesh>(d, part, c, float(x0), float(y0));
-    if (unseen) {
-        UNROLL
-        for (Pixel<float>& p : c.pixel) p = {};
-    }
-    store<mesh>(d, part.eye, c);
+    if (!part.has(d, {part.left(), part.top()})) return;
+    const int x0 = part.left() + warp % 2 * patch_width * part.step;
+    const int y0 = part.top() + warp / 2 * patch_height * part.step;
+    Column c = begun<mesh>(d, part, x0, y0);
+    const float offset = sample_offset(part.step);
+    blend_list<mesh>(d, part, c, float(x0) + offset, float(y0) + offset);
+    store<mesh>(d, part, c);
 }
 
 }  // namespace

@@ -14,12 +14,14 @@
 #include "cuda/math/span.h"
 #include "cuda/splats/blend.h"
 #include "cuda/splats/eye.h"
+#include "cuda/splats/fovea.h"
 #include "cuda/splats/tiles.h"
 
 namespace knead::gpu {
 
-constexpr int max_squares = 1 << 16;      // of both eyes
-constexpr int max_tiles = 65536 / parts;  // keys of 16 bits; of so many squares there are 4866
+constexpr int max_squares = 1 << 16;       // of both eyes
+constexpr int max_tiles = 65536 / parts;   // keys of 16 bits; of so many squares there are 4866
+static_assert(tile_size == fovea_square);  // so a tile has one step
 
 // Splats as they are at rest.
 struct SplatView {
@@ -59,6 +61,7 @@ struct RasterFrame {
     MovedSplats moved;
     RasterTarget target[2];
     const char* hidden;  // RasterView::all_squares(): 1 where nothing is drawn; null: all is
+    Fovea<float> fovea[2];
 };
 
 // The first tile, and how many columns and rows of tiles a splat may touch; no rows: not seen.
@@ -85,6 +88,13 @@ constexpr int chunk_size = 2048;
 // What was sampled of a tile: splats, and entries of a list by parts (best_whole()).
 struct alignas(8) TileSample {
     unsigned splats, entries;
+};
+
+// How a tile is drawn in this frame: the parts of which something is, as bits, the step of its
+// samples, and how it is listed.
+struct alignas(4) TileRule {
+    unsigned char drawn, step;
+    bool whole;
 };
 
 // How much there was of everything in the last frame.
@@ -126,7 +136,7 @@ struct RasterView {
     // Per tile.
     const unsigned char* seen_parts;  // a bit each: in the picture, and not all of it is hidden
     TileSample* samples;              // of this frame, from emit() on
-    bool* whole;                      // how it is listed
+    TileRule* rules;                  // from emit() on
     RasterCounts* counts;
 
     HD int tiles_of_eye() const { return columns * rows; }

@@ -79,8 +79,8 @@ BenchRow row_of(const SplatCase& what, const SplatCloud& cloud, const SplatFrame
 {
     BenchRow row;
     row.suite = "splats", row.at = double(cloud.count());
-    row.name =
-        fmt::format("splats: {} {}{}", what.load.name, what.view, what.moving ? "" : ", still");
+    row.name = fmt::format("splats: {} {}{}{}", what.load.name, what.view,
+                           what.moving ? "" : ", still", what.foveate > 0 ? ", foveated" : "");
     row.particles = cloud.count(), row.repeats = 1;
     row.drawn.width = what.width, row.drawn.height = what.height;
     row.drawn.moved = frame.moved_F.size();
@@ -120,7 +120,10 @@ void load_rows(Bench& bench, const SplatLoad& load, const std::vector<std::strin
     for (const std::string& view : views) add(case_of(bench, load, view));
     SplatCase first = case_of(bench, load, views.at(0));
     first.moving = false;
-    if (still) add(first);
+    if (!still) return;
+    add(first);
+    first.moving = true, first.foveate = 20;
+    add(first);
 }
 
 std::vector<Picture> pictures_by(Device device, const SplatCloud& cloud, const SplatFrame& frame)
@@ -262,6 +265,7 @@ SplatFrame frame_of(const SplatCase& what, const SplatCloud& cloud)
 {
     SplatFrame frame;
     frame.eyes = load_eyes(what.view, what.width, what.height);
+    if (what.foveate > 0) frame.fovea.assign(frame.eyes.size(), fovea_of(what.foveate));
     if (!what.moving) return frame;
     constexpr float turn = 0.2f;  // [rad/m]
     for (const Vec3<float> x : cloud.centre) {
@@ -289,6 +293,9 @@ BenchRow splat_row(const SplatCase& what, const SplatCloud& cloud, Device device
         row.drawn.psnr = psnr(pictures, cpu_raster(cloud, frame));
         row.note = "PSNR against the CPU's picture";
     }
+    if (what.foveate > 0)
+        row.note +=
+            fmt::format("; {:.1f} % of the pixels are blended", 100 * blended_share(frame, 0));
     return row;
 }
 

@@ -12,6 +12,7 @@ struct SplatCase {
     int width = 2064, height = 2208;  // pixels of an eye
     bool moving = true;               // every splat is turned and stretched, else none
     bool check = true;                // a GPU's picture is compared with the CPU's
+    double foveate = 0;               // of fovea_of() [degrees]; 0: every pixel is drawn
     int frames = 200;                 // timed
     double limit = 20;                // [s] after which a CPU begins no frame; it times two
 };

@@ -99,6 +99,11 @@ void add_render(CLI::App& app, Verb& chosen)
     render->add_option("--fov", o.field, "From side to side [degrees]")
         ->capture_default_str()
         ->check(between(1, 170));
+    render
+        ->add_option("--foveate", o.foveate,
+                     "Degrees from the middle of an eye's view up to which every pixel is drawn; "
+                     "then 1 of 2 x 2, from 15 more on 1 of 4 x 4")
+        ->check(between(1, 89));
     render->add_option("--orbit", o.orbit, "N pictures, once around: OUT_0000.png and on")
         ->check(CLI::Range(1, 9999));
     render->add_option("--size", o.size, "WIDTHxHEIGHT of an eye [pixels]")->capture_default_str();

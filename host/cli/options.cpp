@@ -176,6 +176,10 @@ void add_vr(CLI::App& app, Verb& chosen)
                    "always whole")
         ->capture_default_str()
         ->check(between(0.1, 1));
+    vr->add_option("--foveate", o.foveate,
+                   "Degrees from the middle of a lens up to which every pixel of splats is drawn; "
+                   "then 1 of 2 x 2, from 15 more on 1 of 4 x 4")
+        ->check(between(1, 89));
     vr->add_option("--samples", o.samples,
                    "Of a pixel: 1, 2, 4 or 8; 0: 4 on a GPU that has time for them, else 1")
         ->check(CLI::Range(0, 8));

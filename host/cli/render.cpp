@@ -235,7 +235,7 @@ std::unique_ptr<Video> video_of(const RenderOptions& o, int width, int height)
 // The pictures of a run, in their order, as a video; at --rate.
 int run_video(const RenderOptions& o)
 {
-    if (!o.out.empty() || !o.path.empty() || o.orbit > 0 || o.stereo)
+    if (!o.out.empty() || !o.path.empty() || o.orbit > 0 || o.stereo || o.foveate > 0)
         throw UsageError(o.files[0] + ": of the pictures of a run, only a --video is made");
     const std::vector<std::string> pictures = pictures_in(o.files[0]);
     if (pictures.empty())
@@ -267,6 +267,7 @@ void draw_frames(const RenderOptions& o, const Path& path, const SplatCloud& clo
     frame.stop = [] { return interrupted() != 0; };
     for (int k = 0; k < path.frames && !interrupted(); ++k) {
         frame.eyes = path.eyes(k);
+        if (o.foveate > 0) frame.fovea.assign(frame.eyes.size(), fovea_of(o.foveate));
         const Image image =
             image_of(gpu                                     ? gpu->pictures(frame)
                      : device.kind == DeviceKind::cpu_double ? exact_raster(cloud, frame)
@@ -294,6 +295,8 @@ int render_verb(const RenderOptions& o)
     if (!o.video.empty() && o.orbit == 0 && o.path.empty())
         throw UsageError("--video: of splats it needs --orbit FRAMES or --path FILE");
     const Device device = resolved(parse_device(o.device));
+    if (o.foveate > 0 && device.kind == DeviceKind::cpu_double)
+        throw UsageError("--foveate: the exact picture of cpu:double has every pixel");
     SplatCloud cloud = read_all(o.files, o.quiet);
     sort_by_place(cloud);
     const Path path = path_of(o, cloud);

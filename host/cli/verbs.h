@@ -56,6 +56,7 @@ struct VrOptions {
     double patience = 20;                // for a runtime that was lost [s]
     int samples = 0;                     // of a pixel; 0: as fits the device
     double eye_scale = 0.5;              // of its sides that is drawn at least
+    double foveate = 0;                  // [degrees] of splats that are drawn finely; 0: all
     int threads = 0;                     // 0: all
     bool standing = false, see_through = false, recorded = false, no_panel = false;
     bool hands_only = false;  // records hands, simulates nothing
@@ -98,6 +99,7 @@ struct RenderOptions {
     std::string up = "-y";   // the axis that points upwards
     std::string background;  // "r,g,b", 0 to 1; "": black
     double field = 50;       // of view, from side to side [degrees]
+    double foveate = 0;      // [degrees] around the middle that are drawn finely; 0: all is
     int orbit = 0;           // pictures of one turn; 0: one picture
     bool stereo = false, overwrite = false, quiet = false;
 };

@@ -64,6 +64,7 @@ HeadsetLoopRule rule_of(const VrOptions& o, Device device)
     rule.panel = !o.no_panel;
     rule.sound = !o.no_sound;
     rule.least_scale = o.eye_scale;
+    rule.foveate = o.foveate;
     rule.samples = o.samples;
     rule.tell = [quiet = o.quiet](const std::string& text) {
         if (!quiet) std::fprintf(stderr, "knead: %s\n", text.c_str());

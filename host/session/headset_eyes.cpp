@@ -142,8 +142,10 @@ void HeadsetEyes::Parts::follow(const LiveState& state, bool at_once)
     splats_of = state.history, splat_version = state.splat_version;
     splats.reset();
     painter->set_splats(0, SplatLayer{}), painter->set_splats(1, SplatLayer{});
-    if (state.splats)
+    if (state.splats) {
         splats = std::make_unique<SplatDrawer>(*state.splats, rule.device, splat_budget);
+        if (rule.foveate > 0) splats->foveate(fovea_of(rule.foveate));
+    }
     motion = {state.gaussians, state.gaussians_on_device};
 }
 
@@ -180,7 +182,7 @@ float HeadsetEyes::Parts::scale(const HeadsetPicture& picture)
     return float(pace->scale());
 }
 
-float HeadsetEyes::draw(const Sight& sight, const HeadsetPicture& picture)
+EyesDrawn HeadsetEyes::draw(const Sight& sight, const HeadsetPicture& picture)
 {
     const float scale = parts->scale(picture);
     parts->follow(picture.state, picture.at_once);
@@ -196,13 +198,16 @@ float HeadsetEyes::draw(const Sight& sight, const HeadsetPicture& picture)
         parts->hidden[eye].set(unseen.corners);
     }
     parts->timer->begin(scale);
-    if (const SplatMotion motion = parts->motion.told(); parts->splats && motion.any())
+    EyesDrawn drawn{scale};
+    if (const SplatMotion motion = parts->motion.told(); parts->splats && motion.any()) {
         parts->splats->draw(*parts->painter, views, motion, false, &parts->hidden);
+        drawn.splat_scale = float(parts->splats->scale()), drawn.splats = parts->splats->seconds();
+    }
     for (std::size_t eye = 0; eye < 2; ++eye)
         parts->draw(int(eye), sight.targets[eye], views[eye], picture);
     parts->timer->end();
     while (glGetError() != GL_NO_ERROR) ++parts->errors;
-    return scale;
+    return drawn;
 }
 
 void HeadsetEyes::Parts::draw(int eye, const EyeTexture& to, const EyeView& view,
@@ -250,7 +255,7 @@ HeadsetEyes::HeadsetEyes(Headset&, const EyesRule&)
 }
 HeadsetEyes::~HeadsetEyes() = default;
 void HeadsetEyes::renew() {}
-float HeadsetEyes::draw(const Sight&, const HeadsetPicture&) { return 1; }
+EyesDrawn HeadsetEyes::draw(const Sight&, const HeadsetPicture&) { return 1; }
 int HeadsetEyes::gl_errors() const { return 0; }
 std::string HeadsetEyes::told() const { return {}; }
 Sharing HeadsetEyes::sharing() const { return {}; }

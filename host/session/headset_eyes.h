@@ -33,6 +33,13 @@ struct EyesRule {
     // sample a pixel, and as small as that asks for. 0: not asked.
     double budget = 0;
     double least = 0.5;  // share of an eye's sides that is drawn at least
+    double foveate = 0;  // degrees from a lens's middle up to which splats are fine; 0: all are
+};
+
+struct EyesDrawn {
+    float scale = 1;        // of a target's sides, that was drawn into
+    float splat_scale = 1;  // of these, that splats were drawn with
+    double splats = 0;      // that they took [s]; 0: there are none
 };
 
 class HeadsetEyes {
@@ -43,9 +50,9 @@ class HeadsetEyes {
     HeadsetEyes(const HeadsetEyes&) = delete;
 
     void renew();  // the headset has a new session
-    // Returns which share of a target's sides was drawn into. Throws std::runtime_error and
+    // Throws std::runtime_error and
     // std::invalid_argument where it cannot be drawn.
-    float draw(const Sight& sight, const HeadsetPicture& picture);
+    EyesDrawn draw(const Sight& sight, const HeadsetPicture& picture);
     int gl_errors() const;     // of what was drawn
     std::string told() const;  // of what was found at the start; "": nothing of note
     // Which way what the device makes comes here; without text where there is no CUDA device.

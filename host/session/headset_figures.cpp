@@ -28,6 +28,11 @@ nlohmann::json spread_of(const std::vector<float>& values)
             {"max", percentile(values, 1)}};
 }
 
+nlohmann::json least_of(const std::vector<float>& shares)
+{
+    return {{"median", percentile(shares, 0.5)}, {"min", percentile(shares, 0)}};
+}
+
 }  // namespace
 
 void FrameFigures::add(const FrameParts& frame)
@@ -41,6 +46,10 @@ void FrameFigures::add(const FrameParts& frame)
     draw.push_back(float(1e3 * frame.draw));
     latency.push_back(float(1e3 * frame.latency));
     scale.push_back(frame.scale);
+    if (frame.splats > 0) {
+        splats.push_back(float(1e3 * frame.splats));
+        splat_scale.push_back(frame.splat_scale);
+    }
     latency_frames.push_back(frame.period > 0 ? float(frame.latency / frame.period) : 0);
 }
 
@@ -54,28 +63,39 @@ double FrameFigures::margin() const
 
 nlohmann::json FrameFigures::figures() const
 {
-    return {{"frames", frames},
-            {"longer_than_a_period", late},
-            {"work_ms", spread_of(work)},
-            {"draw_ms", spread_of(draw)},
-            {"eye_scale", {{"median", percentile(scale, 0.5)}, {"min", percentile(scale, 0)}}},
-            {"motion_to_dent_ms", spread_of(latency)},
-            {"motion_to_dent_frames", spread_of(latency_frames)}};
+    nlohmann::json told = {{"frames", frames},
+                           {"longer_than_a_period", late},
+                           {"work_ms", spread_of(work)},
+                           {"draw_ms", spread_of(draw)},
+                           {"eye_scale", least_of(scale)},
+                           {"motion_to_dent_ms", spread_of(latency)},
+                           {"motion_to_dent_frames", spread_of(latency_frames)}};
+    if (!splats.empty()) {
+        told["splat_scale"] = least_of(splat_scale);
+        told["splats_ms"] = spread_of(splats);
+    }
+    return told;
 }
 
 std::string FrameFigures::summary() const
 {
-    return fmt::format(
+    const auto least = [](const std::vector<float>& shares) {
+        return fmt::format("{:.0f} %, {:.0f} % at least",
+                           shares.empty() ? 100.f : 100 * percentile(shares, 0.5),
+                           shares.empty() ? 100.f : 100 * percentile(shares, 0));
+    };
+    std::string told = fmt::format(
         "frames        {}, of which {} took longer than the display's\n"
         "work          {:.2f} ms median, {:.2f} ms p95, {:.2f} ms p99\n"
-        "drawing       {:.2f} ms median, {:.2f} ms p99; sides of an eye at {:.0f} %, {:.0f} % at "
-        "least\n"
+        "drawing       {:.2f} ms median, {:.2f} ms p99; sides of an eye at {}\n"
         "motion to dent {:.1f} ms median, {:.2f} display frames; p95 {:.2f}\n",
         frames, late, percentile(work, 0.5), percentile(work, 0.95), percentile(work, 0.99),
-        percentile(draw, 0.5), percentile(draw, 0.99),
-        frames ? 100 * percentile(scale, 0.5) : 100.f, frames ? 100 * percentile(scale, 0) : 100.f,
-        percentile(latency, 0.5), percentile(latency_frames, 0.5),
-        percentile(latency_frames, 0.95));
+        percentile(draw, 0.5), percentile(draw, 0.99), least(scale), percentile(latency, 0.5),
+        percentile(latency_frames, 0.5), percentile(latency_frames, 0.95));
+    if (!splats.empty())
+        told += fmt::format("splats        {:.2f} ms median, {:.2f} ms p99; of these sides {}\n",
+                            percentile(splats, 0.5), percentile(splats, 0.99), least(splat_scale));
+    return told;
 }
 
 }  // namespace knead

@@ -13,10 +13,12 @@ struct FrameParts {
     double simulate = 0;  // in stepped time: for the simulation
     double draw = 0;
     double submit = 0;
-    double period = 0;   // from frame to frame
-    double left = -1;    // before the frame is due when it is submitted; negative: not known
-    double latency = 0;  // from the hand's sample to the frame that shows what it did
-    float scale = 1;     // of an eye's sides, as drawn
+    double period = 0;      // from frame to frame
+    double left = -1;       // before the frame is due when it is submitted; negative: not known
+    double latency = 0;     // from the hand's sample to the frame that shows what it did
+    float scale = 1;        // of an eye's sides, as drawn
+    float splat_scale = 1;  // of these, in the picture that splats have of their own
+    double splats = 0;      // what that picture took [s]; 0: there is none
 
     double work() const { return locate + simulate + draw + submit; }
     // The share of the period that is not worked in: below 0.2 it is no longer comfortable.
@@ -43,7 +45,7 @@ class FrameFigures {
 
   private:
     std::vector<FrameParts> last;
-    std::vector<float> work, draw, latency, latency_frames, scale;
+    std::vector<float> work, draw, latency, latency_frames, scale, splats, splat_scale;
     long frames = 0, late = 0;
 };
 

@@ -38,7 +38,7 @@ EyesRule eyes_rule(const HeadsetLoopRule& rule)
                   rule.samples > 0 ? rule.samples
                   : on_gpu         ? 4
                                    : 1,
-                  0, rule.least_scale};
+                  0, rule.least_scale, rule.foveate};
     const double rate = rule.headset.rate > 0 ? rule.headset.rate : 90;
     if (rule.samples == 0 && on_gpu && !rule.stepped) eyes.budget = gl_share / rate;
     return eyes;
@@ -55,7 +55,7 @@ class HeadsetLoop {
     void simulate(const Sight& sight, bool runs, FrameParts& parts);
     void push(HandFrame given, bool runs, double now);
     void follow_history();
-    bool draw(const Sight& sight, float& scale);
+    bool draw(const Sight& sight, FrameParts& parts);
     void poke(const Sight& sight);
     void hold_clay(const HandFrame& given);
     void tell_hands();
@@ -202,7 +202,7 @@ void HeadsetLoop::frame(const News& news)
     const bool runs = news.visible && news.worn && !leaving && !paused;
     simulate(sight, runs, parts);
     const double simulated = wall_seconds();
-    const bool shown = sight.draw && draw(sight, parts.scale);
+    const bool shown = sight.draw && draw(sight, parts);
     const double drawn = wall_seconds();
 
     Drawn done;
@@ -359,7 +359,7 @@ void HeadsetLoop::feel(const Sight& sight, float strength[side_count])
 }
 
 // False where it cannot be drawn, which is told once.
-bool HeadsetLoop::draw(const Sight& sight, float& scale)
+bool HeadsetLoop::draw(const Sight& sight, FrameParts& parts)
 {
     constexpr int often = 9;  // frames from graph to graph
     const bool repaint = rule.panel && panel_age++ % often == 0;
@@ -378,7 +378,9 @@ bool HeadsetLoop::draw(const Sight& sight, float& scale)
     picture.at_once = rule.stepped;
     if (!rule.stepped && rule.least_scale < 1) picture.budget = gl_share * tick.period;
     try {
-        scale = eyes->draw(sight, picture);
+        const EyesDrawn drawn = eyes->draw(sight, picture);
+        parts.scale = drawn.scale, parts.splat_scale = drawn.splat_scale;
+        parts.splats = drawn.splats;
     } catch (const std::exception& e) {
         if (undrawn.empty()) rule.tell(std::string("nothing is drawn: ") + e.what());
         undrawn = e.what();

@@ -30,7 +30,8 @@ struct HeadsetLoopRule {
     int samples = 0;        // of a pixel; 0: 1, or on a GPU 4 where there is time for them
     // In real time, where OpenGL is too slow, an eye's sides are drawn down to this share.
     double least_scale = 0.5;
-    bool sound = true;                             // of what hands do to clay, in real time
+    double foveate = 0;  // degrees from a lens's middle up to which splats are fine; 0: all are
+    bool sound = true;   // of what hands do to clay, in real time
     std::function<void(const std::string&)> tell;  // messages for people
     std::function<bool()> stop;                    // asked every frame
 };

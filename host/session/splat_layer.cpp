@@ -112,6 +112,7 @@ SplatFrame SplatDrawer::frame_of(const std::vector<EyeView>& views, const SplatM
         frame.eyes.push_back(splat_eye(view));
         if (hidden) frame.hidden.push_back(hidden[eye].of(view));
     }
+    frame.fovea.assign(frame.eyes.size(), fovea_);
     frame.rule.antialiased = antialiased_;
     if (!motion.host) return frame;
     for (const Gaussian<double>& g : *motion.host) {

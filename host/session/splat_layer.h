@@ -29,6 +29,8 @@ class SplatDrawer {
     // `budget` [s]. Throws std::runtime_error where the device cannot.
     SplatDrawer(const SplatCloud& cloud, Device device, double budget);
 
+    // Coarse beside what an eye looks at, from now on.
+    void foveate(const Fovea<float>& fovea) { fovea_ = fovea; }
     // Others from now on: the clay's were split, or some came or went.
     void set(const SplatCloud& cloud);
     // The same without making the caller wait: a thread of its own brings them to the device, while
@@ -56,6 +58,7 @@ class SplatDrawer {
     Device device_;
     SplatCloud cloud_;  // of the CPU's
     bool antialiased_;
+    Fovea<float> fovea_;
     std::unique_ptr<GpuRaster> gpu_;
     std::shared_ptr<const SplatCloud> coming_cloud_;
     std::future<std::unique_ptr<GpuRaster>> coming_;

@@ -1,6 +1,7 @@
 // The rasteriser on the CPU: all splats projected, sorted once, listed by tiles, blended.
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <stdexcept>
 #include <string>
 
@@ -112,17 +113,33 @@ struct Target {
     const Backdrop* behind;
     Vec3<float> background;
 
-    // The pixel (x, y) after the splats of `list`, of which those that pass it are skipped.
-    void draw(int x, int y, const std::vector<int>& list, const std::vector<SeenSplat>& seen) const
+    // The pixels from (x, y) on, `step` a side, by one sample amid them: after the splats of
+    // `list`, of which those that pass it are skipped. What lies behind is each pixel's own.
+    void draw(int x, int y, int step, const std::vector<int>& list,
+              const std::vector<SeenSplat>& seen) const
     {
-        const std::size_t at = std::size_t(y) * std::size_t(picture.width) + std::size_t(x);
-        const float mesh = behind ? behind->depth[at] : no_depth;
+        const float u = float(x) + sample_offset(step), v = float(y) + sample_offset(step);
+        const int right = std::min(x + step, picture.width),
+                  low = std::min(y + step, picture.height);
+        const float mesh = mesh_at(place(std::min(x + step / 2, picture.width - 1),
+                                         std::min(y + step / 2, picture.height - 1)));
         Pixel<float> p;
         for (int n : list) {
-            blend(p, seen[std::size_t(n)].shape, seen[std::size_t(n)].colour, float(x), float(y),
-                  mesh);
+            blend(p, seen[std::size_t(n)].shape, seen[std::size_t(n)].colour, u, v, mesh);
             if (done(p)) break;
         }
+        for (int j = y; j < low; ++j)
+            for (int i = x; i < right; ++i) put(p, place(i, j));
+    }
+
+    std::size_t place(int x, int y) const
+    {
+        return std::size_t(y) * std::size_t(picture.width) + std::size_t(x);
+    }
+    float mesh_at(std::size_t at) const { return behind ? behind->depth[at] : no_depth; }
+    void put(Pixel<float> p, std::size_t at) const
+    {
+        const float mesh = mesh_at(at);
         const bool hit = mesh < no_depth;
         finish(p, hit ? behind->colour[at] : background, hit ? 1.0f : 0.0f, mesh);
         picture.colour[at] = p.colour;
@@ -167,28 +184,48 @@ void check_frame(const SplatCloud& cloud, const SplatFrame& frame)
         if (!frame.hidden[e].empty() && frame.hidden[e].size() != tiles)
             refuse("hidden tiles of another picture");
     }
+    if (!frame.fovea.empty() && frame.fovea.size() != frame.eyes.size())
+        refuse("not a fovea for each eye");
+    for (const Fovea<float>& f : frame.fovea)
+        if (!(std::fabs(f.x) < 1000 && std::fabs(f.y) < 1000 && f.fine >= 0 &&
+              f.middling >= f.fine && f.middling <= 1e9f))
+            refuse("expected a fovea with 0 <= fine <= middling");
     if (frame.moved_centre.size() != frame.moved_F.size() || frame.moved_centre.size() > n)
         refuse("more splats moved than there are");
 }
 
 namespace {
 
-// As far as the frame is not stopped.
+// As far as the frame is not stopped. `steps`: of the samples, by squares of the fovea.
 void draw_row(const Target& target, int row, const std::vector<std::vector<int>>& lists,
-              const std::vector<SeenSplat>& seen, const SplatFrame& frame)
+              const std::vector<int>& steps, const std::vector<SeenSplat>& seen,
+              const SplatFrame& frame)
 {
     const int low = row * tile, high = std::min(target.picture.height, low + tile);
     std::size_t since_asked = 0;
     for (int y = low; y < high; ++y)
         for (int x = 0; x < target.picture.width; ++x) {
+            const int step = steps[std::size_t(x / fovea_square)];
+            if (x % step != 0 || y % step != 0) continue;
             const std::vector<int>& list = lists[std::size_t(x / tile)];
             since_asked += 16 + list.size();
             if (since_asked > between_asks) {
                 if (frame.stopped()) return;
                 since_asked = 0;
             }
-            target.draw(x, y, list, seen);
+            target.draw(x, y, step, list, seen);
         }
+}
+
+// Of the squares of one row of them.
+std::vector<int> steps_along(const SplatFrame& frame, std::size_t e, int y)
+{
+    const Pinhole<float> eye = pinhole(frame.eyes[e]);
+    const Fovea<float> fovea = frame.fovea.empty() ? Fovea<float>{} : frame.fovea[e];
+    std::vector<int> steps;
+    for (int x = 0; x < eye.width; x += fovea_square)
+        steps.push_back(fovea_step(fovea, eye, x, y / fovea_square * fovea_square));
+    return steps;
 }
 
 bool draw_eye(std::size_t e, const std::vector<SeenSplat>& seen, const SplatFrame& frame,
@@ -207,12 +244,37 @@ bool draw_eye(std::size_t e, const std::vector<SeenSplat>& seen, const SplatFram
         const char* const hidden =
             all ? nullptr : frame.hidden[e].data() + std::ptrdiff_t(row) * columns;
         if (!list_row(seen, row, frame, eye, hidden, lists)) continue;
-        draw_row(target, row, lists, seen, frame);
+        draw_row(target, row, lists, steps_along(frame, e, row * tile), seen, frame);
     }
     return !frame.stopped();
 }
 
 }  // namespace
+
+Fovea<float> fovea_of(double degrees)
+{
+    const auto tangent = [](double angle) {
+        return float(std::tan(std::min(angle, 89.0) * std::numbers::pi / 180));
+    };
+    return {0, 0, tangent(degrees), tangent(degrees + 15)};
+}
+
+double blended_share(const SplatFrame& frame, std::size_t eye)
+{
+    const int width = frame.eyes[eye].width, height = frame.eyes[eye].height;
+    double samples = 0;
+    for (int y = 0; y < height; y += fovea_square) {
+        int x = 0;
+        for (const int step : steps_along(frame, eye, y)) {
+            const auto along = [step](int from, int end) {
+                return (std::min(end - from, fovea_square) + step - 1) / step;
+            };
+            samples += double(along(x, width)) * along(y, height);
+            x += fovea_square;
+        }
+    }
+    return samples / (double(width) * height);
+}
 
 std::vector<Picture> cpu_raster(const SplatCloud& cloud, const SplatFrame& frame)
 {

@@ -126,6 +126,7 @@ RasterFrame GpuRaster::State::described(const SplatFrame& frame, const MovedSpla
     for (std::size_t e = 0; e < frame.eyes.size(); ++e) {
         f.camera[e] = pinhole(frame.eyes[e]);
         f.target[e] = targets[e];
+        if (!frame.fovea.empty()) f.fovea[e] = frame.fovea[e];
     }
     f.middle = cast<float>(middle_of(frame));
     f.rule = frame.rule, f.background = frame.background, f.moved = moved;
@@ -321,6 +322,7 @@ void GpuRaster::launch(const SplatFrame& frame, const MovedSplats* moved,
 {
     SplatFrame shape;
     shape.eyes = frame.eyes, shape.rule = frame.rule, shape.hidden = frame.hidden;
+    shape.fovea = frame.fovea;
     check_frame(SplatCloud{}, shape);
     check(cudaSetDevice(state->device), "device");
     const MovedSplats still{};

@@ -52,9 +52,9 @@ RasterStore::RasterStore(std::size_t n, int degree)
     view.candidate_starts = candidate_starts.data();
     view.counts = counts.data();
     seen_parts_of = DeviceArray<unsigned char>(max_tiles);
-    samples = DeviceArray<TileSample>(max_tiles), whole = DeviceArray<bool>(max_tiles);
+    samples = DeviceArray<TileSample>(max_tiles), rules = DeviceArray<TileRule>(max_tiles);
     view.seen_parts = seen_parts_of.data();
-    view.samples = samples.data(), view.whole = whole.data();
+    view.samples = samples.data(), view.rules = rules.data();
     digit_counts = DeviceArray<unsigned>(digit_table_size);
     digit_starts = DeviceArray<unsigned>(digit_table_size);
     view.digit_counts = digit_counts.data(), view.digit_starts = digit_starts.data();
@@ -159,7 +159,7 @@ std::size_t RasterStore::bytes() const
     const auto add = [&](const auto&... arrays) { ((sum += arrays.bytes()), ...); };
     add(frame, counts, depth_keys, sorted_keys, boxes, shapes, rests, numbers, order, records[0],
         records[1], candidate_starts, chunk_states, keys[0], keys[1], digit_counts, digit_starts,
-        ranges, seen_parts_of, samples, whole, scratch_memory);
+        ranges, seen_parts_of, samples, rules, scratch_memory);
     return sum;
 }
 

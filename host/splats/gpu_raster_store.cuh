@@ -49,7 +49,7 @@ class RasterStore {
     DeviceArray<unsigned> digit_counts, digit_starts;
     DeviceArray<uint2> ranges;
     DeviceArray<TileSample> samples;
-    DeviceArray<bool> whole;
+    DeviceArray<TileRule> rules;
     DeviceArray<unsigned char> scratch_memory;
 };
 

@@ -5,6 +5,7 @@
 
 #include "cuda/splats/blend.h"
 #include "cuda/splats/eye.h"
+#include "cuda/splats/fovea.h"
 #include "host/splats/cloud.h"
 
 namespace knead {
@@ -29,12 +30,19 @@ struct SplatFrame {
     // Per eye, of its tiles, rows from the top: 1 where nobody sees one, which is left empty. No
     // tiles, or no eyes: all is seen.
     std::vector<std::vector<char>> hidden;
+    // Per eye, beside which one sample stands for several pixels; none: all pixels are drawn.
+    std::vector<Fovea<float>> fovea;
     // On the CPU, asked every few milliseconds at every stage, by several threads: true gives the
     // pictures up, of which there are then none.
     std::function<bool()> stop;
 
     bool stopped() const { return stop && stop(); }
 };
+
+// What is fine up to so many degrees from the eye's forward axis, and 4 x 4 from 15 more on.
+Fovea<float> fovea_of(double degrees);
+// The share of an eye's pixels that are blended: of those that stand alone 1, of 4 x 4 1/16.
+double blended_share(const SplatFrame& frame, std::size_t eye);
 
 struct Picture {
     int width = 0, height = 0;
@@ -61,7 +69,7 @@ enum class DepthOrder {
 };
 
 // In double, every splat in every pixel, in the order of distances that are not rounded to keys, as
-// far as anything shines through: the reference. Slow: pixels times splats.
+// far as anything shines through: the reference, with every pixel. Slow: pixels times splats.
 std::vector<Picture> exact_raster(const SplatCloud& cloud, const SplatFrame& frame,
                                   DepthOrder order = DepthOrder::middle);
 

@@ -118,7 +118,7 @@ TEST_F(Suites, SplatsAreDrawnComparedAndCarriedByClay)
     const auto rows = parts(measured("splats"));
     ASSERT_EQ(rows.size(), 4u);
     const std::vector<Json>& drawn = rows.at("splats");
-    ASSERT_EQ(drawn.size(), 3u);
+    ASSERT_EQ(drawn.size(), 4u);
     for (const Json& row : drawn) {
         EXPECT_GT(row["frame_ms"]["median"], 0) << row.dump();
         EXPECT_EQ(row["particles"], 6000);
@@ -130,6 +130,8 @@ TEST_F(Suites, SplatsAreDrawnComparedAndCarriedByClay)
     EXPECT_EQ(drawn[2]["splats_moved"], 0);
     EXPECT_NE(drawn[0]["state_hash"], drawn[1]["state_hash"]);  // from far and from near
     EXPECT_NE(drawn[0]["state_hash"], drawn[2]["state_hash"]);  // twisted or not
+    EXPECT_NE(drawn[0]["state_hash"], drawn[3]["state_hash"]);  // all of it fine or not
+    EXPECT_NE(drawn[3]["note"].get<std::string>().find("% of the pixels"), std::string::npos);
     const std::vector<Json>& exact = rows.at("splats: picture");
     ASSERT_EQ(exact.size(), 2u);
     EXPECT_GE(exact[0]["psnr_dB"], 60);  // the aim: rounding to float and to keys of depth

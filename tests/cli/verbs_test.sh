@@ -238,6 +238,12 @@ answers 0 render first.splat --out turn.png --size 32x32 --device cpu --orbit 3 
     --at 1,2,2
 [ -s turn_0000.png ] && [ -s turn_0002.png ] || wrong "not a picture for each step of an orbit"
 cmp -s turn_0000.png turn_0001.png && wrong "an orbit stands still"
+answers 0 render first.splat --out coarse.png --size 512x384 --device cpu --foveate 1 \
+    --eye 1,2,-2 --at 1,2,3
+answers 0 render first.splat --out fine.png --size 512x384 --device cpu --eye 1,2,-2 --at 1,2,3
+cmp -s coarse.png fine.png && wrong "a picture that is coarse beside its middle is the same"
+answers 2 render first.splat --out other.png --device cpu:double --foveate 20
+answers 2 render first.splat --out other.png --foveate 90
 answers 2 render first.splat --out drawn.jpg
 answers 2 render first.splat --out other.png --size 64
 answers 2 render first.splat --out other.png --size 0x64

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include "host/session/splat_layer.h"
 #include "host/splats/generate.h"
 #include "host/splats/raster.h"
 
@@ -15,6 +16,28 @@ EyeView eye_of(int width, int height)
     view.left = -1.2f, view.right = 0.8f, view.down = -0.9f, view.up = 1.1f;
     view.width = width, view.height = height;
     return view;
+}
+
+EyeView eye_before(int width, int height)
+{
+    EyeView view = eye_of(width, height);
+    view.position = {0, 0, 3};
+    return view;
+}
+
+SplatCloud some_splats()
+{
+    SplatCloud cloud;
+    cloud.degree = 0;
+    for (int i = 0; i < 400; ++i) {
+        const float x = float(i % 20) / 5 - 2, y = float(i / 20) / 5 - 2;
+        cloud.centre.push_back({x, y, 0.1f * float(i % 7)});
+        cloud.rotation.push_back({1, 0, 0, 0});
+        cloud.scale.push_back({0.15f, 0.1f, 0.05f});
+        cloud.opacity.push_back(0.6f);
+        cloud.sh.push_back({0.5f, 0.1f * float(i % 5), 0.2f});
+    }
+    return cloud;
 }
 
 TEST(HiddenTiles, AreThoseOfWhichNoPixelNorNeighbourIsSeen)
@@ -40,18 +63,8 @@ TEST(HiddenTiles, AreThoseOfWhichNoPixelNorNeighbourIsSeen)
 
 TEST(HiddenTiles, AreLeftEmptyAndNoOtherPixelChanges)
 {
-    EyeView view = eye_of(128, 96);
-    view.position = {0, 0, 3};
-    SplatCloud cloud;
-    cloud.degree = 0;
-    for (int i = 0; i < 400; ++i) {
-        const float x = float(i % 20) / 5 - 2, y = float(i / 20) / 5 - 2;
-        cloud.centre.push_back({x, y, 0.1f * float(i % 7)});
-        cloud.rotation.push_back({1, 0, 0, 0});
-        cloud.scale.push_back({0.15f, 0.1f, 0.05f});
-        cloud.opacity.push_back(0.6f);
-        cloud.sh.push_back({0.5f, 0.1f * float(i % 5), 0.2f});
-    }
+    const EyeView view = eye_before(128, 96);
+    const SplatCloud cloud = some_splats();
     SplatFrame frame;
     frame.eyes = {splat_eye(view)};
     const Picture whole = cpu_raster(cloud, frame).front();
@@ -74,6 +87,29 @@ TEST(HiddenTiles, AreLeftEmptyAndNoOtherPixelChanges)
     EXPECT_GT(covered, 1000) << "splats would have been drawn there";
     frame.hidden = {{1, 1}};
     EXPECT_THROW(cpu_raster(cloud, frame), std::invalid_argument);
+}
+
+// What a live session draws, as far as splats go: fine around the lens's middle, blocks beside it.
+TEST(SplatLayers, AreCoarseBesideAFovea)
+{
+    const EyeView view = eye_before(320, 320);  // whose axis meets pixel (192, 176)
+    SplatDrawer drawer(some_splats(), Device{DeviceKind::cpu}, 1);
+    const SplatLayer fine = drawer.layer(view, {}, true);
+    drawer.foveate({0, 0, 0.1f, 0.3f});
+    const SplatLayer found = drawer.layer(view, {}, true);
+    const auto at = [](int x, int y) { return std::size_t(4 * (320 * y + x)); };
+    int blocks = 0, changed = 0;
+    for (int y = 0; y < 320; ++y)
+        for (int x = 0; x < 320; ++x) {
+            const std::size_t i = at(x, y);
+            if (x / 64 == 3 && y / 64 == 2) {
+                ASSERT_EQ(found.colour[i], fine.colour[i]) << x << " " << y;
+            }
+            changed += found.colour[i] != fine.colour[i];
+            blocks += found.colour[i] == found.colour[at(x / 4 * 4, y / 4 * 4)];
+        }
+    EXPECT_GT(changed, 20000);
+    EXPECT_GT(blocks, 50000);
 }
 
 }  // namespace

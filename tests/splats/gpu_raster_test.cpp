@@ -137,6 +137,7 @@ TEST_F(GpuSplatPictures, AreTheSameToTheBitHoweverTilesAreListed)
     for (const char* view : {"far", "near"})
         for (const bool masked : {false, true}) {
             SplatFrame frame = seen_from(load_eyes(view, 1001, 803));
+            frame.fovea = {Fovea<float>{}, fovea_of(masked ? 10 : 20)};
             if (masked) {
                 for (const Eye<float>& eye : frame.eyes) frame.behind.push_back(half_before(eye));
                 frame.hidden = {std::vector<char>(count, 0), std::vector<char>(count, 0)};
@@ -175,6 +176,27 @@ TEST_F(GpuSplatPictures, AreListedByPartsWhereTheyAreSeenSmall)
     EXPECT_EQ(furthest(raster.pictures(frame)[0], first[0]), 0);
     EXPECT_EQ(raster.stats().instances, instances);
     expect_same(first, cpu_raster(cloud, frame));
+}
+
+TEST_F(GpuSplatPictures, AreTheCpusBesideAFovea)
+{
+    const SplatCloud cloud = generated({"small", 20000, 20000, 0.02, 4});
+    GpuRaster raster(cloud);
+    SplatFrame frame = seen_from(load_eyes("far", 403, 301));
+    frame.background = {0.1f, 0.2f, 0.3f};
+    const auto plain = raster.pictures(frame);
+    frame.fovea = {{}, {0, 0, 20, 30}};
+    EXPECT_EQ(furthest(raster.pictures(frame)[1], plain[1]), 0);
+    frame.fovea = {{0.1f, -0.2f, 0.2f, 0.5f}, {-0.3f, 0.1f, 0.1f, 0.1f}};
+    expect_same(raster.pictures(frame), cpu_raster(cloud, frame));
+    EXPECT_LT(psnr(raster.pictures(frame)[1], plain[1]), 60);
+    frame.hidden = {std::vector<char>(26 * 19, 0), {}};
+    for (std::size_t t = 0; t < 26 * 19; t += 3) frame.hidden[0][t] = 1;
+    expect_same(raster.pictures(frame), cpu_raster(cloud, frame));
+    for (int e = 0; e < 2; ++e) frame.behind.push_back(half_before(frame.eyes[0]));
+    expect_same(raster.pictures(frame), cpu_raster(cloud, frame));
+    frame.fovea.clear(), frame.behind.clear(), frame.hidden.clear();
+    EXPECT_EQ(furthest(raster.pictures(frame)[1], plain[1]), 0);
 }
 
 TEST_F(GpuSplatPictures, AreTheSameToTheBitAgainAndAgain)

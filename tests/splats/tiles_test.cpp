@@ -34,5 +34,33 @@ TEST(TilesOfSplats, OfWhichPartsAreNotDrawnAreChosenFrom)
     EXPECT_TRUE(best_whole(10, 40, 4));
 }
 
+// Whatever the step of its samples, the parts that are drawn of a tile fill it once, and where a
+// square of it is seen the part that has its pixels is drawn.
+TEST(TilesOfSplats, AreFilledByThePartsThatAreDrawn)
+{
+    for (const int step : {1, 2, 4}) {
+        for (unsigned seen = 0; seen < 1u << parts; ++seen) {
+            const unsigned drawn = drawn_parts(seen, step);
+            for (int n = 0; n < parts; ++n) {
+                if (!(seen >> n & 1)) continue;
+                const PartBox b = part_box(n, 1);
+                int owners = 0;
+                for (int k = 0; k < parts; ++k) {
+                    const PartBox of = part_box(k, step);
+                    owners += (drawn >> k & 1) && of.x <= b.x && b.x + b.width <= of.x + of.width &&
+                              of.y <= b.y && b.y + b.height <= of.y + of.height;
+                }
+                EXPECT_EQ(owners, 1) << step << ' ' << seen << ' ' << n;
+            }
+            EXPECT_EQ(drawn == 0, seen == 0);
+        }
+        int pixels = 0;
+        for (int k = 0; k < parts; ++k)
+            if (drawn_parts((1u << parts) - 1, step) >> k & 1)
+                pixels += part_box(k, step).width * part_box(k, step).height;
+        EXPECT_EQ(pixels, tile_size * tile_size);
+    }
+}
+
 }  // namespace
 }  // namespace knead

@@ -192,6 +192,27 @@ TEST(FrameFigures, count_what_came_too_late_and_keep_the_newest)
     EXPECT_NEAR(told["work_ms"]["median"], 4, 1e-3);
     EXPECT_NEAR(told["work_ms"]["max"], 20, 1e-3);
     EXPECT_NEAR(told["motion_to_dent_frames"]["median"], 1, 1e-5);
+    EXPECT_FALSE(told.contains("splat_scale")) << "no splats";
+}
+
+TEST(FrameFigures, tell_how_coarse_splats_were)
+{
+    FrameFigures figures;
+    EXPECT_EQ(figures.summary().find("splats"), std::string::npos);
+    FrameParts frame;
+    frame.period = 0.011, frame.scale = 0.8f;
+    figures.add(frame);  // none were in sight
+    frame.splats = 0.002, frame.splat_scale = 0.5f;
+    for (int k = 0; k < 9; ++k) figures.add(frame);
+    frame.splat_scale = 0.25f;
+    figures.add(frame);
+    const auto told = figures.figures();
+    EXPECT_NEAR(told["eye_scale"]["median"], 0.8, 1e-6);
+    EXPECT_NEAR(told["splat_scale"]["median"], 0.5, 1e-6);
+    EXPECT_NEAR(told["splat_scale"]["min"], 0.25, 1e-6);
+    EXPECT_NEAR(told["splats_ms"]["max"], 2, 1e-5);
+    EXPECT_NE(figures.summary().find("of these sides 50 %, 25 % at least"), std::string::npos)
+        << figures.summary();
 }
 
 // Haptics: once where contact begins, gently while clay yields, and not for what was felt already.
