@@ -3,6 +3,8 @@
 // one; of a whole list most may not. Then a warp's lanes ask of 32 of those that do whether they
 // reach its patch; then the warp blends what does, the more pixels at once the less it reads. While
 // it blends one batch of splats, the next is on its way.
+// Where a list by parts is long, few blocks would each have much to do, one splat after the other:
+// such a part is put off, and four blocks draw a quarter each, with a pixel a thread.
 #include <cuda_fp16.h>
 #include <cuda_pipeline.h>
 
@@ -13,14 +15,28 @@ namespace knead::gpu {
 namespace {
 
 constexpr int threads = 128, warps = threads / 32;
-constexpr int batch = threads;                            // entries of a list looked at at a time
-constexpr int each = 4;                                   // pixels of a thread
-constexpr int patch_width = 16, patch_height = 2 * each;  // pixels of a warp
-static_assert(2 * patch_width == part_width && 2 * patch_height == part_height && warps == 4);
-static_assert(square_size % patch_width == 0 && square_size % patch_height == 0);
+constexpr int batch = threads;        // entries of a list looked at at a time
+constexpr int rest_blocks = 132 * 8;  // an H200's
+constexpr int quarters = 4;           // blocks of a part that was put off
+
+// What a block draws: a part, or a quarter of one; four patches, two by two, each a warp's.
+struct Whole {
+    static constexpr int each = 4;  // pixels of a thread
+    static constexpr int patch_width = 16, patch_height = 8;
+};
+struct Quarter {
+    static constexpr int each = 1;
+    static constexpr int patch_width = 8, patch_height = 4;
+};
+static_assert(2 * Whole::patch_width == part_width && 2 * Whole::patch_height == part_height);
+static_assert(4 * Quarter::patch_width == part_width && 4 * Quarter::patch_height == part_height);
+static_assert(warps == 4);
 
 // Thread blocks of a multiprocessor, by what they need of its registers.
-constexpr int resident(bool mesh) { return mesh ? 5 : 8; }
+template <class Size, bool mesh>
+constexpr int resident = Size::each == 1 ? 8
+                         : mesh          ? 5
+                                         : 8;
 
 struct Batch {
     float4 words[3][batch];  // of SplatShape two, of SplatRest one
@@ -73,8 +89,20 @@ __device__ Part part_of(const RasterView& d, int key)
             part_box(n, step)};
 }
 
-// The samples of a thread, in one column, two rows apart.
+// One of its quarters.
+__device__ Part quarter_of(Part p, int n)
+{
+    constexpr int width = part_width / 2, height = part_height / 2;
+    const int x = n % 2 * width * p.step, y = n / 2 * height * p.step;
+    p.box = {p.box.x + x, p.box.y + y, clamp(p.box.width - x, 0, width * p.step),
+             clamp(p.box.height - y, 0, height * p.step)};
+    return p;
+}
+
+// The samples of a thread, in one column, as many rows apart as a warp covers at a time.
+template <class Size>
 struct Column {
+    static constexpr int each = Size::each, rows = 32 / Size::patch_width;
     Pixel<float> pixel[each];
     float x, y, step, mesh[each];  // x, y: of the first
     unsigned hidden;               // bits of those of which nothing is drawn
@@ -98,7 +126,7 @@ struct Column {
     __device__ int2 corner(int k) const
     {
         const int by = int(step);
-        return {int(x) & -by, (int(y) & -by) + 2 * k * by};
+        return {int(x) & -by, (int(y) & -by) + rows * k * by};
     }
 };
 
@@ -118,16 +146,16 @@ __device__ float mesh_at(const RasterView& d, const Part& part, int2 corner)
 }
 
 // Of the patch whose first pixel is (x0, y0).
-template <bool mesh>
-__device__ Column begun(const RasterView& d, const Part& part, int x0, int y0)
+template <class Size, bool mesh>
+__device__ Column<Size> begun(const RasterView& d, const Part& part, int x0, int y0)
 {
     const int lane = int(threadIdx.x) % 32, step = part.step;
-    Column c;
-    c.x = float(x0 + lane % patch_width * step) + sample_offset(step);
-    c.y = float(y0 + lane / patch_width * step) + sample_offset(step);
+    Column<Size> c;
+    c.x = float(x0 + lane % Size::patch_width * step) + sample_offset(step);
+    c.y = float(y0 + lane / Size::patch_width * step) + sample_offset(step);
     c.step = float(step), c.hidden = 0, c.by_mesh = false;
     UNROLL
-    for (int k = 0; k < each; ++k) {
+    for (int k = 0; k < Size::each; ++k) {
         const int2 at = c.corner(k);
         const bool in = part.has(d, at), hidden = in && is_hidden(d, part.eye, at);
         c.pixel[k] = {};
@@ -145,15 +173,15 @@ __device__ Column begun(const RasterView& d, const Part& part, int x0, int y0)
 // How a warp blends: pixels whose depth no longer changes are spared it.
 enum class Blending { plain, deep, covered, mesh };
 
-template <Blending how>
-__device__ void blend_column(Column& c, const Batch& b, int j)
+template <Blending how, class Size>
+__device__ void blend_column(Column<Size>& c, const Batch& b, int j)
 {
     Vec3<float> colour;
     Footprint<float> f = footprint(b, j, colour);
     f.v -= c.y;
     UNROLL
-    for (int k = 0; k < each; ++k) {
-        const float y = float(2 * k) * c.step;  // from the column's first sample
+    for (int k = 0; k < Size::each; ++k) {
+        const float y = float(c.rows * k) * c.step;  // from the column's first sample
         if constexpr (how == Blending::mesh)
             blend(c.pixel[k], f, colour, c.x, y, c.mesh[k]);
         else if constexpr (how == Blending::deep)
@@ -166,8 +194,9 @@ __device__ void blend_column(Column& c, const Batch& b, int j)
 }
 
 // Those of 32 splats, from `first` on, that `in` names. Near splats mostly cover a patch.
-template <Blending how>
-__device__ void blend_named(Column& c, const Batch& b, int first, unsigned in, unsigned covering)
+template <Blending how, class Size>
+__device__ void blend_named(Column<Size>& c, const Batch& b, int first, unsigned in,
+                            unsigned covering)
 {
     for (; in; in &= in - 1) {
         const int k = lowest_bit(in);
@@ -179,11 +208,12 @@ __device__ void blend_named(Column& c, const Batch& b, int first, unsigned in, u
 }
 
 // The first n splats of a batch into a warp's patch, whose first sample is at (x0, y0).
-template <bool mesh>
-__device__ void blend_batch(Column& c, const Batch& b, int n, float x0, float y0)
+template <class Size, bool mesh>
+__device__ void blend_batch(Column<Size>& c, const Batch& b, int n, float x0, float y0)
 {
     const int lane = int(threadIdx.x) % 32;
-    const float x1 = x0 + (patch_width - 1) * c.step, y1 = y0 + (patch_height - 1) * c.step;
+    const float x1 = x0 + (Size::patch_width - 1) * c.step;
+    const float y1 = y0 + (Size::patch_height - 1) * c.step;
     for (int first = 0; first < n; first += 32) {
         bool in = false, all = false;
         if (first + lane < n) {
@@ -229,11 +259,11 @@ __device__ void store_pixel(const RasterView& d, int e, Pixel<float> p, int at)
 }
 
 // All pixels that the samples stand for, each before what lies behind it.
-template <bool mesh>
-__device__ void store(const RasterView& d, const Part& part, const Column& c)
+template <class Size, bool mesh>
+__device__ void store(const RasterView& d, const Part& part, const Column<Size>& c)
 {
     UNROLL
-    for (int k = 0; k < each; ++k) {
+    for (int k = 0; k < Size::each; ++k) {
         const Pixel<float> p = c.hidden >> k & 1 ? Pixel<float>{} : c.pixel[k];
         const int2 first = c.corner(k);
         for (int y = first.y; y < first.y + part.step; ++y)
@@ -282,19 +312,28 @@ __device__ int put(const RasterView& d, Batch& b, const Entry& n, unsigned lanes
     return all;
 }
 
+// Where a part's list lies.
+struct Range {
+    int from, to;
+};
+__device__ Range range_of(const RasterView& d, const Part& part)
+{
+    const uint2 range = d.ranges[d.rules[part.tile].whole ? part.tile * parts : part.key];
+    return {range.y ? d.room - int(range.x) : 0, int(range.y)};
+}
+
 // One barrier a batch: at that, all warps are through with the batch before the one that they blend
 // next, whose place the one after takes.
-template <bool mesh>
-__device__ void blend_list(const RasterView& d, const Part& part, Column& c, float x0, float y0)
+template <class Size, bool mesh>
+__device__ void blend_list(const RasterView& d, const Part& part, const Range& range,
+                           Column<Size>& c, float x0, float y0)
 {
     __shared__ Batch both[2];
-    const int t = int(threadIdx.x), warp = t / 32;
-    const uint2 range = d.ranges[d.rules[part.tile].whole ? part.tile * parts : part.key];
-    const int to = int(range.y), from = range.y ? d.room - int(range.x) : 0;
+    const int t = int(threadIdx.x), warp = t / 32, to = range.to;
     const auto record_at = [&](int at) { return at < to ? d.records[0][at] : -1; };
-    Entry entry = entry_of(d, record_at(from + t));
-    int record = record_at(from + batch + t), before = 0, side = 0;
-    for (int first = from; first < to || before > 0; first += batch, side ^= 1) {
+    Entry entry = entry_of(d, record_at(range.from + t));
+    int record = record_at(range.from + batch + t), before = 0, side = 0;
+    for (int first = range.from; first < to || before > 0; first += batch, side ^= 1) {
         Batch& b = both[side];
         const bool done = __all_sync(~0u, c.done());
         const unsigned lanes = __ballot_sync(~0u, is_in(part, entry));
@@ -303,25 +342,49 @@ __device__ void blend_list(const RasterView& d, const Part& part, Column& c, flo
         const int n = put(d, b, entry, lanes);
         entry = entry_of(d, record);
         record = record_at(first + 2 * batch + t);
-        if (!done) blend_batch<mesh>(c, both[side ^ 1], before, x0, y0);
+        if (!done) blend_batch<Size, mesh>(c, both[side ^ 1], before, x0, y0);
         __pipeline_wait_prior(0);
         before = n;
     }
 }
 
+template <class Size, bool mesh>
+__device__ void draw(const RasterView& d, const Part& part, const Range& range)
+{
+    if (!part.has(d, {part.left(), part.top()})) return;
+    const int warp = int(threadIdx.x) / 32;
+    const int x0 = part.left() + warp % 2 * Size::patch_width * part.step;
+    const int y0 = part.top() + warp / 2 * Size::patch_height * part.step;
+    Column<Size> c = begun<Size, mesh>(d, part, x0, y0);
+    const float offset = sample_offset(part.step);
+    blend_list<Size, mesh>(d, part, range, c, float(x0) + offset, float(y0) + offset);
+    store<Size, mesh>(d, part, c);
+}
+
 template <bool mesh>
-__global__ void __launch_bounds__(threads, resident(mesh))
+__global__ void __launch_bounds__(threads, resident<Whole, mesh>)
     blend_kernel(const __grid_constant__ RasterView d)
 {
-    const int warp = int(threadIdx.x) / 32;
     const Part part = part_of(d, int(blockIdx.x));
-    if (!part.has(d, {part.left(), part.top()})) return;
-    const int x0 = part.left() + warp % 2 * patch_width * part.step;
-    const int y0 = part.top() + warp / 2 * patch_height * part.step;
-    Column c = begun<mesh>(d, part, x0, y0);
-    const float offset = sample_offset(part.step);
-    blend_list<mesh>(d, part, c, float(x0) + offset, float(y0) + offset);
-    store<mesh>(d, part, c);
+    const Range range = range_of(d, part);
+    if (!d.rules[part.tile].whole && range.to - range.from > longest_of_a_block) {
+        if (threadIdx.x == 0) d.put_off[atomicAdd(&d.counts->put_off, 1)] = part.key;
+        return;
+    }
+    draw<Whole, mesh>(d, part, range);
+}
+
+// Parts that were put off.
+template <bool mesh>
+__global__ void __launch_bounds__(threads, resident<Quarter, mesh>)
+    blend_rest_kernel(const __grid_constant__ RasterView d)
+{
+    const int all = quarters * d.counts->put_off;
+    for (int k = int(blockIdx.x); k < all; k += int(gridDim.x)) {
+        const Part part = part_of(d, d.put_off[k / quarters]);
+        draw<Quarter, mesh>(d, quarter_of(part, k % quarters), range_of(d, part));
+        __syncthreads();
+    }
 }
 
 }  // namespace
@@ -329,6 +392,8 @@ __global__ void __launch_bounds__(threads, resident(mesh))
 void blend(const RasterView& view, bool mesh, cudaStream_t stream)
 {
     launch("blend", mesh ? blend_kernel<true> : blend_kernel<false>, view.all_keys(), threads,
+           stream, view);
+    launch("blend", mesh ? blend_rest_kernel<true> : blend_rest_kernel<false>, rest_blocks, threads,
            stream, view);
 }
 

@@ -104,6 +104,7 @@ struct RasterCounts {
     unsigned long long dropped;    // of these, what is not in the list
     unsigned visible;              // splats that an eye sees
     int next_chunk;                // of candidates
+    int put_off;                   // parts with long lists
 };
 
 struct RasterView {
@@ -137,6 +138,7 @@ struct RasterView {
     const unsigned char* seen_parts;  // a bit each: in the picture, and not all of it is hidden
     TileSample* samples;              // of this frame, from emit() on
     TileRule* rules;                  // from emit() on
+    int* put_off;                     // keys of parts; room for all
     RasterCounts* counts;
 
     HD int tiles_of_eye() const { return columns * rows; }

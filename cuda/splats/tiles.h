@@ -55,6 +55,10 @@ constexpr int looks_an_entry = 6;
 // 128, of half a microsecond each where nothing in them reaches its part.
 constexpr int longest_whole = 8192;
 
+// Longer lists by parts are shared out among more blocks: one goes through a list alone, for some
+// 5 us a batch where its splats are small and lie in the rows of few of its warps.
+constexpr int longest_of_a_block = 2048;
+
 // Whether a tile is best listed whole, of whose candidates those that were sampled are `splats`
 // that reach it and `entries` of a list by parts; `blocks` of its parts are drawn. False where
 // nothing is known: by parts no list is longer than what is drawn.

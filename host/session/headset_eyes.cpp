@@ -6,6 +6,8 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "host/session/headset_loop.h"
+
 #ifdef KNEAD_HAS_GL
 #include "host/session/live_look.h"
 #include "host/session/panel_quad.h"
@@ -16,6 +18,19 @@
 #endif
 
 namespace knead {
+
+EyesRule EyesRule::of(const HeadsetLoopRule& rule)
+{
+    const bool on_gpu = rule.device.kind == DeviceKind::cuda;
+    EyesRule eyes;
+    eyes.device = rule.device;
+    eyes.samples = rule.samples > 0 ? rule.samples : on_gpu ? 4 : 1;
+    eyes.least = rule.least_scale, eyes.foveate = rule.foveate;
+    const double rate = rule.headset.rate > 0 ? rule.headset.rate : 90;
+    if (rule.samples == 0 && on_gpu && !rule.stepped) eyes.budget = gl_share / rate;
+    return eyes;
+}
+
 #ifdef KNEAD_HAS_GL
 namespace {
 
@@ -255,7 +270,7 @@ HeadsetEyes::HeadsetEyes(Headset&, const EyesRule&)
 }
 HeadsetEyes::~HeadsetEyes() = default;
 void HeadsetEyes::renew() {}
-EyesDrawn HeadsetEyes::draw(const Sight&, const HeadsetPicture&) { return 1; }
+EyesDrawn HeadsetEyes::draw(const Sight&, const HeadsetPicture&) { return {}; }
 int HeadsetEyes::gl_errors() const { return 0; }
 std::string HeadsetEyes::told() const { return {}; }
 Sharing HeadsetEyes::sharing() const { return {}; }

@@ -26,7 +26,13 @@ struct HeadsetPicture {
     double budget = 0;
 };
 
+struct HeadsetLoopRule;  // host/session/headset_loop.h
+
 struct EyesRule {
+    // Of a frame that OpenGL may take in real time: the device has clay to move.
+    static constexpr double gl_share = 0.6;
+    static EyesRule of(const HeadsetLoopRule& rule);
+
     Device device;    // of the rasteriser of splats
     int samples = 1;  // of a pixel
     // What OpenGL may take for both eyes [s]: where empty ones take more, they begin with one

@@ -29,21 +29,6 @@ LiveRule live_rule(const HeadsetLoopRule& rule, std::function<double()> clock,
     return live;
 }
 
-constexpr double gl_share = 0.6;  // of a frame that OpenGL may take: the device has clay to move
-
-EyesRule eyes_rule(const HeadsetLoopRule& rule)
-{
-    const bool on_gpu = rule.device.kind == DeviceKind::cuda;
-    EyesRule eyes{rule.device,
-                  rule.samples > 0 ? rule.samples
-                  : on_gpu         ? 4
-                                   : 1,
-                  0, rule.least_scale, rule.foveate};
-    const double rate = rule.headset.rate > 0 ? rule.headset.rate : 90;
-    if (rule.samples == 0 && on_gpu && !rule.stepped) eyes.budget = gl_share / rate;
-    return eyes;
-}
-
 class HeadsetLoop {
   public:
     HeadsetLoop(std::shared_ptr<const LiveScene> scene, HeadsetLoopRule rule);
@@ -107,7 +92,7 @@ HeadsetLoop::HeadsetLoop(std::shared_ptr<const LiveScene> scene, HeadsetLoopRule
       desk(rule.scene, rule.settings),
       canvas(HeadsetPanel::width, HeadsetPanel::height, 3)
 {
-    eyes = std::make_unique<HeadsetEyes>(*headset, eyes_rule(rule));
+    eyes = std::make_unique<HeadsetEyes>(*headset, EyesRule::of(rule));
     if (!eyes->told().empty()) rule.tell(eyes->told());
     LiveRule lived = live_rule(
         rule, [this] { return clock.now(wall_seconds()); },
@@ -376,7 +361,7 @@ bool HeadsetLoop::draw(const Sight& sight, FrameParts& parts)
     picture.panel_width = HeadsetPanel::pixel * HeadsetPanel::width;
     picture.panel_height = HeadsetPanel::pixel * HeadsetPanel::height;
     picture.at_once = rule.stepped;
-    if (!rule.stepped && rule.least_scale < 1) picture.budget = gl_share * tick.period;
+    if (!rule.stepped && rule.least_scale < 1) picture.budget = EyesRule::gl_share * tick.period;
     try {
         const EyesDrawn drawn = eyes->draw(sight, picture);
         parts.scale = drawn.scale, parts.splat_scale = drawn.splat_scale;

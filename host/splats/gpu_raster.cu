@@ -1,13 +1,11 @@
 #include <cuda_fp16.h>
 
 #include <algorithm>
-#include <functional>
 #include <stdexcept>
 
 #include "cuda/device/device.cuh"
 #include "cuda/device/graph.cuh"
-#include "host/splats/gpu_raster.h"
-#include "host/splats/gpu_raster_store.cuh"
+#include "host/splats/gpu_raster_state.cuh"
 #include "host/splats/prepared.h"
 
 namespace knead {
@@ -15,11 +13,6 @@ namespace knead {
 using namespace gpu;
 
 namespace {
-
-struct Stage {
-    const char* name;
-    std::function<void(cudaStream_t)> launch;
-};
 
 uint2 to_halves(Vec3<float> c, float a)
 {
@@ -39,56 +32,17 @@ std::size_t first_room(const RasterView& view)
 
 }  // namespace
 
-struct GpuRaster::State {
-    State(const SplatCloud& cloud, std::size_t instances, int wanted, std::size_t splats)
-        : device(chosen(wanted)),
-          fixed_room(instances != 0),
-          store(std::max(cloud.count(), splats), cloud.degree)
-    {
-        table.fill(cloud, std::size_t(store.view.count), stream);
-        store.reserve(instances ? instances : first_room(store.view));
-    }
+GpuRaster::State::State(const SplatCloud& cloud, std::size_t instances, int wanted,
+                        std::size_t splats)
+    : device(chosen(wanted)),
+      fixed_room(instances != 0),
+      store(std::max(cloud.count(), splats), cloud.degree)
+{
+    table.fill(cloud, std::size_t(store.view.count), stream);
+    store.reserve(instances ? instances : first_room(store.view));
+}
 
-    void check_moved(std::size_t moved) const
-    {
-        if (moved > std::size_t(table.view().count))
-            throw std::invalid_argument("splats: more splats moved than there are");
-    }
-    std::vector<Stage> stages(bool mesh, int moved) const;
-    void prepare(const SplatFrame& frame, bool mesh, int moved);
-    RasterFrame described(const SplatFrame& frame, const MovedSplats& moved,
-                          const RasterTarget* targets) const;
-    void hide(const SplatFrame& frame, cudaStream_t on);
-    void start(const RasterFrame& frame, cudaStream_t on);
-    void ask_room(cudaStream_t on);
-    void make_room();
-    double seconds_of(cudaGraphExec_t what);
-    RasterStats stats() const;
-    void take_pictures(const SplatFrame& frame);
-
-    int device;
-    bool fixed_room;
-    Stream stream, loading;
-    SplatTable table, prepared;
-    RasterStore store;
-    Event from, to;
-    Graph graph;
-    bool with_mesh = false;  // as the graph was captured
-    int with_moved = 0;
-    // What the last frame that was asked needed, once `told` is there.
-    Pinned<RasterCounts> needed;
-    Event told{cudaEventDisableTiming};
-    Event launched{cudaEventDisableTiming};  // the last frame of launch(), on whatever stream
-    bool asked = false;
-    // What pictures() draws from and to.
-    DeviceArray<uint2> colour[2], mesh_colour[2];
-    DeviceArray<float> depth[2], mesh_depth[2], moved_numbers;
-    std::vector<char> hidden;  // squares, as the device has them; empty: all is seen
-    DeviceArray<char> hidden_squares;
-    bool resized = true;  // since hide()
-};
-
-std::vector<Stage> GpuRaster::State::stages(bool mesh, int moved) const
+std::vector<RasterStage> GpuRaster::State::stages(bool mesh, int moved) const
 {
     const RasterView d = store.view;
     const RasterScratch s = store.scratch;
@@ -114,7 +68,7 @@ void GpuRaster::State::prepare(const SplatFrame& frame, bool mesh, int moved)
     if (!same_size) store.resize(frame), resized = true;
     with_mesh = mesh, with_moved = moved;
     graph.begin(stream);
-    for (const Stage& stage : stages(mesh, moved)) stage.launch(stream);
+    for (const RasterStage& stage : stages(mesh, moved)) stage.launch(stream);
     graph.end(stream);
 }
 
@@ -189,24 +143,6 @@ void GpuRaster::State::make_room()
     if (wanted <= std::size_t(store.view.room)) return;
     graph.drop();
     store.reserve(std::min(wanted + wanted / 2, std::size_t(1) << 30));
-}
-
-double GpuRaster::State::seconds_of(cudaGraphExec_t what)
-{
-    check(cudaEventRecord(from, stream), "splats");
-    check(cudaGraphLaunch(what, stream), "splats");
-    check(cudaEventRecord(to, stream), "splats");
-    check(cudaEventSynchronize(to), "splats");
-    float milliseconds = 0;
-    check(cudaEventElapsedTime(&milliseconds, from, to), "splats");
-    return 1e-3 * double(milliseconds);
-}
-
-RasterStats GpuRaster::State::stats() const
-{
-    wait(launched, "splats"), wait(stream, "splats");
-    const RasterCounts c = store.counts.downloaded().at(0);
-    return {c.visible, std::size_t(c.instances), std::size_t(c.dropped)};
 }
 
 // Into colour and depth; waits.
@@ -341,60 +277,6 @@ void GpuRaster::launch(const SplatFrame& frame, const MovedSplats* moved,
 int GpuRaster::device() const { return state->device; }
 
 RasterStats GpuRaster::stats() const { return state->stats(); }
-
-std::vector<double> GpuRaster::replays(int count)
-{
-    std::vector<double> seconds;
-    for (int k = 0; k < count && state->graph.ready; ++k)
-        seconds.push_back(state->seconds_of(state->graph.ready));
-    return seconds;
-}
-
-// Marks between the stages of one graph, so that each finds in the caches what a frame leaves
-// there.
-std::vector<StageTime> GpuRaster::stage_times()
-{
-    constexpr std::size_t repeats = 21;
-    if (!state->graph.ready) return {};
-    const std::vector<Stage> stages = state->stages(state->with_mesh, state->with_moved);
-    std::vector<Event> marks(stages.size() + 1);
-    Graph marked;
-    const auto mark = [&](const Event& event) {
-        check(cudaEventRecordWithFlags(event, state->stream, cudaEventRecordExternal), "splats");
-    };
-    marked.begin(state->stream);
-    for (std::size_t k = 0; k < stages.size(); ++k) {
-        mark(marks[k]);
-        stages[k].launch(state->stream);
-    }
-    mark(marks.back());
-    marked.end(state->stream);
-    std::vector<std::vector<double>> seconds(stages.size());
-    for (std::size_t repeat = 0; repeat < repeats; ++repeat) {
-        state->seconds_of(marked.ready);
-        for (std::size_t k = 0; k < stages.size(); ++k) {
-            float milliseconds = 0;
-            check(cudaEventElapsedTime(&milliseconds, marks[k], marks[k + 1]), "splats");
-            seconds[k].push_back(1e-3 * double(milliseconds));
-        }
-    }
-    std::vector<StageTime> times;
-    for (std::size_t k = 0; k < stages.size(); ++k) {
-        std::nth_element(seconds[k].begin(), seconds[k].begin() + repeats / 2, seconds[k].end());
-        times.push_back({stages[k].name, seconds[k][repeats / 2]});
-    }
-    return times;
-}
-
-std::size_t GpuRaster::memory() const
-{
-    std::size_t sum = state->store.bytes() + state->hidden_squares.bytes() + state->table.bytes() +
-                      state->prepared.bytes() + state->moved_numbers.bytes();
-    for (int e = 0; e < 2; ++e)
-        sum += state->colour[e].bytes() + state->depth[e].bytes() + state->mesh_colour[e].bytes() +
-               state->mesh_depth[e].bytes();
-    return sum;
-}
 
 std::size_t GpuRaster::room() const { return std::size_t(state->store.view.room); }
 

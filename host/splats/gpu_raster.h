@@ -18,6 +18,7 @@ struct RasterStats {
     std::size_t visible = 0;    // splats that an eye sees
     std::size_t instances = 0;  // entries of the tiles' lists: by parts in the first frame
     std::size_t dropped = 0;    // of these, the farthest, for which there was no room
+    std::size_t put_off = 0;    // parts of tiles whose lists were shared out among more blocks
 };
 
 // Draws one cloud. `instances` is for how many pairs of tile and splat of both eyes there is room;

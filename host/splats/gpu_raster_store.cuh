@@ -50,6 +50,7 @@ class RasterStore {
     DeviceArray<uint2> ranges;
     DeviceArray<TileSample> samples;
     DeviceArray<TileRule> rules;
+    DeviceArray<int> put_off;
     DeviceArray<unsigned char> scratch_memory;
 };
 
