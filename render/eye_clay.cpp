@@ -40,6 +40,9 @@ void SharedClay::take(const DeviceMesh& mesh)
             glVertexArrayAttribBinding(layout_, i, i);
             glEnableVertexArrayAttrib(layout_, i);
         }
+        glVertexArrayAttribFormat(layout_, 3, 1, GL_FLOAT, GL_FALSE, 12);  // advance
+        glVertexArrayAttribBinding(layout_, 3, 1);
+        glEnableVertexArrayAttrib(layout_, 3);
         glVertexArrayElementBuffer(layout_, buffer_);
         shared_ = std::make_unique<SharedMesh>(buffer_, at, mesh.device());
         device_ = mesh.device(), categories_ = mesh.categories();

@@ -96,12 +96,15 @@ constexpr const char* live_vertex = R"(
 layout(location = 0) in vec3 place;
 layout(location = 1) in vec3 normal;
 layout(location = 2) in vec4 colour;
+layout(location = 3) in float advance;  // along the normal, since the surface before
+layout(location = 3) uniform float ahead;
 out vec3 vertex_place;
 out vec3 vertex_normal;
 out vec4 vertex_colour;
 void main() {
-    gl_Position = projected(place);
-    vertex_place = place;
+    vec3 now = place + ahead * advance * normal;
+    gl_Position = projected(now);
+    vertex_place = now;
     vertex_normal = normal;
     vertex_colour = colour;
 }

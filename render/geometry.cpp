@@ -99,18 +99,21 @@ void add_mesh(Geometry& geometry, const Mesh& mesh, Vec3<float> colour, float sk
     }
     const int first = int(geometry.vertices.size()), count = int(mesh.vertices.size());
     geometry.vertices.resize(std::size_t(first + count));
+    const bool advances = mesh.advance.size() == mesh.vertices.size();
     bool sound = true;  // all of them: hands, in every frame, are not to be looked at twice
     for (int i = 0; i < count; ++i) {
         const Vec3<float>&x = mesh.vertices[i], &n = mesh.normals[i];
-        geometry.vertices[std::size_t(first + i)] = {x, n, colour, skin};
-        sound = sound && finite(x) && finite(n);
+        const float advance = advances ? mesh.advance[std::size_t(i)] : 0;
+        geometry.vertices[std::size_t(first + i)] = {x, n, colour, skin, advance};
+        sound = sound && finite(x) && finite(n) && std::isfinite(advance);
     }
     const auto usable = [&](int i) {
         if (i < 0 || i >= count) {
             throw std::invalid_argument(name + ": a triangle names vertex " + std::to_string(i) +
                                         " of " + std::to_string(count));
         }
-        return sound || (finite(mesh.vertices[i]) && finite(mesh.normals[i]));
+        return sound || (finite(mesh.vertices[i]) && finite(mesh.normals[i]) &&
+                         (!advances || std::isfinite(mesh.advance[i])));
     };
     geometry.triangles.reserve(geometry.triangles.size() + mesh.triangles.size());
     for (const Int3 t : mesh.triangles) {

@@ -13,6 +13,7 @@ struct PaintVertex {
     Vec3<float> normal;  // about unit
     Vec3<float> colour;  // linear RGB
     float skin;          // 0 clay, 1 hand
+    float advance = 0;   // Mesh::advance [m]
 };
 
 // Triangles [first, first + count) of Geometry::triangles.

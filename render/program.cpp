@@ -56,8 +56,9 @@ VertexArray paint_layout(GLuint vertices, GLuint triangles)
         std::size_t offset;
     } fields[] = {{3, offsetof(PaintVertex, place)},
                   {3, offsetof(PaintVertex, normal)},
-                  {4, offsetof(PaintVertex, colour)}};
-    for (GLuint i = 0; i < 3; ++i) {
+                  {4, offsetof(PaintVertex, colour)},
+                  {1, offsetof(PaintVertex, advance)}};
+    for (GLuint i = 0; i < 4; ++i) {
         glEnableVertexArrayAttrib(layout, i);
         glVertexArrayAttribFormat(layout, i, fields[i].count, GL_FLOAT, GL_FALSE,
                                   GLuint(fields[i].offset));

@@ -20,11 +20,12 @@ cmake --build $build --target help | grep -q '^openxr_replay:' && targets+=(open
 cmake --build $build --target "${targets[@]}"
 find $build -name '*.gcda' -delete
 
-# One thread each: threads that count the same line at a time would lose counts. In many parts, two
-# at a time: what a part has counted is written when it ends.
-export OMP_NUM_THREADS=1 GTEST_TOTAL_SHARDS=16
+# One thread each: threads that count the same line at a time would lose counts. In many parts, as
+# many at a time as there are cores: what a part has counted is written when it ends.
+cores=$(nproc)
+export OMP_NUM_THREADS=1 GTEST_TOTAL_SHARDS=$((8 * cores))
 failed=0
-seq 0 $((GTEST_TOTAL_SHARDS - 1)) | xargs -P 2 -I '{}' sh -c '
+seq 0 $((GTEST_TOTAL_SHARDS - 1)) | xargs -P "$cores" -I '{}' sh -c '
     GTEST_SHARD_INDEX={} "$0"/knead_tests --gtest_brief=1 --gtest_filter="$1" \
         >"$0/tests_{}.log" 2>&1 || { tail -n 30 "$0/tests_{}.log"; exit 1; }' \
     $build "${KNEAD_COVERAGE_TESTS:-*}" || failed=1

@@ -2,6 +2,7 @@
 #include <cuda_fp16.h>
 
 #include "cuda/device/launch.cuh"
+#include "cuda/splats/gone_on.h"
 #include "cuda/splats/raster.cuh"
 
 namespace knead::gpu {
@@ -65,6 +66,12 @@ struct Posed {
     Mat3<float> turn;
 };
 
+__device__ Vec3<float> vector_at(const float* x) { return {x[0], x[1], x[2]}; }
+__device__ Mat3<float> matrix_at(const float* f)
+{
+    return {vector_at(f), vector_at(f + 3), vector_at(f + 6)};
+}
+
 template <bool moved>
 __device__ Posed posed(const RasterView& d, int i, float4 place)
 {
@@ -78,10 +85,14 @@ __device__ Posed posed(const RasterView& d, int i, float4 place)
             p.turn = diagonal(1.0f);
             return p;
         }
-        const float* const x = m.centre + std::size_t(i) * std::size_t(m.centre_stride);
-        const float* const f = m.F + std::size_t(i) * std::size_t(m.F_stride);
-        const Mat3<float> F{{f[0], f[1], f[2]}, {f[3], f[4], f[5]}, {f[6], f[7], f[8]}};
-        p.centre = {x[0], x[1], x[2]};
+        const std::size_t at_x = std::size_t(i) * std::size_t(m.centre_stride);
+        const std::size_t at_F = std::size_t(i) * std::size_t(m.F_stride);
+        p.centre = vector_at(m.centre + at_x);
+        Mat3<float> F = matrix_at(m.F + at_F);
+        if (m.centre_before) {
+            p.centre = gone_on(p.centre, vector_at(m.centre_before + at_x), m.ahead);
+            F = gone_on(F, matrix_at(m.F_before + at_F), m.ahead);
+        }
         p.half_axes = F * p.half_axes;
         p.turn = polar_rotation(F);
     }

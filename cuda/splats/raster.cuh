@@ -41,6 +41,10 @@ struct MovedSplats {
     int centre_stride;
     const float* F;  // the columns of the total deformation gradient
     int F_stride;
+    // Where they were before, alike; null: they are drawn where they are. Else both go on from
+    // there by so much more of the way.
+    const float *centre_before = nullptr, *F_before = nullptr;
+    float ahead = 0;
 };
 
 // Of one eye, rows from the top.

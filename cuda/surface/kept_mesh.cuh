@@ -19,7 +19,7 @@ HD int ordered(int bits) { return bits >= 0 ? bits : bits ^ 0x7fffffff; }  // an
 // With room for all of it.
 struct MeshPlace {
     Int3* triangles;
-    float4 *places, *normals;  // (x, 1) [m], (unit, 0)
+    float4 *places, *normals;  // (x, 1) [m], (unit, advance [m])
     DrawCommand* draws;        // per category
     MeshFacts* facts;
 };

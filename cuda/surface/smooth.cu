@@ -1,6 +1,7 @@
 // Smoothing and shading: a vertex looks at its ring and moves alone. Ready for the next move is
 // every vertex when the kernel has ended: a barrier of all blocks within one kernel takes longer.
 #include "cuda/device/launch.cuh"
+#include "cuda/surface/advance.h"
 #include "cuda/surface/smooth.h"
 #include "cuda/surface/surface.cuh"
 
@@ -25,20 +26,57 @@ __global__ void __launch_bounds__(threads, 4)
     }
 }
 
+// Of a vertex at x, from the densities of its category.
+__device__ float advance_of(const SurfaceView& d, int v, Vec3<float> x)
+{
+    int category = 0;
+    while (category < d.categories - 1 &&
+           unsigned(v) >= unpacked(d.before[(category + 1) * d.layer_blocks()]).vertices)
+        ++category;
+    const std::size_t first = std::size_t(category) * std::size_t(d.layer_nodes());
+    const Int3 size = d.padded.size;
+    const auto of = [&](const float* density) {
+        return [=, &d](Int3 n) {  // node n of `lattice` is n + 1 of `padded`
+            return density[first + d.padded.index({clamp(n.x + 1, 0, size.x - 1),
+                                                   clamp(n.y + 1, 0, size.y - 1),
+                                                   clamp(n.z + 1, 0, size.z - 1)})];
+        };
+    };
+    return advance(x, d.lattice.dx, of(d.final_density()), of(d.past));
+}
+
+template <bool moving>
 __global__ void __launch_bounds__(threads, 4) shade_kernel(const __grid_constant__ SurfaceView d)
 {
     wait_for_upstream();
-    const int count = vertex_count(d) * int(!idle(d));
+    const bool stands = idle(d);
+    if (stands && !moving) return;
+    const int count = vertex_count(d);
+    const bool known = moving && !stands && *d.past_known;
     const float4* const x = d.vertices[0];
     for (int v = int(blockIdx.x) * threads + int(threadIdx.x); v < count;
          v += int(gridDim.x) * threads) {
+        if (stands) {
+            d.normals[v].w = 0;
+            continue;
+        }
         const Vec3<float> here = point(x[v]);
         const Vec3<float> normal = vertex_normal<float>(d.ring[v], [&](int k) {
             const std::size_t at = d.at_ring(v, k);
             return area_normal(here, point(x[d.next[at]]), point(x[d.last[at]]));
         });
-        d.normals[v] = {normal.x, normal.y, normal.z, 0};
+        d.normals[v] = {normal.x, normal.y, normal.z, known ? advance_of(d, v, here) : 0};
     }
+}
+
+__global__ void __launch_bounds__(threads) remember_kernel(const __grid_constant__ SurfaceView d)
+{
+    if (idle(d)) return;
+    const int all = d.categories * d.layer_nodes() / 4;
+    const float4* const from = reinterpret_cast<const float4*>(d.final_density());
+    for (int k = int(blockIdx.x) * threads + int(threadIdx.x); k < all;
+         k += int(gridDim.x) * threads)
+        reinterpret_cast<float4*>(d.past)[k] = from[k];
 }
 
 int blocks_of(const SurfaceView& view, int processors)
@@ -56,7 +94,15 @@ void relax(const SurfaceView& view, int from, float factor, int processors, cuda
 
 void shade(const SurfaceView& view, int processors, cudaStream_t stream)
 {
-    launch_pdl("surface shade", shade_kernel, blocks_of(view, processors), threads, stream, view);
+    launch_pdl("surface shade", view.past ? shade_kernel<true> : shade_kernel<false>,
+               blocks_of(view, processors), threads, stream, view);
+    if (view.past)  // by any value but 0
+        check(cudaMemsetAsync(view.past_known, 1, sizeof(int), stream), "surface shade");
+}
+
+void remember(const SurfaceView& view, int processors, cudaStream_t stream)
+{
+    launch("surface remember", remember_kernel, 8 * processors, threads, stream, view);
 }
 
 }  // namespace knead::gpu

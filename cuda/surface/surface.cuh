@@ -1,6 +1,7 @@
 // The stages of a surface on the device, in their order, and all that their kernels see.
 //   renew . clear . deposit . list . soften, as often as it takes . count . scan . march . relax
 //   ... . shade
+// and first of all, where it is asked how the surface moves, remember.
 // Where no clay has moved since the last surface, all up to the count stays as it is; where none
 // has anywhere, so does the mesh. Categories lie one behind the other: block b of category c is
 // block c * padded.block_count() + b, so one launch serves them all, and the triangles of each are
@@ -83,6 +84,9 @@ struct SurfaceView {
     unsigned* sums;
     float* density;  // of every round, one behind the other: blocks are softened one by one
     unsigned* marks;
+    // The final densities of the surface before, as they lie; null: nobody asks how it moves.
+    float* past;
+    int* past_known;  // 0: there was none that counts
 
     unsigned* occupied;  // blocks: holds mass
     unsigned* anew;      // layer_blocks(): bits of Anew
@@ -94,11 +98,12 @@ struct SurfaceView {
     unsigned long long *counts, *before;  // blocks + 1 each: vertices + (triangles << 32)
 
     int vertex_room, triangle_room;
-    float4 *vertices[2], *normals;  // vertex_room each: (x, 1) [m], (unit, 0)
-    Int3* triangles;                // triangle_room
-    int* ring;                      // vertex_room: triangles around a vertex
-    int *next, *last;               // max_ring rows of vertex_room: their other vertices
-    DrawCommand* draws;             // per category
+    // vertex_room each: (x, 1) [m]; normal and advance (advance.h) [m], 0 without `past`.
+    float4 *vertices[2], *normals;
+    Int3* triangles;     // triangle_room
+    int* ring;           // vertex_room: triangles around a vertex
+    int *next, *last;    // max_ring rows of vertex_room: their other vertices
+    DrawCommand* draws;  // per category
     Faults* faults;
 
     HD std::size_t at_ring(int v, int k) const  // the k-th triangle around vertex v
@@ -144,6 +149,8 @@ std::size_t scan_scratch_bytes(int blocks);
 
 // What must be recomputed, where not all is.
 void renew(const SurfaceView& view, const Clay& clay, cudaStream_t stream);
+// Keeps the densities of the last surface, where view.past is.
+void remember(const SurfaceView& view, int processors, cudaStream_t stream);
 // Empties what of the last surface's blocks is.
 void clear(const SurfaceView& view, int processors, cudaStream_t stream);
 // Particles to sums.
@@ -161,7 +168,7 @@ void scan(const SurfaceView& view, const ScanSpace& space, cudaStream_t stream);
 void march(const SurfaceView& view, int to, int processors, cudaStream_t stream);
 // Every vertex looks at its ring: from vertices[from] to the other.
 void relax(const SurfaceView& view, int from, float factor, int processors, cudaStream_t stream);
-// Normals of vertices[0].
+// Normals of vertices[0], and their advance.
 void shade(const SurfaceView& view, int processors, cudaStream_t stream);
 
 }  // namespace knead::gpu

@@ -42,9 +42,22 @@ struct HeadsetEyes::Parts {
     Parts(Headset& of, const EyesRule& by) : headset(of), rule(by) {}
 
     struct KeptMotion {
-        std::shared_ptr<const std::vector<Gaussian<double>>> host;
+        std::shared_ptr<const std::vector<Gaussian<double>>> host, before;
         std::shared_ptr<const DeviceGaussians> device;
-        SplatMotion told() const { return {host.get(), device.get()}; }
+        Instant instant;
+
+        explicit KeptMotion(const LiveState& state)
+            : host(state.gaussians),
+              before(state.gaussians_before),
+              device(state.gaussians_on_device),
+              instant(state.gaussian_instant)
+        {
+        }
+        KeptMotion() = default;
+        SplatMotion told(double now) const
+        {
+            return {host.get(), device.get(), before.get(), instant.ahead(now)};
+        }
     };
 
     Headset& headset;
@@ -161,14 +174,14 @@ void HeadsetEyes::Parts::follow(const LiveState& state, bool at_once)
         splats = std::make_unique<SplatDrawer>(*state.splats, rule.device, splat_budget);
         if (rule.foveate > 0) splats->foveate(fovea_of(rule.foveate));
     }
-    motion = {state.gaussians, state.gaussians_on_device};
+    motion = KeptMotion(state);
 }
 
 // Splats and their motion belong together: while others are prepared, those before stand where they
 // were last.
 void HeadsetEyes::Parts::follow_splats(const LiveState& state, bool at_once)
 {
-    const KeptMotion now{state.gaussians, state.gaussians_on_device};
+    const KeptMotion now(state);
     if (splats->preparing() && state.splat_version == coming_version) coming_motion = now;
     if (splats->adopt()) splat_version = coming_version, motion = coming_motion;
     if (state.splat_version == splat_version) {
@@ -214,7 +227,7 @@ EyesDrawn HeadsetEyes::draw(const Sight& sight, const HeadsetPicture& picture)
     }
     parts->timer->begin(scale);
     EyesDrawn drawn{scale};
-    if (const SplatMotion motion = parts->motion.told(); parts->splats && motion.any()) {
+    if (const SplatMotion motion = parts->motion.told(picture.now); parts->splats && motion.any()) {
         parts->splats->draw(*parts->painter, views, motion, false, &parts->hidden);
         drawn.splat_scale = float(parts->splats->scale()), drawn.splats = parts->splats->seconds();
     }
@@ -232,6 +245,7 @@ void HeadsetEyes::Parts::draw(int eye, const EyeTexture& to, const EyeView& view
     EyeLook look = live_look(picture.state.scene ? picture.state.scene->scene : none);
     look.transparent = headset.facts().see_through;
     look.floor_seen = !look.transparent;
+    look.ahead = picture.state.mesh_instant.ahead(picture.now);
     glNamedFramebufferTexture(target, GL_COLOR_ATTACHMENT0, to.colour, 0);
     glNamedFramebufferTexture(target, GL_DEPTH_ATTACHMENT, to.depth ? to.depth : own_depth, 0);
     const EyeTarget into{target, 0, 0, to.srgb};

@@ -21,6 +21,7 @@ struct HeadsetPicture {
     const PanelCanvas* canvas;                // the panel's new picture; null: the one before
     std::optional<Joint<float>> panel;        // where it stands, in the frame of the hands
     float panel_width = 0, panel_height = 0;  // [m]
+    double now = 0;                           // when it is seen, in the state's session [s]
     bool at_once = false;  // other splats: else they are brought to the device beside the drawing
     // What OpenGL may take for both eyes [s], else they become smaller; 0: they are whole.
     double budget = 0;

@@ -22,7 +22,7 @@ LiveRule live_rule(const HeadsetLoopRule& rule, std::function<double()> clock,
     LiveRule live;
     live.make = [device = rule.device](const Setup& setup) { return make_solver(setup, device); };
     live.stepped = live.from_zero = rule.stepped;
-    live.recorded = rule.recorded;
+    live.recorded = rule.recorded, live.moving = true;
     live.paused = rule.hands_only;
     live.clock = std::move(clock);
     live.acted = std::move(acted);
@@ -360,7 +360,7 @@ bool HeadsetLoop::draw(const Sight& sight, FrameParts& parts)
     if (rule.panel) picture.panel = HeadsetPanel::pose(rule.workplace, panel_side);
     picture.panel_width = HeadsetPanel::pixel * HeadsetPanel::width;
     picture.panel_height = HeadsetPanel::pixel * HeadsetPanel::height;
-    picture.at_once = rule.stepped;
+    picture.at_once = rule.stepped, picture.now = time.time();
     if (!rule.stepped && rule.least_scale < 1) picture.budget = EyesRule::gl_share * tick.period;
     try {
         const EyesDrawn drawn = eyes->draw(sight, picture);

@@ -13,6 +13,11 @@
 #include "host/session/session.h"
 
 namespace knead {
+
+float Instant::ahead(double now) const
+{
+    return step > 0 ? float(std::clamp((now - time) / step, 0.0, 1.0)) : 0;
+}
 namespace {
 
 constexpr std::size_t most_waiting = 1024;  // frames of hands

@@ -51,6 +51,7 @@ struct LiveRule {
     bool recorded = true;    // begins with the scene's recorded hands
     bool paused = false;     // begins paused
     bool on_device = false;  // surfaces and Gaussians stay where a device made them
+    bool moving = false;     // it is told how surfaces move
     // Told of what is done beside hands, by whoever asks for it: set_hands(), set_gravity(),
     // set_material(), move_clay().
     std::function<void(const HandAction&)> acted;
@@ -63,6 +64,16 @@ struct LiveTool {
     bool active;       // touches clay
     float size;        // the share of its radii that it has
     std::vector<DrawPrimitive> primitives;
+};
+
+// Of when something is that moves: hands were where its tools are then. States have no more to tell
+// than where it was; a display shows them later.
+struct Instant {
+    double time = 0;  // of the session [s]
+    double step = 0;  // since the one before [s]; 0: nothing is known of how it moves
+    // By how much of its way since the one before it has gone on by `now`, as it came: by all of it
+    // at most.
+    float ahead(double now) const;
 };
 
 // What falls behind when the machine is too slow.
@@ -83,10 +94,13 @@ struct LiveState {
     Meshes meshes;
     std::shared_ptr<const DeviceMesh> on_device;
     long mesh_version = 0;  // rises when it changes
+    Instant mesh_instant;   // where LiveRule::moving
     SurfaceRule surface;    // by which it is made
     // Where Gaussians are: null, or one of these. Both null: the scene has none.
     std::shared_ptr<const std::vector<Gaussian<double>>> gaussians;
     std::shared_ptr<const DeviceGaussians> gaussians_on_device;
+    std::shared_ptr<const std::vector<Gaussian<double>>> gaussians_before;  // null: not known
+    Instant gaussian_instant;
     // In the order of the Gaussians, then those that stand still. Null: the scene has none.
     std::shared_ptr<const SplatCloud> splats;
     long splat_version = 0;  // rises when they change: were split, added, taken up, laid down

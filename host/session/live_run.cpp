@@ -46,6 +46,7 @@ LiveRun::LiveRun(std::shared_ptr<const LiveScene> of, const LiveRule& by, double
     if (splats.drawn().count() > 0) drawn = splats.picture();
     make_sources();
     LoopRule loop_by = loop_rule(scene->scene);
+    loop_by.surface.moving = rule.moving;
     loop_by.most_substeps = scene->scene.most_substeps;
     loop_by.interrupted = [] { return false; };
     const double budget = rule.stepped ? 0 : rule.budget > 0 ? rule.budget : period();
@@ -56,6 +57,23 @@ LiveRun::LiveRun(std::shared_ptr<const LiveScene> of, const LiveRule& by, double
         *solver, [this](double from, double to) { return motion(from, to); }, loop_by);
     loop->watch([this](const Frame& frame) { after(frame); });
     if (rule.on_device) loop->launch_surfaces(true);
+    if (!rule.stepped && splats.local()) rehearse();
+}
+
+// The first clay under hands would hold a session up for 0.14 s, most of it for what is new: memory
+// that is touched for the first time, surfaces, graphs.
+void LiveRun::rehearse()
+{
+    const auto meanwhile = [this] {
+        clay_changed();
+        make_surface();
+        if (drawn) follow_gaussians();
+    };
+    if (!splats.rehearse(*solver, 1e-6 * simulated_period(), meanwhile)) return;
+    clay_changed(), splats_changed();
+    particles = scene->scene.setup.particles.size();
+    meshed = -1;
+    mesh_instant = gaussian_instant = {};
 }
 
 void LiveRun::make_sources()
@@ -198,6 +216,7 @@ void LiveRun::make_surface()
     const int number = loop->last().number;
     if (meshed == number) return;
     const double start = now();
+    const long before = mesh_version;
     if (rule.on_device && solver->clay()) {
         const auto made = loop->device_mesh();
         if (made != on_device) on_device = made, ++mesh_version;
@@ -205,9 +224,18 @@ void LiveRun::make_surface()
         const Meshes made = loop->meshes();
         if (made != meshes) meshes = made, ++mesh_version;
     }
+    mesh_instant = instant_after(mesh_instant);
+    if (mesh_version == before) mesh_instant.step = 0;  // it stands still
     meshed = number;
     mesh_made = now();
     mesh_cost = mesh_made - start;
+}
+
+// In real time tools are where hands were when the frame began.
+Instant LiveRun::instant_after(const Instant& before) const
+{
+    const double at = rule.stepped ? time : began;
+    return {at, before.time > 0 ? at - before.time : 0};
 }
 
 double LiveRun::next_end() const { return (loop->last().number + 1) * period() + skew; }
@@ -258,7 +286,7 @@ void LiveRun::set_surface(int nodes)
 {
     if (nodes < 8 || nodes > 1024)
         throw std::invalid_argument("a surface has 8 to 1024 nodes along its longest side");
-    SurfaceRule to = scene->scene.surface;
+    SurfaceRule to = loop->surface_rule();
     const Int3 was = to.lattice.size;
     const int longest = std::max({was.x, was.y, was.z});
     const auto along = [&](int n) {
@@ -284,7 +312,7 @@ void LiveRun::tell(LiveState& state)
     state.frame = loop->last();
     if (!solver->clay()) state.stages = solver->stage_times();
     state.meshes = meshes, state.on_device = on_device;
-    state.mesh_version = mesh_version;
+    state.mesh_version = mesh_version, state.mesh_instant = mesh_instant;
     state.surface = loop->surface_rule();
     if (drawn) tell_gaussians(state);
     state.splats = drawn;
@@ -304,12 +332,27 @@ void LiveRun::tell(LiveState& state)
 
 void LiveRun::tell_gaussians(LiveState& state)
 {
+    follow_gaussians();
+    state.gaussians = told.host, state.gaussians_before = told.before;
+    state.gaussians_on_device = told.device;
+    state.gaussian_instant = gaussian_instant;
+}
+
+// A state between frames shows them as the one before did, unless they were edited.
+void LiveRun::follow_gaussians()
+{
+    const int number = loop->last().number;
+    const bool same = told.edits == edits && told.version == splat_version;
+    if (same && told.frame == number) return;
     const gpu::MovedGaussians* moved = rule.on_device ? solver->moved_gaussians() : nullptr;
+    told.before = same ? told.host : nullptr;
+    told.host.reset(), told.device.reset();
     if (moved)
-        state.gaussians_on_device = gaussians.kept(*moved);
+        told.device = gaussians.kept(*moved, same);
     else
-        state.gaussians =
-            std::make_shared<const std::vector<Gaussian<double>>>(solver->gaussians());
+        told.host = std::make_shared<const std::vector<Gaussian<double>>>(solver->gaussians());
+    gaussian_instant = instant_after(same ? gaussian_instant : Instant{});
+    told.frame = number, told.edits = edits, told.version = splat_version;
 }
 
 }  // namespace knead

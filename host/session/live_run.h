@@ -56,7 +56,10 @@ class LiveRun {
     void adopt_plan(FrameRow& row);
     void begin_plan(int frame);
     void make_sources();
+    void rehearse();
     void tell_gaussians(LiveState& state);
+    void follow_gaussians();
+    Instant instant_after(const Instant& before) const;
 
     const std::shared_ptr<const LiveScene> scene;
     const LiveRule& rule;
@@ -85,6 +88,13 @@ class LiveRun {
     std::shared_ptr<const DeviceMesh> on_device;  // or this
     int meshed = -1;                              // the frame that they are of
     GaussianKeeper gaussians;
+    Instant mesh_instant, gaussian_instant;
+    struct {
+        int frame = -1;
+        long edits = -1, version = -1;
+        std::shared_ptr<const std::vector<Gaussian<double>>> host, before;
+        std::shared_ptr<const DeviceGaussians> device;
+    } told;  // of Gaussians, by the last state
     long mesh_version = 0;
     double mesh_cost = 0, mesh_made = -1e30;  // [s]
     std::string trouble;

@@ -211,6 +211,24 @@ LocalReport LocalClay::after(int frame, const Motion& motion, Solver& solver, bo
     return report;
 }
 
+Motion LocalClay::over_ground() const
+{
+    const Vec3<double> middle = 0.5 * (walls.min + walls.max);
+    Motion motion;
+    double least = 1e300;
+    Joint<double> there{{1, 0, 0, 0}, middle};
+    for (const Vec3<float>& centre : state_.cloud.centre) {
+        const Vec3<double> x = cast<double>(centre), off = x - middle;
+        if (between_walls(x) && dot(off, off) < least) least = dot(off, off), there.p = x;
+    }
+    if (least == 1e300) return motion;
+    std::size_t joints = 0;
+    for (const Binding<float>& b : rig.spheres)
+        for (const int joint : b.joint) joints = std::max(joints, std::size_t(joint + 1));
+    motion.from.assign(joints, there), motion.to.assign(joints, there);
+    return motion;
+}
+
 void LocalClay::set_state(LocalState state)
 {
     check(state);

@@ -34,6 +34,9 @@ class LocalClay {
     // It goes back now. True if some was on its way.
     bool end_leaving(Solver& solver) { return end_leaving(solver, true) > 0; }
 
+    // All joints amid what stands, at one of its splats; none where nothing may become clay.
+    Motion over_ground() const;
+
     // The tools are others from now on.
     void set_rig(const Rig& by) { rig = by; }
     // If the object is the one that stands still: its clay is of this material from now on.

@@ -173,6 +173,7 @@ void SessionLoop::set_surface(const SurfaceRule& surface)
     if (begun > done) throw std::logic_error("a surface was changed with a frame under way");
     rule.surface = surface;
     last_meshes.reset(), last_on_device.reset(), on_device.reset(), launched = -1;
+    past = {};
     if (launching) make_device_surface();
 }
 
@@ -207,7 +208,9 @@ void SessionLoop::renew_surfaces()
 {
     state.reset(), last_meshes.reset(), last_on_device.reset();
     launched = -1;
+    past = {};
     if (on_device && !on_device->set_materials(rule.materials)) on_device.reset();
+    if (on_device) on_device->leap();
     if (launching && !on_device) make_device_surface();
 }
 
@@ -236,7 +239,7 @@ Meshes SessionLoop::meshes()
         if (!on_device) make_device_surface();
         if (on_device) made = on_device->surface(*clay);
     } else {
-        made = surface(*particles(), rule.materials, rule.surface);
+        made = surface(*particles(), rule.materials, rule.surface, nullptr, &past);
     }
     last_meshes = std::make_shared<const std::vector<Mesh>>(std::move(made));
     moved = 0;

@@ -152,6 +152,7 @@ class SessionLoop {
 
     State state;         // null: not fetched
     Meshes last_meshes;  // null: none
+    SurfacePast past;    // of surfaces that are made on the host
     std::shared_ptr<const DeviceMesh> last_on_device;
     long moved = 0, moved_on_device = 0;  // particle-substeps since they were made
     std::unique_ptr<GpuSurface> on_device;

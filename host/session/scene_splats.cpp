@@ -87,6 +87,28 @@ bool SceneSplats::follow_hands(const Frame& frame, FrameRow& row, Solver& solver
     return local_clay(frame, row, solver, true);
 }
 
+bool SceneSplats::rehearse(Solver& solver, double step, const std::function<void()>& meanwhile)
+{
+    if (!local()) return false;
+    Motion motion = around_hands->over_ground();
+    if (motion.to.empty()) return false;
+    around_hands->after(1, motion, solver, true);
+    refresh();
+    const std::size_t tools = scene.setup.tools.size();
+    Motion away = motion;
+    for (std::vector<Joint<double>>* joints : {&away.from, &away.to})
+        for (Joint<double>& j : *joints) j.p = j.p + Vec3<double>{0, 1000, 0};
+    for (const bool active : {false, true}) {  // solvers have a graph for each
+        away.active.assign(tools, active);
+        solver.advance(away, step);
+    }
+    meanwhile();
+    around_hands->after(0, away, solver, true);
+    around_hands->end_leaving(solver);
+    refresh();
+    return true;
+}
+
 bool SceneSplats::local_clay(const Frame& frame, FrameRow& row, Solver& solver, bool beside)
 {
     if (!local()) return false;

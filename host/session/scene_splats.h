@@ -1,6 +1,7 @@
 // The splats of a scene that is played: those that follow clay, kept dense, and those that stand
 // still where no hand is near.
 #pragma once
+#include <functional>
 #include <memory>
 
 #include "host/assets/splat_object.h"
@@ -24,6 +25,10 @@ class SceneSplats {
     // The same for who has splats split and added beside frames: clay, and what came of a task of
     // upkeep(), but not while clay is on its way back, beside frames, too.
     bool follow_hands(const Frame& frame, FrameRow& row, Solver& solver);
+    // As if hands had come and gone again before anything moved, so that memory, graphs and threads
+    // are there when they come; false where there is no local clay. The splats are as before, and
+    // the solver's clay; both have been edited. `meanwhile` is called with the clay there.
+    bool rehearse(Solver& solver, double step, const std::function<void()>& meanwhile);
     bool leaving() const { return local() && around_hands->leaving(); }
     // That ends now, which edits the solver; true if some was on its way.
     bool end_leaving(Solver& solver) { return leaving() && around_hands->end_leaving(solver); }

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <utility>
 
+#include "cuda/splats/gone_on.h"
 #include "cuda/splats/spread.h"
 #include "host/base/machine.h"
 
@@ -114,10 +115,16 @@ SplatFrame SplatDrawer::frame_of(const std::vector<EyeView>& views, const SplatM
     }
     frame.fovea.assign(frame.eyes.size(), fovea_);
     frame.rule.antialiased = antialiased_;
+    frame.ahead = motion.ahead;
     if (!motion.host) return frame;
-    for (const Gaussian<double>& g : *motion.host) {
-        frame.moved_centre.push_back(cast<float>(g.x));
-        frame.moved_F.push_back({cast<float>(g.F.a), cast<float>(g.F.b), cast<float>(g.F.c)});
+    const bool goes_on = motion.host_before && motion.host_before->size() == motion.host->size();
+    for (std::size_t i = 0; i < motion.host->size(); ++i) {
+        const Gaussian<double>& now = (*motion.host)[i];
+        const Gaussian<double>& before = goes_on ? (*motion.host_before)[i] : now;
+        const double ahead = double(motion.ahead);
+        const Mat3<double> F = gone_on(now.F, before.F, ahead);
+        frame.moved_centre.push_back(cast<float>(gone_on(now.x, before.x, ahead)));
+        frame.moved_F.push_back({cast<float>(F.a), cast<float>(F.b), cast<float>(F.c)});
     }
     return frame;
 }

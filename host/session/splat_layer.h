@@ -20,6 +20,9 @@ namespace knead {
 struct SplatMotion {
     const std::vector<Gaussian<double>>* host = nullptr;
     const DeviceGaussians* device = nullptr;
+    // They have gone on as they came, by so much of their way since `before`, or the device's.
+    const std::vector<Gaussian<double>>* host_before = nullptr;
+    float ahead = 0;
     bool any() const { return host || device; }
 };
 

@@ -154,9 +154,12 @@ void SharedSplats::draw(GpuRaster& raster, const SplatFrame& frame, const Device
     check(cudaSetDevice(state->device), "device");
     state->time();
     if (moved) moved->kept().wait(state->stream);
-    const MovedSplats as = moved ? moved->kept().moved() : state->moved(frame);
+    if (moved && moved->before()) moved->before()->wait(state->stream);
+    const MovedSplats as =
+        moved ? moved->kept().moved(moved->before(), frame.ahead) : state->moved(frame);
     raster.launch(frame, &as, targets, cudaStream_t(state->stream));
     if (moved) moved->kept().done(state->stream);
+    if (moved && moved->before()) moved->before()->done(state->stream);
     for (int e = 0; e < eyes; ++e) {
         const EyeShare& s = state->eye[e];
         const Eye<float>& seen = frame.eyes[std::size_t(e)];

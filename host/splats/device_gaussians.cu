@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <utility>
 #include <vector>
 
 #include "cuda/splats/deform.cuh"
@@ -8,26 +9,49 @@ namespace knead {
 
 using namespace gpu;
 
-MovedSplats KeptGaussians::moved() const
+MovedSplats KeptGaussians::moved(const KeptGaussians* before, float ahead) const
 {
     constexpr int each = MovedGaussians::floats_each;
-    return {count, rows.data(), each, rows.data() + 3, each};
+    MovedSplats m{count, rows.data(), each, rows.data() + 3, each};
+    if (before && ahead > 0)
+        m.centre_before = before->rows.data(), m.F_before = before->rows.data() + 3,
+        m.ahead = ahead;
+    return m;
 }
 
-DeviceGaussians::DeviceGaussians(std::shared_ptr<KeptGaussians> kept) : kept_(std::move(kept)) {}
+DeviceGaussians::DeviceGaussians(std::shared_ptr<KeptGaussians> kept,
+                                 std::shared_ptr<KeptGaussians> before)
+    : kept_(std::move(kept)), before_(std::move(before))
+{
+}
 int DeviceGaussians::device() const { return kept_->device; }
 std::size_t DeviceGaussians::count() const { return std::size_t(kept_->count); }
+
+namespace {
+
+std::vector<float> rows_of(const KeptGaussians& kept)
+{
+    gpu::wait(kept.written, "splats");
+    std::vector<float> rows(std::size_t(MovedGaussians::floats_each) * std::size_t(kept.count));
+    if (!rows.empty())
+        check(cudaMemcpy(rows.data(), kept.rows.data(), rows.size() * sizeof(float),
+                         cudaMemcpyDefault),
+              "download");
+    return rows;
+}
+
+}  // namespace
 
 void DeviceGaussians::fetch(SplatFrame& frame) const
 {
     constexpr std::size_t each = MovedGaussians::floats_each;
     check(cudaSetDevice(device()), "device");
-    gpu::wait(kept_->written, "splats");
-    std::vector<float> rows(each * count());
-    if (!rows.empty())
-        check(cudaMemcpy(rows.data(), kept_->rows.data(), rows.size() * sizeof(float),
-                         cudaMemcpyDefault),
-              "download");
+    std::vector<float> rows = rows_of(*kept_);
+    if (before_ && frame.ahead > 0) {
+        const std::vector<float> old = rows_of(*before_);
+        for (std::size_t k = 0; k < rows.size(); ++k)
+            rows[k] += frame.ahead * (rows[k] - old[k]);  // gone_on()
+    }
     frame.moved_centre.resize(count()), frame.moved_F.resize(count());
     for (std::size_t i = 0; i < count(); ++i) {
         const float* const r = rows.data() + each * i;
@@ -38,11 +62,12 @@ void DeviceGaussians::fetch(SplatFrame& frame) const
 
 struct GaussianKeeper::State {
     std::vector<std::shared_ptr<KeptGaussians>> all;
+    std::shared_ptr<KeptGaussians> last;
 };
 GaussianKeeper::GaussianKeeper() : state(std::make_unique<State>()) {}
 GaussianKeeper::~GaussianKeeper() = default;
 
-std::shared_ptr<const DeviceGaussians> GaussianKeeper::kept(const MovedGaussians& moved)
+std::shared_ptr<const DeviceGaussians> GaussianKeeper::kept(const MovedGaussians& moved, bool same)
 {
     const std::size_t floats = std::size_t(moved.count) * MovedGaussians::floats_each;
     std::erase_if(state->all, [&](const auto& one) { return one->rows.size() < floats; });
@@ -63,7 +88,9 @@ std::shared_ptr<const DeviceGaussians> GaussianKeeper::kept(const MovedGaussians
                               cudaMemcpyDeviceToDevice, moved.stream),
               "splats");
     check(cudaEventRecord(to.written, moved.stream), "splats");
-    return std::make_shared<const DeviceGaussians>(*free);
+    const std::shared_ptr<KeptGaussians> before = std::exchange(state->last, *free);
+    const bool goes_on = same && before && before->count == to.count;
+    return std::make_shared<const DeviceGaussians>(*free, goes_on ? before : nullptr);
 }
 
 }  // namespace knead

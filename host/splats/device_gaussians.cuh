@@ -13,7 +13,9 @@ struct KeptGaussians {
     {
         check(cudaStreamWaitEvent(stream, written, 0), "splats");
     }
-    MovedSplats moved() const;
+    // `before`: the same Gaussians in the state before, from which they have gone on by so much
+    // more; null: they are where they are.
+    MovedSplats moved(const KeptGaussians* before, float ahead) const;
     void done(cudaStream_t stream) const { check(cudaEventRecord(read, stream), "splats"); }
 
     int device = 0, count = 0;

@@ -34,14 +34,18 @@ std::vector<StageTime> GpuRaster::stage_times() { refuse(); }
 std::size_t GpuRaster::memory() const { refuse(); }
 std::size_t GpuRaster::room() const { refuse(); }
 
-DeviceGaussians::DeviceGaussians(std::shared_ptr<gpu::KeptGaussians>) { refuse(); }
+DeviceGaussians::DeviceGaussians(std::shared_ptr<gpu::KeptGaussians>,
+                                 std::shared_ptr<gpu::KeptGaussians>)
+{
+    refuse();
+}
 int DeviceGaussians::device() const { refuse(); }
 std::size_t DeviceGaussians::count() const { refuse(); }
 void DeviceGaussians::fetch(SplatFrame&) const { refuse(); }
 struct GaussianKeeper::State {};
 GaussianKeeper::GaussianKeeper() = default;  // it is never asked
 GaussianKeeper::~GaussianKeeper() = default;
-std::shared_ptr<const DeviceGaussians> GaussianKeeper::kept(const gpu::MovedGaussians&)
+std::shared_ptr<const DeviceGaussians> GaussianKeeper::kept(const gpu::MovedGaussians&, bool)
 {
     refuse();
 }

@@ -27,6 +27,9 @@ struct SplatFrame {
     // gradient that turns and stretches them.
     std::vector<Vec3<float>> moved_centre;
     std::vector<Mat3<float>> moved_F;
+    // Those that a device moved and keeps (DeviceGaussians) go on as they came, by so much of their
+    // way since the state before.
+    float ahead = 0;
     // Per eye, of its tiles, rows from the top: 1 where nobody sees one, which is left empty. No
     // tiles, or no eyes: all is seen.
     std::vector<std::vector<char>> hidden;

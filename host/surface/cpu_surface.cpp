@@ -2,9 +2,11 @@
 #include <cmath>
 #include <cstdint>
 #include <map>
+#include <memory>
 #include <stdexcept>
 #include <string>
 
+#include "cuda/surface/advance.h"
 #include "cuda/surface/density.h"
 #include "cuda/surface/march.h"
 #include "cuda/surface/smooth.h"
@@ -228,6 +230,29 @@ bool usable(const Deposit& d, float dx)
            std::isfinite(d.volume / (dx * dx * dx));
 }
 
+float value_at(const Field& f, Int3 n)
+{
+    const Int3 i = n - f.low;
+    const bool in =
+        i.x >= 0 && i.y >= 0 && i.z >= 0 && i.x < f.size.x && i.y < f.size.y && i.z < f.size.z;
+    return in ? f.value[(std::size_t(i.z) * std::size_t(f.size.y) + std::size_t(i.y)) *
+                            std::size_t(f.size.x) +
+                        std::size_t(i.x)]
+              : 0;
+}
+
+// Of every vertex, from the density before; null: there was none.
+void advance_all(Mesh& mesh, const Field& now, const Field* past)
+{
+    mesh.advance.assign(mesh.vertices.size(), 0);
+    if (!past || past->dx != now.dx) return;
+#pragma omp parallel for schedule(static)
+    for (std::size_t v = 0; v < mesh.vertices.size(); ++v)
+        mesh.advance[v] = advance(
+            mesh.vertices[v], now.dx, [&](Int3 n) { return value_at(now, n); },
+            [&](Int3 n) { return value_at(*past, n); });
+}
+
 void check(const SurfaceRule& rule)
 {
     const Lattice<float>& l = rule.lattice;
@@ -322,7 +347,7 @@ void smooth(Mesh& mesh, Smoothing smoothing, int iterations)
 
 std::vector<Mesh> surface(const std::vector<Particle<double>>& particles,
                           const std::vector<Material<double>>& materials, const SurfaceRule& rule,
-                          SurfaceStats* stats)
+                          SurfaceStats* stats, SurfacePast* past)
 {
     check(rule);
     SurfaceStats left_out;
@@ -339,13 +364,18 @@ std::vector<Mesh> surface(const std::vector<Particle<double>>& particles,
             by_category[m->category].push_back(d);
     }
     std::vector<Mesh> meshes;
+    SurfacePast kept;
     for (const auto& [category, deposits] : by_category) {
-        Mesh mesh = isosurface(density(deposits, rule.lattice), rule.iso);
+        const auto field = std::make_shared<const Field>(density(deposits, rule.lattice));
+        Mesh mesh = isosurface(*field, rule.iso);
+        if (past && rule.moving) kept.densities[category] = field;
         if (mesh.triangles.empty()) continue;
         smooth(mesh, rule.smoothing, rule.iterations);
+        if (past && rule.moving) advance_all(mesh, *field, past->densities[category].get());
         mesh.category = category;
         meshes.push_back(std::move(mesh));
     }
+    if (past) *past = std::move(kept);
     if (stats) *stats = left_out;
     return meshes;
 }

@@ -117,7 +117,10 @@ std::vector<Mesh> DeviceMesh::meshes() const
         for (; first < end; ++first) {
             const float4 x = places[std::size_t(first)], n = normals[std::size_t(first)];
             mesh.vertices.push_back({x.x, x.y, x.z}), mesh.normals.push_back({n.x, n.y, n.z});
+            mesh.advance.push_back(n.w);
         }
+        const auto moves = [](float a) { return a != 0; };
+        if (std::none_of(mesh.advance.begin(), mesh.advance.end(), moves)) mesh.advance.clear();
         meshes.push_back(std::move(mesh));
     }
     return meshes;

@@ -47,6 +47,7 @@ std::vector<SurfaceStage> GpuSurface::State::stages(const Clay& now) const
     const int n = processors;
     std::vector<SurfaceStage> stages{
         {"renew", [d, now](cudaStream_t on) { renew(d, now, on); }},
+        {"remember", [d, n](cudaStream_t on) { remember(d, n, on); }},
         {"clear", [d, n](cudaStream_t on) { clear(d, n, on); }},
         {"deposit", [d, now](cudaStream_t on) { deposit(d, now, on); }},
         {"list", [d](cudaStream_t on) { list(d, on); }},
@@ -65,6 +66,7 @@ std::vector<SurfaceStage> GpuSurface::State::stages(const Clay& now) const
          }},
         {"shade", [d, n](cudaStream_t on) { shade(d, n, on); }}};
     if (moves == 0) stages.erase(stages.end() - 2);
+    if (!d.past) stages.erase(stages.begin() + 1);
     if (d.whole) stages.erase(stages.begin());
     return stages;
 }
@@ -88,7 +90,9 @@ void GpuSurface::State::prepare(const Clay& now)
 void GpuSurface::State::forget_if_told(cudaStream_t on)
 {
     if (fresh) check(cudaMemsetAsync(store.view.seen, 0xff, sizeof(int), on), "surface");
-    fresh = false;
+    if ((fresh || leaps) && store.view.past)
+        check(cudaMemsetAsync(store.view.past_known, 0, sizeof(int), on), "surface");
+    fresh = leaps = false;
 }
 
 void GpuSurface::State::start(cudaStream_t on)
@@ -242,6 +246,8 @@ std::vector<Mesh> GpuSurface::meshes() const
         download(normals, d.normals, first);
         for (const float4& x : places) mesh.vertices.push_back({x.x, x.y, x.z});
         for (const float4& n : normals) mesh.normals.push_back({n.x, n.y, n.z});
+        if (d.past)
+            for (const float4& n : normals) mesh.advance.push_back(n.w);
         meshes.push_back(std::move(mesh));
     }
     return meshes;
@@ -343,6 +349,7 @@ std::vector<Mesh> GpuSurface::surface(const std::vector<Particle<double>>& parti
 }
 
 void GpuSurface::forget() { state->fresh = true; }
+void GpuSurface::leap() { state->leaps = true; }
 
 std::size_t GpuSurface::memory() const
 {

@@ -48,6 +48,7 @@ class GpuSurface {
     SurfaceStats settled() const;
     SurfaceWork work() const;
     void forget();  // the next keeps nothing of the last
+    void leap();    // of the next nothing is told of how it came to be there
     SurfaceRoom needed() const;
     std::vector<Mesh> meshes() const;
     // Densities of a category in the whole lattice, and the empty layer around it.

@@ -26,7 +26,8 @@ struct GpuSurface::State {
     gpu::DeviceArray<float4> rows;
     gpu::Clay clay{};
     gpu::Graph graph;
-    bool fresh = true;  // nothing may be kept of it
+    bool fresh = true;   // nothing may be kept of it
+    bool leaps = false;  // nor told of how the next moved
     gpu::KeptMeshes kept;
     std::shared_ptr<gpu::KeptMesh> under_way;  // that launch_kept() began; null: none
 

@@ -109,7 +109,7 @@ void SurfaceStore::allocate()
     if (all > double(1 << 30))
         throw std::runtime_error("the density needs " + named +
                                  "; a surface is made from at most 2^30");
-    require_memory((9.0 + 4 * rounds) * all, "a density of " + named);
+    require_memory((9.0 + 4 * (rounds + rule.moving)) * all, "a density of " + named);
     const auto nodes = std::size_t(all), places = nodes / block_nodes;
     view.lattice = rule.lattice;
     view.padded = {size, rule.lattice.dx};
@@ -138,6 +138,9 @@ void SurfaceStore::allocate()
     view.draws = draws.data(), view.faults = faults.data();
     view.density = densities.data(), view.anew = anew.data(), view.work = work.data();
     view.seen = seen.data(), view.progress = progress.data();
+    if (!rule.moving) return;
+    past = DeviceArray<float>(nodes), past_known = DeviceArray<int>(1);
+    view.past = past.data(), view.past_known = past_known.data();
 }
 
 // All that depends on the mesh. A node inside has 1 / iso of clay at most, and six edges; a smooth
@@ -170,9 +173,9 @@ void SurfaceStore::reserve(SurfaceRoom room)
 std::size_t SurfaceStore::bytes() const
 {
     const auto sum = [](const auto&... arrays) { return (std::size_t(0) + ... + arrays.bytes()); };
-    return sum(grains, layers, sums, marks, occupied, anew, densities, blocks, skin, work, seen,
-               progress, active, ring, next, last, counts, before, vertices[0], vertices[1],
-               normals, triangles, draws, faults, scratch);
+    return sum(grains, layers, sums, marks, occupied, anew, densities, past, past_known, blocks,
+               skin, work, seen, progress, active, ring, next, last, counts, before, vertices[0],
+               vertices[1], normals, triangles, draws, faults, scratch);
 }
 
 }  // namespace knead::gpu

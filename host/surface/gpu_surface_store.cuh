@@ -36,6 +36,8 @@ class SurfaceStore {
     SurfaceView view{};
     ScanSpace space{};
     DeviceArray<float> densities;  // of all rounds
+    DeviceArray<float> past;       // SurfaceRule::moving: the last of the surface before
+    DeviceArray<int> past_known;
     DeviceArray<unsigned long long> before;
     DeviceArray<DrawCommand> draws;
     DeviceArray<Faults> faults;

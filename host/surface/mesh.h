@@ -1,5 +1,7 @@
 // A triangle mesh, one per category of clay.
 #pragma once
+#include <map>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -14,6 +16,9 @@ struct Mesh {
     std::vector<Vec3<float>> vertices;  // [m]
     std::vector<Vec3<float>> normals;   // unit, outward; one per vertex
     std::vector<Int3> triangles;        // vertex indices, counter-clockwise seen from outside
+    // Per vertex, where SurfaceRule::moving: how far it has come along its normal since the surface
+    // before [m]. Empty: nothing is known of that.
+    std::vector<float> advance;
 };
 
 enum class Smoothing { none, laplace, taubin };
@@ -24,6 +29,13 @@ struct SurfaceRule {
     float iso = 0.5f;        // share of the rest density where the surface stands
     Smoothing smoothing = Smoothing::taubin;
     int iterations = 5;
+    bool moving = false;  // it is told how the surface moves, for who shows it later
+};
+
+// What is kept of a surface, to tell how the next one moves: densities by category. None: nothing.
+struct Field;
+struct SurfacePast {
+    std::map<int, std::shared_ptr<const Field>> densities;
 };
 
 // Particles that no surface shows.
@@ -35,10 +47,11 @@ struct SurfaceStats {
 // One closed mesh per category dense enough to have a surface, by rising category. Density is in
 // units of rest density: every particle adds its mass / its material's density / cell volume.
 // Throws std::invalid_argument for a rule without meaning, std::runtime_error for a lattice too
-// large. The same bits for any number of threads.
+// large. The same bits for any number of threads. `past` of the surface before, if any, becomes
+// that of this one, where the rule has `moving`.
 std::vector<Mesh> surface(const std::vector<Particle<double>>& particles,
                           const std::vector<Material<double>>& materials, const SurfaceRule& rule,
-                          SurfaceStats* stats = nullptr);
+                          SurfaceStats* stats = nullptr, SurfacePast* past = nullptr);
 
 // Volume enclosed [m^3], positive for outward triangles.
 double volume(const Mesh& mesh);

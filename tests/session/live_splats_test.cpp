@@ -173,6 +173,26 @@ TEST(LiveSplats, InRealTimeFramesAreCutAndLocalClayStillComes)
     EXPECT_EQ(state->splats->count() >= state->gaussians->size(), true);
 }
 
+// In real time hands are rehearsed before a session begins; nothing of that is left.
+TEST(LiveSplats, WhatWasRehearsedHasGoneBackToTheBit)
+{
+    const auto scene = ground();
+    LiveRule rule = live_rule(false);
+    rule.paused = true;
+    LiveSession session(scene, rule), stepped(scene, live_rule(true));
+    session.settle(), stepped.settle();
+    const auto after = session.state(), wanted = stepped.state();
+    ASSERT_EQ(after->trouble + wanted->trouble, "");
+    EXPECT_TRUE(same_bits(after->splats->centre, wanted->splats->centre));
+    EXPECT_TRUE(same_bits(after->splats->scale, wanted->splats->scale));
+    EXPECT_TRUE(same_bits(after->splats->rotation, wanted->splats->rotation));
+    EXPECT_GT(after->splat_version, wanted->splat_version) << "there was a rehearsal";
+    EXPECT_TRUE(!after->gaussians || after->gaussians->empty());
+    std::size_t left = 1;
+    EXPECT_TRUE(session.ask([&](const Solver& s) { left = s.particles().size(); }));
+    EXPECT_EQ(left, 0u);
+}
+
 TEST(LiveSplats, ASolverWithoutEditsSaysThatItHasNoLocalClay)
 {
     const auto scene = ground();

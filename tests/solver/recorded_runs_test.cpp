@@ -161,8 +161,10 @@ Error error(const Setup& s, const Particles& a, const Particles& b)
 // over half a substep (19).
 constexpr double max_rms = 4e-5, max_off = 2e-4, max_volume = 2.2e-7, max_momentum = 1e-4;
 
-// Likewise of F of Gaussians: 1.3e-6 and 1.3e-5. Their places are off as those of particles are.
-constexpr double max_rms_F = 4e-6, max_off_F = 4e-5;
+// Likewise of F of Gaussians, which follow every second substep: 2.4e-6 and 3.6e-5. Their places
+// are off as those of particles are, and F, a fit around a place, by about as much as that is in
+// cells (at the surface behind a finger, where F is 0.1 from none, up to 1.6 times).
+constexpr double max_rms_F = 7e-6, max_off_F = 1.1e-4;
 
 // Gaussians of a run of float from the reference's: places [cells], deformations of each, labels.
 struct SplatError {
@@ -225,7 +227,7 @@ class RecordedRun : public AgainstTheReference {
         EXPECT_LT(g.max, max_off) << "cells";
         EXPECT_LT(g.rms_F, max_rms_F);
         EXPECT_LT(g.max_F, max_off_F);
-        EXPECT_GT(g.strained, 1000 * max_off_F);
+        EXPECT_GT(g.strained, 500 * max_off_F);
         EXPECT_LE(g.other_labels, 5);
         EXPECT_EQ(mine.sum.stranded, wanted.sum.stranded);
         EXPECT_NEAR(double(mine.sum.splats_projected), double(wanted.sum.splats_projected),
