@@ -58,6 +58,7 @@ SplatDrawer::SplatDrawer(const SplatCloud& cloud, Device device, double budget)
 
 void SplatDrawer::set(const SplatCloud& cloud)
 {
+    coming_ = {}, coming_cloud_ = nullptr;  // ends first: its thread has the rasteriser
     antialiased_ = cloud.antialiased;
     if (device_.kind == DeviceKind::cuda)
         gpu_ = raster_of(cloud, 0);
