@@ -158,9 +158,11 @@ void LiveRun::keep_splats(const Frame& frame)
     const bool other_clay =
         rule.stepped ? splats.after(frame, row, *solver) : splats.follow_hands(frame, row, *solver);
     if (other_clay) clay_changed();
-    if (!rule.stepped) begin_plan(frame.number);
     if (row.splats_split + row.splats_added + row.cubes_taken + row.cubes_given_back > 0)
         splats_changed();
+    if (rule.stepped) return;
+    if (row.cubes_taken == 0) splats.begin_leaving(frame, *solver);  // else it can wait
+    begin_plan(frame.number);
 }
 
 void LiveRun::clay_changed()

@@ -174,38 +174,53 @@ void LocalClay::set_material(int object, const Material<double>& to, Solver& sol
         if (clay >= 0) solver.set_material(clay, to);
 }
 
-// Cubes that all hands have left, and others that they come near: more of them than are needed now,
-// once, rather than again in the frames to come.
-LocalClay::Change LocalClay::change_for(const Boxes& boxes) const
+// Cubes that all hands have left.
+std::vector<LocalClay::Key> LocalClay::left_by(const Boxes& boxes) const
 {
-    Change change;
+    std::vector<Key> left;
     const std::vector<Key> held = cubes_near(boxes, reach + slack_cells * dx);
     for (const auto& [key, object] : state_.clay)
-        if (!std::binary_search(held.begin(), held.end(), key)) change.left.push_back(key);
+        if (!std::binary_search(held.begin(), held.end(), key)) left.push_back(key);
+    return left;
+}
+
+// Those that hands come near and that are no clay, or are on their way back: more of them than are
+// needed now, once, rather than again in the frames to come.
+std::vector<LocalClay::Key> LocalClay::wanted_for(const Boxes& boxes) const
+{
     const auto missing = [&](double beyond) {
         std::vector<Key> keys;
         for (const Key key : cubes_near(boxes, beyond))
             if (!state_.clay.count(key) || leaves(key)) keys.push_back(key);
         return keys;
     };
-    if (!missing(reach).empty()) change.wanted = missing(reach + slack_cells / 2 * dx);
-    return change;
+    if (missing(reach).empty()) return {};
+    return missing(reach + slack_cells / 2 * dx);
 }
 
-LocalReport LocalClay::after(int frame, const Motion& motion, Solver& solver, bool beside)
+LocalReport LocalClay::after(int frame, const Motion& motion, Solver& solver)
+{
+    std::size_t back = 0;
+    if (frame % frames_apart == 0) {
+        back = begin_leaving(left_by(boxes_of(motion)), solver);
+        back += end_leaving(solver, true);
+    }
+    LocalReport report = follow(motion, solver);
+    report.given_back += back;
+    return report;
+}
+
+LocalReport LocalClay::follow(const Motion& motion, Solver& solver)
 {
     LocalReport report;
     report.given_back = end_leaving(solver, false);
     const Boxes boxes = boxes_of(motion);
-    Change change = change_for(boxes);
-    const bool comes = !change.wanted.empty();
-    // Beside frames it can wait for one in which nothing comes.
-    const bool due = frame % frames_apart == 0 && !leaving() && !(beside && comes);
-    if (due && !change.left.empty())
-        report.given_back += begin_leaving(std::move(change.left), solver);
-    if (comes || !beside) report.given_back += end_leaving(solver, true);
-    if (comes) take(change.wanted, boxes, solver);
-    report.taken = change.wanted.size();
+    const std::vector<Key> wanted = wanted_for(boxes);
+    if (!wanted.empty()) {
+        report.given_back += end_leaving(solver, true);
+        take(wanted, boxes, solver);
+    }
+    report.taken = wanted.size();
     for (const auto& [key, object] : state_.clay) report.cubes += object >= 0;
     report.splats = moving.cloud().count();
     return report;
@@ -229,6 +244,11 @@ Motion LocalClay::over_ground() const
     return motion;
 }
 
+void LocalClay::begin_leaving(int frame, const Motion& motion, Solver& solver)
+{
+    if (frame % frames_apart == 0 && !leaving()) begin_leaving(left_by(boxes_of(motion)), solver);
+}
+
 void LocalClay::set_state(LocalState state)
 {
     check(state);
@@ -242,6 +262,7 @@ void LocalClay::set_state(LocalState state)
 
 void LocalClay::show(SplatCloud& all) const
 {
+    settled();
     const SplatCloud& move = moving.cloud();
     std::vector<std::uint32_t> standing_still;
     for (std::size_t i = 0; i < state_.cloud.count(); ++i)

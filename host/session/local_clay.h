@@ -26,9 +26,13 @@ class LocalClay {
     LocalClay(const Scene& scene, int object, SplatCloud cloud, SplatUpkeep& moving);
 
     // After the frame of that number: clay for where the tools will be at the end of the next one,
-    // if they go on as in `motion`; back with what they have left, now and then. `beside`: a thread
-    // finds out what goes back, and it goes a few frames later.
-    LocalReport after(int frame, const Motion& motion, Solver& solver, bool beside = false);
+    // if they go on as in `motion`; back with what they have left, now and then.
+    LocalReport after(int frame, const Motion& motion, Solver& solver);
+    // The same in two halves, for who does not wait for what goes back: a thread finds out where it
+    // stands, and it goes after a later frame. The thread has what stands still from the second
+    // half on: after all that is to be shown of this frame, and not in one in which clay came.
+    LocalReport follow(const Motion& motion, Solver& solver);
+    void begin_leaving(int frame, const Motion& motion, Solver& solver);
     // Some clay is on its way back: no one else may edit the solver's Gaussians or remove clay.
     bool leaving() const { return way_back.valid(); }
     // It goes back now. True if some was on its way.
@@ -42,8 +46,8 @@ class LocalClay {
     // If the object is the one that stands still: its clay is of this material from now on.
     void set_material(int object, const Material<double>& material, Solver& solver);
 
-    // None of these four while clay is on its way back.
-    const LocalState& state() const { return state_; }
+    // What follows, but for set_state(), throws std::logic_error while clay is on its way back.
+    const LocalState& state() const { return settled(); }
     // Of the same scene. The solver and the splats that move must be those of then, too. Throws as
     // check().
     void set_state(LocalState state);
@@ -51,8 +55,8 @@ class LocalClay {
     // Those that move, in the order of the solver's Gaussians, then those that stand still: all of
     // the cloud, whose memory may serve.
     void show(SplatCloud& all) const;
-    const SplatCloud& still() const { return state_.cloud; }
-    bool stands(std::size_t splat) const { return !state_.away[splat]; }  // one of still()
+    const SplatCloud& still() const { return settled().cloud; }
+    bool stands(std::size_t splat) const { return !settled().away[splat]; }  // one of still()
 
   private:
     using Key = Cubes::Key;
@@ -63,10 +67,8 @@ class LocalClay {
     void put(std::uint32_t splat);
     void take(const std::vector<Key>& wanted, const Boxes& boxes, Solver& solver);
     void take_splats(Solver& solver);
-    struct Change {
-        std::vector<Key> left, wanted;
-    };
-    Change change_for(const Boxes& boxes) const;
+    std::vector<Key> wanted_for(const Boxes& boxes) const;
+    std::vector<Key> left_by(const Boxes& boxes) const;
 
     struct WayBack {
         std::vector<int> objects;
@@ -74,6 +76,7 @@ class LocalClay {
         CarriedSplats stay;                // that move still
         std::vector<int> home;             // theirs
     };
+    const LocalState& settled() const;
     bool leaves(Key cube) const;
     std::size_t begin_leaving(std::vector<Key> cubes, Solver& solver);
     std::size_t end_leaving(Solver& solver, bool now);

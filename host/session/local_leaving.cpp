@@ -3,6 +3,7 @@
 // is held still.
 #include <algorithm>
 #include <chrono>
+#include <stdexcept>
 
 #include "host/session/local_clay.h"
 #include "host/splats/deformed.h"
@@ -42,6 +43,13 @@ std::vector<T> picked(const std::vector<T>& all, const std::vector<std::uint32_t
 }
 
 }  // namespace
+
+// What the thread writes and may move in memory.
+const LocalState& LocalClay::settled() const
+{
+    if (leaving()) throw std::logic_error("clay is on its way back");
+    return state_;
+}
 
 bool LocalClay::leaves(Key cube) const
 {

@@ -69,12 +69,20 @@ void tell(const UpkeepReport& done, FrameRow& row)
     row.splats_waiting = long(done.waiting);
 }
 
+// True if clay came or went.
+bool tell(const LocalReport& now, FrameRow& row)
+{
+    row.cubes = long(now.cubes), row.cubes_taken = long(now.taken);
+    row.cubes_given_back = long(now.given_back);
+    return now.taken + now.given_back > 0;
+}
+
 }  // namespace
 
 bool SceneSplats::after(const Frame& frame, FrameRow& row, Solver& solver)
 {
     tell(moving.after(row.frame, solver), row);
-    return local_clay(frame, row, solver, false);
+    return local() && tell(around_hands->after(row.frame, frame.motion, solver), row);
 }
 
 void SceneSplats::adopt(UpkeepPlan plan, FrameRow& row, Solver& solver)
@@ -84,7 +92,7 @@ void SceneSplats::adopt(UpkeepPlan plan, FrameRow& row, Solver& solver)
 
 bool SceneSplats::follow_hands(const Frame& frame, FrameRow& row, Solver& solver)
 {
-    return local_clay(frame, row, solver, true);
+    return local() && tell(around_hands->follow(frame.motion, solver), row);
 }
 
 bool SceneSplats::rehearse(Solver& solver, double step, const std::function<void()>& meanwhile)
@@ -92,7 +100,7 @@ bool SceneSplats::rehearse(Solver& solver, double step, const std::function<void
     if (!local()) return false;
     Motion motion = around_hands->over_ground();
     if (motion.to.empty()) return false;
-    around_hands->after(1, motion, solver, true);
+    around_hands->follow(motion, solver);
     refresh();
     const std::size_t tools = scene.setup.tools.size();
     Motion away = motion;
@@ -103,19 +111,15 @@ bool SceneSplats::rehearse(Solver& solver, double step, const std::function<void
         solver.advance(away, step);
     }
     meanwhile();
-    around_hands->after(0, away, solver, true);
+    around_hands->begin_leaving(0, away, solver);
     around_hands->end_leaving(solver);
     refresh();
     return true;
 }
 
-bool SceneSplats::local_clay(const Frame& frame, FrameRow& row, Solver& solver, bool beside)
+void SceneSplats::begin_leaving(const Frame& frame, Solver& solver)
 {
-    if (!local()) return false;
-    const LocalReport now = around_hands->after(row.frame, frame.motion, solver, beside);
-    row.cubes = long(now.cubes), row.cubes_taken = long(now.taken);
-    row.cubes_given_back = long(now.given_back);
-    return now.taken + now.given_back > 0;
+    if (local()) around_hands->begin_leaving(frame.number, frame.motion, solver);
 }
 
 }  // namespace knead

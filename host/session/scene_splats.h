@@ -23,8 +23,10 @@ class SceneSplats {
     // where hands come or go, clay. True if clay was brought or taken.
     bool after(const Frame& frame, FrameRow& row, Solver& solver);
     // The same for who has splats split and added beside frames: clay, and what came of a task of
-    // upkeep(), but not while clay is on its way back, beside frames, too.
+    // upkeep(), but not while clay is on its way back, beside frames, too. That begins last, after
+    // refresh(): from then on a thread has what stands still.
     bool follow_hands(const Frame& frame, FrameRow& row, Solver& solver);
+    void begin_leaving(const Frame& frame, Solver& solver);
     // As if hands had come and gone again before anything moved, so that memory, graphs and threads
     // are there when they come; false where there is no local clay. The splats are as before, and
     // the solver's clay; both have been edited. `meanwhile` is called with the clay there.
@@ -51,8 +53,6 @@ class SceneSplats {
     void set_state(const CarriedSplats& state, const LocalState& of_local);
 
   private:
-    bool local_clay(const Frame& frame, FrameRow& row, Solver& solver, bool beside);
-
     const Scene& scene;
     SplatUpkeep moving;
     std::unique_ptr<LocalClay> around_hands;    // null: no object has a depth

@@ -7,7 +7,7 @@
 
 #include "host/assets/procedural_object.h"
 #include "host/session/device.h"
-#include "host/session/live.h"
+#include "host/session/live_run.h"
 #include "host/session/scene_splats.h"
 #include "host/session/session.h"
 #include "tests/folder.h"
@@ -191,6 +191,36 @@ TEST(LiveSplats, WhatWasRehearsedHasGoneBackToTheBit)
     std::size_t left = 1;
     EXPECT_TRUE(session.ask([&](const Solver& s) { left = s.particles().size(); }));
     EXPECT_EQ(left, 0u);
+}
+
+// In the frame in which clay begins to go back by a thread of its own, splats are still split: what
+// is shown of it is looked at before the thread has it.
+TEST(LiveSplats, InRealTimeClayGoesBackWhileSplatsAreSplit)
+{
+    const auto scene = load_live_scene("scenes/ground.json",
+                                       {"domain.cells=24", "surface.nodes=24", "splats.every=1",
+                                        "splats.split.limit=1.1", "splats.split.budget=1"});
+    const LiveRule rule = live_rule(false);
+    double clock = 0;
+    LiveRun run(
+        scene, rule, 0, [&] { return clock; }, [] { return false; });
+    std::size_t most = 0;
+    int frame = 0;
+    const auto next = [&] {
+        clock += 1 / scene->scene.frame_rate, ++frame;
+        ASSERT_EQ(run.frame(false), "") << frame;
+        most = std::max(most, run.of().particle_count());
+        // When hands have gone, every frame finds a plan ready.
+        if (frame >= 60) std::this_thread::sleep_for(std::chrono::milliseconds(30));
+    };
+    while (frame < 60) ASSERT_NO_FATAL_FAILURE(next());
+    EXPECT_GT(most, 100u);
+    run.play(false);  // and no hand is tracked
+    LiveState state;
+    while (frame < 300 && run.of().particle_count() > 0) ASSERT_NO_FATAL_FAILURE(next());
+    run.tell(state);
+    EXPECT_EQ(run.of().particle_count(), 0u);
+    EXPECT_GT(state.splats->count(), scene->splats[0].cloud.count()) << "none was split";
 }
 
 TEST(LiveSplats, ASolverWithoutEditsSaysThatItHasNoLocalClay)

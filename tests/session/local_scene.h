@@ -88,10 +88,20 @@ class LocalScene : public InFolder, public ::testing::WithParamInterface<bool> {
             const Motion m{at(double(f) / frames), at(double(f + 1) / frames), active};
             last = solver->advance(m, frame);
             repaired += last.repaired;
-            moving->after(++number, *solver);
-            report = local->after(number, m, *solver, beside);
+            follow(++number, m);
             most_cubes = std::max(most_cubes, report.cubes);
         }
+    }
+    // As `knead run`, or `beside` frames as a live session.
+    void follow(int frame_number, const Motion& m)
+    {
+        if (!local->leaving()) moving->after(frame_number, *solver);
+        if (!beside) {
+            report = local->after(frame_number, m, *solver);
+            return;
+        }
+        report = local->follow(m, *solver);
+        if (report.taken == 0) local->begin_leaving(frame_number, m, *solver);
     }
     void press(Place at, double depth = 0.03)
     {
@@ -126,9 +136,9 @@ class LocalScene : public InFolder, public ::testing::WithParamInterface<bool> {
     }
 
     Scene scene;
+    std::unique_ptr<Solver> solver;  // outlives the thread of what goes back
     std::unique_ptr<SplatUpkeep> moving;
     std::unique_ptr<LocalClay> local;
-    std::unique_ptr<Solver> solver;
     std::vector<Vec3<float>> middle;  // centres at first
     FrameStats last;
     LocalReport report;
