@@ -7,7 +7,7 @@
 namespace knead::gpu {
 namespace {
 
-constexpr int threads = 64;
+constexpr int threads = 128;
 
 struct DeformView {
     // reads
@@ -70,19 +70,13 @@ __device__ bool follow(const DeformView& d, Gaussian<float>& g, int i, const Str
     return true;
 }
 
-// Which tools are near x, if it holds.
-__device__ const Mask& tools_near(const DeformView& d, Vec3<float> x)
-{
-    return d.near.masks[d.lattice.block_of(d.lattice.cell_of(x))];
-}
-
 // Out of what it must not be in; true if a tool moved it.
 template <Features f>
 __device__ bool put_right(const DeformView& d, Gaussian<float>& g, int n)
 {
     if constexpr (f.tools)
         if (d.near.passes > 0 && d.near.stored.holds(g.x)) {
-            const Mask& mask = tools_near(d, g.x);
+            const Mask& mask = d.near.masks[d.lattice.block_of(d.lattice.cell_of(g.x))];
             if (!empty(mask))
                 return keep_out(g, d.contact.colliders(n), mask, d.near.passes, f.blades, d.walls,
                                 d.lattice.dx);
@@ -104,11 +98,8 @@ __device__ void report(Clock& clock, const Happened& happened, int substeps)
     add(clock.counters.splats_repaired, happened.repaired, 1);
 }
 
-// With tools 88 registers a thread, so that eleven blocks are on a multiprocessor and 300 000
-// Gaussians take three rounds and a bit; without, that spills.
 template <class Case>
-__global__ void __maxnreg__(Case::features.tools ? 88 : 96)
-    deform_kernel(const __grid_constant__ DeformView d)
+__global__ void __launch_bounds__(threads, 5) deform_kernel(const __grid_constant__ DeformView d)
 {
     constexpr Features f = Case::features;
     const int own = int(blockIdx.x * threads + threadIdx.x), i = min(own, d.splats.room - 1);
@@ -120,10 +111,6 @@ __global__ void __maxnreg__(Case::features.tools ? 88 : 96)
     wait_for_upstream();
     const Stretch by = stretch(d);
     if (by.substeps == 0) return;
-    // Where it will most likely be, on its way beside the nodes; with blades no register is left.
-    if constexpr (f.tools && !f.blades)
-        if (d.near.passes > 0 && d.near.stored.holds(g.x))
-            asm volatile("prefetch.global.L1 [%0];" ::"l"(&tools_near(d, g.x)));
     Happened happened{};
     if (valid && follow<f>(d, g, i, by, happened.stranded)) {
         happened.projected = put_right<f>(d, g, by.n);
