@@ -17,22 +17,24 @@ namespace knead::xr {
 void* function_of_library(const std::string& names, const char* name, std::string& reason)
 {
     std::istringstream in(names);
+    std::string why;  // of the first, whose name is this system's most likely
     for (std::string library; in >> library;) {
 #ifdef _WIN32
         const HMODULE opened = LoadLibraryA(library.c_str());
         void* found = opened ? reinterpret_cast<void*>(GetProcAddress(opened, name)) : nullptr;
-        if (!opened) reason = library + " was not found";
+        if (!opened && why.empty()) why = library + " was not found";
 #else
         void* opened = ::dlopen(library.c_str(), RTLD_NOW | RTLD_LOCAL);
         void* found = opened ? ::dlsym(opened, name) : nullptr;
         if (!opened) {
             const char* said = ::dlerror();
-            reason = said ? said : library + " was not found";
+            if (why.empty()) why = said ? said : library + " was not found";
         }
 #endif
-        if (opened && !found) reason = library + " has no " + name;
+        if (opened && !found) why = library + " has no " + name;
         if (found) return found;
     }
+    reason = why;
     return nullptr;
 }
 

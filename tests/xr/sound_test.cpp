@@ -130,7 +130,7 @@ TEST_F(Sound, GoesOutAsItIsMade)
     setenv("ALSOFT_CONF", path("al.conf").c_str(), 1);
     std::string why;
     std::unique_ptr<SoundOut> out = SoundOut::open(why);
-    if (!out && why.find("OpenAL") == std::string::npos) GTEST_SKIP() << why;
+    if (!out && why.find("libopenal.so.1") != std::string::npos) GTEST_SKIP() << why;
     ASSERT_TRUE(out) << why;
     CueSound cues;
     cues.set(right, Feel::contact, 1);
