@@ -20,17 +20,17 @@ constexpr int rest_blocks = 132 * 8;  // an H200's
 constexpr int quarters = 4;           // blocks of a part that was put off
 
 // What a block draws: a part, or a quarter of one; four patches, two by two, each a warp's.
-struct Whole {
+struct PartSize {
     static constexpr int each = 4;  // pixels of a thread
     static constexpr int patch_width = 16, patch_height = 8;
 };
-struct Quarter {
+struct QuarterSize {
     static constexpr int each = 1;
     static constexpr int patch_width = 8, patch_height = 4;
 };
-static_assert(2 * Whole::patch_width == part_width && 2 * Whole::patch_height == part_height);
-static_assert(4 * Quarter::patch_width == part_width && 4 * Quarter::patch_height == part_height);
-static_assert(warps == 4);
+static_assert(2 * PartSize::patch_width == part_width && 2 * PartSize::patch_height == part_height);
+static_assert(PartSize::patch_width == 2 * QuarterSize::patch_width &&
+              PartSize::patch_height == 2 * QuarterSize::patch_height && warps == 4);
 
 // Thread blocks of a multiprocessor, by what they need of its registers.
 template <class Size, bool mesh>
@@ -362,7 +362,7 @@ __device__ void draw(const RasterView& d, const Part& part, const Range& range)
 }
 
 template <bool mesh>
-__global__ void __launch_bounds__(threads, resident<Whole, mesh>)
+__global__ void __launch_bounds__(threads, resident<PartSize, mesh>)
     blend_kernel(const __grid_constant__ RasterView d)
 {
     const Part part = part_of(d, int(blockIdx.x));
@@ -371,18 +371,18 @@ __global__ void __launch_bounds__(threads, resident<Whole, mesh>)
         if (threadIdx.x == 0) d.put_off[atomicAdd(&d.counts->put_off, 1)] = part.key;
         return;
     }
-    draw<Whole, mesh>(d, part, range);
+    draw<PartSize, mesh>(d, part, range);
 }
 
 // Parts that were put off.
 template <bool mesh>
-__global__ void __launch_bounds__(threads, resident<Quarter, mesh>)
+__global__ void __launch_bounds__(threads, resident<QuarterSize, mesh>)
     blend_rest_kernel(const __grid_constant__ RasterView d)
 {
     const int all = quarters * d.counts->put_off;
     for (int k = int(blockIdx.x); k < all; k += int(gridDim.x)) {
         const Part part = part_of(d, d.put_off[k / quarters]);
-        draw<Quarter, mesh>(d, quarter_of(part, k % quarters), range_of(d, part));
+        draw<QuarterSize, mesh>(d, quarter_of(part, k % quarters), range_of(d, part));
         __syncthreads();
     }
 }

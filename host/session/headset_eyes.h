@@ -57,8 +57,7 @@ class HeadsetEyes {
     HeadsetEyes(const HeadsetEyes&) = delete;
 
     void renew();  // the headset has a new session
-    // Throws std::runtime_error and
-    // std::invalid_argument where it cannot be drawn.
+    // Throws std::runtime_error and std::invalid_argument where it cannot be drawn.
     EyesDrawn draw(const Sight& sight, const HeadsetPicture& picture);
     int gl_errors() const;     // of what was drawn
     std::string told() const;  // of what was found at the start; "": nothing of note

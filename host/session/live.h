@@ -66,13 +66,13 @@ struct LiveTool {
     std::vector<DrawPrimitive> primitives;
 };
 
-// Of when something is that moves: hands were where its tools are then. States have no more to tell
-// than where it was; a display shows them later.
+// When what moves was where a state has it, by the time of the hands that moved it. A display shows
+// it later.
 struct Instant {
     double time = 0;  // of the session [s]
     double step = 0;  // since the one before [s]; 0: nothing is known of how it moves
-    // By how much of its way since the one before it has gone on by `now`, as it came: by all of it
-    // at most.
+    // The share of its way since the one before by which it has gone on until `now`, if it goes on
+    // as it came; 1 at most.
     float ahead(double now) const;
 };
 

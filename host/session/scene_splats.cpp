@@ -103,7 +103,7 @@ bool SceneSplats::rehearse(Solver& solver, double step, const std::function<void
     around_hands->follow(motion, solver);
     refresh();
     const std::size_t tools = scene.setup.tools.size();
-    Motion away = motion;
+    Motion away = motion;  // [m] from all clay
     for (std::vector<Joint<double>>* joints : {&away.from, &away.to})
         for (Joint<double>& j : *joints) j.p = j.p + Vec3<double>{0, 1000, 0};
     for (const bool active : {false, true}) {  // solvers have a graph for each
@@ -113,7 +113,6 @@ bool SceneSplats::rehearse(Solver& solver, double step, const std::function<void
     meanwhile();
     around_hands->begin_leaving(0, away, solver);
     around_hands->end_leaving(solver);
-    refresh();
     return true;
 }
 

@@ -3,6 +3,7 @@
 #include <vector>
 
 #include "cuda/splats/deform.cuh"
+#include "cuda/splats/gone_on.h"
 #include "host/splats/device_gaussians.cuh"
 
 namespace knead {
@@ -46,17 +47,21 @@ void DeviceGaussians::fetch(SplatFrame& frame) const
 {
     constexpr std::size_t each = MovedGaussians::floats_each;
     check(cudaSetDevice(device()), "device");
-    std::vector<float> rows = rows_of(*kept_);
-    if (before_ && frame.ahead > 0) {
-        const std::vector<float> old = rows_of(*before_);
-        for (std::size_t k = 0; k < rows.size(); ++k)
-            rows[k] += frame.ahead * (rows[k] - old[k]);  // gone_on()
-    }
+    const std::vector<float> rows = rows_of(*kept_);
+    std::vector<float> before;
+    if (before_ && frame.ahead > 0) before = rows_of(*before_);
+    const auto column = [](const std::vector<float>& of, std::size_t at) {
+        return Vec3<float>{of[at], of[at + 1], of[at + 2]};
+    };
+    const auto by_then = [&](std::size_t at) {
+        const Vec3<float> now = column(rows, at);
+        return before.empty() ? now : gone_on(now, column(before, at), frame.ahead);
+    };
     frame.moved_centre.resize(count()), frame.moved_F.resize(count());
     for (std::size_t i = 0; i < count(); ++i) {
-        const float* const r = rows.data() + each * i;
-        frame.moved_centre[i] = {r[0], r[1], r[2]};
-        frame.moved_F[i] = {{r[3], r[4], r[5]}, {r[6], r[7], r[8]}, {r[9], r[10], r[11]}};
+        const std::size_t at = each * i;
+        frame.moved_centre[i] = by_then(at);
+        frame.moved_F[i] = {by_then(at + 3), by_then(at + 6), by_then(at + 9)};
     }
 }
 
