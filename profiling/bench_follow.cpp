@@ -1,6 +1,7 @@
 // How often Gaussians must hear of the clay's motion: every substep; every k-th, with the velocity
 // held until the next, or with that of the last for all that they are behind, as the solvers do; in
-// k groups that take turns, each so and all of them in a frame's last substep; or once a frame by
+// k groups that take turns, each so and all of them in a frame's last substep; out of tools each
+// time, or every so many times and in a frame's last substep, or only then; or once a frame by
 // the composed motion of the nodes, each of which is carried along through all substeps of the
 // frame. The paper's ball, soft enough to flow, turns and is pressed by two cones; errors are from
 // every substep, after the last frame.
@@ -31,6 +32,7 @@ struct Way {
     std::string name;
     Mode mode;
     int every = 1;  // substeps
+    int out = 1;    // every so many times they follow, and in a frame's last, out of tools
     Gaussians gaussians{};
     double seconds = 0;
 };
@@ -57,7 +59,8 @@ double squared(const Mat3<double>& A) { return dot(A.a, A.a) + dot(A.b, A.b) + d
 
 // Those that `go`, by their index, through so many substeps of dt [s].
 template <class Go, class NodeAt>
-void carry_those(Gaussians& all, const Clay& clay, double dt, int substeps, Go&& go, NodeAt&& node)
+void carry_those(Gaussians& all, const Clay& clay, double dt, int substeps, bool out, Go&& go,
+                 NodeAt&& node)
 {
     const Lattice<double>& l = clay.setup.lattice;
     const Colliders<double> tools = clay.solver.colliders();
@@ -68,7 +71,8 @@ void carry_those(Gaussians& all, const Clay& clay, double dt, int substeps, Go&&
         const Gaussian<double> start = g;
         const Int3 base = base_node(g.x, l.spacing);
         deform(g, l.spacing, dt, substeps, [&](Int3 step) { return node(base + step); });
-        keep_out(g, tools, clay.solver.acting(), clay.setup.passes, false, walls, l.dx);
+        const int passes = out ? clay.setup.passes : 0;
+        keep_out(g, tools, clay.solver.acting(), passes, false, walls, l.dx);
         repair(g, start);
     }
 }
@@ -115,17 +119,18 @@ void follow(Way& w, const Clay& clay, double dt, int s, int substeps)
     const bool last = s + 1 == substeps;
     if (w.mode == Mode::held) {
         if (s % every) return;
-        carry_those(w.gaussians, clay, std::min(every, substeps - s) * dt, 1, any, node);
+        carry_those(w.gaussians, clay, std::min(every, substeps - s) * dt, 1, true, any, node);
     } else if (w.mode == Mode::behind) {
         if ((s + 1) % every && !last) return;
-        carry_those(w.gaussians, clay, dt, s % every + 1, any, node);
+        const bool out = last || (s + 1) / every % w.out == 0;
+        carry_those(w.gaussians, clay, dt, s % every + 1, out, any, node);
     } else {
         for (int g = 0; g < every; ++g) {
             const int since = s >= g ? (s - g) % every : s + 1;  // its last turn: 0 is now
             const int behind = since == 0 ? std::min(every, s + 1) : since;
             if (since == 0 || last)
                 carry_those(
-                    w.gaussians, clay, dt, behind,
+                    w.gaussians, clay, dt, behind, true,
                     [&](std::size_t i) { return int(i / 128) % every == g; }, node);
         }
     }
@@ -137,6 +142,8 @@ std::vector<Way> ways_of(int substeps)
     for (const int k : {2, 4, 8}) ways.push_back({fmt::format("held, {}", k), Mode::held, k});
     ways.push_back({"held, a frame", Mode::held, substeps});
     for (const int k : {2, 3, 4}) ways.push_back({fmt::format("behind, {}", k), Mode::behind, k});
+    ways.push_back({"behind, 2, out each 4th", Mode::behind, 2, 4});
+    ways.push_back({"behind, 2, out at the end", Mode::behind, 2, substeps});
     for (const int k : {2, 3, 4})
         ways.push_back({fmt::format("in turns, {}", k), Mode::in_turns, k});
     ways.push_back({"composed, a frame", Mode::composed});
@@ -145,7 +152,7 @@ std::vector<Way> ways_of(int substeps)
 
 void report(const std::vector<Way>& ways, double dx, int frames)
 {
-    fmt::print("{:22} {:>10} {:>12} {:>12} {:>12} {:>12}\n", "way", "ms/frame", "x rms [dx]",
+    fmt::print("{:26} {:>10} {:>12} {:>12} {:>12} {:>12}\n", "way", "ms/frame", "x rms [dx]",
                "x max [dx]", "F rms", "det F rms");
     for (const Way& w : ways) {
         double x = 0, most = 0, F = 0, volume = 0;
@@ -156,7 +163,7 @@ void report(const std::vector<Way>& ways, double dx, int frames)
             const double v = determinant(a.F) - determinant(b.F);
             x += off * off / n, most = std::max(most, off), F += f * f / n, volume += v * v / n;
         }
-        fmt::print("{:22} {:10.2f} {:12.5f} {:12.4f} {:12.5f} {:12.5f}\n", w.name,
+        fmt::print("{:26} {:10.2f} {:12.5f} {:12.4f} {:12.5f} {:12.5f}\n", w.name,
                    1e3 * w.seconds / frames, std::sqrt(x), most, std::sqrt(F), std::sqrt(volume));
     }
 }
@@ -207,7 +214,7 @@ int main(int argc, char** argv)
         Way& last = ways.back();
         last.seconds += seconds_of([&] {
             carry_those(
-                last.gaussians, clay, 1, 1, [](std::size_t) { return true; },
+                last.gaussians, clay, 1, 1, true, [](std::size_t) { return true; },
                 [&](Int3 n) {
                     const auto i = std::size_t(scene.lattice.index(n));
                     return NodeShare<double>{composed.way[i], composed.share[i]};

@@ -67,6 +67,7 @@ struct ToolView {
     bool grid_contact;
     int passes;
     WayOut<float> way;
+    bool swift;  // as clears_each_time() has it (lag.h)
 };
 
 // All that there is, of which each stage takes its part.

@@ -1,4 +1,6 @@
-// One thread a Gaussian. A warp's lie around the same nodes, which come from L1.
+// Gaussians, each by a thread: one kernel moves them, another takes them out of tools. In one,
+// those few that are in a tool would hold up the rest. A warp's lie around the same nodes, which
+// come from L1.
 #include "cuda/device/launch.cuh"
 #include "cuda/mpm/gather.cuh"
 #include "cuda/mpm/substep.cuh"
@@ -20,6 +22,7 @@ struct DeformView {
     const int* moves_from;  // block_count: where clay may be still, from which substep on it moves
     float per_mass;         // of share() [1/kg]
     bool at_end;            // of the frame: whoever is behind is moved
+    bool swift;             // tools: as clears_each_time() has it
     // writes
     GaussianView splats;
     Clock* clock;
@@ -41,48 +44,53 @@ __device__ Stretch stretch(const DeformView& d)
     return {d.at_end ? done - 1 : begun, moves ? lag.substeps : 0, lag.each<float>()};
 }
 
+// Whether they leave tools now, after they have moved or not.
+__device__ bool clears(const DeformView& d)
+{
+    const Clock& c = *d.clock;
+    const bool due = c.lag.due();
+    if (d.at_end) return due ? !d.swift : c.lag.substeps > 0;
+    return due && c.dt[0] > 0;
+}
+
 // What of a Gaussian's substep is counted: each 0 or 1.
 struct Happened {
     bool stranded, projected, repaired;
 };
 
-// Where clay moves g; what is left of it is loaded meanwhile. False: it is held still.
-template <Features f>
-__device__ bool follow(const DeformView& d, Gaussian<float>& g, int i, const Stretch& by,
-                       bool& stranded)
+// Of the thread's own, with what comes after it to be read anew: it costs less to load again what
+// is in L1 than to keep it in registers meanwhile.
+__device__ int own_index()
 {
-    stranded = !d.near.stored.holds(g.x);
-    if (stranded) return d.splats.load_rest(i, g), true;
-    const Int3 base = base_node(g.x, d.lattice.spacing);
+    unsigned block, thread;
+    asm volatile("mov.u32 %0, %%ctaid.x; mov.u32 %1, %%tid.x;"
+                 : "=r"(block), "=r"(thread)
+                 :
+                 : "memory");
+    return int(block * threads + thread);
+}
+
+enum class Way { still, stranded, moves };
+// What moves the Gaussian at x, if anything does.
+template <Features f>
+__device__ Way field_around(const DeformView& d, Vec3<float> x, int i, int n,
+                            LinearField<float>& field)
+{
+    if (!d.near.stored.holds(x)) return Way::stranded;
+    const Int3 base = base_node(x, d.lattice.spacing);
     if constexpr (f.rests)
-        if (d.moves_from[d.lattice.block_of(base)] > by.n) return false;
-    const float4* nodes = d.velocities[by.n & 1];
-    if constexpr (f.blades) nodes += g.label() * unsigned(d.lattice.node_count());
+        if (d.moves_from[d.lattice.block_of(base)] > n) return Way::still;
+    const float4* nodes = d.velocities[n & 1];
+    if constexpr (f.blades)
+        nodes +=
+            Gaussian<float>{.sides = d.splats.sides[i]}.label() * unsigned(d.lattice.node_count());
     const Offsets o = offsets(d.lattice, base);
     bool held;
-    const LinearField<float> field = field_at(g.x, d.lattice.spacing, held, [&](Int3 step) {
+    field = field_at(x, d.lattice.spacing, held, [&](Int3 step) {
         const float4 v = (nodes + o.column(step))[step.z * Lattice<float>::along_z];
         return NodeShare<float>{{v.x, v.y, v.z}, __saturatef(d.per_mass * v.w)};  // share()
     });
-    d.splats.load_rest(i, g);
-    if (held) carry(g, field, by.dt, by.substeps);
-    stranded = !held;
-    return true;
-}
-
-// Out of what it must not be in; true if a tool moved it.
-template <Features f>
-__device__ bool put_right(const DeformView& d, Gaussian<float>& g, int n)
-{
-    if constexpr (f.tools)
-        if (d.near.passes > 0 && d.near.stored.holds(g.x)) {
-            const Mask& mask = d.near.masks[d.lattice.block_of(d.lattice.cell_of(g.x))];
-            if (!empty(mask))
-                return keep_out(g, d.contact.colliders(n), mask, d.near.passes, f.blades, d.walls,
-                                d.lattice.dx);
-        }
-    if (!d.free.holds(g.x)) keep_within(g, d.walls);
-    return false;
+    return held ? Way::moves : Way::stranded;
 }
 
 // A warp's to the frame's counters.
@@ -98,34 +106,81 @@ __device__ void report(Clock& clock, const Happened& happened, int substeps)
     add(clock.counters.splats_repaired, happened.repaired, 1);
 }
 
+// Moves them.
 template <class Case>
-__global__ void __launch_bounds__(threads, 5) deform_kernel(const __grid_constant__ DeformView d)
+__global__ void __launch_bounds__(threads, Case::features.blades ? 5 : 6)
+    follow_kernel(const __grid_constant__ DeformView d)
 {
-    constexpr Features f = Case::features;
-    const int own = int(blockIdx.x * threads + threadIdx.x), i = min(own, d.splats.room - 1);
+    const int own = own_index();
     const bool valid = own < *d.splats.live;
     // As it was left when it moved last, in a substep that is over.
-    Gaussian<float> g{};
-    d.splats.load_place(i, g);
-    if constexpr (f.blades) g.sides = d.splats.sides[i];
+    const float4 place = d.splats.row(0, min(own, d.splats.room - 1));
     wait_for_upstream();
+    const Stretch before = stretch(d);
+    if (before.substeps == 0) return;
+    LinearField<float> field;
+    Way way = Way::still;
+    if (valid)
+        way = field_around<Case::features>(d, {place.x, place.y, place.z}, own, before.n, field);
+    const int i = own_index();
     const Stretch by = stretch(d);
-    if (by.substeps == 0) return;
-    Happened happened{};
-    if (valid && follow<f>(d, g, i, by, happened.stranded)) {
-        happened.projected = put_right<f>(d, g, by.n);
+    Happened happened{way == Way::stranded, false, false};
+    if (way != Way::still) {
+        Gaussian<float> g = d.splats.load(i);
+        if (way == Way::moves) carry(g, field, by.dt, by.substeps);
+        if (!d.free.holds(g.x)) keep_within(g, d.walls);
         happened.repaired = !sound(g);
-        if (!happened.repaired) {
-            d.splats.store(i, g);
-            if constexpr (f.blades) d.splats.sides[i] = g.sides;
-        }
+        if (!happened.repaired) d.splats.store(i, g);
     }
     report(*d.clock, happened, by.substeps);
 }
 
-constexpr Features relevant(Features f)
+// Takes one out of tools.
+template <Features f>
+__device__ void clear(const DeformView& d, int i, int n, Happened& happened)
 {
-    return {.tools = f.tools, .blades = f.blades, .rests = f.rests};
+    Gaussian<float> g{};
+    d.splats.load_place(i, g);
+    if (!d.near.stored.holds(g.x)) return;
+    if constexpr (f.rests)
+        if (d.moves_from[d.lattice.block_of(base_node(g.x, d.lattice.spacing))] > n) return;
+    const Mask& mask = d.near.masks[d.lattice.block_of(d.lattice.cell_of(g.x))];
+    if (empty(mask)) return;
+    if constexpr (f.blades) g.sides = d.splats.sides[i];
+    happened.projected =
+        keep_out(g, d.contact.colliders(n), mask, d.near.passes, f.blades, d.walls, d.lattice.dx);
+    happened.repaired = !sound(g);
+    if (happened.repaired) return;
+    d.splats.store_place(i, g);
+    if constexpr (f.blades) d.splats.sides[i] = g.sides;
+}
+
+constexpr int each = 4;  // Gaussians a thread
+template <class Case>
+__global__ void __launch_bounds__(threads, 4) clear_kernel(const __grid_constant__ DeformView d)
+{
+    constexpr Features f = Case::features;
+    wait_for_upstream();
+    if (!clears(d)) return;
+    const int n = stretch(d).n, live = *d.splats.live;
+    for (int from = int(blockIdx.x) * threads; from < live; from += int(gridDim.x) * threads) {
+        Happened happened{};
+        const int i = from + int(threadIdx.x);
+        if (i < live) clear<f>(d, i, n, happened);
+        report(*d.clock, happened, 1);
+    }
+}
+
+constexpr Features relevant(Features f) { return {.blades = f.blades, .rests = f.rests}; }
+
+// Behind a loop none starts early.
+void launch_either(bool early, const char* name, void (*kernel)(DeformView), int blocks,
+                   cudaStream_t stream, const DeformView& view)
+{
+    if (early)
+        launch_pdl(name, kernel, blocks, threads, stream, view);
+    else
+        launch(name, kernel, blocks, threads, stream, view);
 }
 
 }  // namespace
@@ -143,15 +198,17 @@ void deform(const Views& views, const GaussianView& splats, float per_mass,
                           same.rest.free,
                           per_mass,
                           at_end,
+                          views.tools.swift,
                           splats,
                           views.clock};
-    const auto kernel = dispatch<relevant>(
-        features, []<class Case>(Case) -> void (*)(DeformView) { return deform_kernel<Case>; });
-    const int blocks = blocks_for(splats.room, threads);
-    if (at_end)  // behind a loop, where none starts early
-        launch("deform", kernel, blocks, threads, stream, view);
-    else
-        launch_pdl("deform", kernel, blocks, threads, stream, view);
+    const auto moved = dispatch<relevant>(
+        features, []<class Case>(Case) -> void (*)(DeformView) { return follow_kernel<Case>; });
+    launch_either(!at_end, "deform", moved, blocks_for(splats.room, threads), stream, view);
+    if (view.near.passes == 0 || !(at_end || view.swift)) return;
+    const auto cleared = dispatch<relevant>(
+        features, []<class Case>(Case) -> void (*)(DeformView) { return clear_kernel<Case>; });
+    launch_either(!at_end, "deform: out of tools", cleared, blocks_for(splats.room, each * threads),
+                  stream, view);
 }
 
 }  // namespace knead::gpu

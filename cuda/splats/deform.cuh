@@ -38,9 +38,13 @@ struct GaussianView {
         load_place(i, g), load_rest(i, g);
         return g;
     }
-    HD void store(int i, const Gaussian<float>& g) const
+    HD void store_place(int i, const Gaussian<float>& g) const
     {
         row(0, i) = {g.x.x, g.x.y, g.x.z, g.F.a.x};
+    }
+    HD void store(int i, const Gaussian<float>& g) const
+    {
+        store_place(i, g);
         row(1, i) = {g.F.a.y, g.F.a.z, g.F.b.x, g.F.b.y};
         row(2, i) = {g.F.b.z, g.F.c.x, g.F.c.y, g.F.c.z};
     }

@@ -57,7 +57,8 @@ FrameStats Reference::advance(const Motion& motion, double duration)
         count(step, stats);
         lag.add(step.dt);
         const bool last = !(next.dt > 0) || ends_here(next.start, duration, stats);
-        if (lag.due() || last) deform(lag), lag = {};
+        if (lag.due() || last)
+            deform(lag, last || clears_each_time(blades, duration, tool)), lag = {};
         if (last) break;
         step = next;
     }
@@ -226,8 +227,8 @@ void Reference::repair()
     for (std::size_t i = 0; i < q.size(); ++i) stats.repaired += knead::repair(q[i], before[i]);
 }
 
-// Gaussians go with the velocities around them, out of tools and walls.  (31)-(34)
-void Reference::deform(const Lag& lag)
+// Gaussians go with the velocities around them, within walls; and out of tools.  (31)-(34)
+void Reference::deform(const Lag& lag, bool clear)
 {
     const Lattice<double>& lattice = setup.lattice;
     const Colliders<double> tools = colliders();
@@ -244,7 +245,8 @@ void Reference::deform(const Lag& lag)
         };
         if (!knead::deform(g, lattice.spacing, lag.each<double>(), lag.substeps, node))
             stranded += lag.substeps;
-        projected += keep_out(g, tools, active, setup.passes, blades, walls, lattice.dx);
+        keep_within(g, walls);
+        if (clear) projected += keep_out(g, tools, active, setup.passes, blades, walls, lattice.dx);
         repaired += knead::repair(g, start);
     }
     stats.stranded += stranded, stats.splats_projected += projected;

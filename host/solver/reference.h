@@ -40,7 +40,8 @@ class Reference : public Solver {
     void project(double dt);     // out of tools and walls; labels beside a blade
     void plasticity(double dt);  // strains back to the yield surface
     void repair();               // particles that are no longer numbers, to where they were
-    void deform(const Lag& lag);  // Gaussians go with the clay, and out of tools and walls
+    // Gaussians go with the clay, within walls; and out of tools.
+    void deform(const Lag& lag, bool clear);
 
     // By Lattice::index: momentum and mass after p2g(), velocity and mass after grid(). Field 0 is
     // of all clay; in scenes with blades those of a label leave the other label's clay out (25).

@@ -155,7 +155,22 @@ TEST(FollowReference, NoneStaysInATool)
         }
         EXPECT_LT(deepest, 1e-9) << "m";
     }
-    EXPECT_GT(projected, 500);
+    EXPECT_GT(projected, 50);
+}
+
+// Within one frame the tools pass the places where these float, by more than their width.
+TEST_P(Follow, WhatFloatsStaysInFrontOfASwiftTool)
+{
+    Given s = ball_of(0.08, middle - Vec3<double>{0, 0, 0.25}, 1e6, 0);
+    add_tools(s);
+    s.gaussians.clear();
+    for (double side : {-1.0, 1.0})
+        for (double y : {-0.02, 0.0, 0.02})
+            s.gaussians.push_back(gaussian_at(middle + Vec3<double>{side * 0.2, y, 0}, 0));
+    const auto solver = make(s);
+    const FrameStats stats = solver->advance({wrists(0.3, 0), wrists(0.06, 0), {1, 1}}, frame);
+    EXPECT_GE(stats.splats_projected, 6);
+    for (const auto& g : solver->gaussians()) EXPECT_LT(std::fabs(g.x.x - 0.5), 0.06);
 }
 
 TEST_P(Follow, FarFromClayTheyStayAndAreCounted)

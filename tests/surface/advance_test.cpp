@@ -98,7 +98,8 @@ TEST(Advance, IsTheSameOnADevice)
     const Vec3<double> way{0.3 / 64, -0.4 / 64, 0};
     const Particles first = ball_of_clay(), then = moved(first, way);
     GpuSurface device(first, materials, moving(64));
-    for (const float a : device.surface(first)[0].advance) ASSERT_EQ(a, 0);
+    const std::vector<Mesh> began = device.surface(first);
+    for (const float a : began.at(0).advance) ASSERT_EQ(a, 0);
     const std::vector<Mesh> flown = device.surface(then);
     SurfacePast past;
     surface(first, materials, moving(64), nullptr, &past);

@@ -73,7 +73,8 @@ FrameStats CpuSolver<R>::advance(const Motion& motion, double duration)
         count(step, stats);
         lag.add(step.dt);
         const bool last = !(next.dt > 0) || ends_here(next.start, duration, stats);
-        if (lag.due() || last) deform(lag), lag = {};
+        if (lag.due() || last)
+            deform(lag, last || clears_each_time(posed.blades, duration, tool_dt)), lag = {};
         if (stillness.any()) wake_roused(stats);
         take_extremes();
         if (last) break;

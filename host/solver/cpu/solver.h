@@ -154,7 +154,7 @@ class CpuSolver : public Solver {
         for (int i = from[0]; i < from[1]; ++i)
             visit(splats[std::size_t(splat_order[std::size_t(i)])]);
     }
-    void deform(const Lag& lag);
+    void deform(const Lag& lag, bool clear);
     void take_extremes()  // what a substep left, for the length of the next
     {
         most = {};

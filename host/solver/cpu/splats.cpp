@@ -29,7 +29,7 @@ void CpuSolver<R>::arrange_splats()
 
 // Block by block, so that a tile of nodes serves many. Some have come to another block since.
 template <class R>
-void CpuSolver<R>::deform(const Lag& lag)
+void CpuSolver<R>::deform(const Lag& lag, bool clear)
 {
     if (splats.empty()) return;
     const Colliders<R> colliders = posed.colliders();
@@ -57,10 +57,12 @@ void CpuSolver<R>::deform(const Lag& lag)
             };
             if (!knead::deform(g, lattice.dx, lag.each<R>(), lag.substeps, node))
                 c.stranded += lag.substeps;
+            keep_within(g, walls);
             const bool tools = setup.passes > 0 && posed.near[std::size_t(block)];
-            c.splats_projected +=
-                knead::keep_out(g, colliders, tools ? posed.mask_at(lattice, g.x) : none,
-                                setup.passes, posed.blades, walls, lattice.dx);
+            if (clear)
+                c.splats_projected +=
+                    knead::keep_out(g, colliders, tools ? posed.mask_at(lattice, g.x) : none,
+                                    setup.passes, posed.blades, walls, lattice.dx);
             c.splats_repaired += repair(g, start);
         });
     });
@@ -120,7 +122,7 @@ std::vector<Gaussian<double>> CpuSolver<R>::gaussians() const
 }
 
 template void CpuSolver<float>::arrange_splats();
-template void CpuSolver<float>::deform(const Lag&);
+template void CpuSolver<float>::deform(const Lag&, bool);
 template void CpuSolver<float>::attach(int, const std::vector<Vec3<double>>&);
 template void CpuSolver<float>::set_gaussians(const std::vector<Gaussian<double>>&);
 template void CpuSolver<float>::edit_gaussians(const GaussianEdits&);

@@ -81,7 +81,7 @@ void GpuSolver::walk(const Watch& watch) const
     wait(main, "measure");
     check(cudaSetDevice(device), "device");
     const Features features = features_for(posed);
-    const Views views = views_for(features);
+    const Views views = views_for(features, posed ? ToolPace::slow : ToolPace::none);
     const Clock before = store.clock();
     const std::shared_ptr<DeviceState> kept = store.state(before.side, main);
     const std::shared_ptr<GaussianState> kept_splats = splats.state(store.snapshot_pool(), main);

@@ -82,8 +82,9 @@ void GpuSolver::show()
 
 void GpuSolver::capture()
 {
-    capture(without_tools, false);
-    if (store.features().tools) capture(with_tools, true);
+    capture(ToolPace::none);
+    if (store.features().tools) capture(ToolPace::slow);
+    graph(ToolPace::swift).drop();  // until it is needed
     stale = false;
 }
 
@@ -95,11 +96,21 @@ Features GpuSolver::features_for(bool tools) const
     return features;
 }
 
-Views GpuSolver::views_for(const Features& features) const
+Views GpuSolver::views_for(const Features& features, ToolPace tools) const
 {
     Views views = store.views();
     if (!features.tools) views.tools.primitives.count = views.tools.passes = 0;
+    views.tools.swift = features.blades || tools == ToolPace::swift;
     return views;
+}
+
+// It matters to Gaussians alone.
+GpuSolver::ToolPace GpuSolver::pace(bool tools, const Motion& motion, double duration) const
+{
+    if (!tools) return ToolPace::none;
+    const bool swift = splats.count() > 0 && !store.features().blades &&
+                       clears_each_time(false, duration, tool_step(rules(), motion, duration));
+    return swift ? ToolPace::swift : ToolPace::slow;
 }
 
 // What comes before the first grid update. What tools may touch needs the frame's input alone, and
@@ -173,10 +184,11 @@ void GpuSolver::substep(const Views& views, const Features& features, int place,
     g2p(views, features, processors, stream);
 }
 
-void GpuSolver::capture(Graph& to, bool tools)
+void GpuSolver::capture(ToolPace tools)
 {
-    const Features features = features_for(tools);
-    Views views = views_for(features);
+    const Features features = features_for(tools != ToolPace::none);
+    Views views = views_for(features, tools);
+    Graph& to = graph(tools);
     to.begin(main);
     const auto handle = [this](cudaGraphConditionalHandle& h) {
         check(cudaGraphConditionalHandleCreate(&h, under_capture(main), 1,
@@ -205,10 +217,10 @@ void GpuSolver::capture(Graph& to, bool tools)
 }
 
 // The frame without its graph, the host asking after each substep whether there is another.
-void GpuSolver::step_through(bool tools)
+void GpuSolver::step_through(ToolPace tools)
 {
-    const Features features = features_for(tools);
-    const Views views = views_for(features);
+    const Features features = features_for(tools != ToolPace::none);
+    const Views views = views_for(features, tools);
     start(views, features);
     const auto under_way = [this] {
         Clock now = store.clock(main);
@@ -227,7 +239,7 @@ void GpuSolver::launch(int slot)
     if (stepwise)
         step_through(f.tools);
     else
-        check(cudaGraphLaunch(f.tools ? with_tools.ready : without_tools.ready, main), "substeps");
+        check(cudaGraphLaunch(graph(f.tools).ready, main), "substeps");
     splats.show(main);
     check(cudaMemcpyAsync(f.status.data(), store.views().clock, sizeof(Clock),
                           cudaMemcpyDeviceToHost, main),
@@ -247,7 +259,8 @@ void GpuSolver::submit(const Motion& motion, double duration)
     Frame& f = frames[slot];
     f.motion = motion, f.duration = store.count() > 0 ? duration : 0;
     // Of two frames ago, which is over: its input is no longer read.
-    f.tools = store.write_input(rules(), motion, duration, slot);
+    f.tools = pace(store.write_input(rules(), motion, duration, slot), motion, duration);
+    if (!stepwise && !graph(f.tools).ready) capture(f.tools);
     launch(slot);
     // What a cut leaves is settled by the host before the next frame.
     if (store.features().blades && f.duration > 0) wait_for(slot), finish_cuts(f);
@@ -277,7 +290,7 @@ FrameStats GpuSolver::collect()
     if (halted && submitted == collected) end_halt();
     if (nothing_done) return stats;  // the frame before was cut while this one was under way
     if (stats.cut) stats.reached = clock.resume.start;
-    posed = f.tools;
+    posed = f.tools != ToolPace::none;
     side = clock.side, drift = clock.drift;
     peak = clock.peak(clock.done + 1);
     const Counters& n = f.status->counters;

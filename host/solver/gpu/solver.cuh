@@ -57,25 +57,29 @@ class GpuSolver : public Solver {
     std::string name() const override { return title; }
 
   private:
+    // None is active; or how far they come on in a frame, as clears_each_time() has it.
+    enum class ToolPace { none, slow, swift };
     struct Frame {
         Motion motion;
         double duration = 0;
-        bool tools = false;  // one is active
+        ToolPace tools = ToolPace::none;
         Pinned<Clock> status;
         Event done{cudaEventDisableTiming};
     };
     void capture();
-    void capture(Graph& to, bool tools);
+    Graph& graph(ToolPace tools) { return graphs[int(tools)]; }
+    void capture(ToolPace tools);
     void start(const Views& views, const Features& features);
     void follow(const Views& views, const Features& features, bool at_end,
                 cudaStream_t stream) const;
     void substep(const Views& views, const Features& features, int place, cudaStream_t stream);
-    Views views_for(const Features& features) const;
+    Views views_for(const Features& features, ToolPace tools) const;
+    ToolPace pace(bool tools, const Motion& motion, double duration) const;
     Features features_for(bool tools) const;
     void show();
     void sort(const Views& views, const Features& features, cudaStream_t stream, int side) const;
     void sort_if_due(const Views& views, const Features& features);
-    void step_through(bool tools);
+    void step_through(ToolPace tools);
     void launch(int slot);
     void wait_for(int slot);
     void watch(int slot);
@@ -107,7 +111,7 @@ class GpuSolver : public Solver {
     std::string title;
     Event forked{cudaEventDisableTiming};
     Event masked{cudaEventDisableTiming}, posed_first{cudaEventDisableTiming};
-    Graph with_tools, without_tools;
+    Graph graphs[3];  // by ToolPace
     Frame frames[2];  // under way, or to be
     int submitted = 0, collected = 0;
     bool halted = false;   // Clock::halt is set
