@@ -145,21 +145,36 @@ void LocalClay::take(const std::vector<Key>& wanted, const Boxes& boxes, Solver&
 // All that stands in clay goes with it from here on.
 void LocalClay::take_splats(Solver& solver)
 {
-    std::vector<std::uint32_t> slots;
+    struct Part {
+        const std::vector<std::uint32_t>& slots;
+        int object;
+        std::size_t first = 0, count = 0;  // of those that stand
+    };
+    std::vector<Part> parts;
+    for (const auto& [key, object] : state_.clay)
+        if (object >= 0) parts.push_back({standing.in(key), object});
+    const int count = int(parts.size());
+#pragma omp parallel for schedule(dynamic)
+    for (int k = 0; k < count; ++k)
+        for (const std::uint32_t i : parts[std::size_t(k)].slots)
+            parts[std::size_t(k)].count += !state_.away[i];
+    std::size_t all = 0;
+    for (Part& part : parts) part.first = all, all += part.count;
+    if (all == 0) return;
+    std::vector<std::uint32_t> slots(all);
     GaussianEdits edits;
-    std::size_t most = 0;
-    for (const auto& [key, object] : state_.clay) most += object < 0 ? 0 : standing.in(key).size();
-    slots.reserve(most), edits.placed.reserve(most);
-    for (const auto& [key, object] : state_.clay) {
-        if (object < 0) continue;
-        for (const std::uint32_t i : standing.in(key)) {
-            if (state_.away[i]) continue;
-            slots.push_back(i), state_.away[i] = 1;
-            edits.placed.push_back({state_.cloud.centre[i], object});
+    edits.placed.resize(all);
+#pragma omp parallel for schedule(dynamic)
+    for (int k = 0; k < count; ++k) {
+        const Part& part = parts[std::size_t(k)];
+        std::size_t at = part.first;
+        for (const std::uint32_t i : part.slots) {
+            if (part.count == 0 || state_.away[i]) continue;
+            slots[at] = i, state_.away[i] = 1;
+            edits.placed[at++] = {state_.cloud.centre[i], part.object};
         }
     }
-    if (slots.empty()) return;
-    CarriedSplats& carried = moving.change();
+    CarriedSplats& carried = moving.change(all);
     state_.home.resize(carried.count(), -1);  // some were split
     state_.home.insert(state_.home.end(), slots.begin(), slots.end());
     append(carried, state_.cloud, slots);

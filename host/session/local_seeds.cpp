@@ -57,10 +57,13 @@ std::vector<std::vector<Particle<double>>> LocalClay::all_seeds(const std::vecto
     for (int k = 0; k < corners; ++k)
         heights[std::size_t(k / CubeHeights::count)].find(k % CubeHeights::count);
     std::vector<std::pair<std::size_t, int>> layers;
+    std::vector<std::size_t> first_layer;  // of each cube
     for (std::size_t k = 0; k < cubes.size(); ++k) {
         const int z = Cubes::at(cubes[k]).z;
+        first_layer.push_back(layers.size());
         for (int s = first_stratum(z); s < first_stratum(z + 1); ++s) layers.emplace_back(k, s);
     }
+    first_layer.push_back(layers.size());
     std::vector<std::vector<Particle<double>>> of_layers(layers.size()), all(cubes.size());
     const int count = int(layers.size());
 #pragma omp parallel for schedule(dynamic)
@@ -68,9 +71,16 @@ std::vector<std::vector<Particle<double>>> LocalClay::all_seeds(const std::vecto
         const auto [k, z] = layers[std::size_t(l)];
         of_layers[std::size_t(l)] = seeds(Cubes::at(cubes[k]), z, heights[k], there);
     }
-    for (std::size_t l = 0; l < layers.size(); ++l) {
-        auto& to = all[layers[l].first];
-        to.insert(to.end(), of_layers[l].begin(), of_layers[l].end());
+    const int cube_count = int(cubes.size());
+#pragma omp parallel for schedule(dynamic)
+    for (int k = 0; k < cube_count; ++k) {
+        const auto cube = std::size_t(k);
+        std::size_t sum = 0;
+        for (std::size_t l = first_layer[cube]; l < first_layer[cube + 1]; ++l)
+            sum += of_layers[l].size();
+        all[cube].reserve(sum);
+        for (std::size_t l = first_layer[cube]; l < first_layer[cube + 1]; ++l)
+            all[cube].insert(all[cube].end(), of_layers[l].begin(), of_layers[l].end());
     }
     return all;
 }

@@ -39,7 +39,7 @@ class Rules {
     void set_tools(const Rig& rig, const std::vector<Tool<double>>& tools);
     void check_attach(int object, const std::vector<Vec3<double>>& places) const;
     void check_gaussians(const std::vector<Gaussian<double>>& all) const;
-    void check_placed(const GaussianPlace& place) const;
+    void check_placed(std::span<const GaussianPlace> places) const;
 
     void check_object(int object) const;
     // A motion must be finite and rigid.
@@ -48,6 +48,8 @@ class Rules {
     void check_place(Vec3<double> x, const char* what = "clay") const;
 
   private:
+    bool known(int object) const;  // and still there
+
     Setup now;
     std::vector<long> counts;
 };

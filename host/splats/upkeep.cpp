@@ -19,6 +19,8 @@ std::vector<double> spacings(const Setup& rules, const std::vector<Gaussian<doub
     return all;
 }
 
+std::size_t capacity_of(const CarriedSplats& splats) { return splats.cloud.centre.capacity(); }
+
 }  // namespace
 
 SplatUpkeep::SplatUpkeep(const UpkeepRule& by, SplatCloud cloud)
@@ -33,12 +35,26 @@ void SplatUpkeep::expect(std::size_t more)
     rule.split.capacity = rule.refill.capacity = most;
 }
 
-CarriedSplats& SplatUpkeep::change()
+// Memory that nobody looks at any more serves again: what is new is touched for the first time,
+// which takes longer than to write it.
+void SplatUpkeep::set_state(CarriedSplats state)
 {
-    if (splats.use_count() > 1) {
-        // Memory that nobody looks at any more serves again.
+    if (!spare || spare.use_count() > 1 || capacity_of(*splats) > capacity_of(*spare))
+        spare = splats;
+    splats = std::make_shared<CarriedSplats>(std::move(state));
+}
+
+CarriedSplats& SplatUpkeep::change(std::size_t more)
+{
+    const std::size_t wanted = splats->count() + more;
+    if (splats.use_count() > 1 || capacity_of(*splats) < wanted) {
         if (!spare || spare.use_count() > 1) spare = std::make_shared<CarriedSplats>();
         std::atomic_thread_fence(std::memory_order_acquire);  // who read it has ended
+        spare->cloud.degree = splats->cloud.degree;
+        if (capacity_of(*spare) < wanted) {
+            reserve(spare->cloud, wanted + wanted / 4);
+            spare->extent.reserve(wanted + wanted / 4);
+        }
         *spare = *splats;
         std::swap(splats, spare);
     }

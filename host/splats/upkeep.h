@@ -49,12 +49,10 @@ class SplatUpkeep {
     const SplatCloud& cloud() const { return splats->cloud; }
     const CarriedSplats& state() const { return *splats; }
     std::shared_ptr<const CarriedSplats> shared() const { return splats; }
-    void set_state(CarriedSplats state)
-    {
-        splats = std::make_shared<CarriedSplats>(std::move(state));
-    }
-    // Of who brings Gaussians and takes them away. What a task or a picture holds stays as it is.
-    CarriedSplats& change();
+    void set_state(CarriedSplats state);
+    // Of who brings Gaussians, `more` at once, and takes them away. What a task or a picture holds
+    // stays as it is.
+    CarriedSplats& change(std::size_t more = 0);
     // There may come so many more, which the default of the capacity is to hear of.
     void expect(std::size_t more);
     // From this object on none gets new splats: where all but one side of the clay is out of sight.

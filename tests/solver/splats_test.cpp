@@ -161,7 +161,12 @@ TEST(FollowReference, NoneStaysInATool)
 // Within one frame the tools pass the places where these float, by more than their width.
 TEST_P(Follow, WhatFloatsStaysInFrontOfASwiftTool)
 {
-    Given s = ball_of(0.08, middle - Vec3<double>{0, 0, 0.25}, 1e6, 0);
+    Given s = ball_of(0.05, middle - Vec3<double>{0, 0, 0.15}, 1e6, 0);
+    for (double x = 0.2; x < 0.8; x += dx / 2)  // a GPU stores nodes around clay only
+        for (double z = 0.3; z < 0.37; z += dx / 2) {
+            Particle<double> q{};
+            q.x = {x, 0.4, z}, s.particles.push_back(q);
+        }
     add_tools(s);
     s.gaussians.clear();
     for (double side : {-1.0, 1.0})

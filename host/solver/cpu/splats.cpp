@@ -99,7 +99,7 @@ template <class R>
 void CpuSolver<R>::edit_gaussians(const GaussianEdits& edits)
 {
     check_edits(edits, splats.size(), q.size());
-    for (const GaussianPlace& g : edits.placed) book.check_placed(g);
+    book.check_placed(edits.placed);
     const WallRule& between = setup.walls;
     for (const GaussianSplit& s : edits.splits)
         splats.push_back(knead::split(splats[std::size_t(s.index)], cast<R>(s.way), between));

@@ -1,5 +1,6 @@
 // Particles of a store that come, go and move between two frames.
 #include <algorithm>
+#include <memory>
 #include <numeric>
 
 #include "cuda/mpm/edit.cuh"
@@ -32,6 +33,39 @@ std::vector<float4> rows_of(const std::vector<Particle<double>>& particles,
     for (int i = 0; i < view.count; ++i)
         view.store(i, cast<float>(particles[std::size_t(order[std::size_t(i)])]));
     return rows;
+}
+
+// So many particles of these objects, as the device has them, and the box around them. Threads
+// share them, for a hand may wait.
+struct Fresh {
+    std::unique_ptr<float4[]> rows;
+    Vec3<float> low{1e30f, 1e30f, 1e30f}, high{-1e30f, -1e30f, -1e30f};
+    void take_in(Vec3<float> least, Vec3<float> most)
+    {
+        low = {min(low.x, least.x), min(low.y, least.y), min(low.z, least.z)};
+        high = {max(high.x, most.x), max(high.y, most.y), max(high.z, most.z)};
+    }
+};
+Fresh fresh_of(Clays clays, const std::vector<int>& objects, std::size_t count)
+{
+    Fresh made{std::make_unique_for_overwrite<float4[]>(particle_rows * count)};
+    const ParticleView view{made.rows.get(), nullptr, int(count)};
+    std::vector<int> first{0};
+    for (const auto& clay : clays) first.push_back(first.back() + int(clay.size()));
+    const int all = int(clays.size());
+#pragma omp parallel for schedule(dynamic)
+    for (int k = 0; k < all; ++k) {
+        Fresh own{};
+        int i = first[std::size_t(k)];
+        for (Particle<double> p : clays[std::size_t(k)]) {
+            p.object = objects[std::size_t(k)];
+            const Particle<float> q = cast<float>(p);
+            view.store(i++, q), own.take_in(q.x, q.x);
+        }
+#pragma omp critical
+        made.take_in(own.low, own.high);
+    }
+    return made;
 }
 
 }  // namespace
@@ -113,18 +147,20 @@ void Store::upload(const std::vector<Particle<double>>& particles, const std::ve
     settle("upload");
 }
 
-void Store::append(const std::vector<Particle<double>>& clay, int side, cudaStream_t stream)
+void Store::append(Clays clays, const std::vector<int>& objects, int side, cudaStream_t stream)
 {
-    const auto before = std::size_t(count()), more = clay.size(), n = before + more;
+    std::size_t more = 0;
+    for (const auto& clay : clays) more += clay.size();
+    const auto before = std::size_t(count()), n = before + more;
+    const Fresh fresh = fresh_of(clays, objects, more);
+    hold(fresh.low, fresh.high);
     std::vector<int> order(more);
-    std::iota(order.begin(), order.end(), 0);
-    std::vector<float4> fresh = rows_of(clay, order);
     std::iota(order.begin(), order.end(), int(before));
     reserve_others(n);
     for (std::size_t r = 0; r < particle_rows; ++r) {
         copy(other_rows.data() + r * n, all.particles[side].rows + r * before,
              before * sizeof(float4), stream);
-        copy(other_rows.data() + r * n + before, fresh.data() + r * more, more * sizeof(float4),
+        copy(other_rows.data() + r * n + before, fresh.rows.get() + r * more, more * sizeof(float4),
              stream);
     }
     copy(other_ids.data(), all.particles[side].ids, before * sizeof(int), stream);

@@ -67,22 +67,8 @@ std::vector<int> GpuSolver::add_each(const Material<double>& material, Clays cla
     check_idle();
     Rules next = *book;
     const std::vector<int> objects = next.add_each(material, clays);
-    std::vector<Particle<double>> clay;
-    clay.reserve(std::size_t(next.count() - book->count()));
-    for (std::size_t k = 0; k < clays.size(); ++k)
-        for (const Particle<double>& p : clays[k]) {
-            clay.push_back(p);
-            clay.back().object = objects[k];
-        }
-    if (!clay.empty()) {
-        Vec3<float> low = cast<float>(clay[0].x), high = low;
-        for (const Particle<double>& p : clay) {
-            const Vec3<float> x = cast<float>(p.x);
-            low = {min(low.x, x.x), min(low.y, x.y), min(low.z, x.z)};
-            high = {max(high.x, x.x), max(high.y, x.y), max(high.z, x.z)};
-        }
-        store.hold(low, high);
-        store.append(clay, side, main);
+    if (next.count() > book->count()) {
+        store.append(clays, objects, side, main);
         side = 0;
     }
     adopt(next);
@@ -170,7 +156,7 @@ void GpuSolver::edit_gaussians(const GaussianEdits& edits)
 {
     check_idle();
     check_edits(edits, std::size_t(splats.count()), std::size_t(store.count()));
-    for (const GaussianPlace& g : edits.placed) book->check_placed(g);
+    book->check_placed(edits.placed);
     if (splats.count() == 0) stale = true;
     if (splats.edit(edits, store.views().particles[side], book->setup().walls, main)) stale = true;
     splats.show(main);

@@ -86,8 +86,8 @@ class Store {
     // Stores at least the nodes that particles between these places reach.
     void hold(Vec3<float> low, Vec3<float> high);
     void set_box(const Lattice<float>& box);
-    // Of the particles that lie on `side`; all lie on side 0 afterwards.
-    void append(const std::vector<Particle<double>>& clay, int side, cudaStream_t stream);
+    // Of the particles that lie on `side`; all lie on side 0 afterwards. Stores their nodes.
+    void append(Clays clays, const std::vector<int>& objects, int side, cudaStream_t stream);
     // All of objects that are marked; so many are left.
     void erase(const std::vector<char>& objects, long left, int side, cudaStream_t stream);
     void arrange_as_new(const Extent& around, int side, cudaStream_t stream);
