@@ -209,9 +209,9 @@ void Session::open_writer()
         facts.left_out.push_back(fmt::format("video: the first {} frames, before the run went on",
                                              earlier->record.rows.size()));
     try {
-        writer = std::make_unique<FrameWriter>(
-            scene, in_folder("pictures"), has_video ? in_folder("video.mp4") : "",
-            scene.frame_rate / scene.picture_every, &splats->drawn());
+        writer = std::make_unique<FrameWriter>(scene, in_folder("pictures"),
+                                               has_video ? in_folder("video.mp4") : "",
+                                               scene.frame_rate / scene.picture_every);
         const double limit = o.time_limit > 0 ? o.time_limit : 1e30;
         writer->give_up_when([=, this] { return interrupted() || wall_seconds() - began > limit; });
         rule.mesh_every = scene.picture_every;
@@ -245,7 +245,7 @@ void Session::watch(RunWatch& watch, Progress& progress, const Solver& solver)
         if (!writer || interrupted()) return;
         splats->refresh();
         try {
-            writer->add(frame, meshes, solver.gaussians());
+            writer->add(frame, meshes, splats->drawn(), solver.gaussians());
         } catch (const OutputError& e) {
             refused(e.what()), writer.reset();
         }

@@ -118,11 +118,10 @@ void write_captions(const std::vector<Caption>& captions, const Camera& camera, 
 }  // namespace
 
 FrameWriter::FrameWriter(const Scene& of, std::string where, std::string video_file,
-                         double per_second, const SplatCloud* cloud)
+                         double per_second)
     : scene(of),
       folder(std::move(where)),
       video_path(std::move(video_file)),
-      splats(cloud),
       rate(per_second),
       painter(Painter::open())
 {
@@ -145,7 +144,7 @@ bool FrameWriter::has_splats(int category) const
     });
 }
 
-void FrameWriter::add(const Frame& frame, const std::vector<Mesh>& meshes,
+void FrameWriter::add(const Frame& frame, const std::vector<Mesh>& meshes, const SplatCloud& splats,
                       const std::vector<Gaussian<double>>& gaussians)
 {
     Camera camera;
@@ -161,8 +160,8 @@ void FrameWriter::add(const Frame& frame, const std::vector<Mesh>& meshes,
     Image image;
     try {
         image = painter->paint(seen, hands, camera, floor, unseen);
-        if (splats && splats->count() > 0)
-            image = with_splats(image, painter->depths(), camera, *splats, gaussians, give_up);
+        if (splats.count() > 0)
+            image = with_splats(image, painter->depths(), camera, splats, gaussians, give_up);
         if (give_up && give_up()) throw PictureError("given up");
         write_captions(scene.captions, camera, image);
     } catch (const std::bad_alloc&) {

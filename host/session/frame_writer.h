@@ -30,13 +30,11 @@ class FrameWriter {
     // `folder` receives a picture_name() a picture; with `video`, its frames `rate` per second also
     // make that file. Throws std::runtime_error with the reason where there is no OpenGL, or where
     // it draws no pictures of the scene's size, OutputError where the folder cannot be made.
-    // `splats`: those of the scene, in the order of the solver's Gaussians; they are drawn in place
-    // of the clay of objects that have them. They may change from picture to picture; the writer
-    // looks at them where they are.
-    FrameWriter(const Scene& scene, std::string folder, std::string video, double rate,
-                const SplatCloud* splats = nullptr);
-    // Throws OutputError, and PictureError where this picture alone cannot be made.
-    void add(const Frame& frame, const std::vector<Mesh>& meshes,
+    FrameWriter(const Scene& scene, std::string folder, std::string video, double rate);
+    // `splats`: those of the scene as they are by then, in the order of the solver's Gaussians;
+    // they are drawn in place of the clay of objects that have them. Throws OutputError, and
+    // PictureError where this picture alone cannot be made.
+    void add(const Frame& frame, const std::vector<Mesh>& meshes, const SplatCloud& splats = {},
              const std::vector<Gaussian<double>>& gaussians = {});
     // True: a picture under way, drawn or written, is given up, by a PictureError.
     void give_up_when(std::function<bool()> asked)
@@ -54,7 +52,6 @@ class FrameWriter {
     const Scene& scene;
     std::string folder, video_path;
     std::function<bool()> give_up;
-    const SplatCloud* splats;
     double rate;
     std::unique_ptr<Painter> painter;
     std::unique_ptr<Video> video;

@@ -124,9 +124,8 @@ class GoldenPictures : public InFolder {
 
     Image drawn(const Shown& what)
     {
-        if (!writer)
-            writer = std::make_unique<FrameWriter>(scene, folder.string(), "", 30, &splats);
-        writer->add(what.frame, what.meshes, what.gaussians);
+        if (!writer) writer = std::make_unique<FrameWriter>(scene, folder.string(), "", 30);
+        writer->add(what.frame, what.meshes, splats, what.gaussians);
         return read_png((folder / picture_name(what.frame.number)).string());
     }
 
@@ -166,7 +165,6 @@ TEST_F(GoldenPictures, OfAPotOfSplatsInTheHands)
     for (Gaussian<double>& g : still.gaussians) g.x.y -= 0.01;
     EXPECT_NE(difference(drawn(still), right), "") << "splats beside their clay";
     splats.sh.assign(splats.sh.size(), {0, 0, 0});
-    writer.reset();
     EXPECT_NE(difference(drawn(shown[0]), right), "") << "splats without colour";
 }
 
