@@ -169,7 +169,7 @@ void LocalClay::take_splats(Solver& solver)
         const Part& part = parts[std::size_t(k)];
         std::size_t at = part.first;
         for (const std::uint32_t i : part.slots) {
-            if (part.count == 0 || state_.away[i]) continue;
+            if (state_.away[i]) continue;
             slots[at] = i, state_.away[i] = 1;
             edits.placed[at++] = {state_.cloud.centre[i], part.object};
         }
