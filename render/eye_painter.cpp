@@ -58,6 +58,7 @@ class GlEyePainter final : public EyePainter {
         if (shared) splats_.draw(raster, frame, moved);
         return shared;
     }
+    void expect_splats(int width, int height) override { splats_.expect(width, height); }
     double splat_seconds() const override { return splats_.seconds(); }
     void paint(const EyeView& view, const EyeLook& look, const EyeTarget& target, int eye) override;
     std::string name() const override { return name_; }

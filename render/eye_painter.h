@@ -110,6 +110,8 @@ class EyePainter {
     // does. Throws as GpuRaster::launch().
     virtual bool set_splats(GpuRaster& raster, const SplatFrame& frame,
                             const DeviceGaussians* moved = nullptr) = 0;
+    // Such pictures of up to so many pixels are to come: none of them waits for other textures.
+    virtual void expect_splats(int width, int height) = 0;
     // What such pictures take on the device lately [s]; 0: none is known.
     virtual double splat_seconds() const = 0;
 

@@ -32,6 +32,8 @@ class EyeSplats {
     const DrawnSplats& of(int eye) const { return eyes_.at(std::size_t(eye)); }
     void upload(int eye, const SplatLayer& layer);
     void set(int eye, GLuint colour, GLuint depth);
+    // Shared pictures up to this size need no other textures.
+    void expect(int width, int height) { most_width_ = width, most_height_ = height; }
     void draw(GpuRaster& raster, const SplatFrame& frame, const DeviceGaussians* moved);  // shared
     double seconds() const { return raster_ ? raster_->seconds() : 0; }
 
@@ -41,6 +43,7 @@ class EyeSplats {
     std::array<DrawnSplats, 2> eyes_;
     std::unique_ptr<SharedSplats> raster_;  // ends before the textures do
     int device_ = -1;
+    int most_width_ = 0, most_height_ = 0;  // that is expected
 };
 
 }  // namespace knead

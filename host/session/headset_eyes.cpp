@@ -36,6 +36,20 @@ namespace {
 
 constexpr double splat_budget = 4e-3;  // for the splats of an eye [s]
 
+// Textures as an eye's of the headset.
+struct EyeOfOurs {
+    Texture colour = texture(GL_TEXTURE_2D), depth = texture(GL_TEXTURE_2D);
+    EyeTexture as;
+
+    explicit EyeOfOurs(const HeadsetFacts& about)
+        : as{colour, depth, about.width, about.height, about.srgb}
+    {
+        glTextureStorage2D(colour, 1, about.srgb ? GL_SRGB8_ALPHA8 : GL_RGBA8, about.width,
+                           about.height);
+        glTextureStorage2D(depth, 1, GL_DEPTH_COMPONENT32F, about.width, about.height);
+    }
+};
+
 }  // namespace
 
 struct HeadsetEyes::Parts {
@@ -94,8 +108,8 @@ HeadsetEyes::HeadsetEyes(Headset& headset, const EyesRule& rule) : parts(new Par
     parts->painter = EyePainter::open(rule.samples);
     parts->timer = std::make_unique<DrawTimer>();
     parts->target = framebuffer();
-    renew();
     if (rule.budget > 0) parts->choose();
+    renew();
 }
 
 std::string HeadsetEyes::told() const { return parts->told; }
@@ -104,17 +118,15 @@ std::string HeadsetEyes::told() const { return parts->told; }
 double HeadsetEyes::Parts::seconds_of_empty_eyes()
 {
     const HeadsetFacts& about = headset.facts();
-    Texture colour = texture(GL_TEXTURE_2D), depth = texture(GL_TEXTURE_2D);
-    glTextureStorage2D(colour, 1, GL_SRGB8_ALPHA8, about.width, about.height);
-    glTextureStorage2D(depth, 1, GL_DEPTH_COMPONENT32F, about.width, about.height);
-    glNamedFramebufferTexture(target, GL_COLOR_ATTACHMENT0, colour, 0);
-    glNamedFramebufferTexture(target, GL_DEPTH_ATTACHMENT, depth, 0);
+    const EyeOfOurs one(about);
+    glNamedFramebufferTexture(target, GL_COLOR_ATTACHMENT0, one.colour, 0);
+    glNamedFramebufferTexture(target, GL_DEPTH_ATTACHMENT, one.depth, 0);
     EyeView view;
     view.position = {0.5f, 1, 1.5f}, view.width = about.width, view.height = about.height;
     double least = 1e30;
     for (int k = 0; k < 4; ++k) {
         timer->begin(1);
-        for (int eye = 0; eye < 2; ++eye) painter->paint(view, {}, {target, 0, 0, true}, eye);
+        for (int eye = 0; eye < 2; ++eye) painter->paint(view, {}, {target, 0, 0, about.srgb}, eye);
         timer->end();
         glFinish();
         while (const auto reading = timer->told())
@@ -155,6 +167,7 @@ void HeadsetEyes::renew()
 {
     parts->headset.make_current();
     const HeadsetFacts& facts = parts->headset.facts();
+    parts->painter->expect_splats(facts.width, facts.height);
     parts->own_depth = {};
     if (facts.depth) return;
     parts->own_depth = texture(GL_TEXTURE_2D);
@@ -236,6 +249,23 @@ EyesDrawn HeadsetEyes::draw(const Sight& sight, const HeadsetPicture& picture)
     parts->timer->end();
     while (glGetError() != GL_NO_ERROR) ++parts->errors;
     return drawn;
+}
+
+void HeadsetEyes::rehearse(const HeadsetPicture& picture)
+{
+    parts->headset.make_current();
+    const EyeOfOurs one(parts->headset.facts());
+    Sight sight;
+    for (std::size_t eye = 0; eye < 2; ++eye) {
+        sight.eyes[eye].pose.p = cast<float>(picture.workplace.at) + Vec3<float>{0, 0.2f, 0.5f};
+        sight.eyes[eye].field = {-0.8f, 0.8f, 0.8f, -0.8f};
+        sight.targets[eye] = one.as;
+    }
+    try {
+        draw(sight, picture);
+    } catch (const std::exception&) {
+    }
+    glFinish();
 }
 
 void HeadsetEyes::Parts::draw(int eye, const EyeTexture& to, const EyeView& view,

@@ -59,6 +59,9 @@ class HeadsetEyes {
     void renew();  // the headset has a new session
     // Throws std::runtime_error and std::invalid_argument where it cannot be drawn.
     EyesDrawn draw(const Sight& sight, const HeadsetPicture& picture);
+    // Draws a picture that nobody sees, so that the first one waits for nothing that is loaded,
+    // made or registered once. Where it cannot be drawn, that one says so.
+    void rehearse(const HeadsetPicture& picture);
     int gl_errors() const;     // of what was drawn
     std::string told() const;  // of what was found at the start; "": nothing of note
     // Which way what the device makes comes here; without text where there is no CUDA device.

@@ -41,6 +41,19 @@ void HeadsetHands::set(const HandsRule& rule)
     stream.emplace(unplaced);
 }
 
+HeadsetHands HeadsetHands::open(const HandsRule& rule)
+{
+    HeadsetHands hands(rule);
+    HandFrame frame;
+    for (const Side side : {left, right}) {
+        frame.hand[side] = open_hand(side);
+        hands.fade[side].frame(HandFade::fading, true, 1);
+    }
+    frame.time = HandFade::fading;
+    hands.push(frame);
+    return hands;
+}
+
 void HeadsetHands::set_zoom(double zoom) { by.zoom = zoom; }
 
 void HeadsetHands::push(const HandFrame& frame)

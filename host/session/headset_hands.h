@@ -41,6 +41,8 @@ HandFrame hand_frame(const Sight& sight, const Workplace& workplace, double time
 class HeadsetHands {
   public:
     explicit HeadsetHands(const HandsRule& rule) { set(rule); }
+    // Both hands open, and wholly seen.
+    static HeadsetHands open(const HandsRule& rule);
     // The tools are others from now on; hands begin anew.
     void set(const HandsRule& rule);
     const HandsRule& rule() const { return by; }

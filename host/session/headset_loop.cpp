@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "host/base/machine.h"
 #include "host/session/headset_eyes.h"
@@ -40,6 +41,8 @@ class HeadsetLoop {
     void simulate(const Sight& sight, bool runs, FrameParts& parts);
     void push(HandFrame given, bool runs, double now);
     void follow_history();
+    HeadsetPicture picture_of(std::vector<HandLook> looks, bool repaint);
+    void rehearse();
     bool draw(const Sight& sight, FrameParts& parts);
     void poke(const Sight& sight);
     void hold_clay(const HandFrame& given);
@@ -113,6 +116,7 @@ HeadsetLoop::HeadsetLoop(std::shared_ptr<const LiveScene> scene, HeadsetLoopRule
         if (!place_anew) rule.workplace = {};
     }
     follow_history();
+    if (!rule.stepped) rehearse();
 }
 
 HeadsetEnd HeadsetLoop::run()
@@ -189,7 +193,6 @@ void HeadsetLoop::frame(const News& news)
     const double simulated = wall_seconds();
     const bool shown = sight.draw && draw(sight, parts);
     const double drawn = wall_seconds();
-
     Drawn done;
     done.eyes = shown, done.scale = parts.scale;
     if (shown) done.near_z = std::numeric_limits<float>::infinity();
@@ -343,18 +346,15 @@ void HeadsetLoop::feel(const Sight& sight, float strength[side_count])
         sound->fill([this](int pairs, std::vector<std::int16_t>& to) { cues.make(pairs, to); });
 }
 
-// False where it cannot be drawn, which is told once.
-bool HeadsetLoop::draw(const Sight& sight, FrameParts& parts)
+HeadsetPicture HeadsetLoop::picture_of(std::vector<HandLook> looks, bool repaint)
 {
-    constexpr int often = 9;  // frames from graph to graph
-    const bool repaint = rule.panel && panel_age++ % often == 0;
     if (repaint) {
-        PanelView shown = desk.view(*state, hands);
-        shown.paused = paused, shown.holding = holding;
-        shown.standing = headset->facts().floor == Floor::standing;
-        panel.draw(canvas, shown, end.figures);
+        PanelView seen = desk.view(*state, hands);
+        seen.paused = paused, seen.holding = holding;
+        seen.standing = headset->facts().floor == Floor::standing;
+        panel.draw(canvas, seen, end.figures);
     }
-    HeadsetPicture picture{*state,    hands.looks(),       hands.rule(),
+    HeadsetPicture picture{*state,    std::move(looks),    hands.rule(),
                            workplace, float(rule.nearest), repaint ? &canvas : nullptr,
                            {}};
     if (rule.panel) picture.panel = HeadsetPanel::pose(rule.workplace, panel_side);
@@ -362,8 +362,22 @@ bool HeadsetLoop::draw(const Sight& sight, FrameParts& parts)
     picture.panel_height = HeadsetPanel::pixel * HeadsetPanel::height;
     picture.at_once = rule.stepped, picture.now = time.time();
     if (!rule.stepped && rule.least_scale < 1) picture.budget = EyesRule::gl_share * tick.period;
+    return picture;
+}
+
+// What is made with the first picture, hands' skins above all, takes 0.1 to 0.25 s.
+void HeadsetLoop::rehearse()
+{
+    eyes->rehearse(picture_of(HeadsetHands::open(hands.rule()).looks(), rule.panel));
+}
+
+// False where it cannot be drawn, which is told once.
+bool HeadsetLoop::draw(const Sight& sight, FrameParts& parts)
+{
+    constexpr int often = 9;  // frames from graph to graph
     try {
-        const EyesDrawn drawn = eyes->draw(sight, picture);
+        const EyesDrawn drawn =
+            eyes->draw(sight, picture_of(hands.looks(), rule.panel && panel_age++ % often == 0));
         parts.scale = drawn.scale, parts.splat_scale = drawn.splat_scale;
         parts.splats = drawn.splats;
     } catch (const std::exception& e) {

@@ -18,7 +18,7 @@ class HiddenTiles {
   private:
     std::vector<std::array<float, 2>> corners_;
     EyeView view_{};  // whose tiles are kept
-    std::vector<char> tiles_;
+    std::vector<char> tiles_, pixels_;
 };
 
 }  // namespace knead

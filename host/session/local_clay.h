@@ -84,8 +84,8 @@ class LocalClay {
     void put_at(const SplatCloud& now, std::vector<std::uint32_t> slots,
                 const std::vector<Gaussian<double>>& as);
     int first_stratum(int cube) const;
-    std::vector<Particle<double>> seeds(Int3 cube, int layer, const class CubeHeights& heights,
-                                        const class Cells& there) const;
+    std::vector<Vec3<double>> seeds(Int3 cube, int layer, const class CubeHeights& heights,
+                                    const class Cells& there) const;
     std::vector<std::vector<Particle<double>>> all_seeds(const std::vector<Key>& cubes,
                                                          const class LocalSurface& surface,
                                                          const Cells& there) const;

@@ -20,10 +20,10 @@ int LocalClay::first_stratum(int cube) const
 }
 
 // One in each stratum of a layer of the cube that lies under the surface and holds none yet.
-std::vector<Particle<double>> LocalClay::seeds(Int3 cube, int z, const CubeHeights& heights,
-                                               const Cells& there) const
+std::vector<Vec3<double>> LocalClay::seeds(Int3 cube, int z, const CubeHeights& heights,
+                                           const Cells& there) const
 {
-    std::vector<Particle<double>> all;
+    std::vector<Vec3<double>> all;
     for (int y = first_stratum(cube.y); y < first_stratum(cube.y + 1); ++y)
         for (int x = first_stratum(cube.x); x < first_stratum(cube.x + 1); ++x) {
             const Vec3<double> p = stratum_place(seed, 0, {x, y, z}, spacing, per_cell);
@@ -35,7 +35,7 @@ std::vector<Particle<double>> LocalClay::seeds(Int3 cube, int z, const CubeHeigh
             there.each_near(p, {near, near, near}, [&](std::uint32_t j) {
                 taken = taken || length(there.point(j) - p) < near;
             });
-            if (!taken) all.push_back({p, {}, {}, {}, 0, 0, 0});
+            if (!taken) all.push_back(p);
         }
     return all;
 }
@@ -45,17 +45,7 @@ std::vector<std::vector<Particle<double>>> LocalClay::all_seeds(const std::vecto
                                                                 const LocalSurface& surface,
                                                                 const Cells& there) const
 {
-    std::vector<CubeHeights> heights;
-    for (const Key key : cubes) {
-        const Int3 c = Cubes::at(key);
-        heights.emplace_back(surface,
-                             Vec3<double>{c.x * tiling.edge, c.y * tiling.edge, c.z * tiling.edge},
-                             tiling.edge);
-    }
-    const int corners = int(cubes.size()) * CubeHeights::count;
-#pragma omp parallel for schedule(dynamic, 8)
-    for (int k = 0; k < corners; ++k)
-        heights[std::size_t(k / CubeHeights::count)].find(k % CubeHeights::count);
+    const std::vector<CubeHeights> heights = CubeHeights::of(surface, cubes, tiling.edge);
     std::vector<std::pair<std::size_t, int>> layers;
     std::vector<std::size_t> first_layer;  // of each cube
     for (std::size_t k = 0; k < cubes.size(); ++k) {
@@ -64,7 +54,8 @@ std::vector<std::vector<Particle<double>>> LocalClay::all_seeds(const std::vecto
         for (int s = first_stratum(z); s < first_stratum(z + 1); ++s) layers.emplace_back(k, s);
     }
     first_layer.push_back(layers.size());
-    std::vector<std::vector<Particle<double>>> of_layers(layers.size()), all(cubes.size());
+    std::vector<std::vector<Vec3<double>>> of_layers(layers.size());
+    std::vector<std::vector<Particle<double>>> all(cubes.size());
     const int count = int(layers.size());
 #pragma omp parallel for schedule(dynamic)
     for (int l = 0; l < count; ++l) {
@@ -80,7 +71,8 @@ std::vector<std::vector<Particle<double>>> LocalClay::all_seeds(const std::vecto
             sum += of_layers[l].size();
         all[cube].reserve(sum);
         for (std::size_t l = first_layer[cube]; l < first_layer[cube + 1]; ++l)
-            all[cube].insert(all[cube].end(), of_layers[l].begin(), of_layers[l].end());
+            for (const Vec3<double>& p : of_layers[l])
+                all[cube].push_back({p, {}, {}, {}, 0, 0, 0});
     }
     return all;
 }

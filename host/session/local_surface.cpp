@@ -1,5 +1,8 @@
 #include "host/session/local_surface.h"
 
+#include <algorithm>
+#include <tuple>
+
 #include "host/session/patches.h"
 
 namespace knead {
@@ -65,32 +68,58 @@ std::optional<double> LocalSurface::height(Vec3<double> at) const
     return h;
 }
 
-void CubeHeights::find(int corner)
+std::vector<CubeHeights> CubeHeights::of(const LocalSurface& surface,
+                                         const std::vector<Cubes::Key>& cubes, double edge)
 {
-    const int row = corner / corners;
-    const Vec3<double> steps = {double(corner % corners), double(row % corners),
-                                double(row / corners)};
-    heights[std::size_t(corner)] = surface.height(low + step * steps);
+    std::vector<CubeHeights> all;
+    std::vector<Cubes::Key> places;
+    constexpr int each = int(std::tuple_size_v<Corners>);
+    for (const Cubes::Key key : cubes) {
+        all.push_back(CubeHeights(surface, Cubes::at(key), edge));
+        for (int k = 0; k < each; ++k) places.push_back(Cubes::key(all.back().first + corner(k)));
+    }
+    std::sort(places.begin(), places.end());
+    places.erase(std::unique(places.begin(), places.end()), places.end());
+    std::vector<std::optional<double>> found(places.size());
+    const int count = int(places.size()), cube_count = int(cubes.size());
+#pragma omp parallel for schedule(dynamic, 8)
+    for (int k = 0; k < count; ++k) {
+        const Int3 at = Cubes::at(places[std::size_t(k)]);
+        found[std::size_t(k)] =
+            surface.height(edge / parts * Vec3<double>{double(at.x), double(at.y), double(at.z)});
+    }
+#pragma omp parallel for schedule(static)
+    for (int c = 0; c < cube_count; ++c) {
+        CubeHeights& cube = all[std::size_t(c)];
+        for (int k = 0; k < each; ++k) {
+            const auto at =
+                std::lower_bound(places.begin(), places.end(), Cubes::key(cube.first + corner(k)));
+            cube.heights[std::size_t(k)] = found[std::size_t(at - places.begin())];
+        }
+    }
+    return all;
 }
 
 std::optional<double> CubeHeights::height(Vec3<double> at) const
 {
-    const Vec3<double> r = (1 / step) * (at - low);
+    const Vec3<double> r =
+        (1 / step) * at - Vec3<double>{double(first.x), double(first.y), double(first.z)};
     const auto part = [](double along) { return int(clamp(along, 0.0, parts - 0.5)); };
     const int x = part(r.x), y = part(r.y), z = part(r.z);
     const auto share = [](double along, int from) { return clamp(along - from, 0.0, 1.0); };
     const Vec3<double> t = {share(r.x, x), share(r.y, y), share(r.z, z)};
-    double sum = 0;
+    double sum = 0, least = 1e30;
     int known = 0;
     for (int k = 0; k < 8; ++k) {
         const int i = k & 1, j = k >> 1 & 1, l = k >> 2;
         const std::optional<double>& h = heights[std::size_t(corner_at(x + i, y + j, z + l))];
         if (!h) continue;
-        ++known;
+        ++known, least = min(least, *h);
         sum += (i ? t.x : 1 - t.x) * (j ? t.y : 1 - t.y) * (l ? t.z : 1 - t.z) * *h;
     }
     if (known == 0) return {};
-    if (known < 8 || std::abs(sum) < 0.5 * step) return surface.height(at);
+    if (known < 8 && least > 2 * step) return least;  // far above
+    if (known < 8 || std::abs(sum) < 0.35 * step) return surface->height(at);
     return sum;
 }
 

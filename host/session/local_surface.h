@@ -1,8 +1,10 @@
 // How deep a place lies under a surface that only splats tell of.
 #pragma once
+#include <array>
 #include <optional>
 #include <vector>
 
+#include "host/session/cubes.h"
 #include "host/splats/cells.h"
 
 namespace knead {
@@ -36,26 +38,32 @@ class LocalSurface {
 };
 
 // The heights in a cube. Far from the surface many patches are about as near as the nearest, so
-// that heights are found at a few corners, and are linear between them; within half a part of the
-// surface, and where a corner has none, they are as they are.
+// that heights are found at a few corners, and are linear between them; within a third of a part of
+// the surface, and where a corner has none, they are as they are, but far above.
 class CubeHeights {
   public:
     static constexpr int parts = 4, corners = parts + 1;  // along an edge
-    static constexpr int count = corners * corners * corners;
+    using Corners = std::array<std::optional<double>, corners * corners * corners>;
 
-    CubeHeights(const LocalSurface& of, Vec3<double> at, double edge)
-        : surface(of), low(at), step(edge / parts), heights(count)
-    {
-    }
-    // Before height(): of each corner, in any order, by any threads.
-    void find(int corner);
+    // Of each of these cubes of that edge [m]. What they share is found once, by many threads.
+    static std::vector<CubeHeights> of(const LocalSurface& surface,
+                                       const std::vector<Cubes::Key>& cubes, double edge);
     std::optional<double> height(Vec3<double> at) const;  // of a place in the cube
 
   private:
-    const LocalSurface& surface;
-    Vec3<double> low;
+    CubeHeights(const LocalSurface& of, Int3 cube, double edge)
+        : surface(&of), first(parts * cube), step(edge / parts)
+    {
+    }
+    static Int3 corner(int k)
+    {
+        return {k % corners, k / corners % corners, k / corners / corners};
+    }
+
+    const LocalSurface* surface;
+    Int3 first;   // of the corners of all of space
     double step;  // [m]
-    std::vector<std::optional<double>> heights;
+    Corners heights;
 };
 
 }  // namespace knead
