@@ -16,6 +16,7 @@ struct Features {
     bool rests = false;        // clay may be still
     bool mixed = false;        // not one object's clay alone
     PlasticityClass plasticity = PlasticityClass::elastic;
+    bool mean_pressure = false;  // some clay shares its cell's: see mean_pressure.h
     bool splats = false;  // Gaussians follow the clay: the stage deform runs, others do not change
     bool operator==(const Features&) const = default;
 
@@ -24,7 +25,8 @@ struct Features {
     constexpr bool include(const Features& other) const
     {
         return tools >= other.tools && fixed_point >= other.fixed_point && blades >= other.blades &&
-               rests >= other.rests && mixed >= other.mixed && plasticity >= other.plasticity;
+               rests >= other.rests && mixed >= other.mixed && plasticity >= other.plasticity &&
+               mean_pressure >= other.mean_pressure;
     }
 };
 
@@ -52,6 +54,26 @@ inline constexpr Features compiled[] = {
      .rests = true,
      .mixed = true,
      .plasticity = PlasticityClass::any},
+    {.mixed = true, .plasticity = PlasticityClass::plastic, .mean_pressure = true},
+    {.mixed = true, .plasticity = PlasticityClass::any, .mean_pressure = true},
+    {.tools = true, .mixed = true, .plasticity = PlasticityClass::plastic, .mean_pressure = true},
+    {.tools = true, .mixed = true, .plasticity = PlasticityClass::any, .mean_pressure = true},
+    {.tools = true,
+     .rests = true,
+     .mixed = true,
+     .plasticity = PlasticityClass::any,
+     .mean_pressure = true},
+    {.tools = true,
+     .blades = true,
+     .mixed = true,
+     .plasticity = PlasticityClass::any,
+     .mean_pressure = true},
+    {.tools = true,
+     .blades = true,
+     .rests = true,
+     .mixed = true,
+     .plasticity = PlasticityClass::any,
+     .mean_pressure = true},
 };
 
 constexpr std::size_t combinations = 2 * sizeof compiled / sizeof compiled[0];
@@ -64,12 +86,14 @@ constexpr Features combination(std::size_t k)
 
 // A combination as a type: nvcc (13.0) takes no structure for a kernel's template argument.
 template <bool tools, bool fixed_point, bool blades, bool rests, bool mixed,
-          PlasticityClass plasticity>
+          PlasticityClass plasticity, bool mean_pressure>
 struct Case {
-    static constexpr Features features{tools, fixed_point, blades, rests, mixed, plasticity};
+    static constexpr Features features{tools, fixed_point, blades,       rests,
+                                       mixed, plasticity,  mean_pressure};
 };
 template <Features f>
-using CaseOf = Case<f.tools, f.fixed_point, f.blades, f.rests, f.mixed, f.plasticity>;
+using CaseOf =
+    Case<f.tools, f.fixed_point, f.blades, f.rests, f.mixed, f.plasticity, f.mean_pressure>;
 
 // What kernel(Case) answers for the first combination that serves. `relevant` leaves of Features
 // what the stage depends on: the rest does not make it another kernel.

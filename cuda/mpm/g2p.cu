@@ -6,6 +6,7 @@
 #include "cuda/mpm/events.cuh"
 #include "cuda/mpm/g2p.h"
 #include "cuda/mpm/gather.cuh"
+#include "cuda/mpm/mean_pressure.cuh"
 #include "cuda/mpm/plasticity.h"
 #include "cuda/mpm/pose.cuh"
 #include "cuda/mpm/project.cuh"
@@ -31,18 +32,20 @@ __device__ bool may_yield(const Materials& materials, const Particle<float>& q)
     return true;
 }
 
+// What is left of a particle's state is loaded at once, not behind the velocities.
+template <Features f>
+constexpr bool early = f.blades || f.rests || f.mean_pressure;
+
 // Moves the thread's particle through the velocities of substep n. All lanes of a warp stay
 // together: clay that is still moves, too, and is put back.
 template <Features f>
 __device__ Events advance_particle(const G2pView& d, const SubstepContext& later,
                                    ScatterSpace<f.blades>& space, Particle<float>& q)
 {
-    constexpr bool early = f.blades || f.rests;  // what is left of the state is loaded at once
     const int n = later.n - 1;
     // What was stored of the particle, rematerialised: keeping its place costs registers.
     const auto particles = [&]() -> const ParticleView& { return d.particles[later.side]; };
     const auto own = [&] { return own_index<f>(later, d.particles[0].count); };
-    if constexpr (early) particles().load_strain(own().at, q);
     const float4* nodes = nodes_for<f.blades>(d, q, n);
     const Stencil<float> s = stencil(q.x, d.lattice.spacing);
     [[maybe_unused]] Quiet quiet{};
@@ -51,7 +54,7 @@ __device__ Events advance_particle(const G2pView& d, const SubstepContext& later
         if (__all_sync(all_lanes, quiet.unasked)) return {};
     }
     // The two numbers that the registers have no room for meanwhile.
-    constexpr bool full = f.tools && f.plasticity != PlasticityClass::any && !early;
+    constexpr bool full = f.tools && f.plasticity != PlasticityClass::any && !early<f>;
     float* const aside = &space.slopes[threadIdx.x >> 5][0][0].x + (threadIdx.x & 31);
     if constexpr (full) *aside = q.k;
     float around = 0;  // mass of the nearest node [kg]
@@ -64,7 +67,7 @@ __device__ Events advance_particle(const G2pView& d, const SubstepContext& later
                 around = mass;
         },
         [&] {
-            if (!early) particles().load_strain(own().at, q);
+            if (!early<f>) particles().load_strain(own().at, q);
             if (full) q.k = *aside;
         });
     bool moves = true;
@@ -114,6 +117,7 @@ constexpr int spill_free = f.rests
                                ? (f.plasticity == PlasticityClass::any || SHARED_KIB < 228 ? 3 : 5)
                            : f.blades                             ? 6
                            : f.plasticity == PlasticityClass::any ? 3
+                           : f.mean_pressure                      ? (f.tools ? 4 : 6)
                            : f.tools                              ? 7
                                                                   : 8;
 template <Features f>
@@ -125,6 +129,12 @@ template <Features f, int warps>
 __device__ void advance_run(const G2pView& d, const SubstepContext& later,
                             ScatterSpace<f.blades>& space, Sums (&sums)[warps], Particle<float>& q)
 {
+    if constexpr (early<f>)
+        d.particles[later.side].load_strain(own_index<f>(later, d.particles[0].count).at, q);
+    float beyond = 0;  // what its cell's pressure adds to the stress that the particle has next
+    if constexpr (f.mean_pressure)
+        beyond = pressure_beyond(d.pressure, d.lattice, q, material_of<f>(d.materials, q.object),
+                                 later.n - 1);
     Events happened = advance_particle<f>(d, later, space, q);
     const ParticleView& to = d.particles[later.side];
     const Index own = own_index<f>(later, to.count);
@@ -143,9 +153,11 @@ __device__ void advance_run(const G2pView& d, const SubstepContext& later,
     if constexpr (f.rests) note_end(d, q, last && happened.moved, later.n - 1);
     if (own.valid) to.store_state(own.at, q);
     if (own.valid && last) to.store_motion(own.at, q);
-    WarpScatter<f.blades> scatter{d, space, later.n};
+    WarpScatter<f.blades, false, f.mean_pressure> scatter{d, space, later.n};
     const float per_mass = f.mixed ? 1 / m.mass : d.materials.per_mass;
-    if (!last) scatter(q, m, per_mass, own.valid, later.dt);
+    if constexpr (f.mean_pressure)
+        if (own.valid && !last) add_pressure(d.pressure, d.lattice, q, m, later.n);
+    if (!last) scatter(q, m, per_mass, own.valid, later.dt, beyond);
     const int own_activity = synchronised<f.rests>(happened.moved);
     if (threadIdx.x == 0) report(later.clock(), later.n - 1, sums, own_activity);
 }

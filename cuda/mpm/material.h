@@ -26,22 +26,28 @@ HD R snow_hardening(const Material<R>& q, R k)
     return clamp(std::exp(-q.snow * std::expm1(k)), R(0.05), R(20));
 }
 
+// What of a solid's Kirchhoff stress its volume alone decides, in each direction [Pa]; hardening: a
+// factor on lambda.
+template <class R>
+HD R volume_stress(const Material<R>& q, R hardening, R log_J)
+{
+    const R lambda = hardening * q.lambda;
+    if (q.elasticity == Elasticity::fixed_corotated)
+        return lambda * std::expm1(log_J) * std::exp(log_J);
+    return lambda * log_J;
+}
+
 // Principal Kirchhoff stresses [Pa] at principal Hencky strains eps [1] of a solid.
 template <class R>
 HD Vec3<R> principal_stress(const Material<R>& q, R k, Vec3<R> eps)
 {
-    const R h = snow_hardening(q, k), mu = h * q.mu, lambda = h * q.lambda;
-    const R sum = eps.x + eps.y + eps.z;
-    if (q.elasticity == Elasticity::hencky) {
-        const R p = lambda * sum;
+    const R h = snow_hardening(q, k), mu = h * q.mu;
+    const R p = volume_stress(q, h, eps.x + eps.y + eps.z);
+    if (q.elasticity == Elasticity::hencky)
         return {2 * mu * eps.x + p, 2 * mu * eps.y + p, 2 * mu * eps.z + p};
-    }
-    if (q.elasticity == Elasticity::neo_hookean) {
-        const R p = lambda * sum;
+    if (q.elasticity == Elasticity::neo_hookean)
         return {mu * std::expm1(2 * eps.x) + p, mu * std::expm1(2 * eps.y) + p,
                 mu * std::expm1(2 * eps.z) + p};
-    }
-    const R p = lambda * std::expm1(sum) * std::exp(sum);
     const auto each = [&](R s) { return 2 * mu * std::expm1(s) * std::exp(s) + p; };
     return {each(eps.x), each(eps.y), each(eps.z)};
 }

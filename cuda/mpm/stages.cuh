@@ -81,6 +81,7 @@ struct Views {
     GridView grid;
     ToolView tools;
     RestView rest;
+    PressureView pressure;
     StepLimits limits;
     Clock* clock;
     const FrameInput* input;
@@ -111,10 +112,14 @@ void begin(const Views& views, cudaStream_t stream);
 // What may touch each block during the frame, and the tools at the end of the first substep.
 void masks(const Views& views, cudaStream_t stream);
 void pose(const Views& views, cudaStream_t stream);
+// Where clay shares its cells' pressure: sums for a frame's first substep, before p2g().
+void find_pressures(const Views& views, cudaStream_t stream);
 // Adds mass and momentum to the current grid, which is clear, and lists its blocks.
 void p2g(const Views& views, const Features& features, int multiprocessors, cudaStream_t stream);
 // Momenta become velocities; the other grid is cleared; the next substep is chosen.
 void grid(const Views& views, const Features& features, int multiprocessors, cudaStream_t stream);
+// Where clay shares its cells' pressure: sums for the next substep are cleared, before g2p().
+void clear_pressures(const Views& views, int multiprocessors, cudaStream_t stream);
 // Particles move, and are added to the other grid for the next substep, to which the clock moves
 // on.
 void g2p(const Views& views, const Features& features, int multiprocessors, cudaStream_t stream);

@@ -89,11 +89,29 @@ StampView stamp_view(const Views& d)
     return {d.clock, r.activity, d.lattice.block_count(), r.free, r.guard, r.changed, r.reached};
 }
 
+PressureFindView pressure_find_view(const Views& d)
+{
+    return {d.pressure,
+            {read_only(d.particles[0]), read_only(d.particles[1])},
+            d.materials,
+            d.lattice,
+            d.clock};
+}
+
+PressureClearView pressure_clear_view(const Views& d)
+{
+    return {d.pressure, {d.grid.list[0], d.grid.list[1], d.grid.list[2]}, d.clock};
+}
+
 P2gView p2g_view(const Views& d)
 {
-    return {scatter_view(d), {read_only(d.particles[0]), read_only(d.particles[1])},
-            d.materials,     near_view(d),
-            d.rest.list,     d.tools.primitives.count > 0 ? d.tools.runs : nullptr};
+    return {scatter_view(d),
+            {read_only(d.particles[0]), read_only(d.particles[1])},
+            d.materials,
+            near_view(d),
+            d.pressure,
+            d.rest.list,
+            d.tools.primitives.count > 0 ? d.tools.runs : nullptr};
 }
 
 GridUpdateView grid_view(const Views& d)
@@ -137,6 +155,7 @@ G2pView g2p_view(const Views& d)
             d.walls,
             contact_view(d.tools),
             near_view(d),
+            d.pressure,
             d.tools.runs,
             r.list,
             {d.particles[0], d.particles[1]},

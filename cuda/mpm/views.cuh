@@ -200,11 +200,38 @@ struct ScatterView {
     Clock* clock;
 };
 
+// Of a cell, its lowest stencils' node: sums of its particles in fixed point, see PressureSum.
+struct CellPressure {
+    long long pressure, volume;
+};
+// Where clay shares its cells' pressure.
+struct PressureView {
+    CellPressure* cells[2];              // node_count each, or none: sums for substep n, in n % 2
+    float pressure_scale, volume_scale;  // units per Pa m^3 and per m^3: powers of two
+};
+
+struct PressureFindView : PressureView {
+    // reads
+    ConstParticleView particles[2];
+    Materials materials;
+    Lattice<float> lattice;
+    const Clock* clock;
+};
+PressureFindView pressure_find_view(const Views& d);
+
+struct PressureClearView : PressureView {
+    // reads
+    const int* list[3];  // blocks that hold mass in substep n, in n % 3
+    const Clock* clock;
+};
+PressureClearView pressure_clear_view(const Views& d);
+
 struct P2gView : ScatterView {
     // reads
     ConstParticleView particles[2];
     Materials materials;
     NearView near;
+    PressureView pressure;
     const int* listed;  // runs, where clay may be still
     // writes
     int* runs;  // those near tools first; null: there are no tools
@@ -265,8 +292,9 @@ struct G2pView : ScatterView {
     Walls<float> walls;
     ContactView contact;
     NearView near;
-    const int* runs;    // as p2g has lined them up
-    const int* listed;  // those of clay that may be still
+    PressureView pressure;  // adds to the sums for the next substep, too
+    const int* runs;        // as p2g has lined them up
+    const int* listed;      // those of clay that may be still
     // writes
     ParticleView particles[2];
     PoseView pose;

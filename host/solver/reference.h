@@ -55,6 +55,7 @@ class Reference : public Solver {
     const FrameStats& counted() const { return stats; }  // so far in this frame
 
   private:
+    std::vector<double> share_pressure();
     Extremes extremes() const;
     long active_blocks() const;
     void end_cuts();
@@ -64,6 +65,7 @@ class Reference : public Solver {
     std::vector<Particle<double>> q;                // in the scene's order
     std::vector<Particle<double>> before;           // as the substep found them
     std::vector<Gaussian<double>> splats;           // in the scene's order
+    std::vector<double> pressure_beyond;            // see share_pressure() [Pa]
     std::vector<double> per_cell;                   // around each, in particles like it
     std::vector<double> depth;                      // of each in a tool, before projection [m]
     std::vector<std::vector<Node<double>>> fields;  // one, or with blades one a label: node_count

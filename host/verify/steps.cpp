@@ -97,6 +97,7 @@ std::vector<Case> margin_cases(bool quick)
 {
     std::vector<Case> cases{ringing("ball that rings, nu = 0.3", 0.3, false),
                             ringing("ball that rings, nu = 0.49", 0.49, false),
+                            ringing("ball that rings, nu = 0.499", 0.499, false),
                             ringing("lone particle, nu = 0.3", 0.3, true),
                             ringing("lone particle, nu = 0.49", 0.49, true)};
     for (const char* name : {"clay", "jelly", "dough"})

@@ -11,11 +11,11 @@ namespace {
 std::vector<Features> scenes()
 {
     std::vector<Features> all;
-    for (int bits = 0; bits < 32; ++bits)
+    for (int bits = 0; bits < 64; ++bits)
         for (const PlasticityClass p :
              {PlasticityClass::elastic, PlasticityClass::plastic, PlasticityClass::any})
             all.push_back({(bits & 1) != 0, (bits & 2) != 0, (bits & 4) != 0, (bits & 8) != 0,
-                           (bits & 16) != 0, p});
+                           (bits & 16) != 0, p, (bits & 32) != 0});
     return all;
 }
 
@@ -44,14 +44,17 @@ TEST(Features, ASceneIsNotGivenWhatCostsMostUnlessItUsesIt)
         EXPECT_EQ(f.blades, used.blades);
         EXPECT_EQ(f.rests, used.rests);
         EXPECT_EQ(f.fixed_point, used.fixed_point);
+        EXPECT_EQ(f.mean_pressure, used.mean_pressure);
         if (!used.blades && !used.rests) {
             EXPECT_EQ(f.tools, used.tools);
+            if (used.mean_pressure) continue;
             EXPECT_EQ(f.plasticity, used.plasticity);
             if (used.tools && used.plasticity != PlasticityClass::any) {
                 EXPECT_EQ(f.mixed, used.mixed);
             }
         }
-        if (!used.blades && used.plasticity != PlasticityClass::any) {
+        const bool seldom = used.blades || (used.rests && used.mean_pressure);
+        if (!seldom && used.plasticity != PlasticityClass::any) {
             EXPECT_NE(f.plasticity, PlasticityClass::any);
         }
     }

@@ -34,6 +34,7 @@ void CpuSolver<R>::apply_rules()
 {
     materials.clear();
     for (const Material<double>& m : setup.materials) materials.push_back(cast<R>(m));
+    shared_pressure = std::any_of(materials.begin(), materials.end(), shares_pressure<R>);
     gravity = cast<R>(setup.gravity);
     walls = walls_on<R>(setup.lattice, setup.walls);
     for (int f = 0; f < (posed.blades ? 3 : 1); ++f)

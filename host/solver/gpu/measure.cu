@@ -88,7 +88,10 @@ void GpuSolver::walk(const Watch& watch) const
     watch("sort", [&] { sort(views, features, main, before.side); });
     begin(views, main);
     if (features.tools) watch("pose", [&] { masks(views, main), pose(views, main); });
-    watch("p2g", [&] { p2g(views, features, processors, main); });
+    watch("p2g", [&] {
+        if (features.mean_pressure) find_pressures(views, main);
+        p2g(views, features, processors, main);
+    });
     const auto under_way = [&] {
         Clock now = store.clock();
         return now.step(now.done).dt > 0;
@@ -100,7 +103,10 @@ void GpuSolver::walk(const Watch& watch) const
     for (; k < warm + repeats && under_way(); ++k) {
         watch("grid", [&] { grid(views, features, processors, main); });
         if (k % follow_every == follow_every - 1) deforms(false);
-        watch("g2p", [&] { g2p(views, features, processors, main); });
+        watch("g2p", [&] {
+            if (features.mean_pressure) clear_pressures(views, processors, main);
+            g2p(views, features, processors, main);
+        });
     }
     if (k < follow_every) deforms(true);
     store.clear_grids();

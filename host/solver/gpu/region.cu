@@ -17,6 +17,9 @@ NodeArrays::NodeArrays(const Lattice<float>& lattice, const Features& features)
         if (side == 0 || !features.fixed_point) nodes[side] = DeviceArray<float4>(grid_nodes);
         if (features.fixed_point) sums[side] = DeviceArray<long long>(4 * grid_nodes);
     }
+    for (DeviceArray<CellPressure>& each : cells)
+        if (features.mean_pressure)
+            each = DeviceArray<CellPressure>(std::size_t(lattice.node_count()));
     marks = DeviceArray<int>(blocks);
     if (!features.fixed_point) counts = DeviceArray<int>(std::size_t(lattice.node_count()));
     for (DeviceArray<int>& each : list) each = DeviceArray<int>(blocks);
@@ -41,7 +44,8 @@ std::size_t NodeArrays::bytes_for(const Lattice<float>& lattice, const Features&
                                  (features.rests ? 9 * sizeof(int) + sizeof(int2) : 0),
                       of_node =
                           std::size_t(features.blades ? 3 : 1) * (features.fixed_point ? 80 : 32) +
-                          (features.fixed_point ? 0 : sizeof(int));
+                          (features.fixed_point ? 0 : sizeof(int)) +
+                          (features.mean_pressure ? 2 * sizeof(CellPressure) : 0);
     return std::size_t(lattice.block_count()) * of_block +
            std::size_t(lattice.node_count()) * of_node;
 }
@@ -52,7 +56,8 @@ std::size_t NodeArrays::bytes() const
                       fastest.bytes() + reached.bytes() + quiet.bytes() + activity.bytes() +
                       free.bytes() + guard.bytes() + changed.bytes() + ranges.bytes();
     for (const DeviceArray<int>& each : list) sum += each.bytes();
-    for (int s = 0; s < 2; ++s) sum += nodes[s].bytes() + sums[s].bytes() + woken[s].bytes();
+    for (int s = 0; s < 2; ++s)
+        sum += nodes[s].bytes() + sums[s].bytes() + woken[s].bytes() + cells[s].bytes();
     return sum;
 }
 
@@ -63,6 +68,7 @@ void Store::point()
         all.grid.nodes[side] = box.nodes[used.fixed_point ? 0 : side].data();
         all.grid.sums[side] = box.sums[side].data();
         all.rest.woken[side] = box.woken[side].data();
+        all.pressure.cells[side] = box.cells[side].data();
     }
     all.grid.fields = used.blades ? 3 : 1;
     all.grid.marks = box.marks.data(), all.grid.rim = box.rim.data();

@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "cuda/mpm/mean_pressure.h"
 #include "host/solver/gpu/store.cuh"
 
 namespace knead::gpu {
@@ -15,6 +16,7 @@ Features features_of(const Setup& s)
         s.rest.mode != RestMode::none,       s.materials.size() != 1, PlasticityClass::elastic};
     for (const Material<double>& m : s.materials) {
         if (!there(m)) continue;
+        f.mean_pressure = f.mean_pressure || shares_pressure(m);
         const bool plain =
             m.elasticity == Elasticity::neo_hookean &&
             (m.plasticity == Plasticity::none || m.plasticity == Plasticity::von_mises);
@@ -34,6 +36,18 @@ float fixed_scale(double bound)
     return bound > 0 ? std::ldexp(1.0f, 61 - std::ilogb(bound)) : 1.0f;
 }
 
+// As small sums as float has digits for, of any particle's volume and the stiffest clay's pressure.
+PressureView pressure_units(const std::vector<Material<double>>& materials)
+{
+    double volume = 0, stiffest = 0;
+    for (const Material<double>& m : materials)
+        if (there(m)) volume = std::max(volume, m.volume), stiffest = std::max(stiffest, m.lambda);
+    const auto units = [](double most) {
+        return most > 0 ? std::ldexp(1.0f, 40 - std::ilogb(most)) : 1.0f;
+    };
+    return {{}, units(volume * stiffest), units(volume)};
+}
+
 // Where there is room for it, without an allocation.
 template <class T>
 void fill(DeviceArray<T>& to, const std::vector<T>& from)
@@ -48,7 +62,8 @@ void Store::set_features(const Features& features)
 {
     const bool same_nodes = features.tools == used.tools && features.blades == used.blades &&
                             features.rests == used.rests &&
-                            features.fixed_point == used.fixed_point;
+                            features.fixed_point == used.fixed_point &&
+                            features.mean_pressure == used.mean_pressure;
     used = features;
     if (same_nodes) return;
     set_box(all.lattice);
@@ -73,6 +88,7 @@ void Store::set_rules(const Rules& rules)
     all.grid.trifle = float(trifle(setup));
     all.grid.mass_scale = fixed_scale(rules.mass());
     all.grid.momentum_scale = fixed_scale(rules.mass() * speed);
+    all.pressure = pressure_units(setup.materials);
     const Rest<double>& rest = setup.rest;
     all.rest.rule = {rest.mode, float(rest.speed), rest.frames, float(rest.push),
                      float(rest.reach)};

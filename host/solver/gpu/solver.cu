@@ -140,6 +140,7 @@ void GpuSolver::start(const Views& views, const Features& features)
     sort_if_due(views, features);
     if (!features.rests) join(masked);
     join(posed_first);  // here, so that what follows p2g waits for it alone
+    if (features.mean_pressure) find_pressures(views, main);
     p2g(views, features, processors, main);
 }
 
@@ -181,6 +182,7 @@ void GpuSolver::substep(const Views& views, const Features& features, int place,
 {
     grid(views, features, processors, stream);
     if (place % follow_every == follow_every - 1) follow(views, features, false, stream);
+    if (features.mean_pressure) clear_pressures(views, processors, stream);
     g2p(views, features, processors, stream);
 }
 

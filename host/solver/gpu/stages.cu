@@ -94,6 +94,7 @@ std::vector<Particle<double>> GpuStages::particles() { return state->store.parti
 
 std::vector<Node<float>> GpuStages::p2g()
 {
+    if (state->features.mean_pressure) find_pressures(state->store.views(), nullptr);
     gpu::p2g(state->store.views(), state->features, state->processors, nullptr);
     state->done();
     if (!state->features.fixed_point) return state->nodes(0);
@@ -124,6 +125,7 @@ std::vector<Particle<double>> GpuStages::g2p(const std::vector<Node<float>>& vel
 {
     state->send(velocities);
     state->touch_all();
+    if (state->features.mean_pressure) find_pressures(state->store.views(), nullptr);
     gpu::g2p(state->store.views(), state->features, state->processors, nullptr);
     state->done();
     return state->store.particles();

@@ -25,8 +25,9 @@ struct NodeArrays {
 
     DeviceArray<float4> nodes[2];
     DeviceArray<long long> sums[2];
-    DeviceArray<int> marks, list[3];  // GridView
-    DeviceArray<int> counts;          // SortSpace
+    DeviceArray<int> marks, list[3];     // GridView
+    DeviceArray<CellPressure> cells[2];  // PressureView
+    DeviceArray<int> counts;             // SortSpace
     DeviceArray<bool> rim;
     DeviceArray<Mask> masks;
     DeviceArray<unsigned> fastest, reached;  // RestView, as those that follow

@@ -1,0 +1,48 @@
+// Sums over cells of the pressure that their particles share: those of a frame's first substep, and
+// room for the next. All others are added by the kernel that moves the particles, g2p.cu.
+#include "cuda/device/launch.cuh"
+#include "cuda/mpm/mean_pressure.cuh"
+#include "cuda/mpm/stages.cuh"
+
+namespace knead::gpu {
+namespace {
+
+constexpr int threads = 128;
+
+__global__ void __launch_bounds__(threads) find_kernel(const __grid_constant__ PressureFindView d)
+{
+    const ConstParticleView& particles = d.particles[d.clock->side];
+    const int i = int(blockIdx.x * blockDim.x + threadIdx.x);
+    if (i >= particles.count) return;
+    const Particle<float> q = particles.load_state(i);
+    add_pressure(d, d.lattice, q, d.materials[q.object], d.clock->done);
+}
+
+// Of the substep after the one under way; before it nothing is in blocks that are not listed.
+__global__ void __launch_bounds__(block_nodes)
+    clear_kernel(const __grid_constant__ PressureClearView d)
+{
+    wait_for_upstream();
+    const int n = d.clock->begun, listed = d.clock->active[n % 3];
+    for (int k = int(blockIdx.x); k < listed; k += int(gridDim.x))
+        d.cells[(n + 1) & 1][d.list[n % 3][k] * block_nodes + int(threadIdx.x)] = {};
+}
+
+}  // namespace
+
+void find_pressures(const Views& views, cudaStream_t stream)
+{
+    const std::size_t bytes = std::size_t(views.lattice.node_count()) * sizeof(CellPressure);
+    for (CellPressure* cells : views.pressure.cells)
+        check(cudaMemsetAsync(cells, 0, bytes, stream), "pressures");
+    launch("pressures", find_kernel, blocks_for(views.particles[0].count, threads), threads, stream,
+           pressure_find_view(views));
+}
+
+void clear_pressures(const Views& views, int multiprocessors, cudaStream_t stream)
+{
+    launch_pdl("clear pressures", clear_kernel, 8 * multiprocessors, block_nodes, stream,
+               pressure_clear_view(views));
+}
+
+}  // namespace knead::gpu

@@ -1,0 +1,190 @@
+// Clay that hardly changes its volume bears the mean pressure of its cells (7a): which clay, that
+// it does, and that all back ends do it alike.
+#include "cuda/mpm/mean_pressure.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "host/bench/ball.h"
+#include "host/solver/between.h"
+#include "tests/solver/back_ends.h"
+#include "tests/solver/clay.h"
+
+namespace knead {
+namespace {
+
+using Given = Setup;  // the name is a member of testing::Test
+
+constexpr double frame = 1.0 / 90;
+
+Material<double> rubber(double poisson, Elasticity elasticity = Elasticity::neo_hookean)
+{
+    Material<double> m = clay<double>(elasticity, Plasticity::none);
+    m.mu = 1e5 / (2 * (1 + poisson));
+    m.lambda = 2 * m.mu * poisson / (1 - 2 * poisson);
+    return m;
+}
+
+// The ball on 32^3 nodes, of such rubber; every second particle is drawn out by a part in a
+// thousand, the others are pressed as much, along all axes.
+Given uneven_ball(const Material<double>& material)
+{
+    Given s = ball(32);
+    const Material<double> own = s.materials[0];
+    s.materials[0] = material;
+    s.materials[0].mass = own.mass, s.materials[0].volume = own.volume;
+    for (std::size_t i = 0; i < s.particles.size(); ++i) {
+        const double e = i % 2 ? 2e-3 : -2e-3;
+        s.particles[i].e = {e, e, e, 0, 0, 0};
+    }
+    return s;
+}
+
+double fastest(const std::vector<Particle<double>>& all)
+{
+    double most = 0;
+    for (const Particle<double>& p : all) most = std::fmax(most, length(p.v));
+    return most;
+}
+
+double farthest(const std::vector<Particle<double>>& a, const std::vector<Particle<double>>& b)
+{
+    double most = 0;
+    for (std::size_t i = 0; i < a.size(); ++i) most = std::fmax(most, length(a[i].x - b[i].x));
+    return most;
+}
+
+TEST(MeanPressure, IsThatOfSolidsAboveAPoissonsRatioOf45Percent)
+{
+    EXPECT_FALSE(shares_pressure(rubber(0.3)));
+    EXPECT_FALSE(shares_pressure(rubber(0.45)));
+    EXPECT_FALSE(shares_pressure(cast<float>(rubber(0.45))));
+    EXPECT_TRUE(shares_pressure(rubber(0.46)));
+    EXPECT_TRUE(shares_pressure(cast<float>(rubber(0.499))));
+    Material<double> water = rubber(0.499);
+    water.plasticity = Plasticity::fluid;
+    EXPECT_FALSE(shares_pressure(water));
+}
+
+// The isotropic part of the stress, but for what mu gives to it: mu (I1 / 3 - 1) of neo-Hookean
+// clay, nothing of Hencky's; of fixed corotated clay of equal stretches s, 2 mu (s - 1) s.
+TEST(MeanPressure, OfAParticleIsWhatItsVolumeGivesToItsStress)
+{
+    const double s = 1.01, e = s * s - 1, J = s * s * s;
+    for (const Elasticity elasticity : elasticities) {
+        const Material<double> m = rubber(0.49, elasticity);
+        Particle<double> q{};
+        q.e = {e, e, e, 0, 0, 0};
+        const double by_mu = elasticity == Elasticity::neo_hookean       ? m.mu * e
+                             : elasticity == Elasticity::fixed_corotated ? 2 * m.mu * (s - 1) * s
+                                                                         : 2 * m.mu * std::log(s);
+        const double by_volume = elasticity == Elasticity::fixed_corotated ? m.lambda * (J - 1) * J
+                                                                           : m.lambda * std::log(J);
+        EXPECT_NEAR(own_pressure(q, m), by_volume, 1e-9 * by_volume);
+        EXPECT_NEAR(trace(kirchhoff_stress(q, m)) / 3, by_mu + by_volume, 1e-9 * by_volume);
+    }
+}
+
+TEST(MeanPressure, IsWeightedByVolume)
+{
+    PressureSum<double> sum;
+    sum.add(6, 1), sum.add(-3, 2);
+    EXPECT_DOUBLE_EQ(sum.beyond(6), -6);
+    EXPECT_DOUBLE_EQ(sum.beyond(-3), 3);
+    sum.add(9, 3);
+    EXPECT_DOUBLE_EQ(sum.beyond(0), 4.5);
+}
+
+using EachBackEnd = AgainstTheReference;
+INSTANTIATE_TEST_SUITE_P(MeanPressure, EachBackEnd, ::testing::ValuesIn(back_ends),
+                         [](const auto& at) { return std::string(at.param.name); });
+
+// Eight particles about the middle of a cell, of which four are drawn out and four are pressed,
+// push each other along x; by their mean they do not, but for what mu makes of it.
+TEST_P(EachBackEnd, OfUnevenVolumesInACellTheMeanPushes)
+{
+    Given s = ball(32);
+    const double dx = s.lattice.dx;
+    s.gravity = {0, 0, 0}, s.step.fixed = 1e-5;
+    const Material<double> own = s.materials[0];
+    s.particles.resize(8);
+    for (int i = 0; i < 8; ++i) {
+        const double e = i & 1 ? 2e-3 : 1 / (1 + 2e-3) - 1;  // opposite logarithms
+        const auto along = [&](int high) { return dx * (16 + (high ? 1.25 : 0.75)); };
+        s.particles[std::size_t(i)] = {
+            {along(i & 1), along(i & 2), along(i & 4)}, {}, {}, {e, e, e, 0, 0, 0}, 0, 0, 0};
+    }
+    const auto pushed = [&](const Material<double>& m) {
+        s.materials[0] = m;
+        s.materials[0].mass = own.mass, s.materials[0].volume = own.volume;
+        const auto solver = GetParam().make(s);
+        solver->advance(Motion{}, 1e-5);
+        return fastest(solver->particles());
+    };
+    const Material<double> m = rubber(0.499);
+    Material<double> alone = m, only_mu = m;
+    alone.mu = m.lambda / 9, only_mu.lambda = 0;  // neither shares its pressure
+    EXPECT_NEAR(pushed(m), pushed(only_mu), 1e-2 * pushed(only_mu));
+    EXPECT_GT(pushed(alone), 100 * pushed(m));
+}
+
+// A hundred substeps, with tools: the lag of a substep, and all that begins with a frame, too.
+TEST_P(EachBackEnd, RubberBetweenToolsMovesAsInTheReference)
+{
+    for (const Plasticity plasticity : {Plasticity::none, Plasticity::von_mises}) {
+        SCOPED_TRACE(int(plasticity));
+        Given s = uneven_ball(rubber(0.49));
+        s.materials[0].plasticity = plasticity, s.materials[0].yield = 2e3;
+        add_tools(s);
+        s = rounded_to_float(s);
+        const auto solver = GetParam().make(s);
+        Reference reference(s);
+        int substeps = 0;
+        for (int f = 0; f < 4; ++f) {
+            const Motion m = closing(f * frame, frame);
+            const FrameStats mine = solver->advance(m, frame);
+            substeps += reference.advance(m, frame).substeps;
+            EXPECT_EQ(mine.repaired, 0);
+        }
+        EXPECT_GT(substeps, 100);
+        EXPECT_LT(farthest(solver->particles(), reference.particles()), 2e-3 * s.lattice.dx);
+    }
+}
+
+// Where a blade has been, and where clay may be still, other loops and kernels do it.
+TEST_P(EachBackEnd, CutAndRestingRubberMovesAsInTheReference)
+{
+    Given s = uneven_ball(rubber(0.49));
+    add_tools(s);
+    s.tools[0].blade = true;
+    s = rounded_to_float(s);
+    Given resting = s;
+    resting.rest.mode = RestMode::sleep, resting.rest.frames = 1000;
+    Reference reference(s);
+    const auto solver = GetParam().make(s), still = GetParam().make(resting);
+    for (int f = 0; f < 3; ++f) {
+        const Motion m = closing(f * frame, frame);
+        reference.advance(m, frame), solver->advance(m, frame), still->advance(m, frame);
+    }
+    EXPECT_LT(farthest(solver->particles(), reference.particles()), 5e-3 * s.lattice.dx);
+    EXPECT_LT(farthest(still->particles(), reference.particles()), 5e-3 * s.lattice.dx);
+}
+
+TEST_P(EachBackEnd, AFrameAfterARestoreIsTheSame)
+{
+    if (GetParam().device && !GetParam().deterministic) return;  // sums come in any order
+    Given s = uneven_ball(rubber(0.49));
+    add_tools(s);
+    const auto solver = GetParam().make(s);
+    solver->advance(closing(0, frame), frame);
+    const auto kept = solver->snapshot();
+    solver->advance(closing(frame, frame), frame);
+    const std::vector<Particle<double>> once = solver->particles();
+    solver->restore(*kept);
+    solver->advance(closing(frame, frame), frame);
+    EXPECT_EQ(farthest(once, solver->particles()), 0);
+}
+
+}  // namespace
+}  // namespace knead
