@@ -40,11 +40,11 @@ HD R speed_that_counts(R speed_squared, R depth)
 }
 
 // The speed at which it leaves from that depth [m/s]. It has to move those around it, too, so this
-// grows with their number a cell; a crumb by itself is not thrown.
+// grows with their number a cell; a crumb by itself, which has up to 0.42, is not thrown.
 template <class R>
 HD R speed_out(const WayOut<R>& way, R depth, R per_cell, R dt)
 {
-    return min(max(R(1), 4 * per_cell) * depth / dt, way.fastest);
+    return min(max(R(1), 4 * per_cell - R(0.7)) * depth / dt, way.fastest);
 }
 
 // Moves what is at x, with velocity v, to the surface that it was found behind; its velocity is

@@ -25,7 +25,7 @@ namespace knead {
 // How long a substep may be.  (22)
 struct StepRule {
     double fixed = 0;       // [s]; 0: as stability asks
-    double courant = 0.85;  // dt <= courant times what a lone particle is stable with
+    double courant = 0.97;  // dt <= courant times what a lone particle is stable with
     double tool = 0.5;      // dt <= tool * min(r, dx) / |v of a tool|
     double largest = 1e-2;  // [s]
 };

@@ -26,8 +26,8 @@ Settings settings(const Verification& v, std::size_t index, std::size_t lattices
         return {{4, 8}, {0.4, usual}};
     }
     const bool finest = index + 1 == lattices && v.device.kind == DeviceKind::cuda;
-    if (finest) return {{4, 8, 16}, {usual, 1}};
-    return {{4, 8, 16, 27}, {0.3, 0.6, usual, 1}};
+    if (finest) return {{4, 8, 16}, {0.7, usual}};
+    return {{4, 8, 16, 27}, {0.3, 0.5, 0.7, usual}};
 }
 
 std::vector<SceneRule> rules(const Verification& v, const FrontScene& scene)

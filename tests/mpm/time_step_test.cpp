@@ -24,7 +24,7 @@ TEST(StepLimits, IsThatOfTheStiffestAndTheMostViscousMaterial)
     s.materials = {soft, stiff, thick};
     const StepLimits p = step_limits(s);
     EXPECT_DOUBLE_EQ(p.stiffness, (3 * 1e5 + 2 * 4e5) / 1e3);
-    EXPECT_DOUBLE_EQ(p.viscosity, 0.85 * 1e-4 * 1000 / 4 / 50);
+    EXPECT_DOUBLE_EQ(p.viscosity, s.step.courant * 1e-4 * 1000 / 4 / 50);
     EXPECT_DOUBLE_EQ(p.dx, 0.01);
 }
 
