@@ -36,6 +36,14 @@ __device__ bool may_yield(const Materials& materials, const Particle<float>& q)
 template <Features f>
 constexpr bool early = f.blades || f.rests || f.mean_pressure;
 
+// Of clay that shares its cells' pressure.
+template <Features f>
+__device__ void bear_shared(const G2pView& d, Particle<float>& q, int n)
+{
+    if constexpr (f.mean_pressure)
+        share_pressure(d.pressure, d.lattice, q, material_of<f>(d.materials, q.object), n);
+}
+
 // Moves the thread's particle through the velocities of substep n. All lanes of a warp stay
 // together: clay that is still moves, too, and is put back.
 template <Features f>
@@ -46,6 +54,7 @@ __device__ Events advance_particle(const G2pView& d, const SubstepContext& later
     // What was stored of the particle, rematerialised: keeping its place costs registers.
     const auto particles = [&]() -> const ParticleView& { return d.particles[later.side]; };
     const auto own = [&] { return own_index<f>(later, d.particles[0].count); };
+    if constexpr (early<f>) particles().load_strain(own().at, q);
     const float4* nodes = nodes_for<f.blades>(d, q, n);
     const Stencil<float> s = stencil(q.x, d.lattice.spacing);
     [[maybe_unused]] Quiet quiet{};
@@ -53,6 +62,7 @@ __device__ Events advance_particle(const G2pView& d, const SubstepContext& later
         quiet = quiet_at(d, q, s.base, n);
         if (__all_sync(all_lanes, quiet.unasked)) return {};
     }
+    bear_shared<f>(d, q, n);
     // The two numbers that the registers have no room for meanwhile.
     constexpr bool full = f.tools && f.plasticity != PlasticityClass::any && !early<f>;
     float* const aside = &space.slopes[threadIdx.x >> 5][0][0].x + (threadIdx.x & 31);
@@ -117,7 +127,7 @@ constexpr int spill_free = f.rests
                                ? (f.plasticity == PlasticityClass::any || SHARED_KIB < 228 ? 3 : 5)
                            : f.blades                             ? 6
                            : f.plasticity == PlasticityClass::any ? 3
-                           : f.mean_pressure                      ? (f.tools ? 4 : 6)
+                           : f.mean_pressure                      ? (f.tools ? 5 : 4)
                            : f.tools                              ? 7
                                                                   : 8;
 template <Features f>
@@ -129,12 +139,6 @@ template <Features f, int warps>
 __device__ void advance_run(const G2pView& d, const SubstepContext& later,
                             ScatterSpace<f.blades>& space, Sums (&sums)[warps], Particle<float>& q)
 {
-    if constexpr (early<f>)
-        d.particles[later.side].load_strain(own_index<f>(later, d.particles[0].count).at, q);
-    float beyond = 0;  // what its cell's pressure adds to the stress that the particle has next
-    if constexpr (f.mean_pressure)
-        beyond = pressure_beyond(d.pressure, d.lattice, q, material_of<f>(d.materials, q.object),
-                                 later.n - 1);
     Events happened = advance_particle<f>(d, later, space, q);
     const ParticleView& to = d.particles[later.side];
     const Index own = own_index<f>(later, to.count);
@@ -153,11 +157,11 @@ __device__ void advance_run(const G2pView& d, const SubstepContext& later,
     if constexpr (f.rests) note_end(d, q, last && happened.moved, later.n - 1);
     if (own.valid) to.store_state(own.at, q);
     if (own.valid && last) to.store_motion(own.at, q);
-    WarpScatter<f.blades, false, f.mean_pressure> scatter{d, space, later.n};
+    WarpScatter<f.blades> scatter{d, space, later.n};
     const float per_mass = f.mixed ? 1 / m.mass : d.materials.per_mass;
     if constexpr (f.mean_pressure)
         if (own.valid && !last) add_pressure(d.pressure, d.lattice, q, m, later.n);
-    if (!last) scatter(q, m, per_mass, own.valid, later.dt, beyond);
+    if (!last) scatter(q, m, per_mass, own.valid, later.dt);
     const int own_activity = synchronised<f.rests>(happened.moved);
     if (threadIdx.x == 0) report(later.clock(), later.n - 1, sums, own_activity);
 }

@@ -27,17 +27,17 @@ __device__ inline void add_pressure(const PressureView& d, const Lattice<float>&
     add(to.volume, d.volume_scale * m.volume);
 }
 
-// What the sums for substep n add to the own pressure of a particle [Pa]; nothing to one that has
-// slept meanwhile, in a cell of such.
-__device__ inline float pressure_beyond(const PressureView& d, const Lattice<float>& lattice,
-                                        const Particle<float>& q, const Material<float>& m, int n)
+// The particle bears its cell's pressure, by the sums for substep n; not one that has slept
+// meanwhile, in a cell of such.
+__device__ inline void share_pressure(const PressureView& d, const Lattice<float>& lattice,
+                                      Particle<float>& q, const Material<float>& m, int n)
 {
-    if (!shares_pressure(m)) return 0;
+    if (!shares_pressure(m)) return;
     const CellPressure& of = cell_of(d, lattice, q, n);
-    if (of.volume == 0) return 0;
+    if (of.volume == 0) return;
     const PressureSum<float> sum{float(of.pressure) / d.pressure_scale,
                                  float(of.volume) / d.volume_scale};
-    return sum.beyond(own_pressure(q, m));
+    bear(q, m, sum.mean());
 }
 
 }  // namespace knead::gpu

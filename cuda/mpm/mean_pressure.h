@@ -19,6 +19,16 @@ HD R own_pressure(const Particle<R>& q, const Material<R>& m)
     return volume_stress(m, snow_hardening(m, q.k), log_volume(determinant_excess(q.e)));
 }
 
+// ln J of a solid that has this part [Pa].
+template <class R>
+HD R log_volume_at(const Material<R>& m, R hardening, R pressure)
+{
+    const R p = pressure / (hardening * m.lambda);
+    if (m.elasticity != Elasticity::fixed_corotated) return p;
+    const R root = std::sqrt(max(R(0), 1 + 4 * p));  // (J - 1) J = p
+    return std::log1p(2 * p / (1 + root));
+}
+
 // Of the particles of a cell that share it: their volumes at rest [m^3], and the pressure times
 // these [Pa m^3]. Cells are those of particles whose stencils begin at one node.
 template <class R>
@@ -28,8 +38,23 @@ struct PressureSum {
     {
         pressure += volume_at_rest * own, volume += volume_at_rest;
     }
-    // What the mean adds to a particle's own [Pa].
-    HD R beyond(R own) const { return pressure / volume - own; }
+    HD R mean() const { return pressure / volume; }
 };
+
+// The part of the way to its cell's pressure that a particle goes in a substep. If it went all of
+// it, what is apart in a cell would be damped by its stiffness times the substep, and 0.7 of the
+// longest substep would be stable: the square of that share is 1 - part / 2.
+template <class R>
+constexpr R part_borne = R(0.25);
+
+// The particle's volume goes towards the one that has this pressure; its shape stays.
+template <class R>
+HD void bear(Particle<R>& q, const Material<R>& m, R pressure)
+{
+    const R own = log_volume(determinant_excess(q.e));
+    const R way = log_volume_at(m, snow_hardening(m, q.k), pressure) - own;
+    const R more = std::expm1(R(2) / R(3) * part_borne<R> * way);  // of b
+    q.e = raised((1 + more) * q.e, more);
+}
 
 }  // namespace knead

@@ -1,6 +1,5 @@
 // Particle to grid: the scatter that a frame begins with. All others are done by the kernel that
 // moves the particles, g2p.cu.
-#include "cuda/mpm/mean_pressure.cuh"
 #include "cuda/mpm/project.cuh"
 #include "cuda/mpm/scatter.cuh"
 #include "cuda/mpm/stages.cuh"
@@ -26,8 +25,7 @@ constexpr Features relevant(Features f)
     const bool any = f.plasticity == PlasticityClass::any;
     return {.blades = f.blades,
             .rests = f.rests,
-            .plasticity = any ? PlasticityClass::any : PlasticityClass::elastic,
-            .mean_pressure = f.mean_pressure};
+            .plasticity = any ? PlasticityClass::any : PlasticityClass::elastic};
 }
 
 template <class Case>
@@ -46,11 +44,7 @@ __global__ void __launch_bounds__(run_length(Case::features), 4)
         const Particle<float> q = particles.load(valid ? i : particles.count - 1);
         if (!f.rests && d.runs) line_up(d, run, near_tools(d.near, d.lattice, q.x) != nullptr);
         const Material<float> m = narrowed<f.plasticity>(d.materials[q.object]);
-        float beyond = 0;
-        if constexpr (Case::features.mean_pressure)
-            beyond = pressure_beyond(d.pressure, d.lattice, q, m, n);
-        WarpScatter<f.blades, true, f.mean_pressure>{d, space, n}(q, m, 1 / m.mass, valid,
-                                                                  float(clock.step(n).dt), beyond);
+        WarpScatter<f.blades, true>{d, space, n}(q, m, 1 / m.mass, valid, float(clock.step(n).dt));
     });
 }
 

@@ -27,14 +27,12 @@ HD Four<R> along(Four<R> column, R w, Vec3<R> along_z)
 }
 
 // add(step, share) is where the memory is: a plain sum, a tile of shared memory, an atomic.
-// `step` is the node less the stencil's base; momentum [kg m/s], mass [kg]. `beyond`: what the
-// pressure of its cell adds to the particle's own [Pa], see mean_pressure.h.
+// `step` is the node less the stencil's base; momentum [kg m/s], mass [kg].
 template <class R, class Add>
 HD void scatter(const Particle<R>& q, const Material<R>& m, const Stencil<R>& s,
-                std::type_identity_t<const Spacing<R>&> spacing, R dt, Add&& add, R beyond = 0)
+                std::type_identity_t<const Spacing<R>&> spacing, R dt, Add&& add)
 {
-    const Sym3<R> tau = raised(kirchhoff_stress(q, m), beyond);
-    const Momentum<R> a = momentum(q, tau, m, R(1) / m.mass, s, spacing, dt);
+    const Momentum<R> a = momentum(q, kirchhoff_stress(q, m), m, R(1) / m.mass, s, spacing, dt);
     UNROLL
     for (int n = 0; n < 9; ++n) {
         const Int3 step = {n % 3, n / 3, 0};

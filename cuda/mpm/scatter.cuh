@@ -101,8 +101,8 @@ __device__ inline Lane lane_of(int lane)
 
 // The scatter of one warp for substep n, all of whose lanes call it; `valid` ones have a particle.
 // Blocks of nodes that get mass are listed in the grid, which is clear before. `begins`: a frame
-// does. `shares`: clay may bear the pressure of its cells.
-template <bool blades, bool begins = false, bool shares = false>
+// does.
+template <bool blades, bool begins = false>
 class WarpScatter {
   public:
     __device__ WarpScatter(const ScatterView& view, ScatterSpace<blades>& space, int n)
@@ -113,16 +113,14 @@ class WarpScatter {
     {
     }
 
-    // per_mass: 1 over the mass of the material [1/kg]; beyond: as pressure_beyond() [Pa].
+    // per_mass: 1 over the mass of the material [1/kg].
     __device__ void operator()(const Particle<float>& q, const Material<float>& m, float per_mass,
-                               bool valid, float dt, float beyond = 0)
+                               bool valid, float dt)
     {
         const Stencil<float> stencil = knead::stencil(q.x, d.lattice.spacing);
         const int node = valid ? d.lattice.index(stencil.base) : nowhere, slot = slot_of(node);
         __syncwarp();  // others may have put something aside where this one writes
-        Sym3<float> tau = kirchhoff_stress(q, m);
-        if constexpr (shares) tau = raised(tau, beyond);
-        write_down(q, tau, m, per_mass, stencil, slot, dt);
+        write_down(q, m, per_mass, stencil, slot, dt);
         s.cells[warp][slot] = node;
         __syncwarp();
         walk();
@@ -140,11 +138,11 @@ class WarpScatter {
     const Lane own = lane_of(lane);
     const Int3 step = column_step(own.column) + Int3{0, 0, own.k};
 
-    __device__ void write_down(const Particle<float>& q, const Sym3<float>& tau,
-                               const Material<float>& m, float per_mass,
+    __device__ void write_down(const Particle<float>& q, const Material<float>& m, float per_mass,
                                const Stencil<float>& stencil, int slot, float dt)
     {
-        const Momentum<float> a = momentum(q, tau, m, per_mass, stencil, d.lattice.spacing, dt);
+        const Momentum<float> a =
+            momentum(q, kirchhoff_stress(q, m), m, per_mass, stencil, d.lattice.spacing, dt);
         UNROLL
         for (int c = 0; c < 9; ++c) {
             const Int3 to = column_step(c);

@@ -112,7 +112,7 @@ void begin(const Views& views, cudaStream_t stream);
 // What may touch each block during the frame, and the tools at the end of the first substep.
 void masks(const Views& views, cudaStream_t stream);
 void pose(const Views& views, cudaStream_t stream);
-// Where clay shares its cells' pressure: sums for a frame's first substep, before p2g().
+// Where clay shares its cells' pressure: sums for a frame's first substep, before grid().
 void find_pressures(const Views& views, cudaStream_t stream);
 // Adds mass and momentum to the current grid, which is clear, and lists its blocks.
 void p2g(const Views& views, const Features& features, int multiprocessors, cudaStream_t stream);

@@ -105,13 +105,10 @@ PressureClearView pressure_clear_view(const Views& d)
 
 P2gView p2g_view(const Views& d)
 {
-    return {scatter_view(d),
-            {read_only(d.particles[0]), read_only(d.particles[1])},
-            d.materials,
-            near_view(d),
-            d.pressure,
-            d.rest.list,
-            d.tools.primitives.count > 0 ? d.tools.runs : nullptr};
+    return {scatter_view(d), {read_only(d.particles[0]), read_only(d.particles[1])},
+            d.materials,     near_view(d),
+
+            d.rest.list,     d.tools.primitives.count > 0 ? d.tools.runs : nullptr};
 }
 
 GridUpdateView grid_view(const Views& d)

@@ -231,7 +231,6 @@ struct P2gView : ScatterView {
     ConstParticleView particles[2];
     Materials materials;
     NearView near;
-    PressureView pressure;
     const int* listed;  // runs, where clay may be still
     // writes
     int* runs;  // those near tools first; null: there are no tools

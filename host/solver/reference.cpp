@@ -7,7 +7,6 @@
 #include <set>
 #include <stdexcept>
 #include <string>
-#include <utility>
 
 #include "cuda/contact/skinning.h"
 #include "cuda/mpm/g2p.h"
@@ -49,7 +48,6 @@ Reference::Reference(const Setup& given)
 FrameStats Reference::advance(const Motion& motion, double duration)
 {
     stats = {}, covered = 0;
-    pressure_beyond.clear();
     Lag lag{};
     for (std::size_t t = 0; t < setup.tools.size(); ++t) set_tool(setup.tools[t], motion, t);
     const StepLimits limits = step_limits(setup);
@@ -77,6 +75,7 @@ void Reference::substep(const Motion& motion, double from, double to, double dt)
     pose(motion, from, to, dt);
     p2g(dt);
     grid(dt);
+    share_pressure();
     g2p(dt);
     project(dt);
     plasticity(dt);
@@ -101,30 +100,6 @@ void Reference::pose(const Motion& motion, double from, double to, double dt)
     }
 }
 
-// What its cell's mean pressure adds to each particle's own: as the substep before found it, or in
-// a frame's first as it is. Empty where no clay shares its pressure.  (7a)
-std::vector<double> Reference::share_pressure()
-{
-    const auto material = [&](const Particle<double>& p) -> const Material<double>& {
-        return setup.materials[std::size_t(p.object)];
-    };
-    if (std::none_of(setup.materials.begin(), setup.materials.end(), shares_pressure<double>))
-        return {};
-    const auto cell = [&](const Particle<double>& p) {
-        return std::size_t(setup.lattice.index(base_node(p.x, setup.lattice.spacing)));
-    };
-    std::vector<PressureSum<double>> sums(fields[uncut].size());
-    for (const Particle<double>& p : q)
-        if (shares_pressure(material(p)))
-            sums[cell(p)].add(own_pressure(p, material(p)), material(p).volume);
-    std::vector<double> now;
-    for (const Particle<double>& p : q)
-        now.push_back(
-            shares_pressure(material(p)) ? sums[cell(p)].beyond(own_pressure(p, material(p))) : 0);
-    if (pressure_beyond.empty()) pressure_beyond = now;
-    return std::exchange(pressure_beyond, now);
-}
-
 // Every particle hands mass and momentum to its 27 nodes.  (1), (2); with labels (25)
 void Reference::p2g(double dt)
 {
@@ -132,20 +107,17 @@ void Reference::p2g(double dt)
     for (auto& field : fields)
         for (const int n : occupied) field[std::size_t(n)] = {};
     occupied.clear();
-    const std::vector<double> beyond = share_pressure();
-    for (std::size_t i = 0; i < q.size(); ++i) {
-        const Particle<double>& p = q[i];
+    for (const Particle<double>& p : q) {
         const Stencil<double> s = stencil(p.x, lattice.spacing);
         const Material<double>& m = setup.materials[std::size_t(p.object)];
-        const auto add = [&](Int3 step, const Node<double>& share) {
+        scatter(p, m, s, lattice.spacing, dt, [&](Int3 step, const Node<double>& share) {
             const int n = lattice.index(s.base + step);
             if (fields[uncut][std::size_t(n)].m == 0 && share.m > 0) occupied.push_back(n);
             for (std::uint32_t f = 0; f < fields.size(); ++f) {
                 Node<double>& to = fields[f][std::size_t(n)];
                 if (f == uncut || p.label() != opposite(f)) to = {to.p + share.p, to.m + share.m};
             }
-        };
-        scatter(p, m, s, lattice.spacing, dt, add, beyond.empty() ? 0 : beyond[i]);
+        });
     }
 }
 
@@ -193,6 +165,25 @@ void Reference::grid(double dt)
         }
     }
     stats.clipped += clipped, stats.trimmed += trimmed;
+}
+
+// Clay that hardly changes its volume bears its cell's mean pressure.  (7a)
+void Reference::share_pressure()
+{
+    const auto material = [&](const Particle<double>& p) -> const Material<double>& {
+        return setup.materials[std::size_t(p.object)];
+    };
+    if (std::none_of(setup.materials.begin(), setup.materials.end(), shares_pressure<double>))
+        return;
+    std::vector<PressureSum<double>> sums(fields[uncut].size());
+    const auto cell = [&](const Particle<double>& p) -> PressureSum<double>& {
+        return sums[std::size_t(setup.lattice.index(base_node(p.x, setup.lattice.spacing)))];
+    };
+    for (const Particle<double>& p : q)
+        if (shares_pressure(material(p)))
+            cell(p).add(own_pressure(p, material(p)), material(p).volume);
+    for (Particle<double>& p : q)
+        if (shares_pressure(material(p))) bear(p, material(p), cell(p).mean());
 }
 
 // Velocity and its gradient come back (8); strain and position move on (9).

@@ -36,6 +36,7 @@ class Reference : public Solver {
     void pose(const Motion& motion, double from, double to, double dt);
     void p2g(double dt);         // particles' mass and momentum to the nodes
     void grid(double dt);        // momenta become velocities that gravity, tools and walls allow
+    void share_pressure();       // of clay that hardly changes its volume, by cells
     void g2p(double dt);         // velocities and their gradients back; position and strain move on
     void project(double dt);     // out of tools and walls; labels beside a blade
     void plasticity(double dt);  // strains back to the yield surface
@@ -55,7 +56,6 @@ class Reference : public Solver {
     const FrameStats& counted() const { return stats; }  // so far in this frame
 
   private:
-    std::vector<double> share_pressure();
     Extremes extremes() const;
     long active_blocks() const;
     void end_cuts();
@@ -65,7 +65,6 @@ class Reference : public Solver {
     std::vector<Particle<double>> q;                // in the scene's order
     std::vector<Particle<double>> before;           // as the substep found them
     std::vector<Gaussian<double>> splats;           // in the scene's order
-    std::vector<double> pressure_beyond;            // see share_pressure() [Pa]
     std::vector<double> per_cell;                   // around each, in particles like it
     std::vector<double> depth;                      // of each in a tool, before projection [m]
     std::vector<std::vector<Node<double>>> fields;  // one, or with blades one a label: node_count

@@ -90,10 +90,31 @@ TEST(MeanPressure, IsWeightedByVolume)
 {
     PressureSum<double> sum;
     sum.add(6, 1), sum.add(-3, 2);
-    EXPECT_DOUBLE_EQ(sum.beyond(6), -6);
-    EXPECT_DOUBLE_EQ(sum.beyond(-3), 3);
+    EXPECT_DOUBLE_EQ(sum.mean(), 0);
     sum.add(9, 3);
-    EXPECT_DOUBLE_EQ(sum.beyond(0), 4.5);
+    EXPECT_DOUBLE_EQ(sum.mean(), 4.5);
+}
+
+TEST(MeanPressure, IsBorneInPartAndInTheEndWhollyAndTheShapeStays)
+{
+    for (const Elasticity elasticity : elasticities)
+        for (const double wanted : {-2e4, 0.0, 3e5}) {
+            const Material<double> m = rubber(0.49, elasticity);
+            Particle<double> q{};
+            q.e = {0.1, -0.05, 0.02, 0.03, -0.02, 0.01};
+            const Particle<double> first = q;
+            const double before = own_pressure(q, m);
+            bear(q, m, wanted);
+            const double way = log_volume_at(m, 1.0, wanted) - ln_J(first);
+            EXPECT_NEAR(ln_J(q) - ln_J(first), part_borne<double> * way, 1e-12);
+            for (int k = 0; k < 100; ++k) bear(q, m, wanted);
+            EXPECT_NEAR(own_pressure(q, m), wanted, 1e-6 * std::fabs(wanted - before));
+            const double scale = (1 + q.e.xx) / (1 + first.e.xx);
+            const auto scaled = [&](double e) { return scale * (1 + e) - 1; };
+            EXPECT_NEAR(q.e.yy, scaled(first.e.yy), 1e-12);
+            EXPECT_NEAR(q.e.zz, scaled(first.e.zz), 1e-12);
+            EXPECT_NEAR(q.e.xy, scale * first.e.xy, 1e-12);
+        }
 }
 
 using EachBackEnd = AgainstTheReference;
@@ -101,12 +122,12 @@ INSTANTIATE_TEST_SUITE_P(MeanPressure, EachBackEnd, ::testing::ValuesIn(back_end
                          [](const auto& at) { return std::string(at.param.name); });
 
 // Eight particles about the middle of a cell, of which four are drawn out and four are pressed,
-// push each other along x; by their mean they do not, but for what mu makes of it.
+// push each other along x, until they bear the same: four substeps' worth of 100.
 TEST_P(EachBackEnd, OfUnevenVolumesInACellTheMeanPushes)
 {
     Given s = ball(32);
     const double dx = s.lattice.dx;
-    s.gravity = {0, 0, 0}, s.step.fixed = 1e-5;
+    s.gravity = {0, 0, 0}, s.step.fixed = 1e-6;
     const Material<double> own = s.materials[0];
     s.particles.resize(8);
     for (int i = 0; i < 8; ++i) {
@@ -119,17 +140,16 @@ TEST_P(EachBackEnd, OfUnevenVolumesInACellTheMeanPushes)
         s.materials[0] = m;
         s.materials[0].mass = own.mass, s.materials[0].volume = own.volume;
         const auto solver = GetParam().make(s);
-        solver->advance(Motion{}, 1e-5);
+        solver->advance(Motion{}, 1e-4);
         return fastest(solver->particles());
     };
     const Material<double> m = rubber(0.499);
-    Material<double> alone = m, only_mu = m;
-    alone.mu = m.lambda / 9, only_mu.lambda = 0;  // neither shares its pressure
-    EXPECT_NEAR(pushed(m), pushed(only_mu), 1e-2 * pushed(only_mu));
-    EXPECT_GT(pushed(alone), 100 * pushed(m));
+    Material<double> alone = m;
+    alone.mu = m.lambda / 9;  // just too much to share its pressure
+    EXPECT_GT(pushed(alone), 10 * pushed(m));
 }
 
-// A hundred substeps, with tools: the lag of a substep, and all that begins with a frame, too.
+// A hundred substeps, with tools.
 TEST_P(EachBackEnd, RubberBetweenToolsMovesAsInTheReference)
 {
     for (const Plasticity plasticity : {Plasticity::none, Plasticity::von_mises}) {
@@ -148,7 +168,7 @@ TEST_P(EachBackEnd, RubberBetweenToolsMovesAsInTheReference)
             EXPECT_EQ(mine.repaired, 0);
         }
         EXPECT_GT(substeps, 100);
-        EXPECT_LT(farthest(solver->particles(), reference.particles()), 2e-3 * s.lattice.dx);
+        EXPECT_LT(farthest(solver->particles(), reference.particles()), 5e-3 * s.lattice.dx);
     }
 }
 

@@ -7,6 +7,7 @@
 #include <stdexcept>
 
 #include "cuda/mpm/stencil.h"
+#include "cuda/mpm/mean_pressure.h"
 #include "host/solver/cpu/solver.h"
 
 namespace knead {

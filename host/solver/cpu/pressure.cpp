@@ -1,32 +1,32 @@
 // Pressure that a cell's particles share, where clay hardly changes its volume.  (7a)
+#include "cuda/mpm/mean_pressure.h"
 #include "cuda/mpm/stencil.h"
 #include "host/solver/cpu/solver.h"
 
 namespace knead {
 
-// What the mean pressure of its cell adds to each of a block's particles: as the substep before
-// found it, or in a frame's first as it is. Particles of a cell are of one block.  (7a)
+// Of a block's particles `members` bear the pressures of their cells, whose particles are all of
+// the block.
 template <class R>
-void CpuSolver<R>::share_pressure(int slot)
+void CpuSolver<R>::share_pressure(int slot, Bins::Members members)
 {
     PressureSum<R> cells[block_nodes];
-    const auto shared = [&](auto&& use) {
-        for (int i : bins.members(slot)) {
-            const Particle<R>& p = q[std::size_t(i)];
+    const auto shared = [&](Bins::Members of, auto&& use) {
+        for (int i : of) {
+            Particle<R>& p = q[std::size_t(i)];
             const Material<R>& m = materials[std::size_t(p.object)];
             if (!shares_pressure(m)) continue;
-            const int cell = lattice.index(base_node(p.x, lattice.dx)) % block_nodes;
-            use(i, own_pressure(p, m), m.volume, cells[cell]);
+            use(p, m, cells[lattice.index(base_node(p.x, lattice.dx)) % block_nodes]);
         }
     };
-    shared([](int, R own, R volume, PressureSum<R>& sum) { sum.add(own, volume); });
-    shared([&](int i, R own, R, PressureSum<R>& sum) {
-        const R now = sum.beyond(own);
-        beyond[std::size_t(i)] = pressed ? coming[std::size_t(i)] : now;
-        coming[std::size_t(i)] = now;
+    shared(bins.members(slot), [](Particle<R>& p, const Material<R>& m, PressureSum<R>& sum) {
+        sum.add(own_pressure(p, m), m.volume);
+    });
+    shared(members, [](Particle<R>& p, const Material<R>& m, const PressureSum<R>& sum) {
+        bear(p, m, sum.mean());
     });
 }
 
-template void CpuSolver<float>::share_pressure(int);
+template void CpuSolver<float>::share_pressure(int, Bins::Members);
 
 }  // namespace knead

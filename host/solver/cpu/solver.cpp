@@ -47,7 +47,6 @@ FrameStats CpuSolver<R>::advance(const Motion& motion, double duration)
     const auto node = [&](const Particle<R>& p) {
         return lattice.index(base_node(p.x, lattice.dx));
     };
-    beyond.assign(shared_pressure ? q.size() : 0, 0), pressed = false;
     if (!arranged) bins.reorder(q, ids, lattice.block_count(), node, threads);
     arrange_splats();
     if (stillness.any()) update_activity(motion);
@@ -121,11 +120,9 @@ void CpuSolver<R>::for_each_group(Bins::Members members, Visit&& visit)
 template <class R>
 void CpuSolver<R>::p2g(R dt)
 {
-    coming.resize(beyond.size());
     for (int f = 0; f < (posed.blades ? 3 : 1); ++f) sums[f].resize(bins.occupied.size());
     for_each(int(bins.occupied.size()), stage_p2g, [&](int slot, Counts&) {
         const int block = bins.occupied[std::size_t(slot)];
-        if (shared_pressure) share_pressure(slot);
         if (!split.empty() && split[std::size_t(block)]) return scatter_cut(slot, dt);
         Tile<R>& tile = sums[0][std::size_t(slot)];
         tile = {};
@@ -143,7 +140,7 @@ void CpuSolver<R>::p2g(R dt)
         };
         for_each_group(bins.members(slot), [&](const Group<R>& group) {
             const Material<R>& m = materials[std::size_t(group.of[0]->object)];
-            const Impulses<R> from = impulses(group, m, lattice.dx, dt, pressures(m));
+            const Impulses<R> from = impulses(group, m, lattice.dx, dt);
             for (int l = 0; l < group.size; ++l) {
                 const Stencil<R> s = from.stencils[l];
                 const int to = tile_index(s.base - corner);
@@ -156,7 +153,6 @@ void CpuSolver<R>::p2g(R dt)
         });
         hand_over(at);
     });
-    pressed = true;
 }
 
 // Where a blade has been, into three tiles: all clay, and that of uncut and one label.
@@ -168,17 +164,16 @@ void CpuSolver<R>::scatter_cut(int slot, R dt)
     for (int i : bins.members(slot)) {
         const Particle<R>& p = q[std::size_t(i)];
         const Stencil<R> s = stencil(p.x, lattice.dx);
-        const auto add = [&](Int3 step, const Node<R>& share) {
-            const int n = tile_index(s.base + step - corner);
-            for (std::uint32_t f :
-                 {std::uint32_t(uncut), std::uint32_t(above), std::uint32_t(below)}) {
-                Node<R>& to = sums[f][std::size_t(slot)].node[n];
-                if (f == uncut || p.label() != opposite(f)) to = node(four(to) + four(share));
-            }
-        };
-        const Material<R>& m = materials[std::size_t(p.object)];
-        const R* more = pressures(m);
-        scatter(p, m, s, lattice.dx, dt, add, more ? more[i] : R(0));
+        scatter(p, materials[std::size_t(p.object)], s, lattice.dx, dt,
+                [&](Int3 step, const Node<R>& share) {
+                    const int n = tile_index(s.base + step - corner);
+                    for (std::uint32_t f :
+                         {std::uint32_t(uncut), std::uint32_t(above), std::uint32_t(below)}) {
+                        Node<R>& to = sums[f][std::size_t(slot)].node[n];
+                        if (f == uncut || p.label() != opposite(f))
+                            to = node(four(to) + four(share));
+                    }
+                });
     }
 }
 
@@ -270,6 +265,7 @@ void CpuSolver<R>::g2p(R dt)
             load_tile(grid[f], lattice.block_at(block), tiles[f]);
         if (held_here && (!movers.empty() || pushes(slot, dt, tiles)))
             stillness.roused[std::size_t(block)] = 1;
+        if (shared_pressure) share_pressure(slot, members);
         step_particles(slot, members, dt, tiles, c);
     });
 }

@@ -12,7 +12,6 @@
 #include "cuda/mpm/lag.h"
 #include "cuda/mpm/lattice.h"
 #include "cuda/mpm/material_data.h"
-#include "cuda/mpm/mean_pressure.h"
 #include "cuda/mpm/particle.h"
 #include "cuda/mpm/project.h"
 #include "cuda/mpm/walls.h"
@@ -138,17 +137,13 @@ class CpuSolver : public Solver {
     };
     using Sums = std::vector<Tile<R>>;
     void p2g(R dt);
-    void share_pressure(int slot);
-    const R* pressures(const Material<R>& m) const
-    {
-        return shares_pressure(m) ? beyond.data() : nullptr;
-    }
     void grid_update(R dt);
     bool beside_wall(Int3 corner) const;
     Together updated(Int3 node, R mass) const;
     void update_together(int b, Int3 node, Int3 across, R dt, Counts& counts);
     void split_update(int b, R dt, Counts& counts);
     void g2p(R dt);
+    void share_pressure(int slot, Bins::Members members);
     const CpuSnapshot<R>& known(const Snapshot& snapshot) const;
     void arrange_splats();
     // Calls visit(g) for those that were in block b when the frame began.
@@ -211,10 +206,6 @@ class CpuSolver : public Solver {
     Stillness<R> stillness;
     std::vector<Particle<R>> q;  // in the order of the last sort by block
     std::vector<int> ids;        // original index of q[i]
-    // What the pressure of its cell adds to each particle's own in this substep, and in the next
-    // [Pa]; `pressed`: a substep of the frame has found it.
-    std::vector<R> beyond, coming;
-    bool pressed = false;
     Bins bins;
     bool arranged = false;            // nothing has moved since the last sort
     std::vector<Gaussian<R>> splats;  // in the order in which they were attached

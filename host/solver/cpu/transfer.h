@@ -21,21 +21,15 @@ struct Impulses {
     explicit Impulses(const Stencils<R>& s) : stencils(s) {}
 };
 
-// `beyond`: of each particle what its cell's pressure adds (7a) [Pa]; null: nothing.
 template <class R>
 [[gnu::always_inline]] inline Impulses<R> impulses(const Group<R>& group, const Material<R>& m,
-                                                   R dx, R dt, const R* beyond = nullptr)
+                                                   R dx, R dt)
 {
     using L = Lanes<R>;
     const Particle<L> p = load(group);
     Impulses<R> out(Stencils<R>(p.x, dx));
-    Sym3<L> tau = stress(p, group, m);
-    if (beyond) {
-        Each<R> more;
-        for (int l = 0; l < L::count; ++l) more.of[l] = beyond[group.index[l]];
-        tau = raised(tau, more.lanes());
-    }
-    const Mat3<L> Q = momentum_gradient(p.C, tau, L(m.mass), L(m.volume), L(dx), L(dt));
+    const Mat3<L> Q =
+        momentum_gradient(p.C, stress(p, group, m), L(m.mass), L(m.volume), L(dx), L(dt));
     const Mat3<L> by_step = L(dx) * Q;
     spread(L(m.mass) * p.v + Q * out.stencils.d(), L(m.mass), out.base);
     spread(by_step.a, L(0), out.by_x);

@@ -94,7 +94,6 @@ std::vector<Particle<double>> GpuStages::particles() { return state->store.parti
 
 std::vector<Node<float>> GpuStages::p2g()
 {
-    if (state->features.mean_pressure) find_pressures(state->store.views(), nullptr);
     gpu::p2g(state->store.views(), state->features, state->processors, nullptr);
     state->done();
     if (!state->features.fixed_point) return state->nodes(0);
