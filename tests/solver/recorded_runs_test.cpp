@@ -227,7 +227,7 @@ class RecordedRun : public AgainstTheReference {
         EXPECT_LT(g.max, max_off) << "cells";
         EXPECT_LT(g.rms_F, max_rms_F);
         EXPECT_LT(g.max_F, max_off_F);
-        EXPECT_GT(g.strained, 500 * max_off_F);
+        EXPECT_GT(g.strained, 250 * max_off_F);
         EXPECT_LE(g.other_labels, 5);
         EXPECT_EQ(mine.sum.stranded, wanted.sum.stranded);
         EXPECT_NEAR(double(mine.sum.splats_projected), double(wanted.sum.splats_projected),
