@@ -6,8 +6,8 @@
 #include <numeric>
 #include <stdexcept>
 
-#include "cuda/mpm/stencil.h"
 #include "cuda/mpm/mean_pressure.h"
+#include "cuda/mpm/stencil.h"
 #include "host/solver/cpu/solver.h"
 
 namespace knead {
