@@ -14,6 +14,9 @@ namespace {
 
 constexpr float spacing = 0.0025f;       // of the lattice on which the surface is found [m]
 constexpr float shared_within = 0.002f;  // over which primitives share a vertex [m]
+// Of fingers against their length: what creases then show is looked for at these.
+constexpr float thin_fingers = 0.8f, thick_fingers = 1.25f;
+constexpr float highest_rise = 0.003f;  // [m]
 
 // The rig with the beginning of a forearm behind the wrist, as broad as two bones.
 Rig with_forearm(Topology topology, Side side)
@@ -42,10 +45,11 @@ struct Laid {
     std::vector<Shape<float>> shapes;
 };
 
-Laid laid(const Rig& rig, const Hand& open, Side side)
+Laid laid(const Rig& rig, const Hand& open, Side side, Stretch<float> size = {})
 {
     Laid out;
-    for (const Binding<float>& b : rig.spheres) {
+    for (const Binding<float>& as_fitted : rig.spheres) {
+        const Binding<float> b = stretched(as_fitted, size);
         const auto pose = [&](int j) {
             return open.joints[std::size_t(j - int(side) * joint_count)];
         };
@@ -57,6 +61,14 @@ Laid laid(const Rig& rig, const Hand& open, Side side)
                                    s[std::size_t(p.sphere[1])], s[std::size_t(p.sphere[2])]));
     }
     return out;
+}
+
+ClosestPoint<float> nearest(const Laid& hand, Vec3<float> p)
+{
+    ClosestPoint<float> best{1e30f, {0, 1, 0}, 1, 0, 0};
+    for (const Shape<float>& s : hand.shapes)
+        if (const ClosestPoint<float> f = closest_point(s, p); f.phi < best.phi) best = f;
+    return best;
 }
 
 // 1/2 on the surface, 1 inside, 0 outside, over two spacings.
@@ -164,34 +176,63 @@ HandSkin::HandSkin(Topology topology, Side side) : rig_(with_forearm(topology, s
         }
         skinned_.push_back(s);
     }
+    lay_on(open, side);
 }
 
-Mesh HandSkin::posed(const std::vector<Joint<double>>& joints, double zoom) const
+// Where fingers are thin or thick for their length, primitives come out of the skin, or leave it.
+void HandSkin::lay_on(const Hand& open, Side side)
+{
+    std::vector<Joint<double>> joints(std::size_t(int(side_count) * joint_count),
+                                      {{1, 0, 0, 0}, {0, 0, 0}});
+    for (std::size_t j = 0; j < joint_count; ++j)
+        joints[std::size_t(int(side) * joint_count) + j] = cast<double>(open.joints[j]);
+    const Laid hand = laid(rig_, open, side);
+    std::vector<float> off;  // of the default hand's skin [m]
+    for (const Vec3<float>& x : posed(joints, 1).vertices) off.push_back(nearest(hand, x).phi);
+    for (const int thick : {0, 1}) {
+        const Stretch<float> size{thick ? thick_fingers : thin_fingers, 1};
+        const Laid other = laid(rig_, open, side, size);
+        for (int again = 0; again < 2; ++again) {
+            const Mesh mesh = posed(joints, 1, size);
+            for (std::size_t v = 0; v < skinned_.size(); ++v) {
+                const ClosestPoint<float> f = nearest(other, mesh.vertices[v]);
+                float& rise = skinned_[v].rise[thick];
+                rise += (size.across * off[v] - f.phi) / max(dot(f.n, mesh.normals[v]), 0.5f);
+                rise = clamp(rise, -highest_rise, highest_rise);
+            }
+        }
+    }
+}
+
+Mesh HandSkin::posed(const std::vector<Joint<double>>& joints, double zoom,
+                     Stretch<float> stretch) const
 {
     Mesh mesh;
     mesh.triangles = triangles_;
     mesh.vertices.resize(skinned_.size());
     mesh.normals.resize(skinned_.size());
-    const float size = float(zoom);
+    const Stretch<float> size{float(zoom) * stretch.across, float(zoom) * stretch.along};
+    const float ratio = stretch.across / stretch.along;
+    const int thick = ratio > 1;
+    const float share = (ratio - 1) / ((thick ? thick_fingers : thin_fingers) - 1);
+    const float risen = size.along * clamp(share, 0.0f, 1.0f);
     std::vector<Joint<float>> at;
     std::vector<Mat3<float>> turned;  // half the work of quaternions
     for (const Joint<double>& j : joints)
         at.push_back(cast<float>(j)), turned.push_back(rotation(at.back().q));
     std::vector<Vec3<float>> centres;
-    for (Binding<float> b : rig_.spheres) {
-        for (Vec3<float>& o : b.offset) o = size * o;
-        centres.push_back(centre(b, [&](int j) { return at[std::size_t(j)]; }));
-    }
+    for (const Binding<float>& b : rig_.spheres)
+        centres.push_back(centre(stretched(b, size), [&](int j) { return at[std::size_t(j)]; }));
     for (std::size_t v = 0; v < skinned_.size(); ++v) {
         const Skinned& s = skinned_[v];
         Vec3<float> p{}, n{};
         for (int k = 0; k < most; ++k) p = p + s.share[k] * centres[std::size_t(s.sphere[k])];
         for (int k = 0; k < 4; ++k) {
             const Mat3<float>& Q = turned[std::size_t(s.joint[k])];
-            p = p + (s.weight[k] * size) * (Q * s.offset[k]);
+            p = p + (s.weight[k] * size.across) * (Q * s.offset[k]);  // as radii are
             n = n + s.weight[k] * (Q * s.normal[k]);
         }
-        mesh.vertices[v] = p;
+        mesh.vertices[v] = p + (risen * s.rise[thick]) * n;
         mesh.normals[v] = n;
     }
     return mesh;

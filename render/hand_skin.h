@@ -16,13 +16,15 @@ class HandSkin {
     // its primitives, smoothed.
     HandSkin(Topology topology, Side side);
 
-    // Where the joints of both hands, side by side, put it; `zoom` as of HandsRule. One mesh of
-    // category 0.
-    Mesh posed(const std::vector<Joint<double>>& joints, double zoom) const;
+    // Where the joints of both hands, side by side, put it; `zoom` as of HandsRule; `stretch`: how
+    // large the hand is against the default one. One mesh of category 0.
+    Mesh posed(const std::vector<Joint<double>>& joints, double zoom,
+               Stretch<float> stretch = {}) const;
 
     std::size_t vertices() const { return skinned_.size(); }
 
   private:
+    void lay_on(const Hand& open, Side side);
     // A vertex hangs on spheres, as the primitives between them do: on what these shares of the
     // centres add up to, by an offset that turns with the joints.
     static constexpr int most = 6;
@@ -32,6 +34,7 @@ class HandSkin {
         int joint[4];
         float weight[4];                   // sum 1
         Vec3<float> offset[4], normal[4];  // in the joints' frames
+        float rise[2];                     // along the normal, of thin and of thick fingers [m]
     };
     Rig rig_;  // with a forearm; at real size
     std::vector<Skinned> skinned_;

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "cuda/math/rotation.h"
+#include "host/hands/hand_size.h"
 #include "host/hands/posture.h"
 
 namespace knead::xr {
@@ -15,19 +16,6 @@ Quat<double> palm_in_grip(Side side)
 {
     const double s = side == right ? 1 : -1;
     return quaternion(Mat3<double>{{0, 0, s}, {s, 0, 0}, {0, 1, 0}});
-}
-
-// From the wrist over the palm to the middle finger's tip [m]; 0 where that is not known.
-double reach(const Hand& hand)
-{
-    constexpr JointName chain[] = {wrist, middle_proximal, middle_intermediate, middle_distal,
-                                   middle_tip};
-    double sum = 0;
-    for (int k = 0; k < 5; ++k) {
-        if (!hand.valid[chain[k]]) return 0;
-        if (k > 0) sum += length(hand.joints[chain[k]].p - hand.joints[chain[k - 1]].p);
-    }
-    return std::isfinite(sum) ? sum : 0;
 }
 
 }  // namespace
@@ -60,19 +48,10 @@ Hand hand_around(Side side, const Joint<float>& grip, float trigger, float grasp
 
 void complete_radii(Hand& hand, Side side)
 {
-    constexpr float thickest = 0.05f, same = 1e-5f;  // [m]
-    float low = thickest, high = 0;
-    bool sound = true;
-    for (int j = 0; j < joint_count; ++j) {
-        if (!hand.valid[j]) continue;
-        const float r = hand.radius[j];
-        sound = sound && r > 0 && r < thickest;  // false for what is no number
-        low = std::min(low, r), high = std::max(high, r);
-    }
-    if (sound && high - low > same) return;
+    if (radii_known(hand)) return;
     const Hand usual = open_hand(side);
-    const double size = reach(hand) / reach(usual);
-    const float scale = size > 0.5 && size < 2 ? float(size) : 1;
+    const double size = bone_ratio(hand);
+    const float scale = size > 0 ? float(size) : 1;
     for (int j = 0; j < joint_count; ++j) hand.radius[j] = scale * usual.radius[j];
 }
 

@@ -9,8 +9,8 @@ namespace knead::xr {
 // and the other fingers by `grasp`, 1 being a fist.
 Hand hand_around(Side side, const Joint<float>& grip, float trigger, float grasp);
 
-// Puts radii of the default hand, at the size of this hand's middle finger and palm, where the
-// tracker gives the same to all joints, none, or impossible ones.
+// Puts radii of the default hand, at the size of this hand's fingers, where the tracker gives the
+// same to all joints, none, or impossible ones.
 void complete_radii(Hand& hand, Side side);
 
 }  // namespace knead::xr

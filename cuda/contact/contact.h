@@ -4,6 +4,7 @@
 #include <cstdint>
 
 #include "cuda/contact/medial.h"
+#include "cuda/contact/skinning.h"
 #include "cuda/math/span.h"
 
 namespace knead {
@@ -19,6 +20,7 @@ struct Tool {
     bool blade;   // thinner than the lattice can see: two-sided treatment, see cuda/contact/cut.h
     bool active;  // false: passes through everything (not tracked, just reappeared)
     R size = 1;   // share of its radii that it has: one that comes back inside of clay grows
+    Stretch<R> stretch{};
 };
 
 // Which primitives may matter in a block of 4^3 cells: one bit each.

@@ -21,6 +21,13 @@ struct Binding {
     R radius;           // [m]
 };
 
+// How large what hangs on joints is against its rig: radii and what stands off across a bone
+// (local x and y), and what lies along it (local z).
+template <class R>
+struct Stretch {
+    R across = 1, along = 1;
+};
+
 template <class To, class From>
 HD Joint<To> cast(const Joint<From>& j)
 {
@@ -35,12 +42,38 @@ HD Binding<To> cast(const Binding<From>& b)
     c.radius = To(b.radius);
     return c;
 }
+template <class To, class From>
+HD Stretch<To> cast(const Stretch<From>& s)
+{
+    return {To(s.across), To(s.along)};
+}
+
+// An offset in a joint's frame, and a binding, of that size.
+template <class R>
+HD Vec3<R> stretched(Vec3<R> offset, Stretch<R> s)
+{
+    return {s.across * offset.x, s.across * offset.y, s.along * offset.z};
+}
+template <class R>
+HD Binding<R> stretched(Binding<R> b, Stretch<R> s)
+{
+    for (int k = 0; k < 4; ++k) b.offset[k] = stretched(b.offset[k], s);
+    b.radius *= s.across;
+    return b;
+}
 
 // The joint at share s in [0, 1] of the way between two poses.
 template <class R>
 HD Joint<R> between(const Joint<R>& from, const Joint<R>& to, R s)
 {
     return {between(from.q, to.q, s), from.p + s * (to.p - from.p)};
+}
+
+// Where a point is that a joint carries along.
+template <class R>
+HD Vec3<R> carried(const Joint<R>& j, Vec3<R> offset)
+{
+    return j.p + rotate(j.q, offset);
 }
 
 // The sphere's centre; pose(j) answers with joint j.
@@ -50,8 +83,7 @@ HD Vec3<R> centre(const Binding<R>& b, Pose&& pose)
     Vec3<R> c{};
     for (int k = 0; k < 4; ++k) {
         if (b.weight[k] == 0) continue;
-        const Joint<R> j = pose(b.joint[k]);
-        c = c + b.weight[k] * (j.p + rotate(j.q, b.offset[k]));
+        c = c + b.weight[k] * carried<R>(pose(b.joint[k]), b.offset[k]);
     }
     return c;
 }

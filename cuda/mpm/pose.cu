@@ -34,9 +34,12 @@ __global__ void __launch_bounds__(threads) sweep_kernel(const __grid_constant__ 
             return staged ? pose[j] : joint_at(t, 0.5 * end, j);
         };
     };
-    for (int k = thread; k < 3 * part_primitives && primitive_of(part, k / 3) < count; k += threads)
-        spheres[k] = amid(t.bindings[t.primitives[primitive_of(part, k / 3)].sphere[k % 3]], at(0),
-                          at(1), at(2), travel[k] = 0);
+    for (int k = thread; k < 3 * part_primitives && primitive_of(part, k / 3) < count;
+         k += threads) {
+        const Primitive& p = t.primitives[primitive_of(part, k / 3)];
+        spheres[k] = amid(t.bindings[p.sphere[k % 3]], t.tools[p.tool].stretch, at(0), at(1), at(2),
+                          travel[k] = 0);
+    }
     __syncthreads();
     for (int k = thread; k < part_primitives && primitive_of(part, k) < count; k += threads) {
         const int i = primitive_of(part, k);

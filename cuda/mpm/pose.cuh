@@ -22,6 +22,7 @@ struct PoseSpace {
     Joint<float> from[staged_joints], to[staged_joints];
     Sphere<float> spheres[3 * part_primitives];
     float sizes[part_primitives];
+    float across[part_primitives], along[part_primitives];  // of the tools' stretch
 };
 
 __device__ inline Joint<float> joint_at(const RigView& t, double share, int j)
@@ -50,8 +51,11 @@ static __device__ __noinline__ void pose_viewed(PoseSpace& s, int part, int n)
     const int together = staged ? count : staged_spheres;
     // Asked for early, and of memory twice in a row: not where a sphere is waited for.
     for (int k = thread; k < part_primitives && primitive_of(part, k) < t.primitives.count;
-         k += threads)
-        s.sizes[k] = t.tools[t.primitives[primitive_of(part, k)].tool].size;
+         k += threads) {
+        const Tool<float>& tool = t.tools[t.primitives[primitive_of(part, k)].tool];
+        s.sizes[k] = tool.size;
+        s.across[k] = tool.stretch.across, s.along[k] = tool.stretch.along;
+    }
     for (int first = 0; first < count; first += together) {
         __syncthreads();  // those before have been read
         for (int k = thread; k < 2 * (staged ? t.joints : staged_joints); k += threads) {
@@ -67,7 +71,7 @@ static __device__ __noinline__ void pose_viewed(PoseSpace& s, int part, int n)
         for (int k = first + thread; k < first + together; k += threads) {
             const int i = sphere_of(t, part, k);
             if (i < 0) break;
-            Binding<float> b = t.bindings[i];
+            Binding<float> b = stretched(t.bindings[i], {s.across[k / 3], s.along[k / 3]});
             UNROLL
             for (int m = 0; m < 4; ++m) b.joint[m] = staged ? b.joint[m] : 4 * (k - first) + m;
             s.spheres[k] = posed(

@@ -10,7 +10,10 @@ Span<const T> look(const Span<T>& span)
     return {span.data, span.count};
 }
 
-RigView rig_view(const ToolView& t) { return {t.from, t.to, t.joints, t.bindings, t.primitives}; }
+RigView rig_view(const ToolView& t)
+{
+    return {t.from, t.to, t.joints, t.bindings, t.primitives, t.tools};
+}
 
 SweptView swept_view(const ToolView& t) { return {t.primitives, t.tools, t.amid.data, t.travel}; }
 
@@ -59,7 +62,6 @@ PoseView pose_view(const Views& d)
 {
     const ToolView& t = d.tools;
     return {rig_view(t),
-            t.tools,
             d.clock,
             {t.spheres[0].data, t.spheres[1].data},
             {t.shapes[0].data, t.shapes[1].data}};

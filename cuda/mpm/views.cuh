@@ -60,6 +60,7 @@ struct RigView {
     int joints;
     const Binding<float>* bindings;  // one per sphere
     Span<const Primitive> primitives;
+    Span<const Tool<float>> tools;
 };
 
 // Where each primitive may be at any time of the frame.
@@ -91,7 +92,6 @@ MaskView mask_view(const Views& d);
 // The tools posed for substep n; both sides of the ring, n % 2.
 struct PoseView : RigView {
     // reads
-    Span<const Tool<float>> tools;
     const Clock* clock;
     // writes
     Sphere<float>* spheres[2];

@@ -81,6 +81,7 @@ Hand HandFilter::filter(const Hand& hand, double time)
     }
     Hand whole = hand;
     whole.joints[wrist].q = unit(hand.joints[wrist].q);
+    hand_size_.see(hand, std::min(duration, longest_gap));
     whole = completed(whole);
     bool leapt = !present_ || duration > longest_gap;
     for (int j = 0; j < joint_count; ++j)
@@ -227,6 +228,7 @@ void HandStream::push(const HandFrame& given)
         }
         frame.steady[s] = present_[s] && filters_[s].steady();
         frame.size[s] = filters_[s].size();
+        frame.stretch[s] = filters_[s].stretch();
     }
     frames_.push_back(frame);
 }
@@ -234,6 +236,22 @@ void HandStream::push(const HandFrame& given)
 void HandStream::forget(double time)
 {
     while (frames_.size() > 2 && frames_[1].time <= time) frames_.pop_front();
+}
+
+HandStream::Between HandStream::around(double time) const
+{
+    const auto after =
+        std::upper_bound(frames_.begin(), frames_.end(), time,
+                         [](double t, const Frame& frame) { return t < frame.time; });
+    const Frame& from = after == frames_.begin() ? *after : *(after - 1);
+    const Frame& to = after == frames_.end() ? frames_.back() : *after;
+    const double span = to.time - from.time;
+    return {from, to, span > 0 ? clamp((time - from.time) / span, 0.0, 1.0) : 0};
+}
+
+Stretch<float> HandStream::stretch(double time, Side side) const
+{
+    return empty() ? Stretch<float>{} : around(time).from.stretch[side];
 }
 
 bool HandStream::sample(double time, Joint<double> joints[2 * joint_count],
@@ -244,13 +262,7 @@ bool HandStream::sample(double time, Joint<double> joints[2 * joint_count],
         std::fill(size, size + int(side_count), 0.0f);
         return false;
     }
-    const auto after =
-        std::upper_bound(frames_.begin(), frames_.end(), time,
-                         [](double t, const Frame& frame) { return t < frame.time; });
-    const Frame& from = after == frames_.begin() ? *after : *(after - 1);
-    const Frame& to = after == frames_.end() ? frames_.back() : *after;
-    const double span = to.time - from.time;
-    const double s = span > 0 ? clamp((time - from.time) / span, 0.0, 1.0) : 0;
+    const auto& [from, to, s] = around(time);
     for (int j = 0; j < 2 * joint_count; ++j) {
         const auto wide = [&](const Joint<float>& joint) {
             return Joint<double>{unit(cast<double>(joint.q)), cast<double>(joint.p)};

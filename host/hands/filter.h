@@ -5,6 +5,7 @@
 #include <deque>
 #include <vector>
 
+#include "host/hands/hand_size.h"
 #include "host/hands/rule.h"
 
 namespace knead {
@@ -29,6 +30,8 @@ class HandFilter {
     // The share of its radii that it should touch with: 0 until it is steady, then it grows to 1
     // in 0.25 s, for it may have come back inside of clay.
     float size() const;
+    // How large the hand is against the default one.
+    Stretch<float> stretch() const { return hand_size_.stretch(); }
 
   private:
     struct Past {
@@ -51,6 +54,7 @@ class HandFilter {
     std::array<bool, joint_count> seen_{};
     std::deque<Past> past_;
     std::array<Speed, joint_count> speed_{};
+    HandSize hand_size_;
 };
 
 // What a filter costs and what it is good for, measured by driving it.
@@ -84,6 +88,8 @@ class HandStream {
     // active where it is present in the rule and steady on both sides of `time`. `size` is the
     // share of its radii that each has, 0 where it is not active. Answers whether any is.
     bool sample(double time, Joint<double> joints[2 * joint_count], float size[side_count]) const;
+    // How large a hand is then against the default one, at real size.
+    Stretch<float> stretch(double time, Side side) const;
 
   private:
     struct Frame {
@@ -91,7 +97,15 @@ class HandStream {
         std::array<Joint<float>, 2 * joint_count> joints;
         bool steady[side_count];
         float size[side_count];
+        Stretch<float> stretch[side_count];
     };
+    // The frames about a time, and the share of the way from the first to the second. There are
+    // some.
+    struct Between {
+        const Frame &from, &to;
+        double share;
+    };
+    Between around(double time) const;
     std::deque<Frame> frames_;
     HandFilter filters_[side_count];
     bool present_[side_count];
@@ -111,6 +125,7 @@ class HandSource {
     {
         return stream_.sample(time, joints, size);
     }
+    Stretch<float> stretch(double time, Side side) const { return stream_.stretch(time, side); }
 
   private:
     HandStream stream_;

@@ -154,11 +154,9 @@ void add_tool(HandTools& to, const HandsRule& hands, Side side)
     const std::string& name = hands.held[side];
     const Rig rig = name.empty() ? hand_rig(hands.topology, side) : tool_rig(name, side);
     const int base = int(to.rig.spheres.size()), tool = int(to.tools.size());
-    for (Binding<float> b : rig.spheres) {
-        b.radius *= float(hands.zoom);
-        for (Vec3<float>& o : b.offset) o = float(hands.zoom) * o;
-        to.rig.spheres.push_back(b);
-    }
+    const auto zoom = float(hands.zoom);
+    for (const Binding<float>& b : rig.spheres)
+        to.rig.spheres.push_back(stretched(b, {zoom, zoom}));
     for (Primitive p : rig.primitives) {
         for (int& s : p.sphere) s += base;
         p.tool = tool;

@@ -72,13 +72,13 @@ void remove_pictures(const std::string& folder)
         throw OutputError(folder + ": its old pictures cannot be removed: " + problem.message());
 }
 
-std::vector<DrawPrimitive> draw_primitives(const Rig& rig, const std::vector<Joint<double>>& joints,
-                                           int tool)
+std::vector<DrawPrimitive> draw_primitives(const Rig& rig, const Motion& motion, int tool)
 {
     std::vector<DrawPrimitive> primitives;
-    if (joints.empty()) return primitives;
+    if (motion.to.empty()) return primitives;
+    const Stretch<float> stretch = motion.stretch_of(std::size_t(tool));
     const auto pose = [&](int j) {
-        const Joint<double>& at = joints[std::size_t(j)];
+        const Joint<double>& at = motion.to[std::size_t(j)];
         return Joint<float>{cast<float>(at.q), cast<float>(at.p)};
     };
     for (const Primitive& p : rig.primitives) {
@@ -86,7 +86,7 @@ std::vector<DrawPrimitive> draw_primitives(const Rig& rig, const std::vector<Joi
         DrawPrimitive primitive{};
         primitive.count = p.count;
         for (int k = 0; k < 3; ++k) {
-            const Binding<float>& b = rig.spheres[std::size_t(p.sphere[k])];
+            const Binding<float> b = stretched(rig.spheres[std::size_t(p.sphere[k])], stretch);
             primitive.sphere[k] = {centre(b, pose), {}, {}, b.radius, 0};
         }
         primitives.push_back(primitive);
@@ -156,7 +156,7 @@ void FrameWriter::add(const Frame& frame, const std::vector<Mesh>& meshes, const
     std::vector<Mesh> seen, unseen;
     for (const Mesh& m : meshes) (has_splats(m.category) ? unseen : seen).push_back(m);
     std::vector<HandLook> hands;
-    if (scene.has_hands) hands = hand_looks(scene.hands, frame.motion.to, frame.motion.active);
+    if (scene.has_hands) hands = hand_looks(scene.hands, frame.motion);
     Image image;
     try {
         image = painter->paint(seen, hands, camera, floor, unseen);

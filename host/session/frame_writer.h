@@ -11,9 +11,8 @@
 
 namespace knead {
 
-// The primitives of one tool of a rig where the joints put them, for a picture.
-std::vector<DrawPrimitive> draw_primitives(const Rig& rig, const std::vector<Joint<double>>& joints,
-                                           int tool);
+// The primitives of one tool of a rig at the end of a motion, for a picture.
+std::vector<DrawPrimitive> draw_primitives(const Rig& rig, const Motion& motion, int tool);
 
 // frame_00010.png
 std::string picture_name(int frame);

@@ -5,6 +5,7 @@
 #include "cuda/contact/contact.h"
 #include "host/scene/seed.h"
 #include "host/session/live_look.h"
+#include "host/session/motion.h"
 
 namespace knead {
 namespace {
@@ -67,20 +68,21 @@ std::vector<HandLook> HeadsetHands::looks()
 {
     std::vector<HandLook> all;
     if (stream->empty()) return all;
-    std::vector<Joint<double>> joints(std::size_t(int(side_count) * joint_count));
+    Motion motion = no_motion();
     float size[side_count];
-    stream->sample(newest.time, joints.data(), size);
-    for (Joint<double>& joint : joints) joint.p = by.at + by.zoom * joint.p;
+    stream->sample(newest.time, motion.to.data(), size);
+    for (Joint<double>& joint : motion.to) joint.p = by.at + by.zoom * joint.p;
     float opacity[side_count];
     for (int side = 0; side < side_count; ++side)
         opacity[side] = fade[side].frame(newest.time, newest.hand[side].tracked, size[side]);
     const std::vector<Side> sides = tool_sides(by);
+    for (const Side side : sides) motion.stretch.push_back(stream->stretch(newest.time, side));
     for (std::size_t tool = 0; tool < sides.size(); ++tool) {
         const Side side = sides[tool];
         if (opacity[side] <= 0) continue;
-        std::vector<char> alone(sides.size(), 0);
-        alone[tool] = 1;
-        for (HandLook& look : hand_looks(by, joints, alone, opacity[side])) {
+        motion.active.assign(sides.size(), 0);
+        motion.active[tool] = 1;
+        for (HandLook& look : hand_looks(by, motion, opacity[side])) {
             look.glow = cue[side].glow(newest.time);
             all.push_back(std::move(look));
         }

@@ -11,30 +11,29 @@ namespace {
 
 Rig zoomed(Rig rig, double zoom)
 {
-    for (Binding<float>& b : rig.spheres) {
-        b.radius *= float(zoom);
-        for (Vec3<float>& o : b.offset) o = float(zoom) * o;
-    }
+    for (Binding<float>& b : rig.spheres) b = stretched(b, {float(zoom), float(zoom)});
     return rig;
 }
 
 }  // namespace
 
-std::vector<HandLook> hand_looks(const HandsRule& rule, const std::vector<Joint<double>>& joints,
-                                 const std::vector<char>& active, float opacity)
+std::vector<HandLook> hand_looks(const HandsRule& rule, const Motion& motion, float opacity)
 {
     std::vector<HandLook> looks;
     const std::vector<Side> sides = tool_sides(rule);
     for (std::size_t tool = 0; tool < sides.size(); ++tool) {
-        if (joints.empty() || (tool < active.size() && !active[tool])) continue;
+        if (motion.to.empty() || (tool < motion.active.size() && !motion.active[tool])) continue;
         const Side side = sides[tool];
-        looks.push_back(
-            {{}, {hand_skin(rule.topology, side).posed(joints, rule.zoom)}, opacity, true});
+        const Mesh skin =
+            hand_skin(rule.topology, side).posed(motion.to, rule.zoom, motion.stretch_of(tool));
+        looks.push_back({{}, {skin}, opacity, true});
         const std::string& held = rule.held[side];
         if (held.empty()) continue;
+        Motion own_size;
+        own_size.to = motion.to;
         const auto add = [&](const Rig& rig, bool metal) {
             looks.push_back(
-                {draw_primitives(zoomed(rig, rule.zoom), joints, 0), {}, opacity, false, metal});
+                {draw_primitives(zoomed(rig, rule.zoom), own_size, 0), {}, opacity, false, metal});
         };
         add(tool_rig(held, side), held == "knife" || held == "scissors");
         add(tool_handle(held, side), false);
@@ -70,24 +69,24 @@ void show_clay(EyePainter& painter, const LiveState& state)
 
 std::vector<HandLook> hand_looks(const LiveState& state)
 {
-    std::vector<char> active;
-    for (const LiveTool& tool : state.tools) active.push_back(tool.active);
-    active.resize(tool_sides(state.hands).size(), false);
-    return hand_looks(state.hands, state.frame.motion.to, active);
+    Motion motion = state.frame.motion;
+    motion.active.clear();
+    for (const LiveTool& tool : state.tools) motion.active.push_back(tool.active);
+    motion.active.resize(tool_sides(state.hands).size(), false);
+    return hand_looks(state.hands, motion);
 }
 
 std::vector<HandLook> tracked_looks(const HandFrame& frame, const HandsRule& rule, float opacity)
 {
-    std::vector<Joint<double>> joints = no_motion().to;
+    Motion motion = no_motion();
     for (int side : {left, right})
         for (int j = 0; j < joint_count; ++j) {
             const Joint<float>& joint = frame.hand[side].joints[std::size_t(j)];
-            joints[std::size_t(side * joint_count + j)] = {
+            motion.to[std::size_t(side * joint_count + j)] = {
                 unit(cast<double>(joint.q)), rule.at + rule.zoom * cast<double>(joint.p)};
         }
-    std::vector<char> active;
-    for (const Side side : tool_sides(rule)) active.push_back(frame.hand[side].tracked);
-    return hand_looks(rule, joints, active, opacity);
+    for (const Side side : tool_sides(rule)) motion.active.push_back(frame.hand[side].tracked);
+    return hand_looks(rule, motion, opacity);
 }
 
 }  // namespace knead

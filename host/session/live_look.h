@@ -17,10 +17,9 @@ inline SplatMotion splat_motion(const LiveState& state)
 }
 // Gives a painter the clay of a state, under that version.
 void show_clay(EyePainter& painter, const LiveState& state);
-// Hands as they are seen where the joints put them: by their skin, with what they hold. `active`
-// per tool; those beyond its end are.
-std::vector<HandLook> hand_looks(const HandsRule& rule, const std::vector<Joint<double>>& joints,
-                                 const std::vector<char>& active, float opacity = 1);
+// Hands as they are seen at the end of a motion: by their skin, as large as the motion has it, and
+// what they hold, in its own size.
+std::vector<HandLook> hand_looks(const HandsRule& rule, const Motion& motion, float opacity = 1);
 // Those that touch clay, as the simulation has them.
 std::vector<HandLook> hand_looks(const LiveState& state);
 // Tracked hands as they are now, wherever the simulation has come to, that are so opaque.

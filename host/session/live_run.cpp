@@ -103,6 +103,7 @@ Motion LiveRun::pushed(double from, double to)
         stream.sample(rule.stepped ? from + skew : until, m.from.data(), before);
     for (Side side : tool_sides(hands))
         m.active.push_back(size[side] > 0), m.size.push_back(size[side]);
+    m.stretch = stretches(hands, [&](Side side) { return stream.stretch(until, side); });
     if (!rule.stepped) keep_up(m);
     stream.forget(until - 1);
     return m;
@@ -324,7 +325,7 @@ void LiveRun::tell(LiveState& state)
         const bool active = tool < last.active.size() && last.active[tool];
         const float size = tool < last.size.size() ? last.size[tool] : 0;
         state.tools.push_back({sides[tool], hands.held[sides[tool]], active, size,
-                               draw_primitives(tools.rig, last.to, int(tool))});
+                               draw_primitives(tools.rig, last, int(tool))});
     }
     state.hands = hands;
     state.recorded = recorded;

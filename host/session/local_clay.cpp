@@ -71,7 +71,8 @@ Boxes LocalClay::boxes_of(const Motion& motion) const
         }
         auto& [low, high] = boxes[of[p.tool]];
         for (int k = 0; k < p.count; ++k) {
-            const Binding<double> b = cast<double>(rig.spheres[std::size_t(p.sphere[k])]);
+            const Binding<double> b = stretched(cast<double>(rig.spheres[std::size_t(p.sphere[k])]),
+                                                cast<double>(motion.stretch_of(tool)));
             const auto from = centre(b, [&](int j) { return motion.from[std::size_t(j)]; });
             const auto to = centre(b, [&](int j) { return motion.to[std::size_t(j)]; });
             const auto add = [&](double a, double c, double next, double& l, double& h) {

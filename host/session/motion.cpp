@@ -2,8 +2,6 @@
 
 #include <algorithm>
 
-#include "host/scene/seed.h"
-
 namespace knead {
 
 Motion no_motion()
@@ -20,13 +18,14 @@ namespace {
 template <class Hands>
 MotionSource motion_of(Hands hands, const HandsRule& rule)
 {
-    return [hands = std::move(hands), sides = tool_sides(rule)](double from, double to) {
+    return [hands = std::move(hands), rule, sides = tool_sides(rule)](double from, double to) {
         Motion motion = no_motion();
         float before[side_count], size[side_count];
         hands->sample(from, motion.from.data(), before);
         hands->sample(to, motion.to.data(), size);
         for (Side side : sides)
             motion.active.push_back(size[side] > 0), motion.size.push_back(size[side]);
+        motion.stretch = stretches(rule, [&](Side side) { return hands->stretch(to, side); });
         return motion;
     };
 }

@@ -4,6 +4,7 @@
 #include <memory>
 
 #include "host/hands/filter.h"
+#include "host/scene/seed.h"
 #include "host/solver/solver.h"
 
 namespace knead {
@@ -18,6 +19,17 @@ Motion no_motion();
 MotionSource recorded_motion(const HandSource* hands, const HandsRule& rule);
 // The same of a stream that goes on; it may be shared.
 MotionSource stream_motion(std::shared_ptr<const HandStream> hands, const HandsRule& rule);
+
+// Per tool of a rule, how large it is: a bare hand as its user's, `of(side)`; what is held has its
+// own size.
+template <class Of>
+std::vector<Stretch<float>> stretches(const HandsRule& rule, Of&& of)
+{
+    std::vector<Stretch<float>> all;
+    for (const Side side : tool_sides(rule))
+        all.push_back(rule.held[side].empty() ? of(side) : Stretch<float>{});
+    return all;
+}
 
 // Whether hands move alike by both rules: at most what they hold is another.
 bool move_alike(const HandsRule& a, const HandsRule& b);

@@ -85,10 +85,11 @@ void Reference::substep(const Motion& motion, double from, double to, double dt)
 // Medial spheres from joints (20), (21), and what is derived from them once (13), (14).
 void Reference::pose(const Motion& motion, double from, double to, double dt)
 {
-    for (std::size_t i = 0; i < spheres.size(); ++i)
-        spheres[i] =
-            posed(bindings[i], joints_at<double>(motion, from), joints_at<double>(motion, to), dt,
-                  setup.tools[std::size_t(owner[i])].size);
+    for (std::size_t i = 0; i < spheres.size(); ++i) {
+        const Tool<double>& tool = setup.tools[std::size_t(owner[i])];
+        spheres[i] = posed(stretched(bindings[i], tool.stretch), joints_at<double>(motion, from),
+                           joints_at<double>(motion, to), dt, tool.size);
+    }
     active = {};
     for (std::size_t i = 0; i < shapes.size(); ++i) {
         const Primitive& p = setup.rig.primitives[i];

@@ -56,6 +56,13 @@ struct Motion {
     // Per tool, the share of its radii that it has, 1 beyond its end. One that appears inside of
     // clay would throw it: let it grow, over some tenths of a second.
     std::vector<float> size{};
+    // Per tool, how large it is against the rig in this frame; 1 beyond its end. Positive.
+    std::vector<Stretch<float>> stretch{};
+
+    Stretch<float> stretch_of(std::size_t tool) const
+    {
+        return tool < stretch.size() ? stretch[tool] : Stretch<float>{};
+    }
 };
 
 extern const char* const limit_names[int(Limit::count)];

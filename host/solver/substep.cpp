@@ -17,6 +17,9 @@ static void check_motion(const Setup& setup, const Motion& motion)
         throw std::invalid_argument("a motion needs " + std::to_string(wanted) +
                                     " joints at both ends of the frame, not " +
                                     std::to_string(found));
+    for (const Stretch<float>& s : motion.stretch)
+        if (!(s.across > 0 && s.along > 0 && std::isfinite(s.across) && std::isfinite(s.along)))
+            throw std::invalid_argument("a tool is stretched by positive numbers");
 }
 
 double tool_step(const Setup& setup, const Motion& motion, double duration)
@@ -28,7 +31,8 @@ double tool_step(const Setup& setup, const Motion& motion, double duration)
         const auto tool = std::size_t(p.tool);
         if (tool < motion.active.size() && !motion.active[tool]) continue;
         for (int k = 0; k < p.count; ++k) {
-            const auto b = cast<double>(setup.rig.spheres[std::size_t(p.sphere[k])]);
+            const auto b = stretched(cast<double>(setup.rig.spheres[std::size_t(p.sphere[k])]),
+                                     cast<double>(motion.stretch_of(tool)));
             const auto at = [](const std::vector<Joint<double>>& joints) {
                 return [&joints](int j) { return joints[std::size_t(j)]; };
             };

@@ -19,12 +19,13 @@ auto joints_at(const Motion& motion, double share)
     };
 }
 
-// Whether tool t acts in a frame, and the share of its radii that it has.
+// Whether tool t acts in a frame, how large it is, and the share of its radii that it has.
 template <class R>
 void set_tool(Tool<R>& tool, const Motion& motion, std::size_t t)
 {
     tool.active = t >= motion.active.size() || motion.active[t];
     tool.size = t < motion.size.size() ? R(motion.size[t]) : R(1);
+    tool.stretch = cast<R>(motion.stretch_of(t));
 }
 
 // The mass of the lightest particle that there may be [kg].

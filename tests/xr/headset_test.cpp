@@ -8,6 +8,8 @@
 #include "host/session/headset_figures.h"
 #include "host/session/headset_hands.h"
 #include "host/session/headset_time.h"
+#include "host/session/motion.h"
+#include "render/hand_skin.h"
 #include "render/pace.h"
 
 namespace knead {
@@ -213,6 +215,45 @@ TEST(FrameFigures, tell_how_coarse_splats_were)
     EXPECT_NEAR(told["splats_ms"]["max"], 2, 1e-5);
     EXPECT_NE(figures.summary().find("of these sides 50 %, 25 % at least"), std::string::npos)
         << figures.summary();
+}
+
+// A user's hand is drawn as large as it touches; what it holds has its own size.
+TEST(HeadsetHands, are_drawn_as_large_as_the_users_and_touch_so)
+{
+    constexpr float k = 1.2f;
+    HandsRule rule;
+    rule.zoom = 2, rule.held[right] = "ball";
+    HandStream stream(rule);
+    HeadsetHands hands(rule);
+    HandFrame frame;
+    for (const Side side : {left, right}) {
+        Hand& hand = frame.hand[side] = open_hand(side);
+        hand.tracked = true, hand.valid.fill(true);
+        for (auto& joint : hand.joints) joint.p = k * joint.p;
+        for (float& r : hand.radius) r *= k;
+    }
+    for (int i = 0; i < 90; ++i)
+        frame.time = i / 90.0, stream.push(frame), hands.push(frame), hands.looks();
+    const Motion motion = stream_motion(std::make_shared<HandStream>(stream), rule)(0.9, 0.95);
+    EXPECT_NEAR(motion.stretch_of(left).across, k, 1e-3);
+    EXPECT_EQ(motion.stretch_of(right).across, 1) << "held";
+
+    const std::vector<HandLook> looks = hands.looks();
+    ASSERT_EQ(looks.size(), 4u) << "two hands, the ball, its handle";
+    for (const Side side : {left, right}) {
+        const Mesh wanted = hand_skin(rule.topology, side).posed(motion.to, rule.zoom, {k, k});
+        const Mesh& drawn = looks[std::size_t(side)].skins.at(0);
+        ASSERT_EQ(drawn.vertices.size(), wanted.vertices.size());
+        for (std::size_t v = 0; v < wanted.vertices.size(); v += 11)
+            EXPECT_LT(length(drawn.vertices[v] - wanted.vertices[v]), 1e-4f);
+    }
+    const Rig touching = hand_tools(rule).rig;
+    float largest = 0, drawn = 0;
+    for (const Primitive& p : touching.primitives)
+        if (p.tool == 1)
+            largest = std::max(largest, touching.spheres[std::size_t(p.sphere[0])].radius);
+    for (const DrawPrimitive& p : looks[2].primitives) drawn = std::max(drawn, p.sphere[0].r);
+    EXPECT_FLOAT_EQ(drawn, largest);
 }
 
 // Haptics: once where contact begins, gently while clay yields, and not for what was felt already.

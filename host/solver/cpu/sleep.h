@@ -130,7 +130,8 @@ std::vector<AxisBox<R>> boxes_around(const PosedTools<R>& posed, const Motion& m
         R travel = 0;
         Sphere<R> s[3];
         for (int k = 0; k < 3; ++k)
-            s[k] = amid(posed.bindings[std::size_t(p.sphere[k])], at(0), at(0.5), at(1), travel);
+            s[k] =
+                amid(posed.bindings[std::size_t(p.sphere[k])], {}, at(0), at(0.5), at(1), travel);
         const Shape<R> middle = shape(p.count, s[0], s[1], s[2]);
         const R grown = travel + reach;
         if (!std::isfinite(dot(middle.low, middle.high) + grown)) continue;

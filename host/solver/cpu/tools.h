@@ -14,10 +14,11 @@ namespace knead {
 
 template <class R>
 struct PosedTools {
-    std::vector<Binding<R>> bindings;
+    std::vector<Binding<R>> bindings;  // stretched as the tools are
     std::vector<Primitive> primitives;
     std::vector<Tool<R>> tools;
-    std::vector<int> owner;  // per sphere: its tool
+    std::vector<int> owner;       // per sphere: its tool
+    std::vector<Binding<R>> rig;  // as it was given
     std::vector<Sphere<R>> spheres;
     std::vector<Shape<R>> shapes;
     std::vector<Mask> masks;   // per lattice block
@@ -33,6 +34,7 @@ struct PosedTools {
                 {shapes.data(), int(shapes.size())},
                 {tools.data(), int(tools.size())}};
     }
+    // The tools as they are in a frame of this motion.
     void activate(const Motion& motion);
     // Stands the tools where they are at the end of the substep that covers the shares [s0, s1] of
     // the frame and lasts dt [s].
@@ -51,7 +53,8 @@ PosedTools<R>::PosedTools(const Setup& setup, const Lattice<R>& lattice)
       masks(std::size_t(lattice.block_count()) + 1),
       near(std::size_t(lattice.block_count()))
 {
-    for (const Binding<float>& b : setup.rig.spheres) bindings.push_back(cast<R>(b));
+    for (const Binding<float>& b : setup.rig.spheres) rig.push_back(cast<R>(b));
+    bindings = rig;
     for (const Tool<double>& t : setup.tools) {
         tools.push_back({t.mode, R(t.friction), t.blade, t.active});
         blades = blades || t.blade;
@@ -63,6 +66,8 @@ template <class R>
 void PosedTools<R>::activate(const Motion& motion)
 {
     for (std::size_t t = 0; t < tools.size(); ++t) set_tool(tools[t], motion, t);
+    for (std::size_t i = 0; i < rig.size(); ++i)
+        bindings[i] = stretched(rig[i], tools[std::size_t(owner[i])].stretch);
 }
 
 template <class R>
