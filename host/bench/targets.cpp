@@ -101,11 +101,16 @@ void size_targets(Bench& bench)
         const bool large = bench.options.quick || bench.device.kind != DeviceKind::cuda;
         if (bench.stopped() || (large && cells > 128) ||
             !bench.fits(rate, count, 600, 1.1 * double(small.bytes) / double(small.particles))) {
-            add(bench, rate, -1, large ? "left out: --quick, or a CPU" : "no memory");
+            const std::string why = large ? "left out: --quick, or a CPU" : "no memory";
+            if (cells == 128) add(bench, "frame 1.1 M", -1, why);
+            add(bench, rate, -1, why);
             continue;
         }
         sizes.push_back(bench.squeeze(cells));
         const BenchRow& row = sizes.back();
+        if (cells == 128)
+            add(bench, "frame 1.1 M", row.frames > 0 ? 1e3 * row.frame.median : -1,
+                fmt::format("{:.0f} substeps", row.substeps));
         add(bench, rate, row.frames > 0 ? 1e-9 * row.rate() : -1, timed(row));
     }
     const BenchRow& last = sizes.back();
