@@ -1,5 +1,8 @@
 // What `knead vr` shows of other scenes than the squeeze, and what no lens shows.
+#include <random>
+
 #include "host/assets/procedural_object.h"
+#include "host/hands/filter.h"
 #include "host/session/live.h"
 #include "tests/xr/vr_run.h"
 
@@ -81,6 +84,45 @@ TEST_F(VrScenes, a_pot_of_splats_is_shaped_as_by_a_run)
         if (line.contains("eyes") && line["eyes"][0].contains("file"))
             for (const Json& eye : line["eyes"]) ++eyes, expect_hidden_corners(eye);
     EXPECT_GE(eyes, 4);
+}
+
+// Hands a fifth larger, of a tracker that shakes: their size is found as they move, for what
+// touches clay in the headset and in a run alike.
+TEST_F(VrScenes, a_users_large_hands_are_a_runs_too)
+{
+    scene = {"scenes/squeeze.json",
+             "--cells",
+             "16",
+             "--set",
+             "surface.nodes=32",
+             "--device",
+             "cpu",
+             "--threads",
+             "1",
+             "--deterministic"};
+    Recording usual = read_recording("scenes/squeeze.hands"), large = usual;
+    std::mt19937 source(3);
+    std::normal_distribution<float> shaking(0, 5e-4f);
+    for (HandFrame& frame : large.frames)
+        for (Hand& hand : frame.hand) {
+            const Vec3<float> at = hand.joints[wrist].p;
+            for (auto& joint : hand.joints)
+                joint.p = at + 1.2f * (joint.p - at) +
+                          Vec3<float>{shaking(source), shaking(source), shaking(source)};
+            for (float& r : hand.radius) r *= 1.2f;
+        }
+    write_recording(path("large.hands"), large);
+    Json script = squeeze();
+    script["hands"] = path("large.hands");
+    script["render_every"] = 50;
+    ASSERT_EQ(vr(script, {"--frames", "130", "--record", path("r.hands")}), exit_ok);
+    expect_sound();
+    const HandSource hands(read_recording(path("r.hands")), {});
+    EXPECT_NEAR(hands.stretch(1.2, right).along, 1.2, 0.01);
+    EXPECT_NE(hands.stretch(1.2, right).along, hands.stretch(0.5, right).along);
+    const std::string state = report["simulation"]["state_hash"];
+    EXPECT_EQ(state, replayed(path("r.hands")));
+    EXPECT_NE(state, replayed("scenes/squeeze.hands"));
 }
 
 // A floor of splats that stands still becomes clay where the recorded rod pokes it.
