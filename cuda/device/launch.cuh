@@ -93,10 +93,16 @@ __device__ inline void trigger_dependents()
 }
 
 // By every thread of a kernel so launched, before it reads what the one before it writes: waits for
-// the end of that one, and lets the next one become resident.
-__device__ inline void wait_for_upstream()
+// the end of that one.
+__device__ inline void await_upstream()
 {
     NV_IF_TARGET(NV_PROVIDES_SM_90, (cudaGridDependencySynchronize();))
+}
+
+// The same, and lets the next one become resident.
+__device__ inline void wait_for_upstream()
+{
+    await_upstream();
     trigger_dependents();
 }
 

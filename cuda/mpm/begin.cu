@@ -25,6 +25,7 @@ __global__ void begin_kernel(const __grid_constant__ BeginView d)
 {
     Clock& c = *d.clock;
     if (c.mode != Mode::stopped && c.mode != Mode::cut) begin_frame(d);
+    for (int& posed : c.posed) posed = -1;
     c.lag = {};  // also of a frame that does nothing: the one before has ended
     // Where clay may be still, the sort says whose it is.
     c.unsorted =

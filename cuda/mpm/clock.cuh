@@ -34,6 +34,9 @@ struct alignas(128) Peaks {
 };
 constexpr int peak_places = 4;
 
+// Posing is shared by so many thread blocks.
+constexpr int pose_parts = 8;
+
 // What a frame does: nothing where the one before it has stopped (stored_region.h), and what that
 // one has left where it is told to go on; nothing where that one was cut, as the host asked.
 enum class Mode : int { running, stopped, going_on, cut };
@@ -67,6 +70,7 @@ enum class Mode : int { running, stopped, going_on, cut };
 //    peaks          r n - 1                       r n - 1; w n: 0            + n
 //    crowded        w all: no          + n - 1    r n - 1, w it: no; + n
 //    woken                    w all: 0            r n - 1; w n: 0            + n
+//    posed          w all: -1                     r                          w n + 1
 //    listed                   w, +     r          +                          r
 //    near, far_runs w 0                +
 //    side           r         r, w     r                                     r
@@ -89,8 +93,13 @@ enum class Mode : int { running, stopped, going_on, cut };
 // grid and g2p start early (launch_pdl): each waits for the end of the kernel before it and only
 // then lets the next one take its places, so no more than two of them are on the device, and what
 // the last but one has written is there. Before it waits, g2p n reads `side`, its run and where its
-// particles are, which g2p n - 1 has written; grid reads nothing. A substep of dt 0 does nothing:
-// g2p leaves `done` as it is, so that the rest of a turn of the graph runs idle.
+// particles are, which g2p n - 1 has written. grid n starts when all thread blocks of g2p n - 1
+// have; those that pose lastly write `posed` n, in order (release), and only then let it start.
+// Where grid n finds that (acquire) and `begun` still n - 1, it knows before it waits which substep
+// is its own, how long it is, and that its list begins with all of that of n - 1: so it looks for
+// contact at nodes of its first block while g2p n - 1 still runs. A substep of dt 0 does nothing:
+// nobody poses for it, and g2p leaves `done` as it is, so that the rest of a turn of the graph runs
+// idle.
 //
 // What many thread blocks add to lies in lines of memory of its own (128 bytes). With `far_runs`
 // in the line of `side` p2g took 20.2 us, apart from it 17.2 (H200, 137 k particles): probably its
@@ -111,6 +120,7 @@ struct Clock {
     bool crowded[2];                       // a block of the rim is listed, as n noticed, in n % 2
     int halt;                              // not 0: the host asks that the frame end here
     alignas(128) int active[3];            // blocks listed of substep n, in n % 3
+    alignas(128) int posed[pose_parts];    // what each part of the tools has been posed for, by g2p
     alignas(128) int listed, woken[2];     // where clay may be still: as RestView has them
     alignas(128) int near_runs, far_runs;  // lined up so far in ToolView::runs
     Peaks peaks[peak_places];
@@ -145,6 +155,12 @@ struct Clock {
 // one before, so that blocks are rarely found not to be listed yet: the atomic that finds out has
 // high latency.
 HD int listed_for(int n, bool first) { return 2 * n + first; }
+
+// How the grid update lists a block for the next substep: with a note whether tools may touch it,
+// which spares loading its mask. A scatter lists it without.
+constexpr int tools_near = 1 << 30, tools_far = 1 << 29;
+HD int block_of(int listed) { return listed & ~(tools_near | tools_far); }
+HD bool touched(int listed) { return listed & tools_near; }
 
 // How far particles may have come when they are sorted again [cells]. Sums do not depend on the
 // order, only their cost does.

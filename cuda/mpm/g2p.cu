@@ -166,6 +166,14 @@ __device__ void advance_run(const G2pView& d, const SubstepContext& later,
     if (threadIdx.x == 0) report(later.clock(), later.n - 1, sums, own_activity);
 }
 
+// Poses tools for the substep after n, which takes so long [s].
+__device__ void pose_for_next(const G2pView& d, PoseSpace& space, int n, float after)
+{
+    if (!(after > 0)) return;
+    pose_part(d.pose, space, int(blockIdx.x), n + 1);
+    note_posed(*d.clock, int(blockIdx.x), n + 1);
+}
+
 template <Features f>
 union Space {
     ScatterSpace<f.blades> scatter;
@@ -191,15 +199,14 @@ __global__ void __launch_bounds__(run_length(Case::features), resident<Case::fea
         if (f.tools && run >= 0) run = d.runs[run];
         d.particles[side].load_place(index_in<f>(run, count).at, q);
     }
-    wait_for_upstream();
+    await_upstream();
     const int n = clock.begun;
     const float dt = clock.dt[0], after = clock.dt[1];
     // None is ever below zero; asked, for all to be read at once rather than one after the other.
     if (!(dt > 0) || after < 0 || n < 0) return;
-    if (f.tools && int(blockIdx.x) < pose_blocks) {
-        if (after > 0) pose_part(d.pose, space.pose, int(blockIdx.x), n + 1);
-        return;
-    }
+    if (f.tools && int(blockIdx.x) < pose_blocks)
+        return pose_for_next(d, space.pose, n, after);  // and so lets the next one start
+    trigger_dependents();
     if (threadIdx.x == 0) later = {d.clock, n + 1, side, dt, after, f.rests ? 0 : run};
     __syncthreads();
     for_each_run<f.rests>(clock, d.listed, pose_blocks, run, [&](int listed) {

@@ -1,10 +1,12 @@
 // Grid update: one thread block per listed block of nodes, as many as there are, however many the
 // launch brings. The grid of the substep before is cleared on the way, and a block of its own looks
-// after the clock.
+// after the clock. What tools do to the first block that they may touch is looked for while the
+// substep before still runs (clock.cuh).
 #include "cuda/contact/contact.cuh"
 #include "cuda/contact/cut.h"
 #include "cuda/device/launch.cuh"
 #include "cuda/mpm/grid.h"
+#include "cuda/mpm/grid_start.cuh"
 #include "cuda/mpm/sleep.cuh"
 #include "cuda/mpm/stages.cuh"
 #include "cuda/mpm/walls.cuh"
@@ -33,14 +35,6 @@ __device__ void clear(const GridUpdateView& d, int parity, int i)
     } else {
         d.nodes[parity][i] = {0, 0, 0, 0};
     }
-}
-
-// Of a ring of three, the place of substep n.
-template <class T>
-__device__ T in_ring(int n, const T (&ring)[3])
-{
-    const int k = n % 3;
-    return k == 0 ? ring[0] : k == 1 ? ring[1] : ring[2];
 }
 
 // Counts the substep, and chooses the one after it from the speeds that the one before it left.
@@ -72,40 +66,6 @@ __device__ void look_ahead(const GridUpdateView& d)
     all.active_blocks = c.active[n % 3];
 }
 
-// The substep under way, and what a thread block begins with. All loads that may be needed are
-// issued at once, not one after the other; what the clock's own block writes meanwhile is not used.
-template <int blocks_per_cta>
-struct Start {
-    int n;
-    float dt;                                         // [s]
-    int count, before;                                // blocks listed of this grid and of the other
-    int blocks[blocks_per_cta], old[blocks_per_cta];  // the first of each
-};
-
-template <int blocks_per_cta>
-__device__ Start<blocks_per_cta> started(const GridUpdateView& d)
-{
-    const Clock& c = *d.clock;
-    int lists[3][blocks_per_cta];
-    UNROLL
-    for (int k = 0; k < blocks_per_cta; ++k) {
-        const int at = int(blockIdx.x) - 1 + k * (int(gridDim.x) - 1);
-        const int first = min(max(at, 0), d.lattice.block_count() - 1);
-        UNROLL
-        for (int l = 0; l < 3; ++l) lists[l][k] = d.list[l][first];
-    }
-    const int n = c.done, active[] = {c.active[0], c.active[1], c.active[2]};
-    const double dt[] = {c.steps[0].dt, c.steps[1].dt, c.steps[2].dt};
-    Start<blocks_per_cta> s{
-        n, float(in_ring(n, dt)), in_ring(n, active), in_ring(n + 2, active), {}, {}};
-    UNROLL
-    for (int k = 0; k < blocks_per_cta; ++k) {
-        s.blocks[k] = in_ring(n, {lists[0][k], lists[1][k], lists[2][k]});
-        s.old[k] = in_ring(n + 2, {lists[0][k], lists[1][k], lists[2][k]});
-    }
-    return s;
-}
-
 // The clock's own block: one thread looks ahead, other warps at the blocks that were listed since
 // the substep before. Those of a frame's first are looked at by p2g.
 __device__ void look_around(const GridUpdateView& d)
@@ -115,88 +75,150 @@ __device__ void look_around(const GridUpdateView& d)
     const auto start = started<1>(d);
     if (!(start.dt > 0)) return;
     for (int k = start.before + int(threadIdx.x) - 32; k < start.count; k += int(blockDim.x) - 32)
-        if (d.rim[d.list[start.n % 3][k]]) d.clock->crowded[start.n & 1] = true;
+        if (d.rim[block_of(d.list[start.n % 3][k])]) d.clock->crowded[start.n & 1] = true;
 }
 
-// Calls update(blocks) for all listed blocks of nodes, so many at a time, after clearing as many of
-// the other grid; -1 stands for none. They are listed for the next substep, too.
-template <bool fixed_point, int blocks_per_cta, class Update>
-__device__ void for_each_block(const GridUpdateView& d, Start<blocks_per_cta> s, Update&& update)
+// A listed block, with the note whether tools may touch it.
+template <bool tools>
+__device__ int noted(const GridUpdateView& d, int listed)
+{
+    if (!tools || listed & (tools_near | tools_far)) return listed;
+    return listed | (empty(loaded(d.masks[listed])) ? tools_far : tools_near);
+}
+
+__device__ void look_at_guards(const GridUpdateView& d, int n)
+{
+    if (d.rest.mode == RestMode::sleep) guard_neighbours(d, n);
+}
+
+// Calls update(listed, early) for all listed blocks of nodes, so many at a time, after clearing as
+// many of the other grid; -1 stands for none. They are listed for the next substep, too. If
+// `early`, the start was foreseen: the first call then is for one block that tools may touch, says
+// so, and has to wait for the end of the substep before.
+template <bool tools, bool fixed_point, int blocks_per_cta, class Update>
+__device__ void for_each_block(const GridUpdateView& d, Start<blocks_per_cta> s, bool early,
+                               Update&& update)
 {
     const int *const now = d.list[s.n % 3], *const last = d.list[(s.n + 2) % 3];
     int* const next = d.list[(s.n + 1) % 3];
     const int parity = s.n & 1, stride = int(gridDim.x) - 1, fields = d.fields;
-    for (int at = int(blockIdx.x) - 1; at < s.count || at < s.before;
-         at += blocks_per_cta * stride) {
+    int done = -1;
+    if (!early) look_at_guards(d, s.n);
+    for (int at = place(0); early || at < s.count || at < s.before;) {
         int here[blocks_per_cta];
-        UNROLL
-        for (int k = 0; k < blocks_per_cta; ++k) {
-            const int own = at + k * stride, then = own + blocks_per_cta * stride;
-            here[k] = own < s.count ? s.blocks[k] : -1;
-            const int old = own < s.before ? s.old[k] : -1;
-            if (threadIdx.x == 0 && here[k] >= 0)
-                next[own] = here[k], d.marks[here[k]] = listed_for(s.n + 1, false);
-            if (then < s.count) s.blocks[k] = now[then];
-            if (then < s.before) s.old[k] = last[then];
-            if (old < 0) continue;
-            for (int i = int(threadIdx.x); i < fields * block_nodes; i += int(blockDim.x))
-                clear<fixed_point>(
-                    d, parity ^ 1,
-                    i / block_nodes * d.lattice.node_count() + old * block_nodes + i % block_nodes);
+        if (early) {
+            UNROLL
+            for (int k = 0; k < blocks_per_cta; ++k) here[k] = -1;
+            here[0] = done = touched(s.blocks[0]) ? s.blocks[0] : s.blocks[blocks_per_cta - 1];
+        } else {
+            UNROLL
+            for (int k = 0; k < blocks_per_cta; ++k)
+                here[k] = at + k * stride < s.count ? noted<tools>(d, s.blocks[k]) : -1;
+            UNROLL
+            for (int k = 0; k < blocks_per_cta; ++k) {
+                const int own = at + k * stride, then = own + blocks_per_cta * stride;
+                const int old = own < s.before ? block_of(s.old[k]) : -1;
+                if (threadIdx.x == 0 && here[k] >= 0)
+                    next[own] = here[k], d.marks[block_of(here[k])] = listed_for(s.n + 1, false);
+                if (then < s.count) s.blocks[k] = now[then];
+                if (then < s.before) s.old[k] = last[then];
+                if (here[k] == done) here[k] = -1;
+                if (old < 0) continue;
+                for (int i = int(threadIdx.x); i < fields * block_nodes; i += int(blockDim.x))
+                    clear<fixed_point>(d, parity ^ 1,
+                                       i / block_nodes * d.lattice.node_count() +
+                                           old * block_nodes + i % block_nodes);
+            }
+            at += blocks_per_cta * stride;
         }
-        update(here);
+        update(here, early);
+        if (!early) continue;
+        early = false, s.count = d.clock->active[s.n % 3];
+        look_at_guards(d, s.n);
+        UNROLL
+        for (int k = 0; k < blocks_per_cta; ++k)
+            if (place(k) >= s.before && place(k) < s.count) s.blocks[k] = now[place(k)];
     }
 }
 
 using SharedSpace = ContactSpace<shared_nodes>;
 
-// apply_tools() by all lanes of a warp, for those that are `in`; of tools without blades.
-__device__ Vec3<float> apply_tools_by_warp(SharedSpace& space, const Colliders<float>& c,
-                                           const Mask& mask, bool in, Vec3<float> x, Vec3<float> v)
-{
-    WarpContact<shared_nodes> contact(space, c);
-    const int near = contact.look(mask, in, x, [&c](int i) { return c.primitives[i].tool; });
-    for (int from = 0, to; from < near; from = to) {
-        to = contact.run_end(from, near);
-        const Tool<float>& tool = c.tools[contact.label(from)];
-        const Contact<float> hit = contact.deepest(from, to, in, x);
-        if (hit.phi < 0) v = apply_contact(v, hit.n, hit.v, tool.mode, tool.friction);
-    }
-    return v;
-}
+// What tools leave of a node.
+struct AfterTools {
+    float m;        // [kg]
+    Vec3<float> v;  // [m/s]
+    bool led;       // by a tool: v is not what it would be without
+};
 
-// The node of index i, by lanes that `own` one; tools(in, x, v) by all lanes of a warp.
-template <bool fixed_point, class Tools>
-__device__ void update_node(const GridUpdateView& d, int parity, float dt, int i, bool own,
-                            Tools&& tools)
+// Walls, and the limit of speed.
+template <bool fixed_point>
+__device__ void finish_node(const GridUpdateView& d, int parity, float dt, int i,
+                            const AfterTools& node)
 {
     const Int3 at = d.lattice.node_at(i);
-    const Node<float> sum = own ? sum_of<fixed_point>(d, parity, i) : Node<float>{};
-    const bool clay = sum.m > 0;
-    Vec3<float> v{};
-    if (clay) v = apply_gravity(sum, d.gravity, dt);
-    const Vec3<float> free = v;
-    v = tools(clay, d.lattice.position(at), v);
-    if (!own) return;
+    const bool clay = node.m > 0;
     if (clay && !clear_of(at, d.walls))
-        return update_at_wall<fixed_point>(d, parity, dt, at, sum.m, v, differ(v, free));
+        return update_at_wall<fixed_point>(d, parity, dt, at, node.v, node.led);
+    Vec3<float> v = node.v;
     bool clipped = false;
     if (clay) v = limit_speed(v, d.lattice, dt, clipped);
-    d.nodes[parity][i] = {v.x, v.y, v.z, clay ? sum.m : 0};
-    if (clipped) count_slowed(d, sum.m);
+    d.nodes[parity][i] = {v.x, v.y, v.z, clay ? node.m : 0};
+    if (clipped) count_slowed(d, node.m);
 }
 
-// The nodes of block b, which tools may touch, by all warps of a thread block.
+// Node i, which no tool is near.
 template <bool fixed_point>
-__device__ void update_together(const GridUpdateView& d, SharedSpace& space, int n, float dt, int b)
+__device__ AfterTools alone(const GridUpdateView& d, int parity, float dt, int i)
 {
-    const int lane = int(threadIdx.x & 31), node = lane % shared_nodes;
-    const int i = b * block_nodes + int(threadIdx.x >> 5) * shared_nodes + node;
-    const auto tools = [&](bool clay, Vec3<float> x, Vec3<float> v) {
-        return apply_tools_by_warp(space, d.contact.colliders(n), d.masks[b],
-                                   __shfl_sync(0xffffffffu, clay, node), x, v);
+    const Node<float> sum = sum_of<fixed_point>(d, parity, i);
+    return {sum.m, sum.m > 0 ? apply_gravity(sum, d.gravity, dt) : Vec3<float>{}, false};
+}
+
+// Node i, which tools of the mask may touch: apply_tools() by all lanes of a warp, of tools without
+// blades. If `early`, the first tool is looked for before the end of the substep before is waited
+// for, at the nodes that held clay then; at others after. (Where another warp clears them
+// meanwhile, they are looked at after, too.)
+template <bool fixed_point>
+__device__ AfterTools near_tools(const GridUpdateView& d, SharedSpace& space, int n, float dt,
+                                 int i, const Mask& mask, bool early)
+{
+    const Vec3<float> x = d.lattice.position(d.lattice.node_at(i));
+    const Colliders<float> c = d.contact.colliders(n);
+    WarpContact<shared_nodes> contact(space, c);
+    Node<float> sum{};
+    Vec3<float> v{};
+    const auto take = [&] {
+        sum = sum_of<fixed_point>(d, n & 1, i);
+        if (sum.m > 0) v = apply_gravity(sum, d.gravity, dt);
     };
-    update_node<fixed_point>(d, n & 1, dt, i, lane == node, tools);
+    bool in, missed = false;
+    if (early) {
+        saw_posed();
+        in = d.nodes[n & 1 ^ 1][i].w > 0;
+    } else {
+        take();
+        in = sum.m > 0;
+    }
+    do {
+        const int near = contact.look(mask, in, x, [&c](int k) { return c.primitives[k].tool; });
+        for (int from = 0, to; from < near || early; from = to) {
+            Contact<float> hit{};
+            ContactMode mode{};
+            float friction = 0;
+            to = near;
+            if (from < near) {
+                to = contact.run_end(from, near);
+                const Tool<float>& tool = c.tools[contact.label(from)];
+                mode = tool.mode, friction = tool.friction;
+                hit = contact.deepest(from, to, in, x);
+            }
+            if (early) wait_for_upstream(), take();
+            if (hit.phi < 0 && sum.m > 0) v = apply_contact(v, hit.n, hit.v, mode, friction);
+            if (early) early = false, missed = sum.m > 0 && !in;
+        }
+        in = missed, missed = false;
+    } while (__any_sync(0xffffffffu, in));
+    return {sum.m, v, sum.m > 0 && differ(v, apply_gravity(sum, d.gravity, dt))};
 }
 
 template <class Case>
@@ -204,27 +226,39 @@ __global__ void __launch_bounds__(threads<Case::features.tools>, resident<Case::
     grid_kernel(const __grid_constant__ GridUpdateView d)
 {
     constexpr bool tools = Case::features.tools, fixed_point = Case::features.fixed_point;
+    constexpr int in_hand = blocks_per_cta<tools>;
     __shared__ SharedSpace spaces[tools ? block_nodes / shared_nodes : 1];
-    wait_for_upstream();
-    if (blockIdx.x == 0) return look_around(d);
-    const auto start = started<blocks_per_cta<tools>>(d);
-    const int n = start.n, parity = n & 1;
+    Start<in_hand> start{-1};
+    if (tools && blockIdx.x > 0) start = foreseen<in_hand>(d);
+    const bool early = start.n >= 0;
+    if (!early) {
+        wait_for_upstream();
+        if (blockIdx.x == 0) return look_around(d);
+        start = started<in_hand>(d);
+        if (!(start.dt > 0)) return;
+    }
+    const int n = start.n;
     const float dt = start.dt;
-    if (!(dt > 0)) return;
-    if (d.rest.mode == RestMode::sleep) guard_neighbours(d, n);
-    for_each_block<fixed_point>(d, start, [&](const int(&blocks)[blocks_per_cta<tools>]) {
-        const auto near = [&](int b) { return tools && b >= 0 && !empty(loaded(d.masks[b])); };
-        const int half = int(threadIdx.x) / block_nodes;
-        const int own = half ? blocks[blocks_per_cta<tools> - 1] : blocks[0];
-        if (own >= 0 && !near(own))
-            update_node<fixed_point>(d, parity, dt,
-                                     own * block_nodes + int(threadIdx.x) % block_nodes, true,
-                                     [](bool, Vec3<float>, Vec3<float> v) { return v; });
-        for (int k = 0; tools && k < 2; ++k) {
-            const int b = k ? blocks[blocks_per_cta<tools> - 1] : blocks[0];
-            if (near(b)) update_together<fixed_point>(d, spaces[threadIdx.x >> 5], n, dt, b);
+    const auto update = [&](const int(&here)[in_hand], bool ahead) {
+        ROLLED
+        for (int k = 0; k < in_hand; ++k) {
+            const int listed = k ? here[in_hand - 1] : here[0], thread = int(threadIdx.x);
+            if (listed < 0) continue;
+            const int b = block_of(listed), lane = thread & 31, node = lane % shared_nodes;
+            const bool near = tools && touched(listed);
+            const int i = b * block_nodes +
+                          (near ? (thread >> 5) * shared_nodes + node : thread % block_nodes);
+            const bool own = near ? lane == node : thread / block_nodes == k;
+            AfterTools after{};
+            if (near)
+                after =
+                    near_tools<fixed_point>(d, spaces[thread >> 5], n, dt, i, d.masks[b], ahead);
+            else if (own)
+                after = alone<fixed_point>(d, n & 1, dt, i);
+            if (own) finish_node<fixed_point>(d, n & 1, dt, i, after);
         }
-    });
+    };
+    for_each_block<tools, fixed_point>(d, start, early, update);
 }
 
 // Which way lies what is below, at node n: along the slope of its mass less that of what is above.
@@ -265,9 +299,8 @@ __global__ void __launch_bounds__(block_nodes, resident_cut)
     const int n = start.n, parity = n & 1, nodes = d.lattice.node_count();
     const float dt = start.dt, dx = d.lattice.dx;
     if (!(dt > 0)) return;
-    if (d.rest.mode == RestMode::sleep) guard_neighbours(d, n);
     const Colliders<float> colliders = d.contact.colliders(n);
-    for_each_block<fixed_point>(d, start, [&](const int(&blocks)[1]) {
+    for_each_block<false, fixed_point>(d, start, false, [&](const int(&blocks)[1], bool) {
         const int b = blocks[0];
         if (b < 0) return;
         const int i = b * block_nodes + int(threadIdx.x);

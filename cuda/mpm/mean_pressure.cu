@@ -25,7 +25,7 @@ __global__ void __launch_bounds__(block_nodes)
     wait_for_upstream();
     const int n = d.clock->begun, listed = d.clock->active[n % 3];
     for (int k = int(blockIdx.x); k < listed; k += int(gridDim.x))
-        d.cells[(n + 1) & 1][d.list[n % 3][k] * block_nodes + int(threadIdx.x)] = {};
+        d.cells[(n + 1) & 1][block_of(d.list[n % 3][k]) * block_nodes + int(threadIdx.x)] = {};
 }
 
 }  // namespace

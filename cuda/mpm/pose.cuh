@@ -1,6 +1,8 @@
 // Tools for one substep: joints between the frame's ends, spheres hung on them, shapes derived from
 // the spheres.
 #pragma once
+#include <cuda/atomic>
+
 #include "cuda/contact/skinning.h"
 #include "cuda/mpm/views.cuh"
 
@@ -8,7 +10,7 @@ namespace knead::gpu {
 
 // The work is shared by so many thread blocks, each of which poses the spheres that its primitives
 // need: spheres of two parts are posed twice, to the same bits.
-constexpr int pose_parts = 8, part_primitives = max_primitives / pose_parts;
+constexpr int part_primitives = max_primitives / pose_parts;
 
 // Index of the k-th primitive of a part.
 __device__ inline int primitive_of(int part, int k) { return part + k * pose_parts; }
@@ -96,6 +98,25 @@ __device__ inline void pose_part(const PoseView& view, PoseSpace& s, int part, i
     if (threadIdx.x == 0) s.view = view;
     __syncthreads();
     pose_viewed(s, part, n);
+}
+
+// By all threads of a block, when they have posed: substep n's shapes of that part are there.
+__device__ inline void note_posed(Clock& clock, int part, int n)
+{
+    __syncthreads();
+    if (threadIdx.x != 0) return;
+    cuda::atomic_ref<int, cuda::thread_scope_device>(clock.posed[part])
+        .store(n, cuda::memory_order_release);
+}
+// For which substep they are there, to be followed by saw_posed() before they are read.
+__device__ inline int posed_for(const Clock& clock, int part)
+{
+    return cuda::atomic_ref<const int, cuda::thread_scope_device>(clock.posed[part])
+        .load(cuda::memory_order_relaxed);
+}
+__device__ inline void saw_posed()
+{
+    cuda::atomic_thread_fence(cuda::memory_order_acquire, cuda::thread_scope_device);
 }
 
 }  // namespace knead::gpu

@@ -36,8 +36,8 @@ __device__ inline Node<float>& node_at(const GridUpdateView& d, int parity, int 
     return reinterpret_cast<Node<float>&>(d.nodes[parity][i]);
 }
 
-// A node by walls and its images, of the field that begins with node `field`, where they stand.
-// Tools leave it the velocity v; `led` if that is another.
+// A node by walls and its images, of the field that begins with node `field`. Tools leave it the
+// velocity v; `led` if that is another.
 template <bool fixed_point>
 __device__ void update_with_images(const GridUpdateView& d, int parity, float dt, Int3 n, Int3 way,
                                    Vec3<float> v, bool led, int field)
@@ -68,21 +68,16 @@ __device__ Together together(const GridUpdateView& d, int parity, Int3 n)
     return how;
 }
 
-// Node n, of mass m > 0, which has a wall near; tools leave it the velocity v, `led` if that is
+// Node n, which holds mass and has a wall near; tools leave it the velocity v, `led` if that is
 // another. What only walls need is loaded here: few nodes come this way, and what is held while
-// tools act costs all nodes registers.
+// tools act costs all nodes registers. All of them take the same way, for its instructions have to
+// be fetched.
 template <bool fixed_point>
-__device__ void update_at_wall(const GridUpdateView& d, int parity, float dt, Int3 n, float m,
-                               Vec3<float> v, bool led)
+__device__ void update_at_wall(const GridUpdateView& d, int parity, float dt, Int3 n, Vec3<float> v,
+                               bool led)
 {
     const Together how = together<fixed_point>(d, parity, n);
-    if (how.elsewhere) return;
-    if (image_count(how.way) > 1)
-        return update_with_images<fixed_point>(d, parity, dt, n, how.way, v, led, 0);
-    bool clipped = false;
-    v = limit_speed(apply_walls(v, n, d.walls), d.lattice, dt, clipped);
-    node_at(d, parity, d.lattice.index(n)) = {v, m};
-    if (clipped) count_slowed(d, m);
+    if (!how.elsewhere) update_with_images<fixed_point>(d, parity, dt, n, how.way, v, led, 0);
 }
 
 }  // namespace knead::gpu

@@ -71,8 +71,11 @@ HD Together together(Int3 n, const Walls<R>& walls, Mass&& mass)
     const Int3 none{};
     if (clear_of(n, walls)) return {false, none};
     const Int3 back = across_faces(n, walls, true);
-    if (back == none) return {false, across_faces(n, walls, false)};
-    return {mass(n + back) > 0, none};
+    const bool behind = !(back == none);
+    const Int3 way = behind ? back : across_faces(n, walls, false);
+    // Asked before a face, too: the image is wanted next, and is then on its way (grid.cu).
+    const bool holds = mass(n + way) > 0;
+    return {behind && holds, behind ? none : way};
 }
 
 // The k-th of node n and its images, itself the first; a bit of k for each axis that `way` leads

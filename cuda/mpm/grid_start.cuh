@@ -1,0 +1,84 @@
+// What a thread block of the grid update begins with: the substep under way, and the first blocks
+// of nodes that it looks after; known before the substep before is over, or when it is.
+#pragma once
+#include "cuda/mpm/pose.cuh"
+#include "cuda/mpm/views.cuh"
+
+namespace knead::gpu {
+
+// Of a ring of three, the place of substep n.
+template <class T>
+__device__ T in_ring(int n, const T (&ring)[3])
+{
+    const int k = n % 3;
+    return k == 0 ? ring[0] : k == 1 ? ring[1] : ring[2];
+}
+
+// The index in the list of the k-th block that a thread block begins with.
+__device__ inline int place(int k) { return int(blockIdx.x) - 1 + k * (int(gridDim.x) - 1); }
+
+// The substep under way, and what a thread block begins with.
+template <int blocks_per_cta>
+struct Start {
+    int n;
+    float dt;                                         // [s]
+    int count, before;                                // blocks listed of this grid and of the other
+    int blocks[blocks_per_cta], old[blocks_per_cta];  // the first of each, as listed
+};
+
+// What is known of it while the substep before may be under way (clock.cuh), if tools may touch a
+// block that was listed for that; else n is -1. Loaded past L1, which may hold what was there
+// before. By all lanes of a warp.
+template <int blocks_per_cta>
+__device__ Start<blocks_per_cta> foreseen(const GridUpdateView& d)
+{
+    const Clock& c = *d.clock;
+    const int posed = posed_for(c, int(threadIdx.x % pose_parts)), begun = __ldcg(&c.begun);
+    int active[3], lists[3][blocks_per_cta];
+    double dt[3];
+    UNROLL
+    for (int l = 0; l < 3; ++l) {
+        active[l] = __ldcg(&c.active[l]), dt[l] = __ldcg(&c.steps[l].dt);
+        UNROLL
+        for (int k = 0; k < blocks_per_cta; ++k)
+            lists[l][k] = __ldcg(&d.list[l][min(place(k), d.lattice.block_count() - 1)]);
+    }
+    const int n = begun + 1, before = in_ring(begun, active);
+    Start<blocks_per_cta> s{n, float(in_ring(n, dt)), before, before, {}, {}};
+    bool near = false;
+    UNROLL
+    for (int k = 0; k < blocks_per_cta; ++k) {
+        s.old[k] = in_ring(begun, {lists[0][k], lists[1][k], lists[2][k]});
+        s.blocks[k] = in_ring(n, {lists[0][k], lists[1][k], lists[2][k]});
+        near = near || (place(k) < before && touched(s.blocks[k]));
+    }
+    if (!__all_sync(0xffffffffu, near && posed == n)) s.n = -1;
+    return s;
+}
+
+// The same when that is over. All loads that may be needed are issued at once, not one after the
+// other; what the clock's own block writes meanwhile is not used.
+template <int blocks_per_cta>
+__device__ Start<blocks_per_cta> started(const GridUpdateView& d)
+{
+    const Clock& c = *d.clock;
+    int lists[3][blocks_per_cta];
+    UNROLL
+    for (int k = 0; k < blocks_per_cta; ++k) {
+        const int first = min(max(place(k), 0), d.lattice.block_count() - 1);
+        UNROLL
+        for (int l = 0; l < 3; ++l) lists[l][k] = d.list[l][first];
+    }
+    const int n = c.done, active[] = {c.active[0], c.active[1], c.active[2]};
+    const double dt[] = {c.steps[0].dt, c.steps[1].dt, c.steps[2].dt};
+    Start<blocks_per_cta> s{
+        n, float(in_ring(n, dt)), in_ring(n, active), in_ring(n + 2, active), {}, {}};
+    UNROLL
+    for (int k = 0; k < blocks_per_cta; ++k) {
+        s.blocks[k] = in_ring(n, {lists[0][k], lists[1][k], lists[2][k]});
+        s.old[k] = in_ring(n + 2, {lists[0][k], lists[1][k], lists[2][k]});
+    }
+    return s;
+}
+
+}  // namespace knead::gpu
