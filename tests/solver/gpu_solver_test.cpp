@@ -99,12 +99,13 @@ TEST_F(GpuSolver, MovesTheBallAsTheCpuDoes)
     EXPECT_EQ(gpu.repaired, 0);
 }
 
-// In substeps in which float and double, both on the CPU, part by 0.04 cells; by 0.06 in longer
-// ones.
+// In short substeps, for contact is chaotic: on the CPU the same ball begun half an ulp elsewhere
+// (24 tries) ends at most 0.016 cells and 0.2 % of projections away; at a courant of 0.85 up to
+// 0.08 cells and 3 %, so that one run in four broke these bounds by chance.
 TEST_F(GpuSolver, SqueezesTheBallAsTheCpuDoes)
 {
     knead::Setup s = scene(true);
-    s.step.courant = 0.85;
+    s.step.courant = 0.2;
     const Result gpu = played(*gpu_solver(s, 0), 8), cpu = played(*cpu_solver(s), 8);
     EXPECT_NEAR(gpu.substeps, cpu.substeps, 2);
     EXPECT_GT(gpu.projected, 100);
