@@ -16,10 +16,10 @@ namespace knead {
 using Seeds = std::map<std::tuple<int, int, double>, std::vector<Place>>;
 
 struct SceneRule {
-    int cells = 32;       // along 1 m
-    double per_cell = 8;  // particles a cell
-    double courant = 0;   // 0: the default
-    bool in_double = false;
+    int cells = 32;          // along 1 m
+    double per_cell = 8;     // particles a cell
+    double courant = 0;      // 0: the default
+    bool in_double = false;  // by the reference, whatever the device
     bool packed = false;  // filled as a scene is (model.md, 35); else one particle in the middle of
                           // each cube, of which per_cell, a whole number cubed, fill a cell
     bool grid_contact = true;

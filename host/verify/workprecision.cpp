@@ -30,6 +30,9 @@ Settings settings(const Verification& v, std::size_t index, std::size_t lattices
     return {{4, 8, 16, 27}, {0.3, 0.5, 0.7, usual}};
 }
 
+// Whether the device itself is the loops in double.
+bool in_double(const Verification& v) { return v.device.kind == DeviceKind::cpu_double; }
+
 std::vector<SceneRule> rules(const Verification& v, const FrontScene& scene)
 {
     std::vector<SceneRule> all;
@@ -43,7 +46,7 @@ std::vector<SceneRule> rules(const Verification& v, const FrontScene& scene)
                 all.push_back(rule);
             }
         // The loops in double are no way to wait for fine cells.
-        if (i > 0) continue;
+        if (i > 0 || in_double(v)) continue;
         rule = default_rule(scene.cells[i]), rule.in_double = true;
         all.push_back(rule);
     }
@@ -86,7 +89,7 @@ void add_rows(Verification& v, const FrontScene& scene, const std::vector<FrontP
                          {"cells", double(p.rule.cells)},
                          {"per_cell", p.rule.per_cell},
                          {"courant", p.rule.courant},
-                         {"double", double(p.rule.in_double)},
+                         {"double", double(p.rule.in_double || in_double(v))},
                          {"default", double(p.usual())}}});
         if (by == all.end() && !v.options.json && !v.options.quiet)
             fmt::print("    {}, front: {:<46} {}\n", scene.name, p.name(), p.told(scene.unit));
@@ -104,8 +107,8 @@ SceneRule default_rule(int cells)
 
 std::string FrontPoint::name() const
 {
-    return fmt::format("{} cells/m, {} a cell, courant {}, {}", rule.cells, rule.per_cell,
-                       rule.courant, rule.in_double ? "double" : "float");
+    return fmt::format("{} cells/m, {} a cell, courant {}{}", rule.cells, rule.per_cell,
+                       rule.courant, rule.in_double ? ", in double" : "");
 }
 
 std::string FrontPoint::told(const std::string& unit) const

@@ -39,7 +39,7 @@ TEST(Front, WhatIsATenthBetterIsNamedAndWhatIsLessIsChance)
     EXPECT_EQ(by.quicker, &all[4]);
     EXPECT_EQ(by.righter, &all[6]);
     const std::string text = standing(by, "mm");
-    EXPECT_NE(text.find("in time by 24 cells/m, 16 a cell, courant 0.97, float: 1 mm in 0.6 s"),
+    EXPECT_NE(text.find("in time by 24 cells/m, 16 a cell, courant 0.97: 1 mm in 0.6 s"),
               text.npos);
     EXPECT_NE(text.find("in error by 40 cells/m, 16 a cell"), text.npos);
 }
