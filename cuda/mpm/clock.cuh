@@ -94,7 +94,7 @@ enum class Mode : int { running, stopped, going_on, cut };
 // then lets the next one take its places, so no more than two of them are on the device, and what
 // the last but one has written is there. Before it waits, g2p n reads `side`, its run and where its
 // particles are, which g2p n - 1 has written. grid n starts when all thread blocks of g2p n - 1
-// have; those that pose lastly write `posed` n, in order (release), and only then let it start.
+// have; those that pose write `posed` n when they have (release), and only then let it start.
 // Where grid n finds that (acquire) and `begun` still n - 1, it knows before it waits which substep
 // is its own, how long it is, and that its list begins with all of that of n - 1: so it looks for
 // contact at nodes of its first block while g2p n - 1 still runs. A substep of dt 0 does nothing:

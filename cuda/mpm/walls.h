@@ -73,7 +73,7 @@ HD Together together(Int3 n, const Walls<R>& walls, Mass&& mass)
     const Int3 back = across_faces(n, walls, true);
     const bool behind = !(back == none);
     const Int3 way = behind ? back : across_faces(n, walls, false);
-    // Asked before a face, too: the image is wanted next, and is then on its way (grid.cu).
+    // Asked before a face, too: the image is wanted next, and is then on its way (walls.cuh).
     const bool holds = mass(n + way) > 0;
     return {behind && holds, behind ? none : way};
 }
