@@ -77,7 +77,12 @@ int attempted(Bench& bench, const std::string& name, Suite suite)
     return code;
 }
 
-const std::vector<std::string> results{"bench.json", "bench.csv"};
+const std::vector<std::string> results{"bench.json", "bench.csv", "bench.part.json"};
+
+std::string written(const nlohmann::json& all)
+{
+    return all.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
+}
 
 }  // namespace
 
@@ -127,7 +132,20 @@ bool Bench::fits(const std::string& what, double particles, double host_bytes, d
 
 void Bench::add(BenchRow row)
 {
-    if (row.frames > 0 || row.repeats > 0) result.rows.push_back(std::move(row));
+    if (row.frames <= 0 && row.repeats <= 0) return;
+    result.rows.push_back(std::move(row));
+    if (!kept.empty()) keep();
+}
+
+void Bench::keep() const
+{
+    nlohmann::json all = bench_json(*this);
+    all["left_out"].push_back("the rest: this was written before it was measured");
+    try {
+        write_whole(kept, written(all));
+    } catch (const OutputError& e) {
+        say(e.what());
+    }
 }
 
 void Bench::say(const std::string& text) const
@@ -156,6 +174,10 @@ int bench_verb(const BenchOptions& options)
     read_scene(bench.options.scene, {});  // what is wrong with it is said before anything is made
     const std::string folder = folder_of(bench);
     prepare_folder(folder, results, options.overwrite);
+    const auto in_folder = [&](const std::string& name) {
+        return (fs::path(folder) / name).string();
+    };
+    bench.keep_in(in_folder("bench.part.json"));
     watch_interrupts();
     if (bench.device.kind != DeviceKind::cuda)
         bench.result.left_out.push_back(
@@ -171,13 +193,11 @@ int bench_verb(const BenchOptions& options)
         if (const int code = attempted(bench, name, suite)) failed = code;
     }
     if (bench.stopped()) bench.result.left_out.push_back("the rest: interrupted");
-    const std::string json =
-        bench_json(bench).dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
-    const auto in_folder = [&](const std::string& name) {
-        return (fs::path(folder) / name).string();
-    };
+    const std::string json = written(bench_json(bench));
     write_whole(in_folder("bench.json"), json);
     write_whole(in_folder("bench.csv"), bench_csv(bench.result));
+    std::error_code none_there;
+    fs::remove(in_folder("bench.part.json"), none_there);
     if (const std::string why = draw(bench, in_folder("bench.json")); !why.empty()) {
         bench.say(why);
         bench.result.left_out.push_back(why);

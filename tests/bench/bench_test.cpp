@@ -162,6 +162,30 @@ TEST_F(BenchFolder, ASuiteThatFailsLeavesTheOthersTheirResults)
     EXPECT_NE(all["left_out"].dump().find("GiB are free"), std::string::npos);
 }
 
+TEST_F(BenchFolder, WhatWasMeasuredIsKeptFromRowToRow)
+{
+    BenchOptions o = quick();
+    Bench bench(o);
+    bench.keep_in((folder / "part.json").string());
+    BenchRow row;
+    row.suite = "stages", row.name = "first", row.frames = 1;
+    for (std::size_t rows = 1; rows <= 2; ++rows, row.name = "second") {
+        bench.add(row);
+        const Json all = Json::parse(std::ifstream(folder / "part.json"));
+        EXPECT_EQ(all["schema"], "knead.bench/1");
+        ASSERT_EQ(all["rows"].size(), rows);
+        EXPECT_EQ(all["rows"][rows - 1]["name"], row.name);
+        EXPECT_NE(all["left_out"].dump().find("the rest: "), std::string::npos);
+    }
+    EXPECT_TRUE(bench.result.left_out.empty()) << "the run itself goes on";
+    bench.keep_in((folder / "nowhere" / "part.json").string());
+    EXPECT_NO_THROW(bench.add(row)) << "what cannot be kept is measured all the same";
+    EXPECT_EQ(bench.result.rows.size(), 3u);
+    o.suites = {"stages"};
+    ASSERT_EQ(code(o), exit_ok) << complained;
+    EXPECT_FALSE(fs::exists(folder / "out" / "bench.part.json")) << "bench.json has it all";
+}
+
 TEST_F(BenchFolder, HandsTouchWhereTheirShapesReachIntoTheClay)
 {
     const Bench bench(quick());
