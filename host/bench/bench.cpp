@@ -74,14 +74,15 @@ int attempted(Bench& bench, const std::string& name, Suite suite)
         return int(exit_ok);
     });
     if (code) bench.result.left_out.push_back(name + ": " + why);
+    bench.keep();  // what is no row, too: targets, peers
     return code;
 }
 
 const std::vector<std::string> results{"bench.json", "bench.csv", "bench.part.json"};
 
-std::string written(const nlohmann::json& all)
+std::string written(const Json& all)
 {
-    return all.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
+    return all.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 
 }  // namespace
@@ -134,12 +135,13 @@ void Bench::add(BenchRow row)
 {
     if (row.frames <= 0 && row.repeats <= 0) return;
     result.rows.push_back(std::move(row));
-    if (!kept.empty()) keep();
+    keep();
 }
 
 void Bench::keep() const
 {
-    nlohmann::json all = bench_json(*this);
+    if (kept.empty()) return;
+    Json all = bench_json(*this);
     all["left_out"].push_back("the rest: this was written before it was measured");
     try {
         write_whole(kept, written(all));

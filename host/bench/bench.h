@@ -136,9 +136,10 @@ class Bench {
     bool fits(const std::string& what, double particles, double host_bytes, double device_bytes);
 
     void add(BenchRow row);  // unless it was interrupted before anything was timed
-    // From now on what was measured so far is in this file after each row, should the program be
-    // ended before the rest is. If it cannot be written, that is said, and nothing else happens.
+    // From now on keep() writes what was measured so far to this file, as each new row does, should
+    // the program be ended before the rest is. What cannot be written is said, and no more.
     void keep_in(const std::string& file) { kept = file; }
+    void keep() const;
     void say(const std::string& text) const;  // on stderr
     bool stopped() const;                     // by Ctrl-C
     // What `count` finds; nothing unless that is asked for. Once it has failed it is not tried
@@ -155,10 +156,8 @@ class Bench {
     void examine(const Scene& scene, const HandSource* hands, int first, int frame,
                  const Drive& how, BenchRow& row);
 
-    void keep() const;
-
     std::map<std::string, BenchRow> known;
-    std::string kept;
+    std::string kept;  // "": nowhere
     bool uncountable = false;
 };
 
