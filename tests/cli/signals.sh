@@ -80,6 +80,7 @@ sent() {
     local signal=$1 expected=$2 seconds=$3
     shift 3
     here="$signal after $seconds s: knead $1"
+    rm -f said complained  # words of the program before this one are none of its own
     set -m
     "$program" "$@" >said 2>complained </dev/null &
     local process=$!
