@@ -1,5 +1,6 @@
 // One material point. Metres, seconds.
 #pragma once
+#include <cstddef>
 #include <cstdint>
 
 #include "cuda/math/vec.h"
@@ -36,5 +37,9 @@ HD Particle<To> cast(const Particle<From>& q)
             q.object,
             q.sides};
 }
+
+// Up to so many particles are few on a device: what six more rows of them take (particles.cuh)
+// nobody misses, and a kernel for each row would take longer than its bytes.
+constexpr std::size_t few_particles = std::size_t(1) << 20;
 
 }  // namespace knead

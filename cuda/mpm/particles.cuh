@@ -2,8 +2,10 @@
 // warp's load of a row is one stretch of memory. What lasts from substep to substep comes first,
 // what is only kept from frame to frame last.
 //
-// There is room for a seventh. Particles lie in the first six of the seven rows or, the other side,
-// in the last six; a sort moves them over row by row, each into the row that is free.
+// Of few particles there is room for twelve rows, and they lie in the first six of them or, the
+// other side, in the last six; a sort moves all rows at once. Of many there is room for a seventh,
+// and they lie in the first six of the seven or in the last six; a sort moves them over row by row,
+// each into the row that is free.
 #pragma once
 #include <vector_types.h>
 
@@ -79,12 +81,22 @@ using ParticleView = ParticlesOf<float4, int>;
 using ConstParticleView = ParticlesOf<const float4, const int>;
 HD ConstParticleView read_only(const ParticleView& p) { return {p.rows, p.ids, p.count}; }
 
-// The row that is free while `side` is current. Nothing in it lasts: the sort works there, and
+// Rows that there is room for, as places of 16 bytes.
+constexpr std::size_t row_places(std::size_t count)
+{
+    return (count > few_particles ? particle_rows + 1 : 2 * particle_rows) * count;
+}
+
+// A row that is free while `side` is current. Nothing in it lasts: the sort works there, and
 // whoever asks for depths gets them there.
-constexpr int row_places = particle_rows + 1;
 HD float4* free_row(const ParticleView (&sides)[2], int side)
 {
-    return side ? sides[0].rows : &sides[1].row(particle_rows - 1, 0);
+    return side ? sides[0].rows : &sides[0].row(particle_rows, 0);
+}
+// Whether all rows are free of the other side's.
+HD bool apart(const ParticleView (&sides)[2])
+{
+    return sides[1].rows == &sides[0].row(particle_rows, 0);
 }
 
 }  // namespace knead::gpu

@@ -1,9 +1,9 @@
 // Particles in the order of their cells, so that a warp's particles share nodes, and lines of
 // memory. They are counted, node by node, and each takes its place among its node's as it comes;
 // where equal bits are asked for, a radix sort, twice as slow, keeps those of a node in the order
-// they came in. Either works in the row of particles.cuh that is free, and leaves the order in the
-// ids that are not current; by that order the rows move, one after the other, into the row that the
-// one before them has left.
+// they came in. Either works in a row of particles.cuh that is free, and leaves the order in the
+// ids that are not current; by that order the rows move, all at once where there is room, or one
+// after the other, into the row that the one before them has left.
 #include <cub/device/device_radix_sort.cuh>
 #include <cub/device/device_scan.cuh>
 
@@ -115,28 +115,33 @@ __global__ void __launch_bounds__(run_length(Case::features))
     if (i + 1 == count || int(keys[i + 1]) / block_nodes != block) d.range[block].y = i + 1;
 }
 
-// The k-th row that moves. What it reads, none of the moves before it writes: only when it may
-// write must they be over. With the last row the particles are on the other side.
-template <class Case>
+// The k-th row that moves, or so many from it on. What it reads, none of the moves before it
+// writes: only when it may write must they be over. With the last row the particles are on the
+// other side.
+template <class Case, int together>
 __global__ void __launch_bounds__(threads) move_kernel(const __grid_constant__ SortView d, int k)
 {
     trigger_dependents();
     const int i = int(blockIdx.x * threads + threadIdx.x), side = d.clock->sorted_from;
     const ParticleView &from = d.particles[side], &to = d.particles[side ^ 1];
-    const int r = side ? k : particle_rows - 1 - k;
-    const bool valid = i < from.count, last = k == particle_rows - 1;
+    const bool valid = i < from.count, last = k == particle_rows - together;
     const unsigned place = valid ? unsigned(to.ids[i]) : 0u;
     const int j = int(place & ~still_bit);
-    float4 a = from.row(r, j);
-    if constexpr (Case::features.rests) {
-        const unsigned still = place & still_bit;
-        if (r == 2) a.w = __uint_as_float((__float_as_uint(a.w) & ~still_bit) | still);
-        if (r > 2 && still) a = {0, 0, 0, 0};
-    }
+    const auto row = [=](int t) { return side ? k + t : particle_rows - 1 - k - t; };
+    float4 a[together];
+    UNROLL
+    for (int t = 0; t < together; ++t) a[t] = from.row(row(t), j);
     const int id = last ? from.ids[j] : 0;
+    UNROLL
+    for (int t = 0; Case::features.rests && t < together; ++t) {
+        const unsigned still = place & still_bit;
+        if (row(t) == 2) a[t].w = __uint_as_float((__float_as_uint(a[t].w) & ~still_bit) | still);
+        if (row(t) > 2 && still) a[t] = {0, 0, 0, 0};
+    }
     wait_for_upstream();
     if (!valid) return;
-    to.row(r, i) = a;
+    UNROLL
+    for (int t = 0; t < together; ++t) to.row(row(t), i) = a[t];
     if (last) to.ids[i] = id;
     if (last && i == 0) d.clock->side = side ^ 1, d.clock->drift = 0;
 }
@@ -245,14 +250,17 @@ void arrange(const Views& views, const Features& features, cudaStream_t stream)
                dispatch<relevant_to_runs>(features,
                                           []<class Case>(Case) { return settled_kernel<Case>; }),
                blocks_for(count, run), run, stream, settled_view(views));
-    const auto move =
-        dispatch<relevant>(features, []<class Case>(Case) { return move_kernel<Case>; });
     const SortView sides = sort_view(views);
     const int blocks = blocks_for(count, threads);
+    const auto all = dispatch<relevant>(
+        features, []<class Case>(Case) { return move_kernel<Case, particle_rows>; });
+    if (apart(views.particles)) return launch("sort move", all, blocks, threads, stream, sides, 0);
+    const auto one =
+        dispatch<relevant>(features, []<class Case>(Case) { return move_kernel<Case, 1>; });
     // The first reads what the kernel before it writes.
-    launch("sort move", move, blocks, threads, stream, sides, 0);
+    launch("sort move", one, blocks, threads, stream, sides, 0);
     for (int k = 1; k < particle_rows; ++k)
-        launch_pdl("sort move", move, blocks, threads, stream, sides, k);
+        launch_pdl("sort move", one, blocks, threads, stream, sides, k);
 }
 
 }  // namespace knead::gpu

@@ -72,7 +72,7 @@ struct ToolView {
 
 // All that there is, of which each stage takes its part.
 struct Views {
-    ParticleView particles[2];  // of the same seven rows: see particles.cuh
+    ParticleView particles[2];  // their rows overlap, or not: see particles.cuh
     Materials materials;
     Lattice<float> lattice;
     Region stored, free;  // see stored_region.h
@@ -88,7 +88,7 @@ struct Views {
     Conditions conditions;
 };
 
-// Where a sort works besides the row that is free and the ids that are not current.
+// Where a sort works besides a row that is free and the ids that are not current.
 struct SortSpace {
     int* counts;  // nodes that are stored: zero before and after; or none
     void* scratch;

@@ -338,14 +338,16 @@ TEST_F(GpuStage, MovedParticlesAgreeWithALoop)
 }
 
 // On lattices for which the radix sort takes one pass, two and three, and by counting; from either
-// side to the other, and again in the order that is there already; all in one cell, too.
+// side to the other, and again in the order that is there already; all in one cell, too; and so
+// many that their rows move one by one.
 TEST_F(GpuStage, ASortOrdersTheParticlesByCellAndChangesNoneOfThem)
 {
-    for (int given = 0; given < 8; ++given) {
-        const int nodes = 16 << given / 2 % 3;
-        const bool crowded = given >= 6;
+    for (int given = 0; given < 10; ++given) {
+        const bool many = given >= 8, crowded = given / 2 == 3;
+        const int nodes = many ? 128 : 16 << given / 2 % 3;
         knead::Setup s = turmoil(nodes, Plasticity::von_mises);
         s.deterministic = given % 2;
+        ASSERT_EQ(s.particles.size() > few_particles, many);
         // The smallest ball would be beyond walls of more nodes.
         s.walls = walls_inside(s.lattice, 2, s.walls.mode, s.walls.friction);
         if (crowded)

@@ -6,6 +6,7 @@
 #include <random>
 #include <string>
 
+#include "cuda/mpm/particle.h"
 #include "cuda/mpm/time_step.h"
 #include "host/bench/ball.h"
 #include "host/solver/gpu/room.h"
@@ -207,17 +208,25 @@ TEST_F(GpuSolver, MeasuringItsStagesChangesNothing)
     EXPECT_EQ(farthest(played(*measured, 2), played(*left_alone, 2)), 0);
 }
 
-// Seven rows of 16 bytes and two ids; what CUB asks for is less than one byte.
-TEST_F(GpuSolver, HoldsAHundredAndTwentyBytesAParticle)
+// Twelve rows of 16 bytes and two ids, and of many seven rows; what CUB asks for is less than one
+// byte.
+TEST_F(GpuSolver, HoldsTwoHundredBytesAParticleAndOfManyAHundredAndTwenty)
 {
-    const knead::Setup all = scene(true);
-    knead::Setup half = all;
-    half.particles.resize(all.particles.size() / 2);
-    const std::size_t more =
-        gpu_solver(all, 0, whole_lattice)->memory() - gpu_solver(half, 0, whole_lattice)->memory();
-    const double each = double(more) / double(all.particles.size() - half.particles.size());
-    EXPECT_GE(each, 120);
-    EXPECT_LT(each, 121);
+    knead::Setup s = scene(true);
+    const std::vector<Particle<double>> ball = s.particles;
+    const auto memory_of = [&](std::size_t count) {
+        s.particles.resize(count);
+        for (std::size_t i = 0; i < count; ++i) s.particles[i] = ball[i % ball.size()];
+        return double(gpu_solver(s, 0, whole_lattice)->memory());
+    };
+    const auto each = [&](std::size_t fewer, std::size_t more) {
+        return (memory_of(more) - memory_of(fewer)) / double(more - fewer);
+    };
+    const double of_few = each(100000, few_particles), of_many = each(few_particles + 1, 1500000);
+    EXPECT_GE(of_few, 200);
+    EXPECT_LT(of_few, 201);
+    EXPECT_GE(of_many, 120);
+    EXPECT_LT(of_many, 121);
 }
 
 TEST_F(GpuSolver, TakesAFrameWhileAnotherIsUnderWay)

@@ -72,9 +72,10 @@ Fresh fresh_of(Clays clays, const std::vector<int>& objects, std::size_t count)
 
 void Store::set_count(int count)
 {
-    for (int side = 0; side < 2; ++side)
-        all.particles[side] = {rows.data() + std::size_t(side) * std::size_t(count),
-                               ids[side].data(), count};
+    const auto n = std::size_t(count), all_rows = particle_rows * n;
+    const std::size_t other = rows.size() < 2 * all_rows ? n : all_rows;
+    all.particles[0] = {rows.data(), ids[0].data(), count};
+    all.particles[1] = {rows.data() + other, ids[1].data(), count};
     reserve_runs();
 }
 
@@ -112,7 +113,7 @@ void Store::resize(int count)
         using Array = std::remove_reference_t<decltype(array)>;
         if (array.size() < wanted) array = Array(wanted);
     };
-    exactly(rows, row_places * n), exactly(ids[0], n), exactly(ids[1], n);
+    exactly(rows, row_places(n)), exactly(ids[0], n), exactly(ids[1], n);
     set_count(count);
 }
 
@@ -127,7 +128,7 @@ void Store::reserve_others(std::size_t n)
         else if (array.size() < there)
             array = std::remove_reference_t<decltype(array)>(there);
     };
-    as_many(other_rows, row_places * n, rows.size());
+    as_many(other_rows, row_places(n), rows.size());
     as_many(other_ids, n, ids[0].size());
 }
 

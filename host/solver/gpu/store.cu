@@ -80,8 +80,8 @@ Store::Store(const Setup& setup, Room given, int device)
     const Lattice<float> whole{setup.lattice.size, float(setup.lattice.dx)};
     used = features_of(setup);
     all.lattice = box_of(setup.particles, whole, room.spare);
-    const std::size_t need = std::size_t(n) * (row_places * sizeof(float4) + 2 * sizeof(int)) +
-                             sort_scratch_bytes(n, whole, used) +
+    const std::size_t need = row_places(std::size_t(n)) * sizeof(float4) +
+                             std::size_t(n) * 2 * sizeof(int) + sort_scratch_bytes(n, whole, used) +
                              NodeArrays::bytes_for(all.lattice, used);
     std::size_t unused = 0, total = 0;
     gpu::check(cudaMemGetInfo(&unused, &total), "memory");

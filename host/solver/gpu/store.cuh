@@ -102,7 +102,7 @@ class Store {
     int count() const { return all.particles[0].count; }
     const std::shared_ptr<Pool>& snapshot_pool() const { return pool; }
 
-    DeviceArray<float4> rows;  // row_places * count, or more
+    DeviceArray<float4> rows;  // row_places(), or more
     NodeArrays box;
     DeviceArray<int> ids[2];
 
