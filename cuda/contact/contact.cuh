@@ -12,14 +12,14 @@ namespace knead::gpu {
 // Shared memory of a warp that has so many points.
 template <int points>
 struct ContactSpace {
-    static constexpr int slots = 6;  // primitives that are brought in at a time
+    static constexpr int slots = 192 / points;  // primitives that are brought in at a time
     // A slot's shape and the beginning of its primitive, which is wanted soon. 17 rows: lanes that
     // read the same of different slots find it in different banks.
     float4 shapes[slots][17];
     float4 normals[points], weights[points];  // of the deepest one
     unsigned long long deepest[points];       // bits of the depth; the primitive's complement
     unsigned short near[max_primitives];      // in order: a label << 8 | primitive
-    unsigned char pairs[slots * points];      // 32 * slot + point
+    unsigned char pairs[slots * points];      // points * slot + point
 };
 
 // A block's mask by two loads: word by word it would be eight.
@@ -42,8 +42,9 @@ __device__ inline float min_of(float x, bool in)
 }
 
 // All of it is called by all lanes of a warp. Lane l has point l % points; points is a power of
-// two, at most 32. Points that are `in` must be numbers.
-template <int points>
+// two, at most 32. Points that are `in` must be numbers. `brief`: few points are looked for by a
+// way of their own, which takes registers.
+template <int points, bool brief = true>
 class WarpContact {
   public:
     // `grown`: how much fatter the primitives are taken to be than they are [m].
@@ -154,25 +155,42 @@ class WarpContact {
     __device__ void bring(int k, int count)
     {
         static_assert(sizeof(Shape<float>) == 16 * 16 && sizeof(Primitive) == 32);
+        constexpr int together = 6;  // as many as registers hold
         const int half = lane >> 4, row = lane & 15;
-        float4 rows[slots / 2], ends{};
-        UNROLL
-        for (int r = 0; r < slots / 2; ++r)
-            if (2 * r + half < count)
-                rows[r] =
-                    reinterpret_cast<const float4*>(&c.shapes[primitive(k + 2 * r + half)])[row];
+        float4 ends{};
         if (lane < count)
             ends = *reinterpret_cast<const float4*>(&c.primitives[primitive(k + lane)]);
         UNROLL
-        for (int r = 0; r < slots / 2; ++r)
-            if (2 * r + half < count) s.shapes[2 * r + half][row] = rows[r];
+        for (int first = 0; first < slots; first += together) {
+            float4 rows[together / 2];
+            UNROLL
+            for (int r = 0; r < together / 2; ++r)
+                if (first + 2 * r + half < count)
+                    rows[r] = reinterpret_cast<const float4*>(
+                        &c.shapes[primitive(k + first + 2 * r + half)])[row];
+            UNROLL
+            for (int r = 0; r < together / 2; ++r)
+                if (first + 2 * r + half < count) s.shapes[first + 2 * r + half][row] = rows[r];
+            if (first + together >= count) break;
+        }
         if (lane < count) s.shapes[lane][16] = ends;
         __syncwarp();
     }
 
-    // Lists the pairs of a point and a slot that it may be inside of. Returns their number.
+    // Lists the pairs of a point and a slot that it may be inside of; of few points, as a second
+    // search has, all pairs: to ask takes as long as to compute. Returns their number.
     __device__ int pair(int count, bool in, Vec3<float> p)
     {
+        const unsigned asked = __ballot_sync(all, in && lane < points);
+        const int few = __popc(asked);
+        if (brief && count > 2 * parts && few * count <= 32) {
+            unsigned char* to = s.pairs + before(asked);
+            if (in && lane < points)
+                for (int own = point; own < points * count; own += points, to += few)
+                    *to = static_cast<unsigned char>(own);
+            __syncwarp();
+            return few * count;
+        }
         int listed = 0;
         for (int k = lane / points; k < count + lane / points; k += 2 * parts) {
             bool may[2];
@@ -184,7 +202,7 @@ class WarpContact {
                 const unsigned lanes = __ballot_sync(all, may[r]);
                 if (may[r])
                     s.pairs[listed + before(lanes)] =
-                        static_cast<unsigned char>((k + r * parts) << 5 | point);
+                        static_cast<unsigned char>((k + r * parts) * points + point);
                 listed += __popc(lanes);
             }
         }
@@ -195,12 +213,13 @@ class WarpContact {
     // The closest points of 32 pairs.
     __device__ void descend(int k, int first, int pairs, Vec3<float> p)
     {
-        const int own = first + lane < pairs ? s.pairs[first + lane] : -1;
-        const int slot = own >> 5, of = own & 31;
+        const bool valid = first + lane < pairs;
+        const unsigned own = valid ? s.pairs[first + lane] : 0;
+        const int slot = int(own / points), of = int(own % points);
         const Vec3<float> x = {__shfl_sync(all, p.x, of), __shfl_sync(all, p.y, of),
                                __shfl_sync(all, p.z, of)};
         ClosestPoint<float> f{};
-        if (own >= 0) f = closest_point(shape(slot), x), f.phi -= grown;
+        if (valid) f = closest_point(shape(slot), x), f.phi -= grown;
         unsigned long long key = 0;
         if (f.phi < 0) {
             key = static_cast<unsigned long long>(__float_as_uint(-f.phi)) << 32 |

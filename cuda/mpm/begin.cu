@@ -15,7 +15,8 @@ __device__ void begin_frame(const BeginView& d)
     c.step(c.done) =
         anew ? step_at(d.limits, 0, c.extremes(c.done), c.tool_step, c.duration) : c.resume;
     if (anew) c.counters = {};
-    c.near_runs = c.far_runs = 0;
+    c.first = c.done, c.begun = c.done - 1;
+    c.near_runs = c.far_runs = c.near_blocks = c.far_blocks = 0;
     c.active[c.done % 3] = 0;
     c.crowded[0] = c.crowded[1] = false;
     c.mode = Mode::running;

@@ -62,7 +62,8 @@ enum class Mode : int { running, stopped, going_on, cut };
 //
 //                   begin     sort     pose, p2g  grid n                     g2p n
 //    done           r         r        r          r                          w n + 1
-//    begun                                        w n                        r
+//    first          w                             r
+//    begun          w n - 1                       r, w n                     r
 //    dt[0], dt[1]                                 w n, n + 1                 r
 //    steps          w n                r n        r n, w n + 1               r n + 1
 //    lag            w                             r, w
@@ -73,6 +74,7 @@ enum class Mode : int { running, stopped, going_on, cut };
 //    posed          w all: -1                     r                          w n + 1
 //    listed                   w, +     r          +                          r
 //    near, far_runs w 0                +
+//    ... blocks     w 0                           +
 //    side           r         r, w     r                                     r
 //    sorted_from              w, r
 //    drift          r         w 0                 +
@@ -93,19 +95,21 @@ enum class Mode : int { running, stopped, going_on, cut };
 // grid and g2p start early (launch_pdl): each waits for the end of the kernel before it and only
 // then lets the next one take its places, so no more than two of them are on the device, and what
 // the last but one has written is there. Before it waits, g2p n reads `side`, its run and where its
-// particles are, which g2p n - 1 has written. grid n starts when all thread blocks of g2p n - 1
-// have; those that pose write `posed` n when they have (release), and only then let it start.
-// Where grid n finds that (acquire) and `begun` still n - 1, it knows before it waits which substep
-// is its own, how long it is, and that its list begins with all of that of n - 1: so it looks for
-// contact at nodes of its first block while g2p n - 1 still runs. A substep of dt 0 does nothing:
-// nobody poses for it, and g2p leaves `done` as it is, so that the rest of a turn of the graph runs
-// idle.
+// particles are, which g2p n - 1 has written. Its thread blocks that pose do not wait for the end
+// of grid n at all, but for `begun` to become n (acquire): block 0 of grid n writes it last of what
+// they read (release). grid n starts when all thread blocks of g2p n - 1 have; those that pose
+// write `posed` n when they have (release), and only then let it start. Where grid n finds that
+// (acquire) and `begun` still n - 1, it knows before it waits which substep is its own, how long it
+// is, and that its list begins with all of that of n - 1: so it looks for contact at nodes of its
+// first block while g2p n - 1 still runs. A substep of dt 0 does nothing: nobody poses for it, and
+// g2p leaves `done` as it is, so that the rest of a turn of the graph runs idle.
 //
 // What many thread blocks add to lies in lines of memory of its own (128 bytes). With `far_runs`
 // in the line of `side` p2g took 20.2 us, apart from it 17.2 (H200, 137 k particles): probably its
 // reads of `side` waited behind the atomics on that line.
 struct Clock {
     int done, begun;  // substeps through; the one under way
+    int first;        // of the frame, or of what is left of one
     float dt[2];      // of the one under way and of the one after it [s]; 0: there is none
     Step steps[3];
     Lag lag;                        // of Gaussians, with the substep under way
@@ -123,6 +127,7 @@ struct Clock {
     alignas(128) int posed[pose_parts];    // what each part of the tools has been posed for, by g2p
     alignas(128) int listed, woken[2];     // where clay may be still: as RestView has them
     alignas(128) int near_runs, far_runs;  // lined up so far in ToolView::runs
+    alignas(128) int near_blocks, far_blocks;  // likewise in a frame's second list of blocks
     Peaks peaks[peak_places];
     alignas(128) Counters counters;
     // Of all that substep n left.

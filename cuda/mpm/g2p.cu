@@ -63,22 +63,18 @@ __device__ Events advance_particle(const G2pView& d, const SubstepContext& later
         if (__all_sync(all_lanes, quiet.unasked)) return {};
     }
     bear_shared<f>(d, q, n);
-    // The two numbers that the registers have no room for meanwhile.
+    // The numbers that the registers have no room for meanwhile.
     constexpr bool full = f.tools && f.plasticity != PlasticityClass::any && !early<f>;
     float* const aside = &space.slopes[threadIdx.x >> 5][0][0].x + (threadIdx.x & 31);
     if constexpr (full) *aside = q.k;
+    if constexpr (full && f.mixed) aside[64] = q.x.z;
     float around = 0;  // mass of the nearest node [kg]
     gather_from(
-        nodes, d.lattice, s, q,
-        [&](float mass) {
-            if constexpr (full)
-                aside[32] = mass;
-            else
-                around = mass;
-        },
+        nodes, d.lattice, s, q, [&](float mass) { (full ? aside[32] : around) = mass; },
         [&] {
             if (!early<f>) particles().load_strain(own().at, q);
             if (full) q.k = *aside;
+            if (full && f.mixed) q.x.z = aside[64];
         });
     bool moves = true;
     if constexpr (f.rests) {
@@ -166,14 +162,6 @@ __device__ void advance_run(const G2pView& d, const SubstepContext& later,
     if (threadIdx.x == 0) report(later.clock(), later.n - 1, sums, own_activity);
 }
 
-// Poses tools for the substep after n, which takes so long [s].
-__device__ void pose_for_next(const G2pView& d, PoseSpace& space, int n, float after)
-{
-    if (!(after > 0)) return;
-    pose_part(d.pose, space, int(blockIdx.x), n + 1);
-    note_posed(*d.clock, int(blockIdx.x), n + 1);
-}
-
 template <Features f>
 union Space {
     ScatterSpace<f.blades> scatter;
@@ -191,12 +179,17 @@ __global__ void __launch_bounds__(run_length(Case::features), resident<Case::fea
     const Clock& clock = *d.clock;
     constexpr bool rests = f.rests;
     constexpr int pose_blocks = f.tools ? pose_parts : 0;
+    if constexpr (f.tools)
+        if (int(blockIdx.x) < pose_blocks) {
+            take_view(d.pose, space.pose);
+            return pose_part(space.pose, int(blockIdx.x), true);
+        }
     const int count = d.particles[0].count, side = clock.side;
     // What the substep before left of the particles is there long before this one's velocities.
     Particle<float> q{};
     int run = int(blockIdx.x) - pose_blocks;
     if constexpr (!f.rests) {
-        if (f.tools && run >= 0) run = d.runs[run];
+        if (f.tools) run = d.runs[run];
         d.particles[side].load_place(index_in<f>(run, count).at, q);
     }
     await_upstream();
@@ -204,8 +197,6 @@ __global__ void __launch_bounds__(run_length(Case::features), resident<Case::fea
     const float dt = clock.dt[0], after = clock.dt[1];
     // None is ever below zero; asked, for all to be read at once rather than one after the other.
     if (!(dt > 0) || after < 0 || n < 0) return;
-    if (f.tools && int(blockIdx.x) < pose_blocks)
-        return pose_for_next(d, space.pose, n, after);  // and so lets the next one start
     trigger_dependents();
     if (threadIdx.x == 0) later = {d.clock, n + 1, side, dt, after, f.rests ? 0 : run};
     __syncthreads();

@@ -2,11 +2,11 @@
 // launch brings. The grid of the substep before is cleared on the way, and a block of its own looks
 // after the clock. What tools do to the first block that they may touch is looked for while the
 // substep before still runs (clock.cuh).
-#include "cuda/contact/contact.cuh"
 #include "cuda/contact/cut.h"
 #include "cuda/device/launch.cuh"
 #include "cuda/mpm/grid.h"
 #include "cuda/mpm/grid_start.cuh"
+#include "cuda/mpm/near_tools.cuh"
 #include "cuda/mpm/sleep.cuh"
 #include "cuda/mpm/stages.cuh"
 #include "cuda/mpm/walls.cuh"
@@ -18,13 +18,12 @@ namespace {
 // hand. With tools it is two, one for each half of it; but where a tool may be near, all its
 // threads look after one block, so that a warp shares the closest points of fewer nodes.
 template <bool tools>
-constexpr int threads = tools ? 2 * block_nodes : block_nodes;
+constexpr int threads = tools ? 32 * block_nodes / shared_nodes : block_nodes;
 template <bool tools>
 constexpr int resident = tools ? 4 : 12;
 constexpr int resident_cut = 8;
 template <bool tools>
 constexpr int blocks_per_cta = tools ? 2 : 1;
-constexpr int shared_nodes = 32 * block_nodes / threads<true>;  // of a warp, near tools
 
 template <bool fixed_point>
 __device__ void clear(const GridUpdateView& d, int parity, int i)
@@ -49,13 +48,13 @@ __device__ void look_ahead(const GridUpdateView& d)
     if ((c.crowded[before] || c.halt) && step.dt > 0 && next.dt > 0)
         c.mode = c.crowded[before] ? Mode::stopped : Mode::cut, c.resume = next, next.dt = 0;
     c.crowded[before] = false;
-    c.begun = n;
     c.set_peak(n, {});
     c.woken[n & 1] = 0;
     c.active[(n + 1) % 3] = c.active[n % 3];
     c.drift += clay.speed * step.dt;
     c.step(n + 1) = next;
     c.dt[0] = float(step.dt), c.dt[1] = float(next.dt);
+    note_begun(c, n);
     if (!(step.dt > 0)) return;
     if (c.lag.due()) c.lag = {};  // the substep before has moved them
     c.lag.add(step.dt);
@@ -84,6 +83,16 @@ __device__ int noted(const GridUpdateView& d, int listed)
 {
     if (!tools || listed & (tools_near | tools_far)) return listed;
     return listed | (empty(loaded(d.masks[listed])) ? tools_far : tools_near);
+}
+
+// Where the next substep's list has a block that was listed at `at`, of so many. In a frame's first
+// substep they are lined up, those near tools first: so a thread block has one of them at most, and
+// those that have start before all others.
+template <bool tools>
+__device__ int next_place(Clock& c, bool first, int listed, int at, int count)
+{
+    if (!tools || !first) return at;
+    return touched(listed) ? atomicAdd(&c.near_blocks, 1) : count - 1 - atomicAdd(&c.far_blocks, 1);
 }
 
 __device__ void look_at_guards(const GridUpdateView& d, int n)
@@ -118,13 +127,16 @@ __device__ void for_each_block(const GridUpdateView& d, Start<blocks_per_cta> s,
             for (int k = 0; k < blocks_per_cta; ++k) {
                 const int own = at + k * stride, then = own + blocks_per_cta * stride;
                 const int old = own < s.before ? block_of(s.old[k]) : -1;
-                if (threadIdx.x == 0 && here[k] >= 0)
-                    next[own] = here[k], d.marks[block_of(here[k])] = listed_for(s.n + 1, false);
+                if (threadIdx.x == 0 && here[k] >= 0) {
+                    next[next_place<tools>(*d.clock, s.first, here[k], own, s.count)] = here[k];
+                    d.marks[block_of(here[k])] = listed_for(s.n + 1, false);
+                }
                 if (then < s.count) s.blocks[k] = now[then];
                 if (then < s.before) s.old[k] = last[then];
                 if (here[k] == done) here[k] = -1;
                 if (old < 0) continue;
-                for (int i = int(threadIdx.x); i < fields * block_nodes; i += int(blockDim.x))
+                ROLLED
+                for (int i = int(threadIdx.x); i < fields * block_nodes; i += threads<tools>)
                     clear<fixed_point>(d, parity ^ 1,
                                        i / block_nodes * d.lattice.node_count() +
                                            old * block_nodes + i % block_nodes);
@@ -141,84 +153,67 @@ __device__ void for_each_block(const GridUpdateView& d, Start<blocks_per_cta> s,
     }
 }
 
-using SharedSpace = ContactSpace<shared_nodes>;
-
-// What tools leave of a node.
-struct AfterTools {
-    float m;        // [kg]
-    Vec3<float> v;  // [m/s]
-    bool led;       // by a tool: v is not what it would be without
+// What a warp has of shared memory.
+template <bool tools>
+union WarpSpace {
+    SharedSpace contact;
+    ImageSpace images;
+};
+template <>
+union WarpSpace<false> {
+    ImageSpace images;
 };
 
-// Walls, and the limit of speed.
-template <bool fixed_point>
-__device__ void finish_node(const GridUpdateView& d, int parity, float dt, int i,
-                            const AfterTools& node)
+// Walls, and the limit of speed, of node n, which holds clay.
+__device__ inline void finish_node(const GridUpdateView& d, int parity, float dt, Int3 n,
+                                   Images& images, bool led)
 {
-    const Int3 at = d.lattice.node_at(i);
-    const bool clay = node.m > 0;
-    if (clay && !clear_of(at, d.walls))
-        return update_at_wall<fixed_point>(d, parity, dt, at, node.v, node.led);
-    Vec3<float> v = node.v;
-    bool clipped = false;
-    if (clay) v = limit_speed(v, d.lattice, dt, clipped);
-    d.nodes[parity][i] = {v.x, v.y, v.z, clay ? node.m : 0};
-    if (clipped) count_slowed(d, node.m);
+    if (!clear_of(n, d.walls)) return update_with_images(d, parity, dt, n, 0, images, led);
+    bool clipped;
+    images.own.p = limit_speed(images.own.p, d.lattice, dt, clipped);
+    if (clipped) count_slowed(d, images.own.m);
 }
 
-// Node i, which no tool is near.
-template <bool fixed_point>
-__device__ AfterTools alone(const GridUpdateView& d, int parity, float dt, int i)
+// The thread's node of a listed block, the k-th in hand; near tools a warp has fewer of them.
+struct OwnNode {
+    int i;
+    bool updates, near;
+};
+template <bool tools>
+__device__ OwnNode own_node(int listed, int k)
 {
-    const Node<float> sum = sum_of<fixed_point>(d, parity, i);
-    return {sum.m, sum.m > 0 ? apply_gravity(sum, d.gravity, dt) : Vec3<float>{}, false};
+    const int thread = int(threadIdx.x), lane = thread & 31, node = lane % shared_nodes;
+    const int first = block_of(listed) * block_nodes;
+    if (tools && touched(listed))
+        return {first + (thread >> 5) * shared_nodes + node, lane == node, true};
+    return {first + thread % block_nodes, thread / block_nodes == k, false};
 }
 
-// Node i, which tools of the mask may touch: apply_tools() by all lanes of a warp, of tools without
-// blades. If `early`, the first tool is looked for before the end of the substep before is waited
-// for, at the nodes that held clay then; at others after. (Where another warp clears them
-// meanwhile, they are looked at after, too.)
-template <bool fixed_point>
-__device__ AfterTools near_tools(const GridUpdateView& d, SharedSpace& space, int n, float dt,
-                                 int i, const Mask& mask, bool early)
+// Gravity, tools that are near, walls, the limit of speed. By all lanes of a warp.
+template <bool tools, bool fixed_point>
+__device__ void update_node(const GridUpdateView& d, WarpSpace<tools>& space, int n, float dt,
+                            OwnNode own, bool early)
 {
-    const Vec3<float> x = d.lattice.position(d.lattice.node_at(i));
-    const Colliders<float> c = d.contact.colliders(n);
-    WarpContact<shared_nodes> contact(space, c);
-    Node<float> sum{};
-    Vec3<float> v{};
-    const auto take = [&] {
-        sum = sum_of<fixed_point>(d, n & 1, i);
-        if (sum.m > 0) v = apply_gravity(sum, d.gravity, dt);
-    };
-    bool in, missed = false;
-    if (early) {
-        saw_posed();
-        in = d.nodes[n & 1 ^ 1][i].w > 0;
-    } else {
-        take();
-        in = sum.m > 0;
-    }
-    do {
-        const int near = contact.look(mask, in, x, [&c](int k) { return c.primitives[k].tool; });
-        for (int from = 0, to; from < near || early; from = to) {
-            Contact<float> hit{};
-            ContactMode mode{};
-            float friction = 0;
-            to = near;
-            if (from < near) {
-                to = contact.run_end(from, near);
-                const Tool<float>& tool = c.tools[contact.label(from)];
-                mode = tool.mode, friction = tool.friction;
-                hit = contact.deepest(from, to, in, x);
-            }
-            if (early) wait_for_upstream(), take();
-            if (hit.phi < 0 && sum.m > 0) v = apply_contact(v, hit.n, hit.v, mode, friction);
-            if (early) early = false, missed = sum.m > 0 && !in;
+    AfterTools after{};
+    if constexpr (tools)
+        if (own.near) {
+            const Vec3<float> x = d.lattice.position(d.lattice.node_at(own.i));
+            after = near_tools<fixed_point>(d, space.contact, n, dt, own.i, x,
+                                            d.masks[own.i / block_nodes], early);
+            __syncwarp();                    // the space is used again
+            asm volatile("" : "+r"(own.i));  // so that its place is found again, too, not kept
         }
-        in = missed, missed = false;
-    } while (__any_sync(0xffffffffu, in));
-    return {sum.m, v, sum.m > 0 && differ(v, apply_gravity(sum, d.gravity, dt))};
+    if (!own.updates) return;
+    const Int3 at = d.lattice.node_at(own.i);
+    if (!own.near) after.node = sum_of<fixed_point>(d, n & 1, own.i);
+    Images images(space.images);  // while the node's sum is on its way, too
+    if (bring_images<fixed_point>(d, n & 1, at, own.i, images)) return;
+    images.own = after.node;
+    if (images.own.m > 0) {
+        if (!own.near) images.own.p = apply_gravity(images.own, d.gravity, dt);
+        finish_node(d, n & 1, dt, at, images, after.led);
+    }
+    node_at(d, n & 1, own.i) = images.own;
 }
 
 template <class Case>
@@ -227,7 +222,7 @@ __global__ void __launch_bounds__(threads<Case::features.tools>, resident<Case::
 {
     constexpr bool tools = Case::features.tools, fixed_point = Case::features.fixed_point;
     constexpr int in_hand = blocks_per_cta<tools>;
-    __shared__ SharedSpace spaces[tools ? block_nodes / shared_nodes : 1];
+    __shared__ WarpSpace<tools> spaces[threads<tools> / 32];
     Start<in_hand> start{-1};
     if (tools && blockIdx.x > 0) start = foreseen<in_hand>(d);
     const bool early = start.n >= 0;
@@ -242,20 +237,10 @@ __global__ void __launch_bounds__(threads<Case::features.tools>, resident<Case::
     const auto update = [&](const int(&here)[in_hand], bool ahead) {
         ROLLED
         for (int k = 0; k < in_hand; ++k) {
-            const int listed = k ? here[in_hand - 1] : here[0], thread = int(threadIdx.x);
+            const int listed = k ? here[in_hand - 1] : here[0];
             if (listed < 0) continue;
-            const int b = block_of(listed), lane = thread & 31, node = lane % shared_nodes;
-            const bool near = tools && touched(listed);
-            const int i = b * block_nodes +
-                          (near ? (thread >> 5) * shared_nodes + node : thread % block_nodes);
-            const bool own = near ? lane == node : thread / block_nodes == k;
-            AfterTools after{};
-            if (near)
-                after =
-                    near_tools<fixed_point>(d, spaces[thread >> 5], n, dt, i, d.masks[b], ahead);
-            else if (own)
-                after = alone<fixed_point>(d, n & 1, dt, i);
-            if (own) finish_node<fixed_point>(d, n & 1, dt, i, after);
+            update_node<tools, fixed_point>(d, spaces[threadIdx.x >> 5], n, dt,
+                                            own_node<tools>(listed, k), ahead);
         }
     };
     for_each_block<tools, fixed_point>(d, start, early, update);
@@ -286,6 +271,25 @@ __device__ void keep_apart(const GridUpdateView& d, int parity, Int3 n)
     for (int f = 1; f < 3; ++f) node_at(d, parity, f * nodes + i) = v[f];
 }
 
+// Node n of index i, of the field that begins with node `field`, with its images.
+template <bool fixed_point, class Tools>
+__device__ Node<float> updated_in(const GridUpdateView& d, int parity, float dt, Int3 n, int field,
+                                  int i, Images& images, Tools&& tools)
+{
+    const Node<float> sum = sum_of<fixed_point>(d, parity, field + i);
+    if (images.count() > 1 && sum.m > 0) {
+        const Vec3<float> free = apply_gravity(sum, d.gravity, dt);
+        images.own = {tools(d.lattice.position(n), free), sum.m};
+        load_images<fixed_point>(d, parity, field, images);
+        update_with_images(d, parity, dt, n, field, images, differ(images.own.p, free));
+        return images.own;
+    }
+    bool clipped;
+    const Node<float> alone = update(sum, n, d.lattice, d.walls, d.gravity, dt, clipped, tools);
+    if (clipped) count_slowed(d, sum.m);
+    return alone;
+}
+
 // Where blades are: each label has its own velocity, and the two do not pass through each other.
 // Neighbours read masses here, which the update leaves as they are.
 template <class Case>
@@ -293,6 +297,7 @@ __global__ void __launch_bounds__(block_nodes, resident_cut)
     cut_grid_kernel(const __grid_constant__ GridUpdateView d)
 {
     constexpr bool fixed_point = Case::features.fixed_point;
+    __shared__ ImageSpace spaces[block_nodes / 32];
     wait_for_upstream();
     if (blockIdx.x == 0) return look_around(d);
     const auto start = started<1>(d);
@@ -306,30 +311,22 @@ __global__ void __launch_bounds__(block_nodes, resident_cut)
         const int i = b * block_nodes + int(threadIdx.x);
         const Int3 at = d.lattice.node_at(i);
         const Mask& mask = d.masks[b];
-        const Together how = together<fixed_point>(d, parity, at);
+        Images images(spaces[threadIdx.x >> 5]);
+        const bool elsewhere = bring_images<fixed_point>(d, parity, at, i, images);
         const bool clay = sum_of<fixed_point>(d, parity, i).m > 0;
-        if (clay && how.elsewhere) return;
-        const int count = clay ? image_count(how.way) : 1;
+        if (clay && elsewhere) return;
+        if (!clay) images.way = {};
         for (int f = 0; f < 3; ++f) {
-            const Node<float> sum = sum_of<fixed_point>(d, parity, f * nodes + i);
             const auto tools = [&](Vec3<float> x, Vec3<float> u) {
                 if (!d.grid_contact) return u;
                 u = apply_tools(colliders, mask, x, u);
                 return f ? sliced(colliders, mask, x, u, dx, unsigned(f)) : u;
             };
-            if (count > 1 && sum.m > 0) {
-                const Vec3<float> free = apply_gravity(sum, d.gravity, dt);
-                const Vec3<float> v = tools(d.lattice.position(at), free);
-                update_with_images<fixed_point>(d, parity, dt, at, how.way, v, differ(v, free),
-                                                f * nodes);
-                continue;
-            }
-            bool clipped;
             node_at(d, parity, f * nodes + i) =
-                update(sum, at, d.lattice, d.walls, d.gravity, dt, clipped, tools);
-            if (clipped) count_slowed(d, sum.m);
+                updated_in<fixed_point>(d, parity, dt, at, f * nodes, i, images, tools);
         }
-        for (int k = 0; k < count; ++k) keep_apart<fixed_point>(d, parity, image(at, how.way, k));
+        for (int k = 0; k < images.count(); ++k)
+            keep_apart<fixed_point>(d, parity, image(at, images.way, k));
     });
 }
 

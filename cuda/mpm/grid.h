@@ -31,51 +31,70 @@ HD Vec3<R> apply_walls(Vec3<R> v, Int3 n, const Walls<R>& walls)
     return v;
 }
 
-// What a face on nodes, of normal `axis`, leaves of the node a step before it and of its image. The
-// velocity on the face is their mean, blended with that of the node on it (1): of their mean is
-// left what is left of any velocity (18), by the same impulse on both. Where a tool leads the node,
-// it leads the image as in a mirror.
+// What a wall of that normal leaves of a node that is on it or behind it; or, `paired`, what a face
+// on nodes leaves of the node a step before it and of its image. The velocity on the face is their
+// mean, blended with that of the node on it (1): of their mean is left what is left of any velocity
+// (18), by the same impulse on both. Where a tool leads the node, it leads the image as in a
+// mirror.
 template <class R>
-HD void apply_face(Node<R>& before, Node<R>& image, Vec3<R> axis, const Walls<R>& walls, bool led)
+HD void apply_wall(Node<R>& node, Node<R>& image, bool paired, Vec3<R> normal,
+                   const Walls<R>& walls, bool led)
 {
-    if (!(before.m > 0 && image.m > 0)) return;
-    if (led) {
-        const Vec3<R> along = before.p - dot(before.p, axis) * axis;
-        image.p = (walls.mode == ContactMode::sticky ? R(0) : R(2)) * along - before.p;
+    if (paired && !(node.m > 0 && image.m > 0)) return;
+    if (paired && led) {
+        const Vec3<R> along = node.p - dot(node.p, normal) * normal;
+        image.p = (walls.mode == ContactMode::sticky ? R(0) : R(2)) * along - node.p;
         return;
     }
-    const Vec3<R> mean = R(0.5) * (before.p + image.p);
-    const Vec3<R> left = apply_contact(mean, axis, {0, 0, 0}, walls.mode, walls.friction);
+    const Vec3<R> mean = paired ? R(0.5) * (node.p + image.p) : node.p;
+    const Vec3<R> left = apply_contact(mean, normal, {0, 0, 0}, walls.mode, walls.friction);
+    if (!paired) {
+        node.p = left;
+        return;
+    }
     const Vec3<R> change = R(2) * (left - mean);
-    const R share = image.m / (before.m + image.m);
-    before.p = before.p + share * change;
+    const R share = image.m / (node.m + image.m);
+    node.p = node.p + share * change;
     image.p = image.p + (1 - share) * change;
 }
 
-// What the six walls leave of node n and its images, axis by axis; node(k) is the k-th, as a
-// reference. `led` by a tool or not.
-template <class R, class Each>
-HD void apply_walls(Int3 n, Int3 way, const Walls<R>& walls, bool led, Each&& node)
+// Nodes in an array.
+template <class R>
+struct InArray {
+    Node<R>* nodes;
+    HD Node<R> get(int k) const { return nodes[k]; }
+    HD void put(int k, const Node<R>& node) const { nodes[k] = node; }
+};
+
+// What the six walls leave of node n and its images, axis by axis; get(k) and put(k, node) read and
+// write the k-th. `led` by a tool or not.
+template <class R, class Nodes>
+HD void apply_walls(Int3 n, Int3 way, const Walls<R>& walls, bool led, Nodes&& nodes)
 {
-    const Int3 at = n - walls.first;
+    const Int3 at = n - walls.first, free = walls.free;
+    const auto side = [](int to_image, int at, int free) {
+        return to_image ? (to_image < 0 ? 1 : -1) : held_by(at, free);
+    };
+    const Int3 signs = {side(way.x, at.x, free.x), side(way.y, at.y, free.y),
+                        side(way.z, at.z, free.z)};
     const int all = image_count(way);
     int next = 1;  // bit of the axis
     ROLLED
     for (int axis = 0; axis < 3; ++axis) {
-        const int to_image = component(way, axis);
-        const int sign = to_image ? (to_image < 0 ? 1 : -1)
-                                  : held_by(component(at, axis), component(walls.free, axis));
+        const int sign = component(signs, axis);
         if (!sign) continue;
+        const bool paired = component(way, axis) != 0;
         const Vec3<R> normal = wall_normal<R>(axis, sign);
+        const int other = paired ? next : 0;
         ROLLED
-        for (int k = 0; k < all; ++k) {
-            Node<R>& one = node(k);
-            if (!to_image)
-                one.p = apply_contact(one.p, normal, {0, 0, 0}, walls.mode, walls.friction);
-            else if (!(k & next))
-                apply_face(one, node(k | next), normal, walls, led);
+        for (int k = 0; k < all; k = ((k | other) + 1) & ~other) {  // those without the bit
+            Node<R> node = nodes.get(k), image{};
+            if (paired) image = nodes.get(k | other);
+            apply_wall(node, image, paired, normal, walls, led);
+            nodes.put(k, node);
+            if (paired) nodes.put(k | other, image);
         }
-        if (to_image) next *= 2;
+        next += other;
     }
 }
 
@@ -96,7 +115,10 @@ HD Vec3<R> apply_gravity(const Node<R>& node, Vec3<R> gravity, R dt)
 template <class R>
 HD Vec3<R> limit_speed(Vec3<R> v, const Lattice<R>& lattice, R dt, bool& clipped)
 {
-    const R speed = length(v), limit = lattice.dx / dt;
+    const R limit = lattice.dx / dt, square = dot(v, v);
+    clipped = false;
+    if (square < R(0.99) * limit * limit) return v;  // most are: no root is taken
+    const R speed = std::sqrt(square);
     clipped = speed > limit;
     return clipped ? (limit / speed) * v : v;
 }
@@ -118,28 +140,42 @@ HD bool differ(Vec3<R> a, Vec3<R> b)
     return a.x != b.x || a.y != b.y || a.z != b.z;
 }
 
-// The same for node n and its images, of which node(k) is the k-th: sums that become velocities.
-// tools(v) leaves what they leave of n's own, and says whether that is another. Calls slowed(mass)
-// for each that is clipped.
-template <class R, class Each, class Tools, class Slowed>
-HD void update_images(Int3 n, Int3 way, const Lattice<R>& lattice, const Walls<R>& walls,
-                      Vec3<R> gravity, R dt, Each&& node, Tools&& tools, Slowed&& slowed)
+// The same for node n and its images, sums that become velocities, as apply_walls() takes them. The
+// node's own is v after gravity and tools; `led` if these left another. Calls slowed(mass) for each
+// that is clipped.
+template <class R, class Nodes, class Slowed>
+HD void update_led(Int3 n, Int3 way, const Lattice<R>& lattice, const Walls<R>& walls,
+                   Vec3<R> gravity, R dt, Nodes&& nodes, Vec3<R> v, bool led, Slowed&& slowed)
 {
     const int all = image_count(way);
-    bool led = false;
+    nodes.put(0, {v, nodes.get(0).m});
     ROLLED
-    for (int k = 0; k < all; ++k) {
-        Node<R>& one = node(k);
-        one = one.m > 0 ? Node<R>{apply_gravity(one, gravity, dt), one.m} : Node<R>{};
-        if (k == 0 && one.m > 0) led = tools(one.p);
+    for (int k = 1; k < all; ++k) {
+        const Node<R> sum = nodes.get(k);
+        nodes.put(k, sum.m > 0 ? Node<R>{apply_gravity(sum, gravity, dt), sum.m} : Node<R>{});
     }
-    apply_walls(n, way, walls, led, node);
+    apply_walls(n, way, walls, led, nodes);
     ROLLED
     for (int k = 0; k < all; ++k) {
+        Node<R> node = nodes.get(k);
         bool clipped;
-        node(k).p = limit_speed(node(k).p, lattice, dt, clipped);
-        if (clipped) slowed(node(k).m);
+        node.p = limit_speed(node.p, lattice, dt, clipped);
+        nodes.put(k, node);
+        if (clipped) slowed(node.m);
     }
+}
+
+// The same where tools(v) leaves what they leave of the node's velocity, and says whether that is
+// another.
+template <class R, class Nodes, class Tools, class Slowed>
+HD void update_images(Int3 n, Int3 way, const Lattice<R>& lattice, const Walls<R>& walls,
+                      Vec3<R> gravity, R dt, Nodes&& nodes, Tools&& tools, Slowed&& slowed)
+{
+    const Node<R> own = nodes.get(0);
+    Vec3<R> v{};
+    bool led = false;
+    if (own.m > 0) v = apply_gravity(own, gravity, dt), led = tools(v);
+    update_led(n, way, lattice, walls, gravity, dt, nodes, v, led, slowed);
 }
 
 // Which way a number of the nodes rises at node n, at any length: value(node) answers for those

@@ -22,6 +22,7 @@ template <int blocks_per_cta>
 struct Start {
     int n;
     float dt;                                         // [s]
+    bool first;                                       // of a frame
     int count, before;                                // blocks listed of this grid and of the other
     int blocks[blocks_per_cta], old[blocks_per_cta];  // the first of each, as listed
 };
@@ -44,7 +45,7 @@ __device__ Start<blocks_per_cta> foreseen(const GridUpdateView& d)
             lists[l][k] = __ldcg(&d.list[l][min(place(k), d.lattice.block_count() - 1)]);
     }
     const int n = begun + 1, before = in_ring(begun, active);
-    Start<blocks_per_cta> s{n, float(in_ring(n, dt)), before, before, {}, {}};
+    Start<blocks_per_cta> s{n, float(in_ring(n, dt)), false, before, before, {}, {}};
     bool near = false;
     UNROLL
     for (int k = 0; k < blocks_per_cta; ++k) {
@@ -72,7 +73,7 @@ __device__ Start<blocks_per_cta> started(const GridUpdateView& d)
     const int n = c.done, active[] = {c.active[0], c.active[1], c.active[2]};
     const double dt[] = {c.steps[0].dt, c.steps[1].dt, c.steps[2].dt};
     Start<blocks_per_cta> s{
-        n, float(in_ring(n, dt)), in_ring(n, active), in_ring(n + 2, active), {}, {}};
+        n, float(in_ring(n, dt)), c.first == n, in_ring(n, active), in_ring(n + 2, active), {}, {}};
     UNROLL
     for (int k = 0; k < blocks_per_cta; ++k) {
         s.blocks[k] = in_ring(n, {lists[0][k], lists[1][k], lists[2][k]});

@@ -1,5 +1,6 @@
 // The lattice of nodes, stored in blocks of 4 x 4 x 4.
 #pragma once
+#include "cuda/math/divisor.h"
 #include "cuda/math/vec.h"
 
 namespace knead {
@@ -32,6 +33,8 @@ struct Lattice {
         slab = int(unsigned(stored.y / block_edge) * unsigned(row));
     int before = low.x / block_edge * slab + low.y / block_edge * row + low.z * along_z;
     Int3 first_block{low.x / block_edge, low.y / block_edge, low.z / block_edge};  // stored
+    Divisor per_row{stored.z / block_edge};  // blocks, along z and in a plane of y and z
+    Divisor per_slab{stored.y / block_edge * (stored.z / block_edge)};
     HD Int3 end_block() const { return first_block + blocks(); }  // along each axis after the last
     HD Int3 blocks() const
     {
@@ -57,14 +60,15 @@ struct Lattice {
     }
     HD Int3 block_at(int b) const  // block coordinates of block b
     {
-        const Int3 s = blocks(), first = first_block;
-        return {b / (s.y * s.z) + first.x, b / s.z % s.y + first.y, b % s.z + first.z};
+        const Int3 s = blocks();
+        const int x = per_slab.quotient(b), in_slab = b - x * (s.y * s.z);
+        const int y = per_row.quotient(in_slab);
+        return first_block + Int3{x, y, in_slab - y * s.z};
     }
     HD Int3 node_at(int i) const  // node coordinates of index i
     {
-        const Int3 b = block_at(i / block_nodes);
-        const int l = i % block_nodes;
-        return {4 * b.x + l % 4, 4 * b.y + l / 4 % 4, 4 * b.z + l / 16};
+        const Int3 b = block_at(i >> 6);
+        return {4 * b.x + (i & 3), 4 * b.y + (i >> 2 & 3), 4 * b.z + (i >> 4 & 3)};
     }
     HD Int3 cell_of(Vec3<R> x) const  // the cell that x is in, by its lowest node
     {

@@ -14,7 +14,8 @@ constexpr int threads = 128;
 __global__ void __launch_bounds__(threads) pose_kernel(const __grid_constant__ PoseView d)
 {
     __shared__ PoseSpace space;
-    pose_part(d, space, int(blockIdx.x), d.clock->done);
+    take_view(d, space);
+    pose_part(space, int(blockIdx.x), false);
 }
 
 // Where the tools may be at any time of the frame, shared out as posing is.

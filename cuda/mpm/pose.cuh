@@ -39,9 +39,8 @@ __device__ inline int sphere_of(const RigView& t, int part, int k)
     return i < t.primitives.count ? t.primitives[i].sphere[k % 3] : -1;
 }
 
-// Called by all threads of a block, with the view in place; poses for substep n. Kept out of line:
-// its registers are not those of the kernels that it shares a launch with.
-static __device__ __noinline__ void pose_viewed(PoseSpace& s, int part, int n)
+// Called by all threads of a block, with the view in place; poses for substep n.
+__device__ inline void pose_viewed(PoseSpace& s, int part, int n)
 {
     const PoseView& t = s.view;
     const Step& step = t.clock->step(n);
@@ -91,13 +90,29 @@ static __device__ __noinline__ void pose_viewed(PoseSpace& s, int part, int n)
     }
 }
 
-// The same with the view in shared memory: a kernel's argument lies in the constant bank, and
-// what a function out of line reads of it through a pointer, no sanitizer can tell from a fault.
-__device__ inline void pose_part(const PoseView& view, PoseSpace& s, int part, int n)
+// By all threads of a block. The view goes to shared memory: a kernel's argument lies in the
+// constant bank, and what a function out of line reads of it through a pointer, no sanitizer can
+// tell from a fault.
+__device__ inline void take_view(const PoseView& view, PoseSpace& s)
 {
     if (threadIdx.x == 0) s.view = view;
     __syncthreads();
-    pose_viewed(s, part, n);
+}
+
+// By all threads of a block: waits until the clock's own block of grid has begun substep n, and
+// chosen the one after it.
+__device__ inline void await_begun(Clock& clock, int n)
+{
+    if (threadIdx.x == 0) {
+        const cuda::atomic_ref<int, cuda::thread_scope_device> begun(clock.begun);
+        while (begun.load(cuda::memory_order_acquire) != n) __nanosleep(100);
+    }
+    __syncthreads();
+}
+__device__ inline void note_begun(Clock& clock, int n)
+{
+    cuda::atomic_ref<int, cuda::thread_scope_device>(clock.begun)
+        .store(n, cuda::memory_order_release);
 }
 
 // By all threads of a block, when they have posed: substep n's shapes of that part are there.
@@ -108,6 +123,19 @@ __device__ inline void note_posed(Clock& clock, int part, int n)
     cuda::atomic_ref<int, cuda::thread_scope_device>(clock.posed[part])
         .store(n, cuda::memory_order_release);
 }
+// By all threads of a block, with the view in place: poses for the substep under way; or, `ahead`,
+// for the one after it as soon as its length is chosen, which grid may still be at. Kept out of
+// line: its registers are not those of the kernel that it shares a launch with.
+static __device__ __noinline__ void pose_part(PoseSpace& s, int part, bool ahead)
+{
+    Clock& clock = *s.view.clock;
+    const int n = __ldcg(&clock.done);
+    if (ahead) await_begun(clock, n);
+    if (ahead && !(clock.dt[0] > 0 && clock.dt[1] > 0)) return;
+    pose_viewed(s, part, n + ahead);
+    if (ahead) note_posed(clock, part, n + 1);
+}
+
 // For which substep they are there, to be followed by saw_posed() before they are read.
 __device__ inline int posed_for(const Clock& clock, int part)
 {

@@ -97,7 +97,7 @@ __device__ inline void add_touched(Clock& clock, std::uint32_t tools)
 
 // Projection of a warp's particles, of those that are `asked`, by all its lanes. Returns the depth
 // that the lane's was found at [m].
-template <bool blades, class PerCell>
+template <bool blades, bool brief, class PerCell>
 __device__ float left_tools(Particle<float>& q, PerCell&& per_cell, const G2pView& d,
                             const SubstepContext& later, const ContactScratch<blades>& borrowed,
                             bool asked, unsigned& covered)
@@ -116,7 +116,7 @@ __device__ float left_tools(Particle<float>& q, PerCell&& per_cell, const G2pVie
         add_touched(later.clock(), touched);
     }
     borrowed.put_aside(q.x);
-    WarpContact<32> contact(borrowed.contact(), colliders, d.near.way.skin);
+    WarpContact<32, brief> contact(borrowed.contact(), colliders, d.near.way.skin);
     for (int k = 0; k < d.near.passes && __any_sync(all_lanes, in); ++k) {
         const int near = contact.look(
             mask, in, q.x, [&](int i) { return blades && two_sided(colliders, i) ? -1 : 0; });
@@ -142,7 +142,7 @@ __device__ void project(Particle<float>& q, PerCell&& per_cell, const G2pView& d
                         Events& happened)
 {
     if constexpr (f.tools)
-        happened.depth = left_tools<f.blades>(
+        happened.depth = left_tools<f.blades, !f.mixed>(
             q, per_cell, d, later, ContactScratch<f.blades>{space}, moves, happened.covered);
     happened.projected = happened.depth > 0;
     if (d.free.holds(q.x)) return;

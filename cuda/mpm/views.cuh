@@ -91,8 +91,8 @@ MaskView mask_view(const Views& d);
 
 // The tools posed for substep n; both sides of the ring, n % 2.
 struct PoseView : RigView {
-    // reads
-    const Clock* clock;
+    // reads, and writes what it has posed for
+    Clock* clock;
     // writes
     Sphere<float>* spheres[2];
     Shape<float>* shapes[2];

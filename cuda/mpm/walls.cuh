@@ -2,6 +2,8 @@
 // so their part is kept apart, and short: what it would load or hold early costs all others
 // registers, and instructions that few run have to be fetched.
 #pragma once
+#include <utility>
+
 #include "cuda/mpm/grid.h"
 #include "cuda/mpm/views.cuh"
 
@@ -36,48 +38,105 @@ __device__ inline Node<float>& node_at(const GridUpdateView& d, int parity, int 
     return reinterpret_cast<Node<float>&>(d.nodes[parity][i]);
 }
 
-// A node by walls and its images, of the field that begins with node `field`. Tools leave it the
-// velocity v; `led` if that is another.
+// A warp's nodes' images, by lane. Through L2 each of a node's many steps would wait for the one
+// before it, half a microsecond.
+struct ImageSpace {
+    float4 images[7][32];
+};
+
+// A node and its images: itself in registers, the k-th as far on from it in memory as the steps
+// are whose bits k has.
+struct Images {
+    ImageSpace& space;
+    const int lane = int(threadIdx.x & 31);
+    Node<float> own{};
+    Int3 way{};  // to them
+    int i = 0, first = 0, second = 0, third = 0;
+
+    __device__ explicit Images(ImageSpace& space) : space(space) {}
+    __device__ int count() const { return image_count(way); }
+    __device__ int index(int k) const
+    {
+        return i + (k & 1 ? first : 0) + (k & 2 ? second : 0) + (k & 4 ? third : 0);
+    }
+    __device__ Node<float> get(int k) const
+    {
+        if (k == 0) return own;
+        const float4 n = space.images[k - 1][lane];
+        return {{n.x, n.y, n.z}, n.w};
+    }
+    __device__ void put(int k, const Node<float>& n)
+    {
+        if (k == 0)
+            own = n;
+        else
+            space.images[k - 1][lane] = {n.p.x, n.p.y, n.p.z, n.m};
+    }
+    // Those of node n, of index i, are `towards` it along each axis where that is stored.
+    __device__ void find(const Lattice<float>& lattice, Int3 n, int index_of_n, Int3 towards)
+    {
+        const Int3 to = n + towards, at = to - lattice.low, stored = lattice.stored;
+        const auto step = [](int towards, int at, int stored) {
+            return unsigned(at) < unsigned(stored) ? towards : 0;
+        };
+        way = {step(towards.x, at.x, stored.x), step(towards.y, at.y, stored.y),
+               step(towards.z, at.z, stored.z)};
+        const int x = lattice.along_x(to.x) - lattice.along_x(n.x),
+                  y = lattice.along_y(to.y) - lattice.along_y(n.y), z = way.z * lattice.along_z;
+        i = index_of_n, first = way.x ? x : way.y ? y : z, second = way.x && way.y ? y : z;
+        third = z;
+    }
+};
+
+// Brings in the sums of the images, of the field that begins with node `field`: all are on their
+// way at once.
 template <bool fixed_point>
-__device__ void update_with_images(const GridUpdateView& d, int parity, float dt, Int3 n, Int3 way,
-                                   Vec3<float> v, bool led, int field)
+__device__ void load_images(const GridUpdateView& d, int parity, int field, Images& images)
 {
-    const auto node = [&](int k) -> Node<float>& {
-        return node_at(d, parity, field + d.lattice.index(image(n, way, k)));
+    const int all = images.count();
+    if constexpr (fixed_point) {
+        ROLLED
+        for (int k = 1; k < all; ++k)
+            images.put(k, sum_of<fixed_point>(d, parity, field + images.index(k)));
+        return;
+    }
+    const auto bring = [&]<int from, int end>(std::integer_sequence<int, from, end>) {
+        float4 sums[end - from];
+        UNROLL
+        for (int k = from; k < end; ++k) sums[k - from] = d.nodes[parity][field + images.index(k)];
+        UNROLL
+        for (int k = from; k < end; ++k) images.space.images[k - 1][images.lane] = sums[k - from];
     };
+    if (all > 1) bring(std::integer_sequence<int, 1, 2>{});
+    if (all > 2) bring(std::integer_sequence<int, 2, 4>{});
+    if (all > 4) bring(std::integer_sequence<int, 4, 8>{});
+}
+
+// Finds and brings in the images of node n, of index i; true: it is updated elsewhere.
+template <bool fixed_point>
+__device__ bool bring_images(const GridUpdateView& d, int parity, Int3 n, int i, Images& images)
+{
+    const Together how = together(n, d.walls, [&](Int3 way) {
+        images.find(d.lattice, n, i, way);
+        load_images<fixed_point>(d, parity, 0, images);
+        const bool whole = images.way == way && !(way == Int3{});
+        return whole ? images.get(images.count() - 1).m : 0;
+    });
+    if (how.way == Int3{}) images.way = {};
+    return how.elsewhere;
+}
+
+// Node n with its images: its own has the velocity that tools leave, `led` if that is another, and
+// then what walls leave, which the caller writes. The images are of the field that begins with
+// node `field`.
+__device__ inline void update_with_images(const GridUpdateView& d, int parity, float dt, Int3 n,
+                                          int field, Images& images, bool led)
+{
+    update_led(n, images.way, d.lattice, d.walls, d.gravity, dt, images, images.own.p, led,
+               [&](float mass) { count_slowed(d, mass); });
     ROLLED
-    for (int k = 0; fixed_point && k < image_count(way); ++k)
-        node(k) = sum_of<fixed_point>(d, parity, field + d.lattice.index(image(n, way, k)));
-    update_images(
-        n, way, d.lattice, d.walls, d.gravity, dt, node,
-        [=](Vec3<float>& of) { return of = v, led; }, [&](float mass) { count_slowed(d, mass); });
-}
-
-// How a node is updated. One that is not stored holds nothing.
-template <bool fixed_point>
-__device__ Together together(const GridUpdateView& d, int parity, Int3 n)
-{
-    const auto mass = [&](Int3 m) {
-        return d.lattice.stores(m) ? sum_of<fixed_point>(d, parity, d.lattice.index(m)).m : 0;
-    };
-    Together how = knead::together(n, d.walls, mass);
-    const Int3 far = n + how.way;
-    if (!d.lattice.stores({far.x, n.y, n.z})) how.way.x = 0;
-    if (!d.lattice.stores({n.x, far.y, n.z})) how.way.y = 0;
-    if (!d.lattice.stores({n.x, n.y, far.z})) how.way.z = 0;
-    return how;
-}
-
-// Node n, which holds mass and has a wall near; tools leave it the velocity v, `led` if that is
-// another. What only walls need is loaded here: few nodes come this way, and what is held while
-// tools act costs all nodes registers. All of them take the same way, for its instructions have to
-// be fetched.
-template <bool fixed_point>
-__device__ void update_at_wall(const GridUpdateView& d, int parity, float dt, Int3 n, Vec3<float> v,
-                               bool led)
-{
-    const Together how = together<fixed_point>(d, parity, n);
-    if (!how.elsewhere) update_with_images<fixed_point>(d, parity, dt, n, how.way, v, led, 0);
+    for (int k = 1; k < images.count(); ++k)
+        node_at(d, parity, field + images.index(k)) = images.get(k);
 }
 
 }  // namespace knead::gpu

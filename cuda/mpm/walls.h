@@ -29,24 +29,32 @@ struct Walls {
     Vec3<R> deep_min, deep_max;  // farther no node lets a particle sink in a substep (19) [m]
     Int3 first, free;            // the first free node, and how many there are along each axis
     ContactMode mode;
-    int on_nodes;  // faces that stand on nodes, by bits: 1 << 2 * axis the low one, twice that the
-                   // high one
+    Int3 low_face, high_face;  // the nodes that faces stand on, along each axis; or no_node
     R friction;
 };
 
+constexpr int no_node = -(1 << 30);  // far from every node
+
 // Where a face stands on nodes, the node a step before it and the one a step behind it are images
-// of each other. The way from one to the other: 2 steps along the axis of each such face, 0 along
-// others; `behind` the faces, or before them.
+// of each other. The way from node n to its image: 2 steps along the axis of each such face, 0
+// along others; behind any of them only those count that it is behind.
+struct AcrossFaces {
+    Int3 way;
+    bool behind;
+};
 template <class R>
-HD Int3 across_faces(Int3 n, const Walls<R>& walls, bool behind)
+HD AcrossFaces across_faces(Int3 n, const Walls<R>& walls)
 {
-    const Int3 at = n - walls.first, past = at - walls.free + Int3{1, 1, 1};
-    const int beyond = behind ? 2 : 0, inwards = behind ? 2 : -2, faces = walls.on_nodes;
-    const auto axis = [=](int from_first, int from_last, int low) {
-        if ((faces & low) && from_first == -beyond) return inwards;
-        return (faces & 2 * low) && from_last == beyond ? -inwards : 0;
+    const Int3 low = n - walls.low_face, high = n - walls.high_face;
+    const auto from = [=](int side) {  // -1: behind, 1: before
+        const auto axis = [=](int past_low, int past_high) {
+            return past_low == side ? -2 * side : past_high == -side ? 2 * side : 0;
+        };
+        return Int3{axis(low.x, high.x), axis(low.y, high.y), axis(low.z, high.z)};
     };
-    return {axis(at.x, past.x, 1), axis(at.y, past.y, 4), axis(at.z, past.z, 16)};
+    const Int3 back = from(-1), onwards = from(1);
+    const bool behind = !(back == Int3{});
+    return {behind ? back : onwards, behind};
 }
 
 // Whether node n is neither behind, on, nor a step before a wall.
@@ -59,8 +67,8 @@ HD bool clear_of(Int3 n, const Walls<R>& walls)
 }
 
 // How node n is updated: with its images, `way` to them across faces; or elsewhere, because it is
-// itself an image of a node before them that holds mass. mass(node) reads a sum's, which no update
-// changes.
+// itself an image of a node before them that holds mass. mass(way) is that of the node there, by a
+// sum, which no update changes.
 struct Together {
     bool elsewhere;
     Int3 way;
@@ -68,14 +76,11 @@ struct Together {
 template <class R, class Mass>
 HD Together together(Int3 n, const Walls<R>& walls, Mass&& mass)
 {
-    const Int3 none{};
-    if (clear_of(n, walls)) return {false, none};
-    const Int3 back = across_faces(n, walls, true);
-    const bool behind = !(back == none);
-    const Int3 way = behind ? back : across_faces(n, walls, false);
+    if (clear_of(n, walls)) return {};
+    const AcrossFaces across = across_faces(n, walls);
     // Asked before a face, too: the image is wanted next, and is then on its way (walls.cuh).
-    const bool holds = mass(n + way) > 0;
-    return {behind && holds, behind ? none : way};
+    const bool holds = mass(across.way) > 0;
+    return {across.behind && holds, across.behind ? Int3{} : across.way};
 }
 
 // The k-th of node n and its images, itself the first; a bit of k for each axis that `way` leads
@@ -119,8 +124,8 @@ Walls<R> walls_on(const Lattice<L>& lattice, const WallRule& rule)
     w.min = cast<R>(rule.min), w.max = cast<R>(rule.max);
     w.mode = rule.mode, w.friction = R(rule.friction);
     const double dx = double(lattice.dx);
-    const auto axis = [dx, &w](double low, double high, R& deep_low, R& deep_high, int& first,
-                               int& free, int bit) {
+    const auto axis = [dx](double low, double high, R& deep_low, R& deep_high, int& first,
+                           int& free, int& low_face, int& high_face) {
         const HeldNodes held = held_nodes(low, high, dx);
         const double behind_low = low / dx - held.below, behind_high = held.above - high / dx;
         deep_low = R(low - dx * sinking(behind_low));
@@ -128,12 +133,13 @@ Walls<R> walls_on(const Lattice<L>& lattice, const WallRule& rule)
         first = held.below + 1, free = held.above - first;
         const bool apart = free > 1;  // else a node would have two images
         const auto on_node = [=](double behind) { return apart && behind < face_rounding; };
-        w.on_nodes |= bit * on_node(behind_low) | 2 * bit * on_node(behind_high);
+        low_face = on_node(behind_low) ? held.below : no_node;
+        high_face = on_node(behind_high) ? held.above : no_node;
     };
     const Vec3<double>&a = rule.min, &b = rule.max;
-    axis(a.x, b.x, w.deep_min.x, w.deep_max.x, w.first.x, w.free.x, 1);
-    axis(a.y, b.y, w.deep_min.y, w.deep_max.y, w.first.y, w.free.y, 4);
-    axis(a.z, b.z, w.deep_min.z, w.deep_max.z, w.first.z, w.free.z, 16);
+    axis(a.x, b.x, w.deep_min.x, w.deep_max.x, w.first.x, w.free.x, w.low_face.x, w.high_face.x);
+    axis(a.y, b.y, w.deep_min.y, w.deep_max.y, w.first.y, w.free.y, w.low_face.y, w.high_face.y);
+    axis(a.z, b.z, w.deep_min.z, w.deep_max.z, w.first.z, w.free.z, w.low_face.z, w.high_face.z);
     return w;
 }
 

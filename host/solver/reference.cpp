@@ -136,7 +136,8 @@ void Reference::grid(double dt)
         const auto at = [&](std::size_t f, Int3 m) -> Node<double>& {
             return fields[f][std::size_t(lattice.index(m))];
         };
-        const auto [elsewhere, way] = together(n, walls, [&](Int3 m) { return at(uncut, m).m; });
+        const auto [elsewhere, way] =
+            together(n, walls, [&](Int3 to) { return at(uncut, n + to).m; });
         if (elsewhere) continue;
         Node<double> v[3][8] = {};
         for (std::size_t f = 0; f < fields.size(); ++f) {
@@ -148,10 +149,8 @@ void Reference::grid(double dt)
                 return differ(u, free);
             };
             for (int k = 0; k < image_count(way); ++k) v[f][k] = at(f, image(n, way, k));
-            update_images(
-                n, way, lattice, walls, setup.gravity, dt,
-                [&](int k) -> Node<double>& { return v[f][k]; }, obstacles,
-                [&](double mass) { ++(mass > light ? clipped : trimmed); });
+            update_images(n, way, lattice, walls, setup.gravity, dt, InArray<double>{v[f]},
+                          obstacles, [&](double mass) { ++(mass > light ? clipped : trimmed); });
         }
         for (int k = 0; k < image_count(way); ++k) {
             const Int3 m = image(n, way, k);

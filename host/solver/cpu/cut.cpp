@@ -44,7 +44,7 @@ template <class R>
 Together CpuSolver<R>::updated(Int3 n, R mass) const
 {
     if (!(mass > 0)) return {};
-    return together(n, walls, [&](Int3 m) { return summed(sums[0], m).m; });
+    return together(n, walls, [&](Int3 way) { return summed(sums[0], n + way).m; });
 }
 
 // Node n of block b and its images behind walls. Near a cut each label has its own velocity, and
@@ -66,9 +66,8 @@ void CpuSolver<R>::update_together(int b, Int3 n, Int3 across, R dt, Counts& c)
             return differ(u, free);
         };
         for (int k = 0; k < count; ++k) v[f][k] = summed(sums[f], image(n, across, k));
-        update_images(
-            n, across, lattice, walls, gravity, dt, [&](int k) -> Node<R>& { return v[f][k]; },
-            tools, [&](R mass) { ++(mass > light ? c.clipped : c.trimmed); });
+        update_images(n, across, lattice, walls, gravity, dt, InArray<R>{v[f]}, tools,
+                      [&](R mass) { ++(mass > light ? c.clipped : c.trimmed); });
     }
     for (int k = 0; k < count; ++k) {
         const Int3 m = image(n, across, k);
