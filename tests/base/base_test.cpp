@@ -103,6 +103,7 @@ TEST_F(InterruptFilesDeathTest, AFileUnderMakingIsGivenUpByASignalThatEndsThePro
     const std::string large(std::size_t(64) << 20, 'x');
     for (const int number : {SIGINT, SIGTERM, SIGHUP}) {
         const auto raised = [&] {
+            std::signal(number, SIG_DFL);  // it may have been ignored from the start
             int asks = 0;
             const auto stop = [&] {
                 if (++asks == 2) std::raise(number);
