@@ -72,8 +72,8 @@ template <class R, class Nodes>
 HD void apply_walls(Int3 n, Int3 way, const Walls<R>& walls, bool led, Nodes&& nodes)
 {
     const Int3 at = n - walls.first, free = walls.free;
-    const auto side = [](int to_image, int at, int free) {
-        return to_image ? (to_image < 0 ? 1 : -1) : held_by(at, free);
+    const auto side = [](int to_image, int place, int count) {
+        return to_image ? (to_image < 0 ? 1 : -1) : held_by(place, count);
     };
     const Int3 signs = {side(way.x, at.x, free.x), side(way.y, at.y, free.y),
                         side(way.z, at.z, free.z)};

@@ -2,8 +2,6 @@
 // so their part is kept apart, and short: what it would load or hold early costs all others
 // registers, and instructions that few run have to be fetched.
 #pragma once
-#include <utility>
-
 #include "cuda/mpm/grid.h"
 #include "cuda/mpm/views.cuh"
 
@@ -38,8 +36,8 @@ __device__ inline Node<float>& node_at(const GridUpdateView& d, int parity, int 
     return reinterpret_cast<Node<float>&>(d.nodes[parity][i]);
 }
 
-// A warp's nodes' images, by lane. Through L2 each of a node's many steps would wait for the one
-// before it, half a microsecond.
+// A warp's nodes' images, by lane. In global memory each of the many small steps on a node's would
+// wait for L2.
 struct ImageSpace {
     float4 images[7][32];
 };
@@ -76,8 +74,8 @@ struct Images {
     __device__ void find(const Lattice<float>& lattice, Int3 n, int index_of_n, Int3 towards)
     {
         const Int3 to = n + towards, at = to - lattice.low, stored = lattice.stored;
-        const auto step = [](int towards, int at, int stored) {
-            return unsigned(at) < unsigned(stored) ? towards : 0;
+        const auto step = [](int wanted, int place, int count) {
+            return unsigned(place) < unsigned(count) ? wanted : 0;
         };
         way = {step(towards.x, at.x, stored.x), step(towards.y, at.y, stored.y),
                step(towards.z, at.z, stored.z)};
@@ -88,8 +86,18 @@ struct Images {
     }
 };
 
-// Brings in the sums of the images, of the field that begins with node `field`: all are on their
-// way at once.
+// Brings in the sums of some images, all on their way at once.
+template <int from, int end>
+__device__ void load_some(const GridUpdateView& d, int parity, int field, Images& images)
+{
+    float4 sums[end - from];
+    UNROLL
+    for (int k = from; k < end; ++k) sums[k - from] = d.nodes[parity][field + images.index(k)];
+    UNROLL
+    for (int k = from; k < end; ++k) images.space.images[k - 1][images.lane] = sums[k - from];
+}
+
+// Brings in the sums of all images, of the field that begins with node `field`.
 template <bool fixed_point>
 __device__ void load_images(const GridUpdateView& d, int parity, int field, Images& images)
 {
@@ -98,18 +106,11 @@ __device__ void load_images(const GridUpdateView& d, int parity, int field, Imag
         ROLLED
         for (int k = 1; k < all; ++k)
             images.put(k, sum_of<fixed_point>(d, parity, field + images.index(k)));
-        return;
+    } else {
+        if (all > 1) load_some<1, 2>(d, parity, field, images);
+        if (all > 2) load_some<2, 4>(d, parity, field, images);
+        if (all > 4) load_some<4, 8>(d, parity, field, images);
     }
-    const auto bring = [&]<int from, int end>(std::integer_sequence<int, from, end>) {
-        float4 sums[end - from];
-        UNROLL
-        for (int k = from; k < end; ++k) sums[k - from] = d.nodes[parity][field + images.index(k)];
-        UNROLL
-        for (int k = from; k < end; ++k) images.space.images[k - 1][images.lane] = sums[k - from];
-    };
-    if (all > 1) bring(std::integer_sequence<int, 1, 2>{});
-    if (all > 2) bring(std::integer_sequence<int, 2, 4>{});
-    if (all > 4) bring(std::integer_sequence<int, 4, 8>{});
 }
 
 // Finds and brings in the images of node n, of index i; true: it is updated elsewhere.

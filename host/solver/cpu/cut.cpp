@@ -44,7 +44,7 @@ template <class R>
 Together CpuSolver<R>::updated(Int3 n, R mass) const
 {
     if (!(mass > 0)) return {};
-    return together(n, walls, [&](Int3 way) { return summed(sums[0], n + way).m; });
+    return together(n, walls, [&](Int3 to) { return summed(sums[0], n + to).m; });
 }
 
 // Node n of block b and its images behind walls. Near a cut each label has its own velocity, and
