@@ -34,7 +34,7 @@ struct Lattice {
     int before = low.x / block_edge * slab + low.y / block_edge * row + low.z * along_z;
     Int3 first_block{low.x / block_edge, low.y / block_edge, low.z / block_edge};  // stored
     Divisor per_row{stored.z / block_edge};  // blocks, along z and in a plane of y and z
-    Divisor per_slab{stored.y / block_edge * (stored.z / block_edge)};
+    Divisor per_slab{int(unsigned(stored.y / block_edge) * unsigned(stored.z / block_edge))};
     HD Int3 end_block() const { return first_block + blocks(); }  // along each axis after the last
     HD Int3 blocks() const
     {
