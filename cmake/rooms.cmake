@@ -13,10 +13,27 @@ set_source_files_properties(${sources} PROPERTIES COMPILE_OPTIONS ${knead_cold})
 # These have flags of their own, are heavy alone, or include what takes names that others use
 # (X11).
 set(apart "host/base/machine\\.cpp|host/solver/(counters|reference)|files/gltf\\.cpp|\
-render/(context|no_painter|view/no_window)|xr/(platform|no_headset)")
+render/(context|no_painter|view/no_window)|xr/(platform|no_headset)|\
+tests/(base/machine|files/mesh_file)_test")
+
+# In `text`, an include of the file. Files of tests name helpers alike: of these it is a copy whose
+# unnamed namespace lies in one of the file's own, with the lines where they are.
+function(knead_included path text)
+    if(NOT path MATCHES "_test\\.cpp$")
+        set(${text} "#include \"${path}\"\n" PARENT_SCOPE)
+        return()
+    endif()
+    file(READ ${path} content)
+    set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS ${path})
+    file(RELATIVE_PATH own ${PROJECT_SOURCE_DIR} ${path})
+    string(MAKE_C_IDENTIFIER ${own} own)
+    string(REPLACE "\nnamespace {\n" "\nnamespace of_${own} { namespace {\n" content "${content}")
+    string(REPLACE "\n}  // namespace\n" "\n} }  // namespace\n" content "${content}")
+    set(${text} "#line 1 \"${path}\"\n${content}" PARENT_SCOPE)
+endfunction()
 
 # In place of the target's sources of the rooms, `parts` files of the build folder, each of which
-# includes its share of them; `form` is cpp or cu. `rooms` says how their paths begin, as an
+# holds its share of them; `form` is cpp or cu. `rooms` says how their paths begin, as an
 # expression. Further arguments are the compiler's.
 function(knead_unite target form parts name rooms)
     get_target_property(all ${target} SOURCES)
@@ -41,10 +58,19 @@ function(knead_unite target form parts name rooms)
             break()
         endif()
         list(SUBLIST some ${from} ${share} files)
-        list(TRANSFORM files REPLACE "(.+)" "#include \"\\1\"")
-        list(JOIN files "\n" text)
+        set(text "")
+        foreach(path IN LISTS files)
+            knead_included(${path} one)
+            string(APPEND text "${one}")
+        endforeach()
         set(united ${CMAKE_CURRENT_BINARY_DIR}/united/${name}_${part}.${form})
-        file(CONFIGURE OUTPUT ${united} CONTENT "${text}\n" @ONLY)
+        set(there "")
+        if(EXISTS ${united})
+            file(READ ${united} there)
+        endif()
+        if(NOT there STREQUAL text)
+            file(WRITE ${united} "${text}")
+        endif()
         set_source_files_properties(${united} PROPERTIES COMPILE_OPTIONS "${ARGN}")
         list(PREPEND all ${united})  # the longest first
     endforeach()

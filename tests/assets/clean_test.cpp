@@ -21,7 +21,7 @@ void add(SplatCloud& cloud, Vec3<float> x, float scale, float opacity)
 
 TEST(Clean, KeepsAllOfACleanObject)
 {
-    for (const Shape& shape : {ball_shape(), box_shape(), torus_shape(), cup_shape()}) {
+    for (const SplatShape& shape : {ball_shape(), box_shape(), torus_shape(), cup_shape()}) {
         const SplatCloud cloud = cloud_of(shape, 5000);
         EXPECT_EQ(clean(cloud, {}).kept.size(), cloud.count()) << shape.name;
     }

@@ -24,7 +24,7 @@ FillRule rule_of(double cell)
 
 TEST(Fill, ParticlesHaveTheVolumeOfTheObject)
 {
-    for (const Shape& shape :
+    for (const SplatShape& shape :
          {ball_shape(), box_shape(), torus_shape(), bumpy_shape(), bowl_shape()}) {
         if (sanitized && shape.name != "bowl") continue;
         const FilledObject o = fill(cloud_of(shape, 8000), rule_of(1.0 / 32));
@@ -111,7 +111,7 @@ TEST(Fill, ACutThroughTheMiddleIsOpaque)
 
 TEST(Fill, InnerSplatsLieTwoAndAHalfHalfAxesUnderTheSurface)
 {
-    for (const Shape& shape : {ball_shape(), torus_shape()}) {
+    for (const SplatShape& shape : {ball_shape(), torus_shape()}) {
         const FilledObject o = fill(cloud_of(shape, 8000), rule_of(1.0 / 32));
         EXPECT_GT(o.splats.count(), o.surface + 1000);
         EXPECT_EQ(o.surface, 8000u);
@@ -129,7 +129,7 @@ TEST(Fill, InnerSplatsLieTwoAndAHalfHalfAxesUnderTheSurface)
 // A linear function is harmonic: its values on the surface have it as their only solution.
 TEST(Fill, ColoursInsideSolveLaplacesEquation)
 {
-    for (const Shape& shape : {ball_shape(), box_shape(), bumpy_shape()}) {
+    for (const SplatShape& shape : {ball_shape(), box_shape(), bumpy_shape()}) {
         if (sanitized && shape.name != "box") continue;
         const FilledObject o = fill(cloud_of(shape, 8000), rule_of(1.0 / 32));
         double worst = 0, mean = 0;

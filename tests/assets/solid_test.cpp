@@ -20,7 +20,7 @@ Solid found(const SplatCloud& cloud) { return find_solid(cloud, clean(cloud, {})
 struct Shares {
     double inside = 0, wrong = 0;
 };
-Shares shares(const Shape& shape, const Solid& solid, double margin = 0)
+Shares shares(const SplatShape& shape, const Solid& solid, double margin = 0)
 {
     std::mt19937_64 random(7);
     std::uniform_real_distribution<double> along(-shape.half, shape.half);
@@ -40,7 +40,7 @@ Shares shares(const Shape& shape, const Solid& solid, double margin = 0)
 
 TEST(Solid, OfCleanSplatsIsTheObjectToTheGridsSpacing)
 {
-    for (const Shape& shape : {ball_shape(), box_shape(), torus_shape(), bumpy_shape()}) {
+    for (const SplatShape& shape : {ball_shape(), box_shape(), torus_shape(), bumpy_shape()}) {
         const Solid solid = found(cloud_of(shape, 20000));
         const Shares all = shares(shape, solid), away = shares(shape, solid, 1.5);
         EXPECT_GT(all.inside, 0.99) << shape.name;
@@ -55,7 +55,7 @@ TEST(Solid, OfCleanSplatsIsTheObjectToTheGridsSpacing)
 
 TEST(Solid, OfAVesselLeavesItsInsideEmpty)
 {
-    for (const Shape& shape : {bowl_shape(), cup_shape()}) {
+    for (const SplatShape& shape : {bowl_shape(), cup_shape()}) {
         const Solid solid = found(cloud_of(shape, 20000));
         const Shares away = shares(shape, solid, 1.5);
         EXPECT_EQ(away.inside, 1) << shape.name;
@@ -69,7 +69,7 @@ TEST(Solid, OfAVesselLeavesItsInsideEmpty)
 // No photograph tells a cavity that nobody sees into from a solid.
 TEST(Solid, OfAShellHasItsClosedCavityFilled)
 {
-    const Shape shell = shell_shape(), ball = ball_shape();
+    const SplatShape shell = shell_shape(), ball = ball_shape();
     const Solid solid = found(cloud_of(shell, 30000));
     EXPECT_GT(shares(ball, solid, 1.5).inside, 0.999);
     EXPECT_NEAR(solid.volume / ball.volume(), 1, 0.02);
@@ -80,7 +80,7 @@ TEST(Solid, ClosesAHoleOfATenthOfTheSurface)
 {
     Spoil spoil;
     spoil.missing = [](Vec3<double> x) { return x.z > 0.4; };  // 0.1 of the ball's area
-    const Shape ball = ball_shape();
+    const SplatShape ball = ball_shape();
     const Solid solid = found(cloud_of(ball, 20000, spoil));
     EXPECT_GT(shares(ball, solid).inside, 0.95);
     EXPECT_EQ(shares(ball, solid, 1.5).wrong, 0);
@@ -102,7 +102,7 @@ Spoil everything()
 
 TEST(Solid, StandsNoiseFloatersInnerDegenerateHugeFaintAndDoubledSplats)
 {
-    for (const Shape& shape : {ball_shape(), box_shape(), torus_shape(), bumpy_shape()}) {
+    for (const SplatShape& shape : {ball_shape(), box_shape(), torus_shape(), bumpy_shape()}) {
         const Solid solid = found(cloud_of(shape, 20000, everything()));
         const Shares all = shares(shape, solid), away = shares(shape, solid, 1.5);
         EXPECT_GT(all.inside, 0.94) << shape.name;
@@ -111,7 +111,7 @@ TEST(Solid, StandsNoiseFloatersInnerDegenerateHugeFaintAndDoubledSplats)
         EXPECT_LT(away.wrong, 0.001) << shape.name;
         EXPECT_NEAR(solid.volume / shape.volume(), 1, 0.05) << shape.name;
     }
-    const Shape bowl = bowl_shape();
+    const SplatShape bowl = bowl_shape();
     const Solid solid = found(cloud_of(bowl, 20000, everything()));
     EXPECT_EQ(shares(bowl, solid, 1.5).inside, 1);
     EXPECT_LT(shares(bowl, solid, 1.5).wrong, 0.005);
@@ -122,7 +122,7 @@ TEST(Solid, ClosesAHoleInASpoiltCloud)
 {
     Spoil spoil = everything();
     spoil.missing = [](Vec3<double> x) { return x.z > 0.4; };
-    const Shape ball = ball_shape();
+    const SplatShape ball = ball_shape();
     const Solid solid = found(cloud_of(ball, 20000, spoil));
     EXPECT_GT(shares(ball, solid).inside, 0.95);
     EXPECT_NEAR(solid.volume / ball.volume(), 1, 0.05);

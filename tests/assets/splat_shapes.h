@@ -11,7 +11,7 @@
 
 namespace knead {
 
-struct Shape {
+struct SplatShape {
     std::string name;
     std::function<double(Vec3<double>)> phi;  // below 0 inside, slope about 1 near the surface
     double half = 0.6;                        // of a box around it [m]
@@ -41,21 +41,21 @@ struct Shape {
 
 inline double norm2(double a, double b) { return std::sqrt(a * a + b * b); }
 
-inline Shape ball_shape()
+inline SplatShape ball_shape()
 {
     return {"ball", [](Vec3<double> x) { return length(x) - 0.5; }};
 }
-inline Shape box_shape()
+inline SplatShape box_shape()
 {
     return {"box", [](Vec3<double> x) {
                 return max(std::abs(x.x) - 0.5, max(std::abs(x.y) - 0.35, std::abs(x.z) - 0.2));
             }};
 }
-inline Shape torus_shape()
+inline SplatShape torus_shape()
 {
     return {"torus", [](Vec3<double> x) { return norm2(norm2(x.x, x.y) - 0.36, x.z) - 0.14; }};
 }
-inline Shape bumpy_shape()
+inline SplatShape bumpy_shape()
 {
     return {"bumpy ball", [](Vec3<double> x) {
                 const double r = max(length(x), 1e-9);
@@ -65,11 +65,11 @@ inline Shape bumpy_shape()
             }};
 }
 // With splats on both faces of its wall, the inner one being out of sight.
-inline Shape shell_shape()
+inline SplatShape shell_shape()
 {
     return {"shell", [](Vec3<double> x) { return max(length(x) - 0.5, 0.3 - length(x)); }};
 }
-inline Shape bowl_shape()
+inline SplatShape bowl_shape()
 {
     return {
         "bowl", [](Vec3<double> x) {
@@ -77,7 +77,7 @@ inline Shape bowl_shape()
         }};
 }
 // Twice as deep as wide.
-inline Shape cup_shape()
+inline SplatShape cup_shape()
 {
     return {"cup", [](Vec3<double> x) {
                 const double r = norm2(x.x, x.y);
@@ -104,7 +104,7 @@ inline Quat<double> turned(std::mt19937_64& random)
 }
 
 // About `count` splats, evenly over the surface, of half axes near the distance between them.
-inline SplatCloud cloud_of(const Shape& shape, int count, const Spoil& spoil = {},
+inline SplatCloud cloud_of(const SplatShape& shape, int count, const Spoil& spoil = {},
                            std::uint64_t seed = 1)
 {
     std::mt19937_64 random(seed);
