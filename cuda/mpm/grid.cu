@@ -86,8 +86,8 @@ __device__ int noted(const GridUpdateView& d, int listed)
 }
 
 // Where the next substep's list has a block that was listed at `at`, of so many. In a frame's first
-// substep they are lined up, those near tools first: so a thread block has one of them at most, and
-// those that have start before all others.
+// substep they are lined up, those near tools first: so a thread block has one of them at most, but
+// for blocks listed later, and those that have start before all others.
 template <bool tools>
 __device__ int next_place(Clock& c, bool first, int listed, int at, int count)
 {
