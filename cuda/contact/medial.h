@@ -48,17 +48,17 @@ struct alignas(16) Shape {
 };
 
 // Whether p may be inside of the primitive, grown by so much all around [m]: it is in the bounding
-// box, and no farther from the plane of a slab, or from the axis of a cone, than the largest
-// radius.
+// box, and not beyond a slab's tangent planes, or no farther from the axis of a cone than the
+// larger radius.
 template <class R>
 HD bool enclosed(const Shape<R>& s, Vec3<R> p, std::type_identity_t<R> grown = 0)
 {
     const Vec3<R> d = p - s.c0;
-    const R t = dot(d, s.N), away = s.plane ? t * t : dot(d, d) - t * t;
-    const R g = grown, far = s.reach + g;
+    const R t = dot(d, s.N), g = grown, far = s.reach + g;
+    const bool near =
+        s.plane ? s.cc * (t < 0 ? -t : t) - dot(s.g, d) <= far : dot(d, d) - t * t <= far * far;
     return (p.x >= s.low.x - g) & (p.x <= s.high.x + g) & (p.y >= s.low.y - g) &
-           (p.y <= s.high.y + g) & (p.z >= s.low.z - g) & (p.z <= s.high.z + g) &
-           (away <= far * far);
+           (p.y <= s.high.y + g) & (p.z >= s.low.z - g) & (p.z <= s.high.z + g) & near;
 }
 
 // The nearest point: signed distance, outward normal, weights of the spheres it hangs on.
@@ -183,7 +183,7 @@ HD void form(Shape<R>& s, int count, const Sphere<R>& s0, const Sphere<R>& s1, c
         sheet(s, s1, s2, s0, s.m1, s.m2, m0);
     else
         sheet(s, s2, s0, s1, s.m2, m0, s.m1);
-    s.reach = within(s.plane ? max(max(s0.r, s1.r), s2.r) : length(size));
+    s.reach = within(s.plane ? s0.r : length(size));
     if (!s.plane) return;
     s.c0 = s0.c;
     s.r0 = s0.r;

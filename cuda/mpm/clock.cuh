@@ -34,6 +34,21 @@ struct alignas(128) Peaks {
 };
 constexpr int peak_places = 4;
 
+HD Peak largest(Peak a, Peak b) { return {max(a.fastest, b.fastest), max(a.stiffest, b.stiffest)}; }
+HD Extremes extremes_of(Peak all)
+{
+    return {std::sqrt(double(std::bit_cast<float>(all.fastest))),
+            double(std::bit_cast<float>(all.stiffest))};
+}
+
+// Of a ring of three, the place of substep n.
+template <class T>
+HD T in_ring(int n, const T (&ring)[3])
+{
+    const int k = n % 3;
+    return k == 0 ? ring[0] : k == 1 ? ring[1] : ring[2];
+}
+
 // Posing is shared by so many thread blocks.
 constexpr int pose_parts = 8;
 
@@ -135,8 +150,7 @@ struct Clock {
     {
         Peak all{};
         UNROLL
-        for (const Peaks& p : peaks)
-            all = {max(all.fastest, p.of[n & 1].fastest), max(all.stiffest, p.of[n & 1].stiffest)};
+        for (const Peaks& p : peaks) all = largest(all, p.of[n & 1]);
         return all;
     }
     HD void set_peak(int n, Peak all)
@@ -146,12 +160,7 @@ struct Clock {
         peaks[0].of[n & 1] = all;
     }
     // What the substep before n left.
-    HD Extremes extremes(int n) const
-    {
-        const Peak all = peak(n + 1);
-        return {std::sqrt(double(std::bit_cast<float>(all.fastest))),
-                double(std::bit_cast<float>(all.stiffest))};
-    }
+    HD Extremes extremes(int n) const { return extremes_of(peak(n + 1)); }
     HD Step& step(int n) { return steps[n % 3]; }
     HD const Step& step(int n) const { return steps[n % 3]; }
 };

@@ -7,6 +7,7 @@
 #include "cuda/mpm/grid.h"
 #include "cuda/mpm/grid_start.cuh"
 #include "cuda/mpm/near_tools.cuh"
+#include "cuda/mpm/outlook.cuh"
 #include "cuda/mpm/sleep.cuh"
 #include "cuda/mpm/stages.cuh"
 #include "cuda/mpm/walls.cuh"
@@ -36,33 +37,40 @@ __device__ void clear(const GridUpdateView& d, int parity, int i)
     }
 }
 
-// Counts the substep, and chooses the one after it from the speeds that the one before it left.
+// Counts the substep, and chooses the one after it from the speeds that the one before it left. All
+// that is read is asked for at once: where no tool and no wall is near, this takes longest.
 __device__ void look_ahead(const GridUpdateView& d)
 {
     Clock& c = *d.clock;
     Counters& all = c.counters;
-    const int n = c.done, before = (n + 1) & 1;
-    const Step step = c.step(n);
-    const Extremes clay = c.extremes(n);
-    Step next = step_after(step, d.limits, clay, c.tool_step, c.duration);
-    if ((c.crowded[before] || c.halt) && step.dt > 0 && next.dt > 0)
-        c.mode = c.crowded[before] ? Mode::stopped : Mode::cut, c.resume = next, next.dt = 0;
+    const Outlook now = outlook(c);
+    const int active[3] = {c.active[0], c.active[1], c.active[2]}, halt = c.halt;
+    const bool even = c.crowded[0], odd = c.crowded[1];
+    const double dt_min = all.dt_min, dt_max = all.dt_max;
+    Lag lag = c.lag;
+    const int n = now.n, before = (n + 1) & 1, own = in_ring(n, active);
+    const bool crowded = before ? odd : even;
+    const Step step = now.step;
+    Step next = now.next(d.limits);
+    if ((crowded || halt) && step.dt > 0 && next.dt > 0)
+        c.mode = crowded ? Mode::stopped : Mode::cut, c.resume = next, next.dt = 0;
     c.crowded[before] = false;
     c.set_peak(n, {});
     c.woken[n & 1] = 0;
-    c.active[(n + 1) % 3] = c.active[n % 3];
-    c.drift += clay.speed * step.dt;
+    c.active[(n + 1) % 3] = own;
+    atomicAdd(&c.drift, now.clay.speed * step.dt);  // by none else: nobody waits for the sum
     c.step(n + 1) = next;
     c.dt[0] = float(step.dt), c.dt[1] = float(next.dt);
     note_begun(c, n);
     if (!(step.dt > 0)) return;
-    if (c.lag.due()) c.lag = {};  // the substep before has moved them
-    c.lag.add(step.dt);
-    all.dt_min = all.substeps ? min(all.dt_min, step.dt) : step.dt;
-    all.dt_max = max(all.dt_max, step.dt);
-    ++all.substeps;
-    ++all.limits[int(step.limit)];
-    all.active_blocks = c.active[n % 3];
+    if (lag.due()) lag = {};  // the substep before has moved them
+    lag.add(step.dt);
+    c.lag = lag;
+    all.dt_min = dt_min > 0 ? min(dt_min, step.dt) : step.dt;
+    all.dt_max = max(dt_max, step.dt);
+    atomicAdd(&all.substeps, 1);
+    atomicAdd(&all.limits[int(step.limit)], 1);
+    all.active_blocks = own;
 }
 
 // The clock's own block: one thread looks ahead, other warps at the blocks that were listed since

@@ -66,22 +66,28 @@ struct InArray {
     HD void put(int k, const Node<R>& node) const { nodes[k] = node; }
 };
 
-// What the six walls leave of node n and its images, axis by axis; get(k) and put(k, node) read and
-// write the k-th. `led` by a tool or not.
-template <class R, class Nodes>
-HD void apply_walls(Int3 n, Int3 way, const Walls<R>& walls, bool led, Nodes&& nodes)
+// Of the walls that node n meets with its images, `way` to them, the sign along each axis as
+// held_by() has it.
+template <class R>
+HD Int3 walls_met(Int3 n, Int3 way, const Walls<R>& walls)
 {
     const Int3 at = n - walls.first, free = walls.free;
     const auto side = [](int to_image, int place, int count) {
         return to_image ? (to_image < 0 ? 1 : -1) : held_by(place, count);
     };
-    const Int3 signs = {side(way.x, at.x, free.x), side(way.y, at.y, free.y),
-                        side(way.z, at.z, free.z)};
+    return {side(way.x, at.x, free.x), side(way.y, at.y, free.y), side(way.z, at.z, free.z)};
+}
+
+// What the walls met leave of a node and its images, axis by axis; get(k) and put(k, node) read and
+// write the k-th. `led` by a tool or not.
+template <class R, class Nodes>
+HD void apply_walls(Int3 met, Int3 way, const Walls<R>& walls, bool led, Nodes&& nodes)
+{
     const int all = image_count(way);
     int next = 1;  // bit of the axis
     ROLLED
     for (int axis = 0; axis < 3; ++axis) {
-        const int sign = component(signs, axis);
+        const int sign = component(met, axis);
         if (!sign) continue;
         const bool paired = component(way, axis) != 0;
         const Vec3<R> normal = wall_normal<R>(axis, sign);
@@ -140,6 +146,13 @@ HD bool differ(Vec3<R> a, Vec3<R> b)
     return a.x != b.x || a.y != b.y || a.z != b.z;
 }
 
+// A node's velocity after gravity, alone.
+template <class R>
+HD Node<R> free_node(const Node<R>& sum, Vec3<R> gravity, R dt)
+{
+    return sum.m > 0 ? Node<R>{apply_gravity(sum, gravity, dt), sum.m} : Node<R>{};
+}
+
 // The same for node n and its images, sums that become velocities, as apply_walls() takes them. The
 // node's own is v after gravity and tools; `led` if these left another. Calls slowed(mass) for each
 // that is clipped.
@@ -147,14 +160,26 @@ template <class R, class Nodes, class Slowed>
 HD void update_led(Int3 n, Int3 way, const Lattice<R>& lattice, const Walls<R>& walls,
                    Vec3<R> gravity, R dt, Nodes&& nodes, Vec3<R> v, bool led, Slowed&& slowed)
 {
+    const Int3 met = walls_met(n, way, walls);
     const int all = image_count(way);
-    nodes.put(0, {v, nodes.get(0).m});
-    ROLLED
-    for (int k = 1; k < all; ++k) {
-        const Node<R> sum = nodes.get(k);
-        nodes.put(k, sum.m > 0 ? Node<R>{apply_gravity(sum, gravity, dt), sum.m} : Node<R>{});
+    if ((met.x != 0) + (met.y != 0) + (met.z != 0) == 1) {  // most often: in registers
+        const int axis = met.x ? 0 : met.y ? 1 : 2;
+        const Vec3<R> normal = wall_normal<R>(axis, component(met, axis));
+        Node<R> own{v, nodes.get(0).m}, image{};
+        if (all > 1) {
+            image = free_node(nodes.get(1), gravity, dt);
+            apply_wall(own, image, true, normal, walls, led);
+            nodes.put(1, image);
+        } else {
+            apply_wall(own, image, false, normal, walls, led);
+        }
+        nodes.put(0, own);
+    } else {
+        nodes.put(0, {v, nodes.get(0).m});
+        ROLLED
+        for (int k = 1; k < all; ++k) nodes.put(k, free_node(nodes.get(k), gravity, dt));
+        apply_walls(met, way, walls, led, nodes);
     }
-    apply_walls(n, way, walls, led, nodes);
     ROLLED
     for (int k = 0; k < all; ++k) {
         Node<R> node = nodes.get(k);

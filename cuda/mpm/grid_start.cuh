@@ -6,14 +6,6 @@
 
 namespace knead::gpu {
 
-// Of a ring of three, the place of substep n.
-template <class T>
-__device__ T in_ring(int n, const T (&ring)[3])
-{
-    const int k = n % 3;
-    return k == 0 ? ring[0] : k == 1 ? ring[1] : ring[2];
-}
-
 // The index in the list of the k-th block that a thread block begins with.
 __device__ inline int place(int k) { return int(blockIdx.x) - 1 + k * (int(gridDim.x) - 1); }
 
