@@ -148,7 +148,7 @@ HD bool differ(Vec3<R> a, Vec3<R> b)
 
 // A node's velocity after gravity, alone.
 template <class R>
-HD Node<R> free_node(const Node<R>& sum, Vec3<R> gravity, R dt)
+HD Node<R> after_gravity(const Node<R>& sum, Vec3<R> gravity, R dt)
 {
     return sum.m > 0 ? Node<R>{apply_gravity(sum, gravity, dt), sum.m} : Node<R>{};
 }
@@ -167,7 +167,7 @@ HD void update_led(Int3 n, Int3 way, const Lattice<R>& lattice, const Walls<R>& 
         const Vec3<R> normal = wall_normal<R>(axis, component(met, axis));
         Node<R> own{v, nodes.get(0).m}, image{};
         if (all > 1) {
-            image = free_node(nodes.get(1), gravity, dt);
+            image = after_gravity(nodes.get(1), gravity, dt);
             apply_wall(own, image, true, normal, walls, led);
             nodes.put(1, image);
         } else {
@@ -177,7 +177,7 @@ HD void update_led(Int3 n, Int3 way, const Lattice<R>& lattice, const Walls<R>& 
     } else {
         nodes.put(0, {v, nodes.get(0).m});
         ROLLED
-        for (int k = 1; k < all; ++k) nodes.put(k, free_node(nodes.get(k), gravity, dt));
+        for (int k = 1; k < all; ++k) nodes.put(k, after_gravity(nodes.get(k), gravity, dt));
         apply_walls(met, way, walls, led, nodes);
     }
     ROLLED
