@@ -7,7 +7,6 @@
 #include "cuda/mpm/grid.h"
 #include "cuda/mpm/grid_start.cuh"
 #include "cuda/mpm/near_tools.cuh"
-#include "cuda/mpm/outlook.cuh"
 #include "cuda/mpm/sleep.cuh"
 #include "cuda/mpm/stages.cuh"
 #include "cuda/mpm/walls.cuh"
@@ -38,12 +37,13 @@ __device__ void clear(const GridUpdateView& d, int parity, int i)
 }
 
 // Counts the substep, and chooses the one after it from the speeds that the one before it left. All
-// that is read is asked for at once: where no tool and no wall is near, this takes longest.
+// that is read is asked for at once, and what need not be read is added to where it is: one read
+// after the other cost clay without tools 1.5 % of a substep.
 __device__ void look_ahead(const GridUpdateView& d)
 {
     Clock& c = *d.clock;
     Counters& all = c.counters;
-    const Outlook now = outlook(c);
+    const StepBasis now = step_basis(c);
     const int active[3] = {c.active[0], c.active[1], c.active[2]}, halt = c.halt;
     const bool even = c.crowded[0], odd = c.crowded[1];
     const double dt_min = all.dt_min, dt_max = all.dt_max;
@@ -58,7 +58,7 @@ __device__ void look_ahead(const GridUpdateView& d)
     c.set_peak(n, {});
     c.woken[n & 1] = 0;
     c.active[(n + 1) % 3] = own;
-    atomicAdd(&c.drift, now.clay.speed * step.dt);  // by none else: nobody waits for the sum
+    atomicAdd(&c.drift, now.clay.speed * step.dt);
     c.step(n + 1) = next;
     c.dt[0] = float(step.dt), c.dt[1] = float(next.dt);
     note_begun(c, n);
