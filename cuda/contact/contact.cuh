@@ -5,21 +5,25 @@
 // box around all points; load a few of them into shared memory; list the pairs of one of these and
 // a point that may be inside it; and share that list, a closest point a lane.
 #pragma once
+#include <type_traits>
+
 #include "cuda/contact/contact.h"
 
 namespace knead::gpu {
 
-// Shared memory of a warp that has so many points.
+// Shared memory of a warp that has so many points. Only fewer than it has lanes have labels.
 template <int points>
 struct ContactSpace {
-    static constexpr int slots = 192 / points;  // primitives that are brought in at a time
+    static constexpr int slots = points == 32 ? 8 : 12;  // primitives brought in at a time
+    using Listed = std::conditional_t<points == 32, unsigned char, unsigned short>;
     // A slot's shape and the beginning of its primitive, which is wanted soon. 17 rows: lanes that
     // read the same of different slots find it in different banks.
     float4 shapes[slots][17];
-    float4 normals[points], weights[points];  // of the deepest one
-    unsigned long long deepest[points];       // bits of the depth; the primitive's complement
-    unsigned short near[max_primitives];      // in order: a label << 8 | primitive
-    unsigned char pairs[slots * points];      // points * slot + point
+    float4 normals[points];               // of the deepest one, and its first weight
+    float2 weights[points];               // its others
+    unsigned long long deepest[points];   // bits of the depth; the primitive's complement
+    Listed near[max_primitives];          // in order: a label << 8 | primitive
+    unsigned char pairs[slots * points];  // points * slot + point
 };
 
 // A block's mask by two loads: word by word it would be eight.
@@ -79,7 +83,7 @@ class WarpContact {
                 const unsigned lanes = __ballot_sync(all, labels[k] >= 0);
                 if (labels[k] >= 0)
                     s.near[count + before(lanes)] =
-                        static_cast<unsigned short>(labels[k] << 8 | (32 * (word + k) + lane));
+                        static_cast<Listed>(labels[k] << 8 | (32 * (word + k) + lane));
                 count += __popc(lanes);
             }
         }
@@ -113,15 +117,17 @@ class WarpContact {
         }
         const unsigned long long found = s.deepest[point];
         if (found == 0) return {1e30f, {0, 1, 0}, {0, 0, 0}, -1};
-        const float4 n = s.normals[point], l = s.weights[point];
+        const float4 n = s.normals[point];
+        const float2 l = s.weights[point];
         const ClosestPoint<float> f = {
-            -__uint_as_float(unsigned(found >> 32)), {n.x, n.y, n.z}, l.x, l.y, l.z};
+            -__uint_as_float(unsigned(found >> 32)), {n.x, n.y, n.z}, n.w, l.x, l.y};
         const Primitive& q = c.primitives[int(~unsigned(found))];
         return {f.phi, f.n, surface_velocity(c, q, f), q.tool};
     }
 
   private:
     static constexpr unsigned all = 0xffffffffu;
+    using Listed = typename ContactSpace<points>::Listed;
     static constexpr int slots = ContactSpace<points>::slots, parts = 32 / points;
     ContactSpace<points>& s;
     const Colliders<float>& c;
@@ -155,7 +161,7 @@ class WarpContact {
     __device__ void bring(int k, int count)
     {
         static_assert(sizeof(Shape<float>) == 16 * 16 && sizeof(Primitive) == 32);
-        constexpr int together = 6;  // as many as registers hold
+        constexpr int together = brief ? 6 : 2;  // as many as registers hold
         const int half = lane >> 4, row = lane & 15;
         float4 ends{};
         if (lane < count)
@@ -228,8 +234,8 @@ class WarpContact {
         }
         __syncwarp();
         if (key != 0 && s.deepest[of] == key) {
-            s.normals[of] = {f.n.x, f.n.y, f.n.z, 0};
-            s.weights[of] = {f.l0, f.l1, f.l2, 0};
+            s.normals[of] = {f.n.x, f.n.y, f.n.z, f.l0};
+            s.weights[of] = {f.l1, f.l2};
         }
         __syncwarp();
     }

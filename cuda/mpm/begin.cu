@@ -17,20 +17,22 @@ __device__ void begin_frame(const BeginView& d)
     if (anew) c.counters = {};
     c.first = c.done, c.begun = c.done - 1;
     c.near_runs = c.far_runs = c.near_blocks = c.far_blocks = 0;
-    c.active[c.done % 3] = 0;
-    c.crowded[0] = c.crowded[1] = false;
     c.mode = Mode::running;
+    c.unsorted = d.rest != RestMode::none || c.drift > max_drift * d.limits.dx;
+    c.unsorted_side = c.side, c.lined ^= 1;
+    // Blocks that clay has left leave the list where it is sorted. One of the rim is to be noticed.
+    c.relisted = !anew || c.unsorted || c.crowded[0] || c.crowded[1] || c.active[c.done % 3] == 0;
+    if (c.relisted) c.active[c.done % 3] = 0;
+    c.crowded[0] = c.crowded[1] = false;
 }
 
 __global__ void begin_kernel(const __grid_constant__ BeginView d)
 {
     Clock& c = *d.clock;
+    c.unsorted = false;
     if (c.mode != Mode::stopped && c.mode != Mode::cut) begin_frame(d);
     for (int& posed : c.posed) posed = -1;
     c.lag = {};  // also of a frame that does nothing: the one before has ended
-    // Where clay may be still, the sort says whose it is.
-    c.unsorted =
-        c.mode == Mode::running && (d.rest != RestMode::none || c.drift > max_drift * d.limits.dx);
     const Conditions& to = d.conditions;
     if (!to.captured) return;
     cudaGraphSetConditional(to.unsorted[c.side ^ 1], false);

@@ -62,7 +62,7 @@ enum class Mode : int { running, stopped, going_on, cut };
 //
 //      begin          a new frame: n = done
 //        |
-//      sort, pose, p2g                  sums of substep n
+//      sort, line_up, pose, p2g         sums of substep n
 //        |
 //        v
 //    +-> grid n       block 0: begun = n, step n + 1     g2p goes by begun and dt,
@@ -73,27 +73,31 @@ enum class Mode : int { running, stopped, going_on, cut };
 //    |     |
 //    +-----+          for as long as step n + 1 has dt > 0
 //
-// Place by place, r: reads, w: writes, +: many threads add, or set or raise it.
+// Place by place, r: reads, w: writes, +: many threads add, or set or raise it. Others: line_up,
+// pose, p2g.
 //
-//                   begin     sort     pose, p2g  grid n                     g2p n
+//                   begin     sort     others     grid n                     g2p n
 //    done           r         r        r          r                          w n + 1
 //    first          w                             r
 //    begun          w n - 1                       r, w n                     r
 //    dt[0], dt[1]                                 w n, n + 1                 r
 //    steps          w n                r n        r n, w n + 1               r n + 1
 //    lag            w                             r, w
-//    active         w n: 0             + n        r n - 1, n; w n + 1: as n  + n + 1
+//    active         r, w n: 0          + n        r n - 1, n; w n + 1: as n  + n + 1
 //    peaks          r n - 1                       r n - 1; w n: 0            + n
-//    crowded        w all: no          + n - 1    r n - 1, w it: no; + n
+//    crowded        r, w all: no       + n - 1    r n - 1, w it: no; + n
 //    woken                    w all: 0            r n - 1; w n: 0            + n
 //    posed          w all: -1                     r                          w n + 1
 //    listed                   w, +     r          +                          r
+//    lined          w                  r                                     r
 //    near, far_runs w 0                +
 //    ... blocks     w 0                           +
 //    side           r         r, w     r                                     r
 //    sorted_from              w, r
+//    unsorted_side  w                  r
 //    drift          r         w 0                 +
 //    unsorted       w
+//    relisted       w                  r
 //    mode, resume   r, w                          r, w: stopped or cut before n + 1
 //    halt                                         r
 //    duration       w                  r          r                          r
@@ -107,7 +111,8 @@ enum class Mode : int { running, stopped, going_on, cut };
 // on (host/solver/gpu/region.cu). While one is under way it may set `halt`
 // (host/solver/gpu/watch.cu).
 //
-// grid and g2p start early (launch_pdl): each waits for the end of the kernel before it and only
+// A frame's first grid is launched when all that comes before it is over. From then on grid and g2p
+// start early (launch_pdl): each waits for the end of the kernel before it and only
 // then lets the next one take its places, so no more than two of them are on the device, and what
 // the last but one has written is there. Before it waits, g2p n reads `side`, its run and where its
 // particles are, which g2p n - 1 has written. Its thread blocks that pose do not wait for the end
@@ -120,8 +125,8 @@ enum class Mode : int { running, stopped, going_on, cut };
 // g2p leaves `done` as it is, so that the rest of a turn of the graph runs idle.
 //
 // What many thread blocks add to lies in lines of memory of its own (128 bytes). With `far_runs`
-// in the line of `side` p2g took 20.2 us, apart from it 17.2 (H200, 137 k particles): probably its
-// reads of `side` waited behind the atomics on that line.
+// in the line of `side` p2g, which lined the runs up then, took 20.2 us, apart from it 17.2 (H200,
+// 137 k particles): probably its reads of `side` waited behind the atomics on that line.
 struct Clock {
     int done, begun;  // substeps through; the one under way
     int first;        // of the frame, or of what is left of one
@@ -129,6 +134,7 @@ struct Clock {
     Step steps[3];
     Lag lag;                        // of Gaussians, with the substep under way
     int side;                       // on which of their two sides the particles lie
+    int lined;                      // in which of ToolView::runs this frame's are lined up
     int sorted_from;                // on which they lay before the last sort
     double duration;                // of the frame [s]
     alignas(128) double tool_step;  // [s]
@@ -136,12 +142,14 @@ struct Clock {
     Step resume;                    // before which the frame has stopped
     Mode mode;
     bool unsorted;                         // they are sorted again in this frame
+    bool relisted;                         // its first substep lists blocks from the start
+    int unsorted_side;                     // on which the particles lay when it began
     bool crowded[2];                       // a block of the rim is listed, as n noticed, in n % 2
     int halt;                              // not 0: the host asks that the frame end here
     alignas(128) int active[3];            // blocks listed of substep n, in n % 3
     alignas(128) int posed[pose_parts];    // what each part of the tools has been posed for, by g2p
     alignas(128) int listed, woken[2];     // where clay may be still: as RestView has them
-    alignas(128) int near_runs, far_runs;  // lined up so far in ToolView::runs
+    alignas(128) int near_runs, far_runs;  // lined up so far, for the next frame
     alignas(128) int near_blocks, far_blocks;  // likewise in a frame's second list of blocks
     Peaks peaks[peak_places];
     alignas(128) Counters counters;
@@ -165,10 +173,10 @@ struct Clock {
     HD const Step& step(int n) const { return steps[n % 3]; }
 };
 
-// A frame's first substep lists its blocks from the start. Each later one begins with those of the
-// one before, so that blocks are rarely found not to be listed yet: the atomic that finds out has
-// high latency.
-HD int listed_for(int n, bool first) { return 2 * n + first; }
+// A substep's list of blocks begins with those of the one before, so that blocks are rarely found
+// not to be listed yet: the atomic that finds out has high latency. Where particles are sorted, and
+// after a frame that had to stop, a frame's first substep lists its blocks from the start.
+HD int listed_for(int n, bool relisted) { return 2 * n + relisted; }
 
 // How the grid update lists a block for the next substep: with a note whether tools may touch it,
 // which spares loading its mask. A scatter lists it without.

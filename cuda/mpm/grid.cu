@@ -52,9 +52,9 @@ __device__ void look_ahead(const GridUpdateView& d)
     const bool crowded = before ? odd : even;
     const Step step = now.step;
     Step next = now.next(d.limits);
-    if ((crowded || halt) && step.dt > 0 && next.dt > 0)
-        c.mode = crowded ? Mode::stopped : Mode::cut, c.resume = next, next.dt = 0;
-    c.crowded[before] = false;
+    const bool stops = (crowded || halt) && step.dt > 0 && next.dt > 0;
+    if (stops) c.mode = crowded ? Mode::stopped : Mode::cut, c.resume = next, next.dt = 0;
+    c.crowded[before] = crowded && !stops;  // at a frame's end the next one sees to it
     c.set_peak(n, {});
     c.woken[n & 1] = 0;
     c.active[(n + 1) % 3] = own;
@@ -93,13 +93,11 @@ __device__ int noted(const GridUpdateView& d, int listed)
     return listed | (empty(loaded(d.masks[listed])) ? tools_far : tools_near);
 }
 
-// Where the next substep's list has a block that was listed at `at`, of so many. In a frame's first
-// substep they are lined up, those near tools first: so a thread block has one of them at most, but
-// for blocks listed later, and those that have start before all others.
-template <bool tools>
-__device__ int next_place(Clock& c, bool first, int listed, int at, int count)
+// Where the next substep's list has a listed block, of so many, after a frame's first substep: they
+// are lined up, those near tools first. So a thread block has one of them at most, but for blocks
+// listed later, and those that have start before all others.
+__device__ int lined_up(Clock& c, int listed, int count)
 {
-    if (!tools || !first) return at;
     return touched(listed) ? atomicAdd(&c.near_blocks, 1) : count - 1 - atomicAdd(&c.far_blocks, 1);
 }
 
@@ -122,7 +120,9 @@ __device__ void for_each_block(const GridUpdateView& d, Start<blocks_per_cta> s,
     int done = -1;
     if (!early) look_at_guards(d, s.n);
     for (int at = place(0); early || at < s.count || at < s.before;) {
-        int here[blocks_per_cta];
+        int here[blocks_per_cta], places[blocks_per_cta];  // in the next list, if they are lined up
+        UNROLL
+        for (int& place : places) place = -1;
         if (early) {
             UNROLL
             for (int k = 0; k < blocks_per_cta; ++k) here[k] = -1;
@@ -130,13 +130,18 @@ __device__ void for_each_block(const GridUpdateView& d, Start<blocks_per_cta> s,
         } else {
             UNROLL
             for (int k = 0; k < blocks_per_cta; ++k)
-                here[k] = at + k * stride < s.count ? noted<tools>(d, s.blocks[k]) : -1;
+                here[k] = at + k * stride < s.count
+                              ? noted<tools>(d, s.first ? block_of(s.blocks[k]) : s.blocks[k])
+                              : -1;
             UNROLL
             for (int k = 0; k < blocks_per_cta; ++k) {
                 const int own = at + k * stride, then = own + blocks_per_cta * stride;
                 const int old = own < s.before ? block_of(s.old[k]) : -1;
                 if (threadIdx.x == 0 && here[k] >= 0) {
-                    next[next_place<tools>(*d.clock, s.first, here[k], own, s.count)] = here[k];
+                    if (tools && s.first)
+                        places[k] = lined_up(*d.clock, here[k], s.count);
+                    else
+                        next[own] = here[k];
                     d.marks[block_of(here[k])] = listed_for(s.n + 1, false);
                 }
                 if (then < s.count) s.blocks[k] = now[then];
@@ -152,6 +157,9 @@ __device__ void for_each_block(const GridUpdateView& d, Start<blocks_per_cta> s,
             at += blocks_per_cta * stride;
         }
         update(here, early);
+        UNROLL
+        for (int k = 0; tools && k < blocks_per_cta; ++k)
+            if (places[k] >= 0) next[places[k]] = here[k];
         if (!early) continue;
         early = false, s.count = d.clock->active[s.n % 3];
         look_at_guards(d, s.n);
@@ -357,12 +365,14 @@ constexpr auto launch_for = []<class Case>(Case) -> Launch {
 
 }  // namespace
 
-void grid(const Views& views, const Features& features, int multiprocessors, cudaStream_t stream)
+void grid(const Views& views, const Features& features, int multiprocessors, cudaStream_t stream,
+          bool begins)
 {
     Features used = features;
     used.tools = used.tools && views.tools.grid_contact;
     const Launch by = dispatch<relevant>(used, launch_for);
     const int blocks = 1 + min(views.lattice.block_count(), by.resident * multiprocessors - 1);
+    if (begins) return launch("grid", by.kernel, blocks, by.threads, stream, grid_view(views));
     launch_pdl("grid", by.kernel, blocks, by.threads, stream, grid_view(views));
 }
 

@@ -1,6 +1,6 @@
 // Particle to grid: the scatter that a frame begins with. All others are done by the kernel that
 // moves the particles, g2p.cu.
-#include "cuda/mpm/project.cuh"
+#include "cuda/device/launch.cuh"
 #include "cuda/mpm/scatter.cuh"
 #include "cuda/mpm/stages.cuh"
 #include "cuda/mpm/substep.cuh"
@@ -8,17 +8,6 @@
 
 namespace knead::gpu {
 namespace {
-
-// Those runs of particles that look for contact take longest, so they come first: started last,
-// they would keep all others waiting. By all threads of a block.
-__device__ void line_up(const P2gView& d, int run, bool near)
-{
-    if (!__syncthreads_or(near)) {
-        if (threadIdx.x == 0) d.runs[int(gridDim.x) - 1 - atomicAdd(&d.clock->far_runs, 1)] = run;
-    } else if (threadIdx.x == 0) {
-        d.runs[atomicAdd(&d.clock->near_runs, 1)] = run;
-    }
-}
 
 constexpr Features relevant(Features f)
 {
@@ -35,27 +24,29 @@ __global__ void __launch_bounds__(run_length(Case::features), 4)
     constexpr Features f = Case::features;
     __shared__ ScatterSpace<f.blades> space;
     Clock& clock = *d.clock;
-    const ConstParticleView& particles = d.particles[clock.side];
+    const ConstParticleView& particles =
+        d.particles[d.beside_sort ? clock.unsorted_side : clock.side];
     const int n = clock.done;
     if (!(clock.step(n).dt > 0)) return;
     for_each_run<f.rests>(clock, d.listed, 0, int(blockIdx.x), [&](int run) {
         const int i = run * run_length(f) + int(threadIdx.x);
         const bool valid = i < particles.count;
         const Particle<float> q = particles.load(valid ? i : particles.count - 1);
-        if (!f.rests && d.runs) line_up(d, run, near_tools(d.near, d.lattice, q.x) != nullptr);
         const Material<float> m = narrowed<f.plasticity>(d.materials[q.object]);
-        WarpScatter<f.blades, true>{d, space, n}(q, m, 1 / m.mass, valid, float(clock.step(n).dt));
+        WarpScatter<f.blades, true>{d, space, n, clock.relisted}(q, m, 1 / m.mass, valid,
+                                                                 float(clock.step(n).dt));
     });
 }
 
 }  // namespace
 
-void p2g(const Views& views, const Features& features, int multiprocessors, cudaStream_t stream)
+void p2g(const Views& views, const Features& features, int multiprocessors, bool beside_sort,
+         cudaStream_t stream)
 {
     const auto kernel =
         dispatch<relevant>(features, []<class Case>(Case) { return p2g_kernel<Case>; });
     launch("p2g", kernel, blocks_for_runs(views.particles[0].count, features, multiprocessors),
-           run_length(features), stream, p2g_view(views));
+           run_length(features), stream, p2g_view(views, beside_sort));
 }
 
 }  // namespace knead::gpu

@@ -1,9 +1,11 @@
 // What a frame needs of its tools before the first substep: for every block of the lattice the
-// primitives that can touch what is in it at any time of the frame, and the first pose.
+// primitives that can touch what is in it at any time of the frame, the particles that these may
+// be, and the first pose.
 #include "cuda/contact/cut.h"
 #include "cuda/contact/sweep.h"
 #include "cuda/device/launch.cuh"
 #include "cuda/mpm/pose.cuh"
+#include "cuda/mpm/project.cuh"
 #include "cuda/mpm/stages.cuh"
 
 namespace knead::gpu {
@@ -80,6 +82,35 @@ __global__ void __launch_bounds__(threads) mask_kernel(const __grid_constant__ M
     }
 }
 
+// A warp per run of particles.
+template <class Case>
+__global__ void __launch_bounds__(threads) line_up_kernel(const __grid_constant__ LineUpView d)
+{
+    constexpr int run_size = run_length(Case::features), warps = threads / 32;
+    __shared__ int next[2];  // places of runs that are not near, that are
+    const Clock& clock = *d.clock;
+    if (!(clock.step(clock.done).dt > 0)) return;  // such a frame has not begun
+    const ConstParticleView& particles = d.particles[clock.side];
+    const int lane = int(threadIdx.x & 31), runs = (particles.count + run_size - 1) / run_size;
+    const int run = int(blockIdx.x) * warps + int(threadIdx.x) / 32;
+    bool near = false;
+    UNROLL
+    for (int k = lane; k < run_size; k += 32) {
+        const int i = min(run * run_size + k, particles.count - 1);
+        near = near_tools(d.near, d.lattice, particles.position(i)) || near;
+    }
+    near = __any_sync(all_lanes, near);
+    const bool counts = lane == 0 && run < runs;
+    const int nears = __syncthreads_count(counts && near), all = __syncthreads_count(counts);
+    if (threadIdx.x == 0) next[1] = atomicAdd(&d.clock->near_runs, nears);
+    if (threadIdx.x == 32) next[0] = runs - atomicAdd(&d.clock->far_runs, all - nears);
+    __syncthreads();
+    if (!counts) return;
+    d.runs[clock.lined ^ 1][near ? atomicAdd(&next[1], 1) : atomicAdd(&next[0], -1) - 1] = run;
+}
+
+constexpr Features relevant(Features f) { return {.blades = f.blades}; }
+
 __global__ void __launch_bounds__(threads, 8)
     penetration_kernel(const __grid_constant__ PenetrationView d)
 {
@@ -100,6 +131,15 @@ void masks(const Views& views, cudaStream_t stream)
     launch("sweep", sweep_kernel, pose_parts, threads, stream, sweep_view(views));
     launch_pdl("masks", mask_kernel, blocks_for(views.lattice.block_count(), threads / 32), threads,
                stream, mask_view(views));
+}
+
+void line_up(const Views& views, const Features& features, cudaStream_t stream)
+{
+    if (features.rests) return;
+    const auto kernel =
+        dispatch<relevant>(features, []<class Case>(Case) { return line_up_kernel<Case>; });
+    const int runs = blocks_for(views.particles[0].count, run_length(features));
+    launch("line up", kernel, blocks_for(runs, threads / 32), threads, stream, line_up_view(views));
 }
 
 void pose(const Views& views, cudaStream_t stream)

@@ -101,14 +101,16 @@ __device__ inline Lane lane_of(int lane)
 
 // The scatter of one warp for substep n, all of whose lanes call it; `valid` ones have a particle.
 // Blocks of nodes that get mass are listed in the grid, which is clear before. `begins`: a frame
-// does.
+// does; then `relisted` says whether its list is empty at first.
 template <bool blades, bool begins = false>
 class WarpScatter {
   public:
-    __device__ WarpScatter(const ScatterView& view, ScatterSpace<blades>& space, int n)
+    __device__ WarpScatter(const ScatterView& view, ScatterSpace<blades>& space, int n,
+                           bool relisted = false)
         : d(view),
           s(space),
           n(n),
+          relisted(relisted),
           sums_of_nodes(view.sums[0] ? static_cast<void*>(view.sums[n & 1]) : view.nodes[n & 1])
     {
     }
@@ -132,6 +134,7 @@ class WarpScatter {
     const ScatterView& d;
     ScatterSpace<blades>& s;
     const int n;
+    const bool relisted;
     int last = -1, mark = 0;    // block of nodes; what it was listed for
     void* const sums_of_nodes;  // float4, or in fixed point four long long
     const int lane = lane_now(), warp = int(threadIdx.x >> 5);
@@ -223,7 +226,7 @@ class WarpScatter {
     // since, that costs an exchange.
     __device__ void list_last() const
     {
-        const int own = listed_for(n, begins);
+        const int own = listed_for(n, begins && relisted);
         if (last < 0 || mark == own || atomicExch(d.marks + last, own) == own) return;
         d.list[n % 3][atomicAdd(&d.clock->active[n % 3], 1)] = last;
         if (begins && d.rim[last]) d.clock->crowded[(n + 1) & 1] = true;

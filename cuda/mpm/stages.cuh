@@ -1,6 +1,6 @@
 // The stages of a substep on the device, in their order, and all there is on the device, of which
 // each stage's kernels are given their part (views.cuh).
-//   begin . sort { settle } . masks . pose . p2g, once a frame; then, substep by substep,
+//   begin . sort { settle } . masks . line_up . pose . p2g, once a frame; then, substep by substep,
 //   grid { next dt } . g2p { pose and scatter for the next }
 #pragma once
 #include "cuda/mpm/features.h"
@@ -62,8 +62,8 @@ struct ToolView {
     float* travel;  // per primitive: how far any point of it is from there, at most [m]
     Span<const Primitive> primitives;
     Span<const Tool<float>> tools;
-    Mask* masks;  // block_count: what may touch the block at any time of the frame
-    int* runs;    // of particles, those near tools first; where no clay may be still
+    Mask* masks;   // block_count: what may touch the block at any time of the frame
+    int* runs[2];  // of particles, those near tools first; where no clay may be still
     bool grid_contact;
     int passes;
     WayOut<float> way;
@@ -112,12 +112,21 @@ void begin(const Views& views, cudaStream_t stream);
 // What may touch each block during the frame, and the tools at the end of the first substep.
 void masks(const Views& views, cudaStream_t stream);
 void pose(const Views& views, cudaStream_t stream);
+// Lines up runs of particles for the next frame. Those near tools come first: they take longest,
+// and started last they would keep all others waiting. Tools come on little in a frame, and so
+// nothing of this one has to wait for it. After masks(), once the particles are sorted; not where
+// clay may be still.
+void line_up(const Views& views, const Features& features, cudaStream_t stream);
 // Where clay shares its cells' pressure: sums for a frame's first substep, before grid().
 void find_pressures(const Views& views, cudaStream_t stream);
-// Adds mass and momentum to the current grid, which is clear, and lists its blocks.
-void p2g(const Views& views, const Features& features, int multiprocessors, cudaStream_t stream);
-// Momenta become velocities; the other grid is cleared; the next substep is chosen.
-void grid(const Views& views, const Features& features, int multiprocessors, cudaStream_t stream);
+// Adds mass and momentum to the current grid, which is clear, and lists its blocks. `beside_sort`:
+// of particles as they lay before a sort that may be under way, which leaves those alone.
+void p2g(const Views& views, const Features& features, int multiprocessors, bool beside_sort,
+         cudaStream_t stream);
+// Momenta become velocities; the other grid is cleared; the next substep is chosen. `begins`: a
+// frame does, for which several stages have to be over, not the one before it alone.
+void grid(const Views& views, const Features& features, int multiprocessors, cudaStream_t stream,
+          bool begins = false);
 // Where clay shares its cells' pressure: sums for the next substep are cleared, before g2p().
 void clear_pressures(const Views& views, int multiprocessors, cudaStream_t stream);
 // Particles move, and are added to the other grid for the next substep, to which the clock moves

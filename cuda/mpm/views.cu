@@ -67,6 +67,15 @@ PoseView pose_view(const Views& d)
             {t.shapes[0].data, t.shapes[1].data}};
 }
 
+LineUpView line_up_view(const Views& d)
+{
+    return {{read_only(d.particles[0]), read_only(d.particles[1])},
+            d.lattice,
+            near_view(d),
+            {d.tools.runs[0], d.tools.runs[1]},
+            d.clock};
+}
+
 SortView sort_view(const Views& d) { return {{d.particles[0], d.particles[1]}, d.clock}; }
 
 KeyView key_view(const Views& d) { return {sort_view(d), d.lattice, d.rest.fastest}; }
@@ -105,12 +114,13 @@ PressureClearView pressure_clear_view(const Views& d)
     return {d.pressure, {d.grid.list[0], d.grid.list[1], d.grid.list[2]}, d.clock};
 }
 
-P2gView p2g_view(const Views& d)
+P2gView p2g_view(const Views& d, bool beside_sort)
 {
-    return {scatter_view(d), {read_only(d.particles[0]), read_only(d.particles[1])},
-            d.materials,     near_view(d),
-
-            d.rest.list,     d.tools.primitives.count > 0 ? d.tools.runs : nullptr};
+    return {scatter_view(d),
+            {read_only(d.particles[0]), read_only(d.particles[1])},
+            d.materials,
+            d.rest.list,
+            beside_sort};
 }
 
 GridUpdateView grid_view(const Views& d)
@@ -155,7 +165,7 @@ G2pView g2p_view(const Views& d)
             contact_view(d.tools),
             near_view(d),
             d.pressure,
-            d.tools.runs,
+            {d.tools.runs[0], d.tools.runs[1]},
             r.list,
             {d.particles[0], d.particles[1]},
             pose_view(d),

@@ -122,6 +122,18 @@ struct NearView {
     WayOut<float> way;
 };
 
+// Which runs of particles are near tools.
+struct LineUpView {
+    // reads
+    ConstParticleView particles[2];
+    Lattice<float> lattice;
+    NearView near;
+    // writes
+    int* runs[2];  // those near tools first; not where Clock::lined says that they are in use
+    Clock* clock;
+};
+LineUpView line_up_view(const Views& d);
+
 // Sorting: the rows of one side, by its ids, to the other.
 struct SortView {
     // writes: the row that is free, the ids that are not current, then row by row the other side
@@ -230,12 +242,10 @@ struct P2gView : ScatterView {
     // reads
     ConstParticleView particles[2];
     Materials materials;
-    NearView near;
     const int* listed;  // runs, where clay may be still
-    // writes
-    int* runs;  // those near tools first; null: there are no tools
+    bool beside_sort;   // a sort may be under way: particles are taken from where they lay before
 };
-P2gView p2g_view(const Views& d);
+P2gView p2g_view(const Views& d, bool beside_sort);
 
 // Where clay may be still: what is around blocks that have woken.
 struct GuardView {
@@ -292,7 +302,7 @@ struct G2pView : ScatterView {
     ContactView contact;
     NearView near;
     PressureView pressure;  // adds to the sums for the next substep, too
-    const int* runs;        // as p2g has lined them up
+    const int* runs[2];     // those of Clock::lined
     const int* listed;      // those of clay that may be still
     // writes
     ParticleView particles[2];

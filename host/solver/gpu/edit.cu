@@ -88,12 +88,14 @@ void Store::reserve_runs()
     if (used.tools) {
         std::vector<int> every(run_count);
         std::iota(every.begin(), every.end(), 0);
-        reserve(in_line, run_count);
-        copy(in_line.data(), every.data(), run_count * sizeof(int), nullptr);
+        for (DeviceArray<int>& each : in_line) {
+            reserve(each, run_count);
+            copy(each.data(), every.data(), run_count * sizeof(int), nullptr);
+        }
         settle("runs");
     }
     all.rest.run_listed = run_listed.data(), all.rest.list = runs.data();
-    all.tools.runs = in_line.data();
+    for (int k = 0; k < 2; ++k) all.tools.runs[k] = in_line[k].data();
 }
 
 void Store::reserve_scratch(int count)

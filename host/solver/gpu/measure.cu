@@ -87,10 +87,12 @@ void GpuSolver::walk(const Watch& watch) const
     const std::shared_ptr<GaussianState> kept_splats = splats.state(store.snapshot_pool(), main);
     watch("sort", [&] { sort(views, features, main, before.side); });
     begin(views, main);
-    if (features.tools) watch("pose", [&] { masks(views, main), pose(views, main); });
+    if (features.tools)
+        watch("pose",
+              [&] { masks(views, main), line_up(views, features, main), pose(views, main); });
     watch("p2g", [&] {
         if (features.mean_pressure) find_pressures(views, main);
-        p2g(views, features, processors, main);
+        p2g(views, features, processors, false, main);
     });
     const auto under_way = [&] {
         Clock now = store.clock();

@@ -108,6 +108,9 @@ void Store::set_box(const Lattice<float>& more)
     gpu::upload(larger.quiet.data(), same.data(), same.size());
     box = std::move(larger), all.lattice = more;
     point();
+    Clock now = clock();
+    for (int& active : now.active) active = 0;
+    set_clock(now);
 }
 
 void Store::grow()
@@ -116,7 +119,7 @@ void Store::grow()
     const std::vector<int> listed = box.list[(now.done + 2) % 3].downloaded();
     unsigned ends = 0;
     for (int k = 0; k < now.active[(now.done + 2) % 3]; ++k)
-        ends |= ends_at(all.lattice, all.lattice.block_at(listed[std::size_t(k)]));
+        ends |= ends_at(all.lattice, all.lattice.block_at(block_of(listed[std::size_t(k)])));
     set_box(grown(all.lattice, ends));
 }
 
@@ -152,8 +155,8 @@ void GpuSolver::go_on(int slot)
     now.mode = Mode::running;
     store.set_clock(now);
     store.grow();
+    now = store.clock(main);
     now.mode = Mode::going_on;
-    for (int& active : now.active) active = 0;
     store.set_clock(now);
     show();
     if (!stepwise) capture();

@@ -125,7 +125,7 @@ void Store::point_at_tools(const Setup& setup)
                  {primitives.data(), int(setup.rig.primitives.size())},
                  {input.data()->tools, int(setup.tools.size())},
                  box.masks.data(),
-                 in_line.data(),
+                 {in_line[0].data(), in_line[1].data()},
                  setup.grid_contact,
                  setup.passes,
                  all.tools.way};

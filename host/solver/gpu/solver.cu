@@ -4,7 +4,6 @@
 #include <atomic>
 #include <bit>
 #include <cstdlib>
-#include <limits>
 
 #include "cuda/device/device.cuh"
 #include "host/base/machine.h"
@@ -15,35 +14,7 @@ namespace knead {
 namespace gpu {
 namespace {
 
-// How many substeps each turn of the graph's loop holds, for frames of so many or a twentieth more:
-// going round costs about 4 us, a substep that finds the frame over about 3. Always so many times
-// follow_every: in which of them Gaussians follow is known when they are captured.
-int substeps_a_turn(int substeps)
-{
-    constexpr int unit = follow_every;
-    if (substeps == 0) return (4 + unit - 1) / unit * unit;
-    int best = unit, min_cost = std::numeric_limits<int>::max();
-    for (int each = unit == 1 ? 2 : unit; each <= 32; each += unit) {
-        int worst = 0;
-        for (int n = substeps; n <= substeps + substeps / 20; ++n) {
-            const int turns = (n + each - 1) / each;
-            worst = std::max(worst, turns + turns * each - n);
-        }
-        if (worst < min_cost) best = each, min_cost = worst;
-    }
-    return best;
-}
-
 std::atomic<int> solvers = 0;  // of the process so far
-
-// Sums of fixed point are cleared, but velocities of blocks that clay has left stay until it comes
-// back. No particle reads them; a Gaussian may.
-void clear_velocities(const Views& views, cudaStream_t stream)
-{
-    const GridView& g = views.grid;
-    const std::size_t nodes = std::size_t(g.fields) * std::size_t(views.lattice.node_count());
-    check(cudaMemsetAsync(g.nodes[0], 0, nodes * sizeof *g.nodes[0], stream), "clear velocities");
-}
 
 }  // namespace
 
@@ -80,158 +51,6 @@ void GpuSolver::show()
     splats.show(main);
 }
 
-void GpuSolver::capture()
-{
-    capture(ToolPace::none);
-    if (store.features().tools) capture(ToolPace::slow);
-    graph(ToolPace::swift).drop();  // until it is needed
-    stale = false;
-}
-
-Features GpuSolver::features_for(bool tools) const
-{
-    Features features = store.features();
-    features.tools = tools || features.blades;  // a cut stays one when the hands have gone
-    features.splats = splats.count() > 0;
-    return features;
-}
-
-Views GpuSolver::views_for(const Features& features, ToolPace tools) const
-{
-    Views views = store.views();
-    if (!features.tools) views.tools.primitives.count = views.tools.passes = 0;
-    views.tools.swift = features.blades || tools == ToolPace::swift;
-    return views;
-}
-
-// It matters to Gaussians alone.
-GpuSolver::ToolPace GpuSolver::pace(bool tools, const Motion& motion, double duration) const
-{
-    if (!tools) return ToolPace::none;
-    const bool swift = splats.count() > 0 && !store.features().blades &&
-                       clears_each_time(false, duration, tool_step(rules(), motion, duration));
-    return swift ? ToolPace::swift : ToolPace::slow;
-}
-
-// What comes before the first grid update. What tools may touch needs the frame's input alone, and
-// the first pose only what begin() chooses: they run beside what is done with the particles.
-void GpuSolver::start(const Views& views, const Features& features)
-{
-    const auto fork = [this](cudaStream_t to) {
-        check(cudaEventRecord(forked, main), "fork");
-        check(cudaStreamWaitEvent(to, forked, 0), "fork");
-    };
-    if (features.splats && features.fixed_point) clear_velocities(views, main);
-    if (features.tools) {
-        fork(beside);
-        masks(views, beside);
-        check(cudaEventRecord(masked, beside), "join");
-    }
-    begin(views, main);
-    if (features.tools) {
-        fork(posing);
-        pose(views, posing);
-        check(cudaEventRecord(posed_first, posing), "join");
-    }
-    const auto join = [&](cudaEvent_t done) {
-        if (features.tools) check(cudaStreamWaitEvent(main, done, 0), "join");
-    };
-    if (features.rests) join(masked);  // what may be still depends on the tools
-    sort_if_due(views, features);
-    if (!features.rests) join(masked);
-    join(posed_first);  // here, so that what follows p2g waits for it alone
-    if (features.mean_pressure) find_pressures(views, main);
-    p2g(views, features, processors, main);
-}
-
-void GpuSolver::sort(const Views& views, const Features& features, cudaStream_t stream,
-                     int side) const
-{
-    sort_particles(views, features, store.sort_space(), side, stream);
-    if (features.rests) update_activity(views, stream);
-    arrange(views, features, stream);
-}
-
-// Particles that have hardly moved since the last sort are still in order; but where clay may be
-// still, each frame begins with asking which is. A frame that does nothing, because the one before
-// it has stopped, does not. A sort that must be told the side when it is launched is in the graph
-// twice.
-void GpuSolver::sort_if_due(const Views& views, const Features& features)
-{
-    for (int side = 0; views.conditions.captured && side < (told_side(features) ? 2 : 1); ++side)
-        capture_body(add_conditional(main, cudaGraphCondTypeIf, views.conditions.unsorted[side]),
-                     body, [&](cudaStream_t stream) { sort(views, features, stream, side); });
-    if (views.conditions.captured) return;
-    const Clock now = store.clock(main);
-    if (now.unsorted) sort(views, features, main, now.side);
-}
-
-// Between grid and g2p, neither of which waits for a kernel other than the one before it. Beside
-// g2p it would be hidden; a fork between kernels that start early crashed (driver 580).
-void GpuSolver::follow(const Views& views, const Features& features, bool at_end,
-                       cudaStream_t stream) const
-{
-    if (!features.splats) return;
-    const float per_mass = float(1 / lightest_particle(rules()));
-    deform(views, splats.view(), per_mass, features, at_end, stream);
-}
-
-// `place`: so many of the frame, or of whole turns of its loop, come before.
-void GpuSolver::substep(const Views& views, const Features& features, int place,
-                        cudaStream_t stream)
-{
-    grid(views, features, processors, stream);
-    if (place % follow_every == follow_every - 1) follow(views, features, false, stream);
-    if (features.mean_pressure) clear_pressures(views, processors, stream);
-    g2p(views, features, processors, stream);
-}
-
-void GpuSolver::capture(ToolPace tools)
-{
-    const Features features = features_for(tools != ToolPace::none);
-    Views views = views_for(features, tools);
-    Graph& to = graph(tools);
-    to.begin(main);
-    const auto handle = [this](cudaGraphConditionalHandle& h) {
-        check(cudaGraphConditionalHandleCreate(&h, under_capture(main), 1,
-                                               cudaGraphCondAssignDefault),
-              "conditional node");
-    };
-    handle(views.conditions.again);
-    handle(views.conditions.unsorted[0]);
-    if (told_side(features))
-        handle(views.conditions.unsorted[1]);
-    else
-        views.conditions.unsorted[1] = views.conditions.unsorted[0];
-    views.conditions.captured = true;
-    start(views, features);
-    const auto take_turn = [&](cudaStream_t stream) {
-        for (int k = 0; k < (turn ? turn : substeps_a_turn(0)); ++k)
-            substep(views, features, k, stream);
-    };
-    take_turn(main);  // of short frames all: the loop is not entered
-    capture_body(add_conditional(main, cudaGraphCondTypeWhile, views.conditions.again), body,
-                 take_turn);
-    follow(views, features, true, main);
-    to.end(main);
-    check(cudaGraphUpload(to.ready, main), "graph");
-    wait(main, "graph");
-}
-
-// The frame without its graph, the host asking after each substep whether there is another.
-void GpuSolver::step_through(ToolPace tools)
-{
-    const Features features = features_for(tools != ToolPace::none);
-    const Views views = views_for(features, tools);
-    start(views, features);
-    const auto under_way = [this] {
-        Clock now = store.clock(main);
-        return now.step(now.done).dt > 0;
-    };
-    for (int k = 0; under_way(); ++k) substep(views, features, k, main);
-    follow(views, features, true, main);
-}
-
 void GpuSolver::launch(int slot)
 {
     Frame& f = frames[slot];
@@ -254,8 +73,8 @@ void GpuSolver::submit(const Motion& motion, double duration)
     if (submitted - collected == 2) throw std::logic_error("two frames are under way already");
     check(cudaSetDevice(device), "device");
     // What the first frames took is what later ones will take, more or less.
-    if (turn == 0 && last_substeps > 0 && submitted == collected)
-        turn = substeps_a_turn(last_substeps), stale = true;
+    if (usual_substeps == 0 && last_substeps > 0 && submitted == collected)
+        usual_substeps = last_substeps, stale = true;
     if (stale && !stepwise) capture();
     const int slot = submitted % 2;
     Frame& f = frames[slot];

@@ -1,6 +1,6 @@
-// The device behind Solver: declared here, its frames in solver.cu, how one goes on whose clay has
-// spread in host/solver/gpu/region.cu, how it times its stages in host/solver/gpu/measure.cu, its
-// edits in host/solver/gpu/solver_edits.cu.
+// The device behind Solver: declared here, told of frames in solver.cu; what one is on the device in
+// host/solver/gpu/frame.cu, how one goes on whose clay has spread in host/solver/gpu/region.cu, how
+// it times its stages in host/solver/gpu/measure.cu, its edits in host/solver/gpu/solver_edits.cu.
 #pragma once
 #include <functional>
 #include <string>
@@ -70,15 +70,17 @@ class GpuSolver : public Solver {
     Graph& graph(ToolPace tools) { return graphs[int(tools)]; }
     void capture(ToolPace tools);
     void start(const Views& views, const Features& features);
+    void end(const Views& views, const Features& features);
     void follow(const Views& views, const Features& features, bool at_end,
                 cudaStream_t stream) const;
-    void substep(const Views& views, const Features& features, int place, cudaStream_t stream);
+    void substep(const Views& views, const Features& features, int place, bool begins,
+                 cudaStream_t stream);
     Views views_for(const Features& features, ToolPace tools) const;
     ToolPace pace(bool tools, const Motion& motion, double duration) const;
     Features features_for(bool tools) const;
     void show();
     void sort(const Views& views, const Features& features, cudaStream_t stream, int side) const;
-    void sort_if_due(const Views& views, const Features& features);
+    void sort_if_due(const Views& views, const Features& features, cudaStream_t stream);
     void step_through(ToolPace tools);
     void launch(int slot);
     void wait_for(int slot);
@@ -101,7 +103,7 @@ class GpuSolver : public Solver {
     int device, processors;
     Store store;
     Splats splats;
-    Stream main, body, beside, posing, asking;
+    Stream main, body, beside, sorting, posing, asking;
     Clay shown{};
     int side = 0;       // on which the particles lie, of Clock
     Peak peak;          // of Clock
@@ -110,7 +112,8 @@ class GpuSolver : public Solver {
     bool stale = true;  // the graphs are of other views
     std::string title;
     Event forked{cudaEventDisableTiming};
-    Event masked{cudaEventDisableTiming}, posed_first{cudaEventDisableTiming};
+    Event masked{cudaEventDisableTiming}, sorted{cudaEventDisableTiming};
+    Event posed_first{cudaEventDisableTiming}, lined_up{cudaEventDisableTiming};
     Graph graphs[3];  // by ToolPace
     Frame frames[2];  // under way, or to be
     int submitted = 0, collected = 0;
@@ -121,7 +124,7 @@ class GpuSolver : public Solver {
     bool posed = false;        // masks are those of the last frame's end
     bool stepwise = false;     // no graph: KNEAD_GRAPH=0, for profilers and memory checkers
     bool was_covered = false;  // a blade was in the clay at the end of the last frame
-    int last_substeps = 0, turn = 0;
+    int last_substeps = 0, usual_substeps = 0;
     mutable std::vector<StageTime> times;
 };
 

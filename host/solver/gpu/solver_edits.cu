@@ -48,6 +48,7 @@ void GpuSolver::set_clock(Peak most, double apart)
     Clock clock = store.clock(main);
     peak = most, drift = apart;
     clock.side = side, clock.drift = apart;
+    clock.active[clock.done % 3] = 0;  // its blocks may be far from where clay is now
     clock.set_peak(clock.done + 1, most);
     store.set_clock(clock);
 }

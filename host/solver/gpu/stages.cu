@@ -74,6 +74,7 @@ GpuStages::GpuStages(const Setup& setup, const Motion& motion, double dt)
     if (state->features.tools) {
         gpu::masks(state->store.views(), nullptr);
         pose(state->store.views(), nullptr);
+        line_up(state->store.views(), state->features, nullptr);
     }
     state->done();
 }
@@ -94,7 +95,7 @@ std::vector<Particle<double>> GpuStages::particles() { return state->store.parti
 
 std::vector<Node<float>> GpuStages::p2g()
 {
-    gpu::p2g(state->store.views(), state->features, state->processors, nullptr);
+    gpu::p2g(state->store.views(), state->features, state->processors, false, nullptr);
     state->done();
     if (!state->features.fixed_point) return state->nodes(0);
     const GridView& g = state->store.views().grid;

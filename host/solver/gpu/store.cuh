@@ -124,7 +124,7 @@ class Store {
     DeviceArray<Shape<float>> shapes[2], amid;
     DeviceArray<float> travel;
     DeviceArray<unsigned> run_listed;
-    DeviceArray<int> runs, in_line;
+    DeviceArray<int> runs, in_line[2];
     DeviceArray<Clock> clocks;
     DeviceArray<FrameInput> input;
     DeviceArray<unsigned char> scratch;

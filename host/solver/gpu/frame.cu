@@ -1,0 +1,208 @@
+// A frame on the device: its stages in their order, captured in a graph, or one after the other.
+#include <algorithm>
+#include <limits>
+
+#include "host/solver/gpu/solver.cuh"
+#include "host/solver/pieces.h"
+
+namespace knead::gpu {
+namespace {
+
+// How many substeps the graph holds before its loop, and in each turn of that.
+struct Turns {
+    int first, each;
+};
+
+// For frames of so many substeps or a twentieth more (0: not known yet). A turn of the loop costs
+// about 4 us, a substep that finds the frame over about 3; capturing many takes its time. With
+// Gaussians always so many times follow_every: in which of them these follow is known when they
+// are captured.
+Turns turns_for(int substeps, bool splats)
+{
+    constexpr int fewest = 4, most_each = 32, most_before = 64;
+    const int unit = splats ? follow_every : 1;
+    const auto whole = [unit](int n) { return (n + unit - 1) / unit * unit; };
+    if (substeps == 0) return {whole(fewest), whole(fewest)};
+    const int first = whole(std::min(substeps, most_before)), left = std::max(0, substeps - first);
+    int best = whole(fewest), min_cost = std::numeric_limits<int>::max();
+    for (int each = best; each <= most_each; each += unit) {
+        int worst = 0;
+        for (int n = left; n <= left + substeps / 20; ++n) {
+            const int turns = (n + each - 1) / each;
+            worst = std::max(worst, turns + turns * each - n);
+        }
+        if (worst < min_cost) best = each, min_cost = worst;
+    }
+    return {first, best};
+}
+
+// Sums of fixed point are cleared, but velocities of blocks that clay has left stay until it comes
+// back. No particle reads them; a Gaussian may.
+void clear_velocities(const Views& views, cudaStream_t stream)
+{
+    const GridView& g = views.grid;
+    const std::size_t nodes = std::size_t(g.fields) * std::size_t(views.lattice.node_count());
+    check(cudaMemsetAsync(g.nodes[0], 0, nodes * sizeof *g.nodes[0], stream), "clear velocities");
+}
+
+}  // namespace
+
+void GpuSolver::capture()
+{
+    capture(ToolPace::none);
+    if (store.features().tools) capture(ToolPace::slow);
+    graph(ToolPace::swift).drop();  // until it is needed
+    stale = false;
+}
+
+Features GpuSolver::features_for(bool tools) const
+{
+    Features features = store.features();
+    features.tools = tools || features.blades;  // a cut stays one when the hands have gone
+    features.splats = splats.count() > 0;
+    return features;
+}
+
+Views GpuSolver::views_for(const Features& features, ToolPace tools) const
+{
+    Views views = store.views();
+    if (!features.tools) views.tools.primitives.count = views.tools.passes = 0;
+    views.tools.swift = features.blades || tools == ToolPace::swift;
+    return views;
+}
+
+// It matters to Gaussians alone.
+GpuSolver::ToolPace GpuSolver::pace(bool tools, const Motion& motion, double duration) const
+{
+    if (!tools) return ToolPace::none;
+    const bool swift = splats.count() > 0 && !store.features().blades &&
+                       clears_each_time(false, duration, tool_step(rules(), motion, duration));
+    return swift ? ToolPace::swift : ToolPace::slow;
+}
+
+// What comes before the first grid update: what tools may touch, which needs the frame's input
+// alone, the first pose, which needs what begin() chooses, and what is done with the particles, all
+// beside each other. To find that no sort is due takes 7 us, so where one leaves the particles
+// where they were, p2g does not wait for it.
+void GpuSolver::start(const Views& views, const Features& features)
+{
+    const auto mark = [](cudaEvent_t event, cudaStream_t at) {
+        check(cudaEventRecord(event, at), "fork");
+    };
+    const auto join = [](cudaStream_t to, cudaEvent_t done) {
+        check(cudaStreamWaitEvent(to, done, 0), "join");
+    };
+    const auto fork = [&](cudaStream_t to) { mark(forked, main), join(to, forked); };
+    const bool tools = features.tools, lines_up = tools && !features.rests;
+    const bool beside_sort = apart(views.particles) && !features.rests && !features.mean_pressure;
+    if (features.splats && features.fixed_point) clear_velocities(views, main);
+    if (tools) fork(beside), masks(views, beside), mark(masked, beside);
+    begin(views, main);
+    if (tools) fork(posing), pose(views, posing), mark(posed_first, posing);
+    if (tools && features.rests) join(main, masked);  // what may be still depends on the tools
+    fork(sorting), sort_if_due(views, features, sorting), mark(sorted, sorting);
+    if (lines_up) join(beside, sorted), line_up(views, features, beside), mark(lined_up, beside);
+    if (!beside_sort) join(main, sorted);
+    if (features.mean_pressure) find_pressures(views, main);
+    p2g(views, features, processors, beside_sort, main);
+    if (beside_sort) join(main, sorted);
+    if (tools) join(main, masked), join(main, posed_first);
+}
+
+// What comes after the last substep.
+void GpuSolver::end(const Views& views, const Features& features)
+{
+    follow(views, features, true, main);
+    if (features.tools && !features.rests) check(cudaStreamWaitEvent(main, lined_up, 0), "join");
+}
+
+void GpuSolver::sort(const Views& views, const Features& features, cudaStream_t stream,
+                     int side) const
+{
+    sort_particles(views, features, store.sort_space(), side, stream);
+    if (features.rests) update_activity(views, stream);
+    arrange(views, features, stream);
+}
+
+// Particles that have hardly moved since the last sort are still in order; but where clay may be
+// still, each frame begins with asking which is. A frame that does nothing, because the one before
+// it has stopped, does not. A sort that must be told the side when it is launched is in the graph
+// twice.
+void GpuSolver::sort_if_due(const Views& views, const Features& features, cudaStream_t stream)
+{
+    for (int side = 0; views.conditions.captured && side < (told_side(features) ? 2 : 1); ++side)
+        capture_body(add_conditional(stream, cudaGraphCondTypeIf, views.conditions.unsorted[side]),
+                     body, [&](cudaStream_t to) { sort(views, features, to, side); });
+    if (views.conditions.captured) return;
+    const Clock now = store.clock(stream);
+    if (now.unsorted) sort(views, features, stream, now.side);
+}
+
+// Between grid and g2p, neither of which waits for a kernel other than the one before it. Beside
+// g2p it would be hidden; a fork between kernels that start early crashed (driver 580).
+void GpuSolver::follow(const Views& views, const Features& features, bool at_end,
+                       cudaStream_t stream) const
+{
+    if (!features.splats) return;
+    const float per_mass = float(1 / lightest_particle(rules()));
+    deform(views, splats.view(), per_mass, features, at_end, stream);
+}
+
+// `place`: so many of the frame, or of whole turns of its loop, come before. `begins`: it follows
+// start().
+void GpuSolver::substep(const Views& views, const Features& features, int place, bool begins,
+                        cudaStream_t stream)
+{
+    grid(views, features, processors, stream, begins);
+    if (place % follow_every == follow_every - 1) follow(views, features, false, stream);
+    if (features.mean_pressure) clear_pressures(views, processors, stream);
+    g2p(views, features, processors, stream);
+}
+
+void GpuSolver::capture(ToolPace tools)
+{
+    const Features features = features_for(tools != ToolPace::none);
+    Views views = views_for(features, tools);
+    Graph& to = graph(tools);
+    to.begin(main);
+    const auto handle = [this](cudaGraphConditionalHandle& h) {
+        check(cudaGraphConditionalHandleCreate(&h, under_capture(main), 1,
+                                               cudaGraphCondAssignDefault),
+              "conditional node");
+    };
+    handle(views.conditions.again);
+    handle(views.conditions.unsorted[0]);
+    if (told_side(features))
+        handle(views.conditions.unsorted[1]);
+    else
+        views.conditions.unsorted[1] = views.conditions.unsorted[0];
+    views.conditions.captured = true;
+    start(views, features);
+    const Turns turns = turns_for(usual_substeps, features.splats);
+    const auto take = [&](int count, bool begins, cudaStream_t stream) {
+        for (int k = 0; k < count; ++k) substep(views, features, k, begins && k == 0, stream);
+    };
+    take(turns.first, true, main);
+    capture_body(add_conditional(main, cudaGraphCondTypeWhile, views.conditions.again), body,
+                 [&](cudaStream_t stream) { take(turns.each, false, stream); });
+    end(views, features);
+    to.end(main);
+    check(cudaGraphUpload(to.ready, main), "graph");
+    wait(main, "graph");
+}
+
+// The frame without its graph, the host asking after each substep whether there is another.
+void GpuSolver::step_through(ToolPace tools)
+{
+    const Features features = features_for(tools != ToolPace::none);
+    const Views views = views_for(features, tools);
+    start(views, features);
+    const auto under_way = [this] {
+        Clock now = store.clock(main);
+        return now.step(now.done).dt > 0;
+    };
+    for (int k = 0; under_way(); ++k) substep(views, features, k, k == 0, main);
+    end(views, features);
+}
+
+}  // namespace knead::gpu
