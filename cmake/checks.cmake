@@ -20,6 +20,7 @@ check(usage tests/cli/usage_test.sh $<TARGET_FILE:knead>)
 check(doctor tests/cli/doctor_test.sh $<TARGET_FILE:knead>)
 check(kills tests/cli/kills.sh $<TARGET_FILE:knead>)
 check(lost tests/cli/lost.sh $<TARGET_FILE:knead>)
+check(shared_card tests/solver/shared_card_test.sh $<TARGET_FILE:knead>)
 check(view tests/cli/view_test.sh $<TARGET_FILE:knead>)
 # A sanitizer wants to be the first library.
 if(CMAKE_SYSTEM_PROCESSOR STREQUAL "x86_64" AND CMAKE_SYSTEM_NAME STREQUAL "Linux" AND

@@ -29,15 +29,15 @@ __device__ void begin_frame(const BeginView& d)
 __global__ void begin_kernel(const __grid_constant__ BeginView d)
 {
     Clock& c = *d.clock;
-    c.unsorted = false;
-    if (c.mode != Mode::stopped && c.mode != Mode::cut) begin_frame(d);
+    c.begins = c.mode != Mode::stopped && c.mode != Mode::cut, c.unsorted = false;
+    if (c.begins) begin_frame(d);
     for (int& posed : c.posed) posed = -1;
     c.lag = {};  // also of a frame that does nothing: the one before has ended
     const Conditions& to = d.conditions;
     if (!to.captured) return;
     cudaGraphSetConditional(to.unsorted[c.side ^ 1], false);
     cudaGraphSetConditional(to.unsorted[c.side], c.unsorted);  // after: it may be the same
-    cudaGraphSetConditional(to.again, c.mode == Mode::running);
+    cudaGraphSetConditional(to.again, c.begins);
 }
 
 }  // namespace

@@ -97,6 +97,7 @@ enum class Mode : int { running, stopped, going_on, cut };
 //    unsorted_side  w                  r
 //    drift          r         w 0                 +
 //    unsorted       w
+//    begins         w                  r
 //    relisted       w                  r
 //    mode, resume   r, w                          r, w: stopped or cut before n + 1
 //    halt                                         r
@@ -141,6 +142,7 @@ struct Clock {
     double drift;                   // how far a particle may have come since the last sort [m]
     Step resume;                    // before which the frame has stopped
     Mode mode;
+    bool begins;                           // the frame does, or goes on; else it does nothing
     bool unsorted;                         // they are sorted again in this frame
     bool relisted;                         // its first substep lists blocks from the start
     int unsorted_side;                     // on which the particles lay when it began

@@ -16,10 +16,25 @@ struct AfterTools {
     bool led;  // by a tool: its velocity is not what it would be without
 };
 
+// Whether clay was at the lane's node i in the substep before, or beside it, as far as the block
+// goes: it may have come to the node. A warp has the nodes of one place along z.
+__device__ inline bool held_clay(const float4* before, int i)
+{
+    const int along_z = i % block_nodes / shared_nodes;
+    const int less = along_z > 0 ? i - shared_nodes : i,
+              more = along_z < block_edge - 1 ? i + shared_nodes : i;
+    const bool own = before[i].w > 0, beside = before[less].w > 0 || before[more].w > 0;
+    constexpr unsigned not_last = 0x7777;  // along x
+    const unsigned held = __ballot_sync(0xffffffffu, own) & 0xffff;
+    const unsigned around = held | (held & not_last) << 1 | (held >> 1 & not_last) |
+                            held << block_edge | held >> block_edge;
+    return beside || around >> i % shared_nodes & 1;
+}
+
 // Node i at x, which tools of the mask may touch: apply_tools() by all lanes of a warp, of tools
 // without blades. If `early`, the first tool is looked for before the end of the substep before is
-// waited for, at the nodes that held clay then; at others after. (Where another warp clears them
-// meanwhile, they are looked at after, too.)
+// waited for, at the nodes that clay may come to by what it held then; at others after. (Where
+// another warp clears them meanwhile, they are looked at after, too.)
 template <bool fixed_point>
 __device__ AfterTools near_tools(const GridUpdateView& d, SharedSpace& space, int n, float dt,
                                  int i, Vec3<float> x, const Mask& mask, bool early)
@@ -35,7 +50,7 @@ __device__ AfterTools near_tools(const GridUpdateView& d, SharedSpace& space, in
     bool in, missed = false;
     if (early) {
         saw_posed();
-        in = d.nodes[n & 1 ^ 1][i].w > 0;
+        in = held_clay(d.nodes[n & 1 ^ 1], i);
     } else {
         take();
         in = sum.m > 0;

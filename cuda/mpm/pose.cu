@@ -89,7 +89,7 @@ __global__ void __launch_bounds__(threads) line_up_kernel(const __grid_constant_
     constexpr int run_size = run_length(Case::features), warps = threads / 32;
     __shared__ int next[2];  // places of runs that are not near, that are
     const Clock& clock = *d.clock;
-    if (!(clock.step(clock.done).dt > 0)) return;  // such a frame has not begun
+    if (!clock.begins) return;
     const ConstParticleView& particles = d.particles[clock.side];
     const int lane = int(threadIdx.x & 31), runs = (particles.count + run_size - 1) / run_size;
     const int run = int(blockIdx.x) * warps + int(threadIdx.x) / 32;
