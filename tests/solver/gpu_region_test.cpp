@@ -7,6 +7,7 @@
 #include "host/bench/ball.h"
 #include "host/hands/hands.h"
 #include "host/solver/gpu/room.h"
+#include "tests/solver/stepwise.h"
 
 namespace knead {
 namespace {
@@ -159,13 +160,6 @@ void expect_same(const Result& a, const Result& b, const char* where)
     EXPECT_EQ(a.counts, b.counts) << where;
     expect_close(a, b, 1e-5, where);  // [m]
 }
-
-// Frames without a graph, as long as this lasts.
-struct Stepwise {
-    const char* before = std::getenv("KNEAD_GRAPH");
-    Stepwise() { setenv("KNEAD_GRAPH", "0", 1); }
-    ~Stepwise() { before ? setenv("KNEAD_GRAPH", before, 1) : unsetenv("KNEAD_GRAPH"); }
-};
 
 class GpuBox : public ::testing::Test {
   protected:

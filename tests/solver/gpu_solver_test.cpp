@@ -11,6 +11,7 @@
 #include "host/bench/ball.h"
 #include "host/solver/gpu/room.h"
 #include "host/solver/substep.h"
+#include "tests/solver/stepwise.h"
 
 namespace knead {
 namespace {
@@ -270,6 +271,33 @@ TEST_F(GpuSolver, GoesOnWithoutSortingEveryFrame)
     a.particles = gpu->particles(), b.particles = cpu->particles();
     EXPECT_LT(farthest(a, b), 0.02 * s.lattice.dx);
     EXPECT_GT(length(a.particles[0].x - s.particles[0].x), 0);
+}
+
+// Graphs are for frames as long as most have been: longer ones, shorter ones, and those after which
+// they are captured anew are to be alike.
+TEST_F(GpuSolver, TakesFramesOfAnyLength)
+{
+    knead::Setup s = scene(true);
+    s.deterministic = true;
+    s.step.fixed = 1e-4;
+    const auto captured = gpu_solver(s, 0);
+    const auto one_by_one = [&s] {
+        const Stepwise stepwise;
+        return gpu_solver(s, 0);
+    }();
+    double time = 0.06;
+    for (int f = 0; f < 75; ++f) {
+        const int substeps = f < 2 ? 70 : f < 36 ? 3 : f < 73 ? 9 : 100;
+        const double duration = substeps * s.step.fixed;
+        const Motion motion = closing(time, duration);
+        ASSERT_EQ(captured->advance(motion, duration).substeps, substeps);
+        ASSERT_EQ(one_by_one->advance(motion, duration).substeps, substeps);
+        time += duration;
+    }
+    Result a, b;
+    a.particles = captured->particles(), b.particles = one_by_one->particles();
+    EXPECT_EQ(farthest(a, b), 0);
+    EXPECT_GT(farthest(a, {s.particles}), 0);
 }
 
 TEST_F(GpuSolver, RefusesWhatDoesNotHangTogether)

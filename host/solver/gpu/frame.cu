@@ -83,7 +83,8 @@ GpuSolver::ToolPace GpuSolver::pace(bool tools, const Motion& motion, double dur
 // What comes before the first grid update: what tools may touch, which needs the frame's input
 // alone, the first pose, which needs what begin() chooses, and what is done with the particles, all
 // beside each other. To find that no sort is due takes 7 us, so where one leaves the particles
-// where they were, p2g does not wait for it.
+// where they were, p2g does not wait for it; but in fixed point: a warp's sums are of float, and
+// their bits of the order that the particles have.
 void GpuSolver::start(const Views& views, const Features& features)
 {
     const auto mark = [](cudaEvent_t event, cudaStream_t at) {
@@ -94,7 +95,8 @@ void GpuSolver::start(const Views& views, const Features& features)
     };
     const auto fork = [&](cudaStream_t to) { mark(forked, main), join(to, forked); };
     const bool tools = features.tools, lines_up = tools && !features.rests;
-    const bool beside_sort = apart(views.particles) && !features.rests && !features.mean_pressure;
+    const bool beside_sort = apart(views.particles) && !features.rests && !features.mean_pressure &&
+                             !features.fixed_point;
     if (features.splats && features.fixed_point) clear_velocities(views, main);
     if (tools) fork(beside), masks(views, beside), mark(masked, beside);
     begin(views, main);

@@ -68,13 +68,24 @@ void GpuSolver::launch(int slot)
     check(cudaEventRecord(f.done, main), "status");
 }
 
+// What the first frame took is what later ones will take, more or less; where a number of them have
+// taken many more or fewer substeps, graphs are for these from now on.
+void GpuSolver::fit_graphs()
+{
+    constexpr int patience = 30;
+    if (last_substeps == 0 || submitted != collected) return;
+    const bool fit =
+        4 * last_substeps >= 3 * usual_substeps && 4 * last_substeps <= 5 * usual_substeps;
+    misfits = fit ? 0 : misfits + 1;
+    if (fit || (usual_substeps > 0 && misfits < patience)) return;
+    usual_substeps = last_substeps, misfits = 0, stale = true;
+}
+
 void GpuSolver::submit(const Motion& motion, double duration)
 {
     if (submitted - collected == 2) throw std::logic_error("two frames are under way already");
     check(cudaSetDevice(device), "device");
-    // What the first frames took is what later ones will take, more or less.
-    if (usual_substeps == 0 && last_substeps > 0 && submitted == collected)
-        usual_substeps = last_substeps, stale = true;
+    fit_graphs();
     if (stale && !stepwise) capture();
     const int slot = submitted % 2;
     Frame& f = frames[slot];

@@ -1,6 +1,7 @@
-// The device behind Solver: declared here, told of frames in solver.cu; what one is on the device in
-// host/solver/gpu/frame.cu, how one goes on whose clay has spread in host/solver/gpu/region.cu, how
-// it times its stages in host/solver/gpu/measure.cu, its edits in host/solver/gpu/solver_edits.cu.
+// The device behind Solver: declared here, told of frames in solver.cu; what one is on the device
+// in host/solver/gpu/frame.cu, how one goes on whose clay has spread in host/solver/gpu/region.cu,
+// how it times its stages in host/solver/gpu/measure.cu, its edits in
+// host/solver/gpu/solver_edits.cu.
 #pragma once
 #include <functional>
 #include <string>
@@ -82,6 +83,7 @@ class GpuSolver : public Solver {
     void sort(const Views& views, const Features& features, cudaStream_t stream, int side) const;
     void sort_if_due(const Views& views, const Features& features, cudaStream_t stream);
     void step_through(ToolPace tools);
+    void fit_graphs();
     void launch(int slot);
     void wait_for(int slot);
     void watch(int slot);
@@ -124,7 +126,8 @@ class GpuSolver : public Solver {
     bool posed = false;        // masks are those of the last frame's end
     bool stepwise = false;     // no graph: KNEAD_GRAPH=0, for profilers and memory checkers
     bool was_covered = false;  // a blade was in the clay at the end of the last frame
-    int last_substeps = 0, usual_substeps = 0;
+    int last_substeps = 0;
+    int usual_substeps = 0, misfits = 0;  // what graphs are for; frames on end that are not like it
     mutable std::vector<StageTime> times;
 };
 
