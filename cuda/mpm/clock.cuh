@@ -85,7 +85,7 @@ enum class Mode : int { running, stopped, going_on, cut };
 //    lag            w                             r, w
 //    active         r, w n: 0          + n        r n - 1, n; w n + 1: as n  + n + 1
 //    peaks          r n - 1                       r n - 1; w n: 0            + n
-//    crowded        r, w all: no       + n - 1    r n - 1, w it: no; + n
+//    crowded        r, w all: no       + n - 1    r n - 1, w it; + n
 //    woken                    w all: 0            r n - 1; w n: 0            + n
 //    posed          w all: -1                     r                          w n + 1
 //    listed                   w, +     r          +                          r
@@ -113,17 +113,18 @@ enum class Mode : int { running, stopped, going_on, cut };
 // (host/solver/gpu/watch.cu).
 //
 // A frame's first grid is launched when all that comes before it is over. From then on grid and g2p
-// start early (launch_pdl): each waits for the end of the kernel before it and only
-// then lets the next one take its places, so no more than two of them are on the device, and what
-// the last but one has written is there. Before it waits, g2p n reads `side`, its run and where its
-// particles are, which g2p n - 1 has written. Its thread blocks that pose do not wait for the end
-// of grid n at all, but for `begun` to become n (acquire): block 0 of grid n writes it last of what
-// they read (release). grid n starts when all thread blocks of g2p n - 1 have; those that pose
-// write `posed` n when they have (release), and only then let it start. Where grid n finds that
-// (acquire) and `begun` still n - 1, it knows before it waits which substep is its own, how long it
-// is, and that its list begins with all of that of n - 1: so it looks for contact at nodes of its
-// first block while g2p n - 1 still runs. A substep of dt 0 does nothing: nobody poses for it, and
-// g2p leaves `done` as it is, so that the rest of a turn of the graph runs idle.
+// start early (launch_pdl): each waits for the end of the kernel before it and only then lets the
+// next one take its places, so no more than two of them are on the device, and what the last but
+// one has written is there. Before it waits, g2p n reads `side`, its run and where its particles
+// are, which g2p n - 1 has written. Its thread blocks that pose do not wait for the end of grid n
+// at all, but for `begun` to become n (acquire): block 0 of grid n writes it last of what they read
+// (release). grid n starts when all thread blocks of g2p n - 1 have; those that pose write `posed`
+// n when they have (release), and only then let it start. Where grid n finds that (acquire) and
+// `begun` still n - 1, it knows before it waits which substep is its own, how long it is, and that
+// its list begins with all of that of n - 1: so it looks for contact at nodes of its first block
+// while g2p n - 1 still runs. `posed` has to say so: going by `begun` alone clay burst where
+// programs shared the card. A substep of dt 0 does nothing: nobody poses for it, and g2p leaves
+// `done` as it is, so that the rest of a turn of the graph runs idle.
 //
 // What many thread blocks add to lies in lines of memory of its own (128 bytes). With `far_runs`
 // in the line of `side` p2g, which lined the runs up then, took 20.2 us, apart from it 17.2 (H200,
