@@ -16,10 +16,10 @@ __device__ void begin_frame(const BeginView& d)
         anew ? step_at(d.limits, 0, c.extremes(c.done), c.tool_step, c.duration) : c.resume;
     if (anew) c.counters = {};
     c.first = c.done, c.begun = c.done - 1;
-    c.near_runs = c.far_runs = c.near_blocks = c.far_blocks = 0;
+    c.near_blocks = c.far_blocks = 0;
     c.mode = Mode::running;
     c.unsorted = d.rest != RestMode::none || c.drift > max_drift * d.limits.dx;
-    c.unsorted_side = c.side, c.lined ^= 1;
+    c.unsorted_side = c.side;
     // Blocks that clay has left leave the list where it is sorted. One of the rim is to be noticed.
     c.relisted = !anew || c.unsorted || c.crowded[0] || c.crowded[1] || c.active[c.done % 3] == 0;
     if (c.relisted) c.active[c.done % 3] = 0;

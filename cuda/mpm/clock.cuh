@@ -89,9 +89,8 @@ enum class Mode : int { running, stopped, going_on, cut };
 //    woken                    w all: 0            r n - 1; w n: 0            + n
 //    posed          w all: -1                     r                          w n + 1
 //    listed                   w, +     r          +                          r
-//    lined          w                  r                                     r
-//    near, far_runs w 0                +
-//    ... blocks     w 0                           +
+//    near_blocks    w 0                           +
+//    far_blocks     w 0                           +
 //    side           r         r, w     r                                     r
 //    sorted_from              w, r
 //    unsorted_side  w                  r
@@ -126,9 +125,9 @@ enum class Mode : int { running, stopped, going_on, cut };
 // programs shared the card. A substep of dt 0 does nothing: nobody poses for it, and g2p leaves
 // `done` as it is, so that the rest of a turn of the graph runs idle.
 //
-// What many thread blocks add to lies in lines of memory of its own (128 bytes). With `far_runs`
-// in the line of `side` p2g, which lined the runs up then, took 20.2 us, apart from it 17.2 (H200,
-// 137 k particles): probably its reads of `side` waited behind the atomics on that line.
+// What many thread blocks add to lies in lines of memory of its own (128 bytes). With a count of
+// runs in the line of `side` p2g took 20.2 us, apart from it 17.2 (H200, 137 k particles): probably
+// its reads of `side` waited behind the atomics on that line.
 struct Clock {
     int done, begun;  // substeps through; the one under way
     int first;        // of the frame, or of what is left of one
@@ -136,24 +135,22 @@ struct Clock {
     Step steps[3];
     Lag lag;                        // of Gaussians, with the substep under way
     int side;                       // on which of their two sides the particles lie
-    int lined;                      // in which of ToolView::runs this frame's are lined up
     int sorted_from;                // on which they lay before the last sort
     double duration;                // of the frame [s]
     alignas(128) double tool_step;  // [s]
     double drift;                   // how far a particle may have come since the last sort [m]
     Step resume;                    // before which the frame has stopped
     Mode mode;
-    bool begins;                           // the frame does, or goes on; else it does nothing
-    bool unsorted;                         // they are sorted again in this frame
-    bool relisted;                         // its first substep lists blocks from the start
-    int unsorted_side;                     // on which the particles lay when it began
-    bool crowded[2];                       // a block of the rim is listed, as n noticed, in n % 2
-    int halt;                              // not 0: the host asks that the frame end here
-    alignas(128) int active[3];            // blocks listed of substep n, in n % 3
-    alignas(128) int posed[pose_parts];    // what each part of the tools has been posed for, by g2p
-    alignas(128) int listed, woken[2];     // where clay may be still: as RestView has them
-    alignas(128) int near_runs, far_runs;  // lined up so far, for the next frame
-    alignas(128) int near_blocks, far_blocks;  // likewise in a frame's second list of blocks
+    bool begins;                         // the frame does, or goes on; else it does nothing
+    bool unsorted;                       // they are sorted again in this frame
+    bool relisted;                       // its first substep lists blocks from the start
+    int unsorted_side;                   // on which the particles lay when it began
+    bool crowded[2];                     // a block of the rim is listed, as n noticed, in n % 2
+    int halt;                            // not 0: the host asks that the frame end here
+    alignas(128) int active[3];          // blocks listed of substep n, in n % 3
+    alignas(128) int posed[pose_parts];  // what each part of the tools has been posed for, by g2p
+    alignas(128) int listed, woken[2];   // where clay may be still: as RestView has them
+    alignas(128) int near_blocks, far_blocks;  // lined up so far, in a frame's second list
     Peaks peaks[peak_places];
     alignas(128) Counters counters;
     // Of all that substep n left.

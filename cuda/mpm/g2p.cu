@@ -162,13 +162,6 @@ __device__ void advance_run(const G2pView& d, const SubstepContext& later,
     if (threadIdx.x == 0) report(later.clock(), later.n - 1, sums, own_activity);
 }
 
-// The run that comes k-th. Both lines are asked, rather than one when it is known which.
-__device__ inline int in_line(const G2pView& d, int lined, int k)
-{
-    const int first = d.runs[0][k], second = d.runs[1][k];
-    return lined ? second : first;
-}
-
 template <Features f>
 union Space {
     ScatterSpace<f.blades> scatter;
@@ -196,7 +189,7 @@ __global__ void __launch_bounds__(run_length(Case::features), resident<Case::fea
     Particle<float> q{};
     int run = int(blockIdx.x) - pose_blocks;
     if constexpr (!f.rests) {
-        if (f.tools) run = in_line(d, clock.lined, run);
+        if (f.tools) run = d.runs[run];
         d.particles[side].load_place(index_in<f>(run, count).at, q);
     }
     await_upstream();

@@ -40,6 +40,6 @@ HD Particle<To> cast(const Particle<From>& q)
 
 // Up to so many particles are few on a device: what six more rows of them take (particles.cuh)
 // nobody misses, and a kernel for each row would take longer than its bytes.
-constexpr std::size_t few_particles = std::size_t(1) << 20;
+constexpr std::size_t few_particles = std::size_t(5) << 19;
 
 }  // namespace knead

@@ -65,11 +65,14 @@ __device__ bool may_touch(const SweptView& t, int i, Vec3<float> p, float edge, 
     return !beside && reaches(s, p, edge, band);
 }
 
-// One warp per block of the lattice, one lane per primitive.
+// One warp per block of the lattice, one lane per primitive. And the frame before is over, so the
+// runs of particles that it has lined up take their places.
 __global__ void __launch_bounds__(threads) mask_kernel(const __grid_constant__ MaskView d)
 {
     wait_for_upstream();
-    const int b = int(blockIdx.x * threads + threadIdx.x) / 32, lane = int(threadIdx.x & 31);
+    const int thread = int(blockIdx.x * threads + threadIdx.x);
+    for (int k = thread; k < d.run_count; k += int(gridDim.x) * threads) d.runs[k] = d.next_runs[k];
+    const int b = thread / 32, lane = int(threadIdx.x & 31);
     if (b >= d.lattice.block_count()) return;
     const Int3 at = d.lattice.block_at(b);
     const float edge = block_edge * d.lattice.dx;
@@ -81,35 +84,6 @@ __global__ void __launch_bounds__(threads) mask_kernel(const __grid_constant__ M
         if (lane == 0) d.masks[b].bits[word] = bits;
     }
 }
-
-// A warp per run of particles.
-template <class Case>
-__global__ void __launch_bounds__(threads) line_up_kernel(const __grid_constant__ LineUpView d)
-{
-    constexpr int run_size = run_length(Case::features), warps = threads / 32;
-    __shared__ int next[2];  // places of runs that are not near, that are
-    const Clock& clock = *d.clock;
-    if (!clock.begins) return;
-    const ConstParticleView& particles = d.particles[clock.side];
-    const int lane = int(threadIdx.x & 31), runs = (particles.count + run_size - 1) / run_size;
-    const int run = int(blockIdx.x) * warps + int(threadIdx.x) / 32;
-    bool near = false;
-    UNROLL
-    for (int k = lane; k < run_size; k += 32) {
-        const int i = min(run * run_size + k, particles.count - 1);
-        near = near_tools(d.near, d.lattice, particles.position(i)) || near;
-    }
-    near = __any_sync(all_lanes, near);
-    const bool counts = lane == 0 && run < runs;
-    const int nears = __syncthreads_count(counts && near), all = __syncthreads_count(counts);
-    if (threadIdx.x == 0) next[1] = atomicAdd(&d.clock->near_runs, nears);
-    if (threadIdx.x == 32) next[0] = runs - atomicAdd(&d.clock->far_runs, all - nears);
-    __syncthreads();
-    if (!counts) return;
-    d.runs[clock.lined ^ 1][near ? atomicAdd(&next[1], 1) : atomicAdd(&next[0], -1) - 1] = run;
-}
-
-constexpr Features relevant(Features f) { return {.blades = f.blades}; }
 
 __global__ void __launch_bounds__(threads, 8)
     penetration_kernel(const __grid_constant__ PenetrationView d)
@@ -131,15 +105,6 @@ void masks(const Views& views, cudaStream_t stream)
     launch("sweep", sweep_kernel, pose_parts, threads, stream, sweep_view(views));
     launch_pdl("masks", mask_kernel, blocks_for(views.lattice.block_count(), threads / 32), threads,
                stream, mask_view(views));
-}
-
-void line_up(const Views& views, const Features& features, cudaStream_t stream)
-{
-    if (features.rests) return;
-    const auto kernel =
-        dispatch<relevant>(features, []<class Case>(Case) { return line_up_kernel<Case>; });
-    const int runs = blocks_for(views.particles[0].count, run_length(features));
-    launch("line up", kernel, blocks_for(runs, threads / 32), threads, stream, line_up_view(views));
 }
 
 void pose(const Views& views, cudaStream_t stream)

@@ -130,14 +130,13 @@ __global__ void __launch_bounds__(threads) move_kernel(const __grid_constant__ S
     const auto row = [=](int t) { return side ? k + t : particle_rows - 1 - k - t; };
     float4 a[together];
     UNROLL
-    for (int t = 0; t < together; ++t) a[t] = from.row(row(t), j);
-    const int id = last ? from.ids[j] : 0;
-    UNROLL
-    for (int t = 0; Case::features.rests && t < together; ++t) {
-        const unsigned still = place & still_bit;
-        if (row(t) == 2) a[t].w = __uint_as_float((__float_as_uint(a[t].w) & ~still_bit) | still);
-        if (row(t) > 2 && still) a[t] = {0, 0, 0, 0};
+    for (int t = 0; t < together; ++t) {
+        const unsigned still = Case::features.rests ? place & still_bit : 0;
+        a[t] = row(t) > 2 && still ? float4{0, 0, 0, 0} : from.row(row(t), j);
+        if (Case::features.rests && row(t) == 2)
+            a[t].w = __uint_as_float((__float_as_uint(a[t].w) & ~still_bit) | still);
     }
+    const int id = last ? from.ids[j] : 0;
     wait_for_upstream();
     if (!valid) return;
     UNROLL

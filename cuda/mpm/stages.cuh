@@ -62,8 +62,11 @@ struct ToolView {
     float* travel;  // per primitive: how far any point of it is from there, at most [m]
     Span<const Primitive> primitives;
     Span<const Tool<float>> tools;
-    Mask* masks;   // block_count: what may touch the block at any time of the frame
-    int* runs[2];  // of particles, those near tools first; where no clay may be still
+    Mask* masks;  // block_count: what may touch the block at any time of the frame
+    int* runs;    // of particles, those near tools first; where no clay may be still
+    int run_count;
+    int* next_runs;            // likewise, for the next frame,
+    unsigned char* near_runs;  // of whether each is near
     bool grid_contact;
     int passes;
     WayOut<float> way;
@@ -110,12 +113,12 @@ void update_activity(const Views& views, cudaStream_t stream);
 // Reads the frame's input and chooses the first substep.
 void begin(const Views& views, cudaStream_t stream);
 // What may touch each block during the frame, and the tools at the end of the first substep.
+// masks() also puts runs of particles in the order that line_up() has found.
 void masks(const Views& views, cudaStream_t stream);
 void pose(const Views& views, cudaStream_t stream);
-// Lines up runs of particles for the next frame. Those near tools come first: they take longest,
-// and started last they would keep all others waiting. Tools come on little in a frame, and so
-// nothing of this one has to wait for it. After masks(), once the particles are sorted; not where
-// clay may be still.
+// Lines up runs of particles for the next frame, those near tools first. Tools come on little in a
+// frame, and so nothing of this one has to wait for it. After masks(), once the particles are
+// sorted; not where clay may be still.
 void line_up(const Views& views, const Features& features, cudaStream_t stream);
 // Where clay shares its cells' pressure: sums for a frame's first substep, before grid().
 void find_pressures(const Views& views, cudaStream_t stream);

@@ -56,7 +56,11 @@ SweepView sweep_view(const Views& d)
     return {rig_view(d.tools), d.tools.amid.data, d.tools.travel};
 }
 
-MaskView mask_view(const Views& d) { return {swept_view(d.tools), d.lattice, d.tools.masks}; }
+MaskView mask_view(const Views& d)
+{
+    const ToolView& t = d.tools;
+    return {swept_view(t), d.lattice, t.next_runs, t.run_count, t.masks, t.runs};
+}
 
 PoseView pose_view(const Views& d)
 {
@@ -72,8 +76,10 @@ LineUpView line_up_view(const Views& d)
     return {{read_only(d.particles[0]), read_only(d.particles[1])},
             d.lattice,
             near_view(d),
-            {d.tools.runs[0], d.tools.runs[1]},
-            d.clock};
+            d.tools.run_count,
+            d.clock,
+            d.tools.near_runs,
+            d.tools.next_runs};
 }
 
 SortView sort_view(const Views& d) { return {{d.particles[0], d.particles[1]}, d.clock}; }
@@ -165,7 +171,7 @@ G2pView g2p_view(const Views& d)
             contact_view(d.tools),
             near_view(d),
             d.pressure,
-            {d.tools.runs[0], d.tools.runs[1]},
+            d.tools.runs,
             r.list,
             {d.particles[0], d.particles[1]},
             pose_view(d),

@@ -84,8 +84,11 @@ struct SweptView {
 struct MaskView : SweptView {
     // reads
     Lattice<float> lattice;
+    const int* next_runs;  // lined up in the frame before
+    int run_count;
     // writes
     Mask* masks;  // block_count
+    int* runs;
 };
 MaskView mask_view(const Views& d);
 
@@ -128,9 +131,11 @@ struct LineUpView {
     ConstParticleView particles[2];
     Lattice<float> lattice;
     NearView near;
+    int run_count;
+    const Clock* clock;
     // writes
-    int* runs[2];  // those near tools first; not where Clock::lined says that they are in use
-    Clock* clock;
+    unsigned char* near_runs;  // whether a run is near
+    int* next_runs;            // those near tools first
 };
 LineUpView line_up_view(const Views& d);
 
@@ -302,7 +307,7 @@ struct G2pView : ScatterView {
     ContactView contact;
     NearView near;
     PressureView pressure;  // adds to the sums for the next substep, too
-    const int* runs[2];     // those of Clock::lined
+    const int* runs;        // as they are lined up
     const int* listed;      // those of clay that may be still
     // writes
     ParticleView particles[2];

@@ -344,7 +344,7 @@ TEST_F(GpuStage, ASortOrdersTheParticlesByCellAndChangesNoneOfThem)
 {
     for (int given = 0; given < 10; ++given) {
         const bool many = given >= 8, crowded = given / 2 == 3;
-        const int nodes = many ? 128 : 16 << given / 2 % 3;
+        const int nodes = many ? 176 : 16 << given / 2 % 3;
         knead::Setup s = turmoil(nodes, Plasticity::von_mises);
         s.deterministic = given % 2;
         ASSERT_EQ(s.particles.size() > few_particles, many);

@@ -88,6 +88,7 @@ void Store::reserve_runs()
     if (used.tools) {
         std::vector<int> every(run_count);
         std::iota(every.begin(), every.end(), 0);
+        reserve(near_runs, run_count);
         for (DeviceArray<int>& each : in_line) {
             reserve(each, run_count);
             copy(each.data(), every.data(), run_count * sizeof(int), nullptr);
@@ -95,7 +96,9 @@ void Store::reserve_runs()
         settle("runs");
     }
     all.rest.run_listed = run_listed.data(), all.rest.list = runs.data();
-    for (int k = 0; k < 2; ++k) all.tools.runs[k] = in_line[k].data();
+    all.tools.runs = in_line[0].data(), all.tools.next_runs = in_line[1].data();
+    all.tools.near_runs = near_runs.data();
+    all.tools.run_count = used.tools ? int(run_count) : 0;
 }
 
 void Store::reserve_scratch(int count)

@@ -40,6 +40,7 @@ std::vector<Node<float>> GpuStages::p2g() { refuse(); }
 std::vector<Node<float>> GpuStages::grid(const std::vector<Node<float>>&) { refuse(); }
 std::vector<Particle<double>> GpuStages::g2p(const std::vector<Node<float>>&) { refuse(); }
 std::vector<Mask> GpuStages::masks() { refuse(); }
+std::vector<int> GpuStages::lined_up() { refuse(); }
 
 }  // namespace knead
 #endif

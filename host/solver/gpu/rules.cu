@@ -125,7 +125,10 @@ void Store::point_at_tools(const Setup& setup)
                  {primitives.data(), int(setup.rig.primitives.size())},
                  {input.data()->tools, int(setup.tools.size())},
                  box.masks.data(),
-                 {in_line[0].data(), in_line[1].data()},
+                 in_line[0].data(),
+                 all.tools.run_count,
+                 in_line[1].data(),
+                 near_runs.data(),
                  setup.grid_contact,
                  setup.passes,
                  all.tools.way};

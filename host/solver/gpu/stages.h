@@ -29,6 +29,8 @@ class GpuStages {
     std::vector<Particle<double>> g2p(const std::vector<Node<float>>& velocities);
     // Primitives near every block of the lattice.
     std::vector<Mask> masks();
+    // Runs of particles as the next frame would take them.
+    std::vector<int> lined_up();
 
   private:
     struct State;

@@ -127,7 +127,7 @@ class Store {
     DeviceArray<int> runs, in_line[2];
     DeviceArray<Clock> clocks;
     DeviceArray<FrameInput> input;
-    DeviceArray<unsigned char> scratch;
+    DeviceArray<unsigned char> scratch, near_runs;
     DeviceArray<Extent> found;
     // Where an edit puts the particles that it leaves; then the two are swapped.
     DeviceArray<float4> other_rows;
