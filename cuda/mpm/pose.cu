@@ -1,11 +1,9 @@
 // What a frame needs of its tools before the first substep: for every block of the lattice the
-// primitives that can touch what is in it at any time of the frame, the particles that these may
-// be, and the first pose.
+// primitives that can touch what is in it at any time of the frame, and the first pose.
 #include "cuda/contact/cut.h"
 #include "cuda/contact/sweep.h"
 #include "cuda/device/launch.cuh"
 #include "cuda/mpm/pose.cuh"
-#include "cuda/mpm/project.cuh"
 #include "cuda/mpm/stages.cuh"
 
 namespace knead::gpu {

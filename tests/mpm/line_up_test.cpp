@@ -1,7 +1,6 @@
 // The order in which a frame's runs of particles come on the device.
 #include <gtest/gtest.h>
 
-#include <algorithm>
 #include <vector>
 
 #include "cuda/contact/contact.h"
