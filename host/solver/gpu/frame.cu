@@ -13,23 +13,30 @@ struct Turns {
     int first, each;
 };
 
-// For frames of so many substeps or a twentieth more (0: not known yet). A turn of the loop costs
-// about 4 us, a substep that finds the frame over about 3; capturing many takes its time. With
-// Gaussians always so many times follow_every: in which of them these follow is known when they
-// are captured.
-Turns turns_for(int substeps, bool splats)
+// What a substep has more of where clay is pressed than in a first frame, at most: stiffer clay has
+// shorter ones. Of a given length they are as many in every frame.
+int more_in_contact(int substeps, const StepLimits& limits)
 {
-    constexpr int fewest = 4, most_each = 32, most_before = 64;
+    return limits.fixed > 0 ? 0 : (substeps + 19) / 20;
+}
+
+// For frames of so many substeps or so many more (0: not known yet). A substep that finds the frame
+// over costs 3 us, or 11 of a million particles, and a turn of the loop twice that; capturing many
+// takes its time, some 10 us each. With Gaussians always so many times follow_every: in which of
+// them these follow is known when they are captured.
+Turns turns_for(int substeps, int more, bool splats)
+{
+    constexpr int fewest = 4, most_each = 32, most_before = 256;
     const int unit = splats ? follow_every : 1;
     const auto whole = [unit](int n) { return (n + unit - 1) / unit * unit; };
     if (substeps == 0) return {whole(fewest), whole(fewest)};
-    const int first = whole(std::min(substeps, most_before)), left = std::max(0, substeps - first);
+    const int first = whole(std::min(substeps + more, most_before));
     int best = whole(fewest), min_cost = std::numeric_limits<int>::max();
     for (int each = best; each <= most_each; each += unit) {
         int worst = 0;
-        for (int n = left; n <= left + substeps / 20; ++n) {
-            const int turns = (n + each - 1) / each;
-            worst = std::max(worst, turns + turns * each - n);
+        for (int n = std::max(first, substeps); n <= substeps + more; ++n) {
+            const int turns = (n - first + each - 1) / each;
+            worst = std::max(worst, first + 2 * turns + turns * each - n);
         }
         if (worst < min_cost) best = each, min_cost = worst;
     }
@@ -180,7 +187,8 @@ void GpuSolver::capture(ToolPace tools)
         views.conditions.unsorted[1] = views.conditions.unsorted[0];
     views.conditions.captured = true;
     start(views, features);
-    const Turns turns = turns_for(usual_substeps, features.splats);
+    const int more = more_in_contact(usual_substeps, views.limits);
+    const Turns turns = turns_for(usual_substeps, more, features.splats);
     const auto take = [&](int count, bool begins, cudaStream_t stream) {
         for (int k = 0; k < count; ++k) substep(views, features, k, begins && k == 0, stream);
     };
