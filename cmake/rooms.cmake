@@ -4,11 +4,12 @@
 set(knead_cold $<$<OR:$<CONFIG:Release>,$<BOOL:${KNEAD_SANITIZE}>>:-O1>)
 
 # Verbs, sessions, tables, checks and headsets wait for the solver, files for the disk, and are not
-# part of it: as quick with -O1, and compiled in less time.
+# part of it: as quick with -O1, and compiled in less time. What is fuzzed has -O0.
 set(cold_rooms "(host/(cli|session|bench|verify|files)|/xr)/[^/]*\\.cpp$")
 get_target_property(sources knead_app SOURCES)
 list(FILTER sources INCLUDE REGEX ${cold_rooms})
-set_source_files_properties(${sources} PROPERTIES COMPILE_OPTIONS ${knead_cold})
+set_source_files_properties(${sources} PROPERTIES COMPILE_OPTIONS
+    $<$<NOT:$<STREQUAL:$<TARGET_PROPERTY:NAME>,knead_fuzzed>>:${knead_cold}>)
 
 # These have flags of their own, are heavy alone, or include what takes names that others use
 # (X11).
