@@ -5,7 +5,8 @@ if(KNEAD_SANITIZE)
 endif()
 function(check name)
     add_test(NAME ${name} COMMAND ${ARGN} WORKING_DIRECTORY ${PROJECT_SOURCE_DIR})
-    set_tests_properties(${name} PROPERTIES SKIP_RETURN_CODE 77 TIMEOUT 600
+    # A cost: these take longer than the tests of functions, so they begin before them.
+    set_tests_properties(${name} PROPERTIES SKIP_RETURN_CODE 77 TIMEOUT 600 COST 10
         ENVIRONMENT "${knead_test_environment}")
 endfunction()
 
@@ -32,6 +33,7 @@ if(CMAKE_SYSTEM_PROCESSOR STREQUAL "x86_64" AND CMAKE_SYSTEM_NAME STREQUAL "Linu
 endif()
 if(NOT (KNEAD_SANITIZE OR KNEAD_COVERAGE))
     check(verify_quick tests/verify/quick.sh $<TARGET_FILE:knead>)
+    set_tests_properties(verify_quick PROPERTIES COST 200)
 endif()
 if(KNEAD_INSTALL AND NOT (KNEAD_SANITIZE OR KNEAD_COVERAGE))
     check(install tests/install_test.sh ${CMAKE_BINARY_DIR})
