@@ -5,7 +5,7 @@ if(KNEAD_SANITIZE)
 endif()
 function(check name)
     add_test(NAME ${name} COMMAND ${ARGN} WORKING_DIRECTORY ${PROJECT_SOURCE_DIR})
-    # A cost: these take longer than the tests of functions, so they begin before them.
+    # Scripts take longer than tests of functions, so they begin before them.
     set_tests_properties(${name} PROPERTIES SKIP_RETURN_CODE 77 TIMEOUT 600 COST 10
         ENVIRONMENT "${knead_test_environment}")
 endfunction()
