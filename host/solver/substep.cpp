@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <stdexcept>
 #include <string>
+#include <utility>
 
 namespace knead {
 
@@ -27,11 +28,14 @@ double tool_step(const Setup& setup, const Motion& motion, double duration)
     check_motion(setup, motion);
     double dt = 1e30;
     const double dx = setup.lattice.dx;
+    std::vector<int> seen(setup.rig.spheres.size(), -1);  // by tool: primitives share theirs
     for (const Primitive& p : setup.rig.primitives) {
         const auto tool = std::size_t(p.tool);
         if (tool < motion.active.size() && !motion.active[tool]) continue;
         for (int k = 0; k < p.count; ++k) {
-            const auto b = stretched(cast<double>(setup.rig.spheres[std::size_t(p.sphere[k])]),
+            const auto sphere = std::size_t(p.sphere[k]);
+            if (std::exchange(seen[sphere], p.tool) == p.tool) continue;
+            const auto b = stretched(cast<double>(setup.rig.spheres[sphere]),
                                      cast<double>(motion.stretch_of(tool)));
             const auto at = [](const std::vector<Joint<double>>& joints) {
                 return [&joints](int j) { return joints[std::size_t(j)]; };
