@@ -188,7 +188,8 @@ double paste(const Pair& p)
 {
     if (p.m.plasticity != Plasticity::herschel_bulkley) return 0;
     const double trial = size(deviator(cast<double>(p.cpu.stress)));
-    const double over = trial - root * double(p.m.yield), mu = double(p.m.mu), n = p.m.exponent;
+    const double over = trial - yield_root * double(p.m.yield), mu = double(p.m.mu),
+                 n = p.m.exponent;
     if (over <= 0) return 0;
     const double shear_stress = over / std::sqrt(2.0);
     const double logs = std::fabs(std::log(p.m.viscosity / shear_stress)) +

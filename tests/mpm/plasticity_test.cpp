@@ -50,10 +50,10 @@ TYPED_TEST(PlasticityTest, VonMisesLeavesTheStressOnTheYieldSurfaceAndTheVolumeA
                 Particle<R> q = strained_by<R>(draw.strain(reach));
                 const double trial = shear(q, m), volume = ln_J(q);
                 const bool yielded = yield(q, m, R(1e-4));
-                EXPECT_EQ(yielded, trial > root * 5e4);
+                EXPECT_EQ(yielded, trial > yield_root * 5e4);
                 if (!yielded) continue;
                 ++return_magnitude;
-                EXPECT_NEAR(shear(q, m), root * 5e4, either<R>(2e-5, 1e-10) * 5e4);
+                EXPECT_NEAR(shear(q, m), yield_root * 5e4, either<R>(2e-5, 1e-10) * 5e4);
                 EXPECT_NEAR(ln_J(q), volume, either<R>(1e-6, 1e-13) * (1 + std::exp(-2 * volume)));
                 EXPECT_GT(q.k, 0);
             }
@@ -163,14 +163,14 @@ TYPED_TEST(PlasticityTest, HenckyVonMisesFollowsTheClosedFormWithHardeningAndSof
                 // Each step stretches the elastic strain that the last one kept along the path.
                 kept = kept + 0.03 * away;
                 trial_shear = 2 * double(m.mu) * length(kept);
-                const double bound = root * std::max(5e4 + hardening * k, 2e4);
+                const double bound = yield_root * std::max(5e4 + hardening * k, 2e4);
                 if (trial_shear > bound) {
-                    const double slope = bound > root * 2e4 ? hardening : 0;
+                    const double slope = bound > yield_root * 2e4 ? hardening : 0;
                     double slip = (trial_shear - bound) / (2 * double(m.mu) + 2.0 / 3 * slope);
-                    if (trial_shear - 2 * double(m.mu) * slip < root * 2e4)
-                        slip = (trial_shear - root * 2e4) / (2 * double(m.mu));
+                    if (trial_shear - 2 * double(m.mu) * slip < yield_root * 2e4)
+                        slip = (trial_shear - yield_root * 2e4) / (2 * double(m.mu));
                     kept = ((trial_shear - 2 * double(m.mu) * slip) / trial_shear) * kept;
-                    k += root * slip;
+                    k += yield_root * slip;
                 }
                 const double volume = 0.03 * mean * step;
                 const Sym3<double> was = cast<double>(q.e);
@@ -207,7 +207,7 @@ TYPED_TEST(PlasticityTest, HardeningAndSofteningKeepTheStressOnTheMovingYieldSur
                     const bool yielded = yield(q, m, R(1e-4));
                     EXPECT_GE(double(q.k), k);
                     k = double(q.k);
-                    const double bound = root * std::max(5e4 + hardening * k, 1e4);
+                    const double bound = yield_root * std::max(5e4 + hardening * k, 1e4);
                     EXPECT_LT(shear(q, m), bound + either<R>(3e-5, 1e-10) * 5e4);
                     if (yielded) {
                         EXPECT_NEAR(shear(q, m), bound, either<R>(3e-5, 1e-10) * 5e4);
@@ -227,7 +227,7 @@ TYPED_TEST(PlasticityTest, SnapBackSofteningFallsNoLowerThanTheFloor)
             Particle<R> q = strained_by<R>(draw.strain(0.2));
             const double trial = shear(q, m);
             if (!yield(q, m, R(1e-4))) continue;
-            EXPECT_GE(shear(q, m), root * 1e4 - either<R>(1, 1e-5));
+            EXPECT_GE(shear(q, m), yield_root * 1e4 - either<R>(1, 1e-5));
             EXPECT_LE(shear(q, m), trial);
             EXPECT_TRUE(std::isfinite(q.k));
         }
@@ -256,7 +256,7 @@ TYPED_TEST(PlasticityTest, TinyStrainsOfATinyYieldStressKeepTheirDigits)
             const double volume = ln_J(q);
             if (!yield(q, m, R(1e-4))) continue;
             // The strain that stays is a hundredth of the mean that it is stored with.
-            EXPECT_NEAR(shear(q, m), root * 1e-3, either<R>(2e-4, 1e-9) * 1e-3);
+            EXPECT_NEAR(shear(q, m), yield_root * 1e-3, either<R>(2e-4, 1e-9) * 1e-3);
             EXPECT_NEAR(ln_J(q), volume, 1e-7 * either<R>(1e-6, 1e-12));
         }
 }
@@ -339,8 +339,8 @@ TYPED_TEST(PlasticityTest, NeoHookeanFlowObeysItsLawAndDissipatesHoweverFarTheTr
         if (!yield(q, m, R(dt))) continue;
         of_no_strain += b.x + b.y + b.z <= 0;
         ASSERT_TRUE(finite(q.e) && std::isfinite(q.k)) << b.x << ' ' << b.y << ' ' << b.z;
-        const double slip = double(q.k) / root;
-        double law = root * double(m.yield);
+        const double slip = double(q.k) / yield_root;
+        double law = yield_root * double(m.yield);
         if (paste)
             law += std::sqrt(2.0) * double(m.viscosity) *
                    std::pow(std::sqrt(2.0) * slip / dt, double(m.exponent));

@@ -13,7 +13,7 @@ constexpr Elasticity yielding[] = {Elasticity::neo_hookean, Elasticity::hencky};
 constexpr Plasticity plasticities[] = {
     Plasticity::none,  Plasticity::von_mises,        Plasticity::drucker_prager,
     Plasticity::clamp, Plasticity::herschel_bulkley, Plasticity::fluid};
-constexpr double root = 0.81649658092772603;  // sqrt(2/3)
+constexpr double yield_root = 0.81649658092772603;  // sqrt(2/3): of the deviator over the stress
 
 // E = 1 MPa, nu = 0.3; yields at 50 kPa
 template <class R>
