@@ -121,6 +121,16 @@ HD Contact<R> deepest_contact(const Colliders<R>& c, const Mask& mask, Vec3<R> p
     return nearest_of(c, mask, p, grown, [&](const Shape<R>& s) { return enclosed(s, p, grown); });
 }
 
+// What friction that takes `by` [m/s] leaves of clay that slides at `along`, of length `speed`, over
+// a surface moving at u.
+template <class R>
+HD Vec3<R> after_friction(Vec3<R> along, R speed, Vec3<R> u, R by)
+{
+    const R left = speed - by;
+    if (left <= 0) return u;
+    return u + (left / speed) * along;
+}
+
 // What a surface with outward normal n, moving at u, leaves of the velocity v.  (18)
 template <class R>
 HD Vec3<R> apply_contact(Vec3<R> v, Vec3<R> n, Vec3<R> u, ContactMode mode, R friction)
@@ -131,10 +141,7 @@ HD Vec3<R> apply_contact(Vec3<R> v, Vec3<R> n, Vec3<R> u, ContactMode mode, R fr
     const Vec3<R> along = rel - vn * n;
     if (mode == ContactMode::slip) return u + along;
     if (vn >= 0) return v;
-    const R speed = length(along);
-    const R left = speed + friction * vn;  // what friction leaves of the sliding speed
-    if (left <= 0) return u;
-    return u + (left / speed) * along;
+    return after_friction(along, length(along), u, friction * -vn);
 }
 
 // Whether a primitive can come within `band` of a cube of centre p and edge `edge`.

@@ -123,6 +123,16 @@ bool identity(const RigidMotion<double>& m)
     return m.q.w == 1 && m.p.x == 0 && m.p.y == 0 && m.p.z == 0;
 }
 
+// What slid in the last substep then, has slid in the last one now.
+__global__ void __launch_bounds__(threads)
+    slide_kernel(Sliding<float>* all, int count, const int* then, const Clock* clock)
+{
+    const int i = int(blockIdx.x * threads + threadIdx.x);
+    if (i >= count) return;
+    int& substep = all[i].substep;
+    substep = substep == *then - 1 ? clock->done - 1 : 0;
+}
+
 }  // namespace
 
 void extent(const ParticleView& particles, const Materials& materials, int object,
@@ -171,6 +181,15 @@ void keep_others(const ParticleView& from, const char* gone, const ParticleView&
             cub::DeviceScan::ExclusiveSum(scratch, scratch_bytes, marks, marks, from.count, stream),
             "keep");
     launch("keep", keep_kernel, blocks_of(from), threads, stream, from, gone, to, places, by_id);
+}
+
+void slide_on(const SlidingView& sliding, int fields, const int* then, const Clock* clock,
+              cudaStream_t stream)
+{
+    const int count = fields * sliding.places;
+    if (count == 0) return;
+    launch("slide on", slide_kernel, (count + threads - 1) / threads, threads, stream, sliding.all,
+           count, then, clock);
 }
 
 void order_by_id(const ParticleView& from, const ParticleView& to, cudaStream_t stream)

@@ -47,6 +47,10 @@ void wake(const ParticleView& particles, int object, const Lattice<float>& latti
 std::size_t keep_scratch_bytes(int count);
 void keep_others(const ParticleView& from, const char* gone, const ParticleView& to, int* places,
                  void* scratch, std::size_t scratch_bytes, cudaStream_t stream);
+// Of a copy of how clay slid, which was made when `then` substeps were through: goes on as the
+// clock does now.
+void slide_on(const SlidingView& sliding, int fields, const int* then, const Clock* clock,
+              cudaStream_t stream);
 // All particles in the order of their ids.
 void order_by_id(const ParticleView& from, const ParticleView& to, cudaStream_t stream);
 

@@ -181,10 +181,10 @@ union WarpSpace<false> {
 };
 
 // Walls, and the limit of speed, of node n, which holds clay.
-__device__ inline void finish_node(const GridUpdateView& d, int parity, float dt, Int3 n,
+__device__ inline void finish_node(const GridUpdateView& d, int substep, float dt, Int3 n,
                                    Images& images, bool led)
 {
-    if (!clear_of(n, d.walls)) return update_with_images(d, parity, dt, n, 0, images, led);
+    if (!clear_of(n, d.walls)) return update_with_images(d, substep, dt, n, 0, images, led);
     bool clipped;
     images.own.p = limit_speed(images.own.p, d.lattice, dt, clipped);
     if (clipped) count_slowed(d, images.own.m);
@@ -227,7 +227,7 @@ __device__ void update_node(const GridUpdateView& d, WarpSpace<tools>& space, in
     images.own = after.node;
     if (images.own.m > 0) {
         if (!own.near) images.own.p = apply_gravity(images.own, d.gravity, dt);
-        finish_node(d, n & 1, dt, at, images, after.led);
+        finish_node(d, n, dt, at, images, after.led);
     }
     node_at(d, n & 1, own.i) = images.own;
 }
@@ -287,21 +287,23 @@ __device__ void keep_apart(const GridUpdateView& d, int parity, Int3 n)
     for (int f = 1; f < 3; ++f) node_at(d, parity, f * nodes + i) = v[f];
 }
 
-// Node n of index i, of the field that begins with node `field`, with its images.
+// Node n of index i in a velocity field, with its images.
 template <bool fixed_point, class Tools>
-__device__ Node<float> updated_in(const GridUpdateView& d, int parity, float dt, Int3 n, int field,
+__device__ Node<float> updated_in(const GridUpdateView& d, int substep, float dt, Int3 n, int field,
                                   int i, Images& images, Tools&& tools)
 {
-    const Node<float> sum = sum_of<fixed_point>(d, parity, field + i);
+    const int parity = substep & 1, first = field * d.lattice.node_count();
+    const Node<float> sum = sum_of<fixed_point>(d, parity, first + i);
     if (images.count() > 1 && sum.m > 0) {
         const Vec3<float> free = apply_gravity(sum, d.gravity, dt);
         images.own = {tools(d.lattice.position(n), free), sum.m};
-        load_images<fixed_point>(d, parity, field, images);
-        update_with_images(d, parity, dt, n, field, images, differ(images.own.p, free));
+        load_images<fixed_point>(d, parity, first, images);
+        update_with_images(d, substep, dt, n, field, images, differ(images.own.p, free));
         return images.own;
     }
     bool clipped;
-    const Node<float> alone = update(sum, n, d.lattice, d.walls, d.gravity, dt, clipped, tools);
+    const Node<float> alone = update(sum, n, d.lattice, d.walls, d.gravity, dt, clipped, tools,
+                                     sliding_in(d, field, substep));
     if (clipped) count_slowed(d, sum.m);
     return alone;
 }
@@ -339,7 +341,7 @@ __global__ void __launch_bounds__(block_nodes, resident_cut)
                 return f ? sliced(colliders, mask, x, u, dx, unsigned(f)) : u;
             };
             node_at(d, parity, f * nodes + i) =
-                updated_in<fixed_point>(d, parity, dt, at, f * nodes, i, images, tools);
+                updated_in<fixed_point>(d, n, dt, at, f, i, images, tools);
         }
         for (int k = 0; k < images.count(); ++k)
             keep_apart<fixed_point>(d, parity, image(at, images.way, k));

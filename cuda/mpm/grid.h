@@ -2,6 +2,7 @@
 #pragma once
 #include "cuda/math/node4.h"
 #include "cuda/mpm/lattice.h"
+#include "cuda/mpm/sliding.h"
 #include "cuda/mpm/walls.h"
 
 namespace knead {
@@ -16,18 +17,38 @@ HD Vec3<R> wall_normal(int axis, int sign)
     return R(sign) * Vec3<R>{R(axis == 0), R(axis == 1), R(axis == 2)};
 }
 
-// What the six walls leave of a velocity at node n.  (18) with fixed, axis-aligned normals
+// The sign along each axis of the walls that node n is on or behind.
 template <class R>
-HD Vec3<R> apply_walls(Vec3<R> v, Int3 n, const Walls<R>& walls)
+HD Int3 walls_holding(Int3 n, const Walls<R>& walls)
+{
+    const Int3 at = n - walls.first, free = walls.free;
+    return {held_by(at.x, free.x), held_by(at.y, free.y), held_by(at.z, free.z)};
+}
+// Where a node that meets these walls keeps how it slides: nowhere, unless it meets one alone.
+template <class R>
+HD int sliding_place(Int3 n, Int3 met, const Walls<R>& walls, Int3 size)
+{
+    if ((met.x != 0) + (met.y != 0) + (met.z != 0) != 1) return -1;
+    const int axis = met.x ? 0 : met.y ? 1 : 2;
+    return sliding_place(n, axis, component(met, axis), walls, size);
+}
+
+// What the six walls leave of a velocity at node n of so much mass [kg].  (18), (18a) with fixed,
+// axis-aligned normals
+template <class R, class Slides = Forgotten<R>>
+HD Vec3<R> apply_walls(Vec3<R> v, Int3 n, const Walls<R>& walls, R mass = 0, R dt = 1,
+                       Int3 size = {}, const Slides& slides = {})
 {
     const Int3 at = n - walls.first, free = walls.free;
     if (unsigned(at.x) < unsigned(free.x) && unsigned(at.y) < unsigned(free.y) &&
         unsigned(at.z) < unsigned(free.z))
         return v;
+    const Int3 met = walls_holding(n, walls);
+    const int place = sliding_place(n, met, walls, size);
     ROLLED
     for (int axis = 0; axis < 3; ++axis)
-        if (const int sign = held_by(component(at, axis), component(free, axis)))
-            v = apply_contact(v, wall_normal<R>(axis, sign), {0, 0, 0}, walls.mode, walls.friction);
+        if (const int sign = component(met, axis))
+            v = rubbed(v, wall_normal<R>(axis, sign), walls, mass, dt, place, slides);
     return v;
 }
 
@@ -35,10 +56,11 @@ HD Vec3<R> apply_walls(Vec3<R> v, Int3 n, const Walls<R>& walls)
 // on nodes leaves of the node a step before it and of its image. The velocity on the face is their
 // mean, blended with that of the node on it (1): of their mean is left what is left of any velocity
 // (18), by the same impulse on both. Where a tool leads the node, it leads the image as in a
-// mirror.
-template <class R>
+// mirror. `place` and `slides`: see sliding.h.
+template <class R, class Slides = Forgotten<R>>
 HD void apply_wall(Node<R>& node, Node<R>& image, bool paired, Vec3<R> normal,
-                   const Walls<R>& walls, bool led)
+                   const Walls<R>& walls, bool led, R dt = 1, int place = -1,
+                   const Slides& slides = {})
 {
     if (paired && !(node.m > 0 && image.m > 0)) return;
     if (paired && led) {
@@ -46,14 +68,14 @@ HD void apply_wall(Node<R>& node, Node<R>& image, bool paired, Vec3<R> normal,
         image.p = (walls.mode == ContactMode::sticky ? R(0) : R(2)) * along - node.p;
         return;
     }
-    const Vec3<R> mean = paired ? R(0.5) * (node.p + image.p) : node.p;
-    const Vec3<R> left = apply_contact(mean, normal, {0, 0, 0}, walls.mode, walls.friction);
     if (!paired) {
-        node.p = left;
+        node.p = rubbed(node.p, normal, walls, node.m, dt, place, slides);
         return;
     }
-    const Vec3<R> change = R(2) * (left - mean);
     const R share = image.m / (node.m + image.m);
+    const Vec3<R> mean = R(0.5) * (node.p + image.p);
+    const Vec3<R> left = rubbed(mean, normal, walls, R(4) * share * node.m, dt, place, slides);
+    const Vec3<R> change = R(2) * (left - mean);
     node.p = node.p + share * change;
     image.p = image.p + (1 - share) * change;
 }
@@ -129,15 +151,17 @@ HD Vec3<R> limit_speed(Vec3<R> v, const Lattice<R>& lattice, R dt, bool& clipped
     return clipped ? (limit / speed) * v : v;
 }
 
-// All of it for one node; tools(x, v) answers with what the tools near x leave of v.
-template <class R, class Tools>
+// All of it for one node; tools(x, v) answers with what the tools near x leave of v; `slides`: see
+// sliding.h.
+template <class R, class Tools, class Slides = Forgotten<R>>
 HD Node<R> update(const Node<R>& node, Int3 n, const Lattice<R>& lattice, const Walls<R>& walls,
-                  Vec3<R> gravity, R dt, bool& clipped, Tools&& tools)
+                  Vec3<R> gravity, R dt, bool& clipped, Tools&& tools, const Slides& slides = {})
 {
     clipped = false;
     if (!(node.m > 0)) return {{0, 0, 0}, 0};
     const Vec3<R> v = tools(lattice.position(n), apply_gravity(node, gravity, dt));
-    return {limit_speed(apply_walls(v, n, walls), lattice, dt, clipped), node.m};
+    const Vec3<R> left = apply_walls(v, n, walls, node.m, dt, lattice.size, slides);
+    return {limit_speed(left, lattice, dt, clipped), node.m};
 }
 
 template <class R>
@@ -156,23 +180,21 @@ HD Node<R> after_gravity(const Node<R>& sum, Vec3<R> gravity, R dt)
 // The same for node n and its images, sums that become velocities, as apply_walls() takes them. The
 // node's own is v after gravity and tools; `led` if these left another. Calls slowed(mass) for each
 // that is clipped.
-template <class R, class Nodes, class Slowed>
+template <class R, class Nodes, class Slowed, class Slides>
 HD void update_led(Int3 n, Int3 way, const Lattice<R>& lattice, const Walls<R>& walls,
-                   Vec3<R> gravity, R dt, Nodes&& nodes, Vec3<R> v, bool led, Slowed&& slowed)
+                   Vec3<R> gravity, R dt, Nodes&& nodes, Vec3<R> v, bool led, Slowed&& slowed,
+                   const Slides& slides)
 {
     const Int3 met = walls_met(n, way, walls);
     const int all = image_count(way);
     if ((met.x != 0) + (met.y != 0) + (met.z != 0) == 1) {  // most often: in registers
-        const int axis = met.x ? 0 : met.y ? 1 : 2;
-        const Vec3<R> normal = wall_normal<R>(axis, component(met, axis));
+        const int axis = met.x ? 0 : met.y ? 1 : 2, sign = component(met, axis);
+        const int place = sliding_place(n, axis, sign, walls, lattice.size);
+        const bool paired = all > 1;
         Node<R> own{v, nodes.get(0).m}, image{};
-        if (all > 1) {
-            image = after_gravity(nodes.get(1), gravity, dt);
-            apply_wall(own, image, true, normal, walls, led);
-            nodes.put(1, image);
-        } else {
-            apply_wall(own, image, false, normal, walls, led);
-        }
+        if (paired) image = after_gravity(nodes.get(1), gravity, dt);
+        apply_wall(own, image, paired, wall_normal<R>(axis, sign), walls, led, dt, place, slides);
+        if (paired) nodes.put(1, image);
         nodes.put(0, own);
     } else {
         nodes.put(0, {v, nodes.get(0).m});
@@ -192,15 +214,16 @@ HD void update_led(Int3 n, Int3 way, const Lattice<R>& lattice, const Walls<R>& 
 
 // The same where tools(v) leaves what they leave of the node's velocity, and says whether that is
 // another.
-template <class R, class Nodes, class Tools, class Slowed>
+template <class R, class Nodes, class Tools, class Slowed, class Slides = Forgotten<R>>
 HD void update_images(Int3 n, Int3 way, const Lattice<R>& lattice, const Walls<R>& walls,
-                      Vec3<R> gravity, R dt, Nodes&& nodes, Tools&& tools, Slowed&& slowed)
+                      Vec3<R> gravity, R dt, Nodes&& nodes, Tools&& tools, Slowed&& slowed,
+                      const Slides& slides = {})
 {
     const Node<R> own = nodes.get(0);
     Vec3<R> v{};
     bool led = false;
     if (own.m > 0) v = apply_gravity(own, gravity, dt), led = tools(v);
-    update_led(n, way, lattice, walls, gravity, dt, nodes, v, led, slowed);
+    update_led(n, way, lattice, walls, gravity, dt, nodes, v, led, slowed, slides);
 }
 
 // Which way a number of the nodes rises at node n, at any length: value(node) answers for those

@@ -149,6 +149,7 @@ GridUpdateView grid_view(const Views& d)
             {g.sums[0], g.sums[1]},
             g.marks,
             {g.list[0], g.list[1], g.list[2]},
+            d.sliding,
             d.clock,
             {r.rule.mode,
              r.run,

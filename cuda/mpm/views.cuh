@@ -13,6 +13,7 @@
 #include "cuda/mpm/particles.cuh"
 #include "cuda/mpm/project.h"
 #include "cuda/mpm/sleep.h"
+#include "cuda/mpm/sliding.h"
 #include "cuda/mpm/stored_region.h"
 #include "cuda/mpm/walls.h"
 
@@ -265,6 +266,12 @@ struct GuardView {
     int* list;
 };
 
+// Clay that slides along walls, in each velocity field.
+struct SlidingView {
+    Sliding<float>* all;  // sliding_places() each
+    int places;
+};
+
 struct GridUpdateView {
     // reads
     ContactView contact;
@@ -282,6 +289,7 @@ struct GridUpdateView {
     long long* sums[2];  // fixed-point momenta; else null
     int* marks;
     int* list[3];  // reads those of n - 1 and of n; writes that of n + 1
+    SlidingView sliding;
     Clock* clock;
     GuardView rest;
 };

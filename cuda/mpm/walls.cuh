@@ -127,17 +127,35 @@ __device__ bool bring_images(const GridUpdateView& d, int parity, Int3 n, int i,
     return how.elsewhere;
 }
 
+// How clay slides, past L1: a multiprocessor may have looked at a place two substeps ago.
+struct SlidingOnDevice {
+    Sliding<float>* all;
+    float dx;
+    int substep;
+    __device__ Sliding<float> get(int place) const
+    {
+        const Sliding<float>& s = all[place];
+        return {__ldcg(&s.force), __ldcg(&s.time), __ldcg(&s.substep)};
+    }
+    __device__ void put(int place, const Sliding<float>& s) const { all[place] = s; }
+};
+__device__ inline SlidingOnDevice sliding_in(const GridUpdateView& d, int field, int substep)
+{
+    return {d.sliding.all + field * d.sliding.places, d.lattice.dx, substep};
+}
+
 // Node n with its images: its own has the velocity that tools leave, `led` if that is another, and
-// then what walls leave, which the caller writes. The images are of the field that begins with
-// node `field`.
-__device__ inline void update_with_images(const GridUpdateView& d, int parity, float dt, Int3 n,
+// then what walls leave, which the caller writes. The images are of that velocity field.
+__device__ inline void update_with_images(const GridUpdateView& d, int substep, float dt, Int3 n,
                                           int field, Images& images, bool led)
 {
-    update_led(n, images.way, d.lattice, d.walls, d.gravity, dt, images, images.own.p, led,
-               [&](float mass) { count_slowed(d, mass); });
+    update_led(
+        n, images.way, d.lattice, d.walls, d.gravity, dt, images, images.own.p, led,
+        [&](float mass) { count_slowed(d, mass); }, sliding_in(d, field, substep));
+    const int first = field * d.lattice.node_count();
     ROLLED
     for (int k = 1; k < images.count(); ++k)
-        node_at(d, parity, field + images.index(k)) = images.get(k);
+        node_at(d, substep & 1, first + images.index(k)) = images.get(k);
 }
 
 }  // namespace knead::gpu

@@ -31,6 +31,7 @@ struct Walls {
     ContactMode mode;
     Int3 low_face, high_face;  // the nodes that faces stand on, along each axis; or no_node
     R friction;
+    int face_places;  // see sliding.h
 };
 
 constexpr int no_node = -(1 << 30);  // far from every node
@@ -117,12 +118,30 @@ inline double sinking(double behind)
     return (behind < 0.5 ? x * x / 2 : 1 - x * x / 2) + 0.001;  // and what rounding may add
 }
 
+// Nodes at a wall whose clay may slide: the one before a face, the one on it, or first behind it,
+// and the next. So many places a lattice of that size has in each such layer of each face; none
+// where friction does not hang on pressure, or where they would be too many to count.
+constexpr int sliding_layers = 3;
+inline int sliding_places_of_face(Int3 size, const WallRule& rule)
+{
+    const auto area = [](int a, int b) { return double(a) * b; };
+    const double most =
+        std::fmax(std::fmax(area(size.x, size.y), area(size.y, size.z)), area(size.z, size.x));
+    const bool few = 6 * sliding_layers * most < 2147483648.0;
+    return few && rule.mode == ContactMode::separate && rule.friction > 0 ? int(most) : 0;
+}
+inline int sliding_places(Int3 size, const WallRule& rule)
+{
+    return 6 * sliding_layers * sliding_places_of_face(size, rule);
+}
+
 template <class R, class L>
 Walls<R> walls_on(const Lattice<L>& lattice, const WallRule& rule)
 {
     Walls<R> w{};
     w.min = cast<R>(rule.min), w.max = cast<R>(rule.max);
     w.mode = rule.mode, w.friction = R(rule.friction);
+    w.face_places = sliding_places_of_face(lattice.size, rule);
     const double dx = double(lattice.dx);
     const auto axis = [dx](double low, double high, R& deep_low, R& deep_high, int& first,
                            int& free, int& low_face, int& high_face) {

@@ -20,7 +20,7 @@ namespace {
 static_assert(std::endian::native == std::endian::little, "the file is written as memory is");
 
 constexpr char magic[] = "knead.checkpoint";  // 16 bytes, without the 0
-constexpr std::uint32_t version = 4;
+constexpr std::uint32_t version = 5;
 
 struct Head {
     char magic[16];
@@ -115,6 +115,7 @@ Json facts_json(const Checkpoint& c)
             {"splat_degree", c.splats.cloud.degree},
             {"antialiased", c.splats.cloud.antialiased},
             {"quiet", s.quiet.size()},
+            {"sliding", s.sliding.size()},
             {"quiet_low", triple(s.quiet_low)},
             {"quiet_stored", triple(s.quiet_stored)},
             {"speed_squared", s.speed_squared},
@@ -132,6 +133,7 @@ void each_float(P& p, Visit&& visit)
     for (auto* e : {&p.e.xx, &p.e.yy, &p.e.zz, &p.e.xy, &p.e.xz, &p.e.yz, &p.k}) visit(*e);
 }
 
+constexpr std::size_t sliding_bytes = sizeof(int) + 2 * sizeof(float);
 constexpr std::size_t gaussian_bytes = 12 * sizeof(float) + 2 * sizeof(std::uint32_t);
 template <class G, class Visit>
 void each_float_of(G& g, Visit&& visit)
@@ -144,7 +146,8 @@ std::string body_of(const Checkpoint& c)
     const SavedState& s = c.state;
     std::string body;
     body.reserve(s.setup.particles.size() * (particle_bytes + sizeof(int)) +
-                 s.quiet.size() * sizeof(int) + s.setup.gaussians.size() * gaussian_bytes +
+                 s.quiet.size() * sizeof(int) + s.sliding.size() * sliding_bytes +
+                 s.setup.gaussians.size() * gaussian_bytes +
                  (c.splats.count() + c.local.cloud.count()) *
                      (splat_bytes(c.splats.cloud.degree) + local_bytes));
     for (const Particle<double>& p : s.setup.particles) {
@@ -153,6 +156,8 @@ std::string body_of(const Checkpoint& c)
     }
     for (int id : s.order) append(body, id);
     for (int frames : s.quiet) append(body, frames);
+    for (const SlidingNode& n : s.sliding)
+        append(body, n.place), append(body, n.force), append(body, n.time);
     for (const Gaussian<double>& g : s.setup.gaussians) {
         each_float_of(g, [&](double number) { append(body, float(number)); });
         append(body, g.object), append(body, g.sides);
@@ -165,7 +170,7 @@ std::string body_of(const Checkpoint& c)
 
 // What the body holds.
 struct Counts {
-    std::uint64_t particles, quiet, gaussians, splats, still, home;
+    std::uint64_t particles, quiet, sliding, gaussians, splats, still, home;
     int degree;
 
     bool fill(std::uint64_t bytes) const
@@ -175,11 +180,12 @@ struct Counts {
         const std::uint64_t one = splat_bytes(degree), splat = one + sizeof(float),
                             slot = one + local_bytes;
         if (particles > bytes / each || quiet > bytes / sizeof(int) ||
-            gaussians > bytes / gaussian_bytes || splats > bytes / splat || still > bytes / slot ||
-            home > bytes / sizeof(int))
+            sliding > bytes / sliding_bytes || gaussians > bytes / gaussian_bytes ||
+            splats > bytes / splat || still > bytes / slot || home > bytes / sizeof(int))
             return false;
-        return bytes == particles * each + quiet * sizeof(int) + gaussians * gaussian_bytes +
-                            splats * splat + still * slot + home * sizeof(int);
+        return bytes == particles * each + quiet * sizeof(int) + sliding * sliding_bytes +
+                            gaussians * gaussian_bytes + splats * splat + still * slot +
+                            home * sizeof(int);
     }
 };
 
@@ -193,12 +199,15 @@ void take_body(Checkpoint& c, const Counts& n, const char* from)
     };
     s.setup.gaussians.resize(n.gaussians);
     s.setup.particles.resize(n.particles), s.order.resize(n.particles), s.quiet.resize(n.quiet);
+    s.sliding.resize(n.sliding);
     for (Particle<double>& p : s.setup.particles) {
         each_float(p, take_float);
         taker.take(p.object), taker.take(p.sides);
     }
     for (int& id : s.order) taker.take(id);
     for (int& frames : s.quiet) taker.take(frames);
+    for (SlidingNode& one : s.sliding)
+        taker.take(one.place), taker.take(one.force), taker.take(one.time);
     for (Gaussian<double>& g : s.setup.gaussians) {
         each_float_of(g, take_float);
         taker.take(g.object), taker.take(g.sides);
@@ -329,9 +338,9 @@ Checkpoint parse_checkpoint(const std::string& bytes, const std::string& file)
         const Json all = facts_of(file, facts, facts + head.facts);
         Checkpoint c = facts_in(all);
         const auto count = [&](const char* of) { return all.at(of).get<std::uint64_t>(); };
-        const Counts counts{count("particles"),   count("quiet"), count("gaussians"),
-                            count("splats"),      count("still"), count("home"),
-                            c.splats.cloud.degree};
+        const Counts counts{count("particles"), count("quiet"),       count("sliding"),
+                            count("gaussians"), count("splats"),      count("still"),
+                            count("home"),      c.splats.cloud.degree};
         if (!counts.fill(head.body) || (counts.splats && counts.splats != counts.gaussians))
             refuse(file,
                    fmt::format("expected {} particles, {} blocks, {} Gaussians and {} splats, "

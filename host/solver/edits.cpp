@@ -7,6 +7,7 @@
 #include <string>
 
 #include "cuda/mpm/material.h"
+#include "cuda/mpm/sliding.h"
 
 namespace knead {
 namespace {
@@ -313,6 +314,12 @@ void check_state(const SavedState& state, const Setup& of)
                 state.stiffness >= 0 && std::isfinite(state.stiffness),
             "the state's speed or stiffness is not a number that can be");
     const Rules rules(s);
+    const int fields = rules.setup().cuts ? 3 : 1;
+    const long places = long(fields) * sliding_places(s.lattice.size, s.walls);
+    for (const SlidingNode& n : state.sliding)
+        require(n.place >= 0 && n.place < places && n.force >= 0 && std::isfinite(n.force) &&
+                    n.time > 0 && n.time <= float(sliding_memory),
+                "the state has clay that slides where or as none can");
     for (const Particle<double>& p : s.particles) {
         if (!finite(p)) require(false, "the state has a particle with a number that is not finite");
         rules.check_object(p.object);

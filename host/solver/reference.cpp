@@ -40,8 +40,10 @@ Reference::Reference(const Setup& given)
     setup.particles.clear(), setup.gaussians.clear();
     for (const Binding<float>& b : setup.rig.spheres) bindings.push_back(cast<double>(b));
     for (const Tool<double>& t : setup.tools) blades = blades || t.blade;
-    fields.resize(blades ? 3 : 1);
+    fields.resize(blades ? 3 : 1), sliding.resize(fields.size());
     for (auto& field : fields) field.resize(std::size_t(setup.lattice.node_count()));
+    for (auto& field : sliding)
+        field.resize(std::size_t(sliding_places(given.lattice.size, given.walls)));
 }
 
 // A frame: substeps as long as stability allows, each chosen one ahead.  (22)
@@ -122,14 +124,15 @@ void Reference::p2g(double dt)
     }
 }
 
-// Momenta become velocities (3), (18); beside a blade each label has its own (24), (25). Images
-// behind walls come with their node.
+// Momenta become velocities (3), (18), (18a); beside a blade each label has its own (24), (25).
+// Images behind walls come with their node.
 void Reference::grid(double dt)
 {
     const Lattice<double>& lattice = setup.lattice;
     const Colliders<double> tools = colliders();
     const double light = trifle(setup);
     long clipped = 0, trimmed = 0;
+    ++substeps;
 #pragma omp parallel for num_threads(threads) reduction(+ : clipped, trimmed)
     for (const int i : occupied) {
         const Int3 n = lattice.node_at(i);
@@ -149,8 +152,10 @@ void Reference::grid(double dt)
                 return differ(u, free);
             };
             for (int k = 0; k < image_count(way); ++k) v[f][k] = at(f, image(n, way, k));
-            update_images(n, way, lattice, walls, setup.gravity, dt, InArray<double>{v[f]},
-                          obstacles, [&](double mass) { ++(mass > light ? clipped : trimmed); });
+            update_images(
+                n, way, lattice, walls, setup.gravity, dt, InArray<double>{v[f]}, obstacles,
+                [&](double mass) { ++(mass > light ? clipped : trimmed); },
+                SlidingInArray<double>{sliding[f].data(), lattice.dx, substeps});
         }
         for (int k = 0; k < image_count(way); ++k) {
             const Int3 m = image(n, way, k);

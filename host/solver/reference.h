@@ -7,6 +7,7 @@
 #include "cuda/contact/cut.h"
 #include "cuda/math/node4.h"
 #include "cuda/mpm/lag.h"
+#include "cuda/mpm/sliding.h"
 #include "host/solver/solver.h"
 
 namespace knead {
@@ -69,7 +70,9 @@ class Reference : public Solver {
     std::vector<double> depth;                      // of each in a tool, before projection [m]
     std::vector<std::vector<Node<double>>> fields;  // one, or with blades one a label: node_count
     std::vector<int> occupied;                      // nodes that hold mass
-    std::vector<int> owner;                         // per sphere: its tool
+    std::vector<std::vector<Sliding<double>>> sliding;  // likewise; see sliding.h
+    int substeps = 1;                                   // in all, and one
+    std::vector<int> owner;                             // per sphere: its tool
     std::vector<Sphere<double>> spheres;
     std::vector<Shape<double>> shapes;
     Walls<double> walls;

@@ -112,6 +112,12 @@ class Snapshot {
     virtual std::size_t bytes() const = 0;
 };
 
+// A node whose clay slid along a wall when the last substep ended (sliding.h).
+struct SlidingNode {
+    int place;          // of the lattice's, those of one velocity field after the other
+    float force, time;  // [N] [s]
+};
+
 // The same in plain values on the host: for files, for undo, for another solver of the same kind.
 struct SavedState {
     Setup setup;              // with its particles, by id, and its Gaussians
@@ -123,6 +129,7 @@ struct SavedState {
     Int3 quiet_low{}, quiet_stored{};  // nodes
     std::vector<int> quiet;
     bool covered = false;  // a blade was in the clay when the last frame ended
+    std::vector<SlidingNode> sliding;
 };
 
 namespace gpu {

@@ -152,6 +152,7 @@ TEST_F(CheckpointFile, HoldsGaussiansThatFollowTheClay)
     }
     c.splats = carried(cloud), c.splats.extent[1] = 3;
     c.local.cloud = cloud, c.local.away = {1, 0}, c.local.normal = {{0, 1, 0}, {0, 0, 0}};
+    c.state.sliding = {{7, 0.5f, 0.01f}, {9, 2, 0.05f}};
     c.local.home = {0, -1}, c.local.clay = {{-5, -1}, {7, 2}}, c.local.objects = 3;
     write_checkpoint(path("with"), c);
     const Checkpoint read = read_checkpoint(path("with"));
@@ -164,6 +165,7 @@ TEST_F(CheckpointFile, HoldsGaussiansThatFollowTheClay)
     EXPECT_TRUE(same_bits(read.state.setup.gaussians, c.state.setup.gaussians));
     EXPECT_TRUE(same_bits(read.state.setup.particles, c.state.setup.particles));
     EXPECT_EQ(read.state.quiet, c.state.quiet);
+    EXPECT_TRUE(same_bits(read.state.sliding, c.state.sliding));
     EXPECT_EQ(read.record.rows.back().stats.stranded, 7);
     EXPECT_EQ(read.record.rows.back().splats_split, 5);
     EXPECT_TRUE(read.splats.cloud.antialiased);

@@ -19,13 +19,14 @@ struct CpuSnapshot : Snapshot {
     std::vector<Particle<R>> q;
     std::vector<Gaussian<R>> splats;
     std::vector<int> ids, quiet;
+    std::vector<SlidingNode> sliding;
     bool was_covered = false;
     Extremes most{};
     explicit CpuSnapshot(const Rules& rules) : book(rules) {}
     std::size_t bytes() const override
     {
         return q.size() * (sizeof q[0] + sizeof ids[0]) + quiet.size() * sizeof quiet[0] +
-               splats.size() * sizeof splats[0];
+               splats.size() * sizeof splats[0] + sliding.size() * sizeof sliding[0];
     }
 };
 
@@ -40,6 +41,8 @@ void CpuSolver<R>::apply_rules()
     walls = walls_on<R>(setup.lattice, setup.walls);
     for (int f = 0; f < (posed.blades ? 3 : 1); ++f)
         grid[f].resize(std::size_t(lattice.node_count()));
+    for (int f = 0; f < (posed.blades ? 3 : 1); ++f)
+        sliding[f].resize(std::size_t(sliding_places(lattice.size, setup.walls)));
     split.resize(posed.blades ? std::size_t(lattice.block_count()) : 0);
     edited();
     times.clear();
@@ -53,6 +56,7 @@ void CpuSolver<R>::edited()
 {
     splats_arranged = false;
     most = extremes();
+    for (auto& field : sliding) std::fill(field.begin(), field.end(), Sliding<R>{});
     ++changes;
 }
 
@@ -192,12 +196,35 @@ void CpuSolver<R>::set_tools(const Rig& rig, const std::vector<Tool<double>>& to
     apply_rules();
 }
 
+// Nodes whose clay slid in the last substep.
+template <class R>
+std::vector<SlidingNode> CpuSolver<R>::sliding_now() const
+{
+    std::vector<SlidingNode> all;
+    for (std::size_t f = 0, n = 0; f < 3; ++f)
+        for (const Sliding<R>& s : sliding[f]) {
+            if (s.substep == substeps) all.push_back({int(n), float(s.force), float(s.time)});
+            ++n;
+        }
+    return all;
+}
+template <class R>
+void CpuSolver<R>::slide_on(const std::vector<SlidingNode>& nodes)
+{
+    const std::size_t each = sliding[0].size();
+    for (const SlidingNode& s : nodes) {
+        const auto n = std::size_t(s.place);
+        sliding[n / each][n % each] = {R(s.force), R(s.time), substeps};
+    }
+}
+
 template <class R>
 std::shared_ptr<const Snapshot> CpuSolver<R>::snapshot() const
 {
     auto to = std::make_shared<CpuSnapshot<R>>(book);
     to->solver = identity, to->q = q, to->ids = ids, to->splats = splats;
     to->quiet = stillness.quiet, to->was_covered = was_covered, to->most = most;
+    to->sliding = sliding_now();
     return to;
 }
 
@@ -221,6 +248,7 @@ void CpuSolver<R>::restore(const Snapshot& snapshot)
     posed = PosedTools<R>(setup, lattice);
     apply_rules();
     most = from.most;
+    slide_on(from.sliding);
 }
 
 template <class R>
@@ -256,7 +284,7 @@ SavedState CpuSolver<R>::save() const
     state.order = ids;
     state.speed_squared = float(most.speed * most.speed), state.stiffness = float(most.stiffness);
     state.quiet = stillness.quiet, state.quiet_stored = lattice.stored;
-    state.covered = was_covered;
+    state.covered = was_covered, state.sliding = sliding_now();
     return state;
 }
 
@@ -276,6 +304,7 @@ void CpuSolver<R>::load(const SavedState& state)
     posed = PosedTools<R>(setup, lattice);
     apply_rules();
     most = {std::sqrt(double(state.speed_squared)), state.stiffness};
+    slide_on(state.sliding);
 }
 
 template class CpuSolver<float>;

@@ -202,6 +202,7 @@ void CpuSolver<R>::grid_update(R dt)
 {
     const Colliders<R> colliders = posed.colliders();
     const R light = R(trifle(setup));
+    ++substeps;
     for_each(int(bins.reached.size()), stage_grid, [&](int t, Counts& c) {
         const int b = bins.reached[std::size_t(t)];
         if (!split.empty() && split[std::size_t(b)]) return split_update(b, dt, c);
@@ -224,7 +225,7 @@ void CpuSolver<R>::grid_update(R dt)
             }
             bool clipped;
             grid[0][std::size_t(b) * block_nodes + std::size_t(l)] =
-                update(sum[l], n, lattice, walls, gravity, dt, clipped, hands);
+                update(sum[l], n, lattice, walls, gravity, dt, clipped, hands, slides(0));
             if (clipped) ++(sum[l].m > light ? c.clipped : c.trimmed);
         }
     });

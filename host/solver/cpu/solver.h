@@ -142,6 +142,7 @@ class CpuSolver : public Solver {
     Together updated(Int3 node, R mass) const;
     void update_together(int b, Int3 node, Int3 across, R dt, Counts& counts);
     void split_update(int b, R dt, Counts& counts);
+    SlidingInArray<R> slides(int field) { return {sliding[field].data(), lattice.dx, substeps}; }
     void g2p(R dt);
     void share_pressure(int slot, Bins::Members members);
     const CpuSnapshot<R>& known(const Snapshot& snapshot) const;
@@ -186,6 +187,8 @@ class CpuSolver : public Solver {
     void for_each(int count, StageName stage, Body&& body);
     void apply_rules();
     void by_id();
+    std::vector<SlidingNode> sliding_now() const;
+    void slide_on(const std::vector<SlidingNode>& nodes);
     void renumber();
     void wake(const Particle<R>& particle);
     template <class Edit>
@@ -213,13 +216,15 @@ class CpuSolver : public Solver {
     std::vector<int> splat_order, splats_before, splat_blocks;
     bool splats_arranged = false;  // none has moved since
     // Three velocity fields: all clay, and where a blade has been (25) that of uncut and one label.
-    Sums sums[3];                  // a tile per occupied block
-    std::vector<Node<R>> grid[3];  // node_count velocities
-    std::vector<char> split;       // per block: its nodes have three fields; empty without blades
-    bool was_covered = false;      // a blade was in the clay at the end of the last frame
-    Extremes most{};               // as the last substep left the clay
-    long changes = 0;              // frames, edits
-    std::vector<Counts> counts;    // per thread
+    Sums sums[3];                        // a tile per occupied block
+    std::vector<Node<R>> grid[3];        // node_count velocities
+    std::vector<Sliding<R>> sliding[3];  // at walls, see sliding.h
+    int substeps = 1;                    // in all, and one
+    std::vector<char> split;     // per block: its nodes have three fields; empty without blades
+    bool was_covered = false;    // a blade was in the clay at the end of the last frame
+    Extremes most{};             // as the last substep left the clay
+    long changes = 0;            // frames, edits
+    std::vector<Counts> counts;  // per thread
     std::vector<StageTime> times;
 };
 

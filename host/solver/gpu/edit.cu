@@ -214,6 +214,28 @@ Extent Store::extent(int object, const RigidMotion<double>& motion, int side,
     return found.downloaded()[0];
 }
 
+std::vector<SlidingNode> Store::sliding_now(int done) const
+{
+    std::vector<SlidingNode> nodes;
+    const std::vector<Sliding<float>> each = sliding.downloaded();
+    for (std::size_t i = 0; i < each.size(); ++i)
+        if (each[i].substep == done - 1) nodes.push_back({int(i), each[i].force, each[i].time});
+    return nodes;
+}
+
+void Store::slide_on(const std::vector<SlidingNode>& nodes, int done) const
+{
+    std::vector<Sliding<float>> each(sliding.size());
+    for (const SlidingNode& n : nodes) each[std::size_t(n.place)] = {n.force, n.time, done - 1};
+    gpu::upload(sliding.data(), each.data(), each.size());
+}
+
+void Store::forget_sliding(cudaStream_t stream) const
+{
+    if (sliding.size() == 0) return;
+    gpu::check(cudaMemsetAsync(sliding.data(), 0, sliding.bytes(), stream), "forget sliding");
+}
+
 void Store::set_quiet(const std::vector<int>& quiet) const
 {
     if (!used.rests) return;
@@ -223,11 +245,13 @@ void Store::set_quiet(const std::vector<int>& quiet) const
 
 std::shared_ptr<DeviceState> Store::state(int side, cudaStream_t stream) const
 {
-    auto to = std::make_shared<DeviceState>(all.lattice, count(),
-                                            used.rests ? box.quiet.bytes() : 0, pool, stream);
+    auto to = std::make_shared<DeviceState>(
+        all.lattice, count(), used.rests ? box.quiet.bytes() : 0, sliding.bytes(), pool, stream);
     copy(to->rows(), all.particles[side].rows, to->row_bytes, stream);
     copy(to->ids(), all.particles[side].ids, to->id_bytes, stream);
     copy(to->quiet(), box.quiet.data(), to->quiet_bytes, stream);
+    copy(to->sliding(), sliding.data(), to->sliding_bytes, stream);
+    copy(to->done(), &all.clock->done, sizeof(int), stream);
     gpu::check(cudaEventRecord(to->used, stream), "snapshot");
     return to;
 }
@@ -237,6 +261,8 @@ void Store::put_back(const DeviceState& from, int side, cudaStream_t stream) con
     copy(all.particles[side].rows, from.rows(), from.row_bytes, stream);
     copy(all.particles[side].ids, from.ids(), from.id_bytes, stream);
     if (used.rests) copy(box.quiet.data(), from.quiet(), from.quiet_bytes, stream);
+    copy(sliding.data(), from.sliding(), from.sliding_bytes, stream);
+    gpu::slide_on(all.sliding, all.grid.fields, from.done(), all.clock, stream);
     gpu::check(cudaEventRecord(from.used, stream), "restore");
 }
 
@@ -251,15 +277,15 @@ Pool::Pool(int device)
 }
 
 DeviceState::DeviceState(const Lattice<float>& of, int particles, std::size_t quiet,
-                         std::shared_ptr<Pool> from, cudaStream_t stream)
+                         std::size_t sliding, std::shared_ptr<Pool> from, cudaStream_t stream)
     : lattice(of),
       count(particles),
       row_bytes(std::size_t(particles) * particle_rows * sizeof(float4)),
       id_bytes(std::size_t(particles) * sizeof(int)),
       quiet_bytes(quiet),
+      sliding_bytes(sliding),
       pool(std::move(from))
 {
-    if (bytes() == 0) return;
     void* all = nullptr;
     check(cudaMallocFromPoolAsync(&all, bytes(), pool->pool, stream), "snapshot memory");
     memory = static_cast<unsigned char*>(all);

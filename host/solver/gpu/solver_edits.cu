@@ -58,6 +58,7 @@ void GpuSolver::edited()
     const Extent around = store.extent(every_object, at_rest, side, main);
     if (store.features().fixed_point && !around.empty())
         store.arrange_as_new(around, side, main), side = 0;
+    store.forget_sliding(main);
     set_clock(around.peak, unsorted);
     show();
     ++changes, stale = true, posed = false;
@@ -281,7 +282,7 @@ SavedState GpuSolver::save() const
     to.speed_squared = std::bit_cast<float>(peak.fastest), to.drift = drift;
     to.stiffness = std::bit_cast<float>(peak.stiffest);
     to.quiet_low = box.low, to.quiet_stored = box.stored, to.quiet = store.quiet();
-    to.covered = was_covered;
+    to.covered = was_covered, to.sliding = store.sliding_now(store.clock().done);
     return to;
 }
 
@@ -305,6 +306,7 @@ void GpuSolver::load(const SavedState& from)
     splats.set(from.setup.gaussians, store.views().lattice);
     adopt(next);
     store.set_quiet(quiet_over(from, store.views().lattice));
+    store.slide_on(from.sliding, store.clock(main).done);
     was_covered = from.covered;
     set_clock(
         {std::bit_cast<unsigned>(from.speed_squared), std::bit_cast<unsigned>(from.stiffness)},

@@ -17,24 +17,29 @@ struct Pool {
     ~Pool() { cudaMemPoolDestroy(pool); }
 };
 
-// Rows and ids of particles, and how long blocks have been at rest. Freed in stream order, when its
-// last copy is over.
+// Rows and ids of particles, how long blocks have been at rest, how clay slides along walls, and
+// how many substeps were through. Freed in stream order, when its last copy is over.
 struct DeviceState {
     Lattice<float> lattice;
     int count = 0;
-    std::size_t row_bytes = 0, id_bytes = 0, quiet_bytes = 0;
+    std::size_t row_bytes = 0, id_bytes = 0, quiet_bytes = 0, sliding_bytes = 0;
     unsigned char* memory = nullptr;  // one behind the other
     Event used{cudaEventDisableTiming};
     std::shared_ptr<Pool> pool;
 
     DeviceState(const Lattice<float>& lattice, int count, std::size_t quiet_bytes,
-                std::shared_ptr<Pool> pool, cudaStream_t stream);
+                std::size_t sliding_bytes, std::shared_ptr<Pool> pool, cudaStream_t stream);
     DeviceState(const DeviceState&) = delete;
     ~DeviceState();
-    std::size_t bytes() const { return row_bytes + id_bytes + quiet_bytes; }
+    std::size_t bytes() const
+    {
+        return row_bytes + id_bytes + quiet_bytes + sliding_bytes + sizeof(int);
+    }
     unsigned char* rows() const { return memory; }
     unsigned char* ids() const { return memory + row_bytes; }
     unsigned char* quiet() const { return memory + row_bytes + id_bytes; }
+    unsigned char* sliding() const { return quiet() + quiet_bytes; }
+    int* done() const { return reinterpret_cast<int*>(sliding() + sliding_bytes); }
 };
 
 // Gaussians, as GaussianView lays them out; likewise.

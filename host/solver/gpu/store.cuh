@@ -64,8 +64,8 @@ class Store {
     std::vector<Vec3<double>> places_in(Vec3<double> low, Vec3<double> high) const;
     std::vector<float> depths(cudaStream_t stream) const;  // of penetration(), by id [m]
     void set_sides(const std::vector<Particle<double>>& particles) const;
-    // The particles, and how long blocks have been at rest; put back into a store that has room
-    // for them, the same box of nodes and the same particles on `side`.
+    // The particles, how long blocks have been at rest, and how clay slides; put back into a store
+    // that has room for them, the same box of nodes and the same particles on `side`.
     std::shared_ptr<DeviceState> state(int side, cudaStream_t stream) const;
     void put_back(const DeviceState& state, int side, cudaStream_t stream) const;
     // In plain values: ids in the order that particles lie in, quiet blocks.
@@ -96,6 +96,10 @@ class Store {
     void resize(int count);
     void upload(const std::vector<Particle<double>>& particles, const std::vector<int>& order);
     void set_quiet(const std::vector<int>& quiet) const;
+    // Clay that slid along walls when the last substep ended; sliding clay begins anew.
+    std::vector<SlidingNode> sliding_now(int done) const;
+    void slide_on(const std::vector<SlidingNode>& nodes, int done) const;
+    void forget_sliding(cudaStream_t stream) const;
     // Of an object, as it will be after a motion; or of all.
     Extent extent(int object, const RigidMotion<double>& motion, int side,
                   cudaStream_t stream) const;
@@ -125,6 +129,7 @@ class Store {
     DeviceArray<float> travel;
     DeviceArray<unsigned> run_listed;
     DeviceArray<int> runs, in_line[2];
+    DeviceArray<Sliding<float>> sliding;
     DeviceArray<Clock> clocks;
     DeviceArray<FrameInput> input;
     DeviceArray<unsigned char> scratch, near_runs;

@@ -1,0 +1,84 @@
+// Friction of clay that slides along a wall: it goes by what has pressed the clay there on an
+// average, not by what presses it just now.  (18a)
+//
+// Friction does not follow a change of pressure at once [Prakash 1998]. Where it does, sliding
+// along a wall and swinging against it drive each other: an elastic body that slides shakes itself,
+// at any resolution, and slides on where it should stop [Ranjith & Rice 2001].
+#pragma once
+#include "cuda/contact/contact.h"
+#include "cuda/mpm/walls.h"
+
+namespace knead {
+
+// Of a node whose clay slides along a wall.
+template <class R>
+struct Sliding {
+    R force;      // mean of what presses it [N]
+    R time;       // how long it has slid, `sliding_memory` at most [s]
+    int substep;  // the last in which it did
+};
+
+// How far back that mean reaches: in time [s], and along the wall [cells], for a node is pressed by
+// what passes it.
+constexpr double sliding_memory = 0.05, sliding_way = 0.25;
+
+// Which place is node n's, which meets one wall, along `axis`, of a normal of that sign; -1: none.
+template <class R>
+HD int sliding_place(Int3 n, int axis, int sign, const Walls<R>& walls, Int3 size)
+{
+    const int at = component(n, axis) - component(walls.first, axis);
+    const int layer = sign > 0 ? -at : at - component(walls.free, axis) + 1;
+    if (walls.face_places == 0 || unsigned(layer) >= unsigned(sliding_layers)) return -1;
+    const int along = axis == 0   ? n.y + size.y * n.z
+                      : axis == 1 ? n.x + size.x * n.z
+                                  : n.x + size.x * n.y;
+    return ((2 * axis + (sign < 0)) * sliding_layers + layer) * walls.face_places + along;
+}
+
+// Where places are kept, on a lattice of that spacing, in substep `substep`.
+template <class R>
+struct SlidingInArray {
+    Sliding<R>* all;
+    R dx;  // [m]
+    int substep;
+    HD Sliding<R> get(int place) const { return all[place]; }
+    HD void put(int place, const Sliding<R>& s) const { all[place] = s; }
+};
+// Kept nowhere: every substep is the first.
+template <class R>
+struct Forgotten {
+    R dx = 1;
+    int substep = 0;
+    HD Sliding<R> get(int) const { return {0, 0, -2}; }
+    HD void put(int, const Sliding<R>&) const {}
+};
+
+// What a wall leaves of a velocity; `mass` is what it stops [kg], `place` as above. (18) where the
+// clay sticks, lifts or begins to slide.
+template <class R, class Slides>
+HD Vec3<R> rubbed(Vec3<R> v, Vec3<R> normal, const Walls<R>& walls, R mass, R dt, int place,
+                  const Slides& slides)
+{
+    const Vec3<R> still{0, 0, 0};
+    const R pressing = -dot(v, normal);
+    if (place < 0 || !(pressing > 0) || !(mass > 0))
+        return apply_contact(v, normal, still, walls.mode, walls.friction);
+    const Sliding<R> before = slides.get(place);
+    const bool slid = before.substep == slides.substep - 1;
+    const Vec3<R> along = v + pressing * normal;
+    const R speed = length(along);
+    Sliding<R> now{pressing * mass / dt, dt, slides.substep};
+    R mean = pressing;
+    if (slid) {
+        now.time = min(before.time + dt, R(sliding_memory));
+        const R forgets = max(1 / now.time, speed / (R(sliding_way) * slides.dx));  // [1/s]
+        const R share = min(dt * forgets, R(1));
+        now.force = before.force + share * (now.force - before.force);
+        mean = now.force * dt / mass;
+    }
+    const Vec3<R> left = after_friction(along, speed, still, walls.friction * mean);
+    if (left.x != 0 || left.y != 0 || left.z != 0) slides.put(place, now);
+    return left;
+}
+
+}  // namespace knead
