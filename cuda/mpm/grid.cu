@@ -19,8 +19,10 @@ namespace {
 // threads look after one block, so that a warp shares the closest points of fewer nodes.
 template <bool tools>
 constexpr int threads = tools ? 32 * block_nodes / shared_nodes : block_nodes;
-template <bool tools>
-constexpr int resident = tools ? 4 : 12;
+template <bool tools, bool fixed_point>
+constexpr int resident = tools         ? 4
+                         : fixed_point ? 10
+                                       : 12;
 constexpr int resident_cut = 8;
 template <bool tools>
 constexpr int blocks_per_cta = tools ? 2 : 1;
@@ -233,7 +235,8 @@ __device__ void update_node(const GridUpdateView& d, WarpSpace<tools>& space, in
 }
 
 template <class Case>
-__global__ void __launch_bounds__(threads<Case::features.tools>, resident<Case::features.tools>)
+__global__ void __launch_bounds__(threads<Case::features.tools>,
+                                  resident<Case::features.tools, Case::features.fixed_point>)
     grid_kernel(const __grid_constant__ GridUpdateView d)
 {
     constexpr bool tools = Case::features.tools, fixed_point = Case::features.fixed_point;
@@ -362,7 +365,7 @@ constexpr auto launch_for = []<class Case>(Case) -> Launch {
     if constexpr (f.blades)
         return {cut_grid_kernel<Case>, block_nodes, resident_cut};
     else
-        return {grid_kernel<Case>, threads<f.tools>, resident<f.tools>};
+        return {grid_kernel<Case>, threads<f.tools>, resident<f.tools, f.fixed_point>};
 };
 
 }  // namespace

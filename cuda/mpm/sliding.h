@@ -61,8 +61,8 @@ HD Vec3<R> rubbed(Vec3<R> v, Vec3<R> normal, const Walls<R>& walls, R mass, R dt
 {
     const Vec3<R> still{0, 0, 0};
     const R pressing = -dot(v, normal);
-    if (place < 0 || !(pressing > 0) || !(mass > 0))
-        return apply_contact(v, normal, still, walls.mode, walls.friction);
+    const bool rubs = walls.mode == ContactMode::separate && pressing > 0 && mass > 0;
+    if (place < 0 || !rubs) return apply_contact(v, normal, still, walls.mode, walls.friction);
     const Sliding<R> before = slides.get(place);
     const bool slid = before.substep == slides.substep - 1;
     const Vec3<R> along = v + pressing * normal;

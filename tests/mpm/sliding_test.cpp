@@ -11,7 +11,7 @@
 namespace knead {
 namespace {
 
-constexpr double friction = 0.3, dx = 0.01, mass = 2e-3, dt = 1e-4;
+constexpr double friction = 0.3, dx = 0.01, mass = 2, dt = 1e-4;
 const Lattice<double> lattice{{16, 20, 24}, dx};
 const Vec3<double> up{0, 1, 0};
 
@@ -52,7 +52,7 @@ TEST(Sliding, IsRubbedByTheMeanOfWhatPressesIt)
         // What swings as fast is left by 1 / sqrt(1 + (0.02 * 500)^2).
         if (n > 5000) EXPECT_NEAR(by, friction * 10, friction * 6 * 0.105) << n;
     }
-    EXPECT_NEAR(mean, friction * 10, 0.02);
+    EXPECT_NEAR(mean, friction * 10, 0.03);
 }
 
 // A node that clay passes at once has other clay above it soon: a quarter of a cell on, two thirds
@@ -77,7 +77,7 @@ TEST(Sliding, BeginsAnewWhereItDidNotSlide)
         return node;
     };
     Pressed stuck = long_pressed();
-    EXPECT_NEAR(stuck.rubbing(20, 1e-9), 1e-9 * mass / dt, 1e-15);  // all of its speed
+    EXPECT_NEAR(stuck.rubbing(20, 1e-9), 1e-9 * mass / dt, 1e-12);  // all of its speed
     EXPECT_NEAR(stuck.rubbing(20, 0.1), friction * 20, 1e-12);
     Pressed lifted = long_pressed();
     EXPECT_EQ(lifted.rubbing(-1, 0.1), 0);
@@ -129,9 +129,9 @@ TEST(Sliding, HasAPlaceForEachNodeAtOneWall)
         return count;
     };
     // Two layers of each face, those on it and behind it, without their rims: 16 x 20 x 24 nodes of
-    // which 9 x 13 x 17 are free.
+    // which 8 x 12 x 16 are free.
     WallRule rule = walls_inside(lattice, 3, ContactMode::separate, 0.1);
-    EXPECT_EQ(places(rule), 2 * 2 * (9 * 13 + 13 * 17 + 17 * 9));
+    EXPECT_EQ(places(rule), 2 * 2 * (8 * 12 + 12 * 16 + 16 * 8));
     rule.friction = 0;
     EXPECT_EQ(places(rule), 0);
     rule = walls_inside(lattice, 3, ContactMode::sticky, 0.1);
