@@ -18,45 +18,71 @@ __global__ void __launch_bounds__(threads) pose_kernel(const __grid_constant__ P
     pose_part(space, int(blockIdx.x), false);
 }
 
-// Where the tools may be at any time of the frame, shared out as posing is.
-__global__ void __launch_bounds__(threads) sweep_kernel(const __grid_constant__ SweepView t)
+// Where the tools may be at any time of the frame, shared out as posing is. A thread has a joint at
+// one of three times, and a sphere; what that hangs on is asked for before joints are waited for.
+constexpr int sweep_threads = 3 * staged_joints;
+static_assert(3 * part_primitives <= sweep_threads);
+__global__ void __launch_bounds__(sweep_threads) sweep_kernel(const __grid_constant__ SweepView t)
 {
     __shared__ Joint<float> joints[3][staged_joints];  // at the frame's beginning, middle and end
     __shared__ Sphere<float> spheres[3 * part_primitives];
     __shared__ float travel[3 * part_primitives];
+    // A thread's own: an array indexed at run time would be in local memory.
+    __shared__ Binding<float> bindings[3 * part_primitives];
     trigger_dependents();
     const int part = int(blockIdx.x), thread = int(threadIdx.x), count = t.primitives.count;
     const bool staged = t.joints <= staged_joints;
-    for (int k = thread; staged && k < 3 * t.joints; k += threads)
-        joints[k / t.joints][k % t.joints] = joint_at(t, 0.5 * (k / t.joints), k % t.joints);
+    const bool posing = thread < 3 * part_primitives && primitive_of(part, thread / 3) < count;
+    Stretch<float> size{};
+    if (posing) {
+        const Primitive& p = t.primitives[primitive_of(part, thread / 3)];
+        bindings[thread] = t.bindings[p.sphere[thread % 3]], size = t.tools[p.tool].stretch;
+    }
+    if (staged && thread < 3 * t.joints) {
+        const int end = thread / t.joints, j = thread % t.joints;
+        joints[end][j] = joint_at(t, 0.5 * end, j);
+    }
     __syncthreads();
     const auto at = [&](int end) {
         return [&t, staged, end, pose = joints[end]](int j) {
             return staged ? pose[j] : joint_at(t, 0.5 * end, j);
         };
     };
-    for (int k = thread; k < 3 * part_primitives && primitive_of(part, k / 3) < count;
-         k += threads) {
-        const Primitive& p = t.primitives[primitive_of(part, k / 3)];
-        spheres[k] = amid(t.bindings[p.sphere[k % 3]], t.tools[p.tool].stretch, at(0), at(1), at(2),
-                          travel[k] = 0);
+    if (posing) {
+        travel[thread] = 0;
+        spheres[thread] = amid(bindings[thread], size, at(0), at(1), at(2), travel[thread]);
     }
     __syncthreads();
-    for (int k = thread; k < part_primitives && primitive_of(part, k) < count; k += threads) {
-        const int i = primitive_of(part, k);
-        const Sphere<float>* own = spheres + 3 * k;
-        form(t.amid[i], t.primitives[i].count, own[0], own[1], own[2]);
-        t.travel[i] = max(travel[3 * k], max(travel[3 * k + 1], travel[3 * k + 2]));
+    if (thread >= part_primitives || primitive_of(part, thread) >= count) return;
+    const int i = primitive_of(part, thread);
+    const Sphere<float>* own = spheres + 3 * thread;
+    form(t.amid[i], t.primitives[i].count, own[0], own[1], own[2]);
+    t.travel[i] = max(travel[3 * thread], max(travel[3 * thread + 1], travel[3 * thread + 2]));
+}
+
+// Of the primitives that a lane looks after, one in each word of a mask, a bit each: those of tools
+// that act in this frame, and of blades.
+struct OwnPrimitives {
+    unsigned active, blades;
+};
+__device__ OwnPrimitives own_primitives(const SweptView& t, int lane)
+{
+    OwnPrimitives own{};
+    UNROLL
+    for (int word = 0; word < mask_words; ++word) {
+        const int i = 32 * word + lane;
+        if (i >= t.primitives.count) continue;
+        const Tool<float>& tool = t.tools[t.primitives[i].tool];
+        own.active |= unsigned(tool.active) << word, own.blades |= unsigned(tool.blade) << word;
     }
+    return own;
 }
 
 // Whether primitive i may touch what is in the cube of centre p.
-__device__ bool may_touch(const SweptView& t, int i, Vec3<float> p, float edge, float dx)
+__device__ bool may_touch(const SweptView& t, int i, bool blade, Vec3<float> p, float edge,
+                          float dx)
 {
-    if (i >= t.primitives.count) return false;
-    const Tool<float>& tool = t.tools[t.primitives[i].tool];
-    if (!tool.active) return false;
-    const float band = candidate_band(tool.blade) * dx + t.travel[i], half = 0.5f * edge + band;
+    const float band = candidate_band(blade) * dx + t.travel[i], half = 0.5f * edge + band;
     const Shape<float>& s = t.amid[i];
     const bool beside = p.x + half < s.low.x || p.x - half > s.high.x || p.y + half < s.low.y ||
                         p.y - half > s.high.y || p.z + half < s.low.z || p.z - half > s.high.z;
@@ -67,18 +93,22 @@ __device__ bool may_touch(const SweptView& t, int i, Vec3<float> p, float edge, 
 // runs of particles that it has lined up take their places.
 __global__ void __launch_bounds__(threads) mask_kernel(const __grid_constant__ MaskView d)
 {
+    const int thread = int(blockIdx.x * threads + threadIdx.x), lane = thread & 31;
+    const OwnPrimitives own = own_primitives(d, lane);  // known before the sweep is over
     wait_for_upstream();
-    const int thread = int(blockIdx.x * threads + threadIdx.x);
     for (int k = thread; k < d.run_count; k += int(gridDim.x) * threads) d.runs[k] = d.next_runs[k];
-    const int b = thread / 32, lane = int(threadIdx.x & 31);
+    const int b = thread / 32;
     if (b >= d.lattice.block_count()) return;
     const Int3 at = d.lattice.block_at(b);
     const float edge = block_edge * d.lattice.dx;
     const Vec3<float> p = {edge * (float(at.x) + 0.5f), edge * (float(at.y) + 0.5f),
                            edge * (float(at.z) + 0.5f)};
+    ROLLED
     for (int word = 0; word < mask_words; ++word) {
-        const unsigned bits =
-            __ballot_sync(0xffffffffu, may_touch(d, 32 * word + lane, p, edge, d.lattice.dx));
+        const bool touches =
+            (own.active >> word & 1) &&
+            may_touch(d, 32 * word + lane, own.blades >> word & 1, p, edge, d.lattice.dx);
+        const unsigned bits = __ballot_sync(0xffffffffu, touches);
         if (lane == 0) d.masks[b].bits[word] = bits;
     }
 }
@@ -100,7 +130,7 @@ __global__ void __launch_bounds__(threads, 8)
 
 void masks(const Views& views, cudaStream_t stream)
 {
-    launch("sweep", sweep_kernel, pose_parts, threads, stream, sweep_view(views));
+    launch("sweep", sweep_kernel, pose_parts, sweep_threads, stream, sweep_view(views));
     launch_pdl("masks", mask_kernel, blocks_for(views.lattice.block_count(), threads / 32), threads,
                stream, mask_view(views));
 }
