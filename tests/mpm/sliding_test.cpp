@@ -50,7 +50,9 @@ TEST(Sliding, IsRubbedByTheMeanOfWhatPressesIt)
         }
         mean += by / 20000;
         // What swings as fast is left by 1 / sqrt(1 + (0.02 * 500)^2).
-        if (n > 5000) EXPECT_NEAR(by, friction * 10, friction * 6 * 0.105) << n;
+        if (n > 5000) {
+            EXPECT_NEAR(by, friction * 10, friction * 6 * 0.105) << n;
+        }
     }
     EXPECT_NEAR(mean, friction * 10, 0.03);
 }
