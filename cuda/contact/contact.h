@@ -121,8 +121,8 @@ HD Contact<R> deepest_contact(const Colliders<R>& c, const Mask& mask, Vec3<R> p
     return nearest_of(c, mask, p, grown, [&](const Shape<R>& s) { return enclosed(s, p, grown); });
 }
 
-// What friction that takes `by` [m/s] leaves of clay that slides at `along`, of length `speed`, over
-// a surface moving at u.
+// What friction that takes `by` [m/s] leaves of clay that slides at `along`, of length `speed`,
+// over a surface moving at u.
 template <class R>
 HD Vec3<R> after_friction(Vec3<R> along, R speed, Vec3<R> u, R by)
 {

@@ -3,7 +3,7 @@
 //
 // Friction does not follow a change of pressure at once [Prakash 1998]. Where it does, sliding
 // along a wall and swinging against it drive each other: an elastic body that slides shakes itself,
-// at any resolution, and slides on where it should stop [Ranjith & Rice 2001].
+// at any resolution, and slides on where it should stop [Ranjith 2001].
 #pragma once
 #include "cuda/contact/contact.h"
 #include "cuda/mpm/walls.h"

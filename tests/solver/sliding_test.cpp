@@ -144,7 +144,7 @@ TEST_P(Slides, NoStateSlidesWhereNoneCan)
                                                            {0, -1, 0.01f},
                                                            {0, nan, 0.01f},
                                                            {0, 1, 0},
-                                                           {0, 1, 1},
+                                                           {0, 1, INFINITY},
                                                            {0, 1, nan}}) {
         SavedState with = state;
         with.sliding = {bad};
