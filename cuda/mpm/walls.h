@@ -127,7 +127,7 @@ inline int sliding_places_of_face(Int3 size, const WallRule& rule)
     const auto area = [](int a, int b) { return double(a) * b; };
     const double most =
         std::fmax(std::fmax(area(size.x, size.y), area(size.y, size.z)), area(size.z, size.x));
-    const bool few = 6 * sliding_layers * most < 2147483648.0;
+    const bool few = 3.0 * 6 * sliding_layers * most < 2147483648.0;  // in three velocity fields
     return few && rule.mode == ContactMode::separate && rule.friction > 0 ? int(most) : 0;
 }
 inline int sliding_places(Int3 size, const WallRule& rule)
