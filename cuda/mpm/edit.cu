@@ -1,5 +1,6 @@
-// One thread a particle. Compiled without contraction of multiply-add, and in double where places
-// change: an edited scene has the bits of one that the host has edited and made again.
+// One thread a particle, or a place of sliding.h. Compiled without contraction of multiply-add, and
+// in double where places change: an edited scene has the bits of one that the host has edited and
+// made again.
 #include <cub/device/device_scan.cuh>
 
 #include "cuda/device/launch.cuh"
@@ -183,13 +184,12 @@ void keep_others(const ParticleView& from, const char* gone, const ParticleView&
     launch("keep", keep_kernel, blocks_of(from), threads, stream, from, gone, to, places, by_id);
 }
 
-void slide_on(const SlidingView& sliding, int fields, const int* then, const Clock* clock,
+void slide_on(Sliding<float>* all, int count, const int* then, const Clock* clock,
               cudaStream_t stream)
 {
-    const int count = fields * sliding.places;
     if (count == 0) return;
-    launch("slide on", slide_kernel, (count + threads - 1) / threads, threads, stream, sliding.all,
-           count, then, clock);
+    launch("slide on", slide_kernel, (count + threads - 1) / threads, threads, stream, all, count,
+           then, clock);
 }
 
 void order_by_id(const ParticleView& from, const ParticleView& to, cudaStream_t stream)

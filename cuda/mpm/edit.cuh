@@ -49,7 +49,7 @@ void keep_others(const ParticleView& from, const char* gone, const ParticleView&
                  void* scratch, std::size_t scratch_bytes, cudaStream_t stream);
 // Of a copy of how clay slid, which was made when `then` substeps were through: goes on as the
 // clock does now.
-void slide_on(const SlidingView& sliding, int fields, const int* then, const Clock* clock,
+void slide_on(Sliding<float>* all, int count, const int* then, const Clock* clock,
               cudaStream_t stream);
 // All particles in the order of their ids.
 void order_by_id(const ParticleView& from, const ParticleView& to, cudaStream_t stream);

@@ -24,13 +24,18 @@ HD Int3 walls_holding(Int3 n, const Walls<R>& walls)
     const Int3 at = n - walls.first, free = walls.free;
     return {held_by(at.x, free.x), held_by(at.y, free.y), held_by(at.z, free.z)};
 }
+// The axis of the wall that a node meets, or -1 unless it meets one alone.
+HD int lone_wall(Int3 met)
+{
+    const bool alone = (met.x != 0) + (met.y != 0) + (met.z != 0) == 1;
+    return !alone ? -1 : met.x ? 0 : met.y ? 1 : 2;
+}
 // Where a node that meets these walls keeps how it slides: nowhere, unless it meets one alone.
 template <class R>
 HD int sliding_place(Int3 n, Int3 met, const Walls<R>& walls, Int3 size)
 {
-    if ((met.x != 0) + (met.y != 0) + (met.z != 0) != 1) return -1;
-    const int axis = met.x ? 0 : met.y ? 1 : 2;
-    return sliding_place(n, axis, component(met, axis), walls, size);
+    const int axis = lone_wall(met);
+    return axis < 0 ? -1 : sliding_place(n, axis, component(met, axis), walls, size);
 }
 
 // What the six walls leave of a velocity at node n of so much mass [kg].  (18), (18a) with fixed,
@@ -187,8 +192,8 @@ HD void update_led(Int3 n, Int3 way, const Lattice<R>& lattice, const Walls<R>& 
 {
     const Int3 met = walls_met(n, way, walls);
     const int all = image_count(way);
-    if ((met.x != 0) + (met.y != 0) + (met.z != 0) == 1) {  // most often: in registers
-        const int axis = met.x ? 0 : met.y ? 1 : 2, sign = component(met, axis);
+    if (const int axis = lone_wall(met); axis >= 0) {  // most often: in registers
+        const int sign = component(met, axis);
         const int place = sliding_place(n, axis, sign, walls, lattice.size);
         const bool paired = all > 1;
         Node<R> own{v, nodes.get(0).m}, image{};

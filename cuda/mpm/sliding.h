@@ -12,10 +12,11 @@ namespace knead {
 
 // Of a node whose clay slides along a wall.
 template <class R>
-struct Sliding {
+struct alignas(16) Sliding {
     R force;      // mean of what presses it [N]
     R time;       // how long it has slid, `sliding_memory` at most [s]
     int substep;  // the last in which it did
+    R owed;       // what has pressed it less what it was rubbed for [N s]
 };
 
 // How far back that mean reaches: in time [s], and along the wall [cells], for a node is pressed by
@@ -49,31 +50,38 @@ template <class R>
 struct Forgotten {
     R dx = 1;
     int substep = 0;
-    HD Sliding<R> get(int) const { return {0, 0, -2}; }
+    HD Sliding<R> get(int) const { return {0, 0, -2, 0}; }
     HD void put(int, const Sliding<R>&) const {}
 };
 
 // What a wall leaves of a velocity; `mass` is what it stops [kg], `place` as above. (18) where the
-// clay sticks, lifts or begins to slide.
+// clay sticks or begins to slide; where it lifts it pays at once what it owes.
 template <class R, class Slides>
 HD Vec3<R> rubbed(Vec3<R> v, Vec3<R> normal, const Walls<R>& walls, R mass, R dt, int place,
                   const Slides& slides)
 {
     const Vec3<R> still{0, 0, 0};
-    const R pressing = -dot(v, normal);
-    const bool rubs = walls.mode == ContactMode::separate && pressing > 0 && mass > 0;
-    if (place < 0 || !rubs) return apply_contact(v, normal, still, walls.mode, walls.friction);
+    if (place < 0 || walls.mode != ContactMode::separate || !(mass > 0))
+        return apply_contact(v, normal, still, walls.mode, walls.friction);
     const Sliding<R> before = slides.get(place);
     const bool slid = before.substep == slides.substep - 1;
+    const R pressing = -dot(v, normal);
     const Vec3<R> along = v + pressing * normal;
     const R speed = length(along);
-    Sliding<R> now{pressing * mass / dt, dt, slides.substep};
+    if (!(pressing > 0)) {
+        if (!slid || !(before.owed > 0)) return v;
+        return after_friction(along, speed, -pressing * normal,
+                              walls.friction * before.owed / mass);
+    }
+    const R force = pressing * mass / dt;
+    Sliding<R> now{force, dt, slides.substep, 0};
     R mean = pressing;
     if (slid) {
         now.time = min(before.time + dt, R(sliding_memory));
         const R forgets = max(1 / now.time, speed / (R(sliding_way) * slides.dx));  // [1/s]
         const R share = min(dt * forgets, R(1));
-        now.force = before.force + share * (now.force - before.force);
+        now.force = before.force + share * (force - before.force);
+        now.owed = before.owed + dt * (force - now.force);
         mean = now.force * dt / mass;
     }
     const Vec3<R> left = after_friction(along, speed, still, walls.friction * mean);

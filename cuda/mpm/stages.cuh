@@ -80,7 +80,7 @@ struct Views {
     Lattice<float> lattice;
     Region stored, free;  // see stored_region.h
     Walls<float> walls;
-    SlidingView sliding;
+    Sliding<float>* sliding;
     Vec3<float> gravity;  // [m/s^2]
     GridView grid;
     ToolView tools;

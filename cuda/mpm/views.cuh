@@ -266,12 +266,6 @@ struct GuardView {
     int* list;
 };
 
-// Clay that slides along walls, in each velocity field.
-struct SlidingView {
-    Sliding<float>* all;  // sliding_places() each
-    int places;
-};
-
 struct GridUpdateView {
     // reads
     ContactView contact;
@@ -288,8 +282,8 @@ struct GridUpdateView {
     float4* nodes[2];    // of substep n, in n % 2: momenta become velocities; the other is cleared
     long long* sums[2];  // fixed-point momenta; else null
     int* marks;
-    int* list[3];  // reads those of n - 1 and of n; writes that of n + 1
-    SlidingView sliding;
+    int* list[3];             // reads those of n - 1 and of n; writes that of n + 1
+    Sliding<float>* sliding;  // sliding_places() in each velocity field
     Clock* clock;
     GuardView rest;
 };

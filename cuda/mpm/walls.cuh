@@ -134,14 +134,14 @@ struct SlidingOnDevice {
     int substep;
     __device__ Sliding<float> get(int place) const
     {
-        const Sliding<float>& s = all[place];
-        return {__ldcg(&s.force), __ldcg(&s.time), __ldcg(&s.substep)};
+        const int4 s = __ldcg(reinterpret_cast<const int4*>(all + place));
+        return {__int_as_float(s.x), __int_as_float(s.y), s.z, __int_as_float(s.w)};
     }
     __device__ void put(int place, const Sliding<float>& s) const { all[place] = s; }
 };
 __device__ inline SlidingOnDevice sliding_in(const GridUpdateView& d, int field, int substep)
 {
-    return {d.sliding.all + field * d.sliding.places, d.lattice.dx, substep};
+    return {d.sliding + field * sliding_places(d.walls), d.lattice.dx, substep};
 }
 
 // Node n with its images: its own has the velocity that tools leave, `led` if that is another, and

@@ -134,6 +134,11 @@ inline int sliding_places(Int3 size, const WallRule& rule)
 {
     return 6 * sliding_layers * sliding_places_of_face(size, rule);
 }
+template <class R>
+HD int sliding_places(const Walls<R>& walls)
+{
+    return 6 * sliding_layers * walls.face_places;
+}
 
 template <class R, class L>
 Walls<R> walls_on(const Lattice<L>& lattice, const WallRule& rule)

@@ -20,7 +20,7 @@ namespace {
 static_assert(std::endian::native == std::endian::little, "the file is written as memory is");
 
 constexpr char magic[] = "knead.checkpoint";  // 16 bytes, without the 0
-constexpr std::uint32_t version = 5;
+constexpr std::uint32_t version = 6;
 
 struct Head {
     char magic[16];
@@ -133,7 +133,7 @@ void each_float(P& p, Visit&& visit)
     for (auto* e : {&p.e.xx, &p.e.yy, &p.e.zz, &p.e.xy, &p.e.xz, &p.e.yz, &p.k}) visit(*e);
 }
 
-constexpr std::size_t sliding_bytes = sizeof(int) + 2 * sizeof(float);
+constexpr std::size_t sliding_bytes = sizeof(int) + 3 * sizeof(float);
 constexpr std::size_t gaussian_bytes = 12 * sizeof(float) + 2 * sizeof(std::uint32_t);
 template <class G, class Visit>
 void each_float_of(G& g, Visit&& visit)
@@ -157,7 +157,7 @@ std::string body_of(const Checkpoint& c)
     for (int id : s.order) append(body, id);
     for (int frames : s.quiet) append(body, frames);
     for (const SlidingNode& n : s.sliding)
-        append(body, n.place), append(body, n.force), append(body, n.time);
+        append(body, n.place), append(body, n.force), append(body, n.time), append(body, n.owed);
     for (const Gaussian<double>& g : s.setup.gaussians) {
         each_float_of(g, [&](double number) { append(body, float(number)); });
         append(body, g.object), append(body, g.sides);
@@ -207,7 +207,7 @@ void take_body(Checkpoint& c, const Counts& n, const char* from)
     for (int& id : s.order) taker.take(id);
     for (int& frames : s.quiet) taker.take(frames);
     for (SlidingNode& one : s.sliding)
-        taker.take(one.place), taker.take(one.force), taker.take(one.time);
+        taker.take(one.place), taker.take(one.force), taker.take(one.time), taker.take(one.owed);
     for (Gaussian<double>& g : s.setup.gaussians) {
         each_float_of(g, take_float);
         taker.take(g.object), taker.take(g.sides);

@@ -317,7 +317,7 @@ void check_state(const SavedState& state, const Setup& of)
     const long places = long(fields) * sliding_places(s.lattice.size, s.walls);
     for (const SlidingNode& n : state.sliding)
         require(n.place >= 0 && n.place < places && n.force >= 0 && std::isfinite(n.force) &&
-                    n.time > 0 && std::isfinite(n.time),
+                    n.time > 0 && std::isfinite(n.time) && std::isfinite(n.owed),
                 "the state has clay that slides where or as none can");
     for (const Particle<double>& p : s.particles) {
         if (!finite(p)) require(false, "the state has a particle with a number that is not finite");

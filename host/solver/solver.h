@@ -114,8 +114,8 @@ class Snapshot {
 
 // A node whose clay slid along a wall when the last substep ended (sliding.h).
 struct SlidingNode {
-    int place;          // of the lattice's, those of one velocity field after the other
-    float force, time;  // [N] [s]
+    int place;                // of the lattice's, those of one velocity field after the other
+    float force, time, owed;  // [N] [s] [N s]
 };
 
 // The same in plain values on the host: for files, for undo, for another solver of the same kind.

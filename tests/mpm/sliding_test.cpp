@@ -91,6 +91,23 @@ TEST(Sliding, BeginsAnewWhereItDidNotSlide)
     EXPECT_LT(stays.rubbing(20, 0.1), friction * 10.3);
 }
 
+// While its pressure rises the mean is behind; where the clay lifts it pays the rest at once: in
+// all it was rubbed for what has pressed it.
+TEST(Sliding, PaysWhatItOwesWhereItLifts)
+{
+    Pressed node;
+    double pressed = 0, rubbing = 0;
+    for (int n = 1; n <= 40; ++n) pressed += n, rubbing += node.rubbing(n, 0.1);
+    EXPECT_LT(rubbing, 0.9 * friction * pressed);
+    const double last = node.rubbing(-1, 0.1);
+    EXPECT_NEAR(rubbing + last, friction * pressed, 1e-9 * pressed);
+    EXPECT_EQ(node.rubbing(-1, 0.1), 0);
+    // It gets nothing back where it was rubbed for more.
+    Pressed other;
+    for (int n = 40; n > 0; --n) other.rubbing(n, 0.1);
+    EXPECT_EQ(other.rubbing(-1, 0.1), 0);
+}
+
 // A substep of any length, and clay of next to no mass.
 TEST(Sliding, IsNumbersForAnySubstepAndMass)
 {

@@ -39,10 +39,10 @@ void CpuSolver<R>::apply_rules()
     shared_pressure = std::any_of(materials.begin(), materials.end(), shares_pressure<R>);
     gravity = cast<R>(setup.gravity);
     walls = walls_on<R>(setup.lattice, setup.walls);
-    for (int f = 0; f < (posed.blades ? 3 : 1); ++f)
+    for (int f = 0; f < (posed.blades ? 3 : 1); ++f) {
         grid[f].resize(std::size_t(lattice.node_count()));
-    for (int f = 0; f < (posed.blades ? 3 : 1); ++f)
-        sliding[f].resize(std::size_t(sliding_places(lattice.size, setup.walls)));
+        sliding[f].resize(std::size_t(sliding_places(walls)));
+    }
     split.resize(posed.blades ? std::size_t(lattice.block_count()) : 0);
     edited();
     times.clear();
@@ -203,7 +203,8 @@ std::vector<SlidingNode> CpuSolver<R>::sliding_now() const
     std::vector<SlidingNode> all;
     for (std::size_t f = 0, n = 0; f < 3; ++f)
         for (const Sliding<R>& s : sliding[f]) {
-            if (s.substep == substeps) all.push_back({int(n), float(s.force), float(s.time)});
+            if (s.substep == substeps)
+                all.push_back({int(n), float(s.force), float(s.time), float(s.owed)});
             ++n;
         }
     return all;
@@ -214,7 +215,7 @@ void CpuSolver<R>::slide_on(const std::vector<SlidingNode>& nodes)
     const std::size_t each = sliding[0].size();
     for (const SlidingNode& s : nodes) {
         const auto n = std::size_t(s.place);
-        sliding[n / each][n % each] = {R(s.force), R(s.time), substeps};
+        sliding[n / each][n % each] = {R(s.force), R(s.time), substeps, R(s.owed)};
     }
 }
 

@@ -219,14 +219,16 @@ std::vector<SlidingNode> Store::sliding_now(int done) const
     std::vector<SlidingNode> nodes;
     const std::vector<Sliding<float>> each = sliding.downloaded();
     for (std::size_t i = 0; i < each.size(); ++i)
-        if (each[i].substep == done - 1) nodes.push_back({int(i), each[i].force, each[i].time});
+        if (each[i].substep == done - 1)
+            nodes.push_back({int(i), each[i].force, each[i].time, each[i].owed});
     return nodes;
 }
 
 void Store::slide_on(const std::vector<SlidingNode>& nodes, int done) const
 {
     std::vector<Sliding<float>> each(sliding.size());
-    for (const SlidingNode& n : nodes) each[std::size_t(n.place)] = {n.force, n.time, done - 1};
+    for (const SlidingNode& n : nodes)
+        each[std::size_t(n.place)] = {n.force, n.time, done - 1, n.owed};
     gpu::upload(sliding.data(), each.data(), each.size());
 }
 
@@ -262,7 +264,7 @@ void Store::put_back(const DeviceState& from, int side, cudaStream_t stream) con
     copy(all.particles[side].ids, from.ids(), from.id_bytes, stream);
     if (used.rests) copy(box.quiet.data(), from.quiet(), from.quiet_bytes, stream);
     copy(sliding.data(), from.sliding(), from.sliding_bytes, stream);
-    gpu::slide_on(all.sliding, all.grid.fields, from.done(), all.clock, stream);
+    gpu::slide_on(sliding.data(), int(sliding.size()), from.done(), all.clock, stream);
     gpu::check(cudaEventRecord(from.used, stream), "restore");
 }
 

@@ -80,10 +80,9 @@ void Store::set_rules(const Rules& rules)
     const Material<float> first = each.empty() ? Material<float>{} : each[0];
     all.materials = {first, 1 / first.density, 1 / first.mass, materials.data(), int(each.size())};
     all.walls = walls_on<float>(setup.lattice, setup.walls);
-    const int places = sliding_places(setup.lattice.size, setup.walls);
-    const auto wanted = std::size_t(places) * (used.blades ? 3 : 1);
+    const auto wanted = std::size_t(sliding_places(all.walls)) * (used.blades ? 3 : 1);
     if (sliding.size() != wanted) sliding = DeviceArray<Sliding<float>>(wanted);
-    all.sliding = {sliding.data(), places};
+    all.sliding = sliding.data();
     all.gravity = cast<float>(setup.gravity);
     all.limits = step_limits(setup);
     all.tools.way = cast<float>(way_out(all.limits));
