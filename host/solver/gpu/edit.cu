@@ -3,6 +3,7 @@
 #include <memory>
 #include <numeric>
 
+#include "cuda/device/copy.cuh"
 #include "cuda/mpm/edit.cuh"
 #include "host/solver/gpu/store.cuh"
 
@@ -249,21 +250,25 @@ std::shared_ptr<DeviceState> Store::state(int side, cudaStream_t stream) const
 {
     auto to = std::make_shared<DeviceState>(
         all.lattice, count(), used.rests ? box.quiet.bytes() : 0, sliding.bytes(), pool, stream);
-    copy(to->rows(), all.particles[side].rows, to->row_bytes, stream);
-    copy(to->ids(), all.particles[side].ids, to->id_bytes, stream);
-    copy(to->quiet(), box.quiet.data(), to->quiet_bytes, stream);
-    copy(to->sliding(), sliding.data(), to->sliding_bytes, stream);
-    copy(to->done(), &all.clock->done, sizeof(int), stream);
+    gpu::copy("snapshot",
+              {{to->rows(), all.particles[side].rows, to->row_bytes},
+               {to->ids(), all.particles[side].ids, to->id_bytes},
+               {to->quiet(), box.quiet.data(), to->quiet_bytes},
+               {to->sliding(), sliding.data(), to->sliding_bytes},
+               {to->done(), &all.clock->done, sizeof(int)}},
+              stream);
     gpu::check(cudaEventRecord(to->used, stream), "snapshot");
     return to;
 }
 
 void Store::put_back(const DeviceState& from, int side, cudaStream_t stream) const
 {
-    copy(all.particles[side].rows, from.rows(), from.row_bytes, stream);
-    copy(all.particles[side].ids, from.ids(), from.id_bytes, stream);
-    if (used.rests) copy(box.quiet.data(), from.quiet(), from.quiet_bytes, stream);
-    copy(sliding.data(), from.sliding(), from.sliding_bytes, stream);
+    gpu::copy("restore",
+              {{all.particles[side].rows, from.rows(), from.row_bytes},
+               {all.particles[side].ids, from.ids(), from.id_bytes},
+               {box.quiet.data(), from.quiet(), used.rests ? from.quiet_bytes : 0},
+               {sliding.data(), from.sliding(), from.sliding_bytes}},
+              stream);
     gpu::slide_on(sliding.data(), int(sliding.size()), from.done(), all.clock, stream);
     gpu::check(cudaEventRecord(from.used, stream), "restore");
 }

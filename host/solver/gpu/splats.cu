@@ -205,12 +205,12 @@ Extent Splats::extent(int object, const RigidMotion<double>& motion, cudaStream_
 
 std::shared_ptr<GaussianState> Splats::state(std::shared_ptr<Pool> pool, cudaStream_t stream) const
 {
+    if (view_.room == 0) return none;
     auto to = std::make_shared<GaussianState>(count(), view_.room,
                                               std::size_t(view_.room) * GaussianView::bytes_each,
                                               std::move(pool), stream);
-    if (to->bytes)
-        check(cudaMemcpyAsync(to->memory, memory.data(), to->bytes, cudaMemcpyDefault, stream),
-              "snapshot");
+    check(cudaMemcpyAsync(to->memory, memory.data(), to->bytes, cudaMemcpyDefault, stream),
+          "snapshot");
     check(cudaEventRecord(to->used, stream), "snapshot");
     return to;
 }
@@ -224,9 +224,9 @@ void Splats::put_back(const GaussianState& from, cudaStream_t stream)
 
 void Splats::copy_back(const GaussianState& from, cudaStream_t stream) const
 {
-    if (from.bytes)
-        check(cudaMemcpyAsync(memory.data(), from.memory, from.bytes, cudaMemcpyDefault, stream),
-              "restore");
+    if (from.bytes == 0) return;
+    check(cudaMemcpyAsync(memory.data(), from.memory, from.bytes, cudaMemcpyDefault, stream),
+          "restore");
     check(cudaEventRecord(from.used, stream), "restore");
 }
 

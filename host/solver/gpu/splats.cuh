@@ -54,6 +54,7 @@ class Splats {
     GaussianView view_{};
     DeviceArray<float> drawn;
     MovedGaussians moved_{};
+    std::shared_ptr<GaussianState> none = std::make_shared<GaussianState>();
 };
 
 // The Gaussians of these objects, once the state is written.

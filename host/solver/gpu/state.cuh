@@ -23,7 +23,7 @@ struct DeviceState {
     Lattice<float> lattice;
     int count = 0;
     std::size_t row_bytes = 0, id_bytes = 0, quiet_bytes = 0, sliding_bytes = 0;
-    unsigned char* memory = nullptr;  // one behind the other
+    unsigned char* memory = nullptr;  // one behind the other, whole words of 16 bytes first
     Event used{cudaEventDisableTiming};
     std::shared_ptr<Pool> pool;
 
@@ -36,10 +36,10 @@ struct DeviceState {
         return row_bytes + id_bytes + quiet_bytes + sliding_bytes + sizeof(int);
     }
     unsigned char* rows() const { return memory; }
-    unsigned char* ids() const { return memory + row_bytes; }
-    unsigned char* quiet() const { return memory + row_bytes + id_bytes; }
-    unsigned char* sliding() const { return quiet() + quiet_bytes; }
-    int* done() const { return reinterpret_cast<int*>(sliding() + sliding_bytes); }
+    unsigned char* sliding() const { return memory + row_bytes; }
+    unsigned char* ids() const { return sliding() + sliding_bytes; }
+    unsigned char* quiet() const { return ids() + id_bytes; }
+    int* done() const { return reinterpret_cast<int*>(quiet() + quiet_bytes); }
 };
 
 // Gaussians, as GaussianView lays them out; likewise.
@@ -50,6 +50,7 @@ struct GaussianState {
     Event used{cudaEventDisableTiming};
     std::shared_ptr<Pool> pool;
 
+    GaussianState() = default;
     GaussianState(int count, int room, std::size_t bytes, std::shared_ptr<Pool> pool,
                   cudaStream_t stream);
     GaussianState(const GaussianState&) = delete;

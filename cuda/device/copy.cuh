@@ -1,0 +1,19 @@
+// Copies of several ranges on the device by one launch: where each is short, what they cost is the
+// calls of the host.
+#pragma once
+#include <cuda_runtime.h>
+
+#include <cstddef>
+#include <initializer_list>
+
+namespace knead::gpu {
+
+struct Range {
+    void* to;
+    const void* from;
+    std::size_t bytes;  // a multiple of 4, as both addresses are; none: left out
+};
+constexpr int most_ranges = 5;
+void copy(const char* name, std::initializer_list<Range> ranges, cudaStream_t stream);
+
+}  // namespace knead::gpu
