@@ -56,7 +56,7 @@ __global__ void __launch_bounds__(threads) copy_kernel(const __grid_constant__ R
 
 }  // namespace
 
-void copy(const char* name, std::initializer_list<Range> of, cudaStream_t stream)
+void copy(const char* name, std::span<const Range> of, cudaStream_t stream)
 {
     Ranges ranges{};
     int r = 0, blocks = 0;

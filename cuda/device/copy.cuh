@@ -4,7 +4,7 @@
 #include <cuda_runtime.h>
 
 #include <cstddef>
-#include <initializer_list>
+#include <span>
 
 namespace knead::gpu {
 
@@ -13,7 +13,7 @@ struct Range {
     const void* from;
     std::size_t bytes;  // a multiple of 4, as both addresses are; none: left out
 };
-constexpr int most_ranges = 5;
-void copy(const char* name, std::initializer_list<Range> ranges, cudaStream_t stream);
+constexpr int most_ranges = 16;
+void copy(const char* name, std::span<const Range> ranges, cudaStream_t stream);
 
 }  // namespace knead::gpu

@@ -132,6 +132,19 @@ double Rules::mass() const
     return sum;
 }
 
+std::vector<Piece> pieces_of(Clays clays)
+{
+    constexpr std::size_t piece = 1024;
+    std::vector<Piece> pieces;
+    std::size_t first = 0;
+    for (std::size_t k = 0; k < clays.size(); ++k)
+        for (std::span<const Particle<double>> left = clays[k]; !left.empty();) {
+            pieces.push_back({k, left.first(std::min(left.size(), piece)), first});
+            first += pieces.back().of.size(), left = left.subspan(pieces.back().of.size());
+        }
+    return pieces;
+}
+
 std::vector<int> Rules::add_each(const Material<double>& material, Clays clays)
 {
     check_material(material);
@@ -141,12 +154,13 @@ std::vector<int> Rules::add_each(const Material<double>& material, Clays clays)
     const auto fits = [&](const Particle<double>& p) {
         return finite(p) && between(now.walls, p.x, now.lattice.dx);
     };
-    const long bad = first_failing(clays.size(), std::size_t(added), [&](std::size_t k) {
-        return std::all_of(clays[k].begin(), clays[k].end(), fits);
+    const std::vector<Piece> pieces = pieces_of(clays);
+    const long bad = first_failing(pieces.size(), std::size_t(added), [&](std::size_t k) {
+        return std::all_of(pieces[k].of.begin(), pieces[k].of.end(), fits);
     });
-    if (bad < long(clays.size())) {
-        const auto& clay = clays[std::size_t(bad)];
-        const Particle<double>& p = *std::find_if_not(clay.begin(), clay.end(), fits);
+    if (bad < long(pieces.size())) {
+        const auto& of = pieces[std::size_t(bad)].of;
+        const Particle<double>& p = *std::find_if_not(of.begin(), of.end(), fits);
         require(finite(p), "a particle with a number that is not finite");
         check_place(p.x);
     }

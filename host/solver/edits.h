@@ -1,5 +1,6 @@
 // What both back ends agree on about edits: what can be, and what becomes of the rules.
 #pragma once
+#include <span>
 #include <vector>
 
 #include "host/solver/solver.h"
@@ -16,6 +17,14 @@ bool within(Vec3<R> x, Vec3<R> low, Vec3<R> high)
     return x.x >= low.x && x.x <= high.x && x.y >= low.y && x.y <= high.y && x.z >= low.z &&
            x.z <= high.z;
 }
+
+// What threads share of clay that is added: a thousand particles of one object.
+struct Piece {
+    std::size_t clay;                      // which of them
+    std::span<const Particle<double>> of;  // `first` of all and on
+    std::size_t first;
+};
+std::vector<Piece> pieces_of(Clays clays);
 
 // A scene's setup without its particles and Gaussians, and how many of them each object has.
 class Rules {

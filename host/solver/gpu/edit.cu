@@ -51,15 +51,15 @@ Fresh fresh_of(Clays clays, const std::vector<int>& objects, std::size_t count)
 {
     Fresh made{std::make_unique_for_overwrite<float4[]>(particle_rows * count)};
     const ParticleView view{made.rows.get(), nullptr, int(count)};
-    std::vector<int> first{0};
-    for (const auto& clay : clays) first.push_back(first.back() + int(clay.size()));
-    const int all = int(clays.size());
+    const std::vector<Piece> pieces = pieces_of(clays);
+    const int all = int(pieces.size());
 #pragma omp parallel for schedule(dynamic)
     for (int k = 0; k < all; ++k) {
         Fresh own{};
-        int i = first[std::size_t(k)];
-        for (Particle<double> p : clays[std::size_t(k)]) {
-            p.object = objects[std::size_t(k)];
+        const Piece& piece = pieces[std::size_t(k)];
+        int i = int(piece.first);
+        for (Particle<double> p : piece.of) {
+            p.object = objects[piece.clay];
             const Particle<float> q = cast<float>(p);
             view.store(i++, q), own.take_in(q.x, q.x);
         }
@@ -163,15 +163,16 @@ void Store::append(Clays clays, const std::vector<int>& objects, int side, cudaS
     hold(fresh.low, fresh.high);
     std::vector<int> order(more);
     std::iota(order.begin(), order.end(), int(before));
-    reserve_others(n);
-    for (std::size_t r = 0; r < particle_rows; ++r) {
-        copy(other_rows.data() + r * n, all.particles[side].rows + r * before,
-             before * sizeof(float4), stream);
-        copy(other_rows.data() + r * n + before, fresh.rows.get() + r * more, more * sizeof(float4),
-             stream);
-    }
-    copy(other_ids.data(), all.particles[side].ids, before * sizeof(int), stream);
+    reserve_others(n), reserve(arriving, particle_rows * more);
+    copy(arriving.data(), fresh.rows.get(), particle_rows * more * sizeof(float4), stream);
     copy(other_ids.data() + before, order.data(), more * sizeof(int), stream);
+    std::vector<Range> ranges{{other_ids.data(), all.particles[side].ids, before * sizeof(int)}};
+    for (std::size_t r = 0; r < particle_rows; ++r) {
+        float4* const row = other_rows.data() + r * n;
+        ranges.push_back({row, all.particles[side].rows + r * before, before * sizeof(float4)});
+        ranges.push_back({row + before, arriving.data() + r * more, more * sizeof(float4)});
+    }
+    gpu::copy("add", ranges, stream);
     wait(stream, "add");
     swap_in(int(n));
 }
@@ -250,25 +251,23 @@ std::shared_ptr<DeviceState> Store::state(int side, cudaStream_t stream) const
 {
     auto to = std::make_shared<DeviceState>(
         all.lattice, count(), used.rests ? box.quiet.bytes() : 0, sliding.bytes(), pool, stream);
-    gpu::copy("snapshot",
-              {{to->rows(), all.particles[side].rows, to->row_bytes},
-               {to->ids(), all.particles[side].ids, to->id_bytes},
-               {to->quiet(), box.quiet.data(), to->quiet_bytes},
-               {to->sliding(), sliding.data(), to->sliding_bytes},
-               {to->done(), &all.clock->done, sizeof(int)}},
-              stream);
+    const Range ranges[] = {{to->rows(), all.particles[side].rows, to->row_bytes},
+                            {to->sliding(), sliding.data(), to->sliding_bytes},
+                            {to->ids(), all.particles[side].ids, to->id_bytes},
+                            {to->quiet(), box.quiet.data(), to->quiet_bytes},
+                            {to->done(), &all.clock->done, sizeof(int)}};
+    gpu::copy("snapshot", ranges, stream);
     gpu::check(cudaEventRecord(to->used, stream), "snapshot");
     return to;
 }
 
 void Store::put_back(const DeviceState& from, int side, cudaStream_t stream) const
 {
-    gpu::copy("restore",
-              {{all.particles[side].rows, from.rows(), from.row_bytes},
-               {all.particles[side].ids, from.ids(), from.id_bytes},
-               {box.quiet.data(), from.quiet(), used.rests ? from.quiet_bytes : 0},
-               {sliding.data(), from.sliding(), from.sliding_bytes}},
-              stream);
+    const Range ranges[] = {{all.particles[side].rows, from.rows(), from.row_bytes},
+                            {sliding.data(), from.sliding(), from.sliding_bytes},
+                            {all.particles[side].ids, from.ids(), from.id_bytes},
+                            {box.quiet.data(), from.quiet(), used.rests ? from.quiet_bytes : 0}};
+    gpu::copy("restore", ranges, stream);
     gpu::slide_on(sliding.data(), int(sliding.size()), from.done(), all.clock, stream);
     gpu::check(cudaEventRecord(from.used, stream), "restore");
 }
