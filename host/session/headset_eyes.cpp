@@ -315,6 +315,7 @@ HeadsetEyes::HeadsetEyes(Headset&, const EyesRule&)
 HeadsetEyes::~HeadsetEyes() = default;
 void HeadsetEyes::renew() {}
 EyesDrawn HeadsetEyes::draw(const Sight&, const HeadsetPicture&) { return {}; }
+void HeadsetEyes::rehearse(const HeadsetPicture&) {}
 int HeadsetEyes::gl_errors() const { return 0; }
 std::string HeadsetEyes::told() const { return {}; }
 Sharing HeadsetEyes::sharing() const { return {}; }
