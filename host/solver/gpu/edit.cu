@@ -10,12 +10,13 @@
 namespace knead::gpu {
 namespace {
 
+constexpr std::size_t few = std::size_t(64) << 20;  // bytes
+
 // Room for `count`, and some for what comes next: to take memory and to give it back makes the
 // whole device wait. What the array held is lost.
 template <class T>
 void reserve(DeviceArray<T>& array, std::size_t count)
 {
-    constexpr std::size_t few = std::size_t(64) << 20;  // bytes
     const std::size_t more = count * sizeof(T) < few ? count / 2 : count / 4;
     if (array.size() < count) array = DeviceArray<T>(count + more);
 }
@@ -174,6 +175,7 @@ void Store::append(Clays clays, const std::vector<int>& objects, int side, cudaS
     }
     gpu::copy("add", ranges, stream);
     wait(stream, "add");
+    if (arriving.bytes() > few) arriving = {};
     swap_in(int(n));
 }
 
