@@ -25,6 +25,7 @@ BARS = {"stages": ("stages.svg", "Stages of one 11.1 ms frame"),
         "surface": ("surface.svg", "Making the surface"),
         "splats": ("splats.svg", "Splats for both eyes")}
 WIDTH, HEIGHT = 760, 460  # points
+LETTERS = 11  # [pt]
 
 
 class Wrong(Exception):
@@ -94,9 +95,18 @@ class Drawing:
         self.figure.text(24 / WIDTH, 12 / height, note, size=9, color="#777777")
 
     def legend(self, handles, labels, length=1.0):
-        self.figure.legend(handles, labels, loc="center left", frameon=False, borderpad=0,
-                           bbox_to_anchor=(24 / WIDTH, 1 - 48 / self.height), ncol=len(labels),
-                           handlelength=length, handletextpad=0.5, columnspacing=1.2)
+        """One row, in smaller letters where it would be wider than the drawing."""
+        def made(size):
+            return self.figure.legend(handles, labels, loc="center left", frameon=False,
+                                      borderpad=0, ncol=len(labels), fontsize=size,
+                                      bbox_to_anchor=(24 / WIDTH, 1 - 48 / self.height),
+                                      handlelength=length, handletextpad=0.5, columnspacing=1.2)
+        usual = made(LETTERS)
+        wide = usual.get_window_extent().width / self.figure.bbox.width
+        room = 1 - 48 / WIDTH
+        if wide > room:
+            usual.remove()
+            made(LETTERS * room / wide)
 
     def nothing(self):
         self.axes.set_axis_off()
@@ -270,7 +280,7 @@ def run(make, folder, source):
               file=sys.stderr)
         return 3
     matplotlib.use("agg")
-    matplotlib.rcParams.update({"svg.fonttype": "none", "svg.hashsalt": "knead", "font.size": 11,
+    matplotlib.rcParams.update({"svg.fonttype": "none", "svg.hashsalt": "knead", "font.size": LETTERS,
                                 "axes.edgecolor": "#555555", "axes.spines.top": False,
                                 "axes.spines.right": False, "text.color": "#222222"})
     try:
