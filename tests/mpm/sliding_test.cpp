@@ -115,7 +115,8 @@ TEST(Sliding, IsNumbersForAnySubstepAndMass)
     for (int round = 0; round < 20000; ++round) {
         Walls<float> walls = walls_on<float>(
             lattice, walls_inside(lattice, 3, ContactMode::separate, draw.in(0, 2)));
-        Sliding<float> kept{float(draw.power(-30, 10)), float(draw.power(-9, -1.31)), 1};
+        const float owed = float(draw.power(-30, 10) * (round % 3 ? 1 : -1));
+        Sliding<float> kept{float(draw.power(-30, 10)), float(draw.power(-9, -1.31)), 1, owed};
         const SlidingInArray<float> slides{&kept, float(draw.power(-4, 0)), 2};
         const Vec3<float> v = cast<float>(draw.vector(1));
         const float m = round % 10 ? float(draw.power(-44, 3)) : 0;

@@ -152,7 +152,7 @@ TEST_F(CheckpointFile, HoldsGaussiansThatFollowTheClay)
     }
     c.splats = carried(cloud), c.splats.extent[1] = 3;
     c.local.cloud = cloud, c.local.away = {1, 0}, c.local.normal = {{0, 1, 0}, {0, 0, 0}};
-    c.state.sliding = {{7, 0.5f, 0.01f}, {9, 2, 0.05f}};
+    c.state.sliding = {{7, 0.5f, 0.01f, 3}, {9, 2, 0.05f, -0.25f}};
     c.local.home = {0, -1}, c.local.clay = {{-5, -1}, {7, 2}}, c.local.objects = 3;
     write_checkpoint(path("with"), c);
     const Checkpoint read = read_checkpoint(path("with"));

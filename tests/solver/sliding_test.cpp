@@ -167,19 +167,21 @@ TEST_P(Slides, NoStateSlidesWhereNoneCan)
     const SavedState state = solver->save();
     const int places = sliding_places(s.lattice.size, s.walls);
     const float nan = std::nanf("");
-    for (const SlidingNode& bad : std::vector<SlidingNode>{{-1, 1, 0.01f},
-                                                           {places, 1, 0.01f},
-                                                           {0, -1, 0.01f},
-                                                           {0, nan, 0.01f},
-                                                           {0, 1, 0},
-                                                           {0, 1, INFINITY},
-                                                           {0, 1, nan}}) {
+    for (const SlidingNode& bad : std::vector<SlidingNode>{{-1, 1, 0.01f, 0},
+                                                           {places, 1, 0.01f, 0},
+                                                           {0, -1, 0.01f, 0},
+                                                           {0, nan, 0.01f, 0},
+                                                           {0, 1, 0, 0},
+                                                           {0, 1, INFINITY, 0},
+                                                           {0, 1, nan, 0},
+                                                           {0, 1, 0.01f, nan},
+                                                           {0, 1, 0.01f, -INFINITY}}) {
         SavedState with = state;
         with.sliding = {bad};
         EXPECT_THROW(solver->load(with), std::invalid_argument) << bad.place;
     }
     SavedState with = state;
-    with.sliding = {{places - 1, 1, 0.01f}};
+    with.sliding = {{places - 1, 1, 0.01f, -1}};
     solver->load(with);
     with.setup.walls.mode = ContactMode::sticky;
     EXPECT_THROW(solver->load(with), std::invalid_argument);
