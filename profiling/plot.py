@@ -280,9 +280,10 @@ def run(make, folder, source):
               file=sys.stderr)
         return 3
     matplotlib.use("agg")
-    matplotlib.rcParams.update({"svg.fonttype": "none", "svg.hashsalt": "knead", "font.size": LETTERS,
-                                "axes.edgecolor": "#555555", "axes.spines.top": False,
-                                "axes.spines.right": False, "text.color": "#222222"})
+    matplotlib.rcParams.update({"svg.fonttype": "none", "svg.hashsalt": "knead",
+                                "font.size": LETTERS, "axes.edgecolor": "#555555",
+                                "axes.spines.top": False, "axes.spines.right": False,
+                                "text.color": "#222222"})
     try:
         for name, drawing in make():
             path = os.path.join(folder or os.path.dirname(source) or ".", name)
