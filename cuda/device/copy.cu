@@ -12,12 +12,12 @@ constexpr int threads = 256, words_each = 4;
 constexpr std::size_t piece = std::size_t(threads) * words_each * sizeof(uint4);  // [bytes]
 
 struct Ranges {
-    Range each[most_ranges];
+    CopiedRange each[most_ranges];
     int end[most_ranges];  // blocks up to the end of each
 };
 
 template <class Word>
-__device__ void copy_piece(const Range& range, std::size_t at)
+__device__ void copy_piece(const CopiedRange& range, std::size_t at)
 {
     Word* to = static_cast<Word*>(range.to) + at / sizeof(Word);
     const Word* from = static_cast<const Word*>(range.from) + at / sizeof(Word);
@@ -44,7 +44,7 @@ __global__ void __launch_bounds__(threads) copy_kernel(const __grid_constant__ R
 {
     int r = 0;
     while (int(blockIdx.x) >= ranges.end[r]) ++r;
-    const Range& range = ranges.each[r];
+    const CopiedRange& range = ranges.each[r];
     const std::size_t at = std::size_t(int(blockIdx.x) - (r ? ranges.end[r - 1] : 0)) * piece;
     const auto apart = reinterpret_cast<std::uintptr_t>(range.to) |
                        reinterpret_cast<std::uintptr_t>(range.from) | range.bytes;
@@ -56,11 +56,11 @@ __global__ void __launch_bounds__(threads) copy_kernel(const __grid_constant__ R
 
 }  // namespace
 
-void copy(const char* name, std::span<const Range> of, cudaStream_t stream)
+void copy(const char* name, std::span<const CopiedRange> of, cudaStream_t stream)
 {
     Ranges ranges{};
     int r = 0, blocks = 0;
-    for (const Range& range : of) {
+    for (const CopiedRange& range : of) {
         if (r == most_ranges || range.bytes % sizeof(unsigned) != 0)
             throw std::invalid_argument("copy: too many ranges, or not of whole words");
         blocks += int((range.bytes + piece - 1) / piece);

@@ -8,12 +8,13 @@
 
 namespace knead::gpu {
 
-struct Range {
+struct CopiedRange {
     void* to;
     const void* from;
     std::size_t bytes;  // a multiple of 4, as both addresses are; none: left out
 };
 constexpr int most_ranges = 16;
-void copy(const char* name, std::span<const Range> ranges, cudaStream_t stream);
+// Throws std::invalid_argument for more of them, or for bytes that are no whole words.
+void copy(const char* name, std::span<const CopiedRange> ranges, cudaStream_t stream);
 
 }  // namespace knead::gpu

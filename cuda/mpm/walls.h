@@ -130,14 +130,15 @@ inline int sliding_places_of_face(Int3 size, const WallRule& rule)
     const bool few = 3.0 * 6 * sliding_layers * most < 2147483648.0;  // in three velocity fields
     return few && rule.mode == ContactMode::separate && rule.friction > 0 ? int(most) : 0;
 }
-inline int sliding_places(Int3 size, const WallRule& rule)
-{
-    return 6 * sliding_layers * sliding_places_of_face(size, rule);
-}
+HD int sliding_places(int of_face) { return 6 * sliding_layers * of_face; }
 template <class R>
 HD int sliding_places(const Walls<R>& walls)
 {
-    return 6 * sliding_layers * walls.face_places;
+    return sliding_places(walls.face_places);
+}
+inline int sliding_places(Int3 size, const WallRule& rule)
+{
+    return sliding_places(sliding_places_of_face(size, rule));
 }
 
 template <class R, class L>

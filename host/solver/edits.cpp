@@ -132,10 +132,10 @@ double Rules::mass() const
     return sum;
 }
 
-std::vector<Piece> pieces_of(Clays clays)
+std::vector<AddedPiece> pieces_of(Clays clays)
 {
     constexpr std::size_t piece = 1024;
-    std::vector<Piece> pieces;
+    std::vector<AddedPiece> pieces;
     std::size_t first = 0;
     for (std::size_t k = 0; k < clays.size(); ++k)
         for (std::span<const Particle<double>> left = clays[k]; !left.empty();) {
@@ -154,7 +154,7 @@ std::vector<int> Rules::add_each(const Material<double>& material, Clays clays)
     const auto fits = [&](const Particle<double>& p) {
         return finite(p) && between(now.walls, p.x, now.lattice.dx);
     };
-    const std::vector<Piece> pieces = pieces_of(clays);
+    const std::vector<AddedPiece> pieces = pieces_of(clays);
     const long bad = first_failing(pieces.size(), std::size_t(added), [&](std::size_t k) {
         return std::all_of(pieces[k].of.begin(), pieces[k].of.end(), fits);
     });

@@ -19,12 +19,12 @@ bool within(Vec3<R> x, Vec3<R> low, Vec3<R> high)
 }
 
 // What threads share of clay that is added: a thousand particles of one object.
-struct Piece {
+struct AddedPiece {
     std::size_t clay;                      // which of them
     std::span<const Particle<double>> of;  // `first` of all and on
     std::size_t first;
 };
-std::vector<Piece> pieces_of(Clays clays);
+std::vector<AddedPiece> pieces_of(Clays clays);
 
 // A scene's setup without its particles and Gaussians, and how many of them each object has.
 class Rules {

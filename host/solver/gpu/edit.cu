@@ -52,12 +52,12 @@ Fresh fresh_of(Clays clays, const std::vector<int>& objects, std::size_t count)
 {
     Fresh made{std::make_unique_for_overwrite<float4[]>(particle_rows * count)};
     const ParticleView view{made.rows.get(), nullptr, int(count)};
-    const std::vector<Piece> pieces = pieces_of(clays);
+    const std::vector<AddedPiece> pieces = pieces_of(clays);
     const int all = int(pieces.size());
 #pragma omp parallel for schedule(dynamic)
     for (int k = 0; k < all; ++k) {
         Fresh own{};
-        const Piece& piece = pieces[std::size_t(k)];
+        const AddedPiece& piece = pieces[std::size_t(k)];
         int i = int(piece.first);
         for (Particle<double> p : piece.of) {
             p.object = objects[piece.clay];
@@ -167,7 +167,8 @@ void Store::append(Clays clays, const std::vector<int>& objects, int side, cudaS
     reserve_others(n), reserve(arriving, particle_rows * more);
     copy(arriving.data(), fresh.rows.get(), particle_rows * more * sizeof(float4), stream);
     copy(other_ids.data() + before, order.data(), more * sizeof(int), stream);
-    std::vector<Range> ranges{{other_ids.data(), all.particles[side].ids, before * sizeof(int)}};
+    std::vector<CopiedRange> ranges{
+        {other_ids.data(), all.particles[side].ids, before * sizeof(int)}};
     for (std::size_t r = 0; r < particle_rows; ++r) {
         float4* const row = other_rows.data() + r * n;
         ranges.push_back({row, all.particles[side].rows + r * before, before * sizeof(float4)});
@@ -253,11 +254,11 @@ std::shared_ptr<DeviceState> Store::state(int side, cudaStream_t stream) const
 {
     auto to = std::make_shared<DeviceState>(
         all.lattice, count(), used.rests ? box.quiet.bytes() : 0, sliding.bytes(), pool, stream);
-    const Range ranges[] = {{to->rows(), all.particles[side].rows, to->row_bytes},
-                            {to->sliding(), sliding.data(), to->sliding_bytes},
-                            {to->ids(), all.particles[side].ids, to->id_bytes},
-                            {to->quiet(), box.quiet.data(), to->quiet_bytes},
-                            {to->done(), &all.clock->done, sizeof(int)}};
+    const CopiedRange ranges[] = {{to->rows(), all.particles[side].rows, to->row_bytes},
+                                  {to->sliding(), sliding.data(), to->sliding_bytes},
+                                  {to->ids(), all.particles[side].ids, to->id_bytes},
+                                  {to->quiet(), box.quiet.data(), to->quiet_bytes},
+                                  {to->done(), &all.clock->done, sizeof(int)}};
     gpu::copy("snapshot", ranges, stream);
     gpu::check(cudaEventRecord(to->used, stream), "snapshot");
     return to;
@@ -265,10 +266,11 @@ std::shared_ptr<DeviceState> Store::state(int side, cudaStream_t stream) const
 
 void Store::put_back(const DeviceState& from, int side, cudaStream_t stream) const
 {
-    const Range ranges[] = {{all.particles[side].rows, from.rows(), from.row_bytes},
-                            {sliding.data(), from.sliding(), from.sliding_bytes},
-                            {all.particles[side].ids, from.ids(), from.id_bytes},
-                            {box.quiet.data(), from.quiet(), used.rests ? from.quiet_bytes : 0}};
+    const CopiedRange ranges[] = {
+        {all.particles[side].rows, from.rows(), from.row_bytes},
+        {sliding.data(), from.sliding(), from.sliding_bytes},
+        {all.particles[side].ids, from.ids(), from.id_bytes},
+        {box.quiet.data(), from.quiet(), used.rests ? from.quiet_bytes : 0}};
     gpu::copy("restore", ranges, stream);
     gpu::slide_on(sliding.data(), int(sliding.size()), from.done(), all.clock, stream);
     gpu::check(cudaEventRecord(from.used, stream), "restore");

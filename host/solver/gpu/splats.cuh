@@ -54,6 +54,7 @@ class Splats {
     GaussianView view_{};
     DeviceArray<float> drawn;
     MovedGaussians moved_{};
+    // What state() is where there is no room for any: no call of CUDA.
     std::shared_ptr<GaussianState> none = std::make_shared<GaussianState>();
 };
 
