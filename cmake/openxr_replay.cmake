@@ -9,6 +9,10 @@ target_include_directories(openxr_replay SYSTEM PRIVATE ${OPENXR_INCLUDE_DIR} ${
 # and faults go on over a lost instance.
 set_target_properties(openxr_replay PROPERTIES CXX_VISIBILITY_PRESET hidden)
 target_link_options(openxr_replay PRIVATE -Wl,--exclude-libs,ALL -Wl,-z,nodelete)
+target_compile_options(openxr_replay PRIVATE ${knead_cold})
+if(knead_common)
+    target_precompile_headers(openxr_replay PRIVATE ${knead_common} <nlohmann/json.hpp>)
+endif()
 file(GENERATE OUTPUT ${CMAKE_BINARY_DIR}/openxr_replay.json CONTENT
     "{\"file_format_version\": \"1.0.0\", \"runtime\": {\"name\": \"Knead replay\",
     \"library_path\": \"$<TARGET_FILE:openxr_replay>\"}}\n")

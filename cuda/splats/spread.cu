@@ -7,7 +7,7 @@ namespace {
 constexpr int threads = 256;
 static_assert(spread_rounds % 2 == 1);  // the last round ends in the spare depths
 
-__global__ void __launch_bounds__(threads) add_kernel(const __grid_constant__ SpreadView d)
+__global__ void __launch_bounds__(threads) add_kernel(const __grid_constant__ DepthView d)
 {
     unsigned long long units = 0, pixels = 0;
     for (int i = int(blockIdx.x) * threads + int(threadIdx.x); i < d.width * d.height;
@@ -25,7 +25,7 @@ __global__ void __launch_bounds__(threads) add_kernel(const __grid_constant__ Sp
 }
 
 __global__ void __launch_bounds__(threads)
-    spread_kernel(const __grid_constant__ SpreadView d, const float* from, float* to)
+    spread_kernel(const __grid_constant__ DepthView d, const float* from, float* to)
 {
     const int i = int(blockIdx.x) * threads + int(threadIdx.x);
     if (i >= d.width * d.height) return;
@@ -39,7 +39,7 @@ __global__ void __launch_bounds__(threads)
     to[i] = own;
 }
 
-__global__ void __launch_bounds__(threads) fill_kernel(const __grid_constant__ SpreadView d)
+__global__ void __launch_bounds__(threads) fill_kernel(const __grid_constant__ DepthView d)
 {
     const int i = int(blockIdx.x) * threads + int(threadIdx.x);
     if (i >= d.width * d.height) return;
@@ -49,7 +49,7 @@ __global__ void __launch_bounds__(threads) fill_kernel(const __grid_constant__ S
 
 }  // namespace
 
-void spread(const SpreadView& view, int processors, cudaStream_t stream)
+void spread(const DepthView& view, int processors, cudaStream_t stream)
 {
     const int blocks = blocks_for(view.width * view.height, threads);
     check(cudaMemsetAsync(view.sum, 0, sizeof(DepthSum), stream), "splats");

@@ -3,7 +3,7 @@
 namespace knead::micro {
 namespace {
 
-constexpr int threads = 256, adds_each = 32;
+constexpr int adding_threads = 256, adds_each = 32;
 
 enum class Form { vector, floats, one_float, integers };
 enum class To { neighbours, anywhere, one };
@@ -35,9 +35,9 @@ __device__ void add_one(void* nodes, unsigned at)
 }
 
 template <Form form, To where>
-__global__ void __launch_bounds__(threads) add_kernel(Target t)
+__global__ void __launch_bounds__(adding_threads) add_kernel(Target t)
 {
-    const unsigned group = (blockIdx.x * threads + threadIdx.x) >> t.agree;
+    const unsigned group = (blockIdx.x * adding_threads + threadIdx.x) >> t.agree;
     for (unsigned k = 0; k < adds_each; ++k) {
         const unsigned n = group + k * unsigned(t.groups);
         const unsigned at = where == To::one          ? 0
@@ -77,8 +77,8 @@ void time_case(Bench& bench, const Case& c)
     bench.add(
         row, [&] { check(cudaMemsetAsync(nodes.data(), 0, nodes.bytes(), bench.stream), "clear"); },
         [&] {
-            launch("atomics", add_kernel<form, where>, c.lanes / threads, threads, bench.stream,
-                   target);
+            launch("atomics", add_kernel<form, where>, c.lanes / adding_threads, adding_threads,
+                   bench.stream, target);
         },
         [&] { return total(nodes, form != Form::one_float) == row.count; });
 }

@@ -17,6 +17,8 @@ using gpu::check;
 using gpu::DeviceArray;
 using gpu::launch;
 
+constexpr int threads = 128;  // of a block
+
 // Keeps the device busy, so that the host is ahead with its launches when the clock starts.
 __global__ void hold_kernel(long long cycles);
 // Stands before and after what is run once; instructions.py counts between them.

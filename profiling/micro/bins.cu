@@ -3,8 +3,6 @@
 namespace knead::micro {
 namespace {
 
-constexpr int threads = 128;
-
 __device__ int block_of(const BinView& d, const gpu::ParticleView& from, int i)
 {
     return d.lattice.block_of(base_node(from.position(i), d.lattice.dx));

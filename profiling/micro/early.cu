@@ -5,7 +5,7 @@
 namespace knead::micro {
 namespace {
 
-constexpr int threads = yield_threads, steps = 16, count = 1 << 20;
+constexpr int count = 1 << 20;
 
 struct Share {
     unsigned yielding;  // of 1024 particles

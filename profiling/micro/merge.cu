@@ -8,7 +8,7 @@ namespace {
 
 using gpu::Views;
 
-constexpr int threads = 128, warps = threads / 32;
+constexpr int warps = threads / 32;
 constexpr unsigned everyone = 0xffffffffu;
 
 struct Loaded {

@@ -5,8 +5,6 @@
 namespace knead::micro {
 namespace {
 
-constexpr int threads = 128;
-
 // Moves all particles along x; to and fro, so that they stay where they are on average.
 __global__ void __launch_bounds__(threads)
     shift_kernel(float4* rows, const int* counts, int room, int all, float by)

@@ -5,8 +5,6 @@
 namespace knead::micro {
 namespace {
 
-constexpr int threads = yield_threads, steps = 16;
-
 enum class Map {
     elastic,      // strain alone
     neo_hookean,  // the deviator of b is scaled: no eigenvalues

@@ -4,7 +4,7 @@
 namespace knead::micro {
 namespace {
 
-constexpr int threads = 128, blocks_each = 8;
+constexpr int blocks_each = 8;
 
 // Every warp has 32 words; `agree` is log2 of how many lanes side by side add to one of them. `by`
 // is 1, which the compiler must not know: it would count lanes instead.

@@ -10,8 +10,6 @@ namespace {
 
 using gpu::Views;
 
-constexpr int threads = 128;
-
 // What a gather or a scatter left of each particle.
 struct Out {
     float4 *first, *second, *third;  // count each

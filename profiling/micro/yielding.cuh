@@ -7,7 +7,7 @@
 
 namespace knead::micro {
 
-constexpr int yield_threads = 128;
+constexpr int steps = 16;
 
 // A clay whose maps are compiled for one elasticity. It yields from a shear of about 1 % on.
 HD Material<float> weak_clay(Elasticity elasticity)

@@ -164,19 +164,17 @@ void Store::append(Clays clays, const std::vector<int>& objects, int side, cudaS
     hold(fresh.low, fresh.high);
     std::vector<int> order(more);
     std::iota(order.begin(), order.end(), int(before));
-    reserve_others(n), reserve(arriving, particle_rows * more);
-    copy(arriving.data(), fresh.rows.get(), particle_rows * more * sizeof(float4), stream);
+    reserve_others(n);
     copy(other_ids.data() + before, order.data(), more * sizeof(int), stream);
     std::vector<CopiedRange> ranges{
         {other_ids.data(), all.particles[side].ids, before * sizeof(int)}};
     for (std::size_t r = 0; r < particle_rows; ++r) {
         float4* const row = other_rows.data() + r * n;
         ranges.push_back({row, all.particles[side].rows + r * before, before * sizeof(float4)});
-        ranges.push_back({row + before, arriving.data() + r * more, more * sizeof(float4)});
+        copy(row + before, fresh.rows.get() + r * more, more * sizeof(float4), stream);
     }
     gpu::copy("add", ranges, stream);
     wait(stream, "add");
-    if (arriving.bytes() > few) arriving = {};
     swap_in(int(n));
 }
 

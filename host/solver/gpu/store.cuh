@@ -136,7 +136,6 @@ class Store {
     DeviceArray<Extent> found;
     // Where an edit puts the particles that it leaves; then the two are swapped.
     DeviceArray<float4> other_rows;
-    DeviceArray<float4> arriving;  // rows of clay that is added, on their way there
     DeviceArray<int> other_ids, places;
     DeviceArray<char> gone;  // by object
     std::shared_ptr<Pool> pool;
