@@ -96,11 +96,15 @@ Outcome outcome_by(const std::vector<std::string>& words, double late)
     return o;
 }
 
-double limit_of(const Case& c, bool quick) { return c.limit > 0 ? c.limit : quick ? 8 : 60; }
+double limit_of(const Case& c, const Verification& v)
+{
+    const double limit = c.limit > 0 ? c.limit : v.quick() ? 8 : 60;
+    return v.options.device == "reference" ? 2 * limit : limit;
+}
 
 Outcome outcome_alone(const Verification& v, const Case& c)
 {
-    const double limit = limit_of(c, v.quick());
+    const double limit = limit_of(c, v);
     if (v.options.program.empty()) return outcome_of(v, c, limit);
     return outcome_by(words_of(v, c), 2 * limit + start);
 }

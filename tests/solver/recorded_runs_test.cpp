@@ -164,8 +164,10 @@ constexpr double max_rms = 4e-5, max_off = 2e-4, max_volume = 2.2e-7, max_moment
 
 // Likewise of F of Gaussians, which follow every second substep: 2.4e-6 and 3.6e-5. Their places
 // are off as those of particles are, and F, a fit around a place, by about as much as that is in
-// cells (at the surface behind a finger, where F is 0.1 from none, up to 1.6 times).
-constexpr double max_rms_F = 7e-6, max_off_F = 1.1e-4;
+// cells (at the surface behind a finger, where F is 0.1 from none, up to 1.6 times). Of the
+// reference itself, begun with positions off by their rounding, half of forty tries end with some
+// Gaussians of the scene of all materials 1.12e-4 off, and the others with 1.1e-5 to 3.1e-5.
+constexpr double max_rms_F = 7e-6, max_off_F = 1.3e-4;
 
 // Gaussians of a run of float from the reference's: places [cells], deformations of each, labels.
 struct SplatError {
