@@ -42,7 +42,7 @@ say "Testing"
 fine='^ +Start |^ *[0-9]+/[0-9]+ .*( Passed |\*\*\*Skip)|\(Skipped\)$|did not run:|^Internal|^$'
 # Some tests wait more than they compute, so three run at a time on two cores; each has one thread,
 # but where it asks for more, for threads that wait for each other take longer than one.
-export OMP_WAIT_POLICY=passive OMP_NUM_THREADS=1
+export OMP_NUM_THREADS=1
 ctest --test-dir build/test --parallel 3 --output-on-failure --no-tests=error 2>&1 |
     tee build/tests.log | grep -vE "$fine"
 failed=${PIPESTATUS[0]}

@@ -49,7 +49,7 @@ void write_results(const Verification& v)
 int tell_case(const Verification& v)
 {
     const Case c = case_named(v, v.options.one);
-    std::printf("%s\n", told(outcome_of(v, c, limit_of(c, v))).dump().c_str());
+    std::printf("%s\n", told(outcome_of(v, c, limit_of(v, c))).dump().c_str());
     return exit_ok;
 }
 

@@ -63,7 +63,7 @@ Outcome outcome_by(const std::vector<std::string>& words, double late);
 void outcomes_of(const Verification& v, const std::vector<Case>& cases,
                  const std::function<void(const Case&, const Outcome&)>& tell);
 Outcome outcome_alone(const Verification& v, const Case& c);
-double limit_of(const Case& c, const Verification& v);  // [s]; of plain loops twice that
+double limit_of(const Verification& v, const Case& c);  // [s]; of plain loops twice that
 
 // Changes particles between two frames, in the order of the setup, as a force or a grip from
 // outside would: `how` gets all of them.

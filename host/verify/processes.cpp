@@ -96,7 +96,7 @@ Outcome outcome_by(const std::vector<std::string>& words, double late)
     return o;
 }
 
-double limit_of(const Case& c, const Verification& v)
+double limit_of(const Verification& v, const Case& c)
 {
     const double limit = c.limit > 0 ? c.limit : v.quick() ? 8 : 60;
     return v.options.device == "reference" ? 2 * limit : limit;
@@ -104,7 +104,7 @@ double limit_of(const Case& c, const Verification& v)
 
 Outcome outcome_alone(const Verification& v, const Case& c)
 {
-    const double limit = limit_of(c, v);
+    const double limit = limit_of(v, c);
     if (v.options.program.empty()) return outcome_of(v, c, limit);
     return outcome_by(words_of(v, c), 2 * limit + start);
 }

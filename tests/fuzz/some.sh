@@ -5,8 +5,8 @@ set -eu
 export OMP_NUM_THREADS=1
 fuzz=$(realpath "${1:?usage: $0 KNEAD_FUZZ INPUTS}")
 cd "$(dirname "$0")/../.."
-for format in tests/fuzz/corpus/*/; do
-    format=$(basename "$format") inputs=$2
+for format in $("$fuzz" --list); do
+    inputs=$2
     [ "$format" = scene ] && inputs=$(((inputs + 3) / 4))
     "$fuzz" --inputs "$inputs" "$format"
 done
