@@ -78,6 +78,12 @@ grep -nE '^.{101,}' "${pages[@]}" | cut -c1-90 | none "lines of more than 100 co
 grep -nP '\t| +$|\r' "${pages[@]}" | none "tabs or blanks at the end of a line"
 grep -nE '/(home|root|work)/' "${pages[@]}" | none "paths of somebody's machine"
 
+# The README's text has figures of them: read it again when they change.
+for picture in workprecision stability; do
+    cmp -s "docs/$picture.png" "profiling/results/nvidia-h200/verify/$picture.png" ||
+        echo "docs/$picture.png"
+done | none "pictures that are not those of the newest report (docs/gallery.sh makes them)"
+
 # Every room has a page that says what it is for.
 for room in cuda/*/ host/*/ host/solver/*/ render/ render/view/ xr/ tests/ profiling/ scenes/; do
     [ -e "$room/README.md" ] || echo "$room"
