@@ -46,6 +46,7 @@ const std::vector<Part>& verify_parts()
         {"accuracy", "floor", floor_part},
         {"accuracy", "impact", impact_part},
         {"accuracy", "recovery", recovery_part},
+        {"accuracy", "hands", hands_part},
         {"accuracy", "spheres", spheres_part},
         {"accuracy", "hertz", hertz_part},
         {"accuracy", "sand", sand_part},

@@ -71,6 +71,7 @@ void momentum_part(Verification&);
 void floor_part(Verification&);
 void impact_part(Verification&);
 void recovery_part(Verification&);
+void hands_part(Verification&);
 void spheres_part(Verification&);
 void hertz_part(Verification&);
 void sand_part(Verification&);
