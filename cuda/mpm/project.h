@@ -16,19 +16,23 @@ namespace knead {
 template <class R>
 struct WayOut {
     R shallow;  // under the skin [m]
-    R fastest;  // [m/s]
+    R thin;     // under the skin; half as deep, it may be twice as fast [m]
+    R fastest;  // from there on [m/s]
     R skin;     // [m]
 };
 // The speed is just less than nodes may have in the longest substep of clay at rest. If it grew
-// where substeps are shorter, it would make them shorter still.
+// where substeps are shorter, it would make them shorter still. What is pressed lies in a thin
+// layer, and nodes hear of its speed by its share of a cell: there twice as much is no danger, and
+// the layer that balances a pressure is half as thick.
 HD WayOut<double> way_out(const StepLimits& limits)
 {
-    return {0.375 * limits.dx, 0.9 * limits.dx / longest_dt(limits, {}).dt, 0.1 * limits.dx};
+    const double dx = limits.dx;
+    return {0.375 * dx, dx / 4, 0.9 * dx / longest_dt(limits, {}).dt, dx / 8};
 }
 template <class To, class From>
 HD WayOut<To> cast(const WayOut<From>& way)
 {
-    return {To(way.shallow), To(way.fastest), To(way.skin)};
+    return {To(way.shallow), To(way.thin), To(way.fastest), To(way.skin)};
 }
 
 // What of a particle's speed squared shortens substeps (22). What has just been found in a tool
@@ -40,11 +44,13 @@ HD R speed_that_counts(R speed_squared, R depth)
 }
 
 // The speed at which it leaves from that depth [m/s]. It has to move those around it, too, so this
-// grows with their number a cell; a crumb by itself, which has up to 0.42, is not thrown.
+// grows with their number a cell; a crumb by itself, which has up to 0.42, is not thrown. Depth
+// times speed does not fall as depth grows, or a layer once too thick would stay.
 template <class R>
 HD R speed_out(const WayOut<R>& way, R depth, R per_cell, R dt)
 {
-    return min(max(R(1), 4 * per_cell - R(0.7)) * depth / dt, way.fastest);
+    const R most = min(max(R(1), way.thin / depth), min(max(R(1), per_cell), R(2)));
+    return min(max(R(1), 4 * per_cell - R(0.7)) * depth / dt, most * way.fastest);
 }
 
 // Moves what is at x, with velocity v, to the surface that it was found behind; its velocity is

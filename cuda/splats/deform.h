@@ -270,7 +270,7 @@ HD bool keep_out(Gaussian<R>& g, const Colliders<R>& tools, const Mask& mask, in
     point.x = g.x, point.sides = g.sides;
     std::uint32_t touched = 0;
     if (blades && passes > 0) cut(point, tools, mask, dx, touched);
-    const R depth = project(point, tools, mask, passes, WayOut<R>{0, 0, 0}, R(0), R(1), touched);
+    const R depth = project(point, tools, mask, passes, WayOut<R>{0, 0, 0, 0}, R(0), R(1), touched);
     g.x = point.x, g.sides = point.sides;
     keep_within(g, walls);
     return depth > 0;

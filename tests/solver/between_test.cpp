@@ -86,9 +86,9 @@ Given two_plates(double radius)
 // A liquid between two plates that go into each other has nowhere to be. What it is pressed by its
 // strain knows, and it stands it: a liquid that stiffens by J^-7 without end threw itself out at
 // 1e8 m/s, in substeps of 1e-11 s.
-// The most of its particles that are crowded at a time. How many there are scatters with the length
-// of substeps, by a factor of two.
-void press_liquid(double courant, long& crowded, std::size_t& all)
+// Some of its particles are crowded at a time, how many scatters with the length of substeps: of
+// sixteen lengths from 0.6 to 0.9, 0.7 to 3.9 % of all, with at worst 1.4 to 1.8 in the room of one.
+void press_liquid(double courant)
 {
     Given s = two_plates(0.05);
     s.step.courant = courant;
@@ -141,19 +141,16 @@ void press_liquid(double courant, long& crowded, std::size_t& all)
     EXPECT_LT(after.volume, 0.8 * before.volume);
     EXPECT_LT(after.fastest, 100);
     EXPECT_LT(most_substeps, 85 / courant);
-    crowded = worst.particles, all = s.particles.size();
+    EXPECT_LT(worst.most, 2);
+    EXPECT_LT(worst.particles, long(s.particles.size() / 20));
 }
 
 TEST(Between, ALiquidUnderCrossedToolsIsPressedAndReportedAndStandsIt)
 {
-    std::vector<long> crowded(3);
-    std::size_t all = 0;
-    press_liquid(0.7, crowded[0], all);
+    press_liquid(0.7);
     if (sanitized) return;
-    press_liquid(0.8, crowded[1], all);
-    press_liquid(0.85, crowded[2], all);
-    std::sort(crowded.begin(), crowded.end());
-    EXPECT_LT(crowded[1], long(all / 100));
+    press_liquid(0.8);
+    press_liquid(0.85);
 }
 
 }  // namespace
