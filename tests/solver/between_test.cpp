@@ -86,8 +86,8 @@ Given two_plates(double radius)
 // A liquid between two plates that go into each other has nowhere to be. What it is pressed by its
 // strain knows, and it stands it: a liquid that stiffens by J^-7 without end threw itself out at
 // 1e8 m/s, in substeps of 1e-11 s.
-// Some of its particles are crowded at a time, how many scatters with the length of substeps: of
-// sixteen lengths from 0.6 to 0.9, 0.7 to 3.9 % of all, with at worst 1.4 to 1.8 in the room of one.
+// Some of its particles are crowded at a time. How many scatters with the length of substeps: at
+// sixteen from 0.6 to 0.9 it is 0.7 to 3.9 %, and at worst 1.4 to 1.8 lie in the room of one.
 void press_liquid(double courant)
 {
     Given s = two_plates(0.05);
