@@ -63,19 +63,21 @@ __device__ Events advance_particle(const G2pView& d, const SubstepContext& later
         if (__all_sync(all_lanes, quiet.unasked)) return {};
     }
     bear_shared<f>(d, q, n);
-    // The numbers that the registers have no room for meanwhile.
+    // The numbers that the registers have no room for meanwhile; project() reads the last, where
+    // others' strains lie before it.
     constexpr bool full = f.tools && f.plasticity != PlasticityClass::any && !early<f>;
     float* const aside = &space.slopes[threadIdx.x >> 5][0][0].x + (threadIdx.x & 31);
     if constexpr (full) *aside = q.k;
     if constexpr (full && f.mixed) aside[64] = q.x.z;
-    float around = 0;  // mass of the nearest node [kg]
-    gather_from(
-        nodes, d.lattice, s, q, [&](float mass) { (full ? aside[32] : around) = mass; },
+    float nearest = 0;  // the node's mass [kg]
+    const float around = gather_from<f.tools>(
+        nodes, d.lattice, s, q, [&](float mass) { (full ? aside[32] : nearest) = mass; },
         [&] {
             if (!early<f>) particles().load_strain(own().at, q);
             if (full) q.k = *aside;
             if (full && f.mixed) q.x.z = aside[64];
         });
+    if constexpr (full) aside[128] = around;
     bool moves = true;
     if constexpr (f.rests) {
         wake_if_pushed(d, quiet, q, later.now, n);
@@ -83,18 +85,18 @@ __device__ Events advance_particle(const G2pView& d, const SubstepContext& later
         if (!moves) q.v = {}, q.C = {};
         if (!__any_sync(all_lanes, moves)) return {};
     }
-    const auto mass_around = [&] {
+    const auto like_it = [&](int at, float mass) {
         if constexpr (full) asm volatile("" ::: "memory");  // or it would be kept
-        return full ? aside[32] : around;
+        return (full ? aside[at] : mass) / mass_of<f>(d.materials, q.object);
     };
-    const auto per_cell = [&] { return mass_around() / mass_of<f>(d.materials, q.object); };
     // Where registers allow, by vote: lanes that branch by themselves cost the warp more.
-    const bool crumb = mass_around() < mass_of<f>(d.materials, q.object);
-    if (f.tools ? __any_sync(all_lanes, crumb) : crumb) calm_crumb(q.C, per_cell());
+    const bool crumb = (full ? aside[32] : nearest) < mass_of<f>(d.materials, q.object);
+    if (f.tools ? __any_sync(all_lanes, crumb) : crumb) calm_crumb(q.C, like_it(32, nearest));
     q.e = advance_b(q.e, q.C, later.now);
     q.x = q.x + later.now * q.v;
     Events happened{};
-    project<f>(q, per_cell, d, later, space, moves, happened);
+    project<f>(
+        q, [&] { return like_it(128, around); }, d, later, space, moves, happened);
     if (may_yield<f>(d.materials, q))
         happened.yielded = yield(q, material_of<f>(d.materials, q.object), later.now);
     if (!sound(q)) {

@@ -48,10 +48,10 @@ HD auto plane(const Stencil<R>& s, Velocity&& velocity)
     return sum;
 }
 
-// velocity(step) is where the memory is: it answers with a Vec3, or with a whole node as a Four
-// where that is one register. The sums are factorised: along z, then y, then x.
+// velocity(step) is where the memory is: it answers with a Vec3, or with a whole node as a Four, of
+// which the sum's last is mass_around(). The sums are factorised: along z, then y, then x.
 template <class R, class Velocity>
-HD void gather(Particle<R>& q, const Stencil<R>& s, std::type_identity_t<const Spacing<R>&> spacing,
+HD auto gather(Particle<R>& q, const Stencil<R>& s, std::type_identity_t<const Spacing<R>&> spacing,
                Velocity&& velocity)
 {
     using V = decltype(velocity(Int3{}));
@@ -71,15 +71,23 @@ HD void gather(Particle<R>& q, const Stencil<R>& s, std::type_identity_t<const S
     q.v = first_three(v);
     q.C = {d.x * q.v + step * first_three(by_x), d.y * q.v + step * first_three(by_y),
            d.z * q.v + step * first_three(by_z)};
+    return v;
 }
 
-// From a stencil's base to the node nearest to the particle. Its mass over the particle's is how
-// many such particles a cell holds there.
+// From a stencil's base to the node nearest to the particle.
 constexpr Int3 nearest_node = {1, 1, 1};
 
-// A crumb, of fewer particles a cell than the corner of a body has, has no shape of its own: of its
-// rate of strain down to a fifth is left, so that no substep makes it oscillate more and more. It
-// turns as it did, and from one particle a cell on nothing is taken.  (8)
+// The mass that a cell holds where the particle is [kg], of the sum that gather() or gather_rows()
+// returns; over the particle's it is how many such particles a cell holds there.  (19)
+template <class R>
+HD R mass_around(const Four<R>& sum)
+{
+    return last(sum);
+}
+
+// A crumb, of less than one particle a cell as the nearest node has it, has no shape of its own: of
+// its rate of strain down to a fifth is left, so that no substep makes it oscillate more and more.
+// It turns as it did, and from one particle a cell on nothing is taken.  (8)
 template <class R>
 HD void calm_crumb(Mat3<R>& C, R per_cell)
 {

@@ -27,7 +27,7 @@ struct WayOut {
 HD WayOut<double> way_out(const StepLimits& limits)
 {
     const double dx = limits.dx;
-    return {0.375 * dx, dx / 4, 0.9 * dx / longest_dt(limits, {}).dt, dx / 8};
+    return {0.375 * dx, dx / 4, 0.9 * dx / longest_dt(limits, {}).dt, dx / 10};
 }
 template <class To, class From>
 HD WayOut<To> cast(const WayOut<From>& way)
@@ -44,7 +44,7 @@ HD R speed_that_counts(R speed_squared, R depth)
 }
 
 // The speed at which it leaves from that depth [m/s]. It has to move those around it, too, so this
-// grows with their number a cell; a crumb by itself, which has up to 0.42, is not thrown. Depth
+// grows with their number a cell; a crumb by itself, which has up to 0.21, is not thrown. Depth
 // times speed does not fall as depth grows, or a layer once too thick would stay.
 template <class R>
 HD R speed_out(const WayOut<R>& way, R depth, R per_cell, R dt)

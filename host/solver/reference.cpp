@@ -206,9 +206,10 @@ void Reference::g2p(double dt)
         const auto node = [&](Int3 step) {
             return field[std::size_t(lattice.index(s.base + step))];
         };
-        gather(p, s, lattice.spacing, [&](Int3 step) { return node(step).p; });
-        per_cell[i] = node(nearest_node).m / setup.materials[std::size_t(p.object)].mass;
-        calm_crumb(p.C, per_cell[i]);
+        const auto sum = gather(p, s, lattice.spacing, [&](Int3 step) { return four(node(step)); });
+        const double mass = setup.materials[std::size_t(p.object)].mass;
+        per_cell[i] = mass_around(sum) / mass;
+        calm_crumb(p.C, node(nearest_node).m / mass);
         sudden += abrupt(p.C, dt);
         p.e = advance_b(p.e, p.C, dt);
         p.x = p.x + dt * p.v;

@@ -104,12 +104,12 @@ __global__ void to_particles(World w, Cloud cloud, Colliders<float> tools, Mask 
     if (i >= cloud.count) return;
     Particle<float> q = cloud.load(i);
     const Stencil<float> s = stencil(q.x, w.lattice.dx);
-    gather(q, s, w.lattice.dx, [&](Int3 step) {
+    const auto sum = gather(q, s, w.lattice.dx, [&](Int3 step) -> Four<float> {
         const float4 node = w.nodes[w.index(s.base + step)];
-        return Vec3<float>{node.x, node.y, node.z};
+        return four(Vec3<float>{node.x, node.y, node.z}, node.w);
     });
-    const float per_cell = w.nodes[w.index(s.base + nearest_node)].w / w.clay.mass;
-    calm_crumb(q.C, per_cell);
+    const float per_cell = mass_around(sum) / w.clay.mass;
+    calm_crumb(q.C, w.nodes[w.index(s.base + nearest_node)].w / w.clay.mass);
     q.e = advance_b(q.e, q.C, w.dt);
     q.x = q.x + w.dt * q.v;
     std::uint32_t touched = 0;

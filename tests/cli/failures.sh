@@ -29,7 +29,7 @@ cp one/mesh.glb one/particles.ply .
 # What does not depend on how long it took.
 sums() {
     find "$1" -type f ! -name 'report.*' ! -name frames.csv ! -name 'verify.*' \
-        ! -name checkpoint.knead -printf '%P ' -exec sh -c 'md5sum <"$1"' _ {} \; | sort
+        ! -name checkpoint.knead -exec md5sum {} + | sed "s|  $1/|  |" | sort
 }
 
 # fails_at_each NAME OLD ARGUMENT...: in a folder `at` that begins as a copy of OLD ("" for none),

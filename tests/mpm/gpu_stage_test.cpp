@@ -163,9 +163,9 @@ Particle<float> moved(const knead::Setup& s, Particle<float> q,
     const auto node = [&](Int3 step) {
         return velocities[std::size_t(v.lattice.index(st.base + step))];
     };
-    gather(q, st, v.lattice.dx, [&](Int3 step) { return node(step).p; });
-    const float per_cell = node(nearest_node).m / v.material.mass;
-    calm_crumb(q.C, per_cell);
+    const auto sum = gather(q, st, v.lattice.dx, [&](Int3 step) { return four(node(step)); });
+    const float per_cell = mass_around(sum) / v.material.mass;
+    calm_crumb(q.C, node(nearest_node).m / v.material.mass);
     StepLimits limits = step_limits(s);
     limits.fixed = dt;  // as GpuStages has it
     const auto way = cast<float>(way_out(limits));

@@ -328,32 +328,6 @@ TYPED_TEST(TransferTest, ARegisterOfFourGathersTheSameBitsAsThreeNumbers)
     }
 }
 
-// An oscillator by itself, of the stiffest kind, in substeps longer than its limit: a crumb's does
-// not grow; what belongs to a body is left as it was.
-TYPED_TEST(TransferTest, ACrumbIsCalmedAndABodyIsNot)
-{
-    using R = TypeParam;
-    Draw draw(10);
-    for (int round = 0; round < 100; ++round) {
-        const Mat3<R> C = cast<R>(draw.matrix());
-        Mat3<R> body = C, crumb = C;
-        calm_crumb(body, R(draw.in(1, 20)));
-        EXPECT_EQ(size(body - C), 0);
-        calm_crumb(crumb, R(draw.in(0.125, 0.43)));  // one particle, anywhere in its cell
-        EXPECT_LT(size(skew(crumb) - skew(C)), either<R>(1e-6, 1e-15));
-        const double left = size(symmetric(crumb)) / size(symmetric(C));
-        EXPECT_GT(left, 0.18);
-        EXPECT_LT(left, 0.27);
-        const double times = 1.5, grows = 4 * times * times;  // of the limit (22)
-        double rate = 1, strain = 0, most = 0;
-        for (int n = 0; n < 1000; ++n) {
-            rate = left * (rate - grows * strain), strain += rate;
-            most = std::fmax(most, std::fabs(strain));
-        }
-        EXPECT_LE(most, 1);
-    }
-}
-
 TYPED_TEST(TransferTest, StrainFollowsTheDeformationAndKeepsSmallDigits)
 {
     using R = TypeParam;

@@ -173,7 +173,7 @@ TEST(HandActions, ArePlayedByARunToTheSameBits)
     for (const double display : {90.0, 72.0, 120.0}) {
         if (sanitized && display == 120) continue;
         SCOPED_TRACE(display);
-        std::vector<std::string> settings{"domain.cells=16", "surface.nodes=32",
+        std::vector<std::string> settings{"domain.cells=16", "surface.nodes=16",
                                           "step.courant=0.9"};
         if (display == 72) settings.push_back("step.soften_beyond=4");
         const auto scene = load_live_scene("scenes/squeeze.json", settings);

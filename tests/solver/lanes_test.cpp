@@ -139,11 +139,13 @@ TYPED_TEST(LanesTest, RowsBringBackWhatParticlesGatherNodeByNode)
         for (std::size_t l = 0; l < before.size(); ++l) {
             auto q = cast<double>(before[l]);
             const Stencil<double> s = stencil(q.x, dx);
-            gather(q, s, dx,
-                   [&](Int3 step) { return cast<double>(tile.node[tile_index(s.base + step)].p); });
-            const double per_cell = tile.node[tile_index(s.base + nearest_node)].m / mass;
+            const auto sum = gather(q, s, dx, [&](Int3 step) {
+                const Node<R>& node = tile.node[tile_index(s.base + step)];
+                return four(cast<double>(node.p), double(node.m));
+            });
+            const double per_cell = mass_around(sum) / mass;
             EXPECT_NEAR(moved.per_cell.of[l], per_cell, 1e-6);
-            calm_crumb(q.C, per_cell);
+            calm_crumb(q.C, tile.node[tile_index(s.base + nearest_node)].m / mass);
             const Particle<R>& now = some.q[l];
             EXPECT_LT(length(cast<double>(now.v) - q.v), either<R>(3e-6, 1e-14));
             EXPECT_LT(size(cast<double>(now.C) - q.C), either<R>(1e-3, 1e-11));

@@ -56,19 +56,21 @@ template <class R, class Nodes>
     load_shape(group, p);
     const Stencils<R> stencils(p.x, dx);
     Four<R> v[L::count], by_x[L::count], by_y[L::count], by_z[L::count];
+    Each<R> nearest;  // node's mass, in particles like it
     for (int l = 0; l < L::count; ++l) {
         const Stencil<R> s = stencils[l];
         const Node<R>* base = nodes(l, s.base);
         const Gathered<R> sum = gather_rows(s, [&](int j, int k) {
             return row_at(base + tile_index({0, j, k}));
         });
-        moved.per_cell.of[l] = base[tile_index(nearest_node)].m / mass;
+        nearest.of[l] = base[tile_index(nearest_node)].m / mass;
+        moved.per_cell.of[l] = mass_around(sum.v) / mass;
         v[l] = sum.v, by_x[l] = sum.by_x, by_y[l] = sum.by_y, by_z[l] = sum.by_z;
     }
     p.v = collected(v);
     p.C = velocity_gradient(p.v, {collected(by_x), collected(by_y), collected(by_z)}, stencils.d(),
                             L(dx));
-    calm_crumb(p.C, moved.per_cell.lanes());
+    calm_crumb(p.C, nearest.lanes());
     p.e = advance_b(p.e, p.C, L(dt));
     p.x = p.x + L(dt) * p.v;
     store(p, group);
