@@ -153,7 +153,7 @@ TEST(ShippedScenes, FloorAndObjectsStandWhereTheyWereOn16To192Cells)
             SCOPED_TRACE(path + " on " + std::to_string(cells));
             std::vector<std::string> settings{"domain.cells=" + std::to_string(cells)};
             // Of the fine ones the places are what matters, not the number of particles.
-            for (std::size_t i = 0; cells > 64 && i < own.objects.size(); ++i)
+            for (std::size_t i = 0; cells > 32 && i < own.objects.size(); ++i)
                 settings.push_back("objects." + std::to_string(i) + ".per_cell=2");
             Scene scene = read_scene(path, settings);
             EXPECT_NEAR(scene.setup.lattice.dx, edge_of(own) / cells, 1e-15);

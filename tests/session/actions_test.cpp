@@ -108,7 +108,7 @@ struct Shaped {
 };
 
 // With Young's modulus of 2 MPa.
-Material<double> stiff_jelly() { return softer(preset("jelly"), 1 / 200.0); }
+Material<double> stiff_jelly() { return softer(preset("jelly"), 1 / 50.0); }
 
 Shaped shaped(const std::shared_ptr<const LiveScene>& scene, double display)
 {
