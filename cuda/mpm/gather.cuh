@@ -40,7 +40,7 @@ __device__ float gather_from(const float4* nodes, const Lattice<float>& lattice,
         if (step == Int3{2, 0, 0}) at_last();
         const float4 v = (nodes + o.column(step))[step.z * Lattice<float>::along_z];
         if (step == nearest_node) nearest(v.w);
-        if (weighed) mass += s.w[step.x].x * s.w[step.y].y * s.w[step.z].z * v.w;
+        if (weighed) mass += s.weight(step) * v.w;
         return Vec3<float>{v.x, v.y, v.z};
     });
     return mass;

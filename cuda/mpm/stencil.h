@@ -12,6 +12,9 @@ struct Stencil {
     Int3 base;     // lowest of the 27 nodes
     Vec3<R> w[3];  // weight of node base + k along each axis
     Vec3<R> d;     // from the particle to base [m]
+
+    // Of the node that stands by `step` from the base, each axis 0, 1 or 2.
+    HD R weight(Int3 step) const { return w[step.x].x * w[step.y].y * w[step.z].z; }
 };
 
 template <class R>
@@ -45,15 +48,14 @@ HD auto weights_along_x(const Stencil<R>& s)
 }
 
 // Calls visit(step, weight, node position minus particle position) for each of the 27 nodes; step
-// is the node less the stencil's base, each axis 0, 1 or 2.
+// is the node less the stencil's base.
 template <class R, class Visit>
 HD void for_each_node(const Stencil<R>& s, R dx, Visit&& visit)
 {
     UNROLL
     for (int n = 0; n < 27; ++n) {
         const Int3 step = {n % 3, n / 3 % 3, n / 9};
-        visit(step, s.w[step.x].x * s.w[step.y].y * s.w[step.z].z,
-              s.d + Vec3<R>{dx * R(step.x), dx * R(step.y), dx * R(step.z)});
+        visit(step, s.weight(step), s.d + Vec3<R>{dx * R(step.x), dx * R(step.y), dx * R(step.z)});
     }
 }
 

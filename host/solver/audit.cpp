@@ -97,7 +97,7 @@ Crowding crowding(const std::vector<Particle<double>>& particles,
         const Stencil<double> s = stencil(q.x, Spacing<double>(dx));
         for (int n = 0; n < 27; ++n) {
             const Int3 step = {n % 3, n / 3 % 3, n / 9}, i = s.base - low + step;
-            visit(s.w[step.x].x * s.w[step.y].y * s.w[step.z].z,
+            visit(s.weight(step),
                   claimed[(std::size_t(i.z) * std::size_t(size.y) + std::size_t(i.y)) *
                               std::size_t(size.x) +
                           std::size_t(i.x)]);

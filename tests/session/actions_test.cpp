@@ -107,7 +107,7 @@ struct Shaped {
     int frames = 0;
 };
 
-// With Young's modulus of 2 MPa.
+// With Young's modulus of 0.5 MPa.
 Material<double> stiff_jelly() { return softer(preset("jelly"), 1 / 50.0); }
 
 Shaped shaped(const std::shared_ptr<const LiveScene>& scene, double display)
