@@ -35,6 +35,12 @@ HD Int3 operator-(Int3 a, Int3 b) { return {a.x - b.x, a.y - b.y, a.z - b.z}; }
 HD Int3 operator*(int s, Int3 a) { return {s * a.x, s * a.y, s * a.z}; }
 HD bool operator==(Int3 a, Int3 b) { return a.x == b.x && a.y == b.y && a.z == b.z; }
 
+// Whether n is in a lattice of that size, from 0 on.
+HD bool within(Int3 n, Int3 size)
+{
+    return n.x >= 0 && n.y >= 0 && n.z >= 0 && n.x < size.x && n.y < size.y && n.z < size.z;
+}
+
 template <class R>
 HD R min(R a, R b)
 {

@@ -209,11 +209,6 @@ struct Tile {
     float v[2][tile_edge];  // y, z
 };
 
-__device__ bool within(Int3 n, Int3 size)
-{
-    return n.x >= 0 && n.y >= 0 && n.z >= 0 && n.x < size.x && n.y < size.y && n.z < size.z;
-}
-
 // Calls visit(j, z) for the lane's nodes but those less than `rim` from either end in z.
 template <int rim, class Visit>
 __device__ void for_each_of(Visit&& visit)

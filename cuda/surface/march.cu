@@ -33,10 +33,6 @@ struct Mark {
     __device__ int triangle() const { return int(bits >> 19); }
 };
 
-__device__ bool within(Int3 n, Int3 size)
-{
-    return n.x >= 0 && n.y >= 0 && n.z >= 0 && n.x < size.x && n.y < size.y && n.z < size.z;
-}
 __device__ int cell_node(int x, int y, int z) { return (z * cell_edge + y) * cell_edge + x; }
 
 // A node's crossed edges and its cell's case and number of triangles.

@@ -233,12 +233,11 @@ bool usable(const Deposit& d, float dx)
 float value_at(const Field& f, Int3 n)
 {
     const Int3 i = n - f.low;
-    const bool in =
-        i.x >= 0 && i.y >= 0 && i.z >= 0 && i.x < f.size.x && i.y < f.size.y && i.z < f.size.z;
-    return in ? f.value[(std::size_t(i.z) * std::size_t(f.size.y) + std::size_t(i.y)) *
-                            std::size_t(f.size.x) +
-                        std::size_t(i.x)]
-              : 0;
+    return within(i, f.size)
+               ? f.value[(std::size_t(i.z) * std::size_t(f.size.y) + std::size_t(i.y)) *
+                             std::size_t(f.size.x) +
+                         std::size_t(i.x)]
+               : 0;
 }
 
 // Of every vertex, from the density before; null: there was none.

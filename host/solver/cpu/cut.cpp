@@ -27,8 +27,7 @@ bool CpuSolver<R>::find_splits()
         char all = 0;
         for (int n = 0; n < 27; ++n) {
             const Int3 m = at + Int3{n % 3 - 1, n / 3 % 3 - 1, n / 9 - 1};
-            if (m.x >= 0 && m.y >= 0 && m.z >= 0 && m.x < size.x && m.y < size.y && m.z < size.z)
-                all = char(all | labels[std::size_t(lattice.block_of(4 * m))]);
+            if (within(m, size)) all = char(all | labels[std::size_t(lattice.block_of(4 * m))]);
         }
         return all;
     };
