@@ -95,13 +95,12 @@ Crowding crowding(const std::vector<Particle<double>>& particles,
     std::vector<double> claimed(std::size_t(size.x) * std::size_t(size.y) * std::size_t(size.z));
     const auto at_nodes = [&](const Particle<double>& q, auto&& visit) {
         const Stencil<double> s = stencil(q.x, Spacing<double>(dx));
-        for (int n = 0; n < 27; ++n) {
-            const Int3 step = {n % 3, n / 3 % 3, n / 9}, i = s.base - low + step;
-            visit(s.weight(step),
-                  claimed[(std::size_t(i.z) * std::size_t(size.y) + std::size_t(i.y)) *
-                              std::size_t(size.x) +
-                          std::size_t(i.x)]);
-        }
+        for_each_node(s, dx, [&](Int3 step, double w, Vec3<double>) {
+            const Int3 i = s.base - low + step;
+            visit(w, claimed[(std::size_t(i.z) * std::size_t(size.y) + std::size_t(i.y)) *
+                                 std::size_t(size.x) +
+                             std::size_t(i.x)]);
+        });
     };
     for (const Particle<double>& q : particles) {
         if (!known(q)) continue;

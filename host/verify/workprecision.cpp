@@ -36,7 +36,7 @@ bool in_double(const Verification& v) { return v.device.kind == DeviceKind::cpu_
 std::vector<SceneRule> rules(const Verification& v, const FrontScene& scene)
 {
     std::vector<SceneRule> all;
-    // The loops in double are no way to wait for fine cells: the finest take most of the time.
+    // By themselves the loops in double leave out the finest cells, which take most of the time.
     const std::size_t lattices = scene.cells.size() - (in_double(v) && !v.quick() ? 1 : 0);
     for (std::size_t i = 0; i < lattices; ++i) {
         const Settings s = settings(v, i, scene.cells.size());
@@ -47,6 +47,7 @@ std::vector<SceneRule> rules(const Verification& v, const FrontScene& scene)
                 rule.courant = courant, rule.per_cell = per_cell;
                 all.push_back(rule);
             }
+        // The loops in double are no way to wait for fine cells.
         if (i > 0 || in_double(v)) continue;
         rule = default_rule(scene.cells[i]), rule.in_double = true;
         all.push_back(rule);
