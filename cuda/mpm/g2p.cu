@@ -44,6 +44,31 @@ __device__ void bear_shared(const G2pView& d, Particle<float>& q, int n)
         share_pressure(d.pressure, d.lattice, q, material_of<f>(d.materials, q.object), n);
 }
 
+// The masses around a particle [kg], in registers or, where these are `full`, in shared memory, as
+// `aside` for other numbers: the sums of planes lie where others put their strains in project(),
+// which reads them before.
+template <bool full>
+struct Masses {
+    float* aside;
+    float nearest = 0, around = 0;
+
+    __device__ void at_node(float mass) { (full ? aside[32] : nearest) = mass; }
+    __device__ void add(int plane, float mass)
+    {
+        if constexpr (full)
+            aside[128 + 32 * plane] = mass;
+        else
+            around += mass;
+    }
+    __device__ float node() const { return full ? aside[32] : nearest; }
+    __device__ float cell() const { return full ? aside[128] + aside[160] + aside[192] : around; }
+    // Or what was read once would be kept.
+    __device__ void again() const
+    {
+        if constexpr (full) asm volatile("" ::: "memory");
+    }
+};
+
 // Moves the thread's particle through the velocities of substep n. All lanes of a warp stay
 // together: clay that is still moves, too, and is put back.
 template <Features f>
@@ -63,21 +88,18 @@ __device__ Events advance_particle(const G2pView& d, const SubstepContext& later
         if (__all_sync(all_lanes, quiet.unasked)) return {};
     }
     bear_shared<f>(d, q, n);
-    // The numbers that the registers have no room for meanwhile; project() reads the last, where
-    // others' strains lie before it.
     constexpr bool full = f.tools && f.plasticity != PlasticityClass::any && !early<f>;
-    float* const aside = &space.slopes[threadIdx.x >> 5][0][0].x + (threadIdx.x & 31);
-    if constexpr (full) *aside = q.k;
-    if constexpr (full && f.mixed) aside[64] = q.x.z;
-    float nearest = 0;  // the node's mass [kg]
-    const float around = gather_from<f.tools>(
-        nodes, d.lattice, s, q, [&](float mass) { (full ? aside[32] : nearest) = mass; },
+    Masses<full> mass{&space.slopes[threadIdx.x >> 5][0][0].x + (threadIdx.x & 31)};
+    if constexpr (full) *mass.aside = q.k;
+    if constexpr (full && f.mixed) mass.aside[64] = q.x.z;
+    gather_from<f.tools>(
+        nodes, d.lattice, s, q, [&](float m) { mass.at_node(m); },
+        [&](int plane, float m) { mass.add(plane, m); },
         [&] {
             if (!early<f>) particles().load_strain(own().at, q);
-            if (full) q.k = *aside;
-            if (full && f.mixed) q.x.z = aside[64];
+            if (full) q.k = *mass.aside;
+            if (full && f.mixed) q.x.z = mass.aside[64];
         });
-    if constexpr (full) aside[128] = around;
     bool moves = true;
     if constexpr (f.rests) {
         wake_if_pushed(d, quiet, q, later.now, n);
@@ -85,18 +107,19 @@ __device__ Events advance_particle(const G2pView& d, const SubstepContext& later
         if (!moves) q.v = {}, q.C = {};
         if (!__any_sync(all_lanes, moves)) return {};
     }
-    const auto like_it = [&](int at, float mass) {
-        if constexpr (full) asm volatile("" ::: "memory");  // or it would be kept
-        return (full ? aside[at] : mass) / mass_of<f>(d.materials, q.object);
-    };
+    const auto unit = [&] { return mass_of<f>(d.materials, q.object); };
     // Where registers allow, by vote: lanes that branch by themselves cost the warp more.
-    const bool crumb = (full ? aside[32] : nearest) < mass_of<f>(d.materials, q.object);
-    if (f.tools ? __any_sync(all_lanes, crumb) : crumb) calm_crumb(q.C, like_it(32, nearest));
+    const bool crumb = mass.node() < unit();
+    if (f.tools ? __any_sync(all_lanes, crumb) : crumb)
+        mass.again(), calm_crumb(q.C, mass.node() / unit());
+    const auto per_cell = [&] {
+        mass.again();
+        return mass.cell() * (f.mixed ? 1 / unit() : d.materials.per_mass);
+    };
     q.e = advance_b(q.e, q.C, later.now);
     q.x = q.x + later.now * q.v;
     Events happened{};
-    project<f>(
-        q, [&] { return like_it(128, around); }, d, later, space, moves, happened);
+    project<f>(q, per_cell, d, later, space, moves, happened);
     if (may_yield<f>(d.materials, q))
         happened.yielded = yield(q, material_of<f>(d.materials, q.object), later.now);
     if (!sound(q)) {

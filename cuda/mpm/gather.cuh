@@ -25,25 +25,30 @@ HD Offsets offsets(const Lattice<float>& lattice, Int3 base)
 }
 
 // Gathers from `nodes`, of one field; hands on the mass of the node nearest to the particle and,
-// where it is `weighed`, returns what a cell holds there [kg]. at_last() may ask for what is wanted
-// next: it is called before the loads of the last plane.
-template <bool weighed, class Nearest, class AtLast>
-__device__ float gather_from(const float4* nodes, const Lattice<float>& lattice,
-                             const Stencil<float>& s, Particle<float>& q, Nearest&& nearest,
-                             AtLast&& at_last)
+// where it is `weighed`, what each plane of nodes adds to the mass that a cell holds there [kg]:
+// mass_around(), summed as gather() sums. at_last() may ask for what is wanted next: it is called
+// before the loads of the last plane.
+template <bool weighed, class Nearest, class Weigh, class AtLast>
+__device__ void gather_from(const float4* nodes, const Lattice<float>& lattice,
+                            const Stencil<float>& s, Particle<float>& q, Nearest&& nearest,
+                            Weigh&& weigh, AtLast&& at_last)
 {
     const Offsets o = offsets(lattice, s.base);
-    float mass = 0;  // by itself: the sums of planes and columns would take two registers more
+    [[maybe_unused]] float column, in_plane;
     gather(q, s, lattice.spacing, [&](Int3 step) {
         // Loads of one plane at a time: of all at once the results would fill the registers.
         if (step.y == 0 && step.z == 0) __syncwarp();
         if (step == Int3{2, 0, 0}) at_last();
         const float4 v = (nodes + o.column(step))[step.z * Lattice<float>::along_z];
         if (step == nearest_node) nearest(v.w);
-        if (weighed) mass += s.weight(step) * v.w;
+        if constexpr (weighed) {
+            column = step.z == 0 ? s.w[0].z * v.w : column + s.w[step.z].z * v.w;
+            if (step.z == 2)
+                in_plane = step.y == 0 ? s.w[0].y * column : in_plane + s.w[step.y].y * column;
+            if (step.z == 2 && step.y == 2) weigh(step.x, s.w[step.x].x * in_plane);
+        }
         return Vec3<float>{v.x, v.y, v.z};
     });
-    return mass;
 }
 
 }  // namespace knead::gpu

@@ -106,6 +106,7 @@ __device__ float left_tools(Particle<float>& q, PerCell&& per_cell, const G2pVie
     bool in = own;
     if (!__any_sync(all_lanes, in)) return 0;
     const float around = per_cell();
+    __syncwarp();  // others write where it was
     put_aside(q, borrowed.strain());
     if constexpr (!blades) borrowed.put_aside(q.C);
     const Mask& mask = in ? *own : d.near.masks[0];

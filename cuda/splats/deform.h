@@ -261,7 +261,8 @@ HD void keep_within(Gaussian<R>& g, const Walls<R>& walls)
 }
 
 // Out of tools, all the way, for it has no neighbours whose strain would have to hear of it (19);
-// within the walls; with `blades` on its side of each. True if a tool moved it.  (34)
+// within the walls; with `blades` on its side of each. Tools are looked for `passes` times, at
+// least twice if ever: what leaves one all at once may be in another. True if a tool moved it. (34)
 template <class R>
 HD bool keep_out(Gaussian<R>& g, const Colliders<R>& tools, const Mask& mask, int passes,
                  bool blades, const Walls<R>& walls, R dx)
@@ -270,7 +271,8 @@ HD bool keep_out(Gaussian<R>& g, const Colliders<R>& tools, const Mask& mask, in
     point.x = g.x, point.sides = g.sides;
     std::uint32_t touched = 0;
     if (blades && passes > 0) cut(point, tools, mask, dx, touched);
-    const R depth = project(point, tools, mask, passes, WayOut<R>{0, 0, 0, 0}, R(0), R(1), touched);
+    const int looks = passes > 0 ? max(passes, 2) : 0;
+    const R depth = project(point, tools, mask, looks, WayOut<R>{0, 0, 0, 0}, R(0), R(1), touched);
     g.x = point.x, g.sides = point.sides;
     keep_within(g, walls);
     return depth > 0;

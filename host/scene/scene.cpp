@@ -316,7 +316,7 @@ void read_root(ObjectReader& r, Scene& scene)
     if (scene.has_hands) r.object("hands", [&](ObjectReader& in) { read_hands(in, scene); });
     r.object("contact", [&](ObjectReader& in) {
         scene.setup.grid_contact = in.flag("grid", true);
-        scene.setup.passes = in.whole("passes", 0, 16, 2);
+        scene.setup.passes = in.whole("passes", 0, 16, Setup{}.passes);
     });
     read_time(r, scene);
     r.object("rest", [&](ObjectReader& in) { read_rest(in, scene); });

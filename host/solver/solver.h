@@ -41,7 +41,7 @@ struct Setup {
     std::vector<Tool<double>> tools;
     StepRule step;
     bool grid_contact = true;  // the grid feels the tools
-    int passes = 2;            // of particle projection a substep; 0: none
+    int passes = 1;            // of particle projection a substep; 0: none
     Rest<double> rest{};       // which clay need not move
     bool deterministic = false;
     int threads = 0;    // CPU: 0 = all

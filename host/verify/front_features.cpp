@@ -22,7 +22,7 @@ const Change changes[] = {
     {"defaults", [](SceneRule&) {}, true},
     {"contact.grid false", [](SceneRule& r) { r.grid_contact = false; }, true},
     {"contact.passes 0", [](SceneRule& r) { r.passes = 0; }, true},
-    {"contact.passes 1", [](SceneRule& r) { r.passes = 1; }, false},
+    {"contact.passes 2", [](SceneRule& r) { r.passes = 2; }, false},
     {"contact.passes 4", [](SceneRule& r) { r.passes = 4; }, false},
     {"step.courant 0.4", [](SceneRule& r) { r.courant = 0.4; }, false},
     {"step.courant 0.7", [](SceneRule& r) { r.courant = 0.7; }, false},
