@@ -62,7 +62,7 @@ struct Masses {
     }
     __device__ float node() const { return full ? aside[32] : nearest; }
     __device__ float cell() const { return full ? aside[128] + aside[160] + aside[192] : around; }
-    // Or what was read once would be kept.
+    // Before what was read is read again, or it would be kept in a register.
     __device__ void again() const
     {
         if constexpr (full) asm volatile("" ::: "memory");

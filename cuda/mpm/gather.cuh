@@ -25,9 +25,10 @@ HD Offsets offsets(const Lattice<float>& lattice, Int3 base)
 }
 
 // Gathers from `nodes`, of one field; hands on the mass of the node nearest to the particle and,
-// where it is `weighed`, what each plane of nodes adds to the mass that a cell holds there [kg]:
-// mass_around(), summed as gather() sums. at_last() may ask for what is wanted next: it is called
-// before the loads of the last plane.
+// where it is `weighed`, what each plane of nodes adds to the mass that a cell holds there [kg].
+// The three make mass_around(), which gather() finds of nodes as Fours, but keeps in a register
+// until its end. at_last() may ask for what is wanted next: it is called before the loads of the
+// last plane.
 template <bool weighed, class Nearest, class Weigh, class AtLast>
 __device__ void gather_from(const float4* nodes, const Lattice<float>& lattice,
                             const Stencil<float>& s, Particle<float>& q, Nearest&& nearest,
