@@ -169,7 +169,7 @@ __device__ void advance_run(const G2pView& d, const SubstepContext& later,
         if (far) atomicAdd(&later.clock().counters.moved_far, 1ull);
         if (sudden) atomicAdd(&later.clock().counters.abrupt, 1ull);
     }
-    const Material<float> m = material_of<f>(d.materials, q.object);
+    Material<float> m = material_of<f>(d.materials, q.object);
     const float per_density = f.mixed ? 1 / m.density : d.materials.per_density;
     const Sums all = summed<f.tools>(happened, speed_that_counts(dot(q.v, q.v), happened.depth),
                                      stiffness(q, m, per_density));
@@ -179,9 +179,11 @@ __device__ void advance_run(const G2pView& d, const SubstepContext& later,
     if (own.valid) to.store_state(own.at, q);
     if (own.valid && last) to.store_motion(own.at, q);
     WarpScatter<f.blades> scatter{d, space, later.n};
-    const float per_mass = f.mixed ? 1 / m.mass : d.materials.per_mass;
     if constexpr (f.mean_pressure)
         if (own.valid && !last) add_pressure(d.pressure, d.lattice, q, m, later.n);
+    const bool heavy = f.rests && stands(d.rest.rule.mode, q);
+    if (heavy) q.v = held_rise(d.rest.gravity, later.dt), m = as_held(m);
+    const float per_mass = f.mixed || heavy ? 1 / m.mass : d.materials.per_mass;
     if (!last) scatter(q, m, per_mass, own.valid, later.dt);
     const int own_activity = synchronised<f.rests>(happened.moved);
     if (threadIdx.x == 0) report(later.clock(), later.n - 1, sums, own_activity);

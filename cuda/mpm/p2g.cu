@@ -31,10 +31,11 @@ __global__ void __launch_bounds__(run_length(Case::features), 4)
     for_each_run<f.rests>(clock, d.listed, 0, int(blockIdx.x), [&](int run) {
         const int i = run * run_length(f) + int(threadIdx.x);
         const bool valid = i < particles.count;
-        const Particle<float> q = particles.load(valid ? i : particles.count - 1);
-        const Material<float> m = narrowed<f.plasticity>(d.materials[q.object]);
-        WarpScatter<f.blades, true>{d, space, n, clock.relisted}(q, m, 1 / m.mass, valid,
-                                                                 float(clock.step(n).dt));
+        Particle<float> q = particles.load(valid ? i : particles.count - 1);
+        Material<float> m = narrowed<f.plasticity>(d.materials[q.object]);
+        const float dt = float(clock.step(n).dt);
+        if (f.rests && stands(d.mode, q)) q.v = held_rise(d.gravity, dt), m = as_held(m);
+        WarpScatter<f.blades, true>{d, space, n, clock.relisted}(q, m, 1 / m.mass, valid, dt);
     });
 }
 

@@ -4,6 +4,8 @@
 // neighbours; what is pushed there wakes.  (29), (30)
 #pragma once
 #include "cuda/math/vec.h"
+#include "cuda/mpm/material_data.h"
+#include "cuda/mpm/particle.h"
 
 namespace knead {
 
@@ -60,6 +62,27 @@ HD bool pushed(const Rest<R>& rest, Vec3<R> v, R dt)
 {
     const R max = rest.push * dt;
     return dot(v, v) > max * max;
+}
+
+// In the localized mode clay that is held stands in the way of what moves: so do the nodes around
+// it, whatever pushes them, for to them it weighs so many times what it does, and rises as fast as
+// gravity lets it fall in a substep of dt [s].  (30a)
+constexpr double held_weight = 1000;
+template <class R>
+HD bool stands(RestMode mode, const Particle<R>& q)
+{
+    return mode == RestMode::localized && q.still();
+}
+template <class R>
+HD Material<R> as_held(Material<R> m)
+{
+    m.mass *= R(held_weight);
+    return m;
+}
+template <class R>
+HD Vec3<R> held_rise(Vec3<R> gravity, R dt)
+{
+    return -dt * gravity;
 }
 
 // Two corners of a box along the axes [m].

@@ -122,10 +122,9 @@ PressureClearView pressure_clear_view(const Views& d)
 
 P2gView p2g_view(const Views& d, bool beside_sort)
 {
-    return {scatter_view(d),
-            {read_only(d.particles[0]), read_only(d.particles[1])},
-            d.materials,
-            d.rest.list,
+    return {scatter_view(d), {read_only(d.particles[0]), read_only(d.particles[1])},
+            d.materials,     d.rest.rule.mode,
+            d.gravity,       d.rest.list,
             beside_sort};
 }
 
@@ -176,7 +175,7 @@ G2pView g2p_view(const Views& d)
             r.list,
             {d.particles[0], d.particles[1]},
             pose_view(d),
-            {r.rule, r.guard, r.range, r.free, r.changed, {r.woken[0], r.woken[1]}},
+            {r.rule, d.gravity, r.guard, r.range, r.free, r.changed, {r.woken[0], r.woken[1]}},
             d.conditions.captured,
             d.conditions.again};
 }

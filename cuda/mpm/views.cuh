@@ -248,8 +248,10 @@ struct P2gView : ScatterView {
     // reads
     ConstParticleView particles[2];
     Materials materials;
-    const int* listed;  // runs, where clay may be still
-    bool beside_sort;   // a sort may be under way: particles are taken from where they lay before
+    RestMode mode;
+    Vec3<float> gravity;  // [m/s^2]
+    const int* listed;    // runs, where clay may be still
+    bool beside_sort;     // a sort may be under way: particles are taken from where they lay before
 };
 P2gView p2g_view(const Views& d, bool beside_sort);
 
@@ -293,6 +295,7 @@ GridUpdateView grid_view(const Views& d);
 struct WakeView {
     // reads
     Rest<float> rule;
+    Vec3<float> gravity;  // [m/s^2]
     const int* guard;
     const int2* range;
     // writes

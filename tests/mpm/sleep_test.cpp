@@ -5,110 +5,22 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 
-#include "host/hands/hands.h"
 #include "host/solver/audit.h"
 #include "host/solver/pieces.h"
 #include "host/solver/solver.h"
+#include "tests/mpm/resting.h"
 #include "tests/sanitized.h"
 
 namespace knead {
 namespace {
 
-using Given = Setup;  // the name is a member of testing::Test
-using Particles = std::vector<Particle<double>>;
-constexpr double frame = 1.0 / 90, dx = 1.0 / 32;
+using namespace resting;
+using resting::Given;  // not that of scenes
 
-struct Backend {
-    const char* name;
-    std::unique_ptr<Solver> (*make)(const Given&);
-};
-std::unique_ptr<Solver> on_device(const Given& s) { return gpu_solver(s, 0); }
-const Backend backends[] = {{"float", cpu_solver}, {"cuda", on_device}};
-
-class Rests : public testing::TestWithParam<Backend> {
-  protected:
-    void SetUp() override
-    {
-        if (GetParam().make == on_device && !gpu_present()) GTEST_SKIP() << "no CUDA device";
-    }
-    std::unique_ptr<Solver> make(const Given& s) { return GetParam().make(s); }
-    // The same with no clay at rest.
-    std::unique_ptr<Solver> awake_throughout(Given s)
-    {
-        s.rest.mode = RestMode::none;
-        return make(s);
-    }
-};
+class Rests : public Resting {};
 INSTANTIATE_TEST_SUITE_P(Solver, Rests, testing::ValuesIn(backends),
                          [](const auto& at) { return std::string(at.param.name); });
-
-// Of E = 1 MPa and 1000 kg/m^3: waves of 37 m/s. Yields at `yield` [Pa], 0: never.
-Given scene(Int3 cells, double yield = 0)
-{
-    Given s;
-    s.lattice = {cells, dx};
-    s.walls = walls_inside(s.lattice, 3, ContactMode::sticky, 0.4);
-    Material<double> m{};
-    m.elasticity = Elasticity::neo_hookean,
-    m.plasticity = yield > 0 ? Plasticity::von_mises : Plasticity::none;
-    m.density = 1000, m.mu = 1e6 / 2.6, m.lambda = 0.3e6 / (1.3 * 0.4), m.yield = yield;
-    m.volume = dx * dx * dx / 8, m.mass = m.volume * m.density;
-    s.materials = {m};
-    s.rest = {RestMode::sleep, 0.05, 9, 4.9, 4 * dx};
-    s.step.courant = 0.8;  // what late waking costs grows with the substep
-    return s;
-}
-
-// A box of clay from cell to cell.
-void add(Given& s, Int3 low, Int3 high, Vec3<double> v = {0, 0, 0})
-{
-    for (int z = 2 * low.z; z < 2 * high.z; ++z)
-        for (int y = 2 * low.y; y < 2 * high.y; ++y)
-            for (int x = 2 * low.x; x < 2 * high.x; ++x) {
-                Particle<double> q{};
-                q.x = dx / 2 * Vec3<double>{x + 0.5, y + 0.5, z + 0.5}, q.v = v;
-                s.particles.push_back(q);
-            }
-}
-
-Motion at(Vec3<double> from, Vec3<double> to)
-{
-    Motion m;
-    m.from.assign(2 * joint_count, {{1, 0, 0, 0}, from});
-    m.to.assign(2 * joint_count, {{1, 0, 0, 0}, to});
-    return m;
-}
-const Motion nowhere = at({0, 0, 0}, {0, 0, 0});
-
-// A ball that hangs on the joint.
-void add_ball(Given& s, double radius)
-{
-    Binding<float> b{};
-    b.weight[0] = 1, b.radius = float(radius);
-    s.rig.spheres = {b};
-    s.rig.primitives = {{1, {0, 0, 0}, 0}};
-    s.tools = {{ContactMode::separate, 0.3, false, true}};
-}
-
-bool same(const Particle<double>& a, const Particle<double>& b)
-{
-    return std::memcmp(&a, &b, sizeof a) == 0;
-}
-
-struct Apart {
-    double mean = 0, max = 0;  // [cells]
-};
-Apart apart(const Particles& a, const Particles& b)
-{
-    Apart d;
-    for (std::size_t i = 0; i < a.size(); ++i) {
-        const double way = length(a[i].x - b[i].x) / dx;
-        d.mean += way / double(a.size()), d.max = std::fmax(d.max, way);
-    }
-    return d;
-}
 
 TEST_P(Rests, ClayOnTheFloorFallsAsleepCostsNothingAndStaysAsItIs)
 {
@@ -231,30 +143,6 @@ TEST_P(Rests, ClayThatDriftsAgainstSleepingClayPushesItAlong)
     EXPECT_GT(hit, 0.3 * given);
 }
 
-// A ball presses from above on one end of a slab that sticks to the floor.
-struct Pressed {
-    Given s = scene({64, 24, 20}, 2e4);
-    static constexpr double radius = 3 * dx, top = 8 * dx;
-    Pressed()
-    {
-        add(s, {4, 3, 5}, {60, 8, 13});
-        add_ball(s, radius);
-    }
-    // Sinks by `deep` [m] in so many frames. Tells what moved and woke in all.
-    FrameStats press(Solver& solver, double deep, int frames) const
-    {
-        const auto place = [&](int f) {
-            return Vec3<double>{10 * dx, top + radius + 0.1 * dx - deep * f / frames, 9 * dx};
-        };
-        FrameStats all;
-        for (int f = 0; f < frames; ++f) {
-            const FrameStats stats = solver.advance(at(place(f), place(f + 1)), frame);
-            all.moved += stats.moved, all.woken += stats.woken;
-        }
-        return all;
-    }
-};
-
 TEST_P(Rests, AHandThatPressesOneEndOfASlabLeavesTheOtherAsleep)
 {
     std::vector<double> mean, most;
@@ -286,38 +174,6 @@ TEST_P(Rests, AHandThatPressesOneEndOfASlabLeavesTheOtherAsleep)
     // farthest of all particles scatters from 0.002 to 0.023, their mean up to 0.0021.
     for (std::vector<double>* all : {&mean, &most}) std::sort(all->begin(), all->end());
     EXPECT_TRUE(mean[1] < 2e-3 && most[1] < 0.02) << mean[1] << ", " << most[1];
-}
-
-TEST_P(Rests, LocalizedClayMovesInTheBoxesAndNowhereElse)
-{
-    Pressed slab;
-    Given& s = slab.s;
-    s.rest.mode = RestMode::localized, s.rest.reach = 8 * dx;
-    s.step.fixed = 2.2e-4;   // or what flies would give the two runs substeps of their own
-    s.deterministic = true;  // contact multiplies what sums in another order round
-    add(s, {19, 15, 8}, {21, 17, 10}, {12, 0, 0});  // flies out of the box, in the first frame into
-    add(s, {25, 15, 8}, {28, 17, 10});              // the block of these
-    const auto held = make(s), other = awake_throughout(s);
-    const FrameStats some = slab.press(*held, 1.5 * dx, 20), all = slab.press(*other, 1.5 * dx, 20);
-    EXPECT_GT(some.moved, all.moved / 8);
-    EXPECT_LT(some.moved, all.moved / 2);
-    EXPECT_EQ(some.woken, 0);
-    const Particles a = held->particles(), b = other->particles();
-    const double box = 10 * dx + slab.radius + s.rest.reach;
-    Particles inside[2];
-    double pressed = 0;
-    for (std::size_t i = 0; i < a.size(); ++i) {
-        const Particle<double>& p = s.particles[i];
-        pressed = std::fmax(pressed, p.x.y - a[i].x.y);
-        if (p.x.x > box + 4 * dx) {
-            ASSERT_EQ(length(a[i].x - p.x) + length(a[i].v), 0) << i;
-        }
-        if (p.x.x < 10 * dx + slab.radius + 2 * dx)
-            inside[0].push_back(a[i]), inside[1].push_back(b[i]);
-    }
-    EXPECT_GT(pressed, dx);
-    EXPECT_LT(apart(inside[0], inside[1]).mean, 1e-3);
-    EXPECT_LT(apart(inside[0], inside[1]).max, 5e-3);
 }
 
 TEST_P(Rests, AKnifePartsSleepingClayAndBothPiecesFallAsleep)

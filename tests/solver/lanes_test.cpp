@@ -98,7 +98,7 @@ TYPED_TEST(LanesTest, RowsHandOutWhatParticlesDoNodeByNode)
     for (int n = 0; n < 100; ++n) {
         const Some<R> some(draw, Group<R>::count, 0.1);
         Tile<R> rows{};
-        const Impulses<R> from = impulses(some.group, m, R(dx), R(dt));
+        const Impulses<R> from = impulses(some.group, m, Vec3<R>{}, R(dx), R(dt));
         std::vector<Node<double>> plain(tile_nodes);
         for (int l = 0; l < Group<R>::count; ++l) {
             const Stencil<R> s = from.stencils[l];

@@ -17,6 +17,11 @@ struct Group {
     Particle<R>* of[count];
     int index[count];  // of each in the array of particles
     int size;
+    // All are of one object, and still or not.
+    bool takes(const Particle<R>& q) const
+    {
+        return size == 0 || (q.object == of[0]->object && q.still() == of[0]->still());
+    }
 };
 
 // From four numbers of each particle, at(lane), to a register for each of the numbers.

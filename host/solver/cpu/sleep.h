@@ -28,6 +28,18 @@ struct Stillness {
     // Whether the clay of block b is still in this substep, and whether it feels what pushes it.
     bool holds(int b) const { return any() && free[std::size_t(b)] > now; }
     bool feels(int b) const { return guard[std::size_t(b)] <= now; }
+    // The material of a particle as its nodes feel it, which may lie in `room`, and at what speed
+    // they feel it rise besides its own [m/s].
+    const Material<R>& felt(const Particle<R>& q, const std::vector<Material<R>>& materials,
+                            Material<R>& room) const
+    {
+        const Material<R>& m = materials[std::size_t(q.object)];
+        return stands(rule.mode, q) ? room = as_held(m) : m;
+    }
+    Vec3<R> rise(const Particle<R>& q, Vec3<R> gravity, R dt) const
+    {
+        return stands(rule.mode, q) ? held_rise(gravity, dt) : Vec3<R>{};
+    }
     // A frame begins: fastest[b] is the largest speed squared of block b's clay [m^2/s^2], `boxes`
     // those of the tools.
     void begin(const std::vector<R>& fastest, const std::vector<AxisBox<R>>& boxes);

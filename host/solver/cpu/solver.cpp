@@ -103,9 +103,8 @@ void CpuSolver<R>::for_each_group(Bins::Members members, Visit&& visit)
 {
     Group<R> group;
     for (const int* next = members.from; next < members.to;) {
-        const int object = q[std::size_t(*next)].object;
         for (group.size = 0; group.size < Group<R>::count; ++group.size) {
-            if (next == members.to || q[std::size_t(*next)].object != object) break;
+            if (next == members.to || !group.takes(q[std::size_t(*next)])) break;
             group.index[group.size] = *next;
             group.of[group.size] = &q[std::size_t(*next++)];
         }
@@ -139,8 +138,10 @@ void CpuSolver<R>::p2g(R dt)
             }
         };
         for_each_group(bins.members(slot), [&](const Group<R>& group) {
-            const Material<R>& m = materials[std::size_t(group.of[0]->object)];
-            const Impulses<R> from = impulses(group, m, lattice.dx, dt);
+            Material<R> room;
+            const Impulses<R> from =
+                impulses(group, stillness.felt(*group.of[0], materials, room),
+                         stillness.rise(*group.of[0], gravity, dt), lattice.dx, dt);
             for (int l = 0; l < group.size; ++l) {
                 const Stencil<R> s = from.stencils[l];
                 const int to = tile_index(s.base - corner);
@@ -162,9 +163,11 @@ void CpuSolver<R>::scatter_cut(int slot, R dt)
     for (Sums& tiles : sums) tiles[std::size_t(slot)] = {};
     const Int3 corner = 4 * lattice.block_at(bins.occupied[std::size_t(slot)]);
     for (int i : bins.members(slot)) {
-        const Particle<R>& p = q[std::size_t(i)];
+        Particle<R> p = q[std::size_t(i)];
+        p.v = p.v + stillness.rise(p, gravity, dt);
+        Material<R> room;
         const Stencil<R> s = stencil(p.x, lattice.dx);
-        scatter(p, materials[std::size_t(p.object)], s, lattice.dx, dt,
+        scatter(p, stillness.felt(p, materials, room), s, lattice.dx, dt,
                 [&](Int3 step, const Node<R>& share) {
                     const int n = tile_index(s.base + step - corner);
                     for (std::uint32_t f :

@@ -23,10 +23,11 @@ struct Impulses {
 
 template <class R>
 [[gnu::always_inline]] inline Impulses<R> impulses(const Group<R>& group, const Material<R>& m,
-                                                   R dx, R dt)
+                                                   Vec3<R> rise, R dx, R dt)
 {
     using L = Lanes<R>;
-    const Particle<L> p = load(group);
+    Particle<L> p = load(group);
+    p.v = p.v + Vec3<L>{L(rise.x), L(rise.y), L(rise.z)};
     Impulses<R> out(Stencils<R>(p.x, dx));
     const Mat3<L> Q =
         momentum_gradient(p.C, stress(p, group, m), L(m.mass), L(m.volume), L(dx), L(dt));

@@ -89,10 +89,12 @@ void Store::set_rules(const Rules& rules)
     // No speed that the lattice can carry at a hundredth of the longest stable substep is lost.
     const double speed = 100 * std::sqrt(all.limits.stiffness) / all.limits.courant;
     all.grid.trifle = float(trifle(setup));
-    all.grid.mass_scale = fixed_scale(rules.mass());
-    all.grid.momentum_scale = fixed_scale(rules.mass() * speed);
-    all.pressure = pressure_units(setup.materials);
     const Rest<double>& rest = setup.rest;
+    const bool holds = rest.mode == RestMode::localized;
+    const double mass = (holds ? held_weight : 1) * rules.mass();
+    all.grid.mass_scale = fixed_scale(mass);
+    all.grid.momentum_scale = fixed_scale(mass * speed);
+    all.pressure = pressure_units(setup.materials);
     all.rest.rule = {rest.mode, float(rest.speed), rest.frames, float(rest.push),
                      float(rest.reach)};
     point();
