@@ -133,7 +133,7 @@ def convergence(scenes, note):
 
 def ball(rows, note):
     """A dot a surface: how rough, over the time that it takes."""
-    drawing = Drawing("The surface of a ball", note)
+    drawing = Drawing("The surface of a ball, by nodes a cell and smoothing", note)
     axes = drawing.axes
     for row in rows:
         numbers = {k: number(v) for k, v in (at(row, "numbers") or {}).items()}
@@ -145,13 +145,13 @@ def ball(rows, note):
                   fillstyle="full" if front else "none")
         if numbers.get("default"):
             axes.plot(*place, "o", markersize=13, fillstyle="none", color="#222222")
-        axes.annotate(str(at(row, "name")), place, xytext=(8, 4), textcoords="offset points",
-                      size=8)
+        axes.annotate(str(at(row, "name")).replace(" nodes a cell", ""), place, xytext=(8, 4),
+                      textcoords="offset points", size=8)
     axes.set_xscale("log")
     axes.set_yscale("log")
     decades(axes.xaxis)
     decades(axes.yaxis)
-    axes.margins(x=0.3, y=0.1)
+    axes.margins(x=0.1, y=0.1)
     axes.set_xlabel("ms a surface; full: on the front; circle: the default")
     axes.set_ylabel("distance from its mean sphere, rms, mm")
     axes.grid(color="#e6e6e6")
