@@ -19,10 +19,8 @@ namespace {
 // threads look after one block, so that a warp shares the closest points of fewer nodes.
 template <bool tools>
 constexpr int threads = tools ? 32 * block_nodes / shared_nodes : block_nodes;
-template <bool tools, bool fixed_point>
-constexpr int resident = tools         ? 4
-                         : fixed_point ? 10
-                                       : 12;
+template <bool tools>
+constexpr int resident = tools ? 4 : 10;
 constexpr int resident_cut = 8;
 template <bool tools>
 constexpr int blocks_per_cta = tools ? 2 : 1;
@@ -183,10 +181,12 @@ union WarpSpace<false> {
 };
 
 // Walls, and the limit of speed, of node n, which holds clay.
-__device__ inline void finish_node(const GridUpdateView& d, int substep, float dt, Int3 n,
-                                   Images& images, bool led)
+template <bool fixed_point>
+__device__ void finish_node(const GridUpdateView& d, int substep, float dt, Int3 n, Images& images,
+                            bool led)
 {
-    if (!clear_of(n, d.walls)) return update_with_images(d, substep, dt, n, 0, images, led);
+    if (!clear_of(n, d.walls))
+        return update_with_images<fixed_point>(d, substep, dt, n, 0, images, led);
     bool clipped;
     images.own.p = limit_speed(images.own.p, d.lattice, dt, clipped);
     if (clipped) count_slowed(d, images.own.m);
@@ -229,14 +229,13 @@ __device__ void update_node(const GridUpdateView& d, WarpSpace<tools>& space, in
     images.own = after.node;
     if (images.own.m > 0) {
         if (!own.near) images.own.p = apply_gravity(images.own, d.gravity, dt);
-        finish_node(d, n, dt, at, images, after.led);
+        finish_node<fixed_point>(d, n, dt, at, images, after.led);
     }
     node_at(d, n & 1, own.i) = images.own;
 }
 
 template <class Case>
-__global__ void __launch_bounds__(threads<Case::features.tools>,
-                                  resident<Case::features.tools, Case::features.fixed_point>)
+__global__ void __launch_bounds__(threads<Case::features.tools>, resident<Case::features.tools>)
     grid_kernel(const __grid_constant__ GridUpdateView d)
 {
     constexpr bool tools = Case::features.tools, fixed_point = Case::features.fixed_point;
@@ -301,12 +300,13 @@ __device__ Node<float> updated_in(const GridUpdateView& d, int substep, float dt
         const Vec3<float> free = apply_gravity(sum, d.gravity, dt);
         images.own = {tools(d.lattice.position(n), free), sum.m};
         load_images<fixed_point>(d, parity, first, images);
-        update_with_images(d, substep, dt, n, field, images, differ(images.own.p, free));
+        update_with_images<fixed_point>(d, substep, dt, n, field, images,
+                                        differ(images.own.p, free));
         return images.own;
     }
     bool clipped;
     const Node<float> alone = update(sum, n, d.lattice, d.walls, d.gravity, dt, clipped, tools,
-                                     sliding_in(d, field, substep));
+                                     sliding_in(d, field, substep), masses<fixed_point>(d, parity));
     if (clipped) count_slowed(d, sum.m);
     return alone;
 }
@@ -365,7 +365,7 @@ constexpr auto launch_for = []<class Case>(Case) -> Launch {
     if constexpr (f.blades)
         return {cut_grid_kernel<Case>, block_nodes, resident_cut};
     else
-        return {grid_kernel<Case>, threads<f.tools>, resident<f.tools, f.fixed_point>};
+        return {grid_kernel<Case>, threads<f.tools>, resident<f.tools>};
 };
 
 }  // namespace

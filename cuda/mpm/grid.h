@@ -38,22 +38,67 @@ HD int sliding_place(Int3 n, Int3 met, const Walls<R>& walls, Int3 size)
     return axis < 0 ? -1 : sliding_place(n, axis, component(met, axis), walls, size);
 }
 
-// What the six walls leave of a velocity at node n of so much mass [kg].  (18), (18a) with fixed,
-// axis-aligned normals
-template <class R, class Slides = Forgotten<R>>
-HD Vec3<R> apply_walls(Vec3<R> v, Int3 n, const Walls<R>& walls, R mass = 0, R dt = 1,
-                       Int3 size = {}, const Slides& slides = {})
+// How far clay is from a face on nodes [cells], by the masses of the node on the face and of the
+// node a step before it: under flush clay the first has 0.51 of the second, under clay that hangs
+// `g` cells higher 0.7 g less. Clay nearer than a tenth of a cell touches.  (18b)
+template <class R>
+HD R gap_before_face(R mass_on_face, R mass_before)
+{
+    return mass_before > 0 ? max(R(0), (R(0.44) - mass_on_face / mass_before) / R(0.7)) : R(0);
+}
+
+// Masses that nobody knows: no clay is seen to hang above a face.
+template <class R>
+struct UnknownMasses {
+    HD R operator()(Int3) const { return 0; }
+};
+
+// How fast clay at node n may still approach a wall that it meets [m/s]: as far as the gap in this
+// substep. `paired`: n is the node before a face on nodes, with its image. masses(m) is the
+// mass of all clay at node m.  (18b)
+template <class R, class Masses>
+HD R approach_speed(Int3 n, int axis, int sign, bool paired, const Walls<R>& walls, R dx, R dt,
+                    Masses&& masses)
+{
+    const int at = component(n, axis);
+    const int face = component(sign > 0 ? walls.low_face : walls.high_face, axis);
+    if (at != face + (paired ? sign : 0)) return 0;  // behind a face, or it stands on no node
+    const int step = paired ? -sign : sign;
+    const R own = masses(n),
+            other =
+                masses(n + Int3{axis == 0 ? step : 0, axis == 1 ? step : 0, axis == 2 ? step : 0});
+    return (dx / dt) * (paired ? gap_before_face(other, own) : gap_before_face(own, other));
+}
+
+// What a wall leaves of a velocity that may approach it by `approach` [m/s] yet. (18), (18a), (18b)
+template <class R, class Slides>
+HD Vec3<R> stopped(Vec3<R> v, Vec3<R> normal, R approach, const Walls<R>& walls, R mass, R dt,
+                   int place, const Slides& slides)
+{
+    // Clay that has not arrived is held by no wall, which one that slips would do.
+    if (approach > 0 && dot(v, normal) >= -approach && walls.mode == ContactMode::slip) return v;
+    const Vec3<R> shift = approach * normal;
+    return rubbed(v + shift, normal, walls, mass, dt, place, slides) - shift;
+}
+
+// What the six walls leave of a velocity at node n of so much mass [kg]; masses(m) is that of node
+// m.  (18), (18a), (18b) with fixed, axis-aligned normals
+template <class R, class Slides = Forgotten<R>, class Masses = UnknownMasses<R>>
+HD Vec3<R> apply_walls(Vec3<R> v, Int3 n, const Lattice<R>& lattice, const Walls<R>& walls,
+                       R mass = 0, R dt = 1, const Slides& slides = {}, Masses&& masses = {})
 {
     const Int3 at = n - walls.first, free = walls.free;
     if (unsigned(at.x) < unsigned(free.x) && unsigned(at.y) < unsigned(free.y) &&
         unsigned(at.z) < unsigned(free.z))
         return v;
     const Int3 met = walls_holding(n, walls);
-    const int place = sliding_place(n, met, walls, size);
+    const int place = sliding_place(n, met, walls, lattice.size);
     ROLLED
     for (int axis = 0; axis < 3; ++axis)
-        if (const int sign = component(met, axis))
-            v = rubbed(v, wall_normal<R>(axis, sign), walls, mass, dt, place, slides);
+        if (const int sign = component(met, axis)) {
+            const R approach = approach_speed(n, axis, sign, false, walls, lattice.dx, dt, masses);
+            v = stopped(v, wall_normal<R>(axis, sign), approach, walls, mass, dt, place, slides);
+        }
     return v;
 }
 
@@ -61,25 +106,28 @@ HD Vec3<R> apply_walls(Vec3<R> v, Int3 n, const Walls<R>& walls, R mass = 0, R d
 // on nodes leaves of the node a step before it and of its image. The velocity on the face is their
 // mean, blended with that of the node on it (1): of their mean is left what is left of any velocity
 // (18), by the same impulse on both. Where a tool leads the node, it leads the image as in a
-// mirror. `place` and `slides`: see sliding.h.
+// mirror. `approach`: see stopped(); `place` and `slides`: see sliding.h.
 template <class R, class Slides = Forgotten<R>>
 HD void apply_wall(Node<R>& node, Node<R>& image, bool paired, Vec3<R> normal,
-                   const Walls<R>& walls, bool led, R dt = 1, int place = -1,
+                   const Walls<R>& walls, bool led, R approach = 0, R dt = 1, int place = -1,
                    const Slides& slides = {})
 {
     if (paired && !(node.m > 0 && image.m > 0)) return;
-    if (paired && led) {
-        const Vec3<R> along = node.p - dot(node.p, normal) * normal;
-        image.p = (walls.mode == ContactMode::sticky ? R(0) : R(2)) * along - node.p;
+    if (!paired) {
+        node.p = stopped(node.p, normal, approach, walls, node.m, dt, place, slides);
         return;
     }
-    if (!paired) {
-        node.p = rubbed(node.p, normal, walls, node.m, dt, place, slides);
+    const Vec3<R> mean = R(0.5) * (node.p + image.p);
+    if (led) {
+        if (approach > 0 && dot(mean, normal) >= -approach) return;
+        const Vec3<R> along = node.p - dot(node.p, normal) * normal;
+        image.p = (walls.mode == ContactMode::sticky ? R(0) : R(2)) * along - node.p -
+                  R(2) * approach * normal;
         return;
     }
     const R share = image.m / (node.m + image.m);
-    const Vec3<R> mean = R(0.5) * (node.p + image.p);
-    const Vec3<R> left = rubbed(mean, normal, walls, R(4) * share * node.m, dt, place, slides);
+    const Vec3<R> left =
+        stopped(mean, normal, approach, walls, R(4) * share * node.m, dt, place, slides);
     const Vec3<R> change = R(2) * (left - mean);
     node.p = node.p + share * change;
     image.p = image.p + (1 - share) * change;
@@ -105,10 +153,11 @@ HD Int3 walls_met(Int3 n, Int3 way, const Walls<R>& walls)
     return {side(way.x, at.x, free.x), side(way.y, at.y, free.y), side(way.z, at.z, free.z)};
 }
 
-// What the walls met leave of a node and its images, axis by axis; get(k) and put(k, node) read and
-// write the k-th. `led` by a tool or not.
-template <class R, class Nodes>
-HD void apply_walls(Int3 met, Int3 way, const Walls<R>& walls, bool led, Nodes&& nodes)
+// What the walls met leave of node n and its images, axis by axis; get(k) and put(k, node) read and
+// write the k-th. `led` by a tool or not; masses(m) is the mass of all clay at node m.
+template <class R, class Nodes, class Masses>
+HD void apply_walls(Int3 n, Int3 met, Int3 way, const Lattice<R>& lattice, const Walls<R>& walls,
+                    bool led, R dt, Nodes&& nodes, Masses&& masses)
 {
     const int all = image_count(way);
     int next = 1;  // bit of the axis
@@ -119,13 +168,14 @@ HD void apply_walls(Int3 met, Int3 way, const Walls<R>& walls, bool led, Nodes&&
         const bool paired = component(way, axis) != 0;
         const Vec3<R> normal = wall_normal<R>(axis, sign);
         const int other = paired ? next : 0;
+        const R approach = approach_speed(n, axis, sign, paired, walls, lattice.dx, dt, masses);
         ROLLED
         for (int k = 0; k < all; k = ((k | other) + 1) & ~other) {  // those without the bit
-            Node<R> node = nodes.get(k), image{};
-            if (paired) image = nodes.get(k | other);
-            apply_wall(node, image, paired, normal, walls, led);
+            Node<R> node = nodes.get(k), mirrored{};
+            if (paired) mirrored = nodes.get(k | other);
+            apply_wall(node, mirrored, paired, normal, walls, led, approach);
             nodes.put(k, node);
-            if (paired) nodes.put(k | other, image);
+            if (paired) nodes.put(k | other, mirrored);
         }
         next += other;
     }
@@ -158,14 +208,15 @@ HD Vec3<R> limit_speed(Vec3<R> v, const Lattice<R>& lattice, R dt, bool& clipped
 
 // All of it for one node; tools(x, v) answers with what the tools near x leave of v; `slides`: see
 // sliding.h.
-template <class R, class Tools, class Slides = Forgotten<R>>
+template <class R, class Tools, class Slides = Forgotten<R>, class Masses = UnknownMasses<R>>
 HD Node<R> update(const Node<R>& node, Int3 n, const Lattice<R>& lattice, const Walls<R>& walls,
-                  Vec3<R> gravity, R dt, bool& clipped, Tools&& tools, const Slides& slides = {})
+                  Vec3<R> gravity, R dt, bool& clipped, Tools&& tools, const Slides& slides = {},
+                  Masses&& masses = {})
 {
     clipped = false;
     if (!(node.m > 0)) return {{0, 0, 0}, 0};
     const Vec3<R> v = tools(lattice.position(n), apply_gravity(node, gravity, dt));
-    const Vec3<R> left = apply_walls(v, n, walls, node.m, dt, lattice.size, slides);
+    const Vec3<R> left = apply_walls(v, n, lattice, walls, node.m, dt, slides, masses);
     return {limit_speed(left, lattice, dt, clipped), node.m};
 }
 
@@ -184,11 +235,11 @@ HD Node<R> after_gravity(const Node<R>& sum, Vec3<R> gravity, R dt)
 
 // The same for node n and its images, sums that become velocities, as apply_walls() takes them. The
 // node's own is v after gravity and tools; `led` if these left another. Calls slowed(mass) for each
-// that is clipped.
-template <class R, class Nodes, class Slowed, class Slides>
+// that is clipped; masses(m) is the mass of all clay at node m, whichever field this is.
+template <class R, class Nodes, class Slowed, class Slides, class Masses>
 HD void update_led(Int3 n, Int3 way, const Lattice<R>& lattice, const Walls<R>& walls,
                    Vec3<R> gravity, R dt, Nodes&& nodes, Vec3<R> v, bool led, Slowed&& slowed,
-                   const Slides& slides)
+                   const Slides& slides, Masses&& masses)
 {
     const Int3 met = walls_met(n, way, walls);
     const int all = image_count(way);
@@ -198,14 +249,16 @@ HD void update_led(Int3 n, Int3 way, const Lattice<R>& lattice, const Walls<R>& 
         const bool paired = all > 1;
         Node<R> own{v, nodes.get(0).m}, image{};
         if (paired) image = after_gravity(nodes.get(1), gravity, dt);
-        apply_wall(own, image, paired, wall_normal<R>(axis, sign), walls, led, dt, place, slides);
+        const R approach = approach_speed(n, axis, sign, paired, walls, lattice.dx, dt, masses);
+        apply_wall(own, image, paired, wall_normal<R>(axis, sign), walls, led, approach, dt, place,
+                   slides);
         if (paired) nodes.put(1, image);
         nodes.put(0, own);
     } else {
         nodes.put(0, {v, nodes.get(0).m});
         ROLLED
         for (int k = 1; k < all; ++k) nodes.put(k, after_gravity(nodes.get(k), gravity, dt));
-        apply_walls(met, way, walls, led, nodes);
+        apply_walls(n, met, way, lattice, walls, led, dt, nodes, masses);
     }
     ROLLED
     for (int k = 0; k < all; ++k) {
@@ -219,16 +272,16 @@ HD void update_led(Int3 n, Int3 way, const Lattice<R>& lattice, const Walls<R>& 
 
 // The same where tools(v) leaves what they leave of the node's velocity, and says whether that is
 // another.
-template <class R, class Nodes, class Tools, class Slowed, class Slides = Forgotten<R>>
+template <class R, class Nodes, class Tools, class Slowed, class Slides, class Masses>
 HD void update_images(Int3 n, Int3 way, const Lattice<R>& lattice, const Walls<R>& walls,
                       Vec3<R> gravity, R dt, Nodes&& nodes, Tools&& tools, Slowed&& slowed,
-                      const Slides& slides = {})
+                      const Slides& slides, Masses&& masses)
 {
     const Node<R> own = nodes.get(0);
     Vec3<R> v{};
     bool led = false;
     if (own.m > 0) v = apply_gravity(own, gravity, dt), led = tools(v);
-    update_led(n, way, lattice, walls, gravity, dt, nodes, v, led, slowed, slides);
+    update_led(n, way, lattice, walls, gravity, dt, nodes, v, led, slowed, slides, masses);
 }
 
 // Which way a number of the nodes rises at node n, at any length: value(node) answers for those

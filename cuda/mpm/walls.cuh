@@ -36,6 +36,16 @@ __device__ inline Node<float>& node_at(const GridUpdateView& d, int parity, int 
     return reinterpret_cast<Node<float>&>(d.nodes[parity][i]);
 }
 
+// The mass of all clay at a node: an update leaves it as it is.
+template <bool fixed_point>
+__device__ auto masses(const GridUpdateView& d, int parity)
+{
+    return [&d, parity](Int3 n) -> float {
+        if (!d.lattice.stores(n)) return 0;
+        return sum_of<fixed_point>(d, parity, d.lattice.index(n)).m;
+    };
+}
+
 // A warp's nodes' images, by lane. In global memory each of the many small steps on a node's would
 // wait for L2.
 struct ImageSpace {
@@ -146,12 +156,14 @@ __device__ inline SlidingOnDevice sliding_in(const GridUpdateView& d, int field,
 
 // Node n with its images: its own has the velocity that tools leave, `led` if that is another, and
 // then what walls leave, which the caller writes. The images are of that velocity field.
-__device__ inline void update_with_images(const GridUpdateView& d, int substep, float dt, Int3 n,
-                                          int field, Images& images, bool led)
+template <bool fixed_point>
+__device__ void update_with_images(const GridUpdateView& d, int substep, float dt, Int3 n,
+                                   int field, Images& images, bool led)
 {
     update_led(
         n, images.way, d.lattice, d.walls, d.gravity, dt, images, images.own.p, led,
-        [&](float mass) { count_slowed(d, mass); }, sliding_in(d, field, substep));
+        [&](float mass) { count_slowed(d, mass); }, sliding_in(d, field, substep),
+        masses<fixed_point>(d, substep & 1));
     const int first = field * d.lattice.node_count();
     ROLLED
     for (int k = 1; k < images.count(); ++k)

@@ -155,7 +155,8 @@ void Reference::grid(double dt)
             update_images(
                 n, way, lattice, walls, setup.gravity, dt, InArray<double>{v[f]}, obstacles,
                 [&](double mass) { ++(mass > light ? clipped : trimmed); },
-                SlidingInArray<double>{sliding[f].data(), lattice.dx, substeps});
+                SlidingInArray<double>{sliding[f].data(), lattice.dx, substeps},
+                [&](Int3 m) { return at(uncut, m).m; });
         }
         for (int k = 0; k < image_count(way); ++k) {
             const Int3 m = image(n, way, k);

@@ -44,6 +44,7 @@ const std::vector<Part>& verify_parts()
         {"accuracy", "shear", shear_part},
         {"accuracy", "momentum", momentum_part},
         {"accuracy", "floor", floor_part},
+        {"accuracy", "rolling", rolling_part},
         {"accuracy", "impact", impact_part},
         {"accuracy", "recovery", recovery_part},
         {"accuracy", "hands", hands_part},

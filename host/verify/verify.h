@@ -69,6 +69,7 @@ void laws_part(Verification&);
 void shear_part(Verification&);
 void momentum_part(Verification&);
 void floor_part(Verification&);
+void rolling_part(Verification&);
 void impact_part(Verification&);
 void recovery_part(Verification&);
 void hands_part(Verification&);

@@ -27,7 +27,7 @@ std::vector<Node<R>> updated_nodes(const std::vector<Node<R>>& sums, const Latti
                 v = tools(lattice.position(n), v);
                 return differ(v, free);
             },
-            [](R) {});
+            [](R) {}, Forgotten<R>{}, [&](Int3 m) { return sums[index(m)].m; });
         for (int k = 0; k < count; ++k) out[index(image(n, how.way, k))] = together_with[k];
     }
     return out;

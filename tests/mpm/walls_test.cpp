@@ -125,6 +125,82 @@ TEST(Walls, OnlyFacesThatStandOnNodesHaveImages)
     EXPECT_EQ(on_nodes(rule), 63 - 32 - 3);
 }
 
+// Masses of the nodes of a column, from the one behind the face on, under a half space of clay of
+// two layers a cell whose surface is `gap` cells above the face.
+std::vector<double> column_under(double gap)
+{
+    std::vector<double> mass(8);
+    for (int layer = 0; layer < 12; ++layer) {
+        const double y = 1 + gap + 0.25 + 0.5 * layer;  // in cells from the node behind the face
+        const Stencil<double> s = stencil(Vec3<double>{5, y, 5}, 1.0);
+        for (int j = 0; j < 3; ++j)
+            if (const int n = s.base.y + j; n < 8) mass[std::size_t(n)] += s.w[j].y;
+    }
+    return mass;
+}
+
+// Flush clay touches; of clay that hangs higher the gap is seen within a sixth of a cell, less the
+// tenth that counts as touching.  (18b)
+TEST(Walls, TheGapUnderClayIsSeenByTwoMasses)
+{
+    for (const double gap : {0.0, 0.05, 0.1, 0.2, 0.3, 0.5, 0.8}) {
+        const std::vector<double> m = column_under(gap);
+        const double seen = gap_before_face(m[1], m[2]);
+        if (gap <= 0.05) EXPECT_EQ(seen, 0) << gap;
+        EXPECT_NEAR(seen, std::fmax(gap - 0.1, 0), gap < 0.4 ? 0.05 : 0.3) << gap;
+        EXPECT_LE(seen, gap);
+    }
+    EXPECT_NEAR(column_under(0)[1] / column_under(0)[2], 0.508, 0.001);
+    EXPECT_NEAR(column_under(0.3)[1] / column_under(0.3)[2], 0.28, 0.01);
+    EXPECT_EQ(gap_before_face(0.0, 0.0), 0);
+    EXPECT_EQ(gap_before_face(1.0, 0.0), 0);
+}
+
+// Clay over a gap comes down by as much in a substep, and is stopped from there on; along the wall
+// it is rubbed by no more than what the wall stops.
+TEST(Walls, ClayOverAGapMayComeDownByAsMuch)
+{
+    Draw draw(17);
+    constexpr double dt = 1e-3, dx = 0.1;
+    long stops = 0;
+    for (int round = 0; round < 3000; ++round) {
+        const ContactMode mode = modes[round % 3];
+        const Walls<double> walls = walls_of(mode, draw.in(0, 1));
+        const double gap = draw.in(0.01, 0.6), nearer = gap * dx / dt;
+        const Vec3<double> axis{0, 1, 0};
+        Node<double> a{(dx / dt) * draw.vector(1), draw.in(0.1, 1)},
+            b{(dx / dt) * draw.vector(1), 1};
+        const Node<double> before = a, image = b;
+        apply_wall(a, b, true, axis, walls, false, nearer, dt);
+        const Vec3<double> was = 0.5 * (before.p + image.p), mean = 0.5 * (a.p + b.p);
+        const Vec3<double> lost = a.m * (a.p - before.p) - b.m * (b.p - image.p);
+        EXPECT_LT(length(lost), 1e-12 * dx / dt);  // one impulse on both
+        if (was.y >= -nearer) {
+            EXPECT_LT(length(mean - was), 1e-12 * dx / dt);
+            continue;
+        }
+        ++stops;
+        EXPECT_NEAR(mean.y, -nearer, 1e-12 * dx / dt);
+        if (mode == ContactMode::separate) {
+            const Vec3<double> along{was.x - mean.x, 0, was.z - mean.z};
+            EXPECT_LE(length(along), walls.friction * (mean.y - was.y) * (1 + 1e-9));
+        }
+    }
+    EXPECT_GT(stops, 300);
+}
+
+// A tool that leads the node before a face holds its image back only from what is nearer.
+TEST(Walls, ALedNodeLetsItsImageComeAsNearAsTheGap)
+{
+    const Walls<double> walls = walls_of(ContactMode::separate, 0.3);
+    for (const double down : {0.05, 0.3, 2.0}) {
+        Node<double> a{{0.1, -down, 0}, 1}, b{{0.2, -down, 0}, 0.5};
+        apply_wall(a, b, true, {0, 1, 0}, walls, true, 0.4);
+        EXPECT_EQ(a.p.y, -down);
+        EXPECT_NEAR((a.p.y + b.p.y) / 2, -std::fmin(down, 0.4), 1e-15);
+    }
+}
+
 // Whatever the nodes do, of up to a cell per substep: clay before the face stays before it.
 TEST(Walls, AParticleBeforeAFaceOnNodesDoesNotSinkIntoIt)
 {
@@ -139,7 +215,7 @@ TEST(Walls, AParticleBeforeAFaceOnNodesDoesNotSinkIntoIt)
         for (Node<double>& n : column)
             n = {{0, draw.in(-1, 1) * dx / dt, 0}, std::exp(draw.in(-5, 0))};
         apply_wall(column[2], column[0], true, {0, 1, 0}, walls, round % 5 == 0);
-        column[1].p = apply_walls(column[1].p, {8, 3, 8}, walls);
+        column[1].p = apply_walls(column[1].p, {8, 3, 8}, lattice, walls);
         gather(q, stencil(q.x, dx), dx, [&](Int3 step) {
             const int base = base_node(q.x, dx).y;
             return column[base + step.y - 2].p;

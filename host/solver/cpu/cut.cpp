@@ -67,7 +67,8 @@ void CpuSolver<R>::update_together(int b, Int3 n, Int3 across, R dt, Counts& c)
         for (int k = 0; k < count; ++k) v[f][k] = summed(sums[f], image(n, across, k));
         update_images(
             n, across, lattice, walls, gravity, dt, InArray<R>{v[f]}, tools,
-            [&](R mass) { ++(mass > light ? c.clipped : c.trimmed); }, slides(f));
+            [&](R mass) { ++(mass > light ? c.clipped : c.trimmed); }, slides(f),
+            [&](Int3 m) { return summed(sums[0], m).m; });
     }
     for (int k = 0; k < count; ++k) {
         const Int3 m = image(n, across, k);

@@ -228,7 +228,8 @@ void CpuSolver<R>::grid_update(R dt)
             }
             bool clipped;
             grid[0][std::size_t(b) * block_nodes + std::size_t(l)] =
-                update(sum[l], n, lattice, walls, gravity, dt, clipped, hands, slides(0));
+                update(sum[l], n, lattice, walls, gravity, dt, clipped, hands, slides(0),
+                       [&](Int3 m) { return summed(sums[0], m).m; });
             if (clipped) ++(sum[l].m > light ? c.clipped : c.trimmed);
         }
     });
