@@ -121,6 +121,17 @@ HD R largest_at_most(const Sym3<R>& a)
     return max(max(a.xx + xy + xz, a.yy + xy + yz), a.zz + xz + yz);
 }
 
+// The largest slope that a solid's stress has over Hencky strain [Pa], at Lame parameters [Pa],
+// where no principal value of b is larger than `b` >= 1 and no volume ratio larger than J >= 1.
+template <class R>
+HD R largest_slope(const Material<R>& m, R mu, R lambda, R b, R J)
+{
+    if (m.elasticity == Elasticity::hencky) return 3 * lambda + 2 * mu;
+    if (m.elasticity == Elasticity::neo_hookean) return 3 * lambda + 2 * mu * b;
+    const R s = std::sqrt(b);
+    return 2 * mu * (2 * b - s) + 3 * lambda * (2 * J * J - J);
+}
+
 // What bounds a substep: the largest slope that the stress has over strain in this state, over the
 // density [m^2/s^2]; per_density: 1 over that, where it is at hand.  (22)
 template <class R>
@@ -131,11 +142,10 @@ HD R stiffness(const Particle<R>& q, const Material<R>& m, R per_density)
         return 3 * per_density * liquid_slope(m, log_J);
     }
     const R h = snow_hardening(m, q.k) * per_density, mu = h * m.mu, lambda = h * m.lambda;
-    if (m.elasticity == Elasticity::hencky) return 3 * lambda + 2 * mu;
     const R b = 1 + max(R(0), largest_at_most(q.e));
-    if (m.elasticity == Elasticity::neo_hookean) return 3 * lambda + 2 * mu * b;
-    const R s = std::sqrt(b), J = std::sqrt(max(R(1), 1 + determinant_excess(q.e)));
-    return 2 * mu * (2 * b - s) + 3 * lambda * (2 * J * J - J);
+    const bool corotated = m.elasticity == Elasticity::fixed_corotated;
+    const R J = corotated ? std::sqrt(max(R(1), 1 + determinant_excess(q.e))) : R(1);
+    return largest_slope(m, mu, lambda, b, J);
 }
 template <class R>
 HD R stiffness(const Particle<R>& q, const Material<R>& m)

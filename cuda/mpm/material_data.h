@@ -16,6 +16,16 @@ constexpr bool go_together(Elasticity elasticity, Plasticity plasticity)
            plasticity == Plasticity::clamp || plasticity == Plasticity::fluid;
 }
 
+// Whether snow that hardens by the exponent `snow` and flows from the strain `compress` on gives up
+// energy as it is packed. Pressed alike on all sides it flows at ln J = -3 compress, under the
+// pressure p = 3 K compress, with the energy psi = p^2 / 2K. Packed further by -d ln J_p = d the
+// modulus makes `snow J_p psi d` more of it, and the flow gives up p d: it must be more, up to
+// J_p = 1 + 3 / snow, from where on snow is no softer (6).
+constexpr bool packing_gives_up_energy(double compress, double snow)
+{
+    return 1.5 * compress * (snow + 3) < 1;
+}
+
 // One object's material, with what its particles share.
 template <class R>
 struct Material {

@@ -221,20 +221,43 @@ HD bool yield_sand(Particle<R>& q, const Material<R>& m)
     return t < 1;
 }
 
-// Snow: each singular value of the elastic deformation stays within its bounds. [Stomakhin 2013]
+// Snow: the principal stretches of the elastic deformation go back to their bounds
+// [Stomakhin 2013], each only as far as its own stress drives it. To clamp them whatever the stress
+// is makes energy: snow that is pressed along one axis widens along the others without any stress
+// there, and to take that widening away stiffens the first. No step goes further than stress over
+// the largest slope on its way, so that none gains energy, whatever the order of the axes.  (11)
 template <class R>
 HD bool yield_snow(Particle<R>& q, const Material<R>& m)
 {
     const Eigen<R> b = eigen(q.e);
-    const R low = (1 - m.compress) * (1 - m.compress) - 1;
-    const R high = (1 + m.stretch) * (1 + m.stretch) - 1;
-    const Vec3<R> e{clamp(b.value.x, low, high), clamp(b.value.y, low, high),
-                    clamp(b.value.z, low, high)};
-    if (e.x == b.value.x && e.y == b.value.y && e.z == b.value.z) return false;
-    const Vec3<R> before = hencky(b.value), after = hencky(e);
-    q.k = clamp(q.k + (before.x - after.x) + (before.y - after.y) + (before.z - after.z), R(-1),
-                R(1));
-    q.e = composed(b.axes, e);
+    const R least = (1 - m.compress) * (1 - m.compress) - 1;
+    const R most = (1 + m.stretch) * (1 + m.stretch) - 1;
+    const auto within = [&](R e) { return e >= least && e <= most; };
+    if (within(b.value.x) && within(b.value.y) && within(b.value.z)) return false;
+    const R low = log_volume(least), high = log_volume(most);
+    const Vec3<R> before = hencky(b.value);
+    Vec3<R> eps = before;
+    bool driven = false;
+    ROLLED
+    for (int k = 0; k < 3; ++k) {
+        const R widest = max(max(eps.x, eps.y), eps.z);
+        const R volume = max(eps.x, low) + max(eps.y, low) + max(eps.z, low);
+        const R slope = largest_slope(m, m.mu, m.lambda, std::exp(2 * max(widest, R(0))),
+                                      std::exp(max(volume, R(0))));
+        const Vec3<R> tau = principal_stress(m, R(0), eps);  // hardening is a factor on both
+        const auto back = [&](R x, R t) {
+            if (x < low && t < 0) return min(low, x - t / slope);
+            if (x > high && t > 0) return max(high, x - t / slope);
+            return x;
+        };
+        const Vec3<R> to{back(eps.x, tau.x), back(eps.y, tau.y), back(eps.z, tau.z)};
+        driven = driven || to.x != eps.x || to.y != eps.y || to.z != eps.z;
+        eps = to;
+    }
+    if (!driven) return false;
+    const Vec3<R> flowed = before - eps;
+    q.k = clamp(q.k + flowed.x + flowed.y + flowed.z, R(-1), R(1));
+    q.e = from_hencky(b.axes, eps);
     return true;
 }
 

@@ -103,6 +103,12 @@ void check_material(ObjectReader& r, const MaterialSpec& m)
                "\"neo_hookean\" or \"hencky\" for a plasticity with a yield surface "
                "(\"fixed_corotated\" softens where it is pressed below half its length)",
                "\"fixed_corotated\"");
+    if (m.plasticity == Plasticity::clamp && !packing_gives_up_energy(m.compress, m.snow))
+        r.fail("compress",
+               fmt::format("less than {:.4g} with a `snow` of {}, for 1.5 compress (snow + 3) must "
+                           "be below 1, or packing it makes energy",
+                           1 / (1.5 * (m.snow + 3)), short_number(m.snow)),
+               short_number(m.compress));
     if (m.plasticity == Plasticity::von_mises)
         require("yield", m.yield, "a yield stress above 0 Pa for \"von_mises\"");
     if (m.plasticity == Plasticity::herschel_bulkley)

@@ -67,6 +67,8 @@ Material<double> material_in(ObjectReader& r)
     if (!go_together(m.elasticity, m.plasticity))
         r.fail("plasticity", "one that goes with the elasticity",
                name_of(plasticities, m.plasticity));
+    if (m.plasticity == Plasticity::clamp && !packing_gives_up_energy(m.compress, m.snow))
+        r.fail("compress", "1.5 compress (snow + 3) below 1", std::to_string(m.compress));
     return m;
 }
 Json told(const Material<double>& m)

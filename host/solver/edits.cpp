@@ -105,6 +105,9 @@ void check_materials(const std::vector<Material<double>>& materials)
         require(go_together(m.elasticity, m.plasticity),
                 "a plasticity with a yield surface needs neo-Hookean or Hencky elasticity (fixed "
                 "corotated softens where it is pressed below half its length)");
+        require(m.plasticity != Plasticity::clamp || packing_gives_up_energy(m.compress, m.snow),
+                "snow whose `compress` and `snow` keep 1.5 compress (snow + 3) below 1, or packing "
+                "it makes energy");
     }
 }
 

@@ -102,13 +102,14 @@ TYPED_TEST(PlasticityTest, FlowKeepsTheAxesOfTheTrialStrain)
         }
 }
 
+// Snow moves its axes one after the other: tests/mpm/return_map_test.cpp.
 TYPED_TEST(PlasticityTest, YieldingTwiceIsYieldingOnce)
 {
     using R = TypeParam;
     Draw draw(5);
     for (const Elasticity elasticity : elasticities)
-        for (const Plasticity plasticity : {Plasticity::von_mises, Plasticity::drucker_prager,
-                                            Plasticity::clamp, Plasticity::fluid})
+        for (const Plasticity plasticity :
+             {Plasticity::von_mises, Plasticity::drucker_prager, Plasticity::fluid})
             for (int round = 0; round < 300; ++round) {
                 if (!go_together(elasticity, plasticity)) continue;
                 const Material<R> m = clay<R>(elasticity, plasticity);
