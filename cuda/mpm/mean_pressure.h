@@ -1,28 +1,34 @@
-// Clay that hardly changes its volume bears its cell's mean pressure: three velocities a node
-// cannot keep the volumes of eight particles a cell, each by itself.  (7a), [Nagtegaal 1974]
+// Clay that hardly changes its volume, and liquids, bear their cell's mean pressure: three
+// velocities a node cannot keep the volumes of eight particles a cell, each by itself.
+// (7a), [Nagtegaal 1974]
 #pragma once
 #include "cuda/mpm/material.h"
 
 namespace knead {
 
-// Whether clay of this material does: solids of a Poisson's ratio above 0.45.
+// Whether clay of this material does: solids of a Poisson's ratio above 0.45, and liquids.
 template <class R>
 HD bool shares_pressure(const Material<R>& m)
 {
-    return m.plasticity != Plasticity::fluid && m.lambda > R(9.01) * m.mu;
+    return m.plasticity == Plasticity::fluid ? m.bulk > 0 : m.lambda > R(9.01) * m.mu;
 }
 
-// A solid particle's own part of it: what of its Kirchhoff stress the volume decides [Pa].
+// A particle's own part of it [Pa]: what of a solid's Kirchhoff stress the volume decides; of a
+// liquid B ln J, its pressure (7) to first order. Volumes are to be told apart, not pressures, and
+// a straight line has an inverse for liquids of any two B.
 template <class R>
 HD R own_pressure(const Particle<R>& q, const Material<R>& m)
 {
-    return volume_stress(m, snow_hardening(m, q.k), log_volume(determinant_excess(q.e)));
+    const R log_J = log_volume(determinant_excess(q.e));
+    if (m.plasticity == Plasticity::fluid) return m.bulk * log_J;
+    return volume_stress(m, snow_hardening(m, q.k), log_J);
 }
 
-// ln J of a solid that has this part [Pa].
+// ln J of clay that has this part [Pa].
 template <class R>
 HD R log_volume_at(const Material<R>& m, R hardening, R pressure)
 {
+    if (m.plasticity == Plasticity::fluid) return pressure / m.bulk;
     const R p = pressure / (hardening * m.lambda);
     if (m.elasticity != Elasticity::fixed_corotated) return p;
     const R root = std::sqrt(max(R(0), 1 + 4 * p));  // (J - 1) J = p

@@ -26,6 +26,13 @@ Material<double> rubber(double poisson, Elasticity elasticity = Elasticity::neo_
     return m;
 }
 
+Material<double> water()
+{
+    Material<double> m = clay<double>(Elasticity::neo_hookean, Plasticity::fluid);
+    m.mu = m.lambda = 0, m.bulk = 1e6, m.exponent = 7, m.viscosity = 1;
+    return m;
+}
+
 // The ball on 32^3 nodes, of such rubber; every second particle is drawn out by a part in a
 // thousand, the others are pressed as much, along all axes.
 Given uneven_ball(const Material<double>& material)
@@ -55,16 +62,31 @@ double farthest(const std::vector<Particle<double>>& a, const std::vector<Partic
     return most;
 }
 
-TEST(MeanPressure, IsThatOfSolidsAboveAPoissonsRatioOf45Percent)
+TEST(MeanPressure, IsThatOfSolidsAboveAPoissonsRatioOf45PercentAndOfLiquids)
 {
     EXPECT_FALSE(shares_pressure(rubber(0.3)));
     EXPECT_FALSE(shares_pressure(rubber(0.45)));
     EXPECT_FALSE(shares_pressure(cast<float>(rubber(0.45))));
     EXPECT_TRUE(shares_pressure(rubber(0.46)));
     EXPECT_TRUE(shares_pressure(cast<float>(rubber(0.499))));
-    Material<double> water = rubber(0.499);
-    water.plasticity = Plasticity::fluid;
-    EXPECT_FALSE(shares_pressure(water));
+    EXPECT_TRUE(shares_pressure(water()));
+    Material<double> nothing{};  // of an object that was removed
+    EXPECT_FALSE(shares_pressure(nothing));
+}
+
+// A liquid's is a straight line of ln J, so that it has an inverse wherever its pressure goes (7).
+TEST(MeanPressure, OfALiquidIsItsBulkModulusTimesTheLogarithmOfItsVolume)
+{
+    const Material<double> m = water();
+    for (const double log_J : {-0.7, -1e-3, 0.0, 2e-4, 0.3}) {
+        Particle<double> q{};
+        q.e = isotropic(std::expm1(2.0 / 3 * log_J));
+        EXPECT_NEAR(own_pressure(q, m), m.bulk * log_J, 1e-9 * m.bulk);
+        EXPECT_NEAR(log_volume_at(m, 1.0, own_pressure(q, m)), log_J, 1e-12);
+        if (std::fabs(log_J) > 1e-2 || log_J == 0) continue;
+        EXPECT_NEAR(trace(kirchhoff_stress(q, m)) / 3, own_pressure(q, m),
+                    5 * std::fabs(log_J) * std::fabs(own_pressure(q, m)));
+    }
 }
 
 // The isotropic part of the stress, but for what mu gives to it: mu (I1 / 3 - 1) of neo-Hookean
@@ -147,6 +169,36 @@ TEST_P(EachBackEnd, OfUnevenVolumesInACellTheMeanPushes)
     Material<double> alone = m;
     alone.mu = m.lambda / 9;  // just too much to share its pressure
     EXPECT_GT(pushed(alone), 10 * pushed(m));
+    Material<double> liquid = water();
+    liquid.bulk = m.lambda, liquid.viscosity = 0;
+    EXPECT_GT(pushed(alone), 10 * pushed(liquid));
+}
+
+// Liquids of two bulk moduli and rubber, in the same cells.
+TEST_P(EachBackEnd, LiquidsAndRubberInOneCellMoveAsInTheReference)
+{
+    Given s = uneven_ball(rubber(0.49));
+    const double dx = s.lattice.dx;
+    for (const double bulk : {1e6, 2e5}) {
+        Material<double> m = water();
+        m.bulk = bulk;
+        m.mass = s.materials[0].mass, m.volume = s.materials[0].volume;
+        s.materials.push_back(m);
+    }
+    for (Particle<double>& p : s.particles) {
+        p.object = p.x.x < 0.5 + dx / 4 ? p.x.y < 0.5 + dx / 4 ? 0 : 1 : 2;
+        p.v = {0, -2, 0};
+    }
+    s = rounded_to_float(s);
+    const auto solver = GetParam().make(s);
+    Reference reference(s);
+    int substeps = 0;
+    for (int f = 0; f < 4; ++f) {
+        EXPECT_EQ(solver->advance(Motion{}, frame).repaired, 0);
+        substeps += reference.advance(Motion{}, frame).substeps;
+    }
+    EXPECT_GT(substeps, 100);
+    EXPECT_LT(farthest(solver->particles(), reference.particles()), 1e-2 * dx);
 }
 
 // A hundred substeps, with tools.

@@ -41,7 +41,11 @@ PressureView pressure_units(const std::vector<Material<double>>& materials)
 {
     double volume = 0, stiffest = 0;
     for (const Material<double>& m : materials)
-        if (there(m)) volume = std::max(volume, m.volume), stiffest = std::max(stiffest, m.lambda);
+        if (there(m) && shares_pressure(m)) {
+            const bool liquid = m.plasticity == Plasticity::fluid;
+            volume = std::max(volume, m.volume);
+            stiffest = std::max(stiffest, liquid ? m.bulk : m.lambda);
+        }
     const auto units = [](double most) {
         return most > 0 ? std::ldexp(1.0f, 40 - std::ilogb(most)) : 1.0f;
     };
