@@ -74,6 +74,22 @@ HD auto gather(Particle<R>& q, const Stencil<R>& s, std::type_identity_t<const S
     return v;
 }
 
+// The velocity at x of the nodes around it that hold mass; `otherwise` where none does. node(i)
+// answers with a Node.
+template <class R, class NodeAt>
+HD Vec3<R> velocity_at(Vec3<R> x, std::type_identity_t<const Spacing<R>&> spacing,
+                       Vec3<R> otherwise, NodeAt&& node)
+{
+    const Stencil<R> s = stencil(x, spacing);
+    Vec3<R> sum{};
+    R share = 0;
+    for_each_node(s, spacing.dx, [&](Int3 step, R w, Vec3<R>) {
+        const Node<R> n = node(s.base + step);
+        if (n.m > 0) sum = sum + w * n.p, share += w;
+    });
+    return share > 0 ? (1 / share) * sum : otherwise;
+}
+
 // From a stencil's base to the node nearest to the particle.
 constexpr Int3 nearest_node = {1, 1, 1};
 

@@ -126,6 +126,25 @@ __global__ void __launch_bounds__(threads, 8)
     depth[particles.ids[i]] = max(-deepest_contact(last, d.masks[b], x).phi, 0.0f);
 }
 
+__global__ void __launch_bounds__(threads, 4)
+    velocity_kernel(const __grid_constant__ VelocityView d)
+{
+    const int i = int(blockIdx.x * threads + threadIdx.x), side = d.clock->side;
+    const ParticleView& particles = d.particles[side];
+    if (i >= particles.count) return;
+    const int last = d.clock->done - 1;
+    const Particle<float> q = particles.load(i);
+    const int b = d.lattice.block_of(d.lattice.cell_of(q.x));
+    const auto node = [&](Int3 n) {
+        const float4 at = d.nodes[last & 1][d.lattice.index(n)];
+        return Node<float>{{at.x, at.y, at.z}, at.w};
+    };
+    Vec3<float> v = q.v;
+    if (deepest_contact(d.contact.colliders(last), d.masks[b], q.x, d.skin).phi < 0)
+        v = velocity_at(q.x, d.lattice.spacing, q.v, node);
+    free_row(d.particles, side)[particles.ids[i]] = {v.x, v.y, v.z, 0};
+}
+
 }  // namespace
 
 void masks(const Views& views, cudaStream_t stream)
@@ -144,6 +163,12 @@ void penetration(const Views& views, cudaStream_t stream)
 {
     launch("penetration", penetration_kernel, blocks_for(views.particles[0].count, threads),
            threads, stream, penetration_view(views));
+}
+
+void velocities(const Views& views, cudaStream_t stream)
+{
+    launch("velocities", velocity_kernel, blocks_for(views.particles[0].count, threads), threads,
+           stream, velocity_view(views));
 }
 
 }  // namespace knead::gpu

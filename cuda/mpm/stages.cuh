@@ -138,5 +138,8 @@ void clear_pressures(const Views& views, int multiprocessors, cudaStream_t strea
 void g2p(const Views& views, const Features& features, int multiprocessors, cudaStream_t stream);
 // Depth [m] of every particle by id, 0 outside of all tools; into the row that is free.
 void penetration(const Views& views, cudaStream_t stream);
+// Velocity [m/s] of every particle by id, as the lattice gave it in the last substep; into the row
+// that is free.
+void velocities(const Views& views, cudaStream_t stream);
 
 }  // namespace knead::gpu

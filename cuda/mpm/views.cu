@@ -186,4 +186,9 @@ PenetrationView penetration_view(const Views& d)
         d.lattice, contact_view(d.tools), d.tools.masks, d.clock, {d.particles[0], d.particles[1]}};
 }
 
+VelocityView velocity_view(const Views& d)
+{
+    return {penetration_view(d), d.tools.way.skin, {d.grid.nodes[0], d.grid.nodes[1]}};
+}
+
 }  // namespace knead::gpu

@@ -335,4 +335,12 @@ struct PenetrationView {
 };
 PenetrationView penetration_view(const Views& d);
 
+// How the lattice moved the particles in the frame's last substep.
+struct VelocityView : PenetrationView {
+    // reads
+    float skin;              // of (19) [m]
+    const float4* nodes[2];  // velocities and masses of substep n, in n % 2
+};
+VelocityView velocity_view(const Views& d);
+
 }  // namespace knead::gpu

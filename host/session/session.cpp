@@ -141,7 +141,7 @@ class Run {
     {
         const State now = loop.particles();
         row.audited = true;
-        row.state = audit(*now, loop.materials(), scene.setup.lattice.dx);
+        row.state = audit(*now, loop.materials(), scene.setup.lattice.dx, solver.velocities());
         row.crowding = crowding(*now, loop.materials(), scene.setup.lattice.dx);
         record.particles = std::max(record.particles, now->size());
         row.stages = solver.stage_times();

@@ -45,17 +45,26 @@ double stored_energy(const Particle<double>& q, const Material<double>& m)
     return mu * dot(stretch, stretch) + lambda / 2 * grown * grown;
 }
 
+double affine_energy(const Mat3<double>& C, double mass, double dx)
+{
+    return mass * dx * dx / 8 * (dot(C.a, C.a) + dot(C.b, C.b) + dot(C.c, C.c));
+}
+
 Audit audit(const std::vector<Particle<double>>& particles,
-            const std::vector<Material<double>>& materials, double dx)
+            const std::vector<Material<double>>& materials, double dx,
+            const std::vector<Vec3<double>>& velocities)
 {
     Audit a;
     std::vector<long> counts(materials.size());
     const double D = dx * dx / 4;  // second moment of the quadratic B-spline [Jiang 2015]
-    for (const Particle<double>& q : particles) {
+    for (std::size_t i = 0; i < particles.size(); ++i) {
+        const Particle<double>& q = particles[i];
+        const Vec3<double> v = velocities.empty() ? q.v : velocities[i];
         const Material<double>& m = materials[std::size_t(q.object)];
         ++counts[std::size_t(q.object)];
         const double J = std::exp(log_volume_ratio(q, m)), energy = stored_energy(q, m);
-        const double sum = dot(q.x, q.x) + dot(q.v, q.v) + J + energy + determinant(q.C);
+        const double sum =
+            dot(q.x, q.x) + dot(q.v, q.v) + dot(v, v) + J + energy + determinant(q.C);
         if (!std::isfinite(sum)) {
             ++a.broken;
             continue;
@@ -63,11 +72,11 @@ Audit audit(const std::vector<Particle<double>>& particles,
         a.volume += J * m.volume;
         a.unloaded += std::exp(plastic_log_volume(q, m)) * m.volume;
         a.elastic += energy * m.volume;
-        a.kinetic += 0.5 * m.mass * dot(q.v, q.v);
-        a.momentum = a.momentum + m.mass * q.v;
+        a.kinetic += 0.5 * m.mass * dot(v, v) + affine_energy(q.C, m.mass, dx);
+        a.momentum = a.momentum + m.mass * v;
         const Vec3<double> turning{q.C.b.z - q.C.c.y, q.C.c.x - q.C.a.z, q.C.a.y - q.C.b.x};
-        a.spin = a.spin + m.mass * (cross(q.x, q.v) + D * turning);
-        a.fastest = std::max(a.fastest, length(q.v));
+        a.spin = a.spin + m.mass * (cross(q.x, v) + D * turning);
+        a.fastest = std::max(a.fastest, length(v));
     }
     for (std::size_t i = 0; i < counts.size(); ++i) a.mass += double(counts[i]) * materials[i].mass;
     a.hash = XXH64(particles.data(), particles.size() * sizeof(Particle<double>), 0);

@@ -15,15 +15,21 @@ struct Audit {
     double volume = 0;                // sum of J times the volume at rest [m^3]
     double unloaded = 0;              // the same without the elastic part of J [m^3]
     Vec3<double> momentum{}, spin{};  // [kg m/s]; angular, about the origin [kg m^2/s]
-    double kinetic = 0, elastic = 0;  // [J]
+    double kinetic = 0, elastic = 0;  // [J]; kinetic with that of the affine velocity
     double fastest = 0;               // [m/s]
     long broken = 0;                  // particles with a non-finite number
     std::uint64_t hash = 0;           // xxh64 over all particles
 };
 
-// All sums in double, in the particles' order.
+// All sums in double, in the particles' order. `velocities` are those that the clay moves with,
+// as Solver::velocities() has them; none: the particles' own.
 Audit audit(const std::vector<Particle<double>>& particles,
-            const std::vector<Material<double>>& materials, double dx);
+            const std::vector<Material<double>>& materials, double dx,
+            const std::vector<Vec3<double>>& velocities = {});
+
+// Kinetic energy of an affine velocity [J]: sum_i w_ip m |C (x_i - x_p)|^2 / 2, and dx^2 / 4 is the
+// second moment of the weights along an axis (1).  (8a)
+double affine_energy(const Mat3<double>& C, double mass, double dx);
 
 // Where clay lies in clay. Volumes do not tell: projection and walls move particles without their J
 // hearing of it.

@@ -331,6 +331,21 @@ std::vector<double> Reference::penetration() const
     return depths;
 }
 
+std::vector<Vec3<double>> Reference::velocities() const
+{
+    if (shapes.empty() || setup.passes == 0) return {};
+    const Lattice<double>& lattice = setup.lattice;
+    std::vector<Vec3<double>> all(q.size());
+    for (std::size_t i = 0; i < q.size(); ++i) {
+        all[i] = q[i].v;
+        if (depth[i] > 0)
+            all[i] = velocity_at(q[i].x, lattice.spacing, q[i].v, [&](Int3 n) {
+                return fields[uncut][std::size_t(lattice.index(n))];
+            });
+    }
+    return all;
+}
+
 std::size_t Reference::memory() const
 {
     return (q.capacity() + before.capacity()) * sizeof(Particle<double>) +

@@ -27,6 +27,7 @@ class Reference : public Solver {
     std::vector<Particle<double>> particles() const override { return q; }
     std::vector<Gaussian<double>> gaussians() const override { return splats; }
     std::vector<double> penetration() const override;
+    std::vector<Vec3<double>> velocities() const override;
     const std::vector<StageTime>& stage_times() const override { return times; }  // none
     std::size_t memory() const override;
     std::string name() const override;

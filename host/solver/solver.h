@@ -238,6 +238,11 @@ class Solver {
     virtual std::vector<Vec3<double>> places(Vec3<double> low, Vec3<double> high) const;
     // Depth [m] of every particle inside a tool at the end of the last frame; 0 entries left out.
     virtual std::vector<double> penetration() const = 0;
+    // The velocity [m/s] that the lattice gave each particle in the last substep (8), in the order
+    // of particles(). Those have another where (19) has found them in a tool: the speed at which
+    // they leave it, which is slowed by the clay around them before it moves anything. Empty where
+    // no tool acted; after an edit or stage_times(), what particles() has.
+    virtual std::vector<Vec3<double>> velocities() const { return {}; }
     virtual const std::vector<StageTime>& stage_times() const = 0;
     // What a GPU's counters say of the stages of the last frame. Empty where there are none; throws
     // std::runtime_error where they cannot be read.

@@ -16,11 +16,6 @@ namespace {
 
 constexpr double gain_bound = 0.05;  // of the energy when the tools came to rest
 
-double affine_energy(const Mat3<double>& C, double mass, double dx)
-{
-    return 0.5 * mass * dx * dx / 4 * (dot(C.a, C.a) + dot(C.b, C.b) + dot(C.c, C.c));
-}
-
 constexpr double crowded_share = 0.01;  // of the particles
 
 // What acted, or, as a run's report tells it, was counted.

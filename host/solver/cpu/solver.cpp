@@ -379,6 +379,25 @@ std::vector<double> CpuSolver<R>::penetration() const
 }
 
 template <class R>
+std::vector<Vec3<double>> CpuSolver<R>::velocities() const
+{
+    if (posed.masked.empty() || setup.passes == 0) return {};
+    std::vector<Vec3<double>> all(q.size());
+    for (std::size_t i = 0; i < q.size(); ++i) {
+        const Particle<R>& p = q[i];
+        const Mask& mask = posed.mask_at(lattice, p.x);
+        const bool in = deepest_contact(posed.colliders(), mask, p.x, way.skin).phi < 0;
+        const auto node = [&](Int3 n) {
+            const int at = lattice.index(n);
+            return bins.reaches(at / block_nodes) ? grid[0][std::size_t(at)] : Node<R>{};
+        };
+        const Vec3<R> v = in ? velocity_at(p.x, lattice.dx, p.v, node) : p.v;
+        all[std::size_t(ids[i])] = cast<double>(v);
+    }
+    return all;
+}
+
+template <class R>
 std::size_t CpuSolver<R>::memory() const
 {
     std::size_t bytes = 0;

@@ -119,6 +119,7 @@ class CpuSolver : public Solver {
     std::vector<Particle<double>> particles() const override;
     std::vector<Gaussian<double>> gaussians() const override;
     std::vector<double> penetration() const override;
+    std::vector<Vec3<double>> velocities() const override;
     const std::vector<StageTime>& stage_times() const override { return times; }
     std::size_t memory() const override;
     std::string name() const override

@@ -190,6 +190,16 @@ std::vector<double> GpuSolver::penetration() const
     return depths;
 }
 
+std::vector<Vec3<double>> GpuSolver::velocities() const
+{
+    std::vector<Vec3<double>> all;
+    if (!posed || rules().passes == 0) return all;
+    check(cudaSetDevice(device), "device");
+    gpu::velocities(store.views(), main);
+    for (const float4& v : store.velocities(main)) all.push_back({v.x, v.y, v.z});
+    return all;
+}
+
 }  // namespace gpu
 
 std::unique_ptr<Solver> gpu_solver(const Setup& setup, int device)

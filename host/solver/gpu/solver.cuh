@@ -50,6 +50,7 @@ class GpuSolver : public Solver {
     std::vector<Gaussian<double>> gaussians() const override;
     std::vector<Vec3<double>> places(Vec3<double> low, Vec3<double> high) const override;
     std::vector<double> penetration() const override;
+    std::vector<Vec3<double>> velocities() const override;
     const std::vector<StageTime>& stage_times() const override;
     std::vector<StageWork> stage_counts() const override;
     const Clay* clay() const override { return &shown; }

@@ -157,15 +157,30 @@ std::vector<int> Store::order(int side) const
     return to;
 }
 
+namespace {
+
+// What a kernel has left in the row that is free, a number or a vector of each particle.
+template <class T>
+std::vector<T> left_in_free_row(const Store& store, cudaStream_t stream, const char* what)
+{
+    const int side = store.clock(stream).side;
+    std::vector<T> to(std::size_t(store.count()));
+    gpu::check(cudaMemcpy(to.data(), free_row(store.views().particles, side),
+                          to.size() * sizeof to[0], cudaMemcpyDefault),
+               what);
+    return to;
+}
+
+}  // namespace
+
 std::vector<float> Store::depths(cudaStream_t stream) const
 {
-    const int side = clock(stream).side;
-    const auto n = std::size_t(count());
-    std::vector<float> to(n);
-    gpu::check(cudaMemcpy(to.data(), free_row(all.particles, side), to.size() * sizeof to[0],
-                          cudaMemcpyDefault),
-               "depths");
-    return to;
+    return left_in_free_row<float>(*this, stream, "depths");
+}
+
+std::vector<float4> Store::velocities(cudaStream_t stream) const
+{
+    return left_in_free_row<float4>(*this, stream, "velocities");
 }
 
 std::vector<Particle<double>> in_double(const ParticleView& on_host)

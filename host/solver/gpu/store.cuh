@@ -62,7 +62,8 @@ class Store {
 
     std::vector<Particle<double>> particles() const;
     std::vector<Vec3<double>> places_in(Vec3<double> low, Vec3<double> high) const;
-    std::vector<float> depths(cudaStream_t stream) const;  // of penetration(), by id [m]
+    std::vector<float> depths(cudaStream_t stream) const;       // of penetration(), by id [m]
+    std::vector<float4> velocities(cudaStream_t stream) const;  // of velocities(), by id [m/s]
     void set_sides(const std::vector<Particle<double>>& particles) const;
     // The particles, how long blocks have been at rest, and how clay slides; put back into a store
     // that has room for them, the same box of nodes and the same particles on `side`.
