@@ -3,6 +3,7 @@
 #include "cuda/contact/cut.h"
 #include "cuda/contact/sweep.h"
 #include "cuda/device/launch.cuh"
+#include "cuda/mpm/g2p.h"
 #include "cuda/mpm/pose.cuh"
 #include "cuda/mpm/stages.cuh"
 

@@ -48,12 +48,15 @@ void read_rest(ObjectReader& r, Scene& scene)
     rest.speed =
         r.number("speed", {0, 1000, "m/s", true}, min(creep ? 0.005 : 0.05, rest.push * frame));
     rest.frames = r.whole("frames", 1, 1000000, min(int(std::ceil(0.1 / frame - 1e-9)), 1000000));
-    rest.reach = r.number("reach", {0, 1000, "m"}, 4 * scene.setup.lattice.dx);
+    // Two radii of what presses: held clay does not yield under a dent. A fingertip's are 20 mm.
+    const double dx = scene.setup.lattice.dx, wide = max(8 * dx, 0.02 * scene.hands.zoom);
+    const bool holds = rest.mode == RestMode::localized;
+    rest.reach = r.number("reach", {0, 1000, "m"}, holds ? wide : 4 * dx);
     const bool local = std::any_of(scene.objects.begin(), scene.objects.end(),
                                    [](const Object& o) { return o.local(); });
-    if (local && rest.mode != RestMode::localized)
+    if (local && !holds)
         r.fail("mode", "\"localized\" for a scene with an object that has a `depth`", "another");
-    if (rest.mode == RestMode::localized && !scene.has_hands)
+    if (holds && !scene.has_hands)
         r.fail("mode", "\"none\" or \"sleep\" for a scene without hands", "\"localized\"");
 }
 
@@ -104,11 +107,8 @@ void check_material(ObjectReader& r, const MaterialSpec& m)
                "(\"fixed_corotated\" softens where it is pressed below half its length)",
                "\"fixed_corotated\"");
     if (m.plasticity == Plasticity::clamp && !packing_gives_up_energy(m.compress, m.snow))
-        r.fail("compress",
-               fmt::format("less than {:.4g} with a `snow` of {}, for 1.5 compress (snow + 3) must "
-                           "be below 1, or packing it makes energy",
-                           1 / (1.5 * (m.snow + 3)), short_number(m.snow)),
-               short_number(m.compress));
+        r.fail("compress", "1.5 compress (snow + 3) below 1, or packing it would make energy",
+               fmt::format("{} with a `snow` of {:.4g}", short_number(m.compress), m.snow));
     if (m.plasticity == Plasticity::von_mises)
         require("yield", m.yield, "a yield stress above 0 Pa for \"von_mises\"");
     if (m.plasticity == Plasticity::herschel_bulkley)

@@ -130,24 +130,6 @@ TEST_F(SceneFile, FixedCorotatedElasticityHasNoYieldSurface)
             "");
 }
 
-TEST_F(SceneFile, SnowThatMakesEnergyAsItIsPackedIsRefusedByTheNamesOfItsKeys)
-{
-    const std::string preset = "objects.0.material.preset=snow";
-    EXPECT_EQ(complaint(ball, {preset}), "");
-    EXPECT_EQ(complaint(ball, {preset, "objects.0.material.compress=0.05"}), "");
-    const std::string refused =
-        complaint(ball, {preset, "objects.0.material.compress=0.1", "objects.0.material.snow=12"});
-    EXPECT_SAYS(refused,
-                "/objects/0/material/compress: expected less than 0.04444 with a `snow` "
-                "of 12, for 1.5 compress (snow + 3) must be below 1");
-    EXPECT_SAYS(refused, "found 0.1");
-    EXPECT_EQ(
-        complaint(ball, {preset, "objects.0.material.compress=0.1", "objects.0.material.snow=3"}),
-        "");
-    // Of another plasticity they have no effect.
-    EXPECT_EQ(complaint(ball, {"objects.0.material.compress=0.9"}), "");
-}
-
 TEST_F(SceneFile, RestIsAskedForAndItsDefaultsFollowTheScene)
 {
     const Rest<double> none = scene(ball).setup.rest;

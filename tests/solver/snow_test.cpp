@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <cstdio>
+#include <stdexcept>
 
 #include "host/bench/ball.h"
 #include "host/solver/audit.h"
@@ -58,6 +59,25 @@ TEST_P(Snow, NeverHasMoreEnergyThanItWasThrownWith)
         EXPECT_LT(rise, 0.01 * first);
         EXPECT_LT(before, 0.15 * first);
     }
+}
+
+// Packed alike on all sides, harder snow would store more than the flow gives up.
+TEST_P(Snow, ThatMakesEnergyAsItIsPackedIsRefused)
+{
+    Given s = thrown_snow(0.2, 0.025, 10);
+    const auto solver = GetParam().make(s);
+    const std::vector<Particle<double>> before = solver->particles();
+    for (const auto& [compress, hardening] : {std::pair{0.1, 12.0}, std::pair{0.025, 24.0}}) {
+        Material<double> packs = s.materials[0];
+        packs.compress = compress, packs.snow = hardening;
+        EXPECT_THROW(solver->set_material(0, packs), std::invalid_argument);
+        EXPECT_THROW(solver->add(packs, {s.particles[0]}), std::invalid_argument);
+        s.materials[0] = packs;
+        EXPECT_THROW(GetParam().make(s), std::invalid_argument);
+        packs.plasticity = Plasticity::none;  // of which they are no constants
+        solver->set_material(0, packs);
+    }
+    EXPECT_EQ(solver->particles().size(), before.size());
 }
 
 }  // namespace
