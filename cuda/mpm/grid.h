@@ -70,17 +70,6 @@ HD R approach_speed(Int3 n, int axis, int sign, bool paired, const Walls<R>& wal
     return (dx / dt) * (paired ? gap_before_face(other, own) : gap_before_face(own, other));
 }
 
-// What a wall leaves of a velocity that may approach it by `approach` [m/s] yet. (18), (18a), (18b)
-template <class R, class Slides>
-HD Vec3<R> stopped(Vec3<R> v, Vec3<R> normal, R approach, const Walls<R>& walls, R mass, R dt,
-                   int place, const Slides& slides)
-{
-    // Clay that has not arrived is held by no wall, which one that slips would do.
-    if (approach > 0 && dot(v, normal) >= -approach && walls.mode == ContactMode::slip) return v;
-    const Vec3<R> shift = approach * normal;
-    return rubbed(v + shift, normal, walls, mass, dt, place, slides) - shift;
-}
-
 // What the six walls leave of a velocity at node n of so much mass [kg]; masses(m) is that of node
 // m.  (18), (18a), (18b) with fixed, axis-aligned normals
 template <class R, class Slides = Forgotten<R>, class Masses = UnknownMasses<R>>
@@ -97,7 +86,7 @@ HD Vec3<R> apply_walls(Vec3<R> v, Int3 n, const Lattice<R>& lattice, const Walls
     for (int axis = 0; axis < 3; ++axis)
         if (const int sign = component(met, axis)) {
             const R approach = approach_speed(n, axis, sign, false, walls, lattice.dx, dt, masses);
-            v = stopped(v, wall_normal<R>(axis, sign), approach, walls, mass, dt, place, slides);
+            v = rubbed(v, wall_normal<R>(axis, sign), approach, walls, mass, dt, place, slides);
         }
     return v;
 }
@@ -106,7 +95,7 @@ HD Vec3<R> apply_walls(Vec3<R> v, Int3 n, const Lattice<R>& lattice, const Walls
 // on nodes leaves of the node a step before it and of its image. The velocity on the face is their
 // mean, blended with that of the node on it (1): of their mean is left what is left of any velocity
 // (18), by the same impulse on both. Where a tool leads the node, it leads the image as in a
-// mirror. `approach`: see stopped(); `place` and `slides`: see sliding.h.
+// mirror. `approach`, `place` and `slides`: see sliding.h.
 template <class R, class Slides = Forgotten<R>>
 HD void apply_wall(Node<R>& node, Node<R>& image, bool paired, Vec3<R> normal,
                    const Walls<R>& walls, bool led, R approach = 0, R dt = 1, int place = -1,
@@ -114,7 +103,7 @@ HD void apply_wall(Node<R>& node, Node<R>& image, bool paired, Vec3<R> normal,
 {
     if (paired && !(node.m > 0 && image.m > 0)) return;
     if (!paired) {
-        node.p = stopped(node.p, normal, approach, walls, node.m, dt, place, slides);
+        node.p = rubbed(node.p, normal, approach, walls, node.m, dt, place, slides);
         return;
     }
     const Vec3<R> mean = R(0.5) * (node.p + image.p);
@@ -127,7 +116,7 @@ HD void apply_wall(Node<R>& node, Node<R>& image, bool paired, Vec3<R> normal,
     }
     const R share = image.m / (node.m + image.m);
     const Vec3<R> left =
-        stopped(mean, normal, approach, walls, R(4) * share * node.m, dt, place, slides);
+        rubbed(mean, normal, approach, walls, R(4) * share * node.m, dt, place, slides);
     const Vec3<R> change = R(2) * (left - mean);
     node.p = node.p + share * change;
     image.p = image.p + (1 - share) * change;

@@ -54,24 +54,26 @@ struct Forgotten {
     HD void put(int, const Sliding<R>&) const {}
 };
 
-// What a wall leaves of a velocity; `mass` is what it stops [kg], `place` as above. (18) where the
-// clay sticks or begins to slide; where it lifts it pays at once what it owes.
+// What a wall leaves of a velocity that may approach it by `approach` [m/s] yet; `mass` is what it
+// stops [kg], `place` as above. (18), (18b): clay that has not arrived is held by no wall, also by
+// none that slips. (18a) where it slides; where it lifts it pays at once what it owes.
 template <class R, class Slides>
-HD Vec3<R> rubbed(Vec3<R> v, Vec3<R> normal, const Walls<R>& walls, R mass, R dt, int place,
-                  const Slides& slides)
+HD Vec3<R> rubbed(Vec3<R> v, Vec3<R> normal, R approach, const Walls<R>& walls, R mass, R dt,
+                  int place, const Slides& slides)
 {
-    const Vec3<R> still{0, 0, 0};
-    if (place < 0 || walls.mode != ContactMode::separate || !(mass > 0))
-        return apply_contact(v, normal, still, walls.mode, walls.friction);
+    const Vec3<R> nearer = -approach * normal;
+    const R rising = dot(v, normal), pressing = -rising - approach;
+    if (place < 0 || walls.mode != ContactMode::separate || !(mass > 0)) {
+        if (approach > 0 && !(pressing > 0)) return v;
+        return apply_contact(v, normal, nearer, walls.mode, walls.friction);
+    }
     const Sliding<R> before = slides.get(place);
     const bool slid = before.substep == slides.substep - 1;
-    const R pressing = -dot(v, normal);
-    const Vec3<R> along = v + pressing * normal;
+    const Vec3<R> along = v - rising * normal;
     const R speed = length(along);
     if (!(pressing > 0)) {
         if (!slid || !(before.owed > 0)) return v;
-        return after_friction(along, speed, -pressing * normal,
-                              walls.friction * before.owed / mass);
+        return after_friction(along, speed, rising * normal, walls.friction * before.owed / mass);
     }
     const R force = pressing * mass / dt;
     Sliding<R> now{force, dt, slides.substep, 0};
@@ -84,9 +86,8 @@ HD Vec3<R> rubbed(Vec3<R> v, Vec3<R> normal, const Walls<R>& walls, R mass, R dt
         now.owed = before.owed + dt * (force - now.force);
         mean = now.force * dt / mass;
     }
-    const Vec3<R> left = after_friction(along, speed, still, walls.friction * mean);
-    if (left.x != 0 || left.y != 0 || left.z != 0) slides.put(place, now);
-    return left;
+    if (speed > walls.friction * mean) slides.put(place, now);
+    return after_friction(along, speed, nearer, walls.friction * mean);
 }
 
 }  // namespace knead

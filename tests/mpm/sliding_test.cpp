@@ -27,7 +27,7 @@ struct Pressed {
     {
         const Vec3<double> v{speed, -force * step / mass, 0};
         const SlidingInArray<double> slides{kept.data(), dx, ++substep};
-        const Vec3<double> left = rubbed(v, up, walls, mass, step, 0, slides);
+        const Vec3<double> left = rubbed(v, up, 0.0, walls, mass, step, 0, slides);
         EXPECT_EQ(left.y, v.y < 0 ? 0 : v.y);
         EXPECT_EQ(left.z, 0);
         return (speed - left.x) * mass / step;
@@ -121,7 +121,7 @@ TEST(Sliding, IsNumbersForAnySubstepAndMass)
         const Vec3<float> v = cast<float>(draw.vector(1));
         const float m = round % 10 ? float(draw.power(-44, 3)) : 0;
         const Vec3<float> left =
-            rubbed(v, {0, 1, 0}, walls, m, float(draw.power(-9, -1)), 0, slides);
+            rubbed(v, {0, 1, 0}, 0.0f, walls, m, float(draw.power(-9, -1)), 0, slides);
         ASSERT_TRUE(std::isfinite(left.x + left.y + left.z)) << m;
         EXPECT_LE(dot(left, left), dot(v, v) * 1.00001f);
         EXPECT_GE(kept.force, 0);

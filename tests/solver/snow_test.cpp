@@ -57,7 +57,7 @@ TEST_P(Snow, NeverHasMoreEnergyThanItWasThrownWith)
                     poisson, compress, hardening, first, most, before, rise);
         EXPECT_LT(most, first * (1 + 1e-5));
         EXPECT_LT(rise, 0.01 * first);
-        EXPECT_LT(before, 0.15 * first);
+        EXPECT_LT(before, 0.2 * first);  // it has landed
     }
 }
 
