@@ -32,6 +32,7 @@ if(CMAKE_SYSTEM_PROCESSOR STREQUAL "x86_64" AND CMAKE_SYSTEM_NAME STREQUAL "Linu
     add_library(knead_failing_calls MODULE tests/cli/failing_calls.cpp)
     target_link_libraries(knead_failing_calls PRIVATE ${CMAKE_DL_LIBS})
     check(failures tests/cli/failures.sh $<TARGET_FILE:knead> $<TARGET_FILE:knead_failing_calls>)
+    check(outputs tests/cli/outputs_test.sh $<TARGET_FILE:knead> $<TARGET_FILE:knead_failing_calls>)
     check(signals tests/cli/signals.sh $<TARGET_FILE:knead> $<TARGET_FILE:knead_failing_calls>)
 endif()
 if(NOT (KNEAD_SANITIZE OR KNEAD_COVERAGE))

@@ -17,6 +17,7 @@
 #include "host/base/errors.h"
 #include "host/base/interrupt.h"
 #include "host/base/paths.h"
+#include "host/base/print.h"
 
 namespace knead {
 namespace fs = std::filesystem;
@@ -71,14 +72,35 @@ std::optional<std::pair<std::string, pid_t>> origin(const std::string& name)
     return {{name.substr(0, mark) + second.ptr, process}};
 }
 
-// "clip.partial-42-0.mp4" for "clip.mp4": programs that choose a format by the ending find it.
+// The longest name that a file in the folder can have [bytes].
+std::size_t longest_name(const fs::path& folder)
+{
+    const long limit = ::pathconf(folder.empty() ? "." : folder.c_str(), _PC_NAME_MAX);
+    return limit > 0 ? std::size_t(limit) : 255;
+}
+
+// The first bytes of a text, no more than `most`, without half a character of UTF-8.
+std::string first_bytes(const std::string& text, std::size_t most)
+{
+    std::size_t size = std::min(text.size(), most);
+    if (size < text.size())
+        while (size > 0 && (text[size] & 0xc0) == 0x80) --size;
+    return text.substr(0, size);
+}
+
+// "clip.partial-42-0.mp4" for "clip.mp4": programs that choose a format by the ending find it. Of a
+// long name the stem is cut, so that whatever may be a name can be written.
 std::string name_beside(const fs::path& file)
 {
     static std::atomic<unsigned> made{0};
-    fs::path name = file.stem();
-    name += std::string(partial_mark) + std::to_string(getpid()) + "-" + std::to_string(made++);
-    name += file.extension();
-    return (file.parent_path() / name).string();
+    constexpr std::size_t longest_ending = 32;  // a longer one tells no program a format
+    const std::string mark =
+        std::string(partial_mark) + std::to_string(getpid()) + "-" + std::to_string(made++);
+    std::string form = file.extension().string();
+    if (form.size() > longest_ending) form.clear();
+    const std::size_t limit = longest_name(file.parent_path()), rest = mark.size() + form.size();
+    const std::string stem = first_bytes(file.stem().string(), limit > rest ? limit - rest : 0);
+    return (file.parent_path() / (stem + mark + form)).string();
 }
 
 // Where a file of that name lies, its own links followed, even to where there is none yet.
@@ -93,19 +115,6 @@ fs::path followed(const std::string& file)
         at = at.parent_path() / to;
     }
     refuse(file, ELOOP);
-}
-
-// 0, or why not all of it could be written.
-int write_all(int file, std::string_view bytes)
-{
-    for (std::size_t done = 0; done < bytes.size();) {
-        const ssize_t step = ::write(file, bytes.data() + done, bytes.size() - done);
-        if (step > 0)
-            done += std::size_t(step);
-        else if (step == 0 || errno != EINTR)
-            return step == 0 ? ENOSPC : errno;
-    }
-    return 0;
 }
 
 // Waits until what is written is on the disk, unless the file system cannot tell: 0, or why it is
@@ -211,15 +220,17 @@ bool write_whole_unless(const std::function<bool()>& stop, const std::string& fi
     return true;
 }
 
-void prepare_folder(const std::string& folder, const std::vector<std::string>& names,
-                    bool overwrite)
+FolderLock prepare_folder(const std::string& folder, const std::vector<std::string>& names,
+                          bool overwrite, FolderLock lock)
 {
     std::error_code problem;
     fs::create_directories(folder, problem);
     if (problem) fail(folder, "cannot be made: " + problem.message());
     if (!fs::is_directory(folder)) fail(folder, "is not a folder");
     probe(folder);
+    if (!lock.held()) lock = FolderLock(folder);
     for (const std::string& name : names) check_place(folder, name, overwrite);
+    return lock;
 }
 
 std::vector<Leftover> leftovers(const std::string& folder)
@@ -228,11 +239,14 @@ std::vector<Leftover> leftovers(const std::string& folder)
     std::vector<Leftover> left;
     for (fs::directory_iterator at(folder, problem), end; !problem && at != end;
          at.increment(problem)) {
-        const auto from = origin(at->path().filename().string());
+        const std::string name = at->path().filename().string();
         std::error_code unknown;
-        if (from && fs::is_regular_file(at->symlink_status(unknown)) &&
-            ::kill(from->second, 0) != 0 && errno == ESRCH)
+        if (!fs::is_regular_file(at->symlink_status(unknown))) continue;
+        const auto from = origin(name);
+        if (from && ::kill(from->second, 0) != 0 && errno == ESRCH)
             left.push_back({at->path().string(), from->first});
+        else if (name.ends_with(lock_name) && !FolderLock::is_held(at->path().string()))
+            left.push_back({at->path().string(), lock_name});
     }
     std::sort(left.begin(), left.end(),
               [](const Leftover& a, const Leftover& b) { return a.path < b.path; });

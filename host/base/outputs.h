@@ -4,19 +4,24 @@
 #include <string>
 #include <vector>
 
+#include "host/base/folder_lock.h"
+
 namespace knead {
 
-// Makes the folder, and checks that it can be written to and that none of `names` (files in it, or
-// with a '/' at the end folders) is there yet, unless `overwrite`: then that what is there is of
-// its kind. Throws OutputError. `overwrite` removes nothing.
-void prepare_folder(const std::string& folder, const std::vector<std::string>& names,
-                    bool overwrite);
+// Makes the folder, locks it unless the lock is given, and checks that it can be written to and
+// that none of `names` (files in it, or with a '/' at the end folders) is there yet, unless
+// `overwrite`: then that what is there is of its kind. Throws OutputError. `overwrite` removes
+// nothing. Hold the lock until the last file is written.
+[[nodiscard]] FolderLock prepare_folder(const std::string& folder,
+                                        const std::vector<std::string>& names, bool overwrite,
+                                        FolderLock lock = {});
 // The same for one file.
 void prepare_file(const std::string& file, bool overwrite);
 
-// What a killed program left in a folder of a file that it was making: no process has its number.
+// What a killed program left in a folder: half a file, where no process has its number, or a lock
+// that no process holds.
 struct Leftover {
-    std::string path, of;  // of: the name of the file that it was to be
+    std::string path, of;  // of: the name of the file that it was to be, or lock_name
 };
 std::vector<Leftover> leftovers(const std::string& folder);  // by path; none where there is none
 // Removes those for which ours(of) holds.
@@ -26,7 +31,8 @@ void remove_partials(const std::string& folder,
 void remove_files(const std::string& folder, const std::vector<std::string>& names);
 
 // A file under making, beside its place and with the same ending, so that a program of its own may
-// write it, too; nothing that is there has its name. It goes with the object, unless it was put in
+// write it, too; nothing that is there has its name. Its name is the file's with a mark, cut where
+// the file system takes no longer one. It goes with the object, unless it was put in
 // place. Where `file` is a symbolic link, the link stays and what it names is replaced.
 class PartialFile {
   public:

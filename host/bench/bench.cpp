@@ -16,6 +16,7 @@
 #include "host/base/machine.h"
 #include "host/base/outputs.h"
 #include "host/base/paths.h"
+#include "host/base/print.h"
 #include "host/scene/seed.h"
 
 namespace knead {
@@ -175,7 +176,7 @@ int bench_verb(const BenchOptions& options)
     Bench bench(options);
     read_scene(bench.options.scene, {});  // what is wrong with it is said before anything is made
     const std::string folder = folder_of(bench);
-    prepare_folder(folder, results, options.overwrite);
+    const FolderLock lock = prepare_folder(folder, results, options.overwrite);
     const auto in_folder = [&](const std::string& name) {
         return (fs::path(folder) / name).string();
     };
@@ -204,7 +205,7 @@ int bench_verb(const BenchOptions& options)
         bench.say(why);
         bench.result.left_out.push_back(why);
     }
-    std::fputs(options.json ? json.c_str() : bench_text(bench).c_str(), stdout);
+    print(options.json ? json : bench_text(bench));
     if (failed || bench.stopped())
         bench.say(std::string(failed ? "failed" : "interrupted") +
                   "; what was measured all the same is in " + folder);

@@ -5,11 +5,11 @@
 #include <fmt/format.h>
 
 #include <cmath>
-#include <cstdio>
 #include <nlohmann/json.hpp>
 
 #include "host/base/errors.h"
 #include "host/base/json_reader.h"
+#include "host/base/print.h"
 #include "host/files/file_kind.h"
 #include "host/files/particle_file.h"
 
@@ -130,7 +130,7 @@ int compare_verb(const CompareOptions& o)
     const Json all = first == FileKind::report
                          ? compared(read_json(o.first), read_json(o.second), o)
                          : compared(read_particles(o.first), read_particles(o.second), o);
-    std::fputs((o.json ? all.dump(2) + "\n" : told(all)).c_str(), stdout);
+    print(o.json ? all.dump(2) + "\n" : told(all));
     return all["agree"].get<bool>() ? exit_ok : exit_check;
 }
 

@@ -6,6 +6,7 @@
 #include "host/base/errors.h"
 #include "host/base/outputs.h"
 #include "host/base/paths.h"
+#include "host/base/print.h"
 #include "host/cli/verbs.h"
 #include "host/files/file_kind.h"
 #include "host/files/mesh_file.h"
@@ -82,7 +83,7 @@ int convert_verb(const ConvertOptions& asked)
     } else {
         throw InputError(o.in + ": expected a mesh, a recording, particles or splats");
     }
-    if (!o.quiet && !is_standard(o.out)) std::printf("%s\n", o.out.c_str());
+    if (!o.quiet && !is_standard(o.out)) print(o.out + "\n");
     return exit_ok;
 }
 

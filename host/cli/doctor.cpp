@@ -1,13 +1,13 @@
 // knead doctor: what is here, what is missing, and what that costs.
 #include <fmt/format.h>
 
-#include <cstdio>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
 #include "host/base/errors.h"
 #include "host/base/machine.h"
 #include "host/base/outputs.h"
+#include "host/base/print.h"
 #include "host/cli/verbs.h"
 #include "host/files/video.h"
 #include "host/scene/seed.h"
@@ -122,8 +122,9 @@ void add_leftovers(Json& all, const std::vector<std::string>& folders)
                 all.push_back(
                     finding("unread", false, place + ": cannot be read: " + problem.message()));
             for (const Leftover& left : leftovers(place)) {
+                const std::string of = left.of == lock_name ? "a lock" : "of " + left.of;
                 const std::string text =
-                    left.path + ": of " + left.of + ", by a program that was killed; may go";
+                    left.path + ": " + of + ", by a program that was killed; may go";
                 all.push_back(finding("leftover", true, text));
             }
         }
@@ -150,16 +151,16 @@ int doctor_verb(const DoctorOptions& o)
     all.push_back(openxr_finding());
     add_leftovers(all, o.folders);
     if (o.json) {
-        std::printf("%s\n", all.dump(2, ' ', false, Json::error_handler_t::replace).c_str());
+        print(all.dump(2, ' ', false, Json::error_handler_t::replace) + "\n");
         return exit_ok;
     }
     for (const Json& f : all)
-        std::printf("%-8s %-10s %s\n",
-                    f["what"] == "leftover"  ? "left"
-                    : f["what"] == "unread"  ? "unread"
-                    : f["there"].get<bool>() ? "ok"
-                                             : "missing",
-                    f["what"].get<std::string>().c_str(), f["text"].get<std::string>().c_str());
+        print(fmt::format("{:<8} {:<10} {}\n",
+                          f["what"] == "leftover"  ? "left"
+                          : f["what"] == "unread"  ? "unread"
+                          : f["there"].get<bool>() ? "ok"
+                                                   : "missing",
+                          f["what"].get<std::string>(), f["text"].get<std::string>()));
     return exit_ok;
 }
 

@@ -3,13 +3,14 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <nlohmann/json.hpp>
 
 #include "cuda/mpm/material.h"
 #include "host/assets/splat_object.h"
 #include "host/base/errors.h"
 #include "host/base/json_reader.h"
+#include "host/base/machine.h"
+#include "host/base/print.h"
 #include "host/cli/verbs.h"
 #include "host/files/file_kind.h"
 #include "host/files/mesh_reader.h"
@@ -196,7 +197,7 @@ int info_verb(const InfoOptions& asked)
         const Json root = read_json(o.file);
         if (!o.json) {
             check_report(root, o.file);
-            std::fputs(summary(root).c_str(), stdout);
+            print(summary(root));
             return exit_ok;
         }
         facts = root;
@@ -206,10 +207,8 @@ int info_verb(const InfoOptions& asked)
     if (kind == FileKind::mesh) facts = mesh_facts(o.file);
     if (kind == FileKind::particles) facts = particle_facts(o.file);
     if (kind == FileKind::splats) facts = splat_facts(o.file);
-    std::fputs((o.json ? facts.dump(2, ' ', false, Json::error_handler_t::replace) + "\n"
-                       : lines(facts, ""))
-                   .c_str(),
-               stdout);
+    print(o.json ? facts.dump(2, ' ', false, Json::error_handler_t::replace) + "\n"
+                 : lines(facts, ""));
     return exit_ok;
 }
 

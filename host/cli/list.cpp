@@ -1,11 +1,10 @@
 // knead list: what a scene can name. One a line, its name first.
 #include <fmt/format.h>
 
-#include <cstdio>
-
 #include "host/base/errors.h"
 #include "host/base/json_reader.h"
 #include "host/base/paths.h"
+#include "host/base/print.h"
 #include "host/cli/verbs.h"
 #include "host/hands/gesture.h"
 #include "host/scene/presets.h"
@@ -19,7 +18,7 @@ void list_presets()
         const std::string stiff = m.plasticity == Plasticity::fluid
                                       ? fmt::format("bulk {:.3g} Pa", m.bulk)
                                       : fmt::format("Young's modulus {:.3g} Pa", m.young);
-        fmt::print("{:<16} {} kg/m3, {}\n", m.name, m.density, stiff);
+        print(fmt::format("{:<16} {} kg/m3, {}\n", m.name, m.density, stiff));
     }
 }
 
@@ -29,7 +28,7 @@ void list_gestures()
         std::string held;
         for (const std::string& tool : g.held)
             if (!tool.empty()) held += ", with a " + tool;
-        fmt::print("{:<16} {} s{}\n", g.name, g.seconds, held);
+        print(fmt::format("{:<16} {} s{}\n", g.name, g.seconds, held));
     }
 }
 
@@ -46,8 +45,9 @@ void list_scenes()
     const std::vector<std::string> names = shipped_scenes();
     if (names.empty()) throw InputError("the scenes that come with the program are not there");
     for (const std::string& name : names)
-        fmt::print("{:<16} {}\n", name,
-                   first_comment(read_text(shipped("scenes/" + name + ".json"), max_json_bytes)));
+        print(fmt::format(
+            "{:<16} {}\n", name,
+            first_comment(read_text(shipped("scenes/" + name + ".json"), max_json_bytes))));
 }
 
 }  // namespace

@@ -1,14 +1,21 @@
 // The command line: verbs and their options as typed. What each does is in a file of its name.
+#include <fcntl.h>
 #include <fmt/format.h>
+#include <unistd.h>
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <csignal>
 #include <cstdio>
+#include <iostream>
+#include <sstream>
 
 #include "host/base/errors.h"
 #include "host/base/json_reader.h"
 #include "host/base/machine.h"
+#include "host/base/outputs.h"
 #include "host/base/paths.h"
+#include "host/base/print.h"
 #include "host/bench/bench.h"
 #include "host/cli/manual.h"
 #include "host/cli/options.h"
@@ -226,7 +233,7 @@ void add_help(CLI::App& app, Verb& chosen)
                 text = completion(app, shell);
             else if (!manual)
                 text = verb.empty() ? whole_help(app) : app.get_subcommand(verb)->help("knead");
-            std::fputs(text.c_str(), stdout);
+            print(text);
             return int(exit_ok);
         };
     });
@@ -260,12 +267,24 @@ void suggest(const CLI::App& app, const std::vector<std::string>& words)
     }
 }
 
+// What the environment may leave otherwise. A file that grows beyond its limit (ulimit -f) is an
+// error to report, not a death; where a standard stream is closed, no other file takes its number,
+// and what is printed to it fails as it should.
+void prepare_outputs()
+{
+    std::signal(SIGXFSZ, SIG_IGN);
+    for (const int stream : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO})
+        if (fcntl(stream, F_GETFD) < 0)
+            open("/dev/null", stream == STDIN_FILENO ? O_WRONLY : O_RDONLY);
+}
+
 }  // namespace
 }  // namespace knead
 
 int main(int count, char** words)
 {
     using namespace knead;
+    prepare_outputs();
     CLI::App app("Clay shaped by hands", "knead");
     app.set_version_flag("-V,--version", "knead " + knead_version());
     app.require_subcommand(1);
@@ -291,9 +310,12 @@ int main(int count, char** words)
     try {
         app.parse(count, words);
     } catch (const CLI::ParseError& e) {
-        if (app.exit(e) == 0) return exit_ok;
+        std::ostringstream text;
+        const int code = app.exit(e, text, std::cerr);
+        print(text.str());
+        if (code == 0) return exit_code_after_printing(exit_ok);
         suggest(app, {words + 1, words + count});
         return exit_usage;
     }
-    return ended(chosen);
+    return exit_code_after_printing(ended(chosen));
 }

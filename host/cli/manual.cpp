@@ -210,7 +210,8 @@ std::string manual_page(const CLI::App& app, const std::string& verb)
 void write_pages(const CLI::App& app, const std::string& folder)
 {
     const std::string man = folder + "/man";
-    prepare_folder(man, {}, true);
+    const FolderLock lock = prepare_folder(folder, {}, true),
+                     man_lock = prepare_folder(man, {}, true);
     write_whole(man + "/knead.1", manual_page(app, ""));
     for (const CLI::App* one : verbs_of(app))
         write_whole(man + "/knead-" + one->get_name() + ".1", manual_page(app, one->get_name()));

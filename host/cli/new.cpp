@@ -1,9 +1,9 @@
 // knead new: a scene to start from.
-#include <cstdio>
 
 #include "host/base/errors.h"
 #include "host/base/outputs.h"
 #include "host/base/paths.h"
+#include "host/base/print.h"
 #include "host/cli/verbs.h"
 
 namespace knead {
@@ -51,7 +51,7 @@ int new_verb(const NewOptions& o)
     prepare_file(o.out, o.overwrite);
     write_whole(o.out, first_scene);
     if (!o.quiet && !is_standard(o.out))
-        std::printf("%s\nnext: knead run %s --out results\n", o.out.c_str(), o.out.c_str());
+        print(o.out + "\nnext: knead run " + o.out + " --out results\n");
     return exit_ok;
 }
 

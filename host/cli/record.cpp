@@ -1,11 +1,10 @@
 // knead record: hands into a file. Without a headset they are made by a gesture's script.
 #include <fmt/format.h>
 
-#include <cstdio>
-
 #include "host/base/errors.h"
 #include "host/base/outputs.h"
 #include "host/base/paths.h"
+#include "host/base/print.h"
 #include "host/cli/verbs.h"
 #include "host/hands/gesture.h"
 #include "host/hands/recording.h"
@@ -35,10 +34,8 @@ int record_verb(const RecordOptions& o)
     prepare_file(o.out, o.overwrite);
     write_recording(o.out, made);
     if (!o.quiet)
-        std::printf(
-            "%s", fmt::format("{}: {}, {} frames, {:.4g} s at {:.4g} frames/s\n", o.out, made.name,
-                              made.frames.size(), made.frames.back().time, made.rate)
-                      .c_str());
+        print(fmt::format("{}: {}, {} frames, {:.4g} s at {:.4g} frames/s\n", o.out, made.name,
+                          made.frames.size(), made.frames.back().time, made.rate));
     return exit_ok;
 }
 

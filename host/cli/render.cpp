@@ -13,6 +13,7 @@
 #include "host/base/interrupt.h"
 #include "host/base/outputs.h"
 #include "host/base/paths.h"
+#include "host/base/print.h"
 #include "host/cli/camera_path.h"
 #include "host/cli/verbs.h"
 #include "host/files/image.h"
@@ -254,8 +255,21 @@ int run_video(const RenderOptions& o)
         video->add(image);
     }
     video->close();
-    if (!o.quiet) std::printf("%s\n", o.video.c_str());
+    if (!o.quiet) print(o.video + "\n");
     return interrupted() ? 128 + interrupted() : int(exit_ok);
+}
+
+// Several pictures are one set, which one process alone writes at a time.
+FolderLock prepare_pictures(const RenderOptions& o, int frames)
+{
+    if (o.out.empty()) return {};
+    FolderLock lock;
+    const std::filesystem::path out = o.out, folder = out.parent_path();
+    std::error_code unknown;  // where there is no such folder, the first picture says so
+    if (frames > 1 && (folder.empty() || std::filesystem::is_directory(folder, unknown)))
+        lock = FolderLock(folder.string(), out.stem().string());
+    for (int k = 0; k < frames; ++k) prepare_file(name_of(o, k), o.overwrite);
+    return lock;
 }
 
 // Frame by frame; what is drawn is written at once.
@@ -277,11 +291,11 @@ void draw_frames(const RenderOptions& o, const Path& path, const SplatCloud& clo
         if (video) video->add(image);
         if (o.out.empty()) continue;
         if (!write_png(name_of(o, k), image, frame.stop)) break;
-        if (!o.quiet) std::printf("%s\n", name_of(o, k).c_str());
+        if (!o.quiet) print(name_of(o, k) + "\n");
     }
     if (!video) return;
     video->close();
-    if (!o.quiet) std::printf("%s\n", o.video.c_str());
+    if (!o.quiet) print(o.video + "\n");
 }
 
 }  // namespace
@@ -303,8 +317,7 @@ int render_verb(const RenderOptions& o)
     SplatFrame frame;
     frame.rule.antialiased = cloud.antialiased;
     if (!o.background.empty()) frame.background = cast<float>(triple("--background", o.background));
-    if (!o.out.empty())
-        for (int k = 0; k < path.frames; ++k) prepare_file(name_of(o, k), o.overwrite);
+    const FolderLock lock = prepare_pictures(o, path.frames);
     const std::unique_ptr<Video> video =
         video_of(o, path.size.width * (path.stereo ? 2 : 1), path.size.height);
     watch_interrupts();

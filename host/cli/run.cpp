@@ -12,6 +12,7 @@
 #include "host/base/machine.h"
 #include "host/base/outputs.h"
 #include "host/base/paths.h"
+#include "host/base/print.h"
 #include "host/cli/progress.h"
 #include "host/cli/replay.h"
 #include "host/cli/resume.h"
@@ -38,9 +39,11 @@ namespace fs = std::filesystem;
 
 class Session {
   public:
-    explicit Session(const RunOptions& options, const Checkpoint* from = nullptr)
+    explicit Session(const RunOptions& options, const Checkpoint* from = nullptr,
+                     FolderLock held = {})
         : o(options),
           earlier(from),
+          lock(std::move(held)),
           scene(scene_of(o)),
           mesh_files(in_folder("meshes"), "mesh", o.mesh, o.mesh_every),
           clay_files(in_folder("particles"), "particles", "ply", o.particles_every)
@@ -85,6 +88,7 @@ class Session {
 
     const RunOptions& o;
     const Checkpoint* earlier;  // of the run that goes on; null: a new one
+    FolderLock lock;            // of o.out
     Scene scene;
     std::unique_ptr<SceneSplats> splats;
     std::unique_ptr<ActionReplay> replay;  // null: nothing was done beside the hands
@@ -119,12 +123,14 @@ void Session::prepare()
         if (scene.picture_every > 0) places.push_back("pictures/");
         if (mesh_files.wanted()) places.push_back("meshes/");
         if (clay_files.wanted()) places.push_back("particles/");
+        std::error_code unknown;
+        if (!lock.held() && fs::is_directory(o.out, unknown)) lock = FolderLock(o.out);
         const std::string left = in_folder(checkpoint_name);
         if (!earlier && !o.overwrite && fs::exists(left))
             throw OutputError(left +
                               ": is there already; --resume goes on with the run that it is of, "
                               "--overwrite replaces it");
-        prepare_folder(o.out, places, o.overwrite || earlier);
+        lock = prepare_folder(o.out, places, o.overwrite || earlier, std::move(lock));
     }
     rule.frames = o.frames, rule.time_limit = o.time_limit;
     rule.meshes_every = o.mesh_every, rule.particles_every = o.particles_every;
@@ -301,8 +307,7 @@ void Session::write(const RunRecord& record, const Solver& solver)
         facts.outputs.pop_back();
         attempt("report.json", [&](const std::string& to) { write_whole(to, whole); });
     }
-    const std::string said = o.json ? text() : o.quiet ? "" : summary(report(scene, record, facts));
-    std::fputs(said.c_str(), stdout);
+    print(o.json ? text() : o.quiet ? "" : summary(report(scene, record, facts)));
 }
 
 int Session::code(const RunRecord& record) const
@@ -384,9 +389,12 @@ int run_verb(const RunOptions& options)
 {
     check_options(options);
     if (options.resume.empty()) return Session(options).run();
+    std::error_code unknown;  // where there is no such folder, reading the checkpoint says so
+    FolderLock lock;
+    if (fs::is_directory(options.resume, unknown)) lock = FolderLock(options.resume);
     const Checkpoint from = read_checkpoint((fs::path(options.resume) / checkpoint_name).string());
     const RunOptions asked = options_of(from, options);
-    return Session(asked, &from).run();
+    return Session(asked, &from, std::move(lock)).run();
 }
 
 }  // namespace knead

@@ -2,13 +2,13 @@
 #include "host/verify/verify.h"
 
 #include <algorithm>
-#include <cstdio>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
 #include "host/base/errors.h"
 #include "host/base/interrupt.h"
 #include "host/base/outputs.h"
+#include "host/base/print.h"
 #include "host/bench/figures.h"
 #include "host/cli/verbs.h"
 #include "host/verify/cases.h"
@@ -49,7 +49,7 @@ void write_results(const Verification& v)
 int tell_case(const Verification& v)
 {
     const Case c = case_named(v, v.options.one);
-    std::printf("%s\n", told(outcome_of(v, c, limit_of(v, c))).dump().c_str());
+    print(told(outcome_of(v, c, limit_of(v, c))).dump() + "\n");
     return exit_ok;
 }
 
@@ -61,18 +61,16 @@ int verify_verb(VerifyOptions options)
     options.program = "/proc/self/exe";
     Verification v(options);
     if (!options.one.empty()) return tell_case(v);
+    FolderLock lock;
     if (!options.out.empty()) {
         std::vector<std::string> names = results;
         names.insert(names.end(), pictures.begin(), pictures.end());
-        prepare_folder(options.out, names, options.overwrite);
+        lock = prepare_folder(options.out, names, options.overwrite);
     }
     watch_interrupts();
     run(v);
     if (!options.out.empty()) write_results(v);
-    if (options.json)
-        std::printf("%s\n", verify_json(v).dump(2).c_str());
-    else
-        std::fputs(verify_summary(v).c_str(), stdout);
+    print(options.json ? verify_json(v).dump(2) + "\n" : verify_summary(v));
     if (const int by = interrupted()) return 128 + by;
     const auto failed = [](const Check& c) { return c.verdict == Verdict::failed; };
     return std::any_of(v.checks.begin(), v.checks.end(), failed) ? exit_check : exit_ok;

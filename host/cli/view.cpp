@@ -10,6 +10,7 @@
 #include "host/base/interrupt.h"
 #include "host/base/json_reader.h"
 #include "host/base/machine.h"
+#include "host/base/print.h"
 #include "host/cli/verbs.h"
 #include "host/cli/view_desk.h"
 #include "host/scene/domain.h"
@@ -60,7 +61,7 @@ int view_verb(const ViewOptions& o)
         before = now;
     }
     desk.end();
-    if (!o.quiet) std::printf("%s", desk.summary().c_str());
+    if (!o.quiet) print(desk.summary());
     if (interrupted()) return 128 + interrupted();
     if (desk.gl_errors() > 0) return exit_check;
     if (desk.ended()) return exit_numbers;

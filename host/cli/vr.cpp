@@ -12,6 +12,7 @@
 #include "host/base/json_reader.h"
 #include "host/base/outputs.h"
 #include "host/base/paths.h"
+#include "host/base/print.h"
 #include "host/cli/verbs.h"
 #include "host/files/mesh_file.h"
 #include "host/hands/recording.h"
@@ -74,7 +75,7 @@ HeadsetLoopRule rule_of(const VrOptions& o, Device device)
 }
 
 // Outputs that could not be written are refused before the headset is put on.
-void prepare(const VrOptions& o)
+FolderLock prepare(const VrOptions& o)
 {
     if (o.hands_only && o.record.empty() && o.out.empty())
         throw UsageError("--hands-only needs --record FILE, or --out DIR");
@@ -86,10 +87,10 @@ void prepare(const VrOptions& o)
         prepare_file(o.record, o.overwrite);
         prepare_file(actions_file(o.record), o.overwrite);
     }
-    if (!o.out.empty())
-        prepare_folder(o.out,
-                       {"headset.json", "mesh.glb", "hands.hands", actions_file("hands.hands")},
-                       o.overwrite);
+    if (o.out.empty()) return {};
+    return prepare_folder(o.out,
+                          {"headset.json", "mesh.glb", "hands.hands", actions_file("hands.hands")},
+                          o.overwrite);
 }
 
 Json report_of(const VrOptions& o, const HeadsetEnd& end)
@@ -157,12 +158,11 @@ bool write_results(const VrOptions& o, HeadsetEnd& end, const Json& report)
 
 void summarise(const VrOptions& o, const HeadsetEnd& end, const Json& report)
 {
-    if (o.json) std::printf("%s\n", report.dump(2).c_str());
+    if (o.json) print(report.dump(2) + "\n");
     if (o.json || o.quiet) return;
-    std::printf("%s", fmt::format("headset       {}, {} x {} an eye, {}\n{}state hash    {}\n",
-                                  end.facts.runtime, end.facts.width, end.facts.height,
-                                  end.facts.renderer, end.figures.summary(), end.hash)
-                          .c_str());
+    print(fmt::format("headset       {}, {} x {} an eye, {}\n{}state hash    {}\n",
+                      end.facts.runtime, end.facts.width, end.facts.height, end.facts.renderer,
+                      end.figures.summary(), end.hash));
 }
 
 }  // namespace
@@ -173,7 +173,7 @@ int vr_verb(const VrOptions& asked)
     if (o.cells > 0) o.settings.push_back(cells_setting(read_json(o.scene), o.cells));
     const Device device = resolved(parse_device(o.device));
     HeadsetLoopRule rule = rule_of(o, device);
-    prepare(o);
+    const FolderLock lock = prepare(o);
     std::vector<std::string> settings = o.settings;
     if (o.deterministic) settings.push_back("deterministic=true");
     rule.scene = o.scene, rule.settings = settings;

@@ -9,6 +9,7 @@
 #include "host/base/errors.h"
 #include "host/base/interrupt.h"
 #include "host/base/json_reader.h"
+#include "host/base/print.h"
 #include "host/solver/reference.h"
 
 namespace knead {
@@ -83,8 +84,7 @@ void Verification::add(Check check)
     mark = now;
     const auto reason = known.why.find(check.name);
     if (reason != known.why.end()) check.why = reason->second;
-    if (!options.json && !options.quiet) std::fputs(verify_text(check).c_str(), stdout);
-    std::fflush(stdout);
+    if (!options.json && !options.quiet) print(verify_text(check));
     checks.push_back(std::move(check));
 }
 

@@ -24,6 +24,12 @@ class Outputs : public InFolder {
     std::string content(const std::string& name) const { return read_text(path(name), 1 << 24); }
 };
 
+void prepare(const std::string& folder, const std::vector<std::string>& names, bool overwrite)
+{
+    const FolderLock lock = prepare_folder(folder, names, overwrite);
+    EXPECT_TRUE(lock.held());
+}
+
 TEST_F(Outputs, AFileIsReplacedWhole)
 {
     const std::string all = std::string("\0old\n", 5), none, large(3 << 20, 'x');
@@ -189,19 +195,17 @@ TEST_F(Outputs, ManyWritersOfOneFileLeaveOneOfTheirs)
 
 TEST_F(Outputs, PlacesAreCheckedBeforeTheWorkAndLeftAsTheyWere)
 {
-    prepare_folder(path("out/deep"), {"report.json"}, false);
+    prepare(path("out/deep"), {"report.json"}, false);
     EXPECT_TRUE(fs::is_empty(folder / "out/deep"));
     write_whole(path("out/deep/report.json"), "old");
-    EXPECT_NE(
-        reason<OutputError>([&] { prepare_folder(path("out/deep"), {"report.json"}, false); }), "");
-    prepare_folder(path("out/deep"), {"report.json"}, true);
+    EXPECT_NE(reason<OutputError>([&] { prepare(path("out/deep"), {"report.json"}, false); }), "");
+    prepare(path("out/deep"), {"report.json"}, true);
     EXPECT_NE(reason<OutputError>([&] { prepare_file(path("out/deep/report.json"), false); }), "");
     prepare_file(path("out/deep/report.json"), true);
     EXPECT_EQ(content("out/deep/report.json"), "old");
     EXPECT_NE(reason<OutputError>([&] { prepare_file(path("out/deep"), true); }), "");
     EXPECT_NE(reason<OutputError>([&] { prepare_file(path("no/a"), true); }), "");
-    EXPECT_NE(reason<OutputError>([&] { prepare_folder(path("out/deep/report.json"), {}, true); }),
-              "");
+    EXPECT_NE(reason<OutputError>([&] { prepare(path("out/deep/report.json"), {}, true); }), "");
     EXPECT_EQ(std::distance(fs::directory_iterator(folder / "out/deep"), {}), 1);
 }
 
@@ -210,11 +214,11 @@ TEST_F(Outputs, WhatIsToBeReplacedMustBeOfItsKind)
     fs::create_directory(folder / "report.json");
     write_whole(path("pictures"), "a file");
     const auto why = [&](const std::string& name) {
-        return reason<OutputError>([&] { prepare_folder(folder.string(), {name}, true); });
+        return reason<OutputError>([&] { prepare(folder.string(), {name}, true); });
     };
     EXPECT_NE(why("report.json").find("report.json: is a folder"), std::string::npos);
     EXPECT_NE(why("pictures/").find("pictures: is no folder"), std::string::npos);
-    prepare_folder(folder.string(), {"pictures", "report.json/", "absent", "none/"}, true);
+    prepare(folder.string(), {"pictures", "report.json/", "absent", "none/"}, true);
 }
 
 TEST_F(Outputs, OnlyWhatTheDeadLeftUnfinishedIsCleared)
@@ -257,8 +261,37 @@ TEST_F(Outputs, WhatTheDeadLeftIsNamedWithWhatItWasToBe)
 
 TEST_F(Outputs, AFolderThatTakesNoFilesIsNamedItself)
 {
-    const std::string said = reason<OutputError>([] { prepare_folder("/proc", {}, false); });
+    const std::string said = reason<OutputError>([] { prepare("/proc", {}, false); });
     EXPECT_EQ(said.rfind("/proc: cannot be written: ", 0), 0u) << said;
+}
+
+// A name may be as long as the file system allows, of one-byte characters or of others.
+TEST_F(Outputs, WhateverMayBeANameCanBeWritten)
+{
+    std::string umlauts, hanzi;
+    while (umlauts.size() < 250) umlauts += "\u00e4";
+    while (hanzi.size() < 249) hanzi += "\u6ce5";
+    for (const std::string& name :
+         {std::string(255, 'n'), std::string(250, 'n') + ".json", umlauts + ".json",
+          hanzi + ".jsonl", "." + std::string(254, 'n'), "n." + std::string(253, 'e'),
+          std::string(127, 'n') + "." + std::string(127, 'e')}) {
+        ASSERT_EQ(name.size(), 255u);
+        prepare_file(path(name), false);
+        write_whole(path(name), "old");
+        write_whole(path(name), "new");
+        EXPECT_EQ(content(name), "new");
+        const PartialFile half(path(name));
+        const std::string beside = fs::path(half.path()).filename();
+        EXPECT_LE(beside.size(), 255u);
+        EXPECT_NE(beside.find(".partial-" + std::to_string(getpid()) + "-"), std::string::npos);
+        if (name.size() - name.rfind('.') < 8) {
+            EXPECT_EQ(fs::path(beside).extension(), fs::path(name).extension());
+        }
+        const std::size_t kept = beside.find(".partial-");
+        EXPECT_TRUE(name.starts_with(beside.substr(0, kept)));
+        EXPECT_NE(name[kept] & 0xc0, 0x80) << "half a character";
+    }
+    EXPECT_EQ(files(), 7);
 }
 
 TEST_F(Outputs, FilesAreRemovedWhereTheyAre)

@@ -4,6 +4,7 @@
 //     FAIL_UNDER   the folder's absolute path
 //     FAIL_AT      n, from 1
 //     FAIL_SIGNAL  a signal's number: the call does not fail, but the program receives that
+//     FAIL_LOCKS   if set, flock(2) fails as where a file system has no locks
 //     FAIL_LOG     receives one line, "CALL PATH", where a call failed
 // Removing files never fails: it is how the program puts things right.
 #include <dlfcn.h>
@@ -13,6 +14,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/file.h>
 #include <sys/stat.h>
 #include <sys/types.h>
 #include <unistd.h>
@@ -144,6 +146,15 @@ int close(int file)
     const int ended = next<int (*)(int)>("close")(file);
     if (failed) errno = ENOSPC;
     return failed ? -1 : ended;
+}
+
+int flock(int file, int how)
+{
+    if (getenv("FAIL_LOCKS")) {
+        errno = ENOLCK;
+        return -1;
+    }
+    return next<int (*)(int, int)>("flock")(file, how);
 }
 
 int rename(const char* from, const char* to)
