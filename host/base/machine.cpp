@@ -4,11 +4,15 @@
 #include <sys/resource.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <ctime>
 #include <fstream>
 #include <memory>
 #include <thread>
+
+#include "host/base/container.h"
 
 #if __has_include("knead_commit.h")
 #include "knead_commit.h"
@@ -66,12 +70,32 @@ std::string cpu_name()
     return "unknown";
 }
 
-int cpu_count() { return int(std::thread::hardware_concurrency()); }
+int cpu_count()
+{
+    const int all = std::max(1, int(std::thread::hardware_concurrency()));
+    const std::optional<double> quota = container_limits().cpus;
+    // Part of a processor is one that pauses.
+    return quota && *quota < all ? std::max(1, int(std::ceil(*quota))) : all;
+}
 
 std::size_t total_memory()
 {
     const long pages = sysconf(_SC_PHYS_PAGES), page = sysconf(_SC_PAGE_SIZE);
-    return pages > 0 && page > 0 ? std::size_t(pages) * std::size_t(page) : 0;
+    const std::size_t all = pages > 0 && page > 0 ? std::size_t(pages) * std::size_t(page) : 0;
+    return std::min(all, container_limits().memory.value_or(all));
+}
+
+std::size_t available_memory()
+{
+    std::size_t all = std::size_t(4) << 30;  // where it is unknown: what any machine has
+    std::ifstream in("/proc/meminfo");
+    std::string key, unit;
+    for (std::size_t kib; in >> key >> kib; std::getline(in, unit))
+        if (key == "MemAvailable:") {
+            all = kib * 1024;
+            break;
+        }
+    return std::min(all, container_limits().free.value_or(all));
 }
 
 std::string compiler_name() { return "g++ or compatible " __VERSION__; }

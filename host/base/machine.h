@@ -9,8 +9,10 @@ namespace knead {
 
 std::string host_name();
 std::string cpu_name();
-int cpu_count();
-std::size_t total_memory();  // [bytes]
+// What this process may use: of the machine, or of its container where that has less.
+int cpu_count();                 // threads that can run at once
+std::size_t total_memory();      // [bytes]
+std::size_t available_memory();  // of it free now [bytes]
 std::string compiler_name();
 std::string knead_version();
 std::string knead_commit();  // of the build's source, "-dirty" where it was changed; or "unknown"

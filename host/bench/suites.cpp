@@ -7,6 +7,7 @@
 #include <numbers>
 #include <set>
 
+#include "host/base/machine.h"
 #include "host/bench/bench.h"
 #include "host/scene/seed.h"
 #include "host/session/session.h"

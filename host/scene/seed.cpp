@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <cmath>
-#include <fstream>
 #include <limits>
 #include <numbers>
 
@@ -225,15 +224,6 @@ HandTools hand_tools(const HandsRule& hands)
     HandTools made;
     for (Side side : tool_sides(hands)) add_tool(made, hands, side);
     return made;
-}
-
-std::size_t available_memory()
-{
-    std::ifstream in("/proc/meminfo");
-    std::string key, unit;
-    for (std::size_t kib; in >> key >> kib; std::getline(in, unit))
-        if (key == "MemAvailable:") return kib * 1024;
-    return std::size_t(4) << 30;  // where it is unknown: what any machine has
 }
 
 void build(Scene& scene, std::size_t memory)

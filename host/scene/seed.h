@@ -22,6 +22,5 @@ HandTools hand_tools(const HandsRule& hands);
 // How far under an object's surface x lies [m], negative outside; never inside of shape `splats`.
 double depth(const Object& object, Vec3<double> x);
 bool inside(const Object& object, Vec3<double> x);
-std::size_t available_memory();  // bytes free on this machine
 
 }  // namespace knead

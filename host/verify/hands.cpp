@@ -3,6 +3,7 @@
 
 #include <stdexcept>
 
+#include "host/base/machine.h"
 #include "host/hands/filter.h"
 #include "host/scene/seed.h"
 #include "host/session/session.h"

@@ -6,6 +6,7 @@
 #include <fstream>
 #include <sstream>
 
+#include "host/base/machine.h"
 #include "host/scene/seed.h"
 #include "host/session/session.h"
 #include "host/solver/cpu/levels.h"
