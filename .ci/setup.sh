@@ -1,9 +1,6 @@
 # What demo.sh and test.sh share: getting what the build needs, and saying what is being done.
 # Sourced, from the top of the tree.
 
-# Threads that wait their turn sleep: where others want the processor too, spinning costs tenfold.
-export OMP_WAIT_POLICY=${OMP_WAIT_POLICY:-passive}
-
 say() { printf '\n== %s\n' "$*"; }
 
 # Debian 12 and Ubuntu 24.04 have all of these; nothing is fetched from anywhere else.

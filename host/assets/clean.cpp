@@ -5,6 +5,8 @@
 #include <cmath>
 #include <limits>
 
+#include "host/base/parallel.h"
+
 namespace knead {
 namespace {
 
@@ -73,8 +75,7 @@ double median_distance(const SplatCloud& cloud, const Indices& kept, std::size_t
 {
     const std::size_t count = std::min(sample_size, kept.size());
     std::vector<double> found(count);
-#pragma omp parallel for schedule(static)
-    for (std::size_t k = 0; k < count; ++k) {
+    parallel_for(count, [&](std::size_t k) {
         const std::uint32_t i = kept[k * kept.size() / count];
         // The least n + 1 squares, the greatest of them first: one is of i itself.
         std::vector<double> least(n + 1, std::numeric_limits<double>::max());
@@ -86,7 +87,7 @@ double median_distance(const SplatCloud& cloud, const Indices& kept, std::size_t
             std::push_heap(least.begin(), least.end());
         }
         found[k] = std::sqrt(least.front());
-    }
+    });
     return quantile(found, 0.5);
 }
 
@@ -120,8 +121,7 @@ std::vector<char> isolated(const SplatCloud& cloud, const Indices& kept, std::si
         return a.key != b.key ? a.key < b.key : a.index < b.index;
     });
     std::vector<char> lonely(cloud.count());
-#pragma omp parallel for schedule(dynamic, 1024)
-    for (std::size_t k = 0; k < kept.size(); ++k) {
+    parallel_for(kept.size(), LoopOptions{.chunk = 1024}, [&](std::size_t k) {
         const std::uint32_t i = kept[k];
         const auto c = cell(i);
         std::size_t near = 0;
@@ -134,7 +134,7 @@ std::vector<char> isolated(const SplatCloud& cloud, const Indices& kept, std::si
                 near += distance2(cloud, i, at->index) <= r * r;
         }
         lonely[i] = near <= n;  // it finds itself
-    }
+    });
     return lonely;
 }
 

@@ -4,6 +4,7 @@
 #include <numbers>
 
 #include "cuda/mpm/stencil.h"
+#include "host/base/parallel.h"
 #include "host/scene/strata.h"
 
 namespace knead {
@@ -175,8 +176,7 @@ void spread_inwards(const Grid& grid, Colours& c, std::vector<std::size_t> nodes
 void relax(const Grid& grid, Colours& c, const std::vector<std::size_t>& nodes, float over)
 {
     const auto next = neighbours(grid);
-#pragma omp parallel for schedule(static)
-    for (std::size_t k = 0; k < nodes.size(); ++k) {
+    parallel_for(nodes.size(), [&](std::size_t k) {
         const std::size_t i = nodes[k];
         Mean mean;
         for (std::ptrdiff_t d : next) {
@@ -184,7 +184,7 @@ void relax(const Grid& grid, Colours& c, const std::vector<std::size_t>& nodes, 
             if (c.kind[j] != empty) mean.add(c.value[j]);
         }
         if (mean.count) c.value[i] = c.value[i] + over * (mean.value() - c.value[i]);
-    }
+    });
 }
 
 // Two layers of empty nodes take the mean of their neighbours, for interpolation at the surface.

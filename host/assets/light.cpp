@@ -3,6 +3,8 @@
 #include <array>
 #include <numbers>
 
+#include "host/base/parallel.h"
+
 namespace knead {
 namespace {
 
@@ -99,15 +101,13 @@ Light lit_from_all_sides(const Grid& grid, const std::vector<float>& extinction,
     for (Vec3<double> d : fibonacci_sphere(directions)) {
         const Sweep s = sweep_of(grid, d);
         Slice entering(s), leaving(s);
-#pragma omp parallel
         for (int k = 0; k < s.slices; ++k) {
             const std::size_t slice = std::size_t(s.rising ? s.slices - 1 - k : k) * s.by_m;
-#pragma omp for schedule(static)
-            for (int v = 0; v < s.rows; ++v)
+            parallel_for(s.rows, [&](int v) {
                 light_row(s, entering.row(v + s.step_v), entering.row(v + s.step_v + 1),
                           leaving.row(v), slice + std::size_t(v) * s.by_v, extinction,
                           float(grid.h), 1 / float(directions), light);
-#pragma omp single
+            });
             std::swap(entering, leaving);
         }
     }

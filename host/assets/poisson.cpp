@@ -2,6 +2,8 @@
 
 #include <stdexcept>
 
+#include "host/base/parallel.h"
+
 namespace knead {
 namespace {
 
@@ -16,8 +18,8 @@ void relax(Level& l, int colour)
     const Int3 n = l.grid.size;
     const std::size_t up = std::size_t(n.x), out = up * n.y;
     const float h2 = float(l.grid.h * l.grid.h);
-#pragma omp parallel for schedule(static)
-    for (int z = 1; z < n.z - 1; ++z)
+    parallel_for(n.z - 2, [&](int layer) {
+        const int z = layer + 1;
         for (int y = 1; y < n.y - 1; ++y) {
             const std::size_t row = l.grid.at({0, y, z});
             float* u = &l.u[row];
@@ -27,6 +29,7 @@ void relax(Level& l, int colour)
                         (u + x)[-std::ptrdiff_t(out)] + (u + x)[out] - h2 * f[x]) /
                        6;
         }
+    });
 }
 
 float residual(const Level& l, Int3 n)
@@ -42,14 +45,14 @@ float residual(const Level& l, Int3 n)
 void restrict_residual(const Level& fine, Level& coarse)
 {
     std::vector<float> r(fine.u.size());
-#pragma omp parallel for schedule(static)
-    for (int z = 0; z < fine.grid.size.z; ++z)
+    parallel_for(fine.grid.size.z, [&](int z) {
         for (int y = 0; y < fine.grid.size.y; ++y)
             for (int x = 0; x < fine.grid.size.x; ++x)
                 r[fine.grid.at({x, y, z})] = residual(fine, {x, y, z});
+    });
     const Int3 n = coarse.grid.size;
-#pragma omp parallel for schedule(static)
-    for (int z = 1; z < n.z - 1; ++z)
+    parallel_for(n.z - 2, [&](int layer) {
+        const int z = layer + 1;
         for (int y = 1; y < n.y - 1; ++y)
             for (int x = 1; x < n.x - 1; ++x) {
                 float sum = 0;
@@ -60,14 +63,15 @@ void restrict_residual(const Level& fine, Level& coarse)
                 }
                 coarse.f[coarse.grid.at({x, y, z})] = sum / 64;
             }
+    });
 }
 
 // Adds the coarse correction, interpolated linearly along each axis.
 void prolong(const Level& coarse, Level& fine)
 {
     const Int3 n = fine.grid.size;
-#pragma omp parallel for schedule(static)
-    for (int z = 1; z < n.z - 1; ++z)
+    parallel_for(n.z - 2, [&](int layer) {
+        const int z = layer + 1;
         for (int y = 1; y < n.y - 1; ++y)
             for (int x = 1; x < n.x - 1; ++x) {
                 float sum = 0;
@@ -77,6 +81,7 @@ void prolong(const Level& coarse, Level& fine)
                 }
                 fine.u[fine.grid.at({x, y, z})] += sum / 8;
             }
+    });
 }
 
 void cycle(std::vector<Level>& levels, std::size_t k)

@@ -11,6 +11,7 @@
 #include "host/assets/poisson.h"
 #include "host/assets/samples.h"
 #include "host/base/errors.h"
+#include "host/base/parallel.h"
 
 namespace knead {
 namespace {
@@ -182,8 +183,8 @@ std::vector<Vec3<float>> dipoles(const Grid& grid, const std::vector<float>& tau
                                  const Light& light)
 {
     std::vector<Vec3<float>> v(grid.count());
-#pragma omp parallel for schedule(dynamic)
-    for (int z = 3; z < grid.size.z - 3; ++z)
+    parallel_for(grid.size.z - 6, LoopOptions{.chunk = 1}, [&](int layer) {
+        const int z = layer + 3;
         for (int y = 3; y < grid.size.y - 3; ++y)
             for (int x = 3; x < grid.size.x - 3; ++x) {
                 const Int3 n{x, y, z};
@@ -201,6 +202,7 @@ std::vector<Vec3<float>> dipoles(const Grid& grid, const std::vector<float>& tau
                 const float strength = fade(push * step, 0.001f, 0.003f);
                 v[i] = (-strength * tau[i] / (thickness * step)) * normal;
             }
+    });
     return v;
 }
 
@@ -209,14 +211,15 @@ std::vector<float> divergence(const Grid& grid, const std::vector<Vec3<float>>& 
     std::vector<float> f(grid.count());
     const std::size_t up = std::size_t(grid.size.x), out = up * grid.size.y;
     const float per = float(0.5 / grid.h);
-#pragma omp parallel for schedule(static)
-    for (int z = 1; z < grid.size.z - 1; ++z)
+    parallel_for(grid.size.z - 2, [&](int layer) {
+        const int z = layer + 1;
         for (int y = 1; y < grid.size.y - 1; ++y)
             for (int x = 1; x < grid.size.x - 1; ++x) {
                 const std::size_t i = grid.at({x, y, z});
                 f[i] = per * (v[i + 1].x - v[i - 1].x + v[i + up].y - v[i - up].y + v[i + out].z -
                               v[i - out].z);
             }
+    });
     return f;
 }
 

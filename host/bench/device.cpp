@@ -1,12 +1,11 @@
 #include "host/bench/device.h"
 
-#include <omp.h>
-
 #include <algorithm>
 #include <memory>
 #include <stdexcept>
 
 #include "host/base/machine.h"
+#include "host/base/parallel.h"
 #include "host/scene/seed.h"
 
 namespace knead {
@@ -19,15 +18,13 @@ double copy_on_cpu(int threads)
     const long count = long(std::min<std::size_t>(32 << 20, available_memory() / 64));
     const std::unique_ptr<double[]> from(new double[std::size_t(count)]),
         to(new double[std::size_t(count)]);
-    const int used = threads > 0 ? threads : omp_get_max_threads();
     double best = 0;
     for (int pass = 0; pass < 8; ++pass) {
         const double start = wall_seconds();
-#pragma omp parallel for schedule(static) num_threads(used)
-        for (long i = 0; i < count; ++i) {
+        parallel_for(count, LoopOptions{.threads = threads}, [&](long i) {
             if (pass == 0) from[i] = double(i);
             to[i] = from[i];
-        }
+        });
         const double time = wall_seconds() - start;
         if (pass > 0) best = std::max(best, 2 * sizeof(double) * double(count) / time);
     }

@@ -6,6 +6,7 @@
 
 #include "cuda/mpm/stencil.h"
 #include "cuda/surface/density.h"
+#include "host/base/parallel.h"
 #include "host/scene/strata.h"
 
 namespace knead {
@@ -45,10 +46,10 @@ struct StrataBox {
     template <class Visit>
     void each(int rim, Visit&& visit) const
     {
-#pragma omp parallel for schedule(dynamic)
-        for (int z = rim; z < size.z - rim; ++z)
+        parallel_for(size.z - 2 * rim, LoopOptions{.chunk = 1}, [&](int layer) {
             for (int y = rim; y < size.y - rim; ++y)
-                for (int x = rim; x < size.x - rim; ++x) visit(Int3{x, y, z});
+                for (int x = rim; x < size.x - rim; ++x) visit(Int3{x, y, rim + layer});
+        });
     }
 };
 
@@ -158,8 +159,8 @@ void deposit_all(const StrataBox& box, const Points& places, const Values& share
     std::vector<std::vector<int>> by_layer(std::size_t(box.size.z));
     for (std::size_t i = 0; i < places.size(); ++i)
         by_layer[std::size_t(base_node(places[i], 1.0).z)].push_back(int(i));
-#pragma omp parallel for schedule(dynamic)
-    for (int low = 0; low < box.size.z; low += slab)
+    parallel_for((box.size.z + slab - 1) / slab, LoopOptions{.chunk = 1}, [&](int k) {
+        const int low = k * slab;
         for (int z = max(low - 2, 0); z < min(low + slab, box.size.z); ++z)
             for (const int i : by_layer[std::size_t(z)]) {
                 const Stencil<double> s = stencil(places[std::size_t(i)], 1.0);
@@ -170,6 +171,7 @@ void deposit_all(const StrataBox& box, const Points& places, const Values& share
                         base[box.at(step)] += float(part);
                 });
             }
+    });
 }
 
 // Passes of the surface's binomial kernel along every axis.
@@ -216,8 +218,7 @@ void pack(const StrataBox& box, const Depth& depth, const Values& still, const V
         soften(box, passes, density, other);
         for (std::size_t i = 0; i < density.size(); ++i) density[i] -= shape[i];
         soften(box, passes, density, other);
-#pragma omp parallel for schedule(static)
-        for (std::size_t i = 0; i < places.size(); ++i) {
+        parallel_for(places.size(), [&](std::size_t i) {
             Vec3<double> slope{}, &v = velocity[i];
             const Stencil<double> s = stencil(places[i], 1.0);
             for_each_node(s, 1.0, [&](Int3 step, double w, Vec3<double> d) {
@@ -230,7 +231,7 @@ void pack(const StrataBox& box, const Depth& depth, const Values& still, const V
                 places[i] = moved;
             else
                 v = {};
-        }
+        });
     }
 }
 

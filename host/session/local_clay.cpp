@@ -5,6 +5,7 @@
 #include <stdexcept>
 
 #include "cuda/contact/skinning.h"
+#include "host/base/parallel.h"
 #include "host/session/local_surface.h"
 #include "host/solver/edits.h"
 #include "host/splats/deformed.h"
@@ -155,18 +156,17 @@ void LocalClay::take_splats(Solver& solver)
     for (const auto& [key, object] : state_.clay)
         if (object >= 0) parts.push_back({standing.in(key), object});
     const int count = int(parts.size());
-#pragma omp parallel for schedule(dynamic)
-    for (int k = 0; k < count; ++k)
+    parallel_for(count, LoopOptions{.chunk = 1}, [&](int k) {
         for (const std::uint32_t i : parts[std::size_t(k)].slots)
             parts[std::size_t(k)].count += !state_.away[i];
+    });
     std::size_t all = 0;
     for (Part& part : parts) part.first = all, all += part.count;
     if (all == 0) return;
     std::vector<std::uint32_t> slots(all);
     GaussianEdits edits;
     edits.placed.resize(all);
-#pragma omp parallel for schedule(dynamic)
-    for (int k = 0; k < count; ++k) {
+    parallel_for(count, LoopOptions{.chunk = 1}, [&](int k) {
         const Part& part = parts[std::size_t(k)];
         std::size_t at = part.first;
         for (const std::uint32_t i : part.slots) {
@@ -174,7 +174,7 @@ void LocalClay::take_splats(Solver& solver)
             slots[at] = i, state_.away[i] = 1;
             edits.placed[at++] = {state_.cloud.centre[i], part.object};
         }
-    }
+    });
     CarriedSplats& carried = moving.change(all);
     state_.home.resize(carried.count(), -1);  // some were split
     state_.home.insert(state_.home.end(), slots.begin(), slots.end());
@@ -290,14 +290,13 @@ void LocalClay::show(SplatCloud& all) const
         reserve(all, wanted + wanted / 4);  // some will be split
     resize(all, first + standing_still.size());
     const int count = int(all.count());
-#pragma omp parallel for schedule(static)
-    for (int k = 0; k < count; ++k) {
+    parallel_for(count, [&](int k) {
         const auto i = std::size_t(k);
         if (i < first)
             set_splat(all, i, move, i);
         else
             set_splat(all, i, state_.cloud, standing_still[i - first]);
-    }
+    });
 }
 
 }  // namespace knead

@@ -5,6 +5,7 @@
 #include <chrono>
 #include <stdexcept>
 
+#include "host/base/parallel.h"
 #include "host/session/local_clay.h"
 #include "host/splats/deformed.h"
 
@@ -154,12 +155,11 @@ void LocalClay::put_at(const SplatCloud& now, std::vector<std::uint32_t> slots,
     }
     standing.remove(going, cloud);
     const int count = int(slots.size());
-#pragma omp parallel for schedule(static)
-    for (int k = 0; k < count; ++k) {
+    parallel_for(count, [&](int k) {
         const auto from = std::size_t(k), i = std::size_t(slots[from]);
         set_splat(cloud, i, now, from);
         if (i < before) state_.normal[i] = turned_normal(as[from].F, state_.normal[i]);
-    }
+    });
     for (const std::uint32_t i : coming) put(i);
 }
 

@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "host/base/parallel.h"
 #include "host/scene/strata.h"
 #include "host/session/local_clay.h"
 #include "host/session/local_surface.h"
@@ -57,14 +58,12 @@ std::vector<std::vector<Particle<double>>> LocalClay::all_seeds(const std::vecto
     std::vector<std::vector<Vec3<double>>> of_layers(layers.size());
     std::vector<std::vector<Particle<double>>> all(cubes.size());
     const int count = int(layers.size());
-#pragma omp parallel for schedule(dynamic)
-    for (int l = 0; l < count; ++l) {
+    parallel_for(count, LoopOptions{.chunk = 1}, [&](int l) {
         const auto [k, z] = layers[std::size_t(l)];
         of_layers[std::size_t(l)] = seeds(Cubes::at(cubes[k]), z, heights[k], there);
-    }
+    });
     const int cube_count = int(cubes.size());
-#pragma omp parallel for schedule(dynamic)
-    for (int k = 0; k < cube_count; ++k) {
+    parallel_for(cube_count, LoopOptions{.chunk = 1}, [&](int k) {
         const auto cube = std::size_t(k);
         std::size_t sum = 0;
         for (std::size_t l = first_layer[cube]; l < first_layer[cube + 1]; ++l)
@@ -73,7 +72,7 @@ std::vector<std::vector<Particle<double>>> LocalClay::all_seeds(const std::vecto
         for (std::size_t l = first_layer[cube]; l < first_layer[cube + 1]; ++l)
             for (const Vec3<double>& p : of_layers[l])
                 all[cube].push_back({p, {}, {}, {}, 0, 0, 0});
-    }
+    });
     return all;
 }
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <tuple>
 
+#include "host/base/parallel.h"
 #include "host/session/patches.h"
 
 namespace knead {
@@ -82,21 +83,19 @@ std::vector<CubeHeights> CubeHeights::of(const LocalSurface& surface,
     places.erase(std::unique(places.begin(), places.end()), places.end());
     std::vector<std::optional<double>> found(places.size());
     const int count = int(places.size()), cube_count = int(cubes.size());
-#pragma omp parallel for schedule(dynamic, 8)
-    for (int k = 0; k < count; ++k) {
+    parallel_for(count, LoopOptions{.chunk = 8}, [&](int k) {
         const Int3 at = Cubes::at(places[std::size_t(k)]);
         found[std::size_t(k)] =
             surface.height(edge / parts * Vec3<double>{double(at.x), double(at.y), double(at.z)});
-    }
-#pragma omp parallel for schedule(static)
-    for (int c = 0; c < cube_count; ++c) {
+    });
+    parallel_for(cube_count, [&](int c) {
         CubeHeights& cube = all[std::size_t(c)];
         for (int k = 0; k < each; ++k) {
             const auto at =
                 std::lower_bound(places.begin(), places.end(), Cubes::key(cube.first + corner(k)));
             cube.heights[std::size_t(k)] = found[std::size_t(at - places.begin())];
         }
-    }
+    });
     return all;
 }
 

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "host/base/parallel.h"
+
 namespace knead {
 namespace {
 
@@ -120,21 +122,19 @@ void Standing::look(const std::vector<Cubes::Key>& at, const SplatCloud& cloud,
     if (fresh.empty()) return;
     const int count = int(fresh.size());
     std::vector<Patches> fine(fresh.size());
-#pragma omp parallel for schedule(dynamic)
-    for (int k = 0; k < count; ++k) {
+    parallel_for(count, LoopOptions{.chunk = 1}, [&](int k) {
         Cube& cube = *fresh[std::size_t(k)];
         std::sort(cube.slots.begin(), cube.slots.end());
         fine[std::size_t(k)] = patches(centres_of(cube.slots, cloud), dx / 2);
         cube.patches = fine[std::size_t(k)].all;
-    }
+    });
     NormalsAround around{cloud, hands, 2.5 * dx, {}};
     for (const Cube* cube : near)
         around.patches.insert(around.patches.end(), cube->patches.begin(), cube->patches.end());
     std::vector<Vec3<double>> middles;
     for (const Patch& p : around.patches) middles.push_back(p.mean);
     const Cells cells(middles, around.reach);
-#pragma omp parallel for schedule(dynamic)
-    for (int k = 0; k < count; ++k) {
+    parallel_for(count, LoopOptions{.chunk = 1}, [&](int k) {
         Cube& cube = *fresh[std::size_t(k)];
         const Patches& own = fine[std::size_t(k)];
         std::vector<Vec3<float>> of_patch(own.all.size(), {0, 0, 0});
@@ -150,7 +150,7 @@ void Standing::look(const std::vector<Cubes::Key>& at, const SplatCloud& cloud,
         }
         cube.surface = surface_patches(centres_of(cube.slots, cloud), of_slots, dx);
         cube.known = true;
-    }
+    });
 }
 
 std::vector<SurfacePatch> Standing::surface(const std::vector<Cubes::Key>& at) const

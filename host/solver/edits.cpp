@@ -1,12 +1,14 @@
 #include "host/solver/edits.h"
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <numeric>
 #include <stdexcept>
 #include <string>
 
 #include "cuda/mpm/material.h"
+#include "host/base/parallel.h"
 
 namespace knead {
 namespace {
@@ -34,11 +36,16 @@ constexpr const char* not_finite = "a Gaussian with a number that is not finite"
 template <class Holds>
 long first_failing(std::size_t count, std::size_t work, Holds&& holds)
 {
-    const long all = long(count);
-    long first = all;
-#pragma omp parallel for schedule(static) reduction(min : first) if (work > 4096)
-    for (long i = 0; i < all; ++i)
-        if (i < first && !holds(std::size_t(i))) first = i;
+    std::atomic<std::int64_t> first = std::int64_t(count);
+    const LoopOptions options{.threads = work > 4096 ? 0 : 1};
+    parallel_parts(std::int64_t(count), options, [&](std::int64_t from, std::int64_t to, int) {
+        for (std::int64_t i = from; i < to && i < first; ++i) {
+            if (holds(std::size_t(i))) continue;
+            std::int64_t known = first;
+            while (i < known && !first.compare_exchange_weak(known, i)) {
+            }
+        }
+    });
     return first;
 }
 

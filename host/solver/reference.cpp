@@ -1,7 +1,5 @@
 #include "host/solver/reference.h"
 
-#include <omp.h>
-
 #include <algorithm>
 #include <cmath>
 #include <set>
@@ -15,6 +13,7 @@
 #include "cuda/mpm/p2g.h"
 #include "cuda/mpm/plasticity.h"
 #include "cuda/mpm/project.h"
+#include "host/base/parallel.h"
 #include "host/solver/edits.h"
 #include "host/solver/pieces.h"
 #include "host/solver/substep.h"
@@ -31,7 +30,7 @@ Reference::Reference(const Setup& given)
       shapes(given.rig.primitives.size()),
       walls(walls_on<double>(given.lattice, given.walls)),
       blades(given.cuts),
-      threads(given.threads > 0 ? given.threads : omp_get_max_threads())
+      threads(given.threads > 0 ? given.threads : loop_threads())
 {
     if (shapes.size() > max_primitives)
         throw std::invalid_argument("at most " + std::to_string(max_primitives) + " primitives");
@@ -131,17 +130,19 @@ void Reference::grid(double dt)
     const Lattice<double>& lattice = setup.lattice;
     const Colliders<double> tools = colliders();
     const double light = trifle(setup);
-    long clipped = 0, trimmed = 0;
+    struct Sums {
+        long clipped = 0, trimmed = 0;
+        void operator+=(const Sums& s) { clipped += s.clipped, trimmed += s.trimmed; }
+    };
     ++substeps;
-#pragma omp parallel for num_threads(threads) reduction(+ : clipped, trimmed)
-    for (const int i : occupied) {
-        const Int3 n = lattice.node_at(i);
+    const auto update = [&](std::size_t slot, Sums& sums) {
+        const Int3 n = lattice.node_at(occupied[slot]);
         const auto at = [&](std::size_t f, Int3 m) -> Node<double>& {
             return fields[f][std::size_t(lattice.index(m))];
         };
         const auto [elsewhere, way] =
             together(n, walls, [&](Int3 to) { return at(uncut, n + to).m; });
-        if (elsewhere) continue;
+        if (elsewhere) return;
         Node<double> v[3][8] = {};
         for (std::size_t f = 0; f < fields.size(); ++f) {
             const auto obstacles = [&](Vec3<double>& u) {
@@ -154,7 +155,7 @@ void Reference::grid(double dt)
             for (int k = 0; k < image_count(way); ++k) v[f][k] = at(f, image(n, way, k));
             update_images(
                 n, way, lattice, walls, setup.gravity, dt, InArray<double>{v[f]}, obstacles,
-                [&](double mass) { ++(mass > light ? clipped : trimmed); },
+                [&](double mass) { ++(mass > light ? sums.clipped : sums.trimmed); },
                 SlidingInArray<double>{sliding[f].data(), lattice.dx, substeps},
                 [&](Int3 m) { return at(uncut, m).m; });
         }
@@ -169,8 +170,9 @@ void Reference::grid(double dt)
                 });
             for (std::size_t f = 0; f < fields.size(); ++f) at(f, m).p = one[f].p;
         }
-    }
-    stats.clipped += clipped, stats.trimmed += trimmed;
+    };
+    const Sums all = parallel_sum<Sums>(occupied.size(), LoopOptions{.threads = threads}, update);
+    stats.clipped += all.clipped, stats.trimmed += all.trimmed;
 }
 
 // Clay that hardly changes its volume bears its cell's mean pressure.  (7a)
@@ -198,9 +200,7 @@ void Reference::g2p(double dt)
     const Lattice<double>& lattice = setup.lattice;
     before = q;
     per_cell.resize(q.size());
-    long sudden = 0;
-#pragma omp parallel for num_threads(threads) reduction(+ : sudden)
-    for (std::size_t i = 0; i < q.size(); ++i) {
+    const auto update = [&](std::size_t i, long& sudden) {
         Particle<double>& p = q[i];
         const Stencil<double> s = stencil(p.x, lattice.spacing);
         const std::vector<Node<double>>& field = fields[blades ? p.label() : uncut];
@@ -214,8 +214,8 @@ void Reference::g2p(double dt)
         sudden += abrupt(p.C, dt);
         p.e = advance_b(p.e, p.C, dt);
         p.x = p.x + dt * p.v;
-    }
-    stats.abrupt += sudden;
+    };
+    stats.abrupt += parallel_sum<long>(q.size(), LoopOptions{.threads = threads}, update);
 }
 
 // Out of tools and walls, and to the right side of a blade.  (19), (23), (24)
@@ -223,32 +223,40 @@ void Reference::project(double dt)
 {
     const Colliders<double> tools = colliders();
     const WayOut<double> way = way_out(step_limits(setup));
-    long projected = 0, far = 0, confined = 0, sliced_off = 0;
-    std::uint32_t touched = 0;
-    double deepest = 0;
-#pragma omp parallel for num_threads(threads) reduction(+ : projected, far, confined, sliced_off) \
-    reduction(max : deepest) reduction(| : touched)
-    for (std::size_t i = 0; i < q.size(); ++i) {
+    struct Sums {
+        long projected = 0, far = 0, confined = 0, sliced_off = 0;
+        std::uint32_t touched = 0;
+        double deepest = 0;
+        void operator+=(const Sums& s)
+        {
+            projected += s.projected, far += s.far, confined += s.confined;
+            sliced_off += s.sliced_off, touched |= s.touched;
+            deepest = std::fmax(deepest, s.deepest);
+        }
+    };
+    const auto update = [&](std::size_t i, Sums& sums) {
         Particle<double>& p = q[i];
         if (blades && setup.passes > 0)
-            sliced_off += cut(p, tools, active, setup.lattice.dx, touched);
-        depth[i] = knead::project(p, tools, active, setup.passes, way, per_cell[i], dt, touched);
-        projected += depth[i] > 0, far += depth[i] > setup.lattice.dx;
-        deepest = std::fmax(deepest, depth[i]);
-        confined += confine(p, walls);
-    }
-    stats.projected += projected, stats.moved_far += far, stats.confined += confined,
-        covered += sliced_off, stats.touched |= touched;
-    stats.found_depth = std::fmax(stats.found_depth, deepest - way.skin);
+            sums.sliced_off += cut(p, tools, active, setup.lattice.dx, sums.touched);
+        depth[i] =
+            knead::project(p, tools, active, setup.passes, way, per_cell[i], dt, sums.touched);
+        sums.projected += depth[i] > 0, sums.far += depth[i] > setup.lattice.dx;
+        sums.deepest = std::fmax(sums.deepest, depth[i]);
+        sums.confined += confine(p, walls);
+    };
+    const Sums all = parallel_sum<Sums>(q.size(), LoopOptions{.threads = threads}, update);
+    stats.projected += all.projected, stats.moved_far += all.far, stats.confined += all.confined,
+        covered += all.sliced_off, stats.touched |= all.touched;
+    stats.found_depth = std::fmax(stats.found_depth, all.deepest - way.skin);
 }
 
 // What each material keeps of its trial strain.  (10), (11)
 void Reference::plasticity(double dt)
 {
-    long yielded = 0;
-#pragma omp parallel for num_threads(threads) reduction(+ : yielded)
-    for (Particle<double>& p : q) yielded += yield(p, setup.materials[std::size_t(p.object)], dt);
-    stats.yielded += yielded;
+    const auto update = [&](std::size_t i, long& yielded) {
+        yielded += yield(q[i], setup.materials[std::size_t(q[i].object)], dt);
+    };
+    stats.yielded += parallel_sum<long>(q.size(), LoopOptions{.threads = threads}, update);
 }
 
 void Reference::repair()
@@ -262,9 +270,14 @@ void Reference::deform(const Lag& lag, bool clear)
     const Lattice<double>& lattice = setup.lattice;
     const Colliders<double> tools = colliders();
     const double per_mass = 1 / lightest_particle(setup);
-    long stranded = 0, projected = 0, repaired = 0;
-#pragma omp parallel for num_threads(threads) reduction(+ : stranded, projected, repaired)
-    for (std::size_t i = 0; i < splats.size(); ++i) {
+    struct Sums {
+        long stranded = 0, projected = 0, repaired = 0;
+        void operator+=(const Sums& s)
+        {
+            stranded += s.stranded, projected += s.projected, repaired += s.repaired;
+        }
+    };
+    const auto update = [&](std::size_t i, Sums& sums) {
         Gaussian<double>& g = splats[i];
         const Gaussian<double> start = g;
         const Int3 base = base_node(g.x, lattice.spacing);
@@ -273,13 +286,15 @@ void Reference::deform(const Lag& lag, bool clear)
             return node_share(field[std::size_t(lattice.index(base + step))], per_mass);
         };
         if (!knead::deform(g, lattice.spacing, lag.each<double>(), lag.substeps, node))
-            stranded += lag.substeps;
+            sums.stranded += lag.substeps;
         keep_within(g, walls);
-        if (clear) projected += keep_out(g, tools, active, setup.passes, blades, walls, lattice.dx);
-        repaired += knead::repair(g, start);
-    }
-    stats.stranded += stranded, stats.splats_projected += projected;
-    stats.splats_repaired += repaired;
+        if (clear)
+            sums.projected += keep_out(g, tools, active, setup.passes, blades, walls, lattice.dx);
+        sums.repaired += knead::repair(g, start);
+    };
+    const Sums all = parallel_sum<Sums>(splats.size(), LoopOptions{.threads = threads}, update);
+    stats.stranded += all.stranded, stats.splats_projected += all.projected;
+    stats.splats_repaired += all.repaired;
 }
 
 // The end of a frame: a stroke that begins forgets old labels in its way, one that has ended leaves

@@ -5,6 +5,8 @@
 #include <cstdint>
 #include <numeric>
 
+#include "host/base/parallel.h"
+
 namespace knead {
 namespace {
 
@@ -54,8 +56,8 @@ SplatCloud picked(const SplatCloud& cloud, const std::vector<std::uint32_t>& ind
     out.degree = cloud.degree, out.antialiased = cloud.antialiased;
     resize(out, indices.size());
     const int count = int(indices.size());
-#pragma omp parallel for schedule(static)
-    for (int k = 0; k < count; ++k) set_splat(out, std::size_t(k), cloud, indices[std::size_t(k)]);
+    parallel_for(count,
+                 [&](int k) { set_splat(out, std::size_t(k), cloud, indices[std::size_t(k)]); });
     return out;
 }
 

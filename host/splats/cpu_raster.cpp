@@ -5,6 +5,7 @@
 #include <stdexcept>
 #include <string>
 
+#include "host/base/parallel.h"
 #include "host/splats/prepared.h"
 #include "host/splats/unless_stopped.h"
 
@@ -238,14 +239,13 @@ bool draw_eye(std::size_t e, const std::vector<SeenSplat>& seen, const SplatFram
     const Target target{picture, mesh ? &frame.behind[e] : nullptr, frame.background};
     const int columns = (width + tile - 1) / tile, rows = (height + tile - 1) / tile;
     const bool all = frame.hidden.empty() || frame.hidden[e].empty();
-#pragma omp parallel for schedule(dynamic, 1)
-    for (int row = 0; row < rows; ++row) {
+    parallel_for(rows, LoopOptions{.chunk = 1}, [&](int row) {
         std::vector<std::vector<int>> lists;
         const char* const hidden =
             all ? nullptr : frame.hidden[e].data() + std::ptrdiff_t(row) * columns;
-        if (!list_row(seen, row, frame, eye, hidden, lists)) continue;
+        if (!list_row(seen, row, frame, eye, hidden, lists)) return;
         draw_row(target, row, lists, steps_along(frame, e, row * tile), seen, frame);
-    }
+    });
     return !frame.stopped();
 }
 

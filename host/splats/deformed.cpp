@@ -4,6 +4,7 @@
 #include <string>
 
 #include "cuda/splats/footprint.h"
+#include "host/base/parallel.h"
 
 namespace knead {
 namespace {
@@ -35,11 +36,10 @@ SplatCloud deformed(SplatCloud cloud, const std::vector<Gaussian<double>>& gauss
         throw std::invalid_argument(std::to_string(gaussians.size()) + " Gaussians of " +
                                     std::to_string(cloud.count()) + " splats");
     const int count = int(gaussians.size());
-#pragma omp parallel for
-    for (int i = 0; i < count; ++i) {
+    parallel_for(count, [&](int i) {
         const Gaussian<double>& g = gaussians[std::size_t(i)];
         put(cloud, std::size_t(i), g.x, g.F, polar_rotation(g.F));
-    }
+    });
     return cloud;
 }
 
@@ -48,11 +48,10 @@ SplatCloud placed(const SplatCloud& cloud, Quat<double> q, double scale, Vec3<do
     SplatCloud moved = cloud;
     const Mat3<double> Q = rotation(q), F{scale * Q.a, scale * Q.b, scale * Q.c};
     const int count = int(cloud.count());
-#pragma omp parallel for
-    for (int i = 0; i < count; ++i) {
+    parallel_for(count, [&](int i) {
         const Vec3<double> x = cast<double>(cloud.centre[std::size_t(i)]);
         put(moved, std::size_t(i), F * x + shift, F, Q);
-    }
+    });
     return moved;
 }
 

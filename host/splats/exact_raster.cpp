@@ -1,6 +1,7 @@
 // The reference: every splat in every pixel.
 #include <algorithm>
 
+#include "host/base/parallel.h"
 #include "host/splats/prepared.h"
 #include "host/splats/unless_stopped.h"
 
@@ -61,8 +62,7 @@ bool draw_exactly(std::size_t e, const std::vector<SeenExactly>& seen, const Spl
     const int width = frame.eyes[e].width, height = frame.eyes[e].height;
     if (!resize_unless_stopped(picture, frame.eyes[e], frame)) return false;
     const bool has_mesh = !frame.behind.empty() && !frame.behind[e].depth.empty();
-#pragma omp parallel for schedule(dynamic, 1)
-    for (int y = 0; y < height; ++y) {
+    parallel_for(height, LoopOptions{.chunk = 1}, [&](int y) {
         std::vector<Touch> all;
         for (int x = 0; x < width && !frame.stopped(); ++x) {
             const std::size_t at = std::size_t(y) * std::size_t(width) + std::size_t(x);
@@ -77,7 +77,7 @@ bool draw_exactly(std::size_t e, const std::vector<SeenExactly>& seen, const Spl
             picture.alpha[at] = float(1 - p.transmittance);
             picture.depth[at] = float(p.depth);
         }
-    }
+    });
     return !frame.stopped();
 }
 

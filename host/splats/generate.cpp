@@ -6,6 +6,8 @@
 #include <numbers>
 #include <stdexcept>
 
+#include "host/base/parallel.h"
+
 namespace knead {
 namespace {
 
@@ -186,8 +188,7 @@ SplatCloud generated(const SplatLoad& load)
     c.centre.resize(count), c.rotation.resize(count), c.scale.resize(count);
     c.opacity.resize(count), c.sh.resize(count * each);
     const std::vector<Box> furniture = boxes(load.seed);
-#pragma omp parallel for schedule(static)
-    for (long k = 0; k < n; ++k) {
+    parallel_for(n, [&](long k) {
         const auto i = std::size_t(k);
         Random r(load.seed, i);
         const double share = double(k - load.object) / double(std::max(load.background, 1));
@@ -198,7 +199,7 @@ SplatCloud generated(const SplatLoad& load)
         c.centre[i] = cast<float>(s.x), c.scale[i] = cast<float>(s.scale);
         c.rotation[i] = cast<float>(s.q), c.opacity[i] = float(s.opacity);
         add_colour(s, r, &c.sh[i * each]);
-    }
+    });
     return c;
 }
 

@@ -1,11 +1,13 @@
 #include "host/splats/refill.h"
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <cstdint>
 #include <stdexcept>
 
 #include "cuda/splats/footprint.h"
+#include "host/base/parallel.h"
 #include "host/splats/cells.h"
 
 namespace knead {
@@ -40,11 +42,10 @@ std::vector<Place> surface_places(const std::vector<Particle<double>>& particles
     const Cells cells(x, neighbourhood * widest);
     const int count = int(particles.size());
     std::vector<Vec3<double>> normal(x.size(), {0, 0, 0});
-#pragma omp parallel for schedule(dynamic, 256)
-    for (int k = 0; k < count; ++k) {
+    parallel_for(count, LoopOptions{.chunk = 256}, [&](int k) {
         const auto i = std::size_t(k);
         const double reach = neighbourhood * spacing[std::size_t(particles[i].object)];
-        if (!(reach > 0)) continue;
+        if (!(reach > 0)) return;
         Vec3<double> sum{};
         double weight = 0;
         cells.each_near(x[i], {reach, reach, reach}, [&](std::uint32_t j) {
@@ -54,7 +55,7 @@ std::vector<Place> surface_places(const std::vector<Particle<double>>& particles
         });
         const double off = length(sum);
         if (off > lopsided * reach * weight) normal[i] = (-1 / off) * sum;
-    }
+    });
     std::vector<Place> places;
     for (std::size_t i = 0; i < x.size(); ++i)
         if (dot(normal[i], normal[i]) > 0.5)
@@ -103,8 +104,7 @@ void add_cover(Cover c, const Cells& cells, double widest, std::vector<Place>& p
         Mat3<double>{scaled(Q.a, e.scale.x), scaled(Q.b, e.scale.y), scaled(Q.c, e.scale.z)});
     cells.each_near(c.x, reach_of(c, widest), [&](std::uint32_t k) {
         const std::int64_t more = depth_over(c, inverse, places[k]);
-#pragma omp atomic
-        places[k].depth += more;
+        std::atomic_ref<std::int64_t>(places[k].depth) += more;
     });
 }
 
@@ -176,15 +176,14 @@ void cover(const CarriedSplats& splats, const std::vector<Gaussian<double>>& gau
            const Cells& cells, double widest, std::vector<Place>& places)
 {
     const int count = int(gaussians.size());
-#pragma omp parallel for schedule(dynamic, 256)
-    for (int k = 0; k < count; ++k) {
+    parallel_for(count, LoopOptions{.chunk = 256}, [&](int k) {
         const auto i = std::size_t(k);
         const Ellipsoid<double> rest{cast<double>(splats.cloud.rotation[i]),
                                      cast<double>(splats.cloud.scale[i])};
         add_cover(
             {gaussians[i].x, gaussians[i].F * half_axes(rest), double(splats.cloud.opacity[i])},
             cells, widest, places);
-    }
+    });
 }
 
 }  // namespace

@@ -6,6 +6,7 @@
 #include <stdexcept>
 
 #include "cuda/splats/footprint.h"
+#include "host/base/parallel.h"
 
 namespace knead {
 namespace {
@@ -42,14 +43,13 @@ std::vector<Candidate> candidates(const CarriedSplats& splats,
 {
     const int count = int(gaussians.size());
     std::vector<float> beyond(gaussians.size(), 0);
-#pragma omp parallel for schedule(static)
-    for (int k = 0; k < count; ++k) {
+    parallel_for(count, [&](int k) {
         const auto i = std::size_t(k);
         const Mat3<double> M = gaussians[i].F * half_axes(rest_shape(splats.cloud, i));
         const double s = longest_axis(M).length, rest = double(splats.extent[i]);
         if (s > rule.limit * rest && s > rule.smallest && rest > 0 && std::isfinite(s))
             beyond[i] = float(s / rest);
-    }
+    });
     std::vector<Candidate> all;
     for (std::size_t i = 0; i < beyond.size(); ++i)
         if (beyond[i] > 0) all.push_back({double(beyond[i]), std::uint32_t(i)});

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <vector>
 
+#include "host/base/parallel.h"
 #include "host/splats/raster.h"
 
 namespace knead {
@@ -28,12 +29,11 @@ bool parallel_for_unless_stopped(std::size_t n, const SplatFrame& frame, One&& o
 {
     constexpr std::size_t block = 4096;
     const long blocks = long((n + block - 1) / block);
-#pragma omp parallel for schedule(dynamic, 1)
-    for (long b = 0; b < blocks; ++b) {
-        if (frame.stopped()) continue;
+    parallel_for(blocks, LoopOptions{.chunk = 1}, [&](long b) {
+        if (frame.stopped()) return;
         const std::size_t from = std::size_t(b) * block, to = std::min(n, from + block);
         for (std::size_t i = from; i < to; ++i) one(i);
-    }
+    });
     return !frame.stopped();
 }
 

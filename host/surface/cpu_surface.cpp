@@ -10,6 +10,7 @@
 #include "cuda/surface/density.h"
 #include "cuda/surface/march.h"
 #include "cuda/surface/smooth.h"
+#include "host/base/parallel.h"
 #include "host/solver/cpu/bins.h"
 #include "host/surface/surface.h"
 
@@ -59,12 +60,11 @@ void deposit_all(Field& f, const std::vector<Deposit>& deposits, Int3 low, Int3 
     const Int3 from = block_of(low), size = block_of(high) + one - from;
     Bins bins;
     bins.key.resize(deposits.size());
-#pragma omp parallel for schedule(static)
-    for (std::size_t i = 0; i < deposits.size(); ++i) {
+    parallel_for(deposits.size(), [&](std::size_t i) {
         const Int3 b = block_of(base_node(deposits[i].x, f.dx)) - from;
         bins.key[i] = (b.x * size.y + b.y) * size.z + b.z;
-    }
-    bins.fill(size.x * size.y * size.z, size, omp_get_max_threads());
+    });
+    bins.fill(size.x * size.y * size.z, size, loop_threads());
     std::vector<int> slots[8];
     for (int s = 0; s < int(bins.occupied.size()); ++s) {
         const int b = bins.occupied[s];
@@ -74,8 +74,7 @@ void deposit_all(Field& f, const std::vector<Deposit>& deposits, Int3 low, Int3 
     const Strides stride(f);
     const float cell = f.dx * f.dx * f.dx;
     for (const std::vector<int>& colour : slots)
-#pragma omp parallel for schedule(dynamic, 4)
-        for (std::size_t k = 0; k < colour.size(); ++k)
+        parallel_for(colour.size(), LoopOptions{.chunk = 4}, [&](std::size_t k) {
             for (const int i : bins.members(colour[k])) {
                 const Deposit& d = deposits[i];
                 const Stencil<float> s = stencil(d.x, f.dx);
@@ -83,14 +82,15 @@ void deposit_all(Field& f, const std::vector<Deposit>& deposits, Int3 low, Int3 
                 deposit(s, d.volume / cell,
                         [&](Int3 step, float part) { base[stride.row(step)] += part; });
             }
+        });
 }
 
 // One pass along one axis; the outermost layer stays as it is.
 void soften(const Field& f, const std::vector<float>& from, std::vector<float>& to, Size along)
 {
     const Strides stride(f);
-#pragma omp parallel for schedule(static)
-    for (int z = 1; z < f.size.z - 1; ++z)
+    parallel_for(f.size.z - 2, [&](int layer) {
+        const int z = layer + 1;
         for (int y = 1; y < f.size.y - 1; ++y) {
             const Size row = stride.row({0, y, z});
             const float* const source = from.data() + row;
@@ -98,6 +98,7 @@ void soften(const Field& f, const std::vector<float>& from, std::vector<float>& 
             for (int x = 1; x < f.size.x - 1; ++x)
                 target[x] = softened<float>([&](int step) { return source[x + step * along]; });
         }
+    });
 }
 
 // Triangles and vertices of one row of cells; then, of all rows before it.
@@ -216,12 +217,11 @@ using Points = std::vector<Vec3<float>>;
 
 void relax_all(const Rings& rings, const Points& from, Points& to, float factor)
 {
-#pragma omp parallel for schedule(static)
-    for (std::size_t v = 0; v < from.size(); ++v) {
+    parallel_for(from.size(), [&](std::size_t v) {
         const Rings::Pair* const ring = rings.of(int(v));
         to[v] =
             relax(from[v], rings.count(int(v)), factor, [&](int k) { return from[ring[k].next]; });
-    }
+    });
 }
 
 bool usable(const Deposit& d, float dx)
@@ -245,11 +245,11 @@ void advance_all(Mesh& mesh, const Field& now, const Field* past)
 {
     mesh.advance.assign(mesh.vertices.size(), 0);
     if (!past || past->dx != now.dx) return;
-#pragma omp parallel for schedule(static)
-    for (std::size_t v = 0; v < mesh.vertices.size(); ++v)
+    parallel_for(mesh.vertices.size(), [&](std::size_t v) {
         mesh.advance[v] = advance(
             mesh.vertices[v], now.dx, [&](Int3 n) { return value_at(now, n); },
             [&](Int3 n) { return value_at(*past, n); });
+    });
 }
 
 void check(const SurfaceRule& rule)
@@ -303,8 +303,8 @@ Mesh isosurface(const Field& f, float iso)
     if (f.value.empty() || rows <= 0) return mesh;
     Marcher marcher(f, iso);
     std::vector<Count> before(std::size_t(rows) + 1);
-#pragma omp parallel for schedule(dynamic, 64)
-    for (int row = 0; row < rows; ++row) before[row + 1] = marcher.count(row);
+    const LoopOptions many{.chunk = 64};
+    parallel_for(rows, many, [&](int row) { before[row + 1] = marcher.count(row); });
     for (int row = 0; row < rows; ++row) {
         before[row + 1].vertices += before[row].vertices;
         before[row + 1].triangles += before[row].triangles;
@@ -314,10 +314,8 @@ Mesh isosurface(const Field& f, float iso)
                                  " triangles is too large");
     mesh.vertices.resize(std::size_t(before[rows].vertices));
     mesh.triangles.resize(std::size_t(before[rows].triangles));
-#pragma omp parallel for schedule(dynamic, 64)
-    for (int row = 0; row < rows; ++row) marcher.place(row, before[row].vertices, mesh);
-#pragma omp parallel for schedule(dynamic, 64)
-    for (int row = 0; row < rows; ++row) marcher.connect(row, before[row].triangles, mesh);
+    parallel_for(rows, many, [&](int row) { marcher.place(row, before[row].vertices, mesh); });
+    parallel_for(rows, many, [&](int row) { marcher.connect(row, before[row].triangles, mesh); });
     return mesh;
 }
 
@@ -335,13 +333,12 @@ void smooth(Mesh& mesh, Smoothing smoothing, int iterations)
         x.swap(other);
     }
     mesh.normals.resize(x.size());
-#pragma omp parallel for schedule(static)
-    for (std::size_t v = 0; v < x.size(); ++v) {
+    parallel_for(x.size(), [&](std::size_t v) {
         const Rings::Pair* const ring = rings.of(int(v));
         mesh.normals[v] = vertex_normal<float>(rings.count(int(v)), [&](int k) {
             return area_normal(x[v], x[ring[k].next], x[ring[k].last]);
         });
-    }
+    });
 }
 
 std::vector<Mesh> surface(const std::vector<Particle<double>>& particles,

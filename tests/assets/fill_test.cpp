@@ -2,12 +2,12 @@
 #include "host/assets/fill.h"
 
 #include <gtest/gtest.h>
-#include <omp.h>
 
 #include <array>
 #include <stdexcept>
 
 #include "host/base/errors.h"
+#include "host/base/parallel.h"
 #include "tests/assets/splat_shapes.h"
 #include "tests/reason.h"
 #include "tests/sanitized.h"
@@ -191,14 +191,14 @@ TEST(Fill, HasTheSameBitsForAnyNumberOfThreadsAndOthersForAnotherSeed)
     spoil.interior = 0.2;
     const SplatCloud cloud = cloud_of(torus_shape(), 8000, spoil);
     FillRule rule = rule_of(1.0 / 24);
-    const int before = omp_get_max_threads();
-    omp_set_num_threads(1);
+    const int before = loop_threads();
+    set_loop_threads(1);
     const FilledObject one = fill(cloud, rule);
-    omp_set_num_threads(3);
+    set_loop_threads(3);
     const FilledObject three = fill(cloud, rule);
     rule.seed = 2;
     const FilledObject other = fill(cloud, rule);
-    omp_set_num_threads(before);
+    set_loop_threads(before);
     EXPECT_TRUE(same(one, three));
     EXPECT_FALSE(same(one, other));
     EXPECT_NEAR(double(other.particles.size()) / double(one.particles.size()), 1, 0.01);

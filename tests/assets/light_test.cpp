@@ -3,12 +3,12 @@
 #include "host/assets/light.h"
 
 #include <gtest/gtest.h>
-#include <omp.h>
 
 #include <numbers>
 #include <stdexcept>
 
 #include "host/assets/poisson.h"
+#include "host/base/parallel.h"
 
 namespace knead {
 namespace {
@@ -81,14 +81,14 @@ TEST(Light, HasTheSameBitsForAnyNumberOfThreads)
     const Grid grid = cube(33, 1.0 / 32);
     const std::vector<float> box = filled_where(
         grid, 50, [](Vec3<double> x) { return max(max(x.x, x.y), x.z) < 0.6 && x.x > 0.2; });
-    const int before = omp_get_max_threads();
-    omp_set_num_threads(1);
+    const int before = loop_threads();
+    set_loop_threads(1);
     const Light one = lit_from_all_sides(grid, box, 40);
     const std::vector<float> solved = solve_poisson(grid, box);
-    omp_set_num_threads(3);
+    set_loop_threads(3);
     const Light three = lit_from_all_sides(grid, box, 40);
     EXPECT_EQ(solved, solve_poisson(grid, box));
-    omp_set_num_threads(before);
+    set_loop_threads(before);
     EXPECT_EQ(one.seen, three.seen);
     for (std::size_t i = 0; i < one.pressure.size(); ++i)
         ASSERT_EQ(length(one.pressure[i] - three.pressure[i]), 0) << i;

@@ -6,7 +6,7 @@
 # they are read; a run that goes on begins with the frame after the one that it found.
 # usage: tests/cli/lost.sh PROGRAM [KILLS] [SECONDS] [SECONDS that may be lost]
 set -u
-export LC_ALL=C OMP_NUM_THREADS=1 OMP_WAIT_POLICY=passive
+export LC_ALL=C OMP_NUM_THREADS=1
 kills=${2:-16} every=${3:-0.3}
 allowed=${4:-$every}
 . "$(dirname "$0")"/answers.sh

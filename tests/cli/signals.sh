@@ -7,7 +7,7 @@
 set -u
 library=$(realpath "${2:?usage: $0 PROGRAM LIBRARY}")
 . "$(dirname "$0")"/answers.sh
-export OMP_NUM_THREADS=1 OMP_WAIT_POLICY=passive
+export OMP_NUM_THREADS=1
 folder=$(pwd -P)
 
 cat >small.json <<'SCENE'

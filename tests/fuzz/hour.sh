@@ -6,7 +6,7 @@
 set -eu
 minutes=${1:-60} seed=${2:-$RANDOM}
 cd "$(dirname "$0")/../.."
-export OMP_NUM_THREADS=1 OMP_WAIT_POLICY=passive
+export OMP_NUM_THREADS=1
 export ASAN_OPTIONS=max_allocation_size_mb=1024
 build=build/fuzz
 compiler=()

@@ -2,7 +2,6 @@
 #include "host/scene/packing.h"
 
 #include <gtest/gtest.h>
-#include <omp.h>
 
 #include <algorithm>
 #include <cmath>
@@ -10,6 +9,7 @@
 #include <set>
 #include <tuple>
 
+#include "host/base/parallel.h"
 #include "host/scene/strata.h"
 #include "tests/solver/samples.h"
 
@@ -122,13 +122,13 @@ TEST(Packing, SameBitsFromOneTwoAndThreeThreadsOthersFromAnotherSeed)
 {
     const double h = 1.0 / 32;
     const Depth depth = ball({0.5, 0.5, 0.5}, 0.3).depth;
-    const int before = omp_get_max_threads();
+    const int before = loop_threads();
     std::vector<Points> runs;
     for (const int threads : {1, 2, 3}) {
-        omp_set_num_threads(threads);
+        set_loop_threads(threads);
         runs.push_back(packed(packing_of(h), depth));
     }
-    omp_set_num_threads(before);
+    set_loop_threads(before);
     const auto same = [](const Points& a, const Points& b) {
         return std::equal(a.begin(), a.end(), b.begin(), b.end(),
                           [](auto p, auto q) { return p.x == q.x && p.y == q.y && p.z == q.z; });

@@ -3,10 +3,10 @@
 #include "host/splats/raster.h"
 
 #include <gtest/gtest.h>
-#include <omp.h>
 
 #include <numbers>
 
+#include "host/base/parallel.h"
 #include "tests/reason.h"
 #include "tests/splats/raster_cases.h"
 
@@ -310,17 +310,17 @@ TEST(SplatPictures, AreTheSameToTheBitForAnyNumberOfThreads)
 {
     const SplatCloud c = small_scene();
     const SplatFrame frame = seen_from(load_eyes("far", 100, 90));
-    const int threads = omp_get_max_threads();
+    const int threads = loop_threads();
     std::vector<Picture> first;
     for (const int n : {1, 2, 5}) {
-        omp_set_num_threads(n);
+        set_loop_threads(n);
         const std::vector<Picture> now = cpu_raster(c, frame);
         if (first.empty()) first = now;
         EXPECT_EQ(furthest(now[0], first[0]), 0);
         EXPECT_EQ(furthest(now[1], first[1]), 0);
         EXPECT_EQ(now[0].depth, first[0].depth);
     }
-    omp_set_num_threads(threads);
+    set_loop_threads(threads);
 }
 
 TEST(SplatPictures, AreTheSameWhateverTheOrderInMemoryAndSplatsThatMayMoveKeepTheirPlaces)

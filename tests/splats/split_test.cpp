@@ -2,11 +2,11 @@
 #include "host/splats/split.h"
 
 #include <gtest/gtest.h>
-#include <omp.h>
 
 #include <cmath>
 #include <random>
 
+#include "host/base/parallel.h"
 #include "host/splats/generate.h"
 #include "host/splats/raster.h"
 #include "host/splats/refill.h"
@@ -205,10 +205,10 @@ TEST(Split, StaysBetweenTheWallsAndRefusesWhatDoesNotBelongTogether)
 
 TEST(Split, HasTheSameBitsForAnyNumberOfThreads)
 {
-    const int threads = omp_get_max_threads();
+    const int threads = loop_threads();
     Many wanted;
     for (const int n : {1, 2, 5}) {
-        omp_set_num_threads(n);
+        set_loop_threads(n);
         Many m = many();
         split(m.splats, m.gaussians, {}, far_walls);
         if (n == 1) wanted = m;
@@ -216,7 +216,7 @@ TEST(Split, HasTheSameBitsForAnyNumberOfThreads)
         for (std::size_t i = 0; i < m.gaussians.size(); ++i)
             ASSERT_EQ(m.gaussians[i].x.x, wanted.gaussians[i].x.x) << n;
     }
-    omp_set_num_threads(threads);
+    set_loop_threads(threads);
 }
 
 // --- new ones ------------------------------------------------------------------------------------
@@ -317,10 +317,10 @@ TEST(Refill, KeepsToItsBudgetAndCapacityTheBarestFirst)
 
 TEST(Refill, HasTheSameBitsForAnyNumberOfThreads)
 {
-    const int threads = omp_get_max_threads();
+    const int threads = loop_threads();
     Block wanted;
     for (const int n : {1, 2, 5}) {
-        omp_set_num_threads(n);
+        set_loop_threads(n);
         Block b = block(0.06);
         refill(b.splats, b.gaussians, b.particles, {Block::h}, {}, far_walls);
         if (n == 1) wanted = b;
@@ -328,7 +328,7 @@ TEST(Refill, HasTheSameBitsForAnyNumberOfThreads)
         for (std::size_t i = 0; i < b.gaussians.size(); ++i)
             ASSERT_EQ(b.splats.cloud.sh[i].x, wanted.splats.cloud.sh[i].x) << n;
     }
-    omp_set_num_threads(threads);
+    set_loop_threads(threads);
 }
 
 }  // namespace

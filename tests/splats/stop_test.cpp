@@ -1,8 +1,8 @@
 // Pictures of splats that are given up: soon, at whatever stage, and whole where nobody asks for
 // it.
 #include <gtest/gtest.h>
-#include <omp.h>
 
+#include "host/base/parallel.h"
 #include "host/session/splat_picture.h"
 #include "host/splats/raster.h"
 #include "host/splats/unless_stopped.h"
@@ -18,10 +18,10 @@ constexpr int never = 1 << 30;
 // One thread, so that its questions are all that are asked.
 class StoppedPictures : public testing::Test {
   protected:
-    void SetUp() override { omp_set_num_threads(1); }
-    void TearDown() override { omp_set_num_threads(threads); }
+    void SetUp() override { set_loop_threads(1); }
+    void TearDown() override { set_loop_threads(threads); }
 
-    const int threads = omp_get_max_threads();
+    const int threads = loop_threads();
     Asks asks;
 };
 

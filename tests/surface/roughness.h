@@ -8,6 +8,7 @@
 #include <unordered_map>
 #include <vector>
 
+#include "host/base/parallel.h"
 #include "host/surface/mesh.h"
 
 namespace knead {
@@ -120,8 +121,7 @@ inline std::vector<double> from_quadric(const Mesh& mesh, double reach)
 {
     const Nearby nearby(mesh, reach);
     std::vector<double> distances(mesh.vertices.size());
-#pragma omp parallel for schedule(dynamic, 64)
-    for (std::size_t v = 0; v < mesh.vertices.size(); ++v) {
+    parallel_for(mesh.vertices.size(), LoopOptions{.chunk = 64}, [&](std::size_t v) {
         const Vec3<double> x = cast<double>(mesh.vertices[v]);
         const Vec3<double> n = cast<double>(mesh.normals[v]), a = orthogonal(n), b = cross(n, a);
         LeastSquares<6> fit;
@@ -133,7 +133,7 @@ inline std::vector<double> from_quadric(const Mesh& mesh, double reach)
         });
         const auto weights = fit.solved();
         distances[v] = -reach * weights[0] / std::hypot(1.0, weights[1], weights[2]);
-    }
+    });
     return distances;
 }
 

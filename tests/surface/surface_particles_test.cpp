@@ -1,12 +1,12 @@
 // The surface of particles as a whole: closed, of the right volume, and the same bits from any
 // number of threads.
 #include <gtest/gtest.h>
-#include <omp.h>
 
 #include <algorithm>
 #include <cstring>
 #include <stdexcept>
 
+#include "host/base/parallel.h"
 #include "host/surface/surface.h"
 #include "tests/solver/samples.h"
 #include "tests/surface/closed_mesh.h"
@@ -120,13 +120,13 @@ TEST(SurfaceOfParticles, SameBitsFromOneTwoAndThreeThreads)
     auto particles = filled(h, 3, 0, ball({0.5, 0.5, 0.5}, 0.3));
     const auto more = filled(h, 4, 1, ball({0.7, 0.5, 0.5}, 0.25));
     particles.insert(particles.end(), more.begin(), more.end());
-    const int before = omp_get_max_threads();
+    const int before = loop_threads();
     std::vector<std::vector<Mesh>> runs;
     for (const int threads : {1, 2, 3}) {
-        omp_set_num_threads(threads);
+        set_loop_threads(threads);
         runs.push_back(surface(particles, {clay(h), clay(h, 1)}, rule_of(64)));
     }
-    omp_set_num_threads(before);
+    set_loop_threads(before);
     const auto same = [](const auto& a, const auto& b) {
         return a.size() == b.size() && std::memcmp(a.data(), b.data(), a.size() * sizeof a[0]) == 0;
     };

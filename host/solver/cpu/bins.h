@@ -1,12 +1,11 @@
 // Particles by block: a stable counting sort, the same for any number of threads.
 #pragma once
-#include <omp.h>
-
 #include <algorithm>
 #include <cstdint>
 #include <vector>
 
 #include "cuda/mpm/lattice.h"
+#include "host/base/parallel.h"
 
 namespace knead {
 
@@ -80,17 +79,15 @@ struct Bins {
         key.resize(q.size());
         ranges = {{0, 0}}, binned = int(count);
         std::vector<int> nodes(q.size());
-#pragma omp parallel for num_threads(threads)
-        for (std::int64_t i = 0; i < count; ++i) {
+        parallel_for(count, LoopOptions{.threads = threads}, [&](std::int64_t i) {
             nodes[std::size_t(i)] = node(q[std::size_t(i)]);
             key[std::size_t(i)] = nodes[std::size_t(i)] / block_nodes;
-        }
+        });
         sort(blocks, threads);
         home = start;
         Particles sorted(q.size());
         std::vector<int> sorted_ids(q.size());
-#pragma omp parallel for num_threads(threads) schedule(dynamic, 16)
-        for (int b = 0; b < blocks; ++b) {
+        parallel_for(blocks, LoopOptions{.threads = threads, .chunk = 16}, [&](int b) {
             const int begin = start[std::size_t(b)], end = start[std::size_t(b) + 1];
             std::stable_sort(order.begin() + begin, order.begin() + end, [&](int i, int j) {
                 return nodes[std::size_t(i)] < nodes[std::size_t(j)];
@@ -101,7 +98,7 @@ struct Bins {
                 sorted_ids[std::size_t(i)] = ids[from];
                 key[std::size_t(i)] = b;
             }
-        }
+        });
         q.swap(sorted), ids.swap(sorted_ids);
     }
 
@@ -144,9 +141,10 @@ struct Bins {
         const auto counted = [&](std::size_t t, int from) -> int& {
             return per_thread[t * std::size_t(blocks) + std::size_t(key[std::size_t(from)])];
         };
-#pragma omp parallel for num_threads(threads) schedule(static, 1)
-        for (std::size_t t = 0; t < T; ++t)
+        const LoopOptions share_each{.threads = threads, .chunk = 1};
+        parallel_for(T, share_each, [&](std::size_t t) {
             for_each_run(t, threads, [&](int from, int to) { counted(t, from) += to - from; });
+        });
         int sum = 0;
         for (int b = 0; b < blocks; ++b) {
             start[std::size_t(b)] = sum;
@@ -158,12 +156,12 @@ struct Bins {
             }
         }
         start[std::size_t(blocks)] = sum;
-#pragma omp parallel for num_threads(threads) schedule(static, 1)
-        for (std::size_t t = 0; t < T; ++t)
+        parallel_for(T, share_each, [&](std::size_t t) {
             for_each_run(t, threads, [&](int from, int to) {
                 int& at = counted(t, from);
                 for (int i = from; i < to; ++i) order[std::size_t(at++)] = i;
             });
+        });
     }
 
     std::vector<Range> ranges;  // what is binned, rising

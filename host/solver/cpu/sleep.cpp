@@ -1,4 +1,6 @@
 // The loops that only a scene needs in which clay may be still.  (29), (30)
+#include "host/base/machine.h"
+#include "host/base/parallel.h"
 #include "host/solver/cpu/solver.h"
 #include "host/solver/cpu/transfer.h"
 
@@ -8,7 +10,7 @@ namespace knead {
 template <class R>
 void CpuSolver<R>::update_activity(const Motion& motion)
 {
-    const double start = omp_get_wtime();
+    const double start = wall_seconds();
     const int blocks = lattice.block_count();
     const auto for_each_of = [&](int b, auto&& visit) {
         const auto from = std::size_t(bins.home[std::size_t(b)]);
@@ -16,14 +18,13 @@ void CpuSolver<R>::update_activity(const Motion& motion)
         for (std::size_t i = from; i < to; ++i) visit(q[i]);
     };
     std::vector<R> fastest(std::size_t(blocks), 0);
-#pragma omp parallel for num_threads(threads) schedule(dynamic, 16)
-    for (int b = 0; b < blocks; ++b)
+    parallel_for(blocks, LoopOptions{.threads = threads, .chunk = 16}, [&](int b) {
         for_each_of(b, [&](const Particle<R>& p) {
             fastest[std::size_t(b)] = max(fastest[std::size_t(b)], dot(p.v, p.v));
         });
+    });
     stillness.begin(fastest, boxes_around(posed, motion, stillness.rule.reach));
-#pragma omp parallel for num_threads(threads) schedule(dynamic, 16)
-    for (int b = 0; b < blocks; ++b) {
+    parallel_for(blocks, LoopOptions{.threads = threads, .chunk = 16}, [&](int b) {
         const bool still = stillness.holds(b);
         for_each_of(b, [&](Particle<R>& p) {
             if (p.still() == still) return;
@@ -31,9 +32,9 @@ void CpuSolver<R>::update_activity(const Motion& motion)
             if (still) p.v = {}, p.C = {};
         });
         for_each_splat(b, [&](Gaussian<R>& g) { g.hold(still); });
-    }
+    });
     bins.bin_only(stillness.listed);
-    times[stage_bin].seconds += omp_get_wtime() - start;
+    times[stage_bin].seconds += wall_seconds() - start;
 }
 
 // In a block whose clay is still: that which has come from others.

@@ -21,7 +21,7 @@ CpuSolver<R>::CpuSolver(const Setup& given)
       lattice{given.lattice.size, R(given.lattice.dx)},
       walls(walls_on<R>(given.lattice, given.walls)),
       gravity(cast<R>(given.gravity)),
-      threads(given.threads > 0 ? given.threads : omp_get_max_threads()),
+      threads(given.threads > 0 ? given.threads : loop_threads()),
       posed(given, lattice),
       stillness(given.rest, lattice)
 {
@@ -57,16 +57,16 @@ FrameStats CpuSolver<R>::advance(const Motion& motion, double duration)
         const Step next = step_after(step, limits, most, tool_dt, duration);
         const double from = step.start / duration, to = next.start / duration;
         const R dt = R(step.dt);
-        double start = omp_get_wtime();
+        double start = wall_seconds();
         if (tools) {
             posed.pose(motion, from, to, step.dt);
             posed.mask_blocks(lattice);
         }
-        times[stage_pose].seconds += omp_get_wtime() - start;
-        start = omp_get_wtime();
+        times[stage_pose].seconds += wall_seconds() - start;
+        start = wall_seconds();
         bins.fill(lattice.block_count(), lattice.blocks(), threads);
         if (posed.blades) find_splits();
-        times[stage_bin].seconds += omp_get_wtime() - start;
+        times[stage_bin].seconds += wall_seconds() - start;
         p2g(dt);
         grid_update(dt);
         g2p(dt);
@@ -288,7 +288,7 @@ void CpuSolver<R>::step_particles(int slot, Bins::Members members, R dt, const T
     double clock = 0;
     const auto lap = [&](int stage) {
         if (slot % 8 != 0) return;
-        const double now = omp_get_wtime();
+        const double now = wall_seconds();
         if (stage >= 0) c.seconds[stage] += now - clock;
         clock = now;
     };

@@ -2,8 +2,6 @@
 // host/solver/cpu/cut.cpp, Gaussians in host/solver/cpu/splats.cpp, edits in
 // host/solver/cpu/edit.cpp.
 #pragma once
-#include <omp.h>
-
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
@@ -15,6 +13,8 @@
 #include "cuda/mpm/particle.h"
 #include "cuda/mpm/project.h"
 #include "cuda/mpm/walls.h"
+#include "host/base/machine.h"
+#include "host/base/parallel.h"
 #include "host/solver/cpu/bins.h"
 #include "host/solver/cpu/rows.h"
 #include "host/solver/cpu/sleep.h"
@@ -267,10 +267,10 @@ template <class R>
 template <class Body>
 void CpuSolver<R>::for_each(int count, StageName stage, Body&& body)
 {
-    const double start = omp_get_wtime();
-#pragma omp parallel for schedule(dynamic, 4) num_threads(threads)
-    for (int i = 0; i < count; ++i) body(i, counts[std::size_t(omp_get_thread_num())]);
-    times[stage].seconds += omp_get_wtime() - start;
+    const double start = wall_seconds();
+    parallel_for(count, LoopOptions{.threads = threads, .chunk = 4},
+                 [&](int i, int thread) { body(i, counts[std::size_t(thread)]); });
+    times[stage].seconds += wall_seconds() - start;
 }
 
 }  // namespace knead

@@ -1,10 +1,12 @@
 // Particles of a store that come, go and move between two frames.
 #include <algorithm>
 #include <memory>
+#include <mutex>
 #include <numeric>
 
 #include "cuda/device/copy.cuh"
 #include "cuda/mpm/edit.cuh"
+#include "host/base/parallel.h"
 #include "host/solver/gpu/store.cuh"
 
 namespace knead::gpu {
@@ -54,8 +56,8 @@ Fresh fresh_of(Clays clays, const std::vector<int>& objects, std::size_t count)
     const ParticleView view{made.rows.get(), nullptr, int(count)};
     const std::vector<AddedPiece> pieces = pieces_of(clays);
     const int all = int(pieces.size());
-#pragma omp parallel for schedule(dynamic)
-    for (int k = 0; k < all; ++k) {
+    std::mutex taking;
+    parallel_for(all, LoopOptions{.chunk = 1}, [&](int k) {
         Fresh own{};
         const AddedPiece& piece = pieces[std::size_t(k)];
         int i = int(piece.first);
@@ -64,9 +66,9 @@ Fresh fresh_of(Clays clays, const std::vector<int>& objects, std::size_t count)
             const Particle<float> q = cast<float>(p);
             view.store(i++, q), own.take_in(q.x, q.x);
         }
-#pragma omp critical
+        const std::lock_guard<std::mutex> lock(taking);
         made.take_in(own.low, own.high);
-    }
+    });
     return made;
 }
 
