@@ -22,7 +22,6 @@
 namespace knead {
 namespace {
 
-constexpr double spin_time = 20e-6;  // that a thread waits awake [s]
 constexpr int most_threads = 4096;
 
 using Word = std::atomic<std::uint32_t>;  // that a thread can sleep on
@@ -47,20 +46,32 @@ void pause_briefly()
 #endif
 }
 
-// Whether it came true while this thread waited awake.
-template <class Condition>
-bool spin_until(Condition&& condition)
-{
-    if (condition()) return true;
-    const double end = wall_seconds() + spin_time;
-    do {
-        for (int k = 0; k < 8; ++k) {
-            pause_briefly();
-            if (condition()) return true;
-        }
-    } while (wall_seconds() < end);
-    return false;
-}
+// How long a thread waits awake before it sleeps: waking it takes longer than most gaps between two
+// loops. Where others want the processor it waits in vain, and the less each time.
+class Patience {
+  public:
+    // Whether it came true meanwhile.
+    template <class Condition>
+    bool until(Condition&& condition)
+    {
+        if (condition()) return true;
+        const double end = wall_seconds() + seconds;
+        do {
+            for (int k = 0; k < 8; ++k) {
+                pause_briefly();
+                if (!condition()) continue;
+                seconds = std::min(2 * seconds, most);
+                return true;
+            }
+        } while (wall_seconds() < end);
+        seconds = std::max(seconds / 2, least);
+        return false;
+    }
+
+  private:
+    static constexpr double least = 10e-6, most = 200e-6;
+    double seconds = most;
+};
 
 // True on a thread that is at work on a loop.
 thread_local bool within_loop = false;
@@ -124,7 +135,8 @@ class alignas(64) Loop {
     std::exception_ptr finish()
     {
         tickets = 0;
-        if (!spin_until([&] { return inside == 0; })) {
+        thread_local Patience patience;
+        if (!patience.until([&] { return inside == 0; })) {
             awaited = true;
             for (std::uint32_t n; (n = inside) != 0;) sleep_while(inside, n);
             awaited = false;
@@ -185,11 +197,12 @@ class Pool {
     void run_worker()
     {
         const WithinLoop within;
+        Patience patience;
         for (;;) {
             const std::uint32_t seen = announced;
             bool any = false;
             for (Loop& loop : loops) any |= loop.join();
-            if (any || spin_until([&] { return announced != seen; })) continue;
+            if (any || patience.until([&] { return announced != seen; })) continue;
             ++asleep;
             sleep_while(announced, seen);
             --asleep;

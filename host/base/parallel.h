@@ -1,6 +1,6 @@
 // Loops shared out among threads: one pool for the whole process, whichever threads call it.
 //
-// A thread that waits spins for some microseconds and then sleeps, so that a second program, or a
+// A thread that waits spins for 0.2 ms at most and then sleeps, so that a second program, or a
 // second loop of this one, gets the processor. The caller works on its loop as well and waits only
 // for threads that have begun a part of it: where the others do not get a processor, it does all
 // by itself. No result may depend on which thread gets which part.
