@@ -15,6 +15,7 @@
 #include "host/base/json_reader.h"
 #include "host/base/machine.h"
 #include "host/base/outputs.h"
+#include "host/base/parallel.h"
 #include "host/base/paths.h"
 #include "host/base/print.h"
 #include "host/scene/seed.h"
@@ -173,6 +174,7 @@ std::vector<StageWork> Bench::counted(const std::function<std::vector<StageWork>
 
 int bench_verb(const BenchOptions& options)
 {
+    set_loop_threads(options.threads);
     Bench bench(options);
     read_scene(bench.options.scene, {});  // what is wrong with it is said before anything is made
     const std::string folder = folder_of(bench);

@@ -11,6 +11,7 @@
 #include "host/base/json_reader.h"
 #include "host/base/machine.h"
 #include "host/base/outputs.h"
+#include "host/base/parallel.h"
 #include "host/base/paths.h"
 #include "host/base/print.h"
 #include "host/cli/progress.h"
@@ -347,9 +348,7 @@ int Session::run()
     RunWatch watching;
     keep_splats(watching, *solver, device);
     keep_checkpoints(watching, *solver, device);
-    if (earlier) {
-        load(*solver, *earlier, scene, *splats, in_folder(checkpoint_name));
-    }
+    if (earlier) load(*solver, *earlier, scene, *splats, in_folder(checkpoint_name));
     clear();
     open_writer();
     const std::vector<std::string> rest = left_out(scene, rule);
@@ -388,6 +387,7 @@ int Session::run()
 int run_verb(const RunOptions& options)
 {
     check_options(options);
+    set_loop_threads(options.threads);
     if (options.resume.empty()) return Session(options).run();
     std::error_code unknown;  // where there is no such folder, reading the checkpoint says so
     FolderLock lock;

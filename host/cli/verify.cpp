@@ -8,6 +8,7 @@
 #include "host/base/errors.h"
 #include "host/base/interrupt.h"
 #include "host/base/outputs.h"
+#include "host/base/parallel.h"
 #include "host/base/print.h"
 #include "host/bench/figures.h"
 #include "host/cli/verbs.h"
@@ -59,6 +60,7 @@ int verify_verb(VerifyOptions options)
 {
     // For a child, this very program, even where its file was replaced meanwhile.
     options.program = "/proc/self/exe";
+    set_loop_threads(options.threads);
     Verification v(options);
     if (!options.one.empty()) return tell_case(v);
     FolderLock lock;

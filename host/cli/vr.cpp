@@ -11,6 +11,7 @@
 #include "host/base/interrupt.h"
 #include "host/base/json_reader.h"
 #include "host/base/outputs.h"
+#include "host/base/parallel.h"
 #include "host/base/paths.h"
 #include "host/base/print.h"
 #include "host/cli/verbs.h"
@@ -170,6 +171,7 @@ void summarise(const VrOptions& o, const HeadsetEnd& end, const Json& report)
 int vr_verb(const VrOptions& asked)
 {
     VrOptions o = asked;
+    set_loop_threads(o.threads);
     if (o.cells > 0) o.settings.push_back(cells_setting(read_json(o.scene), o.cells));
     const Device device = resolved(parse_device(o.device));
     HeadsetLoopRule rule = rule_of(o, device);
