@@ -36,7 +36,7 @@ else()
     target_compile_options(knead_fuzzed PRIVATE -w PUBLIC -O0 -g1 ${fuzzed_sanitizers})
     target_link_options(knead_fuzzed PUBLIC ${fuzzed_sanitizers})
     target_link_libraries(knead_fuzzed PUBLIC nlohmann_json::nlohmann_json
-        PRIVATE knead_options knead_openmp ${knead_fmt} Eigen3::Eigen CLI11::CLI11 PNG::PNG
+        PRIVATE knead_options ${knead_fmt} Eigen3::Eigen CLI11::CLI11 PNG::PNG
         ZLIB::ZLIB ${CMAKE_DL_LIBS})
     knead_unite(knead_fuzzed cpp 1 fuzzed_files "host/files/|host/session/|host/cli/")
     knead_unite(knead_fuzzed cpp 1 fuzzed_scene "host/scene/|host/hands/|host/assets/")
@@ -46,7 +46,7 @@ else()
     add_dependencies(knead_fuzzed knead_commit)
 endif()
 add_library(knead_fuzz_formats OBJECT ${fuzz_sources})
-target_link_libraries(knead_fuzz_formats PUBLIC ${fuzzed} knead_options knead_openmp ${knead_fmt}
+target_link_libraries(knead_fuzz_formats PUBLIC ${fuzzed} knead_options ${knead_fmt}
     GTest::gtest)
 target_compile_definitions(knead_fuzz_formats PRIVATE XXH_INLINE_ALL)
 add_executable(knead_fuzz tests/fuzz/driver.cpp tests/fuzz/mutate.cpp)
