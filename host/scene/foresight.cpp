@@ -49,12 +49,19 @@ std::string key_of(const Scene& scene, StepChoice chosen)
     return most(scene, "velocity", [](const Object& o) { return length(o.velocity); });
 }
 
+// All that limits a substep: not the particles, which may be many.
+Setup steps_of(const Scene& scene)
+{
+    Setup setup;
+    setup.lattice = scene.setup.lattice, setup.step = scene.setup.step;
+    return setup;
+}
+
 }  // namespace
 
 Foresight foresee(const Scene& scene)
 {
-    Setup setup = scene.setup;
-    setup.materials.clear();
+    Setup setup = steps_of(scene);
     Extremes clay{};
     for (const Object& o : scene.objects) {
         setup.materials.push_back(o.material);
@@ -81,6 +88,21 @@ void check_substeps(const Scene& scene)
         "(--set step.most_substeps=N allows more), found substeps of {:.3g} s, {:.3g} "
         "a frame",
         scene.path, pointer, frame_duration(scene), scene.most_substeps, f.dt, f.substeps));
+}
+
+void check_substeps(const Scene& scene, const Material<double>& material)
+{
+    Setup setup = steps_of(scene);
+    setup.materials.push_back(material);
+    Extremes clay{};
+    clay.stiffness = stiffness(Particle<double>{}, material);
+    const double frame = frame_duration(scene), no_tool = 1e30;
+    const double dt = choose_dt(step_limits(setup), clay, no_tool, frame).dt;
+    if (std::ceil(frame / dt * (1 - 1e-9)) <= scene.most_substeps) return;
+    const bool fluid = material.plasticity == Plasticity::fluid;
+    throw std::invalid_argument(fmt::format(
+        "{}: expected what needs at most {} substeps a frame (step.most_substeps), found {:.3g}",
+        fluid ? "bulk or viscosity" : "young", scene.most_substeps, frame / dt));
 }
 
 }  // namespace knead

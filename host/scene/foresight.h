@@ -16,5 +16,8 @@ Foresight foresee(const Scene& scene);
 
 // Throws InputError where that is more than `step.most_substeps`.
 void check_substeps(const Scene& scene);
+// The same for an edit: throws std::invalid_argument where clay of that material, at rest, would
+// need more. Such a frame would end a stepped session, and a GPU would not answer for minutes.
+void check_substeps(const Scene& scene, const Material<double>& material);
 
 }  // namespace knead

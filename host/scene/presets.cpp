@@ -1,8 +1,5 @@
 #include "host/scene/presets.h"
 
-#include <cmath>
-#include <numbers>
-
 #include "host/base/json_reader.h"
 
 namespace knead {
@@ -116,35 +113,6 @@ const MaterialSpec& material_spec(const std::string& name)
     for (const std::string& n : preset_names()) all += (all.empty() ? "" : ", ") + n;
     throw InputError("expected a preset (" + all + "), found \"" + name.substr(0, 60) +
                      "\"; the nearest is \"" + nearest_name(name, preset_names()) + "\"");
-}
-
-Material<double> made(const MaterialSpec& r)
-{
-    Material<double> m{};
-    m.elasticity = r.elasticity;
-    m.plasticity = r.plasticity;
-    m.density = r.density;
-    m.exponent = r.exponent;
-    m.viscosity = r.viscosity;
-    if (r.plasticity == Plasticity::fluid) {
-        m.bulk = r.bulk;
-        return m;
-    }
-    m.mu = r.young / (2 * (1 + r.poisson));
-    m.lambda = r.young * r.poisson / ((1 + r.poisson) * (1 - 2 * r.poisson));
-    m.bulk = m.lambda + 2 * m.mu / 3;
-    m.yield = r.yield;
-    m.hardening = r.hardening;
-    m.yield_floor = r.yield_floor;
-    m.compress = r.compress;
-    m.stretch = r.stretch;
-    m.snow = r.snow;
-    const double angle = r.friction_angle * std::numbers::pi / 180, s = std::sin(angle);
-    // q = 6 s / (3 - s) p in triaxial compression, and |dev tau| = sqrt(2/3) q.
-    m.friction = 2 * std::sqrt(6.0) * s / (3 - s);
-    // The cone's tip is at the tension c / tan(angle); over the bulk modulus: a volume strain.
-    if (angle > 0) m.cohesion = r.cohesion / std::tan(angle) / m.bulk;
-    return m;
 }
 
 Material<double> preset(const std::string& name) { return made(material_spec(name)); }

@@ -60,6 +60,12 @@ void read_rest(ObjectReader& r, Scene& scene)
         r.fail("mode", "\"none\" or \"sleep\" for a scene without hands", "\"localized\"");
 }
 
+Bounds range_of(const char* key)
+{
+    const MaterialQuantity& q = material_quantity(key);
+    return {q.low, q.high, q.unit};
+}
+
 void override_material(ObjectReader& r, MaterialSpec& m)
 {
     m.elasticity = r.choice<Elasticity>("elasticity",
@@ -76,46 +82,20 @@ void override_material(ObjectReader& r, MaterialSpec& m)
                                          {"herschel_bulkley", Plasticity::herschel_bulkley},
                                          {"fluid", Plasticity::fluid}},
                                         m.plasticity);
-    m.density = r.number("density", {1, 1e5, "kg/m^3"}, m.density);
-    m.young = r.number("young", {1, 1e12, "Pa"}, m.young);
-    m.poisson = r.number("poisson", {0, 0.499}, m.poisson);
-    m.yield = r.number("yield", {0, 1e12, "Pa"}, m.yield);
-    m.hardening = r.number("hardening", {-1e12, 1e12, "Pa"}, m.hardening);
-    m.yield_floor = r.number("yield_floor", {0, 1e12, "Pa"}, m.yield_floor);
-    m.friction_angle = r.number("friction_angle", {0, 89, "degrees"}, m.friction_angle);
-    m.cohesion = r.number("cohesion", {0, 1e9, "Pa"}, m.cohesion);
-    m.compress = r.number("compress", {0, 0.99}, m.compress);
-    m.stretch = r.number("stretch", {0, 10}, m.stretch);
-    m.snow = r.number("snow", {0, 100}, m.snow);
-    m.viscosity = r.number("viscosity", {0, 1e9, "Pa s (or Pa s^exponent)"}, m.viscosity);
-    m.exponent = r.number("exponent", {0.05, 20}, m.exponent);
-    m.bulk = r.number("bulk", {1, 1e12, "Pa"}, m.bulk);
-}
-
-// What a material cannot do without.
-void check_material(ObjectReader& r, const MaterialSpec& m)
-{
-    const auto require = [&](const char* key, double value, const char* what) {
-        if (!(value > 0)) r.fail(key, what, short_number(value));
-    };
-    if (m.plasticity == Plasticity::fluid)
-        return require("bulk", m.bulk, "a fluid's bulk modulus above 0 Pa");
-    require("young", m.young, "a solid's Young's modulus above 0 Pa");
-    if (!go_together(m.elasticity, m.plasticity))
-        r.fail("elasticity",
-               "\"neo_hookean\" or \"hencky\" for a plasticity with a yield surface "
-               "(\"fixed_corotated\" softens where it is pressed below half its length)",
-               "\"fixed_corotated\"");
-    if (m.plasticity == Plasticity::clamp && !packing_gives_up_energy(m.compress, m.snow))
-        r.fail("compress", "1.5 compress (snow + 3) below 1, or packing it would make energy",
-               fmt::format("{} with a `snow` of {:.4g}", short_number(m.compress), m.snow));
-    if (m.plasticity == Plasticity::von_mises)
-        require("yield", m.yield, "a yield stress above 0 Pa for \"von_mises\"");
-    if (m.plasticity == Plasticity::herschel_bulkley)
-        require("viscosity", m.viscosity, "a consistency above 0 for \"herschel_bulkley\"");
-    if (m.plasticity == Plasticity::drucker_prager)
-        require("friction_angle", m.friction_angle,
-                "an angle above 0 degrees for \"drucker_prager\"");
+    m.density = r.number("density", range_of("density"), m.density);
+    m.young = r.number("young", range_of("young"), m.young);
+    m.poisson = r.number("poisson", range_of("poisson"), m.poisson);
+    m.yield = r.number("yield", range_of("yield"), m.yield);
+    m.hardening = r.number("hardening", range_of("hardening"), m.hardening);
+    m.yield_floor = r.number("yield_floor", range_of("yield_floor"), m.yield_floor);
+    m.friction_angle = r.number("friction_angle", range_of("friction_angle"), m.friction_angle);
+    m.cohesion = r.number("cohesion", range_of("cohesion"), m.cohesion);
+    m.compress = r.number("compress", range_of("compress"), m.compress);
+    m.stretch = r.number("stretch", range_of("stretch"), m.stretch);
+    m.snow = r.number("snow", range_of("snow"), m.snow);
+    m.viscosity = r.number("viscosity", range_of("viscosity"), m.viscosity);
+    m.exponent = r.number("exponent", range_of("exponent"), m.exponent);
+    m.bulk = r.number("bulk", range_of("bulk"), m.bulk);
 }
 
 const MaterialSpec& named_material(const ObjectReader& r, const std::string& key, const Json& name)
@@ -144,7 +124,7 @@ void read_material(ObjectReader& r, Object& object)
         MaterialSpec m = name ? named_material(in, "preset", *name) : material_spec("clay");
         object.preset = m.name;
         override_material(in, m);
-        check_material(in, m);
+        if (const auto fault = fault_of(m)) in.fail(fault->key, fault->expected, fault->found);
         object.material = made(m);
     });
 }
@@ -316,7 +296,8 @@ void read_root(ObjectReader& r, Scene& scene)
     scene.name = r.text("name", std::filesystem::path(scene.path).stem().string());
     r.object("domain", [&](ObjectReader& in) { read_domain(in, scene); });
     r.object("walls", [&](ObjectReader& in) { read_walls(in, scene); });
-    scene.setup.gravity = r.vector("gravity", {-1000, 1000, "m/s^2"}, {0, -9.81, 0});
+    scene.setup.gravity =
+        r.vector("gravity", {-most_gravity, most_gravity, "m/s^2"}, {0, -9.81, 0});
     read_objects(r, scene);
     scene.has_hands = r.has("hands");
     if (scene.has_hands) r.object("hands", [&](ObjectReader& in) { read_hands(in, scene); });

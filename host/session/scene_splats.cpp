@@ -4,7 +4,9 @@
 #include <stdexcept>
 #include <string>
 
+#include "host/scene/foresight.h"
 #include "host/scene/soften.h"
+#include "host/solver/material_spec.h"
 
 namespace knead {
 
@@ -53,7 +55,9 @@ void SceneSplats::set_material(int object, const Material<double>& material, Sol
     const auto& there = solver.rules().materials;
     if (object < 0 || std::size_t(object) >= there.size())
         throw std::invalid_argument("there is no object " + std::to_string(object));
+    if (const auto fault = fault_of(stated(material))) throw std::invalid_argument(fault->text());
     Material<double> whole = softer(material, softening(scene, material));
+    check_substeps(scene, whole);
     whole.volume = there[std::size_t(object)].volume;
     whole.mass = whole.density * whole.volume;
     whole.category = there[std::size_t(object)].category;

@@ -1,5 +1,7 @@
 #include "host/solver/edits.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <atomic>
 #include <cmath>
@@ -9,6 +11,7 @@
 
 #include "cuda/mpm/material.h"
 #include "host/base/parallel.h"
+#include "host/solver/material_spec.h"
 
 namespace knead {
 namespace {
@@ -59,6 +62,7 @@ void check_material(const Material<double>& m)
 {
     require(m.density > 0 && m.mass > 0 && m.volume > 0 && sound_speed(m) > 0,
             "a material needs a density, a mass, a volume and a stiffness above 0");
+    if (const auto fault = fault_of(stated(m))) throw std::invalid_argument(fault->text());
     check_materials({m});
 }
 
@@ -213,6 +217,9 @@ Plasticity Rules::set_material(int object, const Material<double>& material)
 void Rules::set_gravity(Vec3<double> gravity)
 {
     require(finite(gravity), "gravity must be finite");
+    require(std::max({std::abs(gravity.x), std::abs(gravity.y), std::abs(gravity.z)}) <=
+                most_gravity,
+            fmt::format("gravity: expected {:g} m/s^2 at most along each axis", most_gravity));
     now.gravity = gravity;
 }
 
