@@ -74,11 +74,12 @@ class GlEyePainter final : public EyePainter {
 
     int samples_;
     std::string name_;
-    Program shadow_, blur_, scene_, ground_, backdrop_, hide_, output_;
+    Program shadow_, scene_, ground_, backdrop_, hide_, output_;
     Texture key_map_ = shadow_maps(key_side, 1);
-    Texture zenith_depths_, half_blurred_, zenith_map_, colours_, depths_;
+    Texture zenith_map_ = shadow_maps(zenith_side, 1);
+    Texture colours_, depths_;
     Framebuffer key_frame_ = framebuffer(), zenith_frame_ = framebuffer();
-    Framebuffer blur_frame_ = framebuffer(), frame_ = framebuffer();
+    Framebuffer frame_ = framebuffer();
     Buffer lamps_ = buffer(), view_ = buffer();
     VertexArray nothing_ = vertex_array();
     Sharings sharings_;
@@ -90,9 +91,9 @@ class GlEyePainter final : public EyePainter {
     int width_ = 0, height_ = 0;  // of the samples' textures [pixels]
     long version_ = 0;
     bool any_clay_ = false, shadows_stand_ = false;
-    Ball lit_{};                         // what the shadow maps hold
-    Vec3<float> towards_{};              // the key light
-    float floor_ = 0, floor_depth_ = 1;  // its height [m]; its depth in the zenith's map
+    Ball lit_{};             // what the shadow maps hold
+    Vec3<float> towards_{};  // the key light
+    float floor_ = 0;        // its height [m]
 };
 
 GlEyePainter::GlEyePainter(int samples, bool share) : samples_(samples), sharings_(share)
@@ -102,19 +103,16 @@ GlEyePainter::GlEyePainter(int samples, bool share) : samples_(samples), sharing
     const std::string head = live_constants(samples);
     shadow_ = program({head, common, shadow_vertex}, {head, shadow_fragment}, "live shadow");
     scene_ = program({head, common, live_vertex},
-                     {head, common, shading, tones, zenith_blur, live_shading, live_fragment},
-                     "live scene");
-    ground_ = program(
-        {head, common, live_floor_vertex},
-        {head, common, shading, ground, tones, zenith_blur, live_shading, live_floor_fragment},
-        "live floor");
+                     {head, common, shading, tones, live_shading, live_fragment}, "live scene");
+    ground_ = program({head, common, live_floor_vertex},
+                      {head, common, shading, ground, tones, live_shading, live_floor_fragment},
+                      "live floor");
     backdrop_ = program({head, live_backdrop_vertex},
                         {head, common, shading, tones, live_backdrop_fragment}, "live backdrop");
     hide_ =
         program({head, common, live_hidden_vertex}, {head, live_hidden_fragment}, "live hidden");
     output_ =
         program({head, screen_vertex}, {head, common, tones, live_output_fragment}, "live output");
-    blur_ = program({head, screen_vertex}, {head, zenith_blur, blur_fragment}, "live blur");
     build_maps();
     glNamedBufferStorage(lamps_, live_lamps * sizeof(Lamp), nullptr, GL_DYNAMIC_STORAGE_BIT);
     glNamedBufferStorage(view_, sizeof(ViewBlock), nullptr, GL_DYNAMIC_STORAGE_BIT);
@@ -127,20 +125,8 @@ void GlEyePainter::build_maps()
 {
     glNamedFramebufferDrawBuffer(key_frame_, GL_NONE);
     glNamedFramebufferTextureLayer(key_frame_, GL_DEPTH_ATTACHMENT, key_map_, 0, 0);
-    const auto map = [](GLenum format, GLint filter) {
-        Texture made = texture(GL_TEXTURE_2D);
-        glTextureStorage2D(made, 1, format, zenith_side, zenith_side);
-        glTextureParameteri(made, GL_TEXTURE_MIN_FILTER, filter);
-        glTextureParameteri(made, GL_TEXTURE_MAG_FILTER, filter);
-        glTextureParameteri(made, GL_TEXTURE_WRAP_S, GL_CLAMP_TO_EDGE);
-        glTextureParameteri(made, GL_TEXTURE_WRAP_T, GL_CLAMP_TO_EDGE);
-        return made;
-    };
-    zenith_depths_ = map(GL_DEPTH_COMPONENT32F, GL_NEAREST);
-    half_blurred_ = map(GL_R32F, GL_NEAREST);
-    zenith_map_ = map(GL_R32F, GL_LINEAR);
     glNamedFramebufferDrawBuffer(zenith_frame_, GL_NONE);
-    glNamedFramebufferTexture(zenith_frame_, GL_DEPTH_ATTACHMENT, zenith_depths_, 0);
+    glNamedFramebufferTextureLayer(zenith_frame_, GL_DEPTH_ATTACHMENT, zenith_map_, 0, 0);
 }
 
 void GlEyePainter::set_clay(const std::vector<Mesh>& meshes, long version,
@@ -213,9 +199,6 @@ void GlEyePainter::light(const EyeLook& look)
         lit_ = wanted;
         towards_ = towards;
         floor_ = look.floor;
-        // As the zenith sees it, so that shade on it fades outwards.
-        const float below = (lit_.centre.y - floor_) / (2 * lit_.radius);
-        floor_depth_ = clamp(0.5f + below, 0.0f, 1.0f);
         const Lamp all[live_lamps] = {lamp(towards_, lit_), lamp({0, 1, 0}, lit_)};
         glNamedBufferSubData(lamps_, 0, sizeof all, all);
         shadows_stand_ = false;
@@ -232,7 +215,7 @@ void GlEyePainter::cast_shadows()
     for (int i = 0; i < live_lamps; ++i) {
         const GLuint frame = i == 0 ? key_frame_ : zenith_frame_;
         const int side = i == 0 ? key_side : zenith_side;
-        const float far = i == 0 ? 1 : floor_depth_;
+        const float far = 1;
         glBindFramebuffer(GL_DRAW_FRAMEBUFFER, frame);
         glViewport(0, 0, side, side);
         glClearNamedFramebufferfv(frame, GL_DEPTH, 0, &far);
@@ -243,18 +226,6 @@ void GlEyePainter::cast_shadows()
     }
     glDisable(GL_DEPTH_CLAMP);
     glDisable(GL_CULL_FACE);
-    glDisable(GL_DEPTH_TEST);
-    glUseProgram(blur_);
-    glBindFramebuffer(GL_DRAW_FRAMEBUFFER, blur_frame_);
-    glBindVertexArray(nothing_);
-    for (int axis : {0, 1}) {
-        glNamedFramebufferTexture(blur_frame_, GL_COLOR_ATTACHMENT0,
-                                  axis == 0 ? half_blurred_ : zenith_map_, 0);
-        glBindTextureUnit(0, axis == 0 ? zenith_depths_ : half_blurred_);
-        glUniform1i(0, axis);
-        glDrawArrays(GL_TRIANGLES, 0, 3);
-    }
-    glEnable(GL_DEPTH_TEST);
     shadows_stand_ = true;
 }
 

@@ -8,7 +8,7 @@
 namespace knead {
 
 constexpr int live_lamps = 2;  // the key light; the zenith, which stands for the whole sky
-constexpr int key_side = 1024, zenith_side = 128;  // texels of their shadow maps
+constexpr int key_side = 1024, zenith_side = 48;  // texels of their shadow maps
 
 // Points of a disk of radius 1 as an array of GLSL, in the order of a Fibonacci spiral.
 inline std::string spiral(const std::string& name, int count)
@@ -30,37 +30,11 @@ inline std::string live_constants(int samples)
            spiral("key_taps", samples < 2 ? 4 : 2 * samples);  // lookups, four texels each
 }
 
-// Of the zenith's map what is looked up is exp(falloff * (depth - 1)): that can be blurred, and its
-// ratio to a receiver's own says how much of the blurred depths lies before it.
-// [Annen 2008, exponential shadow maps]
-constexpr const char* zenith_blur = R"(
-const float falloff = 60;
-float weight_of(float depth) { return exp(falloff * (depth - 1)); }
-)";
-// Gaussian along one axis; first from depths to weights.
-constexpr const char* blur_fragment = R"(
-layout(binding = 0) uniform sampler2D from;
-layout(location = 0) uniform int axis;  // 0: of depths, along x; 1: of weights, along y
-out float blurred;
-void main() {
-    ivec2 at = ivec2(gl_FragCoord.xy), aside = axis == 0 ? ivec2(1, 0) : ivec2(0, 1);
-    float sum = 0, all = 0;
-    for (int i = -6; i <= 6; ++i) {
-        float share = exp(-i * i / 18.0);
-        ivec2 p = clamp(at + i * aside, ivec2(0), ivec2(zenith_side - 1));
-        float value = texelFetch(from, p, 0).r;
-        sum += share * (axis == 0 ? weight_of(value) : value);
-        all += share;
-    }
-    blurred = sum / all;
-}
-)";
-
 // Light on a place that is seen. The lookups of a shadow lie alike for every pixel and both eyes:
 // what is rough at rest would crawl in motion.
 constexpr const char* live_shading = R"(
 layout(binding = 0) uniform sampler2DArrayShadow key_map;
-layout(binding = 1) uniform sampler2D zenith_map;
+layout(binding = 1) uniform sampler2DArrayShadow zenith_map;
 
 float key_open(vec3 p, vec3 n) {
     const float spread = 3;  // texels
@@ -71,10 +45,25 @@ float key_open(vec3 p, vec3 n) {
         open += texture(key_map, vec4(m.xy + spread / key_side * key_taps[i], 0, depth));
     return open / key_taps.length();
 }
+// The share of a square about the place that nothing stands above: of 4 x 4 coarse texels, each
+// compared with the place itself, weighted by a tent over 3 x 3, which four lookups of 2 x 2 do. To
+// filter depths before they are compared would not do: clay, the hand above it and the floor far
+// below it have no mean that says which of them is above clay.
+// An offset along the normal by the square's half keeps every slope from shading itself: of a plane
+// that rises by the angle a, what lies uphill within r reaches up to the place only where the
+// offset is less than r sin(a).
 float sky_open(vec3 p, vec3 n) {
-    vec3 m = in_map(lamp[1], p + 4 * 2 * ball.w / zenith_side * n);
+    vec3 m = in_map(lamp[1], p + 2 * 2 * ball.w / zenith_side * n);
     if (any(greaterThan(abs(m.xy - 0.5), vec2(0.5)))) return 1;
-    return min(texture(zenith_map, m.xy).r / weight_of(clamp(m.z, 0, 1)), 1);
+    vec2 at = m.xy * zenith_side, corner = floor(at + 0.5), s = at + 0.5 - corner;
+    vec2 less = 3 - 2 * s, more = 1 + 2 * s;
+    vec2 low = (corner + (2 - s) / less - 1.5) / zenith_side;
+    vec2 high = (corner + s / more + 0.5) / zenith_side;
+    float depth = clamp(m.z, 0, 1);
+    return (less.x * less.y * texture(zenith_map, vec4(low, 0, depth)) +
+            more.x * less.y * texture(zenith_map, vec4(high.x, low.y, 0, depth)) +
+            less.x * more.y * texture(zenith_map, vec4(low.x, high.y, 0, depth)) +
+            more.x * more.y * texture(zenith_map, vec4(high, 0, depth))) / 16;
 }
 
 vec3 lit(vec3 p, vec3 n, vec3 view, vec3 colour, float skin) {
@@ -84,7 +73,9 @@ vec3 lit(vec3 p, vec3 n, vec3 view, vec3 colour, float skin) {
     // Of the dome above, a surface sees the share (1 + n.y) / 2, about the direction between its
     // normal and the zenith; what stands above hides a part of it.
     float open = 0.5 + 0.5 * n.y;
-    if (n.y > -0.5) open *= mix(0.4, 1.0, sky_open(p, n));
+    // What faces down is hidden from the zenith by its own body, which that share has counted.
+    float faces = smoothstep(-0.5, 0.0, n.y);
+    if (faces > 0) open *= mix(1.0, mix(0.4, 1.0, sky_open(p, n)), faces);
     vec3 middle = n + vec3(0, 1.001, 0);
     vec3 light = key * key_colour + open * sky_from(normalize(middle)) + bounced(p, n);
     float glint = key > 0 ? key * glint_of(n, l, view, skin) : 0;
