@@ -10,16 +10,24 @@ namespace {
 
 class GlCoarsePicture final : public CoarsePicture {
   public:
-    void paint(EyePainter& painter, const EyeView& view, const EyeLook& look, double scale) override
+    void paint(EyePainter& painter, const EyeView& view, const EyeLook& look, double scale,
+               bool keep) override
     {
-        if (scale >= 1) return painter.paint(view, look, {});
+        if (scale >= 1 && !keep) return painter.paint(view, look, {});
         EyeView coarse = view;
-        coarse.width = std::max(1, int(std::lround(scale * view.width)));
-        coarse.height = std::max(1, int(std::lround(scale * view.height)));
+        coarse.width = std::max(1, int(std::lround(std::min(scale, 1.0) * view.width)));
+        coarse.height = std::max(1, int(std::lround(std::min(scale, 1.0) * view.height)));
         resize(view.width, view.height);
         painter.paint(coarse, look, {frame_});
-        glBlitNamedFramebuffer(frame_, 0, 0, 0, coarse.width, coarse.height, 0, 0, view.width,
-                               view.height, GL_COLOR_BUFFER_BIT, GL_LINEAR);
+        drawn_ = coarse;
+        repeat();
+    }
+
+    void repeat() override
+    {
+        glBlitNamedFramebuffer(frame_, 0, 0, 0, drawn_.width, drawn_.height, 0, 0, width_, height_,
+                               GL_COLOR_BUFFER_BIT,
+                               drawn_.width == width_ ? GL_NEAREST : GL_LINEAR);
         glBindFramebuffer(GL_DRAW_FRAMEBUFFER, 0);
     }
 
@@ -36,6 +44,7 @@ class GlCoarsePicture final : public CoarsePicture {
     Framebuffer frame_ = framebuffer();
     Texture colours_;
     int width_ = 0, height_ = 0;
+    EyeView drawn_;
 };
 
 }  // namespace

@@ -12,8 +12,10 @@ class CoarsePicture {
     virtual ~CoarsePicture() = default;
     static std::unique_ptr<CoarsePicture> open();  // in the context that is current
     // Draws the view into the window's framebuffer, from such a share of its pixels a side.
-    virtual void paint(EyePainter& painter, const EyeView& view, const EyeLook& look,
-                       double scale) = 0;
+    // `keep`: repeat() can show it again, without drawing it.
+    virtual void paint(EyePainter& painter, const EyeView& view, const EyeLook& look, double scale,
+                       bool keep = false) = 0;
+    virtual void repeat() = 0;
 };
 
 }  // namespace knead

@@ -217,11 +217,13 @@ void add_view(CLI::App& app, Verb& chosen)
     view->add_option("--screenshot", o.screenshot, "Picture (.png) of the last frame")
         ->needs("--frames");
     view->add_option("--script", o.script, "Mouse and keys from a file; a frame a frame");
+    view->add_option("--out", o.out, "Folder for view.json, mesh.glb and hands.hands");
+    view->add_option("--record", o.record, "The hands, to a file ending in .hands or .jsonl");
     view->add_flag("--paused", o.paused, "Begins paused");
     view->add_flag("--bare", o.bare, "Begins without panels");
     view->add_option("--max-memory", o.max_memory, "MiB that it may take; 0: what is free")
         ->check(between(0, most_memory));
-    view->add_flag("--overwrite", o.overwrite, "Replace a picture that is there");
+    view->add_flag("--overwrite", o.overwrite, "Replace results that are there");
     view->add_flag("-q,--quiet", o.quiet, "No summary");
     view->callback([&chosen] {
         o.scene = file_or_shipped(o.scene);

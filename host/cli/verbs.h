@@ -114,6 +114,8 @@ struct ViewOptions {
     int frames = 0;                     // that are drawn; 0: until it is closed
     std::string screenshot;             // of the last frame
     std::string script;                 // mouse and keys from a file, on a clock of its own
+    std::string out;                    // folder; "": no files
+    std::string record;                 // .hands or .jsonl; "": none
     bool paused = false, bare = false;  // begins paused; without panels
     double max_memory = 0;              // [MiB]; 0: what is free
     bool overwrite = false, quiet = false;

@@ -3,6 +3,7 @@
 
 #include <charconv>
 #include <cstdio>
+#include <exception>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
@@ -11,6 +12,7 @@
 #include "host/base/json_reader.h"
 #include "host/base/machine.h"
 #include "host/base/print.h"
+#include "host/cli/live_results.h"
 #include "host/cli/verbs.h"
 #include "host/cli/view_desk.h"
 #include "host/scene/domain.h"
@@ -32,40 +34,75 @@ void parse_size(const std::string& text, int& width, int& height)
                          text.substr(0, 60) + "\"");
 }
 
+// Until the window is closed. What goes wrong with it must not cost the clay.
+std::exception_ptr live(ViewDesk& desk, const ViewOptions& o)
+{
+    try {
+        double before = wall_seconds();
+        while (!desk.closed() && !interrupted() && (o.frames == 0 || desk.drawn() < o.frames)) {
+            const double now = wall_seconds();
+            const bool last = o.frames > 0 && desk.drawn() + 1 == o.frames;
+            desk.frame(now - before, last ? o.screenshot : "");
+            before = now;
+        }
+        desk.end();
+    } catch (...) {
+        return std::current_exception();
+    }
+    return nullptr;
+}
+
+Json report_of(const ViewOptions& o, const ViewDesk& desk, const LiveResults& results)
+{
+    Json of{{"schema", "knead.view/1"},
+            {"scene", results.actions.scene},
+            {"settings", results.actions.settings}};
+    of["window"] = {{"renderer", desk.renderer()},
+                    {"size", o.size},
+                    {"drawn", desk.drawn()},
+                    {"gl_errors", desk.gl_errors()},
+                    {"contexts_lost", desk.contexts_lost()}};
+    add_simulation(of, results, !o.script.empty());
+    return of;
+}
+
 }  // namespace
 
 int view_verb(const ViewOptions& o)
 {
     int width = 0, height = 0;
     parse_size(o.size, width, height);
-    const Device device = resolved(parse_device(o.device));
-    const InputScript script = o.script.empty() ? InputScript() : InputScript::read(o.script);
+    DeskRule rule;
+    rule.device = resolved(parse_device(o.device));
+    rule.scripted = !o.script.empty();
+    if (rule.scripted) rule.script = InputScript::read(o.script);
+    rule.every_frame = o.frames > 0;
+    rule.paused = o.paused;
+    rule.settings = o.settings, rule.cells = o.cells;
+    rule.memory = std::size_t(o.max_memory * 0x1p20);
     if (!o.screenshot.empty() && !o.overwrite && fs::exists(o.screenshot))
         throw OutputError(o.screenshot + ": is there already; --overwrite replaces it");
+    const LiveOutputs outputs{o.out, o.record, "view.json", o.overwrite};
+    const FolderLock lock = prepare(outputs);
     std::unique_ptr<Window> window = Window::open("Knead", width, height);
-    const auto memory = std::size_t(o.max_memory * 0x1p20);
     std::vector<std::string> settings = o.settings;
     if (o.cells > 0) settings.push_back(cells_setting(read_json(o.scene), o.cells));
-    const auto scene = load_live_scene(o.scene, settings, memory);
+    const auto scene = load_live_scene(o.scene, settings, rule.memory);
     watch_interrupts();
-    if (!o.quiet) std::fprintf(stderr, "knead: %s\n", cost_text(scene->scene, device).c_str());
-    ViewDesk desk(std::move(window), scene, device, script, !o.script.empty(), o.paused);
+    if (!o.quiet) std::fprintf(stderr, "knead: %s\n", cost_text(scene->scene, rule.device).c_str());
+    ViewDesk desk(std::move(window), scene, rule);
     desk.panels.model.open = !o.bare;
     if (const std::string way = desk.sharing(); !o.quiet && !way.empty())
         std::fprintf(stderr, "knead: %s\n", way.c_str());
-    double before = wall_seconds();
-    while (!desk.closed() && !interrupted() && (o.frames == 0 || desk.drawn() < o.frames)) {
-        const double now = wall_seconds();
-        const bool last = o.frames > 0 && desk.drawn() + 1 == o.frames;
-        desk.frame(now - before, last ? o.screenshot : "");
-        before = now;
-    }
-    desk.end();
+    const std::exception_ptr failure = live(desk, o);
+    LiveResults results = desk.results();
+    const bool written = write_results(outputs, results, report_of(o, desk, results));
+    if (failure) std::rethrow_exception(failure);
     if (!o.quiet) print(desk.summary());
     if (interrupted()) return 128 + interrupted();
     if (desk.gl_errors() > 0) return exit_check;
     if (desk.ended()) return exit_numbers;
-    return desk.output_refused() ? exit_output : exit_ok;
+    return desk.output_refused() || !written ? exit_output : exit_ok;
 }
 
 }  // namespace knead

@@ -4,40 +4,16 @@
 
 #include <algorithm>
 #include <cmath>
-#include <filesystem>
 #include <utility>
 
 #include "host/base/errors.h"
-#include "host/base/interrupt.h"
 #include "host/base/machine.h"
 
 namespace knead {
 namespace {
-namespace fs = std::filesystem;
 
-constexpr double film_rate = 30;                             // pictures per second
-constexpr double splat_budget = 0.1, picture_budget = 0.15;  // [s]
-constexpr float per_pixel = 0.006f;                          // of a drag [rad]
-
-// knead_0001.png, the first number that is free.
-std::string free_name(const std::string& end)
-{
-    for (int i = 1; i < 10000; ++i) {
-        const std::string name = fmt::format("knead_{:04}{}", i, end);
-        if (!fs::exists(name)) return name;
-    }
-    throw OutputError("knead_9999" + end + ": all numbers before it are taken, too");
-}
-
-LiveRule live_rule(Device device, bool scripted, bool paused, EyePainter& painter)
-{
-    LiveRule rule;
-    rule.make = [device](const Setup& setup) { return make_solver(setup, device); };
-    rule.stepped = scripted;
-    rule.paused = paused;
-    rule.on_device = device.kind == DeviceKind::cuda && painter.sharing(device.index).shared;
-    return rule;
-}
+constexpr double picture_budget = 0.15;  // [s]
+constexpr float per_pixel = 0.006f;      // of a drag [rad]
 
 // Each pixel of a software renderer costs; edges may then be rough.
 int samples_for(const Window& window)
@@ -48,77 +24,170 @@ int samples_for(const Window& window)
 }  // namespace
 
 ViewDesk::ViewDesk(std::unique_ptr<Window> shown_in, std::shared_ptr<const LiveScene> scene,
-                   Device on, InputScript by, bool with_script, bool paused)
-    : panels(scene->scene.path),
+                   DeskRule by)
+    : panels(scene->scene.path, by.settings, by.cells),
+      rule(std::move(by)),
       window(std::move(shown_in)),
       painter(EyePainter::open(samples_for(*window))),
       coarse(CoarsePicture::open()),
       pace(picture_budget, 0.3, 1),
-      device(on),
-      script(std::move(by)),
-      scripted(with_script),
-      session(std::move(scene), live_rule(on, with_script, paused, *painter)),
-      state(session.state())
+      script(rule.script),
+      record([this](const std::string& text) { panels.model.note(text); }),
+      session(std::move(scene), live_rule()),
+      state(session.state()),
+      drawn_by(window->renderer()),
+      paused(rule.paused)
 {
     for (const char* name : posture_names) panels.model.postures.push_back(name);
+    clock.run(!paused);
     session.settle();
+    state = session.state();
+    follow_history();
+}
+
+LiveRule ViewDesk::live_rule()
+{
+    LiveRule live;
+    live.make = [device = rule.device](const Setup& setup) { return make_solver(setup, device); };
+    live.stepped = live.from_zero = rule.scripted;
+    live.paused = rule.paused;
+    live.memory = rule.memory;
+    live.on_device =
+        rule.device.kind == DeviceKind::cuda && painter->sharing(rule.device.index).shared;
+    live.clock = [this] { return clock.now(); };
+    live.acted = [this](const HandAction& done) { record.act(done); };
+    live.published = [] { Window::wake(); };
+    return live;
 }
 
 void ViewDesk::frame(double passed, const std::string& screenshot)
 {
     if (!screenshot.empty()) wanted.push_back(screenshot);
-    if (scripted) passed = 1 / session.state()->scene->scene.frame_rate;
-    time = scripted ? time + passed : session.now();
-    listen();
+    if (rule.scripted) passed = 1 / session.state()->scene->scene.frame_rate;
+    window_time += passed;
+    const bool happened = listen();
     state = session.state();
     panels.follow(*state);
+    panels.model.paused = paused;
     panels.model.pass(passed);
-    if (state->scene && state->scene.get() != shown) {
+    follow_history();
+    look_whether_seen();
+    if (asked.any() && window_time > asked.until) answer(false);
+    if (must_draw(happened)) {
+        tell_facts();
+        obey(window->panels(panels.model, input, passed));
+        if (!window->keys_taken()) take_keys();
+        if (!window->mouse_taken())
+            take_mouse(passed);
+        else
+            pointer.pressed = false;
+        if (panels.model.hand != hand_led) lead_hand(panels.model.hand);
+        simulate();
+        draw();
+        ++frames, settling = std::max(0, settling - 1);
+        last_drawn = window_time;
+    } else {
+        simulate();
+    }
+    input.begin_frame();
+}
+
+// What a person does, and a script, is waited for as long as nothing else is to be done.
+bool ViewDesk::listen()
+{
+    bool happened = false;
+    for (const InputEvent& event : window->poll(patience())) input.take(event), happened = true;
+    began = wall_seconds();
+    for (const InputEvent& event : script.due(window_time)) {
+        if (event.kind == InputEvent::screenshot) wanted.push_back(event.file);
+        if (event.kind == InputEvent::lose) reopen();
+        input.take(event), happened = true;
+    }
+    if (window->lost()) reopen();
+    if (window->damaged()) happened = true, still.forget();
+    return happened;
+}
+
+// [s]. A hand that is led is pushed to the simulation though the mouse stands still; a display that
+// does not wait for its own refresh is not drawn more often than one would.
+double ViewDesk::patience() const
+{
+    constexpr double asleep = 0.1, often = 1.0 / 120;
+    if (rule.scripted || rule.every_frame || !wanted.empty()) return 0;
+    if (hidden) return asleep;
+    const bool lives = !paused && state->trouble.empty();
+    const bool busy = lives || video || settling > 0 || window_time < awake_until;
+    if (busy) return std::max(0.0, often - (wall_seconds() - began));
+    return still.whole() ? asleep : StillPicture::rest / 4;
+}
+
+bool ViewDesk::must_draw(bool happened)
+{
+    constexpr double moving = 0.4;  // panels after an event [s]
+    constexpr double blink = 0.25;  // of a cursor in a field of a panel [s]
+    if (rule.scripted || rule.every_frame) return true;
+    if (hidden) return !wanted.empty();
+    if (happened) awake_until = window_time + moving;
+    const PanelModel& m = panels.model;
+    const std::string text = m.trouble + '\n' + m.notice + '\n' + m.question;
+    const bool other = state->version != drawn_version || text != drawn_text;
+    if (happened || other) settling = 3;
+    drawn_version = state->version, drawn_text = text;
+    const bool blinks = window->keys_taken() && window_time > last_drawn + blink;
+    const bool glows = last_drawn < glow_until;
+    return other || blinks || glows || video || settling > 0 || !wanted.empty() ||
+           window_time < awake_until || still.due(window_time);
+}
+
+// Nobody sees a window that is minimised: its clay stands still, as under a headset that is off.
+void ViewDesk::look_whether_seen()
+{
+    if (rule.scripted || rule.every_frame) return;
+    const bool seen = window->visible();
+    if (seen != hidden) return;
+    hidden = !seen;
+    if (seen) still.forget(), awake_until = window_time + 0.4;
+    clock.run(!paused && !hidden);
+    if (!paused) session.pause(hidden), record.pause(hidden);
+}
+
+void ViewDesk::pause(bool on)
+{
+    if (on == paused) return;
+    paused = on;
+    clock.run(!paused && !hidden);
+    if (hidden) return;
+    session.pause(on);
+    record.pause(on);
+}
+
+// Another scene, or the same from its start: recorded anew, and the mouse goes on leading.
+void ViewDesk::follow_history()
+{
+    if (!state->scene || state->history == history) return;
+    history = state->history;
+    ticks = 0, replay = {};
+    time = rule.scripted ? 0 : clock.now();
+    pushed = -1e30;
+    worked = false;
+    record.begin(*state->scene, time);
+    if (!state->scene->scene.has_hands) session.set_hands(state->hands);
+    if (state->scene.get() != shown) {
         shown = state->scene.get();
         camera.look(cast<float>(shown->scene.eye), cast<float>(shown->scene.target));
         splats.reset();
     }
-    tell_facts();
-    const PanelAsks asks = window->panels(panels.model, input, passed);
-    panels.obey(asks, session, *state);
-    if (asks.frame_camera) frame_camera();
-    if (asks.film) film();
-    if (asks.screenshot) wanted.push_back("");
-    if (asks.recorded && *asks.recorded) panels.model.hand = false;
-    if (!window->keys_taken()) take_keys();
-    if (!window->mouse_taken())
-        take_mouse(passed);
-    else
-        pointer.pressed = false;
-    if (panels.model.hand != hand_led) lead_hand(panels.model.hand);
-    move_hand(time);
-    if (scripted) session.advance_to(time);
-    state = session.state();
-    if (state->version != counted)
-        touched += state->frame.stats.projected, counted = state->version;
-    draw();
-    ++frames;
-}
-
-// A script's events are as a person's.
-void ViewDesk::listen()
-{
-    input.begin_frame();
-    for (const InputEvent& event : window->poll()) input.take(event);
-    for (const InputEvent& event : script.due(time)) {
-        if (event.kind == InputEvent::screenshot) wanted.push_back(event.file);
-        if (event.kind == InputEvent::lose) reopen();
-        input.take(event);
-    }
-    if (window->lost()) reopen();
+    if (hand_led) lead_hand(true);
 }
 
 // What belonged to a context that was lost is made anew; the session does not notice.
 void ViewDesk::reopen()
 {
-    if (++lost > 3) throw DeviceLost("the OpenGL context was lost again and again");
+    const double now = rule.scripted ? window_time : wall_seconds();
+    if (losses.too_many(now)) throw DeviceLost("the OpenGL context was lost again and again");
     const int width = std::max(window->width(), 64), height = std::max(window->height(), 64);
     painter.reset(), coarse.reset();
+    still.forget();
     window.reset();
     window = Window::open("Knead", width, height);
     painter = EyePainter::open(samples_for(*window));
@@ -126,27 +195,79 @@ void ViewDesk::reopen()
     panels.model.note("The OpenGL context was lost, and made anew.");
 }
 
+void ViewDesk::obey(PanelAsks asks)
+{
+    if (asks.reset) discard({true, -1, 0});
+    if (asks.load) discard({false, *asks.load, 0});
+    if (asks.confirm) answer(*asks.confirm);
+    if (asks.pause) pause(*asks.pause);
+    if (asks.step) step();
+    if (asks.frame_camera) frame_camera();
+    if (asks.film) film();
+    if (asks.screenshot) wanted.push_back("");
+    if (asks.recorded && *asks.recorded) panels.model.hand = false;
+    if (panels.obey(asks, session, *state)) worked = true;
+}
+
 void ViewDesk::take_keys()
 {
     PanelModel& m = panels.model;
-    if (input.pressed(key_tab)) m.open = !m.open;
-    if (input.pressed(key_space)) session.pause(!state->paused);
-    if (input.pressed('N')) session.step();
-    if (input.pressed('R')) session.reset();
-    if (input.pressed('H')) m.hand = !m.hand;
-    if (input.pressed('P')) m.posture = (m.posture + 1) % posture_count;
-    if (input.pressed('V')) film();
-    if (input.pressed(key_home)) frame_camera();
-    if (input.pressed(key_f12)) wanted.push_back("");
-    if (input.pressed(key_escape)) m.notice.clear();
+    if (input.pressed_alone(key_tab)) m.open = !m.open;
+    if (input.pressed_alone(key_space)) pause(!paused);
+    if (input.pressed_alone('N')) step();
+    if (input.pressed_alone('R')) discard({true, -1, 0});
+    if (input.pressed_alone('H')) m.hand = !m.hand;
+    if (input.pressed_alone('P')) m.posture = (m.posture + 1) % posture_count;
+    if (input.pressed_alone('V')) film();
+    if (input.pressed_alone(key_home)) frame_camera();
+    if (input.pressed_alone(key_f12)) wanted.push_back("");
+    if (input.pressed_alone(key_escape)) asked.any() ? answer(false) : m.notice.clear();
     const double turn = 0.05;  // a frame [rad]
-    m.roll += turn * (input.held(Key('E')) - input.held(Key('Q')));
-    m.tilt += turn * (input.held(Key('T')) - input.held(Key('F')));
+    m.roll += turn * (input.held_alone(Key('E')) - input.held_alone(Key('Q')));
+    m.tilt += turn * (input.held_alone(Key('T')) - input.held_alone(Key('F')));
+}
+
+void ViewDesk::step() { stepping = stepping || paused; }
+
+// Unshaped clay can be made again; shaped clay is thrown away only by a second command.
+void ViewDesk::discard(Discard what)
+{
+    constexpr double patience = 8;  // [s]
+    const bool again = what.reset == asked.reset && what.load == asked.load;
+    if (!worked || again) return do_discard(what);
+    panels.model.answer = what.reset ? "Reset" : "Open";
+    const std::string act =
+        what.reset ? "Reset" : "Open \"" + panels.model.scenes.at(std::size_t(what.load)) + "\"";
+    panels.model.question = act +
+                            "? The clay that you shaped will be lost. The same once more "
+                            "confirms it.";
+    asked = what;
+    asked.until = window_time + patience;
+    panels.show_scene(*state);
+}
+
+void ViewDesk::do_discard(const Discard& what)
+{
+    record.begins_by(what.reset ? "reset" : "scene");
+    if (what.reset)
+        session.reset();
+    else
+        panels.load(what.load, session);
+    // Before the first frame, in which recorded hands would move the tools.
+    if (hand_led) session.play(false);
+    answer(false);
+}
+
+void ViewDesk::answer(bool yes)
+{
+    const Discard what = std::exchange(asked, {});
+    panels.model.question.clear();
+    if (yes && what.any()) do_discard(what);
 }
 
 void ViewDesk::take_mouse(double passed)
 {
-    const bool shift = input.held(key_shift), control = input.held(key_control);
+    const bool shift = input.shift(), control = input.control();
     const float x = float(input.moved_x()), y = float(input.moved_y());
     const bool right_held = input.held(button_right);
     if (input.held(button_middle) || (right_held && shift))
@@ -160,7 +281,8 @@ void ViewDesk::take_mouse(double passed)
     pointer.pressed = panels.model.hand && input.held(button_left);
     // A finger's key curls it while it is held.
     for (int i = 0; i < 5; ++i) {
-        const double way = input.held(Key('1' + i)) || input.held(Key('G')) ? 1 : -1;
+        const bool bends = input.held_alone(Key('1' + i)) || input.held_alone(Key('G'));
+        const double way = bends ? 1 : -1;
         pointer.curl[i] = std::clamp(pointer.curl[i] + 4 * passed * way, 0.0, 1.0);
     }
 }
@@ -175,163 +297,77 @@ void ViewDesk::lead_hand(bool on)
     session.set_hands(panels.hands(*state));
 }
 
-void ViewDesk::move_hand(double at)
+void ViewDesk::move_hand()
 {
     const PanelModel& m = panels.model;
     pointer.posture = Posture(m.posture);
     pointer.tilt = m.tilt, pointer.roll = m.roll, pointer.press = m.press;
-    pointer.advance(at);
+    pointer.advance(time);
     tracked = {};
-    tracked.time = at;
-    if (hand_led) {
-        PointerHand posed_hand = pointer;
-        for (int i = 0; i < 5; ++i) posed_hand.curl[i] = std::max(pointer.curl[i], m.curl[i]);
-        Pointing p;
-        p.eye = cast<double>(camera.eye());
-        const int width = window->width(), height = window->height();
-        p.rotation = cast<double>(camera.view(width, height).rotation);
-        p.ray = cast<double>(
-            camera.ray(float(input.x()), float(input.y()), width, height, window->panels_width()));
-        tracked = posed_hand.hands(p, panels.hands(*state));
-    }
-    session.push(tracked);
-}
-
-void ViewDesk::frame_camera()
-{
-    Vec3<float> low{1e30f, 1e30f, 1e30f}, high = -low;
-    if (state->on_device && !state->on_device->empty())
-        low = state->on_device->low(), high = state->on_device->high();
-    for (const Mesh& mesh : state->meshes ? *state->meshes : std::vector<Mesh>())
-        for (const Vec3<float>& v : mesh.vertices) {
-            low = {min(low.x, v.x), min(low.y, v.y), min(low.z, v.z)};
-            high = {max(high.x, v.x), max(high.y, v.y), max(high.z, v.z)};
-        }
-    if (!(low.x <= high.x)) return;
-    const int across = std::max(1, window->width() - window->panels_width());
-    camera.frame(low, high, float(across) / float(std::max(1, window->height())));
-}
-
-void ViewDesk::follow_splats()
-{
-    if (!state->splats) return splats.reset();
-    if (!splats)
-        splats = std::make_unique<SplatDrawer>(*state->splats, device, splat_budget);
-    else if (state->history != splats_of || state->splat_version != splat_version)
-        splats->set(*state->splats);
-    splats_of = state->history, splat_version = state->splat_version;
-}
-
-void ViewDesk::draw_splats(const EyeView& view, bool whole)
-{
-    raster_took = 0;
-    follow_splats();
-    const SplatMotion motion = splat_motion(*state);
-    if (!splats || !motion.any()) return painter->set_splats(0, SplatLayer{});
-    splats->draw(*painter, {view}, motion, whole);
-    raster_took = splats->seconds();
-}
-
-void ViewDesk::draw()
-{
+    tracked.time = time;
+    if (!hand_led) return;
+    PointerHand posed_hand = pointer;
+    for (int i = 0; i < 5; ++i) posed_hand.curl[i] = std::max(pointer.curl[i], m.curl[i]);
+    Pointing p;
+    p.eye = cast<double>(camera.eye());
     const int width = window->width(), height = window->height();
-    if (width < 1 || height < 1) return;  // minimised
-    const double begin = wall_seconds();
-    const EyeView view = camera.view(width, height, window->panels_width());
-    std::vector<HandLook> hands = hand_looks(*state);
-    EyeLook look;
-    if (state->scene) {
-        look = live_look(state->scene->scene);
-        show_clay(*painter, *state);
-        const auto& objects = state->scene->scene.objects;
-        if (panels.model.object != selected)
-            selected = panels.model.object, glow_until = time + 1.5;
-        if (time < glow_until && std::size_t(selected) < objects.size())
-            look.highlight = objects[std::size_t(selected)].category;
-    }
-    // Where the mouse is, as long as no tool is there yet.
-    if (hand_led && hands.empty())
-        for (HandLook& ghost : tracked_looks(tracked, panels.hands(*state), 0.4f))
-            hands.push_back(std::move(ghost));
-    painter->set_hands(hands);
-    // Pictures that are kept are whole; others may be coarse, to keep up.
-    const bool kept = !wanted.empty() || video;
-    draw_splats(view, kept);
-    coarse->paint(*painter, view, look, kept ? 1 : pace.scale());
-    window->draw_panels();
-    const double drawn_at = wall_seconds();
-    for (const std::string& file : std::exchange(wanted, {})) keep_picture(file);
-    if (video && (scripted ? frames / shown->scene.frame_rate : time) >= filmed) {
-        if (width == film_width && height == film_height) {
-            video->add(window->image());
-            filmed += 1 / film_rate;
-        } else {
-            film();  // ends it: its pictures are of one size
-        }
-    }
-    errors += window->gl_errors();
-    const double shown_at = wall_seconds();
-    window->show();
-    picture_took = drawn_at - begin - raster_took, show_took = wall_seconds() - shown_at;
-    if (!kept) pace.took(picture_took + show_took);
-    panels.add_times(*state, raster_took, picture_took, show_took);
+    p.rotation = cast<double>(camera.view(width, height).rotation);
+    p.ray = cast<double>(
+        camera.ray(float(input.x()), float(input.y()), width, height, window->panels_width()));
+    tracked = posed_hand.hands(p, panels.hands(*state));
 }
 
-void ViewDesk::keep_picture(const std::string& file)
+// Hands to the simulation, which goes on to this frame's time where that is the script's.
+void ViewDesk::simulate()
 {
-    try {
-        const std::string name = file.empty() ? free_name(".png") : file;
-        if (write_png(name, window->image(), [] { return interrupted() != 0; }))
-            panels.model.note("Wrote " + name);
-    } catch (const OutputError& e) {
-        panels.model.note(e.what());
-        refused = true;
+    if (rule.scripted) {
+        session.settle();  // a scene that was chosen, or reset, is there
+        state = session.state();
+        follow_history();
     }
-}
-
-void ViewDesk::film()
-{
-    try {
-        if (video) {
-            std::exchange(video, nullptr)->close();
-            panels.model.note("The film is written.");
-        } else if (!Video::available()) {
-            panels.model.note("No film: ffmpeg is not on the PATH.");
-        } else {
-            const std::string name = free_name(".mp4");
-            film_width = window->width(), film_height = window->height();
-            video = Video::open(name, film_width, film_height, film_rate);
-            filmed = scripted ? frames / shown->scene.frame_rate : time;
-            panels.model.note("Filming " + name);
-        }
-    } catch (const OutputError& e) {
-        video.reset();
-        panels.model.note(e.what());
-        refused = true;
+    const bool single = std::exchange(stepping, false);
+    const bool runs = single || (!paused && !hidden);
+    const double rate = state->scene ? state->scene->scene.frame_rate : 90;
+    if (rule.scripted) time = double(ticks += runs) / rate;
+    if (!rule.scripted && single) clock.add(1 / rate);
+    if (!rule.scripted) time = clock.now();
+    move_hand();
+    // No tracker has more frames a second.
+    if (runs && (rule.scripted || single || time >= pushed + 0.008)) {
+        pushed = time;
+        record_hands();
+        session.push(tracked);
+        worked = worked || hand_led;
     }
-    panels.model.filming = video != nullptr;
+    if (single) session.step();
+    if (rule.scripted && runs) session.advance_to(time);
+    if (runs) record.simulated(time);
+    state = session.state();
+    if (state->version != counted)
+        touched += state->frame.stats.projected, counted = state->version;
 }
 
-void ViewDesk::end()
+// As the simulation has them: the mouse's, or those of the scene's recording, which may wait.
+void ViewDesk::record_hands()
 {
-    if (video) film();
-}
-
-void ViewDesk::tell_facts()
-{
-    std::vector<std::string>& facts = panels.model.facts;
-    facts = {
-        state->solver, painter->name(),
-        fmt::format("frame {}, {:.2f} s simulated", state->frame.number, state->frame.simulated)};
-    if (state->shed.behind > 0.05)
-        facts.push_back(fmt::format("too slow: {:.1f} s behind, {} frames cut short",
-                                    state->shed.behind, state->shed.frames));
-    if (pace.scale() < 0.99)
-        facts.push_back(
-            fmt::format("drawn by {:.0f} % of the pixels a side, to keep up", 100 * pace.scale()));
-    if (splats && splats->scale() < 0.99)
-        facts.push_back(fmt::format("splats by {:.0f} % of the pixels a side, to keep up",
-                                    100 * splats->scale()));
+    if (!state->recorded || !state->scene || !state->scene->recording) {
+        record.frame(tracked, time);
+        return;
+    }
+    const std::vector<HandFrame>& all = state->scene->recording->frames;
+    // Of a script's session this is the frame to come, of another one the last.
+    const double now = state->recording_time + (rule.scripted ? 1 / shown->scene.frame_rate : 0);
+    if (now < replay.at) replay = {};  // played from its start again
+    replay.at = now;
+    // Frames of the simulation do not begin like a clock's ticks, those of the recording do.
+    constexpr double held_up = 0.1;  // [s]
+    const double shift = rule.scripted ? time - now : state->time - now;
+    if (std::abs(shift - replay.shift) > (rule.scripted ? 1e-9 : held_up)) replay.shift = shift;
+    // Up to the first one that ends with the frame or later: a pose between two needs both.
+    while (replay.next < all.size() && (replay.next == 0 || all[replay.next - 1].time < now)) {
+        record.frame(all[replay.next], all[replay.next].time + replay.shift);
+        ++replay.next;
+    }
 }
 
 std::string ViewDesk::summary() const
@@ -340,10 +376,23 @@ std::string ViewDesk::summary() const
     return fmt::format(
         "{} frames drawn by {}; {} simulated, {:.4g} s, {:.4g} s behind, {} cut short; {} "
         "particle-substeps put out of tools; {} OpenGL errors{}{}\n",
-        frames, painter->name(), last->frame.number, last->frame.simulated, last->shed.behind,
+        frames, drawn_by, last->frame.number, last->frame.simulated, last->shed.behind,
         last->shed.frames, touched, errors,
         last->splats ? fmt::format("; {} splats", last->splats->count()) : "",
         last->trouble.empty() ? "" : "; the simulation ended: " + last->trouble);
+}
+
+LiveResults ViewDesk::results()
+{
+    session.pause(true);
+    session.settle();
+    LiveResults of;
+    of.clay = session.digest();
+    of.state = session.state();
+    of.hands = std::move(record.hands), of.actions = std::move(record.actions);
+    of.hands.name = "window";
+    of.hands.rate = of.state->scene ? of.state->scene->scene.frame_rate : 90;
+    return of;
 }
 
 }  // namespace knead

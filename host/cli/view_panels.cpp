@@ -14,37 +14,6 @@ namespace knead {
 namespace {
 namespace fs = std::filesystem;
 
-struct Quantity {
-    const char *name, *unit;
-    double MaterialSpec::*value;
-    double low, high;
-    bool logarithmic;
-    bool (*used)(const MaterialSpec&);
-};
-
-bool always(const MaterialSpec&) { return true; }
-bool solid(const MaterialSpec& s) { return s.plasticity != Plasticity::fluid; }
-bool yields(const MaterialSpec& s)
-{
-    return s.plasticity == Plasticity::von_mises || s.plasticity == Plasticity::herschel_bulkley;
-}
-bool flows(const MaterialSpec& s)
-{
-    return s.plasticity == Plasticity::fluid || s.plasticity == Plasticity::herschel_bulkley;
-}
-bool grains(const MaterialSpec& s) { return s.plasticity == Plasticity::drucker_prager; }
-
-const Quantity quantities[] = {
-    {"Density", "kg/m3", &MaterialSpec::density, 100, 5000, false, always},
-    {"Stiffness", "Pa", &MaterialSpec::young, 1e3, 1e7, true, solid},
-    {"Poisson", "", &MaterialSpec::poisson, 0, 0.45, false, solid},
-    {"Yield", "Pa", &MaterialSpec::yield, 100, 1e6, true, yields},
-    {"Hardening", "Pa", &MaterialSpec::hardening, 0, 1e6, false,
-     [](const MaterialSpec& s) { return s.plasticity == Plasticity::von_mises; }},
-    {"Viscosity", "Pa s", &MaterialSpec::viscosity, 0.1, 1e4, true, flows},
-    {"Friction", "deg", &MaterialSpec::friction_angle, 1, 60, false, grains},
-    {"Cohesion", "Pa", &MaterialSpec::cohesion, 0, 1e4, false, grains}};
-
 int preset_index(const std::string& name)
 {
     const auto& all = material_specs();
@@ -64,39 +33,31 @@ std::string path_key(const std::string& path)
 
 MaterialSpec stated(const Object& object)
 {
-    MaterialSpec spec = material_specs()[std::size_t(preset_index(object.preset))];
-    const Material<double>& m = object.material;
-    spec.elasticity = m.elasticity, spec.plasticity = m.plasticity;
-    spec.density = m.density;
-    if (solid(spec) && m.lambda + m.mu > 0) {
-        spec.young = m.mu * (3 * m.lambda + 2 * m.mu) / (m.lambda + m.mu);
-        spec.poisson = m.lambda / (2 * (m.lambda + m.mu));
-    }
-    if (yields(spec)) spec.yield = m.yield, spec.hardening = m.hardening;
-    if (flows(spec)) spec.viscosity = m.viscosity, spec.exponent = m.exponent;
-    if (spec.plasticity == Plasticity::fluid) spec.bulk = m.bulk;
-    spec.yield_floor = m.yield_floor;
+    MaterialSpec spec = stated(object.material);
+    spec.name = object.preset;
     return spec;
 }
 
 std::vector<Slider> sliders_of(const MaterialSpec& spec)
 {
     std::vector<Slider> sliders;
-    for (const Quantity& q : quantities)
-        if (q.used(spec)) {
-            const double value = spec.*q.value;
-            sliders.push_back({q.name, q.unit, value, std::min(q.low, value),
-                               std::max(q.high, value), q.logarithmic && value > 0});
-        }
+    for (const MaterialQuantity& q : material_quantities()) {
+        if (!q.used(spec) || q.slider.high <= q.slider.low) continue;
+        const double value = spec.*q.value;
+        sliders.push_back({q.name, q.unit, value, std::min(q.slider.low, value),
+                           std::max(q.slider.high, value), q.slider.logarithmic && value > 0});
+    }
     return sliders;
 }
 
 MaterialSpec with_sliders(MaterialSpec spec, const std::vector<Slider>& sliders)
 {
+    const auto all = material_quantities();
     for (const Slider& s : sliders) {
-        const auto q = std::find_if(std::begin(quantities), std::end(quantities),
-                                    [&](const Quantity& one) { return s.name == one.name; });
-        if (q == std::end(quantities) || !q->used(spec))
+        const auto q = std::find_if(all.begin(), all.end(), [&](const MaterialQuantity& one) {
+            return s.name == one.name;
+        });
+        if (q == all.end() || !q->used(spec))
             throw std::invalid_argument("a material has no " + s.name);
         spec.*(q->value) = s.value;
     }
@@ -117,7 +78,8 @@ std::vector<std::string> scenes_beside(const std::string& path)
     return found;
 }
 
-ViewPanels::ViewPanels(const std::string& path) : paths(scenes_beside(path))
+ViewPanels::ViewPanels(const std::string& path, std::vector<std::string> settings, int cells)
+    : paths(scenes_beside(path)), settings_(std::move(settings)), cells_(cells)
 {
     for (const std::string& one : paths) model.scenes.push_back(fs::path(one).stem().string());
     for (const MaterialSpec& spec : material_specs()) model.presets.push_back(spec.name);
@@ -129,29 +91,59 @@ void ViewPanels::follow(const LiveState& state)
     model.paused = state.paused;
     model.recorded = state.recorded;
     model.trouble = state.trouble;
-    if (state.refused != refused_ && !state.refusal.empty()) model.note(state.refusal);
+    const bool refused = state.refused != refused_ && !state.refusal.empty();
     refused_ = state.refused;
-    if (!state.scene || state.history == history_) return;
+    if (!state.scene || state.history == history_) {
+        if (!refused) return;
+        model.note(state.refusal);
+        show_held(state);
+        return show_scene(state);
+    }
     history_ = state.history;
     const bool other = state.scene.get() != scene_;
     scene_ = state.scene.get();
     const Scene& scene = state.scene->scene;
-    model.gravity = -scene.setup.gravity.y;
-    model.objects.clear(), specs_.clear();
+    model.gravity = gravity_ = -scene.setup.gravity.y;
+    model.objects.clear(), specs_.clear(), presets_.clear();
     for (const Object& o : scene.objects) {
         specs_.push_back(stated(o));
+        presets_.push_back(preset_index(o.preset));
         model.objects.push_back({o.name, preset_index(o.preset), sliders_of(specs_.back())});
     }
     model.has_recording = state.scene->recording.has_value();
-    if (!other) return;
-    model.notice.clear();
+    if (other) {
+        model.notice.clear();
+        show_tool(scene);
+    }
+    show_scene(state);
+    if (refused) model.note(state.refusal);  // a setting that this scene does not take
+}
+
+void ViewPanels::show_tool(const Scene& scene)
+{
     model.object = 0;
     model.tool = 0;
     for (std::size_t i = 0; i < model.tools.size(); ++i)
         if (model.tools[i] == scene.hands.held[right])
             model.tool = int(i), model.posture = int(Posture::fist);
+}
+
+void ViewPanels::show_scene(const LiveState& state)
+{
+    if (!state.scene) return;
+    const std::string key = path_key(state.scene->scene.path);
     for (std::size_t i = 0; i < paths.size(); ++i)
-        if (path_key(paths[i]) == path_key(scene.path)) model.scene = int(i);
+        if (path_key(paths[i]) == key) model.scene = int(i);
+}
+
+// After a refusal: materials as the simulation has them.
+void ViewPanels::show_held(const LiveState& state)
+{
+    for (std::size_t i = 0; i < model.objects.size() && i < state.materials.size(); ++i) {
+        specs_[i] = stated(state.materials[i]);
+        model.objects[i].preset = presets_[i];
+        model.objects[i].sliders = sliders_of(specs_[i]);
+    }
 }
 
 void ViewPanels::add_times(const LiveState& state, double raster, double gl, double show)
@@ -177,28 +169,61 @@ HandsRule ViewPanels::hands(const LiveState& state) const
     return rule;
 }
 
-void ViewPanels::obey(const PanelAsks& asks, LiveSession& session, const LiveState& state)
+void ViewPanels::load(int scene, LiveSession& session)
 {
-    if (asks.load) session.load(paths.at(std::size_t(*asks.load)), {});
-    if (asks.reset) session.reset();
-    if (asks.pause) session.pause(*asks.pause);
-    if (asks.step) session.step();
+    session.load(paths.at(std::size_t(scene)), settings_, cells_);
+}
+
+bool ViewPanels::set_gravity(double gravity, LiveSession& session)
+{
+    if (!(std::abs(gravity) <= most_gravity)) {
+        model.note(
+            fmt::format("Gravity: expected {:g} m/s^2 at most, found {:g}", most_gravity, gravity));
+        model.gravity = gravity_;
+        return false;
+    }
+    gravity_ = gravity;
+    session.set_gravity({0, -gravity, 0});
+    return true;
+}
+
+bool ViewPanels::set_material(bool preset, LiveSession& session)
+{
+    const std::size_t at = std::size_t(model.object);
+    ObjectPanel& object = model.objects.at(at);
+    MaterialSpec spec = preset ? material_specs().at(std::size_t(object.preset))
+                               : with_sliders(specs_.at(at), object.sliders);
+    if (const auto fault = fault_of(spec)) {
+        const MaterialQuantity* of = nullptr;
+        for (const MaterialQuantity& q : material_quantities())
+            if (q.key == fault->key) of = &q;
+        model.note(fmt::format("{}: expected {}, found {}", of ? of->name : fault->key,
+                               fault->expected, fault->found));
+        object.sliders = sliders_of(specs_.at(at));
+        return false;
+    }
+    // Their ends stay while one is dragged.
+    bool within = !preset;
+    for (const Slider& s : object.sliders) within = within && s.value >= s.low && s.value <= s.high;
+    if (!within) object.sliders = sliders_of(spec);
+    if (!preset) presets_.at(at) = object.preset;
+    specs_.at(at) = spec;
+    session.set_material(int(at), made(spec));
+    return true;
+}
+
+bool ViewPanels::obey(const PanelAsks& asks, LiveSession& session, const LiveState& state)
+{
+    bool other = false;
     if (asks.recorded) session.play(*asks.recorded);
-    if (asks.gravity) session.set_gravity({0, -*asks.gravity, 0});
+    if (asks.gravity) other = set_gravity(*asks.gravity, session);
     if (asks.tool) {
         model.tool = *asks.tool;
         model.posture = int(model.tool == 0 ? Posture::relaxed : Posture::fist);
         session.set_hands(hands(state));
     }
-    if (!asks.preset && !asks.material) return;
-    const std::size_t at = std::size_t(model.object);
-    ObjectPanel& object = model.objects.at(at);
-    MaterialSpec& spec = specs_.at(at);
-    if (asks.preset)
-        spec = material_specs().at(std::size_t(object.preset)), object.sliders = sliders_of(spec);
-    else
-        spec = with_sliders(spec, object.sliders);
-    session.set_material(int(at), made(spec));
+    if (asks.preset || asks.material) other = set_material(asks.preset, session) || other;
+    return other;
 }
 
 }  // namespace knead

@@ -22,8 +22,10 @@ std::vector<std::string> scenes_beside(const std::string& path);
 
 class ViewPanels {
   public:
-    // Of the scene at `path`, and those beside it.
-    explicit ViewPanels(const std::string& path);
+    // Of the scene at `path`, and those beside it. `settings` and `cells` go with each that is
+    // chosen, as far as it takes them.
+    explicit ViewPanels(const std::string& path, std::vector<std::string> settings = {},
+                        int cells = 0);
 
     PanelModel model;
     std::vector<std::string> paths;  // of model.scenes
@@ -32,8 +34,12 @@ class ViewPanels {
     void follow(const LiveState& state);
     // What a frame of the simulation and its picture took: once for each version of a state.
     void add_times(const LiveState& state, double raster, double gl, double show);
-    // What was asked for by the panels, passed on to the session. Not the camera, nor pictures.
-    void obey(const PanelAsks& asks, LiveSession& session, const LiveState& state);
+    // What was asked for by the panels, passed on to the session: tools, hands, gravity, materials.
+    // What cannot be is said, and its control shows again what holds. True where clay has become
+    // another.
+    bool obey(const PanelAsks& asks, LiveSession& session, const LiveState& state);
+    void load(int scene, LiveSession& session);     // throws std::out_of_range
+    void show_scene(const LiveState& state);        // that which is there
     HandsRule hands(const LiveState& state) const;  // with the tool that is chosen
 
   private:
@@ -42,6 +48,15 @@ class ViewPanels {
     long timed_ = 0;
     int refused_ = 0;
     std::vector<MaterialSpec> specs_;  // of the objects
+    std::vector<int> presets_;         // likewise, as they were before the last choice
+    std::vector<std::string> settings_;
+    int cells_ = 0;
+    double gravity_ = 0;  // that holds [m/s^2]
+
+    bool set_gravity(double gravity, LiveSession& session);
+    bool set_material(bool preset, LiveSession& session);
+    void show_held(const LiveState& state);
+    void show_tool(const Scene& scene);
 };
 
 }  // namespace knead

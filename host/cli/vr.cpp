@@ -3,29 +3,23 @@
 
 #include <cmath>
 #include <cstdio>
-#include <filesystem>
 #include <nlohmann/json.hpp>
 #include <sstream>
 
 #include "host/base/errors.h"
 #include "host/base/interrupt.h"
 #include "host/base/json_reader.h"
-#include "host/base/outputs.h"
 #include "host/base/parallel.h"
-#include "host/base/paths.h"
 #include "host/base/print.h"
+#include "host/cli/live_results.h"
 #include "host/cli/verbs.h"
-#include "host/files/mesh_file.h"
-#include "host/hands/recording.h"
 #include "host/scene/domain.h"
 #include "host/session/device.h"
 #include "host/session/estimate.h"
 #include "host/session/headset_loop.h"
-#include "host/session/report.h"
 
 namespace knead {
 namespace {
-namespace fs = std::filesystem;
 
 Vec3<double> place_of(const std::string& text)
 {
@@ -75,26 +69,12 @@ HeadsetLoopRule rule_of(const VrOptions& o, Device device)
     return rule;
 }
 
-// Outputs that could not be written are refused before the headset is put on.
-FolderLock prepare(const VrOptions& o)
+LiveOutputs outputs_of(const VrOptions& o)
 {
-    if (o.hands_only && o.record.empty() && o.out.empty())
-        throw UsageError("--hands-only needs --record FILE, or --out DIR");
-    if (!o.record.empty()) {
-        const std::string form = ending(o.record);
-        if (form != ".hands" && form != ".jsonl")
-            throw UsageError("--record: expected a file ending in .hands or .jsonl, found \"" +
-                             o.record + "\"");
-        prepare_file(o.record, o.overwrite);
-        prepare_file(actions_file(o.record), o.overwrite);
-    }
-    if (o.out.empty()) return {};
-    return prepare_folder(o.out,
-                          {"headset.json", "mesh.glb", "hands.hands", actions_file("hands.hands")},
-                          o.overwrite);
+    return {o.out, o.record, "headset.json", o.overwrite};
 }
 
-Json report_of(const VrOptions& o, const HeadsetEnd& end)
+Json report_of(const VrOptions& o, const HeadsetEnd& end, const LiveResults& results)
 {
     Json of{{"schema", "knead.headset/1"}, {"scene", o.scene}, {"settings", o.settings}};
     const HeadsetFacts& f = end.facts;
@@ -109,52 +89,8 @@ Json report_of(const VrOptions& o, const HeadsetEnd& end)
     of["shared"] = end.shared;
     of["gl_errors"] = end.gl_errors, of["stray_gl_errors"] = end.stray;
     of["reason"] = end.reason;
-    const LiveState& s = *end.state;
-    of["simulation"] = {
-        {"solver", s.solver},          {"deterministic", o.deterministic},
-        {"frames", s.frame.number},    {"simulated_s", s.frame.simulated},
-        {"cut_frames", s.shed.frames}, {"behind_s", s.shed.behind},
-        {"trouble", s.trouble},        {"state_hash", end.hash},
-        {"particles", end.particles},  {"splats", s.splats ? s.splats->count() : 0}};
-    of["hands"] = {{"frames", end.hands.frames.size()}, {"actions", end.actions.all.size()}};
+    add_simulation(of, results, o.deterministic);
     return of;
-}
-
-// The hands, and beside them what was done. Where nothing was, what an earlier session left there
-// goes: it was of other hands.
-void write_hands(const std::string& file, HeadsetEnd& end)
-{
-    const fs::path side = actions_file(file);
-    if (end.actions.all.empty())
-        remove_files(side.parent_path().empty() ? "." : side.parent_path().string(),
-                     {side.filename().string()});
-    write_recording(file, end.hands);
-    if (end.actions.all.empty()) return;
-    end.actions.recording = file_hash(file);
-    write_actions(side.string(), end.actions);
-}
-
-// Each result by itself: where the disk refuses one, the others are still written.
-bool write_results(const VrOptions& o, HeadsetEnd& end, const Json& report)
-{
-    bool all = true;
-    const auto attempt = [&](const auto& write) {
-        try {
-            write();
-        } catch (const std::runtime_error& e) {
-            std::fprintf(stderr, "knead: %s\n", e.what());
-            all = false;
-        }
-    };
-    const auto in_folder = [&](const char* name) { return (fs::path(o.out) / name).string(); };
-    const bool hands = !end.hands.frames.empty();
-    if (hands && !o.record.empty()) attempt([&] { write_hands(o.record, end); });
-    if (o.out.empty()) return all;
-    if (hands) attempt([&] { write_hands(in_folder("hands.hands"), end); });
-    if (const Meshes meshes = meshes_of(*end.state); !meshes->empty())
-        attempt([&] { write_mesh(in_folder("mesh.glb"), *meshes); });
-    attempt([&] { write_whole(in_folder("headset.json"), report.dump(2) + "\n"); });
-    return all;
 }
 
 void summarise(const VrOptions& o, const HeadsetEnd& end, const Json& report)
@@ -175,7 +111,10 @@ int vr_verb(const VrOptions& asked)
     if (o.cells > 0) o.settings.push_back(cells_setting(read_json(o.scene), o.cells));
     const Device device = resolved(parse_device(o.device));
     HeadsetLoopRule rule = rule_of(o, device);
-    const FolderLock lock = prepare(o);
+    if (o.hands_only && o.record.empty() && o.out.empty())
+        throw UsageError("--hands-only needs --record FILE, or --out DIR");
+    const LiveOutputs outputs = outputs_of(o);
+    const FolderLock lock = prepare(outputs);
     std::vector<std::string> settings = o.settings;
     if (o.deterministic) settings.push_back("deterministic=true");
     rule.scene = o.scene, rule.settings = settings;
@@ -184,8 +123,10 @@ int vr_verb(const VrOptions& asked)
     watch_interrupts();
     if (!o.hands_only) rule.tell(cost_text(scene->scene, device));
     HeadsetEnd end = run_headset(scene, rule);
-    const Json report = report_of(o, end);
-    const bool written = write_results(o, end, report);
+    LiveResults results{std::move(end.hands), std::move(end.actions), end.state,
+                        {end.hash, end.particles}};
+    const Json report = report_of(o, end, results);
+    const bool written = write_results(outputs, results, report);
     summarise(o, end, report);
     if (!end.reason.empty()) {
         std::fprintf(stderr, "knead: %s\n", end.reason.c_str());

@@ -11,7 +11,6 @@
 #include "host/session/headset_record.h"
 #include "host/session/headset_time.h"
 #include "host/session/panel_desk.h"
-#include "host/solver/audit.h"
 #include "xr/sound.h"
 
 namespace knead {
@@ -124,12 +123,8 @@ HeadsetEnd HeadsetLoop::run()
     while (turn()) {
     }
     end.state = live->state();
-    live->ask([&](const Solver& solver) {
-        const Setup& rules = solver.rules();
-        const Audit found = audit(solver.particles(), rules.materials, rules.lattice.dx);
-        end.hash = hexadecimal(found.hash);
-        end.particles = long(solver.particles().size());
-    });
+    const ClayDigest clay = live->digest();
+    end.hash = clay.hash, end.particles = clay.particles;
     end.hands = std::move(record.hands), end.actions = std::move(record.actions);
     end.hands.name = "headset";
     end.hands.rate = tick.period > 0 ? 1 / tick.period : 90;

@@ -1,16 +1,20 @@
 #include "host/session/live.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <chrono>
 #include <new>
+#include <nlohmann/json.hpp>
 #include <stdexcept>
 
 #include "host/base/errors.h"
+#include "host/base/json_reader.h"
 #include "host/base/machine.h"
-#include "host/scene/foresight.h"
-#include "host/scene/seed.h"
+#include "host/scene/domain.h"
 #include "host/session/live_run.h"
 #include "host/session/session.h"
+#include "host/solver/audit.h"
 
 namespace knead {
 
@@ -34,36 +38,6 @@ std::string reason_of(const std::exception_ptr& failure)
 }
 
 }  // namespace
-
-std::shared_ptr<const LiveScene> load_live_scene(const std::string& path,
-                                                 const std::vector<std::string>& settings,
-                                                 std::size_t memory)
-{
-    auto made = std::make_shared<LiveScene>();
-    made->scene = read_scene(path, settings);
-    if (memory == 0) memory = available_memory();
-    check_substeps(made->scene);
-    made->settings = settings;
-    made->splats = load_splats(made->scene, memory);
-    build(made->scene, memory);
-    if (made->scene.has_hands) made->recording = hands_of(made->scene);
-    return made;
-}
-
-std::vector<int> splat_categories(const Scene& scene)
-{
-    std::vector<int> found;
-    for (const Object& o : scene.objects)
-        if (o.shape == ShapeKind::splats) found.push_back(o.category);
-    return found;
-}
-
-Meshes meshes_of(const LiveState& state)
-{
-    if (state.meshes) return state.meshes;
-    return std::make_shared<const std::vector<Mesh>>(state.on_device ? state.on_device->meshes()
-                                                                     : std::vector<Mesh>());
-}
 
 LiveSession::LiveSession(std::shared_ptr<const LiveScene> of, LiveRule by)
     : rule(std::move(by)), epoch(wall_seconds()), scene(std::move(of)), paused(rule.paused)
@@ -221,6 +195,7 @@ void LiveSession::publish()
     state->refused = refused;
     state->refusal = refusal;
     published.store(std::move(state));
+    if (rule.published) rule.published();
 }
 
 void LiveSession::refuse(const std::string& why)
@@ -253,10 +228,23 @@ void LiveSession::load(std::shared_ptr<const LiveScene> of)
     post([this, of = std::move(of)] { begin(of); }, true);
 }
 
-void LiveSession::load(const std::string& path, const std::vector<std::string>& settings)
+void LiveSession::load(const std::string& path, const std::vector<std::string>& settings,
+                       int cells)
 {
-    // What cannot be read leaves the scene that is there.
-    post([this, path, settings] { begin(load_live_scene(path, settings)); }, true);
+    post([this, path, settings, cells] { begin_file(path, settings, cells); }, true);
+}
+
+// What cannot be read leaves the scene that is there.
+void LiveSession::begin_file(const std::string& path, const std::vector<std::string>& settings,
+                             int cells)
+{
+    std::vector<std::string> wanted = settings, left_out;
+    if (cells > 0) wanted.push_back(cells_setting(read_json(path), cells));
+    wanted = fitting_settings(path, wanted, left_out);
+    begin(load_live_scene(path, wanted, rule.memory));
+    if (!left_out.empty())
+        refuse(fmt::format("{} does not take --set {}: left out", path,
+                           fmt::join(left_out, ", --set ")));
 }
 
 void LiveSession::edit_clay(Edit edit, bool reshapes)
@@ -287,8 +275,8 @@ void LiveSession::set_hands(const HandsRule& hands)
 void LiveSession::play(bool recorded)
 {
     post([this, recorded] {
-        if (!run) throw std::invalid_argument("there is no simulation that hands could move");
-        run->play(recorded);
+        if (run) return run->play(recorded);
+        if (recorded) throw std::invalid_argument("there is no simulation that hands could move");
     });
 }
 
@@ -339,13 +327,26 @@ bool LiveSession::ask(const std::function<void(const Solver&)>& look)
     return seen;
 }
 
+ClayDigest LiveSession::digest()
+{
+    ClayDigest found;
+    ask([&](const Solver& solver) {
+        const Setup& rules = solver.rules();
+        const std::vector<Particle<double>> particles = solver.particles();
+        found.hash = hexadecimal(audit(particles, rules.materials, rules.lattice.dx).hash);
+        found.particles = long(particles.size());
+    });
+    return found;
+}
+
 void LiveSession::advance_to(double time)
 {
     if (!rule.stepped)
         throw std::logic_error("a session in real time does not take the time from its caller");
     post([this, time] {
         constexpr double rounding = 1e-9;  // [s]
-        while (run && trouble.empty() && !paused && !quit && run->next_end() <= time + rounding) {
+        while (run && trouble.empty() && (!paused || steps > 0) && !quit &&
+               run->next_end() <= time + rounding) {
             frame();
             publish();
         }

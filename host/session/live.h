@@ -34,6 +34,11 @@ struct LiveScene {
 std::shared_ptr<const LiveScene> load_live_scene(const std::string& path,
                                                  const std::vector<std::string>& settings = {},
                                                  std::size_t memory = 0);
+// Those of `settings`, in their order, with which the scene at `path` can be read; the others go to
+// `left_out`. Throws InputError where it cannot be read at all.
+std::vector<std::string> fitting_settings(const std::string& path,
+                                          const std::vector<std::string>& settings,
+                                          std::vector<std::string>& left_out);
 // Categories of clay in whose place splats are drawn.
 std::vector<int> splat_categories(const Scene& scene);
 
@@ -52,9 +57,12 @@ struct LiveRule {
     bool paused = false;     // begins paused
     bool on_device = false;  // surfaces and Gaussians stay where a device made them
     bool moving = false;     // it is told how surfaces move
+    std::size_t memory = 0;  // [bytes] that a scene which is loaded may take; 0: what is free
     // Told of what is done beside hands, by whoever asks for it: set_hands(), set_gravity(),
     // set_material(), move_clay().
     std::function<void(const HandAction&)> acted;
+    // Called on the simulation's thread after each state that is published.
+    std::function<void()> published;
 };
 
 // One tool as the simulation had it at the end of a frame.
@@ -106,7 +114,9 @@ struct LiveState {
     long splat_version = 0;  // rises when they change: were split, added, taken up, laid down
     std::vector<LiveTool> tools;
     HandsRule hands;  // which tools there are
+    std::vector<Material<double>> materials;  // of the scene's objects, as they were given
     bool recorded = false, paused = false;
+    double recording_time = 0;  // of the scene's recorded hands, at the frame's end [s]
     Shed shed;
     std::string solver;   // its name
     std::string trouble;  // why the simulation has ended; "": it has not
@@ -116,6 +126,12 @@ struct LiveState {
 
 // The surface on the host; fetched where it is on a device, which waits. Never null.
 Meshes meshes_of(const LiveState& state);
+
+// What of a session's clay is compared with a run's.
+struct ClayDigest {
+    std::string hash;    // of its state; "": there is no simulation
+    long particles = 0;
+};
 
 class LiveRun;
 
@@ -139,7 +155,9 @@ class LiveSession {
     void step(int frames = 1);  // while paused
     void reset();
     void load(std::shared_ptr<const LiveScene> scene);
-    void load(const std::string& path, const std::vector<std::string>& settings);
+    // `cells` along the longest axis of its domain; 0: the scene's. A setting that this scene does
+    // not take is left out, and the state's refusal says so.
+    void load(const std::string& path, const std::vector<std::string>& settings, int cells = 0);
     // Which tools the hands are or hold. The scene's clay stays as it is.
     void set_hands(const HandsRule& hands);
     void play(bool recorded);  // the scene's recorded hands, from their start; or those pushed
@@ -156,6 +174,7 @@ class LiveSession {
     void settle();
     // The same after `look` has seen the solver; false where there is none.
     bool ask(const std::function<void(const Solver&)>& look);
+    ClayDigest digest();
     // Of a stepped session: simulates all frames that end at `time` [s] or before, and waits for
     // them. Throws std::logic_error in real time.
     void advance_to(double time);
@@ -168,6 +187,7 @@ class LiveSession {
     void live();
     bool wait_for_work(std::unique_lock<std::mutex>& lock);
     void begin(std::shared_ptr<const LiveScene> scene);
+    void begin_file(const std::string& path, const std::vector<std::string>& settings, int cells);
     void frame();
     void publish();
     void refuse(const std::string& why);

@@ -41,6 +41,7 @@ LiveRun::LiveRun(std::shared_ptr<const LiveScene> of, const LiveRule& by, double
       time(start),
       particles(scene->scene.setup.particles.size())
 {
+    for (const Object& object : scene->scene.objects) materials.push_back(object.material);
     if (splats.local() && !takes_edits(*solver))
         throw std::invalid_argument(solver->name() + " has no local clay");
     if (splats.drawn().count() > 0) drawn = splats.picture();
@@ -245,7 +246,9 @@ double LiveRun::next_end() const { return (loop->last().number + 1) * period() +
 
 void LiveRun::skip_to(double to)
 {
-    skew = std::max(skew, to - loop->last().number * period());
+    const double ahead = to - loop->last().number * period();
+    if (ahead <= skew + 1e-9) return;  // sums of periods are rounded
+    skew = ahead;
     moved_on = false;
 }
 
@@ -306,6 +309,7 @@ void LiveRun::set_surface(int nodes)
 void LiveRun::set_material(int object, const Material<double>& material)
 {
     edit([&](Solver& s) { splats.set_material(object, material, s); }, false);
+    if (std::size_t(object) < materials.size()) materials[std::size_t(object)] = material;
 }
 
 void LiveRun::tell(LiveState& state)
@@ -328,7 +332,9 @@ void LiveRun::tell(LiveState& state)
                                draw_primitives(tools.rig, last, int(tool))});
     }
     state.hands = hands;
+    state.materials = materials;
     state.recorded = recorded;
+    state.recording_time = loop->last().number * period() - replayed;
     state.shed.frames = cut;
     state.solver = solver->name();
 }

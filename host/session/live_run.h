@@ -82,6 +82,7 @@ class LiveRun {
     Motion last;          // as it ended
     bool moved_on = false;  // there is a last motion
     std::size_t particles = 0;
+    std::vector<Material<double>> materials;  // of the scene's objects, as they were given
     long cut = 0;
     double lost_time = 0;                         // of frames that were cut [s]
     Meshes meshes;                                // the last that were made

@@ -5,14 +5,13 @@
 #include <filesystem>
 
 #include "host/scene/presets.h"
+#include "host/scene/soften.h"
 
 namespace knead {
 namespace {
 namespace fs = std::filesystem;
 
 const std::vector<std::string> tool_names{"", "slab", "rod", "cone", "ball", "knife", "scissors"};
-constexpr double softest = 1e3, stiffest = 1e7;  // shear modulus [Pa]
-constexpr double weakest = 10, strongest = 1e6;  // yield stress [Pa]
 constexpr int fewest_cells = 16, most_cells = 128, most_surface = 256;
 
 int surface_of(const LiveState& state)  // nodes along its longest side
@@ -32,9 +31,20 @@ std::size_t place(const std::vector<std::string>& all, const std::string& one)
     return found == all.end() ? 0 : std::size_t(found - all.begin());
 }
 
-bool yields(const Material<double>& m)
+bool has(const char* quantity, const Material<double>& m)
 {
-    return m.plasticity == Plasticity::von_mises || m.plasticity == Plasticity::herschel_bulkley;
+    return material_quantity(quantity).used(stated(m));
+}
+// The same sliders as a window's.
+double slid(const char* quantity, float share)
+{
+    const SliderRange range = material_quantity(quantity).slider;
+    return value_of(share, range.low, range.high);
+}
+float slider_share(const char* quantity, const Material<double>& m)
+{
+    const MaterialQuantity& q = material_quantity(quantity);
+    return share_of(stated(m).*q.value, q.slider.low, q.slider.high);
 }
 
 }  // namespace
@@ -66,9 +76,12 @@ PanelDesk::PanelDesk(std::string file, std::vector<std::string> with) : settings
     if (found == scenes.end()) scenes.push_back(file);
 }
 
-// A scene that was loaded or reset has its own materials, and its gravity.
+// A scene that was loaded or reset has its own materials, and its gravity. After a refusal the
+// sliders show what holds.
 void PanelDesk::follow(const LiveState& state)
 {
+    if (state.refused != refused && !state.materials.empty()) material = state.materials[0];
+    refused = state.refused;
     if (state.history == history || !state.scene) return;
     history = state.history;
     touched = false, gravity = true;
@@ -138,14 +151,14 @@ void PanelDesk::apply(const PanelCommand& command, const LiveState& state, LiveS
             return choose_material(command.step, state, live);
         case PanelAct::stiffness: {
             // The ratio of both moduli, and so Poisson's, stays.
-            const double mu = value_of(command.value, softest, stiffest);
-            if (!(material.mu > 0)) return;
-            material.lambda *= mu / material.mu, material.mu = mu;
+            const double young = stated(material).young;
+            if (!has("young", material) || !(young > 0)) return;
+            material = softer(material, young / slid("young", command.value));
             return give(state, live);
         }
         case PanelAct::yield:
-            if (!yields(material)) return;
-            material.yield = value_of(command.value, weakest, strongest);
+            if (!has("yield", material)) return;
+            material.yield = slid("yield", command.value);
             return give(state, live);
         case PanelAct::cells: {
             // A scene's lattice has some nodes more than cells were asked for.
@@ -181,8 +194,8 @@ PanelView PanelDesk::view(const LiveState& state, const HeadsetHands& hands)
     shown.left_tool = hands.rule().held[left], shown.right_tool = hands.rule().held[right];
     shown.trouble = state.trouble;
     if (shown.trouble.empty()) shown.trouble = state.refusal;
-    shown.stiffness = share_of(material.mu, softest, stiffest);
-    shown.yield = yields(material) ? share_of(material.yield, weakest, strongest) : -1;
+    shown.stiffness = slider_share("young", material);
+    shown.yield = has("yield", material) ? slider_share("yield", material) : -1;
     if (state.scene) shown.nodes = state.scene->scene.setup.lattice.size.x;
     shown.surface = surface_of(state);
     shown.gravity = gravity;

@@ -34,7 +34,7 @@ class PanelDesk {
     std::size_t scene = 0;
     std::vector<std::string> settings;
     int cells = 0;  // asked for; 0: the scene's own
-    int history = -1;
+    int history = -1, refused = 0;
     std::string preset;
     Material<double> material{};  // of all objects, once it was touched
     bool touched = false, gravity = true;

@@ -16,6 +16,9 @@ struct Glfw {
     decltype(&glfwSwapInterval) swap_interval;
     decltype(&glfwSwapBuffers) swap;
     decltype(&glfwPollEvents) poll;
+    decltype(&glfwWaitEventsTimeout) wait;
+    decltype(&glfwPostEmptyEvent) wake;
+    decltype(&glfwGetWindowAttrib) attribute;
     decltype(&glfwWindowShouldClose) should_close;
     decltype(&glfwGetFramebufferSize) framebuffer_size;
     decltype(&glfwGetWindowSize) window_size;
@@ -26,6 +29,9 @@ struct Glfw {
     decltype(&glfwSetCursorPosCallback) on_move;
     decltype(&glfwSetMouseButtonCallback) on_button;
     decltype(&glfwSetScrollCallback) on_wheel;
+    decltype(&glfwSetWindowRefreshCallback) on_refresh;
+    decltype(&glfwSetFramebufferSizeCallback) on_size;
+    decltype(&glfwSetWindowIconifyCallback) on_iconify;
 };
 
 // Throws ResourceError where there is no GLFW 3.3, or it finds no screen.

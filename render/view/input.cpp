@@ -18,7 +18,8 @@ const std::map<std::string, int> key_names{
     {"tab", key_tab},     {"backspace", key_backspace}, {"delete", key_delete},
     {"right", key_right}, {"left", key_left},           {"down", key_down},
     {"up", key_up},       {"home", key_home},           {"end", key_end},
-    {"f12", key_f12},     {"shift", key_shift},         {"control", key_control}};
+    {"f12", key_f12},     {"shift", key_shift},         {"control", key_control},
+    {"alt", key_alt},     {"super", key_super}};
 const std::map<std::string, int> button_names{
     {"left", button_left}, {"right", button_right}, {"middle", button_middle}};
 
@@ -64,7 +65,7 @@ struct Line {
 
 void InputState::begin_frame()
 {
-    pressed_.clear(), text_.clear();
+    pressed_.clear(), pressed_alone_.clear(), text_.clear();
     clicked_ = {};
     moved_x_ = moved_y_ = wheel_ = 0;
 }
@@ -85,7 +86,10 @@ void InputState::take(const InputEvent& e)
         case InputEvent::key:
             if (!in(e.code)) return;
             keys_[std::size_t(e.code)] = e.down;
-            if (e.down) pressed_.push_back(e.code);
+            if (!e.down) break;
+            pressed_.push_back(e.code);
+            // Asked when it goes down: both keys may be up again by the end of the frame.
+            if (!combining()) pressed_alone_.push_back(e.code);
             break;
         case InputEvent::wheel:
             wheel_ += e.y;
@@ -102,6 +106,17 @@ void InputState::take(const InputEvent& e)
 bool InputState::pressed(int key) const
 {
     return std::find(pressed_.begin(), pressed_.end(), key) != pressed_.end();
+}
+
+bool InputState::pressed_alone(int key) const
+{
+    return std::find(pressed_alone_.begin(), pressed_alone_.end(), key) != pressed_alone_.end();
+}
+
+bool InputState::combining() const
+{
+    return control() || held(key_alt) || held(key_right_alt) || held(key_super) ||
+           held(key_right_super);
 }
 
 InputScript InputScript::read(const std::string& path)

@@ -23,6 +23,12 @@ enum Key : int {
     key_f12 = 301,
     key_shift = 340,
     key_control,
+    key_alt,
+    key_super,
+    key_right_shift,
+    key_right_control,
+    key_right_alt,
+    key_right_super,
     key_count = 349
 };
 enum MouseButton : int { button_left, button_right, button_middle, button_count };
@@ -44,6 +50,11 @@ class InputState {
     bool held(Key key) const { return in(key) && keys_[std::size_t(key)]; }
     bool held(MouseButton button) const { return buttons_[std::size_t(button)]; }
     bool pressed(int key) const;                             // since the last frame, however short
+    // The same of a key alone: without control, alt or super, whose combinations mean other things.
+    bool pressed_alone(int key) const;
+    bool held_alone(Key key) const { return held(key) && !combining(); }
+    bool shift() const { return held(key_shift) || held(key_right_shift); }
+    bool control() const { return held(key_control) || held(key_right_control); }
     const std::vector<int>& typed() const { return text_; }  // Unicode characters
     double x() const { return x_; }
     double y() const { return y_; }
@@ -54,10 +65,11 @@ class InputState {
 
   private:
     static bool in(int key) { return key >= 0 && key < key_count; }
+    bool combining() const;
 
     std::array<bool, key_count> keys_{};
     std::array<bool, button_count> buttons_{}, clicked_{};
-    std::vector<int> pressed_, text_;
+    std::vector<int> pressed_, pressed_alone_, text_;
     double x_ = 0, y_ = 0, moved_x_ = 0, moved_y_ = 0, wheel_ = 0;
     bool placed_ = false;  // the mouse has been seen
 };

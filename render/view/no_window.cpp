@@ -5,6 +5,8 @@
 
 namespace knead {
 
+void Window::wake() {}
+
 std::unique_ptr<Window> Window::open(const std::string&, int, int)
 {
     throw ResourceError(

@@ -41,6 +41,7 @@ struct PanelModel {
     std::vector<std::string> facts;  // lines: solver, renderer, frames, what falls behind
     std::string trouble, notice;     // "" none
     double noticed = 0;              // for how long the notice has been seen [s]
+    std::string question, answer;    // what must be confirmed, by a button so named; "" nothing
 
     void note(const std::string& text) { notice = text, noticed = 0; }
     // A notice is taken away after a while.
@@ -57,6 +58,7 @@ struct PanelAsks {
     std::optional<bool> pause, recorded;
     std::optional<double> gravity;
     bool reset = false, step = false, frame_camera = false, screenshot = false, film = false;
+    std::optional<bool> confirm;            // the answer to the question
     bool preset = false, material = false;  // of the selected object: chosen, or a slider moved
 };
 

@@ -28,11 +28,27 @@ bool combo(const char* label, int& chosen, const std::vector<std::string>& names
     return changed;
 }
 
+// Of what the solver does not check a typed value beyond the ends goes to the nearest one. What is
+// no number changes nothing.
 bool slide(const char* label, double& value, double low, double high, const char* format,
-           bool logarithmic = false)
+           ImGuiSliderFlags flags = ImGuiSliderFlags_AlwaysClamp)
 {
-    return ImGui::SliderScalar(label, ImGuiDataType_Double, &value, &low, &high, format,
-                               logarithmic ? ImGuiSliderFlags_Logarithmic : 0);
+    // A number that is being typed counts when it is finished: of 2e6 the 2 alone is another one.
+    static struct {
+        ImGuiID item = 0;
+        double value = 0;
+    } typed;
+    const ImGuiID item = ImGui::GetID(label);
+    double next = typed.item == item ? typed.value : value;
+    ImGui::SliderScalar(label, ImGuiDataType_Double, &next, &low, &high, format, flags);
+    if (ImGui::IsItemActive() && ImGui::GetIO().WantTextInput) {
+        typed.item = item, typed.value = next;
+        return false;
+    }
+    if (typed.item == item) typed.item = 0;
+    if (next == value || !std::isfinite(next)) return false;
+    value = next;
+    return true;
 }
 
 void scene_part(PanelModel& m, PanelAsks& asks)
@@ -50,7 +66,7 @@ void scene_part(PanelModel& m, PanelAsks& asks)
         bool on = m.recorded;
         if (ImGui::Checkbox("Recorded hands", &on)) asks.recorded = on;
     }
-    if (slide("Gravity", m.gravity, 0, 20, "%.2f m/s2")) asks.gravity = m.gravity;
+    if (slide("Gravity", m.gravity, 0, 20, "%.2f m/s2", 0)) asks.gravity = m.gravity;
 }
 
 void material_part(PanelModel& m, PanelAsks& asks)
@@ -65,7 +81,8 @@ void material_part(PanelModel& m, PanelAsks& asks)
     if (combo("Preset", o.preset, m.presets)) asks.preset = true;
     for (Slider& s : o.sliders) {
         const std::string format = "%.4g " + s.unit;
-        if (slide(s.name.c_str(), s.value, s.low, s.high, format.c_str(), s.logarithmic))
+        const ImGuiSliderFlags flags = s.logarithmic ? ImGuiSliderFlags_Logarithmic : 0;
+        if (slide(s.name.c_str(), s.value, s.low, s.high, format.c_str(), flags))
             asks.material = true;
     }
 }
@@ -151,6 +168,26 @@ void said(const PanelModel& m)
     ImGui::End();
 }
 
+// What would be lost is asked about first, above what is said.
+void question_part(const PanelModel& m, PanelAsks& asks)
+{
+    if (m.question.empty()) return;
+    const ImVec2 screen = ImGui::GetIO().DisplaySize;
+    const float left = m.open ? panels_across() : 0, across = std::max(220.0f, screen.x - left);
+    ImGui::SetNextWindowPos({left + across / 2, screen.y / 3}, ImGuiCond_Always, {0.5f, 0.5f});
+    ImGui::SetNextWindowSizeConstraints({200, 0}, {0.95f * across, 400});
+    ImGui::Begin("question", nullptr,
+                 ImGuiWindowFlags_NoDecoration | ImGuiWindowFlags_NoMove |
+                     ImGuiWindowFlags_AlwaysAutoResize | ImGuiWindowFlags_NoNav);
+    ImGui::PushTextWrapPos(0.9f * across);
+    ImGui::TextUnformatted(m.question.c_str());
+    ImGui::PopTextWrapPos();
+    if (ImGui::Button(m.answer.c_str())) asks.confirm = true;
+    ImGui::SameLine();
+    if (ImGui::Button("Keep the clay (Esc)")) asks.confirm = false;
+    ImGui::End();
+}
+
 }  // namespace
 
 void style_panels()
@@ -186,6 +223,7 @@ PanelAsks build_panels(PanelModel& m)
         ImGui::PopItemWidth();
         ImGui::End();
     }
+    question_part(m, asks);
     said(m);
     return asks;
 }

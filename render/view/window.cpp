@@ -5,6 +5,7 @@
 #include <imgui.h>
 
 #include <algorithm>
+#include <utility>
 
 #include "host/base/errors.h"
 #include "render/eye_painter.h"
@@ -44,6 +45,9 @@ Glfw load()
     find(library, g.swap_interval, "glfwSwapInterval");
     find(library, g.swap, "glfwSwapBuffers");
     find(library, g.poll, "glfwPollEvents");
+    find(library, g.wait, "glfwWaitEventsTimeout");
+    find(library, g.wake, "glfwPostEmptyEvent");
+    find(library, g.attribute, "glfwGetWindowAttrib");
     find(library, g.should_close, "glfwWindowShouldClose");
     find(library, g.framebuffer_size, "glfwGetFramebufferSize");
     find(library, g.window_size, "glfwGetWindowSize");
@@ -54,6 +58,9 @@ Glfw load()
     find(library, g.on_move, "glfwSetCursorPosCallback");
     find(library, g.on_button, "glfwSetMouseButtonCallback");
     find(library, g.on_wheel, "glfwSetScrollCallback");
+    find(library, g.on_refresh, "glfwSetWindowRefreshCallback");
+    find(library, g.on_size, "glfwSetFramebufferSizeCallback");
+    find(library, g.on_iconify, "glfwSetWindowIconifyCallback");
     if (!g.init()) throw ResourceError("no window: " + last_error(g));
     return g;
 }
@@ -61,7 +68,8 @@ Glfw load()
 // What GLFW calls back with.
 struct Heard {
     std::vector<InputEvent> events;
-    double scale = 1;  // pixels of the framebuffer per unit of the window
+    double scale = 1;     // pixels of the framebuffer per unit of the window
+    bool damaged = true;  // it has not been drawn since it changed
 };
 Heard& heard(GLFWwindow* window) { return *static_cast<Heard*>(glfw().user(window)); }
 
@@ -90,6 +98,9 @@ void listen(const Glfw& g, GLFWwindow* window)
     g.on_wheel(window, [](GLFWwindow* w, double x, double y) {
         heard(w).events.push_back({InputEvent::wheel, x, y});
     });
+    g.on_refresh(window, [](GLFWwindow* w) { heard(w).damaged = true; });
+    g.on_size(window, [](GLFWwindow* w, int, int) { heard(w).damaged = true; });
+    g.on_iconify(window, [](GLFWwindow* w, int) { heard(w).damaged = true; });
 }
 
 class GlfwWindow final : public Window {
@@ -104,7 +115,13 @@ class GlfwWindow final : public Window {
         const GLubyte* name = glGetString(GL_RENDERER);
         return name ? reinterpret_cast<const char*>(name) : "unnamed";
     }
-    std::vector<InputEvent> poll() override;
+    bool visible() const override
+    {
+        const Glfw& g = glfw();
+        return g.attribute(window_, GLFW_VISIBLE) && !g.attribute(window_, GLFW_ICONIFIED);
+    }
+    std::vector<InputEvent> poll(double patience) override;
+    bool damaged() override { return std::exchange(heard_.damaged, false); }
     PanelAsks panels(PanelModel& model, const InputState& input, double seconds) override;
     int panels_width() const override { return hidden_; }
     bool mouse_taken() const override { return ImGui::GetIO().WantCaptureMouse; }
@@ -173,9 +190,12 @@ void GlfwWindow::measure()
     heard_.scale = across > 0 && width_ > 0 ? double(width_) / across : 1;
 }
 
-std::vector<InputEvent> GlfwWindow::poll()
+std::vector<InputEvent> GlfwWindow::poll(double patience)
 {
-    glfw().poll();
+    if (patience > 0)
+        glfw().wait(patience);
+    else
+        glfw().poll();
     measure();
     return std::exchange(heard_.events, {});
 }
@@ -199,7 +219,7 @@ PanelAsks GlfwWindow::panels(PanelModel& model, const InputState& input, double 
         io.KeyMap[theirs] = ours;
         io.KeysDown[ours] = input.held(ours) || input.pressed(ours);
     }
-    io.KeyCtrl = input.held(key_control), io.KeyShift = input.held(key_shift);
+    io.KeyCtrl = input.control(), io.KeyShift = input.shift();
     for (const int letter : input.typed()) io.AddInputCharacter(unsigned(letter));
     ImGui_ImplOpenGL3_NewFrame();
     ImGui::NewFrame();
@@ -247,6 +267,8 @@ const Glfw& glfw()
     static const Glfw functions = load();
     return functions;
 }
+
+void Window::wake() { glfw().wake(); }
 
 std::unique_ptr<Window> Window::open(const std::string& title, int width, int height)
 {

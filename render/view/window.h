@@ -23,8 +23,15 @@ class Window {
     virtual int height() const = 0;
     virtual bool closed() const = 0;
     virtual std::string renderer() const = 0;  // as OpenGL names it
-    // What a person did since the last call.
-    virtual std::vector<InputEvent> poll() = 0;
+    // False while nobody can see it: minimised, or not mapped.
+    virtual bool visible() const = 0;
+    // What a person did since the last call. Waits up to `patience` [s] for something to happen to
+    // the window, or for wake().
+    virtual std::vector<InputEvent> poll(double patience) = 0;
+    static void wake();  // while a window is open; any thread may call it
+    // Whether it has to be drawn anew since the last call: its size changed, or what covered it
+    // went.
+    virtual bool damaged() = 0;
 
     // The panels of a frame, which take what `input` has for them: afterwards it is theirs where
     // mouse_taken() or keys_taken() say so. `seconds` since the last frame.

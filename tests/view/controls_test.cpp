@@ -5,6 +5,7 @@
 
 #include "host/base/errors.h"
 #include "render/view/input.h"
+#include "render/view/losses.h"
 #include "render/view/orbit.h"
 #include "render/view/time_graph.h"
 
@@ -145,6 +146,51 @@ TEST(Input, KnowsWhatIsHeldAndWhatHappenedSinceTheLastFrame)
     odd.kind = InputEvent::button;
     input.take(odd);
     EXPECT_FALSE(input.held(Key(100000)));
+}
+
+// Ctrl+R is not R, however short the chord is.
+TEST(Input, AKeyWithControlIsNotTheKeyAlone)
+{
+    InputState input;
+    const auto type = [&](const char* script) {
+        input.begin_frame();
+        for (const InputEvent& e : InputScript::parse(script, "s").due(0)) input.take(e);
+    };
+    type("0 key r tap\n");
+    EXPECT_TRUE(input.pressed('R') && input.pressed_alone('R'));
+    for (const char* with : {"control", "alt", "super"}) {
+        const std::string key = with;
+        type(("0 key " + key + " down\n0 key r tap\n0 key e down\n0 key " + key + " up\n").c_str());
+        EXPECT_TRUE(input.pressed('R'));
+        EXPECT_FALSE(input.pressed_alone('R')) << with;
+        type("0 key e up\n");
+    }
+    type("0 key control down\n0 key e down\n");
+    EXPECT_TRUE(input.control());
+    EXPECT_FALSE(input.held_alone(Key('E')));
+    type("0 key control up\n");
+    EXPECT_TRUE(input.held_alone(Key('E')));
+    for (const Key key : {key_right_control, key_right_alt, key_right_super}) {
+        InputEvent e{InputEvent::key};
+        e.code = key, e.down = true;
+        input.take(e);
+        EXPECT_FALSE(input.held_alone(Key('E'))) << key;
+        EXPECT_EQ(input.control(), key == key_right_control);
+        e.down = false;
+        input.take(e);
+    }
+    type("0 key shift down\n0 key r tap\n");
+    EXPECT_TRUE(input.pressed_alone('R')) << "a capital";
+}
+
+TEST(ContextLosses, AddUpOnlyWhereTheyFollowEachOther)
+{
+    ContextLosses rare;
+    for (int i = 0; i < 100; ++i) EXPECT_FALSE(rare.too_many(4.0 * i)) << i;
+    EXPECT_EQ(rare.count(), 100);
+    ContextLosses often;
+    for (int i = 0; i < ContextLosses::most; ++i) EXPECT_FALSE(often.too_many(0.5 * i));
+    EXPECT_TRUE(often.too_many(2));
 }
 
 TEST(Script, GivesItsEventsInTime)

@@ -1,0 +1,36 @@
+// The time of a session in a window: the wall's, standing still while the clay does.
+#pragma once
+#include <mutex>
+
+#include "host/base/machine.h"
+
+namespace knead {
+
+class WindowClock {
+  public:
+    // Any thread may ask; never falls.
+    double now() const  // [s]
+    {
+        const std::lock_guard lock(mutex_);
+        return at_ + (runs_ ? wall_seconds() - since_ : 0);
+    }
+    void run(bool on)
+    {
+        const std::lock_guard lock(mutex_);
+        const double wall = wall_seconds();
+        if (runs_) at_ += wall - since_;
+        since_ = wall, runs_ = on;
+    }
+    void add(double seconds)
+    {
+        const std::lock_guard lock(mutex_);
+        at_ += seconds;
+    }
+
+  private:
+    mutable std::mutex mutex_;
+    double at_ = 0, since_ = 0;
+    bool runs_ = false;
+};
+
+}  // namespace knead
