@@ -1,5 +1,5 @@
-// What of a session in a headset or a window is kept: hands as the simulation had them, and what was
-// done beside them, since the clay's history began.
+// What is kept of a session in a headset or a window: hands as the simulation had them, and what
+// was done beside them, since the clay's history began.
 #pragma once
 #include <functional>
 #include <string>
