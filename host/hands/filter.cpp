@@ -14,7 +14,6 @@ constexpr double window = 0.2;        // of the average [s], Section 4.3 of the 
 constexpr double settling = 0.2;      // from appearing to steady [s]
 constexpr double growing = 0.25;      // from steady to its whole size [s]
 constexpr double longest_gap = 0.25;  // between frames of one appearance [s]
-constexpr float leap = 0.05f;         // of a joint in one frame [m]
 
 // The adaptive filter: the calmest setting at rest, of those tried, whose rms error over generated
 // gestures with 1.5 mm of jitter (30, 60 and 72 Hz) is not above that jitter. docs/recordings.md
@@ -83,9 +82,13 @@ Hand HandFilter::filter(const Hand& hand, double time)
     whole.joints[wrist].q = unit(hand.joints[wrist].q);
     hand_size_.see(hand, std::min(duration, longest_gap));
     whole = completed(whole);
-    bool leapt = !present_ || duration > longest_gap;
+    const bool late = present_ && duration > longest_gap;
+    const float leap = leap_distance(duration);
+    bool leapt = !present_ || late;
     for (int j = 0; j < joint_count; ++j)
         leapt = leapt || length(whole.joints[j].p - raw_.joints[j].p) > leap;
+    const bool seldom = leap < fastest * float(duration);
+    if (late || (present_ && leapt && seldom)) ++slow_restarts_;
     if (leapt)
         start(whole, time);
     else if (filter_ == Filter::average)

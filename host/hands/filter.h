@@ -25,13 +25,27 @@ class HandFilter {
     Hand filter(const Hand& hand, double time);
 
     // False while untracked and for 0.2 s after the hand appeared, or after one of its joints
-    // leapt more than 5 cm in a frame: until then it must not touch anything.
+    // moved farther than leap_distance() in a frame: until then it must not touch anything.
     bool steady() const;
+    // How often a hand that is tracked was taken for a new one because its frames come too seldom:
+    // more than a quarter of a second apart, or so far apart that a joint may have moved farther
+    // than `farthest_step` by itself.
+    long slow_restarts() const { return slow_restarts_; }
     // The share of its radii that it should touch with: 0 until it is steady, then it grows to 1
     // in 0.25 s, for it may have come back inside of clay.
     float size() const;
     // How large the hand is against the default one.
     Stretch<float> stretch() const { return hand_size_.stretch(); }
+
+    // What a joint may move from one frame to the next [m] after `duration` [s]: as far as a fast
+    // hand comes, but no less than the tracker's noise, and no more than after which it may as well
+    // be another hand.
+    static constexpr float fastest = 5;                                   // [m/s]
+    static constexpr float shortest_step = 0.02f, farthest_step = 0.25f;  // [m]
+    static float leap_distance(double duration)
+    {
+        return clamp(fastest * float(duration), shortest_step, farthest_step);
+    }
 
   private:
     struct Past {
@@ -49,6 +63,7 @@ class HandFilter {
 
     Filter filter_;
     bool present_ = false;
+    long slow_restarts_ = 0;
     double time_ = -1e30, appeared_ = 0;  // of the last frame; of the last (re)appearance [s]
     Hand raw_, out_;                      // the last frame, unfiltered and filtered
     std::array<bool, joint_count> seen_{};
@@ -81,6 +96,11 @@ class HandStream {
     // Times before `time` [s] will not be asked for any more.
     void forget(double time);
     bool empty() const { return frames_.empty(); }
+    // Of both hands, see HandFilter.
+    long slow_restarts() const
+    {
+        return filters_[left].slow_restarts() + filters_[right].slow_restarts();
+    }
     double newest() const { return frames_.back().time; }  // [s]
 
     // Fills the joints, hand by hand, in the simulation's frame: at + zoom * p. Before the first

@@ -152,20 +152,70 @@ TEST(Filter, AHandIsSteadyAFifthOfASecondAfterItAppeared)
     }
 }
 
-TEST(Filter, ALeapOfFiveCentimetresMakesTheHandAppearAnewWithoutLag)
+TEST(Filter, ALeapMakesTheHandAppearAnewWithoutLag)
 {
     for (const Filter kind : all_filters) {
         HandFilter filter(kind);
         for (int i = 0; i < 30; ++i) filter.filter(hand_at({}), i / 60.0);
-        filter.filter(hand_at({0.045f, 0, 0}), 30 / 60.0);
+        filter.filter(hand_at({0.07f, 0, 0}), 30 / 60.0);
         EXPECT_TRUE(filter.steady());
-        Hand one = hand_at({0.045f, 0, 0});
-        one.joints[little_tip].p.y += 0.06f;
+        Hand one = hand_at({0.07f, 0, 0});
+        one.joints[little_tip].p.y += 0.09f;
         const Hand out = filter.filter(one, 31 / 60.0);
         EXPECT_FALSE(filter.steady());
         expect_near(out.joints[wrist].p, one.joints[wrist].p, 1e-6f);
         expect_near(out.joints[little_tip].p, one.joints[little_tip].p, 1e-6f);
     }
+}
+
+// A second of a hand that moves so fast [m/s], seen at so many frames a second; whether it touches
+// all the time once it is steady.
+bool touches_throughout(double rate, double speed)
+{
+    HandFilter filter(Filter::adaptive);
+    bool throughout = true;
+    for (int i = 0; i <= int(rate); ++i) {
+        filter.filter(hand_at({float(speed * i / rate), 0, 0}), i / rate);
+        if (i / rate >= 0.2) throughout = throughout && filter.steady();
+    }
+    return throughout;
+}
+
+TEST(Filter, AHandLeapsByItsSpeedWhateverTheRateOfItsFrames)
+{
+    for (const double rate : {6.0, 10.0, 30.0, 60.0, 72.0, 90.0, 120.0, 144.0}) {
+        EXPECT_TRUE(touches_throughout(rate, 1.4)) << rate << ": as hands move that shape clay";
+        EXPECT_EQ(touches_throughout(rate, 4.5), rate > 20) << rate << ": as hands move at most";
+        EXPECT_FALSE(touches_throughout(rate, 6)) << rate << ": as no hand moves";
+        HandFilter filter(Filter::adaptive);
+        for (int i = 0; i <= int(rate); ++i) filter.filter(hand_at({}), i / rate);
+        ASSERT_TRUE(filter.steady());
+        filter.filter(hand_at({0, 0.3f, 0}), 1 + 1 / rate);
+        EXPECT_FALSE(filter.steady()) << rate << ": it may be another hand";
+    }
+    HandFilter quick(Filter::adaptive);
+    for (int i = 0; i < 1000; ++i) quick.filter(hand_at({0.01f * float(i % 2), 0, 0}), 1e-3 * i);
+    EXPECT_TRUE(quick.steady()) << "noise between frames that lie close together is no leap";
+}
+
+TEST(Filter, CountsWhatIsTakenForANewHandBecauseItsFramesComeTooSeldom)
+{
+    const auto restarts = [](double rate, double speed) {
+        HandFilter filter(Filter::adaptive);
+        for (int i = 0; i < 20; ++i)
+            filter.filter(hand_at({float(speed * i / rate), 0, 0}), i / rate);
+        return filter.slow_restarts();
+    };
+    EXPECT_EQ(restarts(3, 0), 19) << "none of its frames touches";
+    EXPECT_EQ(restarts(6, 1), 0);
+    EXPECT_EQ(restarts(6, 2), 19) << "slower than hands may be";
+    EXPECT_EQ(restarts(90, 6), 0) << "that is the tracker's, not the rate's";
+    HandFilter lost(Filter::adaptive);
+    for (int i = 0; i < 10; ++i) {
+        lost.filter(hand_at({}), i);
+        lost.filter(Hand{}, i + 0.5);
+    }
+    EXPECT_EQ(lost.slow_restarts(), 0) << "a hand that was lost in between is a new one";
 }
 
 TEST(Filter, ALostJointMovesWithTheWrist)
