@@ -28,9 +28,9 @@ grep -n '<<<' "${source[@]}" | grep -v '^cuda/device/launch\.cuh:' |
     none "kernels that start elsewhere than in cuda/device/launch.cuh have no range in a profiler"
 grep -n 'cudaDeviceSynchronize *(' "${shipped[@]}" |
     none "waits for a whole device, which end whatever another thread is capturing"
-# "debug_utils" is a name of OpenXR's, "sa_handler" one of POSIX's.
+# "debug_utils" is a name of OpenXR's, "sa_handler" one of POSIX's, "set_handler" one of ALSA's.
 silent='(managers?|helpers?|handlers?|utils?|impl|misc)(?![a-z]|_t\b)'
-grep -niP "(?<![a-z])(?<!debug)(?<!debug_)(?<!sa_)$silent" "${source[@]}" |
+grep -niP "(?<![a-z])(?<!debug)(?<!debug_)(?<!sa_)(?<!set_)$silent" "${source[@]}" |
     grep -v '#include <backends/imgui_impl_' |
     none "names that say nothing: manager, helper, handler, util, impl, misc"
 grep -nwE 'TODO|FIXME|XXX|NOLINT.*' "${source[@]}" | none "things left undone"

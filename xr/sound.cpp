@@ -32,10 +32,16 @@ struct OpenAl {
 constexpr int stereo_16 = 0x1103, source_state = 0x1010, playing = 0x1012, processed = 0x1016;
 
 template <class Function>
+bool find_in(const char* names, Function& to, const char* name, std::string& why)
+{
+    to = reinterpret_cast<Function>(function_of_library(names, name, why));
+    return to != nullptr;
+}
+
+template <class Function>
 bool find(Function& to, const char* name, std::string& why)
 {
-    to = reinterpret_cast<Function>(function_of_library(libraries, name, why));
-    return to != nullptr;
+    return find_in(libraries, to, name, why);
 }
 
 bool load(OpenAl& al, std::string& why)
@@ -54,6 +60,19 @@ bool load(OpenAl& al, std::string& why)
            find(al.unqueue, "alSourceUnqueueBuffers", why) &&
            find(al.get_source, "alGetSourcei", why) && find(al.play, "alSourcePlay", why) &&
            find(al.stop, "alSourceStop", why) && find(al.error, "alGetError", why);
+}
+
+void silence(const char*, int, const char*, int, const char*, ...) {}
+
+// ALSA, through which OpenAL plays, writes to the standard error stream what it does not find: half
+// a page where there is no sound card. open() says in a sentence what matters of it.
+void quiet_alsa()
+{
+    using Print = void (*)(const char*, int, const char*, int, const char*, ...);
+    std::string missing;
+    int (*print_by)(Print) = nullptr;
+    if (find_in("libasound.so.2", print_by, "snd_lib_error_set_handler", missing))
+        print_by(silence);
 }
 
 class OpenAlOut final : public SoundOut {
@@ -126,6 +145,7 @@ std::unique_ptr<SoundOut> SoundOut::open(std::string& why)
 {
     xr::OpenAl al;
     if (!xr::load(al, why)) return nullptr;
+    xr::quiet_alsa();
     auto made = std::make_unique<xr::OpenAlOut>(al);
     if (!made->start(why)) return nullptr;
     return made;

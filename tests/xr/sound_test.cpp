@@ -154,5 +154,19 @@ TEST_F(Sound, GoesOutAsItIsMade)
     EXPECT_LT(silent, 0.95 * double(wave.size())) << "the thud is in it";
 }
 
+// ALSA complains by itself of every card that it does not find.
+TEST_F(Sound, SaysWhatIsMissingInOneSentenceAndNothingElse)
+{
+    if (std::getenv("ALSOFT_CONF")) GTEST_SKIP() << "OpenAL has another driver in this process";
+    setenv("ALSOFT_DRIVERS", "alsa", 1);
+    setenv("ALSOFT_LOGLEVEL", "0", 1);
+    std::string why;
+    testing::internal::CaptureStderr();
+    const std::unique_ptr<SoundOut> out = SoundOut::open(why);
+    EXPECT_EQ(testing::internal::GetCapturedStderr(), "");
+    EXPECT_EQ(why.empty(), out != nullptr);
+    unsetenv("ALSOFT_DRIVERS");
+}
+
 }  // namespace
 }  // namespace knead
