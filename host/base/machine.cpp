@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <cstdlib>
 #include <ctime>
 #include <fstream>
 #include <memory>
@@ -155,6 +156,15 @@ double wall_seconds()
 {
     return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch())
         .count();
+}
+
+void default_variable(const char* name, const char* value) { ::setenv(name, value, 0); }
+
+double thread_seconds()
+{
+    timespec used{};
+    if (clock_gettime(CLOCK_THREAD_CPUTIME_ID, &used) != 0) return 0;
+    return double(used.tv_sec) + 1e-9 * double(used.tv_nsec);
 }
 
 double process_seconds()

@@ -18,7 +18,11 @@ std::string knead_version();
 std::string knead_commit();  // of the build's source, "-dirty" where it was changed; or "unknown"
 std::string utc_now();       // 2025-01-31T12:00:00Z
 double wall_seconds();       // since some moment [s]
-double process_seconds();    // CPU time of all threads since the start [s]
+// Sets a variable of the environment that is not set yet: for libraries that read it once. To be
+// called while there is one thread.
+void default_variable(const char* name, const char* value);
+double process_seconds();  // CPU time of all threads since the start [s]
+double thread_seconds();   // of the calling one [s]
 
 // What the driver says of a GPU now. Clocks are those of the moment: a GPU at rest slows down.
 struct GpuState {

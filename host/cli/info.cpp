@@ -67,9 +67,10 @@ Json scene_facts(const InfoOptions& o)
                 {"dt_s", steps.dt},
                 {"substeps", whole(steps.substeps)},
                 {"asked_by", steps.key},
-                {"frame_wall_s", cost.still ? Json() : Json(cost.seconds)},
+                {"frame_wall_s", cost.still || !cost.known ? Json() : Json(cost.seconds)},
                 {"objects", objects}};
-    if (cost.per_thousand > 0) all["frame_wall_s_per_1000_local"] = cost.per_thousand;
+    if (cost.per_thousand > 0)
+        all["frame_wall_s_per_1000_local"] = cost.known ? Json(cost.per_thousand) : Json();
     for (const SplatObject& s : splats) {
         Json& one = all["objects"][std::size_t(s.object)];
         one["splats"] = s.surface, one["splats_inside"] = s.cloud.count() - s.surface;

@@ -40,7 +40,7 @@ if grep -q "OpenGL 4.5" "$out/errors.txt"; then cat "$out/errors.txt"; exit 77; 
 grep -q "^80 frames drawn by .* 80 simulated.* 0 cut short.* 0 OpenGL errors" "$out/said.txt" ||
     fail "what was said"
 grep -q " 0 particle-substeps" "$out/said.txt" && fail "the hand touched nothing"
-grep -q "about .* s a frame on this machine" "$out/errors.txt" || fail "no time of a frame is said"
+grep -q " a frame on this machine" "$out/errors.txt" || fail "no time of a frame is said"
 [ -s "$out/begin.png" ] && [ -s "$out/end.png" ] || fail "no pictures"
 cmp -s "$out/begin.png" "$out/end.png" && fail "the pictures are the same"
 
