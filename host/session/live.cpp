@@ -25,6 +25,9 @@ float Instant::ahead(double now) const
 namespace {
 
 constexpr std::size_t most_waiting = 1024;  // frames of hands
+// So much is made up for [s], by frames that are due a share of their period earlier, as long as
+// they take less than a share of it: the device draws, too.
+constexpr double most_backlog = 0.5, earlier = 0.2, quick = 0.5;
 
 std::string reason_of(const std::exception_ptr& failure)
 {
@@ -40,7 +43,11 @@ std::string reason_of(const std::exception_ptr& failure)
 }  // namespace
 
 LiveSession::LiveSession(std::shared_ptr<const LiveScene> of, LiveRule by)
-    : rule(std::move(by)), epoch(wall_seconds()), scene(std::move(of)), paused(rule.paused)
+    : rule(std::move(by)),
+      epoch(wall_seconds()),
+      scene(std::move(of)),
+      paused(rule.paused),
+      waiting(rule.waits)
 {
     published.store(std::make_shared<const LiveState>());
     thread = std::thread([this] { live(); });
@@ -126,7 +133,7 @@ bool LiveSession::wait_for_work(std::unique_lock<std::mutex>& lock)
 {
     const bool going = run && trouble.empty();
     if (going && steps > 0) return true;
-    if (!going || paused || rule.stepped) {
+    if (!going || paused || waiting || rule.stepped) {
         wake.wait(lock, [&] { return quit || !commands.empty(); });
         return false;
     }
@@ -141,19 +148,38 @@ void LiveSession::begin(std::shared_ptr<const LiveScene> of)
     run.reset();  // first: two may not fit into memory
     scene = std::move(of);
     trouble.clear();
-    late = 0;
+    backlog = dropped = 0;
     ++history;
-    next = now();
     if (rule.from_zero) stepped_to = 0;
     if (!scene) return;
     try {
         run = std::make_unique<LiveRun>(
             scene, rule, rule.stepped ? stepped_to : now(), [this] { return now(); },
             [this] { return quit || hurry > 0; });
+        if (!waiting) run->rehearse();
         run->make_surface();
     } catch (...) {
         trouble = reason_of(std::current_exception());
     }
+    next = now();  // a solver that took long to make is not late
+}
+
+void LiveSession::rehearse()
+{
+    post([this] {
+        if (!run || !trouble.empty()) return;
+        try {
+            run->rehearse();
+            run->make_surface();
+        } catch (...) {
+            trouble = reason_of(std::current_exception());
+        }
+    });
+}
+
+void LiveSession::start()
+{
+    post([this] { waiting = false, next = now(); });
 }
 
 void LiveSession::frame()
@@ -165,17 +191,29 @@ void LiveSession::frame()
     }
     const bool single = steps > 0;
     if (single) --steps;
+    const double began = now();
     try {
         trouble = run->frame(single);
     } catch (...) {
         trouble = reason_of(std::current_exception());
     }
-    // Frames that were due while this one was computed, but for one, are not made up for.
+    if (!single && !rule.stepped) schedule(now() - began);
+}
+
+// When the next frame is due, after one that took so long [s]. Of frames that were due meanwhile
+// one is computed at once, and others as there is time.
+void LiveSession::schedule(double took)
+{
     const double period = run->period(), before = now() - period;
-    next += period;
-    if (single || rule.stepped || next >= before) return;
-    late += (before - next) / period * run->simulated_period();
+    const double gained = took < quick * period ? std::min(backlog, earlier * period) : 0;
+    backlog -= gained;
+    next += period - gained;
+    if (next >= before) return;
+    backlog += before - next;
     next = before;
+    if (backlog <= most_backlog) return;
+    dropped += backlog - most_backlog;
+    backlog = most_backlog;
 }
 
 void LiveSession::publish()
@@ -190,7 +228,9 @@ void LiveSession::publish()
     state->history = history;
     state->version = ++version;
     state->paused = paused;
-    if (run) state->shed.behind = run->lost() + late;
+    if (run)
+        state->shed.behind =
+            run->lost() + (backlog + dropped) / run->period() * run->simulated_period();
     state->trouble = trouble;
     state->refused = refused;
     state->refusal = refusal;

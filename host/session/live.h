@@ -55,6 +55,7 @@ struct LiveRule {
                              // time at most; 0: any
     bool recorded = true;    // begins with the scene's recorded hands
     bool paused = false;     // begins paused
+    bool waits = false;      // no frame begins before start(), nor rehearses by itself
     bool on_device = false;  // surfaces and Gaussians stay where a device made them
     bool moving = false;     // it is told how surfaces move
     std::size_t memory = 0;  // [bytes] that a scene which is loaded may take; 0: what is free
@@ -87,7 +88,7 @@ struct Instant {
 // What falls behind when the machine is too slow.
 struct Shed {
     long frames = 0;    // that were cut short between two substeps
-    double behind = 0;  // of simulated time, in all [s]
+    double behind = 0;  // of simulated time, that was not made up for [s]
 };
 
 // The simulation at the end of a frame, an edit or a command. Never changes.
@@ -150,6 +151,12 @@ class LiveSession {
     // wait are dropped.
     void push(const HandFrame& hands);
 
+    // Makes some frames that nobody sees, and puts the state back: what is made once is there when
+    // the first begins. In real time alone; without LiveRule::waits that is done with each scene.
+    void rehearse();
+    // Frames are due from now on, where LiveRule::waits.
+    void start();
+
     // Commands are done in their order, between frames. A reset and a load end the frame under way.
     void pause(bool paused);
     void step(int frames = 1);  // while paused
@@ -189,6 +196,7 @@ class LiveSession {
     void begin(std::shared_ptr<const LiveScene> scene);
     void begin_file(const std::string& path, const std::vector<std::string>& settings, int cells);
     void frame();
+    void schedule(double took);
     void publish();
     void refuse(const std::string& why);
 
@@ -210,11 +218,13 @@ class LiveSession {
     int history = 0, refused = 0;
     long version = 0;
     std::string refusal, trouble;
-    bool paused = false;
+    bool paused = false, waiting = false;
     int steps = 0;          // frames to do though paused
     double stepped_to = 0;  // of a stepped session [s]
     double next = 0;        // when the next frame is due [s]
-    double late = 0;        // simulated time that never began, because frames were due too fast [s]
+    // Frames that were due too fast, as time [s of the clock]: those that are made up for when
+    // there is time, and those that are not.
+    double backlog = 0, dropped = 0;
     std::thread thread;
 };
 

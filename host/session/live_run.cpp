@@ -58,23 +58,46 @@ LiveRun::LiveRun(std::shared_ptr<const LiveScene> of, const LiveRule& by, double
         *solver, [this](double from, double to) { return motion(from, to); }, loop_by);
     loop->watch([this](const Frame& frame) { after(frame); });
     if (rule.on_device) loop->launch_surfaces(true);
-    if (!rule.stepped && splats.local()) rehearse();
 }
 
-// The first clay under hands would hold a session up for 0.14 s, most of it for what is new: memory
-// that is touched for the first time, surfaces, graphs.
+// The first frames, and the first clay under hands, would hold a session up for some tenths of a
+// second each, most of it for what is new: memory that is touched for the first time, surfaces,
+// graphs, kernels. Afterwards the state is as before.
 void LiveRun::rehearse()
 {
-    const auto meanwhile = [this] {
-        clay_changed();
-        make_surface();
-        if (drawn) follow_gaussians();
-    };
-    if (!splats.rehearse(*solver, 1e-6 * simulated_period(), meanwhile)) return;
-    clay_changed(), splats_changed();
-    particles = scene->scene.setup.particles.size();
+    if (rule.stepped || !takes_edits(*solver)) return;
+    if (particles > 0) rehearse_frames(far_away(no_motion()));
+    if (splats.rehearse(*solver, [this](const Motion& away) { rehearse_frames(away); })) {
+        clay_changed(), splats_changed();
+        particles = scene->scene.setup.particles.size();
+    }
     meshed = -1;
     mesh_instant = gaussian_instant = {};
+    told = {};
+}
+
+// A GPU captures a graph each for frames without tools, with slow ones and with swift ones, and
+// anew once it has seen how many substeps a whole frame takes. A CPU has none: its frames are as
+// short as can be. What draws holds as many states as there are frames.
+void LiveRun::rehearse_frames(const Motion& away)
+{
+    const bool on_gpu = solver->clay() != nullptr;
+    std::vector<Motion> frames(on_gpu ? 5 : 2, away);
+    for (std::size_t k = 0; k < frames.size(); ++k)
+        frames[k].active.assign(tools.tools.size(), k > 0);
+    const Vec3<double> swift{4 * scene->scene.setup.lattice.dx, 0, 0};
+    if (on_gpu)
+        for (Joint<double>& j : frames.back().to) j.p = j.p + swift;
+    std::vector<std::shared_ptr<const DeviceGaussians>> held;
+    const auto meanwhile = [&] {
+        const gpu::MovedGaussians* moved = rule.on_device ? solver->moved_gaussians() : nullptr;
+        if (drawn && moved) held.push_back(gaussians.kept(*moved, true));
+    };
+    clay_changed();
+    loop->rehearse(frames, (on_gpu ? 1 : 1e-6) * simulated_period(), meanwhile);
+    meshed = -1;
+    make_surface();
+    if (drawn) follow_gaussians();
 }
 
 void LiveRun::make_sources()

@@ -23,6 +23,8 @@ class LiveRun {
     void push(const HandFrame& frame) { stream.push(frame); }
     // One frame, and its surface where that is due, or `shown`. "", or why the simulation ended.
     std::string frame(bool shown);
+    // In real time, before the first frame: see LiveSession.
+    void rehearse();
     // The surface of the last frame, if it has none yet.
     void make_surface();
     double next_end() const;  // of the next frame, on the session's clock where that is stepped [s]
@@ -56,7 +58,7 @@ class LiveRun {
     void adopt_plan(FrameRow& row);
     void begin_plan(int frame);
     void make_sources();
-    void rehearse();
+    void rehearse_frames(const Motion& away);
     void tell_gaussians(LiveState& state);
     void follow_gaussians();
     Instant instant_after(const Instant& before) const;

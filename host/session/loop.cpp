@@ -34,6 +34,11 @@ SessionLoop::SessionLoop(Solver& of, MotionSource source, LoopRule by)
     : solver(of), motion(std::move(source)), rule(std::move(by)), begun(rule.done), done(rule.done)
 {
     newest.number = rule.done;
+    watch_frames();
+}
+
+void SessionLoop::watch_frames()
+{
     solver.watch_frames([this](const FramePart& part) { return cuts(part); });
 }
 
@@ -158,6 +163,32 @@ void SessionLoop::make_edits()
     // There may be other clay now, of other materials.
     if (const std::vector<Material<double>>* edited = materials_of(solver))
         rule.materials = *edited;
+    renew_surfaces();
+}
+
+// As many surfaces are held as those who draw and who simulate hold at a time.
+void SessionLoop::rehearse(const std::vector<Motion>& frames, double duration,
+                           const std::function<void()>& meanwhile)
+{
+    if (begun > done) throw std::logic_error("a frame was to be rehearsed with one under way");
+    const std::shared_ptr<const Snapshot> before = solver.snapshot();
+    std::vector<std::shared_ptr<const DeviceMesh>> held;
+    const bool keeps = launching && keeping && on_device;
+    solver.watch_frames({});
+    try {
+        for (const Motion& frame : frames) {
+            solver.submit(frame, duration);
+            if (keeps) on_device->launch_kept(*solver.clay());
+            solver.collect();
+            if (keeps) held.push_back(on_device->launched());
+            if (meanwhile) meanwhile();
+        }
+        solver.restore(*before);
+    } catch (...) {
+        watch_frames();
+        throw;
+    }
+    watch_frames();
     renew_surfaces();
 }
 

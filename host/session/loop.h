@@ -89,6 +89,13 @@ class SessionLoop {
     // host does not wait for it. `kept`: for device_mesh(), which then waits once.
     void launch_surfaces(bool kept = false);
 
+    // Makes frames of `duration` [s] with these motions as step() would, and their surfaces, and
+    // puts the solver's state back: graphs, memory and kernels are there when the first frame
+    // begins. `meanwhile` is called after each. Nothing is watched, and nothing counts. Throws
+    // std::logic_error while a frame is under way, and of a solver that keeps no snapshots.
+    void rehearse(const std::vector<Motion>& frames, double duration,
+                  const std::function<void()>& meanwhile);
+
     // Said by a watcher that has brought clay or taken some away, with no frame under way.
     void clay_edited();
     const std::vector<Material<double>>& materials() const { return rule.materials; }
@@ -123,6 +130,7 @@ class SessionLoop {
     const GpuSurface* device_surface() const { return on_device.get(); }  // null: none was made
 
   private:
+    void watch_frames();
     void look_for_end();
     bool may_begin();
     bool cuts(const FramePart& part);

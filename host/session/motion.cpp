@@ -12,6 +12,14 @@ Motion no_motion()
     return motion;
 }
 
+Motion far_away(Motion motion)
+{
+    constexpr Vec3<double> up{0, 1000, 0};  // [m]
+    for (std::vector<Joint<double>>* joints : {&motion.from, &motion.to})
+        for (Joint<double>& j : *joints) j.p = j.p + up;
+    return motion;
+}
+
 namespace {
 
 // `hands` points at a source or a stream.

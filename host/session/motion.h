@@ -15,6 +15,8 @@ using MotionSource = std::function<Motion(double from, double to)>;
 
 // Hands at rest at the origin, none of them active.
 Motion no_motion();
+// The same hands, far above all clay.
+Motion far_away(Motion motion);
 // `hands` must outlive the source; null: no_motion() always.
 MotionSource recorded_motion(const HandSource* hands, const HandsRule& rule);
 // The same of a stream that goes on; it may be shared.

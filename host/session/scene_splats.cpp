@@ -99,22 +99,15 @@ bool SceneSplats::follow_hands(const Frame& frame, FrameRow& row, Solver& solver
     return local() && tell(around_hands->follow(frame.motion, solver), row);
 }
 
-bool SceneSplats::rehearse(Solver& solver, double step, const std::function<void()>& meanwhile)
+bool SceneSplats::rehearse(Solver& solver, const std::function<void(const Motion& away)>& frames)
 {
     if (!local()) return false;
     Motion motion = around_hands->over_ground();
     if (motion.to.empty()) return false;
     around_hands->follow(motion, solver);
     refresh();
-    const std::size_t tools = scene.setup.tools.size();
-    Motion away = motion;  // [m] from all clay
-    for (std::vector<Joint<double>>* joints : {&away.from, &away.to})
-        for (Joint<double>& j : *joints) j.p = j.p + Vec3<double>{0, 1000, 0};
-    for (const bool active : {false, true}) {  // solvers have a graph for each
-        away.active.assign(tools, active);
-        solver.advance(away, step);
-    }
-    meanwhile();
+    const Motion away = far_away(motion);
+    frames(away);
     around_hands->begin_leaving(0, away, solver);
     around_hands->end_leaving(solver);
     return true;

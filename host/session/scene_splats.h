@@ -29,9 +29,9 @@ class SceneSplats {
     void begin_leaving(const Frame& frame, Solver& solver);
     // As if hands had come and gone again before anything moved, so that memory, graphs and threads
     // are there when they come; false where there is no local clay. The splats are as before, and
-    // the solver's clay; both have been edited, and drawn() is to be refreshed. `meanwhile` is
-    // called with the clay there.
-    bool rehearse(Solver& solver, double step, const std::function<void()>& meanwhile);
+    // the solver's clay; both have been edited, and drawn() is to be refreshed. `frames` is called
+    // with the clay there and with hands that are far away, and must leave the solver as it was.
+    bool rehearse(Solver& solver, const std::function<void(const Motion& away)>& frames);
     bool leaving() const { return local() && around_hands->leaving(); }
     // That ends now, which edits the solver; true if some was on its way.
     bool end_leaving(Solver& solver) { return leaving() && around_hands->end_leaving(solver); }

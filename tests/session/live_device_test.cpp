@@ -1,8 +1,11 @@
 // A live session whose surfaces and Gaussians stay on the device is the one that fetches them.
 #include <gtest/gtest.h>
 
+#include <thread>
+
 #include "host/session/device.h"
 #include "host/session/live.h"
+#include "host/solver/audit.h"
 
 namespace knead {
 namespace {
@@ -55,6 +58,37 @@ TEST(LiveOnDevice, IsTheSameSession)
     ASSERT_EQ(again->size(), first_meshes.size());
     for (std::size_t m = 0; m < again->size(); ++m)
         EXPECT_EQ((*again)[m].triangles.size(), first_meshes[m].triangles.size());
+}
+
+// Graphs, surfaces and memory are there before the first frame; the clay is that of the scene.
+TEST(LiveOnDevice, IsAsItWasThoughFramesWereRehearsed)
+{
+    if (!gpu_present()) GTEST_SKIP() << "no CUDA device";
+    for (const char* file : {"scenes/squeeze.json", "scenes/pot.json", "scenes/ground.json"}) {
+        const auto scene = load_live_scene(file, {"deterministic=true"});
+        LiveRule real = rule_of(true);
+        real.stepped = false, real.waits = true;
+        real.clock = [] { return 0.0; };
+        LiveSession session(scene, real), wanted(scene, rule_of(true));
+        const auto hash = [](LiveSession& of) {
+            std::uint64_t found = 0;
+            of.ask([&](const Solver& s) {
+                found = audit(s.particles(), s.rules().materials, s.rules().lattice.dx).hash;
+            });
+            return found;
+        };
+        session.rehearse();
+        session.settle(), wanted.settle();
+        EXPECT_EQ(session.state()->trouble, "");
+        EXPECT_EQ(session.state()->frame.number, 0);
+        EXPECT_EQ(hash(session), hash(wanted)) << file;
+        session.pause(true), session.start();
+        session.step(5);
+        while (session.state()->frame.number < 5 && session.state()->trouble.empty())
+            std::this_thread::yield();
+        wanted.advance_to(5.0 / scene->scene.frame_rate);
+        EXPECT_EQ(hash(session), hash(wanted)) << file;
+    }
 }
 
 // While it is paused, too: no frame comes that would make another mesh.

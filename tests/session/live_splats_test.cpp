@@ -204,6 +204,7 @@ TEST(LiveSplats, InRealTimeClayGoesBackWhileSplatsAreSplit)
     double clock = 0;
     LiveRun run(
         scene, rule, 0, [&] { return clock; }, [] { return false; });
+    run.rehearse();
     std::size_t most = 0;
     int frame = 0;
     const auto next = [&] {

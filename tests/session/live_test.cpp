@@ -10,6 +10,7 @@
 #include "host/bench/ball.h"
 #include "host/scene/seed.h"
 #include "host/session/session.h"
+#include "tests/session/live_slow.h"
 
 namespace knead {
 namespace {
@@ -180,120 +181,28 @@ TEST(LiveStepped, AnotherSceneTakesTheFirstOnesPlace)
     EXPECT_EQ(session.state()->meshes->size(), 8u);
 }
 
-// A solver whose substeps take a time on a clock of their own, and that keeps what moved it.
-struct Slow : Solver {
-    explicit Slow(std::atomic<double>& on) : clock(on) {}
-    FrameStats advance(const Motion& motion, double duration) override
-    {
-        motions.push_back(motion);
-        FrameStats stats;
-        if (++frames == fails_at) throw std::runtime_error("the device is gone");
-        if (frames == memory_ends_at) throw std::bad_alloc();
-        for (int i = 1; i <= count; ++i) {
-            clock = clock + substep;
-            stats.substeps = i;
-            if (i < count && ends_here(duration * i / count, duration, stats)) break;
-        }
-        if (frames == breaks_at) stats.repaired = 1000000;
-        return stats;
-    }
-    std::vector<Particle<double>> particles() const override { return {}; }
-    std::vector<double> penetration() const override { return {}; }
-    const std::vector<StageTime>& stage_times() const override { return times; }
-    std::size_t memory() const override { return 1; }
-    std::string name() const override { return "slow"; }
-
-    std::atomic<double>& clock;
-    double substep = 1e-3;  // [s]
-    int count = 20;         // of them in a frame
-    int frames = 0, fails_at = 0, memory_ends_at = 0, breaks_at = 0;
-    std::vector<Motion> motions;
-    std::vector<StageTime> times;
-};
-
-class Live : public testing::Test {
-  protected:
-    Live()
-    {
-        auto made = std::make_shared<LiveScene>();
-        made->scene.setup = ball(16);
-        made->scene.objects.resize(1);
-        made->scene.frame_rate = 100;
-        made->scene.surface.lattice = {{16, 16, 16}, 1.0f / 16};
-        const HandTools tools = hand_tools(made->scene.hands);
-        made->scene.setup.rig = tools.rig, made->scene.setup.tools = tools.tools;
-        scene = made;
-        rule.clock = [this] { return clock.load(); };
-        rule.make = [this](const auto&) {
-            auto solver = std::make_unique<Slow>(clock);
-            if (prepare) prepare(*solver);
-            slow = solver.get();
-            return solver;
-        };
-    }
-    // Waits until the state is as it should be; the clock is not that of the wall.
-    template <class Is>
-    std::shared_ptr<const LiveState> once(LiveSession& session, Is is)
-    {
-        const auto begin = std::chrono::steady_clock::now();
-        while (std::chrono::steady_clock::now() - begin < std::chrono::seconds(20)) {
-            const auto state = session.state();
-            if (is(*state)) return state;
-            std::this_thread::yield();
-        }
-        throw std::runtime_error("it never came to be, at frame " +
-                                 std::to_string(session.state()->frame.number) + ": " +
-                                 session.state()->trouble);
-    }
+// In real time a session has made frames before its first, which nobody sees.
+TEST(LiveReal, HasTheClayOfItsSceneThoughFramesWereRehearsed)
+{
     std::atomic<double> clock = 0;
-    LiveRule rule;
-    std::shared_ptr<const LiveScene> scene;
-    std::function<void(Slow&)> prepare;
-    Slow* slow = nullptr;
-};
-
-TEST_F(Live, FramesAreDueOnTheClock)
-{
-    prepare = [](Slow& s) { s.substep = 0; };
-    LiveSession session(scene, rule);
-    session.settle();
-    once(session, [](const LiveState& s) { return s.frame.number == 1; });
-    clock = 0.01;
-    once(session, [](const LiveState& s) { return s.frame.number == 2; });
-    clock = 0.0199;
-    session.settle();
-    session.ask([&](const Solver&) { EXPECT_EQ(slow->frames, 2); });
-    clock = 0.02;
-    const auto state = once(session, [](const LiveState& s) { return s.frame.number == 3; });
-    EXPECT_EQ(state->shed.frames, 0);
-    EXPECT_EQ(state->shed.behind, 0);
-}
-
-// 20 substeps of 1 ms, and 10 ms for a frame: half of every frame is shed, and no more.
-TEST_F(Live, WhatDoesNotFitIntoTheBudgetIsShedAndCounted)
-{
-    LiveSession session(scene, rule);
-    const auto state = once(session, [](const LiveState& s) { return s.frame.number >= 50; });
-    EXPECT_EQ(state->shed.frames, state->frame.number);
-    EXPECT_NEAR(state->frame.stats.substeps, 11, 1);
-    const double simulated = state->frame.simulated;
-    EXPECT_NEAR(simulated, state->frame.number * 0.01 * 11 / 20, 0.1 * simulated);
-    EXPECT_GE(state->shed.behind, state->frame.number * 0.01 * 8 / 20);
-    EXPECT_NEAR(simulated + state->shed.behind, clock, 0.05);
-    EXPECT_EQ(state->trouble, "");
-}
-
-TEST_F(Live, ALongPauseOfTheMachineIsNotMadeUpFor)
-{
-    prepare = [](Slow& s) { s.substep = 0; };
-    LiveSession session(scene, rule);
-    session.settle();
-    once(session, [](const LiveState& s) { return s.frame.number == 1; });
-    clock = 10;
-    const auto state = once(session, [](const LiveState& s) { return s.shed.behind > 9; });
-    session.settle();
-    session.ask([&](const Solver&) { EXPECT_LE(slow->frames, 4); });
-    EXPECT_NEAR(state->shed.behind, 9.98, 0.02);
+    LiveRule real = stepped(true);
+    real.stepped = false, real.waits = true;
+    real.clock = [&] { return clock.load(); };
+    for (const std::string file : {"scenes/squeeze.json", "scenes/ground.json"}) {
+        const auto scene = load_live_scene(file, small);
+        LiveSession session(scene, real), other(scene, stepped(true));
+        session.rehearse();
+        session.settle(), other.settle();
+        EXPECT_EQ(session.state()->trouble, "");
+        EXPECT_EQ(session.state()->frame.number, 0);
+        EXPECT_EQ(bits(session), bits(other)) << file;
+        session.pause(true), session.start();
+        session.step(3);
+        session.settle();
+        while (session.state()->frame.number < 3) std::this_thread::yield();
+        other.advance_to(3.0 / scene->scene.frame_rate);
+        EXPECT_EQ(bits(session), bits(other)) << file;
+    }
 }
 
 // The hand is thrown at 100 m/s; the tool moves as fast as a hand can.
