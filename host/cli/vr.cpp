@@ -9,6 +9,7 @@
 #include "host/base/errors.h"
 #include "host/base/interrupt.h"
 #include "host/base/json_reader.h"
+#include "host/base/machine.h"
 #include "host/base/parallel.h"
 #include "host/base/print.h"
 #include "host/cli/live_results.h"
@@ -84,6 +85,8 @@ Json report_of(const VrOptions& o, const HeadsetEnd& end, const LiveResults& res
         {"width", f.width},       {"height", f.height},          {"depth", f.depth},
         {"hands", f.hands},       {"see_through", f.see_through}};
     of["display"] = end.figures.figures();
+    of["display"]["rate_hz"] = end.rate;
+    of["length_s"] = end.length;
     of["drawn"] = end.drawn;
     of["renewals"] = end.renewals;
     of["shared"] = end.shared;
@@ -91,6 +94,14 @@ Json report_of(const VrOptions& o, const HeadsetEnd& end, const LiveResults& res
     of["reason"] = end.reason;
     add_simulation(of, results, o.deterministic);
     return of;
+}
+
+// Of libraries that are loaded later, unless the user has set it.
+void set_defaults_of_libraries()
+{
+    // Kernels are loaded before the session, not each when it is first launched.
+    default_variable("CUDA_MODULE_LOADING", "EAGER");
+    default_variable("ALSOFT_LOGLEVEL", "0");  // what is amiss is told once, by us
 }
 
 void summarise(const VrOptions& o, const HeadsetEnd& end, const Json& report)
@@ -107,6 +118,7 @@ void summarise(const VrOptions& o, const HeadsetEnd& end, const Json& report)
 int vr_verb(const VrOptions& asked)
 {
     VrOptions o = asked;
+    set_defaults_of_libraries();
     set_loop_threads(o.threads);
     if (o.cells > 0) o.settings.push_back(cells_setting(read_json(o.scene), o.cells));
     const Device device = resolved(parse_device(o.device));

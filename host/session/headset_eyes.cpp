@@ -6,6 +6,7 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "host/base/machine.h"
 #include "host/session/headset_loop.h"
 
 #ifdef KNEAD_HAS_GL
@@ -26,9 +27,13 @@ EyesRule EyesRule::of(const HeadsetLoopRule& rule)
     eyes.device = rule.device;
     eyes.samples = rule.samples > 0 ? rule.samples : on_gpu ? 4 : 1;
     eyes.least = rule.least_scale, eyes.foveate = rule.foveate;
-    const double rate = rule.headset.rate > 0 ? rule.headset.rate : 90;
-    if (rule.samples == 0 && on_gpu && !rule.stepped) eyes.budget = gl_share / rate;
+    if (rule.samples == 0 && on_gpu && !rule.stepped) eyes.budget = gl_share * usual_period(rule);
     return eyes;
+}
+
+double EyesRule::usual_period(const HeadsetLoopRule& rule)
+{
+    return 1 / (rule.headset.rate > 0 ? rule.headset.rate : 90);
 }
 
 #ifdef KNEAD_HAS_GL
@@ -98,6 +103,7 @@ struct HeadsetEyes::Parts {
     float scale(const HeadsetPicture& picture);
     void follow(const LiveState& state, bool at_once);
     void follow_splats(const LiveState& state, bool at_once);
+    void prepare_again(const LiveState& state);
     void draw(int eye, const EyeTexture& to, const EyeView& view, const HeadsetPicture& picture);
     void draw_panel(const EyeView& view, const EyeTarget& to, const HeadsetPicture& picture);
 };
@@ -208,6 +214,14 @@ void HeadsetEyes::Parts::follow_splats(const LiveState& state, bool at_once)
     }
 }
 
+// As if they had been split: the memory for others is there then.
+void HeadsetEyes::Parts::prepare_again(const LiveState& state)
+{
+    if (!splats || !state.splats) return;
+    splats->prepare(state.splats);
+    coming_version = state.splat_version, coming_motion = KeptMotion(state);
+}
+
 // By what the last pictures took. Those of another scale, still under way when it changed, do not
 // count.
 float HeadsetEyes::Parts::scale(const HeadsetPicture& picture)
@@ -241,7 +255,7 @@ EyesDrawn HeadsetEyes::draw(const Sight& sight, const HeadsetPicture& picture)
     parts->timer->begin(scale);
     EyesDrawn drawn{scale};
     if (const SplatMotion motion = parts->motion.told(picture.now); parts->splats && motion.any()) {
-        parts->splats->draw(*parts->painter, views, motion, false, &parts->hidden);
+        parts->splats->draw(*parts->painter, views, motion, parts->rule.whole(), &parts->hidden);
         drawn.splat_scale = float(parts->splats->scale()), drawn.splats = parts->splats->seconds();
     }
     for (std::size_t eye = 0; eye < 2; ++eye)
@@ -261,8 +275,16 @@ void HeadsetEyes::rehearse(const HeadsetPicture& picture)
         sight.eyes[eye].field = {-0.8f, 0.8f, 0.8f, -0.8f};
         sight.targets[eye] = one.as;
     }
+    // As many as sizes settle in, but no longer than half a second.
+    constexpr int most = 16;
+    constexpr double enough = 0.5;  // [s]
+    const double begin = wall_seconds();
     try {
-        draw(sight, picture);
+        for (int k = 0; k < most && (k < 2 || wall_seconds() - begin < enough); ++k) {
+            draw(sight, picture);
+            glFinish();
+            if (k == 0) parts->prepare_again(picture.state);
+        }
     } catch (const std::exception&) {
     }
     glFinish();

@@ -33,6 +33,8 @@ struct EyesRule {
     // Of a frame that OpenGL may take in real time: the device has clay to move.
     static constexpr double gl_share = 0.6;
     static EyesRule of(const HeadsetLoopRule& rule);
+    // From frame to frame [s], as long as the display has not said.
+    static double usual_period(const HeadsetLoopRule& rule);
 
     Device device;    // of the rasteriser of splats
     int samples = 1;  // of a pixel
@@ -41,6 +43,7 @@ struct EyesRule {
     double budget = 0;
     double least = 0.5;  // share of an eye's sides that is drawn at least
     double foveate = 0;  // degrees from a lens's middle up to which splats are fine; 0: all are
+    bool whole() const { return least >= 1; }  // splats too have all pixels
 };
 
 struct EyesDrawn {
@@ -59,8 +62,9 @@ class HeadsetEyes {
     void renew();  // the headset has a new session
     // Throws std::runtime_error and std::invalid_argument where it cannot be drawn.
     EyesDrawn draw(const Sight& sight, const HeadsetPicture& picture);
-    // Draws a picture that nobody sees, so that the first one waits for nothing that is loaded,
-    // made or registered once. Where it cannot be drawn, that one says so.
+    // Draws some pictures that nobody sees, so that the first one waits for nothing that is loaded,
+    // made or registered once, and is of a size for which there is time. Where they cannot be
+    // drawn, that one says so.
     void rehearse(const HeadsetPicture& picture);
     int gl_errors() const;     // of what was drawn
     std::string told() const;  // of what was found at the start; "": nothing of note

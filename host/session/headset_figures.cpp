@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "host/session/report.h"
@@ -37,19 +38,24 @@ nlohmann::json least_of(const std::vector<float>& shares)
 
 void FrameFigures::add(const FrameParts& frame)
 {
-    ++frames;
     if (frame.work() > frame.period) ++late;
+    if (!frame.within(2)) ++far_late;
+    if (frame.period > 0 && frame.interval > 0)
+        left_out += std::max(0L, std::lround(frame.interval / frame.period) - 1);
+    if (!frame.within(1) && listed.size() < most_listed) listed.push_back({frames, frame});
+    ++frames;
     last.push_back(frame);
     if (last.size() > kept) last.erase(last.begin());
     if (work.size() >= max_frames) return;
     work.push_back(float(1e3 * frame.work()));
     draw.push_back(float(1e3 * frame.draw));
-    latency.push_back(float(1e3 * frame.latency));
     scale.push_back(frame.scale);
     if (frame.splats > 0) {
         splats.push_back(float(1e3 * frame.splats));
         splat_scale.push_back(frame.splat_scale);
     }
+    if (frame.latency < 0) return;
+    latency.push_back(float(1e3 * frame.latency));
     latency_frames.push_back(frame.period > 0 ? float(frame.latency / frame.period) : 0);
 }
 
@@ -65,11 +71,24 @@ nlohmann::json FrameFigures::figures() const
 {
     nlohmann::json told = {{"frames", frames},
                            {"longer_than_a_period", late},
+                           {"longer_than_two_periods", far_late},
+                           {"left_out", left_out},
                            {"work_ms", spread_of(work)},
                            {"draw_ms", spread_of(draw)},
-                           {"eye_scale", least_of(scale)},
-                           {"motion_to_dent_ms", spread_of(latency)},
-                           {"motion_to_dent_frames", spread_of(latency_frames)}};
+                           {"eye_scale", least_of(scale)}};
+    if (!latency.empty()) {
+        told["motion_to_dent_ms"] = spread_of(latency);
+        told["motion_to_dent_frames"] = spread_of(latency_frames);
+    }
+    told["late_frames"] = nlohmann::json::array();
+    for (const auto& [number, parts] : listed)
+        told["late_frames"].push_back({{"frame", number},
+                                       {"interval_ms", 1e3 * parts.interval},
+                                       {"work_ms", 1e3 * parts.work()},
+                                       {"locate_ms", 1e3 * parts.locate},
+                                       {"simulate_ms", 1e3 * parts.simulate},
+                                       {"draw_ms", 1e3 * parts.draw},
+                                       {"submit_ms", 1e3 * parts.submit}});
     if (!splats.empty()) {
         told["splat_scale"] = least_of(splat_scale);
         told["splats_ms"] = spread_of(splats);
@@ -87,11 +106,13 @@ std::string FrameFigures::summary() const
     std::string told = fmt::format(
         "frames        {}, of which {} took longer than the display's\n"
         "work          {:.2f} ms median, {:.2f} ms p95, {:.2f} ms p99\n"
-        "drawing       {:.2f} ms median, {:.2f} ms p99; sides of an eye at {}\n"
-        "motion to dent {:.1f} ms median, {:.2f} display frames; p95 {:.2f}\n",
+        "drawing       {:.2f} ms median, {:.2f} ms p99; sides of an eye at {}\n",
         frames, late, percentile(work, 0.5), percentile(work, 0.95), percentile(work, 0.99),
-        percentile(draw, 0.5), percentile(draw, 0.99), least(scale), percentile(latency, 0.5),
-        percentile(latency_frames, 0.5), percentile(latency_frames, 0.95));
+        percentile(draw, 0.5), percentile(draw, 0.99), least(scale));
+    if (!latency.empty())
+        told += fmt::format("motion to dent {:.1f} ms median, {:.2f} display frames; p95 {:.2f}\n",
+                            percentile(latency, 0.5), percentile(latency_frames, 0.5),
+                            percentile(latency_frames, 0.95));
     if (!splats.empty())
         told += fmt::format("splats        {:.2f} ms median, {:.2f} ms p99; of these sides {}\n",
                             percentile(splats, 0.5), percentile(splats, 0.99), least(splat_scale));

@@ -24,6 +24,18 @@ float HandFade::frame(double time, bool tracked, float size)
     return opacity;
 }
 
+void TrackingWatch::frame(double time, long restarts)
+{
+    const double step = time - last;
+    last = time;
+    if (step > 0 && step < lasting) interval += (step - interval) / (interval > 0 ? averaged : 1);
+    if (restarts > known) restart[0] = restart[1], restart[1] = time;
+    known = restarts;
+    slow = time - restart[0] < lasting;
+}
+
+double TrackingWatch::rate() const { return interval > 0 ? 1 / interval : 0; }
+
 HandFrame hand_frame(const Sight& sight, const Workplace& workplace, double time)
 {
     HandFrame frame;

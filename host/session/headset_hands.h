@@ -35,6 +35,24 @@ class HandCue {
     Feel steady = Feel::nothing;
 };
 
+// Whether hands are tracked too seldom to shape clay: more than once within some seconds one was
+// taken for a new hand because its frames lie too far apart (HandFilter::slow_restarts()).
+class TrackingWatch {
+  public:
+    static constexpr double lasting = 3;  // [s]
+    // A frame at `time` [s], after so many restarts in all.
+    void frame(double time, long restarts);
+    bool too_slow() const { return slow; }
+    double rate() const;  // of the last frames [1/s]; 0: not known
+
+  private:
+    static constexpr int averaged = 8;   // frames
+    double last = -1e30, interval = 0;   // [s]; 0: not known
+    double restart[2] = {-1e30, -1e30};  // the last two [s]
+    long known = 0;
+    bool slow = false;
+};
+
 // One frame of both hands, in the frame of recordings.
 HandFrame hand_frame(const Sight& sight, const Workplace& workplace, double time);
 
@@ -52,6 +70,8 @@ class HeadsetHands {
     // Hands as they are now, for the same filter that the simulation uses: what is drawn is what
     // touches. Times rise.
     void push(const HandFrame& frame);
+    // Since the tools are these, see HandFilter.
+    long slow_restarts() const { return stream->slow_restarts(); }
     // What to draw at the newest time, tool by tool.
     std::vector<HandLook> looks();
     // What each side does to clay: contact of its own that begins, then whether clay yields to it

@@ -6,28 +6,16 @@
 
 #include "host/base/machine.h"
 #include "host/session/headset_eyes.h"
+#include "host/session/headset_feel.h"
 #include "host/session/headset_hands.h"
 #include "host/session/headset_hold.h"
+#include "host/session/headset_notices.h"
 #include "host/session/headset_record.h"
 #include "host/session/headset_time.h"
 #include "host/session/panel_desk.h"
-#include "xr/sound.h"
 
 namespace knead {
 namespace {
-
-LiveRule live_rule(const HeadsetLoopRule& rule, std::function<double()> clock,
-                   std::function<void(const HandAction&)> acted)
-{
-    LiveRule live;
-    live.make = [device = rule.device](const Setup& setup) { return make_solver(setup, device); };
-    live.stepped = live.from_zero = rule.stepped;
-    live.recorded = rule.recorded, live.moving = true;
-    live.paused = rule.hands_only;
-    live.clock = std::move(clock);
-    live.acted = std::move(acted);
-    return live;
-}
 
 class HeadsetLoop {
   public:
@@ -46,7 +34,6 @@ class HeadsetLoop {
     void poke(const Sight& sight);
     void hold_clay(const HandFrame& given);
     void tell_hands();
-    void feel(const Sight& sight, float strength[side_count]);
     void obey(const PanelCommand& command, const Sight& sight);
     void look_for_end(const News& news);
 
@@ -62,6 +49,10 @@ class HeadsetLoop {
     HeadsetEnd end;
     Tick tick;
     bool ran = false;         // in the frame before
+    bool pictured = false;    // a frame of this session was ended while time might go on
+    bool started = false;     // so was the simulation
+    double last_shown = -1;   // the frame before, by Tick::time; negative: it was not [s]
+    double began = -1;        // of the wall [s]; negative: no frame has
     bool anew = false;        // hands are to be taken for new
     bool place_anew = false;  // the clay before the head, as soon as that is located
     Floor floor = Floor::seated;
@@ -79,9 +70,9 @@ class HeadsetLoop {
     bool holding = false;  // hands carry clay, and do not shape it
     int panel_age = 0;     // frames since it was painted; 0: it must be
     std::string undrawn;   // why nothing is, if so
-    CueSound cues;
-    std::unique_ptr<SoundOut> sound;  // null: nothing is heard
-    bool shared = false;              // clay and splats stay on the device
+    HeadsetNotices notices;
+    HeadsetFeel felt;
+    bool shared = false;  // clay and splats stay on the device
 };
 
 HeadsetLoop::HeadsetLoop(std::shared_ptr<const LiveScene> scene, HeadsetLoopRule by)
@@ -92,7 +83,9 @@ HeadsetLoop::HeadsetLoop(std::shared_ptr<const LiveScene> scene, HeadsetLoopRule
       workplace(rule.workplace),
       record(rule.tell),
       desk(rule.scene, rule.settings),
-      canvas(HeadsetPanel::width, HeadsetPanel::height, 3)
+      canvas(HeadsetPanel::width, HeadsetPanel::height, 3),
+      notices(rule.tell),
+      felt(rule.sound && !rule.stepped, rule.tell)
 {
     eyes = std::make_unique<HeadsetEyes>(*headset, EyesRule::of(rule));
     if (!eyes->told().empty()) rule.tell(eyes->told());
@@ -102,9 +95,8 @@ HeadsetLoop::HeadsetLoop(std::shared_ptr<const LiveScene> scene, HeadsetLoopRule
     const Sharing sharing = eyes->sharing();
     shared = lived.on_device = sharing.shared;
     if (!sharing.text.empty()) rule.tell(sharing.text);
-    std::string silent;
-    if (rule.sound && !rule.stepped) sound = SoundOut::open(silent);
-    if (!silent.empty()) rule.tell("no sound: " + silent);
+    if (rule.headset.see_through && !headset->facts().see_through)
+        rule.tell("--see-through: this runtime shows no room behind the picture; it is opaque");
     live = std::make_unique<LiveSession>(std::move(scene), std::move(lived));
     live->settle();
     floor = headset->facts().floor;
@@ -127,7 +119,9 @@ HeadsetEnd HeadsetLoop::run()
     end.hash = clay.hash, end.particles = clay.particles;
     end.hands = std::move(record.hands), end.actions = std::move(record.actions);
     end.hands.name = "headset";
-    end.hands.rate = tick.period > 0 ? 1 / tick.period : 90;
+    end.rate = tick.period > 0 ? 1 / tick.period : 0;
+    end.hands.rate = end.rate > 0 ? end.rate : 90;
+    end.length = began < 0 ? 0 : wall_seconds() - began;
     end.gl_errors = eyes->gl_errors();
     end.shared = shared;
     end.stray = headset->stray_gl_errors();
@@ -152,6 +146,7 @@ bool HeadsetLoop::turn()
     if (news.renewed) {
         ++end.renewals;
         anew = true;
+        pictured = false;
         eyes->renew();
     }
     if (news.phase == Phase::over) {
@@ -170,6 +165,7 @@ void HeadsetLoop::frame(const News& news)
 {
     FrameParts parts;
     const double start = wall_seconds();
+    if (began < 0) began = start;
     tick = headset->begin();
     const double begun = wall_seconds();
     const Sight sight = headset->locate();
@@ -192,13 +188,16 @@ void HeadsetLoop::frame(const News& news)
     done.eyes = shown, done.scale = parts.scale;
     if (shown) done.near_z = std::numeric_limits<float>::infinity();
     done.far_z = float(rule.nearest);
-    feel(sight, done.vibrate);
+    felt.frame(sight, *state, hands, done.vibrate);
     parts.left = headset->time_left();
     headset->end(done);
     parts.wait = begun - start, parts.locate = located - begun;
     parts.simulate = simulated - located, parts.draw = drawn - simulated;
     parts.submit = wall_seconds() - drawn, parts.period = tick.period;
+    parts.interval = last_shown >= 0 ? tick.time - last_shown : 0;
+    last_shown = shown && runs ? tick.time : -1;
     if (shown && runs) end.figures.add(parts);
+    pictured = pictured || runs;
 }
 
 // Another scene, or the same from its start, has its own tools; what was recorded was of the one
@@ -228,6 +227,7 @@ void HeadsetLoop::push(HandFrame given, bool runs, double now)
     anew = false;
     given.time = tick.time;
     hands.push(given);
+    notices.follow(hands, tick.time);
     if (holding) hold_clay(given);
     if (!runs || !record.frame(given, now)) return;
     given.time = now;
@@ -239,16 +239,22 @@ void HeadsetLoop::push(HandFrame given, bool runs, double now)
 void HeadsetLoop::simulate(const Sight& sight, bool runs, FrameParts& parts)
 {
     follow_history();
-    const double now = time.frame(tick.time, runs && ran);
-    ran = runs;
-    if (!rule.stepped) clock.set(now, wall_seconds(), runs ? tick.period : 0);
-    push(hand_frame(sight, workplace, now), runs, now);
+    // The first picture of a session takes longer than others. In real time no time has passed
+    // until it is there.
+    const bool goes_on = runs && (rule.stepped || pictured);
+    const double now = time.frame(tick.time, goes_on && ran);
+    ran = goes_on;
+    if (!rule.stepped) clock.set(now, wall_seconds(), goes_on ? tick.period : 0);
+    if (goes_on && !std::exchange(started, true)) live->start();
+    push(hand_frame(sight, workplace, now), goes_on, now);
     if (rule.stepped && runs) live->advance_to(now);
-    if (runs) record.simulated(now);
+    if (goes_on) record.simulated(now);
     const auto before = state;
     state = live->state();
     if (!state->trouble.empty() && before->trouble.empty())
         rule.tell("the simulation has ended: " + state->trouble);
+    notices.follow(*state, tick.time);
+    if (rule.hands_only || !state->trouble.empty()) return;  // hands dent nothing
     // The state shows what a hand did when its frame began.
     const double computing = rule.stepped ? 0 : state->frame.times.solver;
     parts.latency = std::max(0.0, now - (state->time - computing));
@@ -262,7 +268,7 @@ void HeadsetLoop::poke(const Sight& sight)
         const Hand hand = in_hands(workplace, sight.hands[std::size_t(side)].hand);
         const Vec3<float> tip = rotate(conjugate(at.q), hand.joints[index_tip].p - at.p);
         const bool seen = hand.tracked && hand.valid[index_tip];
-        if (const auto command = panel.poke(side, tip, seen)) obey(*command, sight);
+        if (const auto command = panel.poke(side, tip, seen, tick.time)) obey(*command, sight);
     }
 }
 
@@ -324,29 +330,13 @@ void HeadsetLoop::obey(const PanelCommand& command, const Sight& sight)
     }
 }
 
-// Haptics and sound of what the newest state did.
-void HeadsetLoop::feel(const Sight& sight, float strength[side_count])
-{
-    constexpr float aside = 0.4f;  // so far to a side it is heard from there alone [m]
-    Feel felt[side_count];
-    hands.feel(*state, felt);
-    const Joint<float> head = head_of(sight);
-    for (const Side side : {left, right}) {
-        strength[side] = strength_of(felt[side]);
-        const Hand& hand = sight.hands[std::size_t(side)].hand;
-        const Vec3<float> off = rotate(conjugate(head.q), hand.joints[index_tip].p - head.p);
-        cues.set(side, felt[side], off.x / aside);
-    }
-    if (sound)
-        sound->fill([this](int pairs, std::vector<std::int16_t>& to) { cues.make(pairs, to); });
-}
-
 HeadsetPicture HeadsetLoop::picture_of(std::vector<HandLook> looks, bool repaint)
 {
     if (repaint) {
         PanelView seen = desk.view(*state, hands);
         seen.paused = paused, seen.holding = holding;
         seen.standing = headset->facts().floor == Floor::standing;
+        seen.notice = notices.at(tick.time);
         panel.draw(canvas, seen, end.figures);
     }
     HeadsetPicture picture{*state,    std::move(looks),    hands.rule(),
@@ -356,23 +346,29 @@ HeadsetPicture HeadsetLoop::picture_of(std::vector<HandLook> looks, bool repaint
     picture.panel_width = HeadsetPanel::pixel * HeadsetPanel::width;
     picture.panel_height = HeadsetPanel::pixel * HeadsetPanel::height;
     picture.at_once = rule.stepped, picture.now = time.time();
-    if (!rule.stepped && rule.least_scale < 1) picture.budget = EyesRule::gl_share * tick.period;
+    const double period = tick.period > 0 ? tick.period : EyesRule::usual_period(rule);
+    if (!rule.stepped && rule.least_scale < 1) picture.budget = EyesRule::gl_share * period;
     return picture;
 }
 
 // What is made with the first picture, hands' skins above all, takes 0.1 to 0.25 s.
 void HeadsetLoop::rehearse()
 {
-    eyes->rehearse(picture_of(HeadsetHands::open(hands.rule()).looks(), rule.panel));
+    live->rehearse();
+    live->settle();
+    state = live->state();
+    std::vector<HandLook> looks = HeadsetHands::open(hands.rule()).looks();
+    for (HandLook& look : looks) look.opacity = 1;  // as of hands that have grown: with shadows
+    eyes->rehearse(picture_of(std::move(looks), rule.panel));
 }
 
 // False where it cannot be drawn, which is told once.
 bool HeadsetLoop::draw(const Sight& sight, FrameParts& parts)
 {
     constexpr int often = 9;  // frames from graph to graph
+    const bool repaints = rule.panel && (panel_age++ % often == 0 || panel.moves());
     try {
-        const EyesDrawn drawn =
-            eyes->draw(sight, picture_of(hands.looks(), rule.panel && panel_age++ % often == 0));
+        const EyesDrawn drawn = eyes->draw(sight, picture_of(hands.looks(), repaints));
         parts.scale = drawn.scale, parts.splat_scale = drawn.splat_scale;
         parts.splats = drawn.splats;
     } catch (const std::exception& e) {

@@ -36,6 +36,11 @@ struct HeadsetLoopRule {
     std::function<bool()> stop;                    // asked every frame
 };
 
+// Of the session that it joins with the headset. `clock` says the session's time [s]; `acted` is
+// told of what is done beside hands.
+LiveRule live_rule(const HeadsetLoopRule& rule, std::function<double()> clock,
+                   std::function<void(const HandAction&)> acted);
+
 struct HeadsetEnd {
     std::string reason;  // why the headset ended; "": as it was asked to
     HeadsetFacts facts;
@@ -43,7 +48,9 @@ struct HeadsetEnd {
     Recording hands;      // as the simulation had them; without frames: none came
     HandActions actions;  // what was done beside them; the recording's hash is not filled in
     std::shared_ptr<const LiveState> state;
-    std::string hash;  // of the clay's state; "": there was no simulation
+    std::string hash;   // of the clay's state; "": there was no simulation
+    double rate = 0;    // of the display [1/s]; 0: not known
+    double length = 0;  // of the session, from its first frame [s]
     long particles = 0;
     long drawn = 0;       // pairs of eyes
     int gl_errors = 0;    // of our own drawing

@@ -14,6 +14,8 @@ constexpr float row_height = 16, gap = 2;
 constexpr float away = 0.012f;   // so far before the panel a finger has let go [m]
 constexpr float finest = 0.01f;  // change of a slider that is told
 constexpr float deep = 0.06f;    // so far behind it a finger is somewhere else [m]
+constexpr float slack = 0.01f;   // so far beside an item a finger still holds it [m]
+constexpr double hint = 2;       // for so long it says that an item is to be held [s]
 
 constexpr PanelColour ground{30, 32, 38}, plain{62, 66, 76}, lit{96, 140, 96}, held{200, 150, 60},
     ink{238, 238, 232}, faint{150, 154, 160}, alarm{214, 84, 60};
@@ -86,6 +88,23 @@ void centred(PanelCanvas& canvas, const PanelRect& rect, std::string text, Panel
                 colour);
 }
 
+// In two lines where one does not do, broken between words.
+void centred_lines(PanelCanvas& canvas, const PanelRect& rect, const std::string& text,
+                   PanelColour colour)
+{
+    const std::size_t most = std::size_t(rect.width / letter_step);
+    if (text.size() <= most) return centred(canvas, rect, text, colour);
+    const std::size_t space = text.rfind(' ', most);
+    const bool between = space != std::string::npos && space > 0;
+    PanelRect line = rect;
+    line.y = rect.y - gap + 1, line.height = letter_height;
+    centred(canvas, line, text.substr(0, between ? space : most), colour);
+    line.y += letter_height + 1;
+    centred(canvas, line, text.substr(between ? space + 1 : most), colour);
+}
+
+bool is_held(PanelAct act) { return act == PanelAct::reset || act == PanelAct::quit; }
+
 }  // namespace
 
 HeadsetPanel::HeadsetPanel()
@@ -103,7 +122,7 @@ HeadsetPanel::HeadsetPanel()
         float from = 0;
         const float each = 1 / float(acts.size());
         for (const PanelAct act : acts) {
-            all.push_back({row(number, from, from + each), {act, 0, -1}, false});
+            all.push_back({row(number, from, from + each), {act, 0, -1}, false, is_held(act)});
             from += each;
         }
         ++number;
@@ -138,25 +157,63 @@ const PanelItem* HeadsetPanel::at(Vec3<float> tip) const
     return nullptr;
 }
 
-std::optional<PanelCommand> HeadsetPanel::poke(Side side, Vec3<float> tip, bool tracked)
+void HeadsetPanel::let_go(Finger& of)
 {
+    if (of.pressed && of.pressed->held && !of.done) left_early = of.pressed, left_at = now;
+    of = {};
+}
+
+// One that has slid off it is to come from before again.
+std::optional<PanelCommand> HeadsetPanel::hold(Finger& of, Vec3<float> tip)
+{
+    const float x = tip.x / pixel + 0.5f * width, y = 0.5f * height - tip.y / pixel;
+    PanelRect around = of.pressed->rect;
+    constexpr float more = slack / pixel;
+    around.x -= more, around.y -= more, around.width += 2 * more, around.height += 2 * more;
+    if (!around.holds(x, y)) return let_go(of), std::nullopt;
+    if (of.done || now - of.since < held_for) return {};
+    of.done = true;
+    return of.pressed->command;
+}
+
+float HeadsetPanel::progress(const PanelItem& item) const
+{
+    float most = -1;
+    for (const Finger& of : fingers)
+        if (item.held && of.pressed == &item)
+            most = std::max(most, of.done ? 1 : float((now - of.since) / held_for));
+    return std::min(most, 1.f);
+}
+
+bool HeadsetPanel::moves() const
+{
+    const auto waits = [](const Finger& of) { return of.pressed && of.pressed->held && !of.done; };
+    return waits(fingers[left]) || waits(fingers[right]) || now - left_at < hint;
+}
+
+std::optional<PanelCommand> HeadsetPanel::poke(Side side, Vec3<float> tip, bool tracked,
+                                               double time)
+{
+    now = time;
     Finger& of = fingers[side];
     const float before = tip.z - finger;
     if (!tracked || !std::isfinite(tip.x + tip.y + tip.z) || before < -deep) {
-        of = {};
+        let_go(of);
         return {};
     }
     if (before > away) {
-        of = {true, nullptr, -1};
+        let_go(of);
+        of.armed = true;
         return {};
     }
     bool begins = false;
     if (of.armed && before <= 0) {
         of.armed = false;
-        of.pressed = at(tip);
+        of.pressed = at(tip), of.since = time;
         begins = true;
     }
-    if (!of.pressed || (!begins && !of.pressed->slider)) return {};
+    if (!of.pressed || (!begins && !of.pressed->slider && !of.pressed->held)) return {};
+    if (of.pressed->held) return hold(of, tip);
     PanelCommand command = of.pressed->command;
     if (of.pressed->slider) {
         const float x = tip.x / pixel + 0.5f * width;
@@ -171,11 +228,24 @@ void HeadsetPanel::draw(PanelCanvas& canvas, const PanelView& view,
                         const FrameFigures& figures) const
 {
     canvas.fill({0, 0, width, height}, ground);
-    const bool ended = !view.trouble.empty();
-    centred(canvas, row(0, 0, 1), ended ? "ENDED: " + view.trouble : "KNEAD",
-            ended ? alarm : faint);
+    const PanelRect top = row(0, 0, 1);
+    if (!view.trouble.empty())
+        centred_lines(canvas, top, "ENDED: " + view.trouble, alarm);
+    else if (!view.notice.empty())
+        centred_lines(canvas, top, view.notice, ink);
+    else
+        centred(canvas, top, "KNEAD", faint);
     for (const PanelItem& item : all) draw_item(canvas, item, view);
     draw_graph(canvas, figures);
+}
+
+std::string HeadsetPanel::words_on(const PanelItem& item, const PanelView& view) const
+{
+    const float held_so_far = progress(item);
+    const bool waits = held_so_far >= 0 && held_so_far < 1;
+    const bool too_early = left_early == &item && now - left_at < hint;
+    if (waits || too_early) return "HOLD 1 S";
+    return label_of(item.command, view);
 }
 
 void HeadsetPanel::draw_item(PanelCanvas& canvas, const PanelItem& item,
@@ -186,14 +256,17 @@ void HeadsetPanel::draw_item(PanelCanvas& canvas, const PanelItem& item,
     const bool on = (act == PanelAct::gravity && view.gravity) ||
                     (act == PanelAct::pause && view.paused) ||
                     (act == PanelAct::hold && view.holding);
-    canvas.fill(item.rect, down ? held : on ? lit : plain);
+    canvas.fill(item.rect, down && !item.held ? held : on ? lit : plain);
+    PanelRect share = item.rect;
+    share.width *= std::max(0.f, progress(item));
+    canvas.fill(share, alarm);
     if (item.slider) {
         const float value = act == PanelAct::stiffness ? view.stiffness : view.yield;
         PanelRect done = item.rect;
         done.width *= clamp(value, 0.f, 1.f);
         canvas.fill(done, down ? held : lit);
     }
-    centred(canvas, item.rect, label_of(item.command, view), ink);
+    centred(canvas, item.rect, words_on(item, view), ink);
     if (item.command.step < 0) {
         PanelRect between = item.rect;
         between.x += item.rect.width, between.width = width - 2 * between.x;

@@ -37,7 +37,9 @@ struct PanelCommand {
 
 // What the panel shows.
 struct PanelView {
-    std::string scene, material, left_tool, right_tool, trouble;
+    std::string scene, material, left_tool, right_tool;
+    std::string trouble;              // why the simulation has ended; "": it has not
+    std::string notice;               // shown for some seconds; "": none
     float stiffness = 0, yield = -1;  // of their sliders, 0 to 1; negative: the material has none
     int nodes = 0;                    // of the lattice, along x
     int surface = 0;                  // of the surface's, along its longest side
@@ -48,6 +50,7 @@ struct PanelItem {
     PanelRect rect;
     PanelCommand command;
     bool slider = false;
+    bool held = false;  // throws work away: is pressed for HeadsetPanel::held_for
 };
 
 class HeadsetPanel {
@@ -55,6 +58,7 @@ class HeadsetPanel {
     static constexpr int width = 240, height = 224;  // [pixels]
     static constexpr float pixel = 0.0016f;          // [m]
     static constexpr float finger = 0.007f;          // from the tip's joint to what presses [m]
+    static constexpr double held_for = 1;            // [s]
 
     HeadsetPanel();
     const std::vector<PanelItem>& items() const { return all; }
@@ -65,8 +69,12 @@ class HeadsetPanel {
 
     // The tip of a side's index finger in the panel's frame, the middle being the origin [m]. A
     // press is a way through the surface from before; it is over when the finger is back, and does
-    // not begin behind. Sliders follow the finger.
-    std::optional<PanelCommand> poke(Side side, Vec3<float> tip, bool tracked);
+    // not begin behind. Sliders follow the finger. A held item answers once the finger has been on
+    // it for `held_for`; one that leaves it before, or is lost, has asked for nothing. `time` [s]
+    // rises.
+    std::optional<PanelCommand> poke(Side side, Vec3<float> tip, bool tracked, double time);
+    // The picture changes with time: a finger holds an item, or has let go of one too early.
+    bool moves() const;
 
     void draw(PanelCanvas& canvas, const PanelView& view, const FrameFigures& figures) const;
 
@@ -79,9 +87,19 @@ class HeadsetPanel {
     struct Finger {
         bool armed = false;  // it is before the panel
         const PanelItem* pressed = nullptr;
-        float value = -1;  // of the slider that is pressed, as it was told last
+        float value = -1;   // of the slider that is pressed, as it was told last
+        double since = 0;   // when the press began [s]
+        bool done = false;  // the held item that is pressed has answered
     };
+    std::optional<PanelCommand> hold(Finger& of, Vec3<float> tip);
+    void let_go(Finger& of);
+    float progress(const PanelItem& item) const;  // of its being held; negative: it is not
+    std::string words_on(const PanelItem& item, const PanelView& view) const;
+
     Finger fingers[side_count];
+    double now = 0;                         // [s]
+    const PanelItem* left_early = nullptr;  // the held item that a finger has left before its time,
+    double left_at = -1e30;                 // and when [s]
 };
 
 }  // namespace knead

@@ -84,8 +84,8 @@ void PanelDesk::follow(const LiveState& state)
     refused = state.refused;
     if (state.history == history || !state.scene) return;
     history = state.history;
-    touched = false, gravity = true;
     const Scene& of = state.scene->scene;
+    touched = false, gravity = length(of.setup.gravity) > 0;
     preset = of.objects.empty() ? "" : of.objects[0].preset;
     if (!of.setup.materials.empty()) material = of.setup.materials[0];
 }
@@ -179,10 +179,12 @@ void PanelDesk::apply(const PanelCommand& command, const LiveState& state, LiveS
     }
 }
 
-Vec3<double> PanelDesk::gravity_of(const LiveState& state) const
+Vec3<double> PanelDesk::gravity_of(const LiveState& state)
 {
-    const Vec3<double> none{0, 0, 0};
-    return gravity && state.scene ? state.scene->scene.setup.gravity : none;
+    follow(state);
+    if (!gravity || !state.scene) return {0, 0, 0};
+    const Vec3<double> own = state.scene->scene.setup.gravity;
+    return length(own) > 0 ? own : Vec3<double>{0, -9.81, 0};
 }
 
 PanelView PanelDesk::view(const LiveState& state, const HeadsetHands& hands)
@@ -193,7 +195,6 @@ PanelView PanelDesk::view(const LiveState& state, const HeadsetHands& hands)
     shown.material = preset + (touched ? " (CHANGED)" : "");
     shown.left_tool = hands.rule().held[left], shown.right_tool = hands.rule().held[right];
     shown.trouble = state.trouble;
-    if (shown.trouble.empty()) shown.trouble = state.refusal;
     shown.stiffness = slider_share("young", material);
     shown.yield = has("yield", material) ? slider_share("yield", material) : -1;
     if (state.scene) shown.nodes = state.scene->scene.setup.lattice.size.x;

@@ -18,8 +18,8 @@ class PanelDesk {
     // caller's.
     void apply(const PanelCommand& command, const LiveState& state, LiveSession& live,
                HeadsetHands& hands);
-    // The scene's gravity, or none where it was switched off.
-    Vec3<double> gravity_of(const LiveState& state) const;
+    // The scene's gravity, or that of the Earth where it has none; none where it is switched off.
+    Vec3<double> gravity_of(const LiveState& state);
     PanelView view(const LiveState& state, const HeadsetHands& hands);
 
   private:

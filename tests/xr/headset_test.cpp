@@ -1,11 +1,9 @@
-// Pure parts of a headset's session: places, times, figures, fading hands.
+// Pure parts of a headset's session: places, times, fading hands.
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <nlohmann/json.hpp>
 #include <numbers>
 
-#include "host/session/headset_figures.h"
 #include "host/session/headset_hands.h"
 #include "host/session/headset_time.h"
 #include "host/session/motion.h"
@@ -173,48 +171,41 @@ TEST(Pace, is_found_at_once_and_not_by_one_slow_picture)
     EXPECT_NEAR(pace.scale(), 0.25, 1e-12);
 }
 
-TEST(FrameFigures, count_what_came_too_late_and_keep_the_newest)
+TEST(TrackingWatch, notices_hands_that_come_too_seldom_to_shape)
 {
-    FrameFigures figures;
-    EXPECT_EQ(figures.margin(), 1);
-    FrameParts quick, slow;
-    quick.period = slow.period = 0.011;
-    quick.draw = 0.004, quick.wait = 0.5, quick.latency = 0.011;
-    slow.draw = 0.02;
-    for (int k = 0; k < 500; ++k) figures.add(quick);
-    EXPECT_NEAR(figures.margin(), 1 - 4.0 / 11, 1e-9) << "waiting is no work";
-    EXPECT_TRUE(figures.is_comfortable());
-    EXPECT_EQ(figures.missed(), 0);
-    for (int k = 0; k < 200; ++k) figures.add(slow);
-    EXPECT_FALSE(figures.is_comfortable());
-    EXPECT_EQ(figures.missed(), 200);
-    EXPECT_EQ(figures.recent().size(), FrameFigures::kept);
-    EXPECT_EQ(figures.recent().back().draw, slow.draw);
-    const auto told = figures.figures();
-    EXPECT_NEAR(told["work_ms"]["median"], 4, 1e-3);
-    EXPECT_NEAR(told["work_ms"]["max"], 20, 1e-3);
-    EXPECT_NEAR(told["motion_to_dent_frames"]["median"], 1, 1e-5);
-    EXPECT_FALSE(told.contains("splat_scale")) << "no splats";
-}
-
-TEST(FrameFigures, tell_how_coarse_splats_were)
-{
-    FrameFigures figures;
-    EXPECT_EQ(figures.summary().find("splats"), std::string::npos);
-    FrameParts frame;
-    frame.period = 0.011, frame.scale = 0.8f;
-    figures.add(frame);  // none were in sight
-    frame.splats = 0.002, frame.splat_scale = 0.5f;
-    for (int k = 0; k < 9; ++k) figures.add(frame);
-    frame.splat_scale = 0.25f;
-    figures.add(frame);
-    const auto told = figures.figures();
-    EXPECT_NEAR(told["eye_scale"]["median"], 0.8, 1e-6);
-    EXPECT_NEAR(told["splat_scale"]["median"], 0.5, 1e-6);
-    EXPECT_NEAR(told["splat_scale"]["min"], 0.25, 1e-6);
-    EXPECT_NEAR(told["splats_ms"]["max"], 2, 1e-5);
-    EXPECT_NE(figures.summary().find("of these sides 50 %, 25 % at least"), std::string::npos)
-        << figures.summary();
+    // A hand that moves so fast [m/s], in frames of so many a second; whether it was too slow.
+    const auto too_slow = [](double rate, double speed, double& told) {
+        HeadsetHands hands{HandsRule{}};
+        TrackingWatch watch;
+        bool slow = false;
+        for (int i = 0; i <= int(2 * rate); ++i) {
+            HandFrame frame;
+            frame.time = i / rate;
+            Hand& hand = frame.hand[right] = open_hand(right);
+            for (auto& joint : hand.joints) joint.p.x += float(speed * frame.time);
+            hand.tracked = true, hand.valid.fill(true);
+            hands.push(frame);
+            watch.frame(frame.time, hands.slow_restarts());
+            slow = slow || watch.too_slow();
+        }
+        told = watch.rate();
+        return slow;
+    };
+    double rate = 0;
+    EXPECT_TRUE(too_slow(3, 0, rate)) << "a hand that is at rest does not touch either";
+    EXPECT_NEAR(rate, 3, 0.01);
+    EXPECT_FALSE(too_slow(6, 1, rate));
+    EXPECT_NEAR(rate, 6, 0.01);
+    EXPECT_TRUE(too_slow(6, 3, rate));
+    EXPECT_FALSE(too_slow(90, 3, rate));
+    EXPECT_FALSE(too_slow(90, 10, rate)) << "whoever tracks it loses it, not the rate";
+    TrackingWatch once;
+    once.frame(0, 0), once.frame(1, 1);
+    EXPECT_FALSE(once.too_slow()) << "a scene was loaded";
+    once.frame(2, 2);
+    EXPECT_TRUE(once.too_slow());
+    once.frame(2.1, 2), once.frame(6, 2);
+    EXPECT_FALSE(once.too_slow());
 }
 
 // A user's hand is drawn as large as it touches; what it holds has its own size.

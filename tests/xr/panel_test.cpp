@@ -1,13 +1,12 @@
-// The panel in the headset: where it is, what a finger asks for, and what that does.
+// The panel in the headset: where it is, what it shows, and what a finger asks for.
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <numbers>
 #include <set>
 
-#include "host/scene/presets.h"
-#include "host/session/device.h"
-#include "host/session/panel_desk.h"
+#include "host/session/headset_notices.h"
+#include "host/session/headset_panel.h"
 
 namespace knead {
 namespace {
@@ -67,56 +66,151 @@ TEST(Panel, is_pressed_once_by_a_finger_that_comes_from_before)
 {
     HeadsetPanel panel;
     const PanelItem& pause = item_of(panel, PanelAct::pause);
-    EXPECT_FALSE(panel.poke(right, tip_on(pause, -0.01f), true)) << "it appeared behind";
-    EXPECT_FALSE(panel.poke(right, tip_on(pause, 0.05f), true));
-    EXPECT_FALSE(panel.poke(right, tip_on(pause, 0.005f), true));
-    const auto pressed = panel.poke(right, tip_on(pause, -0.002f), true);
+    EXPECT_FALSE(panel.poke(right, tip_on(pause, -0.01f), true, 0)) << "it appeared behind";
+    EXPECT_FALSE(panel.poke(right, tip_on(pause, 0.05f), true, 0));
+    EXPECT_FALSE(panel.poke(right, tip_on(pause, 0.005f), true, 0));
+    const auto pressed = panel.poke(right, tip_on(pause, -0.002f), true, 0);
     ASSERT_TRUE(pressed);
     EXPECT_EQ(pressed->act, PanelAct::pause);
-    EXPECT_FALSE(panel.poke(right, tip_on(pause, -0.01f), true)) << "it is still pressed";
-    EXPECT_FALSE(panel.poke(right, tip_on(pause, 0.005f), true)) << "not yet let go";
-    EXPECT_FALSE(panel.poke(right, tip_on(pause, -0.002f), true));
-    EXPECT_FALSE(panel.poke(right, tip_on(pause, 0.02f), true));
-    EXPECT_TRUE(panel.poke(right, tip_on(pause, -0.03f), true)) << "in one leap, too";
+    EXPECT_FALSE(panel.poke(right, tip_on(pause, -0.01f), true, 0)) << "it is still pressed";
+    EXPECT_FALSE(panel.poke(right, tip_on(pause, 0.005f), true, 0)) << "not yet let go";
+    EXPECT_FALSE(panel.poke(right, tip_on(pause, -0.002f), true, 0));
+    EXPECT_FALSE(panel.poke(right, tip_on(pause, 0.02f), true, 0));
+    EXPECT_TRUE(panel.poke(right, tip_on(pause, -0.03f), true, 0)) << "in one leap, too";
+}
+
+// A finger that comes to an item, stays in it for so many seconds, and goes; what it asked for.
+int presses(HeadsetPanel& panel, const PanelItem& item, double seconds, Vec3<float> slide = {})
+{
+    int asked = 0;
+    double time = 10;
+    const auto at = [&](float before, Vec3<float> aside) {
+        asked += bool(panel.poke(right, tip_on(item, before) + aside, true, time += 1.0 / 90));
+    };
+    at(0.03f, {});
+    const int frames = int(std::lround(90 * seconds));
+    for (int k = 0; k < frames; ++k) at(-0.005f, (float(k) / float(frames)) * slide);
+    at(0.03f, {});
+    return asked;
+}
+
+TEST(Panel, is_asked_to_reset_and_to_quit_by_a_finger_that_stays_for_a_second)
+{
+    HeadsetPanel panel;
+    for (const PanelAct act : {PanelAct::reset, PanelAct::quit}) {
+        const PanelItem& item = item_of(panel, act);
+        EXPECT_TRUE(item.held);
+        EXPECT_EQ(presses(panel, item, 0.1), 0) << "a hand on its way to the clay";
+        EXPECT_EQ(presses(panel, item, 0.9), 0);
+        EXPECT_EQ(presses(panel, item, 1.1), 1);
+        EXPECT_EQ(presses(panel, item, 5), 1) << "once";
+        EXPECT_EQ(presses(panel, item, 1.1, {0, 0.1f, 0}), 0) << "it slid off";
+        EXPECT_EQ(presses(panel, item, 1.1, {0, 0.008f, 0}), 1) << "it trembled";
+    }
+    EXPECT_EQ(presses(panel, item_of(panel, PanelAct::pause), 0.1), 1) << "nothing is lost by it";
+    // One that is lost meanwhile begins again.
+    const PanelItem& quit = item_of(panel, PanelAct::quit);
+    panel.poke(left, tip_on(quit, 0.05f), true, 0);
+    EXPECT_FALSE(panel.poke(left, tip_on(quit, -0.005f), true, 0.1));
+    EXPECT_FALSE(panel.poke(left, tip_on(quit, -0.005f), false, 0.5));
+    EXPECT_FALSE(panel.poke(left, tip_on(quit, -0.005f), true, 1.5));
+}
+
+std::string drawn_by(const HeadsetPanel& panel, const PanelView& view,
+                     const FrameFigures& figures = {})
+{
+    PanelCanvas canvas(HeadsetPanel::width, HeadsetPanel::height, 1);
+    panel.draw(canvas, view, figures);
+    return std::string(canvas.rgba().begin(), canvas.rgba().end());
+}
+
+TEST(Panel, shows_how_long_an_item_has_been_held_and_that_it_is_to_be)
+{
+    HeadsetPanel panel;
+    const PanelItem& quit = item_of(panel, PanelAct::quit);
+    const auto poke = [&](float before, double time) {
+        panel.poke(right, tip_on(quit, before), true, time);
+    };
+    poke(0.05f, 0);
+    const std::string before = drawn_by(panel, {});
+    EXPECT_FALSE(panel.moves());
+    std::set<std::string> all{before};
+    for (const double time : {0.1, 0.3, 0.6}) {
+        poke(-0.005f, time);
+        EXPECT_TRUE(panel.moves());
+        all.insert(drawn_by(panel, {}));
+    }
+    EXPECT_EQ(all.size(), 4u);
+    poke(0.05f, 0.7);
+    EXPECT_TRUE(panel.moves());
+    EXPECT_NE(drawn_by(panel, {}), before) << "that it is to be held";
+    poke(0.05f, 4);
+    EXPECT_FALSE(panel.moves());
+    EXPECT_EQ(drawn_by(panel, {}), before);
+}
+
+TEST(Panel, shows_a_refusal_for_some_seconds_and_an_end_for_good)
+{
+    const std::string refusal = "clay at (0.912000, 0.500000, 0.300000) m would lie behind a wall";
+    EXPECT_EQ(short_refusal(refusal), "clay would lie behind a wall");
+    EXPECT_EQ(short_refusal("there is no object 3"), "there is no object 3");
+    Notice notice;
+    EXPECT_EQ(notice.at(0), "");
+    notice.show(short_refusal(refusal), 10);
+    EXPECT_EQ(notice.at(10.1), "clay would lie behind a wall");
+    EXPECT_EQ(notice.at(10 + Notice::lasting), "");
+
+    const HeadsetPanel panel;
+    PanelView refused, ended;
+    refused.notice = ended.trouble = "clay would lie behind a wall";
+    const std::string plain = drawn_by(panel, {});
+    EXPECT_NE(drawn_by(panel, refused), plain);
+    EXPECT_NE(drawn_by(panel, ended), drawn_by(panel, refused));
+    const auto red = [](const std::string& rgba) {  // in the uppermost row
+        int count = 0;
+        for (std::size_t i = 0; i < 4 * 16 * HeadsetPanel::width; i += 4)
+            count += std::uint8_t(rgba[i]) > 2 * std::uint8_t(rgba[i + 1]);
+        return count;
+    };
+    EXPECT_EQ(red(drawn_by(panel, refused)), 0);
+    EXPECT_GT(red(drawn_by(panel, ended)), 20);
 }
 
 TEST(Panel, is_not_pressed_by_a_hand_that_is_lost_nor_beside_its_items)
 {
     HeadsetPanel panel;
     const PanelItem& quit = item_of(panel, PanelAct::quit);
-    panel.poke(left, tip_on(quit, 0.05f), true);
-    panel.poke(left, tip_on(quit, 0.05f), false);
-    EXPECT_FALSE(panel.poke(left, tip_on(quit, -0.01f), true));
-    panel.poke(left, {0.5f, 0.5f, 0.05f}, true);
-    EXPECT_FALSE(panel.poke(left, {0.5f, 0.5f, -0.01f}, true));
-    panel.poke(left, tip_on(quit, 0.05f), true);
-    EXPECT_FALSE(panel.poke(left, tip_on(quit, -0.2f), true)) << "far behind is elsewhere";
-    panel.poke(left, tip_on(quit, 0.05f), true);
-    EXPECT_FALSE(panel.poke(left, {std::nanf(""), 0, 0}, true));
+    panel.poke(left, tip_on(quit, 0.05f), true, 0);
+    panel.poke(left, tip_on(quit, 0.05f), false, 0);
+    EXPECT_FALSE(panel.poke(left, tip_on(quit, -0.01f), true, 0));
+    panel.poke(left, {0.5f, 0.5f, 0.05f}, true, 0);
+    EXPECT_FALSE(panel.poke(left, {0.5f, 0.5f, -0.01f}, true, 0));
+    panel.poke(left, tip_on(quit, 0.05f), true, 0);
+    EXPECT_FALSE(panel.poke(left, tip_on(quit, -0.2f), true, 0)) << "far behind is elsewhere";
+    panel.poke(left, tip_on(quit, 0.05f), true, 0);
+    EXPECT_FALSE(panel.poke(left, {std::nanf(""), 0, 0}, true, 0));
 }
 
 TEST(Panel, has_sliders_that_follow_the_finger_in_steps_that_matter)
 {
     HeadsetPanel panel;
     const PanelItem& slider = item_of(panel, PanelAct::stiffness);
-    panel.poke(right, tip_on(slider, 0.05f), true);
-    const auto begun = panel.poke(right, tip_on(slider, -0.005f, 0.25f), true);
+    panel.poke(right, tip_on(slider, 0.05f), true, 0);
+    const auto begun = panel.poke(right, tip_on(slider, -0.005f, 0.25f), true, 0);
     ASSERT_TRUE(begun);
     EXPECT_NEAR(begun->value, 0.25f, 1e-4f);
-    EXPECT_FALSE(panel.poke(right, tip_on(slider, -0.005f, 0.252f), true));
-    const auto moved = panel.poke(right, tip_on(slider, -0.005f, 0.75f), true);
+    EXPECT_FALSE(panel.poke(right, tip_on(slider, -0.005f, 0.252f), true, 0));
+    const auto moved = panel.poke(right, tip_on(slider, -0.005f, 0.75f), true, 0);
     ASSERT_TRUE(moved);
     EXPECT_NEAR(moved->value, 0.75f, 1e-4f);
-    EXPECT_FLOAT_EQ(panel.poke(right, tip_on(slider, -0.005f, 1.3f), true)->value, 1);
+    EXPECT_FLOAT_EQ(panel.poke(right, tip_on(slider, -0.005f, 1.3f), true, 0)->value, 1);
 }
 
 TEST(Panel, shows_what_it_is_told)
 {
     const HeadsetPanel panel;
     const auto drawn = [&](const PanelView& view, const FrameFigures& figures) {
-        PanelCanvas canvas(HeadsetPanel::width, HeadsetPanel::height, 1);
-        panel.draw(canvas, view, figures);
-        return std::string(canvas.rgba().begin(), canvas.rgba().end());
+        return drawn_by(panel, view, figures);
     };
     PanelView view;
     view.scene = "squeeze", view.material = "clay";
@@ -168,114 +262,6 @@ TEST(Panel, puts_corners_where_the_eye_sees_them)
             EXPECT_NEAR(clip[1] / clip[3], y == view.down ? -1 : 1, 1e-5);
             EXPECT_NEAR(clip[2] / clip[3], view.near / 2, 1e-6) << "near over distance";
         }
-}
-
-TEST(PanelSliders, are_even_in_the_ratio)
-{
-    EXPECT_NEAR(value_of(0.5f, 10, 1000), 100, 1e-9);
-    for (const float share : {0.0f, 0.3f, 1.0f})
-        EXPECT_NEAR(share_of(value_of(share, 1e3, 1e7), 1e3, 1e7), share, 1e-6);
-    EXPECT_EQ(share_of(0, 1, 10), 0);
-    EXPECT_EQ(share_of(1e9, 1, 10), 1);
-}
-
-// A live session that is stepped, with little clay.
-using Rules = Setup;  // GoogleTest has another meaning for the word
-class PanelDeskTest : public testing::Test {
-  protected:
-    const std::vector<std::string> settings{"domain.cells=16", "surface.nodes=16"};
-    LiveSession live{load_live_scene("scenes/squeeze.json", settings), [] {
-                         LiveRule rule;
-                         rule.stepped = true, rule.recorded = false;
-                         rule.make = [](const Rules& s) {
-                             return make_solver(s, parse_device("cpu"));
-                         };
-                         return rule;
-                     }()};
-    PanelDesk desk{"scenes/squeeze.json", settings};
-    HeadsetHands hands{(live.settle(), live.state()->hands)};
-
-    void act(PanelAct what, int step = 0, float value = -1)
-    {
-        desk.apply({what, step, value}, *live.state(), live, hands);
-        live.settle();
-        EXPECT_EQ(live.state()->refusal, "");
-    }
-    Rules rules()
-    {
-        Rules found;
-        live.ask([&](const Solver& solver) { found = solver.rules(); });
-        return found;
-    }
-};
-
-TEST_F(PanelDeskTest, changes_materials_gravity_and_tools)
-{
-    const Rules before = rules();
-    act(PanelAct::gravity);
-    EXPECT_EQ(length(rules().gravity), 0);
-    EXPECT_FALSE(desk.view(*live.state(), hands).gravity);
-    act(PanelAct::gravity);
-    EXPECT_EQ(rules().gravity.y, before.gravity.y);
-
-    act(PanelAct::stiffness, 0, 0.5f);
-    EXPECT_NEAR(stated(rules().materials[0]).young, 1e5, 1);
-    EXPECT_NEAR(rules().materials[0].lambda / rules().materials[0].mu,
-                before.materials[0].lambda / before.materials[0].mu, 1e-9)
-        << "Poisson's ratio stays";
-    act(PanelAct::yield, 0, 0);
-    EXPECT_NEAR(rules().materials[0].yield, 10, 1e-6);
-    const std::string first = desk.view(*live.state(), hands).material;
-    act(PanelAct::material, 1);
-    EXPECT_NE(desk.view(*live.state(), hands).material, first);
-    act(PanelAct::material, -1);
-    EXPECT_NEAR(rules().materials[0].mu, preset("clay").mu, 1e-6);
-
-    act(PanelAct::right_tool, -1);
-    EXPECT_EQ(hands.rule().held[right], "scissors");
-    EXPECT_EQ(live.state()->hands.held[right], "scissors");
-    act(PanelAct::right_tool, 1);
-    EXPECT_EQ(hands.rule().held[right], "");
-}
-
-// The clay does not hear of its surface: the same frame goes on.
-TEST_F(PanelDeskTest, makes_the_surface_finer_while_the_clay_stays)
-{
-    live.advance_to(0.1);
-    const auto before = live.state();
-    const int nodes = desk.view(*before, hands).surface;
-    act(PanelAct::surface, 1);
-    const auto after = live.state();
-    EXPECT_EQ(desk.view(*after, hands).surface, nodes + 16);
-    EXPECT_EQ(after->history, before->history);
-    EXPECT_EQ(after->frame.number, before->frame.number);
-    ASSERT_FALSE(after->meshes->empty());
-    EXPECT_GT((*after->meshes)[0].triangles.size(), 2 * (*before->meshes)[0].triangles.size());
-    EXPECT_NEAR(volume((*after->meshes)[0]), volume((*before->meshes)[0]),
-                0.1 * volume((*before->meshes)[0]));
-    for (int i = 0; i < 4; ++i) act(PanelAct::surface, -1);
-    EXPECT_EQ(desk.view(*live.state(), hands).surface, 16) << "no coarser";
-    EXPECT_EQ(live.state()->refused, 0);
-    live.set_surface(4000);
-    live.settle();
-    EXPECT_EQ(live.state()->refused, 1);
-}
-
-TEST_F(PanelDeskTest, begins_anew_by_reset_cells_and_scene)
-{
-    const int before = live.state()->history;
-    act(PanelAct::gravity);
-    act(PanelAct::reset);
-    EXPECT_EQ(live.state()->history, before + 1);
-    EXPECT_TRUE(desk.view(*live.state(), hands).gravity) << "that of the scene";
-    const int nodes = desk.view(*live.state(), hands).nodes;
-    act(PanelAct::cells, 1);
-    EXPECT_GT(desk.view(*live.state(), hands).nodes, nodes);
-    act(PanelAct::scene, 1);
-    EXPECT_NE(desk.view(*live.state(), hands).scene, "squeeze");
-    EXPECT_EQ(live.state()->trouble, "");
-    act(PanelAct::scene, -1);
-    EXPECT_EQ(desk.view(*live.state(), hands).scene, "squeeze");
 }
 
 }  // namespace

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 #include <png.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdlib>
 #include <cstring>
@@ -101,10 +102,10 @@ class KneadVr : public InFolder {
         for (std::string line; std::getline(lines, line);) log.push_back(Json::parse(line));
         return code;
     }
-    // What it says on stderr while three frames are shown.
-    std::string messages(const std::vector<std::string>& more)
+    // What it says on stderr while three frames are shown, or as many as `more` asks for.
+    std::string messages(const std::vector<std::string>& more, const Json& script = squeeze())
     {
-        std::ofstream(path("script.json")) << squeeze().dump();
+        std::ofstream(path("script.json")) << script.dump();
         std::vector<std::string> words{"sh",
                                        "-c",
                                        "\"$@\" 2>&1 >\"$0\"",
@@ -115,7 +116,9 @@ class KneadVr : public InFolder {
                                        KNEAD_XR_PROGRAM,
                                        "vr"};
         words.insert(words.end(), scene.begin(), scene.end());
-        words.insert(words.end(), {"--binding", "egl", "--frames", "3"});
+        words.insert(words.end(), {"--binding", "egl"});
+        if (std::find(more.begin(), more.end(), "--frames") == more.end())
+            words.insert(words.end(), {"--frames", "3"});
         words.insert(words.end(), more.begin(), more.end());
         std::string said;
         EXPECT_EQ(output_of(words, said, 300), exit_ok) << said;
@@ -212,7 +215,8 @@ class KneadVr : public InFolder {
 };
 
 // A right hand whose index finger goes through what is at each of `targets` of the panel, and back,
-// one after the other: 60 frames each.
+// one after the other: 60 frames each, of which it is on it for 30; 130 and 100 of an item that is
+// to be held.
 inline Recording poking(const std::vector<PanelAct>& targets)
 {
     const HeadsetPanel panel;
@@ -225,8 +229,8 @@ inline Recording poking(const std::vector<PanelAct>& targets)
             if (one.command.act == target) item = &one;
         const float x = item->rect.x + 0.5f * item->rect.width - 0.5f * HeadsetPanel::width;
         const float y = 0.5f * HeadsetPanel::height - item->rect.y - 0.5f * item->rect.height;
-        for (int k = 0; k < 60; ++k) {
-            const float z = 0.06f - 0.05f * std::min(float(k) / 30, 1.0f) - 0.012f * float(k / 30);
+        for (int k = 0; k < (item->held ? 130 : 60); ++k) {
+            const float z = 0.06f - 0.05f * std::min(float(k) / 30, 1.0f) - 0.012f * float(k >= 30);
             const Vec3<float> tip{HeadsetPanel::pixel * x, HeadsetPanel::pixel * y, z};
             HandFrame frame;
             frame.time = double(recording.frames.size()) / 90.0;

@@ -125,6 +125,18 @@ TEST_F(VrScenes, a_users_large_hands_are_a_runs_too)
     EXPECT_NE(state, replayed("scenes/squeeze.hands"));
 }
 
+// However long that takes: splats have all of the pixels that eyes have.
+TEST_F(VrScenes, splats_are_whole_where_eyes_are_asked_to_be)
+{
+    scene = {"scenes/pot.json", "--set", "domain.cells=16", "--set", "surface.nodes=16",
+             "--device",        "cpu",   "--threads",       "1"};
+    ASSERT_EQ(vr(squeeze(), {"--frames", "8", "--eye-scale", "1", "--no-sound"}), exit_ok);
+    expect_sound();
+    ASSERT_TRUE(report["display"].contains("splat_scale"));
+    EXPECT_EQ(report["display"]["splat_scale"]["min"], 1);
+    EXPECT_EQ(report["display"]["eye_scale"]["min"], 1);
+}
+
 // A floor of splats that stands still becomes clay where the recorded rod pokes it.
 TEST_F(VrScenes, a_standing_floor_becomes_clay_at_the_hands)
 {
@@ -153,7 +165,7 @@ TEST_F(VrScenes, what_the_panel_did_is_played_by_a_run_to_the_same_state)
     write_recording(path("poke.hands"),
                     poking({PanelAct::gravity, PanelAct::reset, PanelAct::material,
                             PanelAct::right_tool, PanelAct::stiffness, PanelAct::gravity}));
-    ASSERT_EQ(vr(script, {"--frames", "380", "--record", path("r.hands")}), exit_ok);
+    ASSERT_EQ(vr(script, {"--frames", "450", "--record", path("r.hands")}), exit_ok);
     expect_sound();
     EXPECT_EQ(report["simulation"]["trouble"], "");
     EXPECT_GE(report["hands"]["actions"], 5);
@@ -223,6 +235,7 @@ TEST_F(VrScenes, hands_alone_are_recorded_without_a_simulation)
     expect_sound();
     EXPECT_EQ(report["simulation"]["frames"], 0);
     EXPECT_EQ(report["hands"]["frames"], 120);
+    EXPECT_FALSE(report["display"].contains("motion_to_dent_ms")) << "nothing is dented";
     report["simulation"]["frames"] = 119;
     const std::string alone = replayed(path("r.hands"));
     ASSERT_EQ(vr(script, {"--frames", "120", "--record", path("again.hands")}), exit_ok);
