@@ -24,7 +24,7 @@ TEST(HeadsetNotices, tell_a_refusal_once_and_show_it_for_some_seconds_after_the_
 {
     std::vector<std::string> told;
     HeadsetNotices notices([&](const std::string& text) { told.push_back(text); });
-    LiveState state;
+    LiveState state{};
     notices.follow(state, 0);
     EXPECT_EQ(notices.at(0), "");
     for (int k = 0; k < 90; ++k) {
