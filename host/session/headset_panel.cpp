@@ -103,7 +103,12 @@ void centred_lines(PanelCanvas& canvas, const PanelRect& rect, const std::string
     centred(canvas, line, text.substr(between ? space + 1 : most), colour);
 }
 
-bool is_held(PanelAct act) { return act == PanelAct::reset || act == PanelAct::quit; }
+// What begins a scene anew, too, loses what was shaped.
+bool is_held(PanelAct act)
+{
+    return act == PanelAct::reset || act == PanelAct::quit || act == PanelAct::scene ||
+           act == PanelAct::cells;
+}
 
 }  // namespace
 
@@ -111,8 +116,8 @@ HeadsetPanel::HeadsetPanel()
 {
     int number = 1;
     const auto arrows = [&](PanelAct act) {
-        all.push_back({row(number, 0, 0.14f), {act, -1, -1}, false});
-        all.push_back({row(number, 0.86f, 1), {act, 1, -1}, false});
+        all.push_back({row(number, 0, 0.14f), {act, -1, -1}, false, is_held(act)});
+        all.push_back({row(number, 0.86f, 1), {act, 1, -1}, false, is_held(act)});
         ++number;
     };
     const auto slider = [&](PanelAct act) {
@@ -244,7 +249,7 @@ std::string HeadsetPanel::words_on(const PanelItem& item, const PanelView& view)
     const float held_so_far = progress(item);
     const bool waits = held_so_far >= 0 && held_so_far < 1;
     const bool too_early = left_early == &item && now - left_at < hint;
-    if (waits || too_early) return "HOLD 1 S";
+    if (waits || too_early) return item.command.step == 0 ? "HOLD 1 S" : "HOLD";
     return label_of(item.command, view);
 }
 

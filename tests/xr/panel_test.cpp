@@ -94,11 +94,12 @@ int presses(HeadsetPanel& panel, const PanelItem& item, double seconds, Vec3<flo
     return asked;
 }
 
-TEST(Panel, is_asked_to_reset_and_to_quit_by_a_finger_that_stays_for_a_second)
+TEST(Panel, is_asked_for_what_loses_work_by_a_finger_that_stays_for_a_second)
 {
     HeadsetPanel panel;
-    for (const PanelAct act : {PanelAct::reset, PanelAct::quit}) {
-        const PanelItem& item = item_of(panel, act);
+    for (const PanelAct act : {PanelAct::reset, PanelAct::quit, PanelAct::scene, PanelAct::cells}) {
+        const bool arrow = act == PanelAct::scene || act == PanelAct::cells;
+        const PanelItem& item = item_of(panel, act, arrow ? 1 : 0);
         EXPECT_TRUE(item.held);
         EXPECT_EQ(presses(panel, item, 0.1), 0) << "a hand on its way to the clay";
         EXPECT_EQ(presses(panel, item, 0.9), 0);
