@@ -156,7 +156,7 @@ for signal in TERM:143 HUP:129 INT:130; do
         before=$(ticks $window)
         sleep 2
         spent=$(($(ticks $window) - before))
-        if grep -q "a frame" "$out/errors.txt" && [ "$spent" -le 6 ]; then calm=yes && break; fi
+        if [ -s "$out/errors.txt" ] && [ "$spent" -le 6 ]; then calm=yes && break; fi
     done
     kill "-${signal%:*}" $window
     wait $window
