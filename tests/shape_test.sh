@@ -28,6 +28,11 @@ grep -n '<<<' "${source[@]}" | grep -v '^cuda/device/launch\.cuh:' |
     none "kernels that start elsewhere than in cuda/device/launch.cuh have no range in a profiler"
 grep -n 'cudaDeviceSynchronize *(' "${shipped[@]}" |
     none "waits for a whole device, which end whatever another thread is capturing"
+grep -nE 'std::(printf|puts|putchar|cout)|[,(] *stdout\)|fmt::print\((\"|$)' "${shipped[@]}" |
+    grep -vE '^host/base/print\.cpp:' |
+    none "data that is lost unsaid where the standard output is full: print() of host/base/print.h"
+grep -nE '#pragma omp|<omp\.h>' "${source[@]}" |
+    none "loops whose threads spin: parallel_for() of host/base/parallel.h"
 # "debug_utils" is a name of OpenXR's, "sa_handler" one of POSIX's, "set_handler" one of ALSA's.
 silent='(managers?|helpers?|handlers?|utils?|impl|misc)(?![a-z]|_t\b)'
 grep -niP "(?<![a-z])(?<!debug)(?<!debug_)(?<!sa_)(?<!set_)$silent" "${source[@]}" |

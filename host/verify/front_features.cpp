@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "host/base/interrupt.h"
+#include "host/base/print.h"
 #include "host/verify/front.h"
 
 namespace knead {
@@ -84,10 +85,10 @@ void feature_rows(Verification& v, const FrontScene& scene)
                          {"inside_mm", 1e3 * r.inside},
                          {"cells", double(b.rule.cells)}}});
         if (v.options.json || v.options.quiet) continue;
-        fmt::print(
+        print(fmt::format(
             "    {} at {} cells/m, {:<34} {:>8.3f} {}  {:>8.4f} s  {:>5.2f} mm in tools  {}\n",
             scene.name, b.rule.cells, b.change->name, r.error, scene.unit, r.seconds,
-            1e3 * r.inside, outcome);
+            1e3 * r.inside, outcome));
     }
 }
 

@@ -9,6 +9,7 @@
 #include "cuda/surface/density.h"
 #include "host/base/interrupt.h"
 #include "host/base/machine.h"
+#include "host/base/print.h"
 #include "host/surface/gpu_surface.h"
 #include "host/verify/front.h"
 
@@ -126,10 +127,10 @@ void add_line(Verification& v, int cells, const Line& a, const std::vector<Line>
                      {"iterations", double(a.by.iterations)},
                      {"default", double(a.by.usual)}}});
     if (v.options.json || v.options.quiet) return;
-    fmt::print(
+    print(fmt::format(
         "    surface: {:<30} {:>7.4f} mm off, {:.4f} rough, {:+.3f} % volume  {:>9.6f} s{}{}\n",
         a.name(), 1e3 * a.off.rms, 1e3 * a.off.rough, 100 * (a.volume - 1), a.seconds,
-        beaten ? "" : "  front", a.by.usual ? "  default" : "");
+        beaten ? "" : "  front", a.by.usual ? "  default" : ""));
 }
 
 // What is better than the default by a tenth and no worse else.

@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "host/base/interrupt.h"
+#include "host/base/print.h"
 #include "host/verify/front.h"
 
 namespace knead {
@@ -94,7 +95,8 @@ void add_rows(Verification& v, const FrontScene& scene, const std::vector<FrontP
                          {"double", double(p.rule.in_double || in_double(v))},
                          {"default", double(p.usual())}}});
         if (by == all.end() && !v.options.json && !v.options.quiet)
-            fmt::print("    {}, front: {:<46} {}\n", scene.name, p.name(), p.told(scene.unit));
+            print(fmt::format("    {}, front: {:<46} {}\n", scene.name, p.name(),
+                              p.told(scene.unit)));
     }
 }
 
