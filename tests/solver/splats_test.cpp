@@ -99,10 +99,8 @@ TEST_P(Follow, AtTheSurfaceOfABallThatFallsOnTheFloorTheyMoveWithIt)
     s.gravity = {0, -9.81, 0};
     const auto solver = make(s);
     double lowest = 1;
-    for (int f = 0; f < 24; ++f) {
-        solver->advance({}, frame);
+    for (int f = 0; f < 24; ++f, solver->advance({}, frame))
         for (const auto& p : solver->particles()) lowest = std::fmin(lowest, volume_ratio(p));
-    }
     EXPECT_LT(lowest, 0.97) << "nothing was pressed";
     const Off o = off(*solver);
     EXPECT_LT(o.mean, 0.02) << "cells";
