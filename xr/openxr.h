@@ -7,6 +7,8 @@
 #include <time.h>
 #define XR_USE_TIMESPEC
 #endif
+#include <cstdint>
+
 #include <openxr/openxr.h>
 #include <openxr/openxr_platform.h>
 
