@@ -69,6 +69,10 @@ struct EglSource : GlGuardSource {
     std::unique_ptr<GlGuard> bind() override { return std::make_unique<Guard>(*this); }
     void steal() override { make(given.display, EGL_NO_SURFACE, EGL_NO_SURFACE, EGL_NO_CONTEXT); }
     const char* name() const override { return "EGL"; }
+    void* address(const char* function) const override
+    {
+        return reinterpret_cast<void*>(given.getProcAddress(function));
+    }
 
     XrGraphicsBindingEGLMNDX given;
     static constexpr const char* library = "libEGL.so.1";
@@ -116,9 +120,15 @@ struct GlxSource : GlGuardSource {
     std::unique_ptr<GlGuard> bind() override { return std::make_unique<Guard>(*this); }
     void steal() override { make(given.xDisplay, 0, nullptr); }
     const char* name() const override { return "GLX"; }
+    void* address(const char* function) const override
+    {
+        return reinterpret_cast<void*>(find(reinterpret_cast<const unsigned char*>(function)));
+    }
 
     XrGraphicsBindingOpenGLXlibKHR given;
     static constexpr const char* library = "libGLX.so.0";
+    decltype(&glXGetProcAddressARB) find =
+        found<decltype(glXGetProcAddressARB)>(library, "glXGetProcAddressARB");
     decltype(&glXMakeCurrent) make = found<decltype(glXMakeCurrent)>(library, "glXMakeCurrent");
     decltype(&glXGetCurrentContext) current_context =
         found<decltype(glXGetCurrentContext)>(library, "glXGetCurrentContext");

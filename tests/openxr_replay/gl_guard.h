@@ -17,6 +17,7 @@ class GlGuardSource {
     // Leaves no context current, as some runtimes do.
     virtual void steal() = 0;
     virtual const char* name() const = 0;
+    virtual void* address(const char* function) const = 0;  // of OpenGL
 };
 
 // Of a graphics binding in the chain of XrSessionCreateInfo; null where there is none that is

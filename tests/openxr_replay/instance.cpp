@@ -69,8 +69,10 @@ XrResult XRAPI_CALL list_extensions(const char* layer, std::uint32_t capacity, s
 {
     return answered("xrEnumerateInstanceExtensionProperties", [&](Runtime& r) {
         refuse_if(layer && *layer, XR_ERROR_API_LAYER_NOT_PRESENT, "no layer is here");
-        if (r.absent > 0 && !r.headset_absent && --r.absent >= 0)
+        if (r.absent > 0 && !r.headset_absent && --r.absent >= 0) {
+            r.note({{"absent", r.absent}});
             throw Answer{XR_ERROR_RUNTIME_FAILURE};
+        }
         for (std::uint32_t i = 0; to && i < capacity; ++i)
             check_struct(&to[i], XR_TYPE_EXTENSION_PROPERTIES);
         return give(offered(), capacity, count, to);
@@ -97,6 +99,7 @@ XrResult XRAPI_CALL create_instance(const XrInstanceCreateInfo* info, XrInstance
                   "the application has no name");
         check_ends(info->applicationInfo.applicationName);
         check_ends(info->applicationInfo.engineName);
+        if (!r.script.service) throw Answer{XR_ERROR_RUNTIME_UNAVAILABLE};
         auto made = std::make_unique<InstanceObject>();
         const auto there = offered();
         for (std::uint32_t i = 0; i < info->enabledExtensionCount; ++i) {
@@ -178,6 +181,7 @@ XrResult XRAPI_CALL get_system(XrInstance handle, const XrSystemGetInfo* info, X
         InstanceObject& instance = instance_of(handle);
         refuse_if(info->formFactor != XR_FORM_FACTOR_HEAD_MOUNTED_DISPLAY,
                   XR_ERROR_FORM_FACTOR_UNSUPPORTED, "only headsets are here");
+        if (!r.script.headset) throw Answer{XR_ERROR_FORM_FACTOR_UNAVAILABLE};
         if (r.headset_absent && r.absent > 0 && --r.absent >= 0)
             throw Answer{XR_ERROR_FORM_FACTOR_UNAVAILABLE};
         r.headset_absent = false;

@@ -1,12 +1,14 @@
 #include "tests/openxr_replay/runtime.h"
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
 #include <fstream>
 #include <nlohmann/json.hpp>
+#include <thread>
 
 #include "xr/check.h"
 
@@ -43,7 +45,7 @@ Runtime::~Runtime()
 {
     for (const auto& [handle, object] : objects)
         refuse("the end of the process", std::string("a leaked ") + object->kind());
-    note({{"end", true}, {"frames", frame + 1}, {"wrong", wrong}});
+    note({{"end", true}, {"frames", frame + 1}, {"wrong", wrong}, {"imported", imported}});
     if (wrong == 0) return;
     std::fprintf(stderr, "replay: %ld wrong calls\n", wrong);
     std::fflush(nullptr);
@@ -193,6 +195,22 @@ void check_pose(const XrPosef& pose)
     refuse_if(!std::isfinite(p.x + p.y + p.z), XR_ERROR_POSE_INVALID, "not a finite position");
 }
 
+// A process that hangs holds no lock of ours: the end of this one needs it.
+void hang_if_due(const char* call)
+{
+    Runtime& r = runtime();
+    for (std::size_t i = 0; i < r.script.faults.size(); ++i) {
+        const Fault& fault = r.script.faults[i];
+        // A call may come before the first frame, or lead to the next one.
+        if (fault.kind != FaultKind::hang || fault.call != call || r.frame + 1 < fault.frame ||
+            !r.fired.insert(i).second)
+            continue;
+        r.note({{"hang", call}, {"frame", r.frame}});
+        do std::this_thread::sleep_for(std::chrono::duration<double>(std::max(fault.value, 0.1)));
+        while (fault.value == 0);
+    }
+}
+
 void play_faults(SessionObject& session)
 {
     Runtime& r = runtime();
@@ -204,6 +222,7 @@ void play_faults(SessionObject& session)
         if (fault.kind == FaultKind::unworn && ends && r.fired.insert(1000 + i).second)
             r.post(XrEventDataUserPresenceChangedEXT{XR_TYPE_EVENT_DATA_USER_PRESENCE_CHANGED_EXT,
                                                      nullptr, handle, XR_TRUE});
+        if (fault.kind == FaultKind::hang) continue;  // strikes by itself
         if (r.frame < fault.frame || !r.fired.insert(i).second) continue;
         r.note({{"fault", int(fault.kind)}, {"frame", r.frame}});
         switch (fault.kind) {

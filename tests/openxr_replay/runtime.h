@@ -15,6 +15,7 @@
 #include "tests/openxr_replay/clock.h"
 #include "tests/openxr_replay/flow.h"
 #include "tests/openxr_replay/gl_guard.h"
+#include "tests/openxr_replay/imported.h"
 #include "tests/openxr_replay/script.h"
 #include "xr/openxr.h"
 
@@ -84,6 +85,7 @@ struct SwapchainObject : Object {
     ImageOrder order;
     std::vector<unsigned> textures;
     std::vector<void*> drawn;  // GLsync of each, behind its last drawing; null: none
+    ImportedMemory memory;     // of the textures, where they can be of such
     int width = 0, height = 0;
     std::uint32_t layers = 1;
     bool depth = false, once = false;  // once: of static images
@@ -121,6 +123,7 @@ struct Runtime {
     int absent = 0;  // tries that will find no runtime, or no headset
     bool headset_absent = false;
     bool context_stolen = false;
+    int imported = 0;             // textures, of memory that is unmapped with them
     std::set<std::size_t> fired;  // faults that have begun
     long wrong = 0;
     const char* answering = "";  // the call
@@ -190,11 +193,15 @@ XrPosef pose_of(const Joint<double>& joint);
 bool in_space(const SpaceObject& space, double time, Joint<double>& place);
 void check_pose(const XrPosef& pose);
 
+// Does not return for as long as a fault of the script says of this call.
+void hang_if_due(const char* call);
+
 // Does what a function does, under the lock, and turns what it throws into its answer.
 template <class Body>
 XrResult answered(const char* call, const Body& body)
 {
     Runtime& r = runtime();
+    hang_if_due(call);
     const std::lock_guard held(r.lock);
     r.answering = call;
     try {

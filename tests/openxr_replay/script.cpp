@@ -27,6 +27,8 @@ const std::vector<std::pair<std::string, FaultKind>> kinds{
     {"recentre", FaultKind::recentre},
     {"gl_error", FaultKind::gl_error},
     {"steal_context", FaultKind::steal_context},
+    {"busy_images", FaultKind::busy_images},
+    {"hang", FaultKind::hang},
     {"exit", FaultKind::exit},
 };
 constexpr Bounds place{-100, 100, "m"}, moment{0, 1e6, "s"}, angle{-360, 360, "degrees"};
@@ -77,9 +79,9 @@ void read_moving(Script& script, ObjectReader& from, const std::string& file)
         script.controllers.push_back(c);
     });
     list(from, "faults", file, [&](ObjectReader& key) {
-        Fault f{key.choice<FaultKind>("kind", kinds, FaultKind::exit), 0, 1, side_of(key), 0};
+        Fault f{key.choice<FaultKind>("kind", kinds, FaultKind::exit), 0, 1, side_of(key), 0, ""};
         f.frame = key.whole("frame", 0, 1000000, 0), f.count = key.whole("count", 1, 1000000, 1);
-        f.value = key.number("value", {0, 1000}, 0);
+        f.value = key.number("value", {0, 1000}, 0), f.call = key.text("call", "xrWaitFrame");
         script.faults.push_back(f);
     });
 }
@@ -108,6 +110,7 @@ Script Script::read(const std::string& file)
         script.dump_every = from.whole("dump_every", 1, 1000000, 1);
         script.render_every = from.whole("render_every", 1, 1000000, 1);
         script.passthrough = from.flag("passthrough", false);
+        script.service = from.flag("service", true), script.headset = from.flag("headset", true);
         if (const Json* names = from.find("without"))
             script.without = names->get<std::vector<std::string>>();
         read_moving(script, from, file);

@@ -26,6 +26,8 @@ enum class FaultKind {
     recentre,         // the origin has moved
     gl_error,         // xrEndFrame leaves a GL error behind
     steal_context,    // from here on calls that touch the GL leave no context current
+    busy_images,      // no image comes free in the time that is given, for `count` frames
+    hang,             // `call` does not return for `value` seconds; 0: for good
     exit              // the runtime ends the session, as by its menu
 };
 
@@ -35,6 +37,7 @@ struct Fault {
     int count = 1;
     std::optional<Side> side;  // both where not given
     double value = 0;
+    std::string call = "xrWaitFrame";
 
     bool during(int at) const { return at >= frame && at < frame + count; }
     bool of(Side s) const { return !side || *side == s; }
@@ -69,6 +72,9 @@ struct Script {
     int dump_every = 1;        // frames
     int render_every = 1;      // frames: no other is to be rendered
     bool passthrough = false;  // offers blending over the world, too
+    // False: there is no instance to be had, as of a runtime whose service is not started; no
+    // headset.
+    bool service = true, headset = true;
 
     static Script read(const std::string& file);  // throws InputError
     double at_frame(int frame) const { return frame / rate; }

@@ -1,4 +1,6 @@
 // Swapchains of GL textures, made in the application's context.
+#include <algorithm>
+
 #include "render/gl.h"
 #include "tests/openxr_replay/runtime.h"
 
@@ -47,14 +49,16 @@ void check_info(const XrSwapchainCreateInfo& info)
 }
 
 // Refuses where OpenGL has an error pending, or has not the memory.
-void make_textures(SwapchainObject& chain, GLenum format)
+void make_textures(const GlGuardSource& gl, SwapchainObject& chain, GLenum format)
 {
     refuse_if(glGetError() != 0, XR_ERROR_RUNTIME_FAILURE, "called with a GL error pending");
     const auto count = GLsizei(chain.textures.size());
     const bool array = chain.layers > 1;
     glCreateTextures(array ? GL_TEXTURE_2D_ARRAY : GL_TEXTURE_2D, count, chain.textures.data());
     for (const unsigned texture : chain.textures)
-        if (array)
+        if (chain.memory.give(gl, texture, format, chain.width, chain.height, int(chain.layers)))
+            ++runtime().imported;
+        else if (array)
             glTextureStorage3D(texture, 1, format, chain.width, chain.height,
                                GLsizei(chain.layers));
         else
@@ -79,10 +83,18 @@ XrResult XRAPI_CALL create(XrSession handle, const XrSwapchainCreateInfo* info, 
         made->textures.resize(count), made->drawn.resize(count);
         {
             const auto held = session.gl->bind();
-            make_textures(*made, GLenum(info->format));
+            make_textures(*session.gl, *made, GLenum(info->format));
         }
         if (r.context_stolen) session.gl->steal();
         *to = r.add<XrSwapchain>(std::move(made), number_of(handle));
+    });
+}
+
+// Whether drawing that was released to the runtime is still under way.
+bool is_drawn_into(const SwapchainObject& chain)
+{
+    return std::any_of(chain.drawn.begin(), chain.drawn.end(), [](void* drawn) {
+        return drawn && glClientWaitSync(static_cast<GLsync>(drawn), 0, 0) == GL_TIMEOUT_EXPIRED;
     });
 }
 
@@ -92,8 +104,10 @@ XrResult XRAPI_CALL destroy(XrSwapchain handle)
         SwapchainObject& chain = r.get<SwapchainObject>(handle);
         auto* session = dynamic_cast<SessionObject*>(r.objects.at(chain.parent).get());
         const auto held = session->gl->bind();
+        complain_if(is_drawn_into(chain), "commands on its images have not finished");
         for (void* drawn : chain.drawn) glDeleteSync(static_cast<GLsync>(drawn));
         glDeleteTextures(GLsizei(chain.textures.size()), chain.textures.data());
+        chain.memory.unmap();
         r.remove(number_of(handle));
     });
 }
@@ -175,12 +189,17 @@ XrResult XRAPI_CALL acquire(XrSwapchain handle, const XrSwapchainImageAcquireInf
 
 XrResult XRAPI_CALL wait(XrSwapchain handle, const XrSwapchainImageWaitInfo* info)
 {
-    return answered("xrWaitSwapchainImage", [&](Runtime&) {
+    return answered("xrWaitSwapchainImage", [&](Runtime& r) -> XrResult {
         SwapchainObject& chain = live(handle);
         check_struct(info, XR_TYPE_SWAPCHAIN_IMAGE_WAIT_INFO);
+        const bool busy = r.script.has(FaultKind::busy_images, r.frame);
+        refuse_if(busy && info->timeout == XR_INFINITE_DURATION, XR_ERROR_RUNTIME_FAILURE,
+                  "an image that never comes free is waited for");
+        if (busy) return XR_TIMEOUT_EXPIRED;
         allowed(chain.order.wait());
         wait_for_drawing(chain);
         steal_after(chain);
+        return XR_SUCCESS;
     });
 }
 
