@@ -1,6 +1,6 @@
 # The same of the headset: OpenXR's loader, and X11 where it serves, are opened when asked for.
 find_path(OPENXR_INCLUDE_DIR openxr/openxr.h)
-set(xr_sources xr/session_state.cpp xr/hand_shape.cpp)
+set(xr_sources xr/session_state.cpp xr/hand_shape.cpp xr/advice.cpp)
 if(NOT KNEAD_XR)
     set(knead_xr "no headset (KNEAD_XR is off)")
 elseif(OPENXR_INCLUDE_DIR)

@@ -1,9 +1,14 @@
 #include "xr/headset.h"
 
+#include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <cstdlib>
+#include <sstream>
 #include <utility>
 
+#include "host/base/quiet_stderr.h"
+#include "xr/advice.h"
 #include "xr/session.h"
 
 namespace knead {
@@ -51,6 +56,7 @@ class OpenXrHeadset : public Headset {
     void take(const XrEventDataBuffer& event, News& news);
     bool fulfil(Duty duty, News& news);
     void renew(Duty duty, News& news);
+    std::string loss_text(Duty duty);
     void give_up(const std::string& why);
     // Does `what`; a loss that it meets with becomes the state's, to be dealt with by poll().
     template <class Action>
@@ -70,6 +76,8 @@ class OpenXrHeadset : public Headset {
     double lost_at =
         -1;             // when the runtime was first missed [s of the wall]; negative: it is there
     int fruitless = 0;  // new sessions since a frame was shown
+    // A lost runtime is looked for at once, and then after pauses that grow to a second.
+    double pause = 0, next_try = 0;  // [s], [s of the wall]
     std::string reason;
     std::string last_loss;            // the last of them
     std::vector<std::string> losses;  // to be told at the next poll()
@@ -86,7 +94,7 @@ void OpenXrHeadset::start()
     const std::vector<std::string> offered = offered_extensions(entry);
     // The GL context outlives a lost runtime, and with it all that was uploaded.
     if (!platform) platform = xr::platform(rule.binding, offered);
-    instance = std::make_unique<Instance>(entry, offered, *platform);
+    instance = std::make_unique<Instance>(entry, offered, platform->extension());
     try {
         start_session();
     } catch (const XrFailure& e) {
@@ -198,17 +206,35 @@ void OpenXrHeadset::read_events(News& news)
     for (std::string& message : instance->take_messages()) news.messages.push_back(message);
 }
 
+// One message for all that a loss brings.
+std::string OpenXrHeadset::loss_text(Duty duty)
+{
+    std::ostringstream text;
+    text << (duty == Duty::renew_session ? "the session was lost" : "the runtime was lost");
+    if (!last_loss.empty()) text << " (" << last_loss << ")";
+    text << "; a new one is waited for, " << rule.patience << " s at most";
+    if (duty == Duty::renew_instance) text << ": " << start_advice();
+    losses.clear();
+    return text.str();
+}
+
 // A runtime that went away is waited for; meanwhile clay and simulation live on.
 void OpenXrHeadset::renew(Duty duty, News& news)
 {
     if (lost_at < 0) {
         lost_at = wall();
-        news.messages.push_back(duty == Duty::renew_session ? "the session was lost"
-                                                            : "the runtime was lost");
+        news.messages.push_back(loss_text(duty));
     }
+    if (wall() < next_try) return sleep_for(std::min(rule.nap, next_try - wall()));
     constexpr int most_fruitless = 10;
+    constexpr double longest_pause = 1;
+    pause = std::clamp(2 * pause, rule.nap, longest_pause);
+    // The last try is when patience ends.
+    next_try = std::min(wall() + pause, std::max(wall(), lost_at + rule.patience));
     if (++fruitless > most_fruitless && !last_loss.empty())
         return give_up("the headset fails again and again: " + last_loss);
+    // Loaders and runtimes print a dozen lines at every try.
+    const QuietStderr quiet(std::getenv("XR_LOADER_DEBUG") == nullptr);
     try {
         if (duty == Duty::renew_session && instance) {
             drop_session();
@@ -229,10 +255,8 @@ void OpenXrHeadset::renew(Duty duty, News& news)
             drop_instance();
         else
             --fruitless;
-        if (wall() - lost_at > rule.patience)
+        if (wall() - lost_at >= rule.patience)
             give_up(std::string("the headset did not come back: ") + e.what());
-        else
-            sleep_for(rule.nap);
     }
 }
 
@@ -325,7 +349,7 @@ Sight OpenXrHeadset::locate()
 
 void OpenXrHeadset::end(const Drawn& drawn)
 {
-    if (in_frame && try_to([&] { session->end(frame, drawn); })) fruitless = 0;
+    if (in_frame && try_to([&] { session->end(frame, drawn); })) fruitless = 0, pause = 0;
     in_frame = false;
 }
 

@@ -157,15 +157,18 @@ class Headset {
     virtual int stray_gl_errors() const = 0;  // that calls into the runtime left behind
 };
 
-// What is there before a headset is opened, for people who look for what is missing.
+// What is there before a session begins, for people who look for what is missing.
 struct RuntimeFacts {
     bool built = false;                      // this program knows OpenXR
     bool loader = false, runtime = false;    // were found; `runtime` answers
     std::string manifest;                    // the file that names the runtime; "": none does
     std::vector<std::string> used, missing;  // extensions: offered, and not
-    std::string reason;                      // why there is no headset to be had; "": there may be
+    std::string headset;                     // its name
+    std::string reason;  // why there is no headset, and what to do; "": there is one
 };
-// Starts no runtime where no file names one. Throws nothing.
-RuntimeFacts runtime_facts();
+// Makes an instance and asks it for a headset; some runtimes start their programs then. Where no
+// file names a runtime, none is started. A runtime that does not answer within `patience` [s] is
+// abandoned (host/base/abandonable.h). Throws nothing.
+RuntimeFacts runtime_facts(double patience = 10);
 
 }  // namespace knead

@@ -5,6 +5,7 @@
 #include <mutex>
 #include <utility>
 
+#include "xr/advice.h"
 #include "xr/two_call.h"
 
 namespace knead::xr {
@@ -57,15 +58,14 @@ std::vector<std::string> offered_extensions(PFN_xrGetInstanceProcAddr loader)
             names.push_back(one.extensionName);
     } catch (const XrFailure& e) {
         throw HeadsetError(
-            std::string("no OpenXR runtime answers (") + e.what() +
-            "): start SteamVR, WiVRn or Monado and make it the active runtime, or name its file "
-            "by XR_RUNTIME_JSON; XR_LOADER_DEBUG=all says where it was looked for");
+            std::string("no OpenXR runtime answers (") + e.what() + "): " + start_advice() +
+            "; XR_LOADER_DEBUG=all says where it was looked for");
     }
     return names;
 }
 
 Instance::Instance(PFN_xrGetInstanceProcAddr loader, const std::vector<std::string>& offered,
-                   const Platform& platform)
+                   const std::string& binding)
     : api(Source{loader, XR_NULL_HANDLE}),
       has(enabled_of(offered)),
       messages(std::make_shared<Messages>())
@@ -77,7 +77,7 @@ Instance::Instance(PFN_xrGetInstanceProcAddr loader, const std::vector<std::stri
                                row.gives + ")");
     }
     std::vector<std::string> names = has.names();
-    if (*platform.extension()) names.push_back(platform.extension());
+    if (!binding.empty()) names.push_back(binding);
     create(names);
     try {
         listen();
@@ -103,7 +103,8 @@ void Instance::create(const std::vector<std::string>& names)
     try {
         api.create_instance(&about, &made);
     } catch (const XrFailure& e) {
-        throw HeadsetError(std::string("the OpenXR runtime does not start: ") + e.what());
+        throw HeadsetError(std::string("the OpenXR runtime does not start (") + e.what() +
+                           "): " + start_advice());
     }
     api.instance = made;
     auto properties = typed<XrInstanceProperties>(XR_TYPE_INSTANCE_PROPERTIES);

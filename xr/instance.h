@@ -18,9 +18,10 @@ std::vector<std::string> offered_extensions(PFN_xrGetInstanceProcAddr loader);
 
 class Instance {
   public:
-    // Throws HeadsetError where the runtime lacks what is needed or sees no headset.
+    // `binding`: the extension that its graphics binding needs; "": none more. Throws HeadsetError
+    // where the runtime lacks what is needed or sees no headset.
     Instance(PFN_xrGetInstanceProcAddr loader, const std::vector<std::string>& offered,
-             const Platform& platform);
+             const std::string& binding);
     ~Instance();
     Instance(const Instance&) = delete;
 

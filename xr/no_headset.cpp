@@ -16,7 +16,7 @@ std::unique_ptr<SoundOut> SoundOut::open(std::string& why)
     return nullptr;
 }
 
-RuntimeFacts runtime_facts()
+RuntimeFacts runtime_facts(double)
 {
     RuntimeFacts facts;
     facts.reason = "this program was built without OpenXR (libopenxr-dev was not there)";

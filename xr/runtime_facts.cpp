@@ -1,64 +1,64 @@
-// What is there of OpenXR, without a session: the loader, the file that names the runtime, and what
-// that offers.
-#include <cstdlib>
-#include <filesystem>
+// What is there of OpenXR: the loader, the file that names the runtime, what that offers, and
+// whether it has a headset.
+#include <memory>
+#include <mutex>
 
+#include "host/base/abandonable.h"
+#include "xr/advice.h"
 #include "xr/extensions.h"
 #include "xr/headset.h"
 #include "xr/instance.h"
 
 namespace knead {
 namespace {
-namespace fs = std::filesystem;
 
-std::string variable(const char* name)
+// Calls `found` after each step with what is known so far: any of them may never return.
+void look(RuntimeFacts facts, const std::function<void(const RuntimeFacts&)>& found)
 {
-    const char* value = std::getenv(name);
-    return value ? value : "";
-}
-
-// In the order in which the loader looks. A name that was given counts though it leads nowhere.
-std::string manifest()
-{
-    const std::string given = variable("XR_RUNTIME_JSON");
-    if (!given.empty()) return given;
-    const char* const rest = "openxr/1/active_runtime.json";
-    std::vector<fs::path> folders;
-    const std::string own = variable("XDG_CONFIG_HOME"), home = variable("HOME");
-    if (!own.empty()) folders.push_back(own);
-    if (own.empty() && !home.empty()) folders.push_back(fs::path(home) / ".config");
-    for (const char* shared : {"/etc/xdg", "/usr/local/etc", "/etc"}) folders.push_back(shared);
-    std::error_code problem;
-    for (const fs::path& folder : folders)
-        if (fs::exists(folder / rest, problem)) return (folder / rest).string();
-    return "";
+    try {
+        const auto entry = xr::loader();
+        facts.loader = true;
+        found(facts);
+#ifndef _WIN32
+        if (facts.manifest.empty())
+            throw HeadsetError("no OpenXR runtime is active: " + xr::start_advice());
+#endif
+        const std::vector<std::string> offered = xr::offered_extensions(entry);
+        const xr::Enabled has = xr::enabled_of(offered);
+        facts.runtime = true;
+        facts.used = has.names(), facts.missing = has.missing();
+        found(facts);
+        const xr::Instance instance(entry, offered, "");
+        facts.headset = instance.system_name;
+        facts.reason.clear();
+        found(facts);
+    } catch (const std::exception& e) {
+        facts.reason = e.what();
+        found(facts);
+    }
 }
 
 }  // namespace
 
-RuntimeFacts runtime_facts()
+RuntimeFacts runtime_facts(double patience)
 {
-    RuntimeFacts facts;
-    facts.built = true;
-    facts.manifest = manifest();
-    try {
-        const auto entry = xr::loader();
-        facts.loader = true;
-#ifndef _WIN32
-        if (facts.manifest.empty())
-            throw HeadsetError(
-                "no runtime is active: start SteamVR, WiVRn or Monado and make it the active "
-                "runtime, or name its file by XR_RUNTIME_JSON");
-#endif
-        const xr::Enabled has = xr::enabled_of(xr::offered_extensions(entry));
-        facts.runtime = true;
-        facts.used = has.names(), facts.missing = has.missing();
-        if (!has[xr::opengl_enable])
-            facts.reason = "the runtime lacks XR_KHR_opengl_enable, without which nothing is drawn";
-    } catch (const std::exception& e) {
-        facts.reason = e.what();
-    }
-    return facts;
+    struct Known {
+        std::mutex lock;
+        RuntimeFacts facts;
+    };
+    const auto known = std::make_shared<Known>();
+    known->facts.built = true;
+    known->facts.manifest = xr::runtime_manifest();
+    known->facts.reason = xr::no_answer(patience);
+    AbandonableThread thread([known, first = known->facts] {
+        look(first, [&](const RuntimeFacts& found) {
+            const std::lock_guard held(known->lock);
+            known->facts = found;
+        });
+    });
+    thread.finished_within(patience);
+    const std::lock_guard held(known->lock);
+    return known->facts;
 }
 
 }  // namespace knead

@@ -13,12 +13,16 @@ namespace {
 // The runtime's list may be shorter than the truth: a rate is asked for where one is near.
 constexpr double same_rate = 1;  // [1/s]
 
+// How long an image that the runtime still reads is waited for; the frame is not drawn then [s].
+constexpr double image_wait = 0.5;
+
 }  // namespace
 
 Session::Session(Instance& of, Platform& by, const HeadsetRule& with)
     : instance(of), platform(by), rule(with)
 {
     gl_error = reinterpret_cast<unsigned (*)()>(platform.address()("glGetError"));
+    gl_finish = reinterpret_cast<void (*)()>(platform.address()("glFinish"));
     for (XrView& view : views) view = typed<XrView>(XR_TYPE_VIEW);
     create();
     try {
@@ -34,13 +38,27 @@ Session::Session(Instance& of, Platform& by, const HeadsetRule& with)
     }
 }
 
+// Commands on the images of a swapchain must have finished before it is destroyed
+// (xrDestroySwapchain): the images' memory goes with it, and a renderer that still draws into it
+// faults.
+void Session::finish_gl()
+{
+    try {
+        platform.make_current();
+        gl_finish();
+    } catch (const std::runtime_error&) {
+        // Without its context nothing can be waited for.
+    }
+}
+
 void Session::free_all()
 {
+    finish_gl();
     hands.reset(), actions.reset();
     for (int eye = 0; eye < 2; ++eye) colour[eye].reset(), depth[eye].reset();
     if (origin) instance.api.destroy_space.raw(origin);
     if (session) instance.api.destroy_session.raw(session);
-    platform.make_current();
+    finish_gl();
 }
 
 void Session::before_gl()
@@ -202,17 +220,21 @@ Sight Session::locate(const XrFrameState& frame)
 bool Session::open_targets(Sight& sight)
 {
     before_gl();
-    for (std::size_t eye = 0; eye < 2; ++eye) {
+    bool all = true;
+    for (std::size_t eye = 0; eye < 2 && all; ++eye) {
         const XrViewConfigurationView& view = instance.views[eye];
         EyeTexture& target = sight.targets[eye];
         target.width = int(view.recommendedImageRectWidth);
         target.height = int(view.recommendedImageRectHeight);
         target.srgb = is_srgb(colour_format);
-        target.colour = colour[eye]->acquire();
-        if (depth[eye]) target.depth = depth[eye]->acquire();
+        target.colour = colour[eye]->acquire(image_wait);
+        all = target.colour != 0;
+        if (!depth[eye] || !all) continue;
+        target.depth = depth[eye]->acquire(image_wait);
+        all = target.depth != 0;
     }
     after_gl();
-    return true;
+    return all;
 }
 
 void Session::close_targets()

@@ -14,6 +14,7 @@ class Session {
   public:
     // Throws XrFailure where the runtime refuses, HeadsetError where it offers no usable format.
     Session(Instance& instance, Platform& platform, const HeadsetRule& rule);
+    // All GL commands have finished when it begins to free what they may use.
     ~Session() { free_all(); }
     Session(const Session&) = delete;
 
@@ -34,13 +35,14 @@ class Session {
 
   private:
     void free_all();
+    void finish_gl();
     void create();
     void make_spaces();
     void make_chains();
     void ask_for_rate();
     bool locate_eyes(const XrFrameState& frame, Sight& sight);
     TrackedHand hand(Side side, XrTime time);
-    bool open_targets(Sight& sight);
+    bool open_targets(Sight& sight);  // false: an image did not come free in time
     void close_targets();
     // Around calls that touch the GL: some runtimes fail where an error was left, or leave one, or
     // another context current.
@@ -51,6 +53,7 @@ class Session {
     Platform& platform;
     const HeadsetRule& rule;
     unsigned (*gl_error)() = nullptr;
+    void (*gl_finish)() = nullptr;
     XrSession session = XR_NULL_HANDLE;
     XrSpace origin = XR_NULL_HANDLE;
     Floor floor = Floor::seated;  // of the origin

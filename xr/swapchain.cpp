@@ -43,20 +43,19 @@ Swapchain::Swapchain(Api& of, XrSession session, std::int64_t format, XrSwapchai
 
 Swapchain::~Swapchain() { api.destroy_swapchain.raw(chain); }
 
-unsigned Swapchain::acquire()
+unsigned Swapchain::acquire(double wait)
 {
-    std::uint32_t index = 0;
-    api.acquire_image(chain, nullptr, &index);
+    if (!acquired) api.acquire_image(chain, nullptr, &index);
     acquired = true;
     auto about = typed<XrSwapchainImageWaitInfo>(XR_TYPE_SWAPCHAIN_IMAGE_WAIT_INFO);
-    about.timeout = XR_INFINITE_DURATION;
-    api.wait_image(chain, &about);
-    return textures.at(index);
+    about.timeout = XrDuration(1e9 * wait);
+    ready = api.wait_image(chain, &about) != XR_TIMEOUT_EXPIRED;
+    return ready ? textures.at(index) : 0;
 }
 
 void Swapchain::release()
 {
-    acquired = false;
+    acquired = ready = false;
     api.release_image(chain, nullptr);
 }
 

@@ -21,10 +21,11 @@ class Swapchain {
     ~Swapchain();
     Swapchain(const Swapchain&) = delete;
 
-    // A texture that may be drawn into, until release().
-    unsigned acquire();
+    // A texture that may be drawn into, until release(); 0: the runtime still reads it after `wait`
+    // seconds. It remains acquired, and the next call waits again.
+    unsigned acquire(double wait);
     void release();
-    bool held() const { return acquired; }
+    bool held() const { return ready; }  // may be drawn into
     // As layers name it: of its sides the share `scale`, rounded, from the lower left corner.
     XrSwapchainSubImage part(float scale) const;
 
@@ -33,7 +34,8 @@ class Swapchain {
     XrSwapchain chain = XR_NULL_HANDLE;
     int width, height;
     std::vector<unsigned> textures;
-    bool acquired = false;
+    std::uint32_t index = 0;  // of the texture that is acquired
+    bool acquired = false, ready = false;
 };
 
 }  // namespace knead::xr

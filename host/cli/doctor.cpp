@@ -82,7 +82,7 @@ std::string joined(const std::vector<std::string>& words)
     return words.empty() ? "none" : fmt::format("{}", fmt::join(words, " "));
 }
 
-// No headset is looked for: that would start the runtime's programs.
+// With a headset that answers, not only a runtime that is installed.
 Json openxr_finding()
 {
     const RuntimeFacts facts = runtime_facts();
@@ -91,10 +91,10 @@ Json openxr_finding()
         facts.manifest.empty() ? "" : " (the runtime is named by " + facts.manifest + ")";
     Json of = finding("OpenXR", facts.runtime && facts.reason.empty(),
                       facts.reason.empty()
-                          ? fmt::format("the runtime of {} offers {}; not {}", facts.manifest,
-                                        joined(facts.used), joined(facts.missing))
+                          ? fmt::format("{}; the runtime of {} offers {}; not {}", facts.headset,
+                                        facts.manifest, joined(facts.used), joined(facts.missing))
                           : facts.reason + named + without);
-    of["loader"] = facts.loader, of["runtime"] = facts.manifest;
+    of["loader"] = facts.loader, of["runtime"] = facts.manifest, of["headset"] = facts.headset;
     of["extensions"] = facts.used, of["missing"] = facts.missing;
     return of;
 }
