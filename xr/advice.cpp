@@ -54,7 +54,10 @@ std::string runtime_manifest()
     return "";
 }
 
-std::string start_advice()
+namespace {
+
+// "": the runtime is not known here.
+std::string known_advice()
 {
     struct Known {
         const char *word, *advice;
@@ -68,6 +71,15 @@ std::string start_advice()
     const std::string words = runtime_words(runtime_manifest());
     for (const Known& one : known)
         if (words.find(one.word) != words.npos) return one.advice;
+    return "";
+}
+
+}  // namespace
+
+std::string start_advice()
+{
+    const std::string known = known_advice();
+    if (!known.empty()) return known;
     return "start SteamVR, WiVRn or Monado and make it the active runtime, or name its file by "
            "XR_RUNTIME_JSON";
 }
@@ -75,7 +87,9 @@ std::string start_advice()
 std::string no_answer(double seconds)
 {
     std::ostringstream text;
-    text << "the OpenXR runtime has not answered for " << seconds << " s";
+    const std::string known = known_advice();
+    text << "the OpenXR runtime has not answered for " << seconds << " s: stop it, and "
+         << (known.empty() ? "start it again" : known);
     return text.str();
 }
 

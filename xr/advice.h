@@ -11,7 +11,7 @@ std::string runtime_manifest();
 // known here.
 std::string start_advice();
 
-// Of a runtime that has not returned from a call for so long [s].
+// Of a runtime that has not returned from a call for so long [s], with advice.
 std::string no_answer(double seconds);
 
 }  // namespace knead::xr

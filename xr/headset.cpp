@@ -79,9 +79,8 @@ class OpenXrHeadset : public Headset {
     // A lost runtime is looked for at once, and then after pauses that grow to a second.
     double pause = 0, next_try = 0;  // [s], [s of the wall]
     std::string reason;
-    std::string last_loss;            // the last of them
-    std::vector<std::string> losses;  // to be told at the next poll()
-    int stray = 0;                    // GL errors of earlier sessions
+    std::string last_loss;  // the last of them
+    int stray = 0;          // GL errors of earlier sessions
     // From the runtime's clock to ours: time = (XrTime - zero) in seconds.
     bool rebase = true;
     XrTime zero = 0;
@@ -145,7 +144,6 @@ bool OpenXrHeadset::try_to(const Action& what)
         what();
         return true;
     } catch (const XrFailure& e) {
-        losses.push_back(e.what());
         last_loss = e.what();
         if (e.code == XR_ERROR_INSTANCE_LOST || e.code == XR_ERROR_RUNTIME_FAILURE) {
             session->state.instance_lost();
@@ -161,8 +159,7 @@ bool OpenXrHeadset::try_to(const Action& what)
 void OpenXrHeadset::give_up(const std::string& why)
 {
     over = true;
-    reason = why;
-    drop_instance();
+    reason = why;  // what is still there is for close() to free
 }
 
 void OpenXrHeadset::take(const XrEventDataBuffer& event, News& news)
@@ -214,7 +211,6 @@ std::string OpenXrHeadset::loss_text(Duty duty)
     if (!last_loss.empty()) text << " (" << last_loss << ")";
     text << "; a new one is waited for, " << rule.patience << " s at most";
     if (duty == Duty::renew_instance) text << ": " << start_advice();
-    losses.clear();
     return text.str();
 }
 
@@ -289,7 +285,6 @@ News OpenXrHeadset::poll()
             session->move_origin();
             session->describe(about);
         });
-    news.messages = std::exchange(losses, {});
     if (!over && !session) {
         if (leaving)
             give_up("");
@@ -309,6 +304,7 @@ News OpenXrHeadset::poll()
         return news;
     }
     news.renewed = std::exchange(renewed, false);
+    news.lost = !session;
     if (!session) return news;
     news.visible = session->state.visible(), news.focused = session->state.focused();
     news.phase = session->state.running() ? Phase::running : Phase::waiting;
@@ -349,7 +345,8 @@ Sight OpenXrHeadset::locate()
 
 void OpenXrHeadset::end(const Drawn& drawn)
 {
-    if (in_frame && try_to([&] { session->end(frame, drawn); })) fruitless = 0, pause = 0;
+    if (in_frame && try_to([&] { session->end(frame, drawn); }))
+        fruitless = 0, pause = 0, last_loss.clear();
     in_frame = false;
 }
 

@@ -50,6 +50,7 @@ struct News {
     Phase phase = Phase::waiting;
     bool visible = false, focused = false;
     bool worn = true;                   // false: the headset was taken off
+    bool lost = false;                  // there is no session; a new one is waited for
     bool renewed = false;               // a new session began: all hands are to be taken for new
     bool recentred = false;             // the origin has moved
     double rate = 0;                    // of the display [1/s]; 0: not known

@@ -2,7 +2,6 @@
 
 #include <chrono>
 #include <condition_variable>
-#include <cstdio>
 #include <cstdlib>
 #include <thread>
 #include <utility>
@@ -78,7 +77,6 @@ AbandonableThread::~AbandonableThread()
 int end_of_process(int code)
 {
     if (!any_abandoned) return code;
-    std::fflush(stdout);
     std::_Exit(code);
 }
 

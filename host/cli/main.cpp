@@ -10,6 +10,7 @@
 #include <iostream>
 #include <sstream>
 
+#include "host/base/abandonable.h"
 #include "host/base/errors.h"
 #include "host/base/json_reader.h"
 #include "host/base/machine.h"
@@ -317,5 +318,5 @@ int main(int count, char** words)
         suggest(app, {words + 1, words + count});
         return exit_usage;
     }
-    return exit_code_after_printing(ended(chosen));
+    return end_of_process(exit_code_after_printing(ended(chosen)));
 }

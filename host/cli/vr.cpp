@@ -12,12 +12,13 @@
 #include "host/base/machine.h"
 #include "host/base/parallel.h"
 #include "host/base/print.h"
+#include "host/base/quiet_stderr.h"
 #include "host/cli/live_results.h"
 #include "host/cli/verbs.h"
 #include "host/scene/domain.h"
 #include "host/session/device.h"
 #include "host/session/estimate.h"
-#include "host/session/headset_loop.h"
+#include "host/session/headset_run.h"
 
 namespace knead {
 namespace {
@@ -64,6 +65,7 @@ HeadsetLoopRule rule_of(const VrOptions& o, Device device)
     rule.foveate = o.foveate;
     rule.samples = o.samples;
     rule.tell = [quiet = o.quiet](const std::string& text) {
+        QuietStderr::lift();
         if (!quiet) std::fprintf(stderr, "knead: %s\n", text.c_str());
     };
     rule.stop = [] { return interrupted() != 0; };
@@ -93,6 +95,7 @@ Json report_of(const VrOptions& o, const HeadsetEnd& end, const LiveResults& res
     of["gl_errors"] = end.gl_errors, of["stray_gl_errors"] = end.stray;
     of["reason"] = end.reason;
     add_simulation(of, results, o.deterministic);
+    of["simulation"]["behind_s"] = end.state->shed.behind + end.left_out;
     return of;
 }
 
@@ -134,7 +137,8 @@ int vr_verb(const VrOptions& asked)
     scene->scene.setup.threads = o.threads;
     watch_interrupts();
     if (!o.hands_only) rule.tell(cost_text(scene->scene, device));
-    HeadsetEnd end = run_headset(scene, rule);
+    HeadsetRun run(scene, rule);
+    HeadsetEnd end = run.wait();
     LiveResults results{std::move(end.hands), std::move(end.actions), end.state,
                         {end.hash, end.particles}};
     const Json report = report_of(o, end, results);

@@ -5,81 +5,27 @@
 #include <utility>
 
 #include "host/base/machine.h"
-#include "host/session/headset_eyes.h"
-#include "host/session/headset_feel.h"
-#include "host/session/headset_hands.h"
-#include "host/session/headset_hold.h"
-#include "host/session/headset_notices.h"
-#include "host/session/headset_record.h"
-#include "host/session/headset_time.h"
-#include "host/session/panel_desk.h"
+#include "host/session/headset_loop_class.h"
 
 namespace knead {
 namespace {
 
-class HeadsetLoop {
-  public:
-    HeadsetLoop(std::shared_ptr<const LiveScene> scene, HeadsetLoopRule rule);
-    HeadsetEnd run();
+// Slow frames of a stepped display would simulate ever more each: as much as the one before took.
+SessionTime session_time(const Scene& scene, const HeadsetLoopRule& rule)
+{
+    constexpr double most = 0.25;  // of a frame of the display [s]
+    return rule.stepped ? SessionTime(scene.frame_rate, most) : SessionTime(scene.frame_rate);
+}
 
-  private:
-    bool turn();
-    void frame(const News& news);
-    void simulate(const Sight& sight, bool runs, FrameParts& parts);
-    void push(HandFrame given, bool runs, double now);
-    void follow_history();
-    HeadsetPicture picture_of(std::vector<HandLook> looks, bool repaint);
-    void rehearse();
-    bool draw(const Sight& sight, FrameParts& parts);
-    void poke(const Sight& sight);
-    void hold_clay(const HandFrame& given);
-    void tell_hands();
-    void obey(const PanelCommand& command, const Sight& sight);
-    void look_for_end(const News& news);
+}  // namespace
 
-    HeadsetLoopRule rule;
-    std::unique_ptr<Headset> headset;
-    std::unique_ptr<HeadsetEyes> eyes;
-    DisplayClock clock;
-    SessionTime time;
-    std::unique_ptr<LiveSession> live;
-    std::shared_ptr<const LiveState> state;
-    HeadsetHands hands;
-    Workplace workplace;
-    HeadsetEnd end;
-    Tick tick;
-    bool ran = false;         // in the frame before
-    bool pictured = false;    // a frame of this session was ended while time might go on
-    bool started = false;     // so was the simulation
-    double last_shown = -1;   // the frame before, by Tick::time; negative: it was not [s]
-    double began = -1;        // of the wall [s]; negative: no frame has
-    bool anew = false;        // hands are to be taken for new
-    bool place_anew = false;  // the clay before the head, as soon as that is located
-    Floor floor = Floor::seated;
-    bool leaving = false;
-    int frames = 0;   // of the session's time
-    int history = 0;  // of the state that is followed
-    HeadsetRecord record;
-
-    HeadsetPanel panel;
-    PanelDesk desk;
-    PanelCanvas canvas;
-    Side panel_side = left;
-    bool paused = false;
-    HeadsetHold hold;
-    bool holding = false;  // hands carry clay, and do not shape it
-    int panel_age = 0;     // frames since it was painted; 0: it must be
-    std::string undrawn;   // why nothing is, if so
-    HeadsetNotices notices;
-    HeadsetFeel felt;
-    bool shared = false;  // clay and splats stay on the device
-};
-
-HeadsetLoop::HeadsetLoop(std::shared_ptr<const LiveScene> scene, HeadsetLoopRule by)
-    : rule(std::move(by)),
-      headset(Headset::open(rule.headset)),
-      time(scene->scene.frame_rate),
-      hands(live_hands(scene->scene)),
+HeadsetLoop::HeadsetLoop(std::shared_ptr<const LiveScene> of, HeadsetLoopRule by, CallGate& guard)
+    : gate(guard),
+      first_scene(std::move(of)),
+      rule(std::move(by)),
+      time(session_time(first_scene->scene, rule)),
+      state(std::make_shared<const LiveState>()),
+      hands(live_hands(first_scene->scene)),
       workplace(rule.workplace),
       record(rule.tell),
       desk(rule.scene, rule.settings),
@@ -87,17 +33,23 @@ HeadsetLoop::HeadsetLoop(std::shared_ptr<const LiveScene> scene, HeadsetLoopRule
       notices(rule.tell),
       felt(rule.sound && !rule.stepped, rule.tell)
 {
-    eyes = std::make_unique<HeadsetEyes>(*headset, EyesRule::of(rule));
+}
+
+void HeadsetLoop::open()
+{
+    runtime([&] { headset = Headset::open(rule.headset); });
+    drawing([&] { eyes = std::make_unique<HeadsetEyes>(*headset, EyesRule::of(rule)); });
     if (!eyes->told().empty()) rule.tell(eyes->told());
+    end.facts = headset->facts();
     LiveRule lived = live_rule(
         rule, [this] { return clock.now(wall_seconds()); },
         [this](const HandAction& done) { record.act(done); });
     const Sharing sharing = eyes->sharing();
-    shared = lived.on_device = sharing.shared;
+    end.shared = lived.on_device = sharing.shared;
     if (!sharing.text.empty()) rule.tell(sharing.text);
     if (rule.headset.see_through && !headset->facts().see_through)
         rule.tell("--see-through: this runtime shows no room behind the picture; it is opaque");
-    live = std::make_unique<LiveSession>(std::move(scene), std::move(lived));
+    live = std::make_unique<LiveSession>(first_scene, std::move(lived));
     live->settle();
     floor = headset->facts().floor;
     if (floor == Floor::standing) {
@@ -110,24 +62,27 @@ HeadsetLoop::HeadsetLoop(std::shared_ptr<const LiveScene> scene, HeadsetLoopRule
     if (!rule.stepped) rehearse();
 }
 
-HeadsetEnd HeadsetLoop::run()
+HeadsetEnd HeadsetLoop::results(const std::string& reason)
 {
-    while (turn()) {
+    taken = true;
+    if (end.reason.empty()) end.reason = reason;
+    if (live) {
+        const ClayDigest clay = live->digest();
+        end.hash = clay.hash, end.particles = clay.particles;
     }
-    end.state = live->state();
-    const ClayDigest clay = live->digest();
-    end.hash = clay.hash, end.particles = clay.particles;
+    end.state = live ? live->state() : state;  // of that or a later frame
     end.hands = std::move(record.hands), end.actions = std::move(record.actions);
     end.hands.name = "headset";
     end.rate = tick.period > 0 ? 1 / tick.period : 0;
     end.hands.rate = end.rate > 0 ? end.rate : 90;
     end.length = began < 0 ? 0 : wall_seconds() - began;
-    end.gl_errors = eyes->gl_errors();
-    end.shared = shared;
-    end.stray = headset->stray_gl_errors();
-    end.facts = headset->facts();
-    headset->close();
-    return end;
+    end.left_out = time.left_out();
+    return std::move(end);
+}
+
+void HeadsetLoop::close()
+{
+    runtime([&] { headset->close(); });
 }
 
 void HeadsetLoop::look_for_end(const News& news)
@@ -135,19 +90,23 @@ void HeadsetLoop::look_for_end(const News& news)
     const bool enough = rule.frames > 0 && frames >= rule.frames;
     if (leaving || news.phase == Phase::over || (!enough && !rule.stop())) return;
     leaving = true;
-    headset->leave();
+    runtime([&] { headset->leave(); });
 }
 
 // One round of the loop; false when it is over.
 bool HeadsetLoop::turn()
 {
-    const News news = headset->poll();
+    const News news = runtime([&] { return headset->poll(); });
+    end.stray = headset->stray_gl_errors();
+    in_view = news.visible && news.worn;
+    lost = news.lost;
     for (const std::string& message : news.messages) rule.tell(message);
     if (news.renewed) {
         ++end.renewals;
         anew = true;
         pictured = false;
-        eyes->renew();
+        end.facts = headset->facts();
+        drawing([&] { eyes->renew(); });
     }
     if (news.phase == Phase::over) {
         end.reason = news.reason;
@@ -155,20 +114,20 @@ bool HeadsetLoop::turn()
     }
     look_for_end(news);
     if (news.phase == Phase::running)
-        frame(news);
+        frame();
     else
         ran = false;
-    return true;
+    return !taken || leaving;
 }
 
-void HeadsetLoop::frame(const News& news)
+void HeadsetLoop::frame()
 {
     FrameParts parts;
     const double start = wall_seconds();
     if (began < 0) began = start;
-    tick = headset->begin();
+    tick = runtime([&] { return headset->begin(); });
     const double begun = wall_seconds();
-    const Sight sight = headset->locate();
+    const Sight sight = runtime([&] { return headset->locate(); });
     const double located = wall_seconds();
     if (place_anew && sight.located) {
         if (floor != headset->facts().floor) rule.tell("the runtime knows no floor of the room");
@@ -179,7 +138,7 @@ void HeadsetLoop::frame(const News& news)
     }
     poke(sight);
     // Nobody shapes what nobody sees: without the headset worn and in view, time stands still.
-    const bool runs = news.visible && news.worn && !leaving && !paused;
+    const bool runs = in_view && !leaving && !taken && !paused;
     simulate(sight, runs, parts);
     const double simulated = wall_seconds();
     const bool shown = sight.draw && draw(sight, parts);
@@ -189,8 +148,10 @@ void HeadsetLoop::frame(const News& news)
     if (shown) done.near_z = std::numeric_limits<float>::infinity();
     done.far_z = float(rule.nearest);
     felt.frame(sight, *state, hands, done.vibrate);
-    parts.left = headset->time_left();
-    headset->end(done);
+    runtime([&] {
+        parts.left = headset->time_left();
+        headset->end(done);
+    });
     parts.wait = begun - start, parts.locate = located - begun;
     parts.simulate = simulated - located, parts.draw = drawn - simulated;
     parts.submit = wall_seconds() - drawn, parts.period = tick.period;
@@ -213,7 +174,7 @@ void HeadsetLoop::follow_history()
     const HandsRule rule_now = live_hands(scene);
     hands.set(rule_now);
     // A stepped session begins each history at 0.
-    if (rule.stepped && !first) time = SessionTime(scene.frame_rate);
+    if (rule.stepped && !first) time = session_time(scene, rule);
     record.begin(*state->scene, time.time());
     if (!scene.has_hands) live->set_hands(rule_now);
     ran = ran && !rule.stepped;
@@ -242,7 +203,12 @@ void HeadsetLoop::simulate(const Sight& sight, bool runs, FrameParts& parts)
     // The first picture of a session takes longer than others. In real time no time has passed
     // until it is there.
     const bool goes_on = runs && (rule.stepped || pictured);
+    const bool kept_up = time.left_out() == 0;
     const double now = time.frame(tick.time, goes_on && ran);
+    if (kept_up && time.left_out() > 0)
+        rule.tell(
+            "a frame of the display takes longer than a quarter of a second, which is the "
+            "most that one simulates: simulated time is slower");
     ran = goes_on;
     if (!rule.stepped) clock.set(now, wall_seconds(), goes_on ? tick.period : 0);
     if (goes_on && !std::exchange(started, true)) live->start();
@@ -318,7 +284,7 @@ void HeadsetLoop::obey(const PanelCommand& command, const Sight& sight)
             return tell_hands();
         case PanelAct::quit:
             leaving = true;
-            headset->leave();
+            runtime([&] { headset->leave(); });
             return;
         default:
             if (command.act == PanelAct::reset) record.begins_by("reset");
@@ -359,7 +325,8 @@ void HeadsetLoop::rehearse()
     state = live->state();
     std::vector<HandLook> looks = HeadsetHands::open(hands.rule()).looks();
     for (HandLook& look : looks) look.opacity = 1;  // as of hands that have grown: with shadows
-    eyes->rehearse(picture_of(std::move(looks), rule.panel));
+    const HeadsetPicture picture = picture_of(std::move(looks), rule.panel);
+    drawing([&] { eyes->rehearse(picture); });
 }
 
 // False where it cannot be drawn, which is told once.
@@ -368,7 +335,9 @@ bool HeadsetLoop::draw(const Sight& sight, FrameParts& parts)
     constexpr int often = 9;  // frames from graph to graph
     const bool repaints = rule.panel && (panel_age++ % often == 0 || panel.moves());
     try {
-        const EyesDrawn drawn = eyes->draw(sight, picture_of(hands.looks(), repaints));
+        const HeadsetPicture picture = picture_of(hands.looks(), repaints);
+        const EyesDrawn drawn = drawing([&] { return eyes->draw(sight, picture); });
+        end.gl_errors = eyes->gl_errors();
         parts.scale = drawn.scale, parts.splat_scale = drawn.splat_scale;
         parts.splats = drawn.splats;
     } catch (const std::exception& e) {
@@ -381,11 +350,10 @@ bool HeadsetLoop::draw(const Sight& sight, FrameParts& parts)
     return true;
 }
 
-}  // namespace
-
-HeadsetEnd run_headset(std::shared_ptr<const LiveScene> scene, const HeadsetLoopRule& rule)
+std::unique_ptr<HeadsetSession> HeadsetSession::make(std::shared_ptr<const LiveScene> scene,
+                                                     const HeadsetLoopRule& rule, CallGate& gate)
 {
-    return HeadsetLoop(std::move(scene), rule).run();
+    return std::make_unique<HeadsetLoop>(std::move(scene), rule, gate);
 }
 
 }  // namespace knead

@@ -8,6 +8,7 @@ LiveRule live_rule(const HeadsetLoopRule& rule, std::function<double()> clock,
     LiveRule live;
     live.make = [device = rule.device](const Setup& setup) { return make_solver(setup, device); };
     live.stepped = live.from_zero = rule.stepped;
+    live.stop = rule.stop;
     live.recorded = rule.recorded, live.moving = true;
     live.paused = rule.hands_only, live.waits = !rule.stepped;
     live.clock = std::move(clock);

@@ -3,6 +3,7 @@
 #pragma once
 #include <atomic>
 #include <cmath>
+#include <limits>
 
 namespace knead {
 
@@ -10,25 +11,32 @@ class SessionTime {
   public:
     // `rate`: frames of the simulation per second. A time within a microsecond of the end of one is
     // put on it: displays count nanoseconds, and a recording of these times is then replayed to the
-    // bit.
-    explicit SessionTime(double rate) : frames_per_second(rate) {}
+    // bit. `most`: time that a frame of the display may add [s].
+    explicit SessionTime(double rate, double most = std::numeric_limits<double>::infinity())
+        : frames_per_second(rate), most_added(most)
+    {
+    }
 
     // The frame that is seen at `display` [s]. `runs`: time has gone on since the frame before.
     // Answers the session's time [s].
     double frame(double display, bool runs)
     {
-        if (runs && known && display > last) raw += display - last;
+        if (runs && known && display > last) {
+            raw += std::fmin(display - last, most_added);
+            left += std::fmax(0.0, display - last - most_added);
+        }
         known = true;
         last = display;
         const double whole = std::round(raw * frames_per_second);
         const bool near = std::abs(raw * frames_per_second - whole) < 1e-6 * frames_per_second;
         return now = near ? whole / frames_per_second : raw;
     }
-    double time() const { return now; }  // [s]
+    double time() const { return now; }       // [s]
+    double left_out() const { return left; }  // display time beyond `most` [s]
 
   private:
-    double frames_per_second;
-    double raw = 0, last = 0, now = 0;  // [s]
+    double frames_per_second, most_added;
+    double raw = 0, last = 0, now = 0, left = 0;  // [s]
     bool known = false;
 };
 

@@ -133,7 +133,7 @@ bool LiveSession::wait_for_work(std::unique_lock<std::mutex>& lock)
 {
     const bool going = run && trouble.empty();
     if (going && steps > 0) return true;
-    if (!going || paused || waiting || rule.stepped) {
+    if (!going || paused || waiting || rule.stepped || stopped()) {
         wake.wait(lock, [&] { return quit || !commands.empty(); });
         return false;
     }
@@ -155,7 +155,7 @@ void LiveSession::begin(std::shared_ptr<const LiveScene> of)
     try {
         run = std::make_unique<LiveRun>(
             scene, rule, rule.stepped ? stepped_to : now(), [this] { return now(); },
-            [this] { return quit || hurry > 0; });
+            [this] { return quit || hurry > 0 || stopping.cuts(stopped()); });
         if (!waiting) run->rehearse();
         run->make_surface();
     } catch (...) {
@@ -385,7 +385,7 @@ void LiveSession::advance_to(double time)
         throw std::logic_error("a session in real time does not take the time from its caller");
     post([this, time] {
         constexpr double rounding = 1e-9;  // [s]
-        while (run && trouble.empty() && (!paused || steps > 0) && !quit &&
+        while (run && trouble.empty() && (!paused || steps > 0) && !quit && !stopped() &&
                run->next_end() <= time + rounding) {
             frame();
             publish();

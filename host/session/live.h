@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "host/assets/splat_object.h"
+#include "host/base/machine.h"
 #include "host/hands/recording.h"
 #include "host/session/hand_actions.h"
 #include "host/session/loop.h"
@@ -48,6 +49,9 @@ struct LiveRule {
     // the same bits. Otherwise it is real time.
     bool stepped = false;
     bool from_zero = false;  // then: the caller's time is 0 again at a reset, and where one loads
+    // True: no other frame begins, and the one under way, if it takes a quarter of a second more,
+    // ends between two substeps.
+    std::function<bool()> stop;
     // What follows is of real time alone.
     std::function<double()> clock;  // [s], rising; null: since the session began
     double budget = 0;       // what a frame may take on the clock [s]; 0: the time to the next one
@@ -136,6 +140,22 @@ struct ClayDigest {
 
 class LiveRun;
 
+// A frame that is cut is of no recording: the same hands do not bring the clay there again. So one
+// that is stopped has a quarter of a second to end.
+class StopPatience {
+  public:
+    bool cuts(bool stopped)
+    {
+        constexpr double longest = 0.25;  // [s]
+        if (!stopped) return false;
+        if (since == 0) since = wall_seconds();
+        return wall_seconds() - since > longest;
+    }
+
+  private:
+    double since = 0;  // of the wall [s]; 0: it is not stopped
+};
+
 class LiveSession {
   public:
     // Simulates `scene`, which may be null, from now on. Nothing that goes wrong with it is thrown:
@@ -193,6 +213,7 @@ class LiveSession {
     void edit_clay(Edit edit, bool reshapes);
     void live();
     bool wait_for_work(std::unique_lock<std::mutex>& lock);
+    bool stopped() const { return rule.stop && rule.stop(); }
     void begin(std::shared_ptr<const LiveScene> scene);
     void begin_file(const std::string& path, const std::vector<std::string>& settings, int cells);
     void frame();
@@ -225,6 +246,7 @@ class LiveSession {
     // Frames that were due too fast, as time [s of the clock]: those that are made up for when
     // there is time, and those that are not.
     double backlog = 0, dropped = 0;
+    StopPatience stopping;
     std::thread thread;
 };
 
