@@ -19,7 +19,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-const std::vector<std::string> results{"verify.json", "verify.csv", "report.md"},
+const std::vector<std::string> result_files{"verify.json", "verify.csv", "report.md"},
     pictures{"workprecision.png", "convergence.png", "surface.png", "stability.png", "margins.png"};
 
 // Those that there are now.
@@ -65,7 +65,7 @@ int verify_verb(VerifyOptions options)
     if (!options.one.empty()) return tell_case(v);
     FolderLock lock;
     if (!options.out.empty()) {
-        std::vector<std::string> names = results;
+        std::vector<std::string> names = result_files;
         names.insert(names.end(), pictures.begin(), pictures.end());
         lock = prepare_folder(options.out, names, options.overwrite);
     }
