@@ -146,7 +146,9 @@ TEST(Walls, TheGapUnderClayIsSeenByTwoMasses)
     for (const double gap : {0.0, 0.05, 0.1, 0.2, 0.3, 0.5, 0.8}) {
         const std::vector<double> m = column_under(gap);
         const double seen = gap_before_face(m[1], m[2]);
-        if (gap <= 0.05) EXPECT_EQ(seen, 0) << gap;
+        if (gap <= 0.05) {
+            EXPECT_EQ(seen, 0) << gap;
+        }
         EXPECT_NEAR(seen, std::fmax(gap - 0.1, 0), gap < 0.4 ? 0.05 : 0.3) << gap;
         EXPECT_LE(seen, gap);
     }

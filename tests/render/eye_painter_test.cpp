@@ -30,7 +30,7 @@ TEST(EyeView, OfACameraLooksFromItToItsTarget)
 
 #if KNEAD_HAS_GL
 
-constexpr int middle = wide / 2 + wide * (high / 2);
+constexpr int middle = picture_width / 2 + picture_width * (picture_height / 2);
 
 TEST_F(EyePicture, DepthIsNearOverDistanceAndNothingInfinitelyFar)
 {
@@ -45,7 +45,7 @@ TEST_F(EyePicture, DepthIsNearOverDistanceAndNothingInfinitelyFar)
     EXPECT_EQ(depths[0], 0);
     look.floor_seen = true;
     painted(view, look);
-    EXPECT_GT(plain->depths()[wide / 2], 0) << "the floor, in the lowest row";
+    EXPECT_GT(plain->depths()[picture_width / 2], 0) << "the floor, in the lowest row";
 }
 
 // Two halves of a field, each an eye of its own, are the whole.
@@ -54,17 +54,17 @@ TEST_F(EyePicture, AFrustumMayBeAsymmetric)
     painter->set_clay({ball(ball_centre + Vec3<float>{0.1f, 0.1f, 0}, 0.2f)}, 1);
     const std::vector<int> whole = painted();
     EyeView half = front();
-    half.width = wide / 2;
+    half.width = picture_width / 2;
     for (const bool right : {false, true}) {
         half.left = right ? 0 : front().left, half.right = right ? front().right : 0;
         const std::vector<int> part = painted(half);
         int different = 0;
-        for (int y = 0; y < high; ++y)
-            for (int x = 0; x < wide / 2; ++x)
-                different +=
-                    std::abs(red_green_blue(part, x + y * wide) -
-                             red_green_blue(whole, x + (right ? wide / 2 : 0) + y * wide)) > 12;
-        EXPECT_LT(different, wide * high / 200);
+        for (int y = 0; y < picture_height; ++y)
+            for (int x = 0; x < picture_width / 2; ++x)
+                different += std::abs(red_green_blue(part, x + y * picture_width) -
+                                      red_green_blue(whole, x + (right ? picture_width / 2 : 0) +
+                                                                y * picture_width)) > 12;
+        EXPECT_LT(different, picture_width * picture_height / 200);
     }
 }
 
@@ -76,10 +76,10 @@ TEST_F(EyePicture, AHeadThatIsUpsideDownSeesThePictureTurned)
     turned.rotation = turned.rotation * Quat<float>{0, 0, 0, 1};
     const std::vector<int> other = painted(turned);
     int different = 0;
-    for (int i = 0; i < wide * high; ++i)
-        different +=
-            std::abs(red_green_blue(upright, i) - red_green_blue(other, wide * high - 1 - i)) > 12;
-    EXPECT_LT(different, wide * high / 100);
+    for (int i = 0; i < picture_width * picture_height; ++i)
+        different += std::abs(red_green_blue(upright, i) -
+                              red_green_blue(other, picture_width * picture_height - 1 - i)) > 12;
+    EXPECT_LT(different, picture_width * picture_height / 100);
 }
 
 TEST_F(EyePicture, AnSrgbTextureHoldsTheSameBytes)
@@ -109,7 +109,7 @@ TEST_F(EyePicture, BeforeTheRealWorldOnlyWhatIsThereHasAlpha)
     EXPECT_EQ(c[4 * middle + 3], 255);
     look.floor_seen = true;
     const std::vector<int> on_floor = painted(front(), look);
-    EXPECT_GT(on_floor[4 * (wide / 2) + 3], 200);
+    EXPECT_GT(on_floor[4 * (picture_width / 2) + 3], 200);
 }
 
 TEST_F(EyePicture, ClayIsUploadedWithItsVersionAndHiddenClayCastsItsShadow)
@@ -126,7 +126,7 @@ TEST_F(EyePicture, ClayIsUploadedWithItsVersionAndHiddenClayCastsItsShadow)
     EXPECT_NE(shadow, with);
     // The shadow falls to the right of the ball: the light stands to the left of the camera.
     int darker = 0;
-    for (int i = 0; i < wide * high; ++i)
+    for (int i = 0; i < picture_width * picture_height; ++i)
         darker += red_green_blue(shadow, i) < red_green_blue(bare, i) - 30;
     EXPECT_GT(darker, 300);
     painter->set_clay({}, 3);
@@ -142,9 +142,9 @@ TEST_F(EyePicture, WhatIsSelectedGlowsAndNothingElse)
     look.highlight = 1;
     const std::vector<int> one = painted(front(), look);
     int on_left = 0, on_right = 0;
-    for (int i = 0; i < wide * high; ++i)
+    for (int i = 0; i < picture_width * picture_height; ++i)
         if (red_green_blue(none, i) != red_green_blue(one, i))
-            ++(i % wide < wide / 2 ? on_left : on_right);
+            ++(i % picture_width < picture_width / 2 ? on_left : on_right);
     EXPECT_EQ(on_left, 0);
     EXPECT_GT(on_right, 200);
 }
@@ -159,7 +159,7 @@ TEST_F(EyePicture, HandsFadeByTheirOpacityAndGlow)
         painter->set_hands(std::vector<HandLook>{{{finger}, {}, opacity, true, false, glow}});
         const std::vector<int> c = painted();
         double sum = 0;
-        for (int i = 0; i < wide * high; ++i)
+        for (int i = 0; i < picture_width * picture_height; ++i)
             sum += std::abs(red_green_blue(c, i) - red_green_blue(none, i));
         return sum;
     };
@@ -206,10 +206,10 @@ TEST_F(EyePicture, WhatNobodySeesStaysEmpty)
     painter->set_hidden(0, {a, b, c, c, b, {0, view.up}});
     const std::vector<int> half = painted(view);
     const std::vector<float> depths = plain->depths();
-    for (int y = 0; y < high; ++y)
-        for (int x = 0; x < wide; ++x) {
-            const std::size_t at = std::size_t(y * wide + x);
-            const bool hidden = x < wide / 2;
+    for (int y = 0; y < picture_height; ++y)
+        for (int x = 0; x < picture_width; ++x) {
+            const std::size_t at = std::size_t(y * picture_width + x);
+            const bool hidden = x < picture_width / 2;
             ASSERT_EQ(depths[at] == 0, hidden) << x << " " << y;
             for (std::size_t i = 4 * at; i < 4 * at + 4; ++i)
                 ASSERT_EQ(half[i], hidden ? 0 : whole[i]) << x << " " << y;
@@ -253,14 +253,14 @@ TEST_F(EyePicture, APictureMayBeDrawnBesideAnother)
 {
     painter->set_clay({ball(ball_centre, 0.25f)}, 1);
     const std::vector<int> wanted = painted();
-    const Target both(GL_RGBA8, 2 * wide, high + 10);
-    painter->paint(front(), {}, {both.frame, wide, 10});
+    const Target both(GL_RGBA8, 2 * picture_width, picture_height + 10);
+    painter->paint(front(), {}, {both.frame, picture_width, 10});
     const std::vector<int> c = both.colours();
     int different = 0;
-    for (int y = 0; y < high; ++y)
-        for (int x = 0; x < wide; ++x)
-            different += red_green_blue(c, wide + x + (y + 10) * 2 * wide) !=
-                         red_green_blue(wanted, x + y * wide);
+    for (int y = 0; y < picture_height; ++y)
+        for (int x = 0; x < picture_width; ++x)
+            different += red_green_blue(c, picture_width + x + (y + 10) * 2 * picture_width) !=
+                         red_green_blue(wanted, x + y * picture_width);
     EXPECT_EQ(different, 0);
 }
 

@@ -13,7 +13,7 @@
 namespace knead {
 
 constexpr Vec3<float> ball_centre{0.5f, 0.25f, 0.5f};
-constexpr int wide = 160, high = 120;
+constexpr int picture_width = 160, picture_height = 120;
 
 inline Mesh ball(Vec3<float> centre, float radius, int category = 0)
 {
@@ -31,11 +31,15 @@ inline Mesh ball(Vec3<float> centre, float radius, int category = 0)
     return mesh;
 }
 
-inline EyeView front() { return eye_view({{0.5f, 0.6f, 1.9f}, ball_centre, 0.6f, wide, high}); }
+inline EyeView front()
+{
+    return eye_view({{0.5f, 0.6f, 1.9f}, ball_centre, 0.6f, picture_width, picture_height});
+}
 
 // A framebuffer to draw into, and what was drawn, rows from below.
 struct Target {
-    explicit Target(GLenum format, int w = wide, int h = high) : width(w), height(h)
+    explicit Target(GLenum format, int w = picture_width, int h = picture_height)
+        : width(w), height(h)
     {
         colour = texture(GL_TEXTURE_2D), depth = texture(GL_TEXTURE_2D), frame = framebuffer();
         glTextureStorage2D(colour, 1, format, w, h);

@@ -20,15 +20,15 @@ TEST_F(EyePicture, WhatStandsAboveClayShadesItWithoutAnEdge)
         rod.sphere[0].c = {0.3f, 0.62f, 0.62f}, rod.sphere[1].c = {0.7f, 0.62f, 0.80f};
         rod.sphere[0].r = rod.sphere[1].r = 0.05f;
         painter->set_hands(shaded ? std::vector<DrawPrimitive>{rod} : std::vector<DrawPrimitive>{});
-        const EyeView view = eye_view({{0.5f, 0.3f, 1.9f}, ball_centre, 0.42f, 4 * wide, 4 * high});
-        Target large(GL_RGBA8, 4 * wide, 4 * high);
+        const EyeView view = eye_view({{0.5f, 0.3f, 1.9f}, ball_centre, 0.42f, 4 * picture_width, 4 * picture_height});
+        Target large(GL_RGBA8, 4 * picture_width, 4 * picture_height);
         painter->paint(view, look, {large.frame});
         return large.colours();
     };
     painter->set_clay({ball(ball_centre, 0.25f)}, 1);
     const std::vector<int> open = clay(false), shaded = clay(true);
     // Of the ball's front below the rod.
-    const int w = 4 * wide, h = 4 * high;
+    const int w = 4 * picture_width, h = 4 * picture_height;
     double darkest = 1, steepest = 0;
     const auto share = [&](int x, int y) {
         const int at = y * w + x;
