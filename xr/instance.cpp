@@ -57,9 +57,8 @@ std::vector<std::string> offered_extensions(PFN_xrGetInstanceProcAddr loader)
              listed(before.extensions, blank, static_cast<const char*>(nullptr)))
             names.push_back(one.extensionName);
     } catch (const XrFailure& e) {
-        throw HeadsetError(
-            std::string("no OpenXR runtime answers (") + e.what() + "): " + start_advice() +
-            "; XR_LOADER_DEBUG=all says where it was looked for");
+        throw HeadsetError(std::string("no OpenXR runtime answers (") + e.what() + "): " +
+                           start_advice() + "; XR_LOADER_DEBUG=all says where it was looked for");
     }
     return names;
 }

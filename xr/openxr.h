@@ -7,10 +7,10 @@
 #include <time.h>
 #define XR_USE_TIMESPEC
 #endif
-#include <cstdint>
-
 #include <openxr/openxr.h>
 #include <openxr/openxr_platform.h>
+
+#include <cstdint>
 
 // By the registry of OpenXR 1.1.
 #ifndef XR_EXT_hand_tracking_data_source

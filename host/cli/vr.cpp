@@ -139,8 +139,8 @@ int vr_verb(const VrOptions& asked)
     if (!o.hands_only) rule.tell(cost_text(scene->scene, device));
     HeadsetRun run(scene, rule);
     HeadsetEnd end = run.wait();
-    LiveResults results{std::move(end.hands), std::move(end.actions), end.state,
-                        {end.hash, end.particles}};
+    LiveResults results{
+        std::move(end.hands), std::move(end.actions), end.state, {end.hash, end.particles}};
     const Json report = report_of(o, end, results);
     const bool written = write_results(outputs, results, report);
     summarise(o, end, report);

@@ -268,8 +268,7 @@ void LiveSession::load(std::shared_ptr<const LiveScene> of)
     post([this, of = std::move(of)] { begin(of); }, true);
 }
 
-void LiveSession::load(const std::string& path, const std::vector<std::string>& settings,
-                       int cells)
+void LiveSession::load(const std::string& path, const std::vector<std::string>& settings, int cells)
 {
     post([this, path, settings, cells] { begin_file(path, settings, cells); }, true);
 }

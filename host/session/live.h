@@ -118,7 +118,7 @@ struct LiveState {
     std::shared_ptr<const SplatCloud> splats;
     long splat_version = 0;  // rises when they change: were split, added, taken up, laid down
     std::vector<LiveTool> tools;
-    HandsRule hands;  // which tools there are
+    HandsRule hands;                          // which tools there are
     std::vector<Material<double>> materials;  // of the scene's objects, as they were given
     bool recorded = false, paused = false;
     double recording_time = 0;  // of the scene's recorded hands, at the frame's end [s]
@@ -134,7 +134,7 @@ Meshes meshes_of(const LiveState& state);
 
 // What of a session's clay is compared with a run's.
 struct ClayDigest {
-    std::string hash;    // of its state; "": there is no simulation
+    std::string hash;  // of its state; "": there is no simulation
     long particles = 0;
 };
 

@@ -217,9 +217,9 @@ Plasticity Rules::set_material(int object, const Material<double>& material)
 void Rules::set_gravity(Vec3<double> gravity)
 {
     require(finite(gravity), "gravity must be finite");
-    require(std::max({std::abs(gravity.x), std::abs(gravity.y), std::abs(gravity.z)}) <=
-                most_gravity,
-            fmt::format("gravity: expected {:g} m/s^2 at most along each axis", most_gravity));
+    require(
+        std::max({std::abs(gravity.x), std::abs(gravity.y), std::abs(gravity.z)}) <= most_gravity,
+        fmt::format("gravity: expected {:g} m/s^2 at most along each axis", most_gravity));
     now.gravity = gravity;
 }
 

@@ -69,7 +69,7 @@ struct FrontPoint {
     double counted = 0;     // count_errors()
     std::string name() const;
     std::string told(const std::string& unit) const;  // error, what counts if that is more, seconds
-    bool usual() const;  // the defaults
+    bool usual() const;                               // the defaults
     // No worse in either, better in one; by what counts.
     bool beats(const FrontPoint& other) const;
 };

@@ -49,7 +49,7 @@ class InputState {
 
     bool held(Key key) const { return in(key) && keys_[std::size_t(key)]; }
     bool held(MouseButton button) const { return buttons_[std::size_t(button)]; }
-    bool pressed(int key) const;                             // since the last frame, however short
+    bool pressed(int key) const;  // since the last frame, however short
     // The same of a key alone: without control, alt or super, whose combinations mean other things.
     bool pressed_alone(int key) const;
     bool held_alone(Key key) const { return held(key) && !combining(); }

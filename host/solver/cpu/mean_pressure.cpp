@@ -1,5 +1,6 @@
 // Pressure that a cell's particles share, where clay hardly changes its volume.  (7a)
 #include "cuda/mpm/mean_pressure.h"
+
 #include "cuda/mpm/stencil.h"
 #include "host/solver/cpu/solver.h"
 
