@@ -11,6 +11,7 @@ function(check name)
 endfunction()
 
 check(shape tests/shape_test.sh)
+check(format tests/format_test.sh)
 check(includes tests/includes_test.sh)
 check(docs tests/docs_test.sh)
 check(headers_alone tests/headers_alone.sh)
