@@ -17,7 +17,6 @@ words=("${text[@]}" README.md CHANGELOG.md docs/*.md profiling/*.md scenes/*.jso
 
 . tests/none.sh
 
-awk 'FNR == 401 { print FILENAME }' "${source[@]}" | none "files of more than 400 lines"
 grep -nE '^.{101,}' "${text[@]}" | cut -c1-90 | none "lines of more than 100 columns"
 grep -nP '\t| +$|\r' "${text[@]}" | none "tabs or blanks at the end of a line"
 grep -nE '__CUDA_ARCH__|__CUDACC__' "${source[@]}" | grep -v '^cuda/math/hd\.h:' |
