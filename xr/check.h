@@ -51,20 +51,18 @@ class Call<XrResult(XRAPI_PTR*)(Of...)> {
         else
             throw XrFailure(name, result);
     }
-    // The result, whatever it is.
-    XrResult raw(Of... of)
-    {
-        find();
-        return function(of...);
-    }
+    // The result, whatever it is. Does not throw: destructors call it, and a lost runtime may no
+    // longer have what they look up for the first time.
+    XrResult raw(Of... of) { return find() ? function(of...) : XR_ERROR_FUNCTION_UNSUPPORTED; }
 
   private:
-    void find()
+    bool find()
     {
-        if (function) return;
+        if (function) return true;
         const XrResult found =
             source.address(source.instance, name, reinterpret_cast<PFN_xrVoidFunction*>(&function));
-        if (XR_FAILED(found) || !function) throw XrFailure(name, XR_ERROR_FUNCTION_UNSUPPORTED);
+        if (XR_FAILED(found)) function = nullptr;
+        return function;
     }
 
     const Source& source;
