@@ -8,6 +8,7 @@ namespace knead {
 std::vector<DrawnHand> gather_hands(Geometry& geometry, const std::vector<HandLook>& hands)
 {
     std::vector<DrawnHand> drawn;
+    drawn.reserve(hands.size());
     for (const HandLook& hand : hands)
         drawn.push_back({add_hand(geometry, hand), hand.opacity, hand.glow});
     return drawn;

@@ -40,7 +40,7 @@ std::string runtime_words(const std::string& manifest)
 // A name that was given counts though it leads nowhere.
 std::string runtime_manifest()
 {
-    const std::string given = variable("XR_RUNTIME_JSON");
+    std::string given = variable("XR_RUNTIME_JSON");
     if (!given.empty()) return given;
     const char* const rest = "openxr/1/active_runtime.json";
     std::vector<fs::path> folders;
@@ -78,7 +78,7 @@ std::string known_advice()
 
 std::string start_advice()
 {
-    const std::string known = known_advice();
+    std::string known = known_advice();
     if (!known.empty()) return known;
     return "start SteamVR, WiVRn or Monado and make it the active runtime, or name its file by "
            "XR_RUNTIME_JSON";

@@ -90,6 +90,7 @@ Instance::Instance(PFN_xrGetInstanceProcAddr loader, const std::vector<std::stri
 void Instance::create(const std::vector<std::string>& names)
 {
     std::vector<const char*> texts;
+    texts.reserve(names.size());
     for (const std::string& name : names) texts.push_back(name.c_str());
     auto about = typed<XrInstanceCreateInfo>(XR_TYPE_INSTANCE_CREATE_INFO);
     copy(about.applicationInfo.applicationName, "Knead");

@@ -51,8 +51,9 @@ SplatCloud tiled_ground(int count, unsigned seed)
     SplatCloud cloud;
     for (int k = 0; k < count; ++k) {
         const Vec3<double> u = strata::hashed(seed, 1, {k, 0, 0});
-        const double x = (k % rows + 0.35 + 0.3 * u.x) * gap - ground_side / 2;
-        const double z = (k / rows + 0.35 + 0.3 * u.y) * gap - ground_side / 2;
+        const int column = k % rows, row = k / rows;
+        const double x = (column + 0.35 + 0.3 * u.x) * gap - ground_side / 2;
+        const double z = (row + 0.35 + 0.3 * u.y) * gap - ground_side / 2;
         const Vec3<double> n = normal_at(x, z), along = orthogonal(n);
         bool mortar = false;
         const Vec3<double> c = paint_at(seed, x, z, mortar);

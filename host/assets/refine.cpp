@@ -9,6 +9,7 @@ namespace knead {
 std::vector<Shape<double>> shapes(const Spheres& s, const std::vector<Primitive>& primitives)
 {
     std::vector<Shape<double>> out;
+    out.reserve(primitives.size());
     for (const Primitive& q : primitives)
         out.push_back(shape(q.count, s[q.sphere[0]], s[q.sphere[1]], s[q.sphere[2]]));
     return out;

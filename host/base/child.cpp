@@ -38,6 +38,7 @@ int output_of(const std::vector<std::string>& words, std::string& said, double l
 {
     // All that takes memory comes first: between fork and exec another thread may hold its lock.
     std::vector<char*> arguments;
+    arguments.reserve(words.size() + 1);
     for (const std::string& w : words) arguments.push_back(const_cast<char*>(w.c_str()));
     arguments.push_back(nullptr);
     int ends[2];

@@ -81,6 +81,7 @@ class ObjectReader {
     {
         if (!has(key)) return fallback;
         std::vector<std::string> names;
+        names.reserve(named.size());
         for (const auto& [name, value] : named) names.push_back(name);
         return named[chosen(key, names)].second;
     }

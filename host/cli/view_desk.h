@@ -89,7 +89,7 @@ class ViewDesk {
     void record_hands();
     void draw();
     PictureContent seen_now(const EyeView& view, const EyeLook& look) const;
-    void paint(const EyeView& view, const EyeLook& look, std::vector<HandLook> hands);
+    void paint(const EyeView& view, const EyeLook& look, const std::vector<HandLook>& hands);
     void follow_splats();
     void draw_splats(const EyeView& view, bool whole);
     void keep_picture(const std::string& file);

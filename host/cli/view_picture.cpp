@@ -22,7 +22,7 @@ constexpr double splat_budget = 0.1;  // [s]
 std::string free_name(const std::string& end)
 {
     for (int i = 1; i < 10000; ++i) {
-        const std::string name = fmt::format("knead_{:04}{}", i, end);
+        std::string name = fmt::format("knead_{:04}{}", i, end);
         if (!fs::exists(name)) return name;
     }
     throw OutputError("knead_9999" + end + ": all numbers before it are taken, too");
@@ -113,7 +113,7 @@ PictureContent ViewDesk::seen_now(const EyeView& view, const EyeLook& look) cons
 
 // Pictures that are kept are whole, and so is one in which nothing moves; others may be coarse, to
 // keep up.
-void ViewDesk::paint(const EyeView& view, const EyeLook& look, std::vector<HandLook> hands)
+void ViewDesk::paint(const EyeView& view, const EyeLook& look, const std::vector<HandLook>& hands)
 {
     const double begin = wall_seconds();
     const bool kept = !wanted.empty() || video, lives = !kept && !rule.scripted;

@@ -156,6 +156,7 @@ class Ffmpeg final : public Video {
                                           "yuv420p",
                                           "file:" + partial_->path()};
         std::vector<char*> argv;
+        argv.reserve(words.size() + 1);
         for (std::string& word : words) argv.push_back(word.data());
         argv.push_back(nullptr);
         spawn(argv.data(), theirs.number());

@@ -27,7 +27,7 @@ bool takes_edits(const Solver& solver)
 }  // namespace
 
 LiveRun::LiveRun(std::shared_ptr<const LiveScene> of, const LiveRule& by, double start,
-                 std::function<double()> clock, std::function<bool()> stale)
+                 std::function<double()> clock, const std::function<bool()>& stale)
     : scene(std::move(of)),
       rule(by),
       now(std::move(clock)),

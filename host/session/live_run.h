@@ -17,7 +17,7 @@ class LiveRun {
     // `began` is the session's time [s]. Throws what making the solver throws.
     // `stale` is asked between substeps: true ends the frame.
     LiveRun(std::shared_ptr<const LiveScene> scene, const LiveRule& rule, double began,
-            std::function<double()> now, std::function<bool()> stale);
+            std::function<double()> now, const std::function<bool()>& stale);
     LiveRun(const LiveRun&) = delete;
 
     void push(const HandFrame& frame) { stream.push(frame); }

@@ -137,7 +137,7 @@ SplatLayer SplatDrawer::layer(const EyeView& view, const SplatMotion& motion, bo
     SplatFrame frame = frame_of({view}, motion, hidden);
     if (motion.device) motion.device->fetch(frame);
     const double begin = wall_seconds();
-    const SplatLayer made =
+    SplatLayer made =
         layer_of(gpu_ ? gpu_->pictures(frame).front() : cpu_raster(cloud_, frame).front());
     seconds_ = wall_seconds() - begin;
     if (!whole) pace_.took(seconds_);

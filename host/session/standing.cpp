@@ -31,6 +31,7 @@ std::vector<Vec3<double>> centres_of(const std::vector<std::uint32_t>& slots,
                                      const SplatCloud& cloud)
 {
     std::vector<Vec3<double>> x;
+    x.reserve(slots.size());
     for (const std::uint32_t i : slots) x.push_back(cast<double>(cloud.centre[i]));
     return x;
 }
@@ -78,6 +79,7 @@ void Standing::remove(std::vector<std::uint32_t> slots, const SplatCloud& cloud)
 {
     std::sort(slots.begin(), slots.end());
     std::vector<Cubes::Key> keys;
+    keys.reserve(slots.size());
     for (const std::uint32_t i : slots) keys.push_back(cubes.key_of(cast<double>(cloud.centre[i])));
     std::sort(keys.begin(), keys.end());
     keys.erase(std::unique(keys.begin(), keys.end()), keys.end());

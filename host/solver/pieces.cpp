@@ -114,6 +114,7 @@ std::vector<std::vector<int>> neighbours(const PieceGraph& g,
             if (a != b) near[std::size_t(a)].insert(b);
         });
     std::vector<std::vector<int>> all;
+    all.reserve(near.size());
     for (const std::set<int>& of_one : near) all.emplace_back(of_one.begin(), of_one.end());
     return all;
 }

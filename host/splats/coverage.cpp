@@ -85,6 +85,7 @@ std::vector<float> mesh_depths(const Eye<float>& eye, const std::vector<Vec3<flo
 {
     std::vector<float> nearest(std::size_t(eye.width) * std::size_t(eye.height), float(no_depth));
     std::vector<Point> seen;
+    seen.reserve(vertices.size());
     const Pinhole<double> from = pinhole(cast<double>(eye));
     for (const Vec3<float>& x : vertices) seen.push_back(seen_at(from, x));
     for (const Int3& t : triangles) {
@@ -100,6 +101,7 @@ Coverage coverage(const Picture& picture, const std::vector<float>& mesh, int ri
     if (mesh.size() != picture.pixels())
         throw std::invalid_argument("a mesh's depths of another size than their picture");
     std::vector<char> inside;
+    inside.reserve(mesh.size());
     for (const float depth : mesh) inside.push_back(depth < no_depth);
     for (int k = 0; k < rim; ++k) inside = without_rim(inside, picture.width, picture.height);
     Coverage c;

@@ -38,6 +38,7 @@ std::vector<Place> surface_places(const std::vector<Particle<double>>& particles
                                   const std::vector<double>& spacing, double widest)
 {
     std::vector<Vec3<double>> x;
+    x.reserve(particles.size());
     for (const Particle<double>& p : particles) x.push_back(p.x);
     const Cells cells(x, neighbourhood * widest);
     const int count = int(particles.size());
@@ -146,6 +147,7 @@ class Colours {
     static std::vector<Vec3<double>> places(const std::vector<Gaussian<double>>& of)
     {
         std::vector<Vec3<double>> all;
+        all.reserve(of.size());
         for (const Gaussian<double>& g : of) all.push_back(g.x);
         return all;
     }
@@ -201,6 +203,7 @@ RefillReport refill(CarriedSplats& splats, std::vector<Gaussian<double>>& gaussi
     if (!(widest > 0) || gaussians.empty()) return report;
     std::vector<Place> places = surface_places(particles, spacing, widest);
     std::vector<Vec3<double>> at;
+    at.reserve(places.size());
     for (const Place& p : places) at.push_back(p.x);
     const Cells cells(at, widest);
     cover(splats, gaussians, cells, widest, places);

@@ -45,17 +45,20 @@ inline Check checked(Sense sense, std::string name, double measured, double expe
 inline Check near(std::string name, double measured, double expected, double bound,
                   std::string unit, std::string advice = "")
 {
-    return checked(Sense::near, name, measured, expected, bound, unit, advice);
+    return checked(Sense::near, std::move(name), measured, expected, bound, std::move(unit),
+                   std::move(advice));
 }
 inline Check at_most(std::string name, double measured, double bound, std::string unit,
                      std::string advice = "")
 {
-    return checked(Sense::at_most, name, measured, 0, bound, unit, advice);
+    return checked(Sense::at_most, std::move(name), measured, 0, bound, std::move(unit),
+                   std::move(advice));
 }
 inline Check at_least(std::string name, double measured, double bound, std::string unit,
                       std::string advice = "")
 {
-    return checked(Sense::at_least, name, measured, 0, bound, unit, advice);
+    return checked(Sense::at_least, std::move(name), measured, 0, bound, std::move(unit),
+                   std::move(advice));
 }
 
 // What was measured and what was allowed, with the unit.
