@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Checks .cpp files by clang-tidy 14 and .clang-tidy. Not part of test.sh: a file takes 2 to 40 s of a core.
+# Checks .cpp files by clang-tidy 14 and .clang-tidy. Not part of test.sh: a file takes 2 to 40 s.
 # Prints every finding once; fails if there is any.
 # usage: tests/tidy.sh [-p FOLDER] [FILE...]
 #        -p FOLDER  a configured build folder, for its compile_commands.json (build/test)

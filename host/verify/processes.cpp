@@ -133,6 +133,7 @@ void outcomes_of(const Verification& v, const std::vector<Case>& cases,
     };
     const int count = v.options.program.empty() ? 1 : at_a_time(v);
     std::vector<std::jthread> workers;
+    workers.reserve(std::size_t(count));
     for (int i = 0; i < count; ++i) workers.emplace_back(work);
     for (std::size_t i = 0; i < cases.size(); ++i) {
         std::unique_lock held(lock);
