@@ -31,7 +31,8 @@ State solid(const Material<double>& m, const Sym3<double>& e, double factor)
     const double mu = factor * m.mu, lambda = factor * m.lambda;
     const Matrix F = (Matrix::Identity() + dense(e)).llt().matrixL();
     const ::Eigen::JacobiSVD<Matrix> svd(F, ::Eigen::ComputeFullU | ::Eigen::ComputeFullV);
-    const Vector s = svd.singularValues(), log = s.array().log();
+    const Vector& s = svd.singularValues();
+    const Vector log = s.array().log();
     const Matrix R = svd.matrixU() * svd.matrixV().transpose();
     const double log_J = log.sum(), J = s.prod();
     Matrix P = Matrix::Zero();  // first Piola-Kirchhoff stress

@@ -191,6 +191,7 @@ void squeeze_part(Verification& v)
 {
     const std::vector<int> sizes = v.quick() ? std::vector{16, 24, 48} : std::vector{16, 32, 64};
     std::vector<Squeezed> all;
+    all.reserve(sizes.size());
     for (const int n : sizes) all.push_back(squeezed(v, {n}));
     // Relative to the ball's own moments, which differ a little as particles fill it.
     const auto shape = [](const Squeezed& s) {
