@@ -107,7 +107,7 @@ void CpuSolver<R>::edit(int object, Edit&& edit)
 template <class R>
 std::vector<int> CpuSolver<R>::add_each(const Material<double>& material, Clays clays)
 {
-    const std::vector<int> objects = book.add_each(material, clays);
+    std::vector<int> objects = book.add_each(material, clays);
     by_id();
     for (std::size_t k = 0; k < clays.size(); ++k)
         for (const Particle<double>& p : clays[k]) {
