@@ -14,7 +14,7 @@ if(KNEAD_WINDOW AND KNEAD_GL AND EGL_INCLUDE_DIR)
         add_library(knead_window OBJECT render/view/window.cpp render/view/panels.cpp)
         target_include_directories(knead_window PRIVATE ${PROJECT_SOURCE_DIR})
         target_include_directories(knead_window SYSTEM PRIVATE ${GLFW_INCLUDE_DIR}
-            ${IMGUI_INCLUDE_DIR})
+            ${IMGUI_INCLUDE_DIR} ${GL_CORE_INCLUDE_DIR})
         target_link_libraries(knead_window PRIVATE knead_options)
         set_target_properties(knead_window PROPERTIES POSITION_INDEPENDENT_CODE ON)
         target_sources(knead_app PRIVATE $<TARGET_OBJECTS:knead_window>)

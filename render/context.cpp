@@ -8,7 +8,6 @@
 #include <stdexcept>
 #include <vector>
 
-#define GLAD_GL_IMPLEMENTATION
 #include "render/gl.h"
 
 namespace knead {
@@ -179,7 +178,7 @@ bool Context::start(void* display, const std::string& way, std::string& reasons)
     display_ = display;
     const Bound bound(*this);
     if (e.current_context() != context_) return no("the context cannot be made current");
-    if (!gladLoadGL(e.address) || !GLAD_GL_VERSION_4_5) return no("OpenGL 4.5 does not load");
+    if (!load_gl_functions(e.address)) return no("OpenGL 4.5 does not load");
     const GLubyte* renderer = glGetString(GL_RENDERER);
     name_ = renderer ? reinterpret_cast<const char*>(renderer) : "unnamed";
     return true;

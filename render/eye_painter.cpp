@@ -347,7 +347,7 @@ std::unique_ptr<EyePainter> EyePainter::open(int samples, bool share)
 
 void load_gl(GlAddress address)
 {
-    if (!gladLoadGL(address) || !GLAD_GL_VERSION_4_5)
+    if (!load_gl_functions(address))
         throw std::runtime_error("no live pictures: OpenGL 4.5 does not load");
 }
 

@@ -1,12 +1,8 @@
-// The generated OpenGL 4.5 loader, and GL objects that free themselves.
+// The functions of OpenGL 4.5, and GL objects that free themselves.
 #pragma once
-#pragma GCC diagnostic push
-#pragma GCC diagnostic ignored "-Wconversion"
-#pragma GCC diagnostic ignored "-Wunused-parameter"
-#include "render/glad/gl.h"
-#pragma GCC diagnostic pop
-
 #include <utility>
+
+#include "render/gl_functions.h"
 
 namespace knead {
 

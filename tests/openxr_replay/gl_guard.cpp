@@ -5,8 +5,8 @@
 #include <nlohmann/json.hpp>
 
 // clang-format off
-// The loader of GL after EGL, whose macros it takes away, and before GLX, which would bring another
-// GL; all before OpenXR's bindings.
+// The functions of OpenGL before GLX, which includes GL/gl.h; EGL and GLX before OpenXR's bindings,
+// which name their types.
 #include <EGL/egl.h>
 #include "render/gl.h"
 #include <GL/glx.h>
@@ -29,8 +29,8 @@ Function* found(const char* library, const char* name)
 
 void load(void* address)
 {
-    using Address = GLADapiproc (*)(const char*);
-    refuse_if(!gladLoadGL(reinterpret_cast<Address>(address)) || !GLAD_GL_VERSION_4_5,
+    using Address = void (*(*)(const char*))();
+    refuse_if(!load_gl_functions(reinterpret_cast<Address>(address)),
               XR_ERROR_GRAPHICS_DEVICE_INVALID, "the context is not of OpenGL 4.5");
 }
 

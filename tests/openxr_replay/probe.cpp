@@ -47,7 +47,7 @@ Json hand_line(const TrackedHand& hand)
 int probe(int frames, const HeadsetRule& rule)
 {
     const std::unique_ptr<Headset> headset = Headset::open(rule);
-    gladLoadGL(reinterpret_cast<GLADloadfunc>(headset->gl_address()));
+    load_gl_functions(headset->gl_address());
     const HeadsetFacts& facts = headset->facts();
     tell({{"binding", facts.binding},
           {"runtime", facts.runtime},
