@@ -1,5 +1,5 @@
 # The pages as Doxygen takes them: pictures by their names, links to whole pages (it knows no
 # sections of others), and no links to files that are no pages.
 s|!\[([^]]*)\]\(docs/|![\1](|g
-s|\]\(((docs/)?[a-z]+\.md)#[^)]*\)|](\1)|g
+s,\]\(((docs/|\.\./)?[A-Za-z]+\.md)#[^)]*\),](\1),g
 s|\[([^]]*)\]\((examples/[^)]*\|LICENSE)\)|\1|g

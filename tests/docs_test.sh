@@ -7,8 +7,8 @@ cd "$(dirname "$0")/.."
 export LC_ALL=C.UTF-8
 shopt -s nullglob globstar lastpipe
 
-pages=(README.md CHANGELOG.md docs/*.md {cuda,host,tests,profiling,scenes,examples}/**/README.md
-    {render,render/view,xr}/README.md)
+pages=({README,CHANGELOG,CONTRIBUTING}.md docs/*.md {render,render/view,xr}/README.md
+    {cuda,host,tests,profiling,scenes,examples}/**/README.md)
 sources=({cuda,host,render,xr,tests,profiling,examples}/**/*.{h,cuh,cpp,cu,sh,py} CMakeLists.txt
     cmake/*.cmake CMakePresets.json .clang-tidy *.sh)
 rooms='(cuda|host|render|xr|tests|docs|scenes|profiling|examples)'
