@@ -7,7 +7,7 @@ cd "$(dirname "$0")/.."
 export LC_ALL=C.UTF-8
 shopt -s nullglob globstar lastpipe
 
-pages=({README,CHANGELOG,CONTRIBUTING}.md docs/*.md {render,render/view,xr}/README.md
+pages=({README,CHANGELOG,CONTRIBUTING,SECURITY}.md docs/*.md {render,render/view,xr}/README.md
     {cuda,host,tests,profiling,scenes,examples}/**/README.md)
 sources=({cuda,host,render,xr,tests,profiling,examples}/**/*.{h,cuh,cpp,cu,sh,py} CMakeLists.txt
     cmake/*.cmake CMakePresets.json .clang-tidy *.sh)

@@ -12,7 +12,8 @@ source=("${shipped[@]}" tests/**/*.h tests/**/*.cpp profiling/**/*.{h,cuh,cpp,cu
 text=("${source[@]}" tests/**/*.sh tests/**/*.py profiling/**/*.py
     profiling/*/*.sh demo.sh test.sh .ci/*
     CMakeLists.txt CMakePresets.json)
-words=("${text[@]}" {README,CHANGELOG,CONTRIBUTING}.md docs/*.md profiling/*.md scenes/*.json)
+words=("${text[@]}" {README,CHANGELOG,CONTRIBUTING,SECURITY}.md CITATION.cff docs/*.md
+    profiling/*.md scenes/*.json)
 [ ${#shipped[@]} -gt 0 ] || { echo "no source found"; exit 1; }
 
 . tests/none.sh
