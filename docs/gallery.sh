@@ -1,7 +1,8 @@
 #!/usr/bin/env bash
-# Makes the pictures of the README: from committed scenes clay and a pot of splats before, in and
-# after the hands, every material, and a loop, with ffmpeg; from the committed report of an H200
-# error against run time and how the cases of the stability map ended. Look at what it has made.
+# Makes the pictures of the README and of docs/: from committed scenes clay and a pot of splats
+# before, in and after the hands, every material, and a loop, with ffmpeg; from the committed report
+# of an H200 error against run time and how the cases of the stability map ended. Look at what it
+# has made.
 # usage: docs/gallery.sh [PROGRAM=build/demo/knead] [PARTS="clay pot presets verify"]
 set -eu
 cd "$(dirname "$0")/.."

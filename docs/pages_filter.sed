@@ -2,4 +2,4 @@
 # sections of others), and no links to files that are no pages.
 s|!\[([^]]*)\]\(docs/|![\1](|g
 s,\]\(((docs/|\.\./)?[A-Za-z]+\.md)#[^)]*\),](\1),g
-s|\[([^]]*)\]\((examples/[^)]*\|LICENSE)\)|\1|g
+s|\[([^]]*)\]\(((\.\./)?examples/[^)]*\|LICENSE\|CITATION\.cff)\)|\1|g

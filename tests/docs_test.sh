@@ -78,7 +78,7 @@ grep -nE '^.{101,}' "${pages[@]}" | cut -c1-90 | none "lines of more than 100 co
 grep -nP '\t| +$|\r' "${pages[@]}" | none "tabs or blanks at the end of a line"
 grep -nE '/(home|root|work)/' "${pages[@]}" | none "paths of somebody's machine"
 
-# The README's text has figures of them: read it again when they change.
+# The text of docs/verify.md has figures of them: read it again when they change.
 for picture in workprecision stability; do
     cmp -s "docs/$picture.png" "profiling/results/nvidia-h200/verify/$picture.png" ||
         echo "docs/$picture.png"
