@@ -20,7 +20,8 @@ TEST_F(EyePicture, WhatStandsAboveClayShadesItWithoutAnEdge)
         rod.sphere[0].c = {0.3f, 0.62f, 0.62f}, rod.sphere[1].c = {0.7f, 0.62f, 0.80f};
         rod.sphere[0].r = rod.sphere[1].r = 0.05f;
         painter->set_hands(shaded ? std::vector<DrawPrimitive>{rod} : std::vector<DrawPrimitive>{});
-        const EyeView view = eye_view({{0.5f, 0.3f, 1.9f}, ball_centre, 0.42f, 4 * picture_width, 4 * picture_height});
+        const EyeView view = eye_view(
+            {{0.5f, 0.3f, 1.9f}, ball_centre, 0.42f, 4 * picture_width, 4 * picture_height});
         Target large(GL_RGBA8, 4 * picture_width, 4 * picture_height);
         painter->paint(view, look, {large.frame});
         return large.colours();
