@@ -24,9 +24,8 @@
 
 namespace {
 
-using namespace knead;
-
 #if KNEAD_HAS_GL
+using namespace knead;
 
 struct Case {
     int frames = 200;
@@ -208,7 +207,7 @@ int run(const Case& what)
 
 }  // namespace
 
-int main(int count, char** words)
+int main([[maybe_unused]] int count, [[maybe_unused]] char** words)
 {
 #if KNEAD_HAS_GL
     Case what;
