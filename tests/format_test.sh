@@ -23,10 +23,7 @@ if [ -z "$program" ]; then
     exit 77
 fi
 
-files=()
-for file in {cuda,host,render,xr,tests,profiling,examples}/**/*.{h,cuh,cpp,cu}; do
-    [[ $file == render/glad/* ]] || files+=("$file")  # not ours
-done
+files=({cuda,host,render,xr,tests,profiling,examples}/**/*.{h,cuh,cpp,cu})
 [ ${#files[@]} -gt 0 ] || { echo "no source found"; exit 1; }
 
 if ! "$program" "${arguments[@]}" "${files[@]}"; then
