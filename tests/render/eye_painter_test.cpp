@@ -86,7 +86,7 @@ TEST_F(EyePicture, AnSrgbTextureHoldsTheSameBytes)
 {
     painter->set_clay({ball(ball_centre, 0.25f)}, 1);
     const std::vector<int> wanted = painted();
-    const Target srgb(GL_SRGB8_ALPHA8);
+    const OffscreenTarget srgb(GL_SRGB8_ALPHA8);
     EyeTarget target{srgb.frame};
     target.linear = true;
     painter->paint(front(), {}, target);
@@ -253,7 +253,7 @@ TEST_F(EyePicture, APictureMayBeDrawnBesideAnother)
 {
     painter->set_clay({ball(ball_centre, 0.25f)}, 1);
     const std::vector<int> wanted = painted();
-    const Target both(GL_RGBA8, 2 * picture_width, picture_height + 10);
+    const OffscreenTarget both(GL_RGBA8, 2 * picture_width, picture_height + 10);
     painter->paint(front(), {}, {both.frame, picture_width, 10});
     const std::vector<int> c = both.colours();
     int different = 0;

@@ -37,8 +37,8 @@ inline EyeView front()
 }
 
 // A framebuffer to draw into, and what was drawn, rows from below.
-struct Target {
-    explicit Target(GLenum format, int w = picture_width, int h = picture_height)
+struct OffscreenTarget {
+    explicit OffscreenTarget(GLenum format, int w = picture_width, int h = picture_height)
         : width(w), height(h)
     {
         colour = texture(GL_TEXTURE_2D), depth = texture(GL_TEXTURE_2D), frame = framebuffer();
@@ -84,7 +84,7 @@ class EyePicture : public testing::Test {
         }
         bound = std::make_unique<Context::Bound>(*context);
         painter = EyePainter::open(4);
-        plain = std::make_unique<Target>(GL_RGBA8);
+        plain = std::make_unique<OffscreenTarget>(GL_RGBA8);
     }
     void TearDown() override
     {
@@ -101,7 +101,7 @@ class EyePicture : public testing::Test {
     std::unique_ptr<Context> context;
     std::unique_ptr<Context::Bound> bound;
     std::unique_ptr<EyePainter> painter;
-    std::unique_ptr<Target> plain;
+    std::unique_ptr<OffscreenTarget> plain;
 };
 
 }  // namespace knead

@@ -22,7 +22,7 @@ TEST_F(EyePicture, WhatStandsAboveClayShadesItWithoutAnEdge)
         painter->set_hands(shaded ? std::vector<DrawPrimitive>{rod} : std::vector<DrawPrimitive>{});
         const EyeView view = eye_view(
             {{0.5f, 0.3f, 1.9f}, ball_centre, 0.42f, 4 * picture_width, 4 * picture_height});
-        Target large(GL_RGBA8, 4 * picture_width, 4 * picture_height);
+        OffscreenTarget large(GL_RGBA8, 4 * picture_width, 4 * picture_height);
         painter->paint(view, look, {large.frame});
         return large.colours();
     };

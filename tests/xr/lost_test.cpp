@@ -155,7 +155,7 @@ TEST_P(KneadVrHang, is_left_with_all_results_at_the_first_interrupt)
     script["render_every"] = 4;
     script["faults"] = {{{"kind", "hang"}, {"frame", 24}, {"call", GetParam()}}};
     EXPECT_EQ(terminated_at("hang", script, files), terminated);
-    EXPECT_LT(took, 3) << "a second, on a machine that does nothing else";
+    EXPECT_LT(took, 6) << "a second, on a machine that does nothing else; a hang would last for 10";
     expect_results();
     EXPECT_EQ(report["reason"], "");
     EXPECT_EQ(report["simulation"]["state_hash"], replayed(path("r.hands")));
@@ -173,7 +173,7 @@ TEST_F(KneadVrLost, is_left_while_the_runtime_starts_or_ends)
     Json script = squeeze();
     script["faults"] = {{{"kind", "hang"}, {"frame", 0}, {"call", "xrCreateInstance"}}};
     EXPECT_EQ(terminated_at("hang", script, files), terminated);
-    EXPECT_LT(took, 3);
+    EXPECT_LT(took, 6);
     EXPECT_TRUE(fs::exists(path("out") + "/headset.json"));
     EXPECT_EQ(report["simulation"]["frames"], 0);
 
