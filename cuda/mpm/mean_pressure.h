@@ -14,7 +14,7 @@ HD bool shares_pressure(const Material<R>& m)
 }
 
 // A particle's own part of it [Pa]: what of a solid's Kirchhoff stress the volume decides; of a
-// liquid B ln J, its pressure (7) to first order. Volumes are to be told apart, not pressures, and
+// liquid B ln J, its pressure (7) to first order. Volumes are compared, not pressures, and
 // a straight line has an inverse for liquids of any two B.
 template <class R>
 HD R own_pressure(const Particle<R>& q, const Material<R>& m)

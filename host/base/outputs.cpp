@@ -93,7 +93,7 @@ std::string first_bytes(const std::string& text, std::size_t most)
 std::string name_beside(const fs::path& file)
 {
     static std::atomic<unsigned> made{0};
-    constexpr std::size_t longest_ending = 32;  // a longer one tells no program a format
+    constexpr std::size_t longest_ending = 32;  // [bytes]; no file format has a longer one
     const std::string mark =
         std::string(partial_mark) + std::to_string(getpid()) + "-" + std::to_string(made++);
     std::string form = file.extension().string();

@@ -30,8 +30,8 @@ struct LiveResults {
 };
 // The parts of a report that are the same for all sessions: `simulation` and `hands`.
 void add_simulation(nlohmann::json& report, const LiveResults& results, bool deterministic);
-// Each result by itself: where the disk refuses one, that is said, and the others are still
-// written. False then.
+// Writes each result on its own: a failure is reported, and the others are still written. False
+// after any failure.
 bool write_results(const LiveOutputs& outputs, LiveResults& results, const nlohmann::json& report);
 
 }  // namespace knead

@@ -64,7 +64,7 @@ class HeadsetLoop : public HeadsetSession {
     HeadsetEnd end;
     Tick tick;
     bool ran = false;         // in the frame before
-    bool pictured = false;    // a frame of this session was ended while time might go on
+    bool pictured = false;    // a frame was submitted since the OpenXR session began
     bool started = false;     // so was the simulation
     double last_shown = -1;   // the frame before, by Tick::time; negative: it was not [s]
     double began = -1;        // of the wall [s]; negative: no frame has
