@@ -17,9 +17,11 @@ install(FILES ${pages}/knead.bash RENAME knead COMPONENT program
     DESTINATION ${CMAKE_INSTALL_DATADIR}/bash-completion/completions)
 install(FILES ${pages}/_knead DESTINATION ${CMAKE_INSTALL_DATADIR}/${zsh_completions}
     COMPONENT program)
-file(GLOB knead_pages_of_docs docs/*.md docs/*.png)
-install(FILES README.md ${knead_pages_of_docs} DESTINATION ${CMAKE_INSTALL_DOCDIR}
-    COMPONENT program)
+# As in the tree, so that their links hold.
+install(FILES README.md CONTRIBUTING.md SECURITY.md CITATION.cff DESTINATION
+    ${CMAKE_INSTALL_DOCDIR} COMPONENT program)
+install(DIRECTORY docs DESTINATION ${CMAKE_INSTALL_DOCDIR} COMPONENT program
+    FILES_MATCHING PATTERN "*.md" PATTERN "*.png" PATTERN "*.gif")
 
 set(CPACK_GENERATOR DEB)
 set(CPACK_PACKAGE_NAME knead)

@@ -1,9 +1,9 @@
 #!/usr/bin/env bash
 # Measures anew all that is kept of a card: its benchmarks and small measurements in
-# profiling/results/<card>/, and the tables of docs/kernels.md. With a folder of programs that were
-# built elsewhere it needs nothing but a driver, CUPTI and Nsight Compute (the CUDA toolkit has
-# both), Python 3, its package taichi for the peer and matplotlib for the drawings. Goes on after a
-# failure; ends with 1 then.
+# profiling/results/<card>/, and the tables of docs/engineering/kernels.md. With a folder of
+# programs that were built elsewhere it needs nothing but a driver, CUPTI and Nsight Compute (the
+# CUDA toolkit has both), Python 3, its package taichi for the peer and matplotlib for the drawings.
+# Goes on after a failure; ends with 1 then.
 # usage: profiling/measure.sh [FOLDER_OF_PROGRAMS=build] [FOLDER_FOR_COUNTERS=out/measure]
 #        [PARTS="bench micro kernels"]
 set -u
@@ -37,7 +37,7 @@ micro() {
 
 kernels() {
     profiling/nsight/collect.sh "$work/nsight" "$programs" &&
-        profiling/nsight/summary.py "$work/nsight" --into docs/kernels.md
+        profiling/nsight/summary.py "$work/nsight" --into docs/engineering/kernels.md
 }
 
 failed=0

@@ -7,8 +7,8 @@ cd "$(dirname "$0")/.."
 export LC_ALL=C.UTF-8
 shopt -s nullglob globstar lastpipe
 
-pages=({README,CHANGELOG,CONTRIBUTING,SECURITY}.md docs/*.md {render,render/view,xr}/README.md
-    {cuda,host,tests,profiling,scenes,examples}/**/README.md)
+pages=({README,CHANGELOG,CONTRIBUTING,SECURITY}.md docs/{,*/}*.md
+    {render,render/view,xr}/README.md {cuda,host,tests,profiling,scenes,examples}/**/README.md)
 sources=({cuda,host,render,xr,tests,profiling,examples}/**/*.{h,cuh,cpp,cu,sh,py} CMakeLists.txt
     cmake/*.cmake CMakePresets.json .clang-tidy *.sh)
 rooms='(cuda|host|render|xr|tests|docs|scenes|profiling|examples)'
@@ -60,25 +60,25 @@ words '(?<![\w-])--[a-z][\w-]+' | while IFS=: read -r page line option; do
         echo "$page:$line: $option"
 done | none "options that no program has"
 
-# The first column of the tables of docs/formats.md, by the last part of each key.
-grep -noP '^\| `[^|]*(?=\|)' docs/formats.md | while IFS=: read -r line cell; do
+# The first column of the tables of docs/reference/formats.md, by the last part of each key.
+grep -noP '^\| `[^|]*(?=\|)' docs/reference/formats.md | while IFS=: read -r line cell; do
     grep -oP '(?<=`)[\w.]+(?=(\.\*)?`)' <<<"$cell" | while read -r key; do
-        grep -qF -- "\"${key##*.}\"" host/**/*.cpp host/**/*.h || echo "docs/formats.md:$line: $key"
+        grep -qF -- "\"${key##*.}\"" host/**/*.cpp host/**/*.h || echo "$line: $key"
     done
-done | none "keys that no code reads or writes"
+done | none "keys of docs/reference/formats.md that no code reads or writes"
 
 # And the other way: what host/scene reads of a scene, the page has.
 verbs='number|whole|flag|text|choice|vector|object|find|required|has'
 cat host/scene/*.cpp | tr '\n' ' ' | grep -oP "\b(r|in|o)\.($verbs)(<\w+>)?\(\s*\"\w+" |
     sed 's/.*"//' | sort -u | while read -r key; do
-        grep -qE "[\`.\"]$key[\`\"]" docs/formats.md || echo "$key"
-    done | none "keys of a scene that docs/formats.md does not name"
+        grep -qE "[\`.\"]$key[\`\"]" docs/reference/formats.md || echo "$key"
+    done | none "keys of a scene that docs/reference/formats.md does not name"
 
 grep -nE '^.{101,}' "${pages[@]}" | cut -c1-90 | none "lines of more than 100 columns"
 grep -nP '\t| +$|\r' "${pages[@]}" | none "tabs or blanks at the end of a line"
 grep -nE '/(home|root|work)/' "${pages[@]}" | none "paths of somebody's machine"
 
-# The text of docs/verify.md has figures of them: read it again when they change.
+# The text of docs/reference/verify.md has figures of them: read it again when they change.
 for picture in workprecision stability; do
     cmp -s "docs/$picture.png" "profiling/results/nvidia-h200/verify/$picture.png" ||
         echo "docs/$picture.png"

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# Holds the source to its shape: the bounds of docs/glossary.md's last section, by reading the text.
-# Prints every place that breaks one; fails if there is any.
+# Holds the source to its shape: the bounds of docs/reference/glossary.md's last section, by reading
+# the text. Prints every place that breaks one; fails if there is any.
 set -u
 cd "$(dirname "$0")/.."
 export LC_ALL=C.UTF-8
@@ -12,7 +12,7 @@ source=("${shipped[@]}" tests/**/*.h tests/**/*.cpp profiling/**/*.{h,cuh,cpp,cu
 text=("${source[@]}" tests/**/*.sh tests/**/*.py profiling/**/*.py
     profiling/*/*.sh demo.sh test.sh .ci/*
     CMakeLists.txt CMakePresets.json)
-words=("${text[@]}" {README,CHANGELOG,CONTRIBUTING,SECURITY}.md CITATION.cff docs/*.md
+words=("${text[@]}" {README,CHANGELOG,CONTRIBUTING,SECURITY}.md CITATION.cff docs/{,*/}*.md
     profiling/*.md scenes/*.json)
 [ ${#shipped[@]} -gt 0 ] || { echo "no source found"; exit 1; }
 
@@ -72,7 +72,7 @@ awk '
     }' cuda/**/*.cu host/**/*.cu /dev/null | none "kernels of more than 8 parameters"
 
 # Numbers in brackets in the stages' comments are equations; names with a year are papers.
-model=docs/model.md
+model=docs/method/model.md
 grep -ohE '//.*' cuda/**/*.{h,cuh,cu} | grep -oE '\([0-9]{1,2}\)' |
     sort -u | while read -r number; do
     grep -qF "**$number**" $model || echo "$number"

@@ -1,6 +1,7 @@
 // Blades: slabs thinner than the lattice can see, felt from both sides. Clay within reach of a
 // blade is labelled with the side it is on; opposite labels no longer share a velocity at a node,
-// and keep their labels when the blade has gone, so that a cut lasts.  (23)-(25), docs/model.md
+// and keep their labels when the blade has gone, so that a cut lasts.  (23)-(25),
+// docs/method/model.md
 #pragma once
 #include <cstdint>
 

@@ -1,5 +1,5 @@
 // Exact signed distance to medial primitives: balls, cones (two spheres) and slabs (three), each
-// the convex hull of its spheres.  (12)-(15); degenerate cases as in docs/model.md.
+// the convex hull of its spheres.  (12)-(15); degenerate cases as in docs/method/model.md.
 #pragma once
 #include "cuda/math/vec.h"
 

@@ -72,8 +72,8 @@ inline Lattice<float> boxed(const Lattice<float>& whole, Int3 low, Int3 end)
 }
 
 // That or more: rows along z of a power of two nodes. With others a warp's loads are spread less
-// evenly over the slices of L2, and `g2p` takes 3 % longer [docs/history.md, Memory]. Not where
-// such a row has no room in the lattice or would be longer by more than three fifths.
+// evenly over the slices of L2, and `g2p` takes 3 % longer [docs/engineering/history.md, Memory].
+// Not where such a row has no room in the lattice or would be longer by more than three fifths.
 inline Lattice<float> in_even_rows(const Lattice<float>& l)
 {
     const int row = l.stored.z, even = int(std::bit_ceil(unsigned(row)));

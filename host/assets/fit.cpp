@@ -15,8 +15,8 @@ constexpr int fit_points = 12000, check_points = 40000;
 constexpr int turns = 4;             // of fitting, then hanging on joints what was fitted
 constexpr double min_weight = 0.06;  // of a joint; smaller ones are dropped
 
-// Free enough for the open hand, tied enough that a fist still fits. docs/hands.md has the sweep.
-// H25 has too few spheres to bring in its outliers without losing the fist.
+// Free enough for the open hand, tied enough that a fist still fits. docs/method/hands.md has the
+// sweep. H25 has too few spheres to bring in its outliers without losing the fist.
 FitRule rule_of(Topology topology)
 {
     if (topology == Topology::h25) return {3e-2, 0};
@@ -267,7 +267,7 @@ void write_spheres(std::ostream& out, const char* name, const std::vector<Fitted
 
 void write_rig_table(std::ostream& out, const FitReport& h25, const FitReport& h47)
 {
-    out << "// Written by write_rig_table() of fit.cpp; docs/hands.md says from what. Right "
+    out << "// Written by write_rig_table() of fit.cpp; docs/method/hands.md says from what. Right "
            "hand, in"
            " the\n// frame of open_hand: wrist at the origin, fingers along -z, palm down [m].\n"
            "#pragma once\n#include \"host/hands/rig.h\"\n\nnamespace knead {\n\n"

@@ -1,4 +1,4 @@
-// Fits a medial hand to a skinned mesh by Gauss-Newton on the exact distance. docs/hands.md.
+// Fits a medial hand to a skinned mesh by Gauss-Newton on the exact distance. docs/method/hands.md.
 #pragma once
 #include <iosfwd>
 #include <string>

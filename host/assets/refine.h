@@ -1,4 +1,4 @@
-// Medial spheres brought to where points of skin lie on their surface. docs/hands.md.
+// Medial spheres brought to where points of skin lie on their surface. docs/method/hands.md.
 #pragma once
 #include <vector>
 

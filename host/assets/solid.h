@@ -1,4 +1,5 @@
-// The solid that a cloud of splats encloses: which points of space are inside. docs/splats.md.
+// The solid that a cloud of splats encloses: which points of space are inside.
+// docs/guide/splats.md.
 #pragma once
 #include <cstdint>
 

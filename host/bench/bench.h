@@ -1,4 +1,4 @@
-// knead bench: what is measured, how, and what comes of it.  docs/benchmarks.md
+// knead bench: what is measured, how, and what comes of it.  docs/reference/benchmarks.md
 #pragma once
 #include <array>
 #include <functional>

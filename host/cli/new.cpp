@@ -12,7 +12,8 @@ namespace {
 const char* const first_scene = R"({
     "schema": "knead.scene/1",
     // What is simulated. Comments like this one are allowed; lengths are metres, stresses pascals.
-    // All keys, with their units and ranges: docs/formats.md. Any of them can be set for one run:
+    // All keys, with their units and ranges: docs/reference/formats.md. Any of them can be set for
+    // one run:
     //     knead run THIS.json --out results --set objects.0.material.young=2e5
     "name": "first",
 

@@ -1,5 +1,5 @@
 // Splats, photographed objects as 3D Gaussians, to files and back: PLY as [Kerbl 2023] writes it
-// and in the dialects of others, .splat, SPZ, glTF. docs/formats.md lays them out.
+// and in the dialects of others, .splat, SPZ, glTF. docs/reference/formats.md lays them out.
 #pragma once
 #include <cstddef>
 #include <string>

@@ -16,8 +16,8 @@ constexpr double growing = 0.25;      // from steady to its whole size [s]
 constexpr double longest_gap = 0.25;  // between frames of one appearance [s]
 
 // The adaptive filter: the calmest setting at rest, of those tried, whose rms error over generated
-// gestures with 1.5 mm of jitter (30, 60 and 72 Hz) is not above that jitter. docs/recordings.md
-// has the figures.
+// gestures with 1.5 mm of jitter (30, 60 and 72 Hz) is not above that jitter.
+// docs/reference/recordings.md has the figures.
 constexpr float rest_cutoff = 0.8f;   // at rest [Hz]
 constexpr float cutoff_slope = 80;    // of position over speed [Hz per m/s]
 constexpr float turn_slope = 2.5f;    // of orientation over turning speed [Hz per rad/s]

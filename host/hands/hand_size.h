@@ -1,5 +1,5 @@
 // How large a tracked hand is against the default one, from the lengths of its bones and the radii
-// that the tracker reports. docs/hands.md, "Size".
+// that the tracker reports. docs/method/hands.md, "Size".
 #pragma once
 #include "host/hands/hands.h"
 

@@ -66,7 +66,7 @@ struct Recording {
 enum class Topology { h25, h47 };
 
 // Joint j of side s is joint s * joint_count + j of a rig of hands.
-// The fitted medial hand of docs/hands.md, at real size (0.18 m wrist to middle tip).
+// The fitted medial hand of docs/method/hands.md, at real size (0.18 m wrist to middle tip).
 Rig hand_rig(Topology topology, Side side);
 
 // A tool fixed to a joint of `side`: "slab", "rod", "cone", "ball", "knife", "scissors".

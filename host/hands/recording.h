@@ -1,5 +1,5 @@
 // Files of tracked hands: a binary form (.hands) and its twin in JSON lines (.jsonl). Both hold the
-// unfiltered poses; docs/recordings.md lays them out byte by byte.
+// unfiltered poses; docs/reference/recordings.md lays them out byte by byte.
 #pragma once
 #include <string>
 

@@ -1,4 +1,4 @@
-// Written by write_rig_table() of fit.cpp; docs/hands.md says from what. Right hand, in the
+// Written by write_rig_table() of fit.cpp; docs/method/hands.md says from what. Right hand, in the
 // frame of open_hand: wrist at the origin, fingers along -z, palm down [m].
 #pragma once
 #include "host/hands/rig.h"

@@ -1,5 +1,5 @@
-// Scenes from JSON. Every key stands here once, with its unit, range and default; docs/formats.md
-// says the same for people.
+// Scenes from JSON. Every key stands here once, with its unit, range and default;
+// docs/reference/formats.md says the same for people.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -30,7 +30,7 @@ void read_step(ObjectReader& r, Scene& scene)
     scene.soften_beyond = r.whole("soften_beyond", 0, 1000000, scene.soften_beyond);
 }
 
-// Where the defaults come from docs/model.md says.  (29), (30)
+// Where the defaults come from docs/method/model.md says.  (29), (30)
 void read_rest(ObjectReader& r, Scene& scene)
 {
     Rest<double>& rest = scene.setup.rest;

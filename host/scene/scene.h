@@ -1,5 +1,6 @@
 // A scene: what is simulated, with which tools, moved how, for how long. Read from JSON
-// ("schema": "knead.scene/1"; comments allowed; docs/formats.md names every key, unit and default).
+// ("schema": "knead.scene/1"; comments allowed; docs/reference/formats.md names every key, unit and
+// default).
 #pragma once
 #include <memory>
 #include <stdexcept>

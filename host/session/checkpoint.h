@@ -1,5 +1,5 @@
 // A run on its way, in a file: from it `knead run --resume` goes on as if nothing had ended it.
-// docs/formats.md has the layout.
+// docs/reference/formats.md has the layout.
 #pragma once
 #include <nlohmann/json.hpp>
 #include <string>

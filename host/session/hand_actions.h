@@ -1,5 +1,5 @@
 // What was done to a live session beside moving hands: by its panel, and by fists that carry clay.
-// A recording's frames know nothing of it; a side file does (docs/recordings.md).
+// A recording's frames know nothing of it; a side file does (docs/reference/recordings.md).
 #pragma once
 #include <string>
 #include <vector>

@@ -1,4 +1,5 @@
-// What a run has to say: report.json, frames.csv and the summary for people.  docs/formats.md
+// What a run has to say: report.json, frames.csv and the summary for people.
+// docs/reference/formats.md
 #pragma once
 #include <nlohmann/json_fwd.hpp>
 #include <string>

@@ -1,5 +1,6 @@
 // The method as plain loops in double, stage after stage: what to read first, and what every other
-// implementation is tested against. docs/model.md derives the equations whose numbers stand here.
+// implementation is tested against. docs/method/model.md derives the equations whose numbers stand
+// here.
 #pragma once
 #include <cstdint>
 #include <vector>

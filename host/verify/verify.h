@@ -1,4 +1,4 @@
-// knead verify: accuracy, convergence, error against run time, stability.  docs/verify.md
+// knead verify: accuracy, convergence, error against run time, stability.  docs/reference/verify.md
 #pragma once
 #include <nlohmann/json_fwd.hpp>
 #include <string>

@@ -1,5 +1,6 @@
-// The small measurements that decide how particles reach the grid: see docs/microbenchmarks.md.
-// Ends with 1 if any form computed something else than it should.
+// The small measurements that decide how particles reach the grid: see
+// docs/engineering/microbenchmarks.md. Ends with 1 if any form computed something else than it
+// should.
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cstdio>

@@ -1,10 +1,10 @@
 #!/usr/bin/env bash
 # Profiles every stage with Nsight Compute: the ball of 137 k and 1.1 M particles between two tools,
 # a frame of recorded hands, and the surface of both balls. Then summary.py makes the table of
-# docs/kernels.md of it:
+# docs/engineering/kernels.md of it:
 #
 #     profiling/nsight/collect.sh out/nsight build
-#     profiling/nsight/summary.py out/nsight --into docs/kernels.md
+#     profiling/nsight/summary.py out/nsight --into docs/engineering/kernels.md
 #
 # For a timeline with the range of every stage (domain "knead"; graphs show none), where nsys is
 # installed:

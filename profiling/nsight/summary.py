@@ -3,7 +3,7 @@
 
     summary.py FOLDER                         a table of each case
     summary.py FOLDER --markdown              for a page
-    summary.py FOLDER --into docs/kernels.md  in place of what stands between its two markers
+    summary.py FOLDER --into PAGE             in place of what stands between its two markers
     ncu --import report.ncu-rep --page raw --csv --print-units base | summary.py -
 
 A kernel's floor is the time it would take at the limit it comes nearest to: instructions at four a

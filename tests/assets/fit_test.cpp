@@ -86,8 +86,9 @@ TEST(Fit, CountsOutliersByMoreThanSquaresWhereAsked)
     EXPECT_LT(worst(1e-3), 4e-3);  // at best half the ridge
 }
 
-// With the meshes of docs/hands.md: KNEAD_HAND_GLB is the right hand's file, KNEAD_HAND_GLB_LEFT
-// the left one's. KNEAD_RIG_TABLE, if set, is where the fitted numbers are written.
+// With the meshes of docs/method/hands.md: KNEAD_HAND_GLB is the right hand's file,
+// KNEAD_HAND_GLB_LEFT the left one's. KNEAD_RIG_TABLE, if set, is where the fitted numbers are
+// written.
 struct FitToMesh : testing::Test {
     std::vector<HandMesh> meshes;  // right, left
 

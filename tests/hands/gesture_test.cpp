@@ -334,7 +334,7 @@ TEST(Gesture, EveryGesturePassesTheCheckOfRecordings)
         EXPECT_NO_THROW(check(generate(gesture.name, {.jitter = 2e-3, .dropouts = 0.05})));
 }
 
-// docs/recordings.md says with which rules they were made.
+// docs/reference/recordings.md says with which rules they were made.
 TEST(Gesture, CommittedRecordingsAreSmallAndComeFromTheirRules)
 {
     std::uintmax_t total = 0;
