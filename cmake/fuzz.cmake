@@ -24,8 +24,9 @@ else()
         host/assets/*.cpp)
     list(APPEND fuzzed_sources host/cli/compare.cpp)
     list(FILTER fuzzed_sources EXCLUDE REGEX "raster|counters|assets/(fit|refine|skin|procedural)")
-    foreach(name checkpoint depths device left_out local_state loop motion report session summary)
-        list(APPEND fuzzed_sources host/session/${name}.cpp)
+    foreach(name paging/local_state session/backend session/loop run/checkpoint run/depths
+            run/left_out run/report run/run run/summary)
+        list(APPEND fuzzed_sources host/${name}.cpp)
     endforeach()
     add_library(knead_fuzzed STATIC ${fuzzed_sources})
     target_include_directories(knead_fuzzed PUBLIC ${PROJECT_SOURCE_DIR})
@@ -38,7 +39,7 @@ else()
     target_link_libraries(knead_fuzzed PUBLIC nlohmann_json::nlohmann_json
         PRIVATE knead_options ${knead_fmt} Eigen3::Eigen CLI11::CLI11 PNG::PNG
         ZLIB::ZLIB ${CMAKE_DL_LIBS})
-    knead_unite(knead_fuzzed cpp 1 fuzzed_files "host/files/|host/session/|host/cli/")
+    knead_unite(knead_fuzzed cpp 1 fuzzed_files "host/files/|host/(paging|session|run|cli)/")
     knead_unite(knead_fuzzed cpp 1 fuzzed_scene "host/scene/|host/hands/|host/assets/")
     knead_unite(knead_fuzzed cpp 1 fuzzed_base "host/base/|host/surface/")
     knead_unite(knead_fuzzed cpp 1 fuzzed_solver

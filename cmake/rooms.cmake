@@ -5,7 +5,7 @@ set(knead_cold $<$<OR:$<CONFIG:Release>,$<BOOL:${KNEAD_SANITIZE}>>:-O1>)
 
 # Verbs, sessions, tables, checks and headsets wait for the solver, files for the disk, and are not
 # part of it: as quick with -O1, and compiled in less time. What is fuzzed has -O0.
-set(cold_rooms "(host/(cli|session|bench|verify|files)|/xr)/[^/]*\\.cpp$")
+set(cold_rooms "(host/(cli|paging|session|run|live|picture|ui|vr|desktop|bench|verify|files)|/xr)/[^/]*\\.cpp$")
 get_target_property(sources knead_app SOURCES)
 list(FILTER sources INCLUDE REGEX ${cold_rooms})
 set_source_files_properties(${sources} PROPERTIES COMPILE_OPTIONS
@@ -100,13 +100,14 @@ if(KNEAD_UNITED)
     knead_unite(knead_app cpp 1 files "host/files/" ${knead_cold})
     knead_unite(knead_app cpp 1 checks_tables
         "host/verify/(known|laws|processes|report|stability|verify|workprecision)" ${knead_cold})
-    knead_unite(knead_app cpp 2 cli "host/cli/" ${knead_cold})
+    knead_unite(knead_app cpp 2 cli "host/cli/|host/desktop/" ${knead_cold})
     knead_unite(knead_app cpp 1 bench "host/bench/" ${knead_cold})
     knead_unite(knead_app cpp 1 assets "host/assets/" ${unwatched})
     knead_unite(knead_app cpp 1 scene "host/scene/|host/hands/" ${unwatched})
     knead_unite(knead_app cpp 1 checks_linear "host/verify/(oracle|scene_rule|squeeze|waves)"
         ${knead_cold})
-    knead_unite(knead_app cpp 2 session "host/session/" ${knead_cold})
+    knead_unite(knead_app cpp 2 session "host/(paging|session|run|live|picture|ui|vr)/"
+        ${knead_cold})
     knead_unite(knead_solver cpp 1 base "host/base/|host/surface/")
     knead_unite(knead_solver cpp 1 solver "host/solver/|host/splats/")
     knead_unite(knead_solver cu 1 device_solver "host/solver/gpu/")

@@ -15,7 +15,7 @@
 
 #if KNEAD_HAS_GL
 #include "host/bench/ball.h"
-#include "host/session/splat_layer.h"
+#include "host/picture/splat_layer.h"
 #include "host/splats/generate.h"
 #include "host/surface/gpu_surface.h"
 #include "render/context.h"

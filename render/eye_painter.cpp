@@ -6,6 +6,7 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "host/base/errors.h"
 #include "render/eye_clay.h"
 #include "render/eye_shaders.h"
 #include "render/eye_splats.h"

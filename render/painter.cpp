@@ -3,6 +3,7 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "host/base/errors.h"
 #include "render/context.h"
 #include "render/geometry.h"
 #include "render/gl.h"

@@ -35,11 +35,6 @@ struct HandLook {
     Vec3<float> glow{0, 0, 0};              // light of its rim, linear; eyes alone show it
 };
 
-// One picture cannot be made; why. Another one may be.
-struct PictureError : std::runtime_error {
-    using std::runtime_error::runtime_error;
-};
-
 class Painter {
   public:
     // Throws std::runtime_error, with the reason, where no GL context can be made.

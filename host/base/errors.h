@@ -38,6 +38,10 @@ struct ResourceError : std::runtime_error {
 struct OutputError : std::runtime_error {
     using std::runtime_error::runtime_error;
 };
+// One picture cannot be made, for the reason given; others may succeed.
+struct PictureError : std::runtime_error {
+    using std::runtime_error::runtime_error;
+};
 struct DeviceLost : std::runtime_error {
     using std::runtime_error::runtime_error;
 };

@@ -11,8 +11,8 @@
 #include "host/base/machine.h"
 #include "host/bench/device.h"
 #include "host/bench/figures.h"
+#include "host/run/report.h"
 #include "host/session/loop.h"
-#include "host/session/report.h"
 
 namespace knead {
 

@@ -3,7 +3,7 @@
 #include <cstddef>
 #include <string>
 
-#include "host/session/device.h"
+#include "host/session/backend.h"
 
 namespace knead {
 

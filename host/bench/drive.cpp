@@ -3,8 +3,9 @@
 #include <map>
 
 #include "host/bench/bench.h"
+#include "host/run/run.h"
+#include "host/scene/scene_hands.h"
 #include "host/scene/seed.h"
-#include "host/session/session.h"
 #include "host/solver/audit.h"
 #include "host/solver/cpu/tools.h"
 #include "host/solver/guards.h"

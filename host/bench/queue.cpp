@@ -2,7 +2,7 @@
 // host, nor the host for the device but for a frame that is over.
 
 #include "host/bench/bench.h"
-#include "host/session/session.h"
+#include "host/run/run.h"
 
 namespace knead {
 

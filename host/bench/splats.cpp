@@ -8,7 +8,8 @@
 #include <cmath>
 
 #include "host/bench/ball.h"
-#include "host/session/session.h"
+#include "host/run/run.h"
+#include "host/scene/scene_hands.h"
 #include "host/solver/audit.h"
 #include "host/splats/gpu_raster.h"
 

@@ -9,8 +9,9 @@
 
 #include "host/base/machine.h"
 #include "host/bench/bench.h"
+#include "host/run/run.h"
+#include "host/scene/scene_hands.h"
 #include "host/scene/seed.h"
-#include "host/session/session.h"
 #include "host/solver/audit.h"
 
 namespace knead {

@@ -6,7 +6,8 @@
 #include "cuda/mpm/stencil.h"
 #include "host/base/machine.h"
 #include "host/bench/bench.h"
-#include "host/session/session.h"
+#include "host/run/run.h"
+#include "host/scene/scene_hands.h"
 #include "host/surface/gpu_surface.h"
 
 namespace knead {

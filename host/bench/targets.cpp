@@ -5,7 +5,8 @@
 #include <cmath>
 
 #include "host/bench/bench.h"
-#include "host/session/session.h"
+#include "host/run/run.h"
+#include "host/scene/scene_hands.h"
 #include "host/solver/guards.h"
 
 namespace knead {

@@ -19,13 +19,14 @@
 #include "host/hands/filter.h"
 #include "host/hands/gesture.h"
 #include "host/hands/recording.h"
+#include "host/run/estimate.h"
+#include "host/run/report.h"
+#include "host/run/run.h"
 #include "host/scene/domain.h"
 #include "host/scene/foresight.h"
+#include "host/scene/scene_hands.h"
 #include "host/scene/seed.h"
 #include "host/scene/soften.h"
-#include "host/session/estimate.h"
-#include "host/session/report.h"
-#include "host/session/session.h"
 
 namespace knead {
 namespace {

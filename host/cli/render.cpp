@@ -19,9 +19,9 @@
 #include "host/files/image.h"
 #include "host/files/splat_file.h"
 #include "host/files/video.h"
-#include "host/session/device.h"
-#include "host/session/frame_writer.h"
-#include "host/session/splat_picture.h"
+#include "host/picture/frame_writer.h"
+#include "host/picture/splat_picture.h"
+#include "host/session/backend.h"
 #include "host/splats/generate.h"
 #include "host/splats/gpu_raster.h"
 

@@ -6,7 +6,7 @@
 #include <filesystem>
 
 #include "host/base/errors.h"
-#include "host/session/report.h"
+#include "host/run/report.h"
 
 namespace knead {
 namespace {

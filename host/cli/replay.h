@@ -4,8 +4,8 @@
 #include <memory>
 #include <string>
 
+#include "host/run/run.h"
 #include "host/session/action_replay.h"
-#include "host/session/session.h"
 
 namespace knead {
 

@@ -9,7 +9,7 @@
 #include "host/base/json_reader.h"
 #include "host/base/machine.h"
 #include "host/hands/gesture.h"
-#include "host/session/report.h"
+#include "host/run/report.h"
 
 namespace knead {
 namespace {

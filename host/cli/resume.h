@@ -4,8 +4,8 @@
 #include <string>
 
 #include "host/cli/verbs.h"
-#include "host/session/checkpoint.h"
-#include "host/session/scene_splats.h"
+#include "host/paging/scene_splats.h"
+#include "host/run/checkpoint.h"
 
 namespace knead {
 

@@ -23,15 +23,16 @@
 #include "host/files/mesh_file.h"
 #include "host/files/particle_file.h"
 #include "host/hands/recording.h"
+#include "host/paging/scene_splats.h"
+#include "host/picture/frame_writer.h"
+#include "host/run/estimate.h"
+#include "host/run/report.h"
 #include "host/scene/domain.h"
 #include "host/scene/foresight.h"
+#include "host/scene/scene_hands.h"
 #include "host/scene/seed.h"
 #include "host/scene/soften.h"
-#include "host/session/device.h"
-#include "host/session/estimate.h"
-#include "host/session/frame_writer.h"
-#include "host/session/report.h"
-#include "host/session/scene_splats.h"
+#include "host/session/backend.h"
 #include "host/splats/deformed.h"
 
 namespace knead {
@@ -199,8 +200,8 @@ void Session::keep_splats(RunWatch& watch, Solver& solver, Device device)
             "splats that are split or added: --device cpu:double does neither");
         return;
     }
-    watch.upkeep = [this, &solver](const Frame& frame, FrameRow& row) {
-        return splats->after(frame, row, solver);
+    watch.upkeep = [this, &solver](const Frame& frame) {
+        return splats->after(frame.number, frame.motion, solver);
     };
 }
 

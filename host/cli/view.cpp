@@ -12,11 +12,11 @@
 #include "host/base/json_reader.h"
 #include "host/base/machine.h"
 #include "host/base/print.h"
-#include "host/cli/live_results.h"
 #include "host/cli/verbs.h"
-#include "host/cli/view_desk.h"
+#include "host/desktop/view_app.h"
+#include "host/run/estimate.h"
 #include "host/scene/domain.h"
-#include "host/session/estimate.h"
+#include "host/ui/live_results.h"
 
 namespace knead {
 namespace {

@@ -13,12 +13,12 @@
 #include "host/base/parallel.h"
 #include "host/base/print.h"
 #include "host/base/quiet_stderr.h"
-#include "host/cli/live_results.h"
 #include "host/cli/verbs.h"
+#include "host/run/estimate.h"
 #include "host/scene/domain.h"
-#include "host/session/device.h"
-#include "host/session/estimate.h"
-#include "host/session/headset_run.h"
+#include "host/session/backend.h"
+#include "host/ui/live_results.h"
+#include "host/vr/headset_run.h"
 
 namespace knead {
 namespace {

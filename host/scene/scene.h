@@ -26,7 +26,7 @@ struct SplatsRule {
     double size = 0;              // longest extent [m]
     double turn = 0;              // about the vertical, once upright [degrees]
     // Above 0: a scene that stands still. Where hands are, what lies up to so far [m] under its
-    // surface is clay (host/session/local_clay.h). 0: a solid, clay as a whole.
+    // surface is clay (host/paging/local_clay.h). 0: a solid, clay as a whole.
     double depth = 0;
 };
 // What such an object is made of, where build() puts it: host/assets/splat_object.h finds it.

@@ -5,10 +5,10 @@
 #include <string>
 
 #include "host/hands/filter.h"
+#include "host/hands/motion.h"
+#include "host/paging/scene_splats.h"
 #include "host/session/hand_actions.h"
 #include "host/session/loop.h"
-#include "host/session/motion.h"
-#include "host/session/scene_splats.h"
 
 namespace knead {
 

@@ -20,6 +20,11 @@ const std::vector<Material<double>>* materials_of(const Solver& solver)
 
 }  // namespace
 
+bool overrun(const FrameStats& stats, std::size_t particles)
+{
+    return double(stats.repaired) > 0.01 * double(particles);
+}
+
 LoopRule loop_rule(const Scene& scene)
 {
     LoopRule rule;

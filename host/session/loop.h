@@ -11,8 +11,8 @@
 #include <vector>
 
 #include "host/base/interrupt.h"
+#include "host/hands/motion.h"
 #include "host/scene/scene.h"
-#include "host/session/motion.h"
 #include "host/surface/gpu_surface.h"
 
 namespace knead {
@@ -65,6 +65,10 @@ using Meshes = std::shared_ptr<const std::vector<Mesh>>;
 
 using Watcher = std::function<void(const Frame&)>;
 using Edit = std::function<void(Solver&)>;
+
+// Whether the guards hide a fault instead of repairing it: more than a hundredth of the clay was
+// put back in one frame.
+bool overrun(const FrameStats& stats, std::size_t particles);
 
 class SessionLoop {
   public:

@@ -5,8 +5,9 @@
 
 #include "host/base/machine.h"
 #include "host/hands/filter.h"
+#include "host/run/run.h"
+#include "host/scene/scene_hands.h"
 #include "host/scene/seed.h"
-#include "host/session/session.h"
 #include "host/verify/verify.h"
 
 namespace knead {

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "host/base/machine.h"
-#include "host/session/device.h"
+#include "host/session/backend.h"
 #include "host/verify/check.h"
 #include "host/verify/known.h"
 

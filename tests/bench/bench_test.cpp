@@ -15,7 +15,8 @@
 #include "host/base/outputs.h"
 #include "host/cli/verbs.h"
 #include "host/hands/gesture.h"
-#include "host/session/session.h"
+#include "host/run/run.h"
+#include "host/scene/scene_hands.h"
 #include "tests/bench/has_matplotlib.h"
 #include "tests/folder.h"
 

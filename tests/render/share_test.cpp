@@ -4,7 +4,7 @@
 
 #include <cstdlib>
 
-#include "host/session/splat_layer.h"
+#include "host/picture/splat_layer.h"
 #include "host/splats/generate.h"
 #include "host/surface/gpu_surface.h"
 #include "render/eye_painter.h"

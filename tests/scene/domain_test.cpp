@@ -8,8 +8,9 @@
 
 #include "host/base/errors.h"
 #include "host/hands/filter.h"
+#include "host/run/run.h"
+#include "host/scene/scene_hands.h"
 #include "host/scene/seed.h"
-#include "host/session/session.h"
 #include "tests/folder.h"
 #include "tests/sanitized.h"
 

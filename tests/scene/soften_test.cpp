@@ -7,10 +7,10 @@
 #include <nlohmann/json.hpp>
 
 #include "host/base/errors.h"
+#include "host/live/live_session.h"
+#include "host/run/report.h"
 #include "host/scene/foresight.h"
 #include "host/scene/presets.h"
-#include "host/session/live.h"
-#include "host/session/report.h"
 #include "host/solver/audit.h"
 #include "host/verify/clay.h"
 

@@ -2,11 +2,11 @@
 #include <gtest/gtest.h>
 
 #include "host/base/errors.h"
+#include "host/live/live_session.h"
+#include "host/run/run.h"
 #include "host/scene/seed.h"
 #include "host/scene/soften.h"
 #include "host/session/action_replay.h"
-#include "host/session/live.h"
-#include "host/session/session.h"
 #include "tests/sanitized.h"
 #include "tests/solver/same_bits.h"
 

@@ -6,7 +6,7 @@
 #include "host/base/errors.h"
 #include "host/base/machine.h"
 #include "host/bench/device.h"
-#include "host/session/device.h"
+#include "host/session/backend.h"
 #include "host/share/shared_mesh.h"
 #include "host/share/shared_splats.h"
 #include "host/share/sharing.h"

@@ -8,9 +8,10 @@
 
 #include "cuda/mpm/time_step.h"
 #include "host/hands/filter.h"
+#include "host/run/run.h"
 #include "host/scene/scene.h"
+#include "host/scene/scene_hands.h"
 #include "host/scene/seed.h"
-#include "host/session/session.h"
 #include "host/solver/audit.h"
 #include "host/solver/substep.h"
 #include "tests/sanitized.h"

@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "host/base/parallel.h"
-#include "host/session/splat_picture.h"
+#include "host/picture/splat_picture.h"
 #include "host/splats/raster.h"
 #include "host/splats/unless_stopped.h"
 #include "tests/asks.h"

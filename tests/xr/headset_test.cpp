@@ -4,9 +4,9 @@
 #include <cmath>
 #include <numbers>
 
-#include "host/session/headset_hands.h"
-#include "host/session/headset_time.h"
-#include "host/session/motion.h"
+#include "host/hands/motion.h"
+#include "host/vr/headset_hands.h"
+#include "host/vr/headset_time.h"
 #include "render/hand_skin.h"
 #include "render/pace.h"
 

@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 
 #ifdef KNEAD_XR_PROGRAM
-#include "tests/xr/vr_run.h"
+#include "tests/vr/vr_run.h"
 
 namespace knead {
 namespace {

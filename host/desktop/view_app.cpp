@@ -1,0 +1,398 @@
+#include "host/desktop/view_app.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "host/base/errors.h"
+#include "host/base/machine.h"
+
+namespace knead {
+namespace {
+
+constexpr double picture_budget = 0.15;  // [s]
+constexpr float per_pixel = 0.006f;      // of a drag [rad]
+
+// Each pixel of a software renderer costs; edges may then be rough.
+int samples_for(const Window& window)
+{
+    return window.renderer().find("llvmpipe") != std::string::npos ? 1 : 4;
+}
+
+}  // namespace
+
+ViewDesk::ViewDesk(std::unique_ptr<Window> shown_in, std::shared_ptr<const LiveScene> scene,
+                   DeskRule by)
+    : panels(scene->scene.path, by.settings, by.cells),
+      rule(std::move(by)),
+      window(std::move(shown_in)),
+      painter(EyePainter::open(samples_for(*window))),
+      coarse(CoarsePicture::open()),
+      pace(picture_budget, 0.3, 1),
+      script(rule.script),
+      record([this](const std::string& text) { panels.model.note(text); }),
+      session(std::move(scene), live_rule()),
+      state(session.state()),
+      drawn_by(window->renderer()),
+      paused(rule.paused)
+{
+    for (const char* name : posture_names) panels.model.postures.push_back(name);
+    clock.run(!paused);
+    session.settle();
+    state = session.state();
+    follow_history();
+}
+
+LiveRule ViewDesk::live_rule()
+{
+    LiveRule live;
+    live.make = [device = rule.device](const Setup& setup) { return make_solver(setup, device); };
+    live.stepped = live.from_zero = rule.scripted;
+    live.paused = rule.paused;
+    live.memory = rule.memory;
+    live.on_device =
+        rule.device.kind == DeviceKind::cuda && painter->sharing(rule.device.index).shared;
+    live.clock = [this] { return clock.now(); };
+    live.acted = [this](const HandAction& done) { record.act(done); };
+    live.published = [] { Window::wake(); };
+    return live;
+}
+
+void ViewDesk::frame(double passed, const std::string& screenshot)
+{
+    if (!screenshot.empty()) wanted.push_back(screenshot);
+    if (rule.scripted) passed = 1 / session.state()->scene->scene.frame_rate;
+    window_time += passed;
+    const bool happened = listen();
+    state = session.state();
+    panels.follow(*state);
+    panels.model.paused = paused;
+    panels.model.pass(passed);
+    follow_history();
+    look_whether_seen();
+    if (asked.any() && window_time > asked.until) answer(false);
+    if (must_draw(happened)) {
+        tell_facts();
+        obey(window->panels(panels.model, input, passed));
+        if (!window->keys_taken()) take_keys();
+        if (!window->mouse_taken())
+            take_mouse(passed);
+        else
+            pointer.pressed = false;
+        if (panels.model.hand != hand_led) lead_hand(panels.model.hand);
+        simulate();
+        draw();
+        ++frames, settling = std::max(0, settling - 1);
+        last_drawn = window_time;
+    } else {
+        simulate();
+    }
+    input.begin_frame();
+}
+
+// What a person does, and a script, is waited for as long as nothing else is to be done.
+bool ViewDesk::listen()
+{
+    bool happened = false;
+    for (const InputEvent& event : window->poll(patience())) input.take(event), happened = true;
+    began = wall_seconds();
+    for (const InputEvent& event : script.due(window_time)) {
+        if (event.kind == InputEvent::screenshot) wanted.push_back(event.file);
+        if (event.kind == InputEvent::lose) reopen();
+        input.take(event), happened = true;
+    }
+    if (window->lost()) reopen();
+    if (window->damaged()) happened = true, still.forget();
+    return happened;
+}
+
+// [s]. A hand that is led is pushed to the simulation though the mouse stands still; a display that
+// does not wait for its own refresh is not drawn more often than one would.
+double ViewDesk::patience() const
+{
+    constexpr double asleep = 0.1, often = 1.0 / 120;
+    if (rule.scripted || rule.every_frame || !wanted.empty()) return 0;
+    if (hidden) return asleep;
+    const bool lives = !paused && state->trouble.empty();
+    const bool busy = lives || video || settling > 0 || window_time < awake_until;
+    if (busy) return std::max(0.0, often - (wall_seconds() - began));
+    return still.whole() ? asleep : StillPicture::rest / 4;
+}
+
+bool ViewDesk::must_draw(bool happened)
+{
+    constexpr double moving = 0.4;  // panels after an event [s]
+    constexpr double blink = 0.25;  // of a cursor in a field of a panel [s]
+    if (rule.scripted || rule.every_frame) return true;
+    if (hidden) return !wanted.empty();
+    if (happened) awake_until = window_time + moving;
+    const PanelModel& m = panels.model;
+    const std::string text = m.trouble + '\n' + m.notice + '\n' + m.question;
+    const bool other = state->version != drawn_version || text != drawn_text;
+    if (happened || other) settling = 3;
+    drawn_version = state->version, drawn_text = text;
+    const bool blinks = window->keys_taken() && window_time > last_drawn + blink;
+    const bool glows = last_drawn < glow_until;
+    return other || blinks || glows || video || settling > 0 || !wanted.empty() ||
+           window_time < awake_until || still.due(window_time);
+}
+
+// Nobody sees a window that is minimised: its clay stands still, as under a headset that is off.
+void ViewDesk::look_whether_seen()
+{
+    if (rule.scripted || rule.every_frame) return;
+    const bool seen = window->visible();
+    if (seen != hidden) return;
+    hidden = !seen;
+    if (seen) still.forget(), awake_until = window_time + 0.4;
+    clock.run(!paused && !hidden);
+    if (!paused) session.pause(hidden), record.pause(hidden);
+}
+
+void ViewDesk::pause(bool on)
+{
+    if (on == paused) return;
+    paused = on;
+    clock.run(!paused && !hidden);
+    if (hidden) return;
+    session.pause(on);
+    record.pause(on);
+}
+
+// Another scene, or the same from its start: recorded anew, and the mouse goes on leading.
+void ViewDesk::follow_history()
+{
+    if (!state->scene || state->history == history) return;
+    history = state->history;
+    ticks = 0, replay = {};
+    time = rule.scripted ? 0 : clock.now();
+    pushed = -1e30;
+    worked = false;
+    record.begin(*state->scene, time);
+    if (!state->scene->scene.has_hands) session.set_hands(state->hands);
+    if (state->scene.get() != shown) {
+        shown = state->scene.get();
+        camera.look(cast<float>(shown->scene.eye), cast<float>(shown->scene.target));
+        splats.reset();
+    }
+    if (hand_led) lead_hand(true);
+}
+
+// What belonged to a context that was lost is made anew; the session does not notice.
+void ViewDesk::reopen()
+{
+    const double now = rule.scripted ? window_time : wall_seconds();
+    if (losses.too_many(now)) throw DeviceLost("the OpenGL context was lost again and again");
+    const int width = std::max(window->width(), 64), height = std::max(window->height(), 64);
+    painter.reset(), coarse.reset();
+    still.forget();
+    window.reset();
+    window = Window::open("Knead", width, height);
+    painter = EyePainter::open(samples_for(*window));
+    coarse = CoarsePicture::open();
+    panels.model.note("The OpenGL context was lost, and made anew.");
+}
+
+void ViewDesk::obey(PanelAsks asks)
+{
+    if (asks.reset) discard({true, -1, 0});
+    if (asks.load) discard({false, *asks.load, 0});
+    if (asks.confirm) answer(*asks.confirm);
+    if (asks.pause) pause(*asks.pause);
+    if (asks.step) step();
+    if (asks.frame_camera) frame_camera();
+    if (asks.film) film();
+    if (asks.screenshot) wanted.push_back("");
+    if (asks.recorded && *asks.recorded) panels.model.hand = false;
+    if (panels.obey(asks, session, *state)) worked = true;
+}
+
+void ViewDesk::take_keys()
+{
+    PanelModel& m = panels.model;
+    if (input.pressed_alone(key_tab)) m.open = !m.open;
+    if (input.pressed_alone(key_space)) pause(!paused);
+    if (input.pressed_alone('N')) step();
+    if (input.pressed_alone('R')) discard({true, -1, 0});
+    if (input.pressed_alone('H')) m.hand = !m.hand;
+    if (input.pressed_alone('P')) m.posture = (m.posture + 1) % posture_count;
+    if (input.pressed_alone('V')) film();
+    if (input.pressed_alone(key_home)) frame_camera();
+    if (input.pressed_alone(key_f12)) wanted.push_back("");
+    if (input.pressed_alone(key_escape)) asked.any() ? answer(false) : m.notice.clear();
+    const double turn = 0.05;  // a frame [rad]
+    m.roll += turn * (input.held_alone(Key('E')) - input.held_alone(Key('Q')));
+    m.tilt += turn * (input.held_alone(Key('T')) - input.held_alone(Key('F')));
+}
+
+void ViewDesk::step() { stepping = stepping || paused; }
+
+// Unshaped clay can be made again; shaped clay is thrown away only by a second command.
+void ViewDesk::discard(Discard what)
+{
+    constexpr double patience = 8;  // [s]
+    const bool again = what.reset == asked.reset && what.load == asked.load;
+    if (!worked || again) return do_discard(what);
+    panels.model.answer = what.reset ? "Reset" : "Open";
+    const std::string act =
+        what.reset ? "Reset" : "Open \"" + panels.model.scenes.at(std::size_t(what.load)) + "\"";
+    panels.model.question = act +
+                            "? The clay that you shaped will be lost. The same once more "
+                            "confirms it.";
+    asked = what;
+    asked.until = window_time + patience;
+    panels.show_scene(*state);
+}
+
+void ViewDesk::do_discard(const Discard& what)
+{
+    record.begins_by(what.reset ? "reset" : "scene");
+    if (what.reset)
+        session.reset();
+    else
+        panels.load(what.load, session);
+    // Before the first frame, in which recorded hands would move the tools.
+    if (hand_led) session.play(false);
+    answer(false);
+}
+
+void ViewDesk::answer(bool yes)
+{
+    const Discard what = std::exchange(asked, {});
+    panels.model.question.clear();
+    if (yes && what.any()) do_discard(what);
+}
+
+void ViewDesk::take_mouse(double passed)
+{
+    const bool shift = input.shift(), control = input.control();
+    const float x = float(input.moved_x()), y = float(input.moved_y());
+    const bool right_held = input.held(button_right);
+    if (input.held(button_middle) || (right_held && shift))
+        camera.pan(x, y, window->height());
+    else if (right_held || (input.held(button_left) && !panels.model.hand))
+        camera.orbit(-per_pixel * x, per_pixel * y);
+    if (panels.model.hand && !control)
+        pointer.reach = std::max(0.01, pointer.reach + 0.02 * camera.distance() * input.wheel());
+    else
+        camera.zoom(float(input.wheel()));
+    pointer.pressed = panels.model.hand && input.held(button_left);
+    // A finger's key curls it while it is held.
+    for (int i = 0; i < 5; ++i) {
+        const bool bends = input.held_alone(Key('1' + i)) || input.held_alone(Key('G'));
+        const double way = bends ? 1 : -1;
+        pointer.curl[i] = std::clamp(pointer.curl[i] + 4 * passed * way, 0.0, 1.0);
+    }
+}
+
+// Tools of the simulation follow the mouse from now on, or the recording again.
+void ViewDesk::lead_hand(bool on)
+{
+    hand_led = on;
+    if (!on) return;
+    pointer.reach = 0.75 * camera.distance();
+    if (state->recorded) session.play(false);
+    session.set_hands(panels.hands(*state));
+}
+
+void ViewDesk::move_hand()
+{
+    const PanelModel& m = panels.model;
+    pointer.posture = Posture(m.posture);
+    pointer.tilt = m.tilt, pointer.roll = m.roll, pointer.press = m.press;
+    pointer.advance(time);
+    tracked = {};
+    tracked.time = time;
+    if (!hand_led) return;
+    PointerHand posed_hand = pointer;
+    for (int i = 0; i < 5; ++i) posed_hand.curl[i] = std::max(pointer.curl[i], m.curl[i]);
+    Pointing p;
+    p.eye = cast<double>(camera.eye());
+    const int width = window->width(), height = window->height();
+    p.rotation = cast<double>(camera.view(width, height).rotation);
+    p.ray = cast<double>(
+        camera.ray(float(input.x()), float(input.y()), width, height, window->panels_width()));
+    tracked = posed_hand.hands(p, panels.hands(*state));
+}
+
+// Hands to the simulation, which goes on to this frame's time where that is the script's.
+void ViewDesk::simulate()
+{
+    if (rule.scripted) {
+        session.settle();  // a scene that was chosen, or reset, is there
+        state = session.state();
+        follow_history();
+    }
+    const bool single = std::exchange(stepping, false);
+    const bool runs = single || (!paused && !hidden);
+    const double rate = state->scene ? state->scene->scene.frame_rate : 90;
+    if (rule.scripted) time = double(ticks += runs) / rate;
+    if (!rule.scripted && single) clock.add(1 / rate);
+    if (!rule.scripted) time = clock.now();
+    move_hand();
+    // No tracker has more frames a second.
+    if (runs && (rule.scripted || single || time >= pushed + 0.008)) {
+        pushed = time;
+        record_hands();
+        session.push(tracked);
+        worked = worked || hand_led;
+    }
+    if (single) session.step();
+    if (rule.scripted && runs) session.advance_to(time);
+    if (runs) record.simulated(time);
+    state = session.state();
+    if (state->version != counted)
+        touched += state->frame.stats.projected, counted = state->version;
+}
+
+// As the simulation has them: the mouse's, or those of the scene's recording, which may wait.
+void ViewDesk::record_hands()
+{
+    if (!state->recorded || !state->scene || !state->scene->recording) {
+        record.frame(tracked, time);
+        return;
+    }
+    const std::vector<HandFrame>& all = state->scene->recording->frames;
+    // Of a script's session this is the frame to come, of another one the last.
+    const double now = state->recording_time + (rule.scripted ? 1 / shown->scene.frame_rate : 0);
+    if (now < replay.at) replay = {};  // played from its start again
+    replay.at = now;
+    // Frames of the simulation do not begin like a clock's ticks, those of the recording do.
+    constexpr double held_up = 0.1;  // [s]
+    const double shift = rule.scripted ? time - now : state->time - now;
+    if (std::abs(shift - replay.shift) > (rule.scripted ? 1e-9 : held_up)) replay.shift = shift;
+    // Up to the first one that ends with the frame or later: a pose between two needs both.
+    while (replay.next < all.size() && (replay.next == 0 || all[replay.next - 1].time < now)) {
+        record.frame(all[replay.next], all[replay.next].time + replay.shift);
+        ++replay.next;
+    }
+}
+
+std::string ViewDesk::summary() const
+{
+    const auto last = session.state();
+    return fmt::format(
+        "{} frames drawn by {}; {} simulated, {:.4g} s, {:.4g} s behind, {} cut short; {} "
+        "particle-substeps put out of tools; {} OpenGL errors{}{}\n",
+        frames, drawn_by, last->frame.number, last->frame.simulated, last->shed.behind,
+        last->shed.frames, touched, errors,
+        last->splats ? fmt::format("; {} splats", last->splats->count()) : "",
+        last->trouble.empty() ? "" : "; the simulation ended: " + last->trouble);
+}
+
+LiveResults ViewDesk::results()
+{
+    session.pause(true);
+    session.settle();
+    LiveResults of;
+    of.clay = session.digest();
+    of.state = session.state();
+    of.hands = std::move(record.hands), of.actions = std::move(record.actions);
+    of.hands.name = "window";
+    of.hands.rate = of.state->scene ? of.state->scene->scene.frame_rate : 90;
+    return of;
+}
+
+}  // namespace knead

@@ -1,0 +1,210 @@
+// What the window of `knead view` shows of a state, and the pictures and films that are kept of it.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <utility>
+
+#include "host/base/errors.h"
+#include "host/base/interrupt.h"
+#include "host/base/machine.h"
+#include "host/desktop/view_app.h"
+
+namespace knead {
+namespace {
+namespace fs = std::filesystem;
+
+constexpr double film_rate = 30;      // pictures per second
+constexpr double splat_budget = 0.1;  // [s]
+
+// knead_0001.png, the first number that is free.
+std::string free_name(const std::string& end)
+{
+    for (int i = 1; i < 10000; ++i) {
+        std::string name = fmt::format("knead_{:04}{}", i, end);
+        if (!fs::exists(name)) return name;
+    }
+    throw OutputError("knead_9999" + end + ": all numbers before it are taken, too");
+}
+
+}  // namespace
+
+void ViewDesk::frame_camera()
+{
+    Vec3<float> low{1e30f, 1e30f, 1e30f}, high = -low;
+    if (state->on_device && !state->on_device->empty())
+        low = state->on_device->low(), high = state->on_device->high();
+    for (const Mesh& mesh : state->meshes ? *state->meshes : std::vector<Mesh>())
+        for (const Vec3<float>& v : mesh.vertices) {
+            low = {min(low.x, v.x), min(low.y, v.y), min(low.z, v.z)};
+            high = {max(high.x, v.x), max(high.y, v.y), max(high.z, v.z)};
+        }
+    if (!(low.x <= high.x)) return;
+    const int across = std::max(1, window->width() - window->panels_width());
+    camera.frame(low, high, float(across) / float(std::max(1, window->height())));
+}
+
+void ViewDesk::follow_splats()
+{
+    if (!state->splats) return splats.reset();
+    if (!splats)
+        splats = std::make_unique<SplatDrawer>(*state->splats, rule.device, splat_budget);
+    else if (state->history != splats_of || state->splat_version != splat_version)
+        splats->set(*state->splats);
+    splats_of = state->history, splat_version = state->splat_version;
+}
+
+void ViewDesk::draw_splats(const EyeView& view, bool whole)
+{
+    raster_took = 0;
+    follow_splats();
+    const SplatMotion motion = splat_motion(*state);
+    if (!splats || !motion.any()) return painter->set_splats(0, SplatLayer{});
+    splats->draw(*painter, {view}, motion, whole);
+    raster_took = splats->seconds();
+}
+
+void ViewDesk::draw()
+{
+    const int width = window->width(), height = window->height();
+    if (width < 1 || height < 1) return;  // minimised
+    const EyeView view = camera.view(width, height, window->panels_width());
+    std::vector<HandLook> hands = hand_looks(*state);
+    EyeLook look;
+    if (state->scene) {
+        look = live_look(state->scene->scene);
+        show_clay(*painter, *state);
+        const auto& objects = state->scene->scene.objects;
+        if (panels.model.object != selected)
+            selected = panels.model.object, glow_until = window_time + 1.5;
+        if (window_time < glow_until && std::size_t(selected) < objects.size())
+            look.highlight = objects[std::size_t(selected)].category;
+    }
+    // Where the mouse is, as long as no tool is there yet.
+    if (hand_led && hands.empty())
+        for (HandLook& ghost : tracked_looks(tracked, panels.hands(*state), 0.4f))
+            hands.push_back(std::move(ghost));
+    still.look(seen_now(view, look), window_time);
+    paint(view, look, std::move(hands));
+}
+
+PictureContent ViewDesk::seen_now(const EyeView& view, const EyeLook& look) const
+{
+    constexpr float unseen = 0.25f;  // of a pixel
+    PictureContent seen;
+    seen.view = view;
+    seen.history = state->history, seen.highlight = look.highlight;
+    seen.splat_version = state->splat_version;
+    seen.meshes = state->meshes, seen.on_device = state->on_device;
+    seen.gaussians = state->gaussians, seen.gaussians_on_device = state->gaussians_on_device;
+    const auto add = [&](Vec3<float> p) {
+        for (const float x : {p.x, p.y, p.z}) seen.hands.push_back(x);
+    };
+    bool any = false;
+    for (const LiveTool& tool : state->tools) any = any || tool.active;
+    if (any)
+        for (const Joint<double>& joint : state->frame.motion.to) add(cast<float>(joint.p));
+    else if (hand_led)
+        for (const Joint<float>& joint : tracked.hand[right].joints) add(joint.p);
+    seen.within = unseen * camera.distance() * (view.up - view.down) / float(view.height);
+    return seen;
+}
+
+// Pictures that are kept are whole, and so is one in which nothing moves; others may be coarse, to
+// keep up.
+void ViewDesk::paint(const EyeView& view, const EyeLook& look, const std::vector<HandLook>& hands)
+{
+    const double begin = wall_seconds();
+    const bool kept = !wanted.empty() || video, lives = !kept && !rule.scripted;
+    const bool repeats = lives && still.whole(), rests = lives && still.due(window_time);
+    raster_took = 0;
+    if (repeats) {
+        coarse->repeat();
+    } else {
+        painter->set_hands(hands);
+        draw_splats(view, kept || rests);
+        coarse->paint(*painter, view, look, kept || rests ? 1 : pace.scale(), rests);
+        if (rests) still.drawn_whole(), settling = 2;  // a panel says how coarse it is
+    }
+    window->draw_panels();
+    const double drawn_at = wall_seconds();
+    keep_pictures();
+    errors += window->gl_errors();
+    const double shown_at = wall_seconds();
+    window->show();
+    picture_took = drawn_at - begin - raster_took, show_took = wall_seconds() - shown_at;
+    if (!kept && !repeats && !rests) pace.took(picture_took + show_took);
+    panels.add_times(*state, raster_took, picture_took, show_took);
+}
+
+void ViewDesk::keep_pictures()
+{
+    for (const std::string& file : std::exchange(wanted, {})) keep_picture(file);
+    if (!video || window_time < filmed) return;
+    if (window->width() == film_width && window->height() == film_height) {
+        video->add(window->image());
+        filmed += 1 / film_rate;
+    } else {
+        film();  // ends it: its pictures are of one size
+    }
+}
+
+void ViewDesk::keep_picture(const std::string& file)
+{
+    try {
+        const std::string name = file.empty() ? free_name(".png") : file;
+        if (write_png(name, window->image(), [] { return interrupted() != 0; }))
+            panels.model.note("Wrote " + name);
+    } catch (const OutputError& e) {
+        panels.model.note(e.what());
+        refused = true;
+    }
+}
+
+void ViewDesk::film()
+{
+    try {
+        if (video) {
+            std::exchange(video, nullptr)->close();
+            panels.model.note("The film is written.");
+        } else if (!Video::available()) {
+            panels.model.note("No film: ffmpeg is not on the PATH.");
+        } else {
+            const std::string name = free_name(".mp4");
+            film_width = window->width(), film_height = window->height();
+            video = Video::open(name, film_width, film_height, film_rate);
+            filmed = window_time;
+            panels.model.note("Filming " + name);
+        }
+    } catch (const OutputError& e) {
+        video.reset();
+        panels.model.note(e.what());
+        refused = true;
+    }
+    panels.model.filming = video != nullptr;
+}
+
+void ViewDesk::end()
+{
+    if (video) film();
+}
+
+void ViewDesk::tell_facts()
+{
+    std::vector<std::string>& facts = panels.model.facts;
+    facts = {
+        state->solver, drawn_by,
+        fmt::format("frame {}, {:.2f} s simulated", state->frame.number, state->frame.simulated)};
+    if (state->shed.behind > 0.05)
+        facts.push_back(fmt::format("too slow: {:.1f} s behind, {} frames cut short",
+                                    state->shed.behind, state->shed.frames));
+    if (pace.scale() < 0.99 && !still.whole())
+        facts.push_back(
+            fmt::format("drawn by {:.0f} % of the pixels a side, to keep up", 100 * pace.scale()));
+    if (splats && splats->scale() < 0.99)
+        facts.push_back(fmt::format("splats by {:.0f} % of the pixels a side, to keep up",
+                                    100 * splats->scale()));
+}
+
+}  // namespace knead

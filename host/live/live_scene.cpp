@@ -1,0 +1,61 @@
+// What a live session simulates: scenes as they are loaded for it.
+#include "host/base/errors.h"
+#include "host/base/json_reader.h"
+#include "host/base/machine.h"
+#include "host/live/live_session.h"
+#include "host/scene/foresight.h"
+#include "host/scene/scene_hands.h"
+#include "host/scene/seed.h"
+
+namespace knead {
+
+std::shared_ptr<const LiveScene> load_live_scene(const std::string& path,
+                                                 const std::vector<std::string>& settings,
+                                                 std::size_t memory)
+{
+    auto made = std::make_shared<LiveScene>();
+    made->scene = read_scene(path, settings);
+    if (memory == 0) memory = available_memory();
+    check_substeps(made->scene);
+    made->settings = settings;
+    made->splats = load_splats(made->scene, memory);
+    build(made->scene, memory);
+    if (made->scene.has_hands) made->recording = hands_of(made->scene);
+    return made;
+}
+
+std::vector<std::string> fitting_settings(const std::string& path,
+                                          const std::vector<std::string>& settings,
+                                          std::vector<std::string>& left_out)
+{
+    const std::string text = read_text(path, max_json_bytes);
+    parse_scene(text, path);
+    std::vector<std::string> fitting;
+    for (const std::string& setting : settings) {
+        fitting.push_back(setting);
+        try {
+            parse_scene(text, path, fitting);
+        } catch (const InputError&) {
+            left_out.push_back(setting);
+            fitting.pop_back();
+        }
+    }
+    return fitting;
+}
+
+std::vector<int> splat_categories(const Scene& scene)
+{
+    std::vector<int> found;
+    for (const Object& o : scene.objects)
+        if (o.shape == ShapeKind::splats) found.push_back(o.category);
+    return found;
+}
+
+Meshes meshes_of(const LiveState& state)
+{
+    if (state.meshes) return state.meshes;
+    return std::make_shared<const std::vector<Mesh>>(state.on_device ? state.on_device->meshes()
+                                                                     : std::vector<Mesh>());
+}
+
+}  // namespace knead

@@ -1,0 +1,397 @@
+#include "host/live/live_session.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <new>
+#include <nlohmann/json.hpp>
+#include <stdexcept>
+
+#include "host/base/errors.h"
+#include "host/base/json_reader.h"
+#include "host/base/machine.h"
+#include "host/live/simulation_run.h"
+#include "host/scene/domain.h"
+#include "host/solver/audit.h"
+
+namespace knead {
+
+float Instant::ahead(double now) const
+{
+    return step > 0 ? float(std::clamp((now - time) / step, 0.0, 1.0)) : 0;
+}
+namespace {
+
+constexpr std::size_t most_waiting = 1024;  // frames of hands
+// So much is made up for [s], by frames that are due a share of their period earlier, as long as
+// they take less than a share of it: the device draws, too.
+constexpr double most_backlog = 0.5, earlier = 0.2, quick = 0.5;
+
+std::string reason_of(const std::exception_ptr& failure)
+{
+    try {
+        std::rethrow_exception(failure);
+    } catch (const std::bad_alloc&) {
+        return "more memory is needed than there is";
+    } catch (const std::exception& e) {
+        return e.what();
+    }
+}
+
+}  // namespace
+
+LiveSession::LiveSession(std::shared_ptr<const LiveScene> of, LiveRule by)
+    : rule(std::move(by)),
+      epoch(wall_seconds()),
+      scene(std::move(of)),
+      paused(rule.paused),
+      waiting(rule.waits)
+{
+    published.store(std::make_shared<const LiveState>());
+    thread = std::thread([this] { live(); });
+}
+
+LiveSession::~LiveSession()
+{
+    {
+        const std::lock_guard lock(mutex);
+        quit = true;
+    }
+    wake.notify_all();
+    thread.join();
+}
+
+double LiveSession::now() const { return rule.clock ? rule.clock() : wall_seconds() - epoch; }
+
+void LiveSession::push(const HandFrame& hands)
+{
+    const std::lock_guard lock(mutex);
+    incoming.push_back(hands);
+    if (incoming.size() > most_waiting) incoming.pop_front();
+}
+
+void LiveSession::post(Command command, bool at_once)
+{
+    {
+        const std::lock_guard lock(mutex);
+        if (at_once) ++hurry;
+        commands.push_back([this, command = std::move(command), at_once] {
+            if (at_once) --hurry;
+            try {
+                command();
+            } catch (...) {
+                refuse(reason_of(std::current_exception()));
+            }
+        });
+        ++posted;
+    }
+    wake.notify_all();
+}
+
+void LiveSession::settle()
+{
+    std::unique_lock lock(mutex);
+    const long ticket = posted;
+    done.wait(lock, [&] { return finished >= ticket || quit; });
+}
+
+void LiveSession::live()
+{
+    begin(scene);
+    publish();
+    std::unique_lock lock(mutex);
+    ++finished;
+    done.notify_all();
+    while (!quit) {
+        if (!commands.empty()) {
+            const Command command = std::move(commands.front());
+            commands.pop_front();
+            lock.unlock();
+            command();
+            publish();
+            lock.lock();
+            ++finished;
+            done.notify_all();
+        } else if (wait_for_work(lock)) {
+            lock.unlock();
+            frame();
+            publish();
+            lock.lock();
+        }
+    }
+    finished = posted;  // nobody waits for what will not be done
+    commands.clear();
+    done.notify_all();
+    lock.unlock();
+    run.reset();  // on the thread that made it
+}
+
+// Whether a frame is due; otherwise some of the time until it is has been waited.
+bool LiveSession::wait_for_work(std::unique_lock<std::mutex>& lock)
+{
+    const bool going = run && trouble.empty();
+    if (going && steps > 0) return true;
+    if (!going || paused || waiting || rule.stepped || stopped()) {
+        wake.wait(lock, [&] { return quit || !commands.empty(); });
+        return false;
+    }
+    const double left = next - now();
+    if (left <= 1e-9) return true;  // sums of periods are rounded
+    wake.wait_for(lock, std::chrono::duration<double>(std::clamp(left, 1e-4, 5e-3)));
+    return false;
+}
+
+void LiveSession::begin(std::shared_ptr<const LiveScene> of)
+{
+    run.reset();  // first: two may not fit into memory
+    scene = std::move(of);
+    trouble.clear();
+    backlog = dropped = 0;
+    ++history;
+    if (rule.from_zero) stepped_to = 0;
+    if (!scene) return;
+    try {
+        run = std::make_unique<LiveRun>(
+            scene, rule, rule.stepped ? stepped_to : now(), [this] { return now(); },
+            [this] { return quit || hurry > 0 || stopping.cuts(stopped()); });
+        if (!waiting) run->rehearse();
+        run->make_surface();
+    } catch (...) {
+        trouble = reason_of(std::current_exception());
+    }
+    next = now();  // a solver that took long to make is not late
+}
+
+void LiveSession::rehearse()
+{
+    post([this] {
+        if (!run || !trouble.empty()) return;
+        try {
+            run->rehearse();
+            run->make_surface();
+        } catch (...) {
+            trouble = reason_of(std::current_exception());
+        }
+    });
+}
+
+void LiveSession::start()
+{
+    post([this] { waiting = false, next = now(); });
+}
+
+void LiveSession::frame()
+{
+    {
+        const std::lock_guard lock(mutex);
+        for (const HandFrame& hands : incoming) run->push(hands);
+        incoming.clear();
+    }
+    const bool single = steps > 0;
+    if (single) --steps;
+    const double began = now();
+    try {
+        trouble = run->frame(single);
+    } catch (...) {
+        trouble = reason_of(std::current_exception());
+    }
+    if (!single && !rule.stepped) schedule(now() - began);
+}
+
+// When the next frame is due, after one that took so long [s]. Of frames that were due meanwhile
+// one is computed at once, and others as there is time.
+void LiveSession::schedule(double took)
+{
+    const double period = run->period(), before = now() - period;
+    const double gained = took < quick * period ? std::min(backlog, earlier * period) : 0;
+    backlog -= gained;
+    next += period - gained;
+    if (next >= before) return;
+    backlog += before - next;
+    next = before;
+    if (backlog <= most_backlog) return;
+    dropped += backlog - most_backlog;
+    backlog = most_backlog;
+}
+
+void LiveSession::publish()
+{
+    auto state = std::make_shared<LiveState>();
+    try {
+        if (run) run->tell(*state);
+    } catch (...) {
+        if (trouble.empty()) trouble = reason_of(std::current_exception());
+    }
+    state->scene = scene;
+    state->history = history;
+    state->version = ++version;
+    state->paused = paused;
+    if (run)
+        state->shed.behind =
+            run->lost() + (backlog + dropped) / run->period() * run->simulated_period();
+    state->trouble = trouble;
+    state->refused = refused;
+    state->refusal = refusal;
+    published.store(std::move(state));
+    if (rule.published) rule.published();
+}
+
+void LiveSession::refuse(const std::string& why)
+{
+    ++refused;
+    refusal = why;
+}
+
+void LiveSession::pause(bool on)
+{
+    post([this, on] {
+        paused = on;
+        next = now();
+        if (on && run && trouble.empty()) run->make_surface();
+    });
+}
+
+void LiveSession::step(int frames)
+{
+    post([this, frames] { steps += std::max(0, frames); });
+}
+
+void LiveSession::reset()
+{
+    post([this] { begin(scene); }, true);
+}
+
+void LiveSession::load(std::shared_ptr<const LiveScene> of)
+{
+    post([this, of = std::move(of)] { begin(of); }, true);
+}
+
+void LiveSession::load(const std::string& path, const std::vector<std::string>& settings, int cells)
+{
+    post([this, path, settings, cells] { begin_file(path, settings, cells); }, true);
+}
+
+// What cannot be read leaves the scene that is there.
+void LiveSession::begin_file(const std::string& path, const std::vector<std::string>& settings,
+                             int cells)
+{
+    std::vector<std::string> wanted = settings, left_out;
+    if (cells > 0) wanted.push_back(cells_setting(read_json(path), cells));
+    wanted = fitting_settings(path, wanted, left_out);
+    begin(load_live_scene(path, wanted, rule.memory));
+    if (!left_out.empty())
+        refuse(fmt::format("{} does not take --set {}: left out", path,
+                           fmt::join(left_out, ", --set ")));
+}
+
+void LiveSession::edit_clay(Edit edit, bool reshapes)
+{
+    post([this, edit = std::move(edit), reshapes] {
+        if (!run) throw std::invalid_argument("there is no simulation to edit");
+        run->edit(edit, reshapes);
+    });
+}
+
+void LiveSession::tell(HandAction action, Act act) const
+{
+    action.act = act;
+    if (rule.acted) rule.acted(action);
+}
+
+void LiveSession::set_hands(const HandsRule& hands)
+{
+    HandAction action;
+    action.hands = hands;
+    tell(action, Act::hands);
+    post([this, hands] {
+        if (!run) throw std::invalid_argument("there is no simulation that has tools");
+        run->set_hands(hands);
+    });
+}
+
+void LiveSession::play(bool recorded)
+{
+    post([this, recorded] {
+        if (run) return run->play(recorded);
+        if (recorded) throw std::invalid_argument("there is no simulation that hands could move");
+    });
+}
+
+void LiveSession::set_gravity(Vec3<double> gravity)
+{
+    HandAction action;
+    action.gravity = gravity;
+    tell(action, Act::gravity);
+    edit_clay([gravity](Solver& solver) { solver.set_gravity(gravity); }, false);
+}
+
+void LiveSession::set_surface(int nodes)
+{
+    post([this, nodes] {
+        if (!run) throw std::invalid_argument("there is no simulation that has a surface");
+        run->set_surface(nodes);
+    });
+}
+
+void LiveSession::move_clay(int object, const RigidMotion<double>& motion)
+{
+    HandAction action;
+    action.object = object, action.motion = motion;
+    tell(action, Act::move);
+    edit([object, motion](Solver& solver) { solver.move(object, motion); });
+}
+
+void LiveSession::set_material(int object, const Material<double>& material)
+{
+    HandAction action;
+    action.object = object, action.material = material;
+    tell(action, Act::material);
+    post([this, object, material] {
+        if (!run) throw std::invalid_argument("there is no simulation to edit");
+        run->set_material(object, material);
+    });
+}
+
+bool LiveSession::ask(const std::function<void(const Solver&)>& look)
+{
+    bool seen = false;
+    post([this, &look, &seen] {
+        if (!run) return;
+        look(run->of());
+        seen = true;
+    });
+    settle();
+    return seen;
+}
+
+ClayDigest LiveSession::digest()
+{
+    ClayDigest found;
+    ask([&](const Solver& solver) {
+        const Setup& rules = solver.rules();
+        const std::vector<Particle<double>> particles = solver.particles();
+        found.hash = hexadecimal(audit(particles, rules.materials, rules.lattice.dx).hash);
+        found.particles = long(particles.size());
+    });
+    return found;
+}
+
+void LiveSession::advance_to(double time)
+{
+    if (!rule.stepped)
+        throw std::logic_error("a session in real time does not take the time from its caller");
+    post([this, time] {
+        constexpr double rounding = 1e-9;  // [s]
+        while (run && trouble.empty() && (!paused || steps > 0) && !quit && !stopped() &&
+               run->next_end() <= time + rounding) {
+            frame();
+            publish();
+        }
+        if (run && paused) run->skip_to(time);
+        stepped_to = std::max(stepped_to, time);
+    });
+    settle();
+}
+
+}  // namespace knead

@@ -1,0 +1,52 @@
+#include "host/live/session_record.h"
+
+#include <algorithm>
+
+namespace knead {
+namespace {
+
+constexpr std::size_t longest_recording = 90 * 3600;  // frames
+
+}  // namespace
+
+void HeadsetRecord::begin(const LiveScene& scene, double now)
+{
+    began = done_to = now;
+    hands.frames.clear();
+    actions = {scene.scene.path, scene.settings, "", {}};
+    if (began_by.empty()) return;
+    HandAction by;
+    by.by = began_by;
+    act(by);
+}
+
+bool HeadsetRecord::frame(HandFrame given, double now)
+{
+    std::vector<HandFrame>& kept = hands.frames;
+    given.time = now - began;
+    if (!kept.empty() && !(given.time > kept.back().time)) return false;
+    if (kept.size() >= longest_recording && !hands_full)
+        tell("an hour of hands was recorded; what follows is not");
+    hands_full = kept.size() >= longest_recording;
+    if (hands_full) kept.pop_back();
+    kept.push_back(given);
+    return true;
+}
+
+void HeadsetRecord::act(HandAction done)
+{
+    std::vector<HandAction>& all = actions.all;
+    done.time = std::max(all.empty() ? 0.0 : all.back().time, done_to - began);
+    if (all.size() < most_actions) return all.push_back(done);
+    if (!actions_full) tell("so much was done beside the hands that no more of it is recorded");
+    actions_full = true;
+}
+
+void HeadsetRecord::pause(bool on)
+{
+    HandAction action;
+    action.act = Act::pause, action.on = on;
+    act(action);
+}
+
+}  // namespace knead

@@ -1,0 +1,302 @@
+#include "host/paging/local_clay.h"
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+
+#include "cuda/contact/skinning.h"
+#include "host/base/parallel.h"
+#include "host/paging/local_surface.h"
+#include "host/solver/edits.h"
+#include "host/splats/deformed.h"
+
+namespace knead {
+namespace {
+
+constexpr int cube_cells = 2 * block_edge;
+// What hands have left is given back so often: it can wait.
+constexpr int frames_apart = 32;
+// Beyond what moves, in cells: clay that holds it, and how much farther a hand must be from clay
+// before that is given back.
+constexpr double support_cells = block_edge, slack_cells = 2 * block_edge;
+
+}  // namespace
+
+LocalClay::LocalClay(const Scene& scene, int object, SplatCloud of, SplatUpkeep& with)
+    : rig(scene.setup.rig),
+      walls(scene.setup.walls),
+      ground(object),
+      material(scene.setup.materials.at(std::size_t(object))),
+      depth(scene.objects.at(std::size_t(object)).splats.depth),
+      dx(scene.setup.lattice.dx),
+      spacing(std::cbrt(material.volume)),
+      reach(scene.setup.rest.reach + support_cells * dx),
+      per_cell(scene.objects[std::size_t(object)].per_cell),
+      seed(scene.seed),
+      moving(with),
+      tiling{cube_cells * dx},
+      standing(tiling, dx)
+{
+    state_.cloud = std::move(of);
+    state_.away.assign(state_.cloud.count(), 0);
+    state_.normal.assign(state_.cloud.count(), {0, 0, 0});
+    state_.home.assign(with.cloud().count(), -1);
+    state_.objects = int(scene.setup.materials.size());
+    if (moving.cloud().count() == 0) moving.change().cloud.degree = state_.cloud.degree;
+    if (moving.cloud().degree != state_.cloud.degree)
+        throw std::invalid_argument("splats that move and splats that stand, of other harmonics");
+    moving.expect(state_.cloud.count());
+    moving.refill_below(int(scene.setup.materials.size()));
+    for (std::size_t i = 0; i < state_.cloud.count(); ++i) put(std::uint32_t(i));
+}
+
+bool LocalClay::between_walls(Vec3<double> x) const { return within(x, walls.min, walls.max); }
+
+// What lies between the walls may become clay.
+void LocalClay::put(std::uint32_t i)
+{
+    const Vec3<double> x = cast<double>(state_.cloud.centre[i]);
+    if (between_walls(x)) standing.put(i, x);
+}
+
+Boxes LocalClay::boxes_of(const Motion& motion) const
+{
+    Boxes boxes;
+    std::map<int, std::size_t> of;  // by tool
+    for (const Primitive& p : rig.primitives) {
+        const auto tool = std::size_t(p.tool);
+        if (motion.to.empty() || (tool < motion.active.size() && !motion.active[tool])) continue;
+        if (!of.count(p.tool)) {
+            of[p.tool] = boxes.size();
+            boxes.push_back({{1e30, 1e30, 1e30}, {-1e30, -1e30, -1e30}});
+        }
+        auto& [low, high] = boxes[of[p.tool]];
+        for (int k = 0; k < p.count; ++k) {
+            const Binding<double> b = stretched(cast<double>(rig.spheres[std::size_t(p.sphere[k])]),
+                                                cast<double>(motion.stretch_of(tool)));
+            const auto from = centre(b, [&](int j) { return motion.from[std::size_t(j)]; });
+            const auto to = centre(b, [&](int j) { return motion.to[std::size_t(j)]; });
+            const auto add = [&](double a, double c, double next, double& l, double& h) {
+                l = min(l, min(a, min(c, next)) - b.radius);
+                h = max(h, max(a, max(c, next)) + b.radius);
+            };
+            add(from.x, to.x, 2 * to.x - from.x, low.x, high.x);
+            add(from.y, to.y, 2 * to.y - from.y, low.y, high.y);
+            add(from.z, to.z, 2 * to.z - from.z, low.z, high.z);
+        }
+    }
+    return boxes;
+}
+
+// Of the domain, in rising order.
+std::vector<LocalClay::Key> LocalClay::cubes_near(const Boxes& boxes, double beyond) const
+{
+    std::vector<Key> keys;
+    const Vec3<double> more{beyond, beyond, beyond};
+    const Int3 first = tiling.of(walls.min), last = tiling.of(walls.max);
+    for (const auto& [low, high] : boxes) {
+        const Int3 a = tiling.of(low - more), b = tiling.of(high + more);
+        for (int z = std::max(a.z, first.z); z <= std::min(b.z, last.z); ++z)
+            for (int y = std::max(a.y, first.y); y <= std::min(b.y, last.y); ++y)
+                for (int x = std::max(a.x, first.x); x <= std::min(b.x, last.x); ++x)
+                    keys.push_back(Cubes::key({x, y, z}));
+    }
+    std::sort(keys.begin(), keys.end());
+    keys.erase(std::unique(keys.begin(), keys.end()), keys.end());
+    return keys;
+}
+
+// Those that tell of the surface in or over these, in rising order.
+std::vector<LocalClay::Key> LocalClay::around(const std::vector<Key>& cubes) const
+{
+    const int more = int(std::ceil((depth + 2 * dx) / tiling.edge));
+    std::vector<Key> keys;
+    for (const Key key : cubes)
+        for (int z = -more; z <= more; ++z)
+            for (int y = -more; y <= more; ++y)
+                for (int x = -more; x <= more; ++x)
+                    keys.push_back(Cubes::key(Cubes::at(key) + Int3{x, y, z}));
+    std::sort(keys.begin(), keys.end());
+    keys.erase(std::unique(keys.begin(), keys.end()), keys.end());
+    return keys;
+}
+
+void LocalClay::take(const std::vector<Key>& wanted, const Boxes& boxes, Solver& solver)
+{
+    const std::vector<Key> near = around(wanted);
+    standing.look(near, state_.cloud, state_.normal, boxes);
+    const LocalSurface surface(standing.surface(near), depth, 2 * dx);
+    // Clay from beside may have come there.
+    Int3 low = Cubes::at(wanted.front()), high = low;
+    for (const Key key : wanted) {
+        const Int3 c = Cubes::at(key);
+        low = {std::min(low.x, c.x), std::min(low.y, c.y), std::min(low.z, c.z)};
+        high = {std::max(high.x, c.x), std::max(high.y, c.y), std::max(high.z, c.z)};
+    }
+    const auto corner = [this](Int3 c) {
+        return tiling.edge * Vec3<double>{double(c.x), double(c.y), double(c.z)};
+    };
+    const Vec3<double> beyond{spacing, spacing, spacing};
+    const std::vector<Vec3<double>> particles =
+        solver.places(corner(low) - beyond, corner(high + Int3{1, 1, 1}) + beyond);
+    const Cells there(particles, 2 * spacing);
+    add_clay(wanted, all_seeds(wanted, surface, there), solver);
+    take_splats(solver);
+}
+
+// All that stands in clay goes with it from here on.
+void LocalClay::take_splats(Solver& solver)
+{
+    struct Part {
+        const std::vector<std::uint32_t>& slots;
+        int object;
+        std::size_t first = 0, count = 0;  // of those that stand
+    };
+    std::vector<Part> parts;
+    for (const auto& [key, object] : state_.clay)
+        if (object >= 0) parts.push_back({standing.in(key), object});
+    const int count = int(parts.size());
+    parallel_for(count, LoopOptions{.chunk = 1}, [&](int k) {
+        for (const std::uint32_t i : parts[std::size_t(k)].slots)
+            parts[std::size_t(k)].count += !state_.away[i];
+    });
+    std::size_t all = 0;
+    for (Part& part : parts) part.first = all, all += part.count;
+    if (all == 0) return;
+    std::vector<std::uint32_t> slots(all);
+    GaussianEdits edits;
+    edits.placed.resize(all);
+    parallel_for(count, LoopOptions{.chunk = 1}, [&](int k) {
+        const Part& part = parts[std::size_t(k)];
+        std::size_t at = part.first;
+        for (const std::uint32_t i : part.slots) {
+            if (state_.away[i]) continue;
+            slots[at] = i, state_.away[i] = 1;
+            edits.placed[at++] = {state_.cloud.centre[i], part.object};
+        }
+    });
+    CarriedSplats& carried = moving.change(all);
+    state_.home.resize(carried.count(), -1);  // some were split
+    state_.home.insert(state_.home.end(), slots.begin(), slots.end());
+    append(carried, state_.cloud, slots);
+    solver.edit_gaussians(edits);
+}
+
+void LocalClay::set_material(int object, const Material<double>& to, Solver& solver)
+{
+    if (object != ground) return;
+    material = to;
+    for (const auto& [key, clay] : state_.clay)
+        if (clay >= 0) solver.set_material(clay, to);
+}
+
+// Cubes that all hands have left.
+std::vector<LocalClay::Key> LocalClay::left_by(const Boxes& boxes) const
+{
+    std::vector<Key> left;
+    const std::vector<Key> held = cubes_near(boxes, reach + slack_cells * dx);
+    for (const auto& [key, object] : state_.clay)
+        if (!std::binary_search(held.begin(), held.end(), key)) left.push_back(key);
+    return left;
+}
+
+// Those that hands come near and that are no clay, or are on their way back: more of them than are
+// needed now, once, rather than again in the frames to come.
+std::vector<LocalClay::Key> LocalClay::wanted_for(const Boxes& boxes) const
+{
+    const auto missing = [&](double beyond) {
+        std::vector<Key> keys;
+        for (const Key key : cubes_near(boxes, beyond))
+            if (!state_.clay.count(key) || leaves(key)) keys.push_back(key);
+        return keys;
+    };
+    if (missing(reach).empty()) return {};
+    return missing(reach + slack_cells / 2 * dx);
+}
+
+LocalReport LocalClay::after(int frame, const Motion& motion, Solver& solver)
+{
+    std::size_t back = 0;
+    if (frame % frames_apart == 0) {
+        back = begin_leaving(left_by(boxes_of(motion)), solver);
+        back += end_leaving(solver, true);
+    }
+    LocalReport report = follow(motion, solver);
+    report.given_back += back;
+    return report;
+}
+
+LocalReport LocalClay::follow(const Motion& motion, Solver& solver)
+{
+    LocalReport report;
+    report.given_back = end_leaving(solver, false);
+    const Boxes boxes = boxes_of(motion);
+    const std::vector<Key> wanted = wanted_for(boxes);
+    if (!wanted.empty()) {
+        report.given_back += end_leaving(solver, true);
+        take(wanted, boxes, solver);
+    }
+    report.taken = wanted.size();
+    for (const auto& [key, object] : state_.clay) report.cubes += object >= 0;
+    report.splats = moving.cloud().count();
+    return report;
+}
+
+Motion LocalClay::over_ground() const
+{
+    const Vec3<double> middle = 0.5 * (walls.min + walls.max);
+    Motion motion;
+    double least = 1e300;
+    Joint<double> there{{1, 0, 0, 0}, middle};
+    for (const Vec3<float>& centre : state_.cloud.centre) {
+        const Vec3<double> x = cast<double>(centre), off = x - middle;
+        if (between_walls(x) && dot(off, off) < least) least = dot(off, off), there.p = x;
+    }
+    if (least == 1e300) return motion;
+    std::size_t joints = 0;
+    for (const Binding<float>& b : rig.spheres)
+        for (const int joint : b.joint) joints = std::max(joints, std::size_t(joint + 1));
+    motion.from.assign(joints, there), motion.to.assign(joints, there);
+    return motion;
+}
+
+void LocalClay::begin_leaving(int frame, const Motion& motion, Solver& solver)
+{
+    if (frame % frames_apart == 0 && !leaving()) begin_leaving(left_by(boxes_of(motion)), solver);
+}
+
+void LocalClay::set_state(LocalState state)
+{
+    check(state);
+    if (leaving()) way_back.get();
+    if (state.cloud.degree != state_.cloud.degree)
+        throw std::invalid_argument("splats that stand, of other harmonics");
+    state_ = std::move(state);
+    standing.clear();
+    for (std::size_t i = 0; i < state_.cloud.count(); ++i) put(std::uint32_t(i));
+}
+
+void LocalClay::show(SplatCloud& all) const
+{
+    settled();
+    const SplatCloud& move = moving.cloud();
+    std::vector<std::uint32_t> standing_still;
+    for (std::size_t i = 0; i < state_.cloud.count(); ++i)
+        if (!state_.away[i]) standing_still.push_back(std::uint32_t(i));
+    const std::size_t first = move.count();
+    all.degree = state_.cloud.degree;
+    all.antialiased = move.antialiased || state_.cloud.antialiased;
+    if (const std::size_t wanted = first + standing_still.size(); all.centre.capacity() < wanted)
+        reserve(all, wanted + wanted / 4);  // some will be split
+    resize(all, first + standing_still.size());
+    const int count = int(all.count());
+    parallel_for(count, [&](int k) {
+        const auto i = std::size_t(k);
+        if (i < first)
+            set_splat(all, i, move, i);
+        else
+            set_splat(all, i, state_.cloud, standing_still[i - first]);
+    });
+}
+
+}  // namespace knead

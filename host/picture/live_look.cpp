@@ -1,0 +1,92 @@
+#include "host/picture/live_look.h"
+
+#include "host/hands/motion.h"
+#include "host/hands/rig.h"
+#include "host/scene/seed.h"
+#include "render/hand_skin.h"
+#include "render/tool_primitives.h"
+
+namespace knead {
+namespace {
+
+Rig zoomed(Rig rig, double zoom)
+{
+    for (Binding<float>& b : rig.spheres) b = stretched(b, {float(zoom), float(zoom)});
+    return rig;
+}
+
+}  // namespace
+
+std::vector<HandLook> hand_looks(const HandsRule& rule, const Motion& motion, float opacity)
+{
+    std::vector<HandLook> looks;
+    const std::vector<Side> sides = tool_sides(rule);
+    for (std::size_t tool = 0; tool < sides.size(); ++tool) {
+        if (motion.to.empty() || (tool < motion.active.size() && !motion.active[tool])) continue;
+        const Side side = sides[tool];
+        const Mesh skin =
+            hand_skin(rule.topology, side).posed(motion.to, rule.zoom, motion.stretch_of(tool));
+        looks.push_back({{}, {skin}, opacity, true});
+        const std::string& held = rule.held[side];
+        if (held.empty()) continue;
+        Motion own_size;
+        own_size.to = motion.to;
+        const auto add = [&](const Rig& rig, bool metal) {
+            looks.push_back(
+                {draw_primitives(zoomed(rig, rule.zoom), own_size, 0), {}, opacity, false, metal});
+        };
+        add(tool_rig(held, side), held == "knife" || held == "scissors");
+        add(tool_handle(held, side), false);
+    }
+    return looks;
+}
+
+EyeLook live_look(const Scene& scene)
+{
+    const WallRule& walls = scene.setup.walls;
+    EyeLook look;
+    look.floor = float(walls.min.y);
+    look.stage = {cast<float>(0.5 * (walls.min + walls.max)),
+                  float(length(walls.max - walls.min) / 2)};
+    return look;
+}
+
+long clay_version(const LiveState& state)
+{
+    return (long(state.history) << 40) + state.mesh_version;
+}
+
+void show_clay(EyePainter& painter, const LiveState& state)
+{
+    static const std::vector<Mesh> nothing;
+    const std::vector<int> unseen =
+        state.scene ? splat_categories(state.scene->scene) : std::vector<int>();
+    if (state.on_device)
+        painter.set_device_clay(*state.on_device, clay_version(state), unseen);
+    else
+        painter.set_clay(state.meshes ? *state.meshes : nothing, clay_version(state), unseen);
+}
+
+std::vector<HandLook> hand_looks(const LiveState& state)
+{
+    Motion motion = state.frame.motion;
+    motion.active.clear();
+    for (const LiveTool& tool : state.tools) motion.active.push_back(tool.active);
+    motion.active.resize(tool_sides(state.hands).size(), false);
+    return hand_looks(state.hands, motion);
+}
+
+std::vector<HandLook> tracked_looks(const HandFrame& frame, const HandsRule& rule, float opacity)
+{
+    Motion motion = no_motion();
+    for (int side : {left, right})
+        for (int j = 0; j < joint_count; ++j) {
+            const Joint<float>& joint = frame.hand[side].joints[std::size_t(j)];
+            motion.to[std::size_t(side * joint_count + j)] = {
+                unit(cast<double>(joint.q)), rule.at + rule.zoom * cast<double>(joint.p)};
+        }
+    for (const Side side : tool_sides(rule)) motion.active.push_back(frame.hand[side].tracked);
+    return hand_looks(rule, motion, opacity);
+}
+
+}  // namespace knead

@@ -1,0 +1,41 @@
+// What a run has to say: report.json, frames.csv and the summary for people.
+// docs/reference/formats.md
+#pragma once
+#include <nlohmann/json_fwd.hpp>
+#include <string>
+#include <vector>
+
+#include "host/run/run.h"
+
+namespace knead {
+
+// What the loop itself does not know.
+struct RunFacts {
+    std::string solver;                  // Solver::name()
+    int threads = 0;                     // asked for; 0: all
+    double cpu_seconds = 0;              // of the whole process during the loop
+    double hand_rate = 0;                // of the recording [1/s]; 0: no hands
+    double hand_latency = 0;             // of the tracker [s]
+    std::size_t splats = 0, inside = 0;  // that follow clay; of these, put inside of objects
+    bool local = false;                  // some stand still, and are clay where hands are
+    std::vector<std::string> left_out;
+    std::vector<std::string> settings;  // --set as given
+    std::vector<std::string> outputs;   // files written
+};
+
+struct Spread {
+    double median = 0, p95 = 0, mean = 0, max = 0;
+};
+Spread spread(std::vector<double> values);  // zeros for none; nearest-rank percentiles
+
+nlohmann::json report(const Scene& scene, const RunRecord& record, const RunFacts& facts);
+// Objects that are simulated softer than they were given, each with its text; [] for none.
+nlohmann::json softened_facts(const Scene& scene);
+std::string file_hash(const std::string& path);  // xxh64; "" where it cannot be read
+std::string frames_csv(const RunRecord& record);
+// Throws InputError where what the summary says is missing or of another type.
+void check_report(const nlohmann::json& report, const std::string& file);
+std::string summary(const nlohmann::json& report);  // of one that was checked
+const char* end_name(End end);
+
+}  // namespace knead

@@ -1,0 +1,319 @@
+#include "host/run/run.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <filesystem>
+
+#include "host/base/errors.h"
+#include "host/base/json_reader.h"
+#include "host/base/machine.h"
+#include "host/hands/recording.h"
+#include "host/solver/between.h"
+
+namespace knead {
+namespace {
+
+// From the simulation's frame into that of the scene's file.
+std::vector<Particle<double>> moved_out(const Scene& scene, std::vector<Particle<double>> clay)
+{
+    for (Particle<double>& q : clay) q.x = q.x + scene.origin;
+    return clay;
+}
+std::vector<Mesh> moved_out(const Scene& scene, std::vector<Mesh> meshes)
+{
+    const Vec3<double> by = scene.origin;
+    if (dot(by, by) == 0) return meshes;
+    for (Mesh& mesh : meshes)
+        for (Vec3<float>& x : mesh.vertices) x = cast<float>(cast<double>(x) + by);
+    return meshes;
+}
+
+// What watches the loop: each of its watchers fills its part of the frame's row.
+class Run {
+  public:
+    Run(const Scene& scene_, Solver& solver_, SessionLoop& loop_, const RunRule& rule_)
+        : scene(scene_), solver(solver_), loop(loop_), rule(rule_)
+    {
+    }
+
+    // Before the first frame.
+    void start()
+    {
+        record.last_good = loop.particles();
+        record.particles = record.last_good->size();
+        if (!record.rows.empty()) return;  // it goes on
+        record.first = audit(*record.last_good, scene.setup.materials, scene.setup.lattice.dx);
+        if (rule.mesh_every == 0 && rule.meshes_every == 0 && !rule.last_mesh) return;
+        FrameRow before;
+        mesh(before);
+        record.first_mesh_volume = before.mesh_volume;
+    }
+
+    void add_row(const Frame& f)
+    {
+        FrameRow row;
+        row.frame = f.number;
+        row.simulated = f.simulated, row.hand_time = f.hand_time;
+        row.hands = any_active(f.motion);
+        row.wall = f.times.solver, row.hands_wall = f.times.motion;
+        row.stats = f.stats;
+        record.rows.push_back(row);
+    }
+
+    // Stops the loop where the state is no longer sound.
+    void check(const Frame& f)
+    {
+        const bool bad = overrun(f.stats, record.particles);
+        if (bad)
+            record.trouble = fmt::format("frame {}: {} particles had to be put back", f.number,
+                                         f.stats.repaired);
+        const bool due =
+            is_last(f) || f.number == 1 || f.number % std::max(1, rule.audit_every) == 0;
+        if (bad || (due && !look(record.rows.back()))) loop.stop(End::numbers);
+    }
+
+    void make_surface(const Frame& f)
+    {
+        const bool wanted = shown(f) || due(f, rule.meshes_every) || (is_last(f) && rule.last_mesh);
+        if (wanted && loop.end() != End::numbers) mesh(record.rows.back());
+    }
+    static bool due(const Frame& f, int every) { return every > 0 && f.number % every == 0; }
+    bool shown(const Frame& f) const { return due(f, rule.mesh_every); }
+
+    // What files are made of, where the frame is one of theirs.
+    void hand_out(const Frame& f, const RunWatch& watch)
+    {
+        if (loop.end() == End::numbers || f.stats.cut) return;
+        if (watch.meshes && due(f, rule.meshes_every) && record.rows.back().meshed)
+            watch.meshes(f.number, moved_out(scene, *loop.meshes()));
+        if (watch.particles && due(f, rule.particles_every))
+            watch.particles(f.number, moved_out(scene, *loop.particles()));
+    }
+
+    // Whether the state is one from which a later run can go on.
+    bool may_go_on(const Frame& f) const
+    {
+        const End end = loop.end();
+        return f.number > 0 && !is_last(f) && !f.stats.cut && end != End::numbers &&
+               end != End::device;
+    }
+
+    // However the loop ended: its last frame is looked at, and meshed where that is wanted.
+    void finish()
+    {
+        record.end = loop.end();
+        record.left = record.depths.summary();
+        if (record.end == End::device) return;
+        record.bytes = solver.memory();
+        if (record.rows.empty() || record.end == End::numbers) return;
+        FrameRow& last = record.rows.back();
+        if (!last.audited && !look(last)) {
+            record.end = End::numbers;
+            return;
+        }
+        if (rule.last_mesh && !last.meshed) mesh(last);
+    }
+
+    // A picture that cannot be made is missing; the run goes on.
+    void show(const Frame& f, const std::vector<Mesh>& meshes, const RunWatch& watch)
+    {
+        try {
+            watch.picture(f, meshes);
+        } catch (const PictureError& e) {
+            if (record.pictures_missing++ > 0) return;
+            record.no_picture = fmt::format("of frame {}: {}", f.number, e.what());
+            std::fprintf(stderr, "knead: no picture %s\n", record.no_picture.c_str());
+        }
+    }
+
+    RunRecord record;
+
+  private:
+    bool is_last(const Frame& f) const { return f.number == record.frames_wanted; }
+
+    // Looks at the state; false if it holds non-finite numbers.
+    bool look(FrameRow& row)
+    {
+        const State now = loop.particles();
+        row.audited = true;
+        row.state = audit(*now, loop.materials(), scene.setup.lattice.dx, solver.velocities());
+        row.crowding = crowding(*now, loop.materials(), scene.setup.lattice.dx);
+        record.particles = std::max(record.particles, now->size());
+        row.stages = solver.stage_times();
+        const std::vector<double> inside = solver.penetration();
+        record.depths.add(inside);
+        row.left = depths_of(inside);
+        if (!inside.empty())
+            row.between = depths_of(depths_between(scene.setup, loop.last().motion, *now));
+        if (row.state.broken > 0) {
+            record.trouble =
+                fmt::format("frame {}: {} particles are not numbers", row.frame, row.state.broken);
+            return false;
+        }
+        record.last_good = now;
+        return true;
+    }
+
+    void mesh(FrameRow& row)
+    {
+        row.kept = loop.meshes_stand();
+        record.meshes = loop.meshes();
+        row.surface_wall = loop.last().times.surface;
+        row.meshed = true;
+        for (const Mesh& m : *record.meshes) {
+            row.mesh_volume += volume(m);
+            row.triangles += long(m.triangles.size());
+        }
+    }
+
+    const Scene& scene;
+    Solver& solver;
+    SessionLoop& loop;
+    const RunRule& rule;
+};
+
+// Keeps what a later run can go on from: the solver between two frames, and the record then.
+class Keeper {
+  public:
+    Keeper(Solver& solver_, Run& run_, const RunRule& rule_, const RunWatch& watch_)
+        : solver(solver_), run(run_), rule(rule_), watch(watch_), before(run.record.wall)
+    {
+    }
+
+    double wall() const
+    {
+        return before + wall_seconds() - begin;
+    }  // with that of an earlier run [s]
+
+    void after(const Frame& f)
+    {
+        if (!run.may_go_on(f)) return;
+        // In place when it is due.
+        if (wall_seconds() - saved + took >= rule.checkpoint) keep(run.record);
+        // Who cuts frames short is on the host, where copies are cheap.
+        if (!solver.clay()) whole = solver.snapshot(), depths = run.record.depths;
+    }
+
+    // Where the loop was stopped; a frame that was cut short is begun again by the later run.
+    void end(const Frame& last)
+    {
+        const End why = run.record.end;
+        if (why != End::interrupted && why != End::time_limit) return;
+        if (run.may_go_on(last)) return keep(run.record);
+        if (!last.stats.cut || !whole) return;
+        RunRecord until = run.record;
+        until.rows.pop_back(), until.depths = depths;
+        solver.restore(*whole);
+        keep(until);
+    }
+
+  private:
+    void keep(RunRecord& record)
+    {
+        record.wall = wall();
+        saved = wall_seconds();
+        watch.checkpoint(record);
+        took = wall_seconds() - saved;
+    }
+
+    Solver& solver;
+    Run& run;
+    const RunRule& rule;
+    const RunWatch& watch;
+    const double before;
+    const double begin = wall_seconds();
+    double saved = begin, took = 0;         // the last: when, and how long it was written [s]
+    std::shared_ptr<const Snapshot> whole;  // after the last whole frame
+    DepthCount depths;                      // then
+};
+
+// What a record says of places, it says in the frame of the scene's file: one way out for all of
+// it.
+void move_out(const Scene& scene, RunRecord& record)
+{
+    const Vec3<double> by = scene.origin;
+    if (dot(by, by) == 0) return;
+    if (record.last_good)
+        record.last_good = std::make_shared<const std::vector<Particle<double>>>(
+            moved_out(scene, *record.last_good));
+    if (record.meshes)
+        record.meshes = std::make_shared<const std::vector<Mesh>>(moved_out(scene, *record.meshes));
+    const auto turn = [by](Audit& state) { state.spin = state.spin + cross(by, state.momentum); };
+    turn(record.first);
+    for (FrameRow& row : record.rows)
+        if (row.audited) turn(row.state);
+}
+
+// The error that ended the loop, if it is one of a device; others pass on.
+std::string trouble_of(const SessionLoop& loop)
+{
+    try {
+        std::rethrow_exception(loop.failure());
+    } catch (const std::runtime_error& e) {
+        return fmt::format("frame {}: {}", loop.last().number + 1, e.what());
+    }
+}
+
+}  // namespace
+
+int frames_wanted(const Scene& scene, const HandSource* hands, int asked)
+{
+    if (asked > 0) return asked;
+    if (scene.frames > 0) return scene.frames;
+    const double seconds = hands ? hands->duration() : 1.0;
+    return int(std::clamp(std::ceil(seconds * scene.frame_rate - 1e-6), 1.0, 1e7));
+}
+
+RunRecord run_frames(const Scene& scene, Solver& solver, const HandSource* hands,
+                     const RunRule& rule, const RunWatch& watch, const RunRecord* earlier)
+{
+    LoopRule by = loop_rule(scene);
+    by.frames = frames_wanted(scene, hands, rule.frames);
+    by.time_limit = rule.time_limit;
+    by.most_substeps = scene.most_substeps;
+    by.part = watch.part;
+    if (earlier) by.done = int(earlier->rows.size());
+    if (earlier) by.materials = solver.rules().materials;  // of clay that came meanwhile, too
+    by.interrupted = [&] { return interrupted() || (watch.stop && watch.stop()); };
+    SessionLoop loop(solver, watch.motion ? watch.motion : recorded_motion(hands, scene.hands), by);
+    Run run(scene, solver, loop, rule);
+    if (earlier) run.record = *earlier;
+    run.record.frames_wanted = by.frames;
+    run.record.duration = by.duration;
+    loop.watch([&](const Frame& f) { run.add_row(f); });
+    loop.watch([&](const Frame& f) { run.check(f); });
+    loop.watch([&](const Frame& f) {
+        if (!watch.upkeep || f.stats.cut || loop.end() == End::numbers) return;
+        PagingReport& report = run.record.rows.back();
+        report = watch.upkeep(f);
+        if (report.clay_changed()) loop.clay_edited();
+    });
+    loop.watch([&](const Frame& f) { run.make_surface(f); });
+    if (watch.frame) loop.watch([&](const Frame&) { watch.frame(run.record.rows.back()); });
+    if (watch.picture)
+        loop.watch([&](const Frame& f) {
+            if (run.shown(f) && run.record.rows.back().meshed) run.show(f, *loop.meshes(), watch);
+        });
+    loop.watch([&](const Frame& f) { run.hand_out(f, watch); });
+    Keeper keeper(solver, run, rule, watch);
+    if (watch.checkpoint) loop.watch([&](const Frame& f) { keeper.after(f); });
+    if (watch.edits) loop.watch([&](const Frame& f) { watch.edits(f.number, loop); });
+    run.start();
+    if (watch.edits) watch.edits(by.done, loop);
+    loop.run();
+    if (loop.failure()) run.record.trouble = trouble_of(loop);
+    if (loop.end() == End::substeps)
+        run.record.trouble =
+            fmt::format("frame {}: not done after {} substeps (step.most_substeps)",
+                        loop.last().number, loop.last().stats.substeps);
+    run.finish();
+    run.record.wall = keeper.wall();
+    if (watch.checkpoint) keeper.end(loop.last());
+    move_out(scene, run.record);
+    return std::move(run.record);
+}
+
+}  // namespace knead

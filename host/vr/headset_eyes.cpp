@@ -1,0 +1,345 @@
+#include "host/vr/headset_eyes.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+
+#include "host/base/machine.h"
+#include "host/vr/headset_loop.h"
+
+#ifdef KNEAD_HAS_GL
+#include "host/picture/live_look.h"
+#include "host/picture/splat_layer.h"
+#include "host/vr/panel_quad.h"
+#include "render/draw_timer.h"
+#include "render/gl.h"
+#include "render/pace.h"
+#endif
+
+namespace knead {
+
+EyesRule EyesRule::of(const HeadsetLoopRule& rule)
+{
+    const bool on_gpu = rule.device.kind == DeviceKind::cuda;
+    EyesRule eyes;
+    eyes.device = rule.device;
+    eyes.samples = rule.samples > 0 ? rule.samples : on_gpu ? 4 : 1;
+    eyes.least = rule.least_scale, eyes.foveate = rule.foveate;
+    if (rule.samples == 0 && on_gpu && !rule.stepped) eyes.budget = gl_share * usual_period(rule);
+    return eyes;
+}
+
+double EyesRule::usual_period(const HeadsetLoopRule& rule)
+{
+    return 1 / (rule.headset.rate > 0 ? rule.headset.rate : 90);
+}
+
+#ifdef KNEAD_HAS_GL
+namespace {
+
+constexpr double splat_budget = 4e-3;  // for the splats of an eye [s]
+
+// Textures as an eye's of the headset.
+struct EyeOfOurs {
+    Texture colour = texture(GL_TEXTURE_2D), depth = texture(GL_TEXTURE_2D);
+    EyeTexture as;
+
+    explicit EyeOfOurs(const HeadsetFacts& about)
+        : as{colour, depth, about.width, about.height, about.srgb}
+    {
+        glTextureStorage2D(colour, 1, about.srgb ? GL_SRGB8_ALPHA8 : GL_RGBA8, about.width,
+                           about.height);
+        glTextureStorage2D(depth, 1, GL_DEPTH_COMPONENT32F, about.width, about.height);
+    }
+};
+
+}  // namespace
+
+struct HeadsetEyes::Parts {
+    Parts(Headset& of, const EyesRule& by) : headset(of), rule(by) {}
+
+    struct KeptMotion {
+        std::shared_ptr<const std::vector<Gaussian<double>>> host, before;
+        std::shared_ptr<const DeviceGaussians> device;
+        Instant instant;
+
+        explicit KeptMotion(const LiveState& state)
+            : host(state.gaussians),
+              before(state.gaussians_before),
+              device(state.gaussians_on_device),
+              instant(state.gaussian_instant)
+        {
+        }
+        KeptMotion() = default;
+        SplatMotion told(double now) const
+        {
+            return {host.get(), device.get(), before.get(), instant.ahead(now)};
+        }
+    };
+
+    Headset& headset;
+    EyesRule rule;
+    std::unique_ptr<EyePainter> painter;
+    Framebuffer target;
+    Texture own_depth;  // where the headset takes none
+    std::unique_ptr<PanelQuad> quad;
+    std::unique_ptr<SplatDrawer> splats;
+    std::array<HiddenTiles, 2> hidden;
+    int splats_of = -1;  // history
+    long splat_version = -1, coming_version = -1;
+    // Where the splats were that are drawn, and those that are prepared, when they were last told.
+    KeptMotion motion, coming_motion;
+    int errors = 0;
+    std::unique_ptr<DrawTimer> timer;
+    std::optional<Pace> pace;  // of both eyes; none: they are whole
+    int timed = 0;             // pictures
+    double first_scale = 1;
+    std::string told;
+
+    double seconds_of_empty_eyes();
+    void choose();
+    float scale(const HeadsetPicture& picture);
+    void follow(const LiveState& state, bool at_once);
+    void follow_splats(const LiveState& state, bool at_once);
+    void prepare_again(const LiveState& state);
+    void draw(int eye, const EyeTexture& to, const EyeView& view, const HeadsetPicture& picture);
+    void draw_panel(const EyeView& view, const EyeTarget& to, const HeadsetPicture& picture);
+};
+
+HeadsetEyes::HeadsetEyes(Headset& headset, const EyesRule& rule) : parts(new Parts(headset, rule))
+{
+    load_gl(headset.gl_address());
+    parts->painter = EyePainter::open(rule.samples);
+    parts->timer = std::make_unique<DrawTimer>();
+    parts->target = framebuffer();
+    if (rule.budget > 0) parts->choose();
+    renew();
+}
+
+std::string HeadsetEyes::told() const { return parts->told; }
+
+// The least of some, which have what they draw with loaded.
+double HeadsetEyes::Parts::seconds_of_empty_eyes()
+{
+    const HeadsetFacts& about = headset.facts();
+    const EyeOfOurs one(about);
+    glNamedFramebufferTexture(target, GL_COLOR_ATTACHMENT0, one.colour, 0);
+    glNamedFramebufferTexture(target, GL_DEPTH_ATTACHMENT, one.depth, 0);
+    EyeView view;
+    view.position = {0.5f, 1, 1.5f}, view.width = about.width, view.height = about.height;
+    double least = 1e30;
+    for (int k = 0; k < 4; ++k) {
+        timer->begin(1);
+        for (int eye = 0; eye < 2; ++eye) painter->paint(view, {}, {target, 0, 0, about.srgb}, eye);
+        timer->end();
+        glFinish();
+        while (const auto reading = timer->told())
+            if (k > 0) least = std::min(least, reading->seconds);
+    }
+    glNamedFramebufferTexture(target, GL_COLOR_ATTACHMENT0, 0, 0);
+    glNamedFramebufferTexture(target, GL_DEPTH_ATTACHMENT, 0, 0);
+    return least;
+}
+
+// Fewer samples first: four times the pixels are worth more than four samples.
+void HeadsetEyes::Parts::choose()
+{
+    double takes = seconds_of_empty_eyes();
+    if (takes > rule.budget && rule.samples > 1) {
+        told =
+            fmt::format("one sample a pixel is drawn: {} of {} x {} would take {:.1f} ms",
+                        rule.samples, headset.facts().width, headset.facts().height, 1e3 * takes);
+        painter = EyePainter::open(1);
+        takes = seconds_of_empty_eyes();
+    }
+    if (takes > rule.budget && takes < 1e30)
+        first_scale = std::max(rule.least, std::sqrt(rule.budget / takes));
+}
+
+HeadsetEyes::~HeadsetEyes() { parts->headset.make_current(); }
+
+int HeadsetEyes::gl_errors() const { return parts->errors; }
+
+Sharing HeadsetEyes::sharing() const
+{
+    if (parts->rule.device.kind != DeviceKind::cuda) return {};
+    parts->headset.make_current();
+    return parts->painter->sharing(parts->rule.device.index);
+}
+
+void HeadsetEyes::renew()
+{
+    parts->headset.make_current();
+    const HeadsetFacts& facts = parts->headset.facts();
+    parts->painter->expect_splats(facts.width, facts.height);
+    parts->own_depth = {};
+    if (facts.depth) return;
+    parts->own_depth = texture(GL_TEXTURE_2D);
+    glTextureStorage2D(parts->own_depth, 1, GL_DEPTH_COMPONENT32F, facts.width, facts.height);
+}
+
+void HeadsetEyes::Parts::follow(const LiveState& state, bool at_once)
+{
+    show_clay(*painter, state);
+    const bool other = state.history != splats_of || !splats;
+    if (!other) return follow_splats(state, at_once);
+    if (state.history == splats_of && state.splat_version == splat_version) return;
+    splats_of = state.history, splat_version = state.splat_version;
+    splats.reset();
+    painter->set_splats(0, SplatLayer{}), painter->set_splats(1, SplatLayer{});
+    if (state.splats) {
+        splats = std::make_unique<SplatDrawer>(*state.splats, rule.device, splat_budget);
+        if (rule.foveate > 0) splats->foveate(fovea_of(rule.foveate));
+    }
+    motion = KeptMotion(state);
+}
+
+// Splats and their motion belong together: while others are prepared, those before stand where they
+// were last.
+void HeadsetEyes::Parts::follow_splats(const LiveState& state, bool at_once)
+{
+    const KeptMotion now(state);
+    if (splats->preparing() && state.splat_version == coming_version) coming_motion = now;
+    if (splats->adopt()) splat_version = coming_version, motion = coming_motion;
+    if (state.splat_version == splat_version) {
+        motion = now;
+    } else if (at_once) {
+        splats->set(*state.splats);
+        splat_version = state.splat_version, motion = now;
+    } else if (!splats->preparing()) {
+        splats->prepare(state.splats);
+        coming_version = state.splat_version, coming_motion = now;
+    }
+}
+
+// As if they had been split: the memory for others is there then.
+void HeadsetEyes::Parts::prepare_again(const LiveState& state)
+{
+    if (!splats || !state.splats) return;
+    splats->prepare(state.splats);
+    coming_version = state.splat_version, coming_motion = KeptMotion(state);
+}
+
+// By what the last pictures took. Those of another scale, still under way when it changed, do not
+// count.
+float HeadsetEyes::Parts::scale(const HeadsetPicture& picture)
+{
+    if (!(picture.budget > 0)) {
+        pace.reset();
+        return 1;
+    }
+    if (!pace) pace.emplace(picture.budget, rule.least, first_scale);
+    constexpr int first = 4;  // pictures, which wait for what is loaded then
+    while (const auto reading = timer->told())
+        if (++timed > first && reading->scale == float(pace->scale())) pace->took(reading->seconds);
+    return float(pace->scale());
+}
+
+EyesDrawn HeadsetEyes::draw(const Sight& sight, const HeadsetPicture& picture)
+{
+    const float scale = parts->scale(picture);
+    parts->follow(picture.state, picture.at_once);
+    parts->painter->set_hands(picture.hands);
+    std::vector<EyeView> views;
+    for (std::size_t eye = 0; eye < 2; ++eye)
+        views.push_back(eye_view(sight.eyes[eye], scaled(sight.targets[eye].width, scale),
+                                 scaled(sight.targets[eye].height, scale), picture.workplace,
+                                 picture.rule, picture.nearest));
+    for (std::size_t eye = 0; eye < 2; ++eye) {
+        const HiddenArea& unseen = parts->headset.facts().hidden[eye];
+        parts->painter->set_hidden(int(eye), unseen.corners);
+        parts->hidden[eye].set(unseen.corners);
+    }
+    parts->timer->begin(scale);
+    EyesDrawn drawn{scale};
+    if (const SplatMotion motion = parts->motion.told(picture.now); parts->splats && motion.any()) {
+        parts->splats->draw(*parts->painter, views, motion, parts->rule.whole(), &parts->hidden);
+        drawn.splat_scale = float(parts->splats->scale()), drawn.splats = parts->splats->seconds();
+    }
+    for (std::size_t eye = 0; eye < 2; ++eye)
+        parts->draw(int(eye), sight.targets[eye], views[eye], picture);
+    parts->timer->end();
+    while (glGetError() != GL_NO_ERROR) ++parts->errors;
+    return drawn;
+}
+
+void HeadsetEyes::rehearse(const HeadsetPicture& picture)
+{
+    parts->headset.make_current();
+    const EyeOfOurs one(parts->headset.facts());
+    Sight sight;
+    for (std::size_t eye = 0; eye < 2; ++eye) {
+        sight.eyes[eye].pose.p = cast<float>(picture.workplace.at) + Vec3<float>{0, 0.2f, 0.5f};
+        sight.eyes[eye].field = {-0.8f, 0.8f, 0.8f, -0.8f};
+        sight.targets[eye] = one.as;
+    }
+    // As many as sizes settle in, but no longer than half a second.
+    constexpr int most = 16;
+    constexpr double enough = 0.5;  // [s]
+    const double begin = wall_seconds();
+    try {
+        for (int k = 0; k < most && (k < 2 || wall_seconds() - begin < enough); ++k) {
+            draw(sight, picture);
+            glFinish();
+            if (k == 0) parts->prepare_again(picture.state);
+        }
+    } catch (const std::exception&) {
+    }
+    glFinish();
+}
+
+void HeadsetEyes::Parts::draw(int eye, const EyeTexture& to, const EyeView& view,
+                              const HeadsetPicture& picture)
+{
+    static const Scene none{};
+    EyeLook look = live_look(picture.state.scene ? picture.state.scene->scene : none);
+    look.transparent = headset.facts().see_through;
+    look.floor_seen = !look.transparent;
+    look.ahead = picture.state.mesh_instant.ahead(picture.now);
+    glNamedFramebufferTexture(target, GL_COLOR_ATTACHMENT0, to.colour, 0);
+    glNamedFramebufferTexture(target, GL_DEPTH_ATTACHMENT, to.depth ? to.depth : own_depth, 0);
+    const EyeTarget into{target, 0, 0, to.srgb};
+    painter->paint(view, look, into, eye);
+    if (picture.panel) draw_panel(view, into, picture);
+    // The texture is the runtime's again.
+    glNamedFramebufferTexture(target, GL_COLOR_ATTACHMENT0, 0, 0);
+    glNamedFramebufferTexture(target, GL_DEPTH_ATTACHMENT, 0, 0);
+}
+
+void HeadsetEyes::Parts::draw_panel(const EyeView& view, const EyeTarget& to,
+                                    const HeadsetPicture& picture)
+{
+    if (picture.canvas) {
+        if (!quad)
+            quad = std::make_unique<PanelQuad>(picture.canvas->width(), picture.canvas->height(),
+                                               to.linear);
+        quad->upload(*picture.canvas);
+    }
+    if (!quad) return;
+    const Joint<float>& at = *picture.panel;
+    const float x = 0.5f * picture.panel_width, y = 0.5f * picture.panel_height;
+    std::array<Vec3<float>, 4> corners{{{-x, y, 0}, {x, y, 0}, {-x, -y, 0}, {x, -y, 0}}};
+    for (Vec3<float>& corner : corners)
+        corner =
+            cast<float>(picture.rule.at) + float(picture.rule.zoom) * (at.p + rotate(at.q, corner));
+    quad->draw(corners, view, to);
+}
+
+#else
+struct HeadsetEyes::Parts {};
+
+HeadsetEyes::HeadsetEyes(Headset&, const EyesRule&)
+{
+    throw std::runtime_error("this program was built without OpenGL");
+}
+HeadsetEyes::~HeadsetEyes() = default;
+void HeadsetEyes::renew() {}
+EyesDrawn HeadsetEyes::draw(const Sight&, const HeadsetPicture&) { return {}; }
+void HeadsetEyes::rehearse(const HeadsetPicture&) {}
+int HeadsetEyes::gl_errors() const { return 0; }
+std::string HeadsetEyes::told() const { return {}; }
+Sharing HeadsetEyes::sharing() const { return {}; }
+#endif
+}  // namespace knead

@@ -1,0 +1,29 @@
+#include "host/vr/headset_feel.h"
+
+namespace knead {
+
+HeadsetFeel::HeadsetFeel(bool audible, const std::function<void(const std::string&)>& tell)
+{
+    std::string silent;
+    if (audible) sound = SoundOut::open(silent);
+    if (!silent.empty()) tell("no sound: " + silent);
+}
+
+void HeadsetFeel::frame(const Sight& sight, const LiveState& state, HeadsetHands& hands,
+                        float strength[side_count])
+{
+    constexpr float aside = 0.4f;  // so far to a side it is heard from there alone [m]
+    Feel felt[side_count];
+    hands.feel(state, felt);
+    const Joint<float> head = head_of(sight);
+    for (const Side side : {left, right}) {
+        strength[side] = strength_of(felt[side]);
+        const Hand& hand = sight.hands[std::size_t(side)].hand;
+        const Vec3<float> off = rotate(conjugate(head.q), hand.joints[index_tip].p - head.p);
+        cues.set(side, felt[side], off.x / aside);
+    }
+    if (sound)
+        sound->fill([this](int pairs, std::vector<std::int16_t>& to) { cues.make(pairs, to); });
+}
+
+}  // namespace knead

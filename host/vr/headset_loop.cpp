@@ -1,0 +1,359 @@
+#include "host/vr/headset_loop.h"
+
+#include <cmath>
+#include <limits>
+#include <utility>
+
+#include "host/base/machine.h"
+#include "host/vr/headset_loop_class.h"
+
+namespace knead {
+namespace {
+
+// Slow frames of a stepped display would simulate ever more each: as much as the one before took.
+SessionTime session_time(const Scene& scene, const HeadsetLoopRule& rule)
+{
+    constexpr double most = 0.25;  // of a frame of the display [s]
+    return rule.stepped ? SessionTime(scene.frame_rate, most) : SessionTime(scene.frame_rate);
+}
+
+}  // namespace
+
+HeadsetLoop::HeadsetLoop(std::shared_ptr<const LiveScene> of, HeadsetLoopRule by, CallGate& guard)
+    : gate(guard),
+      first_scene(std::move(of)),
+      rule(std::move(by)),
+      time(session_time(first_scene->scene, rule)),
+      state(std::make_shared<const LiveState>()),
+      hands(live_hands(first_scene->scene)),
+      workplace(rule.workplace),
+      record(rule.tell),
+      desk(rule.scene, rule.settings),
+      canvas(HeadsetPanel::width, HeadsetPanel::height, 3),
+      notices(rule.tell),
+      felt(rule.sound && !rule.stepped, rule.tell)
+{
+}
+
+void HeadsetLoop::open()
+{
+    runtime([&] { headset = Headset::open(rule.headset); });
+    drawing([&] { eyes = std::make_unique<HeadsetEyes>(*headset, EyesRule::of(rule)); });
+    if (!eyes->told().empty()) rule.tell(eyes->told());
+    end.facts = headset->facts();
+    LiveRule lived = live_rule(
+        rule, [this] { return clock.now(wall_seconds()); },
+        [this](const HandAction& done) { record.act(done); });
+    const Sharing sharing = eyes->sharing();
+    end.shared = lived.on_device = sharing.shared;
+    if (!sharing.text.empty()) rule.tell(sharing.text);
+    if (rule.headset.see_through && !headset->facts().see_through)
+        rule.tell("--see-through: this runtime shows no room behind the picture; it is opaque");
+    live = std::make_unique<LiveSession>(first_scene, std::move(lived));
+    live->settle();
+    floor = headset->facts().floor;
+    if (floor == Floor::standing) {
+        // A place over the floor stands at first; later, and where there is none, it is the head
+        // that counts.
+        place_anew = !(rule.workplace.at.y > 0);
+        if (!place_anew) rule.workplace = {};
+    }
+    follow_history();
+    if (!rule.stepped) rehearse();
+}
+
+HeadsetEnd HeadsetLoop::results(const std::string& reason)
+{
+    taken = true;
+    if (end.reason.empty()) end.reason = reason;
+    if (live) {
+        const ClayDigest clay = live->digest();
+        end.hash = clay.hash, end.particles = clay.particles;
+    }
+    end.state = live ? live->state() : state;  // of that or a later frame
+    end.hands = std::move(record.hands), end.actions = std::move(record.actions);
+    end.hands.name = "headset";
+    end.rate = tick.period > 0 ? 1 / tick.period : 0;
+    end.hands.rate = end.rate > 0 ? end.rate : 90;
+    end.length = began < 0 ? 0 : wall_seconds() - began;
+    end.left_out = time.left_out();
+    return std::move(end);
+}
+
+void HeadsetLoop::close()
+{
+    runtime([&] { headset->close(); });
+}
+
+void HeadsetLoop::look_for_end(const News& news)
+{
+    const bool enough = rule.frames > 0 && frames >= rule.frames;
+    if (leaving || news.phase == Phase::over || (!enough && !rule.stop())) return;
+    leaving = true;
+    runtime([&] { headset->leave(); });
+}
+
+// One round of the loop; false when it is over.
+bool HeadsetLoop::turn()
+{
+    const News news = runtime([&] { return headset->poll(); });
+    end.stray = headset->stray_gl_errors();
+    in_view = news.visible && news.worn;
+    lost = news.lost;
+    for (const std::string& message : news.messages) rule.tell(message);
+    if (news.renewed) {
+        ++end.renewals;
+        anew = true;
+        pictured = false;
+        end.facts = headset->facts();
+        drawing([&] { eyes->renew(); });
+    }
+    if (news.phase == Phase::over) {
+        end.reason = news.reason;
+        return false;
+    }
+    look_for_end(news);
+    if (news.phase == Phase::running)
+        frame();
+    else
+        ran = false;
+    return !taken || leaving;
+}
+
+void HeadsetLoop::frame()
+{
+    FrameParts parts;
+    const double start = wall_seconds();
+    if (began < 0) began = start;
+    tick = runtime([&] { return headset->begin(); });
+    const double begun = wall_seconds();
+    const Sight sight = runtime([&] { return headset->locate(); });
+    const double located = wall_seconds();
+    if (place_anew && sight.located) {
+        if (floor != headset->facts().floor) rule.tell("the runtime knows no floor of the room");
+        floor = headset->facts().floor;
+        workplace = before_head(head_of(sight), rule.workplace);
+        place_anew = false;
+        anew = true;
+    }
+    poke(sight);
+    // Nobody shapes what nobody sees: without the headset worn and in view, time stands still.
+    const bool runs = in_view && !leaving && !taken && !paused;
+    simulate(sight, runs, parts);
+    const double simulated = wall_seconds();
+    const bool shown = sight.draw && draw(sight, parts);
+    const double drawn = wall_seconds();
+    Drawn done;
+    done.eyes = shown, done.scale = parts.scale;
+    if (shown) done.near_z = std::numeric_limits<float>::infinity();
+    done.far_z = float(rule.nearest);
+    felt.frame(sight, *state, hands, done.vibrate);
+    runtime([&] {
+        parts.left = headset->time_left();
+        headset->end(done);
+    });
+    parts.wait = begun - start, parts.locate = located - begun;
+    parts.simulate = simulated - located, parts.draw = drawn - simulated;
+    parts.submit = wall_seconds() - drawn, parts.period = tick.period;
+    parts.interval = last_shown >= 0 ? tick.time - last_shown : 0;
+    last_shown = shown && runs ? tick.time : -1;
+    if (shown && runs) end.figures.add(parts);
+    pictured = pictured || runs;
+}
+
+// Another scene, or the same from its start, has its own tools; what was recorded was of the one
+// before.
+void HeadsetLoop::follow_history()
+{
+    state = live->state();
+    if (state->history == history) return;
+    const bool first = history == 0;
+    history = state->history;
+    if (!state->scene) return;
+    const Scene& scene = state->scene->scene;
+    const HandsRule rule_now = live_hands(scene);
+    hands.set(rule_now);
+    // A stepped session begins each history at 0.
+    if (rule.stepped && !first) time = session_time(scene, rule);
+    record.begin(*state->scene, time.time());
+    if (!scene.has_hands) live->set_hands(rule_now);
+    ran = ran && !rule.stepped;
+    holding = false, hold = {};
+}
+
+// What is drawn moves at any time, what shapes only while time goes on.
+void HeadsetLoop::push(HandFrame given, bool runs, double now)
+{
+    if (anew) given.hand[left].tracked = given.hand[right].tracked = false;
+    anew = false;
+    given.time = tick.time;
+    hands.push(given);
+    notices.follow(hands, tick.time);
+    if (holding) hold_clay(given);
+    if (!runs || !record.frame(given, now)) return;
+    given.time = now;
+    live->push(given);
+    ++frames;
+}
+
+// Hands to the simulation, which goes on to this frame's time, and its newest state.
+void HeadsetLoop::simulate(const Sight& sight, bool runs, FrameParts& parts)
+{
+    follow_history();
+    // The first picture of a session takes longer than others. In real time no time has passed
+    // until it is there.
+    const bool goes_on = runs && (rule.stepped || pictured);
+    const bool kept_up = time.left_out() == 0;
+    const double now = time.frame(tick.time, goes_on && ran);
+    if (kept_up && time.left_out() > 0)
+        rule.tell(
+            "a frame of the display takes longer than a quarter of a second, which is the "
+            "most that one simulates: simulated time is slower");
+    ran = goes_on;
+    if (!rule.stepped) clock.set(now, wall_seconds(), goes_on ? tick.period : 0);
+    if (goes_on && !std::exchange(started, true)) live->start();
+    push(hand_frame(sight, workplace, now), goes_on, now);
+    if (rule.stepped && runs) live->advance_to(now);
+    if (goes_on) record.simulated(now);
+    const auto before = state;
+    state = live->state();
+    if (!state->trouble.empty() && before->trouble.empty())
+        rule.tell("the simulation has ended: " + state->trouble);
+    notices.follow(*state, tick.time);
+    if (rule.hands_only || !state->trouble.empty()) return;  // hands dent nothing
+    // The state shows what a hand did when its frame began.
+    const double computing = rule.stepped ? 0 : state->frame.times.solver;
+    parts.latency = std::max(0.0, now - (state->time - computing));
+}
+
+void HeadsetLoop::poke(const Sight& sight)
+{
+    if (!rule.panel) return;
+    const Joint<float> at = HeadsetPanel::pose(rule.workplace, panel_side);
+    for (const Side side : {left, right}) {
+        const Hand hand = in_hands(workplace, sight.hands[std::size_t(side)].hand);
+        const Vec3<float> tip = rotate(conjugate(at.q), hand.joints[index_tip].p - at.p);
+        const bool seen = hand.tracked && hand.valid[index_tip];
+        if (const auto command = panel.poke(side, tip, seen, tick.time)) obey(*command, sight);
+    }
+}
+
+// Hands that carry clay touch none.
+void HeadsetLoop::tell_hands()
+{
+    HandsRule told = hands.rule();
+    if (holding) told.present[left] = told.present[right] = false;
+    live->set_hands(told);
+    live->set_gravity(desk.gravity_of(*state));
+}
+
+void HeadsetLoop::hold_clay(const HandFrame& given)
+{
+    const HeadsetHold::Answer answer = hold.frame(given, hands.rule(), *meshes_of(*state));
+    if (answer.zoom != 1) hands.set_zoom(clamp(hands.rule().zoom / answer.zoom, 0.05, 50.0));
+    // What is carried does not fall, nor gather speed.
+    if (answer.took) live->set_gravity({0, 0, 0});
+    if (answer.let_go) live->set_gravity(desk.gravity_of(*state));
+    if (!answer.category || !state->scene) return;
+    const std::vector<Object>& objects = state->scene->scene.objects;
+    for (std::size_t i = 0; i < objects.size(); ++i)
+        if (objects[i].category == *answer.category) live->move_clay(int(i), answer.motion);
+}
+
+void HeadsetLoop::obey(const PanelCommand& command, const Sight& sight)
+{
+    panel_age = 0;
+    switch (command.act) {
+        case PanelAct::pause:
+            paused = !paused;
+            return record.pause(paused);
+        case PanelAct::recentre:
+            workplace = before_head(head_of(sight), rule.workplace);
+            return;
+        case PanelAct::posture:
+            floor = floor == Floor::seated ? Floor::standing : Floor::seated;
+            headset->set_floor(floor);
+            place_anew = true;
+            return;
+        case PanelAct::side:
+            panel_side = panel_side == left ? right : left;
+            return;
+        case PanelAct::hold:
+            holding = !holding;
+            hold = {};
+            return tell_hands();
+        case PanelAct::quit:
+            leaving = true;
+            runtime([&] { headset->leave(); });
+            return;
+        default:
+            if (command.act == PanelAct::reset) record.begins_by("reset");
+            if (command.act == PanelAct::scene || command.act == PanelAct::cells)
+                record.begins_by("scene");
+            desk.apply(command, *state, *live, hands);
+            if (holding) tell_hands();
+            if (rule.stepped) live->settle();
+    }
+}
+
+HeadsetPicture HeadsetLoop::picture_of(std::vector<HandLook> looks, bool repaint)
+{
+    if (repaint) {
+        PanelView seen = desk.view(*state, hands);
+        seen.paused = paused, seen.holding = holding;
+        seen.standing = headset->facts().floor == Floor::standing;
+        seen.notice = notices.at(tick.time);
+        panel.draw(canvas, seen, end.figures);
+    }
+    HeadsetPicture picture{*state,    std::move(looks),    hands.rule(),
+                           workplace, float(rule.nearest), repaint ? &canvas : nullptr,
+                           {}};
+    if (rule.panel) picture.panel = HeadsetPanel::pose(rule.workplace, panel_side);
+    picture.panel_width = HeadsetPanel::pixel * HeadsetPanel::width;
+    picture.panel_height = HeadsetPanel::pixel * HeadsetPanel::height;
+    picture.at_once = rule.stepped, picture.now = time.time();
+    const double period = tick.period > 0 ? tick.period : EyesRule::usual_period(rule);
+    if (!rule.stepped && rule.least_scale < 1) picture.budget = EyesRule::gl_share * period;
+    return picture;
+}
+
+// What is made with the first picture, hands' skins above all, takes 0.1 to 0.25 s.
+void HeadsetLoop::rehearse()
+{
+    live->rehearse();
+    live->settle();
+    state = live->state();
+    std::vector<HandLook> looks = HeadsetHands::open(hands.rule()).looks();
+    for (HandLook& look : looks) look.opacity = 1;  // as of hands that have grown: with shadows
+    const HeadsetPicture picture = picture_of(std::move(looks), rule.panel);
+    drawing([&] { eyes->rehearse(picture); });
+}
+
+// False where it cannot be drawn, which is told once.
+bool HeadsetLoop::draw(const Sight& sight, FrameParts& parts)
+{
+    constexpr int often = 9;  // frames from graph to graph
+    const bool repaints = rule.panel && (panel_age++ % often == 0 || panel.moves());
+    try {
+        const HeadsetPicture picture = picture_of(hands.looks(), repaints);
+        const EyesDrawn drawn = drawing([&] { return eyes->draw(sight, picture); });
+        end.gl_errors = eyes->gl_errors();
+        parts.scale = drawn.scale, parts.splat_scale = drawn.splat_scale;
+        parts.splats = drawn.splats;
+    } catch (const std::exception& e) {
+        if (undrawn.empty()) rule.tell(std::string("nothing is drawn: ") + e.what());
+        undrawn = e.what();
+        return false;
+    }
+    undrawn.clear();
+    ++end.drawn;
+    return true;
+}
+
+std::unique_ptr<HeadsetSession> HeadsetSession::make(std::shared_ptr<const LiveScene> scene,
+                                                     const HeadsetLoopRule& rule, CallGate& gate)
+{
+    return std::make_unique<HeadsetLoop>(std::move(scene), rule, gate);
+}
+
+}  // namespace knead

@@ -1,0 +1,106 @@
+#include "host/vr/headset_run.h"
+
+#include <exception>
+#include <optional>
+#include <stdexcept>
+#include <utility>
+
+#include "host/base/machine.h"
+#include "host/base/quiet_stderr.h"
+#include "xr/advice.h"
+
+namespace knead {
+namespace {
+
+constexpr double look_every = 0.02;  // [s]
+// An interrupted session of a runtime that answers ends by itself in so long, in its order [s].
+constexpr double orderly_end = 0.4;
+// A call that takes so long is worth a message [s].
+constexpr double long_call = 3;
+// How long the end of a session may take, after its results are known, and a call in it [s].
+struct Patience {
+    double all, call;
+};
+constexpr Patience at_its_end{10, 5}, interrupted_end{2, 0.5};
+
+}  // namespace
+
+// Between the session's thread and the one that waits for it; of the members, those below `gate`
+// only with the gate held.
+struct HeadsetRun::Shared {
+    CallGate gate;
+    std::unique_ptr<HeadsetSession> session;
+    bool opened = false;
+    std::optional<HeadsetEnd> end;
+    std::exception_ptr failure;  // of open()
+
+    void live();
+    void take(const std::string& reason)
+    {
+        if (!end) end = session->results(reason);
+    }
+};
+
+// Whatever ends a session that has begun, its results are kept.
+void HeadsetRun::Shared::live()
+{
+    gate.begin();
+    try {
+        session->open();
+        opened = true;
+        while (session->turn()) {
+        }
+        take("");
+        session->close();
+    } catch (const std::exception& e) {
+        if (opened)
+            take(e.what());
+        else
+            failure = std::current_exception();
+    }
+    session.reset();
+    gate.end();
+}
+
+HeadsetRun::HeadsetRun(std::shared_ptr<const LiveScene> scene, const HeadsetLoopRule& by)
+    : shared(std::make_shared<Shared>()), rule(by)
+{
+    shared->session = HeadsetSession::make(std::move(scene), rule, shared->gate);
+    thread = std::make_unique<AbandonableThread>([all = shared] { all->live(); });
+}
+
+HeadsetRun::~HeadsetRun()
+{
+    const Patience longest = rule.stop() ? interrupted_end : at_its_end;
+    const double start = wall_seconds();
+    while (!thread->finished_within(look_every))
+        if (shared->gate.blocked() > longest.call || wall_seconds() - start > longest.all) return;
+}
+
+HeadsetEnd HeadsetRun::wait()
+{
+    std::optional<double> asked;
+    bool told = false;
+    while (!thread->finished_within(look_every)) {
+        const double blocked = shared->gate.blocked();
+        if (!asked && rule.stop()) asked = wall_seconds();
+        if (blocked > long_call && !std::exchange(told, true))
+            rule.tell(xr::no_answer(long_call) +
+                      "; Ctrl-C ends the session and writes its results");
+        told = told && blocked > 0;
+        const bool late = asked && wall_seconds() - *asked > orderly_end;
+        const bool lost = blocked > rule.headset.patience;
+        if (!shared->gate.enter(0)) continue;
+        // A runtime may hold up the frames of a session that nobody sees.
+        if (!shared->end && (late || (lost && shared->session->awaited())))
+            shared->take(late ? "" : xr::no_answer(rule.headset.patience));
+        const bool done = shared->end.has_value();
+        shared->gate.leave();
+        if (done) break;
+    }
+    QuietStderr::lift();  // what follows is the caller's
+    if (shared->failure) std::rethrow_exception(shared->failure);
+    return std::move(*shared->end);
+}
+
+}  // namespace knead

@@ -1,0 +1,87 @@
+#include "host/vr/headset_view.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace knead {
+namespace {
+
+Quat<float> turned_back(const Workplace& workplace)
+{
+    return cast<float>(turn_about(Vec3<double>{0, 1, 0}, -workplace.turn));
+}
+
+}  // namespace
+
+Workplace before_head(const Joint<float>& head, const Workplace& usual)
+{
+    const Vec3<float> gaze = rotate(unit(head.q), Vec3<float>{0, 0, -1});
+    Workplace place;
+    // Of a head that looks straight down or up, which way it faces is anyone's guess.
+    const bool level = std::hypot(gaze.x, gaze.z) > 0.1f;
+    place.turn = level ? std::atan2(double(-gaze.x), double(-gaze.z)) : usual.turn;
+    const Quat<double> turn = turn_about(Vec3<double>{0, 1, 0}, place.turn - usual.turn);
+    place.at = cast<double>(head.p) + rotate(turn, usual.at);
+    return place;
+}
+
+Joint<float> in_hands(const Workplace& workplace, const Joint<float>& pose)
+{
+    const Quat<float> back = turned_back(workplace);
+    return {back * pose.q, rotate(back, pose.p - cast<float>(workplace.at))};
+}
+
+Hand in_hands(const Workplace& workplace, const Hand& hand)
+{
+    Hand moved = hand;
+    for (int j = 0; j < joint_count; ++j)
+        if (hand.valid[j]) moved.joints[j] = in_hands(workplace, hand.joints[j]);
+    return moved;
+}
+
+EyeView eye_view(const EyePlace& eye, int width, int height, const Workplace& workplace,
+                 const HandsRule& hands, float nearest)
+{
+    const Joint<float> pose = in_hands(workplace, eye.pose);
+    const float zoom = float(hands.zoom);
+    EyeView view;
+    view.position = cast<float>(hands.at) + zoom * pose.p;
+    view.rotation = unit(pose.q);
+    view.left = std::tan(eye.field.left), view.right = std::tan(eye.field.right);
+    view.down = std::tan(eye.field.down), view.up = std::tan(eye.field.up);
+    view.near = zoom * nearest;
+    view.width = width, view.height = height;
+    return view;
+}
+
+std::array<float, 4> clip_of(const EyeView& view, Vec3<float> point)
+{
+    const Vec3<float> p = rotate(conjugate(view.rotation), point - view.position);
+    const float width = view.right - view.left, height = view.up - view.down;
+    return {(2 * p.x + (view.right + view.left) * p.z) / width,
+            (2 * p.y + (view.up + view.down) * p.z) / height, view.near, -p.z};
+}
+
+Joint<float> head_of(const Sight& sight)
+{
+    return between(sight.eyes[0].pose, sight.eyes[1].pose, 0.5f);
+}
+
+HandsRule live_hands(const Scene& scene)
+{
+    if (scene.has_hands || scene.objects.empty()) return scene.hands;
+    constexpr double in_hand = 0.2;  // the size of all objects together [m]
+    Vec3<double> low = scene.objects[0].centre, high = low;
+    for (const Object& o : scene.objects) {
+        const Vec3<double> a = o.centre - 0.5 * o.size, b = o.centre + 0.5 * o.size;
+        low = {min(low.x, a.x), min(low.y, a.y), min(low.z, a.z)};
+        high = {max(high.x, b.x), max(high.y, b.y), max(high.z, b.z)};
+    }
+    const Vec3<double> size = high - low;
+    HandsRule rule = scene.hands;
+    rule.zoom = std::max({size.x, size.y, size.z}) / in_hand;
+    rule.at = 0.5 * (low + high);
+    return rule;
+}
+
+}  // namespace knead

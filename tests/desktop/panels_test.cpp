@@ -1,0 +1,244 @@
+// Between panels and session: materials as sliders and back, scenes by name, what is asked for.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+#include "host/desktop/view_panels.h"
+#include "host/desktop/view_still.h"
+#include "host/session/backend.h"
+
+namespace knead {
+namespace {
+
+TEST(ViewPanels, EveryPresetIsStatedAsItWasMade)
+{
+    for (const std::string& name : preset_names()) {
+        Object object;
+        object.preset = name;
+        object.material = preset(name);
+        const MaterialSpec spec = with_sliders(stated(object), sliders_of(stated(object)));
+        const Material<double> again = made(spec), wanted = object.material;
+        EXPECT_NEAR(again.mu, wanted.mu, 1e-9 * wanted.mu) << name;
+        EXPECT_NEAR(again.lambda, wanted.lambda, 1e-9 * wanted.lambda) << name;
+        EXPECT_DOUBLE_EQ(again.yield, wanted.yield) << name;
+        EXPECT_DOUBLE_EQ(again.hardening, wanted.hardening) << name;
+        EXPECT_DOUBLE_EQ(again.viscosity, wanted.viscosity) << name;
+        EXPECT_NEAR(again.friction, wanted.friction, 1e-12) << name;
+        EXPECT_NEAR(again.cohesion, wanted.cohesion, 1e-12) << name;
+        EXPECT_NEAR(again.bulk, wanted.bulk, 1e-9 * wanted.bulk) << name;
+        EXPECT_EQ(again.plasticity, wanted.plasticity) << name;
+    }
+}
+
+TEST(ViewPanels, SlidersAreThoseThatTheMaterialUses)
+{
+    const auto names = [](const char* preset) {
+        std::string all;
+        for (const Slider& s : sliders_of(material_spec(preset))) all += s.name + " ";
+        return all;
+    };
+    EXPECT_EQ(names("jelly"), "Density Stiffness Poisson ");
+    EXPECT_EQ(names("viscous-liquid"), "Density Viscosity ");
+    EXPECT_EQ(names("wet-sand"), "Density Stiffness Poisson Friction Cohesion ");
+    EXPECT_THROW(with_sliders(material_spec("jelly"), {{"Yield", "Pa", 1}}), std::invalid_argument);
+    for (const Slider& s : sliders_of(material_spec("clay"))) {
+        EXPECT_LE(s.low, s.value);
+        EXPECT_GE(s.high, s.value);
+    }
+}
+
+TEST(ViewPanels, KnowTheScenesBesideTheirOwn)
+{
+    const std::vector<std::string> scenes = scenes_beside("scenes/squeeze.json");
+    EXPECT_EQ(std::count(scenes.begin(), scenes.end(), "scenes/squeeze.json"), 1);
+    EXPECT_EQ(std::count(scenes.begin(), scenes.end(), "scenes/pot.json"), 1);
+    EXPECT_TRUE(std::is_sorted(scenes.begin(), scenes.end()));
+    EXPECT_EQ(scenes_beside("no/such/scene.json").size(), 1u);
+}
+
+TEST(ViewPanels, WhatIsAskedForReachesTheSolver)
+{
+    LiveRule rule;
+    rule.make = [](const auto& setup) { return cpu_solver(setup); };
+    rule.stepped = true;
+    const std::vector<std::string> small{"domain.cells=16", "surface.nodes=32"};
+    LiveSession session(load_live_scene("scenes/squeeze.json", small), rule);
+    session.settle();
+    ViewPanels panels("scenes/squeeze.json");
+    panels.follow(*session.state());
+    ASSERT_EQ(panels.model.objects.size(), 1u);
+    EXPECT_EQ(panels.model.scenes.at(std::size_t(panels.model.scene)), "squeeze");
+    EXPECT_TRUE(panels.model.recorded);
+    EXPECT_DOUBLE_EQ(panels.model.gravity, 9.81);
+    PanelAsks asks;
+    asks.gravity = 3, asks.tool = 5, asks.material = true;
+    for (Slider& s : panels.model.objects[0].sliders)
+        if (s.name == "Stiffness") s.value = 2e5;
+    panels.obey(asks, session, *session.state());
+    session.ask([](const Solver& s) {
+        EXPECT_EQ(s.rules().gravity.y, -3);
+        EXPECT_NEAR(s.rules().materials[0].mu, 2e5 / 2.6, 1);
+        EXPECT_TRUE(s.rules().tools[1].blade);
+    });
+    session.pause(true);
+    session.settle();
+    panels.follow(*session.state());
+    EXPECT_TRUE(panels.model.paused);
+    EXPECT_THROW(panels.load(1000, session), std::out_of_range);
+    asks = {};
+    asks.preset = true;
+    panels.model.objects[0].preset = 5;
+    panels.obey(asks, session, *session.state());
+    session.ask([](const Solver& s) { EXPECT_EQ(s.rules().materials[0].yield, 0); });
+    EXPECT_EQ(session.state()->refused, 0) << session.state()->refusal;
+    session.load("scenes/nothing.json", {});
+    session.settle();
+    panels.follow(*session.state());
+    EXPECT_NE(panels.model.notice.find("nothing.json"), std::string::npos);
+}
+
+class RefusalTest : public testing::Test {
+  protected:
+    RefusalTest()
+    {
+        session.settle();
+        panels.follow(*session.state());
+    }
+    static LiveRule rule()
+    {
+        LiveRule by;
+        by.make = [](const auto& setup) { return cpu_solver(setup); };
+        by.stepped = true;
+        return by;
+    }
+    Slider& slider(const std::string& name)
+    {
+        for (Slider& s : panels.model.objects.at(0).sliders)
+            if (s.name == name) return s;
+        throw std::out_of_range(name);
+    }
+    bool obey(const PanelAsks& asks)
+    {
+        const bool done = panels.obey(asks, session, *session.state());
+        session.settle();
+        panels.follow(*session.state());
+        return done;
+    }
+    double young()
+    {
+        double found = 0;
+        session.ask([&](const Solver& s) { found = stated(s.rules().materials[0]).young; });
+        return found;
+    }
+
+    const std::vector<std::string> small{"domain.cells=16", "surface.nodes=32"};
+    LiveSession session{load_live_scene("scenes/squeeze.json", small), rule()};
+    ViewPanels panels{"scenes/squeeze.json"};
+};
+
+// What is typed into a slider may lie beyond its ends, but not beyond what can be.
+TEST_F(RefusalTest, ATypedNumberThatCannotBeLeavesTheControl)
+{
+    const double before = slider("Poisson").value;
+    PanelAsks asks;
+    asks.material = true;
+    slider("Poisson").value = 2;
+    EXPECT_FALSE(obey(asks));
+    EXPECT_DOUBLE_EQ(slider("Poisson").value, before);
+    EXPECT_EQ(panels.model.notice, "Poisson: expected 0 to 0.499, found 2");
+    slider("Stiffness").value = 1e15;
+    EXPECT_FALSE(obey(asks));
+    EXPECT_NEAR(slider("Stiffness").value, young(), 1e-6);
+    slider("Stiffness").value = 2e7;
+    EXPECT_TRUE(obey(asks)) << "beyond the slider, but a material that can be";
+    EXPECT_NEAR(young(), 2e7, 1);
+    EXPECT_EQ(slider("Stiffness").high, 2e7);
+    asks = {};
+    asks.gravity = 1e5;
+    EXPECT_FALSE(obey(asks));
+    EXPECT_DOUBLE_EQ(panels.model.gravity, 9.81);
+    EXPECT_EQ(session.state()->refused, 0);
+}
+
+// A frame of a million substeps would hang: what the panel cannot know, the session refuses.
+TEST_F(RefusalTest, AMaterialThatNeedsTooManySubstepsIsRefusedAndTheControlShowsWhatHolds)
+{
+    const double before = young();
+    PanelAsks asks;
+    asks.material = true;
+    slider("Stiffness").value = 1e12;
+    slider("Density").value = 1;
+    obey(asks);
+    EXPECT_EQ(session.state()->refused, 1);
+    EXPECT_NE(session.state()->refusal.find("most_substeps"), std::string::npos);
+    EXPECT_EQ(panels.model.notice, session.state()->refusal);
+    EXPECT_EQ(session.state()->trouble, "");
+    EXPECT_NEAR(young(), before, 1e-6);
+    EXPECT_NEAR(slider("Stiffness").value, before, 1e-6);
+}
+
+// --cells and --set go with every scene that is chosen; what one does not take is said.
+TEST_F(RefusalTest, SettingsGoWithASceneThatIsChosenAsFarAsItTakesThem)
+{
+    const std::vector<std::string> settings{"surface.nodes=24", "objects.1.material.young=2e5",
+                                            "gravity=[0,-3,0]"};
+    ViewPanels choosing("scenes/squeeze.json", settings, 16);
+    choosing.follow(*session.state());
+    const auto at = std::find(choosing.model.scenes.begin(), choosing.model.scenes.end(), "poke");
+    ASSERT_NE(at, choosing.model.scenes.end());
+    choosing.load(int(at - choosing.model.scenes.begin()), session);
+    session.settle();
+    const auto state = session.state();
+    ASSERT_NE(state->scene->scene.path.find("poke"), std::string::npos) << state->refusal;
+    const auto& setup = state->scene->scene.setup;
+    const std::vector<std::string> kept{"surface.nodes=24", "gravity=[0,-3,0]", "domain.cells=16"};
+    EXPECT_EQ(state->scene->settings, kept);
+    EXPECT_EQ(setup.gravity.y, -3);
+    EXPECT_EQ(state->scene->scene.surface_nodes, 24);
+    EXPECT_NE(state->refusal.find("objects.1.material.young=2e5"), std::string::npos);
+    EXPECT_EQ(state->refusal.find("surface.nodes"), std::string::npos);
+    choosing.follow(*state);
+    EXPECT_EQ(choosing.model.notice, state->refusal);
+    EXPECT_EQ(choosing.model.scene, int(at - choosing.model.scenes.begin()));
+}
+
+TEST(StillPicture, IsDrawnWholeOnceWhenNothingMoves)
+{
+    const auto ball = [](float shift) {
+        std::vector<Mesh> meshes(1);
+        meshes[0].vertices = {{shift, 0, 0}, {1, 0, 0}, {0, 1, 0}};
+        meshes[0].triangles = {{0, 1, 2}};
+        return std::make_shared<const std::vector<Mesh>>(meshes);
+    };
+    PictureContent content;
+    content.view.width = 64, content.view.height = 48;
+    content.within = 0.001f;
+    content.meshes = ball(0);
+    StillPicture still;
+    still.look(content, 1);
+    EXPECT_FALSE(still.due(1.1));
+    EXPECT_TRUE(still.due(1 + StillPicture::rest));
+    still.drawn_whole();
+    EXPECT_TRUE(still.whole());
+    content.meshes = ball(0.0005f);
+    still.look(content, 2);
+    EXPECT_TRUE(still.whole()) << "clay that trembles by less than is seen";
+    content.meshes = ball(0.01f);
+    still.look(content, 3);
+    EXPECT_FALSE(still.whole() || still.due(3.1));
+    still.drawn_whole();
+    content.view.position.x = 0.1f;
+    still.look(content, 4);
+    EXPECT_FALSE(still.whole()) << "the camera moved";
+    still.drawn_whole();
+    content.hands = {1, 2, 3};
+    still.look(content, 5);
+    EXPECT_FALSE(still.whole()) << "a hand came";
+    still.drawn_whole();
+    still.forget();
+    still.look(content, 6);
+    EXPECT_FALSE(still.whole()) << "what was drawn is lost";
+}
+
+}  // namespace
+}  // namespace knead

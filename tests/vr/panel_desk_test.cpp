@@ -1,0 +1,178 @@
+// What the panel's commands do to a live session, and what it shows of that.
+#include "host/vr/panel_desk.h"
+
+#include <gtest/gtest.h>
+
+#include "host/scene/presets.h"
+#include "host/session/backend.h"
+#include "host/vr/headset_notices.h"
+
+namespace knead {
+namespace {
+
+TEST(PanelSliders, are_even_in_the_ratio)
+{
+    EXPECT_NEAR(value_of(0.5f, 10, 1000), 100, 1e-9);
+    for (const float share : {0.0f, 0.3f, 1.0f})
+        EXPECT_NEAR(share_of(value_of(share, 1e3, 1e7), 1e3, 1e7), share, 1e-6);
+    EXPECT_EQ(share_of(0, 1, 10), 0);
+    EXPECT_EQ(share_of(1e9, 1, 10), 1);
+}
+
+// While clay is carried against a wall each frame is refused.
+TEST(HeadsetNotices, tell_a_refusal_once_and_show_it_for_some_seconds_after_the_last)
+{
+    std::vector<std::string> told;
+    HeadsetNotices notices([&](const std::string& text) { told.push_back(text); });
+    LiveState state{};
+    notices.follow(state, 0);
+    EXPECT_EQ(notices.at(0), "");
+    for (int k = 0; k < 90; ++k) {
+        state.refused = k + 1;
+        state.refusal = "clay at (" + std::to_string(k) + ", 0, 0) m would lie behind a wall";
+        notices.follow(state, k / 90.0);
+    }
+    ASSERT_EQ(told.size(), 1u);
+    EXPECT_EQ(told[0], "refused: clay at (0, 0, 0) m would lie behind a wall");
+    EXPECT_EQ(notices.at(1), "clay would lie behind a wall");
+    EXPECT_EQ(notices.at(5.9), "clay would lie behind a wall");
+    EXPECT_EQ(notices.at(6), "");
+    notices.follow(state, 7);
+    EXPECT_EQ(notices.at(7), "") << "nothing new was refused";
+    ++state.refused, state.refusal = "there is no object 3";
+    notices.follow(state, 8);
+    EXPECT_EQ(notices.at(8), "there is no object 3");
+    EXPECT_EQ(told.size(), 2u);
+}
+
+// A live session that is stepped, with little clay.
+using Rules = Setup;  // GoogleTest has another meaning for the word
+class PanelDeskTest : public testing::Test {
+  protected:
+    const std::vector<std::string> settings{"domain.cells=16", "surface.nodes=16"};
+    LiveSession live{load_live_scene("scenes/squeeze.json", settings), [] {
+                         LiveRule rule;
+                         rule.stepped = true, rule.recorded = false;
+                         rule.make = [](const Rules& s) {
+                             return make_solver(s, parse_device("cpu"));
+                         };
+                         return rule;
+                     }()};
+    PanelDesk desk{"scenes/squeeze.json", settings};
+    HeadsetHands hands{(live.settle(), live.state()->hands)};
+
+    void act(PanelAct what, int step = 0, float value = -1)
+    {
+        desk.apply({what, step, value}, *live.state(), live, hands);
+        live.settle();
+        EXPECT_EQ(live.state()->refusal, "");
+    }
+    Rules rules()
+    {
+        Rules found;
+        live.ask([&](const Solver& solver) { found = solver.rules(); });
+        return found;
+    }
+};
+
+TEST_F(PanelDeskTest, changes_materials_gravity_and_tools)
+{
+    const Rules before = rules();
+    act(PanelAct::gravity);
+    EXPECT_EQ(length(rules().gravity), 0);
+    EXPECT_FALSE(desk.view(*live.state(), hands).gravity);
+    act(PanelAct::gravity);
+    EXPECT_EQ(rules().gravity.y, before.gravity.y);
+
+    act(PanelAct::stiffness, 0, 0.5f);
+    EXPECT_NEAR(stated(rules().materials[0]).young, 1e5, 1);
+    EXPECT_NEAR(rules().materials[0].lambda / rules().materials[0].mu,
+                before.materials[0].lambda / before.materials[0].mu, 1e-9)
+        << "Poisson's ratio stays";
+    act(PanelAct::yield, 0, 0);
+    EXPECT_NEAR(rules().materials[0].yield, 10, 1e-6);
+    const std::string first = desk.view(*live.state(), hands).material;
+    act(PanelAct::material, 1);
+    EXPECT_NE(desk.view(*live.state(), hands).material, first);
+    act(PanelAct::material, -1);
+    EXPECT_NEAR(rules().materials[0].mu, preset("clay").mu, 1e-6);
+
+    act(PanelAct::right_tool, -1);
+    EXPECT_EQ(hands.rule().held[right], "scissors");
+    EXPECT_EQ(live.state()->hands.held[right], "scissors");
+    act(PanelAct::right_tool, 1);
+    EXPECT_EQ(hands.rule().held[right], "");
+}
+
+// Clay that is carried past a wall stays where it is; the simulation goes on.
+TEST_F(PanelDeskTest, knows_a_refusal_from_an_end)
+{
+    live.move_clay(0, {{1, 0, 0, 0}, {0.9, 0, 0}});
+    live.settle();
+    const auto refused = live.state();
+    EXPECT_EQ(refused->refused, 1);
+    EXPECT_EQ(short_refusal(refused->refusal), "clay would lie behind a wall");
+    EXPECT_EQ(refused->trouble, "");
+    EXPECT_EQ(desk.view(*refused, hands).trouble, "");
+    live.advance_to(0.05);
+    EXPECT_GT(live.state()->frame.number, refused->frame.number);
+}
+
+TEST_F(PanelDeskTest, shows_no_gravity_in_a_scene_that_has_none_and_can_give_it_some)
+{
+    EXPECT_TRUE(desk.view(*live.state(), hands).gravity);
+    std::vector<std::string> without = settings;
+    without.push_back("gravity=[0,0,0]");
+    live.load("scenes/squeeze.json", without);
+    live.settle();
+    EXPECT_FALSE(desk.view(*live.state(), hands).gravity);
+    EXPECT_EQ(length(desk.gravity_of(*live.state())), 0);
+    act(PanelAct::gravity);
+    EXPECT_TRUE(desk.view(*live.state(), hands).gravity);
+    EXPECT_NEAR(rules().gravity.y, -9.81, 1e-6);
+    act(PanelAct::gravity);
+    EXPECT_EQ(length(rules().gravity), 0);
+}
+
+// The clay does not hear of its surface: the same frame goes on.
+TEST_F(PanelDeskTest, makes_the_surface_finer_while_the_clay_stays)
+{
+    live.advance_to(0.1);
+    const auto before = live.state();
+    const int nodes = desk.view(*before, hands).surface;
+    act(PanelAct::surface, 1);
+    const auto after = live.state();
+    EXPECT_EQ(desk.view(*after, hands).surface, nodes + 16);
+    EXPECT_EQ(after->history, before->history);
+    EXPECT_EQ(after->frame.number, before->frame.number);
+    ASSERT_FALSE(after->meshes->empty());
+    EXPECT_GT((*after->meshes)[0].triangles.size(), 2 * (*before->meshes)[0].triangles.size());
+    EXPECT_NEAR(volume((*after->meshes)[0]), volume((*before->meshes)[0]),
+                0.1 * volume((*before->meshes)[0]));
+    for (int i = 0; i < 4; ++i) act(PanelAct::surface, -1);
+    EXPECT_EQ(desk.view(*live.state(), hands).surface, 16) << "no coarser";
+    EXPECT_EQ(live.state()->refused, 0);
+    live.set_surface(4000);
+    live.settle();
+    EXPECT_EQ(live.state()->refused, 1);
+}
+
+TEST_F(PanelDeskTest, begins_anew_by_reset_cells_and_scene)
+{
+    const int before = live.state()->history;
+    act(PanelAct::gravity);
+    act(PanelAct::reset);
+    EXPECT_EQ(live.state()->history, before + 1);
+    EXPECT_TRUE(desk.view(*live.state(), hands).gravity) << "that of the scene";
+    const int nodes = desk.view(*live.state(), hands).nodes;
+    act(PanelAct::cells, 1);
+    EXPECT_GT(desk.view(*live.state(), hands).nodes, nodes);
+    act(PanelAct::scene, 1);
+    EXPECT_NE(desk.view(*live.state(), hands).scene, "squeeze");
+    EXPECT_EQ(live.state()->trouble, "");
+    act(PanelAct::scene, -1);
+    EXPECT_EQ(desk.view(*live.state(), hands).scene, "squeeze");
+}
+
+}  // namespace
+}  // namespace knead
