@@ -104,7 +104,7 @@ if(KNEAD_UNITED)
     knead_unite(knead_app cpp 1 bench "host/bench/" ${knead_cold})
     knead_unite(knead_app cpp 1 assets "host/assets/" ${unwatched})
     knead_unite(knead_app cpp 1 scene "host/scene/|host/hands/" ${unwatched})
-    knead_unite(knead_app cpp 1 checks_linear "host/verify/(oracle|scene_rule|squeeze|waves)"
+    knead_unite(knead_app cpp 1 checks_linear "host/verify/(oracle|scene_options|squeeze|waves)"
         ${knead_cold})
     knead_unite(knead_app cpp 2 session "host/(paging|session|run|live|picture|ui|vr)/"
         ${knead_cold})

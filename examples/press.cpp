@@ -51,9 +51,9 @@ try {
         joint.p.y -= 0.2 / 90;  // 0.2 m/s, 90 frames a second
         solver->advance({{before}, {joint}, {1}}, 1.0 / 90);
     }
-    const SurfaceRule rule{{{2 * nodes, 2 * nodes, 2 * nodes}, float(dx / 2)}};
+    const SurfaceOptions options{{{2 * nodes, 2 * nodes, 2 * nodes}, float(dx / 2)}};
     write_mesh(count > 1 ? arguments[1] : "press.glb",
-               surface(solver->particles(), setup.materials, rule));
+               surface(solver->particles(), setup.materials, options));
     std::printf("%s: %zu particles\n", solver->name().c_str(), setup.particles.size());
 } catch (const std::exception& problem) {
     return std::fprintf(stderr, "press: %s\n", problem.what()), 1;

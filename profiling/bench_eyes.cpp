@@ -63,17 +63,17 @@ struct Clay {
 Clay clay_of(const Case& what, Device device)
 {
     Setup setup = ball(what.nodes / 2);
-    SurfaceRule rule;
-    rule.lattice = {{what.nodes, what.nodes, what.nodes}, 1.0f / float(what.nodes)};
+    SurfaceOptions options;
+    options.lattice = {{what.nodes, what.nodes, what.nodes}, 1.0f / float(what.nodes)};
     std::unique_ptr<GpuSurface> surface;
     if (device.kind == DeviceKind::cuda)
-        surface = std::make_unique<GpuSurface>(setup.particles, setup.materials, rule);
+        surface = std::make_unique<GpuSurface>(setup.particles, setup.materials, options);
     Clay made;
     for (int k = 0; k < 2; ++k) {
         if (surface)
             made.device[k] = surface->kept(setup.particles);
         else
-            made.host[k] = knead::surface(setup.particles, setup.materials, rule);
+            made.host[k] = knead::surface(setup.particles, setup.materials, options);
         for (Particle<double>& q : setup.particles)
             q.x.y = 0.5 + 0.98 * (q.x.y - 0.5);  // a little flatter
     }

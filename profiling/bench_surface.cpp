@@ -47,10 +47,10 @@ int run(int nodes, int iterations, Smoothing smoothing)
 {
     Setup setup = ball(nodes / 2);
     sort_by_cell(setup);
-    SurfaceRule rule;
-    rule.lattice = {{nodes, nodes, nodes}, 1.0f / float(nodes)};
-    rule.smoothing = smoothing, rule.iterations = iterations;
-    GpuSurface surface(setup.particles, setup.materials, rule);
+    SurfaceOptions options;
+    options.lattice = {{nodes, nodes, nodes}, 1.0f / float(nodes)};
+    options.smoothing = smoothing, options.iterations = iterations;
+    GpuSurface surface(setup.particles, setup.materials, options);
     const std::vector<Mesh> meshes = surface.surface(setup.particles);
     double enclosed = 0;
     for (const Mesh& m : meshes) enclosed += volume(m);

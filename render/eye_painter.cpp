@@ -28,7 +28,7 @@ void check(const EyeView& view, const EyeLook& look)
     const Ball s = look.stage;
     if (!valid(splat_eye(view)) || !(view.near > 0 && view.near < farthest))
         throw std::invalid_argument("an eye whose pose, sides, near distance or size has no sense");
-    if (!std::isfinite(look.floor) || !std::isfinite(look.ahead) ||
+    if (!std::isfinite(look.floor) || !std::isfinite(look.extrapolation) ||
         !(length(l) > 0 && length(l) < 1e9f) ||
         !(length(s.centre) < farthest && s.radius > 0 && s.radius < farthest))
         throw std::invalid_argument("a floor, light or stage that is not finite");
@@ -274,7 +274,7 @@ void GlEyePainter::see(const EyeView& view, const EyeLook& look, const DrawnHidd
     glBindTextureUnit(1, zenith_map_);
     glUseProgram(scene_);
     glUniform1f(1, 1);
-    glUniform1f(3, look.ahead);
+    glUniform1f(3, look.extrapolation);
     for (std::size_t k = 0; k < clay_.parts().size(); ++k) {
         const EyeClay::Part& part = clay_.parts()[k];
         set_glow(part.category == look.highlight ? selected_glow : Vec3<float>{0, 0, 0});

@@ -54,7 +54,7 @@ struct EyeLook {
     int highlight = -1;        // category of clay that glows; -1: none
     // Clay is drawn where it is when it has gone on as it came, by so much of its way since the
     // meshes before (Mesh::advance).
-    float ahead = 0;
+    float extrapolation = 0;
     Vec3<float> light{-0.75f, 1, 0.45f};  // towards the key light, of any length
     Ball stage{{0.5f, 0.25f, 0.5f}, 1};   // about all that matters: clay outside casts no shadow
 };

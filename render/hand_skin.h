@@ -16,8 +16,8 @@ class HandSkin {
     // its primitives, smoothed.
     HandSkin(Topology topology, Side side);
 
-    // Where the joints of both hands, side by side, put it; `zoom` as of HandsRule; `stretch`: how
-    // large the hand is against the default one. One mesh of category 0.
+    // Where the joints of both hands, side by side, put it; `zoom` as of HandsOptions; `stretch`:
+    // how large the hand is against the default one. One mesh of category 0.
     Mesh posed(const std::vector<Joint<double>>& joints, double zoom,
                Stretch<float> stretch = {}) const;
 

@@ -23,22 +23,22 @@ double wall()  // [s]
 
 class OpenXrHeadset : public Headset {
   public:
-    explicit OpenXrHeadset(const HeadsetRule& by) : rule(by) { start(); }
+    explicit OpenXrHeadset(const HeadsetOptions& by) : options(by) { start(); }
     ~OpenXrHeadset() override { OpenXrHeadset::close(); }
 
-    News poll() override;
-    Tick begin() override;
-    Sight locate() override;
-    void end(const Drawn& drawn) override;
+    HeadsetEvents poll() override;
+    FrameTiming begin() override;
+    HeadsetViews locate() override;
+    void end(const FrameSubmission& drawn) override;
     void close() override;
     void leave() override;
     void set_floor(Floor floor) override
     {
-        moves_floor = moves_floor || floor != rule.floor;
-        rule.floor = floor;
+        moves_floor = moves_floor || floor != options.floor;
+        options.floor = floor;
     }
     double time_left() override;
-    const HeadsetFacts& facts() const override { return about; }
+    const HeadsetInfo& facts() const override { return about; }
     void make_current() override
     {
         if (platform) platform->make_current();
@@ -52,22 +52,22 @@ class OpenXrHeadset : public Headset {
     void drop_session();
     void drop_instance();
     void describe();
-    void read_events(News& news);
-    void take(const XrEventDataBuffer& event, News& news);
-    bool fulfil(Duty duty, News& news);
-    void renew(Duty duty, News& news);
-    std::string loss_text(Duty duty);
+    void read_events(HeadsetEvents& news);
+    void take(const XrEventDataBuffer& event, HeadsetEvents& news);
+    bool fulfil(SessionAction duty, HeadsetEvents& news);
+    void renew(SessionAction duty, HeadsetEvents& news);
+    std::string loss_text(SessionAction duty);
     void give_up(const std::string& why);
     // Does `what`; a loss that it meets with becomes the state's, to be dealt with by poll().
     template <class Action>
     bool try_to(const Action& what);
 
-    HeadsetRule rule;
+    HeadsetOptions options;
     PFN_xrGetInstanceProcAddr entry = nullptr;
     std::unique_ptr<Platform> platform;
     std::unique_ptr<Instance> instance;
     std::unique_ptr<Session> session;
-    HeadsetFacts about;
+    HeadsetInfo about;
     XrFrameState frame{};
     bool in_frame = false;
     bool moves_floor = false;  // at the next poll()
@@ -92,7 +92,7 @@ void OpenXrHeadset::start()
     entry = loader();
     const std::vector<std::string> offered = offered_extensions(entry);
     // The GL context outlives a lost runtime, and with it all that was uploaded.
-    if (!platform) platform = xr::platform(rule.binding, offered);
+    if (!platform) platform = xr::platform(options.binding, offered);
     instance = std::make_unique<Instance>(entry, offered, platform->extension());
     try {
         start_session();
@@ -104,7 +104,7 @@ void OpenXrHeadset::start()
 
 void OpenXrHeadset::start_session()
 {
-    session = std::make_unique<Session>(*instance, *platform, rule);
+    session = std::make_unique<Session>(*instance, *platform, options);
     if (leaving) session->state.wants_to_leave();
     rate = session->refresh_rate();
     rebase = true;
@@ -162,12 +162,13 @@ void OpenXrHeadset::give_up(const std::string& why)
     reason = why;  // what is still there is for close() to free
 }
 
-void OpenXrHeadset::take(const XrEventDataBuffer& event, News& news)
+void OpenXrHeadset::take(const XrEventDataBuffer& event, HeadsetEvents& news)
 {
     SessionState& state = session->state;
     switch (int(event.type)) {
         case XR_TYPE_EVENT_DATA_SESSION_STATE_CHANGED:
-            state.told(Told(reinterpret_cast<const XrEventDataSessionStateChanged&>(event).state));
+            state.told(
+                XrState(reinterpret_cast<const XrEventDataSessionStateChanged&>(event).state));
             break;
         case XR_TYPE_EVENT_DATA_INSTANCE_LOSS_PENDING:
             state.instance_lost();
@@ -194,7 +195,7 @@ void OpenXrHeadset::take(const XrEventDataBuffer& event, News& news)
     }
 }
 
-void OpenXrHeadset::read_events(News& news)
+void OpenXrHeadset::read_events(HeadsetEvents& news)
 {
     try_to([&] {
         XrEventDataBuffer event;
@@ -204,35 +205,36 @@ void OpenXrHeadset::read_events(News& news)
 }
 
 // One message for all that a loss brings.
-std::string OpenXrHeadset::loss_text(Duty duty)
+std::string OpenXrHeadset::loss_text(SessionAction duty)
 {
     std::ostringstream text;
-    text << (duty == Duty::renew_session ? "the session was lost" : "the runtime was lost");
+    text << (duty == SessionAction::renew_session ? "the session was lost"
+                                                  : "the runtime was lost");
     if (!last_loss.empty()) text << " (" << last_loss << ")";
-    text << "; a new one is waited for, " << rule.patience << " s at most";
-    if (duty == Duty::renew_instance) text << ": " << start_advice();
+    text << "; a new one is waited for, " << options.patience << " s at most";
+    if (duty == SessionAction::renew_instance) text << ": " << start_advice();
     return text.str();
 }
 
 // A runtime that went away is waited for; meanwhile clay and simulation live on.
-void OpenXrHeadset::renew(Duty duty, News& news)
+void OpenXrHeadset::renew(SessionAction duty, HeadsetEvents& news)
 {
     if (lost_at < 0) {
         lost_at = wall();
         news.messages.push_back(loss_text(duty));
     }
-    if (wall() < next_try) return sleep_for(std::min(rule.nap, next_try - wall()));
+    if (wall() < next_try) return sleep_for(std::min(options.nap, next_try - wall()));
     constexpr int most_fruitless = 10;
     constexpr double longest_pause = 1;
-    pause = std::clamp(2 * pause, rule.nap, longest_pause);
+    pause = std::clamp(2 * pause, options.nap, longest_pause);
     // The last try is when patience ends.
-    next_try = std::min(wall() + pause, std::max(wall(), lost_at + rule.patience));
+    next_try = std::min(wall() + pause, std::max(wall(), lost_at + options.patience));
     if (++fruitless > most_fruitless && !last_loss.empty())
         return give_up("the headset fails again and again: " + last_loss);
     // Loaders and runtimes print a dozen lines at every try.
     const QuietStderr quiet(std::getenv("XR_LOADER_DEBUG") == nullptr);
     try {
-        if (duty == Duty::renew_session && instance) {
+        if (duty == SessionAction::renew_session && instance) {
             drop_session();
             if (!instance->find_system())
                 throw HeadsetError("the headset " + about.system + " is gone");
@@ -251,35 +253,35 @@ void OpenXrHeadset::renew(Duty duty, News& news)
             drop_instance();
         else
             --fruitless;
-        if (wall() - lost_at >= rule.patience)
+        if (wall() - lost_at >= options.patience)
             give_up(std::string("the headset did not come back: ") + e.what());
     }
 }
 
 // What the state asks for; false where a frame may be drawn at once.
-bool OpenXrHeadset::fulfil(Duty duty, News& news)
+bool OpenXrHeadset::fulfil(SessionAction duty, HeadsetEvents& news)
 {
     switch (duty) {
-        case Duty::nothing:
+        case SessionAction::nothing:
             return false;
-        case Duty::begin:
-        case Duty::end:
+        case SessionAction::begin:
+        case SessionAction::end:
             try_to([&] { session->fulfil(duty); });
             return true;
-        case Duty::renew_session:
-        case Duty::renew_instance:
+        case SessionAction::renew_session:
+        case SessionAction::renew_instance:
             renew(duty, news);
             return true;
-        case Duty::leave:
+        case SessionAction::leave:
             give_up("");
             return true;
     }
     return false;
 }
 
-News OpenXrHeadset::poll()
+HeadsetEvents OpenXrHeadset::poll()
 {
-    News news;
+    HeadsetEvents news;
     if (std::exchange(moves_floor, false) && session)
         try_to([&] {
             session->move_origin();
@@ -289,7 +291,7 @@ News OpenXrHeadset::poll()
         if (leaving)
             give_up("");
         else
-            renew(instance ? Duty::renew_session : Duty::renew_instance, news);
+            renew(instance ? SessionAction::renew_session : SessionAction::renew_instance, news);
     }
     if (!over && session) {
         read_events(news);
@@ -308,13 +310,13 @@ News OpenXrHeadset::poll()
     if (!session) return news;
     news.visible = session->state.visible(), news.focused = session->state.focused();
     news.phase = session->state.running() ? Phase::running : Phase::waiting;
-    if (news.phase == Phase::waiting) sleep_for(rule.nap);
+    if (news.phase == Phase::waiting) sleep_for(options.nap);
     return news;
 }
 
-Tick OpenXrHeadset::begin()
+FrameTiming OpenXrHeadset::begin()
 {
-    Tick tick;
+    FrameTiming tick;
     tick.time = last_time + last_period, tick.period = last_period;
     in_frame = session && session->state.running() && try_to([&] { frame = session->wait(); });
     if (!in_frame) {
@@ -336,14 +338,14 @@ Tick OpenXrHeadset::begin()
     return tick;
 }
 
-Sight OpenXrHeadset::locate()
+HeadsetViews OpenXrHeadset::locate()
 {
-    Sight sight;
+    HeadsetViews sight;
     if (in_frame && !try_to([&] { sight = session->locate(frame); })) sight = {};
     return sight;
 }
 
-void OpenXrHeadset::end(const Drawn& drawn)
+void OpenXrHeadset::end(const FrameSubmission& drawn)
 {
     if (in_frame && try_to([&] { session->end(frame, drawn); }))
         fruitless = 0, pause = 0, last_loss.clear();
@@ -382,9 +384,9 @@ void OpenXrHeadset::close()
 }  // namespace
 }  // namespace xr
 
-std::unique_ptr<Headset> Headset::open(const HeadsetRule& rule)
+std::unique_ptr<Headset> Headset::open(const HeadsetOptions& options)
 {
-    return std::make_unique<xr::OpenXrHeadset>(rule);
+    return std::make_unique<xr::OpenXrHeadset>(options);
 }
 
 }  // namespace knead

@@ -34,7 +34,7 @@ struct HeadsetError : ResourceError {
 enum class GlBinding { automatic, egl, glx, wgl };
 enum class Floor { seated, standing };  // where the origin is: the eyes at the start; the floor
 
-struct HeadsetRule {
+struct HeadsetOptions {
     GlBinding binding = GlBinding::automatic;
     Floor floor = Floor::seated;
     double rate = 0;           // of the display, asked for [1/s]; 0: the runtime's own
@@ -46,7 +46,7 @@ struct HeadsetRule {
 enum class Phase { waiting, running, over };
 
 // What is new since the last poll().
-struct News {
+struct HeadsetEvents {
     Phase phase = Phase::waiting;
     bool visible = false, focused = false;
     bool worn = true;                   // false: the headset was taken off
@@ -58,7 +58,7 @@ struct News {
     std::string reason;                 // of Phase::over; "": the user has left
 };
 
-struct Tick {
+struct FrameTiming {
     // When the frame will be seen [s]; rises from frame to frame, also over lost sessions. 0: the
     // first frame.
     double time = 0;
@@ -90,7 +90,7 @@ struct TrackedHand {
     bool holds = false;          // a controller that can vibrate
 };
 
-struct Sight {
+struct HeadsetViews {
     bool located = false;  // eyes are valid, though nobody may see them
     bool draw = false;     // eyes and targets are valid
     std::array<EyePlace, 2> eyes{};
@@ -106,7 +106,7 @@ inline int scaled(int side, float scale)
 
 // What was drawn. In the depth textures 0 means the distance near_z along the gaze and 1 far_z, and
 // 1 / distance is linear between them; one of the two may be infinite.
-struct Drawn {
+struct FrameSubmission {
     bool eyes = false;                   // false: nothing is submitted
     float scale = 1;                     // share of a target's sides, from the lower left corner
     float near_z = 0, far_z = 0;         // [m]; 0: no depth was written
@@ -120,7 +120,7 @@ struct HiddenArea {
 };
 
 // What the headset and its runtime are.
-struct HeadsetFacts {
+struct HeadsetInfo {
     std::string runtime, system, binding, renderer;
     std::vector<std::string> extensions;  // in use
     std::vector<std::string> missing;     // that would be used
@@ -134,13 +134,13 @@ class Headset {
   public:
     // Finds the loader and the runtime, and makes a session. Throws HeadsetError. Its GL context
     // is current when it returns.
-    static std::unique_ptr<Headset> open(const HeadsetRule& rule);
+    static std::unique_ptr<Headset> open(const HeadsetOptions& options);
     virtual ~Headset() = default;
 
-    virtual News poll() = 0;
-    virtual Tick begin() = 0;
-    virtual Sight locate() = 0;
-    virtual void end(const Drawn& drawn) = 0;
+    virtual HeadsetEvents poll() = 0;
+    virtual FrameTiming begin() = 0;
+    virtual HeadsetViews locate() = 0;
+    virtual void end(const FrameSubmission& drawn) = 0;
     virtual void close() = 0;
 
     // Asks the runtime to end the session; Phase::over follows.
@@ -150,7 +150,7 @@ class Headset {
     // How long before the frame's display time it is [s]; negative: too late, or not known.
     virtual double time_left() = 0;
 
-    virtual const HeadsetFacts& facts() const = 0;
+    virtual const HeadsetInfo& facts() const = 0;
     virtual void make_current() = 0;
     using GlFunction = void (*)();
     using GlAddress = GlFunction (*)(const char*);
@@ -159,7 +159,7 @@ class Headset {
 };
 
 // What is there before a session begins, for people who look for what is missing.
-struct RuntimeFacts {
+struct RuntimeInfo {
     bool built = false;                      // this program knows OpenXR
     bool loader = false, runtime = false;    // were found; `runtime` answers
     std::string manifest;                    // the file that names the runtime; "": none does
@@ -170,6 +170,6 @@ struct RuntimeFacts {
 // Makes an instance and asks it for a headset; some runtimes start their programs then. Where no
 // file names a runtime, none is started. A runtime that does not answer within `patience` [s] is
 // abandoned (host/base/abandonable.h). Throws nothing.
-RuntimeFacts runtime_facts(double patience = 10);
+RuntimeInfo runtime_facts(double patience = 10);
 
 }  // namespace knead

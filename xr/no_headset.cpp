@@ -4,7 +4,7 @@
 
 namespace knead {
 
-std::unique_ptr<Headset> Headset::open(const HeadsetRule&)
+std::unique_ptr<Headset> Headset::open(const HeadsetOptions&)
 {
     throw HeadsetError(
         "this program was built without OpenXR (the package libopenxr-dev was not there)");
@@ -16,9 +16,9 @@ std::unique_ptr<SoundOut> SoundOut::open(std::string& why)
     return nullptr;
 }
 
-RuntimeFacts runtime_facts(double)
+RuntimeInfo runtime_facts(double)
 {
-    RuntimeFacts facts;
+    RuntimeInfo facts;
     facts.reason = "this program was built without OpenXR (libopenxr-dev was not there)";
     return facts;
 }

@@ -13,7 +13,7 @@ namespace knead {
 namespace {
 
 // Calls `found` after each step with what is known so far: any of them may never return.
-void look(RuntimeFacts facts, const std::function<void(const RuntimeFacts&)>& found)
+void look(RuntimeInfo facts, const std::function<void(const RuntimeInfo&)>& found)
 {
     try {
         const auto entry = xr::loader();
@@ -40,18 +40,18 @@ void look(RuntimeFacts facts, const std::function<void(const RuntimeFacts&)>& fo
 
 }  // namespace
 
-RuntimeFacts runtime_facts(double patience)
+RuntimeInfo runtime_facts(double patience)
 {
     struct Known {
         std::mutex lock;
-        RuntimeFacts facts;
+        RuntimeInfo facts;
     };
     const auto known = std::make_shared<Known>();
     known->facts.built = true;
     known->facts.manifest = xr::runtime_manifest();
     known->facts.reason = xr::no_answer(patience);
     AbandonableThread thread([known, first = known->facts] {
-        look(first, [&](const RuntimeFacts& found) {
+        look(first, [&](const RuntimeInfo& found) {
             const std::lock_guard held(known->lock);
             known->facts = found;
         });

@@ -18,8 +18,8 @@ constexpr double image_wait = 0.5;
 
 }  // namespace
 
-Session::Session(Instance& of, Platform& by, const HeadsetRule& with)
-    : instance(of), platform(by), rule(with)
+Session::Session(Instance& of, Platform& by, const HeadsetOptions& with)
+    : instance(of), platform(by), options(with)
 {
     gl_error = reinterpret_cast<unsigned (*)()>(platform.address()("glGetError"));
     gl_finish = reinterpret_cast<void (*)()>(platform.address()("glFinish"));
@@ -30,7 +30,7 @@ Session::Session(Instance& of, Platform& by, const HeadsetRule& with)
         make_chains();
         actions = std::make_unique<Actions>(instance, session);
         hands = std::make_unique<HandTrackers>(instance, session);
-        blend = instance.blend_mode(rule.see_through);
+        blend = instance.blend_mode(options.see_through);
         ask_for_rate();
     } catch (...) {
         free_all();
@@ -94,7 +94,7 @@ void Session::make_spaces()
     const bool stage =
         std::find(offered.begin(), offered.end(), XR_REFERENCE_SPACE_TYPE_STAGE) != offered.end();
     auto about = typed<XrReferenceSpaceCreateInfo>(XR_TYPE_REFERENCE_SPACE_CREATE_INFO);
-    floor = stage ? rule.floor : Floor::seated;
+    floor = stage ? options.floor : Floor::seated;
     about.referenceSpaceType =
         floor == Floor::standing ? XR_REFERENCE_SPACE_TYPE_STAGE : XR_REFERENCE_SPACE_TYPE_LOCAL;
     about.poseInReferenceSpace.orientation.w = 1;
@@ -134,10 +134,10 @@ void Session::make_chains()
 
 void Session::ask_for_rate()
 {
-    if (!instance.has[xr::refresh_rate] || rule.rate <= 0) return;
+    if (!instance.has[xr::refresh_rate] || options.rate <= 0) return;
     const auto offered = listed(instance.api.refresh_rates, 0.f, session);
     for (const float rate : offered)
-        if (std::abs(rate - rule.rate) < same_rate)
+        if (std::abs(rate - options.rate) < same_rate)
             instance.api.request_refresh_rate.raw(session, rate);
 }
 
@@ -148,13 +148,13 @@ double Session::refresh_rate()
     return rate;
 }
 
-void Session::fulfil(Duty duty)
+void Session::fulfil(SessionAction duty)
 {
-    if (duty == Duty::begin) {
+    if (duty == SessionAction::begin) {
         auto about = typed<XrSessionBeginInfo>(XR_TYPE_SESSION_BEGIN_INFO);
         about.primaryViewConfigurationType = XR_VIEW_CONFIGURATION_TYPE_PRIMARY_STEREO;
         instance.api.begin_session(session, &about);
-    } else if (duty == Duty::end) {
+    } else if (duty == SessionAction::end) {
         instance.api.end_session(session);
     }
     state.did(duty);
@@ -172,7 +172,7 @@ XrFrameState Session::wait()
     return frame;
 }
 
-bool Session::locate_eyes(const XrFrameState& frame, Sight& sight)
+bool Session::locate_eyes(const XrFrameState& frame, HeadsetViews& sight)
 {
     auto about = typed<XrViewLocateInfo>(XR_TYPE_VIEW_LOCATE_INFO);
     about.viewConfigurationType = XR_VIEW_CONFIGURATION_TYPE_PRIMARY_STEREO;
@@ -206,9 +206,9 @@ TrackedHand Session::hand(Side side, XrTime time)
     return found;
 }
 
-Sight Session::locate(const XrFrameState& frame)
+HeadsetViews Session::locate(const XrFrameState& frame)
 {
-    Sight sight;
+    HeadsetViews sight;
     actions->sync();
     const bool eyes = sight.located = locate_eyes(frame, sight);
     for (const Side side : {left, right})
@@ -217,7 +217,7 @@ Sight Session::locate(const XrFrameState& frame)
     return sight;
 }
 
-bool Session::open_targets(Sight& sight)
+bool Session::open_targets(HeadsetViews& sight)
 {
     before_gl();
     bool all = true;
@@ -247,7 +247,7 @@ void Session::close_targets()
     after_gl();
 }
 
-void Session::end(const XrFrameState& frame, const Drawn& drawn)
+void Session::end(const XrFrameState& frame, const FrameSubmission& drawn)
 {
     close_targets();
     for (const Side side : {left, right})
@@ -310,7 +310,7 @@ HiddenArea Session::hidden_area(int eye)
     return area;
 }
 
-void Session::describe(HeadsetFacts& facts) const
+void Session::describe(HeadsetInfo& facts) const
 {
     facts.srgb = is_srgb(colour_format);
     facts.depth = depth_format != 0;

@@ -13,22 +13,22 @@ namespace knead::xr {
 class Session {
   public:
     // Throws XrFailure where the runtime refuses, HeadsetError where it offers no usable format.
-    Session(Instance& instance, Platform& platform, const HeadsetRule& rule);
+    Session(Instance& instance, Platform& platform, const HeadsetOptions& options);
     // All GL commands have finished when it begins to free what they may use.
     ~Session() { free_all(); }
     Session(const Session&) = delete;
 
     // Does what the state asks for where that is to begin or to end; all else is for others.
-    void fulfil(Duty duty);
+    void fulfil(SessionAction duty);
     void request_exit() { instance.api.request_exit.raw(session); }
     XrFrameState wait();
-    Sight locate(const XrFrameState& frame);
-    void end(const XrFrameState& frame, const Drawn& drawn);
+    HeadsetViews locate(const XrFrameState& frame);
+    void end(const XrFrameState& frame, const FrameSubmission& drawn);
     HiddenArea hidden_area(int eye);
     double refresh_rate();
     void move_origin();  // to where the rule says now; not in a frame
     void make_current() { platform.make_current(); }
-    void describe(HeadsetFacts& facts) const;
+    void describe(HeadsetInfo& facts) const;
 
     SessionState state;
     int gl_errors = 0;
@@ -40,9 +40,9 @@ class Session {
     void make_spaces();
     void make_chains();
     void ask_for_rate();
-    bool locate_eyes(const XrFrameState& frame, Sight& sight);
+    bool locate_eyes(const XrFrameState& frame, HeadsetViews& sight);
     TrackedHand hand(Side side, XrTime time);
-    bool open_targets(Sight& sight);  // false: an image did not come free in time
+    bool open_targets(HeadsetViews& sight);  // false: an image did not come free in time
     void close_targets();
     // Around calls that touch the GL: some runtimes fail where an error was left, or leave one, or
     // another context current.
@@ -51,7 +51,7 @@ class Session {
 
     Instance& instance;
     Platform& platform;
-    const HeadsetRule& rule;
+    const HeadsetOptions& options;
     unsigned (*gl_error)() = nullptr;
     void (*gl_finish)() = nullptr;
     XrSession session = XR_NULL_HANDLE;

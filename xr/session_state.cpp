@@ -3,62 +3,63 @@
 namespace knead::xr {
 
 // Whether the specification lets `next` follow the last state.
-bool SessionState::follows(Told next) const
+bool SessionState::follows(XrState next) const
 {
     switch (next) {
-        case Told::unknown:
+        case XrState::unknown:
             return false;
-        case Told::idle:
-            return state == Told::unknown || state == Told::stopping;
-        case Told::ready:
-            return state == Told::idle;
-        case Told::synchronized:
-            return state == Told::ready || state == Told::visible;
-        case Told::visible:
-            return state == Told::synchronized || state == Told::focused;
-        case Told::focused:
-            return state == Told::visible;
-        case Told::stopping:
-            return state == Told::synchronized || state == Told::ready;
-        case Told::loss_pending:
+        case XrState::idle:
+            return state == XrState::unknown || state == XrState::stopping;
+        case XrState::ready:
+            return state == XrState::idle;
+        case XrState::synchronized:
+            return state == XrState::ready || state == XrState::visible;
+        case XrState::visible:
+            return state == XrState::synchronized || state == XrState::focused;
+        case XrState::focused:
+            return state == XrState::visible;
+        case XrState::stopping:
+            return state == XrState::synchronized || state == XrState::ready;
+        case XrState::loss_pending:
             return true;
-        case Told::exiting:
-            return state == Told::idle;
+        case XrState::exiting:
+            return state == XrState::idle;
     }
     return false;
 }
 
-void SessionState::told(Told next)
+void SessionState::told(XrState next)
 {
     if (!follows(next)) ++odd;
     state = next;
-    if (next == Told::loss_pending) session_lost();
+    if (next == XrState::loss_pending) session_lost();
 }
 
-Duty SessionState::duty() const
+SessionAction SessionState::duty() const
 {
-    if (lost == Lost::instance) return leaving ? Duty::leave : Duty::renew_instance;
-    if (lost == Lost::session) return leaving ? Duty::leave : Duty::renew_session;
+    if (lost == Lost::instance)
+        return leaving ? SessionAction::leave : SessionAction::renew_instance;
+    if (lost == Lost::session) return leaving ? SessionAction::leave : SessionAction::renew_session;
     switch (state) {
-        case Told::ready:
-            return begun ? Duty::nothing : Duty::begin;
-        case Told::stopping:
-            return begun ? Duty::end : Duty::nothing;
-        case Told::exiting:
-            return Duty::leave;
-        case Told::unknown:
-        case Told::idle:
-            return leaving ? Duty::leave : Duty::nothing;
+        case XrState::ready:
+            return begun ? SessionAction::nothing : SessionAction::begin;
+        case XrState::stopping:
+            return begun ? SessionAction::end : SessionAction::nothing;
+        case XrState::exiting:
+            return SessionAction::leave;
+        case XrState::unknown:
+        case XrState::idle:
+            return leaving ? SessionAction::leave : SessionAction::nothing;
         default:
-            return Duty::nothing;
+            return SessionAction::nothing;
     }
 }
 
-void SessionState::did(Duty what)
+void SessionState::did(SessionAction what)
 {
-    if (what == Duty::begin) begun = true;
-    if (what == Duty::end) begun = false;
-    if (what == Duty::renew_session || what == Duty::renew_instance) {
+    if (what == SessionAction::begin) begun = true;
+    if (what == SessionAction::end) begun = false;
+    if (what == SessionAction::renew_session || what == SessionAction::renew_instance) {
         const bool was = leaving;
         const int before = odd;
         *this = SessionState();

@@ -9,7 +9,7 @@
 namespace knead::xr {
 
 // XrSessionState, in its order and by its numbers.
-enum class Told {
+enum class XrState {
     unknown,
     idle,
     ready,
@@ -21,7 +21,7 @@ enum class Told {
     exiting
 };
 
-enum class Duty {
+enum class SessionAction {
     nothing,
     begin,           // xrBeginSession
     end,             // xrEndSession
@@ -32,29 +32,32 @@ enum class Duty {
 
 class SessionState {
   public:
-    void told(Told state);
+    void told(XrState state);
     void session_lost() { lost = lost == Lost::instance ? lost : Lost::session; }
     void instance_lost() { lost = Lost::instance; }
     // The user wants to leave: an end that the runtime says afterwards is no fault.
     void wants_to_leave() { leaving = true; }
 
-    Duty duty() const;
+    SessionAction duty() const;
     // The duty was done. A new session, or a new instance with one, begins anew.
-    void did(Duty what);
+    void did(SessionAction what);
 
     // Whether frames are to be waited for, begun and ended.
     bool running() const { return begun && lost == Lost::nothing; }
-    bool visible() const { return running() && (state == Told::visible || state == Told::focused); }
-    bool focused() const { return running() && state == Told::focused; }
+    bool visible() const
+    {
+        return running() && (state == XrState::visible || state == XrState::focused);
+    }
+    bool focused() const { return running() && state == XrState::focused; }
     bool is_leaving() const { return leaving; }
-    Told last() const { return state; }
+    XrState last() const { return state; }
     int strange() const { return odd; }  // times that the runtime broke the order above
 
   private:
     enum class Lost { nothing, session, instance };
-    bool follows(Told next) const;
+    bool follows(XrState next) const;
 
-    Told state = Told::unknown;
+    XrState state = XrState::unknown;
     Lost lost = Lost::nothing;
     bool begun = false, leaving = false;
     int odd = 0;

@@ -8,8 +8,8 @@ namespace knead {
 // gets from there at most [m]: each of the motions that it is a weighted sum of is farthest at one
 // of the ends. from(j), middle(j), to(j) answer with joint j.
 template <class R, class From, class Middle, class To>
-HD Sphere<R> amid(const Binding<R>& b, Stretch<R> size, From&& from, Middle&& middle, To&& to,
-                  R& travel)
+HD Sphere<R> mid_frame(const Binding<R>& b, Stretch<R> size, From&& from, Middle&& middle, To&& to,
+                       R& travel)
 {
     Vec3<R> c{};
     R to_end[2] = {0, 0};

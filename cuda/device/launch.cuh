@@ -69,8 +69,8 @@ inline bool supports_pdl()
     return major >= 9;
 }
 
-// The same for a kernel that begins with wait_for_upstream(): where the device can, its thread
-// blocks become resident while the kernel before it on the stream still runs.
+// The same for a kernel that begins with wait_upstream_and_trigger(): where the device can, its
+// thread blocks become resident while the kernel before it on the stream still runs.
 template <class... Parameters, class... Arguments>
 void launch_pdl(const char* name, void (*kernel)(Parameters...), int blocks, int threads,
                 cudaStream_t stream, const Arguments&... arguments)
@@ -94,15 +94,15 @@ __device__ inline void trigger_dependents()
 
 // By every thread of a kernel so launched, before it reads what the one before it writes: waits for
 // the end of that one.
-__device__ inline void await_upstream()
+__device__ inline void wait_upstream()
 {
     NV_IF_TARGET(NV_PROVIDES_SM_90, (cudaGridDependencySynchronize();))
 }
 
 // The same, and lets the next one become resident.
-__device__ inline void wait_for_upstream()
+__device__ inline void wait_upstream_and_trigger()
 {
-    await_upstream();
+    wait_upstream();
     trigger_dependents();
 }
 

@@ -13,10 +13,10 @@ struct Counters {
     double dt_min, dt_max;  // [s]
     int substeps, limits[6];
     unsigned long long yielded, projected, clipped, confined, repaired;  // particle-substeps, nodes
-    unsigned long long abrupt, moved_far, trimmed;  // particle-substeps, likewise, nodes
-    unsigned long long covered;                     // particle-substeps with a blade beside them
-    unsigned long long moved;  // particle-substeps; of a scene in which clay may be still
-    unsigned long long woken;  // blocks
+    unsigned long long abrupt, moved_far, clipped_negligible;  // particle-substeps, likewise, nodes
+    unsigned long long covered;  // particle-substeps with a blade beside them
+    unsigned long long moved;    // particle-substeps; of a scene in which clay may be still
+    unsigned long long woken;    // blocks
     unsigned long long stranded, splats_projected, splats_repaired;  // Gaussian-substeps
     unsigned deepest;  // bits of the largest depth found [m]
     unsigned touched;  // tools that touched particles: tool_bit()

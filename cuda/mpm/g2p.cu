@@ -38,7 +38,7 @@ constexpr bool early = f.blades || f.rests || f.mean_pressure;
 
 // Of clay that shares its cells' pressure.
 template <Features f>
-__device__ void bear_shared(const G2pView& d, Particle<float>& q, int n)
+__device__ void apply_mean_pressure_shared(const G2pView& d, Particle<float>& q, int n)
 {
     if constexpr (f.mean_pressure)
         share_pressure(d.pressure, d.lattice, q, material_of<f>(d.materials, q.object), n);
@@ -87,7 +87,7 @@ __device__ Events advance_particle(const G2pView& d, const SubstepContext& later
         quiet = quiet_at(d, q, s.base, n);
         if (__all_sync(all_lanes, quiet.unasked)) return {};
     }
-    bear_shared<f>(d, q, n);
+    apply_mean_pressure_shared<f>(d, q, n);
     constexpr bool full = f.tools && f.plasticity != PlasticityClass::any && !early<f>;
     Masses<full> mass{&space.slopes[threadIdx.x >> 5][0][0].x + (threadIdx.x & 31)};
     if constexpr (full) *mass.aside = q.k;
@@ -111,7 +111,7 @@ __device__ Events advance_particle(const G2pView& d, const SubstepContext& later
     // Where registers allow, by vote: lanes that branch by themselves cost the warp more.
     const bool crumb = mass.node() < unit();
     if (f.tools ? __any_sync(all_lanes, crumb) : crumb)
-        mass.again(), calm_crumb(q.C, mass.node() / unit());
+        mass.again(), damp_isolated_particle(q.C, mass.node() / unit());
     const auto per_cell = [&] {
         mass.again();
         return mass.cell() * (f.mixed ? 1 / unit() : d.materials.per_mass);
@@ -181,7 +181,7 @@ __device__ void advance_run(const G2pView& d, const SubstepContext& later,
     WarpScatter<f.blades> scatter{d, space, later.n};
     if constexpr (f.mean_pressure)
         if (own.valid && !last) add_pressure(d.pressure, d.lattice, q, m, later.n);
-    const bool heavy = f.rests && stands(d.rest.rule.mode, q);
+    const bool heavy = f.rests && stands(d.rest.options.mode, q);
     if (heavy) q.v = held_rise(d.rest.gravity, later.dt), m = as_held(m);
     const float per_mass = f.mixed || heavy ? 1 / m.mass : d.materials.per_mass;
     if (!last) scatter(q, m, per_mass, own.valid, later.dt);
@@ -219,7 +219,7 @@ __global__ void __launch_bounds__(run_length(Case::features), resident<Case::fea
         if (f.tools) run = d.runs[run];
         d.particles[side].load_place(index_in<f>(run, count).at, q);
     }
-    await_upstream();
+    wait_upstream();
     const int n = clock.begun;
     const float dt = clock.dt[0], after = clock.dt[1];
     // None is ever below zero; asked, for all to be read at once rather than one after the other.

@@ -105,7 +105,7 @@ HD R mass_around(const Four<R>& sum)
 // its rate of strain down to a fifth is left, so that no substep makes it oscillate more and more.
 // It turns as it did, and from one particle a cell on nothing is taken.  (8)
 template <class R>
-HD void calm_crumb(Mat3<R>& C, R per_cell)
+HD void damp_isolated_particle(Mat3<R>& C, R per_cell)
 {
     const R missing = R(5) * max(R(0), R(1) - per_cell);
     C = C - missing / (R(1) + missing) * full(symmetric(C));

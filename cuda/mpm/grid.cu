@@ -39,7 +39,7 @@ __device__ void clear(const GridUpdateView& d, int parity, int i)
 // Counts the substep, and chooses the one after it from the speeds that the one before it left. All
 // that is read is asked for at once, and what need not be read is added to where it is: one read
 // after the other cost clay without tools 1.5 % of a substep.
-__device__ void look_ahead(const GridUpdateView& d)
+__device__ void choose_next_dt(const GridUpdateView& d)
 {
     Clock& c = *d.clock;
     Counters& all = c.counters;
@@ -75,11 +75,11 @@ __device__ void look_ahead(const GridUpdateView& d)
 
 // The clock's own block: one thread looks ahead, other warps at the blocks that were listed since
 // the substep before. Those of a frame's first are looked at by p2g.
-__device__ void look_around(const GridUpdateView& d)
+__device__ void scan_rim(const GridUpdateView& d)
 {
-    if (threadIdx.x == 0) look_ahead(d);
+    if (threadIdx.x == 0) choose_next_dt(d);
     if (threadIdx.x < 32) return;
-    const auto start = started<1>(d);
+    const auto start = synchronized_start<1>(d);
     if (!(start.dt > 0)) return;
     for (int k = start.before + int(threadIdx.x) - 32; k < start.count; k += int(blockDim.x) - 32)
         if (d.rim[block_of(d.list[start.n % 3][k])]) d.clock->crowded[start.n & 1] = true;
@@ -96,7 +96,7 @@ __device__ int noted(const GridUpdateView& d, int listed)
 // Where the next substep's list has a listed block, of so many, after a frame's first substep: they
 // are lined up, those near tools first. So a thread block has one of them at most, but for blocks
 // listed later, and those that have start before all others.
-__device__ int lined_up(Clock& c, int listed, int count)
+__device__ int order_by_contact(Clock& c, int listed, int count)
 {
     return touched(listed) ? atomicAdd(&c.near_blocks, 1) : count - 1 - atomicAdd(&c.far_blocks, 1);
 }
@@ -139,7 +139,7 @@ __device__ void for_each_block(const GridUpdateView& d, Start<blocks_per_cta> s,
                 const int old = own < s.before ? block_of(s.old[k]) : -1;
                 if (threadIdx.x == 0 && here[k] >= 0) {
                     if (tools && s.first)
-                        places[k] = lined_up(*d.clock, here[k], s.count);
+                        places[k] = order_by_contact(*d.clock, here[k], s.count);
                     else
                         next[own] = here[k];
                     d.marks[block_of(here[k])] = listed_for(s.n + 1, false);
@@ -173,23 +173,23 @@ __device__ void for_each_block(const GridUpdateView& d, Start<blocks_per_cta> s,
 template <bool tools>
 union WarpSpace {
     SharedSpace contact;
-    ImageSpace images;
+    ImageSpace mirrors;
 };
 template <>
 union WarpSpace<false> {
-    ImageSpace images;
+    ImageSpace mirrors;
 };
 
 // Walls, and the limit of speed, of node n, which holds clay.
 template <bool fixed_point>
-__device__ void finish_node(const GridUpdateView& d, int substep, float dt, Int3 n, Images& images,
-                            bool led)
+__device__ void finish_node(const GridUpdateView& d, int substep, float dt, Int3 n,
+                            MirrorNodes& mirrors, bool led)
 {
     if (!clear_of(n, d.walls))
-        return update_with_images<fixed_point>(d, substep, dt, n, 0, images, led);
+        return update_with_images<fixed_point>(d, substep, dt, n, 0, mirrors, led);
     bool clipped;
-    images.own.p = limit_speed(images.own.p, d.lattice, dt, clipped);
-    if (clipped) count_slowed(d, images.own.m);
+    mirrors.own.p = limit_speed(mirrors.own.p, d.lattice, dt, clipped);
+    if (clipped) count_slowed(d, mirrors.own.m);
 }
 
 // The thread's node of a listed block, the k-th in hand; near tools a warp has fewer of them.
@@ -224,14 +224,14 @@ __device__ void update_node(const GridUpdateView& d, WarpSpace<tools>& space, in
     if (!own.updates) return;
     const Int3 at = d.lattice.node_at(own.i);
     if (!own.near) after.node = sum_of<fixed_point>(d, n & 1, own.i);
-    Images images(space.images);  // while the node's sum is on its way, too
-    if (bring_images<fixed_point>(d, n & 1, at, own.i, images)) return;
-    images.own = after.node;
-    if (images.own.m > 0) {
-        if (!own.near) images.own.p = apply_gravity(images.own, d.gravity, dt);
-        finish_node<fixed_point>(d, n, dt, at, images, after.led);
+    MirrorNodes mirrors(space.mirrors);  // while the node's sum is on its way, too
+    if (load_mirrors<fixed_point>(d, n & 1, at, own.i, mirrors)) return;
+    mirrors.own = after.node;
+    if (mirrors.own.m > 0) {
+        if (!own.near) mirrors.own.p = apply_gravity(mirrors.own, d.gravity, dt);
+        finish_node<fixed_point>(d, n, dt, at, mirrors, after.led);
     }
-    node_at(d, n & 1, own.i) = images.own;
+    node_at(d, n & 1, own.i) = mirrors.own;
 }
 
 template <class Case>
@@ -242,12 +242,12 @@ __global__ void __launch_bounds__(threads<Case::features.tools>, resident<Case::
     constexpr int in_hand = blocks_per_cta<tools>;
     __shared__ WarpSpace<tools> spaces[threads<tools> / 32];
     Start<in_hand> start{-1};
-    if (tools && blockIdx.x > 0) start = foreseen<in_hand>(d);
+    if (tools && blockIdx.x > 0) start = speculative_start<in_hand>(d);
     const bool early = start.n >= 0;
     if (!early) {
-        wait_for_upstream();
-        if (blockIdx.x == 0) return look_around(d);
-        start = started<in_hand>(d);
+        wait_upstream_and_trigger();
+        if (blockIdx.x == 0) return scan_rim(d);
+        start = synchronized_start<in_hand>(d);
         if (!(start.dt > 0)) return;
     }
     const int n = start.n;
@@ -292,17 +292,17 @@ __device__ void keep_apart(const GridUpdateView& d, int parity, Int3 n)
 // Node n of index i in a velocity field, with its images.
 template <bool fixed_point, class Tools>
 __device__ Node<float> updated_in(const GridUpdateView& d, int substep, float dt, Int3 n, int field,
-                                  int i, Images& images, Tools&& tools)
+                                  int i, MirrorNodes& mirrors, Tools&& tools)
 {
     const int parity = substep & 1, first = field * d.lattice.node_count();
     const Node<float> sum = sum_of<fixed_point>(d, parity, first + i);
-    if (images.count() > 1 && sum.m > 0) {
+    if (mirrors.count() > 1 && sum.m > 0) {
         const Vec3<float> free = apply_gravity(sum, d.gravity, dt);
-        images.own = {tools(d.lattice.position(n), free), sum.m};
-        load_images<fixed_point>(d, parity, first, images);
-        update_with_images<fixed_point>(d, substep, dt, n, field, images,
-                                        differ(images.own.p, free));
-        return images.own;
+        mirrors.own = {tools(d.lattice.position(n), free), sum.m};
+        load_mirror_sums<fixed_point>(d, parity, first, mirrors);
+        update_with_images<fixed_point>(d, substep, dt, n, field, mirrors,
+                                        differ(mirrors.own.p, free));
+        return mirrors.own;
     }
     bool clipped;
     const Node<float> alone = update(sum, n, d.lattice, d.walls, d.gravity, dt, clipped, tools,
@@ -319,9 +319,9 @@ __global__ void __launch_bounds__(block_nodes, resident_cut)
 {
     constexpr bool fixed_point = Case::features.fixed_point;
     __shared__ ImageSpace spaces[block_nodes / 32];
-    wait_for_upstream();
-    if (blockIdx.x == 0) return look_around(d);
-    const auto start = started<1>(d);
+    wait_upstream_and_trigger();
+    if (blockIdx.x == 0) return scan_rim(d);
+    const auto start = synchronized_start<1>(d);
     const int n = start.n, parity = n & 1, nodes = d.lattice.node_count();
     const float dt = start.dt, dx = d.lattice.dx;
     if (!(dt > 0)) return;
@@ -332,11 +332,11 @@ __global__ void __launch_bounds__(block_nodes, resident_cut)
         const int i = b * block_nodes + int(threadIdx.x);
         const Int3 at = d.lattice.node_at(i);
         const Mask& mask = d.masks[b];
-        Images images(spaces[threadIdx.x >> 5]);
-        const bool elsewhere = bring_images<fixed_point>(d, parity, at, i, images);
+        MirrorNodes mirrors(spaces[threadIdx.x >> 5]);
+        const bool is_mirror = load_mirrors<fixed_point>(d, parity, at, i, mirrors);
         const bool clay = sum_of<fixed_point>(d, parity, i).m > 0;
-        if (clay && elsewhere) return;
-        if (!clay) images.way = {};
+        if (clay && is_mirror) return;
+        if (!clay) mirrors.mirror_offset = {};
         for (int f = 0; f < 3; ++f) {
             const auto tools = [&](Vec3<float> x, Vec3<float> u) {
                 if (!d.grid_contact) return u;
@@ -344,10 +344,10 @@ __global__ void __launch_bounds__(block_nodes, resident_cut)
                 return f ? sliced(colliders, mask, x, u, dx, unsigned(f)) : u;
             };
             node_at(d, parity, f * nodes + i) =
-                updated_in<fixed_point>(d, n, dt, at, f, i, images, tools);
+                updated_in<fixed_point>(d, n, dt, at, f, i, mirrors, tools);
         }
-        for (int k = 0; k < images.count(); ++k)
-            keep_apart<fixed_point>(d, parity, image(at, images.way, k));
+        for (int k = 0; k < mirrors.count(); ++k)
+            keep_apart<fixed_point>(d, parity, mirror_node(at, mirrors.mirror_offset, k));
     });
 }
 

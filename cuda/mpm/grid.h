@@ -86,7 +86,8 @@ HD Vec3<R> apply_walls(Vec3<R> v, Int3 n, const Lattice<R>& lattice, const Walls
     for (int axis = 0; axis < 3; ++axis)
         if (const int sign = component(met, axis)) {
             const R approach = approach_speed(n, axis, sign, false, walls, lattice.dx, dt, masses);
-            v = rubbed(v, wall_normal<R>(axis, sign), approach, walls, mass, dt, place, slides);
+            v = apply_friction(v, wall_normal<R>(axis, sign), approach, walls, mass, dt, place,
+                               slides);
         }
     return v;
 }
@@ -97,29 +98,29 @@ HD Vec3<R> apply_walls(Vec3<R> v, Int3 n, const Lattice<R>& lattice, const Walls
 // (18), by the same impulse on both. Where a tool leads the node, it leads the image as in a
 // mirror. `approach`, `place` and `slides`: see sliding.h.
 template <class R, class Slides = Forgotten<R>>
-HD void apply_wall(Node<R>& node, Node<R>& image, bool paired, Vec3<R> normal,
+HD void apply_wall(Node<R>& node, Node<R>& mirror_node, bool paired, Vec3<R> normal,
                    const Walls<R>& walls, bool led, R approach = 0, R dt = 1, int place = -1,
                    const Slides& slides = {})
 {
-    if (paired && !(node.m > 0 && image.m > 0)) return;
+    if (paired && !(node.m > 0 && mirror_node.m > 0)) return;
     if (!paired) {
-        node.p = rubbed(node.p, normal, approach, walls, node.m, dt, place, slides);
+        node.p = apply_friction(node.p, normal, approach, walls, node.m, dt, place, slides);
         return;
     }
-    const Vec3<R> mean = R(0.5) * (node.p + image.p);
+    const Vec3<R> mean = R(0.5) * (node.p + mirror_node.p);
     if (led) {
         if (approach > 0 && dot(mean, normal) >= -approach) return;
         const Vec3<R> along = node.p - dot(node.p, normal) * normal;
-        image.p = (walls.mode == ContactMode::sticky ? R(0) : R(2)) * along - node.p -
-                  R(2) * approach * normal;
+        mirror_node.p = (walls.mode == ContactMode::sticky ? R(0) : R(2)) * along - node.p -
+                        R(2) * approach * normal;
         return;
     }
-    const R share = image.m / (node.m + image.m);
+    const R share = mirror_node.m / (node.m + mirror_node.m);
     const Vec3<R> left =
-        rubbed(mean, normal, approach, walls, R(4) * share * node.m, dt, place, slides);
+        apply_friction(mean, normal, approach, walls, R(4) * share * node.m, dt, place, slides);
     const Vec3<R> change = R(2) * (left - mean);
     node.p = node.p + share * change;
-    image.p = image.p + (1 - share) * change;
+    mirror_node.p = mirror_node.p + (1 - share) * change;
 }
 
 // Nodes in an array.
@@ -133,28 +134,29 @@ struct InArray {
 // Of the walls that node n meets with its images, `way` to them, the sign along each axis as
 // held_by() has it.
 template <class R>
-HD Int3 walls_met(Int3 n, Int3 way, const Walls<R>& walls)
+HD Int3 walls_met(Int3 n, Int3 mirror_offset, const Walls<R>& walls)
 {
     const Int3 at = n - walls.first, free = walls.free;
     const auto side = [](int to_image, int place, int count) {
         return to_image ? (to_image < 0 ? 1 : -1) : held_by(place, count);
     };
-    return {side(way.x, at.x, free.x), side(way.y, at.y, free.y), side(way.z, at.z, free.z)};
+    return {side(mirror_offset.x, at.x, free.x), side(mirror_offset.y, at.y, free.y),
+            side(mirror_offset.z, at.z, free.z)};
 }
 
 // What the walls met leave of node n and its images, axis by axis; get(k) and put(k, node) read and
 // write the k-th. `led` by a tool or not; masses(m) is the mass of all clay at node m.
 template <class R, class Nodes, class Masses>
-HD void apply_walls(Int3 n, Int3 met, Int3 way, const Lattice<R>& lattice, const Walls<R>& walls,
-                    bool led, R dt, Nodes&& nodes, Masses&& masses)
+HD void apply_walls(Int3 n, Int3 met, Int3 mirror_offset, const Lattice<R>& lattice,
+                    const Walls<R>& walls, bool led, R dt, Nodes&& nodes, Masses&& masses)
 {
-    const int all = image_count(way);
+    const int all = mirror_count(mirror_offset);
     int next = 1;  // bit of the axis
     ROLLED
     for (int axis = 0; axis < 3; ++axis) {
         const int sign = component(met, axis);
         if (!sign) continue;
-        const bool paired = component(way, axis) != 0;
+        const bool paired = component(mirror_offset, axis) != 0;
         const Vec3<R> normal = wall_normal<R>(axis, sign);
         const int other = paired ? next : 0;
         const R approach = approach_speed(n, axis, sign, paired, walls, lattice.dx, dt, masses);
@@ -226,28 +228,28 @@ HD Node<R> after_gravity(const Node<R>& sum, Vec3<R> gravity, R dt)
 // node's own is v after gravity and tools; `led` if these left another. Calls slowed(mass) for each
 // that is clipped; masses(m) is the mass of all clay at node m, whichever field this is.
 template <class R, class Nodes, class Slowed, class Slides, class Masses>
-HD void update_led(Int3 n, Int3 way, const Lattice<R>& lattice, const Walls<R>& walls,
+HD void update_led(Int3 n, Int3 mirror_offset, const Lattice<R>& lattice, const Walls<R>& walls,
                    Vec3<R> gravity, R dt, Nodes&& nodes, Vec3<R> v, bool led, Slowed&& slowed,
                    const Slides& slides, Masses&& masses)
 {
-    const Int3 met = walls_met(n, way, walls);
-    const int all = image_count(way);
+    const Int3 met = walls_met(n, mirror_offset, walls);
+    const int all = mirror_count(mirror_offset);
     if (const int axis = lone_wall(met); axis >= 0) {  // most often: in registers
         const int sign = component(met, axis);
         const int place = sliding_place(n, axis, sign, walls, lattice.size);
         const bool paired = all > 1;
-        Node<R> own{v, nodes.get(0).m}, image{};
-        if (paired) image = after_gravity(nodes.get(1), gravity, dt);
+        Node<R> own{v, nodes.get(0).m}, mirror_node{};
+        if (paired) mirror_node = after_gravity(nodes.get(1), gravity, dt);
         const R approach = approach_speed(n, axis, sign, paired, walls, lattice.dx, dt, masses);
-        apply_wall(own, image, paired, wall_normal<R>(axis, sign), walls, led, approach, dt, place,
-                   slides);
-        if (paired) nodes.put(1, image);
+        apply_wall(own, mirror_node, paired, wall_normal<R>(axis, sign), walls, led, approach, dt,
+                   place, slides);
+        if (paired) nodes.put(1, mirror_node);
         nodes.put(0, own);
     } else {
         nodes.put(0, {v, nodes.get(0).m});
         ROLLED
         for (int k = 1; k < all; ++k) nodes.put(k, after_gravity(nodes.get(k), gravity, dt));
-        apply_walls(n, met, way, lattice, walls, led, dt, nodes, masses);
+        apply_walls(n, met, mirror_offset, lattice, walls, led, dt, nodes, masses);
     }
     ROLLED
     for (int k = 0; k < all; ++k) {
@@ -262,15 +264,16 @@ HD void update_led(Int3 n, Int3 way, const Lattice<R>& lattice, const Walls<R>& 
 // The same where tools(v) leaves what they leave of the node's velocity, and says whether that is
 // another.
 template <class R, class Nodes, class Tools, class Slowed, class Slides, class Masses>
-HD void update_images(Int3 n, Int3 way, const Lattice<R>& lattice, const Walls<R>& walls,
-                      Vec3<R> gravity, R dt, Nodes&& nodes, Tools&& tools, Slowed&& slowed,
-                      const Slides& slides, Masses&& masses)
+HD void update_mirrors(Int3 n, Int3 mirror_offset, const Lattice<R>& lattice, const Walls<R>& walls,
+                       Vec3<R> gravity, R dt, Nodes&& nodes, Tools&& tools, Slowed&& slowed,
+                       const Slides& slides, Masses&& masses)
 {
     const Node<R> own = nodes.get(0);
     Vec3<R> v{};
     bool led = false;
     if (own.m > 0) v = apply_gravity(own, gravity, dt), led = tools(v);
-    update_led(n, way, lattice, walls, gravity, dt, nodes, v, led, slowed, slides, masses);
+    update_led(n, mirror_offset, lattice, walls, gravity, dt, nodes, v, led, slowed, slides,
+               masses);
 }
 
 // Which way a number of the nodes rises at node n, at any length: value(node) answers for those

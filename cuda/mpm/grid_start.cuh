@@ -23,7 +23,7 @@ struct Start {
 // block that was listed for that; else n is -1. Loaded past L1, which may hold what was there
 // before. By all lanes of a warp.
 template <int blocks_per_cta>
-__device__ Start<blocks_per_cta> foreseen(const GridUpdateView& d)
+__device__ Start<blocks_per_cta> speculative_start(const GridUpdateView& d)
 {
     const Clock& c = *d.clock;
     const int posed = posed_for(c, int(threadIdx.x % pose_parts)), begun = __ldcg(&c.begun);
@@ -52,7 +52,7 @@ __device__ Start<blocks_per_cta> foreseen(const GridUpdateView& d)
 // The same when that is over. All loads that may be needed are issued at once, not one after the
 // other; what the clock's own block writes meanwhile is not used.
 template <int blocks_per_cta>
-__device__ Start<blocks_per_cta> started(const GridUpdateView& d)
+__device__ Start<blocks_per_cta> synchronized_start(const GridUpdateView& d)
 {
     const Clock& c = *d.clock;
     int lists[3][blocks_per_cta];

@@ -36,7 +36,7 @@ __global__ void __launch_bounds__(scan_threads) line_up_kernel(const __grid_cons
 {
     using Scan = cub::BlockScan<int, scan_threads>;
     __shared__ Scan::TempStorage space;
-    wait_for_upstream();
+    wait_upstream_and_trigger();
     const int share = (d.run_count + scan_threads - 1) / scan_threads;
     const int first = min(int(threadIdx.x) * share, d.run_count);
     const int last = min(first + share, d.run_count);

@@ -22,7 +22,7 @@ __global__ void __launch_bounds__(threads) find_kernel(const __grid_constant__ P
 __global__ void __launch_bounds__(block_nodes)
     clear_kernel(const __grid_constant__ PressureClearView d)
 {
-    wait_for_upstream();
+    wait_upstream_and_trigger();
     const int n = d.clock->begun, listed = d.clock->active[n % 3];
     for (int k = int(blockIdx.x); k < listed; k += int(gridDim.x))
         d.cells[(n + 1) & 1][block_of(d.list[n % 3][k]) * block_nodes + int(threadIdx.x)] = {};

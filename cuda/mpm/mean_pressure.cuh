@@ -37,7 +37,7 @@ __device__ inline void share_pressure(const PressureView& d, const Lattice<float
     if (of.volume == 0) return;
     const PressureSum<float> sum{float(of.pressure) / d.pressure_scale,
                                  float(of.volume) / d.volume_scale};
-    bear(q, m, sum.mean());
+    apply_mean_pressure(q, m, sum.mean());
 }
 
 }  // namespace knead::gpu

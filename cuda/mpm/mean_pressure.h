@@ -55,7 +55,7 @@ constexpr R part_borne = R(0.25);
 
 // The particle's volume goes towards the one that has this pressure; its shape stays.
 template <class R>
-HD void bear(Particle<R>& q, const Material<R>& m, R pressure)
+HD void apply_mean_pressure(Particle<R>& q, const Material<R>& m, R pressure)
 {
     const R own = log_volume(determinant_excess(q.e));
     const R way = log_volume_at(m, snow_hardening(m, q.k), pressure) - own;

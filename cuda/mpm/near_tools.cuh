@@ -68,7 +68,7 @@ __device__ AfterTools near_tools(const GridUpdateView& d, SharedSpace& space, in
                 mode = tool.mode, friction = tool.friction;
                 hit = contact.deepest(from, to, in, x);
             }
-            if (early) wait_for_upstream(), take();
+            if (early) wait_upstream_and_trigger(), take();
             if (hit.phi < 0 && sum.m > 0) v = apply_contact(v, hit.n, hit.v, mode, friction);
             if (early) early = false, missed = sum.m > 0 && !in;
         }

@@ -51,13 +51,13 @@ __global__ void __launch_bounds__(sweep_threads) sweep_kernel(const __grid_const
     };
     if (posing) {
         travel[thread] = 0;
-        spheres[thread] = amid(bindings[thread], size, at(0), at(1), at(2), travel[thread]);
+        spheres[thread] = mid_frame(bindings[thread], size, at(0), at(1), at(2), travel[thread]);
     }
     __syncthreads();
     if (thread >= part_primitives || primitive_of(part, thread) >= count) return;
     const int i = primitive_of(part, thread);
     const Sphere<float>* own = spheres + 3 * thread;
-    form(t.amid[i], t.primitives[i].count, own[0], own[1], own[2]);
+    form(t.mid_frame[i], t.primitives[i].count, own[0], own[1], own[2]);
     t.travel[i] = max(travel[3 * thread], max(travel[3 * thread + 1], travel[3 * thread + 2]));
 }
 
@@ -84,7 +84,7 @@ __device__ bool may_touch(const SweptView& t, int i, bool blade, Vec3<float> p, 
                           float dx)
 {
     const float band = candidate_band(blade) * dx + t.travel[i], half = 0.5f * edge + band;
-    const Shape<float>& s = t.amid[i];
+    const Shape<float>& s = t.mid_frame[i];
     const bool beside = p.x + half < s.low.x || p.x - half > s.high.x || p.y + half < s.low.y ||
                         p.y - half > s.high.y || p.z + half < s.low.z || p.z - half > s.high.z;
     return !beside && reaches(s, p, edge, band);
@@ -96,7 +96,7 @@ __global__ void __launch_bounds__(threads) mask_kernel(const __grid_constant__ M
 {
     const int thread = int(blockIdx.x * threads + threadIdx.x), lane = thread & 31;
     const OwnPrimitives own = own_primitives(d, lane);  // known before the sweep is over
-    wait_for_upstream();
+    wait_upstream_and_trigger();
     for (int k = thread; k < d.run_count; k += int(gridDim.x) * threads) d.runs[k] = d.next_runs[k];
     const int b = thread / 32;
     if (b >= d.lattice.block_count()) return;

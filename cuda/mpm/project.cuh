@@ -13,12 +13,12 @@ namespace knead::gpu {
 
 // Puts aside what contact does not ask for, and takes it up again: in registers it would crowd out
 // the walk through the primitives. `at`: two places, 32 apart.
-__device__ inline void put_aside(const Particle<float>& q, float4* at)
+__device__ inline void spill(const Particle<float>& q, float4* at)
 {
     at[0] = {q.e.xx, q.e.yy, q.e.zz, q.e.xy};
     at[32] = {q.e.xz, q.e.yz, q.k, __int_as_float(q.object)};
 }
-__device__ inline void take_up(Particle<float>& q, const float4* at)
+__device__ inline void reload(Particle<float>& q, const float4* at)
 {
     asm volatile("" ::: "memory");
     const float4 a = at[0], b = at[32];
@@ -45,13 +45,13 @@ struct ContactScratch {
                                : reinterpret_cast<float*>(strain() - lane + 64) + 32 * (k - kept);
         return last[lane];
     }
-    __device__ void put_aside(const Mat3<float>& C) const
+    __device__ void spill(const Mat3<float>& C) const
     {
         const float all[9] = {C.a.x, C.a.y, C.a.z, C.b.x, C.b.y, C.b.z, C.c.x, C.c.y, C.c.z};
         UNROLL
         for (int k = 0; k < 9; ++k) rate(k) = all[k];
     }
-    __device__ void put_aside(Vec3<float> x) const
+    __device__ void spill(Vec3<float> x) const
     {
         rate(9) = x.x, rate(10) = x.y, space.cells[warp][lane] = __float_as_int(x.z);
     }
@@ -98,17 +98,18 @@ __device__ inline void add_touched(Clock& clock, std::uint32_t tools)
 // Projection of a warp's particles, of those that are `asked`, by all its lanes. Returns the depth
 // that the lane's was found at [m].
 template <bool blades, bool brief, class PerCell>
-__device__ float left_tools(Particle<float>& q, PerCell&& per_cell, const G2pView& d,
-                            const SubstepContext& later, const ContactScratch<blades>& borrowed,
-                            bool asked, unsigned& covered)
+__device__ float project_out_of_tools(Particle<float>& q, PerCell&& per_cell, const G2pView& d,
+                                      const SubstepContext& later,
+                                      const ContactScratch<blades>& borrowed, bool asked,
+                                      unsigned& covered)
 {
     const Mask* own = asked ? near_tools(d.near, d.lattice, q.x) : nullptr;
     bool in = own;
     if (!__any_sync(all_lanes, in)) return 0;
     const float around = per_cell();
     __syncwarp();  // others write where it was
-    put_aside(q, borrowed.strain());
-    if constexpr (!blades) borrowed.put_aside(q.C);
+    spill(q, borrowed.strain());
+    if constexpr (!blades) borrowed.spill(q.C);
     const Mask& mask = in ? *own : d.near.masks[0];
     const Colliders<float> colliders = d.contact.colliders(later.n - 1);
     if constexpr (blades) {
@@ -116,8 +117,8 @@ __device__ float left_tools(Particle<float>& q, PerCell&& per_cell, const G2pVie
         if (in) covered = cut(q, colliders, mask, d.lattice.dx, touched);
         add_touched(later.clock(), touched);
     }
-    borrowed.put_aside(q.x);
-    WarpContact<32, brief> contact(borrowed.contact(), colliders, d.near.way.skin);
+    borrowed.spill(q.x);
+    WarpContact<32, brief> contact(borrowed.contact(), colliders, d.near.pushout.skin);
     for (int k = 0; k < d.near.passes && __any_sync(all_lanes, in); ++k) {
         const int near = contact.look(
             mask, in, q.x, [&](int i) { return blades && two_sided(colliders, i) ? -1 : 0; });
@@ -127,10 +128,10 @@ __device__ float left_tools(Particle<float>& q, PerCell&& per_cell, const G2pVie
         add_touched(later.clock(), in ? tool_bit(hit.tool) : 0);
         if (in)
             put_out(q.x, q.v, hit, colliders.tools[hit.tool],
-                    speed_out(d.near.way, -hit.phi, around, later.now));
+                    speed_out(d.near.pushout, -hit.phi, around, later.now));
     }
-    const float depth = come_out(q.x, borrowed.place(), q.x, d.near.way.shallow);
-    take_up(q, borrowed.strain());
+    const float depth = come_out(q.x, borrowed.place(), q.x, d.near.pushout.shallow);
+    reload(q, borrowed.strain());
     if constexpr (!blades) q.C = borrowed.rates();
     return depth;
 }
@@ -143,7 +144,7 @@ __device__ void project(Particle<float>& q, PerCell&& per_cell, const G2pView& d
                         Events& happened)
 {
     if constexpr (f.tools)
-        happened.depth = left_tools<f.blades, !f.mixed>(
+        happened.depth = project_out_of_tools<f.blades, !f.mixed>(
             q, per_cell, d, later, ContactScratch<f.blades>{space}, moves, happened.covered);
     happened.projected = happened.depth > 0;
     if (d.free.holds(q.x)) return;

@@ -14,7 +14,7 @@ namespace knead {
 // deeper than `shallow` is moved at once, up to there. Pressure holds it as deep as the speed out
 // balances it, so it is sent on until it is the skin away from the tool.  (19)
 template <class R>
-struct WayOut {
+struct PushoutLimits {
     R shallow;  // under the skin [m]
     R thin;     // under the skin; half as deep, it may be twice as fast [m]
     R fastest;  // from there on [m/s]
@@ -24,15 +24,15 @@ struct WayOut {
 // where substeps are shorter, it would make them shorter still. What is pressed lies in a thin
 // layer, and nodes hear of its speed by its share of a cell: there twice as much is no danger, and
 // the layer that balances a pressure is half as thick.
-HD WayOut<double> way_out(const StepLimits& limits)
+HD PushoutLimits<double> pushout_limits(const StepLimits& limits)
 {
     const double dx = limits.dx;
     return {0.375 * dx, dx / 4, 0.9 * dx / longest_dt(limits, {}).dt, dx / 10};
 }
 template <class To, class From>
-HD WayOut<To> cast(const WayOut<From>& way)
+HD PushoutLimits<To> cast(const PushoutLimits<From>& pushout)
 {
-    return {To(way.shallow), To(way.thin), To(way.fastest), To(way.skin)};
+    return {To(pushout.shallow), To(pushout.thin), To(pushout.fastest), To(pushout.skin)};
 }
 
 // What of a particle's speed squared shortens substeps (22). What has just been found in a tool
@@ -47,10 +47,10 @@ HD R speed_that_counts(R speed_squared, R depth)
 // grows with their number a cell; a crumb by itself, which has up to 0.21, is not thrown. Depth
 // times speed does not fall as depth grows, or a layer once too thick would stay.
 template <class R>
-HD R speed_out(const WayOut<R>& way, R depth, R per_cell, R dt)
+HD R speed_out(const PushoutLimits<R>& pushout, R depth, R per_cell, R dt)
 {
-    const R most = min(max(R(1), way.thin / depth), min(max(R(1), per_cell), R(2)));
-    return min(max(R(1), 4 * per_cell - R(0.7)) * depth / dt, most * way.fastest);
+    const R most = min(max(R(1), pushout.thin / depth), min(max(R(1), per_cell), R(2)));
+    return min(max(R(1), 4 * per_cell - R(0.7)) * depth / dt, most * pushout.fastest);
 }
 
 // Moves what is at x, with velocity v, to the surface that it was found behind; its velocity is
@@ -78,16 +78,16 @@ HD R come_out(Vec3<R>& x, Vec3<R> from, Vec3<R> to, R shallow)
 // tools are added to `touched` (tool_bit()).
 template <class R>
 HD R project(Particle<R>& q, const Colliders<R>& c, const Mask& mask, int passes,
-             const WayOut<R>& way, R per_cell, R dt, std::uint32_t& touched)
+             const PushoutLimits<R>& pushout, R per_cell, R dt, std::uint32_t& touched)
 {
     Vec3<R> to = q.x;
     for (int k = 0; k < passes; ++k) {
-        const Contact<R> hit = deepest_contact(c, mask, to, way.skin);
+        const Contact<R> hit = deepest_contact(c, mask, to, pushout.skin);
         if (!(hit.phi < 0)) break;
         touched |= tool_bit(hit.tool);
-        put_out(to, q.v, hit, c.tools[hit.tool], speed_out(way, -hit.phi, per_cell, dt));
+        put_out(to, q.v, hit, c.tools[hit.tool], speed_out(pushout, -hit.phi, per_cell, dt));
     }
-    return come_out(q.x, q.x, to, way.shallow);
+    return come_out(q.x, q.x, to, pushout.shallow);
 }
 
 // Puts q back on the wall that it sank into; true if it was deeper there than nodes can take it

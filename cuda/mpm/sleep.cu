@@ -28,7 +28,7 @@ __device__ void find_boxes(const SweptView& t, float reach, Boxes& boxes)
     for (int i = int(threadIdx.x); i < t.primitives.count; i += threads) {
         const int tool = t.primitives[i].tool;
         if (!t.tools[tool].active) continue;
-        const Shape<float>& s = t.amid[i];
+        const Shape<float>& s = t.mid_frame[i];
         const float margin = t.travel[i] + reach;
         const auto grow = [&](int axis, float low, float high) {
             atomicMin(&boxes.low[axis][tool], ordered(low - margin));
@@ -43,20 +43,20 @@ __global__ void __launch_bounds__(threads)
     activity_kernel(const __grid_constant__ ActivityView d, int runs)
 {
     __shared__ Boxes boxes;
-    find_boxes(d, d.rule.reach, boxes);
+    find_boxes(d, d.options.reach, boxes);
     const int first = int(blockIdx.x * threads + threadIdx.x);
     for (int run = first; run < runs; run += int(gridDim.x) * threads) d.run_listed[run] = 0;
     if (first == 0) d.clock->listed = d.clock->woken[0] = d.clock->woken[1] = 0;
     if (first >= d.lattice.block_count()) return;
     const int b = first;
-    d.quiet[b] = rested(d.rule, d.quiet[b], __uint_as_float(d.fastest[b]));
+    d.quiet[b] = rested(d.options, d.quiet[b], __uint_as_float(d.fastest[b]));
     d.fastest[b] = 0;
     d.range[b] = {0, 0};
     bool near = false;
     if (d.primitives.count > 0)
         for (int t = 0; t < d.tools.count; ++t)
             near = near || meets(boxes.at(t), d.lattice.block_at(b), block_edge * d.lattice.dx);
-    d.activity[b] = own_activity(d.rule, d.quiet[b], near);
+    d.activity[b] = own_activity(d.options, d.quiet[b], near);
 }
 
 // From each block that is at `activity` to its neighbours.
@@ -65,7 +65,7 @@ __global__ void __launch_bounds__(threads)
 {
     const int b = int(blockIdx.x * threads + threadIdx.x);
     if (b >= d.lattice.block_count() || d.activity[b] != activity) return;
-    const int min_of_them = neighbour_of(d.rule, activity);
+    const int min_of_them = neighbour_of(d.options, activity);
     const Int3 at = d.lattice.block_at(b);
     const Int3 first = d.lattice.first_block, end = d.lattice.end_block();
     for (int z = max(at.z - 1, first.z); z < min(at.z + 2, end.z); ++z)

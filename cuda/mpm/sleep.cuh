@@ -13,7 +13,7 @@ __device__ inline void wake(const G2pView& d, int b, int n)
 {
     const WakeView& r = d.rest;
     r.changed[b] = n + 1;
-    if (r.rule.mode != RestMode::sleep || atomicMin(&r.free[b], n + 1) != never) return;
+    if (r.options.mode != RestMode::sleep || atomicMin(&r.free[b], n + 1) != never) return;
     r.woken[n & 1][atomicAdd(&d.clock->woken[n & 1], 1)] = b;
     if (r.range[b].x < r.range[b].y) atomicAdd(&d.clock->counters.woken, 1ull);
 }
@@ -44,7 +44,7 @@ __device__ inline Quiet quiet_at(const G2pView& d, Particle<float>& q, Int3 base
 __device__ inline void wake_if_pushed(const G2pView& d, const Quiet& quiet,
                                       const Particle<float>& q, float dt, int n)
 {
-    const bool wakes = !q.still() || pushed(d.rest.rule, q.v, dt);
+    const bool wakes = !q.still() || pushed(d.rest.options, q.v, dt);
     if (quiet.still && !quiet.unasked && wakes) wake(d, quiet.block, n);
 }
 

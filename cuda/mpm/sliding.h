@@ -13,10 +13,10 @@ namespace knead {
 // Of a node whose clay slides along a wall.
 template <class R>
 struct alignas(16) Sliding {
-    R force;      // mean of what presses it [N]
-    R time;       // how long it has slid, `sliding_memory` at most [s]
-    int substep;  // the last in which it did
-    R owed;       // what has pressed it less what it was rubbed for [N s]
+    R force;            // mean of what presses it [N]
+    R time;             // how long it has slid, `sliding_memory` at most [s]
+    int substep;        // the last in which it did
+    R impulse_deficit;  // what has pressed it less what it was rubbed for [N s]
 };
 
 // How far back that mean reaches: in time [s], and along the wall [cells], for a node is pressed by
@@ -58,8 +58,8 @@ struct Forgotten {
 // stops [kg], `place` as above. (18), (18b): clay that has not arrived is held by no wall, also by
 // none that slips. (18a) where it slides; where it lifts it pays at once what it owes.
 template <class R, class Slides>
-HD Vec3<R> rubbed(Vec3<R> v, Vec3<R> normal, R approach, const Walls<R>& walls, R mass, R dt,
-                  int place, const Slides& slides)
+HD Vec3<R> apply_friction(Vec3<R> v, Vec3<R> normal, R approach, const Walls<R>& walls, R mass,
+                          R dt, int place, const Slides& slides)
 {
     const Vec3<R> nearer = -approach * normal;
     const R rising = dot(v, normal), pressing = -rising - approach;
@@ -72,8 +72,9 @@ HD Vec3<R> rubbed(Vec3<R> v, Vec3<R> normal, R approach, const Walls<R>& walls, 
     const Vec3<R> along = v - rising * normal;
     const R speed = length(along);
     if (!(pressing > 0)) {
-        if (!slid || !(before.owed > 0)) return v;
-        return after_friction(along, speed, rising * normal, walls.friction * before.owed / mass);
+        if (!slid || !(before.impulse_deficit > 0)) return v;
+        return after_friction(along, speed, rising * normal,
+                              walls.friction * before.impulse_deficit / mass);
     }
     const R force = pressing * mass / dt;
     Sliding<R> now{force, dt, slides.substep, 0};
@@ -83,7 +84,7 @@ HD Vec3<R> rubbed(Vec3<R> v, Vec3<R> normal, R approach, const Walls<R>& walls, 
         const R forgets = max(1 / now.time, speed / (R(sliding_way) * slides.dx));  // [1/s]
         const R share = min(dt * forgets, R(1));
         now.force = before.force + share * (force - before.force);
-        now.owed = before.owed + dt * (force - now.force);
+        now.impulse_deficit = before.impulse_deficit + dt * (force - now.force);
         mean = now.force * dt / mass;
     }
     if (speed > walls.friction * mean) slides.put(place, now);

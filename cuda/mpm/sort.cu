@@ -137,7 +137,7 @@ __global__ void __launch_bounds__(threads) move_kernel(const __grid_constant__ S
             a[t].w = __uint_as_float((__float_as_uint(a[t].w) & ~still_bit) | still);
     }
     const int id = last ? from.ids[j] : 0;
-    wait_for_upstream();
+    wait_upstream_and_trigger();
     if (!valid) return;
     UNROLL
     for (int t = 0; t < together; ++t) to.row(row(t), i) = a[t];

@@ -19,7 +19,7 @@ struct GridView {
     int* list[3];        // block_count each: blocks that may hold mass in substep n, in n % 3
     const bool* rim;     // block_count: the block is at an end of what is stored (stored_region.h)
     float momentum_scale, mass_scale;  // fixed-point units per kg m/s and per kg: powers of two
-    float trifle;                      // of a node: slowed it is trimmed, not clipped [kg]
+    float negligible_mass;             // of a node: slowed it is trimmed, not clipped [kg]
 };
 
 constexpr int max_boxes = 32;  // tools
@@ -27,7 +27,7 @@ constexpr int max_boxes = 32;  // tools
 // Which clay is still (sleep.h), block by block, and which particles are looked at: a run of as
 // many as a thread block takes is listed where one of them is in a block that is not asleep.
 struct RestView {
-    Rest<float> rule;
+    Rest<float> options;
     int run;            // particles
     int* quiet;         // block_count: frames on end at rest
     unsigned* fastest;  // block_count: bits of the largest speed squared at a frame's start
@@ -58,7 +58,7 @@ struct ToolView {
     const Binding<float>* bindings;  // one per sphere
     Span<Sphere<float>> spheres[2];
     Span<Shape<float>> shapes[2];  // both of substep n in n % 2
-    Span<Shape<float>> amid;       // of the frame's middle
+    Span<Shape<float>> mid_frame;  // of the frame's middle
     float* travel;  // per primitive: how far any point of it is from there, at most [m]
     Span<const Primitive> primitives;
     Span<const Tool<float>> tools;
@@ -69,8 +69,8 @@ struct ToolView {
     unsigned char* near_runs;  // of whether each is near
     bool grid_contact;
     int passes;
-    WayOut<float> way;
-    bool swift;  // as clears_each_time() has it (lag.h)
+    PushoutLimits<float> pushout;
+    bool fast;  // as clears_each_time() has it (lag.h)
 };
 
 // All that there is, of which each stage takes its part.

@@ -78,8 +78,8 @@ inline Lattice<float> in_even_rows(const Lattice<float>& l)
 {
     const int row = l.stored.z, even = int(std::bit_ceil(unsigned(row)));
     if (even > l.size.z || 5 * even > 8 * row) return l;
-    const int amid = min(max(l.low.z - (even - row) / 2, 0), l.size.z - even);
-    const int from = amid & ~(block_edge - 1);
+    const int mid_frame = min(max(l.low.z - (even - row) / 2, 0), l.size.z - even);
+    const int from = mid_frame & ~(block_edge - 1);
     const Int3 end = l.low + l.stored;
     return boxed(l, {l.low.x, l.low.y, from}, {end.x, end.y, from + even});
 }

@@ -15,7 +15,10 @@ RigView rig_view(const ToolView& t)
     return {t.from, t.to, t.joints, t.bindings, t.primitives, t.tools};
 }
 
-SweptView swept_view(const ToolView& t) { return {t.primitives, t.tools, t.amid.data, t.travel}; }
+SweptView swept_view(const ToolView& t)
+{
+    return {t.primitives, t.tools, t.mid_frame.data, t.travel};
+}
 
 ContactView contact_view(const ToolView& t)
 {
@@ -27,7 +30,7 @@ ContactView contact_view(const ToolView& t)
 
 NearView near_view(const Views& d)
 {
-    return {d.stored, d.tools.masks, d.tools.passes, d.tools.way};
+    return {d.stored, d.tools.masks, d.tools.passes, d.tools.pushout};
 }
 
 ScatterView scatter_view(const Views& d)
@@ -48,12 +51,12 @@ ScatterView scatter_view(const Views& d)
 
 BeginView begin_view(const Views& d)
 {
-    return {d.input, d.limits, d.rest.rule.mode, d.clock, d.conditions};
+    return {d.input, d.limits, d.rest.options.mode, d.clock, d.conditions};
 }
 
 SweepView sweep_view(const Views& d)
 {
-    return {rig_view(d.tools), d.tools.amid.data, d.tools.travel};
+    return {rig_view(d.tools), d.tools.mid_frame.data, d.tools.travel};
 }
 
 MaskView mask_view(const Views& d)
@@ -94,11 +97,11 @@ SettledView settled_view(const Views& d)
 ActivityView activity_view(const Views& d)
 {
     const RestView& r = d.rest;
-    return {swept_view(d.tools), d.lattice, r.rule,       r.quiet, r.fastest,
+    return {swept_view(d.tools), d.lattice, r.options,    r.quiet, r.fastest,
             r.activity,          r.range,   r.run_listed, d.clock};
 }
 
-SpreadView spread_view(const Views& d) { return {d.lattice, d.rest.rule, d.rest.activity}; }
+SpreadView spread_view(const Views& d) { return {d.lattice, d.rest.options, d.rest.activity}; }
 
 StampView stamp_view(const Views& d)
 {
@@ -123,7 +126,7 @@ PressureClearView pressure_clear_view(const Views& d)
 P2gView p2g_view(const Views& d, bool beside_sort)
 {
     return {scatter_view(d), {read_only(d.particles[0]), read_only(d.particles[1])},
-            d.materials,     d.rest.rule.mode,
+            d.materials,     d.rest.options.mode,
             d.gravity,       d.rest.list,
             beside_sort};
 }
@@ -142,7 +145,7 @@ GridUpdateView grid_view(const Views& d)
             g.fields,
             g.momentum_scale,
             g.mass_scale,
-            g.trifle,
+            g.negligible_mass,
             g.rim,
             {g.nodes[0], g.nodes[1]},
             {g.sums[0], g.sums[1]},
@@ -150,7 +153,7 @@ GridUpdateView grid_view(const Views& d)
             {g.list[0], g.list[1], g.list[2]},
             d.sliding,
             d.clock,
-            {r.rule.mode,
+            {r.options.mode,
              r.run,
              r.range,
              {r.woken[0], r.woken[1]},
@@ -175,7 +178,7 @@ G2pView g2p_view(const Views& d)
             r.list,
             {d.particles[0], d.particles[1]},
             pose_view(d),
-            {r.rule, d.gravity, r.guard, r.range, r.free, r.changed, {r.woken[0], r.woken[1]}},
+            {r.options, d.gravity, r.guard, r.range, r.free, r.changed, {r.woken[0], r.woken[1]}},
             d.conditions.captured,
             d.conditions.again};
 }
@@ -188,7 +191,7 @@ PenetrationView penetration_view(const Views& d)
 
 VelocityView velocity_view(const Views& d)
 {
-    return {penetration_view(d), d.tools.way.skin, {d.grid.nodes[0], d.grid.nodes[1]}};
+    return {penetration_view(d), d.tools.pushout.skin, {d.grid.nodes[0], d.grid.nodes[1]}};
 }
 
 }  // namespace knead::gpu

@@ -67,8 +67,8 @@ struct RigView {
 // Where each primitive may be at any time of the frame.
 struct SweepView : RigView {
     // writes
-    Shape<float>* amid;  // per primitive: in the frame's middle
-    float* travel;       // per primitive: how far any point of it is from there, at most [m]
+    Shape<float>* mid_frame;  // per primitive: in the frame's middle
+    float* travel;            // per primitive: how far any point of it is from there, at most [m]
 };
 SweepView sweep_view(const Views& d);
 
@@ -77,7 +77,7 @@ struct SweptView {
     // reads
     Span<const Primitive> primitives;
     Span<const Tool<float>> tools;
-    const Shape<float>* amid;
+    const Shape<float>* mid_frame;
     const float* travel;
 };
 
@@ -123,7 +123,7 @@ struct NearView {
     Region stored;      // elsewhere there are no masks
     const Mask* masks;  // block_count
     int passes;         // of projection; 0: no tools
-    WayOut<float> way;
+    PushoutLimits<float> pushout;
 };
 
 // Which runs of particles are near tools.
@@ -171,7 +171,7 @@ SettledView settled_view(const Views& d);
 struct ActivityView : SweptView {
     // reads
     Lattice<float> lattice;
-    Rest<float> rule;
+    Rest<float> options;
     // writes
     int* quiet;         // block_count each
     unsigned* fastest;  // reads it, and clears it
@@ -186,7 +186,7 @@ ActivityView activity_view(const Views& d);
 struct SpreadView {
     // reads
     Lattice<float> lattice;
-    Rest<float> rule;
+    Rest<float> options;
     // writes
     int* activity;  // block_count
 };
@@ -278,7 +278,7 @@ struct GridUpdateView {
     Vec3<float> gravity;  // [m/s^2]
     StepLimits limits;
     int fields;
-    float momentum_scale, mass_scale, trifle;
+    float momentum_scale, mass_scale, negligible_mass;
     const bool* rim;
     // writes
     float4* nodes[2];    // of substep n, in n % 2: momenta become velocities; the other is cleared
@@ -294,7 +294,7 @@ GridUpdateView grid_view(const Views& d);
 // Where clay may be still: whether a block's is.
 struct WakeView {
     // reads
-    Rest<float> rule;
+    Rest<float> options;
     Vec3<float> gravity;  // [m/s^2]
     const int* guard;
     const int2* range;

@@ -28,7 +28,7 @@ __device__ Node<float> sum_of(const GridUpdateView& d, int parity, int i)
 __device__ inline void count_slowed(const GridUpdateView& d, float mass)
 {
     Counters& all = d.clock->counters;
-    atomicAdd(mass > d.trifle ? &all.clipped : &all.trimmed, 1ull);
+    atomicAdd(mass > d.negligible_mass ? &all.clipped : &all.clipped_negligible, 1ull);
 }
 
 __device__ inline Node<float>& node_at(const GridUpdateView& d, int parity, int i)
@@ -49,20 +49,20 @@ __device__ auto masses(const GridUpdateView& d, int parity)
 // A warp's nodes' images, by lane. In global memory each of the many small steps on a node's would
 // wait for L2.
 struct ImageSpace {
-    float4 images[7][32];
+    float4 mirrors[7][32];
 };
 
 // A node and its images: itself in registers, the k-th as far on from it in memory as the steps
 // are whose bits k has.
-struct Images {
+struct MirrorNodes {
     ImageSpace& space;
     const int lane = int(threadIdx.x & 31);
     Node<float> own{};
-    Int3 way{};  // to them
+    Int3 mirror_offset{};  // to them
     int i = 0, first = 0, second = 0, third = 0;
 
-    __device__ explicit Images(ImageSpace& space) : space(space) {}
-    __device__ int count() const { return image_count(way); }
+    __device__ explicit MirrorNodes(ImageSpace& space) : space(space) {}
+    __device__ int count() const { return mirror_count(mirror_offset); }
     __device__ int index(int k) const
     {
         return i + (k & 1 ? first : 0) + (k & 2 ? second : 0) + (k & 4 ? third : 0);
@@ -70,7 +70,7 @@ struct Images {
     __device__ Node<float> get(int k) const
     {
         if (k == 0) return own;
-        const float4 n = space.images[k - 1][lane];
+        const float4 n = space.mirrors[k - 1][lane];
         return {{n.x, n.y, n.z}, n.w};
     }
     __device__ void put(int k, const Node<float>& n)
@@ -78,7 +78,7 @@ struct Images {
         if (k == 0)
             own = n;
         else
-            space.images[k - 1][lane] = {n.p.x, n.p.y, n.p.z, n.m};
+            space.mirrors[k - 1][lane] = {n.p.x, n.p.y, n.p.z, n.m};
     }
     // Those of node n, of index i, are `towards` it along each axis where that is stored.
     __device__ void find(const Lattice<float>& lattice, Int3 n, int index_of_n, Int3 towards)
@@ -87,54 +87,61 @@ struct Images {
         const auto step = [](int wanted, int place, int count) {
             return unsigned(place) < unsigned(count) ? wanted : 0;
         };
-        way = {step(towards.x, at.x, stored.x), step(towards.y, at.y, stored.y),
-               step(towards.z, at.z, stored.z)};
+        mirror_offset = {step(towards.x, at.x, stored.x), step(towards.y, at.y, stored.y),
+                         step(towards.z, at.z, stored.z)};
         const int x = lattice.along_x(to.x) - lattice.along_x(n.x),
-                  y = lattice.along_y(to.y) - lattice.along_y(n.y), z = way.z * lattice.along_z;
-        i = index_of_n, first = way.x ? x : way.y ? y : z, second = way.x && way.y ? y : z;
+                  y = lattice.along_y(to.y) - lattice.along_y(n.y),
+                  z = mirror_offset.z * lattice.along_z;
+        i = index_of_n,
+        first = mirror_offset.x   ? x
+                : mirror_offset.y ? y
+                                  : z,
+        second = mirror_offset.x && mirror_offset.y ? y : z;
         third = z;
     }
 };
 
 // Brings in the sums of some images, all on their way at once.
 template <int from, int end>
-__device__ void load_some(const GridUpdateView& d, int parity, int field, Images& images)
+__device__ void load_some(const GridUpdateView& d, int parity, int field, MirrorNodes& mirrors)
 {
     float4 sums[end - from];
     UNROLL
-    for (int k = from; k < end; ++k) sums[k - from] = d.nodes[parity][field + images.index(k)];
+    for (int k = from; k < end; ++k) sums[k - from] = d.nodes[parity][field + mirrors.index(k)];
     UNROLL
-    for (int k = from; k < end; ++k) images.space.images[k - 1][images.lane] = sums[k - from];
+    for (int k = from; k < end; ++k) mirrors.space.mirrors[k - 1][mirrors.lane] = sums[k - from];
 }
 
 // Brings in the sums of all images, of the field that begins with node `field`.
 template <bool fixed_point>
-__device__ void load_images(const GridUpdateView& d, int parity, int field, Images& images)
+__device__ void load_mirror_sums(const GridUpdateView& d, int parity, int field,
+                                 MirrorNodes& mirrors)
 {
-    const int all = images.count();
+    const int all = mirrors.count();
     if constexpr (fixed_point) {
         ROLLED
         for (int k = 1; k < all; ++k)
-            images.put(k, sum_of<fixed_point>(d, parity, field + images.index(k)));
+            mirrors.put(k, sum_of<fixed_point>(d, parity, field + mirrors.index(k)));
     } else {
-        if (all > 1) load_some<1, 2>(d, parity, field, images);
-        if (all > 2) load_some<2, 4>(d, parity, field, images);
-        if (all > 4) load_some<4, 8>(d, parity, field, images);
+        if (all > 1) load_some<1, 2>(d, parity, field, mirrors);
+        if (all > 2) load_some<2, 4>(d, parity, field, mirrors);
+        if (all > 4) load_some<4, 8>(d, parity, field, mirrors);
     }
 }
 
 // Finds and brings in the images of node n, of index i; true: it is updated elsewhere.
 template <bool fixed_point>
-__device__ bool bring_images(const GridUpdateView& d, int parity, Int3 n, int i, Images& images)
+__device__ bool load_mirrors(const GridUpdateView& d, int parity, Int3 n, int i,
+                             MirrorNodes& mirrors)
 {
-    const Together how = together(n, d.walls, [&](Int3 way) {
-        images.find(d.lattice, n, i, way);
-        load_images<fixed_point>(d, parity, 0, images);
-        const bool whole = images.way == way && !(way == Int3{});
-        return whole ? images.get(images.count() - 1).m : 0;
+    const MirrorSet how = mirror_set(n, d.walls, [&](Int3 mirror_offset) {
+        mirrors.find(d.lattice, n, i, mirror_offset);
+        load_mirror_sums<fixed_point>(d, parity, 0, mirrors);
+        const bool whole = mirrors.mirror_offset == mirror_offset && !(mirror_offset == Int3{});
+        return whole ? mirrors.get(mirrors.count() - 1).m : 0;
     });
-    if (how.way == Int3{}) images.way = {};
-    return how.elsewhere;
+    if (how.mirror_offset == Int3{}) mirrors.mirror_offset = {};
+    return how.is_mirror;
 }
 
 // How clay slides, past L1: a multiprocessor may have looked at a place two substeps ago.
@@ -158,16 +165,16 @@ __device__ inline SlidingOnDevice sliding_in(const GridUpdateView& d, int field,
 // then what walls leave, which the caller writes. The images are of that velocity field.
 template <bool fixed_point>
 __device__ void update_with_images(const GridUpdateView& d, int substep, float dt, Int3 n,
-                                   int field, Images& images, bool led)
+                                   int field, MirrorNodes& mirrors, bool led)
 {
     update_led(
-        n, images.way, d.lattice, d.walls, d.gravity, dt, images, images.own.p, led,
+        n, mirrors.mirror_offset, d.lattice, d.walls, d.gravity, dt, mirrors, mirrors.own.p, led,
         [&](float mass) { count_slowed(d, mass); }, sliding_in(d, field, substep),
         masses<fixed_point>(d, substep & 1));
     const int first = field * d.lattice.node_count();
     ROLLED
-    for (int k = 1; k < images.count(); ++k)
-        node_at(d, substep & 1, first + images.index(k)) = images.get(k);
+    for (int k = 1; k < mirrors.count(); ++k)
+        node_at(d, substep & 1, first + mirrors.index(k)) = mirrors.get(k);
 }
 
 }  // namespace knead::gpu

@@ -9,14 +9,14 @@ namespace knead {
 
 // The box the clay lives in, by its six inner faces, in the simulation's frame. Two nodes at least
 // stand beyond each face, so that no stencil leaves the lattice.
-struct WallRule {
+struct WallOptions {
     Vec3<double> min, max;  // [m]
     ContactMode mode;
     double friction;  // Coulomb [1]
 };
 
 template <class R>
-HD Vec3<R> put_between(const WallRule& walls, Vec3<R> x)
+HD Vec3<R> put_between(const WallOptions& walls, Vec3<R> x)
 {
     const Vec3<R> low = cast<R>(walls.min), high = cast<R>(walls.max);
     return {clamp(x.x, low.x, high.x), clamp(x.y, low.y, high.y), clamp(x.z, low.z, high.z)};
@@ -40,7 +40,7 @@ constexpr int no_node = -(1 << 30);  // far from every node
 // of each other. The way from node n to its image: 2 steps along the axis of each such face, 0
 // along others; behind any of them only those count that it is behind.
 struct AcrossFaces {
-    Int3 way;
+    Int3 mirror_offset;
     bool behind;
 };
 template <class R>
@@ -70,23 +70,23 @@ HD bool clear_of(Int3 n, const Walls<R>& walls)
 // How node n is updated: with its images, `way` to them across faces; or elsewhere, because it is
 // itself an image of a node before them that holds mass. mass(way) is that of the node there, by a
 // sum, which no update changes.
-struct Together {
-    bool elsewhere;
-    Int3 way;
+struct MirrorSet {
+    bool is_mirror;
+    Int3 mirror_offset;
 };
 template <class R, class Mass>
-HD Together together(Int3 n, const Walls<R>& walls, Mass&& mass)
+HD MirrorSet mirror_set(Int3 n, const Walls<R>& walls, Mass&& mass)
 {
     if (clear_of(n, walls)) return {};
     const AcrossFaces across = across_faces(n, walls);
     // Asked before a face, too: the image is wanted next, and is then on its way (walls.cuh).
-    const bool holds = mass(across.way) > 0;
-    return {across.behind && holds, across.behind ? Int3{} : across.way};
+    const bool holds = mass(across.mirror_offset) > 0;
+    return {across.behind && holds, across.behind ? Int3{} : across.mirror_offset};
 }
 
 // The k-th of node n and its images, itself the first; a bit of k for each axis that `way` leads
 // along.
-HD Int3 image(Int3 n, Int3 way, int k)
+HD Int3 mirror_node(Int3 n, Int3 mirror_offset, int k)
 {
     const auto axis = [&k](int step) {
         if (!step) return 0;
@@ -94,10 +94,13 @@ HD Int3 image(Int3 n, Int3 way, int k)
         k >>= 1;
         return taken * step;
     };
-    const int x = axis(way.x), y = axis(way.y);
-    return n + Int3{x, y, axis(way.z)};
+    const int x = axis(mirror_offset.x), y = axis(mirror_offset.y);
+    return n + Int3{x, y, axis(mirror_offset.z)};
 }
-HD int image_count(Int3 way) { return 1 << ((way.x != 0) + (way.y != 0) + (way.z != 0)); }
+HD int mirror_count(Int3 mirror_offset)
+{
+    return 1 << ((mirror_offset.x != 0) + (mirror_offset.y != 0) + (mirror_offset.z != 0));
+}
 
 // Where along an axis nodes are held, for faces at `min` and `max` [m]: to `below` and from `above`
 // on. A face that is off a node by no more than what its decimals leave out stands on it.
@@ -122,13 +125,13 @@ inline double sinking(double behind)
 // and the next. So many places a lattice of that size has in each such layer of each face; none
 // where friction does not hang on pressure, or where they would be too many to count.
 constexpr int sliding_layers = 3;
-inline int sliding_places_of_face(Int3 size, const WallRule& rule)
+inline int sliding_places_of_face(Int3 size, const WallOptions& options)
 {
     const auto area = [](int a, int b) { return double(a) * b; };
     const double most =
         std::fmax(std::fmax(area(size.x, size.y), area(size.y, size.z)), area(size.z, size.x));
     const bool few = 3.0 * 6 * sliding_layers * most < 2147483648.0;  // in three velocity fields
-    return few && rule.mode == ContactMode::separate && rule.friction > 0 ? int(most) : 0;
+    return few && options.mode == ContactMode::separate && options.friction > 0 ? int(most) : 0;
 }
 HD int sliding_places(int of_face) { return 6 * sliding_layers * of_face; }
 template <class R>
@@ -136,18 +139,18 @@ HD int sliding_places(const Walls<R>& walls)
 {
     return sliding_places(walls.face_places);
 }
-inline int sliding_places(Int3 size, const WallRule& rule)
+inline int sliding_places(Int3 size, const WallOptions& options)
 {
-    return sliding_places(sliding_places_of_face(size, rule));
+    return sliding_places(sliding_places_of_face(size, options));
 }
 
 template <class R, class L>
-Walls<R> walls_on(const Lattice<L>& lattice, const WallRule& rule)
+Walls<R> walls_on(const Lattice<L>& lattice, const WallOptions& options)
 {
     Walls<R> w{};
-    w.min = cast<R>(rule.min), w.max = cast<R>(rule.max);
-    w.mode = rule.mode, w.friction = R(rule.friction);
-    w.face_places = sliding_places_of_face(lattice.size, rule);
+    w.min = cast<R>(options.min), w.max = cast<R>(options.max);
+    w.mode = options.mode, w.friction = R(options.friction);
+    w.face_places = sliding_places_of_face(lattice.size, options);
     const double dx = double(lattice.dx);
     const auto axis = [dx](double low, double high, R& deep_low, R& deep_high, int& first,
                            int& free, int& low_face, int& high_face) {
@@ -161,7 +164,7 @@ Walls<R> walls_on(const Lattice<L>& lattice, const WallRule& rule)
         low_face = on_node(behind_low) ? held.below : no_node;
         high_face = on_node(behind_high) ? held.above : no_node;
     };
-    const Vec3<double>&a = rule.min, &b = rule.max;
+    const Vec3<double>&a = options.min, &b = options.max;
     axis(a.x, b.x, w.deep_min.x, w.deep_max.x, w.first.x, w.free.x, w.low_face.x, w.high_face.x);
     axis(a.y, b.y, w.deep_min.y, w.deep_max.y, w.first.y, w.free.y, w.low_face.y, w.high_face.y);
     axis(a.z, b.z, w.deep_min.z, w.deep_max.z, w.first.z, w.free.z, w.low_face.z, w.high_face.z);
@@ -170,21 +173,21 @@ Walls<R> walls_on(const Lattice<L>& lattice, const WallRule& rule)
 
 // Whether x lies between the faces, but for rounding: clay that rests on a face has its place in
 // float.
-inline bool between(const WallRule& rule, Vec3<double> x, double dx)
+inline bool between(const WallOptions& options, Vec3<double> x, double dx)
 {
     const auto inside = [dx](double at, double low, double high) {
         const auto rounding = [dx](double face) { return 1e-6 * std::fmax(dx, std::fabs(face)); };
         return at >= low - rounding(low) && at <= high + rounding(high);
     };
-    return inside(x.x, rule.min.x, rule.max.x) && inside(x.y, rule.min.y, rule.max.y) &&
-           inside(x.z, rule.min.z, rule.max.z);
+    return inside(x.x, options.min.x, options.max.x) && inside(x.y, options.min.y, options.max.y) &&
+           inside(x.z, options.min.z, options.max.z);
 }
 
 // Whether there are 2 nodes of the lattice beyond each face, and free ones between them.
 template <class L>
-bool has_room(const Lattice<L>& lattice, const WallRule& rule)
+bool has_room(const Lattice<L>& lattice, const WallOptions& options)
 {
-    const Walls<double> w = walls_on<double>(lattice, rule);
+    const Walls<double> w = walls_on<double>(lattice, options);
     const auto fits = [](int first, int free, int size) {
         return first >= 3 && free > 0 && first + free <= size - 3;
     };
@@ -195,7 +198,7 @@ bool has_room(const Lattice<L>& lattice, const WallRule& rule)
 
 // Faces so many nodes inside the lattice.
 template <class L>
-WallRule walls_inside(const Lattice<L>& lattice, int nodes, ContactMode mode, double friction)
+WallOptions walls_inside(const Lattice<L>& lattice, int nodes, ContactMode mode, double friction)
 {
     const double dx = double(lattice.dx);
     const Int3 n = lattice.size - Int3{nodes + 1, nodes + 1, nodes + 1};

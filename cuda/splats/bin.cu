@@ -134,13 +134,13 @@ struct Candidate {
 // parts decide, for a whole list has what reaches the tile alone.
 __device__ unsigned lists_of(const RasterView& d, const Candidate& c, bool sampled)
 {
-    const TileRule rule = d.rules[c.tile];
-    if (!rule.drawn) return 0;
+    const TileOptions options = d.rules[c.tile];
+    if (!options.drawn) return 0;
     const Footprint<float> f = shape_of(d, c.record);
     if (!reaches_part(f, c.x, c.y, {0, 0, tile_size, tile_size}, 1)) return 0;
-    const bool whole = rule.whole;
+    const bool whole = options.whole;
     if (whole && !sampled) return 1;
-    const unsigned found = parts_reached(f, c.x, c.y, rule.step, rule.drawn);
+    const unsigned found = parts_reached(f, c.x, c.y, options.step, options.drawn);
     if (sampled) {
         atomicAdd(&d.samples[c.tile].splats, 1u);
         atomicAdd(&d.samples[c.tile].entries, unsigned(__popc(found)));

@@ -22,7 +22,7 @@ struct DeformView {
     const int* moves_from;  // block_count: where clay may be still, from which substep on it moves
     float per_mass;         // of share() [1/kg]
     bool at_end;            // of the frame: whoever is behind is moved
-    bool swift;             // tools: as clears_each_time() has it
+    bool fast;              // tools: as clears_each_time() has it
     // writes
     GaussianView splats;
     Clock* clock;
@@ -49,7 +49,7 @@ __device__ bool clears(const DeformView& d)
 {
     const Clock& c = *d.clock;
     const bool due = c.lag.due();
-    if (d.at_end) return due ? !d.swift : c.lag.substeps > 0;
+    if (d.at_end) return due ? !d.fast : c.lag.substeps > 0;
     return due && c.dt[0] > 0;
 }
 
@@ -115,7 +115,7 @@ __global__ void __launch_bounds__(threads, Case::features.blades ? 5 : 6)
     const bool valid = own < *d.splats.live;
     // As it was left when it moved last, in a substep that is over.
     const float4 place = d.splats.row(0, min(own, d.splats.room - 1));
-    wait_for_upstream();
+    wait_upstream_and_trigger();
     const Stretch before = stretch(d);
     if (before.substeps == 0) return;
     LinearField<float> field;
@@ -160,7 +160,7 @@ template <class Case>
 __global__ void __launch_bounds__(threads, 4) clear_kernel(const __grid_constant__ DeformView d)
 {
     constexpr Features f = Case::features;
-    wait_for_upstream();
+    wait_upstream_and_trigger();
     if (!clears(d)) return;
     const int n = stretch(d).n, live = *d.splats.live;
     for (int from = int(blockIdx.x) * threads; from < live; from += int(gridDim.x) * threads) {
@@ -198,13 +198,13 @@ void deform(const Views& views, const GaussianView& splats, float per_mass,
                           same.rest.free,
                           per_mass,
                           at_end,
-                          views.tools.swift,
+                          views.tools.fast,
                           splats,
                           views.clock};
     const auto moved = dispatch<relevant>(
         features, []<class Case>(Case) -> void (*)(DeformView) { return follow_kernel<Case>; });
     launch_either(!at_end, "deform", moved, blocks_for(splats.room, threads), stream, view);
-    if (view.near.passes == 0 || !(at_end || view.swift)) return;
+    if (view.near.passes == 0 || !(at_end || view.fast)) return;
     const auto cleared = dispatch<relevant>(
         features, []<class Case>(Case) -> void (*)(DeformView) { return clear_kernel<Case>; });
     launch_either(!at_end, "deform: out of tools", cleared, blocks_for(splats.room, each * threads),

@@ -87,9 +87,9 @@ void extent(const GaussianView& splats, int object, const RigidMotion<double>& m
 // Edits as of GaussianEdits, of Gaussians for which there is room: they follow the first `count`.
 // `places` is for as many as there are Gaussians, or particles.
 void split(const GaussianView& splats, const GaussianSplit* splits, int count, int* places,
-           const WallRule& walls, cudaStream_t stream);
+           const WallOptions& walls, cudaStream_t stream);
 void add_beside(const GaussianView& splats, const ParticleView& particles,
-                const GaussianBeside* added, int count, int* places, const WallRule& walls,
+                const GaussianBeside* added, int count, int* places, const WallOptions& walls,
                 cudaStream_t stream);
 void place(const GaussianView& splats, const GaussianPlace* placed, int count, cudaStream_t stream);
 

@@ -272,7 +272,8 @@ HD bool keep_out(Gaussian<R>& g, const Colliders<R>& tools, const Mask& mask, in
     std::uint32_t touched = 0;
     if (blades && passes > 0) cut(point, tools, mask, dx, touched);
     const int looks = passes > 0 ? max(passes, 2) : 0;
-    const R depth = project(point, tools, mask, looks, WayOut<R>{0, 0, 0, 0}, R(0), R(1), touched);
+    const R depth =
+        project(point, tools, mask, looks, PushoutLimits<R>{0, 0, 0, 0}, R(0), R(1), touched);
     g.x = point.x, g.sides = point.sides;
     keep_within(g, walls);
     return depth > 0;
@@ -280,7 +281,7 @@ HD bool keep_out(Gaussian<R>& g, const Colliders<R>& tools, const Mask& mask, in
 
 // Splits one; returns the second. Both stay between the walls.
 template <class R>
-HD Gaussian<R> split(Gaussian<R>& g, Vec3<R> way, const WallRule& walls)
+HD Gaussian<R> split(Gaussian<R>& g, Vec3<R> way, const WallOptions& walls)
 {
     Gaussian<R> second = g;
     g.x = put_between(walls, g.x - way), second.x = put_between(walls, second.x + way);
@@ -288,7 +289,7 @@ HD Gaussian<R> split(Gaussian<R>& g, Vec3<R> way, const WallRule& walls)
 }
 
 template <class R>
-HD Gaussian<R> gaussian_beside(const Particle<R>& p, Vec3<R> way, const WallRule& walls)
+HD Gaussian<R> gaussian_beside(const Particle<R>& p, Vec3<R> way, const WallOptions& walls)
 {
     Gaussian<R> g = gaussian_at(put_between(walls, p.x + way), p.object);
     g.sides = p.label();

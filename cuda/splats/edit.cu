@@ -68,7 +68,7 @@ __device__ void append(const GaussianView& d, int number, const Gaussian<float>&
 
 __global__ void __launch_bounds__(threads)
     split_kernel(const __grid_constant__ GaussianView d, const GaussianSplit* splits, int count,
-                 const int* places, const __grid_constant__ WallRule walls)
+                 const int* places, const __grid_constant__ WallOptions walls)
 {
     const int k = int(blockIdx.x * threads + threadIdx.x);
     if (k >= count) return;
@@ -82,7 +82,7 @@ __global__ void __launch_bounds__(threads)
 __global__ void __launch_bounds__(threads)
     beside_kernel(const __grid_constant__ GaussianView d, const __grid_constant__ ParticleView q,
                   const GaussianBeside* added, int count, const int* places,
-                  const __grid_constant__ WallRule walls)
+                  const __grid_constant__ WallOptions walls)
 {
     const int k = int(blockIdx.x * threads + threadIdx.x);
     if (k >= count) return;
@@ -131,7 +131,7 @@ void invert(const int* ids, int count, int* places, cudaStream_t stream)
 }  // namespace
 
 void split(const GaussianView& splats, const GaussianSplit* splits, int count, int* places,
-           const WallRule& walls, cudaStream_t stream)
+           const WallOptions& walls, cudaStream_t stream)
 {
     invert(splats.ids, splats.count, places, stream);
     launch("split", split_kernel, blocks_for(count, threads), threads, stream, splats, splits,
@@ -139,7 +139,7 @@ void split(const GaussianView& splats, const GaussianSplit* splits, int count, i
 }
 
 void add_beside(const GaussianView& splats, const ParticleView& particles,
-                const GaussianBeside* added, int count, int* places, const WallRule& walls,
+                const GaussianBeside* added, int count, int* places, const WallOptions& walls,
                 cudaStream_t stream)
 {
     invert(particles.ids, particles.count, places, stream);

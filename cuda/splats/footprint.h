@@ -9,7 +9,7 @@ namespace knead {
 
 // How splats are drawn; lengths in metres.
 template <class R>
-struct SplatRule {
+struct SplatOptions {
     R near = R(0.03);          // depth at which a splat has faded away
     R near_full = R(0.08);     // depth from which on it has its opacity
     bool antialiased = false;  // small splats keep their opacity: SplatCloud::antialiased
@@ -74,10 +74,10 @@ HD Vec3<R> drawable(Vec3<R> colour)
 
 // Opacity near the eye: 0 at `near`, all of it from `near_full` on, smooth between.
 template <class R>
-HD R near_fade(R depth, const SplatRule<R>& rule)
+HD R near_fade(R depth, const SplatOptions<R>& options)
 {
-    if (depth >= rule.near_full) return 1;
-    const R s = clamp((depth - rule.near) / (rule.near_full - rule.near), R(0), R(1));
+    if (depth >= options.near_full) return 1;
+    const R s = clamp((depth - options.near) / (options.near_full - options.near), R(0), R(1));
     return s * s * (3 - 2 * s);
 }
 
@@ -100,13 +100,13 @@ HD bool outside_sides(const Pinhole<R>& eye, Vec3<R> t, Vec3<R> x, Vec3<R> y, Ve
 // The footprint of a splat of centre x and half axes L. False where the eye does not see it: too
 // near, behind, beside the picture, too faint, or with numbers that are not finite or too large.
 template <class R>
-HD bool project(const Pinhole<R>& eye, const SplatRule<R>& rule, Vec3<R> centre, const Mat3<R>& L,
-                R opacity, Footprint<R>& f)
+HD bool project(const Pinhole<R>& eye, const SplatOptions<R>& options, Vec3<R> centre,
+                const Mat3<R>& L, R opacity, Footprint<R>& f)
 {
     const Vec3<R> t = eye.to_eye * (centre - eye.position);
-    if (!(t.z > rule.near) || !(opacity > 0)) return false;
+    if (!(t.z > options.near) || !(opacity > 0)) return false;
     const Mat3<R> rows = transpose(eye.to_eye * L);  // columns: x, y and z of the three half axes
-    opacity = min(opacity, R(1)) * near_fade(t.z, rule);
+    opacity = min(opacity, R(1)) * near_fade(t.z, options);
 
     // Sigma = M M^T with the rows m and n of M = J rows^T; the slopes in J are cut off a little
     // outside of the picture, where a first-order projection is no good.
@@ -122,7 +122,7 @@ HD bool project(const Pinhole<R>& eye, const SplatRule<R>& rule, Vec3<R> centre,
     // By the cross product: of a long, thin splat, mm nn - mn^2 would be rounding alone.
     const Vec3<R> area = cross(m, n);
     const R sharp = dot(area, area), det = sharp + h * (mm + nn) + h * h;
-    if (rule.antialiased) opacity = opacity * std::sqrt(sharp / det);
+    if (options.antialiased) opacity = opacity * std::sqrt(sharp / det);
     if (!(opacity >= R(min_alpha))) return false;
 
     f.peak = std::log2(opacity);

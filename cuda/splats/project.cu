@@ -2,7 +2,7 @@
 #include <cuda_fp16.h>
 
 #include "cuda/device/launch.cuh"
-#include "cuda/splats/gone_on.h"
+#include "cuda/splats/extrapolate.h"
 #include "cuda/splats/raster.cuh"
 
 namespace knead::gpu {
@@ -90,8 +90,8 @@ __device__ Posed posed(const RasterView& d, int i, float4 place)
         p.centre = vector_at(m.centre + at_x);
         Mat3<float> F = matrix_at(m.F + at_F);
         if (m.centre_before) {
-            p.centre = gone_on(p.centre, vector_at(m.centre_before + at_x), m.ahead);
-            F = gone_on(F, matrix_at(m.F_before + at_F), m.ahead);
+            p.centre = extrapolated(p.centre, vector_at(m.centre_before + at_x), m.extrapolation);
+            F = extrapolated(F, matrix_at(m.F_before + at_F), m.extrapolation);
         }
         p.half_axes = F * p.half_axes;
         p.turn = polar_rotation(F);
@@ -134,11 +134,11 @@ __global__ void __launch_bounds__(threads)
     UNROLL
     for (int e = 0; e < 2; ++e) {
         if (e >= d.eyes) break;
-        if (project(frame.camera[e], frame.rule, p.centre, p.half_axes, place.w, f[e]))
+        if (project(frame.camera[e], frame.options, p.centre, p.half_axes, place.w, f[e]))
             boxes.eye[e] = box_of(f[e], frame.camera[e]);
         seen |= boxes.eye[e].rows > 0;
     }
-    d.depth_keys[i] = seen ? depth_key(p.centre - frame.middle, frame.rule.near) : no_depth_key;
+    d.depth_keys[i] = seen ? depth_key(p.centre - frame.middle, frame.options.near) : no_depth_key;
     if (!seen) return;
     const auto words = [](const TileBox& b) {
         return uint2{b.x | unsigned(b.y) << 16, b.columns | unsigned(b.rows) << 16};

@@ -44,7 +44,7 @@ struct MovedSplats {
     // Where they were before, alike; null: they are drawn where they are. Else both go on from
     // there by so much more of the way.
     const float *centre_before = nullptr, *F_before = nullptr;
-    float ahead = 0;
+    float extrapolation = 0;
 };
 
 // Of one eye, rows from the top.
@@ -60,7 +60,7 @@ struct RasterFrame {
     SplatView splats;  // as many as the view has places for, or fewer
     Pinhole<float> camera[2];
     Vec3<float> middle;  // of the eyes [m]
-    SplatRule<float> rule;
+    SplatOptions<float> options;
     Vec3<float> background;
     MovedSplats moved;
     RasterTarget target[2];
@@ -96,7 +96,7 @@ struct alignas(8) TileSample {
 
 // How a tile is drawn in this frame: the parts of which something is, as bits, the step of its
 // samples, and how it is listed.
-struct alignas(4) TileRule {
+struct alignas(4) TileOptions {
     unsigned char drawn, step;
     bool whole;
 };
@@ -141,7 +141,7 @@ struct RasterView {
     // Per tile.
     const unsigned char* seen_parts;  // a bit each: in the picture, and not all of it is hidden
     TileSample* samples;              // of this frame, from emit() on
-    TileRule* rules;                  // from emit() on
+    TileOptions* rules;               // from emit() on
     int* put_off;                     // keys of parts; room for all
     RasterCounts* counts;
 

@@ -15,7 +15,7 @@ constexpr Int3 one{1, 1, 1};
 
 __global__ void __launch_bounds__(clear_threads) clear_kernel(const __grid_constant__ SurfaceView d)
 {
-    wait_for_upstream();
+    wait_upstream_and_trigger();
     const int t = int(threadIdx.x), row = t / 16, quarter = t % 16;
     if (idle(d)) return;
     if (blockIdx.x == 0 && t == 0) *d.faults = {}, d.active[0] = d.active[1] = 0;
@@ -135,7 +135,7 @@ __global__ void __launch_bounds__(deposit_threads)
     deposit_kernel(const __grid_constant__ SurfaceView d, const __grid_constant__ Clay clay)
 {
     __shared__ unsigned boxes[deposit_threads / 32][box_nodes];
-    wait_for_upstream();
+    wait_upstream_and_trigger();
     const int t = int(threadIdx.x), i = int(blockIdx.x) * deposit_threads + t, lane = t % 32;
     unsigned* const sums = boxes[t / 32];
     if (incremental && i == 0) *d.seen = *clay.substeps;
@@ -178,7 +178,7 @@ __device__ void append(int* list, int room, int* count, int block, bool in)
 // moves density by a node, and a cell belongs to its lowest.
 __global__ void __launch_bounds__(list_threads) list_kernel(const __grid_constant__ SurfaceView d)
 {
-    wait_for_upstream();
+    wait_upstream_and_trigger();
     if (idle(d)) return;
     const int b = int(blockIdx.x) * list_threads + int(threadIdx.x);
     unsigned reached = 0, anew = 0;
@@ -259,7 +259,7 @@ __global__ void __launch_bounds__(soften_threads)
 {
     constexpr int warps = soften_threads / 32;
     static_assert(passes_a_round == 2);
-    wait_for_upstream();
+    wait_upstream_and_trigger();
     const int lane = int(threadIdx.x) % 32, warp = int(threadIdx.x) / 32;
     const Int3 corner{lane % tile_edge, 2 * (lane / tile_edge), 0};  // the lane's first node
     const int blocks = d.progress->softened;

@@ -8,7 +8,7 @@ namespace {
 
 constexpr int threads = 256;
 
-__global__ void measure_kernel(const __grid_constant__ SurfaceView d, MeshFacts* facts)
+__global__ void measure_kernel(const __grid_constant__ SurfaceView d, MeshInfo* facts)
 {
     const Amounts all = unpacked(d.before[d.blocks]);
     const unsigned vertices = unsigned(vertex_count(d));
@@ -39,7 +39,7 @@ __device__ Box box_about(const float4* x, unsigned count, unsigned first, unsign
     return box;
 }
 
-__global__ void __launch_bounds__(threads) box_kernel(const float4* x, MeshFacts* facts)
+__global__ void __launch_bounds__(threads) box_kernel(const float4* x, MeshInfo* facts)
 {
     const Box box =
         box_about(x, facts->vertices, blockIdx.x * threads + threadIdx.x, gridDim.x * threads);

@@ -8,7 +8,7 @@ namespace knead::gpu {
 // How large it is, and the box about its vertices: each side a float by its bits, so changed that
 // whole numbers are in the order of the floats. Without room for all of it, it is empty; `needed`
 // is what it would have.
-struct MeshFacts {
+struct MeshInfo {
     unsigned vertices, triangles;
     int low[3], high[3];
     Amounts needed;
@@ -21,7 +21,7 @@ struct MeshPlace {
     Int3* triangles;
     float4 *places, *normals;  // (x, 1) [m], (unit, advance [m])
     DrawCommand* draws;        // per category
-    MeshFacts* facts;
+    MeshInfo* facts;
 };
 
 // From the surface, with its facts.

@@ -102,7 +102,7 @@ __device__ bool passed(const SurfaceView& d, int block, float* tile, int lane)
 __global__ void __launch_bounds__(count_threads) count_kernel(const __grid_constant__ SurfaceView d)
 {
     __shared__ float tiles[warps][cell_nodes];
-    wait_for_upstream();
+    wait_upstream_and_trigger();
     const int lane = int(threadIdx.x) % 32, warp = int(threadIdx.x) / 32;
     float* const tile = tiles[warp];
     const int blocks = d.progress->softened;
@@ -260,7 +260,7 @@ __global__ void __launch_bounds__(march_threads)
     __shared__ alignas(unsigned) MarchTable cases;
     __shared__ unsigned char owners[3 * block_nodes];  // of the block's vertices: 4 * node + axis
     copy(table, cases);
-    wait_for_upstream();
+    wait_upstream_and_trigger();
     if (idle(d)) return;
     const int l = int(threadIdx.x), blocks = d.active[1];
     int block = d.skin[blockIdx.x];  // before it is known to be one: loads side by side

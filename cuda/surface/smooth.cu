@@ -15,7 +15,7 @@ __device__ Vec3<float> point(float4 a) { return {a.x, a.y, a.z}; }
 __global__ void __launch_bounds__(threads, 4)
     relax_kernel(const __grid_constant__ SurfaceView d, int from, float factor)
 {
-    wait_for_upstream();
+    wait_upstream_and_trigger();
     const int count = vertex_count(d) * int(!idle(d));
     const float4* const x = d.vertices[from];
     for (int v = int(blockIdx.x) * threads + int(threadIdx.x); v < count;
@@ -48,7 +48,7 @@ __device__ float advance_of(const SurfaceView& d, int v, Vec3<float> x)
 template <bool moving>
 __global__ void __launch_bounds__(threads, 4) shade_kernel(const __grid_constant__ SurfaceView d)
 {
-    wait_for_upstream();
+    wait_upstream_and_trigger();
     const bool stands = idle(d);
     if (stands && !moving) return;
     const int count = vertex_count(d);

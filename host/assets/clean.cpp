@@ -140,7 +140,7 @@ std::vector<char> isolated(const SplatCloud& cloud, const Indices& kept, std::si
 
 }  // namespace
 
-CleanCloud clean(const SplatCloud& cloud, const CleanRule& rule)
+CleanCloud clean(const SplatCloud& cloud, const CleanOptions& options)
 {
     CleanCloud out;
     Indices& kept = out.kept;
@@ -148,7 +148,7 @@ CleanCloud clean(const SplatCloud& cloud, const CleanRule& rule)
     for (std::size_t i = 0; i < kept.size(); ++i) kept[i] = std::uint32_t(i);
     CleanReport& r = out.report;
     r.not_finite = keep(kept, [&](std::uint32_t i) { return finite(cloud, i); });
-    r.faint = keep(kept, [&](std::uint32_t i) { return cloud.opacity[i] >= rule.min_opacity; });
+    r.faint = keep(kept, [&](std::uint32_t i) { return cloud.opacity[i] >= options.min_opacity; });
     if (kept.empty()) return out;
     const Extent e = extent_of(cloud, kept);
     r.far = keep(kept, [&](std::uint32_t i) {
@@ -160,12 +160,12 @@ CleanCloud clean(const SplatCloud& cloud, const CleanRule& rule)
     });
     r.huge = keep(kept, [&](std::uint32_t i) {
         const double s = longest(cloud.scale[i]);
-        return s <= max(rule.max_size * e.median, e.size / 20);
+        return s <= max(options.max_size * e.median, e.size / 20);
     });
     if (kept.empty()) return out;
-    const std::size_t n = std::size_t(rule.neighbours);
+    const std::size_t n = std::size_t(options.neighbours);
     if (kept.size() <= n) return out;
-    const double distance = rule.isolation * median_distance(cloud, kept, n);
+    const double distance = options.isolation * median_distance(cloud, kept, n);
     if (!(distance > 0)) return out;  // most lie on each other: nothing to compare with
     const std::vector<char> lonely = isolated(cloud, kept, n, distance, e);
     r.isolated = keep(kept, [&](std::uint32_t i) { return !lonely[i]; });

@@ -6,7 +6,7 @@
 
 namespace knead {
 
-struct CleanRule {
+struct CleanOptions {
     double min_opacity = 0.02;
     double max_size = 20;  // longest half axis over the median one
     double isolation = 5;  // distance to the `neighbours`-th neighbour over the median one
@@ -32,6 +32,6 @@ struct CleanCloud {
 // The object's size is that of the box between the 2nd and 98th percentile of the centres along
 // each axis, three median half axes added. Time: the number of splats times 1000 for the median
 // distance, over a sample; memory 40 bytes a splat. Nothing may be kept.
-CleanCloud clean(const SplatCloud& cloud, const CleanRule& rule);
+CleanCloud clean(const SplatCloud& cloud, const CleanOptions& options);
 
 }  // namespace knead

@@ -20,19 +20,20 @@ constexpr double bytes_per_stratum = 16;    // while particles are packed
 constexpr double bytes_per_splat = 400;     // twice, with harmonics of degree 3
 constexpr double max_strata = 1e9;          // along an axis: indices are int
 
-void check(const FillRule& rule)
+void check(const FillOptions& options)
 {
-    if (!(rule.cell > 0) || !std::isfinite(rule.cell) || !(rule.per_cell >= 1) ||
-        !(rule.per_cell <= 1000) || !(rule.interior_spacing >= 0) || !(rule.bury >= 0) ||
-        rule.solid.max_cells < 8 || rule.solid.max_cells > 320 || rule.solid.directions < 6)
+    if (!(options.cell > 0) || !std::isfinite(options.cell) || !(options.per_cell >= 1) ||
+        !(options.per_cell <= 1000) || !(options.interior_spacing >= 0) || !(options.bury >= 0) ||
+        options.solid.max_cells < 8 || options.solid.max_cells > 320 ||
+        options.solid.directions < 6)
         throw std::invalid_argument("fill: a rule out of range");
 }
 
-void check_bytes(const FillRule& rule, double bytes, const char* of)
+void check_bytes(const FillOptions& options, double bytes, const char* of)
 {
-    if (bytes > double(rule.max_bytes))
+    if (bytes > double(options.max_bytes))
         throw MemoryError(fmt::format("{} need about {:.1f} MiB, and {:.1f} MiB are allowed", of,
-                                      bytes / 0x1p20, double(rule.max_bytes) / 0x1p20));
+                                      bytes / 0x1p20, double(options.max_bytes) / 0x1p20));
 }
 
 // The solid's strata, from `low` to before `high`; keys of those that hold particles, in order.
@@ -109,12 +110,13 @@ double depth_in(const Solid& solid, Vec3<double> x, double stratum)
     return clamp(3 * excess * solid.grid.h, -limit, limit);
 }
 
-void fill_solid(const Solid& solid, const FillRule& rule, Strata& strata)
+void fill_solid(const Solid& solid, const FillOptions& options, Strata& strata)
 {
     const auto [low, high] = solid_box(solid, strata);
     const Int3 size = high - low;
-    check_bytes(rule, bytes_per_stratum * double(size.x) * size.y * size.z, "The object's strata");
-    strata.particles = packed({strata.h, rule.per_cell, rule.seed, 0, low, high},
+    check_bytes(options, bytes_per_stratum * double(size.x) * size.y * size.z,
+                "The object's strata");
+    strata.particles = packed({strata.h, options.per_cell, options.seed, 0, low, high},
                               [&](Vec3<double> x) { return depth_in(solid, x, strata.h); });
     for (Vec3<double> x : strata.particles) strata.keys.push_back(strata.key(strata.of(x)));
     std::sort(strata.keys.begin(), strata.keys.end());
@@ -188,32 +190,34 @@ void add_interior(const Interior& interior, const Solid& solid,
 
 }  // namespace
 
-FilledObject fill(const SplatCloud& cloud, const FillRule& rule)
+FilledObject fill(const SplatCloud& cloud, const FillOptions& options)
 {
-    check(rule);
-    return fill(cloud, clean(cloud, rule.clean), rule);
+    check(options);
+    return fill(cloud, clean(cloud, options.clean), options);
 }
 
-FilledObject fill(const SplatCloud& cloud, const CleanCloud& clean_cloud, const FillRule& rule)
+FilledObject fill(const SplatCloud& cloud, const CleanCloud& clean_cloud,
+                  const FillOptions& options)
 {
-    check(rule);
-    const double nodes = std::pow(4.0 / 3 * rule.solid.max_cells + 2 * 6 + 17, 3);
-    check_bytes(rule, nodes * bytes_per_node + double(cloud.count()) * bytes_per_splat,
+    check(options);
+    const double nodes = std::pow(4.0 / 3 * options.solid.max_cells + 2 * 6 + 17, 3);
+    check_bytes(options, nodes * bytes_per_node + double(cloud.count()) * bytes_per_splat,
                 "The object's solid and splats");
     FilledObject out;
     FillReport& report = out.report;
     const Indices& kept = clean_cloud.kept;
-    const Solid solid = find_solid(cloud, kept, rule.solid);
+    const Solid solid = find_solid(cloud, kept, options.solid);
     report = {clean_cloud.report, solid.volume, solid.unlit, solid.found, solid.grid.h, 0, 0};
 
-    const double h = rule.cell / std::cbrt(rule.per_cell);
+    const double h = options.cell / std::cbrt(options.per_cell);
     out.particle_volume = h * h * h;
     // A thin part has at most a stratum for each point that stands for a splat.
     check_bytes(
-        rule, bytes_per_particle * (1.1 * solid.volume / out.particle_volume + double(kept.size())),
+        options,
+        bytes_per_particle * (1.1 * solid.volume / out.particle_volume + double(kept.size())),
         "The object's particles");
     Strata strata = strata_over(solid.grid, h);
-    fill_solid(solid, rule, strata);
+    fill_solid(solid, options, strata);
     report.thin = fill_thin(cloud, kept, solid, strata);
     out.particles = std::move(strata.particles);
 
@@ -222,8 +226,8 @@ FilledObject fill(const SplatCloud& cloud, const CleanCloud& clean_cloud, const 
     const std::vector<float> depth = depths(solid);
     const Interior interior =
         interior_splats(solid, depth,
-                        {rule.interior_spacing > 0 ? rule.interior_spacing : h, rule.bury,
-                         rule.max_interior, rule.seed});
+                        {options.interior_spacing > 0 ? options.interior_spacing : h, options.bury,
+                         options.max_interior, options.seed});
     report.interior_spacing = interior.spacing;
     add_interior(interior, solid, inner_colours(cloud, kept, solid, depth), out.splats);
     return out;

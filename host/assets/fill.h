@@ -6,12 +6,12 @@
 
 namespace knead {
 
-struct FillRule {
+struct FillOptions {
     double cell = 0;      // of the solver's lattice, in the cloud's unit [m], more than 0
     double per_cell = 8;  // particles, at least 1
     unsigned seed = 1;
-    CleanRule clean;
-    SolidRule solid;
+    CleanOptions clean;
+    SolidOptions solid;
     double interior_spacing = 0;        // [m]; 0: that of the particles
     double bury = 2.5;                  // half axes of an inner splat, under the surface
     std::size_t max_interior = 200000;  // splats
@@ -39,8 +39,8 @@ struct FilledObject {
 // Throws std::invalid_argument for a rule out of range, InputError where there is no object to
 // find, MemoryError, before taking it, for more memory than the rule's. The same bits for any
 // number of threads.
-FilledObject fill(const SplatCloud& cloud, const FillRule& rule);
+FilledObject fill(const SplatCloud& cloud, const FillOptions& options);
 // The same of a cloud that was cleaned before; moved, turned and scaled since it may have been.
-FilledObject fill(const SplatCloud& cloud, const CleanCloud& cleaned, const FillRule& rule);
+FilledObject fill(const SplatCloud& cloud, const CleanCloud& cleaned, const FillOptions& options);
 
 }  // namespace knead

@@ -17,7 +17,7 @@ constexpr double min_weight = 0.06;  // of a joint; smaller ones are dropped
 
 // Free enough for the open hand, tied enough that a fist still fits. docs/method/hands.md has the
 // sweep. H25 has too few spheres to bring in its outliers without losing the fist.
-FitRule rule_of(Topology topology)
+FitOptions rule_of(Topology topology)
 {
     if (topology == Topology::h25) return {3e-2, 0};
     return {1e-2, 2e-3};
@@ -227,9 +227,9 @@ FitReport fit_hand(const std::vector<HandMesh>& meshes, Topology topology)
         for (std::size_t i = 1; i < views.size(); ++i)
             views[i].carries = carries(report.spheres, skins[0].joints, skins[i].joints);
         // Outliers are brought in once the rest is in place: before, they are everywhere.
-        FitRule rule = rule_of(topology);
-        if (turn == 0) rule.outlier = 0;
-        refine(s, start, l.primitives, views, rule);
+        FitOptions options = rule_of(topology);
+        if (turn == 0) options.outlier = 0;
+        refine(s, start, l.primitives, views, options);
         report.spheres = hung(s, l.primitives, l, views[0].points);
     }
     report.rig = hang(report.spheres, l.primitives, report.open, side);

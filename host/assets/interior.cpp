@@ -247,19 +247,19 @@ void each_cell(const Grid& grid, double h, Use&& use)
             for (int x = 0; x < n.x; ++x) use(Int3{x, y, z});
 }
 
-Interior at_spacing(const Solid& solid, const std::vector<float>& depth, const InteriorRule& rule,
-                    double spacing)
+Interior at_spacing(const Solid& solid, const std::vector<float>& depth,
+                    const InteriorOptions& options, double spacing)
 {
     Interior all{{}, {}, spacing};
     const auto deep = [&](Vec3<double> x, double edge) {
         return sampled(solid.grid, depth, x) >=
-               rule.bury * interior_half_axis * edge + uncertain * solid.grid.h;
+               options.bury * interior_half_axis * edge + uncertain * solid.grid.h;
     };
     const auto centre = [&](Int3 cell, double edge) {
         return solid.grid.origin + edge * Vec3<double>{cell.x + 0.5, cell.y + 0.5, cell.z + 0.5};
     };
     const auto add = [&](Int3 cell, double edge, std::size_t level) {
-        const Vec3<double> u = strata::hashed(rule.seed, level, cell),
+        const Vec3<double> u = strata::hashed(options.seed, level, cell),
                            x = centre(cell, edge) +
                                jitter * edge * (u - Vec3<double>{0.5, 0.5, 0.5});
         if (!deep(x, edge)) return false;
@@ -268,7 +268,7 @@ Interior at_spacing(const Solid& solid, const std::vector<float>& depth, const I
         return true;
     };
     each_cell(solid.grid, 2 * spacing, [&](Int3 cell) {
-        if (all.centre.size() > rule.max_count) return;
+        if (all.centre.size() > options.max_count) return;
         if (add(cell, 2 * spacing, 1)) return;
         for (int k = 0; k < 8; ++k) add(2 * cell + Int3{k & 1, k >> 1 & 1, k >> 2}, spacing, 2);
     });
@@ -278,15 +278,15 @@ Interior at_spacing(const Solid& solid, const std::vector<float>& depth, const I
 }  // namespace
 
 Interior interior_splats(const Solid& solid, const std::vector<float>& depth,
-                         const InteriorRule& rule)
+                         const InteriorOptions& options)
 {
-    if (rule.max_count == 0) return {{}, {}, rule.spacing};
+    if (options.max_count == 0) return {{}, {}, options.spacing};
     // A splat stands for at most eight spacings cubed, and no grid is read finer than an eighth.
-    double spacing = max(max(rule.spacing, solid.grid.h / 8),
-                         std::cbrt(solid.volume / (8 * double(rule.max_count))));
+    double spacing = max(max(options.spacing, solid.grid.h / 8),
+                         std::cbrt(solid.volume / (8 * double(options.max_count))));
     for (;; spacing *= 1.1) {
-        Interior all = at_spacing(solid, depth, rule, spacing);
-        if (all.centre.size() <= rule.max_count) return all;
+        Interior all = at_spacing(solid, depth, options, spacing);
+        if (all.centre.size() <= options.max_count) return all;
     }
 }
 

@@ -17,7 +17,7 @@ std::vector<Vec3<float>> inner_colours(const SplatCloud& cloud,
                                        const std::vector<std::uint32_t>& kept, const Solid& solid,
                                        const std::vector<float>& depth);
 
-struct InteriorRule {
+struct InteriorOptions {
     double spacing = 0;  // of the finer splats [m], more than 0
     double bury = 2.5;   // half axes that a centre lies under the surface at least
     std::size_t max_count = 200000;
@@ -33,6 +33,6 @@ struct Interior {
 // wherever that is deep enough.
 constexpr double interior_half_axis = 0.6;
 Interior interior_splats(const Solid& solid, const std::vector<float>& depth,
-                         const InteriorRule& rule);
+                         const InteriorOptions& options);
 
 }  // namespace knead

@@ -70,7 +70,7 @@ void add(Cost& cost, const Hold& h, const Primitive& q, const FitView& view, dou
 }
 
 Cost cost_of(const Spheres& s, const Spheres& start, const std::vector<Primitive>& primitives,
-             const std::vector<FitView>& views, const FitRule& rule)
+             const std::vector<FitView>& views, const FitOptions& options)
 {
     const int n = int(s.size());
     Cost cost{0, ::Eigen::MatrixXd::Zero(4 * n, 4 * n), ::Eigen::VectorXd::Zero(4 * n)};
@@ -79,11 +79,11 @@ Cost cost_of(const Spheres& s, const Spheres& start, const std::vector<Primitive
         const auto all = shapes(seen(s, view), primitives);
         for (const SkinPoint& point : view.points) {
             const Hold h = nearest(all, point.p);
-            add(cost, h, primitives[std::size_t(h.primitive)], view, rule.outlier);
+            add(cost, h, primitives[std::size_t(h.primitive)], view, options.outlier);
         }
         points += double(view.points.size());
     }
-    const double pull = rule.pull * points / n;
+    const double pull = options.pull * points / n;
     const ::Eigen::Vector4d pulls(pull, pull, pull, pull / radius_freedom);
     for (int i = 0; i < n; ++i) {
         const Vec3<double> back = start[i].c - s[i].c;
@@ -108,16 +108,16 @@ Spheres moved(const Spheres& s, const ::Eigen::VectorXd& step)
 }  // namespace
 
 void refine(Spheres& s, const Spheres& start, const std::vector<Primitive>& primitives,
-            const std::vector<FitView>& views, const FitRule& rule)
+            const std::vector<FitView>& views, const FitOptions& options)
 {
-    Cost cost = cost_of(s, start, primitives, views, rule);
+    Cost cost = cost_of(s, start, primitives, views, options);
     const double unit_damping = cost.curvature.trace() / double(cost.descent.size());
     double damping = 1e-3;
     for (int round = 0; round < max_rounds && damping < 1e6; ++round) {
         ::Eigen::MatrixXd damped = cost.curvature;
         damped.diagonal().array() += damping * unit_damping;
         const Spheres next = moved(s, damped.ldlt().solve(cost.descent));
-        const Cost then = cost_of(next, start, primitives, views, rule);
+        const Cost then = cost_of(next, start, primitives, views, options);
         damping *= then.value < cost.value ? 0.25 : 4;
         if (!(then.value < cost.value)) continue;
         const bool last = cost.value - then.value < little * cost.value;

@@ -41,7 +41,7 @@ struct FitView {
     std::vector<Carry> carries;
 };
 
-struct FitRule {
+struct FitOptions {
     double pull;     // of a centre to its seed, per point [1]; radii a fifth of that
     double outlier;  // from this distance on [m] outliers count by more than squares; 0: never
 };
@@ -49,6 +49,6 @@ struct FitRule {
 // Least cost over all centres and radii by damped Gauss-Newton steps [Levenberg-Marquardt]: of the
 // distances phi at the views' points, phi^2/2 + phi^6/(6 outlier^4), and of the pull to the seeds.
 void refine(Spheres& spheres, const Spheres& seeds, const std::vector<Primitive>& primitives,
-            const std::vector<FitView>& views, const FitRule& rule);
+            const std::vector<FitView>& views, const FitOptions& options);
 
 }  // namespace knead

@@ -11,7 +11,7 @@ struct Skin {
     std::vector<Vec3<double>> vertices;  // bind pose, wrist at the origin, fingers along -z [m]
     std::vector<Int3> triangles;         // vertex indices
     std::vector<std::array<double, joint_count>> weights;  // per vertex, sum 1
-    std::array<Joint<double>, joint_count> joints;  // bind pose: docs/method/hands.md
+    std::array<Joint<double>, joint_count> joints;         // bind pose: docs/method/hands.md
 };
 
 // Reads a binary glTF whose skin has the 25 joints of the WebXR Hand Input specification, by name.

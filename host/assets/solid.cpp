@@ -305,21 +305,21 @@ bool Solid::visible(Vec3<double> x) const
     return false;
 }
 
-Solid find_solid(const SplatCloud& cloud, const Indices& kept, const SolidRule& rule)
+Solid find_solid(const SplatCloud& cloud, const Indices& kept, const SolidOptions& options)
 {
     if (kept.empty()) throw InputError("expected splats that make up an object, found none");
     const Box box = box_of(cloud, kept);
     if (!(box.longest() > 0) || !std::isfinite(box.longest()))
         throw InputError("expected splats that make up an object, found all of them in one point");
-    const double h = covering_spacing(cloud, kept, box, clamp(rule.max_cells, 8, 320));
+    const double h = covering_spacing(cloud, kept, box, clamp(options.max_cells, 8, 320));
     Solid solid;
     solid.grid = grid_over(box, h);
     const Grid unit{{}, 1, solid.grid.size};  // lengths in spacings: no size of object overflows
     std::vector<float> tau = extinction(cloud, kept, solid.grid);
-    Light light = lit_from_all_sides(unit, tau, rule.directions / 3);
+    Light light = lit_from_all_sides(unit, tau, options.directions / 3);
     const Indices outer = skin(cloud, kept, solid.grid, light);
     tau = extinction(cloud, outer, solid.grid);
-    light = lit_from_all_sides(unit, tau, rule.directions);
+    light = lit_from_all_sides(unit, tau, options.directions);
     solid.indicator = solve_poisson(unit, divergence(unit, dipoles(unit, tau, light)));
     solid.seen = std::move(light.seen);
     solid.lit.assign(cloud.count(), 0);

@@ -8,7 +8,7 @@
 
 namespace knead {
 
-struct SolidRule {
+struct SolidOptions {
     int max_cells = 96;   // of the grid along the object's longest edge, 8 to 320
     int directions = 96;  // that light comes from
 };
@@ -35,6 +35,6 @@ struct Solid {
 // the directions and with the number of splats; memory is at most 64 bytes a node, of which there
 // are about 1.4^3 max_cells^3 at most, and 16 bytes a splat. The same for any number of threads.
 Solid find_solid(const SplatCloud& cloud, const std::vector<std::uint32_t>& kept,
-                 const SolidRule& rule);
+                 const SolidOptions& options);
 
 }  // namespace knead

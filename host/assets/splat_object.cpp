@@ -49,7 +49,7 @@ Quat<double> upright(UpAxis up)
 }
 
 // The splats between the walls: others, floaters that the cleaning took for parts, have no place.
-void keep_between(const WallRule& walls, const FilledObject& filled, SplatObject& object)
+void keep_between(const WallOptions& walls, const FilledObject& filled, SplatObject& object)
 {
     const auto in = [](double x, double low, double high) { return x >= low && x <= high; };
     std::vector<std::uint32_t> between;
@@ -69,10 +69,10 @@ SplatObject loaded(Scene& scene, std::size_t index, std::size_t memory)
 {
     Object& o = scene.objects[index];
     const SplatCloud file = read_splats(o.splats.file).cloud;
-    FillRule rule;
-    rule.cell = scene.setup.lattice.dx, rule.per_cell = o.per_cell, rule.seed = scene.seed;
-    rule.max_bytes = memory;
-    const CleanCloud cleaned = clean(file, rule.clean);
+    FillOptions options;
+    options.cell = scene.setup.lattice.dx, options.per_cell = o.per_cell, options.seed = scene.seed;
+    options.max_bytes = memory;
+    const CleanCloud cleaned = clean(file, options.clean);
     const Quat<double> turn = about({0, 1, 0}, o.splats.turn) * upright(o.splats.up);
     PartBox box;
     for (const std::uint32_t i : cleaned.kept) box.add(rotate(turn, cast<double>(file.centre[i])));
@@ -83,9 +83,9 @@ SplatObject loaded(Scene& scene, std::size_t index, std::size_t memory)
     const double scale = o.splats.size / longest;
     if (o.local()) {
         o.size = scale * size;
-        Given none;
-        none.volume = std::pow(rule.cell, 3) / rule.per_cell;
-        o.given = std::make_shared<const Given>(std::move(none));
+        ObjectParticles none;
+        none.volume = std::pow(options.cell, 3) / options.per_cell;
+        o.given = std::make_shared<const ObjectParticles>(std::move(none));
         SplatObject still{int(index),
                           placed(file, turn, scale, o.centre - scale * box.centre()),
                           file.count(),
@@ -95,17 +95,17 @@ SplatObject loaded(Scene& scene, std::size_t index, std::size_t memory)
         return still;
     }
     FilledObject filled =
-        fill(placed(file, turn, scale, o.centre - scale * box.centre()), cleaned, rule);
+        fill(placed(file, turn, scale, o.centre - scale * box.centre()), cleaned, options);
 
     SplatObject object{int(index), {}, 0, filled.report, 0};
     keep_between(scene.setup.walls, filled, object);
-    Given given;
+    ObjectParticles given;
     given.particles = std::move(filled.particles), given.volume = filled.particle_volume;
     PartBox all;
     for (const Vec3<double>& x : given.particles) all.add(x);
     for (const Vec3<float>& x : object.cloud.centre) given.splats.push_back(cast<double>(x));
     o.centre = all.centre(), o.size = all.size();
-    o.given = std::make_shared<const Given>(std::move(given));
+    o.given = std::make_shared<const ObjectParticles>(std::move(given));
     return object;
 }
 

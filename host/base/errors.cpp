@@ -6,7 +6,7 @@
 
 namespace knead {
 
-int ended(const std::function<int()>& action)
+int run_and_report(const std::function<int()>& action)
 {
     const auto say = [](const char* text, int code) {
         std::fprintf(stderr, "knead: %s\n", text);

@@ -47,6 +47,6 @@ struct DeviceLost : std::runtime_error {
 };
 
 // Runs `action` and turns what it throws into a message on stderr and an exit code.
-int ended(const std::function<int()>& action);
+int run_and_report(const std::function<int()>& action);
 
 }  // namespace knead

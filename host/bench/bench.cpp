@@ -66,7 +66,7 @@ std::string folder_of(const Bench& bench)
 int attempted(Bench& bench, const std::string& name, Suite suite)
 {
     std::string why;
-    const int code = ended([&] {
+    const int code = run_and_report([&] {
         try {
             suite(bench);
         } catch (const std::exception& e) {

@@ -94,7 +94,7 @@ struct PeerRow {
 // Where the clay is: mean and standard deviation of the particles' places, axis by axis [m].
 using ProbePlaces = std::array<double, 6>;
 // The scene that peers run, and how long one may take.
-struct PeerRule {
+struct PeerOptions {
     int nodes = 64;                      // along each edge of the box of 1 m
     int frames = 240, warm_frames = 40;  // the first of them are not timed
     double limit = 3600;                 // [s]
@@ -148,7 +148,7 @@ class Bench {
 
     const BenchOptions options;
     const Device device;
-    const DeviceFacts facts;
+    const DeviceInfo facts;
     const Figures figures;
     BenchResult result;
 
@@ -185,7 +185,7 @@ double min_bytes(std::size_t particles, long active_blocks);
 
 // What was counted of `items` particle-substeps, or particles of a surface, beside `row`'s times.
 Counted counted_each(const std::vector<StageWork>& stages, double items, const BenchRow& row,
-                     const DeviceFacts& facts);
+                     const DeviceInfo& facts);
 
 // Seconds of surfaces of one state by the scene's rule, and of their stages.
 struct SurfaceTimes {
@@ -219,7 +219,7 @@ void deterministic_suite(Bench&);
 void splats_suite(Bench&);
 void targets_suite(Bench&);
 void run_peers(Bench&);
-void run_peers(Bench&, const PeerRule& rule);
+void run_peers(Bench&, const PeerOptions& rule);
 
 nlohmann::json bench_json(const Bench& bench);
 std::string bench_csv(const BenchResult& result);

@@ -35,10 +35,10 @@ double copy_on_cpu(int threads)
 
 }  // namespace
 
-DeviceFacts device_facts(Device device, int threads)
+DeviceInfo device_facts(Device device, int threads)
 {
     if (device.kind == DeviceKind::cuda) return gpu::facts_of(device.index);
-    DeviceFacts facts;
+    DeviceInfo facts;
     facts.name = cpu_name();
     facts.memory = total_memory();
     facts.copy = copy_on_cpu(threads);
@@ -52,7 +52,7 @@ std::size_t free_memory(Device device)
 
 #ifndef KNEAD_HAS_CUDA
 namespace gpu {
-DeviceFacts facts_of(int) { throw std::runtime_error("this build has no CUDA side"); }
+DeviceInfo facts_of(int) { throw std::runtime_error("this build has no CUDA side"); }
 std::size_t free_memory(int) { throw std::runtime_error("this build has no CUDA side"); }
 }  // namespace gpu
 #endif

@@ -47,7 +47,7 @@ double copy_rate(std::size_t bytes)
 
 }  // namespace
 
-DeviceFacts facts_of(int device)
+DeviceInfo facts_of(int device)
 {
     check(cudaSetDevice(device), "device");
     cudaDeviceProp properties;

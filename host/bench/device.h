@@ -7,7 +7,7 @@
 
 namespace knead {
 
-struct DeviceFacts {
+struct DeviceInfo {
     std::string name;         // of the GPU or the CPU
     std::size_t memory = 0;   // [bytes]
     int multiprocessors = 0;  // 0: a CPU
@@ -16,13 +16,13 @@ struct DeviceFacts {
 };
 
 // `threads` is for the CPU; 0: all. Throws std::runtime_error where the device fails.
-DeviceFacts device_facts(Device device, int threads);
+DeviceInfo device_facts(Device device, int threads);
 
 // Bytes that could be taken on the device now.
 std::size_t free_memory(Device device);
 
 namespace gpu {
-DeviceFacts facts_of(int device);
+DeviceInfo facts_of(int device);
 std::size_t free_memory(int device);
 }  // namespace gpu
 

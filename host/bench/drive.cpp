@@ -3,6 +3,7 @@
 #include <map>
 
 #include "host/bench/bench.h"
+#include "host/hands/motion.h"
 #include "host/run/run.h"
 #include "host/scene/scene_hands.h"
 #include "host/scene/seed.h"
@@ -118,7 +119,7 @@ double min_bytes(std::size_t particles, long active_blocks)
 }
 
 Counted counted_each(const std::vector<StageWork>& stages, double items, const BenchRow& row,
-                     const DeviceFacts& facts)
+                     const DeviceInfo& facts)
 {
     Counted all;
     if (!(items > 0)) return all;
@@ -139,7 +140,7 @@ Counted counted_each(const std::vector<StageWork>& stages, double items, const B
 void drive(const Scene& scene, Solver& solver, const HandSource* hands, int first,
            const std::function<bool(const Frame&)>& after)
 {
-    LoopRule rule = loop_rule(scene);
+    SessionLoopOptions rule = loop_options(scene);
     rule.first = first;
     rule.frames = std::max(0, frames_wanted(scene, hands, 0) - first);
     SessionLoop loop(solver, recorded_motion(hands, scene.hands), rule);

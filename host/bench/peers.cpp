@@ -63,7 +63,7 @@ Json posed_spheres(const Setup& setup, int count)
     return all;
 }
 
-Json described(const Setup& setup, const PeerRule& rule)
+Json described(const Setup& setup, const PeerOptions& rule)
 {
     const Material<double>& m = setup.materials[0];
     Json cones = Json::array(), contact_mode = Json::array();
@@ -126,10 +126,10 @@ struct Ours {
     ProbePlaces places{};
 };
 
-Ours ours(const Bench& bench, const Setup& setup, const PeerRule& peers)
+Ours ours(const Bench& bench, const Setup& setup, const PeerOptions& peers)
 {
     const std::unique_ptr<Solver> solver = make_solver(setup, bench.device);
-    LoopRule rule;
+    SessionLoopOptions rule;
     rule.duration = peer_frame, rule.rate = 1 / peer_frame, rule.frames = peers.frames;
     rule.interrupted = [&] { return bench.stopped(); };
     SessionLoop loop(*solver, upright, rule);
@@ -224,7 +224,7 @@ struct Folder {
 
 }  // namespace
 
-void run_peers(Bench& bench, const PeerRule& rule)
+void run_peers(Bench& bench, const PeerOptions& rule)
 {
     const Setup setup = peer_scene(bench, rule.nodes);
     const Folder folder;
@@ -248,7 +248,7 @@ void run_peers(Bench& bench, const PeerRule& rule)
 
 void run_peers(Bench& bench)
 {
-    PeerRule rule;
+    PeerOptions rule;
     if (bench.options.quick) rule.frames = 60;
     run_peers(bench, rule);
 }

@@ -11,12 +11,12 @@ QueuedFrames queued(const Scene& scene, Device device, const HandSource* hands, 
 {
     constexpr int warm_up = 4;
     const std::unique_ptr<Solver> solver = make_solver(scene.setup, device);
-    LoopRule rule = loop_rule(scene);
-    rule.first = first;
-    rule.frames = std::min(frames + warm_up, frames_wanted(scene, hands, 0) - first);
+    SessionLoopOptions options = loop_options(scene);
+    options.first = first;
+    options.frames = std::min(frames + warm_up, frames_wanted(scene, hands, 0) - first);
     QueuedFrames all;
-    if (rule.frames <= warm_up + 1) return all;
-    SessionLoop loop(*solver, recorded_motion(hands, scene.hands), rule);
+    if (options.frames <= warm_up + 1) return all;
+    SessionLoop loop(*solver, recorded_motion(hands, scene.hands), options);
     if (surfaces) loop.launch_surfaces();
     double start = 0;
     long waits = 0, substeps = 0;

@@ -21,7 +21,7 @@ struct SplatCase {
 // object, its deformation.
 SplatFrame frame_of(const SplatCase& what, const SplatCloud& cloud);
 
-// `cloud`: of the case's load, in any order. `copy`: of DeviceFacts. The hash is that of the
+// `cloud`: of the case's load, in any order. `copy`: of DeviceInfo. The hash is that of the
 // pictures' bits. Throws std::runtime_error where the device fails.
 BenchRow splat_row(const SplatCase& what, const SplatCloud& cloud, Device device, double copy);
 

@@ -85,7 +85,7 @@ std::string joined(const std::vector<std::string>& words)
 // With a headset that answers, not only a runtime that is installed.
 Json openxr_finding()
 {
-    const RuntimeFacts facts = runtime_facts();
+    const RuntimeInfo facts = runtime_facts();
     const std::string without = "; no knead vr";
     const std::string named =
         facts.manifest.empty() ? "" : " (the runtime is named by " + facts.manifest + ")";

@@ -318,5 +318,5 @@ int main(int count, char** words)
         suggest(app, {words + 1, words + count});
         return exit_usage;
     }
-    return end_of_process(exit_code_after_printing(ended(chosen)));
+    return end_of_process(exit_code_after_printing(run_and_report(chosen)));
 }

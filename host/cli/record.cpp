@@ -26,11 +26,11 @@ int record_verb(const RecordOptions& o)
     if (form != ".hands" && form != ".jsonl")
         throw UsageError("OUT: expected a file ending in .hands or .jsonl, found \"" + o.out +
                          "\"");
-    GestureRule rule;
-    rule.rate = o.rate, rule.seconds = o.seconds, rule.jitter = o.jitter;
-    rule.dropouts = o.dropouts, rule.latency = o.latency;
-    rule.radius = o.radius, rule.depth = o.depth, rule.seed = o.seed;
-    const Recording made = generate(o.gesture, rule);
+    GestureOptions options;
+    options.rate = o.rate, options.seconds = o.seconds, options.jitter = o.jitter;
+    options.dropouts = o.dropouts, options.latency = o.latency;
+    options.radius = o.radius, options.depth = o.depth, options.seed = o.seed;
+    const Recording made = generate(o.gesture, options);
     prepare_file(o.out, o.overwrite);
     write_recording(o.out, made);
     if (!o.quiet)

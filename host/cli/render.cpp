@@ -315,7 +315,7 @@ int render_verb(const RenderOptions& o)
     sort_by_place(cloud);
     const Path path = path_of(o, cloud);
     SplatFrame frame;
-    frame.rule.antialiased = cloud.antialiased;
+    frame.options.antialiased = cloud.antialiased;
     if (!o.background.empty()) frame.background = cast<float>(triple("--background", o.background));
     const FolderLock lock = prepare_pictures(o, path.frames);
     const std::unique_ptr<Video> video =

@@ -53,7 +53,7 @@ bool begin_with_hands(Scene& scene, const std::string& recording)
     if (!is_there(file)) return false;
     for (const HandAction& action : read_actions(file).all) {
         if (action.time > 0) return false;
-        if (action.act != Act::hands) continue;
+        if (action.act != ActionType::hands) continue;
         scene.has_hands = true;
         scene.hands.zoom = action.hands.zoom, scene.hands.at = action.hands.at;
         for (const Side side : {left, right}) {

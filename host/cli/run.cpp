@@ -95,8 +95,8 @@ class Session {
     std::unique_ptr<SceneSplats> splats;
     std::unique_ptr<ActionReplay> replay;  // null: nothing was done beside the hands
     Sequence mesh_files, clay_files;
-    RunRule rule;
-    RunFacts facts;
+    BatchRunOptions rule;
+    RunInfo facts;
     std::vector<std::string> names{"report.json", "frames.csv"};  // of the files to come
     double began = 0;       // the loop of frames, by wall_seconds() [s]
     double cpu_before = 0;  // of the process, when the run began; less what an earlier one took [s]

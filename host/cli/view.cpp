@@ -35,7 +35,7 @@ void parse_size(const std::string& text, int& width, int& height)
 }
 
 // Until the window is closed. What goes wrong with it must not cost the clay.
-std::exception_ptr live(ViewDesk& desk, const ViewOptions& o)
+std::exception_ptr live(ViewApp& desk, const ViewOptions& o)
 {
     try {
         double before = wall_seconds();
@@ -52,7 +52,7 @@ std::exception_ptr live(ViewDesk& desk, const ViewOptions& o)
     return nullptr;
 }
 
-Json report_of(const ViewOptions& o, const ViewDesk& desk, const LiveResults& results)
+Json report_of(const ViewOptions& o, const ViewApp& desk, const LiveResults& results)
 {
     Json of{{"schema", "knead.view/1"},
             {"scene", results.actions.scene},
@@ -72,14 +72,14 @@ int view_verb(const ViewOptions& o)
 {
     int width = 0, height = 0;
     parse_size(o.size, width, height);
-    DeskRule rule;
-    rule.device = resolved(parse_device(o.device));
-    rule.scripted = !o.script.empty();
-    if (rule.scripted) rule.script = InputScript::read(o.script);
-    rule.every_frame = o.frames > 0;
-    rule.paused = o.paused;
-    rule.settings = o.settings, rule.cells = o.cells;
-    rule.memory = std::size_t(o.max_memory * 0x1p20);
+    ViewAppOptions options;
+    options.device = resolved(parse_device(o.device));
+    options.scripted = !o.script.empty();
+    if (options.scripted) options.script = InputScript::read(o.script);
+    options.every_frame = o.frames > 0;
+    options.paused = o.paused;
+    options.settings = o.settings, options.cells = o.cells;
+    options.memory = std::size_t(o.max_memory * 0x1p20);
     if (!o.screenshot.empty() && !o.overwrite && fs::exists(o.screenshot))
         throw OutputError(o.screenshot + ": is there already; --overwrite replaces it");
     const LiveOutputs outputs{o.out, o.record, "view.json", o.overwrite};
@@ -87,10 +87,11 @@ int view_verb(const ViewOptions& o)
     std::unique_ptr<Window> window = Window::open("Knead", width, height);
     std::vector<std::string> settings = o.settings;
     if (o.cells > 0) settings.push_back(cells_setting(read_json(o.scene), o.cells));
-    const auto scene = load_live_scene(o.scene, settings, rule.memory);
+    const auto scene = load_live_scene(o.scene, settings, options.memory);
     watch_interrupts();
-    if (!o.quiet) std::fprintf(stderr, "knead: %s\n", cost_text(scene->scene, rule.device).c_str());
-    ViewDesk desk(std::move(window), scene, rule);
+    if (!o.quiet)
+        std::fprintf(stderr, "knead: %s\n", cost_text(scene->scene, options.device).c_str());
+    ViewApp desk(std::move(window), scene, options);
     desk.panels.model.open = !o.bare;
     if (const std::string way = desk.sharing(); !o.quiet && !way.empty())
         std::fprintf(stderr, "knead: %s\n", way.c_str());

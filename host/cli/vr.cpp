@@ -47,29 +47,29 @@ GlBinding binding_of(const std::string& text)
                      "\"");
 }
 
-HeadsetLoopRule rule_of(const VrOptions& o, Device device)
+HeadsetLoopOptions rule_of(const VrOptions& o, Device device)
 {
-    HeadsetLoopRule rule;
-    rule.headset.binding = binding_of(o.binding);
-    rule.headset.floor = o.standing ? Floor::standing : Floor::seated;
-    rule.headset.rate = o.rate, rule.headset.patience = o.patience;
-    rule.headset.see_through = o.see_through;
-    rule.device = device;
-    rule.stepped = o.deterministic, rule.recorded = o.recorded;
-    rule.hands_only = o.hands_only;
-    rule.workplace.at = place_of(o.place);
-    rule.frames = o.frames;
-    rule.panel = !o.no_panel;
-    rule.sound = !o.no_sound;
-    rule.least_scale = o.eye_scale;
-    rule.foveate = o.foveate;
-    rule.samples = o.samples;
-    rule.tell = [quiet = o.quiet](const std::string& text) {
+    HeadsetLoopOptions options;
+    options.headset.binding = binding_of(o.binding);
+    options.headset.floor = o.standing ? Floor::standing : Floor::seated;
+    options.headset.rate = o.rate, options.headset.patience = o.patience;
+    options.headset.see_through = o.see_through;
+    options.device = device;
+    options.stepped = o.deterministic, options.recorded = o.recorded;
+    options.hands_only = o.hands_only;
+    options.workplace.at = place_of(o.place);
+    options.frames = o.frames;
+    options.panel = !o.no_panel;
+    options.sound = !o.no_sound;
+    options.least_scale = o.eye_scale;
+    options.foveate = o.foveate;
+    options.samples = o.samples;
+    options.tell = [quiet = o.quiet](const std::string& text) {
         QuietStderr::lift();
         if (!quiet) std::fprintf(stderr, "knead: %s\n", text.c_str());
     };
-    rule.stop = [] { return interrupted() != 0; };
-    return rule;
+    options.stop = [] { return interrupted() != 0; };
+    return options;
 }
 
 LiveOutputs outputs_of(const VrOptions& o)
@@ -80,7 +80,7 @@ LiveOutputs outputs_of(const VrOptions& o)
 Json report_of(const VrOptions& o, const HeadsetEnd& end, const LiveResults& results)
 {
     Json of{{"schema", "knead.headset/1"}, {"scene", o.scene}, {"settings", o.settings}};
-    const HeadsetFacts& f = end.facts;
+    const HeadsetInfo& f = end.facts;
     of["headset"] = {
         {"runtime", f.runtime},   {"system", f.system},          {"binding", f.binding},
         {"renderer", f.renderer}, {"extensions", f.extensions},  {"missing", f.missing},
@@ -95,7 +95,7 @@ Json report_of(const VrOptions& o, const HeadsetEnd& end, const LiveResults& res
     of["gl_errors"] = end.gl_errors, of["stray_gl_errors"] = end.stray;
     of["reason"] = end.reason;
     add_simulation(of, results, o.deterministic);
-    of["simulation"]["behind_s"] = end.state->shed.behind + end.left_out;
+    of["simulation"]["behind_s"] = end.state->backlog.behind + end.left_out;
     return of;
 }
 
@@ -125,19 +125,19 @@ int vr_verb(const VrOptions& asked)
     set_loop_threads(o.threads);
     if (o.cells > 0) o.settings.push_back(cells_setting(read_json(o.scene), o.cells));
     const Device device = resolved(parse_device(o.device));
-    HeadsetLoopRule rule = rule_of(o, device);
+    HeadsetLoopOptions options = rule_of(o, device);
     if (o.hands_only && o.record.empty() && o.out.empty())
         throw UsageError("--hands-only needs --record FILE, or --out DIR");
     const LiveOutputs outputs = outputs_of(o);
     const FolderLock lock = prepare(outputs);
     std::vector<std::string> settings = o.settings;
     if (o.deterministic) settings.push_back("deterministic=true");
-    rule.scene = o.scene, rule.settings = settings;
+    options.scene = o.scene, options.settings = settings;
     auto scene = std::make_shared<LiveScene>(*load_live_scene(o.scene, settings));
     scene->scene.setup.threads = o.threads;
     watch_interrupts();
-    if (!o.hands_only) rule.tell(cost_text(scene->scene, device));
-    HeadsetRun run(scene, rule);
+    if (!o.hands_only) options.tell(cost_text(scene->scene, device));
+    HeadsetRun run(scene, options);
     HeadsetEnd end = run.wait();
     LiveResults results{
         std::move(end.hands), std::move(end.actions), end.state, {end.hash, end.particles}};

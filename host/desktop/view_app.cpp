@@ -23,20 +23,20 @@ int samples_for(const Window& window)
 
 }  // namespace
 
-ViewDesk::ViewDesk(std::unique_ptr<Window> shown_in, std::shared_ptr<const LiveScene> scene,
-                   DeskRule by)
+ViewApp::ViewApp(std::unique_ptr<Window> shown_in, std::shared_ptr<const LiveScene> scene,
+                 ViewAppOptions by)
     : panels(scene->scene.path, by.settings, by.cells),
-      rule(std::move(by)),
+      options(std::move(by)),
       window(std::move(shown_in)),
       painter(EyePainter::open(samples_for(*window))),
       coarse(CoarsePicture::open()),
       pace(picture_budget, 0.3, 1),
-      script(rule.script),
+      script(options.script),
       record([this](const std::string& text) { panels.model.note(text); }),
-      session(std::move(scene), live_rule()),
+      session(std::move(scene), live_options()),
       state(session.state()),
       drawn_by(window->renderer()),
-      paused(rule.paused)
+      paused(options.paused)
 {
     for (const char* name : posture_names) panels.model.postures.push_back(name);
     clock.run(!paused);
@@ -45,25 +45,27 @@ ViewDesk::ViewDesk(std::unique_ptr<Window> shown_in, std::shared_ptr<const LiveS
     follow_history();
 }
 
-LiveRule ViewDesk::live_rule()
+LiveOptions ViewApp::live_options()
 {
-    LiveRule live;
-    live.make = [device = rule.device](const Setup& setup) { return make_solver(setup, device); };
-    live.stepped = live.from_zero = rule.scripted;
-    live.paused = rule.paused;
-    live.memory = rule.memory;
+    LiveOptions live;
+    live.make = [device = options.device](const Setup& setup) {
+        return make_solver(setup, device);
+    };
+    live.stepped = live.from_zero = options.scripted;
+    live.paused = options.paused;
+    live.memory = options.memory;
     live.on_device =
-        rule.device.kind == DeviceKind::cuda && painter->sharing(rule.device.index).shared;
+        options.device.kind == DeviceKind::cuda && painter->sharing(options.device.index).shared;
     live.clock = [this] { return clock.now(); };
     live.acted = [this](const HandAction& done) { record.act(done); };
     live.published = [] { Window::wake(); };
     return live;
 }
 
-void ViewDesk::frame(double passed, const std::string& screenshot)
+void ViewApp::frame(double passed, const std::string& screenshot)
 {
     if (!screenshot.empty()) wanted.push_back(screenshot);
-    if (rule.scripted) passed = 1 / session.state()->scene->scene.frame_rate;
+    if (options.scripted) passed = 1 / session.state()->scene->scene.frame_rate;
     window_time += passed;
     const bool happened = listen();
     state = session.state();
@@ -75,7 +77,7 @@ void ViewDesk::frame(double passed, const std::string& screenshot)
     if (asked.any() && window_time > asked.until) answer(false);
     if (must_draw(happened)) {
         tell_facts();
-        obey(window->panels(panels.model, input, passed));
+        apply(window->panels(panels.model, input, passed));
         if (!window->keys_taken()) take_keys();
         if (!window->mouse_taken())
             take_mouse(passed);
@@ -93,7 +95,7 @@ void ViewDesk::frame(double passed, const std::string& screenshot)
 }
 
 // What a person does, and a script, is waited for as long as nothing else is to be done.
-bool ViewDesk::listen()
+bool ViewApp::listen()
 {
     bool happened = false;
     for (const InputEvent& event : window->poll(patience())) input.take(event), happened = true;
@@ -110,10 +112,10 @@ bool ViewDesk::listen()
 
 // [s]. A hand that is led is pushed to the simulation though the mouse stands still; a display that
 // does not wait for its own refresh is not drawn more often than one would.
-double ViewDesk::patience() const
+double ViewApp::patience() const
 {
     constexpr double asleep = 0.1, often = 1.0 / 120;
-    if (rule.scripted || rule.every_frame || !wanted.empty()) return 0;
+    if (options.scripted || options.every_frame || !wanted.empty()) return 0;
     if (hidden) return asleep;
     const bool lives = !paused && state->trouble.empty();
     const bool busy = lives || video || settling > 0 || window_time < awake_until;
@@ -121,11 +123,11 @@ double ViewDesk::patience() const
     return still.whole() ? asleep : StillPicture::rest / 4;
 }
 
-bool ViewDesk::must_draw(bool happened)
+bool ViewApp::must_draw(bool happened)
 {
     constexpr double moving = 0.4;  // panels after an event [s]
     constexpr double blink = 0.25;  // of a cursor in a field of a panel [s]
-    if (rule.scripted || rule.every_frame) return true;
+    if (options.scripted || options.every_frame) return true;
     if (hidden) return !wanted.empty();
     if (happened) awake_until = window_time + moving;
     const PanelModel& m = panels.model;
@@ -140,9 +142,9 @@ bool ViewDesk::must_draw(bool happened)
 }
 
 // Nobody sees a window that is minimised: its clay stands still, as under a headset that is off.
-void ViewDesk::look_whether_seen()
+void ViewApp::look_whether_seen()
 {
-    if (rule.scripted || rule.every_frame) return;
+    if (options.scripted || options.every_frame) return;
     const bool seen = window->visible();
     if (seen != hidden) return;
     hidden = !seen;
@@ -151,7 +153,7 @@ void ViewDesk::look_whether_seen()
     if (!paused) session.pause(hidden), record.pause(hidden);
 }
 
-void ViewDesk::pause(bool on)
+void ViewApp::pause(bool on)
 {
     if (on == paused) return;
     paused = on;
@@ -162,12 +164,12 @@ void ViewDesk::pause(bool on)
 }
 
 // Another scene, or the same from its start: recorded anew, and the mouse goes on leading.
-void ViewDesk::follow_history()
+void ViewApp::follow_history()
 {
     if (!state->scene || state->history == history) return;
     history = state->history;
     ticks = 0, replay = {};
-    time = rule.scripted ? 0 : clock.now();
+    time = options.scripted ? 0 : clock.now();
     pushed = -1e30;
     worked = false;
     record.begin(*state->scene, time);
@@ -181,9 +183,9 @@ void ViewDesk::follow_history()
 }
 
 // What belonged to a context that was lost is made anew; the session does not notice.
-void ViewDesk::reopen()
+void ViewApp::reopen()
 {
-    const double now = rule.scripted ? window_time : wall_seconds();
+    const double now = options.scripted ? window_time : wall_seconds();
     if (losses.too_many(now)) throw DeviceLost("the OpenGL context was lost again and again");
     const int width = std::max(window->width(), 64), height = std::max(window->height(), 64);
     painter.reset(), coarse.reset();
@@ -195,7 +197,7 @@ void ViewDesk::reopen()
     panels.model.note("The OpenGL context was lost, and made anew.");
 }
 
-void ViewDesk::obey(PanelAsks asks)
+void ViewApp::apply(PanelRequests asks)
 {
     if (asks.reset) discard({true, -1, 0});
     if (asks.load) discard({false, *asks.load, 0});
@@ -206,10 +208,10 @@ void ViewDesk::obey(PanelAsks asks)
     if (asks.film) film();
     if (asks.screenshot) wanted.push_back("");
     if (asks.recorded && *asks.recorded) panels.model.hand = false;
-    if (panels.obey(asks, session, *state)) worked = true;
+    if (panels.apply(asks, session, *state)) worked = true;
 }
 
-void ViewDesk::take_keys()
+void ViewApp::take_keys()
 {
     PanelModel& m = panels.model;
     if (input.pressed_alone(key_tab)) m.open = !m.open;
@@ -227,10 +229,10 @@ void ViewDesk::take_keys()
     m.tilt += turn * (input.held_alone(Key('T')) - input.held_alone(Key('F')));
 }
 
-void ViewDesk::step() { stepping = stepping || paused; }
+void ViewApp::step() { stepping = stepping || paused; }
 
 // Unshaped clay can be made again; shaped clay is thrown away only by a second command.
-void ViewDesk::discard(Discard what)
+void ViewApp::discard(Discard what)
 {
     constexpr double patience = 8;  // [s]
     const bool again = what.reset == asked.reset && what.load == asked.load;
@@ -246,7 +248,7 @@ void ViewDesk::discard(Discard what)
     panels.show_scene(*state);
 }
 
-void ViewDesk::do_discard(const Discard& what)
+void ViewApp::do_discard(const Discard& what)
 {
     record.begins_by(what.reset ? "reset" : "scene");
     if (what.reset)
@@ -258,14 +260,14 @@ void ViewDesk::do_discard(const Discard& what)
     answer(false);
 }
 
-void ViewDesk::answer(bool yes)
+void ViewApp::answer(bool yes)
 {
     const Discard what = std::exchange(asked, {});
     panels.model.question.clear();
     if (yes && what.any()) do_discard(what);
 }
 
-void ViewDesk::take_mouse(double passed)
+void ViewApp::take_mouse(double passed)
 {
     const bool shift = input.shift(), control = input.control();
     const float x = float(input.moved_x()), y = float(input.moved_y());
@@ -288,7 +290,7 @@ void ViewDesk::take_mouse(double passed)
 }
 
 // Tools of the simulation follow the mouse from now on, or the recording again.
-void ViewDesk::lead_hand(bool on)
+void ViewApp::lead_hand(bool on)
 {
     hand_led = on;
     if (!on) return;
@@ -297,7 +299,7 @@ void ViewDesk::lead_hand(bool on)
     session.set_hands(panels.hands(*state));
 }
 
-void ViewDesk::move_hand()
+void ViewApp::move_hand()
 {
     const PanelModel& m = panels.model;
     pointer.posture = Posture(m.posture);
@@ -318,9 +320,9 @@ void ViewDesk::move_hand()
 }
 
 // Hands to the simulation, which goes on to this frame's time where that is the script's.
-void ViewDesk::simulate()
+void ViewApp::simulate()
 {
-    if (rule.scripted) {
+    if (options.scripted) {
         session.settle();  // a scene that was chosen, or reset, is there
         state = session.state();
         follow_history();
@@ -328,19 +330,19 @@ void ViewDesk::simulate()
     const bool single = std::exchange(stepping, false);
     const bool runs = single || (!paused && !hidden);
     const double rate = state->scene ? state->scene->scene.frame_rate : 90;
-    if (rule.scripted) time = double(ticks += runs) / rate;
-    if (!rule.scripted && single) clock.add(1 / rate);
-    if (!rule.scripted) time = clock.now();
+    if (options.scripted) time = double(ticks += runs) / rate;
+    if (!options.scripted && single) clock.add(1 / rate);
+    if (!options.scripted) time = clock.now();
     move_hand();
     // No tracker has more frames a second.
-    if (runs && (rule.scripted || single || time >= pushed + 0.008)) {
+    if (runs && (options.scripted || single || time >= pushed + 0.008)) {
         pushed = time;
         record_hands();
         session.push(tracked);
         worked = worked || hand_led;
     }
     if (single) session.step();
-    if (rule.scripted && runs) session.advance_to(time);
+    if (options.scripted && runs) session.advance_to(time);
     if (runs) record.simulated(time);
     state = session.state();
     if (state->version != counted)
@@ -348,7 +350,7 @@ void ViewDesk::simulate()
 }
 
 // As the simulation has them: the mouse's, or those of the scene's recording, which may wait.
-void ViewDesk::record_hands()
+void ViewApp::record_hands()
 {
     if (!state->recorded || !state->scene || !state->scene->recording) {
         record.frame(tracked, time);
@@ -356,13 +358,13 @@ void ViewDesk::record_hands()
     }
     const std::vector<HandFrame>& all = state->scene->recording->frames;
     // Of a script's session this is the frame to come, of another one the last.
-    const double now = state->recording_time + (rule.scripted ? 1 / shown->scene.frame_rate : 0);
+    const double now = state->recording_time + (options.scripted ? 1 / shown->scene.frame_rate : 0);
     if (now < replay.at) replay = {};  // played from its start again
     replay.at = now;
     // Frames of the simulation do not begin like a clock's ticks, those of the recording do.
     constexpr double held_up = 0.1;  // [s]
-    const double shift = rule.scripted ? time - now : state->time - now;
-    if (std::abs(shift - replay.shift) > (rule.scripted ? 1e-9 : held_up)) replay.shift = shift;
+    const double shift = options.scripted ? time - now : state->time - now;
+    if (std::abs(shift - replay.shift) > (options.scripted ? 1e-9 : held_up)) replay.shift = shift;
     // Up to the first one that ends with the frame or later: a pose between two needs both.
     while (replay.next < all.size() && (replay.next == 0 || all[replay.next - 1].time < now)) {
         record.frame(all[replay.next], all[replay.next].time + replay.shift);
@@ -370,19 +372,19 @@ void ViewDesk::record_hands()
     }
 }
 
-std::string ViewDesk::summary() const
+std::string ViewApp::summary() const
 {
     const auto last = session.state();
     return fmt::format(
         "{} frames drawn by {}; {} simulated, {:.4g} s, {:.4g} s behind, {} cut short; {} "
         "particle-substeps put out of tools; {} OpenGL errors{}{}\n",
-        frames, drawn_by, last->frame.number, last->frame.simulated, last->shed.behind,
-        last->shed.frames, touched, errors,
+        frames, drawn_by, last->frame.number, last->frame.simulated, last->backlog.behind,
+        last->backlog.frames, touched, errors,
         last->splats ? fmt::format("; {} splats", last->splats->count()) : "",
         last->trouble.empty() ? "" : "; the simulation ended: " + last->trouble);
 }
 
-LiveResults ViewDesk::results()
+LiveResults ViewApp::results()
 {
     session.pause(true);
     session.settle();

@@ -20,7 +20,7 @@
 
 namespace knead {
 
-struct DeskRule {
+struct ViewAppOptions {
     Device device;  // resolved
     // With a script, time passes by a frame of the simulation for each one that is drawn, so that
     // the same script gives the same clay; otherwise it is real time.
@@ -33,9 +33,10 @@ struct DeskRule {
     std::size_t memory = 0;             // [bytes] that a scene may take; 0: what is free
 };
 
-class ViewDesk {
+class ViewApp {
   public:
-    ViewDesk(std::unique_ptr<Window> window, std::shared_ptr<const LiveScene> scene, DeskRule rule);
+    ViewApp(std::unique_ptr<Window> window, std::shared_ptr<const LiveScene> scene,
+            ViewAppOptions options);
 
     // One round, `passed` [s] after the last one: it waits where there is nothing to do, and draws
     // where something has changed. A name of a file makes a picture of it.
@@ -55,7 +56,8 @@ class ViewDesk {
     // Which way what the device makes comes to the window; "" where there is no CUDA device.
     std::string sharing() const
     {
-        return rule.device.kind == DeviceKind::cuda ? painter->sharing(rule.device.index).text : "";
+        return options.device.kind == DeviceKind::cuda ? painter->sharing(options.device.index).text
+                                                       : "";
     }
 
     ViewPanels panels;
@@ -69,13 +71,13 @@ class ViewDesk {
         bool any() const { return reset || load >= 0; }
     };
 
-    LiveRule live_rule();
+    LiveOptions live_options();
     bool listen();
     double patience() const;
     bool must_draw(bool happened);
     void look_whether_seen();
     void follow_history();
-    void obey(PanelAsks asks);
+    void apply(PanelRequests asks);
     void take_keys();
     void take_mouse(double passed);
     void lead_hand(bool on);
@@ -99,14 +101,14 @@ class ViewDesk {
     void reopen();
     void tell_facts();
 
-    const DeskRule rule;
+    const ViewAppOptions options;
     std::unique_ptr<Window> window;
     std::unique_ptr<EyePainter> painter;
     std::unique_ptr<CoarsePicture> coarse;
     Pace pace;
     InputScript script;
     WindowClock clock;  // in real time
-    HeadsetRecord record;
+    SessionRecord record;
     LiveSession session;
     std::shared_ptr<const LiveState> state;
     InputState input;

@@ -161,12 +161,12 @@ void ViewPanels::add_times(const LiveState& state, double raster, double gl, dou
     model.graph.add(stages);
 }
 
-HandsRule ViewPanels::hands(const LiveState& state) const
+HandsOptions ViewPanels::hands(const LiveState& state) const
 {
-    HandsRule rule = state.hands;
-    rule.held[right] = model.tool == 0 ? "" : model.tools[std::size_t(model.tool)];
-    rule.present[right] = true;
-    return rule;
+    HandsOptions options = state.hands;
+    options.held[right] = model.tool == 0 ? "" : model.tools[std::size_t(model.tool)];
+    options.present[right] = true;
+    return options;
 }
 
 void ViewPanels::load(int scene, LiveSession& session)
@@ -212,7 +212,7 @@ bool ViewPanels::set_material(bool preset, LiveSession& session)
     return true;
 }
 
-bool ViewPanels::obey(const PanelAsks& asks, LiveSession& session, const LiveState& state)
+bool ViewPanels::apply(const PanelRequests& asks, LiveSession& session, const LiveState& state)
 {
     bool other = false;
     if (asks.recorded) session.play(*asks.recorded);

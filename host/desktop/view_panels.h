@@ -37,10 +37,10 @@ class ViewPanels {
     // What was asked for by the panels, passed on to the session: tools, hands, gravity, materials.
     // What cannot be is said, and its control shows again what holds. True where clay has become
     // another.
-    bool obey(const PanelAsks& asks, LiveSession& session, const LiveState& state);
-    void load(int scene, LiveSession& session);     // throws std::out_of_range
-    void show_scene(const LiveState& state);        // that which is there
-    HandsRule hands(const LiveState& state) const;  // with the tool that is chosen
+    bool apply(const PanelRequests& asks, LiveSession& session, const LiveState& state);
+    void load(int scene, LiveSession& session);        // throws std::out_of_range
+    void show_scene(const LiveState& state);           // that which is there
+    HandsOptions hands(const LiveState& state) const;  // with the tool that is chosen
 
   private:
     int history_ = -1;

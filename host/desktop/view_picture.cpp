@@ -30,7 +30,7 @@ std::string free_name(const std::string& end)
 
 }  // namespace
 
-void ViewDesk::frame_camera()
+void ViewApp::frame_camera()
 {
     Vec3<float> low{1e30f, 1e30f, 1e30f}, high = -low;
     if (state->on_device && !state->on_device->empty())
@@ -45,17 +45,17 @@ void ViewDesk::frame_camera()
     camera.frame(low, high, float(across) / float(std::max(1, window->height())));
 }
 
-void ViewDesk::follow_splats()
+void ViewApp::follow_splats()
 {
     if (!state->splats) return splats.reset();
     if (!splats)
-        splats = std::make_unique<SplatDrawer>(*state->splats, rule.device, splat_budget);
+        splats = std::make_unique<SplatDrawer>(*state->splats, options.device, splat_budget);
     else if (state->history != splats_of || state->splat_version != splat_version)
         splats->set(*state->splats);
     splats_of = state->history, splat_version = state->splat_version;
 }
 
-void ViewDesk::draw_splats(const EyeView& view, bool whole)
+void ViewApp::draw_splats(const EyeView& view, bool whole)
 {
     raster_took = 0;
     follow_splats();
@@ -65,7 +65,7 @@ void ViewDesk::draw_splats(const EyeView& view, bool whole)
     raster_took = splats->seconds();
 }
 
-void ViewDesk::draw()
+void ViewApp::draw()
 {
     const int width = window->width(), height = window->height();
     if (width < 1 || height < 1) return;  // minimised
@@ -89,7 +89,7 @@ void ViewDesk::draw()
     paint(view, look, std::move(hands));
 }
 
-PictureContent ViewDesk::seen_now(const EyeView& view, const EyeLook& look) const
+PictureContent ViewApp::seen_now(const EyeView& view, const EyeLook& look) const
 {
     constexpr float unseen = 0.25f;  // of a pixel
     PictureContent seen;
@@ -113,10 +113,10 @@ PictureContent ViewDesk::seen_now(const EyeView& view, const EyeLook& look) cons
 
 // Pictures that are kept are whole, and so is one in which nothing moves; others may be coarse, to
 // keep up.
-void ViewDesk::paint(const EyeView& view, const EyeLook& look, const std::vector<HandLook>& hands)
+void ViewApp::paint(const EyeView& view, const EyeLook& look, const std::vector<HandLook>& hands)
 {
     const double begin = wall_seconds();
-    const bool kept = !wanted.empty() || video, lives = !kept && !rule.scripted;
+    const bool kept = !wanted.empty() || video, lives = !kept && !options.scripted;
     const bool repeats = lives && still.whole(), rests = lives && still.due(window_time);
     raster_took = 0;
     if (repeats) {
@@ -138,7 +138,7 @@ void ViewDesk::paint(const EyeView& view, const EyeLook& look, const std::vector
     panels.add_times(*state, raster_took, picture_took, show_took);
 }
 
-void ViewDesk::keep_pictures()
+void ViewApp::keep_pictures()
 {
     for (const std::string& file : std::exchange(wanted, {})) keep_picture(file);
     if (!video || window_time < filmed) return;
@@ -150,7 +150,7 @@ void ViewDesk::keep_pictures()
     }
 }
 
-void ViewDesk::keep_picture(const std::string& file)
+void ViewApp::keep_picture(const std::string& file)
 {
     try {
         const std::string name = file.empty() ? free_name(".png") : file;
@@ -162,7 +162,7 @@ void ViewDesk::keep_picture(const std::string& file)
     }
 }
 
-void ViewDesk::film()
+void ViewApp::film()
 {
     try {
         if (video) {
@@ -185,20 +185,20 @@ void ViewDesk::film()
     panels.model.filming = video != nullptr;
 }
 
-void ViewDesk::end()
+void ViewApp::end()
 {
     if (video) film();
 }
 
-void ViewDesk::tell_facts()
+void ViewApp::tell_facts()
 {
     std::vector<std::string>& facts = panels.model.facts;
     facts = {
         state->solver, drawn_by,
         fmt::format("frame {}, {:.2f} s simulated", state->frame.number, state->frame.simulated)};
-    if (state->shed.behind > 0.05)
+    if (state->backlog.behind > 0.05)
         facts.push_back(fmt::format("too slow: {:.1f} s behind, {} frames cut short",
-                                    state->shed.behind, state->shed.frames));
+                                    state->backlog.behind, state->backlog.frames));
     if (pace.scale() < 0.99 && !still.whole())
         facts.push_back(
             fmt::format("drawn by {:.0f} % of the pixels a side, to keep up", 100 * pace.scale()));

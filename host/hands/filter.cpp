@@ -210,11 +210,11 @@ Response response(Filter filter, double rate)
 
 double lag(Filter filter, double rate) { return response(filter, rate).ramp; }
 
-HandStream::HandStream(const HandsRule& rule)
-    : filters_{HandFilter(rule.filter), HandFilter(rule.filter)},
-      present_{rule.present[left], rule.present[right]},
-      zoom_(rule.zoom),
-      at_(rule.at)
+HandStream::HandStream(const HandsOptions& options)
+    : filters_{HandFilter(options.filter), HandFilter(options.filter)},
+      present_{options.present[left], options.present[right]},
+      zoom_(options.zoom),
+      at_(options.at)
 {
 }
 
@@ -283,7 +283,7 @@ bool HandStream::sample(double time, Joint<double> joints[2 * joint_count],
     return size[left] > 0 || size[right] > 0;
 }
 
-HandSource::HandSource(const Recording& recording, const HandsRule& rule) : stream_(rule)
+HandSource::HandSource(const Recording& recording, const HandsOptions& options) : stream_(options)
 {
     check(recording);
     for (const HandFrame& frame : recording.frames) stream_.push(frame);

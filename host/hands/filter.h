@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "host/hands/hand_size.h"
-#include "host/hands/rule.h"
+#include "host/hands/hands_options.h"
 
 namespace knead {
 
@@ -85,7 +85,7 @@ double lag(Filter filter, double rate);
 // Tracked hands as they come: filtered once, and sampled at any time between those that came.
 class HandStream {
   public:
-    explicit HandStream(const HandsRule& rule);
+    explicit HandStream(const HandsOptions& options);
 
     // The next frame, in the tracker's frame of reference. One whose time does not rise, or is not
     // a number, adds nothing.
@@ -138,7 +138,7 @@ class HandStream {
 class HandSource {
   public:
     // Throws InputError for a recording that check() refuses.
-    HandSource(const Recording& recording, const HandsRule& rule);
+    HandSource(const Recording& recording, const HandsOptions& options);
 
     double duration() const { return stream_.newest(); }  // [s]
     bool sample(double time, Joint<double> joints[2 * joint_count], float size[side_count]) const

@@ -284,21 +284,21 @@ Pose at(const Part& part, double time, const Vec& centre, const Tremble& tremble
     return posed(part.side(), wrist_at, within_limits(fingers));
 }
 
-void check(const GestureRule& rule)
+void check(const GestureOptions& options)
 {
     const auto within = [](const char* what, double value, double low, double high) {
         if (!(value >= low && value <= high))
             throw InputError(
                 fmt::format("gesture: expected {} of {} to {}, found {}", what, low, high, value));
     };
-    within("a rate [Hz]", rule.rate, 5, 1000);
-    within("a jitter [m]", rule.jitter, 0, 0.02);
-    within("a latency [s]", rule.latency, 0, 1);
-    within("a chance of dropouts", rule.dropouts, 0, 1);
-    within("seconds", rule.seconds, 0, 600);
-    within("a depth", rule.depth, 0, 0.9);
-    within("a radius [m]", rule.radius, 0.02, 1);
-    for (const double x : {rule.centre.x, rule.centre.y, rule.centre.z})
+    within("a rate [Hz]", options.rate, 5, 1000);
+    within("a jitter [m]", options.jitter, 0, 0.02);
+    within("a latency [s]", options.latency, 0, 1);
+    within("a chance of dropouts", options.dropouts, 0, 1);
+    within("seconds", options.seconds, 0, 600);
+    within("a depth", options.depth, 0, 0.9);
+    within("a radius [m]", options.radius, 0.02, 1);
+    for (const double x : {options.centre.x, options.centre.y, options.centre.z})
         within("a centre [m]", x, -50, 50);
 }
 
@@ -326,31 +326,32 @@ const std::vector<Gesture>& gestures()
     return all;
 }
 
-Recording generate(const std::string& name, const GestureRule& rule)
+Recording generate(const std::string& name, const GestureOptions& options)
 {
     const auto& [gesture, write] = script(name);
-    check(rule);
-    const double depth = rule.radius * (rule.depth > 0 ? rule.depth : gesture.depth);
-    Stage stage{rule.topology, rule.radius, depth, {{left, rule.radius}, {right, rule.radius}}};
+    check(options);
+    const double depth = options.radius * (options.depth > 0 ? options.depth : gesture.depth);
+    Stage stage{
+        options.topology, options.radius, depth, {{left, options.radius}, {right, options.radius}}};
     write(stage);
 
-    const double seconds = rule.seconds > 0 ? rule.seconds : gesture.seconds;
-    Recording r{name, rule.rate, rule.latency, {}};
-    Chance chance(rule.seed);
-    Tremble tremble[side_count] = {Tremble(rule.jitter), Tremble(rule.jitter)};
+    const double seconds = options.seconds > 0 ? options.seconds : gesture.seconds;
+    Recording r{name, options.rate, options.latency, {}};
+    Chance chance(options.seed);
+    Tremble tremble[side_count] = {Tremble(options.jitter), Tremble(options.jitter)};
     int lost[side_count] = {};  // frames that the hand stays lost
-    const int count = int(seconds * rule.rate + 1e-9) + 1;
+    const int count = int(seconds * options.rate + 1e-9) + 1;
     for (int i = 0; i < count; ++i) {
         const double uneven = i > 0 ? 0.16 * (chance.uniform() - 0.5) : 0;  // of a frame
-        const double time = (i + uneven) / rule.rate;
+        const double time = (i + uneven) / options.rate;
         HandFrame frame;
-        frame.time = time + rule.latency;
+        frame.time = time + options.latency;
         for (int s = 0; s < side_count; ++s) {
-            tremble[s].advance(1 / rule.rate, chance);
+            tremble[s].advance(1 / options.rate, chance);
             const double fate = chance.uniform(), spell = chance.uniform();
             if (lost[s] > 0)
                 --lost[s];
-            else if (i > 0 && fate < rule.dropouts)
+            else if (i > 0 && fate < options.dropouts)
                 lost[s] = 3 + int(8 * spell);
             Hand& hand = frame.hand[s];
             if (lost[s] > 0) {
@@ -361,7 +362,7 @@ Recording generate(const std::string& name, const GestureRule& rule)
             }
             hand = open_hand(Side(s));
             const Pose pose =
-                at(stage.part[s], time * gesture.seconds / seconds, rule.centre, tremble[s]);
+                at(stage.part[s], time * gesture.seconds / seconds, options.centre, tremble[s]);
             for (int j = 0; j < joint_count; ++j)
                 hand.joints[j] = {cast<float>(pose[j].q), cast<float>(pose[j].p)};
         }

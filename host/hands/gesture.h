@@ -10,7 +10,7 @@
 namespace knead {
 
 // How a gesture is tracked, and on what it is done.
-struct GestureRule {
+struct GestureOptions {
     double rate = 60;        // frames per second, nominal; the time stamps are a little uneven
     double jitter = 0;       // rms displacement of a joint by tracking noise [m]; 1-2 mm is typical
     double latency = 0.038;  // from a pose to its time stamp [s]
@@ -37,6 +37,6 @@ const std::vector<Gesture>& gestures();
 // where a hand stands is solved with the medial rigs so that they go as deep as asked, and start
 // 0.1 m away. Equal rules give equal recordings. Throws InputError for an unknown name, saying the
 // known ones, or for a rule out of range.
-Recording generate(const std::string& gesture, const GestureRule& rule = {});
+Recording generate(const std::string& gesture, const GestureOptions& options = {});
 
 }  // namespace knead

@@ -65,20 +65,20 @@ Fingers PointerHand::fingers() const
     return within_limits(f);
 }
 
-HandFrame PointerHand::hands(const Pointing& at, const HandsRule& rule) const
+HandFrame PointerHand::hands(const Pointing& at, const HandsOptions& options) const
 {
     const Quat<double> turn =
         turn_about(Vec3<double>{0, 0, 1}, -roll) * turn_about(Vec3<double>{1, 0, 0}, -tilt);
     const Fingers bent = fingers();
     const Pose there = posed(side, {turn, {0, 0, 0}}, bent);
-    const std::string& held = rule.held[side];
-    const Rig rig = held.empty() ? hand_rig(rule.topology, side) : tool_rig(held, side);
+    const std::string& held = options.held[side];
+    const Rig rig = held.empty() ? hand_rig(options.topology, side) : tool_rig(held, side);
     const Vec3<double> tip = foremost(rig, there, side);
     // Minimum jerk: from rest to rest. [Flash and Hogan 1985]
     const double s = share_, eased = s * s * s * (10 + s * (6 * s - 15));
-    const double far = reach + eased * press * rule.zoom;
+    const double far = reach + eased * press * options.zoom;
     const Vec3<double> seen = at.eye + far * at.ray;
-    const Vec3<double> point = (1 / rule.zoom) * (seen - rule.at);
+    const Vec3<double> point = (1 / options.zoom) * (seen - options.at);
     const Joint<double> wrist_at{unit(at.rotation * turn), point - rotate(at.rotation, tip)};
     const Pose pose = posed(side, wrist_at, bent);
 

@@ -2,8 +2,8 @@
 // side, so that it hides little of what it touches, and is posed by keys. What comes out is a
 // tracked hand like any other.
 #pragma once
+#include "host/hands/hands_options.h"
 #include "host/hands/posture.h"
-#include "host/hands/rule.h"
 
 namespace knead {
 
@@ -35,7 +35,7 @@ class PointerHand {
     Fingers fingers() const;
     // Both hands at the time of the last advance(), in the tracker's frame of the rule: the
     // simulation's is at + zoom * p. The other hand is not tracked.
-    HandFrame hands(const Pointing& pointing, const HandsRule& rule) const;
+    HandFrame hands(const Pointing& pointing, const HandsOptions& options) const;
 
   private:
     double time_ = 0;  // [s]

@@ -17,7 +17,7 @@
 
 namespace knead {
 
-float Instant::ahead(double now) const
+float MotionStamp::extrapolation(double now) const
 {
     return step > 0 ? float(std::clamp((now - time) / step, 0.0, 1.0)) : 0;
 }
@@ -41,12 +41,12 @@ std::string reason_of(const std::exception_ptr& failure)
 
 }  // namespace
 
-LiveSession::LiveSession(std::shared_ptr<const LiveScene> of, LiveRule by)
-    : rule(std::move(by)),
+LiveSession::LiveSession(std::shared_ptr<const LiveScene> of, LiveOptions by)
+    : options(std::move(by)),
       epoch(wall_seconds()),
       scene(std::move(of)),
-      paused(rule.paused),
-      waiting(rule.waits)
+      paused(options.paused),
+      waiting(options.waits)
 {
     published.store(std::make_shared<const LiveState>());
     thread = std::thread([this] { live(); });
@@ -62,7 +62,7 @@ LiveSession::~LiveSession()
     thread.join();
 }
 
-double LiveSession::now() const { return rule.clock ? rule.clock() : wall_seconds() - epoch; }
+double LiveSession::now() const { return options.clock ? options.clock() : wall_seconds() - epoch; }
 
 void LiveSession::push(const HandFrame& hands)
 {
@@ -132,7 +132,7 @@ bool LiveSession::wait_for_work(std::unique_lock<std::mutex>& lock)
 {
     const bool going = run && trouble.empty();
     if (going && steps > 0) return true;
-    if (!going || paused || waiting || rule.stepped || stopped()) {
+    if (!going || paused || waiting || options.stepped || stopped()) {
         wake.wait(lock, [&] { return quit || !commands.empty(); });
         return false;
     }
@@ -149,11 +149,11 @@ void LiveSession::begin(std::shared_ptr<const LiveScene> of)
     trouble.clear();
     backlog = dropped = 0;
     ++history;
-    if (rule.from_zero) stepped_to = 0;
+    if (options.from_zero) stepped_to = 0;
     if (!scene) return;
     try {
-        run = std::make_unique<LiveRun>(
-            scene, rule, rule.stepped ? stepped_to : now(), [this] { return now(); },
+        run = std::make_unique<SimulationRun>(
+            scene, options, options.stepped ? stepped_to : now(), [this] { return now(); },
             [this] { return quit || hurry > 0 || stopping.cuts(stopped()); });
         if (!waiting) run->rehearse();
         run->make_surface();
@@ -196,7 +196,7 @@ void LiveSession::frame()
     } catch (...) {
         trouble = reason_of(std::current_exception());
     }
-    if (!single && !rule.stepped) schedule(now() - began);
+    if (!single && !options.stepped) schedule(now() - began);
 }
 
 // When the next frame is due, after one that took so long [s]. Of frames that were due meanwhile
@@ -228,13 +228,13 @@ void LiveSession::publish()
     state->version = ++version;
     state->paused = paused;
     if (run)
-        state->shed.behind =
+        state->backlog.behind =
             run->lost() + (backlog + dropped) / run->period() * run->simulated_period();
     state->trouble = trouble;
     state->refused = refused;
     state->refusal = refusal;
     published.store(std::move(state));
-    if (rule.published) rule.published();
+    if (options.published) options.published();
 }
 
 void LiveSession::refuse(const std::string& why)
@@ -279,7 +279,7 @@ void LiveSession::begin_file(const std::string& path, const std::vector<std::str
     std::vector<std::string> wanted = settings, left_out;
     if (cells > 0) wanted.push_back(cells_setting(read_json(path), cells));
     wanted = fitting_settings(path, wanted, left_out);
-    begin(load_live_scene(path, wanted, rule.memory));
+    begin(load_live_scene(path, wanted, options.memory));
     if (!left_out.empty())
         refuse(fmt::format("{} does not take --set {}: left out", path,
                            fmt::join(left_out, ", --set ")));
@@ -293,17 +293,17 @@ void LiveSession::edit_clay(Edit edit, bool reshapes)
     });
 }
 
-void LiveSession::tell(HandAction action, Act act) const
+void LiveSession::tell(HandAction action, ActionType act) const
 {
     action.act = act;
-    if (rule.acted) rule.acted(action);
+    if (options.acted) options.acted(action);
 }
 
-void LiveSession::set_hands(const HandsRule& hands)
+void LiveSession::set_hands(const HandsOptions& hands)
 {
     HandAction action;
     action.hands = hands;
-    tell(action, Act::hands);
+    tell(action, ActionType::hands);
     post([this, hands] {
         if (!run) throw std::invalid_argument("there is no simulation that has tools");
         run->set_hands(hands);
@@ -322,7 +322,7 @@ void LiveSession::set_gravity(Vec3<double> gravity)
 {
     HandAction action;
     action.gravity = gravity;
-    tell(action, Act::gravity);
+    tell(action, ActionType::gravity);
     edit_clay([gravity](Solver& solver) { solver.set_gravity(gravity); }, false);
 }
 
@@ -338,7 +338,7 @@ void LiveSession::move_clay(int object, const RigidMotion<double>& motion)
 {
     HandAction action;
     action.object = object, action.motion = motion;
-    tell(action, Act::move);
+    tell(action, ActionType::move);
     edit([object, motion](Solver& solver) { solver.move(object, motion); });
 }
 
@@ -346,7 +346,7 @@ void LiveSession::set_material(int object, const Material<double>& material)
 {
     HandAction action;
     action.object = object, action.material = material;
-    tell(action, Act::material);
+    tell(action, ActionType::material);
     post([this, object, material] {
         if (!run) throw std::invalid_argument("there is no simulation to edit");
         run->set_material(object, material);
@@ -379,7 +379,7 @@ ClayDigest LiveSession::digest()
 
 void LiveSession::advance_to(double time)
 {
-    if (!rule.stepped)
+    if (!options.stepped)
         throw std::logic_error("a session in real time does not take the time from its caller");
     post([this, time] {
         constexpr double rounding = 1e-9;  // [s]

@@ -43,7 +43,7 @@ std::vector<std::string> fitting_settings(const std::string& path,
 // Categories of clay in whose place splats are drawn.
 std::vector<int> splat_categories(const Scene& scene);
 
-struct LiveRule {
+struct LiveOptions {
     std::function<std::unique_ptr<Solver>(const Setup&)> make;  // the solver of a scene
     // Time passes as the caller says, by advance_to(): frames are whole, and the same hands give
     // the same bits. Otherwise it is real time.
@@ -81,16 +81,16 @@ struct LiveTool {
 
 // When what moves was where a state has it, by the time of the hands that moved it. A display shows
 // it later.
-struct Instant {
+struct MotionStamp {
     double time = 0;  // of the session [s]
     double step = 0;  // since the one before [s]; 0: nothing is known of how it moves
     // The share of its way since the one before by which it has gone on until `now`, if it goes on
     // as it came; 1 at most.
-    float ahead(double now) const;
+    float extrapolation(double now) const;
 };
 
 // What falls behind when the machine is too slow.
-struct Shed {
+struct Backlog {
     long frames = 0;    // that were cut short between two substeps
     double behind = 0;  // of simulated time, that was not made up for [s]
 };
@@ -106,23 +106,23 @@ struct LiveState {
     // The surface: null, or one of these. Both null: none was made.
     Meshes meshes;
     std::shared_ptr<const DeviceMesh> on_device;
-    long mesh_version = 0;  // rises when it changes
-    Instant mesh_instant;   // where LiveRule::moving
-    SurfaceRule surface;    // by which it is made
+    long mesh_version = 0;     // rises when it changes
+    MotionStamp mesh_instant;  // where LiveOptions::moving
+    SurfaceOptions surface;    // by which it is made
     // Where Gaussians are: null, or one of these. Both null: the scene has none.
     std::shared_ptr<const std::vector<Gaussian<double>>> gaussians;
     std::shared_ptr<const DeviceGaussians> gaussians_on_device;
     std::shared_ptr<const std::vector<Gaussian<double>>> gaussians_before;  // null: not known
-    Instant gaussian_instant;
+    MotionStamp gaussian_instant;
     // In the order of the Gaussians, then those that stand still. Null: the scene has none.
     std::shared_ptr<const SplatCloud> splats;
     long splat_version = 0;  // rises when they change: were split, added, taken up, laid down
     std::vector<LiveTool> tools;
-    HandsRule hands;                          // which tools there are
+    HandsOptions hands;                       // which tools there are
     std::vector<Material<double>> materials;  // of the scene's objects, as they were given
     bool recorded = false, paused = false;
     double recording_time = 0;  // of the scene's recorded hands, at the frame's end [s]
-    Shed shed;
+    Backlog backlog;
     std::string solver;   // its name
     std::string trouble;  // why the simulation has ended; "": it has not
     int refused = 0;      // commands that could not be done
@@ -138,7 +138,7 @@ struct ClayDigest {
     long particles = 0;
 };
 
-class LiveRun;
+class SimulationRun;
 
 // A frame that is cut is of no recording: the same hands do not bring the clay there again. So one
 // that is stopped has a quarter of a second to end.
@@ -160,7 +160,7 @@ class LiveSession {
   public:
     // Simulates `scene`, which may be null, from now on. Nothing that goes wrong with it is thrown:
     // the state says it.
-    LiveSession(std::shared_ptr<const LiveScene> scene, LiveRule rule);
+    LiveSession(std::shared_ptr<const LiveScene> scene, LiveOptions options);
     ~LiveSession();  // between two substeps
     LiveSession(const LiveSession&) = delete;
 
@@ -172,9 +172,10 @@ class LiveSession {
     void push(const HandFrame& hands);
 
     // Makes some frames that nobody sees, and puts the state back: what is made once is there when
-    // the first begins. In real time alone; without LiveRule::waits that is done with each scene.
+    // the first begins. In real time alone; without LiveOptions::waits that is done with each
+    // scene.
     void rehearse();
-    // Frames are due from now on, where LiveRule::waits.
+    // Frames are due from now on, where LiveOptions::waits.
     void start();
 
     // Commands are done in their order, between frames. A reset and a load end the frame under way.
@@ -186,7 +187,7 @@ class LiveSession {
     // not take is left out, and the state's refusal says so.
     void load(const std::string& path, const std::vector<std::string>& settings, int cells = 0);
     // Which tools the hands are or hold. The scene's clay stays as it is.
-    void set_hands(const HandsRule& hands);
+    void set_hands(const HandsOptions& hands);
     void play(bool recorded);  // the scene's recorded hands, from their start; or those pushed
     void set_gravity(Vec3<double> gravity);  // [m/s^2]
     // The object's volume stays, its mass is that times the density.
@@ -209,11 +210,11 @@ class LiveSession {
   private:
     using Command = std::function<void()>;
     void post(Command command, bool at_once = false);
-    void tell(HandAction action, Act act) const;
+    void tell(HandAction action, ActionType act) const;
     void edit_clay(Edit edit, bool reshapes);
     void live();
     bool wait_for_work(std::unique_lock<std::mutex>& lock);
-    bool stopped() const { return rule.stop && rule.stop(); }
+    bool stopped() const { return options.stop && options.stop(); }
     void begin(std::shared_ptr<const LiveScene> scene);
     void begin_file(const std::string& path, const std::vector<std::string>& settings, int cells);
     void frame();
@@ -221,7 +222,7 @@ class LiveSession {
     void publish();
     void refuse(const std::string& why);
 
-    const LiveRule rule;
+    const LiveOptions options;
     const double epoch;  // of the steady clock [s]
     std::atomic<std::shared_ptr<const LiveState>> published;
 
@@ -235,7 +236,7 @@ class LiveSession {
 
     // Of the simulation's thread.
     std::shared_ptr<const LiveScene> scene;
-    std::unique_ptr<LiveRun> run;
+    std::unique_ptr<SimulationRun> run;
     int history = 0, refused = 0;
     long version = 0;
     std::string refusal, trouble;

@@ -9,7 +9,7 @@ constexpr std::size_t longest_recording = 90 * 3600;  // frames
 
 }  // namespace
 
-void HeadsetRecord::begin(const LiveScene& scene, double now)
+void SessionRecord::begin(const LiveScene& scene, double now)
 {
     began = done_to = now;
     hands.frames.clear();
@@ -20,7 +20,7 @@ void HeadsetRecord::begin(const LiveScene& scene, double now)
     act(by);
 }
 
-bool HeadsetRecord::frame(HandFrame given, double now)
+bool SessionRecord::frame(HandFrame given, double now)
 {
     std::vector<HandFrame>& kept = hands.frames;
     given.time = now - began;
@@ -33,7 +33,7 @@ bool HeadsetRecord::frame(HandFrame given, double now)
     return true;
 }
 
-void HeadsetRecord::act(HandAction done)
+void SessionRecord::act(HandAction done)
 {
     std::vector<HandAction>& all = actions.all;
     done.time = std::max(all.empty() ? 0.0 : all.back().time, done_to - began);
@@ -42,10 +42,10 @@ void HeadsetRecord::act(HandAction done)
     actions_full = true;
 }
 
-void HeadsetRecord::pause(bool on)
+void SessionRecord::pause(bool on)
 {
     HandAction action;
-    action.act = Act::pause, action.on = on;
+    action.act = ActionType::pause, action.on = on;
     act(action);
 }
 

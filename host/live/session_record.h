@@ -8,10 +8,10 @@
 
 namespace knead {
 
-class HeadsetRecord {
+class SessionRecord {
   public:
     // `tell`: messages for people.
-    explicit HeadsetRecord(std::function<void(const std::string&)> by) : tell(std::move(by)) {}
+    explicit SessionRecord(std::function<void(const std::string&)> by) : tell(std::move(by)) {}
 
     // A history of `scene` begins at `now` [s of the session]; what was of the one before goes.
     void begin(const LiveScene& scene, double now);

@@ -8,6 +8,7 @@
 #include <new>
 
 #include "host/base/errors.h"
+#include "host/hands/motion.h"
 #include "host/scene/soften.h"
 #include "render/tool_primitives.h"
 
@@ -25,17 +26,18 @@ bool takes_edits(const Solver& solver)
 
 }  // namespace
 
-LiveRun::LiveRun(std::shared_ptr<const LiveScene> of, const LiveRule& by, double start,
-                 std::function<double()> clock, const std::function<bool()>& stale)
+SimulationRun::SimulationRun(std::shared_ptr<const LiveScene> of, const LiveOptions& by,
+                             double start, std::function<double()> clock,
+                             const std::function<bool()>& stale)
     : scene(std::move(of)),
-      rule(by),
+      options(by),
       now(std::move(clock)),
-      solver(rule.make(scene->scene.setup)),
+      solver(options.make(scene->scene.setup)),
       splats(scene->scene, scene->splats),
       hands(scene->scene.hands),
       tools{scene->scene.setup.rig, scene->scene.setup.tools},
       stream(hands),
-      recorded(rule.recorded && scene->recording),
+      recorded(options.recorded && scene->recording),
       skew(start),
       time(start),
       particles(scene->scene.setup.particles.size())
@@ -45,26 +47,26 @@ LiveRun::LiveRun(std::shared_ptr<const LiveScene> of, const LiveRule& by, double
         throw std::invalid_argument(solver->name() + " has no local clay");
     if (splats.drawn().count() > 0) drawn = splats.picture();
     make_sources();
-    LoopRule loop_by = loop_rule(scene->scene);
-    loop_by.surface.moving = rule.moving;
+    SessionLoopOptions loop_by = loop_options(scene->scene);
+    loop_by.surface.moving = options.moving;
     loop_by.most_substeps = scene->scene.most_substeps;
     loop_by.interrupted = [] { return false; };
-    const double budget = rule.stepped ? 0 : rule.budget > 0 ? rule.budget : period();
-    loop_by.shed = [this, stale, budget](const FramePart&) {
+    const double budget = options.stepped ? 0 : options.budget > 0 ? options.budget : period();
+    loop_by.should_cut = [this, stale, budget](const FramePart&) {
         return stale() || (budget > 0 && now() - began > budget);
     };
     loop = std::make_unique<SessionLoop>(
         *solver, [this](double from, double to) { return motion(from, to); }, loop_by);
     loop->watch([this](const Frame& frame) { after(frame); });
-    if (rule.on_device) loop->launch_surfaces(true);
+    if (options.on_device) loop->launch_surfaces(true);
 }
 
 // The first frames, and the first clay under hands, would hold a session up for some tenths of a
 // second each, most of it for what is new: memory that is touched for the first time, surfaces,
 // graphs, kernels. Afterwards the state is as before.
-void LiveRun::rehearse()
+void SimulationRun::rehearse()
 {
-    if (rule.stepped || !takes_edits(*solver)) return;
+    if (options.stepped || !takes_edits(*solver)) return;
     if (particles > 0) rehearse_frames(far_away(no_motion()));
     if (splats.rehearse(*solver, [this](const Motion& away) { rehearse_frames(away); })) {
         clay_changed(), splats_changed();
@@ -78,7 +80,7 @@ void LiveRun::rehearse()
 // A GPU captures a graph each for frames without tools, with slow ones and with swift ones, and
 // anew once it has seen how many substeps a whole frame takes. A CPU has none: its frames are as
 // short as can be. What draws holds as many states as there are frames.
-void LiveRun::rehearse_frames(const Motion& away)
+void SimulationRun::rehearse_frames(const Motion& away)
 {
     const bool on_gpu = solver->clay() != nullptr;
     std::vector<Motion> frames(on_gpu ? 5 : 2, away);
@@ -89,7 +91,7 @@ void LiveRun::rehearse_frames(const Motion& away)
         for (Joint<double>& j : frames.back().to) j.p = j.p + swift;
     std::vector<std::shared_ptr<const DeviceGaussians>> held;
     const auto meanwhile = [&] {
-        const gpu::MovedGaussians* moved = rule.on_device ? solver->moved_gaussians() : nullptr;
+        const gpu::MovedGaussians* moved = options.on_device ? solver->moved_gaussians() : nullptr;
         if (drawn && moved) held.push_back(gaussians.kept(*moved, true));
     };
     clay_changed();
@@ -99,7 +101,7 @@ void LiveRun::rehearse_frames(const Motion& away)
     if (drawn) follow_gaussians();
 }
 
-void LiveRun::make_sources()
+void SimulationRun::make_sources()
 {
     stream = HandStream(hands);
     if (scene->recording) source = std::make_unique<HandSource>(*scene->recording, hands);
@@ -107,37 +109,37 @@ void LiveRun::make_sources()
     moved_on = false;
 }
 
-Motion LiveRun::motion(double from, double to)
+Motion SimulationRun::motion(double from, double to)
 {
     if (recorded) return replay(from - replayed, to - replayed);
     return pushed(from, to);
 }
 
 // Each frame begins where the one before ended, whatever came in between.
-Motion LiveRun::pushed(double from, double to)
+Motion SimulationRun::pushed(double from, double to)
 {
     Motion m = no_motion();
-    const double until = rule.stepped ? to + skew : now();
+    const double until = options.stepped ? to + skew : now();
     float size[side_count], before[side_count];
     stream.sample(until, m.to.data(), size);
     if (moved_on)
         m.from = last.to;
     else
-        stream.sample(rule.stepped ? from + skew : until, m.from.data(), before);
+        stream.sample(options.stepped ? from + skew : until, m.from.data(), before);
     for (Side side : tool_sides(hands))
         m.active.push_back(size[side] > 0), m.size.push_back(size[side]);
     m.stretch = stretches(hands, [&](Side side) { return stream.stretch(until, side); });
-    if (!rule.stepped) keep_up(m);
+    if (!options.stepped) keep_up(m);
     stream.forget(until - 1);
     return m;
 }
 
 // A simulation that falls behind sees hands faster than they are. Tools follow as fast as hands
 // can move; those that touched nothing are where their hand is at once.
-void LiveRun::keep_up(Motion& m) const
+void SimulationRun::keep_up(Motion& m) const
 {
     const std::vector<Side> sides = tool_sides(hands);
-    const double reach = rule.fastest * hands.zoom * simulated_period();
+    const double reach = options.fastest * hands.zoom * simulated_period();
     for (std::size_t tool = 0; tool < sides.size(); ++tool) {
         const std::size_t first = std::size_t(int(sides[tool]) * joint_count);
         const bool touched = moved_on && tool < last.active.size() && last.active[tool];
@@ -146,17 +148,17 @@ void LiveRun::keep_up(Motion& m) const
             if (!touched) m.from[j] = m.to[j];
             far = std::max(far, length(m.to[j].p - m.from[j].p));
         }
-        if (!(rule.fastest > 0) || far <= reach) continue;
+        if (!(options.fastest > 0) || far <= reach) continue;
         for (std::size_t j = first; j < first + joint_count; ++j)
             m.to[j] = between(m.from[j], m.to[j], reach / far);
     }
 }
 
-void LiveRun::after(const Frame& frame)
+void SimulationRun::after(const Frame& frame)
 {
     last = frame.motion;
     moved_on = true;
-    time = rule.stepped ? frame.hand_time + skew : now();
+    time = options.stepped ? frame.hand_time + skew : now();
     if (overrun(frame.stats, particles)) {
         trouble = fmt::format("frame {}: {} particles had to be put back", frame.number,
                               frame.stats.repaired);
@@ -174,10 +176,10 @@ void LiveRun::after(const Frame& frame)
 // As after a frame of `knead run`, where time is stepped. In real time upkeep, which looks at all
 // splats and particles and takes as long as some frames, goes on beside them; clay for the hands
 // cannot wait.
-void LiveRun::keep_splats(const Frame& frame)
+void SimulationRun::keep_splats(const Frame& frame)
 {
     PagingReport report;
-    if (rule.stepped) {
+    if (options.stepped) {
         report = splats.after(frame.number, frame.motion, *solver);
     } else {
         adopt_plan(report);
@@ -185,20 +187,20 @@ void LiveRun::keep_splats(const Frame& frame)
     }
     if (report.clay_changed()) clay_changed();
     if (report.any()) splats_changed();
-    if (rule.stepped) return;
+    if (options.stepped) return;
     if (report.cubes_taken == 0)  // else it can wait
         splats.begin_leaving(frame.number, frame.motion, *solver);
     begin_plan(frame.number);
 }
 
-void LiveRun::clay_changed()
+void SimulationRun::clay_changed()
 {
     ++edits;
     loop->clay_edited();
     particles = std::max(particles, solver->particle_count());
 }
 
-void LiveRun::splats_changed()
+void SimulationRun::splats_changed()
 {
     splats.refresh();
     drawn = splats.picture();
@@ -206,7 +208,7 @@ void LiveRun::splats_changed()
 }
 
 // What was planned for other clay is forgotten.
-void LiveRun::adopt_plan(PagingReport& report)
+void SimulationRun::adopt_plan(PagingReport& report)
 {
     using namespace std::chrono_literals;
     if (splats.leaving()) return;
@@ -215,7 +217,7 @@ void LiveRun::adopt_plan(PagingReport& report)
     if (edits == planned_edits) splats.adopt(std::move(made), report, *solver);
 }
 
-void LiveRun::begin_plan(int frame)
+void SimulationRun::begin_plan(int frame)
 {
     if (plan.valid() || splats.leaving() || !splats.upkeep().due(frame)) return;
     planned_edits = edits;
@@ -224,7 +226,7 @@ void LiveRun::begin_plan(int frame)
                        rules = solver->rules()] { return task.plan(of->held(*then), rules); });
 }
 
-std::string LiveRun::frame(bool shown)
+std::string SimulationRun::frame(bool shown)
 {
     began = now();
     const bool going = loop->step();
@@ -234,18 +236,18 @@ std::string LiveRun::frame(bool shown)
         return fmt::format("frame {}: not done after {} substeps (step.most_substeps)",
                            loop->last().number, loop->last().stats.substeps);
     // On the CPU a surface costs as much as many substeps: half the time at most is for them.
-    const bool due = rule.stepped || solver->clay() || now() - mesh_made >= mesh_cost;
+    const bool due = options.stepped || solver->clay() || now() - mesh_made >= mesh_cost;
     if (due || shown) make_surface();
     return {};
 }
 
-void LiveRun::make_surface()
+void SimulationRun::make_surface()
 {
     const int number = loop->last().number;
     if (meshed == number) return;
     const double start = now();
     const long before = mesh_version;
-    if (rule.on_device && solver->clay()) {
+    if (options.on_device && solver->clay()) {
         const auto made = loop->device_mesh();
         if (made != on_device) on_device = made, ++mesh_version;
     } else {
@@ -260,15 +262,15 @@ void LiveRun::make_surface()
 }
 
 // In real time tools are where hands were when the frame began.
-Instant LiveRun::instant_after(const Instant& before) const
+MotionStamp SimulationRun::instant_after(const MotionStamp& before) const
 {
-    const double at = rule.stepped ? time : began;
+    const double at = options.stepped ? time : began;
     return {at, before.time > 0 ? at - before.time : 0};
 }
 
-double LiveRun::next_end() const { return (loop->last().number + 1) * period() + skew; }
+double SimulationRun::next_end() const { return (loop->last().number + 1) * period() + skew; }
 
-void LiveRun::skip_to(double to)
+void SimulationRun::skip_to(double to)
 {
     const double ahead = to - loop->last().number * period();
     if (ahead <= skew + 1e-9) return;  // sums of periods are rounded
@@ -276,7 +278,7 @@ void LiveRun::skip_to(double to)
     moved_on = false;
 }
 
-void LiveRun::set_hands(const HandsRule& by)
+void SimulationRun::set_hands(const HandsOptions& by)
 {
     HandTools made = hand_tools(by);
     edit([&](Solver& s) { s.set_tools(made.rig, made.tools); }, false);
@@ -287,7 +289,7 @@ void LiveRun::set_hands(const HandsRule& by)
     if (!alike) make_sources();
 }
 
-void LiveRun::play(bool on)
+void SimulationRun::play(bool on)
 {
     if (on && !source) throw std::invalid_argument("the scene has no recorded hands");
     recorded = on;
@@ -295,7 +297,7 @@ void LiveRun::play(bool on)
     moved_on = false;
 }
 
-void LiveRun::edit(const Edit& change, bool reshapes)
+void SimulationRun::edit(const Edit& change, bool reshapes)
 {
     std::exception_ptr refused;
     if (splats.end_leaving(*solver)) clay_changed(), splats_changed();
@@ -312,11 +314,11 @@ void LiveRun::edit(const Edit& change, bool reshapes)
     if (reshapes) meshed = -1, make_surface();
 }
 
-void LiveRun::set_surface(int nodes)
+void SimulationRun::set_surface(int nodes)
 {
     if (nodes < 8 || nodes > 1024)
         throw std::invalid_argument("a surface has 8 to 1024 nodes along its longest side");
-    SurfaceRule to = loop->surface_rule();
+    SurfaceOptions to = loop->surface_options();
     const Int3 was = to.lattice.size;
     const int longest = std::max({was.x, was.y, was.z});
     const auto along = [&](int n) {
@@ -330,13 +332,13 @@ void LiveRun::set_surface(int nodes)
     make_surface();
 }
 
-void LiveRun::set_material(int object, const Material<double>& material)
+void SimulationRun::set_material(int object, const Material<double>& material)
 {
     edit([&](Solver& s) { splats.set_material(object, material, s); }, false);
     if (std::size_t(object) < materials.size()) materials[std::size_t(object)] = material;
 }
 
-void LiveRun::tell(LiveState& state)
+void SimulationRun::tell(LiveState& state)
 {
     state.scene = scene;
     state.time = time;
@@ -344,7 +346,7 @@ void LiveRun::tell(LiveState& state)
     if (!solver->clay()) state.stages = solver->stage_times();
     state.meshes = meshes, state.on_device = on_device;
     state.mesh_version = mesh_version, state.mesh_instant = mesh_instant;
-    state.surface = loop->surface_rule();
+    state.surface = loop->surface_options();
     if (drawn) tell_gaussians(state);
     state.splats = drawn;
     state.splat_version = splat_version;
@@ -359,11 +361,11 @@ void LiveRun::tell(LiveState& state)
     state.materials = materials;
     state.recorded = recorded;
     state.recording_time = loop->last().number * period() - replayed;
-    state.shed.frames = cut;
+    state.backlog.frames = cut;
     state.solver = solver->name();
 }
 
-void LiveRun::tell_gaussians(LiveState& state)
+void SimulationRun::tell_gaussians(LiveState& state)
 {
     follow_gaussians();
     state.gaussians = told.host, state.gaussians_before = told.before;
@@ -372,19 +374,19 @@ void LiveRun::tell_gaussians(LiveState& state)
 }
 
 // A state between frames shows them as the one before did, unless they were edited.
-void LiveRun::follow_gaussians()
+void SimulationRun::follow_gaussians()
 {
     const int number = loop->last().number;
     const bool same = told.edits == edits && told.version == splat_version;
     if (same && told.frame == number) return;
-    const gpu::MovedGaussians* moved = rule.on_device ? solver->moved_gaussians() : nullptr;
+    const gpu::MovedGaussians* moved = options.on_device ? solver->moved_gaussians() : nullptr;
     told.before = same ? told.host : nullptr;
     told.host.reset(), told.device.reset();
     if (moved)
         told.device = gaussians.kept(*moved, same);
     else
         told.host = std::make_shared<const std::vector<Gaussian<double>>>(solver->gaussians());
-    gaussian_instant = instant_after(same ? gaussian_instant : Instant{});
+    gaussian_instant = instant_after(same ? gaussian_instant : MotionStamp{});
     told.frame = number, told.edits = edits, told.version = splat_version;
 }
 

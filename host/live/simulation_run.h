@@ -12,13 +12,13 @@
 
 namespace knead {
 
-class LiveRun {
+class SimulationRun {
   public:
     // `began` is the session's time [s]. Throws what making the solver throws.
     // `stale` is asked between substeps: true ends the frame.
-    LiveRun(std::shared_ptr<const LiveScene> scene, const LiveRule& rule, double began,
-            std::function<double()> now, const std::function<bool()>& stale);
-    LiveRun(const LiveRun&) = delete;
+    SimulationRun(std::shared_ptr<const LiveScene> scene, const LiveOptions& options, double began,
+                  std::function<double()> now, const std::function<bool()>& stale);
+    SimulationRun(const SimulationRun&) = delete;
 
     void push(const HandFrame& frame) { stream.push(frame); }
     // One frame, and its surface where that is due, or `shown`. "", or why the simulation ended.
@@ -31,7 +31,7 @@ class LiveRun {
     // The session's time went on to `time` without this one.
     void skip_to(double time);
 
-    void set_hands(const HandsRule& rule);
+    void set_hands(const HandsOptions& options);
     void play(bool recorded);
     // Done now; throws what it throws. `reshapes`: there is another surface now.
     void edit(const Edit& edit, bool reshapes);
@@ -61,17 +61,17 @@ class LiveRun {
     void rehearse_frames(const Motion& away);
     void tell_gaussians(LiveState& state);
     void follow_gaussians();
-    Instant instant_after(const Instant& before) const;
+    MotionStamp instant_after(const MotionStamp& before) const;
 
     const std::shared_ptr<const LiveScene> scene;
-    const LiveRule& rule;
+    const LiveOptions& options;
     const std::function<double()> now;
     std::unique_ptr<Solver> solver;
     SceneSplats splats;
     std::shared_ptr<const SplatCloud> drawn;  // of them; null: there are none
     long splat_version = 0;
     std::unique_ptr<SessionLoop> loop;
-    HandsRule hands;
+    HandsOptions hands;
     HandTools tools;
     HandStream stream;
     std::unique_ptr<HandSource> source;  // null: nothing was recorded
@@ -91,7 +91,7 @@ class LiveRun {
     std::shared_ptr<const DeviceMesh> on_device;  // or this
     int meshed = -1;                              // the frame that they are of
     GaussianKeeper gaussians;
-    Instant mesh_instant, gaussian_instant;
+    MotionStamp mesh_instant, gaussian_instant;
     struct {
         int frame = -1;
         long edits = -1, version = -1;

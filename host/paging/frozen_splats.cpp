@@ -69,13 +69,13 @@ struct NormalsAround {
 
 }  // namespace
 
-void Standing::put(std::uint32_t slot, Vec3<double> x)
+void FrozenSplats::put(std::uint32_t slot, Vec3<double> x)
 {
     Cube& cube = all[cubes.key_of(x)];
     cube.slots.push_back(slot), cube.known = false;
 }
 
-void Standing::remove(std::vector<std::uint32_t> slots, const SplatCloud& cloud)
+void FrozenSplats::remove(std::vector<std::uint32_t> slots, const SplatCloud& cloud)
 {
     std::sort(slots.begin(), slots.end());
     std::vector<Cubes::Key> keys;
@@ -93,19 +93,19 @@ void Standing::remove(std::vector<std::uint32_t> slots, const SplatCloud& cloud)
     }
 }
 
-void Standing::touch(Cubes::Key cube)
+void FrozenSplats::touch(Cubes::Key cube)
 {
     if (const auto found = all.find(cube); found != all.end()) found->second.known = false;
 }
 
-const std::vector<std::uint32_t>& Standing::in(Cubes::Key cube) const
+const std::vector<std::uint32_t>& FrozenSplats::in(Cubes::Key cube) const
 {
     static const std::vector<std::uint32_t> empty;
     const auto found = all.find(cube);
     return found == all.end() ? empty : found->second.slots;
 }
 
-std::vector<Standing::Cube*> Standing::there(const std::vector<Cubes::Key>& at)
+std::vector<FrozenSplats::Cube*> FrozenSplats::there(const std::vector<Cubes::Key>& at)
 {
     std::vector<Cube*> cubes_there;
     for (const Cubes::Key key : at)
@@ -114,8 +114,8 @@ std::vector<Standing::Cube*> Standing::there(const std::vector<Cubes::Key>& at)
     return cubes_there;
 }
 
-void Standing::look(const std::vector<Cubes::Key>& at, const SplatCloud& cloud,
-                    std::vector<Vec3<float>>& normal, const Boxes& hands)
+void FrozenSplats::look(const std::vector<Cubes::Key>& at, const SplatCloud& cloud,
+                        std::vector<Vec3<float>>& normal, const Boxes& hands)
 {
     const std::vector<Cube*> near = there(at);
     std::vector<Cube*> fresh;
@@ -155,7 +155,7 @@ void Standing::look(const std::vector<Cubes::Key>& at, const SplatCloud& cloud,
     });
 }
 
-std::vector<SurfacePatch> Standing::surface(const std::vector<Cubes::Key>& at) const
+std::vector<SurfacePatch> FrozenSplats::surface(const std::vector<Cubes::Key>& at) const
 {
     std::vector<SurfacePatch> found;
     for (const Cubes::Key key : at) {

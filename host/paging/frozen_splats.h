@@ -14,9 +14,9 @@ namespace knead {
 
 using Boxes = std::vector<std::pair<Vec3<double>, Vec3<double>>>;  // corners [m]
 
-class Standing {
+class FrozenSplats {
   public:
-    Standing(const Cubes& by, double cell) : cubes(by), dx(cell) {}
+    FrozenSplats(const Cubes& by, double cell) : cubes(by), dx(cell) {}
 
     // Splats by their slots in a cloud.
     void clear() { all.clear(); }

@@ -38,9 +38,9 @@ LocalClay::LocalClay(const Scene& scene, int object, SplatCloud of, SplatUpkeep&
       standing(tiling, dx)
 {
     state_.cloud = std::move(of);
-    state_.away.assign(state_.cloud.count(), 0);
+    state_.active.assign(state_.cloud.count(), 0);
     state_.normal.assign(state_.cloud.count(), {0, 0, 0});
-    state_.home.assign(with.cloud().count(), -1);
+    state_.slot_of.assign(with.cloud().count(), -1);
     state_.objects = int(scene.setup.materials.size());
     if (moving.cloud().count() == 0) moving.change().cloud.degree = state_.cloud.degree;
     if (moving.cloud().degree != state_.cloud.degree)
@@ -158,7 +158,7 @@ void LocalClay::take_splats(Solver& solver)
     const int count = int(parts.size());
     parallel_for(count, LoopOptions{.chunk = 1}, [&](int k) {
         for (const std::uint32_t i : parts[std::size_t(k)].slots)
-            parts[std::size_t(k)].count += !state_.away[i];
+            parts[std::size_t(k)].count += !state_.active[i];
     });
     std::size_t all = 0;
     for (Part& part : parts) part.first = all, all += part.count;
@@ -170,14 +170,14 @@ void LocalClay::take_splats(Solver& solver)
         const Part& part = parts[std::size_t(k)];
         std::size_t at = part.first;
         for (const std::uint32_t i : part.slots) {
-            if (state_.away[i]) continue;
-            slots[at] = i, state_.away[i] = 1;
+            if (state_.active[i]) continue;
+            slots[at] = i, state_.active[i] = 1;
             edits.placed[at++] = {state_.cloud.centre[i], part.object};
         }
     });
     CarriedSplats& carried = moving.change(all);
-    state_.home.resize(carried.count(), -1);  // some were split
-    state_.home.insert(state_.home.end(), slots.begin(), slots.end());
+    state_.slot_of.resize(carried.count(), -1);  // some were split
+    state_.slot_of.insert(state_.slot_of.end(), slots.begin(), slots.end());
     append(carried, state_.cloud, slots);
     solver.edit_gaussians(edits);
 }
@@ -268,7 +268,7 @@ void LocalClay::begin_leaving(int frame, const Motion& motion, Solver& solver)
 void LocalClay::set_state(LocalState state)
 {
     check(state);
-    if (leaving()) way_back.get();
+    if (leaving()) evicting.get();
     if (state.cloud.degree != state_.cloud.degree)
         throw std::invalid_argument("splats that stand, of other harmonics");
     state_ = std::move(state);
@@ -282,7 +282,7 @@ void LocalClay::show(SplatCloud& all) const
     const SplatCloud& move = moving.cloud();
     std::vector<std::uint32_t> standing_still;
     for (std::size_t i = 0; i < state_.cloud.count(); ++i)
-        if (!state_.away[i]) standing_still.push_back(std::uint32_t(i));
+        if (!state_.active[i]) standing_still.push_back(std::uint32_t(i));
     const std::size_t first = move.count();
     all.degree = state_.cloud.degree;
     all.antialiased = move.antialiased || state_.cloud.antialiased;

@@ -34,7 +34,7 @@ class LocalClay {
     LocalReport follow(const Motion& motion, Solver& solver);
     void begin_leaving(int frame, const Motion& motion, Solver& solver);
     // Some clay is on its way back: no one else may edit the solver's Gaussians or remove clay.
-    bool leaving() const { return way_back.valid(); }
+    bool leaving() const { return evicting.valid(); }
     // It goes back now. True if some was on its way.
     bool end_leaving(Solver& solver) { return end_leaving(solver, true) > 0; }
 
@@ -56,7 +56,7 @@ class LocalClay {
     // the cloud, whose memory may serve.
     void show(SplatCloud& all) const;
     const SplatCloud& still() const { return settled().cloud; }
-    bool stands(std::size_t splat) const { return !settled().away[splat]; }  // one of still()
+    bool stands(std::size_t splat) const { return !settled().active[splat]; }  // one of still()
 
   private:
     using Key = Cubes::Key;
@@ -70,17 +70,17 @@ class LocalClay {
     std::vector<Key> wanted_for(const Boxes& boxes) const;
     std::vector<Key> left_by(const Boxes& boxes) const;
 
-    struct WayBack {
+    struct EvictResult {
         std::vector<int> objects;
         std::vector<std::uint32_t> slots;  // of splats that stand again
         CarriedSplats stay;                // that move still
-        std::vector<int> home;             // theirs
+        std::vector<int> slot_of;          // theirs
     };
     const LocalState& settled() const;
     bool leaves(Key cube) const;
     std::size_t begin_leaving(std::vector<Key> cubes, Solver& solver);
     std::size_t end_leaving(Solver& solver, bool now);
-    WayBack settle(const CarriedSplats& carried, SomeGaussians back, std::vector<int> objects);
+    EvictResult settle(const CarriedSplats& carried, SomeGaussians back, std::vector<int> objects);
     void put_at(const SplatCloud& now, std::vector<std::uint32_t> slots,
                 const std::vector<Gaussian<double>>& as);
     int first_stratum(int cube) const;
@@ -94,7 +94,7 @@ class LocalClay {
     bool between_walls(Vec3<double> x) const;
 
     Rig rig;
-    WallRule walls;
+    WallOptions walls;
     int ground;  // object that stands
     Material<double> material;
     double depth, dx, spacing;  // of the clay, cells, particles [m]
@@ -105,10 +105,10 @@ class LocalClay {
     SplatUpkeep& moving;
     LocalState state_;
     Cubes tiling;
-    Standing standing;  // slots between the walls
+    FrozenSplats standing;  // slots between the walls
     std::vector<Key> on_way_back;
     // The thread has state_, but for `clay`, and `standing`.
-    std::future<WayBack> way_back;
+    std::future<EvictResult> evicting;
 };
 
 }  // namespace knead

@@ -68,8 +68,8 @@ std::size_t LocalClay::begin_leaving(std::vector<Key> cubes, Solver& solver)
         return cubes.size();
     }
     on_way_back = std::move(cubes);
-    state_.home.resize(moving.cloud().count(), -1);  // some were split
-    way_back = std::async(std::launch::async,
+    state_.slot_of.resize(moving.cloud().count(), -1);  // some were split
+    evicting = std::async(std::launch::async,
                           [this, of = &solver, then = solver.snapshot(), all = moving.shared(),
                            objects = std::move(objects)]() mutable {
                               SomeGaussians some = of->gaussians_of(*then, objects);
@@ -82,21 +82,21 @@ std::size_t LocalClay::begin_leaving(std::vector<Key> cubes, Solver& solver)
 std::size_t LocalClay::end_leaving(Solver& solver, bool now)
 {
     using namespace std::chrono_literals;
-    if (!leaving() || (!now && way_back.wait_for(0s) != std::future_status::ready)) return 0;
-    WayBack made = way_back.get();
+    if (!leaving() || (!now && evicting.wait_for(0s) != std::future_status::ready)) return 0;
+    EvictResult made = evicting.get();
     solver.remove_each(made.objects);
     moving.set_state(std::move(made.stay));
-    state_.home = std::move(made.home);
-    for (const std::uint32_t slot : made.slots) state_.away[slot] = 0;
+    state_.slot_of = std::move(made.slot_of);
+    for (const std::uint32_t slot : made.slots) state_.active[slot] = 0;
     for (const Key key : on_way_back) state_.clay.erase(key);
     return on_way_back.size();
 }
 
 // Of these splats that moved, those that these Gaussians carry stand from now on, as they are.
-LocalClay::WayBack LocalClay::settle(const CarriedSplats& carried, SomeGaussians back,
-                                     std::vector<int> objects)
+LocalClay::EvictResult LocalClay::settle(const CarriedSplats& carried, SomeGaussians back,
+                                         std::vector<int> objects)
 {
-    WayBack made;
+    EvictResult made;
     made.objects = std::move(objects);
     std::vector<char> goes(carried.count(), 0);
     std::vector<std::uint32_t> changed, slots, kept;
@@ -104,7 +104,7 @@ LocalClay::WayBack LocalClay::settle(const CarriedSplats& carried, SomeGaussians
     made.slots.reserve(back.indices.size());
     for (std::size_t k = 0; k < back.indices.size(); ++k) {
         const auto i = std::size_t(back.indices[k]);
-        const int slot = state_.home[i];
+        const int slot = state_.slot_of[i];
         const Gaussian<double> g = back.gaussians[k];
         goes[i] = 1;
         if (slot >= 0) made.slots.push_back(std::uint32_t(slot));
@@ -122,7 +122,7 @@ LocalClay::WayBack LocalClay::settle(const CarriedSplats& carried, SomeGaussians
     for (std::size_t i = 0; i < goes.size(); ++i)
         if (!goes[i]) kept.push_back(std::uint32_t(i));
     made.stay = {picked(carried.cloud, kept), picked(carried.extent, kept)};
-    made.home = picked(state_.home, kept);
+    made.slot_of = picked(state_.slot_of, kept);
     return made;
 }
 
@@ -136,7 +136,7 @@ void LocalClay::put_at(const SplatCloud& now, std::vector<std::uint32_t> slots,
     std::size_t all = before;
     for (std::uint32_t& slot : slots)
         if (slot == no_slot) slot = std::uint32_t(all++);
-    resize(cloud, all), state_.away.resize(all, 1), state_.normal.resize(all, {0, 0, 0});
+    resize(cloud, all), state_.active.resize(all, 1), state_.normal.resize(all, {0, 0, 0});
     // Few come to another cube.
     std::vector<std::uint32_t> going, coming;
     Key touched = -1;

@@ -11,9 +11,9 @@ namespace knead {
 
 struct LocalState {
     SplatCloud cloud;                  // slots
-    std::vector<char> away;            // each: its splat moves
+    std::vector<char> active;          // each: its splat moves
     std::vector<Vec3<float>> normal;   // each: outward, 0 where it is not known yet
-    std::vector<int> home;             // of each moving splat, its slot; -1: none
+    std::vector<int> slot_of;          // of each moving splat, its slot; -1: none
     std::map<std::int64_t, int> clay;  // cubes that are clay, and their objects; -1: empty ones
     int objects = 0;                   // that the solver has had; those not in `clay` are removed
 };

@@ -17,23 +17,26 @@ Rig zoomed(Rig rig, double zoom)
 
 }  // namespace
 
-std::vector<HandLook> hand_looks(const HandsRule& rule, const Motion& motion, float opacity)
+std::vector<HandLook> hand_looks(const HandsOptions& options, const Motion& motion, float opacity)
 {
     std::vector<HandLook> looks;
-    const std::vector<Side> sides = tool_sides(rule);
+    const std::vector<Side> sides = tool_sides(options);
     for (std::size_t tool = 0; tool < sides.size(); ++tool) {
         if (motion.to.empty() || (tool < motion.active.size() && !motion.active[tool])) continue;
         const Side side = sides[tool];
-        const Mesh skin =
-            hand_skin(rule.topology, side).posed(motion.to, rule.zoom, motion.stretch_of(tool));
+        const Mesh skin = hand_skin(options.topology, side)
+                              .posed(motion.to, options.zoom, motion.stretch_of(tool));
         looks.push_back({{}, {skin}, opacity, true});
-        const std::string& held = rule.held[side];
+        const std::string& held = options.held[side];
         if (held.empty()) continue;
         Motion own_size;
         own_size.to = motion.to;
         const auto add = [&](const Rig& rig, bool metal) {
-            looks.push_back(
-                {draw_primitives(zoomed(rig, rule.zoom), own_size, 0), {}, opacity, false, metal});
+            looks.push_back({draw_primitives(zoomed(rig, options.zoom), own_size, 0),
+                             {},
+                             opacity,
+                             false,
+                             metal});
         };
         add(tool_rig(held, side), held == "knife" || held == "scissors");
         add(tool_handle(held, side), false);
@@ -43,7 +46,7 @@ std::vector<HandLook> hand_looks(const HandsRule& rule, const Motion& motion, fl
 
 EyeLook live_look(const Scene& scene)
 {
-    const WallRule& walls = scene.setup.walls;
+    const WallOptions& walls = scene.setup.walls;
     EyeLook look;
     look.floor = float(walls.min.y);
     look.stage = {cast<float>(0.5 * (walls.min + walls.max)),
@@ -76,17 +79,18 @@ std::vector<HandLook> hand_looks(const LiveState& state)
     return hand_looks(state.hands, motion);
 }
 
-std::vector<HandLook> tracked_looks(const HandFrame& frame, const HandsRule& rule, float opacity)
+std::vector<HandLook> tracked_looks(const HandFrame& frame, const HandsOptions& options,
+                                    float opacity)
 {
     Motion motion = no_motion();
     for (int side : {left, right})
         for (int j = 0; j < joint_count; ++j) {
             const Joint<float>& joint = frame.hand[side].joints[std::size_t(j)];
             motion.to[std::size_t(side * joint_count + j)] = {
-                unit(cast<double>(joint.q)), rule.at + rule.zoom * cast<double>(joint.p)};
+                unit(cast<double>(joint.q)), options.at + options.zoom * cast<double>(joint.p)};
         }
-    for (const Side side : tool_sides(rule)) motion.active.push_back(frame.hand[side].tracked);
-    return hand_looks(rule, motion, opacity);
+    for (const Side side : tool_sides(options)) motion.active.push_back(frame.hand[side].tracked);
+    return hand_looks(options, motion, opacity);
 }
 
 }  // namespace knead

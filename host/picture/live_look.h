@@ -19,10 +19,12 @@ inline SplatMotion splat_motion(const LiveState& state)
 void show_clay(EyePainter& painter, const LiveState& state);
 // Hands as they are seen at the end of a motion: by their skin, as large as the motion has it, and
 // what they hold, in its own size.
-std::vector<HandLook> hand_looks(const HandsRule& rule, const Motion& motion, float opacity = 1);
+std::vector<HandLook> hand_looks(const HandsOptions& options, const Motion& motion,
+                                 float opacity = 1);
 // Those that touch clay, as the simulation has them.
 std::vector<HandLook> hand_looks(const LiveState& state);
 // Tracked hands as they are now, wherever the simulation has come to, that are so opaque.
-std::vector<HandLook> tracked_looks(const HandFrame& frame, const HandsRule& rule, float opacity);
+std::vector<HandLook> tracked_looks(const HandFrame& frame, const HandsOptions& options,
+                                    float opacity);
 
 }  // namespace knead

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <utility>
 
-#include "cuda/splats/gone_on.h"
+#include "cuda/splats/extrapolate.h"
 #include "cuda/splats/spread.h"
 #include "host/base/machine.h"
 
@@ -115,16 +115,16 @@ SplatFrame SplatDrawer::frame_of(const std::vector<EyeView>& views, const SplatM
         if (hidden) frame.hidden.push_back(hidden[eye].of(view));
     }
     frame.fovea.assign(frame.eyes.size(), fovea_);
-    frame.rule.antialiased = antialiased_;
-    frame.ahead = motion.ahead;
+    frame.options.antialiased = antialiased_;
+    frame.extrapolation = motion.extrapolation;
     if (!motion.host) return frame;
     const bool goes_on = motion.host_before && motion.host_before->size() == motion.host->size();
     for (std::size_t i = 0; i < motion.host->size(); ++i) {
         const Gaussian<double>& now = (*motion.host)[i];
         const Gaussian<double>& before = goes_on ? (*motion.host_before)[i] : now;
-        const double ahead = double(motion.ahead);
-        const Mat3<double> F = gone_on(now.F, before.F, ahead);
-        frame.moved_centre.push_back(cast<float>(gone_on(now.x, before.x, ahead)));
+        const double extrapolation = double(motion.extrapolation);
+        const Mat3<double> F = extrapolated(now.F, before.F, extrapolation);
+        frame.moved_centre.push_back(cast<float>(extrapolated(now.x, before.x, extrapolation)));
         frame.moved_F.push_back({cast<float>(F.a), cast<float>(F.b), cast<float>(F.c)});
     }
     return frame;

@@ -22,7 +22,7 @@ struct SplatMotion {
     const DeviceGaussians* device = nullptr;
     // They have gone on as they came, by so much of their way since `before`, or the device's.
     const std::vector<Gaussian<double>>* host_before = nullptr;
-    float ahead = 0;
+    float extrapolation = 0;
     bool any() const { return host || device; }
 };
 

@@ -2,8 +2,8 @@
 
 #include <cmath>
 
+#include "host/splats/cancellable_for.h"
 #include "host/splats/generate.h"
-#include "host/splats/unless_stopped.h"
 
 namespace knead {
 namespace {
@@ -45,7 +45,7 @@ Image with_splats(const Image& image, const std::vector<float>& depths, const Ca
     SplatFrame frame;
     frame.stop = stop;
     frame.eyes = {eye_of(camera)};
-    frame.rule.antialiased = cloud.antialiased;
+    frame.options.antialiased = cloud.antialiased;
     Backdrop behind;
     const auto look = [&](std::size_t i) {
         const std::uint8_t* const rgb = image.rgb.data() + 3 * i;

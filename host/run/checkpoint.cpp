@@ -38,7 +38,8 @@ void each_number(Row& r, Visit&& visit)
     auto& t = r.stats;
     all(r.frame, r.simulated, r.hand_time, r.hands, r.wall, r.hands_wall, r.surface_wall);
     all(t.substeps, t.dt_min, t.dt_max, t.yielded, t.projected, t.clipped, t.confined, t.repaired);
-    all(t.abrupt, t.moved_far, t.trimmed, t.found_depth, t.active_blocks, t.moved, t.woken);
+    all(t.abrupt, t.moved_far, t.clipped_negligible, t.found_depth, t.active_blocks, t.moved,
+        t.woken);
     all(t.stranded, t.splats_projected, t.splats_repaired);
     for (auto& count : t.limits) visit(count);
     all(r.audited, r.crowding.particles, r.crowding.most);
@@ -109,7 +110,7 @@ Json facts_json(const Checkpoint& c)
             {"gaussians", s.setup.gaussians.size()},
             {"splats", c.splats.count()},
             {"still", c.local.cloud.count()},
-            {"home", c.local.home.size()},
+            {"home", c.local.slot_of.size()},
             {"clay", c.local.clay},
             {"objects", c.local.objects},
             {"splat_degree", c.splats.cloud.degree},
@@ -157,7 +158,8 @@ std::string body_of(const Checkpoint& c)
     for (int id : s.order) append(body, id);
     for (int frames : s.quiet) append(body, frames);
     for (const SlidingNode& n : s.sliding)
-        append(body, n.place), append(body, n.force), append(body, n.time), append(body, n.owed);
+        append(body, n.place), append(body, n.force), append(body, n.time),
+            append(body, n.impulse_deficit);
     for (const Gaussian<double>& g : s.setup.gaussians) {
         each_float_of(g, [&](double number) { append(body, float(number)); });
         append(body, g.object), append(body, g.sides);
@@ -207,7 +209,8 @@ void take_body(Checkpoint& c, const Counts& n, const char* from)
     for (int& id : s.order) taker.take(id);
     for (int& frames : s.quiet) taker.take(frames);
     for (SlidingNode& one : s.sliding)
-        taker.take(one.place), taker.take(one.force), taker.take(one.time), taker.take(one.owed);
+        taker.take(one.place), taker.take(one.force), taker.take(one.time),
+            taker.take(one.impulse_deficit);
     for (Gaussian<double>& g : s.setup.gaussians) {
         each_float_of(g, take_float);
         taker.take(g.object), taker.take(g.sides);

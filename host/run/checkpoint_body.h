@@ -45,9 +45,9 @@ inline void append(std::string& to, const SplatCloud& cloud)
 inline void append(std::string& to, const LocalState& s)
 {
     append(to, s.cloud);
-    for (const char away : s.away) append(to, away);
+    for (const char away : s.active) append(to, away);
     for (const Vec3<float>& n : s.normal) append(to, n.x), append(to, n.y), append(to, n.z);
-    for (const int slot : s.home) append(to, slot);
+    for (const int slot : s.slot_of) append(to, slot);
 }
 
 // Takes values from the front of bytes whose number was checked.
@@ -74,10 +74,10 @@ struct Taker {
     void take(LocalState& s, std::size_t count, std::size_t home)
     {
         take(s.cloud, count);
-        s.away.resize(count), s.normal.resize(count), s.home.resize(home);
-        for (char& away : s.away) take(away);
+        s.active.resize(count), s.normal.resize(count), s.slot_of.resize(home);
+        for (char& away : s.active) take(away);
         for (Vec3<float>& n : s.normal) take_finite(n.x), take_finite(n.y), take_finite(n.z);
-        for (int& slot : s.home) take(slot);
+        for (int& slot : s.slot_of) take(slot);
     }
 };
 

@@ -32,7 +32,7 @@ std::vector<std::string> left_at_rest(const RunRecord& record)
     return out;
 }
 
-std::vector<std::string> left_out(const Scene& scene, const RunRule& rule)
+std::vector<std::string> left_out(const Scene& scene, const BatchRunOptions& options)
 {
     std::vector<std::string> out;
     if (!scene.has_hands)
@@ -56,12 +56,12 @@ std::vector<std::string> left_out(const Scene& scene, const RunRule& rule)
     const auto splats = [](const Object& o) { return o.shape == ShapeKind::splats; };
     if (std::none_of(scene.objects.begin(), scene.objects.end(), splats))
         out.push_back("Gaussians: the scene has none");
-    if (rule.mesh_every == 0 && rule.meshes_every == 0 && !rule.last_mesh)
+    if (options.mesh_every == 0 && options.meshes_every == 0 && !options.last_mesh)
         out.push_back("surface: neither mesh nor pictures are asked for");
-    else if (rule.mesh_every == 0)
+    else if (options.mesh_every == 0)
         out.push_back("pictures: not asked for");
-    if (rule.audit_every > 1)
-        out.push_back(fmt::format("audits: of every frame; one in {}", rule.audit_every));
+    if (options.audit_every > 1)
+        out.push_back(fmt::format("audits: of every frame; one in {}", options.audit_every));
     return out;
 }
 

@@ -75,7 +75,7 @@ long largest(const RunRecord& record, long FrameRow::*part)
     return most;
 }
 
-Json context(const Scene& scene, const RunFacts& facts)
+Json context(const Scene& scene, const RunInfo& facts)
 {
     Json all = machine_facts(facts.solver.starts_with("cuda"));
     all.update({{"executable", "knead run"},
@@ -105,7 +105,7 @@ Json benchmark_row(const std::string& name, const Spread& s, std::size_t iterati
             {"p95", 1e3 * s.p95}};
 }
 
-Json runs(const Scene& scene, const RunRecord& record, const RunFacts& facts)
+Json runs(const Scene& scene, const RunRecord& record, const RunInfo& facts)
 {
     const std::vector<double> frames = frame_seconds(record);
     Json all = Json::array();
@@ -251,7 +251,7 @@ Json physics(const Scene& scene, const RunRecord& record)
               {"between_most", between.count},
               {"projected", total(record, &FrameStats::projected)}}},
             {"guards", guards(record)},
-            {"trimmed", total(record, &FrameStats::trimmed)},
+            {"trimmed", total(record, &FrameStats::clipped_negligible)},
             {"state_hash", hexadecimal(last->state.hash)}};
 }
 
@@ -303,7 +303,7 @@ Spread spread(std::vector<double> values)
 namespace {
 
 // What was known before the run, and what came of it.
-std::vector<std::string> left_out_of(const RunRecord& record, const RunFacts& facts)
+std::vector<std::string> left_out_of(const RunRecord& record, const RunInfo& facts)
 {
     std::vector<std::string> all = facts.left_out;
     if (record.pictures_missing > 0)
@@ -314,7 +314,7 @@ std::vector<std::string> left_out_of(const RunRecord& record, const RunFacts& fa
 
 }  // namespace
 
-Json report(const Scene& scene, const RunRecord& record, const RunFacts& facts)
+Json report(const Scene& scene, const RunRecord& record, const RunInfo& facts)
 {
     Json stage_block = Json::object();
     for (const Stage& s : stages(record)) stage_block[s.name] = milliseconds(s.seconds);
@@ -382,7 +382,7 @@ std::string frames_csv(const RunRecord& record)
             r.frame, r.simulated, r.hand_time, r.hands, 1e3 * r.wall, 1e3 * r.surface_wall,
             t.substeps, t.dt_min, t.dt_max, t.active_blocks, t.moved, t.woken, t.yielded,
             t.projected, 1e3 * t.found_depth, t.clipped, t.confined, t.repaired, t.abrupt,
-            t.moved_far, t.trimmed);
+            t.moved_far, t.clipped_negligible);
         if (r.audited)
             out += fmt::format("{:.9g},{:.9g},{:.9g},{:.6g},{:.6g},{:.6g},{:.6g},", r.state.kinetic,
                                r.state.elastic, r.state.volume, r.state.fastest, 1e3 * r.left.mean,

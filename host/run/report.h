@@ -10,7 +10,7 @@
 namespace knead {
 
 // What the loop itself does not know.
-struct RunFacts {
+struct RunInfo {
     std::string solver;                  // Solver::name()
     int threads = 0;                     // asked for; 0: all
     double cpu_seconds = 0;              // of the whole process during the loop
@@ -28,7 +28,7 @@ struct Spread {
 };
 Spread spread(std::vector<double> values);  // zeros for none; nearest-rank percentiles
 
-nlohmann::json report(const Scene& scene, const RunRecord& record, const RunFacts& facts);
+nlohmann::json report(const Scene& scene, const RunRecord& record, const RunInfo& facts);
 // Objects that are simulated softer than they were given, each with its text; [] for none.
 nlohmann::json softened_facts(const Scene& scene);
 std::string file_hash(const std::string& path);  // xxh64; "" where it cannot be read

@@ -34,8 +34,8 @@ std::vector<Mesh> moved_out(const Scene& scene, std::vector<Mesh> meshes)
 // What watches the loop: each of its watchers fills its part of the frame's row.
 class Run {
   public:
-    Run(const Scene& scene_, Solver& solver_, SessionLoop& loop_, const RunRule& rule_)
-        : scene(scene_), solver(solver_), loop(loop_), rule(rule_)
+    Run(const Scene& scene_, Solver& solver_, SessionLoop& loop_, const BatchRunOptions& options_)
+        : scene(scene_), solver(solver_), loop(loop_), options(options_)
     {
     }
 
@@ -46,7 +46,7 @@ class Run {
         record.particles = record.last_good->size();
         if (!record.rows.empty()) return;  // it goes on
         record.first = audit(*record.last_good, scene.setup.materials, scene.setup.lattice.dx);
-        if (rule.mesh_every == 0 && rule.meshes_every == 0 && !rule.last_mesh) return;
+        if (options.mesh_every == 0 && options.meshes_every == 0 && !options.last_mesh) return;
         FrameRow before;
         mesh(before);
         record.first_mesh_volume = before.mesh_volume;
@@ -71,25 +71,26 @@ class Run {
             record.trouble = fmt::format("frame {}: {} particles had to be put back", f.number,
                                          f.stats.repaired);
         const bool due =
-            is_last(f) || f.number == 1 || f.number % std::max(1, rule.audit_every) == 0;
+            is_last(f) || f.number == 1 || f.number % std::max(1, options.audit_every) == 0;
         if (bad || (due && !look(record.rows.back()))) loop.stop(End::numbers);
     }
 
     void make_surface(const Frame& f)
     {
-        const bool wanted = shown(f) || due(f, rule.meshes_every) || (is_last(f) && rule.last_mesh);
+        const bool wanted =
+            shown(f) || due(f, options.meshes_every) || (is_last(f) && options.last_mesh);
         if (wanted && loop.end() != End::numbers) mesh(record.rows.back());
     }
     static bool due(const Frame& f, int every) { return every > 0 && f.number % every == 0; }
-    bool shown(const Frame& f) const { return due(f, rule.mesh_every); }
+    bool shown(const Frame& f) const { return due(f, options.mesh_every); }
 
     // What files are made of, where the frame is one of theirs.
     void hand_out(const Frame& f, const RunWatch& watch)
     {
         if (loop.end() == End::numbers || f.stats.cut) return;
-        if (watch.meshes && due(f, rule.meshes_every) && record.rows.back().meshed)
+        if (watch.meshes && due(f, options.meshes_every) && record.rows.back().meshed)
             watch.meshes(f.number, moved_out(scene, *loop.meshes()));
-        if (watch.particles && due(f, rule.particles_every))
+        if (watch.particles && due(f, options.particles_every))
             watch.particles(f.number, moved_out(scene, *loop.particles()));
     }
 
@@ -114,7 +115,7 @@ class Run {
             record.end = End::numbers;
             return;
         }
-        if (rule.last_mesh && !last.meshed) mesh(last);
+        if (options.last_mesh && !last.meshed) mesh(last);
     }
 
     // A picture that cannot be made is missing; the run goes on.
@@ -172,14 +173,14 @@ class Run {
     const Scene& scene;
     Solver& solver;
     SessionLoop& loop;
-    const RunRule& rule;
+    const BatchRunOptions& options;
 };
 
 // Keeps what a later run can go on from: the solver between two frames, and the record then.
 class Keeper {
   public:
-    Keeper(Solver& solver_, Run& run_, const RunRule& rule_, const RunWatch& watch_)
-        : solver(solver_), run(run_), rule(rule_), watch(watch_), before(run.record.wall)
+    Keeper(Solver& solver_, Run& run_, const BatchRunOptions& options_, const RunWatch& watch_)
+        : solver(solver_), run(run_), options(options_), watch(watch_), before(run.record.wall)
     {
     }
 
@@ -192,7 +193,7 @@ class Keeper {
     {
         if (!run.may_go_on(f)) return;
         // In place when it is due.
-        if (wall_seconds() - saved + took >= rule.checkpoint) keep(run.record);
+        if (wall_seconds() - saved + took >= options.checkpoint) keep(run.record);
         // Who cuts frames short is on the host, where copies are cheap.
         if (!solver.clay()) whole = solver.snapshot(), depths = run.record.depths;
     }
@@ -221,7 +222,7 @@ class Keeper {
 
     Solver& solver;
     Run& run;
-    const RunRule& rule;
+    const BatchRunOptions& options;
     const RunWatch& watch;
     const double before;
     const double begin = wall_seconds();
@@ -268,18 +269,19 @@ int frames_wanted(const Scene& scene, const HandSource* hands, int asked)
 }
 
 RunRecord run_frames(const Scene& scene, Solver& solver, const HandSource* hands,
-                     const RunRule& rule, const RunWatch& watch, const RunRecord* earlier)
+                     const BatchRunOptions& options, const RunWatch& watch,
+                     const RunRecord* earlier)
 {
-    LoopRule by = loop_rule(scene);
-    by.frames = frames_wanted(scene, hands, rule.frames);
-    by.time_limit = rule.time_limit;
+    SessionLoopOptions by = loop_options(scene);
+    by.frames = frames_wanted(scene, hands, options.frames);
+    by.time_limit = options.time_limit;
     by.most_substeps = scene.most_substeps;
     by.part = watch.part;
     if (earlier) by.done = int(earlier->rows.size());
     if (earlier) by.materials = solver.rules().materials;  // of clay that came meanwhile, too
     by.interrupted = [&] { return interrupted() || (watch.stop && watch.stop()); };
     SessionLoop loop(solver, watch.motion ? watch.motion : recorded_motion(hands, scene.hands), by);
-    Run run(scene, solver, loop, rule);
+    Run run(scene, solver, loop, options);
     if (earlier) run.record = *earlier;
     run.record.frames_wanted = by.frames;
     run.record.duration = by.duration;
@@ -298,7 +300,7 @@ RunRecord run_frames(const Scene& scene, Solver& solver, const HandSource* hands
             if (run.shown(f) && run.record.rows.back().meshed) run.show(f, *loop.meshes(), watch);
         });
     loop.watch([&](const Frame& f) { run.hand_out(f, watch); });
-    Keeper keeper(solver, run, rule, watch);
+    Keeper keeper(solver, run, options, watch);
     if (watch.checkpoint) loop.watch([&](const Frame& f) { keeper.after(f); });
     if (watch.edits) loop.watch([&](const Frame& f) { watch.edits(f.number, loop); });
     run.start();

@@ -12,7 +12,7 @@
 
 namespace knead {
 
-struct RunRule {
+struct BatchRunOptions {
     int frames = 0;           // 0: as the scene says
     int audit_every = 1;      // frames from audit to audit; the first and the last always are
     int mesh_every = 0;       // frames from mesh to mesh; 0: none
@@ -90,14 +90,14 @@ int frames_wanted(const Scene& scene, const HandSource* hands, int asked);
 // Advances `solver`, made of scene.setup, frame by frame. `hands` may be null. With what an earlier
 // run had at a checkpoint, and the solver in its state then, it goes on from there.
 RunRecord run_frames(const Scene& scene, Solver& solver, const HandSource* hands,
-                     const RunRule& rule, const RunWatch& watch,
+                     const BatchRunOptions& options, const RunWatch& watch,
                      const RunRecord* earlier = nullptr);
 
 // Of all particle-substeps those in which clay moved; 1 for a run of none.
 double moved_share(const RunRecord& record);
 
 // What the run does not compute, because the scene, or the command line, does not ask for it.
-std::vector<std::string> left_out(const Scene& scene, const RunRule& rule);
+std::vector<std::string> left_out(const Scene& scene, const BatchRunOptions& options);
 // The same of what clay at rest spared, known only when the run is over: its own motion, and meshes
 // of frames in which nothing moved. Nothing where all moved.
 std::vector<std::string> left_at_rest(const RunRecord& record);

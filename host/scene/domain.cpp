@@ -16,7 +16,7 @@ constexpr int beyond = 2;  // nodes beyond each wall
 {
     const Lattice<double>& l = scene.setup.lattice;
     const int nodes = found.is_number_integer() ? found.get<int>() : 3;
-    const WallRule w = walls_inside(l, nodes, ContactMode::sticky, 0);
+    const WallOptions w = walls_inside(l, nodes, ContactMode::sticky, 0);
     r.fail("margin",
            fmt::format("walls in metres (as {} nodes of this lattice would be: \"min\": [{}, {}, "
                        "{}], \"max\": [{}, {}, {}])",
@@ -105,7 +105,7 @@ void read_walls(ObjectReader& r, Scene& scene)
     const Lattice<double>& l = scene.setup.lattice;
     const double dx = l.dx, edge = dx * max(l.size.x, max(l.size.y, l.size.z));
     const Vec3<double> domain{dx * l.size.x, dx * l.size.y, dx * l.size.z};
-    WallRule& walls = scene.setup.walls;
+    WallOptions& walls = scene.setup.walls;
     if (const Json* margin = r.find("margin")) refuse_margin(r, scene, *margin);
     // Of 64 cells, 3 nodes inside the first and the last.
     const double low = edge * 3 / 64, high = edge * 4 / 64;
@@ -131,7 +131,7 @@ void read_walls(ObjectReader& r, Scene& scene)
 void move_in(Scene& scene)
 {
     Lattice<double>& lattice = scene.setup.lattice;
-    WallRule& walls = scene.setup.walls;
+    WallOptions& walls = scene.setup.walls;
     const double dx = lattice.dx;
     const Int3 was = lattice.size;
     const Laid x = laid(walls.min.x, walls.max.x, dx, was.x),

@@ -12,7 +12,7 @@
 #include "host/scene/domain.h"
 #include "host/scene/presets.h"
 #include "host/scene/soften.h"
-#include "host/scene/splats_rule.h"
+#include "host/scene/splats_options.h"
 
 namespace knead {
 namespace {
@@ -21,7 +21,7 @@ constexpr int max_objects = 256;
 
 void read_step(ObjectReader& r, Scene& scene)
 {
-    StepRule& step = scene.setup.step;
+    StepOptions& step = scene.setup.step;
     step.fixed = r.number("fixed", {0, 1, "s"}, step.fixed);
     step.courant = r.number("courant", {0, 1, "", true}, step.courant);
     step.tool = r.number("tool", {0, 1, "", true}, step.tool);
@@ -142,7 +142,7 @@ Object read_object(ObjectReader& r, std::size_t index)
                                   ShapeKind::sphere);
     o.centre = r.vector("centre", where);
     if (o.shape == ShapeKind::splats) {
-        read_splats_rule(r, o.splats);
+        read_splats_options(r, o.splats);
     } else if (o.shape == ShapeKind::box) {
         o.size = r.vector("size", extent);
     } else {
@@ -184,7 +184,7 @@ void read_objects(ObjectReader& r, Scene& scene)
                     fmt::format("category {} of \"{}\" and of \"{}\"", a.category, a.name, b.name));
 }
 
-void read_side(ObjectReader& r, HandsRule& hands, Side side)
+void read_side(ObjectReader& r, HandsOptions& hands, Side side)
 {
     hands.present[side] = r.flag("present", true);
     hands.held[side] = r.text("held", hands.held[side]);
@@ -198,7 +198,7 @@ void read_side(ObjectReader& r, HandsRule& hands, Side side)
 }
 
 // A gesture's name brings its tools along.
-void read_recording_name(ObjectReader& r, HandsRule& hands)
+void read_recording_name(ObjectReader& r, HandsOptions& hands)
 {
     namespace fs = std::filesystem;
     const std::string name = r.text("recording", "squeeze");
@@ -219,7 +219,7 @@ void read_recording_name(ObjectReader& r, HandsRule& hands)
 
 void read_hands(ObjectReader& r, Scene& scene)
 {
-    HandsRule& h = scene.hands;
+    HandsOptions& h = scene.hands;
     read_recording_name(r, h);
     h.zoom = r.number("zoom", {0.01, 1000, "simulation metres per real metre"}, 1);
     h.at = r.vector("at", {-1000, 1000, "m"}, scene.objects[0].centre);

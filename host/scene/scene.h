@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "cuda/mpm/material_data.h"
-#include "host/hands/rule.h"
+#include "host/hands/hands_options.h"
 #include "host/scene/captions.h"
 #include "host/solver/solver.h"
 #include "host/splats/upkeep.h"
@@ -20,7 +20,7 @@ enum class ShapeKind { sphere, box, cylinder, splats };
 enum class UpAxis { x, minus_x, y, minus_y, z, minus_z };
 
 // A photographed object, of shape `splats`: its file, and how it stands in the scene.
-struct SplatsRule {
+struct SplatsOptions {
     std::string file;
     UpAxis up = UpAxis::minus_y;  // which axis of the file points up
     double size = 0;              // longest extent [m]
@@ -30,7 +30,7 @@ struct SplatsRule {
     double depth = 0;
 };
 // What such an object is made of, where build() puts it: host/assets/splat_object.h finds it.
-struct Given {
+struct ObjectParticles {
     std::vector<Vec3<double>> particles;  // [m]
     double volume = 0;                    // of each [m^3]
     std::vector<Vec3<double>> splats;     // their centres [m]
@@ -47,9 +47,9 @@ struct Object {
     double softer = 1;            // so many times as it was given (step.soften_beyond)
     std::string preset;           // name of the material, as given
     int category = 0;
-    double per_cell = 8;  // particles per cell
-    SplatsRule splats;    // of shape `splats`; centre and size are known once it is loaded
-    std::shared_ptr<const Given> given;
+    double per_cell = 8;   // particles per cell
+    SplatsOptions splats;  // of shape `splats`; centre and size are known once it is loaded
+    std::shared_ptr<const ObjectParticles> given;
 };
 
 enum class ClockMode { wall, paper };
@@ -59,7 +59,7 @@ struct Scene {
     Setup setup;            // all but particles, rig and tools, until build() is called
     Vec3<double> origin{};  // of the simulation's frame in that of the file [m]; move_in()
     std::vector<Object> objects;
-    HandsRule hands;
+    HandsOptions hands;
     bool has_hands = false;
     ClockMode clock = ClockMode::wall;
     double frame_rate = 90;      // frames per second of wall time
@@ -69,10 +69,10 @@ struct Scene {
     int soften_beyond = 0;       // substeps a frame; stiffer materials are made softer; 0: none is
     int frames = 0;              // 0: as long as the recording, or 1 s
     int surface_nodes = 0;       // of the density lattice's longest axis; 0: twice the lattice's
-    SurfaceRule surface;
+    SurfaceOptions surface;
     unsigned seed = 1;
     Vec3<double> eye{1.1, 0.9, 1.6}, target{0.5, 0.4, 0.5};  // camera [m]
-    UpkeepRule upkeep;                                       // of objects of splats
+    UpkeepOptions upkeep;                                    // of objects of splats
     int picture_every = 0;  // frames from picture to picture; 0: none
     int picture_width = 960, picture_height = 720;
     std::vector<Caption> captions;  // in its pictures

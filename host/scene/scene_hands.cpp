@@ -12,16 +12,16 @@ namespace knead {
 
 Recording hands_of(const Scene& scene)
 {
-    const HandsRule& hands = scene.hands;
+    const HandsOptions& hands = scene.hands;
     std::vector<std::string> names;
     for (const Gesture& g : gestures()) {
         names.push_back(g.name);
         if (g.name != hands.recording) continue;
-        GestureRule rule;
-        rule.radius = scene.objects[0].size.x / 2 / hands.zoom;
-        rule.topology = hands.topology;
-        rule.seed = scene.seed;
-        return generate(g.name, rule);
+        GestureOptions options;
+        options.radius = scene.objects[0].size.x / 2 / hands.zoom;
+        options.topology = hands.topology;
+        options.seed = scene.seed;
+        return generate(g.name, options);
     }
     const std::filesystem::path file = hands.recording;
     std::error_code problem;

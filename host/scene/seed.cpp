@@ -8,6 +8,7 @@
 
 #include "cuda/math/node4.h"
 #include "host/base/errors.h"
+#include "host/hands/motion.h"
 #include "host/scene/packing.h"
 
 namespace knead {
@@ -148,7 +149,7 @@ void seed_object(Scene& scene, std::size_t index)
     setup.materials.push_back(o.material);
 }
 
-void add_tool(HandTools& to, const HandsRule& hands, Side side)
+void add_tool(HandTools& to, const HandsOptions& hands, Side side)
 {
     const std::string& name = hands.held[side];
     const Rig rig = name.empty() ? hand_rig(hands.topology, side) : tool_rig(name, side);
@@ -211,15 +212,7 @@ double expected_particles(const Scene& scene)
 
 double expected_bytes(const Scene& scene) { return memory_of(scene).all(); }
 
-std::vector<Side> tool_sides(const HandsRule& hands)
-{
-    std::vector<Side> sides;
-    for (Side side : {left, right})
-        if (hands.present[side]) sides.push_back(side);
-    return sides;
-}
-
-HandTools hand_tools(const HandsRule& hands)
+HandTools hand_tools(const HandsOptions& hands)
 {
     HandTools made;
     for (Side side : tool_sides(hands)) add_tool(made, hands, side);

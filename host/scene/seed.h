@@ -6,10 +6,9 @@
 
 namespace knead {
 
-double shape_volume(const Object& object);             // [m^3]
-double expected_particles(const Scene& scene);         // before overlaps are left out
-double expected_bytes(const Scene& scene);             // host and solver together
-std::vector<Side> tool_sides(const HandsRule& hands);  // of each tool, in its order
+double shape_volume(const Object& object);      // [m^3]
+double expected_particles(const Scene& scene);  // before overlaps are left out
+double expected_bytes(const Scene& scene);      // host and solver together
 
 // What the hands are, or hold, in the size that they have in the simulation.
 struct HandTools {
@@ -17,7 +16,7 @@ struct HandTools {
     std::vector<Tool<double>> tools;
 };
 // Throws std::invalid_argument for a tool that is not known.
-HandTools hand_tools(const HandsRule& hands);
+HandTools hand_tools(const HandsOptions& hands);
 
 // How far under an object's surface x lies [m], negative outside; never inside of shape `splats`.
 double depth(const Object& object, Vec3<double> x);

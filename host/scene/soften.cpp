@@ -23,7 +23,7 @@ bool yields_at_a_stress(const Material<double>& m)
 // Substeps a frame, not rounded, that it needs at rest.  (22)
 double substeps_needed(const Scene& scene, const Material<double>& m)
 {
-    const StepRule& step = scene.setup.step;
+    const StepOptions& step = scene.setup.step;
     return frame_duration(scene) * std::sqrt(stiffness(Particle<double>{}, m)) /
            (step.courant * scene.setup.lattice.dx);
 }

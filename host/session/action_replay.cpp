@@ -12,9 +12,9 @@ constexpr double rounding = 1e-9;  // [s]
 
 }  // namespace
 
-ActionReplay::ActionReplay(Recording of, const HandsRule& by, double per_second,
+ActionReplay::ActionReplay(Recording of, const HandsOptions& by, double per_second,
                            std::vector<HandAction> all)
-    : recording(std::move(of)), rule(by), rate(per_second), actions(std::move(all))
+    : recording(std::move(of)), options(by), rate(per_second), actions(std::move(all))
 {
     check(recording);
     begin_hands(-1);
@@ -23,38 +23,38 @@ ActionReplay::ActionReplay(Recording of, const HandsRule& by, double per_second,
 // Of the frames that came later than that: what was tracked before was of hands that are no more.
 void ActionReplay::begin_hands(double after)
 {
-    const auto stream = std::make_shared<HandStream>(rule);
+    const auto stream = std::make_shared<HandStream>(options);
     for (const HandFrame& frame : recording.frames)
         if (frame.time > after) stream->push(frame);
     stream->close();
-    source = stream_motion(stream, rule);
+    source = stream_motion(stream, options);
 }
 
 void ActionReplay::perform(const HandAction& action, int number, Solver& solver,
                            SceneSplats& splats)
 {
     switch (action.act) {
-        case Act::began:
-        case Act::pause:
+        case ActionType::began:
+        case ActionType::pause:
             return;
-        case Act::material:
+        case ActionType::material:
             return splats.set_material(action.object, action.material, solver);
-        case Act::gravity:
+        case ActionType::gravity:
             return solver.set_gravity(action.gravity);
-        case Act::move:
+        case ActionType::move:
             return solver.move(action.object, action.motion);
-        case Act::hands:
+        case ActionType::hands:
             break;
     }
-    HandsRule now = rule;
+    HandsOptions now = options;
     now.zoom = action.hands.zoom, now.at = action.hands.at;
     for (const Side side : {left, right})
         now.held[side] = action.hands.held[side], now.present[side] = action.hands.present[side];
     const HandTools tools = hand_tools(now);
     solver.set_tools(tools.rig, tools.tools);
     splats.set_rig(tools.rig);
-    const bool alike = move_alike(now, rule);
-    rule = now;
+    const bool alike = move_alike(now, options);
+    options = now;
     if (alike) return;
     // The frames before had heard of all hands up to the first that ended with them or later.
     double heard = -1;

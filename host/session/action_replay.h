@@ -14,9 +14,9 @@ namespace knead {
 
 class ActionReplay {
   public:
-    // `rule`: the scene's hands. `rate`: frames of the simulation per second of the recording.
+    // `options`: the scene's hands. `rate`: frames of the simulation per second of the recording.
     // Throws InputError for a recording that check() refuses.
-    ActionReplay(Recording recording, const HandsRule& rule, double rate,
+    ActionReplay(Recording recording, const HandsOptions& options, double rate,
                  std::vector<HandAction> actions);
     ActionReplay(const ActionReplay&) = delete;
 
@@ -34,7 +34,7 @@ class ActionReplay {
     void begin_hands(double after);
 
     const Recording recording;
-    HandsRule rule;
+    HandsOptions options;
     const double rate;
     const std::vector<HandAction> actions;
     std::size_t next = 0;

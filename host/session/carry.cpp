@@ -36,7 +36,7 @@ float closure(const Hand& hand)
     return clamp((flat - sum) / (flat - fist), 0.f, 1.f);
 }
 
-void HeadsetHold::close(const HandFrame& hands)
+void Carry::close(const HandFrame& hands)
 {
     for (int side = 0; side < side_count; ++side) {
         const float now = closure(hands.hand[side]);
@@ -44,8 +44,7 @@ void HeadsetHold::close(const HandFrame& hands)
     }
 }
 
-HeadsetHold::Answer HeadsetHold::carry(const Joint<double>& palm, const std::vector<Mesh>& clay,
-                                       double nearest)
+Carry::Answer Carry::carry(const Joint<double>& palm, const std::vector<Mesh>& clay, double nearest)
 {
     Answer answer;
     if (!category) {
@@ -65,8 +64,8 @@ HeadsetHold::Answer HeadsetHold::carry(const Joint<double>& palm, const std::vec
     return answer;
 }
 
-HeadsetHold::Answer HeadsetHold::frame(const HandFrame& hands, const HandsRule& rule,
-                                       const std::vector<Mesh>& clay)
+Carry::Answer Carry::frame(const HandFrame& hands, const HandsOptions& options,
+                           const std::vector<Mesh>& clay)
 {
     close(hands);
     const bool both = fist[left] && fist[right];
@@ -86,8 +85,9 @@ HeadsetHold::Answer HeadsetHold::frame(const HandFrame& hands, const HandsRule& 
         return answer;
     }
     const Joint<float>& at = hands.hand[by].joints[palm];
-    const Joint<double> placed{unit(cast<double>(at.q)), rule.at + rule.zoom * cast<double>(at.p)};
-    return carry(placed, clay, rule.zoom * reach);
+    const Joint<double> placed{unit(cast<double>(at.q)),
+                               options.at + options.zoom * cast<double>(at.p)};
+    return carry(placed, clay, options.zoom * reach);
 }
 
 }  // namespace knead

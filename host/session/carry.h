@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "cuda/mpm/edit.h"
-#include "host/hands/rule.h"
+#include "host/hands/hands_options.h"
 #include "host/surface/mesh.h"
 
 namespace knead {
@@ -14,7 +14,7 @@ namespace knead {
 // How far a hand is closed: 0 flat, 1 a fist. 0 where its joints are not known.
 float closure(const Hand& hand);
 
-class HeadsetHold {
+class Carry {
   public:
     static constexpr float closes = 0.7f, opens = 0.45f;  // closure where a fist begins, ends
     static constexpr float reach = 0.08f;  // from the palm to the clay [m] of the user's size
@@ -28,7 +28,8 @@ class HeadsetHold {
         bool let_go = false;
     };
     // One frame of both hands, in the frame of the hands; `clay` is where it is now.
-    Answer frame(const HandFrame& hands, const HandsRule& rule, const std::vector<Mesh>& clay);
+    Answer frame(const HandFrame& hands, const HandsOptions& options,
+                 const std::vector<Mesh>& clay);
     bool holds() const { return category.has_value(); }
 
   private:

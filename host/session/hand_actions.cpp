@@ -15,9 +15,10 @@ constexpr double longest = 1e7;  // [s]
 template <class T>
 using Names = std::vector<std::pair<std::string, T>>;
 
-const Names<Act> act_names{{"began", Act::began},       {"pause", Act::pause},
-                           {"material", Act::material}, {"gravity", Act::gravity},
-                           {"hands", Act::hands},       {"move", Act::move}};
+const Names<ActionType> act_names{
+    {"began", ActionType::began},       {"pause", ActionType::pause},
+    {"material", ActionType::material}, {"gravity", ActionType::gravity},
+    {"hands", ActionType::hands},       {"move", ActionType::move}};
 const Names<Elasticity> elasticities{{"neo-hookean", Elasticity::neo_hookean},
                                      {"fixed-corotated", Elasticity::fixed_corotated},
                                      {"hencky", Elasticity::hencky}};
@@ -81,28 +82,28 @@ Json told(const Material<double>& m)
 
 constexpr const char* side_names[side_count] = {"left", "right"};
 
-HandsRule hands_in(ObjectReader& r)
+HandsOptions hands_in(ObjectReader& r)
 {
-    HandsRule rule;
-    rule.zoom = r.number("zoom", {0, 1e6, "", true});
-    rule.at = r.vector("at", {-1e6, 1e6, "m"});
+    HandsOptions options;
+    options.zoom = r.number("zoom", {0, 1e6, "", true});
+    options.at = r.vector("at", {-1e6, 1e6, "m"});
     for (int side = 0; side < side_count; ++side)
         r.object(side_names[side], [&](ObjectReader& in) {
-            rule.present[side] = in.flag("present", true);
-            rule.held[side] = in.text("held", "");
+            options.present[side] = in.flag("present", true);
+            options.held[side] = in.text("held", "");
             try {
-                if (!rule.held[side].empty()) tool_rig(rule.held[side], Side(side));
+                if (!options.held[side].empty()) tool_rig(options.held[side], Side(side));
             } catch (const std::exception&) {
-                in.fail("held", "a tool, or nothing", rule.held[side].substr(0, 60));
+                in.fail("held", "a tool, or nothing", options.held[side].substr(0, 60));
             }
         });
-    return rule;
+    return options;
 }
-Json told(const HandsRule& rule)
+Json told(const HandsOptions& options)
 {
-    Json of{{"zoom", rule.zoom}, {"at", {rule.at.x, rule.at.y, rule.at.z}}};
+    Json of{{"zoom", options.zoom}, {"at", {options.at.x, options.at.y, options.at.z}}};
     for (int side = 0; side < side_count; ++side)
-        of[side_names[side]] = {{"present", rule.present[side]}, {"held", rule.held[side]}};
+        of[side_names[side]] = {{"present", options.present[side]}, {"held", options.held[side]}};
     return of;
 }
 
@@ -130,24 +131,24 @@ HandAction action_in(ObjectReader& r, double before)
         a.object = r.whole("object", 0, 1000000, 0);
     };
     switch (a.act) {
-        case Act::began:
+        case ActionType::began:
             r.required("by", "scene or reset");
             a.by = r.choice("by", beginnings, a.by);
             break;
-        case Act::pause:
+        case ActionType::pause:
             a.on = r.flag("on", false);
             break;
-        case Act::material:
+        case ActionType::material:
             object();
             r.object("material", [&](ObjectReader& in) { a.material = material_in(in); });
             break;
-        case Act::gravity:
+        case ActionType::gravity:
             a.gravity = r.vector("gravity", {-1e4, 1e4, "m/s2"});
             break;
-        case Act::hands:
+        case ActionType::hands:
             r.object("hands", [&](ObjectReader& in) { a.hands = hands_in(in); });
             break;
-        case Act::move:
+        case ActionType::move:
             object();
             a.motion = motion_in(r);
             break;
@@ -159,22 +160,22 @@ Json told(const HandAction& a)
 {
     Json of{{"time", a.time}, {"do", name_of(act_names, a.act)}};
     switch (a.act) {
-        case Act::began:
+        case ActionType::began:
             of["by"] = a.by;
             break;
-        case Act::pause:
+        case ActionType::pause:
             of["on"] = a.on;
             break;
-        case Act::material:
+        case ActionType::material:
             of["object"] = a.object, of["material"] = told(a.material);
             break;
-        case Act::gravity:
+        case ActionType::gravity:
             of["gravity"] = {a.gravity.x, a.gravity.y, a.gravity.z};
             break;
-        case Act::hands:
+        case ActionType::hands:
             of["hands"] = told(a.hands);
             break;
-        case Act::move:
+        case ActionType::move:
             of["object"] = a.object;
             of["turn"] = {a.motion.q.x, a.motion.q.y, a.motion.q.z}, of["turn_w"] = a.motion.q.w;
             of["shift"] = {a.motion.p.x, a.motion.p.y, a.motion.p.z};

@@ -6,11 +6,11 @@
 
 #include "cuda/mpm/edit.h"
 #include "cuda/mpm/material_data.h"
-#include "host/hands/rule.h"
+#include "host/hands/hands_options.h"
 
 namespace knead {
 
-enum class Act {
+enum class ActionType {
     began,     // the recording: by a scene that was loaded, or a reset
     pause,     // time stands still from here on, or no longer; nothing is done on replay
     material,  // of an object; its volume and category stay
@@ -21,13 +21,13 @@ enum class Act {
 
 struct HandAction {
     double time = 0;  // of the recording [s]; before the first frame that ends later
-    Act act = Act::began;
+    ActionType act = ActionType::began;
     std::string by;               // began: "scene" or "reset"
     bool on = false;              // pause
     int object = 0;               // material, move
     Material<double> material{};  // without mass, volume and category
     Vec3<double> gravity{};       // [m/s^2]
-    HandsRule hands;              // `held`, `present`, `zoom`, `at`; the rest is the scene's
+    HandsOptions hands;           // `held`, `present`, `zoom`, `at`; the rest is the scene's
     RigidMotion<double> motion{};
 };
 

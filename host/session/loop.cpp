@@ -25,20 +25,24 @@ bool overrun(const FrameStats& stats, std::size_t particles)
     return double(stats.repaired) > 0.01 * double(particles);
 }
 
-LoopRule loop_rule(const Scene& scene)
+SessionLoopOptions loop_options(const Scene& scene)
 {
-    LoopRule rule;
-    rule.duration = frame_duration(scene);
-    rule.rate = scene.frame_rate;
-    rule.materials = scene.setup.materials;
-    rule.surface = scene.surface;
-    return rule;
+    SessionLoopOptions options;
+    options.duration = frame_duration(scene);
+    options.rate = scene.frame_rate;
+    options.materials = scene.setup.materials;
+    options.surface = scene.surface;
+    return options;
 }
 
-SessionLoop::SessionLoop(Solver& of, MotionSource source, LoopRule by)
-    : solver(of), motion(std::move(source)), rule(std::move(by)), begun(rule.done), done(rule.done)
+SessionLoop::SessionLoop(Solver& of, MotionSource source, SessionLoopOptions by)
+    : solver(of),
+      motion(std::move(source)),
+      options(std::move(by)),
+      begun(options.done),
+      done(options.done)
 {
-    newest.number = rule.done;
+    newest.number = options.done;
     watch_frames();
 }
 
@@ -71,13 +75,14 @@ bool SessionLoop::step()
 void SessionLoop::look_for_end()
 {
     if (!began) began = wall_seconds();
-    if (rule.interrupted && rule.interrupted()) stop(End::interrupted);
-    if (rule.time_limit > 0 && wall_seconds() - *began > rule.time_limit) stop(End::time_limit);
+    if (options.interrupted && options.interrupted()) stop(End::interrupted);
+    if (options.time_limit > 0 && wall_seconds() - *began > options.time_limit)
+        stop(End::time_limit);
 }
 
 bool SessionLoop::may_begin()
 {
-    if (ended || begun == rule.frames) return false;
+    if (ended || begun == options.frames) return false;
     look_for_end();
     return !ended;
 }
@@ -86,18 +91,18 @@ bool SessionLoop::may_begin()
 bool SessionLoop::cuts(const FramePart& part)
 {
     look_for_end();
-    if (rule.most_substeps > 0 && part.substeps >= rule.most_substeps) stop(End::substeps);
-    if (rule.part) rule.part(begun + 1, part);
-    return ended || (rule.shed && rule.shed(part));
+    if (options.most_substeps > 0 && part.substeps >= options.most_substeps) stop(End::substeps);
+    if (options.part) options.part(begun + 1, part);
+    return ended || (options.should_cut && options.should_cut(part));
 }
 
 // To where it was cut: its end, and the hands at it.
 void SessionLoop::shorten(Frame& f)
 {
-    const double share = f.stats.reached / rule.duration;
-    f.simulated = (f.number - 1) * rule.duration + f.stats.reached - lost;
-    lost += rule.duration - f.stats.reached;
-    f.hand_time = (rule.first + f.number - 1 + share) / rule.rate;
+    const double share = f.stats.reached / options.duration;
+    f.simulated = (f.number - 1) * options.duration + f.stats.reached - lost;
+    lost += options.duration - f.stats.reached;
+    f.hand_time = (options.first + f.number - 1 + share) / options.rate;
     for (std::size_t j = 0; j < f.motion.to.size(); ++j)
         f.motion.to[j] = between(f.motion.from[j], f.motion.to[j], share);
 }
@@ -111,14 +116,14 @@ bool SessionLoop::begin()
     Frame& f = under_way[begun % 2];
     f = {};
     f.number = begun + 1;
-    f.hand_time = (rule.first + f.number) / rule.rate;
-    f.motion = motion((rule.first + begun) / rule.rate, f.hand_time);
+    f.hand_time = (options.first + f.number) / options.rate;
+    f.motion = motion((options.first + begun) / options.rate, f.hand_time);
     const double submitted = wall_seconds();
     f.times.motion = submitted - start;
     const long waits = gpu_waits();
     const int before = begun;
     try {
-        solver.submit(f.motion, rule.duration);
+        solver.submit(f.motion, options.duration);
         ++begun;
         f.times.solver = wall_seconds() - submitted;
         if (launching) launch_surface(f.number);
@@ -144,7 +149,7 @@ bool SessionLoop::collect()
         return false;
     }
     f.times.solver += wall_seconds() - start;
-    f.simulated = f.number * rule.duration - lost;
+    f.simulated = f.number * options.duration - lost;
     if (f.stats.cut) shorten(f);
     newest = std::move(f);
     ++done;
@@ -167,7 +172,7 @@ void SessionLoop::make_edits()
     for (const Edit& edit : std::exchange(edits, {})) edit(solver);
     // There may be other clay now, of other materials.
     if (const std::vector<Material<double>>* edited = materials_of(solver))
-        rule.materials = *edited;
+        options.materials = *edited;
     renew_surfaces();
 }
 
@@ -200,14 +205,14 @@ void SessionLoop::rehearse(const std::vector<Motion>& frames, double duration,
 void SessionLoop::clay_edited()
 {
     if (begun > done) throw std::logic_error("clay was edited with a frame under way");
-    rule.materials = solver.rules().materials;
+    options.materials = solver.rules().materials;
     renew_surfaces();
 }
 
-void SessionLoop::set_surface(const SurfaceRule& surface)
+void SessionLoop::set_surface(const SurfaceOptions& surface)
 {
     if (begun > done) throw std::logic_error("a surface was changed with a frame under way");
-    rule.surface = surface;
+    options.surface = surface;
     last_meshes.reset(), last_on_device.reset(), on_device.reset(), launched = -1;
     past = {};
     if (launching) make_device_surface();
@@ -235,7 +240,7 @@ void SessionLoop::make_device_surface()
 {
     launched = -1;
     if (particles()->empty()) return;
-    on_device = std::make_unique<GpuSurface>(*particles(), rule.materials, rule.surface);
+    on_device = std::make_unique<GpuSurface>(*particles(), options.materials, options.surface);
 }
 
 // What was made is of other clay. The device's memory serves again, where it can: to take and to
@@ -245,7 +250,7 @@ void SessionLoop::renew_surfaces()
     state.reset(), last_meshes.reset(), last_on_device.reset();
     launched = -1;
     past = {};
-    if (on_device && !on_device->set_materials(rule.materials)) on_device.reset();
+    if (on_device && !on_device->set_materials(options.materials)) on_device.reset();
     if (on_device) on_device->leap();
     if (launching && !on_device) make_device_surface();
 }
@@ -275,7 +280,7 @@ Meshes SessionLoop::meshes()
         if (!on_device) make_device_surface();
         if (on_device) made = on_device->surface(*clay);
     } else {
-        made = surface(*particles(), rule.materials, rule.surface, nullptr, &past);
+        made = surface(*particles(), options.materials, options.surface, nullptr, &past);
     }
     last_meshes = std::make_shared<const std::vector<Mesh>>(std::move(made));
     moved = 0;

@@ -19,7 +19,7 @@ namespace knead {
 
 enum class End { complete, interrupted, time_limit, substeps, numbers, device };
 
-struct LoopRule {
+struct SessionLoopOptions {
     double duration = 0;  // simulated per frame [s]
     double rate = 0;      // frames per second of the hands' clock
     int first = 0;        // frame of the hands' clock at which the loop begins
@@ -32,15 +32,15 @@ struct LoopRule {
     std::function<bool()> interrupted = [] { return knead::interrupted() != 0; };
     // Asked between substeps on the CPU: true ends the frame there. The loop goes on with the next
     // one; what was left of the frame's time is lost to the simulation.
-    std::function<bool(const FramePart&)> shed;
+    std::function<bool(const FramePart&)> should_cut;
     // Told between substeps where the frame of that number stands.
     std::function<void(int number, const FramePart&)> part;
 
     std::vector<Material<double>> materials;  // for the surface
-    SurfaceRule surface{};
+    SurfaceOptions surface{};
 };
 // The scene's clock, materials and surface.
-LoopRule loop_rule(const Scene& scene);
+SessionLoopOptions loop_options(const Scene& scene);
 
 // Wall time of the parts of a frame, as the host sees it [s]. With frames handed over ahead, the
 // solver's is what the host spends on it: handing over, and waiting for the end.
@@ -72,7 +72,7 @@ bool overrun(const FrameStats& stats, std::size_t particles);
 
 class SessionLoop {
   public:
-    SessionLoop(Solver& solver, MotionSource motion, LoopRule rule);
+    SessionLoop(Solver& solver, MotionSource motion, SessionLoopOptions options);
     SessionLoop(const SessionLoop&) = delete;
     ~SessionLoop() { solver.watch_frames({}); }
 
@@ -102,10 +102,10 @@ class SessionLoop {
 
     // Said by a watcher that has brought clay or taken some away, with no frame under way.
     void clay_edited();
-    const std::vector<Material<double>>& materials() const { return rule.materials; }
+    const std::vector<Material<double>>& materials() const { return options.materials; }
     // Surfaces are made by this rule from now on. Throws as clay_edited().
-    void set_surface(const SurfaceRule& surface);
-    const SurfaceRule& surface_rule() const { return rule.surface; }
+    void set_surface(const SurfaceOptions& surface);
+    const SurfaceOptions& surface_options() const { return options.surface; }
 
     // No frame begins any more. Those under way end, and are watched. The first reason stands.
     void stop(End why = End::complete);
@@ -148,7 +148,7 @@ class SessionLoop {
 
     Solver& solver;
     MotionSource motion;
-    LoopRule rule;
+    SessionLoopOptions options;
     std::vector<Watcher> watchers;
     std::vector<Edit> edits;
 

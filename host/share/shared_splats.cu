@@ -156,7 +156,7 @@ void SharedSplats::draw(GpuRaster& raster, const SplatFrame& frame, const Device
     if (moved) moved->kept().wait(state->stream);
     if (moved && moved->before()) moved->before()->wait(state->stream);
     const MovedSplats as =
-        moved ? moved->kept().moved(moved->before(), frame.ahead) : state->moved(frame);
+        moved ? moved->kept().moved(moved->before(), frame.extrapolation) : state->moved(frame);
     raster.launch(frame, &as, targets, cudaStream_t(state->stream));
     if (moved) moved->kept().done(state->stream);
     if (moved && moved->before()) moved->before()->done(state->stream);

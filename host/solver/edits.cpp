@@ -97,12 +97,12 @@ std::vector<Vec3<double>> Solver::places(Vec3<double> low, Vec3<double> high) co
 void Solver::set_material(int, const Material<double>&) { refuse(*this); }
 void Solver::move(int, const RigidMotion<double>&) { refuse(*this); }
 void Solver::set_gravity(Vec3<double>) { refuse(*this); }
-void Solver::set_walls(const WallRule&) { refuse(*this); }
+void Solver::set_walls(const WallOptions&) { refuse(*this); }
 void Solver::set_tools(const Rig&, const std::vector<Tool<double>>&) { refuse(*this); }
 const Setup& Solver::rules() const { refuse(*this); }
 std::shared_ptr<const Snapshot> Solver::snapshot() const { refuse(*this); }
 void Solver::restore(const Snapshot&) { refuse(*this); }
-Held Solver::held(const Snapshot&) const { refuse(*this); }
+SnapshotData Solver::held(const Snapshot&) const { refuse(*this); }
 SavedState Solver::save() const { refuse(*this); }
 void Solver::load(const SavedState&) { refuse(*this); }
 
@@ -122,7 +122,7 @@ void check_materials(const std::vector<Material<double>>& materials)
     }
 }
 
-Rules::Rules(const Setup& setup) : now(setup), counts(setup.materials.size(), 0)
+SceneState::SceneState(const Setup& setup) : now(setup), counts(setup.materials.size(), 0)
 {
     check_materials(setup.materials);
     check_rig(setup.rig, setup.tools);
@@ -136,9 +136,9 @@ Rules::Rules(const Setup& setup) : now(setup), counts(setup.materials.size(), 0)
     check_gaussians(setup.gaussians);
 }
 
-long Rules::count() const { return std::accumulate(counts.begin(), counts.end(), 0l); }
+long SceneState::count() const { return std::accumulate(counts.begin(), counts.end(), 0l); }
 
-double Rules::mass() const
+double SceneState::mass() const
 {
     double sum = 0;
     for (std::size_t i = 0; i < counts.size(); ++i)
@@ -159,7 +159,7 @@ std::vector<AddedPiece> pieces_of(Clays clays)
     return pieces;
 }
 
-std::vector<int> Rules::add_each(const Material<double>& material, Clays clays)
+std::vector<int> SceneState::add_each(const Material<double>& material, Clays clays)
 {
     check_material(material);
     long sum = count();
@@ -189,7 +189,7 @@ std::vector<int> Rules::add_each(const Material<double>& material, Clays clays)
     return objects;
 }
 
-void Rules::remove_each(std::span<const int> objects)
+void SceneState::remove_each(std::span<const int> objects)
 {
     std::vector<int> sorted(objects.begin(), objects.end());
     std::sort(sorted.begin(), sorted.end());
@@ -202,7 +202,7 @@ void Rules::remove_each(std::span<const int> objects)
     }
 }
 
-Plasticity Rules::set_material(int object, const Material<double>& material)
+Plasticity SceneState::set_material(int object, const Material<double>& material)
 {
     check_object(object);
     Material<double>& old = now.materials[std::size_t(object)];
@@ -214,7 +214,7 @@ Plasticity Rules::set_material(int object, const Material<double>& material)
     return law;
 }
 
-void Rules::set_gravity(Vec3<double> gravity)
+void SceneState::set_gravity(Vec3<double> gravity)
 {
     require(finite(gravity), "gravity must be finite");
     require(
@@ -223,7 +223,7 @@ void Rules::set_gravity(Vec3<double> gravity)
     now.gravity = gravity;
 }
 
-void Rules::set_walls(const WallRule& walls)
+void SceneState::set_walls(const WallOptions& walls)
 {
     require(has_room(now.lattice, walls),
             "the walls need 2 nodes of the lattice beyond each, and room between them");
@@ -246,14 +246,14 @@ void check_rig(const Rig& rig, const std::vector<Tool<double>>& tools)
         for (int joint : b.joint) require(joint >= 0, "a sphere without its joint");
 }
 
-void Rules::set_tools(const Rig& rig, const std::vector<Tool<double>>& tools)
+void SceneState::set_tools(const Rig& rig, const std::vector<Tool<double>>& tools)
 {
     check_rig(rig, tools);
     now.rig = rig, now.tools = tools;
     for (const Tool<double>& tool : tools) now.cuts = now.cuts || tool.blade;
 }
 
-void Rules::check_attach(int object, const std::vector<Vec3<double>>& places) const
+void SceneState::check_attach(int object, const std::vector<Vec3<double>>& places) const
 {
     check_object(object);
     for (const Vec3<double>& x : places) {
@@ -278,7 +278,7 @@ void check_edits(const GaussianEdits& edits, std::size_t gaussians, std::size_t 
     }
 }
 
-void Rules::check_gaussians(const std::vector<Gaussian<double>>& all) const
+void SceneState::check_gaussians(const std::vector<Gaussian<double>>& all) const
 {
     for (const Gaussian<double>& g : all) {
         check_object(g.object);
@@ -288,7 +288,7 @@ void Rules::check_gaussians(const std::vector<Gaussian<double>>& all) const
     }
 }
 
-void Rules::check_placed(std::span<const GaussianPlace> places) const
+void SceneState::check_placed(std::span<const GaussianPlace> places) const
 {
     const long bad = first_failing(places.size(), places.size(), [&](std::size_t i) {
         return known(places[i].object) &&
@@ -300,12 +300,12 @@ void Rules::check_placed(std::span<const GaussianPlace> places) const
     check_place(cast<double>(place.x), "a Gaussian");
 }
 
-bool Rules::known(int object) const
+bool SceneState::known(int object) const
 {
     return object >= 0 && object < int(counts.size()) && there(now.materials[std::size_t(object)]);
 }
 
-void Rules::check_object(int object) const
+void SceneState::check_object(int object) const
 {
     if (known(object)) return;
     const bool was = object >= 0 && object < int(counts.size());
@@ -313,14 +313,14 @@ void Rules::check_object(int object) const
                                 std::to_string(object));
 }
 
-void Rules::check_motion(const RigidMotion<double>& m)
+void SceneState::check_motion(const RigidMotion<double>& m)
 {
     const double norm = m.q.w * m.q.w + m.q.x * m.q.x + m.q.y * m.q.y + m.q.z * m.q.z;
     require(finite(m.p) && std::abs(norm - 1) < 1e-6,
             "a motion needs a finite shift and a unit quaternion");
 }
 
-void Rules::check_place(Vec3<double> x, const char* what) const
+void SceneState::check_place(Vec3<double> x, const char* what) const
 {
     if (between(now.walls, x, now.lattice.dx)) return;  // asked of every particle
     throw std::invalid_argument(what + std::string(" at (") + std::to_string(x.x) + ", " +
@@ -343,12 +343,12 @@ void check_state(const SavedState& state, const Setup& of)
     require(state.speed_squared >= 0 && std::isfinite(state.speed_squared) &&
                 state.stiffness >= 0 && std::isfinite(state.stiffness),
             "the state's speed or stiffness is not a number that can be");
-    const Rules rules(s);
+    const SceneState rules(s);
     const int fields = rules.setup().cuts ? 3 : 1;
     const long places = long(fields) * sliding_places(s.lattice.size, s.walls);
     for (const SlidingNode& n : state.sliding)
         require(n.place >= 0 && n.place < places && n.force >= 0 && std::isfinite(n.force) &&
-                    n.time > 0 && std::isfinite(n.time) && std::isfinite(n.owed),
+                    n.time > 0 && std::isfinite(n.time) && std::isfinite(n.impulse_deficit),
                 "the state has clay that slides where or as none can");
     for (const Particle<double>& p : s.particles) {
         if (!finite(p)) require(false, "the state has a particle with a number that is not finite");

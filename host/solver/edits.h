@@ -27,11 +27,11 @@ struct AddedPiece {
 std::vector<AddedPiece> pieces_of(Clays clays);
 
 // A scene's setup without its particles and Gaussians, and how many of them each object has.
-class Rules {
+class SceneState {
   public:
     // Throws std::invalid_argument where a particle has no material, or a material or a Gaussian
     // cannot be.
-    explicit Rules(const Setup& setup);
+    explicit SceneState(const Setup& setup);
 
     const Setup& setup() const { return now; }
     long count(int object) const { return counts[std::size_t(object)]; }
@@ -44,7 +44,7 @@ class Rules {
     // Returns the law that the object had.
     Plasticity set_material(int object, const Material<double>& material);
     void set_gravity(Vec3<double> gravity);
-    void set_walls(const WallRule& walls);
+    void set_walls(const WallOptions& walls);
     void set_tools(const Rig& rig, const std::vector<Tool<double>>& tools);
     void check_attach(int object, const std::vector<Vec3<double>>& places) const;
     void check_gaussians(const std::vector<Gaussian<double>>& all) const;

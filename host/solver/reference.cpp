@@ -35,7 +35,7 @@ Reference::Reference(const Setup& given)
     if (shapes.size() > max_primitives)
         throw std::invalid_argument("at most " + std::to_string(max_primitives) + " primitives");
     check_materials(setup.materials);
-    if (!setup.gaussians.empty()) Rules{setup};
+    if (!setup.gaussians.empty()) SceneState{setup};
     setup.particles.clear(), setup.gaussians.clear();
     for (const Binding<float>& b : setup.rig.spheres) bindings.push_back(cast<double>(b));
     for (const Tool<double>& t : setup.tools) blades = blades || t.blade;
@@ -129,10 +129,13 @@ void Reference::grid(double dt)
 {
     const Lattice<double>& lattice = setup.lattice;
     const Colliders<double> tools = colliders();
-    const double light = trifle(setup);
+    const double light = negligible_mass(setup);
     struct Sums {
-        long clipped = 0, trimmed = 0;
-        void operator+=(const Sums& s) { clipped += s.clipped, trimmed += s.trimmed; }
+        long clipped = 0, clipped_negligible = 0;
+        void operator+=(const Sums& s)
+        {
+            clipped += s.clipped, clipped_negligible += s.clipped_negligible;
+        }
     };
     ++substeps;
     const auto update = [&](std::size_t slot, Sums& sums) {
@@ -140,9 +143,9 @@ void Reference::grid(double dt)
         const auto at = [&](std::size_t f, Int3 m) -> Node<double>& {
             return fields[f][std::size_t(lattice.index(m))];
         };
-        const auto [elsewhere, way] =
-            together(n, walls, [&](Int3 to) { return at(uncut, n + to).m; });
-        if (elsewhere) return;
+        const auto [is_mirror, mirror_offset] =
+            mirror_set(n, walls, [&](Int3 to) { return at(uncut, n + to).m; });
+        if (is_mirror) return;
         Node<double> v[3][8] = {};
         for (std::size_t f = 0; f < fields.size(); ++f) {
             const auto obstacles = [&](Vec3<double>& u) {
@@ -152,15 +155,17 @@ void Reference::grid(double dt)
                 if (f != uncut) u = sliced(tools, active, x, u, lattice.dx, std::uint32_t(f));
                 return differ(u, free);
             };
-            for (int k = 0; k < image_count(way); ++k) v[f][k] = at(f, image(n, way, k));
-            update_images(
-                n, way, lattice, walls, setup.gravity, dt, InArray<double>{v[f]}, obstacles,
-                [&](double mass) { ++(mass > light ? sums.clipped : sums.trimmed); },
+            for (int k = 0; k < mirror_count(mirror_offset); ++k)
+                v[f][k] = at(f, mirror_node(n, mirror_offset, k));
+            update_mirrors(
+                n, mirror_offset, lattice, walls, setup.gravity, dt, InArray<double>{v[f]},
+                obstacles,
+                [&](double mass) { ++(mass > light ? sums.clipped : sums.clipped_negligible); },
                 SlidingInArray<double>{sliding[f].data(), lattice.dx, substeps},
                 [&](Int3 m) { return at(uncut, m).m; });
         }
-        for (int k = 0; k < image_count(way); ++k) {
-            const Int3 m = image(n, way, k);
+        for (int k = 0; k < mirror_count(mirror_offset); ++k) {
+            const Int3 m = mirror_node(n, mirror_offset, k);
             Node<double> one[3] = {v[uncut][k], v[above][k], v[below][k]};
             if (blades)
                 divide(one, {one[uncut].m, one[above].m, one[below].m}, [&] {
@@ -172,7 +177,7 @@ void Reference::grid(double dt)
         }
     };
     const Sums all = parallel_sum<Sums>(occupied.size(), LoopOptions{.threads = threads}, update);
-    stats.clipped += all.clipped, stats.trimmed += all.trimmed;
+    stats.clipped += all.clipped, stats.clipped_negligible += all.clipped_negligible;
 }
 
 // Clay that hardly changes its volume bears its cell's mean pressure.  (7a)
@@ -191,7 +196,7 @@ void Reference::share_pressure()
         if (shares_pressure(material(p)))
             cell(p).add(own_pressure(p, material(p)), material(p).volume);
     for (Particle<double>& p : q)
-        if (shares_pressure(material(p))) bear(p, material(p), cell(p).mean());
+        if (shares_pressure(material(p))) apply_mean_pressure(p, material(p), cell(p).mean());
 }
 
 // Velocity and its gradient come back (8); strain and position move on (9).
@@ -210,7 +215,7 @@ void Reference::g2p(double dt)
         const auto sum = gather(p, s, lattice.spacing, [&](Int3 step) { return four(node(step)); });
         const double mass = setup.materials[std::size_t(p.object)].mass;
         per_cell[i] = mass_around(sum) / mass;
-        calm_crumb(p.C, node(nearest_node).m / mass);
+        damp_isolated_particle(p.C, node(nearest_node).m / mass);
         sudden += abrupt(p.C, dt);
         p.e = advance_b(p.e, p.C, dt);
         p.x = p.x + dt * p.v;
@@ -222,7 +227,7 @@ void Reference::g2p(double dt)
 void Reference::project(double dt)
 {
     const Colliders<double> tools = colliders();
-    const WayOut<double> way = way_out(step_limits(setup));
+    const PushoutLimits<double> pushout = pushout_limits(step_limits(setup));
     struct Sums {
         long projected = 0, far = 0, confined = 0, sliced_off = 0;
         std::uint32_t touched = 0;
@@ -239,7 +244,7 @@ void Reference::project(double dt)
         if (blades && setup.passes > 0)
             sums.sliced_off += cut(p, tools, active, setup.lattice.dx, sums.touched);
         depth[i] =
-            knead::project(p, tools, active, setup.passes, way, per_cell[i], dt, sums.touched);
+            knead::project(p, tools, active, setup.passes, pushout, per_cell[i], dt, sums.touched);
         sums.projected += depth[i] > 0, sums.far += depth[i] > setup.lattice.dx;
         sums.deepest = std::fmax(sums.deepest, depth[i]);
         sums.confined += confine(p, walls);
@@ -247,7 +252,7 @@ void Reference::project(double dt)
     const Sums all = parallel_sum<Sums>(q.size(), LoopOptions{.threads = threads}, update);
     stats.projected += all.projected, stats.moved_far += all.far, stats.confined += all.confined,
         covered += all.sliced_off, stats.touched |= all.touched;
-    stats.found_depth = std::fmax(stats.found_depth, all.deepest - way.skin);
+    stats.found_depth = std::fmax(stats.found_depth, all.deepest - pushout.skin);
 }
 
 // What each material keeps of its trial strain.  (10), (11)

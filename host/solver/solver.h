@@ -23,7 +23,7 @@
 namespace knead {
 
 // How long a substep may be.  (22)
-struct StepRule {
+struct StepOptions {
     double fixed = 0;       // [s]; 0: as stability asks
     double courant = 0.97;  // dt <= courant times what a lone particle is stable with
     double tool = 0.5;      // dt <= tool * min(r, dx) / |v of a tool|
@@ -32,14 +32,14 @@ struct StepRule {
 
 struct Setup {
     Lattice<double> lattice{};
-    WallRule walls{};
+    WallOptions walls{};
     Vec3<double> gravity{};                   // [m/s^2]
     std::vector<Material<double>> materials;  // one per object
     std::vector<Particle<double>> particles;
     std::vector<Gaussian<double>> gaussians{};  // that follow the objects' clay
     Rig rig;                                    // all tools; Primitive::tool indexes `tools`
     std::vector<Tool<double>> tools;
-    StepRule step;
+    StepOptions step;
     bool grid_contact = true;  // the grid feels the tools
     int passes = 1;            // of particle projection a substep; 0: none
     Rest<double> rest{};       // which clay need not move
@@ -76,7 +76,7 @@ struct FrameStats {
     long clipped = 0, confined = 0, repaired = 0;  // guards: nodes slowed, particles put back
     long abrupt = 0, moved_far = 0;  // guards, particle-substeps: dt |C| > 0.35; put out of a tool
                                      // by more than a cell
-    long trimmed = 0;                // nodes slowed that hold next to nothing
+    long clipped_negligible = 0;     // nodes slowed that hold next to nothing
     double found_depth = 0;          // deepest before projection [m]
     std::uint32_t touched = 0;       // tools that found clay inside, or at a blade: tool_bit()
     long active_blocks = 0;          // of the last substep
@@ -114,8 +114,8 @@ class Snapshot {
 
 // A node whose clay slid along a wall when the last substep ended (sliding.h).
 struct SlidingNode {
-    int place;                // of the lattice's, those of one velocity field after the other
-    float force, time, owed;  // [N] [s] [N s]
+    int place;  // of the lattice's, those of one velocity field after the other
+    float force, time, impulse_deficit;  // [N] [s] [N s]
 };
 
 // The same in plain values on the host: for files, for undo, for another solver of the same kind.
@@ -151,7 +151,7 @@ struct SomeGaussians {
     std::vector<Gaussian<double>> gaussians;
 };
 
-struct Held {
+struct SnapshotData {
     std::vector<Particle<double>> particles;
     std::vector<Gaussian<double>> gaussians;
 };
@@ -199,7 +199,7 @@ class Solver {
     virtual void move(int object, const RigidMotion<double>& motion);
     virtual void set_gravity(Vec3<double> gravity);  // [m/s^2]
     // Clay behind a face is put onto it by the next substep.
-    virtual void set_walls(const WallRule& walls);
+    virtual void set_walls(const WallOptions& walls);
     // All tools at once. The motions of later frames are of this rig.
     virtual void set_tools(const Rig& rig, const std::vector<Tool<double>>& tools);
     // Gaussians at these places [m], undeformed, that follow an object's clay from now on, and are
@@ -220,7 +220,7 @@ class Solver {
     // Of this solver, at any time. Throws std::invalid_argument for that of another.
     virtual void restore(const Snapshot& snapshot);
     // What it holds, for any thread, while the solver goes on; particles by id.
-    virtual Held held(const Snapshot& snapshot) const;
+    virtual SnapshotData held(const Snapshot& snapshot) const;
     // The Gaussians of these objects in it, likewise.
     virtual SomeGaussians gaussians_of(const Snapshot& snapshot,
                                        std::span<const int> objects) const;

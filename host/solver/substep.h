@@ -38,7 +38,7 @@ inline double lightest_particle(const Setup& s)
 }
 
 // What a node holds that is trimmed, not clipped, where it is slowed: at most [kg].
-inline double trifle(const Setup& s) { return trimmed_share * lightest_particle(s); }
+inline double negligible_mass(const Setup& s) { return trimmed_share * lightest_particle(s); }
 
 // What of a scene limits its substeps; its state may limit them further.  (22)
 inline StepLimits step_limits(const Setup& s)

@@ -6,8 +6,8 @@
 #include <string>
 
 #include "host/base/parallel.h"
+#include "host/splats/cancellable_for.h"
 #include "host/splats/prepared.h"
-#include "host/splats/unless_stopped.h"
 
 namespace knead {
 namespace {
@@ -44,10 +44,10 @@ bool sort_seen(const SplatCloud& cloud, const SplatFrame& frame, Sorted& s)
         const PosedSplat<float> p = posed<float>(cloud, frame, i);
         s.keys[i] = no_depth_key;
         for (std::size_t e = 0; e < eyes; ++e)
-            if (project(cameras[e], frame.rule, p.centre, p.half_axes, cloud.opacity[i],
+            if (project(cameras[e], frame.options, p.centre, p.half_axes, cloud.opacity[i],
                         s.seen[e][i])) {
                 s.visible[e][i] = 1;
-                s.keys[i] = depth_key(p.centre - middle, frame.rule.near);
+                s.keys[i] = depth_key(p.centre - middle, frame.options.near);
             }
     };
     const auto keep = [&](std::size_t i) {
@@ -165,7 +165,7 @@ void check_frame(const SplatCloud& cloud, const SplatFrame& frame)
     if (frame.eyes.empty() || frame.eyes.size() > 2) refuse("neither one eye nor two");
     for (const Eye<float>& e : frame.eyes)
         if (!valid(e)) refuse("an eye that cannot see");
-    const SplatRule<float>& r = frame.rule;
+    const SplatOptions<float>& r = frame.options;
     if (!(r.near > 0) || !(r.near_full >= r.near) || !(r.near_full < 1e9f))
         refuse("expected 0 < near <= near_full");
     if (!frame.behind.empty() && frame.behind.size() != frame.eyes.size())

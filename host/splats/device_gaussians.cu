@@ -3,20 +3,20 @@
 #include <vector>
 
 #include "cuda/splats/deform.cuh"
-#include "cuda/splats/gone_on.h"
+#include "cuda/splats/extrapolate.h"
 #include "host/splats/device_gaussians.cuh"
 
 namespace knead {
 
 using namespace gpu;
 
-MovedSplats KeptGaussians::moved(const KeptGaussians* before, float ahead) const
+MovedSplats KeptGaussians::moved(const KeptGaussians* before, float extrapolation) const
 {
     constexpr int each = MovedGaussians::floats_each;
     MovedSplats m{count, rows.data(), each, rows.data() + 3, each};
-    if (before && ahead > 0)
+    if (before && extrapolation > 0)
         m.centre_before = before->rows.data(), m.F_before = before->rows.data() + 3,
-        m.ahead = ahead;
+        m.extrapolation = extrapolation;
     return m;
 }
 
@@ -49,13 +49,13 @@ void DeviceGaussians::fetch(SplatFrame& frame) const
     check(cudaSetDevice(device()), "device");
     const std::vector<float> rows = rows_of(*kept_);
     std::vector<float> before;
-    if (before_ && frame.ahead > 0) before = rows_of(*before_);
+    if (before_ && frame.extrapolation > 0) before = rows_of(*before_);
     const auto column = [](const std::vector<float>& of, std::size_t at) {
         return Vec3<float>{of[at], of[at + 1], of[at + 2]};
     };
     const auto by_then = [&](std::size_t at) {
         const Vec3<float> now = column(rows, at);
-        return before.empty() ? now : gone_on(now, column(before, at), frame.ahead);
+        return before.empty() ? now : extrapolated(now, column(before, at), frame.extrapolation);
     };
     frame.moved_centre.resize(count()), frame.moved_F.resize(count());
     for (std::size_t i = 0; i < count(); ++i) {

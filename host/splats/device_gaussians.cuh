@@ -15,7 +15,7 @@ struct KeptGaussians {
     }
     // `before`: the same Gaussians in the state before, from which they have gone on by so much
     // more; null: they are where they are.
-    MovedSplats moved(const KeptGaussians* before, float ahead) const;
+    MovedSplats moved(const KeptGaussians* before, float extrapolation) const;
     void done(cudaStream_t stream) const { check(cudaEventRecord(read, stream), "splats"); }
 
     int device = 0, count = 0;

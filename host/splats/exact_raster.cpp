@@ -2,8 +2,8 @@
 #include <algorithm>
 
 #include "host/base/parallel.h"
+#include "host/splats/cancellable_for.h"
 #include "host/splats/prepared.h"
-#include "host/splats/unless_stopped.h"
 
 namespace knead {
 namespace {
@@ -19,12 +19,12 @@ bool find_seen_exactly(const Eye<double>& eye, const SplatCloud& cloud, const Sp
                        DepthOrder order, std::vector<SeenExactly>& seen)
 {
     const Pinhole<double> c = pinhole(eye);
-    const SplatRule<double> rule = cast<double>(frame.rule);
+    const SplatOptions<double> options = cast<double>(frame.options);
     const Vec3<double> from = order == DepthOrder::middle ? middle_of(frame) : eye.position;
     const auto see = [&](std::size_t i) {
         const PosedSplat<double> p = posed<double>(cloud, frame, i);
         SeenExactly s;
-        if (!project(c, rule, p.centre, p.half_axes, double(cloud.opacity[i]), s.shape)) return;
+        if (!project(c, options, p.centre, p.half_axes, double(cloud.opacity[i]), s.shape)) return;
         s.colour = colour_from(eye.position, p, cloud, i);
         s.key = order == DepthOrder::plane ? s.shape.depth : length(p.centre - from);
         seen.push_back(s);

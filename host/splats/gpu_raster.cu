@@ -83,7 +83,7 @@ RasterFrame GpuRaster::State::described(const SplatFrame& frame, const MovedSpla
         if (!frame.fovea.empty()) f.fovea[e] = frame.fovea[e];
     }
     f.middle = cast<float>(middle_of(frame));
-    f.rule = frame.rule, f.background = frame.background, f.moved = moved;
+    f.options = frame.options, f.background = frame.background, f.moved = moved;
     f.hidden = hidden.empty() ? nullptr : hidden_squares.data();
     return f;
 }
@@ -257,7 +257,7 @@ void GpuRaster::launch(const SplatFrame& frame, const MovedSplats* moved,
                        const RasterTarget* targets, void* stream)
 {
     SplatFrame shape;
-    shape.eyes = frame.eyes, shape.rule = frame.rule, shape.hidden = frame.hidden;
+    shape.eyes = frame.eyes, shape.options = frame.options, shape.hidden = frame.hidden;
     shape.fovea = frame.fovea;
     check_frame(SplatCloud{}, shape);
     check(cudaSetDevice(state->device), "device");

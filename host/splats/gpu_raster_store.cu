@@ -52,7 +52,7 @@ RasterStore::RasterStore(std::size_t n, int degree)
     view.candidate_starts = candidate_starts.data();
     view.counts = counts.data();
     seen_parts_of = DeviceArray<unsigned char>(max_tiles);
-    samples = DeviceArray<TileSample>(max_tiles), rules = DeviceArray<TileRule>(max_tiles);
+    samples = DeviceArray<TileSample>(max_tiles), rules = DeviceArray<TileOptions>(max_tiles);
     view.seen_parts = seen_parts_of.data();
     view.samples = samples.data(), view.rules = rules.data();
     put_off = DeviceArray<int>(max_tiles * parts), view.put_off = put_off.data();

@@ -49,7 +49,7 @@ class RasterStore {
     DeviceArray<unsigned> digit_counts, digit_starts;
     DeviceArray<uint2> ranges;
     DeviceArray<TileSample> samples;
-    DeviceArray<TileRule> rules;
+    DeviceArray<TileOptions> rules;
     DeviceArray<int> put_off;
     DeviceArray<unsigned char> scratch_memory;
 };

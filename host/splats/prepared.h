@@ -24,7 +24,7 @@ Eye<R> cast(const Eye<float>& e)
             e.height};
 }
 template <class R>
-SplatRule<R> cast(const SplatRule<float>& r)
+SplatOptions<R> cast(const SplatOptions<float>& r)
 {
     return {R(r.near), R(r.near_full), r.antialiased};
 }

@@ -20,7 +20,7 @@ constexpr int hidden_tile = 16;  // pixels a side
 
 struct SplatFrame {
     std::vector<Eye<float>> eyes;  // 1 or 2: one order of depth serves both
-    SplatRule<float> rule;
+    SplatOptions<float> options;
     Vec3<float> background{0, 0, 0};  // where there is no mesh
     std::vector<Backdrop> behind;     // per eye; empty: none
     // Of the first splats, as many as there are: where they are [m], and the total deformation
@@ -29,7 +29,7 @@ struct SplatFrame {
     std::vector<Mat3<float>> moved_F;
     // Those that a device moved and keeps (DeviceGaussians) go on as they came, by so much of their
     // way since the state before.
-    float ahead = 0;
+    float extrapolation = 0;
     // Per eye, of its tiles, rows from the top: 1 where nobody sees one, which is left empty. No
     // tiles, or no eyes: all is seen.
     std::vector<std::vector<char>> hidden;

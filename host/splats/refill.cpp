@@ -192,8 +192,8 @@ void cover(const CarriedSplats& splats, const std::vector<Gaussian<double>>& gau
 
 RefillReport refill(CarriedSplats& splats, std::vector<Gaussian<double>>& gaussians,
                     const std::vector<Particle<double>>& particles,
-                    const std::vector<double>& spacing, const RefillRule& rule,
-                    const WallRule& walls)
+                    const std::vector<double>& spacing, const RefillOptions& options,
+                    const WallOptions& walls)
 {
     if (splats.count() != gaussians.size() || splats.extent.size() != gaussians.size())
         throw std::invalid_argument("refill: one splat for each Gaussian is needed");
@@ -208,7 +208,7 @@ RefillReport refill(CarriedSplats& splats, std::vector<Gaussian<double>>& gaussi
     const Cells cells(at, widest);
     cover(splats, gaussians, cells, widest, places);
 
-    const auto enough = std::int64_t(-std::log(rule.see_through) * depth_steps);
+    const auto enough = std::int64_t(-std::log(options.see_through) * depth_steps);
     std::vector<std::uint32_t> bare;
     for (std::size_t k = 0; k < places.size(); ++k)
         if (places[k].depth < enough) bare.push_back(std::uint32_t(k));
@@ -224,7 +224,7 @@ RefillReport refill(CarriedSplats& splats, std::vector<Gaussian<double>>& gaussi
     for (const std::uint32_t k : bare) {
         const Place& place = places[k];
         if (place.depth >= enough) continue;  // the new ones around cover it
-        if (report.added.size() == rule.budget || gaussians.size() >= rule.capacity) {
+        if (report.added.size() == options.budget || gaussians.size() >= options.capacity) {
             ++report.waiting;
             continue;
         }

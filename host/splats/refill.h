@@ -6,7 +6,7 @@
 
 namespace knead {
 
-struct RefillRule {
+struct RefillOptions {
     double see_through = 0.25;  // light through the splats of a place: where more comes, it is bare
     std::size_t budget = 1000;  // new splats a call, the barest places first
     std::size_t capacity = ~std::size_t(0);  // splats in all
@@ -30,7 +30,7 @@ struct RefillReport {
 // std::invalid_argument where the splats are not the Gaussians', one for each.
 RefillReport refill(CarriedSplats& splats, std::vector<Gaussian<double>>& gaussians,
                     const std::vector<Particle<double>>& particles,
-                    const std::vector<double>& spacing, const RefillRule& rule,
-                    const WallRule& walls);
+                    const std::vector<double>& spacing, const RefillOptions& options,
+                    const WallOptions& walls);
 
 }  // namespace knead

@@ -39,7 +39,7 @@ struct Candidate {
 // How far each splat is drawn out; 0 where it is to be left.
 std::vector<Candidate> candidates(const CarriedSplats& splats,
                                   const std::vector<Gaussian<double>>& gaussians,
-                                  const SplitRule& rule)
+                                  const SplitOptions& options)
 {
     const int count = int(gaussians.size());
     std::vector<float> beyond(gaussians.size(), 0);
@@ -47,7 +47,7 @@ std::vector<Candidate> candidates(const CarriedSplats& splats,
         const auto i = std::size_t(k);
         const Mat3<double> M = gaussians[i].F * half_axes(rest_shape(splats.cloud, i));
         const double s = longest_axis(M).length, rest = double(splats.extent[i]);
-        if (s > rule.limit * rest && s > rule.smallest && rest > 0 && std::isfinite(s))
+        if (s > options.limit * rest && s > options.smallest && rest > 0 && std::isfinite(s))
             beyond[i] = float(s / rest);
     });
     std::vector<Candidate> all;
@@ -57,7 +57,7 @@ std::vector<Candidate> candidates(const CarriedSplats& splats,
 }
 
 GaussianSplit split_one(CarriedSplats& splats, std::vector<Gaussian<double>>& gaussians,
-                        std::size_t i, const WallRule& walls)
+                        std::size_t i, const WallOptions& walls)
 {
     SplatCloud& c = splats.cloud;
     const Mat3<double> L = half_axes(rest_shape(c, i)), M = gaussians[i].F * L;
@@ -109,16 +109,16 @@ double pair_opacity(double opacity)
 }
 
 SplitReport split(CarriedSplats& splats, std::vector<Gaussian<double>>& gaussians,
-                  const SplitRule& rule, const WallRule& walls)
+                  const SplitOptions& options, const WallOptions& walls)
 {
     if (splats.count() != gaussians.size() || splats.extent.size() != gaussians.size())
         throw std::invalid_argument("split: one splat for each Gaussian is needed");
-    std::vector<Candidate> all = candidates(splats, gaussians, rule);
+    std::vector<Candidate> all = candidates(splats, gaussians, options);
     std::stable_sort(all.begin(), all.end(),
                      [](const Candidate& a, const Candidate& b) { return a.beyond > b.beyond; });
     const std::size_t room =
-        rule.capacity > gaussians.size() ? rule.capacity - gaussians.size() : 0;
-    const std::size_t count = std::min({all.size(), rule.budget, room});
+        options.capacity > gaussians.size() ? options.capacity - gaussians.size() : 0;
+    const std::size_t count = std::min({all.size(), options.budget, room});
     SplitReport report{{}, all.size() - count};
     for (std::size_t k = 0; k < count; ++k)
         report.splits.push_back(split_one(splats, gaussians, all[k].index, walls));

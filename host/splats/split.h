@@ -6,7 +6,7 @@
 
 namespace knead {
 
-struct SplitRule {
+struct SplitOptions {
     double limit = 1.6;         // longest half axis over that at rest: beyond it a splat is split
     double smallest = 0;        // half axes up to this are left as they are [m]
     std::size_t budget = 2000;  // splats a call, those farthest beyond the limit first
@@ -37,6 +37,6 @@ double pair_opacity(double opacity);
 // index: the same for any number of threads. Throws std::invalid_argument where the splats are not
 // the Gaussians', one for each.
 SplitReport split(CarriedSplats& splats, std::vector<Gaussian<double>>& gaussians,
-                  const SplitRule& rule, const WallRule& walls);
+                  const SplitOptions& options, const WallOptions& walls);
 
 }  // namespace knead

@@ -23,16 +23,16 @@ std::size_t capacity_of(const CarriedSplats& splats) { return splats.cloud.centr
 
 }  // namespace
 
-SplatUpkeep::SplatUpkeep(const UpkeepRule& by, SplatCloud cloud)
-    : rule(by), splats(std::make_shared<CarriedSplats>(carried(std::move(cloud))))
+SplatUpkeep::SplatUpkeep(const UpkeepOptions& by, SplatCloud cloud)
+    : options(by), splats(std::make_shared<CarriedSplats>(carried(std::move(cloud))))
 {
     expect(0);
 }
 
 void SplatUpkeep::expect(std::size_t more)
 {
-    const std::size_t most = rule.capacity > 0 ? rule.capacity : 3 * (splats->count() + more);
-    rule.split.capacity = rule.refill.capacity = most;
+    const std::size_t most = options.capacity > 0 ? options.capacity : 3 * (splats->count() + more);
+    options.split.capacity = options.refill.capacity = most;
 }
 
 // Memory that nobody looks at any more serves again: what is new is touched for the first time,
@@ -62,18 +62,18 @@ CarriedSplats& SplatUpkeep::change(std::size_t more)
     return *splats;
 }
 
-UpkeepPlan UpkeepTask::plan(const Held& held, const Setup& rules) const
+UpkeepPlan UpkeepTask::plan(const SnapshotData& held, const Setup& rules) const
 {
     UpkeepPlan plan{std::make_shared<CarriedSplats>(*splats), {}, 0};
     std::vector<Gaussian<double>> gaussians = held.gaussians;
-    if (rule.splits) {
-        SplitReport done = split(*plan.splats, gaussians, rule.split, rules.walls);
+    if (options.splits) {
+        SplitReport done = split(*plan.splats, gaussians, options.split, rules.walls);
         plan.edits.splits = std::move(done.splits), plan.waiting += done.waiting;
     }
-    if (rule.refills) {
+    if (options.refills) {
         const std::vector<double> s = spacings(rules, gaussians, refilled);
         RefillReport done =
-            refill(*plan.splats, gaussians, held.particles, s, rule.refill, rules.walls);
+            refill(*plan.splats, gaussians, held.particles, s, options.refill, rules.walls);
         plan.edits.added = std::move(done.added), plan.waiting += done.waiting;
     }
     return plan;
@@ -91,9 +91,9 @@ UpkeepReport SplatUpkeep::adopt(UpkeepPlan plan, Solver& solver)
 UpkeepReport SplatUpkeep::after(int frame, Solver& solver)
 {
     if (!due(frame)) return {};
-    Held held;
+    SnapshotData held;
     held.gaussians = solver.gaussians();
-    if (rule.refills) held.particles = solver.particles();
+    if (options.refills) held.particles = solver.particles();
     return adopt(task().plan(held, solver.rules()), solver);
 }
 

@@ -9,12 +9,12 @@
 
 namespace knead {
 
-struct UpkeepRule {
+struct UpkeepOptions {
     bool splits = false, refills = false;
     int every = 5;             // frames from one time to the next
     std::size_t capacity = 0;  // splats in all; 0: three times as many as there were
-    SplitRule split;
-    RefillRule refill;
+    SplitOptions split;
+    RefillOptions refill;
 
     bool any() const { return splits || refills; }
 };
@@ -33,18 +33,18 @@ struct UpkeepPlan {
 
 // What is to be looked at: a copy that any thread may follow.
 struct UpkeepTask {
-    UpkeepRule rule;
+    UpkeepOptions options;
     std::shared_ptr<const CarriedSplats> splats;
     int refilled = 0;  // objects below
 
     // Of a solver's particles and Gaussians, and its rules.
-    UpkeepPlan plan(const Held& held, const Setup& rules) const;
+    UpkeepPlan plan(const SnapshotData& held, const Setup& rules) const;
 };
 
 class SplatUpkeep {
   public:
     // Of the splats of a solver's Gaussians, in their order.
-    SplatUpkeep(const UpkeepRule& rule, SplatCloud cloud);
+    SplatUpkeep(const UpkeepOptions& options, SplatCloud cloud);
 
     const SplatCloud& cloud() const { return splats->cloud; }
     const CarriedSplats& state() const { return *splats; }
@@ -57,19 +57,19 @@ class SplatUpkeep {
     void expect(std::size_t more);
     // From this object on none gets new splats: where all but one side of the clay is out of sight.
     void refill_below(int object) { refilled = object; }
-    bool any() const { return rule.any() && splats->count() > 0; }
-    bool due(int frame) const { return any() && frame % rule.every == 0; }
+    bool any() const { return options.any() && splats->count() > 0; }
+    bool due(int frame) const { return any() && frame % options.every == 0; }
 
     // After the frame of that number, with no frame under way: where it is due, splats are split
     // and added. The clay does not hear of it. Throws std::logic_error where the solver takes no
     // edits.
     UpkeepReport after(int frame, Solver& solver);
     // The same in two halves, between which frames may pass, but no other edits.
-    UpkeepTask task() const { return {rule, splats, refilled}; }
+    UpkeepTask task() const { return {options, splats, refilled}; }
     UpkeepReport adopt(UpkeepPlan plan, Solver& solver);
 
   private:
-    UpkeepRule rule;
+    UpkeepOptions options;
     std::shared_ptr<CarriedSplats> splats, spare;
     int refilled = 0x7fffffff;
 };

@@ -252,21 +252,21 @@ void advance_all(Mesh& mesh, const Field& now, const Field* past)
     });
 }
 
-void check(const SurfaceRule& rule)
+void check(const SurfaceOptions& options)
 {
-    const Lattice<float>& l = rule.lattice;
+    const Lattice<float>& l = options.lattice;
     const auto sensible = [](int n) { return n >= 3 && n <= 1 << 20; };
     if (!(l.dx > 0) || !std::isfinite(l.dx) || !sensible(l.size.x) || !sensible(l.size.y) ||
         !sensible(l.size.z))
         throw std::invalid_argument(
             "a surface needs a lattice of 3 to 2^20 nodes along each axis "
             "and a spacing above 0");
-    if (!(rule.iso > 0) || !std::isfinite(rule.iso))
+    if (!(options.iso > 0) || !std::isfinite(options.iso))
         throw std::invalid_argument("a surface needs an iso value above 0, not " +
-                                    std::to_string(rule.iso));
-    if (rule.iterations < 0)
+                                    std::to_string(options.iso));
+    if (options.iterations < 0)
         throw std::invalid_argument("a surface cannot be smoothed " +
-                                    std::to_string(rule.iterations) + " times");
+                                    std::to_string(options.iterations) + " times");
 }
 
 }  // namespace
@@ -342,19 +342,19 @@ void smooth(Mesh& mesh, Smoothing smoothing, int iterations)
 }
 
 std::vector<Mesh> surface(const std::vector<Particle<double>>& particles,
-                          const std::vector<Material<double>>& materials, const SurfaceRule& rule,
-                          SurfaceStats* stats, SurfacePast* past)
+                          const std::vector<Material<double>>& materials,
+                          const SurfaceOptions& options, SurfaceStats* stats, SurfacePast* past)
 {
-    check(rule);
+    check(options);
     SurfaceStats left_out;
     std::map<int, std::vector<Deposit>> by_category;
     for (const Particle<double>& q : particles) {
         const bool known = q.object >= 0 && std::size_t(q.object) < materials.size();
         const Material<double>* const m = known ? &materials[q.object] : nullptr;
         const Deposit d{cast<float>(q.x), m ? float(m->mass / m->density) : 0};
-        if (!usable(d, rule.lattice.dx))
+        if (!usable(d, options.lattice.dx))
             ++left_out.unusable;
-        else if (!inside(d.x, rule.lattice))
+        else if (!inside(d.x, options.lattice))
             ++left_out.outside;
         else
             by_category[m->category].push_back(d);
@@ -362,12 +362,12 @@ std::vector<Mesh> surface(const std::vector<Particle<double>>& particles,
     std::vector<Mesh> meshes;
     SurfacePast kept;
     for (const auto& [category, deposits] : by_category) {
-        const auto field = std::make_shared<const Field>(density(deposits, rule.lattice));
-        Mesh mesh = isosurface(*field, rule.iso);
-        if (past && rule.moving) kept.densities[category] = field;
+        const auto field = std::make_shared<const Field>(density(deposits, options.lattice));
+        Mesh mesh = isosurface(*field, options.iso);
+        if (past && options.moving) kept.densities[category] = field;
         if (mesh.triangles.empty()) continue;
-        smooth(mesh, rule.smoothing, rule.iterations);
-        if (past && rule.moving) advance_all(mesh, *field, past->densities[category].get());
+        smooth(mesh, options.smoothing, options.iterations);
+        if (past && options.moving) advance_all(mesh, *field, past->densities[category].get());
         mesh.category = category;
         meshes.push_back(std::move(mesh));
     }

@@ -63,8 +63,8 @@ std::shared_ptr<KeptMesh> KeptMeshes::launch(const SurfaceView& view, int device
     const KeptMesh& to = **free;
     check(cudaStreamWaitEvent(stream, to.read, 0), "surface");
     keep_mesh(view, to.place(), to.processors, stream);
-    check(cudaMemcpyAsync(to.told.data(), to.facts.data(), sizeof(MeshFacts),
-                          cudaMemcpyDeviceToHost, stream),
+    check(cudaMemcpyAsync(to.told.data(), to.facts.data(), sizeof(MeshInfo), cudaMemcpyDeviceToHost,
+                          stream),
           "surface");
     check(cudaEventRecord(to.written, stream), "surface");
     return *free;
@@ -80,7 +80,7 @@ std::size_t KeptMeshes::bytes() const
 }
 
 DeviceMesh::DeviceMesh(std::shared_ptr<KeptMesh> kept, std::vector<int> categories,
-                       const MeshFacts& facts)
+                       const MeshInfo& facts)
     : kept_(std::move(kept)),
       categories_(std::move(categories)),
       vertices_(facts.vertices),

@@ -18,8 +18,8 @@ struct KeptMesh {
     DeviceArray<Int3> triangles;
     DeviceArray<float4> places, normals;
     DeviceArray<DrawCommand> draws;
-    DeviceArray<MeshFacts> facts;
-    Pinned<MeshFacts> told;  // the same on the host, once it is written
+    DeviceArray<MeshInfo> facts;
+    Pinned<MeshInfo> told;  // the same on the host, once it is written
     Event written{cudaEventDisableTiming};
     // After the last read of it that was launched and not waited for: whoever writes again waits.
     Event read{cudaEventDisableTiming};

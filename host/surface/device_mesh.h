@@ -7,8 +7,8 @@
 
 namespace knead {
 namespace gpu {
-struct KeptMesh;   // host/surface/device_mesh.cuh
-struct MeshFacts;  // cuda/surface/kept_mesh.cuh
+struct KeptMesh;  // host/surface/device_mesh.cuh
+struct MeshInfo;  // cuda/surface/kept_mesh.cuh
 }  // namespace gpu
 
 // What fits into the device's buffers.
@@ -20,7 +20,7 @@ struct SurfaceRoom {
 class DeviceMesh {
   public:
     DeviceMesh(std::shared_ptr<gpu::KeptMesh> kept, std::vector<int> categories,
-               const gpu::MeshFacts& facts);
+               const gpu::MeshInfo& facts);
 
     int device() const;
     bool empty() const { return triangles_ == 0; }

@@ -16,30 +16,30 @@ using namespace gpu;
 namespace {
 
 // A rule that makes sense to the loops on the CPU does so here.
-const SurfaceRule& checked(const SurfaceRule& rule)
+const SurfaceOptions& checked(const SurfaceOptions& options)
 {
-    knead::surface({}, {}, rule);
-    return rule;
+    knead::surface({}, {}, options);
+    return options;
 }
 
 }  // namespace
 
 GpuSurface::State::State(const std::vector<Particle<double>>& particles,
-                         const std::vector<Material<double>>& materials, const SurfaceRule& rule,
-                         SurfaceRoom room, int wanted)
+                         const std::vector<Material<double>>& materials,
+                         const SurfaceOptions& options, SurfaceRoom room, int wanted)
     : device(chosen(wanted)),
       processors(multiprocessors(device)),
       fixed_room(room.vertices || room.triangles),
-      store(particles, materials, checked(rule), room)
+      store(particles, materials, checked(options), room)
 {
 }
 
 // The stages over particles that are where they are now, in their order.
 std::vector<SurfaceStage> GpuSurface::State::stages(const Clay& now) const
 {
-    const SurfaceRule& rule = store.rule;
-    const int steps = rule.smoothing == Smoothing::none ? 0 : rule.iterations;
-    const bool swells = rule.smoothing == Smoothing::taubin;
+    const SurfaceOptions& options = store.options;
+    const int steps = options.smoothing == Smoothing::none ? 0 : options.iterations;
+    const bool swells = options.smoothing == Smoothing::taubin;
     const int moves = swells ? 2 * steps : steps, rounds = store.rounds;
     SurfaceView d = store.view;
     d.whole = !now.changed;
@@ -135,9 +135,9 @@ Amounts GpuSurface::State::before_block(int block) const
 }
 
 GpuSurface::GpuSurface(const std::vector<Particle<double>>& particles,
-                       const std::vector<Material<double>>& materials, const SurfaceRule& rule,
-                       SurfaceRoom room, int device)
-    : state(std::make_unique<State>(particles, materials, rule, room, device))
+                       const std::vector<Material<double>>& materials,
+                       const SurfaceOptions& options, SurfaceRoom room, int device)
+    : state(std::make_unique<State>(particles, materials, options, room, device))
 {
 }
 // What is under way reads and writes what is freed here.
@@ -256,7 +256,7 @@ std::vector<Mesh> GpuSurface::meshes() const
 Field GpuSurface::density(int category) const
 {
     const auto found = state->store.kinds.find(category);
-    if (found == state->store.kinds.end()) return {{}, {}, state->store.rule.lattice.dx, {}};
+    if (found == state->store.kinds.end()) return {{}, {}, state->store.options.lattice.dx, {}};
     const auto c = std::size_t(std::distance(state->store.kinds.begin(), found));
     const SurfaceView& d = state->store.view;
     const Int3 one{1, 1, 1}, size = d.lattice.size + 2 * one;
@@ -304,7 +304,7 @@ std::shared_ptr<const DeviceMesh> GpuSurface::State::launched(SurfaceStats* stat
     check(cudaSetDevice(device), "device");
     const std::shared_ptr<KeptMesh> made = std::exchange(under_way, nullptr);
     wait(made->written, "surface");
-    const MeshFacts facts = *made->told.data();
+    const MeshInfo facts = *made->told.data();
     const SurfaceRoom needs{facts.needed.vertices, facts.needed.triangles};
     if (!fixed_room && !fits(needs)) return take_room(needs), nullptr;
     const SurfaceStats found = settled(needs, facts.faults);

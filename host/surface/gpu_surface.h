@@ -30,7 +30,7 @@ struct SurfaceWork {
 class GpuSurface {
   public:
     GpuSurface(const std::vector<Particle<double>>& particles,
-               const std::vector<Material<double>>& materials, const SurfaceRule& rule,
+               const std::vector<Material<double>>& materials, const SurfaceOptions& options,
                SurfaceRoom room = {}, int device = -1);
     ~GpuSurface();
 

@@ -32,8 +32,8 @@ struct GpuSurface::State {
     std::shared_ptr<gpu::KeptMesh> under_way;  // that launch_kept() began; null: none
 
     State(const std::vector<Particle<double>>& particles,
-          const std::vector<Material<double>>& materials, const SurfaceRule& rule, SurfaceRoom room,
-          int wanted);
+          const std::vector<Material<double>>& materials, const SurfaceOptions& options,
+          SurfaceRoom room, int wanted);
     std::vector<SurfaceStage> stages(const gpu::Clay& now) const;
     bool set_materials(const std::vector<Material<double>>& materials);
     void prepare(const gpu::Clay& now);

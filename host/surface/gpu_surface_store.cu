@@ -25,16 +25,19 @@ void require_memory(double bytes, const std::string& what)
 }  // namespace
 
 SurfaceStore::SurfaceStore(const std::vector<Particle<double>>& particles,
-                           const std::vector<Material<double>>& materials, const SurfaceRule& given,
-                           SurfaceRoom room)
-    : rule(given)
+                           const std::vector<Material<double>>& materials,
+                           const SurfaceOptions& given, SurfaceRoom room)
+    : options(given)
 {
     sort_out(particles, materials);
     allocate();
     reserve(room);
 }
 
-float SurfaceStore::cell() const { return rule.lattice.dx * rule.lattice.dx * rule.lattice.dx; }
+float SurfaceStore::cell() const
+{
+    return options.lattice.dx * options.lattice.dx * options.lattice.dx;
+}
 
 // Of a particle at rest [m^3]; 0 of what cannot be.
 float SurfaceStore::volume(const Material<double>& material) const
@@ -58,7 +61,7 @@ void SurfaceStore::sort_out(const std::vector<Particle<double>>& particles,
     }
     for (const auto& [category, kind] : kinds) {
         each_layer.push_back(
-            {quantum_of(kind.volume / cell()), softenings(kind.volume, rule.lattice.dx)});
+            {quantum_of(kind.volume / cell()), softenings(kind.volume, options.lattice.dx)});
         amount += kind.amount;
     }
     if (kinds.empty()) each_layer.push_back({1, 0});  // so that there is something to launch
@@ -102,20 +105,20 @@ void SurfaceStore::set_materials(const std::vector<Material<double>>& materials)
 void SurfaceStore::allocate()
 {
     const auto padded = [](int n) { return (n + 2 + block_edge - 1) / block_edge * block_edge; };
-    const Int3 n = rule.lattice.size;
+    const Int3 n = options.lattice.size;
     const Int3 size{padded(n.x), padded(n.y), padded(n.z)};
     const double all = double(layers.size()) * size.x * size.y * size.z;
     const std::string named = std::to_string(std::llround(all)) + " nodes";
     if (all > double(1 << 30))
         throw std::runtime_error("the density needs " + named +
                                  "; a surface is made from at most 2^30");
-    require_memory((9.0 + 4 * (rounds + rule.moving)) * all, "a density of " + named);
+    require_memory((9.0 + 4 * (rounds + options.moving)) * all, "a density of " + named);
     const auto nodes = std::size_t(all), places = nodes / block_nodes;
-    view.lattice = rule.lattice;
-    view.padded = {size, rule.lattice.dx};
+    view.lattice = options.lattice;
+    view.padded = {size, options.lattice.dx};
     view.categories = int(layers.size());
     view.blocks = int(places);
-    view.iso = rule.iso;
+    view.iso = options.iso;
     sums = DeviceArray<unsigned>(nodes);
     marks = DeviceArray<unsigned>(nodes);
     densities = DeviceArray<float>(std::size_t(rounds) * nodes);
@@ -138,7 +141,7 @@ void SurfaceStore::allocate()
     view.draws = draws.data(), view.faults = faults.data();
     view.density = densities.data(), view.anew = anew.data(), view.work = work.data();
     view.seen = seen.data(), view.progress = progress.data();
-    if (!rule.moving) return;
+    if (!options.moving) return;
     past = DeviceArray<float>(nodes), past_known = DeviceArray<int>(1);
     view.past = past.data(), view.past_known = past_known.data();
 }

@@ -20,7 +20,7 @@ struct Kind {
 class SurfaceStore {
   public:
     SurfaceStore(const std::vector<Particle<double>>& particles,
-                 const std::vector<Material<double>>& materials, const SurfaceRule& given,
+                 const std::vector<Material<double>>& materials, const SurfaceOptions& given,
                  SurfaceRoom room);
 
     // Whether the layers that there are serve clay of these materials; then what each adds to them.
@@ -30,13 +30,13 @@ class SurfaceStore {
     void reserve(SurfaceRoom room);
     std::size_t bytes() const;
 
-    SurfaceRule rule;
+    SurfaceOptions options;
     std::map<int, Kind> kinds;  // by category
     int rounds = 1;             // of softening
     SurfaceView view{};
     ScanSpace space{};
     DeviceArray<float> densities;  // of all rounds
-    DeviceArray<float> past;       // SurfaceRule::moving: the last of the surface before
+    DeviceArray<float> past;       // SurfaceOptions::moving: the last of the surface before
     DeviceArray<int> past_known;
     DeviceArray<unsigned long long> before;
     DeviceArray<DrawCommand> draws;

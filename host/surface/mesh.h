@@ -16,15 +16,15 @@ struct Mesh {
     std::vector<Vec3<float>> vertices;  // [m]
     std::vector<Vec3<float>> normals;   // unit, outward; one per vertex
     std::vector<Int3> triangles;        // vertex indices, counter-clockwise seen from outside
-    // Per vertex, where SurfaceRule::moving: how far it has come along its normal since the surface
-    // before [m]. Empty: nothing is known of that.
+    // Per vertex, where SurfaceOptions::moving: how far it has come along its normal since the
+    // surface before [m]. Empty: nothing is known of that.
     std::vector<float> advance;
 };
 
 enum class Smoothing { none, laplace, taubin };
 
 // How a surface is made from particles.
-struct SurfaceRule {
+struct SurfaceOptions {
     Lattice<float> lattice;  // of the density; independent of the simulation's
     float iso = 0.5f;        // share of the rest density where the surface stands
     Smoothing smoothing = Smoothing::taubin;
@@ -50,8 +50,9 @@ struct SurfaceStats {
 // large. The same bits for any number of threads. `past` of the surface before, if any, becomes
 // that of this one, where the rule has `moving`.
 std::vector<Mesh> surface(const std::vector<Particle<double>>& particles,
-                          const std::vector<Material<double>>& materials, const SurfaceRule& rule,
-                          SurfaceStats* stats = nullptr, SurfacePast* past = nullptr);
+                          const std::vector<Material<double>>& materials,
+                          const SurfaceOptions& options, SurfaceStats* stats = nullptr,
+                          SurfacePast* past = nullptr);
 
 // Volume enclosed [m^3], positive for outward triangles.
 double volume(const Mesh& mesh);

@@ -16,7 +16,7 @@ namespace {
 
 struct GpuSurface::State {};
 GpuSurface::GpuSurface(const std::vector<Particle<double>>&, const std::vector<Material<double>>&,
-                       const SurfaceRule&, SurfaceRoom, int)
+                       const SurfaceOptions&, SurfaceRoom, int)
 {
     refuse();
 }
@@ -50,7 +50,7 @@ std::vector<StageWork> GpuSurface::stage_counts() { refuse(); }
 SurfaceRoom GpuSurface::room() const { refuse(); }
 std::size_t GpuSurface::memory() const { refuse(); }
 
-DeviceMesh::DeviceMesh(std::shared_ptr<gpu::KeptMesh>, std::vector<int>, const gpu::MeshFacts&)
+DeviceMesh::DeviceMesh(std::shared_ptr<gpu::KeptMesh>, std::vector<int>, const gpu::MeshInfo&)
 {
     refuse();
 }

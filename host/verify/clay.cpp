@@ -96,7 +96,7 @@ void add_to(FrameStats& all, const FrameStats& s)
     all.dt_min = all.substeps ? std::fmin(all.dt_min, s.dt_min) : s.dt_min;
     all.dt_max = std::fmax(all.dt_max, s.dt_max);
     all.substeps += s.substeps, all.yielded += s.yielded, all.projected += s.projected;
-    add_guards(all, s), all.trimmed += s.trimmed;
+    add_guards(all, s), all.clipped_negligible += s.clipped_negligible;
     all.found_depth = std::fmax(all.found_depth, s.found_depth);
 }
 

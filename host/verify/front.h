@@ -20,7 +20,7 @@ struct FrontScene {
     std::string name, unit;  // the unit as a part of a name: "mm", "percent"
     std::string against;     // what the error is a distance from
     std::vector<int> cells;  // along 1 m, coarse to fine
-    std::function<FrontResult(const SceneRule&)> run;
+    std::function<FrontResult(const SceneOptions&)> run;
 };
 
 // Lattices of the scenes: 1 m of a quick run's, of a CPU's and of a GPU's.
@@ -33,7 +33,7 @@ struct FrontSizes {
 };
 
 // As a scene is by default, with so many cells.
-SceneRule default_rule(int cells);
+SceneOptions default_options(int cells);
 
 // Judged by its own result on the `finest` cells, by default else: off(a, b) is how far two of them
 // are apart [m]. A quick run has 16 cells and `second`.
@@ -41,13 +41,13 @@ template <class Run, class Off>
 FrontScene against_finest(const Verification& v, std::string name, const std::string& what,
                           int quick_finest, int second, Run run, Off off)
 {
-    using Result = decltype(run(v, SceneRule{}));
+    using Result = decltype(run(v, SceneOptions{}));
     const int finest = FrontSizes{{quick_finest}, {96}, {192}}.of(v).front();
-    const auto fine = std::make_shared<const Result>(run(v, default_rule(finest)));
+    const auto fine = std::make_shared<const Result>(run(v, default_options(finest)));
     const FrontSizes cells{{16, second}, {16, 24, 32, 48}, {32, 48, 64, 96}};
     return {std::move(name), "mm", what + " on " + std::to_string(finest) + " cells/m", cells.of(v),
-            [&v, fine, run, off](const SceneRule& rule) {
-                const Result result = run(v, rule);
+            [&v, fine, run, off](const SceneOptions& options) {
+                const Result result = run(v, options);
                 return FrontResult{1e3 * off(result, *fine), result.seconds, result.inside};
             }};
 }
@@ -64,7 +64,7 @@ FrontScene pile_front(Verification& v);
 
 // A setting of a scene, and what came of it.
 struct FrontPoint {
-    SceneRule rule;
+    SceneOptions options;
     double error, seconds;  // in the scene's unit, [s]
     double counted = 0;     // count_errors()
     std::string name() const;

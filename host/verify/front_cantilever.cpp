@@ -27,20 +27,21 @@ struct Scene {
     Place root;
 };
 
-Scene built(const SceneRule& rule)
+Scene built(const SceneOptions& options)
 {
-    const double dx = 1.0 / rule.cells;
-    const int thick = int(std::lround(high * rule.cells));
-    Scene all{between_walls({4 + rule.cells + 2, thick + 8, thick + 4}, dx, ContactMode::sticky, 0),
-              {}};
+    const double dx = 1.0 / options.cells;
+    const int thick = int(std::lround(high * options.cells));
+    Scene all{
+        between_walls({4 + options.cells + 2, thick + 8, thick + 4}, dx, ContactMode::sticky, 0),
+        {}};
     Setup& s = all.setup;
     s.gravity = {0, -g, 0};
     all.root = s.walls.min + dx * Place{4, 4, 2};
-    fill_by(s, rule, elastic(young, 0, density), all.root, all.root + Place{beam, high, high});
+    fill_by(s, options, elastic(young, 0, density), all.root, all.root + Place{beam, high, high});
     Place end = s.walls.max;
     end.x = all.root.x;
     // Of the same speed of sound, so that the beam decides on the substep.
-    fill_by(s, rule, elastic(1000 * young, 0, 1000 * density), s.walls.min, end);
+    fill_by(s, options, elastic(1000 * young, 0, 1000 * density), s.walls.min, end);
     return all;
 }
 
@@ -68,9 +69,9 @@ Bend bend_of(const std::vector<Particle<double>>& now, const std::vector<Particl
             (sum.rate - shapes * block_rate / beside) / squares};
 }
 
-FrontResult swung(const Verification& v, const SceneRule& rule)
+FrontResult swung(const Verification& v, const SceneOptions& options)
 {
-    const Scene scene = built(rule);
+    const Scene scene = built(options);
     // The period of a slender beam.
     const double period = 2 * std::numbers::pi / 3.516 * beam * beam /
                           std::sqrt(young * high * high / (12 * density));
@@ -93,7 +94,7 @@ FrontResult swung(const Verification& v, const SceneRule& rule)
         before = now;
         return true;
     };
-    const Driven driven = timed_drive(v, rule, scene.setup, step, 1.5 * period, no_tools, look);
+    const Driven driven = timed_drive(v, options, scene.setup, step, 1.5 * period, no_tools, look);
     return {100 * std::fabs(mean - 1), driven.seconds, 0};
 }
 
@@ -103,7 +104,7 @@ FrontScene cantilever_front(Verification& v)
 {
     return {"cantilever", "percent", "the deflection of Timoshenko's beam",
             FrontSizes{{8, 16}, {8, 16, 32, 64}, {16, 32, 64, 96}}.of(v),
-            [&v](const SceneRule& rule) { return swung(v, rule); }};
+            [&v](const SceneOptions& options) { return swung(v, options); }};
 }
 
 }  // namespace knead

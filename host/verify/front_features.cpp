@@ -15,22 +15,22 @@ namespace {
 
 struct Change {
     const char* name;
-    void (*make)(SceneRule&);
+    void (*make)(SceneOptions&);
     bool quick;  // is in a quick run, too
 };
 
 const Change changes[] = {
-    {"defaults", [](SceneRule&) {}, true},
-    {"contact.grid false", [](SceneRule& r) { r.grid_contact = false; }, true},
-    {"contact.passes 0", [](SceneRule& r) { r.passes = 0; }, true},
-    {"contact.passes 2", [](SceneRule& r) { r.passes = 2; }, false},
-    {"contact.passes 4", [](SceneRule& r) { r.passes = 4; }, false},
-    {"step.courant 0.4", [](SceneRule& r) { r.courant = 0.4; }, false},
-    {"step.courant 0.7", [](SceneRule& r) { r.courant = 0.7; }, false},
-    {"per_cell 4", [](SceneRule& r) { r.per_cell = 4; }, false},
-    {"per_cell 16", [](SceneRule& r) { r.per_cell = 16; }, false},
-    {"deterministic true", [](SceneRule& r) { r.deterministic = true; }, false},
-    {"a lattice's particles, not packed", [](SceneRule& r) { r.packed = false; }, true},
+    {"defaults", [](SceneOptions&) {}, true},
+    {"contact.grid false", [](SceneOptions& r) { r.grid_contact = false; }, true},
+    {"contact.passes 0", [](SceneOptions& r) { r.passes = 0; }, true},
+    {"contact.passes 2", [](SceneOptions& r) { r.passes = 2; }, false},
+    {"contact.passes 4", [](SceneOptions& r) { r.passes = 4; }, false},
+    {"step.courant 0.4", [](SceneOptions& r) { r.courant = 0.4; }, false},
+    {"step.courant 0.7", [](SceneOptions& r) { r.courant = 0.7; }, false},
+    {"per_cell 4", [](SceneOptions& r) { r.per_cell = 4; }, false},
+    {"per_cell 16", [](SceneOptions& r) { r.per_cell = 16; }, false},
+    {"deterministic true", [](SceneOptions& r) { r.deterministic = true; }, false},
+    {"a lattice's particles, not packed", [](SceneOptions& r) { r.packed = false; }, true},
 };
 
 // The cells of a scene that says nothing of them; fewer where there is no GPU.
@@ -38,7 +38,7 @@ int usual_cells(const Verification& v) { return FrontSizes{{16}, {32}, {64}}.of(
 
 struct Bought {
     const Change* change;
-    SceneRule rule;
+    SceneOptions rule;
     FrontResult result;
 };
 
@@ -50,7 +50,7 @@ std::vector<Bought> bought(const Verification& v, const FrontScene& scene)
     const auto seeds = std::make_shared<Seeds>();
     for (const Change& change : changes) {
         if (v.quick() && !change.quick) continue;
-        all.push_back({&change, default_rule(usual_cells(v)), {}});
+        all.push_back({&change, default_options(usual_cells(v)), {}});
         all.back().rule.watch = true, all.back().rule.seeds = seeds;
         change.make(all.back().rule);
     }

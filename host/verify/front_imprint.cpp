@@ -8,16 +8,16 @@ namespace {
 
 constexpr double tool = 0.1, deep = 0.1, speed = 1, rest = 0.05;  // [m] [m/s] [s]
 
-Squeezed imprinted(const Verification& v, const SceneRule& rule)
+Squeezed imprinted(const Verification& v, const SceneOptions& options)
 {
-    auto [s, middle] = ball_of_clay(rule, 0.5);
+    auto [s, middle] = ball_of_clay(options, 0.5);
     s.walls.min.y = middle.y - squeeze_radius;
     add_ball_tool(s, tool, ContactMode::separate, 0.4);
     const auto at = [middle = middle](double t) {
         const double in = speed * std::min(t, std::max(2 * deep / speed - t, -tool));
         return std::vector{stands_at(middle + Place{0, squeeze_radius + tool - in, 0})};
     };
-    return followed(v, rule, std::move(s), middle, 2 * deep / speed + rest, at);
+    return followed(v, options, std::move(s), middle, 2 * deep / speed + rest, at);
 }
 
 }  // namespace

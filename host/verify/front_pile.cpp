@@ -19,14 +19,14 @@ struct Pile {
     double seconds = 0, inside = 0;
 };
 
-Pile collapsed(const Verification& v, const SceneRule& rule)
+Pile collapsed(const Verification& v, const SceneOptions& options)
 {
-    const double dx = 1.0 / rule.cells;
-    Setup s =
-        between_walls({rule.cells, rule.cells / 2, rule.cells}, dx, ContactMode::separate, 0.5);
+    const double dx = 1.0 / options.cells;
+    Setup s = between_walls({options.cells, options.cells / 2, options.cells}, dx,
+                            ContactMode::separate, 0.5);
     s.gravity = {0, -9.81, 0};
     const Place floor = floor_of(s);
-    fill_by(s, rule,
+    fill_by(s, options,
             made({.name = "dry sand",
                   .elasticity = Elasticity::hencky,
                   .plasticity = Plasticity::drucker_prager,
@@ -40,7 +40,7 @@ Pile collapsed(const Verification& v, const SceneRule& rule)
             });
     // What fills the column by steps is not quite its volume.
     const double share = std::numbers::pi * radius * radius * high / double(s.particles.size());
-    const Driven driven = timed_drive(v, rule, s, 1.0 / 60, end, no_tools, no_look);
+    const Driven driven = timed_drive(v, options, s, 1.0 / 60, end, no_tools, no_look);
     Pile pile;
     pile.seconds = driven.seconds;
     for (const Particle<double>& q : driven.solver->particles()) {

@@ -18,17 +18,17 @@ Place wave(Place x)
                                               std::cos(k * x.x) * std::sinh(k * x.y), 0};
 }
 
-Setup tank(const SceneRule& rule, double w)
+Setup tank(const SceneOptions& options, double w)
 {
-    const double dx = 1.0 / rule.cells;
-    Setup s = between_walls({rule.cells, rule.cells * 3 / 4, 4}, dx, ContactMode::slip, 0);
+    const double dx = 1.0 / options.cells;
+    Setup s = between_walls({options.cells, options.cells * 3 / 4, 4}, dx, ContactMode::slip, 0);
     s.gravity = {0, -g, 0};
     Material<double> m{};
     m.plasticity = Plasticity::fluid;
     // Of ten times the speed of a long wave: at the floor it is a hundredth denser.
     m.density = 1000, m.bulk = m.density * 100 * g * depth, m.exponent = 7, m.viscosity = 0.1;
     const Place low = s.walls.min;
-    fill_by(s, rule, m, low, {s.walls.max.x, low.y + depth, s.walls.max.z});
+    fill_by(s, options, m, low, {s.walls.max.x, low.y + depth, s.walls.max.z});
     for (Particle<double>& q : s.particles) {
         const Place x = q.x - low;
         const double pressure = m.density * g * (depth - x.y),
@@ -44,10 +44,10 @@ Setup tank(const SceneRule& rule, double w)
 }
 
 // Over half a period, from flat to flat: how far the wave is from theory, rms over that of theory.
-FrontResult sloshed(const Verification& v, const SceneRule& rule)
+FrontResult sloshed(const Verification& v, const SceneOptions& options)
 {
     const double w = std::sqrt(g * k * std::tanh(k * depth)), end = std::numbers::pi / w;
-    const Setup s = tank(rule, w);
+    const Setup s = tank(options, w);
     std::vector<Place> shape;
     double squares = 0;
     for (const Particle<double>& q : s.particles) {
@@ -56,7 +56,7 @@ FrontResult sloshed(const Verification& v, const SceneRule& rule)
     }
     double off = 0, whole = 0;
     const Driven driven =
-        timed_drive(v, rule, s, end / 24, end, no_tools, [&](const Solver& solver, double t) {
+        timed_drive(v, options, s, end / 24, end, no_tools, [&](const Solver& solver, double t) {
             const std::vector<Particle<double>> now = by_id(solver);
             double sum = 0;
             for (std::size_t i = 0; i < now.size(); ++i)
@@ -74,7 +74,7 @@ FrontScene sloshing_front(Verification& v)
 {
     return {"sloshing", "percent", "Lamb's standing wave",
             FrontSizes{{8, 16}, {8, 16, 32, 64}, {16, 32, 64, 96}}.of(v),
-            [&v](const SceneRule& rule) { return sloshed(v, rule); }};
+            [&v](const SceneOptions& options) { return sloshed(v, options); }};
 }
 
 }  // namespace knead

@@ -28,7 +28,7 @@ struct Variant {
 // By a scene's defaults, and with one of them changed.
 std::vector<Variant> variants(bool quick)
 {
-    const SurfaceRule d{};
+    const SurfaceOptions d{};
     std::vector<Variant> all;
     for (const double nodes :
          quick ? std::vector{1.0, 2.0, 3.0} : std::vector{0.5, 1.0, 1.5, 2.0, 3.0, 4.0})
@@ -51,7 +51,7 @@ struct Skin {
 };
 
 // On a GPU without the copies there and back, by replays of a graph; else the quickest of three.
-Skin skin(const Verification& v, const Setup& s, const SurfaceRule& rule)
+Skin skin(const Verification& v, const Setup& s, const SurfaceOptions& rule)
 {
     if (v.device.kind == DeviceKind::cuda) {
         GpuSurface surface(s.particles, s.materials, rule, {}, v.device.index);
@@ -102,7 +102,7 @@ struct Line {
 
 Line measured(const Verification& v, const Setup& s, Place middle, const Variant& by)
 {
-    SurfaceRule made;
+    SurfaceOptions made;
     const auto nodes = [&](int n) { return int(std::ceil(n * by.nodes / 8)) * 8; };
     const Int3 n = s.lattice.size;
     made.lattice = {{nodes(n.x), nodes(n.y), nodes(n.z)}, float(s.lattice.dx / by.nodes)};
@@ -164,7 +164,7 @@ void surface_front(Verification& v)
 {
     v.lap();
     const int cells = FrontSizes{{16}, {32}, {64}}.of(v).front();
-    const SceneRule rule = default_rule(cells);
+    const SceneOptions rule = default_options(cells);
     Setup s = between_walls({cells, cells, cells}, 1.0 / cells, ContactMode::separate, 0);
     const Place middle = s.walls.min + Place{0.5 + 0.003, 0.5 - 0.007, 0.5 + 0.011};
     fill_by(s, rule, plastic(1e6, 0.3, 1000, 1e5), s.walls.min, s.walls.max,

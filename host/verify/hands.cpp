@@ -35,7 +35,7 @@ void gesture(Verification& v, const std::string& name, double zoom, int cells, i
     build(scene, available_memory());
     const auto solver = v.solver(scene.setup);
     const HandSource hands(hands_of(scene), scene.hands);
-    RunRule rule;
+    BatchRunOptions rule;
     rule.audit_every = 5, rule.frames = frames;
     const RunRecord record = run_frames(scene, *solver, &hands, rule, {});
     if (record.end != End::complete)

@@ -99,38 +99,38 @@ std::vector<Place> probes()
 
 }  // namespace
 
-Squeezed followed(const Verification& v, const SceneRule& rule, Setup s, Place middle, double end,
-                  const std::function<std::vector<Joint<double>>(double)>& at)
+Squeezed followed(const Verification& v, const SceneOptions& options, Setup s, Place middle,
+                  double end, const std::function<std::vector<Joint<double>>(double)>& at)
 {
     Squeezed result;
-    result.apart = s.lattice.dx / std::cbrt(rule.per_cell);
+    result.apart = s.lattice.dx / std::cbrt(options.per_cell);
     for (const Particle<double>& q : s.particles) result.from.push_back(q.x - middle);
-    const Driven driven = timed_drive(v, rule, std::move(s), 1.0 / 60, end, at, no_look);
+    const Driven driven = timed_drive(v, options, std::move(s), 1.0 / 60, end, at, no_look);
     result.stats = driven.stats, result.seconds = driven.seconds, result.inside = driven.inside;
     for (const Particle<double>& q : by_id(*driven.solver)) result.to.push_back(q.x - middle);
     result.at = carried(result);
     return result;
 }
 
-BallOfClay ball_of_clay(const SceneRule& rule, double friction)
+BallOfClay ball_of_clay(const SceneOptions& options, double friction)
 {
-    Setup s = between_walls({rule.cells, rule.cells, rule.cells}, 1.0 / rule.cells,
+    Setup s = between_walls({options.cells, options.cells, options.cells}, 1.0 / options.cells,
                             ContactMode::separate, friction);
     const Place middle = s.walls.min + Place{0.5, 0.5, 0.5};
-    fill_by(s, rule, plastic(1e5, 0.3, 1000, 1e4), s.walls.min, s.walls.max,
+    fill_by(s, options, plastic(1e5, 0.3, 1000, 1e4), s.walls.min, s.walls.max,
             [&](Place x) { return squeeze_radius - length(x - middle); });
     return {std::move(s), middle};
 }
 
-Squeezed squeezed(const Verification& v, const SceneRule& rule)
+Squeezed squeezed(const Verification& v, const SceneOptions& options)
 {
-    auto [s, middle] = ball_of_clay(rule, 0.3);
+    auto [s, middle] = ball_of_clay(options, 0.3);
     for (int i = 0; i < 2; ++i) add_ball_tool(s, tool_radius, ContactMode::separate, 0.4);
     const auto at = [middle = middle](double t) {
         const double x = squeeze_radius + tool_radius - std::min(speed * t, deep);
         return std::vector{stands_at(middle + Place{-x, 0, 0}), stands_at(middle + Place{x, 0, 0})};
     };
-    return followed(v, rule, std::move(s), middle, deep / speed + rest, at);
+    return followed(v, options, std::move(s), middle, deep / speed + rest, at);
 }
 
 Sym3<double> gyration(const std::vector<Place>& places)

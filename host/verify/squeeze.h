@@ -3,7 +3,7 @@
 #pragma once
 #include <vector>
 
-#include "host/verify/scene_rule.h"
+#include "host/verify/scene_options.h"
 
 namespace knead {
 
@@ -16,15 +16,15 @@ struct Squeezed {
     double seconds = 0;  // of simulating
     double inside = 0;   // Driven::inside [m]
 };
-Squeezed squeezed(const Verification& v, const SceneRule& rule);
+Squeezed squeezed(const Verification& v, const SceneOptions& options);
 // The ball alone, its middle in the middle of a room of 1 m.
 struct BallOfClay {
     Setup setup;
     Place middle;
 };
-BallOfClay ball_of_clay(const SceneRule& rule, double friction);
+BallOfClay ball_of_clay(const SceneOptions& options, double friction);
 // Any clay in `setup` about `middle`, from 0 to `end` [s], with tools where `at` says.
-Squeezed followed(const Verification& v, const SceneRule& rule, Setup setup, Place middle,
+Squeezed followed(const Verification& v, const SceneOptions& options, Setup setup, Place middle,
                   double end, const std::function<std::vector<Joint<double>>(double)>& at);
 
 // Second moments about the middle, [m^2].

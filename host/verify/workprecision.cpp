@@ -21,7 +21,7 @@ struct Settings {
 };
 Settings settings(const Verification& v, std::size_t index, std::size_t lattices)
 {
-    const double usual = StepRule{}.courant;
+    const double usual = StepOptions{}.courant;
     if (v.quick()) {
         if (index == 0) return {{4, 8, 27}, {0.4, usual}};
         return {{4, 8}, {0.4, usual}};
@@ -34,14 +34,14 @@ Settings settings(const Verification& v, std::size_t index, std::size_t lattices
 // Whether the device itself is the loops in double.
 bool in_double(const Verification& v) { return v.device.kind == DeviceKind::cpu_double; }
 
-std::vector<SceneRule> rules(const Verification& v, const FrontScene& scene)
+std::vector<SceneOptions> rules(const Verification& v, const FrontScene& scene)
 {
-    std::vector<SceneRule> all;
+    std::vector<SceneOptions> all;
     // By themselves the loops in double leave out the finest cells, which take most of the time.
     const std::size_t lattices = scene.cells.size() - (in_double(v) && !v.quick() ? 1 : 0);
     for (std::size_t i = 0; i < lattices; ++i) {
         const Settings s = settings(v, i, scene.cells.size());
-        SceneRule rule = default_rule(scene.cells[i]);
+        SceneOptions rule = default_options(scene.cells[i]);
         rule.repeats = v.quick() ? 1 : 3;
         for (const double courant : s.courant)
             for (const double per_cell : s.per_cell) {
@@ -50,7 +50,7 @@ std::vector<SceneRule> rules(const Verification& v, const FrontScene& scene)
             }
         // The loops in double are no way to wait for fine cells.
         if (i > 0 || in_double(v)) continue;
-        rule = default_rule(scene.cells[i]), rule.in_double = true;
+        rule = default_options(scene.cells[i]), rule.in_double = true;
         all.push_back(rule);
     }
     return all;
@@ -64,14 +64,15 @@ void judge_defaults(Verification& v, const FrontScene& scene, const std::vector<
                  [](const FrontPoint& p) { return p.usual(); });
     const FrontPoint &coarse = defaults.front(), &fine = defaults.back();
     Check c = at_most(fmt::format("{}, defaults: error at {} cells/m over that at {}", scene.name,
-                                  fine.rule.cells, coarse.rule.cells),
+                                  fine.options.cells, coarse.options.cells),
                       fine.error / coarse.error, 0.7, "", "use the coarser cells");
     c.note = "off " + scene.against;
     for (const FrontPoint& p : defaults) {
         const std::string stands = standing(beaten_by(all, p), scene.unit);
-        c.note += fmt::format("; at {} cells/m {}, {}", p.rule.cells, p.told(scene.unit), stands);
+        c.note +=
+            fmt::format("; at {} cells/m {}, {}", p.options.cells, p.told(scene.unit), stands);
         v.add(VerifyRow{"defaults: " + scene.name,
-                        fmt::format("{} cells/m", p.rule.cells),
+                        fmt::format("{} cells/m", p.options.cells),
                         stands,
                         {{"error_" + scene.unit, p.error}, {"seconds", p.seconds}}});
     }
@@ -89,10 +90,10 @@ void add_rows(Verification& v, const FrontScene& scene, const std::vector<FrontP
                         {{"error_" + scene.unit, p.error},
                          {"counted", p.counted},
                          {"seconds", p.seconds},
-                         {"cells", double(p.rule.cells)},
-                         {"per_cell", p.rule.per_cell},
-                         {"courant", p.rule.courant},
-                         {"double", double(p.rule.in_double || in_double(v))},
+                         {"cells", double(p.options.cells)},
+                         {"per_cell", p.options.per_cell},
+                         {"courant", p.options.courant},
+                         {"double", double(p.options.in_double || in_double(v))},
                          {"default", double(p.usual())}}});
         if (by == all.end() && !v.options.json && !v.options.quiet)
             print(fmt::format("    {}, front: {:<46} {}\n", scene.name, p.name(),
@@ -102,17 +103,17 @@ void add_rows(Verification& v, const FrontScene& scene, const std::vector<FrontP
 
 }  // namespace
 
-SceneRule default_rule(int cells)
+SceneOptions default_options(int cells)
 {
-    SceneRule rule;
-    rule.cells = cells, rule.courant = StepRule{}.courant, rule.packed = true;
+    SceneOptions rule;
+    rule.cells = cells, rule.courant = StepOptions{}.courant, rule.packed = true;
     return rule;
 }
 
 std::string FrontPoint::name() const
 {
-    return fmt::format("{} cells/m, {} a cell, courant {}{}", rule.cells, rule.per_cell,
-                       rule.courant, rule.in_double ? ", in double" : "");
+    return fmt::format("{} cells/m, {} a cell, courant {}{}", options.cells, options.per_cell,
+                       options.courant, options.in_double ? ", in double" : "");
 }
 
 std::string FrontPoint::told(const std::string& unit) const
@@ -123,8 +124,8 @@ std::string FrontPoint::told(const std::string& unit) const
 
 bool FrontPoint::usual() const
 {
-    const SceneRule d = default_rule(rule.cells);
-    return rule.per_cell == d.per_cell && rule.courant == d.courant && !rule.in_double;
+    const SceneOptions d = default_options(options.cells);
+    return options.per_cell == d.per_cell && options.courant == d.courant && !options.in_double;
 }
 
 bool FrontPoint::beats(const FrontPoint& other) const
@@ -138,8 +139,9 @@ void count_errors(std::vector<FrontPoint>& all)
     for (FrontPoint& p : all) {
         p.counted = 0;
         for (const FrontPoint& q : all)
-            if (q.rule.per_cell == p.rule.per_cell && q.rule.courant == p.rule.courant &&
-                q.rule.in_double == p.rule.in_double && q.rule.cells >= p.rule.cells)
+            if (q.options.per_cell == p.options.per_cell &&
+                q.options.courant == p.options.courant &&
+                q.options.in_double == p.options.in_double && q.options.cells >= p.options.cells)
                 p.counted = std::fmax(p.counted, std::isfinite(q.error) ? q.error : INFINITY);
     }
 }
@@ -181,7 +183,7 @@ void front_part(Verification& v)
         const FrontScene scene = make(v);
         std::vector<FrontPoint> all;
         const auto seeds = std::make_shared<Seeds>();
-        for (SceneRule rule : rules(v, scene)) {
+        for (SceneOptions rule : rules(v, scene)) {
             if (interrupted()) return;
             rule.seeds = seeds;
             const FrontResult r = scene.run(rule);

@@ -20,20 +20,21 @@
 
 namespace knead {
 
-EyesRule EyesRule::of(const HeadsetLoopRule& rule)
+EyesOptions EyesOptions::of(const HeadsetLoopOptions& options)
 {
-    const bool on_gpu = rule.device.kind == DeviceKind::cuda;
-    EyesRule eyes;
-    eyes.device = rule.device;
-    eyes.samples = rule.samples > 0 ? rule.samples : on_gpu ? 4 : 1;
-    eyes.least = rule.least_scale, eyes.foveate = rule.foveate;
-    if (rule.samples == 0 && on_gpu && !rule.stepped) eyes.budget = gl_share * usual_period(rule);
+    const bool on_gpu = options.device.kind == DeviceKind::cuda;
+    EyesOptions eyes;
+    eyes.device = options.device;
+    eyes.samples = options.samples > 0 ? options.samples : on_gpu ? 4 : 1;
+    eyes.least = options.least_scale, eyes.foveate = options.foveate;
+    if (options.samples == 0 && on_gpu && !options.stepped)
+        eyes.budget = gl_share * usual_period(options);
     return eyes;
 }
 
-double EyesRule::usual_period(const HeadsetLoopRule& rule)
+double EyesOptions::usual_period(const HeadsetLoopOptions& options)
 {
-    return 1 / (rule.headset.rate > 0 ? rule.headset.rate : 90);
+    return 1 / (options.headset.rate > 0 ? options.headset.rate : 90);
 }
 
 #ifdef KNEAD_HAS_GL
@@ -46,7 +47,7 @@ struct EyeOfOurs {
     Texture colour = texture(GL_TEXTURE_2D), depth = texture(GL_TEXTURE_2D);
     EyeTexture as;
 
-    explicit EyeOfOurs(const HeadsetFacts& about)
+    explicit EyeOfOurs(const HeadsetInfo& about)
         : as{colour, depth, about.width, about.height, about.srgb}
     {
         glTextureStorage2D(colour, 1, about.srgb ? GL_SRGB8_ALPHA8 : GL_RGBA8, about.width,
@@ -58,12 +59,12 @@ struct EyeOfOurs {
 }  // namespace
 
 struct HeadsetEyes::Parts {
-    Parts(Headset& of, const EyesRule& by) : headset(of), rule(by) {}
+    Parts(Headset& of, const EyesOptions& by) : headset(of), options(by) {}
 
     struct KeptMotion {
         std::shared_ptr<const std::vector<Gaussian<double>>> host, before;
         std::shared_ptr<const DeviceGaussians> device;
-        Instant instant;
+        MotionStamp instant;
 
         explicit KeptMotion(const LiveState& state)
             : host(state.gaussians),
@@ -75,12 +76,12 @@ struct HeadsetEyes::Parts {
         KeptMotion() = default;
         SplatMotion told(double now) const
         {
-            return {host.get(), device.get(), before.get(), instant.ahead(now)};
+            return {host.get(), device.get(), before.get(), instant.extrapolation(now)};
         }
     };
 
     Headset& headset;
-    EyesRule rule;
+    EyesOptions options;
     std::unique_ptr<EyePainter> painter;
     Framebuffer target;
     Texture own_depth;  // where the headset takes none
@@ -108,13 +109,14 @@ struct HeadsetEyes::Parts {
     void draw_panel(const EyeView& view, const EyeTarget& to, const HeadsetPicture& picture);
 };
 
-HeadsetEyes::HeadsetEyes(Headset& headset, const EyesRule& rule) : parts(new Parts(headset, rule))
+HeadsetEyes::HeadsetEyes(Headset& headset, const EyesOptions& options)
+    : parts(new Parts(headset, options))
 {
     load_gl(headset.gl_address());
-    parts->painter = EyePainter::open(rule.samples);
+    parts->painter = EyePainter::open(options.samples);
     parts->timer = std::make_unique<DrawTimer>();
     parts->target = framebuffer();
-    if (rule.budget > 0) parts->choose();
+    if (options.budget > 0) parts->choose();
     renew();
 }
 
@@ -123,7 +125,7 @@ std::string HeadsetEyes::told() const { return parts->told; }
 // The least of some, which have what they draw with loaded.
 double HeadsetEyes::Parts::seconds_of_empty_eyes()
 {
-    const HeadsetFacts& about = headset.facts();
+    const HeadsetInfo& about = headset.facts();
     const EyeOfOurs one(about);
     glNamedFramebufferTexture(target, GL_COLOR_ATTACHMENT0, one.colour, 0);
     glNamedFramebufferTexture(target, GL_DEPTH_ATTACHMENT, one.depth, 0);
@@ -147,15 +149,15 @@ double HeadsetEyes::Parts::seconds_of_empty_eyes()
 void HeadsetEyes::Parts::choose()
 {
     double takes = seconds_of_empty_eyes();
-    if (takes > rule.budget && rule.samples > 1) {
-        told =
-            fmt::format("one sample a pixel is drawn: {} of {} x {} would take {:.1f} ms",
-                        rule.samples, headset.facts().width, headset.facts().height, 1e3 * takes);
+    if (takes > options.budget && options.samples > 1) {
+        told = fmt::format("one sample a pixel is drawn: {} of {} x {} would take {:.1f} ms",
+                           options.samples, headset.facts().width, headset.facts().height,
+                           1e3 * takes);
         painter = EyePainter::open(1);
         takes = seconds_of_empty_eyes();
     }
-    if (takes > rule.budget && takes < 1e30)
-        first_scale = std::max(rule.least, std::sqrt(rule.budget / takes));
+    if (takes > options.budget && takes < 1e30)
+        first_scale = std::max(options.least, std::sqrt(options.budget / takes));
 }
 
 HeadsetEyes::~HeadsetEyes() { parts->headset.make_current(); }
@@ -164,15 +166,15 @@ int HeadsetEyes::gl_errors() const { return parts->errors; }
 
 Sharing HeadsetEyes::sharing() const
 {
-    if (parts->rule.device.kind != DeviceKind::cuda) return {};
+    if (parts->options.device.kind != DeviceKind::cuda) return {};
     parts->headset.make_current();
-    return parts->painter->sharing(parts->rule.device.index);
+    return parts->painter->sharing(parts->options.device.index);
 }
 
 void HeadsetEyes::renew()
 {
     parts->headset.make_current();
-    const HeadsetFacts& facts = parts->headset.facts();
+    const HeadsetInfo& facts = parts->headset.facts();
     parts->painter->expect_splats(facts.width, facts.height);
     parts->own_depth = {};
     if (facts.depth) return;
@@ -190,8 +192,8 @@ void HeadsetEyes::Parts::follow(const LiveState& state, bool at_once)
     splats.reset();
     painter->set_splats(0, SplatLayer{}), painter->set_splats(1, SplatLayer{});
     if (state.splats) {
-        splats = std::make_unique<SplatDrawer>(*state.splats, rule.device, splat_budget);
-        if (rule.foveate > 0) splats->foveate(fovea_of(rule.foveate));
+        splats = std::make_unique<SplatDrawer>(*state.splats, options.device, splat_budget);
+        if (options.foveate > 0) splats->foveate(fovea_of(options.foveate));
     }
     motion = KeptMotion(state);
 }
@@ -230,14 +232,14 @@ float HeadsetEyes::Parts::scale(const HeadsetPicture& picture)
         pace.reset();
         return 1;
     }
-    if (!pace) pace.emplace(picture.budget, rule.least, first_scale);
+    if (!pace) pace.emplace(picture.budget, options.least, first_scale);
     constexpr int first = 4;  // pictures, which wait for what is loaded then
     while (const auto reading = timer->told())
         if (++timed > first && reading->scale == float(pace->scale())) pace->took(reading->seconds);
     return float(pace->scale());
 }
 
-EyesDrawn HeadsetEyes::draw(const Sight& sight, const HeadsetPicture& picture)
+EyesDrawn HeadsetEyes::draw(const HeadsetViews& sight, const HeadsetPicture& picture)
 {
     const float scale = parts->scale(picture);
     parts->follow(picture.state, picture.at_once);
@@ -246,7 +248,7 @@ EyesDrawn HeadsetEyes::draw(const Sight& sight, const HeadsetPicture& picture)
     for (std::size_t eye = 0; eye < 2; ++eye)
         views.push_back(eye_view(sight.eyes[eye], scaled(sight.targets[eye].width, scale),
                                  scaled(sight.targets[eye].height, scale), picture.workplace,
-                                 picture.rule, picture.nearest));
+                                 picture.options, picture.nearest));
     for (std::size_t eye = 0; eye < 2; ++eye) {
         const HiddenArea& unseen = parts->headset.facts().hidden[eye];
         parts->painter->set_hidden(int(eye), unseen.corners);
@@ -255,7 +257,7 @@ EyesDrawn HeadsetEyes::draw(const Sight& sight, const HeadsetPicture& picture)
     parts->timer->begin(scale);
     EyesDrawn drawn{scale};
     if (const SplatMotion motion = parts->motion.told(picture.now); parts->splats && motion.any()) {
-        parts->splats->draw(*parts->painter, views, motion, parts->rule.whole(), &parts->hidden);
+        parts->splats->draw(*parts->painter, views, motion, parts->options.whole(), &parts->hidden);
         drawn.splat_scale = float(parts->splats->scale()), drawn.splats = parts->splats->seconds();
     }
     for (std::size_t eye = 0; eye < 2; ++eye)
@@ -269,7 +271,7 @@ void HeadsetEyes::rehearse(const HeadsetPicture& picture)
 {
     parts->headset.make_current();
     const EyeOfOurs one(parts->headset.facts());
-    Sight sight;
+    HeadsetViews sight;
     for (std::size_t eye = 0; eye < 2; ++eye) {
         sight.eyes[eye].pose.p = cast<float>(picture.workplace.at) + Vec3<float>{0, 0.2f, 0.5f};
         sight.eyes[eye].field = {-0.8f, 0.8f, 0.8f, -0.8f};
@@ -297,7 +299,7 @@ void HeadsetEyes::Parts::draw(int eye, const EyeTexture& to, const EyeView& view
     EyeLook look = live_look(picture.state.scene ? picture.state.scene->scene : none);
     look.transparent = headset.facts().see_through;
     look.floor_seen = !look.transparent;
-    look.ahead = picture.state.mesh_instant.ahead(picture.now);
+    look.extrapolation = picture.state.mesh_instant.extrapolation(picture.now);
     glNamedFramebufferTexture(target, GL_COLOR_ATTACHMENT0, to.colour, 0);
     glNamedFramebufferTexture(target, GL_DEPTH_ATTACHMENT, to.depth ? to.depth : own_depth, 0);
     const EyeTarget into{target, 0, 0, to.srgb};
@@ -322,21 +324,21 @@ void HeadsetEyes::Parts::draw_panel(const EyeView& view, const EyeTarget& to,
     const float x = 0.5f * picture.panel_width, y = 0.5f * picture.panel_height;
     std::array<Vec3<float>, 4> corners{{{-x, y, 0}, {x, y, 0}, {-x, -y, 0}, {x, -y, 0}}};
     for (Vec3<float>& corner : corners)
-        corner =
-            cast<float>(picture.rule.at) + float(picture.rule.zoom) * (at.p + rotate(at.q, corner));
+        corner = cast<float>(picture.options.at) +
+                 float(picture.options.zoom) * (at.p + rotate(at.q, corner));
     quad->draw(corners, view, to);
 }
 
 #else
 struct HeadsetEyes::Parts {};
 
-HeadsetEyes::HeadsetEyes(Headset&, const EyesRule&)
+HeadsetEyes::HeadsetEyes(Headset&, const EyesOptions&)
 {
     throw std::runtime_error("this program was built without OpenGL");
 }
 HeadsetEyes::~HeadsetEyes() = default;
 void HeadsetEyes::renew() {}
-EyesDrawn HeadsetEyes::draw(const Sight&, const HeadsetPicture&) { return {}; }
+EyesDrawn HeadsetEyes::draw(const HeadsetViews&, const HeadsetPicture&) { return {}; }
 void HeadsetEyes::rehearse(const HeadsetPicture&) {}
 int HeadsetEyes::gl_errors() const { return 0; }
 std::string HeadsetEyes::told() const { return {}; }

@@ -15,7 +15,7 @@ namespace knead {
 struct HeadsetPicture {
     const LiveState& state;
     std::vector<HandLook> hands;
-    const HandsRule& rule;  // where hands, and so eyes, stand in the simulation
+    const HandsOptions& options;  // where hands, and so eyes, stand in the simulation
     const Workplace& workplace;
     float nearest;                            // [m] of the headset's size
     const PanelCanvas* canvas;                // the panel's new picture; null: the one before
@@ -27,14 +27,14 @@ struct HeadsetPicture {
     double budget = 0;
 };
 
-struct HeadsetLoopRule;  // host/vr/headset_loop.h
+struct HeadsetLoopOptions;  // host/vr/headset_loop.h
 
-struct EyesRule {
+struct EyesOptions {
     // Of a frame that OpenGL may take in real time: the device has clay to move.
     static constexpr double gl_share = 0.6;
-    static EyesRule of(const HeadsetLoopRule& rule);
+    static EyesOptions of(const HeadsetLoopOptions& options);
     // From frame to frame [s], as long as the display has not said.
-    static double usual_period(const HeadsetLoopRule& rule);
+    static double usual_period(const HeadsetLoopOptions& options);
 
     Device device;    // of the rasteriser of splats
     int samples = 1;  // of a pixel
@@ -55,13 +55,13 @@ struct EyesDrawn {
 class HeadsetEyes {
   public:
     // In the headset's context. Throws std::runtime_error where this OpenGL does not do.
-    HeadsetEyes(Headset& headset, const EyesRule& rule);
+    HeadsetEyes(Headset& headset, const EyesOptions& options);
     ~HeadsetEyes();
     HeadsetEyes(const HeadsetEyes&) = delete;
 
     void renew();  // the headset has a new session
     // Throws std::runtime_error and std::invalid_argument where it cannot be drawn.
-    EyesDrawn draw(const Sight& sight, const HeadsetPicture& picture);
+    EyesDrawn draw(const HeadsetViews& sight, const HeadsetPicture& picture);
     // Draws some pictures that nobody sees, so that the first one waits for nothing that is loaded,
     // made or registered once, and is of a size for which there is time. Where they cannot be
     // drawn, that one says so.

@@ -9,7 +9,7 @@ HeadsetFeel::HeadsetFeel(bool audible, const std::function<void(const std::strin
     if (!silent.empty()) tell("no sound: " + silent);
 }
 
-void HeadsetFeel::frame(const Sight& sight, const LiveState& state, HeadsetHands& hands,
+void HeadsetFeel::frame(const HeadsetViews& sight, const LiveState& state, HeadsetHands& hands,
                         float strength[side_count])
 {
     constexpr float aside = 0.4f;  // so far to a side it is heard from there alone [m]

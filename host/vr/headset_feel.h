@@ -15,7 +15,7 @@ class HeadsetFeel {
     // `audible`: where a device plays; otherwise `tell` is told why not.
     HeadsetFeel(bool audible, const std::function<void(const std::string&)>& tell);
     // Of what the newest state did: how strongly controllers vibrate.
-    void frame(const Sight& sight, const LiveState& state, HeadsetHands& hands,
+    void frame(const HeadsetViews& sight, const LiveState& state, HeadsetHands& hands,
                float strength[side_count]);
 
   private:

@@ -36,7 +36,7 @@ void TrackingWatch::frame(double time, long restarts)
 
 double TrackingWatch::rate() const { return interval > 0 ? 1 / interval : 0; }
 
-HandFrame hand_frame(const Sight& sight, const Workplace& workplace, double time)
+HandFrame hand_frame(const HeadsetViews& sight, const Workplace& workplace, double time)
 {
     HandFrame frame;
     frame.time = time;
@@ -45,18 +45,18 @@ HandFrame hand_frame(const Sight& sight, const Workplace& workplace, double time
     return frame;
 }
 
-void HeadsetHands::set(const HandsRule& rule)
+void HeadsetHands::set(const HandsOptions& options)
 {
-    hand_tools(rule);  // refuses a tool that is not known
-    by = rule;
-    HandsRule unplaced = rule;
+    hand_tools(options);  // refuses a tool that is not known
+    by = options;
+    HandsOptions unplaced = options;
     unplaced.zoom = 1, unplaced.at = {0, 0, 0};
     stream.emplace(unplaced);
 }
 
-HeadsetHands HeadsetHands::open(const HandsRule& rule)
+HeadsetHands HeadsetHands::open(const HandsOptions& options)
 {
-    HeadsetHands hands(rule);
+    HeadsetHands hands(options);
     HandFrame frame;
     for (const Side side : {left, right}) {
         frame.hand[side] = open_hand(side);

@@ -54,16 +54,16 @@ class TrackingWatch {
 };
 
 // One frame of both hands, in the frame of recordings.
-HandFrame hand_frame(const Sight& sight, const Workplace& workplace, double time);
+HandFrame hand_frame(const HeadsetViews& sight, const Workplace& workplace, double time);
 
 class HeadsetHands {
   public:
-    explicit HeadsetHands(const HandsRule& rule) { set(rule); }
+    explicit HeadsetHands(const HandsOptions& options) { set(options); }
     // Both hands open, and wholly seen.
-    static HeadsetHands open(const HandsRule& rule);
+    static HeadsetHands open(const HandsOptions& options);
     // The tools are others from now on; hands begin anew.
-    void set(const HandsRule& rule);
-    const HandsRule& rule() const { return by; }
+    void set(const HandsOptions& options);
+    const HandsOptions& options() const { return by; }
     // The same hands are larger or smaller against the clay; they stay as they are tracked.
     void set_zoom(double zoom);
 
@@ -79,7 +79,7 @@ class HeadsetHands {
     void feel(const LiveState& state, Feel felt[side_count]);
 
   private:
-    HandsRule by;
+    HandsOptions by;
     std::optional<HandStream> stream;  // in the frame of the hands
     HandFade fade[side_count];
     HandCue cue[side_count];

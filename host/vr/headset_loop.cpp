@@ -11,55 +11,56 @@ namespace knead {
 namespace {
 
 // Slow frames of a stepped display would simulate ever more each: as much as the one before took.
-SessionTime session_time(const Scene& scene, const HeadsetLoopRule& rule)
+SessionTime session_time(const Scene& scene, const HeadsetLoopOptions& options)
 {
     constexpr double most = 0.25;  // of a frame of the display [s]
-    return rule.stepped ? SessionTime(scene.frame_rate, most) : SessionTime(scene.frame_rate);
+    return options.stepped ? SessionTime(scene.frame_rate, most) : SessionTime(scene.frame_rate);
 }
 
 }  // namespace
 
-HeadsetLoop::HeadsetLoop(std::shared_ptr<const LiveScene> of, HeadsetLoopRule by, CallGate& guard)
+HeadsetLoop::HeadsetLoop(std::shared_ptr<const LiveScene> of, HeadsetLoopOptions by,
+                         CallGate& guard)
     : gate(guard),
       first_scene(std::move(of)),
-      rule(std::move(by)),
-      time(session_time(first_scene->scene, rule)),
+      options(std::move(by)),
+      time(session_time(first_scene->scene, options)),
       state(std::make_shared<const LiveState>()),
       hands(live_hands(first_scene->scene)),
-      workplace(rule.workplace),
-      record(rule.tell),
-      desk(rule.scene, rule.settings),
+      workplace(options.workplace),
+      record(options.tell),
+      desk(options.scene, options.settings),
       canvas(HeadsetPanel::width, HeadsetPanel::height, 3),
-      notices(rule.tell),
-      felt(rule.sound && !rule.stepped, rule.tell)
+      notices(options.tell),
+      felt(options.sound && !options.stepped, options.tell)
 {
 }
 
 void HeadsetLoop::open()
 {
-    runtime([&] { headset = Headset::open(rule.headset); });
-    drawing([&] { eyes = std::make_unique<HeadsetEyes>(*headset, EyesRule::of(rule)); });
-    if (!eyes->told().empty()) rule.tell(eyes->told());
+    runtime([&] { headset = Headset::open(options.headset); });
+    drawing([&] { eyes = std::make_unique<HeadsetEyes>(*headset, EyesOptions::of(options)); });
+    if (!eyes->told().empty()) options.tell(eyes->told());
     end.facts = headset->facts();
-    LiveRule lived = live_rule(
-        rule, [this] { return clock.now(wall_seconds()); },
+    LiveOptions lived = live_options(
+        options, [this] { return clock.now(wall_seconds()); },
         [this](const HandAction& done) { record.act(done); });
     const Sharing sharing = eyes->sharing();
     end.shared = lived.on_device = sharing.shared;
-    if (!sharing.text.empty()) rule.tell(sharing.text);
-    if (rule.headset.see_through && !headset->facts().see_through)
-        rule.tell("--see-through: this runtime shows no room behind the picture; it is opaque");
+    if (!sharing.text.empty()) options.tell(sharing.text);
+    if (options.headset.see_through && !headset->facts().see_through)
+        options.tell("--see-through: this runtime shows no room behind the picture; it is opaque");
     live = std::make_unique<LiveSession>(first_scene, std::move(lived));
     live->settle();
     floor = headset->facts().floor;
     if (floor == Floor::standing) {
         // A place over the floor stands at first; later, and where there is none, it is the head
         // that counts.
-        place_anew = !(rule.workplace.at.y > 0);
-        if (!place_anew) rule.workplace = {};
+        place_anew = !(options.workplace.at.y > 0);
+        if (!place_anew) options.workplace = {};
     }
     follow_history();
-    if (!rule.stepped) rehearse();
+    if (!options.stepped) rehearse();
 }
 
 HeadsetEnd HeadsetLoop::results(const std::string& reason)
@@ -85,10 +86,10 @@ void HeadsetLoop::close()
     runtime([&] { headset->close(); });
 }
 
-void HeadsetLoop::look_for_end(const News& news)
+void HeadsetLoop::look_for_end(const HeadsetEvents& news)
 {
-    const bool enough = rule.frames > 0 && frames >= rule.frames;
-    if (leaving || news.phase == Phase::over || (!enough && !rule.stop())) return;
+    const bool enough = options.frames > 0 && frames >= options.frames;
+    if (leaving || news.phase == Phase::over || (!enough && !options.stop())) return;
     leaving = true;
     runtime([&] { headset->leave(); });
 }
@@ -96,11 +97,11 @@ void HeadsetLoop::look_for_end(const News& news)
 // One round of the loop; false when it is over.
 bool HeadsetLoop::turn()
 {
-    const News news = runtime([&] { return headset->poll(); });
+    const HeadsetEvents news = runtime([&] { return headset->poll(); });
     end.stray = headset->stray_gl_errors();
     in_view = news.visible && news.worn;
     lost = news.lost;
-    for (const std::string& message : news.messages) rule.tell(message);
+    for (const std::string& message : news.messages) options.tell(message);
     if (news.renewed) {
         ++end.renewals;
         anew = true;
@@ -127,12 +128,12 @@ void HeadsetLoop::frame()
     if (began < 0) began = start;
     tick = runtime([&] { return headset->begin(); });
     const double begun = wall_seconds();
-    const Sight sight = runtime([&] { return headset->locate(); });
+    const HeadsetViews sight = runtime([&] { return headset->locate(); });
     const double located = wall_seconds();
     if (place_anew && sight.located) {
-        if (floor != headset->facts().floor) rule.tell("the runtime knows no floor of the room");
+        if (floor != headset->facts().floor) options.tell("the runtime knows no floor of the room");
         floor = headset->facts().floor;
-        workplace = before_head(head_of(sight), rule.workplace);
+        workplace = before_head(head_of(sight), options.workplace);
         place_anew = false;
         anew = true;
     }
@@ -143,10 +144,10 @@ void HeadsetLoop::frame()
     const double simulated = wall_seconds();
     const bool shown = sight.draw && draw(sight, parts);
     const double drawn = wall_seconds();
-    Drawn done;
+    FrameSubmission done;
     done.eyes = shown, done.scale = parts.scale;
     if (shown) done.near_z = std::numeric_limits<float>::infinity();
-    done.far_z = float(rule.nearest);
+    done.far_z = float(options.nearest);
     felt.frame(sight, *state, hands, done.vibrate);
     runtime([&] {
         parts.left = headset->time_left();
@@ -171,13 +172,13 @@ void HeadsetLoop::follow_history()
     history = state->history;
     if (!state->scene) return;
     const Scene& scene = state->scene->scene;
-    const HandsRule rule_now = live_hands(scene);
-    hands.set(rule_now);
+    const HandsOptions options_now = live_hands(scene);
+    hands.set(options_now);
     // A stepped session begins each history at 0.
-    if (rule.stepped && !first) time = session_time(scene, rule);
+    if (options.stepped && !first) time = session_time(scene, options);
     record.begin(*state->scene, time.time());
-    if (!scene.has_hands) live->set_hands(rule_now);
-    ran = ran && !rule.stepped;
+    if (!scene.has_hands) live->set_hands(options_now);
+    ran = ran && !options.stepped;
     holding = false, hold = {};
 }
 
@@ -197,51 +198,51 @@ void HeadsetLoop::push(HandFrame given, bool runs, double now)
 }
 
 // Hands to the simulation, which goes on to this frame's time, and its newest state.
-void HeadsetLoop::simulate(const Sight& sight, bool runs, FrameParts& parts)
+void HeadsetLoop::simulate(const HeadsetViews& sight, bool runs, FrameParts& parts)
 {
     follow_history();
     // The first picture of a session takes longer than others. In real time no time has passed
     // until it is there.
-    const bool goes_on = runs && (rule.stepped || pictured);
+    const bool goes_on = runs && (options.stepped || pictured);
     const bool kept_up = time.left_out() == 0;
     const double now = time.frame(tick.time, goes_on && ran);
     if (kept_up && time.left_out() > 0)
-        rule.tell(
+        options.tell(
             "a frame of the display takes longer than a quarter of a second, which is the "
             "most that one simulates: simulated time is slower");
     ran = goes_on;
-    if (!rule.stepped) clock.set(now, wall_seconds(), goes_on ? tick.period : 0);
+    if (!options.stepped) clock.set(now, wall_seconds(), goes_on ? tick.period : 0);
     if (goes_on && !std::exchange(started, true)) live->start();
     push(hand_frame(sight, workplace, now), goes_on, now);
-    if (rule.stepped && runs) live->advance_to(now);
+    if (options.stepped && runs) live->advance_to(now);
     if (goes_on) record.simulated(now);
     const auto before = state;
     state = live->state();
     if (!state->trouble.empty() && before->trouble.empty())
-        rule.tell("the simulation has ended: " + state->trouble);
+        options.tell("the simulation has ended: " + state->trouble);
     notices.follow(*state, tick.time);
-    if (rule.hands_only || !state->trouble.empty()) return;  // hands dent nothing
+    if (options.hands_only || !state->trouble.empty()) return;  // hands dent nothing
     // The state shows what a hand did when its frame began.
-    const double computing = rule.stepped ? 0 : state->frame.times.solver;
+    const double computing = options.stepped ? 0 : state->frame.times.solver;
     parts.latency = std::max(0.0, now - (state->time - computing));
 }
 
-void HeadsetLoop::poke(const Sight& sight)
+void HeadsetLoop::poke(const HeadsetViews& sight)
 {
-    if (!rule.panel) return;
-    const Joint<float> at = HeadsetPanel::pose(rule.workplace, panel_side);
+    if (!options.panel) return;
+    const Joint<float> at = HeadsetPanel::pose(options.workplace, panel_side);
     for (const Side side : {left, right}) {
         const Hand hand = in_hands(workplace, sight.hands[std::size_t(side)].hand);
         const Vec3<float> tip = rotate(conjugate(at.q), hand.joints[index_tip].p - at.p);
         const bool seen = hand.tracked && hand.valid[index_tip];
-        if (const auto command = panel.poke(side, tip, seen, tick.time)) obey(*command, sight);
+        if (const auto command = panel.poke(side, tip, seen, tick.time)) apply(*command, sight);
     }
 }
 
 // Hands that carry clay touch none.
 void HeadsetLoop::tell_hands()
 {
-    HandsRule told = hands.rule();
+    HandsOptions told = hands.options();
     if (holding) told.present[left] = told.present[right] = false;
     live->set_hands(told);
     live->set_gravity(desk.gravity_of(*state));
@@ -249,8 +250,8 @@ void HeadsetLoop::tell_hands()
 
 void HeadsetLoop::hold_clay(const HandFrame& given)
 {
-    const HeadsetHold::Answer answer = hold.frame(given, hands.rule(), *meshes_of(*state));
-    if (answer.zoom != 1) hands.set_zoom(clamp(hands.rule().zoom / answer.zoom, 0.05, 50.0));
+    const Carry::Answer answer = hold.frame(given, hands.options(), *meshes_of(*state));
+    if (answer.zoom != 1) hands.set_zoom(clamp(hands.options().zoom / answer.zoom, 0.05, 50.0));
     // What is carried does not fall, nor gather speed.
     if (answer.took) live->set_gravity({0, 0, 0});
     if (answer.let_go) live->set_gravity(desk.gravity_of(*state));
@@ -260,7 +261,7 @@ void HeadsetLoop::hold_clay(const HandFrame& given)
         if (objects[i].category == *answer.category) live->move_clay(int(i), answer.motion);
 }
 
-void HeadsetLoop::obey(const PanelCommand& command, const Sight& sight)
+void HeadsetLoop::apply(const PanelCommand& command, const HeadsetViews& sight)
 {
     panel_age = 0;
     switch (command.act) {
@@ -268,7 +269,7 @@ void HeadsetLoop::obey(const PanelCommand& command, const Sight& sight)
             paused = !paused;
             return record.pause(paused);
         case PanelAct::recentre:
-            workplace = before_head(head_of(sight), rule.workplace);
+            workplace = before_head(head_of(sight), options.workplace);
             return;
         case PanelAct::posture:
             floor = floor == Floor::seated ? Floor::standing : Floor::seated;
@@ -292,7 +293,7 @@ void HeadsetLoop::obey(const PanelCommand& command, const Sight& sight)
                 record.begins_by("scene");
             desk.apply(command, *state, *live, hands);
             if (holding) tell_hands();
-            if (rule.stepped) live->settle();
+            if (options.stepped) live->settle();
     }
 }
 
@@ -305,15 +306,16 @@ HeadsetPicture HeadsetLoop::picture_of(std::vector<HandLook> looks, bool repaint
         seen.notice = notices.at(tick.time);
         panel.draw(canvas, seen, end.figures);
     }
-    HeadsetPicture picture{*state,    std::move(looks),    hands.rule(),
-                           workplace, float(rule.nearest), repaint ? &canvas : nullptr,
+    HeadsetPicture picture{*state,    std::move(looks),       hands.options(),
+                           workplace, float(options.nearest), repaint ? &canvas : nullptr,
                            {}};
-    if (rule.panel) picture.panel = HeadsetPanel::pose(rule.workplace, panel_side);
+    if (options.panel) picture.panel = HeadsetPanel::pose(options.workplace, panel_side);
     picture.panel_width = HeadsetPanel::pixel * HeadsetPanel::width;
     picture.panel_height = HeadsetPanel::pixel * HeadsetPanel::height;
-    picture.at_once = rule.stepped, picture.now = time.time();
-    const double period = tick.period > 0 ? tick.period : EyesRule::usual_period(rule);
-    if (!rule.stepped && rule.least_scale < 1) picture.budget = EyesRule::gl_share * period;
+    picture.at_once = options.stepped, picture.now = time.time();
+    const double period = tick.period > 0 ? tick.period : EyesOptions::usual_period(options);
+    if (!options.stepped && options.least_scale < 1)
+        picture.budget = EyesOptions::gl_share * period;
     return picture;
 }
 
@@ -323,17 +325,17 @@ void HeadsetLoop::rehearse()
     live->rehearse();
     live->settle();
     state = live->state();
-    std::vector<HandLook> looks = HeadsetHands::open(hands.rule()).looks();
+    std::vector<HandLook> looks = HeadsetHands::open(hands.options()).looks();
     for (HandLook& look : looks) look.opacity = 1;  // as of hands that have grown: with shadows
-    const HeadsetPicture picture = picture_of(std::move(looks), rule.panel);
+    const HeadsetPicture picture = picture_of(std::move(looks), options.panel);
     drawing([&] { eyes->rehearse(picture); });
 }
 
 // False where it cannot be drawn, which is told once.
-bool HeadsetLoop::draw(const Sight& sight, FrameParts& parts)
+bool HeadsetLoop::draw(const HeadsetViews& sight, FrameParts& parts)
 {
     constexpr int often = 9;  // frames from graph to graph
-    const bool repaints = rule.panel && (panel_age++ % often == 0 || panel.moves());
+    const bool repaints = options.panel && (panel_age++ % often == 0 || panel.moves());
     try {
         const HeadsetPicture picture = picture_of(hands.looks(), repaints);
         const EyesDrawn drawn = drawing([&] { return eyes->draw(sight, picture); });
@@ -341,7 +343,7 @@ bool HeadsetLoop::draw(const Sight& sight, FrameParts& parts)
         parts.scale = drawn.scale, parts.splat_scale = drawn.splat_scale;
         parts.splats = drawn.splats;
     } catch (const std::exception& e) {
-        if (undrawn.empty()) rule.tell(std::string("nothing is drawn: ") + e.what());
+        if (undrawn.empty()) options.tell(std::string("nothing is drawn: ") + e.what());
         undrawn = e.what();
         return false;
     }
@@ -351,9 +353,10 @@ bool HeadsetLoop::draw(const Sight& sight, FrameParts& parts)
 }
 
 std::unique_ptr<HeadsetSession> HeadsetSession::make(std::shared_ptr<const LiveScene> scene,
-                                                     const HeadsetLoopRule& rule, CallGate& gate)
+                                                     const HeadsetLoopOptions& options,
+                                                     CallGate& gate)
 {
-    return std::make_unique<HeadsetLoop>(std::move(scene), rule, gate);
+    return std::make_unique<HeadsetLoop>(std::move(scene), options, gate);
 }
 
 }  // namespace knead

@@ -14,8 +14,8 @@
 
 namespace knead {
 
-struct HeadsetLoopRule {
-    HeadsetRule headset;
+struct HeadsetLoopOptions {
+    HeadsetOptions headset;
     Device device;  // resolved: of solver and splats
     // The display's time steps the simulation, and a frame waits for it: the same hands give the
     // same bits. Otherwise it lives in real time.
@@ -39,12 +39,12 @@ struct HeadsetLoopRule {
 
 // Of the session that it joins with the headset. `clock` says the session's time [s]; `acted` is
 // told of what is done beside hands.
-LiveRule live_rule(const HeadsetLoopRule& rule, std::function<double()> clock,
-                   std::function<void(const HandAction&)> acted);
+LiveOptions live_options(const HeadsetLoopOptions& options, std::function<double()> clock,
+                         std::function<void(const HandAction&)> acted);
 
 struct HeadsetEnd {
     std::string reason;  // why the headset ended; "": as it was asked to
-    HeadsetFacts facts;
+    HeadsetInfo facts;
     FrameFigures figures;
     Recording hands;      // as the simulation had them; without frames: none came
     HandActions actions;  // what was done beside them; the recording's hash is not filled in
@@ -67,7 +67,7 @@ class HeadsetSession {
   public:
     // `gate` outlives it, and is held during all calls.
     static std::unique_ptr<HeadsetSession> make(std::shared_ptr<const LiveScene> scene,
-                                                const HeadsetLoopRule& rule, CallGate& gate);
+                                                const HeadsetLoopOptions& options, CallGate& gate);
     virtual ~HeadsetSession() = default;
 
     // Throws HeadsetError, and std::runtime_error where OpenGL does not do.

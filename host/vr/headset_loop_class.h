@@ -18,7 +18,7 @@ namespace knead {
 
 class HeadsetLoop : public HeadsetSession {
   public:
-    HeadsetLoop(std::shared_ptr<const LiveScene> scene, HeadsetLoopRule rule, CallGate& gate);
+    HeadsetLoop(std::shared_ptr<const LiveScene> scene, HeadsetLoopOptions options, CallGate& gate);
     void open() override;
     bool turn() override;
     HeadsetEnd results(const std::string& reason) override;
@@ -38,21 +38,21 @@ class HeadsetLoop : public HeadsetSession {
         return gate.outside(false, call);
     }
     void frame();
-    void simulate(const Sight& sight, bool runs, FrameParts& parts);
+    void simulate(const HeadsetViews& sight, bool runs, FrameParts& parts);
     void push(HandFrame given, bool runs, double now);
     void follow_history();
     HeadsetPicture picture_of(std::vector<HandLook> looks, bool repaint);
     void rehearse();
-    bool draw(const Sight& sight, FrameParts& parts);
-    void poke(const Sight& sight);
+    bool draw(const HeadsetViews& sight, FrameParts& parts);
+    void poke(const HeadsetViews& sight);
     void hold_clay(const HandFrame& given);
     void tell_hands();
-    void obey(const PanelCommand& command, const Sight& sight);
-    void look_for_end(const News& news);
+    void apply(const PanelCommand& command, const HeadsetViews& sight);
+    void look_for_end(const HeadsetEvents& news);
 
     CallGate& gate;
     std::shared_ptr<const LiveScene> first_scene;
-    HeadsetLoopRule rule;
+    HeadsetLoopOptions options;
     std::unique_ptr<Headset> headset;
     std::unique_ptr<HeadsetEyes> eyes;
     DisplayClock clock;
@@ -62,7 +62,7 @@ class HeadsetLoop : public HeadsetSession {
     HeadsetHands hands;
     Workplace workplace;
     HeadsetEnd end;
-    Tick tick;
+    FrameTiming tick;
     bool ran = false;         // in the frame before
     bool pictured = false;    // a frame was submitted since the OpenXR session began
     bool started = false;     // so was the simulation
@@ -75,14 +75,14 @@ class HeadsetLoop : public HeadsetSession {
     bool taken = false;  // the results were
     int frames = 0;      // of the session's time
     int history = 0;     // of the state that is followed
-    HeadsetRecord record;
+    SessionRecord record;
 
     HeadsetPanel panel;
     PanelDesk desk;
     PanelCanvas canvas;
     Side panel_side = left;
     bool paused = false;
-    HeadsetHold hold;
+    Carry hold;
     bool holding = false;  // hands carry clay, and do not shape it
     int panel_age = 0;     // frames since it was painted; 0: it must be
     std::string undrawn;   // why nothing is, if so

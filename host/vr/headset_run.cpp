@@ -62,16 +62,16 @@ void HeadsetRun::Shared::live()
     gate.end();
 }
 
-HeadsetRun::HeadsetRun(std::shared_ptr<const LiveScene> scene, const HeadsetLoopRule& by)
-    : shared(std::make_shared<Shared>()), rule(by)
+HeadsetRun::HeadsetRun(std::shared_ptr<const LiveScene> scene, const HeadsetLoopOptions& by)
+    : shared(std::make_shared<Shared>()), options(by)
 {
-    shared->session = HeadsetSession::make(std::move(scene), rule, shared->gate);
+    shared->session = HeadsetSession::make(std::move(scene), options, shared->gate);
     thread = std::make_unique<AbandonableThread>([all = shared] { all->live(); });
 }
 
 HeadsetRun::~HeadsetRun()
 {
-    const Patience longest = rule.stop() ? interrupted_end : at_its_end;
+    const Patience longest = options.stop() ? interrupted_end : at_its_end;
     const double start = wall_seconds();
     while (!thread->finished_within(look_every))
         if (shared->gate.blocked() > longest.call || wall_seconds() - start > longest.all) return;
@@ -83,17 +83,17 @@ HeadsetEnd HeadsetRun::wait()
     bool told = false;
     while (!thread->finished_within(look_every)) {
         const double blocked = shared->gate.blocked();
-        if (!asked && rule.stop()) asked = wall_seconds();
+        if (!asked && options.stop()) asked = wall_seconds();
         if (blocked > long_call && !std::exchange(told, true))
-            rule.tell(xr::no_answer(long_call) +
-                      "; Ctrl-C ends the session and writes its results");
+            options.tell(xr::no_answer(long_call) +
+                         "; Ctrl-C ends the session and writes its results");
         told = told && blocked > 0;
         const bool late = asked && wall_seconds() - *asked > orderly_end;
-        const bool lost = blocked > rule.headset.patience;
+        const bool lost = blocked > options.headset.patience;
         if (!shared->gate.enter(0)) continue;
         // A runtime may hold up the frames of a session that nobody sees.
         if (!shared->end && (late || (lost && shared->session->awaited())))
-            shared->take(late ? "" : xr::no_answer(rule.headset.patience));
+            shared->take(late ? "" : xr::no_answer(options.headset.patience));
         const bool done = shared->end.has_value();
         shared->gate.leave();
         if (done) break;

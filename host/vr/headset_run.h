@@ -9,7 +9,7 @@ namespace knead {
 
 class HeadsetRun {
   public:
-    HeadsetRun(std::shared_ptr<const LiveScene> scene, const HeadsetLoopRule& rule);
+    HeadsetRun(std::shared_ptr<const LiveScene> scene, const HeadsetLoopOptions& options);
     // The session ends, or is abandoned where the runtime does not answer.
     ~HeadsetRun();
 
@@ -21,7 +21,7 @@ class HeadsetRun {
   private:
     struct Shared;
     std::shared_ptr<Shared> shared;
-    HeadsetLoopRule rule;
+    HeadsetLoopOptions options;
     std::unique_ptr<AbandonableThread> thread;
 };
 

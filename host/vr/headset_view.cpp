@@ -40,7 +40,7 @@ Hand in_hands(const Workplace& workplace, const Hand& hand)
 }
 
 EyeView eye_view(const EyePlace& eye, int width, int height, const Workplace& workplace,
-                 const HandsRule& hands, float nearest)
+                 const HandsOptions& hands, float nearest)
 {
     const Joint<float> pose = in_hands(workplace, eye.pose);
     const float zoom = float(hands.zoom);
@@ -62,12 +62,12 @@ std::array<float, 4> clip_of(const EyeView& view, Vec3<float> point)
             (2 * p.y + (view.up + view.down) * p.z) / height, view.near, -p.z};
 }
 
-Joint<float> head_of(const Sight& sight)
+Joint<float> head_of(const HeadsetViews& sight)
 {
     return between(sight.eyes[0].pose, sight.eyes[1].pose, 0.5f);
 }
 
-HandsRule live_hands(const Scene& scene)
+HandsOptions live_hands(const Scene& scene)
 {
     if (scene.has_hands || scene.objects.empty()) return scene.hands;
     constexpr double in_hand = 0.2;  // the size of all objects together [m]
@@ -78,10 +78,10 @@ HandsRule live_hands(const Scene& scene)
         high = {max(high.x, b.x), max(high.y, b.y), max(high.z, b.z)};
     }
     const Vec3<double> size = high - low;
-    HandsRule rule = scene.hands;
-    rule.zoom = std::max({size.x, size.y, size.z}) / in_hand;
-    rule.at = 0.5 * (low + high);
-    return rule;
+    HandsOptions options = scene.hands;
+    options.zoom = std::max({size.x, size.y, size.z}) / in_hand;
+    options.at = 0.5 * (low + high);
+    return options;
 }
 
 }  // namespace knead

@@ -3,7 +3,7 @@
 #pragma once
 #include <array>
 
-#include "host/hands/rule.h"
+#include "host/hands/hands_options.h"
 #include "host/scene/scene.h"
 #include "render/eye_painter.h"
 #include "xr/headset.h"
@@ -26,14 +26,14 @@ Hand in_hands(const Workplace& workplace, const Hand& hand);
 
 // What an eye of the headset sees of the simulation. `nearest` [m] is of the headset's size.
 EyeView eye_view(const EyePlace& eye, int width, int height, const Workplace& workplace,
-                 const HandsRule& hands, float nearest);
+                 const HandsOptions& hands, float nearest);
 // A point of the world in the clip space of an eye, whose depth is near / distance.
 std::array<float, 4> clip_of(const EyeView& view, Vec3<float> point);
 // The head, between both eyes.
-Joint<float> head_of(const Sight& sight);
+Joint<float> head_of(const HeadsetViews& sight);
 
 // The scene's hands, or where it names none, bare ones in a size that makes its objects fit into
 // them.
-HandsRule live_hands(const Scene& scene);
+HandsOptions live_hands(const Scene& scene);
 
 }  // namespace knead

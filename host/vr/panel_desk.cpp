@@ -121,11 +121,11 @@ void PanelDesk::choose_material(int step, const LiveState& state, LiveSession& l
 
 void PanelDesk::choose_tool(Side side, int step, LiveSession& live, HeadsetHands& hands)
 {
-    HandsRule rule = hands.rule();
-    rule.held[side] =
-        tool_names[moved(place(tool_names, rule.held[side]), step, tool_names.size())];
-    hands.set(rule);
-    live.set_hands(rule);
+    HandsOptions options = hands.options();
+    options.held[side] =
+        tool_names[moved(place(tool_names, options.held[side]), step, tool_names.size())];
+    hands.set(options);
+    live.set_hands(options);
 }
 
 void PanelDesk::apply(const PanelCommand& command, const LiveState& state, LiveSession& live,
@@ -193,7 +193,7 @@ PanelView PanelDesk::view(const LiveState& state, const HeadsetHands& hands)
     PanelView shown;
     shown.scene = fs::path(scenes[scene]).stem().string();
     shown.material = preset + (touched ? " (CHANGED)" : "");
-    shown.left_tool = hands.rule().held[left], shown.right_tool = hands.rule().held[right];
+    shown.left_tool = hands.options().held[left], shown.right_tool = hands.options().held[right];
     shown.trouble = state.trouble;
     shown.stiffness = slider_share("young", material);
     shown.yield = has("yield", material) ? slider_share("yield", material) : -1;

@@ -167,7 +167,7 @@ void launches(Bench& bench)
 
 void measure_limits(Bench& bench)
 {
-    const DeviceFacts facts = gpu::facts_of(0);
+    const DeviceInfo facts = gpu::facts_of(0);
     bench.limits.multiprocessors = facts.multiprocessors;
     bench.limits.copy = facts.copy;
     issue(bench);

@@ -60,7 +60,7 @@ struct World {
     Vec3<float> gravity;
     Material<float> clay;
     float dt;
-    WayOut<float> way;
+    PushoutLimits<float> pushout;
     float4* nodes;
 
     HD int index(Int3 n) const { return (n.z * lattice.size.y + n.y) * lattice.size.x + n.x; }
@@ -109,7 +109,7 @@ __global__ void to_particles(World w, Cloud cloud, Colliders<float> tools, Mask 
         return four(Vec3<float>{node.x, node.y, node.z}, node.w);
     });
     const float per_cell = mass_around(sum) / w.clay.mass;
-    calm_crumb(q.C, w.nodes[w.index(s.base + nearest_node)].w / w.clay.mass);
+    damp_isolated_particle(q.C, w.nodes[w.index(s.base + nearest_node)].w / w.clay.mass);
     q.e = advance_b(q.e, q.C, w.dt);
     q.x = q.x + w.dt * q.v;
     std::uint32_t touched = 0;
@@ -219,7 +219,7 @@ class Simulation {
         world.dt = scene.at("dt").get<float>();
         const StepLimits limits{
             0.85, world.lattice.dx, stiffness(Particle<float>{}, world.clay), 0, 0, 0};
-        world.way = cast<float>(way_out(limits));
+        world.way = cast<float>(pushout_limits(limits));
         world.nodes = nodes.data();
         for (std::size_t i = 0; i < cones.primitives.size(); ++i)
             all.bits[i / 32] |= 1u << (i % 32);

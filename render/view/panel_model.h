@@ -53,7 +53,7 @@ struct PanelModel {
 };
 
 // What was asked for in a frame.
-struct PanelAsks {
+struct PanelRequests {
     std::optional<int> load, tool;
     std::optional<bool> pause, recorded;
     std::optional<double> gravity;

@@ -51,7 +51,7 @@ bool slide(const char* label, double& value, double low, double high, const char
     return true;
 }
 
-void scene_part(PanelModel& m, PanelAsks& asks)
+void scene_part(PanelModel& m, PanelRequests& asks)
 {
     if (!ImGui::CollapsingHeader("Scene", ImGuiTreeNodeFlags_DefaultOpen)) return;
     if (combo("##scene", m.scene, m.scenes)) asks.load = m.scene;
@@ -69,7 +69,7 @@ void scene_part(PanelModel& m, PanelAsks& asks)
     if (slide("Gravity", m.gravity, 0, 20, "%.2f m/s2", 0)) asks.gravity = m.gravity;
 }
 
-void material_part(PanelModel& m, PanelAsks& asks)
+void material_part(PanelModel& m, PanelRequests& asks)
 {
     if (!ImGui::CollapsingHeader("Material", ImGuiTreeNodeFlags_DefaultOpen)) return;
     if (m.objects.empty()) return ImGui::TextUnformatted("No objects.");
@@ -87,7 +87,7 @@ void material_part(PanelModel& m, PanelAsks& asks)
     }
 }
 
-void hand_part(PanelModel& m, PanelAsks& asks)
+void hand_part(PanelModel& m, PanelRequests& asks)
 {
     if (!ImGui::CollapsingHeader("Hand and tools", ImGuiTreeNodeFlags_DefaultOpen)) return;
     ImGui::Checkbox("The mouse leads a hand (H)", &m.hand);
@@ -169,7 +169,7 @@ void said(const PanelModel& m)
 }
 
 // What would be lost is asked about first, above what is said.
-void question_part(const PanelModel& m, PanelAsks& asks)
+void question_part(const PanelModel& m, PanelRequests& asks)
 {
     if (m.question.empty()) return;
     const ImVec2 screen = ImGui::GetIO().DisplaySize;
@@ -201,9 +201,9 @@ void style_panels()
 
 float panels_across() { return 8 + wide * std::max(1.0f, ImGui::GetIO().FontGlobalScale); }
 
-PanelAsks build_panels(PanelModel& m)
+PanelRequests build_panels(PanelModel& m)
 {
-    PanelAsks asks;
+    PanelRequests asks;
     if (m.open) {
         const float scale = std::max(1.0f, ImGui::GetIO().FontGlobalScale);
         const float high = ImGui::GetIO().DisplaySize.y - 16;

@@ -6,6 +6,6 @@ namespace knead {
 
 void style_panels();
 float panels_across();  // from the left edge [pixels]
-PanelAsks build_panels(PanelModel& model);
+PanelRequests build_panels(PanelModel& model);
 
 }  // namespace knead

@@ -122,7 +122,7 @@ class GlfwWindow final : public Window {
     }
     std::vector<InputEvent> poll(double patience) override;
     bool damaged() override { return std::exchange(heard_.damaged, false); }
-    PanelAsks panels(PanelModel& model, const InputState& input, double seconds) override;
+    PanelRequests panels(PanelModel& model, const InputState& input, double seconds) override;
     int panels_width() const override { return hidden_; }
     bool mouse_taken() const override { return ImGui::GetIO().WantCaptureMouse; }
     bool keys_taken() const override { return ImGui::GetIO().WantTextInput; }
@@ -200,7 +200,7 @@ std::vector<InputEvent> GlfwWindow::poll(double patience)
     return std::exchange(heard_.events, {});
 }
 
-PanelAsks GlfwWindow::panels(PanelModel& model, const InputState& input, double seconds)
+PanelRequests GlfwWindow::panels(PanelModel& model, const InputState& input, double seconds)
 {
     ImGuiIO& io = ImGui::GetIO();
     io.DisplaySize = {float(width_), float(height_)};
@@ -223,7 +223,7 @@ PanelAsks GlfwWindow::panels(PanelModel& model, const InputState& input, double 
     for (const int letter : input.typed()) io.AddInputCharacter(unsigned(letter));
     ImGui_ImplOpenGL3_NewFrame();
     ImGui::NewFrame();
-    const PanelAsks asks = build_panels(model);
+    const PanelRequests asks = build_panels(model);
     hidden_ = model.open ? int(panels_across()) : 0;
     ImGui::Render();
     return asks;

@@ -35,7 +35,7 @@ class Window {
 
     // The panels of a frame, which take what `input` has for them: afterwards it is theirs where
     // mouse_taken() or keys_taken() say so. `seconds` since the last frame.
-    virtual PanelAsks panels(PanelModel& model, const InputState& input, double seconds) = 0;
+    virtual PanelRequests panels(PanelModel& model, const InputState& input, double seconds) = 0;
     // What they hide at the left edge [pixels].
     virtual int panels_width() const = 0;
     virtual bool mouse_taken() const = 0;

@@ -15,11 +15,11 @@
 namespace knead {
 namespace {
 
-FillRule rule_of(double cell)
+FillOptions rule_of(double cell)
 {
-    FillRule rule;
-    rule.cell = cell;
-    return rule;
+    FillOptions options;
+    options.cell = cell;
+    return options;
 }
 
 TEST(Fill, ParticlesHaveTheVolumeOfTheObject)
@@ -96,9 +96,9 @@ double passing(const FilledObject& o, double x, double y)
 TEST(Fill, ACutThroughTheMiddleIsOpaque)
 {
     for (std::size_t max_interior : {std::size_t(200000), std::size_t(3000)}) {
-        FillRule rule = rule_of(1.0 / 24);
-        rule.max_interior = max_interior;
-        const FilledObject o = fill(cloud_of(ball_shape(), 8000), rule);
+        FillOptions options = rule_of(1.0 / 24);
+        options.max_interior = max_interior;
+        const FilledObject o = fill(cloud_of(ball_shape(), 8000), options);
         EXPECT_LE(o.splats.count() - o.surface, max_interior);
         const double rim = 0.5 - 2.5 * o.report.interior_spacing;
         double most = 0;
@@ -190,14 +190,14 @@ TEST(Fill, HasTheSameBitsForAnyNumberOfThreadsAndOthersForAnotherSeed)
     spoil.floaters = 0.02;
     spoil.interior = 0.2;
     const SplatCloud cloud = cloud_of(torus_shape(), 8000, spoil);
-    FillRule rule = rule_of(1.0 / 24);
+    FillOptions options = rule_of(1.0 / 24);
     const int before = loop_threads();
     set_loop_threads(1);
-    const FilledObject one = fill(cloud, rule);
+    const FilledObject one = fill(cloud, options);
     set_loop_threads(3);
-    const FilledObject three = fill(cloud, rule);
-    rule.seed = 2;
-    const FilledObject other = fill(cloud, rule);
+    const FilledObject three = fill(cloud, options);
+    options.seed = 2;
+    const FilledObject other = fill(cloud, options);
     set_loop_threads(before);
     EXPECT_TRUE(same(one, three));
     EXPECT_FALSE(same(one, other));
@@ -212,7 +212,7 @@ TEST(Fill, RefusesRulesOutOfRangeAndMoreMemoryThanAllowed)
     EXPECT_NE(reason<MemoryError>([&] { fill(cloud, rule_of(1e-4)); }).find("particles need"),
               std::string::npos);
     EXPECT_NE(reason<InputError>([&] { fill(cloud, rule_of(1e-12)); }), "");
-    FillRule small = rule_of(0.1);
+    FillOptions small = rule_of(0.1);
     small.max_bytes = 1 << 20;
     EXPECT_NE(reason<MemoryError>([&] { fill(cloud, small); }).find("1.0 MiB are allowed"),
               std::string::npos);

@@ -52,9 +52,9 @@ TEST(GlazedPot, StandsOnTheFloorAndHasNoGapWiderThanItsSplats)
 
 TEST(GlazedPot, IsFilledToItsVolume)
 {
-    FillRule rule;
-    rule.cell = 0.2 / 32;
-    const FilledObject o = fill(glazed_pot(), rule);
+    FillOptions options;
+    options.cell = 0.2 / 32;
+    const FilledObject o = fill(glazed_pot(), options);
     EXPECT_EQ(o.report.clean.dropped(), 0u);
     EXPECT_EQ(o.surface, 30000u);
     EXPECT_EQ(o.report.found, 1);

@@ -23,7 +23,7 @@ template <class Error>
 void expect_code(const Error& error, int code, const std::string& said)
 {
     testing::internal::CaptureStderr();
-    const int found = ended([&]() -> int { throw error; });
+    const int found = run_and_report([&]() -> int { throw error; });
     EXPECT_EQ(testing::internal::GetCapturedStderr(), "knead: " + said + "\n");
     EXPECT_EQ(found, code) << said;
 }
@@ -46,7 +46,7 @@ class EndsOnSignals : public testing::EmptyTestEventListener {
 
 TEST(Errors, EveryKindHasItsExitCodeAndIsSaid)
 {
-    EXPECT_EQ(ended([] { return 42; }), 42);
+    EXPECT_EQ(run_and_report([] { return 42; }), 42);
     expect_code(UsageError("a"), exit_usage, "a");
     expect_code(InputError("b"), exit_input, "b");
     expect_code(MemoryError("c"), exit_resource, "c");

@@ -60,7 +60,7 @@ class BenchFolder : public InFolder {
     {
         testing::internal::CaptureStderr();
         testing::internal::CaptureStdout();
-        const int result = ended([&] { return bench_verb(o); });
+        const int result = run_and_report([&] { return bench_verb(o); });
         complained = testing::internal::GetCapturedStderr();
         said = testing::internal::GetCapturedStdout();
         return result;
@@ -242,7 +242,7 @@ TEST(Benchmark, WhatIsCountedIsSharedAmongTheParticlesAndSetAgainstTheDevicesRat
 {
     BenchRow row;
     row.particles = 1000, row.moved = 0.5, row.substep.median = 1e-6;  // 5e8 a second
-    DeviceFacts facts;
+    DeviceInfo facts;
     facts.multiprocessors = 10, facts.copy = 1e11;
     // Two stages of a frame of ten substeps, of which half of the particles moved in each.
     const std::vector<StageWork> stages{{"grid", {1e4, 2e5, 3e5, 2e4, 1e-5}},

@@ -16,7 +16,7 @@ namespace knead {
 namespace {
 namespace fs = std::filesystem;
 
-const PeerRule small{16, 4, 1, 60};  // 2144 particles, 20 substeps
+const PeerOptions small{16, 4, 1, 60};  // 2144 particles, 20 substeps
 
 // Programs are looked for in `first`, then where they were; or, `alone`, only there.
 class Path {
@@ -35,18 +35,18 @@ class Path {
 class Peers : public InFolder {
   protected:
     // The results with a peer that does this: $2 is the scene, $3 the places, $5 when it projects.
-    const Bench& bench(const std::string& does, PeerRule rule = small)
+    const Bench& bench(const std::string& does, PeerOptions options = small)
     {
         fs::create_directories(folder / "bin");
         write_whole(path("bin/python3"), "#!/bin/sh\n" + does + "\n");
         fs::permissions(folder / "bin/python3", fs::perms::owner_all);
-        return run(false, rule);
+        return run(false, options);
     }
-    const Bench& run(bool alone, const PeerRule& rule = small)
+    const Bench& run(bool alone, const PeerOptions& options = small)
     {
         const Path here(path("bin"), alone);
         of->result.peers.clear();
-        run_peers(*of, rule);
+        run_peers(*of, options);
         EXPECT_EQ(of->result.peers.size(), 2u);
         return *of;
     }
@@ -113,7 +113,7 @@ TEST_F(Peers, ThatGiveNoFiguresAreNamedWithTheReason)
               "no figures: it ended with 0");
     EXPECT_EQ(said(bench("exit 3")), "not run: Python has no taichi here");
     EXPECT_EQ(said(bench("kill -9 $$")), "no figures: it ended with 137");
-    PeerRule brief = small;
+    PeerOptions brief = small;
     brief.limit = 0.2;
     EXPECT_EQ(said(bench(std::string(answer) + "\nexec sleep 60", brief)),
               "no figures: it took more than 0.2 s");

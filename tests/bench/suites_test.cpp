@@ -36,7 +36,7 @@ class Suites : public InFolder {
         o.quick = true, o.case_limit = 0.01;
         testing::internal::CaptureStderr();
         testing::internal::CaptureStdout();
-        const int code = ended([&] { return bench_verb(o); });
+        const int code = run_and_report([&] { return bench_verb(o); });
         said = testing::internal::GetCapturedStdout();
         const std::string complained = testing::internal::GetCapturedStderr();
         EXPECT_EQ(code, exit_ok) << complained;

@@ -289,8 +289,8 @@ TYPED_TEST(ContactTest, FarFromEveryToolNothingHappens)
     q.x = far, q.v = v, q.C = cast<R>(draw.matrix());
     const Particle<R> before = q;
     std::uint32_t touched = 0;
-    const WayOut<R> way{1, 1, 1, R(0.1)};
-    EXPECT_EQ(project(q, rig.colliders(), rig.all(), 2, way, R(8), R(0.01), touched), 0);
+    const PushoutLimits<R> pushout{1, 1, 1, R(0.1)};
+    EXPECT_EQ(project(q, rig.colliders(), rig.all(), 2, pushout, R(8), R(0.01), touched), 0);
     EXPECT_EQ(touched, 0u);
     EXPECT_EQ(length(q.x - before.x) + length(q.v - before.v) + size(q.C - before.C), 0);
 }
@@ -321,8 +321,8 @@ TYPED_TEST(ContactTest, AParticleInsideAnyPrimitiveIsOnItsWayOutAndNeverDeep)
         constexpr double per_cell[] = {0.2, 1, 8}, times[] = {1, 3.3, 31.3};
         const R among = R(per_cell[round / 3 % 3]);
         std::uint32_t touched = 0;
-        const WayOut<R> way{shallow, thin, fastest, skin};
-        const R depth = project(q, rig.colliders(), rig.all(), 1, way, among, dt, touched);
+        const PushoutLimits<R> pushout{shallow, thin, fastest, skin};
+        const R depth = project(q, rig.colliders(), rig.all(), 1, pushout, among, dt, touched);
         EXPECT_EQ(touched, before.phi < 0 ? tool_bit(before.tool) : 0);
         EXPECT_EQ(size(q.C - was.C), 0);
         if (before.phi >= 0) {
@@ -381,8 +381,9 @@ TYPED_TEST(ContactTest, APlaneIsWhereItIsForNodesAndParticlesAlikeAtEveryFractio
         Particle<R> q{};
         q.x = {R(0.5), R(height - 0.02), R(0.5)}, q.v = {0, -1, 0};
         std::uint32_t touched = 0;
-        const WayOut<R> way{lattice.dx / 4, lattice.dx / 4, R(1e3), 0};
-        const R depth = project(q, rig.colliders(), rig.all(), 2, way, R(0.1), R(1e-3), touched);
+        const PushoutLimits<R> pushout{lattice.dx / 4, lattice.dx / 4, R(1e3), 0};
+        const R depth =
+            project(q, rig.colliders(), rig.all(), 2, pushout, R(0.1), R(1e-3), touched);
         EXPECT_NEAR(double(depth), 0.02, either<R>(5e-6, 1e-12));
         EXPECT_NEAR(double(q.x.y), height - 1.0 / 64, either<R>(5e-6, 1e-12));  // a quarter is left
         EXPECT_NEAR(double(q.v.y), 20, either<R>(5e-3, 1e-9));

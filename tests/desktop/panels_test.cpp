@@ -58,11 +58,11 @@ TEST(ViewPanels, KnowTheScenesBesideTheirOwn)
 
 TEST(ViewPanels, WhatIsAskedForReachesTheSolver)
 {
-    LiveRule rule;
-    rule.make = [](const auto& setup) { return cpu_solver(setup); };
-    rule.stepped = true;
+    LiveOptions options;
+    options.make = [](const auto& setup) { return cpu_solver(setup); };
+    options.stepped = true;
     const std::vector<std::string> small{"domain.cells=16", "surface.nodes=32"};
-    LiveSession session(load_live_scene("scenes/squeeze.json", small), rule);
+    LiveSession session(load_live_scene("scenes/squeeze.json", small), options);
     session.settle();
     ViewPanels panels("scenes/squeeze.json");
     panels.follow(*session.state());
@@ -70,11 +70,11 @@ TEST(ViewPanels, WhatIsAskedForReachesTheSolver)
     EXPECT_EQ(panels.model.scenes.at(std::size_t(panels.model.scene)), "squeeze");
     EXPECT_TRUE(panels.model.recorded);
     EXPECT_DOUBLE_EQ(panels.model.gravity, 9.81);
-    PanelAsks asks;
+    PanelRequests asks;
     asks.gravity = 3, asks.tool = 5, asks.material = true;
     for (Slider& s : panels.model.objects[0].sliders)
         if (s.name == "Stiffness") s.value = 2e5;
-    panels.obey(asks, session, *session.state());
+    panels.apply(asks, session, *session.state());
     session.ask([](const Solver& s) {
         EXPECT_EQ(s.rules().gravity.y, -3);
         EXPECT_NEAR(s.rules().materials[0].mu, 2e5 / 2.6, 1);
@@ -88,7 +88,7 @@ TEST(ViewPanels, WhatIsAskedForReachesTheSolver)
     asks = {};
     asks.preset = true;
     panels.model.objects[0].preset = 5;
-    panels.obey(asks, session, *session.state());
+    panels.apply(asks, session, *session.state());
     session.ask([](const Solver& s) { EXPECT_EQ(s.rules().materials[0].yield, 0); });
     EXPECT_EQ(session.state()->refused, 0) << session.state()->refusal;
     session.load("scenes/nothing.json", {});
@@ -104,9 +104,9 @@ class RefusalTest : public testing::Test {
         session.settle();
         panels.follow(*session.state());
     }
-    static LiveRule rule()
+    static LiveOptions options()
     {
-        LiveRule by;
+        LiveOptions by;
         by.make = [](const auto& setup) { return cpu_solver(setup); };
         by.stepped = true;
         return by;
@@ -117,9 +117,9 @@ class RefusalTest : public testing::Test {
             if (s.name == name) return s;
         throw std::out_of_range(name);
     }
-    bool obey(const PanelAsks& asks)
+    bool apply(const PanelRequests& asks)
     {
-        const bool done = panels.obey(asks, session, *session.state());
+        const bool done = panels.apply(asks, session, *session.state());
         session.settle();
         panels.follow(*session.state());
         return done;
@@ -132,7 +132,7 @@ class RefusalTest : public testing::Test {
     }
 
     const std::vector<std::string> small{"domain.cells=16", "surface.nodes=32"};
-    LiveSession session{load_live_scene("scenes/squeeze.json", small), rule()};
+    LiveSession session{load_live_scene("scenes/squeeze.json", small), options()};
     ViewPanels panels{"scenes/squeeze.json"};
 };
 
@@ -140,22 +140,22 @@ class RefusalTest : public testing::Test {
 TEST_F(RefusalTest, ATypedNumberThatCannotBeLeavesTheControl)
 {
     const double before = slider("Poisson").value;
-    PanelAsks asks;
+    PanelRequests asks;
     asks.material = true;
     slider("Poisson").value = 2;
-    EXPECT_FALSE(obey(asks));
+    EXPECT_FALSE(apply(asks));
     EXPECT_DOUBLE_EQ(slider("Poisson").value, before);
     EXPECT_EQ(panels.model.notice, "Poisson: expected 0 to 0.499, found 2");
     slider("Stiffness").value = 1e15;
-    EXPECT_FALSE(obey(asks));
+    EXPECT_FALSE(apply(asks));
     EXPECT_NEAR(slider("Stiffness").value, young(), 1e-6);
     slider("Stiffness").value = 2e7;
-    EXPECT_TRUE(obey(asks)) << "beyond the slider, but a material that can be";
+    EXPECT_TRUE(apply(asks)) << "beyond the slider, but a material that can be";
     EXPECT_NEAR(young(), 2e7, 1);
     EXPECT_EQ(slider("Stiffness").high, 2e7);
     asks = {};
     asks.gravity = 1e5;
-    EXPECT_FALSE(obey(asks));
+    EXPECT_FALSE(apply(asks));
     EXPECT_DOUBLE_EQ(panels.model.gravity, 9.81);
     EXPECT_EQ(session.state()->refused, 0);
 }
@@ -164,11 +164,11 @@ TEST_F(RefusalTest, ATypedNumberThatCannotBeLeavesTheControl)
 TEST_F(RefusalTest, AMaterialThatNeedsTooManySubstepsIsRefusedAndTheControlShowsWhatHolds)
 {
     const double before = young();
-    PanelAsks asks;
+    PanelRequests asks;
     asks.material = true;
     slider("Stiffness").value = 1e12;
     slider("Density").value = 1;
-    obey(asks);
+    apply(asks);
     EXPECT_EQ(session.state()->refused, 1);
     EXPECT_NE(session.state()->refusal.find("most_substeps"), std::string::npos);
     EXPECT_EQ(panels.model.notice, session.state()->refusal);

@@ -238,7 +238,9 @@ TEST_F(Files, AnEarlierRunsPicturesGoOnceANewOneCanReplaceThem)
     write_whole(path("scene.json"), R"({
         "schema": "knead.scene/1", "name": "small", "domain": {"edge": 0.32, "cells": 32},
         "objects": [{"centre": [0.16, 0.16, 0.16], "diameter": 0.05, "material": "clay"}]})");
-    const auto code = [](const RunOptions& o) { return ended([&] { return run_verb(o); }); };
+    const auto code = [](const RunOptions& o) {
+        return run_and_report([&] { return run_verb(o); });
+    };
     RunOptions o;
     o.scene = path("scene.json"), o.out = path("out"), o.device = "cpu", o.frames = 1;
     o.quiet = o.overwrite = true, o.settings = {"objects.0.diameter=-1"};

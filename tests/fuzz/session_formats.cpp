@@ -110,9 +110,9 @@ SmallRun run_of(const std::string& text)
     if (run.scene.has_hands)
         hands = std::make_unique<HandSource>(hands_of(run.scene), run.scene.hands);
     const std::unique_ptr<Solver> solver = make_solver(run.scene.setup, {DeviceKind::cpu, 0});
-    RunRule rule;
-    rule.frames = 2, rule.last_mesh = true;
-    run.record = run_frames(run.scene, *solver, hands.get(), rule, {});
+    BatchRunOptions options;
+    options.frames = 2, options.last_mesh = true;
+    run.record = run_frames(run.scene, *solver, hands.get(), options, {});
     run.record.wall = 0.25;
     for (FrameRow& row : run.record.rows) {
         row.wall = 0.0625, row.hands_wall = 0.001, row.surface_wall = 0.0125;
@@ -182,9 +182,9 @@ void read_a_checkpoint(const std::string& bytes)
 
 Recording short_hands()
 {
-    GestureRule rule;
-    rule.seconds = 0.1, rule.dropouts = 0.2;
-    return generate("squeeze", rule);
+    GestureOptions options;
+    options.seconds = 0.1, options.dropouts = 0.2;
+    return generate("squeeze", options);
 }
 std::vector<std::string> hands_seeds() { return {to_binary(short_hands())}; }
 std::vector<std::string> hands_lines_seeds()

@@ -282,11 +282,11 @@ Recording line_along_x()  // one frame each tenth of a second, along x, 4 cm a f
 
 TEST(HandSource, SamplesBetweenFramesInTheSimulationsFrameAndSize)
 {
-    HandsRule rule;
-    rule.filter = Filter::none;
-    rule.zoom = 2.5;
-    rule.at = {0.5, 0.4, 0.3};
-    const HandSource source(line_along_x(), rule);
+    HandsOptions options;
+    options.filter = Filter::none;
+    options.zoom = 2.5;
+    options.at = {0.5, 0.4, 0.3};
+    const HandSource source(line_along_x(), options);
     EXPECT_DOUBLE_EQ(source.duration(), 2.9);
     Joint<double> joints[2 * joint_count];
     float size[2];
@@ -294,7 +294,7 @@ TEST(HandSource, SamplesBetweenFramesInTheSimulationsFrameAndSize)
     const Hand open = open_hand(right);
     for (int j = 0; j < joint_count; ++j) {
         const auto real = cast<double>(open.joints[j].p) + Vec3<double>{0.04 * 5.25, 0, 0};
-        EXPECT_LT(length(joints[joint_count + j].p - (rule.at + 2.5 * real)), 1e-6);
+        EXPECT_LT(length(joints[joint_count + j].p - (options.at + 2.5 * real)), 1e-6);
         const Quat<double> q = joints[joint_count + j].q;
         EXPECT_NEAR(q.w * q.w + q.x * q.x + q.y * q.y + q.z * q.z, 1, 1e-12);
     }
@@ -302,8 +302,8 @@ TEST(HandSource, SamplesBetweenFramesInTheSimulationsFrameAndSize)
 
 TEST(HandSource, IsInactiveUntilSteadyWhileLostAndAfterTheEnd)
 {
-    HandsRule rule;
-    HandSource source(line_along_x(), rule);
+    HandsOptions options;
+    HandSource source(line_along_x(), options);
     Joint<double> joints[2 * joint_count];
     float size[2];
     const auto left_at = [&](double time) {
@@ -324,8 +324,8 @@ TEST(HandSource, IsInactiveUntilSteadyWhileLostAndAfterTheEnd)
     EXPECT_TRUE(left_at(2.9));
     EXPECT_FALSE(source.sample(2.95, joints, size));
     for (const auto& [q, p] : joints) EXPECT_TRUE(std::isfinite(p.x) && std::isfinite(q.w));
-    rule.present[left] = false;
-    source = HandSource(line_along_x(), rule);
+    options.present[left] = false;
+    source = HandSource(line_along_x(), options);
     EXPECT_TRUE(source.sample(0.35, joints, size));
     EXPECT_EQ(size[left], 0);
 }
@@ -345,9 +345,9 @@ TEST(HandSource, ARecordingOfNoHandsIsNeverActiveAndStillFinite)
 
 TEST(HandStream, HoldsTheLastHandsForAWhileAndForgetsOldOnes)
 {
-    HandsRule rule;
-    rule.zoom = 2;
-    HandStream stream(rule);
+    HandsOptions options;
+    options.zoom = 2;
+    HandStream stream(options);
     Joint<double> joints[2 * joint_count];
     float size[side_count];
     EXPECT_FALSE(stream.sample(0, joints, size));

@@ -35,13 +35,13 @@ Rig held_rig(const Gesture& gesture, Side side, Topology topology)
 }
 
 // The gap of each frame.
-std::vector<double> gaps(const Recording& r, const Gesture& gesture, const GestureRule& rule,
+std::vector<double> gaps(const Recording& r, const Gesture& gesture, const GestureOptions& options,
                          Side side)
 {
-    const Rig rig = held_rig(gesture, side, rule.topology);
+    const Rig rig = held_rig(gesture, side, options.topology);
     std::vector<double> list;
     for (const HandFrame& frame : r.frames)
-        list.push_back(gap(rig, joints_of(frame).data(), rule.centre, rule.radius));
+        list.push_back(gap(rig, joints_of(frame).data(), options.centre, options.radius));
     return list;
 }
 
@@ -66,8 +66,8 @@ double peak_speed(const Recording& r, Side side, int joint, double from, double 
 
 TEST(Gesture, TheGapAgreesWithBallsSpreadOverThePrimitives)
 {
-    const GestureRule rule;
-    const Recording r = generate("squeeze", rule);
+    const GestureOptions options;
+    const Recording r = generate("squeeze", options);
     for (const Topology topology : {Topology::h25, Topology::h47}) {
         const Rig rig = hand_rig(topology, left);
         for (std::size_t i = 0; i < r.frames.size(); i += 30) {
@@ -93,10 +93,10 @@ TEST(Gesture, TheGapAgreesWithBallsSpreadOverThePrimitives)
                         const double l0 = 1 - l1 - l2;
                         const Vec at = l0 * c[0] + l1 * c[1] + l2 * c[2];
                         const double r_at = l0 * radius[0] + l1 * radius[1] + l2 * radius[2];
-                        nearest = std::min(nearest, length(at) - r_at - rule.radius);
+                        nearest = std::min(nearest, length(at) - r_at - options.radius);
                     }
             }
-            EXPECT_NEAR(gap(rig, joints.data(), {}, rule.radius), nearest, 1e-4);
+            EXPECT_NEAR(gap(rig, joints.data(), {}, options.radius), nearest, 1e-4);
         }
     }
 }
@@ -104,13 +104,13 @@ TEST(Gesture, TheGapAgreesWithBallsSpreadOverThePrimitives)
 TEST(Gesture, EveryHandAndToolStartsTenCentimetresFromTheBall)
 {
     for (const Gesture& gesture : gestures()) {
-        const GestureRule rule;
-        const Recording r = generate(gesture.name, rule);
+        const GestureOptions options;
+        const Recording r = generate(gesture.name, options);
         for (const Side side : {left, right}) {
-            EXPECT_NEAR(gaps(r, gesture, rule, side).front(), 0.1, 1e-4) << gesture.name;
+            EXPECT_NEAR(gaps(r, gesture, options, side).front(), 0.1, 1e-4) << gesture.name;
             if (!gesture.held[side].empty()) {
                 const Gesture bare{gesture.name, {}, 0, 0};
-                EXPECT_GT(gaps(r, bare, rule, side).front(), 0) << gesture.name;
+                EXPECT_GT(gaps(r, bare, options, side).front(), 0) << gesture.name;
             }
         }
     }
@@ -119,12 +119,12 @@ TEST(Gesture, EveryHandAndToolStartsTenCentimetresFromTheBall)
 TEST(Gesture, EveryGestureGoesAsDeepAsItsOwnDepth)
 {
     for (const Gesture& gesture : gestures()) {
-        const GestureRule rule{.rate = 120};
-        const Recording r = generate(gesture.name, rule);
+        const GestureOptions options{.rate = 120};
+        const Recording r = generate(gesture.name, options);
         double deepest = 0;
         for (const Side side : {left, right})
-            deepest = std::min(deepest, min_of(gaps(r, gesture, rule, side)));
-        EXPECT_NEAR(-deepest / rule.radius, gesture.depth, 0.01) << gesture.name;
+            deepest = std::min(deepest, min_of(gaps(r, gesture, options, side)));
+        EXPECT_NEAR(-deepest / options.radius, gesture.depth, 0.01) << gesture.name;
     }
 }
 
@@ -133,13 +133,13 @@ TEST(Gesture, ASqueezeGoesAsDeepAsAskedWhateverTheBallAndTheHand)
     for (const double radius : {0.05, 0.1, 0.2})
         for (const double depth : {0.18, 0.25})
             for (const Topology topology : {Topology::h25, Topology::h47}) {
-                const GestureRule rule{.depth = depth,
-                                       .centre = {0.3, 1.1, -0.4},
-                                       .radius = radius,
-                                       .topology = topology};
-                const Recording r = generate("squeeze", rule);
+                const GestureOptions options{.depth = depth,
+                                             .centre = {0.3, 1.1, -0.4},
+                                             .radius = radius,
+                                             .topology = topology};
+                const Recording r = generate("squeeze", options);
                 for (const Side side : {left, right}) {
-                    const auto list = gaps(r, gesture_named("squeeze"), rule, side);
+                    const auto list = gaps(r, gesture_named("squeeze"), options, side);
                     EXPECT_NEAR(-min_of(list) / radius, depth, 0.005);
                     EXPECT_GT(list.front(), 0.09);
                     EXPECT_GT(list.back(), 0.09);
@@ -149,8 +149,8 @@ TEST(Gesture, ASqueezeGoesAsDeepAsAskedWhateverTheBallAndTheHand)
 
 TEST(Gesture, SqueezingPalmsFaceEachOtherAndAllFingersLieOnTheBall)
 {
-    const GestureRule rule;
-    const Recording r = generate("squeeze", rule);
+    const GestureOptions options;
+    const Recording r = generate("squeeze", options);
     const auto pressed =
         std::ranges::find_if(r.frames, [](const HandFrame& f) { return f.time > 1.5 + 0.038; });
     ASSERT_NE(pressed, r.frames.end());
@@ -181,8 +181,8 @@ TEST(Gesture, HandsMoveAtHumanSpeeds)
 
 TEST(Gesture, PinchingTipsMeetInsideTheBall)
 {
-    const GestureRule rule;
-    const Recording r = generate("pinch", rule);
+    const GestureOptions options;
+    const Recording r = generate("pinch", options);
     const Hand open = open_hand(right);
     const double touching = open.radius[thumb_tip] + open.radius[index_tip];
     double nearest = 1, depth = -1;
@@ -191,7 +191,7 @@ TEST(Gesture, PinchingTipsMeetInsideTheBall)
         const double apart = length(joints[thumb_tip].p - joints[index_tip].p);
         nearest = std::min(nearest, apart);
         if (apart < touching + 0.003)
-            depth = std::max(depth, rule.radius - double(length(joints[index_tip].p)));
+            depth = std::max(depth, options.radius - double(length(joints[index_tip].p)));
     }
     EXPECT_NEAR(nearest, touching, 0.002);
     EXPECT_GT(depth, 0.005);
@@ -200,15 +200,15 @@ TEST(Gesture, PinchingTipsMeetInsideTheBall)
 // Every place of the ball's middle plane is passed by the blade, down to the board and no deeper.
 TEST(Gesture, TheKnifeSweepsTheWholeOfASmallBall)
 {
-    const GestureRule rule{.rate = 120, .radius = 0.05};
-    const Recording r = generate("cut", rule);
+    const GestureOptions options{.rate = 120, .radius = 0.05};
+    const Recording r = generate("cut", options);
     const Rig rig = tool_rig("knife", right);
     constexpr int count = 41;  // places along either axis
     std::vector<char> passed(count * count, 0);
-    const auto place = [&](int i) { return rule.radius * (2.0 * i / (count - 1) - 1); };
+    const auto place = [&](int i) { return options.radius * (2.0 * i / (count - 1) - 1); };
     double lowest = 1;
     for (const HandFrame& frame : r.frames) {
-        if (frame.time > 1.65 + rule.latency) break;  // then it leaves the plane
+        if (frame.time > 1.65 + options.latency) break;  // then it leaves the plane
         const Joints joints = joints_of(frame);
         std::vector<Sphere<double>> s;
         for (const Binding<float>& b : rig.spheres) {
@@ -220,11 +220,12 @@ TEST(Gesture, TheKnifeSweepsTheWholeOfASmallBall)
             const auto blade = shape(3, s[p.sphere[0]], s[p.sphere[1]], s[p.sphere[2]]);
             for (int i = 0; i < count * count; ++i) {
                 const Vec at{0, place(i / count), place(i % count)};
-                if (length(at) > rule.radius || closest_point(blade, at).phi < 0.002) passed[i] = 1;
+                if (length(at) > options.radius || closest_point(blade, at).phi < 0.002)
+                    passed[i] = 1;
             }
         }
     }
-    EXPECT_NEAR(lowest, -rule.radius, 0.002);
+    EXPECT_NEAR(lowest, -options.radius, 0.002);
     EXPECT_EQ(std::ranges::count(passed, 0), 0);
 }
 
@@ -255,10 +256,10 @@ TEST(Gesture, BonesKeepTheirLengths)
 TEST(Gesture, JitterIsTheRmsDisplacementOfTheJoints)
 {
     const double jitter = 1.5e-3;
-    GestureRule rule{.rate = 72, .seconds = 10};
-    const Recording still = generate("knead", rule);
-    rule.jitter = jitter;
-    const Recording shaken = generate("knead", rule);
+    GestureOptions options{.rate = 72, .seconds = 10};
+    const Recording still = generate("knead", options);
+    options.jitter = jitter;
+    const Recording shaken = generate("knead", options);
     double sum = 0;
     for (std::size_t i = 0; i < still.frames.size(); ++i)
         for (const Side side : {left, right})
@@ -273,11 +274,11 @@ TEST(Gesture, JitterIsTheRmsDisplacementOfTheJoints)
 
 TEST(Gesture, EqualRulesGiveEqualRecordingsAndSeedsDiffer)
 {
-    const GestureRule rule{.jitter = 1e-3, .dropouts = 0.02, .seed = 5};
-    GestureRule other = rule;
+    const GestureOptions options{.jitter = 1e-3, .dropouts = 0.02, .seed = 5};
+    GestureOptions other = options;
     other.seed = 6;
-    const std::string first = to_binary(generate("roll", rule));
-    EXPECT_EQ(first, to_binary(generate("roll", rule)));
+    const std::string first = to_binary(generate("roll", options));
+    EXPECT_EQ(first, to_binary(generate("roll", options)));
     EXPECT_NE(first, to_binary(generate("roll", other)));
 }
 
@@ -292,8 +293,8 @@ TEST(Gesture, TimeStampsAreTheSameOnEveryPlatform)
 
 TEST(Gesture, TimeStampsAreLateAndALittleUneven)
 {
-    const GestureRule rule{.rate = 30, .latency = 0.05};
-    const Recording r = generate("squeeze", rule);
+    const GestureOptions options{.rate = 30, .latency = 0.05};
+    const Recording r = generate("squeeze", options);
     EXPECT_EQ(r.frames.size(), 79u);  // 2.6 s
     EXPECT_DOUBLE_EQ(r.latency, 0.05);
     std::set<double> spacings;
@@ -343,11 +344,11 @@ TEST(Gesture, CommittedRecordingsAreSmallAndComeFromTheirRules)
         const std::uintmax_t size = std::filesystem::file_size(path);
         EXPECT_LT(size, 400000u) << path;
         total += size;
-        GestureRule rule{.rate = 30, .jitter = 1.5e-3};
-        if (gesture.name == "squeeze") rule.rate = 60;
-        if (gesture.name == "knead") rule.dropouts = 0.01;
-        if (gesture.name == "cut") rule.radius = 0.05;
-        const Recording stored = read_recording(path), made = generate(gesture.name, rule);
+        GestureOptions options{.rate = 30, .jitter = 1.5e-3};
+        if (gesture.name == "squeeze") options.rate = 60;
+        if (gesture.name == "knead") options.dropouts = 0.01;
+        if (gesture.name == "cut") options.radius = 0.05;
+        const Recording stored = read_recording(path), made = generate(gesture.name, options);
         ASSERT_EQ(stored.frames.size(), made.frames.size()) << path;
         for (std::size_t i = 0; i < made.frames.size(); ++i) {
             ASSERT_DOUBLE_EQ(stored.frames[i].time, made.frames[i].time);

@@ -18,25 +18,25 @@ Pointing ahead()
     return p;
 }
 
-HandsRule zoomed()
+HandsOptions zoomed()
 {
-    HandsRule rule;
-    rule.zoom = 2.5;
-    rule.at = {0.5, 0.3, 0.5};
-    return rule;
+    HandsOptions options;
+    options.zoom = 2.5;
+    options.at = {0.5, 0.3, 0.5};
+    return options;
 }
 
 // The least z of the tool in the simulation.
-double foremost_z(const HandFrame& frame, const HandsRule& rule)
+double foremost_z(const HandFrame& frame, const HandsOptions& options)
 {
-    const std::string& held = rule.held[right];
-    const Rig rig = held.empty() ? hand_rig(rule.topology, right) : tool_rig(held, right);
+    const std::string& held = options.held[right];
+    const Rig rig = held.empty() ? hand_rig(options.topology, right) : tool_rig(held, right);
     double least = 1e30;
     for (const Binding<float>& b : rig.spheres) {
         const Vec3<float> c = centre(b, [&](int j) {
             return frame.hand[right].joints[std::size_t(j - int(right) * joint_count)];
         });
-        least = std::min(least, rule.at.z + rule.zoom * double(c.z - b.radius));
+        least = std::min(least, options.at.z + options.zoom * double(c.z - b.radius));
     }
     return least;
 }
@@ -48,11 +48,11 @@ TEST(PointerHand, ItsForemostPointIsWhereTheMousePoints)
             PointerHand hand;
             hand.posture = Posture(posture);
             hand.reach = 1.2, hand.tilt = 0.3, hand.roll = -0.4;
-            HandsRule rule = zoomed();
-            rule.held[right] = held;
+            HandsOptions options = zoomed();
+            options.held[right] = held;
             hand.advance(1);
-            const HandFrame frame = hand.hands(ahead(), rule);
-            EXPECT_NEAR(foremost_z(frame, rule), 2 - 1.2, 1e-5) << held << posture;
+            const HandFrame frame = hand.hands(ahead(), options);
+            EXPECT_NEAR(foremost_z(frame, options), 2 - 1.2, 1e-5) << held << posture;
             EXPECT_EQ(frame.time, 1);
             EXPECT_TRUE(frame.hand[right].tracked);
             EXPECT_FALSE(frame.hand[left].tracked);
@@ -63,10 +63,10 @@ TEST(PointerHand, PressesInSmoothlyAndComesBack)
 {
     PointerHand hand;
     hand.press = 0.1;
-    const HandsRule rule = zoomed();
+    const HandsOptions options = zoomed();
     const auto z = [&](double time) {
         hand.advance(time);
-        return foremost_z(hand.hands(ahead(), rule), rule);
+        return foremost_z(hand.hands(ahead(), options), options);
     };
     const double rest = z(0);
     hand.pressed = true;

@@ -10,13 +10,13 @@
 namespace knead {
 namespace {
 
-LiveRule rule_of(bool on_device)
+LiveOptions rule_of(bool on_device)
 {
-    LiveRule rule;
-    rule.make = [](const Setup& setup) { return make_solver(setup, parse_device("cuda")); };
-    rule.stepped = true;
-    rule.on_device = on_device;
-    return rule;
+    LiveOptions options;
+    options.make = [](const Setup& setup) { return make_solver(setup, parse_device("cuda")); };
+    options.stepped = true;
+    options.on_device = on_device;
+    return options;
 }
 
 TEST(LiveOnDevice, IsTheSameSession)
@@ -66,7 +66,7 @@ TEST(LiveOnDevice, IsAsItWasThoughFramesWereRehearsed)
     if (!gpu_present()) GTEST_SKIP() << "no CUDA device";
     for (const char* file : {"scenes/squeeze.json", "scenes/pot.json", "scenes/ground.json"}) {
         const auto scene = load_live_scene(file, {"deterministic=true"});
-        LiveRule real = rule_of(true);
+        LiveOptions real = rule_of(true);
         real.stepped = false, real.waits = true;
         real.clock = [] { return 0.0; };
         LiveSession session(scene, real), wanted(scene, rule_of(true));

@@ -12,14 +12,14 @@
 namespace knead {
 namespace {
 
-TEST(Instant, GoesOnByWhatHasPassedAndNoMoreThanItCame)
+TEST(MotionStamp, GoesOnByWhatHasPassedAndNoMoreThanItCame)
 {
-    const Instant at{2, 0.5};
-    EXPECT_EQ(at.ahead(1), 0);
-    EXPECT_EQ(at.ahead(2), 0);
-    EXPECT_FLOAT_EQ(at.ahead(2.125), 0.25f);
-    EXPECT_EQ(at.ahead(3), 1);
-    EXPECT_EQ((Instant{2, 0}.ahead(3)), 0) << "nothing is known";
+    const MotionStamp at{2, 0.5};
+    EXPECT_EQ(at.extrapolation(1), 0);
+    EXPECT_EQ(at.extrapolation(2), 0);
+    EXPECT_FLOAT_EQ(at.extrapolation(2.125), 0.25f);
+    EXPECT_EQ(at.extrapolation(3), 1);
+    EXPECT_EQ((MotionStamp{2, 0}.extrapolation(3)), 0) << "nothing is known";
 }
 
 // Of every fourth point to a mesh, along the normal of its nearest vertex: root of the mean square
@@ -42,20 +42,20 @@ double off(const std::vector<Vec3<float>>& points, const Mesh& mesh)
     return std::sqrt(sum / double(count));
 }
 
-std::vector<Vec3<float>> carried(const Mesh& mesh, float ahead)
+std::vector<Vec3<float>> carried(const Mesh& mesh, float extrapolation)
 {
     std::vector<Vec3<float>> points = mesh.vertices;
     for (std::size_t v = 0; v < points.size(); ++v)
-        points[v] = points[v] + ahead * mesh.advance[v] * mesh.normals[v];
+        points[v] = points[v] + extrapolation * mesh.advance[v] * mesh.normals[v];
     return points;
 }
 
-LiveRule stepped()
+LiveOptions stepped()
 {
-    LiveRule rule;
-    rule.make = [](const Setup& setup) { return cpu_solver(setup); };
-    rule.stepped = true, rule.moving = true;
-    return rule;
+    LiveOptions options;
+    options.make = [](const Setup& setup) { return cpu_solver(setup); };
+    options.stepped = true, options.moving = true;
+    return options;
 }
 
 // A state shown a frame later, carried on, against the state that is there by then, while recorded
@@ -70,7 +70,7 @@ TEST(LiveMotion, CarriedOnASurfaceIsNearerToTheNextOne)
     double plain = 0, carried_on = 0;
     int nearer = 0, frames = 0;
     Meshes before;
-    Instant then;
+    MotionStamp then;
     for (int k = 1; k <= 200; ++k) {
         session.advance_to((k + 0.5) * frame);
         const auto state = session.state();
@@ -79,9 +79,9 @@ TEST(LiveMotion, CarriedOnASurfaceIsNearerToTheNextOne)
         if (k > 2 && k % 3 > 0) {
             const Mesh& now = state->meshes->front();
             ASSERT_NEAR(then.step, frame, 1e-9);
-            const float ahead = then.ahead(then.time + frame);
+            const float extrapolation = then.extrapolation(then.time + frame);
             const double as_is = off(before->front().vertices, now);
-            const double on = off(carried(before->front(), ahead), now);
+            const double on = off(carried(before->front(), extrapolation), now);
             if (std::getenv("KNEAD_SHOW"))
                 std::printf("frame %d: %.3g mm as it is, %.3g carried on\n", k, 1e3 * as_is,
                             1e3 * on);

@@ -57,8 +57,8 @@ class Live : public testing::Test {
         const HandTools tools = hand_tools(made->scene.hands);
         made->scene.setup.rig = tools.rig, made->scene.setup.tools = tools.tools;
         scene = made;
-        rule.clock = [this] { return clock.load(); };
-        rule.make = [this](const auto&) {
+        options.clock = [this] { return clock.load(); };
+        options.make = [this](const auto&) {
             auto solver = std::make_unique<Slow>(clock);
             if (prepare) prepare(*solver);
             slow = solver.get();
@@ -80,7 +80,7 @@ class Live : public testing::Test {
                                  session.state()->trouble);
     }
     std::atomic<double> clock = 0;
-    LiveRule rule;
+    LiveOptions options;
     std::shared_ptr<const LiveScene> scene;
     std::function<void(Slow&)> prepare;
     Slow* slow = nullptr;

@@ -31,8 +31,8 @@ Reached run_to(const LiveScene& live, int frames)
     const std::unique_ptr<Solver> solver = cpu_solver(live.scene.setup);
     const HandSource hands(*live.recording, live.scene.hands);
     SceneSplats splats(live.scene, live.splats);
-    RunRule rule;
-    rule.frames = frames, rule.audit_every = 1000000;
+    BatchRunOptions options;
+    options.frames = frames, options.audit_every = 1000000;
     RunWatch watch;
     watch.upkeep = [&](const Frame& frame) {
         const PagingReport report = splats.after(frame.number, frame.motion, *solver);
@@ -41,19 +41,19 @@ Reached run_to(const LiveScene& live, int frames)
         reached.most_particles = std::max(reached.most_particles, solver->particles().size());
         return report;
     };
-    run_frames(live.scene, *solver, &hands, rule, watch);
+    run_frames(live.scene, *solver, &hands, options, watch);
     splats.refresh();
     reached.particles = solver->particles(), reached.gaussians = solver->gaussians();
     reached.splats = splats.drawn();
     return reached;
 }
 
-LiveRule live_rule(bool stepped, Device device = {DeviceKind::cpu, 0})
+LiveOptions live_options(bool stepped, Device device = {DeviceKind::cpu, 0})
 {
-    LiveRule rule;
-    rule.make = [device](const Setup& setup) { return make_solver(setup, device); };
-    rule.stepped = stepped;
-    return rule;
+    LiveOptions options;
+    options.make = [device](const Setup& setup) { return make_solver(setup, device); };
+    options.stepped = stepped;
+    return options;
 }
 
 void expect_equal(LiveSession& session, const Reached& wanted)
@@ -85,7 +85,7 @@ TEST(LiveSplats, StandingGroundBecomesClayAtTheHandsAsInARun)
     const Reached wanted = run_to(*scene, frames);
     EXPECT_GT(wanted.taken, 0);
     EXPECT_GT(wanted.most_particles, 100u);
-    LiveSession session(scene, live_rule(true));
+    LiveSession session(scene, live_options(true));
     session.settle();
     const auto before = session.state();
     ASSERT_TRUE(before->splats);
@@ -116,7 +116,7 @@ TEST_F(ThrownPot, IsSplitAndRefilledAsInARun)
     const int frames = 12;
     const Reached wanted = run_to(*scene, frames);
     EXPECT_GT(wanted.split, 50);
-    LiveSession session(scene, live_rule(true));
+    LiveSession session(scene, live_options(true));
     session.advance_to(frames / scene->scene.frame_rate);
     expect_equal(session, wanted);
     EXPECT_GT(session.state()->splats->count(), scene->scene.setup.gaussians.size());
@@ -129,7 +129,7 @@ TEST(LiveSplats, LocalClayIsOfTheMaterialThatWasChosen)
     Material<double> soft = scene->scene.setup.materials[0];
     soft.yield *= 0.5;
     for (const int when : {0, 30}) {
-        LiveSession session(scene, live_rule(true));
+        LiveSession session(scene, live_options(true));
         session.advance_to(when / scene->scene.frame_rate);
         session.set_material(0, soft);
         const auto of_clay = [&] {
@@ -154,11 +154,11 @@ TEST(LiveSplats, LocalClayIsOfTheMaterialThatWasChosen)
 TEST(LiveSplats, InRealTimeFramesAreCutAndLocalClayStillComes)
 {
     const auto scene = ground();
-    LiveRule rule = live_rule(false);
+    LiveOptions options = live_options(false);
     std::atomic<double> clock = 0;
-    rule.clock = [&] { return clock.load(); };
-    rule.budget = 1e-6;  // of this clock, which moves while a frame is computed: all are cut
-    LiveSession session(scene, rule);
+    options.clock = [&] { return clock.load(); };
+    options.budget = 1e-6;  // of this clock, which moves while a frame is computed: all are cut
+    LiveSession session(scene, options);
     std::shared_ptr<const LiveState> state;
     bool clay = false;
     for (int i = 0; i < 4000 && !clay; ++i) {
@@ -177,9 +177,9 @@ TEST(LiveSplats, InRealTimeFramesAreCutAndLocalClayStillComes)
 TEST(LiveSplats, WhatWasRehearsedHasGoneBackToTheBit)
 {
     const auto scene = ground();
-    LiveRule rule = live_rule(false);
-    rule.paused = true;
-    LiveSession session(scene, rule), stepped(scene, live_rule(true));
+    LiveOptions options = live_options(false);
+    options.paused = true;
+    LiveSession session(scene, options), stepped(scene, live_options(true));
     session.settle(), stepped.settle();
     const auto after = session.state(), wanted = stepped.state();
     ASSERT_EQ(after->trouble + wanted->trouble, "");
@@ -200,10 +200,10 @@ TEST(LiveSplats, InRealTimeClayGoesBackWhileSplatsAreSplit)
     const auto scene = load_live_scene("scenes/ground.json",
                                        {"domain.cells=24", "surface.nodes=24", "splats.every=1",
                                         "splats.split.limit=1.1", "splats.split.budget=1"});
-    const LiveRule rule = live_rule(false);
+    const LiveOptions options = live_options(false);
     double clock = 0;
-    LiveRun run(
-        scene, rule, 0, [&] { return clock; }, [] { return false; });
+    SimulationRun run(
+        scene, options, 0, [&] { return clock; }, [] { return false; });
     run.rehearse();
     std::size_t most = 0;
     int frame = 0;
@@ -227,7 +227,7 @@ TEST(LiveSplats, InRealTimeClayGoesBackWhileSplatsAreSplit)
 TEST(LiveSplats, ASolverWithoutEditsSaysThatItHasNoLocalClay)
 {
     const auto scene = ground();
-    LiveSession session(scene, live_rule(true, {DeviceKind::cpu_double, 0}));
+    LiveSession session(scene, live_options(true, {DeviceKind::cpu_double, 0}));
     session.settle();
     EXPECT_NE(session.state()->trouble.find("no local clay"), std::string::npos)
         << session.state()->trouble;

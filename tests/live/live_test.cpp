@@ -36,13 +36,13 @@ std::vector<std::uint64_t> bits(LiveSession& session)
     return all;
 }
 
-LiveRule stepped(bool recorded)
+LiveOptions stepped(bool recorded)
 {
-    LiveRule rule;
-    rule.make = [](const Setup& setup) { return cpu_solver(setup); };
-    rule.stepped = true;
-    rule.recorded = recorded;
-    return rule;
+    LiveOptions options;
+    options.make = [](const Setup& setup) { return cpu_solver(setup); };
+    options.stepped = true;
+    options.recorded = recorded;
+    return options;
 }
 
 // By `knead run`: the same frames, from the same hands.
@@ -50,9 +50,9 @@ std::vector<std::uint64_t> run_bits(const LiveScene& live, int frames, long* pro
 {
     const std::unique_ptr<Solver> solver = cpu_solver(live.scene.setup);
     const HandSource hands(*live.recording, live.scene.hands);
-    RunRule rule;
-    rule.frames = frames, rule.audit_every = 1000000;
-    const RunRecord record = run_frames(live.scene, *solver, &hands, rule, {});
+    BatchRunOptions options;
+    options.frames = frames, options.audit_every = 1000000;
+    const RunRecord record = run_frames(live.scene, *solver, &hands, options, {});
     for (const FrameRow& row : record.rows) *projected += row.stats.projected;
     return bits(solver->particles());
 }
@@ -83,7 +83,7 @@ TEST(LiveStepped, GivesTheBitsOfARunFromRecordedAndFromPushedHands)
     const auto state = session.state();
     EXPECT_EQ(state->frame.number, frames);
     EXPECT_DOUBLE_EQ(state->time, frames / 90.0);
-    EXPECT_EQ(state->shed.frames, 0);
+    EXPECT_EQ(state->backlog.frames, 0);
     EXPECT_EQ(state->trouble, "");
     ASSERT_EQ(state->tools.size(), 2u);
     EXPECT_TRUE(state->tools[0].active);
@@ -134,9 +134,9 @@ TEST(LiveStepped, EditsChangeTheClayAndRefusalsLeaveIt)
     const std::vector<std::uint64_t> before = bits(session);
     session.set_material(7, preset("snow"));
     session.edit([](Solver&) { throw std::invalid_argument("no such thing"); });
-    HandsRule rule = session.state()->hands;
-    rule.held[right] = "spoon";
-    session.set_hands(rule);
+    HandsOptions options = session.state()->hands;
+    options.held[right] = "spoon";
+    session.set_hands(options);
     session.load("scenes/no_such_scene.json", {});
     session.settle();
     EXPECT_EQ(session.state()->refused, 4);
@@ -146,8 +146,8 @@ TEST(LiveStepped, EditsChangeTheClayAndRefusalsLeaveIt)
     const long meshes = session.state()->mesh_version;
     session.set_material(0, preset("snow"));
     session.set_gravity({0, 0, 0});
-    rule.held[right] = "knife";
-    session.set_hands(rule);
+    options.held[right] = "knife";
+    session.set_hands(options);
     session.edit([](Solver& s) { s.move(0, {{1, 0, 0, 0}, {0, 0.01, 0}}); });
     session.settle();
     EXPECT_EQ(session.state()->refused, 4);
@@ -184,7 +184,7 @@ TEST(LiveStepped, AnotherSceneTakesTheFirstOnesPlace)
 TEST(LiveReal, HasTheClayOfItsSceneThoughFramesWereRehearsed)
 {
     std::atomic<double> clock = 0;
-    LiveRule real = stepped(true);
+    LiveOptions real = stepped(true);
     real.stepped = false, real.waits = true;
     real.clock = [&] { return clock.load(); };
     for (const std::string file : {"scenes/squeeze.json", "scenes/ground.json"}) {
@@ -208,7 +208,7 @@ TEST(LiveReal, HasTheClayOfItsSceneThoughFramesWereRehearsed)
 TEST_F(Live, ToolsFollowNoFasterThanHandsMove)
 {
     prepare = [](Slow& s) { s.substep = 0; };
-    LiveSession session(scene, rule);
+    LiveSession session(scene, options);
     session.settle();
     HandFrame frame;
     for (int side : {left, right}) {
@@ -247,8 +247,8 @@ TEST_F(Live, ToolsFollowNoFasterThanHandsMove)
 
 TEST_F(Live, PausedItDoesSingleFrames)
 {
-    rule.paused = true;
-    LiveSession session(scene, rule);
+    options.paused = true;
+    LiveSession session(scene, options);
     clock = 1;
     session.settle();
     EXPECT_EQ(session.state()->frame.number, 0);
@@ -268,7 +268,7 @@ TEST_F(Live, WhatEndsTheSimulationIsSaidAndAResetBeginsAnew)
         prepare = [kind](Slow& s) {
             (kind == 0 ? s.fails_at : kind == 1 ? s.memory_ends_at : s.breaks_at) = 3;
         };
-        LiveSession session(scene, rule);
+        LiveSession session(scene, options);
         const auto state = once(session, [](const LiveState& s) { return !s.trouble.empty(); });
         EXPECT_NE(state->trouble.find(said[kind]), std::string::npos) << state->trouble;
         EXPECT_EQ(state->frame.number, kind == 2 ? 3 : 2);
@@ -276,8 +276,8 @@ TEST_F(Live, WhatEndsTheSimulationIsSaidAndAResetBeginsAnew)
         session.reset();
         once(session, [](const LiveState& s) { return s.trouble.empty() && s.frame.number > 4; });
     }
-    rule.make = [](const auto&) -> std::unique_ptr<Solver> { throw std::bad_alloc(); };
-    LiveSession session(scene, rule);
+    options.make = [](const auto&) -> std::unique_ptr<Solver> { throw std::bad_alloc(); };
+    LiveSession session(scene, options);
     session.settle();
     EXPECT_NE(session.state()->trouble.find("more memory"), std::string::npos);
 }
@@ -285,9 +285,9 @@ TEST_F(Live, WhatEndsTheSimulationIsSaidAndAResetBeginsAnew)
 // The frame under way would take for ever on its clock.
 TEST_F(Live, AResetAndTheEndDoNotWaitForAFrame)
 {
-    rule.budget = 1e9;
+    options.budget = 1e9;
     prepare = [&](Slow& s) { s.count = 2000000000; };
-    LiveSession session(scene, rule);
+    LiveSession session(scene, options);
     session.reset();
     session.settle();
     EXPECT_EQ(session.state()->history, 2);

@@ -77,9 +77,10 @@ TYPED_TEST(CrumbTest, IsCalmedAndABodyIsNot)
     for (int round = 0; round < 100; ++round) {
         const Mat3<R> C = cast<R>(draw.matrix());
         Mat3<R> body = C, crumb = C;
-        calm_crumb(body, R(draw.in(1, 20)));
+        damp_isolated_particle(body, R(draw.in(1, 20)));
         EXPECT_EQ(size(body - C), 0);
-        calm_crumb(crumb, R(draw.in(0.125, 0.43)));  // one particle, anywhere in its cell
+        damp_isolated_particle(crumb,
+                               R(draw.in(0.125, 0.43)));  // one particle, anywhere in its cell
         EXPECT_LT(size(skew(crumb) - skew(C)), either<R>(1e-6, 1e-15));
         const double left = size(symmetric(crumb)) / size(symmetric(C));
         EXPECT_GT(left, 0.18);

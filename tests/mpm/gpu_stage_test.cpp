@@ -165,10 +165,10 @@ Particle<float> moved(const knead::Setup& s, Particle<float> q,
     };
     const auto sum = gather(q, st, v.lattice.dx, [&](Int3 step) { return four(node(step)); });
     const float per_cell = mass_around(sum) / v.material.mass;
-    calm_crumb(q.C, node(nearest_node).m / v.material.mass);
+    damp_isolated_particle(q.C, node(nearest_node).m / v.material.mass);
     StepLimits limits = step_limits(s);
     limits.fixed = dt;  // as GpuStages has it
-    const auto way = cast<float>(way_out(limits));
+    const auto way = cast<float>(pushout_limits(limits));
     q.e = advance_b(q.e, q.C, float(dt));
     q.x = q.x + float(dt) * q.v;
     std::uint32_t touched = 0;

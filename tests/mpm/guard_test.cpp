@@ -20,8 +20,8 @@ TYPED_TEST_SUITE(GuardTest, Scalars);
 template <class R>
 struct NodeArrays {
     Lattice<R> lattice{{16, 20, 24}, R(0.1)};
-    WallRule rule = walls_inside(lattice, 3, ContactMode::separate, 0.5);
-    Walls<R> walls = walls_on<R>(lattice, rule);
+    WallOptions options = walls_inside(lattice, 3, ContactMode::separate, 0.5);
+    Walls<R> walls = walls_on<R>(lattice, options);
     bool clipped = false;
 
     Node<R> update(const Node<R>& node, Int3 n, Vec3<R> gravity = {}, R dt = R(1e-3))
@@ -159,8 +159,8 @@ TYPED_TEST(GuardTest, AWallHoldsTheNodesOnAndBehindItAndNoOther)
                        {3 - 1e-6, 16 + 1e-6, 4, 15},
                        {3 + 1e-6, 16 - 1e-6, 4, 15}};
     for (const auto& c : cases) {
-        box.rule.min.y = dx * c.min, box.rule.max.y = dx * c.max;
-        box.walls = walls_on<R>(box.lattice, box.rule);
+        box.options.min.y = dx * c.min, box.options.max.y = dx * c.max;
+        box.walls = walls_on<R>(box.lattice, box.options);
         for (int y = 0; y < box.lattice.size.y; ++y) {
             EXPECT_EQ(box.update(node, {8, y, 8}).p.y == 0, y < c.first) << c.min << ' ' << y;
             EXPECT_EQ(box.update(up, {8, y, 8}).p.y == 0, y > c.last) << c.max << ' ' << y;
@@ -206,8 +206,8 @@ TYPED_TEST(GuardTest, IntoAWallBetweenNodesAParticleSinksAsDeepAsTheFreeOnesWeig
     for (const double behind : {0.0, 0.1, 0.3, 0.49, 0.51, 0.7, 0.9, 0.99}) {
         NodeArrays<R> box;
         const R dx = box.lattice.dx, limit = dx / dt;
-        box.rule.min.y += behind * double(dx);
-        box.walls = walls_on<R>(box.lattice, box.rule);
+        box.options.min.y += behind * double(dx);
+        box.walls = walls_on<R>(box.lattice, box.options);
         double deepest = 0;
         for (int above = 0; above <= 100; ++above) {
             Particle<R> q{};
@@ -260,15 +260,15 @@ TYPED_TEST(GuardTest, ANumberThatIsNoneIsRepairedInWhateverFieldItIsBorn)
 // A face at 0.3 m stands in float a little above: clay that rests there is between the walls.
 TEST(Walls, ClayThatRestsOnAFaceIsBetweenTheWalls)
 {
-    const WallRule rule{{0.1, 0.1, 0.1}, {0.3, 0.3, 0.3}, ContactMode::sticky, 0};
+    const WallOptions options{{0.1, 0.1, 0.1}, {0.3, 0.3, 0.3}, ContactMode::sticky, 0};
     for (const double cells : {16, 128, 1024}) {
         const double at = double(0.3f), dx = 1 / cells;
         EXPECT_GT(at, 0.3);
-        EXPECT_TRUE(between(rule, {at, at, at}, dx));
-        EXPECT_TRUE(between(rule, {double(0.1f), 0.1, 0.2}, dx));
-        EXPECT_FALSE(between(rule, {0.2, 0.3 + 0.01 * dx, 0.2}, dx));
-        EXPECT_FALSE(between(rule, {0.2, 0.1 - 0.01 * dx, 0.2}, dx));
-        EXPECT_FALSE(between(rule, {0.2, NAN, 0.2}, dx));
+        EXPECT_TRUE(between(options, {at, at, at}, dx));
+        EXPECT_TRUE(between(options, {double(0.1f), 0.1, 0.2}, dx));
+        EXPECT_FALSE(between(options, {0.2, 0.3 + 0.01 * dx, 0.2}, dx));
+        EXPECT_FALSE(between(options, {0.2, 0.1 - 0.01 * dx, 0.2}, dx));
+        EXPECT_FALSE(between(options, {0.2, NAN, 0.2}, dx));
     }
 }
 

@@ -27,7 +27,7 @@ struct Pressed {
     {
         const Vec3<double> v{speed, -force * step / mass, 0};
         const SlidingInArray<double> slides{kept.data(), dx, ++substep};
-        const Vec3<double> left = rubbed(v, up, 0.0, walls, mass, step, 0, slides);
+        const Vec3<double> left = apply_friction(v, up, 0.0, walls, mass, step, 0, slides);
         EXPECT_EQ(left.y, v.y < 0 ? 0 : v.y);
         EXPECT_EQ(left.z, 0);
         return (speed - left.x) * mass / step;
@@ -115,13 +115,14 @@ TEST(Sliding, IsNumbersForAnySubstepAndMass)
     for (int round = 0; round < 20000; ++round) {
         Walls<float> walls = walls_on<float>(
             lattice, walls_inside(lattice, 3, ContactMode::separate, draw.in(0, 2)));
-        const float owed = float(draw.power(-30, 10) * (round % 3 ? 1 : -1));
-        Sliding<float> kept{float(draw.power(-30, 10)), float(draw.power(-9, -1.31)), 1, owed};
+        const float impulse_deficit = float(draw.power(-30, 10) * (round % 3 ? 1 : -1));
+        Sliding<float> kept{float(draw.power(-30, 10)), float(draw.power(-9, -1.31)), 1,
+                            impulse_deficit};
         const SlidingInArray<float> slides{&kept, float(draw.power(-4, 0)), 2};
         const Vec3<float> v = cast<float>(draw.vector(1));
         const float m = round % 10 ? float(draw.power(-44, 3)) : 0;
         const Vec3<float> left =
-            rubbed(v, {0, 1, 0}, 0.0f, walls, m, float(draw.power(-9, -1)), 0, slides);
+            apply_friction(v, {0, 1, 0}, 0.0f, walls, m, float(draw.power(-9, -1)), 0, slides);
         ASSERT_TRUE(std::isfinite(left.x + left.y + left.z)) << m;
         EXPECT_LE(dot(left, left), dot(v, v) * 1.00001f);
         EXPECT_GE(kept.force, 0);
@@ -133,8 +134,8 @@ TEST(Sliding, IsNumbersForAnySubstepAndMass)
 // not hang on pressure there are none.
 TEST(Sliding, HasAPlaceForEachNodeAtOneWall)
 {
-    const auto places = [](const WallRule& rule) {
-        const Walls<double> walls = walls_on<double>(lattice, rule);
+    const auto places = [](const WallOptions& options) {
+        const Walls<double> walls = walls_on<double>(lattice, options);
         std::set<int> all;
         int count = 0;
         const Int3 size = lattice.size;
@@ -142,7 +143,7 @@ TEST(Sliding, HasAPlaceForEachNodeAtOneWall)
             const Int3 n{i % size.x, i / size.x % size.y, i / (size.x * size.y)};
             const int place = sliding_place(n, walls_holding(n, walls), walls, size);
             if (place < 0) continue;
-            EXPECT_LT(place, sliding_places(size, rule));
+            EXPECT_LT(place, sliding_places(size, options));
             all.insert(place), ++count;
         }
         EXPECT_EQ(int(all.size()), count);
@@ -150,12 +151,12 @@ TEST(Sliding, HasAPlaceForEachNodeAtOneWall)
     };
     // Two layers of each face, those on it and behind it, without their rims: 16 x 20 x 24 nodes of
     // which 8 x 12 x 16 are free.
-    WallRule rule = walls_inside(lattice, 3, ContactMode::separate, 0.1);
-    EXPECT_EQ(places(rule), 2 * 2 * (8 * 12 + 12 * 16 + 16 * 8));
-    rule.friction = 0;
-    EXPECT_EQ(places(rule), 0);
-    rule = walls_inside(lattice, 3, ContactMode::sticky, 0.1);
-    EXPECT_EQ(places(rule), 0);
+    WallOptions options = walls_inside(lattice, 3, ContactMode::separate, 0.1);
+    EXPECT_EQ(places(options), 2 * 2 * (8 * 12 + 12 * 16 + 16 * 8));
+    options.friction = 0;
+    EXPECT_EQ(places(options), 0);
+    options = walls_inside(lattice, 3, ContactMode::sticky, 0.1);
+    EXPECT_EQ(places(options), 0);
     EXPECT_EQ(sliding_places({8, 23170, 23170}, walls_inside(lattice, 3, ContactMode::separate, 1)),
               0);  // more than can be counted
 }

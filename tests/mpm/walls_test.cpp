@@ -20,9 +20,9 @@ Walls<double> walls_of(ContactMode mode, double friction)
 }
 
 // Faces that stand on nodes, by bits: of each axis the low one, then the high one.
-int on_nodes(const WallRule& rule)
+int on_nodes(const WallOptions& options)
 {
-    const Walls<double> w = walls_on<double>(lattice, rule);
+    const Walls<double> w = walls_on<double>(lattice, options);
     int bits = 0, bit = 1;
     for (const int node :
          {w.low_face.x, w.high_face.x, w.low_face.y, w.high_face.y, w.low_face.z, w.high_face.z}) {
@@ -45,14 +45,14 @@ TEST(Walls, OnANodeAndItsImageActWithOneImpulseWithinTheLawOfContact)
         const Walls<double> walls = walls_of(mode, draw.in(0, 1));
         const Vec3<double> axis = round % 2 ? Vec3<double>{0, 1, 0} : Vec3<double>{0, 0, -1};
         const Node<double> before{draw.vector(1), std::exp(draw.in(-20, 0))};
-        const Node<double> image{draw.vector(1), std::exp(draw.in(-20, 0))};
-        Node<double> a = before, b = image;
+        const Node<double> mirror_node{draw.vector(1), std::exp(draw.in(-20, 0))};
+        Node<double> a = before, b = mirror_node;
         apply_wall(a, b, true, axis, walls, false);
-        const Vec3<double> of_a = a.m * (a.p - before.p), of_b = b.m * (b.p - image.p);
+        const Vec3<double> of_a = a.m * (a.p - before.p), of_b = b.m * (b.p - mirror_node.p);
         EXPECT_LT(length(of_a - of_b), 1e-14 * std::fmax(a.m, b.m));
         const Vec3<double> J = a.m < b.m ? of_a : of_b;  // with fewer digits lost
-        EXPECT_LE(energy(a) + energy(b), (energy(before) + energy(image)) * (1 + 1e-14));
-        const Vec3<double> mean = 0.5 * (a.p + b.p), was = 0.5 * (before.p + image.p);
+        EXPECT_LE(energy(a) + energy(b), (energy(before) + energy(mirror_node)) * (1 + 1e-14));
+        const Vec3<double> mean = 0.5 * (a.p + b.p), was = 0.5 * (before.p + mirror_node.p);
         const double push = dot(J, axis), rubs = length(J - push * axis);
         if (mode == ContactMode::slip) {
             EXPECT_NEAR(dot(mean, axis), 0, 1e-14);
@@ -92,21 +92,22 @@ TEST(Walls, EachNodeIsUpdatedOnceWhateverHoldsMass)
             for (double& m : mass) m = draw.below(3) ? draw.in(0, 1) : 0;
             const auto at = [&](Int3 n) { return std::size_t(lattice.index(n)); };
             std::vector<int> times(mass.size(), 0);
-            long images = 0, most = 0;
+            long mirrors = 0, most = 0;
             for (int i = 0; i < lattice.node_count(); ++i) {
                 const Int3 n = lattice.node_at(i);
                 if (!(mass[at(n)] > 0)) continue;
-                const auto how = together(n, walls, [&](Int3 way) { return mass[at(n + way)]; });
-                if (how.elsewhere) continue;
-                const int count = image_count(how.way);
-                for (int k = 0; k < count; ++k) ++times[at(image(n, how.way, k))];
-                images += count - 1, most = std::max<long>(most, count);
+                const auto how = mirror_set(
+                    n, walls, [&](Int3 mirror_offset) { return mass[at(n + mirror_offset)]; });
+                if (how.is_mirror) continue;
+                const int count = mirror_count(how.mirror_offset);
+                for (int k = 0; k < count; ++k) ++times[at(mirror_node(n, how.mirror_offset, k))];
+                mirrors += count - 1, most = std::max<long>(most, count);
             }
             for (std::size_t i = 0; i < mass.size(); ++i)
                 if (mass[i] > 0) {
                     ASSERT_EQ(times[i], 1) << i;
                 }
-            EXPECT_GT(images, 100);
+            EXPECT_GT(mirrors, 100);
             EXPECT_EQ(most, 8);
         }
     }
@@ -115,14 +116,14 @@ TEST(Walls, EachNodeIsUpdatedOnceWhateverHoldsMass)
 // Faces between nodes, and those of a box of one free node, have no images.
 TEST(Walls, OnlyFacesThatStandOnNodesHaveImages)
 {
-    WallRule rule = walls_inside(lattice, 3, ContactMode::slip, 0);
-    EXPECT_EQ(on_nodes(rule), 63);
-    rule.min.y += 0.01, rule.max.z -= 0.05;
-    EXPECT_EQ(on_nodes(rule), 63 - 4 - 32);
-    rule.min.y += 1e-6 - 0.01;
-    EXPECT_EQ(on_nodes(rule), 63 - 32);
-    rule.max.x = rule.min.x + 0.2;
-    EXPECT_EQ(on_nodes(rule), 63 - 32 - 3);
+    WallOptions options = walls_inside(lattice, 3, ContactMode::slip, 0);
+    EXPECT_EQ(on_nodes(options), 63);
+    options.min.y += 0.01, options.max.z -= 0.05;
+    EXPECT_EQ(on_nodes(options), 63 - 4 - 32);
+    options.min.y += 1e-6 - 0.01;
+    EXPECT_EQ(on_nodes(options), 63 - 32);
+    options.max.x = options.min.x + 0.2;
+    EXPECT_EQ(on_nodes(options), 63 - 32 - 3);
 }
 
 // Masses of the nodes of a column, from the one behind the face on, under a half space of clay of
@@ -172,10 +173,10 @@ TEST(Walls, ClayOverAGapMayComeDownByAsMuch)
         const Vec3<double> axis{0, 1, 0};
         Node<double> a{(dx / dt) * draw.vector(1), draw.in(0.1, 1)},
             b{(dx / dt) * draw.vector(1), 1};
-        const Node<double> before = a, image = b;
+        const Node<double> before = a, mirror_node = b;
         apply_wall(a, b, true, axis, walls, false, nearer, dt);
-        const Vec3<double> was = 0.5 * (before.p + image.p), mean = 0.5 * (a.p + b.p);
-        const Vec3<double> lost = a.m * (a.p - before.p) - b.m * (b.p - image.p);
+        const Vec3<double> was = 0.5 * (before.p + mirror_node.p), mean = 0.5 * (a.p + b.p);
+        const Vec3<double> lost = a.m * (a.p - before.p) - b.m * (b.p - mirror_node.p);
         EXPECT_LT(length(lost), 1e-12 * dx / dt);  // one impulse on both
         if (was.y >= -nearer) {
             EXPECT_LT(length(mean - was), 1e-12 * dx / dt);

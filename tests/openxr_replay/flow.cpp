@@ -2,12 +2,12 @@
 
 namespace knead::replay {
 
-using xr::Told;
+using xr::XrState;
 
 Refused SessionFlow::begin()
 {
     if (begun) return "XR_ERROR_SESSION_RUNNING";
-    if (state != Told::ready) return "XR_ERROR_SESSION_NOT_READY";
+    if (state != XrState::ready) return "XR_ERROR_SESSION_NOT_READY";
     begun = true;
     return {};
 }
@@ -15,19 +15,19 @@ Refused SessionFlow::begin()
 Refused SessionFlow::end()
 {
     if (!begun) return "XR_ERROR_SESSION_NOT_RUNNING";
-    if (state != Told::stopping) return "XR_ERROR_SESSION_NOT_STOPPING";
+    if (state != XrState::stopping) return "XR_ERROR_SESSION_NOT_STOPPING";
     begun = shown = false;
-    tell(Told::idle);
-    if (exiting) tell(Told::exiting);
+    tell(XrState::idle);
+    if (exiting) tell(XrState::exiting);
     return {};
 }
 
 void SessionFlow::stop()
 {
-    if (state == Told::ready) tell(Told::synchronized);
-    if (state == Told::focused) tell(Told::visible);
-    if (state == Told::visible) tell(Told::synchronized);
-    tell(Told::stopping);
+    if (state == XrState::ready) tell(XrState::synchronized);
+    if (state == XrState::focused) tell(XrState::visible);
+    if (state == XrState::visible) tell(XrState::synchronized);
+    tell(XrState::stopping);
 }
 
 Refused SessionFlow::request_exit()
@@ -40,9 +40,9 @@ Refused SessionFlow::request_exit()
 
 void SessionFlow::frame_ended()
 {
-    if (shown || state != Told::ready) return;
+    if (shown || state != XrState::ready) return;
     shown = true;
-    tell(Told::synchronized), tell(Told::visible), tell(Told::focused);
+    tell(XrState::synchronized), tell(XrState::visible), tell(XrState::focused);
 }
 
 void SessionFlow::take_off(int polls)
@@ -54,8 +54,8 @@ void SessionFlow::take_off(int polls)
 
 void SessionFlow::polled_empty()
 {
-    if (begun || asleep == 0 || state != Told::idle) return;
-    if (--asleep == 0) tell(Told::ready);
+    if (begun || asleep == 0 || state != XrState::idle) return;
+    if (--asleep == 0) tell(XrState::ready);
 }
 
 Refused FrameOrder::begin(bool& discarded)

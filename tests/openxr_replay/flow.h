@@ -13,30 +13,30 @@ using Refused = std::string;
 // A session as its runtime sees it: the states it tells, and when it may begin and end.
 class SessionFlow {
   public:
-    SessionFlow() { tell(xr::Told::idle), tell(xr::Told::ready); }
+    SessionFlow() { tell(xr::XrState::idle), tell(xr::XrState::ready); }
     Refused begin();
     Refused end();
     Refused request_exit();
     void frame_ended();  // the first makes it visible
     // The headset is taken off; after it has ended it is put on after `polls` empty polls.
     void take_off(int polls);
-    void loss_pending() { tell(xr::Told::loss_pending); }
+    void loss_pending() { tell(xr::XrState::loss_pending); }
     void polled_empty();  // an event was asked for, and there was none
 
     bool running() const { return begun; }
-    bool focused() const { return state == xr::Told::focused; }
-    bool visible() const { return focused() || state == xr::Told::visible; }
+    bool focused() const { return state == xr::XrState::focused; }
+    bool visible() const { return focused() || state == xr::XrState::visible; }
     // The states to be told, in order.
-    std::deque<xr::Told> news;
+    std::deque<xr::XrState> news;
 
   private:
-    void tell(xr::Told next)
+    void tell(xr::XrState next)
     {
         state = next;
         news.push_back(next);
     }
     void stop();
-    xr::Told state = xr::Told::unknown;
+    xr::XrState state = xr::XrState::unknown;
     bool begun = false, shown = false, exiting = false;
     int asleep = 0;  // polls until it is put on; 0: it is on
 };

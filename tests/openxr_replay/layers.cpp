@@ -104,7 +104,7 @@ nlohmann::json look_at(const XrCompositionLayerProjectionView& view, const std::
     const void* found = in_chain(&view, XR_TYPE_COMPOSITION_LAYER_DEPTH_INFO_KHR);
     if (!found) return eye;
     const auto& depth = *static_cast<const XrCompositionLayerDepthInfoKHR*>(found);
-    const DepthFacts facts =
+    const DepthInfo facts =
         depth_of(texture(depth.subImage), offset.x, offset.y, extent.width, extent.height);
     eye["depth"] = {{"near", depth.nearZ},
                     {"far", std::isfinite(depth.farZ) ? nlohmann::json(depth.farZ) : "infinity"},

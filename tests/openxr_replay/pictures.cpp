@@ -52,12 +52,12 @@ Image colour_of(ShownTexture texture, int x, int y, int width, int height)
     return image;
 }
 
-DepthFacts depth_of(ShownTexture texture, int x, int y, int width, int height)
+DepthInfo depth_of(ShownTexture texture, int x, int y, int width, int height)
 {
     const int box[4] = {x, y, width, height};
     const auto all =
         pixels<float>(texture, GL_DEPTH_ATTACHMENT, GL_DEPTH_COMPONENT, GL_FLOAT, box, 1);
-    DepthFacts facts;
+    DepthInfo facts;
     double sum = 0, count = 0;
     for (const float value : all) {
         facts.nearest = std::min(facts.nearest, value);

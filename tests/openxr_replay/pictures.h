@@ -17,11 +17,11 @@ struct ShownTexture {
 // must be current; what was bound is bound again.
 Image colour_of(ShownTexture texture, int x, int y, int width, int height);
 
-struct DepthFacts {
+struct DepthInfo {
     float nearest = 1, farthest = 0;  // of the values [0, 1]
     double covered = 0;               // the share that is nearer than 1
     double mean = 0;                  // of those [0, 1]
 };
-DepthFacts depth_of(ShownTexture texture, int x, int y, int width, int height);
+DepthInfo depth_of(ShownTexture texture, int x, int y, int width, int height);
 
 }  // namespace knead::replay

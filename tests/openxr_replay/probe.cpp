@@ -17,7 +17,7 @@ namespace {
 void tell(const Json& line) { std::printf("%s\n", line.dump().c_str()); }
 
 // Clears colour to red at the left and green at the right eye, depth to a half.
-void draw(const Sight& sight, unsigned frame)
+void draw(const HeadsetViews& sight, unsigned frame)
 {
     glBindFramebuffer(GL_FRAMEBUFFER, frame);
     for (std::size_t eye = 0; eye < 2; ++eye) {
@@ -44,11 +44,11 @@ Json hand_line(const TrackedHand& hand)
         {"pinch", hand.pinch}};
 }
 
-int probe(int frames, const HeadsetRule& rule)
+int probe(int frames, const HeadsetOptions& options)
 {
-    const std::unique_ptr<Headset> headset = Headset::open(rule);
+    const std::unique_ptr<Headset> headset = Headset::open(options);
     load_gl_functions(headset->gl_address());
-    const HeadsetFacts& facts = headset->facts();
+    const HeadsetInfo& facts = headset->facts();
     tell({{"binding", facts.binding},
           {"runtime", facts.runtime},
           {"missing", facts.missing},
@@ -58,7 +58,7 @@ int probe(int frames, const HeadsetRule& rule)
     glCreateFramebuffers(1, &target);
     int drawn = 0, errors = 0;
     for (int turn = 0; turn < 100 * frames + 1000; ++turn) {
-        const News news = headset->poll();
+        const HeadsetEvents news = headset->poll();
         for (const std::string& message : news.messages) tell({{"message", message}});
         if (news.renewed) tell({{"renewed", drawn}});
         if (news.recentred) tell({{"recentred", drawn}});
@@ -67,8 +67,8 @@ int probe(int frames, const HeadsetRule& rule)
             break;
         }
         if (news.phase != Phase::running) continue;
-        const Tick tick = headset->begin();
-        const Sight sight = headset->locate();
+        const FrameTiming tick = headset->begin();
+        const HeadsetViews sight = headset->locate();
         if (sight.draw) draw(sight, target), ++drawn;
         while (glGetError() != 0) ++errors;
         tell({{"time", tick.time},
@@ -79,7 +79,7 @@ int probe(int frames, const HeadsetRule& rule)
               {"rate", news.rate},
               {"left", hand_line(sight.hands[left])},
               {"right", hand_line(sight.hands[right])}});
-        Drawn done;
+        FrameSubmission done;
         done.eyes = sight.draw, done.near_z = 0.05f, done.far_z = 100;
         done.vibrate[right] = drawn == 20 ? 0.5f : 0;
         headset->end(done);
@@ -95,13 +95,13 @@ int probe(int frames, const HeadsetRule& rule)
 
 int main(int count, char** words)
 {
-    HeadsetRule rule;
-    rule.nap = 0.001;
+    HeadsetOptions options;
+    options.nap = 0.001;
     int frames = count > 1 ? std::atoi(words[1]) : 30;
     for (int i = 2; i < count; ++i) {
-        if (std::strcmp(words[i], "--egl") == 0) rule.binding = GlBinding::egl;
-        if (std::strcmp(words[i], "--glx") == 0) rule.binding = GlBinding::glx;
-        if (std::strcmp(words[i], "--patience") == 0) rule.patience = std::atof(words[i + 1]);
+        if (std::strcmp(words[i], "--egl") == 0) options.binding = GlBinding::egl;
+        if (std::strcmp(words[i], "--glx") == 0) options.binding = GlBinding::glx;
+        if (std::strcmp(words[i], "--patience") == 0) options.patience = std::atof(words[i + 1]);
     }
-    return ended([&] { return probe(frames, rule); });
+    return run_and_report([&] { return probe(frames, options); });
 }

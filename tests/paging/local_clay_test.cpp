@@ -204,9 +204,9 @@ TEST_P(LocalScene, ItsStateGoesOnInTheSameBits)
     EXPECT_TRUE(same_bits(local->still().scale, wanted.scale));
     EXPECT_TRUE(same_bits(local->still().rotation, wanted.rotation));
     LocalState bad = state;
-    bad.home[0] = int(bad.cloud.count());
+    bad.slot_of[0] = int(bad.cloud.count());
     EXPECT_THROW(local->set_state(bad), std::invalid_argument);
-    bad = state, bad.away.pop_back();
+    bad = state, bad.active.pop_back();
     EXPECT_THROW(local->set_state(bad), std::invalid_argument);
     bad = state, bad.clay.begin()->second = bad.objects;
     EXPECT_THROW(local->set_state(bad), std::invalid_argument);

@@ -115,7 +115,7 @@ TEST(CarriedPicture, ShowsClayWhereItHasComeByThen)
         glNamedFramebufferTexture(frame, GL_DEPTH_ATTACHMENT, depth, 0);
         painter->set_clay({mesh}, 1);
         EyeLook look;
-        look.ahead = ahead;
+        look.extrapolation = ahead;
         painter->paint(view, look, {frame});
         std::vector<float> values(std::size_t(view.width * view.height));
         glBindFramebuffer(GL_READ_FRAMEBUFFER, frame);

@@ -111,9 +111,9 @@ class GoldenPictures : public InFolder {
         std::unique_ptr<HandSource> hands;
         if (scene.has_hands) hands = std::make_unique<HandSource>(hands_of(scene), scene.hands);
         const std::unique_ptr<Solver> solver = cpu_solver(scene.setup);
-        LoopRule rule = loop_rule(scene);
-        rule.frames = frames.back();
-        SessionLoop loop(*solver, recorded_motion(hands.get(), scene.hands), rule);
+        SessionLoopOptions options = loop_options(scene);
+        options.frames = frames.back();
+        SessionLoop loop(*solver, recorded_motion(hands.get(), scene.hands), options);
         loop.watch([&](const Frame& f) {
             if (std::find(frames.begin(), frames.end(), f.number) != frames.end())
                 shown.push_back({f, *loop.meshes(), solver->gaussians()});

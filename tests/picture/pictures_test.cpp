@@ -46,8 +46,8 @@ TEST_F(Pictures, OneThatCannotBeMadeIsCountedAndSaidOnceAndTheRunGoesOn)
 {
     const Scene small = scene();
     const std::unique_ptr<Solver> solver = cpu_solver(small.setup);
-    RunRule rule;
-    rule.frames = 5, rule.mesh_every = 1;
+    BatchRunOptions options;
+    options.frames = 5, options.mesh_every = 1;
     int asked = 0;
     RunWatch watch;
     watch.picture = [&](const Frame& f, const std::vector<Mesh>&) {
@@ -55,13 +55,13 @@ TEST_F(Pictures, OneThatCannotBeMadeIsCountedAndSaidOnceAndTheRunGoesOn)
         if (f.number % 2 == 0) throw PictureError("no room");
     };
     testing::internal::CaptureStderr();
-    const RunRecord record = run_frames(small, *solver, nullptr, rule, watch);
+    const RunRecord record = run_frames(small, *solver, nullptr, options, watch);
     EXPECT_EQ(testing::internal::GetCapturedStderr(), "knead: no picture of frame 2: no room\n");
     EXPECT_EQ(record.end, End::complete);
     EXPECT_EQ(record.rows.size(), 5u);
     EXPECT_EQ(asked, 5);
     EXPECT_EQ(record.pictures_missing, 2);
-    RunFacts facts;
+    RunInfo facts;
     facts.left_out = {"before"};
     const Json all = report(small, record, facts)["knead"]["left_out"];
     EXPECT_EQ(all,

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 
+#include "host/base/errors.h"
 #include "tests/render/eye_picture.h"
 
 namespace knead {

@@ -6,6 +6,8 @@
 #include <cmath>
 #include <limits>
 #include <map>
+
+#include "host/base/errors.h"
 #if KNEAD_HAS_GL
 #include "render/geometry.h"
 #endif

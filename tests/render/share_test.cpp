@@ -36,7 +36,7 @@ std::vector<Particle<double>> clay_of(double radius, double h = 1.0 / 48)
 {
     return filled(h, 7, 0, ball(cast<double>(middle), radius));
 }
-SurfaceRule rule() { return rule_of(48); }
+SurfaceOptions options() { return rule_of(48); }
 
 // Splats about the clay, before and behind it.
 SplatCloud cloud()
@@ -133,7 +133,7 @@ class SharedPictures : public testing::Test {
     {
         SplatFrame frame;
         for (int e = 0; e < 2; ++e) frame.eyes.push_back(splat_eye(view_of(e, width, height)));
-        frame.rule.antialiased = false;
+        frame.options.antialiased = false;
         // So that there is room for all of them: what launch() lacks it has a frame later.
         const std::vector<Picture> pictures = raster.pictures(frame);
         ASSERT_TRUE(shared->set_splats(raster, frame));
@@ -158,7 +158,7 @@ double radius_at(int k) { return k % 10 == 0 ? 0 : 0.06 + 0.022 * std::min(k, 20
 TEST_F(SharedPictures, OfClayThatGrowsAndShrinksToNothing)
 {
     const std::vector<Material<double>> materials{clay(1.0 / 48)};
-    GpuSurface surface(clay_of(0.05), materials, rule());  // room is taken as it grows
+    GpuSurface surface(clay_of(0.05), materials, options());  // room is taken as it grows
     const Target target(160, 120);
     Shot nothing;
     for (int k = 0; k <= 20; ++k) {
@@ -188,7 +188,7 @@ TEST_F(SharedPictures, OfSplats)
 TEST_F(SharedPictures, OfBothThroughTwentyFramesAndAllSizes)
 {
     const std::vector<Material<double>> materials{clay(1.0 / 48)};
-    GpuSurface surface(clay_of(0.3), materials, rule());
+    GpuSurface surface(clay_of(0.3), materials, options());
     GpuRaster raster(cloud());
     const int sizes[][2] = {{160, 120}, {320, 240}, {96, 64}, {257, 131}};
     for (int k = 0; k < 20; ++k) {
@@ -203,7 +203,7 @@ TEST_F(SharedPictures, OfBothThroughTwentyFramesAndAllSizes)
 TEST_F(SharedPictures, GoOnInAnotherContext)
 {
     const std::vector<Material<double>> materials{clay(1.0 / 48)};
-    GpuSurface surface(clay_of(0.3), materials, rule());
+    GpuSurface surface(clay_of(0.3), materials, options());
     GpuRaster raster(cloud());
     const auto mesh = surface.kept(clay_of(0.25));
     Shot first;
@@ -227,7 +227,7 @@ TEST_F(SharedPictures, GoOnInAnotherContext)
 TEST_F(SharedPictures, WhatIsRegisteredMayOutliveItsContext)
 {
     const std::vector<Material<double>> materials{clay(1.0 / 48)};
-    GpuSurface surface(clay_of(0.3), materials, rule());
+    GpuSurface surface(clay_of(0.3), materials, options());
     const auto mesh = surface.kept(clay_of(0.25));
     const MeshLayout layout(mesh->room(), mesh->categories().size());
     GLuint taker = 0;  // goes with its context
@@ -265,7 +265,7 @@ class Registrations : public SharedPictures {
 TEST_F(Registrations, OfTwoHundredNothingIsLeft)
 {
     const std::vector<Material<double>> materials{clay(1.0 / 48)};
-    GpuSurface surface(clay_of(0.3), materials, rule(), {200000, 400000});
+    GpuSurface surface(clay_of(0.3), materials, options(), {200000, 400000});
     const auto mesh = surface.kept(clay_of(0.25));
     const MeshLayout layout(mesh->room(), mesh->categories().size());
     GpuRaster raster(cloud());
@@ -286,7 +286,7 @@ TEST_F(Registrations, OfTwoHundredNothingIsLeft)
 TEST_F(SharedPictures, MeshesGiveTheirMemoryToLaterOnesOnlyWhenLetGo)
 {
     const std::vector<Material<double>> materials{clay(1.0 / 48)};
-    GpuSurface surface(clay_of(0.3), materials, rule());
+    GpuSurface surface(clay_of(0.3), materials, options());
     const auto small = surface.kept(clay_of(0.1));
     const std::vector<Mesh> as_it_was = small->meshes();
     std::vector<std::shared_ptr<const DeviceMesh>> held;

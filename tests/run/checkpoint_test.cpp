@@ -151,15 +151,15 @@ TEST_F(CheckpointFile, HoldsGaussiansThatFollowTheClay)
         for (int k = 0; k < 4; ++k) cloud.sh.push_back({float(k), -1, float(i)});
     }
     c.splats = carried(cloud), c.splats.extent[1] = 3;
-    c.local.cloud = cloud, c.local.away = {1, 0}, c.local.normal = {{0, 1, 0}, {0, 0, 0}};
+    c.local.cloud = cloud, c.local.active = {1, 0}, c.local.normal = {{0, 1, 0}, {0, 0, 0}};
     c.state.sliding = {{7, 0.5f, 0.01f, 3}, {9, 2, 0.05f, -0.25f}};
-    c.local.home = {0, -1}, c.local.clay = {{-5, -1}, {7, 2}}, c.local.objects = 3;
+    c.local.slot_of = {0, -1}, c.local.clay = {{-5, -1}, {7, 2}}, c.local.objects = 3;
     write_checkpoint(path("with"), c);
     const Checkpoint read = read_checkpoint(path("with"));
     EXPECT_TRUE(same_bits(read.local.cloud.sh, cloud.sh));
-    EXPECT_EQ(read.local.away, c.local.away);
+    EXPECT_EQ(read.local.active, c.local.active);
     EXPECT_TRUE(same_bits(read.local.normal, c.local.normal));
-    EXPECT_EQ(read.local.home, c.local.home);
+    EXPECT_EQ(read.local.slot_of, c.local.slot_of);
     EXPECT_EQ(read.local.clay, c.local.clay);
     EXPECT_EQ(read.local.objects, 3);
     EXPECT_TRUE(same_bits(read.state.setup.gaussians, c.state.setup.gaussians));

@@ -110,12 +110,12 @@ TEST(CutFrame, OfAGpuIsTheShorterFrame)
 TEST(CutFrame, ALoopThatIsGoneIsNotAsked)
 {
     const auto solver = cpu_solver(falling());
-    LoopRule rule;
-    rule.duration = frame, rule.rate = 90, rule.frames = 1;
-    rule.interrupted = [] { return true; };
+    SessionLoopOptions options;
+    options.duration = frame, options.rate = 90, options.frames = 1;
+    options.interrupted = [] { return true; };
     {
         SessionLoop loop(
-            *solver, [](double, double) { return no_motion(); }, rule);
+            *solver, [](double, double) { return no_motion(); }, options);
         EXPECT_FALSE(loop.step());
     }
     EXPECT_FALSE(solver->advance(no_motion(), frame).cut);
@@ -146,10 +146,10 @@ TEST_F(CutRun, TheTimeLimitActsWithinAFrame)
     for (const DeviceKind kind : kinds) {
         const Scene s = scene({endless, "step.most_substeps=2000000000"});
         const auto solver = make_solver(s.setup, {kind});
-        RunRule rule;
-        rule.frames = 5, rule.time_limit = 0.2, rule.last_mesh = true;
+        BatchRunOptions options;
+        options.frames = 5, options.time_limit = 0.2, options.last_mesh = true;
         const double begin = now();
-        const RunRecord record = run_frames(s, *solver, nullptr, rule, {});
+        const RunRecord record = run_frames(s, *solver, nullptr, options, {});
         EXPECT_LT(now() - begin, 5);  // a frame would take 10^28 substeps
         EXPECT_EQ(record.end, End::time_limit);
         ASSERT_EQ(record.rows.size(), 1u);
@@ -166,8 +166,8 @@ TEST_F(CutRun, SaysWhereTheHandsWereThen)
 {
     const Scene s = scene({"frame_rate=64", "step.fixed=0.0009765625"});  // 16 a frame
     const auto solver = cpu_solver(s.setup);
-    RunRule rule;
-    rule.frames = 5;
+    BatchRunOptions options;
+    options.frames = 5;
     int parts = 0;
     RunWatch watch;
     watch.part = [&](int number, const FramePart& part) {
@@ -175,7 +175,7 @@ TEST_F(CutRun, SaysWhereTheHandsWereThen)
         EXPECT_DOUBLE_EQ(part.duration, 1.0 / 64);
     };
     watch.stop = [&] { return parts == 15 + 4; };
-    const RunRecord record = run_frames(s, *solver, nullptr, rule, watch);
+    const RunRecord record = run_frames(s, *solver, nullptr, options, watch);
     EXPECT_EQ(record.end, End::interrupted);
     ASSERT_EQ(record.rows.size(), 2u);
     EXPECT_EQ(record.rows[1].stats.substeps, 5);
@@ -238,9 +238,9 @@ TEST_F(CutRun, AFrameThatTurnsOutTooLongEndsTheRun)
 {
     const Scene s = scene({"step.most_substeps=30", "step.fixed=1e-4"});
     const auto solver = cpu_solver(s.setup);
-    RunRule rule;
-    rule.frames = 5;
-    const RunRecord record = run_frames(s, *solver, nullptr, rule, {});
+    BatchRunOptions options;
+    options.frames = 5;
+    const RunRecord record = run_frames(s, *solver, nullptr, options, {});
     EXPECT_EQ(record.end, End::substeps);
     EXPECT_EQ(record.rows.at(0).stats.substeps, 30);
     EXPECT_NE(record.trouble.find("step.most_substeps"), std::string::npos);

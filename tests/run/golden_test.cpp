@@ -74,9 +74,9 @@ std::string hash_of(const GoldenRow& row, int threads, MakeSolver level)
     const auto solver = on_gpu ? gpu_solver(scene.setup, 0) : level(scene.setup);
     std::unique_ptr<HandSource> hands;
     if (scene.has_hands) hands = std::make_unique<HandSource>(hands_of(scene), scene.hands);
-    RunRule rule;
-    rule.frames = row.frames, rule.audit_every = row.frames;
-    const RunRecord record = run_frames(scene, *solver, hands.get(), rule, {});
+    BatchRunOptions options;
+    options.frames = row.frames, options.audit_every = row.frames;
+    const RunRecord record = run_frames(scene, *solver, hands.get(), options, {});
     EXPECT_EQ(record.end, End::complete) << record.trouble;
     return record.rows.empty() ? "" : hexadecimal(record.rows.back().state.hash);
 }

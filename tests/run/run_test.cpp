@@ -53,7 +53,7 @@ class RunFolder : public InFolder {
     static int code(const std::function<int()>& verb)
     {
         testing::internal::CaptureStderr();
-        const int result = ended(verb);
+        const int result = run_and_report(verb);
         last_message() = testing::internal::GetCapturedStderr();
         return result;
     }
@@ -106,12 +106,12 @@ TEST_F(RunFolder, EveryFrameIsAdvancedByTheClock)
 {
     const Scene wall = built(path("scene.json"));
     Played a(wall.setup), b(wall.setup);
-    RunRule rule;
-    rule.frames = 3;
-    run_frames(wall, a, nullptr, rule, {});
+    BatchRunOptions options;
+    options.frames = 3;
+    run_frames(wall, a, nullptr, options, {});
     EXPECT_EQ(a.durations, std::vector<double>(3, 1.0 / 90));
     const Scene paper = built(path("scene.json"), {"clock=paper"});
-    run_frames(paper, b, nullptr, rule, {});
+    run_frames(paper, b, nullptr, options, {});
     ASSERT_EQ(b.durations.size(), 3u);
     EXPECT_DOUBLE_EQ(b.durations[0], 5e-4);
 }
@@ -122,9 +122,9 @@ TEST_F(RunFolder, MeshesStandWhileNothingMoves)
     for (const int every : {1, 2}) {
         Played solver(scene.setup);
         solver.moved_at = 3;
-        RunRule rule;
-        rule.frames = 4, rule.mesh_every = every;
-        const RunRecord r = run_frames(scene, solver, nullptr, rule, {});
+        BatchRunOptions options;
+        options.frames = 4, options.mesh_every = every;
+        const RunRecord r = run_frames(scene, solver, nullptr, options, {});
         ASSERT_EQ(r.rows.size(), 4u);
         EXPECT_TRUE(r.rows[1].kept && !r.rows[2].kept);
         EXPECT_EQ(r.rows[1].mesh_volume, r.first_mesh_volume);
@@ -142,9 +142,9 @@ TEST_F(RunFolder, EachFrameOfHandsBeginsWhereTheLastEnded)
     const Scene scene = built(path("scene.json"), {"hands.recording=squeeze", "hands.zoom=0.5"});
     const HandSource hands(hands_of(scene), scene.hands);
     Played solver(scene.setup);
-    RunRule rule;
-    rule.frames = 60;
-    const RunRecord record = run_frames(scene, solver, &hands, rule, {});
+    BatchRunOptions options;
+    options.frames = 60;
+    const RunRecord record = run_frames(scene, solver, &hands, options, {});
     bool active = false, moved = false;
     for (std::size_t f = 1; f < solver.motions.size(); ++f) {
         ASSERT_EQ(solver.motions[f].from.size(), std::size_t(2 * joint_count));
@@ -162,9 +162,9 @@ TEST_F(RunFolder, ABrokenNumberEndsTheRunWithTheLastGoodState)
     const Scene scene = built(path("scene.json"));
     Played solver(scene.setup);
     solver.broken_at = 2;
-    RunRule rule;
-    rule.frames = 5;
-    const RunRecord record = run_frames(scene, solver, nullptr, rule, {});
+    BatchRunOptions options;
+    options.frames = 5;
+    const RunRecord record = run_frames(scene, solver, nullptr, options, {});
     EXPECT_EQ(record.end, End::numbers);
     EXPECT_EQ(record.rows.size(), 2u);
     ASSERT_FALSE(record.last_good->empty());
@@ -177,9 +177,9 @@ TEST_F(RunFolder, GuardsThatRepairTooMuchAreAFailure)
     const Scene scene = built(path("scene.json"));
     Played solver(scene.setup);
     solver.repaired_at = 1;
-    RunRule rule;
-    rule.frames = 5;
-    EXPECT_EQ(run_frames(scene, solver, nullptr, rule, {}).end, End::numbers);
+    BatchRunOptions options;
+    options.frames = 5;
+    EXPECT_EQ(run_frames(scene, solver, nullptr, options, {}).end, End::numbers);
 }
 
 TEST_F(RunFolder, ALostDeviceKeepsTheFramesBeforeIt)
@@ -187,9 +187,9 @@ TEST_F(RunFolder, ALostDeviceKeepsTheFramesBeforeIt)
     const Scene scene = built(path("scene.json"));
     Played solver(scene.setup);
     solver.lost_at = 3;
-    RunRule rule;
-    rule.frames = 5;
-    const RunRecord record = run_frames(scene, solver, nullptr, rule, {});
+    BatchRunOptions options;
+    options.frames = 5;
+    const RunRecord record = run_frames(scene, solver, nullptr, options, {});
     EXPECT_EQ(record.end, End::device);
     EXPECT_EQ(record.rows.size(), 2u);
     const Json all = report(scene, record, {});
@@ -200,11 +200,11 @@ TEST_F(RunFolder, AnInterruptEndsAfterTheFrameAndIsAudited)
 {
     const Scene scene = built(path("scene.json"));
     Played solver(scene.setup);
-    RunRule rule;
-    rule.frames = 50, rule.audit_every = 100;
+    BatchRunOptions options;
+    options.frames = 50, options.audit_every = 100;
     RunWatch watch;
     watch.stop = [&] { return solver.frames == 4; };
-    const RunRecord record = run_frames(scene, solver, nullptr, rule, watch);
+    const RunRecord record = run_frames(scene, solver, nullptr, options, watch);
     EXPECT_EQ(record.end, End::interrupted);
     ASSERT_EQ(record.rows.size(), 4u);
     EXPECT_TRUE(record.rows.back().audited);
@@ -216,9 +216,9 @@ TEST_F(RunFolder, TheReportHoldsWhatTheRunDid)
 {
     const Scene scene = built(path("scene.json"));
     Played solver(scene.setup);
-    RunRule rule;
-    rule.frames = 4;
-    const Json all = report(scene, run_frames(scene, solver, nullptr, rule, {}), {});
+    BatchRunOptions options;
+    options.frames = 4;
+    const Json all = report(scene, run_frames(scene, solver, nullptr, options, {}), {});
     EXPECT_EQ(all["schema"], "knead.report/1");
     EXPECT_EQ(all["runs"][0]["name"], "small/frame");
     EXPECT_EQ(all["runs"][0]["time_unit"], "ms");
@@ -238,9 +238,9 @@ TEST_F(RunFolder, AFreeBallKeepsItsMomentumMassAndVolume)
 {
     Scene scene = built(path("scene.json"), {"objects.0.velocity=[0.5,0,0]"});
     const auto solver = cpu_solver(scene.setup);
-    RunRule rule;
-    rule.frames = 3;
-    const RunRecord record = run_frames(scene, *solver, nullptr, rule, {});
+    BatchRunOptions options;
+    options.frames = 3;
+    const RunRecord record = run_frames(scene, *solver, nullptr, options, {});
     const Audit &first = record.first, &last = record.rows.back().state;
     EXPECT_EQ(first.mass, last.mass);
     EXPECT_NEAR(last.momentum.x, first.mass * 0.5, 1e-4 * first.mass * 0.5);

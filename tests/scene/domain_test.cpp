@@ -92,7 +92,7 @@ bool low_on_nodes(const Walls<double>& walls)
 
 // Walls where the file has them, the low ones on nodes, two nodes of the lattice beyond each, and
 // room between.
-void expect_walls(const Scene& scene, const WallRule& wanted)
+void expect_walls(const Scene& scene, const WallOptions& wanted)
 {
     const Setup& s = scene.setup;
     EXPECT_LT(apart(s.walls.min + scene.origin, wanted.min), 1e-12);
@@ -158,7 +158,7 @@ TEST(ShippedScenes, FloorAndObjectsStandWhereTheyWereOn16To192Cells)
                 settings.push_back("objects." + std::to_string(i) + ".per_cell=2");
             Scene scene = read_scene(path, settings);
             EXPECT_NEAR(scene.setup.lattice.dx, edge_of(own) / cells, 1e-15);
-            WallRule walls = own.setup.walls;
+            WallOptions walls = own.setup.walls;
             walls.min = walls.min + own.origin, walls.max = walls.max + own.origin;
             expect_walls(scene, walls);
             build(scene, std::size_t(1) << 34);
@@ -232,9 +232,9 @@ TEST(ShippedScenes, TheLiquidSpreadsAsADiscWhateverTheCells)
         scene.objects = {liquid};
         build(scene, std::size_t(1) << 33);
         const auto solver = cpu_solver(scene.setup);
-        RunRule rule;
-        rule.frames = scene.frames;
-        const RunRecord record = run_frames(scene, *solver, nullptr, rule, {});
+        BatchRunOptions options;
+        options.frames = scene.frames;
+        const RunRecord record = run_frames(scene, *solver, nullptr, options, {});
         EXPECT_EQ(record.end, End::complete) << record.trouble;
         const Spread s = spread_of(*record.last_good);
         const Vec3<double> axis = liquid.centre + scene.origin;
@@ -257,15 +257,15 @@ TEST(ShippedScenes, RunAFrameOnCoarseLatticesAndOnTheirOwn)
             std::vector<std::string> settings{"domain.cells=" + std::to_string(cells)};
             if (cells > 32) settings.insert(settings.end(), {"clock=paper", "paper.substeps=2"});
             Scene scene = read_scene(path, settings);
-            const WallRule walls = scene.setup.walls;
+            const WallOptions walls = scene.setup.walls;
             build(scene, std::size_t(1) << 33);
             const std::vector<Extent> before = extents(scene, scene.setup.particles);
             const auto solver = cpu_solver(scene.setup);
-            RunRule rule;
-            rule.frames = 1;
+            BatchRunOptions options;
+            options.frames = 1;
             std::unique_ptr<HandSource> hands;
             if (scene.has_hands) hands = std::make_unique<HandSource>(hands_of(scene), scene.hands);
-            const RunRecord record = run_frames(scene, *solver, hands.get(), rule, {});
+            const RunRecord record = run_frames(scene, *solver, hands.get(), options, {});
             ASSERT_EQ(record.end, End::complete) << record.trouble;
             const FrameStats& stats = record.rows.back().stats;
             EXPECT_EQ(stats.clipped + stats.confined + stats.repaired, 0);
@@ -349,9 +349,9 @@ TEST_F(Domain, ARecordSpeaksOfThePlacesInTheFile)
         EXPECT_EQ(length(s.origin) > 0, shifted == 1);
         build(s, std::size_t(1) << 33);
         const auto solver = cpu_solver(s.setup);
-        RunRule rule;
-        rule.frames = 1, rule.last_mesh = true;
-        const RunRecord record = run_frames(s, *solver, nullptr, rule, {});
+        BatchRunOptions options;
+        options.frames = 1, options.last_mesh = true;
+        const RunRecord record = run_frames(s, *solver, nullptr, options, {});
         first[shifted] = record.first;
         const Vec3<double> middle =
             s.objects[0].centre + s.origin + (1.0 / 90) * Vec3<double>{1, 2, 3};

@@ -8,6 +8,7 @@
 
 #include "host/assets/splat_object.h"
 #include "host/base/json_reader.h"
+#include "host/hands/motion.h"
 #include "host/scene/presets.h"
 #include "host/scene/seed.h"
 #include "tests/folder.h"

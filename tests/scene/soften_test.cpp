@@ -148,10 +148,10 @@ TEST(Soften, AMaterialThatALiveSessionIsGivenIsSoftenedLikewise)
 {
     const auto live = load_live_scene(
         "scenes/squeeze.json", {"domain.cells=16", "surface.nodes=32", "step.soften_beyond=30"});
-    LiveRule rule;
-    rule.make = cpu_solver;
-    rule.stepped = true;
-    LiveSession session(live, rule);
+    LiveOptions options;
+    options.make = cpu_solver;
+    options.stepped = true;
+    LiveSession session(live, options);
     const Material<double> clay = preset("clay"), stiff = softer(clay, 1e-4);
     const double times = softening(live->scene, stiff);
     EXPECT_GT(times, 10);

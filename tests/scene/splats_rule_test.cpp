@@ -29,15 +29,15 @@ class SplatKeys : public InFolder {
 
 TEST_F(SplatKeys, ArriveWithTheirDefaults)
 {
-    const UpkeepRule plain = scene("").upkeep;
+    const UpkeepOptions plain = scene("").upkeep;
     EXPECT_TRUE(plain.splits && plain.refills);
     EXPECT_EQ(plain.every, 5);
-    EXPECT_EQ(plain.split.limit, SplitRule{}.limit);
-    EXPECT_EQ(plain.refill.see_through, RefillRule{}.see_through);
-    const UpkeepRule all = scene(R"(, "splats": {"every": 3, "capacity": 9000,
+    EXPECT_EQ(plain.split.limit, SplitOptions{}.limit);
+    EXPECT_EQ(plain.refill.see_through, RefillOptions{}.see_through);
+    const UpkeepOptions all = scene(R"(, "splats": {"every": 3, "capacity": 9000,
         "split": {"limit": 2, "smallest": 0.01, "budget": 7},
         "refill": {"see_through": 0.5, "budget": 8}})")
-                               .upkeep;
+                                  .upkeep;
     EXPECT_EQ(all.every, 3);
     EXPECT_EQ(all.capacity, 9000u);
     EXPECT_EQ(all.split.limit, 2);
@@ -45,7 +45,7 @@ TEST_F(SplatKeys, ArriveWithTheirDefaults)
     EXPECT_EQ(all.split.budget, 7u);
     EXPECT_EQ(all.refill.see_through, 0.5);
     EXPECT_EQ(all.refill.budget, 8u);
-    const UpkeepRule off =
+    const UpkeepOptions off =
         scene(R"(, "splats": {"split": {"limit": 0}, "refill": {"see_through": 1}})").upkeep;
     EXPECT_FALSE(off.splits || off.refills);
 }

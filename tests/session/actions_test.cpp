@@ -16,21 +16,21 @@ namespace {
 HandActions one_of_each()
 {
     HandActions actions{"scenes/ball.json", {"domain.cells=16"}, "0123", {}};
-    const auto add = [&](Act act) -> HandAction& {
+    const auto add = [&](ActionType act) -> HandAction& {
         HandAction a;
         a.act = act, a.time = double(actions.all.size()) / 3;
         actions.all.push_back(a);
         return actions.all.back();
     };
-    add(Act::began).by = "reset";
-    add(Act::pause).on = true;
-    HandAction& material = add(Act::material);
+    add(ActionType::began).by = "reset";
+    add(ActionType::pause).on = true;
+    HandAction& material = add(ActionType::material);
     material.object = 3, material.material = preset("dough");
-    add(Act::gravity).gravity = {0.1, -1.0 / 3, 2};
-    HandsRule& hands = add(Act::hands).hands;
+    add(ActionType::gravity).gravity = {0.1, -1.0 / 3, 2};
+    HandsOptions& hands = add(ActionType::hands).hands;
     hands.zoom = 1.0 / 7, hands.at = {1e-17, 2, -3};
     hands.held[left] = "knife", hands.present[right] = false;
-    add(Act::move).motion = {turn_about(Vec3<double>{0.6, 0.8, 0}, 0.3), {1.0 / 3, 0, 0}};
+    add(ActionType::move).motion = {turn_about(Vec3<double>{0.6, 0.8, 0}, 0.3), {1.0 / 3, 0, 0}};
     return actions;
 }
 
@@ -114,19 +114,19 @@ Shaped shaped(const std::shared_ptr<const LiveScene>& scene, double display)
 {
     Shaped end;
     double now = 0;
-    LiveRule rule;
-    rule.make = [](const Setup& setup) { return cpu_solver(setup); };
-    rule.stepped = true, rule.recorded = false;
-    rule.acted = [&](HandAction done) {
+    LiveOptions options;
+    options.make = [](const Setup& setup) { return cpu_solver(setup); };
+    options.stepped = true, options.recorded = false;
+    options.acted = [&](HandAction done) {
         done.time = now;
         end.actions.push_back(done);
     };
-    LiveSession session(scene, rule);
+    LiveSession session(scene, options);
     session.settle();
-    const HandsRule usual = session.state()->hands;
+    const HandsOptions usual = session.state()->hands;
     end.hands.name = "display", end.hands.rate = display;
     const HandStream recorded = [&] {
-        HandsRule plain = usual;
+        HandsOptions plain = usual;
         plain.zoom = 1, plain.at = {0, 0, 0}, plain.filter = Filter::none;
         HandStream stream(plain);
         for (const HandFrame& frame : scene->recording->frames) stream.push(frame);
@@ -135,7 +135,7 @@ Shaped shaped(const std::shared_ptr<const LiveScene>& scene, double display)
     for (int k = 1; k < int(1.3 * display); ++k) {
         const double done = double(k) / display;
         const auto at = [&](double when) { return done >= when && done < when + 1 / display; };
-        HandsRule hands = usual;
+        HandsOptions hands = usual;
         if (at(0.3)) session.set_material(0, stiff_jelly());
         if (at(0.5)) session.set_gravity({0, -3, 1});
         if (at(0.6)) hands.held[right] = "knife", session.set_hands(hands);
@@ -186,14 +186,14 @@ TEST(HandActions, ArePlayedByARunToTheSameBits)
             SceneSplats splats(scene->scene, scene->splats);
             ActionReplay replay(made.hands, scene->scene.hands, scene->scene.frame_rate, actions);
             const HandSource hands(made.hands, scene->scene.hands);
-            RunRule rule;
-            rule.frames = made.frames, rule.audit_every = 1000000;
+            BatchRunOptions options;
+            options.frames = made.frames, options.audit_every = 1000000;
             RunWatch watch;
             watch.motion = [&](double from, double to) { return replay.motion(from, to); };
             watch.edits = [&](int number, SessionLoop& loop) {
                 replay.before_frame(number, loop, splats, [&](const std::string&) { ++refused; });
             };
-            run_frames(scene->scene, *solver, &hands, rule, watch);
+            run_frames(scene->scene, *solver, &hands, options, watch);
             return solver->particles();
         };
         int refused = 0;

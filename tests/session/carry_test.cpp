@@ -34,9 +34,9 @@ std::vector<Mesh> clay()
     return {far, near};
 }
 
-HandsRule rule()
+HandsOptions options()
 {
-    HandsRule made;
+    HandsOptions made;
     made.zoom = 2, made.at = {1, 1, 1};
     return made;
 }
@@ -56,21 +56,21 @@ TEST(Closure, is_none_of_a_flat_hand_and_all_of_a_fist)
     }
 }
 
-TEST(HeadsetHold, carries_clay_with_the_fist_that_closed_on_it)
+TEST(Carry, carries_clay_with_the_fist_that_closed_on_it)
 {
-    HeadsetHold hold;
+    Carry hold;
     HandFrame hands;
     hands.hand[right] = hand_at(right, {0.02, 0, 0}, 0);
-    EXPECT_FALSE(hold.frame(hands, rule(), clay()).category);
+    EXPECT_FALSE(hold.frame(hands, options(), clay()).category);
     hands.hand[right] = hand_at(right, {0.02, 0, 0}, 1);
-    const auto took = hold.frame(hands, rule(), clay());
+    const auto took = hold.frame(hands, options(), clay());
     ASSERT_TRUE(took.category);
     EXPECT_EQ(*took.category, 3);
     EXPECT_TRUE(took.took);
     EXPECT_LT(length(took.motion.p), 1e-6) << "it does not leap";
 
     hands.hand[right] = hand_at(right, {0.02, 0.1, 0}, 1, 0.5);
-    const auto moved = hold.frame(hands, rule(), clay());
+    const auto moved = hold.frame(hands, options(), clay());
     ASSERT_TRUE(moved.category);
     EXPECT_FALSE(moved.took);
     // What was in the palm stays in the palm: at + zoom * palm.
@@ -79,43 +79,43 @@ TEST(HeadsetHold, carries_clay_with_the_fist_that_closed_on_it)
     EXPECT_NEAR(moved.motion.q.y, std::sin(0.25), 1e-5);
 
     hands.hand[right] = hand_at(right, {0.02, 0.1, 0}, 0);
-    const auto freed = hold.frame(hands, rule(), clay());
+    const auto freed = hold.frame(hands, options(), clay());
     EXPECT_TRUE(freed.let_go);
     EXPECT_FALSE(freed.category);
-    EXPECT_FALSE(hold.frame(hands, rule(), clay()).let_go);
+    EXPECT_FALSE(hold.frame(hands, options(), clay()).let_go);
 }
 
-TEST(HeadsetHold, takes_nothing_that_is_out_of_reach_and_lets_go_where_a_hand_is_lost)
+TEST(Carry, takes_nothing_that_is_out_of_reach_and_lets_go_where_a_hand_is_lost)
 {
-    HeadsetHold hold;
+    Carry hold;
     HandFrame hands;
     hands.hand[left] = hand_at(left, {0.3, 0, 0}, 1);
-    EXPECT_FALSE(hold.frame(hands, rule(), clay()).category);
-    EXPECT_FALSE(hold.frame(hands, rule(), {}).category) << "no clay at all";
+    EXPECT_FALSE(hold.frame(hands, options(), clay()).category);
+    EXPECT_FALSE(hold.frame(hands, options(), {}).category) << "no clay at all";
     hands.hand[left] = hand_at(left, {0.02, 0, 0}, 1);
-    EXPECT_TRUE(hold.frame(hands, rule(), clay()).category);
+    EXPECT_TRUE(hold.frame(hands, options(), clay()).category);
     hands.hand[left].tracked = false;
-    EXPECT_TRUE(hold.frame(hands, rule(), clay()).let_go);
+    EXPECT_TRUE(hold.frame(hands, options(), clay()).let_go);
 }
 
-TEST(HeadsetHold, zooms_by_the_way_between_two_fists)
+TEST(Carry, zooms_by_the_way_between_two_fists)
 {
-    HeadsetHold hold;
+    Carry hold;
     HandFrame hands;
     hands.hand[left] = hand_at(left, {-0.4, 0.3, 0}, 1);
     hands.hand[right] = hand_at(right, {0.4, 0.3, 0}, 1);
-    EXPECT_EQ(hold.frame(hands, rule(), clay()).zoom, 1);
+    EXPECT_EQ(hold.frame(hands, options(), clay()).zoom, 1);
     hands.hand[right] = hand_at(right, {0.48, 0.3, 0}, 1);
-    EXPECT_NEAR(hold.frame(hands, rule(), clay()).zoom, 1.1, 1e-4);
+    EXPECT_NEAR(hold.frame(hands, options(), clay()).zoom, 1.1, 1e-4);
     hands.hand[right] = hand_at(right, {9, 0.3, 0}, 1);
-    EXPECT_EQ(hold.frame(hands, rule(), clay()).zoom, 1.25) << "a leap is bounded";
+    EXPECT_EQ(hold.frame(hands, options(), clay()).zoom, 1.25) << "a leap is bounded";
     hands.hand[right] = hand_at(right, {9, 0.3, 0}, 0);
-    EXPECT_EQ(hold.frame(hands, rule(), clay()).zoom, 1);
+    EXPECT_EQ(hold.frame(hands, options(), clay()).zoom, 1);
 }
 
 TEST(HeadsetHands, keep_their_place_before_the_user_when_the_zoom_changes)
 {
-    HeadsetHands hands{rule()};
+    HeadsetHands hands{options()};
     HandFrame frame;
     frame.hand[right] = hand_at(right, {0.1, 0, 0}, 0);
     for (int k = 0; k < 90; ++k) {
@@ -124,7 +124,7 @@ TEST(HeadsetHands, keep_their_place_before_the_user_when_the_zoom_changes)
         hands.looks();
     }
     hands.set_zoom(1);
-    EXPECT_EQ(hands.rule().zoom, 1);
+    EXPECT_EQ(hands.options().zoom, 1);
     const std::vector<HandLook> looks = hands.looks();
     ASSERT_EQ(looks.size(), 1u);
     EXPECT_GT(looks[0].opacity, 0.9f) << "it was not lost";

@@ -59,13 +59,13 @@ class Loop : public testing::Test {
     // A loop of so many frames, of 0.1 s each, whose motions and frames are in the diary.
     SessionLoop& loop(int frames, int first = 0)
     {
-        LoopRule rule;
-        rule.duration = 0.1, rule.rate = 8, rule.frames = frames, rule.first = first;
-        rule.interrupted = [this] { return solver.submitted == interrupted_after; };
-        rule.surface.lattice = {{16, 16, 16}, 1.0f / 16};
+        SessionLoopOptions options;
+        options.duration = 0.1, options.rate = 8, options.frames = frames, options.first = first;
+        options.interrupted = [this] { return solver.submitted == interrupted_after; };
+        options.surface.lattice = {{16, 16, 16}, 1.0f / 16};
         Material<double> clay{};
         clay.density = 1000, clay.mass = 1e-3, clay.volume = 1e-6;
-        rule.materials = {clay};
+        options.materials = {clay};
         made = std::make_unique<SessionLoop>(
             solver,
             [this](double from, double to) {
@@ -73,7 +73,7 @@ class Loop : public testing::Test {
                 asked.push_back({from, to});
                 return no_motion();
             },
-            rule);
+            options);
         made->watch([this](const Frame& f) { text += "w" + std::to_string(f.number) + " "; });
         return *made;
     }
@@ -204,9 +204,9 @@ TEST_F(Loop, AnInterruptIsHeardBeforeTheNextFrame)
 
 TEST_F(Loop, NoFrameBeginsAfterTheTimeLimit)
 {
-    LoopRule rule;
-    rule.rate = 1, rule.time_limit = 1e-12;
-    SessionLoop l(solver, recorded_motion(nullptr, {}), rule);
+    SessionLoopOptions options;
+    options.rate = 1, options.time_limit = 1e-12;
+    SessionLoop l(solver, recorded_motion(nullptr, {}), options);
     l.run();
     EXPECT_EQ(l.end(), End::time_limit);
     EXPECT_LE(solver.submitted, 1);
@@ -255,12 +255,12 @@ TEST_F(Loop, MeshesStandWhileNoClayMovesAndNothingIsEdited)
 // fifth on.
 std::vector<std::uint64_t> squeezed(const Setup& setup, Solver& solver, bool ahead, long& waits)
 {
-    LoopRule rule;
-    rule.duration = 2e-3, rule.rate = 500, rule.frames = 8, rule.first = 10;
-    rule.materials = setup.materials;
-    rule.surface.lattice = {setup.lattice.size, float(setup.lattice.dx)};
+    SessionLoopOptions options;
+    options.duration = 2e-3, options.rate = 500, options.frames = 8, options.first = 10;
+    options.materials = setup.materials;
+    options.surface.lattice = {setup.lattice.size, float(setup.lattice.dx)};
     SessionLoop l(
-        solver, [](double from, double to) { return closing(from, to - from); }, rule);
+        solver, [](double from, double to) { return closing(from, to - from); }, options);
     l.launch_surfaces();
     if (ahead) l.hand_over_ahead();
     std::vector<std::uint64_t> all{0};
@@ -302,12 +302,12 @@ TEST(LoopOnTheGpu, KeptSurfacesComeWithTheirFramesAndCostOneWait)
     knead::Setup setup = ball(24);
     add_tools(setup);
     const auto solver = gpu_solver(setup, 0);
-    LoopRule rule;
-    rule.duration = 2e-3, rule.rate = 500, rule.frames = 6, rule.first = 10;
-    rule.materials = setup.materials;
-    rule.surface.lattice = {setup.lattice.size, float(setup.lattice.dx)};
+    SessionLoopOptions options;
+    options.duration = 2e-3, options.rate = 500, options.frames = 6, options.first = 10;
+    options.materials = setup.materials;
+    options.surface.lattice = {setup.lattice.size, float(setup.lattice.dx)};
     SessionLoop l(
-        *solver, [](double from, double to) { return closing(from, to - from); }, rule);
+        *solver, [](double from, double to) { return closing(from, to - from); }, options);
     l.launch_surfaces(true);
     std::vector<std::shared_ptr<const DeviceMesh>> kept;
     std::vector<Meshes> fetched;

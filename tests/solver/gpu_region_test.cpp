@@ -5,7 +5,7 @@
 
 #include "host/bench/ball.h"
 #include "host/hands/hands.h"
-#include "host/solver/gpu/room.h"
+#include "host/solver/gpu/region_padding.h"
 #include "tests/solver/stepwise.h"
 
 namespace knead {
@@ -116,7 +116,7 @@ void count(Result& r, const FrameStats& t)
                                      t.repaired, t.moved, t.woken});
 }
 
-Result played(const Given& s, Room room, int frames, Motion (*motion)(int))
+Result played(const Given& s, RegionPadding room, int frames, Motion (*motion)(int))
 {
     const auto solver = gpu_solver(s, 0, room);
     Result r;
@@ -128,7 +128,7 @@ Result played(const Given& s, Room room, int frames, Motion (*motion)(int))
 }
 
 // The same, two frames under way wherever that may be.
-Result queued(const Given& s, Room room, int frames, Motion (*motion)(int))
+Result queued(const Given& s, RegionPadding room, int frames, Motion (*motion)(int))
 {
     const auto solver = gpu_solver(s, 0, room);
     Result r;

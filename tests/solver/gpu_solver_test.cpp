@@ -9,7 +9,7 @@
 #include "cuda/mpm/particle.h"
 #include "cuda/mpm/time_step.h"
 #include "host/bench/ball.h"
-#include "host/solver/gpu/room.h"
+#include "host/solver/gpu/region_padding.h"
 #include "host/solver/substep.h"
 #include "tests/solver/stepwise.h"
 

@@ -145,7 +145,7 @@ TYPED_TEST(LanesTest, RowsBringBackWhatParticlesGatherNodeByNode)
             });
             const double per_cell = mass_around(sum) / mass;
             EXPECT_NEAR(moved.per_cell.of[l], per_cell, 1e-6);
-            calm_crumb(q.C, tile.node[tile_index(s.base + nearest_node)].m / mass);
+            damp_isolated_particle(q.C, tile.node[tile_index(s.base + nearest_node)].m / mass);
             const Particle<R>& now = some.q[l];
             EXPECT_LT(length(cast<double>(now.v) - q.v), either<R>(3e-6, 1e-14));
             EXPECT_LT(size(cast<double>(now.C) - q.C), either<R>(1e-3, 1e-11));

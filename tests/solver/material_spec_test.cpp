@@ -34,7 +34,7 @@ Setup one_object(const MaterialSpec& spec)
 
 std::string refused_edit(const MaterialSpec& from, const MaterialSpec& to)
 {
-    Rules rules(one_object(from));
+    SceneState rules(one_object(from));
     try {
         rules.set_material(0, made(to));
     } catch (const std::invalid_argument& e) {
@@ -135,7 +135,7 @@ TEST(MaterialSpec, SlidersLieInTheRangesOfTheirQuantities)
 
 TEST(Gravity, OfAnEditHasTheRangeOfAScenes)
 {
-    Rules rules(one_object(material_spec("clay")));
+    SceneState rules(one_object(material_spec("clay")));
     EXPECT_THROW(rules.set_gravity({0, -1e4, 0}), std::invalid_argument);
     EXPECT_NO_THROW(rules.set_gravity({0, -most_gravity, 0}));
     EXPECT_THROW(read_scene("scenes/squeeze.json", {"gravity=[0,-10000,0]"}), InputError);

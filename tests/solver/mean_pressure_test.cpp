@@ -126,10 +126,10 @@ TEST(MeanPressure, IsBorneInPartAndInTheEndWhollyAndTheShapeStays)
             q.e = {0.1, -0.05, 0.02, 0.03, -0.02, 0.01};
             const Particle<double> first = q;
             const double before = own_pressure(q, m);
-            bear(q, m, wanted);
+            apply_mean_pressure(q, m, wanted);
             const double way = log_volume_at(m, 1.0, wanted) - ln_J(first);
             EXPECT_NEAR(ln_J(q) - ln_J(first), part_borne<double> * way, 1e-12);
-            for (int k = 0; k < 100; ++k) bear(q, m, wanted);
+            for (int k = 0; k < 100; ++k) apply_mean_pressure(q, m, wanted);
             EXPECT_NEAR(own_pressure(q, m), wanted, 1e-6 * std::fabs(wanted - before));
             const double scale = (1 + q.e.xx) / (1 + first.e.xx);
             const auto scaled = [&](double e) { return scale * (1 + e) - 1; };

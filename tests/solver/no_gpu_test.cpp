@@ -11,7 +11,7 @@
 #include "host/share/shared_splats.h"
 #include "host/share/sharing.h"
 #include "host/solver/gpu/material.h"
-#include "host/solver/gpu/room.h"
+#include "host/solver/gpu/region_padding.h"
 #include "host/solver/gpu/stages.h"
 #include "host/splats/device_gaussians.h"
 #include "host/splats/gpu_raster.h"
@@ -49,8 +49,8 @@ TEST_F(NoGpu, EveryWayToOneThrows)
     EXPECT_THROW(gpu_solver(setup, 0), std::runtime_error);
     EXPECT_THROW(GpuStages(setup, {}, 1e-3), std::runtime_error);
     EXPECT_THROW(gpu_functions({1.0f}), std::runtime_error);
-    const SurfaceRule rule{{{16, 16, 16}, 1.0f / 16}};
-    EXPECT_THROW(GpuSurface(setup.particles, setup.materials, rule), std::runtime_error);
+    const SurfaceOptions options{{{16, 16, 16}, 1.0f / 16}};
+    EXPECT_THROW(GpuSurface(setup.particles, setup.materials, options), std::runtime_error);
     EXPECT_EQ(gpu_waits(), 0);
 }
 

@@ -8,6 +8,7 @@
 
 #include "cuda/mpm/time_step.h"
 #include "host/hands/filter.h"
+#include "host/hands/motion.h"
 #include "host/run/run.h"
 #include "host/scene/scene.h"
 #include "host/scene/scene_hands.h"

@@ -107,7 +107,7 @@ TEST_P(SomeEdits, SomeGaussiansAreSplitAndSomeAreAddedBesideParticles)
     const Given s = turning_block();
     const auto solver = make(s), other = make(s);
     advance(*solver, 3), advance(*other, 3);
-    const WallRule& walls = s.walls;
+    const WallOptions& walls = s.walls;
     for (int round = 0; round < 4; ++round) {
         GaussianEdits edits;
         for (int k = 0; k < 300; ++k)

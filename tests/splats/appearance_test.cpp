@@ -28,8 +28,8 @@ Shares shares(const Body& body, const Eye<float>& eye)
     Shares s{};
     Body kept = body;
     const auto by_upkeep = cpu_solver(kept.setup), by_itself = cpu_solver(body.setup);
-    const Upkeep rule;
-    const auto [split_up, added] = play(kept, *by_upkeep, frames, &rule);
+    const Upkeep options;
+    const auto [split_up, added] = play(kept, *by_upkeep, frames, &options);
     testing::Test::RecordProperty("split", int(split_up));
     testing::Test::RecordProperty("added", int(added));
     Body plain = body;

@@ -61,7 +61,7 @@ TEST(Footprints, TheCovarianceIsThatOfTheProjectionToFirstOrder)
                                   {draw.in(0.01, 0.03), draw.in(0.01, 0.03), draw.in(0.01, 0.03)}};
         const Mat3<double> L = half_axes(e);
         Footprint<double> f;
-        ASSERT_TRUE(project(c, SplatRule<double>{}, x, L, 0.8, f));
+        ASSERT_TRUE(project(c, SplatOptions<double>{}, x, L, 0.8, f));
         double uu = 0.3, vv = 0.3, uv = 0, uz = 0, vz = 0;
         for (const Vec3<double> axis : {L.a, L.b, L.c}) {
             const double h = 1e-4;
@@ -93,7 +93,7 @@ TEST(Footprints, TheDepthOfADiscIsThatOfItsPlane)
         Vec3<double> n = c.to_eye * Q.c;
         if (std::fabs(dot(n, t)) < 0.3) continue;  // seen from the side
         Footprint<double> f;
-        ASSERT_TRUE(project(c, SplatRule<double>{}, at(c, t),
+        ASSERT_TRUE(project(c, SplatOptions<double>{}, at(c, t),
                             half_axes(Ellipsoid<double>{quaternion(Q), {0.1, 0.1, 0}}), 0.8, f));
         // The ray through a pixel close by meets the plane at depth n.t / n.d.
         const Vec3<double> d{(f.u + 0.01 - c.cx) / c.fx, (f.v - c.cy) / c.fy, 1};
@@ -115,7 +115,8 @@ TEST(Footprints, TheBoxIsAsTightAsWhatIsDrawnAndATileIsReachedWhereAPixelOfItIs)
                                   {draw.power(-4, -1), draw.power(-4, -1), draw.power(-4, -1)}};
         const Ellipsoid<float> g{cast<float>(e.q), cast<float>(e.scale)};
         const Vec3<float> x = cast<float>(Vec3<double>{draw.in(-0.9, 0.9), draw.in(-0.9, 0.9), 1});
-        if (!project(c, SplatRule<float>{}, x, half_axes(g), float(draw.in(0.01, 1)), f)) continue;
+        if (!project(c, SplatOptions<float>{}, x, half_axes(g), float(draw.in(0.01, 1)), f))
+            continue;
         for (int ty = 0; ty < 25; ++ty)
             for (int tx = 0; tx < 25; ++tx) {
                 const float x0 = 16 * float(tx), y0 = 16 * float(ty);
@@ -154,7 +155,7 @@ TEST(Footprints, WhatCoversAPatchIsBlendedToTheSameBitsWithoutASecondLook)
                                   {draw.power(-3, 0), draw.power(-3, 0), draw.power(-3, 0)}};
         const Vec3<double> x{draw.in(-0.9, 0.9), draw.in(-0.9, 0.9), 1};
         const float opacity = k % 50 == 0 ? 1.0f : float(draw.in(0.01, 0.99));
-        if (!project(c, SplatRule<float>{}, cast<float>(x),
+        if (!project(c, SplatOptions<float>{}, cast<float>(x),
                      half_axes(Ellipsoid<float>{cast<float>(e.q), cast<float>(e.scale)}), opacity,
                      f))
             continue;

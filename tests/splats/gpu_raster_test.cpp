@@ -50,7 +50,7 @@ TEST_F(GpuSplatPictures, AreTheCpusForTwoEyesAndForOneNearAndFar)
         expect_same(raster.pictures(frame), cpu_raster(cloud, frame));
         EXPECT_EQ(raster.stats().dropped, 0u);
         frame.eyes.resize(1);
-        frame.rule.antialiased = true;
+        frame.options.antialiased = true;
         expect_same(raster.pictures(frame), cpu_raster(cloud, frame));
     }
 }

@@ -26,7 +26,7 @@ struct Body {
     CarriedSplats splats;
     double spacing = 0;  // of the particles [m]
     std::size_t surface = 0;
-    SurfaceRule look;
+    SurfaceOptions look;
 };
 
 // Discs on the faces of a box 0.3 x 0.21 x 0.12 m, `gap` [m] apart, in squares of two colours.
@@ -61,9 +61,9 @@ inline SplatCloud box_of_splats(double gap)
 // Soft clay with such splats, filled.
 inline Body body_of(double gap = 0.005)
 {
-    FillRule rule;
-    rule.cell = dx, rule.solid.max_cells = 48, rule.solid.directions = 48;
-    const FilledObject filled = fill(box_of_splats(gap), rule);
+    FillOptions options;
+    options.cell = dx, options.solid.max_cells = 48, options.solid.directions = 48;
+    const FilledObject filled = fill(box_of_splats(gap), options);
     Body b;
     b.spacing = std::cbrt(filled.particle_volume), b.surface = filled.surface;
     b.splats = carried(filled.splats);
@@ -165,8 +165,8 @@ inline std::vector<float> clay_seen(const Body& b, const Solver& solver, const E
 }
 
 struct Upkeep {
-    SplitRule split;
-    RefillRule refill;
+    SplitOptions split;
+    RefillOptions refill;
     bool splits = true, refills = true;
     int every = 3;  // frames
 };

@@ -100,7 +100,7 @@ TEST(SplatPictures, TilesGiveWhatEverySplatInEveryPixelGives)
         for (const bool antialiased : {false, true}) {
             SplatFrame frame = seen_from(load_eyes(view, 150, 130));
             frame.background = {0.2f, 0.3f, 0.4f};
-            frame.rule.antialiased = antialiased;
+            frame.options.antialiased = antialiased;
             const std::vector<Picture> tiles = cpu_raster(c, frame), all = exact_raster(c, frame);
             for (std::size_t e = 0; e < 2; ++e) {
                 EXPECT_GE(psnr(tiles[e], all[e]), 60) << view << e << antialiased;
@@ -291,7 +291,7 @@ TEST(SplatPictures, AnOpaqueSplatHidesButForAHundredthAndAPointIsAsLargeAsThePix
     }
     const Picture p = cpu_raster(point, frame).at(0);
     EXPECT_NEAR(p.alpha[32 * 65 + 33], 0.9 * std::exp(-1 / 0.6), 1e-5);
-    frame.rule.antialiased = true;  // of no area: nothing is left of it
+    frame.options.antialiased = true;  // of no area: nothing is left of it
     EXPECT_EQ(cpu_raster(point, frame).at(0).alpha[32 * 65 + 32], 0);
 }
 
@@ -362,7 +362,7 @@ TEST(SplatPictures, FramesWithoutMeaningAreRefused)
     EXPECT_TRUE(refused([](SplatFrame& f) { f.eyes[0].right = f.eyes[0].left; }));
     EXPECT_TRUE(refused([](SplatFrame& f) { f.eyes[0].rotation = {0, 0, 0, 0}; }));
     EXPECT_TRUE(refused([](SplatFrame& f) { f.eyes[0].position.x = NAN; }));
-    EXPECT_TRUE(refused([](SplatFrame& f) { f.rule.near = 0; }));
+    EXPECT_TRUE(refused([](SplatFrame& f) { f.options.near = 0; }));
     EXPECT_TRUE(refused([](SplatFrame& f) { f.behind.resize(2); }));
     EXPECT_TRUE(refused([](SplatFrame& f) { f.behind.resize(1), f.behind[0].depth.resize(5); }));
     EXPECT_TRUE(refused([](SplatFrame& f) { f.moved_centre.resize(3); }));

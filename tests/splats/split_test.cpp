@@ -15,7 +15,7 @@ namespace knead {
 namespace {
 
 using Gaussians = std::vector<Gaussian<double>>;
-constexpr WallRule far_walls{{-10, -10, -10}, {10, 10, 10}, ContactMode::sticky, 0};
+constexpr WallOptions far_walls{{-10, -10, -10}, {10, 10, 10}, ContactMode::sticky, 0};
 
 CarriedSplats one_splat(float opacity = 0.9f)
 {
@@ -166,7 +166,7 @@ TEST(Split, GoesOnUntilNoneIsTooLong)
     int calls = 0;
     for (; calls < 20 && split(m.splats, m.gaussians, {}, far_walls).splits.size() > 0; ++calls) {
     }
-    EXPECT_LT(worst(m), SplitRule{}.limit * 1.0001);
+    EXPECT_LT(worst(m), SplitOptions{}.limit * 1.0001);
     EXPECT_GT(calls, 2);
     EXPECT_LT(calls, 20);
     EXPECT_EQ(m.splats.cloud.sh.size(), m.splats.count() * std::size_t(harmonics(3)));
@@ -176,27 +176,27 @@ TEST(Split, TakesTheWorstFirstWithinBudgetAndCapacity)
 {
     Many m = many();
     const double before = worst(m);
-    SplitRule rule;
-    rule.budget = 10;
-    SplitReport done = split(m.splats, m.gaussians, rule, far_walls);
+    SplitOptions options;
+    options.budget = 10;
+    SplitReport done = split(m.splats, m.gaussians, options, far_walls);
     EXPECT_EQ(done.splits.size(), 10u);
     EXPECT_GT(done.waiting, 100u);
     EXPECT_LT(worst(m), before);
-    rule.budget = 1000, rule.capacity = m.gaussians.size() + 7;
-    done = split(m.splats, m.gaussians, rule, far_walls);
+    options.budget = 1000, options.capacity = m.gaussians.size() + 7;
+    done = split(m.splats, m.gaussians, options, far_walls);
     EXPECT_EQ(done.splits.size(), 7u);
-    EXPECT_EQ(m.gaussians.size(), rule.capacity);
-    rule.capacity = 5;
-    EXPECT_EQ(split(m.splats, m.gaussians, rule, far_walls).splits.size(), 0u);
-    rule = {}, rule.smallest = 1;
-    EXPECT_EQ(split(m.splats, m.gaussians, rule, far_walls).waiting, 0u);
+    EXPECT_EQ(m.gaussians.size(), options.capacity);
+    options.capacity = 5;
+    EXPECT_EQ(split(m.splats, m.gaussians, options, far_walls).splits.size(), 0u);
+    options = {}, options.smallest = 1;
+    EXPECT_EQ(split(m.splats, m.gaussians, options, far_walls).waiting, 0u);
 }
 
 TEST(Split, StaysBetweenTheWallsAndRefusesWhatDoesNotBelongTogether)
 {
     CarriedSplats s = one_splat();
     Gaussians g{sheared()};
-    const WallRule near{{0, 0, 0}, {0.105, 1, 1}, ContactMode::sticky, 0};
+    const WallOptions near{{0, 0, 0}, {0.105, 1, 1}, ContactMode::sticky, 0};
     split(s, g, {}, near);
     EXPECT_LE(max(g[0].x.x, g[1].x.x), 0.105);
     g.pop_back();
@@ -302,15 +302,16 @@ TEST(Refill, TakesColourObjectAndLabelFromAround)
 TEST(Refill, KeepsToItsBudgetAndCapacityTheBarestFirst)
 {
     Block b = block(0.06);
-    RefillRule rule;
-    rule.budget = 20;
+    RefillOptions options;
+    options.budget = 20;
     const RefillReport done =
-        refill(b.splats, b.gaussians, b.particles, {Block::h}, rule, far_walls);
+        refill(b.splats, b.gaussians, b.particles, {Block::h}, options, far_walls);
     EXPECT_EQ(done.added.size(), 20u);
     EXPECT_GT(done.waiting, 50u);
-    rule.budget = 1000, rule.capacity = b.gaussians.size() + 3;
-    EXPECT_EQ(refill(b.splats, b.gaussians, b.particles, {Block::h}, rule, far_walls).added.size(),
-              3u);
+    options.budget = 1000, options.capacity = b.gaussians.size() + 3;
+    EXPECT_EQ(
+        refill(b.splats, b.gaussians, b.particles, {Block::h}, options, far_walls).added.size(),
+        3u);
     EXPECT_EQ(refill(b.splats, b.gaussians, b.particles, {0}, {}, far_walls).bare, 0u)
         << "an object without splats";
 }

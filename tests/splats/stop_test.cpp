@@ -4,8 +4,8 @@
 
 #include "host/base/parallel.h"
 #include "host/picture/splat_picture.h"
+#include "host/splats/cancellable_for.h"
 #include "host/splats/raster.h"
-#include "host/splats/unless_stopped.h"
 #include "tests/asks.h"
 #include "tests/splats/raster_cases.h"
 

@@ -47,9 +47,9 @@ void advance(Solver& solver, int frames, SplatUpkeep* upkeep = nullptr, int from
     }
 }
 
-UpkeepRule rule()
+UpkeepOptions options()
 {
-    UpkeepRule r;
+    UpkeepOptions r;
     r.splits = r.refills = true, r.every = 2, r.split.budget = 300;
     return r;
 }
@@ -86,7 +86,7 @@ TEST_P(Kept, AllMayBeReplacedAndTheClayDoesNotHearOfIt)
 TEST_P(Kept, TheyGrowWhenDueUpToTheCapacity)
 {
     const Body b = drawn();
-    UpkeepRule few = rule();
+    UpkeepOptions few = options();
     few.capacity = b.splats.count() + 700;
     SplatUpkeep upkeep(few, b.splats.cloud);
     const auto solver = make(b.setup), bare = make(b.setup);
@@ -108,7 +108,7 @@ TEST_P(Kept, TheyGrowWhenDueUpToTheCapacity)
 TEST_P(Kept, TheSavedStateGoesOnInTheSameBits)
 {
     const Body b = drawn();
-    SplatUpkeep first(rule(), b.splats.cloud), second(rule(), b.splats.cloud);
+    SplatUpkeep first(options(), b.splats.cloud), second(options(), b.splats.cloud);
     const auto solver = make(b.setup), loaded = make(b.setup);
     advance(*solver, 9, &first);
     const SavedState state = solver->save();
@@ -126,7 +126,7 @@ TEST_P(Kept, TheSavedStateGoesOnInTheSameBits)
 TEST_P(Kept, ItMayGoOnBesideFrames)
 {
     const Body b = drawn();
-    SplatUpkeep upkeep(rule(), b.splats.cloud);
+    SplatUpkeep upkeep(options(), b.splats.cloud);
     const auto solver = make(b.setup), bare = make(b.setup);
     advance(*solver, 4), advance(*bare, 4);
     const auto shown = upkeep.shared();
@@ -168,7 +168,7 @@ TEST(KeptOnTheCpu, TheBitsAreTheSameForAnyNumberOfThreads)
     Gaussians wanted;
     for (const int threads : {1, 2, 5}) {
         b.setup.threads = threads;
-        SplatUpkeep upkeep(rule(), b.splats.cloud);
+        SplatUpkeep upkeep(options(), b.splats.cloud);
         const auto solver = cpu_solver(b.setup);
         advance(*solver, 10, &upkeep);
         if (threads == 1) wanted = solver->gaussians();
@@ -180,7 +180,7 @@ TEST(KeptOnTheCpu, TheBitsAreTheSameForAnyNumberOfThreads)
 TEST(KeptOnTheCpu, ASolverThatTakesNoEditsIsRefused)
 {
     const Body b = drawn();
-    SplatUpkeep upkeep(rule(), b.splats.cloud);
+    SplatUpkeep upkeep(options(), b.splats.cloud);
     Reference solver(b.setup);
     EXPECT_THROW(upkeep.after(2, solver), std::logic_error);
     EXPECT_NO_THROW(upkeep.after(1, solver)) << "not due";

@@ -43,11 +43,11 @@ Particles moved(Particles all, Vec3<double> way)
     return all;
 }
 
-SurfaceRule moving(int nodes)
+SurfaceOptions moving(int nodes)
 {
-    SurfaceRule rule = rule_of(nodes);
-    rule.moving = true;
-    return rule;
+    SurfaceOptions options = rule_of(nodes);
+    options.moving = true;
+    return options;
 }
 
 // Of all vertices from the way along their normals, root of the mean square and largest [m].

@@ -15,9 +15,9 @@ TEST(GpuKeptMeshes, AreTheSurface)
     std::vector<Particle<double>> two = filled(h, 3, 0, ball({0.3, 0.5, 0.5}, 0.15));
     for (Particle<double> q : filled(h, 4, 1, ball({0.7, 0.55, 0.4}, 0.2))) two.push_back(q);
     const std::vector<Material<double>> materials{clay(h, 5), clay(h, 2), clay(h, 9)};
-    SurfaceRule rule;
-    rule.lattice = {{48, 48, 48}, float(h)};
-    GpuSurface surface(two, materials, rule);
+    SurfaceOptions options;
+    options.lattice = {{48, 48, 48}, float(h)};
+    GpuSurface surface(two, materials, options);
     const std::vector<Mesh> wanted = surface.surface(two);
     const auto kept = surface.kept(two);
     const std::vector<Mesh> found = kept->meshes();

@@ -65,7 +65,7 @@ std::vector<Lump> lumps()
 }
 
 // Softened not at all, in one round, in three.
-std::vector<SurfaceRule> rules() { return {rule_of(31), rule_of(64), rule_of(96)}; }
+std::vector<SurfaceOptions> rules() { return {rule_of(31), rule_of(64), rule_of(96)}; }
 
 void expect_same(const GpuSurface& a, const GpuSurface& b, const std::string& where)
 {
@@ -77,12 +77,12 @@ void expect_same(const GpuSurface& a, const GpuSurface& b, const std::string& wh
 // Advances and makes surfaces by all rules, frame by frame; what was made anew after the first.
 template <class Advance>
 SurfaceWork followed(const Given& s, int frames, Advance&& advance,
-                     const std::vector<SurfaceRule>& by = rules())
+                     const std::vector<SurfaceOptions>& by = rules())
 {
     const auto solver = gpu_solver(s, 0);
     std::vector<std::unique_ptr<GpuSurface>> kept;
-    for (const SurfaceRule& rule : by)
-        kept.push_back(std::make_unique<GpuSurface>(s.particles, s.materials, rule));
+    for (const SurfaceOptions& options : by)
+        kept.push_back(std::make_unique<GpuSurface>(s.particles, s.materials, options));
     SurfaceWork sum;
     for (int f = 0; f <= frames; ++f) {
         if (f > 0) advance(*solver, f);
@@ -179,8 +179,9 @@ TEST_F(GpuKeptSurface, IsNotMadeAgainWhereNothingMoves)
     for (Lump& lump : all) lump.v = {0, 0, 0};
     const Given s = thrown(all);
     const auto solver = gpu_solver(s, 0);
-    for (const SurfaceRule& rule : rules()) {
-        GpuSurface kept(s.particles, s.materials, rule), fresh(s.particles, s.materials, rule);
+    for (const SurfaceOptions& options : rules()) {
+        GpuSurface kept(s.particles, s.materials, options),
+            fresh(s.particles, s.materials, options);
         const auto first = kept.surface(*solver->clay());
         ASSERT_EQ(first.size(), 2u);
         for (int round = 0; round < 3; ++round) {

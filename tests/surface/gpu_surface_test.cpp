@@ -49,11 +49,11 @@ std::vector<Scene> scenes()
 TEST_F(GpuSurfaces, DensityIsTheCpusWithinRounding)
 {
     for (const Scene& s : scenes()) {
-        const SurfaceRule rule = rule_of(s.nodes, Smoothing::none);
+        const SurfaceOptions options = rule_of(s.nodes, Smoothing::none);
         std::vector<Deposit> deposits;
-        const float dx = rule.lattice.dx, volume = float(clay(s.h).mass / clay(s.h).density);
+        const float dx = options.lattice.dx, volume = float(clay(s.h).mass / clay(s.h).density);
         SurfaceStats stats;
-        GpuSurface device(s.particles, {clay(s.h)}, rule);
+        GpuSurface device(s.particles, {clay(s.h)}, options);
         device.surface(s.particles, &stats);
         for (const Particle<double>& q : s.particles) {
             const Vec3<float> x = cast<float>(q.x);
@@ -63,7 +63,7 @@ TEST_F(GpuSurfaces, DensityIsTheCpusWithinRounding)
             if (in(x.x) && in(x.y) && in(x.z)) deposits.push_back({x, volume});
         }
         EXPECT_EQ(std::size_t(stats.outside), s.particles.size() - deposits.size());
-        const Field f = density(deposits, rule.lattice), g = device.density(0);
+        const Field f = density(deposits, options.lattice), g = device.density(0);
         std::size_t full = 0;
         double sum = 0, sum_g = 0, worst = 0;
         for (int z = 0; z < g.size.z; ++z)
@@ -142,11 +142,11 @@ TEST_F(GpuSurfaces, RandomCloudsOnLatticesCoarseAndFineAreClosedManifolds)
         for (Particle<double>& q : particles)
             q.x = {draw.in(0.1, 0.9), draw.in(0.3, 0.9), draw.in(0.3, 0.6)};
         const double h = draw.in(0.02, 0.08);
-        const SurfaceRule rule = rule_of(8 + draw.below(40), Smoothing::none);
-        GpuSurface device(particles, {clay(h)}, rule);
+        const SurfaceOptions options = rule_of(8 + draw.below(40), Smoothing::none);
+        GpuSurface device(particles, {clay(h)}, options);
         for (const Mesh& m : device.surface(particles)) {
             EXPECT_EQ(fault(m), "");
-            matched(isosurface(device.density(0), 0.5f), m, rule.lattice.dx);
+            matched(isosurface(device.density(0), 0.5f), m, options.lattice.dx);
             triangles += m.triangles.size();
         }
     }
@@ -302,9 +302,9 @@ TEST_F(GpuSurfaces, RoomGrowsWhereItWasLeftOpen)
         particles[std::size_t(i)].x =
             1.0 / 64 *
             Vec3<double>{2.4 + 3.8 * (i % 16), 2.4 + 3.8 * (i / 16 % 16), 2.4 + 3.8 * (i / 256)};
-    SurfaceRule rule = rule_of(64, Smoothing::laplace);
-    rule.iso = 0.004f;
-    GpuSurface device(particles, {clay(h)}, rule);
+    SurfaceOptions options = rule_of(64, Smoothing::laplace);
+    options.iso = 0.004f;
+    GpuSurface device(particles, {clay(h)}, options);
     const std::size_t before = device.room().vertices;
     const auto meshes = device.surface(particles);
     ASSERT_EQ(meshes.size(), 1u);
@@ -326,12 +326,12 @@ TEST_F(GpuSurfaces, ClayTooDenseToBeSummedIsRefused)
 
 TEST_F(GpuSurfaces, RuleWithoutMeaningAndLatticeTooLargeAreRefused)
 {
-    SurfaceRule rule = rule_of(32);
-    rule.iso = 0;
-    EXPECT_THROW(GpuSurface({}, {}, rule), std::invalid_argument);
-    rule = rule_of(32);
-    rule.lattice.size = {1 << 20, 1 << 20, 1 << 20};
-    EXPECT_THROW(GpuSurface({}, {}, rule), std::runtime_error);
+    SurfaceOptions options = rule_of(32);
+    options.iso = 0;
+    EXPECT_THROW(GpuSurface({}, {}, options), std::invalid_argument);
+    options = rule_of(32);
+    options.lattice.size = {1 << 20, 1 << 20, 1 << 20};
+    EXPECT_THROW(GpuSurface({}, {}, options), std::runtime_error);
     EXPECT_THROW(GpuSurface({}, {}, rule_of(32), {}, 1000), std::runtime_error);
 }
 

@@ -66,12 +66,12 @@ inline Mixed mixed(double h)
     return m;
 }
 
-inline SurfaceRule rule_of(int nodes, Smoothing smoothing = Smoothing::taubin)
+inline SurfaceOptions rule_of(int nodes, Smoothing smoothing = Smoothing::taubin)
 {
-    SurfaceRule rule;
-    rule.lattice = {{nodes, nodes, nodes}, 1.0f / float(nodes)};
-    rule.smoothing = smoothing;
-    return rule;
+    SurfaceOptions options;
+    options.lattice = {{nodes, nodes, nodes}, 1.0f / float(nodes)};
+    options.smoothing = smoothing;
+    return options;
 }
 
 }  // namespace knead

@@ -162,27 +162,27 @@ TEST(SurfaceOfParticles, NoParticlesMakeNoMesh)
 TEST(SurfaceOfParticles, RuleWithoutMeaningIsRefused)
 {
     const auto refused = [](auto change) {
-        SurfaceRule rule = rule_of(32);
-        change(rule);
-        EXPECT_THROW(surface({}, {}, rule), std::invalid_argument);
+        SurfaceOptions options = rule_of(32);
+        change(options);
+        EXPECT_THROW(surface({}, {}, options), std::invalid_argument);
     };
-    refused([](SurfaceRule& r) { r.iso = 0; });
-    refused([](SurfaceRule& r) { r.iso = NAN; });
-    refused([](SurfaceRule& r) { r.iterations = -1; });
-    refused([](SurfaceRule& r) { r.lattice.dx = 0; });
-    refused([](SurfaceRule& r) { r.lattice.dx = INFINITY; });
-    refused([](SurfaceRule& r) { r.lattice.size.y = 2; });
-    refused([](SurfaceRule& r) { r.lattice.size.z = 1 << 30; });
+    refused([](SurfaceOptions& r) { r.iso = 0; });
+    refused([](SurfaceOptions& r) { r.iso = NAN; });
+    refused([](SurfaceOptions& r) { r.iterations = -1; });
+    refused([](SurfaceOptions& r) { r.lattice.dx = 0; });
+    refused([](SurfaceOptions& r) { r.lattice.dx = INFINITY; });
+    refused([](SurfaceOptions& r) { r.lattice.size.y = 2; });
+    refused([](SurfaceOptions& r) { r.lattice.size.z = 1 << 30; });
 }
 
 TEST(SurfaceOfParticles, LatticeTooLargeForMemoryIsRefusedBeforeItIsMade)
 {
-    SurfaceRule rule = rule_of(32);
-    rule.lattice = {{1 << 20, 1 << 20, 1 << 20}, 1e-6f};
+    SurfaceOptions options = rule_of(32);
+    options.lattice = {{1 << 20, 1 << 20, 1 << 20}, 1e-6f};
     std::vector<Particle<double>> particles(2);
     particles[0].x = {0.1, 0.1, 0.1};
     particles[1].x = {0.9, 0.9, 0.9};
-    EXPECT_THROW(surface(particles, {clay(1e-6)}, rule), std::runtime_error);
+    EXPECT_THROW(surface(particles, {clay(1e-6)}, options), std::runtime_error);
 }
 
 }  // namespace

@@ -11,9 +11,9 @@ namespace {
 
 FrontPoint point(int cells, double per_cell, double error, double seconds)
 {
-    SceneRule rule = default_rule(cells);
-    rule.per_cell = per_cell;
-    return {rule, error, seconds, error};
+    SceneOptions options = default_options(cells);
+    options.per_cell = per_cell;
+    return {options, error, seconds, error};
 }
 
 VerifyOptions quiet()
@@ -65,9 +65,9 @@ TEST(Front, AnErrorThatIsLessThanOnFinerCellsIsLuck)
 TEST(Front, ASceneIsFilledAsAScenesFileAsks)
 {
     for (const double per_cell : {4.0, 8.0, 12.0, 27.0}) {
-        SceneRule rule = default_rule(16);
-        rule.per_cell = per_cell, rule.seeds = std::make_shared<Seeds>();
-        const BallOfClay first = ball_of_clay(rule, 0.3), again = ball_of_clay(rule, 0.3);
+        SceneOptions options = default_options(16);
+        options.per_cell = per_cell, options.seeds = std::make_shared<Seeds>();
+        const BallOfClay first = ball_of_clay(options, 0.3), again = ball_of_clay(options, 0.3);
         const double h = 1.0 / 16 / std::cbrt(per_cell),
                      whole = 4 * std::numbers::pi / 3 * std::pow(squeeze_radius, 3);
         const auto& all = first.setup.particles;
@@ -86,9 +86,9 @@ TEST(Front, PlacesAreCarriedByPackedParticlesExactlyWhereTheMapIsLinear)
 {
     const auto map = [](Place p) { return Place{0.8 * p.x + 0.1 * p.y, 1.1 * p.y, 1.2 * p.z - 1}; };
     const auto result = [&](int cells, double per_cell) {
-        SceneRule rule = default_rule(cells);
-        rule.per_cell = per_cell;
-        const BallOfClay ball = ball_of_clay(rule, 0.3);
+        SceneOptions options = default_options(cells);
+        options.per_cell = per_cell;
+        const BallOfClay ball = ball_of_clay(options, 0.3);
         Squeezed s;
         s.apart = 1.0 / cells / std::cbrt(per_cell);
         for (const Particle<double>& q : ball.setup.particles)
@@ -107,12 +107,12 @@ TEST(Front, PlacesAreCarriedByPackedParticlesExactlyWhereTheMapIsLinear)
 TEST(Front, WhatIsTimedAgainIsLookedAtOnce)
 {
     const Verification v(quiet());
-    SceneRule rule = default_rule(8);
-    rule.repeats = 3;
-    const BallOfClay ball = ball_of_clay(rule, 0.3);
+    SceneOptions options = default_options(8);
+    options.repeats = 3;
+    const BallOfClay ball = ball_of_clay(options, 0.3);
     int looks = 0;
     const Driven d =
-        timed_drive(v, rule, ball.setup, 0.001, 0.01, no_tools, [&](const Solver&, double t) {
+        timed_drive(v, options, ball.setup, 0.001, 0.01, no_tools, [&](const Solver&, double t) {
             ++looks;
             return t < 0.0035;
         });
@@ -125,8 +125,8 @@ TEST(Front, WhatIsTimedAgainIsLookedAtOnce)
 TEST(Front, WhatASettingBoughtIsTold)
 {
     Verification v(quiet());
-    const FrontScene scene{"squeeze", "mm", "itself", {16}, [&v](const SceneRule& rule) {
-                               const Squeezed s = squeezed(v, rule);
+    const FrontScene scene{"squeeze", "mm", "itself", {16}, [&v](const SceneOptions& options) {
+                               const Squeezed s = squeezed(v, options);
                                return FrontResult{1, s.seconds, s.inside};
                            }};
     feature_rows(v, scene);

@@ -51,12 +51,12 @@ class PanelDeskTest : public testing::Test {
   protected:
     const std::vector<std::string> settings{"domain.cells=16", "surface.nodes=16"};
     LiveSession live{load_live_scene("scenes/squeeze.json", settings), [] {
-                         LiveRule rule;
-                         rule.stepped = true, rule.recorded = false;
-                         rule.make = [](const Rules& s) {
+                         LiveOptions options;
+                         options.stepped = true, options.recorded = false;
+                         options.make = [](const Rules& s) {
                              return make_solver(s, parse_device("cpu"));
                          };
-                         return rule;
+                         return options;
                      }()};
     PanelDesk desk{"scenes/squeeze.json", settings};
     HeadsetHands hands{(live.settle(), live.state()->hands)};
@@ -98,10 +98,10 @@ TEST_F(PanelDeskTest, changes_materials_gravity_and_tools)
     EXPECT_NEAR(rules().materials[0].mu, preset("clay").mu, 1e-6);
 
     act(PanelAct::right_tool, -1);
-    EXPECT_EQ(hands.rule().held[right], "scissors");
+    EXPECT_EQ(hands.options().held[right], "scissors");
     EXPECT_EQ(live.state()->hands.held[right], "scissors");
     act(PanelAct::right_tool, 1);
-    EXPECT_EQ(hands.rule().held[right], "");
+    EXPECT_EQ(hands.options().held[right], "");
 }
 
 // Clay that is carried past a wall stays where it is; the simulation goes on.

@@ -12,13 +12,13 @@
 namespace knead::replay {
 namespace {
 
-using xr::Told;
-using Tellings = std::deque<Told>;
+using xr::XrState;
+using Tellings = std::deque<XrState>;
 
 TEST(ReplaySession, tells_its_states_in_the_order_of_the_specification)
 {
     SessionFlow flow;
-    EXPECT_EQ(flow.news, (Tellings{Told::idle, Told::ready}));
+    EXPECT_EQ(flow.news, (Tellings{XrState::idle, XrState::ready}));
     flow.news.clear();
     EXPECT_EQ(flow.end(), "XR_ERROR_SESSION_NOT_RUNNING");
     EXPECT_EQ(flow.begin(), "");
@@ -26,13 +26,13 @@ TEST(ReplaySession, tells_its_states_in_the_order_of_the_specification)
     EXPECT_EQ(flow.end(), "XR_ERROR_SESSION_NOT_STOPPING");
     EXPECT_FALSE(flow.visible());
     flow.frame_ended(), flow.frame_ended();
-    EXPECT_EQ(flow.news, (Tellings{Told::synchronized, Told::visible, Told::focused}));
+    EXPECT_EQ(flow.news, (Tellings{XrState::synchronized, XrState::visible, XrState::focused}));
     flow.news.clear();
     EXPECT_EQ(flow.request_exit(), "");
-    EXPECT_EQ(flow.news, (Tellings{Told::visible, Told::synchronized, Told::stopping}));
+    EXPECT_EQ(flow.news, (Tellings{XrState::visible, XrState::synchronized, XrState::stopping}));
     flow.news.clear();
     EXPECT_EQ(flow.end(), "");
-    EXPECT_EQ(flow.news, (Tellings{Told::idle, Told::exiting}));
+    EXPECT_EQ(flow.news, (Tellings{XrState::idle, XrState::exiting}));
     EXPECT_EQ(flow.begin(), "XR_ERROR_SESSION_NOT_READY");
 }
 
@@ -42,7 +42,7 @@ TEST(ReplaySession, left_before_its_first_frame_skips_no_state_and_comes_back_to
     flow.begin();
     flow.news.clear();
     EXPECT_EQ(flow.request_exit(), "");
-    EXPECT_EQ(flow.news, (Tellings{Told::synchronized, Told::stopping}));
+    EXPECT_EQ(flow.news, (Tellings{XrState::synchronized, XrState::stopping}));
     flow.news.clear();
     flow.frame_ended();
     EXPECT_TRUE(flow.news.empty()) << "a frame does not make it visible again";
@@ -59,7 +59,7 @@ TEST(ReplaySession, taken_off_may_begin_again_after_so_many_empty_polls)
     flow.polled_empty(), flow.polled_empty();
     EXPECT_TRUE(flow.news.empty());
     flow.polled_empty();
-    EXPECT_EQ(flow.news, Tellings{Told::ready});
+    EXPECT_EQ(flow.news, Tellings{XrState::ready});
     EXPECT_EQ(flow.begin(), "");
 }
 

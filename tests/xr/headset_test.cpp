@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include "host/hands/motion.h"
+#include "host/scene/seed.h"
 #include "host/vr/headset_hands.h"
 #include "host/vr/headset_time.h"
 #include "render/hand_skin.h"
@@ -49,12 +50,12 @@ TEST(Workplace, before_a_head_is_where_it_usually_is_before_the_origin)
 TEST(Workplace, eyes_stand_in_the_simulation_as_hands_do)
 {
     const Workplace place{{0.2, -0.3, -0.4}, 0.7};
-    HandsRule rule;
-    rule.zoom = 2.5, rule.at = {0.5, 0.3, 0.5};
+    HandsOptions options;
+    options.zoom = 2.5, options.at = {0.5, 0.3, 0.5};
     EyePlace eye{{{1, 0, 0, 0}, {0.03f, 0.1f, 0.2f}}, {-0.8f, 0.7f, 0.75f, -0.85f}};
-    const EyeView view = eye_view(eye, 640, 480, place, rule, 0.05f);
+    const EyeView view = eye_view(eye, 640, 480, place, options, 0.05f);
     const Joint<float> hand = in_hands(place, eye.pose);
-    EXPECT_LT(length(view.position - (cast<float>(rule.at) + 2.5f * hand.p)), 1e-6f);
+    EXPECT_LT(length(view.position - (cast<float>(options.at) + 2.5f * hand.p)), 1e-6f);
     EXPECT_FLOAT_EQ(view.near, 0.125f);
     EXPECT_FLOAT_EQ(view.left, std::tan(-0.8f));
     EXPECT_FLOAT_EQ(view.down, std::tan(-0.85f));
@@ -67,9 +68,9 @@ TEST(LiveHands, of_a_scene_without_any_are_as_large_as_its_clay_wants)
     Object ball;
     ball.centre = {0.5, 0.3, 0.5}, ball.size = {0.4, 0.4, 0.4};
     scene.objects = {ball};
-    const HandsRule rule = live_hands(scene);
-    EXPECT_DOUBLE_EQ(rule.zoom, 2);
-    EXPECT_LT(length(rule.at - ball.centre), 1e-12);
+    const HandsOptions options = live_hands(scene);
+    EXPECT_DOUBLE_EQ(options.zoom, 2);
+    EXPECT_LT(length(options.at - ball.centre), 1e-12);
     scene.has_hands = true;
     scene.hands.zoom = 7;
     EXPECT_EQ(live_hands(scene).zoom, 7);
@@ -175,7 +176,7 @@ TEST(TrackingWatch, notices_hands_that_come_too_seldom_to_shape)
 {
     // A hand that moves so fast [m/s], in frames of so many a second; whether it was too slow.
     const auto too_slow = [](double rate, double speed, double& told) {
-        HeadsetHands hands{HandsRule{}};
+        HeadsetHands hands{HandsOptions{}};
         TrackingWatch watch;
         bool slow = false;
         for (int i = 0; i <= int(2 * rate); ++i) {
@@ -212,10 +213,10 @@ TEST(TrackingWatch, notices_hands_that_come_too_seldom_to_shape)
 TEST(HeadsetHands, are_drawn_as_large_as_the_users_and_touch_so)
 {
     constexpr float k = 1.2f;
-    HandsRule rule;
-    rule.zoom = 2, rule.held[right] = "ball";
-    HandStream stream(rule);
-    HeadsetHands hands(rule);
+    HandsOptions options;
+    options.zoom = 2, options.held[right] = "ball";
+    HandStream stream(options);
+    HeadsetHands hands(options);
     HandFrame frame;
     for (const Side side : {left, right}) {
         Hand& hand = frame.hand[side] = open_hand(side);
@@ -225,20 +226,21 @@ TEST(HeadsetHands, are_drawn_as_large_as_the_users_and_touch_so)
     }
     for (int i = 0; i < 90; ++i)
         frame.time = i / 90.0, stream.push(frame), hands.push(frame), hands.looks();
-    const Motion motion = stream_motion(std::make_shared<HandStream>(stream), rule)(0.9, 0.95);
+    const Motion motion = stream_motion(std::make_shared<HandStream>(stream), options)(0.9, 0.95);
     EXPECT_NEAR(motion.stretch_of(left).across, k, 1e-3);
     EXPECT_EQ(motion.stretch_of(right).across, 1) << "held";
 
     const std::vector<HandLook> looks = hands.looks();
     ASSERT_EQ(looks.size(), 4u) << "two hands, the ball, its handle";
     for (const Side side : {left, right}) {
-        const Mesh wanted = hand_skin(rule.topology, side).posed(motion.to, rule.zoom, {k, k});
+        const Mesh wanted =
+            hand_skin(options.topology, side).posed(motion.to, options.zoom, {k, k});
         const Mesh& drawn = looks[std::size_t(side)].skins.at(0);
         ASSERT_EQ(drawn.vertices.size(), wanted.vertices.size());
         for (std::size_t v = 0; v < wanted.vertices.size(); v += 11)
             EXPECT_LT(length(drawn.vertices[v] - wanted.vertices[v]), 1e-4f);
     }
-    const Rig touching = hand_tools(rule).rig;
+    const Rig touching = hand_tools(options).rig;
     float largest = 0, drawn = 0;
     for (const Primitive& p : touching.primitives)
         if (p.tool == 1)
@@ -250,7 +252,7 @@ TEST(HeadsetHands, are_drawn_as_large_as_the_users_and_touch_so)
 // Haptics: once where contact begins, gently while clay yields, and not for what was felt already.
 TEST(HeadsetHands, feel_contact_where_a_tool_touches)
 {
-    HeadsetHands hands{HandsRule{}};
+    HeadsetHands hands{HandsOptions{}};
     Feel felt[side_count];
     LiveState state;
     state.version = 1;
@@ -271,7 +273,7 @@ TEST(HeadsetHands, feel_contact_where_a_tool_touches)
 // Both hands are in the scene; only the one that is at the clay feels it, and a blade feels more.
 TEST(HeadsetHands, feel_each_what_it_touches_itself)
 {
-    HeadsetHands hands{HandsRule{}};
+    HeadsetHands hands{HandsOptions{}};
     Feel felt[side_count];
     LiveState state;
     state.tools.push_back({left, "", true, 1, {}});
@@ -323,7 +325,7 @@ TEST(HeadsetHands, show_what_they_feel)
 
 TEST(HeadsetHands, glow_while_they_touch)
 {
-    HeadsetHands hands{HandsRule{}};
+    HeadsetHands hands{HandsOptions{}};
     HandFrame frame;
     frame.hand[right] = open_hand(right);
     for (int k = 0; k < 60; ++k) frame.time = k / 60.0, hands.push(frame);
@@ -341,7 +343,7 @@ TEST(HeadsetHands, glow_while_they_touch)
 
 TEST(HeadsetHands, draw_nothing_before_a_hand_came_and_faintly_before_it_touches)
 {
-    HeadsetHands hands{HandsRule{}};
+    HeadsetHands hands{HandsOptions{}};
     EXPECT_TRUE(hands.looks().empty());
     HandFrame frame;
     frame.hand[right] = open_hand(right);

@@ -7,12 +7,12 @@ namespace knead::xr {
 namespace {
 
 // What a runtime says of a headset that is put on, up to `last`.
-SessionState running(Told last = Told::focused)
+SessionState running(XrState last = XrState::focused)
 {
     SessionState state;
-    state.told(Told::idle), state.told(Told::ready);
-    state.did(Duty::begin);
-    for (const Told next : {Told::synchronized, Told::visible, Told::focused}) {
+    state.told(XrState::idle), state.told(XrState::ready);
+    state.did(SessionAction::begin);
+    for (const XrState next : {XrState::synchronized, XrState::visible, XrState::focused}) {
         state.told(next);
         if (next == last) break;
     }
@@ -22,22 +22,22 @@ SessionState running(Told last = Told::focused)
 TEST(SessionState, begins_once_when_it_is_ready_and_then_runs)
 {
     SessionState state;
-    EXPECT_EQ(state.duty(), Duty::nothing);
-    state.told(Told::idle);
-    EXPECT_EQ(state.duty(), Duty::nothing);
-    state.told(Told::ready);
-    EXPECT_EQ(state.duty(), Duty::begin);
+    EXPECT_EQ(state.duty(), SessionAction::nothing);
+    state.told(XrState::idle);
+    EXPECT_EQ(state.duty(), SessionAction::nothing);
+    state.told(XrState::ready);
+    EXPECT_EQ(state.duty(), SessionAction::begin);
     EXPECT_FALSE(state.running());
-    state.did(Duty::begin);
-    EXPECT_EQ(state.duty(), Duty::nothing);
+    state.did(SessionAction::begin);
+    EXPECT_EQ(state.duty(), SessionAction::nothing);
     EXPECT_TRUE(state.running());
     EXPECT_FALSE(state.visible());
-    state.told(Told::synchronized);
+    state.told(XrState::synchronized);
     EXPECT_FALSE(state.visible());
-    state.told(Told::visible);
+    state.told(XrState::visible);
     EXPECT_TRUE(state.visible());
     EXPECT_FALSE(state.focused());
-    state.told(Told::focused);
+    state.told(XrState::focused);
     EXPECT_TRUE(state.visible());
     EXPECT_TRUE(state.focused());
     EXPECT_EQ(state.strange(), 0);
@@ -46,47 +46,49 @@ TEST(SessionState, begins_once_when_it_is_ready_and_then_runs)
 TEST(SessionState, a_headset_taken_off_ends_the_session_and_waits_for_the_next)
 {
     SessionState state = running();
-    state.told(Told::visible), state.told(Told::synchronized), state.told(Told::stopping);
-    EXPECT_EQ(state.duty(), Duty::end);
+    state.told(XrState::visible), state.told(XrState::synchronized), state.told(XrState::stopping);
+    EXPECT_EQ(state.duty(), SessionAction::end);
     EXPECT_TRUE(state.running()) << "frames go on until it is ended";
-    state.did(Duty::end);
+    state.did(SessionAction::end);
     EXPECT_FALSE(state.running());
-    EXPECT_EQ(state.duty(), Duty::nothing);
-    state.told(Told::idle);
-    EXPECT_EQ(state.duty(), Duty::nothing);
-    state.told(Told::ready);
-    EXPECT_EQ(state.duty(), Duty::begin);
+    EXPECT_EQ(state.duty(), SessionAction::nothing);
+    state.told(XrState::idle);
+    EXPECT_EQ(state.duty(), SessionAction::nothing);
+    state.told(XrState::ready);
+    EXPECT_EQ(state.duty(), SessionAction::begin);
     EXPECT_EQ(state.strange(), 0);
 }
 
 TEST(SessionState, leaves_when_the_runtime_or_the_user_wants_to)
 {
-    SessionState by_runtime = running(Told::synchronized);
-    by_runtime.told(Told::stopping);
-    by_runtime.did(Duty::end);
-    by_runtime.told(Told::idle);
-    by_runtime.told(Told::exiting);
-    EXPECT_EQ(by_runtime.duty(), Duty::leave);
+    SessionState by_runtime = running(XrState::synchronized);
+    by_runtime.told(XrState::stopping);
+    by_runtime.did(SessionAction::end);
+    by_runtime.told(XrState::idle);
+    by_runtime.told(XrState::exiting);
+    EXPECT_EQ(by_runtime.duty(), SessionAction::leave);
 
     SessionState by_user = running();
     by_user.wants_to_leave();
-    EXPECT_EQ(by_user.duty(), Duty::nothing) << "the runtime first stops it";
-    by_user.told(Told::visible), by_user.told(Told::synchronized), by_user.told(Told::stopping);
-    EXPECT_EQ(by_user.duty(), Duty::end);
-    by_user.did(Duty::end);
-    by_user.told(Told::idle);
-    EXPECT_EQ(by_user.duty(), Duty::leave);
+    EXPECT_EQ(by_user.duty(), SessionAction::nothing) << "the runtime first stops it";
+    by_user.told(XrState::visible), by_user.told(XrState::synchronized),
+        by_user.told(XrState::stopping);
+    EXPECT_EQ(by_user.duty(), SessionAction::end);
+    by_user.did(SessionAction::end);
+    by_user.told(XrState::idle);
+    EXPECT_EQ(by_user.duty(), SessionAction::leave);
 
     SessionState never_begun;
     never_begun.wants_to_leave();
-    EXPECT_EQ(never_begun.duty(), Duty::leave);
+    EXPECT_EQ(never_begun.duty(), SessionAction::leave);
 }
 
 TEST(SessionState, a_loss_stops_frames_at_once_and_is_made_good_by_beginning_anew)
 {
-    for (const Duty made_good : {Duty::renew_session, Duty::renew_instance}) {
+    for (const SessionAction made_good :
+         {SessionAction::renew_session, SessionAction::renew_instance}) {
         SessionState state = running();
-        if (made_good == Duty::renew_session)
+        if (made_good == SessionAction::renew_session)
             state.session_lost();
         else
             state.instance_lost();
@@ -94,9 +96,9 @@ TEST(SessionState, a_loss_stops_frames_at_once_and_is_made_good_by_beginning_ane
         EXPECT_FALSE(state.visible());
         EXPECT_EQ(state.duty(), made_good);
         state.did(made_good);
-        EXPECT_EQ(state.duty(), Duty::nothing);
-        state.told(Told::idle), state.told(Told::ready);
-        EXPECT_EQ(state.duty(), Duty::begin);
+        EXPECT_EQ(state.duty(), SessionAction::nothing);
+        state.told(XrState::idle), state.told(XrState::ready);
+        EXPECT_EQ(state.duty(), SessionAction::begin);
         EXPECT_EQ(state.strange(), 0);
     }
 }
@@ -104,14 +106,15 @@ TEST(SessionState, a_loss_stops_frames_at_once_and_is_made_good_by_beginning_ane
 TEST(SessionState, a_pending_loss_is_a_loss_and_a_lost_instance_outweighs_it)
 {
     SessionState state = running();
-    state.told(Told::loss_pending);
-    EXPECT_EQ(state.duty(), Duty::renew_session);
+    state.told(XrState::loss_pending);
+    EXPECT_EQ(state.duty(), SessionAction::renew_session);
     state.instance_lost();
-    EXPECT_EQ(state.duty(), Duty::renew_instance);
+    EXPECT_EQ(state.duty(), SessionAction::renew_instance);
     state.session_lost();
-    EXPECT_EQ(state.duty(), Duty::renew_instance);
+    EXPECT_EQ(state.duty(), SessionAction::renew_instance);
     state.wants_to_leave();
-    EXPECT_EQ(state.duty(), Duty::leave) << "nobody waits for a runtime that is not wanted";
+    EXPECT_EQ(state.duty(), SessionAction::leave)
+        << "nobody waits for a runtime that is not wanted";
 }
 
 TEST(SessionState, wanting_to_leave_outlives_a_new_session)
@@ -119,26 +122,26 @@ TEST(SessionState, wanting_to_leave_outlives_a_new_session)
     SessionState state = running();
     state.session_lost();
     state.wants_to_leave();
-    state.did(Duty::renew_session);
+    state.did(SessionAction::renew_session);
     EXPECT_TRUE(state.is_leaving());
-    EXPECT_EQ(state.duty(), Duty::leave);
+    EXPECT_EQ(state.duty(), SessionAction::leave);
 }
 
 TEST(SessionState, what_breaks_the_order_is_counted_and_survived)
 {
     SessionState state;
-    state.told(Told::focused);
+    state.told(XrState::focused);
     EXPECT_EQ(state.strange(), 1);
     EXPECT_FALSE(state.running()) << "it was never begun";
-    state.told(Told::idle), state.told(Told::ready), state.told(Told::ready);
+    state.told(XrState::idle), state.told(XrState::ready), state.told(XrState::ready);
     EXPECT_EQ(state.strange(), 3);
-    EXPECT_EQ(state.duty(), Duty::begin);
-    state.did(Duty::begin);
-    state.told(Told::ready);
-    EXPECT_EQ(state.duty(), Duty::nothing) << "a session is not begun twice";
+    EXPECT_EQ(state.duty(), SessionAction::begin);
+    state.did(SessionAction::begin);
+    state.told(XrState::ready);
+    EXPECT_EQ(state.duty(), SessionAction::nothing) << "a session is not begun twice";
     SessionState not_begun;
-    not_begun.told(Told::stopping);
-    EXPECT_EQ(not_begun.duty(), Duty::nothing) << "nor ended before it was begun";
+    not_begun.told(XrState::stopping);
+    EXPECT_EQ(not_begun.duty(), SessionAction::nothing) << "nor ended before it was begun";
 }
 
 }  // namespace

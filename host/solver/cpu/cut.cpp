@@ -40,21 +40,22 @@ bool CpuSolver<R>::find_splits()
 
 // How a node that holds `mass` is updated: with which others.
 template <class R>
-Together CpuSolver<R>::updated(Int3 n, R mass) const
+MirrorSet CpuSolver<R>::updated(Int3 n, R mass) const
 {
     if (!(mass > 0)) return {};
-    return together(n, walls, [&](Int3 to) { return summed(sums[0], n + to).m; });
+    return mirror_set(n, walls, [&](Int3 to) { return summed(sums[0], n + to).m; });
 }
 
 // Node n of block b and its images behind walls. Near a cut each label has its own velocity, and
 // the two do not pass through each other.
 template <class R>
-void CpuSolver<R>::update_together(int b, Int3 n, Int3 across, R dt, Counts& c)
+void CpuSolver<R>::update_mirror_set(int b, Int3 n, Int3 across, R dt, Counts& c)
 {
-    const R light = R(trifle(setup));
+    const R light = R(negligible_mass(setup));
     const Colliders<R> colliders = posed.colliders();
     const Mask& mask = posed.masks[std::size_t(b)];
-    const int count = image_count(across), fields = split.empty() || !split[std::size_t(b)] ? 1 : 3;
+    const int count = mirror_count(across),
+              fields = split.empty() || !split[std::size_t(b)] ? 1 : 3;
     Node<R> v[3][8] = {};
     for (int f = 0; f < fields; ++f) {
         const auto tools = [&](Vec3<R>& u) {
@@ -64,14 +65,14 @@ void CpuSolver<R>::update_together(int b, Int3 n, Int3 across, R dt, Counts& c)
             if (f) u = sliced(colliders, mask, x, u, lattice.dx, std::uint32_t(f));
             return differ(u, free);
         };
-        for (int k = 0; k < count; ++k) v[f][k] = summed(sums[f], image(n, across, k));
-        update_images(
+        for (int k = 0; k < count; ++k) v[f][k] = summed(sums[f], mirror_node(n, across, k));
+        update_mirrors(
             n, across, lattice, walls, gravity, dt, InArray<R>{v[f]}, tools,
-            [&](R mass) { ++(mass > light ? c.clipped : c.trimmed); }, slides(f),
+            [&](R mass) { ++(mass > light ? c.clipped : c.clipped_negligible); }, slides(f),
             [&](Int3 m) { return summed(sums[0], m).m; });
     }
     for (int k = 0; k < count; ++k) {
-        const Int3 m = image(n, across, k);
+        const Int3 m = mirror_node(n, across, k);
         if (k && !(v[0][k].m > 0)) continue;  // its own block looks after it
         Node<R> one[3] = {v[0][k], v[1][k], v[2][k]};
         if (fields > 1)
@@ -91,8 +92,8 @@ void CpuSolver<R>::split_update(int b, R dt, Counts& c)
     const Int3 block = lattice.block_at(b);
     for (int l = 0; l < block_nodes; ++l) {
         const Int3 n = 4 * block + Int3{l % 4, l / 4 % 4, l / 16};
-        const Together how = updated(n, summed(sums[0], n).m);
-        if (!how.elsewhere) update_together(b, n, how.way, dt, c);
+        const MirrorSet how = updated(n, summed(sums[0], n).m);
+        if (!how.is_mirror) update_mirror_set(b, n, how.mirror_offset, dt, c);
     }
 }
 
@@ -108,8 +109,8 @@ void CpuSolver<R>::finish_cuts(bool covered)
 }
 
 template bool CpuSolver<float>::find_splits();
-template Together CpuSolver<float>::updated(Int3, float) const;
-template void CpuSolver<float>::update_together(int, Int3, Int3, float, Counts&);
+template MirrorSet CpuSolver<float>::updated(Int3, float) const;
+template void CpuSolver<float>::update_mirror_set(int, Int3, Int3, float, Counts&);
 template void CpuSolver<float>::split_update(int, float, Counts&);
 template void CpuSolver<float>::finish_cuts(bool);
 

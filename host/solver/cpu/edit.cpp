@@ -15,14 +15,14 @@ namespace knead {
 template <class R>
 struct CpuSnapshot : Snapshot {
     std::shared_ptr<const char> solver;
-    Rules book;
+    SceneState book;
     std::vector<Particle<R>> q;
     std::vector<Gaussian<R>> splats;
     std::vector<int> ids, quiet;
     std::vector<SlidingNode> sliding;
     bool was_covered = false;
     Extremes most{};
-    explicit CpuSnapshot(const Rules& rules) : book(rules) {}
+    explicit CpuSnapshot(const SceneState& rules) : book(rules) {}
     std::size_t bytes() const override
     {
         return q.size() * (sizeof q[0] + sizeof ids[0]) + quiet.size() * sizeof quiet[0] +
@@ -149,7 +149,7 @@ template <class R>
 void CpuSolver<R>::move(int object, const RigidMotion<double>& motion)
 {
     book.check_object(object);
-    Rules::check_motion(motion);
+    SceneState::check_motion(motion);
     for (const Particle<R>& p : q) {
         if (p.object != object) continue;
         Particle<double> there = cast<double>(p);
@@ -179,7 +179,7 @@ void CpuSolver<R>::set_gravity(Vec3<double> to)
 }
 
 template <class R>
-void CpuSolver<R>::set_walls(const WallRule& to)
+void CpuSolver<R>::set_walls(const WallOptions& to)
 {
     book.set_walls(to);
     by_id();
@@ -204,7 +204,7 @@ std::vector<SlidingNode> CpuSolver<R>::sliding_now() const
     for (std::size_t f = 0, n = 0; f < 3; ++f)
         for (const Sliding<R>& s : sliding[f]) {
             if (s.substep == substeps)
-                all.push_back({int(n), float(s.force), float(s.time), float(s.owed)});
+                all.push_back({int(n), float(s.force), float(s.time), float(s.impulse_deficit)});
             ++n;
         }
     return all;
@@ -215,7 +215,7 @@ void CpuSolver<R>::slide_on(const std::vector<SlidingNode>& nodes)
     const std::size_t each = sliding[0].size();
     for (const SlidingNode& s : nodes) {
         const auto n = std::size_t(s.place);
-        sliding[n / each][n % each] = {R(s.force), R(s.time), substeps, R(s.owed)};
+        sliding[n / each][n % each] = {R(s.force), R(s.time), substeps, R(s.impulse_deficit)};
     }
 }
 
@@ -264,7 +264,7 @@ Extremes CpuSolver<R>::extremes() const
 }
 
 template <class R>
-Held CpuSolver<R>::held(const Snapshot& snapshot) const
+SnapshotData CpuSolver<R>::held(const Snapshot& snapshot) const
 {
     const auto& from = known(snapshot);
     return {in_double(from.q, from.ids), in_double(from.splats)};
@@ -293,7 +293,7 @@ template <class R>
 void CpuSolver<R>::load(const SavedState& state)
 {
     check_state(state, setup);
-    book = Rules(state.setup);
+    book = SceneState(state.setup);
     q.clear();
     for (int id : state.order) q.push_back(cast<R>(state.setup.particles[std::size_t(id)]));
     ids = state.order;

@@ -25,7 +25,7 @@ std::vector<Vec3<double>> CpuSolver<R>::velocities() const
     for (std::size_t i = 0; i < q.size(); ++i) {
         const Particle<R>& p = q[i];
         const Mask& mask = posed.mask_at(lattice, p.x);
-        const bool in = deepest_contact(posed.colliders(), mask, p.x, way.skin).phi < 0;
+        const bool in = deepest_contact(posed.colliders(), mask, p.x, pushout.skin).phi < 0;
         const auto node = [&](Int3 n) {
             const int at = lattice.index(n);
             return bins.reaches(at / block_nodes) ? grid[0][std::size_t(at)] : Node<R>{};

@@ -24,7 +24,7 @@ void CpuSolver<R>::share_pressure(int slot, Bins::Members members)
         sum.add(own_pressure(p, m), m.volume);
     });
     shared(members, [](Particle<R>& p, const Material<R>& m, const PressureSum<R>& sum) {
-        bear(p, m, sum.mean());
+        apply_mean_pressure(p, m, sum.mean());
     });
 }
 

@@ -23,7 +23,7 @@ void CpuSolver<R>::update_activity(const Motion& motion)
             fastest[std::size_t(b)] = max(fastest[std::size_t(b)], dot(p.v, p.v));
         });
     });
-    stillness.begin(fastest, boxes_around(posed, motion, stillness.rule.reach));
+    stillness.begin(fastest, boxes_around(posed, motion, stillness.options.reach));
     parallel_for(blocks, LoopOptions{.threads = threads, .chunk = 16}, [&](int b) {
         const bool still = stillness.holds(b);
         for_each_of(b, [&](Particle<R>& p) {
@@ -61,7 +61,7 @@ bool CpuSolver<R>::pushes(int slot, R dt, const Tile<R>* tiles) const
         const Gathered<R> sum = gather_rows(s, [&](int j, int k) {
             return row_at(base + tile_index({0, j, k}));
         });
-        if (pushed(stillness.rule, first_three(sum.v), dt)) return true;
+        if (pushed(stillness.options, first_three(sum.v), dt)) return true;
     }
     return false;
 }

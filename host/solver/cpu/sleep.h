@@ -13,7 +13,7 @@ namespace knead {
 
 template <class R>
 struct Stillness {
-    Rest<R> rule;
+    Rest<R> options;
     Lattice<R> lattice;
     // Per block of the lattice; empty where no clay may be still.
     std::vector<int> quiet;        // frames on end at rest
@@ -24,7 +24,7 @@ struct Stillness {
     int now = 0;                   // substep of this frame
 
     Stillness(const Rest<double>& rest, const Lattice<R>& lattice);
-    bool any() const { return rule.mode != RestMode::none; }
+    bool any() const { return options.mode != RestMode::none; }
     // Whether the clay of block b is still in this substep, and whether it feels what pushes it.
     bool holds(int b) const { return any() && free[std::size_t(b)] > now; }
     bool feels(int b) const { return guard[std::size_t(b)] <= now; }
@@ -34,11 +34,11 @@ struct Stillness {
                             Material<R>& room) const
     {
         const Material<R>& m = materials[std::size_t(q.object)];
-        return stands(rule.mode, q) ? room = as_held(m) : m;
+        return stands(options.mode, q) ? room = as_held(m) : m;
     }
     Vec3<R> rise(const Particle<R>& q, Vec3<R> gravity, R dt) const
     {
-        return stands(rule.mode, q) ? held_rise(gravity, dt) : Vec3<R>{};
+        return stands(options.mode, q) ? held_rise(gravity, dt) : Vec3<R>{};
     }
     // A frame begins: fastest[b] is the largest speed squared of block b's clay [m^2/s^2], `boxes`
     // those of the tools.
@@ -56,7 +56,7 @@ struct Stillness {
 
 template <class R>
 Stillness<R>::Stillness(const Rest<double>& rest, const Lattice<R>& of)
-    : rule{rest.mode, R(rest.speed), rest.frames, R(rest.push), R(rest.reach)}, lattice(of)
+    : options{rest.mode, R(rest.speed), rest.frames, R(rest.push), R(rest.reach)}, lattice(of)
 {
     if (!any()) return;
     const auto blocks = std::size_t(lattice.block_count());
@@ -82,7 +82,7 @@ void Stillness<R>::spread(Activity from)
     for (int b = 0; b < lattice.block_count(); ++b)
         if (activity[std::size_t(b)] == from)
             for_each_within(lattice.block_at(b), 1, [&](std::size_t n) {
-                activity[n] = std::max(activity[n], neighbour_of(rule, from));
+                activity[n] = std::max(activity[n], neighbour_of(options, from));
             });
 }
 
@@ -92,16 +92,16 @@ void Stillness<R>::begin(const std::vector<R>& fastest, const std::vector<AxisBo
     const R edge = block_edge * lattice.dx;
     for (int b = 0; b < lattice.block_count(); ++b) {
         int& frames = quiet[std::size_t(b)];
-        frames = rested(rule, frames, fastest[std::size_t(b)]);
+        frames = rested(options, frames, fastest[std::size_t(b)]);
         const bool near = std::any_of(boxes.begin(), boxes.end(), [&](const AxisBox<R>& box) {
             return meets(box, lattice.block_at(b), edge);
         });
-        activity[std::size_t(b)] = own_activity(rule, frames, near);
+        activity[std::size_t(b)] = own_activity(options, frames, near);
     }
     for (Activity from : {moving, awake, knead::guard}) spread(from);
     for (std::size_t b = 0; b < activity.size(); ++b) {
         free[b] = activity[b] >= awake ? 0 : never;
-        guard[b] = rule.mode == RestMode::sleep && activity[b] >= knead::guard ? 0 : never;
+        guard[b] = options.mode == RestMode::sleep && activity[b] >= knead::guard ? 0 : never;
         listed[b] = activity[b] >= support;
     }
     now = 0;
@@ -123,7 +123,7 @@ void Stillness<R>::end(Visit&& visit)
     for (int b = 0; b < int(roused.size()); ++b) {
         if (!roused[std::size_t(b)]) continue;
         roused[std::size_t(b)] = 0;
-        if (rule.mode != RestMode::sleep) continue;
+        if (options.mode != RestMode::sleep) continue;
         wake(b), visit(b);
     }
     ++now;
@@ -142,8 +142,8 @@ std::vector<AxisBox<R>> boxes_around(const PosedTools<R>& posed, const Motion& m
         R travel = 0;
         Sphere<R> s[3];
         for (int k = 0; k < 3; ++k)
-            s[k] =
-                amid(posed.bindings[std::size_t(p.sphere[k])], {}, at(0), at(0.5), at(1), travel);
+            s[k] = mid_frame(posed.bindings[std::size_t(p.sphere[k])], {}, at(0), at(0.5), at(1),
+                             travel);
         const Shape<R> middle = shape(p.count, s[0], s[1], s[2]);
         const R grown = travel + reach;
         if (!std::isfinite(dot(middle.low, middle.high) + grown)) continue;

@@ -39,7 +39,7 @@ FrameStats CpuSolver<R>::advance(const Motion& motion, double duration)
     for (StageTime& t : times) t.seconds = 0;
     for (Counts& c : counts) c = {};
     const StepLimits limits = step_limits(setup);
-    way = cast<R>(way_out(limits));
+    pushout = cast<R>(pushout_limits(limits));
     const bool tools = !posed.bindings.empty();
     const double tool_dt = tool_step(setup, motion, duration);
     posed.activate(motion);
@@ -83,7 +83,7 @@ FrameStats CpuSolver<R>::advance(const Motion& motion, double duration)
     Counts all;
     for (const Counts& c : counts) all.add(c);
     if (posed.blades) finish_cuts(all.covered > 0);
-    all.put_into(stats, double(way.skin));
+    all.put_into(stats, double(pushout.skin));
     stats.active_blocks = long(bins.reached.size());
     arranged = all.moved == 0, ++changes;
     // The particle loops of a block run one after the other on one thread: share out their time.
@@ -204,7 +204,7 @@ template <class R>
 void CpuSolver<R>::grid_update(R dt)
 {
     const Colliders<R> colliders = posed.colliders();
-    const R light = R(trifle(setup));
+    const R light = R(negligible_mass(setup));
     ++substeps;
     for_each(int(bins.reached.size()), stage_grid, [&](int t, Counts& c) {
         const int b = bins.reached[std::size_t(t)];
@@ -220,17 +220,17 @@ void CpuSolver<R>::grid_update(R dt)
         const bool at_wall = beside_wall(4 * block);
         for (int l = 0; l < block_nodes; ++l) {
             const Int3 n = 4 * block + Int3{l % 4, l / 4 % 4, l / 16};
-            const Together how = at_wall ? updated(n, sum[l].m) : Together{};
-            if (how.elsewhere) continue;
-            if (image_count(how.way) > 1) {
-                update_together(b, n, how.way, dt, c);
+            const MirrorSet how = at_wall ? updated(n, sum[l].m) : MirrorSet{};
+            if (how.is_mirror) continue;
+            if (mirror_count(how.mirror_offset) > 1) {
+                update_mirror_set(b, n, how.mirror_offset, dt, c);
                 continue;
             }
             bool clipped;
             grid[0][std::size_t(b) * block_nodes + std::size_t(l)] =
                 update(sum[l], n, lattice, walls, gravity, dt, clipped, hands, slides(0),
                        [&](Int3 m) { return summed(sums[0], m).m; });
-            if (clipped) ++(sum[l].m > light ? c.clipped : c.trimmed);
+            if (clipped) ++(sum[l].m > light ? c.clipped : c.clipped_negligible);
         }
     });
 }
@@ -344,7 +344,7 @@ bool CpuSolver<R>::keep_out(const Group<R>& group, const Each<R>& per_cell, int 
             const Mask& mask = posed.mask_at(lattice, p.x);
             if (posed.blades) c.covered += cut(p, colliders, mask, lattice.dx, c.touched);
             const R found =
-                project(p, colliders, mask, setup.passes, way, per_cell.of[l], dt, c.touched);
+                project(p, colliders, mask, setup.passes, pushout, per_cell.of[l], dt, c.touched);
             c.projected += found > 0, c.moved_far += found > lattice.dx;
             c.depth = std::max(c.depth, double(found)), depth.of[l] = found;
         }

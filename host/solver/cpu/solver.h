@@ -38,7 +38,7 @@ enum StageName {
 // What the threads count, each on its own.
 struct Counts {
     long yielded = 0, projected = 0, clipped = 0, confined = 0, repaired = 0, covered = 0;
-    long abrupt = 0, moved_far = 0, trimmed = 0, moved = 0;
+    long abrupt = 0, moved_far = 0, clipped_negligible = 0, moved = 0;
     long carried = 0, stranded = 0, splats_projected = 0, splats_repaired = 0;
     std::uint32_t touched = 0;
     double depth = 0, speed_squared = 0, stiffness = 0;
@@ -47,7 +47,8 @@ struct Counts {
     {
         yielded += c.yielded, projected += c.projected, clipped += c.clipped;
         confined += c.confined, repaired += c.repaired, covered += c.covered;
-        abrupt += c.abrupt, moved_far += c.moved_far, trimmed += c.trimmed, moved += c.moved;
+        abrupt += c.abrupt, moved_far += c.moved_far, clipped_negligible += c.clipped_negligible,
+            moved += c.moved;
         carried += c.carried, stranded += c.stranded, touched |= c.touched;
         splats_projected += c.splats_projected, splats_repaired += c.splats_repaired;
         depth = std::max(depth, c.depth), speed_squared = std::max(speed_squared, c.speed_squared);
@@ -60,7 +61,8 @@ struct Counts {
         stats.yielded = yielded, stats.projected = projected;
         stats.found_depth = std::max(0.0, depth - skin);
         stats.clipped = clipped, stats.confined = confined, stats.repaired = repaired;
-        stats.abrupt = abrupt, stats.moved_far = moved_far, stats.trimmed = trimmed;
+        stats.abrupt = abrupt, stats.moved_far = moved_far,
+        stats.clipped_negligible = clipped_negligible;
         stats.moved = moved, stats.touched = touched;
         stats.stranded = stranded, stats.splats_projected = splats_projected;
         stats.splats_repaired = splats_repaired;
@@ -106,11 +108,11 @@ class CpuSolver : public Solver {
     void set_gaussians(const std::vector<Gaussian<double>>& all) override;
     void edit_gaussians(const GaussianEdits& edits) override;
     void set_gravity(Vec3<double> to) override;
-    void set_walls(const WallRule& to) override;
+    void set_walls(const WallOptions& to) override;
     void set_tools(const Rig& rig, const std::vector<Tool<double>>& tools) override;
     const Setup& rules() const override { return setup; }
     std::shared_ptr<const Snapshot> snapshot() const override;
-    Held held(const Snapshot& snapshot) const override;
+    SnapshotData held(const Snapshot& snapshot) const override;
     void restore(const Snapshot& from) override;
     SavedState save() const override;
     void load(const SavedState& state) override;
@@ -140,8 +142,8 @@ class CpuSolver : public Solver {
     void p2g(R dt);
     void grid_update(R dt);
     bool beside_wall(Int3 corner) const;
-    Together updated(Int3 node, R mass) const;
-    void update_together(int b, Int3 node, Int3 across, R dt, Counts& counts);
+    MirrorSet updated(Int3 node, R mass) const;
+    void update_mirror_set(int b, Int3 node, Int3 across, R dt, Counts& counts);
     void split_update(int b, R dt, Counts& counts);
     SlidingInArray<R> slides(int field) { return {sliding[field].data(), lattice.dx, substeps}; }
     void g2p(R dt);
@@ -197,7 +199,7 @@ class CpuSolver : public Solver {
 
     // Snapshots know by its address whose they are.
     std::shared_ptr<const char> identity = std::make_shared<const char>();
-    Rules book;
+    SceneState book;
     const Setup& setup = book.setup();  // without particles
     Lattice<R> lattice;
     Walls<R> walls;
@@ -206,7 +208,7 @@ class CpuSolver : public Solver {
     std::vector<Material<R>> materials;
     bool shared_pressure = false;  // by clay of some material
     PosedTools<R> posed;
-    WayOut<R> way{};
+    PushoutLimits<R> pushout{};
     Stillness<R> stillness;
     std::vector<Particle<R>> q;  // in the order of the last sort by block
     std::vector<int> ids;        // original index of q[i]

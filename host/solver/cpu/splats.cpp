@@ -100,7 +100,7 @@ void CpuSolver<R>::edit_gaussians(const GaussianEdits& edits)
 {
     check_edits(edits, splats.size(), q.size());
     book.check_placed(edits.placed);
-    const WallRule& between = setup.walls;
+    const WallOptions& between = setup.walls;
     for (const GaussianSplit& s : edits.splits)
         splats.push_back(knead::split(splats[std::size_t(s.index)], cast<R>(s.way), between));
     std::vector<int> places(edits.added.empty() ? 0 : q.size());

@@ -71,7 +71,7 @@ template <class R, class Nodes>
     p.v = collected(v);
     p.C = velocity_gradient(p.v, {collected(by_x), collected(by_y), collected(by_z)}, stencils.d(),
                             L(dx));
-    calm_crumb(p.C, nearest.lanes());
+    damp_isolated_particle(p.C, nearest.lanes());
     p.e = advance_b(p.e, p.C, L(dt));
     p.x = p.x + L(dt) * p.v;
     store(p, group);

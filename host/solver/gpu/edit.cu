@@ -225,7 +225,7 @@ std::vector<SlidingNode> Store::sliding_now(int done) const
     const std::vector<Sliding<float>> each = sliding.downloaded();
     for (std::size_t i = 0; i < each.size(); ++i)
         if (each[i].substep == done - 1)
-            nodes.push_back({int(i), each[i].force, each[i].time, each[i].owed});
+            nodes.push_back({int(i), each[i].force, each[i].time, each[i].impulse_deficit});
     return nodes;
 }
 
@@ -233,7 +233,7 @@ void Store::slide_on(const std::vector<SlidingNode>& nodes, int done) const
 {
     std::vector<Sliding<float>> each(sliding.size());
     for (const SlidingNode& n : nodes)
-        each[std::size_t(n.place)] = {n.force, n.time, done - 1, n.owed};
+        each[std::size_t(n.place)] = {n.force, n.time, done - 1, n.impulse_deficit};
     gpu::upload(sliding.data(), each.data(), each.size());
 }
 

@@ -58,7 +58,7 @@ void GpuSolver::capture()
 {
     capture(ToolPace::none);
     if (store.features().tools) capture(ToolPace::slow);
-    graph(ToolPace::swift).drop();  // until it is needed
+    graph(ToolPace::fast).drop();  // until it is needed
     stale = false;
 }
 
@@ -74,17 +74,18 @@ Views GpuSolver::views_for(const Features& features, ToolPace tools) const
 {
     Views views = store.views();
     if (!features.tools) views.tools.primitives.count = views.tools.passes = 0;
-    views.tools.swift = features.blades || tools == ToolPace::swift;
+    views.tools.fast = features.blades || tools == ToolPace::fast;
     return views;
 }
 
 // It matters to Gaussians alone.
-GpuSolver::ToolPace GpuSolver::pace(bool tools, const Motion& motion, double duration) const
+GpuSolver::ToolPace GpuSolver::tool_speed_class(bool tools, const Motion& motion,
+                                                double duration) const
 {
     if (!tools) return ToolPace::none;
-    const bool swift = splats.count() > 0 && !store.features().blades &&
-                       clears_each_time(false, duration, tool_step(rules(), motion, duration));
-    return swift ? ToolPace::swift : ToolPace::slow;
+    const bool fast = splats.count() > 0 && !store.features().blades &&
+                      clears_each_time(false, duration, tool_step(rules(), motion, duration));
+    return fast ? ToolPace::fast : ToolPace::slow;
 }
 
 // What comes before the first grid update: what tools may touch, which needs the frame's input

@@ -4,7 +4,7 @@
 
 #include "host/base/machine.h"
 #include "host/solver/gpu/material.h"
-#include "host/solver/gpu/room.h"
+#include "host/solver/gpu/region_padding.h"
 #include "host/solver/gpu/stages.h"
 #include "host/solver/solver.h"
 
@@ -22,7 +22,7 @@ bool gpu_present() { return false; }
 long gpu_waits() { return 0; }
 std::string gpu_bus() { return ""; }
 std::unique_ptr<Solver> gpu_solver(const Setup&, int) { refuse(); }
-std::unique_ptr<Solver> gpu_solver(const Setup&, int, Room) { refuse(); }
+std::unique_ptr<Solver> gpu_solver(const Setup&, int, RegionPadding) { refuse(); }
 
 std::vector<Functions<float>> gpu_functions(const std::vector<float>&) { refuse(); }
 std::vector<Answers<float>> gpu_answers(const std::vector<Particle<float>>&,

@@ -74,7 +74,7 @@ void Store::set_features(const Features& features)
     reserve_runs();
 }
 
-void Store::set_rules(const Rules& rules)
+void Store::set_rules(const SceneState& rules)
 {
     const Setup& setup = rules.setup();
     set_features(features_of(setup));
@@ -89,22 +89,22 @@ void Store::set_rules(const Rules& rules)
     all.sliding = sliding.data();
     all.gravity = cast<float>(setup.gravity);
     all.limits = step_limits(setup);
-    all.tools.way = cast<float>(way_out(all.limits));
+    all.tools.pushout = cast<float>(pushout_limits(all.limits));
     // No speed that the lattice can carry at a hundredth of the longest stable substep is lost.
     const double speed = 100 * std::sqrt(all.limits.stiffness) / all.limits.courant;
-    all.grid.trifle = float(trifle(setup));
+    all.grid.negligible_mass = float(negligible_mass(setup));
     const Rest<double>& rest = setup.rest;
     const bool holds = rest.mode == RestMode::localized;
     const double mass = (holds ? held_weight : 1) * rules.mass();
     all.grid.mass_scale = fixed_scale(mass);
     all.grid.momentum_scale = fixed_scale(mass * speed);
     all.pressure = pressure_units(setup.materials);
-    all.rest.rule = {rest.mode, float(rest.speed), rest.frames, float(rest.push),
-                     float(rest.reach)};
+    all.rest.options = {rest.mode, float(rest.speed), rest.frames, float(rest.push),
+                        float(rest.reach)};
     point();
 }
 
-void Store::set_tools(const Rules& rules)
+void Store::set_tools(const SceneState& rules)
 {
     const Setup& setup = rules.setup();
     check_tools(setup);
@@ -114,7 +114,7 @@ void Store::set_tools(const Rules& rules)
         spheres[parity] = DeviceArray<Sphere<float>>(setup.rig.spheres.size());
         shapes[parity] = DeviceArray<Shape<float>>(setup.rig.primitives.size());
     }
-    amid = DeviceArray<Shape<float>>(setup.rig.primitives.size());
+    mid_frame = DeviceArray<Shape<float>>(setup.rig.primitives.size());
     travel = DeviceArray<float>(setup.rig.primitives.size());
     point_at_tools(setup);
     point();
@@ -129,7 +129,7 @@ void Store::point_at_tools(const Setup& setup)
                  bindings.data(),
                  {spheres[0].span(), spheres[1].span()},
                  {shapes[0].span(), shapes[1].span()},
-                 amid.span(),
+                 mid_frame.span(),
                  travel.data(),
                  {primitives.data(), int(setup.rig.primitives.size())},
                  {input.data()->tools, int(setup.tools.size())},
@@ -140,7 +140,7 @@ void Store::point_at_tools(const Setup& setup)
                  near_runs.data(),
                  setup.grid_contact,
                  setup.passes,
-                 all.tools.way};
+                 all.tools.pushout};
 }
 
 }  // namespace knead::gpu

@@ -18,8 +18,8 @@ std::atomic<int> solvers = 0;  // of the process so far
 
 }  // namespace
 
-GpuSolver::GpuSolver(const Setup& given, int wanted, Room room)
-    : book(std::make_shared<const Rules>(given)),
+GpuSolver::GpuSolver(const Setup& given, int wanted, RegionPadding room)
+    : book(std::make_shared<const SceneState>(given)),
       device(chosen(wanted)),
       processors(multiprocessors(device)),
       store(given, room, device),
@@ -91,7 +91,8 @@ void GpuSolver::submit(const Motion& motion, double duration)
     Frame& f = frames[slot];
     f.motion = motion, f.duration = store.count() > 0 ? duration : 0;
     // Of two frames ago, which is over: its input is no longer read.
-    f.tools = pace(store.write_input(rules(), motion, duration, slot), motion, duration);
+    f.tools =
+        tool_speed_class(store.write_input(rules(), motion, duration, slot), motion, duration);
     if (!stepwise && !graph(f.tools).ready) capture(f.tools);
     launch(slot);
     // What a cut leaves is settled by the host before the next frame.
@@ -133,8 +134,8 @@ FrameStats GpuSolver::collect()
     stats.clipped = long(n.clipped), stats.confined = long(n.confined);
     stats.repaired = long(n.repaired);
     stats.abrupt = long(n.abrupt), stats.moved_far = long(n.moved_far);
-    stats.trimmed = long(n.trimmed);
-    const float skin = store.views().tools.way.skin;
+    stats.clipped_negligible = long(n.clipped_negligible);
+    const float skin = store.views().tools.pushout.skin;
     stats.found_depth = double(std::max(0.0f, std::bit_cast<float>(n.deepest) - skin));
     stats.active_blocks = n.active_blocks, stats.touched = n.touched;
     const long all = long(store.views().particles[0].count) * n.substeps;
@@ -207,7 +208,7 @@ std::unique_ptr<Solver> gpu_solver(const Setup& setup, int device)
     return gpu_solver(setup, device, {});
 }
 
-std::unique_ptr<Solver> gpu_solver(const Setup& setup, int device, Room room)
+std::unique_ptr<Solver> gpu_solver(const Setup& setup, int device, RegionPadding room)
 {
     return std::make_unique<gpu::GpuSolver>(setup, device, room);
 }

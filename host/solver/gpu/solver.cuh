@@ -18,7 +18,7 @@ namespace knead::gpu {
 
 class GpuSolver : public Solver {
   public:
-    GpuSolver(const Setup& given, int device, Room room);
+    GpuSolver(const Setup& given, int device, RegionPadding room);
     FrameStats advance(const Motion& motion, double duration) override
     {
         submit(motion, duration);
@@ -34,12 +34,12 @@ class GpuSolver : public Solver {
     void set_gaussians(const std::vector<Gaussian<double>>& all) override;
     void edit_gaussians(const GaussianEdits& edits) override;
     void set_gravity(Vec3<double> gravity) override;
-    void set_walls(const WallRule& walls) override;
+    void set_walls(const WallOptions& walls) override;
     void set_tools(const Rig& rig, const std::vector<Tool<double>>& tools) override;
     const Setup& rules() const override { return book->setup(); }
     std::shared_ptr<const Snapshot> snapshot() const override;
     void restore(const Snapshot& from) override;
-    Held held(const Snapshot& snapshot) const override;
+    SnapshotData held(const Snapshot& snapshot) const override;
     SomeGaussians gaussians_of(const Snapshot& snapshot,
                                std::span<const int> objects) const override;
     SavedState save() const override;
@@ -60,7 +60,7 @@ class GpuSolver : public Solver {
 
   private:
     // None is active; or how far they come on in a frame, as clears_each_time() has it.
-    enum class ToolPace { none, slow, swift };
+    enum class ToolPace { none, slow, fast };
     struct Frame {
         Motion motion;
         double duration = 0;
@@ -78,7 +78,7 @@ class GpuSolver : public Solver {
     void substep(const Views& views, const Features& features, int place, bool begins,
                  cudaStream_t stream);
     Views views_for(const Features& features, ToolPace tools) const;
-    ToolPace pace(bool tools, const Motion& motion, double duration) const;
+    ToolPace tool_speed_class(bool tools, const Motion& motion, double duration) const;
     Features features_for(bool tools) const;
     void show();
     void sort(const Views& views, const Features& features, cudaStream_t stream, int side) const;
@@ -94,7 +94,7 @@ class GpuSolver : public Solver {
     void pose_end(const Views& views) const;
     void finish_cuts(const Frame& frame);
     void check_idle() const;
-    void adopt(const Rules& rules);
+    void adopt(const SceneState& rules);
     void wake(int object);
     void edited();
     void set_clock(Peak most, double apart);
@@ -102,7 +102,7 @@ class GpuSolver : public Solver {
 
     // Snapshots know by its address whose they are.
     std::shared_ptr<const char> identity = std::make_shared<const char>();
-    std::shared_ptr<const Rules> book;  // one with the snapshots that were taken of it
+    std::shared_ptr<const SceneState> book;  // one with the snapshots that were taken of it
     int device, processors;
     Store store;
     Splats splats;

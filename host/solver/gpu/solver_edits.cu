@@ -28,10 +28,10 @@ void GpuSolver::check_idle() const
     check(cudaSetDevice(device), "device");
 }
 
-void GpuSolver::adopt(const Rules& rules)
+void GpuSolver::adopt(const SceneState& rules)
 {
     store.set_rules(rules);
-    book = std::make_shared<const Rules>(rules);
+    book = std::make_shared<const SceneState>(rules);
 }
 
 void GpuSolver::wake(int object)
@@ -67,7 +67,7 @@ void GpuSolver::edited()
 std::vector<int> GpuSolver::add_each(const Material<double>& material, Clays clays)
 {
     check_idle();
-    Rules next = *book;
+    SceneState next = *book;
     const std::vector<int> objects = next.add_each(material, clays);
     if (next.count() > book->count()) {
         store.append(clays, objects, side, main);
@@ -82,7 +82,7 @@ std::vector<int> GpuSolver::add_each(const Material<double>& material, Clays cla
 void GpuSolver::remove_each(std::span<const int> objects)
 {
     check_idle();
-    Rules next = *book;
+    SceneState next = *book;
     next.remove_each(objects);
     for (const int object : objects) wake(object);
     const std::vector<char> gone = marked(objects, next.setup().materials.size());
@@ -98,7 +98,7 @@ void GpuSolver::remove_each(std::span<const int> objects)
 void GpuSolver::set_material(int object, const Material<double>& material)
 {
     check_idle();
-    Rules next = *book;
+    SceneState next = *book;
     const Plasticity law = next.set_material(object, material);
     wake(object);
     change_law(store.views().particles[side], object, law, material.plasticity, main);
@@ -111,7 +111,7 @@ void GpuSolver::move(int object, const RigidMotion<double>& motion)
 {
     check_idle();
     book->check_object(object);
-    Rules::check_motion(motion);
+    SceneState::check_motion(motion);
     const Extent of_splats = splats.extent(object, motion, main);
     if (!of_splats.empty()) {
         book->check_place(cast<double>(of_splats.lowest()), "a Gaussian");
@@ -175,17 +175,17 @@ std::vector<Vec3<double>> GpuSolver::places(Vec3<double> low, Vec3<double> high)
 void GpuSolver::set_gravity(Vec3<double> gravity)
 {
     check_idle();
-    Rules next = *book;
+    SceneState next = *book;
     next.set_gravity(gravity);
     adopt(next);
     wake(every_object);
     edited();
 }
 
-void GpuSolver::set_walls(const WallRule& walls)
+void GpuSolver::set_walls(const WallOptions& walls)
 {
     check_idle();
-    Rules next = *book;
+    SceneState next = *book;
     next.set_walls(walls);
     adopt(next);
     wake(every_object);
@@ -195,7 +195,7 @@ void GpuSolver::set_walls(const WallRule& walls)
 void GpuSolver::set_tools(const Rig& rig, const std::vector<Tool<double>>& tools)
 {
     check_idle();
-    Rules next = *book;
+    SceneState next = *book;
     next.set_tools(rig, tools);
     store.set_tools(next);
     adopt(next);
@@ -221,7 +221,7 @@ const GpuSnapshot& GpuSolver::known(const Snapshot& snapshot) const
     return *of;
 }
 
-Held GpuSolver::held(const Snapshot& snapshot) const
+SnapshotData GpuSolver::held(const Snapshot& snapshot) const
 {
     const GpuSnapshot& from = known(snapshot);
     const DeviceState& state = *from.state;
@@ -290,7 +290,7 @@ void GpuSolver::load(const SavedState& from)
 {
     check_idle();
     check_state(from, rules());
-    const Rules next(from.setup);
+    const SceneState next(from.setup);
     const Lattice<float> now = store.views().lattice;
     const Lattice<float> box =
         boxed({now.size, now.dx}, from.quiet_low, from.quiet_low + from.quiet_stored);

@@ -84,8 +84,8 @@ void Splats::erase(const std::vector<char>& objects, cudaStream_t stream)
     std::swap(memory, other), view_ = to;
 }
 
-bool Splats::edit(const GaussianEdits& edits, const ParticleView& particles, const WallRule& walls,
-                  cudaStream_t stream)
+bool Splats::edit(const GaussianEdits& edits, const ParticleView& particles,
+                  const WallOptions& walls, cudaStream_t stream)
 {
     const int split = int(edits.splits.size()), beside = int(edits.added.size());
     const GaussianView before = view_;

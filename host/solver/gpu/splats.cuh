@@ -23,7 +23,7 @@ class Splats {
     std::vector<Gaussian<double>> all() const;
     // Of these particles. True where what a graph was captured of is
     // somewhere else now.
-    bool edit(const GaussianEdits& edits, const ParticleView& particles, const WallRule& walls,
+    bool edit(const GaussianEdits& edits, const ParticleView& particles, const WallOptions& walls,
               cudaStream_t stream);
     // Those of objects that are marked go; the others keep their order. What a graph was captured
     // of is somewhere else then.

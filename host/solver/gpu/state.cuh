@@ -65,7 +65,7 @@ inline bool same_box(const Lattice<float>& a, const Lattice<float>& b)
 // All that decides the future.
 struct GpuSnapshot : Snapshot {
     std::shared_ptr<const char> solver;
-    std::shared_ptr<const Rules> rules;
+    std::shared_ptr<const SceneState> rules;
     std::shared_ptr<DeviceState> state;
     std::shared_ptr<GaussianState> splats;
     Peak peak{};       // of Clock

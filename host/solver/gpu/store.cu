@@ -71,11 +71,11 @@ void check_tools(const Setup& s)
             std::to_string(joints_of(s.rig)) + " joints, at most " + std::to_string(max_joints));
 }
 
-Store::Store(const Setup& setup, Room given, int device)
+Store::Store(const Setup& setup, RegionPadding given, int device)
     : room(given), pool(std::make_shared<Pool>(device))
 {
     check(setup);
-    const Rules rules(setup);
+    const SceneState rules(setup);
     const auto n = int(setup.particles.size());
     const Lattice<float> whole{setup.lattice.size, float(setup.lattice.dx)};
     used = features_of(setup);
@@ -249,11 +249,12 @@ Clock Store::clock(cudaStream_t stream) const
 
 std::size_t Store::bytes() const
 {
-    std::size_t sum = materials.bytes() + bindings.bytes() + primitives.bytes() + amid.bytes() +
-                      travel.bytes() + in_line[0].bytes() + in_line[1].bytes() + near_runs.bytes() +
-                      sliding.bytes() + clocks.bytes() + input.bytes() + scratch.bytes() +
-                      rows.bytes() + runs.bytes() + run_listed.bytes() + box.bytes() +
-                      other_rows.bytes() + other_ids.bytes() + places.bytes() + gone.bytes();
+    std::size_t sum = materials.bytes() + bindings.bytes() + primitives.bytes() +
+                      mid_frame.bytes() + travel.bytes() + in_line[0].bytes() + in_line[1].bytes() +
+                      near_runs.bytes() + sliding.bytes() + clocks.bytes() + input.bytes() +
+                      scratch.bytes() + rows.bytes() + runs.bytes() + run_listed.bytes() +
+                      box.bytes() + other_rows.bytes() + other_ids.bytes() + places.bytes() +
+                      gone.bytes();
     for (int s = 0; s < 2; ++s) sum += spheres[s].bytes() + shapes[s].bytes() + ids[s].bytes();
     return sum;
 }

@@ -10,7 +10,7 @@
 #include "cuda/mpm/particle.h"
 #include "cuda/mpm/stages.cuh"
 #include "host/solver/edits.h"
-#include "host/solver/gpu/room.h"
+#include "host/solver/gpu/region_padding.h"
 #include "host/solver/gpu/state.cuh"
 #include "host/solver/substep.h"
 
@@ -47,7 +47,7 @@ std::vector<Particle<double>> in_double(const ParticleView& on_host);
 // and std::runtime_error where the device has not enough memory.
 class Store {
   public:
-    explicit Store(const Setup& setup, Room room = {}, int device = 0);
+    explicit Store(const Setup& setup, RegionPadding room = {}, int device = 0);
 
     Views views() const { return all; }
     Features features() const { return used; }
@@ -83,8 +83,8 @@ class Store {
 
     // Edits (edit.cu), between frames. Views and features may be others afterwards.
     // What follows from materials, gravity and walls; from tools.
-    void set_rules(const Rules& rules);
-    void set_tools(const Rules& rules);
+    void set_rules(const SceneState& rules);
+    void set_tools(const SceneState& rules);
     // Stores at least the nodes that particles between these places reach.
     void hold(Vec3<float> low, Vec3<float> high);
     void set_box(const Lattice<float>& box);
@@ -126,7 +126,7 @@ class Store {
     DeviceArray<Binding<float>> bindings;
     DeviceArray<Primitive> primitives;
     DeviceArray<Sphere<float>> spheres[2];
-    DeviceArray<Shape<float>> shapes[2], amid;
+    DeviceArray<Shape<float>> shapes[2], mid_frame;
     DeviceArray<float> travel;
     DeviceArray<unsigned> run_listed;
     DeviceArray<int> runs, in_line[2];
@@ -143,7 +143,7 @@ class Store {
     Pinned<FrameInput> next_input[2];
     Views all{};
     Features used;
-    Room room;
+    RegionPadding room;
 };
 
 }  // namespace knead::gpu

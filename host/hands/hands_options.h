@@ -9,7 +9,7 @@ namespace knead {
 
 enum class Filter { none, average, adaptive };  // of recorded hands; see host/hands/filter.h
 
-struct HandsRule {
+struct HandsOptions {
     std::string recording;  // path beside the scene, or a generator's name: "squeeze", ...
     double zoom = 1;        // simulation metres per real metre, about `at`
     Vec3<double> at{};      // where the recording's origin stands in the simulation [m]

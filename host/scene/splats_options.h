@@ -5,7 +5,7 @@
 
 namespace knead {
 
-void read_splats_rule(ObjectReader& r, SplatsRule& splats);
-void read_upkeep(ObjectReader& r, UpkeepRule& upkeep);
+void read_splats_options(ObjectReader& r, SplatsOptions& splats);
+void read_upkeep(ObjectReader& r, UpkeepOptions& upkeep);
 
 }  // namespace knead

@@ -7,11 +7,11 @@
 
 namespace knead {
 
-struct Room {
+struct RegionPadding {
     int spare = -1;       // nodes around the clay at first, and a block; -1: as the clay is large
     std::size_t max = 0;  // nodes until asking the device for more fails; 0: as it has
 };
-constexpr Room whole_lattice{1 << 30, 0};
-std::unique_ptr<Solver> gpu_solver(const Setup& setup, int device, Room room);
+constexpr RegionPadding whole_lattice{1 << 30, 0};
+std::unique_ptr<Solver> gpu_solver(const Setup& setup, int device, RegionPadding room);
 
 }  // namespace knead

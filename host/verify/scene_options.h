@@ -15,7 +15,7 @@ namespace knead {
 // What one scene was filled with, by object, cells and particles a cell: packing takes its time.
 using Seeds = std::map<std::tuple<int, int, double>, std::vector<Place>>;
 
-struct SceneRule {
+struct SceneOptions {
     int cells = 32;          // along 1 m
     double per_cell = 8;     // particles a cell
     double courant = 0;      // 0: the default
@@ -32,9 +32,10 @@ struct SceneRule {
 
 // Adds an object that fills `from` to `to` where it is `depth` [m] under its surface, negative
 // outside. Returns the object.
-int fill_by(Setup& setup, const SceneRule& rule, Material<double> material, Place from, Place to,
-            const std::function<double(Place)>& depth);
-int fill_by(Setup& setup, const SceneRule& rule, Material<double> material, Place from, Place to);
+int fill_by(Setup& setup, const SceneOptions& options, Material<double> material, Place from,
+            Place to, const std::function<double(Place)>& depth);
+int fill_by(Setup& setup, const SceneOptions& options, Material<double> material, Place from,
+            Place to);
 
 struct Driven {
     double seconds = 0;  // of simulating, without those of looking
@@ -45,7 +46,7 @@ struct Driven {
 
 // drive() of what `setup` makes by the rule, on the device of the options or in double. `look` sees
 // the first run alone, which decides how many frames there are.
-Driven timed_drive(const Verification& v, const SceneRule& rule, Setup setup, double frame,
+Driven timed_drive(const Verification& v, const SceneOptions& options, Setup setup, double frame,
                    double end, const std::function<std::vector<Joint<double>>(double)>& at,
                    const std::function<bool(const Solver&, double)>& look);
 

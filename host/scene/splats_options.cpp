@@ -1,8 +1,8 @@
-#include "host/scene/splats_rule.h"
+#include "host/scene/splats_options.h"
 
 namespace knead {
 
-void read_splats_rule(ObjectReader& r, SplatsRule& splats)
+void read_splats_options(ObjectReader& r, SplatsOptions& splats)
 {
     splats.file = r.beside("file", r.text("file", ""));
     splats.size = r.number("size", {0, 1000, "m", true});
@@ -18,13 +18,13 @@ void read_splats_rule(ObjectReader& r, SplatsRule& splats)
                                  UpAxis::minus_y);
 }
 
-void read_upkeep(ObjectReader& r, UpkeepRule& upkeep)
+void read_upkeep(ObjectReader& r, UpkeepOptions& upkeep)
 {
     constexpr int most = 100000000;
     upkeep.every = r.whole("every", 1, 1000000, upkeep.every);
     upkeep.capacity = std::size_t(r.whole("capacity", 0, most, 0));
     r.object("split", [&](ObjectReader& in) {
-        SplitRule& split = upkeep.split;
+        SplitOptions& split = upkeep.split;
         split.limit = in.number("limit", {0, 1000, "times the length at rest"}, split.limit);
         if (split.limit > 0 && split.limit < 1.1)
             in.fail("limit", "0 (none is split) or 1.1 to 1000 times the length at rest",
@@ -34,7 +34,7 @@ void read_upkeep(ObjectReader& r, UpkeepRule& upkeep)
         upkeep.splits = split.limit > 0;
     });
     r.object("refill", [&](ObjectReader& in) {
-        RefillRule& refill = upkeep.refill;
+        RefillOptions& refill = upkeep.refill;
         refill.see_through = in.number("see_through", {0.001, 1, ""}, refill.see_through);
         refill.budget = std::size_t(in.whole("budget", 1, most, int(refill.budget)));
         upkeep.refills = refill.see_through < 1;

@@ -1,4 +1,4 @@
-#include "host/verify/scene_rule.h"
+#include "host/verify/scene_options.h"
 
 #include <algorithm>
 #include <cmath>
@@ -17,9 +17,10 @@ double box_depth(Place x, Place from, Place to)
     return std::min({a.x, a.y, a.z, b.x, b.y, b.z});
 }
 
-std::unique_ptr<Solver> solver_by(const Verification& v, const SceneRule& rule, const Setup& setup)
+std::unique_ptr<Solver> solver_by(const Verification& v, const SceneOptions& options,
+                                  const Setup& setup)
 {
-    return rule.in_double ? v.reference(setup) : v.solver(setup);
+    return options.in_double ? v.reference(setup) : v.solver(setup);
 }
 
 // The strata of edge h between two places that may have a part under the surface.
@@ -42,29 +43,29 @@ Packing around(double h, Place from, Place to, const std::function<double(Place)
     return p;
 }
 
-std::vector<Place> places_of(const SceneRule& rule, int object, double h, Place from, Place to,
-                             const std::function<double(Place)>& under)
+std::vector<Place> places_of(const SceneOptions& options, int object, double h, Place from,
+                             Place to, const std::function<double(Place)>& under)
 {
     std::vector<Place>* kept =
-        rule.seeds ? &(*rule.seeds)[{object, rule.cells, rule.per_cell}] : nullptr;
+        options.seeds ? &(*options.seeds)[{object, options.cells, options.per_cell}] : nullptr;
     if (kept && !kept->empty()) return *kept;
     Packing packing = around(h, from, to, under);
-    packing.per_cell = rule.per_cell, packing.object = std::size_t(object);
+    packing.per_cell = options.per_cell, packing.object = std::size_t(object);
     std::vector<Place> all = packed(packing, under);
     if (kept) *kept = all;
     return all;
 }
 
-int pack(Setup& s, const SceneRule& rule, Material<double> material, Place from, Place to,
+int pack(Setup& s, const SceneOptions& options, Material<double> material, Place from, Place to,
          const std::function<double(Place)>& under)
 {
-    const double h = s.lattice.dx / std::cbrt(rule.per_cell);
+    const double h = s.lattice.dx / std::cbrt(options.per_cell);
     material.volume = h * h * h;
     material.mass = material.density * material.volume;
     const auto object = int(s.materials.size());
     s.materials.push_back(material);
     const auto within = [&](Place x) { return std::min(box_depth(x, from, to), under(x)); };
-    for (const Place& x : places_of(rule, object, h, from, to, within)) {
+    for (const Place& x : places_of(options, object, h, from, to, within)) {
         Particle<double> q{};
         q.x = x, q.object = object;
         s.particles.push_back(q);
@@ -74,33 +75,33 @@ int pack(Setup& s, const SceneRule& rule, Material<double> material, Place from,
 
 }  // namespace
 
-int fill_by(Setup& s, const SceneRule& rule, Material<double> material, Place from, Place to,
+int fill_by(Setup& s, const SceneOptions& options, Material<double> material, Place from, Place to,
             const std::function<double(Place)>& depth)
 {
-    if (rule.packed) return pack(s, rule, material, from, to, depth);
-    return fill(s, material, from, to, int(std::lround(std::cbrt(rule.per_cell))),
+    if (options.packed) return pack(s, options, material, from, to, depth);
+    return fill(s, material, from, to, int(std::lround(std::cbrt(options.per_cell))),
                 [&](Place x) { return depth(x) > 0; });
 }
 
-int fill_by(Setup& s, const SceneRule& rule, Material<double> material, Place from, Place to)
+int fill_by(Setup& s, const SceneOptions& options, Material<double> material, Place from, Place to)
 {
-    return fill_by(s, rule, material, from, to, [](Place) { return 1e9; });
+    return fill_by(s, options, material, from, to, [](Place) { return 1e9; });
 }
 
-Driven timed_drive(const Verification& v, const SceneRule& rule, Setup s, double frame, double end,
-                   const std::function<std::vector<Joint<double>>(double)>& at,
+Driven timed_drive(const Verification& v, const SceneOptions& options, Setup s, double frame,
+                   double end, const std::function<std::vector<Joint<double>>(double)>& at,
                    const std::function<bool(const Solver&, double)>& look)
 {
-    if (rule.courant > 0) s.step.courant = rule.courant;
-    s.grid_contact = rule.grid_contact, s.passes = rule.passes;
-    s.deterministic = rule.deterministic;
+    if (options.courant > 0) s.step.courant = options.courant;
+    s.grid_contact = options.grid_contact, s.passes = options.passes;
+    s.deterministic = options.deterministic;
     Driven all;
-    all.solver = solver_by(v, rule, s);
+    all.solver = solver_by(v, options, s);
     double looked = 0, last = 0;
     double begun = wall_seconds();
     all.stats = drive(*all.solver, frame, end, at, [&](double t) {
         const double now = wall_seconds();
-        if (rule.watch)
+        if (options.watch)
             for (const double d : all.solver->penetration()) all.inside = std::fmax(all.inside, d);
         const bool goes_on = look(*all.solver, t);
         last = t;
@@ -108,8 +109,8 @@ Driven timed_drive(const Verification& v, const SceneRule& rule, Setup s, double
         return goes_on;
     });
     all.seconds = wall_seconds() - begun - looked;
-    for (int i = 1; i < rule.repeats && all.seconds < short_run; ++i) {
-        const auto again = solver_by(v, rule, s);
+    for (int i = 1; i < options.repeats && all.seconds < short_run; ++i) {
+        const auto again = solver_by(v, options, s);
         begun = wall_seconds();
         drive(*again, frame, last, at, [](double) { return true; });
         all.seconds = std::fmin(all.seconds, wall_seconds() - begun);
