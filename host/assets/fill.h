@@ -1,5 +1,5 @@
 // A photographed object becomes clay: its solid is found, filled with particles, and given splats
-// inside, which a cut shows. docs/guide/splats.md.
+// inside, which a cut shows. docs/method/splats.md.
 #pragma once
 #include "host/assets/clean.h"
 #include "host/assets/interior.h"

@@ -1,6 +1,7 @@
 // Photographs see a surface from outside, so a splat's visible side is the solid's outer side.
 // Light from all sides tells it for every splat at once; the visible splats become a layer of
-// dipoles of unit strength, whose potential is the winding number. docs/guide/splats.md derives it.
+// dipoles of unit strength, whose potential is the winding number. Derived in
+// docs/method/splats.md.
 #include "host/assets/solid.h"
 
 #include <algorithm>

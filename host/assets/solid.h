@@ -1,5 +1,5 @@
 // The solid that a cloud of splats encloses: which points of space are inside.
-// docs/guide/splats.md.
+// docs/method/splats.md.
 #pragma once
 #include <cstdint>
 

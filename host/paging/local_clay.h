@@ -2,7 +2,7 @@
 // cubes of two blocks of nodes; those that a hand comes near get particles under the scene's
 // surface and their splats become Gaussians of the solver, before the hand touches them. Cubes that
 // all hands have left give their splats back, where they are and as they were deformed by then.
-// docs/guide/splats.md.
+// docs/method/splats.md.
 #pragma once
 #include <future>
 #include <vector>

@@ -1,5 +1,5 @@
 // Keeps the splats of a solver's Gaussians dense while clay is shaped: on the host, through the
-// solver's edits, between frames or beside them. docs/guide/splats.md.
+// solver's edits, between frames or beside them. docs/method/splats.md.
 #pragma once
 #include <memory>
 

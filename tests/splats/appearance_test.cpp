@@ -1,5 +1,5 @@
 // What is seen of bodies of splats that were drawn out or cut in two: whether the clay's surface is
-// covered, with splats split and added and without. docs/guide/splats.md has the numbers.
+// covered, with splats split and added and without. docs/method/splats.md has the numbers.
 #include <gtest/gtest.h>
 
 #include "tests/sanitized.h"
