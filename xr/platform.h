@@ -1,5 +1,5 @@
 // All that depends on the operating system: opening libraries, and a GL context that can be handed
-// to OpenXR. docs/guide/headset.md lists every such call of the project.
+// to OpenXR. docs/method/headset.md lists every such call of the project.
 #pragma once
 #include <memory>
 #include <string>
