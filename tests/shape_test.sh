@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# Holds the source to its shape: the bounds of docs/reference/glossary.md's last section, by reading
-# the text. Prints every place that breaks one; fails if there is any.
+# Holds the source to its shape: the bounds of CONTRIBUTING.md, "Format", by reading the text.
+# Prints every place that breaks one; fails if there is any.
 set -u
 cd "$(dirname "$0")/.."
 export LC_ALL=C.UTF-8
