@@ -7,7 +7,7 @@
 //
 // Shuffling the 108 numbers of a particle together takes 324 shuffles a lane; summing the cells of
 // four warps in tiles of shared memory, before anything goes to memory, saves four atomics of five,
-// and costs more than these do: docs/engineering/history.md.
+// and costs more than these do: docs/engineering/kernels.md.
 #pragma once
 #include <nv/target>
 

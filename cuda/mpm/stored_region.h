@@ -72,7 +72,7 @@ inline Lattice<float> boxed(const Lattice<float>& whole, Int3 low, Int3 end)
 }
 
 // That or more: rows along z of a power of two nodes. With others a warp's loads are spread less
-// evenly over the slices of L2, and `g2p` takes 3 % longer [docs/engineering/history.md, Memory].
+// evenly over the slices of L2, and `g2p` takes 3 % longer [docs/engineering/memory.md].
 // Not where such a row has no room in the lattice or would be longer by more than three fifths.
 inline Lattice<float> in_even_rows(const Lattice<float>& l)
 {
