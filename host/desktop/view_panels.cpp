@@ -9,6 +9,7 @@
 
 #include "host/base/paths.h"
 #include "host/hands/pointer.h"
+#include "host/ui/scene_list.h"
 
 namespace knead {
 namespace {
@@ -20,13 +21,6 @@ int preset_index(const std::string& name)
     const auto at =
         std::find_if(all.begin(), all.end(), [&](const auto& spec) { return spec.name == name; });
     return at == all.end() ? 0 : int(at - all.begin());
-}
-
-std::string path_key(const std::string& path)
-{
-    std::error_code problem;
-    const fs::path whole = fs::weakly_canonical(path, problem);
-    return problem ? path : whole.string();
 }
 
 }  // namespace
@@ -64,26 +58,13 @@ MaterialSpec with_sliders(MaterialSpec spec, const std::vector<Slider>& sliders)
     return spec;
 }
 
-std::vector<std::string> scenes_beside(const std::string& path)
-{
-    std::vector<std::string> found{path};
-    std::error_code problem;
-    const fs::path folder = fs::path(path).parent_path();
-    for (fs::directory_iterator at(folder.empty() ? "." : folder, problem), end;
-         !problem && at != end; at.increment(problem)) {
-        const std::string one = at->path().lexically_normal().string();
-        if (ending(one) == ".json" && path_key(one) != path_key(path)) found.push_back(one);
-    }
-    std::sort(found.begin(), found.end());
-    return found;
-}
-
 ViewPanels::ViewPanels(const std::string& path, std::vector<std::string> settings, int cells)
     : paths(scenes_beside(path)), settings_(std::move(settings)), cells_(cells)
 {
     for (const std::string& one : paths) model.scenes.push_back(fs::path(one).stem().string());
     for (const MaterialSpec& spec : material_specs()) model.presets.push_back(spec.name);
-    model.tools = {"bare hand", "slab", "rod", "cone", "ball", "knife", "scissors"};
+    model.tools = tool_names();
+    model.tools.insert(model.tools.begin(), "bare hand");
 }
 
 void ViewPanels::follow(const LiveState& state)

@@ -17,9 +17,6 @@ std::vector<Slider> sliders_of(const MaterialSpec& spec);
 // The same with the sliders' values. Throws std::invalid_argument for a slider that it has not.
 MaterialSpec with_sliders(MaterialSpec spec, const std::vector<Slider>& sliders);
 
-// Scenes (.json) in the folder of `path`, by their paths, sorted; `path` is among them.
-std::vector<std::string> scenes_beside(const std::string& path);
-
 class ViewPanels {
   public:
     // Of the scene at `path`, and those beside it. `settings` and `cells` go with each that is

@@ -69,8 +69,9 @@ enum class Topology { h25, h47 };
 // The fitted medial hand of docs/method/hands.md, at real size (0.18 m wrist to middle tip).
 Rig hand_rig(Topology topology, Side side);
 
-// A tool fixed to a joint of `side`: "slab", "rod", "cone", "ball", "knife", "scissors".
-// Throws std::invalid_argument for another name.
+// The tools that a hand can hold: "slab", "rod", "cone", "ball", "knife", "scissors".
+std::vector<std::string> tool_names();
+// The tool of that name, fixed to a joint of `side`. Throws std::invalid_argument for another name.
 Rig tool_rig(const std::string& name, Side side);
 
 // A neutral open hand, palm down, fingers along -z, wrist at the origin: real size.

@@ -116,6 +116,13 @@ Rig hung(const std::vector<Piece>& pieces, const std::vector<Primitive>& primiti
 
 }  // namespace
 
+std::vector<std::string> tool_names()
+{
+    std::vector<std::string> names;
+    for (const Design& design : designs()) names.push_back(design.name);
+    return names;
+}
+
 Rig tool_rig(const std::string& name, Side side)
 {
     const Design& design = design_of(name);

@@ -319,14 +319,7 @@ void SimulationRun::set_surface(int nodes)
     if (nodes < 8 || nodes > 1024)
         throw std::invalid_argument("a surface has 8 to 1024 nodes along its longest side");
     SurfaceOptions to = loop->surface_options();
-    const Int3 was = to.lattice.size;
-    const int longest = std::max({was.x, was.y, was.z});
-    const auto along = [&](int n) {
-        const double share = double(n) / longest * nodes;
-        return block_edge * int(std::ceil(share / block_edge - 1e-9));
-    };
-    to.lattice = {{along(was.x), along(was.y), along(was.z)},
-                  to.lattice.dx * float(longest) / float(nodes)};
+    to.lattice = surface_lattice(scene->scene.setup.lattice, nodes);
     loop->set_surface(to);
     meshed = -1;
     make_surface();

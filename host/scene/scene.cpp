@@ -244,12 +244,7 @@ void read_surface(ObjectReader& r, Scene& scene)
     const int nodes = scene.surface_nodes ? scene.surface_nodes : 2 * longest;
     if (nodes < 8)
         r.fail("nodes", "0 (twice the domain's cells) or 8 to 2048", std::to_string(nodes));
-    const auto along = [&](int n) {
-        const double share = double(n) / longest * nodes;
-        return block_edge * int(std::ceil(share / block_edge - 1e-9));
-    };
-    scene.surface.lattice = {{along(from.size.x), along(from.size.y), along(from.size.z)},
-                             float(from.dx * longest / nodes)};
+    scene.surface.lattice = surface_lattice(from, nodes);
     scene.surface.iso = float(r.number("iso", {0.01, 0.99, "of the rest density"}, 0.5));
     scene.surface.smoothing = r.choice<Smoothing>(
         "smoothing",

@@ -6,6 +6,17 @@
 
 namespace knead {
 
+Lattice<float> surface_lattice(const Lattice<double>& clay, int nodes)
+{
+    const int longest = max(clay.size.x, max(clay.size.y, clay.size.z));
+    const auto along = [&](int n) {
+        const double share = double(n) / longest * nodes;
+        return block_edge * int(std::ceil(share / block_edge - 1e-9));
+    };
+    return {{along(clay.size.x), along(clay.size.y), along(clay.size.z)},
+            float(clay.dx * longest / nodes)};
+}
+
 double volume(const Mesh& mesh)
 {
     if (mesh.vertices.empty()) return 0;

@@ -32,6 +32,10 @@ struct SurfaceOptions {
     bool moving = false;  // it is told how the surface moves, for who shows it later
 };
 
+// The lattice of a density over the box of the simulation's, with so many nodes along its longest
+// side; the others have whole blocks.
+Lattice<float> surface_lattice(const Lattice<double>& clay, int nodes);
+
 // What is kept of a surface, to tell how the next one moves: densities by category. None: nothing.
 struct Field;
 struct SurfacePast {

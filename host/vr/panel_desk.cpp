@@ -6,12 +6,20 @@
 
 #include "host/scene/presets.h"
 #include "host/scene/soften.h"
+#include "host/ui/scene_list.h"
 
 namespace knead {
 namespace {
-namespace fs = std::filesystem;
-
-const std::vector<std::string> tool_names{"", "slab", "rod", "cone", "ball", "knife", "scissors"};
+// "" is the bare hand.
+const std::vector<std::string>& holdable()
+{
+    static const std::vector<std::string> all = [] {
+        std::vector<std::string> names = tool_names();
+        names.insert(names.begin(), "");
+        return names;
+    }();
+    return all;
+}
 constexpr int fewest_cells = 16, most_cells = 128, most_surface = 256;
 
 int surface_of(const LiveState& state)  // nodes along its longest side
@@ -61,19 +69,8 @@ double value_of(float share, double low, double high)
 
 PanelDesk::PanelDesk(std::string file, std::vector<std::string> with) : settings(std::move(with))
 {
-    std::error_code problem;
-    const fs::path folder = fs::path(file).has_parent_path() ? fs::path(file).parent_path() : ".";
-    for (fs::directory_iterator at(folder, problem), end; !problem && at != end;
-         at.increment(problem))
-        if (at->path().extension() == ".json") scenes.push_back(at->path().string());
-    std::sort(scenes.begin(), scenes.end());
-    const auto same = [&](const std::string& one) {
-        std::error_code unknown;
-        return one == file || fs::equivalent(one, file, unknown);
-    };
-    const auto found = std::find_if(scenes.begin(), scenes.end(), same);
-    scene = std::size_t(found - scenes.begin());
-    if (found == scenes.end()) scenes.push_back(file);
+    scenes = scenes_beside(file);
+    scene = place(scenes, file);
 }
 
 // A scene that was loaded or reset has its own materials, and its gravity. After a refusal the
@@ -123,7 +120,7 @@ void PanelDesk::choose_tool(Side side, int step, LiveSession& live, HeadsetHands
 {
     HandsOptions options = hands.options();
     options.held[side] =
-        tool_names[moved(place(tool_names, options.held[side]), step, tool_names.size())];
+        holdable()[moved(place(holdable(), options.held[side]), step, holdable().size())];
     hands.set(options);
     live.set_hands(options);
 }
@@ -191,7 +188,7 @@ PanelView PanelDesk::view(const LiveState& state, const HeadsetHands& hands)
 {
     follow(state);
     PanelView shown;
-    shown.scene = fs::path(scenes[scene]).stem().string();
+    shown.scene = std::filesystem::path(scenes[scene]).stem().string();
     shown.material = preset + (touched ? " (CHANGED)" : "");
     shown.left_tool = hands.options().held[left], shown.right_tool = hands.options().held[right];
     shown.trouble = state.trouble;
