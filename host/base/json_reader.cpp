@@ -73,7 +73,7 @@ std::vector<std::string> names_asked(const std::string& kind, const std::vector<
         if (std::find(names.begin(), names.end(), one) != names.end()) continue;
         const std::string near = likely_name(one, names);
         throw UsageError(fmt::format("no {} \"{}\"{}; there are {}", kind, one.substr(0, 60),
-                                     near.empty() ? "" : ": \"" + near + "\" is meant?",
+                                     near.empty() ? "" : " (did you mean \"" + near + "\"?)",
                                      fmt::join(names, ", ")));
     }
     return asked.empty() ? names : asked;

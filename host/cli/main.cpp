@@ -246,7 +246,7 @@ void suggest(const CLI::App& app, const std::vector<std::string>& words)
     const auto say = [](const std::string& word, const std::vector<std::string>& known) {
         const std::string near = likely_name(word, known);
         if (!near.empty())
-            std::fprintf(stderr, "%s: \"%s\" is meant?\n", word.c_str(), near.c_str());
+            std::fprintf(stderr, "%s: did you mean \"%s\"?\n", word.c_str(), near.c_str());
     };
     const CLI::App* verb = nullptr;
     std::vector<std::string> verbs;

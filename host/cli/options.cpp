@@ -43,7 +43,8 @@ void check_scene(const std::string& name)
     const std::string asked = std::filesystem::path(name).stem().string();
     const std::string near = likely_name(asked, shipped_scenes());
     if (!near.empty())
-        throw InputError(name + ": no such file, and no such scene: \"" + near + "\" is meant?");
+        throw InputError(name + ": no such file, and no such scene; did you mean \"" + near +
+                         "\"?");
 }
 
 namespace {

@@ -113,7 +113,7 @@ __global__ void to_particles(World w, Cloud cloud, Colliders<float> tools, Mask 
     q.e = advance_b(q.e, q.C, w.dt);
     q.x = q.x + w.dt * q.v;
     std::uint32_t touched = 0;
-    project(q, tools, all, 1, w.way, per_cell, w.dt, touched);
+    project(q, tools, all, 1, w.pushout, per_cell, w.dt, touched);
     confine(q, w.walls);
     yield(q, w.clay, w.dt);
     cloud.store(i, q);
@@ -219,7 +219,7 @@ class Simulation {
         world.dt = scene.at("dt").get<float>();
         const StepLimits limits{
             0.85, world.lattice.dx, stiffness(Particle<float>{}, world.clay), 0, 0, 0};
-        world.way = cast<float>(pushout_limits(limits));
+        world.pushout = cast<float>(pushout_limits(limits));
         world.nodes = nodes.data();
         for (std::size_t i = 0; i < cones.primitives.size(); ++i)
             all.bits[i / 32] |= 1u << (i % 32);

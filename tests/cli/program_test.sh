@@ -80,11 +80,11 @@ answers 2 run
 answers 2 run ball.json --frames several
 answers 2 run ball.json --mesh fbx --out three
 answers 2 rn ball.json
-complains 'rn: "run" is meant?'
+complains 'rn: did you mean "run"?'
 answers 2 run ball.json --devise cpu
-complains '--devise: "--device" is meant?'
+complains '--devise: did you mean "--device"?'
 answers 2 run ball.json --frmaes=3
-complains '"--frames" is meant?'
+complains 'did you mean "--frames"?'
 for setting in gravity =1 objects..name=x .seed=1 seed.=1; do
     answers 2 run ball.json --set $setting
     complains 'path.key=value'

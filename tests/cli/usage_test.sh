@@ -45,13 +45,13 @@ refuses 3 'expected an index below 1' run ball.json --device cpu --set objects.7
 refuses 3 empty run --resume empty
 for name in sqeeze sqeeze.json scenes/sqeeze.json; do
     for verb in run view vr info; do
-        refuses 3 "$name: no such file, and no such scene: \"squeeze\" is meant?" $verb $name
+        refuses 3 "$name: no such file, and no such scene; did you mean \"squeeze\"?" $verb $name
     done
 done
 refuses 3 'sqeeze.ply: no such file' info sqeeze.ply
-grep -q 'is meant' complained && wrong "a scene is meant where a mesh was asked for"
+grep -q 'did you mean' complained && wrong "a scene is suggested where a mesh was asked for"
 refuses 3 'nothing like it: no such file' run 'nothing like it'
-grep -q 'is meant' complained && wrong "a scene is meant of quite another name"
+grep -q 'did you mean' complained && wrong "a scene of quite another name is suggested"
 refuses 2 "keeps none" run ball.json --device cpu:double --out r --checkpoint 2
 rm -r r  # that is said when the folder is there
 

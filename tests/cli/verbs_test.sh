@@ -151,7 +151,7 @@ for verb in run info convert list new help; do
     holds said '^\.SH OPTIONS'
 done
 answers 2 help rnu
-complains '"run" is meant?'
+complains 'did you mean "run"?'
 answers 0 help
 holds said '^Usage: knead '
 holds said '^  verify '
