@@ -1,4 +1,4 @@
-// What both back ends agree on about edits: what can be, and what becomes of the rules.
+// Edits, common to both back ends: validation, and the edited rules of the scene.
 #pragma once
 #include <span>
 #include <vector>
@@ -7,10 +7,10 @@
 
 namespace knead {
 
-// A removed object has a material of density 0.
+// The material of a removed object has density 0.
 inline bool there(const Material<double>& material) { return material.density > 0; }
 
-// In a box, whose faces belong to it.
+// Closed box.
 template <class R>
 bool within(Vec3<R> x, Vec3<R> low, Vec3<R> high)
 {
@@ -18,19 +18,19 @@ bool within(Vec3<R> x, Vec3<R> low, Vec3<R> high)
            x.z <= high.z;
 }
 
-// What threads share of clay that is added: a thousand particles of one object.
+// Unit of work when adding clay in parallel: up to a thousand particles of one object.
 struct AddedPiece {
-    std::size_t clay;                      // which of them
-    std::span<const Particle<double>> of;  // `first` of all and on
+    std::size_t clay;                      // index into Clays
+    std::span<const Particle<double>> of;  // particles from index `first` on, of all clays
     std::size_t first;
 };
 std::vector<AddedPiece> pieces_of(Clays clays);
 
-// A scene's setup without its particles and Gaussians, and how many of them each object has.
+// A scene's setup without its particles and Gaussians, and the particle count of each object.
 class SceneState {
   public:
-    // Throws std::invalid_argument where a particle has no material, or a material or a Gaussian
-    // cannot be.
+    // Throws std::invalid_argument for a particle without material and for invalid materials or
+    // Gaussians.
     explicit SceneState(const Setup& setup);
 
     const Setup& setup() const { return now; }
@@ -38,10 +38,10 @@ class SceneState {
     long count() const;
     double mass() const;  // of all clay [kg]
 
-    // Each throws std::invalid_argument, and changes nothing, where the edit cannot be.
+    // Throws std::invalid_argument for invalid edits. Strong guarantee.
     std::vector<int> add_each(const Material<double>& material, Clays clays);
     void remove_each(std::span<const int> objects);
-    // Returns the law that the object had.
+    // Returns the object's previous plasticity law.
     Plasticity set_material(int object, const Material<double>& material);
     void set_gravity(Vec3<double> gravity);
     void set_walls(const WallOptions& walls);
@@ -51,33 +51,33 @@ class SceneState {
     void check_placed(std::span<const GaussianPlace> places) const;
 
     void check_object(int object) const;
-    // A motion must be finite and rigid.
+    // Throws std::invalid_argument unless the motion is finite and rigid.
     static void check_motion(const RigidMotion<double>& motion);
-    // What is at x must be between the walls.
+    // Throws std::invalid_argument unless x lies between the walls.
     void check_place(Vec3<double> x, const char* what = "clay") const;
 
   private:
-    bool known(int object) const;  // and still there
+    bool known(int object) const;  // and not removed
 
     Setup now;
     std::vector<long> counts;
 };
 
-// Throws std::invalid_argument where a material's elasticity and plasticity do not go together, or
-// one of its constants is not finite.
+// Throws std::invalid_argument if elasticity and plasticity of a material are incompatible or one
+// of its constants is not finite.
 void check_materials(const std::vector<Material<double>>& materials);
 
-// Throws std::invalid_argument where a rig and its tools do not hang together, or no mask has room
-// for them.
+// Throws std::invalid_argument if rig and tools are inconsistent or exceed the bits of a mask.
 void check_rig(const Rig& rig, const std::vector<Tool<double>>& tools);
 
-// Throws std::invalid_argument for edits of Gaussians, beside particles, that there are not.
+// Throws std::invalid_argument if an edit refers to a missing Gaussian or particle.
 void check_edits(const GaussianEdits& edits, std::size_t gaussians, std::size_t particles);
 
-// Throws std::invalid_argument where the state is not whole, or not of such a lattice.
+// Throws std::invalid_argument if the state is incomplete or of another lattice.
 void check_state(const SavedState& state, const Setup& of);
 
-// Frames on end at rest by block of what a lattice stores; 0 for blocks that the state lacks.
+// Consecutive frames at rest per stored block of a lattice; 0 for blocks that the state does not
+// store.
 template <class R>
 std::vector<int> quiet_over(const SavedState& state, const Lattice<R>& lattice)
 {

@@ -1,4 +1,5 @@
-// The simulator behind one face, whatever it runs on: set up once, then advanced frame by frame.
+// Interface of the simulator, common to all back ends: constructed from a Setup, then advanced
+// frame by frame.
 #pragma once
 #include <cstdint>
 #include <functional>
@@ -22,10 +23,10 @@
 
 namespace knead {
 
-// How long a substep may be.  (22)
+// Limits of the substep length dt.  (22)
 struct StepOptions {
-    double fixed = 0;       // [s]; 0: as stability asks
-    double courant = 0.97;  // dt <= courant times what a lone particle is stable with
+    double fixed = 0;       // [s]; 0: chosen by stability
+    double courant = 0.97;  // dt <= courant * stability limit of a single particle
     double tool = 0.5;      // dt <= tool * min(r, dx) / |v of a tool|
     double largest = 1e-2;  // [s]
 };
@@ -36,27 +37,27 @@ struct Setup {
     Vec3<double> gravity{};                   // [m/s^2]
     std::vector<Material<double>> materials;  // one per object
     std::vector<Particle<double>> particles;
-    std::vector<Gaussian<double>> gaussians{};  // that follow the objects' clay
-    Rig rig;                                    // all tools; Primitive::tool indexes `tools`
+    std::vector<Gaussian<double>> gaussians{};  // attached to the objects' clay
+    Rig rig;                                    // of all tools; Primitive::tool indexes `tools`
     std::vector<Tool<double>> tools;
     StepOptions step;
-    bool grid_contact = true;  // the grid feels the tools
-    int passes = 1;            // of particle projection a substep; 0: none
-    Rest<double> rest{};       // which clay need not move
+    bool grid_contact = true;  // apply tool contact to grid velocities
+    int passes = 1;            // projection passes per substep; 0: no particle projection
+    Rest<double> rest{};       // sleeping: which clay is not moved
     bool deterministic = false;
-    int threads = 0;    // CPU: 0 = all
-    bool cuts = false;  // its clay carries the labels of a cut (cut.h), whether or not a tool is a
-                        // blade now
+    int threads = 0;    // CPU; 0: all
+    bool cuts = false;  // particles carry labels of a cut (cut.h), even if no tool is a blade now
 };
 
-// The joints that the rig hangs on at the two ends of a frame, in the simulation's frame and size.
+// Joints of the rig at the start and the end of a frame, in the simulation's coordinates and scale.
 struct Motion {
-    std::vector<Joint<double>> from, to;  // as many each as the rig's spheres name, or more
-    std::vector<char> active{};           // per tool; tools beyond its end are active
-    // Per tool, the share of its radii that it has, 1 beyond its end. One that appears inside of
-    // clay would throw it: let it grow, over some tenths of a second.
+    std::vector<Joint<double>> from, to;  // at least as many each as the rig's spheres index
+    std::vector<char> active{};           // per tool; missing entries: active
+    // Per tool, factor of its radii; missing entries: 1. A tool that appears inside clay at full
+    // size would throw it: grow it over some tenths of a second.
     std::vector<float> size{};
-    // Per tool, how large it is against the rig in this frame; 1 beyond its end. Positive.
+    // Per tool, scale relative to the rig in this frame; missing entries: 1. Precondition:
+    // positive.
     std::vector<Stretch<float>> stretch{};
 
     Stretch<float> stretch_of(std::size_t tool) const
@@ -67,77 +68,80 @@ struct Motion {
 
 extern const char* const limit_names[int(Limit::count)];
 
-// What one frame did.
+// Statistics of one frame.
 struct FrameStats {
     int substeps = 0;
     double dt_min = 0, dt_max = 0;                 // [s]
-    long limits[int(Limit::count)] = {};           // substeps cut by each limit
+    long limits[int(Limit::count)] = {};           // substeps limited by each criterion
     long yielded = 0, projected = 0;               // particle-substeps
-    long clipped = 0, confined = 0, repaired = 0;  // guards: nodes slowed, particles put back
-    long abrupt = 0, moved_far = 0;  // guards, particle-substeps: dt |C| > 0.35; put out of a tool
-                                     // by more than a cell
-    long clipped_negligible = 0;     // nodes slowed that hold next to nothing
-    double found_depth = 0;          // deepest before projection [m]
-    std::uint32_t touched = 0;       // tools that found clay inside, or at a blade: tool_bit()
-    long active_blocks = 0;          // of the last substep
-    long moved = 0;     // particle-substeps: less than their product where clay was still
-    long woken = 0;     // blocks of still clay that were pushed
-    long stranded = 0;  // Gaussian-substeps with no clay around: they stay where they are
-    long splats_projected = 0, splats_repaired = 0;  // Gaussian-substeps, as of particles above
-    bool cut = false;    // it was ended before its time, as who watches it asked
-    double reached = 0;  // where it was cut: how far it came [s]
+    long clipped = 0, confined = 0, repaired = 0;  // guards: clamped nodes, confined and repaired
+                                                   // particles
+    long abrupt = 0, moved_far = 0;  // guards, particle-substeps: dt |C| > 0.35; projected by more
+                                     // than a cell
+    long clipped_negligible = 0;     // clamped nodes of negligible mass
+    double found_depth = 0;          // largest penetration before projection [m]
+    std::uint32_t touched = 0;       // bits, tool_bit(): tools with particles inside or at a blade
+    long active_blocks = 0;          // in the last substep
+    long moved = 0;     // particle-substeps computed; < particles * substeps if clay slept
+    long woken = 0;     // sleeping blocks woken by a push
+    long stranded = 0;  // Gaussian-substeps without clay in reach: not moved
+    long splats_projected = 0, splats_repaired = 0;  // Gaussian-substeps, as for particles above
+    bool cut = false;                                // ended early by the FrameWatch
+    double reached = 0;                              // if cut: simulated part of the frame [s]
 };
 
-// Where a frame stands between two of its substeps.
+// Progress of a frame between two substeps.
 struct FramePart {
     int substeps = 0;
-    double reached = 0, duration = 0;  // [s] of the frame: simulated so far, in all
+    double reached = 0, duration = 0;  // [s]: simulated so far; of the whole frame
 };
-// Asked by the thread that advances or collects; true ends the frame there. On the CPU after every
-// substep but a frame's last; on a GPU every 20 ms of a frame that takes more than 30, which ends a
-// few substeps later, and one that was submitted behind it does nothing and is cut, too.
+// Called on the thread that advances or collects; return true to end the frame early. CPU: called
+// after every substep but the last of a frame. GPU: called every 20 ms of a frame that takes more
+// than 30 ms; the frame ends a few substeps later, and a frame submitted behind it is cut at its
+// start.
 using FrameWatch = std::function<bool(const FramePart&)>;
 
-// Wall time of a stage over one frame [s]; names are those of the profiler ranges.
+// Wall time of one stage over one frame [s]; the names are those of the profiler ranges.
 struct StageTime {
     std::string name;
     double seconds;
 };
 
-// All that decides the future of a solver, where the solver keeps it: cheap enough for every edit.
-// Outlives changes of the solver, and the solver itself.
+// The complete state of a solver, kept in the solver's own memory: cheap enough to take before
+// every edit. Stays valid when the solver changes or is destroyed.
 class Snapshot {
   public:
     virtual ~Snapshot() = default;
     virtual std::size_t bytes() const = 0;
 };
 
-// A node whose clay slid along a wall when the last substep ended (sliding.h).
+// A node whose clay slid along a wall at the end of the last substep (sliding.h).
 struct SlidingNode {
-    int place;  // of the lattice's, those of one velocity field after the other
+    int place;  // index into the sliding places of the lattice, one velocity field after the other
     float force, time, impulse_deficit;  // [N] [s] [N s]
 };
 
-// The same in plain values on the host: for files, for undo, for another solver of the same kind.
+// The complete state as plain values on the host: for files, undo, and other solvers of the same
+// kind.
 struct SavedState {
-    Setup setup;              // with its particles, by id, and its Gaussians
-    std::vector<int> order;   // ids as the solver keeps them: the CPU's sums depend on it
-    float speed_squared = 0;  // of the fastest particle, as the solver found it [m^2/s^2]
-    float stiffness = 0;      // of the stiffest, likewise [m^2/s^2]
-    double drift = 1e30;      // how far clay may have come since it was sorted [m]
-    // Where clay may be still: frames on end at rest, by block of a box of the lattice.
+    Setup setup;              // with particles, by id, and Gaussians
+    std::vector<int> order;   // ids in the solver's particle order, on which the CPU's sums depend
+    float speed_squared = 0;  // of the fastest particle, as computed by the solver [m^2/s^2]
+    float stiffness = 0;      // largest of all particles, likewise [m^2/s^2]
+    double drift = 1e30;      // upper bound of the displacement since the last sort [m]
+    // Sleeping: consecutive frames at rest per block of a box of the lattice.
     Int3 quiet_low{}, quiet_stored{};  // nodes
     std::vector<int> quiet;
-    bool covered = false;  // a blade was in the clay when the last frame ended
+    bool covered = false;  // a blade was in the clay at the end of the last frame
     std::vector<SlidingNode> sliding;
 };
 
 namespace gpu {
-struct Clay;  // cuda/surface/surface.cuh: where a solver keeps its particles on the device
-struct MovedGaussians;  // cuda/splats/deform.cuh: and its Gaussians
+struct Clay;            // cuda/surface/surface.cuh: device pointers of a solver's particles
+struct MovedGaussians;  // cuda/splats/deform.cuh: and of its Gaussians
 }  // namespace gpu
 
-// No Gaussian is split twice.
+// Precondition: no Gaussian is split twice.
 struct GaussianEdits {
     std::vector<GaussianSplit> splits;
     std::vector<GaussianBeside> added;
@@ -145,7 +149,7 @@ struct GaussianEdits {
     bool any() const { return !splits.empty() || !added.empty() || !placed.empty(); }
 };
 
-// Some of a solver's Gaussians, and their places in the order of attaching, which rise.
+// A subset of a solver's Gaussians and their indices in the order of attachment, ascending.
 struct SomeGaussians {
     std::vector<int> indices;
     std::vector<Gaussian<double>> gaussians;
@@ -156,7 +160,7 @@ struct SnapshotData {
     std::vector<Gaussian<double>> gaussians;
 };
 
-// The particles of several objects.
+// The particles of several objects, one vector each.
 using Clays = std::span<const std::vector<Particle<double>>>;
 
 class Solver {
@@ -164,8 +168,8 @@ class Solver {
     virtual ~Solver() = default;
     // Simulates `duration` [s] with the tools moving along `motion`.
     virtual FrameStats advance(const Motion& motion, double duration) = 0;
-    // The same in two halves, so that a frame may be handed over while the one before it is still
-    // being computed. At most two are under way; nothing else is asked meanwhile.
+    // Asynchronous variant of advance(): a frame can be submitted while the previous one is being
+    // computed. At most two frames are in flight; call nothing else until both are collected.
     virtual void submit(const Motion& motion, double duration)
     {
         done.push_back(advance(motion, duration));
@@ -177,86 +181,87 @@ class Solver {
         return first;
     }
 
-    // From now on frames are watched by `by` alone; nothing: by nobody.
+    // Replaces the watch of all later frames; an empty function removes it.
     void watch_frames(FrameWatch by) { frame_watch = std::move(by); }
 
-    // Edits, while no frame is under way. What follows is what a solver would do that was made of
-    // the edited scene. They throw std::invalid_argument for what cannot be, std::runtime_error
-    // where memory ends, and then leave all as it was.
+    // Edits. Precondition: no frame in flight. Afterwards the solver behaves like one constructed
+    // from the edited scene. Throws std::invalid_argument for invalid edits and std::runtime_error
+    // when out of memory. Strong guarantee.
 
-    // More clay of one material, at rest or moving; Particle::object is set. Returns the object's
-    // number, which no other will have, also when this one is removed.
+    // Adds an object of one material, at rest or moving; sets Particle::object. Returns the
+    // object's number, which is never reused, even after remove().
     int add(const Material<double>& material, const std::vector<Particle<double>>& clay)
     {
         return add_each(material, {&clay, 1}).at(0);
     }
-    // As many objects, at once.
+    // Adds one object per element of `clays`.
     virtual std::vector<int> add_each(const Material<double>& material, Clays clays);
     void remove(int object) { remove_each({&object, 1}); }
     virtual void remove_each(std::span<const int> objects);
-    // Its particles keep their volume; their mass is that times the density.
+    // The particles keep their volume; their mass is volume times the new density.
     virtual void set_material(int object, const Material<double>& material);
     virtual void move(int object, const RigidMotion<double>& motion);
     virtual void set_gravity(Vec3<double> gravity);  // [m/s^2]
-    // Clay behind a face is put onto it by the next substep.
+    // The next substep projects clay behind a wall onto it.
     virtual void set_walls(const WallOptions& walls);
-    // All tools at once. The motions of later frames are of this rig.
+    // Replaces all tools. Later motions are of this rig.
     virtual void set_tools(const Rig& rig, const std::vector<Tool<double>>& tools);
-    // Gaussians at these places [m], undeformed, that follow an object's clay from now on, and are
-    // moved and removed with it.
+    // Adds undeformed Gaussians at these places [m]. They follow the object's clay and are moved
+    // and removed with it.
     virtual void attach(int object, const std::vector<Vec3<double>>& places);
-    // All Gaussians at once, deformed as they are, in this order from now on. The clay does not
-    // hear of it: its next frame has the same bits.
+    // Replaces all Gaussians, with their deformation and in this order. The clay is unaffected: its
+    // next frame has the same bits.
     virtual void set_gaussians(const std::vector<Gaussian<double>>& all);
-    // The same of some among many, at little cost: behind all others come the second ones of those
-    // that are split, in their order, then those beside particles, then those that
-    // are placed: who has many brings neighbours together.
+    // Edits some of many Gaussians at little cost. New ones are appended: the second half of each
+    // split, in order, then `added`, then `placed`. The caller restores spatial order where it
+    // needs it.
     virtual void edit_gaussians(const GaussianEdits& edits);
-    // The setup as edited, without particles and Gaussians. A removed object's material is all
+    // The setup as edited, without particles and Gaussians. The material of a removed object is all
     // zero.
     virtual const Setup& rules() const;
 
     virtual std::shared_ptr<const Snapshot> snapshot() const;
-    // Of this solver, at any time. Throws std::invalid_argument for that of another.
+    // Precondition: the snapshot is of this solver. Throws std::invalid_argument otherwise.
     virtual void restore(const Snapshot& snapshot);
-    // What it holds, for any thread, while the solver goes on; particles by id.
+    // Contents of a snapshot; particles by id. Thread-safe, also while the solver computes.
     virtual SnapshotData held(const Snapshot& snapshot) const;
-    // The Gaussians of these objects in it, likewise.
+    // The Gaussians of these objects in a snapshot, likewise thread-safe.
     virtual SomeGaussians gaussians_of(const Snapshot& snapshot,
                                        std::span<const int> objects) const;
     virtual SavedState save() const;
     virtual void load(const SavedState& state);
-    // Another after every frame, edit and restoring: who has drawn this number need not draw again.
+    // Version of the state; incremented by each frame, edit and restore. Equal versions: nothing to
+    // redraw.
     virtual long version() const { return 0; }
 
     virtual std::size_t particle_count() const { return particles().size(); }
-    // The particles in no particular order (deterministic for equal runs).
+    // The particles in unspecified order (deterministic for equal runs).
     virtual std::vector<Particle<double>> particles() const = 0;
-    // In the order in which they were attached.
+    // In the order of attachment.
     virtual std::vector<Gaussian<double>> gaussians() const { return {}; }
-    // Where particles lie in a box, in no particular order [m].
+    // Positions of the particles in a box [m], in unspecified order.
     virtual std::vector<Vec3<double>> places(Vec3<double> low, Vec3<double> high) const;
-    // Depth [m] of every particle inside a tool at the end of the last frame; 0 entries left out.
+    // Depth [m] of every particle inside a tool at the end of the last frame; others are omitted.
     virtual std::vector<double> penetration() const = 0;
-    // The velocity [m/s] that the lattice gave each particle in the last substep (8), in the order
-    // of particles(). Those have another where (19) has found them in a tool: the speed at which
-    // they leave it, which is slowed by the clay around them before it moves anything. Empty where
-    // no tool acted; after an edit or stage_times(), what particles() has.
+    // Velocity [m/s] that (8) interpolated from the lattice for each particle in the last substep,
+    // in the order of particles(). Differs from Particle::v for particles found in a tool (19):
+    // their v is the exit velocity, which the clay around damps before it moves anything. Empty if
+    // no tool was active; equal to Particle::v after an edit or stage_times().
     virtual std::vector<Vec3<double>> velocities() const { return {}; }
     virtual const std::vector<StageTime>& stage_times() const = 0;
-    // What a GPU's counters say of the stages of the last frame. Empty where there are none; throws
-    // std::runtime_error where they cannot be read.
+    // Hardware counters of the GPU per stage of the last frame. Empty if unsupported; throws
+    // std::runtime_error if they cannot be read.
     virtual std::vector<StageWork> stage_counts() const { return {}; }
-    // Where the particles are on the device, for its surface; null where they are not on one.
+    // Device pointers of the particles, for building the surface; null on the CPU.
     virtual const gpu::Clay* clay() const { return nullptr; }
-    // Where the Gaussians are on the device, for who draws them; null where they are not on one.
+    // Device pointers of the Gaussians, for drawing; null on the CPU.
     virtual const gpu::MovedGaussians* moved_gaussians() const { return nullptr; }
-    virtual std::size_t memory() const = 0;  // bytes held
+    virtual std::size_t memory() const = 0;  // [bytes]
     virtual std::string name() const = 0;    // "cpu float, ...", "cuda: NVIDIA H200"
 
   protected:
     bool watched() const { return bool(frame_watch); }
-    // After a substep: whether the frame ends here, which its statistics then say.
+    // Call after each substep. Returns whether the frame ends here and records it in `stats`.
     bool ends_here(double reached, double duration, FrameStats& stats) const
     {
         stats.cut = frame_watch && frame_watch({stats.substeps, reached, duration});
@@ -269,12 +274,12 @@ class Solver {
     std::vector<FrameStats> done;
 };
 
-// In float. In double there is the Reference (host/solver/reference.h).
+// Single precision. For double precision: Reference (host/solver/reference.h).
 std::unique_ptr<Solver> cpu_solver(const Setup& setup);
-// Throws std::runtime_error where there is no device. Declared always; without CUDA it only throws.
+// Throws std::runtime_error if there is no device. Without CUDA it is declared and always throws.
 std::unique_ptr<Solver> gpu_solver(const Setup& setup, int device);
 bool gpu_present();
-// How often the host has waited for a device so far.
+// Number of times the host has waited for a device so far.
 long gpu_waits();
 
 }  // namespace knead

@@ -1,5 +1,5 @@
-// The device behind Solver. A frame is one graph: input in, sort, then substeps for as long as the
-// device finds time left in the frame; the host waits for nothing but the counters.
+// The GPU implementation of Solver. A frame is one graph: upload the input, sort, then substeps in
+// a device-side loop until the frame's time is used up. The host waits only for the counters.
 #include <algorithm>
 #include <atomic>
 #include <bit>
@@ -14,7 +14,7 @@ namespace knead {
 namespace gpu {
 namespace {
 
-std::atomic<int> solvers = 0;  // of the process so far
+std::atomic<int> solvers = 0;  // constructed in this process so far
 
 }  // namespace
 
@@ -37,7 +37,7 @@ GpuSolver::GpuSolver(const Setup& given, int wanted, RegionPadding room)
     capture();
 }
 
-// What a surface goes by; by its number it is another clay's from now on.
+// Publishes the device pointers from which the surface is built, with a new solver number.
 void GpuSolver::show()
 {
     const Views views = store.views();
@@ -68,8 +68,9 @@ void GpuSolver::launch(int slot)
     check(cudaEventRecord(f.done, main), "status");
 }
 
-// What the first frame took is what later ones will take, more or less; where a number of them have
-// taken many more or fewer substeps, graphs are for these from now on.
+// Substep count for which the graphs are captured: that of the first frame. After `patience`
+// consecutive frames that deviate by more than a quarter, the graphs are captured again for the
+// current count.
 void GpuSolver::fit_graphs()
 {
     constexpr int patience = 30;
@@ -90,14 +91,14 @@ void GpuSolver::submit(const Motion& motion, double duration)
     const int slot = submitted % 2;
     Frame& f = frames[slot];
     f.motion = motion, f.duration = store.count() > 0 ? duration : 0;
-    // Of two frames ago, which is over: its input is no longer read.
+    // The slot's previous frame, two frames ago, is complete: its input is no longer read.
     f.tools =
         tool_speed_class(store.write_input(rules(), motion, duration, slot), motion, duration);
     if (!stepwise && !graph(f.tools).ready) capture(f.tools);
     launch(slot);
-    // What a cut leaves is settled by the host before the next frame.
+    // Cuts are completed on the host before the next frame.
     if (store.features().blades && f.duration > 0) wait_for(slot), finish_cuts(f);
-    ++submitted;  // only now: a frame that finds no memory has ended
+    ++submitted;  // last: a frame that fails for lack of memory does not count
 }
 
 FrameStats GpuSolver::collect()
@@ -112,7 +113,7 @@ FrameStats GpuSolver::collect()
     try {
         wait_for(slot);
     } catch (...) {
-        collected = submitted;  // the frame behind has ended, too
+        collected = submitted;  // the second frame in flight has ended, too
         throw;
     }
     ++collected;
@@ -121,7 +122,7 @@ FrameStats GpuSolver::collect()
     was_cut = clock.mode == Mode::cut;
     stats.cut = was_cut;
     if (halted && submitted == collected) end_halt();
-    if (nothing_done) return stats;  // the frame before was cut while this one was under way
+    if (nothing_done) return stats;  // the previous frame was cut while this one was in flight
     if (stats.cut) stats.reached = clock.resume.start;
     posed = f.tools != ToolPace::none;
     side = clock.side, drift = clock.drift;
@@ -147,7 +148,7 @@ FrameStats GpuSolver::collect()
     return stats;
 }
 
-// Rare, and of the whole scene at once: done by the host.
+// Rare and global (connected pieces of the whole scene): on the host.
 void GpuSolver::finish_cuts(const Frame& f)
 {
     const bool covered = f.status->counters.covered > 0;

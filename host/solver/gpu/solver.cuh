@@ -1,7 +1,6 @@
-// The device behind Solver: declared here, told of frames in solver.cu; what one is on the device
-// in host/solver/gpu/frame.cu, how one goes on whose clay has spread in host/solver/gpu/region.cu,
-// how it times its stages in host/solver/gpu/measure.cu, its edits in
-// host/solver/gpu/solver_edits.cu.
+// The GPU implementation of Solver: submission and results in solver.cu, the stages of a frame in
+// frame.cu, growth of the stored box in region.cu, stage times in measure.cu, edits in
+// solver_edits.cu, the watchdog in watch.cu.
 #pragma once
 #include <functional>
 #include <string>
@@ -59,7 +58,7 @@ class GpuSolver : public Solver {
     std::string name() const override { return title; }
 
   private:
-    // None is active; or how far they come on in a frame, as clears_each_time() has it.
+    // No tool active, or the speed class of the tools as defined by clears_each_time().
     enum class ToolPace { none, slow, fast };
     struct Frame {
         Motion motion;
@@ -100,35 +99,35 @@ class GpuSolver : public Solver {
     void set_clock(Peak most, double apart);
     const GpuSnapshot& known(const Snapshot& snapshot) const;
 
-    // Snapshots know by its address whose they are.
+    // Identifies this solver in its snapshots, by address.
     std::shared_ptr<const char> identity = std::make_shared<const char>();
-    std::shared_ptr<const SceneState> book;  // one with the snapshots that were taken of it
+    std::shared_ptr<const SceneState> book;  // shared with snapshots
     int device, processors;
     Store store;
     Splats splats;
     Stream main, body, beside, sorting, posing, asking;
     Clay shown{};
-    int side = 0;       // on which the particles lie, of Clock
+    int side = 0;       // of Clock: which particle buffer is current
     Peak peak;          // of Clock
-    double drift;       // [m], of Clock
-    long changes = 0;   // frames, edits
-    bool stale = true;  // the graphs are of other views
+    double drift;       // of Clock [m]
+    long changes = 0;   // version(): frames and edits
+    bool stale = true;  // the graphs were captured with outdated views
     std::string title;
     Event forked{cudaEventDisableTiming};
     Event masked{cudaEventDisableTiming}, sorted{cudaEventDisableTiming};
     Event posed_first{cudaEventDisableTiming}, lined_up{cudaEventDisableTiming};
     Graph graphs[3];  // by ToolPace
-    Frame frames[2];  // under way, or to be
+    Frame frames[2];  // in flight or free
     int submitted = 0, collected = 0;
     bool halted = false;   // Clock::halt is set
-    bool was_cut = false;  // the frame that was collected last
-    Pinned<Clock> seen;    // amid a frame
+    bool was_cut = false;  // the last collected frame
+    Pinned<Clock> seen;    // progress, polled during a frame
     Pinned<int> halt;
-    bool posed = false;        // masks are those of the last frame's end
+    bool posed = false;        // the masks are those of the end of the last frame
     bool stepwise = false;     // no graph: KNEAD_GRAPH=0, for profilers and memory checkers
     bool was_covered = false;  // a blade was in the clay at the end of the last frame
     int last_substeps = 0;
-    int usual_substeps = 0, misfits = 0;  // what graphs are for; frames on end that are not like it
+    int usual_substeps = 0, misfits = 0;  // of the graphs; consecutive frames that deviate from it
     mutable std::vector<StageTime> times;
 };
 

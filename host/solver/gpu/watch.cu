@@ -1,4 +1,5 @@
-// Frames that take long are looked in on while they run, and cut where who watches them asks.
+// Watchdog for long frames: polls the device clock and stops the frame early if the FrameWatch
+// returns true.
 #include <thread>
 
 #include "cuda/device/device.cuh"
@@ -8,14 +9,13 @@
 namespace knead::gpu {
 namespace {
 
-// How long a frame may take before it is looked in on, and then how often [s]. Frames that a
-// headset shows are over by then.
+// Delay before the first poll, and the polling interval [s]. Frames of a headset end before it.
 constexpr double patience = 0.03, every = 0.02;
 
 }  // namespace
 
-// Returns when the frame is over, or soon after; nothing is watched where nobody asked for it. A
-// copy of the clock says how far it has come: beside the substeps, on a stream of its own.
+// Returns when the frame is complete, or soon after; immediately if there is no FrameWatch. Copies
+// the clock on a stream of its own, concurrently with the substeps, to find the frame's progress.
 void GpuSolver::watch(int slot)
 {
     const Frame& f = frames[slot];
@@ -41,7 +41,7 @@ void GpuSolver::watch(int slot)
     }
 }
 
-// The device takes frames up again; none is under way.
+// Clears the halt flag so that later frames run. Precondition: no frame in flight.
 void GpuSolver::end_halt()
 {
     Clock clock = store.clock(main);
