@@ -45,7 +45,7 @@ Reference::Reference(const Setup& given)
         field.resize(std::size_t(sliding_places(given.lattice.size, given.walls)));
 }
 
-// A frame: substeps as long as stability allows, each chosen one ahead.  (22)
+// A frame: substeps as long as stability allows, each dt chosen one substep ahead.  (22)
 FrameStats Reference::advance(const Motion& motion, double duration)
 {
     stats = {}, covered = 0;
@@ -83,7 +83,7 @@ void Reference::substep(const Motion& motion, double from, double to, double dt)
     repair();
 }
 
-// Medial spheres from joints (20), (21), and what is derived from them once (13), (14).
+// Poses medial spheres by skinning (20), (21), and derives the shapes (13), (14).
 void Reference::pose(const Motion& motion, double from, double to, double dt)
 {
     for (std::size_t i = 0; i < spheres.size(); ++i) {
@@ -102,7 +102,7 @@ void Reference::pose(const Motion& motion, double from, double to, double dt)
     }
 }
 
-// Every particle hands mass and momentum to its 27 nodes.  (1), (2); with labels (25)
+// Particles scatter mass and momentum to 27 nodes.  (1), (2); with labels (25)
 void Reference::p2g(double dt)
 {
     const Lattice<double>& lattice = setup.lattice;
@@ -123,8 +123,8 @@ void Reference::p2g(double dt)
     }
 }
 
-// Momenta become velocities (3), (18), (18a); beside a blade each label has its own (24), (25).
-// Images behind walls come with their node.
+// Momenta become velocities (3), (18), (18a); beside a blade each label has its own (24), (25). A
+// node is updated together with its mirror images across walls.
 void Reference::grid(double dt)
 {
     const Lattice<double>& lattice = setup.lattice;
@@ -169,7 +169,7 @@ void Reference::grid(double dt)
             Node<double> one[3] = {v[uncut][k], v[above][k], v[below][k]};
             if (blades)
                 divide(one, {one[uncut].m, one[above].m, one[below].m}, [&] {
-                    return slope(lattice, m, [&](Int3 other) {  // masses stay as they are
+                    return slope(lattice, m, [&](Int3 other) {  // masses are unchanged here
                         return at(below, other).m - at(above, other).m;
                     });
                 });
@@ -180,7 +180,7 @@ void Reference::grid(double dt)
     stats.clipped += all.clipped, stats.clipped_negligible += all.clipped_negligible;
 }
 
-// Clay that hardly changes its volume bears its cell's mean pressure.  (7a)
+// Nearly incompressible clay takes the mean pressure of its cell.  (7a)
 void Reference::share_pressure()
 {
     const auto material = [&](const Particle<double>& p) -> const Material<double>& {
@@ -199,7 +199,7 @@ void Reference::share_pressure()
         if (shares_pressure(material(p))) apply_mean_pressure(p, material(p), cell(p).mean());
 }
 
-// Velocity and its gradient come back (8); strain and position move on (9).
+// Gathers velocity and gradient (8); updates strain and position (9).
 void Reference::g2p(double dt)
 {
     const Lattice<double>& lattice = setup.lattice;
@@ -223,7 +223,7 @@ void Reference::g2p(double dt)
     stats.abrupt += parallel_sum<long>(q.size(), LoopOptions{.threads = threads}, update);
 }
 
-// Out of tools and walls, and to the right side of a blade.  (19), (23), (24)
+// Projects particles out of tools and walls, and to their side of a blade.  (19), (23), (24)
 void Reference::project(double dt)
 {
     const Colliders<double> tools = colliders();
@@ -255,7 +255,7 @@ void Reference::project(double dt)
     stats.found_depth = std::fmax(stats.found_depth, all.deepest - pushout.skin);
 }
 
-// What each material keeps of its trial strain.  (10), (11)
+// Return map of each material.  (10), (11)
 void Reference::plasticity(double dt)
 {
     const auto update = [&](std::size_t i, long& yielded) {
@@ -269,7 +269,8 @@ void Reference::repair()
     for (std::size_t i = 0; i < q.size(); ++i) stats.repaired += knead::repair(q[i], before[i]);
 }
 
-// Gaussians go with the velocities around them, within walls; and out of tools.  (31)-(34)
+// Gaussians are advected and deformed by the velocities around them, kept within walls and, if
+// `clear`, out of tools.  (31)-(34)
 void Reference::deform(const Lag& lag, bool clear)
 {
     const Lattice<double>& lattice = setup.lattice;
@@ -302,8 +303,8 @@ void Reference::deform(const Lag& lag, bool clear)
     stats.splats_repaired += all.repaired;
 }
 
-// The end of a frame: a stroke that begins forgets old labels in its way, one that has ended leaves
-// whole pieces.
+// End of a frame: the start of a stroke clears old labels near the blade; its end labels complete
+// pieces.
 void Reference::end_cuts()
 {
     if (!blades) return;
@@ -333,7 +334,7 @@ Extremes Reference::extremes() const
     return most;
 }
 
-// That hold mass.
+// Number of blocks with mass.
 long Reference::active_blocks() const
 {
     std::set<int> blocks;

@@ -1,6 +1,5 @@
-// The method as plain loops in double, stage after stage: what to read first, and what every other
-// implementation is tested against. docs/method/model.md derives the equations whose numbers stand
-// here.
+// The reference: all stages as plain loops in double, in order. Specification of the method and
+// oracle of all tests. docs/method/model.md derives the equations that are cited by number here.
 #pragma once
 #include <cstdint>
 #include <vector>
@@ -13,11 +12,10 @@
 
 namespace knead {
 
-// A scene and its state. Nothing here is done for speed: particles stay in the scene's order, every
-// node of the lattice is stored, every point looks at every primitive. Two things that the fast
-// back ends do are left out because they are only that: masks of the primitives near a block (17),
-// and clay at rest (29), (30), which is simulated like any other whatever Setup::rest says.
-// The same bits for any number of threads.
+// A scene and its state. Not optimised: particles stay in the scene's order, every node of the
+// lattice is stored, every point is tested against every primitive. Two pure optimisations of the
+// fast back ends are omitted: masks of primitives near a block (17) and sleeping (29), (30);
+// Setup::rest is ignored. Bitwise deterministic for any number of threads.
 class Reference : public Solver {
   public:
     // Throws std::invalid_argument for more than max_primitives.
@@ -29,59 +27,63 @@ class Reference : public Solver {
     std::vector<Gaussian<double>> gaussians() const override { return splats; }
     std::vector<double> penetration() const override;
     std::vector<Vec3<double>> velocities() const override;
-    const std::vector<StageTime>& stage_times() const override { return times; }  // none
+    const std::vector<StageTime>& stage_times() const override { return times; }  // empty
     std::size_t memory() const override;
     std::string name() const override;
 
-    // A substep of dt [s], stage by stage; substep() calls all but the last in this order.
+    // One substep of dt [s]. It calls the stages below up to repair(), in this order.
     void substep(const Motion& motion, double from, double to, double dt);
-    // Stands the tools where they are at the share `to` of a frame, moving as from share `from` on.
+    // Poses the tools at fraction `to` of the frame, with the velocity of the motion since `from`.
     void pose(const Motion& motion, double from, double to, double dt);
-    void p2g(double dt);         // particles' mass and momentum to the nodes
-    void grid(double dt);        // momenta become velocities that gravity, tools and walls allow
-    void share_pressure();       // of clay that hardly changes its volume, by cells
-    void g2p(double dt);         // velocities and their gradients back; position and strain move on
-    void project(double dt);     // out of tools and walls; labels beside a blade
-    void plasticity(double dt);  // strains back to the yield surface
-    void repair();               // particles that are no longer numbers, to where they were
-    // Gaussians go with the clay, within walls; and out of tools.
+    void p2g(double dt);         // (1), (2): particles' mass and momentum to nodes
+    void grid(double dt);        // (3): momenta to velocities; gravity, tools, walls
+    void share_pressure();       // (7a): mean pressure of each cell, for nearly incompressible clay
+    void g2p(double dt);         // (8), (9): velocities and gradients to particles; advect, update
+                                 // strain
+    void project(double dt);     // (19): out of tools and walls; labels at blades
+    void plasticity(double dt);  // (10), (11): return map to the yield surface
+    void repair();               // resets particles with non-finite values to their previous state
+    // (31)-(34): Gaussians follow the clay, within walls; if `clear`, also out of tools.
     void deform(const Lag& lag, bool clear);
 
-    // By Lattice::index: momentum and mass after p2g(), velocity and mass after grid(). Field 0 is
-    // of all clay; in scenes with blades those of a label leave the other label's clay out (25).
+    // By Lattice::index: momentum and mass after p2g(), velocity and mass after grid(). Field 0
+    // sums all clay; in scenes with blades the field of a label omits the clay of the other label
+    // (25).
     const std::vector<Node<double>>& nodes(int field = uncut) const
     {
         return fields[std::size_t(field)];
     }
-    // Where pose() put the tools, and all their primitives that act.
+    // The tools as posed by pose(), and the primitives of active tools.
     Colliders<double> colliders() const;
     const Mask& acting() const { return active; }
-    const FrameStats& counted() const { return stats; }  // so far in this frame
+    const FrameStats& counted() const { return stats; }  // of this frame so far
 
   private:
     Extremes extremes() const;
     long active_blocks() const;
     void end_cuts();
 
-    Setup setup;  // but for its particles and Gaussians
+    Setup setup;  // without particles and Gaussians
     std::vector<Binding<double>> bindings;
     std::vector<Particle<double>> q;                // in the scene's order
-    std::vector<Particle<double>> before;           // as the substep found them
+    std::vector<Particle<double>> before;           // at the beginning of the substep
     std::vector<Gaussian<double>> splats;           // in the scene's order
-    std::vector<double> per_cell;                   // around each, in particles like it
-    std::vector<double> depth;                      // of each in a tool, before projection [m]
-    std::vector<std::vector<Node<double>>> fields;  // one, or with blades one a label: node_count
-    std::vector<int> occupied;                      // nodes that hold mass
-    std::vector<std::vector<Sliding<double>>> sliding;  // likewise; see sliding.h
-    int substeps = 1;                                   // in all, and one
-    std::vector<int> owner;                             // per sphere: its tool
+    std::vector<double> per_cell;                   // mass around each particle per cell, in
+                                                    // particle masses
+    std::vector<double> depth;                      // penetration of each before projection [m]
+    std::vector<std::vector<Node<double>>> fields;  // node_count each: 1 field, or with blades 3
+                                                    // (uncut and one per label)
+    std::vector<int> occupied;                      // indices of nodes with mass
+    std::vector<std::vector<Sliding<double>>> sliding;  // per field; see sliding.h
+    int substeps = 1;                                   // number of substeps so far, plus one
+    std::vector<int> owner;                             // tool of each sphere
     std::vector<Sphere<double>> spheres;
     std::vector<Shape<double>> shapes;
     Walls<double> walls;
     Mask active{};             // primitives of active tools
-    bool blades;               // some tool is one, or was
+    bool blades;               // a tool is a blade, or clay has been cut
     bool was_covered = false;  // a blade was in the clay at the end of the last frame
-    long covered = 0;          // particle-substeps of this frame that a blade covers
+    long covered = 0;          // particle-substeps of this frame at a blade
     FrameStats stats;
     int threads;
     std::vector<StageTime> times;

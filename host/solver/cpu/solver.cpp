@@ -1,6 +1,6 @@
-// The stages of host/solver/reference.cpp, vectorised and block by block, in order. The same bits
-// for any number of threads: particles are binned stably by block, a block's sums are private, and
-// each node adds its neighbours' in fixed order.
+// The stages of host/solver/reference.cpp in order, vectorised and block by block. Bitwise
+// deterministic for any number of threads: particles are binned by a stable sort, each block sums
+// into a private tile, and each node adds the tiles around it in fixed order.
 #include "host/solver/cpu/solver.h"
 
 #include <algorithm>
@@ -86,7 +86,8 @@ FrameStats CpuSolver<R>::advance(const Motion& motion, double duration)
     all.put_into(stats, double(pushout.skin));
     stats.active_blocks = long(bins.reached.size());
     arranged = all.moved == 0, ++changes;
-    // The particle loops of a block run one after the other on one thread: share out their time.
+    // The three particle stages of a block run in sequence on one thread: divide the wall time in
+    // proportion to their sampled times.
     const double inner =
         all.seconds[stage_g2p] + all.seconds[stage_project] + all.seconds[stage_plasticity];
     const double wall = times[stage_g2p].seconds;
@@ -96,7 +97,7 @@ FrameStats CpuSolver<R>::advance(const Motion& motion, double duration)
     return stats;
 }
 
-// Calls visit(group) for the members, as many at once as there are lanes.
+// Calls visit(group) for the members, up to one particle per lane at a time.
 template <class R>
 template <class Visit>
 void CpuSolver<R>::for_each_group(Bins::Members members, Visit&& visit)
@@ -114,8 +115,8 @@ void CpuSolver<R>::for_each_group(Bins::Members members, Visit&& visit)
     }
 }
 
-// Each occupied block sums its particles into a tile of its own; those of one cell mostly follow
-// each other, and their sum stays in registers.
+// Each occupied block sums its particles into a private tile. Consecutive particles are mostly of
+// one cell: its sum stays in registers.
 template <class R>
 void CpuSolver<R>::p2g(R dt)
 {
@@ -126,7 +127,7 @@ void CpuSolver<R>::p2g(R dt)
         Tile<R>& tile = sums[0][std::size_t(slot)];
         tile = {};
         const Int3 corner = 4 * lattice.block_at(block);
-        // A cell's sum goes on from group to group: it must not depend on the number of lanes.
+        // The sum of a cell continues across groups: it must not depend on the number of lanes.
         Row<R> cell[9] = {};
         int at = 0;
         const auto hand_over = [&](int to) __attribute__((always_inline))
@@ -156,7 +157,8 @@ void CpuSolver<R>::p2g(R dt)
     });
 }
 
-// Where a blade has been, into three tiles: all clay, and that of uncut and one label.
+// Blocks near a blade scatter into three tiles: all clay, and per label the clay of this label and
+// uncut clay.
 template <class R>
 void CpuSolver<R>::scatter_cut(int slot, R dt)
 {
@@ -180,8 +182,8 @@ void CpuSolver<R>::scatter_cut(int slot, R dt)
     }
 }
 
-// The sums of a block's nodes over the tiles of the up to eight blocks whose particles reach it, in
-// the order of `summed`.
+// Sums a block's nodes over the tiles of up to eight blocks whose particles reach it, in the order
+// of summed().
 template <class R>
 void CpuSolver<R>::sum_block(Int3 block, Node<R>* sum) const
 {
@@ -235,7 +237,7 @@ void CpuSolver<R>::grid_update(R dt)
     });
 }
 
-// The nodes that a block's particles can reach.
+// Loads the nodes that a block's particles can reach.
 template <class R>
 void CpuSolver<R>::load_tile(const std::vector<Node<R>>& from, Int3 block, Tile<R>& tile) const
 {
@@ -246,7 +248,7 @@ void CpuSolver<R>::load_tile(const std::vector<Node<R>>& from, Int3 block, Tile<
         const Node<R>* nodes = &from[std::size_t(lattice.index(4 * b))];
         Node<R>* to = tile.node + tile_index(4 * ahead);
         static constexpr Node<R> none[block_nodes]{};
-        if (!bins.reaches(lattice.block_of(4 * b))) nodes = none;  // beside a Gaussian alone
+        if (!bins.reaches(lattice.block_of(4 * b))) nodes = none;  // near a Gaussian only: no mass
         for (int z = 0; z < (ahead.z ? 2 : 4); ++z)
             for (int y = 0; y < (ahead.y ? 2 : 4); ++y)
                 std::memcpy(to + tile_index({0, y, z}), nodes + (z * 4 + y) * 4,
@@ -275,8 +277,8 @@ void CpuSolver<R>::g2p(R dt)
     });
 }
 
-// A block's particles, group by group: gather and move, then project, then flow. Every eighth block
-// stands for the time of the three.
+// Processes a block's particles group by group: gather and move, project, return map. Times of the
+// three stages are sampled in every eighth block.
 template <class R>
 void CpuSolver<R>::step_particles(int slot, Bins::Members members, R dt, const Tile<R>* tiles,
                                   Counts& c)
@@ -302,7 +304,7 @@ void CpuSolver<R>::step_particles(int slot, Bins::Members members, R dt, const T
         });
         Particle<Lanes<R>>& p = moved.p;
         lap(stage_g2p);
-        Each<R> depth{};  // in tools
+        Each<R> depth{};  // penetration into tools
         bool stale = keep_out(group, moved.per_cell, block, dt, depth, c);
         lap(stage_project);
         const unsigned yielding = near_yield_mask(p, m) & ((1u << group.size) - 1);
@@ -329,7 +331,8 @@ void CpuSolver<R>::step_particles(int slot, Bins::Members members, R dt, const T
     });
 }
 
-// Out of tools and walls, where the block is near any; true if a particle may have changed.
+// Projects out of tools and walls if the block is near any; returns true if a particle may have
+// changed.
 template <class R>
 bool CpuSolver<R>::keep_out(const Group<R>& group, const Each<R>& per_cell, int block, R dt,
                             Each<R>& depth, Counts& c)
@@ -353,7 +356,7 @@ bool CpuSolver<R>::keep_out(const Group<R>& group, const Each<R>& per_cell, int 
     return true;
 }
 
-// Which blocks the particles are in now.
+// Updates the block of each particle.
 template <class R>
 [[gnu::always_inline]] inline void CpuSolver<R>::note_blocks(const Group<R>& group,
                                                              const Vec3<Lanes<R>>& place)

@@ -1,6 +1,5 @@
-// The CPU's simulator: declared here, its loops in solver.cpp, those that only a cut needs in
-// host/solver/cpu/cut.cpp, Gaussians in host/solver/cpu/splats.cpp, edits in
-// host/solver/cpu/edit.cpp.
+// The CPU solver. Its loops are in solver.cpp, those for walls and cuts in cut.cpp, Gaussians in
+// splats.cpp, edits in edit.cpp.
 #pragma once
 #include <algorithm>
 #include <cmath>
@@ -31,11 +30,11 @@ enum StageName {
     stage_g2p,
     stage_project,
     stage_plasticity,
-    stage_deform,  // only where there are Gaussians
+    stage_deform,  // only with Gaussians
     stage_count
 };
 
-// What the threads count, each on its own.
+// Counters, one set per thread.
 struct Counts {
     long yielded = 0, projected = 0, clipped = 0, confined = 0, repaired = 0, covered = 0;
     long abrupt = 0, moved_far = 0, clipped_negligible = 0, moved = 0;
@@ -55,7 +54,7 @@ struct Counts {
         stiffness = std::max(stiffness, c.stiffness);
         for (int s = 0; s < stage_count; ++s) seconds[s] += c.seconds[s];
     }
-    // `skin`: from which depths were taken (19) [m].
+    // `skin`: offset of the projection (19), subtracted from the depth [m].
     void put_into(FrameStats& stats, double skin) const
     {
         stats.yielded = yielded, stats.projected = projected;
@@ -69,7 +68,7 @@ struct Counts {
     }
 };
 
-// By id, and as they were attached.
+// Particles by id; Gaussians in the order of attachment.
 template <class R>
 std::vector<Particle<double>> in_double(const std::vector<Particle<R>>& q,
                                         const std::vector<int>& ids)
@@ -133,7 +132,7 @@ class CpuSolver : public Solver {
   private:
     void edited();
     Extremes extremes() const;
-    // Of a particle before its substep: what its repair needs.
+    // State of a particle before its substep, needed by repair().
     struct Start {
         Vec3<R> x;
         std::uint32_t sides;
@@ -150,7 +149,7 @@ class CpuSolver : public Solver {
     void share_pressure(int slot, Bins::Members members);
     const CpuSnapshot<R>& known(const Snapshot& snapshot) const;
     void arrange_splats();
-    // Calls visit(g) for those that were in block b when the frame began.
+    // Calls visit(g) for each Gaussian that was in block b at the beginning of the frame.
     template <class Visit>
     void for_each_splat(int b, Visit&& visit)
     {
@@ -160,7 +159,7 @@ class CpuSolver : public Solver {
             visit(splats[std::size_t(splat_order[std::size_t(i)])]);
     }
     void deform(const Lag& lag, bool clear);
-    void take_extremes()  // what a substep left, for the length of the next
+    void take_extremes()  // after a substep, for the dt of a later one
     {
         most = {};
         for (Counts& c : counts) {
@@ -197,7 +196,7 @@ class CpuSolver : public Solver {
     template <class Edit>
     void edit(int object, Edit&& edit);
 
-    // Snapshots know by its address whose they are.
+    // Identifies this solver in its snapshots, by address.
     std::shared_ptr<const char> identity = std::make_shared<const char>();
     SceneState book;
     const Setup& setup = book.setup();  // without particles
@@ -206,32 +205,34 @@ class CpuSolver : public Solver {
     Vec3<R> gravity;
     int threads;
     std::vector<Material<R>> materials;
-    bool shared_pressure = false;  // by clay of some material
+    bool shared_pressure = false;  // some material has it
     PosedTools<R> posed;
     PushoutLimits<R> pushout{};
     Stillness<R> stillness;
     std::vector<Particle<R>> q;  // in the order of the last sort by block
     std::vector<int> ids;        // original index of q[i]
     Bins bins;
-    bool arranged = false;            // nothing has moved since the last sort
-    std::vector<Gaussian<R>> splats;  // in the order in which they were attached
-    // Indices of them by the block that each was in when the frame began: so many before each.
+    bool arranged = false;            // no particle has moved since the last sort
+    std::vector<Gaussian<R>> splats;  // in the order of attachment
+    // Indices into splats, sorted by block at the beginning of the frame; splats_before[b] of them
+    // are in blocks before b.
     std::vector<int> splat_order, splats_before, splat_blocks;
-    bool splats_arranged = false;  // none has moved since
-    // Three velocity fields: all clay, and where a blade has been (25) that of uncut and one label.
-    Sums sums[3];                        // a tile per occupied block
+    bool splats_arranged = false;  // no Gaussian has moved since
+    // Three velocity fields: all clay, and near a blade (25), per label, the clay of this label and
+    // uncut clay.
+    Sums sums[3];                        // one tile per occupied block
     std::vector<Node<R>> grid[3];        // node_count velocities
     std::vector<Sliding<R>> sliding[3];  // at walls, see sliding.h
-    int substeps = 1;                    // in all, and one
-    std::vector<char> split;     // per block: its nodes have three fields; empty without blades
-    bool was_covered = false;    // a blade was in the clay at the end of the last frame
-    Extremes most{};             // as the last substep left the clay
-    long changes = 0;            // frames, edits
-    std::vector<Counts> counts;  // per thread
+    int substeps = 1;                    // number of substeps so far, plus one
+    std::vector<char> split;             // per block: nodes have three fields; empty without blades
+    bool was_covered = false;            // a blade was in the clay at the end of the last frame
+    Extremes most{};                     // of the clay after the last substep
+    long changes = 0;                    // version(): frames and edits
+    std::vector<Counts> counts;          // per thread
     std::vector<StageTime> times;
 };
 
-// The node's sum over the tiles of the up to eight blocks whose particles reach it.
+// Sum at node n over the tiles of up to eight blocks whose particles reach it.
 template <class R>
 Node<R> CpuSolver<R>::summed(const Sums& tiles, Int3 n) const
 {
@@ -251,8 +252,8 @@ Node<R> CpuSolver<R>::summed(const Sums& tiles, Int3 n) const
     return sum;
 }
 
-// Whether a block has nodes beside or behind a wall, or particles that may get behind one in a
-// substep, in which they move by less than a cell.
+// True if a block has nodes at or behind a wall, or particles that may get behind one in a substep,
+// in which they move by less than a cell.
 template <class R>
 bool CpuSolver<R>::beside_wall(Int3 corner) const
 {
@@ -264,7 +265,8 @@ bool CpuSolver<R>::beside_wall(Int3 corner) const
            near(corner.z, walls.first.z, walls.free.z);
 }
 
-// Runs body(i, thread's counts) for i in [0, count) on all threads, and books the wall time.
+// Runs body(i, counts of the thread) for i in [0, count) on all threads; adds the wall time to the
+// stage.
 template <class R>
 template <class Body>
 void CpuSolver<R>::for_each(int count, StageName stage, Body&& body)

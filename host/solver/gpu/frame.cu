@@ -1,4 +1,4 @@
-// A frame on the device: its stages in their order, captured in a graph, or one after the other.
+// The stages of a frame on the device in order, captured in a graph or launched one by one.
 #include <algorithm>
 #include <limits>
 
@@ -8,22 +8,22 @@
 namespace knead::gpu {
 namespace {
 
-// How many substeps the graph holds before its loop, and in each turn of that.
+// Number of substeps that the graph holds before its loop, and per turn of the loop.
 struct Turns {
     int first, each;
 };
 
-// What a substep has more of where clay is pressed than in a first frame, at most: stiffer clay has
-// shorter ones. Of a given length they are as many in every frame.
+// Upper bound of the additional substeps of a frame in which clay is pressed, against the first
+// frame: compressed clay is stiffer and needs a shorter dt. Zero for a fixed dt.
 int more_in_contact(int substeps, const StepLimits& limits)
 {
     return limits.fixed > 0 ? 0 : (substeps + 19) / 20;
 }
 
-// For frames of so many substeps or so many more (0: not known yet). A substep that finds the frame
-// over costs 3 us, or 11 of a million particles, and a turn of the loop twice that; capturing many
-// takes its time, some 10 us each. With Gaussians always so many times follow_every: in which of
-// them these follow is known when they are captured.
+// For frames of `substeps` to `substeps + more` substeps (0: unknown). An empty substep behind the
+// end of the frame costs 3 us, or 11 us with a million particles, a turn of the loop twice that;
+// capturing costs some 10 us per substep. With Gaussians always a multiple of follow_every: the
+// substeps in which Gaussians follow are fixed at capture.
 Turns turns_for(int substeps, int more, bool splats)
 {
     constexpr int fewest = 4, most_each = 32, most_before = 256;
@@ -43,8 +43,8 @@ Turns turns_for(int substeps, int more, bool splats)
     return {first, best};
 }
 
-// Sums of fixed point are cleared, but velocities of blocks that clay has left stay until it comes
-// back. No particle reads them; a Gaussian may.
+// Fixed-point sums are cleared, but velocities of blocks that clay has left persist until it
+// returns. No particle reads them; a Gaussian may.
 void clear_velocities(const Views& views, cudaStream_t stream)
 {
     const GridView& g = views.grid;
@@ -58,14 +58,14 @@ void GpuSolver::capture()
 {
     capture(ToolPace::none);
     if (store.features().tools) capture(ToolPace::slow);
-    graph(ToolPace::fast).drop();  // until it is needed
+    graph(ToolPace::fast).drop();  // captured on demand
     stale = false;
 }
 
 Features GpuSolver::features_for(bool tools) const
 {
     Features features = store.features();
-    features.tools = tools || features.blades;  // a cut stays one when the hands have gone
+    features.tools = tools || features.blades;  // labels of a cut persist without an active blade
     features.splats = splats.count() > 0;
     return features;
 }
@@ -78,7 +78,7 @@ Views GpuSolver::views_for(const Features& features, ToolPace tools) const
     return views;
 }
 
-// It matters to Gaussians alone.
+// Only Gaussians depend on the distinction of slow and fast.
 GpuSolver::ToolPace GpuSolver::tool_speed_class(bool tools, const Motion& motion,
                                                 double duration) const
 {
@@ -88,11 +88,11 @@ GpuSolver::ToolPace GpuSolver::tool_speed_class(bool tools, const Motion& motion
     return fast ? ToolPace::fast : ToolPace::slow;
 }
 
-// What comes before the first grid update: what tools may touch, which needs the frame's input
-// alone, the first pose, which needs what begin() chooses, and what is done with the particles, all
-// beside each other. To find that no sort is due takes 7 us, so where one leaves the particles
-// where they were, p2g does not wait for it; but in fixed point: a warp's sums are of float, and
-// their bits of the order that the particles have.
+// Everything before the first grid update, on parallel streams: tool masks (need only the frame's
+// input), the first pose (needs the dt chosen by begin()), and sort and p2g of the particles.
+// Finding that no sort is due takes 7 us; where a sort writes to separate rows, p2g does not wait
+// for it. Exception: fixed point, because the partial sums of a warp are float and their bits
+// depend on the order of the particles.
 void GpuSolver::start(const Views& views, const Features& features)
 {
     const auto mark = [](cudaEvent_t event, cudaStream_t at) {
@@ -109,7 +109,7 @@ void GpuSolver::start(const Views& views, const Features& features)
     if (tools) fork(beside), masks(views, beside), mark(masked, beside);
     begin(views, main);
     if (tools) fork(posing), pose(views, posing), mark(posed_first, posing);
-    if (tools && features.rests) join(main, masked);  // what may be still depends on the tools
+    if (tools && features.rests) join(main, masked);  // sleeping depends on the tools
     fork(sorting), sort_if_due(views, features, sorting), mark(sorted, sorting);
     if (lines_up) join(beside, sorted), line_up(views, features, beside), mark(lined_up, beside);
     if (!beside_sort) join(main, sorted);
@@ -119,7 +119,7 @@ void GpuSolver::start(const Views& views, const Features& features)
     if (tools) join(main, masked), join(main, posed_first);
 }
 
-// What comes after the last substep.
+// Everything after the last substep.
 void GpuSolver::end(const Views& views, const Features& features)
 {
     follow(views, features, true, main);
@@ -134,10 +134,10 @@ void GpuSolver::sort(const Views& views, const Features& features, cudaStream_t 
     arrange(views, features, stream);
 }
 
-// Particles that have hardly moved since the last sort are still in order; but where clay may be
-// still, each frame begins with asking which is. A frame that does nothing, because the one before
-// it has stopped, does not. A sort that must be told the side when it is launched is in the graph
-// twice.
+// Particles that have hardly moved since the last sort are still in order; with sleeping, however,
+// the activity of blocks is updated in every frame. A frame that does nothing because the previous
+// one has stopped is not sorted. In fixed point the side is a launch argument: the graph then holds
+// the sort twice.
 void GpuSolver::sort_if_due(const Views& views, const Features& features, cudaStream_t stream)
 {
     for (int side = 0; views.conditions.captured && side < (told_side(features) ? 2 : 1); ++side)
@@ -148,8 +148,9 @@ void GpuSolver::sort_if_due(const Views& views, const Features& features, cudaSt
     if (now.unsorted) sort(views, features, stream, now.side);
 }
 
-// Between grid and g2p, neither of which waits for a kernel other than the one before it. Beside
-// g2p it would be hidden; a fork between kernels that start early crashed (driver 580).
+// Placed between grid and g2p, neither of which waits for a kernel other than its predecessor. On a
+// stream parallel to g2p its time would be hidden, but a fork between kernels with programmatic
+// early start crashed (driver 580).
 void GpuSolver::follow(const Views& views, const Features& features, bool at_end,
                        cudaStream_t stream) const
 {
@@ -158,8 +159,8 @@ void GpuSolver::follow(const Views& views, const Features& features, bool at_end
     deform(views, splats.view(), per_mass, features, at_end, stream);
 }
 
-// `place`: so many of the frame, or of whole turns of its loop, come before. `begins`: it follows
-// start().
+// `place`: index of the substep in the frame, up to whole turns of the loop. `begins`: true
+// directly after start().
 void GpuSolver::substep(const Views& views, const Features& features, int place, bool begins,
                         cudaStream_t stream)
 {
@@ -202,7 +203,7 @@ void GpuSolver::capture(ToolPace tools)
     wait(main, "graph");
 }
 
-// The frame without its graph, the host asking after each substep whether there is another.
+// The frame without a graph: the host reads the clock before each substep.
 void GpuSolver::step_through(ToolPace tools)
 {
     const Features features = features_for(tools != ToolPace::none);

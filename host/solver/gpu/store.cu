@@ -1,4 +1,4 @@
-// What the device holds of a scene: checked, converted to float, laid out for the kernels.
+// Device memory of a scene: validated, converted to float, laid out for the kernels.
 #include <algorithm>
 #include <cmath>
 #include <numeric>
@@ -44,7 +44,7 @@ void check(const Setup& s)
     check_tools(s);
 }
 
-// The nodes around clay; a few of the lattice's lowest where there is none.
+// Box of the nodes around the clay; without clay, a few of the lattice's lowest nodes.
 Lattice<float> box_of(const std::vector<Particle<double>>& clay, const Lattice<float>& whole,
                       int spare)
 {
@@ -100,7 +100,7 @@ Store::Store(const Setup& setup, RegionPadding given, int device)
     std::iota(order.begin(), order.end(), 0);
     upload(setup.particles, order);
     Clock start{};
-    start.done = 6;  // of its rings, all places are behind it
+    start.done = 6;  // so that all places of its rings lie in the past
     const Extent around = extent(every_object, {{1, 0, 0, 0}, {}}, 0, nullptr);
     start.set_peak(1, around.peak);
     start.drift = 1e30;
@@ -159,7 +159,7 @@ std::vector<int> Store::order(int side) const
 
 namespace {
 
-// What a kernel has left in the row that is free, a number or a vector of each particle.
+// Downloads what a kernel has written to the free row, one T per particle.
 template <class T>
 std::vector<T> left_in_free_row(const Store& store, cudaStream_t stream, const char* what)
 {
@@ -202,7 +202,7 @@ std::vector<Particle<double>> Store::particles() const
     return in_double({host_rows.data(), host_ids.data(), int(host_ids.size())});
 }
 
-// Of each particle one row of six comes to the host.
+// Downloads only the first of the six rows of each particle.
 std::vector<Vec3<double>> Store::places_in(Vec3<double> low, Vec3<double> high) const
 {
     std::vector<float4> first(static_cast<std::size_t>(count()));

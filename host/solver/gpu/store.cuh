@@ -1,5 +1,5 @@
-// All device memory of one simulation, and the views of it that kernels take. Allocated when it is
-// made, when clay spreads, and where an edit needs more: what an edit has got, the next one reuses.
+// All device memory of one simulation, and the views of it that kernels take. Allocated at
+// construction, when clay spreads, and by edits that need more; later edits reuse it.
 #pragma once
 #include <memory>
 
@@ -16,7 +16,7 @@
 
 namespace knead::gpu {
 
-// What there is for every node that is stored, or every block.
+// Arrays with one entry per stored node or block.
 struct NodeArrays {
     NodeArrays() = default;
     NodeArrays(const Lattice<float>& lattice, const Features& features);
@@ -30,21 +30,21 @@ struct NodeArrays {
     DeviceArray<int> counts;             // SortSpace
     DeviceArray<bool> rim;
     DeviceArray<Mask> masks;
-    DeviceArray<unsigned> fastest, reached;  // RestView, as those that follow
+    DeviceArray<unsigned> fastest, reached;  // RestView, with the next two lines
     DeviceArray<int> quiet, activity, free, guard, woken[2], changed;
     DeviceArray<int2> ranges;
 };
 
-// What kernels are compiled for that run the scene.
+// The kernel variants that a scene needs.
 Features features_of(const Setup& setup);
-// Throws std::invalid_argument where tools are more than the device takes, or do not hang together.
+// Throws std::invalid_argument if the tools are inconsistent or exceed the limits of the device.
 void check_tools(const Setup& setup);
 
-// By id, of rows and ids that were downloaded.
+// Particles by id, from downloaded rows and ids.
 std::vector<Particle<double>> in_double(const ParticleView& on_host);
 
-// The device's form of a scene. Throws std::invalid_argument for one that does not hang together
-// and std::runtime_error where the device has not enough memory.
+// A scene on the device. Throws std::invalid_argument for inconsistent scenes and
+// std::runtime_error when out of device memory.
 class Store {
   public:
     explicit Store(const Setup& setup, RegionPadding room = {}, int device = 0);
@@ -54,9 +54,9 @@ class Store {
     SortSpace sort_space() const { return {box.counts.data(), scratch.data(), scratch.bytes()}; }
     std::size_t bytes() const;
 
-    // Writes a frame's input into one of two places; true if a tool is active. The other
-    // copies them to the device, in stream order: until that is over the place must not be used
-    // again.
+    // write_input() writes a frame's input to one of two pinned slots and returns whether a tool is
+    // active. send_input() copies a slot to the device in stream order; do not reuse the slot
+    // before that copy is complete.
     bool write_input(const Setup& setup, const Motion& motion, double duration, int slot);
     void send_input(int slot, cudaStream_t stream) const;
 
@@ -65,49 +65,50 @@ class Store {
     std::vector<float> depths(cudaStream_t stream) const;       // of penetration(), by id [m]
     std::vector<float4> velocities(cudaStream_t stream) const;  // of velocities(), by id [m/s]
     void set_sides(const std::vector<Particle<double>>& particles) const;
-    // The particles, how long blocks have been at rest, and how clay slides; put back into a store
-    // that has room for them, the same box of nodes and the same particles on `side`.
+    // Copy of the particles, of the blocks' frames at rest, and of sliding. put_back() requires a
+    // store with the same box of nodes and room for the particles, which it writes to `side`.
     std::shared_ptr<DeviceState> state(int side, cudaStream_t stream) const;
     void put_back(const DeviceState& state, int side, cudaStream_t stream) const;
-    // In plain values: ids in the order that particles lie in, quiet blocks.
+    // Host copies: ids in particle order; frames at rest per block.
     std::vector<int> order(int side) const;
     std::vector<int> quiet() const { return box.quiet.downloaded(); }
-    // Clears both grids, whatever they hold.
+    // Clears both grids.
     void clear_grids() const;
     void set_clock(const Clock& clock) const;
-    Clock clock(cudaStream_t stream = nullptr) const;  // when all of the stream is done
-    // Stores more nodes beyond the ends that clay has come to; views() are others then, and the
-    // grids clear. Throws std::runtime_error where the device has not enough memory, and leaves
-    // all as it is.
+    Clock clock(cudaStream_t stream = nullptr) const;  // waits for the stream
+    // Enlarges the stored box of nodes beyond the blocks that clay has reached. Changes views() and
+    // clears the grids. Throws std::runtime_error when out of device memory. Strong guarantee.
     void grow();
 
-    // Edits (edit.cu), between frames. Views and features may be others afterwards.
-    // What follows from materials, gravity and walls; from tools.
+    // Edits (edit.cu), between frames; they may change views() and features(). set_rules() applies
+    // materials, gravity and walls; set_tools() the tools.
     void set_rules(const SceneState& rules);
     void set_tools(const SceneState& rules);
-    // Stores at least the nodes that particles between these places reach.
+    // Enlarges the stored box to the stencils of particles in [low, high].
     void hold(Vec3<float> low, Vec3<float> high);
     void set_box(const Lattice<float>& box);
-    // Of the particles that lie on `side`; all lie on side 0 afterwards. Stores their nodes.
+    // Appends to the particles on `side`; all are on side 0 afterwards. Enlarges the stored box as
+    // needed.
     void append(Clays clays, const std::vector<int>& objects, int side, cudaStream_t stream);
-    // All of objects that are marked; so many are left.
+    // Removes the particles of marked objects; `left` is the number that remains.
     void erase(const std::vector<char>& objects, long left, int side, cudaStream_t stream);
     void arrange_as_new(const Extent& around, int side, cudaStream_t stream);
-    // Makes room for so many particles, and forgets those that there are.
+    // Allocates for `count` particles; discards the current ones.
     void resize(int count);
     void upload(const std::vector<Particle<double>>& particles, const std::vector<int>& order);
     void set_quiet(const std::vector<int>& quiet) const;
-    // Clay that slid along walls when the last substep ended; sliding clay begins anew.
+    // Nodes whose clay slid along walls in the last substep; slide_on() restores them,
+    // forget_sliding() resets all.
     std::vector<SlidingNode> sliding_now(int done) const;
     void slide_on(const std::vector<SlidingNode>& nodes, int done) const;
     void forget_sliding(cudaStream_t stream) const;
-    // Of an object, as it will be after a motion; or of all.
+    // Bounding box of an object (or of all) after a motion.
     Extent extent(int object, const RigidMotion<double>& motion, int side,
                   cudaStream_t stream) const;
     int count() const { return all.particles[0].count; }
     const std::shared_ptr<Pool>& snapshot_pool() const { return pool; }
 
-    DeviceArray<float4> rows;  // row_places(), or more
+    DeviceArray<float4> rows;  // row_places() or more
     NodeArrays box;
     DeviceArray<int> ids[2];
 
@@ -135,7 +136,7 @@ class Store {
     DeviceArray<FrameInput> input;
     DeviceArray<unsigned char> scratch, near_runs;
     DeviceArray<Extent> found;
-    // Where an edit puts the particles that it leaves; then the two are swapped.
+    // Target of edits that copy the remaining particles; then swapped with the current arrays.
     DeviceArray<float4> other_rows;
     DeviceArray<int> other_ids, places;
     DeviceArray<char> gone;  // by object
