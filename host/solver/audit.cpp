@@ -12,7 +12,7 @@ namespace knead {
 
 static_assert(sizeof(Particle<double>) == 22 * sizeof(double) + 8, "hashed as bytes: no padding");
 
-// Sand remembers in k the volume it gained at the cone's tip, snow what it was packed by.
+// k of sand is the log volume gained at the cone's tip, k of snow that of its packing.
 static double plastic_log_volume(const Particle<double>& q, const Material<double>& m)
 {
     const bool kept =
@@ -83,8 +83,8 @@ Audit audit(const std::vector<Particle<double>>& particles,
     return a;
 }
 
-// Every particle spreads the volume that it claims over its nodes (1), and reads there what all
-// claim together.
+// Scatters the claimed volume of each particle to its nodes (1) and gathers the total at each
+// particle.
 Crowding crowding(const std::vector<Particle<double>>& particles,
                   const std::vector<Material<double>>& materials, double dx)
 {

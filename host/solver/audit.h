@@ -1,4 +1,4 @@
-// What a state of the clay holds in all: mass, volume, momentum, energy, and its hash.
+// Audit of a state of the clay: total mass, volume, momentum, energy, and a hash.
 #pragma once
 #include <cstdint>
 #include <string>
@@ -21,8 +21,8 @@ struct Audit {
     std::uint64_t hash = 0;           // xxh64 over all particles
 };
 
-// All sums in double, in the particles' order. `velocities` are those that the clay moves with,
-// as Solver::velocities() has them; none: the particles' own.
+// All sums in double, in particle order. `velocities`: those of Solver::velocities(); if empty, the
+// particles' own.
 Audit audit(const std::vector<Particle<double>>& particles,
             const std::vector<Material<double>>& materials, double dx,
             const std::vector<Vec3<double>>& velocities = {});
@@ -31,11 +31,11 @@ Audit audit(const std::vector<Particle<double>>& particles,
 // second moment of the weights along an axis (1).  (8a)
 double affine_energy(const Mat3<double>& C, double mass, double dx);
 
-// Where clay lies in clay. Volumes do not tell: projection and walls move particles without their J
-// hearing of it.
+// Overlap of clay with itself. Volumes do not show it: projection and walls move particles without
+// changing their J.
 struct Crowding {
-    long particles = 0;  // around which more than `crowded` times the room is claimed
-    double most = 0;     // times, where it is worst
+    long particles = 0;  // at which the claimed volume exceeds `crowded` times the available
+    double most = 0;     // largest ratio of claimed to available volume
 };
 constexpr double crowded = 1.3;
 Crowding crowding(const std::vector<Particle<double>>& particles,

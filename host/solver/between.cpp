@@ -10,8 +10,8 @@ namespace knead {
 namespace {
 
 struct Body {
-    Mask mask{};                                      // its primitives
-    Vec3<double> low{1e30, 1e30, 1e30}, high = -low;  // its box [m]
+    Mask mask{};                                      // primitives
+    Vec3<double> low{1e30, 1e30, 1e30}, high = -low;  // bounding box [m]
     bool holds(Vec3<double> x) const
     {
         return x.x >= low.x && x.y >= low.y && x.z >= low.z && x.x <= high.x && x.y <= high.y &&
@@ -24,7 +24,7 @@ struct Body {
     }
 };
 
-// The tools that act and meet another one.
+// Active tools whose bounding box meets that of another.
 std::vector<Body> bodies_of(const PosedTools<double>& posed)
 {
     std::vector<Body> all(posed.tools.size()), met;
@@ -52,7 +52,7 @@ std::vector<double> depths_between(const Setup& setup, const Motion& motion,
 {
     std::vector<double> depths;
     if (setup.tools.size() < 2) return depths;
-    PosedTools<double> posed(setup, {{4, 4, 4}, setup.lattice.dx});  // no masks are asked for
+    PosedTools<double> posed(setup, {{4, 4, 4}, setup.lattice.dx});  // masks are not used
     posed.activate(motion);
     posed.pose(motion, 1, 1, 1);
     const Colliders<double> tools = posed.colliders();

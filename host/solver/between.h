@@ -1,4 +1,4 @@
-// Clay that two tools hold between them: no projection can bring it out.
+// Clay pinched between two tools: no projection can move it out.
 #pragma once
 #include <vector>
 
@@ -6,8 +6,8 @@
 
 namespace knead {
 
-// Depths [m] of the particles inside of a tool whose way out (19) ends inside of another, with the
-// tools where `motion` ends. Blades are no bodies, and do not count.
+// Depths [m] of particles inside a tool whose projection (19) ends inside another tool. Tools are
+// posed at the end of `motion`. Blades are ignored.
 std::vector<double> depths_between(const Setup& setup, const Motion& motion,
                                    const std::vector<Particle<double>>& particles);
 

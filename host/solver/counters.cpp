@@ -40,7 +40,7 @@ std::vector<StageWork> counted(const std::function<void(const Watch&)>&)
 #else
 namespace {
 
-// Known to every card from Turing to Blackwell that has memory of its own; one pass on all.
+// Supported by every card with its own memory from Turing to Blackwell, in a single pass.
 const std::array<const char*, 5> metrics{"smsp__inst_executed.sum", "dram__bytes.sum",
                                          "lts__t_bytes.sum", "sm__cycles_elapsed.max",
                                          "gpu__time_duration.sum"};
@@ -54,7 +54,7 @@ Parameters sized(std::size_t bytes)
     return p;
 }
 
-// CUPTI, opened at run time: it belongs to the toolkit, not to the driver.
+// CUPTI, loaded at run time: it is part of the toolkit, not of the driver.
 class Library {
   public:
     Library()
@@ -68,7 +68,7 @@ class Library {
                                      " was not found; it is part of the CUDA toolkit, and may be "
                                      "named by LD_LIBRARY_PATH");
     }
-    Library(const Library&) = delete;  // never closed: it stays hooked into the driver
+    Library(const Library&) = delete;  // never closed: it stays attached to the driver
 
     template <class Parameters>
     CUptiResult ask(const char* name, Parameters& parameters) const
@@ -99,7 +99,7 @@ class Library {
     void* opened = nullptr;
 };
 
-// What this thread uses.
+// Context and device of the calling thread.
 struct Current {
     CUcontext context = nullptr;
     CUdevice device = 0;
@@ -115,7 +115,7 @@ struct Current {
     }
 };
 
-// The metrics of one chip: how the counters are set for them, and what the counters' state means.
+// Metrics of one chip: creates the counter configuration and evaluates counter images.
 class Evaluation {
   public:
     Evaluation(const Library& library, const Current& current) : cupti(library)
@@ -190,7 +190,7 @@ class Evaluation {
     CUpti_Profiler_Host_Object* host = nullptr;
 };
 
-// The device's side: counters that run between the two ends of a range.
+// Device side: counts between the two ends of a range.
 class Ranges {
   public:
     Ranges(const Library& library, const Current& current, Evaluation& evaluation)
@@ -211,7 +211,7 @@ class Ranges {
     Ranges(const Ranges&) = delete;
     ~Ranges() { disable(); }
 
-    // Every pass again; afterwards the counters' state.
+    // Repeats `work` for every pass; returns the counter image.
     const std::vector<std::uint8_t>& count(const std::function<void()>& work)
     {
         for (bool all = false; !all;) {
@@ -302,7 +302,7 @@ class Ranges {
     std::vector<std::uint8_t> configuration, counters;
 };
 
-// CUPTI hooked into the driver for as long as this lives.
+// CUPTI is attached to the driver during the lifetime of this object.
 struct Hook {
     const Library& cupti;
     explicit Hook(const Library& library) : cupti(library)

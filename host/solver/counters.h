@@ -1,4 +1,4 @@
-// What a GPU did, by its own counters.
+// Hardware counters of the GPU.
 #pragma once
 #include <functional>
 #include <string>
@@ -6,12 +6,12 @@
 
 namespace knead {
 
-// What one stretch of work came to.
+// Counters over one range of work.
 struct DeviceWork {
     double instructions = 0;  // of warps
-    double memory_bytes = 0;  // to and from the device's memory
-    double cache_bytes = 0;   // to and from the cache of level 2
-    double cycles = 0;        // of a multiprocessor
+    double memory_bytes = 0;  // device memory traffic
+    double cache_bytes = 0;   // L2 cache traffic
+    double cycles = 0;        // elapsed on a multiprocessor
     double seconds = 0;
 
     double clock() const { return seconds > 0 ? cycles / seconds : 0; }  // [1/s]
@@ -24,12 +24,13 @@ struct StageWork {
     DeviceWork work;
 };
 
-// Runs one stage, with something around it.
+// Wrapper around one stage: must call run() once.
 using Watch = std::function<void(const char* stage, const std::function<void()>& run)>;
 
-// What each stage counts that `work` hands to its argument, in that order; each must wait for its
-// own end. By CUPTI, on this thread's device, on which nothing else may run; `work` is called
-// as often as the counters have to be read. Throws std::runtime_error: why nothing can be counted.
+// Counts each stage that `work` runs through the Watch, in that order. Each stage must synchronise
+// before it returns. Uses CUPTI on the device of the calling thread, on which nothing else may run;
+// `work` is called once per counter pass. Throws std::runtime_error with the reason if counting is
+// impossible.
 std::vector<StageWork> counted(const std::function<void(const Watch&)>& work);
 
 }  // namespace knead

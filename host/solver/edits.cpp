@@ -34,8 +34,8 @@ bool finite(const Gaussian<double>& g)
 }
 constexpr const char* not_finite = "a Gaussian with a number that is not finite";
 
-// The first of so many for which it does not hold; `count` where there is none. Threads share them,
-// for a hand may wait: 500 000 places take 15 ms on one core. `work`: of all, in places.
+// The first index for which holds() is false; `count` if there is none. Parallel, to keep edits
+// short in VR: 500 000 places take 15 ms on one core. `work`: total number of places.
 template <class Holds>
 long first_failing(std::size_t count, std::size_t work, Holds&& holds)
 {
@@ -52,7 +52,7 @@ long first_failing(std::size_t count, std::size_t work, Holds&& holds)
     return first;
 }
 
-// Of a solver that only plays what was recorded, say.
+// For solvers without edits, e.g. one that only plays a recording.
 [[noreturn]] void refuse(const Solver& solver)
 {
     throw std::logic_error(solver.name() + " takes no edits");
@@ -322,7 +322,7 @@ void SceneState::check_motion(const RigidMotion<double>& m)
 
 void SceneState::check_place(Vec3<double> x, const char* what) const
 {
-    if (between(now.walls, x, now.lattice.dx)) return;  // asked of every particle
+    if (between(now.walls, x, now.lattice.dx)) return;  // fast path: called for every particle
     throw std::invalid_argument(what + std::string(" at (") + std::to_string(x.x) + ", " +
                                 std::to_string(x.y) + ", " + std::to_string(x.z) +
                                 ") m would lie behind a wall");

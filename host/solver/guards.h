@@ -1,4 +1,4 @@
-// What acted so that a frame could go on, by name: 0, all of it, in a run that is sound.
+// Guards that corrected a frame, by name. All are 0 in a sound run.
 #pragma once
 #include <utility>
 

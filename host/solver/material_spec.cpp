@@ -47,7 +47,7 @@ const MaterialQuantity quantities[] = {
 
 constexpr double degree = std::numbers::pi / 180;
 
-// What a law cannot do without.
+// Quantities that a plasticity law requires to be positive.
 struct Need {
     const char* key;
     bool (*of)(const MaterialSpec&);
@@ -104,7 +104,7 @@ std::optional<MaterialFault> fault_of(const MaterialSpec& spec)
             fmt::format("{:.9g} with a `snow` of {:.4g}", spec.compress, spec.snow)};
     for (const MaterialQuantity& q : quantities) {
         if (!q.used(spec)) continue;
-        // What comes back from Lame parameters is rounded.
+        // Values converted back from Lame parameters carry rounding errors.
         constexpr double rounding = 1e-9;
         const double value = spec.*q.value;
         const bool low = value >= q.low - rounding * std::max(1.0, std::abs(q.low));
@@ -138,7 +138,8 @@ Material<double> made(const MaterialSpec& r)
     const double angle = r.friction_angle * degree, s = std::sin(angle);
     // q = 6 s / (3 - s) p in triaxial compression, and |dev tau| = sqrt(2/3) q.
     m.friction = 2 * std::sqrt(6.0) * s / (3 - s);
-    // The cone's tip is at the tension c / tan(angle); over the bulk modulus: a volume strain.
+    // The cone's tip is at tension c / tan(angle); divided by the bulk modulus it is a volume
+    // strain.
     if (angle > 0) m.cohesion = r.cohesion / std::tan(angle) / m.bulk;
     return m;
 }
@@ -160,7 +161,7 @@ MaterialSpec stated(const Material<double>& m)
     spec.yield = m.yield, spec.hardening = m.hardening, spec.yield_floor = m.yield_floor;
     spec.compress = m.compress, spec.stretch = m.stretch, spec.snow = m.snow;
     const double s = 3 * m.friction / (2 * std::sqrt(6.0) + m.friction);
-    // A coefficient beyond that of 90 degrees is of no angle, and NaN is out of every range.
+    // Coefficients beyond that of 90 degrees give NaN, which is out of every range.
     const double angle = std::asin(s);
     spec.friction_angle = angle / degree;
     if (s > 0) spec.cohesion = m.cohesion * std::tan(angle) * m.bulk;

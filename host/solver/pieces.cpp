@@ -8,7 +8,7 @@
 
 namespace knead {
 
-// A cell and a label: the vertices of the graph whose components are the pieces.
+// Graph whose components are the pieces; a vertex is a cell with a label.
 struct PieceGraph {
     std::unordered_map<std::int64_t, int> vertex;
     std::vector<std::int64_t> keys;
@@ -40,7 +40,7 @@ std::int64_t key(Int3 c, Int3 size, std::uint32_t label)
     return ((std::int64_t(c.z) * size.y + c.y) * size.x + c.x) * 4 + label;
 }
 
-// Beside the three labels: clay near a blade, of which it is not known to which piece it belongs.
+// Fourth label: clay near a blade, whose piece is not known.
 constexpr std::uint32_t unknown = 3;
 
 bool alike(std::uint32_t a, std::uint32_t b)
@@ -48,7 +48,7 @@ bool alike(std::uint32_t a, std::uint32_t b)
     return a != unknown && b != unknown && (a == uncut || b == uncut || a == b);
 }
 
-// Calls visit(vertex) for every vertex within `reach` cells of vertex v, v itself left out.
+// Calls visit(vertex) for every vertex within `reach` cells of vertex v, except v.
 template <class Visit>
 void around(const PieceGraph& g, int v, Int3 size, int reach, Visit&& visit)
 {
@@ -70,7 +70,7 @@ std::uint32_t label(const PieceGraph& g, int v)
     return std::uint32_t(g.keys[std::size_t(v)] % 4);
 }
 
-// `of_particle` receives every particle's vertex.
+// `of_particle` receives the vertex of every particle.
 template <class R>
 PieceGraph connected(const std::vector<Particle<R>>& q, const Lattice<R>& lattice,
                      std::vector<int>& of_particle)
@@ -85,7 +85,8 @@ PieceGraph connected(const std::vector<Particle<R>>& q, const Lattice<R>& lattic
     return g;
 }
 
-// Piece of every vertex, the most particles first; returns the number of pieces.
+// Numbers the pieces by descending particle count and fills the piece of every vertex; returns
+// their number.
 int number(PieceGraph& g, const std::vector<int>& of_particle, std::vector<int>& piece_of_vertex)
 {
     std::vector<int> weight(g.keys.size(), 0), roots;
@@ -102,7 +103,7 @@ int number(PieceGraph& g, const std::vector<int>& of_particle, std::vector<int>&
     return int(roots.size());
 }
 
-// The pieces within a blade's reach of each.
+// For each piece, the pieces within a blade's reach.
 std::vector<std::vector<int>> neighbours(const PieceGraph& g,
                                          const std::vector<int>& piece_of_vertex, int count,
                                          Int3 size)
@@ -119,7 +120,7 @@ std::vector<std::vector<int>> neighbours(const PieceGraph& g,
     return all;
 }
 
-// Which pieces have faces of opposite labels near each other: cut, but not through.
+// Pieces with faces of opposite labels close to each other: cut only partially.
 std::vector<char> hinged(const PieceGraph& g, const std::vector<int>& piece_of_vertex, int count,
                          Int3 size)
 {
@@ -134,8 +135,8 @@ std::vector<char> hinged(const PieceGraph& g, const std::vector<int>& piece_of_v
     return found;
 }
 
-// A label for every piece that has a neighbour, opposite to that of the neighbour it was found
-// from, the largest first: right wherever two labels can be.
+// Two-colouring: breadth-first from the largest piece, each piece with neighbours gets the label
+// opposite to its predecessor's. Correct wherever two labels suffice.
 std::vector<std::uint32_t> coloured(const std::vector<std::vector<int>>& near)
 {
     std::vector<std::uint32_t> given(near.size(), uncut);
@@ -153,8 +154,8 @@ std::vector<std::uint32_t> coloured(const std::vector<std::vector<int>>& near)
     return given;
 }
 
-// Swaps all labels, which changes nothing among the pieces, where more of those near the blade that
-// `height` is seen from would contradict the labels it will give.
+// Swaps all labels if most labels near the blade contradict those that `height` will assign. The
+// pieces are unaffected.
 template <class R>
 void align(std::vector<Particle<R>>& q, const std::vector<R>& height)
 {
@@ -167,7 +168,7 @@ void align(std::vector<Particle<R>>& q, const std::vector<R>& height)
         if (p.sides != uncut) p.sides = opposite(p.sides);
 }
 
-// Particles by cell, to be looked for around a place.
+// Particles sorted by cell, for nearest-neighbour search.
 template <class R>
 class Neighbourhood {
   public:
@@ -178,8 +179,7 @@ class Neighbourhood {
             by_cell.emplace_back(key(lattice.cell_of(q[i].x), lattice.size, 0), int(i));
         std::sort(by_cell.begin(), by_cell.end());
     }
-    // The nearest in the 27 cells around x, of those that are `preferred` where there are any; -1:
-    // there is none.
+    // The nearest particle in the 27 cells around x, preferred ones first; -1 if there is none.
     template <class Preferred>
     int nearest(Vec3<R> x, Preferred&& preferred) const
     {
@@ -204,7 +204,7 @@ class Neighbourhood {
     std::vector<std::pair<std::int64_t, int>> by_cell;
 };
 
-// preferred(g, i): whether Gaussian g would rather have the label of particle i.
+// preferred(g, i): whether particle i is preferred as the source of the label of Gaussian g.
 template <class R, class Preferred>
 void label_by_nearest(std::vector<Gaussian<R>>& splats, std::size_t from,
                       const std::vector<Particle<R>>& q, const Lattice<R>& lattice,
@@ -249,7 +249,7 @@ void relabel(std::vector<Particle<R>>& q, const Lattice<R>& lattice)
 template <class R>
 void forget(std::vector<Particle<R>>& q, const Lattice<R>& lattice, const std::vector<R>& height)
 {
-    // The blade has labelled what it covers already: that says nothing about the pieces.
+    // Labels that the blade has already assigned do not separate pieces.
     std::vector<Particle<R>> before = q;
     for (std::size_t i = 0; i < q.size(); ++i)
         if (height[i] != 0) before[i].sides = unknown;

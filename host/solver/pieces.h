@@ -1,4 +1,4 @@
-// After a cut: which clay hangs together, and which labels it still needs.
+// After a cut: the connected pieces of clay, and the labels that they still need.
 #pragma once
 #include <vector>
 
@@ -10,36 +10,37 @@
 
 namespace knead {
 
-// Pieces of clay, by cells of the lattice: two cells hang together if they touch and do not carry
-// opposite labels. Fills piece[i] for every particle, the largest piece first; returns their
-// number.
+// Connected pieces of clay, by cells of the lattice: two cells are connected if they touch and do
+// not carry opposite labels. Fills piece[i] for every particle, largest piece first; returns the
+// number of pieces.
 template <class R>
 int pieces(const std::vector<Particle<R>>& q, const Lattice<R>& lattice, std::vector<int>& piece);
 
-// Gives whole pieces the labels they need: none where no other piece is within reach, opposite ones
-// where two are; a piece that is cut but not through keeps its own.
+// Assigns labels to complete pieces: none if no other piece is within reach, opposite ones to two
+// that are. A piece that is cut only partially keeps its labels.
 template <class R>
 void relabel(std::vector<Particle<R>>& q, const Lattice<R>& lattice);
 
-// Before a new stroke: pieces that it touches forget what an old one told them, except along the
-// faces with which they lie within reach of other pieces. height[i] is that of particle i over the
-// blade [m], 0 where none is near; any particle may change its label to the other, all together.
+// Before a new stroke: clears old labels of the pieces that it touches, except along faces within
+// reach of other pieces. height[i]: signed height of particle i over the blade [m], 0 if none is
+// near. May swap the two labels of all particles.
 template <class R>
 void forget(std::vector<Particle<R>>& q, const Lattice<R>& lattice, const std::vector<R>& height);
 
-// Gaussians take the label of the nearest particle within a cell or two: of those that had the same
-// label as they before, where there are any. before[i] was that of particle i.
+// Gaussians take the label of the nearest particle within a cell or two, preferably of one that had
+// the Gaussian's label before. before[i]: previous label of particle i.
 template <class R>
 void follow_labels(std::vector<Gaussian<R>>& splats, const std::vector<Particle<R>>& q,
                    const std::vector<std::uint32_t>& before, const Lattice<R>& lattice);
-// Those from splats[from] on are new: of particles of the same object, where there are any.
+// Labels new Gaussians, splats[from] and following, by the nearest particle, preferably of the same
+// object.
 template <class R>
 void take_labels(std::vector<Gaussian<R>>& splats, std::size_t from,
                  const std::vector<Particle<R>>& q, const Lattice<R>& lattice);
 
-// At the end of a frame, in which a blade covered clay or not: a stroke that begins forgets old
-// labels in its way, one that has ended leaves whole pieces. mask_at(x): the primitives that may
-// matter at x. Gaussians follow. True if labels may have changed.
+// At the end of a frame. `covered`: a blade was in the clay. The start of a stroke clears old
+// labels near the blade; its end labels complete pieces. mask_at(x): candidate primitives at x.
+// Gaussians follow. Returns true if labels may have changed.
 template <class R, class MaskAt>
 bool relabel_pieces(std::vector<Particle<R>>& q, std::vector<Gaussian<R>>& splats,
                     const Lattice<R>& lattice, const Colliders<R>& tools, MaskAt&& mask_at,

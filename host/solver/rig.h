@@ -1,4 +1,4 @@
-// What moves with joints and touches the clay.
+// Geometry that moves with joints and touches the clay.
 #pragma once
 #include <algorithm>
 #include <vector>
@@ -7,14 +7,14 @@
 
 namespace knead {
 
-// Spheres bound to joints, and the primitives they span. Joints are numbered as in the
-// motion that moves them. Primitive::tool is 0 within a rig until it is placed in a scene.
+// Spheres bound to joints, and the primitives they span. Joint indices are those of the motion.
+// Primitive::tool is 0 until the rig is placed in a scene.
 struct Rig {
     std::vector<Binding<float>> spheres;
     std::vector<Primitive> primitives;
 };
 
-// Per sphere, the tool whose primitives it is in.
+// Per sphere, the tool of its primitives.
 inline std::vector<int> tools_of_spheres(const Rig& rig)
 {
     std::vector<int> tools(rig.spheres.size(), 0);
@@ -23,7 +23,7 @@ inline std::vector<int> tools_of_spheres(const Rig& rig)
     return tools;
 }
 
-// One more than the highest joint that any of its spheres hangs on.
+// Number of joints that a motion must have: highest bound index plus one.
 inline int joints_of(const Rig& rig)
 {
     int count = 0;

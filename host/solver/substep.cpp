@@ -28,7 +28,8 @@ double tool_step(const Setup& setup, const Motion& motion, double duration)
     check_motion(setup, motion);
     double dt = 1e30;
     const double dx = setup.lattice.dx;
-    std::vector<int> seen(setup.rig.spheres.size(), -1);  // by tool: primitives share theirs
+    std::vector<int> seen(setup.rig.spheres.size(), -1);  // per sphere, the last tool visited:
+                                                          // primitives share spheres
     for (const Primitive& p : setup.rig.primitives) {
         const auto tool = std::size_t(p.tool);
         if (tool < motion.active.size() && !motion.active[tool]) continue;

@@ -1,4 +1,4 @@
-// What both backends agree on: how long a substep may be.  (22)
+// Substep length, common to both back ends.  (22)
 #pragma once
 #include <cmath>
 
@@ -9,7 +9,7 @@
 
 namespace knead {
 
-// Joint j at the share of a frame, in [0, 1]: what centre() and posed() ask for.
+// Pose of joint j at fraction `share` of a frame, in [0, 1]; the argument of centre() and posed().
 template <class R>
 auto joints_at(const Motion& motion, double share)
 {
@@ -19,7 +19,7 @@ auto joints_at(const Motion& motion, double share)
     };
 }
 
-// Whether tool t acts in a frame, how large it is, and the share of its radii that it has.
+// Sets activity, scale and radius factor of tool t for a frame.
 template <class R>
 void set_tool(Tool<R>& tool, const Motion& motion, std::size_t t)
 {
@@ -28,7 +28,7 @@ void set_tool(Tool<R>& tool, const Motion& motion, std::size_t t)
     tool.stretch = cast<R>(motion.stretch_of(t));
 }
 
-// The mass of the lightest particle that there may be [kg].
+// Mass of the lightest particle of any material [kg].
 inline double lightest_particle(const Setup& s)
 {
     double lightest = 1e30;
@@ -37,15 +37,15 @@ inline double lightest_particle(const Setup& s)
     return lightest;
 }
 
-// What a node holds that is trimmed, not clipped, where it is slowed: at most [kg].
+// Up to this mass, a clamped node counts as clipped_negligible [kg].
 inline double negligible_mass(const Setup& s) { return trimmed_share * lightest_particle(s); }
 
-// What of a scene limits its substeps; its state may limit them further.  (22)
+// Limits of the substep that depend on the scene only; the state may lower them.  (22)
 inline StepLimits step_limits(const Setup& s)
 {
     StepLimits p{s.step.courant, s.lattice.dx, 0, 1e30, s.step.fixed, s.step.largest};
     for (const Material<double>& m : s.materials) {
-        if (!(m.density > 0)) continue;  // was removed
+        if (!(m.density > 0)) continue;  // removed
         p.stiffness = std::fmax(p.stiffness, stiffness(Particle<double>{}, m));
         if (m.plasticity == Plasticity::fluid && m.viscosity > 0)
             p.viscosity =
@@ -54,12 +54,12 @@ inline StepLimits step_limits(const Setup& s)
     return p;
 }
 
-// The tools' limit on a substep over one frame [s]: none may cross more than `share` of its own
-// radius, or of a cell, at once. A blade's thickness does not count: its sides know the particles.
-// Throws std::invalid_argument where the motion lacks a joint that the rig hangs on.
+// The tools' limit of dt over one frame [s]: no sphere may move by more than StepOptions::tool
+// times its radius or a cell in one substep. For blades only the cell counts, because particles are
+// labelled by their side. Throws std::invalid_argument if the motion lacks a joint of the rig.
 double tool_step(const Setup& setup, const Motion& motion, double duration);
 
-// Counts a substep.
+// Adds a substep to the statistics.
 inline void count(const Step& step, FrameStats& stats)
 {
     stats.dt_min = stats.substeps ? std::fmin(stats.dt_min, step.dt) : step.dt;

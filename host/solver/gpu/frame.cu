@@ -150,7 +150,7 @@ void GpuSolver::sort_if_due(const Views& views, const Features& features, cudaSt
 
 // Placed between grid and g2p, neither of which waits for a kernel other than its predecessor. On a
 // stream parallel to g2p its time would be hidden, but a fork between kernels with programmatic
-// early start crashed (driver 580).
+// dependent launch crashed (driver 580).
 void GpuSolver::follow(const Views& views, const Features& features, bool at_end,
                        cudaStream_t stream) const
 {

@@ -127,7 +127,7 @@ class GpuSolver : public Solver {
     bool stepwise = false;     // no graph: KNEAD_GRAPH=0, for profilers and memory checkers
     bool was_covered = false;  // a blade was in the clay at the end of the last frame
     int last_substeps = 0;
-    int usual_substeps = 0, misfits = 0;  // of the graphs; consecutive frames that deviate from it
+    int usual_substeps = 0, misfits = 0;  // substeps of the graphs; consecutive frames that deviate
     mutable std::vector<StageTime> times;
 };
 
