@@ -24,8 +24,7 @@ struct MaterialSpec {
     double cohesion = 0;        // Mohr-Coulomb: shear strength at zero pressure [Pa]
     double compress = 0, stretch = 0, snow = 0;  // clamp: bounds and hardening exponent [1]
     double viscosity = 0;  // fluid: [Pa s]; Herschel-Bulkley: consistency [Pa s^exponent]
-    double exponent = 1;   // Herschel-Bulkley: flow index [1]; fluid: exponent of the pressure law
-                           // [1]
+    double exponent = 1;   // Herschel-Bulkley: flow index; fluid: of the pressure law [1]
     double bulk = 0;       // fluid: slope of the pressure over volume strain [Pa]
 };
 

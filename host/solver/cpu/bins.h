@@ -1,4 +1,5 @@
-// Particles by block: a stable counting sort, the same for any number of threads.
+// Particles by block: a stable parallel counting sort, with the same result for any number of
+// threads.
 #pragma once
 #include <algorithm>
 #include <cstdint>
@@ -10,13 +11,14 @@
 namespace knead {
 
 struct Bins {
-    std::vector<int> key;       // per particle: its block, written by whoever moves it
-    std::vector<int> order;     // particle indices, block by block
+    std::vector<int> key;       // per particle: its block, updated where the particle is moved
+    std::vector<int> order;     // particle indices, sorted by block
     std::vector<int> first;     // occupied.size() + 1 offsets into order
-    std::vector<int> occupied;  // blocks that hold the base node of a particle, rising
+    std::vector<int> occupied;  // blocks that contain base nodes of particles, ascending
     std::vector<int> slot;      // per block: its index in occupied, or -1
     std::vector<int> reached;   // blocks that receive mass: the occupied and their upper neighbours
-    std::vector<int> home;      // blocks + 1: where each block's particles began when reordered
+    std::vector<int> home;      // block_count + 1: first particle of each block at the last
+                                // reorder()
 
     struct Members {
         const int *from, *to;
@@ -29,10 +31,10 @@ struct Bins {
         return {order.data() + first[std::size_t(s)], order.data() + first[std::size_t(s) + 1]};
     }
 
-    // Whether a block receives mass, as `reached` lists them.
+    // True if the block receives mass (is listed in `reached`).
     bool reaches(int block) const { return mark[std::size_t(block)] != 0; }
 
-    // From here on only particles of the listed blocks, as they were when reordered, are binned.
+    // Restricts fill() to the particles that were in the listed blocks at the last reorder().
     void bin_only(const std::vector<char>& listed)
     {
         ranges.clear(), binned = 0;
@@ -44,8 +46,7 @@ struct Bins {
         }
     }
 
-    // Bins the particles by their keys, each in [0, blocks): blocks in the lattice's order, along z
-    // first.
+    // Bins the particles by `key`, in [0, blocks). Block order is that of the lattice, z first.
     void fill(int blocks, Int3 size, int threads)
     {
         if (home.empty()) ranges = {{0, 0}}, binned = int(key.size());
@@ -70,8 +71,8 @@ struct Bins {
             if (mark[std::size_t(b)]) reached.push_back(b);
     }
 
-    // Moves the particles, and their ids, into the order of their nodes: node(particle) is the
-    // index of a particle's base node, in blocks as the lattice is.
+    // Sorts the particles and their ids by block and base node. node(particle): lattice index of
+    // its base node.
     template <class Particles, class NodeOf>
     void reorder(Particles& q, std::vector<int>& ids, int blocks, NodeOf&& node, int threads)
     {
@@ -103,12 +104,12 @@ struct Bins {
     }
 
   private:
-    // Particles from index `from` on, with so many before them in other ranges.
+    // Particles from index `from` on; `before` particles are in earlier ranges.
     struct Range {
         int from, before;
     };
 
-    // Calls visit(from, to) for every run of one block among share t of the binned particles.
+    // Calls visit(from, to) for every run of particles of one block in part t of `threads`.
     template <class Visit>
     void for_each_run(std::size_t t, int threads, Visit&& visit) const
     {
@@ -131,7 +132,7 @@ struct Bins {
         }
     }
 
-    // Puts the particles of a block, in the order of their indices, where the block starts.
+    // Counting sort of particle indices by block, stable.
     void sort(int blocks, int threads)
     {
         order.resize(key.size());
@@ -164,7 +165,7 @@ struct Bins {
         });
     }
 
-    std::vector<Range> ranges;  // what is binned, rising
+    std::vector<Range> ranges;  // binned particles, ascending
     int binned = 0;
     std::vector<int> start, per_thread;
     std::vector<char> mark;

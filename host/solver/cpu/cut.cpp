@@ -1,14 +1,13 @@
-// The loops that only walls and cuts need: nodes with their images behind a wall, three velocity
-// fields near a blade, and whole pieces after it.
+// Stages for walls and cuts: mirror images of nodes across walls, three velocity fields near a
+// blade, relabelling of pieces.
 #include "cuda/mpm/grid.h"
 #include "host/solver/cpu/solver.h"
 #include "host/solver/pieces.h"
 
 namespace knead {
 
-// Marks all blocks as needing three fields, if anywhere both labels, or a blade, are near enough to
-// share a node with clay of another. All: a labelled particle looks at its own field wherever it
-// is.
+// Sets `split` for all blocks if anywhere both labels, or a blade, are close enough to share a node
+// with clay of another label. For all: a labelled particle always gathers from its own field.
 template <class R>
 bool CpuSolver<R>::find_splits()
 {
@@ -38,7 +37,7 @@ bool CpuSolver<R>::find_splits()
     return any;
 }
 
-// How a node that holds `mass` is updated: with which others.
+// The mirror set of a node with this mass.
 template <class R>
 MirrorSet CpuSolver<R>::updated(Int3 n, R mass) const
 {
@@ -46,8 +45,8 @@ MirrorSet CpuSolver<R>::updated(Int3 n, R mass) const
     return mirror_set(n, walls, [&](Int3 to) { return summed(sums[0], n + to).m; });
 }
 
-// Node n of block b and its images behind walls. Near a cut each label has its own velocity, and
-// the two do not pass through each other.
+// Updates node n of block b and its mirror images across walls. Near a cut each label has its own
+// velocity, and the labels do not interpenetrate (24), (25).
 template <class R>
 void CpuSolver<R>::update_mirror_set(int b, Int3 n, Int3 across, R dt, Counts& c)
 {
@@ -73,7 +72,7 @@ void CpuSolver<R>::update_mirror_set(int b, Int3 n, Int3 across, R dt, Counts& c
     }
     for (int k = 0; k < count; ++k) {
         const Int3 m = mirror_node(n, across, k);
-        if (k && !(v[0][k].m > 0)) continue;  // its own block looks after it
+        if (k && !(v[0][k].m > 0)) continue;  // updated with its own block
         Node<R> one[3] = {v[0][k], v[1][k], v[2][k]};
         if (fields > 1)
             divide(one, {one[0].m, one[above].m, one[below].m}, [&] {
@@ -85,7 +84,7 @@ void CpuSolver<R>::update_mirror_set(int b, Int3 n, Int3 across, R dt, Counts& c
     }
 }
 
-// A block near a cut.
+// Grid update of a block near a cut.
 template <class R>
 void CpuSolver<R>::split_update(int b, R dt, Counts& c)
 {
@@ -97,13 +96,13 @@ void CpuSolver<R>::split_update(int b, R dt, Counts& c)
     }
 }
 
-// At the end of a frame: a stroke that begins forgets old labels in its way, one that has ended
-// leaves whole pieces.
+// End of a frame: the start of a stroke clears old labels near the blade; its end labels complete
+// pieces.
 template <class R>
 void CpuSolver<R>::finish_cuts(bool covered)
 {
     if (stillness.any() && covered != was_covered)
-        for (Particle<R>& p : q) p.hold(false);  // whoever looks at whole pieces reads plain labels
+        for (Particle<R>& p : q) p.hold(false);  // relabelling compares plain labels
     relabel_pieces(q, splats, lattice, posed, covered, was_covered);
     was_covered = covered;
 }

@@ -1,6 +1,6 @@
-// Edits of the clay and of the rules between two frames, and the whole state there and back. After
-// an edit the particles lie in the order of their ids, as they do in a new solver: sums depend on
-// the order, and are those of a scene that was built so from the start.
+// Edits of clay and rules between two frames; save and load. After an edit the particles are in id
+// order, as in a new solver: sums depend on the order, and equal those of a scene constructed with
+// the edit.
 #include "cuda/mpm/edit.h"
 
 #include <numeric>
@@ -30,7 +30,7 @@ struct CpuSnapshot : Snapshot {
     }
 };
 
-// What follows from the setup alone.
+// Rebuilds everything derived from the setup.
 template <class R>
 void CpuSolver<R>::apply_rules()
 {
@@ -77,7 +77,7 @@ void CpuSolver<R>::by_id()
     renumber();
 }
 
-// The clay around it is checked again for being at rest.
+// Resets the frames at rest of the particle's block.
 template <class R>
 void CpuSolver<R>::wake(const Particle<R>& particle)
 {
@@ -86,8 +86,8 @@ void CpuSolver<R>::wake(const Particle<R>& particle)
     stillness.quiet[std::size_t(lattice.block_of(base))] = 0;
 }
 
-// Calls edit(particle) for those of an object, in double: what a caller would compute who makes the
-// scene again.
+// Calls edit(particle) for all particles of an object, in double, as if the scene were constructed
+// anew.
 template <class R>
 template <class Edit>
 void CpuSolver<R>::edit(int object, Edit&& edit)
@@ -245,7 +245,7 @@ void CpuSolver<R>::restore(const Snapshot& snapshot)
     book = from.book;
     q = from.q, ids = from.ids, splats = from.splats;
     stillness.quiet = from.quiet, was_covered = from.was_covered;
-    arranged = false;  // sorted again, what is in order stays so
+    arranged = false;  // sort again; a stable sort keeps the order
     posed = PosedTools<R>(setup, lattice);
     apply_rules();
     most = from.most;

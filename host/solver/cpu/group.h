@@ -1,4 +1,4 @@
-// A group of particles in the lanes of registers, and the way there and back.
+// A group of particles in vector lanes: gather and scatter between AoS and registers.
 #pragma once
 #include <cstddef>
 
@@ -9,22 +9,21 @@
 
 namespace knead {
 
-// As many particles of one object as there are lanes; where there are fewer, the last one stands in
-// the lanes left over.
+// Up to one particle per lane, of one object; unused lanes repeat the last particle.
 template <class R>
 struct Group {
     static constexpr int count = Lanes<R>::count;
     Particle<R>* of[count];
-    int index[count];  // of each in the array of particles
+    int index[count];  // particle indices
     int size;
-    // All are of one object, and still or not.
+    // Requires equal object and equal still().
     bool takes(const Particle<R>& q) const
     {
         return size == 0 || (q.object == of[0]->object && q.still() == of[0]->still());
     }
 };
 
-// From four numbers of each particle, at(lane), to a register for each of the numbers.
+// Loads four consecutive numbers per particle, at(lane), and transposes: one register per number.
 template <class R, class At>
 [[gnu::always_inline]] inline void load_four(Lanes<R> (&words)[4], At&& at)
 {
@@ -40,7 +39,7 @@ template <class R, class At>
     }
     transpose(words[0].v, words[1].v, words[2].v, words[3].v);
 }
-// And back: to(lane, its four numbers).
+// The inverse: calls to(lane, its four numbers).
 template <class R, class To>
 [[gnu::always_inline]] inline void store_four(const Lanes<R> (&words)[4], To&& to)
 {
@@ -54,7 +53,7 @@ template <class R, class To>
     }
 }
 
-// A vector of each particle, and a fourth number.
+// Stores a vector and a fourth number of each particle.
 template <class R>
 [[gnu::always_inline]] inline void spread(const Vec3<Lanes<R>>& u, Lanes<R> w, Four<R>* each)
 {
@@ -68,7 +67,7 @@ template <class R>
     return {words[0], words[1], words[2]};
 }
 
-// The words of a particle from `word` on, four at a time.
+// Loads four consecutive words of each particle, beginning with `word`.
 template <class R>
 [[gnu::always_inline]] inline void load_words(const Group<R>& group, int word, Lanes<R> (&words)[4])
 {
@@ -87,13 +86,13 @@ template <class R>
     });
 }
 
-// Where the parts of a particle stand among its words.
+// Word offsets of a particle's members.
 template <class R>
 constexpr bool particle_is_22_words = offsetof(Particle<R>, C) == 6 * sizeof(R) &&
                                       offsetof(Particle<R>, e) == 15 * sizeof(R) &&
                                       offsetof(Particle<R>, k) == 21 * sizeof(R);
 
-// A group's places and strains alone.
+// Loads x, e and k only.
 template <class R>
 [[gnu::always_inline]] inline void load_shape(const Group<R>& group, Particle<Lanes<R>>& p)
 {
@@ -127,7 +126,7 @@ template <class R>
     store_words(group, 18, {p.e.xy, p.e.xz, p.e.yz, p.k});
 }
 
-// Numbers of each particle's, for a loop over plain ones.
+// Per-lane values as an array, for scalar loops.
 template <class R>
 struct alignas(vector_bytes) Each {
     R of[Lanes<R>::count];
@@ -141,7 +140,7 @@ struct alignas(vector_bytes) Each {
     }
 };
 
-// A group's stencils, number by number.
+// The stencils of a group, as structure of arrays.
 template <class R>
 struct Stencils {
     static constexpr int count = Lanes<R>::count;

@@ -1,4 +1,4 @@
-// What a frame has left inside of tools: how deep particles are, and what they move with.  (19)
+// Particles inside tools after a frame: penetration depths and grid velocities.  (19)
 #include "cuda/mpm/g2p.h"
 #include "cuda/mpm/project.h"
 #include "host/solver/cpu/solver.h"

@@ -1,5 +1,5 @@
-// A number for each lane of a vector register: what the formulas of cuda/*.h take for R where they
-// do not branch, so that one call serves as many particles as there are lanes.
+// One number per lane of a vector register. Replaces R in the branch-free formulas of cuda/*.h, so
+// that one call computes all lanes.
 #pragma once
 #include <cmath>
 #include <cstring>
@@ -44,8 +44,8 @@ struct Lanes {
     friend Lanes operator*(Lanes a, Lanes b) { return a.v * b.v; }
     friend Lanes operator/(Lanes a, Lanes b) { return a.v / b.v; }
     friend Lanes operator-(Lanes a) { return -a.v; }
-    friend auto operator<(Lanes a, Lanes b) { return a.v < b.v; }  // lane by lane: 0, or -1
-    // Equal in every lane.
+    friend auto operator<(Lanes a, Lanes b) { return a.v < b.v; }  // per lane: 0 or -1
+    // True if all lanes are equal.
     friend bool operator==(Lanes a, Lanes b)
     {
         const auto unequal = a.v != b.v;
@@ -75,7 +75,7 @@ inline Lanes<R> log_of_one_plus(Lanes<R> x)
     using Bits = decltype(V{} < V{});
     constexpr int digits = sizeof(R) == 4 ? 23 : 52, terms = sizeof(R) == 4 ? 5 : 11;
     const V one = 1 - V{}, lowest = R(0.70710678118654752) - V{}, u = x.v + one;
-    const V lost = x.v - (u - one);  // what rounding took from 1 + x
+    const V lost = x.v - (u - one);  // rounding error of 1 + x
     Bits bits, bits_lowest, bits_one;
     std::memcpy(&bits, &u, sizeof u), std::memcpy(&bits_lowest, &lowest, sizeof u);
     std::memcpy(&bits_one, &one, sizeof u);
@@ -86,21 +86,20 @@ inline Lanes<R> log_of_one_plus(Lanes<R> x)
     const V y = (m - one) + lost * scale, s = y / (2 + y), z = s * s;
     V sum = R(2) / (2 * terms - 1) - V{};
     for (int k = terms - 2; k > 0; --k) sum = sum * z + R(2) / R(2 * k + 1);
-    constexpr R high =
-        sizeof(R) == 4 ? R(0x1.62e4p-1) : R(0x1.62e42fefap-1);  // n times it is exact
+    constexpr R high = sizeof(R) == 4 ? R(0x1.62e4p-1) : R(0x1.62e42fefap-1);  // n * high is exact
     constexpr R low = R(0.693147180559945309417L - high);
     const V whole = __builtin_convertvector(n, V);
     return whole * high + (2 * s + (s * z * sum + whole * low));
 }
 
-// The form that material.h finds for lanes.
+// Overload for lanes, called by material.h.
 template <class R>
 inline Lanes<R> log_volume(Lanes<R> excess)
 {
     return R(0.5) * log_of_one_plus(max(excess, Lanes<R>(crushed<R>)));
 }
 
-// One register after the other, as one of twice the size.
+// Concatenates two registers.
 template <class V>
 [[gnu::always_inline]] inline auto joined(V low, V high)
 {
@@ -112,7 +111,7 @@ template <class V>
     (std::make_index_sequence<count>());
 }
 
-// u0 v0 u1 v1 of every four lanes, or the other half, u2 v2 u3 v3.
+// Interleaves per four lanes: u0 v0 u1 v1 (half 0) or u2 v2 u3 v3 (half 1).
 template <int half, class V>
 [[gnu::always_inline]] inline V mixed(V u, V v)
 {
@@ -124,7 +123,7 @@ template <int half, class V>
     }
     (std::make_index_sequence<count>());
 }
-// Columns become rows in each 4 x 4 block that four lanes of a, b, c and d are.
+// Transposes each 4 x 4 block formed by four lanes of a, b, c and d.
 template <class V>
 [[gnu::always_inline]] inline void transpose(V& a, V& b, V& c, V& d)
 {

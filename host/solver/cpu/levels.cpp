@@ -1,6 +1,6 @@
-// The CPU's solver as fast as this machine allows: solver.cpp is compiled for several levels of
-// x86-64, with the name of its one function changed by the build (CMakeLists.txt), and the highest
-// level that the processor knows is taken.
+// Selects the CPU solver at run time: solver.cpp is compiled for several levels of x86-64, each
+// with its one public function renamed by the build (CMakeLists.txt); the highest level that the
+// processor supports is used.
 #include "host/solver/cpu/levels.h"
 
 namespace knead {

@@ -1,4 +1,4 @@
-// The CPU's loops as compiled for several levels of the processor.
+// The CPU solver, compiled for several x86-64 levels.
 #pragma once
 #include "host/solver/solver.h"
 
@@ -6,7 +6,7 @@ namespace knead {
 
 using MakeSolver = std::unique_ptr<Solver> (*)(const Setup& setup);
 
-// Of all levels that this processor knows, the lowest first.
+// Solvers of all levels that this processor supports, lowest first.
 std::vector<MakeSolver> cpu_levels();
 
 }  // namespace knead

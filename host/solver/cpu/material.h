@@ -1,4 +1,4 @@
-// What of a material is done for a group at once, and what one by one.
+// Material functions of a group: vectorised where possible, else per particle.
 #pragma once
 #include "cuda/mpm/material_data.h"
 #include "cuda/mpm/particle.h"
@@ -25,8 +25,8 @@ inline Sym3<Lanes<R>> stress(const Particle<Lanes<R>>& p, const Group<R>& group,
     return tau;
 }
 
-// One bit for each lane that the return map must look at: of clay, those near the yield stress or
-// beyond it.
+// Bit mask of the lanes that need the return map: von Mises lanes near or beyond the yield stress,
+// all lanes of other plasticity laws.
 template <class R>
 inline unsigned near_yield_mask(const Particle<Lanes<R>>& p, const Material<R>& m)
 {

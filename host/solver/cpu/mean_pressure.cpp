@@ -1,4 +1,4 @@
-// Pressure that a cell's particles share, where clay hardly changes its volume.  (7a)
+// Mean pressure per cell, for nearly incompressible clay.  (7a)
 #include "cuda/mpm/mean_pressure.h"
 
 #include "cuda/mpm/stencil.h"
@@ -6,8 +6,7 @@
 
 namespace knead {
 
-// Of a block's particles `members` bear the pressures of their cells, whose particles are all of
-// the block.
+// Sums the pressure of all of the block's particles per cell and applies the mean to `members`.
 template <class R>
 void CpuSolver<R>::share_pressure(int slot, Bins::Members members)
 {

@@ -1,5 +1,5 @@
-// Three nodes at a time: a row of the stencil is twelve numbers side by side in a tile, which one
-// vector register holds, or a few. What is summed row by row stands in p2g.h and g2p.h.
+// Vectorised access to three nodes at a time: a row of the stencil is twelve consecutive numbers in
+// a tile, in one or a few vector registers. The row sums are in p2g.h and g2p.h.
 #pragma once
 #include "cuda/math/node4.h"
 #include "cuda/mpm/lattice.h"
@@ -11,14 +11,13 @@ constexpr int tile_edge = block_edge + 2, tile_nodes = tile_edge * tile_edge * t
 
 inline int tile_index(Int3 n) { return (n.z * tile_edge + n.y) * tile_edge + n.x; }
 
-// The nodes that a block's particles can reach, and one more for the end of the last row.
+// The nodes that a block's particles can reach, plus one as padding of the last row.
 template <class R>
 struct alignas(64) Tile {
     Node<R> node[tile_nodes + 1];
 };
 
-// Three neighbours along x. Where a register is wider than that, a fourth node is read with them
-// and written back as it was: what is added to it is zero.
+// Three neighbours along x. Wider registers include a fourth node, to which zero is added.
 template <class R>
 struct Row {
     using Part = typename Register<R>::V;
@@ -67,7 +66,7 @@ inline Four<R> node_of(const Row<R>& a)
     const auto& v = a.part[4 * k / Row<R>::width];
     return {__builtin_shufflevector(v, v, at, at + 1, at + 2, at + 3)};
 }
-// Register by register: GCC copies more at once in pieces that the next load has to wait for.
+// Copied register by register: GCC splits larger copies into pieces, on which the next load stalls.
 template <class R>
 inline Row<R> row_at(const Node<R>* first)
 {

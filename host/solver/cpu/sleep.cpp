@@ -1,4 +1,4 @@
-// The loops that only a scene needs in which clay may be still.  (29), (30)
+// Stages that only scenes with sleeping need.  (29), (30)
 #include "host/base/machine.h"
 #include "host/base/parallel.h"
 #include "host/solver/cpu/solver.h"
@@ -6,7 +6,8 @@
 
 namespace knead {
 
-// Before a frame's first substep: finds what need not move, and puts it to rest.
+// Before the first substep of a frame: determines the activity of blocks and stops sleeping
+// particles.
 template <class R>
 void CpuSolver<R>::update_activity(const Motion& motion)
 {
@@ -37,7 +38,7 @@ void CpuSolver<R>::update_activity(const Motion& motion)
     times[stage_bin].seconds += wall_seconds() - start;
 }
 
-// In a block whose clay is still: that which has come from others.
+// Particles that have moved into a block whose clay is still.
 template <class R>
 Bins::Members CpuSolver<R>::movers_among(Bins::Members members, std::vector<int>& movers) const
 {
@@ -46,8 +47,8 @@ Bins::Members CpuSolver<R>::movers_among(Bins::Members members, std::vector<int>
     return {movers.data(), movers.data() + movers.size()};
 }
 
-// Whether any of a block's still clay must move: what the lattice would give it is looked at, but
-// not taken.
+// True if still clay of the block must move: gathers the grid velocity without applying it, and
+// tests it (30).
 template <class R>
 bool CpuSolver<R>::pushes(int slot, R dt, const Tile<R>* tiles) const
 {
@@ -66,7 +67,7 @@ bool CpuSolver<R>::pushes(int slot, R dt, const Tile<R>* tiles) const
     return false;
 }
 
-// Ends a substep.
+// After a substep: wakes pushed blocks.
 template <class R>
 void CpuSolver<R>::wake_roused(FrameStats& stats)
 {

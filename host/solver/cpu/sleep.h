@@ -1,4 +1,4 @@
-// Which clay is still on the CPU, block by block: the rules are in cuda/mpm/sleep.h.
+// Sleeping on the CPU, by block. The rules are in cuda/mpm/sleep.h.
 #pragma once
 #include <algorithm>
 #include <cmath>
@@ -15,21 +15,22 @@ template <class R>
 struct Stillness {
     Rest<R> options;
     Lattice<R> lattice;
-    // Per block of the lattice; empty where no clay may be still.
-    std::vector<int> quiet;        // frames on end at rest
-    std::vector<int> activity;     // what its clay does in this frame, see Activity
-    std::vector<int> free, guard;  // the substep from which on its clay moves, wakes where pushed
-    std::vector<char> listed;      // its clay is looked at
-    std::vector<char> roused;      // something in it was pushed in this substep
-    int now = 0;                   // substep of this frame
+    // Per block of the lattice; empty without sleeping.
+    std::vector<int> quiet;        // consecutive frames at rest
+    std::vector<int> activity;     // Activity in this frame
+    std::vector<int> free, guard;  // substep from which the clay moves; from which it is tested for
+                                   // a push
+    std::vector<char> listed;      // particles are binned and processed
+    std::vector<char> roused;      // pushed in this substep
+    int now = 0;                   // index of the substep in the frame
 
     Stillness(const Rest<double>& rest, const Lattice<R>& lattice);
     bool any() const { return options.mode != RestMode::none; }
-    // Whether the clay of block b is still in this substep, and whether it feels what pushes it.
+    // holds(): the clay of block b is still in this substep. feels(): it is tested for a push.
     bool holds(int b) const { return any() && free[std::size_t(b)] > now; }
     bool feels(int b) const { return guard[std::size_t(b)] <= now; }
-    // The material of a particle as its nodes feel it, which may lie in `room`, and at what speed
-    // they feel it rise besides its own [m/s].
+    // Material of a particle as seen by its nodes (stored in `room` if modified), and a velocity
+    // added to the particle's in the scatter [m/s].
     const Material<R>& felt(const Particle<R>& q, const std::vector<Material<R>>& materials,
                             Material<R>& room) const
     {
@@ -40,10 +41,10 @@ struct Stillness {
     {
         return stands(options.mode, q) ? held_rise(gravity, dt) : Vec3<R>{};
     }
-    // A frame begins: fastest[b] is the largest speed squared of block b's clay [m^2/s^2], `boxes`
-    // those of the tools.
+    // Begins a frame. fastest[b]: largest squared speed in block b [m^2/s^2]; `boxes`: around the
+    // tools.
     void begin(const std::vector<R>& fastest, const std::vector<AxisBox<R>>& boxes);
-    // Ends the substep: what was roused moves from the next one on. Calls visit(block) for each.
+    // Ends a substep: pushed blocks move from the next substep on. Calls visit(block) for each.
     template <class Visit>
     void end(Visit&& visit);
 
@@ -64,7 +65,7 @@ Stillness<R>::Stillness(const Rest<double>& rest, const Lattice<R>& of)
     listed.assign(blocks, 1), roused.assign(blocks, 0);
 }
 
-// Calls visit(index of the block) for `at` and all blocks at most so many steps from it.
+// Calls visit(block index) for all blocks within `steps` of `at`, inclusive.
 template <class R>
 template <class Visit>
 void Stillness<R>::for_each_within(Int3 at, int steps, Visit&& visit) const
@@ -129,8 +130,7 @@ void Stillness<R>::end(Visit&& visit)
     ++now;
 }
 
-// For every active tool a box around its primitives wherever they are in a frame, grown by `reach`
-// [m].
+// Per active tool, the bounding box of its primitives over a frame, enlarged by `reach` [m].
 template <class R>
 std::vector<AxisBox<R>> boxes_around(const PosedTools<R>& posed, const Motion& motion, R reach)
 {

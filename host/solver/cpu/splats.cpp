@@ -1,11 +1,12 @@
-// Gaussians that go with the clay.  (31)-(34). Each for itself: their order changes no bit.
+// Gaussians that follow the clay.  (31)-(34). They are independent: the result does not depend on
+// their order.
 #include "cuda/mpm/stencil.h"
 #include "host/solver/cpu/solver.h"
 #include "host/solver/pieces.h"
 
 namespace knead {
 
-// Sorts them by block when a frame begins.
+// Sorts them by block at the beginning of a frame.
 template <class R>
 void CpuSolver<R>::arrange_splats()
 {
@@ -27,7 +28,8 @@ void CpuSolver<R>::arrange_splats()
     splats_arranged = true;
 }
 
-// Block by block, so that a tile of nodes serves many. Some have come to another block since.
+// Block by block, so that Gaussians share a tile of nodes. Those that have left the block since the
+// sort load their own.
 template <class R>
 void CpuSolver<R>::deform(const Lag& lag, bool clear)
 {

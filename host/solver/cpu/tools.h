@@ -1,4 +1,5 @@
-// The tools of a substep on the CPU: posed spheres, derived shapes, candidates of every block.
+// The tools of a substep on the CPU: posed spheres, shapes, and the candidate primitives of each
+// block.
 #pragma once
 #include <algorithm>
 #include <cmath>
@@ -14,17 +15,17 @@ namespace knead {
 
 template <class R>
 struct PosedTools {
-    std::vector<Binding<R>> bindings;  // stretched as the tools are
+    std::vector<Binding<R>> bindings;  // with the tools' stretch applied
     std::vector<Primitive> primitives;
     std::vector<Tool<R>> tools;
-    std::vector<int> owner;       // per sphere: its tool
-    std::vector<Binding<R>> rig;  // as it was given
+    std::vector<int> owner;       // tool of each sphere
+    std::vector<Binding<R>> rig;  // as given, unstretched
     std::vector<Sphere<R>> spheres;
     std::vector<Shape<R>> shapes;
     std::vector<Mask> masks;   // per lattice block
     std::vector<Int3> masked;  // block coordinates whose mask is not empty
-    std::vector<char> near;    // per lattice block: its mask or one of its neighbours' is not empty
-    bool blades = false;       // there are some, or what they have cut
+    std::vector<char> near;    // per lattice block: its own or a neighbour's mask is not empty
+    bool blades = false;       // a tool is a blade, or clay carries labels of a cut
 
     PosedTools(const Setup& setup, const Lattice<R>& lattice);
     Colliders<R> colliders() const
@@ -34,10 +35,10 @@ struct PosedTools {
                 {shapes.data(), int(shapes.size())},
                 {tools.data(), int(tools.size())}};
     }
-    // The tools as they are in a frame of this motion.
+    // Sets activity, scale and stretch of the tools for a frame of this motion.
     void activate(const Motion& motion);
-    // Stands the tools where they are at the end of the substep that covers the shares [s0, s1] of
-    // the frame and lasts dt [s].
+    // Poses the tools at the end of the substep over the fractions [s0, s1] of the frame, which
+    // lasts dt [s].
     void pose(const Motion& motion, double s0, double s1, double dt);
     void mask_blocks(const Lattice<R>& lattice);
     // The candidates at x; an empty mask outside the lattice.

@@ -1,4 +1,4 @@
-// A group of particles to the grid and back.
+// Transfers of a group of particles: to the grid and back.
 #pragma once
 #include "cuda/math/node4.h"
 #include "cuda/mpm/g2p.h"
@@ -11,8 +11,8 @@
 
 namespace knead {
 
-// What a group hands to its nodes: momentum and mass at the base node, and by how much they grow
-// from node to node.
+// Contribution of a group to its nodes: momentum and mass at the base node, and their increments
+// per node along each axis.
 template <class R>
 struct Impulses {
     Stencils<R> stencils;
@@ -39,14 +39,15 @@ template <class R>
     return out;
 }
 
-// A group that has moved, and how many particles like each a cell holds around it.
+// A group after its move, and the mass around each particle per cell, in particle masses.
 template <class R>
 struct Moved {
     Particle<Lanes<R>> p;
     Each<R> per_cell;
 };
 
-// Moves a group; nodes(lane, base) answers with where, in a tile, that particle's nodes begin.
+// Gathers and advects a group. nodes(lane, base) returns the first node of that particle's stencil
+// in a tile.
 template <class R, class Nodes>
 [[gnu::always_inline]] inline Moved<R> gather_and_move(const Group<R>& group, R mass, R dx, R dt,
                                                        Nodes&& nodes)
@@ -57,7 +58,7 @@ template <class R, class Nodes>
     load_shape(group, p);
     const Stencils<R> stencils(p.x, dx);
     Four<R> v[L::count], by_x[L::count], by_y[L::count], by_z[L::count];
-    Each<R> nearest;  // node's mass, in particles like it
+    Each<R> nearest;  // mass of the nearest node, in particle masses
     for (int l = 0; l < L::count; ++l) {
         const Stencil<R> s = stencils[l];
         const Node<R>* base = nodes(l, s.base);

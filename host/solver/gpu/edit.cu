@@ -1,4 +1,4 @@
-// Particles of a store that come, go and move between two frames.
+// Edits of a store between two frames: add, remove and reorder particles.
 #include <algorithm>
 #include <memory>
 #include <mutex>
@@ -14,8 +14,8 @@ namespace {
 
 constexpr std::size_t few = std::size_t(64) << 20;  // bytes
 
-// Room for `count`, and some for what comes next: to take memory and to give it back makes the
-// whole device wait. What the array held is lost.
+// Grows an array with spare capacity: allocating and freeing synchronise the whole device. Contents
+// are lost.
 template <class T>
 void reserve(DeviceArray<T>& array, std::size_t count)
 {
@@ -28,7 +28,7 @@ void copy(void* to, const void* from, std::size_t bytes, cudaStream_t stream)
     if (bytes) check(cudaMemcpyAsync(to, from, bytes, cudaMemcpyDefault, stream), "edit");
 }
 
-// The rows of particles as the device has them.
+// Particles in the device's row layout.
 std::vector<float4> rows_of(const std::vector<Particle<double>>& particles,
                             const std::vector<int>& order)
 {
@@ -39,8 +39,8 @@ std::vector<float4> rows_of(const std::vector<Particle<double>>& particles,
     return rows;
 }
 
-// So many particles of these objects, as the device has them, and the box around them. Threads
-// share them, for a hand may wait.
+// New particles in the device's row layout and their bounding box, computed in parallel to keep
+// edits short in VR.
 struct Fresh {
     std::unique_ptr<float4[]> rows;
     Vec3<float> low{1e30f, 1e30f, 1e30f}, high{-1e30f, -1e30f, -1e30f};
@@ -83,7 +83,7 @@ void Store::set_count(int count)
     reserve_runs();
 }
 
-// Lists of runs: as many as the particles and the length of a run make.
+// Allocates the lists of runs for the current particle count and run length.
 void Store::reserve_runs()
 {
     all.rest.run = run_length(used);
@@ -126,8 +126,8 @@ void Store::resize(int count)
     set_count(count);
 }
 
-// Before particles are written to the other rows: all that may fail. Both rows have the same room,
-// so that what a snapshot holds always fits.
+// Performs all allocations that may fail before particles are written to the other rows. Both sets
+// of rows have the same capacity, so that a snapshot always fits.
 void Store::reserve_others(std::size_t n)
 {
     reserve_scratch(int(n));
@@ -141,7 +141,7 @@ void Store::reserve_others(std::size_t n)
     as_many(other_ids, n, ids[0].size());
 }
 
-// The particles that the other rows hold take the place of those that there are.
+// Makes the other rows current.
 void Store::swap_in(int count)
 {
     reserve(ids[1], std::size_t(count));
@@ -194,7 +194,8 @@ void Store::erase(const std::vector<char>& objects, long left, int side, cudaStr
     swap_in(int(left));
 }
 
-// As a new store would have them: sums are of warps, and depend on the order and on the box.
+// Restores the order and box of a new store: in fixed point the partial sums of warps depend on
+// both.
 void Store::arrange_as_new(const Extent& around, int side, cudaStream_t stream)
 {
     const auto n = std::size_t(count());

@@ -1,4 +1,4 @@
-// A material's answers on the device, a thread a particle.
+// Evaluates materials on the device, one thread per particle.
 #include "cuda/device/device_array.cuh"
 #include "host/solver/gpu/material.h"
 

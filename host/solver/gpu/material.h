@@ -1,5 +1,5 @@
-// What the device's materials answer, number by number: what tests compare with the CPU's answers
-// where log and exp enter, which no two libraries round alike.
+// Material functions evaluated on the device, value by value, for comparison with the CPU in tests:
+// log and exp are rounded differently by every library.
 #pragma once
 #include <vector>
 
@@ -20,7 +20,7 @@ HD Functions<R> functions_of(R x)
     return {std::log(x), std::exp(x), std::log1p(x), std::expm1(x)};
 }
 
-// A material's answers to one particle, from those nearest to a single logarithm on.
+// All material functions of one particle, in order of the number of logarithms involved.
 template <class R>
 struct Answers {
     Eigen<R> b;           // of the strain; no log enters
@@ -46,8 +46,8 @@ HD Answers<R> answers(const Particle<R>& q, const Material<R>& m, R dt)
             yielded};
 }
 
-// The same from the device; a particle's object is the index of its material. Throw as gpu_solver
-// does.
+// Evaluated on the device; Particle::object is the index of its material. Errors as of
+// gpu_solver().
 std::vector<Functions<float>> gpu_functions(const std::vector<float>& x);
 std::vector<Answers<float>> gpu_answers(const std::vector<Particle<float>>& particles,
                                         const std::vector<Material<float>>& materials, float dt);

@@ -1,4 +1,4 @@
-// What each stage of a frame takes, and what it counts.
+// Time and hardware counters of each stage of a frame.
 #include <utility>
 
 #include "host/solver/gpu/solver.cuh"
@@ -8,8 +8,8 @@ namespace {
 
 constexpr int warm = 2, repeats = 10;  // substeps
 
-// From what was seen of each stage, in that order, to what all of a frame amounts to: stages of a
-// substep are seen in a few of them, the first of which find cold caches.
+// Extrapolates samples of each stage to a whole frame. Stages of a substep are sampled in a few
+// substeps, of which the first are dropped (cold caches).
 template <class Amount>
 std::vector<std::pair<std::string, Amount>> of_a_frame(
     const std::vector<std::pair<std::string, Amount>>& seen, int substeps)
@@ -73,9 +73,8 @@ std::vector<StageWork> GpuSolver::stage_counts() const
     return counts;
 }
 
-// A few substeps are run stage by stage from where the last frame ended, and forgotten: a copy
-// keeps the particles meanwhile. In a frame of the graph stages overlap. They end early where clay
-// comes near the end of the nodes that are stored.
+// Runs a few substeps stage by stage from the end of the last frame, without overlap, then restores
+// the state from a copy. Fewer if clay comes near the end of the stored nodes.
 void GpuSolver::walk(const Watch& watch) const
 {
     wait(main, "measure");
@@ -121,7 +120,7 @@ void GpuSolver::walk(const Watch& watch) const
     if (features.tools) pose_end(views);
 }
 
-// Tools back to the end of the frame, for penetration().
+// Poses the tools at the end of the frame, for penetration().
 void GpuSolver::pose_end(const Views& views) const
 {
     const Clock after = store.clock();

@@ -1,5 +1,5 @@
-// The box of nodes that is stored (stored_region.h): what there is for it, how it grows, and how a
-// frame goes on that had to stop before its end.
+// The stored box of nodes (stored_region.h): its arrays, its growth, and the continuation of a
+// frame that stopped because clay reached the end of the box.
 #include <algorithm>
 #include <memory>
 #include <string>
@@ -80,7 +80,7 @@ void Store::point()
     all.rest.reached = box.reached.data(), all.rest.changed = box.changed.data();
 }
 
-// Nothing is given back before the other is there, so that no failure leaves half a box.
+// Allocates the new arrays before it frees the old ones. Strong guarantee.
 void Store::set_box(const Lattice<float>& more)
 {
     const Lattice<float> before = all.lattice;
@@ -90,7 +90,7 @@ void Store::set_box(const Lattice<float>& more)
             DeviceArray<char>(std::size_t(1) << 50);
         larger = NodeArrays(more, used);
     } catch (const std::runtime_error&) {
-        cudaGetLastError();  // or the next launch would be said to have failed
+        cudaGetLastError();  // clears the error, or the next launch would report it
         std::size_t unused = 0, total = 0;
         gpu::check(cudaMemGetInfo(&unused, &total), "memory");
         throw std::runtime_error("gpu: the clay has spread; beside the " +
@@ -137,7 +137,7 @@ void Store::hold(Vec3<float> low, Vec3<float> high)
     set_box(box_around({l.size, l.dx}, from, to, room.spare));
 }
 
-// The end of a frame that is under way.
+// Waits for a frame to complete, continuing it as often as it stops.
 void GpuSolver::wait_for(int slot)
 {
     watch(slot);
@@ -145,8 +145,8 @@ void GpuSolver::wait_for(int slot)
     while (frames[slot].duration > 0 && frames[slot].status->mode == Mode::stopped) go_on(slot);
 }
 
-// A frame has stopped where a substep ends, and the one behind it, if there is one, has done
-// nothing. If there is no memory for more nodes, the frame ends here.
+// Continues a frame that has stopped after a substep; a frame submitted behind it has done nothing
+// and is launched again. Throws if there is no memory for more nodes; the frame then ends here.
 void GpuSolver::go_on(int slot)
 {
     wait(main, "substeps");

@@ -1,5 +1,4 @@
-// A solver on the device that stores more or fewer nodes than it would (stored_region.h): for tests
-// of what happens at their ends.
+// A GPU solver with a given size of the stored box (stored_region.h): for tests at its boundary.
 #pragma once
 #include <memory>
 
@@ -8,8 +7,9 @@
 namespace knead {
 
 struct RegionPadding {
-    int spare = -1;       // nodes around the clay at first, and a block; -1: as the clay is large
-    std::size_t max = 0;  // nodes until asking the device for more fails; 0: as it has
+    int spare = -1;       // nodes around the clay at first, plus a block; -1: by the extent of the
+                          // clay
+    std::size_t max = 0;  // nodes beyond which allocation fails; 0: device memory only
 };
 constexpr RegionPadding whole_lattice{1 << 30, 0};
 std::unique_ptr<Solver> gpu_solver(const Setup& setup, int device, RegionPadding room);

@@ -1,4 +1,4 @@
-// What the device holds of a scene's rules: materials, tools, what is compiled for them.
+// Rules of a scene on the device: materials, tools, kernel variants.
 #include <algorithm>
 #include <cmath>
 
@@ -36,7 +36,8 @@ float fixed_scale(double bound)
     return bound > 0 ? std::ldexp(1.0f, 61 - std::ilogb(bound)) : 1.0f;
 }
 
-// As small sums as float has digits for, of any particle's volume and the stiffest clay's pressure.
+// Fixed-point units of the pressure sums: float precision for the largest volume and the stiffest
+// clay.
 PressureView pressure_units(const std::vector<Material<double>>& materials)
 {
     double volume = 0, stiffest = 0;
@@ -52,7 +53,7 @@ PressureView pressure_units(const std::vector<Material<double>>& materials)
     return {{}, units(volume * stiffest), units(volume)};
 }
 
-// Where there is room for it, without an allocation.
+// Uploads, and reallocates only if the array is too small.
 template <class T>
 void fill(DeviceArray<T>& to, const std::vector<T>& from)
 {
@@ -90,7 +91,7 @@ void Store::set_rules(const SceneState& rules)
     all.gravity = cast<float>(setup.gravity);
     all.limits = step_limits(setup);
     all.tools.pushout = cast<float>(pushout_limits(all.limits));
-    // No speed that the lattice can carry at a hundredth of the longest stable substep is lost.
+    // The momentum scale admits one cell per substep at a hundredth of the longest stable dt.
     const double speed = 100 * std::sqrt(all.limits.stiffness) / all.limits.courant;
     all.grid.negligible_mass = float(negligible_mass(setup));
     const Rest<double>& rest = setup.rest;

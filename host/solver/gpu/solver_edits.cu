@@ -1,5 +1,5 @@
-// Edits through Solver's face. The host keeps the rules, the store changes what the device has; the
-// graphs are captured again when the next frame is submitted.
+// Edits of the GPU solver. The host holds the rules, the store edits the device arrays, and the
+// graphs are captured again on the next submit().
 #include <algorithm>
 #include <stdexcept>
 
@@ -41,14 +41,14 @@ void GpuSolver::wake(int object)
     gpu::wake(views.particles[side], object, views.lattice, views.rest.quiet, main);
 }
 
-// What the next frame begins with: where the particles lie, how fast and how stiff they are at
-// most, and how far they may have come since they were sorted.
+// Sets the clock for the next frame: current particle buffer, largest speed and stiffness, and the
+// bound of the displacement since the last sort.
 void GpuSolver::set_clock(Peak most, double apart)
 {
     Clock clock = store.clock(main);
     peak = most, drift = apart;
     clock.side = side, clock.drift = apart;
-    clock.active[clock.done % 3] = 0;  // its blocks may be far from where clay is now
+    clock.active[clock.done % 3] = 0;  // these blocks may be far from the clay now
     clock.set_peak(clock.done + 1, most);
     store.set_clock(clock);
 }
@@ -147,13 +147,13 @@ void GpuSolver::set_gaussians(const std::vector<Gaussian<double>>& all)
 {
     check_idle();
     book->check_gaussians(all);
-    wait(main, "Gaussians");  // their memory may be replaced
+    wait(main, "Gaussians");  // their memory may be reallocated
     splats.set(all, store.views().lattice);
     splats.show(main);
     ++changes, stale = true;
 }
 
-// The graphs stand, unless there was not room enough.
+// The graphs stay valid unless the Gaussians are reallocated.
 void GpuSolver::edit_gaussians(const GaussianEdits& edits)
 {
     check_idle();

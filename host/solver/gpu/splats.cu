@@ -15,7 +15,7 @@ Gaussian<double> in_double(const GaussianView& host, int i)
     return g;
 }
 
-// Room for so many, and a quarter more where there was not; what was there is lost.
+// Grows an array with a quarter of spare capacity. Contents are lost.
 template <class T>
 void hold(DeviceArray<T>& array, std::size_t count)
 {
@@ -24,7 +24,7 @@ void hold(DeviceArray<T>& array, std::size_t count)
 
 }  // namespace
 
-// Room for so many, where there is not; what was there is lost.
+// Grows the memory to the given capacity. Contents are lost.
 void Splats::reserve(int count, int room)
 {
     const std::size_t bytes = std::size_t(room) * GaussianView::bytes_each;
@@ -39,8 +39,7 @@ void Splats::set_count(int count, cudaStream_t stream)
           "Gaussians");
 }
 
-// For as many in all, and a quarter more where there was not room enough: those that there are stay
-// where they are in their rows.
+// Grows the capacity by a quarter beyond `count` if needed; keeps the Gaussians and their places.
 void Splats::make_room(int count, cudaStream_t stream)
 {
     if (count <= view_.room) return;
@@ -57,12 +56,12 @@ void Splats::make_room(int count, cudaStream_t stream)
     };
     if (from.count > 0) {
         copy(view_.rows, from.rows, gaussian_rows);
-        copy(view_.sides, from.sides, 3);  // and the two that lie behind it
+        copy(view_.sides, from.sides, 3);  // sides, and the two arrays that follow it
     }
     wait(stream, "Gaussians");
 }
 
-// Between two places in memory, which are kept: to free one waits for all that the device does.
+// Swaps between two allocations that are both kept: freeing one would synchronise the device.
 void Splats::erase(const std::vector<char>& objects, cudaStream_t stream)
 {
     if (count() == 0) return;
@@ -120,12 +119,13 @@ bool Splats::edit(const GaussianEdits& edits, const ParticleView& particles,
 
 void Splats::set(const std::vector<Gaussian<double>>& all, const Lattice<float>& lattice)
 {
-    std::vector<std::pair<int, int>> order;  // index of the lowest node, place
+    std::vector<std::pair<int, int>> order;  // index of the base node, place
     for (std::size_t i = 0; i < all.size(); ++i)
         order.emplace_back(lattice.index(base_node(cast<float>(all[i].x), lattice.spacing)),
                            int(i));
     std::sort(order.begin(), order.end());
-    const int room = std::max(int(all.size()), view_.room);  // a graph may know it
+    const int room = std::max(int(all.size()), view_.room);  // keep the capacity: a graph may have
+                                                             // captured it
     std::vector<unsigned char> host(std::size_t(room) * GaussianView::bytes_each);
     const GaussianView to = gaussians_in(host.data(), int(all.size()), room);
     for (int i = 0; i < to.count; ++i) {
@@ -157,7 +157,7 @@ SomeGaussians some_of(const GaussianState& state, std::span<const int> objects)
         const auto object = std::size_t(there.objects[place]);
         return object < wanted.size() && wanted[object];
     };
-    // In the order of attaching.
+    // In the order of attachment.
     std::vector<int> place_of(static_cast<std::size_t>(state.count), -1);
     for (int i = 0; i < state.count; ++i)
         if (chosen(i)) place_of[std::size_t(there.ids[i])] = i;
@@ -187,7 +187,7 @@ void Splats::show(cudaStream_t stream)
 {
     const std::size_t floats = std::size_t(count()) * MovedGaussians::floats_each;
     if (drawn.size() < floats) {
-        wait(stream, "Gaussians");  // who draws may still read the smaller one
+        wait(stream, "Gaussians");  // a renderer may still read the smaller one
         drawn = DeviceArray<float>(floats + floats / 4);
     }
     moved_ = {drawn.data(), count(), stream};

@@ -1,4 +1,4 @@
-// The stages, launched one by one on a store of their own.
+// The stages, launched one by one on a separate store.
 #include <cstring>
 #include <numeric>
 
@@ -11,7 +11,7 @@ using namespace gpu;
 
 namespace {
 
-// The scene with its substep fixed to the whole frame.
+// The scene with one substep per frame.
 Setup stepped(Setup setup, double dt)
 {
     setup.step.fixed = dt;
@@ -31,7 +31,7 @@ struct GpuStages::State {
     {
     }
     void done() const { wait(cudaStream_t(nullptr), "stage"); }
-    // Every block holds mass, so that whatever was uploaded is looked at.
+    // Marks every block as having mass, so that all uploaded nodes are processed.
     void touch_all() const
     {
         Clock clock = store.clock();

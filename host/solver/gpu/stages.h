@@ -1,5 +1,5 @@
-// The device's stages one at a time, from host memory to host memory: what tests compare with plain
-// loops over the same formulas.
+// The device's stages one at a time, host memory in and out, for comparison with plain loops over
+// the same formulas in tests.
 #pragma once
 #include <memory>
 #include <vector>
@@ -10,26 +10,27 @@
 
 namespace knead {
 
-// One substep that fills a frame of `dt` [s] in which the tools move along `motion`. Throws as
-// gpu_solver does.
+// One substep of `dt` [s], equal to the frame, with the tools moving along `motion`. Errors as of
+// gpu_solver().
 class GpuStages {
   public:
     GpuStages(const Setup& setup, const Motion& motion, double dt);
     ~GpuStages();
 
-    // Sorts the particles by cell; their places in the scene, in the order that they lie in now.
+    // Sorts the particles by cell; returns their ids in the new order.
     std::vector<int> sort();
-    // As they are, in the scene's order.
+    // The current particles, by id.
     std::vector<Particle<double>> particles();
-    // Momentum and mass of every node, by Lattice::index; with Setup::deterministic of fixed point.
+    // Momentum and mass of every node, by Lattice::index; converted from fixed point if
+    // Setup::deterministic.
     std::vector<Node<float>> p2g();
     // Velocity of every node, from momenta and masses by Lattice::index.
     std::vector<Node<float>> grid(const std::vector<Node<float>>& sums);
-    // The scene's particles, moved through these velocities.
+    // The particles after gathering these velocities, by id.
     std::vector<Particle<double>> g2p(const std::vector<Node<float>>& velocities);
-    // Primitives near every block of the lattice.
+    // Candidate primitives of every block of the lattice.
     std::vector<Mask> masks();
-    // Runs of particles as the next frame would take them.
+    // Order of the runs of particles for the next frame.
     std::vector<int> lined_up();
 
   private:

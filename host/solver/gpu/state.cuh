@@ -1,4 +1,4 @@
-// The particles of a solver, copied on the device.
+// Snapshots of a solver in device memory.
 #pragma once
 #include <memory>
 
@@ -8,7 +8,7 @@
 
 namespace knead::gpu {
 
-// Memory that is given back is kept for the next that asks: a snapshot before every edit costs no
+// Memory pool that never returns freed memory to the device: a snapshot before every edit costs no
 // allocation.
 struct Pool {
     cudaMemPool_t pool = nullptr;
@@ -17,13 +17,13 @@ struct Pool {
     ~Pool() { cudaMemPoolDestroy(pool); }
 };
 
-// Rows and ids of particles, how long blocks have been at rest, how clay slides along walls, and
-// how many substeps were through. Freed in stream order, when its last copy is over.
+// Rows and ids of particles, frames at rest of blocks, sliding along walls, and the number of
+// completed substeps. Freed in stream order, after the last copy from it.
 struct DeviceState {
     Lattice<float> lattice;
     int count = 0;
     std::size_t row_bytes = 0, id_bytes = 0, quiet_bytes = 0, sliding_bytes = 0;
-    unsigned char* memory = nullptr;  // one behind the other, whole words of 16 bytes first
+    unsigned char* memory = nullptr;  // the arrays one after another, those of 16-byte words first
     Event used{cudaEventDisableTiming};
     std::shared_ptr<Pool> pool;
 
@@ -42,7 +42,7 @@ struct DeviceState {
     int* done() const { return reinterpret_cast<int*>(quiet() + quiet_bytes); }
 };
 
-// Gaussians, as GaussianView lays them out; likewise.
+// Gaussians in the layout of GaussianView; freed likewise.
 struct GaussianState {
     int count = 0, room = 0;
     std::size_t bytes = 0;
@@ -62,7 +62,7 @@ inline bool same_box(const Lattice<float>& a, const Lattice<float>& b)
     return a.low == b.low && a.stored == b.stored;
 }
 
-// All that decides the future.
+// The complete state of a solver.
 struct GpuSnapshot : Snapshot {
     std::shared_ptr<const char> solver;
     std::shared_ptr<const SceneState> rules;
