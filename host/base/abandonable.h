@@ -1,5 +1,5 @@
-// Calls into foreign code that may never return (a driver, a runtime, its service): made by a
-// thread that the rest of the program can go on without.
+// Calls into foreign code that may never return (a driver, a runtime, its service), made on a
+// thread that the program can abandon.
 #pragma once
 #include <atomic>
 #include <functional>
@@ -8,29 +8,29 @@
 
 namespace knead {
 
-// Guards the state of a worker thread that makes such calls. The worker holds the gate at all times
-// except during outside(), so another thread may enter() while a call is under way, and use that
-// state. A worker that returns from its call waits until the gate is left.
+// Guards the state of a worker thread that makes such calls. The worker holds the gate except
+// during outside(); another thread can enter() while a call is in progress and use that state. A
+// worker whose call returns waits until the other thread leaves the gate.
 class CallGate {
   public:
     CallGate() = default;
     CallGate(const CallGate&) = delete;
 
-    // The worker, for all of its work.
+    // On the worker: around all of its work.
     void begin() { lock.lock(); }
     void end() { lock.unlock(); }
 
-    // The worker: makes a call that may never return. `watched`: it counts for blocked().
+    // On the worker: makes a call that may never return. `watched`: include it in blocked().
     template <class Call>
     decltype(auto) outside(bool watched, const Call& call)
     {
         const Outside made(*this, watched);
         return call();
     }
-    // Seconds since the watched call under way began; 0: there is none. Any thread.
+    // Duration of the watched call in progress [s]; 0: none. Thread-safe.
     double blocked() const;
 
-    // Another thread: true once it holds the gate; false if the worker made no call for `seconds`.
+    // On another thread: returns true once it holds the gate; false after `seconds` without a call.
     bool enter(double seconds);
     void leave() { lock.unlock(); }
 
@@ -46,15 +46,15 @@ class CallGate {
     };
 
     std::timed_mutex lock;
-    std::atomic<double> since = 0;  // wall_seconds() of the call under way; 0: none
+    std::atomic<double> since = 0;  // wall_seconds() at the start of the call in progress; 0: none
 };
 
 // A thread that is joined if its work ends in time, and abandoned otherwise.
 class AbandonableThread {
   public:
-    // `work` must own all that it uses, and must not throw. It is destroyed by the thread.
+    // Precondition: `work` owns all that it uses and does not throw. It is destroyed on the thread.
     explicit AbandonableThread(std::function<void()> work);
-    ~AbandonableThread();  // abandons work that has not ended; finished_within(0)
+    ~AbandonableThread();  // abandons unfinished work; finished_within(0)
     AbandonableThread(const AbandonableThread&) = delete;
 
     bool finished_within(double seconds);
@@ -64,8 +64,8 @@ class AbandonableThread {
     std::shared_ptr<State> state;
 };
 
-// What the process returns from main. Where a thread was abandoned it ends here instead: static
-// objects that the thread may be using are then not destroyed.
+// Returns the exit code for main. If a thread was abandoned, exits immediately instead, without
+// destroying static objects that the thread may be using.
 int end_of_process(int code);
 
 }  // namespace knead

@@ -15,7 +15,7 @@
 namespace knead {
 namespace {
 
-// Adds what comes to `said`; false where that takes longer than `limit` [s], if there is one.
+// Appends all input to `said`; false after `limit` [s], if that is above 0.
 bool read_all(int from, double limit, std::string& said)
 {
     const double start = wall_seconds();
@@ -36,13 +36,14 @@ bool read_all(int from, double limit, std::string& said)
 
 int output_of(const std::vector<std::string>& words, std::string& said, double limit)
 {
-    // All that takes memory comes first: between fork and exec another thread may hold its lock.
+    // Allocate before fork(): in the child, another thread may hold the allocator's lock.
     std::vector<char*> arguments;
     arguments.reserve(words.size() + 1);
     for (const std::string& w : words) arguments.push_back(const_cast<char*>(w.c_str()));
     arguments.push_back(nullptr);
     int ends[2];
-    // Closed in the children that other threads start: who waits for the end must see it.
+    // O_CLOEXEC: children started by other threads must not inherit it, or the pipe would stay
+    // open.
     if (pipe2(ends, O_CLOEXEC) != 0) throw ResourceError("no pipe to another program");
     const pid_t child = fork();
     if (child < 0) throw ResourceError("no process for another program");

@@ -9,7 +9,7 @@
 namespace knead {
 namespace {
 
-// The first word of a file; "" where there is none.
+// The first word of a file; "" if there is no such file.
 std::string word_of(const std::string& file)
 {
     std::string word;
@@ -17,8 +17,8 @@ std::string word_of(const std::string& file)
     return word;
 }
 
-// A number of bytes or microseconds. Version 2 writes "max" and version 1 a number near 2^63, or
-// -1, where there is no limit.
+// Parses bytes or microseconds. No limit: version 2 writes "max", version 1 a number near 2^63 or
+// -1.
 std::optional<std::size_t> number_of(const std::string& word)
 {
     constexpr std::size_t none = std::size_t(1) << 62;
@@ -28,7 +28,7 @@ std::optional<std::size_t> number_of(const std::string& word)
     return number;
 }
 
-// The sum of the rows of a memory.stat that have one of two names [bytes].
+// Sum of the rows with either name in a memory.stat [bytes].
 std::size_t rows_of(const std::string& file, const std::string& first, const std::string& second)
 {
     std::ifstream in(file);
@@ -44,7 +44,7 @@ bool names(const std::string& list, const std::string& one)
     return ("," + list + ",").find("," + one + ",") != std::string::npos;
 }
 
-// mountinfo writes blanks, tabs, line ends and backslashes as \040 and so on.
+// mountinfo escapes blanks, tabs, line ends and backslashes as octal (\040).
 std::string unescaped(const std::string& text)
 {
     std::string out;
@@ -60,11 +60,11 @@ std::string unescaped(const std::string& text)
     return out;
 }
 
-// Where a hierarchy of groups is mounted, and which of its groups appears there.
+// Mount point of a hierarchy, and the group mounted there.
 struct Mount {
     std::string group, place;
 };
-// Of version 2 where no controller is named, else of the version 1 hierarchy with that controller.
+// Version 2 if `controller` is empty, else the version 1 hierarchy with that controller.
 std::optional<Mount> mount_of(const std::string& root, const std::string& controller)
 {
     std::ifstream in(root + "/proc/self/mountinfo");
@@ -82,7 +82,7 @@ std::optional<Mount> mount_of(const std::string& root, const std::string& contro
     return {};
 }
 
-// The group of this process in that hierarchy.
+// Group of this process in that hierarchy.
 std::optional<std::string> group_of(const std::string& root, const std::string& controller)
 {
     std::ifstream in(root + "/proc/self/cgroup");  // lines of NUMBER:CONTROLLERS:GROUP
@@ -96,13 +96,13 @@ std::optional<std::string> group_of(const std::string& root, const std::string& 
     return {};
 }
 
-// The folders of this process's group and of those above it, as far as they appear here.
+// Visible folders of this process's group and its ancestors.
 std::vector<std::string> folders_of(const std::string& root, const std::string& controller)
 {
     const std::optional<Mount> mount = mount_of(root, controller);
     std::optional<std::string> group = group_of(root, controller);
     if (!mount || !group) return {};
-    // What appears here may be a group far below that hierarchy's root: a container's own one.
+    // In a container, the mounted group may be far below the hierarchy's root.
     const std::string top = mount->group == "/" ? "" : mount->group;
     std::string below;
     if (group->starts_with(top + "/") && !group->starts_with("/.."))
@@ -124,7 +124,7 @@ void lower(std::optional<T>& to, T limit)
 
 void add_memory(ContainerLimits& all, std::size_t limit, std::size_t used, std::size_t cached)
 {
-    const std::size_t taken = used - std::min(used, cached);  // caches go where memory is needed
+    const std::size_t taken = used - std::min(used, cached);  // page cache is reclaimable
     lower(all.memory, limit);
     lower(all.free, limit - std::min(limit, taken));
 }
@@ -151,7 +151,7 @@ ContainerLimits container_limits(const std::string& root)
     }
     const std::vector<std::string> groups = folders_of(root, "memory");
     for (const std::string& at : groups) {
-        // One that does not count for those below it sets them no limit.
+        // Without use_hierarchy, an ancestor does not limit its descendants.
         if (at != groups.front() && word_of(at + "/memory.use_hierarchy") == "0") break;
         if (const auto limit = number_of(word_of(at + "/memory.limit_in_bytes")))
             add_memory(all, *limit, number_of(word_of(at + "/memory.usage_in_bytes")).value_or(0),

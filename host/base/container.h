@@ -1,4 +1,4 @@
-// What a container allows its processes: the limits of control groups, version 1 and 2.
+// Resource limits of a container: control groups, version 1 and 2.
 #pragma once
 #include <cstddef>
 #include <optional>
@@ -7,14 +7,12 @@
 namespace knead {
 
 struct ContainerLimits {
-    std::optional<std::size_t>
-        memory;                       // the least limit of the group and of those above it [bytes]
-    std::optional<std::size_t> free;  // what the group can still take of it [bytes]
-    std::optional<double> cpus;       // CPU time per wall time
+    std::optional<std::size_t> memory;  // lowest limit of the group and its ancestors [bytes]
+    std::optional<std::size_t> free;    // available to the group below that limit [bytes]
+    std::optional<double> cpus;         // CPU time per wall time [1]
 };
 
-// `root` is the folder that proc/ and sys/ are in: "" for this machine's. Nothing where a limit is
-// not set or cannot be read.
+// `root`: folder of proc/ and sys/; "" for this machine. A limit is empty if unset or unreadable.
 ContainerLimits container_limits(const std::string& root = "");
 
 }  // namespace knead

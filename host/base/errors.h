@@ -1,4 +1,4 @@
-// How a program ends, and the errors that are not a fault of it.
+// Exit codes, and errors that are not faults of the program.
 #pragma once
 #include <functional>
 #include <stdexcept>
@@ -24,7 +24,7 @@ struct InputError : std::runtime_error {
     using std::runtime_error::runtime_error;
 };
 
-// More particles or nodes than memory holds. Said before anything is allocated.
+// More particles or nodes than fit in memory. Thrown before anything is allocated.
 struct MemoryError : InputError {
     using InputError::InputError;
 };
@@ -38,7 +38,7 @@ struct ResourceError : std::runtime_error {
 struct OutputError : std::runtime_error {
     using std::runtime_error::runtime_error;
 };
-// One picture cannot be made, for the reason given; others may succeed.
+// One picture cannot be rendered; others may succeed.
 struct PictureError : std::runtime_error {
     using std::runtime_error::runtime_error;
 };
@@ -46,7 +46,7 @@ struct DeviceLost : std::runtime_error {
     using std::runtime_error::runtime_error;
 };
 
-// Runs `action` and turns what it throws into a message on stderr and an exit code.
+// Runs `action`; converts exceptions to a message on stderr and an exit code.
 int run_and_report(const std::function<int()>& action);
 
 }  // namespace knead

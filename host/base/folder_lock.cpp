@@ -24,10 +24,10 @@ namespace knead {
 namespace fs = std::filesystem;
 namespace {
 
-// What is taken of a set's name into that of its lock [bytes].
+// Part of a set's name used in the name of its lock [bytes].
 constexpr std::size_t longest_lock_set = 200;
 
-// "process 42", of another machine "process 42 on NAME": who holds a lock, by what is in its file.
+// "process 42", or "process 42 on NAME" on another machine: the holder, read from the lock file.
 std::string holder(int lock)
 {
     char text[300] = {};
@@ -41,8 +41,8 @@ std::string holder(int lock)
            (host == host_name() ? "" : " on " + std::string(host));
 }
 
-// Opens the file of a lock, or makes it; below 0 where that cannot be. Another user's, left by a
-// crash, can be locked without being written.
+// Opens or creates a lock file; < 0 on failure. Another user's file, left by a crash, can be locked
+// but not written.
 int open_lock(const std::string& path)
 {
     constexpr int flags = O_CREAT | O_CLOEXEC | O_NOFOLLOW;
@@ -51,7 +51,8 @@ int open_lock(const std::string& path)
     return ::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NOFOLLOW);
 }
 
-// 0, EWOULDBLOCK where another one holds it, or why this file system has no locks.
+// Returns 0, EWOULDBLOCK if another process holds the lock, or the errno of a file system without
+// locks.
 int try_lock(int file)
 {
     while (::flock(file, LOCK_EX | LOCK_NB) != 0)
@@ -59,7 +60,7 @@ int try_lock(int file)
     return 0;
 }
 
-// Whether the open file still has that name: who held the lock before may have removed it.
+// True if `path` still names the open file: the previous holder may have removed it.
 bool is_at(int file, const std::string& path)
 {
     struct stat opened, named;
@@ -71,14 +72,14 @@ bool is_at(int file, const std::string& path)
 
 FolderLock::FolderLock(const std::string& folder, const std::string& set)
 {
-    const EndHeld held_back;  // so that a signal leaves no file behind
+    const EndHeld held_back;  // a signal must not leave the file behind
     const std::string name = set.empty() ? "" : "." + set.substr(0, longest_lock_set);
     path = (fs::path(folder) / (name + lock_name)).string();
     const auto refuse = [this](int reason) {
         throw OutputError(path + ": cannot be written: " + std::strerror(reason));
     };
     const std::string where = set.empty() ? folder : (fs::path(folder) / set).string();
-    int tries = 10;  // another process may look at the lock for a moment (leftovers())
+    int tries = 10;  // leftovers() in another process may hold the lock briefly
     for (;;) {
         const int opened = open_lock(path);
         if (opened < 0) refuse(errno);
@@ -127,7 +128,8 @@ FolderLock& FolderLock::operator=(FolderLock&& other) noexcept
 FolderLock::~FolderLock()
 {
     if (file < 0) return;
-    ::unlink(path.c_str());  // before it is released: after that it may be another one's
+    ::unlink(path.c_str());  // unlink while locked: afterwards the file may be another process's
+                             // lock
     ::close(file);
 }
 

@@ -11,7 +11,7 @@ namespace {
 volatile std::sig_atomic_t caught = 0;
 volatile double since = 0;  // [s]
 
-double now()  // may be asked where a signal is handled
+double now()  // async-signal-safe
 {
     timespec t{};
     clock_gettime(CLOCK_MONOTONIC, &t);
@@ -20,8 +20,7 @@ double now()  // may be asked where a signal is handled
 
 extern "C" void note_signal(int number)
 {
-    // `timeout` and some terminals send the same signal twice at once: to the program, and to the
-    // group that it is in.
+    // `timeout` and some terminals send the same signal twice: to the process and to its group.
     constexpr double same = 0.5;
     if (!caught) {
         since = now();
@@ -32,12 +31,12 @@ extern "C" void note_signal(int number)
     }
 }
 
-// Of EndHeld. Signals are the process's, so what holds them is, too.
+// Of EndHeld. Signal dispositions are per process, and so is this state.
 constexpr int signals[] = {SIGINT, SIGTERM, SIGHUP};
 std::mutex holding;
 int holders = 0;
 void (*before[std::size(signals)])(int);
-volatile std::sig_atomic_t held_back = 0;  // the signal that came meanwhile
+volatile std::sig_atomic_t held_back = 0;  // signal received while held
 
 extern "C" void hold_back(int number) { held_back = number; }
 
@@ -69,7 +68,7 @@ void watch_interrupts()
 {
     std::signal(SIGINT, note_signal);
     std::signal(SIGTERM, note_signal);
-    // Under nohup it is ignored, and stays so.
+    // nohup sets SIGHUP to ignored; keep that.
     if (std::signal(SIGHUP, note_signal) == SIG_IGN) std::signal(SIGHUP, SIG_IGN);
 }
 

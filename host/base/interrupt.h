@@ -1,14 +1,14 @@
-// Ctrl-C, SIGTERM, and SIGHUP of a terminal that closes ask a run to end; another one of the first
-// two, half a second later or more, ends the program at once.
+// SIGINT (Ctrl-C), SIGTERM and SIGHUP request the end of a run. A second SIGINT or SIGTERM, at
+// least half a second later, terminates the program.
 #pragma once
 
 namespace knead {
 
 void watch_interrupts();
-int interrupted();  // the signal's number, 0 for none
+int interrupted();  // signal number; 0: none
 
-// While one lives, a signal that would end the program at once waits until the last is gone: what
-// is begun on a disk is brought to its end. Those that are watched or ignored stay so.
+// Defers signals that would terminate the program until the last instance is destroyed, so that
+// writes to disk complete. Watched and ignored signals are unaffected.
 class EndHeld {
   public:
     EndHeld();
@@ -16,7 +16,7 @@ class EndHeld {
     EndHeld(const EndHeld&) = delete;
     EndHeld& operator=(const EndHeld&) = delete;
 
-    static bool asked();  // whether one waits: what is begun had better be given up
+    static bool asked();  // true if a signal is deferred: cancel long writes
 };
 
 }  // namespace knead

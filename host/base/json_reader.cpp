@@ -109,7 +109,7 @@ std::string read_bytes(const std::string& file, std::uintmax_t size)
     return text;
 }
 
-// Read once, for a file is asked for what it is before it is read.
+// Reads standard input once and keeps it: the format is detected before the file is read.
 const std::string& standard_input(std::size_t max_bytes)
 {
     static std::string whole;

@@ -1,6 +1,6 @@
-// JSON read strictly: comments are allowed, but an unknown key, a key given twice, a wrong type or
-// a number out of range is an InputError that says where (file and JSON pointer), what was
-// expected, with unit and range, and what was found.
+// Strict JSON reader. Comments are allowed. Unknown keys, duplicate keys, wrong types and numbers
+// out of range throw an InputError with place (file and JSON pointer), expected value with unit and
+// range, and found value.
 #pragma once
 #include <functional>
 #include <nlohmann/json_fwd.hpp>
@@ -15,52 +15,52 @@ namespace knead {
 
 using Json = nlohmann::json;
 
-constexpr std::size_t max_json_bytes = 16u << 20;  // of a document
+constexpr std::size_t max_json_bytes = 16u << 20;  // per document
 
 // Throws InputError with file, line, column and byte offset.
 Json parse_json(const std::string& text, const std::string& file);
-// Throws InputError where the file is missing, not a regular file, or larger than that.
+// Throws InputError if the file is missing, not a regular file, or larger than max_json_bytes.
 Json read_json(const std::string& file);
 
-// The whole of a regular file, or of the standard input where is_standard() (paths.h), however
-// often it is asked for; throws InputError. Shared by all readers of files.
+// The contents of a regular file, or of standard input if is_standard() (paths.h); repeatable.
+// Throws InputError. Used by all file readers.
 std::string read_text(const std::string& file, std::size_t max_bytes);
-constexpr std::size_t max_file_bytes = std::size_t(4) << 30;  // of meshes and clouds
-// Its first bytes, as many as there are up to `most`, of a file of any size.
+constexpr std::size_t max_file_bytes = std::size_t(4) << 30;  // for meshes and point clouds
+// The first bytes of a file of any size, up to `most`.
 std::string read_start(const std::string& file, std::size_t most);
 
-// The candidate with the fewest slips of typing (insertion, deletion, exchange, swap of
-// neighbours) from `word`; "" without candidates.
+// The candidate with the smallest edit distance (insertion, deletion, substitution, transposition)
+// from `word`; "" without candidates.
 std::string nearest_name(const std::string& word, const std::vector<std::string>& candidates);
-// The same, but "" where even the nearest is too far off to have been meant.
+// The same, but "" if the distance is too large for a typing error.
 std::string likely_name(const std::string& word, const std::vector<std::string>& candidates);
-// Those of the names that were asked for; all where none was. Throws UsageError for one that there
-// is not: "no KIND ..., there are ...".
+// Returns `asked`, or all names if it is empty. Throws UsageError for an unknown name: "no KIND
+// ..., there are ...".
 std::vector<std::string> names_asked(const std::string& kind, const std::vector<std::string>& asked,
                                      const std::vector<std::string>& names);
 
-// What a number may be. `unit` is "" for a plain number.
+// Valid range of a number. `unit` is "" if dimensionless.
 struct Bounds {
     double low, high;
     const char* unit = "";
-    bool above = false;  // low itself is not allowed
+    bool above = false;  // excludes `low` itself
 };
 std::string described(const Bounds& range);
 
-// How a value is told in a message: its type, and itself cut to 60 characters.
+// A value in error messages: its type and its text, cut to 60 characters.
 std::string described(const Json& value);
 
-// One object of the document. A key is known once it has been read; all others are errors.
+// Reads one object of the document. Keys that are never read are errors.
 class ObjectReader {
   public:
     using Body = std::function<void(ObjectReader&)>;
 
-    // Reads `value` by `body`, then refuses unknown keys.
+    // Calls `body` on `value`, then throws for unknown keys.
     static void read(const Json& value, const std::string& file, const std::string& pointer,
                      const Body& body);
 
     bool has(const std::string& key);
-    const Json* find(const std::string& key);  // nullptr where absent
+    const Json* find(const std::string& key);  // nullptr if absent
     const Json& required(const std::string& key, const std::string& expected);
 
     double number(const std::string& key, Bounds range, double fallback);
@@ -68,13 +68,14 @@ class ObjectReader {
     int whole(const std::string& key, int low, int high, int fallback);
     bool flag(const std::string& key, bool fallback);
     std::string text(const std::string& key, const std::string& fallback);
-    // The path of the file `name` beside the document. It must stay there, for a document from
-    // elsewhere names no file outside its own folder; `otherwise` is added to what it says then.
+    // Path of the file `name`, relative to the document. Throws if it is outside the document's
+    // folder, because a downloaded document must not name other files; `otherwise` is appended to
+    // the message.
     std::string beside(const std::string& key, const std::string& name,
                        const std::string& otherwise = "") const;
     Vec3<double> vector(const std::string& key, Bounds each, Vec3<double> fallback);
     Vec3<double> vector(const std::string& key, Bounds each);
-    // One of the named values.
+    // Maps one of the names to its value.
     template <class T>
     T choice(const std::string& key, const std::vector<std::pair<std::string, T>>& named,
              T fallback)
@@ -85,10 +86,10 @@ class ObjectReader {
         for (const auto& [name, value] : named) names.push_back(name);
         return named[chosen(key, names)].second;
     }
-    // Reads the object under `key`; where it is absent, `body` sees an empty one.
+    // Reads the object under `key`; if it is absent, calls `body` on an empty object.
     void object(const std::string& key, const Body& body);
 
-    // Where a key has the name it had in older files: an InputError that says the new one.
+    // Throws an InputError with the new name if the key has its name of older files.
     void refuse_renamed(const std::string& old, const std::string& key) const;
 
     std::string pointer(const std::string& key) const;  // of a key in this object
@@ -108,7 +109,7 @@ class ObjectReader {
     std::vector<std::string> known;
 };
 
-// A number as a reader of messages wants it: shortest form that is the same double.
+// A number in error messages: the shortest text that converts to the same double.
 std::string short_number(double value);
 
 }  // namespace knead

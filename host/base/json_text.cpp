@@ -1,4 +1,4 @@
-// JSON from text: what the parser says, with the place.
+// JSON from text, with the place of parser errors.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -26,8 +26,8 @@ std::string position(const std::string& text, std::size_t byte)
     return fmt::format("line {}, column {} (byte {})", line, column, end);
 }
 
-// A text's characters, with how far it has been read: of a number beyond a double's range the
-// parser names no place.
+// Iterator over a text that records its farthest position: the parser reports no position for
+// numbers beyond the range of double.
 struct Progressing {
     using iterator_category = std::input_iterator_tag;
     using value_type = char;
@@ -47,7 +47,7 @@ struct Progressing {
     bool operator==(const Progressing& other) const { return at == other.at; }
 };
 
-// From the first character of the number that ends before `end`.
+// Index of the first character of the number that ends before `end`.
 std::size_t number_before(const std::string& text, std::size_t end)
 {
     while (end > 0 && std::strchr("+-.0123456789eE", text[end - 1])) --end;
@@ -86,7 +86,7 @@ Json parse_json(const std::string& text, const std::string& file)
         throw InputError(fmt::format("{}: {}: cannot be read as JSON: {}", file,
                                      position(text, e.byte), reason));
     } catch (const Json::out_of_range&) {
-        // The parser has taken one character more than the number, unless the text ended.
+        // Unless the text ended, the parser has consumed one character beyond the number.
         auto last = std::size_t(farthest - text.data());
         if (last > 0 && !std::isdigit(static_cast<unsigned char>(text[last - 1]))) --last;
         const std::size_t first = number_before(text, last);

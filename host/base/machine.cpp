@@ -26,7 +26,7 @@ struct Unload {
     void operator()(void* library) const { dlclose(library); }
 };
 
-// The driver's library of management (NVML), opened by name: a build without CUDA can ask too.
+// NVML, the driver's management library, loaded at run time: available without CUDA.
 class Driver {
   public:
     Driver() : library(dlopen("libnvidia-ml.so.1", RTLD_NOW | RTLD_LOCAL))
@@ -39,7 +39,7 @@ class Driver {
         if (good) ask("nvmlShutdown");
     }
     explicit operator bool() const { return good; }
-    // Whether the call is there and answers 0, its word for success.
+    // True if the function exists and returns 0 (success).
     template <class... A>
     bool ask(const char* name, A... arguments) const
     {
@@ -75,7 +75,7 @@ int cpu_count()
 {
     const int all = std::max(1, int(std::thread::hardware_concurrency()));
     const std::optional<double> quota = container_limits().cpus;
-    // Part of a processor is one that pauses.
+    // Round up: a fraction of a processor is one that is throttled.
     return quota && *quota < all ? std::max(1, int(std::ceil(*quota))) : all;
 }
 
@@ -88,7 +88,7 @@ std::size_t total_memory()
 
 std::size_t available_memory()
 {
-    std::size_t all = std::size_t(4) << 30;  // where it is unknown: what any machine has
+    std::size_t all = std::size_t(4) << 30;  // if unknown: a conservative value
     std::ifstream in("/proc/meminfo");
     std::string key, unit;
     for (std::size_t kib; in >> key >> kib; std::getline(in, unit))
@@ -122,7 +122,7 @@ std::string knead_commit()
 std::optional<GpuState> gpu_state(const std::string& bus)
 {
     using Unit = struct Opaque*;
-    constexpr int multiprocessor = 1, memory = 2;  // clocks, as NVML numbers them
+    constexpr int multiprocessor = 1, memory = 2;  // clock types of NVML
     const Driver driver;
     Unit unit = nullptr;
     if (bus.empty() || !driver ||

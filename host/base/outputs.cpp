@@ -40,7 +40,7 @@ void refuse_existing(const fs::path& path)
         fail(path.string(), "is there already; --overwrite replaces it");
 }
 
-// A file, or with a '/' at its end a folder, that is to be made or replaced.
+// Throws if a file, or folder if `name` ends in '/', cannot be created or replaced.
 void check_place(const std::string& folder, std::string name, bool overwrite)
 {
     const bool is_folder = name.ends_with('/');
@@ -57,7 +57,7 @@ void check_place(const std::string& folder, std::string name, bool overwrite)
 
 constexpr std::string_view partial_mark = ".partial-";
 
-// Whose partial file of that name it is: "clip.mp4" of process 42 for "clip.partial-42-0.mp4".
+// Target and process id of a partial file: "clip.mp4" and 42 for "clip.partial-42-0.mp4".
 std::optional<std::pair<std::string, pid_t>> origin(const std::string& name)
 {
     const std::size_t mark = name.rfind(partial_mark);
@@ -72,14 +72,14 @@ std::optional<std::pair<std::string, pid_t>> origin(const std::string& name)
     return {{name.substr(0, mark) + second.ptr, process}};
 }
 
-// The longest name that a file in the folder can have [bytes].
+// Maximum length of a file name in the folder [bytes].
 std::size_t longest_name(const fs::path& folder)
 {
     const long limit = ::pathconf(folder.empty() ? "." : folder.c_str(), _PC_NAME_MAX);
     return limit > 0 ? std::size_t(limit) : 255;
 }
 
-// The first bytes of a text, no more than `most`, without half a character of UTF-8.
+// The first bytes of a text, up to `most`, without a truncated UTF-8 character.
 std::string first_bytes(const std::string& text, std::size_t most)
 {
     std::size_t size = std::min(text.size(), most);
@@ -88,8 +88,8 @@ std::string first_bytes(const std::string& text, std::size_t most)
     return text.substr(0, size);
 }
 
-// "clip.partial-42-0.mp4" for "clip.mp4": programs that choose a format by the ending find it. Of a
-// long name the stem is cut, so that whatever may be a name can be written.
+// "clip.partial-42-0.mp4" for "clip.mp4": keeps the ending, by which programs choose a format.
+// Shortens the stem of long names, so that every valid name can be written.
 std::string name_beside(const fs::path& file)
 {
     static std::atomic<unsigned> made{0};
@@ -103,7 +103,7 @@ std::string name_beside(const fs::path& file)
     return (file.parent_path() / (stem + mark + form)).string();
 }
 
-// Where a file of that name lies, its own links followed, even to where there is none yet.
+// Target of a file name with its symbolic links resolved; it need not exist.
 fs::path followed(const std::string& file)
 {
     fs::path at = file;
@@ -117,8 +117,8 @@ fs::path followed(const std::string& file)
     refuse(file, ELOOP);
 }
 
-// Waits until what is written is on the disk, unless the file system cannot tell: 0, or why it is
-// not. Done piece by piece, little of a large file is left to flush, which nothing can interrupt.
+// Waits until the data written so far are on disk. Returns 0 (also if the file system does not
+// report) or errno. Called piece by piece, because the final flush cannot be interrupted.
 int send(int file)
 {
     constexpr unsigned all =
@@ -127,7 +127,7 @@ int send(int file)
     return errno == EIO || errno == ENOSPC || errno == EDQUOT ? errno : 0;
 }
 
-// Some file systems keep what does not fit to themselves until now.
+// Flushes to disk. Some file systems report a full disk only here.
 int flush(int file)
 {
     while (::fsync(file) != 0)
@@ -135,7 +135,7 @@ int flush(int file)
     return 0;
 }
 
-// Whether the folder takes files.
+// Throws if files cannot be created in the folder.
 void probe(const std::string& folder)
 {
     const EndHeld held;
@@ -156,7 +156,7 @@ PartialFile::PartialFile(const std::string& to) : file(to)
     do {
         partial = name_beside(place);
         made = ::open(partial.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
-        // EEXIST: left by a process of our number that was killed.
+        // EEXIST: left by a killed process with the same id.
     } while (made < 0 && (errno == EEXIST || errno == EINTR));
     if (made < 0) refuse(file, errno);
 }
@@ -187,12 +187,12 @@ bool PartialFile::write_unless(const std::function<bool()>& stop, const std::str
 
 void PartialFile::put_in_place()
 {
-    // A device, say, is no place for a file: renaming would put an end to it.
+    // Do not replace a device file by renaming.
     std::error_code problem;
     if (fs::is_other(fs::symlink_status(place, problem)))
         fail(file, "cannot be written: it is there and is no regular file");
     int reason = flush(made);
-    // Closed before it is renamed: a file system over a network may speak up only here.
+    // Close before renaming: network file systems may report errors only here.
     if (::close(made) != 0 && reason == 0) reason = errno;
     made = -1;
     if (reason == 0 && ::rename(partial.c_str(), place.c_str()) != 0) reason = errno;
@@ -213,7 +213,7 @@ bool write_whole_unless(const std::function<bool()>& stop, const std::string& fi
         if (const int reason = write_all(STDOUT_FILENO, bytes)) refuse(file, reason);
         return true;
     }
-    const EndHeld held;  // so that half a file is not left lying about
+    const EndHeld held;  // a signal must not leave a partial file
     PartialFile partial(file);
     if (!partial.write_unless([&] { return EndHeld::asked() || stop(); }, bytes)) return false;
     partial.put_in_place();

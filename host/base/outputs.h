@@ -1,4 +1,4 @@
-// Where results go: a folder that is checked before the work starts, and files that appear whole.
+// Output files: the folder is checked before the work starts, and files are written atomically.
 #pragma once
 #include <functional>
 #include <string>
@@ -8,59 +8,59 @@
 
 namespace knead {
 
-// Makes the folder, locks it unless the lock is given, and checks that it can be written to and
-// that none of `names` (files in it, or with a '/' at the end folders) is there yet, unless
-// `overwrite`: then that what is there is of its kind. Throws OutputError. `overwrite` removes
-// nothing. Hold the lock until the last file is written.
+// Creates the folder, locks it unless a lock is passed, and checks that it is writable and that
+// none of `names` (files in it, or folders if they end in '/') exists. With `overwrite`, existing
+// ones must be of the same kind; they are not removed. Throws OutputError. Keep the lock until the
+// last file is written.
 [[nodiscard]] FolderLock prepare_folder(const std::string& folder,
                                         const std::vector<std::string>& names, bool overwrite,
                                         FolderLock lock = {});
 // The same for one file.
 void prepare_file(const std::string& file, bool overwrite);
 
-// What a killed program left in a folder: half a file, where no process has its number, or a lock
+// Remains of a killed program in a folder: a partial file whose process does not exist, or a lock
 // that no process holds.
 struct Leftover {
-    std::string path, of;  // of: the name of the file that it was to be, or lock_name
+    std::string path, of;  // of: name of the intended file, or lock_name
 };
-std::vector<Leftover> leftovers(const std::string& folder);  // by path; none where there is none
-// Removes those for which ours(of) holds.
+std::vector<Leftover> leftovers(const std::string& folder);  // sorted by path; empty if there are
+                                                             // none
+// Removes those with ours(of).
 void remove_partials(const std::string& folder,
                      const std::function<bool(const std::string&)>& ours);
-// Removes those of the files in the folder that are there, in this order. Throws OutputError.
+// Removes the existing ones of these files, in this order. Throws OutputError.
 void remove_files(const std::string& folder, const std::vector<std::string>& names);
 
-// A file under making, beside its place and with the same ending, so that a program of its own may
-// write it, too; nothing that is there has its name. Its name is the file's with a mark, cut where
-// the file system takes no longer one. It goes with the object, unless it was put in
-// place. Where `file` is a symbolic link, the link stays and what it names is replaced.
+// A temporary file in the folder of its target, with the same ending, so that external programs can
+// write it. Its name is unique: the target's plus a mark, shortened to the limit of the file
+// system. Removed by the destructor unless put in place. If `file` is a symbolic link, its target
+// is replaced.
 class PartialFile {
   public:
-    // Makes it, empty. All throw OutputError with the file's path and the reason.
+    // Creates it, empty. All members throw OutputError with the file's path and the reason.
     explicit PartialFile(const std::string& file);
     ~PartialFile();
     PartialFile(const PartialFile&) = delete;
     PartialFile& operator=(const PartialFile&) = delete;
 
     const std::string& path() const { return partial; }
-    void write(const std::string& bytes);  // at its end
-    // The same; `stop` is asked every few MiB, each of which is then sent to the disk. False: it
-    // was given up, and what there is of the file is of no use.
+    void write(const std::string& bytes);  // appends
+    // The same, but calls `stop` every few MiB and flushes each part to disk. Returns false if
+    // stopped; the file is then incomplete.
     bool write_unless(const std::function<bool()>& stop, const std::string& bytes);
-    // Flushes it to the disk and renames it: the old file or the new one, never neither, never
-    // half. Once.
+    // Flushes to disk and renames atomically: readers see the old file or the new one. Call once.
     void put_in_place();
 
   private:
-    std::string file, place, partial;  // place: `file` with its links followed
-    int made = -1;                     // its descriptor
+    std::string file, place, partial;  // place: `file` with its symbolic links resolved
+    int made = -1;                     // descriptor
 };
 
-// The one way a file is written; to the standard output where is_standard() (paths.h). Throws
-// OutputError; the old file, if there is one, is then left. So it is where a signal comes meanwhile
-// that is not watched (interrupt.h), and ends the program.
+// Writes a file atomically, or to standard output if is_standard() (paths.h); used for all files.
+// Throws OutputError. Strong guarantee: on errors, and on signals that are not watched
+// (interrupt.h), an existing file is unchanged.
 void write_whole(const std::string& file, const std::string& bytes);
-// The same, but where `stop`, asked on the way, says so: false, and the old file is left.
+// The same, but calls `stop` meanwhile. Returns false if stopped; an existing file is unchanged.
 bool write_whole_unless(const std::function<bool()>& stop, const std::string& file,
                         const std::string& bytes);
 

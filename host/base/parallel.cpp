@@ -24,10 +24,10 @@ namespace {
 
 constexpr int most_threads = 4096;
 
-using Word = std::atomic<std::uint32_t>;  // that a thread can sleep on
+using Word = std::atomic<std::uint32_t>;  // for futex
 static_assert(sizeof(Word) == 4 && Word::is_always_lock_free);
 
-// Returns at once where the word has another value, and may return for no reason.
+// Returns immediately if the word has another value; may wake spuriously.
 void sleep_while(const Word& word, std::uint32_t value)
 {
     ::syscall(SYS_futex, &word, FUTEX_WAIT_PRIVATE, value, nullptr, nullptr, 0);
@@ -46,11 +46,11 @@ void pause_briefly()
 #endif
 }
 
-// How long a thread waits awake before it sleeps: waking it takes longer than most gaps between two
-// loops. Where others want the processor it waits in vain, and the less each time.
+// Adaptive spinning before a thread sleeps: waking it takes longer than most gaps between two
+// loops. The spin time halves after each failure, as when other programs need the processor.
 class Patience {
   public:
-    // Whether it came true meanwhile.
+    // Spins; returns whether the condition became true.
     template <class Condition>
     bool until(Condition&& condition)
     {
@@ -73,7 +73,7 @@ class Patience {
     double seconds = most;
 };
 
-// True on a thread that is at work on a loop.
+// True on a thread that executes a loop.
 thread_local bool within_loop = false;
 
 class WithinLoop {
@@ -86,9 +86,9 @@ class WithinLoop {
     const bool before;
 };
 
-// One loop that is under way, or room for one. A worker first counts itself in and then takes a
-// ticket; the caller first takes all tickets back and then waits until no one is in. So a worker
-// that has a ticket works on the loop that it was offered by.
+// A loop in progress, or a free slot for one. A worker first increments `inside` and then takes a
+// ticket; the caller first withdraws all tickets and then waits until `inside` is 0. A worker with
+// a ticket is therefore always in the loop that issued it.
 class alignas(64) Loop {
   public:
     bool reserve() { return !taken.exchange(true); }
@@ -102,7 +102,7 @@ class alignas(64) Loop {
         tickets = workers;
     }
 
-    // Works on it where a ticket is left; false: it has none.
+    // Works on the loop if a ticket is left; else returns false.
     bool join()
     {
         if (tickets.load(std::memory_order_relaxed) <= 0) return false;
@@ -115,7 +115,7 @@ class alignas(64) Loop {
         return ticket > 0;
     }
 
-    // Takes parts until none is left. The caller is thread 0, the tickets number the others.
+    // Takes parts until none is left. The caller is thread 0; tickets number the others.
     void work(int thread)
     {
         try {
@@ -131,7 +131,7 @@ class alignas(64) Loop {
         tickets = 0;
     }
 
-    // Waits for all that are at work on it, and takes what one of them threw.
+    // Waits for all workers; returns the first exception.
     std::exception_ptr finish()
     {
         tickets = 0;
@@ -156,7 +156,7 @@ class alignas(64) Loop {
     Word inside{0};
 };
 
-// The threads of the process. It is never destroyed: they may outlive what static objects hold.
+// The thread pool of the process. Never destroyed: its threads may outlive static objects.
 class Pool {
   public:
     static Pool& of_process()
@@ -165,7 +165,7 @@ class Pool {
         return pool;
     }
 
-    // Of the loops at the same time each needs one; null: all are taken.
+    // Slot for a loop; null if all are in use by concurrent loops.
     Loop* reserve()
     {
         for (Loop& loop : loops)
@@ -173,7 +173,7 @@ class Pool {
         return nullptr;
     }
 
-    // Where the system gives no more threads, loops have fewer.
+    // If the system refuses more threads, loops use fewer.
     void start_workers(int wanted)
     {
         if (started >= wanted) return;
@@ -186,7 +186,7 @@ class Pool {
             }
     }
 
-    // A loop was begun that takes so many workers.
+    // Wakes workers for a new loop.
     void announce(int workers)
     {
         ++announced;

@@ -1,9 +1,9 @@
-// Loops shared out among threads: one pool for the whole process, whichever threads call it.
+// Parallel loops on one thread pool per process, callable from any thread.
 //
-// A thread that waits spins for 0.2 ms at most and then sleeps, so that a second program, or a
-// second loop of this one, gets the processor. The caller works on its loop as well and waits only
-// for threads that have begun a part of it: where the others do not get a processor, it does all
-// by itself. No result may depend on which thread gets which part.
+// A waiting thread spins for at most 0.2 ms and then sleeps, which frees the processor for other
+// programs and loops. The caller works on its loop and waits only for threads that have begun a
+// part: if the others get no processor, it completes the loop alone. Results must not depend on
+// which thread executes which part.
 #pragma once
 #include <cstdint>
 #include <mutex>
@@ -11,23 +11,23 @@
 
 namespace knead {
 
-// Threads of a loop that names no number: what set_loop_threads() set, else OMP_NUM_THREADS of the
-// environment, else cpu_count() (machine.h).
+// Default number of threads: that of set_loop_threads(), else OMP_NUM_THREADS of the environment,
+// else cpu_count() (machine.h).
 int loop_threads();
-void set_loop_threads(int threads);  // 0: as at the start
+void set_loop_threads(int threads);  // 0: restores the default
 
 struct LoopOptions {
-    int threads = 0;         // at most; 0: loop_threads()
-    std::int64_t chunk = 0;  // indices that a thread takes at a time; 0: an eighth of its share
+    int threads = 0;         // maximum; 0: loop_threads()
+    std::int64_t chunk = 0;  // indices per part; 0: an eighth of a thread's share
 };
 
-// One thread's part of a loop: indices from `from` up to `to`. `thread` is below the number of
-// threads, and no two that run at the same time have the same.
+// One part of a loop: indices [from, to). `thread` is in [0, threads) and unique among parts that
+// run concurrently.
 using LoopPart = void (*)(void* context, std::int64_t from, std::int64_t to, int thread);
-// Runs all parts; a loop within a part runs on its thread alone. Rethrows the first exception.
+// Runs all parts; nested loops run serially on their thread. Rethrows the first exception.
 void run_loop(std::int64_t count, LoopOptions options, LoopPart part, void* context);
 
-// body(from, to, thread) for parts that together are [0, count).
+// Calls body(from, to, thread) for parts that cover [0, count).
 template <class Body>
 void parallel_parts(std::int64_t count, LoopOptions options, Body&& body)
 {
@@ -38,7 +38,7 @@ void parallel_parts(std::int64_t count, LoopOptions options, Body&& body)
     run_loop(count, options, part, const_cast<void*>(static_cast<const void*>(&body)));
 }
 
-// body(i), or body(i, thread), for every i in [0, count); i is of count's type.
+// Calls body(i) or body(i, thread) for every i in [0, count); i has the type of count.
 template <class Index, class Body>
 void parallel_for(Index count, LoopOptions options, Body&& body)
 {
@@ -59,8 +59,8 @@ void parallel_for(Index count, Body&& body)
     parallel_for(count, LoopOptions{}, body);
 }
 
-// The sum of what body(i, own) adds to `own`, a Sum of its part. Parts are added (+=) in no fixed
-// order: for whole numbers and extremes.
+// Reduction: body(i, own) accumulates in a Sum per part; parts are added (+=) in unspecified order.
+// For integers and extremes, whose sum does not depend on it.
 template <class Sum, class Index, class Body>
 Sum parallel_sum(Index count, LoopOptions options, Body&& body)
 {

@@ -1,26 +1,26 @@
-// What a path says by its ending, and where the files lie that come with the program.
+// File name endings, standard streams, and the files installed with the program.
 #pragma once
 #include <string>
 #include <vector>
 
 namespace knead {
 
-// The path's ending in lower case, with its point: ".glb" of "a/Ball.GLB"; "" if it has none.
+// The path's ending in lower case, with the dot: ".glb" of "a/Ball.GLB"; "" if it has none.
 std::string ending(const std::string& path);
 
-// Whether it names the standard input or output: "-", or "-.obj", which says what comes through it.
-// A file of such a name is "./-.obj".
+// True for standard input or output: "-", or "-.obj", whose ending names the format. A file of that
+// name is "./-.obj".
 bool is_standard(const std::string& path);
 
-// A file or folder that comes with the program, e.g. "profiling" or "scenes/squeeze.json": beside
-// the installed program (share/knead), else in the tree that it was built in, else here. "" if it
-// is in none of them. What lies below the working directory is named from there.
+// Path of a file or folder installed with the program, e.g. "profiling" or "scenes/squeeze.json".
+// Searches the installation (share/knead), the build's source tree, and the working directory; ""
+// if not found. Paths below the working directory are relative to it.
 std::string shipped(const std::string& name);
-// A scene or recording by the name that its user typed: where there is no such file, that of the
-// scenes that come with the program, e.g. "squeeze.json", "scenes/squeeze.json" or "squeeze".
+// Resolves a scene or recording by the name that a user typed: an existing file, else one of the
+// installed scenes, e.g. "squeeze.json", "scenes/squeeze.json" or "squeeze".
 std::string file_or_shipped(const std::string& name);
 
-// The names of those scenes, "squeeze" for one, in their order.
+// Names of the installed scenes, sorted, e.g. "squeeze".
 std::vector<std::string> shipped_scenes();
 
 }  // namespace knead

@@ -13,7 +13,7 @@
 namespace knead {
 namespace {
 
-std::atomic<int> print_failure{0};  // why print() failed first
+std::atomic<int> print_failure{0};  // first errno of print()
 
 }  // namespace
 
@@ -23,7 +23,7 @@ int write_all(int file, std::string_view bytes)
         const ssize_t step = ::write(file, bytes.data() + done, bytes.size() - done);
         if (step > 0) {
             done += std::size_t(step);
-        } else if (step < 0 && errno == EAGAIN) {  // a pipe that another program made so
+        } else if (step < 0 && errno == EAGAIN) {  // a pipe set to non-blocking by another program
             pollfd ready{file, POLLOUT, 0};
             ::poll(&ready, 1, -1);
         } else if (step == 0 || errno != EINTR) {
@@ -36,7 +36,7 @@ int write_all(int file, std::string_view bytes)
 void print(std::string_view text)
 {
     if (print_failure != 0) return;
-    std::fflush(stdout);  // what a library printed comes first
+    std::fflush(stdout);  // output of libraries first
     print_failure = write_all(STDOUT_FILENO, text);
 }
 

@@ -12,7 +12,7 @@ namespace knead {
 namespace {
 
 std::mutex stderr_lock;
-// A descriptor of the real standard error while that is elsewhere; -1: it is not.
+// Duplicate of the real standard error while it is redirected; -1: not redirected.
 int real_stderr = -1;
 
 }  // namespace

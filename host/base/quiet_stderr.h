@@ -1,16 +1,16 @@
-// Standard error without what libraries print there, while they are expected to fail.
+// Suppresses the messages of libraries on standard error while they are expected to fail.
 #pragma once
 
 namespace knead {
 
-// While one lives, what the process writes to its standard error goes nowhere. One at a time.
+// Redirects the process's standard error to /dev/null during its lifetime. One instance at a time.
 class QuietStderr {
   public:
     explicit QuietStderr(bool quiet = true);
     ~QuietStderr();
     QuietStderr(const QuietStderr&) = delete;
 
-    // Standard error is itself again at once, for what this program has to say; any thread.
+    // Restores standard error immediately, for messages of this program. Thread-safe.
     static void lift();
 };
 
