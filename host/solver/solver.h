@@ -169,7 +169,7 @@ class Solver {
     // Simulates `duration` [s] with the tools moving along `motion`.
     virtual FrameStats advance(const Motion& motion, double duration) = 0;
     // Asynchronous variant of advance(): a frame can be submitted while the previous one is being
-    // computed. At most two frames are in flight; call nothing else until both are collected.
+    // computed. At most two frames are in flight; meanwhile call only submit() and collect().
     virtual void submit(const Motion& motion, double duration)
     {
         done.push_back(advance(motion, duration));
@@ -186,7 +186,7 @@ class Solver {
 
     // Edits. Precondition: no frame in flight. Afterwards the solver behaves like one constructed
     // from the edited scene. Throws std::invalid_argument for invalid edits and std::runtime_error
-    // when out of memory. Strong guarantee.
+    // when out of device memory. Strong guarantee.
 
     // Adds an object of one material, at rest or moving; sets Particle::object. Returns the
     // object's number, which is never reused, even after remove().
