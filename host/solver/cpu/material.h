@@ -25,8 +25,8 @@ inline Sym3<Lanes<R>> stress(const Particle<Lanes<R>>& p, const Group<R>& group,
     return tau;
 }
 
-// Bit mask of the lanes that need the return map: von Mises lanes near or beyond the yield stress,
-// all lanes of other plasticity laws.
+// Bit mask of the lanes that need the return map: for neo-Hookean von Mises clay those near or
+// beyond the yield stress, for other plastic materials all.
 template <class R>
 inline unsigned near_yield_mask(const Particle<Lanes<R>>& p, const Material<R>& m)
 {
