@@ -1,4 +1,4 @@
-// Words that stand in a scene's pictures.
+// Text captions drawn into a scene's pictures.
 #pragma once
 #include <string>
 #include <vector>
@@ -9,10 +9,11 @@ namespace knead {
 
 struct Caption {
     std::string text;  // printable ASCII
-    Vec3<double> at;   // where its middle is in the picture [m]
+    Vec3<double> at;   // centre of the text, a point of the scene [m]
 };
 
-// The key "captions" of a scene's "pictures": an array of at most 256 objects with text and place.
+// Reads the key "captions" of a scene's "pictures": an array of at most 256 objects with text and
+// position. Throws InputError.
 std::vector<Caption> read_captions(ObjectReader& pictures);
 
 }  // namespace knead

@@ -11,7 +11,7 @@ namespace {
 constexpr int max_cells = 1024;
 constexpr int beyond = 2;  // nodes beyond each wall
 
-// What the key that walls were given by would be today.
+// Error for the former key "margin", with the values of the present keys.
 [[noreturn]] void refuse_margin(ObjectReader& r, const Scene& scene, const Json& found)
 {
     const Lattice<double>& l = scene.setup.lattice;
@@ -26,9 +26,10 @@ constexpr int beyond = 2;  // nodes beyond each wall
 
 int in_blocks(int nodes) { return (nodes + block_edge - 1) / block_edge * block_edge; }
 
-// How a lattice of `size` nodes along an axis is laid for walls at `min` and `max`: where its first
-// node stands, and how many it needs. The low face is to stand on a node (18): the lattice is moved
-// up by the part of a cell that the face lies past one, and down by whole blocks where nodes lack.
+// Placement of a lattice of `size` nodes along one axis with walls at `min` and `max`: position of
+// its first node and number of nodes. The low wall must lie on a node (18): the lattice is shifted
+// up by the fraction of a cell by which the wall lies beyond a node, and down by whole blocks where
+// nodes are missing below it.
 struct Laid {
     double first;  // [m]
     int size;
@@ -89,7 +90,7 @@ std::string cells_setting(const Json& root, int cells)
     for (const Json& one : found)
         numbers = numbers && one.is_number() && one > 0,
         longest = numbers ? std::max(longest, one.get<double>()) : 0;
-    Json asked = cells;  // what is no domain is refused by who reads it
+    Json asked = cells;  // an invalid domain is rejected when the scene is read
     if (numbers) {
         asked = Json::array();
         for (const Json& one : found) {
@@ -107,7 +108,7 @@ void read_walls(ObjectReader& r, Scene& scene)
     const Vec3<double> domain{dx * l.size.x, dx * l.size.y, dx * l.size.z};
     WallOptions& walls = scene.setup.walls;
     if (const Json* margin = r.find("margin")) refuse_margin(r, scene, *margin);
-    // Of 64 cells, 3 nodes inside the first and the last.
+    // With 64 cells: 3 nodes above the first and 4 below the end of the domain.
     const double low = edge * 3 / 64, high = edge * 4 / 64;
     walls.min = r.vector("min", {0, 1000, "m"}, {low, low, low});
     walls.max = r.vector("max", {0, 1000, "m"}, domain - Vec3<double>{high, high, high});

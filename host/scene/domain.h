@@ -1,4 +1,4 @@
-// Where a scene is simulated: its domain, its walls, and the lattice that holds both.
+// The domain of a scene, its walls, and the lattice that contains both.
 #pragma once
 #include <string>
 #include <utility>
@@ -14,18 +14,20 @@ inline const std::vector<std::pair<std::string, ContactMode>> contact_modes = {
     {"slip", ContactMode::slip},
     {"separate", ContactMode::separate}};
 
-// A lattice over the domain as it is asked for; then walls, in the scene's frame.
+// Read the domain, which sizes the lattice, and then the walls, both in the scene's frame. Both
+// throw InputError.
 void read_domain(ObjectReader& r, Scene& scene);
 void read_walls(ObjectReader& r, Scene& scene);
 
-// The setting by which the longest axis of a scene's domain has `cells` cells and the others keep
-// their share of it, to whole blocks: "domain.cells=48". `root` is the scene's document.
+// The setting that gives the longest axis of a scene's domain `cells` cells and scales the other
+// axes in proportion, rounded to whole blocks: "domain.cells=48". `root` is the scene's JSON
+// document.
 std::string cells_setting(const Json& root, int cells);
 
-// When all is read: lays the lattices so that a plane of nodes stands on each low face, enlarges
-// them, by whole blocks, where nodes are missing beyond a wall, and moves all that has a place from
-// the scene's frame into that of the simulation, which has its origin at the lattice's first node.
-// Where low faces stand on nodes and nothing is missing, nothing moves.
+// Call once everything is read. Shifts the lattice along each axis so that a plane of nodes lies on
+// the low wall, enlarges it by whole blocks where nodes are missing beyond a wall, and transforms
+// all positions from the scene's frame to the simulation's frame, whose origin is the first node of
+// the lattice. Changes nothing if the low walls already lie on nodes and no nodes are missing.
 void move_in(Scene& scene);
 
 }  // namespace knead

@@ -13,7 +13,7 @@ namespace {
 
 double rest_stiffness(const Object& o) { return stiffness(Particle<double>{}, o.material); }
 
-// The key of the object of which `measure` is the largest.
+// Scene key of the object with the largest `measure`.
 template <class Measure>
 std::string most(const Scene& scene, const char* key, Measure&& measure)
 {
@@ -24,7 +24,7 @@ std::string most(const Scene& scene, const char* key, Measure&& measure)
 
 bool is_fluid(const Object& o) { return o.material.plasticity == Plasticity::fluid; }
 
-// A liquid's viscosity over its density: how fast it spreads a push [m^2/s].
+// Kinematic viscosity of a liquid [m^2/s].
 double spreading(const Object& o)
 {
     return is_fluid(o) ? o.material.viscosity / o.material.density : 0;
@@ -49,7 +49,7 @@ std::string key_of(const Scene& scene, StepChoice chosen)
     return most(scene, "velocity", [](const Object& o) { return length(o.velocity); });
 }
 
-// All that limits a substep: not the particles, which may be many.
+// Everything that limits a substep. Particles are left out: there may be many.
 Setup steps_of(const Scene& scene)
 {
     Setup setup;

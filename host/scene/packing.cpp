@@ -16,7 +16,7 @@ using Size = std::ptrdiff_t;
 using Values = std::vector<float>;
 using Points = std::vector<Vec3<double>>;
 
-constexpr int layers = 2;       // of whole strata under the surface whose particles are moved
+constexpr int layers = 2;       // whole layers below the surface that are moved
 constexpr int iterations = 12;  // of packing
 constexpr double rate = 6, inertia = 0.6, max_move = 0.2;  // the last in strata
 constexpr Int3 one{1, 1, 1};
@@ -24,8 +24,8 @@ constexpr Vec3<double> half{0.5, 0.5, 0.5};
 
 Vec3<double> real(Int3 n) { return {double(n.x), double(n.y), double(n.z)}; }
 
-// One node in the middle of every stratum, and a margin of empty ones that no kernel leaves.
-// Places in it are in strata from its first node.
+// One node at the centre of every stratum, and a margin of empty nodes wider than any kernel.
+// Positions are in strata from the first node.
 struct StrataBox {
     double h;
     Int3 low, size;
@@ -42,7 +42,7 @@ struct StrataBox {
     Size at(Int3 n) const { return n.x + n.y * stride[1] + n.z * stride[2]; }
     Vec3<double> metres(Vec3<double> place) const { return h * (place + real(low) + half); }
     Vec3<double> place(Vec3<double> metres) const { return (1 / h) * metres - real(low) - half; }
-    // Calls visit(n) for the nodes `rim` or more from the border, layer by layer.
+    // Calls visit(n) for all nodes at least `rim` layers from the border, layer by layer.
     template <class Visit>
     void each(int rim, Visit&& visit) const
     {
@@ -53,7 +53,7 @@ struct StrataBox {
     }
 };
 
-// A point that is outside, by less than h, put just inside.
+// Moves a point that lies outside by less than h to just inside.
 Vec3<double> put_inside(const Depth& depth, Vec3<double> x, double h)
 {
     const double d = depth(x), step = 1e-3 * h;
@@ -65,10 +65,10 @@ Vec3<double> put_inside(const Depth& depth, Vec3<double> x, double h)
     return x + ((step - d) / max(dot(g, g), 1e-6)) * g;
 }
 
-// What of a stratum is inside.
+// The part of a stratum inside the shape.
 struct Part {
-    double share = 0;       // of its volume
-    Vec3<double> centre{};  // of its mass [m]
+    double share = 0;       // fraction of the stratum's volume
+    Vec3<double> centre{};  // centre of mass [m]
 };
 
 Part part_of(const Depth& depth, Int3 s, double h)
@@ -93,8 +93,8 @@ Part part_of(const Depth& depth, Int3 s, double h)
     return {sum / (n * n * n), (1 / sum) * moment};
 }
 
-// In [0, 1), and evenly so among neighbours: which of the strata that are cut alike hold a
-// particle. The sequence R_3 [Roberts 2018], by place.
+// Threshold in [0, 1), with low discrepancy among neighbours: selects which of equally cut strata
+// hold a particle. The sequence R_3 [Roberts 2018], by position.
 double threshold(Int3 s, double offset)
 {
     constexpr double g = 1.2207440846057596;  // g^4 = g + 1
@@ -102,15 +102,15 @@ double threshold(Int3 s, double offset)
     return t - std::floor(t);
 }
 
-// A stratum that the surface cuts, and the particle that it may get.
+// A stratum cut by the surface, and its candidate particle.
 struct Cut {
     Int3 node;
     double share;
-    double excess;           // of it over the threshold; -1: no place for a particle is known
-    Vec3<double> x, centre;  // the particle's place and that of the part's mass [m]
+    double excess;           // inside fraction minus threshold; -1: no position
+    Vec3<double> x, centre;  // particle and centre of mass of the inside part [m]
 };
 
-// The share of every stratum; the cut ones apart, in order.
+// Computes the inside fraction of every stratum. Returns the cut strata, in order.
 std::vector<Cut> measure(const Packing& p, const Depth& depth, const StrataBox& box, Values& shares)
 {
     const double offset = strata::hashed(p.seed, p.object, {}).x;
@@ -132,8 +132,8 @@ std::vector<Cut> measure(const Packing& p, const Depth& depth, const StrataBox& 
     return all;
 }
 
-// As many of the cut strata as their volume fills, those first whose share is most above their
-// threshold; in order.
+// Selects as many of the cut strata as their total volume fills: those with the largest excess over
+// their threshold. In order.
 std::vector<Cut> chosen(const std::vector<Cut>& cuts)
 {
     double volume = 0;
@@ -151,8 +151,8 @@ std::vector<Cut> chosen(const std::vector<Cut>& cuts)
     return some;
 }
 
-// Adds particles, of volume 1 or `share`. They are taken by the layer of their stencils' first
-// node: layers of nodes are then summed at once, each in one order.
+// Adds particles of volume 1 or `share` to the density. They are grouped by the layer of their
+// stencil's first node, so that layers are summed in parallel and each in a fixed order.
 void deposit_all(const StrataBox& box, const Points& places, const Values& share, Values& density)
 {
     constexpr int slab = 4;
@@ -174,7 +174,7 @@ void deposit_all(const StrataBox& box, const Points& places, const Values& share
     });
 }
 
-// Passes of the surface's binomial kernel along every axis.
+// Smooths by passes of the surface's binomial kernel along every axis.
 void soften(const StrataBox& box, int passes, Values& values, Values& other)
 {
     for (int pass = 0; pass < passes; ++pass)
@@ -189,7 +189,7 @@ void soften(const StrataBox& box, int passes, Values& values, Values& other)
         }
 }
 
-// Every value the least of those `layers` away at most: below 1 where the surface is near.
+// Replaces every value by the minimum within `layers` nodes: below 1 near the surface.
 Values lowered(const StrataBox& box, Values values)
 {
     Values other(values.size());
@@ -205,8 +205,8 @@ Values lowered(const StrataBox& box, Values values)
     return values;
 }
 
-// Moves particles down the gradient of the squared difference of two densities: `still` and theirs,
-// and the shape's. A particle that would leave the shape stays.
+// Gradient descent of the particles on the squared difference of two densities: that of `still` and
+// the particles, and that of the shape. A particle that would leave the shape is not moved.
 void pack(const StrataBox& box, const Depth& depth, const Values& still, const Values& shape,
           int passes, Points& places, Values& other)
 {
@@ -235,8 +235,8 @@ void pack(const StrataBox& box, const Depth& depth, const Values& still, const V
     }
 }
 
-// That of a particle in the middle of every whole stratum, and of cut ones' shares where they are:
-// a shape of whole strata is packed from the first.
+// Target density: one particle at the centre of every whole stratum, and the inside fraction of
+// each cut stratum at its centre of mass. A shape made of whole strata needs no packing.
 Values shape_density(const StrataBox& box, const std::vector<Cut>& cuts, const Values& shares)
 {
     Points places;
@@ -252,7 +252,7 @@ Values shape_density(const StrataBox& box, const std::vector<Cut>& cuts, const V
     return density;
 }
 
-// Particles in the order of their strata, and which of them move.
+// Particles in the order of their strata, and flags of those that are moved.
 struct Seeds {
     Points places;
     std::vector<char> moves;

@@ -1,7 +1,8 @@
-// Particles that fill a shape evenly up to its surface, all of one volume. A lattice of strata has
-// one particle in each stratum inside (strata.h). Of those that the surface cuts, as many hold one
-// as fill the volume; these and the two layers under them are then moved until their density,
-// softened as the surface's is, differs least from the shape's own.  (35)
+// Particles of equal volume that fill a shape evenly up to its surface. Each stratum of a lattice
+// inside the shape holds one particle (strata.h). Of the strata cut by the surface, as many hold a
+// particle as fill the remaining volume. These particles and the two layers below them are then
+// moved to minimise the difference between their density, smoothed like the density of the surface,
+// and that of the shape.  (35)
 #pragma once
 #include <cstddef>
 #include <functional>
@@ -11,21 +12,21 @@
 
 namespace knead {
 
-// How far under the shape's surface a point lies [m], negative outside: to first order near the
-// surface, elsewhere no more than it is. Called by several threads.
+// Depth of a point below the shape's surface [m], negative outside: first-order accurate near the
+// surface, elsewhere a lower bound. Must be thread-safe.
 using Depth = std::function<double(Vec3<double>)>;
 
 struct Packing {
     double h = 0;         // edge of a stratum [m]; a particle's volume is its cube
-    double per_cell = 8;  // particles a cell of the solver has
+    double per_cell = 8;  // particles per cell of the solver
     unsigned seed = 1;
     std::size_t object = 0;
-    Int3 low{}, high{};  // strata that the shape may meet, from the first to before the second;
-                         // stratum s reaches from h s to h (s + 1)
+    Int3 low{}, high{};  // strata that may intersect the shape, from `low` up to but excluding
+                         // `high`; stratum s spans h s to h (s + 1)
 };
 
-// In the order of their strata; inside the shape where that is convex or smooth. The same bits for
-// any number of threads. Takes 16 bytes a stratum of the box.
+// Positions of the particles in the order of their strata, all inside the shape where it is convex
+// or smooth. Bitwise equal for any number of threads. Memory: 16 bytes per stratum of the box.
 std::vector<Vec3<double>> packed(const Packing& packing, const Depth& depth);
 
 }  // namespace knead

@@ -6,8 +6,8 @@ namespace knead {
 
 namespace {
 
-// The one table of materials. Where a real stiffness would only shorten the substep without
-// changing the shape, the value is lower than nature's, and the comment says so.
+// The table of materials. Where the real stiffness would only shorten the substep without changing
+// the shape, the value is lower than in nature, and the comment gives the reason.
 const std::vector<MaterialSpec> table = {
     // Potter's clay as it is worked. Undrained shear strength 20 kPa lies between 1.7 kPa at
     // the liquid and 170 kPa at the plastic limit [Wroth & Wood 1978]; times sqrt(3): 35 kPa.
@@ -37,8 +37,8 @@ const std::vector<MaterialSpec> table = {
      .poisson = 0.4,
      .yield = 1.2e5,
      .hardening = 4e4},
-    // Moist sand: 35 degrees of friction, 1.5 kPa of apparent cohesion by capillary water. A
-    // grain skeleton has 10-20 MPa; friction and cohesion make the shape, so 2 MPa.
+    // Moist sand: 35 degrees of friction, 1.5 kPa of apparent cohesion by capillary water. A grain
+    // skeleton has 10-20 MPa; friction and cohesion determine the shape, so 2 MPa.
     {.name = "wet-sand",
      .elasticity = Elasticity::hencky,
      .plasticity = Plasticity::drucker_prager,
@@ -67,8 +67,7 @@ const std::vector<MaterialSpec> table = {
      .poisson = 0.45},
     // Bread dough before it rises: shear modulus some 9 kPa and a small yield stress, orders of
     // magnitude. In steady shear of doughs of flour and water 2395 Pa s^0.34 at 9 to 5000 per
-    // second
-    // [Sharma, Hanna & Chen 1993].
+    // second [Sharma, Hanna & Chen 1993].
     {.name = "dough",
      .elasticity = Elasticity::neo_hookean,
      .plasticity = Plasticity::herschel_bulkley,
@@ -78,8 +77,9 @@ const std::vector<MaterialSpec> table = {
      .yield = 600,
      .viscosity = 2000,
      .exponent = 0.4},
-    // Honey-like: 10 Pa s. Sound at 30 m/s, ten times what hands and gravity move it by, keeps
-    // its volume to a percent; real syrup would need a substep fifty times shorter.
+    // Honey-like: 10 Pa s. A speed of sound of 30 m/s, ten times the speed caused by hands and
+    // gravity, keeps the volume within a percent; real syrup would need substeps fifty times
+    // shorter.
     {.name = "viscous-liquid",
      .elasticity = Elasticity::neo_hookean,
      .plasticity = Plasticity::fluid,

@@ -1,4 +1,4 @@
-// Materials that have a name.
+// Named materials.
 #pragma once
 #include <string>
 #include <vector>
@@ -9,6 +9,7 @@
 namespace knead {
 
 const std::vector<MaterialSpec>& material_specs();
-const MaterialSpec& material_spec(const std::string& name);  // throws InputError naming the nearest
+const MaterialSpec& material_spec(const std::string& name);  // throws InputError that suggests the
+                                                             // nearest name
 
 }  // namespace knead

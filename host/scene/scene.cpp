@@ -1,5 +1,5 @@
-// Scenes from JSON. Every key stands here once, with its unit, range and default;
-// docs/reference/formats.md says the same for people.
+// Reads scenes from JSON. Every key appears here once, with unit, range and default;
+// docs/reference/formats.md documents the same.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -30,7 +30,7 @@ void read_step(ObjectReader& r, Scene& scene)
     scene.soften_beyond = r.whole("soften_beyond", 0, 1000000, scene.soften_beyond);
 }
 
-// Where the defaults come from docs/method/model.md says.  (29), (30)
+// For the origin of the defaults see docs/method/model.md.  (29), (30)
 void read_rest(ObjectReader& r, Scene& scene)
 {
     Rest<double>& rest = scene.setup.rest;
@@ -48,7 +48,8 @@ void read_rest(ObjectReader& r, Scene& scene)
     rest.speed =
         r.number("speed", {0, 1000, "m/s", true}, min(creep ? 0.005 : 0.05, rest.push * frame));
     rest.frames = r.whole("frames", 1, 1000000, min(int(std::ceil(0.1 / frame - 1e-9)), 1000000));
-    // Two radii of what presses: held clay does not yield under a dent. A fingertip's are 20 mm.
+    // Two radii of the pressing tool: clay at rest then does not yield under a dent. Two radii of a
+    // fingertip are 20 mm.
     const double dx = scene.setup.lattice.dx, wide = max(8 * dx, 0.02 * scene.hands.zoom);
     const bool holds = rest.mode == RestMode::localized;
     rest.reach = r.number("reach", {0, 1000, "m"}, holds ? wide : 4 * dx);
@@ -108,7 +109,7 @@ const MaterialSpec& named_material(const ObjectReader& r, const std::string& key
     }
 }
 
-// "clay", or {"preset": "clay", ...overrides}.
+// A preset's name, "clay", or {"preset": "clay", ...overrides}.
 void read_material(ObjectReader& r, Object& object)
 {
     const Json* given = r.find("material");
@@ -174,7 +175,7 @@ void read_objects(ObjectReader& r, Scene& scene)
     const auto local = [](const Object& o) { return o.local(); };
     if (std::count_if(scene.objects.begin(), scene.objects.end(), local) > 1)
         r.fail("objects", "at most one object with a depth", "several");
-    // A category's clay is drawn as one surface, or not at all where splats are drawn for it.
+    // The clay of a category is drawn either as one surface or as splats.
     for (const Object& a : scene.objects)
         for (const Object& b : scene.objects)
             if (a.category == b.category && a.shape == ShapeKind::splats &&
@@ -197,7 +198,7 @@ void read_side(ObjectReader& r, HandsOptions& hands, Side side)
     }
 }
 
-// A gesture's name brings its tools along.
+// A gesture also sets the tools that it needs.
 void read_recording_name(ObjectReader& r, HandsOptions& hands)
 {
     namespace fs = std::filesystem;
@@ -312,8 +313,8 @@ void read_root(ObjectReader& r, Scene& scene)
     move_in(scene);
 }
 
-// --set objects.0.material.young=2e6: steps into objects and arrays; a preset's name that is
-// stepped into becomes {"preset": name}.
+// --set objects.0.material.young=2e6: descends into objects and arrays; a preset name on the path
+// is expanded to {"preset": name}.
 void apply(const std::string& setting, Json& root)
 {
     const std::string said = "--set " + setting.substr(0, 200);

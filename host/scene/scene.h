@@ -1,6 +1,5 @@
-// A scene: what is simulated, with which tools, moved how, for how long. Read from JSON
-// ("schema": "knead.scene/1"; comments allowed; docs/reference/formats.md names every key, unit and
-// default).
+// A scene: objects, tools and their motion, and duration. Read from JSON ("schema":
+// "knead.scene/1"; comments allowed; docs/reference/formats.md lists every key, unit and default).
 #pragma once
 #include <memory>
 #include <stdexcept>
@@ -19,17 +18,18 @@ namespace knead {
 enum class ShapeKind { sphere, box, cylinder, splats };
 enum class UpAxis { x, minus_x, y, minus_y, z, minus_z };
 
-// A photographed object, of shape `splats`: its file, and how it stands in the scene.
+// A photographed object, of shape `splats`: its file and its pose in the scene.
 struct SplatsOptions {
     std::string file;
     UpAxis up = UpAxis::minus_y;  // which axis of the file points up
     double size = 0;              // longest extent [m]
     double turn = 0;              // about the vertical, once upright [degrees]
-    // Above 0: a scene that stands still. Where hands are, what lies up to so far [m] under its
-    // surface is clay (host/paging/local_clay.h). 0: a solid, clay as a whole.
+    // Above 0: local clay. Only near hands, material up to this depth below the surface [m] is
+    // simulated (host/paging/local_clay.h). 0: a solid, simulated as a whole.
     double depth = 0;
 };
-// What such an object is made of, where build() puts it: host/assets/splat_object.h finds it.
+// Particles of such an object, in the simulation's frame, from host/assets/splat_object.h; added by
+// build().
 struct ObjectParticles {
     std::vector<Vec3<double>> particles;  // [m]
     double volume = 0;                    // of each [m^3]
@@ -41,22 +41,23 @@ struct Object {
     std::string name;
     ShapeKind shape = ShapeKind::sphere;
     Vec3<double> centre{};        // [m]
-    Vec3<double> size{};          // full extents [m]; a cylinder stands on y
+    Vec3<double> size{};          // full extents [m]; the axis of a cylinder is y
     Vec3<double> velocity{};      // [m/s]
     Material<double> material{};  // mass and volume are filled in when particles are made
-    double softer = 1;            // so many times as it was given (step.soften_beyond)
-    std::string preset;           // name of the material, as given
+    double softer = 1;            // factor by which the given stiffness was divided
+                                  // (step.soften_beyond)
+    std::string preset;           // name of the given material
     int category = 0;
-    double per_cell = 8;   // particles per cell
-    SplatsOptions splats;  // of shape `splats`; centre and size are known once it is loaded
+    double per_cell = 8;   // particles per cell of the solver
+    SplatsOptions splats;  // of shape `splats`; centre and size are set on loading
     std::shared_ptr<const ObjectParticles> given;
 };
 
 enum class ClockMode { wall, paper };
-// Every place in it is in the simulation's frame: the one in the file, less `origin`.
+// All positions are in the simulation's frame: position in the file minus `origin`.
 struct Scene {
     std::string name, path;
-    Setup setup;            // all but particles, rig and tools, until build() is called
+    Setup setup;            // complete after build(), which adds particles, rig and tools
     Vec3<double> origin{};  // of the simulation's frame in that of the file [m]; move_in()
     std::vector<Object> objects;
     HandsOptions hands;
@@ -65,36 +66,38 @@ struct Scene {
     double frame_rate = 90;      // frames per second of wall time
     int paper_substeps = 5;      // clock "paper": substeps of paper_dt a frame
     double paper_dt = 1e-4;      // [s]
-    int most_substeps = 100000;  // of a frame; a scene that asks for more is refused
-    int soften_beyond = 0;       // substeps a frame; stiffer materials are made softer; 0: none is
+    int most_substeps = 100000;  // limit per frame; a scene that needs more is rejected
+    int soften_beyond = 0;       // substeps per frame; stiffer materials are softened; 0: never
     int frames = 0;              // 0: as long as the recording, or 1 s
-    int surface_nodes = 0;       // of the density lattice's longest axis; 0: twice the lattice's
+    int surface_nodes = 0;       // along the longest axis of the density lattice; 0: twice the
+                                 // solver's
     SurfaceOptions surface;
     unsigned seed = 1;
     Vec3<double> eye{1.1, 0.9, 1.6}, target{0.5, 0.4, 0.5};  // camera [m]
     UpkeepOptions upkeep;                                    // of objects of splats
-    int picture_every = 0;  // frames from picture to picture; 0: none
+    int picture_every = 0;  // interval between pictures, in frames; 0: none
     int picture_width = 960, picture_height = 720;
-    std::vector<Caption> captions;  // in its pictures
+    std::vector<Caption> captions;  // drawn into the pictures
 };
 
-// Presets by name: clay, soft-clay, plasticine, wet-sand, snow, jelly, dough, viscous-liquid.
-// Throws InputError naming the nearest one.
+// Materials by name: clay, soft-clay, plasticine, wet-sand, snow, jelly, dough, viscous-liquid.
+// Throws InputError that suggests the nearest name.
 Material<double> preset(const std::string& name);
 const std::vector<std::string>& preset_names();
 
 // Reads a scene and applies `settings` ("path.key=value") in order. Throws InputError.
 Scene read_scene(const std::string& path, const std::vector<std::string>& settings = {});
-// The same of the file's text; the files that it names are looked for beside `path`.
+// The same from the text of a file; relative paths in it are resolved against `path`.
 Scene parse_scene(const std::string& text, const std::string& path,
                   const std::vector<std::string>& settings = {});
 
-// Simulated per frame [s]. Clock "paper": the hands cover a displayed frame's path in less of it.
+// Simulated time per frame [s]. Clock "paper": shorter than the displayed frame in which the hands
+// move.
 double frame_duration(const Scene& scene);
 
-// Fills setup.particles, Gaussians, rig and tools from the objects and hands. Objects of shape
-// `splats` must have been loaded. Throws InputError for an empty scene, or where the particles
-// would not fit into `memory` bytes (said before allocating).
+// Fills setup.particles, Gaussians, rig and tools from the objects and hands. Precondition: objects
+// of shape `splats` are loaded. Throws InputError for an empty scene, and before allocating if the
+// particles would not fit into `memory` bytes.
 void build(Scene& scene, std::size_t memory);
 
 }  // namespace knead

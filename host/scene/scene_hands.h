@@ -1,12 +1,13 @@
-// The hands that a scene names.
+// The hands of a scene.
 #pragma once
 #include "host/hands/recording.h"
 #include "host/scene/scene.h"
 
 namespace knead {
 
-// The recording that the scene names: a file, or a scripted gesture on a ball as wide as its first
-// object. Throws InputError for a file that cannot be read, and for a name that is neither.
+// Returns the recording of the scene: from a file, or a generated gesture on a ball as wide as the
+// first object. Throws InputError for an unreadable file, and for a name that is neither a file nor
+// a gesture.
 Recording hands_of(const Scene& scene);
 
 }  // namespace knead

@@ -21,7 +21,7 @@ std::string place(const Scene& scene, std::size_t object)
     return fmt::format("{}: /objects/{}", scene.path, object);
 }
 
-// Told in the frame of the scene's file.
+// Errors state positions in the frame of the scene's file.
 void check_between_walls(const Scene& scene, std::size_t index)
 {
     const Object& o = scene.objects[index];
@@ -40,9 +40,9 @@ void check_between_walls(const Scene& scene, std::size_t index)
     check("z", centre.z, o.size.z, min.z, max.z);
 }
 
-// What takes memory [bytes]. Per particle the list handed over and one copy of it by an audit, and
-// the solver's own twice over with its sorting keys; a Gaussian likewise; per node the grid, the
-// tiles' sums and the masks; the density lattice.
+// Memory [bytes]. Per particle: the input list, one copy by an audit, and the solver's own data
+// twice with its sorting keys; the same for a Gaussian. Per node: the grid, the tiles' sums and the
+// masks. Plus the density lattice of the surface.
 struct Memory {
     double clay, nodes, surface;
     double all() const { return clay + nodes + surface; }
@@ -80,7 +80,7 @@ void check_memory(const Scene& scene, std::size_t memory)
                     : "fewer cells (/domain/cells) or particles per cell (/objects/*/per_cell)"));
 }
 
-// Whether an earlier object is there.
+// True if an earlier object contains x.
 bool taken(const Scene& scene, std::size_t index, Vec3<double> x)
 {
     for (std::size_t k = 0; k < index; ++k)
@@ -96,7 +96,7 @@ bool taken(const Scene& scene, std::size_t index, Vec3<double> x)
                     place(scene, index), spacing));
 }
 
-// The particles that it came with.
+// Adds the particles that were loaded with the object.
 void put_object(Scene& scene, std::size_t index)
 {
     Object& o = scene.objects[index];
@@ -104,7 +104,7 @@ void put_object(Scene& scene, std::size_t index)
     if (!o.given) throw std::logic_error(place(scene, index) + ": its splats are not loaded");
     o.material.volume = o.given->volume;
     o.material.mass = o.material.density * o.material.volume;
-    if (o.local()) return setup.materials.push_back(o.material);  // its clay comes with the hands
+    if (o.local()) return setup.materials.push_back(o.material);  // particles: added near hands
     const std::size_t before = setup.particles.size();
     for (const Vec3<double>& p : o.given->particles)
         if (!taken(scene, index, p))
@@ -115,7 +115,8 @@ void put_object(Scene& scene, std::size_t index)
     setup.materials.push_back(o.material);
 }
 
-// How deep a point lies in what an object fills: the walls and earlier objects bound it, too [m].
+// Depth of a point in the space that an object fills, bounded by the walls and by earlier objects
+// [m].
 double room(const Scene& scene, std::size_t index, Vec3<double> x)
 {
     const Vec3<double> low = x - scene.setup.walls.min, high = scene.setup.walls.max - x;

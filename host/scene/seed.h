@@ -1,4 +1,5 @@
-// From objects and hands to particles, rig and tools: what build() of scene.h needs, and how much.
+// Creates particles, rig and tools from objects and hands: the parts of build() in scene.h, with
+// estimates of count and memory.
 #pragma once
 #include <vector>
 
@@ -7,18 +8,18 @@
 namespace knead {
 
 double shape_volume(const Object& object);      // [m^3]
-double expected_particles(const Scene& scene);  // before overlaps are left out
-double expected_bytes(const Scene& scene);      // host and solver together
+double expected_particles(const Scene& scene);  // overlaps counted twice
+double expected_bytes(const Scene& scene);      // host and solver
 
-// What the hands are, or hold, in the size that they have in the simulation.
+// Rig and tools of the hands, at their size in the simulation.
 struct HandTools {
     Rig rig;
     std::vector<Tool<double>> tools;
 };
-// Throws std::invalid_argument for a tool that is not known.
+// Throws std::invalid_argument for an unknown tool.
 HandTools hand_tools(const HandsOptions& hands);
 
-// How far under an object's surface x lies [m], negative outside; never inside of shape `splats`.
+// Depth of x below an object's surface [m], negative outside; always outside for shape `splats`.
 double depth(const Object& object, Vec3<double> x);
 bool inside(const Object& object, Vec3<double> x);
 

@@ -14,13 +14,13 @@ namespace {
 
 bool is_fluid(const Material<double>& m) { return m.plasticity == Plasticity::fluid; }
 
-// Of these the yield stress stands against the stiffness.
+// True if the yield limit is a stress, to be compared with the stiffness.
 bool yields_at_a_stress(const Material<double>& m)
 {
     return m.plasticity == Plasticity::von_mises || m.plasticity == Plasticity::herschel_bulkley;
 }
 
-// Substeps a frame, not rounded, that it needs at rest.  (22)
+// Substeps per frame at rest, not rounded.  (22)
 double substeps_needed(const Scene& scene, const Material<double>& m)
 {
     const StepOptions& step = scene.setup.step;
@@ -30,8 +30,8 @@ double substeps_needed(const Scene& scene, const Material<double>& m)
 
 int whole(double substeps) { return int(std::ceil(substeps * (1 - 1e-9))); }
 
-// The elastic strain at which it yields, or its skeleton comes apart [1]; 0: it says so in strains,
-// or does not yield.
+// Elastic strain at yield, or at loss of cohesion [1]; 0: the material gives strains, or does not
+// yield.
 double yield_strain(const Material<double>& m)
 {
     if (yields_at_a_stress(m)) return m.yield / elastic_modulus(m);
@@ -67,7 +67,7 @@ double softening(const Scene& scene, const Material<double>& given)
 Material<double> softer(Material<double> m, double times)
 {
     m.mu /= times, m.lambda /= times, m.bulk /= times;
-    m.cohesion *= times;  // a strain: its stress stays
+    m.cohesion *= times;  // a strain: the stress is kept
     return m;
 }
 

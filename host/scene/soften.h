@@ -1,4 +1,4 @@
-// Materials too stiff for the substeps that a frame may take are simulated softer: `soften_beyond`.
+// Softens materials that are too stiff for the substeps allowed per frame: `soften_beyond`.
 #pragma once
 #include <string>
 
@@ -6,24 +6,24 @@
 
 namespace knead {
 
-// How many times softer than given a solid or liquid of the scene has to be for a frame of
-// `step.soften_beyond` substeps, at rest: by the limit (22). 1: as it is, or the key is 0.
+// Factor by which a solid or liquid must be softened so that a frame at rest takes
+// `step.soften_beyond` substeps, by the limit (22). 1: no softening needed, or the key is 0.
 double softening(const Scene& scene, const Material<double>& given);
 
-// The same material with elastic constants divided by `times`. What it yields at stays a stress:
-// yield stress, hardening and cohesion in pascals are kept, and so are viscosity and density. The
-// strains at which snow is packed and comes apart are kept.
+// Returns the material with elastic constants divided by `times`. Yield limits stay stresses: yield
+// stress, hardening and cohesion in pascals are kept, and so are viscosity and density. The
+// critical strains of snow are kept.
 Material<double> softer(Material<double> given, double times);
 
 // Young's modulus; of a liquid the bulk modulus [Pa].
 double elastic_modulus(const Material<double>& material);
 
-// Softens the scene's objects and remembers how much. Throws InputError where a substep's length is
-// given, and where a material would yield at no less than its own softened stiffness.
+// Softens the scene's objects and stores the factors in them. Throws InputError if the length of a
+// substep is given, and if a yield stress would reach or exceed the softened stiffness.
 void soften(Scene& scene);
 
-// For people: what an object of a softened scene is simulated with instead of what was given, and
-// what follows. Empty where nothing was changed.
+// Message for users: the softened values of an object beside the given ones, and the consequences.
+// Empty if nothing was changed.
 std::string softened_text(const Scene& scene, const Object& object);
 
 }  // namespace knead

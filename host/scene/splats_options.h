@@ -1,4 +1,4 @@
-// What a scene says of splats: of an object that is a photograph, and of how they are kept dense.
+// Scene keys of splats: photographed objects, and the upkeep of their splats.
 #pragma once
 #include "host/base/json_reader.h"
 #include "host/scene/scene.h"

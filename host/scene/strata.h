@@ -1,7 +1,7 @@
-// Particles by stratified sampling: a lattice of strata, each of a particle's volume, one particle
-// in each at a hashed place. That is its middle tenth, for uneven particles soften clay; its middle
-// half where a cell holds fewer than eight, for the planes of so wide a lattice part when it is
-// stretched. Where a surface cuts strata: packing.h.
+// Stratified sampling: a lattice of strata, each with the volume of one particle, with one particle
+// per stratum at a hashed position in its central tenth, because uneven particles soften clay; in
+// its central half where a cell has fewer than eight particles, because the planes of so coarse a
+// lattice separate when stretched. Strata cut by a surface: packing.h.
 #pragma once
 #include <cstddef>
 #include <cstdint>
@@ -19,7 +19,7 @@ inline std::uint64_t mixed(std::uint64_t z)  // splitmix64's finaliser [Steele 2
     return z ^ (z >> 31);
 }
 
-// Three numbers in [0, 1) for one stratum.
+// Three pseudorandom numbers in [0, 1) per stratum.
 inline Vec3<double> hashed(unsigned seed, std::size_t object, Int3 stratum)
 {
     std::uint64_t z = mixed(0x9e3779b97f4a7c15u + seed);
@@ -36,8 +36,8 @@ inline Vec3<double> hashed(unsigned seed, std::size_t object, Int3 stratum)
 
 }  // namespace strata
 
-// Where the particle of a stratum of edge h [m] goes; the stratum reaches from h s to h (s + 1).
-// per_cell is how many particles a cell of the solver has.
+// Position of the particle of a stratum with edge h [m], which spans h s to h (s + 1). per_cell:
+// particles per cell of the solver.
 inline Vec3<double> stratum_place(unsigned seed, std::size_t object, Int3 s, double h,
                                   double per_cell)
 {
