@@ -10,20 +10,20 @@
 namespace knead {
 namespace {
 
-constexpr double window = 0.2;        // of the average [s], Section 4.3 of the paper
-constexpr double settling = 0.2;      // from appearing to steady [s]
-constexpr double growing = 0.25;      // from steady to its whole size [s]
-constexpr double longest_gap = 0.25;  // between frames of one appearance [s]
+constexpr double window = 0.2;        // averaging window [s], Section 4.3 of the paper
+constexpr double settling = 0.2;      // from appearance to steady [s]
+constexpr double growing = 0.25;      // from steady to full size [s]
+constexpr double longest_gap = 0.25;  // between frames of continuous tracking [s]
 
-// The adaptive filter: the calmest setting at rest, of those tried, whose rms error over generated
-// gestures with 1.5 mm of jitter (30, 60 and 72 Hz) is not above that jitter.
-// docs/reference/recordings.md has the figures.
+// Adaptive filter: of the settings tried, the smoothest at rest whose rms error over generated
+// gestures with 1.5 mm of jitter (30, 60 and 72 Hz) does not exceed that jitter. Figures:
+// docs/reference/recordings.md.
 constexpr float rest_cutoff = 0.8f;   // at rest [Hz]
-constexpr float cutoff_slope = 80;    // of position over speed [Hz per m/s]
-constexpr float turn_slope = 2.5f;    // of orientation over turning speed [Hz per rad/s]
-constexpr float speed_cutoff = 2.5f;  // of the speeds themselves [Hz]
+constexpr float cutoff_slope = 80;    // position cutoff per speed [Hz per m/s]
+constexpr float turn_slope = 2.5f;    // orientation cutoff per angular speed [Hz per rad/s]
+constexpr float speed_cutoff = 2.5f;  // cutoff of the speeds [Hz]
 
-// Share of the new value in a first-order low-pass, exact for any frame duration [s].
+// Weight of the new value in a first-order low-pass, exact for any frame duration [s].
 float share(float cutoff, float duration)
 {
     return 1 - std::exp(-2 * std::numbers::pi_v<float> * cutoff * duration);
@@ -37,7 +37,7 @@ bool usable(const Hand& hand, int j)
            square > 0.5f && square < 2;
 }
 
-// The pose b as seen from a, and back.
+// Pose b relative to a, and the inverse.
 Joint<float> relative(const Joint<float>& a, const Joint<float>& b)
 {
     const Quat<float> back = conjugate(a.q);
@@ -50,7 +50,7 @@ Joint<float> placed(const Joint<float>& a, const Joint<float>& b)
 
 }  // namespace
 
-// The hand with its unusable joints carried along by the wrist.
+// The hand, with unusable joints moved rigidly with the wrist.
 Hand HandFilter::completed(const Hand& hand) const
 {
     Hand whole = hand;
@@ -128,7 +128,7 @@ void HandFilter::average(const Hand& hand, double time)
         Vec3<float> p{};
         float sum = 0;
         for (const Past& past : past_) {
-            // A frame stands for the time since the one before, cut where the window begins.
+            // A frame is weighted by the time since the previous frame, clipped to the window.
             const float weight = float(std::min(past.duration, past.time - (time - window)));
             const Quat<float> a = hand.joints[j].q, b = past.hand.joints[j].q;
             const float same = a.w * b.w + a.x * b.x + a.y * b.y + a.z * b.z;
@@ -180,7 +180,7 @@ Response response(Filter filter, double rate)
             return Vec3<double>{speed * t, 0, 0};
         },
         [&](double t, Vec3<double> p) { r.ramp += t - p.x / speed; });
-    double in_phase = 0, quarter = 0;  // over ten whole periods
+    double in_phase = 0, quarter = 0;  // in-phase and quadrature sums over ten periods
     drive(
         [&](double t) {
             return Vec3<double>{sway * std::sin(omega * t), 0, 0};
@@ -189,7 +189,7 @@ Response response(Filter filter, double rate)
             in_phase += p.x * std::sin(omega * t);
             quarter -= p.x * std::cos(omega * t);
         });
-    // Twelve uniform numbers less their mean have variance 1.
+    // Twelve uniform numbers minus their mean have variance 1.
     std::mt19937_64 source(1);
     const auto normal = [&] {
         double sum = -6;
@@ -275,7 +275,7 @@ bool HandStream::sample(double time, Joint<double> joints[2 * joint_count],
     }
     const double last = open_ ? newest() + longest_gap : newest();
     for (int side = 0; side < side_count; ++side) {
-        // At the very time of a frame it counts alone: who follows live does not know the next yet.
+        // At the time of a frame only that frame counts: a live caller has no next frame yet.
         const bool steady = from.steady[side] && (s == 0 || to.steady[side]);
         const bool active = steady && time <= last;
         size[side] = active ? from.size[side] + float(s) * (to.size[side] - from.size[side]) : 0;

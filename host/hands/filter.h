@@ -1,5 +1,5 @@
-// From what the tracker said to what moves the clay: filters of one hand's joints, and recorded
-// hands sampled at any time in the simulation's frame.
+// Filters for the joints of one tracked hand, and recorded or live hands sampled at any time in the
+// simulation's frame.
 #pragma once
 #include <array>
 #include <deque>
@@ -10,36 +10,36 @@
 
 namespace knead {
 
-// One hand, frame by frame, as it comes from the tracker. All filters are causal.
+// Causal filter for one tracked hand, frame by frame.
 //   none      the tracker's poses
 //   average   mean over the last 0.2 s, each frame weighted by its duration (the paper's)
-//   adaptive  low-pass whose cutoff rises with each joint's speed: calm at rest, quick in motion
+//   adaptive  low-pass whose cutoff rises with each joint's speed: smooth at rest, fast in motion
 //             (after Casiez, Roussel and Vogel, "1 Euro Filter", CHI 2012)
 class HandFilter {
   public:
     explicit HandFilter(Filter filter) : filter_(filter) {}
 
-    // The filtered hand at `time` [s]. A joint that is not valid, or not finite, moves along with
-    // the wrist; a hand without a valid wrist counts as untracked and keeps its last poses. Frames
-    // whose time does not rise add nothing.
+    // Returns the filtered hand at `time` [s]. Invalid or non-finite joints move with the wrist; a
+    // hand without a valid wrist counts as untracked and keeps its last poses. Frames whose time
+    // does not increase are ignored.
     Hand filter(const Hand& hand, double time);
 
-    // False while untracked and for 0.2 s after the hand appeared, or after one of its joints
-    // moved farther than leap_distance() in a frame: until then it must not touch anything.
+    // False while untracked and for 0.2 s after the hand appeared, or after one of its joints moved
+    // farther than leap_distance() in a frame. The hand must not be in contact until this is true.
     bool steady() const;
-    // How often a hand that is tracked was taken for a new one because its frames come too seldom:
-    // more than a quarter of a second apart, or so far apart that a joint may have moved farther
-    // than `farthest_step` by itself.
+    // Number of times a tracked hand was treated as new because its frames were too far apart: more
+    // than a quarter of a second, or long enough for a joint to move farther than `farthest_step`
+    // at normal speed.
     long slow_restarts() const { return slow_restarts_; }
-    // The share of its radii that it should touch with: 0 until it is steady, then it grows to 1
-    // in 0.25 s, for it may have come back inside of clay.
+    // Factor for the hand's radii: 0 until steady, then rising to 1 within 0.25 s, since the hand
+    // may have reappeared inside clay.
     float size() const;
-    // How large the hand is against the default one.
+    // Size of the hand relative to the default hand.
     Stretch<float> stretch() const { return hand_size_.stretch(); }
 
-    // What a joint may move from one frame to the next [m] after `duration` [s]: as far as a fast
-    // hand comes, but no less than the tracker's noise, and no more than after which it may as well
-    // be another hand.
+    // Largest plausible motion of a joint between two frames [m] after `duration` [s]: that of a
+    // fast hand, at least the tracker's noise, and at most `farthest_step`, beyond which it may be
+    // another hand.
     static constexpr float fastest = 5;                                   // [m/s]
     static constexpr float shortest_step = 0.02f, farthest_step = 0.25f;  // [m]
     static float leap_distance(double duration)
@@ -54,7 +54,7 @@ class HandFilter {
     };
     struct Speed {
         Vec3<float> v;  // low-passed velocity [m/s]
-        float turn;     // low-passed speed of turning [1/s]
+        float turn;     // low-passed angular speed [1/s]
     };
     Hand completed(const Hand& hand) const;
     void start(const Hand& hand, double time);
@@ -72,31 +72,31 @@ class HandFilter {
     HandSize hand_size_;
 };
 
-// What a filter costs and what it is good for, measured by driving it.
+// Lag and noise of a filter, measured with test signals.
 struct Response {
     double ramp;    // lag behind a hand moving at 0.3 m/s [s]
     double sine;    // lag behind a sway of 5 cm at 1 Hz [s]
-    double jitter;  // share of 1.5 mm (rms) white noise that is left at rest [1]
+    double jitter;  // fraction of 1.5 mm (rms) white noise that remains at rest [1]
 };
-Response response(Filter filter, double rate);  // rate in frames per second
+Response response(Filter filter, double rate);  // rate [frames/s]
 // Response::ramp alone.
 double lag(Filter filter, double rate);
 
-// Tracked hands as they come: filtered once, and sampled at any time between those that came.
+// Live tracked hands: filtered once on arrival, and sampled at any time between frames.
 class HandStream {
   public:
     explicit HandStream(const HandsOptions& options);
 
-    // The next frame, in the tracker's frame of reference. One whose time does not rise, or is not
-    // a number, adds nothing.
+    // Appends the next frame, in the tracker's frame of reference. Ignored if its time does not
+    // increase or is NaN.
     void push(const HandFrame& frame);
-    // No more will come: after the last frame no hand is active. Before that hands stay where they
-    // were last seen, for a quarter of a second active.
+    // Ends the stream: after the last frame no hand is active. While open, hands keep their last
+    // pose, and stay active for a quarter of a second.
     void close() { open_ = false; }
-    // Times before `time` [s] will not be asked for any more.
+    // Discards data needed only before `time` [s]. Precondition of sample(): not earlier.
     void forget(double time);
     bool empty() const { return frames_.empty(); }
-    // Of both hands, see HandFilter.
+    // For both hands; see HandFilter.
     long slow_restarts() const
     {
         return filters_[left].slow_restarts() + filters_[right].slow_restarts();
@@ -104,11 +104,12 @@ class HandStream {
     double newest() const { return frames_.back().time; }  // [s]
 
     // Fills the joints, hand by hand, in the simulation's frame: at + zoom * p. Before the first
-    // frame and after the last the hands stand still, at the origin where none came. A hand is
-    // active where it is present in the rule and steady on both sides of `time`. `size` is the
-    // share of its radii that each has, 0 where it is not active. Answers whether any is.
+    // frame and after the last the hands are at rest, and at the origin if there is no frame. A
+    // hand is active if it is present in the options and steady in the frames on both sides of
+    // `time`. `size` is the factor for each hand's radii, 0 if inactive. Returns true if any hand
+    // is active.
     bool sample(double time, Joint<double> joints[2 * joint_count], float size[side_count]) const;
-    // How large a hand is then against the default one, at real size.
+    // Size of a hand at `time` relative to the default hand, in real units.
     Stretch<float> stretch(double time, Side side) const;
 
   private:
@@ -119,8 +120,8 @@ class HandStream {
         float size[side_count];
         Stretch<float> stretch[side_count];
     };
-    // The frames about a time, and the share of the way from the first to the second. There are
-    // some.
+    // The two frames around a time, and the interpolation parameter between them. Precondition: not
+    // empty.
     struct Between {
         const Frame &from, &to;
         double share;
@@ -134,10 +135,10 @@ class HandStream {
     bool open_ = true;
 };
 
-// A whole recording, sampled as a stream that is closed. Time runs as in the time stamps.
+// A whole recording, sampled as a closed stream. Time is that of the time stamps.
 class HandSource {
   public:
-    // Throws InputError for a recording that check() refuses.
+    // Throws InputError if check() rejects the recording.
     HandSource(const Recording& recording, const HandsOptions& options);
 
     double duration() const { return stream_.newest(); }  // [s]

@@ -13,8 +13,8 @@ namespace knead {
 namespace {
 
 using Vec = Vec3<double>;
-constexpr double away = 0.1;   // between hand and ball at start and end [m]
-constexpr double gap = 0.003;  // between hand and ball just before it touches [m]
+constexpr double away = 0.1;   // distance between hand and ball at start and end [m]
+constexpr double gap = 0.003;  // distance just before contact [m]
 
 struct Stage {
     Topology topology;
@@ -31,7 +31,7 @@ Fingers relaxed()
     return f;
 }
 
-// The hand that has nothing to do waits beside the ball.
+// An idle hand waits beside the ball.
 void wait(Stage& stage, Side side, double seconds)
 {
     Part& part = stage.part[side];
@@ -40,7 +40,7 @@ void wait(Stage& stage, Side side, double seconds)
     part.stay(seconds, relaxed());
 }
 
-// Both palms press from the sides, from `t` on, in `t + 2.7 s`.
+// The palm presses from its side, starting at `t`, for approach + pressing + 1.2 s.
 void squeeze_from(Stage& stage, Part& part, double t, double approach, double pressing)
 {
     const Fingers closed = wrapped(part.side(), stage.radius);
@@ -61,7 +61,7 @@ void squeeze(Stage& stage)
     for (Part& part : stage.part) squeeze_from(stage, part, 0, 0.45, 0.95);
 }
 
-// The fingers of one spread hand leave their marks, then both palms squeeze.
+// The spread fingers of one hand leave imprints, then both palms squeeze.
 void imprint(Stage& stage)
 {
     Part& part = stage.part[right];
@@ -139,18 +139,18 @@ void flatten(Stage& stage)
     part.reach(3.5, grip, away);
 }
 
-// Flat palms run to and fro against each other.
+// Flat palms slide to and fro against each other.
 void roll(Stage& stage)
 {
     for (Part& part : stage.part) {
         const double way = 0.3 * stage.radius * outward(part.side());
         Fingers straight = within_limits({});
-        straight.spread[0] = -0.7;  // thumbs clear of the ball: it is rolled by the palms
+        straight.spread[0] = -0.7;  // thumbs clear of the ball: the palms roll it
         part.take(bare(stage.topology, part.side(), 0.08), {-outward(part.side()), 0, 0},
                   {0, 0, -1});
         part.reach(0, straight, away);
         part.reach(0.45, straight, gap);
-        // As near as no place on the way goes deeper than asked.
+        // The smallest distance at which no point of the path is deeper than requested.
         double distance = 0;
         for (const double share : {-1.0, -0.5, 0.0, 0.5, 1.0})
             distance =
@@ -172,7 +172,7 @@ void knead_both(Stage& stage)
         const double beside = 0.75 * stage.radius * outward(part.side());
         const auto slide = [&](double forward) { return Vec{beside, 0, -forward * stage.radius}; };
         Fingers open = relaxed(), fold = gripped(0.45);
-        open.spread[0] = fold.spread[0] = -0.5;  // thumbs beside the palms, clear of each other
+        open.spread[0] = fold.spread[0] = -0.5;  // thumbs beside the palms, not touching
         part.take(bare(stage.topology, part.side(), 0.05), {0, -1, 0}, {0, 0, -1});
         part.reach(0, open, away, slide(-0.2));
         for (const double t : {0.0, 1.1, 2.2}) {
@@ -187,14 +187,14 @@ void knead_both(Stage& stage)
 }
 
 // The blade saws down to the board, pushes one half aside, and comes up between the two. Its edge
-// spans a ball of 5 cm radius; a larger one is cut where the edge comes by.
+// spans a ball of 5 cm radius; a larger ball is cut only where the edge passes.
 void cut(Stage& stage)
 {
     wait(stage, left, 3.6);
     const Fingers grip = gripped(0.85);
     const Grasp knife = edge("knife", right, grip);
     const Vec aside = cross(knife.press, knife.along);
-    // The edge lies 15 mm beyond the middle of the blade, and reaches 10 mm further ahead.
+    // The edge lies 15 mm beyond the middle of the blade, and extends 10 mm further ahead.
     const auto drawn = [&](double way) { return (way - 0.01) * knife.along; };
     const double board = -(stage.radius - 0.015);
     Part& part = stage.part[right];
@@ -226,7 +226,8 @@ const std::vector<Script>& scripts()
     return all;
 }
 
-// Numbers equal on every platform: the engine is the standard's, the shapes are our own.
+// Random numbers identical on every platform: the engine is the standard's, the distributions are
+// our own.
 class Chance {
   public:
     explicit Chance(unsigned seed) : source_(seed) {}
@@ -242,8 +243,8 @@ class Chance {
     std::mt19937_64 source_;
 };
 
-// Tracking noise of one hand: its wrist, its turn and its fingers tremble, each number fading
-// within 20 ms; bones keep their lengths, since trackers fit a model of the hand.
+// Tracking noise of one hand: position and orientation of the wrist and finger angles vary, each
+// correlated over 20 ms; bone lengths are constant, since trackers fit a hand model.
 class Tremble {
   public:
     explicit Tremble(double jitter) : jitter_(jitter) {}
@@ -254,7 +255,8 @@ class Tremble {
     }
     void shake(Joint<double>& wrist_at, Fingers& fingers) const
     {
-        // Shares chosen so that the rms displacement over all joints is the jitter: see the test.
+        // Factors chosen so that the rms displacement over all joints equals the jitter; covered by
+        // a test.
         const double shift = 0.45 * jitter_, turn = 3.2 * jitter_, bend = 5 * jitter_;
         const auto* x = state_;
         wrist_at.p = wrist_at.p + shift * Vec{x[0], x[1], x[2]};
@@ -268,7 +270,7 @@ class Tremble {
     double jitter_, state_[11] = {};
 };
 
-// Where a part stands at `time`: between two keys along the path of minimum jerk.
+// Pose of a part at `time`: between two keys along a minimum-jerk path.
 Pose at(const Part& part, double time, const Vec& centre, const Tremble& tremble)
 {
     const std::vector<Key>& keys = part.keys();
@@ -339,10 +341,10 @@ Recording generate(const std::string& name, const GestureOptions& options)
     Recording r{name, options.rate, options.latency, {}};
     Chance chance(options.seed);
     Tremble tremble[side_count] = {Tremble(options.jitter), Tremble(options.jitter)};
-    int lost[side_count] = {};  // frames that the hand stays lost
+    int lost[side_count] = {};  // remaining frames without the hand
     const int count = int(seconds * options.rate + 1e-9) + 1;
     for (int i = 0; i < count; ++i) {
-        const double uneven = i > 0 ? 0.16 * (chance.uniform() - 0.5) : 0;  // of a frame
+        const double uneven = i > 0 ? 0.16 * (chance.uniform() - 0.5) : 0;  // fraction of a frame
         const double time = (i + uneven) / options.rate;
         HandFrame frame;
         frame.time = time + options.latency;

@@ -7,16 +7,16 @@ namespace knead {
 namespace {
 
 constexpr double size_memory = 2;                          // [s]
-constexpr double smallest_hand = 0.6, largest_hand = 1.6;  // of a hand, a child's and a giant's
-constexpr double thinnest = 0.8, thickest = 1.25;          // of fingers against their length
+constexpr double smallest_hand = 0.6, largest_hand = 1.6;  // relative hand size: a child, a giant
+constexpr double thinnest = 0.8, thickest = 1.25;          // finger thickness relative to length
 constexpr float largest_radius = 0.05f;                    // [m]
 constexpr float same_radius = 1e-5f;                       // [m]
 
-// Trackers differ in what they call a radius. For the default hand's joints below, whose nearest
-// skin is as far as open_hand() has it, a Quest reports in sum [m]:
+// Trackers define the radius differently. Sum over the default hand's joints below, whose distance
+// to the skin is as in open_hand(), as a Quest reports it [m]:
 constexpr double reported_radii = 0.1217;
 
-// Between these pairs of joints lie bones that trackers agree on; metacarpals and tips they do not.
+// Bones whose length is consistent between trackers; metacarpals and tips are not.
 constexpr JointName finger_bones[][2] = {
     {thumb_metacarpal, thumb_proximal},     {thumb_proximal, thumb_distal},
     {index_proximal, index_intermediate},   {index_intermediate, index_distal},
@@ -55,8 +55,8 @@ double finger_radii(const Hand& hand)
     return sum;
 }
 
-// Fingers' thickness over the default hand's, of a hand whose bones are `along` times as long. What
-// may come from the tracker's way of measuring alone says nothing of the hand.
+// Finger thickness relative to the default hand, for a hand whose bones are `along` times as long.
+// Deviations within the trackers' differences of definition count as none.
 double thickness(const Hand& hand, double along)
 {
     static const double usual = finger_radii(open_hand(right));
@@ -81,7 +81,7 @@ bool radii_known(const Hand& hand)
     for (int j = 0; j < joint_count; ++j) {
         if (!hand.valid[j]) continue;
         const float r = hand.radius[j];
-        if (!(r > 0 && r < largest_radius)) return false;  // false for what is no number, too
+        if (!(r > 0 && r < largest_radius)) return false;  // also false for NaN
         low = std::min(low, r), high = std::max(high, r);
     }
     return high - low > same_radius;

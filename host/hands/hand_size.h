@@ -1,29 +1,29 @@
-// How large a tracked hand is against the default one, from the lengths of its bones and the radii
-// that the tracker reports. docs/method/hands.md, "Size".
+// Size of a tracked hand relative to the default hand, from the bone lengths and the radii that the
+// tracker reports. docs/method/hands.md, "Size".
 #pragma once
 #include "host/hands/hands.h"
 
 namespace knead {
 
-// Lengths of the fingers' bones over those of the default hand, within what hands are; 0 where a
-// joint between them is not known.
+// Ratio of the total finger bone length to that of the default hand, clamped to human range; 0 if a
+// joint between these bones is unknown.
 double bone_ratio(const Hand& hand);
 
-// Whether a tracker knows the radii of the valid joints: not impossible ones, nor the same for all.
+// True if the radii of the valid joints are measurements: plausible, and not all equal.
 bool radii_known(const Hand& hand);
 
-// What frames of one hand say of its size, the last two seconds most. Noise and lost joints do not
-// move it much; it is kept while the hand is out of sight.
+// Size estimate of one hand, dominated by the last two seconds. Robust against noise and lost
+// joints; kept while the hand is out of sight.
 class HandSize {
   public:
-    // A tracked frame, unfiltered, that lasted `duration` [s].
+    // Adds a tracked, unfiltered frame that lasted `duration` [s].
     void see(const Hand& hand, double duration);
-    // Of a rig of the default hand: in steps of 1/1024, so that a default hand has 1.
+    // Scale of a rig of the default hand, in steps of 1/1024, so that a default hand has exactly 1.
     Stretch<float> stretch() const;
 
   private:
     double across_ = 1, along_ = 1;
-    double seen_ = 0;  // for so long, as far as it counts [s]
+    double seen_ = 0;  // observed time, capped at the averaging window [s]
 };
 
 }  // namespace knead

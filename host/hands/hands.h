@@ -1,5 +1,5 @@
-// Hands as they are tracked: 26 OpenXR joints each, time-stamped, unfiltered; and what moves the
-// medial spheres: rigs of hands and tools.
+// Tracked hands: 26 OpenXR joints each, time-stamped, unfiltered; and the rigs of hands and tools
+// that move the medial spheres.
 #pragma once
 #include <array>
 #include <string>
@@ -47,26 +47,25 @@ enum Side : int { left, right, side_count };
 struct Hand {
     bool tracked = false;  // false: joints hold their last known poses
     std::array<Joint<float>, joint_count> joints{};
-    std::array<float, joint_count> radius{};  // joint to skin [m], as the tracker reports it
+    std::array<float, joint_count> radius{};  // joint to skin [m], as reported by the tracker
     std::array<bool, joint_count> valid{};
 };
 struct HandFrame {
-    double time = 0;  // [s] from the recording's start, rising
+    double time = 0;  // since the start of the recording, increasing [s]
     Hand hand[side_count];
 };
 
 // A recording: unfiltered frames of both hands.
 struct Recording {
-    std::string name;    // what is done, e.g. "squeeze"
+    std::string name;    // name of the gesture, e.g. "squeeze"
     double rate = 0;     // nominal frames per second
-    double latency = 0;  // of the tracker, already in the time stamps [s]
+    double latency = 0;  // of the tracker, already compensated in the time stamps [s]
     std::vector<HandFrame> frames;
 };
 
 enum class Topology { h25, h47 };
 
-// Joint j of side s is joint s * joint_count + j of a rig of hands.
-// The fitted medial hand of docs/method/hands.md, at real size (0.18 m wrist to middle tip).
+// In a rig of hands, joint j of side s has index s * joint_count + j.
 Rig hand_rig(Topology topology, Side side);
 
 // The tools that a hand can hold: "slab", "rod", "cone", "ball", "knife", "scissors".
@@ -77,8 +76,8 @@ Rig tool_rig(const std::string& name, Side side);
 // A neutral open hand, palm down, fingers along -z, wrist at the origin: real size.
 Hand open_hand(Side side);
 
-// A joint as the other hand has it: the reflection in x = 0, its frame kept right-handed. A flexion
-// about local x keeps its sign.
+// The joint of the other hand: the reflection in x = 0, its frame kept right-handed. Flexion about
+// local x keeps its sign.
 template <class R>
 Joint<R> mirrored(const Joint<R>& j)
 {

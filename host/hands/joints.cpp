@@ -1,4 +1,4 @@
-// The joints' names, and where they stand in an open hand.
+// Joint names, and the joint poses of the open hand.
 #include "host/hands/hands.h"
 #include "host/hands/rig_table.h"
 

@@ -12,7 +12,8 @@ using Vec = Vec3<double>;
 
 Vec unit(Vec v) { return (1 / length(v)) * v; }
 
-// The rotation that takes the grasp's directions to `press` and, as nearly as that allows, `along`.
+// Rotation that maps the grasp's pressing direction to `press` and its second direction as closely
+// as possible to `along`.
 Quat<double> facing(const Grasp& grasp, Vec press, Vec along)
 {
     const auto frame = [](Vec a, Vec b) {
@@ -22,7 +23,7 @@ Quat<double> facing(const Grasp& grasp, Vec press, Vec along)
     return quaternion(frame(press, along) * transpose(frame(grasp.press, grasp.along)));
 }
 
-// Centres of a held tool's spheres in the frame of the wrist.
+// Centres of the spheres of a held tool, in the wrist's frame.
 std::vector<Vec> centres(const Rig& rig, Side side, const Fingers& fingers)
 {
     const Pose pose = posed(side, {{1, 0, 0, 0}, {}}, fingers);
@@ -46,7 +47,7 @@ Vec mean(const std::vector<Vec>& points)
     return (1 / double(points.size())) * sum;
 }
 
-// The tool's ends that lie furthest apart, the one on the thumb's side first.
+// The two ends of the tool that are furthest apart, the one on the thumb's side first.
 std::pair<Vec, Vec> ends(const std::vector<Vec>& points, Side side)
 {
     std::pair<Vec, Vec> best{points[0], points[0]};
@@ -59,7 +60,7 @@ std::pair<Vec, Vec> ends(const std::vector<Vec>& points, Side side)
     return best;
 }
 
-// The plane in which a flat tool lies.
+// Normal of the plane of a flat tool.
 Vec normal(const Rig& rig, const std::vector<Vec>& c)
 {
     const auto& i = rig.primitives[0].sphere;
@@ -118,7 +119,7 @@ void Part::reach(double time, const Fingers& fingers, double gap, Vec slide)
 
 double Part::distance(const Fingers& fingers, double gap, Vec slide) const
 {
-    double far = 3 + 2 * radius_, near = 0;  // of the point from the ball's centre [m]
+    double far = 3 + 2 * radius_, near = 0;  // distance of the point from the ball's centre [m]
     for (int i = 0; i < 40; ++i) {
         const double middle = (far + near) / 2;
         (gap_at(fingers, middle, slide) > gap ? far : near) = middle;

@@ -1,5 +1,5 @@
-// How a made hand moves: keys at which it rests, each placed so that it stands as near to a ball,
-// or as deep in it, as asked.
+// Key frames of a generated hand. At each key the hand is at rest, at a given distance from a ball
+// or depth in it.
 #pragma once
 #include <string>
 #include <vector>
@@ -8,27 +8,27 @@
 
 namespace knead {
 
-// How a hand meets the ball, in the frame of its wrist: the point that is brought onto the ball's
-// axis, the direction in which it presses, and a second direction to turn it by.
+// Grasp of the ball, in the wrist's frame: the point placed on the ball's axis, the pressing
+// direction, and a second direction that fixes the rotation about it.
 struct Grasp {
     Rig rig;
     Vec3<double> point, press, along;
 };
 
-// The bare hand pressing with its palm; `ahead` [m] is how far the pressing point lies from the
-// wrist along the middle finger: 0.03 the heel, 0.08 below the knuckles, 0.13 the fingers.
+// Bare hand pressing with its palm; `ahead` [m]: distance of the pressing point from the wrist
+// along the middle finger: 0.03 the heel, 0.08 below the knuckles, 0.13 the fingers.
 Grasp bare(Topology topology, Side side, double ahead);
-// The bare hand reaching ahead with the tips of thumb and index.
+// Bare hand reaching ahead with the tips of thumb and index.
 Grasp tips(Topology topology, Side side, const Fingers& fingers);
-// A rod, pressed with the end on the thumb's side.
+// A rod, pressed with the end on the side of the thumb.
 Grasp stick(Side side, const Fingers& grip);
-// A flat tool, pressed with the face that looks away from the palm, or with the edge that does.
+// A flat tool, pressed with the face, or the edge, that points away from the palm.
 Grasp face(const std::string& tool, Side side, const Fingers& grip);
 Grasp edge(const std::string& tool, Side side, const Fingers& grip);
 
-// A moment at which the hand rests: how it is turned, where its wrist stands seen from the ball's
-// centre in the hand's own frame, and its fingers. Between two keys turn and place are blended
-// apart, so that a hand that turns goes around the ball.
+// A key: the hand at rest, with its orientation, the wrist's position relative to the ball's centre
+// in the hand's own frame, and its fingers. Orientation and position are interpolated separately
+// between keys, so that a rotating hand moves around the ball.
 struct Key {
     double time;  // [s]
     Quat<double> q;
@@ -36,7 +36,8 @@ struct Key {
     Fingers fingers;
 };
 
-// One hand's part, written key by key. Slides [m] are beside the ball's axis, in the wrist's frame.
+// The motion of one hand, built key by key. Slides [m] are offsets from the ball's axis, in the
+// wrist's frame.
 class Part {
   public:
     Part(Side side, double radius) : side_(side), radius_(radius) {}
@@ -44,15 +45,15 @@ class Part {
     Side side() const { return side_; }
     const std::vector<Key>& keys() const { return keys_; }
 
-    // The hand's grasp from the next key on, turned to press and point that way in the world.
+    // Sets the grasp for the following keys, rotated to these directions in the world.
     void take(const Grasp& grasp, Vec3<double> press, Vec3<double> along);
-    // At `time` the rig stands `gap` [m] from the ball; negative: that deep in it.
+    // Key at `time` with the rig `gap` [m] from the ball; negative: that deep in it.
     void reach(double time, const Fingers& fingers, double gap, Vec3<double> slide = {});
-    // How far before the ball's centre [m] the grasp's point must stand for that gap.
+    // Distance [m] of the grasp's point from the ball's centre for that gap.
     double distance(const Fingers& fingers, double gap, Vec3<double> slide = {}) const;
-    // At `time` the grasp's point stands `distance` [m] before the ball's centre.
+    // Key at `time` with the grasp's point `distance` [m] from the ball's centre.
     void put(double time, const Fingers& fingers, double distance, Vec3<double> slide = {});
-    // At `time` the hand is where it was, `back` [m] further from the ball.
+    // Key at `time` with the hand as at the last key, `back` [m] further from the ball.
     void stay(double time, const Fingers& fingers, double back = 0);
 
   private:

@@ -30,7 +30,7 @@ Motion far_away(Motion motion)
 
 namespace {
 
-// `hands` points at a source or a stream.
+// `hands`: pointer to a HandSource or HandStream.
 template <class Hands>
 MotionSource motion_of(Hands hands, const HandsOptions& options)
 {

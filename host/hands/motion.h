@@ -1,4 +1,4 @@
-// What moves the tools, frame by frame: recorded hands, a script, a tracker, or nothing.
+// Sources of tool motion: recorded or generated hands, a tracker, or none.
 #pragma once
 #include <functional>
 #include <memory>
@@ -9,24 +9,24 @@
 
 namespace knead {
 
-// The tools' motion in the frame from `from` to `to` [s of the hands' clock]. Asked once a frame,
-// in order; each frame begins where the one before ended. Live hands answer with their last sample.
+// Returns the tools' motion in the frame from `from` to `to` [s of the hands' clock]. Called once
+// per frame, in order; each frame begins at the end of the previous one. Live hands return their
+// last sample.
 using MotionSource = std::function<Motion(double from, double to)>;
 
-// Hands at rest at the origin, none of them active.
+// Hands at rest at the origin, all inactive.
 Motion no_motion();
-// The same hands, far above all clay.
+// The same motion, translated far above all clay.
 Motion far_away(Motion motion);
-// `hands` must outlive the source; null: no_motion() always.
+// Motion of a recording. `hands` must outlive the source; null: always no_motion().
 MotionSource recorded_motion(const HandSource* hands, const HandsOptions& options);
-// The same of a stream that goes on; it may be shared.
+// Motion of a live stream, which may be shared.
 MotionSource stream_motion(std::shared_ptr<const HandStream> hands, const HandsOptions& options);
 
-// The side of each tool, in the order of the tools.
+// Side of each tool, in tool order.
 std::vector<Side> tool_sides(const HandsOptions& hands);
 
-// The size of each tool: a bare hand as its user's, `of(side)`; what is held has its
-// own size.
+// Size of each tool: `of(side)`, the user's hand size, for a bare hand; 1 for a held tool.
 template <class Of>
 std::vector<Stretch<float>> stretches(const HandsOptions& options, Of&& of)
 {
@@ -36,7 +36,7 @@ std::vector<Stretch<float>> stretches(const HandsOptions& options, Of&& of)
     return all;
 }
 
-// Whether hands move alike by both rules: at most what they hold is another.
+// True if both options move the hands in the same way; held tools may differ.
 bool move_alike(const HandsOptions& a, const HandsOptions& b);
 bool any_active(const Motion& motion);
 

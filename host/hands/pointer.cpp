@@ -30,7 +30,7 @@ Fingers posed_as(Posture posture, Side side)
     return gripped(1);
 }
 
-// Along the gaze, the point of the tool that meets clay first, as the wrist stands at the origin.
+// The point of the tool that is foremost along the gaze, relative to the wrist.
 Vec3<double> foremost(const Rig& rig, const Pose& pose, Side side)
 {
     Vec3<double> best{0, 0, 1e30};
@@ -74,7 +74,7 @@ HandFrame PointerHand::hands(const Pointing& at, const HandsOptions& options) co
     const std::string& held = options.held[side];
     const Rig rig = held.empty() ? hand_rig(options.topology, side) : tool_rig(held, side);
     const Vec3<double> tip = foremost(rig, there, side);
-    // Minimum jerk: from rest to rest. [Flash and Hogan 1985]
+    // Minimum jerk, from rest to rest. [Flash and Hogan 1985]
     const double s = share_, eased = s * s * s * (10 + s * (6 * s - 15));
     const double far = reach + eased * press * options.zoom;
     const Vec3<double> seen = at.eye + far * at.ray;

@@ -6,10 +6,10 @@
 namespace knead {
 namespace {
 
-// The first joint of each finger; its chain runs to its tip.
+// First joint of each finger; its chain ends at the tip.
 constexpr int roots[5] = {thumb_metacarpal, index_metacarpal, middle_metacarpal, ring_metacarpal,
                           little_metacarpal};
-constexpr int bones[5] = {3, 4, 4, 4, 4};  // joints of the chain but the tip
+constexpr int bones[5] = {3, 4, 4, 4, 4};  // joints of the chain, without the tip
 
 Joint<double> bone_of(const Joint<float>& parent, const Joint<float>& child)
 {
@@ -21,7 +21,7 @@ Joint<double> jointed(const Joint<double>& parent, const Joint<double>& child)
     return {unit(parent.q * child.q), parent.p + rotate(parent.q, child.p)};
 }
 
-// Away from the middle finger on the right hand: thumb and index turn to the left (+y), ring and
+// Away from the middle finger, on the right hand: thumb and index rotate to the left (+y), ring and
 // little to the right.
 double spread_sign(Side side, int finger)
 {
@@ -66,7 +66,7 @@ Pose posed(Side side, const Joint<double>& wrist_at, const Fingers& fingers)
         for (int k = 0; k <= bones[i]; ++k) {
             const int j = roots[i] + k;
             pose[j] = jointed(pose[parent], bone_of(open.joints[parent], open.joints[j]));
-            const int moving = i == 0 ? k : k - 1;  // metacarpals of the fingers do not move
+            const int moving = i == 0 ? k : k - 1;  // finger metacarpals do not move
             if (moving == 0) {
                 const double angle = spread_sign(side, i) * fingers.spread[i];
                 pose[j].q = pose[j].q * turn_about(Vec3<double>{0, 1, 0}, angle);
@@ -81,8 +81,8 @@ Pose posed(Side side, const Joint<double>& wrist_at, const Fingers& fingers)
     return pose;
 }
 
-// Bones lie as tangents along the ball, padded by the flesh below them: where bones of lengths a
-// and b meet, the direction turns by atan(a / 2R) + atan(b / 2R).
+// Bones are tangents to the ball, padded by the flesh below them: where bones of lengths a and b
+// meet, the direction turns by atan(a / 2R) + atan(b / 2R).
 Fingers wrapped(Side side, double radius)
 {
     constexpr double flesh = 0.008;         // [m]
@@ -116,8 +116,8 @@ Fingers gripped(double share)
 
 Fingers pinched(Side side)
 {
-    // Search over flexion of index and thumb and the thumb's spread, one after the other with
-    // shrinking steps, for pads that touch with the least bending.
+    // Coordinate search with shrinking steps over the flexion of index and thumb and the spread of
+    // the thumb, for pads that touch with the least bending.
     const Hand open = open_hand(side);
     const double apart = open.radius[thumb_tip] + open.radius[index_tip];
     Fingers f = gripped(0.85);

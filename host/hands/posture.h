@@ -1,4 +1,4 @@
-// A hand posed by its finger angles, and how far it, or what it holds, stands from a ball.
+// A hand posed by finger angles, and the distance of a rig from a ball.
 #pragma once
 #include <array>
 
@@ -6,20 +6,21 @@
 
 namespace knead {
 
-// Joint angles beyond open_hand() [rad]. Finger 0 is the thumb. Flexion turns a joint about its
-// local -x, towards the palm; spreading turns the finger's root about its local y, away from the
-// middle of the hand for positive angles of either side.
+// Joint angles relative to open_hand() [rad]. Finger 0 is the thumb. Flexion rotates a joint about
+// its local -x, towards the palm; spread rotates the finger's root about its local y, away from the
+// middle of the hand for positive angles on either side.
 struct Fingers {
     double flex[5]
                [3];  // thumb: metacarpal, proximal, distal; others: proximal, intermediate, distal
     double spread[5];
 };
 Fingers between(const Fingers& from, const Fingers& to, double s);
-// Within what a healthy hand can do (Kapandji, "The Physiology of the Joints", vol. 1, rounded).
+// Clamps the angles to the range of a healthy hand (Kapandji, "The Physiology of the Joints", vol.
+// 1, rounded).
 Fingers within_limits(Fingers fingers);
 
 using Pose = std::array<Joint<double>, joint_count>;
-// All joints from the wrist by forward kinematics over the bones of open_hand(side).
+// All joints, by forward kinematics from the wrist over the bones of open_hand(side).
 Pose posed(Side side, const Joint<double>& wrist_at, const Fingers& fingers);
 
 // Postures. `wrapped` lays each finger around a ball of `radius` [m]; `pinched` brings the pads of

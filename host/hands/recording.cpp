@@ -19,12 +19,12 @@ namespace {
 constexpr char magic[] = "KNHANDS1";
 constexpr std::size_t magic_size = 8, checksum_size = 8;
 constexpr std::uint32_t version = 1;
-constexpr std::uint32_t tracked_bit = 1u << 31;  // below it one bit per joint: valid
+constexpr std::uint32_t tracked_bit = 1u << 31;  // bits below: joint j is valid
 constexpr std::size_t joint_size = 8 * 4;        // position, quaternion, radius
 constexpr std::size_t frame_size = 8 + side_count * (4 + joint_count * joint_size);
 constexpr std::size_t largest_file = std::size_t(1) << 30;  // [bytes]: five hours of 30 Hz
 
-// Little-endian on every machine.
+// Appends a word in little-endian order on every machine.
 template <class Word>
 void put(std::string& bytes, Word word)
 {
@@ -121,7 +121,7 @@ Recording from_binary(const std::string& bytes, const std::string& path)
     r.name = in.text(name_size, "the name");
     check_header(r, in.place(header_at));
 
-    // The count is believed only where it explains the size of the file to the byte.
+    // The frame count is accepted only if it matches the file size exactly.
     const std::size_t left = bytes.size() - in.offset();
     const std::size_t room = left < checksum_size ? 0 : (left - checksum_size) / frame_size;
     if (count != room || left != room * frame_size + checksum_size)

@@ -1,5 +1,5 @@
-// Files of tracked hands: a binary form (.hands) and its twin in JSON lines (.jsonl). Both hold the
-// unfiltered poses; docs/reference/recordings.md lays them out byte by byte.
+// Files of tracked hands: a binary form (.hands) and an equivalent form in JSON lines (.jsonl).
+// Both hold unfiltered poses; the byte layout is in docs/reference/recordings.md.
 #pragma once
 #include <string>
 
@@ -8,15 +8,16 @@
 
 namespace knead {
 
-// Reads either form, told apart by content. Whatever the file holds, the answer is a recording that
-// passes check() or an InputError with path, byte offset or line, what was expected and found.
+// Reads either form, detected from the content. Returns a recording that passes check(), or throws
+// InputError with path, byte offset or line, expected and found.
 Recording read_recording(const std::string& path);
 
-// The form is chosen by the ending; the file appears whole or not at all. Throws InputError for
-// another ending or a recording that check() refuses, OutputError where the disk refuses.
+// Writes the form given by the file extension, atomically. Throws InputError for another extension
+// or a recording that check() rejects, OutputError if writing fails.
 void write_recording(const std::string& path, const Recording& recording);
 
-// The two forms in memory, of a recording that passes check(); `path` is only for error texts.
+// The two forms in memory. Precondition: the recording passes check(). `path` is used in error
+// messages only.
 std::string to_binary(const Recording& recording);
 std::string to_lines(const Recording& recording);
 Recording from_bytes(const std::string& bytes, const std::string& path);

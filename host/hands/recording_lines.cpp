@@ -1,4 +1,4 @@
-// Recordings as JSON lines: a header, then one line a frame.
+// Recordings as JSON lines: a header, then one line per frame.
 #include <fmt/format.h>
 
 #include <charconv>
@@ -14,7 +14,7 @@ using json = nlohmann::json;
 
 constexpr const char* side_names[side_count] = {"left", "right"};
 
-// One number of a JSON line, in the fewest digits that read back as the same number.
+// Appends a number to a JSON line, in the shortest form that reads back as the same value.
 template <class R>
 void put_number(std::string& line, R x)
 {

@@ -1,4 +1,4 @@
-// What a recording must hold, whichever form it came in.
+// Constraints on recordings, for both forms.
 #pragma once
 #include <fmt/format.h>
 
@@ -12,7 +12,7 @@ namespace knead {
 
 constexpr std::size_t longest_name = 100, longest_line = 1 << 16;
 
-// Says where in its file a thing stands: "at byte 12" or "in line 3".
+// A location in a file, for error messages: "at byte 12" or "in line 3".
 struct Place {
     std::string path, at;
     [[noreturn]] void refuse(const std::string& expected, const std::string& found) const
@@ -21,7 +21,7 @@ struct Place {
     }
 };
 
-// What is asked of each value, whichever form it came from.
+// Checks of each value, for both forms. Throw InputError.
 inline void check_header(const Recording& r, const Place& place)
 {
     if (r.name.empty() || r.name.size() > longest_name)
@@ -57,7 +57,7 @@ inline void check_joint(const Joint<float>& joint, float radius, bool valid, con
         place.refuse("a radius of 0 to 1 m", fmt::format("{}", radius));
 }
 
-// The JSON-lines form, read.
+// Reads the JSON-lines form.
 Recording from_lines(const std::string& bytes, const std::string& path);
 
 }  // namespace knead

@@ -8,7 +8,7 @@
 namespace knead {
 namespace {
 
-// Joints of finger f, 0 the index to 3 the little finger.
+// Joints of finger f, from 0, the index, to 3, the little finger.
 JointName metacarpal(int f) { return JointName(index_metacarpal + 5 * f); }
 JointName proximal(int f) { return JointName(index_proximal + 5 * f); }
 JointName intermediate(int f) { return JointName(index_intermediate + 5 * f); }
@@ -24,7 +24,7 @@ struct Spanning {
     }
 };
 
-constexpr int at(int joint) { return joint - wrist; }  // the sphere that starts at a joint
+constexpr int at(int joint) { return joint - wrist; }  // index of the sphere that starts at a joint
 
 Layout h25()
 {
@@ -56,7 +56,7 @@ Layout h47()
         return int(l.spheres.size()) - 1;
     };
     const Spanning span{l.primitives};
-    int hand[4], base[4];  // middle of the metacarpal; root of the finger, past the knuckle
+    int hand[4], base[4];  // middle of the metacarpal; finger root beyond the knuckle
     for (int f = 0; f < 4; ++f) {
         hand[f] = add(metacarpal(f), proximal(f), 0.5);
         base[f] = add(proximal(f), intermediate(f), 0.2);

@@ -1,11 +1,11 @@
-// How a medial hand is put together: which spheres, where they start, what spans them, and how a
-// sphere fitted to the open hand hangs on its joints.
+// Construction of a medial hand: its spheres, their initial positions, the primitives between them,
+// and the binding of fitted spheres to joints.
 #pragma once
 #include "host/hands/hands.h"
 
 namespace knead {
 
-// Where a sphere starts before it is fitted: at share s of the way from joint a to joint b.
+// Initial position of a sphere before fitting: at fraction s of the way from joint a to joint b.
 struct Seed {
     JointName a, b;
     double s;
@@ -16,11 +16,11 @@ struct Layout {
     std::vector<Primitive> primitives;
 };
 
-// H25: a sphere per joint but the palm, 14 cones, 12 slabs. H47: with the middles of the bones and
-// the webs between the fingers, 23 cones, 31 slabs.
+// H25: a sphere per joint except the palm, 14 cones, 12 slabs. H47: in addition the middles of the
+// bones and the webs between the fingers, 23 cones, 31 slabs.
 Layout layout(Topology topology);
 
-// A sphere of the right hand in the frame of open_hand, and what it hangs on.
+// A sphere of the right hand in the frame of open_hand, and its joint weights.
 struct FittedSphere {
     Vec3<float> c;    // [m]
     float r;          // [m]
@@ -28,11 +28,12 @@ struct FittedSphere {
     float weight[4];  // sum 1; the first is the largest
 };
 
-// What of a tool (tool_rig()) a hand is closed about; it is seen, and touches nothing. Empty where
-// the tool itself lies in the hand. Throws std::invalid_argument for a tool that is not known.
+// Handle of a tool (tool_rig()) around which a hand is closed; drawn only, without contact. Empty
+// if the hand holds the tool itself. Throws std::invalid_argument for an unknown tool.
 Rig tool_handle(const std::string& name, Side side);
 
-// Binds spheres of the right hand to the joints of `open`, the open hand of `side`.
+// Binds spheres of the right hand to the joints of `open`, the open hand of `side`; mirrored for
+// the left.
 Rig hang(const std::vector<FittedSphere>& spheres, const std::vector<Primitive>& primitives,
          const Hand& open, Side side);
 

@@ -1,5 +1,4 @@
-// Tools as medial primitives, held as a person would hold them. Real sizes [m], right hand; the
-// left one mirrors them.
+// Tools as medial primitives, in a natural grip. Real sizes [m], right hand; mirrored for the left.
 #include <stdexcept>
 
 #include "host/hands/rig.h"
@@ -7,7 +6,7 @@
 namespace knead {
 namespace {
 
-// A sphere in the frame of one joint: -z ahead, -y out of the palm or the finger's pad.
+// A sphere in the frame of one joint: -z ahead, -y out of the palm or the finger pad.
 struct Piece {
     JointName joint;
     Vec3<float> c;  // [m]
@@ -17,14 +16,14 @@ struct Design {
     const char* name;
     std::vector<Piece> spheres;
     std::vector<Primitive> primitives;
-    std::vector<Piece> handle{};  // of cones, two spheres each; seen alone
+    std::vector<Piece> handle{};  // cones of two spheres each; drawn only
 };
 
 constexpr float half_blade = 0.0005f;  // blades are 1 mm thick
 
 // Two blades of 80 x 12 x 1 mm, one ahead of the index finger and one ahead of the thumb, both in
-// the plane that the two point along, edge to edge, side by side by a blade's thickness so that
-// they pass each other. Their normals agree, so that both tell the same sides of a cut.
+// the plane of the two pointing directions, edge to edge, offset by a blade's thickness so that
+// they pass each other. Their normals agree, so that both assign the same sides of a cut.
 std::vector<Piece> scissor_blades()
 {
     const Hand hand = open_hand(right);
