@@ -1,5 +1,5 @@
-// What takes long without a picture to show for it, so that it can be given up on the way: each of
-// these asks frame.stopped() every few milliseconds, and answers false where it was stopped.
+// Cancellable loops, for long work without a visible result: each polls frame.stopped() every few
+// milliseconds and returns false if the frame was stopped.
 #pragma once
 #include <algorithm>
 #include <vector>
@@ -9,9 +9,9 @@
 
 namespace knead {
 
-constexpr std::size_t between_asks = 1 << 15;  // elements
+constexpr std::size_t between_asks = 1 << 15;  // elements between two polls
 
-// one(i) for every i below n.
+// Calls one(i) for every i below n.
 template <class One>
 bool for_each_unless_stopped(std::size_t n, const SplatFrame& frame, One&& one)
 {
@@ -23,7 +23,7 @@ bool for_each_unless_stopped(std::size_t n, const SplatFrame& frame, One&& one)
     return true;
 }
 
-// The same by all threads.
+// The same, in parallel.
 template <class One>
 bool parallel_for_unless_stopped(std::size_t n, const SplatFrame& frame, One&& one)
 {
@@ -37,7 +37,7 @@ bool parallel_for_unless_stopped(std::size_t n, const SplatFrame& frame, One&& o
     return !frame.stopped();
 }
 
-// v.resize(n): memory that the system hands out for the first time costs a second a few GiB.
+// v.resize(n). First-touched memory costs a second per few GiB.
 template <class T>
 bool resize_unless_stopped(std::vector<T>& v, std::size_t n, const SplatFrame& frame)
 {
@@ -49,7 +49,7 @@ bool resize_unless_stopped(std::vector<T>& v, std::size_t n, const SplatFrame& f
     return true;
 }
 
-// The arrays of an eye's picture.
+// Resizes the arrays of an eye's picture.
 inline bool resize_unless_stopped(Picture& picture, const Eye<float>& eye, const SplatFrame& frame)
 {
     picture.width = eye.width, picture.height = eye.height;
@@ -59,7 +59,7 @@ inline bool resize_unless_stopped(Picture& picture, const Eye<float>& eye, const
            resize_unless_stopped(picture.depth, pixels, frame);
 }
 
-// std::stable_sort, as merges of ever longer parts.
+// std::stable_sort, as a bottom-up merge sort.
 template <class T, class Less>
 bool sort_unless_stopped(std::vector<T>& v, const SplatFrame& frame, Less less)
 {

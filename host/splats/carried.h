@@ -1,4 +1,5 @@
-// The splats that a solver's Gaussians carry while clay is shaped: some are split, some are added.
+// The splats attached to a solver's Gaussians. While clay is shaped, some are split and some are
+// added.
 #pragma once
 #include <algorithm>
 #include <array>
@@ -8,10 +9,10 @@
 
 namespace knead {
 
-// One splat for each of a solver's Gaussians, in their order, as they were at rest.
+// One splat per Gaussian of a solver, in the same order, as at rest.
 struct CarriedSplats {
     SplatCloud cloud;
-    // Longest half axis at rest [m]; of a splat that was split off, that of the one it came from.
+    // Longest half axis at rest [m]; for a split splat, that of its parent.
     std::vector<float> extent;
 
     std::size_t count() const { return cloud.count(); }
@@ -25,12 +26,12 @@ inline CarriedSplats carried(SplatCloud cloud)
     return all;
 }
 
-// One more splat, of half axes `scale` [m], whose colour is given by harmonics(degree) numbers.
+// Appends a splat; `sh` has harmonics(degree) coefficients.
 inline void append(CarriedSplats& to, Vec3<float> centre, const Ellipsoid<float>& shape,
                    float opacity, const Vec3<float>* sh, float extent)
 {
     SplatCloud& c = to.cloud;
-    // The colour may be one of the cloud's own.
+    // `sh` may point into the cloud itself.
     const std::size_t n = std::size_t(harmonics(c.degree));
     std::array<Vec3<float>, std::size_t(harmonics(max_sh_degree))> colour;
     std::copy_n(sh, n, colour.begin());
@@ -40,7 +41,7 @@ inline void append(CarriedSplats& to, Vec3<float> centre, const Ellipsoid<float>
     to.extent.push_back(extent);
 }
 
-// Those of a cloud, as they are at rest.
+// Appends splats of a cloud, as at rest.
 void append(CarriedSplats& to, const SplatCloud& from, const std::vector<std::uint32_t>& indices);
 
 }  // namespace knead

@@ -1,4 +1,4 @@
-// Points by cells of one size, to find those near a place.
+// A uniform grid of points for neighbour searches.
 #pragma once
 #include <algorithm>
 #include <cmath>
@@ -11,8 +11,8 @@ namespace knead {
 
 class Cells {
   public:
-    // Of finite points; cells are of this edge [m], or of a larger one where those would be many
-    // more than the points. The points must outlive it.
+    // Precondition: finite points, which must outlive the grid. `wanted_edge` is the cell edge [m];
+    // it is enlarged if there would be many more cells than points.
     Cells(const std::vector<Vec3<double>>& of, double wanted_edge) : points(of), edge(wanted_edge)
     {
         if (points.empty()) return;
@@ -37,8 +37,8 @@ class Cells {
 
     const Vec3<double>& point(std::uint32_t i) const { return points[i]; }
 
-    // Calls visit(index) for every point that is nearer than `reach` [m] to x along each axis, and
-    // for some others around; in one order always.
+    // Calls visit(index) for every point closer than `reach` [m] to x along each axis, and for some
+    // others nearby; always in the same order.
     template <class Visit>
     void each_near(Vec3<double> x, Vec3<double> reach, Visit&& visit) const
     {
@@ -53,7 +53,7 @@ class Cells {
     }
 
   private:
-    Int3 cell_of(Vec3<double> x) const  // the nearest one there is
+    Int3 cell_of(Vec3<double> x) const  // clamped to the grid
     {
         const auto along = [this](double at, int count) {
             return int(clamp(std::floor(at / edge), 0.0, double(count - 1)));

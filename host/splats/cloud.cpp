@@ -10,7 +10,7 @@
 namespace knead {
 namespace {
 
-// The lowest 21 bits of x, two zeros between each.
+// Spreads the lowest 21 bits of x, with two zeros between bits.
 std::uint64_t spread(std::uint64_t x)
 {
     x &= 0x1fffff;
@@ -21,7 +21,8 @@ std::uint64_t spread(std::uint64_t x)
     return (x | x << 2) & 0x1249249249249249ull;
 }
 
-// In cells of 2 mm in a cube of 4 km; what lies outside is at its side, what is not finite at 0.
+// Cell index, for cells of 2 mm in a cube of 4 km; values outside are clamped, non-finite ones map
+// to 0.
 std::uint64_t cell(float x)
 {
     const float metres = std::isfinite(x) ? clamp(x, -2000.0f, 2000.0f) : 0;

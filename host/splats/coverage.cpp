@@ -45,7 +45,7 @@ void fill_triangle(const Point* p, const Eye<float>& eye, std::vector<float>& ne
         }
 }
 
-// A pixel stays only where its four neighbours are covered, too.
+// Erosion: a pixel is kept only if its four neighbours are covered, too.
 std::vector<char> without_rim(const std::vector<char>& mask, int width, int height)
 {
     std::vector<char> out(mask.size(), 0);
@@ -59,7 +59,7 @@ std::vector<char> without_rim(const std::vector<char>& mask, int width, int heig
     return out;
 }
 
-// Pixels of the hole that `first` belongs to; they are taken out of it.
+// Counts the pixels of the hole that contains `first`, and clears them.
 std::size_t hole(std::vector<char>& open, std::size_t first, int width)
 {
     std::vector<std::size_t> front{first};

@@ -1,4 +1,4 @@
-// The rasteriser on the CPU: all splats projected, sorted once, listed by tiles, blended.
+// The rasteriser on the CPU: project all splats, sort once, list by tile, blend.
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -19,15 +19,15 @@ struct SeenSplat {
     Vec3<float> colour;
 };
 
-// The splats that any eye sees, in their order, and each as each eye sees it.
+// The splats visible to any eye, in sorted order, with their footprint for each eye.
 struct Sorted {
     std::vector<std::uint32_t> keys;
     std::vector<int> order;
-    std::vector<std::vector<Footprint<float>>> seen;  // by eye, by splat of the cloud
+    std::vector<std::vector<Footprint<float>>> seen;  // per eye, per splat of the cloud
     std::vector<std::vector<char>> visible;
 };
 
-// False, as all that follow: the frame was stopped.
+// Returns false, like all functions below, if the frame was stopped.
 bool sort_seen(const SplatCloud& cloud, const SplatFrame& frame, Sorted& s)
 {
     const std::size_t count = cloud.count(), eyes = frame.eyes.size();
@@ -60,7 +60,7 @@ bool sort_seen(const SplatCloud& cloud, const SplatFrame& frame, Sorted& s)
            });
 }
 
-// What one eye sees, nearest first.
+// Collects the splats that one eye sees, nearest first.
 bool find_seen(std::size_t e, const Sorted& s, const SplatCloud& cloud, const SplatFrame& frame,
                std::vector<SeenSplat>& seen)
 {
@@ -78,7 +78,7 @@ bool find_seen(std::size_t e, const Sorted& s, const SplatCloud& cloud, const Sp
            parallel_for_unless_stopped(which.size(), frame, see);
 }
 
-// First and last tile, along one side, that what reaches from `low` to `high` may touch.
+// First and last tile along one axis that the interval from `low` to `high` may touch.
 struct Tiles {
     int first, last;
 };
@@ -88,8 +88,8 @@ Tiles tiles_between(float low, float high, int tiles)
     return {int(std::ceil(clamp(low, 0.0f, end))) / tile, int(clamp(high, -1.0f, end)) / tile};
 }
 
-// The splats of each tile of a row of tiles, in the order of `seen`. `hidden`: of that row, 1 where
-// a tile gets none; null: all get theirs.
+// Lists the splats of each tile of a row, in the order of `seen`. `hidden`, per tile of the row: 1
+// for an empty list; null: none is hidden.
 bool list_row(const std::vector<SeenSplat>& seen, int row, const SplatFrame& frame,
               const Eye<float>& eye, const char* hidden, std::vector<std::vector<int>>& lists)
 {
@@ -114,8 +114,8 @@ struct Target {
     const Backdrop* behind;
     Vec3<float> background;
 
-    // The pixels from (x, y) on, `step` a side, by one sample amid them: after the splats of
-    // `list`, of which those that pass it are skipped. What lies behind is each pixel's own.
+    // Draws a block of `step` x `step` pixels at (x, y) from one sample at its centre, over the
+    // splats of `list`. The background is sampled per pixel.
     void draw(int x, int y, int step, const std::vector<int>& list,
               const std::vector<SeenSplat>& seen) const
     {
@@ -197,7 +197,7 @@ void check_frame(const SplatCloud& cloud, const SplatFrame& frame)
 
 namespace {
 
-// As far as the frame is not stopped. `steps`: of the samples, by squares of the fovea.
+// Draws a row of tiles until the frame is stopped. `steps`: block size per square of the fovea.
 void draw_row(const Target& target, int row, const std::vector<std::vector<int>>& lists,
               const std::vector<int>& steps, const std::vector<SeenSplat>& seen,
               const SplatFrame& frame)
@@ -218,7 +218,7 @@ void draw_row(const Target& target, int row, const std::vector<std::vector<int>>
         }
 }
 
-// Of the squares of one row of them.
+// Block sizes of one row of squares.
 std::vector<int> steps_along(const SplatFrame& frame, std::size_t e, int y)
 {
     const Pinhole<float> eye = pinhole(frame.eyes[e]);

@@ -9,7 +9,7 @@
 namespace knead {
 namespace {
 
-// Splat i of the cloud at x, stretched and turned by F.
+// Moves splat i to x and deforms it by F; `turn` rotates its colours.
 void put(SplatCloud& cloud, std::size_t i, Vec3<double> x, const Mat3<double>& F,
          const Mat3<double>& turn)
 {

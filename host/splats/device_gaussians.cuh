@@ -1,4 +1,4 @@
-// The device memory of Gaussians that are kept.
+// Device memory of a snapshot of Gaussians.
 #pragma once
 #include "cuda/device/device_array.cuh"
 #include "cuda/device/graph.cuh"
@@ -8,13 +8,13 @@
 namespace knead::gpu {
 
 struct KeptGaussians {
-    // Whoever draws: launches wait(), what reads this, and then done(), on one stream.
+    // A renderer calls wait(), launches its reads, and calls done(), all on one stream.
     void wait(cudaStream_t stream) const
     {
         check(cudaStreamWaitEvent(stream, written, 0), "splats");
     }
-    // `before`: the same Gaussians in the state before, from which they have gone on by so much
-    // more; null: they are where they are.
+    // `before`: the same Gaussians in the previous state, from which positions are extrapolated by
+    // `extrapolation` of the last step; null: not extrapolated.
     MovedSplats moved(const KeptGaussians* before, float extrapolation) const;
     void done(cudaStream_t stream) const { check(cudaEventRecord(read, stream), "splats"); }
 

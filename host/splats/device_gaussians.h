@@ -1,4 +1,4 @@
-// Where Gaussians are, kept on the device where a solver moves them, for who draws them there.
+// Snapshots of a solver's Gaussians in device memory, for rendering on the same device.
 #pragma once
 #include <memory>
 
@@ -10,16 +10,17 @@ namespace gpu {
 struct KeptGaussians;  // host/splats/device_gaussians.cuh
 }  // namespace gpu
 
-// In the order of attaching. Never changes. May be read by any thread, and let go of by any.
+// A snapshot, in the order of attachment. Immutable. Thread-safe, including destruction.
 class DeviceGaussians {
   public:
-    // `before`: the same Gaussians in the state before; null: nothing is known of it.
+    // `before`: the same Gaussians in the previous state; null: unknown.
     explicit DeviceGaussians(std::shared_ptr<gpu::KeptGaussians> kept,
                              std::shared_ptr<gpu::KeptGaussians> before = nullptr);
 
     int device() const;
     std::size_t count() const;
-    // Into a frame that is drawn elsewhere: moved_centre and moved_F, as its `ahead` asks. Waits.
+    // Downloads into moved_centre and moved_F, extrapolated by `frame.extrapolation`, for rendering
+    // elsewhere. Blocks.
     void fetch(SplatFrame& frame) const;
     gpu::KeptGaussians& kept() const { return *kept_; }
     gpu::KeptGaussians* before() const { return before_.get(); }
@@ -28,15 +29,15 @@ class DeviceGaussians {
     std::shared_ptr<gpu::KeptGaussians> kept_, before_;
 };
 
-// Keeps them in memory that nobody reads any more.
+// Takes snapshots, reusing the memory of released ones.
 class GaussianKeeper {
   public:
     GaussianKeeper();
     ~GaussianKeeper();
     GaussianKeeper(const GaussianKeeper&) = delete;
 
-    // As the last frame or edit left them, launched behind it; waits for nothing. `same`: they are
-    // those that were kept last.
+    // Takes a snapshot of the Gaussians after the last frame or edit: enqueued on the solver's
+    // stream; does not block. `same`: they are the Gaussians of the previous snapshot.
     std::shared_ptr<const DeviceGaussians> kept(const gpu::MovedGaussians& moved, bool same);
 
   private:

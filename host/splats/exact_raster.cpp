@@ -11,10 +11,10 @@ namespace {
 struct SeenExactly {
     Footprint<double> shape;
     Vec3<double> colour;
-    double key;  // its place in the order, unless that is the pixel's
+    double key;  // sort key, unless the order is per pixel
 };
 
-// False: the frame was stopped.
+// Returns false if the frame was stopped.
 bool find_seen_exactly(const Eye<double>& eye, const SplatCloud& cloud, const SplatFrame& frame,
                        DepthOrder order, std::vector<SeenExactly>& seen)
 {
@@ -39,7 +39,7 @@ struct Touch {
     Vec3<double> colour;
 };
 
-// All that is drawn at (x, y) in front of the mesh, nearest first.
+// Collects all splats drawn at (x, y) in front of the mesh, nearest first.
 void touches(const std::vector<SeenExactly>& seen, double x, double y, double mesh, bool by_pixel,
              std::vector<Touch>& all)
 {

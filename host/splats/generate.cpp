@@ -14,7 +14,7 @@ namespace {
 using std::numbers::pi;
 using V = Vec3<double>;
 
-// Numbers of one splat, whatever was drawn for others.  [Steele 2014]
+// Random numbers of one splat, independent of those of others.  [Steele 2014]
 class Random {
   public:
     Random(std::uint64_t seed, std::uint64_t stream) : state(mixed(seed) ^ mixed(~stream)) {}
@@ -57,7 +57,7 @@ struct Box {
 };
 const Box room{{-3, -2.6, -4}, {3, 1.4, 4}};  // [m]; y is down
 
-// One splat before it joins the cloud.
+// One splat before it is added to the cloud.
 struct Made {
     V x, scale;
     Quat<double> q;
@@ -79,7 +79,7 @@ Made of_object(Random& r)
     return s;
 }
 
-// A point of the box's surface, and which axis is normal to it there.
+// Random point on the box's surface, and the axis normal to it there.
 V on_box(Random& r, const Box& b, int& axis)
 {
     const V d = b.high - b.low;
@@ -94,7 +94,7 @@ V on_box(Random& r, const Box& b, int& axis)
     return p + V{axis == 0 ? off : 0, axis == 1 ? off : 0, axis == 2 ? off : 0};
 }
 
-// Of a rotation that takes z to that axis, after a random turn about z.
+// Rotation that maps z to that axis, after a random rotation about z.
 Quat<double> facing(Random& r, int axis)
 {
     const double h = std::sqrt(0.5);
@@ -116,7 +116,7 @@ std::vector<Box> boxes(std::uint64_t seed)
     return all;
 }
 
-// `share` says where: below 0.7 on a wall, below 0.9 on a box, else in the air.
+// `share` selects the position: below 0.7 on a wall, below 0.9 on a box, otherwise floating.
 Made of_room(Random& r, double share, double median, const std::vector<Box>& boxes)
 {
     Made s;
@@ -140,7 +140,7 @@ Made of_room(Random& r, double share, double median, const std::vector<Box>& box
     return s;
 }
 
-// Harmonics: a colour that waves through space, and noise in the higher bands.
+// Spherical harmonics: a colour that varies as waves through space, and noise in the higher bands.
 void add_colour(const Made& s, Random& r, Vec3<float>* sh)
 {
     const double times = s.object ? 6 : 1;
@@ -155,7 +155,7 @@ void add_colour(const Made& s, Random& r, Vec3<float>* sh)
         sh[k] = cast<float>((k < 4 ? 0.05 : k < 9 ? 0.03 : 0.02) * r.normals());
 }
 
-// The rotation of axes right, down, forward, without a roll.
+// Rotation to the axes right, down, forward, without roll.
 Mat3<double> looking(V forward, V up)
 {
     const V f = (1 / length(forward)) * forward, across = cross(f, up);
@@ -174,7 +174,7 @@ const std::vector<SplatLoad>& splat_loads()
         {"480k", 60000, 420000, 0.01},
         {"660k", 60000, 600000, 0.01},
         {"5m-coarse", 60000, 4940000, 0.01},
-        // The room's covered area is that of 660k.
+        // Same covered area as the room of 660k.
         {"5m-fine", 60000, 4940000, 0.01 * std::sqrt(600.0 / 4940)}};
     return loads;
 }
@@ -192,7 +192,8 @@ SplatCloud generated(const SplatLoad& load)
         const auto i = std::size_t(k);
         Random r(load.seed, i);
         const double share = double(k - load.object) / double(std::max(load.background, 1));
-        // The room's splats follow each other without an order, so that memory has none either.
+        // The splats of the room are shuffled, so that neighbours in memory are not neighbours in
+        // space.
         const double shuffled = std::fmod(share * load.background * 0.6180339887498949, 1.0);
         const Made s =
             k < load.object ? of_object(r) : of_room(r, shuffled, load.median, furniture);

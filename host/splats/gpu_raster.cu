@@ -24,7 +24,7 @@ float from_half(unsigned bits)
     return __half2float(__ushort_as_half((unsigned short)(bits & 0xffff)));
 }
 
-// Room for the first look at a scene, before its count is known.
+// Initial capacity, before the count of a scene is known.
 std::size_t first_room(const RasterView& view)
 {
     return std::clamp(8 * std::size_t(view.count), std::size_t(1) << 16, std::size_t(1) << 25);
@@ -54,7 +54,8 @@ std::vector<RasterStage> GpuRaster::State::stages(bool mesh, int moved) const
             {"blend", [=](cudaStream_t on) { gpu::blend(d, mesh, on); }}};
 }
 
-// The graph of frames of this shape. A few splats more or less that move do not make another.
+// Captures the graph for frames of this shape. The number of moved splats is rounded up, so that
+// small changes do not recapture it.
 void GpuRaster::State::prepare(const SplatFrame& frame, bool mesh, int moved)
 {
     constexpr int step = 1 << 14;
@@ -88,8 +89,8 @@ RasterFrame GpuRaster::State::described(const SplatFrame& frame, const MovedSpla
     return f;
 }
 
-// What is hidden, where that or the size is another than in the frame before, behind which it is
-// copied. Of pictures of another size nothing is known yet of any tile.
+// Uploads the hidden tiles if they or the size have changed, after the previous frame on the
+// stream. After a change of size the statistics of all tiles are reset.
 void GpuRaster::State::hide(const SplatFrame& frame, cudaStream_t on)
 {
     static_assert(square_size == hidden_tile);
@@ -125,7 +126,7 @@ void GpuRaster::State::start(const RasterFrame& frame, cudaStream_t on)
     check(cudaGraphLaunch(graph.ready, on), "splats");
 }
 
-// A frame that launch() made tells later, without a wait, how much room it needed.
+// Enqueues the download of the capacity that a frame of launch() needed; does not block.
 void GpuRaster::State::ask_room(cudaStream_t on)
 {
     if (fixed_room || asked) return;
@@ -145,7 +146,7 @@ void GpuRaster::State::make_room()
     store.reserve(std::min(wanted + wanted / 2, std::size_t(1) << 30));
 }
 
-// Into colour and depth; waits.
+// Draws into `colour` and `depth`; blocks.
 void GpuRaster::State::take_pictures(const SplatFrame& frame)
 {
     const std::size_t n = frame.moved_centre.size();
@@ -205,7 +206,8 @@ bool GpuRaster::serves(const SplatCloud& cloud) const
            cloud.count() <= std::size_t(state->store.view.count);
 }
 
-// The frames that read the other splats were launched before those that are shown now.
+// Waits for the frames that read the previous buffer, which were launched before it was swapped
+// out.
 void GpuRaster::prepare(const SplatCloud& cloud)
 {
     if (!serves(cloud)) throw std::invalid_argument("splats: there is not room for so many");

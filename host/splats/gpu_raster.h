@@ -1,4 +1,4 @@
-// The rasteriser on the device: the same pictures as cpu_raster() within the rounding of 16 bits.
+// The rasteriser on the GPU: the same pictures as cpu_raster() within 16-bit rounding.
 #pragma once
 #include <memory>
 #include <string>
@@ -13,48 +13,47 @@ struct MovedSplats;   // cuda/splats/raster.cuh
 struct RasterTarget;  // cuda/splats/raster.cuh
 }  // namespace gpu
 
-// How much there was of everything in the last frame.
+// Counts of the last frame.
 struct RasterStats {
-    std::size_t visible = 0;    // splats that an eye sees
-    std::size_t instances = 0;  // entries of the tiles' lists: by parts in the first frame
-    std::size_t dropped = 0;    // of these, the farthest, for which there was no room
-    std::size_t put_off = 0;    // parts of tiles whose lists were shared out among more blocks
+    std::size_t visible = 0;    // splats visible to an eye
+    std::size_t instances = 0;  // entries of the tile lists; in the first frame per tile part
+    std::size_t dropped = 0;    // of these, the farthest, dropped for lack of memory
+    std::size_t put_off = 0;    // tile parts whose lists were split among several blocks
 };
 
-// Draws one cloud. `instances` is for how many pairs of tile and splat of both eyes there is room;
-// 0: for what pictures() meets, with a half more. Of the splats, those behind the first `movable`
-// are kept in an order of their own, near ones beside each other. Throws std::invalid_argument for
-// a cloud whose arrays do not belong together, std::runtime_error where there is no device or not
-// enough memory.
+// Draws one cloud. `instances` is the capacity for pairs of tile and splat of both eyes; 0: grown
+// by pictures() to one and a half times what is needed. Throws std::invalid_argument for a cloud
+// with inconsistent array sizes, std::runtime_error if there is no device or not enough memory.
 class GpuRaster {
   public:
-    // `splats`: room for so many, in clouds to come.
+    // `splats`: capacity for later clouds.
     explicit GpuRaster(const SplatCloud& cloud, std::size_t instances = 0, int device = -1,
                        std::size_t splats = 0);
     ~GpuRaster();
 
-    // Another cloud, in two halves: brought to the device by any one thread, while others are drawn
-    // (all is allocated at the first time); then shown from the next frame on, without a wait.
-    // Throws std::invalid_argument as the constructor, and for a cloud that does not fit.
+    // Replaces the cloud in two steps: prepare() uploads it from any one thread while the current
+    // one is drawn (allocates only the first time); show_prepared() makes it current from the next
+    // frame on, without blocking. serves() returns true if a cloud fits. Throws
+    // std::invalid_argument as the constructor, and for a cloud that does not fit.
     bool serves(const SplatCloud& cloud) const;
     void prepare(const SplatCloud& cloud);
     void show_prepared();
-    // Room for so many instances at least, before the first frame.
+    // Reserves capacity for at least `instances`. Call before the first frame.
     void reserve(std::size_t instances);
 
-    // Draws, waits, downloads. Both eyes must have pictures of one size, of at most 65536 tiles of
-    // 16 x 16 pixels together. Throws as check_frame(), too.
+    // Draws, waits, downloads. The pictures of both eyes must have one size, of at most 65536 tiles
+    // of 16 x 16 pixels together. Also throws as check_frame().
     std::vector<Picture> pictures(const SplatFrame& frame);
 
-    // Queues a frame on a stream (a cudaStream_t) and waits for nothing: of `frame` the eyes, the
-    // rule, the background and what is hidden count. Splats that move, and where the pictures go,
-    // one target for each eye, are on the device already. `moved` may be null. Where `instances`
-    // was 0 and there was not room enough, a later frame has it.
+    // Enqueues a frame on a stream (a cudaStream_t); does not block. Of `frame`, only the eyes,
+    // options, background, hidden tiles and foveas are used. Moved splats and the targets of the
+    // pictures, one per eye, are in device memory. `moved` may be null. If `instances` was 0 and
+    // capacity was exceeded, a later frame has enough.
     void launch(const SplatFrame& frame, const gpu::MovedSplats* moved,
                 const gpu::RasterTarget* targets, void* stream);
     RasterStats stats() const;  // waits
 
-    // Seconds of each of `count` replays of the last frame, and of each stage within one.
+    // Durations of `count` replays of the last frame, and of each stage within one [s].
     std::vector<double> replays(int count);
     std::vector<StageTime> stage_times();
     int device() const;

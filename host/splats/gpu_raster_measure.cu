@@ -1,4 +1,4 @@
-// How long pictures take, how much there was of everything, and what it takes of the device.
+// Timings, counts and device memory of the rasteriser.
 #include <algorithm>
 
 #include "cuda/device/device.cuh"
@@ -34,8 +34,8 @@ std::vector<double> GpuRaster::replays(int count)
     return seconds;
 }
 
-// Marks between the stages of one graph, so that each finds in the caches what a frame leaves
-// there.
+// Events between the stages of one graph, so that each stage runs with the cache contents of a real
+// frame.
 std::vector<StageTime> GpuRaster::stage_times()
 {
     constexpr std::size_t repeats = 21;

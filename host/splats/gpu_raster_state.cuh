@@ -1,4 +1,4 @@
-// What a GpuRaster has.
+// State of a GpuRaster.
 #pragma once
 #include <functional>
 #include <stdexcept>
@@ -42,19 +42,19 @@ struct GpuRaster::State {
     gpu::RasterStore store;
     gpu::Event from, to;
     gpu::Graph graph;
-    bool with_mesh = false;  // as the graph was captured
+    bool with_mesh = false;  // of the captured graph
     int with_moved = 0;
-    // What the last frame that was asked needed, once `told` is there.
+    // Counts of the last polled frame, valid once `told` has completed.
     gpu::Pinned<gpu::RasterCounts> needed;
     gpu::Event told{cudaEventDisableTiming};
-    gpu::Event launched{cudaEventDisableTiming};  // the last frame of launch(), on whatever stream
+    gpu::Event launched{cudaEventDisableTiming};  // after the last frame of launch(), on any stream
     bool asked = false;
-    // What pictures() draws from and to.
+    // Inputs and outputs of pictures().
     gpu::DeviceArray<uint2> colour[2], mesh_colour[2];
     gpu::DeviceArray<float> depth[2], mesh_depth[2], moved_numbers;
-    std::vector<char> hidden;  // squares, as the device has them; empty: all is seen
+    std::vector<char> hidden;  // per square, as on the device; empty: none is hidden
     gpu::DeviceArray<char> hidden_squares;
-    bool resized = true;  // since hide()
+    bool resized = true;  // since the last hide()
 };
 
 }  // namespace knead

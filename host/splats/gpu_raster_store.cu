@@ -9,7 +9,7 @@
 namespace knead::gpu {
 namespace {
 
-// Halves reach to 65504; what is not finite stays so, and is drawn black.
+// The range of a half is 65504; non-finite values stay non-finite and are drawn black.
 std::vector<uint4> harmonics_rows(const SplatCloud& cloud)
 {
     const auto coefficients = std::size_t(harmonics(cloud.degree));
@@ -30,7 +30,7 @@ std::vector<uint4> harmonics_rows(const SplatCloud& cloud)
 
 }  // namespace
 
-// For which there is room, for each instance for which there is.
+// Capacity for candidates per instance.
 constexpr std::size_t candidates_each = 8;
 
 RasterStore::RasterStore(std::size_t n, int degree)
@@ -63,7 +63,7 @@ RasterStore::RasterStore(std::size_t n, int degree)
     scratch = {scratch_memory.data(), scratch_memory.bytes()};
 }
 
-// Waits for the copies alone.
+// Waits only for the copies.
 void SplatTable::fill(const SplatCloud& cloud, std::size_t room, cudaStream_t stream)
 {
     SplatFrame any;
@@ -144,7 +144,7 @@ std::vector<unsigned char> seen_parts(const RasterView& d, const std::vector<cha
     std::vector<unsigned char> seen(std::size_t(d.all_tiles()));
     for (int n = 0; n < d.all_squares(); ++n) {
         if (!hidden.empty() && hidden[std::size_t(n)]) continue;
-        const int rows = n / across, e = rows / down;  // rows are counted through both eyes
+        const int rows = n / across, e = rows / down;  // row index over both eyes
         const int x = n - rows * across, y = rows - e * down;
         const int part = y % each / (part_height / square_size) * parts_across +
                          x % each / (part_width / square_size);

@@ -1,4 +1,4 @@
-// All device memory of one cloud's rasteriser, and the view of it that kernels take.
+// All device memory of one cloud's rasteriser, and the view of it for kernels.
 #pragma once
 #include "cuda/device/device_array.cuh"
 #include "cuda/splats/raster.cuh"
@@ -6,10 +6,11 @@
 
 namespace knead::gpu {
 
-// Splats at rest, and room for more.
+// Splats at rest, with spare capacity.
 class SplatTable {
   public:
-    // Of splats of that degree. Throws std::invalid_argument as check_frame() does of the cloud.
+    // Uploads a cloud. Throws std::invalid_argument as check_frame() does for an inconsistent
+    // cloud.
     void fill(const SplatCloud& cloud, std::size_t room, cudaStream_t stream);
     const SplatView& view() const { return seen; }
     std::size_t bytes() const;
@@ -20,14 +21,14 @@ class SplatTable {
     DeviceArray<uint4> sh;
 };
 
-// Of each tile, as RasterView::seen_parts; `hidden`: as RasterFrame's, or empty.
+// Per tile, as in RasterView::seen_parts; `hidden`: as in RasterFrame, or empty.
 std::vector<unsigned char> seen_parts(const RasterView& d, const std::vector<char>& hidden);
 
 class RasterStore {
   public:
     RasterStore(std::size_t splats, int degree);
 
-    // Other buffers for the instances, or for pictures of another size; where they are changes.
+    // Reallocate the buffers for instances, or for pictures of another size; pointers change.
     void reserve(std::size_t instances);
     void resize(const SplatFrame& frame);
     std::size_t bytes() const;
@@ -36,7 +37,7 @@ class RasterStore {
     RasterScratch scratch{};
     DeviceArray<RasterFrame> frame;
     DeviceArray<RasterCounts> counts;
-    DeviceArray<unsigned char> seen_parts_of;  // each tile
+    DeviceArray<unsigned char> seen_parts_of;  // per tile
 
   private:
     DeviceArray<std::uint32_t> depth_keys, sorted_keys;

@@ -1,4 +1,4 @@
-// What stands for the device's rasteriser where the build has none.
+// Stubs of the GPU rasteriser for builds without CUDA.
 #ifndef KNEAD_HAS_CUDA
 #include <stdexcept>
 
@@ -43,7 +43,7 @@ int DeviceGaussians::device() const { refuse(); }
 std::size_t DeviceGaussians::count() const { refuse(); }
 void DeviceGaussians::fetch(SplatFrame&) const { refuse(); }
 struct GaussianKeeper::State {};
-GaussianKeeper::GaussianKeeper() = default;  // it is never asked
+GaussianKeeper::GaussianKeeper() = default;  // never called
 GaussianKeeper::~GaussianKeeper() = default;
 std::shared_ptr<const DeviceGaussians> GaussianKeeper::kept(const gpu::MovedGaussians&, bool)
 {

@@ -1,4 +1,4 @@
-// What both plain rasterisers begin with: every splat as one eye sees it.
+// Shared by both CPU rasterisers: every splat as seen by one eye.
 #pragma once
 #include "host/splats/raster.h"
 
@@ -29,12 +29,12 @@ SplatOptions<R> cast(const SplatOptions<float>& r)
     return {R(r.near), R(r.near_full), r.antialiased};
 }
 
-// A splat where it is and as it is in a frame.
+// A splat, posed for a frame.
 template <class R>
 struct PosedSplat {
     Vec3<R> centre;
     Mat3<R> half_axes;
-    Mat3<R> turn;  // of its colours
+    Mat3<R> turn;  // rotation of its colours
     bool turned;
 };
 
@@ -52,7 +52,7 @@ PosedSplat<R> posed(const SplatCloud& cloud, const SplatFrame& frame, std::size_
     return s;
 }
 
-// Its colour from `eye`.
+// Colour as seen from `eye`.
 template <class R>
 Vec3<R> colour_from(Vec3<R> eye, const PosedSplat<R>& s, const SplatCloud& cloud, std::size_t i)
 {

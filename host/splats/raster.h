@@ -1,4 +1,4 @@
-// Pictures of splats. Every form of the rasteriser takes a SplatFrame and gives a Picture per eye.
+// Pictures of splats. Every rasteriser maps a SplatFrame to one Picture per eye.
 #pragma once
 #include <functional>
 #include <vector>
@@ -10,74 +10,77 @@
 
 namespace knead {
 
-// What lies behind splats, of one eye, rows from the top; both empty, or both width * height.
+// Mesh behind the splats, for one eye, rows from the top; both arrays empty, or both of width *
+// height.
 struct Backdrop {
     std::vector<Vec3<float>> colour;  // of a mesh
-    std::vector<float> depth;         // along the eye's forward axis [m]; no_depth: no mesh here
+    std::vector<float> depth;         // along the eye's forward axis [m]; no_depth: no mesh
 };
 
 constexpr int hidden_tile = 16;  // pixels a side
 
 struct SplatFrame {
-    std::vector<Eye<float>> eyes;  // 1 or 2: one order of depth serves both
+    std::vector<Eye<float>> eyes;  // 1 or 2; one depth order serves both
     SplatOptions<float> options;
-    Vec3<float> background{0, 0, 0};  // where there is no mesh
+    Vec3<float> background{0, 0, 0};  // colour without mesh
     std::vector<Backdrop> behind;     // per eye; empty: none
-    // Of the first splats, as many as there are: where they are [m], and the total deformation
-    // gradient that turns and stretches them.
+    // Centres of the first splats [m], and the total deformation gradient applied to each.
     std::vector<Vec3<float>> moved_centre;
     std::vector<Mat3<float>> moved_F;
-    // Those that a device moved and keeps (DeviceGaussians) go on as they came, by so much of their
-    // way since the state before.
+    // Snapshots on the device (DeviceGaussians) are extrapolated by this multiple of their motion
+    // since the previous state.
     float extrapolation = 0;
-    // Per eye, of its tiles, rows from the top: 1 where nobody sees one, which is left empty. No
-    // tiles, or no eyes: all is seen.
+    // Per eye and tile, rows from the top: 1 if the tile is hidden and left empty. No tiles, or no
+    // eyes: none is hidden.
     std::vector<std::vector<char>> hidden;
-    // Per eye, beside which one sample stands for several pixels; none: all pixels are drawn.
+    // Foveated rendering, per eye: outside the fovea one sample covers several pixels. Empty: every
+    // pixel is drawn.
     std::vector<Fovea<float>> fovea;
-    // On the CPU, asked every few milliseconds at every stage, by several threads: true gives the
-    // pictures up, of which there are then none.
+    // On the CPU, polled every few milliseconds in every stage, by several threads: return true to
+    // cancel; no pictures are then returned.
     std::function<bool()> stop;
 
     bool stopped() const { return stop && stop(); }
 };
 
-// What is fine up to so many degrees from the eye's forward axis, and 4 x 4 from 15 more on.
+// Full resolution up to `degrees` from the eye's forward axis, and 4 x 4 pixels per sample from 15
+// degrees more on.
 Fovea<float> fovea_of(double degrees);
-// The share of an eye's pixels that are blended: of those that stand alone 1, of 4 x 4 1/16.
+// Samples per pixel of an eye: 1 at full resolution, 1/16 where one sample covers 4 x 4 pixels.
 double blended_share(const SplatFrame& frame, std::size_t eye);
 
 struct Picture {
     int width = 0, height = 0;
-    std::vector<Vec3<float>> colour;  // rows from the top; background and mesh included
-    std::vector<float> alpha;         // what splats and mesh cover
-    std::vector<float> depth;         // [m]: where half of what lies behind is hidden; or no_depth
+    std::vector<Vec3<float>> colour;  // rows from the top; includes background and mesh
+    std::vector<float> alpha;         // coverage by splats and mesh
+    std::vector<float> depth;         // median depth, where transmittance falls to one half [m]; or
+                                      // no_depth
 
     std::size_t pixels() const { return colour.size(); }
 };
 
-// Throws std::invalid_argument where a frame has no meaning: eyes, sizes of backdrops, counts.
+// Throws std::invalid_argument for invalid frames: eyes, sizes of backdrops, counts.
 void check_frame(const SplatCloud& cloud, const SplatFrame& frame);
 
-// In float, tile by tile, as on the GPU: the order of the same keys, the same cuts. The same bits
-// for any number of threads. Throws as check_frame().
+// In float, tile by tile, as on the GPU: same sort keys, same cutoffs. Bitwise equal for any number
+// of threads. Throws as check_frame().
 std::vector<Picture> cpu_raster(const SplatCloud& cloud, const SplatFrame& frame);
 
-// By what splats of a pixel are ordered.
+// Sort criterion of the splats of a pixel.
 enum class DepthOrder {
-    middle,  // the distance of the centre from the point between the eyes
-    eye,     // the distance of the centre from the eye
-    plane,   // the centre's depth along the eye's forward axis
-    pixel    // the depth of the splat at the pixel
+    middle,  // distance of the centre from the midpoint of the eyes
+    eye,     // distance of the centre from the eye
+    plane,   // depth of the centre along the eye's forward axis
+    pixel    // depth of the splat at the pixel
 };
 
-// In double, every splat in every pixel, in the order of distances that are not rounded to keys, as
-// far as anything shines through: the reference, with every pixel. Slow: pixels times splats.
+// The reference, in double: every splat in every pixel, sorted by unquantised distances, until the
+// pixel is opaque, without fovea. Slow: pixels times splats.
 std::vector<Picture> exact_raster(const SplatCloud& cloud, const SplatFrame& frame,
                                   DepthOrder order = DepthOrder::middle);
 
-// Peak signal-to-noise ratio of the colours, white being 1 [dB]; 200 for equal ones. Throws
-// std::invalid_argument where sizes differ.
+// Peak signal-to-noise ratio of the colours, with white 1 [dB]; 200 for equal pictures. Throws
+// std::invalid_argument if the sizes differ.
 double psnr(const Picture& a, const Picture& b);
 
 }  // namespace knead

@@ -13,24 +13,24 @@
 namespace knead {
 namespace {
 
-// In particles' spacings.
+// In particle spacings.
 constexpr double neighbourhood = 2.2;
 constexpr double depth_of_sight = 1.5;
 constexpr double colour_reach = 4;
 constexpr double disc = 0.7, thickness = 0.35;
-// How far from a particle the mean place of its neighbours is at least, of their reach, at the
-// surface: half a spacing below a plane it is 0.17, one and a half below 0.02.
+// Criterion for the surface: minimum distance of a particle from the centroid of its neighbours,
+// relative to their radius. Half a spacing below a plane it is 0.17, one and a half below 0.02.
 constexpr double lopsided = 0.1;
 constexpr float opacity = 0.98f;
 
-// Optical depths are summed as whole numbers: in any order the sum is the same.
+// Optical depths are summed in fixed point, so that the sum does not depend on the order.
 constexpr double depth_steps = 0x1p32;
 
 struct Place {
     std::uint32_t particle;
     double spacing;          // [m]
-    Vec3<double> x, n;       // of the particle [m]; the surface's normal, outward
-    std::int64_t depth = 0;  // optical, of what covers it
+    Vec3<double> x, n;       // position of the particle [m]; outward surface normal
+    std::int64_t depth = 0;  // optical depth of the covering splats
 };
 
 // The particles at the surface.
@@ -65,14 +65,14 @@ std::vector<Place> surface_places(const std::vector<Particle<double>>& particles
     return places;
 }
 
-// What covers places.
+// A splat that may cover places.
 struct Cover {
     Vec3<double> x;
     Mat3<double> M;  // half axes, deformed [m]
     double opacity;
 };
 
-// Its optical depth along the normal of a place.
+// Optical depth of the splat along the normal of a place.
 std::int64_t depth_over(const Cover& c, const Mat3<double>& inverse, const Place& place)
 {
     const Vec3<double> d = place.x - c.x;
@@ -93,7 +93,7 @@ Vec3<double> reach_of(const Cover& c, double widest)
     return {along(M.a.x, M.b.x, M.c.x), along(M.a.y, M.b.y, M.c.y), along(M.a.z, M.b.z, M.c.z)};
 }
 
-// Adds what it covers to the places around. A splat without thickness is given a little.
+// Adds a splat's optical depth to the places around it. A splat without thickness gets a small one.
 void add_cover(Cover c, const Cells& cells, double widest, std::vector<Place>& places)
 {
     if (!(c.opacity > min_alpha)) return;
@@ -109,7 +109,7 @@ void add_cover(Cover c, const Cells& cells, double widest, std::vector<Place>& p
     });
 }
 
-// Colours of the splats that there are.
+// Colour lookup among the existing splats.
 class Colours {
   public:
     Colours(const SplatCloud& of, const std::vector<Gaussian<double>>& by, double widest,
@@ -164,7 +164,7 @@ class Colours {
     std::vector<double> count;
 };
 
-// A disc under the surface, its short axis along the normal.
+// A disc below the surface, its short axis along the normal.
 Ellipsoid<double> disc_at(const Place& place)
 {
     const Vec3<double> side = orthogonal(place.n);
@@ -173,7 +173,7 @@ Ellipsoid<double> disc_at(const Place& place)
     return {quaternion(Q), {disc * s, disc * s, thickness * s}};
 }
 
-// Of every place what the splats that there are cover.
+// Accumulates the optical depth of the existing splats at every place.
 void cover(const CarriedSplats& splats, const std::vector<Gaussian<double>>& gaussians,
            const Cells& cells, double widest, std::vector<Place>& places)
 {
@@ -223,7 +223,7 @@ RefillReport refill(CarriedSplats& splats, std::vector<Gaussian<double>>& gaussi
     std::vector<Vec3<float>> sh(std::size_t(harmonics(splats.cloud.degree)), {0, 0, 0});
     for (const std::uint32_t k : bare) {
         const Place& place = places[k];
-        if (place.depth >= enough) continue;  // the new ones around cover it
+        if (place.depth >= enough) continue;  // covered by new neighbours
         if (report.added.size() == options.budget || gaussians.size() >= options.capacity) {
             ++report.waiting;
             continue;

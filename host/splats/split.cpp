@@ -16,8 +16,8 @@ Ellipsoid<double> rest_shape(const SplatCloud& c, std::size_t i)
     return {cast<double>(c.rotation[i]), cast<double>(c.scale[i])};
 }
 
-// The unit vector that F L stretches most, and by how much [m]: in the frame in which the splat is
-// a sphere of radius 1.
+// The unit vector that F L stretches most, in the frame in which the splat is a unit sphere, and
+// its length after stretching [m].
 struct Longest {
     Vec3<double> from;
     double length;
@@ -32,11 +32,11 @@ Longest longest_axis(const Mat3<double>& M)
 }
 
 struct Candidate {
-    double beyond;  // how many times its extent the splat is long
+    double beyond;  // length of the splat / its extent
     std::uint32_t index;
 };
 
-// How far each splat is drawn out; 0 where it is to be left.
+// The splats to split, with how far they are stretched.
 std::vector<Candidate> candidates(const CarriedSplats& splats,
                                   const std::vector<Gaussian<double>>& gaussians,
                                   const SplitOptions& options)
@@ -62,7 +62,7 @@ GaussianSplit split_one(CarriedSplats& splats, std::vector<Gaussian<double>>& ga
     SplatCloud& c = splats.cloud;
     const Mat3<double> L = half_axes(rest_shape(c, i)), M = gaussians[i].F * L;
     const Vec3<double> u = longest_axis(M).from;
-    // L with the axis u of the unit sphere shortened: its covariance is less by that of the
+    // L with the axis u of the unit sphere shortened: its covariance is reduced by that of the
     // centres.
     const Vec3<double> Lu = L * u;
     const auto column = [&](Vec3<double> l, double along) {
@@ -88,7 +88,7 @@ GaussianSplit split_one(CarriedSplats& splats, std::vector<Gaussian<double>>& ga
 double summed_depth(double x)
 {
     x = clamp(x, 0.0, 1.0);
-    if (x > 0.5) {  // reflected, where the series converges slowly
+    if (x > 0.5) {  // reflection formula, where the series converges slowly
         const double mixed = x < 1 ? std::log(x) * std::log(1 - x) : 0;
         return std::numbers::pi * std::numbers::pi / 6 - mixed - summed_depth(1 - x);
     }

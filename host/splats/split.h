@@ -1,4 +1,4 @@
-// Splats that clay has drawn out too far become two each, which then go different ways.
+// Splits splats that the clay has stretched too far into two, which then move independently.
 #pragma once
 #include <vector>
 
@@ -7,35 +7,34 @@
 namespace knead {
 
 struct SplitOptions {
-    double limit = 1.6;         // longest half axis over that at rest: beyond it a splat is split
-    double smallest = 0;        // half axes up to this are left as they are [m]
-    std::size_t budget = 2000;  // splats a call, those farthest beyond the limit first
-    std::size_t capacity = ~std::size_t(0);  // splats in all
+    double limit = 1.6;         // longest half axis / that at rest, above which a splat is split
+    double smallest = 0;        // smaller half axes are not split [m]
+    std::size_t budget = 2000;  // splats per call, most stretched first
+    std::size_t capacity = ~std::size_t(0);  // total splats
 };
 
 struct SplitReport {
-    std::vector<GaussianSplit> splits;  // those that are two now
-    std::size_t waiting = 0;  // beyond the limit, but also beyond the budget or the capacity
+    std::vector<GaussianSplit> splits;  // splats that were split
+    std::size_t waiting = 0;  // beyond the limit, but not split for lack of budget or capacity
 };
 
-// Of a pair, the variance along the axis that was split, over that of the whole. The centres' own
-// variance is the rest.
+// Variance of each half of a pair along the split axis, relative to the original. The remainder is
+// the variance of the centres.
 constexpr double pair_variance = 0.5;
 
-// A splat's optical depth, -ln(1 - alpha), summed over the screen, over 2 pi times the product of
-// its half axes there: the dilogarithm of its opacity, 0 to 1.
+// Optical depth of a splat, -ln(1 - alpha), integrated over the screen and divided by 2 pi times
+// the product of its half axes there: the dilogarithm of its opacity, 0 to 1.
 double summed_depth(double opacity);
-// The opacity of each of a pair that hides as much as one splat of this opacity: the light that
-// passes many splats is told by the sum of their optical depths.
+// Opacity of each half of a pair that occludes as much as one splat of this opacity: transmittance
+// through many splats depends on the sum of their optical depths.
 double pair_opacity(double opacity);
 
-// Splits every splat whose longest half axis, deformed, is more than `limit` times its extent at
-// rest, along that axis. What is kept exactly: the sums over the pair of the Gaussians' mass, mean
-// and covariance, optical depth, colour, object, label, total deformation. The second of each pair
-// comes behind all others; both keep the extent, so that what is drawn out further is split again.
-// Centres stay between the walls. In the order of how far they are beyond the limit, then of their
-// index: the same for any number of threads. Throws std::invalid_argument where the splats are not
-// the Gaussians', one for each.
+// Splits every splat whose longest deformed half axis is more than `limit` times its extent at
+// rest, along that axis. Conserved exactly: the sums over the pair of the Gaussians' mass, mean,
+// covariance and optical depth, and colour, object, label, total deformation. The second of each
+// pair is appended at the end; both keep the extent, so that further stretching splits again.
+// Centres stay between the walls. Order: most stretched first, then by index; equal for any number
+// of threads. Throws std::invalid_argument unless there is one splat per Gaussian.
 SplitReport split(CarriedSplats& splats, std::vector<Gaussian<double>>& gaussians,
                   const SplitOptions& options, const WallOptions& walls);
 

@@ -6,7 +6,7 @@
 namespace knead {
 namespace {
 
-// Of the particles of each object that has Gaussians [m]; 0 of the others.
+// Particle spacing of each object with Gaussians [m]; 0 for the others.
 std::vector<double> spacings(const Setup& rules, const std::vector<Gaussian<double>>& gaussians,
                              int below_object)
 {
@@ -35,8 +35,7 @@ void SplatUpkeep::expect(std::size_t more)
     options.split.capacity = options.refill.capacity = most;
 }
 
-// Memory that nobody looks at any more serves again: what is new is touched for the first time,
-// which takes longer than to write it.
+// Released memory is reused: first-touching new memory takes longer than writing it.
 void SplatUpkeep::set_state(CarriedSplats state)
 {
     if (!spare || spare.use_count() > 1 || capacity_of(*splats) > capacity_of(*spare))
@@ -49,7 +48,7 @@ CarriedSplats& SplatUpkeep::change(std::size_t more)
     const std::size_t wanted = splats->count() + more;
     if (splats.use_count() > 1 || capacity_of(*splats) < wanted) {
         if (!spare || spare.use_count() > 1) spare = std::make_shared<CarriedSplats>();
-        std::atomic_thread_fence(std::memory_order_acquire);  // who read it has ended
+        std::atomic_thread_fence(std::memory_order_acquire);  // all readers have released it
         spare->cloud.degree = splats->cloud.degree;
         if (capacity_of(*spare) < wanted) {
             reserve(spare->cloud, wanted + wanted / 4);

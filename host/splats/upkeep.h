@@ -1,5 +1,5 @@
-// Keeps the splats of a solver's Gaussians dense while clay is shaped: on the host, through the
-// solver's edits, between frames or beside them. docs/method/splats.md.
+// Maintains the splats of a solver's Gaussians while clay is shaped: on the host, through the
+// solver's edits, between frames or concurrently. docs/method/splats.md.
 #pragma once
 #include <memory>
 
@@ -11,8 +11,8 @@ namespace knead {
 
 struct UpkeepOptions {
     bool splits = false, refills = false;
-    int every = 5;             // frames from one time to the next
-    std::size_t capacity = 0;  // splats in all; 0: three times as many as there were
+    int every = 5;             // interval in frames
+    std::size_t capacity = 0;  // total splats; 0: three times the initial number
     SplitOptions split;
     RefillOptions refill;
 
@@ -20,51 +20,51 @@ struct UpkeepOptions {
 };
 
 struct UpkeepReport {
-    std::size_t split = 0, added = 0;  // splats that became two, and that were added
-    std::size_t waiting = 0;           // for budget or capacity
+    std::size_t split = 0, added = 0;  // splats that were split, and splats that were added
+    std::size_t waiting = 0;           // for lack of budget or capacity
 };
 
-// What upkeep comes to, for the splats that it began with.
+// Result of upkeep, relative to the splats of its task.
 struct UpkeepPlan {
-    std::shared_ptr<CarriedSplats> splats;  // as they will be
+    std::shared_ptr<CarriedSplats> splats;  // after the edits
     GaussianEdits edits;
     std::size_t waiting = 0;
 };
 
-// What is to be looked at: a copy that any thread may follow.
+// Input of upkeep: a copy that any thread may process.
 struct UpkeepTask {
     UpkeepOptions options;
     std::shared_ptr<const CarriedSplats> splats;
-    int refilled = 0;  // objects below
+    int refilled = 0;  // only objects below this index are refilled
 
-    // Of a solver's particles and Gaussians, and its rules.
+    // From a solver's particles and Gaussians, and its scene.
     UpkeepPlan plan(const SnapshotData& held, const Setup& rules) const;
 };
 
 class SplatUpkeep {
   public:
-    // Of the splats of a solver's Gaussians, in their order.
+    // `cloud`: the splats of a solver's Gaussians, in their order.
     SplatUpkeep(const UpkeepOptions& options, SplatCloud cloud);
 
     const SplatCloud& cloud() const { return splats->cloud; }
     const CarriedSplats& state() const { return *splats; }
     std::shared_ptr<const CarriedSplats> shared() const { return splats; }
     void set_state(CarriedSplats state);
-    // Of who brings Gaussians, `more` at once, and takes them away. What a task or a picture holds
-    // stays as it is.
+    // Mutable state, for callers that add up to `more` Gaussians, or remove some, themselves. Copy
+    // on write: what tasks and pictures hold does not change.
     CarriedSplats& change(std::size_t more = 0);
-    // There may come so many more, which the default of the capacity is to hear of.
+    // Announces up to `more` further splats, for the default of the capacity.
     void expect(std::size_t more);
-    // From this object on none gets new splats: where all but one side of the clay is out of sight.
+    // Disables refilling for this object and all after it: objects whose clay is visible from one
+    // side only.
     void refill_below(int object) { refilled = object; }
     bool any() const { return options.any() && splats->count() > 0; }
     bool due(int frame) const { return any() && frame % options.every == 0; }
 
-    // After the frame of that number, with no frame under way: where it is due, splats are split
-    // and added. The clay does not hear of it. Throws std::logic_error where the solver takes no
-    // edits.
+    // Call after frame `frame`, with no frame in progress. If due, splits and adds splats; the clay
+    // is not affected. Throws std::logic_error if the solver is not editable.
     UpkeepReport after(int frame, Solver& solver);
-    // The same in two halves, between which frames may pass, but no other edits.
+    // Asynchronous variant: between task() and adopt() frames may run, but no other edits.
     UpkeepTask task() const { return {options, splats, refilled}; }
     UpkeepReport adopt(UpkeepPlan plan, Solver& solver);
 
