@@ -53,8 +53,7 @@ struct Picture {
     int width = 0, height = 0;
     std::vector<Vec3<float>> colour;  // rows from the top; includes background and mesh
     std::vector<float> alpha;         // coverage by splats and mesh
-    std::vector<float> depth;         // median depth, where transmittance falls to one half [m]; or
-                                      // no_depth
+    std::vector<float> depth;         // depth where transmittance falls to 1/2 [m]; or no_depth
 
     std::size_t pixels() const { return colour.size(); }
 };

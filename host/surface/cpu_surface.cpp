@@ -1,4 +1,4 @@
-// The surface as plain loops, in the order of the steps: density, marching cubes, smoothing.
+// The surface as plain loops, in order of the steps: density, marching cubes, smoothing.
 #include <cmath>
 #include <cstdint>
 #include <map>
@@ -20,7 +20,7 @@ namespace {
 
 using Size = std::ptrdiff_t;
 
-// Steps in Field::value from a node to its neighbours along the axes.
+// Strides in Field::value along the axes.
 struct Strides {
     Size axis[3];
     explicit Strides(const Field& f) : axis{1, f.size.x, Size(f.size.x) * f.size.y} {}
@@ -35,7 +35,7 @@ Int3 min_of(Int3 a, Int3 b) { return {min(a.x, b.x), min(a.y, b.y), min(a.z, b.z
 Int3 max_of(Int3 a, Int3 b) { return {max(a.x, b.x), max(a.y, b.y), max(a.z, b.z)}; }
 constexpr Int3 one{1, 1, 1};
 
-// The nodes low <= n <= high of the lattice, and an empty layer around them.
+// A field of the nodes low <= n <= high of the lattice, with an empty layer around them.
 Field empty_field(Int3 low, Int3 high, const Lattice<float>& lattice)
 {
     Field f;
@@ -50,8 +50,9 @@ Field empty_field(Int3 low, Int3 high, const Lattice<float>& lattice)
     return f;
 }
 
-// Blocks of base nodes are coloured 2 x 2 x 2: a block of 4^3 base nodes reaches 6^3 nodes, so two
-// blocks of a colour share none and may run at once, while every node is summed in one order.
+// Blocks of base nodes are coloured 2 x 2 x 2: a block of 4^3 base nodes writes to 6^3 nodes, so
+// that blocks of one colour share no node and run in parallel, while every node is summed in a
+// fixed order.
 void deposit_all(Field& f, const std::vector<Deposit>& deposits, Int3 low, Int3 high)
 {
     const auto block_of = [](Int3 n) {
@@ -85,7 +86,7 @@ void deposit_all(Field& f, const std::vector<Deposit>& deposits, Int3 low, Int3 
         });
 }
 
-// One pass along one axis; the outermost layer stays as it is.
+// One smoothing pass along one axis; the outermost layer is unchanged.
 void soften(const Field& f, const std::vector<float>& from, std::vector<float>& to, Size along)
 {
     const Strides stride(f);
@@ -101,7 +102,7 @@ void soften(const Field& f, const std::vector<float>& from, std::vector<float>& 
     });
 }
 
-// Triangles and vertices of one row of cells; then, of all rows before it.
+// Numbers of triangles and vertices in one row of cells; then prefix sums over the rows.
 struct Count {
     std::int64_t vertices = 0, triangles = 0;
 };
@@ -128,7 +129,7 @@ struct Marcher {
         const float* const v = f.value.data() + i;
         return cell_case(iso, [&](int c) { return v[corner[c]]; });
     }
-    // Calls visit(cell's low node within the box, its index) for a row of cells.
+    // Calls visit(low node of the cell within the box, its index) for a row of cells.
     template <class Visit>
     void along(int row, Visit&& visit) const
     {
@@ -187,8 +188,8 @@ bool outermost_empty(const Field& f, float iso)
     return true;
 }
 
-// The other two vertices of every triangle around a vertex, counter-clockwise. In a closed mesh
-// the first of each pair run once over the neighbours.
+// The other two vertices of every triangle around a vertex, counter-clockwise. In a closed mesh the
+// first of each pair run through all neighbours once.
 struct Rings {
     struct Pair {
         int next, last;
@@ -200,7 +201,7 @@ struct Rings {
     {
         for (const Int3 t : mesh.triangles) ++first[t.x], ++first[t.y], ++first[t.z];
         int sum = 0;
-        for (int& f : first) sum += f, f = sum;  // the end of each ring, walked down below
+        for (int& f : first) sum += f, f = sum;  // the end of each ring, decremented below
         pairs.resize(std::size_t(sum));
         for (std::size_t k = mesh.triangles.size(); k-- > 0;) {
             const Int3 t = mesh.triangles[k];
@@ -240,7 +241,7 @@ float value_at(const Field& f, Int3 n)
                : 0;
 }
 
-// Of every vertex, from the density before; null: there was none.
+// Computes `advance` of every vertex from the previous density; null: unknown, 0.
 void advance_all(Mesh& mesh, const Field& now, const Field* past)
 {
     mesh.advance.assign(mesh.vertices.size(), 0);
@@ -309,7 +310,7 @@ Mesh isosurface(const Field& f, float iso)
         before[row + 1].vertices += before[row].vertices;
         before[row + 1].triangles += before[row].triangles;
     }
-    if (before[rows].triangles > INT32_MAX / 3)  // so that corners can be counted, too
+    if (before[rows].triangles > INT32_MAX / 3)  // so that corner indices fit, too
         throw std::runtime_error("a surface of " + std::to_string(before[rows].triangles) +
                                  " triangles is too large");
     mesh.vertices.resize(std::size_t(before[rows].vertices));

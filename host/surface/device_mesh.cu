@@ -10,7 +10,7 @@ using namespace gpu;
 
 namespace {
 
-// How many there are before the next one waits for a renderer.
+// Pool size above which a writer waits for a renderer.
 constexpr std::size_t most = 4;
 
 Vec3<float> corner(const int (&side)[3])
@@ -41,8 +41,8 @@ KeptMesh::KeptMesh(SurfaceRoom room, int categories, int on)
 {
 }
 
-// Of those that nobody holds, one that nobody reads any more, so that what is launched here seldom
-// waits for a renderer.
+// Prefers a released mesh whose reads have completed, so that the launched copy rarely waits for a
+// renderer.
 std::shared_ptr<KeptMesh> KeptMeshes::launch(const SurfaceView& view, int device,
                                              cudaStream_t stream)
 {
@@ -102,7 +102,7 @@ std::vector<Mesh> DeviceMesh::meshes() const
                               normals = downloaded(kept_->normals, vertices_);
     const std::vector<DrawCommand> draws = kept_->draws.downloaded();
     std::vector<Mesh> meshes;
-    int first = 0;  // a category's vertices lie behind those of the one before, and all are used
+    int first = 0;  // the vertices of a category follow those of the previous one
     for (std::size_t c = 0; c < categories_.size(); ++c) {
         if (draws[c].count == 0) continue;
         Mesh mesh;

@@ -1,4 +1,4 @@
-// The device memory of a mesh that is kept.
+// Device memory of a kept mesh.
 #pragma once
 #include "cuda/device/device_array.cuh"
 #include "cuda/device/graph.cuh"
@@ -19,16 +19,16 @@ struct KeptMesh {
     DeviceArray<float4> places, normals;
     DeviceArray<DrawCommand> draws;
     DeviceArray<MeshInfo> facts;
-    Pinned<MeshInfo> told;  // the same on the host, once it is written
+    Pinned<MeshInfo> told;  // host copy of `facts`, valid after `written`
     Event written{cudaEventDisableTiming};
-    // After the last read of it that was launched and not waited for: whoever writes again waits.
+    // After the last launched read; a writer waits for it.
     Event read{cudaEventDisableTiming};
 };
 
-// Meshes of one surface, one after the other, in memory that nobody reads any more.
+// Pool of the kept meshes of one surface; released memory is reused.
 class KeptMeshes {
   public:
-    // Launches the copy behind the surface on the stream, and waits for nothing.
+    // Enqueues the copy after the surface on the stream; does not block.
     std::shared_ptr<KeptMesh> launch(const SurfaceView& view, int device, cudaStream_t stream);
     std::size_t bytes() const;
 

@@ -1,4 +1,4 @@
-// A surface's mesh that stays on the device where it was made.
+// The mesh of a surface, kept in device memory.
 #pragma once
 #include <memory>
 #include <vector>
@@ -11,12 +11,12 @@ struct KeptMesh;  // host/surface/device_mesh.cuh
 struct MeshInfo;  // cuda/surface/kept_mesh.cuh
 }  // namespace gpu
 
-// What fits into the device's buffers.
+// Capacity of the device buffers.
 struct SurfaceRoom {
-    std::size_t vertices = 0, triangles = 0;  // 0: as many as the clay should need
+    std::size_t vertices = 0, triangles = 0;  // 0: estimated from the amount of clay
 };
 
-// Never changes. May be read by any thread, and let go of by any.
+// Immutable. Thread-safe, including destruction.
 class DeviceMesh {
   public:
     DeviceMesh(std::shared_ptr<gpu::KeptMesh> kept, std::vector<int> categories,
@@ -26,15 +26,14 @@ class DeviceMesh {
     bool empty() const { return triangles_ == 0; }
     std::size_t vertices() const { return vertices_; }
     std::size_t triangles() const { return triangles_; }
-    // The box about all vertices [m]; of an empty mesh without meaning.
+    // Bounding box of all vertices [m]; undefined for an empty mesh.
     Vec3<float> low() const { return low_; }
     Vec3<float> high() const { return high_; }
-    // Of which the parts are, rising; some may be empty.
+    // Categories of the parts, ascending; some parts may be empty.
     const std::vector<int>& categories() const { return categories_; }
-    SurfaceRoom room() const;  // of its buffers: at least what there is
+    SurfaceRoom room() const;  // capacity of the buffers
 
-    // The same on the host, without parts that are empty. Waits. Throws std::runtime_error where
-    // the device fails.
+    // Downloads the mesh, without empty parts. Blocks. Throws std::runtime_error on device errors.
     std::vector<Mesh> meshes() const;
 
     gpu::KeptMesh& kept() const { return *kept_; }

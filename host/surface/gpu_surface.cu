@@ -1,4 +1,4 @@
-// What the device holds of a surface, the order of its stages, and the way back to the host.
+// A surface on the device: its stages, their order, and downloads.
 #include <iterator>
 #include <stdexcept>
 #include <string>
@@ -15,7 +15,7 @@ using namespace gpu;
 
 namespace {
 
-// A rule that makes sense to the loops on the CPU does so here.
+// Validates the options by the check of the CPU version.
 const SurfaceOptions& checked(const SurfaceOptions& options)
 {
     knead::surface({}, {}, options);
@@ -34,7 +34,7 @@ GpuSurface::State::State(const std::vector<Particle<double>>& particles,
 {
 }
 
-// The stages over particles that are where they are now, in their order.
+// The stages for the present particles, in order.
 std::vector<SurfaceStage> GpuSurface::State::stages(const Clay& now) const
 {
     const SurfaceOptions& options = store.options;
@@ -60,7 +60,7 @@ std::vector<SurfaceStage> GpuSurface::State::stages(const Clay& now) const
         {"march", [d, n, moves](cudaStream_t on) { march(d, moves & 1, n, on); }},
         {"relax",
          [d, n, moves, swells](cudaStream_t on) {
-             for (int k = 0; k < moves; ++k)  // the last move ends in the first array
+             for (int k = 0; k < moves; ++k)  // the last move writes the first array
                  relax(d, (moves - k) & 1,
                        swells && k % 2 ? smooth_swell<float> : smooth_shrink<float>, n, on);
          }},
@@ -71,7 +71,7 @@ std::vector<SurfaceStage> GpuSurface::State::stages(const Clay& now) const
     return stages;
 }
 
-// The graph of a surface of these particles.
+// Captures the graph of a surface of these particles.
 void GpuSurface::State::prepare(const Clay& now)
 {
     const auto same = [](const ParticleView& a, const ParticleView& b) {
@@ -125,7 +125,7 @@ Clay GpuSurface::State::uploaded(const std::vector<Particle<double>>& particles)
     return {{view_of_rows, view_of_rows}, nullptr};
 }
 
-// Vertices and triangles of the blocks before one.
+// Numbers of vertices and triangles in the blocks before `block`.
 Amounts GpuSurface::State::before_block(int block) const
 {
     unsigned long long both = 0;
@@ -140,14 +140,14 @@ GpuSurface::GpuSurface(const std::vector<Particle<double>>& particles,
     : state(std::make_unique<State>(particles, materials, options, room, device))
 {
 }
-// What is under way reads and writes what is freed here.
+// Waits for the launched surface, which uses the memory freed here.
 GpuSurface::~GpuSurface()
 {
     if (state->under_way && cudaEventSynchronize(state->under_way->written) != cudaSuccess)
         cudaGetLastError();
 }
 
-// Waits for what reads the table that is written.
+// Waits for kernels that read the table before writing it.
 bool GpuSurface::State::set_materials(const std::vector<Material<double>>& materials)
 {
     check(cudaSetDevice(device), "device");
@@ -273,7 +273,7 @@ Field GpuSurface::density(int category) const
     return field;
 }
 
-// Waits for it, and takes more room where it may.
+// Launches and waits. Grows the capacity unless it is fixed.
 void GpuSurface::State::make(const Clay& now)
 {
     check(cudaSetDevice(device), "device");
@@ -297,7 +297,7 @@ void GpuSurface::State::launch_kept(const Clay& now, cudaStream_t on)
 }
 void GpuSurface::launch_kept(const Clay& clay) { state->launch_kept(clay, clay.stream); }
 
-// One wait, and nothing is asked of the device: what there is to know came with the mesh.
+// A single wait: all statistics were copied with the mesh.
 std::shared_ptr<const DeviceMesh> GpuSurface::State::launched(SurfaceStats* stats)
 {
     if (!under_way) return nullptr;

@@ -1,4 +1,4 @@
-// What a surface on the device takes, by graphs of it and of its stages alone.
+// Timings of a surface on the device: of its graph and of single stages.
 #include <algorithm>
 
 #include "cuda/device/device.cuh"

@@ -1,4 +1,4 @@
-// What a surface on the device holds, and the order of its stages.
+// State of a surface on the device, and the order of its stages.
 #pragma once
 #include <functional>
 #include <memory>
@@ -22,14 +22,14 @@ struct GpuSurface::State {
     gpu::Stream stream;
     gpu::Event from, to;
 
-    // What the last surface was made of.
+    // Input of the last surface.
     gpu::DeviceArray<float4> rows;
     gpu::Clay clay{};
     gpu::Graph graph;
-    bool fresh = true;   // nothing may be kept of it
-    bool leaps = false;  // nor told of how the next moved
+    bool fresh = true;   // recompute everything
+    bool leaps = false;  // no motion for the next surface
     gpu::KeptMeshes kept;
-    std::shared_ptr<gpu::KeptMesh> under_way;  // that launch_kept() began; null: none
+    std::shared_ptr<gpu::KeptMesh> under_way;  // launched by launch_kept(); null: none
 
     State(const std::vector<Particle<double>>& particles,
           const std::vector<Material<double>>& materials, const SurfaceOptions& options,

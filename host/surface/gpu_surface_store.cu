@@ -1,4 +1,4 @@
-// What the device holds of a surface: counted, allocated once, emptied.
+// Device memory of a surface: sized, allocated once, cleared.
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
@@ -9,7 +9,8 @@
 namespace knead::gpu {
 namespace {
 
-// A sum holds 2^32 units: 128 of the largest particles, and at least 32 times the rest density.
+// Fixed-point quantum. A sum holds 2^32 units: 128 of the largest particles, and at least 32 times
+// the rest density.
 float quantum_of(float share) { return std::ldexp(1.0f, std::ilogb(max(128 * share, 32.0f)) - 31); }
 
 void require_memory(double bytes, const std::string& what)
@@ -39,14 +40,14 @@ float SurfaceStore::cell() const
     return options.lattice.dx * options.lattice.dx * options.lattice.dx;
 }
 
-// Of a particle at rest [m^3]; 0 of what cannot be.
+// Volume of a particle at rest [m^3]; 0 for invalid materials.
 float SurfaceStore::volume(const Material<double>& material) const
 {
     const float v = float(material.mass / material.density);
     return v > 0 && std::isfinite(v / cell()) ? v : 0.0f;
 }
 
-// Categories by rising number.
+// Collects the categories, ascending.
 void SurfaceStore::sort_out(const std::vector<Particle<double>>& particles,
                             const std::vector<Material<double>>& materials)
 {
@@ -64,12 +65,12 @@ void SurfaceStore::sort_out(const std::vector<Particle<double>>& particles,
             {quantum_of(kind.volume / cell()), softenings(kind.volume, options.lattice.dx)});
         amount += kind.amount;
     }
-    if (kinds.empty()) each_layer.push_back({1, 0});  // so that there is something to launch
+    if (kinds.empty()) each_layer.push_back({1, 0});  // a launch needs at least one layer
     int max_passes = 0;
     for (const Layer& layer : each_layer) max_passes = std::max(max_passes, layer.softenings);
     rounds = std::max(1, (max_passes + passes_a_round - 1) / passes_a_round);
     view.rounds = rounds;
-    view.reach = max_passes + 1;  // a cell has nodes one step away
+    view.reach = max_passes + 1;  // the nodes of a cell extend one step further
     layers = DeviceArray<Layer>(each_layer);
     set_materials(materials);
 }
@@ -82,8 +83,8 @@ bool SurfaceStore::serves(const std::vector<Material<double>>& materials) const
     });
 }
 
-// What each object adds to its category. One that had no particles at first must not be larger than
-// those that had.
+// Sets the contribution of each object to its category. A later object must not have larger
+// particles than the initial ones.
 void SurfaceStore::set_materials(const std::vector<Material<double>>& materials)
 {
     std::vector<Grain> each;
@@ -101,7 +102,7 @@ void SurfaceStore::set_materials(const std::vector<Material<double>>& materials)
     view.grains = {grains.data(), int(each.size())};
 }
 
-// All that depends on the lattice.
+// Allocates everything that depends on the lattice.
 void SurfaceStore::allocate()
 {
     const auto padded = [](int n) { return (n + 2 + block_edge - 1) / block_edge * block_edge; };
@@ -146,8 +147,9 @@ void SurfaceStore::allocate()
     view.past = past.data(), view.past_known = past_known.data();
 }
 
-// All that depends on the mesh. A node inside has 1 / iso of clay at most, and six edges; a smooth
-// surface has far fewer vertices than that: the default is two for each node full of clay.
+// Allocates everything that depends on the mesh. An interior node has at most 1 / iso of clay, and
+// six edges; a smooth surface has far fewer vertices than that: the default is two per node full of
+// clay.
 void SurfaceStore::reserve(SurfaceRoom room)
 {
     constexpr double min_room = 16384, max_room = 100e6;

@@ -1,4 +1,4 @@
-// All device memory of one scene's surfaces, and the view of it that kernels take.
+// All device memory of one scene's surfaces, and the view of it for kernels.
 #pragma once
 #include <map>
 
@@ -23,20 +23,21 @@ class SurfaceStore {
                  const std::vector<Material<double>>& materials, const SurfaceOptions& given,
                  SurfaceRoom room);
 
-    // Whether the layers that there are serve clay of these materials; then what each adds to them.
+    // serves(): true if the allocated layers suffice for these materials. set_materials() sets the
+    // contribution of each material.
     bool serves(const std::vector<Material<double>>& materials) const;
     void set_materials(const std::vector<Material<double>>& materials);
-    // Other buffers for the mesh; where they are changes.
+    // Reallocates the mesh buffers; pointers change.
     void reserve(SurfaceRoom room);
     std::size_t bytes() const;
 
     SurfaceOptions options;
     std::map<int, Kind> kinds;  // by category
-    int rounds = 1;             // of softening
+    int rounds = 1;             // smoothing rounds
     SurfaceView view{};
     ScanSpace space{};
-    DeviceArray<float> densities;  // of all rounds
-    DeviceArray<float> past;       // SurfaceOptions::moving: the last of the surface before
+    DeviceArray<float> densities;  // for all rounds
+    DeviceArray<float> past;       // SurfaceOptions::moving: density of the previous surface
     DeviceArray<int> past_known;
     DeviceArray<unsigned long long> before;
     DeviceArray<DrawCommand> draws;

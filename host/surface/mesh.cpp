@@ -1,4 +1,4 @@
-// What can be said of a mesh.
+// Properties of a mesh.
 #include "host/surface/mesh.h"
 
 #include <cmath>
@@ -46,8 +46,8 @@ int components(const Mesh& mesh)
 
 Vec3<float> category_colour(int category)
 {
-    // sRGB, as a sculptor would name them: terracotta, teal, ochre, plum, sage, brick, sky, sand,
-    // moss, rose, slate, ivory.
+    // sRGB, by a sculptor's names: terracotta, teal, ochre, plum, sage, brick, sky, sand, moss,
+    // rose, slate, ivory.
     constexpr unsigned palette[] = {0xc8643c, 0x2a9d8f, 0xe2a72e, 0x7b3f8c, 0x9cbf88, 0x8f2d24,
                                     0x5aa9e6, 0xd9c08c, 0x4f6b2a, 0xe58fb1, 0x44566c, 0xf4efe2};
     constexpr int colours = int(std::size(palette));

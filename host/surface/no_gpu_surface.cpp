@@ -1,4 +1,4 @@
-// What stands for the device's surface where the build has none.
+// Stubs of the GPU surface for builds without CUDA.
 #ifndef KNEAD_HAS_CUDA
 #include <stdexcept>
 
