@@ -10,7 +10,7 @@
 namespace knead {
 namespace {
 
-constexpr std::size_t longest_header = 1 << 20;  // of a PLY file
+constexpr std::size_t longest_header = 1 << 20;  // of a PLY file [bytes]
 
 FileKind ply_kind(const PlyFile& header)
 {
@@ -18,7 +18,7 @@ FileKind ply_kind(const PlyFile& header)
     return holds_particles(header) ? FileKind::particles : FileKind::mesh;
 }
 
-// Of what has no name.
+// File extension for the format of these first bytes; "" if unknown.
 std::string form_of(const std::string& start)
 {
     if (start.starts_with("KNHANDS1")) return ".hands";

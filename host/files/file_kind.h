@@ -1,16 +1,17 @@
-// What a file is, by its content where that says it (PLY, SPZ, JSON), else by its ending.
+// File type detection: by content where it identifies the type (PLY, SPZ, JSON), otherwise by
+// extension.
 #pragma once
 #include <string>
 
 namespace knead {
 
 enum class FileKind { scene, report, recording, mesh, particles, splats };
-// What comes through the standard input, as a name that says its format: "-.glb" for "-", as told
-// (".glb" or "glb") or else by how it begins; any other path as it is. Throws InputError where
-// neither says it.
+// Replaces "-", standard input, by a name with the format: "-.glb", from `told` (".glb" or "glb")
+// or the first bytes. Returns any other path unchanged. Throws InputError if neither gives the
+// format.
 std::string with_form(const std::string& path, const std::string& told = "");
 
-// Throws InputError where the file cannot be read or is none of these.
+// Throws InputError if the file cannot be read or has none of these types.
 FileKind file_kind(const std::string& path);
 
 }  // namespace knead

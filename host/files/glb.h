@@ -1,4 +1,4 @@
-// What every binary glTF 2.0 (.glb) that is written is made of.
+// Common parts of all binary glTF 2.0 files (.glb) that are written.
 #pragma once
 #include <cstdint>
 #include <nlohmann/json.hpp>
@@ -7,10 +7,10 @@
 
 namespace knead {
 
-// What a file begins with, and the types of its two chunks.
+// Magic number of a file, and the types of its two chunks.
 constexpr std::uint32_t glb_magic = 0x46546c67, glb_json = 0x4e4f534a, glb_binary = 0x004e4942;
 
-// glTF's numbers for what the buffer holds.
+// glTF enumerants of component types and buffer targets.
 enum : int {
     gltf_byte = 5121,
     gltf_index = 5125,
@@ -19,14 +19,14 @@ enum : int {
     gltf_indices = 34963
 };
 
-// A document and its one buffer.
+// A glTF document and its single buffer.
 struct Glb {
     nlohmann::json gltf;
-    std::string binary;  // of numbers of 4 bytes, or four of one: aligned
+    std::string binary;  // aligned: components of 4 bytes, or four of one byte
 };
 
-// One view and one accessor of `count` times `type` ("VEC3") into the buffer; returns the
-// accessor's index.
+// Appends `values` to the buffer, with a view and an accessor of `count` elements of `type`
+// ("VEC3"); returns the accessor's index.
 template <class T>
 int add_accessor(Glb& glb, const std::vector<T>& values, int component, const char* type,
                  std::size_t count, int target)
@@ -44,7 +44,8 @@ int add_accessor(Glb& glb, const std::vector<T>& values, int component, const ch
     return int(glb.gltf["accessors"].size()) - 1;
 }
 
-// The file's bytes; throws OutputError with `path` and `otherwise` for more than its 4 GiB.
+// Returns the bytes of the file. Throws OutputError with `path` and `otherwise` for more than the 4
+// GiB of the format.
 std::string glb_bytes(Glb glb, const std::string& path, const std::string& otherwise);
 
 }  // namespace knead

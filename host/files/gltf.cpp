@@ -20,8 +20,6 @@
 namespace knead {
 namespace {
 
-// Bytes that are read, at most: tinygltf takes 32-bit sizes.
-
 tinygltf::Model load(const std::string& whole, const std::string& path, GltfSkins skins)
 {
     const std::string bytes = guarded_glb(whole, path, skins);
@@ -38,7 +36,7 @@ tinygltf::Model load(const std::string& whole, const std::string& path, GltfSkin
     } catch (const std::exception& e) {
         said = e.what();
     }
-    // Some faults it only speaks of, and goes on.
+    // tinygltf reports some faults but succeeds: rejected, too.
     if (read && said.empty()) return model;
     std::replace(said.begin(), said.end(), '\n', ' ');
     while (!said.empty() && said.back() == ' ') said.pop_back();
@@ -50,11 +48,11 @@ std::size_t size_of(int component)
     return std::size_t(tinygltf::GetComponentSizeInBytes(std::uint32_t(component)));
 }
 
-// Where the elements of an accessor lie.
+// Memory layout of the elements of an accessor.
 struct Rows {
     const unsigned char* first;
     std::size_t count, stride;
-    int component;  // its type
+    int component;  // component type
 
     double number(std::size_t row, int column) const
     {
@@ -76,7 +74,7 @@ struct Rows {
     }
 };
 
-// What an attribute may be stored as, and how that is said.
+// Allowed storage types of an attribute, and their description for errors.
 struct Form {
     int type;
     std::vector<int> components;
@@ -122,8 +120,8 @@ class Reader {
     }
 
   private:
-    // What an accessor's numbers take [bytes]; 0 for one that is not there, or longer than the
-    // buffer: reading it will refuse it.
+    // Size of an accessor's numbers [bytes]; 0 if it is missing or longer than the buffer, which is
+    // rejected when it is read.
     std::size_t bytes_of(int index) const
     {
         if (index < 0 || std::size_t(index) >= model.accessors.size()) return 0;
@@ -133,7 +131,8 @@ class Reader {
         return a.count * std::size_t(std::max(columns, 1)) * sizeof(double);
     }
 
-    // Before any number is read: all that will be. An accessor counts as often as it is named.
+    // Checks the total size before any number is read. Repeated references to an accessor count
+    // each time.
     void check_work(GltfSkins skins) const
     {
         std::size_t wanted = 0;
@@ -166,7 +165,8 @@ class Reader {
         return "";
     }
 
-    // An accessor of one of the form's types; `asked` is who names it.
+    // Returns the layout of an accessor of one of the form's types; `asked` names the referrer for
+    // errors.
     Rows rows(int index, const Form& form, const std::string& asked)
     {
         const std::string where = fmt::format("/accessors/{} (of {})", index, asked);
@@ -189,7 +189,7 @@ class Reader {
         const std::size_t stride = view.byteStride ? view.byteStride : width;
         if (stride < width)
             fail(fmt::format("a stride of at least {}", width), std::to_string(stride));
-        // All numbers are below 2^32 here: nothing overflows.
+        // All numbers are below 2^32 here: no overflow.
         const std::size_t end = a.byteOffset + (a.count ? (a.count - 1) * stride + width : 0);
         if (end > view.byteLength)
             fail(fmt::format("the {} bytes of its view at most", view.byteLength),
@@ -198,7 +198,7 @@ class Reader {
                 a.componentType};
     }
 
-    // The view of an accessor: inside the buffer.
+    // Returns the view of an accessor, checked to lie inside the buffer.
     const tinygltf::BufferView& view_of(const tinygltf::Accessor& a, const std::string& where) const
     {
         if (a.bufferView < 0 || std::size_t(a.bufferView) >= model.bufferViews.size())
@@ -215,7 +215,7 @@ class Reader {
         return view;
     }
 
-    // Calls take(the N numbers of an element) for each.
+    // Calls take(N numbers) for each element.
     template <std::size_t N, class Take>
     std::size_t each(int index, const Form& form, const std::string& asked, Take&& take)
     {
@@ -269,7 +269,7 @@ class Reader {
         return out;
     }
 
-    // The part's joints and weights, where it has any.
+    // Reads the joints and weights of a part, if present.
     void hang(GltfPart& to, const tinygltf::Primitive& primitive, const std::string& where)
     {
         if (attribute(primitive, "JOINTS_0") < 0 && attribute(primitive, "WEIGHTS_0") < 0) return;
@@ -309,7 +309,7 @@ class Reader {
 
     const std::string& path;
     const tinygltf::Model model;
-    const std::size_t most;  // bytes that all numbers together may take
+    const std::size_t most;  // limit for all numbers together [bytes]
 };
 
 }  // namespace

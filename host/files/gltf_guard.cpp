@@ -1,4 +1,4 @@
-// What of a .glb reaches tinygltf: its container and its document, checked.
+// Sanitises a .glb before tinygltf parses it: checks its container and its document.
 #include "host/files/gltf_guard.h"
 
 #include <fmt/format.h>
@@ -17,9 +17,9 @@ static_assert(std::endian::native == std::endian::little, "GLB is read as it lie
 constexpr std::size_t json_start = 20;
 constexpr std::size_t max_parts = 1 << 16;
 
-// What is read of a document. All else, pictures, extensions and extras too, is left out before
-// tinygltf sees it; of what is left it would take a value of another type for one that is absent,
-// and names no place.
+// Keys that are read. All others, including images, extensions and extras, are removed before
+// tinygltf parses the document; for the remaining keys it would treat a value of another type as
+// absent, and its errors give no place.
 enum class Kind { index, size, text, flag, numbers, indices, part_list, attributes, any };
 struct Key {
     const char *section, *name;
@@ -69,8 +69,8 @@ class Guard {
   public:
     explicit Guard(const std::string& file) : path(file) {}
 
-    // The size of the JSON chunk. Both chunks lie inside the file: tinygltf 2.7 is content with a
-    // second one that ends 8 bytes behind it.
+    // Size of the JSON chunk. Checks that both chunks lie inside the file: tinygltf 2.7 accepts a
+    // second chunk that ends 8 bytes after it.
     std::size_t json_size(const std::string& bytes) const
     {
         const auto fail = [&](std::size_t byte, const std::string& expected,
@@ -94,7 +94,7 @@ class Guard {
         return size;
     }
 
-    // What is read of the document.
+    // The document reduced to the keys that are read.
     Json needed(const Json& all, GltfSkins skins) const
     {
         need(all.is_object(), "/", "an object", all);
@@ -104,7 +104,7 @@ class Guard {
         for (const char* section : {"buffers", "bufferViews", "accessors", "meshes", "nodes"})
             add_list(out, all, section);
         if (skins == GltfSkins::read) add_list(out, all, "skins");
-        // tinygltf copies the whole chunk once for each buffer.
+        // tinygltf copies the whole chunk for each buffer.
         const Json buffers = out.value("buffers", Json::array());
         need(buffers.size() <= 1, "/buffers", "at most one", buffers);
         check_parts(out.value("meshes", Json::array()));
@@ -120,7 +120,7 @@ class Guard {
         if (!holds) refuse_gltf(path, where, expected, described(found));
     }
 
-    // Each takes time and memory of its own, however little it names.
+    // Limits the number of primitives: each takes time and memory, however few vertices it has.
     void check_parts(const Json& meshes) const
     {
         std::size_t parts = 0;

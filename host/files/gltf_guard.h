@@ -1,4 +1,4 @@
-// What of a .glb reaches tinygltf.
+// Sanitises a .glb before tinygltf parses it.
 #pragma once
 #include <string>
 
@@ -6,11 +6,11 @@
 
 namespace knead {
 
-// The same file with a document of only what is read here, of the right types, and with chunks that
-// lie inside. Throws InputError.
+// Returns the file with a document reduced to the keys read here, with checked types, and with
+// chunks inside the file. Throws InputError.
 std::string guarded_glb(std::string bytes, const std::string& path, GltfSkins skins);
 
-// Throws InputError with path, place, what was expected and found.
+// Throws InputError with path, place, expected and found.
 [[noreturn]] void refuse_gltf(const std::string& path, const std::string& where,
                               const std::string& expected, const std::string& found);
 

@@ -14,12 +14,12 @@ namespace {
 constexpr int gzip_window = 16 + MAX_WBITS;  // with the header and checksum of gzip
 constexpr std::size_t step = std::size_t(1) << 16;
 
-// Shows zlib all of `bytes`, though it counts in 32 bits, and is ready for the end of them.
+// Feeds `bytes` to zlib in pieces, since zlib counts in 32 bits.
 class Feed {
   public:
     Feed(z_stream& stream, const std::string& bytes) : z(stream), all(bytes) {}
 
-    // Whether these are the last bytes.
+    // Refills the input. Returns true if it is the last piece.
     bool more()
     {
         if (z.avail_in == 0) {
@@ -40,9 +40,9 @@ class Feed {
 
 struct Inflated {
     std::string bytes;
-    bool ended = false;    // the stream, its checksum being right
-    std::size_t used = 0;  // of the compressed bytes
-    std::string trouble;   // zlib's words, if any
+    bool ended = false;    // stream complete, checksum correct
+    std::size_t used = 0;  // compressed bytes consumed
+    std::string trouble;   // zlib's message, if any
 };
 
 Inflated inflated(const std::string& bytes, std::size_t most)
@@ -53,13 +53,13 @@ Inflated inflated(const std::string& bytes, std::size_t most)
     Feed feed(z, bytes);
     std::string part(step, '\0');
     int answer = Z_OK;
-    // One byte more than wanted tells that there is more.
+    // Reading one byte beyond `most` detects longer content.
     while (answer == Z_OK && out.bytes.size() <= most) {
         feed.more();
         z.next_out = reinterpret_cast<Bytef*>(part.data());
         z.avail_out = uInt(std::min(step, most + 1 - out.bytes.size()));
         const std::size_t room = z.avail_out;
-        answer = inflate(&z, Z_NO_FLUSH);  // Z_BUF_ERROR: the file ends here
+        answer = inflate(&z, Z_NO_FLUSH);  // Z_BUF_ERROR: truncated file
         out.bytes.append(part, 0, room - z.avail_out);
     }
     out.ended = answer == Z_STREAM_END;
@@ -99,7 +99,7 @@ std::string gunzipped(const std::string& bytes, const std::string& path, std::si
 std::string gzipped(const std::string& bytes)
 {
     z_stream z{};
-    constexpr int memory = 9;  // the most, for speed
+    constexpr int memory = 9;  // the maximum, for speed
     if (deflateInit2(&z, Z_DEFAULT_COMPRESSION, Z_DEFLATED, gzip_window, memory,
                      Z_DEFAULT_STRATEGY) != Z_OK)
         throw std::bad_alloc();

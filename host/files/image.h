@@ -1,4 +1,4 @@
-// A picture, and its file.
+// An image, and PNG files.
 #pragma once
 #include <cstddef>
 #include <cstdint>
@@ -13,12 +13,12 @@ struct Image {
     std::vector<std::uint8_t> rgb;  // 3 * width * height, sRGB, top row first
 };
 
-constexpr std::size_t max_picture_pixels = std::size_t(1) << 26;  // of one that is read
+constexpr std::size_t max_picture_pixels = std::size_t(1) << 26;  // limit for reading
 
-// Reads a PNG of any kind as 8 bits a colour; throws InputError with path and reason.
+// Reads a PNG of any kind as 8 bits per channel. Throws InputError with path and reason.
 Image read_png(const std::string& path);
-// Writes a PNG, whole or not at all; throws OutputError with path and reason. `stop` is asked
-// between its rows: true gives the picture up, nothing is then written, and the answer is false.
+// Writes a PNG atomically. Throws OutputError with path and reason. `stop` is polled between rows:
+// if it returns true, nothing is written and the result is false.
 bool write_png(const std::string& path, const Image& image, const std::function<bool()>& stop = {});
 
 }  // namespace knead

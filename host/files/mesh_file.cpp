@@ -1,5 +1,4 @@
-// Meshes to files: GLB (glTF 2.0), OBJ, PLY, STL. A file appears whole under its name or not at
-// all.
+// Writes meshes as GLB (glTF 2.0), OBJ, PLY and STL, atomically.
 #include "host/files/mesh_file.h"
 
 #include <algorithm>
@@ -39,7 +38,7 @@ void append_all(std::string& bytes, const std::vector<T>& values)
     bytes.append(reinterpret_cast<const char*>(values.data()), values.size() * sizeof(T));
 }
 
-// The shortest digits that read back as the same number, whatever the locale.
+// Shortest decimal digits that read back as the same number, independent of the locale.
 template <class T>
 void append_digits(std::string& text, T value)
 {
@@ -52,7 +51,7 @@ void append_digits(std::string& text, Vec3<float> v)
     for (const float s : {v.x, v.y, v.z}) text += ' ', append_digits(text, s);
 }
 
-// Of a linear channel; OBJ and PLY carry colours as they are shown.  IEC 61966-2-1
+// sRGB encoding of a linear channel; OBJ and PLY store display colours.  IEC 61966-2-1
 float encoded(float s)
 {
     return s <= 0.0031308f ? 12.92f * s : 1.055f * std::pow(s, 1 / 2.4f) - 0.055f;
@@ -81,7 +80,7 @@ void check(const std::string& path, const Mesh& mesh)
             fail(path, which + " has a triangle with a vertex that is not there");
 }
 
-// A node per category. The colour is the vertices', over a matt white material.
+// Adds a node per category. The vertices carry the colour, over a matt white material.
 void add_mesh(Glb& glb, const Mesh& mesh)
 {
     nlohmann::json& gltf = glb.gltf;
@@ -127,7 +126,7 @@ std::string glb(const std::string& path, const std::vector<const Mesh*>& meshes)
 std::string obj(const std::vector<const Mesh*>& meshes)
 {
     std::string text = "# knead; metres; vertex colours in sRGB\n";
-    std::size_t before = 1;  // OBJ counts from 1, through all objects
+    std::size_t before = 1;  // OBJ indices start at 1 and continue through all objects
     for (const Mesh* const mesh : meshes) {
         text += "o category_" + std::to_string(mesh->category) + '\n';
         std::string colour;
@@ -183,7 +182,7 @@ std::string ply(const std::string& path, const std::vector<const Mesh*>& meshes)
 
 void write_mesh(const std::string& path, const std::vector<Mesh>& meshes)
 {
-    std::vector<const Mesh*> shown;  // glTF knows no empty mesh
+    std::vector<const Mesh*> shown;  // glTF does not allow empty meshes
     for (const Mesh& mesh : meshes) {
         check(path, mesh);
         if (!mesh.triangles.empty()) shown.push_back(&mesh);

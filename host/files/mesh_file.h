@@ -1,4 +1,4 @@
-// Meshes written to files.
+// Writes meshes to files.
 #pragma once
 #include <string>
 #include <vector>
@@ -7,7 +7,8 @@
 
 namespace knead {
 
-// By the ending of the path: .glb, .obj, .ply, .stl. Throws OutputError with path and reason.
+// Writes the format given by the extension: .glb, .obj, .ply, .stl. Throws OutputError with path
+// and reason.
 void write_mesh(const std::string& path, const std::vector<Mesh>& meshes);
 
 }  // namespace knead

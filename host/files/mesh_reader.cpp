@@ -14,7 +14,7 @@
 namespace knead {
 namespace {
 
-// A polygon as a fan around its first corner.
+// Splits a polygon into a fan around its first corner.
 template <class At>
 void add_fan(Mesh& mesh, std::size_t corners, At&& at)
 {
@@ -33,7 +33,7 @@ std::vector<std::string_view> words(std::string_view line)
     return all;
 }
 
-// One line of an OBJ file under reading.
+// The OBJ line being parsed.
 struct ObjLine {
     const std::string& path;
     std::size_t number;
@@ -51,7 +51,7 @@ struct ObjLine {
             fail("a finite number", word);
         return value;
     }
-    // "7", "7/1", "7//3" or "-1": counted from 1, or back from the last vertex so far.
+    // "7", "7/1", "7//3" or "-1": counted from 1, or backwards from the last vertex read.
     int corner(std::string_view word, std::size_t vertices) const
     {
         long value = 0;
@@ -154,7 +154,7 @@ Mesh parse_obj(const std::string& text, const std::string& path)
 
 namespace {
 
-// 7 of "category 7", as write_mesh names it; 0 of any other name.
+// Returns 7 for "category 7", the name that write_mesh() writes; 0 for any other name.
 int category_of(const std::string& name)
 {
     constexpr std::string_view before = "category ";

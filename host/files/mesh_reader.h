@@ -1,4 +1,4 @@
-// Triangle meshes from files: .ply, .obj, .stl, and .glb with its buffer inside.
+// Reads triangle meshes from files: .ply, .obj, .stl, and .glb with an embedded buffer.
 #pragma once
 #include <string>
 #include <vector>
@@ -8,16 +8,16 @@
 
 namespace knead {
 
-// Polygons are cut into fans; normals are recomputed. GLB: one mesh per primitive, whose category
-// is that of a mesh named "category N", else 0. Throws InputError with path and place for anything
-// else than finite vertices and triangles that name them.
+// Polygons are split into fans; normals are recomputed. GLB: one mesh per primitive, with category
+// N for a mesh named "category N", otherwise 0. Throws InputError with path and place unless
+// vertices are finite and indices valid.
 std::vector<Mesh> read_mesh(const std::string& path);
 Mesh to_mesh(const PlyFile& ply, const std::string& path);
 Mesh parse_obj(const std::string& text, const std::string& path);
 std::vector<Mesh> parse_glb(const std::string& bytes, const std::string& path);
 
-// Throws InputError unless the mesh has triangles, finite vertices and valid indices; fills its
-// normals, weighted by area.
+// Throws InputError unless the mesh has triangles, finite vertices and valid indices; computes
+// area-weighted normals.
 void finish_mesh(Mesh& mesh, const std::string& path);
 
 }  // namespace knead

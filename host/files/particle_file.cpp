@@ -16,7 +16,7 @@
 namespace knead {
 namespace {
 
-// The properties in the order of the struct: a row of the file is a particle's bytes.
+// Properties in struct order: a row of the file has the bytes of a particle.
 constexpr const char* real_names[] = {"x",   "y",   "z",   "vx",  "vy",  "vz",  "cxx", "cyx",
                                       "czx", "cxy", "cyy", "czy", "cxz", "cyz", "czz", "exx",
                                       "eyy", "ezz", "exy", "exz", "eyz", "k"};
@@ -59,7 +59,7 @@ std::string_view trimmed(std::string_view word)
     return word.substr(from, word.find_last_not_of(" \t\r") + 1 - from);
 }
 
-// What stands between the commas of a line.
+// Calls visit() for every comma-separated field of a line.
 template <class Visit>
 void each_word(std::string_view line, Visit&& visit)
 {
@@ -159,7 +159,7 @@ std::vector<Particle<double>> to_particles(const PlyFile& ply, const std::string
 
 std::vector<Particle<double>> parse_csv(const std::string& text, const std::string& path)
 {
-    PlyFile table;  // of one element, as a PLY file would have it
+    PlyFile table;  // one element, as in a PLY file
     table.elements.resize(1);
     PlyElement& points = table.elements[0];
     points.name = "vertex";

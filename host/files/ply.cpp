@@ -215,7 +215,7 @@ class Parser {
         return value;
     }
 
-    // Refuses rows that the file cannot hold.
+    // Rejects more rows than the file can hold.
     void check_rows(const PlyElement& element, const std::vector<Types>& of) const
     {
         std::size_t min_row = 0;
@@ -266,7 +266,7 @@ class Parser {
     const std::string& bytes;
     const std::string& path;
     std::size_t at = 0, next = 0;
-    bool ascii = false, swapped = false;  // swapped: binary, the highest byte first
+    bool ascii = false, swapped = false;  // swapped: binary, big-endian
     PlyFile ply;
     std::vector<std::vector<Types>> types;  // per element and property
 };

@@ -11,38 +11,38 @@ enum class PlyType : int { i8, u8, i16, u16, i32, u32, f16, f32, f64, none };
 struct PlyProperty {
     std::string name;
     bool list = false;
-    PlyType type = PlyType::none;    // of its values
-    std::vector<double> values;      // one per row, or all lists one after the other
-    std::vector<std::size_t> start;  // of a list: rows + 1 offsets into values
+    PlyType type = PlyType::none;    // value type
+    std::vector<double> values;      // one per row, or all lists concatenated
+    std::vector<std::size_t> start;  // for a list: rows + 1 offsets into values
 };
 struct PlyElement {
     std::string name;
     std::size_t rows = 0;
     std::vector<PlyProperty> properties;
-    const PlyProperty* find(const std::string& property) const;  // nullptr where absent
+    const PlyProperty* find(const std::string& property) const;  // nullptr if absent
 };
 struct PlyFile {
     std::vector<std::string> comments;
     std::vector<PlyElement> elements;
-    const PlyElement* find(const std::string& element) const;  // nullptr where absent
+    const PlyElement* find(const std::string& element) const;  // nullptr if absent
 };
 
-// Throws InputError with path and byte offset. A header that promises more rows than the file can
-// hold is refused before anything is allocated for them.
+// Throws InputError with path and byte offset. A header that declares more rows than the file can
+// hold is rejected before any allocation for them.
 PlyFile read_ply(const std::string& path);
 PlyFile parse_ply(const std::string& bytes, const std::string& path);
 
-// The header alone, which may be all that `bytes` hold: no values.
+// Parses the header only; `bytes` may end after it. No values.
 PlyFile parse_ply_header(const std::string& bytes, const std::string& path);
 
-// As parse_ply, but the rows of the first element of that name are shown to `visit` one after the
-// other, the values in the order of the properties, and are not kept: a table of doubles would be
-// twice the file. A list in such a row is refused, and so are bytes behind the last row.
+// As parse_ply, but the rows of the first element of that name are passed to `visit` one by one,
+// with values in the order of the properties, and not stored: a table of doubles would be twice the
+// file. Lists in such rows and bytes after the last row are rejected.
 using PlyVisit = std::function<void(std::size_t row, const double* values)>;
 PlyFile parse_ply_rows(const std::string& bytes, const std::string& path,
                        const std::string& element, const PlyVisit& visit);
 
-// The number that 16 bits stand for as a half-precision float (IEEE 754 binary16).
+// Value of a half-precision float (IEEE 754 binary16).
 double half_number(std::uint16_t bits);
 
 }  // namespace knead

@@ -1,4 +1,4 @@
-// Pictures to PNG files and back.
+// Reads and writes PNG files.
 #include <png.h>
 
 #include <csetjmp>
@@ -29,8 +29,8 @@ void check(const std::string& path, const Image& image)
     }
 }
 
-// libpng, row by row: between two rows it may be given up. What libpng calls an error ends its call
-// by a jump, over nothing that would have to be destroyed.
+// Encodes with libpng, row by row, cancellable between rows. libpng reports errors by longjmp,
+// which skips no destructors here.
 class Encoder {
   public:
     Encoder() : png(png_create_write_struct(PNG_LIBPNG_VER_STRING, this, fail, ignore))
@@ -126,7 +126,7 @@ Image read_png(const std::string& path)
     head.format = PNG_FORMAT_RGB;
     Image image{int(head.width), int(head.height), {}};
     image.rgb.resize(PNG_IMAGE_SIZE(head));
-    const png_color black{0, 0, 0};  // what shows through is drawn over it
+    const png_color black{0, 0, 0};  // background for transparent pixels
     if (!png_image_finish_read(&head, &black, image.rgb.data(), 0, nullptr)) refuse(head.message);
     return image;
 }

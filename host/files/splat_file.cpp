@@ -21,8 +21,8 @@ static_assert(std::endian::native == std::endian::little, ".splat is read as it 
 // A row of a .splat file.
 struct SplatRow {
     float centre[3], scale[3];
-    std::uint8_t colour[4];    // red, green, blue of degree 0, opacity
-    std::uint8_t rotation[4];  // w, x, y, z: 128 for 0, 128 a unit
+    std::uint8_t colour[4];    // RGB of degree 0, opacity
+    std::uint8_t rotation[4];  // w, x, y, z, each (byte - 128) / 128
 };
 static_assert(sizeof(SplatRow) == 32);
 

@@ -1,5 +1,5 @@
-// Splats, photographed objects as 3D Gaussians, to files and back: PLY as [Kerbl 2023] writes it
-// and in the dialects of others, .splat, SPZ, glTF. docs/reference/formats.md lays them out.
+// Splat files, photographed objects as 3D Gaussians: PLY as in [Kerbl 2023] and its dialects,
+// .splat, SPZ, glTF. Layouts: docs/reference/formats.md.
 #pragma once
 #include <cstddef>
 #include <string>
@@ -9,12 +9,12 @@
 
 namespace knead {
 
-// What reading changed; all 0 for a sound file.
+// Repairs on reading; all 0 for a valid file.
 struct SplatRepairs {
-    std::size_t not_finite = 0;   // dropped: a number that is not finite, where it must be
+    std::size_t not_finite = 0;   // dropped: a required number is not finite
     std::size_t no_rotation = 0;  // dropped: a quaternion of length 0
-    std::size_t mirrored = 0;     // a half axis below 0, taken without its sign
-    int degree_left_out = 0;      // the file's degree, where it is above max_sh_degree
+    std::size_t mirrored = 0;     // negative half axes, of which the sign is dropped
+    int degree_left_out = 0;      // the file's degree if above max_sh_degree
 
     std::size_t dropped() const { return not_finite + no_rotation; }
 };
@@ -24,30 +24,31 @@ struct SplatFile {
     std::string format;  // "ply", "splat", "spz"
 };
 
-// What the file is, its content says; .splat, which has no mark, its ending. Throws InputError with
-// path, place and reason, also where there is no splat or none that can be drawn. A count that the
-// file cannot hold is refused before memory is taken for it.
+// The format is detected from the content; .splat, which has no magic number, from the extension.
+// Throws InputError with path, place and reason, also if there is no drawable splat. A count that
+// the file cannot hold is rejected before allocation.
 SplatFile read_splats(const std::string& path);
 SplatFile parse_splats(const std::string& bytes, const std::string& path);
 
-// By the ending of the path: .ply, .splat, .spz, .glb, which is only written. Throws InputError for
-// another one and for what the format cannot hold, OutputError where the file cannot be written.
+// Writes the format of the extension: .ply, .splat, .spz, or .glb, which is write-only. Throws
+// InputError for another extension and for what the format cannot represent, OutputError if writing
+// fails.
 void write_splats(const std::string& path, const SplatCloud& cloud);
 
-// The formats, each on its own.
-bool holds_splats(const PlyFile& ply);  // its header is enough
+// The individual formats.
+bool holds_splats(const PlyFile& ply);  // the header suffices
 SplatFile parse_splat_ply(const std::string& bytes, const std::string& path);
 std::string splat_ply_bytes(const SplatCloud& cloud);
 
 SplatFile parse_splat(const std::string& bytes, const std::string& path);
 std::string splat_bytes(const SplatCloud& cloud);
 
-bool begins_spz(const std::string& start);  // of the first bytes of a file
+bool begins_spz(const std::string& start);  // `start`: the first bytes of a file
 SplatFile parse_spz(const std::string& bytes, const std::string& path);
-// Version 2 or 3. `path` is for messages.
+// Version 2 or 3. `path` is used in messages only.
 std::string spz_bytes(const SplatCloud& cloud, const std::string& path, int version = 3);
 
-// KHR_gaussian_splatting; axes right, up, back. `path` is for messages.
+// KHR_gaussian_splatting; axes right, up, back. `path` is used in messages only.
 std::string splat_glb_bytes(const SplatCloud& cloud, const std::string& path);
 
 }  // namespace knead

@@ -1,5 +1,5 @@
-// What the formats of splats share. Read, splats come in one by one, and what cannot be drawn is
-// counted instead of kept.
+// Shared by the splat formats. Readers add splats one by one; those that cannot be drawn are
+// counted instead of stored.
 #pragma once
 #include <algorithm>
 #include <cmath>
@@ -10,28 +10,28 @@
 
 namespace knead {
 
-// The nearest whole number that a byte holds.
+// Rounds to the nearest integer in a byte.
 inline std::uint8_t byte(double value)
 {
     return std::uint8_t(std::clamp(std::round(value), 0.0, 255.0));
 }
 
-// One splat as a file has it, past logarithms and logits.
+// One splat of a file, after undoing logarithms and logits.
 struct RawSplat {
     Vec3<double> centre, scale;
-    Quat<double> rotation;  // of any length
+    Quat<double> rotation;  // not normalised
     double opacity;
 };
 
 class SplatGather {
   public:
-    // `degree` is the file's.
+    // `degree`: that of the file.
     SplatGather(const std::string& format, int degree);
 
-    // Memory for `count` splats, which the file has been found to hold.
+    // Reserves memory for `count` splats. Precondition: checked against the file's size.
     void reserve(std::size_t count);
 
-    // sh(k) answers with coefficient k, in double.
+    // sh(k) returns coefficient k, in double.
     template <class Sh>
     void add(const RawSplat& raw, Sh&& sh)
     {
@@ -48,7 +48,7 @@ class SplatGather {
         ++file.repairs.not_finite;
     }
 
-    // Throws InputError where nothing is left.
+    // Throws InputError if no splat is left.
     SplatFile gathered(const std::string& path);
 
     SplatFile file;

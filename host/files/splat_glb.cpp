@@ -1,5 +1,5 @@
-// Splats as glTF, KHR_gaussian_splatting: points with what splats have beside a place. Who does not
-// know the extension draws the points.  [Khronos 2026]
+// Splats as glTF, KHR_gaussian_splatting: points with the attributes of splats. Viewers without the
+// extension draw the points.  [Khronos 2026]
 #include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
@@ -15,13 +15,13 @@ namespace {
 using Json = nlohmann::json;
 constexpr const char* extension = "KHR_gaussian_splatting";
 
-// Of a channel as it is shown.  IEC 61966-2-1
+// Linear value of an sRGB channel.  IEC 61966-2-1
 float decoded(float s)
 {
     return s <= 0.04045f ? s / 12.92f : std::pow((s + 0.055f) / 1.055f, 2.4f);
 }
 
-// What points are drawn in: the colour that all directions share, linear, and the opacity.
+// Point colours: the linear colour of degree 0, and the opacity.
 std::vector<std::uint8_t> point_colours(const SplatCloud& cloud)
 {
     std::vector<std::uint8_t> colours;
@@ -96,7 +96,7 @@ Json attributes(Glb& glb, const SplatCloud& cloud)
 std::string splat_glb_bytes(const SplatCloud& given, const std::string& path)
 {
     if (given.count() == 0) throw InputError(path + ": expected splats, found none");
-    // glTF's axes point right, up and back.
+    // glTF axes: right, up, back.
     const SplatCloud cloud = placed(given, {0, 1, 0, 0}, 1, {0, 0, 0});
     Glb glb;
     glb.gltf = {{"asset", {{"version", "2.0"}, {"generator", "knead"}}},

@@ -1,5 +1,5 @@
-// Splats as PLY: a table in which opacities are logits, half axes logarithms, and the harmonics
-// above degree 0 stand channel by channel.  [Kerbl 2023]
+// Splats as PLY: a table with opacities as logits, half axes as logarithms, and the harmonics above
+// degree 0 stored channel by channel.  [Kerbl 2023]
 #include <fmt/format.h>
 
 #include <array>
@@ -11,10 +11,10 @@
 namespace knead {
 namespace {
 
-// Where a property stands in a row; -1 where the file lacks it.
+// Column of a property in a row; -1 if absent.
 struct Column {
     int at = -1;
-    bool half = false;  // whole numbers of 16 bits: the bits of a half-precision float
+    bool half = false;  // 16-bit integers that hold the bits of half-precision floats
 
     double of(const double* row) const
     {
@@ -44,7 +44,7 @@ class Header {
         for (std::size_t k = 0; k < 3; ++k) {
             const std::string number = std::to_string(k);
             c.centre[k] = required(std::string(1, "xyz"[k]));
-            // Splats that are flat discs lack the third.
+            // Flat discs lack the third half axis.
             c.scale[k] = k < 2 ? required("scale_" + number) : found("scale_2");
             c.dc[k] =
                 k == 0 || c.dc[0].at < 0 ? found("f_dc_" + number) : required("f_dc_" + number);
@@ -122,8 +122,8 @@ RawSplat raw_splat(const Columns& c, const double* row)
             1 / (1 + std::exp(-c.opacity.of(row)))};
 }
 
-// What floats read back as exactly 0 (or, of an opacity, 1), and that is yet finite: others stumble
-// over infinities.
+// Finite limit of logarithms and logits that floats read back as exactly 0 (or 1 for an opacity):
+// other readers fail on infinities.
 constexpr double beyond = 104;
 
 float logarithm(float s) { return float(std::max(std::log(double(s)), -beyond)); }
@@ -169,7 +169,7 @@ SplatFile parse_splat_ply(const std::string& bytes, const std::string& path)
     SplatGather gather("ply", c.degree);
     gather.file.cloud.antialiased = says_antialiased(ply);
     parse_ply_rows(bytes, path, "vertex", [&](std::size_t i, const double* row) {
-        // Not before: by now it is known that the file is long enough.
+        // Reserved only now, when the file is known to be long enough.
         if (i == 0) gather.reserve(header.vertex->rows);
         gather.add(raw_splat(c, row), [&](int k) -> Vec3<double> {
             if (k == 0) {

@@ -1,4 +1,4 @@
-// SPZ, packed splats, versions 2 and 3: a header and one array after the other, quantised, in gzip.
+// SPZ, packed splats, versions 2 and 3: a header followed by quantised arrays, compressed by gzip.
 // After the description of the format by Niantic Labs (github.com/nianticlabs/spz).
 #include <fmt/format.h>
 
@@ -22,7 +22,7 @@ struct SpzHeader {
     char mark[4];  // "NGSP"
     std::uint32_t version, count;
     std::uint8_t degree;
-    std::uint8_t fraction_bits;  // of centres
+    std::uint8_t fraction_bits;  // for centres
     std::uint8_t flags;
     std::uint8_t zero;
 };
@@ -30,15 +30,16 @@ static_assert(sizeof(SpzHeader) == 16);
 constexpr int antialiased_flag = 1, extensions_flag = 2;
 constexpr int max_fraction_bits = 23;
 constexpr int spz_max_degree = 4;
-// What unpacks to more than this, and than so many times its size, is no photograph but a trap.
+// Decompression limit: content larger than this and than this multiple of the file is rejected as a
+// decompression bomb.
 constexpr std::size_t unpacked_anyway = 64 << 20, unpacked_ratio = 100;
 constexpr std::size_t max_extensions = 1 << 20;                // bytes
-constexpr std::uint32_t coordinate_extension = 0xadbe0003u;    // other axes than the format's own
+constexpr std::uint32_t coordinate_extension = 0xadbe0003u;    // other axes than the default
 constexpr double colour_gain = 0.15;                           // of a coefficient of degree 0
 constexpr double log_scale_steps = 16, log_scale_least = -10;  // half axes: e^(byte / 16 - 10)
 constexpr double quaternion_step = 1 / (511 * std::numbers::sqrt2);
 
-// An array's bytes for one splat, in the order of the file.
+// Bytes per splat of each array, in file order.
 struct Sizes {
     std::size_t centre = 9, opacity = 1, colour = 3, scale = 3, rotation, sh;
     std::size_t all() const { return centre + opacity + colour + scale + rotation + sh; }
@@ -50,8 +51,8 @@ Sizes sizes(int version, int degree)
             .sh = 3 * std::size_t(harmonics(degree) - 1)};
 }
 
-// The format's axes point right, up and back, those of clouds right, down and forward: half a turn
-// about x, which changes the sign of y, of z, and of these harmonics.
+// The format's axes are right, up, back; those of clouds right, down, forward: a rotation by 180
+// degrees about x, which negates y, z, and these harmonics.
 constexpr double sh_sign[] = {1, -1, -1, 1, -1, 1, 1, -1, 1, -1, 1, -1, -1, 1, -1, 1};
 
 double centre_part(const std::uint8_t* at, int fraction_bits)
@@ -62,7 +63,7 @@ double centre_part(const std::uint8_t* at, int fraction_bits)
     return std::ldexp(double(whole), -fraction_bits);
 }
 
-// x, y, z as bytes; w, at least 0, makes up the length.
+// x, y, z as bytes; w >= 0 follows from unit length.
 Quat<double> first_three(const std::uint8_t* at)
 {
     const auto part = [&](int k) { return double(at[k]) / 127.5 - 1; };
@@ -71,7 +72,7 @@ Quat<double> first_three(const std::uint8_t* at)
 }
 
 // The three smallest of x, y, z, w in 10 bits each, a sign and 9 bits for up to sqrt(1/2), the last
-// one lowest; above them the number of the largest, at least 0, which makes up the length.
+// one lowest; above them the index of the largest, which is >= 0 and follows from unit length.
 Quat<double> smallest_three(const std::uint8_t* at)
 {
     std::uint32_t bits;
@@ -120,7 +121,7 @@ std::array<std::uint8_t, 4> packed_smallest(Quat<double> r)
     throw InputError(fmt::format("{}: SPZ: expected {}, found {}", path, expected, found));
 }
 
-// `most`: bytes that the file can hold, unpacked.
+// `most`: maximum unpacked size of the file [bytes].
 SpzHeader checked_header(const std::string& start, const std::string& path, std::size_t most)
 {
     if (start.size() < sizeof(SpzHeader))
@@ -142,7 +143,7 @@ SpzHeader checked_header(const std::string& start, const std::string& path, std:
     return h;
 }
 
-// Records of type, length, content.
+// Checks the records of type, length, content.
 void check_extensions(const std::string& all, std::size_t at, const std::string& path)
 {
     while (at < all.size()) {
@@ -202,8 +203,9 @@ SplatFile unpacked(const std::string& all, const SpzHeader& h, const std::string
     return gather.gathered(path);
 }
 
-// As many bits as centres leave room for, but no more than make steps of a 65536th of the farthest,
-// its power of two, or of a 4096th of a metre: more would only be noise.
+// Number of fraction bits: as many as the range of the centres allows, but with steps no finer than
+// 1/65536 of the largest coordinate's power of two or 1/4096 m, whichever is finer: more bits would
+// only encode noise.
 int fraction_bits_for(const SplatCloud& cloud, const std::string& path)
 {
     float farthest = 0;

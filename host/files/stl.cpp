@@ -20,13 +20,13 @@ namespace {
 static_assert(std::endian::native == std::endian::little, "binary STL is read as it lies");
 constexpr std::size_t head_size = 80, facets_at = 84, facet_size = 50;
 
-// Makes one vertex of corners at the same place.
+// Merges coincident corners into one vertex.
 class Corners {
   public:
     explicit Corners(Mesh& of) : mesh(of) {}
     int index(Vec3<float> x)
     {
-        x = {x.x + 0.f, x.y + 0.f, x.z + 0.f};  // -0 is at the place of 0
+        x = {x.x + 0.f, x.y + 0.f, x.z + 0.f};  // -0 equals 0
         const auto [at, is_new] = known.try_emplace(std::bit_cast<std::array<std::uint32_t, 3>>(x),
                                                     int(mesh.vertices.size()));
         if (is_new) mesh.vertices.push_back(x);
@@ -56,7 +56,8 @@ std::uint32_t promised(const std::string& bytes)
     return count;
 }
 
-// Some binary files begin with "solid", too: what tells them is that their size is as promised.
+// Some binary files begin with "solid", too; they are identified by a size that matches their
+// count.
 bool is_binary(const std::string& bytes)
 {
     return bytes.size() >= facets_at &&
@@ -68,7 +69,7 @@ Mesh from_binary(const std::string& bytes)
     Mesh mesh;
     Corners corners(mesh);
     for (std::size_t at = facets_at; at < bytes.size(); at += facet_size) {
-        float numbers[12];  // the normal, which is made anew, and three corners
+        float numbers[12];  // the normal, which is recomputed, and three corners
         std::memcpy(numbers, bytes.data() + at, sizeof numbers);
         const auto corner = [&](int k) {
             return corners.index({numbers[3 * k], numbers[3 * k + 1], numbers[3 * k + 2]});
@@ -79,7 +80,7 @@ Mesh from_binary(const std::string& bytes)
     return mesh;
 }
 
-// The words of a text, one after the other, with the line that each stands in.
+// The words of a text, with the line of each.
 class Words {
   public:
     Words(const std::string& of, const std::string& from) : text(of), path(from) {}
@@ -145,7 +146,7 @@ Mesh from_text(const std::string& text, const std::string& path)
     bool inside = false;
     for (std::string_view word = words.next(); !word.empty(); word = words.next()) {
         if (word == (inside ? "endsolid" : "solid")) {
-            words.skip_line();  // its name
+            words.skip_line();  // name of the solid
             inside = !inside;
         } else if (inside && word == "facet") {
             take_facet(words, corners, mesh);
@@ -192,7 +193,7 @@ std::string stl_bytes(const std::vector<const Mesh*>& meshes, const std::string&
     std::size_t count = 0;
     for (const Mesh* mesh : meshes) count += mesh->triangles.size();
     if (count > UINT32_MAX) throw OutputError(path + ": an STL holds at most 2^32 - 1 triangles");
-    std::string bytes = "knead; metres";  // never "solid", which begins a text
+    std::string bytes = "knead; metres";  // never "solid", which marks a text
     bytes.resize(head_size, ' ');
     bytes.reserve(facets_at + facet_size * count);
     const auto append = [&](const auto& value) {

@@ -1,5 +1,5 @@
-// STL: triangles and nothing else, as printers of things and CAD programs exchange them. A file has
-// no unit; metres are written, and taken for what is read.
+// STL: plain triangles, as used by 3D printing and CAD. STL has no unit; files are written and read
+// in metres.
 #pragma once
 #include <string>
 #include <vector>
@@ -8,12 +8,12 @@
 
 namespace knead {
 
-// Binary or text; several solids of a text become one mesh. Corners at the same place become one
-// vertex. Throws InputError with path and byte or line.
+// Binary or text; several solids of a text become one mesh. Coincident corners become one vertex.
+// Throws InputError with path and byte or line.
 Mesh parse_stl(const std::string& bytes, const std::string& path);
 
-// Binary; the meshes' colours and categories have no place in it. Throws OutputError for more than
-// its 2^32 triangles; `path` is for messages.
+// Binary, without colours and categories. Throws OutputError for more than 2^32 triangles, the
+// limit of the format; `path` is used in messages only.
 std::string stl_bytes(const std::vector<const Mesh*>& meshes, const std::string& path);
 
 }  // namespace knead

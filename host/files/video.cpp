@@ -1,5 +1,5 @@
-// Videos by ffmpeg as a process of its own. Frames go through a socket pair, not a pipe: a socket
-// can be told not to raise SIGPIPE when ffmpeg is gone.
+// Videos by ffmpeg as a separate process. Frames are sent through a socket pair instead of a pipe:
+// MSG_NOSIGNAL suppresses SIGPIPE if ffmpeg has ended.
 #include "host/files/video.h"
 
 #include <fcntl.h>
@@ -25,7 +25,7 @@ extern char** environ;
 namespace knead {
 namespace {
 
-// A file descriptor, closed when it goes.
+// A file descriptor, closed on destruction.
 class Descriptor {
   public:
     explicit Descriptor(int number = -1) : number_(number) {}
@@ -90,7 +90,7 @@ class Ffmpeg final : public Video {
             const ssize_t n =
                 ::send(frames_->number(), image.rgb.data() + sent, bytes - sent, MSG_NOSIGNAL);
             if (n < 0 && errno == EINTR) continue;
-            if (n < 0) return close();  // ffmpeg has gone: close() knows why and throws
+            if (n < 0) return close();  // ffmpeg has ended: close() throws with the reason
             sent += std::size_t(n);
         }
     }
@@ -131,8 +131,8 @@ class Ffmpeg final : public Video {
         const Descriptor theirs(pair[1]);
         std::ostringstream rate_text;
         rate_text << rate;
-        // "file:" keeps a path that looks like an option or an address a path. Players want 4:2:0,
-        // and that wants even sides. Without -xerror a disk that is full at the end is no failure.
+        // "file:" prevents paths from being parsed as options or URLs. Players require 4:2:0, which
+        // requires even sides. Without -xerror a full disk at the end would not be an error.
         std::vector<std::string> words = {"ffmpeg",
                                           "-hide_banner",
                                           "-loglevel",
@@ -171,7 +171,8 @@ class Ffmpeg final : public Video {
         posix_spawn_file_actions_adddup2(&files, messages_.number(), 2);
         posix_spawnattr_t how;
         posix_spawnattr_init(&how);
-        // A group of its own: Ctrl-C ends us, and ffmpeg then sees the end of the frames.
+        // Own process group: Ctrl-C ends this process, and ffmpeg then reaches the end of the
+        // frames.
         posix_spawnattr_setflags(&how, POSIX_SPAWN_SETPGROUP);
         const int error = ::posix_spawnp(&process_, argv[0], &files, &how, argv, environ);
         posix_spawnattr_destroy(&how);
@@ -183,9 +184,9 @@ class Ffmpeg final : public Video {
     }
 
     std::string path_;
-    std::unique_ptr<PartialFile> partial_;  // ffmpeg writes it
+    std::unique_ptr<PartialFile> partial_;  // written by ffmpeg
     int width_, height_;
-    Descriptor messages_;  // what ffmpeg says on stderr; in memory, so it never blocks
+    Descriptor messages_;  // ffmpeg's stderr; in memory, so it never blocks
     std::unique_ptr<Descriptor> frames_;
     pid_t process_ = -1;
 };

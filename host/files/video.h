@@ -1,4 +1,4 @@
-// A video of pictures, made by ffmpeg.
+// Video encoding by ffmpeg.
 #pragma once
 #include <memory>
 #include <string>
@@ -7,8 +7,8 @@
 
 namespace knead {
 
-// Pipes frames to ffmpeg, where it exists. All throw OutputError with path and reason where the
-// video cannot be written; it appears whole under its name or not at all.
+// Streams frames to ffmpeg, if installed. All functions throw OutputError with path and reason if
+// the video cannot be written. The file is written atomically.
 class Video {
   public:
     static bool available();
