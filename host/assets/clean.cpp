@@ -12,7 +12,7 @@ namespace {
 
 using Indices = std::vector<std::uint32_t>;
 constexpr std::size_t sample_size = 1000;
-constexpr std::size_t max_scanned = 256;  // of one row of cells: a bound on crowded clouds
+constexpr std::size_t max_scanned = 256;  // splats scanned per row of cells: bounds the time
 
 double quantile(std::vector<double>& values, double share)
 {
@@ -33,7 +33,7 @@ bool finite(const SplatCloud& cloud, std::uint32_t i)
     return true;
 }
 
-// Keeps those that `good` says yes to, and counts the others.
+// Keeps the indices for which `good` returns true; returns the number of the others.
 template <class Good>
 std::size_t keep(Indices& kept, Good&& good)
 {
@@ -43,7 +43,7 @@ std::size_t keep(Indices& kept, Good&& good)
 struct Extent {
     std::array<double, 3> low, high;
     double size = 0;    // the longest edge [m]
-    double median = 0;  // of the longest half axes [m]
+    double median = 0;  // median longest half axis [m]
 };
 
 Extent extent_of(const SplatCloud& cloud, const Indices& kept)
@@ -70,14 +70,14 @@ double distance2(const SplatCloud& cloud, std::uint32_t i, std::uint32_t j)
     return dot(d, d);
 }
 
-// The median distance to the n-th neighbour, of an evenly strided sample.
+// Median distance to the n-th neighbour, over an evenly strided sample.
 double median_distance(const SplatCloud& cloud, const Indices& kept, std::size_t n)
 {
     const std::size_t count = std::min(sample_size, kept.size());
     std::vector<double> found(count);
     parallel_for(count, [&](std::size_t k) {
         const std::uint32_t i = kept[k * kept.size() / count];
-        // The least n + 1 squares, the greatest of them first: one is of i itself.
+        // Max-heap of the n + 1 smallest squared distances, including that of i itself.
         std::vector<double> least(n + 1, std::numeric_limits<double>::max());
         for (std::uint32_t j : kept) {
             const double d = distance2(cloud, i, j);
@@ -91,8 +91,8 @@ double median_distance(const SplatCloud& cloud, const Indices& kept, std::size_t
     return quantile(found, 0.5);
 }
 
-// Which have fewer than n others within r. Centres are sorted by cells of edge r, and the rows of
-// three cells around each are searched.
+// Flags splats with fewer than n others within r. Centres are sorted by cells of edge r, and the
+// rows of three cells around each are searched.
 std::vector<char> isolated(const SplatCloud& cloud, const Indices& kept, std::size_t n, double r,
                            const Extent& e)
 {
@@ -100,7 +100,7 @@ std::vector<char> isolated(const SplatCloud& cloud, const Indices& kept, std::si
         std::uint64_t key;
         std::uint32_t index;
     };
-    constexpr std::uint64_t cells = 1 << 20;  // along an axis, at most: far ones are gone
+    constexpr std::uint64_t cells = 1 << 20;  // maximum per axis: far splats are dropped before
     const double edge = max(r, 4 * e.size / double(cells));
     const auto key = [&](std::uint64_t x, std::uint64_t y, std::uint64_t z) {
         return (z * cells + y) * cells + x;
@@ -133,7 +133,7 @@ std::vector<char> isolated(const SplatCloud& cloud, const Indices& kept, std::si
                  ++s, ++at)
                 near += distance2(cloud, i, at->index) <= r * r;
         }
-        lonely[i] = near <= n;  // it finds itself
+        lonely[i] = near <= n;  // `near` includes the splat itself
     });
     return lonely;
 }
@@ -166,7 +166,7 @@ CleanCloud clean(const SplatCloud& cloud, const CleanOptions& options)
     const std::size_t n = std::size_t(options.neighbours);
     if (kept.size() <= n) return out;
     const double distance = options.isolation * median_distance(cloud, kept, n);
-    if (!(distance > 0)) return out;  // most lie on each other: nothing to compare with
+    if (!(distance > 0)) return out;  // most centres coincide: no scale to compare with
     const std::vector<char> lonely = isolated(cloud, kept, n, distance, e);
     r.isolated = keep(kept, [&](std::uint32_t i) { return !lonely[i]; });
     return out;

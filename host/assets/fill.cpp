@@ -15,8 +15,8 @@ namespace {
 
 using Indices = std::vector<std::uint32_t>;
 constexpr double bytes_per_node = 104;      // of the solid, its depths and its colours
-constexpr double bytes_per_particle = 128;  // twice the place and the stratum, while a list grows
-constexpr double bytes_per_stratum = 16;    // while particles are packed
+constexpr double bytes_per_particle = 128;  // position and stratum twice, while a vector grows
+constexpr double bytes_per_stratum = 16;    // during packing
 constexpr double bytes_per_splat = 400;     // twice, with harmonics of degree 3
 constexpr double max_strata = 1e9;          // along an axis: indices are int
 
@@ -36,7 +36,8 @@ void check_bytes(const FillOptions& options, double bytes, const char* of)
                                       bytes / 0x1p20, double(options.max_bytes) / 0x1p20));
 }
 
-// The solid's strata, from `low` to before `high`; keys of those that hold particles, in order.
+// The strata of the solid, from `low` up to but excluding `high`; keys of those that hold
+// particles, sorted.
 struct Strata {
     double h;  // edge [m]
     Int3 low{}, high{};
@@ -47,7 +48,7 @@ struct Strata {
     {
         return {int(std::floor(x.x / h)), int(std::floor(x.y / h)), int(std::floor(x.z / h))};
     }
-    // Of the box and one more stratum on each side.
+    // Linear index in the box with one more stratum on each side.
     std::uint64_t key(Int3 s) const
     {
         const auto edge = [](int from, int to) { return std::uint64_t(to - from) + 2; };
@@ -62,7 +63,7 @@ struct Strata {
     }
 };
 
-// Over the inner nodes of the grid.
+// Strata over the inner nodes of the grid.
 Strata strata_over(const Grid& grid, double h)
 {
     const Vec3<double> from = (1 / h) * grid.position({0, 0, 0}),
@@ -85,7 +86,7 @@ Strata strata_over(const Grid& grid, double h)
     return s;
 }
 
-// The strata that may meet the solid, from the first to before the second.
+// Range of strata that may intersect the solid, end excluded.
 std::pair<Int3, Int3> solid_box(const Solid& solid, const Strata& strata)
 {
     const Grid& grid = solid.grid;
@@ -101,8 +102,9 @@ std::pair<Int3, Int3> solid_box(const Solid& solid, const Strata& strata)
     return {strata.of(grid.position(low - one)), strata.of(grid.position(high + one)) + one};
 }
 
-// The indicator as a depth: most of its change by one is within three spacings of the grid. Near
-// its ends it is no measure; half a stratum lets none of them be left out.
+// Depth from the indicator, most of whose change by one lies within three spacings of the grid.
+// Towards 0 and 1 it is no measure of depth; there half a stratum is returned, so that no stratum
+// is missed.
 double depth_in(const Solid& solid, Vec3<double> x, double stratum)
 {
     const double excess = double(solid.inside(x)), limit = stratum / 2;
@@ -132,8 +134,8 @@ bool near_particles(const Strata& strata, Int3 s)
     return false;
 }
 
-// Visible splats that have no particle of the solid in the strata around them belong to a part
-// too thin for the grid: each stratum that they touch gets a particle at their mean.
+// Visible splats without particles of the solid in the surrounding strata belong to a part too thin
+// for the grid: each stratum that they touch gets a particle at their mean.
 std::size_t fill_thin(const SplatCloud& cloud, const Indices& kept, const Solid& solid,
                       Strata& strata)
 {
@@ -152,7 +154,8 @@ std::size_t fill_thin(const SplatCloud& cloud, const Indices& kept, const Solid&
     }
     std::stable_sort(touches.begin(), touches.end(),
                      [](const Touch& a, const Touch& b) { return a.key < b.key; });
-    // A sheet between two strata touches both: the second gets none where the first's is near.
+    // A sheet between two strata touches both: the second stratum gets no particle close to the
+    // first one's.
     std::unordered_map<std::uint64_t, Vec3<double>> added;
     for (std::size_t from = 0, to; from < touches.size(); from = to) {
         Vec3<double> sum{};
@@ -211,7 +214,7 @@ FilledObject fill(const SplatCloud& cloud, const CleanCloud& clean_cloud,
 
     const double h = options.cell / std::cbrt(options.per_cell);
     out.particle_volume = h * h * h;
-    // A thin part has at most a stratum for each point that stands for a splat.
+    // A thin part has at most one stratum per sample point of a splat.
     check_bytes(
         options,
         bytes_per_particle * (1.1 * solid.volume / out.particle_volume + double(kept.size())),

@@ -12,11 +12,11 @@ namespace knead {
 namespace {
 
 constexpr int fit_points = 12000, check_points = 40000;
-constexpr int turns = 4;             // of fitting, then hanging on joints what was fitted
-constexpr double min_weight = 0.06;  // of a joint; smaller ones are dropped
+constexpr int turns = 4;             // alternations of fitting spheres and binding them to joints
+constexpr double min_weight = 0.06;  // joint weights below this are dropped
 
-// Free enough for the open hand, tied enough that a fist still fits. docs/method/hands.md has the
-// sweep. H25 has too few spheres to bring in its outliers without losing the fist.
+// A trade-off between fitting the open hand and fitting a fist; the sweep is in
+// docs/method/hands.md. H25 has too few spheres to fit its outliers without degrading the fist.
 FitOptions rule_of(Topology topology)
 {
     if (topology == Topology::h25) return {3e-2, 0};
@@ -43,7 +43,7 @@ Spheres seeds(const Layout& l, const Skin& skin, const std::vector<SkinPoint>& p
     return out;
 }
 
-// The sphere hung on at most four joints, those of the greatest weight, in hundredths.
+// Binds the sphere to at most four joints, those with the largest weights, in hundredths.
 FittedSphere heaviest(std::array<double, joint_count> w, const Sphere<double>& s)
 {
     FittedSphere f{cast<float>(s.c), float(s.r), {}, {}};
@@ -69,7 +69,8 @@ FittedSphere heaviest(std::array<double, joint_count> w, const Sphere<double>& s
     return f;
 }
 
-// Joint weights of the skin that a sphere carries, so that it moves as that skin does.
+// Binds each sphere with the joint weights of the skin that it carries, so that it moves like that
+// skin.
 std::vector<FittedSphere> hung(const Spheres& s, const std::vector<Primitive>& primitives,
                                const Layout& l, const std::vector<SkinPoint>& points)
 {
@@ -83,10 +84,10 @@ std::vector<FittedSphere> hung(const Spheres& s, const std::vector<Primitive>& p
     }
     std::vector<FittedSphere> out;
     for (std::size_t i = 0; i < s.size(); ++i) {
-        // Trackers disagree on where a tip joint is: what is there hangs on the last bone.
+        // Trackers differ in the position of tip joints: their weight goes to the last bone.
         for (const int tip : {thumb_tip, index_tip, middle_tip, ring_tip, little_tip})
             w[i][tip - 1] += std::exchange(w[i][tip], 0);
-        w[i][l.spheres[i].a] += 1e-12;  // a sphere that carries no skin follows its seed
+        w[i][l.spheres[i].a] += 1e-12;  // a sphere without skin follows its seed
         out.push_back(heaviest(w[i], s[i]));
     }
     return out;
@@ -105,7 +106,7 @@ Hand open_of(const Skin& skin, const std::vector<SkinPoint>& points, Side side)
     return hand;
 }
 
-// Points on the outside of the medial hand, `count` of each primitive at most.
+// Points on the outer surface of the medial hand, at most `count` per primitive.
 std::vector<Vec3<double>> outside(const Spheres& s, const std::vector<Primitive>& primitives,
                                   int count)
 {
@@ -113,8 +114,8 @@ std::vector<Vec3<double>> outside(const Spheres& s, const std::vector<Primitive>
     std::vector<Vec3<double>> out;
     for (std::size_t i = 0; i < primitives.size(); ++i)
         for (int k = 0; k < count; ++k) {
-            // A ray from somewhere on the medial sheet in some direction, both from the golden
-            // ratio's sequence in four dimensions, brought back to the surface.
+            // A ray from a point of the medial sheet in some direction, both from the 4D
+            // golden-ratio sequence, projected onto the surface.
             const auto step = [&](double g) { return std::fmod(0.5 + g * k, 1.0); };
             double u = step(0.8566748838545029), v = step(0.733891856627126);
             if (u + v > 1) u = 1 - u, v = 1 - v;
@@ -156,7 +157,7 @@ Deviation deviation(const Rig& rig, Side side, const Skin& skin,
     std::vector<SkinPoint> skinned = points;
     std::vector<double> error;
     Deviation d{};
-    double end = -1e30;  // the open end lies behind this
+    double end = -1e30;  // the open end is beyond this
     for (SkinPoint& point : skinned) {
         point.p = follow(skin, point, joints);
         end = std::max(end, point.p.z);
@@ -174,7 +175,7 @@ Deviation deviation(const Rig& rig, Side side, const Skin& skin,
 
 namespace {
 
-// How spheres so hung get from the open hand to another pose of its joints.
+// Transforms of bound spheres from the open hand to another pose of its joints.
 std::vector<Carry> carries(const std::vector<FittedSphere>& spheres,
                            const std::array<Joint<double>, joint_count>& open,
                            const std::array<Joint<double>, joint_count>& pose)
@@ -196,7 +197,7 @@ std::vector<Carry> carries(const std::vector<FittedSphere>& spheres,
     return out;
 }
 
-// As of a right hand, whichever it is.
+// Reads the skin as a right hand, mirroring a left one.
 Skin right_skin(const HandMesh& mesh)
 {
     const Skin read = read_skin(mesh.path);
@@ -226,7 +227,7 @@ FitReport fit_hand(const std::vector<HandMesh>& meshes, Topology topology)
     for (int turn = 0; turn < turns; ++turn) {
         for (std::size_t i = 1; i < views.size(); ++i)
             views[i].carries = carries(report.spheres, skins[0].joints, skins[i].joints);
-        // Outliers are brought in once the rest is in place: before, they are everywhere.
+        // The outlier term is enabled after the first fit: before, every point is an outlier.
         FitOptions options = rule_of(topology);
         if (turn == 0) options.outlier = 0;
         refine(s, start, l.primitives, views, options);

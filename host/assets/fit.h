@@ -8,21 +8,21 @@
 
 namespace knead {
 
-// How far a surface lies from a medial hand: |phi| over points spread evenly on the surface [m].
+// Deviation of a surface from a medial hand: |phi| over points spread evenly on the surface [m].
 struct Deviation {
     double mean, p95, worst;
-    double bulge;  // farthest that the medial hand's surface strays from the mesh [m]
+    double bulge;  // maximum distance of the medial hand's surface from the mesh [m]
 };
 
 struct FitReport {
     Topology topology;
     Side side;
     Hand open;                          // the mesh's own joints
-    std::vector<FittedSphere> spheres;  // as of a right hand
+    std::vector<FittedSphere> spheres;  // for a right hand
     Rig rig;                            // of `side`, bound to `open`
     int cones, slabs;
     Deviation deviation;     // open hand, at 40000 points
-    double shift, farthest;  // of the centres from their seeds: mean, greatest [m]
+    double shift, farthest;  // distance of the centres from their seeds: mean, maximum [m]
     double seconds;
 };
 
@@ -31,16 +31,17 @@ struct HandMesh {
     Side side;
 };
 
-// One hand for all meshes, right and left, each in the pose it is bound in. The first is the one
-// that the report is about: its joints, its deviation. Throws std::runtime_error where a mesh
-// cannot be read. Deterministic.
+// Fits one hand to all meshes, right and left, each in its bind pose. The report covers the first
+// mesh: its joints, its deviation. Throws std::runtime_error if a mesh cannot be read.
+// Deterministic.
 FitReport fit_hand(const std::vector<HandMesh>& meshes, Topology topology);
 
-// How far the skin lies from the rig when both follow `pose`. `bulge` only on request (slow).
+// Deviation of the skin from the rig when both follow `pose`. `bulge` only on request (slow).
 Deviation deviation(const Rig& rig, Side side, const Skin& skin,
                     const std::vector<SkinPoint>& points, const Hand& pose, bool bulge = false);
 
-// host/hands/rig_table.h, from the fits of both topologies, a right hand first.
+// Writes host/hands/rig_table.h from the fits of both topologies, the first mesh of each a right
+// hand.
 void write_rig_table(std::ostream& out, const FitReport& h25, const FitReport& h47);
 
 }  // namespace knead

@@ -1,4 +1,4 @@
-// A box of evenly spaced nodes for fields over an object, x fastest.
+// A regular grid of nodes for fields over an object, x fastest.
 #pragma once
 #include <algorithm>
 #include <cmath>
@@ -10,9 +10,9 @@
 namespace knead {
 
 struct Grid {
-    Vec3<double> origin{};  // of node (0, 0, 0) [m]
+    Vec3<double> origin{};  // position of node (0, 0, 0) [m]
     double h = 1;           // spacing [m]
-    Int3 size{};            // nodes along each axis, 2 at least
+    Int3 size{};            // nodes along each axis, at least 2
 
     std::size_t count() const { return std::size_t(size.x) * size.y * size.z; }
     std::size_t at(Int3 n) const
@@ -29,21 +29,21 @@ struct Grid {
         return origin + h * Vec3<double>{double(n.x), double(n.y), double(n.z)};
     }
     Vec3<double> local(Vec3<double> x) const { return (1 / h) * (x - origin); }  // [h]
-    bool within(Int3 n, int rim = 0) const  // not among the outermost `rim` layers
+    bool within(Int3 n, int rim = 0) const  // outside the outermost `rim` layers
     {
         return n.x >= rim && n.y >= rim && n.z >= rim && n.x < size.x - rim && n.y < size.y - rim &&
                n.z < size.z - rim;
     }
 };
 
-// The field at x by trilinear interpolation; beyond the box its value on the boundary.
+// Trilinear interpolation of the field at x; clamped to the boundary outside the box.
 template <class T>
 T sampled(const Grid& grid, const std::vector<T>& field, Vec3<double> x)
 {
     const Vec3<double> u = grid.local(x);
     struct Place {
         int low;
-        float share;  // of the higher node
+        float share;  // weight of the higher node
     };
     const auto place = [](double at, int nodes) {
         const double inner = clamp(at, 0.0, double(nodes - 1));

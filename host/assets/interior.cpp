@@ -10,8 +10,8 @@
 namespace knead {
 namespace {
 
-constexpr double jitter = 0.1;      // of a spacing
-constexpr double uncertain = 0.25;  // spacings of the grid: how well the surface is known
+constexpr double jitter = 0.1;      // in spacings
+constexpr double uncertain = 0.25;  // uncertainty of the surface, in spacings of the grid
 
 std::array<std::ptrdiff_t, 6> neighbours(const Grid& grid)
 {
@@ -19,7 +19,7 @@ std::array<std::ptrdiff_t, 6> neighbours(const Grid& grid)
     return {-1, 1, -up, up, -out, out};
 }
 
-// The distance that follows from the nearest ones along the three axes, in spacings.
+// Distance of a node from the smallest distances along the three axes, in spacings.
 float eikonal(std::array<float, 3> a)
 {
     std::sort(a.begin(), a.end());
@@ -32,13 +32,14 @@ float eikonal(std::array<float, 3> a)
     return (s3 + std::sqrt(max(s3 * s3 - 3 * (q - 1), 0.0f))) / 3;
 }
 
-// Nodes beside the surface: from where the indicator crosses the level along the axes.
+// Distance of a node next to the surface, from where the indicator crosses the level along the
+// axes; -1: no crossing.
 float distance_beside(const Solid& solid, std::size_t i, const std::array<std::ptrdiff_t, 6>& next)
 {
     const float here = solid.indicator[i] - solid.level;
     float sum = 0;
     for (std::size_t axis = 0; axis < 3; ++axis) {
-        float nearest = 0;  // inverse, in spacings
+        float nearest = 0;  // inverse distance, in spacings
         for (std::size_t side = 0; side < 2; ++side) {
             const float there =
                 solid.indicator[std::size_t(std::ptrdiff_t(i) + next[2 * axis + side])] -
@@ -94,7 +95,7 @@ enum Kind : char { empty, fixed, free_node };
 struct Colours {
     std::vector<Vec3<float>> value;
     std::vector<char> kind;
-    Vec3<float> low, high;  // of the fixed ones
+    Vec3<float> low, high;  // range of the fixed values
 };
 
 Vec3<float> lesser(Vec3<float> a, Vec3<float> b)
@@ -106,7 +107,7 @@ Vec3<float> greater(Vec3<float> a, Vec3<float> b)
     return {max(a.x, b.x), max(a.y, b.y), max(a.z, b.z)};
 }
 
-// The visible splats' colours at the nodes around them, each weighing as much as light sees of it.
+// Colours of the visible splats at the nodes around them, weighted by the light that they receive.
 Colours surface_colours(const SplatCloud& cloud, const std::vector<std::uint32_t>& kept,
                         const Solid& solid)
 {
@@ -151,7 +152,7 @@ struct Mean {
     Vec3<float> value() const { return (1 / float(count)) * sum; }
 };
 
-// Layer by layer inwards, the mean of the neighbours that have a colour: where to begin.
+// Initial values: layer by layer inwards, the mean of the neighbours that have a colour.
 void spread_inwards(const Grid& grid, Colours& c, std::vector<std::size_t> nodes,
                     const std::vector<float>& depth)
 {
@@ -187,7 +188,7 @@ void relax(const Grid& grid, Colours& c, const std::vector<std::size_t>& nodes, 
     });
 }
 
-// Two layers of empty nodes take the mean of their neighbours, for interpolation at the surface.
+// Sets two layers of empty nodes to the mean of their neighbours, for interpolation at the surface.
 void pad(const Grid& grid, Colours& c)
 {
     const auto next = neighbours(grid);
@@ -224,7 +225,7 @@ std::vector<Vec3<float>> inner_colours(const SplatCloud& cloud,
         deepest = max(deepest, depth[i]);
     }
     spread_inwards(grid, c, free_nodes, depth);
-    // The best factor for a box as wide as the solid [Young 1954].
+    // Optimal over-relaxation factor for a box as wide as the solid [Young 1954].
     const double width = 2 * deepest / grid.h + 2;
     const float over = float(2 / (1 + std::sin(std::numbers::pi / width)));
     for (int sweep = 0; sweep < int(3 * width); ++sweep)
@@ -236,7 +237,7 @@ std::vector<Vec3<float>> inner_colours(const SplatCloud& cloud,
 
 namespace {
 
-// Calls use(cell) for the cells of edge h that may hold an inner node, in order.
+// Calls use(cell) for the cells of edge h that may contain an inner node, in order.
 template <class Use>
 void each_cell(const Grid& grid, double h, Use&& use)
 {
@@ -281,7 +282,8 @@ Interior interior_splats(const Solid& solid, const std::vector<float>& depth,
                          const InteriorOptions& options)
 {
     if (options.max_count == 0) return {{}, {}, options.spacing};
-    // A splat stands for at most eight spacings cubed, and no grid is read finer than an eighth.
+    // A splat covers at most eight cubic spacings, and the grid is sampled no finer than at an
+    // eighth of its spacing.
     double spacing = max(max(options.spacing, solid.grid.h / 8),
                          std::cbrt(solid.volume / (8 * double(options.max_count))));
     for (;; spacing *= 1.1) {

@@ -8,15 +8,15 @@
 namespace knead {
 namespace {
 
-// One direction's way through the grid: slices along its longest axis, rows within a slice.
+// The sweep of one direction through the grid: slices along its longest axis, rows within a slice.
 struct Sweep {
-    Vec3<float> towards;           // the light, unit
+    Vec3<float> towards;           // unit, towards the light
     int slices, rows, columns;     // along the axes m, v and u
-    std::size_t by_m, by_v, by_u;  // how far on in memory is the next node along each
-    bool rising;                   // light comes from the last slice
+    std::size_t by_m, by_v, by_u;  // memory strides along each axis
+    bool rising;                   // light enters at the last slice
     float along;                   // |component along m|
-    int step_u, step_v;      // from a node to the lower of the nodes that light passes between
-    float share_u, share_v;  // of the higher ones
+    int step_u, step_v;            // offset to the lower of the nodes around the incoming ray
+    float share_u, share_v;        // interpolation weights of the higher nodes
 };
 
 Sweep sweep_of(const Grid& grid, Vec3<double> d)
@@ -44,7 +44,7 @@ Sweep sweep_of(const Grid& grid, Vec3<double> d)
             float(b - std::floor(b))};
 }
 
-// What leaves a slice, with a rim of open sky two wide.
+// Light that leaves a slice, with a rim of open sky, two nodes wide.
 struct Slice {
     int stride;
     std::vector<float> light;
@@ -55,14 +55,14 @@ struct Slice {
     float* row(int v) { return &light[std::size_t(v + 2) * stride + 2]; }
 };
 
-// One row of a slice; `weight` is the direction's share of the sky.
+// Propagates light through one row of a slice; `weight` is the direction's fraction of the sky.
 void light_row(const Sweep& s, const float* below, const float* above, float* leaving,
                std::size_t first, const std::vector<float>& extinction, float h, float weight,
                Light& light)
 {
     const float w00 = (1 - s.share_u) * (1 - s.share_v), w10 = s.share_u * (1 - s.share_v),
                 w01 = (1 - s.share_u) * s.share_v, w11 = s.share_u * s.share_v;
-    // A sphere's sky presses an open surface with 2 pi / 3 of 4 pi.
+    // The pressure of a full sky on an open surface is 2 pi / 3 of 4 pi.
     const float per_spacing = 6 * weight * s.along / h, path = h / s.along;
     for (int u = 0; u < s.columns; ++u) {
         const int from = u + s.step_u;

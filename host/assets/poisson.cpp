@@ -12,7 +12,7 @@ struct Level {
     std::vector<float> u, f;
 };
 
-// One sweep over the nodes of one colour: each takes the value that its equation asks for.
+// One Gauss-Seidel sweep over the nodes of one colour.
 void relax(Level& l, int colour)
 {
     const Int3 n = l.grid.size;

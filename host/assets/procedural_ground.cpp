@@ -25,7 +25,7 @@ Vec3<double> normal_at(double x, double z)
     return (1 / length(n)) * n;
 }
 
-// Linear in red, green and blue, 0 to 1.
+// Linear RGB, 0 to 1.
 Vec3<double> paint_at(unsigned seed, double x, double z, bool& mortar)
 {
     const int i = int(std::floor(x / tile)), k = int(std::floor(z / tile));

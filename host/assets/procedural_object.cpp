@@ -12,10 +12,10 @@ namespace {
 
 using std::numbers::pi;
 using Colour = Vec3<double>;
-constexpr double height = 0.2;  // of what is drawn below in units of 1 [m]
+constexpr double height = 0.2;  // scale of the model below, which has units of 1 [m]
 
-// The outline, from the middle of the foot over the belly and the lip to the middle of the dish:
-// distance from the axis and height.
+// The profile, from the centre of the foot over belly and lip to the centre of the dish: radius and
+// height.
 struct Knot {
     double r, y;
 };
@@ -46,7 +46,7 @@ Knot outline_at(double s)  // 0 at the foot to 1 in the dish
     constexpr int pieces = int(outline.size()) - 1;
     const double at = clamp(s, 0.0, 1.0) * pieces;
     const int k = std::min(int(at), pieces - 1);
-    // Beyond its ends the outline goes on in its mirror image.
+    // Beyond its ends the profile is mirrored.
     const auto knot = [&](int i) {
         const int j = i < 0 ? -i : i > pieces ? 2 * pieces - i : i;
         const Knot o = outline[std::size_t(j)];
@@ -62,14 +62,14 @@ double smooth_step(double low, double high, double x)
     return t * t * (3 - 2 * t);
 }
 
-// Twelve flutes that wind around the belly: 1 on a ridge, -1 in a valley.
+// Twelve flutes winding around the belly: 1 on a ridge, -1 in a valley.
 double flute(double angle, Knot o)
 {
     const double wave = std::cos(12 * (angle + 0.9 * o.y));
     return 1 - 2 * std::sqrt(0.5 - 0.5 * wave + 0.02);
 }
 
-// How far the flutes reach: not to the foot, not over the shoulder.
+// Extent of the flutes: not to the foot, not over the shoulder.
 double fluted(double s, Knot o)
 {
     return s > 0.7 ? 0 : smooth_step(0.1, 0.3, o.y) * (1 - smooth_step(0.58, 0.8, o.y));
@@ -107,7 +107,7 @@ double layered_noise(unsigned seed, Vec3<double> x)
 
 Colour mixed(Colour a, Colour b, double t) { return (1 - t) * a + t * b; }
 
-// Where the glaze ended when it ran: a wavy line with tongues.
+// Lower edge of the glaze: a wavy line with runs.
 double glaze_edge(unsigned seed, double angle)
 {
     const Vec3<double> around{std::cos(angle), 0, std::sin(angle)};
@@ -138,20 +138,20 @@ Paint paint_at(unsigned seed, double angle, double s, Vec3<double> x)
     const Colour thin{0.73, 0.83, 0.70}, middle{0.13, 0.58, 0.60}, deep{0.03, 0.20, 0.40};
     Colour glaze = thick < 0.5 ? mixed(thin, middle, smooth_step(0, 0.5, thick))
                                : mixed(middle, deep, smooth_step(0.5, 1, thick));
-    // It breaks to amber where it is thinnest, and iron specks come through.
+    // Amber where it is thinnest, with iron specks.
     const double lip = smooth_step(0.945, 0.985, x.y) + 0.75 * smooth_step(0.62, 0.95, ridge);
     glaze = mixed(glaze, {0.70, 0.42, 0.17}, 0.85 * clamp(lip + 0.25 * grain, 0.0, 1.0));
     glaze =
         mixed(glaze, {0.30, 0.20, 0.12}, 0.55 * smooth_step(0.6, 0.75, noise(seed + 40, 34.0 * x)));
     const double cover = smooth_step(-0.006, 0.006, above);
-    // A dark line of bare, toasted clay runs along the edge.
+    // A dark line of bare, toasted clay along the edge.
     const Colour bare = mixed({0.36, 0.15, 0.08}, clay, smooth_step(0.0, 0.05, -above));
     return {mixed(bare, glaze, cover), cover};
 }
 
 struct Place {
     double angle, s;
-    Vec3<double> x, normal, along;  // unit of the drawing; normal outwards, along the outline
+    Vec3<double> x, normal, along;  // in model units; normal outwards, `along` the profile
 };
 
 Place place_at(double angle, double s)
@@ -177,8 +177,8 @@ double shade(const Place& p)
            (1 - near_floor);
 }
 
-// Coefficients to degree 2 of a colour that shines towards who sees a lamp mirrored: a lobe of
-// degree 4, the integral of it times a harmonic by a rule that is exact for it.
+// Coefficients up to degree 2 of a glossy colour: a lobe of degree 4 around the mirrored lamp
+// direction, projected by a quadrature that is exact for it.
 void add_coefficients(const Place& p, const Paint& paint, std::vector<Vec3<float>>& sh)
 {
     const Colour base = shade(p) * paint.colour;
@@ -200,7 +200,7 @@ void add_coefficients(const Place& p, const Paint& paint, std::vector<Vec3<float
     for (const Vec3<double>& v : c) sh.push_back(cast<float>(v));
 }
 
-// The outline cut into rings: how much of the whole area lies before each.
+// The profile cut into rings: cumulative area before each.
 std::vector<double> area_before(int rings)
 {
     std::vector<double> before{0};
@@ -243,7 +243,7 @@ SplatCloud glazed_pot(int count, unsigned seed)
 double glazed_pot_volume()
 {
     constexpr int around = 720, along = 2000;
-    double sum = 0;  // of x . n dA / 3
+    double sum = 0;  // integral of x . n / 3 dA
     for (int j = 0; j < along; ++j)
         for (int i = 0; i < around; ++i) {
             const auto corner = [&](int a, int b) {

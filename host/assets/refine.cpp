@@ -28,10 +28,10 @@ Hold nearest(const std::vector<Shape<double>>& all, Vec3<double> p)
 namespace {
 
 constexpr int max_rounds = 60;
-constexpr double little = 1e-6;       // a round that gains less of the cost is the last
-constexpr double radius_freedom = 5;  // a radius is pulled this much less than a centre
+constexpr double little = 1e-6;       // relative decrease of the cost at which iteration ends
+constexpr double radius_freedom = 5;  // a radius is pulled less than a centre by this factor
 
-// Where the spheres stand in a view, and by what turn each got there.
+// The spheres in the pose of a view.
 Spheres seen(const Spheres& s, const FitView& view)
 {
     Spheres out = s;
@@ -40,7 +40,7 @@ Spheres seen(const Spheres& s, const FitView& view)
     return out;
 }
 
-// The cost of a fit, with its slope and curvature over centres and radii.
+// The cost of a fit, with its negative gradient and Gauss-Newton matrix over centres and radii.
 struct Cost {
     double value;
     ::Eigen::MatrixXd curvature;
@@ -48,7 +48,7 @@ struct Cost {
 };
 
 // Adds the distance at one point of a view. By the envelope theorem d(phi)/d(centre) = -share n and
-// d(phi)/d(radius) = -share, a sphere's share being its weight there.
+// d(phi)/d(radius) = -share, where share is the weight of the sphere at that point.
 void add(Cost& cost, const Hold& h, const Primitive& q, const FitView& view, double outlier)
 {
     const double phi = h.closest_point.phi, far = outlier > 0 ? std::pow(phi / outlier, 4) : 0;

@@ -1,4 +1,4 @@
-// Medial spheres brought to where points of skin lie on their surface. docs/method/hands.md.
+// Refines medial spheres so that points of the skin lie on their surface. docs/method/hands.md.
 #pragma once
 #include <vector>
 
@@ -8,11 +8,11 @@ namespace knead {
 
 using Spheres = std::vector<Sphere<double>>;
 
-constexpr double smallest_radius = 2e-3;  // of a sphere that is fitted [m]
+constexpr double smallest_radius = 2e-3;  // of a fitted sphere [m]
 
 std::vector<Shape<double>> shapes(const Spheres& spheres, const std::vector<Primitive>& primitives);
 
-// What a point is nearest to.
+// The closest point of the medial hand, and its primitive.
 struct Hold {
     ClosestPoint<double> closest_point;
     int primitive;
@@ -28,26 +28,27 @@ void for_each_share(const Primitive& q, const ClosestPoint<double>& f, Visit&& v
         if (l[k] > 0) visit(q.sphere[k], l[k]);
 }
 
-// How a sphere's centre gets from where it is fitted to where it stands in another pose of the
-// hand.
+// Rigid transform of a sphere's centre from the fitted pose to another pose of the hand.
 struct Carry {
     Mat3<double> turn;
     Vec3<double> shift;  // [m]
 };
 
-// A skin to fit to: its points, and where its pose carries each sphere. No carries: nowhere.
+// A skin to fit: its points, and the transform of each sphere to its pose. No transforms: the
+// fitted pose.
 struct FitView {
     std::vector<SkinPoint> points;
     std::vector<Carry> carries;
 };
 
 struct FitOptions {
-    double pull;     // of a centre to its seed, per point [1]; radii a fifth of that
-    double outlier;  // from this distance on [m] outliers count by more than squares; 0: never
+    double pull;     // stiffness of the pull to the seed, per point [1]; radii: a fifth
+    double outlier;  // distance above which outliers weigh more [m]; 0: never
 };
 
-// Least cost over all centres and radii by damped Gauss-Newton steps [Levenberg-Marquardt]: of the
-// distances phi at the views' points, phi^2/2 + phi^6/(6 outlier^4), and of the pull to the seeds.
+// Minimises the cost over all centres and radii by damped Gauss-Newton steps [Levenberg-Marquardt]:
+// phi^2/2 + phi^6/(6 outlier^4) over the distances phi of the views' points, plus the pull to the
+// seeds.
 void refine(Spheres& spheres, const Spheres& seeds, const std::vector<Primitive>& primitives,
             const std::vector<FitView>& views, const FitOptions& options);
 

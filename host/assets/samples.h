@@ -1,4 +1,4 @@
-// A splat as points in space, for what is laid on a lattice.
+// Point samples of a splat, for depositing it on a lattice.
 #pragma once
 #include <algorithm>
 #include <cmath>
@@ -8,9 +8,9 @@
 
 namespace knead {
 
-// Calls use(place, weight, u2) for points that stand for splat i where `h` is resolved: its centre,
-// or several along the axes that are longer than a quarter of h, out to two half axes, at most
-// `most` along an axis. Weights sum to 1; u2 is the squared distance in half axes.
+// Calls use(place, weight, u2) for sample points of splat i at resolution `h`: its centre, or
+// several points along axes longer than a quarter of h, out to two half axes, at most `most` per
+// axis. Weights sum to 1; u2 is the squared distance in half axes.
 template <class Use>
 void each_sample(const SplatCloud& cloud, std::uint32_t i, double h, int most, Use&& use)
 {

@@ -15,7 +15,7 @@ namespace {
 using ::Eigen::Matrix3d;
 using ::Eigen::Vector3d;
 
-// The joints by their names in the WebXR Hand Input specification; it has no palm.
+// Joint names of the WebXR Hand Input specification, which has no palm.
 const char* const webxr_names[joint_count] = {"",
                                               "wrist",
                                               "thumb-metacarpal",
@@ -43,7 +43,7 @@ const char* const webxr_names[joint_count] = {"",
                                               "pinky-finger-phalanx-distal",
                                               "pinky-finger-tip"};
 
-constexpr double open_end = 0.12;  // share of the length that the wrist's open end takes
+constexpr double open_end = 0.12;  // fraction of the length taken by the wrist's open end
 
 struct Source {
     const std::string& path;
@@ -53,7 +53,7 @@ struct Source {
     }
 };
 
-// Which of our joints each of the skin's is; -1: none.
+// Index of our joint for each joint of the skin; -1: none.
 std::vector<int> joint_order(const Source& s, const GltfSkin& skin)
 {
     std::vector<int> order;
@@ -83,7 +83,7 @@ Matrix3d facing(const Vector3d& x, const Vector3d& z)
 }
 
 // Phalanges and the thumb: -z exactly along the bone, and one flexion axis x for the whole finger,
-// the mean of what the mesh's skeleton gives its joints. Metacarpals keep their frames.
+// the mean of the axes in the mesh's skeleton. Metacarpals keep their frames.
 void straighten(std::array<Frame, joint_count>& f)
 {
     for (int finger = 0; finger < 5; ++finger) {
@@ -123,7 +123,7 @@ std::array<Joint<double>, joint_count> bind_pose(const Source& s, const GltfSkin
     return joints;
 }
 
-// Of vertex i: how much it hangs on each of our joints.
+// Weights of vertex i for each of our joints.
 std::array<double, joint_count> shares(const Source& s, const GltfPart& part, std::size_t i,
                                        const std::vector<int>& order)
 {
@@ -174,7 +174,7 @@ std::vector<SkinPoint> spread(const Skin& skin, int count)
     double low = 1e30, high = -1e30;
     for (const auto& v : skin.vertices) low = std::min(low, v.z), high = std::max(high, v.z);
     const double cut = high - open_end * (high - low);
-    std::vector<double> until;  // area of the triangles up to each
+    std::vector<double> until;  // cumulative area of the triangles
     double area = 0;
     for (const Int3 t : skin.triangles) {
         const auto a = skin.vertices[t.x], b = skin.vertices[t.y], c = skin.vertices[t.z];

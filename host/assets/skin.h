@@ -1,4 +1,4 @@
-// A skinned hand mesh, brought into the frame of open_hand: what the medial hand is fitted to.
+// A skinned hand mesh in the frame of open_hand: the target of the medial hand's fit.
 #pragma once
 #include <string>
 #include <vector>
@@ -15,20 +15,20 @@ struct Skin {
 };
 
 // Reads a binary glTF whose skin has the 25 joints of the WebXR Hand Input specification, by name.
-// Throws InputError with the path, what was expected and what was found.
+// Throws InputError with the path, expected and found.
 Skin read_skin(const std::string& path);
 
-// A point of the surface, with what it needs to follow the joints (linear blend skinning).
+// A surface point with its joint weights (linear blend skinning).
 struct SkinPoint {
     Vec3<double> p;                          // bind pose [m]
     std::array<double, joint_count> weight;  // sum 1
 };
 
-// `count` points spread evenly over the area, always the same ones. The open end at the wrist (the
-// last 12 % of the length) is left out: a union of balls must bulge there.
+// `count` points spread evenly over the area, deterministic. The open end at the wrist (the last 12
+// % of the length) is left out: a union of balls necessarily bulges there.
 std::vector<SkinPoint> spread(const Skin& skin, int count);
 
-// Where linear blend skinning takes the point when the joints stand at `pose`.
+// Position of the point by linear blend skinning for the joints at `pose`.
 Vec3<double> follow(const Skin& skin, const SkinPoint& point,
                     const std::array<Joint<double>, joint_count>& pose);
 

@@ -1,6 +1,6 @@
-// Photographs see a surface from outside, so a splat's visible side is the solid's outer side.
-// Light from all sides tells it for every splat at once; the visible splats become a layer of
-// dipoles of unit strength, whose potential is the winding number. Derived in
+// Photographs show a surface from outside, so the visible side of a splat is the outer side of the
+// solid. Light from all directions determines it for all splats at once; the visible splats become
+// a layer of dipoles of unit strength, whose potential is the winding number. Derived in
 // docs/method/splats.md.
 #include "host/assets/solid.h"
 
@@ -18,10 +18,10 @@ namespace knead {
 namespace {
 
 using Indices = std::vector<std::uint32_t>;
-constexpr double opaque = 6;         // optical depth that the thinner parts of a surface are given
-constexpr double max_depth = 12;     // of one spacing
-constexpr float dark = 0.005f;       // of the sky: less light than this leaked in
-constexpr double max_samples = 2e7;  // of all splats together
+constexpr double opaque = 6;         // minimum optical depth of the thinner parts of a surface
+constexpr double max_depth = 12;     // per spacing
+constexpr float dark = 0.005f;       // fraction of the sky below which light counts as leakage
+constexpr double max_samples = 2e7;  // over all splats
 
 struct Box {
     Vec3<double> low, high;
@@ -32,7 +32,7 @@ struct Box {
     }
 };
 
-// Of the ellipsoids of one standard deviation.
+// Bounding box of the ellipsoids of one standard deviation.
 Box box_of(const SplatCloud& cloud, const Indices& kept)
 {
     constexpr double most = std::numeric_limits<double>::max();
@@ -49,7 +49,7 @@ Box box_of(const SplatCloud& cloud, const Indices& kept)
     return box;
 }
 
-// How many cells of edge h hold a centre; h at least a 2^20th of the box.
+// Number of cells of edge h that contain a centre; h is at least 2^-20 of the box.
 std::size_t occupied(const SplatCloud& cloud, const Indices& kept, const Box& box, double h)
 {
     std::vector<std::uint64_t> keys;
@@ -62,8 +62,9 @@ std::size_t occupied(const SplatCloud& cloud, const Indices& kept, const Box& bo
     return std::size_t(std::unique(keys.begin(), keys.end()) - keys.begin());
 }
 
-// The finest spacing whose cells hold 1.5 different centres on average, so that a surface covered
-// by splines three cells wide has no gap; between the box over max_cells and over 16.
+// The finest spacing whose occupied cells contain 1.5 distinct centres on average, so that a
+// surface covered by splines three cells wide has no gap; between the box's longest edge /
+// max_cells and / 16.
 double covering_spacing(const SplatCloud& cloud, const Indices& kept, const Box& box, int max_cells)
 {
     const double longest = box.longest();
@@ -74,7 +75,7 @@ double covering_spacing(const SplatCloud& cloud, const Indices& kept, const Box&
     return longest / max(cells, 16.0);
 }
 
-// With room around for the potential to fall off, and edges that multigrid halves.
+// Grid with a margin for the potential to decay, and edges that multigrid can halve.
 Grid grid_over(const Box& box, double h)
 {
     const double margin = max(6 * h, box.longest() / 6);
@@ -92,8 +93,8 @@ Grid grid_over(const Box& box, double h)
     return grid;
 }
 
-// What a splat hides, seen along its shortest axis: the integral of alpha exp(-r^2 / 2) over the
-// plane [m^2]. Half axes below a quarter of the median longest count as so long.
+// Area occluded by a splat along its shortest axis: the integral of alpha exp(-r^2 / 2) over the
+// plane [m^2]. Half axes are at least `floor`, a quarter of the median longest one.
 double hidden_area(const SplatCloud& cloud, std::uint32_t i, double floor)
 {
     const Vec3<float> s = cloud.scale[i];
@@ -103,9 +104,9 @@ double hidden_area(const SplatCloud& cloud, std::uint32_t i, double floor)
     return 2 * 3.14159265358979 * a[1] * a[2] * cloud.opacity[i];
 }
 
-// The extinction of the splats, per spacing, scaled so that three quarters of the nodes beside a
+// Extinction of the splats, per spacing, scaled so that three quarters of the nodes next to a
 // centre belong to a surface of optical depth `opaque` or more: a photographed object is opaque,
-// and how often its splats cover it is chance.
+// and the number of splats that cover a place is arbitrary.
 std::vector<float> extinction(const SplatCloud& cloud, const Indices& kept, const Grid& grid)
 {
     std::vector<float> sizes;
@@ -130,7 +131,7 @@ std::vector<float> extinction(const SplatCloud& cloud, const Indices& kept, cons
         const Vec3<double> u = grid.local(cast<double>(cloud.centre[i]));
         beside[grid.at({int(u.x + 0.5), int(u.y + 0.5), int(u.z + 0.5)})] = 1;
     }
-    std::vector<float> depths;  // of a layer that peaks here: 3/4 of its sum is at the peak
+    std::vector<float> depths;  // optical depth of a layer with 3/4 of its sum here
     for (std::size_t i = 0; i < tau.size(); ++i)
         if (beside[i]) depths.push_back(tau[i] / 0.75f);
     const auto quarter = depths.begin() + std::ptrdiff_t(depths.size() / 4);
@@ -154,7 +155,7 @@ Vec3<float> gradient(const Grid& grid, const std::vector<float>& f, std::size_t 
             per * (f[i + out] - f[i - out])};
 }
 
-// The outward normal of the layer of splats around node n: the net pressure P of the light, turned
+// Outward normal of the layer of splats around node n: the net pressure P of the light, rotated
 // towards the direction across the layer, normal ~ J^2 P with J the sum of (grad tau)(grad tau)^T.
 Vec3<float> normal_at(const Grid& grid, const std::vector<float>& tau, const Light& light, Int3 n)
 {
@@ -177,9 +178,9 @@ Vec3<float> normal_at(const Grid& grid, const std::vector<float>& tau, const Lig
     return l > 0 ? (1 / l) * v : Vec3<float>{};
 }
 
-// The gradient that the indicator has: through the visible layer it falls from 1 to 0 along the
+// Target gradient of the indicator: through the visible layer it falls from 1 to 0 along the
 // normal, in proportion to tau. Where the net pressure along the normal is below a few thousandths
-// of an open surface's, splats are inside and add nothing.
+// of that on an open surface, splats are inside and contribute nothing.
 std::vector<Vec3<float>> dipoles(const Grid& grid, const std::vector<float>& tau,
                                  const Light& light)
 {
@@ -224,7 +225,8 @@ std::vector<float> divergence(const Grid& grid, const std::vector<Vec3<float>>& 
     return f;
 }
 
-// Where the visible splats are, seen ones first: the mean of the indicator at their centres.
+// Isovalue at the visible splats: the mean of the indicator at their centres, weighted by their
+// light.
 float level_at(const SplatCloud& cloud, const Indices& kept, const Solid& solid)
 {
     double sum = 0, weights = 0;
@@ -236,8 +238,8 @@ float level_at(const SplatCloud& cloud, const Indices& kept, const Solid& solid)
     return weights > 0 ? float(clamp(sum / weights, 0.15, 0.7)) : 0.5f;
 }
 
-// Volumes by the share of each node's cube that lies above the level, as if the indicator fell by
-// its slope to both sides.
+// Volumes from the fraction of each node's cube above the level, for an indicator extrapolated
+// linearly by its gradient.
 void measure(Solid& solid, const std::vector<float>& tau)
 {
     const Grid grid{{}, 1, solid.grid.size};
@@ -258,7 +260,7 @@ void measure(Solid& solid, const std::vector<float>& tau)
     solid.found = unlit > 0 ? both / unlit : 1;
 }
 
-// The greatest value within two nodes along each axis, one axis after the other.
+// Maximum over two nodes to each side along each axis, one axis after the other.
 void dilate(const Grid& grid, std::vector<float>& f)
 {
     const std::array<std::ptrdiff_t, 3> step{1, grid.size.x,
@@ -271,8 +273,8 @@ void dilate(const Grid& grid, std::vector<float>& f)
     }
 }
 
-// The splats that see at least `share` of the sky that the best placed splat around them sees: the
-// skin. The others lie under it.
+// The skin: splats that receive at least `share` of the light of the best lit splat around them.
+// The others lie below it.
 Indices skin(const SplatCloud& cloud, const Indices& kept, const Grid& grid, const Light& light)
 {
     constexpr float share = 0.05f;
@@ -315,7 +317,8 @@ Solid find_solid(const SplatCloud& cloud, const Indices& kept, const SolidOption
     const double h = covering_spacing(cloud, kept, box, clamp(options.max_cells, 8, 320));
     Solid solid;
     solid.grid = grid_over(box, h);
-    const Grid unit{{}, 1, solid.grid.size};  // lengths in spacings: no size of object overflows
+    const Grid unit{{}, 1, solid.grid.size};  // lengths in spacings, so that no object size
+                                              // overflows
     std::vector<float> tau = extinction(cloud, kept, solid.grid);
     Light light = lit_from_all_sides(unit, tau, options.directions / 3);
     const Indices outer = skin(cloud, kept, solid.grid, light);

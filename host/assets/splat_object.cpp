@@ -28,7 +28,7 @@ Quat<double> about(Vec3<double> axis, double degrees)
     return turn_about(axis, degrees * std::numbers::pi / 180);
 }
 
-// Turns the file's axis that points up to the scene's y.
+// Rotation of the file's up axis to the scene's y.
 Quat<double> upright(UpAxis up)
 {
     switch (up) {
@@ -48,7 +48,7 @@ Quat<double> upright(UpAxis up)
     return {1, 0, 0, 0};
 }
 
-// The splats between the walls: others, floaters that the cleaning took for parts, have no place.
+// Keeps the splats between the walls: others, floaters missed by the cleaning, cannot be placed.
 void keep_between(const WallOptions& walls, const FilledObject& filled, SplatObject& object)
 {
     const auto in = [](double x, double low, double high) { return x >= low && x <= high; };

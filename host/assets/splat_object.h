@@ -1,29 +1,29 @@
-// Objects of a scene that are photographs: their clouds read, placed, and filled with particles.
+// Photographed objects of a scene: reads their clouds, places them, and fills them with particles.
 #pragma once
 #include "host/assets/fill.h"
 #include "host/scene/scene.h"
 
 namespace knead {
 
-// The splats of one object of a scene, in the simulation's frame [m]. They are attached to it in
-// this order.
+// The splats of one object of a scene, in the simulation's frame [m], in the order in which they
+// are attached to it.
 struct SplatObject {
     int object = 0;
     SplatCloud cloud;
-    std::size_t surface = 0;  // the first are the file's; the others lie inside
+    std::size_t surface = 0;  // number of file splats, which come first; the others are interior
     FillReport report;
-    std::size_t beyond = 0;  // splats left out because they lay behind a wall
-    bool local = false;      // of a scene that stands still: none is attached to anything
+    std::size_t beyond = 0;  // splats dropped because they lie beyond a wall
+    bool local = false;      // local clay: none is attached initially
 };
 
-// Reads the files of the scene's objects of shape `splats`, and gives those objects their size,
-// particles and places of splats, for build(). In the order of the objects; none where there is no
-// such object. Throws InputError with the object's place for a file that is no cloud or holds no
-// object, MemoryError for more than `memory` bytes.
+// Reads the files of the scene's objects of shape `splats`, and sets the objects' size, particles
+// and splat positions for build(). Returns them in object order; empty if there are none. Throws
+// InputError with the object's place for a file that is not a cloud or contains no object,
+// MemoryError for more than `memory` bytes.
 std::vector<SplatObject> load_splats(Scene& scene, std::size_t memory);
 
-// All their splats as one cloud, in the order in which a solver has their Gaussians; or those of
-// the scenes that stand still. The degree of the harmonics is the highest of all.
+// Concatenates their splats into one cloud, in the order of the solver's Gaussians; or, if `local`,
+// those of local clay. Its degree is the maximum of all.
 SplatCloud joined(const std::vector<SplatObject>& objects, bool local = false);
 
 }  // namespace knead
