@@ -317,8 +317,7 @@ Solid find_solid(const SplatCloud& cloud, const Indices& kept, const SolidOption
     const double h = covering_spacing(cloud, kept, box, clamp(options.max_cells, 8, 320));
     Solid solid;
     solid.grid = grid_over(box, h);
-    const Grid unit{{}, 1, solid.grid.size};  // lengths in spacings, so that no object size
-                                              // overflows
+    const Grid unit{{}, 1, solid.grid.size};  // lengths in spacings: no overflow
     std::vector<float> tau = extinction(cloud, kept, solid.grid);
     Light light = lit_from_all_sides(unit, tau, options.directions / 3);
     const Indices outer = skin(cloud, kept, solid.grid, light);

@@ -67,7 +67,7 @@ class Ffmpeg final : public Video {
         start(rate);
     }
 
-    // An interrupted video keeps the frames it has.
+    // An interrupted video keeps the frames written so far.
     ~Ffmpeg() override
     {
         try {

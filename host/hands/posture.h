@@ -30,8 +30,8 @@ Fingers pinched(Side side);
 Fingers gripped(double share);
 
 // Signed distance [m] between a rig and the ball: negative is the deepest penetration. Exact for
-// the medial primitives, since each is convex, as long as none holds the ball's centre. `joints`
-// are those of both hands, side by side.
+// the medial primitives, since each is convex, as long as none contains the ball's centre.
+// `joints`: those of both hands, concatenated.
 double gap(const Rig& rig, const Joint<double> joints[2 * joint_count], Vec3<double> centre,
            double radius);
 

@@ -22,9 +22,9 @@ std::string to_binary(const Recording& recording);
 std::string to_lines(const Recording& recording);
 Recording from_bytes(const std::string& bytes, const std::string& path);
 
-// Throws InputError unless the recording has a printable name, a rate, at least one frame, rising
-// times, finite poses in reach, unit quaternions and radii >= 0. A joint that is not valid may also
-// have an all-zero quaternion: it has never been seen.
+// Throws InputError unless the recording has a printable name, a rate, at least one frame,
+// increasing times, finite poses within range, unit quaternions and radii >= 0. A joint that is not
+// valid may also have an all-zero quaternion: never tracked.
 void check(const Recording& recording);
 
 }  // namespace knead

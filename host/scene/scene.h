@@ -64,7 +64,7 @@ struct Scene {
     bool has_hands = false;
     ClockMode clock = ClockMode::wall;
     double frame_rate = 90;      // frames per second of wall time
-    int paper_substeps = 5;      // clock "paper": substeps of paper_dt a frame
+    int paper_substeps = 5;      // clock "paper": substeps of paper_dt per frame
     double paper_dt = 1e-4;      // [s]
     int most_substeps = 100000;  // limit per frame; a scene that needs more is rejected
     int soften_beyond = 0;       // substeps per frame; stiffer materials are softened; 0: never

@@ -38,7 +38,7 @@ double yield_strain(const Material<double>& m)
     return m.plasticity == Plasticity::drucker_prager ? m.cohesion : 0;
 }
 
-// 4.7 MPa
+// A pressure with a unit prefix: "4.7 MPa".
 std::string pascals(double value)
 {
     constexpr std::array<const char*, 4> prefixes{"", "k", "M", "G"};

@@ -51,14 +51,14 @@ class GpuRaster {
     // capacity was exceeded, a later frame has enough.
     void launch(const SplatFrame& frame, const gpu::MovedSplats* moved,
                 const gpu::RasterTarget* targets, void* stream);
-    RasterStats stats() const;  // waits
+    RasterStats stats() const;  // blocks
 
     // Durations of `count` replays of the last frame, and of each stage within one [s].
     std::vector<double> replays(int count);
     std::vector<StageTime> stage_times();
     int device() const;
-    std::size_t memory() const;  // bytes held on the device
-    std::size_t room() const;    // instances
+    std::size_t memory() const;  // device memory [bytes]
+    std::size_t room() const;    // capacity in instances
 
   private:
     struct State;

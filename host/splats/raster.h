@@ -13,11 +13,11 @@ namespace knead {
 // Mesh behind the splats, for one eye, rows from the top; both arrays empty, or both of width *
 // height.
 struct Backdrop {
-    std::vector<Vec3<float>> colour;  // of a mesh
+    std::vector<Vec3<float>> colour;  // of the mesh
     std::vector<float> depth;         // along the eye's forward axis [m]; no_depth: no mesh
 };
 
-constexpr int hidden_tile = 16;  // pixels a side
+constexpr int hidden_tile = 16;  // pixels per side
 
 struct SplatFrame {
     std::vector<Eye<float>> eyes;  // 1 or 2; one depth order serves both

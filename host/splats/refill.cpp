@@ -33,7 +33,7 @@ struct Place {
     std::int64_t depth = 0;  // optical depth of the covering splats
 };
 
-// The particles at the surface.
+// Finds the particles on the surface.
 std::vector<Place> surface_places(const std::vector<Particle<double>>& particles,
                                   const std::vector<double>& spacing, double widest)
 {
