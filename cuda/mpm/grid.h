@@ -1,4 +1,5 @@
-// Grid update: one node's momentum becomes a velocity that obeys gravity, tools and walls.  (3)
+// Grid update: computes the velocity of a node from its momentum, under gravity, tools and walls.
+// (3)
 #pragma once
 #include "cuda/math/node4.h"
 #include "cuda/mpm/lattice.h"
@@ -7,9 +8,8 @@
 
 namespace knead {
 
-// At a place along an axis of which the first `free` nodes are free: 1 on the low wall or behind
-// it, -1 on the high one or behind it, else 0. Of the normal that leads away from a wall it is the
-// sign.
+// Sign of the wall normal (away from the wall) at index `at` along an axis whose first `free` nodes
+// are free: 1 on or behind the low wall, -1 on or behind the high one, else 0.
 HD int held_by(int at, int free) { return at < 0 ? 1 : at >= free ? -1 : 0; }
 template <class R>
 HD Vec3<R> wall_normal(int axis, int sign)
@@ -17,20 +17,20 @@ HD Vec3<R> wall_normal(int axis, int sign)
     return R(sign) * Vec3<R>{R(axis == 0), R(axis == 1), R(axis == 2)};
 }
 
-// The sign along each axis of the walls that node n is on or behind.
+// The normal signs of the walls that node n is on or behind, by axis.
 template <class R>
 HD Int3 walls_holding(Int3 n, const Walls<R>& walls)
 {
     const Int3 at = n - walls.first, free = walls.free;
     return {held_by(at.x, free.x), held_by(at.y, free.y), held_by(at.z, free.z)};
 }
-// The axis of the wall that a node meets, or -1 unless it meets one alone.
+// The axis of the wall that a node meets; -1 unless it meets exactly one.
 HD int lone_wall(Int3 met)
 {
     const bool alone = (met.x != 0) + (met.y != 0) + (met.z != 0) == 1;
     return !alone ? -1 : met.x ? 0 : met.y ? 1 : 2;
 }
-// Where a node that meets these walls keeps how it slides: nowhere, unless it meets one alone.
+// Index of the Sliding record of node n; -1 unless it meets exactly one wall.
 template <class R>
 HD int sliding_place(Int3 n, Int3 met, const Walls<R>& walls, Int3 size)
 {
@@ -38,31 +38,33 @@ HD int sliding_place(Int3 n, Int3 met, const Walls<R>& walls, Int3 size)
     return axis < 0 ? -1 : sliding_place(n, axis, component(met, axis), walls, size);
 }
 
-// How far clay is from a face on nodes [cells], by the masses of the node on the face and of the
-// node a step before it: under flush clay the first has 0.51 of the second, under clay that hangs
-// `g` cells higher 0.7 g less. Clay nearer than a tenth of a cell touches.  (18b)
+// Gap between clay and a face that lies on nodes [cells], from the masses of the node on the face
+// and of the node before it. Their ratio is 0.51 for clay flush with the face and 0.7 g less at a
+// gap of g cells. A gap below a tenth of a cell counts as contact.  (18b)
 template <class R>
 HD R gap_before_face(R mass_on_face, R mass_before)
 {
     return mass_before > 0 ? max(R(0), (R(0.44) - mass_on_face / mass_before) / R(0.7)) : R(0);
 }
 
-// Masses that nobody knows: no clay is seen to hang above a face.
+// For masses that are not available: the gap is always 0.
 template <class R>
 struct UnknownMasses {
     HD R operator()(Int3) const { return 0; }
 };
 
-// How fast clay at node n may still approach a wall that it meets [m/s]: as far as the gap in this
-// substep. `paired`: n is the node before a face on nodes, with its image. masses(m) is the
-// mass of all clay at node m.  (18b)
+// The speed at which clay at node n may still approach a wall that it meets [m/s]: it closes the
+// gap in this substep. `paired`: n is the node before a face on nodes, updated with its image.
+// masses(m) returns the mass of all clay at node m.  (18b)
 template <class R, class Masses>
 HD R approach_speed(Int3 n, int axis, int sign, bool paired, const Walls<R>& walls, R dx, R dt,
                     Masses&& masses)
 {
     const int at = component(n, axis);
     const int face = component(sign > 0 ? walls.low_face : walls.high_face, axis);
-    if (at != face + (paired ? sign : 0)) return 0;  // behind a face, or it stands on no node
+    if (at != face + (paired ? sign : 0))
+        return 0;  // behind a face, or the face lies between
+                   // nodes
     const int step = paired ? -sign : sign;
     const R own = masses(n),
             other =
@@ -70,8 +72,8 @@ HD R approach_speed(Int3 n, int axis, int sign, bool paired, const Walls<R>& wal
     return (dx / dt) * (paired ? gap_before_face(other, own) : gap_before_face(own, other));
 }
 
-// What the six walls leave of a velocity at node n of so much mass [kg]; masses(m) is that of node
-// m.  (18), (18a), (18b) with fixed, axis-aligned normals
+// Applies the six walls to the velocity of node n, of mass `mass` [kg]. masses(m) returns the mass
+// of node m.  (18), (18a), (18b) with fixed, axis-aligned normals
 template <class R, class Slides = Forgotten<R>, class Masses = UnknownMasses<R>>
 HD Vec3<R> apply_walls(Vec3<R> v, Int3 n, const Lattice<R>& lattice, const Walls<R>& walls,
                        R mass = 0, R dt = 1, const Slides& slides = {}, Masses&& masses = {})
@@ -92,11 +94,10 @@ HD Vec3<R> apply_walls(Vec3<R> v, Int3 n, const Lattice<R>& lattice, const Walls
     return v;
 }
 
-// What a wall of that normal leaves of a node that is on it or behind it; or, `paired`, what a face
-// on nodes leaves of the node a step before it and of its image. The velocity on the face is their
-// mean, blended with that of the node on it (1): of their mean is left what is left of any velocity
-// (18), by the same impulse on both. Where a tool leads the node, it leads the image as in a
-// mirror. `approach`, `place` and `slides`: see sliding.h.
+// Applies one wall to a node on or behind it; if `paired`, to the node one step before a face on
+// nodes and to its image. The velocity at the face is their mean blended with that of the node on
+// it (1), so (18) is applied to the mean, with the same impulse on both. If a tool leads the node,
+// its image gets the mirrored velocity. `approach`, `place` and `slides`: see sliding.h.
 template <class R, class Slides = Forgotten<R>>
 HD void apply_wall(Node<R>& node, Node<R>& mirror_node, bool paired, Vec3<R> normal,
                    const Walls<R>& walls, bool led, R approach = 0, R dt = 1, int place = -1,
@@ -131,8 +132,8 @@ struct InArray {
     HD void put(int k, const Node<R>& node) const { nodes[k] = node; }
 };
 
-// Of the walls that node n meets with its images, `way` to them, the sign along each axis as
-// held_by() has it.
+// The walls that node n meets together with its images at `mirror_offset`: normal sign along each
+// axis, as held_by().
 template <class R>
 HD Int3 walls_met(Int3 n, Int3 mirror_offset, const Walls<R>& walls)
 {
@@ -144,14 +145,14 @@ HD Int3 walls_met(Int3 n, Int3 mirror_offset, const Walls<R>& walls)
             side(mirror_offset.z, at.z, free.z)};
 }
 
-// What the walls met leave of node n and its images, axis by axis; get(k) and put(k, node) read and
-// write the k-th. `led` by a tool or not; masses(m) is the mass of all clay at node m.
+// Applies the walls met to node n and its images, axis by axis. get(k) and put(k, node) access the
+// k-th node. `led`: a tool changed the velocity. masses(m) returns the mass of all clay at node m.
 template <class R, class Nodes, class Masses>
 HD void apply_walls(Int3 n, Int3 met, Int3 mirror_offset, const Lattice<R>& lattice,
                     const Walls<R>& walls, bool led, R dt, Nodes&& nodes, Masses&& masses)
 {
     const int all = mirror_count(mirror_offset);
-    int next = 1;  // bit of the axis
+    int next = 1;  // bit of this axis in k
     ROLLED
     for (int axis = 0; axis < 3; ++axis) {
         const int sign = component(met, axis);
@@ -161,7 +162,7 @@ HD void apply_walls(Int3 n, Int3 met, Int3 mirror_offset, const Lattice<R>& latt
         const int other = paired ? next : 0;
         const R approach = approach_speed(n, axis, sign, paired, walls, lattice.dx, dt, masses);
         ROLLED
-        for (int k = 0; k < all; k = ((k | other) + 1) & ~other) {  // those without the bit
+        for (int k = 0; k < all; k = ((k | other) + 1) & ~other) {  // all k without this bit
             Node<R> node = nodes.get(k), mirrored{};
             if (paired) mirrored = nodes.get(k | other);
             apply_wall(node, mirrored, paired, normal, walls, led, approach);
@@ -172,32 +173,32 @@ HD void apply_walls(Int3 n, Int3 met, Int3 mirror_offset, const Lattice<R>& latt
     }
 }
 
-// A node that is slowed and holds less than this share of a particle's mass is trimmed: nobody sees
-// it. With more it is clipped.
+// A speed-limited node is counted as clipped, but as negligible below this share of a particle's
+// mass: the effect is invisible.
 constexpr double trimmed_share = 1e-3;
 
-// Velocity of a node that holds mass, before anything stands in its way. Divided each: a weight of
-// 1e-33 makes the mass denormal and its reciprocal infinite.
+// Velocity of a node with mass, before contact. Each component is divided: a weight of 1e-33 makes
+// the mass denormal and its reciprocal infinite.
 template <class R>
 HD Vec3<R> apply_gravity(const Node<R>& node, Vec3<R> gravity, R dt)
 {
     return Vec3<R>{node.p.x / node.m, node.p.y / node.m, node.p.z / node.m} + dt * gravity;
 }
 
-// The guard: `clipped` is set where a node would outrun one cell per substep, to be counted by the
-// caller.
+// Speed limit of one cell per substep. Sets `clipped` if the velocity was reduced; the caller
+// counts these nodes.
 template <class R>
 HD Vec3<R> limit_speed(Vec3<R> v, const Lattice<R>& lattice, R dt, bool& clipped)
 {
     const R limit = lattice.dx / dt, square = dot(v, v);
     clipped = false;
-    if (square < R(0.99) * limit * limit) return v;  // most are: no root is taken
+    if (square < R(0.99) * limit * limit) return v;  // most nodes: no square root
     const R speed = std::sqrt(square);
     clipped = speed > limit;
     return clipped ? (limit / speed) * v : v;
 }
 
-// All of it for one node; tools(x, v) answers with what the tools near x leave of v; `slides`: see
+// The whole update of one node. tools(x, v) returns v after the tools near x; `slides`: see
 // sliding.h.
 template <class R, class Tools, class Slides = Forgotten<R>, class Masses = UnknownMasses<R>>
 HD Node<R> update(const Node<R>& node, Int3 n, const Lattice<R>& lattice, const Walls<R>& walls,
@@ -217,16 +218,16 @@ HD bool differ(Vec3<R> a, Vec3<R> b)
     return a.x != b.x || a.y != b.y || a.z != b.z;
 }
 
-// A node's velocity after gravity, alone.
+// Velocity of a node after gravity only.
 template <class R>
 HD Node<R> after_gravity(const Node<R>& sum, Vec3<R> gravity, R dt)
 {
     return sum.m > 0 ? Node<R>{apply_gravity(sum, gravity, dt), sum.m} : Node<R>{};
 }
 
-// The same for node n and its images, sums that become velocities, as apply_walls() takes them. The
-// node's own is v after gravity and tools; `led` if these left another. Calls slowed(mass) for each
-// that is clipped; masses(m) is the mass of all clay at node m, whichever field this is.
+// The update of node n and its images, accessed as in apply_walls(); sums become velocities. v is
+// the node's velocity after gravity and tools; `led` if tools changed it. Calls slowed(mass) for
+// each clipped node. masses(m) returns the mass of all clay at node m in every field.
 template <class R, class Nodes, class Slowed, class Slides, class Masses>
 HD void update_led(Int3 n, Int3 mirror_offset, const Lattice<R>& lattice, const Walls<R>& walls,
                    Vec3<R> gravity, R dt, Nodes&& nodes, Vec3<R> v, bool led, Slowed&& slowed,
@@ -234,7 +235,7 @@ HD void update_led(Int3 n, Int3 mirror_offset, const Lattice<R>& lattice, const 
 {
     const Int3 met = walls_met(n, mirror_offset, walls);
     const int all = mirror_count(mirror_offset);
-    if (const int axis = lone_wall(met); axis >= 0) {  // most often: in registers
+    if (const int axis = lone_wall(met); axis >= 0) {  // most nodes: all in registers
         const int sign = component(met, axis);
         const int place = sliding_place(n, axis, sign, walls, lattice.size);
         const bool paired = all > 1;
@@ -261,8 +262,7 @@ HD void update_led(Int3 n, Int3 mirror_offset, const Lattice<R>& lattice, const 
     }
 }
 
-// The same where tools(v) leaves what they leave of the node's velocity, and says whether that is
-// another.
+// The same, where tools(v) applies the tools to v and returns whether they changed it.
 template <class R, class Nodes, class Tools, class Slowed, class Slides, class Masses>
 HD void update_mirrors(Int3 n, Int3 mirror_offset, const Lattice<R>& lattice, const Walls<R>& walls,
                        Vec3<R> gravity, R dt, Nodes&& nodes, Tools&& tools, Slowed&& slowed,
@@ -276,8 +276,8 @@ HD void update_mirrors(Int3 n, Int3 mirror_offset, const Lattice<R>& lattice, co
                masses);
 }
 
-// Which way a number of the nodes rises at node n, at any length: value(node) answers for those
-// that are stored, the others hold none.
+// Direction of the gradient at node n of a nodal value, not normalised. value(node) is called for
+// stored nodes only; the others count as 0.
 template <class R, class Value>
 HD Vec3<R> slope(const Lattice<R>& lattice, Int3 n, Value&& value)
 {
@@ -286,7 +286,8 @@ HD Vec3<R> slope(const Lattice<R>& lattice, Int3 n, Value&& value)
     return {rise({1, 0, 0}), rise({0, 1, 0}), rise({0, 0, 1})};
 }
 
-// The tools of a block, strongest last: every tool that holds the node, in order of its index.
+// Applies the tools of a block in order of index; the last one that contains the node takes
+// precedence.
 template <class R>
 HD Vec3<R> apply_tools(const Colliders<R>& c, const Mask& mask, Vec3<R> x, Vec3<R> v)
 {

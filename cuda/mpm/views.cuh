@@ -1,6 +1,6 @@
-// What each stage's kernels are given, by value: what they read, then what they write or add to.
-// Of the clock cuda/mpm/clock.cuh tells it field by field. Each view has one function that makes it
-// of all there is on the device (stages.cuh).
+// Kernel arguments, passed by value: one view per stage, with what it reads, then what it writes or
+// adds to. Access to the clock is listed field by field in cuda/mpm/clock.cuh. Each view has one
+// function that makes it from all device data (stages.cuh).
 #pragma once
 #include <cuda_runtime.h>
 
@@ -22,10 +22,10 @@ namespace knead::gpu {
 struct Views;
 struct FrameInput;
 
-// Materials by object. One that is alone travels with the kernel's arguments.
+// Materials by object. A single material is passed in the kernel's arguments.
 struct Materials {
     Material<float> first;
-    float per_density, per_mass;  // 1 over those of the first [m^3/kg, 1/kg]
+    float per_density, per_mass;  // reciprocals of the first's [m^3/kg, 1/kg]
     const Material<float>* all;   // count
     int count;
     HD Material<float> operator[](int object) const
@@ -35,14 +35,14 @@ struct Materials {
     }
 };
 
-// Of a captured frame: whether it begins with a sort, by the side that the particles lie on, or the
-// same twice; whether another substep follows.
+// Conditional nodes of a captured frame: whether it begins with a sort, one handle per particle
+// side (or the same handle twice); whether another substep follows.
 struct Conditions {
     bool captured;
     cudaGraphConditionalHandle unsorted[2], again;
 };
 
-// A new frame, or what is left of one.
+// Starts a frame, or the remainder of one.
 struct BeginView {
     // reads
     const FrameInput* input;
@@ -54,25 +54,26 @@ struct BeginView {
 };
 BeginView begin_view(const Views& d);
 
-// Medial spheres and the joints that they hang on.
+// Medial spheres and the joints that they are bound to.
 struct RigView {
     // reads
-    const Joint<double>*from, *to;  // `joints` each: at the frame's beginning and its end
+    const Joint<double>*from, *to;  // `joints` each: at the start and the end of the frame
     int joints;
     const Binding<float>* bindings;  // one per sphere
     Span<const Primitive> primitives;
     Span<const Tool<float>> tools;
 };
 
-// Where each primitive may be at any time of the frame.
+// Space swept by each primitive during the frame.
 struct SweepView : RigView {
     // writes
-    Shape<float>* mid_frame;  // per primitive: in the frame's middle
-    float* travel;            // per primitive: how far any point of it is from there, at most [m]
+    Shape<float>* mid_frame;  // per primitive: at mid-frame
+    float* travel;            // per primitive: the largest displacement of any of its points from
+                              // mid-frame [m]
 };
 SweepView sweep_view(const Views& d);
 
-// What a sweep has found.
+// Result of the sweep.
 struct SweptView {
     // reads
     Span<const Primitive> primitives;
@@ -81,11 +82,11 @@ struct SweptView {
     const float* travel;
 };
 
-// What may touch each block at any time of the frame.
+// Contact candidates of each block for the whole frame.
 struct MaskView : SweptView {
     // reads
     Lattice<float> lattice;
-    const int* next_runs;  // lined up in the frame before
+    const int* next_runs;  // order found in the frame before
     int run_count;
     // writes
     Mask* masks;  // block_count
@@ -93,9 +94,9 @@ struct MaskView : SweptView {
 };
 MaskView mask_view(const Views& d);
 
-// The tools posed for substep n; both sides of the ring, n % 2.
+// Poses the tools for substep n; both halves of the ring, n % 2.
 struct PoseView : RigView {
-    // reads, and writes what it has posed for
+    // reads; writes `posed`
     Clock* clock;
     // writes
     Sphere<float>* spheres[2];
@@ -103,7 +104,7 @@ struct PoseView : RigView {
 };
 PoseView pose_view(const Views& d);
 
-// The tools as they are in substep n.
+// The posed tools of substep n.
 struct ContactView {
     // reads
     Span<const Sphere<float>> spheres[2];
@@ -117,10 +118,10 @@ struct ContactView {
     }
 };
 
-// What tools may touch a particle.
+// Contact candidates of particles.
 struct NearView {
     // reads
-    Region stored;      // elsewhere there are no masks
+    Region stored;      // no masks outside
     const Mask* masks;  // block_count
     int passes;         // of projection; 0: no tools
     PushoutLimits<float> pushout;
@@ -136,13 +137,13 @@ struct LineUpView {
     const Clock* clock;
     // writes
     unsigned char* near_runs;  // whether a run is near
-    int* next_runs;            // those near tools first
+    int* next_runs;            // runs near tools first
 };
 LineUpView line_up_view(const Views& d);
 
-// Sorting: the rows of one side, by its ids, to the other.
+// Sorting: gathers the rows of one side by the sorted ids into the other side.
 struct SortView {
-    // writes: the row that is free, the ids that are not current, then row by row the other side
+    // writes: the free row, the ids that are not current, then row by row the other side
     ParticleView particles[2];
     Clock* clock;
 };
@@ -152,29 +153,29 @@ struct KeyView : SortView {
     // reads
     Lattice<float> lattice;
     // writes
-    unsigned* fastest;  // block_count: bits of the largest speed squared; where clay may be still
+    unsigned* fastest;  // block_count: bits of the largest speed squared; with sleep only
 };
 KeyView key_view(const Views& d);
 
-// Where clay may be still: which runs are looked at, which particles are held.
+// Sleep: selects the runs to process and the particles to hold.
 struct SettledView : SortView {
     // reads
     const int* activity;  // block_count
     // writes
     int2* range;  // block_count
     unsigned* run_listed;
-    int* list;  // runs, as Clock::listed counts
+    int* list;  // runs; length Clock::listed
 };
 SettledView settled_view(const Views& d);
 
-// Where clay may be still: what each block's clay does in this frame, of itself ...
+// Sleep, pass 1: activity of each block from its own particles and from nearby tools.
 struct ActivityView : SweptView {
     // reads
     Lattice<float> lattice;
     Rest<float> options;
     // writes
     int* quiet;         // block_count each
-    unsigned* fastest;  // reads it, and clears it
+    unsigned* fastest;  // read and cleared
     int* activity;
     int2* range;
     unsigned* run_listed;
@@ -182,7 +183,7 @@ struct ActivityView : SweptView {
 };
 ActivityView activity_view(const Views& d);
 
-// ... and for its neighbours' sake ...
+// Sleep, pass 2: raises the activity of neighbours.
 struct SpreadView {
     // reads
     Lattice<float> lattice;
@@ -192,7 +193,7 @@ struct SpreadView {
 };
 SpreadView spread_view(const Views& d);
 
-// ... and what of it the substeps go by.
+// Sleep, pass 3: writes the activity as the per-block substep numbers used by the substeps.
 struct StampView {
     // reads
     const Clock* clock;
@@ -204,27 +205,28 @@ struct StampView {
 };
 StampView stamp_view(const Views& d);
 
-// A scatter for substep n.
+// Scatter for substep n.
 struct ScatterView {
     // reads
     Lattice<float> lattice;
     const bool* rim;                   // block_count
     float momentum_scale, mass_scale;  // fixed-point units per kg m/s and per kg
     // writes
-    float4* nodes[2];    // fields * node_count each: that of n % 2
-    long long* sums[2];  // fixed-point: in their stead; else null
+    float4* nodes[2];    // fields * node_count each, in n % 2
+    long long* sums[2];  // used instead in fixed point; else null
     int* marks;          // block_count
-    int* list[3];        // block_count each: that of n % 3
+    int* list[3];        // block_count each, in n % 3
     Clock* clock;
 };
 
-// Of a cell, its lowest stencils' node: sums of its particles in fixed point, see PressureSum.
+// Sums over the particles of a cell in fixed point, stored at the base node of their stencils, see
+// PressureSum.
 struct CellPressure {
     long long pressure, volume;
 };
-// Where clay shares its cells' pressure.
+// Cell-averaged pressure.
 struct PressureView {
-    CellPressure* cells[2];              // node_count each, or none: sums for substep n, in n % 2
+    CellPressure* cells[2];              // node_count each, or null: sums for substep n, in n % 2
     float pressure_scale, volume_scale;  // units per Pa m^3 and per m^3: powers of two
 };
 
@@ -250,18 +252,19 @@ struct P2gView : ScatterView {
     Materials materials;
     RestMode mode;
     Vec3<float> gravity;  // [m/s^2]
-    const int* listed;    // runs, where clay may be still
-    bool beside_sort;     // a sort may be under way: particles are taken from where they lay before
+    const int* listed;    // runs, with sleep only
+    bool beside_sort;     // a sort may run concurrently: read the particles from the side before
+                          // the sort
 };
 P2gView p2g_view(const Views& d, bool beside_sort);
 
-// Where clay may be still: what is around blocks that have woken.
+// Sleep: neighbourhoods of blocks that have woken.
 struct GuardView {
     // reads
     RestMode mode;
     int run;  // particles
     const int2* range;
-    const int* woken[2];  // that of the substep before
+    const int* woken[2];  // in the substep before
     // writes
     int* guard;
     unsigned *reached, *run_listed;
@@ -281,17 +284,18 @@ struct GridUpdateView {
     float momentum_scale, mass_scale, negligible_mass;
     const bool* rim;
     // writes
-    float4* nodes[2];    // of substep n, in n % 2: momenta become velocities; the other is cleared
+    float4* nodes[2];    // of substep n, in n % 2: momenta become velocities; the other grid is
+                         // cleared
     long long* sums[2];  // fixed-point momenta; else null
     int* marks;
-    int* list[3];             // reads those of n - 1 and of n; writes that of n + 1
-    Sliding<float>* sliding;  // sliding_places() in each velocity field
+    int* list[3];             // reads lists n - 1 and n; writes list n + 1
+    Sliding<float>* sliding;  // sliding_places() per velocity field
     Clock* clock;
     GuardView rest;
 };
 GridUpdateView grid_view(const Views& d);
 
-// Where clay may be still: whether a block's is.
+// Sleep: wakes a block.
 struct WakeView {
     // reads
     Rest<float> options;
@@ -300,20 +304,20 @@ struct WakeView {
     const int2* range;
     // writes
     int *free, *changed;
-    int* woken[2];  // that of substep n
+    int* woken[2];  // by substep n, in n % 2
 };
 
 struct G2pView : ScatterView {
     // reads
-    const float4* velocities[2];  // that of substep n, in n % 2
+    const float4* velocities[2];  // of substep n, in n % 2
     Materials materials;
     Region free;  // see stored_region.h
     Walls<float> walls;
     ContactView contact;
     NearView near;
-    PressureView pressure;  // adds to the sums for the next substep, too
-    const int* runs;        // as they are lined up
-    const int* listed;      // those of clay that may be still
+    PressureView pressure;  // adds to the sums of the next substep
+    const int* runs;        // in order of contact
+    const int* listed;      // runs, with sleep only
     // writes
     ParticleView particles[2];
     PoseView pose;
@@ -323,22 +327,22 @@ struct G2pView : ScatterView {
 };
 G2pView g2p_view(const Views& d);
 
-// How deep particles are in the tools at the frame's end.
+// Penetration depth of particles in the tools at the end of the frame.
 struct PenetrationView {
     // reads
     Lattice<float> lattice;
     ContactView contact;
     const Mask* masks;
     const Clock* clock;
-    // writes: the row that is free
+    // writes: the free row
     ParticleView particles[2];
 };
 PenetrationView penetration_view(const Views& d);
 
-// How the lattice moved the particles in the frame's last substep.
+// Particle velocities interpolated from the grid in the frame's last substep.
 struct VelocityView : PenetrationView {
     // reads
-    float skin;              // of (19) [m]
+    float skin;              // see (19) [m]
     const float4* nodes[2];  // velocities and masses of substep n, in n % 2
 };
 VelocityView velocity_view(const Views& d);

@@ -1,13 +1,13 @@
-// Nodes near walls on the device, and what every update of a node does. Few nodes are near a wall,
-// so their part is kept apart, and short: what it would load or hold early costs all others
-// registers, and instructions that few run have to be fetched.
+// Device code for nodes near walls, and helpers shared by all node updates. Few nodes are near a
+// wall, so their path is separate and short: values it loaded or held early would cost all other
+// nodes registers, and rarely executed instructions still have to be fetched.
 #pragma once
 #include "cuda/mpm/grid.h"
 #include "cuda/mpm/views.cuh"
 
 namespace knead::gpu {
 
-// Momentum and mass that a node got.
+// Summed momentum and mass of a node.
 template <bool fixed_point>
 __device__ Node<float> sum_of(const GridUpdateView& d, int parity, int i)
 {
@@ -24,7 +24,7 @@ __device__ Node<float> sum_of(const GridUpdateView& d, int parity, int i)
     }
 }
 
-// Counts a node that was slowed.
+// Counts a node whose speed was limited.
 __device__ inline void count_slowed(const GridUpdateView& d, float mass)
 {
     Counters& all = d.clock->counters;
@@ -36,7 +36,7 @@ __device__ inline Node<float>& node_at(const GridUpdateView& d, int parity, int 
     return reinterpret_cast<Node<float>&>(d.nodes[parity][i]);
 }
 
-// The mass of all clay at a node: an update leaves it as it is.
+// The mass of all clay at a node; an update does not change it.
 template <bool fixed_point>
 __device__ auto masses(const GridUpdateView& d, int parity)
 {
@@ -46,19 +46,19 @@ __device__ auto masses(const GridUpdateView& d, int parity)
     };
 }
 
-// A warp's nodes' images, by lane. In global memory each of the many small steps on a node's would
-// wait for L2.
+// Mirror nodes of a warp, by lane. Kept in shared memory: in global memory each of the many small
+// accesses would wait for L2.
 struct ImageSpace {
     float4 mirrors[7][32];
 };
 
-// A node and its images: itself in registers, the k-th as far on from it in memory as the steps
-// are whose bits k has.
+// A node and its images: the node itself in registers, the images in shared memory. The index of
+// the k-th image differs from the node's by the sum of the steps whose bits are set in k.
 struct MirrorNodes {
     ImageSpace& space;
     const int lane = int(threadIdx.x & 31);
     Node<float> own{};
-    Int3 mirror_offset{};  // to them
+    Int3 mirror_offset{};  // from the node to its images
     int i = 0, first = 0, second = 0, third = 0;
 
     __device__ explicit MirrorNodes(ImageSpace& space) : space(space) {}
@@ -80,7 +80,8 @@ struct MirrorNodes {
         else
             space.mirrors[k - 1][lane] = {n.p.x, n.p.y, n.p.z, n.m};
     }
-    // Those of node n, of index i, are `towards` it along each axis where that is stored.
+    // Sets the images of node n (index `index_of_n`) at offset `towards`, only along axes where
+    // they are stored.
     __device__ void find(const Lattice<float>& lattice, Int3 n, int index_of_n, Int3 towards)
     {
         const Int3 to = n + towards, at = to - lattice.low, stored = lattice.stored;
@@ -101,7 +102,7 @@ struct MirrorNodes {
     }
 };
 
-// Brings in the sums of some images, all on their way at once.
+// Loads the sums of some images; all loads are issued before the first use.
 template <int from, int end>
 __device__ void load_some(const GridUpdateView& d, int parity, int field, MirrorNodes& mirrors)
 {
@@ -112,7 +113,7 @@ __device__ void load_some(const GridUpdateView& d, int parity, int field, Mirror
     for (int k = from; k < end; ++k) mirrors.space.mirrors[k - 1][mirrors.lane] = sums[k - from];
 }
 
-// Brings in the sums of all images, of the field that begins with node `field`.
+// Loads the sums of all images in the velocity field whose first node is `field`.
 template <bool fixed_point>
 __device__ void load_mirror_sums(const GridUpdateView& d, int parity, int field,
                                  MirrorNodes& mirrors)
@@ -129,7 +130,7 @@ __device__ void load_mirror_sums(const GridUpdateView& d, int parity, int field,
     }
 }
 
-// Finds and brings in the images of node n, of index i; true: it is updated elsewhere.
+// Finds and loads the images of node n (index i). Returns true if n is updated with another node.
 template <bool fixed_point>
 __device__ bool load_mirrors(const GridUpdateView& d, int parity, Int3 n, int i,
                              MirrorNodes& mirrors)
@@ -144,7 +145,7 @@ __device__ bool load_mirrors(const GridUpdateView& d, int parity, Int3 n, int i,
     return how.is_mirror;
 }
 
-// How clay slides, past L1: a multiprocessor may have looked at a place two substeps ago.
+// Sliding records, loaded past L1: its line may be two substeps old.
 struct SlidingOnDevice {
     Sliding<float>* all;
     float dx;
@@ -161,8 +162,8 @@ __device__ inline SlidingOnDevice sliding_in(const GridUpdateView& d, int field,
     return {d.sliding + field * sliding_places(d.walls), d.lattice.dx, substep};
 }
 
-// Node n with its images: its own has the velocity that tools leave, `led` if that is another, and
-// then what walls leave, which the caller writes. The images are of that velocity field.
+// Updates node n and its images in velocity field `field`. In: mirrors.own has the velocity after
+// tools; `led` if tools changed it. Writes the images; the caller writes the node itself.
 template <bool fixed_point>
 __device__ void update_with_images(const GridUpdateView& d, int substep, float dt, Int3 n,
                                    int field, MirrorNodes& mirrors, bool led)

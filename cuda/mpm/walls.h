@@ -1,4 +1,4 @@
-// The walls of the box that the clay lives in.
+// Walls: the inner faces of the simulation box, and the mirror nodes across them.
 #pragma once
 #include <cmath>
 
@@ -7,8 +7,8 @@
 
 namespace knead {
 
-// The box the clay lives in, by its six inner faces, in the simulation's frame. Two nodes at least
-// stand beyond each face, so that no stencil leaves the lattice.
+// Simulation box, given by its six inner faces in the simulation's frame. At least two nodes lie
+// beyond each face, so that no stencil leaves the lattice.
 struct WallOptions {
     Vec3<double> min, max;  // [m]
     ContactMode mode;
@@ -22,23 +22,28 @@ HD Vec3<R> put_between(const WallOptions& walls, Vec3<R> x)
     return {clamp(x.x, low.x, high.x), clamp(x.y, low.y, high.y), clamp(x.z, low.z, high.z)};
 }
 
-// The same as the stages see it. Nodes on and behind a face are held; the others are free.
+// The walls as the stages use them. Nodes on and behind a face are constrained; the others are
+// free.
 template <class R>
 struct Walls {
     Vec3<R> min, max;            // [m]
-    Vec3<R> deep_min, deep_max;  // farther no node lets a particle sink in a substep (19) [m]
-    Int3 first, free;            // the first free node, and how many there are along each axis
+    Vec3<R> deep_min, deep_max;  // deepest positions that a particle can reach in a substep (19)
+                                 // [m]
+    Int3 first, free;            // the first free node, and the number of free nodes along each
+                                 // axis
     ContactMode mode;
-    Int3 low_face, high_face;  // the nodes that faces stand on, along each axis; or no_node
+    Int3 low_face, high_face;  // indices of the node layers on which faces lie, along each axis;
+                               // else no_node
     R friction;
-    int face_places;  // see sliding.h
+    int face_places;  // nodes per layer with a Sliding record, see sliding.h
 };
 
 constexpr int no_node = -(1 << 30);  // far from every node
 
-// Where a face stands on nodes, the node a step before it and the one a step behind it are images
-// of each other. The way from node n to its image: 2 steps along the axis of each such face, 0
-// along others; behind any of them only those count that it is behind.
+// Mirror boundary: if a face lies on a layer of nodes, the node one step before it and the node one
+// step behind it are mirror images. `mirror_offset` is the offset from node n to its image: ±2
+// along the axis of each such face, 0 along the others. If n is behind faces, only those faces
+// count.
 struct AcrossFaces {
     Int3 mirror_offset;
     bool behind;
@@ -58,7 +63,7 @@ HD AcrossFaces across_faces(Int3 n, const Walls<R>& walls)
     return {behind ? back : onwards, behind};
 }
 
-// Whether node n is neither behind, on, nor a step before a wall.
+// Whether node n is neither behind, on, nor one step before a wall.
 template <class R>
 HD bool clear_of(Int3 n, const Walls<R>& walls)
 {
@@ -67,9 +72,9 @@ HD bool clear_of(Int3 n, const Walls<R>& walls)
     return clear(at.x, free.x) && clear(at.y, free.y) && clear(at.z, free.z);
 }
 
-// How node n is updated: with its images, `way` to them across faces; or elsewhere, because it is
-// itself an image of a node before them that holds mass. mass(way) is that of the node there, by a
-// sum, which no update changes.
+// How node n is updated: together with its images at `mirror_offset`; or not by itself
+// (`is_mirror`), because it is the image of a node that holds mass and is updated with that.
+// mass(offset) returns the mass of node n + offset, as summed; updates do not change it.
 struct MirrorSet {
     bool is_mirror;
     Int3 mirror_offset;
@@ -79,13 +84,14 @@ HD MirrorSet mirror_set(Int3 n, const Walls<R>& walls, Mass&& mass)
 {
     if (clear_of(n, walls)) return {};
     const AcrossFaces across = across_faces(n, walls);
-    // Asked before a face, too: the image is wanted next, and is then on its way (walls.cuh).
+    // Evaluated before a face as well: there the image is needed next, and this issues its loads
+    // (walls.cuh).
     const bool holds = mass(across.mirror_offset) > 0;
     return {across.behind && holds, across.behind ? Int3{} : across.mirror_offset};
 }
 
-// The k-th of node n and its images, itself the first; a bit of k for each axis that `way` leads
-// along.
+// The k-th of node n and its images; k = 0 is n itself. k has one bit per axis with a nonzero
+// `mirror_offset`.
 HD Int3 mirror_node(Int3 n, Int3 mirror_offset, int k)
 {
     const auto axis = [&k](int step) {
@@ -102,8 +108,8 @@ HD int mirror_count(Int3 mirror_offset)
     return 1 << ((mirror_offset.x != 0) + (mirror_offset.y != 0) + (mirror_offset.z != 0));
 }
 
-// Where along an axis nodes are held, for faces at `min` and `max` [m]: to `below` and from `above`
-// on. A face that is off a node by no more than what its decimals leave out stands on it.
+// The nodes along an axis that faces at `min` and `max` [m] constrain: all up to `below` and all
+// from `above` on. A face within `face_rounding` of a node counts as lying on it.
 struct HeldNodes {
     int below, above;
 };
@@ -113,17 +119,18 @@ inline HeldNodes held_nodes(double min, double max, double dx)
     return {int(std::floor(min / dx + face_rounding)), int(std::ceil(max / dx - face_rounding))};
 }
 
-// How far a particle at a face sinks in a substep at most [cells], where the first held node lies
-// `behind` it [cells]: the weight of the free nodes (1), which move by a cell at most (3).
+// The largest penetration of a particle at a face in one substep [cells], where the first
+// constrained node lies `behind` cells behind the face: the weight of the free nodes (1), which
+// move at most one cell (3).
 inline double sinking(double behind)
 {
     const double x = behind < 0.5 ? 0.5 + behind : 1.5 - behind;
-    return (behind < 0.5 ? x * x / 2 : 1 - x * x / 2) + 0.001;  // and what rounding may add
+    return (behind < 0.5 ? x * x / 2 : 1 - x * x / 2) + 0.001;  // plus rounding
 }
 
-// Nodes at a wall whose clay may slide: the one before a face, the one on it, or first behind it,
-// and the next. So many places a lattice of that size has in each such layer of each face; none
-// where friction does not hang on pressure, or where they would be too many to count.
+// Node layers at a wall that keep Sliding records: the layer before the face, the one on it (or
+// first behind it), and the next. Returns the number of records per layer of one face; 0 if
+// friction does not depend on pressure, or if the index would exceed 32 bits.
 constexpr int sliding_layers = 3;
 inline int sliding_places_of_face(Int3 size, const WallOptions& options)
 {
@@ -159,7 +166,7 @@ Walls<R> walls_on(const Lattice<L>& lattice, const WallOptions& options)
         deep_low = R(low - dx * sinking(behind_low));
         deep_high = R(high + dx * sinking(behind_high));
         first = held.below + 1, free = held.above - first;
-        const bool apart = free > 1;  // else a node would have two images
+        const bool apart = free > 1;  // else a node would have two images along one axis
         const auto on_node = [=](double behind) { return apart && behind < face_rounding; };
         low_face = on_node(behind_low) ? held.below : no_node;
         high_face = on_node(behind_high) ? held.above : no_node;
@@ -171,8 +178,8 @@ Walls<R> walls_on(const Lattice<L>& lattice, const WallOptions& options)
     return w;
 }
 
-// Whether x lies between the faces, but for rounding: clay that rests on a face has its place in
-// float.
+// Whether x lies between the faces up to rounding: positions of particles at rest on a face are
+// stored as float.
 inline bool between(const WallOptions& options, Vec3<double> x, double dx)
 {
     const auto inside = [dx](double at, double low, double high) {
@@ -183,7 +190,7 @@ inline bool between(const WallOptions& options, Vec3<double> x, double dx)
            inside(x.z, options.min.z, options.max.z);
 }
 
-// Whether there are 2 nodes of the lattice beyond each face, and free ones between them.
+// Whether at least 2 nodes of the lattice lie beyond each face, and free nodes between the faces.
 template <class L>
 bool has_room(const Lattice<L>& lattice, const WallOptions& options)
 {
@@ -196,7 +203,7 @@ bool has_room(const Lattice<L>& lattice, const WallOptions& options)
            fits(w.first.z, w.free.z, n.z);
 }
 
-// Faces so many nodes inside the lattice.
+// Faces at `nodes` nodes from the ends of the lattice.
 template <class L>
 WallOptions walls_inside(const Lattice<L>& lattice, int nodes, ContactMode mode, double friction)
 {
