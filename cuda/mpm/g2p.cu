@@ -1,7 +1,6 @@
-// The kernel that a substep is: grid to particle, all that a particle does by itself, and its
-// scatter for the substep to come, while its numbers are still at hand: velocities and their
-// gradients go to memory only when the frame ends. A few blocks pose the tools for that substep
-// meanwhile.
+// The substep kernel: grid to particle, the particle's own update, and its scatter for the next
+// substep while its state is in registers; velocities and their gradients are written to memory
+// only at the end of a frame. Meanwhile, a few thread blocks pose the tools for the next substep.
 #include "cuda/device/launch.cuh"
 #include "cuda/mpm/events.cuh"
 #include "cuda/mpm/g2p.h"
@@ -19,8 +18,8 @@
 namespace knead::gpu {
 namespace {
 
-// Whether the return map is due, for a lane of the warp at least: the shorter question, asked where
-// registers allow.
+// Whether the return map is needed by any lane of the warp: the cheaper test, used where registers
+// allow.
 template <Features f>
 __device__ bool may_yield(const Materials& materials, const Particle<float>& q)
 {
@@ -32,11 +31,11 @@ __device__ bool may_yield(const Materials& materials, const Particle<float>& q)
     return true;
 }
 
-// What is left of a particle's state is loaded at once, not behind the velocities.
+// The rest of a particle's state is loaded at once, not after the velocities.
 template <Features f>
 constexpr bool early = f.blades || f.rests || f.mean_pressure;
 
-// Of clay that shares its cells' pressure.
+// For cell-averaged pressure.
 template <Features f>
 __device__ void apply_mean_pressure_shared(const G2pView& d, Particle<float>& q, int n)
 {
@@ -44,8 +43,8 @@ __device__ void apply_mean_pressure_shared(const G2pView& d, Particle<float>& q,
         share_pressure(d.pressure, d.lattice, q, material_of<f>(d.materials, q.object), n);
 }
 
-// The masses around a particle [kg], in registers or, where these are `full`, in shared memory, as
-// `aside` for other numbers: the sums of planes lie where others put their strains in project(),
+// The masses around a particle [kg], in registers or, if these are `full`, in shared memory, as
+// `aside` for other values. The plane sums share their space with the strains spilled in project(),
 // which reads them before.
 template <bool full>
 struct Masses {
@@ -62,21 +61,21 @@ struct Masses {
     }
     __device__ float node() const { return full ? aside[32] : nearest; }
     __device__ float cell() const { return full ? aside[128] + aside[160] + aside[192] : around; }
-    // Before what was read is read again, or it would be kept in a register.
+    // Before a repeated read; else the value would be kept in a register.
     __device__ void again() const
     {
         if constexpr (full) asm volatile("" ::: "memory");
     }
 };
 
-// Moves the thread's particle through the velocities of substep n. All lanes of a warp stay
-// together: clay that is still moves, too, and is put back.
+// Advances the thread's particle with the velocities of substep n. All lanes of a warp stay
+// converged: still clay is advanced, too, and restored.
 template <Features f>
 __device__ Events advance_particle(const G2pView& d, const SubstepContext& later,
                                    ScatterSpace<f.blades>& space, Particle<float>& q)
 {
     const int n = later.n - 1;
-    // What was stored of the particle, rematerialised: keeping its place costs registers.
+    // Stored state of the particle. The address is rematerialised: keeping it costs registers.
     const auto particles = [&]() -> const ParticleView& { return d.particles[later.side]; };
     const auto own = [&] { return own_index<f>(later, d.particles[0].count); };
     if constexpr (early<f>) particles().load_strain(own().at, q);
@@ -108,7 +107,7 @@ __device__ Events advance_particle(const G2pView& d, const SubstepContext& later
         if (!__any_sync(all_lanes, moves)) return {};
     }
     const auto unit = [&] { return mass_of<f>(d.materials, q.object); };
-    // Where registers allow, by vote: lanes that branch by themselves cost the warp more.
+    // By vote where registers allow: divergent lanes cost the warp more.
     const bool crumb = mass.node() < unit();
     if (f.tools ? __any_sync(all_lanes, crumb) : crumb)
         mass.again(), damp_isolated_particle(q.C, mass.node() / unit());
@@ -133,15 +132,15 @@ __device__ Events advance_particle(const G2pView& d, const SubstepContext& later
     return happened;
 }
 
-// By one thread: what substep n goes by, which comes next.
+// Advances the clock to substep n and sets the loop condition of the graph. By one thread.
 __device__ void move_on(const G2pView& d, int n)
 {
     d.clock->done = n;
     if (d.captured) cudaGraphSetConditional(d.again, d.clock->step(n).dt > 0);
 }
 
-// Blocks per multiprocessor: as many as leave registers enough to spill nothing, and no more than
-// shared memory holds.
+// Thread blocks per multiprocessor: as many as registers allow without spilling, limited by shared
+// memory.
 constexpr int max_resident = SHARED_KIB / 25;
 template <Features f>
 constexpr int spill_free = f.rests
@@ -154,8 +153,8 @@ constexpr int spill_free = f.rests
 template <Features f>
 constexpr int resident = spill_free<f> < max_resident ? spill_free<f> : max_resident;
 
-// The substep of a run, by all threads of a block: the thread's particle is stored, and scattered
-// for the next.
+// Substep of a run, by all threads of a block: advances the thread's particle, stores it, and
+// scatters it for the next substep.
 template <Features f, int warps>
 __device__ void advance_run(const G2pView& d, const SubstepContext& later,
                             ScatterSpace<f.blades>& space, Sums (&sums)[warps], Particle<float>& q)
@@ -212,7 +211,7 @@ __global__ void __launch_bounds__(run_length(Case::features), resident<Case::fea
             return pose_part(space.pose, int(blockIdx.x), true);
         }
     const int count = d.particles[0].count, side = clock.side;
-    // What the substep before left of the particles is there long before this one's velocities.
+    // Particle state is available long before the velocities of this substep.
     Particle<float> q{};
     int run = int(blockIdx.x) - pose_blocks;
     if constexpr (!f.rests) {
@@ -222,7 +221,8 @@ __global__ void __launch_bounds__(run_length(Case::features), resident<Case::fea
     wait_upstream();
     const int n = clock.begun;
     const float dt = clock.dt[0], after = clock.dt[1];
-    // None is ever below zero; asked, for all to be read at once rather than one after the other.
+    // `after` and n are never negative; they are tested so that all three loads are issued
+    // together.
     if (!(dt > 0) || after < 0 || n < 0) return;
     trigger_dependents();
     if (threadIdx.x == 0) later = {d.clock, n + 1, side, dt, after, f.rests ? 0 : run};
@@ -235,13 +235,13 @@ __global__ void __launch_bounds__(run_length(Case::features), resident<Case::fea
         }
         advance_run<f>(d, later, space.scatter, sums, q);
     });
-    // Last, for ptxas does not know that the warp is together again after it.
+    // Last: after it, ptxas no longer treats the warp as converged.
     if (threadIdx.x == 0 && int(blockIdx.x) == pose_blocks) move_on(d, later.n);
 }
 
 constexpr Features relevant(Features f)
 {
-    f.fixed_point = false;  // the grid says it
+    f.fixed_point = false;  // tested at run time
     return f;
 }
 

@@ -1,4 +1,4 @@
-// Grid to particle: velocity and its gradient come back; position and strain move on.  (8), (9)
+// Grid to particle: gathers velocity and its gradient; updates position and strain.  (8), (9)
 #pragma once
 #include "cuda/math/node4.h"
 #include "cuda/mpm/lattice.h"
@@ -7,14 +7,14 @@
 
 namespace knead {
 
-// The weighted sum of three values along an axis, one after the other.
+// Weighted sum of three values along an axis, accumulated one at a time.
 template <int at, class R, class V>
 HD void blend(V& sum, R w, const V& value)
 {
     sum = at == 0 ? w * value : sum + w * value;
 }
-// The same with its moment about the middle one, in steps; of the first two the moment is what the
-// first gave.
+// The same with its moment about the middle value, in steps. Before the third value, `slope` is the
+// weighted first one.
 template <int at, class R, class V>
 HD void blend(V& sum, V& slope, R w, const V& value)
 {
@@ -23,8 +23,7 @@ HD void blend(V& sum, V& slope, R w, const V& value)
     blend<at>(sum, w, value);
 }
 
-// Sums over a plane of nodes, x being the same, and over all: of w v, and of w v times the step
-// from the middle node.
+// Sums over a plane of nodes of equal x: of w v, and of w v times the step from the middle node.
 template <class V>
 struct Plane {
     V v, by_y, by_z;
@@ -48,8 +47,8 @@ HD auto plane(const Stencil<R>& s, Velocity&& velocity)
     return sum;
 }
 
-// velocity(step) is where the memory is: it answers with a Vec3, or with a whole node as a Four, of
-// which the sum's last is mass_around(). The sums are factorised: along z, then y, then x.
+// velocity(step) accesses the memory: it returns a Vec3, or a whole node as a Four; then the sum
+// has mass_around(). The sums are factorised: along z, then y, then x.
 template <class R, class Velocity>
 HD auto gather(Particle<R>& q, const Stencil<R>& s, std::type_identity_t<const Spacing<R>&> spacing,
                Velocity&& velocity)
@@ -74,8 +73,8 @@ HD auto gather(Particle<R>& q, const Stencil<R>& s, std::type_identity_t<const S
     return v;
 }
 
-// The velocity at x of the nodes around it that hold mass; `otherwise` where none does. node(i)
-// answers with a Node.
+// Velocity at x, of the nodes around it that hold mass; `otherwise` if none does. node(i) returns a
+// Node.
 template <class R, class NodeAt>
 HD Vec3<R> velocity_at(Vec3<R> x, std::type_identity_t<const Spacing<R>&> spacing,
                        Vec3<R> otherwise, NodeAt&& node)
@@ -93,17 +92,17 @@ HD Vec3<R> velocity_at(Vec3<R> x, std::type_identity_t<const Spacing<R>&> spacin
 // From a stencil's base to the node nearest to the particle.
 constexpr Int3 nearest_node = {1, 1, 1};
 
-// The mass that a cell holds where the particle is [kg], of the sum that gather() or gather_rows()
-// returns; over the particle's it is how many such particles a cell holds there.  (19)
+// Mass per cell at the particle [kg], from the sum that gather() or gather_rows() returns; divided
+// by the particle's mass, the number of particles per cell.  (19)
 template <class R>
 HD R mass_around(const Four<R>& sum)
 {
     return last(sum);
 }
 
-// A crumb, of less than one particle a cell as the nearest node has it, has no shape of its own: of
-// its rate of strain down to a fifth is left, so that no substep makes it oscillate more and more.
-// It turns as it did, and from one particle a cell on nothing is taken.  (8)
+// Damping of an isolated particle: if the nearest node has less than one particle per cell, the
+// rate of strain is reduced, down to about a fifth, so that oscillations do not grow. Spin is
+// unchanged, and with one particle per cell or more the rate of strain is, too.  (8)
 template <class R>
 HD void damp_isolated_particle(Mat3<R>& C, R per_cell)
 {
@@ -111,7 +110,7 @@ HD void damp_isolated_particle(Mat3<R>& C, R per_cell)
     C = C - missing / (R(1) + missing) * full(symmetric(C));
 }
 
-// Whether a particle's surroundings change shape by more in a substep than a substep can follow.
+// Whether the velocity gradient deforms a particle's surroundings too much for one substep.
 template <class R>
 HD bool abrupt(const Mat3<R>& C, R dt)
 {
@@ -125,9 +124,9 @@ struct Gathered {
     Four<R> v, by_x, by_y, by_z;
 };
 
-// rows(j, k) answers with the velocities of the three nodes that stand j and k steps along y and z
-// from the base, side by side in registers; node_of<n>(row) is one of them.
-// tests/solver/lanes_test.cpp holds this form and gather() together.
+// rows(j, k) returns the velocities of the three nodes at steps j and k along y and z from the
+// base, side by side in registers; node_of<n>(row) extracts one. tests/solver/lanes_test.cpp
+// compares this form with gather().
 template <class R, class Rows>
 HD Gathered<R> gather_rows(const Stencil<R>& s, Rows&& rows)
 {
@@ -148,8 +147,8 @@ HD Gathered<R> gather_rows(const Stencil<R>& s, Rows&& rows)
             total(w * sum_z)};
 }
 
-// The velocity's gradient from those sums; d is the way from the particle to the base node [m]. R
-// may be many particles' numbers.
+// The velocity gradient from those sums; d is the offset from the particle to the base node [m]. R
+// may hold the values of many particles.
 template <class R>
 HD Mat3<R> velocity_gradient(Vec3<R> v, const Mat3<R>& by_step, Vec3<R> d,
                              std::type_identity_t<const Spacing<R>&> spacing)
@@ -159,8 +158,8 @@ HD Mat3<R> velocity_gradient(Vec3<R> v, const Mat3<R>& by_step, Vec3<R> d,
             scale * (d.z * v + dx * by_step.c)};
 }
 
-// b <- (I + dt C) b (I + dt C)^T, written for e = b - I so that small strains stay exact:
-// e + L e + L =: U, then U + U L^T + L^T, of which six numbers are wanted.  (9)
+// b <- (I + dt C) b (I + dt C)^T, written for e = b - I so that small strains stay exact: e + L e +
+// L =: U, then the six components of U + U L^T + L^T.  (9)
 template <class R>
 HD Sym3<R> advance_b(const Sym3<R>& e, const Mat3<R>& C, R dt)
 {

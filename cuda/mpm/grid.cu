@@ -1,7 +1,6 @@
-// Grid update: one thread block per listed block of nodes, as many as there are, however many the
-// launch brings. The grid of the substep before is cleared on the way, and a block of its own looks
-// after the clock. What tools do to the first block that they may touch is looked for while the
-// substep before still runs (clock.cuh).
+// Grid update kernels. Thread blocks stride over the listed blocks of nodes and clear the grid of
+// the substep before; thread block 0 updates the clock. Contact at a thread block's first block
+// that tools may touch is evaluated while the substep before still runs (clock.cuh).
 #include "cuda/contact/cut.h"
 #include "cuda/device/launch.cuh"
 #include "cuda/mpm/grid.h"
@@ -14,9 +13,9 @@
 namespace knead::gpu {
 namespace {
 
-// Threads and thread blocks per multiprocessor; how many blocks of nodes a thread block has in
-// hand. With tools it is two, one for each half of it; but where a tool may be near, all its
-// threads look after one block, so that a warp shares the closest points of fewer nodes.
+// Threads per thread block, thread blocks per multiprocessor, and blocks of nodes per thread block
+// at a time. With tools the latter is two, one per half of the threads; near a tool all threads
+// work on one block, so that a warp shares the closest points of fewer nodes.
 template <bool tools>
 constexpr int threads = tools ? 32 * block_nodes / shared_nodes : block_nodes;
 template <bool tools>
@@ -36,9 +35,9 @@ __device__ void clear(const GridUpdateView& d, int parity, int i)
     }
 }
 
-// Counts the substep, and chooses the one after it from the speeds that the one before it left. All
-// that is read is asked for at once, and what need not be read is added to where it is: one read
-// after the other cost clay without tools 1.5 % of a substep.
+// Counts the substep, and chooses the next one from the speeds of the substep before. All loads are
+// issued together, and values that need not be read are updated by atomics: dependent loads cost
+// clay without tools 1.5 % of a substep.
 __device__ void choose_next_dt(const GridUpdateView& d)
 {
     Clock& c = *d.clock;
@@ -54,7 +53,7 @@ __device__ void choose_next_dt(const GridUpdateView& d)
     Step next = now.next(d.limits);
     const bool stops = (crowded || halt) && step.dt > 0 && next.dt > 0;
     if (stops) c.mode = crowded ? Mode::stopped : Mode::cut, c.resume = next, next.dt = 0;
-    c.crowded[before] = crowded && !stops;  // at a frame's end the next one sees to it
+    c.crowded[before] = crowded && !stops;  // at a frame's end the next frame stops
     c.set_peak(n, {});
     c.woken[n & 1] = 0;
     c.active[(n + 1) % 3] = own;
@@ -63,7 +62,7 @@ __device__ void choose_next_dt(const GridUpdateView& d)
     c.dt[0] = float(step.dt), c.dt[1] = float(next.dt);
     note_begun(c, n);
     if (!(step.dt > 0)) return;
-    if (lag.due()) lag = {};  // the substep before has moved them
+    if (lag.due()) lag = {};  // the Gaussians moved after the substep before
     lag.add(step.dt);
     c.lag = lag;
     all.dt_min = dt_min > 0 ? min(dt_min, step.dt) : step.dt;
@@ -73,8 +72,8 @@ __device__ void choose_next_dt(const GridUpdateView& d)
     all.active_blocks = own;
 }
 
-// The clock's own block: one thread looks ahead, other warps at the blocks that were listed since
-// the substep before. Those of a frame's first are looked at by p2g.
+// Thread block 0: one thread updates the clock; the other warps check whether blocks listed since
+// the substep before are on the rim. p2g checks those of a frame's first substep.
 __device__ void scan_rim(const GridUpdateView& d)
 {
     if (threadIdx.x == 0) choose_next_dt(d);
@@ -85,7 +84,7 @@ __device__ void scan_rim(const GridUpdateView& d)
         if (d.rim[block_of(d.list[start.n % 3][k])]) d.clock->crowded[start.n & 1] = true;
 }
 
-// A listed block, with the note whether tools may touch it.
+// A listed block with its contact flag, tools_near or tools_far; set from the mask if missing.
 template <bool tools>
 __device__ int noted(const GridUpdateView& d, int listed)
 {
@@ -93,9 +92,9 @@ __device__ int noted(const GridUpdateView& d, int listed)
     return listed | (empty(loaded(d.masks[listed])) ? tools_far : tools_near);
 }
 
-// Where the next substep's list has a listed block, of so many, after a frame's first substep: they
-// are lined up, those near tools first. So a thread block has one of them at most, but for blocks
-// listed later, and those that have start before all others.
+// Index of a listed block in the next substep's list, after a frame's first substep: blocks near
+// tools are placed from the front, the others from the back. So each thread block has at most one
+// block near tools (except blocks listed later), and those that have one start first.
 __device__ int order_by_contact(Clock& c, int listed, int count)
 {
     return touched(listed) ? atomicAdd(&c.near_blocks, 1) : count - 1 - atomicAdd(&c.far_blocks, 1);
@@ -106,10 +105,10 @@ __device__ void look_at_guards(const GridUpdateView& d, int n)
     if (d.rest.mode == RestMode::sleep) guard_neighbours(d, n);
 }
 
-// Calls update(listed, early) for all listed blocks of nodes, so many at a time, after clearing as
-// many of the other grid; -1 stands for none. They are listed for the next substep, too. If
-// `early`, the start was foreseen: the first call then is for one block that tools may touch, says
-// so, and has to wait for the end of the substep before.
+// Calls update(listed, early) for all listed blocks of nodes, blocks_per_cta at a time (-1: none),
+// and lists them for the next substep. Before each call, clears as many blocks of the other grid.
+// If `early` (speculative start), the first call is for one block that tools may touch, with early
+// = true; it must wait for the end of the substep before.
 template <bool tools, bool fixed_point, int blocks_per_cta, class Update>
 __device__ void for_each_block(const GridUpdateView& d, Start<blocks_per_cta> s, bool early,
                                Update&& update)
@@ -120,7 +119,8 @@ __device__ void for_each_block(const GridUpdateView& d, Start<blocks_per_cta> s,
     int done = -1;
     if (!early) look_at_guards(d, s.n);
     for (int at = place(0); early || at < s.count || at < s.before;) {
-        int here[blocks_per_cta], places[blocks_per_cta];  // in the next list, if they are lined up
+        int here[blocks_per_cta], places[blocks_per_cta];  // in the next list, if ordered by
+                                                           // contact
         UNROLL
         for (int& place : places) place = -1;
         if (early) {
@@ -169,7 +169,7 @@ __device__ void for_each_block(const GridUpdateView& d, Start<blocks_per_cta> s,
     }
 }
 
-// What a warp has of shared memory.
+// Shared memory of a warp.
 template <bool tools>
 union WarpSpace {
     SharedSpace contact;
@@ -180,7 +180,7 @@ union WarpSpace<false> {
     ImageSpace mirrors;
 };
 
-// Walls, and the limit of speed, of node n, which holds clay.
+// Applies walls and the speed limit to node n, which has mass.
 template <bool fixed_point>
 __device__ void finish_node(const GridUpdateView& d, int substep, float dt, Int3 n,
                             MirrorNodes& mirrors, bool led)
@@ -192,7 +192,7 @@ __device__ void finish_node(const GridUpdateView& d, int substep, float dt, Int3
     if (clipped) count_slowed(d, mirrors.own.m);
 }
 
-// The thread's node of a listed block, the k-th in hand; near tools a warp has fewer of them.
+// The thread's node of the k-th listed block. Near tools a warp updates shared_nodes of them.
 struct OwnNode {
     int i;
     bool updates, near;
@@ -207,7 +207,7 @@ __device__ OwnNode own_node(int listed, int k)
     return {first + thread % block_nodes, thread / block_nodes == k, false};
 }
 
-// Gravity, tools that are near, walls, the limit of speed. By all lanes of a warp.
+// Gravity, nearby tools, walls and the speed limit for one node per lane. Warp-collective.
 template <bool tools, bool fixed_point>
 __device__ void update_node(const GridUpdateView& d, WarpSpace<tools>& space, int n, float dt,
                             OwnNode own, bool early)
@@ -218,13 +218,13 @@ __device__ void update_node(const GridUpdateView& d, WarpSpace<tools>& space, in
             const Vec3<float> x = d.lattice.position(d.lattice.node_at(own.i));
             after = near_tools<fixed_point>(d, space.contact, n, dt, own.i, x,
                                             d.masks[own.i / block_nodes], early);
-            __syncwarp();                    // the space is used again
-            asm volatile("" : "+r"(own.i));  // so that its place is found again, too, not kept
+            __syncwarp();                    // the space is reused
+            asm volatile("" : "+r"(own.i));  // addresses are recomputed, not kept in registers
         }
     if (!own.updates) return;
     const Int3 at = d.lattice.node_at(own.i);
     if (!own.near) after.node = sum_of<fixed_point>(d, n & 1, own.i);
-    MirrorNodes mirrors(space.mirrors);  // while the node's sum is on its way, too
+    MirrorNodes mirrors(space.mirrors);  // loaded along with the node's sum
     if (load_mirrors<fixed_point>(d, n & 1, at, own.i, mirrors)) return;
     mirrors.own = after.node;
     if (mirrors.own.m > 0) {
@@ -264,7 +264,8 @@ __global__ void __launch_bounds__(threads<Case::features.tools>, resident<Case::
     for_each_block<tools, fixed_point>(d, start, early, update);
 }
 
-// Which way lies what is below, at node n: along the slope of its mass less that of what is above.
+// Direction to the clay below a blade, at node n: gradient of its mass minus that of the clay
+// above.
 template <bool fixed_point>
 __device__ Vec3<float> slope(const GridUpdateView& d, int parity, Int3 n)
 {
@@ -289,7 +290,7 @@ __device__ void keep_apart(const GridUpdateView& d, int parity, Int3 n)
     for (int f = 1; f < 3; ++f) node_at(d, parity, f * nodes + i) = v[f];
 }
 
-// Node n of index i in a velocity field, with its images.
+// Updates node n (index i) and its images in one velocity field.
 template <bool fixed_point, class Tools>
 __device__ Node<float> updated_in(const GridUpdateView& d, int substep, float dt, Int3 n, int field,
                                   int i, MirrorNodes& mirrors, Tools&& tools)
@@ -311,8 +312,8 @@ __device__ Node<float> updated_in(const GridUpdateView& d, int substep, float dt
     return alone;
 }
 
-// Where blades are: each label has its own velocity, and the two do not pass through each other.
-// Neighbours read masses here, which the update leaves as they are.
+// With blades: each label has its own velocity field, and the two must not interpenetrate. Reads
+// masses of neighbours, which updates do not change.
 template <class Case>
 __global__ void __launch_bounds__(block_nodes, resident_cut)
     cut_grid_kernel(const __grid_constant__ GridUpdateView d)

@@ -1,27 +1,28 @@
-// What a thread block of the grid update begins with: the substep under way, and the first blocks
-// of nodes that it looks after; known before the substep before is over, or when it is.
+// Start of a thread block of the grid update: the current substep and its first blocks of nodes,
+// determined speculatively before the substep before has ended, or after it.
 #pragma once
 #include "cuda/mpm/pose.cuh"
 #include "cuda/mpm/views.cuh"
 
 namespace knead::gpu {
 
-// The index in the list of the k-th block that a thread block begins with.
+// The index in the list of the k-th block of nodes of a thread block.
 __device__ inline int place(int k) { return int(blockIdx.x) - 1 + k * (int(gridDim.x) - 1); }
 
-// The substep under way, and what a thread block begins with.
+// The current substep, and the first blocks of nodes of a thread block.
 template <int blocks_per_cta>
 struct Start {
     int n;
     float dt;                                         // [s]
     bool first;                                       // of a frame
-    int count, before;                                // blocks listed of this grid and of the other
+    int count, before;                                // blocks listed for this grid and for the
+                                                      // other
     int blocks[blocks_per_cta], old[blocks_per_cta];  // the first of each, as listed
 };
 
-// What is known of it while the substep before may be under way (clock.cuh), if tools may touch a
-// block that was listed for that; else n is -1. Loaded past L1, which may hold what was there
-// before. By all lanes of a warp.
+// Speculative start while the substep before may still run (clock.cuh). n is -1 unless the tools
+// are posed for this substep and may touch one of the first blocks, as listed for the substep
+// before. Loads bypass L1, which may hold stale values. Warp-collective.
 template <int blocks_per_cta>
 __device__ Start<blocks_per_cta> speculative_start(const GridUpdateView& d)
 {
@@ -49,8 +50,8 @@ __device__ Start<blocks_per_cta> speculative_start(const GridUpdateView& d)
     return s;
 }
 
-// The same when that is over. All loads that may be needed are issued at once, not one after the
-// other; what the clock's own block writes meanwhile is not used.
+// Start after the substep before has ended. All loads that may be needed are issued together;
+// values that thread block 0 writes meanwhile are not used.
 template <int blocks_per_cta>
 __device__ Start<blocks_per_cta> synchronized_start(const GridUpdateView& d)
 {
@@ -74,12 +75,12 @@ __device__ Start<blocks_per_cta> synchronized_start(const GridUpdateView& d)
     return s;
 }
 
-// What the clock's own block begins with: the substep under way, and what the length of the next
-// one follows from.
+// Input of thread block 0: the current substep, and the quantities that determine the next one's
+// length.
 struct StepBasis {
     int n;
     Step step;
-    Extremes clay;               // as the substep before left it
+    Extremes clay;               // from the substep before
     double tool_step, duration;  // [s]
     __device__ Step next(const StepLimits& limits) const
     {
@@ -87,7 +88,7 @@ struct StepBasis {
     }
 };
 
-// When the substep before is over. All is asked for at once, likewise.
+// After the substep before has ended. All loads are issued together.
 __device__ inline StepBasis step_basis(const Clock& c)
 {
     const int n = __ldcg(&c.done);

@@ -1,5 +1,4 @@
-// Particle to grid: the scatter that a frame begins with. All others are done by the kernel that
-// moves the particles, g2p.cu.
+// Particle to grid: the first scatter of a frame. All others are part of g2p.cu.
 #include "cuda/device/launch.cuh"
 #include "cuda/mpm/scatter.cuh"
 #include "cuda/mpm/stages.cuh"

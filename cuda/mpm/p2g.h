@@ -18,16 +18,16 @@ HD Four<R> column_of(const Momentum<R>& a, const Stencil<R>& s, int i, int j)
     return (s.w[i].x * s.w[j].y) * here;
 }
 
-// A node of a column: its weight `w` along z times the column's momentum there, which from the
-// first node on grows by `along_z` [m/s] times the mass.
+// Contribution to a node of a column: its weight `w` along z times the column's momentum there;
+// `along_z` is the increment of velocity from the first node [m/s].
 template <class R>
 HD Four<R> along(Four<R> column, R w, Vec3<R> along_z)
 {
     return w * slid(column, last(column), along_z);
 }
 
-// add(step, share) is where the memory is: a plain sum, a tile of shared memory, an atomic.
-// `step` is the node less the stencil's base; momentum [kg m/s], mass [kg].
+// add(step, share) accesses the memory: a plain sum, a tile of shared memory, an atomic. `step` is
+// the node less the stencil's base; momentum [kg m/s], mass [kg].
 template <class R, class Add>
 HD void scatter(const Particle<R>& q, const Material<R>& m, const Stencil<R>& s,
                 std::type_identity_t<const Spacing<R>&> spacing, R dt, Add&& add)
@@ -44,9 +44,9 @@ HD void scatter(const Particle<R>& q, const Material<R>& m, const Stencil<R>& s,
 }
 
 // The same sums row by row, for registers that hold three nodes side by side; row(Four...) makes
-// one. add(j, k, share): to the three nodes that stand j and k steps along y and z from the base.
-// `base` holds momentum and mass, the others what it grows by from node to node.
-// tests/solver/lanes_test.cpp holds the two forms together.
+// one. add(j, k, share) adds to the three nodes at steps j and k along y and z from the base.
+// `base` holds momentum and mass, the others their increments from node to node.
+// tests/solver/lanes_test.cpp compares the two forms.
 template <class R, class Add>
 HD void scatter_rows(Four<R> base, Four<R> by_x, Four<R> by_y, Four<R> by_z, const Stencil<R>& s,
                      Add&& add)

@@ -1,4 +1,4 @@
-// Projection on the device, by all lanes of a warp together.
+// Projection on the device, warp-collective.
 #pragma once
 #include "cuda/contact/contact.cuh"
 #include "cuda/contact/cut.h"
@@ -11,8 +11,8 @@
 
 namespace knead::gpu {
 
-// Puts aside what contact does not ask for, and takes it up again: in registers it would crowd out
-// the walk through the primitives. `at`: two places, 32 apart.
+// Spill and reload particle state that the contact search does not use: in registers it would crowd
+// out the loop over primitives. `at`: two slots, 32 apart.
 __device__ inline void spill(const Particle<float>& q, float4* at)
 {
     at[0] = {q.e.xx, q.e.yy, q.e.zz, q.e.xy};
@@ -26,13 +26,13 @@ __device__ inline void reload(Particle<float>& q, const float4* at)
     q.k = b.z, q.object = __float_as_int(b.w);
 }
 
-// What a warp's search for contact has of the scatter's space, which is free until then: the
-// search's own, and places for what it does not ask for.
+// Scratch of a warp's contact search within the scatter's shared memory, which is unused until
+// then: the search's own space, and slots for spilled state.
 template <bool blades>
 struct ContactScratch {
     ScatterSpace<blades>& space;
     const unsigned warp = threadIdx.x >> 5, lane = threadIdx.x & 31;
-    static constexpr int kept = 7;  // numbers of a lane behind the search's space
+    static constexpr int kept = 7;  // floats per lane behind the search's space
     static_assert(sizeof(ContactSpace<32>) + kept * 32 * sizeof(float) <= sizeof space.columns[0]);
     __device__ ContactSpace<32>& contact() const
     {
@@ -68,7 +68,7 @@ struct ContactScratch {
     }
 };
 
-// What tools may touch the particle at x, if its nodes are stored; null: none.
+// Contact candidates of the particle at x, if its nodes are stored; null: none.
 __device__ inline const Mask* near_tools(const NearView& d, const Lattice<float>& lattice,
                                          Vec3<float> x)
 {
@@ -79,7 +79,7 @@ __device__ inline const Mask* near_tools(const NearView& d, const Lattice<float>
     return empty(loaded(mask)) ? nullptr : &mask;
 }
 
-// The velocities and masses that the particle of that label feels in substep n.
+// Nodes of the velocity field for the particle's label in substep n.
 template <bool blades>
 __device__ const float4* nodes_for(const G2pView& d, const Particle<float>& q, int n)
 {
@@ -88,15 +88,15 @@ __device__ const float4* nodes_for(const G2pView& d, const Particle<float>& q, i
     return nodes;
 }
 
-// Tools that the lanes of a warp have touched, to the frame's.
+// Adds the tools touched by a warp's particles to the frame's counters.
 __device__ inline void add_touched(Clock& clock, std::uint32_t tools)
 {
     const unsigned all = __reduce_or_sync(all_lanes, tools);
     if (all && (threadIdx.x & 31) == 0) atomicOr(&clock.counters.touched, all);
 }
 
-// Projection of a warp's particles, of those that are `asked`, by all its lanes. Returns the depth
-// that the lane's was found at [m].
+// Projects a warp's particles, for lanes with `asked`. Warp-collective. Returns the penetration
+// depth of the lane's particle [m].
 template <bool blades, bool brief, class PerCell>
 __device__ float project_out_of_tools(Particle<float>& q, PerCell&& per_cell, const G2pView& d,
                                       const SubstepContext& later,
@@ -107,7 +107,7 @@ __device__ float project_out_of_tools(Particle<float>& q, PerCell&& per_cell, co
     bool in = own;
     if (!__any_sync(all_lanes, in)) return 0;
     const float around = per_cell();
-    __syncwarp();  // others write where it was
+    __syncwarp();  // spill() overwrites what other lanes read in per_cell()
     spill(q, borrowed.strain());
     if constexpr (!blades) borrowed.spill(q.C);
     const Mask& mask = in ? *own : d.near.masks[0];
@@ -136,8 +136,7 @@ __device__ float project_out_of_tools(Particle<float>& q, PerCell&& per_cell, co
     return depth;
 }
 
-// The lane's particle, of those that `moves`: out of tools, in front of walls, where nodes are
-// stored.
+// Projects the lane's particle if `moves`: out of tools, inside the walls, into the stored region.
 template <Features f, class PerCell>
 __device__ void project(Particle<float>& q, PerCell&& per_cell, const G2pView& d,
                         const SubstepContext& later, ScatterSpace<f.blades>& space, bool moves,

@@ -1,13 +1,13 @@
-// Mass and momentum of a warp's particles to the grid. Lanes whose particles share a cell are put
-// side by side; each writes down what every column of three nodes gets of it; then the warp walks
-// through all of them, a lane a node of the stencil, and where a cell ends adds its sums to memory,
-// a vector atomic a node. No sum depends on the schedule but those of the atomics, and in fixed
-// point not even these. Cells are found from where the particles are now, so drift since the sort
-// costs speed, never correctness.
+// Scatter of a warp's particles. Lanes whose particles share a cell are placed side by side; each
+// writes its contribution to every column of three nodes to shared memory. Then the warp loops over
+// all particles, one lane per node of the stencil, and at the end of each cell adds the sums to
+// global memory, one vector atomic per node. Only the order of the atomics depends on the schedule;
+// in fixed point the result does not. Cells are computed from current positions, so drift since the
+// sort costs speed, never correctness.
 //
-// Shuffling the 108 numbers of a particle together takes 324 shuffles a lane; summing the cells of
-// four warps in tiles of shared memory, before anything goes to memory, saves four atomics of five,
-// and costs more than these do: docs/engineering/kernels.md.
+// Reducing the 108 numbers of a particle by shuffles takes 324 shuffles per lane; summing the cells
+// of four warps in tiles of shared memory first saves four atomics of five, and costs more than
+// these: docs/engineering/kernels.md.
 #pragma once
 #include <nv/target>
 
@@ -22,7 +22,7 @@
 
 namespace knead::gpu {
 
-// From the stencil's base to its columns, of nodes along z, in the order they are written down in.
+// From the stencil's base to its columns, of nodes along z, in the order of `columns`.
 HD constexpr Int3 column_step(int c) { return {c % 3, c / 3, 0}; }
 
 template <bool blades>
@@ -35,13 +35,13 @@ template <bool blades>
 struct ScatterSpace {
     static constexpr int warps = scatter_warps<blades>, fields = blades ? 3 : 1;
     float4 columns[warps][32][9];  // by particle: momentum and mass of columns of nodes
-    float4 slopes[warps][32][3];   // of a column's momentum per mass, times the step along z, and
-                                   // the weight there
+    float4 slopes[warps][32][3];   // by particle: velocity increment at each step along z, and the
+                                   // weight there
     int cells[warps][32];          // by particle: index of its stencil's base
     unsigned sides[blades ? warps : 0][32];  // by particle
 };
 
-// Adds n to *to: one vector atomic where the card has it.
+// Adds n to *to: one vector atomic where the GPU supports it.
 __device__ inline void add(float4* to, const float4& n)
 {
     NV_IF_ELSE_TARGET(NV_PROVIDES_SM_90, (atomicAdd(to, n);),
@@ -49,7 +49,7 @@ __device__ inline void add(float4* to, const float4& n)
                        atomicAdd(&to->w, n.w);))
 }
 
-// Integers add up to the same bits in any order.
+// Integer sums do not depend on the order.
 __device__ inline void add(long long* to, const float4& n, float momentum_scale, float mass_scale)
 {
     const auto one = [](long long* at, float value) {
@@ -62,7 +62,7 @@ __device__ inline void add(long long* to, const float4& n, float momentum_scale,
     one(to + 3, mass_scale * n.w);
 }
 
-// The lane's place when those whose particles share a cell are put side by side.
+// The lane's slot when those whose particles share a cell are placed side by side.
 __device__ inline int slot_of(int node)
 {
     const int lane = int(threadIdx.x & 31);
@@ -86,11 +86,12 @@ __device__ inline int lane_now()
     return lane;
 }
 
-// Lanes by the nodes of a stencil: eight columns' first nodes, their second, their third, then the
-// ninth column's, each twice, for a vector load takes half the time where neighbours share it.
+// Lanes by the nodes of a stencil: the first nodes of eight columns, their second, their third,
+// then the ninth column's nodes, each on two lanes: a vector load takes half the time if adjacent
+// lanes share the address.
 struct Lane {
     int column, k;  // k: step along z
-    bool holds;     // false: a double
+    bool holds;     // false: a duplicate
 };
 __device__ inline Lane lane_of(int lane)
 {
@@ -99,9 +100,9 @@ __device__ inline Lane lane_of(int lane)
             !ninth || (lane < 30 && !(lane & 1))};
 }
 
-// The scatter of one warp for substep n, all of whose lanes call it; `valid` ones have a particle.
-// Blocks of nodes that get mass are listed in the grid, which is clear before. `begins`: a frame
-// does; then `relisted` says whether its list is empty at first.
+// Scatter of one warp for substep n. Warp-collective; lanes with `valid` have a particle. Lists the
+// blocks of nodes that receive mass. Precondition: the grid is clear. `begins`: first scatter of a
+// frame; `relisted`: its list is empty at first.
 template <bool blades, bool begins = false>
 class WarpScatter {
   public:
@@ -121,7 +122,7 @@ class WarpScatter {
     {
         const Stencil<float> stencil = knead::stencil(q.x, d.lattice.spacing);
         const int node = valid ? d.lattice.index(stencil.base) : nowhere, slot = slot_of(node);
-        __syncwarp();  // others may have put something aside where this one writes
+        __syncwarp();  // others may have spilled state to where this one writes
         write_down(q, m, per_mass, stencil, slot, dt);
         s.cells[warp][slot] = node;
         __syncwarp();
@@ -135,7 +136,7 @@ class WarpScatter {
     ScatterSpace<blades>& s;
     const int n;
     const bool relisted;
-    int last = -1, mark = 0;    // block of nodes; what it was listed for
+    int last = -1, mark = 0;    // the last block of nodes added to; its mark
     void* const sums_of_nodes;  // float4, or in fixed point four long long
     const int lane = lane_now(), warp = int(threadIdx.x >> 5);
     const Lane own = lane_of(lane);
@@ -160,13 +161,13 @@ class WarpScatter {
         if constexpr (blades) s.sides[warp][slot] = q.label();
     }
 
-    // Adds up what the lane's node gets of the particles, slot by slot.
+    // Sums the contributions to the lane's node, slot by slot.
     __device__ void walk()
     {
         constexpr int together = 4, turn = 2 * together;
         const float4 *column = &s.columns[warp][0][own.column], *slope = &s.slopes[warp][0][own.k];
         const int* cell = s.cells[warp];
-        // A bit a slot: its cell ends with it.
+        // One bit per slot: the last of its cell.
         unsigned ends = __ballot_sync(all_lanes, lane == 31 || cell[lane] != cell[lane + 1]);
         float4 sums[fields] = {};
         for (int first = 0; first < 32; first += turn) {
@@ -189,7 +190,7 @@ class WarpScatter {
             ends >>= turn;
         }
     }
-    // What the lane's node gets of one particle.
+    // Contribution of one particle to the lane's node.
     __device__ void add_up(const float4& column, const float4& slope, int slot,
                            float4 (&sums)[fields]) const
     {
@@ -206,7 +207,7 @@ class WarpScatter {
             if (sides != above) plus(sums[below]);
         }
     }
-    // What the lane's node got of the cell at node `base`.
+    // Adds the lane's node's sums of the cell at node `base` to the grid.
     __device__ void add_to_grid(int base, float4 (&sums)[fields])
     {
         // Copied here, where cells end, rather than with every particle.
@@ -222,8 +223,7 @@ class WarpScatter {
         last = int(node / block_nodes), mark = d.marks[last];
     }
     // Lists the block that the lane added to last, once. Its mark was loaded then and is used now,
-    // which hides the latency. It may come from the cache of level 1: where it is an old one, set
-    // since, that costs an exchange.
+    // which hides the latency. It may be a stale value from L1; that costs one exchange.
     __device__ void list_last() const
     {
         const int own = listed_for(n, begins && relisted);

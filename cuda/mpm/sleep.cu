@@ -1,4 +1,4 @@
-// Before a frame's first substep: which blocks' clay moves, which only carries it, which sleeps.
+// Before a frame's first substep: the activity of each block of nodes.
 #include "cuda/device/launch.cuh"
 #include "cuda/device/ordered.cuh"
 #include "cuda/mpm/sleep.h"
@@ -9,7 +9,7 @@ namespace {
 
 constexpr int threads = 128;
 
-// Boxes around the tools over the whole frame; those of tools that are not active are empty.
+// Bounding boxes of the tools over the whole frame; empty for inactive tools.
 struct Boxes {
     int low[3][max_boxes], high[3][max_boxes];
     __device__ AxisBox<float> at(int t) const
@@ -59,7 +59,7 @@ __global__ void __launch_bounds__(threads)
     d.activity[b] = own_activity(d.options, d.quiet[b], near);
 }
 
-// From each block that is at `activity` to its neighbours.
+// Raises the neighbours of each block at `activity`.
 __global__ void __launch_bounds__(threads)
     spread_kernel(const __grid_constant__ SpreadView d, int activity)
 {

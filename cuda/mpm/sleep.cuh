@@ -1,5 +1,5 @@
-// Clay that lies still while its neighbours move: in g2p it may be pushed, and wakes; before the
-// next grid update the blocks around it become guards.
+// Waking of still clay next to moving clay: in g2p it wakes if it is pushed; before the next grid
+// update the blocks around it become guards.
 #pragma once
 #include "cuda/mpm/particle.h"
 #include "cuda/mpm/stencil.h"
@@ -7,8 +7,8 @@
 
 namespace knead::gpu {
 
-// A particle moves in block b, or will, whose clay was still in substep n: where clay may wake, the
-// block's moves from the next substep on.
+// Call if a particle moves, or must move, in block b, whose clay was still in substep n. In sleep
+// mode the block moves from the next substep on.
 __device__ inline void wake(const G2pView& d, int b, int n)
 {
     const WakeView& r = d.rest;
@@ -18,14 +18,14 @@ __device__ inline void wake(const G2pView& d, int b, int n)
     if (r.range[b].x < r.range[b].y) atomicAdd(&d.clock->counters.woken, 1ull);
 }
 
-// Where a particle has come to in the frame's last substep n: none after it checks.
+// Marks the block of a particle at the end of the frame's last substep n: no later substep does.
 __device__ inline void note_end(const G2pView& d, const Particle<float>& q, bool ends, int n)
 {
     if (ends) d.rest.changed[d.lattice.block_of(base_node(q.x, d.lattice.spacing))] = n + 1;
 }
 
-// What is known of a particle where clay may be still, before it is looked at: the block of its
-// stencil's base, whether that block's clay is still in this substep, whether no check is made.
+// Sleep state of a particle before its update: the block of its stencil's base; `still`: the clay
+// of that block is still in this substep; `unasked`: it is not tested for waking.
 struct Quiet {
     int block;
     bool still, unasked;
@@ -39,8 +39,8 @@ __device__ inline Quiet quiet_at(const G2pView& d, Particle<float>& q, Int3 base
     return at;
 }
 
-// Wakes the particle's block where, with the velocity that has come to it in substep n of `dt` [s],
-// it moves or must move.
+// Wakes the particle's block if the particle moves, or must move at the velocity that it has got in
+// substep n of `dt` [s].
 __device__ inline void wake_if_pushed(const G2pView& d, const Quiet& quiet,
                                       const Particle<float>& q, float dt, int n)
 {
@@ -48,7 +48,8 @@ __device__ inline void wake_if_pushed(const G2pView& d, const Quiet& quiet,
     if (quiet.still && !quiet.unasked && wakes) wake(d, quiet.block, n);
 }
 
-// What the substep before n woke: the neighbours become guards, theirs at least support.
+// The neighbours of blocks woken in the substep before n become guards, and theirs at least
+// support.
 __device__ inline void guard_neighbours(const GridUpdateView& d, int n)
 {
     const GuardView& r = d.rest;

@@ -1,7 +1,7 @@
-// Clay that need not move. Asleep lies what has been at rest for a while and is far from every
-// tool; or, in the localized mode, all that lies outside of boxes around the tools. Around what
-// moves, clay that stays still gives its mass and stress to the lattice, so that it carries its
-// neighbours; what is pushed there wakes.  (29), (30)
+// Sleep: clay that need not move. A block is asleep if it has been at rest for a while and is far
+// from every tool; in localized mode, if it lies outside boxes around the tools. Still clay next to
+// moving clay scatters its mass and stress, so that it supports its neighbours; it wakes if it is
+// pushed.  (29), (30)
 #pragma once
 #include "cuda/math/vec.h"
 #include "cuda/mpm/material_data.h"
@@ -15,24 +15,24 @@ template <class R>
 struct Rest {
     RestMode mode;
     R speed;     // slower clay is at rest [m/s]
-    int frames;  // for so many on end, before it falls asleep
-    R push;      // still clay wakes where it would be accelerated by more [m/s^2]
-    R reach;     // how far boxes reach beyond the tools [m]
+    int frames;  // consecutive frames at rest before it falls asleep
+    R push;      // still clay wakes above this acceleration [m/s^2]
+    R reach;     // margin of the boxes around the tools [m]
 };
 
-// What the clay of a block of nodes does in a frame; each is next to the one above it.
+// Activity of a block of nodes in a frame; in sleep mode neighbours differ by at most one.
 enum Activity : int {
     asleep,   // nothing
-    support,  // still: gives mass and stress to the lattice
-    guard,    // the same, and wakes where it is pushed: all its neighbours are at least support
+    support,  // still: scatters mass and stress
+    guard,    // the same, and wakes if pushed: all its neighbours are at least support
     awake,    // moves
-    moving    // moves, and must have been: its neighbours are awake
+    moving    // moved lately or is near a tool: its neighbours are awake
 };
 
 constexpr int never = 0x7fffffff;
 
-// How many frames on end a block's clay has been at rest, after one in which its fastest had this
-// speed squared [m^2/s^2].
+// Consecutive frames at rest of a block, after a frame in which its largest speed squared was
+// `speed_squared` [m^2/s^2].
 template <class R>
 HD int rested(const Rest<R>& rest, int frames, R speed_squared)
 {
@@ -40,7 +40,7 @@ HD int rested(const Rest<R>& rest, int frames, R speed_squared)
     return frames < rest.frames ? frames + 1 : frames;
 }
 
-// What a block does of itself, before its neighbours are asked.
+// Activity of a block by itself, before its neighbours are considered.
 template <class R>
 HD int own_activity(const Rest<R>& rest, int frames, bool near_tool)
 {
@@ -48,15 +48,15 @@ HD int own_activity(const Rest<R>& rest, int frames, bool near_tool)
     return near_tool || frames < rest.frames ? moving : asleep;
 }
 
-// What a block makes of its neighbours at least; asked of moving, awake and guard in this order.
+// The least activity of a block's neighbours; applied for moving, awake and guard in this order.
 template <class R>
 HD int neighbour_of(const Rest<R>& rest, int activity)
 {
     return rest.mode == RestMode::localized ? support : activity - 1;
 }
 
-// Whether clay that lies still must move: v is what the lattice would have given it in a substep of
-// dt [s].  (30)
+// Whether still clay must move; v is the velocity that the grid would give it in a substep of dt
+// [s].  (30)
 template <class R>
 HD bool pushed(const Rest<R>& rest, Vec3<R> v, R dt)
 {
@@ -64,9 +64,9 @@ HD bool pushed(const Rest<R>& rest, Vec3<R> v, R dt)
     return dot(v, v) > max * max;
 }
 
-// In the localized mode clay that is held stands in the way of what moves: so do the nodes around
-// it, whatever pushes them, for to them it weighs so many times what it does, and rises as fast as
-// gravity lets it fall in a substep of dt [s].  (30a)
+// Localized mode: held clay blocks moving clay. It is scattered with held_weight times its mass,
+// and with the velocity that cancels gravity in a substep of dt [s], so that the nodes around it
+// stay at rest under any load.  (30a)
 constexpr double held_weight = 1000;
 template <class R>
 HD bool stands(RestMode mode, const Particle<R>& q)
@@ -85,13 +85,13 @@ HD Vec3<R> held_rise(Vec3<R> gravity, R dt)
     return -dt * gravity;
 }
 
-// Two corners of a box along the axes [m].
+// Two corners of an axis-aligned box [m].
 template <class R>
 struct AxisBox {
     Vec3<R> low, high;
 };
 
-// Whether a block, by its coordinates, lies in the box at least in part.
+// Whether a block, given by its coordinates, overlaps the box.
 template <class R>
 HD bool meets(const AxisBox<R>& box, Int3 block, R edge)
 {

@@ -1,29 +1,30 @@
-// Friction of clay that slides along a wall: it goes by what has pressed the clay there on an
-// average, not by what presses it just now.  (18a)
+// Friction of clay sliding along a wall, computed from a running mean of the normal force, not from
+// its current value.  (18a)
 //
-// Friction does not follow a change of pressure at once [Prakash 1998]. Where it does, sliding
-// along a wall and swinging against it drive each other: an elastic body that slides shakes itself,
-// at any resolution, and slides on where it should stop [Ranjith 2001].
+// Friction does not follow a change of pressure at once [Prakash 1998]. With instantaneous
+// friction, sliding along a wall and oscillation normal to it amplify each other: a sliding elastic
+// body vibrates at any resolution, and slides on where it should stop [Ranjith 2001].
 #pragma once
 #include "cuda/contact/contact.h"
 #include "cuda/mpm/walls.h"
 
 namespace knead {
 
-// Of a node whose clay slides along a wall.
+// State of a node whose clay slides along a wall.
 template <class R>
 struct alignas(16) Sliding {
-    R force;            // mean of what presses it [N]
-    R time;             // how long it has slid, `sliding_memory` at most [s]
-    int substep;        // the last in which it did
-    R impulse_deficit;  // what has pressed it less what it was rubbed for [N s]
+    R force;            // mean normal force [N]
+    R time;             // duration of the slide, at most `sliding_memory` [s]
+    int substep;        // the last in which it slid
+    R impulse_deficit;  // normal impulse minus the part that friction has acted for [N s]
 };
 
-// How far back that mean reaches: in time [s], and along the wall [cells], for a node is pressed by
-// what passes it.
+// Window of the mean: time [s], and distance along the wall [cells], since the load on a node is
+// that of the clay that passes it.
 constexpr double sliding_memory = 0.05, sliding_way = 0.25;
 
-// Which place is node n's, which meets one wall, along `axis`, of a normal of that sign; -1: none.
+// Index of the Sliding record of node n at a wall normal to `axis`, of normal sign `sign`; -1:
+// none.
 template <class R>
 HD int sliding_place(Int3 n, int axis, int sign, const Walls<R>& walls, Int3 size)
 {
@@ -36,7 +37,7 @@ HD int sliding_place(Int3 n, int axis, int sign, const Walls<R>& walls, Int3 siz
     return ((2 * axis + (sign < 0)) * sliding_layers + layer) * walls.face_places + along;
 }
 
-// Where places are kept, on a lattice of that spacing, in substep `substep`.
+// Sliding records in an array, for substep `substep`.
 template <class R>
 struct SlidingInArray {
     Sliding<R>* all;
@@ -45,7 +46,7 @@ struct SlidingInArray {
     HD Sliding<R> get(int place) const { return all[place]; }
     HD void put(int place, const Sliding<R>& s) const { all[place] = s; }
 };
-// Kept nowhere: every substep is the first.
+// No storage: every substep is the first of a slide.
 template <class R>
 struct Forgotten {
     R dx = 1;
@@ -54,9 +55,10 @@ struct Forgotten {
     HD void put(int, const Sliding<R>&) const {}
 };
 
-// What a wall leaves of a velocity that may approach it by `approach` [m/s] yet; `mass` is what it
-// stops [kg], `place` as above. (18), (18b): clay that has not arrived is held by no wall, also by
-// none that slips. (18a) where it slides; where it lifts it pays at once what it owes.
+// Applies a wall to a velocity that may still approach it by `approach` [m/s]. `mass`: the mass
+// that it stops [kg]; `place`: index of the Sliding record, or -1. (18), (18b): clay that has not
+// reached the wall is not constrained, not even by a slip wall. (18a) while it slides; when it
+// lifts, the friction of the remaining impulse deficit is applied at once.
 template <class R, class Slides>
 HD Vec3<R> apply_friction(Vec3<R> v, Vec3<R> normal, R approach, const Walls<R>& walls, R mass,
                           R dt, int place, const Slides& slides)

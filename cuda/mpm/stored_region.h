@@ -1,6 +1,6 @@
-// How much of the lattice the device stores: the box of it that the clay is in, and some room
-// around. Before clay comes to an end of the box, a frame stops where a substep ends, and goes on
-// when the box has grown; so looking up a node needs no bounds check.
+// The part of the lattice that the device stores: the bounding box of the clay and a margin. Before
+// clay reaches an end of the box, a frame stops at the end of a substep, and resumes when the box
+// has grown; so node access needs no bounds check.
 #pragma once
 #include <bit>
 
@@ -10,7 +10,7 @@
 
 namespace knead {
 
-// A box along the axes.
+// An axis-aligned box.
 struct Region {
     Vec3<float> min, max;               // [m]
     HD bool holds(Vec3<float> x) const  // false for NaN
@@ -18,24 +18,24 @@ struct Region {
         return x.x >= min.x && x.y >= min.y && x.z >= min.z && x.x <= max.x && x.y <= max.y &&
                x.z <= max.z;
     }
-    HD Vec3<float> nearest(Vec3<float> x) const  // of them; NaN stays
+    HD Vec3<float> nearest(Vec3<float> x) const  // point of the box; NaN stays
     {
         return {clamp(x.x, min.x, max.x), clamp(x.y, min.y, max.y), clamp(x.z, min.z, max.z)};
     }
 };
 
-// The places whose whole stencil is stored. A particle farther away was pushed there by tools: it
-// waits at the nearest such place until there are nodes, and then these tools push it on.
+// Positions whose whole stencil is stored. A particle that tools push beyond is clamped to the
+// nearest of them until the nodes are stored; then the tools push it on.
 inline Region stored_region(const Lattice<float>& l)
 {
-    // A hundredth of a cell is for rounding.
+    // 0.01 cells for rounding.
     const auto min = [&l](int low) { return l.dx * (float(low) + 0.51f); };
     const auto max = [&l](int past) { return l.dx * (float(past) - 1.51f); };
     const Int3 end = l.low + l.stored;
     return {{min(l.low.x), min(l.low.y), min(l.low.z)}, {max(end.x), max(end.y), max(end.z)}};
 }
 
-// Those that are not beyond a wall, either (project.h): most clay needs no other test.
+// The part of that region inside the walls (project.h): most clay needs no other test.
 inline Region free_region(const Lattice<float>& l, const Walls<float>& walls)
 {
     const Region p = stored_region(l);
@@ -44,9 +44,9 @@ inline Region free_region(const Lattice<float>& l, const Walls<float>& walls)
             {min(p.max.x, high.x), min(p.max.y, high.y), min(p.max.z, high.z)}};
 }
 
-// Ends of the box that block b is at and that are not ends of the lattice, by bits: 1 << 2 * axis,
-// twice that for the far one. A frame stops one or two substeps after clay has got there, of at
-// most a cell each.
+// Ends of the box that block b is at and that are not ends of the lattice, as bits: 1 << 2 * axis
+// for the low end, twice that for the high one. A frame stops one or two substeps after clay has
+// reached the block, and it moves at most one cell in each.
 inline unsigned ends_at(const Lattice<float>& l, Int3 b)
 {
     const auto axis = [](int at, int low, int stored, int size) {
@@ -58,8 +58,8 @@ inline unsigned ends_at(const Lattice<float>& l, Int3 b)
            axis(block_edge * b.z, l.low.z, l.stored.z, l.size.z) << 4;
 }
 
-// The lattice of which the nodes low <= n < end are stored and what fills up their blocks; what
-// lies beyond the lattice is not.
+// The lattice with nodes low <= n < end stored, extended to whole blocks and clipped to the
+// lattice.
 inline Lattice<float> boxed(const Lattice<float>& whole, Int3 low, Int3 end)
 {
     const auto down = [](int n) { return max(n, 0) & ~(block_edge - 1); };
@@ -71,9 +71,9 @@ inline Lattice<float> boxed(const Lattice<float>& whole, Int3 low, Int3 end)
     return {whole.size, whole.dx, whole.spacing, from, to - from};
 }
 
-// That or more: rows along z of a power of two nodes. With others a warp's loads are spread less
-// evenly over the slices of L2, and `g2p` takes 3 % longer [docs/engineering/memory.md].
-// Not where such a row has no room in the lattice or would be longer by more than three fifths.
+// Extends rows along z to a power of two nodes. With other lengths a warp's loads are spread less
+// evenly over the slices of L2, and `g2p` takes 3 % longer [docs/engineering/memory.md]. Unchanged
+// if such a row does not fit in the lattice or is longer by more than three fifths.
 inline Lattice<float> in_even_rows(const Lattice<float>& l)
 {
     const int row = l.stored.z, even = int(std::bit_ceil(unsigned(row)));
@@ -84,8 +84,8 @@ inline Lattice<float> in_even_rows(const Lattice<float>& l)
     return boxed(l, {l.low.x, l.low.y, from}, {end.x, end.y, from + even});
 }
 
-// Around clay whose stencils reach the nodes low <= n < end: on every side an eighth of its extent
-// more and no less than a block; or, if said, a block and `spare` nodes.
+// Box around clay whose stencils cover the nodes low <= n < end. Margin on every side: an eighth of
+// its extent, at least a block; for spare >= 0, a block and `spare` nodes.
 inline Lattice<float> box_around(const Lattice<float>& whole, Int3 low, Int3 end, int spare)
 {
     const auto room = [spare](int extent) {
@@ -96,7 +96,7 @@ inline Lattice<float> box_around(const Lattice<float>& whole, Int3 low, Int3 end
     return in_even_rows(boxed(whole, low - more, end + more));
 }
 
-// A quarter larger beyond the `ends` that clay has come near.
+// Enlarged by a quarter, at least two blocks, at each of `ends`.
 inline Lattice<float> grown(const Lattice<float>& l, unsigned ends)
 {
     Int3 from = l.low, to = l.low + l.stored;

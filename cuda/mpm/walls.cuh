@@ -1,4 +1,4 @@
-// Device code for nodes near walls, and helpers shared by all node updates. Few nodes are near a
+// Device code for nodes near walls, and functions shared by all node updates. Few nodes are near a
 // wall, so their path is separate and short: values it loaded or held early would cost all other
 // nodes registers, and rarely executed instructions still have to be fetched.
 #pragma once
