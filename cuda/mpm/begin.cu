@@ -1,11 +1,11 @@
-// The start of a frame: the clock takes up its duration and chooses its first substep.
+// The start of a frame: sets the clock's duration and chooses the first substep.
 #include "cuda/device/launch.cuh"
 #include "cuda/mpm/stages.cuh"
 
 namespace knead::gpu {
 namespace {
 
-// A new frame, or what is left of one.
+// Starts a frame, or the remainder of one.
 __device__ void begin_frame(const BeginView& d)
 {
     Clock& c = *d.clock;
@@ -20,7 +20,7 @@ __device__ void begin_frame(const BeginView& d)
     c.mode = Mode::running;
     c.unsorted = d.rest != RestMode::none || c.drift > max_drift * d.limits.dx;
     c.unsorted_side = c.side;
-    // Blocks that clay has left leave the list where it is sorted. One of the rim is to be noticed.
+    // Relisting drops blocks that clay has left, and detects blocks on the rim again.
     c.relisted = !anew || c.unsorted || c.crowded[0] || c.crowded[1] || c.active[c.done % 3] == 0;
     if (c.relisted) c.active[c.done % 3] = 0;
     c.crowded[0] = c.crowded[1] = false;
@@ -32,7 +32,7 @@ __global__ void begin_kernel(const __grid_constant__ BeginView d)
     c.begins = c.mode != Mode::stopped && c.mode != Mode::cut, c.unsorted = false;
     if (c.begins) begin_frame(d);
     for (int& posed : c.posed) posed = -1;
-    c.lag = {};  // also of a frame that does nothing: the one before has ended
+    c.lag = {};  // also for a skipped frame: the one before has ended
     const Conditions& to = d.conditions;
     if (!to.captured) return;
     cudaGraphSetConditional(to.unsorted[c.side ^ 1], false);

@@ -1,4 +1,4 @@
-// Where the simulation stands, on the device.
+// Simulation time, substep control and counters on the device.
 #pragma once
 #include <bit>
 
@@ -8,14 +8,14 @@
 
 namespace knead::gpu {
 
-// Counted over a frame by the kernels; read by the host when it is over.
+// Counted over a frame by the kernels; read by the host afterwards.
 struct Counters {
     double dt_min, dt_max;  // [s]
     int substeps, limits[6];
     unsigned long long yielded, projected, clipped, confined, repaired;  // particle-substeps, nodes
     unsigned long long abrupt, moved_far, clipped_negligible;  // particle-substeps, likewise, nodes
     unsigned long long covered;  // particle-substeps with a blade beside them
-    unsigned long long moved;    // particle-substeps; of a scene in which clay may be still
+    unsigned long long moved;    // particle-substeps; with sleep only
     unsigned long long woken;    // blocks
     unsigned long long stranded, splats_projected, splats_repaired;  // Gaussian-substeps
     unsigned deepest;  // bits of the largest depth found [m]
@@ -23,12 +23,12 @@ struct Counters {
     int active_blocks;
 };
 
-// The largest of what particles have: bits of a speed squared and of a stiffness (material.h)
+// The largest values of all particles: bits of a speed squared and of a stiffness (material.h)
 // [m^2/s^2 each].
 struct Peak {
     unsigned fastest, stiffest;
 };
-// By substep, in n % 2. Each thread block raises one of several, so that fewer meet at one place.
+// By substep, in n % 2. Each thread block updates one of several copies, to reduce contention.
 struct alignas(128) Peaks {
     Peak of[2];
 };
@@ -41,7 +41,7 @@ HD Extremes extremes_of(Peak all)
             double(std::bit_cast<float>(all.stiffest))};
 }
 
-// Of a ring of three, the place of substep n.
+// The element of substep n in a ring of three.
 template <class T>
 HD T in_ring(int n, const T (&ring)[3])
 {
@@ -49,31 +49,32 @@ HD T in_ring(int n, const T (&ring)[3])
     return k == 0 ? ring[0] : k == 1 ? ring[1] : ring[2];
 }
 
-// Posing is shared by so many thread blocks.
+// Number of thread blocks that pose the tools.
 constexpr int pose_parts = 8;
 
-// What a frame does: nothing where the one before it has stopped (stored_region.h), and what that
-// one has left where it is told to go on; nothing where that one was cut, as the host asked.
+// What a frame does. stopped: nothing, because the frame before stopped (stored_region.h);
+// going_on: the remainder of a stopped frame; cut: nothing, because the host ended the frame before
+// early.
 enum class Mode : int { running, stopped, going_on, cut };
 
-// Where the simulation stands. Substeps are counted through all frames; what belongs to substep n
-// is kept in place n of a ring, of two or of three. No kernel writes what other blocks of it read,
-// so that none waits for its last block:
+// State of the time integration. Substeps are counted across frames; data of substep n is kept in
+// element n of a ring of two or three. No kernel writes what other thread blocks of it read, so
+// that no kernel waits for its last thread block:
 //
 //      begin          a new frame: n = done
 //        |
 //      sort, line_up, pose, p2g         sums of substep n
 //        |
 //        v
-//    +-> grid n       block 0: begun = n, step n + 1     g2p goes by begun and dt,
+//    +-> grid n       block 0: begun = n, step n + 1     g2p reads begun and dt,
 //    |     |          others: velocities of n            which only grid writes
 //    |     v
-//    |   g2p n        sums and poses of n + 1;           grid goes by done,
+//    |   g2p n        sums and poses of n + 1;           grid reads done,
 //    |     |          last, one thread: done = n + 1     which only g2p writes
 //    |     |
 //    +-----+          for as long as step n + 1 has dt > 0
 //
-// Place by place, r: reads, w: writes, +: many threads add, or set or raise it. Others: line_up,
+// Access by field. r: reads, w: writes, +: many threads add, set or raise it. Others: line_up,
 // pose, p2g.
 //
 //                   begin     sort     others     grid n                     g2p n
@@ -104,56 +105,60 @@ enum class Mode : int { running, stopped, going_on, cut };
 //    tool_step      w                             r
 //    counters       w 0                           +                          +
 //
-// What grid both reads and writes in one place (crowded n - 1, drift, lag, mode, counters but
-// `clipped`) only thread 0 of block 0 touches. `listed` grows under grid, which does not go through
-// the list. `deform`, between grid and g2p of some substeps and after the last, reads done, begun,
-// dt and lag. Between frames the host reads the clock, and where one has stopped, says that it goes
-// on (host/solver/gpu/region.cu). While one is under way it may set `halt`
+// Fields that grid both reads and writes in one element (crowded n - 1, drift, lag, mode, counters
+// but `clipped`) are accessed only by thread 0 of block 0. `listed` grows during grid, which does
+// not iterate over the list. `deform`, between grid and g2p of some substeps and after the last,
+// reads done, begun, dt and lag. Between frames the host reads the clock and lets a stopped frame
+// continue (host/solver/gpu/region.cu). During a frame it may set `halt`
 // (host/solver/gpu/watch.cu).
 //
-// A frame's first grid is launched when all that comes before it is over. From then on grid and g2p
-// start early (launch_pdl): each waits for the end of the kernel before it and only then lets the
-// next one take its places, so no more than two of them are on the device, and what the last but
-// one has written is there. Before it waits, g2p n reads `side`, its run and where its particles
-// are, which g2p n - 1 has written. Its thread blocks that pose do not wait for the end of grid n
-// at all, but for `begun` to become n (acquire): block 0 of grid n writes it last of what they read
-// (release). grid n starts when all thread blocks of g2p n - 1 have; those that pose write `posed`
-// n when they have (release), and only then let it start. Where grid n finds that (acquire) and
-// `begun` still n - 1, it knows before it waits which substep is its own, how long it is, and that
-// its list begins with all of that of n - 1: so it looks for contact at nodes of its first block
-// while g2p n - 1 still runs. `posed` has to say so: going by `begun` alone clay burst where
-// programs shared the card. A substep of dt 0 does nothing: nobody poses for it, and g2p leaves
-// `done` as it is, so that the rest of a turn of the graph runs idle.
+// A frame's first grid is launched when all kernels before it have ended. From then on grid and g2p
+// use programmatic dependent launch (launch_pdl): each waits for the end of the kernel before it,
+// and only then lets the next one start. So at most two of them are resident, and the writes of the
+// last but one are visible. Before it waits, g2p n reads `side`, its run and its particles'
+// positions, which g2p n - 1 has written. Its thread blocks that pose do not wait for the end of
+// grid n, but for `begun` to become n (acquire); block 0 of grid n writes it (release) after
+// everything that they read. grid n starts when all thread blocks of g2p n - 1 have triggered it;
+// those that pose first write `posed` n (release). If grid n reads that (acquire) and `begun` is
+// still n - 1, its substep, the length of that and the beginning of its list, which is the whole
+// list of n - 1, are known before it waits: it evaluates contact at nodes of its first block while
+// g2p n - 1 still runs. `posed` is required: by `begun` alone clay burst where several programs
+// shared the GPU. A substep of dt 0 does nothing: no tools are posed for it, and g2p leaves `done`
+// unchanged, so that the rest of the graph's iteration is idle.
 //
-// What many thread blocks add to lies in lines of memory of its own (128 bytes). With a count of
+// Fields that many thread blocks add to have cache lines of their own (128 bytes). With a count of
 // runs in the line of `side` p2g took 20.2 us, apart from it 17.2 (H200, 137 k particles): probably
-// its reads of `side` waited behind the atomics on that line.
+// its reads of `side` waited for the atomics on that line.
 struct Clock {
-    int done, begun;  // substeps through; the one under way
-    int first;        // of the frame, or of what is left of one
-    float dt[2];      // of the one under way and of the one after it [s]; 0: there is none
+    int done, begun;  // substeps completed; the current one
+    int first;        // of the frame, or of the remainder of one
+    float dt[2];      // of the current substep and of the next [s]; 0: there is none
     Step steps[3];
-    Lag lag;                        // of Gaussians, with the substep under way
-    int side;                       // on which of their two sides the particles lie
-    int sorted_from;                // on which they lay before the last sort
+    Lag lag;                        // of Gaussians, including the current substep
+    int side;                       // which of the two particle arrays is current
+    int sorted_from;                // which was current before the last sort
     double duration;                // of the frame [s]
     alignas(128) double tool_step;  // [s]
-    double drift;                   // how far a particle may have come since the last sort [m]
-    Step resume;                    // before which the frame has stopped
+    double drift;                   // the largest displacement of a particle since the last sort
+                                    // [m]
+    Step resume;                    // the step at which a stopped frame resumes
     Mode mode;
-    bool begins;                         // the frame does, or goes on; else it does nothing
-    bool unsorted;                       // they are sorted again in this frame
+    bool begins;                         // false: the frame is skipped
+    bool unsorted;                       // this frame sorts the particles
     bool relisted;                       // its first substep lists blocks from the start
-    int unsorted_side;                   // on which the particles lay when it began
-    bool crowded[2];                     // a block of the rim is listed, as n noticed, in n % 2
-    int halt;                            // not 0: the host asks that the frame end here
-    alignas(128) int active[3];          // blocks listed of substep n, in n % 3
-    alignas(128) int posed[pose_parts];  // what each part of the tools has been posed for, by g2p
-    alignas(128) int listed, woken[2];   // where clay may be still: as RestView has them
-    alignas(128) int near_blocks, far_blocks;  // lined up so far, in a frame's second list
+    int unsorted_side;                   // which array was current at the start of the frame
+    bool crowded[2];                     // a block of the rim was listed, as found in substep n, in
+                                         // n % 2
+    int halt;                            // not 0: the host ends the frame here
+    alignas(128) int active[3];          // number of blocks listed for substep n, in n % 3
+    alignas(128) int posed[pose_parts];  // the substep that each part of the tools is posed for, by
+                                         // g2p
+    alignas(128) int listed, woken[2];   // with sleep only, see RestView
+    alignas(128) int near_blocks, far_blocks;  // counted in a frame's second list, see
+                                               // order_by_contact()
     Peaks peaks[peak_places];
     alignas(128) Counters counters;
-    // Of all that substep n left.
+    // Of substep n, over all copies.
     HD Peak peak(int n) const
     {
         Peak all{};
@@ -167,25 +172,25 @@ struct Clock {
         for (Peaks& p : peaks) p.of[n & 1] = {};
         peaks[0].of[n & 1] = all;
     }
-    // What the substep before n left.
+    // From the substep before n.
     HD Extremes extremes(int n) const { return extremes_of(peak(n + 1)); }
     HD Step& step(int n) { return steps[n % 3]; }
     HD const Step& step(int n) const { return steps[n % 3]; }
 };
 
-// A substep's list of blocks begins with those of the one before, so that blocks are rarely found
-// not to be listed yet: the atomic that finds out has high latency. Where particles are sorted, and
-// after a frame that had to stop, a frame's first substep lists its blocks from the start.
+// A substep's list of blocks begins with those of the one before, so that blocks are rarely new:
+// the atomic that tests for this has high latency. After a sort or a stopped frame, the first
+// substep lists its blocks from scratch.
 HD int listed_for(int n, bool relisted) { return 2 * n + relisted; }
 
-// How the grid update lists a block for the next substep: with a note whether tools may touch it,
-// which spares loading its mask. A scatter lists it without.
+// Contact flag of a listed block, set when the grid update lists it for the next substep: saves
+// loading its mask. A scatter lists blocks without it.
 constexpr int tools_near = 1 << 30, tools_far = 1 << 29;
 HD int block_of(int listed) { return listed & ~(tools_near | tools_far); }
 HD bool touched(int listed) { return listed & tools_near; }
 
-// How far particles may have come when they are sorted again [cells]. Sums do not depend on the
-// order, only their cost does.
+// Particles are sorted again when they may have moved this far [cells]. Only the cost of sums
+// depends on the order, not their value.
 constexpr double max_drift = 0.5;
 
 }  // namespace knead::gpu

@@ -1,6 +1,5 @@
-// One thread a particle, or a place of sliding.h. Compiled without contraction of multiply-add, and
-// in double where places change: an edited scene has the bits of one that the host has edited and
-// made again.
+// One thread per particle, or per Sliding record. Compiled without contraction of multiply-add, and
+// in double where positions change: the result is bitwise that of the same edit on the host.
 #include <cub/device/device_scan.cuh>
 
 #include "cuda/device/launch.cuh"
@@ -14,7 +13,7 @@ namespace {
 
 constexpr int threads = 128;
 
-// The object of the particle in place i.
+// The object of particle i.
 __device__ int object_of(const ParticleView& p, int i) { return __float_as_int(p.row(1, i).w); }
 
 struct Chosen {
@@ -87,7 +86,7 @@ __global__ void __launch_bounds__(threads)
     quiet[lattice.block_of(base)] = 0;
 }
 
-// 1 for those that stay, by place and by id.
+// 1 for those that stay, by index and by id.
 __global__ void __launch_bounds__(threads)
     mark_kernel(const ParticleView from, const char* gone, int* by_place, int* by_id)
 {
@@ -96,7 +95,7 @@ __global__ void __launch_bounds__(threads)
     by_place[i] = by_id[from.ids[i]] = gone[object_of(from, i)] ? 0 : 1;
 }
 
-// The sums of what comes before have taken the marks' places.
+// The marks have been replaced by their prefix sums.
 __global__ void __launch_bounds__(threads)
     keep_kernel(const ParticleView from, const char* gone, const ParticleView to,
                 const int* by_place, const int* by_id)
@@ -124,7 +123,7 @@ bool identity(const RigidMotion<double>& m)
     return m.q.w == 1 && m.p.x == 0 && m.p.y == 0 && m.p.z == 0;
 }
 
-// What slid in the last substep then, has slid in the last one now.
+// Records of the last substep at the time of the copy become records of the current last substep.
 __global__ void __launch_bounds__(threads)
     slide_kernel(Sliding<float>* all, int count, const int* then, const Clock* clock)
 {

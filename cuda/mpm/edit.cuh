@@ -9,10 +9,10 @@
 
 namespace knead::gpu {
 
-// Stands for all objects where one is asked for.
+// Selects all objects.
 constexpr int every_object = -1;
 
-// The fastest and the stiffest of some particles and the box around them, as atomics find them
+// The fastest and the stiffest of some particles and their bounding box, in the encoding of atomics
 // (ordered.cuh).
 struct Extent {
     Peak peak{};
@@ -31,27 +31,26 @@ struct Extent {
     }
 };
 
-// Of an object's particles, as they will be after a motion; `to` holds Extent{} before.
+// Of an object's particles, as transformed by `motion`. Precondition: `to` holds Extent{}.
 void extent(const ParticleView& particles, const Materials& materials, int object,
             const RigidMotion<double>& motion, Extent* to, cudaStream_t stream);
 void move(const ParticleView& particles, int object, const RigidMotion<double>& motion,
           cudaStream_t stream);
 void change_law(const ParticleView& particles, int object, Plasticity from, Plasticity to,
                 cudaStream_t stream);
-// Blocks that an object's particles are in forget how long they have been at rest.
+// Resets the rest counters of the blocks that contain an object's particles.
 void wake(const ParticleView& particles, int object, const Lattice<float>& lattice, int* quiet,
           cudaStream_t stream);
-// All particles but those of objects that are marked in `gone`, in their order, with ids that leave
-// no gap. `places` has room for twice as many as there are particles; `scratch` for
+// Copies all particles except those of objects marked in `gone`; keeps their order and makes ids
+// contiguous. `places` holds twice the number of particles; `scratch` holds
 // keep_scratch_bytes(count).
 std::size_t keep_scratch_bytes(int count);
 void keep_others(const ParticleView& from, const char* gone, const ParticleView& to, int* places,
                  void* scratch, std::size_t scratch_bytes, cudaStream_t stream);
-// Of a copy of how clay slid, which was made when `then` substeps were through: goes on as the
-// clock does now.
+// Continues restored Sliding records, saved after `then` substeps, at the clock's current substep.
 void slide_on(Sliding<float>* all, int count, const int* then, const Clock* clock,
               cudaStream_t stream);
-// All particles in the order of their ids.
+// Copies all particles in order of id.
 void order_by_id(const ParticleView& from, const ParticleView& to, cudaStream_t stream);
 
 }  // namespace knead::gpu

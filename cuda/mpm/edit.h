@@ -1,4 +1,4 @@
-// What an edit between two frames does to a particle.
+// Edits of a particle between two frames.
 #pragma once
 #include "cuda/contact/skinning.h"
 #include "cuda/math/vec.h"
@@ -7,12 +7,12 @@
 
 namespace knead {
 
-// Takes x to rotate(q, x) + p.
+// Maps x to rotate(q, x) + p.
 template <class R>
 using RigidMotion = Joint<R>;
 
-// Moves a particle as part of a rigid body. Its velocity and the gradient of that turn with it, and
-// so does its strain: b becomes Q b Q^T.
+// Moves a particle as part of a rigid body. Velocity, its gradient and strain are rotated: b
+// becomes Q b Q^T.
 template <class R>
 HD void move(Particle<R>& particle, const RigidMotion<R>& motion)
 {
@@ -24,8 +24,7 @@ HD void move(Particle<R>& particle, const RigidMotion<R>& motion)
     particle.e = symmetric(Q * full(particle.e) * transpose(Q));
 }
 
-// Of another material from now on. The elastic strain stays; what k counts, another law counts from
-// the beginning, but where it means the same to both.
+// Changes the material law. The elastic strain stays; k is reset unless both laws define it alike.
 template <class R>
 HD void change_law(Particle<R>& particle, Plasticity from, Plasticity to)
 {

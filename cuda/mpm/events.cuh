@@ -1,18 +1,18 @@
-// What happens to particles in a substep, on its way to the frame's counters.
+// Events of a substep, reduced into the frame's counters.
 #pragma once
 #include "cuda/mpm/clock.cuh"
 #include "cuda/mpm/substep.cuh"
 
 namespace knead::gpu {
 
-// What happened to one particle.
+// Events of one particle.
 struct Events {
     unsigned yielded, projected, confined, covered, moved;  // 0 or 1
     float depth;
 };
 
-// What happened in one warp, on its way to the frame's counters: how many particles yielded, were
-// projected, were confined and were covered by a blade, a byte each; bits of the largest numbers.
+// Events of one warp: the numbers of particles that yielded, were projected, were confined and were
+// covered by a blade, one byte each; bits of the largest values.
 struct Sums {
     unsigned events, deepest, fastest, stiffest;
 };
@@ -22,14 +22,14 @@ __device__ Sums summed(const Events& e, float speed_squared, float stiffness)
 {
     const unsigned mine =
         e.yielded + (e.projected << 8) + (e.confined << 16) + (unsigned(e.covered) << 24);
-    // Of numbers that are not negative the largest has the largest bits.
+    // The bits of non-negative floats compare like their values.
     return {__reduce_add_sync(all_lanes, mine),
             tools ? __reduce_max_sync(all_lanes, __float_as_uint(e.depth)) : 0,
             __reduce_max_sync(all_lanes, __float_as_uint(speed_squared)),
             __reduce_max_sync(all_lanes, __float_as_uint(stiffness))};
 }
 
-// Waits for the thread block; how many of its threads say `counted`, if that is asked.
+// Barrier of the thread block; if `asked`, returns the number of threads with `counted`.
 template <bool asked>
 __device__ int synchronised(bool counted)
 {
@@ -38,14 +38,14 @@ __device__ int synchronised(bool counted)
     return 0;
 }
 
-// The warps' events to the counters of substep n; by one thread.
+// Adds the warps' events to the counters of substep n. By one thread.
 template <int warps>
 __device__ void report(Clock& clock, int n, const Sums (&sums)[warps], int moved)
 {
     if (moved) atomicAdd(&clock.counters.moved, static_cast<unsigned long long>(moved));
     Sums all{};
     UNROLL
-    for (const Sums& s : sums)  // 128 particles: no byte runs over
+    for (const Sums& s : sums)  // 128 particles: no byte overflows
         all = {all.events + s.events, max(all.deepest, s.deepest), max(all.fastest, s.fastest),
                max(all.stiffest, s.stiffest)};
     unsigned long long* to[] = {&clock.counters.yielded, &clock.counters.projected,

@@ -1,27 +1,27 @@
-// What a scene uses, and for which of it kernels are compiled, so that a scene pays for nothing
-// else. This is the only place that lists it: a new feature is an entry in Features, rows in
-// `compiled`, and the stages' own files.
+// The features of a scene, and the combinations that kernels are compiled for, so that a scene does
+// not pay for features it does not use. A new feature is an entry in Features, rows in `compiled`,
+// and the stages' own files.
 #pragma once
 #include <cstddef>
 
 namespace knead {
 
-// neo-Hookean without and with von Mises; everything. Each has all that the one before it has.
+// neo-Hookean without and with von Mises; all laws. Each includes the one before it.
 enum class PlasticityClass { elastic, plastic, any };
 
 struct Features {
     bool tools = false;
-    bool fixed_point = false;  // sums that do not depend on their order
+    bool fixed_point = false;  // sums are independent of their order
     bool blades = false;       // three velocity fields: see cuda/contact/cut.h
-    bool rests = false;        // clay may be still
-    bool mixed = false;        // not one object's clay alone
+    bool rests = false;        // sleep: clay may be still
+    bool mixed = false;        // particles of more than one object
     PlasticityClass plasticity = PlasticityClass::elastic;
-    bool mean_pressure = false;  // some clay shares its cell's: see mean_pressure.h
+    bool mean_pressure = false;  // some materials use cell-averaged pressure: see mean_pressure.h
     bool splats = false;  // Gaussians follow the clay: the stage deform runs, others do not change
     bool operator==(const Features&) const = default;
 
-    // Whether kernels that are compiled for this serve a scene that uses `other`. Of splats none
-    // asks: their stage runs or does not.
+    // Whether kernels compiled for this set serve a scene that uses `other`. `splats` is ignored:
+    // it only decides whether the stage deform runs.
     constexpr bool include(const Features& other) const
     {
         return tools >= other.tools && fixed_point >= other.fixed_point && blades >= other.blades &&
@@ -30,13 +30,13 @@ struct Features {
     }
 };
 
-// Particles that a thread block takes at a time: three fields fill shared memory sooner.
+// Particles per thread block at a time: three velocity fields fill shared memory sooner.
 constexpr int run_length(const Features& features) { return features.blades ? 64 : 128; }
 
-// All combinations that kernels are compiled for, each with and without fixed_point. The first that
-// includes what a scene uses serves it. Scenes with blades, or in which clay may be still, have
-// tools or run as if they had. One object alone is told apart where that was measured to pay: of
-// clay, near tools. Without tools a kernel for it would spill.
+// All combinations that kernels are compiled for, each with and without fixed_point. A scene uses
+// the first that includes its features. Scenes with blades or sleep use kernels with tools. Kernels
+// for a single object exist only where that was measured to pay: near tools. Without tools they
+// would spill.
 inline constexpr Features compiled[] = {
     {.mixed = true, .plasticity = PlasticityClass::elastic},
     {.mixed = true, .plasticity = PlasticityClass::plastic},
@@ -95,8 +95,8 @@ template <Features f>
 using CaseOf =
     Case<f.tools, f.fixed_point, f.blades, f.rests, f.mixed, f.plasticity, f.mean_pressure>;
 
-// What kernel(Case) answers for the first combination that serves. `relevant` leaves of Features
-// what the stage depends on: the rest does not make it another kernel.
+// Returns kernel(Case) for the first combination that serves. `relevant` clears the features that
+// the stage does not depend on, so that they do not multiply its kernels.
 template <auto relevant, std::size_t k = 0, class Kernel>
 auto dispatch(const Features& used, Kernel&& kernel)
 {

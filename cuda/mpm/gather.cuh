@@ -1,5 +1,5 @@
-// Velocities of the lattice to a thread's particle: the loads of g2p.h, in the order that leaves
-// registers free.
+// Gather of grid velocities to a thread's particle: the loads of g2p.h, in the order that needs
+// fewest registers.
 #pragma once
 #include <vector_types.h>
 
@@ -7,8 +7,8 @@
 
 namespace knead::gpu {
 
-// Where a stencil's columns along z begin among the nodes, axis by axis: the lattice's index is the
-// sum of the three.
+// Indices of the first nodes of a stencil's columns along z, by axis: an index is the sum of the
+// three.
 struct Offsets {
     int x[3], y[3], z;
     HD int column(Int3 step) const { return x[step.x] + y[step.y] + z; }
@@ -24,11 +24,10 @@ HD Offsets offsets(const Lattice<float>& lattice, Int3 base)
     return o;
 }
 
-// Gathers from `nodes`, of one field; hands on the mass of the node nearest to the particle and,
-// where it is `weighed`, what each plane of nodes adds to the mass that a cell holds there [kg].
-// The three make mass_around(), which gather() finds of nodes as Fours, but keeps in a register
-// until its end. at_last() may ask for what is wanted next: it is called before the loads of the
-// last plane.
+// Gathers from `nodes`, the nodes of one field. Passes the mass of the node nearest to the particle
+// to `nearest` and, if `weighed`, each plane's contribution to the mass per cell [kg] to `weigh`.
+// Their sum is mass_around(); gather() on Fours would compute it, too, but hold it in a register
+// throughout. at_last() is called before the loads of the last plane, to issue further loads.
 template <bool weighed, class Nearest, class Weigh, class AtLast>
 __device__ void gather_from(const float4* nodes, const Lattice<float>& lattice,
                             const Stencil<float>& s, Particle<float>& q, Nearest&& nearest,
@@ -37,7 +36,7 @@ __device__ void gather_from(const float4* nodes, const Lattice<float>& lattice,
     const Offsets o = offsets(lattice, s.base);
     [[maybe_unused]] float column, in_plane;
     gather(q, s, lattice.spacing, [&](Int3 step) {
-        // Loads of one plane at a time: of all at once the results would fill the registers.
+        // Loads of one plane at a time: the results of all would not fit in registers.
         if (step.y == 0 && step.z == 0) __syncwarp();
         if (step == Int3{2, 0, 0}) at_last();
         const float4 v = (nodes + o.column(step))[step.z * Lattice<float>::along_z];

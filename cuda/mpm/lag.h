@@ -1,30 +1,30 @@
-// When Gaussians follow the clay: not in every substep, for what they miss is told by the
-// velocities of the last.  (33)
+// When Gaussians are advected with the clay: not in every substep; the last substep's velocities
+// account for those skipped.  (33)
 #pragma once
 #include "cuda/math/hd.h"
 
 namespace knead {
 
-// All Gaussians follow at once, every so many substeps of a frame and in its last: between frames
-// none is behind.
+// All Gaussians are advected together, every `follow_every` substeps and in a frame's last one, so
+// that none lags between frames.
 constexpr int follow_every = 2;
 
-// Out of tools they go in a frame's last substep; and each time that they follow, where a tool
-// comes on in the frame by more than its radius or a cell (half of which, the lesser, it comes on
-// by in tool_step [s], and in no substep by more (22)), or where one cuts. So none that was outside
-// is past the middle of a tool when it is looked for, and it leaves in front.
+// Gaussians are moved out of tools in a frame's last substep; and at every advection if a tool
+// moves in the frame by more than its radius or a cell, or if one is a blade. (In tool_step [s] a
+// tool moves by half the lesser of the two, and no substep is longer (22).) So no Gaussian that was
+// outside is past the middle of a tool when it is tested, and it leaves in front.
 HD bool clears_each_time(bool blades, double duration, double tool_step)
 {
     return blades || duration > 2 * tool_step;
 }
 
-// How far they are behind, the substep under way included; nothing when a frame begins.
+// Time since the last advection, including the current substep; zero at the start of a frame.
 struct Lag {
     int substeps;
     double time;  // [s]
     HD void add(double dt) { ++substeps, time += dt; }
     HD bool due() const { return substeps == follow_every; }
-    // The length of one of these substeps [s].
+    // The mean length of these substeps [s].
     template <class R>
     HD R each() const
     {

@@ -5,8 +5,7 @@
 
 namespace knead {
 
-// The distance of neighbouring nodes, with what it divides. Functions that ask for it take a plain
-// distance, too.
+// The spacing of the nodes, with its reciprocals. Functions that take it accept a plain distance.
 template <class R>
 struct Spacing {
     R dx, per_dx;  // [m], [1/m]
@@ -14,20 +13,19 @@ struct Spacing {
     HD Spacing(R spacing) : dx(spacing), per_dx(1 / spacing), per_D(4 / (spacing * spacing)) {}
 };
 
-// A lattice of nodes; node (i, j, k) sits at dx * (i, j, k), for every stage. Stored is all of it,
-// or a box of it; in blocks of 4 x 4 x 4 nodes, so that a block's nodes are neighbours in memory,
-// and blocks along z follow each other: the next node along z is always 16 further on, whether in
-// the same block or not. Indices and numbers of blocks are of what is stored, coordinates of nodes
-// and of blocks are those of the whole lattice.
+// Lattice of nodes; node (i, j, k) lies at dx * (i, j, k). Stored are all nodes, or a box of them,
+// in blocks of 4 x 4 x 4, so that a block's nodes are contiguous in memory. Blocks along z follow
+// each other: the next node along z is always 16 further on, in the same block or not. Indices and
+// counts of blocks refer to the stored box, coordinates of nodes and blocks to the whole lattice.
 constexpr int block_edge = 4, block_nodes = 64;
 template <class R>
 struct Lattice {
     Int3 size;  // nodes along each axis, multiples of 4
     R dx;       // spacing [m]
     Spacing<R> spacing = dx;
-    Int3 low{}, stored = size;  // nodes from `low` on, so many along each axis; multiples of 4
-    // How far on in memory, in nodes: the next node along z, the next block along y and along x;
-    // where node (0, 0, 0) would be before the first that is stored.
+    Int3 low{}, stored = size;  // the stored box: first node and size; multiples of 4
+    // Strides in nodes: to the next node along z, to the next block along y and along x; and the
+    // index that node (0, 0, 0) would have.
     static constexpr int along_z = block_edge * block_edge;
     int row = int(unsigned(stored.z) * along_z),
         slab = int(unsigned(stored.y / block_edge) * unsigned(row));

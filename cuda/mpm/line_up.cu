@@ -1,6 +1,6 @@
-// In which order a frame's runs of particles come. Those near tools are first: started last, they
-// would keep all others waiting. The others follow from both ends of their order to its middle,
-// which tools that come closer meanwhile reach last.
+// Order of a frame's runs of particles. Runs near tools come first: started last, they would delay
+// the end of the kernel. The others are taken alternately from both ends of their order, so that
+// those in its middle come last, where approaching tools arrive last.
 #include <cub/block/block_scan.cuh>
 
 #include "cuda/device/launch.cuh"
@@ -31,7 +31,7 @@ __global__ void __launch_bounds__(threads) near_runs_kernel(const __grid_constan
     if (lane == 0) d.near_runs[run] = near;
 }
 
-// By one thread block, each of whose threads has some runs beside each other.
+// By one thread block; each thread has a contiguous range of runs.
 __global__ void __launch_bounds__(scan_threads) line_up_kernel(const __grid_constant__ LineUpView d)
 {
     using Scan = cub::BlockScan<int, scan_threads>;
@@ -45,7 +45,7 @@ __global__ void __launch_bounds__(scan_threads) line_up_kernel(const __grid_cons
     Scan(space).ExclusiveSum(nears, nears, all_nears);
     const int fars = d.run_count - all_nears;
     for (int run = first; run < last; ++run) {
-        const int before = run - nears, after = fars - 1 - before;  // of those that are far
+        const int before = run - nears, after = fars - 1 - before;  // far runs only
         const int place = all_nears + (before <= after ? 2 * before : 2 * after + 1);
         d.next_runs[d.near_runs[run] ? nears++ : place] = run;
     }

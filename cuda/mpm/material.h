@@ -1,4 +1,4 @@
-// How a material answers a deformation: Kirchhoff stress from the elastic strain.  (4)-(7)
+// Constitutive laws: Kirchhoff stress from the elastic strain.  (4)-(7)
 #pragma once
 #include "cuda/math/sym_eigen.h"
 #include "cuda/mpm/material_data.h"
@@ -7,7 +7,7 @@
 
 namespace knead {
 
-// The least det(b) - 1 that is believed: below it a particle is crushed and rounding decides.
+// Lower bound of det(b) - 1: below it a particle is crushed and its value is rounding error.
 template <class R>
 constexpr R crushed = R(-0.999999);
 
@@ -26,8 +26,8 @@ HD R snow_hardening(const Material<R>& q, R k)
     return clamp(std::exp(-q.snow * std::expm1(k)), R(0.05), R(20));
 }
 
-// What of a solid's Kirchhoff stress its volume alone decides, in each direction [Pa]; hardening: a
-// factor on lambda.
+// The volumetric part of a solid's Kirchhoff stress, per direction [Pa]; hardening: a factor on
+// lambda.
 template <class R>
 HD R volume_stress(const Material<R>& q, R hardening, R log_J)
 {
@@ -66,11 +66,11 @@ HD Sym3<R> neo_hookean_stress(const Sym3<R>& e, R mu, R lambda)
     return raised(mu * e, lambda * log_volume(determinant_excess(e)));
 }
 
-// Of a liquid's ln J what it stiffens by, and what is beyond: from J^(1 - gamma) = 32 on its stress
-// is a straight line of ln J, for substeps are cut for so much and no more.  (7), (22)
+// A liquid's ln J, split into the part up to J^(1 - gamma) = 32 and the part beyond, where the
+// stress is linear in ln J: substeps are shortened for this stiffening and no more.  (7), (22)
 template <class R>
 struct LiquidStrain {
-    R log_J, beyond;  // both 0 or below where it is pressed
+    R log_J, beyond;  // both at most 0 under compression
 };
 template <class R>
 HD LiquidStrain<R> liquid_strain(const Material<R>& m, R log_J)
@@ -81,7 +81,7 @@ HD LiquidStrain<R> liquid_strain(const Material<R>& m, R log_J)
     const R last = ln_32 / (1 - m.exponent);
     return {last, log_J - last};
 }
-// A liquid's Kirchhoff stress at rest, each of the three alike, and its slope over ln J [Pa].  (7)
+// A liquid's Kirchhoff stress at rest, per direction, and its slope over ln J [Pa].  (7)
 template <class R>
 HD R liquid_stress(const Material<R>& m, R log_J)
 {
@@ -113,7 +113,7 @@ HD Sym3<R> kirchhoff_stress(const Particle<R>& q, const Material<R>& m)
     return composed(b.axes, principal_stress(m, q.k, hencky(b.value)));
 }
 
-// No eigenvalue of a symmetric matrix is larger than this: the bound of Gershgorin's circles.
+// Upper bound of the eigenvalues of a symmetric matrix, by Gershgorin's circles.
 template <class R>
 HD R largest_at_most(const Sym3<R>& a)
 {
@@ -121,8 +121,8 @@ HD R largest_at_most(const Sym3<R>& a)
     return max(max(a.xx + xy + xz, a.yy + xy + yz), a.zz + xz + yz);
 }
 
-// The largest slope that a solid's stress has over Hencky strain [Pa], at Lame parameters [Pa],
-// where no principal value of b is larger than `b` >= 1 and no volume ratio larger than J >= 1.
+// The largest slope of a solid's stress over Hencky strain [Pa], at Lame parameters [Pa], for
+// principal values of b up to `b` >= 1 and volume ratios up to J >= 1.
 template <class R>
 HD R largest_slope(const Material<R>& m, R mu, R lambda, R b, R J)
 {
@@ -132,8 +132,8 @@ HD R largest_slope(const Material<R>& m, R mu, R lambda, R b, R J)
     return 2 * mu * (2 * b - s) + 3 * lambda * (2 * J * J - J);
 }
 
-// What bounds a substep: the largest slope that the stress has over strain in this state, over the
-// density [m^2/s^2]; per_density: 1 over that, where it is at hand.  (22)
+// Bound on a substep: the largest slope of the stress over strain in this state, divided by the
+// density [m^2/s^2]; per_density: 1 / density.  (22)
 template <class R>
 HD R stiffness(const Particle<R>& q, const Material<R>& m, R per_density)
 {

@@ -8,25 +8,25 @@ enum class Elasticity : int { neo_hookean, fixed_corotated, hencky };
 enum class Plasticity : int { none, von_mises, drucker_prager, clamp, herschel_bulkley, fluid };
 
 // Whether a plasticity has a return map for this elasticity. Below a stretch of 1/2 the fixed
-// corotated stress falls as clay is pressed further (6): to scale a deviator down to a yield
-// surface would make energy there. Snow's clamp bounds the stretches themselves.
+// corotated stress falls under further compression (6): scaling a deviator down to a yield surface
+// would create energy there. Snow's clamp bounds the stretches themselves.
 constexpr bool go_together(Elasticity elasticity, Plasticity plasticity)
 {
     return elasticity != Elasticity::fixed_corotated || plasticity == Plasticity::none ||
            plasticity == Plasticity::clamp || plasticity == Plasticity::fluid;
 }
 
-// Whether snow that hardens by the exponent `snow` and flows from the strain `compress` on gives up
-// energy as it is packed. Pressed alike on all sides it flows at ln J = -3 compress, under the
-// pressure p = 3 K compress, with the energy psi = p^2 / 2K. Packed further by -d ln J_p = d the
-// modulus makes `snow J_p psi d` more of it, and the flow gives up p d: it must be more, up to
-// J_p = 1 + 3 / snow, from where on snow is no softer (6).
+// Whether snow with hardening exponent `snow` and critical compression `compress` dissipates energy
+// as it is packed. Under isotropic pressure it flows at ln J = -3 compress, under the pressure p =
+// 3 K compress, with the energy psi = p^2 / 2K. Packing by -d ln J_p = d raises the energy by `snow
+// J_p psi d` through the modulus, and the flow dissipates p d: that must be more, up to J_p = 1 + 3
+// / snow, beyond which snow does not soften further (6).
 constexpr bool packing_gives_up_energy(double compress, double snow)
 {
     return 1.5 * compress * (snow + 3) < 1;
 }
 
-// One object's material, with what its particles share.
+// One object's material, and constants of its particles.
 template <class R>
 struct Material {
     Elasticity elasticity;

@@ -1,5 +1,5 @@
-// Sums over cells of the pressure that their particles share: those of a frame's first substep, and
-// room for the next. All others are added by the kernel that moves the particles, g2p.cu.
+// Cell-averaged pressure: sums of a frame's first substep, and clearing for the next one. All other
+// sums are part of g2p.cu.
 #include "cuda/device/launch.cuh"
 #include "cuda/mpm/mean_pressure.cuh"
 #include "cuda/mpm/stages.cuh"
@@ -18,7 +18,7 @@ __global__ void __launch_bounds__(threads) find_kernel(const __grid_constant__ P
     add_pressure(d, d.lattice, q, d.materials[q.object], d.clock->done);
 }
 
-// Of the substep after the one under way; before it nothing is in blocks that are not listed.
+// For the next substep; blocks that are not listed before it hold no sums.
 __global__ void __launch_bounds__(block_nodes)
     clear_kernel(const __grid_constant__ PressureClearView d)
 {

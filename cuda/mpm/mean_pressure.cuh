@@ -1,5 +1,4 @@
-// Pressure that a cell's particles share, on the device: sums in fixed point, the same bits in any
-// order.
+// Cell-averaged pressure on the device: fixed-point sums, bitwise independent of the order.
 #pragma once
 #include "cuda/mpm/mean_pressure.h"
 #include "cuda/mpm/stencil.h"
@@ -27,8 +26,8 @@ __device__ inline void add_pressure(const PressureView& d, const Lattice<float>&
     add(to.volume, d.volume_scale * m.volume);
 }
 
-// The particle bears its cell's pressure, by the sums for substep n; not one that has slept
-// meanwhile, in a cell of such.
+// Relaxes the particle's pressure towards its cell's mean, by the sums for substep n. Skipped in a
+// cell whose particles were all still in the substep before: it has no sums.
 __device__ inline void share_pressure(const PressureView& d, const Lattice<float>& lattice,
                                       Particle<float>& q, const Material<float>& m, int n)
 {

@@ -1,21 +1,21 @@
-// Clay that hardly changes its volume, and liquids, bear their cell's mean pressure: three
-// velocities a node cannot keep the volumes of eight particles a cell, each by itself.
+// Cell-averaged pressure of nearly incompressible solids and of liquids, against locking: three
+// velocities per node cannot preserve the volumes of eight particles per cell individually.
 // (7a), [Nagtegaal 1974]
 #pragma once
 #include "cuda/mpm/material.h"
 
 namespace knead {
 
-// Whether clay of this material does: solids of a Poisson's ratio above 0.45, and liquids.
+// Whether a material uses it: solids of a Poisson's ratio above 0.45, and liquids.
 template <class R>
 HD bool shares_pressure(const Material<R>& m)
 {
     return m.plasticity == Plasticity::fluid ? m.bulk > 0 : m.lambda > R(9.01) * m.mu;
 }
 
-// A particle's own part of it [Pa]: what of a solid's Kirchhoff stress the volume decides; of a
-// liquid B ln J, its pressure (7) to first order. Volumes are compared, not pressures, and
-// a straight line has an inverse for liquids of any two B.
+// A particle's own pressure [Pa]: the volumetric part of a solid's Kirchhoff stress; for a liquid B
+// ln J, its pressure (7) to first order. What is compared is volume, and a linear law is invertible
+// for liquids of any two B.
 template <class R>
 HD R own_pressure(const Particle<R>& q, const Material<R>& m)
 {
@@ -24,7 +24,7 @@ HD R own_pressure(const Particle<R>& q, const Material<R>& m)
     return volume_stress(m, snow_hardening(m, q.k), log_J);
 }
 
-// ln J of clay that has this part [Pa].
+// ln J at which clay has this pressure [Pa].
 template <class R>
 HD R log_volume_at(const Material<R>& m, R hardening, R pressure)
 {
@@ -35,8 +35,8 @@ HD R log_volume_at(const Material<R>& m, R hardening, R pressure)
     return std::log1p(2 * p / (1 + root));
 }
 
-// Of the particles of a cell that share it: their volumes at rest [m^3], and the pressure times
-// these [Pa m^3]. Cells are those of particles whose stencils begin at one node.
+// Sums over the particles of a cell: rest volume [m^3], and pressure times rest volume [Pa m^3]. A
+// cell holds the particles whose stencils have the same base.
 template <class R>
 struct PressureSum {
     R pressure = 0, volume = 0;
@@ -47,13 +47,13 @@ struct PressureSum {
     HD R mean() const { return pressure / volume; }
 };
 
-// The part of the way to its cell's pressure that a particle goes in a substep. If it went all of
-// it, what is apart in a cell would be damped by its stiffness times the substep, and 0.7 of the
-// longest substep would be stable: the square of that share is 1 - part / 2.
+// Relaxation factor towards the cell's pressure per substep. With 1, differences within a cell
+// would be damped by their stiffness times the substep, and only 0.7 of the longest substep would
+// be stable: the square of that share is 1 - part / 2.
 template <class R>
 constexpr R part_borne = R(0.25);
 
-// The particle's volume goes towards the one that has this pressure; its shape stays.
+// Relaxes the particle's volume towards the one at this pressure; its shape stays.
 template <class R>
 HD void apply_mean_pressure(Particle<R>& q, const Material<R>& m, R pressure)
 {

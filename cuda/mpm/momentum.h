@@ -1,4 +1,4 @@
-// What one particle hands to its nodes, before the weights.  (2), [Hu 2018, eq. 29]
+// The momentum that a particle scatters to its nodes, before the weights.  (2), [Hu 2018, eq. 29]
 #pragma once
 #include "cuda/math/node4.h"
 #include "cuda/mpm/lattice.h"
@@ -9,8 +9,8 @@
 
 namespace knead {
 
-// The momentum's gradient [kg/s] of a particle of affine velocity C, Kirchhoff stress tau [Pa],
-// that mass [kg] and volume at rest [m^3].
+// Gradient of the momentum [kg/s] of a particle with affine velocity C, Kirchhoff stress tau [Pa],
+// mass [kg] and rest volume [m^3].
 template <class R>
 HD Mat3<R> momentum_gradient(const Mat3<R>& C, const Sym3<R>& tau, R mass, R volume,
                              std::type_identity_t<const Spacing<R>&> spacing, R dt)
@@ -18,8 +18,8 @@ HD Mat3<R> momentum_gradient(const Mat3<R>& C, const Sym3<R>& tau, R mass, R vol
     return mass * C - (dt * volume * spacing.per_D) * full(tau);
 }
 
-// Momentum [kg m/s] and mass [kg] per weight: at the stencil's base node, and by how much it grows
-// from node to node; along z as velocity [m/s], which is the same for every column of nodes.
+// Momentum [kg m/s] and mass [kg] per weight: at the stencil's base node, and the increments from
+// node to node; along z as velocity [m/s], the same for every column of nodes.
 template <class R>
 struct Momentum {
     Four<R> base;
@@ -27,12 +27,12 @@ struct Momentum {
     Vec3<R> along_z;           // [m/s]
 };
 
-// Of a particle whose Kirchhoff stress is tau [Pa]; per_mass is 1 / m.mass.
+// For a particle whose Kirchhoff stress is tau [Pa]; per_mass is 1 / m.mass.
 //
-// What the base has of the growth along z is the same rounded velocity, times the weights' own
-// first moment. By Q and the stencil's d it would be off by the error of 1 / m.mass, which is one
-// number for all particles and substeps: a ball that flies and turns went off by 1e-8 of its
-// momentum in each.
+// The base's share of the increment along z uses the same rounded velocity, times the first moment
+// of the weights. Computed from Q and the stencil's d it would differ by the rounding error of 1 /
+// m.mass, which is the same for all particles and substeps: the momentum of a flying, spinning ball
+// drifted by 1e-8 in each.
 template <class R>
 HD Momentum<R> momentum(const Particle<R>& q, const Sym3<R>& tau, const Material<R>& m, R per_mass,
                         const Stencil<R>& s, std::type_identity_t<const Spacing<R>&> spacing, R dt)

@@ -1,4 +1,4 @@
-// What tools do to a warp's nodes, by all its lanes.
+// Contact of a warp's nodes with tools, warp-collective.
 #pragma once
 #include "cuda/contact/contact.cuh"
 #include "cuda/mpm/pose.cuh"
@@ -6,18 +6,18 @@
 
 namespace knead::gpu {
 
-// So many nodes a warp has near tools: its lanes share their closest points.
+// Nodes per warp near tools: its lanes share their closest points.
 constexpr int shared_nodes = 16;
 using SharedSpace = ContactSpace<shared_nodes>;
 
-// What tools leave of a node, or gravity alone.
+// A node after gravity and tools.
 struct AfterTools {
     Node<float> node;
-    bool led;  // by a tool: its velocity is not what it would be without
+    bool led;  // a tool changed its velocity
 };
 
-// Whether clay was at the lane's node i in the substep before, or beside it, as far as the block
-// goes: it may have come to the node. A warp has the nodes of one place along z.
+// Whether the lane's node i or a neighbour in its block held clay in the substep before, so that
+// clay may reach it. A warp has the nodes of one index along z.
 __device__ inline bool held_clay(const float4* before, int i)
 {
     const int along_z = i % block_nodes / shared_nodes;
@@ -31,10 +31,10 @@ __device__ inline bool held_clay(const float4* before, int i)
     return beside || around >> i % shared_nodes & 1;
 }
 
-// Node i at x, which tools of the mask may touch: apply_tools() by all lanes of a warp, of tools
-// without blades. If `early`, the first tool is looked for before the end of the substep before is
-// waited for, at the nodes that clay may come to by what it held then; at others after. (Where
-// another warp clears them meanwhile, they are looked at after, too.)
+// apply_tools() for node i at x with contact candidates `mask`, without blades. Warp-collective. If
+// `early`, the first tool's contact is evaluated before waiting for the end of the substep before,
+// at the nodes that clay may reach from where it was then; at all others afterwards. (Likewise at
+// nodes that another warp clears meanwhile.)
 template <bool fixed_point>
 __device__ AfterTools near_tools(const GridUpdateView& d, SharedSpace& space, int n, float dt,
                                  int i, Vec3<float> x, const Mask& mask, bool early)

@@ -7,19 +7,19 @@
 
 namespace knead {
 
-// One material point. `e` is the elastic left Cauchy-Green strain b - I: stored less the identity,
-// so that small strains of a stiff material keep their digits in float.
+// One material point. `e` is the elastic left Cauchy-Green strain b - I: without the identity small
+// strains of a stiff material keep their digits in float.
 template <class R>
 struct Particle {
     Vec3<R> x, v;  // position [m], velocity [m/s]
-    Mat3<R> C;     // affine velocity, the velocity's gradient around the particle [1/s]
+    Mat3<R> C;     // affine velocity: the gradient of the velocity [1/s]
     Sym3<R> e;     // b - I [1]
     R k;           // von Mises and Herschel-Bulkley: accumulated plastic strain; Drucker-Prager:
                    // volume correction; clamp: ln of the plastic volume ratio [1]
     int object;    // index of its Material
     std::uint32_t sides;  // which side of a cut, see cut.h; the top bit: held where it is, see
                           // cuda/mpm/sleep.h
-    // Kernels of scenes in which no particle is held do not test this: it costs registers.
+    // Kernels without sleep do not test this: it costs registers.
     HD bool still() const { return (sides & still_bit) != 0; }
     HD std::uint32_t label() const { return sides & ~still_bit; }
     HD void hold(bool held) { sides = label() | (held ? still_bit : 0); }
@@ -38,8 +38,8 @@ HD Particle<To> cast(const Particle<From>& q)
             q.sides};
 }
 
-// Up to so many particles are few on a device: what six more rows of them take (particles.cuh)
-// nobody misses, and a kernel for each row would take longer than its bytes.
+// Up to this count particles have six extra rows (particles.cuh): the memory is negligible, and a
+// kernel per row would take longer than moving its bytes.
 constexpr std::size_t few_particles = std::size_t(5) << 19;
 
 }  // namespace knead

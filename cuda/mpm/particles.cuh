@@ -1,11 +1,10 @@
-// Particles on the device: six rows of 16 bytes, each row contiguous over the particles, so that a
-// warp's load of a row is one stretch of memory. What lasts from substep to substep comes first,
-// what is only kept from frame to frame last.
+// Particles on the device: six rows of 16 bytes, each contiguous over the particles, so that a
+// warp's load of a row is coalesced. State used from substep to substep comes first, state only
+// kept from frame to frame last.
 //
-// Of few particles there is room for twelve rows, and they lie in the first six of them or, the
-// other side, in the last six; a sort moves all rows at once. Of many there is room for a seventh,
-// and they lie in the first six of the seven or in the last six; a sort moves them over row by row,
-// each into the row that is free.
+// With few particles there are twelve rows, and one side is the first six, the other the last six;
+// a sort moves all rows at once. With many there are seven, and one side is the first six, the
+// other the last six; a sort moves them row by row, each into the free row.
 #pragma once
 #include <vector_types.h>
 
@@ -17,7 +16,7 @@
 namespace knead::gpu {
 
 constexpr int particle_rows = 6;
-// `Row` is float4, or const where they are only read; likewise `Id`.
+// `Row` is float4, or const float4 for read-only access; likewise `Id`.
 template <class Row, class Id>
 struct ParticlesOf {
     Row* rows;  // particle_rows * count: (x, k), (e.xx e.yy e.zz, object), (e.xy e.xz e.yz,
@@ -33,7 +32,7 @@ struct ParticlesOf {
         const float4 a = row(0, i);
         return {a.x, a.y, a.z};
     }
-    // Position, strain, history: what lasts from substep to substep. The rest is zero.
+    // Position, strain, history: the state used from substep to substep. The rest is zero.
     HD Particle<float> load_state(int i) const
     {
         Particle<float> q{};
@@ -81,19 +80,18 @@ using ParticleView = ParticlesOf<float4, int>;
 using ConstParticleView = ParticlesOf<const float4, const int>;
 HD ConstParticleView read_only(const ParticleView& p) { return {p.rows, p.ids, p.count}; }
 
-// Rows that there is room for, as places of 16 bytes.
+// Memory for `count` particles, in elements of 16 bytes.
 constexpr std::size_t row_places(std::size_t count)
 {
     return (count > few_particles ? particle_rows + 1 : 2 * particle_rows) * count;
 }
 
-// A row that is free while `side` is current. Nothing in it lasts: the sort works there, and
-// whoever asks for depths gets them there.
+// A row that is free while `side` is current: scratch space of the sort, and output of depths.
 HD float4* free_row(const ParticleView (&sides)[2], int side)
 {
     return side ? sides[0].rows : &sides[0].row(particle_rows, 0);
 }
-// Whether all rows are free of the other side's.
+// Whether the two sides do not overlap.
 HD bool apart(const ParticleView (&sides)[2])
 {
     return sides[1].rows == &sides[0].row(particle_rows, 0);

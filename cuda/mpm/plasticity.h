@@ -1,6 +1,6 @@
-// Return maps: what a material keeps of a trial strain. Each is consistent with the stress of
-// material.h, where go_together() allows it: it scales the deviator of the strain until the stress
-// itself lies on the yield surface, at constant volume.  (10), (11)
+// Return maps from a trial strain. Each is consistent with the stress of material.h, where
+// go_together() allows it: it scales the deviator of the strain until the stress itself lies on the
+// yield surface, at constant volume.  (10), (11)
 #pragma once
 #include "cuda/math/fast.h"
 #include "cuda/mpm/material.h"
@@ -18,15 +18,15 @@ HD R deviatoric(Vec3<R> t)
     return std::sqrt(dot(d, d));
 }
 
-// von Mises: uniaxial yield stress [Pa] after plastic strain k. T may be many particles' numbers.
+// von Mises: uniaxial yield stress [Pa] at plastic strain k. T may hold values of many particles.
 template <class R, class T>
 HD T yield_stress(const Material<R>& m, T k)
 {
     return max(T(m.yield) + T(m.hardening) * k, T(m.yield_floor));
 }
 
-// Whether neo-Hookean clay is surely within its yield surface: (11) in squares, with a margin for
-// rounding, so that a fast form need not ask for the return map.
+// Conservative test that neo-Hookean clay is within its yield surface: (11) squared, with a margin
+// for rounding, so that vectorised code can skip the return map.
 template <class R, class T>
 HD auto surely_elastic(const Material<R>& m, const Sym3<T>& e, T k)
 {
@@ -34,8 +34,8 @@ HD auto surely_elastic(const Material<R>& m, const Sym3<T>& e, T k)
     return shear < T(R(0.6666)) * yield * yield;  // 2/3 less the margin
 }
 
-// Deviatoric stress [Pa] that von Mises or Herschel-Bulkley flow leaves of a trial one, and the
-// plastic strain it costs. `stiffness` is the slope of |dev tau| / 2 over strain [Pa].
+// Deviatoric stress [Pa] after von Mises or Herschel-Bulkley flow from a trial one, and the plastic
+// strain increment. `stiffness` is the slope of |dev tau| / 2 over strain [Pa].
 template <class R>
 struct Return {
     R stress, slip;
@@ -60,7 +60,7 @@ HD Return<R> return_magnitude(const Material<R>& m, R trial, R stiffness, R k, R
     //   s + sqrt(2) stiffness dt ((s - yield) / (sqrt(2) viscosity))^(1 / exponent) = trial.
     // With u the logarithm of the share of the overstress that flows, and p and q the shares that
     // stay and flow, that is ln(p + q) = 0: convex in u, of slope between exponent and 1, so that
-    // Newton comes down on the root from the corner of its two straight branches.
+    // Newton converges monotonically from the corner of its two straight branches.
     const R over = trial - yield, shear = R(0.707106781186548) * over;
     const R a = std::log(m.viscosity / shear) + m.exponent * std::log(shear / (stiffness * dt));
     R u = min(R(0), -a / m.exponent), p = 0, q = 1;
@@ -73,10 +73,10 @@ HD Return<R> return_magnitude(const Material<R>& m, R trial, R stiffness, R k, R
 }
 
 // neo-Hookean: dev tau = mu dev b, so the deviator of e is scaled and its mean solved for the same
-// determinant, with no eigenvectors. The wanted root of the cubic is the largest, and Halley's
-// steps come down on it from the trial's mean. A fixed number of them: a loop that may end early
-// makes the kernel around it spill. The root lies above `low`, where the slope vanishes, as it does
-// with all but one value of b, hence the slope's floor. A mean below `low` is of no b.  (10)
+// determinant, without eigenvectors. The root is the largest of a cubic, and Halley's iteration
+// converges to it from above, starting at the trial's mean. The number of steps is fixed: an early
+// exit makes the kernel spill. The root lies above `low`, where the slope vanishes, except for one
+// value of b, hence the slope's floor. A mean below `low` belongs to no b.  (10)
 template <class R>
 HD Sym3<R> scale_deviator(const Sym3<R>& e, R ratio)
 {
@@ -84,7 +84,7 @@ HD Sym3<R> scale_deviator(const Sym3<R>& e, R ratio)
     const Sym3<R> s = ratio * deviator(e);
     const R II = minors(s), rest = II + determinant(s) - excess;
     const R low = std::sqrt(max((R(-1) / 3) * II, R(0)));
-    constexpr int steps = sizeof(R) == 4 ? 6 : 10;  // enough where the mean falls twentyfold
+    constexpr int steps = sizeof(R) == 4 ? 6 : 10;  // enough for a 20-fold decrease of the mean
     R m = (R(1) / 3) * trace(e);
     if (1 + m < low) m = 2 * low - 1;
     for (int i = 0; i < steps; ++i) {
@@ -96,8 +96,8 @@ HD Sym3<R> scale_deviator(const Sym3<R>& e, R ratio)
     return raised(s, m);
 }
 
-// The largest share t in [0, 1] of the deviator `d` of Hencky strain, about the mean `mean`, whose
-// stress keeps |dev tau| <= bound(dev tau, pressure).
+// The largest factor t in [0, 1] on the deviator `d` of Hencky strain, about the mean `mean`, for
+// which |dev tau| <= bound(dev tau, pressure).
 template <class R, class Bound>
 HD R solve_return_scale(const Material<R>& m, R k, R mean, Vec3<R> d, Bound&& bound)
 {
@@ -113,7 +113,7 @@ HD R solve_return_scale(const Material<R>& m, R k, R mean, Vec3<R> d, Bound&& bo
     if (f_low >= 0) return 0;
     const R enough = (sizeof(R) == 4 ? R(1e-6) : R(1e-13)) * (f_high - f_low);
     int side = 0;
-    for (int i = 0; i < 30; ++i) {  // regula falsi; an end that stays counts half [Illinois]
+    for (int i = 0; i < 30; ++i) {  // regula falsi, Illinois variant
         const R t = (low * f_high - high * f_low) / (f_high - f_low), f = over(t);
         if (f <= enough && f >= -enough) return t;
         if (f > 0) {
@@ -129,7 +129,7 @@ HD R solve_return_scale(const Material<R>& m, R k, R mean, Vec3<R> d, Bound&& bo
     return low;
 }
 
-// The strain whose principal Hencky values are eps.
+// The strain with principal Hencky strains eps.
 template <class R>
 HD Sym3<R> from_hencky(const Mat3<R>& axes, Vec3<R> eps)
 {
@@ -141,8 +141,8 @@ HD bool yield_by_stress(Particle<R>& q, const Material<R>& m, R dt)
 {
     if (m.elasticity == Elasticity::neo_hookean) {
         const R trial = m.mu * std::sqrt(norm_squared(deviator(q.e)));
-        // |dev b| <= sqrt(2/3) tr b, or b is no tensor of strains: rounding can take a value of it
-        // below 0, and all of its trace with it.
+        // A valid b has |dev b| <= sqrt(2/3) tr b; rounding can make an eigenvalue negative, and
+        // even its trace.
         const R stiffness = max(m.mu * (1 + (R(1) / 3) * trace(q.e)), R(0.408248290463863) * trial);
         const Return<R> r = return_magnitude(m, trial, stiffness, q.k, dt);
         if (r.slip == 0) return false;
@@ -165,14 +165,14 @@ HD bool yield_by_stress(Particle<R>& q, const Material<R>& m, R dt)
     return true;
 }
 
-// How much |dev tau| sand bears over its pressure where the deviator has the principal values s:
-// `friction` in triaxial compression, and least in extension, as Mohr and Coulomb have it. Between
-// them the cone's section is that of Matsuoka and Nakai: friction over the largest root of a cubic
-// with one number of its own, on which Newton's steps come down from the root in extension.  (11)
+// Bound of |dev tau| over pressure for sand whose deviator has the principal values s: `friction`
+// in triaxial compression, least in extension, as in Mohr-Coulomb. Between them the section of the
+// cone is that of Matsuoka-Nakai: friction over the largest root of a cubic with one parameter, to
+// which Newton's iteration converges from above, starting at the root in extension.  (11)
 template <class R>
 HD R friction_towards(R friction, Vec3<R> s)
 {
-    constexpr int steps = sizeof(R) == 4 ? 6 : 8;    // enough up to 60 degrees; then a little less
+    constexpr int steps = sizeof(R) == 4 ? 6 : 8;    // enough up to 60 degrees; slightly low above
     const R beta = R(0.204124145231932) * friction;  // 1 / (2 sqrt(6))
     const R B = 2 * beta * (1 + 2 * beta), size = std::sqrt(dot(s, s));
     const Vec3<R> n = size > 0 ? (1 / size) * s : Vec3<R>{};
@@ -186,8 +186,8 @@ HD R friction_towards(R friction, Vec3<R> s)
 }
 
 // Sand: no tension beyond the tip, shear up to friction times pressure. Volume gained at the tip is
-// remembered and given back first, or tension and compression in turn would pump the sand up.
-// [Klar 2016; Tampubolon 2017]
+// stored and returned first; else alternating tension and compression would inflate the sand. [Klar
+// 2016; Tampubolon 2017]
 template <class R>
 HD bool yield_sand(Particle<R>& q, const Material<R>& m)
 {
@@ -221,11 +221,11 @@ HD bool yield_sand(Particle<R>& q, const Material<R>& m)
     return t < 1;
 }
 
-// Snow: the principal stretches of the elastic deformation go back to their bounds
-// [Stomakhin 2013], each only as far as its own stress drives it. To clamp them whatever the stress
-// is makes energy: snow that is pressed along one axis widens along the others without any stress
-// there, and to take that widening away stiffens the first. No step goes further than stress over
-// the largest slope on its way, so that none gains energy, whatever the order of the axes.  (11)
+// Snow: principal stretches of the elastic deformation return to their bounds [Stomakhin 2013],
+// each only as far as its own stress drives it. Clamping regardless of stress creates energy: snow
+// compressed along one axis widens along the others without stress there, and removing that stretch
+// stiffens the first axis. No step is larger than stress over the largest slope, so that none gains
+// energy, in any order of the axes.  (11)
 template <class R>
 HD bool yield_snow(Particle<R>& q, const Material<R>& m)
 {

@@ -1,5 +1,5 @@
-// What a frame needs of its tools before the first substep: for every block of the lattice the
-// primitives that can touch what is in it at any time of the frame, and the first pose.
+// Tools before a frame's first substep: for every block of the lattice the primitives that can
+// touch its contents during the frame, and the first pose.
 #include "cuda/contact/cut.h"
 #include "cuda/contact/sweep.h"
 #include "cuda/device/launch.cuh"
@@ -19,16 +19,17 @@ __global__ void __launch_bounds__(threads) pose_kernel(const __grid_constant__ P
     pose_part(space, int(blockIdx.x), false);
 }
 
-// Where the tools may be at any time of the frame, shared out as posing is. A thread has a joint at
-// one of three times, and a sphere; what that hangs on is asked for before joints are waited for.
+// Space swept by the tools during the frame, split like posing. A thread has a joint at one of
+// three times, and a sphere; the sphere's binding is loaded before the joints are waited for.
 constexpr int sweep_threads = 3 * staged_joints;
 static_assert(3 * part_primitives <= sweep_threads);
 __global__ void __launch_bounds__(sweep_threads) sweep_kernel(const __grid_constant__ SweepView t)
 {
-    __shared__ Joint<float> joints[3][staged_joints];  // at the frame's beginning, middle and end
+    __shared__ Joint<float> joints[3][staged_joints];  // at the start, the middle and the end of
+                                                       // the frame
     __shared__ Sphere<float> spheres[3 * part_primitives];
     __shared__ float travel[3 * part_primitives];
-    // A thread's own: an array indexed at run time would be in local memory.
+    // Per thread: an array with a run-time index would be in local memory.
     __shared__ Binding<float> bindings[3 * part_primitives];
     trigger_dependents();
     const int part = int(blockIdx.x), thread = int(threadIdx.x), count = t.primitives.count;
@@ -61,8 +62,8 @@ __global__ void __launch_bounds__(sweep_threads) sweep_kernel(const __grid_const
     t.travel[i] = max(travel[3 * thread], max(travel[3 * thread + 1], travel[3 * thread + 2]));
 }
 
-// Of the primitives that a lane looks after, one in each word of a mask, a bit each: those of tools
-// that act in this frame, and of blades.
+// The primitives of a lane, one per word of a mask, one bit each: those of active tools, and of
+// blades.
 struct OwnPrimitives {
     unsigned active, blades;
 };
@@ -79,7 +80,7 @@ __device__ OwnPrimitives own_primitives(const SweptView& t, int lane)
     return own;
 }
 
-// Whether primitive i may touch what is in the cube of centre p.
+// Whether primitive i may touch anything in the cube with centre p.
 __device__ bool may_touch(const SweptView& t, int i, bool blade, Vec3<float> p, float edge,
                           float dx)
 {
@@ -90,8 +91,8 @@ __device__ bool may_touch(const SweptView& t, int i, bool blade, Vec3<float> p, 
     return !beside && reaches(s, p, edge, band);
 }
 
-// One warp per block of the lattice, one lane per primitive. And the frame before is over, so the
-// runs of particles that it has lined up take their places.
+// One warp per block of the lattice, one lane per primitive. Also copies the order of runs that the
+// frame before has found: that frame has ended.
 __global__ void __launch_bounds__(threads) mask_kernel(const __grid_constant__ MaskView d)
 {
     const int thread = int(blockIdx.x * threads + threadIdx.x), lane = thread & 31;

@@ -1,5 +1,5 @@
-// Tools for one substep: joints between the frame's ends, spheres hung on them, shapes derived from
-// the spheres.
+// Poses the tools for one substep: interpolates the joints over the frame, transforms the spheres
+// bound to them, and derives shapes from the spheres.
 #pragma once
 #include <cuda/atomic>
 
@@ -8,15 +8,15 @@
 
 namespace knead::gpu {
 
-// The work is shared by so many thread blocks, each of which poses the spheres that its primitives
-// need: spheres of two parts are posed twice, to the same bits.
+// Posing is split over pose_parts thread blocks, each of which poses the spheres of its primitives:
+// spheres of two parts are posed twice, with the same bits.
 constexpr int part_primitives = max_primitives / pose_parts;
 
 // Index of the k-th primitive of a part.
 __device__ inline int primitive_of(int part, int k) { return part + k * pose_parts; }
 
-// Of so many joints each is interpolated once for all spheres; of more, those of a few spheres at a
-// time, four each.
+// Up to staged_joints joints are each interpolated once for all spheres; if there are more, those
+// of staged_spheres spheres at a time, four each.
 constexpr int staged_joints = 64, staged_spheres = staged_joints / 4;
 
 struct PoseSpace {
@@ -32,14 +32,14 @@ __device__ inline Joint<float> joint_at(const RigView& t, double share, int j)
     return cast<float>(between(t.from[j], t.to[j], share));
 }
 
-// The sphere of a part's primitives, three each, that comes k-th; -1: there is none.
+// The k-th sphere of a part's primitives, three each; -1: there is none.
 __device__ inline int sphere_of(const RigView& t, int part, int k)
 {
     const int i = primitive_of(part, k / 3);
     return i < t.primitives.count ? t.primitives[i].sphere[k % 3] : -1;
 }
 
-// Called by all threads of a block, with the view in place; poses for substep n.
+// Poses for substep n. By all threads of a block; precondition: the view is in shared memory.
 __device__ inline void pose_viewed(PoseSpace& s, int part, int n)
 {
     const PoseView& t = s.view;
@@ -50,7 +50,7 @@ __device__ inline void pose_viewed(PoseSpace& s, int part, int n)
     const bool staged = t.joints <= staged_joints;
     constexpr int count = 3 * part_primitives;
     const int together = staged ? count : staged_spheres;
-    // Asked for early, and of memory twice in a row: not where a sphere is waited for.
+    // Loaded early: takes two dependent loads, which would delay the spheres.
     for (int k = thread; k < part_primitives && primitive_of(part, k) < t.primitives.count;
          k += threads) {
         const Tool<float>& tool = t.tools[t.primitives[primitive_of(part, k)].tool];
@@ -58,7 +58,7 @@ __device__ inline void pose_viewed(PoseSpace& s, int part, int n)
         s.across[k] = tool.stretch.across, s.along[k] = tool.stretch.along;
     }
     for (int first = 0; first < count; first += together) {
-        __syncthreads();  // those before have been read
+        __syncthreads();  // the previous ones have been read
         for (int k = thread; k < 2 * (staged ? t.joints : staged_joints); k += threads) {
             int j = k >> 1;
             if (!staged) {
@@ -90,17 +90,16 @@ __device__ inline void pose_viewed(PoseSpace& s, int part, int n)
     }
 }
 
-// By all threads of a block. The view goes to shared memory: a kernel's argument lies in the
-// constant bank, and what a function out of line reads of it through a pointer, no sanitizer can
-// tell from a fault.
+// Copies the view to shared memory. By all threads of a block. Kernel arguments lie in the constant
+// bank, and sanitizers report reads of it through a pointer in a non-inlined function.
 __device__ inline void take_view(const PoseView& view, PoseSpace& s)
 {
     if (threadIdx.x == 0) s.view = view;
     __syncthreads();
 }
 
-// By all threads of a block: waits until the clock's own block of grid has begun substep n, and
-// chosen the one after it.
+// Waits until thread block 0 of grid has begun substep n and chosen the next one. By all threads of
+// a block.
 __device__ inline void await_begun(Clock& clock, int n)
 {
     if (threadIdx.x == 0) {
@@ -115,7 +114,7 @@ __device__ inline void note_begun(Clock& clock, int n)
         .store(n, cuda::memory_order_release);
 }
 
-// By all threads of a block, when they have posed: substep n's shapes of that part are there.
+// Publishes a part's shapes for substep n. By all threads of a block, after posing.
 __device__ inline void note_posed(Clock& clock, int part, int n)
 {
     __syncthreads();
@@ -123,9 +122,9 @@ __device__ inline void note_posed(Clock& clock, int part, int n)
     cuda::atomic_ref<int, cuda::thread_scope_device>(clock.posed[part])
         .store(n, cuda::memory_order_release);
 }
-// By all threads of a block, with the view in place: poses for the substep under way; or, `ahead`,
-// for the one after it as soon as its length is chosen, which grid may still be at. Kept out of
-// line: its registers are not those of the kernel that it shares a launch with.
+// Poses for the current substep; or, if `ahead`, for the next one as soon as its length is chosen,
+// while grid may still run. By all threads of a block; precondition: the view is in shared memory.
+// Not inlined: its registers must not add to those of the kernel that it is part of.
 static __device__ __noinline__ void pose_part(PoseSpace& s, int part, bool ahead)
 {
     Clock& clock = *s.view.clock;
@@ -136,7 +135,7 @@ static __device__ __noinline__ void pose_part(PoseSpace& s, int part, bool ahead
     if (ahead) note_posed(clock, part, n + 1);
 }
 
-// For which substep they are there, to be followed by saw_posed() before they are read.
+// The substep that a part is posed for; call saw_posed() before reading the shapes.
 __device__ inline int posed_for(const Clock& clock, int part)
 {
     return cuda::atomic_ref<const int, cuda::thread_scope_device>(clock.posed[part])

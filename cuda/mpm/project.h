@@ -1,4 +1,4 @@
-// Particle projection: no particle stays deep inside a tool, or behind a wall.  (19)
+// Particle projection: pushes particles out of tools and walls.  (19)
 #pragma once
 #include "cuda/contact/contact.h"
 #include "cuda/contact/cut.h"
@@ -9,21 +9,22 @@
 
 namespace knead {
 
-// How a particle inside a tool gets out. Moving it would be deformation that the strain never hears
-// of, so its velocity is to carry it out, and the next scatter tells its neighbours; only what lies
-// deeper than `shallow` is moved at once, up to there. Pressure holds it as deep as the speed out
-// balances it, so it is sent on until it is the skin away from the tool.  (19)
+// Push-out of a particle inside a tool. A displacement would be deformation that its strain does
+// not register, so its velocity carries it out, and the next scatter passes that on to its
+// neighbours; only beyond `shallow` it is displaced at once, up to there. Pressure holds it at the
+// depth where the push-out speed balances it, so it is pushed until it is the skin away from the
+// tool.  (19)
 template <class R>
 struct PushoutLimits {
     R shallow;  // under the skin [m]
-    R thin;     // under the skin; half as deep, it may be twice as fast [m]
-    R fastest;  // from there on [m/s]
+    R thin;     // under the skin; at half of it, twice the speed is allowed [m]
+    R fastest;  // speed limit from there on [m/s]
     R skin;     // [m]
 };
-// The speed is just less than nodes may have in the longest substep of clay at rest. If it grew
-// where substeps are shorter, it would make them shorter still. What is pressed lies in a thin
-// layer, and nodes hear of its speed by its share of a cell: there twice as much is no danger, and
-// the layer that balances a pressure is half as thick.
+// The speed is just below the limit of nodes in the longest substep of clay at rest. A speed that
+// grew as substeps get shorter would shorten them further. Clay under pressure lies in a thin
+// layer, whose speed reaches nodes in proportion to its share of a cell: there twice the speed is
+// safe, and the layer that balances a given pressure is half as thick.
 HD PushoutLimits<double> pushout_limits(const StepLimits& limits)
 {
     const double dx = limits.dx;
@@ -35,17 +36,17 @@ HD PushoutLimits<To> cast(const PushoutLimits<From>& pushout)
     return {To(pushout.shallow), To(pushout.thin), To(pushout.fastest), To(pushout.skin)};
 }
 
-// What of a particle's speed squared shortens substeps (22). What has just been found in a tool
-// will not move at the speed that it was given: those around it slow it down first.
+// The part of a particle's speed squared that limits substeps (22). A particle just found in a tool
+// does not keep the push-out speed: its neighbours slow it down first.
 template <class R>
 HD R speed_that_counts(R speed_squared, R depth)
 {
     return depth > 0 ? R(0) : speed_squared;
 }
 
-// The speed at which it leaves from that depth [m/s]. It has to move those around it, too, so this
-// grows with their number a cell; a crumb by itself, which has up to 0.21, is not thrown. Depth
-// times speed does not fall as depth grows, or a layer once too thick would stay.
+// Push-out speed at a depth [m/s]. The particle has to move its neighbours, too, so the speed grows
+// with their number per cell; an isolated particle, which has up to 0.21, is not thrown. Depth
+// times speed does not fall with depth; else a layer that is too thick would persist.
 template <class R>
 HD R speed_out(const PushoutLimits<R>& pushout, R depth, R per_cell, R dt)
 {
@@ -53,8 +54,8 @@ HD R speed_out(const PushoutLimits<R>& pushout, R depth, R per_cell, R dt)
     return min(max(R(1), 4 * per_cell - R(0.7)) * depth / dt, most * pushout.fastest);
 }
 
-// Moves what is at x, with velocity v, to the surface that it was found behind; its velocity is
-// what the surface leaves of it that comes out at speed `out`, too.  (18), (19)
+// Moves x to the surface that it was found behind; v becomes what contact with that surface,
+// advancing at the additional speed `out`, leaves of it.  (18), (19)
 template <class R>
 HD void put_out(Vec3<R>& x, Vec3<R>& v, const Contact<R>& hit, const Tool<R>& tool, R out)
 {
@@ -63,7 +64,8 @@ HD void put_out(Vec3<R>& x, Vec3<R>& v, const Contact<R>& hit, const Tool<R>& to
     v = apply_contact(v, hit.n, hit.v + out * hit.n, mode, tool.friction);
 }
 
-// What was found at `from` and belongs to `to` is at x now; returns how far that is [m].
+// Sets x to the position after push-out from `from` towards `to`; returns the distance of the two
+// [m].
 template <class R>
 HD R come_out(Vec3<R>& x, Vec3<R> from, Vec3<R> to, R shallow)
 {
@@ -73,9 +75,9 @@ HD R come_out(Vec3<R>& x, Vec3<R> from, Vec3<R> to, R shallow)
     return depth;
 }
 
-// Brings q out of the tools of its block, looking for them `passes` times at most; returns how
-// deep under the skin it was found [m], 0 outside. A cell around it holds `per_cell` like q. Those
-// tools are added to `touched` (tool_bit()).
+// Pushes q out of the tools of its block, in at most `passes` iterations; returns its depth under
+// the skin [m], 0 outside. `per_cell`: particles per cell around it. Adds these tools to `touched`
+// (tool_bit()).
 template <class R>
 HD R project(Particle<R>& q, const Colliders<R>& c, const Mask& mask, int passes,
              const PushoutLimits<R>& pushout, R per_cell, R dt, std::uint32_t& touched)
@@ -90,8 +92,8 @@ HD R project(Particle<R>& q, const Colliders<R>& c, const Mask& mask, int passes
     return come_out(q.x, q.x, to, pushout.shallow);
 }
 
-// Puts q back on the wall that it sank into; true if it was deeper there than nodes can take it
-// that the walls hold (18) and that move by at most a cell per substep.  (19)
+// Clamps q to the walls. Returns true if it was deeper than nodes constrained by the walls (18), at
+// most one cell per substep, can carry it.  (19)
 template <class R>
 HD bool confine(Particle<R>& q, const Walls<R>& walls)
 {
@@ -111,10 +113,9 @@ HD bool confine(Particle<R>& q, const Walls<R>& walls)
     return escaped;
 }
 
-// Labels a particle that a blade has reached, and keeps a labelled one on its side. One that lies
-// further across than a substep can have carried it has its label from an older cut: it gets
-// a new one, and is not dragged through the blade. True if a blade covers it; its tool is added to
-// `touched`.
+// Labels a particle that a blade has reached, and keeps a labelled one on its side. One further
+// across than a substep can have carried it has its label from an older cut: it is relabelled, not
+// dragged through the blade. Returns true if a blade covers it; adds its tool to `touched`.
 template <class R>
 HD bool cut(Particle<R>& q, const Colliders<R>& c, const Mask& mask, R dx, std::uint32_t& touched)
 {
@@ -133,7 +134,7 @@ HD bool cut(Particle<R>& q, const Colliders<R>& c, const Mask& mask, R dx, std::
     return covered;
 }
 
-// Whether all of a particle's numbers are numbers.
+// Whether all values of a particle are finite.
 template <class R>
 HD bool sound(const Particle<R>& q)
 {
@@ -142,8 +143,8 @@ HD bool sound(const Particle<R>& q)
     return sum - sum == 0;
 }
 
-// A particle whose numbers are no longer numbers poisons 427 neighbours in one substep, so it is
-// put back, at rest and without strain, where it was. True if that was needed.
+// Resets a particle with non-finite values to `before`, at rest and without strain: it would
+// corrupt 427 neighbours in one substep. Returns true if that was needed.
 template <class R>
 HD bool repair(Particle<R>& q, const Particle<R>& before)
 {

@@ -1,9 +1,8 @@
-// Particles in the order of their cells, so that a warp's particles share nodes, and lines of
-// memory. They are counted, node by node, and each takes its place among its node's as it comes;
-// where equal bits are asked for, a radix sort, twice as slow, keeps those of a node in the order
-// they came in. Either works in a row of particles.cuh that is free, and leaves the order in the
-// ids that are not current; by that order the rows move, all at once where there is room, or one
-// after the other, into the row that the one before them has left.
+// Sorts the particles by cell, so that a warp's particles share nodes and cache lines. Counting
+// sort by node, with an arbitrary order within a node; for fixed_point a stable radix sort, twice
+// as slow. Both work in a free row of particles.cuh and write the order to the ids that are not
+// current. Then the rows are moved in that order, all at once if there is space, else one after the
+// other, each into the row that the one before has left.
 #include <cub/device/device_radix_sort.cuh>
 #include <cub/device/device_scan.cuh>
 
@@ -16,7 +15,7 @@ namespace {
 
 constexpr int threads = 128;
 
-// In an order, of particles that lie at rest: there are fewer than 2^31.
+// In entries of the order, for still particles: there are fewer than 2^31.
 constexpr unsigned still_bit = Particle<float>::still_bit;
 
 int key_bits(const Lattice<float>& lattice)
@@ -27,7 +26,7 @@ int key_bits(const Lattice<float>& lattice)
 constexpr Features relevant(Features f) { return {.rests = f.rests}; }
 constexpr Features relevant_to_runs(Features f) { return {.blades = f.blades}; }
 
-// How many of its node's particles came before; a warp's of one node ask together.
+// Rank of the particle within its node; one atomic per node and warp.
 __device__ int counted(int* counts, int key)
 {
     const unsigned lane = threadIdx.x & 31, lanes = __match_any_sync(0xffffffffu, key);
@@ -37,8 +36,8 @@ __device__ int counted(int* counts, int key)
     return __shfl_sync(0xffffffffu, before, first) + __popc(lanes & ((1u << lane) - 1));
 }
 
-// Keys and order while the particles lie on one side: the row that is free holds them, but for
-// the order that the particles will have, which takes the place of the other side's ids.
+// Keys and order while `side` is current: in the free row, except for the final order, which
+// replaces the other side's ids.
 struct Listing {
     unsigned* keys;  // count
     int* order;      // count
@@ -52,8 +51,8 @@ HD Listing listing(const ParticleView (&sides)[2], int side, bool done)
     return {keys + count, reinterpret_cast<int*>(keys + 2 * count)};
 }
 
-// Keys, and by counting (`counts`) each particle's place among its node's, or else the order that
-// there is.
+// Keys, and either each particle's rank within its node (counting sort, with `counts`) or the
+// current order (radix sort).
 template <class Case>
 __global__ void __launch_bounds__(threads)
     key_kernel(const __grid_constant__ KeyView d, int* counts, bool done)
@@ -77,7 +76,7 @@ __global__ void __launch_bounds__(threads)
     }
 }
 
-// What was counted has become where each node's particles begin.
+// The counts have become the first index of each node.
 template <class Case>
 __global__ void __launch_bounds__(threads)
     place_kernel(const __grid_constant__ SortView d, const int* starts)
@@ -89,11 +88,11 @@ __global__ void __launch_bounds__(threads)
     const unsigned key = from.keys[i];
     const int at = starts[key] + from.order[i];
     to.order[at] = i;
-    if constexpr (Case::features.rests) to.keys[at] = key;  // settled_kernel looks at them
+    if constexpr (Case::features.rests) to.keys[at] = key;  // read by settled_kernel
 }
 
-// Where clay may be still: what is gets its bit in the order; runs are listed, and where each
-// block's particles begin and end is noted.
+// Sleep: sets the bit of still particles in the order, lists the runs, and records each block's
+// range of particles.
 template <class Case>
 __global__ void __launch_bounds__(run_length(Case::features))
     settled_kernel(const __grid_constant__ SettledView d)
@@ -115,9 +114,8 @@ __global__ void __launch_bounds__(run_length(Case::features))
     if (i + 1 == count || int(keys[i + 1]) / block_nodes != block) d.range[block].y = i + 1;
 }
 
-// The k-th row that moves, or so many from it on. What it reads, none of the moves before it
-// writes: only when it may write must they be over. With the last row the particles are on the
-// other side.
+// Moves the k-th row, or `together` rows from k on. Its reads do not depend on the moves before it,
+// only its writes: it waits between them. The last row switches the current side.
 template <class Case, int together>
 __global__ void __launch_bounds__(threads) move_kernel(const __grid_constant__ SortView d, int k)
 {
@@ -145,8 +143,8 @@ __global__ void __launch_bounds__(threads) move_kernel(const __grid_constant__ S
     if (last && i == 0) d.clock->side = side ^ 1, d.clock->drift = 0;
 }
 
-// CUB sorts to and fro, and ends where the number of its passes says. Begun so that this should be
-// where the result belongs.
+// CUB's radix sort alternates between two buffers and ends in one that depends on its number of
+// passes. Started so that the result should end in place.
 struct Passes {
     cub::DoubleBuffer<unsigned> keys;
     cub::DoubleBuffer<int> order;
@@ -161,7 +159,7 @@ struct Passes {
     {
         return cub::DeviceRadixSort::SortPairs(scratch, bytes, keys, order, count, 0, end, stream);
     }
-    // Should it have ended elsewhere.
+    // Copies the result if it is not in place.
     void finish(int count, cudaStream_t stream) const
     {
         if (order.selector == 0) return;
@@ -174,7 +172,7 @@ struct Passes {
     }
 };
 
-// `nodes` counts become sums of those before.
+// Exclusive prefix sum of `nodes` counts.
 cudaError_t add_up(int* counts, int nodes, void* scratch, std::size_t& bytes, cudaStream_t stream)
 {
     return cub::DeviceScan::ExclusiveSum(scratch, bytes, counts, counts, nodes, stream);

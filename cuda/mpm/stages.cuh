@@ -1,5 +1,5 @@
-// The stages of a substep on the device, in their order, and all there is on the device, of which
-// each stage's kernels are given their part (views.cuh).
+// The stages of a substep on the device, in order, and all device data; each kernel gets its part
+// of it (views.cuh).
 //   begin . sort { settle } . masks . line_up . pose . p2g, once a frame; then, substep by substep,
 //   grid { next dt } . g2p { pose and scatter for the next }
 #pragma once
@@ -8,74 +8,75 @@
 
 namespace knead::gpu {
 
-// Nodes in the order of Lattice::index, of those that are stored. Two grids, so that one is cleared
-// while the other is used; substep n has that of n % 2. Each has one field, or with blades three:
-// all clay, then that of uncut clay and each label.
+// Stored nodes in the order of Lattice::index. Two grids, so that one is cleared while the other is
+// used; substep n uses grid n % 2. Each has one velocity field, or with blades three: all clay,
+// then uncut clay with each label.
 struct GridView {
     int fields;          // 1 or 3
     float4* nodes[2];    // fields * node_count each: Node<float>; one array twice if fixed-point
     long long* sums[2];  // fixed-point: 4 * fields * node_count each: momentum, mass; else null
     int* marks;          // block_count: what the block was last listed for, see listed_for()
     int* list[3];        // block_count each: blocks that may hold mass in substep n, in n % 3
-    const bool* rim;     // block_count: the block is at an end of what is stored (stored_region.h)
+    const bool* rim;     // block_count: block is at an end of the stored box (stored_region.h)
     float momentum_scale, mass_scale;  // fixed-point units per kg m/s and per kg: powers of two
-    float negligible_mass;             // of a node: slowed it is trimmed, not clipped [kg]
+    float negligible_mass;             // a speed-limited node below counts as negligible, not
+                                       // clipped [kg]
 };
 
 constexpr int max_boxes = 32;  // tools
 
-// Which clay is still (sleep.h), block by block, and which particles are looked at: a run of as
-// many as a thread block takes is listed where one of them is in a block that is not asleep.
+// Sleep state by block (sleep.h), and the runs of particles to process: a run is the particles of
+// one thread block, listed if one of them is in a block that is not asleep.
 struct RestView {
     Rest<float> options;
     int run;            // particles
-    int* quiet;         // block_count: frames on end at rest
+    int* quiet;         // block_count: consecutive frames at rest
     unsigned* fastest;  // block_count: bits of the largest speed squared at a frame's start
     int* activity;      // block_count: Activity at the frame's start
     int *free, *guard;  // block_count: the substep from which its clay moves, wakes if pushed
     int2* range;        // block_count: its particles, in the order of the sort
     unsigned *reached, *run_listed;  // block_count, per run: it is in the list
-    int* list;                       // runs, as Clock::listed counts
+    int* list;                       // runs; length Clock::listed
     int* woken[2];                   // block_count: blocks that substep n woke, in n % 2
-    int* changed;  // block_count: substeps through when a particle there may last have moved
+    int* changed;  // block_count: substeps completed when a particle there may last have moved
 };
 
 constexpr int max_joints = 1024, max_tools = 256;
 
-// One frame's input, written by the host before it starts, and copied to the device at once, as far
-// as a scene uses it.
+// Input of one frame, written by the host before it starts; only the part in use is copied.
 struct FrameInput {
     double duration, tool_step;  // [s]
     Tool<float> tools[max_tools];
-    // All of a motion at the frame's beginning, then all at its end: ToolView::joints each.
+    // All joints at the start of the frame, then all at its end: ToolView::joints each.
     Joint<double> joints[2 * max_joints];
 };
 
-// Where tools are kept, posed again for every substep.
+// The tools; posed for every substep.
 struct ToolView {
     const Joint<double>*from, *to;  // of the frame's input, `joints` each
     int joints;
     const Binding<float>* bindings;  // one per sphere
     Span<Sphere<float>> spheres[2];
     Span<Shape<float>> shapes[2];  // both of substep n in n % 2
-    Span<Shape<float>> mid_frame;  // of the frame's middle
-    float* travel;  // per primitive: how far any point of it is from there, at most [m]
+    Span<Shape<float>> mid_frame;  // at mid-frame
+    float* travel;  // per primitive: the largest displacement of any of its points from mid-frame
+                    // [m]
     Span<const Primitive> primitives;
     Span<const Tool<float>> tools;
-    Mask* masks;  // block_count: what may touch the block at any time of the frame
-    int* runs;    // of particles, those near tools first; where no clay may be still
+    Mask* masks;  // block_count: contact candidates during the frame
+    int* runs;    // of particles, those near tools first; not with sleep
     int run_count;
     int* next_runs;            // likewise, for the next frame,
-    unsigned char* near_runs;  // of whether each is near
+    unsigned char* near_runs;  // whether each run is near
     bool grid_contact;
     int passes;
     PushoutLimits<float> pushout;
-    bool fast;  // as clears_each_time() has it (lag.h)
+    bool fast;  // see clears_each_time() (lag.h)
 };
 
-// All that there is, of which each stage takes its part.
+// All device data; each stage gets a part of it.
 struct Views {
-    ParticleView particles[2];  // their rows overlap, or not: see particles.cuh
+    ParticleView particles[2];  // their rows may overlap: see particles.cuh
     Materials materials;
     Lattice<float> lattice;
     Region stored, free;  // see stored_region.h
@@ -92,54 +93,52 @@ struct Views {
     Conditions conditions;
 };
 
-// Where a sort works besides a row that is free and the ids that are not current.
+// Scratch memory of a sort besides the free row and the ids that are not current.
 struct SortSpace {
-    int* counts;  // nodes that are stored: zero before and after; or none
+    int* counts;  // one per stored node: zero before and after; or null
     void* scratch;
     std::size_t scratch_bytes;
 };
 std::size_t sort_scratch_bytes(int count, const Lattice<float>& lattice, const Features& features);
-// Whether a sort must be told, when it is launched, on which side the particles lie.
+// Whether a sort needs the current side at launch.
 inline bool told_side(const Features& features) { return features.fixed_point; }
 
-// Orders the particles by the base node of their stencil; those of one node stay in the order they
-// came in where sums must not depend on it (`fixed_point`), else they come in any. Flips
-// Clock::side. In two halves: what the first finds is carried out by the second. The first may have
-// to be told the side.
+// Sorts the particles by the base node of their stencil; within a node stably with `fixed_point`,
+// else in any order. Flips Clock::side. In two parts: sort_particles() finds the order, arrange()
+// moves the particles. `side` is used only if told_side().
 void sort_particles(const Views& views, const Features& features, const SortSpace& space, int side,
                     cudaStream_t stream);
 void arrange(const Views& views, const Features& features, cudaStream_t stream);
-// Between them, where clay may be still: what each block's clay does in this frame. Needs masks().
+// Sleep: the activity of each block in this frame. Between the two; after masks().
 void update_activity(const Views& views, cudaStream_t stream);
 // Reads the frame's input and chooses the first substep.
 void begin(const Views& views, cudaStream_t stream);
-// What may touch each block during the frame, and the tools at the end of the first substep.
-// masks() also puts runs of particles in the order that line_up() has found.
+// Contact candidates of each block during the frame, and the tools at the end of the first substep.
+// masks() also applies the order of runs that line_up() has found.
 void masks(const Views& views, cudaStream_t stream);
 void pose(const Views& views, cudaStream_t stream);
-// Lines up runs of particles for the next frame, those near tools first. Tools come on little in a
-// frame, and so nothing of this one has to wait for it. After masks(), once the particles are
-// sorted; not where clay may be still.
+// Orders the runs of particles for the next frame, those near tools first. Tools move little in a
+// frame, so nothing in this one has to wait for it. After masks() and the sort; not with sleep.
 void line_up(const Views& views, const Features& features, cudaStream_t stream);
-// Where clay shares its cells' pressure: sums for a frame's first substep, before grid().
+// Cell-averaged pressure: sums for a frame's first substep, before grid().
 void find_pressures(const Views& views, cudaStream_t stream);
-// Adds mass and momentum to the current grid, which is clear, and lists its blocks. `beside_sort`:
-// of particles as they lay before a sort that may be under way, which leaves those alone.
+// Scatters mass and momentum to the current grid, which must be clear, and lists its blocks.
+// `beside_sort`: reads the particles as before a concurrent sort, which does not modify them.
 void p2g(const Views& views, const Features& features, int multiprocessors, bool beside_sort,
          cudaStream_t stream);
-// Momenta become velocities; the other grid is cleared; the next substep is chosen. `begins`: a
-// frame does, for which several stages have to be over, not the one before it alone.
+// Computes velocities from momenta, clears the other grid, and chooses the next substep. `begins`:
+// first of a frame; it waits for several stages, not only for the one before it.
 void grid(const Views& views, const Features& features, int multiprocessors, cudaStream_t stream,
           bool begins = false);
-// Where clay shares its cells' pressure: sums for the next substep are cleared, before g2p().
+// Cell-averaged pressure: clears the sums for the next substep, before g2p().
 void clear_pressures(const Views& views, int multiprocessors, cudaStream_t stream);
-// Particles move, and are added to the other grid for the next substep, to which the clock moves
-// on.
+// Advances the particles, scatters them to the other grid for the next substep, and advances the
+// clock.
 void g2p(const Views& views, const Features& features, int multiprocessors, cudaStream_t stream);
-// Depth [m] of every particle by id, 0 outside of all tools; into the row that is free.
+// Depth [m] of every particle by id, 0 outside of all tools; into the free row.
 void penetration(const Views& views, cudaStream_t stream);
-// Velocity [m/s] of every particle by id, as the lattice gave it in the last substep; into the row
-// that is free.
+// Velocity [m/s] of every particle by id, interpolated from the grid in the last substep; into the
+// free row.
 void velocities(const Views& views, cudaStream_t stream);
 
 }  // namespace knead::gpu

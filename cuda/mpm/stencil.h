@@ -13,7 +13,7 @@ struct Stencil {
     Vec3<R> w[3];  // weight of node base + k along each axis
     Vec3<R> d;     // from the particle to base [m]
 
-    // Of the node that stands by `step` from the base, each axis 0, 1 or 2.
+    // Of the node at `step` from the base, each axis 0, 1 or 2.
     HD R weight(Int3 step) const { return w[step.x].x * w[step.y].y * w[step.z].z; }
 };
 
@@ -39,7 +39,8 @@ HD Stencil<R> stencil(Vec3<R> x, std::type_identity_t<const Spacing<R>&> spacing
             (-spacing.dx) * f};
 }
 
-// Its weights along x, each over a node's four numbers: a row of three nodes, by row(Four...).
+// Its weights along x, each repeated over a node's four numbers: a row of three nodes, by
+// row(Four...).
 template <class R>
 HD auto weights_along_x(const Stencil<R>& s)
 {

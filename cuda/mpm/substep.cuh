@@ -1,4 +1,4 @@
-// A thread block's share of a substep: runs of particles, one of them a thread's.
+// A thread block's part of a substep: runs of particles, one particle per thread.
 #pragma once
 #include "cuda/device/launch.cuh"
 #include "cuda/mpm/clock.cuh"
@@ -8,11 +8,11 @@ namespace knead::gpu {
 
 constexpr unsigned all_lanes = 0xffffffffu;
 
-// What a thread block reads again later rather than keep it in registers while particles move.
+// Kept in shared memory and reloaded, to save registers while particles move.
 struct SubstepContext {
     Clock* kept;
-    int n, side;    // the substep that is scattered for; which particle array is current
-    float now, dt;  // of the substep under way and of that one [s]; dt 0: there is none
+    int n, side;    // the substep to scatter for; which particle array is current
+    float now, dt;  // length of the current substep and of that one [s]; dt 0: there is none
     int run;        // of particles
     __device__ Clock& clock() const
     {
@@ -21,10 +21,10 @@ struct SubstepContext {
     }
 };
 
-// The thread's particle of a run; of the last run's end the last one again and again.
+// The thread's particle of a run; past the end of the last run, the last particle.
 struct Index {
     int at;
-    bool valid;  // false: again
+    bool valid;  // false: past the end
 };
 template <Features f>
 __device__ Index index_in(int run, int count)
@@ -33,26 +33,26 @@ __device__ Index index_in(int run, int count)
     return {min(max(i, 0), count - 1), i < count};
 }
 
-// The same, rematerialised: to keep it would cost a register.
+// The same, rematerialised: keeping it would cost a register.
 template <Features f>
 __device__ Index own_index(const SubstepContext& later, int count)
 {
     return index_in<f>(f.tools ? later.run : int(blockIdx.x), count);
 }
 
-// Calls visit(run) for the thread block's own run of particles, or where clay may be still for as
-// many of the listed ones as fall to it. The launch's first `others` blocks do other things.
+// Calls visit(run) for the thread block's own run of particles; with sleep for its share of the
+// listed runs. The launch's first `others` thread blocks have other tasks.
 template <bool rests, class Visit>
 __device__ void for_each_run(const Clock& clock, const int* listed, int others, int own,
                              Visit&& visit)
 {
     if constexpr (rests) {
-        __shared__ int at;  // kept here, not in registers
+        __shared__ int at;  // in shared memory, to save a register
         if (threadIdx.x == 0) at = int(blockIdx.x) - others;
         __syncthreads();
         while (at < clock.listed) {
             visit(listed[at]);
-            __syncthreads();  // shared memory is used again
+            __syncthreads();  // shared memory is reused
             if (threadIdx.x == 0) at += int(gridDim.x) - others;
             __syncthreads();
         }
@@ -61,8 +61,8 @@ __device__ void for_each_run(const Clock& clock, const int* listed, int others, 
     }
 }
 
-// Thread blocks for all runs. Where few of many may be listed, no more than keep the device busy:
-// starting one for nothing takes time, too.
+// Thread blocks for all runs. With sleep few of many may be listed: no more thread blocks than keep
+// the device busy, since starting idle ones takes time.
 inline int blocks_for_runs(int particles, const Features& features, int multiprocessors)
 {
     const int runs = blocks_for(particles, run_length(features));

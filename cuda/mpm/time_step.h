@@ -1,4 +1,4 @@
-// How long a substep may be.  (22)
+// The length of a substep.  (22)
 #pragma once
 #include <cmath>
 
@@ -6,12 +6,12 @@
 
 namespace knead {
 
-// What limits a substep and does not change within a frame.
+// Limits of a substep that do not change within a frame.
 struct StepLimits {
-    double courant;        // share of the longest substep that is stable [1]
+    double courant;        // fraction of the longest stable substep [1]
     double dx, stiffness;  // spacing [m]; the stiffest material at rest [m^2/s^2], see material.h
     double viscosity;      // [s]: limit of the most viscous liquid
-    double fixed;          // [s]; 0: as stability asks
+    double fixed;          // [s]; 0: chosen by stability
     double largest;        // [s]
 };
 
@@ -21,13 +21,13 @@ struct Extremes {
     double stiffness;  // of the stiffest [m^2/s^2]
 };
 
-// What a particle crosses in a substep at most [cells].
+// The largest distance that a particle moves in a substep [cells].
 constexpr double max_travel = 0.5;
-// So many times as stiff as at rest clay may become before substeps grow no shorter: one crushed
-// particle must not hold up a frame for ever. Packed snow reaches 20.
+// Stiffening over the rest state up to which substeps are shortened: one crushed particle must not
+// stall a frame. Packed snow reaches 20.
 constexpr double most_stiffening = 32;
 
-// What cut a substep.
+// The limit that determined a substep.
 enum class Limit : int { sound, speed, tool, viscosity, fixed, frame_end, count };
 
 struct StepChoice {
@@ -35,8 +35,8 @@ struct StepChoice {
     Limit limit;
 };
 
-// The longest for clay in this state. A lone particle is stable up to dx / sqrt(stiffness), and no
-// other arrangement is less so.
+// The longest stable substep in this state. A single particle is stable up to dx / sqrt(stiffness),
+// and every other arrangement at least as far.
 HD StepChoice longest_dt(const StepLimits& p, const Extremes& clay)
 {
     if (p.fixed > 0) return {p.fixed, Limit::fixed};
@@ -53,8 +53,8 @@ HD StepChoice longest_dt(const StepLimits& p, const Extremes& clay)
     return best;
 }
 
-// The one to take `left` [s] before the frame's end; `tool` is the tools' limit [s]. What remains
-// is shared out evenly, so that no frame ends on a sliver.
+// The step to take `left` [s] before the frame's end; `tool` is the tools' limit [s]. The remaining
+// time is divided evenly, so that a frame does not end with a very short substep.
 HD StepChoice choose_dt(const StepLimits& p, const Extremes& clay, double tool, double left)
 {
     StepChoice best = longest_dt(p, clay);
@@ -67,10 +67,10 @@ HD StepChoice choose_dt(const StepLimits& p, const Extremes& clay, double tool, 
 // One substep of a frame.
 struct Step {
     double start, dt;  // [s] from the frame's beginning; dt 0: there is none
-    Limit limit;       // what cut it
+    Limit limit;       // what determined dt
 };
 
-// The substep that begins `start` into a frame.
+// The substep that starts `start` [s] into a frame.
 HD Step step_at(const StepLimits& p, double start, const Extremes& clay, double tool,
                 double duration)
 {
@@ -80,9 +80,8 @@ HD Step step_at(const StepLimits& p, double start, const Extremes& clay, double 
     return {start, c.dt, c.limit};
 }
 
-// The one after it, chosen before it is through, from the state at its beginning: the scatter for
-// a substep need not wait until all particles have moved. What one substep changes is what the
-// share `courant` leaves room for.
+// The substep after s, chosen during s from the state at its start, so that the scatter need not
+// wait until all particles have moved. `courant` leaves room for the changes of one substep.
 HD Step step_after(const Step& s, const StepLimits& p, const Extremes& clay, double tool,
                    double duration)
 {

@@ -1,4 +1,4 @@
-// Each stage's part of all there is on the device.
+// Makes each stage's view from all device data.
 #include "cuda/mpm/stages.cuh"
 
 namespace knead::gpu {

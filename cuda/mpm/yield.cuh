@@ -1,4 +1,4 @@
-// Materials on the device: of each what a kernel is compiled for.
+// Materials on the device, reduced to the laws that a kernel is compiled for.
 #pragma once
 #include "cuda/mpm/features.h"
 #include "cuda/mpm/material_data.h"
@@ -6,7 +6,7 @@
 
 namespace knead::gpu {
 
-// The material as those of its class are, so that the compiler leaves out the rest.
+// The material restricted to its class, so that the compiler removes the other laws.
 template <PlasticityClass plasticity>
 __device__ Material<float> narrowed(Material<float> m)
 {
@@ -18,7 +18,7 @@ __device__ Material<float> narrowed(Material<float> m)
     return m;
 }
 
-// The material of an object. Where there is one, its numbers are constants to the kernel.
+// The material of an object. A single material is constant within the kernel.
 template <Features f>
 __device__ Material<float> material_of(const Materials& all, int object)
 {
