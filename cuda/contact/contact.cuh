@@ -1,9 +1,9 @@
-// The deepest contacts of a warp's points, found by its lanes together: deepest_contact() in
-// another order. A closest point takes hundreds of instructions, and which primitives a point is
-// near differs from lane to lane: if each lane computed its own, all would wait for those of all,
-// and for memory at each. So the lanes first take a primitive each, and list those that meet the
-// box around all points; load a few of them into shared memory; list the pairs of one of these and
-// a point that may be inside it; and share that list, a closest point a lane.
+// Deepest contacts of a warp's points, computed by its lanes together; same result as
+// deepest_contact(). A closest point takes hundreds of instructions, and candidates differ from
+// lane to lane: if each lane computed its own, the warp would execute those of all lanes, with a
+// memory access for each. Instead the lanes first test one primitive each against the bounding box
+// of all points; load a few of those that meet it into shared memory; list the pairs of these and
+// the points that may be inside; and compute one closest point of that list per lane.
 #pragma once
 #include <type_traits>
 
@@ -11,22 +11,22 @@
 
 namespace knead::gpu {
 
-// Shared memory of a warp that has so many points. Only fewer than it has lanes have labels.
+// Shared memory of a warp with `points` points. Labels need points < 32.
 template <int points>
 struct ContactSpace {
-    static constexpr int slots = points == 32 ? 8 : 12;  // primitives brought in at a time
+    static constexpr int slots = points == 32 ? 8 : 12;  // primitives loaded at a time
     using Listed = std::conditional_t<points == 32, unsigned char, unsigned short>;
-    // A slot's shape and the beginning of its primitive, which is wanted soon. 17 rows: lanes that
-    // read the same of different slots find it in different banks.
+    // A slot's shape and the beginning of its primitive, which is needed next. 17 rows: lanes that
+    // read the same row of different slots access different banks.
     float4 shapes[slots][17];
     float4 normals[points];               // of the deepest one, and its first weight
-    float2 weights[points];               // its others
+    float2 weights[points];               // its other weights
     unsigned long long deepest[points];   // bits of the depth; the primitive's complement
     Listed near[max_primitives];          // in order: a label << 8 | primitive
     unsigned char pairs[slots * points];  // points * slot + point
 };
 
-// A block's mask by two loads: word by word it would be eight.
+// Loads a block's mask with two vector loads instead of eight.
 __device__ inline Mask loaded(const Mask& mask)
 {
     Mask all;
@@ -36,36 +36,36 @@ __device__ inline Mask loaded(const Mask& mask)
     return all;
 }
 
-// The minimum over a warp's lanes that are `in`; NaN if none is.
+// Minimum over a warp's lanes with `in`; NaN if there are none.
 __device__ inline float min_of(float x, bool in)
 {
-    // Integers in the order of floats: of those below zero, all bits but the sign are turned.
+    // Integers ordered like the floats: negative ones have all bits but the sign inverted.
     const auto turned = [](int bits) { return bits ^ (bits >> 31 & 0x7fffffff); };
     const int key = in ? turned(__float_as_int(x)) : 0x7fffffff;
     return __int_as_float(turned(__reduce_min_sync(0xffffffffu, key)));
 }
 
-// All of it is called by all lanes of a warp. Lane l has point l % points; points is a power of
-// two, at most 32. Points that are `in` must be numbers. `brief`: few points are looked for by a
-// way of their own, which takes registers.
+// All functions are warp-collective. Lane l has point l % points; points is a power of two, at most
+// 32. Points with `in` must be finite. `brief`: small numbers of points take a shorter path, which
+// needs registers.
 template <int points, bool brief = true>
 class WarpContact {
   public:
-    // `grown`: how much fatter the primitives are taken to be than they are [m].
+    // `grown`: added to the radii of the primitives [m].
     __device__ WarpContact(ContactSpace<points>& space, const Colliders<float>& colliders,
                            float grown = 0)
         : s(space), c(colliders), grown(grown)
     {
     }
 
-    // Lists the mask's primitives that may be near the points, each with the byte that
-    // `label(primitive)` gives it; negative: it is left out. Returns their number.
+    // Lists the mask's primitives that may be near the points, each with the byte label(primitive);
+    // a negative label excludes it. Returns their number.
     template <class Label>
     __device__ int look(const Mask& mask, bool in, Vec3<float> p, Label&& label)
     {
         const Vec3<float> low = {min_of(p.x, in), min_of(p.y, in), min_of(p.z, in)};
         const Vec3<float> high = {-min_of(-p.x, in), -min_of(-p.y, in), -min_of(-p.z, in)};
-        __syncwarp();  // all have done with what was listed before
+        __syncwarp();  // the previous list has been read
         int count = 0;
         for (int word = 0; 32 * word < c.shapes.count; word += 2) {
             int labels[2];
@@ -91,7 +91,7 @@ class WarpContact {
         return count;
     }
 
-    // Where the run of equal labels ends that begins at `from`, of so many listed.
+    // End of the run of equal labels that begins at `from`, among `count` listed.
     __device__ int run_end(int from, int count) const
     {
         const int label = s.near[from] >> 8;
@@ -104,7 +104,7 @@ class WarpContact {
     }
     __device__ int label(int k) const { return s.near[k] >> 8; }
 
-    // What deepest_contact() finds for the lane's point, of the primitives listed in [from, to).
+    // deepest_contact() of the lane's point, among the primitives listed in [from, to).
     __device__ Contact<float> deepest(int from, int to, bool in, Vec3<float> p)
     {
         if (lane < points) s.deepest[lane] = 0;
@@ -134,7 +134,7 @@ class WarpContact {
     const float grown;
     const int lane = int(threadIdx.x & 31), point = lane % points;
 
-    // How many of these lanes come before this one.
+    // Number of set lanes below this one.
     __device__ static int before(unsigned lanes)
     {
         unsigned mask;
@@ -149,7 +149,7 @@ class WarpContact {
                (shape.high.y + grown >= low.y) & (shape.high.z + grown >= low.z);
     }
 
-    // Index of the primitive that is listed as number k.
+    // Index of the k-th listed primitive.
     __device__ int primitive(int k) const { return s.near[k] & 255; }
 
     __device__ const Shape<float>& shape(int slot) const
@@ -157,11 +157,11 @@ class WarpContact {
         return reinterpret_cast<const Shape<float>&>(s.shapes[slot]);
     }
 
-    // Brings the primitives that are listed from number k on into the slots.
+    // Loads the listed primitives from the k-th on into the slots.
     __device__ void bring(int k, int count)
     {
         static_assert(sizeof(Shape<float>) == 16 * 16 && sizeof(Primitive) == 32);
-        constexpr int together = brief ? 6 : 2;  // as many as registers hold
+        constexpr int together = brief ? 6 : 2;  // limited by registers
         const int half = lane >> 4, row = lane & 15;
         float4 ends{};
         if (lane < count)
@@ -183,8 +183,8 @@ class WarpContact {
         __syncwarp();
     }
 
-    // Lists the pairs of a point and a slot that it may be inside of; of few points, as a second
-    // search has, all pairs: to ask takes as long as to compute. Returns their number.
+    // Lists the pairs of a point and a slot that may contain it; for few points, as in a second
+    // pass, all pairs: the test costs as much as the closest point. Returns their number.
     __device__ int pair(int count, bool in, Vec3<float> p)
     {
         const unsigned asked = __ballot_sync(all, in && lane < points);

@@ -1,5 +1,5 @@
-// Contact with moving tools: the nearest of a block's candidate primitives, what its surface does
-// to a velocity, and which primitives a block has to look at.  (16)-(19)
+// Contact with moving tools: the nearest of a block's candidate primitives, the contact response of
+// a velocity, and the selection of a block's candidates.  (16)-(19)
 #pragma once
 #include <cstdint>
 
@@ -9,21 +9,21 @@
 
 namespace knead {
 
-// How a surface acts on what touches it.
+// Contact law of a surface.
 enum class ContactMode : int { sticky, slip, separate };
 
-// A hand or a thing held by it: a run of primitives with one mode of contact.
+// A hand or a held tool: a set of primitives with one contact law.
 template <class R>
 struct Tool {
     ContactMode mode;
     R friction;   // Coulomb [1]
-    bool blade;   // thinner than the lattice can see: two-sided treatment, see cuda/contact/cut.h
+    bool blade;   // thinner than the lattice resolves: two-sided treatment, see cuda/contact/cut.h
     bool active;  // false: passes through everything (not tracked, just reappeared)
-    R size = 1;   // share of its radii that it has: one that comes back inside of clay grows
+    R size = 1;   // scale of its radii; a tool that reappears inside clay grows
     Stretch<R> stretch{};
 };
 
-// Which primitives may matter in a block of 4^3 cells: one bit each.
+// Contact candidates of a block of 4^3 cells: one bit per primitive.
 constexpr int mask_words = 8, max_primitives = 32 * mask_words;
 struct alignas(16) Mask {
     std::uint32_t bits[mask_words];
@@ -45,7 +45,7 @@ struct Colliders {
     Span<const Tool<R>> tools;
 };
 
-// Tools as a set of bits: those beyond the 31st share its last one.
+// A set of tools as bits: those from the 31st on share the last bit.
 HD std::uint32_t tool_bit(int tool) { return 1u << min(tool, 31); }
 
 template <class R>
@@ -79,15 +79,15 @@ HD void for_each_candidate(const Mask& mask, Visit&& visit)
             visit(32 * word + lowest_bit(bits));
 }
 
-// Whether a primitive is a blade, which is felt from both sides: see cuda/contact/cut.h.
+// Whether a primitive is a blade, with contact on both sides: see cuda/contact/cut.h.
 template <class R>
 HD bool two_sided(const Colliders<R>& c, int primitive)
 {
     return c.tools[c.primitives[primitive].tool].blade && c.shapes[primitive].plane;
 }
 
-// The nearest of the mask's primitives at p that `admits(shape)`; blades left out. `grown`: how
-// much fatter they are taken to be than they are [m].
+// The nearest of the mask's primitives at p for which `admits(shape)` holds, without blades.
+// `grown`: added to their radii [m].
 template <class R, class Admits>
 HD Contact<R> nearest_of(const Colliders<R>& c, const Mask& mask, Vec3<R> p, R grown,
                          Admits&& admits)
@@ -105,15 +105,15 @@ HD Contact<R> nearest_of(const Colliders<R>& c, const Mask& mask, Vec3<R> p, R g
             c.primitives[at].tool};
 }
 
-// Of all the mask's primitives, however far.
+// Of all the mask's primitives, at any distance.
 template <class R>
 HD Contact<R> nearest(const Colliders<R>& c, const Mask& mask, Vec3<R> p)
 {
     return nearest_of(c, mask, p, R(0), [](const Shape<R>&) { return true; });
 }
 
-// Of those that p may be inside of: where it is inside of any, the same as nearest(). Elsewhere
-// phi is not negative, and says no more.
+// Of those that may contain p. Equals nearest() if p is inside any; else phi >= 0 and the rest is
+// not valid.
 template <class R>
 HD Contact<R> deepest_contact(const Colliders<R>& c, const Mask& mask, Vec3<R> p,
                               std::type_identity_t<R> grown = 0)
@@ -121,8 +121,8 @@ HD Contact<R> deepest_contact(const Colliders<R>& c, const Mask& mask, Vec3<R> p
     return nearest_of(c, mask, p, grown, [&](const Shape<R>& s) { return enclosed(s, p, grown); });
 }
 
-// What friction that takes `by` [m/s] leaves of clay that slides at `along`, of length `speed`,
-// over a surface moving at u.
+// Velocity of clay that slides at `along`, of length `speed`, over a surface moving at u, after
+// friction has reduced the speed by `by` [m/s].
 template <class R>
 HD Vec3<R> after_friction(Vec3<R> along, R speed, Vec3<R> u, R by)
 {
@@ -131,7 +131,7 @@ HD Vec3<R> after_friction(Vec3<R> along, R speed, Vec3<R> u, R by)
     return u + (left / speed) * along;
 }
 
-// What a surface with outward normal n, moving at u, leaves of the velocity v.  (18)
+// Applies contact with a surface of outward normal n, moving at u, to the velocity v.  (18)
 template <class R>
 HD Vec3<R> apply_contact(Vec3<R> v, Vec3<R> n, Vec3<R> u, ContactMode mode, R friction)
 {
@@ -144,7 +144,7 @@ HD Vec3<R> apply_contact(Vec3<R> v, Vec3<R> n, Vec3<R> u, ContactMode mode, R fr
     return after_friction(along, length(along), u, friction * -vn);
 }
 
-// Whether a primitive can come within `band` of a cube of centre p and edge `edge`.
+// Whether a primitive can come within `band` of a cube with centre p and edge `edge`.
 template <class R>
 HD bool reaches(const Shape<R>& s, Vec3<R> p, R edge, R band)
 {

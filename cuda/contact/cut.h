@@ -1,7 +1,6 @@
-// Blades: slabs thinner than the lattice can see, felt from both sides. Clay within reach of a
-// blade is labelled with the side it is on; opposite labels no longer share a velocity at a node,
-// and keep their labels when the blade has gone, so that a cut lasts.  (23)-(25),
-// docs/method/model.md
+// Blades: slabs thinner than the lattice resolves, with contact on both sides. Clay within reach of
+// a blade is labelled with its side; opposite labels do not share a velocity at a node, and labels
+// persist when the blade has gone, so that a cut lasts.  (23)-(25), docs/method/model.md
 #pragma once
 #include <cstdint>
 
@@ -10,11 +9,11 @@
 
 namespace knead {
 
-// How far to both sides a blade labels clay, in cells: two stencils of 1.5 cells must not meet
-// between labelled and unlabelled clay of opposite sides.
+// Distance from a blade up to which clay is labelled, on both sides [cells]: the stencils, of 1.5
+// cells, of unlabelled clay and of clay with the opposite label must not overlap.
 constexpr int blade_reach = 3;
 
-// Within how many cells of a tool a block keeps it among its candidates.
+// Distance from a tool within which it is a candidate of a block [cells].
 HD float candidate_band(bool blade) { return blade ? float(blade_reach) + 0.5f : 0.5f; }
 
 // Particle::sides
@@ -22,10 +21,10 @@ enum Label : std::uint32_t { uncut = 0, above = 1, below = 2 };  // above: where
 
 HD std::uint32_t opposite(std::uint32_t label) { return label == above ? below : above; }
 
-// A point seen from a blade's sheet.
+// Position of a point relative to a blade's sheet.
 template <class R>
 struct Seen {
-    bool covered;  // the sheet, grown by half a cell, lies beside the point
+    bool covered;  // the point projects onto the sheet, grown by half a cell, within blade_reach
     R h, half;     // signed height over the sheet, half its thickness there [m]
     Vec3<R> n, v;  // the sheet's normal; the velocity of its surface there [m/s]
 };
@@ -45,7 +44,7 @@ HD Seen<R> seen(const Colliders<R>& c, int primitive, Vec3<R> p, R dx)
     return {covered, h, r, s.N, surface_velocity(c, q, f)};
 }
 
-// Calls visit(what p sees, its tool) for every blade of the mask that covers p.
+// Calls visit(seen, tool) for every blade of the mask that covers p.
 template <class R, class Visit>
 HD void for_each_blade(const Colliders<R>& c, const Mask& mask, Vec3<R> p, R dx, Visit&& visit)
 {
@@ -56,8 +55,8 @@ HD void for_each_blade(const Colliders<R>& c, const Mask& mask, Vec3<R> p, R dx,
     });
 }
 
-// What a blade leaves of the velocity that clay with this label has at x: nothing of it enters the
-// blade from its side.
+// Applies blades to the velocity at x of clay with this label: it does not enter a blade from its
+// side.
 template <class R>
 HD Vec3<R> sliced(const Colliders<R>& c, const Mask& mask, Vec3<R> x, Vec3<R> v, R dx,
                   std::uint32_t label)
@@ -70,9 +69,9 @@ HD Vec3<R> sliced(const Colliders<R>& c, const Mask& mask, Vec3<R> x, Vec3<R> v,
     return v;
 }
 
-// Clay of two labels at one node: they may part, and slide with friction, but not pass through each
-// other. `mine` is this label's velocity, `shared` that of both together, n points out of mine.
-// Both sides use the same shared velocity, so their momenta add up to what they were.  (25)
+// Contact of two labels at one node: they may separate, and slide with friction, but not
+// interpenetrate. `mine` is this label's velocity, `shared` that of both together, n points out of
+// mine. Both sides use the same shared velocity, so total momentum is conserved.  (25)
 template <class R>
 HD Vec3<R> kept_apart(Vec3<R> mine, Vec3<R> shared, Vec3<R> n, R friction)
 {
@@ -81,8 +80,8 @@ HD Vec3<R> kept_apart(Vec3<R> mine, Vec3<R> shared, Vec3<R> n, R friction)
 
 constexpr float cut_friction = 0.3f;  // Coulomb, between the faces of a cut [1]
 
-// Keeps the velocities of the two labels apart at a node; `down` points, at any length, from what
-// lies above to what lies below.
+// Separates the velocities of the two labels at a node; `down` points from the upper to the lower
+// clay, not normalised.
 template <class R>
 HD void part(Vec3<R>& v_above, Vec3<R>& v_below, Vec3<R> shared, Vec3<R> down)
 {
@@ -93,13 +92,13 @@ HD void part(Vec3<R>& v_above, Vec3<R>& v_below, Vec3<R> shared, Vec3<R> down)
     v_below = kept_apart(v_below, shared, -n, R(cut_friction));
 }
 
-// How much of a node's mass may be uncut clay before it holds the two sides of a cut together [1].
+// Share of uncut clay in a node's mass above which it holds the two sides of a cut together [1].
 constexpr float bridge = 1e-3f;
 
-// The velocities of a node's three fields: of all clay, and of each label with the uncut clay.
-// Where uncut clay is left, as before a blade's edge, all three are one: else uncut and labelled
-// clay of the same place would be strained differently, and their pressures, cancelling each other
-// at the nodes, would grow without end. `down()` answers as for part().  (25)
+// The velocities of a node's three fields: of all clay, and of each label with the uncut clay. If
+// uncut clay is left, as ahead of a blade's edge, all three are equal: else uncut and labelled clay
+// at the same place would strain differently, and their pressures, which cancel at the nodes, would
+// grow without bound. down() returns `down` of part().  (25)
 template <class R, class Down>
 HD void divide(Node<R> (&v)[3], const R (&mass)[3], Down&& down)
 {

@@ -5,7 +5,7 @@
 
 namespace knead {
 
-// A medial sphere at one instant, moving. Aligned, as what follows, for loads of 16 bytes.
+// A moving medial sphere at one instant. Aligned, like the structures below, for 16-byte loads.
 template <class R>
 struct alignas(16) Sphere {
     Vec3<R> c, v, w;  // centre [m], velocity [m/s], angular velocity [1/s]
@@ -47,9 +47,8 @@ struct alignas(16) Shape {
     R cc;
 };
 
-// Whether p may be inside of the primitive, grown by so much all around [m]: it is in the bounding
-// box, and not beyond a slab's tangent planes, or no farther from the axis of a cone than the
-// larger radius.
+// Conservative test whether p is inside the primitive, grown by `grown` [m]: inside the bounding
+// box, and within a slab's tangent planes, or within the larger radius of a cone's axis.
 template <class R>
 HD bool enclosed(const Shape<R>& s, Vec3<R> p, std::type_identity_t<R> grown = 0)
 {
@@ -61,13 +60,13 @@ HD bool enclosed(const Shape<R>& s, Vec3<R> p, std::type_identity_t<R> grown = 0
            (p.y <= s.high.y + g) & (p.z >= s.low.z - g) & (p.z <= s.high.z + g) & near;
 }
 
-// The nearest point: signed distance, outward normal, weights of the spheres it hangs on.
+// The closest point: signed distance, outward normal, weights of the spheres.
 template <class R>
 struct ClosestPoint {
     R phi;         // [m], negative inside
     Vec3<R> n;     // unit
     R l0, l1, l2;  // sum 1
-    // What the spheres have, as much of each as the point has of it.
+    // Interpolates values of the spheres by these weights.
     template <class V>
     HD V blend(const V& a, const V& b, const V& c) const
     {
@@ -75,9 +74,9 @@ struct ClosestPoint {
     }
 };
 
-// How near to 1 the squared slope of the radius may come before the largest sphere holds all, and
-// how thin a slab may be against its longest side before its sides hold all. Both are where the
-// error of leaving the surface out meets that of rounding.
+// How close to 1 the squared slope of the radius may be before only the largest sphere counts, and
+// how thin a slab may be relative to its longest side before only its sides count. Chosen where the
+// error of neglecting the surface equals that of rounding.
 template <class R>
 constexpr R steep = sizeof(R) == 4 ? R(1e-6) : R(1e-12);
 template <class R>
@@ -96,7 +95,7 @@ HD Cone<R> cone(Vec3<R> a, R ra, Vec3<R> b, R rb)
     return {a, (1 / length) * d, length, ra, k, k / std::sqrt((1 - k) * (1 + k)), 0, 1 / length};
 }
 
-// (13): the closest point of a cone; l0 and l1 weigh its first and second sphere.
+// Closest point of a cone (13); l0 and l1 are the weights of its first and second sphere.
 template <class R>
 HD ClosestPoint<R> closest_point(const Cone<R>& c, Vec3<R> p)
 {
@@ -108,7 +107,7 @@ HD ClosestPoint<R> closest_point(const Cone<R>& c, Vec3<R> p)
     const R D = length(from);
     const R t = c.start + s * c.inverse;
     constexpr R rounding = sizeof(R) == 4 ? R(1e-6) : R(1e-15);
-    if (!(D > rounding * c.length)) {  // on the axis all directions to its side are as good
+    if (!(D > rounding * c.length)) {  // on the axis all directions to its side are equivalent
         const Vec3<R> n = std::sqrt((1 - c.k) * (1 + c.k)) * orthogonal(c.u) - c.k * c.u;
         return {-c.r - c.k * s, n, 1 - t, t, 0};
     }
@@ -116,8 +115,8 @@ HD ClosestPoint<R> closest_point(const Cone<R>& c, Vec3<R> p)
     return {D - c.r - c.k * s, n, 1 - t, t, 0};
 }
 
-// The plane of a slab: its frame hangs on the longest side ab, so that the slab may be a sliver and
-// keep its digits. ma, mb and mt are the gradients of the weights [1/m].
+// The plane of a slab. Its frame is aligned with the longest side ab, so that precision is kept for
+// slivers. ma, mb and mt are the gradients of the weights [1/m].
 template <class R>
 HD void sheet(Shape<R>& s, const Sphere<R>& a, const Sphere<R>& b, const Sphere<R>& t, Vec3<R>& ma,
               Vec3<R>& mb, Vec3<R>& mt)
@@ -144,7 +143,7 @@ HD void sheet(Shape<R>& s, const Sphere<R>& a, const Sphere<R>& b, const Sphere<
     ma = -(mb + mt);
 }
 
-// In place, for there are more numbers to it than a kernel may have registers.
+// Fills s in place: a returned Shape would not fit in registers.
 template <class R>
 HD void form(Shape<R>& s, int count, const Sphere<R>& s0, const Sphere<R>& s1, const Sphere<R>& s2)
 {
@@ -162,7 +161,7 @@ HD void form(Shape<R>& s, int count, const Sphere<R>& s0, const Sphere<R>& s1, c
     add(s0), add(s1), add(s2);
     s.edge[0] = cone(s0.c, s0.r, count > 1 ? s1.c : s0.c, count > 1 ? s1.r : s0.r);
     const Vec3<R> size = s.high - s.low;
-    // With a share for rounding: no point that is inside may be left out.
+    // With a margin for rounding: no point inside may be rejected.
     const auto within = [&](R radius) { return R(1.0005) * radius + R(1e-3) * length(size); };
     s.c0 = s.edge[0].a;
     s.reach = within(max(s0.r, s1.r));
@@ -198,13 +197,13 @@ HD Shape<R> shape(int count, const Sphere<R>& s0, const Sphere<R>& s1, const Sph
     return s;
 }
 
-// Signed distance, normal and weights at p. Where p lies on the medial sheet itself the distance is
-// exact and the normal one of the equally near ones (at a slab's border, of those of its side).
+// Signed distance, normal and weights at p. If p lies on the medial sheet itself, the distance is
+// exact and the normal one of the equally valid ones (at a slab's border, of those of its side).
 template <class R>
 HD ClosestPoint<R> closest_point(const Shape<R>& s, Vec3<R> p)
 {
     ClosestPoint<R> best{R(1e30), {0, 1, 0}, 1, 0, 0};
-    unsigned open = s.count == 3 ? 7 : 1;  // edges that may hold it
+    unsigned open = s.count == 3 ? 7 : 1;  // edges that may contain it
     if (s.plane) {
         const Vec3<R> d = p - s.c0;
         const R h = dot(d, s.N), H = h < 0 ? -h : h;

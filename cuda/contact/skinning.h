@@ -1,11 +1,11 @@
-// From joints to medial spheres: each sphere hangs on up to four joints by weights, so shared
+// From joints to medial spheres: each sphere is bound to up to four joints by weights, so shared
 // spheres never tear. Poses, never distance fields, are interpolated between frames.  (20), (21)
 #pragma once
 #include "cuda/contact/medial.h"
 
 namespace knead {
 
-// Where a joint is and how it is turned. OpenXR: +z backwards along the bone, +y out of the back.
+// Pose of a joint. OpenXR: +z backwards along the bone, +y out of the back.
 template <class R>
 struct Joint {
     Quat<R> q;  // unit
@@ -21,8 +21,8 @@ struct Binding {
     R radius;           // [m]
 };
 
-// How large what hangs on joints is against its rig: radii and what stands off across a bone
-// (local x and y), and what lies along it (local z).
+// Scale of a bound tool relative to its rig: across a bone (local x and y, and radii), and along it
+// (local z).
 template <class R>
 struct Stretch {
     R across = 1, along = 1;
@@ -48,7 +48,7 @@ HD Stretch<To> cast(const Stretch<From>& s)
     return {To(s.across), To(s.along)};
 }
 
-// An offset in a joint's frame, and a binding, of that size.
+// An offset in a joint's frame, and a binding, scaled.
 template <class R>
 HD Vec3<R> stretched(Vec3<R> offset, Stretch<R> s)
 {
@@ -62,21 +62,21 @@ HD Binding<R> stretched(Binding<R> b, Stretch<R> s)
     return b;
 }
 
-// The joint at share s in [0, 1] of the way between two poses.
+// Interpolates between two poses; s in [0, 1].
 template <class R>
 HD Joint<R> between(const Joint<R>& from, const Joint<R>& to, R s)
 {
     return {between(from.q, to.q, s), from.p + s * (to.p - from.p)};
 }
 
-// Where a point is that a joint carries along.
+// Transforms an offset in the joint's frame to a position.
 template <class R>
 HD Vec3<R> carried(const Joint<R>& j, Vec3<R> offset)
 {
     return j.p + rotate(j.q, offset);
 }
 
-// The sphere's centre; pose(j) answers with joint j.
+// The sphere's centre; pose(j) returns joint j.
 template <class R, class Pose>
 HD Vec3<R> centre(const Binding<R>& b, Pose&& pose)
 {
@@ -88,7 +88,7 @@ HD Vec3<R> centre(const Binding<R>& b, Pose&& pose)
     return c;
 }
 
-// Angular velocity [1/s] that turns p into q over `duration` [s].
+// Angular velocity [1/s] that rotates p to q over `duration` [s].
 template <class R>
 HD Vec3<R> spin(Quat<R> p, Quat<R> q, R duration)
 {
@@ -98,8 +98,8 @@ HD Vec3<R> spin(Quat<R> p, Quat<R> q, R duration)
     return {s * d.x, s * d.y, s * d.z};
 }
 
-// The sphere over one substep: it stands at `to` and moves exactly from `from` to `to` in dt. It
-// has the share `size` of its radius.
+// The sphere in a substep of dt: at `to`, with the velocity that moves it exactly from `from` to
+// `to`; its radius is scaled by `size`.
 template <class R, class From, class To>
 HD Sphere<R> posed(const Binding<R>& b, From&& from, To&& to, R dt, R size)
 {

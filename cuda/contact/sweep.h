@@ -1,12 +1,12 @@
-// Where a tool may be at any time of a frame.
+// The space that a tool sweeps during a frame.
 #pragma once
 #include "cuda/contact/skinning.h"
 
 namespace knead {
 
-// Centre and radius of a sphere of that size in the frame's middle. `travel` grows to how far it
-// gets from there at most [m]: each of the motions that it is a weighted sum of is farthest at one
-// of the ends. from(j), middle(j), to(j) answer with joint j.
+// Centre and radius of a sphere at mid-frame, scaled by `size`. Raises `travel` to its largest
+// displacement from there [m]: each of the motions in its weighted sum is farthest at one of the
+// ends. from(j), middle(j), to(j) return joint j.
 template <class R, class From, class Middle, class To>
 HD Sphere<R> mid_frame(const Binding<R>& b, Stretch<R> size, From&& from, Middle&& middle, To&& to,
                        R& travel)

@@ -1,5 +1,4 @@
-// A thread block copies one piece of a range, in words of 16 bytes where all of the range allows
-// it.
+// Each thread block copies one piece of a range, in 16-byte words if the range allows.
 #include <cstdint>
 
 #include "cuda/device/copy.cuh"
@@ -13,7 +12,7 @@ constexpr std::size_t piece = std::size_t(threads) * words_each * sizeof(uint4);
 
 struct Ranges {
     CopiedRange each[most_ranges];
-    int end[most_ranges];  // blocks up to the end of each
+    int end[most_ranges];  // cumulative number of thread blocks
 };
 
 template <class Word>

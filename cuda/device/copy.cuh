@@ -1,5 +1,5 @@
-// Copies of several ranges on the device by one launch: where each is short, what they cost is the
-// calls of the host.
+// Copies several ranges on the device in one launch: for short ranges the cost is that of the host
+// calls.
 #pragma once
 #include <cuda_runtime.h>
 
@@ -11,10 +11,10 @@ namespace knead::gpu {
 struct CopiedRange {
     void* to;
     const void* from;
-    std::size_t bytes;  // a multiple of 4, as both addresses are; none: left out
+    std::size_t bytes;  // a multiple of 4, like both addresses; 0: skipped
 };
 constexpr int most_ranges = 16;
-// Throws std::invalid_argument for more of them, or for bytes that are no whole words.
+// Throws std::invalid_argument for more ranges, or for sizes that are not multiples of 4.
 void copy(const char* name, std::span<const CopiedRange> ranges, cudaStream_t stream);
 
 }  // namespace knead::gpu

@@ -1,4 +1,4 @@
-// Which device is used.
+// Selection of the device.
 #pragma once
 #include <stdexcept>
 #include <string>
@@ -7,8 +7,8 @@
 
 namespace knead::gpu {
 
-// The number of the device, which becomes the calling thread's; -1: the one that it has already.
-// Throws std::runtime_error if there is no such device.
+// Selects a device for the calling thread and returns its number; -1: the current one. Throws
+// std::runtime_error if there is no such device.
 inline int chosen(int device)
 {
     int count = 0;

@@ -1,4 +1,4 @@
-// Owns device memory: moves, never copies by accident, never grows.
+// Owning array in device memory: movable, not copyable, of fixed size.
 #pragma once
 #include <cstring>
 #include <utility>
@@ -9,11 +9,11 @@
 
 namespace knead::gpu {
 
-// Waits for what the default stream does. A clear returns before it is done, and so may a copy from
-// the host; the streams of graph.cuh do not wait for either by themselves, and would write first.
+// Waits for the default stream. A clear returns before it is done, and so may a copy from the host;
+// the streams of graph.cuh do not synchronise with either, and would write first.
 inline void settle(const char* what) { check(cudaStreamSynchronize(nullptr), what); }
 
-// Copies from the host; whatever is launched later finds it there.
+// Copies from the host; complete before any later launch.
 template <class T>
 void upload(T* to, const T* from, std::size_t count)
 {
@@ -65,7 +65,7 @@ class DeviceArray {
     std::size_t count = 0;
 };
 
-// One T that both sides reach without staging, for asynchronous copies.
+// One T in pinned memory, accessible to host and device, for asynchronous copies.
 template <class T>
 class Pinned {
   public:

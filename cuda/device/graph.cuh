@@ -1,4 +1,4 @@
-// Work as one graph: what captures it and owns it.
+// Captures and owns CUDA graphs.
 #pragma once
 #include "cuda/device/launch.cuh"
 
@@ -29,8 +29,8 @@ struct Graph {
     Graph() = default;
     Graph(const Graph&) = delete;
     ~Graph() { drop(); }
-    // Of what is launched on the stream between the two. Meanwhile no thread of the process may
-    // wait for the device as a whole (cudaDeviceSynchronize): that would end the capture.
+    // Captures the launches on the stream between begin and end. Meanwhile no thread of the process
+    // may call cudaDeviceSynchronize: that would end the capture.
     void begin(cudaStream_t stream)
     {
         drop();
@@ -49,8 +49,8 @@ struct Graph {
     }
 };
 
-// Adds a conditional node to what is captured: its body runs once or not at all, or repeatedly, as
-// the device decides. Returns the body.
+// Adds a conditional node to the captured graph: its body runs once or not at all, or repeatedly,
+// as decided on the device. Returns the body.
 inline cudaGraph_t add_conditional(cudaStream_t captured, cudaGraphConditionalNodeType type,
                                    cudaGraphConditionalHandle handle)
 {

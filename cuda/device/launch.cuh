@@ -1,4 +1,4 @@
-// The one place where kernels start: named for the profiler, checked for errors.
+// The only place where kernels are launched: named for the profiler, checked for errors.
 #pragma once
 #include <cuda_runtime.h>
 
@@ -9,7 +9,7 @@
 
 namespace knead::gpu {
 
-// A range of the domain "knead" in a profiler's picture, on the calling thread, while it lives.
+// A profiler range of the domain "knead" on the calling thread, for the object's lifetime.
 class ProfilerRange {
   public:
     explicit ProfilerRange(const char* name);
@@ -24,7 +24,7 @@ inline void check(cudaError_t e, const char* what)
         throw std::runtime_error(std::string("cuda: ") + what + ": " + cudaGetErrorString(e));
 }
 
-// Wherever the host waits for the device, it does so here, and it is counted.
+// Every wait of the host for the device goes through this function and is counted.
 inline std::atomic<long> waits = 0;
 inline void wait(cudaStream_t stream, const char* what)
 {
@@ -37,19 +37,19 @@ inline void wait(cudaEvent_t event, const char* what)
     check(cudaEventSynchronize(event), what);
 }
 
-// Whether the device has come to it; also where it was never recorded. Does not wait.
+// Whether the device has passed the event; true if it was never recorded. Does not wait.
 inline bool is_over(cudaEvent_t event, const char* what)
 {
     const cudaError_t answer = cudaEventQuery(event);
     if (answer == cudaErrorNotReady) {
-        cudaGetLastError();  // else the next launch finds it
+        cudaGetLastError();  // else the next launch reports it
         return false;
     }
     check(answer, what);
     return true;
 }
 
-// `name` is the profiler range and the error text. No blocks: nothing to do.
+// `name` is the profiler range and the error text. Does nothing for 0 blocks.
 template <class... Parameters, class... Arguments>
 void launch(const char* name, void (*kernel)(Parameters...), int blocks, int threads,
             cudaStream_t stream, const Arguments&... arguments)
@@ -60,7 +60,7 @@ void launch(const char* name, void (*kernel)(Parameters...), int blocks, int thr
     check(cudaGetLastError(), name);
 }
 
-// Whether a kernel may be started before the one it waits for is over (from sm_90 on).
+// Whether programmatic dependent launch is supported (sm_90 and later).
 inline bool supports_pdl()
 {
     int device = 0, major = 0;
@@ -69,8 +69,8 @@ inline bool supports_pdl()
     return major >= 9;
 }
 
-// The same for a kernel that begins with wait_upstream_and_trigger(): where the device can, its
-// thread blocks become resident while the kernel before it on the stream still runs.
+// The same for a kernel that begins with wait_upstream_and_trigger(): where supported, its thread
+// blocks become resident while the kernel before it on the stream still runs.
 template <class... Parameters, class... Arguments>
 void launch_pdl(const char* name, void (*kernel)(Parameters...), int blocks, int threads,
                 cudaStream_t stream, const Arguments&... arguments)
@@ -86,20 +86,20 @@ void launch_pdl(const char* name, void (*kernel)(Parameters...), int blocks, int
     check(cudaLaunchKernelEx(&config, kernel, arguments...), name);
 }
 
-// By every thread of a kernel: lets the next one, if it is launched early, become resident.
+// Call from every thread of a kernel: the next kernel, if launched early, may become resident.
 __device__ inline void trigger_dependents()
 {
     NV_IF_TARGET(NV_PROVIDES_SM_90, (cudaTriggerProgrammaticLaunchCompletion();))
 }
 
-// By every thread of a kernel so launched, before it reads what the one before it writes: waits for
-// the end of that one.
+// Call from every thread of a kernel launched this way, before it reads what the kernel before it
+// writes: waits for the end of that kernel.
 __device__ inline void wait_upstream()
 {
     NV_IF_TARGET(NV_PROVIDES_SM_90, (cudaGridDependencySynchronize();))
 }
 
-// The same, and lets the next one become resident.
+// wait_upstream(), then trigger_dependents().
 __device__ inline void wait_upstream_and_trigger()
 {
     wait_upstream();

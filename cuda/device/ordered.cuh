@@ -1,10 +1,10 @@
-// Floats in the order of integers, for atomic minima and maxima.
+// Maps floats to integers of the same order, for atomic minima and maxima.
 #pragma once
 #include <cuda_runtime.h>
 
 namespace knead::gpu {
 
-// Of those below zero all bits but the sign are turned.
+// Negative ones have all bits but the sign inverted.
 __device__ inline int ordered(float x)
 {
     const int bits = __float_as_int(x);

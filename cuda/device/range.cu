@@ -1,4 +1,4 @@
-// Apart from launch.cuh, for NVTX's header takes longer to compile than most of what includes it.
+// Separate from launch.cuh, because NVTX's header takes longer to compile than most of its users.
 #include <nvtx3/nvtx3.hpp>
 
 #include "cuda/device/launch.cuh"

@@ -1,4 +1,4 @@
-// A whole number that others are divided by more than once.
+// Division by an integer that is used as a divisor repeatedly.
 #pragma once
 #include <bit>
 #include <cstdint>
@@ -7,9 +7,9 @@
 
 namespace knead {
 
-// n / d for n from 0 to 2^31 - 1 and d from 1 on, by a product and a shift where the GPU would take
-// twenty instructions. With 2^bits >= d, factor d = 2^(31 + bits) + e, e < 2^bits, so that the
-// product is too large by less than 1 / d.  [Granlund and Montgomery, PLDI 1994, theorem 4.2]
+// n / d for 0 <= n < 2^31 and d >= 1, by a product and a shift in place of twenty GPU instructions.
+// With 2^bits >= d, factor d = 2^(31 + bits) + e, e < 2^bits, so that the product is too large by
+// less than 1 / d.  [Granlund and Montgomery, PLDI 1994, theorem 4.2]
 struct Divisor {
     unsigned factor;
     int shift;

@@ -1,4 +1,4 @@
-// Functions that a GPU has units for, and the same on the host.
+// Functions with hardware units on the GPU, and their host equivalents.
 #pragma once
 #include <cmath>
 
@@ -33,8 +33,8 @@ HD float fast_divide(float x, float y)
 }
 HD double fast_divide(double x, double y) { return x / y; }
 
-// x y + z. On a GPU rounded once, always: what is left to the compiler it may round otherwise in
-// another kernel, and then one splat would reach a pixel by one of two ways to list it alone.
+// x y + z. On the GPU always rounded once: if left to the compiler, rounding could differ between
+// kernels, and a splat could reach a pixel in one way of listing but not in the other.
 HD float fast_fma(float x, float y, float z)
 {
 #ifdef FAST_ON_GPU
@@ -44,7 +44,7 @@ HD float fast_fma(float x, float y, float z)
 }
 HD double fast_fma(double x, double y, double z) { return x * y + z; }
 
-// From low to high; low where x is not a number.
+// Clamps x to [low, high]; NaN becomes low.
 HD float fast_clamp(float x, float low, float high)
 {
 #ifdef FAST_ON_GPU

@@ -1,7 +1,7 @@
-// HD marks a function that means the same on the CPU and on the GPU; UNROLL a loop that must
-// vanish, because it walks an array that must stay in registers; ROLLED one that must stay, because
-// few come there and instructions have to be fetched. VECTOR_EXTENSION says whether the
-// compiler knows vector registers as a type.
+// HD marks a function with the same meaning on CPU and GPU. UNROLL marks a loop that must be
+// unrolled, because it indexes an array that must stay in registers; ROLLED one that must not,
+// because it is rarely executed and its instructions have to be fetched. VECTOR_EXTENSION: the
+// compiler supports vector types.
 #pragma once
 
 #ifdef __CUDACC__
@@ -20,15 +20,15 @@
 #endif
 #endif
 
-// Shared memory of a multiprocessor [KiB], where device code is compiled: the cards for the desk
-// (sm_89, sm_120) have less than half of an sm_90's.
+// Shared memory of a multiprocessor [KiB] in device code: desktop GPUs (sm_89, sm_120) have less
+// than half of an sm_90's.
 #if defined(__CUDA_ARCH__) && __CUDA_ARCH__ != 900
 #define SHARED_KIB 100
 #else
 #define SHARED_KIB 228
 #endif
 
-// The number of the lowest set bit; bits must not be 0.
+// Index of the lowest set bit; precondition: bits != 0.
 HD int lowest_bit(unsigned bits)
 {
 #ifdef __CUDA_ARCH__

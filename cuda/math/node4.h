@@ -1,5 +1,5 @@
-// A node of the lattice: momentum and mass, and its four numbers at once: on the CPU a vector
-// register, on the GPU four plain registers.
+// A node of the lattice: momentum and mass, also as four packed numbers: a vector register on the
+// CPU, four plain registers on the GPU.
 #pragma once
 #include <cstring>
 
@@ -7,7 +7,7 @@
 
 namespace knead {
 
-// One lattice point: first momentum and mass, after the grid update velocity and mass.
+// One lattice node: momentum and mass; after the grid update velocity and mass.
 template <class R>
 struct Node {
     Vec3<R> p;  // momentum [kg m/s], then velocity [m/s]

@@ -4,7 +4,7 @@
 
 namespace knead {
 
-// The matrix of a unit quaternion: its columns are where the axes go.
+// The matrix of a unit quaternion: its columns are the images of the axes.
 template <class R>
 HD Mat3<R> rotation(Quat<R> q)
 {

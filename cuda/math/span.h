@@ -1,10 +1,10 @@
-// A run of memory on either side, which is looked at and not owned.
+// Non-owning view of contiguous memory on host or device.
 #pragma once
 #include "cuda/math/hd.h"
 
 namespace knead {
 
-// Looks at memory on either side and owns none of it.
+// Non-owning view of contiguous memory on host or device.
 template <class T>
 struct Span {
     T* data;

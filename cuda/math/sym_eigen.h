@@ -10,8 +10,8 @@ struct Eigen {
     Mat3<R> axes;  // orthonormal columns, in the order of the values
 };
 
-// Turns the plane of axes u and v so that the element `off` between them vanishes; `p` and `q` are
-// the diagonal elements, `s` and `t` the elements that couple u and v to the third axis.
+// Rotates the plane of axes u and v so that the element `off` between them vanishes; `p` and `q`
+// are the diagonal elements, `s` and `t` the elements that couple u and v to the third axis.
 template <class R>
 HD void turn(R& p, R& q, R& off, R& s, R& t, Vec3<R>& u, Vec3<R>& v)
 {

@@ -1,5 +1,5 @@
-// Three-dimensional algebra for both sides, in float and double, and nothing else.
-// No operator[]: an index known only at run time would push a register array into local memory.
+// Three-dimensional algebra for host and device, in float and double. No operator[]: a run-time
+// index would move a register array to local memory.
 #pragma once
 #include <cmath>
 
@@ -21,13 +21,13 @@ struct Sym3 {
 };
 template <class R>
 struct Quat {
-    R w, x, y, z;  // unit, unless said otherwise
+    R w, x, y, z;  // unit, unless stated otherwise
 };
 struct Int3 {
     int x, y, z;
 };
 
-// Of the axes 0, 1 and 2.
+// The component along axis 0, 1 or 2.
 HD int component(Int3 a, int axis) { return axis == 0 ? a.x : axis == 1 ? a.y : a.z; }
 
 HD Int3 operator+(Int3 a, Int3 b) { return {a.x + b.x, a.y + b.y, a.z + b.z}; }
@@ -35,7 +35,7 @@ HD Int3 operator-(Int3 a, Int3 b) { return {a.x - b.x, a.y - b.y, a.z - b.z}; }
 HD Int3 operator*(int s, Int3 a) { return {s * a.x, s * a.y, s * a.z}; }
 HD bool operator==(Int3 a, Int3 b) { return a.x == b.x && a.y == b.y && a.z == b.z; }
 
-// Whether n is in a lattice of that size, from 0 on.
+// Whether node n is in a lattice of this size.
 HD bool within(Int3 n, Int3 size)
 {
     return n.x >= 0 && n.y >= 0 && n.z >= 0 && n.x < size.x && n.y < size.y && n.z < size.z;
@@ -92,7 +92,7 @@ HD R length(Vec3<R> u)
 {
     return std::sqrt(dot(u, u));
 }
-// Some unit vector at a right angle to the unit vector u.
+// A unit vector orthogonal to the unit vector u.
 template <class R>
 HD Vec3<R> orthogonal(Vec3<R> u)
 {
@@ -199,7 +199,7 @@ HD R minors(const Sym3<R>& A)
 {
     return A.xx * A.yy + A.yy * A.zz + A.zz * A.xx - A.xy * A.xy - A.xz * A.xz - A.yz * A.yz;
 }
-// det(I + A) - 1 without the cancellation.
+// det(I + A) - 1 without cancellation.
 template <class R>
 HD R determinant_excess(const Sym3<R>& A)
 {
@@ -241,7 +241,7 @@ HD Vec3<R> rotate(Quat<R> q, Vec3<R> v)
     const Vec3<R> t = R(2) * cross(u, v);
     return v + q.w * t + cross(u, t);
 }
-// Unit quaternion from one that is only nearly so; the identity if it is zero.
+// Normalises a quaternion; the identity if it is zero.
 template <class R>
 HD Quat<R> unit(Quat<R> q)
 {
@@ -249,8 +249,8 @@ HD Quat<R> unit(Quat<R> q)
     if (!(n > 0)) return {1, 0, 0, 0};
     return {q.w / n, q.x / n, q.y / n, q.z / n};
 }
-// From p (s = 0) to q (s = 1) along the shorter arc, by the normalised chord: within 0.02 degrees
-// of slerp for the turns of one frame (< 30 degrees).
+// Interpolates from p (s = 0) to q (s = 1) along the shorter arc, by the normalised chord: within
+// 0.02 degrees of slerp for the rotations of one frame (< 30 degrees).
 template <class R>
 HD Quat<R> between(Quat<R> p, Quat<R> q, R s)
 {

@@ -1,17 +1,17 @@
-// How far a surface has come on since the one before, from how much the density around it has risen
-// meanwhile: so a picture can show clay where it will be by the time it is seen.
+// Displacement of a surface since the one before, from the change of density around it: lets a
+// frame show clay where it will be when the frame is displayed.
 #pragma once
 #include "cuda/math/vec.h"
 
 namespace knead {
 
-// A density between nodes, linear along each axis.
+// Density and its gradient between nodes, by trilinear interpolation.
 template <class R>
 struct DensityAt {
     R value;
     Vec3<R> slope;  // [1/node]
 };
-// at(n) is that of a node; p is counted in nodes.
+// at(n) returns the density of a node; p is in units of nodes.
 template <class R, class At>
 HD DensityAt<R> density_at(Vec3<R> p, At&& at)
 {
@@ -32,8 +32,8 @@ HD DensityAt<R> density_at(Vec3<R> p, At&& at)
     return sum;
 }
 
-// Outwards, at x [m]: the level set of a density that rises by so much moves by that over its
-// slope. No more than a node, which is as far as a slope reaches; 0 where there is hardly any.
+// Outward displacement at x [m]: a level set moves by the change of density over its slope. Clamped
+// to one node, the range of the slope; 0 where the slope is negligible.
 template <class R, class Now, class Past>
 HD R advance(Vec3<R> x, R dx, Now&& now, Past&& past)
 {

@@ -1,5 +1,5 @@
 // Particles to density. A warp sums its particles, which are neighbours since the last sort, in
-// shared memory, and hands on one sum per node.
+// shared memory, and adds one sum per node to global memory.
 #include <climits>
 
 #include "cuda/device/launch.cuh"
@@ -10,7 +10,8 @@ namespace knead::gpu {
 namespace {
 
 constexpr int clear_threads = 64, deposit_threads = 128, list_threads = 128, soften_threads = 128;
-constexpr int box_nodes = 1024;  // of a warp; particles strewn wider add to memory by themselves
+constexpr int box_nodes = 1024;  // of a warp; more widely spread particles add to global memory
+                                 // individually
 constexpr Int3 one{1, 1, 1};
 
 __global__ void __launch_bounds__(clear_threads) clear_kernel(const __grid_constant__ SurfaceView d)
@@ -36,7 +37,7 @@ __global__ void __launch_bounds__(clear_threads) clear_kernel(const __grid_const
     }
 }
 
-// Particle i, if it is one that a surface shows.
+// Loads particle i; returns whether it is part of a surface.
 __device__ bool taken(const SurfaceView& d, const ParticleView& particles, int i, Vec3<float>& x,
                       Grain& grain)
 {
@@ -55,14 +56,14 @@ __device__ bool taken(const SurfaceView& d, const ParticleView& particles, int i
     return false;
 }
 
-// A warp's particles of one category, and the nodes that they reach.
+// A warp's particles of one category, and the bounding box of their nodes.
 struct NodeBox {
     int category;  // INT_MAX: no particle
     Int3 low, size;
     int nodes;  // 0: too many for shared memory
 };
 
-// The whole warp; `mine` is whether the lane has a particle.
+// Warp-collective; `mine`: the lane has a particle.
 __device__ NodeBox enclosing(bool mine, int category, Int3 base)
 {
     NodeBox box{__reduce_min_sync(~0u, mine ? category : INT_MAX), {}, {}, 0};
@@ -78,13 +79,13 @@ __device__ NodeBox enclosing(bool mine, int category, Int3 base)
     return box;
 }
 
-// Hands a warp's sums on, a few nodes of each lane at a time: their latencies overlap.
+// Adds a warp's sums to global memory, a few nodes per lane at a time: their latencies overlap.
 template <bool incremental>
 __device__ void hand_on(const SurfaceView& d, const NodeBox& box, const unsigned* sums, int lane)
 {
     constexpr int at_once = 5;
     const int layer = box.category * d.layer_nodes();
-    // Quotients of small numbers by multiplication: halves are far from the next whole number.
+    // Division of small integers by multiplication: halves are far from the next integer.
     const float by_x = 1 / float(box.size.x), by_y = 1 / float(box.size.y);
     for (int k = lane; k < box.nodes; k += 32 * at_once) {
         unsigned amount[at_once], before[at_once];
@@ -114,7 +115,8 @@ __device__ void hand_on(const SurfaceView& d, const NodeBox& box, const unsigned
     }
 }
 
-// One particle by itself. No sum is let near the end of its range, so that none has wrapped.
+// One particle by itself. A sum counts as overflowed before the end of its range, so none wraps
+// undetected.
 template <bool incremental>
 __device__ void add_alone(const SurfaceView& d, const Stencil<float>& s, const Grain& grain)
 {
@@ -129,7 +131,7 @@ __device__ void add_alone(const SurfaceView& d, const Stencil<float>& s, const G
     if (fullest >> 31) d.faults->crowded = 1;
 }
 
-// `incremental`: only particles that reach a recomputed block, and only to such blocks.
+// `incremental`: only particles that reach a recomputed block, and only such blocks.
 template <bool incremental>
 __global__ void __launch_bounds__(deposit_threads)
     deposit_kernel(const __grid_constant__ SurfaceView d, const __grid_constant__ Clay clay)
@@ -163,7 +165,7 @@ __global__ void __launch_bounds__(deposit_threads)
     hand_on<incremental>(d, box, sums, lane);
 }
 
-// Adds the blocks of a warp's lanes, of those that are `in`, to a list of at most `room`.
+// Appends the blocks of lanes with `in` to a list of at most `room`. Warp-collective.
 __device__ void append(int* list, int room, int* count, int block, bool in)
 {
     const int lane = int(threadIdx.x) % 32;
@@ -174,8 +176,8 @@ __device__ void append(int* list, int room, int* count, int block, bool in)
     if (in && first < room) list[first] = block;
 }
 
-// Lists a thread's block if it holds density after all softening, or cells beside such: a pass
-// moves density by a node, and a cell belongs to its lowest.
+// Lists a thread's block if it has density after all smoothing, or cells next to such: a pass
+// spreads density by one node, and a cell belongs to its lowest node.
 __global__ void __launch_bounds__(list_threads) list_kernel(const __grid_constant__ SurfaceView d)
 {
     wait_upstream_and_trigger();
@@ -201,15 +203,15 @@ __global__ void __launch_bounds__(list_threads) list_kernel(const __grid_constan
     if (threadIdx.x % 32 == 0 && deposited) atomicAdd(&d.progress->deposited, __popc(deposited));
 }
 
-// The nodes around a block, in the registers of a warp: a lane has one x, two neighbours in y and
-// all of z, so that passes need no memory.
+// The nodes around a block, in the registers of a warp: a lane has one x, two adjacent y and all z,
+// so that passes need no memory.
 constexpr int halo = passes_a_round, tile_edge = block_edge + 2 * halo;
 static_assert(tile_edge == 8);
 struct Tile {
     float v[2][tile_edge];  // y, z
 };
 
-// Calls visit(j, z) for the lane's nodes but those less than `rim` from either end in z.
+// Calls visit(j, z) for the lane's nodes except those less than `rim` from either end in z.
 template <int rim, class Visit>
 __device__ void for_each_of(Visit&& visit)
 {
@@ -217,9 +219,9 @@ __device__ void for_each_of(Visit&& visit)
     for (int n = 2 * rim; n < 2 * (tile_edge - rim); ++n) visit(n % 2, n / 2);
 }
 
-// One pass along every axis of what lies `rim` or more from the tile's ends; a pass loses one node
-// at every end. Bit 2 * z + j of `open` says whether the lane's node is on the lattice: others stay
-// empty, as if the density went on for ever.
+// One pass along every axis for nodes at least `rim` from the tile's ends; a pass loses one node at
+// every end. Bit 2 * z + j of `open`: the lane's node is on the lattice; others stay empty, as if
+// the lattice were infinite.
 template <int rim>
 __device__ void soften_tile(Tile& t, int lane, unsigned open)
 {

@@ -1,13 +1,13 @@
-// Particles to density, in units of rest density (1 = full), on a lattice of its own: one particle
-// hands its rest volume to 27 nodes; then every node is softened until single particles vanish.
+// Particles to density, in units of rest density (1 = full), on a separate lattice: deposits each
+// particle's rest volume on 27 nodes, then smooths until single particles vanish.
 #pragma once
 #include "cuda/mpm/lattice.h"
 #include "cuda/mpm/stencil.h"
 
 namespace knead {
 
-// `share` is the particle's rest volume over the volume of a cell [1]. add(step, part) is where the
-// memory is; `step` is the node less the stencil's base.
+// `share` is the particle's rest volume over the volume of a cell [1]. add(step, part) accesses the
+// memory; `step` is the node less the stencil's base.
 template <class R, class Add>
 HD void deposit(const Stencil<R>& s, R share, Add&& add)
 {
@@ -18,7 +18,7 @@ HD void deposit(const Stencil<R>& s, R share, Add&& add)
     }
 }
 
-// True where all 27 nodes of a particle at x are on the lattice. False for NaN.
+// Whether all 27 nodes of a particle at x are on the lattice. False for NaN.
 template <class R>
 HD bool inside(Vec3<R> x, const Lattice<R>& lattice)
 {
@@ -28,18 +28,18 @@ HD bool inside(Vec3<R> x, const Lattice<R>& lattice)
            within(x.z, lattice.size.z);
 }
 
-// One node after one binomial pass along one axis; value(step) is the neighbour -1, 0 or 1 away.
-// A pass along every axis adds half a dx^2 to the variance of the kernel.
+// One node after one binomial pass along one axis; value(step) returns the neighbour at step -1, 0
+// or 1. A pass along every axis adds half a dx^2 to the variance of the kernel.
 template <class R, class Value>
 HD R softened(Value&& value)
 {
     return R(0.25) * (value(-1) + value(1)) + R(0.5) * value(0);
 }
 
-// The kernel's variance, along one axis, in squares of the particles' spacing. Particles strewn
-// at random then give a density of 1 +- 0.13: iso = 1/2 is four deviations away, and the surface
-// has no pocks. The price is the curvature bias of any blurred ball of radius r: its surface at
-// iso = 1/2 stands variance / r too low.  [Merriman 1992]
+// The kernel's variance, along one axis, in squares of the particles' spacing. Randomly placed
+// particles then give a density of 1 +- 0.13: iso = 1/2 is four deviations away, and the surface
+// has no pits. The cost is the curvature bias of any blurred ball of radius r: its surface at iso =
+// 1/2 is variance / r too low.  [Merriman 1992]
 template <class R>
 constexpr R kernel_variance = R(1.25);
 constexpr int max_softenings = 24;

@@ -1,14 +1,14 @@
-// Before a surface: which of its blocks must be recomputed, because clay that may have moved since
-// the last one reaches them, or reaches neighbours within the width of the softening.
+// Selects the blocks to recompute: clay that may have moved since the last surface reaches them, or
+// their neighbours within the width of the smoothing.
 #include "cuda/device/launch.cuh"
 #include "cuda/surface/surface.cuh"
 
 namespace knead::gpu {
 namespace {
 
-constexpr int threads = 128;  // a warp for each block of the density
+constexpr int threads = 128;  // a warp per block of the density
 
-// Blocks that clay is simulated in, from the lowest corner to the highest.
+// A box of simulation blocks, from the lowest corner to the highest.
 struct Range {
     Int3 low, high;
     __device__ bool holds(Int3 b) const
@@ -18,8 +18,8 @@ struct Range {
     }
 };
 
-// Those whose particles can reach any of the density's nodes low <= n <= high: stencils reach 1.5
-// spacings on either lattice, and half of one is for rounding.
+// The simulation blocks whose particles can reach any density node low <= n <= high: stencils reach
+// 1.5 spacings on either lattice; half a spacing is for rounding.
 __device__ Range reaching(const SurfaceView& d, const Lattice<float>& lattice, Int3 low, Int3 high)
 {
     const float ratio = d.lattice.dx / lattice.dx;
@@ -35,8 +35,8 @@ __device__ Range reaching(const SurfaceView& d, const Lattice<float>& lattice, I
         {last(high.x, from.x, end.x), last(high.y, from.y, end.y), last(high.z, from.z, end.z)}};
 }
 
-// Bits of Anew of block b of one category, by a warp: a lane looks at every 32nd block of clay that
-// can matter.
+// Bits of Anew of block b of one category, by a warp: each lane tests every 32nd simulation block
+// in range.
 __device__ unsigned renewed(const SurfaceView& d, const Clay& clay, int seen, int b, int lane)
 {
     const Int3 one{1, 1, 1};
@@ -61,7 +61,7 @@ __global__ void __launch_bounds__(threads)
     renew_kernel(const __grid_constant__ SurfaceView d, const __grid_constant__ Clay clay)
 {
     const int t = int(threadIdx.x), b = int(blockIdx.x) * (threads / 32) + t / 32, seen = *d.seen;
-    // A sum that has overflowed cannot be mended in part.
+    // A sum that has overflowed cannot be corrected incrementally.
     const bool whole = seen < 0 || d.faults->crowded;
     unsigned anew = 0;
     if (b < d.layer_blocks()) anew = whole ? unsigned(all_anew) : renewed(d, clay, seen, b, t % 32);

@@ -1,5 +1,5 @@
-// Density to triangles with shared vertices: count per block, sum over blocks, write. What a vertex
-// or a triangle is called depends on its place alone, so every run names them alike.
+// Density to triangles with shared vertices: count per block, scan over blocks, write. Indices of
+// vertices and triangles depend on their position only, so they are the same in every run.
 #include <cstddef>
 #include <cub/device/device_scan.cuh>
 
@@ -18,7 +18,7 @@ constexpr Int3 one{1, 1, 1};
 alignas(unsigned)
     __device__ const MarchTable table = march_table;  // copied to where it is read often
 
-// What a node says of itself: the edges crossed, its first vertex and its cell's first triangle
+// Marching-cubes data of a node: the edges crossed, its first vertex and its cell's first triangle
 // within the block, its cell's case.
 struct Mark {
     unsigned bits;
@@ -50,7 +50,7 @@ __device__ Cell cell_of(const float* tile, int l, float iso)
     return {crossed, inside, table.count[inside]};
 }
 
-// Vertices of the lanes before this one.
+// Number of vertices of lower lanes.
 __device__ int vertices_before(unsigned crossed, unsigned lanes)
 {
     int sum = 0;
@@ -70,7 +70,7 @@ __device__ int sum_up_to(int value, int lane)
     return value;
 }
 
-// Where a block is: its category's first node, and its own lowest.
+// Position of a block: its category's first node, and its own lowest node.
 struct Place {
     int first;
     Int3 low;
@@ -82,7 +82,8 @@ struct Place {
     }
 };
 
-// Fetches the nodes of a block's cells, by a warp; whether the surface passes between any two.
+// Loads the nodes of a block's cells, by a warp; returns whether the surface passes between any
+// two.
 __device__ bool passed(const SurfaceView& d, int block, float* tile, int lane)
 {
     const Place p(d, block);
@@ -98,7 +99,7 @@ __device__ bool passed(const SurfaceView& d, int block, float* tile, int lane)
     return __any_sync(~0u, some_in) && __any_sync(~0u, some_out);
 }
 
-// One warp per block of the lattice: a lane has node `lane` and node `lane` + 32.
+// One warp per block of the lattice: a lane has nodes `lane` and `lane` + 32.
 __global__ void __launch_bounds__(count_threads) count_kernel(const __grid_constant__ SurfaceView d)
 {
     __shared__ float tiles[warps][cell_nodes];
@@ -141,7 +142,7 @@ __device__ int tile_step(int corner)
 {
     return (corner & 1) + (corner >> 1 & 1) * tile_edge + (corner >> 2) * tile_edge * tile_edge;
 }
-// Node l of the block, in a tile with a layer around the block.
+// Index of node l of the block in a tile with a layer around the block.
 __device__ int tile_at(int l)
 {
     return tile_step(7) + l % 4 + (l / 4 % 4 + l / 16 * tile_edge) * tile_edge;
@@ -155,7 +156,7 @@ __device__ void copy(const MarchTable& from, MarchTable& to)
         reinterpret_cast<unsigned*>(&to)[t] = reinterpret_cast<const unsigned*>(&from)[t];
 }
 
-// Names of the vertices in and around a block, by node.
+// Vertex indices in and around a block, by node.
 struct Names {
     unsigned marks[tile_nodes];
     int first[tile_nodes];
@@ -195,8 +196,8 @@ __device__ void place(const SurfaceView& d, const Place& p, int v, int l, int ax
     d.vertices[to][v] = {x.x, x.y, x.z, 1};
 }
 
-// The ring of a vertex of the block, by four lanes, each with the triangles of one cell; `lanes`
-// are the four.
+// The ring of a vertex of the block, by four lanes, each with the triangles of one cell; `lanes` is
+// their mask.
 __device__ void find_ring(const SurfaceView& d, const Names& names, const MarchTable& cases, int v,
                           int l, int axis, int k, unsigned lanes)
 {
@@ -230,7 +231,7 @@ __device__ void draw(const SurfaceView& d, bool some)
     }
 }
 
-// The block's vertices, four threads each.
+// Places the block's vertices, with four threads each.
 __device__ void place_all(const SurfaceView& d, const Place& p, const Names& names,
                           const MarchTable& cases, const unsigned char* owners, int count, int to)
 {
@@ -263,7 +264,7 @@ __global__ void __launch_bounds__(march_threads)
     wait_upstream_and_trigger();
     if (idle(d)) return;
     const int l = int(threadIdx.x), blocks = d.active[1];
-    int block = d.skin[blockIdx.x];  // before it is known to be one: loads side by side
+    int block = d.skin[blockIdx.x];  // before its validity is known: the loads overlap
     const bool some = vertex_count(d) > 0;
     if (blockIdx.x == 0) draw(d, some);
     if (blockIdx.x == 0 && l == 0) d.active[2] = d.active[0];

@@ -1,5 +1,5 @@
-// Density to triangles: one node finds its crossed edges, one cell its triangles. A vertex belongs
-// to an edge of the lattice, an edge to the node at its low end.  [Lorensen 1987]
+// Density to triangles: crossed edges by node, triangles by cell. A vertex belongs to an edge of
+// the lattice, an edge to the node at its low end.  [Lorensen 1987]
 #pragma once
 #include <cstdint>
 
@@ -8,15 +8,15 @@
 
 namespace knead {
 
-// Exactly iso is outside, and so is NaN.
+// A density equal to iso is outside, and so is NaN.
 template <class R>
 HD bool is_inside(R density, R iso)
 {
     return density > iso;
 }
 
-// Which of a node's three edges the surface crosses, as bits 1 << axis; value(axis) is the density
-// one step along the axis.
+// Which of a node's three edges the surface crosses, as bits 1 << axis; value(axis) returns the
+// density one step along the axis.
 template <class R, class Value>
 HD unsigned crossed_edges(R here, R iso, Value&& value)
 {
@@ -28,16 +28,16 @@ HD unsigned crossed_edges(R here, R iso, Value&& value)
     return crossed;
 }
 
-// How many of the bits lie before an axis: the rank of its vertex among its node's. Before 3: all.
+// Number of bits below an axis: the rank of its vertex among its node's. For axis 3: all.
 HD int rank_of(unsigned crossed, int axis)
 {
     const unsigned before = crossed & ((1u << axis) - 1);
     return int(before & 1) + int(before >> 1 & 1) + int(before >> 2);
 }
 
-// Share of the edge from `low` to `high` at which the density is iso. Measured from the outer end,
-// whose density is finite, and kept off both ends: no two edges of a node meet in one vertex, and
-// no triangle is without area.
+// Fraction of the edge from `low` to `high` at which the density is iso. Measured from the outer
+// end, whose density is finite, and kept off both ends: no two edges of a node share a vertex
+// position, and no triangle is degenerate.
 template <class R>
 HD R crossing(R low, R high, R iso)
 {
@@ -54,7 +54,7 @@ HD Vec3<R> crossing_point(Int3 n, int axis, R share, R dx)
     return dx * (Vec3<R>{R(n.x), R(n.y), R(n.z)} + share * along);
 }
 
-// The cell's case; value(corner) is the density at a corner of march_table.h.
+// The cell's case; value(corner) returns the density at a corner of march_table.h.
 template <class R, class Value>
 HD int cell_case(R iso, Value&& value)
 {
@@ -65,8 +65,8 @@ HD int cell_case(R iso, Value&& value)
     return inside;
 }
 
-// vertex(low corner, axis) is the index of the vertex on that edge; emit(k, triangle) takes the
-// cell's k-th triangle.
+// vertex(low corner, axis) returns the index of the vertex on that edge; emit(k, triangle) receives
+// the cell's k-th triangle.
 template <class Vertex, class Emit>
 HD void march(int inside, const MarchTable& table, Vertex&& vertex, Emit&& emit)
 {

@@ -1,11 +1,11 @@
-// The 256 cases of marching cubes, derived by the compiler and not typed.  [Lorensen 1987]
+// The 256 cases of marching cubes, computed at compile time.  [Lorensen 1987]
 //
 // Corner c of a cell has x in bit 0, y in bit 1, z in bit 2. Edge e runs along axis e / 4; bits 0
-// and 1 of e are its place along the next two axes, cyclically. A corner is inside or outside.
+// and 1 of e are its position along the next two axes, cyclically. A corner is inside or outside.
 //
-// On each face the surface leaves a curve around every run of inside corners: of two inside corners
-// on a diagonal each gets its own. That depends on the face alone, so the two cells that share it
-// agree and the surface has no hole. The curves of six faces close into loops, and each loop is cut
+// On each face the surface has a curve around every run of inside corners: two inside corners on a
+// diagonal each get their own. That depends on the face alone, so the two cells that share it agree
+// and the surface has no hole. The curves of six faces close into loops, and each loop is split
 // into a fan none of whose diagonals lies in a face: so no edge inside a face can be drawn by both
 // its cells, and every edge of the mesh has exactly two triangles.
 #pragma once
@@ -21,7 +21,7 @@ struct MarchTable {
     std::uint8_t count[256];                         // triangles of the case
     std::uint8_t edge[256][3 * max_cell_triangles];  // three edges each, counter-clockwise seen
                                                      // from outside
-    bool sound;  // every loop had such a fan, and the triangles fitted
+    bool sound;  // every loop has such a fan, and the triangles fit
 };
 
 // Corner at the low end of edge e; the other end is one step along axis e / 4.
@@ -50,8 +50,8 @@ struct CellLoop {
     int edge[cell_edges] = {}, length = 0;
 };
 
-// Where the curve that arrives at an edge leads next: the edge at the end of the run of inside
-// corners, walking around each face counter-clockwise seen from outside the cell.
+// The successor of each edge on the curve: the edge at the end of the run of inside corners,
+// walking around each face counter-clockwise seen from outside the cell.
 struct CellCurves {
     int next[cell_edges] = {};
 };

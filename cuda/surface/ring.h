@@ -1,5 +1,5 @@
-// The ring of a vertex, found from the edge of the lattice it lies on: its triangles belong to the
-// four cells around that edge, so a vertex can ask for them and nothing is scattered to it.
+// The ring of a vertex, found from the lattice edge that it lies on: its triangles belong to the
+// four cells around that edge, so vertices gather them and nothing is scattered.
 #pragma once
 #include <cstdint>
 
@@ -8,7 +8,7 @@
 
 namespace knead {
 
-// Most triangles of one cell that meet in its edge e.
+// The largest number of triangles of one cell at its edge e.
 constexpr int max_triangles_at(int e)
 {
     int max_of_any = 0;
@@ -21,7 +21,7 @@ constexpr int max_triangles_at(int e)
     return max_of_any;
 }
 
-// No vertex has more triangles than this.
+// Upper bound of the triangles at a vertex.
 constexpr int derive_max_ring()
 {
     int largest = 0;
@@ -48,7 +48,7 @@ HD void for_each_at(int e, int inside, const MarchTable& table, Vertex&& vertex,
     }
 }
 
-// The four cells around a node's edge along `axis`: which corner of theirs the node is, and which
+// The four cells around a node's edge along `axis`: which of their corners the node is, and which
 // of their edges that is.
 HD int edge_of_cell(int axis, int k) { return 4 * axis + k; }
 HD int corner_of_cell(int axis, int k) { return low_corner(edge_of_cell(axis, k)); }

@@ -1,5 +1,5 @@
-// Smoothing and shading: a vertex looks at its ring and moves alone. Ready for the next move is
-// every vertex when the kernel has ended: a barrier of all blocks within one kernel takes longer.
+// Smoothing and shading: each vertex moves by its ring alone. A kernel per step: a grid-wide
+// barrier within one kernel takes longer.
 #include "cuda/device/launch.cuh"
 #include "cuda/surface/advance.h"
 #include "cuda/surface/smooth.h"
@@ -26,7 +26,7 @@ __global__ void __launch_bounds__(threads, 4)
     }
 }
 
-// Of a vertex at x, from the densities of its category.
+// Advance of a vertex at x, from the densities of its category.
 __device__ float advance_of(const SurfaceView& d, int v, Vec3<float> x)
 {
     int category = 0;
@@ -96,7 +96,7 @@ void shade(const SurfaceView& view, int processors, cudaStream_t stream)
 {
     launch_pdl("surface shade", view.past ? shade_kernel<true> : shade_kernel<false>,
                blocks_of(view, processors), threads, stream, view);
-    if (view.past)  // by any value but 0
+    if (view.past)  // any value but 0
         check(cudaMemsetAsync(view.past_known, 1, sizeof(int), stream), "surface shade");
 }
 

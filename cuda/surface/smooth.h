@@ -1,19 +1,19 @@
-// Smoothing and shading of a closed triangle mesh: one vertex looks at its ring.
+// Smoothing and shading of a closed triangle mesh, per vertex and its ring.
 #pragma once
 #include "cuda/math/vec.h"
 
 namespace knead {
 
 // Factors of the umbrella operator. At 1/2 the sharpest ripple, whose eigenvalue is 2, is removed
-// in one step and nothing overshoots. Taubin's second step swells what the first has shrunk: the
-// shape passes unchanged below the eigenvalue 1 / shrink + 1 / swell = 0.11.  [Taubin 1995]
+// in one step without overshoot. Taubin's second step inflates what the first has shrunk: the shape
+// is unchanged below the eigenvalue 1 / shrink + 1 / swell = 0.11.  [Taubin 1995]
 template <class R>
 constexpr R smooth_shrink = R(0.5);
 template <class R>
 constexpr R smooth_swell = R(-0.53);
 
-// One vertex moves by `factor` of the way to the mean of its neighbours; neighbour(k) is where the
-// memory is, and holds the positions before the step.
+// Moves a vertex by `factor` of the displacement to the mean of its neighbours; neighbour(k)
+// returns their positions before the step.
 template <class R, class Neighbour>
 HD Vec3<R> relax(Vec3<R> x, int count, R factor, Neighbour&& neighbour)
 {
@@ -30,8 +30,8 @@ HD Vec3<R> area_normal(Vec3<R> a, Vec3<R> b, Vec3<R> c)
     return cross(b - a, c - a);
 }
 
-// Unit normal of a vertex from its `count` triangles, each weighted by its area; area(k) is the
-// area_normal of one. Upright where the triangles have no area at all.
+// Unit normal of a vertex from its `count` triangles, weighted by area; area(k) returns the
+// area_normal of one. Upright if all areas are zero.
 template <class R, class Area>
 HD Vec3<R> vertex_normal(int count, Area&& area)
 {
@@ -39,7 +39,7 @@ HD Vec3<R> vertex_normal(int count, Area&& area)
     for (int k = 0; k < count; ++k) sum = sum + area(k);
     const R largest = max(max(std::abs(sum.x), std::abs(sum.y)), std::abs(sum.z));
     if (!(largest > 0)) return {0, 1, 0};
-    const Vec3<R> n = (1 / largest) * sum;  // squares of square millimetres leave float's range
+    const Vec3<R> n = (1 / largest) * sum;  // squares of square millimetres underflow float
     return (1 / length(n)) * n;
 }
 
