@@ -1,5 +1,5 @@
-// From splats to lists of splats per tile: a sort by depth, then the tiles, or the parts of tiles,
-// that each splat of that order reaches.
+// From splats to lists of splats per tile: sorts by depth, then finds the tiles, or the parts of
+// tiles, that each splat reaches, in that order.
 #include <thrust/iterator/counting_iterator.h>
 #include <thrust/iterator/transform_iterator.h>
 
@@ -17,10 +17,10 @@ using Wide = unsigned long long;
 
 constexpr int threads = 256, warps = threads / 32;
 constexpr int stretch = chunk_size / warps;  // candidates of a warp
-constexpr int blocks_each = 5;               // of a multiprocessor
+constexpr int blocks_each = 5;               // per multiprocessor
 constexpr int blocks = 132 * blocks_each;    // of an H200's
 constexpr int depth_bits = 24;
-constexpr int sampled_chunks = 32 * sampling / stretch;  // one of so many: 32 of each stretch
+constexpr int sampled_chunks = 32 * sampling / stretch;  // 1 in this many: 32 per stretch
 static_assert(sampled_chunks * stretch == 32 * sampling);
 
 cudaError_t depth_sort(const RasterView& d, void* scratch, std::size_t& bytes, cudaStream_t stream)
@@ -31,7 +31,7 @@ cudaError_t depth_sort(const RasterView& d, void* scratch, std::size_t& bytes, c
 
 __device__ int tiles_in(const TileBox& b) { return int(b.columns) * int(b.rows); }
 
-// How many tiles of both eyes the splat of a rank in the order of depth may touch.
+// Number of tiles of both eyes that the splat of a given depth rank may touch.
 struct CandidatesOf {
     const std::uint32_t* keys;
     const int* order;
@@ -64,8 +64,7 @@ __device__ Footprint<float> shape_of(const RasterView& d, int record)
     return f;
 }
 
-// The rank of the splat whose candidate that is, of those that there are. A warp looks at 32 places
-// at a time.
+// Rank of the splat to which a candidate belongs. A warp probes 32 positions at a time.
 __device__ int rank_of(const RasterView& d, Wide candidate)
 {
     const int lane = int(threadIdx.x) % 32;
@@ -81,10 +80,10 @@ __device__ int rank_of(const RasterView& d, Wide candidate)
     return from;
 }
 
-// 32 splats that follow each other in the order of depth, one a lane.
+// 32 consecutive splats in order of depth, one per lane.
 struct Window {
-    int start;        // of its candidates, counted from the first of the warp's stretch
-    int splat, left;  // its tiles of the first eye
+    int start;        // of its candidates, relative to the warp's stretch
+    int splat, left;  // its number of tiles in the first eye
     TileBoxes boxes;
 };
 
@@ -101,7 +100,7 @@ __device__ Window window_at(const RasterView& d, int rank, Wide from, int count)
     return w;
 }
 
-// The value of the lane `from`, of a thing of whole words.
+// Broadcasts a value of whole words from lane `from`.
 template <class T>
 __device__ T from_lane(const T& mine, int from)
 {
@@ -115,7 +114,7 @@ __device__ T from_lane(const T& mine, int from)
     return theirs;
 }
 
-// Which parts of the tile whose first pixel is (x, y) a splat reaches, as bits.
+// The parts of the tile with first pixel (x, y) that a splat reaches, as bits.
 __device__ unsigned parts_reached(const Footprint<float>& f, int x, int y, int step, unsigned drawn)
 {
     unsigned found = 0;
@@ -130,8 +129,8 @@ struct Candidate {
     int record, tile, x, y;  // (x, y): the tile's first pixel
 };
 
-// In which parts' lists of its tile a candidate stands, as bits. The tile is asked first even where
-// parts decide, for a whole list has what reaches the tile alone.
+// The parts' lists of its tile that contain a candidate, as bits. The tile is tested first even for
+// lists by parts, because a whole list contains only what reaches the tile.
 __device__ unsigned lists_of(const RasterView& d, const Candidate& c, bool sampled)
 {
     const TileOptions options = d.rules[c.tile];
@@ -148,7 +147,7 @@ __device__ unsigned lists_of(const RasterView& d, const Candidate& c, bool sampl
     return whole ? 1 : found;
 }
 
-// The n-th tile of a splat, of both eyes.
+// The n-th tile of a splat, over both eyes.
 __device__ Candidate candidate_of(const RasterView& d, const Window& w, int n)
 {
     const int e = n >= w.left ? 1 : 0;
@@ -158,8 +157,8 @@ __device__ Candidate candidate_of(const RasterView& d, const Window& w, int n)
     return {e * d.count + w.splat, (e * d.rows + y) * d.columns + x, x * tile_size, y * tile_size};
 }
 
-// Calls use(lists, candidate) for `count` candidates from `from` on, 32 at a time, in the order of
-// the splats; the whole warp calls it, and calls `use` together.
+// Calls use(lists, candidate) for `count` candidates from `from` on, 32 at a time, in order of the
+// splats. Warp-collective, as is `use`.
 template <class Use>
 __device__ void each_candidate(const RasterView& d, Wide from, int count, Use&& use)
 {
@@ -183,12 +182,12 @@ __device__ void each_candidate(const RasterView& d, Wide from, int count, Use&& 
     }
 }
 
-// What is known of a chunk, in one word: nothing yet, the sum of its instances, or of those of all
-// chunks up to it as well. [Merrill 2016]
+// State of a chunk, in one word: none yet, its number of instances, or that of all chunks up to it
+// (decoupled look-back). [Merrill 2016]
 constexpr int state_bit = 62;
 constexpr Wide own = Wide(1) << state_bit, total = Wide(2) << state_bit, value_bits = own - 1;
 
-// The sum of all chunks before; `sum` is this one's. One warp calls it.
+// Instances of all chunks before; `sum` is this chunk's. By one warp.
 __device__ Wide sum_before(const RasterView& d, int chunk, Wide sum)
 {
     const int lane = int(threadIdx.x) % 32;
@@ -199,7 +198,7 @@ __device__ Wide sum_before(const RasterView& d, int chunk, Wide sum)
     Wide before = 0;
     for (int last = chunk - 1; last >= 0; last -= 32) {
         const int k = last - lane;
-        Wide word = total;  // of none, before the first
+        Wide word = total;  // zero before the first chunk
         if (k >= 0) do
                 word = state(k).load(cuda::memory_order_relaxed);
             while (word >> state_bit == 0);
@@ -215,7 +214,7 @@ __device__ Wide sum_before(const RasterView& d, int chunk, Wide sum)
     return before;
 }
 
-// What a warp found: `count` candidates that stand in lists, in `instances` together.
+// Results of a warp: `count` candidates in lists, with `instances` in total.
 struct Found {
     int records[stretch];
     std::uint16_t tiles[stretch];
@@ -226,13 +225,13 @@ struct FoundCounts {
     unsigned instances;
 };
 
-// Of a warp's stretch.
+// Tests a warp's stretch.
 __device__ FoundCounts find(const RasterView& d, Wide from, Wide all, Found& found)
 {
     const unsigned before = (1u << (threadIdx.x % 32)) - 1;
     const int count = from < all ? int(min(all - from, Wide(stretch))) : 0;
     int sum = 0;
-    unsigned instances = 0;  // of a lane
+    unsigned instances = 0;  // per lane
     each_candidate(d, from, count, [&](unsigned lists, const Candidate& c) {
         const unsigned lanes = __ballot_sync(~0u, lists != 0);
         const int at = sum + __popc(lanes & before);
@@ -245,7 +244,7 @@ __device__ FoundCounts find(const RasterView& d, Wide from, Wide all, Found& fou
     return {sum, __reduce_add_sync(~0u, instances)};
 }
 
-// Writes what a warp found, from `at` on, as far as there is room.
+// Writes a warp's results from `at` on, as far as there is room.
 __device__ void write(const RasterView& d, const Found& found, int count, Wide at)
 {
     const int lane = int(threadIdx.x) % 32;
@@ -255,7 +254,7 @@ __device__ void write(const RasterView& d, const Found& found, int count, Wide a
         const bool in = i < count;
         unsigned lists = in ? found.lists[i] : 0;
         const int record = in ? found.records[i] : 0, key = in ? found.tiles[i] * parts : 0;
-        unsigned until = unsigned(__popc(lists));  // of all lanes up to this
+        unsigned until = unsigned(__popc(lists));  // inclusive sum over lanes
         UNROLL
         for (int step = 1; step < 32; step *= 2) {
             const unsigned below = __shfl_up_sync(~0u, until, unsigned(step));
@@ -270,7 +269,7 @@ __device__ void write(const RasterView& d, const Found& found, int count, Wide a
     }
 }
 
-// The frame's counts, by the last chunk, up to whose end `listed` instances were found.
+// Writes the frame's counts. By the last chunk; `listed` instances were found up to its end.
 __device__ void count_all(const RasterView& d, Wide listed, Wide not_looked_at)
 {
     const Wide room = unsigned(d.room), kept = listed < room ? listed : room;
@@ -279,7 +278,7 @@ __device__ void count_all(const RasterView& d, Wide listed, Wide not_looked_at)
     d.counts->dropped = listed + not_looked_at - kept;
 }
 
-// By what was found in the frame before. Another size of pictures begins without.
+// Chooses from samples of the frame before; there are none after a change of size.
 __global__ void __launch_bounds__(threads) choose_kernel(const __grid_constant__ RasterView d)
 {
     const int tile = int(blockIdx.x) * threads + int(threadIdx.x);
@@ -294,7 +293,7 @@ __global__ void __launch_bounds__(threads) choose_kernel(const __grid_constant__
     d.samples[tile] = {0, 0};
 }
 
-// Chunks are taken in their order: a block waits only for such as were taken before.
+// Chunks are taken in order: a block waits only for chunks taken before.
 __global__ void __launch_bounds__(threads, blocks_each)
     emit_kernel(const __grid_constant__ RasterView d)
 {

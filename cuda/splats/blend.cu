@@ -1,10 +1,10 @@
 // A thread block draws a part of a tile: a warp a patch of that, a thread every second pixel of a
-// column. The block's threads ask of 128 splats of the list whether they reach its part, each of
-// one; of a whole list most may not. Then a warp's lanes ask of 32 of those that do whether they
-// reach its patch; then the warp blends what does, the more pixels at once the less it reads. While
-// it blends one batch of splats, the next is on its way.
-// Where a list by parts is long, few blocks would each have much to do, one splat after the other:
-// such a part is put off, and four blocks draw a quarter each, with a pixel a thread.
+// column. The threads of a block test 128 splats of the list against its part, one each; of a whole
+// list most may not reach it. Then the lanes of a warp test 32 of those that do against its patch;
+// then the warp blends those, and more pixels per thread mean fewer reads. While a batch of splats
+// is blended, the next is loaded.
+// Parts with long lists by parts are deferred, since few blocks would each have much serial work:
+// four blocks draw a quarter each, with one pixel per thread.
 #include <cuda_fp16.h>
 #include <cuda_pipeline.h>
 
@@ -15,11 +15,11 @@ namespace knead::gpu {
 namespace {
 
 constexpr int threads = 128, warps = threads / 32;
-constexpr int batch = threads;        // entries of a list looked at at a time
+constexpr int batch = threads;        // entries of a list tested at a time
 constexpr int rest_blocks = 132 * 8;  // an H200's
-constexpr int quarters = 4;           // blocks of a part that was put off
+constexpr int quarters = 4;           // thread blocks per deferred part
 
-// What a block draws: a part, or a quarter of one; four patches, two by two, each a warp's.
+// The area that a block draws: a part, or a quarter of one; four patches, two by two, one per warp.
 struct PartSize {
     static constexpr int each = 4;  // pixels of a thread
     static constexpr int patch_width = 16, patch_height = 8;
@@ -32,7 +32,7 @@ static_assert(2 * PartSize::patch_width == part_width && 2 * PartSize::patch_hei
 static_assert(PartSize::patch_width == 2 * QuarterSize::patch_width &&
               PartSize::patch_height == 2 * QuarterSize::patch_height && warps == 4);
 
-// Thread blocks of a multiprocessor, by what they need of its registers.
+// Resident thread blocks per multiprocessor, by register use.
 template <class Size, bool mesh>
 constexpr int resident = Size::each == 1 ? 8
                          : mesh          ? 5
@@ -40,7 +40,7 @@ constexpr int resident = Size::each == 1 ? 8
 
 struct Batch {
     float4 words[3][batch];  // of SplatShape two, of SplatRest one
-    int counts[warps];       // that each warp has put into it
+    int counts[warps];       // number of entries of each warp
 };
 
 __device__ Footprint<float> footprint(float4 p, float4 q)
@@ -50,7 +50,7 @@ __device__ Footprint<float> footprint(float4 p, float4 q)
     return f;
 }
 
-// What there is of a splat in shared memory.
+// A splat's data in shared memory.
 __device__ Footprint<float> footprint(const Batch& b, int j, Vec3<float>& colour)
 {
     const float4 q = b.words[1][j], r = b.words[2][j];
@@ -60,8 +60,8 @@ __device__ Footprint<float> footprint(const Batch& b, int j, Vec3<float>& colour
     return f;
 }
 
-// What a thread block draws: of a tile the samples of a part, of which one stands for `step` x
-// `step` pixels.
+// The area of a thread block: the samples of a part of a tile, each covering `step` x `step`
+// pixels.
 struct Part {
     int key, tile, eye, x, y;  // (x, y): the tile's first pixel
     int step;
@@ -99,14 +99,14 @@ __device__ Part quarter_of(Part p, int n)
     return p;
 }
 
-// The samples of a thread, in one column, as many rows apart as a warp covers at a time.
+// The samples of a thread, in one column, spaced by the rows that a warp covers at a time.
 template <class Size>
 struct Column {
     static constexpr int each = Size::each, rows = 32 / Size::patch_width;
     Pixel<float> pixel[each];
     float x, y, step, mesh[each];  // x, y: of the first
-    unsigned hidden;               // bits of those of which nothing is drawn
-    bool by_mesh;                  // a mesh is at one of the warp's
+    unsigned hidden;               // bits of samples where nothing is drawn
+    bool by_mesh;                  // a sample of the warp has a mesh
 
     __device__ bool done() const
     {
@@ -122,7 +122,7 @@ struct Column {
         for (const Pixel<float>& p : pixel) any = any || knead::takes_depth(p);
         return any;
     }
-    // The first of the pixels that a sample stands for.
+    // The first of the pixels that a sample covers.
     __device__ int2 corner(int k) const
     {
         const int by = int(step);
@@ -137,7 +137,7 @@ __device__ bool is_hidden(const RasterView& d, int eye, int2 pixel)
     return hidden && hidden[row * d.square_columns() + pixel.x / square_size];
 }
 
-// The mesh before which a sample lies, that of its middle pixel.
+// Mesh depth of a sample, at its middle pixel.
 __device__ float mesh_at(const RasterView& d, const Part& part, int2 corner)
 {
     const int x = min(corner.x + part.step / 2, d.width - 1);
@@ -145,7 +145,7 @@ __device__ float mesh_at(const RasterView& d, const Part& part, int2 corner)
     return d.frame->target[part.eye].mesh_depth[y * d.width + x];
 }
 
-// Of the patch whose first pixel is (x0, y0).
+// Samples of the patch whose first pixel is (x0, y0).
 template <class Size, bool mesh>
 __device__ Column<Size> begun(const RasterView& d, const Part& part, int x0, int y0)
 {
@@ -170,7 +170,7 @@ __device__ Column<Size> begun(const RasterView& d, const Part& part, int x0, int
     return c;
 }
 
-// How a warp blends: pixels whose depth no longer changes are spared it.
+// Variants of blending: pixels whose depth is final skip it.
 enum class Blending { plain, deep, covered, mesh };
 
 template <Blending how, class Size>
@@ -193,7 +193,8 @@ __device__ void blend_column(Column<Size>& c, const Batch& b, int j)
     }
 }
 
-// Those of 32 splats, from `first` on, that `in` names. Near splats mostly cover a patch.
+// Blends those of 32 splats, from `first` on, that are set in `in`. Near splats mostly cover a
+// patch.
 template <Blending how, class Size>
 __device__ void blend_named(Column<Size>& c, const Batch& b, int first, unsigned in,
                             unsigned covering)
@@ -207,7 +208,7 @@ __device__ void blend_named(Column<Size>& c, const Batch& b, int first, unsigned
     }
 }
 
-// The first n splats of a batch into a warp's patch, whose first sample is at (x0, y0).
+// Blends the first n splats of a batch into a warp's patch, whose first sample is at (x0, y0).
 template <class Size, bool mesh>
 __device__ void blend_batch(Column<Size>& c, const Batch& b, int n, float x0, float y0)
 {
@@ -258,7 +259,7 @@ __device__ void store_pixel(const RasterView& d, int e, Pixel<float> p, int at)
     target.depth[at] = p.depth;
 }
 
-// All pixels that the samples stand for, each before what lies behind it.
+// Stores all pixels covered by the samples, composited over mesh or background.
 template <class Size, bool mesh>
 __device__ void store(const RasterView& d, const Part& part, const Column<Size>& c)
 {
@@ -272,7 +273,7 @@ __device__ void store(const RasterView& d, const Part& part, const Column<Size>&
     }
 }
 
-// An entry of a list, as a thread looks at it; record -1: none.
+// An entry of a list, as tested by a thread; record -1: none.
 struct Entry {
     int record;
     float4 shape[2];
@@ -292,8 +293,9 @@ __device__ bool is_in(const Part& part, const Entry& n)
            reaches_part(footprint(n.shape[0], n.shape[1]), part.x, part.y, part.box, part.step);
 }
 
-// Puts those that are in into the batch, in their order; how many. `lanes`: of the warp. After the
-// barrier at which every warp has told its count; there once the copy is waited for.
+// Appends the entries of `lanes` to the batch, in order; returns the batch's size. `lanes`: mask of
+// the warp. Call after the barrier that publishes the warps' counts; complete once the copy is
+// waited for.
 __device__ int put(const RasterView& d, Batch& b, const Entry& n, unsigned lanes)
 {
     const int lane = int(threadIdx.x) % 32, warp = int(threadIdx.x) / 32;
@@ -312,7 +314,7 @@ __device__ int put(const RasterView& d, Batch& b, const Entry& n, unsigned lanes
     return all;
 }
 
-// Where a part's list lies.
+// Range of a part's list.
 struct Range {
     int from, to;
 };
@@ -322,8 +324,8 @@ __device__ Range range_of(const RasterView& d, const Part& part)
     return {range.y ? d.room - int(range.x) : 0, int(range.y)};
 }
 
-// One barrier a batch: at that, all warps are through with the batch before the one that they blend
-// next, whose place the one after takes.
+// One barrier per batch: at it all warps have finished the batch before the one that they blend
+// next, so its buffer can be reused.
 template <class Size, bool mesh>
 __device__ void blend_list(const RasterView& d, const Part& part, const Range& range,
                            Column<Size>& c, float x0, float y0)
@@ -374,7 +376,7 @@ __global__ void __launch_bounds__(threads, resident<PartSize, mesh>)
     draw<PartSize, mesh>(d, part, range);
 }
 
-// Parts that were put off.
+// Deferred parts.
 template <bool mesh>
 __global__ void __launch_bounds__(threads, resident<QuarterSize, mesh>)
     blend_rest_kernel(const __grid_constant__ RasterView d)

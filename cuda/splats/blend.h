@@ -1,4 +1,4 @@
-// One pixel, splat by splat from the nearest on: the over operator, until nothing shines through.
+// One pixel: splats are blended front to back by the over operator, until the pixel is opaque.
 // [Porter 1984] [Kerbl 2023]
 #pragma once
 #include "cuda/splats/footprint.h"
@@ -6,18 +6,20 @@
 namespace knead {
 
 constexpr double min_transmittance = 1e-4;    // less counts as 0
-constexpr double median_transmittance = 0.5;  // where the splats' depth is taken
-// How far behind the mesh a centre ends a pixel: splats come in the order of their centres, so a
-// part of a later one may be nearer.
+constexpr double median_transmittance = 0.5;  // at which the depth of the splats is taken
+// A splat ends a pixel if its centre is this factor behind the mesh: splats are ordered by their
+// centres, so a part of a later one may be nearer.
 constexpr double mesh_slack = 1.02;
-constexpr float no_depth = 1e30f;  // [m]: of a pixel in which there is nothing
+constexpr float no_depth = 1e30f;  // [m]: of an empty pixel
 
 template <class R>
 struct Pixel {
     Vec3<R> colour{0, 0, 0};  // premultiplied
-    R transmittance = 1;      // of all so far, for what comes next; 0: nothing more is seen
-    R held = 0;               // of all in front of the mesh, where that has ended the pixel
-    R depth = R(no_depth);    // of the last splat with half of what lies behind still visible
+    R transmittance = 1;      // of all splats so far; 0: done
+    R held = 0;               // transmittance of all in front of the mesh, once that has ended the
+                              // pixel
+    R depth = R(no_depth);    // of the last splat with at least half of the background still
+                              // visible
 };
 
 template <class R>
@@ -26,7 +28,7 @@ HD bool done(const Pixel<R>& p)
     return p.transmittance == 0;
 }
 
-// log2 of alpha at (x, y) of the screen, if drawn() says that it counts.
+// log2 of alpha at (x, y) of the screen; valid if drawn() of it is true.
 template <class R>
 HD R power_at(const Footprint<R>& f, R x, R y)
 {
@@ -44,7 +46,7 @@ HD R alpha_of(R power)
 {
     return min(fast_exp2(power), R(max_alpha));
 }
-// alpha there; 0 where it is less than min_alpha.
+// alpha at (x, y); 0 below min_alpha.
 template <class R>
 HD R alpha_at(const Footprint<R>& f, R x, R y)
 {
@@ -76,7 +78,7 @@ HD bool takes_depth(const Pixel<R>& p)
     return p.transmittance >= R(median_transmittance);
 }
 
-// The same with its depth at the pixel [m].
+// The same with the splat's depth at the pixel [m].
 template <class R>
 HD void add(Pixel<R>& p, R alpha, Vec3<R> colour, R depth)
 {
@@ -84,8 +86,8 @@ HD void add(Pixel<R>& p, R alpha, Vec3<R> colour, R depth)
     add(p, alpha, colour);
 }
 
-// Adds what the splat shows at (x, y). What is not drawn adds an alpha of 0, which changes nothing:
-// a GPU chooses faster than it branches.
+// Blends the splat at (x, y). One that is not drawn adds an alpha of 0, which changes nothing: on a
+// GPU a select is faster than a branch.
 template <class R>
 HD void blend(Pixel<R>& p, const Footprint<R>& f, Vec3<R> colour, R x, R y)
 {
@@ -102,8 +104,8 @@ HD void blend_deep(Pixel<R>& p, const Footprint<R>& f, Vec3<R> colour, R x, R y)
     add(p, drawn(power) ? alpha : R(0), colour);
 }
 
-// Whether alpha is as exp2 says, neither too little nor too much, at every pixel between (x0, y0)
-// and (x1, y1): it is least at a corner. False also where rounding may decide.
+// Whether alpha is within both limits, so that it equals exp2, at all pixels between (x0, y0) and
+// (x1, y1): its minimum is at a corner. False also where rounding may decide.
 template <class R>
 HD bool covers(const Footprint<R>& f, R x0, R y0, R x1, R y1)
 {
@@ -119,7 +121,7 @@ HD void blend_covered(Pixel<R>& p, const Footprint<R>& f, Vec3<R> colour, R x, R
     add(p, fast_exp2(power_at(f, x, y)), colour);
 }
 
-// The same as blend() with a mesh at depth `mesh` [m]: what lies behind it is not seen.
+// The same as blend() with a mesh at depth `mesh` [m], which hides what is behind it.
 template <class R>
 HD void blend(Pixel<R>& p, const Footprint<R>& f, Vec3<R> colour, R x, R y, R mesh)
 {
@@ -131,8 +133,8 @@ HD void blend(Pixel<R>& p, const Footprint<R>& f, Vec3<R> colour, R x, R y, R me
         p.held = p.transmittance, p.transmittance = 0;
 }
 
-// Once all splats are through: what the mesh, of alpha 1, or the background, of alpha 0, adds.
-// Where the splats let half of it through, the pixel's depth is the mesh's.
+// After all splats: adds the mesh (alpha 1) or the background (alpha 0). If the splats transmit
+// half of it, the pixel's depth is the mesh's.
 template <class R>
 HD void finish(Pixel<R>& p, Vec3<R> behind, R alpha_behind, R mesh)
 {

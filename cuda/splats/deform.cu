@@ -1,6 +1,6 @@
-// Gaussians, each by a thread: one kernel moves them, another takes them out of tools. In one,
-// those few that are in a tool would hold up the rest. A warp's lie around the same nodes, which
-// come from L1.
+// Kernels of Gaussians, one thread each: one moves them, another pushes them out of tools. In one
+// kernel the few that are in a tool would delay the rest. A warp's Gaussians lie around the same
+// nodes, which are read from L1.
 #include "cuda/device/launch.cuh"
 #include "cuda/mpm/gather.cuh"
 #include "cuda/mpm/substep.cuh"
@@ -13,23 +13,23 @@ constexpr int threads = 128;
 
 struct DeformView {
     // reads
-    const float4* velocities[2];  // fields * node_count each: that of substep n, in n % 2
+    const float4* velocities[2];  // fields * node_count each, of substep n in n % 2
     Lattice<float> lattice;
     Region free;  // see stored_region.h
     Walls<float> walls;
     ContactView contact;
     NearView near;
-    const int* moves_from;  // block_count: where clay may be still, from which substep on it moves
+    const int* moves_from;  // block_count: the substep from which its clay moves; with sleep only
     float per_mass;         // of share() [1/kg]
-    bool at_end;            // of the frame: whoever is behind is moved
-    bool fast;              // tools: as clears_each_time() has it
+    bool at_end;            // of the frame: moves all that lag
+    bool fast;              // tools: see clears_each_time()
     // writes
     GaussianView splats;
     Clock* clock;
 };
 
-// By how much they move: through so many substeps of dt [s] each, 0 where they are not behind or it
-// is not their turn; by velocities and tools of substep n.
+// The advance of all Gaussians: `substeps` substeps of dt [s] each, 0 if none is due, with
+// velocities and tools of substep n.
 struct Stretch {
     int n, substeps;
     float dt;
@@ -44,7 +44,7 @@ __device__ Stretch stretch(const DeformView& d)
     return {d.at_end ? done - 1 : begun, moves ? lag.substeps : 0, lag.each<float>()};
 }
 
-// Whether they leave tools now, after they have moved or not.
+// Whether they are pushed out of tools in this call, moved or not.
 __device__ bool clears(const DeformView& d)
 {
     const Clock& c = *d.clock;
@@ -53,13 +53,13 @@ __device__ bool clears(const DeformView& d)
     return due && c.dt[0] > 0;
 }
 
-// What of a Gaussian's substep is counted: each 0 or 1.
+// Counted events of a Gaussian's substep: each 0 or 1.
 struct Happened {
     bool stranded, projected, repaired;
 };
 
-// Of the thread's own, with what comes after it to be read anew: it costs less to load again what
-// is in L1 than to keep it in registers meanwhile.
+// Index of the thread's Gaussian; also forces later reads to be issued again: reloading from L1
+// costs less than keeping the values in registers.
 __device__ int own_index()
 {
     unsigned block, thread;
@@ -71,7 +71,7 @@ __device__ int own_index()
 }
 
 enum class Way { still, stranded, moves };
-// What moves the Gaussian at x, if anything does.
+// The velocity field at the Gaussian at x, if it moves.
 template <Features f>
 __device__ Way field_around(const DeformView& d, Vec3<float> x, int i, int n,
                             LinearField<float>& field)
@@ -93,7 +93,7 @@ __device__ Way field_around(const DeformView& d, Vec3<float> x, int i, int n,
     return held ? Way::moves : Way::stranded;
 }
 
-// A warp's to the frame's counters.
+// Adds a warp's events to the frame's counters.
 __device__ void report(Clock& clock, const Happened& happened, int substeps)
 {
     const auto add = [](unsigned long long& to, bool mine, int each) {
@@ -106,14 +106,14 @@ __device__ void report(Clock& clock, const Happened& happened, int substeps)
     add(clock.counters.splats_repaired, happened.repaired, 1);
 }
 
-// Moves them.
+// Moves the Gaussians.
 template <class Case>
 __global__ void __launch_bounds__(threads, Case::features.blades ? 5 : 6)
     follow_kernel(const __grid_constant__ DeformView d)
 {
     const int own = own_index();
     const bool valid = own < *d.splats.live;
-    // As it was left when it moved last, in a substep that is over.
+    // Position after its last move, in a substep that has ended.
     const float4 place = d.splats.row(0, min(own, d.splats.room - 1));
     wait_upstream_and_trigger();
     const Stretch before = stretch(d);
@@ -135,7 +135,7 @@ __global__ void __launch_bounds__(threads, Case::features.blades ? 5 : 6)
     report(*d.clock, happened, by.substeps);
 }
 
-// Takes one out of tools.
+// Pushes a Gaussian out of tools.
 template <Features f>
 __device__ void clear(const DeformView& d, int i, int n, Happened& happened)
 {
@@ -155,7 +155,7 @@ __device__ void clear(const DeformView& d, int i, int n, Happened& happened)
     if constexpr (f.blades) d.splats.sides[i] = g.sides;
 }
 
-constexpr int each = 4;  // Gaussians a thread
+constexpr int each = 4;  // Gaussians per thread
 template <class Case>
 __global__ void __launch_bounds__(threads, 4) clear_kernel(const __grid_constant__ DeformView d)
 {
@@ -173,7 +173,7 @@ __global__ void __launch_bounds__(threads, 4) clear_kernel(const __grid_constant
 
 constexpr Features relevant(Features f) { return {.blades = f.blades, .rests = f.rests}; }
 
-// Behind a loop none starts early.
+// A kernel after a loop is not launched early.
 void launch_either(bool early, const char* name, void (*kernel)(DeformView), int blocks,
                    cudaStream_t stream, const DeformView& view)
 {

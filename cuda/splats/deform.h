@@ -1,6 +1,6 @@
-// How a Gaussian follows the clay around it: it goes with the lattice's velocity, and stretches and
-// turns by that velocity's gradient. A fit to the nodes that hold clay, because a photographed
-// surface is where half of them hold none.  (31)-(34)
+// Deformation of Gaussians by the clay around them: a Gaussian is advected with the grid velocity,
+// and deformed by its gradient. The field is fitted to the nodes that hold clay, because half of
+// the nodes at a photographed surface hold none.  (31)-(34)
 #pragma once
 #include "cuda/math/rotation.h"
 #include "cuda/mpm/edit.h"
@@ -10,22 +10,21 @@
 
 namespace knead {
 
-// The centre of a splat, and what has become of its neighbourhood since it was attached.
+// The centre of a splat, and the deformation of its neighbourhood since it was attached.
 template <class R>
 struct Gaussian {
     Vec3<R> x;   // [m]
-    Mat3<R> F;   // total deformation gradient: no return map takes the flow out of it, or splats
-                 // would keep their size while clay spreads, and holes open between them [1]
-    int object;  // whose clay it follows
-    std::uint32_t sides;  // which side of a cut, and whether it is held: as Particle::sides
+    Mat3<R> F;   // total deformation gradient, without a return map: else splats would keep their
+                 // size while clay spreads, and holes would open between them [1]
+    int object;  // whose clay moves it
+    std::uint32_t sides;  // side of a cut, and whether it is held: as Particle::sides
     HD bool still() const { return (sides & Particle<R>::still_bit) != 0; }
     HD std::uint32_t label() const { return sides & ~Particle<R>::still_bit; }
     HD void hold(bool held) { sides = label() | (held ? Particle<R>::still_bit : 0); }
 };
 
-// Some of many Gaussians change, and some are new. One that is split goes so far to one side, its
-// second to the other; the new ones lie beside particles, whose object and label they take, or
-// where they are told to.
+// Edits of Gaussians. A split one is displaced by -way, and a new one is added at +way. Other new
+// ones are added beside particles, whose object and label they get, or at given positions.
 struct GaussianSplit {
     int index;
     Vec3<double> way;  // [m]
@@ -34,12 +33,12 @@ struct GaussianBeside {
     int particle;      // id
     Vec3<double> way;  // from it [m]
 };
-struct GaussianPlace {  // of an undeformed one
+struct GaussianPlace {  // undeformed
     Vec3<float> x;      // [m]
     int object;
 };
 
-// Undeformed, at x.
+// An undeformed Gaussian at x.
 template <class R>
 HD Gaussian<R> gaussian_at(Vec3<R> x, int object)
 {
@@ -52,16 +51,16 @@ HD Gaussian<To> cast(const Gaussian<From>& g)
     return {cast<To>(g.x), {cast<To>(g.F.a), cast<To>(g.F.b), cast<To>(g.F.c)}, g.object, g.sides};
 }
 
-// What a node that holds the mass m counts for, where the lightest particle has the mass
-// 1 / per_mass: less than 1 where it holds less than that. The velocity of such a node is that of
-// whatever little reaches it, and may be anything.  (31)
+// Weight of a node of mass m, where the lightest particle has the mass 1 / per_mass: below 1 if it
+// holds less than that. The velocity of such a node comes from a negligible amount of clay and may
+// be arbitrary.  (31)
 template <class R>
 HD R share(R m, R per_mass)
 {
     return min(per_mass * m, R(1));
 }
 
-// A node's velocity and what it counts for.
+// A node's velocity and weight.
 template <class R>
 struct NodeShare {
     Vec3<R> v;  // [m/s]
@@ -73,7 +72,7 @@ HD NodeShare<R> node_share(const Node<R>& n, R per_mass)
     return {n.p, share(n.m, per_mass)};
 }
 
-// Three weighted values along an axis: their sum, and its first two moments about the middle one,
+// Three weighted values along an axis: their sum, and the first two moments about the middle one,
 // in steps.
 template <class V>
 struct AxisSums {
@@ -85,16 +84,15 @@ HD AxisSums<V> axis_sums(const V& low, const V& middle, const V& high)
     return {low + middle + high, high - low, low + high};
 }
 
-// Sums of w h v and, fourth, of w h over the 27 nodes: as they are, times the step from the middle
-// node along each axis; of w h times two of these steps, too.
+// Sums over the 27 nodes of w h v and, as fourth component, of w h: plain, and times the step from
+// the middle node along each axis; of w h also times two of these steps.
 template <class R>
 struct NodeSums {
     Four<R> all, by_x, by_y, by_z;
     Sym3<R> second;
 };
 
-// node(step) is where the memory is: it answers with what the node so many steps from the base
-// counts for.
+// node(step) accesses the memory: it returns the NodeShare of the node at `step` from the base.
 template <class R, class NodeAt>
 HD NodeSums<R> node_sums(const Stencil<R>& s, NodeAt&& node)
 {
@@ -134,7 +132,7 @@ HD NodeSums<R> node_sums(const Stencil<R>& s, NodeAt&& node)
              along_x(yz).sum}};
 }
 
-// A symmetric matrix times its inverse is the identity times its determinant, the matrix here.
+// Adjugate: a symmetric matrix times it is the determinant times the identity.
 template <class R>
 HD Sym3<R> adjugate(const Sym3<R>& A)
 {
@@ -142,9 +140,9 @@ HD Sym3<R> adjugate(const Sym3<R>& A)
             A.xz * A.yz - A.xy * A.zz, A.xy * A.yz - A.xz * A.yy, A.xy * A.xz - A.yz * A.xx};
 }
 
-// The inverse of a symmetric matrix that has no negative eigenvalue. To one whose smallest is next
-// to nothing so much of the identity is added that none is below `floor`: det / minors lies between
-// a third of the smallest eigenvalue and all of it. `exact` if nothing was added.
+// The inverse of a positive semidefinite matrix. To a nearly singular one a multiple of the
+// identity is added, so that no eigenvalue is below `floor`: det / minors lies between a third of
+// the smallest eigenvalue and that eigenvalue. `exact` if nothing was added.
 template <class R>
 HD Sym3<R> bounded_inverse(Sym3<R> A, R floor, bool& exact)
 {
@@ -167,11 +165,11 @@ struct LinearField {
     Mat3<R> C;  // [1/s]
 };
 
-// The gradient, per step, of the linear field that is nearest to velocities whose moments about
-// their mean are B = <v r^T> and M = <r r^T>, r in steps: first the rotation that is nearest to
-// them, then what is left. A rotation is so found exactly wherever the nodes say which it is, as
-// those of a plane do; and a gradient in a direction in which no node has a neighbour is that of
-// the rotation. Where M has a good inverse the two come to B M^-1 at once.  (32)
+// The gradient, per step, of the least-squares linear field of velocities whose moments about their
+// mean are B = <v r^T> and M = <r r^T>, r in steps: first the best-fitting rotation, then the
+// remainder. So a rotation is reproduced exactly if the nodes determine it, as those of a plane do;
+// and in a direction in which no node has a neighbour the gradient is that of the rotation. If M is
+// well conditioned the two sum to B M^-1.  (32)
 template <class R>
 HD Mat3<R> fitted_gradient(const Mat3<R>& B, const Sym3<R>& M)
 {
@@ -187,7 +185,8 @@ HD Mat3<R> fitted_gradient(const Mat3<R>& B, const Sym3<R>& M)
     return W + left * inverse;
 }
 
-// What moves the point whose stencil is s; `held` is false where none of its nodes holds mass.
+// The velocity field at the point whose stencil is s; `held` is false if none of its nodes holds
+// mass.
 template <class R>
 HD LinearField<R> fitted_field(const NodeSums<R>& n, const Stencil<R>& s,
                                std::type_identity_t<const Spacing<R>&> spacing, bool& held)
@@ -203,7 +202,7 @@ HD LinearField<R> fitted_field(const NodeSums<R>& n, const Stencil<R>& s,
                        share * first_three(n.by_z) - mean.z * v};
     // From the nodes' mean to the point, in steps.
     const Vec3<R> r = (-spacing.per_dx) * s.d - Vec3<R>{1, 1, 1} - mean;
-    Mat3<R> C = R(4) * B;  // all nodes count in full: M is I / 4, as in g2p.h
+    Mat3<R> C = R(4) * B;  // all nodes have full weight: M is I / 4, as in g2p.h
     if (weight < R(1) - R(1e-5)) {
         const Sym3<R>& q = n.second;
         C = fitted_gradient(B, {share * q.xx - mean.x * mean.x, share * q.yy - mean.y * mean.y,
@@ -213,16 +212,16 @@ HD LinearField<R> fitted_field(const NodeSums<R>& n, const Stencil<R>& s,
     return {v + C * r, spacing.per_dx * C};
 }
 
-// Carries a Gaussian on through so many substeps of dt [s] each, in all of which the field around
-// it is this one: a rotation stays one. A substep that would turn its neighbourhood inside out is
-// cut: for |dt C| <= 1/2, det(I + dt C) > 0.  (33)
+// Advances a Gaussian by `substeps` substeps of dt [s] in the constant field `field`: a rotation
+// stays one. dt C is limited so that the neighbourhood is not inverted: for |dt C| <= 1/2, det(I +
+// dt C) > 0.  (33)
 template <class R>
 HD void carry(Gaussian<R>& g, const LinearField<R>& field, R dt, int substeps)
 {
     const Mat3<R>& C = field.C;
     const R size_squared = dt * dt * (dot(C.a, C.a) + dot(C.b, C.b) + dot(C.c, C.c));
     const R step = size_squared > R(0.25) ? dt * (R(0.5) / std::sqrt(size_squared)) : dt;
-    Vec3<R> v = field.v;  // where it is by then
+    Vec3<R> v = field.v;  // velocity at its current position
     for (int n = 0; n < substeps; ++n) {
         g.x = g.x + dt * v;
         g.F = g.F + step * (C * g.F);
@@ -230,7 +229,7 @@ HD void carry(Gaussian<R>& g, const LinearField<R>& field, R dt, int substeps)
     }
 }
 
-// What moves the point x, through the nodes around it: node(step) as in node_sums().
+// The velocity field at x from the nodes around it: node(step) as in node_sums().
 template <class R, class NodeAt>
 HD LinearField<R> field_at(Vec3<R> x, std::type_identity_t<const Spacing<R>&> spacing, bool& held,
                            NodeAt&& node)
@@ -239,7 +238,8 @@ HD LinearField<R> field_at(Vec3<R> x, std::type_identity_t<const Spacing<R>&> sp
     return fitted_field(node_sums(s, node), s, spacing, held);
 }
 
-// So many substeps of g, of dt [s] each. False where no node holds mass: it stays.
+// Advances g by `substeps` substeps of dt [s]. Returns false, and leaves g unchanged, if no node
+// holds mass.
 template <class R, class NodeAt>
 HD bool deform(Gaussian<R>& g, std::type_identity_t<const Spacing<R>&> spacing, R dt, int substeps,
                NodeAt&& node)
@@ -250,7 +250,7 @@ HD bool deform(Gaussian<R>& g, std::type_identity_t<const Spacing<R>&> spacing, 
     return held;
 }
 
-// Within the walls.
+// Clamps to the walls.
 template <class R>
 HD void keep_within(Gaussian<R>& g, const Walls<R>& walls)
 {
@@ -260,9 +260,10 @@ HD void keep_within(Gaussian<R>& g, const Walls<R>& walls)
     g.x = point.x;
 }
 
-// Out of tools, all the way, for it has no neighbours whose strain would have to hear of it (19);
-// within the walls; with `blades` on its side of each. Tools are looked for `passes` times, at
-// least twice if ever: what leaves one all at once may be in another. True if a tool moved it. (34)
+// Pushes a Gaussian out of tools entirely, since no strain depends on it (19); keeps it within the
+// walls and, with `blades`, on its side of each blade. In at most `passes` iterations, at least two
+// if any: a Gaussian pushed out of one tool may be in another. Returns true if a tool moved it.
+// (34)
 template <class R>
 HD bool keep_out(Gaussian<R>& g, const Colliders<R>& tools, const Mask& mask, int passes,
                  bool blades, const Walls<R>& walls, R dx)
@@ -279,7 +280,7 @@ HD bool keep_out(Gaussian<R>& g, const Colliders<R>& tools, const Mask& mask, in
     return depth > 0;
 }
 
-// Splits one; returns the second. Both stay between the walls.
+// Splits a Gaussian; returns the second. Both stay between the walls.
 template <class R>
 HD Gaussian<R> split(Gaussian<R>& g, Vec3<R> way, const WallOptions& walls)
 {
@@ -312,7 +313,7 @@ HD bool sound(const Gaussian<R>& g)
     return sum - sum == 0;
 }
 
-// Back to where it was, where a number is none. True if that was needed.
+// Resets a Gaussian with non-finite values to `before`. Returns true if that was needed.
 template <class R>
 HD bool repair(Gaussian<R>& g, const Gaussian<R>& before)
 {

@@ -1,6 +1,6 @@
-// Gaussians between two frames, one thread each: moved with their object, arranged to be drawn. As
-// cuda/mpm/edit.cu: in double and without contraction of multiply-add, so that they have the bits
-// that the host would compute.
+// Edits of Gaussians between two frames, one thread each: rigid motion, order for rendering. As
+// cuda/mpm/edit.cu in double and without contraction of multiply-add, so that results are bitwise
+// those of the host.
 #include <cub/device/device_scan.cuh>
 
 #include "cuda/device/launch.cuh"
@@ -40,7 +40,7 @@ __global__ void __launch_bounds__(threads)
     for (int k = 0; k < 3; ++k) atomicMin(&to->low[k], keys[k]), atomicMax(&to->high[k], keys[k]);
 }
 
-// A Gaussian's rows on the device are three of 16 bytes apart; here they follow each other.
+// A Gaussian's three rows of 16 bytes are apart on the device; here they are made contiguous.
 __global__ void __launch_bounds__(threads)
     arrange_kernel(const __grid_constant__ GaussianView d, float4* to)
 {
@@ -51,14 +51,14 @@ __global__ void __launch_bounds__(threads)
     for (int r = 0; r < gaussian_rows; ++r) to[at + r] = d.row(r, i);
 }
 
-// Where each is, by its id.
+// Index of each Gaussian, by id.
 __global__ void __launch_bounds__(threads) invert_kernel(const int* ids, int count, int* places)
 {
     const int i = int(blockIdx.x * threads + threadIdx.x);
     if (i < count) places[ids[i]] = i;
 }
 
-// At the end, as the one of that number.
+// Stores g as the number-th new Gaussian.
 __device__ void append(const GaussianView& d, int number, const Gaussian<float>& g)
 {
     const int i = d.count + number;
@@ -90,7 +90,7 @@ __global__ void __launch_bounds__(threads)
     append(d, k, gaussian_beside(p, cast<float>(added[k].way), walls));
 }
 
-// And behind the last a 0, so that the sums say how many there are.
+// A final 0 makes the last prefix sum the number of Gaussians kept.
 __global__ void __launch_bounds__(threads)
     choose_kernel(const __grid_constant__ GaussianView d, const char* gone, int* by_place,
                   int* by_id)
@@ -101,7 +101,7 @@ __global__ void __launch_bounds__(threads)
     by_place[i] = chosen, by_id[i < d.count ? d.ids[i] : i] = chosen;
 }
 
-// The sums of what comes before have taken the marks' places.
+// The marks have been replaced by their prefix sums.
 __global__ void __launch_bounds__(threads)
     copy_kernel(const __grid_constant__ GaussianView d, const char* gone,
                 const __grid_constant__ GaussianView to, const int* by_place, const int* by_id)

@@ -1,11 +1,11 @@
-// Where something that moves is by the time it is seen, from where it was twice.
+// Linear extrapolation of motion to the time of display.
 #pragma once
 #include "cuda/math/vec.h"
 
 namespace knead {
 
-// Where a place, or what became of a neighbourhood, is when it has gone on as it came, by so much
-// of its way since before.
+// Extrapolates a position or a deformation gradient by the fraction `extrapolation` of its last
+// change.
 template <class R>
 HD Vec3<R> extrapolated(Vec3<R> now, Vec3<R> before, R extrapolation)
 {

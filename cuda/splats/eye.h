@@ -1,5 +1,4 @@
-// Where splats are seen from: an eye with four sides of its own, as headsets have them, and what
-// follows from it.
+// The view of an eye: an asymmetric frustum, as headsets have, and derived quantities.
 #pragma once
 #include <cmath>
 #include <cstdint>
@@ -31,11 +30,11 @@ HD bool valid(const Eye<R>& e)
            e.height <= max_eye_size;
 }
 
-// An eye in the form that projection needs. Pixel (i, j) has its centre at u = i, v = j.
+// An eye in the form used by projection. Pixel (i, j) has its centre at u = i, v = j.
 template <class R>
 struct Pinhole {
     Vec3<R> position;         // [m]
-    Mat3<R> to_eye;           // turns a direction of the world into the eye's axes
+    Mat3<R> to_eye;           // rotates world directions to the eye's axes
     R fx, fy, cx, cy;         // u = fx x / z + cx, v = fy y / z + cy [pixels]
     R left, right, up, down;  // tangents
     int width, height;
@@ -59,12 +58,12 @@ HD Pinhole<R> pinhole(const Eye<R>& e)
             e.height};
 }
 
-// Depth keys of one order for both eyes: by distance from the point between them, which a turn of
-// the head does not change. 24 bits of the squared distance on a logarithmic scale: from `near` to
-// 65536 times that, to one part in a million; what is farther counts as equally far.
-constexpr std::uint32_t no_depth_key = (1u << 24) - 1;  // of a splat that no eye sees
+// Depth keys shared by both eyes: by distance from the midpoint between them, which is invariant
+// under rotation of the head. 24 bits of the squared distance on a logarithmic scale: from `near`
+// to 65536 times that, to one part in a million; larger distances are equal.
+constexpr std::uint32_t no_depth_key = (1u << 24) - 1;  // of a splat that is in no view
 
-// Both sides round the same: `offset` is from that point to the splat.
+// Rounds equally on host and device; `offset` is from the midpoint to the splat.
 HD std::uint32_t depth_key(Vec3<float> offset, float near)
 {
     const float squared =

@@ -1,5 +1,5 @@
-// A splat on the screen of one eye: the 2D Gaussian that its projection is to first order, where it
-// can be seen, how deep it lies. [Zwicker 2001] [Kerbl 2023]
+// The projection of a splat to the screen of one eye, to first order a 2D Gaussian; its visibility
+// and depth. [Zwicker 2001] [Kerbl 2023]
 #pragma once
 #include "cuda/math/fast.h"
 #include "cuda/splats/eye.h"
@@ -10,17 +10,18 @@ namespace knead {
 // How splats are drawn; lengths in metres.
 template <class R>
 struct SplatOptions {
-    R near = R(0.03);          // depth at which a splat has faded away
-    R near_full = R(0.08);     // depth from which on it has its opacity
-    bool antialiased = false;  // small splats keep their opacity: SplatCloud::antialiased
+    R near = R(0.03);          // depth at which opacity has faded to 0
+    R near_full = R(0.08);     // depth from which on opacity is full
+    bool antialiased = false;  // compensates opacity for the screen filter: SplatCloud::antialiased
 };
 
 constexpr double min_alpha = 1.0 / 255;  // less is not drawn
 constexpr double max_alpha = 0.99;       // of one splat
 constexpr double log2_min_alpha = -7.99435343685886;
 constexpr double log2_max_alpha = -0.01449956969511509;
-constexpr double screen_variance = 0.3;  // of the screen's filter [pixels^2]
-constexpr double tangent_margin = 1.3;   // of the sides, to which slopes are cut off
+constexpr double screen_variance = 0.3;  // of the screen-space filter [pixels^2]
+constexpr double tangent_margin = 1.3;   // factor on the sides' tangents at which slopes are
+                                         // clamped
 
 // log2 of alpha at (u + dx, v + dy) is peak - (a dx^2 + b dx dy + c dy^2).
 template <class R>
@@ -28,10 +29,10 @@ struct Footprint {
     R u, v;                     // centre [pixels]
     R a, b, c, peak;            // peak: log2 of the opacity
     R depth, gx, gy;            // of the splat at (u + dx, v + dy): depth + gx dx + gy dy [m]
-    R half_width, half_height;  // of the box around where alpha is at least min_alpha [pixels]
+    R half_width, half_height;  // of the bounding box of alpha >= min_alpha [pixels]
 };
 
-// The half axes of a splat in space as columns: Sigma = L L^T. Of a deformed one, F times these.
+// The half axes of a splat as columns: Sigma = L L^T. For a deformed splat, F times these.
 template <class R>
 HD Mat3<R> half_axes(const Ellipsoid<R>& e)
 {
@@ -39,8 +40,8 @@ HD Mat3<R> half_axes(const Ellipsoid<R>& e)
     return {e.scale.x * Q.a, e.scale.y * Q.b, e.scale.z * Q.c};
 }
 
-// The rotation R of F = R S, S symmetric: nearest to F in the sense of squares. Of a mirrored or a
-// flattened F the least of its stretches is turned around or made up, so that R is no reflection.
+// The rotation R of F = R S, S symmetric: the nearest to F in the least-squares sense. If F is
+// mirrored or flattened, its smallest stretch is negated or replaced, so that R is no reflection.
 template <class R>
 HD Mat3<R> polar_rotation(const Mat3<R>& F)
 {
@@ -64,7 +65,7 @@ HD Mat3<R> polar_rotation(const Mat3<R>& F)
     return outer(u, p) + outer(v, q) + outer(cross(u, v), cross(p, q));
 }
 
-// What may be drawn of a colour: not below 0, black where it is not finite or beyond all measure.
+// Clamps a colour for display: not below 0; black if not finite or extremely large.
 template <class R>
 HD Vec3<R> drawable(Vec3<R> colour)
 {
@@ -72,7 +73,7 @@ HD Vec3<R> drawable(Vec3<R> colour)
     return {one(colour.x), one(colour.y), one(colour.z)};
 }
 
-// Opacity near the eye: 0 at `near`, all of it from `near_full` on, smooth between.
+// Opacity factor near the eye: 0 at `near`, 1 from `near_full` on, smooth between.
 template <class R>
 HD R near_fade(R depth, const SplatOptions<R>& options)
 {
@@ -81,9 +82,9 @@ HD R near_fade(R depth, const SplatOptions<R>& options)
     return s * s * (3 - 2 * s);
 }
 
-// Whether the ellipsoid of centre t and half axes whose rows are x, y and z in the eye's axes, k
-// times as large, lies outside one of the four sides. `margin` is what the screen's filter adds, as
-// a tangent. A linear projection smears what lies there into the view where the splat is large.
+// Whether the ellipsoid with centre t and half axes whose rows are x, y and z in the eye's axes,
+// scaled by k, lies outside one of the four sides. `margin`: the tangent that the screen filter
+// adds. Linear projection would smear large splats that lie there into the view.
 template <class R>
 HD bool outside_sides(const Pinhole<R>& eye, Vec3<R> t, Vec3<R> x, Vec3<R> y, Vec3<R> z, R k)
 {
@@ -97,8 +98,8 @@ HD bool outside_sides(const Pinhole<R>& eye, Vec3<R> t, Vec3<R> x, Vec3<R> y, Ve
            beyond_y > k * length(y - side_y * z) + margin_y;
 }
 
-// The footprint of a splat of centre x and half axes L. False where the eye does not see it: too
-// near, behind, beside the picture, too faint, or with numbers that are not finite or too large.
+// The footprint of a splat of centre x and half axes L. Returns false if it is not visible: too
+// near, behind, outside the view, too faint, or with values that are not finite or too large.
 template <class R>
 HD bool project(const Pinhole<R>& eye, const SplatOptions<R>& options, Vec3<R> centre,
                 const Mat3<R>& L, R opacity, Footprint<R>& f)
@@ -108,8 +109,8 @@ HD bool project(const Pinhole<R>& eye, const SplatOptions<R>& options, Vec3<R> c
     const Mat3<R> rows = transpose(eye.to_eye * L);  // columns: x, y and z of the three half axes
     opacity = min(opacity, R(1)) * near_fade(t.z, options);
 
-    // Sigma = M M^T with the rows m and n of M = J rows^T; the slopes in J are cut off a little
-    // outside of the picture, where a first-order projection is no good.
+    // Sigma = M M^T with the rows m and n of M = J rows^T; the slopes in J are clamped slightly
+    // outside of the view, where a first-order projection is invalid.
     const R by_z = 1 / t.z;
     const R over_x = R(0.5 * (tangent_margin - 1)) * (eye.right - eye.left);
     const R over_y = R(0.5 * (tangent_margin - 1)) * (eye.down - eye.up);
@@ -119,7 +120,7 @@ HD bool project(const Pinhole<R>& eye, const SplatOptions<R>& options, Vec3<R> c
     const Vec3<R> n = (eye.fy * by_z) * (rows.b - sy * rows.c);
     const R h = R(screen_variance), mm = dot(m, m), nn = dot(n, n), mn = dot(m, n);
     if (!(mm + nn < R(1e16))) return false;
-    // By the cross product: of a long, thin splat, mm nn - mn^2 would be rounding alone.
+    // By the cross product: for a long, thin splat mm nn - mn^2 would be rounding error.
     const Vec3<R> area = cross(m, n);
     const R sharp = dot(area, area), det = sharp + h * (mm + nn) + h * h;
     if (options.antialiased) opacity = opacity * std::sqrt(sharp / det);
@@ -144,8 +145,8 @@ HD bool project(const Pinhole<R>& eye, const SplatOptions<R>& options, Vec3<R> c
     return true;
 }
 
-// The least of a dx^2 + b dx dy + c dy^2 over pixels [x0, x1] x [y0, y1]: 0 where the centre lies
-// between; else it lies on one of the sides that face the centre.
+// The minimum of a dx^2 + b dx dy + c dy^2 over pixels [x0, x1] x [y0, y1]: 0 if the centre is
+// inside; else on one of the sides that face the centre.
 template <class R>
 HD R least_fall(R u, R v, R a, R b, R c, R x0, R y0, R x1, R y1)
 {

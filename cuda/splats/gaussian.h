@@ -1,5 +1,5 @@
-// One splat of a photographed object: a Gaussian in space, with the covariance that its rotation
-// and its scales give it, and a colour that depends on the direction it is seen from.  [Kerbl 2023]
+// One splat of a photographed object: a 3D Gaussian whose covariance is given by its rotation and
+// scales, and a view-dependent colour.  [Kerbl 2023]
 #pragma once
 #include "cuda/math/rotation.h"
 #include "cuda/math/sym_eigen.h"
@@ -21,8 +21,8 @@ HD Sym3<R> covariance(const Ellipsoid<R>& e)
     return composed(rotation(e.q), Vec3<R>{s.x * s.x, s.y * s.y, s.z * s.z});
 }
 
-// The way back, for a covariance that a deformation has changed: half axes in any order, and a
-// rotation, never a reflection. What rounding made negative is a half axis of 0.
+// The inverse, for a covariance changed by deformation: half axes in any order, and a rotation,
+// never a reflection. Eigenvalues made negative by rounding give half axes of 0.
 template <class R>
 HD Ellipsoid<R> ellipsoid(const Sym3<R>& sigma)
 {
@@ -36,7 +36,7 @@ HD Ellipsoid<R> ellipsoid(const Sym3<R>& sigma)
 constexpr int harmonics(int degree) { return (degree + 1) * (degree + 1); }
 constexpr int max_sh_degree = 3;
 
-// Y_0 = 1 / (2 sqrt(pi)): what a coefficient of degree 0 adds to a colour.
+// Y_0 = 1 / (2 sqrt(pi)): the contribution of a coefficient of degree 0 to a colour.
 constexpr double sh_constant = 0.28209479177387814;
 
 // Calls use(k, Y_k(d)) for all harmonics up to `degree`, at most 3, k = l (l + 1) + m, in the unit
@@ -73,8 +73,8 @@ HD void each_harmonic(int degree, Vec3<R> d, Use&& use)
     use(15, -c33 * x * (xx - 3 * yy));
 }
 
-// The colour, red, green and blue, 0 and up, 1 being white, in the unit direction d from the eye to
-// the splat: 1/2 + sum_k c_k Y_k(d), cut off at 0. at(k) answers with c_k.  [Kerbl 2023]
+// The colour, red, green and blue, at least 0, 1 being white, in the unit direction d from the eye
+// to the splat: 1/2 + sum_k c_k Y_k(d), clamped at 0. at(k) returns c_k.  [Kerbl 2023]
 template <class R, class At>
 HD Vec3<R> sh_colour(int degree, Vec3<R> d, At&& at)
 {
@@ -102,10 +102,10 @@ HD void each_lebedev(Use&& use)
             }
 }
 
-// The coefficients, to degree 3 at most, of a colour that turns with the splat by the rotation
-// matrix Q: sum_k turned_k Y_k(Q d) = sum_k c_k Y_k(d). at(k) answers with c_k, add(k, v) adds v to
-// turned_k, which begins at 0. turned_k is the integral of Y_k(d) c(Q^T d), a polynomial of degree
-// 6. For files: who draws turns the direction by Q^T instead.
+// Rotates the coefficients, to degree 3 at most, of a splat's colour by the rotation matrix Q:
+// sum_k turned_k Y_k(Q d) = sum_k c_k Y_k(d). at(k) returns c_k, add(k, v) adds v to turned_k,
+// which starts at 0. turned_k is the integral of Y_k(d) c(Q^T d), a polynomial of degree 6. For
+// files: rendering rotates the direction by Q^T instead.
 template <class R, class At, class Add>
 HD void turn_harmonics(int degree, const Mat3<R>& Q, At&& at, Add&& add)
 {

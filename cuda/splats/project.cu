@@ -1,4 +1,4 @@
-// Every splat as each eye sees it: its harmonics are read once and evaluated for both.
+// Projection of every splat for each eye: its harmonics are read once and evaluated for both.
 #include <cuda_fp16.h>
 
 #include "cuda/device/launch.cuh"
@@ -15,7 +15,7 @@ __global__ void set_kernel(RasterFrame* to, const __grid_constant__ RasterFrame 
     *to = frame;
 }
 
-// First tile and number of tiles from `low` to `high` [pixels] of `size`, which meet the picture.
+// First tile and number of tiles from `low` to `high` [pixels], clipped to `size`.
 __device__ void tiles_between(float low, float high, int size, std::uint16_t& first,
                               std::uint16_t& count)
 {
@@ -114,7 +114,7 @@ __device__ void store(const RasterView& d, int e, int i, const Footprint<float>&
     *reinterpret_cast<float4*>(d.rests + at) = {colour.z, f.depth, f.gx, f.gy};
 }
 
-// Splats from `first` on, up to `end`.
+// Splats in [first, end).
 template <bool moved, int degree>
 __global__ void __launch_bounds__(threads)
     project_kernel(const __grid_constant__ RasterView d, int first, int end)

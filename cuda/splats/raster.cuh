@@ -1,11 +1,11 @@
-// The stages of a frame of splats on the device, in their order, and all that their kernels see.
+// The stages of a frame of splats on the device, in order, and the data of their kernels.
 //   project . sort . scan . emit . sort by tile . blend
-// Splats are ordered by depth once for both eyes, then listed by the tiles that they reach: the
+// Splats are sorted by depth once for both eyes, then listed by the tiles that they reach: the
 // tiles of the second eye follow those of the first, so that one stable sort by tile serves both.
-// How a tile lists them, whole or by parts, is chosen by what was found in the frame before; pixels
-// are the same to the bit either way.
-// Every buffer has a fixed size, every count stays on the device, nothing waits for the host. Where
-// the list is full, the farthest splats are left out of it, and counted.
+// Whether a tile's list is whole or by parts is chosen from samples of the frame before; pixels are
+// bitwise the same.
+// All buffers have fixed sizes, all counts stay on the device, and nothing waits for the host. If
+// the list is full, the farthest splats are dropped, and counted.
 #pragma once
 #include <cuda_runtime.h>
 
@@ -20,10 +20,10 @@
 namespace knead::gpu {
 
 constexpr int max_squares = 1 << 16;       // of both eyes
-constexpr int max_tiles = 65536 / parts;   // keys of 16 bits; of so many squares there are 4866
+constexpr int max_tiles = 65536 / parts;   // 16-bit keys; this many squares have 4866 tiles
 static_assert(tile_size == fovea_square);  // so a tile has one step
 
-// Splats as they are at rest.
+// Splats at rest.
 struct SplatView {
     int count, degree;    // of the harmonics
     const float4* place;  // x, y, z [m], opacity
@@ -31,44 +31,44 @@ struct SplatView {
     const float4* scale;  // half axes [m], nothing
     const uint4* sh;      // sh_row(degree) each: halves, red, green and blue of every coefficient
 };
-// Of how many uint4 a splat's harmonics are.
+// Number of uint4 in a splat's harmonics.
 HD constexpr int sh_row(int degree) { return (3 * harmonics(degree) + 7) / 8; }
 
-// The first `count` splats, where they are in this frame. Both pointers step by so many floats.
+// Positions of the first `count` splats in this frame. Strides are in floats.
 struct MovedSplats {
     int count;
     const float* centre;  // x, y, z [m]
     int centre_stride;
     const float* F;  // the columns of the total deformation gradient
     int F_stride;
-    // Where they were before, alike; null: they are drawn where they are. Else both go on from
-    // there by so much more of the way.
+    // The positions and F before; null: no extrapolation. Else both are extrapolated by this
+    // fraction of their change.
     const float *centre_before = nullptr, *F_before = nullptr;
     float extrapolation = 0;
 };
 
-// Of one eye, rows from the top.
+// Images of one eye, rows from the top.
 struct RasterTarget {
     const uint2* mesh_colour;  // four halves; null: none
     const float* mesh_depth;   // [m]; no_depth: no mesh here
-    uint2* colour;             // four halves: red, green, blue, what splats and mesh cover
-    float* depth;              // [m]: where half of what lies behind is hidden, or no_depth
+    uint2* colour;             // four halves: red, green, blue, coverage of splats and mesh
+    float* depth;              // [m]: where half of the background is hidden, or no_depth
 };
 
-// What changes from frame to frame; in device memory, so that a captured graph stays as it is.
+// Parameters of a frame; in device memory, so that a captured graph need not change.
 struct RasterFrame {
-    SplatView splats;  // as many as the view has places for, or fewer
+    SplatView splats;  // at most as many as the view has room for
     Pinhole<float> camera[2];
     Vec3<float> middle;  // of the eyes [m]
     SplatOptions<float> options;
     Vec3<float> background;
     MovedSplats moved;
     RasterTarget target[2];
-    const char* hidden;  // RasterView::all_squares(): 1 where nothing is drawn; null: all is
+    const char* hidden;  // RasterView::all_squares(): 1 where nothing is drawn; null: all is drawn
     Fovea<float> fovea[2];
 };
 
-// The first tile, and how many columns and rows of tiles a splat may touch; no rows: not seen.
+// The first tile, and the columns and rows of tiles that a splat may touch; 0 rows: not visible.
 struct TileBox {
     std::uint16_t x, y, columns, rows;
 };
@@ -76,7 +76,7 @@ struct alignas(16) TileBoxes {
     TileBox eye[2];
 };
 
-// What tile tests and blending read of a splat as an eye sees it.
+// Data of a splat in an eye's view for tile tests and blending.
 struct alignas(32) SplatShape {
     float u, v, a, b, c, peak, red, green;
 };
@@ -84,62 +84,62 @@ struct alignas(16) SplatRest {
     float blue, depth, gx, gy;
 };
 
-// Pairs of a tile and a splat whose box it meets are *candidates*; the entries of a tile's lists
-// are *instances*: at most one of a candidate where the tile is listed whole, else at most one of
-// each part. Candidates are looked at so many at a time, by one thread block.
+// *Candidates* are pairs of a tile and a splat whose box overlaps it. *Instances* are the entries
+// of a tile's lists: at most one per candidate if the tile is listed whole, else at most one per
+// part. A thread block tests chunk_size candidates at a time.
 constexpr int chunk_size = 2048;
 
-// What was sampled of a tile: splats, and entries of a list by parts (best_whole()).
+// Samples of a tile: splats, and entries of a list by parts (best_whole()).
 struct alignas(8) TileSample {
     unsigned splats, entries;
 };
 
-// How a tile is drawn in this frame: the parts of which something is, as bits, the step of its
-// samples, and how it is listed.
+// How a tile is drawn in this frame: bits of its visible parts, the step of its samples, and the
+// kind of its list.
 struct alignas(4) TileOptions {
     unsigned char drawn, step;
     bool whole;
 };
 
-// How much there was of everything in the last frame.
+// Counts of the last frame.
 struct RasterCounts {
     unsigned long long listed;     // instances in the list
-    unsigned long long instances;  // all, and as many as there may be of candidates not looked at
-    unsigned long long dropped;    // of these, what is not in the list
-    unsigned visible;              // splats that an eye sees
+    unsigned long long instances;  // all, including an upper bound for candidates not tested
+    unsigned long long dropped;    // of these, not in the list
+    unsigned visible;              // splats in any view
     int next_chunk;                // of candidates
-    int put_off;                   // parts with long lists
+    int put_off;                   // deferred parts, with long lists
 };
 
 struct RasterView {
-    int count, degree;  // of splats, or places for them; of their harmonics
+    int count, degree;  // of splats, or room for them; of their harmonics
     const RasterFrame* frame;
-    int eyes, columns, rows;  // columns and rows of tiles of an eye: both are of one size
+    int eyes, columns, rows;  // tiles per eye; both eyes have the same size
     int width, height;        // pixels of an eye
 
     // Per splat, in the order of memory.
     std::uint32_t* depth_keys;
     TileBoxes* boxes;
-    SplatShape* shapes;  // eyes * count, those of one eye behind those of the other
+    SplatShape* shapes;  // eyes * count, first those of the first eye
     SplatRest* rests;
     // By depth.
     const int* numbers;  // 0, 1, 2, ...
     std::uint32_t* sorted_keys;
     int* order;
     unsigned long long* candidate_starts;  // count + 1
-    // By chunks of candidates; more chunks are not looked at.
+    // By chunks of candidates; chunks beyond `chunks` are not tested.
     int chunks;
     unsigned long long* chunk_states;
-    // Instances, on two sides between which they are sorted; they begin and end on the first.
+    // Instances, in two buffers for sorting; input and result are in the first.
     int room;
     std::uint16_t* keys[2];                 // tile * parts + part; part 0 where listed whole
     int* records[2];                        // index of a shape
     unsigned *digit_counts, *digit_starts;  // digit_table_size each
-    // Per key where its instances end, and how far from the end of the room they begin: 0 where
-    // there are none.
+    // Per key the end of its instances, and the distance of their start from the end of the room: 0
+    // if there are none.
     uint2* ranges;
     // Per tile.
-    const unsigned char* seen_parts;  // a bit each: in the picture, and not all of it is hidden
+    const unsigned char* seen_parts;  // one bit per part: on the screen, and not entirely hidden
     TileSample* samples;              // of this frame, from emit() on
     TileOptions* rules;               // from emit() on
     int* put_off;                     // keys of parts; room for all
@@ -161,20 +161,20 @@ constexpr int digit_table_size = 256 * 396;
 std::size_t raster_scratch_bytes(int splats);
 std::size_t tile_sort_scratch_bytes();
 
-// Puts the frame where the stages read it; by value, so that the caller's may go.
+// Copies the frame to where the stages read it; passed by value, so the caller's may be destroyed.
 void set_frame(RasterFrame* to, const RasterFrame& frame, cudaStream_t stream);
 
-// The stages. Every splat as each eye sees it; the first `moved` as the frame says.
+// The stages. Projects every splat for each eye; the first `moved` at the frame's positions.
 void project(const RasterView& view, int moved, cudaStream_t stream);
 // Nearest first.
 void sort_by_depth(const RasterView& view, const RasterScratch& s, cudaStream_t stream);
-// Where the candidates of each splat begin.
+// The first candidate of each splat.
 void scan_candidates(const RasterView& view, const RasterScratch& s, cudaStream_t stream);
-// How each tile is listed, and the instances in the order of depth.
+// Chooses the kind of each tile's list, and lists the instances in order of depth.
 void emit(const RasterView& view, cudaStream_t stream);
-// By tile and part, and where those of each lie.
+// Sorts by tile and part, and finds the range of each.
 void sort_by_tile(const RasterView& view, const RasterScratch& s, cudaStream_t stream);
-// `mesh`: the targets have one.
+// `mesh`: the targets contain one.
 void blend(const RasterView& view, bool mesh, cudaStream_t stream);
 
 }  // namespace knead::gpu

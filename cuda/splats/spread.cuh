@@ -1,4 +1,4 @@
-// Spreading of depths over a picture on the device.
+// Depth filling of a frame on the device.
 #pragma once
 #include <cuda_runtime.h>
 
@@ -6,8 +6,8 @@
 
 namespace knead::gpu {
 
-// Of one eye. `colour` has four halves a pixel, the last what is covered; `depth` is changed; as
-// much as it is `spare`, whose values do not matter.
+// Of one eye. `colour` has four halves per pixel, the last is coverage; `depth` is modified;
+// `spare` is scratch of the same size.
 struct DepthView {
     int width, height;
     const uint2* colour;

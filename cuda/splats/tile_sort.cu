@@ -1,6 +1,6 @@
-// A stable sort of instances by key, of as many as there are: their number stays on the device. In
-// each of two passes, by 8 bits, every thread block takes one stretch of them, counts digits, and
-// after a scan over all counts moves them, a load of them at a time.
+// Stable radix sort of instances by key; their number stays on the device. In each of two passes,
+// of 8 bits, every thread block takes one stretch of them, counts digits, and after a scan over all
+// counts moves them, one load at a time.
 #include <cub/block/block_radix_rank.cuh>
 #include <cub/device/device_scan.cuh>
 
@@ -12,7 +12,7 @@ namespace {
 
 constexpr int threads = 256, digits = 256, digit_bits = 8;
 constexpr int items = 12, load = threads * items;  // instances that a block moves at a time
-constexpr int blocks_each = 3;                     // of a multiprocessor
+constexpr int blocks_each = 3;                     // per multiprocessor
 constexpr int blocks = 132 * blocks_each;          // of an H200's
 static_assert(threads == digits);
 static_assert(digit_table_size == digits * blocks);
@@ -23,7 +23,7 @@ struct Pass {
     std::uint16_t* to_keys;
     int* to_records;
     unsigned* table;         // counts by digit, then by block
-    const unsigned* starts;  // where those begin
+    const unsigned* starts;  // their exclusive prefix sums
     const unsigned long long* listed;
     int room, shift;
     uint2* ranges;  // null: another pass follows
@@ -59,7 +59,7 @@ __global__ void __launch_bounds__(threads) tally_kernel(const __grid_constant__ 
     p.table[t * blocks + int(blockIdx.x)] = tally[t];
 }
 
-// What a block has in shared memory: first to rank a load, then to write it in order.
+// Shared memory of a block: first for ranking a load, then for writing it in order.
 using Rank = cub::BlockRadixRankMatch<threads, digit_bits, false>;
 struct Sorted {
     int records[load];
@@ -70,8 +70,8 @@ union Shared {
     Sorted sorted;
 };
 
-// The n instances from `first` on, sorted into shared memory; firsts[d] of them have a lower digit
-// than d. A warp's lie one behind the other, 32 at a time.
+// Sorts the n instances from `first` on into shared memory; firsts[d] of them have a digit below d.
+// A warp's instances are contiguous, 32 at a time.
 __device__ void sort_load(const Pass& p, int first, int n, Shared& shared, int* firsts)
 {
     const int t = int(threadIdx.x), base = t / 32 * 32 * items + t % 32;
@@ -79,7 +79,7 @@ __device__ void sort_load(const Pass& p, int first, int n, Shared& shared, int* 
     int records[items], ranks[items], below[1];
     UNROLL
     for (int k = 0; k < items; ++k) {
-        const int i = base + 32 * k;  // what is not there comes last
+        const int i = base + 32 * k;  // padding sorts last
         keys[k] = i < n ? p.keys[first + i] : ~0u;
         records[k] = i < n ? p.records[first + i] : 0;
     }
@@ -95,7 +95,7 @@ __device__ void sort_load(const Pass& p, int first, int n, Shared& shared, int* 
     __syncthreads();
 }
 
-// Those of a key lie one behind the other in a stretch's load, whose first and last tell where.
+// Extends a key's range. Its instances are contiguous in a load; called for the first and the last.
 __device__ void widen(const Pass& p, int key, unsigned at, bool first, bool last)
 {
     if (first) atomicMax(&p.ranges[key].x, unsigned(p.room) - at);
@@ -106,7 +106,7 @@ __global__ void __launch_bounds__(threads, blocks_each) move_kernel(const __grid
 {
     __shared__ Shared shared;
     __shared__ int firsts[digits + 1];
-    __shared__ unsigned to[digits];  // where the load's first of a digit goes, less firsts
+    __shared__ unsigned to[digits];  // target index of the load's first of a digit, less firsts
     const int t = int(threadIdx.x);
     const Stretch s = stretch_of(p);
     const ByteAt byte{p.shift};

@@ -1,7 +1,7 @@
-// Tiles of a picture, and how each lists the splats that reach it. Eight thread blocks blend a
-// tile, each a part. A list *by parts* has a splat once for each part that it reaches, and each
-// block its own; a *whole* one has it once, and all eight blocks look through it for what reaches
-// their part.
+// Tiles of the screen, and the lists of splats that reach them. Eight thread blocks blend a tile,
+// one part each. A list *by parts* has a splat once for each part that it reaches, and each block
+// reads its own part's; a *whole* list has it once, and all eight blocks search it for splats that
+// reach their part.
 #pragma once
 #include "cuda/math/hd.h"
 #include "cuda/math/vec.h"
@@ -14,11 +14,10 @@ constexpr int tile_size = 64;                     // pixels a side
 constexpr int part_width = 32, part_height = 16;  // of a part [pixels]
 constexpr int parts_across = tile_size / part_width;
 constexpr int parts = parts_across * (tile_size / part_height);  // of a tile
-constexpr int square_size = 16;  // of what is hidden or not [pixels a side]
+constexpr int square_size = 16;  // granularity of hidden areas [pixels a side]
 
-// The pixels of a part, counted from its tile's first: where one sample stands for step x step of
-// them, a part has as many samples as ever, or those that are left of the tile; parts of the
-// numbers that a tile then does not need have no pixels.
+// The pixels of a part, relative to its tile's first. If a sample covers step x step pixels, a part
+// still has its full number of samples, or those left in the tile; surplus parts are empty.
 struct PartBox {
     int x, y, width, height;
 };
@@ -29,7 +28,7 @@ HD PartBox part_box(int n, int step)
             clamp(tile_size - y, 0, part_height * step)};
 }
 
-// Whether a splat reaches a sample of a part of the tile whose first pixel is (x, y).
+// Whether a splat reaches a sample of part b of the tile whose first pixel is (x, y).
 HD bool reaches_part(const Footprint<float>& f, int x, int y, const PartBox& b, int step)
 {
     const float x0 = float(x + b.x) + sample_offset(step),
@@ -37,7 +36,7 @@ HD bool reaches_part(const Footprint<float>& f, int x, int y, const PartBox& b, 
     return reaches(f, x0, y0, x0 + float(b.width - step), y0 + float(b.height - step));
 }
 
-// Which parts are drawn, as bits, where samples have that step: of `seen`, those of step 1.
+// The parts to draw, as bits, at sample step `step`, from those `seen` at step 1.
 HD unsigned drawn_parts(unsigned seen, int step)
 {
     if (step == 1) return seen;
@@ -46,22 +45,22 @@ HD unsigned drawn_parts(unsigned seen, int step)
     return unsigned((seen & upper) != 0) | unsigned((seen & ~upper) != 0) << parts_across;
 }
 
-// One of so many candidates tells how long a tile's list is.
+// One of this many candidates is sampled to estimate the length of a tile's list.
 constexpr int sampling = 32;
-// An entry more costs as much as so many looks of a block at one that does not reach its part:
-// about 40 ps to list it, on an H200, against 5 to 10 for a look.
+// Cost of an additional entry, in tests by a block of an entry that does not reach its part: about
+// 40 ps to list it, on an H200, against 5 to 10 for a test.
 constexpr int looks_an_entry = 6;
-// Whole lists have about so many splats at most, for a block looks through one alone: 64 batches of
-// 128, of half a microsecond each where nothing in them reaches its part.
+// Upper bound of a whole list, which each block searches by itself: 64 batches of 128, of half a
+// microsecond each if nothing in them reaches its part.
 constexpr int longest_whole = 8192;
 
-// Longer lists by parts are shared out among more blocks: one goes through a list alone, for some
-// 5 us a batch where its splats are small and lie in the rows of few of its warps.
+// Longer lists by parts are split over more blocks: one block needs some 5 us per batch if its
+// splats are small and lie in the rows of few of its warps.
 constexpr int longest_of_a_block = 2048;
 
-// Whether a tile is best listed whole, of whose candidates those that were sampled are `splats`
-// that reach it and `entries` of a list by parts; `blocks` of its parts are drawn. False where
-// nothing is known: by parts no list is longer than what is drawn.
+// Whether a tile is best listed whole. Of its sampled candidates `splats` reach it, with `entries`
+// in a list by parts; `blocks` of its parts are drawn. False without samples: by parts no list is
+// longer than what is drawn.
 HD bool best_whole(unsigned splats, unsigned entries, int blocks)
 {
     const long long more = (long long)entries - splats;  // if listed by parts
