@@ -290,7 +290,7 @@ __device__ void keep_apart(const GridUpdateView& d, int parity, Int3 n)
     for (int f = 1; f < 3; ++f) node_at(d, parity, f * nodes + i) = v[f];
 }
 
-// Updates node n (index i) and its images in one velocity field.
+// Updates node n (index i) and its mirror nodes in one velocity field.
 template <bool fixed_point, class Tools>
 __device__ Node<float> updated_in(const GridUpdateView& d, int substep, float dt, Int3 n, int field,
                                   int i, MirrorNodes& mirrors, Tools&& tools)

@@ -54,8 +54,8 @@ struct UnknownMasses {
 };
 
 // The speed at which clay at node n may still approach a wall that it meets [m/s]: it closes the
-// gap in this substep. `paired`: n is the node before a face on nodes, updated with its image.
-// masses(m) returns the mass of all clay at node m.  (18b)
+// gap in this substep. `paired`: n is the node before a face on nodes, updated with its mirror
+// node. masses(m) returns the mass of all clay at node m.  (18b)
 template <class R, class Masses>
 HD R approach_speed(Int3 n, int axis, int sign, bool paired, const Walls<R>& walls, R dx, R dt,
                     Masses&& masses)
@@ -95,9 +95,10 @@ HD Vec3<R> apply_walls(Vec3<R> v, Int3 n, const Lattice<R>& lattice, const Walls
 }
 
 // Applies one wall to a node on or behind it; if `paired`, to the node one step before a face on
-// nodes and to its image. The velocity at the face is their mean blended with that of the node on
-// it (1), so (18) is applied to the mean, with the same impulse on both. If a tool leads the node,
-// its image gets the mirrored velocity. `approach`, `place` and `slides`: see sliding.h.
+// nodes and to its mirror node. The velocity at the face is their mean blended with that of the
+// node on it (1), so (18) is applied to the mean, with the same impulse on both. If a tool leads
+// the node, its mirror node gets the mirrored velocity. `approach`, `place` and `slides`: see
+// sliding.h.
 template <class R, class Slides = Forgotten<R>>
 HD void apply_wall(Node<R>& node, Node<R>& mirror_node, bool paired, Vec3<R> normal,
                    const Walls<R>& walls, bool led, R approach = 0, R dt = 1, int place = -1,
@@ -132,8 +133,8 @@ struct InArray {
     HD void put(int k, const Node<R>& node) const { nodes[k] = node; }
 };
 
-// The walls that node n meets together with its images at `mirror_offset`: normal sign along each
-// axis, as held_by().
+// The walls that node n meets together with its mirror nodes at `mirror_offset`: normal sign along
+// each axis, as held_by().
 template <class R>
 HD Int3 walls_met(Int3 n, Int3 mirror_offset, const Walls<R>& walls)
 {
@@ -145,8 +146,9 @@ HD Int3 walls_met(Int3 n, Int3 mirror_offset, const Walls<R>& walls)
             side(mirror_offset.z, at.z, free.z)};
 }
 
-// Applies the walls met to node n and its images, axis by axis. get(k) and put(k, node) access the
-// k-th node. `led`: a tool changed the velocity. masses(m) returns the mass of all clay at node m.
+// Applies the walls met to node n and its mirror nodes, axis by axis. get(k) and put(k, node)
+// access the k-th node. `led`: a tool changed the velocity. masses(m) returns the mass of all clay
+// at node m.
 template <class R, class Nodes, class Masses>
 HD void apply_walls(Int3 n, Int3 met, Int3 mirror_offset, const Lattice<R>& lattice,
                     const Walls<R>& walls, bool led, R dt, Nodes&& nodes, Masses&& masses)
@@ -225,9 +227,9 @@ HD Node<R> after_gravity(const Node<R>& sum, Vec3<R> gravity, R dt)
     return sum.m > 0 ? Node<R>{apply_gravity(sum, gravity, dt), sum.m} : Node<R>{};
 }
 
-// The update of node n and its images, accessed as in apply_walls(); sums become velocities. v is
-// the node's velocity after gravity and tools; `led` if tools changed it. Calls slowed(mass) for
-// each clipped node. masses(m) returns the mass of all clay at node m in every field.
+// The update of node n and its mirror nodes, accessed as in apply_walls(); sums become velocities.
+// v is the node's velocity after gravity and tools; `led` if tools changed it. Calls slowed(mass)
+// for each clipped node. masses(m) returns the mass of all clay at node m in every field.
 template <class R, class Nodes, class Slowed, class Slides, class Masses>
 HD void update_led(Int3 n, Int3 mirror_offset, const Lattice<R>& lattice, const Walls<R>& walls,
                    Vec3<R> gravity, R dt, Nodes&& nodes, Vec3<R> v, bool led, Slowed&& slowed,

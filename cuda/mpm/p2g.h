@@ -1,4 +1,4 @@
-// Particle to grid: one particle hands its mass and momentum to 27 nodes.  (2), [Hu 2018, eq. 29]
+// Particle to grid: one particle adds its mass and momentum to 27 nodes.  (2), [Hu 2018, eq. 29]
 #pragma once
 #include "cuda/math/node4.h"
 #include "cuda/mpm/lattice.h"

@@ -52,13 +52,14 @@ struct ImageSpace {
     float4 mirrors[7][32];
 };
 
-// A node and its images: the node itself in registers, the images in shared memory. The index of
-// the k-th image differs from the node's by the sum of the steps whose bits are set in k.
+// A node and its mirror nodes: the node itself in registers, the mirror nodes in shared memory. The
+// index of the k-th mirror node differs from the node's by the sum of the steps whose bits are set
+// in k.
 struct MirrorNodes {
     ImageSpace& space;
     const int lane = int(threadIdx.x & 31);
     Node<float> own{};
-    Int3 mirror_offset{};  // from the node to its images
+    Int3 mirror_offset{};  // from the node to its mirror nodes
     int i = 0, first = 0, second = 0, third = 0;
 
     __device__ explicit MirrorNodes(ImageSpace& space) : space(space) {}
@@ -80,8 +81,8 @@ struct MirrorNodes {
         else
             space.mirrors[k - 1][lane] = {n.p.x, n.p.y, n.p.z, n.m};
     }
-    // Sets the images of node n (index `index_of_n`) at offset `towards`, only along axes where
-    // they are stored.
+    // Sets the mirror nodes of node n (index `index_of_n`) at offset `towards`, only along axes
+    // where they are stored.
     __device__ void find(const Lattice<float>& lattice, Int3 n, int index_of_n, Int3 towards)
     {
         const Int3 to = n + towards, at = to - lattice.low, stored = lattice.stored;
@@ -102,7 +103,7 @@ struct MirrorNodes {
     }
 };
 
-// Loads the sums of some images; all loads are issued before the first use.
+// Loads the sums of some mirror nodes; all loads are issued before the first use.
 template <int from, int end>
 __device__ void load_some(const GridUpdateView& d, int parity, int field, MirrorNodes& mirrors)
 {
@@ -113,7 +114,7 @@ __device__ void load_some(const GridUpdateView& d, int parity, int field, Mirror
     for (int k = from; k < end; ++k) mirrors.space.mirrors[k - 1][mirrors.lane] = sums[k - from];
 }
 
-// Loads the sums of all images in the velocity field whose first node is `field`.
+// Loads the sums of all mirror nodes in the velocity field whose first node is `field`.
 template <bool fixed_point>
 __device__ void load_mirror_sums(const GridUpdateView& d, int parity, int field,
                                  MirrorNodes& mirrors)
@@ -130,7 +131,8 @@ __device__ void load_mirror_sums(const GridUpdateView& d, int parity, int field,
     }
 }
 
-// Finds and loads the images of node n (index i). Returns true if n is updated with another node.
+// Finds and loads the mirror nodes of node n (index i). Returns true if n is updated with another
+// node.
 template <bool fixed_point>
 __device__ bool load_mirrors(const GridUpdateView& d, int parity, Int3 n, int i,
                              MirrorNodes& mirrors)
@@ -162,8 +164,9 @@ __device__ inline SlidingOnDevice sliding_in(const GridUpdateView& d, int field,
     return {d.sliding + field * sliding_places(d.walls), d.lattice.dx, substep};
 }
 
-// Updates node n and its images in velocity field `field`. In: mirrors.own has the velocity after
-// tools; `led` if tools changed it. Writes the images; the caller writes the node itself.
+// Updates node n and its mirror nodes in velocity field `field`. In: mirrors.own has the velocity
+// after tools; `led` if tools changed it. Writes the mirror nodes; the caller writes the node
+// itself.
 template <bool fixed_point>
 __device__ void update_with_images(const GridUpdateView& d, int substep, float dt, Int3 n,
                                    int field, MirrorNodes& mirrors, bool led)

@@ -41,9 +41,9 @@ struct Walls {
 constexpr int no_node = -(1 << 30);  // far from every node
 
 // Mirror boundary: if a face lies on a layer of nodes, the node one step before it and the node one
-// step behind it are mirror images. `mirror_offset` is the offset from node n to its image: ±2
-// along the axis of each such face, 0 along the others. If n is behind faces, only those faces
-// count.
+// step behind it are mirror nodes of each other. `mirror_offset` is the offset from node n to its
+// mirror node: 2 or -2 along the axis of each such face, 0 along the others. If n is behind faces,
+// only those faces count.
 struct AcrossFaces {
     Int3 mirror_offset;
     bool behind;
@@ -72,8 +72,8 @@ HD bool clear_of(Int3 n, const Walls<R>& walls)
     return clear(at.x, free.x) && clear(at.y, free.y) && clear(at.z, free.z);
 }
 
-// How node n is updated: together with its images at `mirror_offset`; or not by itself
-// (`is_mirror`), because it is the image of a node that holds mass and is updated with that.
+// How node n is updated: together with its mirror nodes at `mirror_offset`; or not by itself
+// (`is_mirror`), because it is the mirror node of a node that holds mass and is updated with that.
 // mass(offset) returns the mass of node n + offset, as summed; updates do not change it.
 struct MirrorSet {
     bool is_mirror;
@@ -84,13 +84,13 @@ HD MirrorSet mirror_set(Int3 n, const Walls<R>& walls, Mass&& mass)
 {
     if (clear_of(n, walls)) return {};
     const AcrossFaces across = across_faces(n, walls);
-    // Evaluated before a face as well: there the image is needed next, and this issues its loads
-    // (walls.cuh).
+    // Evaluated before a face as well: there the mirror node is needed next, and this issues its
+    // loads (walls.cuh).
     const bool holds = mass(across.mirror_offset) > 0;
     return {across.behind && holds, across.behind ? Int3{} : across.mirror_offset};
 }
 
-// The k-th of node n and its images; k = 0 is n itself. k has one bit per axis with a nonzero
+// The k-th of node n and its mirror nodes; k = 0 is n itself. k has one bit per axis with a nonzero
 // `mirror_offset`.
 HD Int3 mirror_node(Int3 n, Int3 mirror_offset, int k)
 {
@@ -166,7 +166,7 @@ Walls<R> walls_on(const Lattice<L>& lattice, const WallOptions& options)
         deep_low = R(low - dx * sinking(behind_low));
         deep_high = R(high + dx * sinking(behind_high));
         first = held.below + 1, free = held.above - first;
-        const bool apart = free > 1;  // else a node would have two images along one axis
+        const bool apart = free > 1;  // else a node would have two mirror nodes along one axis
         const auto on_node = [=](double behind) { return apart && behind < face_rounding; };
         low_face = on_node(behind_low) ? held.below : no_node;
         high_face = on_node(behind_high) ? held.above : no_node;

@@ -82,7 +82,7 @@ struct SurfaceView {
 
     // categories * padded.node_count() each; 0 but in the active blocks
     unsigned* sums;
-    float* density;  // of every round, one behind the other: blocks are softened one by one
+    float* density;  // of every round, one after the other: blocks are softened one by one
     unsigned* marks;
     // The final densities of the surface before; null: its motion is not needed.
     float* past;
