@@ -52,9 +52,9 @@ HD T in_ring(int n, const T (&ring)[3])
 // Number of thread blocks that pose the tools.
 constexpr int pose_parts = 8;
 
-// What a frame does. stopped: nothing, because the frame before stopped (stored_region.h);
-// going_on: the remainder of a stopped frame; cut: nothing, because the host ended the frame before
-// early.
+// What a frame does. stopped: nothing, because the previous frame stopped (stored_region.h);
+// going_on: the remainder of a stopped frame; cut: nothing, because the host ended the previous
+// frame early.
 enum class Mode : int { running, stopped, going_on, cut };
 
 // State of the time integration. Substeps are counted across frames; data of substep n is kept in
@@ -139,23 +139,19 @@ struct Clock {
     int sorted_from;                // which was current before the last sort
     double duration;                // of the frame [s]
     alignas(128) double tool_step;  // [s]
-    double drift;                   // the largest displacement of a particle since the last sort
-                                    // [m]
+    double drift;                   // largest displacement since the last sort [m]
     Step resume;                    // the step at which a stopped frame resumes
     Mode mode;
-    bool begins;                         // false: the frame is skipped
-    bool unsorted;                       // this frame sorts the particles
-    bool relisted;                       // its first substep lists blocks from the start
-    int unsorted_side;                   // which array was current at the start of the frame
-    bool crowded[2];                     // a block of the rim was listed, as found in substep n, in
-                                         // n % 2
-    int halt;                            // not 0: the host ends the frame here
-    alignas(128) int active[3];          // number of blocks listed for substep n, in n % 3
-    alignas(128) int posed[pose_parts];  // the substep that each part of the tools is posed for, by
-                                         // g2p
-    alignas(128) int listed, woken[2];   // with sleep only, see RestView
-    alignas(128) int near_blocks, far_blocks;  // counted in a frame's second list, see
-                                               // order_by_contact()
+    bool begins;                               // false: the frame is skipped
+    bool unsorted;                             // this frame sorts the particles
+    bool relisted;                             // its first substep lists blocks from the start
+    int unsorted_side;                         // which array was current at the start of the frame
+    bool crowded[2];                           // rim block listed, as found in substep n, in n % 2
+    int halt;                                  // not 0: the host ends the frame here
+    alignas(128) int active[3];                // number of blocks listed for substep n, in n % 3
+    alignas(128) int posed[pose_parts];        // substep that each part is posed for, by g2p
+    alignas(128) int listed, woken[2];         // with sleep only, see RestView
+    alignas(128) int near_blocks, far_blocks;  // counts of order_by_contact()
     Peaks peaks[peak_places];
     alignas(128) Counters counters;
     // Of substep n, over all copies.

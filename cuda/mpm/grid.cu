@@ -1,6 +1,6 @@
 // Grid update kernels. Thread blocks stride over the listed blocks of nodes and clear the grid of
-// the substep before; thread block 0 updates the clock. Contact at a thread block's first block
-// that tools may touch is evaluated while the substep before still runs (clock.cuh).
+// the previous substep; thread block 0 updates the clock. Contact at a thread block's first block
+// that tools may touch is evaluated while the previous substep still runs (clock.cuh).
 #include "cuda/contact/cut.h"
 #include "cuda/device/launch.cuh"
 #include "cuda/mpm/grid.h"
@@ -35,9 +35,9 @@ __device__ void clear(const GridUpdateView& d, int parity, int i)
     }
 }
 
-// Counts the substep, and chooses the next one from the speeds of the substep before. All loads are
-// issued together, and values that need not be read are updated by atomics: dependent loads cost
-// clay without tools 1.5 % of a substep.
+// Counts the substep, and chooses the next one from the speeds of the previous substep. All loads
+// are issued together, and values that need not be read are updated by atomics: dependent loads
+// cost clay without tools 1.5 % of a substep.
 __device__ void choose_next_dt(const GridUpdateView& d)
 {
     Clock& c = *d.clock;
@@ -62,7 +62,7 @@ __device__ void choose_next_dt(const GridUpdateView& d)
     c.dt[0] = float(step.dt), c.dt[1] = float(next.dt);
     note_begun(c, n);
     if (!(step.dt > 0)) return;
-    if (lag.due()) lag = {};  // the Gaussians moved after the substep before
+    if (lag.due()) lag = {};  // the Gaussians moved after the previous substep
     lag.add(step.dt);
     c.lag = lag;
     all.dt_min = dt_min > 0 ? min(dt_min, step.dt) : step.dt;
@@ -73,7 +73,7 @@ __device__ void choose_next_dt(const GridUpdateView& d)
 }
 
 // Thread block 0: one thread updates the clock; the other warps check whether blocks listed since
-// the substep before are on the rim. p2g checks those of a frame's first substep.
+// the previous substep are on the rim. p2g checks those of a frame's first substep.
 __device__ void scan_rim(const GridUpdateView& d)
 {
     if (threadIdx.x == 0) choose_next_dt(d);
@@ -108,7 +108,7 @@ __device__ void look_at_guards(const GridUpdateView& d, int n)
 // Calls update(listed, early) for all listed blocks of nodes, blocks_per_cta at a time (-1: none),
 // and lists them for the next substep. Before each call, clears as many blocks of the other grid.
 // If `early` (speculative start), the first call is for one block that tools may touch, with early
-// = true; it must wait for the end of the substep before.
+// = true; it must wait for the end of the previous substep.
 template <bool tools, bool fixed_point, int blocks_per_cta, class Update>
 __device__ void for_each_block(const GridUpdateView& d, Start<blocks_per_cta> s, bool early,
                                Update&& update)
@@ -119,8 +119,7 @@ __device__ void for_each_block(const GridUpdateView& d, Start<blocks_per_cta> s,
     int done = -1;
     if (!early) look_at_guards(d, s.n);
     for (int at = place(0); early || at < s.count || at < s.before;) {
-        int here[blocks_per_cta], places[blocks_per_cta];  // in the next list, if ordered by
-                                                           // contact
+        int here[blocks_per_cta], places[blocks_per_cta];  // in the next list, or -1
         UNROLL
         for (int& place : places) place = -1;
         if (early) {

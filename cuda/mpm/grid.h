@@ -62,9 +62,7 @@ HD R approach_speed(Int3 n, int axis, int sign, bool paired, const Walls<R>& wal
 {
     const int at = component(n, axis);
     const int face = component(sign > 0 ? walls.low_face : walls.high_face, axis);
-    if (at != face + (paired ? sign : 0))
-        return 0;  // behind a face, or the face lies between
-                   // nodes
+    if (at != face + (paired ? sign : 0)) return 0;  // behind a face, or it is between nodes
     const int step = paired ? -sign : sign;
     const R own = masses(n),
             other =

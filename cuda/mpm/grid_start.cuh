@@ -1,5 +1,5 @@
 // Start of a thread block of the grid update: the current substep and its first blocks of nodes,
-// determined speculatively before the substep before has ended, or after it.
+// determined speculatively before the previous substep has ended, or after it.
 #pragma once
 #include "cuda/mpm/pose.cuh"
 #include "cuda/mpm/views.cuh"
@@ -15,14 +15,13 @@ struct Start {
     int n;
     float dt;                                         // [s]
     bool first;                                       // of a frame
-    int count, before;                                // blocks listed for this grid and for the
-                                                      // other
+    int count, before;                                // listed for this grid and the other
     int blocks[blocks_per_cta], old[blocks_per_cta];  // the first of each, as listed
 };
 
-// Speculative start while the substep before may still run (clock.cuh). n is -1 unless the tools
-// are posed for this substep and may touch one of the first blocks, as listed for the substep
-// before. Loads bypass L1, which may hold stale values. Warp-collective.
+// Speculative start while the previous substep may still run (clock.cuh). n is -1 unless the tools
+// are posed for this substep and may touch one of the first blocks, as listed for the previous
+// substep. Loads bypass L1, which may hold stale values. Warp-collective.
 template <int blocks_per_cta>
 __device__ Start<blocks_per_cta> speculative_start(const GridUpdateView& d)
 {
@@ -50,7 +49,7 @@ __device__ Start<blocks_per_cta> speculative_start(const GridUpdateView& d)
     return s;
 }
 
-// Start after the substep before has ended. All loads that may be needed are issued together;
+// Start after the previous substep has ended. All loads that may be needed are issued together;
 // values that thread block 0 writes meanwhile are not used.
 template <int blocks_per_cta>
 __device__ Start<blocks_per_cta> synchronized_start(const GridUpdateView& d)
@@ -80,7 +79,7 @@ __device__ Start<blocks_per_cta> synchronized_start(const GridUpdateView& d)
 struct StepBasis {
     int n;
     Step step;
-    Extremes clay;               // from the substep before
+    Extremes clay;               // from the previous substep
     double tool_step, duration;  // [s]
     __device__ Step next(const StepLimits& limits) const
     {
@@ -88,7 +87,7 @@ struct StepBasis {
     }
 };
 
-// After the substep before has ended. All loads are issued together.
+// After the previous substep has ended. All loads are issued together.
 __device__ inline StepBasis step_basis(const Clock& c)
 {
     const int n = __ldcg(&c.done);

@@ -27,7 +27,7 @@ __device__ inline void add_pressure(const PressureView& d, const Lattice<float>&
 }
 
 // Relaxes the particle's pressure towards its cell's mean, by the sums for substep n. Skipped in a
-// cell whose particles were all still in the substep before: it has no sums.
+// cell whose particles were all still in the previous substep: it has no sums.
 __device__ inline void share_pressure(const PressureView& d, const Lattice<float>& lattice,
                                       Particle<float>& q, const Material<float>& m, int n)
 {

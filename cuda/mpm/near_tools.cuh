@@ -16,7 +16,7 @@ struct AfterTools {
     bool led;  // a tool changed its velocity
 };
 
-// Whether the lane's node i or a neighbour in its block held clay in the substep before, so that
+// Whether the lane's node i or a neighbour in its block held clay in the previous substep, so that
 // clay may reach it. A warp has the nodes of one index along z.
 __device__ inline bool held_clay(const float4* before, int i)
 {
@@ -32,9 +32,9 @@ __device__ inline bool held_clay(const float4* before, int i)
 }
 
 // apply_tools() for node i at x with contact candidates `mask`, without blades. Warp-collective. If
-// `early`, the first tool's contact is evaluated before waiting for the end of the substep before,
-// at the nodes that clay may reach from where it was then; at all others afterwards. (Likewise at
-// nodes that another warp clears meanwhile.)
+// `early`, the first tool's contact is evaluated before waiting for the end of the previous
+// substep, at the nodes that clay may reach from where it was then; at all others afterwards.
+// (Likewise at nodes that another warp clears meanwhile.)
 template <bool fixed_point>
 __device__ AfterTools near_tools(const GridUpdateView& d, SharedSpace& space, int n, float dt,
                                  int i, Vec3<float> x, const Mask& mask, bool early)

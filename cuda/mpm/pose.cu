@@ -25,8 +25,7 @@ constexpr int sweep_threads = 3 * staged_joints;
 static_assert(3 * part_primitives <= sweep_threads);
 __global__ void __launch_bounds__(sweep_threads) sweep_kernel(const __grid_constant__ SweepView t)
 {
-    __shared__ Joint<float> joints[3][staged_joints];  // at the start, the middle and the end of
-                                                       // the frame
+    __shared__ Joint<float> joints[3][staged_joints];  // at start, middle, end of frame
     __shared__ Sphere<float> spheres[3 * part_primitives];
     __shared__ float travel[3 * part_primitives];
     // Per thread: an array with a run-time index would be in local memory.
@@ -92,7 +91,7 @@ __device__ bool may_touch(const SweptView& t, int i, bool blade, Vec3<float> p, 
 }
 
 // One warp per block of the lattice, one lane per primitive. Also copies the order of runs that the
-// frame before has found: that frame has ended.
+// previous frame has found: that frame has ended.
 __global__ void __launch_bounds__(threads) mask_kernel(const __grid_constant__ MaskView d)
 {
     const int thread = int(blockIdx.x * threads + threadIdx.x), lane = thread & 31;

@@ -19,8 +19,7 @@ struct GridView {
     int* list[3];        // block_count each: blocks that may hold mass in substep n, in n % 3
     const bool* rim;     // block_count: block is at an end of the stored box (stored_region.h)
     float momentum_scale, mass_scale;  // fixed-point units per kg m/s and per kg: powers of two
-    float negligible_mass;             // a speed-limited node below counts as negligible, not
-                                       // clipped [kg]
+    float negligible_mass;             // clipped nodes below it are counted apart [kg]
 };
 
 constexpr int max_boxes = 32;  // tools

@@ -68,8 +68,7 @@ struct RigView {
 struct SweepView : RigView {
     // writes
     Shape<float>* mid_frame;  // per primitive: at mid-frame
-    float* travel;            // per primitive: the largest displacement of any of its points from
-                              // mid-frame [m]
+    float* travel;            // per primitive: its largest displacement from there [m]
 };
 SweepView sweep_view(const Views& d);
 
@@ -86,7 +85,7 @@ struct SweptView {
 struct MaskView : SweptView {
     // reads
     Lattice<float> lattice;
-    const int* next_runs;  // order found in the frame before
+    const int* next_runs;  // order found in the previous frame
     int run_count;
     // writes
     Mask* masks;  // block_count
@@ -253,8 +252,7 @@ struct P2gView : ScatterView {
     RestMode mode;
     Vec3<float> gravity;  // [m/s^2]
     const int* listed;    // runs, with sleep only
-    bool beside_sort;     // a sort may run concurrently: read the particles from the side before
-                          // the sort
+    bool beside_sort;     // a sort may run concurrently: read from the side before it
 };
 P2gView p2g_view(const Views& d, bool beside_sort);
 
@@ -264,7 +262,7 @@ struct GuardView {
     RestMode mode;
     int run;  // particles
     const int2* range;
-    const int* woken[2];  // in the substep before
+    const int* woken[2];  // in the previous substep
     // writes
     int* guard;
     unsigned *reached, *run_listed;
@@ -284,8 +282,7 @@ struct GridUpdateView {
     float momentum_scale, mass_scale, negligible_mass;
     const bool* rim;
     // writes
-    float4* nodes[2];    // of substep n, in n % 2: momenta become velocities; the other grid is
-                         // cleared
+    float4* nodes[2];    // of substep n, in n % 2: velocities from momenta; the other is cleared
     long long* sums[2];  // fixed-point momenta; else null
     int* marks;
     int* list[3];             // reads lists n - 1 and n; writes list n + 1

@@ -27,13 +27,10 @@ HD Vec3<R> put_between(const WallOptions& walls, Vec3<R> x)
 template <class R>
 struct Walls {
     Vec3<R> min, max;            // [m]
-    Vec3<R> deep_min, deep_max;  // deepest positions that a particle can reach in a substep (19)
-                                 // [m]
-    Int3 first, free;            // the first free node, and the number of free nodes along each
-                                 // axis
+    Vec3<R> deep_min, deep_max;  // the deepest that a particle gets in a substep (19) [m]
+    Int3 first, free;            // the first free node, and their number, along each axis
     ContactMode mode;
-    Int3 low_face, high_face;  // indices of the node layers on which faces lie, along each axis;
-                               // else no_node
+    Int3 low_face, high_face;  // layers of nodes that faces lie on; or no_node
     R friction;
     int face_places;  // nodes per layer with a Sliding record, see sliding.h
 };

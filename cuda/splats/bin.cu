@@ -278,7 +278,7 @@ __device__ void count_all(const RasterView& d, Wide listed, Wide not_looked_at)
     d.counts->dropped = listed + not_looked_at - kept;
 }
 
-// Chooses from samples of the frame before; there are none after a change of size.
+// Chooses from samples of the previous frame; there are none after a change of size.
 __global__ void __launch_bounds__(threads) choose_kernel(const __grid_constant__ RasterView d)
 {
     const int tile = int(blockIdx.x) * threads + int(threadIdx.x);

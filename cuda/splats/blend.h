@@ -16,10 +16,8 @@ template <class R>
 struct Pixel {
     Vec3<R> colour{0, 0, 0};  // premultiplied
     R transmittance = 1;      // of all splats so far; 0: done
-    R held = 0;               // transmittance of all in front of the mesh, once that has ended the
-                              // pixel
-    R depth = R(no_depth);    // of the last splat with at least half of the background still
-                              // visible
+    R held = 0;               // transmittance in front of the mesh that ended the pixel
+    R depth = R(no_depth);    // of the last splat with half the light left
 };
 
 template <class R>

@@ -20,8 +20,7 @@ constexpr double max_alpha = 0.99;       // of one splat
 constexpr double log2_min_alpha = -7.99435343685886;
 constexpr double log2_max_alpha = -0.01449956969511509;
 constexpr double screen_variance = 0.3;  // of the screen-space filter [pixels^2]
-constexpr double tangent_margin = 1.3;   // factor on the sides' tangents at which slopes are
-                                         // clamped
+constexpr double tangent_margin = 1.3;   // factor on the tangents to clamp slopes
 
 // log2 of alpha at (u + dx, v + dy) is peak - (a dx^2 + b dx dy + c dy^2).
 template <class R>

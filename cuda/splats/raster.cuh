@@ -2,10 +2,9 @@
 //   project . sort . scan . emit . sort by tile . blend
 // Splats are sorted by depth once for both eyes, then listed by the tiles that they reach: the
 // tiles of the second eye follow those of the first, so that one stable sort by tile serves both.
-// Whether a tile's list is whole or by parts is chosen from samples of the frame before; pixels are
-// bitwise the same.
-// All buffers have fixed sizes, all counts stay on the device, and nothing waits for the host. If
-// the list is full, the farthest splats are dropped, and counted.
+// Whether a tile's list is whole or by parts is chosen from samples of the previous frame; pixels
+// are bitwise the same. All buffers have fixed sizes, all counts stay on the device, and nothing
+// waits for the host. If the list is full, the farthest splats are dropped, and counted.
 #pragma once
 #include <cuda_runtime.h>
 

@@ -10,8 +10,7 @@ namespace knead::gpu {
 namespace {
 
 constexpr int clear_threads = 64, deposit_threads = 128, list_threads = 128, soften_threads = 128;
-constexpr int box_nodes = 1024;  // of a warp; more widely spread particles add to global memory
-                                 // individually
+constexpr int box_nodes = 1024;  // of a warp; wider ones add to global memory singly
 constexpr Int3 one{1, 1, 1};
 
 __global__ void __launch_bounds__(clear_threads) clear_kernel(const __grid_constant__ SurfaceView d)

@@ -69,8 +69,7 @@ struct Faults {
 
 struct SurfaceView {
     Lattice<float> lattice;  // of the density
-    Lattice<float> padded;   // the same with an empty layer around: node n of `lattice` is n + 1
-                             // here
+    Lattice<float> padded;   // with an empty layer: node n of `lattice` is n + 1
     int categories, blocks;  // blocks of all categories
     int rounds;              // of softening
     bool whole;              // all is recomputed, nothing reused
@@ -84,7 +83,7 @@ struct SurfaceView {
     unsigned* sums;
     float* density;  // of every round, one after the other: blocks are softened one by one
     unsigned* marks;
-    // The final densities of the surface before; null: its motion is not needed.
+    // The final densities of the previous surface; null: its motion is not needed.
     float* past;
     int* past_known;  // 0: they are not valid
 
