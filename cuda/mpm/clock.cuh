@@ -168,7 +168,7 @@ struct Clock {
         for (Peaks& p : peaks) p.of[n & 1] = {};
         peaks[0].of[n & 1] = all;
     }
-    // From the substep before n.
+    // From substep n - 1.
     HD Extremes extremes(int n) const { return extremes_of(peak(n + 1)); }
     HD Step& step(int n) { return steps[n % 3]; }
     HD const Step& step(int n) const { return steps[n % 3]; }

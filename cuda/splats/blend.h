@@ -17,7 +17,7 @@ struct Pixel {
     Vec3<R> colour{0, 0, 0};  // premultiplied
     R transmittance = 1;      // of all splats so far; 0: done
     R held = 0;               // transmittance in front of the mesh that ended the pixel
-    R depth = R(no_depth);    // of the last splat with half the light left
+    R depth = R(no_depth);    // of the last splat at transmittance >= 1/2 [m]
 };
 
 template <class R>
@@ -132,7 +132,7 @@ HD void blend(Pixel<R>& p, const Footprint<R>& f, Vec3<R> colour, R x, R y, R me
 }
 
 // After all splats: adds the mesh (alpha 1) or the background (alpha 0). If the splats transmit
-// half of it, the pixel's depth is the mesh's.
+// at least half of it, the pixel's depth is the mesh's.
 template <class R>
 HD void finish(Pixel<R>& p, Vec3<R> behind, R alpha_behind, R mesh)
 {
