@@ -1,4 +1,4 @@
-// Space in cubes of one size, and numbers for them.
+// Partition of space into cubes of one size, each with an integer key.
 #pragma once
 #include <cmath>
 #include <cstdint>

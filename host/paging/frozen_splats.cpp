@@ -14,7 +14,7 @@ Vec3<double> least_axis(const Sym3<double>& spread)
     return e.value.y < e.value.x ? e.axes.b : e.axes.a;
 }
 
-// Towards the nearest of boxes, by their middles.
+// The axis, oriented towards the box with the nearest centre.
 Vec3<double> outward(Vec3<double> axis, Vec3<double> from, const Boxes& boxes)
 {
     double nearest = 1e300, side = 1;
@@ -36,14 +36,14 @@ std::vector<Vec3<double>> centres_of(const std::vector<std::uint32_t>& slots,
     return x;
 }
 
-// Normals of patches, by those around.
+// Normals of patches, fitted to the neighbouring patches.
 struct NormalsAround {
     const SplatCloud& cloud;
     const Boxes& hands;
     double reach;  // [m]
     std::vector<Patch> patches;
 
-    // Of a patch of some of these slots.
+    // Normal of patch `of`, whose splats are among `slots`.
     Vec3<float> at(const Patch& of, const std::vector<std::uint32_t>& slots,
                    const Cells& cells) const
     {

@@ -1,7 +1,7 @@
-// The splats of a large scene by the cubes that they lie in, and what they tell of its surface:
-// patches of them, found once for each cube that a hand comes near, until its splats change. Splats
-// that have become clay are told of as they were: what hands have not reached yet lies under the
-// surface of then.
+// Frozen splats, indexed by cube, and the surface patches fitted to them. The patches of a cube are
+// computed when a hand comes near and cached until its splats change. Splats of activated clay
+// remain in the index at their positions before activation: clay that hands have not reached yet
+// is seeded under the original surface.
 #pragma once
 #include <unordered_map>
 #include <vector>
@@ -18,22 +18,22 @@ class FrozenSplats {
   public:
     FrozenSplats(const Cubes& by, double cell) : cubes(by), dx(cell) {}
 
-    // Splats by their slots in a cloud.
+    // `slot`: index of a splat in the cloud. `x`: its centre [m].
     void clear() { all.clear(); }
     void put(std::uint32_t slot, Vec3<double> x);
-    // Those of these slots that were put, before they move.
+    // Slots that were not put are ignored. Precondition: `cloud` holds the positions of put().
     void remove(std::vector<std::uint32_t> slots, const SplatCloud& cloud);
-    // Some of this cube's move and stay in it.
+    // Invalidates the patches of a cube whose splats move within it.
     void touch(Cubes::Key cube);
-    // Those in a cube; in rising order once look() was asked for it.
+    // Slots in a cube, in ascending order after look().
     const std::vector<std::uint32_t>& in(Cubes::Key cube) const;
 
-    // Finds what the splats of these cubes tell. `normal`, by slot: of those that have none,
-    // across the plane through the centres around, towards the nearest of the boxes: hands come
-    // from outside.
+    // Fits the patches of these cubes where they are out of date. Fills `normal`, by slot, where it
+    // is zero: perpendicular to the plane fitted to the neighbouring centres, towards the nearest
+    // of the boxes of `hands`, which come from outside.
     void look(const std::vector<Cubes::Key>& at, const SplatCloud& cloud,
               std::vector<Vec3<float>>& normal, const Boxes& hands);
-    // Of cubes that were looked at.
+    // The patches of these cubes. Precondition: look() has been called for them.
     std::vector<SurfacePatch> surface(const std::vector<Cubes::Key>& at) const;
 
   private:

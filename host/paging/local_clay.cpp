@@ -14,10 +14,10 @@ namespace knead {
 namespace {
 
 constexpr int cube_cells = 2 * block_edge;
-// What hands have left is given back so often: it can wait.
+// Interval of freezing [frames]; it is not urgent.
 constexpr int frames_apart = 32;
-// Beyond what moves, in cells: clay that holds it, and how much farther a hand must be from clay
-// before that is given back.
+// In cells: margin of clay that supports the moving clay, and the extra distance of a hand before
+// clay is frozen.
 constexpr double support_cells = block_edge, slack_cells = 2 * block_edge;
 
 }  // namespace
@@ -52,7 +52,7 @@ LocalClay::LocalClay(const Scene& scene, int object, SplatCloud of, SplatUpkeep&
 
 bool LocalClay::between_walls(Vec3<double> x) const { return within(x, walls.min, walls.max); }
 
-// What lies between the walls may become clay.
+// Only splats between the walls can be activated.
 void LocalClay::put(std::uint32_t i)
 {
     const Vec3<double> x = cast<double>(state_.cloud.centre[i]);
@@ -88,7 +88,7 @@ Boxes LocalClay::boxes_of(const Motion& motion) const
     return boxes;
 }
 
-// Of the domain, in rising order.
+// Cubes of the domain, in ascending order.
 std::vector<LocalClay::Key> LocalClay::cubes_near(const Boxes& boxes, double beyond) const
 {
     std::vector<Key> keys;
@@ -106,7 +106,7 @@ std::vector<LocalClay::Key> LocalClay::cubes_near(const Boxes& boxes, double bey
     return keys;
 }
 
-// Those that tell of the surface in or over these, in rising order.
+// Cubes whose splats define the surface in or above these, in ascending order.
 std::vector<LocalClay::Key> LocalClay::around(const std::vector<Key>& cubes) const
 {
     const int more = int(std::ceil((depth + 2 * dx) / tiling.edge));
@@ -126,7 +126,7 @@ void LocalClay::take(const std::vector<Key>& wanted, const Boxes& boxes, Solver&
     const std::vector<Key> near = around(wanted);
     standing.look(near, state_.cloud, state_.normal, boxes);
     const LocalSurface surface(standing.surface(near), depth, 2 * dx);
-    // Clay from beside may have come there.
+    // Clay may have moved in from neighbouring cubes: no seeds beside its particles.
     Int3 low = Cubes::at(wanted.front()), high = low;
     for (const Key key : wanted) {
         const Int3 c = Cubes::at(key);
@@ -144,13 +144,13 @@ void LocalClay::take(const std::vector<Key>& wanted, const Boxes& boxes, Solver&
     take_splats(solver);
 }
 
-// All that stands in clay goes with it from here on.
+// Attaches the frozen splats of all active cubes to their clay.
 void LocalClay::take_splats(Solver& solver)
 {
     struct Part {
         const std::vector<std::uint32_t>& slots;
         int object;
-        std::size_t first = 0, count = 0;  // of those that stand
+        std::size_t first = 0, count = 0;  // of the frozen ones
     };
     std::vector<Part> parts;
     for (const auto& [key, object] : state_.clay)
@@ -176,7 +176,7 @@ void LocalClay::take_splats(Solver& solver)
         }
     });
     CarriedSplats& carried = moving.change(all);
-    state_.slot_of.resize(carried.count(), -1);  // some were split
+    state_.slot_of.resize(carried.count(), -1);  // splats split or added since
     state_.slot_of.insert(state_.slot_of.end(), slots.begin(), slots.end());
     append(carried, state_.cloud, slots);
     solver.edit_gaussians(edits);
@@ -200,8 +200,8 @@ std::vector<LocalClay::Key> LocalClay::left_by(const Boxes& boxes) const
     return left;
 }
 
-// Those that hands come near and that are no clay, or are on their way back: more of them than are
-// needed now, once, rather than again in the frames to come.
+// Cubes near hands that are not active or are being frozen. If any is needed, those within a larger
+// distance are included, so that the next frames need none.
 std::vector<LocalClay::Key> LocalClay::wanted_for(const Boxes& boxes) const
 {
     const auto missing = [&](double beyond) {
@@ -287,7 +287,7 @@ void LocalClay::show(SplatCloud& all) const
     all.degree = state_.cloud.degree;
     all.antialiased = move.antialiased || state_.cloud.antialiased;
     if (const std::size_t wanted = first + standing_still.size(); all.centre.capacity() < wanted)
-        reserve(all, wanted + wanted / 4);  // some will be split
+        reserve(all, wanted + wanted / 4);  // room for splitting
     resize(all, first + standing_still.size());
     const int count = int(all.count());
     parallel_for(count, [&](int k) {

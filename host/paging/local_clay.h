@@ -1,8 +1,8 @@
-// A large scene of splats stands still, and is clay only where hands are. Space is divided into
-// cubes of two blocks of nodes; those that a hand comes near get particles under the scene's
-// surface and their splats become Gaussians of the solver, before the hand touches them. Cubes that
-// all hands have left give their splats back, where they are and as they were deformed by then.
-// docs/method/splats.md.
+// Local clay: in a large splat scene only the surroundings of the hands are simulated. Space is
+// partitioned into cubes of 2x2x2 blocks of nodes. A cube is activated before a hand touches it: it
+// is filled with particles under the scene's surface, and its splats become Gaussians of the
+// solver. Once all hands have left, it is frozen again: its splats keep their positions and
+// deformation. docs/method/splats.md.
 #pragma once
 #include <future>
 #include <vector>
@@ -15,48 +15,52 @@
 namespace knead {
 
 struct LocalReport {
-    std::size_t cubes = 0, particles = 0, splats = 0;  // that are clay now
-    std::size_t taken = 0, given_back = 0;             // cubes, in this frame
+    std::size_t cubes = 0, particles = 0, splats = 0;  // active now
+    std::size_t taken = 0, given_back = 0;             // cubes activated, frozen in this frame
 };
 
 class LocalClay {
   public:
-    // Of a scene whose objects were loaded and built: `object` is the one with a `depth`, `cloud`
-    // its splats. `moving` are the splats of the solver's Gaussians; what becomes clay joins them.
+    // Precondition: the scene's objects are loaded and built. `object` is the one with a `depth`,
+    // `cloud` its splats. `moving` holds the splats of the solver's Gaussians; activated splats are
+    // appended to it. Throws std::invalid_argument if the harmonics of the two differ in degree.
     LocalClay(const Scene& scene, int object, SplatCloud cloud, SplatUpkeep& moving);
 
-    // After the frame of that number: clay for where the tools will be at the end of the next one,
-    // if they go on as in `motion`; back with what they have left, now and then.
+    // Call after frame `frame`. Activates cubes near the positions that the tools reach at the end
+    // of the next frame if `motion` continues; every 32 frames freezes the cubes they have left.
     LocalReport after(int frame, const Motion& motion, Solver& solver);
-    // The same in two halves, for who does not wait for what goes back: a thread finds out where it
-    // stands, and it goes after a later frame. The thread has what stands still from the second
-    // half on: after all that is to be shown of this frame, and not in one in which clay came.
+    // Asynchronous variant: begin_leaving() starts a thread that computes the frozen positions; a
+    // later follow() removes the cubes. The thread owns the frozen splats from begin_leaving() on:
+    // call it after show() of this frame, and only if follow() activated nothing.
     LocalReport follow(const Motion& motion, Solver& solver);
     void begin_leaving(int frame, const Motion& motion, Solver& solver);
-    // Some clay is on its way back: no one else may edit the solver's Gaussians or remove clay.
+    // True while cubes are being frozen. Precondition of all other edits of the solver's Gaussians
+    // and removals of clay: false.
     bool leaving() const { return evicting.valid(); }
-    // It goes back now. True if some was on its way.
+    // Waits for the thread and removes the cubes. Returns whether any were being frozen.
     bool end_leaving(Solver& solver) { return end_leaving(solver, true) > 0; }
 
-    // All joints amid what stands, at one of its splats; none where nothing may become clay.
+    // All joints at the splat nearest to the middle of the domain; empty if no splat lies between
+    // the walls.
     Motion over_ground() const;
 
-    // The tools are others from now on.
+    // Replaces the tools.
     void set_rig(const Rig& by) { rig = by; }
-    // If the object is the one that stands still: its clay is of this material from now on.
+    // Material of active and future clay. No effect for other objects than the frozen one.
     void set_material(int object, const Material<double>& material, Solver& solver);
 
-    // What follows, but for set_state(), throws std::logic_error while clay is on its way back.
+    // The functions below, except set_state(), throw std::logic_error while leaving().
     const LocalState& state() const { return settled(); }
-    // Of the same scene. The solver and the splats that move must be those of then, too. Throws as
-    // check().
+    // Restores a state of the same scene. The solver and the moving splats must be restored to the
+    // same frame. Throws std::invalid_argument as check() does.
     void set_state(LocalState state);
 
-    // Those that move, in the order of the solver's Gaussians, then those that stand still: all of
-    // the cloud, whose memory may serve.
+    // Writes all splats to `all`, reusing its memory: the moving ones in the order of the solver's
+    // Gaussians, then the frozen ones.
     void show(SplatCloud& all) const;
     const SplatCloud& still() const { return settled().cloud; }
-    bool stands(std::size_t splat) const { return !settled().active[splat]; }  // one of still()
+    // Whether a splat of still() is frozen.
+    bool stands(std::size_t splat) const { return !settled().active[splat]; }
 
   private:
     using Key = Cubes::Key;
@@ -72,9 +76,9 @@ class LocalClay {
 
     struct EvictResult {
         std::vector<int> objects;
-        std::vector<std::uint32_t> slots;  // of splats that stand again
-        CarriedSplats stay;                // that move still
-        std::vector<int> slot_of;          // theirs
+        std::vector<std::uint32_t> slots;  // of splats that are frozen now
+        CarriedSplats stay;                // splats that remain active
+        std::vector<int> slot_of;          // slots of `stay`
     };
     const LocalState& settled() const;
     bool leaves(Key cube) const;
@@ -95,19 +99,19 @@ class LocalClay {
 
     Rig rig;
     WallOptions walls;
-    int ground;  // object that stands
+    int ground;  // the object that is frozen
     Material<double> material;
     double depth, dx, spacing;  // of the clay, cells, particles [m]
-    double reach;               // from a tool to what moves [m]
+    double reach;               // from a tool to the edge of active clay [m]
     double per_cell;
     unsigned seed;
 
     SplatUpkeep& moving;
     LocalState state_;
     Cubes tiling;
-    FrozenSplats standing;  // slots between the walls
-    std::vector<Key> on_way_back;
-    // The thread has state_, but for `clay`, and `standing`.
+    FrozenSplats standing;         // slots between the walls
+    std::vector<Key> on_way_back;  // cubes being frozen, in ascending order
+    // While valid, the thread owns `standing` and all of state_ but `clay`.
     std::future<EvictResult> evicting;
 };
 

@@ -1,6 +1,6 @@
-// Clay that all hands have left: its splats stand again, where they are. What a thread of its own
-// finds out from a snapshot holds for as long as hands stay away, for clay that is far from hands
-// is held still.
+// Freezing of clay that all hands have left. A thread computes the positions and deformations of
+// its splats from a snapshot. They stay valid until hands return, because clay far from hands is
+// held in place.
 #include <algorithm>
 #include <chrono>
 #include <stdexcept>
@@ -14,7 +14,7 @@ namespace {
 
 constexpr std::uint32_t no_slot = ~std::uint32_t(0);
 
-// Whether it is, to the bit, where and as it was when it was attached.
+// Whether position and deformation equal, to the bit, those at attachment.
 bool untouched(const Gaussian<double>& g, Vec3<float> centre)
 {
     const Vec3<float> x = cast<float>(g.x);
@@ -24,7 +24,7 @@ bool untouched(const Gaussian<double>& g, Vec3<float> centre)
            F.c.y == 0;
 }
 
-// A normal of what was deformed by F.
+// The normal n after the deformation F.
 Vec3<float> turned_normal(const Mat3<double>& F, Vec3<float> n)
 {
     // The cofactors of F, F^-T times its determinant.
@@ -45,7 +45,7 @@ std::vector<T> picked(const std::vector<T>& all, const std::vector<std::uint32_t
 
 }  // namespace
 
-// What the thread writes and may move in memory.
+// Guards the data that the thread writes and may reallocate.
 const LocalState& LocalClay::settled() const
 {
     if (leaving()) throw std::logic_error("clay is on its way back");
@@ -57,7 +57,7 @@ bool LocalClay::leaves(Key cube) const
     return leaving() && std::binary_search(on_way_back.begin(), on_way_back.end(), cube);
 }
 
-// Cubes that are back at once.
+// Returns the number of cubes that were empty and are frozen at once.
 std::size_t LocalClay::begin_leaving(std::vector<Key> cubes, Solver& solver)
 {
     std::vector<int> objects;
@@ -68,7 +68,7 @@ std::size_t LocalClay::begin_leaving(std::vector<Key> cubes, Solver& solver)
         return cubes.size();
     }
     on_way_back = std::move(cubes);
-    state_.slot_of.resize(moving.cloud().count(), -1);  // some were split
+    state_.slot_of.resize(moving.cloud().count(), -1);  // splats split or added since
     evicting = std::async(std::launch::async,
                           [this, of = &solver, then = solver.snapshot(), all = moving.shared(),
                            objects = std::move(objects)]() mutable {
@@ -78,7 +78,7 @@ std::size_t LocalClay::begin_leaving(std::vector<Key> cubes, Solver& solver)
     return 0;
 }
 
-// Nothing, where it is under way and need not be done now. Cubes.
+// Returns the number of cubes frozen: 0 if the thread is still running and `now` is false.
 std::size_t LocalClay::end_leaving(Solver& solver, bool now)
 {
     using namespace std::chrono_literals;
@@ -92,7 +92,7 @@ std::size_t LocalClay::end_leaving(Solver& solver, bool now)
     return on_way_back.size();
 }
 
-// Of these splats that moved, those that these Gaussians carry stand from now on, as they are.
+// Freezes the splats of `carried` whose Gaussians are in `back`, as deformed by them.
 LocalClay::EvictResult LocalClay::settle(const CarriedSplats& carried, SomeGaussians back,
                                          std::vector<int> objects)
 {
@@ -126,8 +126,8 @@ LocalClay::EvictResult LocalClay::settle(const CarriedSplats& carried, SomeGauss
     return made;
 }
 
-// Splats are where they are now, in these slots; one that was split off or added, in a new one. New
-// ones are away like all others, until clay is.
+// Stores the splats in these slots; those that were split off or added get new slots. New slots are
+// active until end_leaving().
 void LocalClay::put_at(const SplatCloud& now, std::vector<std::uint32_t> slots,
                        const std::vector<Gaussian<double>>& as)
 {
@@ -137,7 +137,7 @@ void LocalClay::put_at(const SplatCloud& now, std::vector<std::uint32_t> slots,
     for (std::uint32_t& slot : slots)
         if (slot == no_slot) slot = std::uint32_t(all++);
     resize(cloud, all), state_.active.resize(all, 1), state_.normal.resize(all, {0, 0, 0});
-    // Few come to another cube.
+    // Few splats change their cube.
     std::vector<std::uint32_t> going, coming;
     Key touched = -1;
     for (std::size_t k = 0; k < slots.size(); ++k) {

@@ -1,4 +1,4 @@
-// What LocalClay finds of the surface under the hands, and the clay that it puts there.
+// Seeding of activated cubes with particles under the surface of the frozen splats.
 #include <algorithm>
 #include <cmath>
 
@@ -10,17 +10,17 @@
 namespace knead {
 namespace {
 
-constexpr double too_near = 0.6;  // of a particle's spacing, to one that is there
+constexpr double too_near = 0.6;  // least distance to an existing particle [spacings]
 
 }  // namespace
 
-// The first stratum of a cube along an axis, or of the one that follows.
+// Index of the first stratum of a cube along an axis.
 int LocalClay::first_stratum(int cube) const
 {
     return int(std::ceil(cube * tiling.edge / spacing - 0.5));
 }
 
-// One in each stratum of a layer of the cube that lies under the surface and holds none yet.
+// Layer z of a cube: one particle in each stratum under the surface that has none nearby.
 std::vector<Vec3<double>> LocalClay::seeds(Int3 cube, int z, const CubeHeights& heights,
                                            const Cells& there) const
 {
@@ -41,7 +41,8 @@ std::vector<Vec3<double>> LocalClay::seeds(Int3 cube, int z, const CubeHeights& 
     return all;
 }
 
-// Of each cube. Hands wait for it: layers are shared out, for few cubes hold much.
+// Particles of each cube. On the critical path of a frame: threads work on layers, because most
+// particles are in few cubes.
 std::vector<std::vector<Particle<double>>> LocalClay::all_seeds(const std::vector<Key>& cubes,
                                                                 const LocalSurface& surface,
                                                                 const Cells& there) const
@@ -76,7 +77,7 @@ std::vector<std::vector<Particle<double>>> LocalClay::all_seeds(const std::vecto
     return all;
 }
 
-// The clay of these cubes, each an object of its own; -1 of those that are empty.
+// Adds the clay of these cubes, each as its own object; empty cubes are recorded as -1.
 void LocalClay::add_clay(const std::vector<Key>& cubes,
                          std::vector<std::vector<Particle<double>>> found, Solver& solver)
 {

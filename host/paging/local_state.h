@@ -1,5 +1,5 @@
-// All that decides what becomes of a scene with local clay, beside its solver and the splats that
-// move: for checkpoints.
+// State of local clay for checkpoints. With the states of the solver and of the moving splats it
+// determines the rest of a run.
 #pragma once
 #include <cstdint>
 #include <map>
@@ -10,15 +10,15 @@
 namespace knead {
 
 struct LocalState {
-    SplatCloud cloud;                  // slots
-    std::vector<char> active;          // each: its splat moves
-    std::vector<Vec3<float>> normal;   // each: outward, 0 where it is not known yet
-    std::vector<int> slot_of;          // of each moving splat, its slot; -1: none
-    std::map<std::int64_t, int> clay;  // cubes that are clay, and their objects; -1: empty ones
-    int objects = 0;                   // that the solver has had; those not in `clay` are removed
+    SplatCloud cloud;                  // a splat a slot
+    std::vector<char> active;          // per slot: 1 if its splat is simulated
+    std::vector<Vec3<float>> normal;   // per slot: outward, 0 if not computed yet
+    std::vector<int> slot_of;          // per moving splat: its slot; -1: none
+    std::map<std::int64_t, int> clay;  // active cubes and their objects; -1: empty
+    int objects = 0;                   // created so far; those not in `clay` are removed
 };
 
-// Throws std::invalid_argument where it is not whole.
+// Throws std::invalid_argument if array sizes, slots or object numbers are inconsistent.
 void check(const LocalState& state);
 
 }  // namespace knead

@@ -39,7 +39,7 @@ LocalSurface::LocalSurface(const std::vector<SurfacePatch>& of, double depth, do
     cells.emplace(middles, width);
 }
 
-// Farther and farther around, for most places are near.
+// Searches in growing boxes: most points are near the surface.
 double LocalSurface::nearest_squared(Vec3<double> at) const
 {
     double nearest = far * far;

@@ -1,4 +1,4 @@
-// How deep a place lies under a surface that only splats tell of.
+// Height of a point over a surface that is given by splats alone.
 #pragma once
 #include <array>
 #include <optional>
@@ -10,45 +10,46 @@
 namespace knead {
 
 struct SurfacePatch {
-    Vec3<double> x, n;  // middle [m], outward unit normal
+    Vec3<double> x, n;  // mean of its splats [m], outward unit normal
     double count;       // of its splats
 };
-// Of splats at these places with these normals, by cells of this edge [m].
+// Groups splats with these centres [m] and unit normals by cells of this edge [m], a patch a cell.
 std::vector<SurfacePatch> surface_patches(const std::vector<Vec3<double>>& centres,
                                           const std::vector<Vec3<double>>& normals, double edge);
 
 class LocalSurface {
   public:
-    // `depth` [m] is how far below the surface a place may lie, `width` [m] how far from a splat
-    // the surface goes on along it, twice a patch's edge.
+    // `depth`: largest depth below the surface that is evaluated [m]. `width`: how far the surface
+    // extends along itself beyond a patch, twice a patch's edge [m].
     LocalSurface(const std::vector<SurfacePatch>& patches, double depth, double width);
     LocalSurface(const LocalSurface&) = delete;
 
-    // Height over the planes of the patches that are about as near as the nearest [m], below 0
-    // inside; nothing where none is near enough.
+    // Signed height [m], negative inside: mean over the planes of the patches that are at most
+    // `width` farther than the nearest. Empty if no patch is near enough.
     std::optional<double> height(Vec3<double> at) const;
 
   private:
     double nearest_squared(Vec3<double> at) const;
 
     std::vector<SurfacePatch> patches;
-    std::vector<Vec3<double>> middles;  // of them
+    std::vector<Vec3<double>> middles;  // of the patches [m]
     double far, wide;
     std::optional<Cells> cells;
 };
 
-// The heights in a cube. Far from the surface many patches are about as near as the nearest, so
-// that heights are found at a few corners, and are linear between them; within a third of a part of
-// the surface, and where a corner has none, they are as they are, but far above.
+// Heights in a cube. Far from the surface many patches are about as near as the nearest and a
+// height is expensive: heights are evaluated at the corners of `parts`^3 cells and interpolated
+// linearly. Within 0.35 cells of the surface, and where a corner has no height and the others are
+// not far above the surface, they are evaluated exactly.
 class CubeHeights {
   public:
     static constexpr int parts = 4, corners = parts + 1;  // along an edge
     using Corners = std::array<std::optional<double>, corners * corners * corners>;
 
-    // Of each of these cubes of that edge [m]. What they share is found once, by many threads.
+    // For each of these cubes of that edge [m]. Shared corners are evaluated once, in parallel.
     static std::vector<CubeHeights> of(const LocalSurface& surface,
                                        const std::vector<Cubes::Key>& cubes, double edge);
-    std::optional<double> height(Vec3<double> at) const;  // of a place in the cube
+    std::optional<double> height(Vec3<double> at) const;  // of a point in the cube [m]
 
   private:
     CubeHeights(const LocalSurface& of, Int3 cube, double edge)
@@ -61,8 +62,8 @@ class CubeHeights {
     }
 
     const LocalSurface* surface;
-    Int3 first;   // of the corners of all of space
-    double step;  // [m]
+    Int3 first;   // index of the first corner in all of space
+    double step;  // between corners [m]
     Corners heights;
 };
 

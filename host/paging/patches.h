@@ -1,5 +1,5 @@
-// Splats by cells of one size, of which each is one patch of a surface: however many there are,
-// there are no more patches than the surface has cells.
+// Groups splats by cubic cells, a surface patch a cell: the number of patches is bounded by the
+// number of cells that the surface crosses, however many splats there are.
 #pragma once
 #include <unordered_map>
 #include <vector>
@@ -10,10 +10,10 @@
 namespace knead {
 
 struct Patch {
-    std::uint32_t first = 0;  // of its splats
+    std::uint32_t first = 0;  // index of its first splat
     double count = 0;
     Vec3<double> mean{};    // [m]
-    Sym3<double> spread{};  // sum of the squares about the mean [m^2]
+    Sym3<double> spread{};  // sum of the outer products about the mean [m^2]
 };
 
 inline Sym3<double> squared(Vec3<double> d, double times)
@@ -24,10 +24,10 @@ inline Sym3<double> squared(Vec3<double> d, double times)
 
 struct Patches {
     std::vector<Patch> all;         // in the order of their first splats
-    std::vector<std::uint32_t> of;  // of each splat, its patch
+    std::vector<std::uint32_t> of;  // per splat: its patch
 };
 
-// Of cells of this edge [m].
+// `edge`: of a cell [m].
 inline Patches patches(const std::vector<Vec3<double>>& centres, double edge)
 {
     Patches made;

@@ -19,16 +19,16 @@ SceneSplats::SceneSplats(const Scene& given, const std::vector<SplatObject>& obj
             around_hands =
                 std::make_unique<LocalClay>(scene, of.object, joined(objects, true), moving);
     refresh();
-    refresh();  // both have memory before hands come
+    refresh();  // allocates both buffers before hands come
 }
 
 void SceneSplats::refresh()
 {
     if (!local()) return;
-    // Memory that nobody looks at any more serves again.
+    // Reuse a buffer that has no readers left.
     std::swap(shown, before);
     if (!shown || shown.use_count() > 1) shown = std::make_shared<SplatCloud>();
-    std::atomic_thread_fence(std::memory_order_acquire);  // who read it has ended
+    std::atomic_thread_fence(std::memory_order_acquire);  // after the last reader's release
     around_hands->show(*shown);
 }
 

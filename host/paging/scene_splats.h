@@ -1,5 +1,5 @@
-// The splats of a scene that is played: those that follow clay, kept dense, and those that stand
-// still where no hand is near.
+// All splats of a running scene: splats that follow clay, kept dense by splitting and adding, and
+// frozen splats where no hand is near.
 #pragma once
 #include <functional>
 #include <memory>
@@ -10,10 +10,10 @@
 
 namespace knead {
 
-// What a frame changed of the splats and of local clay.
+// Changes of the splats and of local clay in one frame.
 struct PagingReport {
     long splats_split = 0, splats_added = 0, splats_waiting = 0;
-    long cubes = 0;                              // that are clay after the frame
+    long cubes = 0;                              // active after the frame
     long cubes_taken = 0, cubes_given_back = 0;  // activated and frozen by it
 
     bool clay_changed() const { return cubes_taken + cubes_given_back > 0; }
@@ -22,7 +22,7 @@ struct PagingReport {
 
 class SceneSplats {
   public:
-    // Of a scene that was built of these objects and outlives this.
+    // Precondition: `scene` was built of these objects. It must outlive this.
     SceneSplats(const Scene& scene, const std::vector<SplatObject>& objects);
     SceneSplats(const SceneSplats&) = delete;
 
@@ -38,28 +38,30 @@ class SceneSplats {
     // the frozen splats.
     void follow_hands(const Motion& motion, PagingReport& report, Solver& solver);
     void begin_leaving(int frame, const Motion& motion, Solver& solver);
-    // As if hands had come and gone again before anything moved, so that memory, graphs and threads
-    // are there when they come; false where there is no local clay. The splats are as before, and
-    // the solver's clay; both have been edited, and drawn() is to be refreshed. `frames` is called
-    // with the clay there and with hands that are far away, and must leave the solver as it was.
+    // Warm-up: activates cubes and freezes them again, so that memory, graphs and threads exist
+    // when hands come. Calls `frames` in between, with a motion of hands that are far away; it must
+    // leave the solver unchanged. Afterwards splats and clay are as before, but count as edited:
+    // call refresh(). Returns false if there is no local clay.
     bool rehearse(Solver& solver, const std::function<void(const Motion& away)>& frames);
     bool leaving() const { return local() && around_hands->leaving(); }
-    // That ends now, which edits the solver; true if some was on its way.
+    // Waits for the cubes being frozen and removes them from the solver; true if there were any.
     bool end_leaving(Solver& solver) { return leaving() && around_hands->end_leaving(solver); }
     const SplatUpkeep& upkeep() const { return moving; }
     void adopt(UpkeepPlan plan, PagingReport& report, Solver& solver);
-    // The tools are others from now on; so is the material of an object, which the solver is told:
-    // softened where the scene asks for that (`step.soften_beyond`).
+    // Replaces the tools.
     void set_rig(const Rig& rig);
+    // Sets the material of an object, in the solver too, softened by the scene's
+    // `step.soften_beyond`. Throws std::invalid_argument for an unknown object or an invalid
+    // material.
     void set_material(int object, const Material<double>& material, Solver& solver);
 
-    // All of them as of the last refresh(): in the order of the solver's Gaussians, then those that
-    // stand still.
+    // All splats as of the last refresh(): in the order of the solver's Gaussians, then the frozen
+    // ones.
     const SplatCloud& drawn() const { return local() ? *shown : moving.cloud(); }
-    std::shared_ptr<const SplatCloud> picture() const;  // of drawn(), which stays as it is
+    std::shared_ptr<const SplatCloud> picture() const;  // drawn(), immutable while held
     void refresh();
 
-    // For checkpoints. Throws std::invalid_argument for a state that is not whole.
+    // For checkpoints. set_state() throws std::invalid_argument for an inconsistent state.
     const CarriedSplats& state() const { return moving.state(); }
     LocalState local_state() const { return local() ? around_hands->state() : LocalState{}; }
     void set_state(const CarriedSplats& state, const LocalState& of_local);
