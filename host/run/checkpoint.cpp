@@ -29,7 +29,7 @@ struct Head {
 };
 static_assert(sizeof(Head) == 40);
 
-// What is kept of a frame, number by number, in the order of the file.
+// Visits the stored numbers of a frame in the order of the file.
 template <class Row, class Visit>
 void each_number(Row& r, Visit&& visit)
 {
@@ -73,7 +73,7 @@ FrameRow row_of(const Json& numbers)
 
 Json depths_json(const DepthCount& depths)
 {
-    Json bins = Json::array();  // those that hold any: number, count
+    Json bins = Json::array();  // non-empty ones: index, count
     for (std::size_t i = 0; i < depths.bins.size(); ++i)
         if (depths.bins[i]) bins.push_back(i), bins.push_back(depths.bins[i]);
     return {{"count", depths.count}, {"sum", depths.sum}, {"max", depths.max}, {"bins", bins}};
@@ -125,7 +125,7 @@ Json facts_json(const Checkpoint& c)
             {"covered", s.covered}};
 }
 
-// The solvers that are saved keep floats: nothing is lost.
+// Solvers that can be saved store floats: the file is lossless.
 constexpr std::size_t particle_bytes = 22 * sizeof(float) + 2 * sizeof(std::uint32_t);
 template <class P, class Visit>
 void each_float(P& p, Visit&& visit)
@@ -170,7 +170,7 @@ std::string body_of(const Checkpoint& c)
     return body;
 }
 
-// What the body holds.
+// Numbers of items in the body.
 struct Counts {
     std::uint64_t particles, quiet, sliding, gaussians, splats, still, home;
     int degree;
@@ -226,7 +226,7 @@ void take_body(Checkpoint& c, const Counts& n, const char* from)
     throw InputError(file + ": " + why);
 }
 
-// The head, once the whole file is known to be as it was written.
+// Returns the head after checking the whole file's integrity.
 Head checked_head(const std::string& file, const std::string& bytes)
 {
     Head head{};
@@ -248,8 +248,8 @@ Head checked_head(const std::string& file, const std::string& bytes)
     return head;
 }
 
-// Hears of what opens and closes, and ends what is nested deeper than a checkpoint is: from_cbor()
-// calls itself for each level, and would run out of stack.
+// SAX reader that rejects nesting deeper than that of a checkpoint: from_cbor() recurses once per
+// level and would overflow the stack.
 struct Depth : nlohmann::json_sax<Json> {
     int now = 0;
     bool down() { return ++now <= 8; }
@@ -303,7 +303,7 @@ Checkpoint facts_in(const Json& from)
     return c;
 }
 
-// Frames from 1 on, one after the other, and not all that were wanted.
+// Frames are numbered consecutively from 1, and fewer than wanted.
 bool in_order(const RunRecord& record)
 {
     for (std::size_t i = 0; i < record.rows.size(); ++i)

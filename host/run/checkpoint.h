@@ -1,5 +1,5 @@
-// A run on its way, in a file: from it `knead run --resume` goes on as if nothing had ended it.
-// docs/reference/formats.md has the layout.
+// Checkpoint file of a run: `knead run --resume` continues from it with the same results as an
+// uninterrupted run. Layout: docs/reference/formats.md.
 #pragma once
 #include <nlohmann/json.hpp>
 #include <string>
@@ -11,19 +11,20 @@
 namespace knead {
 
 struct Checkpoint {
-    nlohmann::json command;  // how the run was asked for; the caller's
-    RunRecord record;        // what it had found; without state and meshes
-    SavedState state;        // of the solver; of its setup the particles and Gaussians alone
-    CarriedSplats splats;    // one for each Gaussian; none where nothing draws these
+    nlohmann::json command;  // command line of the run; opaque here
+    RunRecord record;        // so far; without state and meshes
+    SavedState state;        // of the solver; of its setup particles and Gaussians only
+    CarriedSplats splats;    // one per Gaussian; none if they are not drawn
     LocalState local;        // of a scene with local clay
 };
 
 constexpr const char* checkpoint_name = "checkpoint.knead";
 
-// Throws OutputError. The file before it stands until this one is whole.
+// Writes the file atomically: an earlier one is kept until this one is complete. Throws
+// OutputError.
 void write_checkpoint(const std::string& file, const Checkpoint& checkpoint);
-// Throws InputError for a file that is no checkpoint, of another version, or damaged. What the
-// numbers mean to a scene, its solver checks.
+// Throw InputError for a file that is no checkpoint, of another version, or damaged. Whether the
+// values fit the scene is checked by its solver.
 Checkpoint read_checkpoint(const std::string& file);
 Checkpoint parse_checkpoint(const std::string& bytes, const std::string& file);
 

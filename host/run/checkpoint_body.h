@@ -1,4 +1,4 @@
-// How a checkpoint writes numbers and splats one after the other, and takes them back.
+// Serialization of numbers and splats in the body of a checkpoint.
 #pragma once
 #include <cmath>
 #include <cstring>
@@ -21,10 +21,10 @@ inline std::size_t splat_bytes(int degree)
 {
     return (11 + 3 * std::size_t(harmonics(degree))) * sizeof(float);
 }
-// What a slot of local clay has besides its splat.
+// Bytes of a slot of local clay besides its splat.
 constexpr std::size_t local_bytes = 3 * sizeof(float) + sizeof(char);
 
-// Calls visit(number) for all numbers of splat i.
+// Calls visit(number) for every number of splat i.
 template <class Cloud, class Visit>
 void each_float_of(Cloud& c, std::size_t i, Visit&& visit)
 {
@@ -50,20 +50,20 @@ inline void append(std::string& to, const LocalState& s)
     for (const int slot : s.slot_of) append(to, slot);
 }
 
-// Takes values from the front of bytes whose number was checked.
+// Reads values sequentially. Precondition: enough bytes remain; nothing is checked here.
 struct Taker {
     const char* at;
 
     template <class T>
     requires std::is_arithmetic_v<T>
     void take(T& value) { std::memcpy(&value, at, sizeof value), at += sizeof value; }
-    // Throws std::out_of_range for another.
+    // Throws std::out_of_range if it is not finite.
     void take_finite(float& number)
     {
         take(number);
         if (!std::isfinite(number)) throw std::out_of_range("splats");
     }
-    // So many, of the cloud's degree.
+    // Reads `count` splats. Precondition: c.degree is set.
     void take(SplatCloud& c, std::size_t count)
     {
         c.centre.resize(count), c.rotation.resize(count), c.scale.resize(count);

@@ -18,7 +18,7 @@ namespace {
 
 constexpr int largest_lump = 24;  // cells along its edge
 
-// A cube of an object's clay, 8 particles a cell, in the middle of a lattice of 32 cells.
+// A cube of an object's clay, 8 particles a cell, in the middle of a lattice of 32^3 cells.
 Setup lump(const Scene& scene, const Object& object, int edge)
 {
     Setup setup{};
@@ -41,15 +41,15 @@ Setup lump(const Scene& scene, const Object& object, int edge)
     return setup;
 }
 
-// How long a substep takes, and whether that is known: the machine may be busy with other things.
+// Wall time of a substep; not known on a machine that is busy with other work.
 struct Timing {
     double seconds = 0;
     bool known = true;
 };
 
-// The median of some batches of substeps. Not known where batches differ by more than
-// `FrameCost::within` (the best and the worst of them apart), or where this thread had the
-// processor for less than half of the time.
+// Median over batches of substeps. Not known if batches differ by more than a factor of
+// `FrameCost::within` (without the best and the worst), or if this thread had a processor for less
+// than half of the time.
 Timing substep_time(const Setup& setup, Device device)
 {
     constexpr double batch = 4e-3, enough = 0.3;  // [s]
@@ -62,7 +62,7 @@ Timing substep_time(const Setup& setup, Device device)
         return (wall_seconds() - start) / std::max(1, done);
     };
     int count = 2;
-    seconds_of(count);  // the first of all is slower
+    seconds_of(count);  // warm-up
     while (count < 4096 && count * seconds_of(count) < batch) count *= 2;
     std::vector<double> took;
     const double start = wall_seconds(), used = thread_seconds();
@@ -76,15 +76,15 @@ Timing substep_time(const Setup& setup, Device device)
     return {took[took.size() / 2], !held_up && worst <= FrameCost::within * best};
 }
 
-// What a substep takes of clay of one kind: so much whatever there is, and so much a particle.
+// Cost of a substep for clay of one kind: a fixed part and a part per particle.
 struct KindCost {
     double fixed = 0, each = 0;  // [s]
-    double whole_each = 0;       // of the larger lump, with its share of what is fixed [s]
-    double largest = 0;          // particles of that
+    double whole_each = 0;       // per particle of the larger lump, fixed part included [s]
+    double largest = 0;          // particles of the larger lump
     bool known = true;
 
-    // Up to the larger lump that is between what was measured; of more clay it is at least that,
-    // and at most as if nothing were fixed.
+    // Bounds. Up to the larger lump both are the linear interpolation; beyond it the upper bound
+    // assumes no fixed part.
     double least(double particles) const { return fixed + each * particles; }
     double most(double particles) const
     {
@@ -131,7 +131,7 @@ FrameCost frame_cost(const Scene& scene, Device device, std::size_t gaussians)
         setup.step = scene.setup.step, setup.step.fixed = steps.dt;
         return setup;
     };
-    // Of each kind of material once; on a GPU they cost alike, and a solver takes long to make.
+    // Once per kind of material; on a GPU all kinds cost the same, and creating a solver is slow.
     std::map<std::pair<Elasticity, Plasticity>, KindCost> kinds;
     double particles = 0, least = 0, most = 0, local = 0;
     bool known = true;
@@ -148,7 +148,7 @@ FrameCost frame_cost(const Scene& scene, Device device, std::size_t gaussians)
         least += count * cost.least(expected), most += count * cost.most(expected);
         if (object.local()) local = cost.whole_each;
     }
-    // Each as if all were of its kind, by their shares.
+    // Mean over the objects, weighted by particles, each as if all clay were of its kind.
     double substep = particles > 0 ? least / particles : 0;
     if (particles > 0) known = known && most <= FrameCost::within * least;
     if (gaussians > 0) {

@@ -1,4 +1,4 @@
-// How long a frame will take on this machine, before it is run.
+// Estimate of the wall time of a frame on this machine, before a run.
 #pragma once
 #include <string>
 
@@ -9,22 +9,22 @@ namespace knead {
 
 // Wall time of a frame of the solver, without hands, surface and pictures [s].
 struct FrameCost {
-    static constexpr double within = 3;  // times, or it is not known
+    static constexpr double within = 3;  // largest ratio of timings that still counts as known
 
-    bool still = false;       // all clay comes with the hands
-    double seconds = 0;       // for the clay that there is from the start
-    double per_thousand = 0;  // more, for each 1000 particles of clay that comes with them
-    bool known = true;
+    bool still = false;       // no clay at the start: all is local clay
+    double seconds = 0;       // for the clay at the start
+    double per_thousand = 0;  // added per 1000 particles of local clay
+    bool known = true;        // false: timings varied too much
 };
 
-// To a factor of two or so: two lumps of clay of each kind of material in the scene, a small and a
-// large one, are moved on the device for some hundredths of a second each, and so are Gaussians on
-// the face of one where so many follow the clay. That says what a substep takes whatever there is,
-// and what each particle takes more, of which foresee() tells how many there are. `device` is one
-// that was resolved(). Throws what make_solver() throws.
+// Accurate to a factor of about two. Times a small and a large lump of clay of each kind of
+// material in the scene on the device, some hundredths of a second each, and Gaussians on the face
+// of one if `gaussians` is not 0. The two lumps give the fixed cost of a substep and the cost per
+// particle; foresee() gives the number of substeps. Precondition: `device` was resolved(). Throws
+// as make_solver().
 FrameCost frame_cost(const Scene& scene, Device device, std::size_t gaussians = 0);
 
-// As a message says it before a scene is run.
+// The message before a run.
 std::string cost_text(const FrameCost& cost);
 std::string cost_text(const Scene& built, Device device);
 

@@ -145,7 +145,7 @@ Json steps(const RunRecord& record)
             {"limited_by", by}};
 }
 
-// What walls and tools gave: the change of momentum less that by gravity.
+// Momentum from walls and tools: the change of momentum without that by gravity.
 Json momentum(const Scene& scene, const RunRecord& record, const FrameRow& last)
 {
     const Vec3<double> gravity = (record.first.mass * last.simulated) * scene.setup.gravity;
@@ -160,7 +160,7 @@ Json momentum(const Scene& scene, const RunRecord& record, const FrameRow& last)
 
 double drift(double first, double last) { return first > 0 ? last / first - 1 : 0; }
 
-// Of all audited frames the worst.
+// The worst over all audited frames.
 Crowding crowding_of(const RunRecord& record)
 {
     Crowding worst;
@@ -302,7 +302,7 @@ Spread spread(std::vector<double> values)
 
 namespace {
 
-// What was known before the run, and what came of it.
+// What was not computed: as known before the run, and as found in it.
 std::vector<std::string> left_out_of(const RunRecord& record, const RunInfo& facts)
 {
     std::vector<std::string> all = facts.left_out;

@@ -1,4 +1,4 @@
-// What a run has to say: report.json, frames.csv and the summary for people.
+// Outputs of a run: report.json, frames.csv and the summary in text form.
 // docs/reference/formats.md
 #pragma once
 #include <nlohmann/json_fwd.hpp>
@@ -9,15 +9,15 @@
 
 namespace knead {
 
-// What the loop itself does not know.
+// Facts for the report that are not in RunRecord.
 struct RunInfo {
     std::string solver;                  // Solver::name()
-    int threads = 0;                     // asked for; 0: all
+    int threads = 0;                     // requested; 0: all
     double cpu_seconds = 0;              // of the whole process during the loop
     double hand_rate = 0;                // of the recording [1/s]; 0: no hands
     double hand_latency = 0;             // of the tracker [s]
-    std::size_t splats = 0, inside = 0;  // that follow clay; of these, put inside of objects
-    bool local = false;                  // some stand still, and are clay where hands are
+    std::size_t splats = 0, inside = 0;  // that follow clay; of these, filled in inside objects
+    bool local = false;                  // the scene has local clay
     std::vector<std::string> left_out;
     std::vector<std::string> settings;  // --set as given
     std::vector<std::string> outputs;   // files written
@@ -29,13 +29,13 @@ struct Spread {
 Spread spread(std::vector<double> values);  // zeros for none; nearest-rank percentiles
 
 nlohmann::json report(const Scene& scene, const RunRecord& record, const RunInfo& facts);
-// Objects that are simulated softer than they were given, each with its text; [] for none.
+// Objects that are simulated softer than given, each with its text; [] for none.
 nlohmann::json softened_facts(const Scene& scene);
-std::string file_hash(const std::string& path);  // xxh64; "" where it cannot be read
+std::string file_hash(const std::string& path);  // xxh64; "" if the file cannot be read
 std::string frames_csv(const RunRecord& record);
-// Throws InputError where what the summary says is missing or of another type.
+// Throws InputError if a value that summary() needs is missing or of the wrong type.
 void check_report(const nlohmann::json& report, const std::string& file);
-std::string summary(const nlohmann::json& report);  // of one that was checked
+std::string summary(const nlohmann::json& report);  // precondition: check_report()
 const char* end_name(End end);
 
 }  // namespace knead

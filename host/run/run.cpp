@@ -16,7 +16,7 @@
 namespace knead {
 namespace {
 
-// From the simulation's frame into that of the scene's file.
+// From simulation coordinates to those of the scene's file.
 std::vector<Particle<double>> moved_out(const Scene& scene, std::vector<Particle<double>> clay)
 {
     for (Particle<double>& q : clay) q.x = q.x + scene.origin;
@@ -31,7 +31,7 @@ std::vector<Mesh> moved_out(const Scene& scene, std::vector<Mesh> meshes)
     return meshes;
 }
 
-// What watches the loop: each of its watchers fills its part of the frame's row.
+// The watchers of the loop; each fills its part of the frame's row.
 class Run {
   public:
     Run(const Scene& scene_, Solver& solver_, SessionLoop& loop_, const BatchRunOptions& options_)
@@ -44,7 +44,7 @@ class Run {
     {
         record.last_good = loop.particles();
         record.particles = record.last_good->size();
-        if (!record.rows.empty()) return;  // it goes on
+        if (!record.rows.empty()) return;  // resumed
         record.first = audit(*record.last_good, scene.setup.materials, scene.setup.lattice.dx);
         if (options.mesh_every == 0 && options.meshes_every == 0 && !options.last_mesh) return;
         FrameRow before;
@@ -84,7 +84,7 @@ class Run {
     static bool due(const Frame& f, int every) { return every > 0 && f.number % every == 0; }
     bool shown(const Frame& f) const { return due(f, options.mesh_every); }
 
-    // What files are made of, where the frame is one of theirs.
+    // Calls the consumers of meshes and particles in frames where they are due.
     void hand_out(const Frame& f, const RunWatch& watch)
     {
         if (loop.end() == End::numbers || f.stats.cut) return;
@@ -94,7 +94,7 @@ class Run {
             watch.particles(f.number, moved_out(scene, *loop.particles()));
     }
 
-    // Whether the state is one from which a later run can go on.
+    // Whether a later run can resume from this state.
     bool may_go_on(const Frame& f) const
     {
         const End end = loop.end();
@@ -102,7 +102,7 @@ class Run {
                end != End::device;
     }
 
-    // However the loop ended: its last frame is looked at, and meshed where that is wanted.
+    // Audits the last frame, however the loop ended, and meshes it if requested.
     void finish()
     {
         record.end = loop.end();
@@ -118,7 +118,7 @@ class Run {
         if (options.last_mesh && !last.meshed) mesh(last);
     }
 
-    // A picture that cannot be made is missing; the run goes on.
+    // A picture that fails is counted; the run continues.
     void show(const Frame& f, const std::vector<Mesh>& meshes, const RunWatch& watch)
     {
         try {
@@ -135,7 +135,7 @@ class Run {
   private:
     bool is_last(const Frame& f) const { return f.number == record.frames_wanted; }
 
-    // Looks at the state; false if it holds non-finite numbers.
+    // Audits the state; false if it holds non-finite numbers.
     bool look(FrameRow& row)
     {
         const State now = loop.particles();
@@ -176,7 +176,7 @@ class Run {
     const BatchRunOptions& options;
 };
 
-// Keeps what a later run can go on from: the solver between two frames, and the record then.
+// Writes checkpoints: the solver's state between two frames, and the record at that time.
 class Keeper {
   public:
     Keeper(Solver& solver_, Run& run_, const BatchRunOptions& options_, const RunWatch& watch_)
@@ -194,11 +194,11 @@ class Keeper {
         if (!run.may_go_on(f)) return;
         // In place when it is due.
         if (wall_seconds() - saved + took >= options.checkpoint) keep(run.record);
-        // Who cuts frames short is on the host, where copies are cheap.
+        // Frames are cut short on the CPU only, where snapshots are cheap.
         if (!solver.clay()) whole = solver.snapshot(), depths = run.record.depths;
     }
 
-    // Where the loop was stopped; a frame that was cut short is begun again by the later run.
+    // At the end of a stopped run. A frame that was cut short is recomputed by the later run.
     void end(const Frame& last)
     {
         const End why = run.record.end;
@@ -226,13 +226,12 @@ class Keeper {
     const RunWatch& watch;
     const double before;
     const double begin = wall_seconds();
-    double saved = begin, took = 0;         // the last: when, and how long it was written [s]
-    std::shared_ptr<const Snapshot> whole;  // after the last whole frame
-    DepthCount depths;                      // then
+    double saved = begin, took = 0;         // last checkpoint: when, and how long it took [s]
+    std::shared_ptr<const Snapshot> whole;  // after the last complete frame
+    DepthCount depths;                      // at that time
 };
 
-// What a record says of places, it says in the frame of the scene's file: one way out for all of
-// it.
+// Transforms all positions of a record to the coordinates of the scene's file.
 void move_out(const Scene& scene, RunRecord& record)
 {
     const Vec3<double> by = scene.origin;
@@ -248,7 +247,7 @@ void move_out(const Scene& scene, RunRecord& record)
         if (row.audited) turn(row.state);
 }
 
-// The error that ended the loop, if it is one of a device; others pass on.
+// Message of the device error that ended the loop; rethrows other exceptions.
 std::string trouble_of(const SessionLoop& loop)
 {
     try {
@@ -278,7 +277,7 @@ RunRecord run_frames(const Scene& scene, Solver& solver, const HandSource* hands
     by.most_substeps = scene.most_substeps;
     by.part = watch.part;
     if (earlier) by.done = int(earlier->rows.size());
-    if (earlier) by.materials = solver.rules().materials;  // of clay that came meanwhile, too
+    if (earlier) by.materials = solver.rules().materials;  // including clay added since the start
     by.interrupted = [&] { return interrupted() || (watch.stop && watch.stop()); };
     SessionLoop loop(solver, watch.motion ? watch.motion : recorded_motion(hands, scene.hands), by);
     Run run(scene, solver, loop, options);

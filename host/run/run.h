@@ -1,5 +1,5 @@
-// `knead run`: the session loop, watched by what keeps a row of every frame, audits the state, and
-// makes surfaces.
+// `knead run`: the frame loop with watchers that record a row per frame, audit the state and
+// compute surfaces.
 #pragma once
 #include <functional>
 #include <string>
@@ -13,14 +13,14 @@
 namespace knead {
 
 struct BatchRunOptions {
-    int frames = 0;           // 0: as the scene says
-    int audit_every = 1;      // frames from audit to audit; the first and the last always are
-    int mesh_every = 0;       // frames from mesh to mesh; 0: none
-    bool last_mesh = false;   // a mesh of the last frame
-    int meshes_every = 0;     // frames from one to the next that `meshes` of RunWatch is told of
-    int particles_every = 0;  // the same of `particles`
-    double time_limit = 0;    // wall time after which it ends [s]; 0: none
-    double checkpoint = 0;    // wall time from checkpoint to checkpoint [s]
+    int frames = 0;           // 0: frames of the scene
+    int audit_every = 1;      // interval of audits [frames]; first and last are always audited
+    int mesh_every = 0;       // interval of meshes [frames]; 0: none
+    bool last_mesh = false;   // mesh of the last frame
+    int meshes_every = 0;     // interval of calls of RunWatch::meshes [frames]; 0: none
+    int particles_every = 0;  // interval of calls of RunWatch::particles [frames]; 0: none
+    double time_limit = 0;    // wall time after which the run ends [s]; 0: none
+    double checkpoint = 0;    // interval of checkpoints, wall time [s]
 };
 
 struct FrameRow : PagingReport {
@@ -31,14 +31,14 @@ struct FrameRow : PagingReport {
     double wall = 0;                          // of the solver [s]
     double hands_wall = 0, surface_wall = 0;  // [s]
     FrameStats stats;
-    bool audited = false;  // what follows is filled in
+    bool audited = false;  // the next members are valid
     Audit state;
     Crowding crowding;
     Depths left;
-    Depths between;  // of these, what two tools hold between them
+    Depths between;  // of these, particles held between two tools
     std::vector<StageTime> stages;
     bool meshed = false;
-    bool kept = false;       // no clay had moved since the last meshes: these are the same
+    bool kept = false;       // no clay moved since the last meshes: these were reused
     double mesh_volume = 0;  // [m^3]
     long triangles = 0;
 };
@@ -47,59 +47,60 @@ struct RunRecord {
     std::vector<FrameRow> rows;
     Audit first;                    // before the first frame
     double first_mesh_volume = -1;  // [m^3]; negative: not meshed
-    DepthCount depths;              // that audits found
-    Depths left;                    // the same over all audited frames; p99 to 10 micrometres
+    DepthCount depths;              // of all audits
+    Depths left;                    // summary of `depths`; p99 to 10 micrometres
     std::size_t particles = 0, bytes = 0;
     int frames_wanted = 0;
     double duration = 0;  // simulated per frame [s]
     double wall = 0;      // of the whole loop [s]
     End end = End::complete;
-    std::string trouble;  // of End::numbers and End::device: what, when
-    State last_good;      // of the last audit that found nothing wrong
-    Meshes meshes;        // the last that were made; null: none
-    // Pictures that could not be made since the run began, or went on; why not the first of them.
+    std::string trouble;  // message if it ended by a fault (numbers, device, substeps)
+    State last_good;      // of the last audit without a fault
+    Meshes meshes;        // the last ones; null: none
+    // Pictures that failed since the run began or was resumed, and the reason for the first.
     int pictures_missing = 0;
     std::string no_picture;
 };
 
 struct RunWatch {
     std::function<void(const FrameRow&)> frame;  // after every frame
-    // Before each frame: may hand the loop edits, after the frame of that number.
+    // Called between frames with the number of the last one; may queue edits in the loop.
     std::function<void(int number, SessionLoop&)> edits;
-    MotionSource motion;  // of the tools, in place of the hands' own
-    // Between substeps: where the frame of that number stands.
+    MotionSource motion;  // of the tools; replaces that of the hands
+    // Called between substeps with the progress of frame `number`.
     std::function<void(int number, const FramePart&)> part;
-    // After every whole frame of a sound state, before it is shown or kept: may edit the solver's
-    // Gaussians, and add or remove clay, which it reports.
+    // Called after each complete frame with a sound state, before it is drawn or saved. May edit
+    // the solver's Gaussians, and add or remove clay; returns what it changed.
     std::function<PagingReport(const Frame&)> upkeep;
-    // After every frame that was meshed by mesh_every. A PictureError is counted and said once.
+    // Called after each frame meshed by mesh_every. May throw PictureError: each is counted, the
+    // first is printed.
     std::function<void(const Frame&, const std::vector<Mesh>&)> picture;
-    // After every frame of meshes_every and particles_every, in the frame of the scene's file.
+    // Called at the intervals meshes_every and particles_every, in the scene file's coordinates.
     std::function<void(int number, const std::vector<Mesh>&)> meshes;
     std::function<void(int number, const std::vector<Particle<double>>&)> particles;
-    // Between frames, when it is due, and at the end where the run was stopped: what it has so far,
-    // without a frame that was cut short. With the solver's state that is all that a later run
-    // needs to go on.
+    // Called between frames when a checkpoint is due, and at the end of a stopped run, with the
+    // record so far, without a frame that was cut short. Record and solver state suffice to resume.
     std::function<void(const RunRecord&)> checkpoint;
-    std::function<bool()> stop;  // asked before every frame, beside interrupts
+    std::function<bool()> stop;  // called before each frame; true stops the run, as an interrupt
 };
 
-// Frames the scene asks for: its own number, or as long as the hands move, or one second.
+// Number of frames: `asked` if positive, else the scene's, else the duration of the hands, else one
+// second.
 int frames_wanted(const Scene& scene, const HandSource* hands, int asked);
 
-// Advances `solver`, made of scene.setup, frame by frame. `hands` may be null. With what an earlier
-// run had at a checkpoint, and the solver in its state then, it goes on from there.
+// Runs the scene. Precondition: `solver` was made of scene.setup. `hands` may be null. `earlier`:
+// record of a checkpoint to resume from; the solver must be in the state saved with it.
 RunRecord run_frames(const Scene& scene, Solver& solver, const HandSource* hands,
                      const BatchRunOptions& options, const RunWatch& watch,
                      const RunRecord* earlier = nullptr);
 
-// Of all particle-substeps those in which clay moved; 1 for a run of none.
+// Share of particle-substeps in which clay was awake; 1 for an empty run.
 double moved_share(const RunRecord& record);
 
-// What the run does not compute, because the scene, or the command line, does not ask for it.
+// Texts on what the run does not compute, because scene or command line do not request it.
 std::vector<std::string> left_out(const Scene& scene, const BatchRunOptions& options);
-// The same of what clay at rest spared, known only when the run is over: its own motion, and meshes
-// of frames in which nothing moved. Nothing where all moved.
+// The same for work saved by sleeping clay, known after the run: its motion, and meshes of frames
+// without motion. Empty if all clay was awake.
 std::vector<std::string> left_at_rest(const RunRecord& record);
 
 }  // namespace knead

@@ -1,4 +1,4 @@
-// The report as a person reads it.
+// The summary of a report in text form.
 #include <fmt/format.h>
 
 #include <nlohmann/json.hpp>
@@ -16,7 +16,7 @@ double at(const Json& j, const char* pointer)
     return j.contains(p) && j[p].is_number() ? j[p].get<double>() : 0;
 }
 
-// A number that counts: no report is trusted to hold one that an integer holds.
+// An integer count, formatted from a double: a report may hold values beyond integer types.
 std::string count_at(const Json& j, const char* pointer)
 {
     return fmt::format("{:.0f}", at(j, pointer));
@@ -32,7 +32,7 @@ std::string counted(const Json& object)
     return text.empty() ? "none" : text;
 }
 
-// In the order of the frame, which only the rows of "runs" keep.
+// Stages in frame order, which only the rows of "runs" preserve.
 std::string stage_lines(const Json& report)
 {
     std::string text;
@@ -59,7 +59,7 @@ struct Wanted {
     const char* pointer;
     Json::value_t type;
 };
-// Without these there is nothing to sum up.
+// Values that a summary cannot do without.
 const Wanted wanted[] = {{"/context/scene", Json::value_t::string},
                          {"/context/device", Json::value_t::string},
                          {"/runs", Json::value_t::array},

@@ -20,7 +20,7 @@ ActionReplay::ActionReplay(Recording of, const HandsOptions& by, double per_seco
     begin_hands(-1);
 }
 
-// Of the frames that came later than that: what was tracked before was of hands that are no more.
+// Restarts the hand filter with the frames later than `after` [s].
 void ActionReplay::begin_hands(double after)
 {
     const auto stream = std::make_shared<HandStream>(options);
@@ -56,7 +56,7 @@ void ActionReplay::perform(const HandAction& action, int number, Solver& solver,
     const bool alike = move_alike(now, options);
     options = now;
     if (alike) return;
-    // The frames before had heard of all hands up to the first that ended with them or later.
+    // The frames so far have consumed the hands up to the first that is not before their end.
     double heard = -1;
     for (const HandFrame& frame : recording.frames) {
         if (number == 0 || heard >= number / rate - rounding) break;

@@ -1,5 +1,5 @@
-// A recording played again with what was done beside it (hand_actions.h): the same edits between
-// the same frames, and hands that begin anew where they did.
+// Replays a recording with its recorded actions (hand_actions.h): the same edits between the same
+// frames, and the hand filter restarted where it was.
 #pragma once
 #include <functional>
 #include <string>
@@ -14,20 +14,19 @@ namespace knead {
 
 class ActionReplay {
   public:
-    // `options`: the scene's hands. `rate`: frames of the simulation per second of the recording.
-    // Throws InputError for a recording that check() refuses.
+    // `options`: the scene's hands. `rate`: simulated frames per second of the recording. Throws
+    // InputError for a recording that check() refuses.
     ActionReplay(Recording recording, const HandsOptions& options, double rate,
                  std::vector<HandAction> actions);
     ActionReplay(const ActionReplay&) = delete;
 
-    // The tools in the frame from `from` to `to` [s of the recording].
+    // Motion of the tools in the frame from `from` to `to` [s of the recording].
     Motion motion(double from, double to) const { return source(from, to); }
-    // Hands the loop what was done before the frame that follows the one of that number. What a
-    // solver refuses it refused then, too; `refused` is told.
+    // Queues in the loop the actions that precede frame `number` + 1. `refused` is called with a
+    // message for an edit that the solver refuses, which it refused in the recorded session, too.
     void before_frame(int number, SessionLoop& loop, SceneSplats& splats,
                       const std::function<void(const std::string&)>& refused);
-    // Of the recording [s].
-    double duration() const { return recording.frames.back().time; }
+    double duration() const { return recording.frames.back().time; }  // of the recording [s]
 
   private:
     void perform(const HandAction& action, int number, Solver& solver, SceneSplats& splats);

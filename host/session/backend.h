@@ -1,5 +1,4 @@
-// --device auto | cuda | cuda:N | cpu | cpu:double; the last is the Reference, in which no clay
-// rests.
+// --device auto | cuda | cuda:N | cpu | cpu:double; the last is the Reference, without sleeping.
 #pragma once
 #include <memory>
 #include <string>
@@ -15,8 +14,8 @@ struct Device {
 };
 
 Device parse_device(const std::string& text);  // throws UsageError
-// "auto" means the GPU where there is one, else the CPU. Throws ResourceError where a GPU is asked
-// for and none can be had, or where memory is short.
+// Resolves "auto": the GPU if there is one, else the CPU. Both functions throw ResourceError if the
+// requested GPU is not available, make_solver() also if memory is short.
 Device resolved(Device device);
 std::unique_ptr<Solver> make_solver(const Setup& setup, Device device);
 

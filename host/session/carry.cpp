@@ -6,10 +6,10 @@
 namespace knead {
 namespace {
 
-// From the wrist over the metacarpal's end to the tip, for the four fingers.
+// The tips of the four fingers; the chain runs from the wrist over the metacarpal's end to the tip.
 constexpr JointName tips[] = {index_tip, middle_tip, ring_tip, little_tip};
 
-// The distance from wrist to tip over the way along the bones: near 1 for a flat hand.
+// Distance from wrist to tip, divided by the length along the bones: near 1 for a flat hand.
 std::optional<float> straightness(const Hand& hand, JointName tip)
 {
     if (!hand.tracked || !hand.valid[wrist]) return {};

@@ -1,5 +1,5 @@
-// Holding clay as a whole: a fist takes hold of the nearest object and carries it, two fists draw
-// the scene larger or smaller. Meanwhile hands touch nothing. Knows no simulation.
+// Gestures of closed hands: a fist grabs the nearest object and carries it as a rigid body, two
+// fists zoom the scene. Meanwhile hands touch nothing. Independent of the simulation.
 #pragma once
 #include <array>
 #include <optional>
@@ -11,7 +11,7 @@
 
 namespace knead {
 
-// How far a hand is closed: 0 flat, 1 a fist. 0 where its joints are not known.
+// How far a hand is closed: 0 flat, 1 a fist. 0 if its joints are not tracked.
 float closure(const Hand& hand);
 
 class Carry {
@@ -20,14 +20,16 @@ class Carry {
     static constexpr float reach = 0.08f;  // from the palm to the clay [m] of the user's size
 
     struct Answer {
-        // Carries what was taken: a rotation, then a shift, in the simulation's frame.
+        // Category of the clay that is held, and its motion in the simulation's frame: a rotation,
+        // then a shift.
         std::optional<int> category;
         RigidMotion<double> motion{};
-        double zoom = 1;    // the hands' zoom is to be divided by that
-        bool took = false;  // hold of clay, in this frame
-        bool let_go = false;
+        double zoom = 1;      // divide the hands' zoom by this
+        bool took = false;    // clay was grabbed in this frame
+        bool let_go = false;  // clay was released in this frame
     };
-    // One frame of both hands, in the frame of the hands; `clay` is where it is now.
+    // One frame of both hands, in the tracker's frame; `clay`: current surfaces, in the
+    // simulation's.
     Answer frame(const HandFrame& hands, const HandsOptions& options,
                  const std::vector<Mesh>& clay);
     bool holds() const { return category.has_value(); }
@@ -40,7 +42,7 @@ class Carry {
     std::optional<int> category;        // of the clay that is held
     Side by = right;                    // whose fist holds it
     std::optional<Joint<double>> last;  // the palm, in the simulation's frame
-    double apart = 0;                   // of both fists [m]; 0: there were not two
+    double apart = 0;                   // distance of both fists [m]; 0: there were not two
 };
 
 }  // namespace knead

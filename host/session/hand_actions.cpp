@@ -232,7 +232,7 @@ std::string to_text(const HandActions& actions)
             {"scene", actions.scene},
             {"settings", actions.settings},
             {"recording", actions.recording}};
-    // An action a line.
+    // One action per line.
     std::string lines;
     for (const HandAction& a : actions.all)
         lines += (lines.empty() ? "\n  " : ",\n  ") + told(a).dump();

@@ -8,7 +8,7 @@
 namespace knead {
 namespace {
 
-// Null of a solver that takes no edits.
+// Null if the solver is not editable.
 const std::vector<Material<double>>* materials_of(const Solver& solver)
 {
     try {
@@ -87,7 +87,7 @@ bool SessionLoop::may_begin()
     return !ended;
 }
 
-// Whether the frame that is being computed ends where it stands.
+// Whether to end the current frame after this substep.
 bool SessionLoop::cuts(const FramePart& part)
 {
     look_for_end();
@@ -96,7 +96,7 @@ bool SessionLoop::cuts(const FramePart& part)
     return ended || (options.should_cut && options.should_cut(part));
 }
 
-// To where it was cut: its end, and the hands at it.
+// Sets the end of a frame that was cut: its times, and the tools at them.
 void SessionLoop::shorten(Frame& f)
 {
     const double share = f.stats.reached / options.duration;
@@ -107,7 +107,7 @@ void SessionLoop::shorten(Frame& f)
         f.motion.to[j] = between(f.motion.from[j], f.motion.to[j], share);
 }
 
-// Hands the next frame over; false where there is none.
+// Submits the next frame; false if there is none.
 bool SessionLoop::begin()
 {
     if (!may_begin()) return false;
@@ -135,7 +135,7 @@ bool SessionLoop::begin()
     return begun > before;
 }
 
-// Waits for the end of the oldest frame under way; false where the solver failed.
+// Waits for the end of the oldest frame in flight; false if the solver failed.
 bool SessionLoop::collect()
 {
     const double start = wall_seconds();
@@ -145,7 +145,7 @@ bool SessionLoop::collect()
     } catch (...) {
         stop(End::device);
         if (!failed) failed = std::current_exception();
-        begun = done;  // the one behind it is lost, too
+        begun = done;  // the frame submitted behind it is lost, too
         return false;
     }
     f.times.solver += wall_seconds() - start;
@@ -170,13 +170,13 @@ void SessionLoop::make_edits()
     if (edits.empty()) return;
     if (begun > done) throw std::logic_error("an edit was to be made with a frame under way");
     for (const Edit& edit : std::exchange(edits, {})) edit(solver);
-    // There may be other clay now, of other materials.
+    // Edits may have added clay of other materials.
     if (const std::vector<Material<double>>* edited = materials_of(solver))
         options.materials = *edited;
     renew_surfaces();
 }
 
-// As many surfaces are held as those who draw and who simulate hold at a time.
+// Holds all surfaces until the end, so that memory exists for as many as are in use at a time.
 void SessionLoop::rehearse(const std::vector<Motion>& frames, double duration,
                            const std::function<void()>& meanwhile)
 {
@@ -225,7 +225,7 @@ State SessionLoop::particles()
     return state;
 }
 
-// Where the last frame moved nothing, its mesh will stand, most likely, and none is kept.
+// After a frame that moved nothing, the next most likely moves nothing either: no copy is kept.
 void SessionLoop::launch_surface(int frame)
 {
     if (!on_device) return;
@@ -235,7 +235,7 @@ void SessionLoop::launch_surface(int frame)
     launched = frame;
 }
 
-// Of no clay there is none.
+// Without clay there is none.
 void SessionLoop::make_device_surface()
 {
     launched = -1;
@@ -243,8 +243,8 @@ void SessionLoop::make_device_surface()
     on_device = std::make_unique<GpuSurface>(*particles(), options.materials, options.surface);
 }
 
-// What was made is of other clay. The device's memory serves again, where it can: to take and to
-// give back so much of it would hold up all who draw.
+// Discards the surfaces of the edited clay. Reuses device memory where possible: allocating and
+// freeing so much would stall all drawing.
 void SessionLoop::renew_surfaces()
 {
     state.reset(), last_meshes.reset(), last_on_device.reset();

@@ -1,8 +1,8 @@
-// The session loop: whoever lets clay live through frames is a caller of it. One frame is
+// The frame loop shared by `run`, `view`, `vr`, `bench` and `verify`. One frame:
 //
 //     edits -> motion of the tools -> solver: submit, collect -> watchers
 //
-// The solver, and what the watchers and edits refer to, is the caller's and outlives the loop.
+// The solver and everything that watchers and edits refer to must outlive the loop.
 #pragma once
 #include <exception>
 #include <functional>
@@ -23,17 +23,17 @@ struct SessionLoopOptions {
     double duration = 0;  // simulated per frame [s]
     double rate = 0;      // frames per second of the hands' clock
     int first = 0;        // frame of the hands' clock at which the loop begins
-    int done = 0;         // frames that an earlier loop did: numbers and times go on from there
-    int frames = -1;      // negative: until it is stopped
+    int done = 0;         // frames of an earlier loop: numbers and times continue from there
+    int frames = -1;      // negative: until stop()
 
-    // What ends it is looked at before every frame and, on the CPU, between its substeps.
+    // Stop conditions, checked before each frame and, on the CPU, between substeps.
     double time_limit = 0;   // wall time [s]; 0: none
-    long most_substeps = 0;  // of a frame; one that would need more is cut short there; 0: any
+    long most_substeps = 0;  // per frame; a frame that needs more is cut short; 0: no limit
     std::function<bool()> interrupted = [] { return knead::interrupted() != 0; };
-    // Asked between substeps on the CPU: true ends the frame there. The loop goes on with the next
-    // one; what was left of the frame's time is lost to the simulation.
+    // On the CPU, called between substeps; return true to end the frame early. The loop continues
+    // with the next frame; the remaining time of this one is dropped.
     std::function<bool(const FramePart&)> should_cut;
-    // Told between substeps where the frame of that number stands.
+    // Called between substeps with the progress of frame `number`.
     std::function<void(int number, const FramePart&)> part;
 
     std::vector<Material<double>> materials;  // for the surface
@@ -42,32 +42,31 @@ struct SessionLoopOptions {
 // The scene's clock, materials and surface.
 SessionLoopOptions loop_options(const Scene& scene);
 
-// Wall time of the parts of a frame, as the host sees it [s]. With frames handed over ahead, the
-// solver's is what the host spends on it: handing over, and waiting for the end.
+// Wall time of the parts of a frame on the host [s]. `solver`: after hand_over_ahead() only the
+// time of submitting and of waiting for the end.
 struct FrameTimes {
     double motion = 0, solver = 0, surface = 0;
-    double watchers = 0;  // without the surfaces they ask for; complete after step()
+    double watchers = 0;  // without the surfaces they request; complete after step()
 };
 
 struct Frame {
     int number = 0;        // from 1
-    double simulated = 0;  // since the loop began, at the frame's end; shed time left out [s]
+    double simulated = 0;  // since the loop began, at the frame's end; without dropped time [s]
     double hand_time = 0;  // of the hands' clock, at the frame's end [s]
     Motion motion;
     FrameStats stats;
     FrameTimes times;
-    long waits = 0;  // of the host for a device, while the frame was handed over
+    long waits = 0;  // of the host for a device, while the frame was submitted
 };
 
-// Shared with whoever keeps them.
+// Immutable, shared ownership.
 using State = std::shared_ptr<const std::vector<Particle<double>>>;
 using Meshes = std::shared_ptr<const std::vector<Mesh>>;
 
 using Watcher = std::function<void(const Frame&)>;
 using Edit = std::function<void(Solver&)>;
 
-// Whether the guards hide a fault instead of repairing it: more than a hundredth of the clay was
-// put back in one frame.
+// Whether the state is unsound: the guards put back more than 1 % of the particles in one frame.
 bool overrun(const FrameStats& stats, std::size_t particles);
 
 class SessionLoop {
@@ -76,41 +75,44 @@ class SessionLoop {
     SessionLoop(const SessionLoop&) = delete;
     ~SessionLoop() { solver.watch_frames({}); }
 
-    // Called after every frame, in the order in which they were added. Not to be called by one.
+    // Adds a watcher. Watchers are called after every frame, in order of addition. Must not be
+    // called by a watcher.
     void watch(Watcher watcher) { watchers.push_back(std::move(watcher)); }
 
-    // Done once, before the next frame's motion is asked for, with no frame under way: the frame
-    // after the next where one has been handed over. It may change whatever the solver lets change.
+    // Queues an edit. It is made once, with no frame in flight, before the motion of the next frame
+    // is sampled (of the frame after it, if the next one is already submitted).
     void edit(Edit edit) { edits.push_back(std::move(edit)); }
 
-    // The edits that wait are made now. Throws std::logic_error while a frame is under way.
+    // Makes the queued edits now. Throws std::logic_error while a frame is in flight.
     void make_edits();
 
-    // From now on every frame is handed over while the one before it is computed. Watchers then see
-    // what a frame did, but cannot fetch the state: it is of no frame in particular.
+    // From now on each frame is submitted while the one before it is computed. Watchers still get
+    // statistics, but must not fetch the state, which belongs to no particular frame.
     void hand_over_ahead() { ahead = true; }
-    // From now on the surface of every frame is launched behind it; where the device makes it, the
-    // host does not wait for it. `kept`: for device_mesh(), which then waits once.
+    // From now on the surface of each frame is queued behind it on the device, without waiting.
+    // `kept`: keep it for device_mesh(), which then waits once. No effect on the CPU.
     void launch_surfaces(bool kept = false);
 
-    // Makes frames of `duration` [s] with these motions as step() would, and their surfaces, and
-    // puts the solver's state back: graphs, memory and kernels are there when the first frame
-    // begins. `meanwhile` is called after each. Nothing is watched, and nothing counts. Throws
-    // std::logic_error while a frame is under way, and of a solver that keeps no snapshots.
+    // Warm-up: computes frames of `duration` [s] with these motions, and their surfaces, then
+    // restores the solver's state, so that graphs, memory and kernels exist before the first frame.
+    // `meanwhile` is called after each. Calls no watchers; counts no frames. Throws
+    // std::logic_error while a frame is in flight, or if the solver has no snapshots.
     void rehearse(const std::vector<Motion>& frames, double duration,
                   const std::function<void()>& meanwhile);
 
-    // Said by a watcher that has brought clay or taken some away, with no frame under way.
+    // Must be called by a watcher that has added or removed clay. Throws std::logic_error while a
+    // frame is in flight.
     void clay_edited();
     const std::vector<Material<double>>& materials() const { return options.materials; }
-    // Surfaces are made by this rule from now on. Throws as clay_edited().
+    // Options of all further surfaces. Throws std::logic_error while a frame is in flight.
     void set_surface(const SurfaceOptions& surface);
     const SurfaceOptions& surface_options() const { return options.surface; }
 
-    // No frame begins any more. Those under way end, and are watched. The first reason stands.
+    // Begins no further frame. Frames in flight end, and watchers are called. Of several reasons
+    // the first is kept.
     void stop(End why = End::complete);
 
-    // One frame; false where none is left to begin, or the solver failed.
+    // Computes one frame; false if none is left or the solver failed.
     bool step();
     void run()
     {
@@ -118,18 +120,20 @@ class SessionLoop {
         }
     }
 
-    const Frame& last() const { return newest; }  // that was watched; number 0: none was
+    const Frame& last() const { return newest; }  // the last that ended; number 0: none
     End end() const { return ended.value_or(End::complete); }
-    // What the solver threw, where that was the end. All frames before were watched.
+    // Exception of the solver that ended the loop, else null. Watchers were called for all frames
+    // before.
     std::exception_ptr failure() const { return failed; }
 
-    // The state at the end of the last frame, fetched when first asked for. Throws std::logic_error
-    // while a frame is under way.
+    // The functions below throw std::logic_error while a frame is in flight.
+    // The state at the end of the last frame, fetched at the first call.
     State particles();
-    // Its surface, made when first asked for; the same one stands while no clay moves.
+    // Its surface, computed at the first call; the same object while no clay moves.
     Meshes meshes();
-    // The same, left on the device where the solver's clay is there; else, and without clay, null.
+    // The surface on the device; null if the solver runs on the CPU or there is no clay.
     std::shared_ptr<const DeviceMesh> device_mesh();
+    // Whether meshes() returns the last surface without computing one.
     bool meshes_stand() const { return last_meshes && moved == 0; }
     const GpuSurface* device_surface() const { return on_device.get(); }  // null: none was made
 
@@ -152,21 +156,21 @@ class SessionLoop {
     std::vector<Watcher> watchers;
     std::vector<Edit> edits;
 
-    Frame under_way[2];       // by turns
-    Frame newest;             // of those that ended
+    Frame under_way[2];       // frames in flight, alternating
+    Frame newest;             // the last that ended
     int begun = 0, done = 0;  // frames
-    double lost = 0;          // simulated time that was shed [s]
+    double lost = 0;          // simulated time dropped by cuts [s]
     bool ahead = false, launching = false, keeping = false;
-    int launched = -1;            // the frame whose kept surface was
-    std::optional<double> began;  // at the first frame [s of the wall's clock]
+    int launched = -1;            // the frame whose kept surface was launched
+    std::optional<double> began;  // wall time of the first frame [s]
     std::optional<End> ended;
     std::exception_ptr failed;
 
     State state;         // null: not fetched
     Meshes last_meshes;  // null: none
-    SurfacePast past;    // of surfaces that are made on the host
+    SurfacePast past;    // of surfaces computed on the host
     std::shared_ptr<const DeviceMesh> last_on_device;
-    long moved = 0, moved_on_device = 0;  // particle-substeps since they were made
+    long moved = 0, moved_on_device = 0;  // particle-substeps since the surfaces were computed
     std::unique_ptr<GpuSurface> on_device;
 };
 
