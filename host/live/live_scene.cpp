@@ -1,4 +1,4 @@
-// What a live session simulates: scenes as they are loaded for it.
+// Loading of scenes for live sessions.
 #include "host/base/errors.h"
 #include "host/base/json_reader.h"
 #include "host/base/machine.h"

@@ -24,8 +24,8 @@ float MotionStamp::extrapolation(double now) const
 namespace {
 
 constexpr std::size_t most_waiting = 1024;  // frames of hands
-// So much is made up for [s], by frames that are due a share of their period earlier, as long as
-// they take less than a share of it: the device draws, too.
+// Catching up: backlog that is made up for [s]; how much earlier frames are due [periods]; largest
+// frame time at which this is done [periods], because the device also draws.
 constexpr double most_backlog = 0.5, earlier = 0.2, quick = 0.5;
 
 std::string reason_of(const std::exception_ptr& failure)
@@ -120,14 +120,14 @@ void LiveSession::live()
             lock.lock();
         }
     }
-    finished = posted;  // nobody waits for what will not be done
+    finished = posted;  // releases callers of settle()
     commands.clear();
     done.notify_all();
     lock.unlock();
     run.reset();  // on the thread that made it
 }
 
-// Whether a frame is due; otherwise some of the time until it is has been waited.
+// Returns whether a frame is due; if not, waits at most 5 ms for one, or for a command.
 bool LiveSession::wait_for_work(std::unique_lock<std::mutex>& lock)
 {
     const bool going = run && trouble.empty();
@@ -144,7 +144,7 @@ bool LiveSession::wait_for_work(std::unique_lock<std::mutex>& lock)
 
 void LiveSession::begin(std::shared_ptr<const LiveScene> of)
 {
-    run.reset();  // first: two may not fit into memory
+    run.reset();  // before the new one: two may not fit into memory
     scene = std::move(of);
     trouble.clear();
     backlog = dropped = 0;
@@ -160,7 +160,7 @@ void LiveSession::begin(std::shared_ptr<const LiveScene> of)
     } catch (...) {
         trouble = reason_of(std::current_exception());
     }
-    next = now();  // a solver that took long to make is not late
+    next = now();  // the time of creating the solver is no backlog
 }
 
 void LiveSession::rehearse()
@@ -199,8 +199,8 @@ void LiveSession::frame()
     if (!single && !options.stepped) schedule(now() - began);
 }
 
-// When the next frame is due, after one that took so long [s]. Of frames that were due meanwhile
-// one is computed at once, and others as there is time.
+// Schedules the next frame after one that took `took` [s]. If several are overdue, one is computed
+// at once; the others go to the backlog.
 void LiveSession::schedule(double took)
 {
     const double period = run->period(), before = now() - period;
@@ -272,7 +272,7 @@ void LiveSession::load(const std::string& path, const std::vector<std::string>& 
     post([this, path, settings, cells] { begin_file(path, settings, cells); }, true);
 }
 
-// What cannot be read leaves the scene that is there.
+// Strong guarantee: if the file cannot be read, the current scene is kept.
 void LiveSession::begin_file(const std::string& path, const std::vector<std::string>& settings,
                              int cells)
 {

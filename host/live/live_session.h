@@ -1,6 +1,6 @@
-// A live session: a scene is simulated on a thread of its own, moved by hands as they come, changed
-// by commands, and seen through states that never change once they are published. Windows and
-// headsets draw these; none of them waits for the simulation.
+// Live session: simulates a scene in real time on its own thread. Input is hand frames and
+// commands; output is a sequence of immutable published states, which windows and headsets draw
+// without waiting for the simulation.
 #pragma once
 #include <atomic>
 #include <condition_variable>
@@ -24,47 +24,48 @@
 
 namespace knead {
 
-// A scene with all that was loaded for it.
+// A built scene with the files it refers to.
 struct LiveScene {
     Scene scene;                         // built
     std::vector<SplatObject> splats;     // of its objects
-    std::optional<Recording> recording;  // of the hands that it names
-    std::vector<std::string> settings;   // with which it was read
+    std::optional<Recording> recording;  // of its hands
+    std::vector<std::string> settings;   // --set, as given
 };
-// As `knead run` loads it. `memory` [bytes], 0: what is free. Throws InputError, MemoryError.
+// Loads a scene as `knead run` does. `memory`: limit [bytes]; 0: what is free. Throws InputError,
+// MemoryError.
 std::shared_ptr<const LiveScene> load_live_scene(const std::string& path,
                                                  const std::vector<std::string>& settings = {},
                                                  std::size_t memory = 0);
-// Those of `settings`, in their order, with which the scene at `path` can be read; the others go to
-// `left_out`. Throws InputError where it cannot be read at all.
+// The `settings`, in order, that are valid for the scene at `path`; the others are appended to
+// `left_out`. Throws InputError if the scene cannot be read even without settings.
 std::vector<std::string> fitting_settings(const std::string& path,
                                           const std::vector<std::string>& settings,
                                           std::vector<std::string>& left_out);
-// Categories of clay in whose place splats are drawn.
+// Categories of clay that is drawn as splats.
 std::vector<int> splat_categories(const Scene& scene);
 
 struct LiveOptions {
-    std::function<std::unique_ptr<Solver>(const Setup&)> make;  // the solver of a scene
-    // Time passes as the caller says, by advance_to(): frames are whole, and the same hands give
-    // the same bits. Otherwise it is real time.
+    std::function<std::unique_ptr<Solver>(const Setup&)> make;  // creates the solver of a scene
+    // True: time is set by advance_to(); frames are never cut, and equal hands give equal bits.
+    // False: real time.
     bool stepped = false;
-    bool from_zero = false;  // then: the caller's time is 0 again at a reset, and where one loads
-    // True: no other frame begins, and the one under way, if it takes a quarter of a second more,
-    // ends between two substeps.
+    bool from_zero = false;  // stepped: the caller's time restarts at 0 on reset and load
+    // Return true to stop: no further frame begins, and the current one is cut between two substeps
+    // if it takes longer than another 0.25 s.
     std::function<bool()> stop;
-    // What follows is of real time alone.
-    std::function<double()> clock;  // [s], rising; null: since the session began
-    double budget = 0;       // what a frame may take on the clock [s]; 0: the time to the next one
-    double fastest = 3;      // a tool follows its hand at so many real metres a second of simulated
-                             // time at most; 0: any
-    bool recorded = true;    // begins with the scene's recorded hands
-    bool paused = false;     // begins paused
-    bool waits = false;      // no frame begins before start(), nor rehearses by itself
-    bool on_device = false;  // surfaces and Gaussians stay where a device made them
-    bool moving = false;     // it is told how surfaces move
-    std::size_t memory = 0;  // [bytes] that a scene which is loaded may take; 0: what is free
-    // Told of what is done beside hands, by whoever asks for it: set_hands(), set_gravity(),
-    // set_material(), move_clay().
+    // The options up to `fastest` apply to real time only.
+    std::function<double()> clock;  // [s], ascending; null: since the session began
+    double budget = 0;              // limit of a frame on the clock [s]; 0: the frame period
+    double fastest = 3;      // largest speed of a tool following its hand, real metres per second
+                             // of simulated time [m/s]; 0: no limit
+    bool recorded = true;    // starts with the scene's recorded hands
+    bool paused = false;     // starts paused
+    bool waits = false;      // no frame begins before start(), no rehearsal without rehearse()
+    bool on_device = false;  // surfaces and Gaussians stay on the device that computed them
+    bool moving = false;     // states contain the motion of the surface
+    std::size_t memory = 0;  // limit for loading a scene [bytes]; 0: what is free
+    // Called for every command other than hand input, on the thread of the caller of set_hands(),
+    // set_gravity(), set_material() or move_clay().
     std::function<void(const HandAction&)> acted;
     // Called on the simulation's thread after each state that is published.
     std::function<void()> published;
@@ -75,73 +76,72 @@ struct LiveTool {
     Side side;
     std::string held;  // "" the bare hand
     bool active;       // touches clay
-    float size;        // the share of its radii that it has
+    float size;        // share of its full radii
     std::vector<DrawPrimitive> primitives;
 };
 
-// When what moves was where a state has it, by the time of the hands that moved it. A display shows
-// it later.
+// Time to which the positions in a state belong: that of the hands that caused them. Used to
+// extrapolate to the later time of display.
 struct MotionStamp {
     double time = 0;  // of the session [s]
-    double step = 0;  // since the one before [s]; 0: nothing is known of how it moves
-    // The share of its way since the one before by which it has gone on until `now`, if it goes on
-    // as it came; 1 at most.
+    double step = 0;  // since the positions before [s]; 0: motion unknown
+    // Factor by which to extend the last displacement for display at `now` [s], from 0 to 1.
     float extrapolation(double now) const;
 };
 
-// What falls behind when the machine is too slow.
+// How far the simulation lags behind real time.
 struct Backlog {
-    long frames = 0;    // that were cut short between two substeps
-    double behind = 0;  // of simulated time, that was not made up for [s]
+    long frames = 0;    // cut short between two substeps
+    double behind = 0;  // simulated time missing so far [s]
 };
 
-// The simulation at the end of a frame, an edit or a command. Never changes.
+// State after a frame, an edit or a command. Immutable.
 struct LiveState {
     std::shared_ptr<const LiveScene> scene;  // null: none was loaded
-    int history = 0;                         // rises when a scene is loaded, and with every reset
-    long version = 0;                        // of this state: rises with every one
+    int history = 0;                         // incremented by each load and reset
+    long version = 0;                        // incremented with each published state
     double time = 0;                         // of the session, at the frame's end [s]
     Frame frame;  // the last: number, statistics, times, and the joints of all tools
-    std::vector<StageTime> stages;  // of the last frame; empty where they cost more than it
-    // The surface: null, or one of these. Both null: none was made.
+    std::vector<StageTime> stages;  // of the last frame; empty on a GPU, where timing is expensive
+    // The surface: at most one is set. Both null: none was computed.
     Meshes meshes;
     std::shared_ptr<const DeviceMesh> on_device;
-    long mesh_version = 0;     // rises when it changes
-    MotionStamp mesh_instant;  // where LiveOptions::moving
-    SurfaceOptions surface;    // by which it is made
-    // Where Gaussians are: null, or one of these. Both null: the scene has none.
+    long mesh_version = 0;     // incremented when the surface changes
+    MotionStamp mesh_instant;  // for LiveOptions::moving
+    SurfaceOptions surface;    // options it was computed with
+    // The moved Gaussians: at most one is set. Both null: the scene has none.
     std::shared_ptr<const std::vector<Gaussian<double>>> gaussians;
     std::shared_ptr<const DeviceGaussians> gaussians_on_device;
-    std::shared_ptr<const std::vector<Gaussian<double>>> gaussians_before;  // null: not known
+    std::shared_ptr<const std::vector<Gaussian<double>>> gaussians_before;  // null: unknown
     MotionStamp gaussian_instant;
-    // In the order of the Gaussians, then those that stand still. Null: the scene has none.
+    // In the order of the Gaussians, then the frozen ones. Null: the scene has none.
     std::shared_ptr<const SplatCloud> splats;
-    long splat_version = 0;  // rises when they change: were split, added, taken up, laid down
+    long splat_version = 0;  // incremented when splats are split, added, activated or frozen
     std::vector<LiveTool> tools;
-    HandsOptions hands;                       // which tools there are
-    std::vector<Material<double>> materials;  // of the scene's objects, as they were given
+    HandsOptions hands;                       // the current tools
+    std::vector<Material<double>> materials;  // of the scene's objects, before softening
     bool recorded = false, paused = false;
     double recording_time = 0;  // of the scene's recorded hands, at the frame's end [s]
     Backlog backlog;
     std::string solver;   // its name
     std::string trouble;  // why the simulation has ended; "": it has not
-    int refused = 0;      // commands that could not be done
-    std::string refusal;  // why not the last of them
+    int refused = 0;      // number of commands refused so far
+    std::string refusal;  // reason for the last of them
 };
 
-// The surface on the host; fetched where it is on a device, which waits. Never null.
+// The surface on the host; blocks to fetch it from a device. Never null.
 Meshes meshes_of(const LiveState& state);
 
-// What of a session's clay is compared with a run's.
+// Digest of the clay, for comparison with a run.
 struct ClayDigest {
-    std::string hash;  // of its state; "": there is no simulation
+    std::string hash;  // of the state; "": there is no simulation
     long particles = 0;
 };
 
 class SimulationRun;
 
-// A frame that is cut is of no recording: the same hands do not bring the clay there again. So one
-// that is stopped has a quarter of a second to end.
+// A frame that was cut cannot be reproduced from a recording. After a stop, the current frame
+// therefore has 0.25 s to end.
 class StopPatience {
   public:
     bool cuts(bool stopped)
@@ -153,58 +153,59 @@ class StopPatience {
     }
 
   private:
-    double since = 0;  // of the wall [s]; 0: it is not stopped
+    double since = 0;  // wall time of the stop [s]; 0: not stopped
 };
 
 class LiveSession {
   public:
-    // Simulates `scene`, which may be null, from now on. Nothing that goes wrong with it is thrown:
-    // the state says it.
+    // Starts the thread and simulates `scene`, which may be null. Faults of the simulation are not
+    // thrown but reported in LiveState::trouble.
     LiveSession(std::shared_ptr<const LiveScene> scene, LiveOptions options);
-    ~LiveSession();  // between two substeps
+    ~LiveSession();  // cuts the current frame between two substeps
     LiveSession(const LiveSession&) = delete;
 
-    // All that follows may be called by any thread.
+    // All functions below are thread-safe.
     std::shared_ptr<const LiveState> state() const { return published.load(); }
-    double now() const;  // [s] of the session: what hands are stamped with
-    // Tracked hands, in the tracker's frame; times rise. The oldest of more than a thousand that
-    // wait are dropped.
+    double now() const;  // session time, for stamping hand frames [s]
+    // Queues tracked hands, in the tracker's frame, in ascending order of time. Of more than 1024
+    // queued frames the oldest are dropped.
     void push(const HandFrame& hands);
 
-    // Makes some frames that nobody sees, and puts the state back: what is made once is there when
-    // the first begins. In real time alone; without LiveOptions::waits that is done with each
-    // scene.
+    // Warm-up: computes some frames and restores the state, so that graphs, memory and kernels
+    // exist before the first frame. Real time only. Called automatically for each scene unless
+    // LiveOptions::waits.
     void rehearse();
-    // Frames are due from now on, where LiveOptions::waits.
+    // With LiveOptions::waits: begins the first frame.
     void start();
 
-    // Commands are done in their order, between frames. A reset and a load end the frame under way.
+    // Commands are executed in order, between frames. reset() and load() cut the current frame.
     void pause(bool paused);
     void step(int frames = 1);  // while paused
     void reset();
     void load(std::shared_ptr<const LiveScene> scene);
-    // `cells` along the longest axis of its domain; 0: the scene's. A setting that this scene does
-    // not take is left out, and the state's refusal says so.
+    // `cells` along the longest axis of its domain; 0: the scene's. Settings that are invalid for
+    // this scene are left out and reported in LiveState::refusal.
     void load(const std::string& path, const std::vector<std::string>& settings, int cells = 0);
-    // Which tools the hands are or hold. The scene's clay stays as it is.
+    // Which tools the hands are or hold. The clay is unchanged.
     void set_hands(const HandsOptions& hands);
-    void play(bool recorded);  // the scene's recorded hands, from their start; or those pushed
+    void play(bool recorded);  // true: the scene's recorded hands, from their start; false: pushed
     void set_gravity(Vec3<double> gravity);  // [m/s^2]
-    // The object's volume stays, its mass is that times the density.
+    // The object's volume is kept; its mass is volume times density.
     void set_material(int object, const Material<double>& material);
-    // So many nodes of the surface's lattice along its longest side, 8 to 1024.
+    // Nodes of the surface's lattice along its longest side, 8 to 1024.
     void set_surface(int nodes);
     void move_clay(int object, const RigidMotion<double>& motion);
-    // What it throws is a refusal, and must leave the solver as it was.
+    // `edit` may throw to refuse; it must give the strong guarantee.
     void edit(Edit edit) { edit_clay(std::move(edit), true); }
 
-    // Waits until all commands so far are done.
+    // Blocks until all commands so far are executed.
     void settle();
-    // The same after `look` has seen the solver; false where there is none.
+    // Calls `look` with the solver on the session's thread and blocks until then; false if there is
+    // no solver.
     bool ask(const std::function<void(const Solver&)>& look);
     ClayDigest digest();
-    // Of a stepped session: simulates all frames that end at `time` [s] or before, and waits for
-    // them. Throws std::logic_error in real time.
+    // Stepped sessions: simulates all frames that end at or before `time` [s] and blocks until
+    // then. Throws std::logic_error in real time.
     void advance_to(double time);
 
   private:
@@ -226,26 +227,25 @@ class LiveSession {
     const double epoch;  // of the steady clock [s]
     std::atomic<std::shared_ptr<const LiveState>> published;
 
-    std::mutex mutex;  // of what follows, up to the thread's own
+    std::mutex mutex;  // guards the members up to `hurry`
     std::condition_variable wake, done;
     std::deque<Command> commands;
-    long posted = 1, finished = 0;  // commands; the first is to begin
+    long posted = 1, finished = 0;  // commands; the first is begin()
     std::deque<HandFrame> incoming;
     std::atomic<bool> quit = false;
-    std::atomic<int> hurry = 0;  // commands for whose sake a frame is not worth its end
+    std::atomic<int> hurry = 0;  // queued commands that cut the current frame
 
-    // Of the simulation's thread.
+    // Used by the simulation's thread only.
     std::shared_ptr<const LiveScene> scene;
     std::unique_ptr<SimulationRun> run;
     int history = 0, refused = 0;
     long version = 0;
     std::string refusal, trouble;
     bool paused = false, waiting = false;
-    int steps = 0;          // frames to do though paused
+    int steps = 0;          // frames still to compute while paused
     double stepped_to = 0;  // of a stepped session [s]
     double next = 0;        // when the next frame is due [s]
-    // Frames that were due too fast, as time [s of the clock]: those that are made up for when
-    // there is time, and those that are not.
+    // Overdue frames as clock time [s]: those still to be made up for, and those given up.
     double backlog = 0, dropped = 0;
     StopPatience stopping;
     std::thread thread;

@@ -1,5 +1,5 @@
-// What is kept of a session in a headset or a window: hands as the simulation had them, and what
-// was done beside them, since the clay's history began.
+// Recording of a session in a headset or a window since the last load or reset: hands as the
+// simulation received them, and the other actions.
 #pragma once
 #include <functional>
 #include <string>
@@ -10,15 +10,16 @@ namespace knead {
 
 class SessionRecord {
   public:
-    // `tell`: messages for people.
+    // `by`: receives messages for the user.
     explicit SessionRecord(std::function<void(const std::string&)> by) : tell(std::move(by)) {}
 
-    // A history of `scene` begins at `now` [s of the session]; what was of the one before goes.
+    // Starts a new recording at `now` [s of the session] and discards the previous one.
     void begin(const LiveScene& scene, double now);
-    void begins_by(const std::string& act) { began_by = act; }  // the next: "scene", "reset"
-    // Hands that the simulation is given for `now`; false where that is no later than the last.
+    // Cause of the next begin(): "scene" or "reset".
+    void begins_by(const std::string& act) { began_by = act; }
+    // Records hands pushed to the simulation at `now` [s]; false if not later than the last frame.
     bool frame(HandFrame given, double now);
-    // The simulation has gone on to there: what is done from now on is done after that.
+    // The simulation has reached `now` [s]; later actions are recorded with this time.
     void simulated(double now) { done_to = now; }
     void act(HandAction done);
     void pause(bool on);

@@ -61,9 +61,8 @@ SimulationRun::SimulationRun(std::shared_ptr<const LiveScene> of, const LiveOpti
     if (options.on_device) loop->launch_surfaces(true);
 }
 
-// The first frames, and the first clay under hands, would hold a session up for some tenths of a
-// second each, most of it for what is new: memory that is touched for the first time, surfaces,
-// graphs, kernels. Afterwards the state is as before.
+// Without it the first frames, and the first activation of local clay, take some tenths of a second
+// each: first touch of memory, surfaces, graphs, kernels. The state is restored afterwards.
 void SimulationRun::rehearse()
 {
     if (options.stepped || !takes_edits(*solver)) return;
@@ -77,9 +76,9 @@ void SimulationRun::rehearse()
     told = {};
 }
 
-// A GPU captures a graph each for frames without tools, with slow ones and with swift ones, and
-// anew once it has seen how many substeps a whole frame takes. A CPU has none: its frames are as
-// short as can be. What draws holds as many states as there are frames.
+// The GPU captures one graph each for frames without tools, with slow and with fast tools, and
+// recaptures them once the number of substeps of a full frame is known. On the CPU two very short
+// frames suffice. Gaussians of all frames are held, as many states as a renderer holds.
 void SimulationRun::rehearse_frames(const Motion& away)
 {
     const bool on_gpu = solver->clay() != nullptr;
@@ -115,7 +114,7 @@ Motion SimulationRun::motion(double from, double to)
     return pushed(from, to);
 }
 
-// Each frame begins where the one before ended, whatever came in between.
+// Each frame begins at the tool positions where the one before ended.
 Motion SimulationRun::pushed(double from, double to)
 {
     Motion m = no_motion();
@@ -134,8 +133,8 @@ Motion SimulationRun::pushed(double from, double to)
     return m;
 }
 
-// A simulation that falls behind sees hands faster than they are. Tools follow as fast as hands
-// can move; those that touched nothing are where their hand is at once.
+// In simulated time of a simulation that lags, hands move faster than they are. Limits active tools
+// to the fastest speed of hands; tools that touched nothing jump to their hand.
 void SimulationRun::keep_up(Motion& m) const
 {
     const std::vector<Side> sides = tool_sides(hands);
@@ -170,12 +169,12 @@ void SimulationRun::after(const Frame& frame)
     const double left = simulated_period() - frame.stats.reached;
     ++cut;
     lost_time += left;
-    replayed += left / simulated_period() * period();  // recorded hands wait
+    replayed += left / simulated_period() * period();  // delays recorded hands
 }
 
-// As after a frame of `knead run`, where time is stepped. In real time upkeep, which looks at all
-// splats and particles and takes as long as some frames, goes on beside them; clay for the hands
-// cannot wait.
+// Stepped: as after a frame of `knead run`. In real time, upkeep, which visits all splats and
+// particles and takes as long as some frames, runs on a thread; only activation of local clay is
+// done at once.
 void SimulationRun::keep_splats(const Frame& frame)
 {
     PagingReport report;
@@ -188,7 +187,7 @@ void SimulationRun::keep_splats(const Frame& frame)
     if (report.clay_changed()) clay_changed();
     if (report.any()) splats_changed();
     if (options.stepped) return;
-    if (report.cubes_taken == 0)  // else it can wait
+    if (report.cubes_taken == 0)  // freezing is not urgent
         splats.begin_leaving(frame.number, frame.motion, *solver);
     begin_plan(frame.number);
 }
@@ -207,7 +206,7 @@ void SimulationRun::splats_changed()
     ++splat_version;
 }
 
-// What was planned for other clay is forgotten.
+// A plan from before an edit is discarded.
 void SimulationRun::adopt_plan(PagingReport& report)
 {
     using namespace std::chrono_literals;
@@ -235,7 +234,7 @@ std::string SimulationRun::frame(bool shown)
     if (!going || loop->end() != End::complete)
         return fmt::format("frame {}: not done after {} substeps (step.most_substeps)",
                            loop->last().number, loop->last().stats.substeps);
-    // On the CPU a surface costs as much as many substeps: half the time at most is for them.
+    // On the CPU a surface costs as much as many substeps: surfaces get at most half of the time.
     const bool due = options.stepped || solver->clay() || now() - mesh_made >= mesh_cost;
     if (due || shown) make_surface();
     return {};
@@ -255,13 +254,13 @@ void SimulationRun::make_surface()
         if (made != meshes) meshes = made, ++mesh_version;
     }
     mesh_instant = instant_after(mesh_instant);
-    if (mesh_version == before) mesh_instant.step = 0;  // it stands still
+    if (mesh_version == before) mesh_instant.step = 0;  // unchanged: nothing to extrapolate
     meshed = number;
     mesh_made = now();
     mesh_cost = mesh_made - start;
 }
 
-// In real time tools are where hands were when the frame began.
+// In real time the tools of a frame have the hand positions at its beginning.
 MotionStamp SimulationRun::instant_after(const MotionStamp& before) const
 {
     const double at = options.stepped ? time : began;
@@ -366,7 +365,7 @@ void SimulationRun::tell_gaussians(LiveState& state)
     state.gaussian_instant = gaussian_instant;
 }
 
-// A state between frames shows them as the one before did, unless they were edited.
+// A state between frames reuses the Gaussians of the one before, unless they were edited.
 void SimulationRun::follow_gaussians()
 {
     const int number = loop->last().number;

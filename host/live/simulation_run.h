@@ -1,5 +1,5 @@
-// One history of a live scene, from its start or a reset to the next one: solver, loop, hands.
-// Belongs to the thread of a LiveSession.
+// One run of a live scene, from a load or reset to the next: solver, loop, hands. Not thread-safe:
+// used by the thread of a LiveSession only.
 #pragma once
 #include <future>
 #include <memory>
@@ -14,33 +14,34 @@ namespace knead {
 
 class SimulationRun {
   public:
-    // `began` is the session's time [s]. Throws what making the solver throws.
-    // `stale` is asked between substeps: true ends the frame.
+    // `began`: the session's time [s]. `stale`: called between substeps; true cuts the frame.
+    // Throws as LiveOptions::make.
     SimulationRun(std::shared_ptr<const LiveScene> scene, const LiveOptions& options, double began,
                   std::function<double()> now, const std::function<bool()>& stale);
     SimulationRun(const SimulationRun&) = delete;
 
     void push(const HandFrame& frame) { stream.push(frame); }
-    // One frame, and its surface where that is due, or `shown`. "", or why the simulation ended.
+    // Computes one frame, and its surface if that is due or `shown`. Returns "", or why the
+    // simulation ended.
     std::string frame(bool shown);
-    // In real time, before the first frame: see LiveSession.
+    // See LiveSession::rehearse(). Precondition: before the first frame.
     void rehearse();
-    // The surface of the last frame, if it has none yet.
+    // Computes the surface of the last frame, if not done yet.
     void make_surface();
-    double next_end() const;  // of the next frame, on the session's clock where that is stepped [s]
-    // The session's time went on to `time` without this one.
+    double next_end() const;  // end of the next frame on the clock of a stepped session [s]
+    // Advances the session's time to `time` [s] without simulating.
     void skip_to(double time);
 
     void set_hands(const HandsOptions& options);
     void play(bool recorded);
-    // Done now; throws what it throws. `reshapes`: there is another surface now.
+    // Makes the edit now; rethrows its exceptions. `reshapes`: recompute the surface.
     void edit(const Edit& edit, bool reshapes);
 
-    // The object's volume stays; so does that of local clay.
     void set_surface(int nodes);  // along its longest side
+    // The object's volume is kept, as is that of local clay.
     void set_material(int object, const Material<double>& material);
 
-    // Fills what a state says of the simulation.
+    // Fills the members of a state that describe the simulation.
     void tell(LiveState& state);
     const Solver& of() const { return *solver; }
     double lost() const { return lost_time; }
@@ -68,28 +69,28 @@ class SimulationRun {
     const std::function<double()> now;
     std::unique_ptr<Solver> solver;
     SceneSplats splats;
-    std::shared_ptr<const SplatCloud> drawn;  // of them; null: there are none
+    std::shared_ptr<const SplatCloud> drawn;  // snapshot of `splats`; null: there are none
     long splat_version = 0;
     std::unique_ptr<SessionLoop> loop;
     HandsOptions hands;
     HandTools tools;
     HandStream stream;
     std::unique_ptr<HandSource> source;  // null: nothing was recorded
-    MotionSource replay;                 // of it
+    MotionSource replay;                 // of `source`
     bool recorded;
-    double skew;          // of the session's time over the loop's [s]
-    double replayed = 0;  // when in the loop's time the recording began; later where it was held up
-    double time = 0;      // of the session, at the last frame's end [s]
-    double began = 0;     // the frame under way [s]
-    Motion last;          // as it ended
-    bool moved_on = false;  // there is a last motion
+    double skew;            // session time minus loop time [s]
+    double replayed = 0;    // loop time at which the recording began, later by the time of cuts [s]
+    double time = 0;        // of the session, at the last frame's end [s]
+    double began = 0;       // of the current frame [s]
+    Motion last;            // of the last frame
+    bool moved_on = false;  // `last` is valid
     std::size_t particles = 0;
-    std::vector<Material<double>> materials;  // of the scene's objects, as they were given
-    long cut = 0;
-    double lost_time = 0;                         // of frames that were cut [s]
-    Meshes meshes;                                // the last that were made
-    std::shared_ptr<const DeviceMesh> on_device;  // or this
-    int meshed = -1;                              // the frame that they are of
+    std::vector<Material<double>> materials;      // of the scene's objects, before softening
+    long cut = 0;                                 // frames
+    double lost_time = 0;                         // simulated time of cut frames [s]
+    Meshes meshes;                                // the last surface, on the host
+    std::shared_ptr<const DeviceMesh> on_device;  // or on the device
+    int meshed = -1;                              // frame of the surface
     GaussianKeeper gaussians;
     MotionStamp mesh_instant, gaussian_instant;
     struct {
@@ -97,13 +98,12 @@ class SimulationRun {
         long edits = -1, version = -1;
         std::shared_ptr<const std::vector<Gaussian<double>>> host, before;
         std::shared_ptr<const DeviceGaussians> device;
-    } told;  // of Gaussians, by the last state
+    } told;  // Gaussians of the last state
     long mesh_version = 0;
     double mesh_cost = 0, mesh_made = -1e30;  // [s]
     std::string trouble;
-    // Of splats that are to be split and added, by a thread of its own; ends before the solver
-    // does.
-    long edits = 0, planned_edits = 0;  // made, and when the plan was begun
+    // Planned by a thread: splats to split and to add. Destroyed before the solver.
+    long edits = 0, planned_edits = 0;  // edits made; the same when the plan began
     std::future<UpkeepPlan> plan;
 };
 

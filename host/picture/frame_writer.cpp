@@ -74,7 +74,7 @@ void remove_pictures(const std::string& folder)
 
 namespace {
 
-// Where the camera sees them; those behind it are left out.
+// Captions are projected by the camera; those behind it are left out.
 void write_captions(const std::vector<Caption>& captions, const Camera& camera, Image& image)
 {
     const Vec3<float> gaze = camera.target - camera.eye, forward = (1 / length(gaze)) * gaze;

@@ -1,4 +1,4 @@
-// Pictures and a video of a run, where this machine can make them.
+// Writes the pictures and the video of a run, if the machine has OpenGL.
 #pragma once
 #include <functional>
 #include <memory>
@@ -13,26 +13,26 @@ namespace knead {
 
 // frame_00010.png
 std::string picture_name(int frame);
-// The paths of the pictures in the folder of a run, by their numbers.
+// Paths of the pictures in the folder of a run, sorted by number.
 std::vector<std::string> pictures_in(const std::string& run);
-// Removes the pictures that an earlier run left in the folder: files of exactly such names, and
-// nothing else. Throws OutputError.
+// Removes the pictures of an earlier run from the folder: only files with the name of a picture.
+// Throws OutputError.
 void remove_pictures(const std::string& folder);
-// Removes what is left of pictures that were not written to their end.
+// Removes partially written pictures.
 void remove_partial_pictures(const std::string& folder);
 
 class FrameWriter {
   public:
-    // `folder` receives a picture_name() a picture; with `video`, its frames `rate` per second also
-    // make that file. Throws std::runtime_error with the reason where there is no OpenGL, or where
-    // it draws no pictures of the scene's size, OutputError where the folder cannot be made.
+    // Writes pictures to `folder`, named by picture_name(), and, unless "", the file `video` with
+    // `rate` pictures per second. Throws std::runtime_error if there is no OpenGL or it cannot draw
+    // pictures of the scene's size, OutputError if the folder cannot be created.
     FrameWriter(const Scene& scene, std::string folder, std::string video, double rate);
-    // `splats`: those of the scene as they are by then, in the order of the solver's Gaussians;
-    // they are drawn in place of the clay of objects that have them. Throws OutputError, and
-    // PictureError where this picture alone cannot be made.
+    // `splats`: current splats of the scene, in the order of the solver's Gaussians; drawn instead
+    // of the clay of their objects. Throws OutputError, and PictureError if only this picture
+    // fails.
     void add(const Frame& frame, const std::vector<Mesh>& meshes, const SplatCloud& splats = {},
              const std::vector<Gaussian<double>>& gaussians = {});
-    // True: a picture under way, drawn or written, is given up, by a PictureError.
+    // `asked`: polled while a picture is drawn or written; true aborts it with a PictureError.
     void give_up_when(std::function<bool()> asked)
     {
         give_up = asked;

@@ -10,7 +10,7 @@ namespace {
 
 using Corner = std::array<float, 2>;  // [pixels], from the upper left corner
 
-// Marks the pixels whose middles lie in the triangle: of a row those between two of its sides.
+// Marks the pixels whose centres lie in the triangle, row by row between two of its sides.
 void mark(std::vector<char>& pixels, int width, int height, const Corner (&c)[3])
 {
     const auto span = [&](std::size_t axis, int end) {
@@ -31,7 +31,7 @@ void mark(std::vector<char>& pixels, int width, int height, const Corner (&c)[3]
                 return way_round * side(c[k], c[(k + 1) % 3], float(i) + 0.5f, float(j) + 0.5f) >=
                        0;
             };
-            const auto first = [&](bool such) {  // rises or falls along the row
+            const auto first = [&](bool such) {  // bisection: inside() changes at most once
                 int low = from, high = to;
                 while (low < high) {
                     const int middle = low + (high - low) / 2;
@@ -76,7 +76,7 @@ const std::vector<char>& HiddenTiles::of(const EyeView& view)
             c[k] = {(corners_[t + k][0] - v.left) * across, (v.up - corners_[t + k][1]) * along};
         mark(pixels_, v.width, v.height, c);
     }
-    // A pixel that is seen shows the tiles of all its neighbours.
+    // A visible pixel keeps the tiles of all its neighbours visible.
     const int columns = (v.width + hidden_tile - 1) / hidden_tile;
     const int rows = (v.height + hidden_tile - 1) / hidden_tile;
     const auto shown = [&](int tile, int end) {

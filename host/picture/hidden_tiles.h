@@ -1,4 +1,4 @@
-// The tiles of a picture of splats that no lens shows.
+// Mask of the picture tiles that are not visible through a headset's lens.
 #pragma once
 #include <array>
 #include <vector>
@@ -9,10 +9,10 @@ namespace knead {
 
 class HiddenTiles {
   public:
-    // What is hidden: triangles, three corners each, in tangents (x right, y up).
+    // The hidden area: triangles, three corners each, in tangents (x right, y up).
     void set(const std::vector<std::array<float, 2>>& corners);
-    // Of a view's picture, tiles of `hidden_tile` pixels a side, rows from the top: 1 where all of
-    // one, and the pixels around it, have their middles in what is hidden. Empty: none is.
+    // The tiles of a view's picture, `hidden_tile` pixels a side, rows from the top: 1 if the
+    // centres of all pixels of a tile and of those around it are hidden. Empty: none is.
     const std::vector<char>& of(const EyeView& view);
 
   private:

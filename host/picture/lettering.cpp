@@ -14,7 +14,7 @@ namespace {
 
 constexpr std::string_view box = "0040460600";
 
-// From ' ' to '~'; "" without a drawing of its own.
+// From ' ' to '~'; "": drawn as a box.
 constexpr std::string_view glyphs[] = {
     " ", "2024;2626", "1012;3032", "", "", "4006;0101;4545", "", "2022", "30212536", "10212516", "",
     "2125;0343", "2617", "1333", "2626", "4006",

@@ -1,4 +1,4 @@
-// Lines of text in pictures.
+// Draws lines of text into pictures.
 #pragma once
 #include <cstddef>
 #include <string>
@@ -8,9 +8,9 @@
 
 namespace knead {
 
-// A line's letters as strokes of a pen. The unit is a sixth of a capital's height; x from the left
-// of the first letter, y from the top of the capitals down. Printable ASCII; another character is a
-// box.
+// The letters of a line as pen strokes. Unit: a sixth of a capital's height; x from the left of the
+// first letter, y downwards from the top of the capitals. Printable ASCII; other characters are
+// boxes.
 class Lettering {
   public:
     static constexpr double capital = 6, step = 6;  // how high, and from letter to letter
@@ -32,9 +32,8 @@ class Lettering {
     double wide;
 };
 
-// Writes a line in white with a dark edge, so that it is read on any ground. Its middle is at x, y
-// [pixels from the left and from the top]; capitals are `height` pixels high. What lies outside of
-// the picture is cut off.
+// Writes a line in white with a dark outline, legible on any background. x, y: its centre [pixels
+// from the left and from the top]; `height`: of capitals [pixels]. Clipped to the picture.
 void write_text(Image& image, const std::string& text, double x, double y, double height);
 
 }  // namespace knead

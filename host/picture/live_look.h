@@ -1,4 +1,4 @@
-// What a live state looks like: from the simulation's words to a live painter's.
+// Conversion of a live state to the input of a live painter.
 #pragma once
 #include "host/live/live_session.h"
 #include "host/picture/splat_layer.h"
@@ -8,22 +8,22 @@ namespace knead {
 
 // Floor and stage of a scene.
 EyeLook live_look(const Scene& scene);
-// The version under which a painter is given the clay of a state: another for another history.
+// Version of a state's clay for a painter; differs between histories.
 long clay_version(const LiveState& state);
-// Where the splats of a state are.
+// The motion of a state's splats.
 inline SplatMotion splat_motion(const LiveState& state)
 {
     return {state.gaussians.get(), state.gaussians_on_device.get()};
 }
-// Gives a painter the clay of a state, under that version.
+// Sets the clay of a state in a painter, with clay_version().
 void show_clay(EyePainter& painter, const LiveState& state);
-// Hands as they are seen at the end of a motion: by their skin, as large as the motion has it, and
-// what they hold, in its own size.
+// Hands at the end of a motion: their skin, scaled by the motion's size, and what they hold,
+// unscaled.
 std::vector<HandLook> hand_looks(const HandsOptions& options, const Motion& motion,
                                  float opacity = 1);
-// Those that touch clay, as the simulation has them.
+// The active tools of the simulation.
 std::vector<HandLook> hand_looks(const LiveState& state);
-// Tracked hands as they are now, wherever the simulation has come to, that are so opaque.
+// Tracked hands at their current position, independent of the simulation's progress.
 std::vector<HandLook> tracked_looks(const HandFrame& frame, const HandsOptions& options,
                                     float opacity);
 

@@ -12,7 +12,7 @@
 namespace knead {
 namespace {
 
-// As on the device (cuda/splats/spread.cu).
+// The same as on the device (cuda/splats/spread.cu).
 void spread(SplatLayer& layer)
 {
     DepthSum sum{0, 0};
@@ -58,7 +58,7 @@ SplatDrawer::SplatDrawer(const SplatCloud& cloud, Device device, double budget)
 
 void SplatDrawer::set(const SplatCloud& cloud)
 {
-    coming_ = {}, coming_cloud_ = nullptr;  // ends first: its thread has the rasteriser
+    coming_ = {}, coming_cloud_ = nullptr;  // waits for the thread that uses the rasteriser
     antialiased_ = cloud.antialiased;
     if (device_.kind == DeviceKind::cuda)
         gpu_ = raster_of(cloud, 0);
@@ -66,7 +66,7 @@ void SplatDrawer::set(const SplatCloud& cloud)
         cloud_ = cloud;
 }
 
-// With room for some that will be split or added.
+// Reserves a quarter more for splats that are split or added.
 std::unique_ptr<GpuRaster> SplatDrawer::raster_of(const SplatCloud& cloud,
                                                   std::size_t instances) const
 {
@@ -102,7 +102,7 @@ bool SplatDrawer::adopt()
     return true;
 }
 
-// `hidden`: of as many eyes; null: nothing.
+// `hidden`: one per view; null: none.
 SplatFrame SplatDrawer::frame_of(const std::vector<EyeView>& views, const SplatMotion& motion,
                                  HiddenTiles* hidden) const
 {
@@ -152,7 +152,7 @@ void SplatDrawer::draw(EyePainter& painter, const std::vector<EyeView>& views,
     };
     if (gpu_ && painter.sharing(gpu_->device()).shared &&
         std::all_of(views.begin(), views.end(), same_size)) {
-        // Nothing is fetched: whole pictures are quick, until it is seen that they are not.
+        // Nothing is copied to the host: starts at full resolution, reduced if it proves too slow.
         if (!shared_) pace_ = Pace(budget_ * double(views.size()), 0.125, 1);
         shared_ = true;
         scale_ = whole ? 1 : pace_.scale();

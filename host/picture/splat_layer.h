@@ -1,4 +1,4 @@
-// Splats of a live scene as an eye sees them, for a live painter.
+// Draws the splats of a live scene as layers for a live painter.
 #pragma once
 #include <array>
 #include <future>
@@ -16,11 +16,13 @@
 
 namespace knead {
 
-// Where the first splats are, as many as there are Gaussians: those of one of these, or none.
+// Motion of the first splats of a cloud, as many as there are Gaussians. At most one of `host` and
+// `device` is set.
 struct SplatMotion {
     const std::vector<Gaussian<double>>* host = nullptr;
     const DeviceGaussians* device = nullptr;
-    // They have gone on as they came, by so much of their way since `before`, or the device's.
+    // Extrapolation: this factor of the last displacement is added, since `host_before` or the
+    // device's own previous positions.
     const std::vector<Gaussian<double>>* host_before = nullptr;
     float extrapolation = 0;
     bool any() const { return host || device; }
@@ -28,30 +30,30 @@ struct SplatMotion {
 
 class SplatDrawer {
   public:
-    // By the rasteriser of that device, with fewer pixels where a picture would take longer than
-    // `budget` [s]. Throws std::runtime_error where the device cannot.
+    // Uses the rasteriser of that device, with reduced resolution if a picture would take longer
+    // than `budget` [s]. Throws std::runtime_error if the device cannot be used.
     SplatDrawer(const SplatCloud& cloud, Device device, double budget);
 
-    // Coarse beside what an eye looks at, from now on.
+    // Reduces the resolution outside the fovea.
     void foveate(const Fovea<float>& fovea) { fovea_ = fovea; }
-    // Others from now on: the clay's were split, or some came or went.
+    // Replaces the splats.
     void set(const SplatCloud& cloud);
-    // The same without making the caller wait: a thread of its own brings them to the device, while
-    // those before are drawn. adopt() is true when they are drawn from now on.
+    // Asynchronous variant: a thread uploads them while the old ones are drawn. adopt() returns
+    // true when the new ones have replaced them.
     void prepare(std::shared_ptr<const SplatCloud> cloud);
     bool preparing() const { return coming_cloud_ != nullptr; }
     bool adopt();
 
-    // `whole`: with all pixels, however long that takes. `hidden`: what nobody sees; null: nothing.
+    // `whole`: full resolution, regardless of the budget. `hidden`: tiles to skip; null: none.
     SplatLayer layer(const EyeView& view, const SplatMotion& motion, bool whole = false,
                      HiddenTiles* hidden = nullptr);
-    // The same to eyes 0 and 1 of a painter, or 0 alone: shared with it where that can be.
-    // `hidden`: of each eye; null: nothing.
+    // Draws the layers of eyes 0 and 1 of a painter, or of 0 alone, without a copy through the host
+    // if CUDA and OpenGL share memory. `hidden`: per eye; null: none.
     void draw(EyePainter& painter, const std::vector<EyeView>& views, const SplatMotion& motion,
               bool whole = false, std::array<HiddenTiles, 2>* hidden = nullptr);
 
-    double scale() const { return scale_; }      // of the last layer, share of the view's sides
-    double seconds() const { return seconds_; }  // that it took [s]
+    double scale() const { return scale_; }      // linear resolution of the last layer, 0 to 1
+    double seconds() const { return seconds_; }  // time of the last layer [s]
 
   private:
     std::unique_ptr<GpuRaster> raster_of(const SplatCloud& cloud, std::size_t instances) const;
@@ -59,21 +61,21 @@ class SplatDrawer {
                         HiddenTiles* hidden) const;
 
     Device device_;
-    SplatCloud cloud_;  // of the CPU's
+    SplatCloud cloud_;  // for the CPU's rasteriser
     bool antialiased_;
     Fovea<float> fovea_;
     std::unique_ptr<GpuRaster> gpu_;
     std::shared_ptr<const SplatCloud> coming_cloud_;
     std::future<std::unique_ptr<GpuRaster>> coming_;
-    std::future<void> going_;  // of what was drawn before: to free memory waits for the device
+    std::future<void> going_;  // frees the old rasteriser, which waits for the device
     double budget_;
     Pace pace_;
-    bool shared_ = false;  // so was the last picture
+    bool shared_ = false;  // the last picture was shared with OpenGL
     double scale_ = 1, seconds_ = 0;
 };
 
-// A rasteriser's picture before nothing, as a layer. What is too thin to have a depth takes that of
-// what is beside it.
+// Converts a picture without background to a layer. Pixels too transparent to have a depth take
+// that of their neighbours.
 SplatLayer layer_of(const Picture& picture);
 
 }  // namespace knead

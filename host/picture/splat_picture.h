@@ -1,4 +1,4 @@
-// Pictures of clay into which splats are put, each behind and before what it should be.
+// Composites splats into pictures of clay by depth.
 #pragma once
 #include <functional>
 
@@ -9,12 +9,13 @@
 
 namespace knead {
 
-// Side by side; all of one height. Where `stop`, asked before every row, says so, there is none.
+// Concatenates pictures of one height side by side. `stop`: called before every row; true aborts
+// and returns an empty image.
 Image image_of(const std::vector<Picture>& pictures, const std::function<bool()>& stop = {});
 
-// `image` is what the camera sees of all else, `depths` how far that lies (Painter::depths()). Of
-// the first splats of the cloud, as many as there are Gaussians are where these are. Given up as
-// a SplatFrame is by `stop`: there is then no picture.
+// `image`: the scene without splats; `depths`: its Painter::depths(). The first splats of the
+// cloud, as many as there are Gaussians, are moved with these. `stop` aborts as in SplatFrame and
+// gives an empty image.
 Image with_splats(const Image& image, const std::vector<float>& depths, const Camera& camera,
                   const SplatCloud& cloud, const std::vector<Gaussian<double>>& gaussians,
                   const std::function<bool()>& stop = {});

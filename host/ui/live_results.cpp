@@ -17,8 +17,8 @@ namespace fs = std::filesystem;
 constexpr const char* hands_name = "hands.hands";
 constexpr const char* mesh_name = "mesh.glb";
 
-// The hands, and beside them what was done. Where nothing was, what an earlier session left there
-// goes: it was of other hands.
+// Writes the hands and the side file of actions. Without actions, removes the side file of an
+// earlier recording.
 void write_hands(const std::string& file, LiveResults& results)
 {
     const fs::path side = actions_file(file);

@@ -1,4 +1,4 @@
-// What a session that people shape leaves on the disk: `knead view` and `knead vr`.
+// Output files of an interactive session: `knead view` and `knead vr`.
 #pragma once
 #include <memory>
 #include <nlohmann/json_fwd.hpp>
@@ -9,7 +9,7 @@
 
 namespace knead {
 
-// Where it goes: --out and --record.
+// Destinations: --out and --record.
 struct LiveOutputs {
     std::string out;     // folder: hands.hands, mesh.glb and the report; "": none
     std::string record;  // .hands or .jsonl; "": none
@@ -18,20 +18,20 @@ struct LiveOutputs {
 
     bool any() const { return !out.empty() || !record.empty(); }
 };
-// Before the session begins: throws UsageError for a recording with another ending, OutputError for
-// outputs that could not be written. The folder is this process's own while the lock lives.
+// Call before the session. Throws UsageError for a recording with another ending, OutputError for
+// outputs that cannot be written. The lock gives exclusive use of the folder.
 [[nodiscard]] FolderLock prepare(const LiveOutputs& outputs);
 
 struct LiveResults {
-    Recording hands;      // as the simulation had them; without frames: none came
-    HandActions actions;  // what was done beside them; the recording's hash is not filled in
+    Recording hands;      // as the simulation received them; empty if there were none
+    HandActions actions;  // other actions; without the recording's hash
     std::shared_ptr<const LiveState> state;
     ClayDigest clay;
 };
-// The parts of a report that are the same for all sessions: `simulation` and `hands`.
+// Adds the parts common to all sessions: `simulation` and `hands`.
 void add_simulation(nlohmann::json& report, const LiveResults& results, bool deterministic);
-// Writes each result on its own: a failure is reported, and the others are still written. False
-// after any failure.
+// Writes each result independently: a failure is reported, the others are still written. Returns
+// false after any failure.
 bool write_results(const LiveOutputs& outputs, LiveResults& results, const nlohmann::json& report);
 
 }  // namespace knead

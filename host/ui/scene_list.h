@@ -1,13 +1,13 @@
-// The scenes that a session can change to.
+// List of the scenes that a session can load.
 #pragma once
 #include <string>
 #include <vector>
 
 namespace knead {
 
-// A name of the file that is the same for all paths to it.
+// Canonical name of a file, equal for all paths to it.
 std::string path_key(const std::string& path);
-// Scenes (.json) in the folder of `path`, by their paths, sorted; `path` is among them.
+// Paths of the scenes (.json) in the folder of `path`, sorted; includes `path`.
 std::vector<std::string> scenes_beside(const std::string& path);
 
 }  // namespace knead
