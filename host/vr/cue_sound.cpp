@@ -8,11 +8,11 @@ namespace knead {
 namespace {
 
 constexpr float per_second = 1.0f / CueSound::rate;
-constexpr int sustained = CueSound::rate * 6 / 100;  // a rustle that is not told again [samples]
+constexpr int sustained = CueSound::rate * 6 / 100;  // a rustle that is not renewed [samples]
 
-// The share of the way that a level goes in a sample, of one that follows within `seconds`.
+// Coefficient per sample of a one-pole filter with this time constant [s].
 float follows(float seconds) { return 1 - std::exp(-per_second / seconds); }
-// The same of a filter of one pole that lets lower frequencies through [Hz].
+// Coefficient per sample of a one-pole low-pass with this cutoff frequency [Hz].
 float passes(float frequency)
 {
     return 1 - std::exp(-2 * std::numbers::pi_v<float> * frequency * per_second);
@@ -41,7 +41,7 @@ float CueSound::sample(Voice& v)
                        dull = passes(300), edge = passes(1500);
     v.thud += onset * (v.strike - v.thud);
     v.strike -= fade * v.strike;
-    v.phase += (60 + 80 * v.strike) * per_second;  // its pitch falls
+    v.phase += (60 + 80 * v.strike) * per_second;  // falling pitch
     v.phase -= std::floor(v.phase);
     v.yield += level * ((v.yield_left > 0 ? 1.0f : 0.0f) - v.yield);
     v.cut += level * ((v.cut_left > 0 ? 1.0f : 0.0f) - v.cut);
@@ -59,7 +59,7 @@ void CueSound::make(int frames, std::vector<std::int16_t>& to)
         float ear[2] = {0, 0};
         for (Voice& voice : voices) {
             const float heard = sample(voice);
-            // Of equal power wherever it comes from.
+            // Equal-power panning.
             const float angle = 0.25f * std::numbers::pi_v<float> * (1 + voice.right);
             ear[0] += std::cos(angle) * heard, ear[1] += std::sin(angle) * heard;
         }

@@ -1,5 +1,5 @@
-// What hands do to clay, made audible sample by sample: a thud where a tool comes to it, a low
-// rustle while it yields, a higher one while a blade cuts. Each hand is heard from its side.
+// Synthesis of sounds for contact with clay: a thud at contact, a low rustle while clay yields, a
+// higher one while a blade cuts. Each hand is panned to its side.
 #pragma once
 #include <cstdint>
 #include <vector>
@@ -8,27 +8,27 @@
 
 namespace knead {
 
-// What a hand's tool does to clay, as its side feels and hears it.
+// Effect of a hand's tool on clay, for haptic and acoustic feedback.
 enum class Feel { nothing, contact, yielding, cutting };
 
 class CueSound {
   public:
     static constexpr int rate = 48000;  // samples a second
 
-    // From now on; a rustle ends by itself where it is not told again within 60 ms. `right`: how
-    // far the hand is to the right of the head, -1 to 1.
+    // Sets the current feedback; a rustle fades unless set again within 60 ms. `right`: pan, from
+    // -1 (left of the head) to 1 (right).
     void set(Side side, Feel feel, float right);
-    // The next `frames` pairs, left and right, behind what is in `to`.
+    // Appends the next `frames` pairs of samples, left and right, to `to`.
     void make(int frames, std::vector<std::int16_t>& to);
 
   private:
-    // Of one hand. Levels follow what they are to be, so that nothing clicks.
+    // One hand. Levels are low-pass filtered to avoid clicks.
     struct Voice {
         float right = 0;
-        float thud = 0, strike = 0, phase = 0;  // how loud; what is left of its onset; [turns]
-        float yield = 0, cut = 0;               // how loud
+        float thud = 0, strike = 0, phase = 0;  // level; remaining onset; phase [turns]
+        float yield = 0, cut = 0;               // levels
         int yield_left = 0, cut_left = 0;       // samples until they fade
-        float low = 0, lower = 0, high = 0;     // of the filters
+        float low = 0, lower = 0, high = 0;     // states of the filters
     };
     float sample(Voice& voice);
     float noise();

@@ -42,7 +42,7 @@ namespace {
 
 constexpr double splat_budget = 4e-3;  // for the splats of an eye [s]
 
-// Textures as an eye's of the headset.
+// Own textures with the size and format of an eye of the headset.
 struct EyeOfOurs {
     Texture colour = texture(GL_TEXTURE_2D), depth = texture(GL_TEXTURE_2D);
     EyeTexture as;
@@ -84,17 +84,17 @@ struct HeadsetEyes::Parts {
     EyesOptions options;
     std::unique_ptr<EyePainter> painter;
     Framebuffer target;
-    Texture own_depth;  // where the headset takes none
+    Texture own_depth;  // if the headset has none
     std::unique_ptr<PanelQuad> quad;
     std::unique_ptr<SplatDrawer> splats;
     std::array<HiddenTiles, 2> hidden;
     int splats_of = -1;  // history
     long splat_version = -1, coming_version = -1;
-    // Where the splats were that are drawn, and those that are prepared, when they were last told.
+    // Last known motion of the splats that are drawn, and of those that are prepared.
     KeptMotion motion, coming_motion;
     int errors = 0;
     std::unique_ptr<DrawTimer> timer;
-    std::optional<Pace> pace;  // of both eyes; none: they are whole
+    std::optional<Pace> pace;  // of both eyes; none: full resolution
     int timed = 0;             // pictures
     double first_scale = 1;
     std::string told;
@@ -122,7 +122,7 @@ HeadsetEyes::HeadsetEyes(Headset& headset, const EyesOptions& options)
 
 std::string HeadsetEyes::told() const { return parts->told; }
 
-// The least of some, which have what they draw with loaded.
+// Minimum over some pictures, without the first, which loads what it needs.
 double HeadsetEyes::Parts::seconds_of_empty_eyes()
 {
     const HeadsetInfo& about = headset.facts();
@@ -145,7 +145,7 @@ double HeadsetEyes::Parts::seconds_of_empty_eyes()
     return least;
 }
 
-// Fewer samples first: four times the pixels are worth more than four samples.
+// Reduces samples before resolution: four times the pixels look better than four samples.
 void HeadsetEyes::Parts::choose()
 {
     double takes = seconds_of_empty_eyes();
@@ -198,8 +198,8 @@ void HeadsetEyes::Parts::follow(const LiveState& state, bool at_once)
     motion = KeptMotion(state);
 }
 
-// Splats and their motion belong together: while others are prepared, those before stand where they
-// were last.
+// Splats and their motion must match: while new splats are prepared, the old ones are drawn at
+// their last known positions.
 void HeadsetEyes::Parts::follow_splats(const LiveState& state, bool at_once)
 {
     const KeptMotion now(state);
@@ -216,7 +216,7 @@ void HeadsetEyes::Parts::follow_splats(const LiveState& state, bool at_once)
     }
 }
 
-// As if they had been split: the memory for others is there then.
+// Uploads the same splats once more, to allocate the memory for a replacement.
 void HeadsetEyes::Parts::prepare_again(const LiveState& state)
 {
     if (!splats || !state.splats) return;
@@ -224,8 +224,8 @@ void HeadsetEyes::Parts::prepare_again(const LiveState& state)
     coming_version = state.splat_version, coming_motion = KeptMotion(state);
 }
 
-// By what the last pictures took. Those of another scale, still under way when it changed, do not
-// count.
+// Resolution scale from the times of the last pictures. Pictures submitted at another scale are
+// ignored.
 float HeadsetEyes::Parts::scale(const HeadsetPicture& picture)
 {
     if (!(picture.budget > 0)) {
@@ -233,7 +233,7 @@ float HeadsetEyes::Parts::scale(const HeadsetPicture& picture)
         return 1;
     }
     if (!pace) pace.emplace(picture.budget, options.least, first_scale);
-    constexpr int first = 4;  // pictures, which wait for what is loaded then
+    constexpr int first = 4;  // pictures to ignore: they load resources
     while (const auto reading = timer->told())
         if (++timed > first && reading->scale == float(pace->scale())) pace->took(reading->seconds);
     return float(pace->scale());
@@ -277,7 +277,7 @@ void HeadsetEyes::rehearse(const HeadsetPicture& picture)
         sight.eyes[eye].field = {-0.8f, 0.8f, 0.8f, -0.8f};
         sight.targets[eye] = one.as;
     }
-    // As many as sizes settle in, but no longer than half a second.
+    // Enough for the resolution to settle, but at most half a second.
     constexpr int most = 16;
     constexpr double enough = 0.5;  // [s]
     const double begin = wall_seconds();
@@ -305,7 +305,7 @@ void HeadsetEyes::Parts::draw(int eye, const EyeTexture& to, const EyeView& view
     const EyeTarget into{target, 0, 0, to.srgb};
     painter->paint(view, look, into, eye);
     if (picture.panel) draw_panel(view, into, picture);
-    // The texture is the runtime's again.
+    // Detaches the textures: they belong to the runtime.
     glNamedFramebufferTexture(target, GL_COLOR_ATTACHMENT0, 0, 0);
     glNamedFramebufferTexture(target, GL_DEPTH_ATTACHMENT, 0, 0);
 }

@@ -1,5 +1,4 @@
-// The GL side of a headset's session: what both eyes see of a live state, drawn into the headset's
-// textures.
+// OpenGL side of a headset session: draws a live state for both eyes into the headset's textures.
 #pragma once
 #include <memory>
 #include <string>
@@ -11,64 +10,64 @@
 
 namespace knead {
 
-// What is drawn for one frame.
+// Input for drawing one frame.
 struct HeadsetPicture {
     const LiveState& state;
     std::vector<HandLook> hands;
-    const HandsOptions& options;  // where hands, and so eyes, stand in the simulation
+    const HandsOptions& options;  // scale and offset of hands and eyes in the simulation
     const Workplace& workplace;
-    float nearest;                            // [m] of the headset's size
-    const PanelCanvas* canvas;                // the panel's new picture; null: the one before
-    std::optional<Joint<float>> panel;        // where it stands, in the frame of the hands
+    float nearest;                            // near plane [m], unscaled
+    const PanelCanvas* canvas;                // new picture of the panel; null: unchanged
+    std::optional<Joint<float>> panel;        // pose of the panel in the frame of the hands
     float panel_width = 0, panel_height = 0;  // [m]
-    double now = 0;                           // when it is seen, in the state's session [s]
-    bool at_once = false;  // other splats: else they are brought to the device beside the drawing
-    // What OpenGL may take for both eyes [s], else they become smaller; 0: they are whole.
+    double now = 0;                           // time of display, in the state's session [s]
+    bool at_once = false;                     // upload new splats before drawing; else on a thread
+    // GPU time for both eyes [s]; the resolution is reduced if it is exceeded. 0: no limit.
     double budget = 0;
 };
 
 struct HeadsetLoopOptions;  // host/vr/headset_loop.h
 
 struct EyesOptions {
-    // Of a frame that OpenGL may take in real time: the device has clay to move.
+    // Share of a frame for OpenGL in real time: the device also simulates.
     static constexpr double gl_share = 0.6;
     static EyesOptions of(const HeadsetLoopOptions& options);
-    // From frame to frame [s], as long as the display has not said.
+    // Frame period [s] assumed until the display reports its own.
     static double usual_period(const HeadsetLoopOptions& options);
 
     Device device;    // of the rasteriser of splats
-    int samples = 1;  // of a pixel
-    // What OpenGL may take for both eyes [s]: where empty ones take more, they begin with one
-    // sample a pixel, and as small as that asks for. 0: not asked.
+    int samples = 1;  // per pixel
+    // GPU time for both eyes [s]: if empty eyes take longer at the start, drawing begins with one
+    // sample per pixel and, if needed, reduced resolution. 0: not measured.
     double budget = 0;
-    double least = 0.5;  // share of an eye's sides that is drawn at least
-    double foveate = 0;  // degrees from a lens's middle up to which splats are fine; 0: all are
-    bool whole() const { return least >= 1; }  // splats too have all pixels
+    double least = 0.5;  // lower limit of the linear resolution scale
+    double foveate = 0;  // angle from a lens's axis with full splat resolution [deg]; 0: no limit
+    bool whole() const { return least >= 1; }  // splats too have full resolution
 };
 
 struct EyesDrawn {
-    float scale = 1;        // of a target's sides, that was drawn into
-    float splat_scale = 1;  // of these, that splats were drawn with
-    double splats = 0;      // that they took [s]; 0: there are none
+    float scale = 1;        // linear resolution scale of the eyes
+    float splat_scale = 1;  // linear scale of the splats, relative to it
+    double splats = 0;      // time for splats [s]; 0: there are none
 };
 
 class HeadsetEyes {
   public:
-    // In the headset's context. Throws std::runtime_error where this OpenGL does not do.
+    // Precondition of all: the headset's context is current. Throws std::runtime_error if this
+    // OpenGL lacks what is needed.
     HeadsetEyes(Headset& headset, const EyesOptions& options);
     ~HeadsetEyes();
     HeadsetEyes(const HeadsetEyes&) = delete;
 
-    void renew();  // the headset has a new session
-    // Throws std::runtime_error and std::invalid_argument where it cannot be drawn.
+    void renew();  // call when the headset has a new session
+    // Throws std::runtime_error or std::invalid_argument if drawing fails.
     EyesDrawn draw(const HeadsetViews& sight, const HeadsetPicture& picture);
-    // Draws some pictures that nobody sees, so that the first one waits for nothing that is loaded,
-    // made or registered once, and is of a size for which there is time. Where they cannot be
-    // drawn, that one says so.
+    // Warm-up: draws some pictures off screen, so that the first visible one loads, allocates and
+    // registers nothing, and its resolution has settled. Errors are ignored; draw() reports them.
     void rehearse(const HeadsetPicture& picture);
-    int gl_errors() const;     // of what was drawn
-    std::string told() const;  // of what was found at the start; "": nothing of note
-    // Which way what the device makes comes here; without text where there is no CUDA device.
+    int gl_errors() const;     // of the drawing
+    std::string told() const;  // message from the measurement at the start; "": none
+    // How data of the CUDA device reaches OpenGL; without text if there is no CUDA device.
     Sharing sharing() const;
 
   private:

@@ -12,7 +12,7 @@ HeadsetFeel::HeadsetFeel(bool audible, const std::function<void(const std::strin
 void HeadsetFeel::frame(const HeadsetViews& sight, const LiveState& state, HeadsetHands& hands,
                         float strength[side_count])
 {
-    constexpr float aside = 0.4f;  // so far to a side it is heard from there alone [m]
+    constexpr float aside = 0.4f;  // distance from the head for full pan [m]
     Feel felt[side_count];
     hands.feel(state, felt);
     const Joint<float> head = head_of(sight);

@@ -1,4 +1,4 @@
-// What hands in a headset feel of the clay: vibration, and sound from the side where the hand is.
+// Haptic and acoustic feedback of a headset: vibration, and sound panned to the side of the hand.
 #pragma once
 #include <functional>
 #include <memory>
@@ -12,15 +12,15 @@ namespace knead {
 
 class HeadsetFeel {
   public:
-    // `audible`: where a device plays; otherwise `tell` is told why not.
+    // `audible`: open a sound device; if that fails, `tell` is called with the reason.
     HeadsetFeel(bool audible, const std::function<void(const std::string&)>& tell);
-    // Of what the newest state did: how strongly controllers vibrate.
+    // Plays the feedback for the newest state. `strength`: vibration per side, 0 to 1.
     void frame(const HeadsetViews& sight, const LiveState& state, HeadsetHands& hands,
                float strength[side_count]);
 
   private:
     CueSound cues;
-    std::unique_ptr<SoundOut> sound;  // null: nothing is heard
+    std::unique_ptr<SoundOut> sound;  // null: silent
 };
 
 }  // namespace knead

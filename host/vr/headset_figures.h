@@ -1,4 +1,4 @@
-// How long the parts of a headset's frames take, and how late deformation follows the hand.
+// Timing statistics of headset frames, and latency from hand motion to visible deformation.
 #pragma once
 #include <nlohmann/json_fwd.hpp>
 #include <string>
@@ -9,30 +9,30 @@ namespace knead {
 // Wall time of one frame's parts [s].
 struct FrameParts {
     double wait = 0;      // for the display
-    double locate = 0;    // eyes and hands, and for textures
-    double simulate = 0;  // in stepped time: for the simulation
+    double locate = 0;    // locating eyes and hands, and waiting for textures
+    double simulate = 0;  // stepped time: waiting for the simulation
     double draw = 0;
     double submit = 0;
-    double period = 0;      // from frame to frame
-    double interval = 0;    // since the frame before was to be seen; 0: it was not
-    double left = -1;       // before the frame is due when it is submitted; negative: not known
-    double latency = -1;    // from the hand's sample to the frame that shows what it did; negative:
-                            // there is no simulation that would show it
-    float scale = 1;        // of an eye's sides, as drawn
-    float splat_scale = 1;  // of these, in the picture that splats have of their own
-    double splats = 0;      // what that picture took [s]; 0: there is none
+    double period = 0;      // of the display
+    double interval = 0;    // from the display time of the frame before; 0: it was not shown
+    double left = -1;       // from submission to the deadline; negative: unknown
+    double latency = -1;    // from the hand's sample to the frame that shows its effect; negative:
+                            // no simulation
+    float scale = 1;        // linear resolution scale of the eyes
+    float splat_scale = 1;  // linear scale of the splat picture, relative to it
+    double splats = 0;      // time for the splat picture; 0: there is none
 
     double work() const { return locate + simulate + draw + submit; }
-    // Neither its work nor the time since the frame before, which is whole periods, is longer.
+    // Whether both the work and the interval, a multiple of the period, are at most `periods`.
     bool within(double periods) const
     {
         return work() <= periods * period && interval <= (periods + 0.5) * period;
     }
-    // The share of the period that is not worked in: below 0.2 it is no longer comfortable.
+    // Idle share of the period; less than 0.2 is not comfortable.
     double margin() const { return period > 0 ? 1 - work() / period : 0; }
 };
 
-// The last frames, for a graph, and figures of all.
+// The last frames, for a graph, and statistics over all frames.
 class FrameFigures {
   public:
     static constexpr std::size_t kept = 180;    // frames of the graph
@@ -42,13 +42,13 @@ class FrameFigures {
     void add(const FrameParts& frame);
     // Newest last.
     const std::vector<FrameParts>& recent() const { return last; }
-    // Mean margin over the frames of the graph [1]; 1 where there are none.
+    // Mean margin over the frames of the graph; 1 if there are none.
     double margin() const;
     bool is_comfortable() const { return margin() >= comfortable; }
     long count() const { return frames; }
-    long missed() const { return late; }  // that took longer than their period
-    // Medians and percentiles [ms], and latency in frames, of up to an hour at 90 Hz; and the first
-    // `most_listed` late frames one by one.
+    long missed() const { return late; }  // frames whose work exceeds their period
+    // Medians and percentiles [ms], latency also in frames, over at most an hour at 90 Hz, and a
+    // list of the first `most_listed` late frames.
     nlohmann::json figures() const;
     std::string summary() const;
 
@@ -59,7 +59,7 @@ class FrameFigures {
     };
     std::vector<FrameParts> last;
     std::vector<Late> listed;
-    long far_late = 0, left_out = 0;  // frames over two periods; of the display, never drawn
+    long far_late = 0, left_out = 0;  // frames over two periods; display frames skipped
     std::vector<float> work, draw, latency, latency_frames, scale, splats, splat_scale;
     long frames = 0, late = 0;
 };

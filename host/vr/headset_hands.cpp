@@ -47,7 +47,7 @@ HandFrame hand_frame(const HeadsetViews& sight, const Workplace& workplace, doub
 
 void HeadsetHands::set(const HandsOptions& options)
 {
-    hand_tools(options);  // refuses a tool that is not known
+    hand_tools(options);  // throws for an unknown tool
     by = options;
     HandsOptions unplaced = options;
     unplaced.zoom = 1, unplaced.at = {0, 0, 0};

@@ -1,4 +1,4 @@
-// The user's hands in a headset: what the simulation is given, what is drawn, and what is felt.
+// The user's hands in a headset: input to the simulation, appearance, feedback.
 #pragma once
 #include <optional>
 
@@ -9,12 +9,12 @@
 
 namespace knead {
 
-// How well a hand is seen, for its opacity: it fades where it was lost, and comes back as it grows.
+// Opacity of a hand: fades out when tracking is lost, fades in as the tool grows back.
 class HandFade {
   public:
     static constexpr double fading = 0.3;  // [s]
-    static constexpr float faint = 0.35f;  // while it does not yet touch
-    // `size`: the share of its radii that it touches with. Answers the opacity.
+    static constexpr float faint = 0.35f;  // opacity while it is not active yet
+    // `size`: share of its full radii. Returns the opacity, 0 to 1.
     float frame(double time, bool tracked, float size);
 
   private:
@@ -22,8 +22,8 @@ class HandFade {
     double last = 0, lost = -1e30;  // [s]
 };
 
-// What a hand feels, made visible: its rim lights up green at contact, glows while clay yields to
-// it and red while its blade cuts, and fades when nothing more is felt.
+// Visible feedback: the rim of a hand lights up green at contact, glows while clay yields, red
+// while its blade cuts, and fades afterwards.
 class HandCue {
   public:
     static constexpr double lasting = 0.25;  // [s]
@@ -31,24 +31,24 @@ class HandCue {
     Vec3<float> glow(double time) const;  // linear
 
   private:
-    double struck = -1e30, felt = -1e30;  // when last: contact began, something steady [s]
+    double struck = -1e30, felt = -1e30;  // last contact, last steady feedback [s]
     Feel steady = Feel::nothing;
 };
 
-// Whether hands are tracked too seldom to shape clay: more than once within some seconds one was
-// taken for a new hand because its frames lie too far apart (HandFilter::slow_restarts()).
+// Detects tracking that is too slow for shaping: within `lasting` the hand filter restarted at
+// least twice because frames were too far apart (HandFilter::slow_restarts()).
 class TrackingWatch {
   public:
     static constexpr double lasting = 3;  // [s]
-    // A frame at `time` [s], after so many restarts in all.
+    // Call for each frame with its time [s] and the total number of restarts.
     void frame(double time, long restarts);
     bool too_slow() const { return slow; }
-    double rate() const;  // of the last frames [1/s]; 0: not known
+    double rate() const;  // of the last frames [1/s]; 0: unknown
 
   private:
     static constexpr int averaged = 8;   // frames
-    double last = -1e30, interval = 0;   // [s]; 0: not known
-    double restart[2] = {-1e30, -1e30};  // the last two [s]
+    double last = -1e30, interval = 0;   // [s]; 0: unknown
+    double restart[2] = {-1e30, -1e30};  // times of the last two [s]
     long known = 0;
     bool slow = false;
 };
@@ -59,23 +59,23 @@ HandFrame hand_frame(const HeadsetViews& sight, const Workplace& workplace, doub
 class HeadsetHands {
   public:
     explicit HeadsetHands(const HandsOptions& options) { set(options); }
-    // Both hands open, and wholly seen.
+    // Both hands open and opaque.
     static HeadsetHands open(const HandsOptions& options);
-    // The tools are others from now on; hands begin anew.
+    // Replaces the tools and restarts the filter. Throws for an unknown tool.
     void set(const HandsOptions& options);
     const HandsOptions& options() const { return by; }
-    // The same hands are larger or smaller against the clay; they stay as they are tracked.
+    // Changes the scale of hands relative to clay; keeps the filter.
     void set_zoom(double zoom);
 
-    // Hands as they are now, for the same filter that the simulation uses: what is drawn is what
-    // touches. Times rise.
+    // Pushes tracked hands, in ascending order of time, through the filter that the simulation
+    // uses, so that hands are drawn where they touch.
     void push(const HandFrame& frame);
-    // Since the tools are these, see HandFilter.
+    // Since the last set(); see HandFilter.
     long slow_restarts() const { return stream->slow_restarts(); }
-    // What to draw at the newest time, tool by tool.
+    // Hands to draw at the newest time, one per tool.
     std::vector<HandLook> looks();
-    // What each side does to clay: contact of its own that begins, then whether clay yields to it
-    // or its blade cuts. Nothing where the state was felt already. looks() shows it from then on.
+    // Feedback per side: the beginning of contact, then yielding or cutting. Nothing if the state
+    // was evaluated before. Also updates the glow of looks().
     void feel(const LiveState& state, Feel felt[side_count]);
 
   private:

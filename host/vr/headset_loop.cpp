@@ -10,7 +10,8 @@
 namespace knead {
 namespace {
 
-// Slow frames of a stepped display would simulate ever more each: as much as the one before took.
+// Limits the time that a frame of a stepped display adds: otherwise slow frames, each of which
+// simulates the duration of the one before, would become ever slower.
 SessionTime session_time(const Scene& scene, const HeadsetLoopOptions& options)
 {
     constexpr double most = 0.25;  // of a frame of the display [s]
@@ -54,8 +55,8 @@ void HeadsetLoop::open()
     live->settle();
     floor = headset->facts().floor;
     if (floor == Floor::standing) {
-        // A place over the floor stands at first; later, and where there is none, it is the head
-        // that counts.
+        // A workplace given above the floor is used at first; without one, and later, it is placed
+        // relative to the head.
         place_anew = !(options.workplace.at.y > 0);
         if (!place_anew) options.workplace = {};
     }
@@ -71,7 +72,7 @@ HeadsetEnd HeadsetLoop::results(const std::string& reason)
         const ClayDigest clay = live->digest();
         end.hash = clay.hash, end.particles = clay.particles;
     }
-    end.state = live ? live->state() : state;  // of that or a later frame
+    end.state = live ? live->state() : state;  // of the digest's frame or a later one
     end.hands = std::move(record.hands), end.actions = std::move(record.actions);
     end.hands.name = "headset";
     end.rate = tick.period > 0 ? 1 / tick.period : 0;
@@ -138,7 +139,7 @@ void HeadsetLoop::frame()
         anew = true;
     }
     poke(sight);
-    // Nobody shapes what nobody sees: without the headset worn and in view, time stands still.
+    // The simulation pauses while the headset is not worn or the session not visible.
     const bool runs = in_view && !leaving && !taken && !paused;
     simulate(sight, runs, parts);
     const double simulated = wall_seconds();
@@ -162,8 +163,7 @@ void HeadsetLoop::frame()
     pictured = pictured || runs;
 }
 
-// Another scene, or the same from its start, has its own tools; what was recorded was of the one
-// before.
+// After a load or reset: takes the scene's tools and restarts the recording.
 void HeadsetLoop::follow_history()
 {
     state = live->state();
@@ -174,7 +174,7 @@ void HeadsetLoop::follow_history()
     const Scene& scene = state->scene->scene;
     const HandsOptions options_now = live_hands(scene);
     hands.set(options_now);
-    // A stepped session begins each history at 0.
+    // In a stepped session the time of each history begins at 0.
     if (options.stepped && !first) time = session_time(scene, options);
     record.begin(*state->scene, time.time());
     if (!scene.has_hands) live->set_hands(options_now);
@@ -182,7 +182,7 @@ void HeadsetLoop::follow_history()
     holding = false, hold = {};
 }
 
-// What is drawn moves at any time, what shapes only while time goes on.
+// Drawn hands always follow tracking; the simulation receives hands only while time advances.
 void HeadsetLoop::push(HandFrame given, bool runs, double now)
 {
     if (anew) given.hand[left].tracked = given.hand[right].tracked = false;
@@ -197,12 +197,12 @@ void HeadsetLoop::push(HandFrame given, bool runs, double now)
     ++frames;
 }
 
-// Hands to the simulation, which goes on to this frame's time, and its newest state.
+// Pushes hands, advances the simulation to this frame's time, and fetches the newest state.
 void HeadsetLoop::simulate(const HeadsetViews& sight, bool runs, FrameParts& parts)
 {
     follow_history();
-    // The first picture of a session takes longer than others. In real time no time has passed
-    // until it is there.
+    // The first picture of a session takes longer than others: in real time, time advances only
+    // once it was submitted.
     const bool goes_on = runs && (options.stepped || pictured);
     const bool kept_up = time.left_out() == 0;
     const double now = time.frame(tick.time, goes_on && ran);
@@ -221,8 +221,8 @@ void HeadsetLoop::simulate(const HeadsetViews& sight, bool runs, FrameParts& par
     if (!state->trouble.empty() && before->trouble.empty())
         options.tell("the simulation has ended: " + state->trouble);
     notices.follow(*state, tick.time);
-    if (options.hands_only || !state->trouble.empty()) return;  // hands dent nothing
-    // The state shows what a hand did when its frame began.
+    if (options.hands_only || !state->trouble.empty()) return;  // no deformation, no latency
+    // The state contains the effect of the hands sampled when its frame began.
     const double computing = options.stepped ? 0 : state->frame.times.solver;
     parts.latency = std::max(0.0, now - (state->time - computing));
 }
@@ -239,7 +239,7 @@ void HeadsetLoop::poke(const HeadsetViews& sight)
     }
 }
 
-// Hands that carry clay touch none.
+// While clay is carried, the tools are absent.
 void HeadsetLoop::tell_hands()
 {
     HandsOptions told = hands.options();
@@ -252,7 +252,7 @@ void HeadsetLoop::hold_clay(const HandFrame& given)
 {
     const Carry::Answer answer = hold.frame(given, hands.options(), *meshes_of(*state));
     if (answer.zoom != 1) hands.set_zoom(clamp(hands.options().zoom / answer.zoom, 0.05, 50.0));
-    // What is carried does not fall, nor gather speed.
+    // No gravity while clay is carried: it must not fall or accelerate.
     if (answer.took) live->set_gravity({0, 0, 0});
     if (answer.let_go) live->set_gravity(desk.gravity_of(*state));
     if (!answer.category || !state->scene) return;
@@ -319,22 +319,22 @@ HeadsetPicture HeadsetLoop::picture_of(std::vector<HandLook> looks, bool repaint
     return picture;
 }
 
-// What is made with the first picture, hands' skins above all, takes 0.1 to 0.25 s.
+// Resources of the first picture, mostly the skins of hands, take 0.1 to 0.25 s.
 void HeadsetLoop::rehearse()
 {
     live->rehearse();
     live->settle();
     state = live->state();
     std::vector<HandLook> looks = HeadsetHands::open(hands.options()).looks();
-    for (HandLook& look : looks) look.opacity = 1;  // as of hands that have grown: with shadows
+    for (HandLook& look : looks) look.opacity = 1;  // opaque hands cast shadows
     const HeadsetPicture picture = picture_of(std::move(looks), options.panel);
     drawing([&] { eyes->rehearse(picture); });
 }
 
-// False where it cannot be drawn, which is told once.
+// Returns false if drawing fails, with a message the first time.
 bool HeadsetLoop::draw(const HeadsetViews& sight, FrameParts& parts)
 {
-    constexpr int often = 9;  // frames from graph to graph
+    constexpr int often = 9;  // interval of the graph [frames]
     const bool repaints = options.panel && (panel_age++ % often == 0 || panel.moves());
     try {
         const HeadsetPicture picture = picture_of(hands.looks(), repaints);

@@ -26,7 +26,8 @@ class HeadsetLoop : public HeadsetSession {
     bool awaited() const override { return in_view || lost || leaving; }
 
   private:
-    // Calls into the runtime, and into OpenGL, which may wait for it: they may never return.
+    // Calls into the runtime, and into OpenGL, which may wait for the runtime. Either may never
+    // return; the gate is released meanwhile.
     template <class Call>
     auto runtime(const Call& call)
     {
@@ -63,18 +64,18 @@ class HeadsetLoop : public HeadsetSession {
     Workplace workplace;
     HeadsetEnd end;
     FrameTiming tick;
-    bool ran = false;         // in the frame before
+    bool ran = false;         // time advanced in the frame before
     bool pictured = false;    // a frame was submitted since the OpenXR session began
-    bool started = false;     // so was the simulation
-    double last_shown = -1;   // the frame before, by Tick::time; negative: it was not [s]
-    double began = -1;        // of the wall [s]; negative: no frame has
-    bool anew = false;        // hands are to be taken for new
-    bool place_anew = false;  // the clay before the head, as soon as that is located
+    bool started = false;     // the simulation was started
+    double last_shown = -1;   // FrameTiming::time of the frame before [s]; negative: not shown
+    double began = -1;        // wall time of the first frame [s]; negative: none yet
+    bool anew = false;        // restart the hand filter with the next frame
+    bool place_anew = false;  // move the clay before the head, once that is located
     Floor floor = Floor::seated;
     bool leaving = false, in_view = false, lost = false;
-    bool taken = false;  // the results were
-    int frames = 0;      // of the session's time
-    int history = 0;     // of the state that is followed
+    bool taken = false;  // results() was called
+    int frames = 0;      // pushed to the simulation
+    int history = 0;     // of the current state
     SessionRecord record;
 
     HeadsetPanel panel;
@@ -83,9 +84,9 @@ class HeadsetLoop : public HeadsetSession {
     Side panel_side = left;
     bool paused = false;
     Carry hold;
-    bool holding = false;  // hands carry clay, and do not shape it
-    int panel_age = 0;     // frames since it was painted; 0: it must be
-    std::string undrawn;   // why nothing is, if so
+    bool holding = false;  // hands carry clay instead of shaping it
+    int panel_age = 0;     // frames since it was painted; 0: repaint
+    std::string undrawn;   // why drawing failed; "": it did not
     HeadsetNotices notices;
     HeadsetFeel felt;
 };

@@ -1,5 +1,4 @@
-// What people are told while a session in a headset goes on: by a message, and on the panel by a
-// sentence that passes.
+// Notices to the user during a headset session: messages, and temporary sentences on the panel.
 #pragma once
 #include <functional>
 #include <string>
@@ -15,9 +14,9 @@ class Notice {
   public:
     static constexpr double lasting = 5;  // [s]
 
-    // `now` [s] of a clock that rises. A later sentence replaces the one before.
+    // `now`: ascending time [s]. Replaces the current sentence.
     void show(std::string words, double now) { text = std::move(words), since = now; }
-    // "" where there is none any more.
+    // "" after `lasting`.
     std::string at(double now) const { return now - since < lasting ? text : std::string(); }
 
   private:
@@ -25,26 +24,26 @@ class Notice {
     double since = -1e30;  // [s]
 };
 
-// Of a refusal: without the place that its message names.
+// Text of a refusal without the position in it.
 std::string short_refusal(const std::string& message);
 
 class HeadsetNotices {
   public:
     explicit HeadsetNotices(std::function<void(const std::string&)> by) : tell(std::move(by)) {}
 
-    // That something was refused, since the state before. While clay is carried against a wall that
-    // is so in every frame: it is told once.
+    // Reports a refusal since the state before. Repetitions, as in every frame while clay is
+    // carried against a wall, are reported once.
     void follow(const LiveState& state, double now);
-    // That hands are tracked too seldom to shape, once they were pushed.
+    // Reports tracking that is too slow. Call after pushing the hands.
     void follow(const HeadsetHands& hands, double now);
     std::string at(double now) const { return notice.at(now); }
 
   private:
     std::function<void(const std::string&)> tell;
     Notice notice;
-    int refused = 0;  // commands that were, and of which was told
+    int refused = 0;  // number of refusals reported
     TrackingWatch tracking;
-    bool too_slow = false;  // so it was in the frame before
+    bool too_slow = false;  // in the frame before
 };
 
 }  // namespace knead

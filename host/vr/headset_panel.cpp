@@ -11,11 +11,11 @@ namespace knead {
 namespace {
 
 constexpr float row_height = 16, gap = 2;
-constexpr float away = 0.012f;   // so far before the panel a finger has let go [m]
-constexpr float finest = 0.01f;  // change of a slider that is told
-constexpr float deep = 0.06f;    // so far behind it a finger is somewhere else [m]
-constexpr float slack = 0.01f;   // so far beside an item a finger still holds it [m]
-constexpr double hint = 2;       // for so long it says that an item is to be held [s]
+constexpr float away = 0.012f;   // distance in front of the panel that ends a press [m]
+constexpr float finest = 0.01f;  // least reported change of a slider
+constexpr float deep = 0.06f;    // distance behind the panel beyond which a finger is ignored [m]
+constexpr float slack = 0.01f;   // distance beside an item within which it is still held [m]
+constexpr double hint = 2;       // duration of the hint that an item must be held [s]
 
 constexpr PanelColour ground{30, 32, 38}, plain{62, 66, 76}, lit{96, 140, 96}, held{200, 150, 60},
     ink{238, 238, 232}, faint{150, 154, 160}, alarm{214, 84, 60};
@@ -57,7 +57,7 @@ std::string label_of(const PanelCommand& command, const PanelView& view)
     }
 }
 
-// What is chosen in a row of two arrows.
+// Text between the two arrows of a row.
 std::string choice_of(PanelAct act, const PanelView& view)
 {
     const auto tool = [](const std::string& name) { return name.empty() ? "BARE HAND" : name; };
@@ -88,7 +88,7 @@ void centred(PanelCanvas& canvas, const PanelRect& rect, std::string text, Panel
                 colour);
 }
 
-// In two lines where one does not do, broken between words.
+// Breaks a text that is too long for one line into two, between words.
 void centred_lines(PanelCanvas& canvas, const PanelRect& rect, const std::string& text,
                    PanelColour colour)
 {
@@ -103,7 +103,7 @@ void centred_lines(PanelCanvas& canvas, const PanelRect& rect, const std::string
     centred(canvas, line, text.substr(between ? space + 1 : most), colour);
 }
 
-// What begins a scene anew, too, loses what was shaped.
+// Commands that lose the shaped clay; those that restart a scene do, too.
 bool is_held(PanelAct act)
 {
     return act == PanelAct::reset || act == PanelAct::quit || act == PanelAct::scene ||
@@ -147,7 +147,7 @@ Joint<float> HeadsetPanel::pose(const Workplace& usual, Side side)
     const Vec3<float> middle{across, 0.12f, 0.08f};
     const Vec3<float> head = -cast<float>(usual.at);
     Vec3<float> z = head - middle;
-    // Of a workplace at the eyes themselves there is no way to face them.
+    // If the eyes are at the panel's centre, the direction is undefined.
     z = length(z) > 0.05f ? (1 / length(z)) * z : Vec3<float>{0, 0, 1};
     Vec3<float> x = cross(Vec3<float>{0, 1, 0}, z);
     x = length(x) > 0.05f ? (1 / length(x)) * x : Vec3<float>{1, 0, 0};
@@ -168,7 +168,7 @@ void HeadsetPanel::let_go(Finger& of)
     of = {};
 }
 
-// One that has slid off it is to come from before again.
+// A finger that slides off the item must come from the front again.
 std::optional<PanelCommand> HeadsetPanel::hold(Finger& of, Vec3<float> tip)
 {
     const float x = tip.x / pixel + 0.5f * width, y = 0.5f * height - tip.y / pixel;
@@ -279,7 +279,7 @@ void HeadsetPanel::draw_item(PanelCanvas& canvas, const PanelItem& item,
     }
 }
 
-// The share of every frame that was worked in, and whether that is comfortable.
+// Bars: work of each frame as a share of its period; line: limit of comfort.
 void HeadsetPanel::draw_graph(PanelCanvas& canvas, const FrameFigures& figures) const
 {
     const PanelRect box{gap, 12 * row_height + gap, width - 2 * gap, 2 * row_height - 2 * gap};

@@ -13,11 +13,11 @@ namespace knead {
 namespace {
 
 constexpr double look_every = 0.02;  // [s]
-// An interrupted session of a runtime that answers ends by itself in so long, in its order [s].
+// Time for an interrupted session to end in order, if the runtime responds [s].
 constexpr double orderly_end = 0.4;
-// A call that takes so long is worth a message [s].
+// Duration of a call after which a message is printed [s].
 constexpr double long_call = 3;
-// How long the end of a session may take, after its results are known, and a call in it [s].
+// Time limits for closing a session after its results, and for a single call in it [s].
 struct Patience {
     double all, call;
 };
@@ -25,8 +25,8 @@ constexpr Patience at_its_end{10, 5}, interrupted_end{2, 0.5};
 
 }  // namespace
 
-// Between the session's thread and the one that waits for it; of the members, those below `gate`
-// only with the gate held.
+// Shared by the session's thread and the one that waits for it. The members below `gate` may be
+// accessed only while holding it.
 struct HeadsetRun::Shared {
     CallGate gate;
     std::unique_ptr<HeadsetSession> session;
@@ -41,7 +41,7 @@ struct HeadsetRun::Shared {
     }
 };
 
-// Whatever ends a session that has begun, its results are kept.
+// Keeps the results of an opened session, however it ends.
 void HeadsetRun::Shared::live()
 {
     gate.begin();
@@ -91,14 +91,14 @@ HeadsetEnd HeadsetRun::wait()
         const bool late = asked && wall_seconds() - *asked > orderly_end;
         const bool lost = blocked > options.headset.patience;
         if (!shared->gate.enter(0)) continue;
-        // A runtime may hold up the frames of a session that nobody sees.
+        // A runtime may block the frames of a session that is not visible: not counted as lost.
         if (!shared->end && (late || (lost && shared->session->awaited())))
             shared->take(late ? "" : xr::no_answer(options.headset.patience));
         const bool done = shared->end.has_value();
         shared->gate.leave();
         if (done) break;
     }
-    QuietStderr::lift();  // what follows is the caller's
+    QuietStderr::lift();  // standard error belongs to the caller again
     if (shared->failure) std::rethrow_exception(shared->failure);
     return std::move(*shared->end);
 }

@@ -1,5 +1,5 @@
-// `knead vr` from the opening of the headset to its results. The session has a thread of its own:
-// a call into the runtime may never return, and results are not to wait for it.
+// `knead vr` from opening the headset to the results. The session runs on its own thread: a call
+// into the runtime may never return and must not block the results.
 #pragma once
 #include <memory>
 
@@ -10,12 +10,12 @@ namespace knead {
 class HeadsetRun {
   public:
     HeadsetRun(std::shared_ptr<const LiveScene> scene, const HeadsetLoopOptions& options);
-    // The session ends, or is abandoned where the runtime does not answer.
+    // Ends the session, or abandons its thread if the runtime does not respond.
     ~HeadsetRun();
 
-    // Returns when the session is over; when rule.stop() is true, at the latest half a second later
-    // if the session makes a call then; when the runtime does not answer for
-    // rule.headset.patience. Once. Throws what HeadsetSession::open() throws.
+    // Call once. Blocks until the session is over, or at most about half a second after stop()
+    // returns true, or until the runtime has not responded for HeadsetOptions::patience. Throws as
+    // HeadsetSession::open().
     HeadsetEnd wait();
 
   private:

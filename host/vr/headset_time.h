@@ -1,5 +1,5 @@
-// The simulation's time in a headset: that of the frames as they are seen, standing still while
-// nobody sees them.
+// Simulation time in a headset: follows the display times of frames and pauses while the session is
+// not visible.
 #pragma once
 #include <atomic>
 #include <cmath>
@@ -9,16 +9,16 @@ namespace knead {
 
 class SessionTime {
   public:
-    // `rate`: frames of the simulation per second. A time within a microsecond of the end of one is
-    // put on it: displays count nanoseconds, and a recording of these times is then replayed to the
-    // bit. `most`: time that a frame of the display may add [s].
+    // `rate`: simulation frames per second. Times within a microsecond of the end of a frame are
+    // rounded to it, because displays count nanoseconds: recordings then replay bit for bit.
+    // `most`: largest time that a display frame adds [s].
     explicit SessionTime(double rate, double most = std::numeric_limits<double>::infinity())
         : frames_per_second(rate), most_added(most)
     {
     }
 
-    // The frame that is seen at `display` [s]. `runs`: time has gone on since the frame before.
-    // Answers the session's time [s].
+    // Call for each frame with its display time [s]. `runs`: time advances since the frame before.
+    // Returns the session's time [s].
     double frame(double display, bool runs)
     {
         if (runs && known && display > last) {
@@ -40,11 +40,11 @@ class SessionTime {
     bool known = false;
 };
 
-// What a simulation in real time takes its time from: the frame's, going on with the wall until the
-// next one, but for no longer than a frame. Any thread may read it.
+// Clock of a real-time simulation: time of the last frame plus the wall time since, at most one
+// period. now() is thread-safe.
 class DisplayClock {
   public:
-    // From now on `wall` [s] the time is `time`, `period` [s] from the next.
+    // At wall time `wall` the time is `time`; the next frame follows after `period` [s].
     void set(double time, double wall, double period)
     {
         at.store(time), since.store(wall), most.store(period);

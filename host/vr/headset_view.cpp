@@ -17,7 +17,7 @@ Workplace before_head(const Joint<float>& head, const Workplace& usual)
 {
     const Vec3<float> gaze = rotate(unit(head.q), Vec3<float>{0, 0, -1});
     Workplace place;
-    // Of a head that looks straight down or up, which way it faces is anyone's guess.
+    // The heading of a head that looks straight down or up is undefined.
     const bool level = std::hypot(gaze.x, gaze.z) > 0.1f;
     place.turn = level ? std::atan2(double(-gaze.x), double(-gaze.z)) : usual.turn;
     const Quat<double> turn = turn_about(Vec3<double>{0, 1, 0}, place.turn - usual.turn);

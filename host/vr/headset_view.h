@@ -1,5 +1,5 @@
-// Where the clay is before the user: between the headset's frame, that of the hands, which is the
-// frame of recordings, and the simulation's.
+// Coordinate frames in VR: the headset's, that of the hands (the frame of recordings), and the
+// simulation's.
 #pragma once
 #include <array>
 
@@ -10,30 +10,29 @@
 
 namespace knead {
 
-// The frame of the hands as it stands in the headset's: turned about the vertical, then moved.
+// Pose of the frame of the hands in the headset's frame: rotated about the vertical, then shifted.
 struct Workplace {
     Vec3<double> at{0, -0.35, -0.5};  // [m] of the headset's frame
     double turn = 0;                  // [rad]
 };
-// The same, as far from the head and as much below it as `usual` is from the origin, and where the
-// head looks, seen from above.
+// The workplace before the head: `usual`, rotated to the head's heading and shifted to its
+// position.
 Workplace before_head(const Joint<float>& head, const Workplace& usual);
 
-// A pose of the headset's frame in that of the hands.
+// Transforms a pose from the headset's frame to that of the hands.
 Joint<float> in_hands(const Workplace& workplace, const Joint<float>& pose);
-// The joints that are valid; to the bit the same where the workplace is the origin.
+// The same for the valid joints; exact, to the bit, if the workplace is the origin.
 Hand in_hands(const Workplace& workplace, const Hand& hand);
 
-// What an eye of the headset sees of the simulation. `nearest` [m] is of the headset's size.
+// View of an eye in the simulation's frame. `nearest`: near plane in the headset's frame [m].
 EyeView eye_view(const EyePlace& eye, int width, int height, const Workplace& workplace,
                  const HandsOptions& hands, float nearest);
-// A point of the world in the clip space of an eye, whose depth is near / distance.
+// Transforms a point of the world to the clip space of an eye; depth is near / distance.
 std::array<float, 4> clip_of(const EyeView& view, Vec3<float> point);
-// The head, between both eyes.
+// Pose of the head: the mean of both eyes.
 Joint<float> head_of(const HeadsetViews& sight);
 
-// The scene's hands, or where it names none, bare ones in a size that makes its objects fit into
-// them.
+// The scene's hands; if it has none, bare hands scaled so that its objects fit into them.
 HandsOptions live_hands(const Scene& scene);
 
 }  // namespace knead

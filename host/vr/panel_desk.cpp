@@ -43,7 +43,7 @@ bool has(const char* quantity, const Material<double>& m)
 {
     return material_quantity(quantity).used(stated(m));
 }
-// The same sliders as a window's.
+// The same ranges as the sliders of the window.
 double slid(const char* quantity, float share)
 {
     const SliderRange range = material_quantity(quantity).slider;
@@ -73,8 +73,8 @@ PanelDesk::PanelDesk(std::string file, std::vector<std::string> with) : settings
     scene = place(scenes, file);
 }
 
-// A scene that was loaded or reset has its own materials, and its gravity. After a refusal the
-// sliders show what holds.
+// After a load or reset, takes materials and gravity of the scene. After a refusal, resets the
+// sliders to the state's material.
 void PanelDesk::follow(const LiveState& state)
 {
     if (state.refused != refused && !state.materials.empty()) material = state.materials[0];
@@ -147,7 +147,7 @@ void PanelDesk::apply(const PanelCommand& command, const LiveState& state, LiveS
         case PanelAct::material:
             return choose_material(command.step, state, live);
         case PanelAct::stiffness: {
-            // The ratio of both moduli, and so Poisson's, stays.
+            // Scales both moduli, which keeps Poisson's ratio.
             const double young = stated(material).young;
             if (!has("young", material) || !(young > 0)) return;
             material = softer(material, young / slid("young", command.value));
@@ -158,7 +158,7 @@ void PanelDesk::apply(const PanelCommand& command, const LiveState& state, LiveS
             material.yield = slid("yield", command.value);
             return give(state, live);
         case PanelAct::cells: {
-            // A scene's lattice has some nodes more than cells were asked for.
+            // A scene's lattice has some nodes more than the requested cells.
             const int now = cells > 0 ? cells : setup.lattice.size.x / 16 * 16;
             const bool between = cells == 0 && setup.lattice.size.x % 16 != 0;
             const int next = between && command.step < 0 ? now : now + 16 * command.step;

@@ -1,4 +1,4 @@
-// What the panel's commands do to a live session, and what it shows of it.
+// Applies the panel's commands to a live session, and fills the panel's view from its state.
 #pragma once
 #include <string>
 #include <vector>
@@ -11,14 +11,14 @@ namespace knead {
 
 class PanelDesk {
   public:
-    // `scene` is a scene's file; the others of its folder are offered, too. `settings` go with all.
+    // `scene`: path of a scene; the others of its folder can be chosen. `settings`: for all scenes.
     PanelDesk(std::string scene, std::vector<std::string> settings);
 
-    // Does what belongs to the session and its hands. Pause, recentre, side and quit are the
-    // caller's.
+    // Executes commands on the session and its hands. Ignores those that the caller executes:
+    // pause, recentre, posture, side, hold, quit.
     void apply(const PanelCommand& command, const LiveState& state, LiveSession& live,
                HeadsetHands& hands);
-    // The scene's gravity, or that of the Earth where it has none; none where it is switched off.
+    // The scene's gravity, or the Earth's if that is zero; zero if switched off [m/s^2].
     Vec3<double> gravity_of(const LiveState& state);
     PanelView view(const LiveState& state, const HeadsetHands& hands);
 
@@ -33,14 +33,14 @@ class PanelDesk {
     std::vector<std::string> scenes;
     std::size_t scene = 0;
     std::vector<std::string> settings;
-    int cells = 0;  // asked for; 0: the scene's own
+    int cells = 0;  // requested; 0: the scene's own
     int history = -1, refused = 0;
     std::string preset;
-    Material<double> material{};  // of all objects, once it was touched
+    Material<double> material{};  // of all objects, once changed
     bool touched = false, gravity = true;
 };
 
-// A slider's share for a value between two, in even steps of the ratio, and back.
+// Logarithmic slider: position, 0 to 1, of a value between two limits, and the inverse.
 float share_of(double value, double low, double high);
 double value_of(float share, double low, double high);
 

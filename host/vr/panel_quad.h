@@ -1,5 +1,4 @@
-// A picture on a rectangle in the scene, drawn over what an EyePainter has drawn, behind what is
-// nearer.
+// Textured rectangle in the scene, drawn after an EyePainter with depth test.
 #pragma once
 #include <array>
 
@@ -12,11 +11,11 @@ namespace knead {
 
 class PanelQuad {
   public:
-    // In the context that is current, whose functions were found.
+    // Precondition: a context is current and load_gl() was called.
     PanelQuad(int width, int height, bool srgb);
     void upload(const PanelCanvas& canvas);
-    // `corners`: upper left, upper right, lower left, lower right, in the eye's world [m]. The
-    // target is as EyePainter left it, its depth near over distance.
+    // `corners`: upper left, upper right, lower left, lower right, in the eye's world [m].
+    // `target`: as drawn by EyePainter; its depth is near / distance.
     void draw(const std::array<Vec3<float>, 4>& corners, const EyeView& view,
               const EyeTarget& target) const;
 

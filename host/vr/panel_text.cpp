@@ -32,7 +32,7 @@ const std::vector<std::uint8_t>& PanelCanvas::ink_of(char name)
 {
     std::vector<std::uint8_t>& ink = inks[name];
     if (!ink.empty()) return ink;
-    constexpr double pen = 0.5;  // its radius [pixels]: a capital of six units is seven pixels high
+    constexpr double pen = 0.5;  // radius [pixels]: a capital of six units is seven pixels high
     static_assert(letter_step == Lettering::step && letter_height == Lettering::capital + 2 * pen);
     const Lettering one(std::string(1, name));
     for (int j = 0; j < (letter_height + 2) * fine; ++j)

@@ -1,4 +1,4 @@
-// A small picture of flat colours and capital letters, for a panel in the headset.
+// Small picture with flat colours and capital letters, for the panel in the headset.
 #pragma once
 #include <cstdint>
 #include <map>
@@ -23,11 +23,11 @@ constexpr int letter_height = 7, letter_step = 6;  // [pixels]
 
 class PanelCanvas {
   public:
-    // `fine`: texels a pixel, in each direction.
+    // `fine`: texels per pixel, in each direction.
     PanelCanvas(int width, int height, int fine);
     void fill(const PanelRect& rect, PanelColour colour);
-    // In capitals (host/picture/lettering.h), from their upper left corner, which is rounded to a
-    // texel. Cut at the edge.
+    // Writes capitals (host/picture/lettering.h). x, y: upper left corner [pixels], rounded to a
+    // texel. Clipped at the edge.
     void text(float x, float y, const std::string& words, PanelColour colour);
     int width() const { return wide; }  // [texels]
     int height() const { return high; }
@@ -39,8 +39,8 @@ class PanelCanvas {
 
     int fine, wide, high;
     std::vector<std::uint8_t> texels;
-    // Of each texel of a letter, row by row, the share that is ink, of 255. Kept: the distance to
-    // strokes takes a hundred times as long as to put them there.
+    // Cache, per letter: coverage of its texels, 0 to 255, row by row. Computing the distance to
+    // strokes takes a hundred times as long as blending.
     std::map<char, std::vector<std::uint8_t>> inks;
 };
 
