@@ -15,7 +15,7 @@ namespace {
 constexpr double picture_budget = 0.15;  // [s]
 constexpr float per_pixel = 0.006f;      // of a drag [rad]
 
-// Each pixel of a software renderer costs; edges may then be rough.
+// No multisampling on a software renderer, where every sample is expensive.
 int samples_for(const Window& window)
 {
     return window.renderer().find("llvmpipe") != std::string::npos ? 1 : 4;
@@ -94,7 +94,8 @@ void ViewApp::frame(double passed, const std::string& screenshot)
     input.begin_frame();
 }
 
-// What a person does, and a script, is waited for as long as nothing else is to be done.
+// Waits for events up to patience(), then processes them and those of the script. Returns whether
+// there were any.
 bool ViewApp::listen()
 {
     bool happened = false;
@@ -110,8 +111,8 @@ bool ViewApp::listen()
     return happened;
 }
 
-// [s]. A hand that is led is pushed to the simulation though the mouse stands still; a display that
-// does not wait for its own refresh is not drawn more often than one would.
+// Time to wait for events [s]. While the simulation runs, at most 1/120 s: the hand must be pushed
+// even if the mouse does not move, and displays without vertical sync are not drawn more often.
 double ViewApp::patience() const
 {
     constexpr double asleep = 0.1, often = 1.0 / 120;
@@ -141,7 +142,7 @@ bool ViewApp::must_draw(bool happened)
            window_time < awake_until || still.due(window_time);
 }
 
-// Nobody sees a window that is minimised: its clay stands still, as under a headset that is off.
+// Pauses the simulation while the window is minimised, as for a headset that is not worn.
 void ViewApp::look_whether_seen()
 {
     if (options.scripted || options.every_frame) return;
@@ -163,7 +164,7 @@ void ViewApp::pause(bool on)
     record.pause(on);
 }
 
-// Another scene, or the same from its start: recorded anew, and the mouse goes on leading.
+// After a load or reset: restarts the recording; the mouse keeps control of the hand.
 void ViewApp::follow_history()
 {
     if (!state->scene || state->history == history) return;
@@ -182,7 +183,7 @@ void ViewApp::follow_history()
     if (hand_led) lead_hand(true);
 }
 
-// What belonged to a context that was lost is made anew; the session does not notice.
+// Recreates everything that belonged to a lost context. The session is not affected.
 void ViewApp::reopen()
 {
     const double now = options.scripted ? window_time : wall_seconds();
@@ -231,7 +232,7 @@ void ViewApp::take_keys()
 
 void ViewApp::step() { stepping = stepping || paused; }
 
-// Unshaped clay can be made again; shaped clay is thrown away only by a second command.
+// Discards unshaped clay at once, shaped clay only when the command is repeated.
 void ViewApp::discard(Discard what)
 {
     constexpr double patience = 8;  // [s]
@@ -255,7 +256,7 @@ void ViewApp::do_discard(const Discard& what)
         session.reset();
     else
         panels.load(what.load, session);
-    // Before the first frame, in which recorded hands would move the tools.
+    // Before the first frame, so that recorded hands do not move the tools.
     if (hand_led) session.play(false);
     answer(false);
 }
@@ -281,7 +282,7 @@ void ViewApp::take_mouse(double passed)
     else
         camera.zoom(float(input.wheel()));
     pointer.pressed = panels.model.hand && input.held(button_left);
-    // A finger's key curls it while it is held.
+    // The key of a finger curls it while held.
     for (int i = 0; i < 5; ++i) {
         const bool bends = input.held_alone(Key('1' + i)) || input.held_alone(Key('G'));
         const double way = bends ? 1 : -1;
@@ -289,7 +290,7 @@ void ViewApp::take_mouse(double passed)
     }
 }
 
-// Tools of the simulation follow the mouse from now on, or the recording again.
+// Switches control of the tools to the mouse, or ends it.
 void ViewApp::lead_hand(bool on)
 {
     hand_led = on;
@@ -319,11 +320,11 @@ void ViewApp::move_hand()
     tracked = posed_hand.hands(p, panels.hands(*state));
 }
 
-// Hands to the simulation, which goes on to this frame's time where that is the script's.
+// Pushes hands, and with a script advances the simulation to this frame's time.
 void ViewApp::simulate()
 {
     if (options.scripted) {
-        session.settle();  // a scene that was chosen, or reset, is there
+        session.settle();  // completes a load or reset
         state = session.state();
         follow_history();
     }
@@ -334,7 +335,7 @@ void ViewApp::simulate()
     if (!options.scripted && single) clock.add(1 / rate);
     if (!options.scripted) time = clock.now();
     move_hand();
-    // No tracker has more frames a second.
+    // At most 125 frames per second; no tracker has more.
     if (runs && (options.scripted || single || time >= pushed + 0.008)) {
         pushed = time;
         record_hands();
@@ -349,7 +350,8 @@ void ViewApp::simulate()
         touched += state->frame.stats.projected, counted = state->version;
 }
 
-// As the simulation has them: the mouse's, or those of the scene's recording, which may wait.
+// Records the hands that the simulation uses: the mouse's, or those of the scene's recording, which
+// may be delayed.
 void ViewApp::record_hands()
 {
     if (!state->recorded || !state->scene || !state->scene->recording) {
@@ -357,15 +359,16 @@ void ViewApp::record_hands()
         return;
     }
     const std::vector<HandFrame>& all = state->scene->recording->frames;
-    // Of a script's session this is the frame to come, of another one the last.
+    // Recording time: with a script at the end of the next frame, otherwise of the last.
     const double now = state->recording_time + (options.scripted ? 1 / shown->scene.frame_rate : 0);
-    if (now < replay.at) replay = {};  // played from its start again
+    if (now < replay.at) replay = {};  // restarted
     replay.at = now;
-    // Frames of the simulation do not begin like a clock's ticks, those of the recording do.
+    // Simulation frames begin irregularly, frames of the recording regularly: smaller shifts are
+    // ignored.
     constexpr double held_up = 0.1;  // [s]
     const double shift = options.scripted ? time - now : state->time - now;
     if (std::abs(shift - replay.shift) > (options.scripted ? 1e-9 : held_up)) replay.shift = shift;
-    // Up to the first one that ends with the frame or later: a pose between two needs both.
+    // Up to the first one that is not before the frame's end: interpolation needs both neighbours.
     while (replay.next < all.size() && (replay.next == 0 || all[replay.next - 1].time < now)) {
         record.frame(all[replay.next], all[replay.next].time + replay.shift);
         ++replay.next;

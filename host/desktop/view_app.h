@@ -1,5 +1,5 @@
-// What `knead view` does in a frame: input to camera, hand and session; the session's state to a
-// picture with panels.
+// Main loop of `knead view`: input to camera, hand and session; the session's state to a picture
+// with panels.
 #pragma once
 #include <memory>
 #include <string>
@@ -22,15 +22,15 @@ namespace knead {
 
 struct ViewAppOptions {
     Device device;  // resolved
-    // With a script, time passes by a frame of the simulation for each one that is drawn, so that
-    // the same script gives the same clay; otherwise it is real time.
+    // With a script, each drawn frame simulates one frame, so that equal scripts give equal clay;
+    // otherwise real time.
     InputScript script;
     bool scripted = false;
-    bool every_frame = false;           // draws though nothing has changed: frames are counted
-    bool paused = false;                // begins so
-    std::vector<std::string> settings;  // of the command line, for every scene that is chosen
-    int cells = 0;                      // likewise; 0: the scene's
-    std::size_t memory = 0;             // [bytes] that a scene may take; 0: what is free
+    bool every_frame = false;           // draw even if nothing has changed
+    bool paused = false;                // at the start
+    std::vector<std::string> settings;  // --set, for every scene
+    int cells = 0;                      // for every scene; 0: the scene's
+    std::size_t memory = 0;             // limit for loading a scene [bytes]; 0: what is free
 };
 
 class ViewApp {
@@ -38,11 +38,11 @@ class ViewApp {
     ViewApp(std::unique_ptr<Window> window, std::shared_ptr<const LiveScene> scene,
             ViewAppOptions options);
 
-    // One round, `passed` [s] after the last one: it waits where there is nothing to do, and draws
-    // where something has changed. A name of a file makes a picture of it.
+    // One round, `passed` [s] after the last one: waits for input if there is nothing to do, draws
+    // if something has changed. `screenshot`: file for a picture of this round; "": none.
     void frame(double passed, const std::string& screenshot);
-    void end();  // of a film
-    // What came of the session, which stands still from now on.
+    void end();  // ends the film
+    // Pauses the session and returns its results. Call once.
     LiveResults results();
 
     bool closed() const { return window && window->closed(); }
@@ -51,9 +51,9 @@ class ViewApp {
     int contexts_lost() const { return losses.count(); }
     const std::string& renderer() const { return drawn_by; }
     bool output_refused() const { return refused; }
-    bool ended() const { return !session.state()->trouble.empty(); }  // the simulation has
+    bool ended() const { return !session.state()->trouble.empty(); }  // by a fault
     std::string summary() const;
-    // Which way what the device makes comes to the window; "" where there is no CUDA device.
+    // How data of the CUDA device reaches the window; "" if there is no CUDA device.
     std::string sharing() const
     {
         return options.device.kind == DeviceKind::cuda ? painter->sharing(options.device.index).text
@@ -63,11 +63,11 @@ class ViewApp {
     ViewPanels panels;
 
   private:
-    // A command that throws clay away; it needs a confirmation.
+    // A command that discards clay; shaped clay only after a confirmation.
     struct Discard {
         bool reset = false;
-        int load = -1;     // the scene's number
-        double until = 0;  // the window's time at which the question goes away [s]
+        int load = -1;     // number of the scene
+        double until = 0;  // window time at which the question expires [s]
         bool any() const { return reset || load >= 0; }
     };
 
@@ -116,41 +116,41 @@ class ViewApp {
     PointerHand pointer;
     HandFrame tracked;
     std::unique_ptr<SplatDrawer> splats;
-    const LiveScene* shown = nullptr;  // the scene that camera and splats are of
-    int history = 0;                   // that is followed
-    int splats_of = 0;                 // history
-    long splat_version = 0;            // that is drawn
+    const LiveScene* shown = nullptr;  // scene of camera and splats
+    int history = 0;                   // of the current state
+    int splats_of = 0;                 // history of the drawn splats
+    long splat_version = 0;            // of the drawn splats
     std::unique_ptr<Video> video;
-    double filmed = 0;                // [s] of the film so far
+    double filmed = 0;                // duration of the film so far [s]
     std::vector<std::string> wanted;  // screenshots of this frame
     int frames = 0, errors = 0, film_width = 0, film_height = 0;
     ContextLosses losses;
     std::string drawn_by;  // OpenGL's name of the renderer
     bool hand_led = false, refused = false, paused = false;
-    bool hidden = false;     // nobody sees the window: the session waits
-    bool stepping = false;   // one frame, though paused
-    bool worked = false;     // the clay was shaped since its history began
-    Discard asked;           // what is to be confirmed
-    double window_time = 0;  // goes on with the window [s]
-    double time = 0;         // of the session's history; stands still while paused [s]
-    long ticks = 0;          // of the history, with a script: frames
+    bool hidden = false;     // the window is not visible: the session pauses
+    bool stepping = false;   // compute one frame while paused
+    bool worked = false;     // the clay was shaped since the last load or reset
+    Discard asked;           // waits for confirmation
+    double window_time = 0;  // never pauses [s]
+    double time = 0;         // of the session's history; constant while paused [s]
+    long ticks = 0;          // with a script: frames of the history
     struct {
         std::size_t next = 0;  // frame
         double at = 0;         // of the recording [s]
-        double shift = 0;      // from its time to the session's [s]
-    } replay;                  // the scene's recorded hands, which are recorded anew
-    double pushed = -1e30;     // the last hands to the simulation [s]
-    double glow_until = 0;     // of the window: an object was selected [s]
+        double shift = 0;      // session time minus recording time [s]
+    } replay;                  // the scene's recorded hands, to be recorded again
+    double pushed = -1e30;     // time of the last hands pushed to the simulation [s]
+    double glow_until = 0;     // window time until which the selected object glows [s]
     int selected = 0;
-    double awake_until = 0;     // of the window: panels move for so long after an event [s]
-    int settling = 0;           // frames until panels that changed have their size
-    double last_drawn = -1e30;  // of the window [s]
-    double began = 0;           // the last round, on the wall's clock [s]
+    double awake_until = 0;     // window time until which panels move after an event [s]
+    int settling = 0;           // frames until changed panels have their final size
+    double last_drawn = -1e30;  // window time [s]
+    double began = 0;           // wall time of the last round [s]
     long drawn_version = -1;    // of the state
-    std::string drawn_text;     // what was said and asked
+    std::string drawn_text;     // messages and question
     StillPicture still;
     double raster_took = 0, picture_took = 0, show_took = 0;  // [s]
-    long touched = 0, counted = 0;  // particle-substeps put out of tools; the version counted to
+    long touched = 0, counted = 0;  // particle-substeps projected out of tools; up to this version
 };
 
 }  // namespace knead

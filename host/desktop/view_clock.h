@@ -1,4 +1,4 @@
-// The time of a session in a window: the wall's, standing still while the clay does.
+// Session clock of a window: wall time, without pauses.
 #pragma once
 #include <mutex>
 
@@ -8,7 +8,7 @@ namespace knead {
 
 class WindowClock {
   public:
-    // Any thread may ask; never falls.
+    // Monotonic. All functions are thread-safe.
     double now() const  // [s]
     {
         const std::lock_guard lock(mutex_);

@@ -97,7 +97,7 @@ void ViewPanels::follow(const LiveState& state)
         show_tool(scene);
     }
     show_scene(state);
-    if (refused) model.note(state.refusal);  // a setting that this scene does not take
+    if (refused) model.note(state.refusal);  // a setting that is invalid for this scene
 }
 
 void ViewPanels::show_tool(const Scene& scene)
@@ -117,7 +117,7 @@ void ViewPanels::show_scene(const LiveState& state)
         if (path_key(paths[i]) == key) model.scene = int(i);
 }
 
-// After a refusal: materials as the simulation has them.
+// After a refusal: resets the materials to those of the simulation.
 void ViewPanels::show_held(const LiveState& state)
 {
     for (std::size_t i = 0; i < model.objects.size() && i < state.materials.size(); ++i) {
@@ -183,7 +183,7 @@ bool ViewPanels::set_material(bool preset, LiveSession& session)
         object.sliders = sliders_of(specs_.at(at));
         return false;
     }
-    // Their ends stay while one is dragged.
+    // Ranges stay fixed while a slider is dragged.
     bool within = !preset;
     for (const Slider& s : object.sliders) within = within && s.value >= s.low && s.value <= s.high;
     if (!within) object.sliders = sliders_of(spec);

@@ -1,4 +1,4 @@
-// What the window of `knead view` shows of a state, and the pictures and films that are kept of it.
+// Drawing of a state in the window of `knead view`; saving of pictures and films.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -18,7 +18,7 @@ namespace fs = std::filesystem;
 constexpr double film_rate = 30;      // pictures per second
 constexpr double splat_budget = 0.1;  // [s]
 
-// knead_0001.png, the first number that is free.
+// The first unused name of the form knead_0001.png.
 std::string free_name(const std::string& end)
 {
     for (int i = 1; i < 10000; ++i) {
@@ -81,7 +81,7 @@ void ViewApp::draw()
         if (window_time < glow_until && std::size_t(selected) < objects.size())
             look.highlight = objects[std::size_t(selected)].category;
     }
-    // Where the mouse is, as long as no tool is there yet.
+    // A translucent hand at the mouse until a tool is active.
     if (hand_led && hands.empty())
         for (HandLook& ghost : tracked_looks(tracked, panels.hands(*state), 0.4f))
             hands.push_back(std::move(ghost));
@@ -91,7 +91,7 @@ void ViewApp::draw()
 
 PictureContent ViewApp::seen_now(const EyeView& view, const EyeLook& look) const
 {
-    constexpr float unseen = 0.25f;  // of a pixel
+    constexpr float unseen = 0.25f;  // largest invisible motion [pixels]
     PictureContent seen;
     seen.view = view;
     seen.history = state->history, seen.highlight = look.highlight;
@@ -111,8 +111,7 @@ PictureContent ViewApp::seen_now(const EyeView& view, const EyeLook& look) const
     return seen;
 }
 
-// Pictures that are kept are whole, and so is one in which nothing moves; others may be coarse, to
-// keep up.
+// Saved pictures and those without motion have full resolution; others may be coarser to keep up.
 void ViewApp::paint(const EyeView& view, const EyeLook& look, const std::vector<HandLook>& hands)
 {
     const double begin = wall_seconds();
@@ -125,7 +124,7 @@ void ViewApp::paint(const EyeView& view, const EyeLook& look, const std::vector<
         painter->set_hands(hands);
         draw_splats(view, kept || rests);
         coarse->paint(*painter, view, look, kept || rests ? 1 : pace.scale(), rests);
-        if (rests) still.drawn_whole(), settling = 2;  // a panel says how coarse it is
+        if (rests) still.drawn_whole(), settling = 2;  // a panel shows the resolution
     }
     window->draw_panels();
     const double drawn_at = wall_seconds();
@@ -146,7 +145,7 @@ void ViewApp::keep_pictures()
         video->add(window->image());
         filmed += 1 / film_rate;
     } else {
-        film();  // ends it: its pictures are of one size
+        film();  // ends the film: its pictures have one size
     }
 }
 

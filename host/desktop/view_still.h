@@ -1,5 +1,4 @@
-// Whether the picture of the window still shows what there is: of a picture in which nothing moves
-// all pixels are drawn, once.
+// Detects pictures in which nothing moves: such a picture is drawn once, at full resolution.
 #pragma once
 #include <array>
 #include <memory>
@@ -10,7 +9,7 @@
 
 namespace knead {
 
-// All that a picture shows.
+// Everything that determines a picture.
 struct PictureContent {
     EyeView view;
     int history = 0, highlight = -1;
@@ -19,24 +18,25 @@ struct PictureContent {
     std::shared_ptr<const DeviceMesh> on_device;
     std::shared_ptr<const std::vector<Gaussian<double>>> gaussians;  // or
     std::shared_ptr<const DeviceGaussians> gaussians_on_device;
-    std::vector<float> hands;  // what they are drawn by
-    float within = 0;          // so far clay may move and be seen where it was [m]
+    std::vector<float> hands;  // numbers that determine their appearance
+    float within = 0;          // largest motion of clay that is not visible [m]
 };
-// Clay that rests under gravity trembles by far less than a pixel.
+// Whether two pictures look the same. Tolerates motion up to `within`: clay at rest under gravity
+// trembles by far less than a pixel.
 bool alike(const PictureContent& a, const PictureContent& b);
 
 class StillPicture {
   public:
-    static constexpr double rest = 0.25;  // from the last motion to the whole picture [s]
+    static constexpr double rest = 0.25;  // from the last motion to the full-resolution picture [s]
 
-    // What there is to see at `time` [s].
+    // Sets the content at `time` [s].
     void look(PictureContent now, double time)
     {
         if (painted_ && alike(last_, now)) return;
         last_ = std::move(now);
         moved_ = time, whole_ = false, painted_ = true;
     }
-    // All pixels are worth their time, and were not drawn yet.
+    // Whether to draw the full-resolution picture now.
     bool due(double time) const { return !whole_ && time >= moved_ + rest; }
     bool whole() const { return whole_; }
     void drawn_whole() { whole_ = true; }

@@ -53,8 +53,8 @@ struct EyesDrawn {
 
 class HeadsetEyes {
   public:
-    // Precondition of all: the headset's context is current. Throws std::runtime_error if this
-    // OpenGL lacks what is needed.
+    // Precondition: the headset's context is current. Throws std::runtime_error if this OpenGL
+    // lacks what is needed.
     HeadsetEyes(Headset& headset, const EyesOptions& options);
     ~HeadsetEyes();
     HeadsetEyes(const HeadsetEyes&) = delete;
