@@ -71,7 +71,7 @@ struct LiveOptions {
     std::function<void()> published;
 };
 
-// One tool as the simulation had it at the end of a frame.
+// State of a tool at the end of a frame.
 struct LiveTool {
     Side side;
     std::string held;  // "" the bare hand

@@ -65,7 +65,7 @@ std::optional<double> LocalSurface::height(Vec3<double> at) const
         if (w > 0) sum += w * dot(d, p.n), weight += w;
     });
     const double h = sum / weight;
-    if (nearest - h * h > wide * wide) return {};  // beside the surface's end
+    if (nearest - h * h > wide * wide) return {};  // beyond the surface's edge
     return h;
 }
 

@@ -29,8 +29,8 @@ class SceneSplats {
     bool local() const { return around_hands != nullptr; }
     bool changes() const { return moving.any() || local(); }  // from frame to frame
 
-    // Call after the frame of that number, with the motion of its tools: splits and adds splats
-    // where needed, activates and freezes cubes of local clay.
+    // Call after frame `frame`, with the motion of its tools: splits and adds splats where needed,
+    // activates and freezes cubes of local clay.
     PagingReport after(int frame, const Motion& motion, Solver& solver);
     // The same in parts, for callers that plan splats on a thread beside the frames: first adopt()
     // what a task of upkeep() planned, unless leaving(); then activate cubes; last, after refresh()

@@ -63,7 +63,7 @@ class Run {
         record.rows.push_back(row);
     }
 
-    // Stops the loop where the state is no longer sound.
+    // Stops the loop if the state is no longer sound.
     void check(const Frame& f)
     {
         const bool bad = overrun(f.stats, record.particles);
@@ -187,12 +187,12 @@ class Keeper {
     double wall() const
     {
         return before + wall_seconds() - begin;
-    }  // with that of an earlier run [s]
+    }  // including an earlier run's [s]
 
     void after(const Frame& f)
     {
         if (!run.may_go_on(f)) return;
-        // In place when it is due.
+        // Begins early by the duration of the last write, so that it is complete when due.
         if (wall_seconds() - saved + took >= options.checkpoint) keep(run.record);
         // Frames are cut short on the CPU only, where snapshots are cheap.
         if (!solver.clay()) whole = solver.snapshot(), depths = run.record.depths;
