@@ -50,7 +50,7 @@ Image with_splats(const Image& image, const std::vector<float>& depths, const Ca
     const auto look = [&](std::size_t i) {
         const std::uint8_t* const rgb = image.rgb.data() + 3 * i;
         behind.colour[i] = (1 / 255.0f) * Vec3<float>{float(rgb[0]), float(rgb[1]), float(rgb[2])};
-        behind.depth[i] = min(depths[i], 0.1f * no_depth);  // keeps background pixels visible
+        behind.depth[i] = min(depths[i], 0.1f * no_depth);  // below no_depth: keeps floor
     };
     const auto move = [&](std::size_t i) {
         const Gaussian<double>& g = gaussians[i];
