@@ -106,8 +106,8 @@ if(KNEAD_UNITED)
     knead_unite(knead_app cpp 1 scene "host/scene/|host/hands/" ${unwatched})
     knead_unite(knead_app cpp 1 checks_linear "host/verify/(oracle|scene_options|squeeze|waves)"
         ${knead_cold})
-    knead_unite(knead_app cpp 2 session "host/(paging|session|run|live|picture|ui|vr)/"
-        ${knead_cold})
+    knead_unite(knead_app cpp 1 session "host/(paging|session|run)/" ${knead_cold})
+    knead_unite(knead_app cpp 1 live "host/(live|picture|ui|vr)/" ${knead_cold})
     knead_unite(knead_solver cpp 1 base "host/base/|host/surface/")
     knead_unite(knead_solver cpp 1 solver "host/solver/|host/splats/")
     knead_unite(knead_solver cu 1 device_solver "host/solver/gpu/")
