@@ -7,7 +7,7 @@
 namespace knead::xr {
 namespace {
 
-// What each kind of controller calls its trigger, its grasp and its motor; "" has none.
+// Interaction profiles: component paths of trigger, grasp and haptic output; "": none.
 struct Profile {
     const char *name, *trigger, *grasp, *motor;
 };
@@ -85,7 +85,7 @@ Actions::~Actions()
     instance.api.destroy_action_set.raw(set);
 }
 
-// A runtime that does not know a kind of controller is not offered it.
+// Suggests bindings for each profile; a profile that the runtime does not support is skipped.
 void Actions::suggest()
 {
     for (const Profile& profile : profiles) {

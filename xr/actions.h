@@ -1,13 +1,13 @@
-// What is held and pressed: grips, triggers, vibration, by OpenXR's actions.
+// Controller input by OpenXR actions: grip pose, trigger, grasp, vibration.
 #pragma once
 #include "xr/headset.h"
 #include "xr/instance.h"
 
 namespace knead::xr {
 
-// One side's controller, or the runtime's own gestures of a hand.
+// State of one side's controller, or of the hand interaction profile.
 struct Held {
-    bool active = false;  // its grip has a pose
+    bool active = false;  // the grip pose is valid
     Joint<float> grip{};
     float trigger = 0, grasp = 0;  // 0 to 1
 };

@@ -37,7 +37,7 @@ std::string runtime_words(const std::string& manifest)
 
 }  // namespace
 
-// A name that was given counts though it leads nowhere.
+// XR_RUNTIME_JSON takes precedence even if the file does not exist.
 std::string runtime_manifest()
 {
     std::string given = variable("XR_RUNTIME_JSON");
@@ -56,13 +56,13 @@ std::string runtime_manifest()
 
 namespace {
 
-// "": the runtime is not known here.
+// "": unknown runtime.
 std::string known_advice()
 {
     struct Known {
         const char *word, *advice;
     };
-    // WiVRn's library has Monado in its name, too.
+    // WiVRn first: its library name also contains "monado".
     constexpr Known known[] = {
         {"wivrn", "start wivrn-server, and connect the headset to it"},
         {"monado", "start monado-service"},

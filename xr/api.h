@@ -1,4 +1,4 @@
-// The functions of OpenXR that are used, each found when first called.
+// The OpenXR functions in use, each loaded at its first call.
 #pragma once
 #include "xr/check.h"
 

@@ -1,4 +1,4 @@
-// Calls into OpenXR that throw where they fail, and are looked up when first made.
+// OpenXR calls that throw on failure; functions are loaded at the first call.
 #pragma once
 #include <stdexcept>
 #include <string>
@@ -7,10 +7,10 @@
 
 namespace knead::xr {
 
-// "XR_ERROR_SESSION_LOST", or the number of a result that is not known here.
+// Name such as "XR_ERROR_SESSION_LOST"; for a result outside the table its number.
 std::string result_name(XrResult result);
 
-// A struct of OpenXR with its type, all else zero.
+// An OpenXR struct with `type` set and all other members zero.
 template <class T>
 T typed(XrStructureType type)
 {
@@ -19,7 +19,7 @@ T typed(XrStructureType type)
     return all;
 }
 
-// A call that failed: which, and why.
+// A failed call: its name and result.
 struct XrFailure : std::runtime_error {
     XrFailure(const char* call, XrResult result)
         : std::runtime_error(std::string(call) + ": " + result_name(result)), code(result)
@@ -28,7 +28,7 @@ struct XrFailure : std::runtime_error {
     XrResult code;
 };
 
-// Where functions are found; of an instance, or of none before there is one.
+// xrGetInstanceProcAddr and the instance it is called with; null before the instance exists.
 struct Source {
     PFN_xrGetInstanceProcAddr address = nullptr;
     XrInstance instance = XR_NULL_HANDLE;
@@ -37,7 +37,7 @@ struct Source {
 template <class Function>
 class Call;
 
-// One function. Answers its result, which is a success of some kind; throws XrFailure otherwise.
+// One function. Returns its result if that is a success code; throws XrFailure otherwise.
 template <class... Of>
 class Call<XrResult(XRAPI_PTR*)(Of...)> {
   public:
@@ -51,8 +51,8 @@ class Call<XrResult(XRAPI_PTR*)(Of...)> {
         else
             throw XrFailure(name, result);
     }
-    // The result, whatever it is. Does not throw: destructors call it, and a lost runtime may no
-    // longer have what they look up for the first time.
+    // Returns the result unchecked. Does not throw: destructors call it, and after a loss the
+    // function may no longer be available.
     XrResult raw(Of... of) { return find() ? function(of...) : XR_ERROR_FUNCTION_UNSUPPORTED; }
 
   private:

@@ -4,7 +4,7 @@
 
 namespace knead::xr {
 
-// Hand tracking is needed of no runtime: without it controllers pose the hands. Only OpenGL is.
+// Only OpenGL is required. Without hand tracking, controllers pose the hands.
 const std::array<ExtensionRow, extension_count> extension_table{{
     {"XR_KHR_opengl_enable", true, "pictures by OpenGL"},
     {"XR_EXT_hand_tracking", false, "hands without controllers"},

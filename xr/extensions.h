@@ -1,4 +1,4 @@
-// The extensions of OpenXR that are used: two are needed, the others serve where they are offered.
+// The OpenXR extensions in use: one is required, the others are optional.
 #pragma once
 #include <array>
 #include <string>
@@ -23,11 +23,11 @@ enum Extension : int {
 struct ExtensionRow {
     const char* name;
     bool needed;
-    const char* gives;  // for people
+    const char* gives;  // description for users
 };
 extern const std::array<ExtensionRow, extension_count> extension_table;
 
-// Which of the table are offered and so enabled.
+// Extensions of the table that are offered, and therefore enabled.
 struct Enabled {
     std::array<bool, extension_count> on{};
     bool operator[](Extension e) const { return on[std::size_t(e)]; }

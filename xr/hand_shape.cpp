@@ -10,8 +10,8 @@
 namespace knead::xr {
 namespace {
 
-// The palm's frame as seen from the grip's. A grip's -z runs through the closed fingers towards the
-// thumb, its x out of the back of the right hand and into that of the left.
+// Rotation from the palm's frame to the grip's. The grip's -z axis runs through the closed fingers
+// towards the thumb, its x axis out of the back of the right hand and into that of the left.
 Quat<double> palm_in_grip(Side side)
 {
     const double s = side == right ? 1 : -1;
@@ -30,7 +30,7 @@ Hand hand_around(Side side, const Joint<float>& grip, float trigger, float grasp
 
     Hand hand = open_hand(side);
     const Quat<double> q = unit(unit(cast<double>(grip.q)) * palm_in_grip(side));
-    // The wrist, as the palm's frame sees it.
+    // The wrist in the palm's frame.
     const Joint<double> of_wrist{unit(cast<double>(hand.joints[wrist].q)),
                                  cast<double>(hand.joints[wrist].p)};
     const Joint<double> of_palm{unit(cast<double>(hand.joints[palm].q)),

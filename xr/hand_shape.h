@@ -1,16 +1,15 @@
-// Hands from less than 26 joints: a hand posed around a controller, and radii where a tracker knows
-// none.
+// Hands from incomplete data: a hand posed around a controller, and radii that a tracker lacks.
 #pragma once
 #include "host/hands/hands.h"
 
 namespace knead::xr {
 
-// The hand whose palm is at an OpenXR grip pose: open at 0, its index and thumb closed by `trigger`
-// and the other fingers by `grasp`, 1 being a fist.
+// A hand with its palm at an OpenXR grip pose. `trigger` closes thumb and index, `grasp` the other
+// fingers: 0 open, 1 fist.
 Hand hand_around(Side side, const Joint<float>& grip, float trigger, float grasp);
 
-// Puts radii of the default hand, at the size of this hand's fingers, where the tracker gives the
-// same to all joints, none, or impossible ones.
+// Replaces the radii by those of the default hand, scaled to this hand's bones, if the tracker's
+// are missing, all equal or impossible.
 void complete_radii(Hand& hand, Side side);
 
 }  // namespace knead::xr

@@ -34,7 +34,7 @@ Hand hand_of(const XrHandJointLocationsEXT& found, Side side)
     for (int j = 0; j < joint_count; ++j) {
         hand.joints[j] = {{1, 0, 0, 0}, {0, 0, 0}};
         const XrHandJointLocationEXT& from = found.jointLocations[j];
-        // Runtimes have been seen that call a hand active whose joints are not valid.
+        // Some runtimes report isActive although the joints are invalid.
         if (!found.isActive || (from.locationFlags & both) != both) continue;
         const Joint<float> joint = joint_of(from.pose);
         if (!sound(joint)) continue;
@@ -54,7 +54,7 @@ HandTrackers::HandTrackers(Instance& of, XrSession session) : instance(of)
         auto about = typed<XrHandTrackerCreateInfoEXT>(XR_TYPE_HAND_TRACKER_CREATE_INFO_EXT);
         about.hand = side == left ? XR_HAND_LEFT_EXT : XR_HAND_RIGHT_EXT;
         about.handJointSet = XR_HAND_JOINT_SET_DEFAULT_EXT;
-        // Cameras first, and hands that the runtime infers from a controller.
+        // Accept both: camera tracking, and hands inferred from a controller.
         XrHandTrackingDataSourceEXT wanted[] = {XR_HAND_TRACKING_DATA_SOURCE_UNOBSTRUCTED_EXT,
                                                 XR_HAND_TRACKING_DATA_SOURCE_CONTROLLER_EXT};
         const XrHandTrackingDataSourceInfoEXT sources{XR_TYPE_HAND_TRACKING_DATA_SOURCE_INFO_EXT,
@@ -63,7 +63,7 @@ HandTrackers::HandTrackers(Instance& of, XrSession session) : instance(of)
         sources_told[side] = instance.has[hand_data_source];
         XrResult result = instance.api.create_hand_tracker.raw(session, &about, &tracker[side]);
         if (XR_FAILED(result) && sources_told[side]) {
-            // A layer between us and the runtime may not know of sources.
+            // Retry without data sources: an API layer may not support them.
             about.next = nullptr;
             sources_told[side] = false;
             result = instance.api.create_hand_tracker.raw(session, &about, &tracker[side]);

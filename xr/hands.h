@@ -1,4 +1,4 @@
-// The 26 joints of each hand, as the runtime tracks them.
+// Hand tracking: the 26 joints of each hand (XR_EXT_hand_tracking).
 #pragma once
 #include "xr/headset.h"
 #include "xr/instance.h"
@@ -7,14 +7,15 @@ namespace knead::xr {
 
 class HandTrackers {
   public:
-    // Without hand tracking, or where the runtime refuses, no hand is ever tracked.
+    // If hand tracking is unsupported or creating a tracker fails, no hand is tracked. Throws
+    // XrFailure only if session or instance are lost.
     HandTrackers(Instance& instance, XrSession session);
     ~HandTrackers();
     HandTrackers(const HandTrackers&) = delete;
 
-    // Where the hand is at `time` in `space`. A hand whose wrist is not valid is not tracked;
-    // joints that are not, though the hand is, are marked. No velocities are asked for: filters
-    // form their own, so a runtime without any is as good.
+    // Joints at `time` in `space`. A hand with an invalid wrist is not tracked; other invalid
+    // joints are marked in Hand::valid. Velocities are not queried: the filters compute their own,
+    // so runtimes without them work as well.
     TrackedHand locate(Side side, XrSpace space, XrTime time);
 
   private:
@@ -23,7 +24,7 @@ class HandTrackers {
     bool sources_told[side_count] = {false, false};
 };
 
-// What the runtime answered, as the project's hand.
+// Converts the runtime's joint locations.
 Hand hand_of(const XrHandJointLocationsEXT& found, Side side);
 Joint<float> joint_of(const XrPosef& pose);
 

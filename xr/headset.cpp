@@ -58,7 +58,8 @@ class OpenXrHeadset : public Headset {
     void renew(SessionAction duty, HeadsetEvents& news);
     std::string loss_text(SessionAction duty);
     void give_up(const std::string& why);
-    // Does `what`; a loss that it meets with becomes the state's, to be dealt with by poll().
+    // Runs `what`. An XrFailure marks session or instance as lost, for poll() to renew; returns
+    // false.
     template <class Action>
     bool try_to(const Action& what);
 
@@ -74,14 +75,15 @@ class OpenXrHeadset : public Headset {
     bool worn = true, renewed = false, over = false, leaving = false;
     double rate = 0;
     double lost_at =
-        -1;             // when the runtime was first missed [s of the wall]; negative: it is there
-    int fruitless = 0;  // new sessions since a frame was shown
-    // A lost runtime is looked for at once, and then after pauses that grow to a second.
-    double pause = 0, next_try = 0;  // [s], [s of the wall]
+        // Time of the loss [s, steady clock]; negative: not lost.
+        -1;
+    int fruitless = 0;  // sessions created since the last frame submitted
+    // Renewal is tried at once, then after pauses that double up to 1 s.
+    double pause = 0, next_try = 0;  // [s]; [s, steady clock]
     std::string reason;
-    std::string last_loss;  // the last of them
+    std::string last_loss;  // text of the last failure
     int stray = 0;          // GL errors of earlier sessions
-    // From the runtime's clock to ours: time = (XrTime - zero) in seconds.
+    // FrameTiming::time = 1e-9 (XrTime - zero) [s].
     bool rebase = true;
     XrTime zero = 0;
     double last_time = 0, last_period = 0;
@@ -91,7 +93,7 @@ void OpenXrHeadset::start()
 {
     entry = loader();
     const std::vector<std::string> offered = offered_extensions(entry);
-    // The GL context outlives a lost runtime, and with it all that was uploaded.
+    // The GL context and everything uploaded to it outlive a lost runtime.
     if (!platform) platform = xr::platform(options.binding, offered);
     instance = std::make_unique<Instance>(entry, offered, platform->extension());
     try {
@@ -148,8 +150,8 @@ bool OpenXrHeadset::try_to(const Action& what)
         if (e.code == XR_ERROR_INSTANCE_LOST || e.code == XR_ERROR_RUNTIME_FAILURE) {
             session->state.instance_lost();
         } else {
-            // A call that is refused for another reason is a fault of ours or of the runtime; a
-            // new session is worth a try, for what is shaped lives on.
+            // Any other failure is a bug here or in the runtime. A new session may recover from it,
+            // and the simulation is kept.
             session->state.session_lost();
         }
         return false;
@@ -159,7 +161,7 @@ bool OpenXrHeadset::try_to(const Action& what)
 void OpenXrHeadset::give_up(const std::string& why)
 {
     over = true;
-    reason = why;  // what is still there is for close() to free
+    reason = why;  // close() frees session and instance
 }
 
 void OpenXrHeadset::take(const XrEventDataBuffer& event, HeadsetEvents& news)
@@ -204,7 +206,7 @@ void OpenXrHeadset::read_events(HeadsetEvents& news)
     for (std::string& message : instance->take_messages()) news.messages.push_back(message);
 }
 
-// One message for all that a loss brings.
+// One message per loss.
 std::string OpenXrHeadset::loss_text(SessionAction duty)
 {
     std::ostringstream text;
@@ -216,7 +218,8 @@ std::string OpenXrHeadset::loss_text(SessionAction duty)
     return text.str();
 }
 
-// A runtime that went away is waited for; meanwhile clay and simulation live on.
+// Recovers a lost session or instance, one attempt per call, until `patience` is exceeded. The
+// simulation is not affected.
 void OpenXrHeadset::renew(SessionAction duty, HeadsetEvents& news)
 {
     if (lost_at < 0) {
@@ -227,11 +230,11 @@ void OpenXrHeadset::renew(SessionAction duty, HeadsetEvents& news)
     constexpr int most_fruitless = 10;
     constexpr double longest_pause = 1;
     pause = std::clamp(2 * pause, options.nap, longest_pause);
-    // The last try is when patience ends.
+    // The last attempt is at the end of `patience`.
     next_try = std::min(wall() + pause, std::max(wall(), lost_at + options.patience));
     if (++fruitless > most_fruitless && !last_loss.empty())
         return give_up("the headset fails again and again: " + last_loss);
-    // Loaders and runtimes print a dozen lines at every try.
+    // Loaders and runtimes print a dozen lines per attempt.
     const QuietStderr quiet(std::getenv("XR_LOADER_DEBUG") == nullptr);
     try {
         if (duty == SessionAction::renew_session && instance) {
@@ -248,7 +251,8 @@ void OpenXrHeadset::renew(SessionAction duty, HeadsetEvents& news)
         news.messages.push_back("a new session began");
     } catch (const std::runtime_error& e) {
         drop_session();
-        // An absent runtime is no fault: patience alone bounds how often it is looked for.
+        // An absent runtime does not count as a failed session: only `patience` limits the
+        // attempts.
         if (dynamic_cast<const XrFailure*>(&e))
             drop_instance();
         else
@@ -258,7 +262,7 @@ void OpenXrHeadset::renew(SessionAction duty, HeadsetEvents& news)
     }
 }
 
-// What the state asks for; false where a frame may be drawn at once.
+// Executes the action; false if there was none.
 bool OpenXrHeadset::fulfil(SessionAction duty, HeadsetEvents& news)
 {
     switch (duty) {
@@ -324,7 +328,7 @@ FrameTiming OpenXrHeadset::begin()
         return tick;
     }
     tick.period = 1e-9 * double(frame.predictedDisplayPeriod);
-    // Another runtime may have another clock: ours goes on.
+    // A new runtime may use another clock: continue the old time.
     if (rebase) {
         const bool first = last_period == 0;
         const double now = first ? 0 : last_time + last_period;

@@ -1,17 +1,19 @@
-// A headset behind five verbs: poll, begin, locate, end, close. No word of OpenXR leaves the room.
+// Interface to a headset in five verbs: poll, begin, locate, end, close. No type of OpenXR appears
+// in it.
 //
 //     for (;;) {
-//         const News news = headset->poll();
+//         const HeadsetEvents news = headset->poll();
 //         if (news.phase == Phase::over) break;
-//         if (news.phase != Phase::running) continue;  // poll() has slept a little
-//         const Tick tick = headset->begin();          // waits for the display
-//         const Sight sight = headset->locate();       // eyes and hands at tick.time
-//         ... draw sight.targets where sight.draw ...
+//         if (news.phase != Phase::running) continue;  // poll() has slept for `nap`
+//         const FrameTiming tick = headset->begin();     // blocks until the next frame
+//         const HeadsetViews sight = headset->locate();  // eyes and hands at tick.time
+//         ... if sight.draw, draw sight.targets ...
 //         headset->end({...});
 //     }
 //     headset->close();
 //
-// One thread calls all of them, and its GL context is the headset's (make_current()).
+// Not thread-safe: one thread makes all calls, with the headset's GL context current
+// (make_current()).
 #pragma once
 #include <algorithm>
 #include <array>
@@ -26,114 +28,121 @@
 
 namespace knead {
 
-// No loader, no runtime, no headset, or one that lacks what is needed; the message says which.
+// Loader, runtime or headset missing, or a required feature unsupported; the message names which.
 struct HeadsetError : ResourceError {
     using ResourceError::ResourceError;
 };
 
 enum class GlBinding { automatic, egl, glx, wgl };
-enum class Floor { seated, standing };  // where the origin is: the eyes at the start; the floor
+// Origin of the space: the initial eye position (XR LOCAL) or the floor (STAGE).
+enum class Floor { seated, standing };
 
 struct HeadsetOptions {
     GlBinding binding = GlBinding::automatic;
     Floor floor = Floor::seated;
-    double rate = 0;           // of the display, asked for [1/s]; 0: the runtime's own
-    bool see_through = false;  // the world behind the clay, where the runtime can
-    double patience = 20;      // how long a lost runtime is waited for [s]
-    double nap = 0.02;         // poll() sleeps so long where no frame is to be drawn [s]
+    double rate = 0;           // requested display refresh rate [1/s]; 0: the runtime's default
+    bool see_through = false;  // passthrough by alpha blending, if the runtime supports it
+    double patience = 20;      // time limit for recovering a lost session or runtime [s]
+    double nap = 0.02;         // sleep of poll() while no frame is to be drawn [s]
 };
 
 enum class Phase { waiting, running, over };
 
-// What is new since the last poll().
+// State and events since the last poll().
 struct HeadsetEvents {
     Phase phase = Phase::waiting;
     bool visible = false, focused = false;
     bool worn = true;                   // false: the headset was taken off
-    bool lost = false;                  // there is no session; a new one is waited for
-    bool renewed = false;               // a new session began: all hands are to be taken for new
-    bool recentred = false;             // the origin has moved
-    double rate = 0;                    // of the display [1/s]; 0: not known
-    std::vector<std::string> messages;  // for people, of the runtime or on its losses
-    std::string reason;                 // of Phase::over; "": the user has left
+    bool lost = false;                  // no session; a new one is being created
+    bool renewed = false;               // a new session began: discard the history of all hands
+    bool recentred = false;             // the origin of the space has moved
+    double rate = 0;                    // display refresh rate [1/s]; 0: unknown
+    std::vector<std::string> messages;  // to show: from the runtime, or on lost sessions
+    std::string reason;                 // of Phase::over; "": ended by user or runtime
 };
 
 struct FrameTiming {
-    // When the frame will be seen [s]; rises from frame to frame, also over lost sessions. 0: the
-    // first frame.
+    // Predicted display time [s], 0 for the first frame; increases monotonically, also across lost
+    // sessions.
     double time = 0;
-    double period = 0;  // from frame to frame [s]
-    bool draw = false;  // false: nothing would be seen; end() submits nothing
+    double period = 0;  // predicted display period [s]
+    bool draw = false;  // XrFrameState::shouldRender; false: end() submits no layer
 };
 
-// Angles from the gaze to the frustum's sides [rad]: left and down are negative as a rule.
+// Angles from the view axis to the sides of the frustum [rad]; left and down usually negative
+// (XrFovf).
 struct FieldOfView {
     float left, right, up, down;
 };
 struct EyePlace {
-    Joint<float> pose;  // looks along -z, y up [m]
+    Joint<float> pose;  // [m]; view axis -z, y up
     FieldOfView field;
 };
-// Where an eye is drawn: GL textures of the headset, valid until end(). Row 0 is the lowest.
+// Render target of one eye: GL textures of the swapchain, valid until end(). Row 0 is the lowest.
 struct EyeTexture {
-    unsigned colour = 0, depth = 0;  // depth 0: the runtime takes none
+    unsigned colour = 0, depth = 0;  // depth 0: no depth layer
     int width = 0, height = 0;
-    bool srgb = false;  // colour is stored as sRGB: write linear, with GL_FRAMEBUFFER_SRGB
+    bool srgb = false;  // colour format is sRGB: write linear values, with GL_FRAMEBUFFER_SRGB
 };
 
-// What a hand's joints come from.
-enum class HandFrom { nothing, cameras, controller, posed };  // posed: by us, from a grip
+// Source of a hand's joints.
+enum class HandFrom {
+    nothing,
+    cameras,
+    controller,
+    posed
+};  // posed: computed from a controller's grip pose
 struct TrackedHand {
-    Hand hand;  // at the frame's time, in the origin's frame; not tracked: lost
+    Hand hand;  // at the frame's display time, in the origin's space
     HandFrom from = HandFrom::nothing;
-    float pinch = 0, grasp = 0;  // 0 open to 1 closed, of a controller or the runtime's own gesture
-    bool holds = false;          // a controller that can vibrate
+    float pinch = 0, grasp = 0;  // 0 open to 1 closed, from a controller or hand interaction
+    bool holds = false;          // the grip pose is active
 };
 
 struct HeadsetViews {
-    bool located = false;  // eyes are valid, though nobody may see them
+    bool located = false;  // eyes are valid, even if the frame is not shown
     bool draw = false;     // eyes and targets are valid
     std::array<EyePlace, 2> eyes{};
     std::array<EyeTexture, 2> targets{};
     std::array<TrackedHand, side_count> hands{};
 };
 
-// A side of a picture drawn at a scale, from 0 to 1 [pixels].
+// Side length of a picture drawn at a scale in (0, 1] [pixels]; at least 1.
 inline int scaled(int side, float scale)
 {
     return std::clamp(int(std::lround(scale * float(side))), 1, side);
 }
 
-// What was drawn. In the depth textures 0 means the distance near_z along the gaze and 1 far_z, and
-// 1 / distance is linear between them; one of the two may be infinite.
+// Frame submitted by end(). Depth 0 corresponds to distance near_z along the view axis, 1 to far_z;
+// between them 1 / distance is linear. One of the two may be infinite.
 struct FrameSubmission {
-    bool eyes = false;                   // false: nothing is submitted
-    float scale = 1;                     // share of a target's sides, from the lower left corner
+    bool eyes = false;  // false: no layer is submitted
+    float scale = 1;    // fraction of a target's sides that was drawn, from the lower left corner
     float near_z = 0, far_z = 0;         // [m]; 0: no depth was written
-    float vibrate[side_count] = {0, 0};  // 0 to 1, for 20 ms, where a controller is held
+    float vibrate[side_count] = {0, 0};  // amplitude 0 to 1 of a 20 ms vibration of the controller
 };
 
-// The part of an eye's picture that no lens shows: triangles, three corners each, in tangents of
-// the angles from the gaze.
+// Hidden area of an eye (XR_KHR_visibility_mask): triangles, three corners each, in tangents of the
+// angles from the view axis.
 struct HiddenArea {
     std::vector<std::array<float, 2>> corners;
 };
 
-// What the headset and its runtime are.
+// Properties of the runtime, the headset and the session.
 struct HeadsetInfo {
     std::string runtime, system, binding, renderer;
     std::vector<std::string> extensions;  // in use
-    std::vector<std::string> missing;     // that would be used
+    std::vector<std::string> missing;     // supported by this program but not offered
     bool hands = false, depth = false, see_through = false, srgb = false;
-    Floor floor = Floor::seated;  // where the origin is; seated where the runtime has no floor
-    int width = 0, height = 0;    // of an eye [pixels]
+    Floor floor = Floor::seated;  // origin in use; seated if the runtime offers no STAGE space
+    int width = 0, height = 0;    // recommended size of an eye's picture [pixels]
     std::array<HiddenArea, 2> hidden;
 };
 
 class Headset {
   public:
-    // Finds the loader and the runtime, and makes a session. Throws HeadsetError. Its GL context
-    // is current when it returns.
+    // Loads the OpenXR loader, connects to the runtime and creates a session. On return its GL
+    // context is current. Throws HeadsetError.
     static std::unique_ptr<Headset> open(const HeadsetOptions& options);
     virtual ~Headset() = default;
 
@@ -143,11 +152,11 @@ class Headset {
     virtual void end(const FrameSubmission& drawn) = 0;
     virtual void close() = 0;
 
-    // Asks the runtime to end the session; Phase::over follows.
+    // Requests the end of the session; Phase::over follows.
     virtual void leave() = 0;
-    // From the next poll() on the origin is there, if the runtime can.
+    // Moves the origin at the next poll(), if the runtime offers that space.
     virtual void set_floor(Floor floor) = 0;
-    // How long before the frame's display time it is [s]; negative: too late, or not known.
+    // Time left until the frame's display time [s]; negative: too late, or unknown.
     virtual double time_left() = 0;
 
     virtual const HeadsetInfo& facts() const = 0;
@@ -155,21 +164,21 @@ class Headset {
     using GlFunction = void (*)();
     using GlAddress = GlFunction (*)(const char*);
     virtual GlAddress gl_address() const = 0;
-    virtual int stray_gl_errors() const = 0;  // that calls into the runtime left behind
+    virtual int stray_gl_errors() const = 0;  // GL errors raised by calls into the runtime
 };
 
-// What is there before a session begins, for people who look for what is missing.
+// OpenXR installation, as shown by `knead doctor`.
 struct RuntimeInfo {
-    bool built = false;                      // this program knows OpenXR
-    bool loader = false, runtime = false;    // were found; `runtime` answers
-    std::string manifest;                    // the file that names the runtime; "": none does
-    std::vector<std::string> used, missing;  // extensions: offered, and not
-    std::string headset;                     // its name
-    std::string reason;  // why there is no headset, and what to do; "": there is one
+    bool built = false;                      // this program was built with OpenXR
+    bool loader = false, runtime = false;    // loader found; runtime responds
+    std::string manifest;                    // manifest of the active runtime; "": none
+    std::vector<std::string> used, missing;  // extensions offered and not offered
+    std::string headset;                     // name of the headset
+    std::string reason;  // why there is no headset, with advice; "": there is one
 };
-// Makes an instance and asks it for a headset; some runtimes start their programs then. Where no
-// file names a runtime, none is started. A runtime that does not answer within `patience` [s] is
-// abandoned (host/base/abandonable.h). Throws nothing.
+// Creates an instance and queries its system, which makes some runtimes start their service.
+// Without a manifest no instance is created. A runtime that does not respond within `patience` [s]
+// is abandoned (host/base/abandonable.h). Does not throw.
 RuntimeInfo runtime_facts(double patience = 10);
 
 }  // namespace knead

@@ -1,4 +1,4 @@
-// An OpenXR instance and the headset found by it.
+// An OpenXR instance and its system (the headset).
 #pragma once
 #include <memory>
 #include <string>
@@ -10,24 +10,24 @@
 
 namespace knead::xr {
 
-// The loader's entry. Throws HeadsetError where there is no loader.
+// Entry point of the loader. Throws HeadsetError if there is no loader.
 PFN_xrGetInstanceProcAddr loader();
 
-// What the runtime offers. Throws HeadsetError where there is no runtime.
+// Instance extensions of the runtime. Throws HeadsetError if there is no runtime.
 std::vector<std::string> offered_extensions(PFN_xrGetInstanceProcAddr loader);
 
 class Instance {
   public:
-    // `binding`: the extension that its graphics binding needs; "": none more. Throws HeadsetError
-    // where the runtime lacks what is needed or sees no headset.
+    // `binding`: extension required by the graphics binding; "": none. Throws HeadsetError if a
+    // required extension or the headset is missing.
     Instance(PFN_xrGetInstanceProcAddr loader, const std::vector<std::string>& offered,
              const std::string& binding);
     ~Instance();
     Instance(const Instance&) = delete;
 
-    // The next event; false: there is none.
+    // Polls the next event; false: the queue is empty.
     bool next_event(XrEventDataBuffer& event);
-    // Looks for the headset anew, as is due before another session. False: there is none now.
+    // Queries the system again, as required before another session. False: no headset available.
     bool find_system();
     XrPath path(const char* text);
 
@@ -50,7 +50,7 @@ class Instance {
 
     XrDebugUtilsMessengerEXT messenger = XR_NULL_HANDLE;
     struct Messages;
-    std::shared_ptr<Messages> messages;  // written by any thread of the runtime
+    std::shared_ptr<Messages> messages;  // filled by the debug messenger from any thread
 };
 
 }  // namespace knead::xr

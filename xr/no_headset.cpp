@@ -1,4 +1,4 @@
-// Takes the place of the room where OpenXR's headers were not found.
+// Replaces this room in builds without the OpenXR headers.
 #include "xr/headset.h"
 #include "xr/sound.h"
 

@@ -1,5 +1,5 @@
-// The OpenXR headers, and what those of Debian 12 (1.0.20) do not declare yet.
-// Functions are looked up at run time: nothing is linked.
+// The OpenXR headers, and declarations missing from those of Debian 12 (1.0.20). Functions are
+// loaded at run time; no library is linked.
 #pragma once
 #define XR_NO_PROTOTYPES
 #define XR_USE_GRAPHICS_API_OPENGL
@@ -12,7 +12,7 @@
 
 #include <cstdint>
 
-// By the registry of OpenXR 1.1.
+// Values from the registry of OpenXR 1.1.
 #ifndef XR_EXT_hand_tracking_data_source
 enum XrHandTrackingDataSourceEXT : std::int32_t {
     XR_HAND_TRACKING_DATA_SOURCE_UNOBSTRUCTED_EXT = 1,

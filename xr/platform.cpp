@@ -17,7 +17,7 @@ namespace knead::xr {
 void* function_of_library(const std::string& names, const char* name, std::string& reason)
 {
     std::istringstream in(names);
-    std::string why;  // of the first, whose name is this system's most likely
+    std::string why;  // error for the first library, the most likely name on this system
     for (std::string library; in >> library;) {
 #ifdef _WIN32
         const HMODULE opened = LoadLibraryA(library.c_str());

@@ -1,5 +1,5 @@
-// All that depends on the operating system: opening libraries, and a GL context that can be handed
-// to OpenXR. docs/method/headset.md lists every such call of the project.
+// Operating system dependent code: loading libraries, and a GL context for OpenXR.
+// docs/method/headset.md lists all such calls of the project.
 #pragma once
 #include <memory>
 #include <string>
@@ -8,19 +8,20 @@
 
 namespace knead::xr {
 
-// The function `name` of a shared library that is opened by the first of its names that works; null
-// and a reason otherwise. The library stays open.
+// Loads function `name` from the first of the libraries `names` (separated by blanks) that has it.
+// Returns null and sets `reason` on failure. Opened libraries are never closed.
 void* function_of_library(const std::string& names, const char* name, std::string& reason);
 
 void sleep_for(double seconds);
 
-// A GL 4.5 core context without anything to be seen of it.
+// An invisible GL 4.5 core context.
 class Platform {
   public:
     virtual ~Platform() = default;
-    virtual const char* name() const = 0;       // "EGL", "GLX", "WGL"
-    virtual const char* extension() const = 0;  // of OpenXR that its binding needs; "": none more
-    virtual const void* binding() const = 0;    // for XrSessionCreateInfo::next
+    virtual const char* name() const = 0;  // "EGL", "GLX", "WGL"
+    virtual const char* extension()
+        const = 0;                            // OpenXR extension required by its binding; "": none
+    virtual const void* binding() const = 0;  // for XrSessionCreateInfo::next
     virtual void make_current() = 0;
     virtual Headset::GlAddress address() const = 0;
 };
@@ -30,8 +31,8 @@ std::unique_ptr<Platform> egl_platform();
 std::unique_ptr<Platform> glx_platform();
 std::unique_ptr<Platform> wgl_platform();
 
-// By `binding`; automatic: WGL on Windows; otherwise GLX where there is an X display and the
-// runtime, whose extensions are `offered`, does not know EGL, else EGL. Throws HeadsetError.
+// Creates the context for `binding`. automatic: WGL on Windows; GLX if DISPLAY is set and `offered`
+// (the runtime's extensions) lacks XR_MNDX_egl_enable; else EGL. Throws HeadsetError.
 std::unique_ptr<Platform> platform(GlBinding binding, const std::vector<std::string>& offered);
 
 }  // namespace knead::xr

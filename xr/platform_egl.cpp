@@ -1,4 +1,4 @@
-// OpenGL by EGL, without any window system: XR_MNDX_egl_enable.
+// OpenGL by EGL, without a window system: XR_MNDX_egl_enable.
 #include "xr/platform.h"
 
 #ifdef KNEAD_HAS_EGL
@@ -38,7 +38,7 @@ class EglPlatform : public Platform {
     const void* binding() const override { return &bound; }
     void make_current() override
     {
-        bind(EGL_OPENGL_API);  // else EGL speaks of the contexts of OpenGL ES
+        bind(EGL_OPENGL_API);  // else EGL uses OpenGL ES contexts
         if (!make(display, EGL_NO_SURFACE, EGL_NO_SURFACE, context))
             throw std::runtime_error("the context cannot be made current");
     }
@@ -72,7 +72,7 @@ bool EglPlatform::start(EGLDisplay on)
     if (!bind(EGL_OPENGL_API)) return false;
     const EGLint kind[] = {EGL_SURFACE_TYPE, 0, EGL_RENDERABLE_TYPE, EGL_OPENGL_BIT, EGL_NONE};
     EGLint count = 0;
-    // Runtimes want a configuration to share with, even where EGL could do without.
+    // The OpenXR binding needs a config, even if EGL supports contexts without one.
     if (!choose(on, kind, &config, 1, &count) || count < 1) return false;
     const EGLint wanted[] = {EGL_CONTEXT_MAJOR_VERSION,
                              4,
@@ -98,7 +98,7 @@ EglPlatform::EglPlatform()
     EGLint count = 0;
     if (by_platform && devices && device_text && devices(16, all, &count)) {
         for (EGLint i = 0; i < count && !made; ++i) {
-            // Software has a device, too; Mesa's surfaceless platform, below, is its better way.
+            // Skip software devices: Mesa's surfaceless platform, below, suits them better.
             const char* about = device_text(all[i], EGL_EXTENSIONS);
             if (about && std::strstr(about, "EGL_MESA_device_software")) continue;
             made = start(by_platform(EGL_PLATFORM_DEVICE_EXT, all[i], nullptr));

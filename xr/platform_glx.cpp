@@ -1,4 +1,4 @@
-// OpenGL by GLX, under X11: a window that is never shown.
+// OpenGL by GLX under X11, with a window that is never mapped.
 #include "xr/platform.h"
 
 #ifdef KNEAD_HAS_GLX
@@ -74,7 +74,7 @@ class GlxPlatform : public Platform {
 
 GlxPlatform::GlxPlatform()
 {
-    threads();  // the runtime may use the same display from threads of its own
+    threads();  // the runtime may use the display from other threads
     display = open(nullptr);
     if (!display)
         throw std::runtime_error("no X display (DISPLAY is not set, or cannot be opened)");

@@ -1,4 +1,5 @@
-// OpenGL by WGL, on Windows: a window that is never shown. Compiled there only; never run yet.
+// OpenGL by WGL on Windows, with a window that is never shown. Compiled on Windows only; not yet
+// run.
 #include <stdexcept>
 
 #include "xr/platform.h"
@@ -16,7 +17,7 @@ namespace {
 
 using CreateContext = HGLRC(WINAPI)(HDC, HGLRC, const int*);
 
-// Functions of GL 1.1 come from the library itself, all later ones from the context.
+// GL 1.1 functions come from opengl32.dll, all later ones from wglGetProcAddress.
 Headset::GlFunction gl_function(const char* name)
 {
     if (const PROC found = wglGetProcAddress(name))
@@ -65,7 +66,7 @@ WglPlatform::WglPlatform()
     format.cColorBits = 32;
     if (!surface || !SetPixelFormat(surface, ChoosePixelFormat(surface, &format), &format))
         throw std::runtime_error("no window that OpenGL can draw to");
-    // Only a context can say how a better one is made.
+    // wglCreateContextAttribsARB can only be loaded with a current context.
     const HGLRC first = wglCreateContext(surface);
     wglMakeCurrent(surface, first);
     const auto by_attributes =

@@ -1,5 +1,4 @@
-// What is there of OpenXR: the loader, the file that names the runtime, what that offers, and
-// whether it has a headset.
+// Diagnosis of the OpenXR installation: loader, manifest, extensions, headset.
 #include <memory>
 #include <mutex>
 
@@ -12,7 +11,7 @@
 namespace knead {
 namespace {
 
-// Calls `found` after each step with what is known so far: any of them may never return.
+// Calls `found` with the results so far after each step: any step may block forever.
 void look(RuntimeInfo facts, const std::function<void(const RuntimeInfo&)>& found)
 {
     try {

@@ -10,10 +10,10 @@
 namespace knead::xr {
 namespace {
 
-// The runtime's list may be shorter than the truth: a rate is asked for where one is near.
+// Tolerance for matching the requested rate to one that the runtime lists.
 constexpr double same_rate = 1;  // [1/s]
 
-// How long an image that the runtime still reads is waited for; the frame is not drawn then [s].
+// Timeout of xrWaitSwapchainImage; on timeout the frame is not drawn [s].
 constexpr double image_wait = 0.5;
 
 }  // namespace
@@ -38,16 +38,15 @@ Session::Session(Instance& of, Platform& by, const HeadsetOptions& with)
     }
 }
 
-// Commands on the images of a swapchain must have finished before it is destroyed
-// (xrDestroySwapchain): the images' memory goes with it, and a renderer that still draws into it
-// faults.
+// xrDestroySwapchain requires that all commands on its images have finished: it frees their memory,
+// and a renderer still drawing into it faults.
 void Session::finish_gl()
 {
     try {
         platform.make_current();
         gl_finish();
     } catch (const std::runtime_error&) {
-        // Without its context nothing can be waited for.
+        // The context is lost: there is nothing to wait for.
     }
 }
 
@@ -74,7 +73,7 @@ void Session::after_gl()
 
 void Session::create()
 {
-    // To be asked before a session is made, whatever it answers: 4.5 is what we draw with.
+    // This call is mandatory before xrCreateSession. The painters use OpenGL 4.5.
     auto needs = typed<XrGraphicsRequirementsOpenGLKHR>(XR_TYPE_GRAPHICS_REQUIREMENTS_OPENGL_KHR);
     instance.api.gl_requirements(instance.api.instance, instance.system, &needs);
     if (needs.minApiVersionSupported > XR_MAKE_VERSION(4, 5, 0xffffffff))
@@ -192,7 +191,7 @@ bool Session::locate_eyes(const XrFrameState& frame, HeadsetViews& sight)
     return true;
 }
 
-// A tracked hand, or one around the controller that is held.
+// The tracked hand, else a hand posed around the active controller.
 TrackedHand Session::hand(Side side, XrTime time)
 {
     TrackedHand found = hands->locate(side, origin, time);

@@ -1,4 +1,4 @@
-// One OpenXR session and all that hangs on it: spaces, swapchains, hands, actions, frames.
+// One OpenXR session and its objects: space, swapchains, hand trackers, actions, frames.
 #pragma once
 #include <memory>
 #include <optional>
@@ -12,13 +12,14 @@ namespace knead::xr {
 
 class Session {
   public:
-    // Throws XrFailure where the runtime refuses, HeadsetError where it offers no usable format.
+    // Throws XrFailure for a failed call, HeadsetError if no usable swapchain format is offered.
     Session(Instance& instance, Platform& platform, const HeadsetOptions& options);
-    // All GL commands have finished when it begins to free what they may use.
+    // Waits for all GL commands (glFinish) before it destroys the swapchains they may use.
     ~Session() { free_all(); }
     Session(const Session&) = delete;
 
-    // Does what the state asks for where that is to begin or to end; all else is for others.
+    // Executes `begin` or `end` and reports the action to `state`; all other actions are the
+    // caller's.
     void fulfil(SessionAction duty);
     void request_exit() { instance.api.request_exit.raw(session); }
     XrFrameState wait();
@@ -26,7 +27,7 @@ class Session {
     void end(const XrFrameState& frame, const FrameSubmission& drawn);
     HiddenArea hidden_area(int eye);
     double refresh_rate();
-    void move_origin();  // to where the rule says now; not in a frame
+    void move_origin();  // to options.floor; only between frames
     void make_current() { platform.make_current(); }
     void describe(HeadsetInfo& facts) const;
 
@@ -42,9 +43,9 @@ class Session {
     void ask_for_rate();
     bool locate_eyes(const XrFrameState& frame, HeadsetViews& sight);
     TrackedHand hand(Side side, XrTime time);
-    bool open_targets(HeadsetViews& sight);  // false: an image did not come free in time
+    bool open_targets(HeadsetViews& sight);  // false: waiting for an image timed out
     void close_targets();
-    // Around calls that touch the GL: some runtimes fail where an error was left, or leave one, or
+    // Brackets for calls that use GL: some runtimes fail on a pending GL error, leave one, or leave
     // another context current.
     void before_gl();
     void after_gl();
@@ -62,7 +63,7 @@ class Session {
     std::unique_ptr<Swapchain> colour[2], depth[2];
     std::unique_ptr<Actions> actions;
     std::unique_ptr<HandTrackers> hands;
-    XrView views[2];  // as last located
+    XrView views[2];  // last located
 };
 
 }  // namespace knead::xr

@@ -2,7 +2,7 @@
 
 namespace knead::xr {
 
-// Whether the specification lets `next` follow the last state.
+// True if the OpenXR specification allows the transition to `next`.
 bool SessionState::follows(XrState next) const
 {
     switch (next) {

@@ -1,14 +1,14 @@
-// The life of an OpenXR session, as a state machine that makes no calls: it is told what the
-// runtime says and what was done, and answers what is to be done next.
+// Lifecycle of an OpenXR session as a state machine without calls: inputs are state changes, losses
+// and completed actions, output is the next action.
 //
 //     idle ── ready ── begun: synchronized, visible, focused ── stopping ── idle ── exiting
 //
-// From anywhere the session, or the whole instance, may be lost.
+// The session or the instance can be lost in any state.
 #pragma once
 
 namespace knead::xr {
 
-// XrSessionState, in its order and by its numbers.
+// XrSessionState, with the same values.
 enum class XrState {
     unknown,
     idle,
@@ -25,9 +25,9 @@ enum class SessionAction {
     nothing,
     begin,           // xrBeginSession
     end,             // xrEndSession
-    renew_session,   // destroy it, and make another of the same instance
-    renew_instance,  // destroy all, and start again
-    leave            // destroy all; the runtime, or the user, has ended it
+    renew_session,   // destroy the session, create another in the same instance
+    renew_instance,  // destroy session and instance, create both anew
+    leave            // destroy both; ended by the runtime or the user
 };
 
 class SessionState {
@@ -35,14 +35,16 @@ class SessionState {
     void told(XrState state);
     void session_lost() { lost = lost == Lost::instance ? lost : Lost::session; }
     void instance_lost() { lost = Lost::instance; }
-    // The user wants to leave: an end that the runtime says afterwards is no fault.
+    // The user requested the end: from now on the end or loss of the session yields `leave`, not a
+    // renewal.
     void wants_to_leave() { leaving = true; }
 
     SessionAction duty() const;
-    // The duty was done. A new session, or a new instance with one, begins anew.
+    // Call when the action has completed. After a renewal the state is that of a new session.
     void did(SessionAction what);
 
-    // Whether frames are to be waited for, begun and ended.
+    // True between xrBeginSession and xrEndSession, unless lost: frames must be waited for, begun
+    // and ended.
     bool running() const { return begun && lost == Lost::nothing; }
     bool visible() const
     {
@@ -51,7 +53,7 @@ class SessionState {
     bool focused() const { return running() && state == XrState::focused; }
     bool is_leaving() const { return leaving; }
     XrState last() const { return state; }
-    int strange() const { return odd; }  // times that the runtime broke the order above
+    int strange() const { return odd; }  // state changes that violated the order above
 
   private:
     enum class Lost { nothing, session, instance };

@@ -64,8 +64,8 @@ bool load(OpenAl& al, std::string& why)
 
 void silence(const char*, int, const char*, int, const char*, ...) {}
 
-// ALSA, through which OpenAL plays, writes to the standard error stream what it does not find: half
-// a page where there is no sound card. open() says in a sentence what matters of it.
+// ALSA, the backend of OpenAL, writes half a page to stderr if there is no sound card. This
+// silences it; open() reports the error in one sentence.
 void quiet_alsa()
 {
     using Print = void (*)(const char*, int, const char*, int, const char*, ...);

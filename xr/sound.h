@@ -1,4 +1,4 @@
-// Sound as it is made, through OpenAL, which is found at run time.
+// Streamed sound output by OpenAL, loaded at run time.
 #pragma once
 #include <cstdint>
 #include <functional>
@@ -10,11 +10,12 @@ namespace knead {
 
 class SoundOut {
   public:
-    // Pairs of samples, 48 000 a second. Null, and why, where nothing can be heard.
+    // Opens stereo output at 48 000 Hz. Returns null and sets `why` if there is none.
     static std::unique_ptr<SoundOut> open(std::string& why);
     virtual ~SoundOut() = default;
-    // Asks for as many pairs, left and right, as are wanted by now; to be called every frame. About
-    // 40 ms lie between them and the ear. Where calls stay away it is silent, and goes on later.
+    // Call every frame. Calls `make` for each free buffer, to append `pairs` pairs of samples
+    // (left, right). Latency about 40 ms. Without calls the output falls silent; the next call
+    // resumes it.
     using Make = std::function<void(int pairs, std::vector<std::int16_t>& to)>;
     virtual void fill(const Make& make) = 0;
 };

@@ -7,8 +7,8 @@
 
 namespace knead::xr {
 
-// SRGB8_ALPHA8, RGBA8; DEPTH_COMPONENT32F, 24, 16. Not those with a stencil: Mesa's software
-// renderer falls over one that another API has made.
+// SRGB8_ALPHA8, RGBA8; DEPTH_COMPONENT32F, 24, 16. No formats with stencil: Mesa's software
+// renderer crashes on those created by another API.
 const std::vector<std::int64_t> colour_formats{0x8C43, 0x8058};
 const std::vector<std::int64_t> depth_formats{0x8CAC, 0x81A6, 0x81A5};
 
@@ -32,7 +32,7 @@ Swapchain::Swapchain(Api& of, XrSession session, std::int64_t format, XrSwapchai
     about.sampleCount = about.faceCount = about.arraySize = about.mipCount = 1;
     about.width = std::uint32_t(width), about.height = std::uint32_t(height);
     api.create_swapchain(session, &about, &chain);
-    // The list is one of structs that only look like their base.
+    // Not by listed(): the call takes an array of the base struct.
     std::uint32_t count = 0;
     api.images(chain, 0, &count, nullptr);
     std::vector<XrSwapchainImageOpenGLKHR> images(count,

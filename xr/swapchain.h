@@ -1,4 +1,4 @@
-// A queue of GL textures that the runtime shows.
+// An OpenXR swapchain of GL textures.
 #pragma once
 #include <cstdint>
 #include <vector>
@@ -7,10 +7,10 @@
 
 namespace knead::xr {
 
-// GL formats, by their numbers in the GL registry, best first: those that the painters write.
+// GL internal formats that the painters can write, by number in the GL registry, best first.
 extern const std::vector<std::int64_t> colour_formats, depth_formats;
 bool is_srgb(std::int64_t format);
-// The first of `liked` that is offered; 0: none.
+// The first of `liked` that is in `offered`; 0: none.
 std::int64_t chosen_format(const std::vector<std::int64_t>& liked,
                            const std::vector<std::int64_t>& offered);
 
@@ -21,12 +21,13 @@ class Swapchain {
     ~Swapchain();
     Swapchain(const Swapchain&) = delete;
 
-    // A texture that may be drawn into, until release(); 0: the runtime still reads it after `wait`
-    // seconds. It remains acquired, and the next call waits again.
+    // Acquires an image and waits up to `wait` [s] for it. Returns its texture, valid until
+    // release(); 0 on timeout: the image stays acquired and the next call waits for it again.
     unsigned acquire(double wait);
     void release();
-    bool held() const { return ready; }  // may be drawn into
-    // As layers name it: of its sides the share `scale`, rounded, from the lower left corner.
+    bool held() const { return ready; }  // waited for, not released
+    // Subimage for a composition layer: the fraction `scale` of both sides (rounded), from the
+    // lower left corner.
     XrSwapchainSubImage part(float scale) const;
 
   private:
@@ -34,7 +35,7 @@ class Swapchain {
     XrSwapchain chain = XR_NULL_HANDLE;
     int width, height;
     std::vector<unsigned> textures;
-    std::uint32_t index = 0;  // of the texture that is acquired
+    std::uint32_t index = 0;  // of the acquired image
     bool acquired = false, ready = false;
 };
 

@@ -1,4 +1,4 @@
-// OpenXR's lists: asked for once for their length, once for what is in them.
+// The two-call idiom of OpenXR: one call for the length of a list, one for its elements.
 #pragma once
 #include <vector>
 
@@ -6,8 +6,8 @@
 
 namespace knead::xr {
 
-// Everything that `call` lists, where it takes `before`, a capacity, a count and an array. Elements
-// start as `blank`. A list that grows between the two calls is asked for again.
+// All elements listed by call(before..., capacity, &count, array). Elements are initialized with
+// `blank`. Repeats both calls if the list grows between them. Throws XrFailure.
 template <class T, class Function, class... Before>
 std::vector<T> listed(Call<Function>& call, const T& blank, Before... before)
 {
