@@ -1,5 +1,4 @@
-// A live picture of fewer pixels, stretched over the window, for machines that cannot draw all of
-// them in time.
+// A live picture drawn at reduced resolution and scaled up to the window, for slow machines.
 #pragma once
 #include <memory>
 
@@ -11,8 +10,8 @@ class CoarsePicture {
   public:
     virtual ~CoarsePicture() = default;
     static std::unique_ptr<CoarsePicture> open();  // in the context that is current
-    // Draws the view into the window's framebuffer, from such a share of its pixels a side.
-    // `keep`: repeat() can show it again, without drawing it.
+    // Draws the view at `scale` times its size per side and scales it up into the window's
+    // framebuffer. `keep`: repeat() can show it again without drawing.
     virtual void paint(EyePainter& painter, const EyeView& view, const EyeLook& look, double scale,
                        bool keep = false) = 0;
     virtual void repeat() = 0;

@@ -13,7 +13,7 @@
 namespace knead {
 namespace {
 
-// EGL's functions, found when first wanted: a machine without EGL still runs all but pictures.
+// EGL functions, loaded at first use: without EGL only pictures are unavailable.
 struct Egl {
     decltype(&eglGetProcAddress) address;
     decltype(&eglQueryString) query_string;
@@ -193,12 +193,12 @@ Context::Context()
     throw std::runtime_error("no pictures: no OpenGL 4.5 context without a window" + reasons);
 }
 
-// The display stays initialized: others in this process may share it.
+// The display stays initialized: other code in this process may use it.
 Context::~Context() { egl().destroy_context(display_, context_); }
 
 Context::Bound::Bound(const Context& context) : own_(context)
 {
-    egl().bind_api(EGL_OPENGL_API);  // else EGL speaks of the contexts of OpenGL ES
+    egl().bind_api(EGL_OPENGL_API);  // else EGL uses OpenGL ES contexts
     display_ = egl().current_display();
     context_ = egl().current_context();
     draw_ = egl().current_surface(EGL_DRAW);

@@ -8,17 +8,17 @@ namespace knead {
 
 class Context {
   public:
-    // Throws std::runtime_error that lists each way tried, and why it failed. The GL functions are
-    // loaded when it returns.
+    // Creates the context and loads the GL functions. Throws std::runtime_error that lists each
+    // display tried and why it failed.
     Context();
     ~Context();
     Context(const Context&) = delete;
     Context& operator=(const Context&) = delete;
 
-    // The GL renderer as it names itself.
+    // GL_RENDERER.
     const std::string& name() const { return name_; }
 
-    // Makes the context current on this thread, and puts back what was current before.
+    // Makes the context current on this thread; the destructor restores the previous one.
     class Bound {
       public:
         explicit Bound(const Context& context);

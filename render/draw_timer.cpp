@@ -7,7 +7,7 @@ DrawTimer::~DrawTimer() { glDeleteQueries(GLsizei(most), queries.data()); }
 
 void DrawTimer::begin(float scale)
 {
-    if (timing) end();  // what was drawn failed
+    if (timing) end();  // end() was skipped: drawing threw
     timing = begun - read < most;
     if (!timing) return;
     scales[begun % most] = scale;

@@ -1,4 +1,4 @@
-// How long OpenGL takes for pictures, told some frames later, so that nothing waits.
+// GPU time of pictures by GL_TIME_ELAPSED queries, read some frames later without waiting.
 #pragma once
 #include <array>
 #include <optional>
@@ -11,16 +11,16 @@ class DrawTimer {
   public:
     struct Reading {
         double seconds;
-        float scale;  // as begin() was told
+        float scale;  // argument of begin()
     };
-    DrawTimer();  // in the context that is current whenever it is used or deleted
+    DrawTimer();  // the same context must be current whenever it is used or deleted
     ~DrawTimer();
     DrawTimer(const DrawTimer&) = delete;
 
-    // About what is drawn. Where too many are not known yet, this one is not timed.
+    // Call around the draw calls. If too many results are pending, this picture is not timed.
     void begin(float scale);
     void end();
-    // The oldest that was not told, if it is known by now.
+    // The oldest unread result; empty if it is not available yet.
     std::optional<Reading> told();
 
   private:

@@ -55,7 +55,7 @@ void SharedClay::draw(std::size_t part) const
     const Vec3<float> c = category_colour(categories_.at(part));
     glBindVertexArray(layout_);
     glBindBuffer(GL_DRAW_INDIRECT_BUFFER, buffer_);
-    glVertexAttrib4f(2, c.x, c.y, c.z, 0);  // of every vertex: clay
+    glVertexAttrib4f(2, c.x, c.y, c.z, 0);  // constant colour; skin 0: clay
     const std::size_t command = shared_->layout().draws + part * MeshLayout::command;
     glDrawElementsIndirect(GL_TRIANGLES, GL_UNSIGNED_INT, reinterpret_cast<const void*>(command));
     glVertexAttrib4f(2, 0, 0, 0, 1);

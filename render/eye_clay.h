@@ -1,5 +1,5 @@
-// Clay as a live picture draws it: from the host's meshes, or from those of a CUDA device without a
-// way through host memory.
+// Clay of a live picture: meshes uploaded from the host, or shared with a CUDA device without a
+// copy through host memory.
 #pragma once
 #include <map>
 
@@ -9,7 +9,7 @@
 
 namespace knead {
 
-// Whether what a CUDA device makes is shared with this context, found out once for each.
+// Whether a CUDA device can share memory with this context; determined once per device.
 class Sharings {
   public:
     explicit Sharings(bool wanted) : wanted_(wanted) {}
@@ -20,13 +20,13 @@ class Sharings {
     std::map<int, Sharing> found_;
 };
 
-// A mesh on a CUDA device, in a buffer that CUDA writes: how many triangles there are only the
-// device knows.
+// A mesh on a CUDA device, copied by CUDA into a GL buffer and drawn by indirect commands: the
+// number of triangles stays on the device.
 class SharedClay {
   public:
-    // Throws std::runtime_error where CUDA refuses.
+    // Throws std::runtime_error on a CUDA error.
     void take(const DeviceMesh& mesh);
-    // The part of that place among the categories.
+    // Draws the category at this index.
     void draw(std::size_t part) const;
 
   private:
@@ -41,18 +41,18 @@ class EyeClay {
   public:
     struct Part {
         int category;
-        bool seen;    // else it only casts its shadow
-        Range range;  // of the host's
+        bool seen;    // false: it only casts a shadow
+        Range range;  // of the uploaded triangles
     };
-    // What lies farther from the origin than `farthest` [m] does not count in about(). Clay of the
-    // categories `unseen` is not seen.
+    // about() ignores clay farther than `farthest` [m] from the origin. Clay of the categories
+    // `unseen` only casts a shadow.
     explicit EyeClay(float farthest) : farthest_(farthest) {}
 
     void set(const std::vector<Mesh>& meshes, const std::vector<int>& unseen);
     void set(const DeviceMesh& mesh, const std::vector<int>& unseen);  // shared
     const std::vector<Part>& parts() const { return parts_; }
     void draw(std::size_t part) const;
-    const Ball& about() const { return about_; }  // all clay
+    const Ball& about() const { return about_; }  // bounding ball of all clay
 
   private:
     const float farthest_;

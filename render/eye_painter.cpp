@@ -1,5 +1,5 @@
-// A live picture: shadow maps where something moved, samples of what the eye sees, and their mean
-// in the caller's framebuffer.
+// A live picture: shadow maps if something moved, a multisampled picture of the eye, resolved into
+// the caller's framebuffer.
 #include "render/eye_painter.h"
 
 #include <algorithm>
@@ -16,7 +16,7 @@
 namespace knead {
 namespace {
 
-// What lies beyond is not there: keeps one stray vertex from spoiling the shadows [m].
+// Clay beyond this distance is ignored, so that a stray vertex does not spoil the shadows [m].
 constexpr float farthest = 1e4f;
 constexpr Vec3<float> selected_glow{0.35f, 0.62f, 1};
 
@@ -89,11 +89,11 @@ class GlEyePainter final : public EyePainter {
     std::vector<DrawnHand> drawn_hands_;
     EyeSplats splats_;
     std::array<DrawnHidden, 2> hidden_;
-    int width_ = 0, height_ = 0;  // of the samples' textures [pixels]
+    int width_ = 0, height_ = 0;  // of the multisample textures [pixels]
     long version_ = 0;
     bool any_clay_ = false, shadows_stand_ = false;
-    Ball lit_{};             // what the shadow maps hold
-    Vec3<float> towards_{};  // the key light
+    Ball lit_{};             // region covered by the shadow maps
+    Vec3<float> towards_{};  // direction to the key light
     float floor_ = 0;        // its height [m]
 };
 
@@ -155,7 +155,7 @@ void GlEyePainter::set_hands(const std::vector<HandLook>& hands)
     shadows_stand_ = false;
 }
 
-// Grows only: the eyes of a headset, and a window that is drawn wider, share what is there.
+// Grows only: both eyes of a headset use the same textures.
 void GlEyePainter::resize(int width, int height)
 {
     if (width <= width_ && height <= height_) return;
@@ -183,11 +183,11 @@ void GlEyePainter::resize(int width, int height)
     width_ = w, height_ = h;
 }
 
-// The ball that is lit is kept while clay stays in it and does not shrink to less than half:
-// shadows that are sampled anew every frame would crawl.
+// The lit ball is kept while it contains the clay and is at most twice the size needed: shadow maps
+// placed anew every frame would make shadows crawl.
 void GlEyePainter::light(const EyeLook& look)
 {
-    const float room = 1.5f;  // for hands about the clay
+    const float room = 1.5f;  // margin for hands around the clay
     Ball wanted = look.stage;
     const Ball& clay = clay_.about();
     if (!clay_.parts().empty() && room * clay.radius < look.stage.radius)
@@ -236,7 +236,7 @@ void GlEyePainter::aim(const EyeView& view, const EyeLook& look)
     const Vec3<float> right = axis({1, 0, 0}), up = axis({0, 1, 0}), forward = axis({0, 0, -1});
     const float wide = (view.right - view.left) / 2, high = (view.up - view.down) / 2;
     const float far = std::max(length(view.position - lit_.centre), lit_.radius);
-    // The sky is brighter across from the key light.
+    // The sky is brighter opposite the key light.
     const Vec3<float> level{-towards_.x, 0, -towards_.z};
     const Vec3<float> aside = length(level) > 1e-3f ? (1 / length(level)) * level : Vec3<float>{};
     ViewBlock block{};
@@ -245,7 +245,7 @@ void GlEyePainter::aim(const EyeView& view, const EyeLook& look)
     put(block.up, high * up, 1 / high);
     put(block.forward, forward, look.floor);
     put(block.ball, lit_.centre, lit_.radius);
-    // The floor keeps its lines and its end while the head moves.
+    // Line spacing and extent of the floor do not depend on the eye's position.
     const float room = 3 * look.stage.radius;
     put(block.scale,
         {line_spacing(room), std::max(4 * room, 2 * far), 2 * high / float(view.height)}, 0);

@@ -1,5 +1,5 @@
-// The shaders of a live picture, GLSL 4.50. Light, floor and tones are those of a still one
-// (render/shaders.h), with fewer lamps: a key light, and the sky by its mean.
+// Shaders of live pictures, GLSL 4.50. Lighting, floor and tone mapping as in still pictures
+// (render/shaders.h), with fewer lamps: a key light, and the mean of the sky.
 #pragma once
 #include <string>
 
@@ -7,10 +7,10 @@
 
 namespace knead {
 
-constexpr int live_lamps = 2;  // the key light; the zenith, which stands for the whole sky
+constexpr int live_lamps = 2;                     // the key light; the zenith, for the whole sky
 constexpr int key_side = 1024, zenith_side = 48;  // texels of their shadow maps
 
-// Points of a disk of radius 1 as an array of GLSL, in the order of a Fibonacci spiral.
+// GLSL array of points on a unit disk along a Fibonacci spiral.
 inline std::string spiral(const std::string& name, int count)
 {
     std::string text = "const vec2 " + name + "[" + std::to_string(count) + "] = vec2[](";
@@ -30,8 +30,8 @@ inline std::string live_constants(int samples)
            spiral("key_taps", samples < 2 ? 4 : 2 * samples);  // lookups, four texels each
 }
 
-// Light on a place that is seen. The lookups of a shadow lie alike for every pixel and both eyes:
-// what is rough at rest would crawl in motion.
+// Lighting of a visible point. Shadow lookups use the same pattern for all pixels and both eyes:
+// noise would crawl in motion.
 constexpr const char* live_shading = R"(
 layout(binding = 0) uniform sampler2DArrayShadow key_map;
 layout(binding = 1) uniform sampler2DArrayShadow zenith_map;
@@ -129,7 +129,7 @@ void main() {
 }
 )";
 
-// The floor as two triangles as far as it is seen; it fades into the backdrop.
+// The floor as two triangles; it fades into the backdrop.
 constexpr const char* live_floor_vertex = R"(
 out vec3 vertex_place;
 void main() {
@@ -165,8 +165,8 @@ out vec4 radiance;
 void main() { radiance = vec4(toned(backdrop(max(normalize(ray_through(at)).y, 0))), 1); }
 )";
 
-// What nobody sees: before all else, at depth 1, behind which all that follows lies. Its alpha
-// stays 0, which nothing else that near has.
+// Hidden area: drawn first, at depth 1 (nearest), so that all later fragments fail the depth test.
+// Alpha 0 at that depth marks it.
 constexpr const char* live_hidden_vertex = R"(
 layout(location = 0) in vec2 tangents;
 void main() {
@@ -177,8 +177,8 @@ constexpr const char* live_hidden_fragment = R"(
 void main() {}
 )";
 
-// From samples to the pixels of the caller: their mean, the nearest depth, and splats before what
-// lies behind them. Those are blended as displayed, as the files mean them.
+// Resolves the samples to the caller's pixels: mean colour, nearest depth, and splats over what is
+// behind them, blended in display (sRGB) space as splat files define it.
 constexpr const char* live_output_fragment = R"(
 layout(binding = 0) uniform sampler2DMS colours;
 layout(binding = 1) uniform sampler2DMS depths;

@@ -1,4 +1,4 @@
-// What a live picture draws, as it lies on the device.
+// GL buffers of a live picture.
 #pragma once
 #include <array>
 #include <vector>
@@ -36,7 +36,7 @@ struct DrawnHand {
 };
 std::vector<DrawnHand> gather_hands(Geometry& geometry, const std::vector<HandLook>& hands);
 
-// What nobody sees of an eye's picture, by corners of triangles at location 0.
+// Hidden area of an eye: corners of triangles at attribute location 0.
 struct DrawnHidden {
     Buffer vertices = buffer();
     VertexArray layout = vertex_array();

@@ -50,7 +50,7 @@ void EyeSplats::set(int eye, GLuint colour, GLuint depth)
     s.shown_width = s.shown_height = 0;
 }
 
-// To register textures anew takes tens of milliseconds: those that are larger serve, too.
+// Registering textures takes tens of milliseconds, so larger ones are reused.
 void EyeSplats::draw(GpuRaster& raster, const SplatFrame& frame, const DeviceGaussians* moved)
 {
     if (!raster_ || device_ != raster.device()) {

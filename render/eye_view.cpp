@@ -1,4 +1,4 @@
-// Eyes apart from OpenGL.
+// Eye views; no OpenGL calls.
 #include <cmath>
 
 #include "cuda/math/rotation.h"

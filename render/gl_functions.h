@@ -1,11 +1,11 @@
-// The functions of OpenGL 4.5 that are called anywhere here. Another one needs a line in the list.
-// To be included before GL/gl.h, after which glcorearb.h lacks the types of OpenGL 1.
+// All OpenGL 4.5 functions called by this program; add a line for each new one. Include before
+// GL/gl.h: after it, glcorearb.h does not declare the types of OpenGL 1.
 #pragma once
 #include <GL/glcorearb.h>
 
 namespace knead {
 
-// Every GlFunction is in one list, so that load_gl_functions() finds them all.
+// Every GlFunction is in one linked list, traversed by load_gl_functions().
 class GlEntry {
   public:
     explicit GlEntry(const char* name) : name_(name), next_(first_) { first_ = this; }
@@ -22,7 +22,7 @@ class GlEntry {
     inline static GlEntry* first_ = nullptr;
 };
 
-// One function, called as OpenGL names it; null until it is loaded.
+// One function, called by its OpenGL name; null until loaded.
 template <class Pointer>
 class GlFunction : GlEntry {
   public:
@@ -30,8 +30,8 @@ class GlFunction : GlEntry {
     operator Pointer() const { return reinterpret_cast<Pointer>(function_); }
 };
 
-// Finds the functions by `address`, which the platform gives, for the context that is current.
-// False where one is missing or the context is of less than OpenGL 4.5.
+// Loads all functions for the current context by the platform's `address`. Returns false if one is
+// missing or the context is below OpenGL 4.5.
 bool load_gl_functions(void (*(*address)(const char* name))());
 
 inline GlFunction<PFNGLATTACHSHADERPROC> glAttachShader{"glAttachShader"};

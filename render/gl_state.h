@@ -1,10 +1,11 @@
-// The state of an OpenGL context that live pictures are drawn with, and what they leave behind.
+// OpenGL state for drawing live pictures, and its reset.
 #pragma once
 #include "render/gl.h"
 
 namespace knead {
 
-// What drawing needs, whatever was set before; and the values of a new context again.
+// set_state(): all state that drawing depends on. reset_state(): back to the defaults of a new
+// context.
 inline void set_state()
 {
     for (const GLenum off :

@@ -12,13 +12,13 @@
 namespace knead {
 namespace {
 
-constexpr float spacing = 0.0025f;       // of the lattice on which the surface is found [m]
-constexpr float shared_within = 0.002f;  // over which primitives share a vertex [m]
-// Of fingers against their length: what creases then show is looked for at these.
+constexpr float spacing = 0.0025f;       // lattice spacing of the isosurface [m]
+constexpr float shared_within = 0.002f;  // blending distance between primitives [m]
+// Finger thickness over the default at equal length: the two sizes at which lay_on() fits `rise`.
 constexpr float thin_fingers = 0.8f, thick_fingers = 1.25f;
 constexpr float highest_rise = 0.003f;  // [m]
 
-// The rig with the beginning of a forearm behind the wrist, as broad as two bones.
+// The rig plus the start of a forearm behind the wrist, two bones wide.
 Rig with_forearm(Topology topology, Side side)
 {
     Rig rig = hand_rig(topology, side);
@@ -39,7 +39,7 @@ Rig with_forearm(Topology topology, Side side)
     return rig;
 }
 
-// The primitives where they lie in the open hand.
+// The primitives in the pose of the open hand.
 struct Laid {
     std::vector<Sphere<float>> spheres;
     std::vector<Shape<float>> shapes;
@@ -71,7 +71,7 @@ ClosestPoint<float> nearest(const Laid& hand, Vec3<float> p)
     return best;
 }
 
-// 1/2 on the surface, 1 inside, 0 outside, over two spacings.
+// Occupancy of the union: 1/2 on the surface, from 1 inside to 0 outside over two spacings.
 Field inside(const Laid& hand)
 {
     Vec3<float> low{1, 1, 1}, high{-1, -1, -1};
@@ -106,7 +106,7 @@ Field inside(const Laid& hand)
     return field;
 }
 
-// The largest `count` of some shares, by their indices.
+// Indices of the `count` largest shares.
 std::vector<int> largest(const std::vector<float>& shares, int count)
 {
     std::vector<int> order(shares.size());
@@ -118,7 +118,7 @@ std::vector<int> largest(const std::vector<float>& shares, int count)
     return order;
 }
 
-// The shares that spheres have of a vertex: those of the closest points on the primitives about it.
+// Weights of the spheres for a vertex, from the closest points on nearby primitives.
 std::vector<float> sphere_shares(const Rig& rig, const Laid& hand, Vec3<float> v)
 {
     std::vector<ClosestPoint<float>> near;
@@ -179,7 +179,8 @@ HandSkin::HandSkin(Topology topology, Side side) : rig_(with_forearm(topology, s
     lay_on(open, side);
 }
 
-// Where fingers are thin or thick for their length, primitives come out of the skin, or leave it.
+// Fits `rise`: for thin or thick fingers the skin would leave a gap to the primitives or cut into
+// them.
 void HandSkin::lay_on(const Hand& open, Side side)
 {
     std::vector<Joint<double>> joints(std::size_t(int(side_count) * joint_count),
@@ -217,7 +218,7 @@ Mesh HandSkin::posed(const std::vector<Joint<double>>& joints, double zoom,
     const float share = (ratio - 1) / ((thick ? thick_fingers : thin_fingers) - 1);
     const float risen = size.along * clamp(share, 0.0f, 1.0f);
     std::vector<Joint<float>> at;
-    std::vector<Mat3<float>> turned;  // half the work of quaternions
+    std::vector<Mat3<float>> turned;  // half the operations of quaternions
     for (const Joint<double>& j : joints)
         at.push_back(cast<float>(j)), turned.push_back(rotation(at.back().q));
     std::vector<Vec3<float>> centres;
@@ -229,7 +230,7 @@ Mesh HandSkin::posed(const std::vector<Joint<double>>& joints, double zoom,
         for (int k = 0; k < most; ++k) p = p + s.share[k] * centres[std::size_t(s.sphere[k])];
         for (int k = 0; k < 4; ++k) {
             const Mat3<float>& Q = turned[std::size_t(s.joint[k])];
-            p = p + (s.weight[k] * size.across) * (Q * s.offset[k]);  // as radii are
+            p = p + (s.weight[k] * size.across) * (Q * s.offset[k]);  // scaled as radii
             n = n + s.weight[k] * (Q * s.normal[k]);
         }
         mesh.vertices[v] = p + (risen * s.rise[thick]) * n;

@@ -8,12 +8,12 @@
 
 namespace knead {
 
-// Of each kind; multiples of 4, because the four samples of a pixel share them out.
+// Number of each kind; multiples of 4, because each of a pixel's four samples uses a quarter.
 constexpr int key_lamps = 32, dome_lamps = 64;
 constexpr int lamps = key_lamps + dome_lamps;
 
-// As the shaders read it (std140): three rows that take a place to its spot in the shadow map, each
-// coordinate in [0, 1] about the lit ball, and then the direction towards the lamp.
+// Uniform block layout (std140): three rows that transform a position to shadow map coordinates, in
+// [0, 1] over the lit ball, and the direction towards the lamp.
 struct Lamp {
     float row[3][4];
     float towards[4];
@@ -38,8 +38,8 @@ inline Lamp lamp(Vec3<float> towards, const Ball& ball)
 
 constexpr float golden_angle = 2.39996323f;  // [rad]
 
-// The k-th of n points spread evenly over a disk or dome by the golden angle (a Fibonacci
-// spiral), dealt so that lamps of equal number modulo 4 are spread evenly as well.
+// The k-th of n points spread evenly over a disk or dome by the golden angle (a Fibonacci spiral),
+// permuted so that lamps of equal index modulo 4 are spread evenly as well.
 inline int dealt(int k) { return 4 * (k / 4) + (k + k / 4) % 4; }
 
 // `key` is the unit direction towards the middle of the key light, `spread` its angular radius

@@ -1,4 +1,4 @@
-// Pictures in a build without OpenGL: none, and the reason.
+// Builds without OpenGL: opening a painter throws, with the reason.
 #ifndef KNEAD_HAS_GL
 #include <stdexcept>
 

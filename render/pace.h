@@ -1,4 +1,4 @@
-// How many pixels can be drawn in time.
+// Chooses the picture resolution that meets a time budget.
 #pragma once
 #include <algorithm>
 #include <cmath>
@@ -7,16 +7,16 @@ namespace knead {
 
 class Pace {
   public:
-    // Pictures take about `budget` [s] at most; `least` is the smallest share of a side's pixels.
+    // Time budget of a picture [s], smallest and initial scale.
     Pace(double budget, double least, double first) : budget_(budget), least_(least), scale_(first)
     {
     }
-    double scale() const { return scale_; }  // share of a side's pixels, up to 1
-    // What a picture of that scale took [s]. What lies near the budget changes nothing, so that the
-    // picture does not waver: a step down or up leaves it there. Where two on end took too long,
-    // the next has as many pixels as there is time for; one alone may have waited for something.
-    // Where fewer pixels took no less, as splats do that crowd into few tiles, there are as many as
-    // before again, for `patience` pictures that take too long.
+    double scale() const { return scale_; }  // fraction of the pixels of a side, at most 1
+    // Records the time of a picture at scale() [s]. Times near the budget leave the scale unchanged
+    // (hysteresis). Two consecutive pictures over 1.2 budgets lower it to fit, because a single one
+    // may be a stall; one below 0.6 budgets raises it by 20 %. If fewer pixels are not faster, as
+    // with splats crowded into few tiles, the previous scale is restored and kept for `patience`
+    // slow pictures.
     void took(double seconds)
     {
         const double both = std::min(seconds, before_);
@@ -48,9 +48,9 @@ class Pace {
     void set(double scale) { scale_ = scale, before_ = 0; }
 
     double budget_, least_, scale_;
-    double before_ = 0;  // what the last picture of this scale took [s]
+    double before_ = 0;  // time of the last picture at this scale [s]
     Taken larger_;       // before the last step down
-    int patient_ = 0;    // pictures that may still take too long
+    int patient_ = 0;    // slow pictures still tolerated
 };
 
 }  // namespace knead

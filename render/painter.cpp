@@ -1,4 +1,4 @@
-// Pictures by OpenGL: shadow maps of every lamp, then what the camera sees, then light on it.
+// Pictures by OpenGL: shadow maps of all lamps, then normals, colours and depths, then lighting.
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
@@ -88,7 +88,7 @@ class GlPainter final : public Painter {
     Image developed();
     void draw(Range range) const;
 
-    // The first and last members: what is between is freed while the context is current.
+    // Members between these are freed while the context is current.
     Context context_;
     std::unique_ptr<Context::Bound> bound_;
     Program shadow_, scene_, light_, tone_;
@@ -101,7 +101,7 @@ class GlPainter final : public Painter {
     int largest_side_ = 0;        // of a picture
 };
 
-// Of a square that the GL draws to, in whole pixels.
+// Largest side of a square render target [pixels].
 int largest_picture()
 {
     GLint texture = 0, view[2] = {0, 0};
@@ -155,7 +155,7 @@ void GlPainter::resize(int width, int height)
     glNamedFramebufferTexture(scene_frame_, GL_DEPTH_ATTACHMENT, depths_, 0);
     glNamedFramebufferTexture(light_frame_, GL_COLOR_ATTACHMENT0, radiances_, 0);
     glNamedFramebufferTexture(picture_frame_, GL_COLOR_ATTACHMENT0, picture_, 0);
-    // A texture that there is no room for is an error of its own; all errors are taken.
+    // Each texture that does not fit raises its own error: read all of them.
     bool fits = true;
     while (glGetError() != GL_NO_ERROR) fits = false;
     for (const GLuint frame : {GLuint(scene_frame_), GLuint(light_frame_), GLuint(picture_frame_)})
@@ -178,8 +178,8 @@ void GlPainter::upload(const Geometry& geometry)
                       geometry.triangles.data(), GL_STREAM_DRAW);
 }
 
-// The key light goes with the camera, from its left and above, so that a dent that can be seen is
-// lit from the side.
+// The key light moves with the camera, from its upper left, so that visible dents are lit from the
+// side.
 void GlPainter::aim(const Geometry& geometry, const Camera& camera, float floor)
 {
     const Vec3<float> gaze = camera.target - camera.eye;
@@ -270,8 +270,8 @@ void GlPainter::light(float opacity)
         glBlendColor(0, 0, 0, opacity);
         glBlendFunc(GL_CONSTANT_ALPHA, GL_ONE_MINUS_CONSTANT_ALPHA);
     }
-    // Most of the time goes here, so it is done in bands: so many samples take software's OpenGL a
-    // tenth of a second or less.
+    // Lighting takes most of the time, so it is drawn in bands of at most this many samples: 0.1 s
+    // or less in software OpenGL.
     constexpr int samples_at_a_time = 1 << 18;
     const int across = samples_across * width_, rows = samples_across * height_;
     const int band = std::max(1, samples_at_a_time / across);
@@ -312,7 +312,7 @@ Image GlPainter::developed()
     return image;
 }
 
-// Of a pixel's samples the nearest.
+// The nearest of each pixel's samples.
 std::vector<float> GlPainter::depths()
 {
     const Context::Bound bound(context_);

@@ -1,4 +1,4 @@
-// Shader programs from pieces of GLSL, and the one list of vertices that all of them read.
+// Shader programs from pieces of GLSL, and their common vertex layout.
 #pragma once
 #include <initializer_list>
 #include <string>
@@ -7,16 +7,16 @@
 
 namespace knead {
 
-// The pieces of each shader are one text. Throws std::runtime_error with what the compiler says;
-// `name` is for that.
+// The pieces of each shader are concatenated. Throws std::runtime_error with `name` and the
+// compiler's message.
 Program program(std::initializer_list<std::string> vertex,
                 std::initializer_list<std::string> fragment, const std::string& name);
 
-// PaintVertex (render/geometry.h) from `vertices`, by `triangles`: place, normal, colour and skin
-// at locations 0, 1, 2.
+// Vertex array of PaintVertex (render/geometry.h) in `vertices`, indexed by `triangles`: place,
+// normal, colour and skin at locations 0, 1, 2.
 VertexArray paint_layout(GLuint vertices, GLuint triangles);
 
-// Depths seen by `layers` lamps, to be compared with. Outside the map nothing stands in the way.
+// Depth texture array of `layers` lamps with comparison. Outside the map nothing is in shadow.
 Texture shadow_maps(int side, int layers);
 
 }  // namespace knead

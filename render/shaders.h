@@ -1,6 +1,6 @@
-// The shaders of a still picture, GLSL 4.50, and what live ones (render/eye_shaders.h) share with
-// them: `common`, `shading`, `ground`, `tones`. What they share with C++ is in `still_constants`,
-// made from the C++ values, and in ViewBlock.
+// Shaders of still pictures, GLSL 4.50, and the pieces shared with live pictures
+// (render/eye_shaders.h): `common`, `shading`, `ground`, `tones`. Values shared with C++ are in
+// `still_constants`, generated from the C++ values, and in ViewBlock.
 #pragma once
 #include <cmath>
 #include <string>
@@ -24,7 +24,7 @@ inline std::string still_constants()
            constant("dome_map_side", dome_map_side);
 }
 
-// As the shaders read it (std140); the fields are explained in `common`.
+// Uniform block (std140); the fields are explained in `common`.
 struct ViewBlock {
     float eye[4], right[4], up[4], forward[4], ball[4], scale[4], sky[4], shift[4];
 };
@@ -32,7 +32,7 @@ inline void put(float (&to)[4], Vec3<float> v, float w)
 {
     to[0] = v.x, to[1] = v.y, to[2] = v.z, to[3] = w;
 }
-// Of the floor's lines, for an eye so far from what it looks at [m].
+// Spacing of the floor's lines for an eye at this distance from its target [m].
 inline float line_spacing(float distance)
 {
     return std::pow(10.0f, std::round(std::log10(distance / 8)));
@@ -115,7 +115,7 @@ void main() {
 }
 )";
 
-// What clay, skin and floor do with light, and where it comes from.
+// Light sources, and reflection by clay, skin and floor.
 constexpr const char* shading = R"(
 const vec3 key_colour = vec3(1.48, 1.38, 1.24);
 const vec3 floor_colour = vec3(0.30, 0.30, 0.31);
@@ -182,8 +182,8 @@ vec3 decoded(vec3 c) {
 }
 )";
 
-// Light on what is seen, or on the floor, or the backdrop. Every sample of a pixel takes its
-// quarter of the lamps; the mean over the pixel has them all.
+// Lighting of geometry, floor or backdrop. Each sample of a pixel uses a quarter of the lamps; the
+// mean over the pixel has all of them.
 constexpr const char* light_fragment = R"(
 layout(binding = 0) uniform sampler2D normals;
 layout(binding = 1) uniform sampler2D colours;
@@ -262,7 +262,7 @@ void main() {
 }
 )";
 
-// Mean of the samples, then tones, as sRGB.
+// Mean of the samples, then tone mapping, then sRGB.
 constexpr const char* tone_fragment = R"(
 layout(binding = 0) uniform sampler2D radiances;
 out vec4 tone;

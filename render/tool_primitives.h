@@ -1,4 +1,4 @@
-// Tools as they are drawn.
+// Primitives of tools for drawing.
 #pragma once
 #include <vector>
 

@@ -25,7 +25,7 @@ CameraKey read_key(const Json& value, const std::string& file, std::size_t at)
     return key;
 }
 
-// How fast a place changes at a key: from the one before to the one behind.
+// Velocity at a key: difference of its neighbours over their time.
 V rate(const std::vector<CameraKey>& keys, std::size_t k, V View::*place)
 {
     const CameraKey &before = keys[k > 0 ? k - 1 : k],
@@ -33,7 +33,8 @@ V rate(const std::vector<CameraKey>& keys, std::size_t k, V View::*place)
     return (1 / (behind.time - before.time)) * (behind.view.*place - before.view.*place);
 }
 
-// The cubic with these places and rates at both ends of `span` seconds, at the share t of it.
+// Cubic Hermite interpolation with these positions and rates at both ends of `span` [s], at t in
+// [0, 1].
 V cubic(V from, V from_rate, V to, V to_rate, double span, double t)
 {
     const double u = 1 - t;

@@ -1,4 +1,4 @@
-// Where `knead render` looks from while a video goes on.
+// Camera paths of `knead render` videos.
 #pragma once
 #include <string>
 #include <vector>
@@ -8,21 +8,22 @@
 namespace knead {
 
 struct View {
-    Vec3<double> eye, at;  // [m]: where it is seen from, and what is looked at
+    Vec3<double> eye, at;  // position and target [m]
 };
 
-// A view that is passed at a time.
+// A view with its time.
 struct CameraKey {
     double time;  // [s]
     View view;
 };
 
-// Of a file {"schema": "knead.path/1", "keys": [{"time": 0, "eye": [x, y, z], "at": [x, y, z]}]},
-// at least two keys, later and later, over at most an hour. Throws InputError with file and place.
+// Reads {"schema": "knead.path/1", "keys": [{"time": 0, "eye": [x, y, z], "at": [x, y, z]}]}: at
+// least two keys, times strictly increasing, over at most an hour. Throws InputError with file and
+// place.
 std::vector<CameraKey> read_camera_path(const std::string& file);
 
-// Between the keys, smoothly through each of them; before the first and behind the last, those.
-// [Catmull 1974], with the keys' own times.
+// Interpolates the keys by a cubic spline through each of them, clamped to the first and the last.
+// [Catmull 1974], with non-uniform times.
 View view_at(const std::vector<CameraKey>& keys, double time);
 
 }  // namespace knead

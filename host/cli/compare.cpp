@@ -1,5 +1,5 @@
-// knead compare: two reports, or two particle files. Fails (1) where they differ by more than
-// asked.
+// knead compare: two reports, or two particle files. Exit code 1 if they differ by more than the
+// tolerance.
 #include "host/cli/compare.h"
 
 #include <fmt/format.h>
@@ -16,7 +16,7 @@
 namespace knead {
 namespace {
 
-// Numbers of a report that are physics, not time: they must agree.
+// Physical quantities of a report, which must agree.
 const char* const to_agree[] = {"/knead/simulated_s",         "/knead/particles",
                                 "/knead/mass/last_kg",        "/knead/volume/last_m3",
                                 "/knead/volume/mesh_last_m3", "/knead/energy/kinetic_J",
@@ -29,7 +29,7 @@ double value(const Json& report, const char* pointer)
     return report.contains(p) && report[p].is_number() ? report[p].get<double>() : std::nan("");
 }
 
-// Not every run makes a mesh; all else every report has.
+// All are mandatory except the volume of the mesh, which not every run makes.
 void check_quantities(const Json& report, const std::string& file)
 {
     for (const std::string q : to_agree)

@@ -1,4 +1,4 @@
-// What `knead compare` finds.
+// Comparison of `knead compare`.
 #pragma once
 #include <nlohmann/json_fwd.hpp>
 #include <string>
@@ -9,12 +9,12 @@
 
 namespace knead {
 
-// Each answers an object with "agree", true or false. `o` names the two for messages and says how
-// far they may be apart. Throws InputError for a report without a quantity that every report has.
+// Each returns an object with "agree", true or false. `o` has the file names for messages and the
+// tolerances. Throws InputError for a report that lacks a mandatory quantity.
 nlohmann::json compared(const nlohmann::json& first, const nlohmann::json& second,
                         const CompareOptions& o);
 nlohmann::json compared(const std::vector<Particle<double>>& first,
                         const std::vector<Particle<double>>& second, const CompareOptions& o);
-std::string told(const nlohmann::json& found);  // for people
+std::string told(const nlohmann::json& found);  // as text
 
 }  // namespace knead

@@ -30,7 +30,7 @@ void check_ending(const std::string& out, const std::vector<std::string>& allowe
     throw UsageError(fmt::format("{}: {} can be written as {}", out, of, all));
 }
 
-// Says what does not come along.
+// Converts splats; reports what is lost.
 void convert_splats(const ConvertOptions& o)
 {
     check_ending(o.out, {".ply", ".splat", ".spz", ".glb"}, "splats");

@@ -1,4 +1,4 @@
-// knead doctor: what is here, what is missing, and what that costs.
+// knead doctor: what is installed, what is missing, and the consequences.
 #include <fmt/format.h>
 
 #include <filesystem>
@@ -28,7 +28,7 @@ Json finding(const std::string& what, bool there, const std::string& text)
     return {{"what", what}, {"there", there}, {"text", text}};
 }
 
-// A solver of one particle says what the device is, or why there is none.
+// Creates a solver with one particle: reports the device, or why there is none.
 Json cuda_finding()
 {
     const std::string without = "; everything runs on the CPU";
@@ -60,7 +60,7 @@ Json pictures_finding()
     }
 }
 
-// Asked in a context as pictures have; a window or a headset has its own.
+// Tests sharing in an off-screen context; that of a window or headset may differ.
 Json sharing_finding()
 {
 #ifdef KNEAD_HAS_GL
@@ -82,7 +82,7 @@ std::string joined(const std::vector<std::string>& words)
     return words.empty() ? "none" : fmt::format("{}", fmt::join(words, " "));
 }
 
-// With a headset that answers, not only a runtime that is installed.
+// Requires a responding headset, not only an installed runtime.
 Json openxr_finding()
 {
     const RuntimeInfo facts = runtime_facts();
@@ -99,7 +99,7 @@ Json openxr_finding()
     return of;
 }
 
-// In the folders and those directly in them, where runs put their results.
+// Searches the folders and their direct subfolders, where runs write their results.
 void add_leftovers(Json& all, const std::vector<std::string>& folders)
 {
     namespace fs = std::filesystem;

@@ -1,4 +1,4 @@
-// knead info: what a scene, recording, mesh, report, particle or splat file holds.
+// knead info: contents of a scene, recording, mesh, report, particle or splat file.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -33,7 +33,7 @@ namespace {
 
 Json triple(Vec3<double> v) { return {v.x, v.y, v.z}; }
 
-// A count that was reckoned, as long as a whole number can say it.
+// An estimated count as an integer if it fits, else as a number.
 Json whole(double count)
 {
     if (!(std::fabs(count) < 0x1p53)) return count;
@@ -44,7 +44,7 @@ Json scene_facts(const InfoOptions& o)
 {
     Scene scene = read_scene(o.file, o.settings);
     const std::vector<SplatObject> splats = load_splats(scene, available_memory());
-    std::size_t gaussians = 0;  // what follows clay from the start
+    std::size_t gaussians = 0;  // Gaussians attached to clay from the start
     for (const SplatObject& s : splats) gaussians += s.local ? 0 : s.cloud.count();
     const Int3 n = scene.setup.lattice.size;
     Json objects = Json::array();

@@ -1,4 +1,4 @@
-// knead list: what a scene can name. One a line, its name first.
+// knead list: presets, gestures and scenes, one per line, name first.
 #include <fmt/format.h>
 
 #include "host/base/errors.h"
@@ -32,7 +32,7 @@ void list_gestures()
     }
 }
 
-// The first comment of a scene says what it shows.
+// The first comment of a scene file is its description.
 std::string first_comment(const std::string& text)
 {
     const std::size_t at = text.find("// ");

@@ -1,4 +1,4 @@
-// The command line: verbs and their options as typed. What each does is in a file of its name.
+// Command line: declares verbs and their options. Each verb is implemented in the file of its name.
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <unistd.h>
@@ -208,7 +208,7 @@ void add_new(CLI::App& app, Verb& chosen)
     make->callback([&chosen] { chosen = [] { return new_verb(o); }; });
 }
 
-// What `knead --help` says. app.help() would be of the verb that was given: of help itself.
+// Text of `knead --help`. app.help() would return that of the parsed verb, `help` itself.
 std::string whole_help(const CLI::App& app)
 {
     return app.get_formatter()->make_help(&app, "knead", CLI::AppFormatMode::Normal);
@@ -240,7 +240,7 @@ void add_help(CLI::App& app, Verb& chosen)
     });
 }
 
-// Says what is probably meant, where there is no such verb, or the verb has no such option.
+// Prints a suggestion for an unknown verb or option.
 void suggest(const CLI::App& app, const std::vector<std::string>& words)
 {
     const auto say = [](const std::string& word, const std::vector<std::string>& known) {
@@ -268,9 +268,9 @@ void suggest(const CLI::App& app, const std::vector<std::string>& words)
     }
 }
 
-// What the environment may leave otherwise. A file that grows beyond its limit (ulimit -f) is an
-// error to report, not a death; where a standard stream is closed, no other file takes its number,
-// and what is printed to it fails as it should.
+// Makes output errors independent of the environment: exceeding the file size limit (ulimit -f) is
+// a write error, not a fatal signal; closed standard streams keep their descriptors reserved, so
+// that printing to them fails and writes to no other file.
 void prepare_outputs()
 {
     std::signal(SIGXFSZ, SIG_IGN);

@@ -16,7 +16,7 @@ Verbs verbs_of(const CLI::App& app)
     return app.get_subcommands([](const CLI::App*) { return true; });
 }
 
-// As roff shows it letter by letter.
+// Escapes text for roff.
 std::string roff(const std::string& text)
 {
     std::string out;
@@ -46,7 +46,7 @@ std::string names_of(const CLI::Option& option)
     return names;
 }
 
-bool is_place(const CLI::Option& option)  // one of the words without a name
+bool is_place(const CLI::Option& option)  // a positional argument
 {
     return option.get_lnames().empty() && option.get_snames().empty();
 }
@@ -102,7 +102,7 @@ const CLI::App& verb_of(const CLI::App& app, const std::string& name)
     throw UsageError("no verb " + name);
 }
 
-// What stands in quotes of the shell.
+// Escapes text inside shell quotes.
 std::string shell_text(const std::string& text)
 {
     std::string out;
@@ -119,7 +119,7 @@ std::string long_names(const CLI::App& verb)
     return all;
 }
 
-// Words of the program's own lists, where a verb wants one of them.
+// Shell words that list the possible arguments of a verb.
 std::string words_of(const CLI::App& app, const std::string& verb)
 {
     if (verb == "list") return "presets materials gestures scenes";

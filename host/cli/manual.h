@@ -1,4 +1,4 @@
-// Pages of the manual and completion for shells, made of the options that the program has.
+// Manual pages and shell completion, generated from the declared options.
 #pragma once
 #include <string>
 
@@ -8,12 +8,13 @@ class App;
 
 namespace knead {
 
-// man(7): of the program, or of the verb of that name, e.g. "run". Throws UsageError for no verb.
+// Page in man(7) format of verb `verb`, e.g. "run", or of the program. Throws UsageError for an
+// unknown verb.
 std::string manual_page(const CLI::App& app, const std::string& verb);
-// All pages (man/knead.1, man/knead-run.1, ...), knead.bash and _knead into a folder that is there.
-// Throws OutputError.
+// Writes all pages (man/knead.1, man/knead-run.1, ...), knead.bash and _knead into an existing
+// folder. Throws OutputError.
 void write_pages(const CLI::App& app, const std::string& folder);
-// Of "bash" or "zsh"; throws UsageError for another.
+// Completion script for "bash" or "zsh"; throws UsageError for other shells.
 std::string completion(const CLI::App& app, const std::string& shell);
 
 }  // namespace knead

@@ -56,7 +56,7 @@ void add_cells(CLI::App* verb, int& cells)
         ->check(CLI::Range(8, 1024));
 }
 
-// What a run writes.
+// Options for the results of a run.
 void add_results(CLI::App* run, RunOptions& o)
 {
     run->add_option("--mesh", o.mesh, "glb, ply, obj, stl or none")->capture_default_str();
@@ -76,7 +76,7 @@ void add_results(CLI::App* run, RunOptions& o)
 
 }  // namespace
 
-// Options lie in the closure that main calls, so they live as long as the program.
+// The options are static: the closure that main calls refers to them.
 void add_run(CLI::App& app, Verb& chosen)
 {
     static RunOptions o;
@@ -116,7 +116,7 @@ void add_run(CLI::App& app, Verb& chosen)
     run->add_flag("-v,--verbose", o.verbose, "A line per frame");
     run->callback([&chosen] {
         o.scene = file_or_shipped(o.scene);
-        // A name without an ending is a gesture's.
+        // A name without an extension is that of a gesture.
         if (!ending(o.hands).empty()) o.hands = file_or_shipped(o.hands);
         chosen = [] { return check_scene(o.scene), run_verb(o); };
     });

@@ -1,4 +1,4 @@
-// What the options of several verbs share, and those of the verbs that simulate.
+// Options shared by several verbs, and those of the verbs that simulate.
 #pragma once
 #include <CLI/CLI.hpp>
 #include <functional>
@@ -7,12 +7,12 @@ namespace knead {
 
 using Verb = std::function<int()>;
 
-// A number from `low` to `high`. CLI::Range lets "nan" pass.
+// Accepts numbers from `low` to `high`, and no NaN as CLI::Range does.
 CLI::Validator between(double low, double high);
-// path.key=value, before it is known whether a scene has that path.
+// Accepts the form path.key=value; whether the scene has that key is checked later.
 CLI::Validator setting();
-// Throws InputError where there is no such file, and a scene that comes with the program has nearly
-// that name. Whoever reads the file says the rest.
+// Throws InputError with a suggestion if the file does not exist and a bundled scene has a similar
+// name. Other errors are reported when the file is read.
 void check_scene(const std::string& name);
 constexpr double longest = 1e9;      // [s]
 constexpr double most_memory = 1e9;  // [MiB]

@@ -1,4 +1,4 @@
-// A bar with frames per second and the time left: on stderr, and only on a terminal.
+// Progress bar with frames per second and time left, on stderr if that is a terminal.
 #pragma once
 #include <string>
 
@@ -10,14 +10,14 @@ class Progress {
     ~Progress();
     Progress(const Progress&) = delete;
     Progress& operator=(const Progress&) = delete;
-    // Draws at most ten times a second. `part`: how much of the next frame is done, too.
+    // Redraws at most ten times a second. `part`: completed fraction of the next frame.
     void show(int done, double part = 0);
     void clear();
 
   private:
     int frames;
     bool shown, drawn = false;
-    double start, last, begun;  // by wall_seconds() [s]; begun: the frame under way
+    double start, last, begun;  // wall_seconds() [s]; begun: of the current frame
 };
 
 // The bar's text, without the carriage return: "[#####.....] 50/100  12.3 frames/s  4 s left", and

@@ -1,4 +1,4 @@
-// knead record: hands into a file. Without a headset they are made by a gesture's script.
+// knead record: writes hands to a file; without a headset, those of a scripted gesture.
 #include <fmt/format.h>
 
 #include "host/base/errors.h"

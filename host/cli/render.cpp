@@ -1,4 +1,4 @@
-// knead render: pictures and videos of files of splats; videos of the pictures of a run.
+// knead render: pictures and videos of splat files; videos of the pictures of a run.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -39,7 +39,7 @@ constexpr double max_frames = 1e5;    // of a path
     throw UsageError(option + ": expected " + expected + ", found \"" + found.substr(0, 60) + "\"");
 }
 
-// Numbers with commas between them.
+// Parses three comma-separated numbers.
 V triple(const std::string& option, const std::string& text)
 {
     double x[3];
@@ -82,7 +82,7 @@ V parse_up(const std::string& text)
     refuse("--up", "x, y, z, -x, -y or -z", text);
 }
 
-// All files in one cloud, of the highest degree among them.
+// Merges all files into one cloud, with the highest degree of spherical harmonics among them.
 SplatCloud read_all(const std::vector<std::string>& files, bool quiet)
 {
     std::vector<SplatCloud> clouds;
@@ -110,7 +110,8 @@ SplatCloud read_all(const std::vector<std::string>& files, bool quiet)
     return all;
 }
 
-// Where most of the cloud is: the median of each axis, and how far nine of ten are from there.
+// Extent of the cloud: median of each axis, and the distance from it that contains nine of ten
+// splats.
 struct Sphere {
     V centre;
     double radius;
@@ -134,7 +135,7 @@ Sphere most_of(const SplatCloud& cloud)
     return {cast<double>(centre), std::max(double(at_share(0.9)), 1e-6)};
 }
 
-// Frame by frame where the eyes are.
+// Camera of each frame.
 struct Path {
     V from, to, up;
     double tangent;
@@ -142,7 +143,7 @@ struct Path {
     bool stereo;
     int frames = 1;
     double rate = 30;             // frames a second
-    std::vector<CameraKey> keys;  // empty: turned about the line upwards through `to`
+    std::vector<CameraKey> keys;  // empty: orbit about the `up` axis through `to`
 
     View view(int frame) const
     {
@@ -188,7 +189,7 @@ Path path_of(const RenderOptions& o, const SplatCloud& cloud)
     if (!o.eye.empty()) {
         path.from = triple("--eye", o.eye);
     } else {
-        // Before it and a little above, as far as its height and its width need.
+        // In front of it and slightly above, far enough to show its height and width.
         const double h = path.tangent * std::min(1.0, double(path.size.height) / path.size.width);
         const V level = orthogonal(path.up),
                 front = std::fabs(path.up.z) > 0.5 ? level : V{0, 0, -1};
@@ -200,7 +201,7 @@ Path path_of(const RenderOptions& o, const SplatCloud& cloud)
     return path;
 }
 
-// OUT, or of several frames OUT with the number before the ending.
+// OUT; for several frames, OUT with the number before the extension.
 std::string name_of(const RenderOptions& o, int frame)
 {
     if (o.orbit == 0 && o.path.empty()) return o.out;
@@ -225,7 +226,7 @@ void check_options(const RenderOptions& o)
         throw UsageError("--path: it says all that --orbit, --eye and --at say");
 }
 
-// Nothing is drawn that could not be kept.
+// Opened before drawing: an unwritable video fails at once.
 std::unique_ptr<Video> video_of(const RenderOptions& o, int width, int height)
 {
     if (o.video.empty()) return nullptr;
@@ -233,7 +234,7 @@ std::unique_ptr<Video> video_of(const RenderOptions& o, int width, int height)
     return Video::open(o.video, width, height, o.rate);
 }
 
-// The pictures of a run, in their order, as a video; at --rate.
+// Encodes the pictures of a run, in order, as a video at --rate.
 int run_video(const RenderOptions& o)
 {
     if (!o.out.empty() || !o.path.empty() || o.orbit > 0 || o.stereo || o.foveate > 0)
@@ -259,20 +260,20 @@ int run_video(const RenderOptions& o)
     return interrupted() ? 128 + interrupted() : int(exit_ok);
 }
 
-// Several pictures are one set, which one process alone writes at a time.
+// Locks the folder of a set of pictures against other processes.
 FolderLock prepare_pictures(const RenderOptions& o, int frames)
 {
     if (o.out.empty()) return {};
     FolderLock lock;
     const std::filesystem::path out = o.out, folder = out.parent_path();
-    std::error_code unknown;  // where there is no such folder, the first picture says so
+    std::error_code unknown;  // a missing folder is reported when the first picture is written
     if (frames > 1 && (folder.empty() || std::filesystem::is_directory(folder, unknown)))
         lock = FolderLock(folder.string(), out.stem().string());
     for (int k = 0; k < frames; ++k) prepare_file(name_of(o, k), o.overwrite);
     return lock;
 }
 
-// Frame by frame; what is drawn is written at once.
+// Draws the frames and writes each immediately.
 void draw_frames(const RenderOptions& o, const Path& path, const SplatCloud& cloud,
                  SplatFrame& frame, Device device, Video* video)
 {

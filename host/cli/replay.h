@@ -1,4 +1,4 @@
-// What was done beside the hands of a recording, played by `knead run`.
+// Replay by `knead run` of recorded actions other than hand motion.
 #pragma once
 #include <functional>
 #include <memory>
@@ -11,15 +11,16 @@ namespace knead {
 
 using Note = std::function<void(const std::string&)>;
 
-// Of the recording that the scene names, if it has a side file; else null. Throws InputError for
-// one of another recording, or that cannot be.
+// Loads the action file beside the scene's recording; null if there is none. Throws InputError for
+// an invalid file or one of another recording.
 std::unique_ptr<ActionReplay> replay_of(const Scene& scene, const Recording& recording,
                                         const Note& note);
-// From now on the run's tools and edits are those. What is refused goes to standard error.
+// Sets the run's tool motion and edits to the recorded ones. Refused actions are reported on
+// standard error.
 void play(ActionReplay& replay, SceneSplats& splats, RunWatch& watch);
 
-// A live session gives a scene that names no hands some of its own, as its first action says: they
-// are the scene's then. False where there are none.
+// For a scene without hands: takes the hands that the live session added as its first action, if
+// any. Returns false if there are none.
 bool begin_with_hands(Scene& scene, const std::string& recording);
 
 }  // namespace knead

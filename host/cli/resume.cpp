@@ -22,7 +22,7 @@ bool is_gesture(const std::string& name)
     return false;
 }
 
-// So that the run may go on from another folder.
+// Makes the path absolute: the run may be resumed from another folder.
 std::string from_anywhere(const std::string& path)
 {
     return path.empty() || is_gesture(path) ? path : fs::absolute(path).string();
@@ -41,7 +41,7 @@ std::string hands_file(const Scene& scene)
     return from_anywhere(scene.hands.recording);
 }
 
-// Of the files that objects of splats come from, in the order of the objects.
+// Hashes of the splat files of the scene, in the order of its objects.
 std::vector<std::string> splat_hashes(const Scene& scene)
 {
     std::vector<std::string> hashes;
@@ -57,7 +57,7 @@ void check_splats(const RunOptions& o, const std::vector<std::string>& hashes)
         throw InputError(o.scene + ": expected the files of splats that the run began with");
 }
 
-// Objects that came with hands; those that went with them have no material.
+// Materials of objects that were activated around the hands; frozen ones get an empty material.
 void add_local(std::vector<Material<double>>& materials, const LocalState& local,
                const Scene& scene)
 {
@@ -115,7 +115,7 @@ RunOptions options_of(const Checkpoint& from, const RunOptions& now)
         if (!c.at("seed").is_null()) o.seed = c.at("seed").get<unsigned>();
         c.at("max_memory").get_to(o.max_memory), c.at("audit").get_to(o.audit_every);
         c.at("mesh").get_to(o.mesh), c.at("pictures").get_to(o.pictures);
-        // A checkpoint of an older program has none of them.
+        // Missing in checkpoints of older versions.
         o.cells = c.value("cells", 0), o.mesh_every = c.value("mesh_every", 0);
         o.particles_every = c.value("particles_every", 0);
         c.at("video").get_to(o.video), c.at("particles").get_to(o.particles);
@@ -145,9 +145,9 @@ void load(Solver& solver, const Checkpoint& from, const Scene& scene, SceneSplat
             throw InputError(fmt::format("{}: expected the {} {} of its scene, found {}", file,
                                          expected, what, found));
     };
-    if (!splats.local())  // that clay comes and goes
+    if (!splats.local())  // else the number of particles varies
         check("particles", scene.setup.particles.size(), from.state.setup.particles.size());
-    // Where splats are split or added, there may be more Gaussians by now.
+    // Splitting and adding splats may have changed the number of Gaussians.
     const bool grown = splats.local() || (scene.upkeep.any() && !scene.setup.gaussians.empty());
     check("Gaussians", grown ? from.splats.count() : scene.setup.gaussians.size(),
           from.state.setup.gaussians.size());

@@ -1,4 +1,4 @@
-// A run that goes on: what its checkpoint keeps of how it was asked for, and back.
+// Resuming a run: its options to and from the checkpoint.
 #pragma once
 #include <nlohmann/json_fwd.hpp>
 #include <string>
@@ -9,16 +9,17 @@
 
 namespace knead {
 
-// `device`: that the run has; cpu_seconds: of the process so far.
+// The options as JSON. `device`: the device in use; cpu_seconds: CPU time of the run so far [s].
 nlohmann::json command_of(const RunOptions& asked, const std::string& device, double cpu_seconds,
                           const Scene& scene);
-// How the run of the checkpoint in now.resume was asked for; threads, limit, checkpoints and
-// messages as asked for now. Throws InputError where its scene or hands are others by now.
+// Options of the run in now.resume, except threads, time limit, checkpoint interval and verbosity,
+// which are those of `now`. Throws InputError if the files of its scene, hands or splats have
+// changed.
 RunOptions options_of(const Checkpoint& from, const RunOptions& now);
 double cpu_seconds_of(const Checkpoint& from);
 
-// Puts the solver, made of the checkpoint's scene, into its state. Throws InputError.
-// `scene` is that of the run, built anew.
+// Restores the checkpoint's state in `solver` and `splats`, both made from `scene`, the run's scene
+// built anew. Throws InputError if they do not match.
 void load(Solver& solver, const Checkpoint& from, const Scene& scene, SceneSplats& splats,
           const std::string& file);
 

@@ -1,4 +1,4 @@
-// knead run: a scene and its hands, headless.
+// knead run: simulates a scene with its hands, headless.
 #include <fmt/format.h>
 
 #include <cmath>
@@ -89,22 +89,23 @@ class Session {
     int code(const RunRecord& record) const;
 
     const RunOptions& o;
-    const Checkpoint* earlier;  // of the run that goes on; null: a new one
+    const Checkpoint* earlier;  // of the run to resume; null: a new run
     FolderLock lock;            // of o.out
     Scene scene;
     std::unique_ptr<SceneSplats> splats;
-    std::unique_ptr<ActionReplay> replay;  // null: nothing was done beside the hands
+    std::unique_ptr<ActionReplay> replay;  // null: no recorded actions
     Sequence mesh_files, clay_files;
     BatchRunOptions rule;
     RunInfo facts;
-    std::vector<std::string> names{"report.json", "frames.csv"};  // of the files to come
-    double began = 0;       // the loop of frames, by wall_seconds() [s]
-    double cpu_before = 0;  // of the process, when the run began; less what an earlier one took [s]
+    std::vector<std::string> names{"report.json", "frames.csv"};  // files to be written
+    double began = 0;  // start of the frame loop, wall_seconds() [s]
+    // CPU time of the process at the start of the run, less that of the resumed run [s].
+    double cpu_before = 0;
     std::unique_ptr<FrameWriter> writer;
     bool has_video = false, output_refused = false;
 };
 
-// All that can be refused is refused here, before the work starts.
+// Checks all input and output before the simulation starts.
 void Session::prepare()
 {
     const std::size_t memory =
@@ -140,8 +141,8 @@ void Session::prepare()
     facts.threads = o.threads, facts.settings = o.settings;
 }
 
-// Nothing given is wrong: what a killed program left may go, and where it is to be replaced the set
-// of an earlier run, its report first, which vouches for the rest.
+// Call after all checks: removes the partial files of a killed process, and with --overwrite the
+// results of an earlier run, its report first, because it marks them as complete.
 void Session::clear()
 {
     if (o.out.empty()) return;
@@ -158,7 +159,7 @@ void Session::clear()
     mesh_files.remove_old(), clay_files.remove_old();
 }
 
-// A disk that refuses them does not end the run.
+// Checkpoints; write errors do not end the run.
 void Session::keep_checkpoints(RunWatch& watch, const Solver& solver, Device device)
 {
     rule.checkpoint = o.checkpoint.value_or(60);
@@ -185,7 +186,7 @@ void Session::keep_checkpoints(RunWatch& watch, const Solver& solver, Device dev
         } catch (const std::exception& e) {
             note(std::string("no checkpoint: ") + e.what());
         }
-        // Unless asked for, they take a twentieth of the time at most.
+        // Without --checkpoint, checkpoints take at most a twentieth of the time.
         const double took = wall_seconds() - begin;
         if (!o.checkpoint) rule.checkpoint = std::max(rule.checkpoint, 20 * took);
     };
@@ -260,7 +261,7 @@ void Session::watch(RunWatch& watch, Progress& progress, const Solver& solver)
     };
 }
 
-// Writes one of the results; where the disk refuses, the others are still written.
+// Writes one result; on a write error the others are still written.
 void Session::attempt(const std::string& name, const std::function<void(const std::string&)>& write)
 {
     try {
@@ -271,7 +272,8 @@ void Session::attempt(const std::string& name, const std::function<void(const st
     }
 }
 
-// In the frame of the scene's file, turned upside down: axes of clouds point right, down, forward.
+// In the scene's coordinates, rotated by half a turn about x: axes of clouds point right, down,
+// forward.
 void Session::write_cloud(const std::string& to, const Solver& solver) const
 {
     const Quat<double> turn{0, 1, 0, 0};
@@ -390,7 +392,7 @@ int run_verb(const RunOptions& options)
     check_options(options);
     set_loop_threads(options.threads);
     if (options.resume.empty()) return Session(options).run();
-    std::error_code unknown;  // where there is no such folder, reading the checkpoint says so
+    std::error_code unknown;  // a missing folder is reported when the checkpoint is read
     FolderLock lock;
     if (fs::is_directory(options.resume, unknown)) lock = FolderLock(options.resume);
     const Checkpoint from = read_checkpoint((fs::path(options.resume) / checkpoint_name).string());

@@ -28,7 +28,7 @@ Scene scene_of(const RunOptions& o)
     }
     scene.setup.threads = o.threads;
     const bool shows = o.video || (scene.picture_every > 0 && !o.out.empty());
-    // A video is made of about 30 pictures a second.
+    // A video has about 30 pictures per second.
     if (!shows)
         scene.picture_every = 0;
     else if (scene.picture_every == 0)

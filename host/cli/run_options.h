@@ -1,11 +1,11 @@
-// What the options of a run ask of its scene, and which of them do not go together.
+// Applies the options of a run to its scene, and checks which of them exclude each other.
 #pragma once
 #include "host/cli/verbs.h"
 #include "host/scene/scene.h"
 
 namespace knead {
 
-// Read, not built. Throws InputError, UsageError.
+// Reads the scene without building it. Throws InputError, UsageError.
 Scene scene_of(const RunOptions& options);
 // Throws UsageError.
 void check_options(const RunOptions& options);

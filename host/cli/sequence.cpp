@@ -57,7 +57,7 @@ void Sequence::remove_old() const
 void Sequence::add(int frame, const std::function<void(const std::string& file)>& write)
 {
     if (!wanted() || refused || frame % every != 0) return;
-    refused = true;  // until it is known to be there
+    refused = true;  // until the file is written
     std::error_code problem;
     fs::create_directories(folder, problem);
     if (problem) throw OutputError(folder + ": cannot be made: " + problem.message());

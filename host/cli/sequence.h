@@ -1,4 +1,4 @@
-// Files of a run with rising numbers, which Blender, Houdini and others take for one moving thing.
+// Numbered files of a run, which Blender, Houdini and others read as one animation.
 #pragma once
 #include <functional>
 #include <string>
@@ -7,18 +7,19 @@ namespace knead {
 
 class Sequence {
   public:
-    // FOLDER/STEM_0001.ENDING and on, for every frame whose number `every` divides; 0: none.
+    // FOLDER/STEM_0001.ENDING and so on, one file every `every` frames; 0: none.
     Sequence(std::string folder, std::string stem, std::string ending, int every);
 
     bool wanted() const { return every > 0; }
     int count() const { return written; }
     const std::string& place() const { return folder; }
-    // Removes what an earlier run left: files of exactly such names, of any ending that a mesh has.
-    // Throws OutputError.
+    // Removes the files of an earlier run: exactly such names, with any mesh extension. Throws
+    // OutputError.
     void remove_old() const;
-    // Removes what is left of files that were not written to their end.
+    // Removes partially written files.
     void remove_partial() const;
-    // Writes the file of a frame. Throws OutputError where the disk refuses; after that, nothing.
+    // Writes the file of a frame, if one is due. Throws OutputError on a write error; later calls
+    // do nothing.
     void add(int frame, const std::function<void(const std::string& file)>& write);
 
   private:

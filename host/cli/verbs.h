@@ -1,5 +1,5 @@
-// What each verb of the command line does, apart from how its options are typed (main.cpp). Every
-// verb returns an exit code of host/base/errors.h, or throws one of its errors.
+// The verbs of the command line and their options; parsing is in main.cpp. Every verb returns an
+// exit code of host/base/errors.h, or throws one of its errors.
 #pragma once
 #include <optional>
 #include <string>
@@ -12,7 +12,7 @@ struct RunOptions {
     std::string device = "auto";
     std::vector<std::string> settings;  // path.key=value
     std::string hands;                  // a recording or gesture instead of the scene's
-    int frames = 0;                     // 0: as the scene says
+    int frames = 0;                     // 0: the scene's
     std::string out;                    // folder; "": no files
     bool overwrite = false, deterministic = false, json = false, quiet = false, verbose = false;
     std::optional<unsigned> seed;
@@ -22,13 +22,13 @@ struct RunOptions {
     int audit_every = 0;       // frames; 0: every frame on the CPU, one in 10 on a GPU
     std::string mesh = "glb";  // glb, ply, obj, stl, none
     int cells = 0;             // along the longest axis of the domain; 0: the scene's
-    int mesh_every = 0;        // frames from mesh to mesh of a sequence; 0: none
-    int particles_every = 0;   // frames from particles to particles of a sequence; 0: none
-    int pictures = -1;         // frames from picture to picture; 0: none; -1: the scene's
+    int mesh_every = 0;        // frames between meshes of a sequence; 0: none
+    int particles_every = 0;   // frames between particle files of a sequence; 0: none
+    int pictures = -1;         // frames between pictures; 0: none; -1: the scene's
     bool video = false, particles = false;
-    std::string splats = "ply";        // ply, splat, spz, glb, none: of a scene that has them
-    std::optional<double> checkpoint;  // seconds from one to the next; 0: none
-    std::string resume;  // folder of a run that was ended; goes on as it was asked for
+    std::string splats = "ply";        // ply, splat, spz, glb, none; only for scenes with splats
+    std::optional<double> checkpoint;  // interval [s]; 0: none
+    std::string resume;                // folder of an interrupted run to resume
 };
 int run_verb(const RunOptions& options);
 
@@ -37,7 +37,7 @@ struct RecordOptions {
     double rate = 60, seconds = 0, jitter = 0, dropouts = 0, latency = 0.038, radius = 0.1,
            depth = 0;
     unsigned seed = 1;
-    bool live = false;  // is what knead vr does, as it says
+    bool live = false;  // only explains how knead vr records
     bool overwrite = false, quiet = false;
 };
 int record_verb(const RecordOptions& options);
@@ -51,12 +51,12 @@ struct VrOptions {
     std::string out;                     // folder; "": no files
     std::string record;                  // .hands or .jsonl; "": none
     std::string binding = "auto";        // auto, egl, glx, wgl
-    std::string place = "0,-0.35,-0.5";  // where the clay is before the user [m]
+    std::string place = "0,-0.35,-0.5";  // position of the clay relative to the user [m]
     double rate = 0;                     // of the display [1/s]; 0: the runtime's own
-    double patience = 20;                // for a runtime that was lost [s]
-    int samples = 0;                     // of a pixel; 0: as fits the device
-    double eye_scale = 0.5;              // of its sides that is drawn at least
-    double foveate = 0;                  // [degrees] of splats that are drawn finely; 0: all
+    double patience = 20;                // time limit for recovering a lost runtime [s]
+    int samples = 0;                     // samples per pixel; 0: chosen by device
+    double eye_scale = 0.5;              // smallest fraction of an eye's sides that is drawn
+    double foveate = 0;                  // [degrees] drawn at full resolution; 0: all
     int threads = 0;                     // 0: all
     bool standing = false, see_through = false, recorded = false, no_panel = false;
     bool hands_only = false;  // records hands, simulates nothing
@@ -76,7 +76,7 @@ int info_verb(const InfoOptions& options);
 struct CompareOptions {
     std::string first, second;
     double tolerance = 1e-6;  // relative for reports; metres for particles
-    double slower = 0;        // the second's median frame may take this many times as long; 0: any
+    double slower = 0;        // allowed ratio of the median frame times, second to first; 0: any
     bool json = false;
 };
 int compare_verb(const CompareOptions& options);
@@ -84,22 +84,22 @@ int compare_verb(const CompareOptions& options);
 struct ConvertOptions {
     std::string in, out;  // "-": standard input, standard output
     bool overwrite = false, quiet = false;
-    std::string from = "", to = "";  // what comes and goes through these, e.g. "obj"
+    std::string from = "", to = "";  // formats of standard input and output, e.g. "obj"
 };
 int convert_verb(const ConvertOptions& options);
 
 struct RenderOptions {
-    std::vector<std::string> files;  // of splats; or one folder: that of a run with pictures
+    std::vector<std::string> files;  // splat files; or the folder of a run with pictures
     std::string out, video;          // .png; .mp4 and others; at least one of both
     std::string path;                // file of keys of a camera; "": none
     double rate = 30;                // frames per second of the video
     std::string device = "auto";
     std::string size = "1280x960";
-    std::string eye, at;     // "x,y,z" [m]; "": so that most is seen
+    std::string eye, at;     // "x,y,z" [m]; "": chosen to show most splats
     std::string up = "-y";   // the axis that points upwards
     std::string background;  // "r,g,b", 0 to 1; "": black
-    double field = 50;       // of view, from side to side [degrees]
-    double foveate = 0;      // [degrees] around the middle that are drawn finely; 0: all is
+    double field = 50;       // horizontal field of view [degrees]
+    double foveate = 0;      // [degrees] around the centre drawn at full resolution; 0: all
     int orbit = 0;           // pictures of one turn; 0: one picture
     bool stereo = false, overwrite = false, quiet = false;
 };
@@ -111,19 +111,19 @@ struct ViewOptions {
     std::vector<std::string> settings;
     int cells = 0;                      // along the longest axis of the domain; 0: the scene's
     std::string size = "1280x800";      // of the window
-    int frames = 0;                     // that are drawn; 0: until it is closed
+    int frames = 0;                     // frames drawn; 0: until the window is closed
     std::string screenshot;             // of the last frame
-    std::string script;                 // mouse and keys from a file, on a clock of its own
+    std::string script;                 // file of mouse and key events; uses simulated time
     std::string out;                    // folder; "": no files
     std::string record;                 // .hands or .jsonl; "": none
-    bool paused = false, bare = false;  // begins paused; without panels
+    bool paused = false, bare = false;  // starts paused; hides the panels
     double max_memory = 0;              // [MiB]; 0: what is free
     bool overwrite = false, quiet = false;
 };
 int view_verb(const ViewOptions& options);
 
 struct DoctorOptions {
-    std::vector<std::string> folders{"."};  // in which leftovers are looked for
+    std::vector<std::string> folders{"."};  // folders searched for leftover files
     bool json = false;
 };
 int doctor_verb(const DoctorOptions& options);

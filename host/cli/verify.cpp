@@ -1,4 +1,4 @@
-// knead verify: runs it, prints it, writes it; fails (1) where a check failed.
+// knead verify: runs the checks, prints and writes the results; exit code 1 if a check failed.
 #include "host/verify/verify.h"
 
 #include <algorithm>
@@ -22,11 +22,11 @@ namespace fs = std::filesystem;
 const std::vector<std::string> result_files{"verify.json", "verify.csv", "report.md"},
     pictures{"workprecision.png", "convergence.png", "surface.png", "stability.png", "margins.png"};
 
-// Those that there are now.
+// Draws the figures and returns those that exist.
 std::vector<std::string> drawn(const Verification& v, const std::string& json)
 {
     const fs::path folder(v.options.out);
-    for (const std::string& name : pictures) fs::remove(folder / name);  // of an older run
+    for (const std::string& name : pictures) fs::remove(folder / name);  // of an earlier run
     std::string said;
     const std::string problem =
         draw(figures_folder(v.options.data), "plot_verify.py", {json}, said);
@@ -46,7 +46,7 @@ void write_results(const Verification& v)
     write_whole((folder / "report.md").string(), verify_page(v, drawn(v, json)));
 }
 
-// What outcome_by() runs in a process of its own.
+// Runs one case in a child process of outcome_by().
 int tell_case(const Verification& v)
 {
     const Case c = case_named(v, v.options.one);
@@ -58,7 +58,7 @@ int tell_case(const Verification& v)
 
 int verify_verb(VerifyOptions options)
 {
-    // For a child, this very program, even where its file was replaced meanwhile.
+    // Children run this same executable even if its file was replaced.
     options.program = "/proc/self/exe";
     set_loop_threads(options.threads);
     Verification v(options);

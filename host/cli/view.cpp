@@ -1,4 +1,4 @@
-// knead view: a window in which a scene lives, shaped by recorded hands or one led by the mouse.
+// knead view: live simulation in a window, with recorded hands or one controlled by the mouse.
 #include <fmt/format.h>
 
 #include <charconv>
@@ -34,7 +34,7 @@ void parse_size(const std::string& text, int& width, int& height)
                          text.substr(0, 60) + "\"");
 }
 
-// Until the window is closed. What goes wrong with it must not cost the clay.
+// Runs until the window is closed. Returns its errors, so that the results are still written.
 std::exception_ptr live(ViewApp& desk, const ViewOptions& o)
 {
     try {

@@ -1,4 +1,4 @@
-// knead vr: a scene in a headset.
+// knead vr: live simulation in a headset.
 #include <fmt/format.h>
 
 #include <cmath>
@@ -99,12 +99,12 @@ Json report_of(const VrOptions& o, const HeadsetEnd& end, const LiveResults& res
     return of;
 }
 
-// Of libraries that are loaded later, unless the user has set it.
+// Environment defaults of libraries loaded later; the user's values take precedence.
 void set_defaults_of_libraries()
 {
-    // Kernels are loaded before the session, not each when it is first launched.
+    // Load all kernels at startup, not each at its first launch.
     default_variable("CUDA_MODULE_LOADING", "EAGER");
-    default_variable("ALSOFT_LOGLEVEL", "0");  // what is amiss is told once, by us
+    default_variable("ALSOFT_LOGLEVEL", "0");  // errors are reported by SoundOut::open()
 }
 
 void summarise(const VrOptions& o, const HeadsetEnd& end, const Json& report)

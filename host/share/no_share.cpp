@@ -1,4 +1,4 @@
-// What stands for sharing where the build has no CUDA, or no header of OpenGL that CUDA needs.
+// Builds without CUDA or the OpenGL header that CUDA needs: no sharing.
 #ifndef KNEAD_HAS_SHARE
 #include <stdexcept>
 

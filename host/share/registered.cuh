@@ -1,4 +1,4 @@
-// What is registered with CUDA of OpenGL's objects. The context must be current.
+// OpenGL objects registered with CUDA. Precondition: their context is current.
 #pragma once
 #include <cuda_gl_interop.h>
 
@@ -35,7 +35,7 @@ class Registered {
     }
     ~Registered()
     {
-        // Of a context that was lost, CUDA may say that there is no such thing: so it is gone.
+        // After the loss of the context CUDA may report an unknown resource: it is already freed.
         if (resource && cudaGraphicsUnregisterResource(resource) != cudaSuccess) cudaGetLastError();
     }
     operator cudaGraphicsResource_t() const { return resource; }
@@ -44,8 +44,8 @@ class Registered {
     cudaGraphicsResource_t resource = nullptr;
 };
 
-// While it lives, CUDA may write there what is launched on the stream: after all that GL was told
-// before, and before all that it is told later.
+// Maps resources for work on the stream: that work runs after all earlier GL commands and before
+// all later ones.
 class Mapped {
   public:
     Mapped(cudaGraphicsResource_t* all, int count, cudaStream_t on)
@@ -59,7 +59,7 @@ class Mapped {
         if (resources && cudaGraphicsUnmapResources(n, resources, stream) != cudaSuccess)
             cudaGetLastError();
     }
-    // The same as its end, with a failure told.
+    // Unmaps as the destructor does, but throws on failure.
     void end()
     {
         check(cudaGraphicsUnmapResources(n, std::exchange(resources, nullptr), stream),

@@ -1,4 +1,4 @@
-// A buffer of OpenGL's that takes meshes from a CUDA device on that device.
+// An OpenGL buffer that receives meshes from a CUDA device without a copy through host memory.
 #pragma once
 #include <memory>
 
@@ -6,9 +6,9 @@
 
 namespace knead {
 
-// Where the parts of a mesh lie in one buffer, by byte: three indices of 32 bits a triangle, four
-// floats a vertex for its place and as many for its normal, and five words a category as
-// glDrawElementsIndirect reads them.
+// Byte offsets of the parts of a mesh in one buffer: three 32-bit indices per triangle, four floats
+// per vertex for the position and four for the normal, and five 32-bit words per category, the
+// command of glDrawElementsIndirect.
 struct MeshLayout {
     MeshLayout() = default;
     MeshLayout(SurfaceRoom for_room, std::size_t categories)
@@ -30,14 +30,14 @@ struct MeshLayout {
 
 class SharedMesh {
   public:
-    // Registers a buffer of layout.bytes, GL's name, of the context that is current whenever this
-    // is used or deleted. Throws std::runtime_error where CUDA refuses.
+    // Registers GL buffer `buffer` of layout.bytes. Its context must be current whenever this
+    // object is used or deleted. Throws std::runtime_error on a CUDA error.
     SharedMesh(unsigned buffer, const MeshLayout& layout, int device);
     ~SharedMesh();
     SharedMesh(const SharedMesh&) = delete;
 
-    // Copies it there, for what GL draws from now on, and waits for nothing. Its room must be that
-    // of the layout.
+    // Enqueues the copy of the mesh, ordered before later GL commands, without blocking the host.
+    // Throws std::invalid_argument if mesh.room() differs from the layout's.
     void copy(const DeviceMesh& mesh);
     const MeshLayout& layout() const { return layout_; }
 

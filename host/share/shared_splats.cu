@@ -17,7 +17,7 @@ using namespace gpu;
 
 namespace {
 
-// One eye's textures, and the picture, as large or smaller, that is copied into their beginning.
+// One eye's textures, and the picture, at most as large, that is copied to their first texels.
 struct EyeShare {
     int width = 0, height = 0;
     Registered colour_texture, depth_texture;
@@ -38,7 +38,8 @@ struct SharedSplats::State {
     Stream stream;
     EyeShare eye[2];
     DeviceArray<DepthSum> sum{1};
-    // Where splats are: on the host until the copy is through, and on the device.
+    // Positions and deformations of splats: staged in pinned memory until copied, and on the
+    // device.
     std::unique_ptr<Pinned<float>> staged;
     DeviceArray<float> numbers;
     Event copied{cudaEventDisableTiming};
@@ -48,7 +49,7 @@ struct SharedSplats::State {
 };
 
 SharedSplats::SharedSplats(int device) : state(std::make_unique<State>(device)) {}
-// What is under way reads and writes what is freed here.
+// Pending work uses the memory freed here.
 SharedSplats::~SharedSplats() { cudaStreamSynchronize(state->stream); }
 
 void SharedSplats::take(int eye, unsigned colour, unsigned depth, int width, int height)
@@ -73,7 +74,7 @@ void SharedSplats::drop()
     for (EyeShare& e : state->eye) e = {};
 }
 
-// Nothing was allocated for as many splats as there were before.
+// Uploads the frame's deformations; allocates only if the number of splats has grown.
 MovedSplats SharedSplats::State::moved(const SplatFrame& frame)
 {
     const std::size_t n = frame.moved_centre.size(), each = 12;
@@ -125,7 +126,7 @@ void SharedSplats::State::copy(const SplatFrame& frame)
     mapped.end();
 }
 
-// What the last picture took, where that is known by now; this one begins here.
+// Reads the last picture's time if its events have completed, and starts timing this one.
 void SharedSplats::State::time()
 {
     if (!timed) {

@@ -1,4 +1,5 @@
-// Textures of OpenGL's that take pictures of splats from a CUDA device on that device.
+// OpenGL textures that receive splat pictures from a CUDA device without a copy through host
+// memory.
 #pragma once
 #include <memory>
 
@@ -9,22 +10,22 @@ namespace knead {
 
 class SharedSplats {
   public:
-    // In the context that is current whenever this is used or deleted.
+    // The same GL context must be current whenever this object is used or deleted.
     explicit SharedSplats(int device);
     ~SharedSplats();
     SharedSplats(const SharedSplats&) = delete;
 
-    // Registers textures, GL's names, of eye 0 or 1: GL_RGBA16F and GL_R32F, all of one size, in
-    // place of earlier ones. Throws std::runtime_error where CUDA refuses.
+    // Registers GL textures for eye 0 or 1 in place of earlier ones: `colour` GL_RGBA16F and
+    // `depth` GL_R32F, of this size [pixels]. Throws std::runtime_error on a CUDA error.
     void take(int eye, unsigned colour, unsigned depth, int width, int height);
-    void drop();  // all of them
+    void drop();  // unregisters all textures
 
-    // Draws the eyes of the frame, one or two, into their textures, for what GL draws from now on,
-    // and waits for nothing: depths as spread (cuda/splats/spread.h), row 0 the top. Throws as
-    // GpuRaster::launch(), and std::invalid_argument for eyes larger than their textures.
-    // `moved`: where the first splats are, in place of what the frame says; may be null.
+    // Enqueues drawing of the frame's one or two eyes into their textures, ordered before later GL
+    // commands, without blocking the host. Depths are spread (cuda/splats/spread.h); row 0 is the
+    // top. `moved`, if not null, replaces the positions of the first splats. Throws as
+    // GpuRaster::launch(), and std::invalid_argument for an eye larger than its textures.
     void draw(GpuRaster& raster, const SplatFrame& frame, const DeviceGaussians* moved);
-    // What a picture took on the device, one of the last few of this size [s]; 0: none is known.
+    // Device time of a recent picture with these textures [s]; 0: unknown.
     double seconds() const;
 
   private:

@@ -1,4 +1,4 @@
-// Which way pictures take from CUDA to OpenGL.
+// Whether CUDA and OpenGL share device memory.
 #pragma once
 #include <string>
 
@@ -6,11 +6,11 @@ namespace knead {
 
 struct Sharing {
     bool shared = false;
-    std::string text;  // for people: which way, and why
+    std::string text;  // message: which path is used, and why
 };
 
-// Whether the OpenGL context that is current is drawn by CUDA device `device`, -1: the one of the
-// calling thread, so that both reach the same memory. KNEAD_SHARE=0 in the environment forbids it.
+// True if CUDA device `device` (-1: that of the calling thread) also drives the current OpenGL
+// context. KNEAD_SHARE=0 in the environment disables sharing.
 Sharing sharing(int device);
 
 }  // namespace knead

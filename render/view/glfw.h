@@ -1,4 +1,4 @@
-// GLFW's functions, found when the first window is opened: a program without a screen needs none.
+// GLFW functions, loaded when the first window is opened: not needed without a screen.
 #pragma once
 #define GLFW_INCLUDE_NONE
 #include <GLFW/glfw3.h>
@@ -34,7 +34,7 @@ struct Glfw {
     decltype(&glfwSetWindowIconifyCallback) on_iconify;
 };
 
-// Throws ResourceError where there is no GLFW 3.3, or it finds no screen.
+// Throws ResourceError if there is no GLFW 3.3 or no screen.
 const Glfw& glfw();
 
 }  // namespace knead

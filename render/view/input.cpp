@@ -88,7 +88,7 @@ void InputState::take(const InputEvent& e)
             keys_[std::size_t(e.code)] = e.down;
             if (!e.down) break;
             pressed_.push_back(e.code);
-            // Asked when it goes down: both keys may be up again by the end of the frame.
+            // Checked at the press: both keys may be released by the end of the frame.
             if (!combining()) pressed_alone_.push_back(e.code);
             break;
         case InputEvent::wheel:

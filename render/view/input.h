@@ -1,4 +1,4 @@
-// Mouse and keys apart from any window, from a person or a script.
+// Mouse and keyboard input, independent of a window: from a user or a script.
 #pragma once
 #include <array>
 #include <string>
@@ -6,7 +6,7 @@
 
 namespace knead {
 
-// Letters and digits are their capital ASCII codes; all keys are numbered as by GLFW.
+// Key codes of GLFW: letters and digits are their upper-case ASCII codes.
 enum Key : int {
     key_space = 32,
     key_escape = 256,
@@ -35,22 +35,22 @@ enum MouseButton : int { button_left, button_right, button_middle, button_count 
 
 struct InputEvent {
     enum Kind { move, button, key, wheel, text, screenshot, lose } kind;
-    double x = 0, y = 0;  // move: pixels from the upper left corner; wheel: steps away from oneself
+    double x = 0, y = 0;  // move: pixels from the upper left; wheel: steps, away from the user
     int code = 0;         // of a button or key; text: a Unicode character
     bool down = false;    // of a button or key
     std::string file{};   // screenshot
 };
 
-// What is held, and what happened since the last frame.
+// Keys and buttons held down, and events of the current frame.
 class InputState {
   public:
-    void begin_frame();  // forgets what happened
+    void begin_frame();  // clears the events of the last frame
     void take(const InputEvent& event);
 
     bool held(Key key) const { return in(key) && keys_[std::size_t(key)]; }
     bool held(MouseButton button) const { return buttons_[std::size_t(button)]; }
-    bool pressed(int key) const;  // since the last frame, however short
-    // The same of a key alone: without control, alt or super, whose combinations mean other things.
+    bool pressed(int key) const;  // since begin_frame(), even if released again
+    // The same, only without control, alt or super.
     bool pressed_alone(int key) const;
     bool held_alone(Key key) const { return held(key) && !combining(); }
     bool shift() const { return held(key_shift) || held(key_right_shift); }
@@ -71,22 +71,22 @@ class InputState {
     std::array<bool, button_count> buttons_{}, clicked_{};
     std::vector<int> pressed_, pressed_alone_, text_;
     double x_ = 0, y_ = 0, moved_x_ = 0, moved_y_ = 0, wheel_ = 0;
-    bool placed_ = false;  // the mouse has been seen
+    bool placed_ = false;  // the mouse position is known
 };
 
-// Events at times: lines of "TIME EVENT", in the order of their times [s]; # begins a comment.
+// Timed events: lines of "TIME EVENT" sorted by time [s]; # begins a comment.
 //     move X Y | button left|right|middle down|up | key NAME down|up|tap | wheel STEPS |
 //     text WORD | screenshot FILE | lose
-// A key's name is a letter, a digit, or space, escape, enter, tab, left, ...; `lose` is the loss of
+// NAME is a letter, a digit, or space, escape, enter, tab, left, ...; `lose` simulates the loss of
 // the OpenGL context.
 class InputScript {
   public:
     InputScript() = default;
-    // Throws InputError with file, line, what was expected and found.
+    // Throws InputError with file, line, expected and found.
     static InputScript read(const std::string& path);
     static InputScript parse(const std::string& text, const std::string& path);
 
-    // Events up to `time` that were not given before.
+    // Returns the events up to `time` [s] not returned before.
     std::vector<InputEvent> due(double time);
     bool over() const { return next_ == events_.size(); }
 

@@ -1,4 +1,4 @@
-// Losses of the OpenGL context, which a driver may take away at any time.
+// Counts losses of the OpenGL context, which a driver may reset at any time.
 #pragma once
 #include <algorithm>
 #include <array>
@@ -10,8 +10,8 @@ class ContextLosses {
     static constexpr int most = 3;        // within `window`
     static constexpr double window = 10;  // [s]
 
-    // Counts one at `time` [s]. True where there are so many in so short a time that another
-    // context would only be lost again; those that lie far apart never add up.
+    // Counts a loss at `time` [s]. Returns true if more than `most` occurred within `window`:
+    // another context would be lost as well.
     bool too_many(double time)
     {
         ++count_;

@@ -1,4 +1,4 @@
-// A build without GLFW's headers, Dear ImGui or OpenGL: no window, and the reason.
+// Builds without the GLFW headers, Dear ImGui or OpenGL: opening a window throws, with the reason.
 #ifndef KNEAD_HAS_WINDOW
 #include "host/base/errors.h"
 #include "render/view/window.h"

@@ -1,4 +1,4 @@
-// A camera that goes around what it looks at.
+// A camera that orbits its target.
 #pragma once
 #include "render/eye_painter.h"
 
@@ -6,26 +6,29 @@ namespace knead {
 
 class OrbitCamera {
   public:
-    // From `eye` at `target` [m]; they are apart.
+    // Places the camera at `eye`, directed at `target` [m]. Precondition: eye != target.
     void look(Vec3<float> eye, Vec3<float> target);
-    // So that the box is seen whole, from where it was seen. Width over height: `aspect`.
+    // Moves the camera so that the whole box is visible from the present direction. `aspect`: width
+    // over height.
     void frame(Vec3<float> low, Vec3<float> high, float aspect);
 
-    void orbit(float right, float up);  // by these angles of the eye [rad]; stops near the poles
-    // Eye and target together, so that what lies at the target follows a mouse by so many pixels of
-    // a picture that is `height` pixels high.
+    // Rotates the eye around the target by these angles [rad]; stops near the poles.
+    void orbit(float right, float up);
+    // Moves eye and target together, so that the target follows a mouse moved by `right`, `down`
+    // pixels in a picture `height` pixels high.
     void pan(float right, float down, int height);
-    void zoom(float steps);  // nearer by a tenth for each step
+    void zoom(float steps);  // a tenth nearer per step
 
-    // What the camera looks at is in the middle of what is left of a picture whose first `hidden`
-    // columns cannot be seen.
+    // Centres the target in the visible part of the picture: its first `hidden` columns are
+    // covered.
     EyeView view(int width, int height, int hidden = 0) const;
     Vec3<float> eye() const;
     Vec3<float> target() const { return at_; }
     float distance() const { return distance_; }
     float field() const { return field_; }
     Vec3<float> forward() const;  // unit
-    // Through the pixel (x, y) from the upper left corner; as long as the gaze goes 1 ahead.
+    // Direction through pixel (x, y) from the upper left corner, with component 1 along the view
+    // axis.
     Vec3<float> ray(float x, float y, int width, int height, int hidden = 0) const;
 
   private:
@@ -33,8 +36,8 @@ class OrbitCamera {
 
     Vec3<float> at_{0.5f, 0.25f, 0.5f};  // [m]
     float distance_ = 1.5f;              // [m]
-    float yaw_ = 0.6f, pitch_ = 0.4f;  // of the eye about the target, from +z and from level [rad]
-    float field_ = 0.6f;               // vertical field of view [rad]
+    float yaw_ = 0.6f, pitch_ = 0.4f;    // of the eye, from +z and from horizontal [rad]
+    float field_ = 0.6f;                 // vertical field of view [rad]
 };
 
 }  // namespace knead

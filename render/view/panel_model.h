@@ -1,5 +1,5 @@
-// What the panels of the window show, and what was asked for by them. Neither knows the other side:
-// who runs the window fills the one and does the other.
+// Data shown by the window's panels, and the requests they return. Independent of the simulation:
+// the caller fills the model and executes the requests.
 #pragma once
 #include <optional>
 #include <string>
@@ -9,7 +9,7 @@
 
 namespace knead {
 
-// A number that may be dragged.
+// A number set by a slider.
 struct Slider {
     std::string name, unit;
     double value = 0, low = 0, high = 1;
@@ -18,8 +18,8 @@ struct Slider {
 
 struct ObjectPanel {
     std::string name;
-    int preset = 0;               // of PanelModel::presets
-    std::vector<Slider> sliders;  // of the material
+    int preset = 0;               // index into PanelModel::presets
+    std::vector<Slider> sliders;  // material quantities
 };
 
 struct PanelModel {
@@ -32,19 +32,19 @@ struct PanelModel {
     std::vector<std::string> tools;     // names; the first is the bare hand
     std::vector<std::string> postures;  // names
     int tool = 0, posture = 1;
-    bool hand = false;  // the mouse leads one
+    bool hand = false;  // the mouse controls a hand
     double curl[5] = {0, 0, 0, 0, 0};
     double tilt = 0, roll = 0, press = 0.1;  // [rad], [m]
     bool paused = false, recorded = false, has_recording = false, filming = false;
     double gravity = 9.81;  // downwards [m/s^2]
     TimeGraph graph;
-    std::vector<std::string> facts;  // lines: solver, renderer, frames, what falls behind
+    std::vector<std::string> facts;  // lines of text: solver, renderer, frames, lag
     std::string trouble, notice;     // "" none
-    double noticed = 0;              // for how long the notice has been seen [s]
-    std::string question, answer;    // what must be confirmed, by a button so named; "" nothing
+    double noticed = 0;              // time that the notice has been shown [s]
+    std::string question, answer;    // question to confirm, label of its button; "": none
 
     void note(const std::string& text) { notice = text, noticed = 0; }
-    // A notice is taken away after a while.
+    // Call every frame: clears the notice after 6 s.
     void pass(double seconds)
     {
         noticed += seconds;
@@ -52,14 +52,15 @@ struct PanelModel {
     }
 };
 
-// What was asked for in a frame.
+// User requests of one frame.
 struct PanelRequests {
     std::optional<int> load, tool;
     std::optional<bool> pause, recorded;
     std::optional<double> gravity;
     bool reset = false, step = false, frame_camera = false, screenshot = false, film = false;
-    std::optional<bool> confirm;            // the answer to the question
-    bool preset = false, material = false;  // of the selected object: chosen, or a slider moved
+    std::optional<bool> confirm;  // the answer to the question
+    // Of the selected object: preset chosen, slider moved.
+    bool preset = false, material = false;
 };
 
 }  // namespace knead

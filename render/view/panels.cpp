@@ -9,7 +9,7 @@
 namespace knead {
 namespace {
 
-constexpr float wide = 300;  // of the panels at scale 1 [pixels]
+constexpr float wide = 300;  // width of the panels at scale 1 [pixels]
 
 bool combo(const char* label, int& chosen, const std::vector<std::string>& names)
 {
@@ -17,7 +17,7 @@ bool combo(const char* label, int& chosen, const std::vector<std::string>& names
     bool changed = false;
     if (!ImGui::BeginCombo(label, known ? names[std::size_t(chosen)].c_str() : "-")) return false;
     for (int i = 0; i < int(names.size()); ++i) {
-        ImGui::PushID(i);  // names need not be different
+        ImGui::PushID(i);  // names need not be unique
         if (ImGui::Selectable(names[std::size_t(i)].c_str(), i == chosen)) {
             changed = i != chosen;
             chosen = i;
@@ -28,12 +28,12 @@ bool combo(const char* label, int& chosen, const std::vector<std::string>& names
     return changed;
 }
 
-// Of what the solver does not check a typed value beyond the ends goes to the nearest one. What is
-// no number changes nothing.
+// A slider. By default typed values are clamped to the range; for quantities that the solver
+// checks, `flags` allows any. Returns true if the value changed; ignores NaN and infinity.
 bool slide(const char* label, double& value, double low, double high, const char* format,
            ImGuiSliderFlags flags = ImGuiSliderFlags_AlwaysClamp)
 {
-    // A number that is being typed counts when it is finished: of 2e6 the 2 alone is another one.
+    // A typed number is applied when editing ends, not after each digit: 2e6 starts with 2.
     static struct {
         ImGuiID item = 0;
         double value = 0;
@@ -110,7 +110,7 @@ ImU32 colour_of(std::size_t stage)
     return ImGui::GetColorU32(ImVec4(ImColor::HSV(hue, 0.55f, 0.9f)));
 }
 
-// A bar for each frame, the newest at the right, its stages stacked.
+// One bar per frame with stacked stages, the newest at the right.
 void bars(const TimeGraph& g, ImVec2 size)
 {
     ImDrawList* draw = ImGui::GetWindowDrawList();
@@ -148,7 +148,7 @@ void time_part(const PanelModel& m)
     for (const std::string& fact : m.facts) ImGui::TextWrapped("%s", fact.c_str());
 }
 
-// What must be read, at the lower edge.
+// Error and notice, at the lower edge.
 void said(const PanelModel& m)
 {
     if (m.trouble.empty() && m.notice.empty()) return;
@@ -168,7 +168,7 @@ void said(const PanelModel& m)
     ImGui::End();
 }
 
-// What would be lost is asked about first, above what is said.
+// Confirmation dialog before clay is discarded, above error and notice.
 void question_part(const PanelModel& m, PanelRequests& asks)
 {
     if (m.question.empty()) return;

@@ -1,4 +1,4 @@
-// What the last frames took, stage by stage.
+// Times of the last frames by stage.
 #pragma once
 #include <array>
 #include <string>
@@ -14,13 +14,14 @@ class TimeGraph {
     void add(const Stages& stages);
 
     int count() const { return count_; }
-    // The names that any kept frame has, in the order in which they first came.
+    // Names of all stages in the kept frames, in order of first appearance.
     const std::vector<std::string>& names() const { return names_; }
-    // Of the frame so many back, 0 the last: seconds by the order of names(), and their sum.
+    // Of the frame `back` frames ago (0: the last): time of the stage names()[name], and their sum
+    // [s].
     double seconds(int back, std::size_t name) const;
     double total(int back) const;
-    double mean(std::size_t name) const;  // over the kept frames
-    double longest() const;               // total of any
+    double mean(std::size_t name) const;  // mean over the kept frames [s]
+    double longest() const;               // longest total of the kept frames [s]
 
   private:
     std::array<std::vector<double>, frames> rows_;

@@ -65,11 +65,11 @@ Glfw load()
     return g;
 }
 
-// What GLFW calls back with.
+// Data written by the GLFW callbacks.
 struct Heard {
     std::vector<InputEvent> events;
     double scale = 1;     // pixels of the framebuffer per unit of the window
-    bool damaged = true;  // it has not been drawn since it changed
+    bool damaged = true;  // must be redrawn
 };
 Heard& heard(GLFWwindow* window) { return *static_cast<Heard*>(glfw().user(window)); }
 
@@ -149,7 +149,7 @@ GlfwWindow::GlfwWindow(const std::string& title, int width, int height)
     g.hint(GLFW_SAMPLES, 0);
     g.hint(GLFW_CONTEXT_ROBUSTNESS, GLFW_LOSE_CONTEXT_ON_RESET);
     window_ = g.create(width, height, title.c_str(), nullptr, nullptr);
-    if (!window_) {  // not every driver has such contexts
+    if (!window_) {  // not every driver supports robust contexts
         g.hint(GLFW_CONTEXT_ROBUSTNESS, GLFW_NO_ROBUSTNESS);
         window_ = g.create(width, height, title.c_str(), nullptr, nullptr);
     }
@@ -167,7 +167,7 @@ GlfwWindow::GlfwWindow(const std::string& title, int width, int height)
     measure();
     ImGui::CreateContext();
     ImGuiIO& io = ImGui::GetIO();
-    io.IniFilename = nullptr;  // nothing is written that nobody asked for
+    io.IniFilename = nullptr;  // no imgui.ini file
     io.FontGlobalScale = float(std::max(1.0, heard_.scale));
     style_panels();
     if (!ImGui_ImplOpenGL3_Init("#version 450 core"))

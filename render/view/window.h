@@ -1,4 +1,4 @@
-// A window of the desktop with OpenGL 4.5 and panels: GLFW and Dear ImGui are behind it alone.
+// A desktop window with OpenGL 4.5 and panels; the only user of GLFW and Dear ImGui.
 #pragma once
 #include <functional>
 #include <memory>
@@ -13,39 +13,38 @@ namespace knead {
 
 class Window {
   public:
-    // Opens it and makes its context current on this thread; OpenGL is loaded. Throws ResourceError
-    // with the reason where there is no screen, no GLFW (libglfw.so.3) or no OpenGL 4.5, or where
-    // this build has no window.
+    // Opens a window, makes its context current on this thread and loads OpenGL. Throws
+    // ResourceError with the reason: no screen, GLFW (libglfw.so.3) or OpenGL 4.5, or a build
+    // without window.
     static std::unique_ptr<Window> open(const std::string& title, int width, int height);
     virtual ~Window() = default;
 
-    virtual int width() const = 0;  // of what is drawn into [pixels]
+    virtual int width() const = 0;  // of the framebuffer [pixels]
     virtual int height() const = 0;
     virtual bool closed() const = 0;
-    virtual std::string renderer() const = 0;  // as OpenGL names it
-    // False while nobody can see it: minimised, or not mapped.
+    virtual std::string renderer() const = 0;  // GL_RENDERER
+    // False while minimised or not mapped.
     virtual bool visible() const = 0;
-    // What a person did since the last call. Waits up to `patience` [s] for something to happen to
-    // the window, or for wake().
+    // Returns the input events since the last call. Waits up to `patience` [s] for a window event
+    // or wake().
     virtual std::vector<InputEvent> poll(double patience) = 0;
-    static void wake();  // while a window is open; any thread may call it
-    // Whether it has to be drawn anew since the last call: its size changed, or what covered it
-    // went.
+    static void wake();  // thread-safe; precondition: a window is open
+    // True if the window must be redrawn since the last call: resized or exposed.
     virtual bool damaged() = 0;
 
-    // The panels of a frame, which take what `input` has for them: afterwards it is theirs where
-    // mouse_taken() or keys_taken() say so. `seconds` since the last frame.
+    // Builds the panels of a frame from `input`; then mouse_taken() and keys_taken() are true if
+    // the panels use that input. `seconds`: time since the last frame.
     virtual PanelRequests panels(PanelModel& model, const InputState& input, double seconds) = 0;
-    // What they hide at the left edge [pixels].
+    // Width covered by the panels at the left edge [pixels].
     virtual int panels_width() const = 0;
     virtual bool mouse_taken() const = 0;
     virtual bool keys_taken() const = 0;
-    // Draws the panels over what is there.
+    // Draws the panels over the framebuffer.
     virtual void draw_panels() = 0;
-    virtual Image image() = 0;  // what was drawn, before it is shown
+    virtual Image image() = 0;  // copy of the framebuffer; call before show()
     virtual void show() = 0;
-    virtual int gl_errors() = 0;    // since the last call
-    virtual bool lost() const = 0;  // the context: all that belongs to it is gone
+    virtual int gl_errors() = 0;    // number since the last call
+    virtual bool lost() const = 0;  // the GL context was reset: all its objects are gone
 };
 
 }  // namespace knead
