@@ -1,5 +1,5 @@
-// The paper's conditions: a ball of elastoplastic clay in a box of 1 m, pressed by two tools that
-// close on it from left and right. [VR-Doh 2025, section 6]
+// The paper's benchmark: a ball of elastoplastic clay in a box of 1 m, pressed by two tools from
+// left and right. [VR-Doh 2025, section 6]
 #pragma once
 #include <cmath>
 
@@ -44,7 +44,8 @@ inline Setup ball(int nodes)
     return s;
 }
 
-// So many Gaussians around the ball's surface, as of a photograph: within a cell of 1/64 m of it.
+// Adds `count` Gaussians near the ball's surface, as in a captured object: within 1/64 m (a cell)
+// of it.
 inline void add_gaussians(Setup& s, int count)
 {
     for (int i = 0; i < count; ++i) {
@@ -55,7 +56,7 @@ inline void add_gaussians(Setup& s, int count)
     }
 }
 
-// Two cones of radius 6 cm that hang on the wrists.
+// Adds two cones of radius 6 cm bound to the wrists.
 inline void add_tools(Setup& s)
 {
     for (int side = 0; side < side_count; ++side) {
@@ -73,7 +74,7 @@ inline void add_tools(Setup& s)
     }
 }
 
-// Both wrists, `apart` [m] from the middle, tilted by `tilt` [rad].
+// Joints with both wrists at distance `apart` [m] from the middle, tilted by `tilt` [rad].
 inline std::vector<Joint<double>> wrists(double apart, double tilt)
 {
     std::vector<Joint<double>> joints(std::size_t(int(side_count) * joint_count),
@@ -86,7 +87,7 @@ inline std::vector<Joint<double>> wrists(double apart, double tilt)
     return joints;
 }
 
-// From time t to t + duration [s]: closing at 1 m/s from just outside of the ball, then resting.
+// Motion from t to t + duration [s]: closing at 1 m/s from just outside the ball, then at rest.
 inline Motion closing(double t, double duration)
 {
     const auto at = [](double time) {

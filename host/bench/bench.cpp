@@ -1,4 +1,4 @@
-// knead bench: the suites asked for, on one device, and where their results go.
+// knead bench: runs the selected suites on one device and writes the results.
 #include "host/bench/bench.h"
 
 #include <fmt/format.h>
@@ -42,7 +42,7 @@ BenchOptions completed(BenchOptions o)
     return o;
 }
 
-// The device's name as a folder's: lower case, what is neither letter nor digit turned into "-".
+// The device's name as a folder name: lower case, "-" for all but letters and digits.
 std::string folder_name(const std::string& device)
 {
     std::string name;
@@ -62,7 +62,8 @@ std::string folder_of(const Bench& bench)
     return (fs::path("profiling/results") / folder_name(bench.facts.name)).string();
 }
 
-// A suite that fails is said and does not take the others' results with it; its exit code.
+// Runs a suite and returns its exit code. A failure is reported; the results of other suites are
+// kept.
 int attempted(Bench& bench, const std::string& name, Suite suite)
 {
     std::string why;
@@ -76,7 +77,7 @@ int attempted(Bench& bench, const std::string& name, Suite suite)
         return int(exit_ok);
     });
     if (code) bench.result.left_out.push_back(name + ": " + why);
-    bench.keep();  // what is no row, too: targets, peers
+    bench.keep();  // also results that are not rows: targets, peers
     return code;
 }
 
@@ -176,7 +177,7 @@ int bench_verb(const BenchOptions& options)
 {
     set_loop_threads(options.threads);
     Bench bench(options);
-    read_scene(bench.options.scene, {});  // what is wrong with it is said before anything is made
+    read_scene(bench.options.scene, {});  // reports an invalid scene before any output is created
     const std::string folder = folder_of(bench);
     const FolderLock lock = prepare_folder(folder, results, options.overwrite);
     const auto in_folder = [&](const std::string& name) {

@@ -11,8 +11,8 @@
 namespace knead {
 namespace {
 
-// Every thread copies its own stretch from one array to the other, in memory it touched first, as
-// STREAM does; arrays far larger than the caches. The best of several passes.
+// Copy rate [bytes/s], as in STREAM: each thread copies its own section of memory that it touched
+// first; arrays far larger than the caches; best of several passes.
 double copy_on_cpu(int threads)
 {
     const long count = long(std::min<std::size_t>(32 << 20, available_memory() / 64));

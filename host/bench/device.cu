@@ -1,4 +1,4 @@
-// The device a benchmark runs on: its name, its memory, and how fast it copies.
+// The benchmarked device: name, memory, copy rate.
 #include <algorithm>
 
 #include "cuda/device/device_array.cuh"

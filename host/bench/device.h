@@ -1,4 +1,4 @@
-// What a benchmark must know of the device it runs on, measured in the same run.
+// Properties of the benchmarked device, measured in the same run.
 #pragma once
 #include <cstddef>
 #include <string>
@@ -11,14 +11,14 @@ struct DeviceInfo {
     std::string name;         // of the GPU or the CPU
     std::size_t memory = 0;   // [bytes]
     int multiprocessors = 0;  // 0: a CPU
-    std::size_t cache = 0;    // of level 2, a GPU's [bytes]; 0: not told
+    std::size_t cache = 0;    // L2 cache of a GPU [bytes]; 0: unknown
     double copy = 0;          // bytes read and written per second by a plain copy
 };
 
-// `threads` is for the CPU; 0: all. Throws std::runtime_error where the device fails.
+// `threads`: CPU threads; 0: all. Throws std::runtime_error on a device error.
 DeviceInfo device_facts(Device device, int threads);
 
-// Bytes that could be taken on the device now.
+// Free memory of the device [bytes].
 std::size_t free_memory(Device device);
 
 namespace gpu {

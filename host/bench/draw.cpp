@@ -1,4 +1,4 @@
-// Drawings of results: a script of profiling/ makes them, where Python and matplotlib are.
+// Drawings of results, made by a script of profiling/ if Python and matplotlib are installed.
 #include <fmt/format.h>
 
 #include <filesystem>

@@ -1,4 +1,4 @@
-// How one case is driven: the recorded hands, frame by frame, from where they touch the clay.
+// Runs one case: recorded hands, frame by frame, from their first contact with the clay.
 #include <algorithm>
 #include <map>
 
@@ -14,8 +14,8 @@
 namespace knead {
 namespace {
 
-// What the repeats of a case gather. Frames in which no hand touches any more are set aside, unless
-// there are no others.
+// Measurements of all repeats of a case. Frames without contact are excluded, unless there are no
+// others.
 struct Gathered {
     struct Times {
         std::vector<double> frames, substeps, counts;
@@ -34,7 +34,7 @@ struct Gathered {
     std::vector<int> contact_frames;  // numbers of frames, in the first repeat
     int last = 1;
 
-    // Number of the frame amid those in contact, or of the last.
+    // Number of the middle frame in contact, else of the last frame.
     int middle() const
     {
         return contact_frames.empty() ? last : contact_frames[contact_frames.size() / 2];
@@ -98,7 +98,7 @@ void fill(BenchRow& row, const Scene& scene, const Gathered& all)
     if (all_of_them > 0) row.moved = double(all.sum.moved) / all_of_them;
 }
 
-// Places of about 2000 particles of each object, however small it is beside the others.
+// Positions of about 2000 particles of each object, whatever its size.
 std::vector<Vec3<double>> samples(const std::vector<Particle<double>>& particles)
 {
     std::map<int, std::size_t> counts, seen;
@@ -130,7 +130,7 @@ Counted counted_each(const std::vector<StageWork>& stages, double items, const B
     const double rate = row.substep.median > 0 ? row.rate()
                         : row.frame.median > 0 ? double(row.particles) / row.frame.median
                                                : 0;
-    // Four schedulers a multiprocessor, of one instruction a cycle.
+    // Four schedulers per multiprocessor, one instruction per cycle each.
     const double issued = 4.0 * facts.multiprocessors * all.sum.clock();
     if (issued > 0) all.issue_share = all.sum.instructions * rate / issued;
     if (facts.copy > 0) all.copy_share = all.sum.memory_bytes * rate / facts.copy;
@@ -183,7 +183,7 @@ int first_contact(const Scene& scene, const HandSource& hands)
     return -1;
 }
 
-// A frame's stages, one by one, on a solver of its own: what is timed is not disturbed.
+// Measures the stages of one frame on a separate solver, so that the timed runs are not disturbed.
 void Bench::examine(const Scene& scene, const HandSource* hands, int first, int frame,
                     const Drive& how, BenchRow& row)
 {

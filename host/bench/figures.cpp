@@ -26,7 +26,7 @@ std::string required_text(ObjectReader& r, const std::string& key)
     return r.text(key, "");
 }
 
-// What the drawings show is read by plot.py; here it only has to be there.
+// The data of the drawings is only checked for presence; plot.py reads it.
 PeerFigures peers_of(const Json& root, const std::string& file)
 {
     PeerFigures out;

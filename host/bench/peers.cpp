@@ -1,5 +1,6 @@
-// Other implementations on the same scene: each is a program of its own that is handed the scene as
-// a file and says on its last line, in JSON, how long a substep took it and where the clay went.
+// Other implementations on the same scene: each is a separate program that reads the scene from a
+// file and prints as its last line, in JSON, its time per substep and the final distribution of the
+// clay.
 #include <fmt/format.h>
 #include <unistd.h>
 
@@ -23,8 +24,8 @@ using Json = nlohmann::json;
 constexpr int peer_substeps = 5;
 constexpr double dt = 1e-4, peer_frame = peer_substeps * dt;  // [s]
 
-// Both cones close on the ball at 1 m/s from just outside, upright all the way: they do not spin,
-// so that a peer need not know what the spin of a tool does to its surface.
+// Both cones close on the ball at 1 m/s from just outside without rotating, so that peers need no
+// surface velocity from a tool's spin.
 Motion upright(double from, double to)
 {
     const auto at = [](double time) { return wrists(0.31 - time, 0); };
@@ -41,8 +42,8 @@ Setup peer_scene(const Bench& bench, int nodes)
     return s;
 }
 
-// The cones' spheres at the ends of every frame, as the peers read them: for each frame's end, for
-// each sphere, x y z r [m].
+// The cones' spheres at the end of every frame, in the peers' format: per frame and sphere x y z r
+// [m].
 Json posed_spheres(const Setup& setup, int count)
 {
     Json all = Json::array();
@@ -93,7 +94,7 @@ Json described(const Setup& setup, const PeerOptions& rule)
             {"spheres", posed_spheres(setup, rule.frames)}};
 }
 
-// x y z of every particle, as the machine's floats.
+// x y z of every particle, as native floats.
 std::string raw_positions(const Setup& setup)
 {
     std::string bytes(setup.particles.size() * 12, '\0');
@@ -143,7 +144,7 @@ Ours ours(const Bench& bench, const Setup& setup, const PeerOptions& peers)
     return {spread(times).median, places_of(*loop.particles())};
 }
 
-// Three numbers under a key; false if they are not there.
+// Reads three numbers under a key; false if missing.
 bool three(const Json& said, const char* key, double* to)
 {
     if (!said.contains(key) || !said[key].is_array() || said[key].size() != 3) return false;
@@ -175,7 +176,7 @@ bool understood(const std::string& said, PeerRow& row, ProbePlaces& places)
 
 namespace {
 
-// Why a peer that ended so gave no figures.
+// Reason why a peer with this exit code gave no results.
 std::string problem_of(int code, const std::string& program, double limit)
 {
     if (code == 127) return "not run: no program " + program;
@@ -205,7 +206,7 @@ void run_peer(Bench& bench, const Peer& peer, double limit, const Ours& mine)
     bench.result.peers.push_back(row);
 }
 
-// Gone with all that is in it when the peers have run.
+// Temporary folder, removed with its contents by the destructor.
 struct Folder {
     fs::path path;
     Folder()

@@ -1,5 +1,5 @@
-// Frames as a session would run them: handed over one ahead, so that the device never waits for the
-// host, nor the host for the device but for a frame that is over.
+// Frames submitted one ahead, as in a session: the device never waits for the host, and the host
+// waits only for completed frames.
 
 #include "host/bench/bench.h"
 #include "host/run/run.h"
@@ -21,9 +21,9 @@ QueuedFrames queued(const Scene& scene, Device device, const HandSource* hands, 
     double start = 0;
     long waits = 0, substeps = 0;
     loop.watch([&](const Frame& f) {
-        if (f.number == 2) loop.hand_over_ahead();  // how frames run is settled now
+        if (f.number == 2) loop.hand_over_ahead();  // the execution mode of frames is fixed by now
         if (f.number == warm_up) start = wall_seconds();
-        if (f.number > warm_up + 1) waits += f.waits;  // handed over after the start
+        if (f.number > warm_up + 1) waits += f.waits;  // submitted after `start`
         if (f.number > warm_up) substeps += f.stats.substeps;
     });
     loop.run();

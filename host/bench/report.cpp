@@ -1,4 +1,4 @@
-// What a benchmark has to say: for people, for programs, for tables, and drawn.
+// Results of a benchmark as text, JSON, CSV and drawings.
 #include <fmt/format.h>
 
 #include <algorithm>

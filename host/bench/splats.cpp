@@ -1,4 +1,4 @@
-// What pictures of splats cost, how right they are, and what Gaussians cost a substep.
+// Time and accuracy of splat pictures, and the cost of Gaussians in a substep.
 #include "host/bench/splats.h"
 
 #include <fmt/format.h>
@@ -29,7 +29,7 @@ std::uint64_t hash_of(const std::vector<Picture>& pictures)
     return h;
 }
 
-// Of the worse eye.
+// PSNR of the worse eye [dB].
 double psnr(const std::vector<Picture>& a, const std::vector<Picture>& b)
 {
     double worst = 200;
@@ -37,8 +37,8 @@ double psnr(const std::vector<Picture>& a, const std::vector<Picture>& b)
     return worst;
 }
 
-// What must be moved at least [bytes]: splats in and their deformation, what is seen in and out,
-// instances through two passes of a sort, pictures out.
+// Minimum memory traffic [bytes]: splats and deformations read, visible splats written and read,
+// instances through two passes of a sort, pictures written.
 double floor_bytes(const SplatCloud& cloud, const Drawn& d)
 {
     const double splat = 48, motion = 48, seen = 6.0 * harmonics(cloud.degree) + 2 * 48;
@@ -95,7 +95,7 @@ const SplatLoad& load_named(const std::string& name)
                          [&](const SplatLoad& l) { return l.name == name; });
 }
 
-// A few splats are enough to see whether it works.
+// A few splats, for --quick.
 SplatLoad small_load() { return {"6k", 3000, 3000, 0.02, 20261120}; }
 
 SplatCase case_of(const Bench& bench, const SplatLoad& load, const std::string& view)
@@ -133,7 +133,7 @@ std::vector<Picture> pictures_by(Device device, const SplatCloud& cloud, const S
     return GpuRaster(cloud, 0, device.index).pictures(frame);
 }
 
-// Against the reference, in double and in exact orders, on so few splats and pixels that it ends.
+// Compares with the exact reference in double, with exact depth orders, on few splats and pixels.
 void exact_rows(Bench& bench)
 {
     const bool quick = bench.options.quick;
@@ -201,7 +201,7 @@ void substep_row(Bench& bench, int count)
     bench.add(row);
 }
 
-// Where the object's splats are when the scene's ball is clay: around its middle, as large as it.
+// Placement of the object's splats on the scene's ball: same centre and size.
 struct Placed {
     Vec3<double> centre;
     double scale;
@@ -211,7 +211,7 @@ Placed put_object(Scene& scene, const SplatLoad& load, const SplatCloud& cloud)
 {
     Vec3<double> sum{};
     for (const Particle<double>& q : scene.setup.particles) sum = sum + q.x;
-    constexpr double radius = 0.21;  // [m] of the object with its bumps
+    constexpr double radius = 0.21;  // of the object including its bumps [m]
     const Placed at{(1 / double(scene.setup.particles.size())) * sum,
                     scene.objects.at(0).size.x / 2 / radius};
     for (std::size_t i = 0; i < std::size_t(load.object); ++i)
@@ -220,8 +220,8 @@ Placed put_object(Scene& scene, const SplatLoad& load, const SplatCloud& cloud)
     return at;
 }
 
-// A frame of a room of splats in which an object is clay, and in hands: substeps with their
-// Gaussians and the clay's surface, handed over one ahead; and then the picture for both eyes.
+// A frame of a splat scene with one clay object in the hands: substeps with Gaussians and surface,
+// submitted one ahead; then the picture for both eyes.
 void frame_row(Bench& bench, const std::string& name, const std::vector<std::string>& settings)
 {
     const SplatLoad load = bench.options.quick ? small_load() : load_named("660k");

@@ -1,4 +1,4 @@
-// The suites of knead bench: which scenes, varied by what.
+// The suites of knead bench: scenes and varied quantities.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -78,7 +78,7 @@ void paper_case(Bench& bench, const char* suite, double at, int cells, int subst
                     suite, at));
 }
 
-// The surface's steps on the state that a few frames of the squeeze leave.
+// Stages of the surface on the state after a few frames of the squeeze.
 void surface_case(Bench& bench, int cells, int nodes)
 {
     std::vector<std::string> settings = on_cells(cells);
@@ -109,8 +109,8 @@ void surface_case(Bench& bench, int cells, int nodes)
     bench.add(row);
 }
 
-// A ball in both hands and, where `rest` is, a slab of the same clay that it stands on: the ball is
-// 5 % of both. Nothing falls, so that the slab has no reason to move.
+// A ball in both hands and, with `rest`, a slab of the same clay beneath it; the ball is 5 % of
+// both. Nothing falls, so the slab stays at rest.
 Scene held_ball(const Bench& bench, int cells, bool rest)
 {
     const double dx = 1.0 / cells, share = 0.05;
@@ -139,7 +139,7 @@ Scene held_ball(const Bench& bench, int cells, bool rest)
     return scene;
 }
 
-// Surfaces of which most is kept: the ball in the hands moves, the slab sleeps.
+// Surfaces that are mostly reused: the ball in the hands moves, the slab sleeps.
 void kept_surface_case(Bench& bench, int cells)
 {
     Scene scene = held_ball(bench, cells, true);
@@ -193,7 +193,7 @@ void paper_suite(Bench& bench)
 
 void scale_suite(Bench& bench)
 {
-    // Bytes per particle before anything was measured: generous, and replaced by what was held.
+    // Initial estimate of bytes per particle, generous; replaced by the measured value.
     double device_bytes = 400;
     const double host_bytes = 2.5 * sizeof(Particle<double>) + sizeof(Particle<float>);
     const double max = bench.options.quick ? std::min(1e6, bench.options.max_particles)
@@ -223,7 +223,7 @@ void surface_suite(Bench& bench)
         kept_surface_case(bench, bench.options.quick ? 64 : 128);
 }
 
-// What clay costs that need not move: held still outside of boxes around the hands, or asleep.
+// Cost of clay at rest: held still outside boxes around the hands, or sleeping.
 void localized_suite(Bench& bench)
 {
     const int cells = bench.options.quick ? 64 : 128;
@@ -232,7 +232,7 @@ void localized_suite(Bench& bench)
         Scene scene = held_ball(bench, cells, rest);
         scene.setup.rest.mode = mode;
         Drive how = usual(bench, 20);
-        how.warm_up = scene.setup.rest.frames + 5;  // until what is at rest sleeps
+        how.warm_up = scene.setup.rest.frames + 5;  // until clay at rest sleeps
         BenchRow row = bench.measured(name, scene, how);
         if (rest && !bench.result.rows.empty()) {
             const BenchRow& near = *std::find_if(
@@ -251,7 +251,7 @@ void localized_suite(Bench& bench)
     if (!bench.stopped()) one(RestMode::none, true, "the rest moving, too");
 }
 
-// Ten runs of the same frames must end in the same bits; what that costs against the usual mode.
+// Ten runs of the same frames must be bitwise identical; cost against the default mode.
 void deterministic_suite(Bench& bench)
 {
     Scene scene = bench.scene(on_cells(64));

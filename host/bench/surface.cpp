@@ -1,4 +1,4 @@
-// What a surface of a state costs, where the solver runs.
+// Cost of a surface of a state, on the solver's device.
 #include "host/surface/surface.h"
 
 #include <algorithm>
@@ -21,7 +21,7 @@ double seconds(Work&& work)
     return wall_seconds() - start;
 }
 
-// In the order of the lattice's cells, as a solver on a GPU holds them.
+// Sorted by lattice cell, as in a GPU solver.
 std::vector<Particle<double>> by_cell(std::vector<Particle<double>> all,
                                       const Lattice<double>& lattice)
 {
@@ -114,7 +114,8 @@ KeptTimes kept_surface_times(const Scene& scene, Device device, int warm_up, int
             for (const auto& each : {&kept, &whole}) (*each)->surface(*solver->clay());
         if (timed <= 0) return true;
         whole->forget();
-        if (f.number % 2 == 0) time(*kept, times.kept);  // whoever comes first finds a cold cache
+        // Alternating order: the first finds a cold cache.
+        if (f.number % 2 == 0) time(*kept, times.kept);
         time(*whole, times.whole);
         if (f.number % 2) time(*kept, times.kept);
         const SurfaceWork work = kept->work();

@@ -1,4 +1,4 @@
-// The table of targets: what is measured for each of those in targets.json.
+// The table of targets: measurements for those in targets.json.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -12,7 +12,7 @@
 namespace knead {
 namespace {
 
-// Adds the target of a key with what was measured; negative: not measured.
+// Adds the target of `key` with the measured value; negative: not measured.
 void add(Bench& bench, const std::string& key, double value, const std::string& note)
 {
     const auto& all = bench.figures.targets->targets;
@@ -47,7 +47,7 @@ QueuedFrames paper_frame(Bench& bench)
                   bench.options.quick ? 6 : 120, true);
 }
 
-// The same clay as a ball of 0.1 m between real hands, 3.1 mm cells.
+// The same clay as a ball of 0.1 m between hands of natural size, 3.1 mm cells.
 BenchRow hand_scale(Bench& bench)
 {
     Drive how;
@@ -78,7 +78,7 @@ void frame_targets(Bench& bench, const BenchRow& small)
         fmt::format("{:.0f} substeps; {}", real.substeps, timed(real)));
 }
 
-// Against the best public code at the same size.
+// Compares with the best public code at the same size.
 void public_target(Bench& bench, const std::string& size, const BenchRow* ours)
 {
     if (!bench.figures.peers) return;
@@ -138,7 +138,7 @@ void localized_target(Bench& bench)
                     held.frame.median / near.frame.median));
 }
 
-// The row of splats of that name; null: it was not measured.
+// The splat row of that name; null: not measured.
 const BenchRow* splats(const Bench& bench, const std::string& name)
 {
     const std::vector<BenchRow>& rows = bench.result.rows;
@@ -147,7 +147,7 @@ const BenchRow* splats(const Bench& bench, const std::string& name)
     return at == rows.end() ? nullptr : &*at;
 }
 
-// Of the sizes that --quick leaves out, nothing is said.
+// Sizes omitted by --quick are not reported.
 void picture_targets(Bench& bench)
 {
     const BenchRow *far = splats(bench, "660k far"), *near = splats(bench, "660k near"),
@@ -211,8 +211,8 @@ void peer_target(Bench& bench)
     add(bench, "taichi", measured, note);
 }
 
-// What the card of peers.json might take for the small squeeze: between the ratio of issue rates
-// and that of copies. Which of them holds depends on how much stays in its cache.
+// Estimated time of the small squeeze on the card of peers.json: between the ratio of issue rates
+// and that of copy rates, depending on how much stays in its cache.
 void estimate(Bench& bench)
 {
     const double clock = gpu_clock();
