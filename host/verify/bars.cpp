@@ -17,7 +17,7 @@ Setup free_bar(int cells, int thick, double poisson)
 
 Place corner_of(const Setup& s)
 {
-    const double quarter = s.lattice.dx / 4;  // of a cell: half of what a particle stands for
+    const double quarter = s.lattice.dx / 4;  // half the edge of a particle's cube
     return s.particles.front().x - Place{quarter, quarter, quarter};
 }
 

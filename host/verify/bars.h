@@ -1,4 +1,4 @@
-// A free elastic bar, and how it rings.
+// A free elastic bar and its vibration.
 #pragma once
 #include <functional>
 #include <vector>
@@ -10,25 +10,26 @@ namespace knead::bars {
 
 constexpr double young = 1e6, density = 1000, bar = 1;  // [Pa] [kg/m^3] [m]
 
-// A bar of 1 m along x, `cells` long and `thick` cells across, free of all walls. Where Poisson's
-// ratio is 0, nothing moves across.
+// A bar of 1 m along x, `cells` cells long and `thick` cells wide, away from all walls. With
+// Poisson's ratio 0 there is no transverse motion.
 Setup free_bar(int cells, int thick, double poisson = 0);
-// Its corner at the least coordinates.
+// Corner of the bar with the least coordinates [m].
 Place corner_of(const Setup& bar);
 
-// Amplitude of a mode in a series: v = A cos(w t + phase), by least squares over whole periods.
+// Period and decay of a mode v = A cos(w t + phase).
 struct Ringing {
-    double period, kept;  // [s]; amplitude after 4 periods over that at first
+    double period, kept;  // [s]; amplitude after 4 periods over the initial one
 };
-// From the mode's velocities at even times: period by the first and last zero, amplitude by the
-// projections on cosine and sine over the first and the fifth period.
+// From the mode's velocities at intervals of `step` [s]: period from the first and the ninth zero
+// crossing, amplitudes by projection on cosine and sine over the first and the fifth period.
 Ringing ringing(const std::vector<double>& u, double step);
 
-// A velocity [m/s] by the place from corner_of().
+// Velocity [m/s] at a position relative to corner_of() [m].
 using Field = std::function<Vec3<double>(Place)>;
-// Velocities of all particles, with their gradients, are `share` of the field's.
+// Sets velocities and velocity gradients of all particles to `share` times the field.
 void set_velocities(Setup& bar, const Field& field, double share);
-// Lets the bar go with a thousandth of the field, and follows its share in what moves.
+// Releases the bar with 1/1000 of the field as velocities and measures the amplitude of that mode.
+// `expected`: period by theory [s].
 Ringing rung(Verification& v, Setup bar, double expected, const Field& field);
 
 }  // namespace knead::bars

@@ -14,11 +14,11 @@
 namespace knead {
 namespace {
 
-constexpr double gain_bound = 0.05;  // of the energy when the tools came to rest
+constexpr double gain_bound = 0.05;  // fraction of the energy when the tools come to rest
 
 constexpr double crowded_share = 0.01;  // of the particles
 
-// What acted, or, as a run's report tells it, was counted.
+// True if a guard acted, or clay is crowded as defined in a run's report.
 bool guarded(const Outcome& o) { return guards_of(o.stats) > 0 || o.crowded > crowded_share; }
 
 std::string guards(const Outcome& o, std::size_t particles)
@@ -32,7 +32,7 @@ std::string guards(const Outcome& o, std::size_t particles)
     return text.empty() ? "no guard" : text;
 }
 
-// What must hold of the last state, whatever happened; "" if it does.
+// Checks what must hold for every last state; "": it holds.
 std::string broken(const Outcome& o, const Audit& before, const Audit& after, double limit)
 {
     if (after.broken > 0) return fmt::format("{} particles without finite numbers", after.broken);
@@ -43,8 +43,8 @@ std::string broken(const Outcome& o, const Audit& before, const Audit& after, do
     return "";
 }
 
-// Energy while nothing acts [J]. Within an oscillation what is seen varies: what counts is a second
-// half that has more than the first had.
+// Energy while nothing acts [J]. It varies within an oscillation, so the maxima of the two halves
+// of the interval are compared.
 struct Resting {
     double first = -INFINITY, second = -INFINITY, most = 0;
     void see(double energy, bool early)
@@ -55,7 +55,8 @@ struct Resting {
     }
     bool seen() const { return first != -INFINITY && second != -INFINITY; }
     double gain() const { return seen() ? (second - first) / std::max(first, 1e-30) : 0; }
-    // Twice what all energy could make of a hundredth of the clay, as a sign of an explosion.
+    // Speed that indicates an explosion: twice that of a hundredth of the clay with all the energy
+    // [m/s].
     double bound(const Audit& before) const
     {
         if (!seen()) return INFINITY;
@@ -63,7 +64,7 @@ struct Resting {
     }
 };
 
-// By the last state.
+// Fills in the outcome from the last state.
 void judge(Outcome& o, const Case& c, const Resting& rest,
            const std::vector<Particle<double>>& last)
 {
@@ -161,7 +162,7 @@ Outcome outcome_of(const Verification& v, const Case& c, double limit, bool in_d
 void change(Verification& v, std::unique_ptr<Solver>& solver, const Setup& s,
             const std::function<void(std::vector<Particle<double>>&)>& how)
 {
-    if (dynamic_cast<const Reference*>(solver.get())) {  // has no state but its particles
+    if (dynamic_cast<const Reference*>(solver.get())) {  // the particles are its whole state
         Setup now = s;
         now.particles = solver->particles();
         how(now.particles);

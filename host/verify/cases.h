@@ -1,4 +1,4 @@
-// Violent little scenes, and how they end.
+// Small extreme scenes and their outcomes.
 #pragma once
 #include <functional>
 #include <nlohmann/json_fwd.hpp>
@@ -11,18 +11,18 @@
 
 namespace knead {
 
-// Tools act until `action`, then stand still until `end`: from then on energy can only fall.
+// Tools move until `action`, then rest until `end`; in the second phase energy must not rise.
 struct Case {
     std::string name;
     Setup setup;
     double action = 0, end = 0;                              // [s]
-    std::function<std::vector<Joint<double>>(double)> at{};  // no tools: empty
-    std::function<std::vector<char>(double)> active{};       // none: always
+    std::function<std::vector<Joint<double>>(double)> at{};  // empty: no tools
+    std::function<std::vector<char>(double)> active{};       // empty: always active
     double frame = 1.0 / 90;                                 // [s]
     std::string advice = "keep away from it, or lower step.courant";
-    bool nonsense = false;  // must be refused
-    double may_grow = 0;    // nothing acts: energy is at most so many times the first; 0: not asked
-    double limit = 0;       // of wall time [s]; 0: as long as the suite gives to any
+    bool nonsense = false;  // invalid: must be refused
+    double may_grow = 0;  // without tools: bound on energy over the initial energy; 0: not checked
+    double limit = 0;     // wall time limit [s]; 0: the suite's
 };
 
 enum class Ending { stable, guarded, slow, refused, failed };
@@ -30,59 +30,59 @@ const char* ending_name(Ending e);
 
 struct Outcome {
     Ending ending = Ending::failed;
-    std::string note;  // counters, message or what went wrong
+    std::string note;  // counters, or message of the failure
     FrameStats stats;
-    double energy = 0;       // the most that was seen while all stood still [J]
-    double energy_gain = 0;  // while all stood still, over the energy that there was [1]
-    double fastest = 0;      // of the last state [m/s]
-    double volume = 0;       // of the last state over that at the beginning [1]
+    double energy = 0;       // maximum while the tools rest [J]
+    double energy_gain = 0;  // rise while the tools rest, over the energy at its start [1]
+    double fastest = 0;      // maximum speed of the last state [m/s]
+    double volume = 0;       // volume of the last state over the initial one [1]
     double simulated = 0, seconds = 0;
-    double crowded = 0;  // share of particles around which clay lies in clay, of the last state [1]
-    double densest = 0;  // times the room that is there, where it is worst [1]
+    double crowded = 0;  // fraction of particles in overlapping clay, of the last state [1]
+    double densest = 0;  // largest ratio of clay volume to available space [1]
 };
 nlohmann::json told(const Outcome& o);
 Outcome heard(const nlohmann::json& all);  // throws nlohmann::json::exception
 
-// All energy of the clay [J]: motion with that of each particle's own cell, strain, height.
+// Total energy of the clay [J]: kinetic, including the affine part of each particle, elastic, and
+// potential.
 double energy_of(const std::vector<Particle<double>>& all, const Setup& s);
 
-// Volume that came or went for no reason, which nobody would hear of; "" if none did. The stress in
-// clay that nothing holds sums up to nothing, so that only its yield stress, its weight, its motion
-// and the energy that it was given keep it from its volume; 2 % are error. Of sand and packed snow
-// nothing is known.
+// Describes an unexplained change of volume that no guard reports; "": none. The stress in free
+// clay has mean zero, so only its yield stress, weight, motion and supplied energy can keep it from
+// its rest volume; 2 % are allowed as error. Sand and snow are not checked.
 std::string silent_error(const Setup& s, const Audit& before, const Audit& after);
 
-// To its end, or until `limit` [s] of wall time have passed.
+// Runs the case to its end, or for `limit` [s] of wall time. Exceptions become outcomes.
 Outcome outcome_of(const Verification& v, const Case& c, double limit, bool in_double = false);
 
-// The same by another program, which tells its outcome as JSON. One that ends otherwise, or has not
-// ended after `late` [s], is a failure that says so.
+// The same in a child process that prints its outcome as JSON. Any other exit, or none within
+// `late` [s], is an outcome `failed` with a note.
 Outcome outcome_by(const std::vector<std::string>& words, double late);
-// Every case in a process of its own, which has twice its limit and 30 s to start; as many at a
-// time as there are threads; on a GPU one. `tell` is called in the order of the cases.
+// Runs each case in its own process, with twice its limit plus 30 s for startup; as many in
+// parallel as there are threads, one on a GPU. Calls `tell` on the calling thread, in the order of
+// the cases.
 void outcomes_of(const Verification& v, const std::vector<Case>& cases,
                  const std::function<void(const Case&, const Outcome&)>& tell);
 Outcome outcome_alone(const Verification& v, const Case& c);
-double limit_of(const Verification& v, const Case& c);  // [s]; of plain loops twice that
+double limit_of(const Verification& v, const Case& c);  // [s]; doubled for the reference
 
-// Changes particles between two frames, in the order of the setup, as a force or a grip from
-// outside would: `how` gets all of them.
+// Applies `how` to all particles, in the order of the setup, between two frames, e.g. an external
+// force.
 void change(Verification& v, std::unique_ptr<Solver>& solver, const Setup& s,
             const std::function<void(std::vector<Particle<double>>&)>& how);
 
-// A block of 6 x 4 x 6 cells on a floor, per_axis^3 particles a cell, dx = 1 cm; its materials and
-// tools can be changed before it runs.
+// A block of 6 x 4 x 6 cells on a floor, per_axis^3 particles per cell, dx = 1 cm.
 Setup block_on_floor(const Material<double>& material, int per_axis = 2);
-// The same with a ball of `radius` that comes down on it at `speed`, goes in by `depth`, and out.
+// The same with a ball of `radius` [m] that descends at `speed` [m/s] to `depth` [m] and withdraws.
 Case pressed_block(std::string name, const Material<double>& material, double radius, double speed,
                    double depth, int per_axis = 2);
 
-std::vector<Case> stability_cases(bool quick, bool gpu);  // of the map
+std::vector<Case> stability_cases(bool quick, bool gpu);  // cases of the stability map
 std::vector<Case> margin_cases(bool quick);
-// Any of both, also with a longer substep; throws UsageError for one that is not there.
+// A case of either list, also with a longer substep, by name; throws UsageError for an unknown one.
 Case case_named(const Verification& v, const std::string& name);
-// With `times` the default substep, and a name that says so.
+// The case with `times` the default substep, appended to its name.
 Case with_substep(Case c, double times);
-extern const std::vector<double> substep_ladder;  // times the default
+extern const std::vector<double> substep_ladder;  // multiples of the default substep
 
 }  // namespace knead

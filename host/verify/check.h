@@ -1,4 +1,4 @@
-// One line of knead verify: a measured number, what it should be, and how far off it may be.
+// One line of knead verify: measured value, reference value and tolerance.
 #pragma once
 #include <cmath>
 #include <string>
@@ -12,18 +12,18 @@ enum class Sense { near, at_most, at_least };
 struct Check {
     std::string suite, name;
     double measured = 0;
-    double expected = 0;  // by the reference; Sense::near alone
-    double bound = 0;     // near: of |measured - expected|; else of what is measured
+    double expected = 0;  // reference value; only for Sense::near
+    double bound = 0;     // near: bound of |measured - expected|; else of the measured value
     Sense sense = Sense::near;
     std::string unit;
     Verdict verdict = Verdict::failed;
     double seconds = 0;
-    std::string note;    // what else was seen
-    std::string advice;  // what a user should do where it failed
-    std::string why;     // it is known to fail, by known.json; "": not known to
+    std::string note;    // further observations
+    std::string advice;  // advice to users if it fails
+    std::string why;     // reason in known.json why it fails; "": none
 };
 
-// A number that is none passes nothing.
+// NaN and infinity always fail.
 inline Verdict verdict_of(Sense sense, double measured, double expected, double bound)
 {
     const bool held = sense == Sense::near      ? std::fabs(measured - expected) <= bound
@@ -32,7 +32,7 @@ inline Verdict verdict_of(Sense sense, double measured, double expected, double 
     return held && std::isfinite(measured) ? Verdict::passed : Verdict::failed;
 }
 
-// For what has no more to say. All bounds are in the unit.
+// A check without note. Bounds have the unit of the check.
 inline Check checked(Sense sense, std::string name, double measured, double expected, double bound,
                      std::string unit, std::string advice)
 {
@@ -61,7 +61,7 @@ inline Check at_least(std::string name, double measured, double bound, std::stri
                    std::move(advice));
 }
 
-// What was measured and what was allowed, with the unit.
+// Measured value and tolerance with the unit, as text.
 std::string measured_text(const Check& check);
 
 }  // namespace knead

@@ -1,4 +1,4 @@
-// Bodies of clay and tools for the checks, built in code: no file and no random number decides.
+// Bodies of clay and tools for the checks, built in code, without files or random numbers.
 #pragma once
 #include <functional>
 #include <vector>
@@ -9,31 +9,31 @@ namespace knead {
 
 using Place = Vec3<double>;  // [m]
 
-// A lattice of free cells between walls, 3 nodes inside of it.
+// A lattice with `cells` free cells between walls, which are 3 nodes inside the lattice.
 Setup between_walls(Int3 cells, double dx, ContactMode mode, double friction);
-// The middle of the floor.
+// Centre of the floor [m].
 Place floor_of(const Setup& setup);
 
 Material<double> elastic(double young, double poisson, double density);
 Material<double> plastic(double young, double poisson, double density, double yield);
 
-// Adds an object: a particle in the middle of each cube of edge dx / per_axis, counted from `from`
-// on, whose middle `inside` accepts. Returns the object.
+// Adds an object between `from` and `to`: a particle in the centre of each cube of edge dx /
+// per_axis, starting at `from`, if `inside` accepts the centre. Returns the object's index.
 int fill(
     Setup& setup, Material<double> material, Place from, Place to, int per_axis,
     const std::function<bool(Place)>& inside = [](Place) { return true; });
 
-// Adds a tool of one sphere on a joint of its own; returns the joint.
+// Adds a tool of one sphere bound to a new joint; returns the joint's index.
 int add_ball_tool(Setup& setup, double radius, ContactMode mode, double friction);
 
-// In the order of the setup, whatever the solver.
+// Particles in the order of the setup, for any solver.
 std::vector<Particle<double>> by_id(const Solver& solver);
 
-// Adds what a frame did to what those before it did.
+// Accumulates the counters of a frame.
 void add_to(FrameStats& all, const FrameStats& frame);
 
-// Advances in frames of `frame` [s] from t = 0 to `end`; tools are where `at` says. After each
-// frame `look(time)` may end it by false. Returns all frames' counts in one.
+// Advances in frames of `frame` [s] from t = 0 to `end` [s], with tool joints `at(t)`. Calls
+// `look(time)` after each frame; false ends the run. Returns the accumulated counters.
 FrameStats drive(Solver& solver, double frame, double end,
                  const std::function<std::vector<Joint<double>>(double)>& at,
                  const std::function<bool(double)>& look);

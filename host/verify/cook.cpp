@@ -8,13 +8,14 @@
 namespace knead {
 namespace {
 
-// In units of the original, of which one is a centimetre: a plate from x = 0, where it is 44 high,
-// to x = 48, where it is 16 high and ends at y = 60. A shear force F on that end moves its upper
-// corner by 23.96 F / (E t) in plane stress for nu = 1/3 [Cook 1974; Simo & Rifai 1990].
-constexpr double unit = 0.01, wide = 48 * unit, top = 60 * unit;   // [m]
-constexpr double young = 1e6, poisson = 1.0 / 3, density = 1000;   // [Pa] [kg/m^3]
-constexpr double way = 0.5 * unit;                                 // of the corner [m]
-const double lowest = 0.0108 / unit * std::sqrt(young / density);  // mode, about [1/s]
+// In Cook's units, 1 cm each: a plate from x = 0, where it is 44 high, to x = 48, where it is 16
+// high with its top at y = 60. A shear force F on that end moves its upper corner by 23.96 F / (E
+// t) in plane stress for nu = 1/3 [Cook 1974; Simo & Rifai 1990].
+constexpr double unit = 0.01, wide = 48 * unit, top = 60 * unit;  // [m]
+constexpr double young = 1e6, poisson = 1.0 / 3, density = 1000;  // [Pa] [kg/m^3]
+constexpr double way = 0.5 * unit;                                // displacement of the corner [m]
+// Angular frequency of the lowest mode, approximately [1/s].
+const double lowest = 0.0108 / unit * std::sqrt(young / density);
 
 bool in_plate(Place x)
 {
@@ -22,7 +23,7 @@ bool in_plate(Place x)
     return x.y > low && x.y < low + (44 - 28 * share) * unit;
 }
 
-// Four cells thick, welded to a block that is a thousand times as stiff and so heavy that it stays.
+// Four cells thick, welded to a block a thousand times as stiff and so heavy that it hardly moves.
 Setup membrane(int cells, Place& origin)
 {
     const double dx = wide / cells;
@@ -37,8 +38,8 @@ Setup membrane(int cells, Place& origin)
     return s;
 }
 
-// The corner's way over the reference, when the plate has come to rest. The force acts on the last
-// cells before the end.
+// Displacement of the corner over the reference after the plate has come to rest. The force acts on
+// the last cells before the end.
 double moved(Verification& v, int cells)
 {
     const double dx = wide / cells, force = way / 23.96 * young * 4 * dx;
@@ -51,7 +52,7 @@ double moved(Verification& v, int cells)
         if (x.x > wide - dx && x.y > top - 1.5 * dx) corner.push_back(i);
     }
     const double frame = dx / std::sqrt(young / density), end = 3 * M_PI / lowest,
-                 keep = std::exp(-2 * lowest * frame),  // as fast as it can come to rest
+                 keep = std::exp(-2 * lowest * frame),  // critical damping of the lowest mode
         kick = frame * force / (s.materials[0].mass * double(pulled.size()));
     auto solver = v.solver(s);
     for (double t = 0; t < end; t += frame) {
@@ -69,8 +70,8 @@ double moved(Verification& v, int cells)
 
 }  // namespace
 
-// Slanted edges are steps, and the held edge is sharp to a cell: first order is asked for, and at
-// the finer cells the twentieth that is usual of coarse finite elements.
+// Slanted edges are stepped, and the clamped edge is resolved to a cell: required are first order
+// and, on the finer cells, the 5 % usual of coarse finite elements.
 void cook_part(Verification& v)
 {
     const int cells = v.quick() ? 8 : 12;

@@ -1,4 +1,4 @@
-// accuracy: a column of liquid let go between walls, against the experiment.
+// accuracy: collapse of a liquid column between walls, against the experiment.
 #include <fmt/format.h>
 
 #include <cmath>
@@ -12,14 +12,14 @@ namespace {
 
 constexpr double g = 9.81, wide = 0.05715;  // 2.25 in [m]
 
-// Front over the column's width by the time over sqrt(a / 2g), of a column twice as high as wide
-// [Martin & Moyce 1952, figure 3, a = 2.25 in].
+// Front over column width and time over sqrt(a / 2g), for a column twice as high as wide [Martin &
+// Moyce 1952, figure 3, a = 2.25 in].
 constexpr double measured[][2] = {
     {0.832, 1.217}, {1.219, 1.474}, {1.997, 2.292}, {2.547, 2.995}, {3.345, 4.134}};
 
-// The front is the foremost particle's far side. Water has no strength and hardly any viscosity;
-// its sound, at 20 sqrt(g a), is seven times as fast as the water will be. Friction, which holds
-// the front of the experiment back a little, is left out.
+// The front is the far side of the foremost particle. Water has no strength and little viscosity;
+// its speed of sound, 20 sqrt(g a), is seven times its maximum speed. Friction, which slows the
+// front of the experiment slightly, is neglected.
 void column(Verification& v, int cells)
 {
     const double dx = wide / cells, unit = std::sqrt(wide / (2 * g));

@@ -1,4 +1,4 @@
-// accuracy: what stands on a floor: a block that slides, one on a slope, a column of liquid.
+// accuracy: bodies on a floor: a sliding block, a block on a slope, a liquid column.
 #include <fmt/format.h>
 
 #include <cmath>
@@ -27,7 +27,7 @@ Place middle(const std::vector<Particle<double>>& all)
     return (1.0 / double(all.size())) * sum;
 }
 
-// 8 x 4 x 8 cells, after 0.15 s on the floor.
+// A block of 8 x 4 x 8 cells after 0.15 s on the floor.
 Setup settled_block(Verification& v, double friction)
 {
     Setup s = between_walls({40, 8, 14}, dx, ContactMode::separate, friction);
@@ -58,7 +58,7 @@ void sliding(Verification& v)
                "scale the friction of walls by the ratio of the two numbers"));
 }
 
-// On a slope just within friction, all at once: it springs down under the sudden load.
+// On a slope just below the friction angle, tilted at once: it springs down under the sudden load.
 void sudden_slope(Verification& v)
 {
     constexpr double angle = 20 * std::numbers::pi / 180;

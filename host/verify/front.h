@@ -1,4 +1,4 @@
-// Error against run time: what is varied in every scene, and what each measures.
+// Error against run time (work-precision): varied settings and the measure of each scene.
 #pragma once
 #include <functional>
 #include <memory>
@@ -12,18 +12,18 @@ namespace knead {
 
 struct FrontResult {
     double error = 0;    // in the scene's unit
-    double seconds = 0;  // of simulating
+    double seconds = 0;  // simulation time [s]
     double inside = 0;   // Driven::inside [m]
 };
 
 struct FrontScene {
-    std::string name, unit;  // the unit as a part of a name: "mm", "percent"
-    std::string against;     // what the error is a distance from
-    std::vector<int> cells;  // along 1 m, coarse to fine
+    std::string name, unit;  // unit, usable in a key: "mm", "percent"
+    std::string against;     // reference of the error
+    std::vector<int> cells;  // per metre, coarse to fine
     std::function<FrontResult(const SceneOptions&)> run;
 };
 
-// Lattices of the scenes: 1 m of a quick run's, of a CPU's and of a GPU's.
+// Lattices of the scenes [cells/m]: of quick runs, CPU runs and GPU runs.
 struct FrontSizes {
     std::vector<int> quick, cpu, gpu;
     const std::vector<int>& of(const Verification& v) const
@@ -32,11 +32,11 @@ struct FrontSizes {
     }
 };
 
-// As a scene is by default, with so many cells.
+// The defaults of a scene, with this number of cells.
 SceneOptions default_options(int cells);
 
-// Judged by its own result on the `finest` cells, by default else: off(a, b) is how far two of them
-// are apart [m]. A quick run has 16 cells and `second`.
+// A scene whose reference is its own result on the finest cells with default settings; off(a, b) is
+// the distance of two results [m]. A quick run has 16 and `second` cells/m.
 template <class Run, class Off>
 FrontScene against_finest(const Verification& v, std::string name, const std::string& what,
                           int quick_finest, int second, Run run, Off off)
@@ -62,36 +62,36 @@ FrontScene cantilever_front(Verification& v);
 FrontScene sloshing_front(Verification& v);
 FrontScene pile_front(Verification& v);
 
-// A setting of a scene, and what came of it.
+// Settings of a scene and their result.
 struct FrontPoint {
     SceneOptions options;
-    double error, seconds;  // in the scene's unit, [s]
+    double error, seconds;  // in the scene's unit; [s]
     double counted = 0;     // count_errors()
     std::string name() const;
-    std::string told(const std::string& unit) const;  // error, what counts if that is more, seconds
+    std::string told(const std::string& unit) const;  // error, counted error if larger, seconds
     bool usual() const;                               // the defaults
-    // No worse in either, better in one; by what counts.
+    // Pareto dominance: no worse in counted error and time, better in one.
     bool beats(const FrontPoint& other) const;
 };
 
-// An error that passes through zero as cells get finer is less by luck than that of the same
-// setting on finer cells. What counts is the greatest of it and those.
+// Sets `counted`: the maximum of the error and those of the same settings on finer cells. An error
+// that changes sign under refinement may be small by chance.
 void count_errors(std::vector<FrontPoint>& all);
 
-// What is better than `one` by a tenth, which chance is not, and no worse else: the quickest of
-// those as right, and the most right of those as quick. Null where there is none.
+// Points that dominate `one` by at least 10 %, beyond chance: the fastest at no larger error, and
+// the most accurate at no longer time. Null: none.
 struct Beaten {
     const FrontPoint *quicker = nullptr, *righter = nullptr;
     bool at_all() const { return quicker || righter; }
 };
 Beaten beaten_by(const std::vector<FrontPoint>& all, const FrontPoint& one);
-// "on the front", or by what it is beaten in what, with the numbers of that.
+// "on the front", or the dominating points with their values.
 std::string standing(const Beaten& by, const std::string& unit);
 
-// At one size, the default and each setting of a scene's file by itself: error, time, and how deep
-// clay is left in tools.
+// At one size, for the defaults and for each setting of the scene file changed alone: error, time,
+// and depth of clay left in tools.
 void feature_rows(Verification& v, const FrontScene& scene);
-// Of a ball's surface: error against time over its nodes and its smoothing.
+// Error against time of a ball's surface, over its nodes and smoothing.
 void surface_front(Verification& v);
 
 }  // namespace knead

@@ -1,6 +1,6 @@
-// workprecision: an elastic beam that stands out of a block so stiff and heavy that it stays, and
-// swings under its own weight. The mean of a swing is what it would bend at rest: for a beam of
-// length L and height h, by bending and shear [Timoshenko 1921; Cowper 1966, 5/6 for nu = 0],
+// workprecision: an elastic cantilever, clamped by a block so stiff and heavy that it hardly moves,
+// swings under its own weight. The mean over a swing is the static deflection: for length L and
+// height h, by bending and shear [Timoshenko 1921; Cowper 1966, 5/6 for nu = 0],
 //     w(x) = rho g / (2 E h^2) x^2 (6 L^2 - 4 L x + x^2) + (6 / 5) rho g / G (L x - x^2 / 2)
 #include <algorithm>
 #include <cmath>
@@ -21,7 +21,7 @@ double bent(double x)
     return bending + 1.2 * density * g / (young / 2) * (beam * x - x * x / 2);
 }
 
-// A beam along x and its block, and where the beam begins.
+// A beam along x with its block, and the root of the beam.
 struct Scene {
     Setup setup;
     Place root;
@@ -40,13 +40,12 @@ Scene built(const SceneOptions& options)
     fill_by(s, options, elastic(young, 0, density), all.root, all.root + Place{beam, high, high});
     Place end = s.walls.max;
     end.x = all.root.x;
-    // Of the same speed of sound, so that the beam decides on the substep.
+    // Same speed of sound, so that the beam determines the substep.
     fill_by(s, options, elastic(1000 * young, 0, 1000 * density), s.walls.min, end);
     return all;
 }
 
-// How the beam bends at a moment, as a multiple of bent() [1], and how fast [1/s]; the block's own
-// way is taken out.
+// Deflection as a multiple of bent() [1], and its rate [1/s], relative to the block.
 struct Bend {
     double way, rate;
 };
@@ -72,7 +71,7 @@ Bend bend_of(const std::vector<Particle<double>>& now, const std::vector<Particl
 FrontResult swung(const Verification& v, const SceneOptions& options)
 {
     const Scene scene = built(options);
-    // The period of a slender beam.
+    // Period of a slender beam [s].
     const double period = 2 * std::numbers::pi / 3.516 * beam * beam /
                           std::sqrt(young * high * high / (12 * density));
     const double step = period / 24;
@@ -82,7 +81,7 @@ FrontResult swung(const Verification& v, const SceneOptions& options)
     const auto look = [&](const Solver& solver, double t) {
         const Bend now = bend_of(by_id(solver), scene.setup.particles, scene);
         const bool turned = before.rate * now.rate < 0;
-        // Twice it turns: at the bottom, and back at the top.
+        // Ends at the second turning point: the bottom is the first, the top the second.
         const double share = turned ? before.rate / (before.rate - now.rate) : 1;
         if (turns + turned == 2) {
             const double last = before.way + share * (now.way - before.way);

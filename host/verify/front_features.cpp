@@ -1,5 +1,5 @@
-// workprecision: what each setting of a scene's file buys, by itself: the default, and the same
-// with that setting changed.
+// workprecision: the effect of each setting of a scene file: the defaults, and the same with one
+// setting changed.
 #include <fmt/format.h>
 
 #include <cmath>
@@ -16,7 +16,7 @@ namespace {
 struct Change {
     const char* name;
     void (*make)(SceneOptions&);
-    bool quick;  // is in a quick run, too
+    bool quick;  // also in a quick run
 };
 
 const Change changes[] = {
@@ -33,7 +33,7 @@ const Change changes[] = {
     {"a lattice's particles, not packed", [](SceneOptions& r) { r.packed = false; }, true},
 };
 
-// The cells of a scene that says nothing of them; fewer where there is no GPU.
+// Default number of cells of a scene; fewer without a GPU.
 int usual_cells(const Verification& v) { return FrontSizes{{16}, {32}, {64}}.of(v).front(); }
 
 struct Bought {
@@ -42,8 +42,8 @@ struct Bought {
     FrontResult result;
 };
 
-// All by turns, again and again, so that what else the machine does takes its time from all alike;
-// the quickest of each counts.
+// Repeats all settings in turn, so that other load on the machine affects all equally; the fastest
+// run of each counts.
 std::vector<Bought> bought(const Verification& v, const FrontScene& scene)
 {
     std::vector<Bought> all;

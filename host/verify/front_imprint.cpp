@@ -1,4 +1,4 @@
-// workprecision: a ball of clay on a floor, into which a smaller ball is pressed, and withdrawn.
+// workprecision: a smaller ball is pressed into a ball of clay on a floor and withdrawn.
 #include <algorithm>
 
 #include "host/verify/front.h"

@@ -1,5 +1,5 @@
-// workprecision: a column of dry sand falls into a pile. Its profile, as what lies over rings of
-// the floor, against that on a finer lattice.
+// workprecision: a column of dry sand collapses into a pile. Its profile, as mean heights over
+// rings of the floor, against that on a finer lattice.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -38,7 +38,7 @@ Pile collapsed(const Verification& v, const SceneOptions& options)
                 return std::min(radius - std::hypot(x.x - floor.x, x.z - floor.z),
                                 floor.y + high - x.y);
             });
-    // What fills the column by steps is not quite its volume.
+    // Volume of a particle: the stepped column differs slightly from the exact volume.
     const double share = std::numbers::pi * radius * radius * high / double(s.particles.size());
     const Driven driven = timed_drive(v, options, s, 1.0 / 60, end, no_tools, no_look);
     Pile pile;
@@ -51,7 +51,7 @@ Pile collapsed(const Verification& v, const SceneOptions& options)
     return pile;
 }
 
-// Over all the rings' floor, rms [m].
+// Rms height difference over the area of all rings [m].
 double apart(const Pile& a, const Pile& b)
 {
     double sum = 0, area = 0;

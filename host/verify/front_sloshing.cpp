@@ -1,5 +1,5 @@
-// workprecision: liquid in a tank sloshes in its first mode. Small waves of a liquid of depth H
-// swing with  w^2 = g k tanh(k H)  [Lamb 1932], and every particle of it with the same a sin(w t).
+// workprecision: liquid in a tank sloshes in its first mode. Small waves on depth H oscillate with
+// w^2 = g k tanh(k H) [Lamb 1932], all particles with the same a sin(w t).
 #include <cmath>
 #include <numbers>
 
@@ -10,8 +10,8 @@ namespace {
 
 constexpr double g = 9.81, depth = 0.5, k = std::numbers::pi, high = 0.01;  // [m/s^2] [m] [1/m]
 
-// The velocity of a wave of unit amplitude over its angular frequency, at x from the tank's side
-// and y over its floor.
+// Velocity of a wave of unit amplitude over its angular frequency, at x from the tank's side and y
+// above its floor.
 Place wave(Place x)
 {
     return (1 / std::sinh(k * depth)) * Place{-std::sin(k * x.x) * std::cosh(k * x.y),
@@ -25,7 +25,7 @@ Setup tank(const SceneOptions& options, double w)
     s.gravity = {0, -g, 0};
     Material<double> m{};
     m.plasticity = Plasticity::fluid;
-    // Of ten times the speed of a long wave: at the floor it is a hundredth denser.
+    // Speed of sound ten times that of a long wave: 1 % denser at the floor.
     m.density = 1000, m.bulk = m.density * 100 * g * depth, m.exponent = 7, m.viscosity = 0.1;
     const Place low = s.walls.min;
     fill_by(s, options, m, low, {s.walls.max.x, low.y + depth, s.walls.max.z});
@@ -43,7 +43,7 @@ Setup tank(const SceneOptions& options, double w)
     return s;
 }
 
-// Over half a period, from flat to flat: how far the wave is from theory, rms over that of theory.
+// Over half a period, from flat to flat: rms deviation from theory over the rms of theory.
 FrontResult sloshed(const Verification& v, const SceneOptions& options)
 {
     const double w = std::sqrt(g * k * std::tanh(k * depth)), end = std::numbers::pi / w;

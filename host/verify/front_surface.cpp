@@ -1,5 +1,5 @@
-// workprecision: the surface of a ball against the sphere that it is, over the nodes of its density
-// and how it is smoothed, against the time that a surface takes.
+// workprecision: error of a ball's surface against the exact sphere and time per surface, over
+// density nodes and smoothing.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -19,13 +19,13 @@ namespace {
 constexpr double radius = 0.25;  // [m]
 
 struct Variant {
-    double nodes;  // over cells, along an axis
+    double nodes;  // density nodes per cell, along an axis
     Smoothing smoothing;
     int iterations;
     bool usual;
 };
 
-// By a scene's defaults, and with one of them changed.
+// The defaults of a scene, and variants with one of them changed.
 std::vector<Variant> variants(bool quick)
 {
     const SurfaceOptions d{};
@@ -50,7 +50,8 @@ struct Skin {
     double seconds;
 };
 
-// On a GPU without the copies there and back, by replays of a graph; else the quickest of three.
+// Time on a GPU: graph replays, without copies to and from the device; on a CPU: the fastest of
+// three.
 Skin skin(const Verification& v, const Setup& s, const SurfaceOptions& rule)
 {
     if (v.device.kind == DeviceKind::cuda) {
@@ -68,8 +69,8 @@ Skin skin(const Verification& v, const Setup& s, const SurfaceOptions& rule)
     return best;
 }
 
-// Distances of the vertices from the sphere [m]: rms, and rms about their mean, which is the
-// surface's roughness without what softening takes off a round body everywhere.
+// Distances of the vertices from the sphere [m]: rms, and rms about their mean (roughness), which
+// excludes the uniform shrinkage of a round body by smoothing.
 struct Off {
     double rms, rough;
 };
@@ -133,7 +134,7 @@ void add_line(Verification& v, int cells, const Line& a, const std::vector<Line>
         beaten ? "" : "  front", a.by.usual ? "  default" : ""));
 }
 
-// What is better than the default by a tenth and no worse else.
+// Variants better than the default by 10 % in one measure and no worse in the other.
 std::string standing(const Line& usual, const std::vector<Line>& all)
 {
     std::string text;

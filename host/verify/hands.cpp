@@ -1,4 +1,4 @@
-// accuracy: how deep two hands of a user's size leave clay within them.
+// accuracy: depth of clay left inside two hands of natural size.
 #include <fmt/format.h>
 
 #include <stdexcept>
@@ -26,8 +26,8 @@ constexpr const char* ball = R"({{
     "hands": {{"recording": "{}", "zoom": {}, "at": [0.1, 0.059375, 0.1]}}
 }})";
 
-// Of what projection left in a tool at the ends of frames: the depth that a hundredth exceeds, over
-// a cell. 0.1 mm is allowed of cells of 3.1 mm. Of so many frames; 0: of all.
+// Depth of particles left inside a tool at the ends of frames: 99th percentile over the cell size.
+// Allowed: 0.1 mm for cells of 3.1 mm. `frames`: number of frames; 0: all.
 void gesture(Verification& v, const std::string& name, double zoom, int cells, int frames = 0)
 {
     Scene scene = parse_scene(fmt::format(ball, cells, name, zoom), "");
@@ -55,7 +55,7 @@ void gesture(Verification& v, const std::string& name, double zoom, int cells, i
 
 void hands_part(Verification& v)
 {
-    if (v.quick()) return gesture(v, "squeeze", 0.5, 24, 150);  // until they let go
+    if (v.quick()) return gesture(v, "squeeze", 0.5, 24, 150);  // until the hands release the clay
     const int cells = v.options.device == "reference"     ? 24
                       : v.device.kind == DeviceKind::cuda ? 64
                                                           : 40;

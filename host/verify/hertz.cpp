@@ -12,10 +12,10 @@ namespace {
 
 constexpr double young = 1e6, poisson = 0.3, density = 1000, dx = 0.01;
 
-// The force at which either tool is in by d, R_eff = R/2, E* = E / (1 - nu^2) [Johnson 1985, 4.2]:
-// d = (F / (4/3 E* sqrt(R_eff)))^(2/3). A ball under two forces gives way less than a half space.
-// Lur'e's series for a sphere under two caps of Hertz's pressure [Lur'e 1964, chapter 6] has
-// 0.178 F / (E R) less where the caps' radius is 0.2 R, 0.187 where it is 0.25 R, for nu = 0.3.
+// Force at indentation d of each tool, R_eff = R/2, E* = E / (1 - nu^2) [Johnson 1985, 4.2]: d = (F
+// / (4/3 E* sqrt(R_eff)))^(2/3). A ball under two forces deforms less than a half space: for nu =
+// 0.3, Lur'e's series for a sphere under two caps of Hertz's pressure [Lur'e 1964, chapter 6] is
+// lower by 0.178 F / (E R) at cap radius 0.2 R, by 0.187 F / (E R) at 0.25 R.
 double hertz_force(double d, double R)
 {
     const double stiff = 4.0 / 3 * young / (1 - poisson * poisson) * std::sqrt(R / 2);
@@ -27,11 +27,11 @@ double hertz_force(double d, double R)
 
 struct Pressed {
     double force;  // over Hertz's, mean from d = R/12 to R/8
-    double early;  // the most before the surfaces touch, over that at R/8
+    double early;  // maximum force before contact, over that at R/8
 };
 
-// Both tools come by d = R/8 each, slowly: the ball is then 13 times crossed by sound.
-// The force is that through the ball's middle, of the stresses of the textbook.
+// Both tools advance by d = R/8 slowly: sound crosses the ball 13 times meanwhile. The force is
+// that through the ball's mid-plane, by the stresses of the oracle.
 Pressed pressed(Verification& v, int cells)
 {
     const double R = cells * dx, speed = 0.01 * std::sqrt(young / density), deep = R / 8;

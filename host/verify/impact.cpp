@@ -1,4 +1,4 @@
-// accuracy: a copper rod that hits a rigid wall, against finite elements; a ball that spins.
+// accuracy: impact of a copper rod on a rigid wall, against finite elements; a spinning ball.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -10,11 +10,11 @@
 namespace knead {
 namespace {
 
-// The Taylor bar as it is mostly computed: 32.4 mm long, radius 3.2 mm, 227 m/s, without friction,
-// E 117 GPa, nu 0.35, 8930 kg/m^3, yield stress 400 MPa, hardening 100 MPa, after 80 us.
-// Lagrangian finite elements find a length of 21.3 to 21.7 mm and a foot of 7.0 to 7.2 mm radius
-// [Kamoulakos 1990; Zhu & Cescotto 1995; Camacho & Ortiz 1997].
-// Against a wall, and against another rod that comes as fast: what happens to one must be the same.
+// The usual Taylor bar: 32.4 mm long, radius 3.2 mm, 227 m/s, without friction, E 117 GPa, nu 0.35,
+// 8930 kg/m^3, yield stress 400 MPa, hardening 100 MPa, after 80 us. Lagrangian finite elements
+// give a length of 21.3 to 21.7 mm and a foot of 7.0 to 7.2 mm radius [Kamoulakos 1990; Zhu &
+// Cescotto 1995; Camacho & Ortiz 1997]. Against a wall, and against a second rod at the opposite
+// velocity: the results must agree.
 struct Rod {
     double length, foot;  // [m]
     FrameStats stats;
@@ -38,7 +38,7 @@ Rod taylor_bar(Verification& v, int cells, bool wall)
             top = std::max(top, q.x.y - meet.y);
             side = std::max(side, std::hypot(q.x.x - meet.x, q.x.z - meet.z));
         }
-        return std::pair{top + dx / 4, side + dx / 4};  // a particle's half
+        return std::pair{top + dx / 4, side + dx / 4};  // half a particle's edge
     };
     const double before = extent(s.particles).first;
     for (Particle<double>& q : s.particles) q.v = {0, q.x.y > meet.y ? -speed : speed, 0};
@@ -50,7 +50,7 @@ Rod taylor_bar(Verification& v, int cells, bool wall)
 
 void taylor_bars(Verification& v)
 {
-    const int cells = v.quick() ? 4 : 6;  // of the radius
+    const int cells = v.quick() ? 4 : 6;  // cells per radius
     const std::string advice = "where clay is squashed flat, expect its rim to spread too little";
     for (const bool wall : {true, false}) {
         const Rod rod = taylor_bar(v, cells, wall);
@@ -63,7 +63,7 @@ void taylor_bars(Verification& v)
     }
 }
 
-// An elastic ball that turns freely: its angle is spin times time, its energy stays.
+// A freely rotating elastic ball: angle = spin times time, energy is conserved.
 void spinning(Verification& v)
 {
     constexpr double dx = 0.01, turns = 3;
@@ -83,7 +83,7 @@ void spinning(Verification& v)
     const double end = turns * 2 * std::numbers::pi / rate;
     drive(*solver, end / 60, end, [](double) { return true; });
     const std::vector<Particle<double>> now = by_id(*solver);
-    // After whole turns every particle is where it was: the mean of what is left about the axis.
+    // After whole turns every particle should be at its initial position: mean remaining rotation.
     double turned = 0, arm = 0;
     for (std::size_t i = 0; i < now.size(); ++i) {
         const Place r = s.particles[i].x - middle, way = now[i].x - s.particles[i].x;

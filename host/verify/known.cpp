@@ -11,7 +11,7 @@
 namespace knead {
 namespace {
 
-// A list of texts that are not empty.
+// A list of non-empty strings.
 std::vector<std::string> texts(ObjectReader& r, const std::string& key)
 {
     const char* const expected = "a list of texts, one or more";

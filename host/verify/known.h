@@ -10,18 +10,18 @@ namespace knead {
 
 struct KnownFailures {
     std::map<std::string, std::string> why;  // by the check's name
-    std::string problem;                     // why there is no such file; "" if there is
+    std::string problem;                     // why there is no file; "": read
 };
 
-// known.json of `folder`; "": that which comes with the program. A file that is not there is no
-// fault. Throws InputError with file and place for one that is wrong, or that names a check twice.
+// Reads known.json of `folder`; "": the bundled one. A missing file is not an error. Throws
+// InputError with file and place for an invalid file or a duplicate check.
 KnownFailures read_known(const std::string& folder);
 
-// What stands beside a verdict: "known" or "not known" of one that failed, "passes now" of a check
-// that the file says fails; else "".
+// Remark beside a verdict: "known" or "not known" for a failure, "passes now" for a listed check
+// that passes; else "".
 const char* known_name(const Check& check);
 
-// The part of report.md on what failed: first what nobody knows a reason for. "" where all passed.
+// Section of report.md on failed checks, those without a known reason first; "": all passed.
 std::string failed_page(const std::vector<Check>& checks);
 
 }  // namespace knead

@@ -1,4 +1,4 @@
-// accuracy: stresses and return maps on random states, against the laws by singular values.
+// accuracy: stresses and return maps on random states, against the oracle's laws.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -18,7 +18,7 @@ const std::pair<Elasticity, const char*> elasticities[] = {
 template <class R>
 const char* scalar = sizeof(R) == 4 ? "float" : "double";
 
-// As R has it, so that the oracle sees the numbers that the code sees.
+// Rounded to R, so that oracle and code get the same numbers.
 template <class R>
 Sym3<R> rounded(const Sym3<double>& e)
 {
@@ -67,21 +67,21 @@ void stresses(Verification& v, int states)
     }
 }
 
-// A law of flow: which share of its scale the stress is off the yield surface.
+// A plastic flow law and its tested properties.
 struct Law {
     const char* name;
     Plasticity plasticity;
     double hardening = 0, cohesion = 0;
-    bool surface = true;     // has one that the stress must lie on
-    bool remembers = false;  // k is a volume, which belongs to that of the clay
+    bool surface = true;     // the stress must lie on a yield surface
+    bool remembers = false;  // k is a logarithmic volume, counted with that of the clay
 };
 const Law laws[] = {{"von Mises", Plasticity::von_mises},
                     {"von Mises, hardening", Plasticity::von_mises, 2e5},
                     {"Herschel-Bulkley", Plasticity::herschel_bulkley, 0, 0, false},
                     {"Drucker-Prager", Plasticity::drucker_prager, 0, 0, true, true},
                     {"Drucker-Prager, cohesive", Plasticity::drucker_prager, 0, 0.01, true, true},
-                    // At the hardening of the trial state: packed snow is harder and may store
-                    // more. Its bounds are on the stretches, as far as their stress drives them.
+                    // Energy at the hardening of the trial state: compacted snow is harder and may
+                    // store more. Its bounds apply to stretches, not stresses.
                     {"snow", Plasticity::clamp, 0, 0, false, true}};
 
 struct Worst {
@@ -135,7 +135,7 @@ template <class R>
 void return_maps(Verification& v, int states)
 {
     for (const Law& law : laws) {
-        Worst worst;  // of all elasticities
+        Worst worst;  // over all elasticities
         for (const auto& [elasticity, name] : elasticities) {
             if (!go_together(elasticity, law.plasticity)) continue;
             const Worst one = returned<R>(law, elasticity, states);
@@ -155,7 +155,7 @@ void return_maps(Verification& v, int states)
     }
 }
 
-// Liquid: against its formula, written out.
+// Liquid: against its explicit formula.
 template <class R>
 void liquid(Verification& v, int states)
 {
@@ -195,7 +195,7 @@ void shear_part(Verification& v)
 {
     for (const double n : {1.0, 0.6, 0.4}) {
         Material<double> m = clay(Elasticity::neo_hookean, Plasticity::herschel_bulkley);
-        m.mu = 4e6, m.lambda = 8e6;  // stiff: the steady stress is soon reached, at small strain
+        m.mu = 4e6, m.lambda = 8e6;  // stiff: steady stress is reached at small strain
         m.yield = 600, m.viscosity = 2000, m.exponent = n;
         constexpr double rate = 10, dt = 1e-5;  // [1/s] [s]
         Particle<double> q{};

@@ -1,4 +1,4 @@
-// convergence: how far a free beam bends under a given load, up to nearly incompressible clay.
+// convergence: bending of a free beam under a given load, up to nearly incompressible clay.
 #include <fmt/format.h>
 
 #include <cmath>
@@ -12,9 +12,9 @@ namespace {
 using std::numbers::pi;
 using namespace bars;
 
-// A force b cos(k x) per mass, k = 2 pi / L, has no sum and no moment, so that no grip is needed.
-// After Timoshenko w = q / (E I k^4) (cos(k x) + k^2 (x - L/2)^2 / 2) + q / (kappa G A k^2) cos(k
-// x) with q = density A b; its mean with cos(k x) is what is measured [m]. Section of edge h.
+// A force b cos(k x) per mass, k = 2 pi / L, has zero sum and moment, so no support is needed. By
+// Timoshenko w = q / (E I k^4) (cos(k x) + k^2 (x - L/2)^2 / 2) + q / (kappa G A k^2) cos(k x) with
+// q = density A b; measured is its mean product with cos(k x) [m]. Square section of edge h.
 double bends_by(double b, double h, double poisson)
 {
     const double k = 2 * pi / bar, G = young / (2 * (1 + poisson));
@@ -22,7 +22,7 @@ double bends_by(double b, double h, double poisson)
     return density * b * (1.5 * 12 / (young * h * h * k * k * k * k) + 0.5 / (kappa * G * k * k));
 }
 
-// Mean of the deflection with cos(k x) over theory's, when the beam has come to rest.
+// Mean product of the deflection with cos(k x), over theory, after the beam has come to rest.
 double bent(Verification& v, int thick, double poisson)
 {
     const double h = 1.0 / 8, c = std::sqrt(young / density);
@@ -32,12 +32,12 @@ double bent(Verification& v, int thick, double poisson)
     std::vector<double> shape;
     for (const Particle<double>& q : s.particles)
         shape.push_back(std::cos(2 * pi * (q.x.x - corner.x) / bar));
-    const double w = 22.37 * h / std::sqrt(12.0) * c / (bar * bar);  // of its lowest mode [1/s]
+    const double w = 22.37 * h / std::sqrt(12.0) * c / (bar * bar);  // of the lowest mode [1/s]
     const double frame = s.lattice.dx / c, end = 3 * pi / w;
     auto solver = v.solver(s);
     for (double t = 0; t < end; t += frame) {
         change(v, solver, s, [&](std::vector<Particle<double>>& all) {
-            const double keep = std::exp(-2 * w * frame);  // as fast as it can come to rest
+            const double keep = std::exp(-2 * w * frame);  // critical damping
             for (std::size_t i = 0; i < all.size(); ++i) {
                 all[i].v = keep * all[i].v + Vec3<double>{0, frame * load * shape[i], 0};
                 all[i].C = keep * all[i].C;
@@ -54,7 +54,8 @@ double bent(Verification& v, int thick, double poisson)
 
 }  // namespace
 
-// Clay that keeps its volume must bend as far as any other: what it bends less, the lattice locks.
+// Nearly incompressible clay must bend as far as any other; a smaller deflection is volumetric
+// locking.
 void locking_part(Verification& v)
 {
     constexpr int thick = 4;

@@ -1,4 +1,4 @@
-// convergence: motions that are given, and kept up by the body forces that they need.
+// convergence: manufactured solutions: prescribed motions with the body forces they require.
 #include <fmt/format.h>
 
 #include <cmath>
@@ -16,7 +16,7 @@ using std::numbers::pi;
 constexpr double young = 1e6, density = 1000;  // [Pa] [kg/m^3]
 const double bar_wave = std::sqrt(young / density);
 
-// What a motion does to the clay that began at X [m].
+// State of the clay with initial position X [m].
 struct State {
     Place x;
     Vec3<double> v, force;  // [m/s]; per mass [m/s^2]
@@ -54,8 +54,8 @@ Exact along_axes(const Material<double>& m, double A, double k, int axes)
     };
 }
 
-// A ring from a to b about the z axis that grows and shrinks by u = p(R) A sin(w t), with
-// p' ~ (R - a)(b - R), so that no face bears a stress where nu = 0 [Wallstedt & Guilkey 2008].
+// A ring from a to b about the z axis that expands and contracts by u = p(R) A sin(w t), with p' ~
+// (R - a)(b - R), so that the faces are free of stress for nu = 0 [Wallstedt & Guilkey 2008].
 Exact growing_ring(double A, double a, double b)
 {
     const double w = pi * bar_wave, scale = 6 / (b * b * (b - 3 * a));
@@ -78,8 +78,8 @@ Exact growing_ring(double A, double a, double b)
     };
 }
 
-// Which particle each is the image of in a pattern that repeats: itself, if it is within 0 and the
-// period. Images around the pattern get its particles' state in every substep.
+// Periodic images: for each particle the index of its original, itself if it lies within [0,
+// period). Images get their original's state in every substep.
 std::vector<std::size_t> images(const std::vector<Place>& X, Place period, double h)
 {
     std::vector<std::size_t> of;
@@ -93,7 +93,7 @@ std::vector<std::size_t> images(const std::vector<Place>& X, Place period, doubl
     return of;
 }
 
-// The largest of all times' root mean squares of what places are off [m]. X counts from `origin`.
+// Maximum over time of the rms position error [m]. X is relative to `origin`.
 double worst_error(Verification& v, Setup s, const Exact& exact, Place origin, double end,
                    const std::vector<std::size_t>& image)
 {
@@ -104,7 +104,7 @@ double worst_error(Verification& v, Setup s, const Exact& exact, Place origin, d
     std::vector<Place> X;
     for (Particle<double>& q : s.particles) {
         X.push_back(q.x - origin);
-        // A substep moves places from t to t + dt by the velocities of t + dt/2 (8).
+        // A substep moves positions from t to t + dt with the velocities at t + dt/2 (8).
         const State now = exact(X.back(), 0), half = exact(X.back(), -dt / 2);
         q.x = origin + now.x, q.e = now.e, q.v = half.v, q.C = half.L;
     }
@@ -134,7 +134,7 @@ double worst_error(Verification& v, Setup s, const Exact& exact, Place origin, d
     return worst;
 }
 
-// A unit cube between walls that slip: they bear no shear, and u is 0 on them.
+// A unit cube between slip walls: no shear stress, and zero normal displacement on them.
 double in_cube(Verification& v, int n, double A)
 {
     const Material<double> m = elastic(young, 0.3, density);
@@ -143,7 +143,8 @@ double in_cube(Verification& v, int n, double A)
     return worst_error(v, s, along_axes(m, A, pi, 3), s.walls.min, 2 / bar_wave, {});
 }
 
-// The same in a plane that repeats after 1 m, and after a cell across: no wall, no surface.
+// The same motion in a plane, periodic after 1 m and across after one cell: no wall, no free
+// surface.
 double repeated(Verification& v, int n, double A)
 {
     const Material<double> m = elastic(young, 0.3, density);
@@ -174,7 +175,7 @@ double in_ring(Verification& v, int n, double A)
 
 using Error = double (*)(Verification&, int, double);
 
-// Errors in displacement over its size A, at n and 2 n cells a metre, and their order.
+// Displacement errors over the amplitude A at n and 2 n cells per metre, and their order.
 void order(Verification& v, const char* name, Error error, int n, double A, double bound,
            const char* advice)
 {
@@ -190,8 +191,8 @@ void order(Verification& v, const char* name, Error error, int n, double A, doub
 
 }  // namespace
 
-// A round body of cubes has a face of steps, whose area no refinement mends: there first order is
-// all that can be asked for.
+// A round body of cubes has a stepped face, whose area does not converge: only first order is
+// required there.
 void manufactured_part(Verification& v)
 {
     const bool quick = v.quick();

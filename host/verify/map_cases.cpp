@@ -1,4 +1,4 @@
-// The cases of the stability map: what a person, a file or a program may ask of clay, and more.
+// The cases of the stability map: inputs possible by user, file or API, and beyond.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -20,7 +20,7 @@ Material<double> clay_of(double young, double poisson)
 }
 const Material<double> usual = clay_of(3e5, 0.4);
 
-// A press of stiff clay must be fast, or it takes for ever.
+// Stiff clay is pressed fast, to limit the number of substeps [m/s].
 double press_speed(double young) { return young > 1e7 ? 10 : young > 1e5 ? 2 : 0.5; }
 
 Case pressed(std::string name, const Material<double>& material, double young)
@@ -30,13 +30,13 @@ Case pressed(std::string name, const Material<double>& material, double young)
 
 const std::vector<double> stiffnesses{1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9};  // [Pa]
 
-// Every preset as it is, and as stiff as anything else.
+// Every preset, unchanged and with other stiffnesses.
 void add_presets(std::vector<Case>& all, bool quick)
 {
     std::size_t turn = 0;
     for (const MaterialSpec& usual_spec : material_specs()) {
         const std::string& name = usual_spec.name;
-        // Those that take long are pressed by `steps` just so.
+        // The slow ones are covered by part `steps`.
         if (!quick || (name != "snow" && name != "wet-sand"))
             all.push_back(pressed_block("preset " + name, preset(name), 2 * cell, 0.5, 2 * cell));
         const std::size_t chosen = (3 * turn++ + 2) % stiffnesses.size();
@@ -75,7 +75,7 @@ void add_constants(std::vector<Case>& all, bool quick)
     }
 }
 
-// `particles` of the eight of a cell, 1, 2, 4 or 8: those of even or odd corners, and so on.
+// Keeps 2 or 4 of the eight particles per cell: two opposite corners, or those of even parity.
 Setup thinned(Setup s, int particles)
 {
     std::vector<Particle<double>> kept;
@@ -92,7 +92,7 @@ Setup thinned(Setup s, int particles)
     return s;
 }
 
-// Particles a cell, and cells across a domain of 16 cm.
+// Particles per cell, and cells along a domain of 16 cm.
 void add_resolutions(std::vector<Case>& all, bool quick)
 {
     for (const int per_axis : {1, 3, 4}) {
@@ -144,7 +144,7 @@ void add_tools(std::vector<Case>& all, bool quick)
                                         3 * cell));
 }
 
-// The clay of pressed_block(), a ball of two cells, and where it is when.
+// The block of pressed_block() with a ball tool of two cells radius at place(t).
 Case moved_tool(std::string name, double action, std::function<Place(double)> place)
 {
     Case c = pressed_block(std::move(name), usual, 2 * cell, 0.5, 0);
@@ -155,10 +155,10 @@ Case moved_tool(std::string name, double action, std::function<Place(double)> pl
     return c;
 }
 
-// Which frame it is.
+// Frame number at time t.
 int frame_at(double t) { return int(t * 90 + 0.5); }
 
-// Tools as tracking gives them: they jump, vanish, come back elsewhere, and go through each other.
+// Tools with tracking errors: they jump, vanish, reappear elsewhere and pass through each other.
 void add_tracking(std::vector<Case>& all)
 {
     all.push_back(moved_tool("a tool that stands still on the clay", 0.1, [](double) {
@@ -167,7 +167,7 @@ void add_tracking(std::vector<Case>& all)
     all.push_back(moved_tool("a tool that jumps 12 dx at a time", 0.1, [](double t) {
         return Place{frame_at(std::min(t, 0.1)) % 2 ? 6 * cell : -6 * cell, 2 * cell, 0};
     }));
-    const auto inside = [](double t) {  // and out of the clay at the end
+    const auto inside = [](double t) {  // leaves the clay at the end
         if (t > 0.1 - 1e-9) return Place{0, 12 * cell, 0};
         return Place{frame_at(t) % 2 ? 1.5 * cell : -1.5 * cell, 2 * cell, 0};
     };
@@ -190,7 +190,7 @@ void add_tracking(std::vector<Case>& all)
     all.push_back(crossing);
 }
 
-// A blade of 0.2 dx, 12 cells wide and 8 high, on a joint of its own.
+// A blade 0.2 dx thick, 12 cells wide and 8 high, on its own joint.
 void add_blade_tool(Setup& s)
 {
     const auto joint = int(s.tools.size()), first = int(s.rig.spheres.size());
@@ -206,7 +206,7 @@ void add_blade_tool(Setup& s)
     s.tools.push_back({ContactMode::separate, 0.3, true, true});
 }
 
-// Strokes of a blade down to the floor, each turned and beside the one before.
+// Strokes of a blade down to the floor, each rotated and displaced from the one before.
 Case shredded(const std::string& name, const Material<double>& material, int strokes)
 {
     Case c{name + " cut to shreds", block_on_floor(material)};
@@ -225,7 +225,7 @@ Case shredded(const std::string& name, const Material<double>& material, int str
     return c;
 }
 
-// Two balls that press the clay from above and from the side, over and over.
+// Two balls press the clay repeatedly from above and from the side.
 Case long_kneading(double substeps)
 {
     Case c = pressed_block(fmt::format("kneaded for {:.0e} substeps", substeps), usual, 2 * cell,
@@ -251,7 +251,7 @@ void add_labour(std::vector<Case>& all, bool quick, bool gpu)
     all.push_back(long_kneading(quick ? 1e4 : gpu ? 1e6 : 1e5));
 }
 
-// Clay that is let go.
+// Clay released from its initial state, without tools.
 Case released(std::string name, Setup s, double end = 0.15)
 {
     Case c{std::move(name), std::move(s)};
@@ -259,7 +259,7 @@ Case released(std::string name, Setup s, double end = 0.15)
     return c;
 }
 
-// A ball of 3 cells radius in the middle of the air.
+// A ball of 3 cells radius in mid-air.
 Setup ball_in_air(const Material<double>& material)
 {
     Setup s = between_walls({24, 24, 24}, cell, ContactMode::separate, 0.3);
@@ -331,7 +331,7 @@ void add_crumbs(std::vector<Case>& all)
     all.push_back(released("clay 300 times as stiff on soft clay", s, 0.02));
 }
 
-// Two blocks, one on the other, of which one is 1000 times as dense.
+// Two stacked blocks, one 1000 times as dense.
 void add_weights(std::vector<Case>& all)
 {
     for (const bool heavy_above : {true, false}) {

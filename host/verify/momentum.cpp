@@ -1,4 +1,4 @@
-// accuracy: momentum and spin of a ball that flies, turns and rings, with nothing to touch.
+// accuracy: linear and angular momentum of a free ball that translates, rotates and vibrates.
 #include <fmt/format.h>
 
 #include "host/solver/audit.h"

@@ -83,7 +83,7 @@ double cone(const Sym3<double>& tau, double friction)
 
 Mat3<double> Draw::rotation()
 {
-    for (;;) {  // a quaternion from the ball
+    for (;;) {  // random quaternion by rejection from the unit ball
         const Quat<double> q{in(-1, 1), in(-1, 1), in(-1, 1), in(-1, 1)};
         const double n = q.w * q.w + q.x * q.x + q.y * q.y + q.z * q.z;
         if (n > 1 || n < 0.01) continue;

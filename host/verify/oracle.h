@@ -1,5 +1,5 @@
-// The constitutive laws once more, from textbooks: of the deformation gradient F, by its singular
-// values, in double. Shares nothing with cuda/mpm but the constants of a material.
+// Independent implementation of the constitutive laws, from textbooks: by the singular values of
+// the deformation gradient F, in double. Shares only the material constants with cuda/mpm.
 #pragma once
 #include <random>
 
@@ -8,23 +8,23 @@
 
 namespace knead::oracle {
 
-// What the laws say at the left Cauchy-Green tensor I + e.
+// State at the left Cauchy-Green tensor I + e.
 struct State {
     Sym3<double> tau;  // Kirchhoff stress [Pa]
     double energy;     // per volume at rest [J/m^3]
     double log_J;      // [1]
 };
-// A solid; factor: on both Lame parameters (snow's hardening).
+// State of a solid; `factor` scales both Lame parameters (hardening of snow).
 State solid(const Material<double>& m, const Sym3<double>& e, double factor = 1);
 
-// Magnitudes of the deviator, and minus the mean, of a stress [Pa].
+// Magnitude of the deviator, and pressure (minus the mean), of a stress [Pa].
 double shear(const Sym3<double>& tau);
 double pressure(const Sym3<double>& tau);
-// The magnitude that Matsuoka and Nakai's cone allows a deviator in the direction of tau's, over
-// the pressure; `friction` in triaxial compression.
+// Largest deviator magnitude over pressure on the Matsuoka-Nakai cone in the direction of tau's
+// deviator; `friction` is the value in triaxial compression.
 double cone(const Sym3<double>& tau, double friction);
 
-// Random states, the same on every run.
+// Reproducible random states.
 class Draw {
   public:
     explicit Draw(unsigned seed) : engine(seed) {}
@@ -34,7 +34,7 @@ class Draw {
     }
     int below(int n) { return int(engine() % std::uint64_t(n)); }
     Mat3<double> rotation();
-    // b - I of principal stretches in [low, high], turned anyhow.
+    // b - I with principal stretches in [low, high], randomly rotated.
     Sym3<double> strain(double low, double high);
 
   private:

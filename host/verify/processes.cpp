@@ -1,4 +1,4 @@
-// Cases in processes of their own: what ends one, be it a crash, does not end the others.
+// Runs cases in separate processes: a crash of one does not affect the others.
 #include <fmt/format.h>
 #include <string.h>
 
@@ -21,7 +21,7 @@ namespace {
 
 using Json = nlohmann::json;
 
-constexpr double start = 30;  // that a process may take to start [s]
+constexpr double start = 30;  // startup allowance of a process [s]
 
 constexpr std::pair<const char*, double Outcome::*> numbers[] = {
     {"energy", &Outcome::energy},       {"energy_gain", &Outcome::energy_gain},
@@ -62,7 +62,7 @@ Json told(const Outcome& o)
              {"note", o.note},
              {"substeps", o.stats.substeps},
              {"dt_min", o.stats.dt_min}};
-    for (const auto& [name, place] : numbers) all[name] = o.*place;  // null where it is none
+    for (const auto& [name, place] : numbers) all[name] = o.*place;  // NaN becomes null
     for (const auto& [name, place] : frame_guards) all[name] = o.stats.*place;
     return all;
 }
@@ -72,7 +72,7 @@ Outcome heard(const Json& all)
     Outcome o;
     const auto ending = all.at("ending").get<std::string>();
     for (const Ending e : {Ending::stable, Ending::guarded, Ending::slow, Ending::refused})
-        if (ending == ending_name(e)) o.ending = e;  // else it failed
+        if (ending == ending_name(e)) o.ending = e;  // default: failed
     o.note = all.at("note").get<std::string>();
     o.stats.substeps = all.at("substeps").get<int>();
     o.stats.dt_min = all.at("dt_min").get<double>();
@@ -129,7 +129,7 @@ void outcomes_of(const Verification& v, const std::vector<Case>& cases,
             ready.notify_one();
         }
         const std::lock_guard held(lock);
-        ready.notify_one();  // that no more come, where it was interrupted
+        ready.notify_one();  // after an interrupt: no more outcomes
     };
     const int count = v.options.program.empty() ? 1 : at_a_time(v);
     std::vector<std::jthread> workers;

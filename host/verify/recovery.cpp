@@ -1,5 +1,5 @@
 // accuracy: a sphere pressed by its diameter into a block on a floor, and withdrawn. Elastic clay
-// comes back; plastic clay keeps a hole of the sphere's size.
+// recovers; plastic clay keeps a hole of the sphere's size.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -11,18 +11,19 @@
 namespace knead {
 namespace {
 
-constexpr double dx = 0.01, speed = 0.5;            // [m] [m/s], at most
+constexpr double dx = 0.01, speed = 0.5;            // [m]; maximum speed [m/s]
 constexpr double frame = 1.0 / 180, mean_of = 0.1;  // [s]
 constexpr double settle = 24 * frame, rest = 0.2;   // [s] before and after the press
 
 struct Press {
     Setup setup;
     double radius, top, end;  // [m] [m] [s]
-    Place axis;               // on the surface
+    Place axis;               // of the tool, on the surface
 
-    Place deepest() const { return axis - Place{0, radius, 0}; }  // of the tool's middle
-    // Down by the diameter, and up again until it is out. In whole frames: between two a tool goes
-    // straight, and would turn before it is as deep as it was asked to go.
+    // Lowest position of the tool's centre.
+    Place deepest() const { return axis - Place{0, radius, 0}; }
+    // Duration of the descent by the diameter, in whole frames: within a frame tools move linearly,
+    // so a turn in mid-frame would not reach the full depth.
     double down() const { return frame * std::ceil(2 * radius / (speed * frame)); }
     double depth(double t) const
     {
@@ -59,7 +60,7 @@ Press press(double radius, const Material<double>& material, int passes = 2)
     return p;
 }
 
-// Mean places before the press, and at the end.
+// Mean particle positions before the press and at the end.
 struct Places {
     std::vector<Place> before, after;
     FrameStats stats;
@@ -125,7 +126,7 @@ void elastic_block(Verification& v, double radius)
                   left.aside / (2 * radius), 0.10, "", advice));
 }
 
-// What the measure itself says of clay that only the grid moves: nothing else can leave a dent.
+// Control without projection: only the grid moves the clay, and hardly any dent may remain.
 void without_projection(Verification& v, double radius)
 {
     const Left left = left_in_elastic(v, press(radius, elastic(1e5, 0.3, 1000), 0));
@@ -133,10 +134,10 @@ void without_projection(Verification& v, double radius)
                   left.dent / (2 * radius), 0.02, "", "shorten the substep"));
 }
 
-// The hole, by how far particles stand from where the tool was: under the middle of its deepest
-// place from a ball, over it from its way in. Its width by the nearest below the rim in each eighth
-// of a turn, its depth by the farthest in on its floor: none need lie on the axis or at the tool's
-// middle, and a few particles are all that there are.
+// The hole, by particle distances from the volume swept by the tool: a ball below its lowest
+// centre, a cylinder above. Width: from the nearest particle below the rim in each eighth of a
+// turn; depth: from the innermost particle at the bottom. The hole has only a few particles, and
+// none need lie on the axis or at the height of the tool's centre.
 struct Hole {
     double width, depth;  // [m]
 };
@@ -151,7 +152,7 @@ Hole hole_of(const Press& p, const std::vector<Place>& x, double surface)
         const Place way = q - p.deepest();
         const double r = from_axis(p, q);
         const double off = (way.y < 0 ? length(way) : r) - p.radius;
-        // Eighths about the axes and diagonals, on which the lattice's particles lie.
+        // Eighths centred on the axes and diagonals, where the lattice's particles lie.
         const double turn = std::atan2(way.z, way.x) / (2 * M_PI) + 1;
         double& best = nearest[int(turn * parts + 0.5) % parts];
         if (q.y < surface - 0.5 * p.radius) best = std::min(best, off);
@@ -165,12 +166,12 @@ Hole hole_of(const Press& p, const std::vector<Place>& x, double surface)
 
 void plastic_block(Verification& v, double radius)
 {
-    // Yields at E / 100, so that a few hundredths of the hole spring back, not more than its bound:
-    // by the expansion of a cavity, the wall comes back by p / 2G of its radius, p some 3 Y.
+    // Yield stress E / 100: elastic recovery is a few percent of the hole, below the bound. By
+    // cavity expansion the wall recovers p / 2G of its radius, with p about 3 Y.
     constexpr double E = 4e5;
     const Press p = press(radius, plastic(E, 0.3, 1000, 0.01 * E));
     const Places places = pressed(v, p);
-    double surface = 0;  // far from the hole, a quarter of dx above its particles
+    double surface = 0;  // far from the hole, dx / 4 above the particles
     long count = 0;
     for (std::size_t i = 0; i < places.after.size(); ++i)
         if (p.setup.particles[i].x.y > p.top - dx / 2 &&
@@ -186,8 +187,8 @@ void plastic_block(Verification& v, double radius)
                2 * radius / dx, bound / dx, "dx", advice));
 }
 
-// Particles that touch no other fall on spheres too small for the lattice to see, each on its own:
-// these give them nothing.
+// Isolated particles fall on spheres too small for the lattice to resolve: contact must not add
+// energy.
 void crumbs(Verification& v)
 {
     constexpr double fall = 2, radius = 0.6 * dx, apart = 2.3 * dx, gap = 2 * dx;  // [m/s] [m]

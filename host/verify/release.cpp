@@ -1,4 +1,4 @@
-// convergence: how fast a ball leaves two tools that let it go one after the other.
+// convergence: speed of a ball after release by two tools, one after the other.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -10,19 +10,19 @@ namespace knead {
 namespace {
 
 constexpr double radius = 0.25, tool_radius = 0.1;  // [m]
-constexpr double deep = 0.06, gap = 0.01;           // [m]: of each tool; before it begins
+constexpr double deep = 0.06, gap = 0.01;           // [m]: depth of each tool; initial distance
 constexpr double speed = 0.5;                       // of each tool, in and out [m/s]
-constexpr double hold = 0.12, lag = 0.2;            // [s]: both stand; the second leaves later by
-constexpr double flight = 0.15;                     // [s]: after the second has begun to leave
-constexpr int phases = 6;  // of the lattice: the same ball and tools elsewhere between its nodes
+constexpr double hold = 0.12, lag = 0.2;  // [s]: both tools rest; delay of the second release
+constexpr double flight = 0.15;           // [s]: after the start of the second release
+constexpr int phases = 6;                 // offsets of ball and tools relative to the nodes
 
-// Its speed along the tools' axis when both have left [m/s].
+// Speed of the ball along the tools' axis after both releases [m/s].
 double speed_of(const Verification& v, int cells, double phase)
 {
     const double dx = 1.0 / cells;
     Setup s = between_walls({cells, cells, cells}, dx, ContactMode::separate, 0.3);
     const Place middle = s.walls.min + Place{0.5, 0.5, 0.5} + (phase * dx) * Place{1, 0.37, 0.61};
-    // The same particles: others would be another ball, with faces elsewhere.
+    // The same particles for every phase: others would shift the faces of the ball.
     const Place reach{radius, radius, radius};
     fill(s, plastic(1e6, 0.3, 1000, 1e5), middle - reach, middle + reach, 2,
          [&](Place x) { return length(x - middle) < radius; });

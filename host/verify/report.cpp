@@ -1,4 +1,4 @@
-// What a verification has to say: a line a check, a page, a table, a JSON.
+// Reports of a verification: lines, Markdown page, CSV, JSON.
 #include <fmt/format.h>
 
 #include <algorithm>

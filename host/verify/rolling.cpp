@@ -1,5 +1,5 @@
-// accuracy: elastic balls and cylinders that slide on a floor until they roll, that roll down a
-// slope, and that come to rest; against rigid bodies.
+// accuracy: elastic balls and cylinders that slide on a floor until they roll, roll down a slope,
+// and come to rest; against rigid bodies.
 #include <fmt/format.h>
 
 #include <cmath>
@@ -13,16 +13,17 @@ namespace {
 
 constexpr double g = 9.81, R = 0.1, friction = 0.4;  // [m/s^2] [m]
 
-// What rolls: a ball, or a cylinder along z; its moment of inertia is `inertia` m R^2.
+// A rolling body: a ball, or a cylinder along z; its moment of inertia is `inertia` m R^2.
 struct Roller {
     const char* name;
     bool ball;
     double inertia;
-    double rolls() const { return 1 / (1 + inertia); }  // share of what drives it that moves it
+    // Share of the driving force that accelerates the centre.
+    double rolls() const { return 1 / (1 + inertia); }
 };
 constexpr Roller ball{"ball", true, 0.4}, cylinder{"cylinder", false, 0.5};
 
-// Slides with the speed v0 until it rolls with 1 / (1 + inertia) of it.
+// Slides from speed v0 until it rolls at v0 / (1 + inertia).
 struct Travel {
     double way, speed;  // [m] [m/s]
 };
@@ -33,7 +34,8 @@ Travel slide_and_roll(const Roller& r, double v0, double t)
     return {v0 * slides - friction * g * slides * slides / 2 + speed * (t - slides), speed};
 }
 
-// From rest down a slope: rolls up to tan = f (1 + inertia) / inertia, and slides on a steeper one.
+// From rest down a slope: rolls up to tan(angle) = f (1 + inertia) / inertia, slides on steeper
+// ones.
 Travel down(const Roller& r, double angle, double t)
 {
     const bool holds = std::tan(angle) <= friction * (1 + r.inertia) / r.inertia;
@@ -42,8 +44,8 @@ Travel down(const Roller& r, double angle, double t)
     return {g * pull * t * t / 2, g * pull * t};
 }
 
-// Of so many cells a diameter, standing on the floor, at the near end of a way of that length, its
-// middle `off` a node [cells].
+// The body on the floor, `cells` per diameter, at the start of a track of length `way` [m], its
+// centre offset by `off` [cells] from a node.
 Setup standing(const Roller& r, int cells, double way, double off = 0)
 {
     const double dx = 2 * R / cells;
@@ -60,7 +62,7 @@ Setup standing(const Roller& r, int cells, double way, double off = 0)
     return s;
 }
 
-// How it moves as a rigid body: place and velocity of its middle, and its turning about z [1/s].
+// Rigid motion: position and velocity of the centre, angular velocity about z [1/s].
 struct Body {
     Place x{};
     Vec3<double> v{};
@@ -107,8 +109,8 @@ void on_the_flat(Verification& v, const Roller& r, int cells)
                100, 3, "%", coarse));
 }
 
-// The mean of four places of the body between nodes: where its flattest side is decides when it
-// starts.
+// Mean over four offsets of the body between nodes: the orientation of its flattest side determines
+// when it starts.
 void down_a_slope(Verification& v, const Roller& r, int cells, int degrees)
 {
     const double end = degrees > 20 ? 0.3 : 0.5, angle = degrees * std::numbers::pi / 180;
@@ -130,8 +132,8 @@ void down_a_slope(Verification& v, const Roller& r, int cells, int degrees)
     v.add(c);
 }
 
-// A block that is dropped from so many cells: its lowest particles come to rest half their spacing
-// above the floor.
+// A block dropped from a height of `drop` cells: its lowest particles come to rest half their
+// spacing above the floor.
 void at_rest(Verification& v)
 {
     constexpr double dx = 0.0125, drop = 1.7, h = 0.5;  // [m] [cells]
@@ -163,7 +165,7 @@ void rolling_part(Verification& v)
         on_the_flat(v, ball, cells);
         for (const int degrees : {10, 30, 60}) down_a_slope(v, ball, cells, degrees);
     }
-    // A cylinder is laid of rows, and stands on a facet that is 2 sqrt(R h) wide.
+    // A cylinder consists of rows of particles and rests on a facet 2 sqrt(R h) wide.
     for (const int cells : v.quick() ? std::vector{24} : std::vector{24, 48}) {
         on_the_flat(v, cylinder, cells);
         for (const int degrees : {10, 20}) down_a_slope(v, cylinder, cells, degrees);

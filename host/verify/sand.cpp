@@ -1,4 +1,4 @@
-// accuracy: a column of dry sand that collapses, against experiments.
+// accuracy: collapse of a column of dry sand, against experiments.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -20,12 +20,12 @@ Material<double> dry_sand(double angle)
                  .elasticity = Elasticity::hencky,
                  .plasticity = Plasticity::drucker_prager,
                  .density = density,
-                 .young = 300 * density * g * radius,  // its weight shortens it by a 600th
+                 .young = 300 * density * g * radius,  // its weight compresses it by 1/600
                  .poisson = 0.3,
                  .friction_angle = angle});
 }
 
-// How far the foot of a column as high as wide, of `cells` cells radius, has run out [radius].
+// Run-out of a column as high as its radius of `cells` cells [radius].
 double run_out(Verification& v, int cells, double angle)
 {
     const double dx = radius / cells;
@@ -42,13 +42,13 @@ double run_out(Verification& v, int cells, double angle)
     for (const Particle<double>& q : solver->particles())
         out.push_back(std::hypot(q.x.x - foot.x, q.x.z - foot.z));
     std::sort(out.begin(), out.end());
-    return (out[out.size() * 999 / 1000] + dx / 4) / radius - 1;  // single grains do not count
+    return (out[out.size() * 999 / 1000] + dx / 4) / radius - 1;  // ignores single grains
 }
 
 }  // namespace
 
-// A column with the height of its radius r runs out by 1.24 r, whatever its grains, of which dry
-// sand stands at 31 degrees [Lube et al. 2004; Lajeunesse et al. 2005].
+// A column as high as its radius r runs out by 1.24 r for any grains; the friction angle of dry
+// sand is 31 degrees [Lube et al. 2004; Lajeunesse et al. 2005].
 void sand_part(Verification& v)
 {
     constexpr double angle = 31;

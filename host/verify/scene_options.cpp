@@ -9,7 +9,7 @@
 namespace knead {
 namespace {
 
-constexpr double short_run = 0.5;  // [s]: a run that is made again
+constexpr double short_run = 0.5;  // runs shorter than this are repeated [s]
 
 double box_depth(Place x, Place from, Place to)
 {
@@ -23,7 +23,7 @@ std::unique_ptr<Solver> solver_by(const Verification& v, const SceneOptions& opt
     return options.in_double ? v.reference(setup) : v.solver(setup);
 }
 
-// The strata of edge h between two places that may have a part under the surface.
+// Strata of edge h between `from` and `to` that may lie partly below the surface.
 Packing around(double h, Place from, Place to, const std::function<double(Place)>& under)
 {
     const auto stratum = [h](Place x) {

@@ -1,5 +1,5 @@
-// What a check may vary of a scene: cells, particles, substeps, precision, contact; and how it is
-// filled, driven and timed by that.
+// Options of a scene that a check varies: cells, particles, substeps, precision, contact; and
+// filling, running and timing with them.
 #pragma once
 #include <functional>
 #include <map>
@@ -12,40 +12,41 @@
 
 namespace knead {
 
-// What one scene was filled with, by object, cells and particles a cell: packing takes its time.
+// Cache of packed particle positions, by object, cells and particles per cell: packing is slow.
 using Seeds = std::map<std::tuple<int, int, double>, std::vector<Place>>;
 
 struct SceneOptions {
-    int cells = 32;          // along 1 m
-    double per_cell = 8;     // particles a cell
+    int cells = 32;          // per metre
+    double per_cell = 8;     // particles per cell
     double courant = 0;      // 0: the default
-    bool in_double = false;  // by the reference, whatever the device
-    bool packed = false;  // filled as a scene is (model.md, 35); else one particle in the middle of
-                          // each cube, of which per_cell, a whole number cubed, fill a cell
+    bool in_double = false;  // run the reference on any device
+    // True: packed as in scenes (model.md, 35). False: one particle in the centre of each cube,
+    // per_cell, a cubic number, per cell.
+    bool packed = false;
     bool grid_contact = true;
     int passes = Setup{}.passes;
     bool deterministic = false;
-    int repeats = 1;                 // of what takes less than half a second: the quickest counts
-    bool watch = false;              // how deep clay is in tools at the ends of frames
-    std::shared_ptr<Seeds> seeds{};  // of this scene's other runs; null: packed anew
+    int repeats = 1;                 // runs of cases shorter than 0.5 s; the fastest counts
+    bool watch = false;              // record the depth of clay in tools at the ends of frames
+    std::shared_ptr<Seeds> seeds{};  // shared by runs of a scene; null: pack anew
 };
 
-// Adds an object that fills `from` to `to` where it is `depth` [m] under its surface, negative
-// outside. Returns the object.
+// Adds an object in the box `from` to `to`; depth(x) is the depth below its surface [m], negative
+// outside. Returns the object's index.
 int fill_by(Setup& setup, const SceneOptions& options, Material<double> material, Place from,
             Place to, const std::function<double(Place)>& depth);
 int fill_by(Setup& setup, const SceneOptions& options, Material<double> material, Place from,
             Place to);
 
 struct Driven {
-    double seconds = 0;  // of simulating, without those of looking
-    FrameStats stats;    // of all frames in one
-    double inside = 0;   // deepest of any particle in a tool at the end of a frame [m], if watched
+    double seconds = 0;  // simulation time [s], without `look`
+    FrameStats stats;    // accumulated over all frames
+    double inside = 0;   // if `watch`: largest depth of a particle in a tool after a frame [m]
     std::unique_ptr<Solver> solver;
 };
 
-// drive() of what `setup` makes by the rule, on the device of the options or in double. `look` sees
-// the first run alone, which decides how many frames there are.
+// Runs drive() on `setup` with `options`, on the device of `v` or in double. `look` is called in
+// the first run only, which determines the number of frames for the repeats.
 Driven timed_drive(const Verification& v, const SceneOptions& options, Setup setup, double frame,
                    double end, const std::function<std::vector<Joint<double>>(double)>& at,
                    const std::function<bool(const Solver&, double)>& look);

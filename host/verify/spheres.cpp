@@ -1,4 +1,4 @@
-// accuracy: two elastic spheres that meet head-on, against Hertz's impact.
+// accuracy: head-on collision of two elastic spheres, against Hertz.
 #include <fmt/format.h>
 
 #include <cmath>
@@ -11,11 +11,10 @@ namespace {
 
 constexpr double young = 1e6, poisson = 0.3, density = 1000, dx = 0.01;
 
-// Two equal balls of radius R come at each other with the speed v in all. By Hertz's law they push
-// with F = 4/3 E* sqrt(R/2) d^(3/2), E* = E / (2 (1 - nu^2)), against their reduced mass, and part
-// after 2.87 (m^2 / (R E*^2 v))^(1/5) [Johnson 1985, 11.4]. Of that the time from a twentieth of
-// all momentum exchanged to all but a twentieth [s]: what is seen of it does not hang on first
-// touch.
+// Two equal balls of radius R approach at relative speed v. By Hertz's law the force is F = 4/3 E*
+// sqrt(R/2) d^(3/2), E* = E / (2 (1 - nu^2)), with the reduced mass, and they separate after 2.87
+// (m^2 / (R E*^2 v))^(1/5) [Johnson 1985, 11.4]. Returns the time between 5 % and 95 % of the
+// momentum exchange [s], which does not depend on detecting first contact.
 double hertz_time(double R, double v)
 {
     const double mass = 2 * M_PI / 3 * R * R * R * density;  // reduced
@@ -30,14 +29,14 @@ double hertz_time(double R, double v)
 }
 
 struct Met {
-    double time;         // of contact, as above, over Hertz's
+    double time;         // contact time as above, over Hertz's
     double restitution;  // speed after over that before
-    double kept;         // of all energy
-    double momentum;     // of both at the end, over that of one
-    double gap;          // between the surfaces when a 100th of the momentum is gone [dx]
+    double kept;         // fraction of total energy
+    double momentum;     // total momentum at the end, over that of one ball
+    double gap;          // distance of the surfaces when 1 % of the momentum is exchanged [dx]
 };
 
-// Two balls of radius R, their surfaces `apart`, that come at each other with `speed` in all.
+// Two balls of radius R, surfaces `apart` [m], relative speed `speed` [m/s].
 Setup two_balls(int cells, double apart, double speed)
 {
     const double R = cells * dx;
@@ -93,9 +92,9 @@ Met met(Verification& v, int cells)
 
 }  // namespace
 
-// Hertz's law is of small contacts; here the touching disc grows to 0.3 R. Waves carry off less
-// than a hundredth of the energy [Johnson 1985, 11.4], so that what is missing the lattice took.
-// Clay feels clay through the lattice: not more than a cell before it touches.
+// Hertz's law holds for small contacts; here the contact radius grows to 0.3 R. Waves take less
+// than 1 % of the energy [Johnson 1985, 11.4], so any larger loss is numerical. Contact acts
+// through the lattice, at most one cell before the surfaces touch.
 void spheres_part(Verification& v)
 {
     for (const int cells : v.quick() ? std::vector{8} : std::vector{8, 12}) {

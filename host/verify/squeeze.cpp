@@ -14,7 +14,7 @@ namespace {
 
 constexpr double tool_radius = 0.15, deep = 0.1, speed = 1, rest = 0.05;  // [m] [m/s] [s]
 
-// Particles by the cube of edge `edge` [m] that they began in.
+// Particles indexed by their initial cube of edge `edge` [m].
 class Cubes {
   public:
     Cubes(const std::vector<Place>& places, double cube) : all(places), edge(cube)
@@ -28,7 +28,7 @@ class Cubes {
         std::vector<std::size_t> next(first.begin(), first.end() - 1);
         for (std::size_t i = 0; i < all.size(); ++i) order[next[index(cube_of(all[i]))]++] = i;
     }
-    // Calls visit(i, distance) for those nearer to x than `near`, which is no more than the edge.
+    // Calls visit(i, distance) for particles nearer to x than `near`. Precondition: near <= edge.
     template <class Visit>
     void each(Place x, double near, Visit&& visit) const
     {
@@ -62,7 +62,8 @@ class Cubes {
 
 ::Eigen::Vector3d vector(Place x) { return {x.x, x.y, x.z}; }
 
-// Where `s` took the place X, by the particles nearer than `near`, near ones weighing more.
+// Final position of the initial point X, by a weighted fit to the particles nearer than `near`.
+// Empty if they are too few.
 std::optional<Place> taken(const Squeezed& s, const Cubes& cubes, Place X, double near)
 {
     ::Eigen::Matrix4d A = ::Eigen::Matrix4d::Zero();
@@ -83,7 +84,7 @@ std::optional<Place> taken(const Squeezed& s, const Cubes& cubes, Place X, doubl
     return X + Place{fit(3, 0), fit(3, 1), fit(3, 2)};
 }
 
-// The same places of the ball for all, whatever particles they have.
+// Fixed points of the ball, independent of its particles.
 std::vector<Place> probes()
 {
     constexpr double step = squeeze_radius / 8;
@@ -146,7 +147,7 @@ Sym3<double> gyration(const std::vector<Place>& places)
 std::vector<Place> carried(const Squeezed& s)
 {
     constexpr double none = std::numeric_limits<double>::quiet_NaN();
-    const double far = 2.6 * s.apart;  // holds 8 particles beside a face that is a step, too
+    const double far = 2.6 * s.apart;  // contains 8 particles even at a stepped face
     const Cubes cubes(s.from, far);
     std::vector<Place> all;
     for (const Place& X : probes()) {
@@ -186,14 +187,14 @@ Apart apart(const std::vector<Place>& coarse, const std::vector<Place>& fine)
     return result;
 }
 
-// Coarser and coarser cells against the finest.
+// Coarser cells compared with the finest.
 void squeeze_part(Verification& v)
 {
     const std::vector<int> sizes = v.quick() ? std::vector{16, 24, 48} : std::vector{16, 32, 64};
     std::vector<Squeezed> all;
     all.reserve(sizes.size());
     for (const int n : sizes) all.push_back(squeezed(v, {n}));
-    // Relative to the ball's own moments, which differ a little as particles fill it.
+    // Relative to the ball's initial moments, which vary slightly with the particle positions.
     const auto shape = [](const Squeezed& s) {
         return (1 / trace(gyration(s.from))) * gyration(s.to);
     };

@@ -1,4 +1,4 @@
-// stability: a map of stiff and extreme cases, and how each of them ends.
+// stability: a map of stiff and extreme cases and their outcomes.
 #include <fmt/format.h>
 #include <unistd.h>
 
@@ -33,7 +33,8 @@ void add_row(Verification& v, const Case& c, const Outcome& o)
     v.add(check);
 }
 
-// Clay of one particle a cell comes apart when it is drawn: a scene's file may not ask for it.
+// Clay with one particle per cell fractures numerically under tension: scene files with it must be
+// refused.
 Outcome thin_scene()
 {
     Outcome o;

@@ -1,5 +1,5 @@
-// stability: what the length of a substep does. Every preset with the default and a quarter of it;
-// and how much longer than the default a substep may be.
+// stability: effect of the substep length: every preset with the default and a quarter of it, and
+// the margin above the default.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -12,7 +12,7 @@ namespace knead {
 namespace {
 
 constexpr double cell = 0.01;  // [m]
-constexpr double limit = 120;  // [s] for a run
+constexpr double limit = 120;  // wall time limit of a run [s]
 
 }  // namespace
 
@@ -55,14 +55,14 @@ Case ringing(const char* name, double nu, bool alone)
     for (Particle<double>& q : c.setup.particles) q.e = {s, s, s, 0, 0, 0};
     const double sound =
         std::sqrt((c.setup.materials[0].lambda + 2 * c.setup.materials[0].mu) / 1000);
-    // Just below the limit a particle's energy, seen once a substep, swings by an order of
-    // magnitude; above the limit it grows without bound.
+    // Just below the stability limit a particle's energy, sampled once per substep, oscillates by
+    // an order of magnitude; above it, it grows without bound.
     c.may_grow = alone ? 20 : 3;
     c.end = 2000 * 0.4 * cell / sound, c.frame = c.end / 100;
     return c;
 }
 
-// The longest substep, as a multiple of the default, up to which none fails.
+// The longest substep without failure, as a multiple of the default.
 double margin_of(const Verification& v, const Case& c, std::string& why)
 {
     double held = 0, energy = 0;

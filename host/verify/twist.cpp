@@ -1,4 +1,4 @@
-// convergence: a free elastic bar that twists, against Saint-Venant's theory of torsion.
+// convergence: torsional vibration of a free elastic bar, against Saint-Venant's theory.
 #include <fmt/format.h>
 
 #include <cmath>
@@ -14,7 +14,7 @@ using namespace bars;
 
 constexpr double poisson = 0.3, slender = 8;  // length over thickness
 
-// Angle about the bar's axis that a free bar first twists by: cos(pi x / L).
+// First torsional mode of a free bar: rotation about its axis by cos(pi x / L).
 Field twisting(double thick)
 {
     return [thick](Place r) {
@@ -23,8 +23,8 @@ Field twisting(double thick)
     };
 }
 
-// A square of edge a has the torsional stiffness 0.1406 mu a^4 [Timoshenko & Goodier 1970, article
-// 109] and the polar moment a^4 / 6. The inertia of its warping adds 1e-4 to the period here.
+// A square section of edge a has the torsional stiffness 0.1406 mu a^4 [Timoshenko & Goodier 1970,
+// article 109] and the polar moment a^4 / 6. Warping inertia adds 1e-4 to the period here.
 double torsion_period()
 {
     const double mu = young / (2 * (1 + poisson));
@@ -40,7 +40,7 @@ double period_off(Verification& v, int thick, double& kept)
     return 100 * (r.period / expected - 1);
 }
 
-// Bounds as for the beam that bends, of the same thickness in cells.
+// Bounds as for bending at the same thickness in cells.
 void ringing_bar(Verification& v)
 {
     const std::string advice = "thin parts twist too easily or too hard: refine";
@@ -61,13 +61,13 @@ void ringing_bar(Verification& v)
                   "refining thin parts does not help"));
 }
 
-// The ends swing by `turns` against each other, were the bar not to stiffen.
+// Amplitude between the ends: `turns` turns, without stiffening.
 void violent(Verification& v)
 {
     constexpr int thick = 4;
     constexpr double turns = 2;
     Case c{"twist", free_bar(int(slender) * thick, thick, poisson)};
-    const double rate = turns * pi * 2 * pi / torsion_period();  // [1/s] of an end
+    const double rate = turns * pi * 2 * pi / torsion_period();  // angular velocity of an end [1/s]
     set_velocities(c.setup, twisting(bar / slender), rate);
     c.end = 3 * torsion_period(), c.frame = torsion_period() / 60;
     const Outcome o = outcome_of(v, c, 60);

@@ -1,4 +1,4 @@
-// knead verify: the suites asked for, part after part.
+// knead verify: runs the selected suites, part by part.
 #include "host/verify/verify.h"
 
 #include <fmt/format.h>
@@ -115,7 +115,7 @@ void run(Verification& v)
         try {
             part.run(v);
         } catch (const std::exception& e) {
-            if (interrupted()) break;  // which is no failure of the part
+            if (interrupted()) break;  // an interrupt is no failure of the part
             Check c = at_most(std::string(part.name) + " runs to its end", std::nan(""), 0, "");
             c.note = e.what();
             v.add(std::move(c));

@@ -1,4 +1,4 @@
-// knead verify: accuracy, convergence, error against run time, stability.  docs/reference/verify.md
+// knead verify: accuracy, convergence, error against run time, stability. docs/reference/verify.md
 #pragma once
 #include <nlohmann/json_fwd.hpp>
 #include <string>
@@ -14,30 +14,30 @@ namespace knead {
 struct VerifyOptions {
     std::vector<std::string> suites;  // none: all
     std::string device = "auto";      // auto, cuda, cuda:N, cpu or reference
-    std::string only;                 // parts whose name contains it
+    std::string only;                 // only parts whose name contains it
     std::string out;                  // folder; "": no files
-    std::string one;                  // a case of the stability suite, told as JSON, and no suite
-    std::string data;  // folder of known.json, plot_verify.py; "": what comes with it
-    // The program that runs cases of the stability suite, each in a process of its own; "": they
-    // run in this one, and end it where they crash.
+    std::string one;   // run only this case of the stability suite; print its outcome as JSON
+    std::string data;  // folder of known.json, plot_verify.py; "": the bundled one
+    // Executable that runs each case of the stability suite in its own process; "": cases run in
+    // this process, and a crash ends it.
     std::string program;
     bool quick = false, overwrite = false, json = false, quiet = false;
     int threads = 0;  // CPU; 0: all
 };
 
-// A point of a table beside the checks: the stability map, error against run time.
+// A row of a table beside the checks: stability map, error against run time.
 struct VerifyRow {
     std::string table, name, outcome;
     std::vector<std::pair<std::string, double>> numbers;
 };
 
-// What the suites share: options, device, and the lines so far.
+// State shared by the suites: options, device, results so far.
 class Verification {
   public:
     explicit Verification(const VerifyOptions& options);
 
-    // Adds a line; its seconds are those since the one before, or since lap(); why it fails, if it
-    // does and that is known, is that of the file.
+    // Adds a check. Sets its seconds to the time since the last one or lap(), and `why` from
+    // known.json.
     void add(Check check);
     void add(VerifyRow row) { rows.push_back(std::move(row)); }
     void lap() { mark = wall_seconds(); }
@@ -50,7 +50,7 @@ class Verification {
     const VerifyOptions options;
     const Device device;
     const KnownFailures known;
-    std::string suite;  // that is running
+    std::string suite;  // current suite
     std::vector<Check> checks;
     std::vector<VerifyRow> rows;
 
@@ -58,7 +58,7 @@ class Verification {
     double mark = wall_seconds();
 };
 
-// A part of a suite: one file's checks. Parts that are not quick run only without --quick.
+// A part of a suite: the checks of one file.
 struct Part {
     const char *suite, *name;
     void (*run)(Verification&);
@@ -93,10 +93,10 @@ nlohmann::json verify_json(const Verification& v);
 std::string verify_csv(const Verification& v);
 std::string verify_text(const Check& check);
 std::string verify_summary(const Verification& v);
-// report.md, with the drawings in files of these names beside it.
+// report.md, with references to these drawings beside it.
 std::string verify_page(const Verification& v, const std::vector<std::string>& drawings = {});
 
-// All parts that the options ask for. What a part throws is a line that failed.
+// Runs all selected parts. An exception of a part becomes a failed check.
 void run(Verification& v);
 
 }  // namespace knead

@@ -1,4 +1,4 @@
-// convergence: free elastic bodies that ring, against wave and beam theory.
+// convergence: vibration of free elastic bodies, against wave and beam theory.
 #include <fmt/format.h>
 
 #include <Eigen/Eigenvalues>
@@ -35,8 +35,8 @@ void longitudinal(Verification& v)
                    "", "halving dx gains less than it should"));
 }
 
-// Period of the first bending of a free beam of unit length and thickness h after Timoshenko, by
-// Ritz's method with Legendre polynomials: exact to the digits that matter here.
+// Period of the first bending mode of a free beam of unit length and thickness h after Timoshenko,
+// by Ritz's method with Legendre polynomials: exact to the digits that matter here.
 double bending_period(double h, double poisson)
 {
     constexpr int n = 10, points = 24;
@@ -66,10 +66,10 @@ double bending_period(double h, double poisson)
         M += weight * (mass * place * place.transpose() + inertia * turn * turn.transpose());
     }
     const ::Eigen::GeneralizedSelfAdjointEigenSolver<::Eigen::MatrixXd> e(K, M);
-    return 2 * pi / std::sqrt(e.eigenvalues()(2));  // after two rigid motions
+    return 2 * pi / std::sqrt(e.eigenvalues()(2));  // the first two are rigid motions
 }
 
-// The first shape of a free beam [Rayleigh].
+// First bending mode of a free beam [Rayleigh].
 double bent(double x)
 {
     constexpr double b = 4.730040744862704;
@@ -77,7 +77,7 @@ double bent(double x)
     return (std::cosh(b * x) + std::cos(b * x) - k * (std::sinh(b * x) + std::sin(b * x))) / 2;
 }
 
-// How far a beam's first period is off [%].
+// Error of a beam's first period [%].
 double beam_off(Verification& v, int thick, double poisson)
 {
     const double expected = bending_period(1.0 / 8, poisson);
@@ -105,7 +105,8 @@ void bending(Verification& v)
                    beam_off(v, 4, poisson), 0, 5, "%", "keep Poisson's ratio at 0.45 or below"));
 }
 
-// A uniform strain: its velocity field comes back, its stress gives no force inside.
+// Patch test of uniform strain: the transfers reproduce its velocity field, and its stress gives no
+// internal force.
 void patch(Verification& v)
 {
     const double h = 0.01;

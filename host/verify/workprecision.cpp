@@ -1,6 +1,5 @@
-// workprecision: error against run time, over cells, substep, particles and precision, of scenes
-// that each have a measure of their own (front.h). What no other setting beats in both is the
-// front.
+// workprecision: error against run time over cells, substep, particles and precision, for scenes
+// with a measure each (front.h). The front are the settings that no other beats in both.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -13,9 +12,9 @@
 namespace knead {
 namespace {
 
-constexpr double tenth = 0.9;  // of the other's: what is less is better, and no chance
+constexpr double tenth = 0.9;  // ratio below which a result counts as better, beyond chance
 
-// Particles a cell and courants of a lattice, the index-th of the scene's.
+// Particles per cell and Courant numbers for the index-th lattice of a scene.
 struct Settings {
     std::vector<double> per_cell, courant;
 };
@@ -31,13 +30,13 @@ Settings settings(const Verification& v, std::size_t index, std::size_t lattices
     return {{4, 8, 16, 27}, {0.3, 0.5, 0.7, usual}};
 }
 
-// Whether the device itself is the loops in double.
+// True if the device is the reference (loops in double).
 bool in_double(const Verification& v) { return v.device.kind == DeviceKind::cpu_double; }
 
 std::vector<SceneOptions> rules(const Verification& v, const FrontScene& scene)
 {
     std::vector<SceneOptions> all;
-    // By themselves the loops in double leave out the finest cells, which take most of the time.
+    // The reference omits the finest cells, which take most of the time.
     const std::size_t lattices = scene.cells.size() - (in_double(v) && !v.quick() ? 1 : 0);
     for (std::size_t i = 0; i < lattices; ++i) {
         const Settings s = settings(v, i, scene.cells.size());
@@ -48,7 +47,7 @@ std::vector<SceneOptions> rules(const Verification& v, const FrontScene& scene)
                 rule.courant = courant, rule.per_cell = per_cell;
                 all.push_back(rule);
             }
-        // The loops in double are no way to wait for fine cells.
+        // Double precision only on the coarsest cells, because of its run time.
         if (i > 0 || in_double(v)) continue;
         rule = default_options(scene.cells[i]), rule.in_double = true;
         all.push_back(rule);
@@ -56,7 +55,7 @@ std::vector<SceneOptions> rules(const Verification& v, const FrontScene& scene)
     return all;
 }
 
-// What else is better than the defaults; and that finer cells are worth their time.
+// Reports settings better than the defaults, and checks that refinement reduces the error.
 void judge_defaults(Verification& v, const FrontScene& scene, const std::vector<FrontPoint>& all)
 {
     std::vector<FrontPoint> defaults;
