@@ -9,7 +9,8 @@ namespace knead {
 class CoarsePicture {
   public:
     virtual ~CoarsePicture() = default;
-    static std::unique_ptr<CoarsePicture> open();  // in the context that is current
+    // In the current context, which must be current for all calls.
+    static std::unique_ptr<CoarsePicture> open();
     // Draws the view at `scale` times its size per side and scales it up into the window's
     // framebuffer. `keep`: repeat() can show it again without drawing.
     virtual void paint(EyePainter& painter, const EyeView& view, const EyeLook& look, double scale,

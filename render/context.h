@@ -1,5 +1,5 @@
-// An OpenGL 4.5 core context without a window, through EGL: a device's display where there is one
-// (NVIDIA), Mesa's surfaceless platform, or its software renderer.
+// An off-screen OpenGL 4.5 core context by EGL: on a device display (NVIDIA), Mesa's surfaceless
+// platform, or its software renderer.
 #pragma once
 #include <memory>
 #include <string>

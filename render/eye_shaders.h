@@ -100,8 +100,7 @@ void main() {
     vertex_colour = colour;
 }
 )";
-// What fades is left out of more and more samples, by a pattern of 4 x 4 pixels: nothing needs to
-// be sorted.
+// Transparency by sample masks in a pattern of 4 x 4 pixels: no sorting needed.
 constexpr const char* live_fragment = R"(
 in vec3 vertex_place;
 in vec3 vertex_normal;

@@ -8,7 +8,7 @@
 
 namespace knead {
 
-// One list of vertices and triangles.
+// Buffers of one list of vertices and triangles.
 struct Shapes {
     Buffer vertices = buffer(), triangles = buffer();
     VertexArray layout = paint_layout(vertices, triangles);

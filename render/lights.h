@@ -1,5 +1,5 @@
-// The lamps of a picture: a key light as a disk, and a dome of sky, both as directions that each
-// cast a shadow. Summed over the dome they are true ambient occlusion.
+// The lamps of a picture: a key light (a disk) and a sky dome, both sampled by directions with a
+// shadow map each. The sum over the dome is true ambient occlusion.
 #pragma once
 #include <array>
 #include <cmath>

@@ -70,7 +70,7 @@ vec3 ray_through(vec2 at) {
 }
 )";
 
-// Depth of the casters as one lamp sees them.
+// Depth of shadow casters from one lamp.
 constexpr const char* shadow_vertex = R"(
 layout(location = 0) in vec3 place;
 layout(location = 0) uniform int number;
@@ -83,7 +83,7 @@ constexpr const char* shadow_fragment = R"(
 void main() {}
 )";
 
-// Normal, colour and depth as the camera sees them.
+// Normal, colour and depth from the camera.
 constexpr const char* scene_vertex = R"(
 layout(location = 0) in vec3 place;
 layout(location = 1) in vec3 normal;

@@ -57,7 +57,7 @@ struct Api : Source {
     Call<PFN_xrGetActionStatePose> pose_state{*this, "xrGetActionStatePose"};
     Call<PFN_xrApplyHapticFeedback> vibrate{*this, "xrApplyHapticFeedback"};
 
-    // Of extensions; only to be called where the extension is enabled.
+    // Extension functions. Precondition: the extension is enabled.
     Call<PFN_xrCreateHandTrackerEXT> create_hand_tracker{*this, "xrCreateHandTrackerEXT"};
     Call<PFN_xrDestroyHandTrackerEXT> destroy_hand_tracker{*this, "xrDestroyHandTrackerEXT"};
     Call<PFN_xrLocateHandJointsEXT> locate_hand{*this, "xrLocateHandJointsEXT"};

@@ -146,10 +146,16 @@ class Headset {
     static std::unique_ptr<Headset> open(const HeadsetOptions& options);
     virtual ~Headset() = default;
 
+    // After a failed OpenXR call in any of these the next poll() renews the session.
+    // Processes events; begins, ends or renews the session. Sleeps `nap` while waiting.
     virtual HeadsetEvents poll() = 0;
+    // Waits for the next frame and begins it (xrWaitFrame, xrBeginFrame).
     virtual FrameTiming begin() = 0;
+    // Locates eyes and hands at the frame's display time and acquires the targets.
     virtual HeadsetViews locate() = 0;
+    // Releases the targets and submits the frame (xrEndFrame).
     virtual void end(const FrameSubmission& drawn) = 0;
+    // Destroys session and instance.
     virtual void close() = 0;
 
     // Requests the end of the session; Phase::over follows.

@@ -10,7 +10,7 @@ namespace {
 
 constexpr const char* libraries = "libopenal.so.1 libopenal.so soft_oal.dll OpenAL32.dll";
 
-// What is used of OpenAL 1.1; names and numbers are those of its specification.
+// The functions of OpenAL 1.1 in use; names and constants as in its specification.
 struct OpenAl {
     void* (*open_device)(const char*) = nullptr;
     char (*close_device)(void*) = nullptr;

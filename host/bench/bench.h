@@ -117,7 +117,7 @@ struct Drive {
         // True: start at the first contact of both hands, minus the warm-up; false: at the start.
         true;
     int warm_up = 3;      // frames that are not timed
-    int repeats = 1;      // each with a solver of its own
+    int repeats = 1;      // each with a new solver
     bool stages = false;  // measure the stages of a frame
     bool counts = true;   // read hardware counters, if BenchOptions::count
     int surfaces = 0;     // number of surfaces, spread over the frames

@@ -1,4 +1,4 @@
-// knead new: a scene to start from.
+// knead new: writes a commented example scene.
 
 #include "host/base/errors.h"
 #include "host/base/outputs.h"

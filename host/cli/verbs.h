@@ -17,7 +17,7 @@ struct RunOptions {
     bool overwrite = false, deterministic = false, json = false, quiet = false, verbose = false;
     std::optional<unsigned> seed;
     int threads = 0;           // 0: all
-    double max_memory = 0;     // [MiB]; 0: what is free
+    double max_memory = 0;     // [MiB]; 0: free memory
     double time_limit = 0;     // [s]; 0: none
     int audit_every = 0;       // frames; 0: every frame on the CPU, one in 10 on a GPU
     std::string mesh = "glb";  // glb, ply, obj, stl, none
@@ -52,12 +52,12 @@ struct VrOptions {
     std::string record;                  // .hands or .jsonl; "": none
     std::string binding = "auto";        // auto, egl, glx, wgl
     std::string place = "0,-0.35,-0.5";  // position of the clay relative to the user [m]
-    double rate = 0;                     // of the display [1/s]; 0: the runtime's own
-    double patience = 20;                // time limit for recovering a lost runtime [s]
-    int samples = 0;                     // samples per pixel; 0: chosen by device
-    double eye_scale = 0.5;              // smallest fraction of an eye's sides that is drawn
-    double foveate = 0;                  // [degrees] drawn at full resolution; 0: all
-    int threads = 0;                     // 0: all
+    double rate = 0;         // requested display refresh rate [1/s]; 0: the runtime's default
+    double patience = 20;    // time limit for recovering a lost runtime [s]
+    int samples = 0;         // samples per pixel; 0: chosen by device
+    double eye_scale = 0.5;  // smallest fraction of an eye's sides that is drawn
+    double foveate = 0;      // [degrees] drawn at full resolution; 0: all
+    int threads = 0;         // 0: all
     bool standing = false, see_through = false, recorded = false, no_panel = false;
     bool hands_only = false;  // records hands, simulates nothing
     bool no_sound = false;
@@ -91,7 +91,7 @@ int convert_verb(const ConvertOptions& options);
 struct RenderOptions {
     std::vector<std::string> files;  // splat files; or the folder of a run with pictures
     std::string out, video;          // .png; .mp4 and others; at least one of both
-    std::string path;                // file of keys of a camera; "": none
+    std::string path;                // file of camera keys; "": none
     double rate = 30;                // frames per second of the video
     std::string device = "auto";
     std::string size = "1280x960";
@@ -100,7 +100,7 @@ struct RenderOptions {
     std::string background;  // "r,g,b", 0 to 1; "": black
     double field = 50;       // horizontal field of view [degrees]
     double foveate = 0;      // [degrees] around the centre drawn at full resolution; 0: all
-    int orbit = 0;           // pictures of one turn; 0: one picture
+    int orbit = 0;           // number of pictures of one orbit; 0: a single picture
     bool stereo = false, overwrite = false, quiet = false;
 };
 int render_verb(const RenderOptions& options);
@@ -117,7 +117,7 @@ struct ViewOptions {
     std::string out;                    // folder; "": no files
     std::string record;                 // .hands or .jsonl; "": none
     bool paused = false, bare = false;  // starts paused; hides the panels
-    double max_memory = 0;              // [MiB]; 0: what is free
+    double max_memory = 0;              // [MiB]; 0: free memory
     bool overwrite = false, quiet = false;
 };
 int view_verb(const ViewOptions& options);

@@ -12,10 +12,10 @@ namespace {
 
 constexpr double young = 1e6, poisson = 0.3, density = 1000, dx = 0.01;
 
-// Force at indentation d of each tool, R_eff = R/2, E* = E / (1 - nu^2) [Johnson 1985, 4.2]: d = (F
-// / (4/3 E* sqrt(R_eff)))^(2/3). A ball under two forces deforms less than a half space: for nu =
-// 0.3, Lur'e's series for a sphere under two caps of Hertz's pressure [Lur'e 1964, chapter 6] is
-// lower by 0.178 F / (E R) at cap radius 0.2 R, by 0.187 F / (E R) at 0.25 R.
+// Force at indentation d of each tool, R_eff = R/2, E* = E / (1 - nu^2) [Johnson 1985, 4.2]:
+// d = (F / (4/3 E* sqrt(R_eff)))^(2/3). A ball under two forces deforms less than a half space: for
+// nu = 0.3, Lur'e's series for a sphere under two caps of Hertz's pressure [Lur'e 1964, chapter 6]
+// is lower by 0.178 F / (E R) at cap radius 0.2 R, by 0.187 F / (E R) at 0.25 R.
 double hertz_force(double d, double R)
 {
     const double stiff = 4.0 / 3 * young / (1 - poisson * poisson) * std::sqrt(R / 2);
@@ -30,8 +30,8 @@ struct Pressed {
     double early;  // maximum force before contact, over that at R/8
 };
 
-// Both tools advance by d = R/8 slowly: sound crosses the ball 13 times meanwhile. The force is
-// that through the ball's mid-plane, by the stresses of the oracle.
+// Both tools advance by d = R/8 slowly: sound crosses the ball 13 times meanwhile. The force is the
+// mean over a slab of width R/2 about the ball's middle, by the oracle's stresses.
 Pressed pressed(Verification& v, int cells)
 {
     const double R = cells * dx, speed = 0.01 * std::sqrt(young / density), deep = R / 8;

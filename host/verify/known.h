@@ -1,4 +1,4 @@
-// Checks that fail today, each with the reason: profiling/known.json.
+// Known failures of checks, each with the reason: profiling/known.json.
 #pragma once
 #include <map>
 #include <string>

@@ -216,7 +216,7 @@ Case shredded(const std::string& name, const Material<double>& material, int str
     c.at = [floor = floor_of(c.setup), end](double t) {
         const double at = std::min(t, end - 1e-9) / stroke, share = at - std::floor(at);
         const int i = int(at);
-        // Down in 0.4 of a stroke, up in 0.4, and above the clay for the rest.
+        // Descends for 0.4 of a stroke, rises for 0.4, stays above the clay for the rest.
         const double up = std::min(std::fabs(share - 0.4) / 0.4, 1.0) * 5.5 - 0.1;
         const Place aside{((i * 7) % 5 - 2) * cell, up * cell, ((i * 3) % 5 - 2) * cell};
         return std::vector{Joint<double>{turn_about(Place{0, 1, 0}, 1.1 * i), floor + aside}};

@@ -30,7 +30,7 @@ double hertz_time(double R, double v)
 
 struct Met {
     double time;         // contact time as above, over Hertz's
-    double restitution;  // speed after over that before
+    double restitution;  // relative speed after the collision over that before
     double kept;         // fraction of total energy
     double momentum;     // total momentum at the end, over that of one ball
     double gap;          // distance of the surfaces when 1 % of the momentum is exchanged [dx]

@@ -68,7 +68,7 @@ Glfw load()
 // Data written by the GLFW callbacks.
 struct Heard {
     std::vector<InputEvent> events;
-    double scale = 1;     // pixels of the framebuffer per unit of the window
+    double scale = 1;     // framebuffer pixels per window unit
     bool damaged = true;  // must be redrawn
 };
 Heard& heard(GLFWwindow* window) { return *static_cast<Heard*>(glfw().user(window)); }
