@@ -105,11 +105,11 @@ class EyePainter {
     virtual void set_hidden(int eye, const std::vector<std::array<float, 2>>& corners) = 0;
     // Rasterises the splats of all eyes of the frame (0 and 1, or 0 alone) on a CUDA device, in one
     // depth order, without blocking the host. Returns false and does nothing if the device cannot
-    // share memory. `moved`, if not null, replaces the positions of the first splats. Throws as
-    // GpuRaster::launch().
+    // share memory. `moved`, if not null, replaces positions and deformations of the first splats.
+    // Throws as GpuRaster::launch().
     virtual bool set_splats(GpuRaster& raster, const SplatFrame& frame,
                             const DeviceGaussians* moved = nullptr) = 0;
-    // Reserves textures for shared pictures up to this size, so that none reallocates [pixels].
+    // Sets the largest size of shared pictures to come [pixels], so that none reallocates textures.
     virtual void expect_splats(int width, int height) = 0;
     // Recent device time of a shared picture [s]; 0: unknown.
     virtual double splat_seconds() const = 0;

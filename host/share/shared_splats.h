@@ -22,7 +22,7 @@ class SharedSplats {
 
     // Enqueues drawing of the frame's one or two eyes into their textures, ordered before later GL
     // commands, without blocking the host. Depths are spread (cuda/splats/spread.h); row 0 is the
-    // top. `moved`, if not null, replaces the positions of the first splats. Throws as
+    // top. `moved`, if not null, replaces positions and deformations of the first splats. Throws as
     // GpuRaster::launch(), and std::invalid_argument for an eye larger than its textures.
     void draw(GpuRaster& raster, const SplatFrame& frame, const DeviceGaussians* moved);
     // Device time of a recent picture with these textures [s]; 0: unknown.
