@@ -74,10 +74,8 @@ class OpenXrHeadset : public Headset {
     bool moves_floor = false;  // at the next poll()
     bool worn = true, renewed = false, over = false, leaving = false;
     double rate = 0;
-    double lost_at =
-        // Time of the loss [s, steady clock]; negative: not lost.
-        -1;
-    int fruitless = 0;  // sessions created since the last frame submitted
+    double lost_at = -1;  // time of the loss [s, steady clock]; negative: not lost
+    int fruitless = 0;    // sessions created since the last frame submitted
     // Renewal is tried at once, then after pauses that double up to 1 s.
     double pause = 0, next_try = 0;  // [s]; [s, steady clock]
     std::string reason;

@@ -110,12 +110,11 @@ struct BenchResult {
     std::vector<std::string> left_out;
 };
 
-// How a case is driven.
+// How a case is run.
 struct Drive {
     int frames = 0;  // 0: to the end of the recording
-    bool from_contact =
-        // True: start at the first contact of both hands, minus the warm-up; false: at the start.
-        true;
+    // True: start at the first contact of both hands, minus the warm-up; false: at the start.
+    bool from_contact = true;
     int warm_up = 3;      // frames that are not timed
     int repeats = 1;      // each with a new solver
     bool stages = false;  // measure the stages of a frame
