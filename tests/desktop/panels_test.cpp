@@ -6,6 +6,7 @@
 #include "host/desktop/view_panels.h"
 #include "host/desktop/view_still.h"
 #include "host/session/backend.h"
+#include "host/ui/scene_list.h"
 
 namespace knead {
 namespace {
