@@ -1,6 +1,7 @@
 // Grid update kernels. Thread blocks stride over the listed blocks of nodes and clear the grid of
-// the previous substep; thread block 0 updates the clock. Contact at a thread block's first block
-// that tools may touch is evaluated while the previous substep still runs (clock.cuh).
+// the previous substep; thread block 0 updates the clock. If tools may touch one of a thread
+// block's first blocks of nodes, contact there is evaluated while the previous substep still runs
+// (clock.cuh).
 #include "cuda/contact/cut.h"
 #include "cuda/device/launch.cuh"
 #include "cuda/mpm/grid.h"
@@ -13,9 +14,10 @@
 namespace knead::gpu {
 namespace {
 
-// Threads per thread block, thread blocks per multiprocessor, and blocks of nodes per thread block
-// at a time. With tools the latter is two, one per half of the threads; near a tool all threads
-// work on one block, so that a warp shares the closest points of fewer nodes.
+// Threads per thread block, thread blocks per multiprocessor, and blocks of nodes that a thread
+// block updates at a time. With tools it updates two, each with half of its threads. Near a tool
+// all its threads update one block: a warp then has fewer nodes, and its lanes share the search for
+// their closest points.
 template <bool tools>
 constexpr int threads = tools ? 32 * block_nodes / shared_nodes : block_nodes;
 template <bool tools>
@@ -36,8 +38,8 @@ __device__ void clear(const GridUpdateView& d, int parity, int i)
 }
 
 // Counts the substep, and chooses the next one from the speeds of the previous substep. All loads
-// are issued together, and values that need not be read are updated by atomics: dependent loads
-// cost clay without tools 1.5 % of a substep.
+// are issued together. Values that are not needed here are updated by atomics instead of loads:
+// dependent loads cost 1.5 % of a substep in scenes without tools.
 __device__ void choose_next_dt(const GridUpdateView& d)
 {
     Clock& c = *d.clock;
@@ -53,7 +55,7 @@ __device__ void choose_next_dt(const GridUpdateView& d)
     Step next = now.next(d.limits);
     const bool stops = (crowded || halt) && step.dt > 0 && next.dt > 0;
     if (stops) c.mode = crowded ? Mode::stopped : Mode::cut, c.resume = next, next.dt = 0;
-    c.crowded[before] = crowded && !stops;  // at a frame's end the next frame stops
+    c.crowded[before] = crowded && !stops;  // set by a last substep: the next frame stops
     c.set_peak(n, {});
     c.woken[n & 1] = 0;
     c.active[(n + 1) % 3] = own;
@@ -92,9 +94,10 @@ __device__ int noted(const GridUpdateView& d, int listed)
     return listed | (empty(loaded(d.masks[listed])) ? tools_far : tools_near);
 }
 
-// Index of a listed block in the next substep's list, after a frame's first substep: blocks near
-// tools are placed from the front, the others from the back. So each thread block has at most one
-// block near tools (except blocks listed later), and those that have one start first.
+// Index of a listed block in the next substep's list, computed in a frame's first substep: blocks
+// near tools are placed from the front, the others from the back. Each thread block then has at
+// most one block near tools (except blocks listed later), and thread blocks that have one start
+// first.
 __device__ int order_by_contact(Clock& c, int listed, int count)
 {
     return touched(listed) ? atomicAdd(&c.near_blocks, 1) : count - 1 - atomicAdd(&c.far_blocks, 1);
@@ -106,9 +109,9 @@ __device__ void look_at_guards(const GridUpdateView& d, int n)
 }
 
 // Calls update(listed, early) for all listed blocks of nodes, blocks_per_cta at a time (-1: none),
-// and lists them for the next substep. Before each call, clears as many blocks of the other grid.
-// If `early` (speculative start), the first call is for one block that tools may touch, with early
-// = true; it must wait for the end of the previous substep.
+// and lists them for the next substep. Before each call, clears up to blocks_per_cta blocks of the
+// other grid. `early` (speculative start): the first call has early = true and one block that tools
+// may touch; that update must wait for the end of the previous substep.
 template <bool tools, bool fixed_point, int blocks_per_cta, class Update>
 __device__ void for_each_block(const GridUpdateView& d, Start<blocks_per_cta> s, bool early,
                                Update&& update)
@@ -119,7 +122,7 @@ __device__ void for_each_block(const GridUpdateView& d, Start<blocks_per_cta> s,
     int done = -1;
     if (!early) look_at_guards(d, s.n);
     for (int at = place(0); early || at < s.count || at < s.before;) {
-        int here[blocks_per_cta], places[blocks_per_cta];  // in the next list, or -1
+        int here[blocks_per_cta], places[blocks_per_cta];  // place in the next list; -1: none
         UNROLL
         for (int& place : places) place = -1;
         if (early) {
@@ -191,7 +194,7 @@ __device__ void finish_node(const GridUpdateView& d, int substep, float dt, Int3
     if (clipped) count_slowed(d, mirrors.own.m);
 }
 
-// The thread's node of the k-th listed block. Near tools a warp updates shared_nodes of them.
+// The thread's node of the k-th listed block. Near tools a warp updates shared_nodes nodes.
 struct OwnNode {
     int i;
     bool updates, near;
@@ -263,8 +266,7 @@ __global__ void __launch_bounds__(threads<Case::features.tools>, resident<Case::
     for_each_block<tools, fixed_point>(d, start, early, update);
 }
 
-// Direction to the clay below a blade, at node n: gradient of its mass minus that of the clay
-// above.
+// Direction to the clay below a blade, at node n: gradient of the mass below minus the mass above.
 template <bool fixed_point>
 __device__ Vec3<float> slope(const GridUpdateView& d, int parity, Int3 n)
 {
@@ -311,8 +313,8 @@ __device__ Node<float> updated_in(const GridUpdateView& d, int substep, float dt
     return alone;
 }
 
-// With blades: each label has its own velocity field, and the two must not interpenetrate. Reads
-// masses of neighbours, which updates do not change.
+// With blades: one velocity field per label; clay labelled `above` and clay labelled `below` must
+// not interpenetrate. Reads masses of neighbouring nodes, which the update leaves unchanged.
 template <class Case>
 __global__ void __launch_bounds__(block_nodes, resident_cut)
     cut_grid_kernel(const __grid_constant__ GridUpdateView d)

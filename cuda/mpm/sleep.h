@@ -1,7 +1,7 @@
-// Sleep: clay that need not move. A block is asleep if it has been at rest for a while and is far
-// from every tool; in localized mode, if it lies outside boxes around the tools. Still clay next to
-// moving clay scatters its mass and stress, so that it supports its neighbours; it wakes if it is
-// pushed.  (29), (30)
+// Sleep: clay at rest is not simulated. A block is asleep if it has been at rest for a while and is
+// far from every tool; in localized mode, if it is outside boxes around the tools. Still clay next
+// to moving clay scatters its mass and stress, so that it supports its neighbours; it wakes if it
+// is pushed.  (29), (30)
 #pragma once
 #include "cuda/math/vec.h"
 #include "cuda/mpm/material_data.h"
@@ -22,9 +22,9 @@ struct Rest {
 
 // Activity of a block of nodes in a frame; in sleep mode neighbours differ by at most one.
 enum Activity : int {
-    asleep,   // nothing
+    asleep,   // not simulated
     support,  // still: scatters mass and stress
-    guard,    // the same, and wakes if pushed: all its neighbours are at least support
+    guard,    // as support, and wakes if pushed; all its neighbours are at least support
     awake,    // moves
     moving    // moved lately or is near a tool: its neighbours are awake
 };
@@ -48,7 +48,8 @@ HD int own_activity(const Rest<R>& rest, int frames, bool near_tool)
     return near_tool || frames < rest.frames ? moving : asleep;
 }
 
-// The least activity of a block's neighbours; applied for moving, awake and guard in this order.
+// Minimum activity of the neighbours of a block with this `activity`. Applied for moving, awake and
+// guard in this order.
 template <class R>
 HD int neighbour_of(const Rest<R>& rest, int activity)
 {
@@ -64,9 +65,9 @@ HD bool pushed(const Rest<R>& rest, Vec3<R> v, R dt)
     return dot(v, v) > max * max;
 }
 
-// Localized mode: held clay blocks moving clay. It is scattered with held_weight times its mass,
-// and with the velocity that cancels gravity in a substep of dt [s], so that the nodes around it
-// stay at rest under any load.  (30a)
+// Localized mode: held clay is an obstacle to moving clay. It is scattered with held_weight times
+// its mass, and with the velocity that cancels gravity in a substep of dt [s], so that the nodes
+// around it stay at rest under any load.  (30a)
 constexpr double held_weight = 1000;
 template <class R>
 HD bool stands(RestMode mode, const Particle<R>& q)

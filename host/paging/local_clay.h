@@ -16,37 +16,39 @@ namespace knead {
 
 struct LocalReport {
     std::size_t cubes = 0, particles = 0, splats = 0;  // active now
-    std::size_t taken = 0, given_back = 0;             // cubes activated, frozen in this frame
+    std::size_t taken = 0, given_back = 0;  // cubes activated and cubes frozen in this frame
 };
 
 class LocalClay {
   public:
-    // Precondition: the scene's objects are loaded and built. `object` is the one with a `depth`,
-    // `cloud` its splats. `moving` holds the splats of the solver's Gaussians; activated splats are
-    // appended to it. Throws std::invalid_argument if the harmonics of the two differ in degree.
+    // Precondition: the scene's objects are loaded and built. `object`: index of the object with
+    // local clay (`depth` > 0); `cloud`: its splats. `moving`: the splats of the solver's
+    // Gaussians; activated splats are appended to it. Throws std::invalid_argument if the spherical
+    // harmonics of `cloud` and `moving` differ in degree.
     LocalClay(const Scene& scene, int object, SplatCloud cloud, SplatUpkeep& moving);
 
     // Call after frame `frame`. Activates cubes near the positions that the tools reach at the end
-    // of the next frame if `motion` continues; every 32 frames freezes the cubes they have left.
+    // of the next frame if `motion` continues; every 32 frames freezes the cubes that all tools
+    // have left.
     LocalReport after(int frame, const Motion& motion, Solver& solver);
     // Asynchronous variant: begin_leaving() starts a thread that computes the frozen positions; a
-    // later follow() removes the cubes. The thread owns the frozen splats from begin_leaving() on:
-    // call it after show() of this frame, and only if follow() activated nothing.
+    // later follow() removes the cubes. Call begin_leaving() after show() of the same frame, and
+    // only if follow() has activated nothing: from then on the thread owns the frozen splats.
     LocalReport follow(const Motion& motion, Solver& solver);
     void begin_leaving(int frame, const Motion& motion, Solver& solver);
-    // True while cubes are being frozen. Precondition of all other edits of the solver's Gaussians
-    // and removals of clay: false.
+    // True while cubes are being frozen. Meanwhile the solver's Gaussians must not be edited and
+    // clay must not be removed elsewhere.
     bool leaving() const { return evicting.valid(); }
     // Waits for the thread and removes the cubes. Returns whether any were being frozen.
     bool end_leaving(Solver& solver) { return end_leaving(solver, true) > 0; }
 
-    // All joints at the splat nearest to the middle of the domain; empty if no splat lies between
-    // the walls.
+    // A motion that holds all joints at the splat nearest to the middle of the domain; empty if
+    // there is no splat between the walls.
     Motion over_ground() const;
 
     // Replaces the tools.
     void set_rig(const Rig& by) { rig = by; }
-    // Material of active and future clay. No effect for other objects than the frozen one.
+    // Sets the material of active and future clay. No effect unless `object` is the local clay.
     void set_material(int object, const Material<double>& material, Solver& solver);
 
     // The functions below, except set_state(), throw std::logic_error while leaving().
@@ -99,9 +101,9 @@ class LocalClay {
 
     Rig rig;
     WallOptions walls;
-    int ground;  // the object that is frozen
+    int ground;  // index of the object with local clay
     Material<double> material;
-    double depth, dx, spacing;  // of the clay, cells, particles [m]
+    double depth, dx, spacing;  // depth of the clay, cell size, particle spacing [m]
     double reach;               // from a tool to the edge of active clay [m]
     double per_cell;
     unsigned seed;
@@ -109,7 +111,7 @@ class LocalClay {
     SplatUpkeep& moving;
     LocalState state_;
     Cubes tiling;
-    FrozenSplats standing;         // slots between the walls
+    FrozenSplats standing;         // those between the walls
     std::vector<Key> on_way_back;  // cubes being frozen, in ascending order
     // While valid, the thread owns `standing` and all of state_ but `clay`.
     std::future<EvictResult> evicting;

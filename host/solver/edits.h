@@ -1,4 +1,4 @@
-// Edits, common to both back ends: validation, and the edited rules of the scene.
+// Edits of a scene, shared by both back ends: validation, and the setup as edited so far.
 #pragma once
 #include <span>
 #include <vector>
@@ -21,8 +21,8 @@ bool within(Vec3<R> x, Vec3<R> low, Vec3<R> high)
 // Unit of work when adding clay in parallel: up to a thousand particles of one object.
 struct AddedPiece {
     std::size_t clay;                      // index into Clays
-    std::span<const Particle<double>> of;  // particles from index `first` on, of all clays
-    std::size_t first;
+    std::span<const Particle<double>> of;  // up to 1024 particles of it
+    std::size_t first;                     // index of of[0] among the particles of all clays
 };
 std::vector<AddedPiece> pieces_of(Clays clays);
 
@@ -57,7 +57,7 @@ class SceneState {
     void check_place(Vec3<double> x, const char* what = "clay") const;
 
   private:
-    bool known(int object) const;  // and not removed
+    bool known(int object) const;  // exists and is not removed
 
     Setup now;
     std::vector<long> counts;
@@ -67,13 +67,15 @@ class SceneState {
 // of its constants is not finite.
 void check_materials(const std::vector<Material<double>>& materials);
 
-// Throws std::invalid_argument if rig and tools are inconsistent or exceed the bits of a mask.
+// Throws std::invalid_argument if rig and tools are inconsistent, or if there are more primitives
+// than a contact mask has bits.
 void check_rig(const Rig& rig, const std::vector<Tool<double>>& tools);
 
 // Throws std::invalid_argument if an edit refers to a missing Gaussian or particle.
 void check_edits(const GaussianEdits& edits, std::size_t gaussians, std::size_t particles);
 
-// Throws std::invalid_argument if the state is incomplete or of another lattice.
+// Throws std::invalid_argument if the state is incomplete, or if its lattice differs from that of
+// `of` in size or spacing.
 void check_state(const SavedState& state, const Setup& of);
 
 // Consecutive frames at rest per stored block of a lattice; 0 for blocks that the state does not

@@ -8,22 +8,22 @@
 namespace knead::gpu {
 namespace {
 
-// Number of substeps that the graph holds before its loop, and per turn of the loop.
+// Substeps in the graph: unrolled before its while loop, and per iteration of the loop.
 struct Turns {
     int first, each;
 };
 
-// Upper bound of the additional substeps of a frame in which clay is pressed, against the first
-// frame: compressed clay is stiffer and needs a shorter dt. Zero for a fixed dt.
+// Upper bound of the substeps that a frame needs beyond those of the first frame when clay is under
+// pressure: compressed clay is stiffer and needs a shorter dt. Zero for a fixed dt.
 int more_in_contact(int substeps, const StepLimits& limits)
 {
     return limits.fixed > 0 ? 0 : (substeps + 19) / 20;
 }
 
-// For frames of `substeps` to `substeps + more` substeps (0: unknown). An empty substep behind the
-// end of the frame costs 3 us, or 11 us with a million particles, a turn of the loop twice that;
-// capturing costs some 10 us per substep. With Gaussians always a multiple of follow_every: the
-// substeps in which Gaussians follow are fixed at capture.
+// For frames of `substeps` to `substeps + more` substeps (0: unknown). An empty substep after the
+// end of the frame costs 3 us (11 us with a million particles), an iteration of the loop twice that
+// in addition; capturing costs some 10 us per substep. With Gaussians both numbers are multiples of
+// follow_every, because the substeps in which Gaussians follow are fixed at capture.
 Turns turns_for(int substeps, int more, bool splats)
 {
     constexpr int fewest = 4, most_each = 32, most_before = 256;
@@ -43,8 +43,8 @@ Turns turns_for(int substeps, int more, bool splats)
     return {first, best};
 }
 
-// Fixed-point sums are cleared, but velocities of blocks that clay has left persist until it
-// returns. No particle reads them; a Gaussian may.
+// In fixed point only the sums are cleared: when clay leaves a block, its old velocities remain
+// until clay returns. Particles never read them; Gaussians may.
 void clear_velocities(const Views& views, cudaStream_t stream)
 {
     const GridView& g = views.grid;
@@ -78,7 +78,7 @@ Views GpuSolver::views_for(const Features& features, ToolPace tools) const
     return views;
 }
 
-// Only Gaussians depend on the distinction of slow and fast.
+// The distinction between slow and fast tools affects Gaussians only.
 GpuSolver::ToolPace GpuSolver::tool_speed_class(bool tools, const Motion& motion,
                                                 double duration) const
 {
@@ -89,10 +89,10 @@ GpuSolver::ToolPace GpuSolver::tool_speed_class(bool tools, const Motion& motion
 }
 
 // Everything before the first grid update, on parallel streams: tool masks (need only the frame's
-// input), the first pose (needs the dt chosen by begin()), and sort and p2g of the particles.
-// Finding that no sort is due takes 7 us; where a sort writes to separate rows, p2g does not wait
-// for it. Exception: fixed point, because the partial sums of a warp are float and their bits
-// depend on the order of the particles.
+// input), the first pose (needs the dt chosen by begin()), and sort and p2g of the particles. The
+// check whether a sort is due takes 7 us. If a sort writes to separate rows, p2g runs concurrently
+// with it; not in fixed point, because the partial sums of a warp are float and their bits depend
+// on the order of the particles.
 void GpuSolver::start(const Views& views, const Features& features)
 {
     const auto mark = [](cudaEvent_t event, cudaStream_t at) {
@@ -134,10 +134,10 @@ void GpuSolver::sort(const Views& views, const Features& features, cudaStream_t 
     arrange(views, features, stream);
 }
 
-// Particles that have hardly moved since the last sort are still in order; with sleeping, however,
-// the activity of blocks is updated in every frame. A frame that does nothing because the previous
-// one has stopped is not sorted. In fixed point the side is a launch argument: the graph then holds
-// the sort twice.
+// The sort is skipped while the particles have hardly moved since the last one, and in a frame that
+// does nothing because the previous one has stopped. With sleeping it is never skipped in a running
+// frame, because the activity of blocks is updated with it. In fixed point the side is a launch
+// argument: the graph contains the sort twice, once per side.
 void GpuSolver::sort_if_due(const Views& views, const Features& features, cudaStream_t stream)
 {
     for (int side = 0; views.conditions.captured && side < (told_side(features) ? 2 : 1); ++side)
@@ -148,9 +148,9 @@ void GpuSolver::sort_if_due(const Views& views, const Features& features, cudaSt
     if (now.unsorted) sort(views, features, stream, now.side);
 }
 
-// Placed between grid and g2p, neither of which waits for a kernel other than its predecessor. On a
-// stream parallel to g2p its time would be hidden, but a fork between kernels with programmatic
-// dependent launch crashed (driver 580).
+// Launched in the same stream between grid and g2p: each kernel waits only for the one directly
+// before it. On a stream parallel to g2p its time would be hidden, but a fork between kernels with
+// programmatic dependent launch crashed (driver 580).
 void GpuSolver::follow(const Views& views, const Features& features, bool at_end,
                        cudaStream_t stream) const
 {
@@ -159,7 +159,7 @@ void GpuSolver::follow(const Views& views, const Features& features, bool at_end
     deform(views, splats.view(), per_mass, features, at_end, stream);
 }
 
-// `place`: index of the substep in the frame, up to whole turns of the loop. `begins`: true
+// `place`: index of the substep in the frame, or in the iteration of the loop. `begins`: true
 // directly after start().
 void GpuSolver::substep(const Views& views, const Features& features, int place, bool begins,
                         cudaStream_t stream)
