@@ -50,21 +50,21 @@ struct LiveOptions {
     // False: real time.
     bool stepped = false;
     bool from_zero = false;  // stepped: the caller's time restarts at 0 on reset and load
-    // Return true to stop: no further frame begins, and the current one is cut between two substeps
-    // if it takes longer than another 0.25 s.
+    // Polled; return true to stop. No further frame begins, and the current one is cut between two
+    // substeps if it has not ended 0.25 s later.
     std::function<bool()> stop;
     // The options up to `fastest` apply to real time only.
-    std::function<double()> clock;  // [s], ascending; null: since the session began
+    std::function<double()> clock;  // [s], ascending; null: time since the session began
     double budget = 0;              // limit of a frame on the clock [s]; 0: the frame period
-    double fastest = 3;      // largest speed of a tool following its hand, real metres per second
-                             // of simulated time [m/s]; 0: no limit
+    double fastest = 3;      // speed limit of a tool that follows its hand, in real metres per
+                             // second of simulated time [m/s]; 0: no limit
     bool recorded = true;    // starts with the scene's recorded hands
     bool paused = false;     // starts paused
     bool waits = false;      // no frame begins before start(), no rehearsal without rehearse()
     bool on_device = false;  // surfaces and Gaussians stay on the device that computed them
     bool moving = false;     // states contain the motion of the surface
     std::size_t memory = 0;  // limit for loading a scene [bytes]; 0: what is free
-    // Called for every command other than hand input, on the thread of the caller of set_hands(),
+    // Called for every command other than hand input, on the thread that calls set_hands(),
     // set_gravity(), set_material() or move_clay().
     std::function<void(const HandAction&)> acted;
     // Called on the simulation's thread after each state that is published.
@@ -76,22 +76,22 @@ struct LiveTool {
     Side side;
     std::string held;  // "" the bare hand
     bool active;       // touches clay
-    float size;        // share of its full radii
+    float size;        // fraction of its full radii
     std::vector<DrawPrimitive> primitives;
 };
 
-// Time to which the positions in a state belong: that of the hands that caused them. Used to
-// extrapolate to the later time of display.
+// Time of the hand poses that the positions in a state result from; used to extrapolate the
+// positions to the later time of display.
 struct MotionStamp {
     double time = 0;  // of the session [s]
-    double step = 0;  // since the positions before [s]; 0: motion unknown
+    double step = 0;  // since the previous positions [s]; 0: motion unknown
     // Factor by which to extend the last displacement for display at `now` [s], from 0 to 1.
     float extrapolation(double now) const;
 };
 
 // How far the simulation lags behind real time.
 struct Backlog {
-    long frames = 0;    // cut short between two substeps
+    long frames = 0;    // number of frames cut between two substeps
     double behind = 0;  // simulated time missing so far [s]
 };
 
@@ -140,8 +140,8 @@ struct ClayDigest {
 
 class SimulationRun;
 
-// A frame that was cut cannot be reproduced from a recording. After a stop, the current frame
-// therefore has 0.25 s to end.
+// Decides when a stop cuts the current frame: 0.25 s later. The delay lets most frames end
+// normally; a recording cannot reproduce a cut frame.
 class StopPatience {
   public:
     bool cuts(bool stopped)
@@ -183,12 +183,13 @@ class LiveSession {
     void step(int frames = 1);  // while paused
     void reset();
     void load(std::shared_ptr<const LiveScene> scene);
-    // `cells` along the longest axis of its domain; 0: the scene's. Settings that are invalid for
-    // this scene are left out and reported in LiveState::refusal.
+    // `cells`: number along the longest axis of the scene's domain; 0: as in the scene. Settings
+    // that are invalid for this scene are left out and reported in LiveState::refusal.
     void load(const std::string& path, const std::vector<std::string>& settings, int cells = 0);
-    // Which tools the hands are or hold. The clay is unchanged.
+    // Sets the tools of the hands: bare hands or held tools. The clay is unchanged.
     void set_hands(const HandsOptions& hands);
-    void play(bool recorded);  // true: the scene's recorded hands, from their start; false: pushed
+    void play(bool recorded);  // true: the scene's recorded hands, from their start; false: those
+                               // of push()
     void set_gravity(Vec3<double> gravity);  // [m/s^2]
     // The object's volume is kept; its mass is volume times density.
     void set_material(int object, const Material<double>& material);
@@ -200,12 +201,12 @@ class LiveSession {
 
     // Blocks until all commands so far are executed.
     void settle();
-    // Calls `look` with the solver on the session's thread and blocks until then; false if there is
-    // no solver.
+    // Calls `look` with the solver on the session's thread and returns after the call; false if
+    // there is no solver.
     bool ask(const std::function<void(const Solver&)>& look);
     ClayDigest digest();
-    // Stepped sessions: simulates all frames that end at or before `time` [s] and blocks until
-    // then. Throws std::logic_error in real time.
+    // Stepped sessions: simulates all frames that end at or before `time` [s], then returns. Throws
+    // std::logic_error in real time.
     void advance_to(double time);
 
   private:
@@ -245,7 +246,7 @@ class LiveSession {
     int steps = 0;          // frames still to compute while paused
     double stepped_to = 0;  // of a stepped session [s]
     double next = 0;        // when the next frame is due [s]
-    // Overdue frames as clock time [s]: those still to be made up for, and those given up.
+    // Clock time of overdue frames [s]: `backlog` is still to be made up for, `dropped` is not.
     double backlog = 0, dropped = 0;
     StopPatience stopping;
     std::thread thread;

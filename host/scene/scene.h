@@ -28,8 +28,8 @@ struct SplatsOptions {
     // simulated (host/paging/local_clay.h). 0: a solid, simulated as a whole.
     double depth = 0;
 };
-// Particles of such an object, in the simulation's frame, from host/assets/splat_object.h; added by
-// build().
+// Particles of an object of shape `splats`, in the simulation's frame. Made by
+// host/assets/splat_object.h; build() adds them to the setup.
 struct ObjectParticles {
     std::vector<Vec3<double>> particles;  // [m]
     double volume = 0;                    // of each [m^3]
@@ -43,7 +43,7 @@ struct Object {
     Vec3<double> centre{};        // [m]
     Vec3<double> size{};          // full extents [m]; the axis of a cylinder is y
     Vec3<double> velocity{};      // [m/s]
-    Material<double> material{};  // mass and volume are filled in when particles are made
+    Material<double> material{};  // mass and volume are set when particles are made
     double softer = 1;            // factor by which the given stiffness was divided
                                   // (step.soften_beyond)
     std::string preset;           // name of the given material
@@ -68,14 +68,14 @@ struct Scene {
     double paper_dt = 1e-4;      // [s]
     int most_substeps = 100000;  // limit per frame; a scene that needs more is rejected
     int soften_beyond = 0;       // substeps per frame; stiffer materials are softened; 0: never
-    int frames = 0;              // 0: as long as the recording, or 1 s
+    int frames = 0;              // 0: length of the recording, or 1 s without one
     int surface_nodes = 0;       // along the longest axis of the density lattice; 0: twice the
                                  // solver's
     SurfaceOptions surface;
     unsigned seed = 1;
     Vec3<double> eye{1.1, 0.9, 1.6}, target{0.5, 0.4, 0.5};  // camera [m]
     UpkeepOptions upkeep;                                    // of objects of splats
-    int picture_every = 0;  // interval between pictures, in frames; 0: none
+    int picture_every = 0;  // frames between pictures; 0: no pictures
     int picture_width = 960, picture_height = 720;
     std::vector<Caption> captions;  // drawn into the pictures
 };
@@ -91,8 +91,8 @@ Scene read_scene(const std::string& path, const std::vector<std::string>& settin
 Scene parse_scene(const std::string& text, const std::string& path,
                   const std::vector<std::string>& settings = {});
 
-// Simulated time per frame [s]. Clock "paper": shorter than the displayed frame in which the hands
-// move.
+// Simulated time per frame [s]. With clock "paper" it is paper_substeps * paper_dt, while the hands
+// advance by 1 / frame_rate.
 double frame_duration(const Scene& scene);
 
 // Fills setup.particles, Gaussians, rig and tools from the objects and hands. Precondition: objects

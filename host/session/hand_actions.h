@@ -1,5 +1,5 @@
-// Actions of a live session other than hand motion: by its panel, and by fists that carry clay.
-// They are stored in a side file of the recording (docs/reference/recordings.md).
+// Actions in a live session other than hand motion: commands of its panel, and clay moved by closed
+// fists. Stored in a side file of the recording (docs/reference/recordings.md).
 #pragma once
 #include <string>
 #include <vector>
@@ -11,23 +11,23 @@
 namespace knead {
 
 enum class ActionType {
-    began,     // start of the recording, by a scene that was loaded or a reset
+    began,     // start of the recording: a scene was loaded, or reset
     pause,     // begin or end of a pause; ignored on replay
-    material,  // of an object; its volume and category stay
+    material,  // of an object; its volume and category are kept
     gravity,
-    hands,  // which tools the hands are or hold, their zoom and offset
+    hands,  // tools of the hands, their zoom and offset
     move    // an object, as a rigid body
 };
 
 struct HandAction {
-    double time = 0;  // of the recording [s]; applied before the first frame that ends later
+    double time = 0;  // of the recording [s]; applied before the first frame with a later end
     ActionType act = ActionType::began;
     std::string by;               // began: "scene" or "reset"
     bool on = false;              // pause
     int object = 0;               // material, move
     Material<double> material{};  // without mass, volume and category
     Vec3<double> gravity{};       // [m/s^2]
-    HandsOptions hands;           // `held`, `present`, `zoom`, `at` only; the rest is the scene's
+    HandsOptions hands;           // only `held`, `present`, `zoom` and `at` are used
     RigidMotion<double> motion{};
 };
 
@@ -35,7 +35,7 @@ struct HandActions {
     std::string scene;                  // its file, as given
     std::vector<std::string> settings;  // --set, as given
     std::string recording;              // hash of the recording's file
-    std::vector<HandAction> all;        // times do not decrease
+    std::vector<HandAction> all;        // in order of time
 };
 
 constexpr std::size_t most_actions = 60000;

@@ -1,5 +1,6 @@
-// Maintains the splats of a solver's Gaussians while clay is shaped: on the host, through the
-// solver's edits, between frames or concurrently. docs/method/splats.md.
+// Upkeep of the splats attached to a solver's Gaussians: splits and adds splats as clay is shaped.
+// Runs on the host, between frames or concurrently, through the solver's edits.
+// docs/method/splats.md.
 #pragma once
 #include <memory>
 
@@ -21,17 +22,17 @@ struct UpkeepOptions {
 
 struct UpkeepReport {
     std::size_t split = 0, added = 0;  // splats that were split, and splats that were added
-    std::size_t waiting = 0;           // for lack of budget or capacity
+    std::size_t waiting = 0;           // not split or added for lack of budget or capacity
 };
 
-// Result of upkeep, relative to the splats of its task.
+// Result of upkeep. Indices refer to the splats of its task.
 struct UpkeepPlan {
     std::shared_ptr<CarriedSplats> splats;  // after the edits
     GaussianEdits edits;
     std::size_t waiting = 0;
 };
 
-// Input of upkeep: a copy that any thread may process.
+// Input of upkeep: a copy, which any thread may process.
 struct UpkeepTask {
     UpkeepOptions options;
     std::shared_ptr<const CarriedSplats> splats;
@@ -50,10 +51,11 @@ class SplatUpkeep {
     const CarriedSplats& state() const { return *splats; }
     std::shared_ptr<const CarriedSplats> shared() const { return splats; }
     void set_state(CarriedSplats state);
-    // Mutable state, for callers that add up to `more` Gaussians, or remove some, themselves. Copy
-    // on write: what tasks and pictures hold does not change.
+    // Mutable access to the state, for callers that add up to `more` Gaussians or remove some
+    // through the solver themselves. Copy on write: copies held by tasks and pictures do not
+    // change.
     CarriedSplats& change(std::size_t more = 0);
-    // Announces up to `more` further splats, for the default of the capacity.
+    // Raises the default capacity as if there were `more` further initial splats.
     void expect(std::size_t more);
     // Disables refilling for this object and all after it: objects whose clay is visible from one
     // side only.

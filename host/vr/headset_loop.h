@@ -17,8 +17,8 @@ namespace knead {
 struct HeadsetLoopOptions {
     HeadsetOptions headset;
     Device device;  // resolved; for solver and splats
-    // True: the simulation advances by the display's time, and each frame waits for it; equal hands
-    // give equal bits. False: real time.
+    // True: the simulation advances by the display's time and each display frame waits for it;
+    // equal hands give bitwise equal results. False: real time.
     bool stepped = false;
     bool recorded = false;    // the scene's recorded hands move the tools
     bool hands_only = false;  // no simulation: hands are only recorded
@@ -26,10 +26,11 @@ struct HeadsetLoopOptions {
     bool panel = true;
     std::string scene;                  // path; the panel lists the scenes of its folder
     std::vector<std::string> settings;  // --set, for all scenes
-    int frames = 0;                     // display frames with running time; 0: no limit
-    double nearest = 0.05;              // near plane [m]
-    int samples = 0;                    // per pixel; 0: 1, or on a GPU 4 if there is time for them
-    // Real time: lower limit of the linear resolution scale if OpenGL is too slow.
+    int frames = 0;         // number of display frames, paused ones not counted; 0: no limit
+    double nearest = 0.05;  // near plane [m]
+    int samples = 0;        // per pixel; 0: 1 on a CPU; on a GPU 4, or 1 if that is too slow
+    // Real time: lower limit of the linear resolution scale, which is reduced if drawing is too
+    // slow.
     double least_scale = 0.5;
     double foveate = 0;  // angle from a lens's axis with full splat resolution [deg]; 0: no limit
     bool sound = true;   // acoustic feedback, in real time only
@@ -43,7 +44,7 @@ LiveOptions live_options(const HeadsetLoopOptions& options, std::function<double
                          std::function<void(const HandAction&)> acted);
 
 struct HeadsetEnd {
-    std::string reason;  // why the headset ended; "": on request
+    std::string reason;  // why the session ended; "": on request
     HeadsetInfo facts;
     FrameFigures figures;
     Recording hands;      // as the simulation received them; empty if there were none
@@ -54,10 +55,10 @@ struct HeadsetEnd {
     double length = 0;                       // of the session, from its first frame [s]
     long particles = 0;
     long drawn = 0;       // pairs of eyes
-    int gl_errors = 0;    // of our own drawing
+    int gl_errors = 0;    // raised by the project's drawing
     int stray = 0;        // GL errors left by the runtime
     int renewals = 0;     // sessions lost and recreated
-    double left_out = 0;  // stepped time: display time that was not simulated [s]
+    double left_out = 0;  // stepped: display time that was not simulated [s]
     bool shared = false;  // clay and splats reach OpenGL without a copy through the host
 };
 
@@ -78,8 +79,8 @@ class HeadsetSession {
     // Call once; ends simulation and recording. `reason`: default for HeadsetEnd::reason.
     virtual HeadsetEnd results(const std::string& reason) = 0;
     virtual void close() = 0;
-    // Whether the runtime was expected to respond in the last round: with a visible frame, a new
-    // session, or its end.
+    // Whether a response of the runtime was expected in the last round: a visible frame, a new
+    // session, or the end of the session.
     virtual bool awaited() const = 0;
 };
 
