@@ -112,8 +112,8 @@ HD Contact<R> nearest(const Colliders<R>& c, const Mask& mask, Vec3<R> p)
     return nearest_of(c, mask, p, R(0), [](const Shape<R>&) { return true; });
 }
 
-// Of those that may contain p. Equals nearest() if p is inside any; else phi >= 0 and the rest is
-// not valid.
+// As nearest(), but only of the primitives that may contain p. Equals nearest() if p is inside any;
+// else phi >= 0 and the other members are not valid.
 template <class R>
 HD Contact<R> deepest_contact(const Colliders<R>& c, const Mask& mask, Vec3<R> p,
                               std::type_identity_t<R> grown = 0)

@@ -70,8 +70,9 @@ HD Vec3<R> sliced(const Colliders<R>& c, const Mask& mask, Vec3<R> x, Vec3<R> v,
 }
 
 // Contact of two labels at one node: they may separate, and slide with friction, but not
-// interpenetrate. `mine` is this label's velocity, `shared` that of both together, n points out of
-// mine. Both sides use the same shared velocity, so total momentum is conserved.  (25)
+// interpenetrate. `mine`: velocity of this label; `shared`: common velocity of both labels; n:
+// normal out of this label's clay. Both sides use the same shared velocity, so total momentum is
+// conserved.  (25)
 template <class R>
 HD Vec3<R> kept_apart(Vec3<R> mine, Vec3<R> shared, Vec3<R> n, R friction)
 {

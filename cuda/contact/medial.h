@@ -197,8 +197,9 @@ HD Shape<R> shape(int count, const Sphere<R>& s0, const Sphere<R>& s1, const Sph
     return s;
 }
 
-// Signed distance, normal and weights at p. If p lies on the medial sheet itself, the distance is
-// exact and the normal one of the equally valid ones (at a slab's border, of those of its side).
+// Signed distance, normal and weights at p. If p is on the medial sheet itself, the distance is
+// exact and the normal is one of several equally valid normals (at a slab's border, one of its
+// side).
 template <class R>
 HD ClosestPoint<R> closest_point(const Shape<R>& s, Vec3<R> p)
 {

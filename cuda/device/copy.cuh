@@ -1,5 +1,5 @@
-// Copies several ranges on the device in one launch: for short ranges the cost is that of the host
-// calls.
+// Copies several ranges on the device in one launch: for short ranges the host calls dominate the
+// cost.
 #pragma once
 #include <cuda_runtime.h>
 

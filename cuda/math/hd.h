@@ -1,7 +1,7 @@
 // HD marks a function with the same meaning on CPU and GPU. UNROLL marks a loop that must be
-// unrolled, because it indexes an array that must stay in registers; ROLLED one that must not,
-// because it is rarely executed and its instructions have to be fetched. VECTOR_EXTENSION: the
-// compiler supports vector types.
+// unrolled, because it indexes an array that must stay in registers. ROLLED marks a loop that must
+// not be unrolled, because it is rarely executed and its instructions have to be fetched.
+// VECTOR_EXTENSION: the compiler supports vector types.
 #pragma once
 
 #ifdef __CUDACC__

@@ -32,7 +32,7 @@ __global__ void begin_kernel(const __grid_constant__ BeginView d)
     c.begins = c.mode != Mode::stopped && c.mode != Mode::cut, c.unsorted = false;
     if (c.begins) begin_frame(d);
     for (int& posed : c.posed) posed = -1;
-    c.lag = {};  // also for a skipped frame: the one before has ended
+    c.lag = {};  // also in a skipped frame: the previous frame has ended
     const Conditions& to = d.conditions;
     if (!to.captured) return;
     cudaGraphSetConditional(to.unsorted[c.side ^ 1], false);

@@ -113,22 +113,23 @@ enum class Mode : int { running, stopped, going_on, cut };
 // (host/solver/gpu/watch.cu).
 //
 // A frame's first grid is launched when all kernels before it have ended. From then on grid and g2p
-// use programmatic dependent launch (launch_pdl): each waits for the end of the kernel before it,
-// and only then lets the next one start. So at most two of them are resident, and the writes of the
-// last but one are visible. Before it waits, g2p n reads `side`, its run and its particles'
-// positions, which g2p n - 1 has written. Its thread blocks that pose do not wait for the end of
-// grid n, but for `begun` to become n (acquire); block 0 of grid n writes it (release) after
-// everything that they read. grid n starts when all thread blocks of g2p n - 1 have triggered it;
-// those that pose first write `posed` n (release). If grid n reads that (acquire) and `begun` is
-// still n - 1, its substep, the length of that and the beginning of its list, which is the whole
-// list of n - 1, are known before it waits: it evaluates contact at nodes of its first block while
-// g2p n - 1 still runs. `posed` is required: by `begun` alone clay burst where several programs
-// shared the GPU. A substep of dt 0 does nothing: no tools are posed for it, and g2p leaves `done`
-// unchanged, so that the rest of the graph's iteration is idle.
+// use programmatic dependent launch (launch_pdl): each kernel waits for the end of its predecessor,
+// and only then lets its successor start. So at most two of them are resident, and the writes of
+// all kernels before the predecessor are visible. Before this wait, g2p n reads `side`, its run and
+// the positions of its particles, which g2p n - 1 has written. The thread blocks of g2p n that pose
+// the tools do not wait for the end of grid n, but for `begun` to become n (acquire); block 0 of
+// grid n writes `begun` (release) after everything that they read. grid n starts when all thread
+// blocks of g2p n - 1 have triggered it; those that pose the tools first set `posed` to n
+// (release). If grid n reads n from `posed` (acquire) while `begun` is still n - 1, then the index
+// and the length of its substep and the beginning of its list (the whole list of n - 1) are
+// determined before its wait: it evaluates contact at nodes of its first block while g2p n - 1
+// still runs. `posed` is required: with `begun` alone clay burst where several programs shared the
+// GPU. A substep of dt 0 does nothing: no tools are posed for it, and g2p leaves `done` unchanged,
+// so that the rest of the graph's iteration is idle.
 //
-// Fields that many thread blocks add to have cache lines of their own (128 bytes). With a count of
-// runs in the line of `side` p2g took 20.2 us, apart from it 17.2 (H200, 137 k particles): probably
-// its reads of `side` waited for the atomics on that line.
+// Fields that many thread blocks add to have cache lines of their own (128 bytes). p2g took 20.2 us
+// with a count of runs in the same line as `side`, and 17.2 us with the two in different lines
+// (H200, 137 k particles): probably its reads of `side` waited for the atomics on that line.
 struct Clock {
     int done, begun;  // substeps completed; the current one
     int first;        // of the frame, or of the remainder of one
@@ -174,8 +175,8 @@ struct Clock {
     HD const Step& step(int n) const { return steps[n % 3]; }
 };
 
-// A substep's list of blocks begins with those of the one before, so that blocks are rarely new:
-// the atomic that tests for this has high latency. After a sort or a stopped frame, the first
+// A substep's list begins with the blocks of the previous substep, so that few blocks are new: the
+// atomic that tests for new blocks has high latency. After a sort or a stopped frame, the first
 // substep lists its blocks from scratch.
 HD int listed_for(int n, bool relisted) { return 2 * n + relisted; }
 

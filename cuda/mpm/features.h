@@ -6,7 +6,7 @@
 
 namespace knead {
 
-// neo-Hookean without and with von Mises; all laws. Each includes the one before it.
+// elastic: neo-Hookean; plastic: also neo-Hookean with von Mises; any: all laws.
 enum class PlasticityClass { elastic, plastic, any };
 
 struct Features {

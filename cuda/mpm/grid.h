@@ -93,10 +93,10 @@ HD Vec3<R> apply_walls(Vec3<R> v, Int3 n, const Lattice<R>& lattice, const Walls
 }
 
 // Applies one wall to a node on or behind it; if `paired`, to the node one step before a face on
-// nodes and to its mirror node. The velocity at the face is their mean blended with that of the
-// node on it (1), so (18) is applied to the mean, with the same impulse on both. If a tool leads
-// the node, its mirror node gets the mirrored velocity. `approach`, `place` and `slides`: see
-// sliding.h.
+// nodes and to its mirror node. The velocity at the face is the mean of the two velocities blended
+// with the velocity of the node on the face (1), so (18) is applied to the mean, with the same
+// impulse on both. If a tool leads the node, its mirror node gets the mirrored velocity.
+// `approach`, `place` and `slides`: see sliding.h.
 template <class R, class Slides = Forgotten<R>>
 HD void apply_wall(Node<R>& node, Node<R>& mirror_node, bool paired, Vec3<R> normal,
                    const Walls<R>& walls, bool led, R approach = 0, R dt = 1, int place = -1,

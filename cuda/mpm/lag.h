@@ -11,8 +11,9 @@ constexpr int follow_every = 2;
 
 // Gaussians are moved out of tools in a frame's last substep; and at every advection if a tool
 // moves in the frame by more than its radius or a cell, or if one is a blade. (In tool_step [s] a
-// tool moves by half the lesser of the two, and no substep is longer (22).) So no Gaussian that was
-// outside is past the middle of a tool when it is tested, and it leaves in front.
+// tool moves by half the lesser of its radius and a cell, and no substep is longer (22).) So a
+// Gaussian that was outside has not passed the middle of a tool when it is tested, and is moved out
+// in front of the tool.
 HD bool clears_each_time(bool blades, double duration, double tool_step)
 {
     return blades || duration > 2 * tool_step;

@@ -53,7 +53,7 @@ struct PressureSum {
 template <class R>
 constexpr R part_borne = R(0.25);
 
-// Relaxes the particle's volume towards the one at this pressure; its shape stays.
+// Relaxes the particle's volume towards the volume at this pressure; its shape is kept.
 template <class R>
 HD void apply_mean_pressure(Particle<R>& q, const Material<R>& m, R pressure)
 {

@@ -124,7 +124,7 @@ __device__ inline void note_posed(Clock& clock, int part, int n)
 }
 // Poses for the current substep; or, if `ahead`, for the next one as soon as its length is chosen,
 // while grid may still run. By all threads of a block; precondition: the view is in shared memory.
-// Not inlined: its registers must not add to those of the kernel that it is part of.
+// Not inlined, so that its registers do not add to those of the calling kernel.
 static __device__ __noinline__ void pose_part(PoseSpace& s, int part, bool ahead)
 {
     Clock& clock = *s.view.clock;

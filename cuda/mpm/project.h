@@ -9,11 +9,11 @@
 
 namespace knead {
 
-// Push-out of a particle inside a tool. A displacement would be deformation that its strain does
-// not register, so its velocity carries it out, and the next scatter passes that on to its
-// neighbours; only beyond `shallow` it is displaced at once, up to there. Pressure holds it at the
-// depth where the push-out speed balances it, so it is pushed until it is the skin away from the
-// tool.  (19)
+// Push-out of a particle inside a tool. A displacement would be a deformation that its strain does
+// not contain. Therefore its velocity carries it out, and the next scatter transfers the velocity
+// to its neighbours; only a particle deeper than `shallow` is displaced immediately, up to that
+// depth. Pressure holds a particle at the depth where the push-out speed balances the pressure, so
+// it is pushed until its distance from the tool is the skin.  (19)
 template <class R>
 struct PushoutLimits {
     R shallow;  // under the skin [m]
@@ -54,8 +54,8 @@ HD R speed_out(const PushoutLimits<R>& pushout, R depth, R per_cell, R dt)
     return min(max(R(1), 4 * per_cell - R(0.7)) * depth / dt, most * pushout.fastest);
 }
 
-// Moves x to the surface that it was found behind; v becomes what contact with that surface,
-// advancing at the additional speed `out`, leaves of it.  (18), (19)
+// Moves x to the surface that it has penetrated, and applies contact to v; the surface advances at
+// the additional speed `out`.  (18), (19)
 template <class R>
 HD void put_out(Vec3<R>& x, Vec3<R>& v, const Contact<R>& hit, const Tool<R>& tool, R out)
 {

@@ -1,9 +1,9 @@
 // Friction of clay sliding along a wall, computed from a running mean of the normal force, not from
 // its current value.  (18a)
 //
-// Friction does not follow a change of pressure at once [Prakash 1998]. With instantaneous
-// friction, sliding along a wall and oscillation normal to it amplify each other: a sliding elastic
-// body vibrates at any resolution, and slides on where it should stop [Ranjith 2001].
+// Friction follows a change of pressure with a delay [Prakash 1998]. With instantaneous friction,
+// sliding along a wall and oscillation normal to it amplify each other: a sliding elastic body
+// vibrates at any resolution, and slides on where it should stop [Ranjith 2001].
 #pragma once
 #include "cuda/contact/contact.h"
 #include "cuda/mpm/walls.h"
@@ -19,8 +19,8 @@ struct alignas(16) Sliding {
     R impulse_deficit;  // normal impulse minus the part that friction has acted for [N s]
 };
 
-// Window of the mean: time [s], and distance along the wall [cells], since the load on a node is
-// that of the clay that passes it.
+// Window of the mean: time [s], and distance along the wall [cells], since the load on a node comes
+// from the clay that passes it.
 constexpr double sliding_memory = 0.05, sliding_way = 0.25;
 
 // Index of the Sliding record of node n at a wall normal to `axis`, of normal sign `sign`; -1:

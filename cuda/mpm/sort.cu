@@ -1,8 +1,8 @@
 // Sorts the particles by cell, so that a warp's particles share nodes and cache lines. Counting
 // sort by node, with an arbitrary order within a node; for fixed_point a stable radix sort, twice
 // as slow. Both work in a free row of particles.cuh and write the order to the ids that are not
-// current. Then the rows are moved in that order, all at once if there is space, else one after the
-// other, each into the row that the one before has left.
+// current. Then the rows are moved in that order: all together if there is space, else one after
+// the other, each into the row that the previous one has left.
 #include <cub/device/device_radix_sort.cuh>
 #include <cub/device/device_scan.cuh>
 

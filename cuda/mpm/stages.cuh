@@ -108,7 +108,8 @@ inline bool told_side(const Features& features) { return features.fixed_point; }
 void sort_particles(const Views& views, const Features& features, const SortSpace& space, int side,
                     cudaStream_t stream);
 void arrange(const Views& views, const Features& features, cudaStream_t stream);
-// Sleep: the activity of each block in this frame. Between the two; after masks().
+// Sleep: computes the activity of each block in this frame. Call between sort_particles() and
+// arrange(), after masks().
 void update_activity(const Views& views, cudaStream_t stream);
 // Reads the frame's input and chooses the first substep.
 void begin(const Views& views, cudaStream_t stream);
@@ -117,7 +118,7 @@ void begin(const Views& views, cudaStream_t stream);
 void masks(const Views& views, cudaStream_t stream);
 void pose(const Views& views, cudaStream_t stream);
 // Orders the runs of particles for the next frame, those near tools first. Tools move little in a
-// frame, so nothing in this one has to wait for it. After masks() and the sort; not with sleep.
+// frame, so no stage of the current frame waits for it. After masks() and the sort; not with sleep.
 void line_up(const Views& views, const Features& features, cudaStream_t stream);
 // Cell-averaged pressure: sums for a frame's first substep, before grid().
 void find_pressures(const Views& views, cudaStream_t stream);
@@ -126,7 +127,7 @@ void find_pressures(const Views& views, cudaStream_t stream);
 void p2g(const Views& views, const Features& features, int multiprocessors, bool beside_sort,
          cudaStream_t stream);
 // Computes velocities from momenta, clears the other grid, and chooses the next substep. `begins`:
-// first of a frame; it waits for several stages, not only for the one before it.
+// first of a frame; it waits for several stages, not only for its predecessor.
 void grid(const Views& views, const Features& features, int multiprocessors, cudaStream_t stream,
           bool begins = false);
 // Cell-averaged pressure: clears the sums for the next substep, before g2p().

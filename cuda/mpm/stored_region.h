@@ -24,8 +24,8 @@ struct Region {
     }
 };
 
-// Positions whose whole stencil is stored. A particle that tools push beyond is clamped to the
-// nearest of them until the nodes are stored; then the tools push it on.
+// Positions whose whole stencil is stored. A particle that tools push out of this region is clamped
+// to the nearest position in it until more nodes are stored; then the tools push it on.
 inline Region stored_region(const Lattice<float>& l)
 {
     // 0.01 cells for rounding.

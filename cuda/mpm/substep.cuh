@@ -12,7 +12,7 @@ constexpr unsigned all_lanes = 0xffffffffu;
 struct SubstepContext {
     Clock* kept;
     int n, side;    // the substep to scatter for; which particle array is current
-    float now, dt;  // length of the current substep and of that one [s]; dt 0: there is none
+    float now, dt;  // length of the current substep and of substep n [s]; dt 0: no substep
     int run;        // of particles
     __device__ Clock& clock() const
     {

@@ -60,7 +60,7 @@ HD AcrossFaces across_faces(Int3 n, const Walls<R>& walls)
     return {behind ? back : onwards, behind};
 }
 
-// Whether node n is neither behind, on, nor one step before a wall.
+// True if node n is more than one step before every wall.
 template <class R>
 HD bool clear_of(Int3 n, const Walls<R>& walls)
 {
@@ -125,9 +125,9 @@ inline double sinking(double behind)
     return (behind < 0.5 ? x * x / 2 : 1 - x * x / 2) + 0.001;  // plus rounding
 }
 
-// Node layers at a wall that keep Sliding records: the layer before the face, the one on it (or
-// first behind it), and the next. Returns the number of records per layer of one face; 0 if
-// friction does not depend on pressure, or if the index would exceed 32 bits.
+// Node layers at a wall that keep Sliding records: the layer before the face, the layer on the face
+// (or the first one behind it), and the layer after that. Returns the number of records per layer
+// of one face; 0 if friction does not depend on pressure, or if the index would exceed 32 bits.
 constexpr int sliding_layers = 3;
 inline int sliding_places_of_face(Int3 size, const WallOptions& options)
 {

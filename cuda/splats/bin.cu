@@ -182,8 +182,8 @@ __device__ void each_candidate(const RasterView& d, Wide from, int count, Use&& 
     }
 }
 
-// State of a chunk, in one word: none yet, its number of instances, or that of all chunks up to it
-// (decoupled look-back). [Merrill 2016]
+// State of a chunk, in one word: none yet, its number of instances, or the number of instances of
+// all chunks up to and including it (decoupled look-back). [Merrill 2016]
 constexpr int state_bit = 62;
 constexpr Wide own = Wide(1) << state_bit, total = Wide(2) << state_bit, value_bits = own - 1;
 

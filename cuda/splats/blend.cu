@@ -1,8 +1,9 @@
-// A thread block draws a part of a tile: a warp a patch of that, a thread every second pixel of a
-// column. The threads of a block test 128 splats of the list against its part, one each; of a whole
-// list most may not reach it. Then the lanes of a warp test 32 of those that do against its patch;
-// then the warp blends those, and more pixels per thread mean fewer reads. While a batch of splats
-// is blended, the next is loaded.
+// A thread block draws a part of a tile, a warp a patch of the part, and a thread every second
+// pixel of a column of the patch. First the threads of a block test 128 splats of the list against
+// its part, one each: most splats of a whole list may not reach the part. Then the lanes of a warp
+// test 32 of the splats that do against its patch. Then the warp blends those that reach the patch;
+// more pixels per thread mean fewer reads. While a batch of splats is blended, the next one is
+// loaded.
 // Parts with long lists by parts are deferred, since few blocks would each have much serial work:
 // four blocks draw a quarter each, with one pixel per thread.
 #include <cuda_fp16.h>

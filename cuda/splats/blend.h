@@ -84,7 +84,7 @@ HD void add(Pixel<R>& p, R alpha, Vec3<R> colour, R depth)
     add(p, alpha, colour);
 }
 
-// Blends the splat at (x, y). One that is not drawn adds an alpha of 0, which changes nothing: on a
+// Blends the splat at (x, y). A splat that is not drawn is added with alpha 0, without effect: on a
 // GPU a select is faster than a branch.
 template <class R>
 HD void blend(Pixel<R>& p, const Footprint<R>& f, Vec3<R> colour, R x, R y)
@@ -102,8 +102,8 @@ HD void blend_deep(Pixel<R>& p, const Footprint<R>& f, Vec3<R> colour, R x, R y)
     add(p, drawn(power) ? alpha : R(0), colour);
 }
 
-// Whether alpha is within both limits, so that it equals exp2, at all pixels between (x0, y0) and
-// (x1, y1): its minimum is at a corner. False also where rounding may decide.
+// True if alpha is within both limits, and so equals exp2, at all pixels from (x0, y0) to (x1, y1);
+// the minimum is at a corner. False also if rounding may affect the result.
 template <class R>
 HD bool covers(const Footprint<R>& f, R x0, R y0, R x1, R y1)
 {
@@ -131,8 +131,8 @@ HD void blend(Pixel<R>& p, const Footprint<R>& f, Vec3<R> colour, R x, R y, R me
         p.held = p.transmittance, p.transmittance = 0;
 }
 
-// After all splats: adds the mesh (alpha 1) or the background (alpha 0). If the splats transmit
-// at least half of it, the pixel's depth is the mesh's.
+// After all splats: adds the mesh (alpha 1) or the background (alpha 0). If the splats transmit at
+// least half of the mesh's light, the pixel gets the depth of the mesh.
 template <class R>
 HD void finish(Pixel<R>& p, Vec3<R> behind, R alpha_behind, R mesh)
 {

@@ -1,6 +1,6 @@
-// Kernels of Gaussians, one thread each: one moves them, another pushes them out of tools. In one
-// kernel the few that are in a tool would delay the rest. A warp's Gaussians lie around the same
-// nodes, which are read from L1.
+// Kernels for Gaussians, one thread per Gaussian: one kernel moves them, another pushes them out of
+// tools. In a single kernel the few Gaussians inside a tool would delay the others. The Gaussians
+// of a warp lie around the same nodes, which are read from L1.
 #include "cuda/device/launch.cuh"
 #include "cuda/mpm/gather.cuh"
 #include "cuda/mpm/substep.cuh"

@@ -1,6 +1,6 @@
 // Gaussians on the device: three rows of 16 bytes and three words each, and their stage of a
-// substep. They keep their order, which the host makes that of the nodes around them when they are
-// attached: neighbours stay neighbours while clay is kneaded, so no sort is needed.
+// substep. When they are attached, the host orders them by the nodes around them; this order is
+// kept, because neighbours stay neighbours while clay is kneaded. So no sort is needed.
 #pragma once
 #include <vector_types.h>
 

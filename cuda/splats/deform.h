@@ -16,7 +16,7 @@ struct Gaussian {
     Vec3<R> x;   // [m]
     Mat3<R> F;   // total deformation gradient, without a return map: else splats would keep their
                  // size while clay spreads, and holes would open between them [1]
-    int object;  // whose clay moves it
+    int object;  // the object whose clay moves it
     std::uint32_t sides;  // side of a cut, and whether it is held: as Particle::sides
     HD bool still() const { return (sides & Particle<R>::still_bit) != 0; }
     HD std::uint32_t label() const { return sides & ~Particle<R>::still_bit; }
@@ -140,9 +140,9 @@ HD Sym3<R> adjugate(const Sym3<R>& A)
             A.xz * A.yz - A.xy * A.zz, A.xy * A.yz - A.xz * A.yy, A.xy * A.xz - A.yz * A.xx};
 }
 
-// The inverse of a positive semidefinite matrix. To a nearly singular one a multiple of the
-// identity is added, so that no eigenvalue is below `floor`: det / minors lies between a third of
-// the smallest eigenvalue and that eigenvalue. `exact` if nothing was added.
+// The inverse of a positive semidefinite matrix. If the matrix is nearly singular, a multiple of
+// the identity is added, so that no eigenvalue is below `floor`: det / minors is between a third of
+// the smallest eigenvalue and the smallest eigenvalue. `exact`: nothing was added.
 template <class R>
 HD Sym3<R> bounded_inverse(Sym3<R> A, R floor, bool& exact)
 {
@@ -165,11 +165,12 @@ struct LinearField {
     Mat3<R> C;  // [1/s]
 };
 
-// The gradient, per step, of the least-squares linear field of velocities whose moments about their
-// mean are B = <v r^T> and M = <r r^T>, r in steps: first the best-fitting rotation, then the
-// remainder. So a rotation is reproduced exactly if the nodes determine it, as those of a plane do;
-// and in a direction in which no node has a neighbour the gradient is that of the rotation. If M is
-// well conditioned the two sum to B M^-1.  (32)
+// The gradient, per step, of the linear velocity field fitted by least squares to velocities with
+// the moments B = <v r^T> and M = <r r^T> about their mean, r in steps. First the best-fitting
+// rotation is computed, then the remainder. So a rotation is reproduced exactly if the nodes
+// determine it, as nodes in a plane do; in a direction in which no node has a neighbour the
+// gradient is that of the rotation. If M is well conditioned, rotation and remainder sum to B M^-1.
+// (32)
 template <class R>
 HD Mat3<R> fitted_gradient(const Mat3<R>& B, const Sym3<R>& M)
 {

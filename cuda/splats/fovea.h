@@ -1,6 +1,6 @@
-// Foveated rendering: outside the gaze region one sample covers 2 x 2 or 4 x 4 pixels. A square of
-// `fovea_square` pixels a side has one step throughout, so that warps do not diverge and splats are
-// listed for it as for any other.
+// Foveated rendering: outside the gaze region one sample covers 2 x 2 or 4 x 4 pixels. All samples
+// in a square of `fovea_square` pixels a side have the same size, so that warps do not diverge and
+// splats are listed alike for all squares.
 #pragma once
 #include "cuda/splats/eye.h"
 

@@ -1,6 +1,6 @@
 // Depths for translucent pixels: where splats transmit more than half of the background, a frame
-// has no depth. Such a pixel gets that of its neighbours up to a few pixels away, beyond them the
-// mean of the frame, so that a mesh can hide it or be hidden.
+// has no depth. Such a pixel gets the depth of neighbours up to a few pixels away, or the mean
+// depth of the frame if there are none, so that a mesh can hide the pixel or be hidden by it.
 #pragma once
 #include "cuda/splats/blend.h"
 

@@ -1,6 +1,6 @@
-// Stable radix sort of instances by key; their number stays on the device. In each of two passes,
-// of 8 bits, every thread block takes one stretch of them, counts digits, and after a scan over all
-// counts moves them, one load at a time.
+// Stable radix sort of instances by key; their number stays on the device. Two passes of 8 bits. In
+// each, every thread block takes one contiguous range of instances and counts their digits; after a
+// scan over all counts it moves the instances, one load at a time.
 #include <cub/block/block_radix_rank.cuh>
 #include <cub/device/device_scan.cuh>
 

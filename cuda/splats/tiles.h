@@ -47,8 +47,8 @@ HD unsigned drawn_parts(unsigned seen, int step)
 
 // One of this many candidates is sampled to estimate the length of a tile's list.
 constexpr int sampling = 32;
-// Cost of an additional entry, in tests by a block of an entry that does not reach its part: about
-// 40 ps to list it, on an H200, against 5 to 10 for a test.
+// Cost of an additional list entry, in units of a block's test of an entry that does not reach its
+// part: on an H200 listing takes about 40 ps, a test 5 to 10 ps.
 constexpr int looks_an_entry = 6;
 // Upper bound of a whole list, which each block searches by itself: 64 batches of 128, of half a
 // microsecond each if nothing in them reaches its part.

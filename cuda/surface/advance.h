@@ -1,5 +1,5 @@
-// Displacement of a surface since the one before, from the change of density around it: lets a
-// frame show clay where it will be when the frame is displayed.
+// Displacement of a surface since the previous surface, from the change of density around it. With
+// it a frame shows clay where it will be when the frame is displayed.
 #pragma once
 #include "cuda/math/vec.h"
 

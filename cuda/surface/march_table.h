@@ -4,10 +4,11 @@
 // and 1 of e are its position along the next two axes, cyclically. A corner is inside or outside.
 //
 // On each face the surface has a curve around every run of inside corners: two inside corners on a
-// diagonal each get their own. That depends on the face alone, so the two cells that share it agree
-// and the surface has no hole. The curves of six faces close into loops, and each loop is split
-// into a fan none of whose diagonals lies in a face: so no edge inside a face can be drawn by both
-// its cells, and every edge of the mesh has exactly two triangles.
+// diagonal each get their own curve. The curves depend on the face only, so they are equal in the
+// two cells that share the face, and the surface has no hole. The curves of six faces close into
+// loops, and each loop is split into a fan none of whose diagonals lies in a face. So the two cells
+// of a face never both draw an edge inside it, and every edge of the mesh has exactly two
+// triangles.
 #pragma once
 #include <cstdint>
 

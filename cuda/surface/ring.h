@@ -48,8 +48,8 @@ HD void for_each_at(int e, int inside, const MarchTable& table, Vertex&& vertex,
     }
 }
 
-// The four cells around a node's edge along `axis`: which of their corners the node is, and which
-// of their edges that is.
+// The four cells around a node's edge along `axis`: the corner of each cell at which the node is,
+// and the edge of each cell that coincides with the node's edge.
 HD int edge_of_cell(int axis, int k) { return 4 * axis + k; }
 HD int corner_of_cell(int axis, int k) { return low_corner(edge_of_cell(axis, k)); }
 

@@ -1,8 +1,8 @@
 // The stages of a surface on the device, in order, and the data of their kernels.
 //   renew . clear . deposit . list . soften, repeated . count . scan . march . relax ... . shade
-// First of all remember, if the motion of the surface is needed. Where no clay has moved since the
-// last surface, results up to the count are kept; if none has moved anywhere, so is the mesh.
-// Categories are stored one after the other: block b of category c is block c *
+// If the motion of the surface is needed, `remember` comes first. Where no clay has moved since the
+// last surface, the results up to the count are kept; if no clay has moved anywhere, the mesh is
+// kept too. Categories are stored one after the other: block b of category c is block c *
 // padded.block_count() + b, so one launch serves all of them, and the triangles of each are
 // contiguous.
 #pragma once

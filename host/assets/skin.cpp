@@ -53,7 +53,7 @@ struct Source {
     }
 };
 
-// Index of our joint for each joint of the skin; -1: none.
+// Index of Knead's joint for each joint of the skin; -1: none.
 std::vector<int> joint_order(const Source& s, const GltfSkin& skin)
 {
     std::vector<int> order;
@@ -123,7 +123,7 @@ std::array<Joint<double>, joint_count> bind_pose(const Source& s, const GltfSkin
     return joints;
 }
 
-// Weights of vertex i for each of our joints.
+// Weights of vertex i for each of Knead's joints.
 std::array<double, joint_count> shares(const Source& s, const GltfPart& part, std::size_t i,
                                        const std::vector<int>& order)
 {

@@ -13,13 +13,13 @@ namespace knead {
 nlohmann::json command_of(const RunOptions& asked, const std::string& device, double cpu_seconds,
                           const Scene& scene);
 // Options of the run in now.resume, except threads, time limit, checkpoint interval and verbosity,
-// which are those of `now`. Throws InputError if the files of its scene, hands or splats have
+// which are taken from `now`. Throws InputError if the files of its scene, hands or splats have
 // changed.
 RunOptions options_of(const Checkpoint& from, const RunOptions& now);
 double cpu_seconds_of(const Checkpoint& from);
 
-// Restores the checkpoint's state in `solver` and `splats`, both made from `scene`, the run's scene
-// built anew. Throws InputError if they do not match.
+// Restores the checkpoint's state in `solver` and `splats`, both made from `scene`, the rebuilt
+// scene of the run. Throws InputError if they do not match.
 void load(Solver& solver, const Checkpoint& from, const Scene& scene, SceneSplats& splats,
           const std::string& file);
 

@@ -1,4 +1,4 @@
-// knead view: live simulation in a window, with recorded hands or one controlled by the mouse.
+// knead view: live simulation in a window, with recorded hands or a hand controlled by the mouse.
 #include <fmt/format.h>
 
 #include <charconv>

@@ -227,7 +227,7 @@ const std::vector<Script>& scripts()
 }
 
 // Random numbers identical on every platform: the engine is the standard's, the distributions are
-// our own.
+// implemented here.
 class Chance {
   public:
     explicit Chance(unsigned seed) : source_(seed) {}

@@ -103,7 +103,7 @@ class SimulationRun {
     double mesh_cost = 0, mesh_made = -1e30;  // [s]
     std::string trouble;
     // Planned by a thread: splats to split and to add. Destroyed before the solver.
-    long edits = 0, planned_edits = 0;  // edits made; the same when the plan began
+    long edits = 0, planned_edits = 0;  // edits made so far, and when the plan began
     std::future<UpkeepPlan> plan;
 };
 

@@ -23,9 +23,9 @@ class FrozenSplats {
     void put(std::uint32_t slot, Vec3<double> x);
     // Slots that were not put are ignored. Precondition: `cloud` holds the positions of put().
     void remove(std::vector<std::uint32_t> slots, const SplatCloud& cloud);
-    // Invalidates the patches of a cube whose splats move within it.
+    // Call when splats move within a cube: invalidates its patches.
     void touch(Cubes::Key cube);
-    // Slots in a cube, in ascending order after look().
+    // Slots of the splats in a cube; in ascending order after look().
     const std::vector<std::uint32_t>& in(Cubes::Key cube) const;
 
     // Fits the patches of these cubes where they are out of date. Fills `normal`, by slot, where it

@@ -20,7 +20,7 @@ struct Checkpoint {
 
 constexpr const char* checkpoint_name = "checkpoint.knead";
 
-// Writes the file atomically: an earlier one is kept until this one is complete. Throws
+// Writes the file atomically: an earlier checkpoint is kept until the new one is complete. Throws
 // OutputError.
 void write_checkpoint(const std::string& file, const Checkpoint& checkpoint);
 // Throw InputError for a file that is no checkpoint, of another version, or damaged. Whether the

@@ -1,8 +1,8 @@
 // Particles of equal volume that fill a shape evenly up to its surface. Each stratum of a lattice
-// inside the shape holds one particle (strata.h). Of the strata cut by the surface, as many hold a
-// particle as fill the remaining volume. These particles and the two layers below them are then
-// moved to minimise the difference between their density, smoothed like the density of the surface,
-// and that of the shape.  (35)
+// inside the shape holds one particle (strata.h). Some of the strata cut by the surface hold one
+// too: as many as needed to fill the remaining volume. These particles and the two layers below
+// them are then moved to minimise the difference between their density, smoothed like the density
+// of the surface, and the density of the shape.  (35)
 #pragma once
 #include <cstddef>
 #include <functional>

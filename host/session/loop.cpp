@@ -225,7 +225,7 @@ State SessionLoop::particles()
     return state;
 }
 
-// After a frame that moved nothing, the next most likely moves nothing either: no copy is kept.
+// After a frame without motion, the next most likely has none: no copy is kept.
 void SessionLoop::launch_surface(int frame)
 {
     if (!on_device) return;

@@ -86,8 +86,8 @@ class SessionLoop {
     // Makes the queued edits now. Throws std::logic_error while a frame is in flight.
     void make_edits();
 
-    // From now on each frame is submitted while the one before it is computed. Watchers still get
-    // statistics, but must not fetch the state, which belongs to no particular frame.
+    // From now on each frame is submitted while the previous one is computed. Watchers still get
+    // statistics, but must not fetch the state, because its frame is undefined.
     void hand_over_ahead() { ahead = true; }
     // From now on the surface of each frame is queued behind it on the device, without waiting.
     // `kept`: keep it for device_mesh(), which then waits once. No effect on the CPU.

@@ -60,7 +60,7 @@ bool sort_seen(const SplatCloud& cloud, const SplatFrame& frame, Sorted& s)
            });
 }
 
-// Collects the splats that one eye sees, nearest first.
+// Collects the splats visible to one eye, nearest first.
 bool find_seen(std::size_t e, const Sorted& s, const SplatCloud& cloud, const SplatFrame& frame,
                std::vector<SeenSplat>& seen)
 {

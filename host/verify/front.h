@@ -74,8 +74,8 @@ struct FrontPoint {
     bool beats(const FrontPoint& other) const;
 };
 
-// Sets `counted`: the maximum of the error and those of the same settings on finer cells. An error
-// that changes sign under refinement may be small by chance.
+// Sets `counted`: the maximum of the errors of the same settings on these and on finer cells. An
+// error that changes sign under refinement may be small by chance.
 void count_errors(std::vector<FrontPoint>& all);
 
 // Points that dominate `one` by at least 10 %, beyond chance: the fastest at no larger error, and

@@ -10,8 +10,8 @@
 namespace knead {
 namespace {
 
-// Limits the time that a frame of a stepped display adds: otherwise slow frames, each of which
-// simulates the duration of the one before, would become ever slower.
+// Limits the time that a frame of a stepped display adds. Otherwise slow frames would become ever
+// slower, because each simulates the duration of the previous one.
 SessionTime session_time(const Scene& scene, const HeadsetLoopOptions& options)
 {
     constexpr double most = 0.25;  // of a frame of the display [s]

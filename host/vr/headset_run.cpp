@@ -25,8 +25,8 @@ constexpr Patience at_its_end{10, 5}, interrupted_end{2, 0.5};
 
 }  // namespace
 
-// Shared by the session's thread and the one that waits for it. The members below `gate` may be
-// accessed only while holding it.
+// Shared by the session's thread and the thread that waits for it. The members below `gate` may be
+// accessed only while holding the gate.
 struct HeadsetRun::Shared {
     CallGate gate;
     std::unique_ptr<HeadsetSession> session;

@@ -74,7 +74,7 @@ std::vector<StageWork> GpuSolver::stage_counts() const
 }
 
 // Runs a few substeps stage by stage from the end of the last frame, without overlap, then restores
-// the state from a copy. Fewer if clay comes near the end of the stored nodes.
+// the state from a copy. Runs fewer if clay comes near the end of the stored nodes.
 void GpuSolver::walk(const Watch& watch) const
 {
     wait(main, "measure");

@@ -145,7 +145,7 @@ void GpuSolver::wait_for(int slot)
     while (frames[slot].duration > 0 && frames[slot].status->mode == Mode::stopped) go_on(slot);
 }
 
-// Continues a frame that has stopped after a substep; a frame submitted behind it has done nothing
+// Continues a frame that has stopped after a substep; a frame submitted after it has had no effect
 // and is launched again. Throws if there is no memory for more nodes; the frame then ends here.
 void GpuSolver::go_on(int slot)
 {
