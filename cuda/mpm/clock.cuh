@@ -58,8 +58,8 @@ constexpr int pose_parts = 8;
 enum class Mode : int { running, stopped, going_on, cut };
 
 // State of the time integration. Substeps are counted across frames; data of substep n is kept in
-// element n of a ring of two or three. No kernel writes what other thread blocks of it read, so
-// that no kernel waits for its last thread block:
+// element n of a ring of two or three. No kernel writes data that its other thread blocks read, so
+// no kernel has to wait for its last thread block:
 //
 //      begin          a new frame: n = done
 //        |

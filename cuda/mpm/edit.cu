@@ -1,5 +1,5 @@
 // One thread per particle, or per Sliding record. Compiled without contraction of multiply-add, and
-// in double where positions change: the result is bitwise that of the same edit on the host.
+// in double where positions change: the result is bitwise equal to the same edit on the host.
 #include <cub/device/device_scan.cuh>
 
 #include "cuda/device/launch.cuh"
@@ -86,7 +86,7 @@ __global__ void __launch_bounds__(threads)
     quiet[lattice.block_of(base)] = 0;
 }
 
-// 1 for those that stay, by index and by id.
+// 1 for particles that are kept, by index and by id.
 __global__ void __launch_bounds__(threads)
     mark_kernel(const ParticleView from, const char* gone, int* by_place, int* by_id)
 {

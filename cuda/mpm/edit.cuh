@@ -31,7 +31,7 @@ struct Extent {
     }
 };
 
-// Of an object's particles, as transformed by `motion`. Precondition: `to` holds Extent{}.
+// Extent of an object's particles after `motion`. Precondition: `to` holds Extent{}.
 void extent(const ParticleView& particles, const Materials& materials, int object,
             const RigidMotion<double>& motion, Extent* to, cudaStream_t stream);
 void move(const ParticleView& particles, int object, const RigidMotion<double>& motion,

@@ -313,8 +313,9 @@ __device__ Node<float> updated_in(const GridUpdateView& d, int substep, float dt
     return alone;
 }
 
-// With blades: one velocity field per label; clay labelled `above` and clay labelled `below` must
-// not interpenetrate. Reads masses of neighbouring nodes, which the update leaves unchanged.
+// With blades: besides the velocity field of all clay, one field per label; clay labelled `above`
+// and clay labelled `below` must not interpenetrate. Reads masses of neighbouring nodes, which the
+// update leaves unchanged.
 template <class Case>
 __global__ void __launch_bounds__(block_nodes, resident_cut)
     cut_grid_kernel(const __grid_constant__ GridUpdateView d)

@@ -173,8 +173,8 @@ HD void apply_walls(Int3 n, Int3 met, Int3 mirror_offset, const Lattice<R>& latt
     }
 }
 
-// A speed-limited node is counted as clipped, but as negligible below this share of a particle's
-// mass: the effect is invisible.
+// Speed-limited nodes below this fraction of a particle's mass are counted as negligible instead of
+// clipped: the effect is invisible.
 constexpr double trimmed_share = 1e-3;
 
 // Velocity of a node with mass, before contact. Each component is divided: a weight of 1e-33 makes

@@ -1,6 +1,6 @@
 // Order of a frame's runs of particles. Runs near tools come first: started last, they would delay
-// the end of the kernel. The others are taken alternately from both ends of their order, so that
-// those in its middle come last, where approaching tools arrive last.
+// the end of the kernel. The other runs are taken alternately from both ends of their order, so
+// that the runs in the middle, where approaching tools arrive last, come last.
 #include <cub/block/block_scan.cuh>
 
 #include "cuda/device/launch.cuh"

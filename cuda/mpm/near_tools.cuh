@@ -32,9 +32,9 @@ __device__ inline bool held_clay(const float4* before, int i)
 }
 
 // apply_tools() for node i at x with contact candidates `mask`, without blades. Warp-collective. If
-// `early`, the first tool's contact is evaluated before waiting for the end of the previous
-// substep, at the nodes that clay may reach from where it was then; at all others afterwards.
-// (Likewise at nodes that another warp clears meanwhile.)
+// `early`, contact with the first tool is evaluated before the wait for the end of the previous
+// substep, at the nodes that clay may reach from its positions in that substep. At all other nodes,
+// and at nodes that another warp clears meanwhile, it is evaluated after the wait.
 template <bool fixed_point>
 __device__ AfterTools near_tools(const GridUpdateView& d, SharedSpace& space, int n, float dt,
                                  int i, Vec3<float> x, const Mask& mask, bool early)

@@ -9,8 +9,8 @@
 namespace knead::gpu {
 
 // Stored nodes in the order of Lattice::index. Two grids, so that one is cleared while the other is
-// used; substep n uses grid n % 2. Each has one velocity field, or with blades three: all clay,
-// then uncut clay with each label.
+// used; substep n uses grid n % 2. Each has one velocity field, of all clay; with blades two more,
+// one per label, of uncut clay and clay with this label.
 struct GridView {
     int fields;          // 1 or 3
     float4* nodes[2];    // fields * node_count each: Node<float>; one array twice if fixed-point

@@ -37,9 +37,9 @@ class HandFilter {
     // Size of the hand relative to the default hand.
     Stretch<float> stretch() const { return hand_size_.stretch(); }
 
-    // Largest plausible motion of a joint between two frames [m] after `duration` [s]: that of a
-    // fast hand, at least the tracker's noise, and at most `farthest_step`, beyond which it may be
-    // another hand.
+    // Largest plausible motion of a joint between two frames [m] after `duration` [s]: the distance
+    // that a fast hand moves, but at least the tracker's noise and at most `farthest_step`. A
+    // longer step may belong to another hand.
     static constexpr float fastest = 5;                                   // [m/s]
     static constexpr float shortest_step = 0.02f, farthest_step = 0.25f;  // [m]
     static float leap_distance(double duration)
@@ -135,7 +135,7 @@ class HandStream {
     bool open_ = true;
 };
 
-// A whole recording, sampled as a closed stream. Time is that of the time stamps.
+// A whole recording, sampled as a closed stream. Times are the recording's time stamps.
 class HandSource {
   public:
     // Throws InputError if check() rejects the recording.

@@ -29,9 +29,9 @@ Fingers wrapped(Side side, double radius);
 Fingers pinched(Side side);
 Fingers gripped(double share);
 
-// Signed distance [m] between a rig and the ball: negative is the deepest penetration. Exact for
-// the medial primitives, since each is convex, as long as none contains the ball's centre.
-// `joints`: those of both hands, concatenated.
+// Signed distance [m] between a rig and the ball: negative is the deepest penetration. Exact if no
+// medial primitive contains the ball's centre, because the primitives are convex. `joints`: the
+// joints of both hands, concatenated.
 double gap(const Rig& rig, const Joint<double> joints[2 * joint_count], Vec3<double> centre,
            double radius);
 

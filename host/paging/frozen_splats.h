@@ -30,7 +30,7 @@ class FrozenSplats {
 
     // Fits the patches of these cubes where they are out of date. Fills `normal`, by slot, where it
     // is zero: perpendicular to the plane fitted to the neighbouring centres, towards the nearest
-    // of the boxes of `hands`, which come from outside.
+    // of the boxes `hands`, because hands come from outside.
     void look(const std::vector<Cubes::Key>& at, const SplatCloud& cloud,
               std::vector<Vec3<float>>& normal, const Boxes& hands);
     // The patches of these cubes. Precondition: look() has been called for them.

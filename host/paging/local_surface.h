@@ -13,14 +13,15 @@ struct SurfacePatch {
     Vec3<double> x, n;  // mean of its splats [m], outward unit normal
     double count;       // of its splats
 };
-// Groups splats with these centres [m] and unit normals by cells of this edge [m], a patch a cell.
+// Groups splats with these centres [m] and unit normals by cells of this edge [m], one patch per
+// cell.
 std::vector<SurfacePatch> surface_patches(const std::vector<Vec3<double>>& centres,
                                           const std::vector<Vec3<double>>& normals, double edge);
 
 class LocalSurface {
   public:
-    // `depth`: largest depth below the surface that is evaluated [m]. `width`: how far the surface
-    // extends along itself beyond a patch, twice a patch's edge [m].
+    // `depth`: largest depth below the surface that is evaluated [m]. `width`: distance by which
+    // the surface extends tangentially beyond a patch, twice a patch's edge [m].
     LocalSurface(const std::vector<SurfacePatch>& patches, double depth, double width);
     LocalSurface(const LocalSurface&) = delete;
 
@@ -38,9 +39,9 @@ class LocalSurface {
 };
 
 // Heights in a cube. Far from the surface many patches are about as near as the nearest and a
-// height is expensive: heights are evaluated at the corners of `parts`^3 cells and interpolated
-// linearly. Within 0.35 cells of the surface, and where a corner has no height and the others are
-// not far above the surface, they are evaluated exactly.
+// height is expensive. Therefore heights are evaluated at the corners of `parts`^3 cells and
+// interpolated linearly. They are evaluated exactly within 0.35 cells of the surface, and where a
+// corner has no height and the other corners are not far above the surface.
 class CubeHeights {
   public:
     static constexpr int parts = 4, corners = parts + 1;  // along an edge

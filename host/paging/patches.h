@@ -1,5 +1,5 @@
-// Groups splats by cubic cells, a surface patch a cell: the number of patches is bounded by the
-// number of cells that the surface crosses, however many splats there are.
+// Groups splats by cubic cells, one surface patch per cell: the number of patches is bounded by the
+// number of cells that the surface crosses, independent of the number of splats.
 #pragma once
 #include <unordered_map>
 #include <vector>

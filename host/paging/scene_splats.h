@@ -32,16 +32,16 @@ class SceneSplats {
     // Call after frame `frame`, with the motion of its tools: splits and adds splats where needed,
     // activates and freezes cubes of local clay.
     PagingReport after(int frame, const Motion& motion, Solver& solver);
-    // The same in parts, for callers that plan splats on a thread beside the frames: first adopt()
-    // what a task of upkeep() planned, unless leaving(); then activate cubes; last, after refresh()
-    // and only in frames that activated none, begin to freeze others: from then on a thread owns
-    // the frozen splats.
+    // The same in parts, for callers that plan splats on a thread while frames run. First adopt()
+    // the result of a task of upkeep(), unless leaving(). Then activate cubes. Last, after
+    // refresh() and only in frames that have activated no cube, begin to freeze cubes: from then on
+    // a thread owns the frozen splats.
     void follow_hands(const Motion& motion, PagingReport& report, Solver& solver);
     void begin_leaving(int frame, const Motion& motion, Solver& solver);
     // Warm-up: activates cubes and freezes them again, so that memory, graphs and threads exist
-    // when hands come. Calls `frames` in between, with a motion of hands that are far away; it must
-    // leave the solver unchanged. Afterwards splats and clay are as before, but count as edited:
-    // call refresh(). Returns false if there is no local clay.
+    // when hands arrive. `frames` is called in between with a motion of hands that are far away,
+    // and must leave the solver unchanged. Afterwards splats and clay are as before, but count as
+    // edited: call refresh(). Returns false if there is no local clay.
     bool rehearse(Solver& solver, const std::function<void(const Motion& away)>& frames);
     bool leaving() const { return local() && around_hands->leaving(); }
     // Waits for the cubes being frozen and removes them from the solver; true if there were any.

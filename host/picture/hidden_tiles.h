@@ -12,7 +12,8 @@ class HiddenTiles {
     // The hidden area: triangles, three corners each, in tangents (x right, y up).
     void set(const std::vector<std::array<float, 2>>& corners);
     // The tiles of a view's picture, `hidden_tile` pixels a side, rows from the top: 1 if the
-    // centres of all pixels of a tile and of those around it are hidden. Empty: none is.
+    // centres of all pixels of the tile and of its neighbouring tiles are hidden. Empty: no tile is
+    // hidden.
     const std::vector<char>& of(const EyeView& view);
 
   private:

@@ -17,8 +17,8 @@ inline SplatMotion splat_motion(const LiveState& state)
 }
 // Sets the clay of a state in a painter, with clay_version().
 void show_clay(EyePainter& painter, const LiveState& state);
-// Hands at the end of a motion: their skin, scaled by the motion's size, and what they hold,
-// unscaled.
+// Hands at the end of a motion: their skin, scaled by the motion's size, and the tools that they
+// hold, unscaled.
 std::vector<HandLook> hand_looks(const HandsOptions& options, const Motion& motion,
                                  float opacity = 1);
 // The active tools of the simulation.

@@ -16,8 +16,8 @@
 
 namespace knead {
 
-// Motion of the first splats of a cloud, as many as there are Gaussians. At most one of `host` and
-// `device` is set.
+// Motion of the first splats of a cloud, one per Gaussian. At most one of `host` and `device` is
+// set.
 struct SplatMotion {
     const std::vector<Gaussian<double>>* host = nullptr;
     const DeviceGaussians* device = nullptr;
@@ -74,8 +74,8 @@ class SplatDrawer {
     double scale_ = 1, seconds_ = 0;
 };
 
-// Converts a picture without background to a layer. Pixels too transparent to have a depth take
-// that of their neighbours.
+// Converts a picture without background to a layer. Pixels too transparent to have a depth take the
+// depth of their neighbours.
 SplatLayer layer_of(const Picture& picture);
 
 }  // namespace knead

@@ -13,9 +13,8 @@ namespace knead {
 // and returns an empty image.
 Image image_of(const std::vector<Picture>& pictures, const std::function<bool()>& stop = {});
 
-// `image`: the scene without splats; `depths`: its Painter::depths(). The first splats of the
-// cloud, as many as there are Gaussians, are moved with these. `stop` aborts as in SplatFrame and
-// gives an empty image.
+// `image`: the scene without splats; `depths`: its Painter::depths(). The i-th Gaussian moves the
+// i-th splat of the cloud. `stop` aborts as in SplatFrame and gives an empty image.
 Image with_splats(const Image& image, const std::vector<float>& depths, const Camera& camera,
                   const SplatCloud& cloud, const std::vector<Gaussian<double>>& gaussians,
                   const std::function<bool()>& stop = {});

@@ -21,8 +21,8 @@ struct Audit {
     std::uint64_t hash = 0;           // xxh64 over all particles
 };
 
-// All sums in double, in particle order. `velocities`: those of Solver::velocities(); if empty, the
-// particles' own.
+// All sums in double, in particle order. `velocities`: from Solver::velocities(); if empty,
+// Particle::v is used.
 Audit audit(const std::vector<Particle<double>>& particles,
             const std::vector<Material<double>>& materials, double dx,
             const std::vector<Vec3<double>>& velocities = {});
@@ -31,8 +31,8 @@ Audit audit(const std::vector<Particle<double>>& particles,
 // second moment of the weights along an axis (1).  (8a)
 double affine_energy(const Mat3<double>& C, double mass, double dx);
 
-// Overlap of clay with itself. Volumes do not show it: projection and walls move particles without
-// changing their J.
+// Overlap of clay with itself. It does not appear in the volumes, because projection and walls move
+// particles without changing their J.
 struct Crowding {
     long particles = 0;  // at which the claimed volume exceeds `crowded` times the available
     double most = 0;     // largest ratio of claimed to available volume

@@ -74,8 +74,8 @@ void check_rig(const Rig& rig, const std::vector<Tool<double>>& tools);
 // Throws std::invalid_argument if an edit refers to a missing Gaussian or particle.
 void check_edits(const GaussianEdits& edits, std::size_t gaussians, std::size_t particles);
 
-// Throws std::invalid_argument if the state is incomplete, or if its lattice differs from that of
-// `of` in size or spacing.
+// Throws std::invalid_argument if the state is incomplete, or if its lattice has another size or
+// spacing than the lattice of the setup.
 void check_state(const SavedState& state, const Setup& of);
 
 // Consecutive frames at rest per stored block of a lattice; 0 for blocks that the state does not

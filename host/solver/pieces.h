@@ -16,19 +16,19 @@ namespace knead {
 template <class R>
 int pieces(const std::vector<Particle<R>>& q, const Lattice<R>& lattice, std::vector<int>& piece);
 
-// Assigns labels to complete pieces: none if no other piece is within reach, opposite ones to two
-// that are. A piece that is cut only partially keeps its labels.
+// Assigns labels to complete pieces: opposite labels to two pieces within reach of each other, none
+// to a piece without another one in reach. A piece that is cut only partially keeps its labels.
 template <class R>
 void relabel(std::vector<Particle<R>>& q, const Lattice<R>& lattice);
 
 // Before a new stroke: clears old labels of the pieces that it touches, except along faces within
-// reach of other pieces. height[i]: signed height of particle i over the blade [m], 0 if none is
-// near. May swap the two labels of all particles.
+// reach of other pieces. height[i]: signed height of particle i over the blade [m], 0 if no blade
+// is near. May swap the two labels of all particles.
 template <class R>
 void forget(std::vector<Particle<R>>& q, const Lattice<R>& lattice, const std::vector<R>& height);
 
-// Gaussians take the label of the nearest particle within a cell or two, preferably of one that had
-// the Gaussian's label before. before[i]: previous label of particle i.
+// Gaussians take the label of the nearest particle within a cell or two, preferably of a particle
+// whose previous label equals the Gaussian's. before[i]: previous label of particle i.
 template <class R>
 void follow_labels(std::vector<Gaussian<R>>& splats, const std::vector<Particle<R>>& q,
                    const std::vector<std::uint32_t>& before, const Lattice<R>& lattice);

@@ -24,11 +24,11 @@ struct SurfaceWork {
                                        // stages
 };
 
-// Surfaces of one scene, updated incrementally: what the solver reports as unmoved since the last
-// surface is kept. Bitwise equal to the result of a new GpuSurface. `particles` gives the objects
-// and the amount of clay; later particles may be elsewhere. `device` -1: the calling thread's
-// device. Throws std::invalid_argument for invalid options, std::runtime_error for a lattice that
-// is too large, or if there is no device.
+// Surfaces of one scene, updated incrementally: parts whose clay has not moved since the last
+// surface, as reported by the solver, are kept. Bitwise equal to the result of a new GpuSurface.
+// `particles` determines the objects and the amount of clay; the positions may change later.
+// `device` -1: the calling thread's device. Throws std::invalid_argument for invalid options,
+// std::runtime_error for a lattice that is too large, or if there is no device.
 class GpuSurface {
   public:
     GpuSurface(const std::vector<Particle<double>>& particles,
@@ -41,8 +41,8 @@ class GpuSurface {
     bool set_materials(const std::vector<Material<double>>& materials);
 
     // Enqueues all stages on the stream that moves the clay; does not block. A surface that exceeds
-    // the capacity is empty, and settled() throws. Precondition: the number of particles is that of
-    // the constructor.
+    // the capacity is empty, and settled() throws. Precondition: as many particles as in the
+    // constructor.
     void launch(const gpu::Clay& clay);
     const gpu::SurfaceView& view() const;
 

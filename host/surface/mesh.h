@@ -52,8 +52,8 @@ struct SurfaceStats {
 // One closed mesh per category dense enough to have a surface, in ascending order. Density is in
 // units of rest density: every particle adds its mass / its material's density / cell volume.
 // Throws std::invalid_argument for invalid options, std::runtime_error for a lattice that is too
-// large. Bitwise equal for any number of threads. If options.moving, `past`, from the previous
-// surface if any, is updated to this one.
+// large. Bitwise equal for any number of threads. If options.moving, `past` holds the densities of
+// the previous surface, or is empty, and is set to the densities of this surface.
 std::vector<Mesh> surface(const std::vector<Particle<double>>& particles,
                           const std::vector<Material<double>>& materials,
                           const SurfaceOptions& options, SurfaceStats* stats = nullptr,

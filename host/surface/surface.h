@@ -25,8 +25,8 @@ struct Deposit {
 // `inside` the lattice (cuda/surface/density.h). Bitwise equal for any number of threads.
 Field density(const std::vector<Deposit>& deposits, const Lattice<float>& lattice);
 
-// Closed mesh without normals: every edge is shared by exactly two triangles, and no vertex is
-// unused. Throws std::runtime_error if the outermost layer of the field is not empty.
+// Closed mesh without normals: every edge is shared by exactly two triangles, and every vertex is
+// used. Throws std::runtime_error if the outermost layer of the field is not empty.
 Mesh isosurface(const Field& field, float iso);
 
 // Smooths a closed mesh and computes the vertex normals.

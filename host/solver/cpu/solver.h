@@ -218,8 +218,8 @@ class CpuSolver : public Solver {
     // are in blocks before b.
     std::vector<int> splat_order, splats_before, splat_blocks;
     bool splats_arranged = false;  // no Gaussian has moved since
-    // Three velocity fields: all clay, and near a blade (25), per label, the clay of this label and
-    // uncut clay.
+    // Three velocity fields: all clay; and near a blade (25) one field per label, of uncut clay and
+    // clay with this label.
     Sums sums[3];                        // one tile per occupied block
     std::vector<Node<R>> grid[3];        // node_count velocities
     std::vector<Sliding<R>> sliding[3];  // at walls, see sliding.h

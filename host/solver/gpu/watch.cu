@@ -9,7 +9,8 @@
 namespace knead::gpu {
 namespace {
 
-// Delay before the first poll, and the polling interval [s]. Frames of a headset end before it.
+// Delay before the first poll, and the polling interval [s]. Frames of a headset end before the
+// first poll.
 constexpr double patience = 0.03, every = 0.02;
 
 }  // namespace
