@@ -100,8 +100,8 @@ class EyePainter {
     virtual void set_splats(int eye, unsigned colour, unsigned depth) = 0;
     // Hidden area of eye 0 or 1, until set again: triangles, three corners each, in tangents (x
     // right, y up). There nothing is shaded; the target gets black, alpha 0 and infinite depth.
-    // Throws std::invalid_argument for corners that are not finite, or whose number is no multiple
-    // of 3.
+    // Throws std::invalid_argument if a corner is not finite or the number of corners is not a
+    // multiple of 3.
     virtual void set_hidden(int eye, const std::vector<std::array<float, 2>>& corners) = 0;
     // Rasterises the splats of all eyes of the frame (0 and 1, or 0 alone) on a CUDA device, in one
     // depth order, without blocking the host. Returns false and does nothing if the device cannot

@@ -9,8 +9,8 @@
 
 namespace knead::gpu {
 
-// Waits for the default stream. A clear returns before it is done, and so may a copy from the host;
-// the streams of graph.cuh do not synchronise with either, and would write first.
+// Waits for the default stream. A clear, and possibly a copy from the host, returns before it is
+// complete; the streams of graph.cuh do not synchronise with it and could write first.
 inline void settle(const char* what) { check(cudaStreamSynchronize(nullptr), what); }
 
 // Copies from the host; complete before any later launch.

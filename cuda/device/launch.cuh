@@ -92,8 +92,8 @@ __device__ inline void trigger_dependents()
     NV_IF_TARGET(NV_PROVIDES_SM_90, (cudaTriggerProgrammaticLaunchCompletion();))
 }
 
-// Call from every thread of a kernel launched this way, before it reads what the kernel before it
-// writes: waits for the end of that kernel.
+// Call from every thread of a kernel launched this way, before it reads data written by the
+// previous kernel on the stream: waits for the end of that kernel.
 __device__ inline void wait_upstream()
 {
     NV_IF_TARGET(NV_PROVIDES_SM_90, (cudaGridDependencySynchronize();))

@@ -48,8 +48,8 @@ __device__ inline void wake_if_pushed(const G2pView& d, const Quiet& quiet,
     if (quiet.still && !quiet.unasked && wakes) wake(d, quiet.block, n);
 }
 
-// The neighbours of blocks woken in the substep before n become guards, and theirs at least
-// support.
+// The neighbours of blocks woken in the substep before n become guards; the neighbours of those
+// guards become at least support.
 __device__ inline void guard_neighbours(const GridUpdateView& d, int n)
 {
     const GuardView& r = d.rest;

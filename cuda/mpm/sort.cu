@@ -114,8 +114,8 @@ __global__ void __launch_bounds__(run_length(Case::features))
     if (i + 1 == count || int(keys[i + 1]) / block_nodes != block) d.range[block].y = i + 1;
 }
 
-// Moves the k-th row, or `together` rows from k on. Its reads do not depend on the moves before it,
-// only its writes: it waits between them. The last row switches the current side.
+// Moves the k-th row, or `together` rows from k on. Only its writes depend on the previous moves,
+// not its reads: it waits between reading and writing. The last row switches the current side.
 template <class Case, int together>
 __global__ void __launch_bounds__(threads) move_kernel(const __grid_constant__ SortView d, int k)
 {
@@ -254,7 +254,7 @@ void arrange(const Views& views, const Features& features, cudaStream_t stream)
     if (apart(views.particles)) return launch("sort move", all, blocks, threads, stream, sides, 0);
     const auto one =
         dispatch<relevant>(features, []<class Case>(Case) { return move_kernel<Case, 1>; });
-    // The first reads what the kernel before it writes.
+    // The first launch reads what the previous kernel writes.
     launch("sort move", one, blocks, threads, stream, sides, 0);
     for (int k = 1; k < particle_rows; ++k)
         launch_pdl("sort move", one, blocks, threads, stream, sides, k);

@@ -7,8 +7,8 @@ namespace knead {
 
 constexpr double min_transmittance = 1e-4;    // less counts as 0
 constexpr double median_transmittance = 0.5;  // at which the depth of the splats is taken
-// A splat ends a pixel if its centre is this factor behind the mesh: splats are ordered by their
-// centres, so a part of a later one may be nearer.
+// Blending of a pixel ends at a splat whose centre is this factor behind the mesh. Splats are
+// ordered by their centres, so a part of a later splat may be nearer than its centre.
 constexpr double mesh_slack = 1.02;
 constexpr float no_depth = 1e30f;  // [m]: of an empty pixel
 

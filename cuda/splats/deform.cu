@@ -28,7 +28,7 @@ struct DeformView {
     Clock* clock;
 };
 
-// The advance of all Gaussians: `substeps` substeps of dt [s] each, 0 if none is due, with
+// Advection of all Gaussians by `substeps` substeps of dt [s] each (0: none is due), with the
 // velocities and tools of substep n.
 struct Stretch {
     int n, substeps;

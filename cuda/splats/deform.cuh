@@ -98,7 +98,7 @@ void place(const GaussianView& splats, const GaussianPlace* placed, int count, c
 // `scratch` has keep_scratch_bytes(count + 1).
 void choose(const GaussianView& splats, const char* gone, int* places, void* scratch,
             std::size_t scratch_bytes, cudaStream_t stream);
-// Copies the selected ones in order, with contiguous ids.
+// Copies the selected Gaussians in order, with contiguous ids.
 void copy_chosen(const GaussianView& from, const char* gone, const GaussianView& to,
                  const int* places, cudaStream_t stream);
 

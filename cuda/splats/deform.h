@@ -23,8 +23,9 @@ struct Gaussian {
     HD void hold(bool held) { sides = label() | (held ? Particle<R>::still_bit : 0); }
 };
 
-// Edits of Gaussians. A split one is displaced by -way, and a new one is added at +way. Other new
-// ones are added beside particles, whose object and label they get, or at given positions.
+// Edits of Gaussians. A split Gaussian is displaced by -way, and a new one is added at +way. Other
+// new Gaussians are added beside particles, with the particle's object and label, or at given
+// positions.
 struct GaussianSplit {
     int index;
     Vec3<double> way;  // [m]
@@ -51,9 +52,9 @@ HD Gaussian<To> cast(const Gaussian<From>& g)
     return {cast<To>(g.x), {cast<To>(g.F.a), cast<To>(g.F.b), cast<To>(g.F.c)}, g.object, g.sides};
 }
 
-// Weight of a node of mass m, where the lightest particle has the mass 1 / per_mass: below 1 if it
-// holds less than that. The velocity of such a node comes from a negligible amount of clay and may
-// be arbitrary.  (31)
+// Weight of a node of mass m, where the lightest particle has the mass 1 / per_mass: below 1 if the
+// node has less mass than that particle. The velocity of such a node comes from a negligible amount
+// of clay and may be arbitrary.  (31)
 template <class R>
 HD R share(R m, R per_mass)
 {
@@ -214,8 +215,8 @@ HD LinearField<R> fitted_field(const NodeSums<R>& n, const Stencil<R>& s,
 }
 
 // Advances a Gaussian by `substeps` substeps of dt [s] in the constant field `field`: a rotation
-// stays one. dt C is limited so that the neighbourhood is not inverted: for |dt C| <= 1/2, det(I +
-// dt C) > 0.  (33)
+// remains a rotation. dt C is limited so that the neighbourhood is not inverted: for |dt C| <= 1/2,
+// det(I + dt C) > 0.  (33)
 template <class R>
 HD void carry(Gaussian<R>& g, const LinearField<R>& field, R dt, int substeps)
 {

@@ -1,6 +1,6 @@
-// Edits of Gaussians between two frames, one thread each: rigid motion, order for rendering. As
-// cuda/mpm/edit.cu in double and without contraction of multiply-add, so that results are bitwise
-// those of the host.
+// Edits of Gaussians between two frames, one thread per Gaussian: rigid motion, order for
+// rendering. In double and without contraction of multiply-add, as cuda/mpm/edit.cu, so that
+// results are bitwise equal to the host's.
 #include <cub/device/device_scan.cuh>
 
 #include "cuda/device/launch.cuh"

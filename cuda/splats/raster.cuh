@@ -40,8 +40,8 @@ struct MovedSplats {
     int centre_stride;
     const float* F;  // the columns of the total deformation gradient
     int F_stride;
-    // The positions and F before; null: no extrapolation. Else both are extrapolated by this
-    // fraction of their change.
+    // Positions and F of the previous frame; null: no extrapolation. Otherwise both are
+    // extrapolated by this fraction of their change.
     const float *centre_before = nullptr, *F_before = nullptr;
     float extrapolation = 0;
 };

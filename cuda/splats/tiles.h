@@ -58,9 +58,9 @@ constexpr int longest_whole = 8192;
 // splats are small and lie in the rows of few of its warps.
 constexpr int longest_of_a_block = 2048;
 
-// Whether a tile is best listed whole. Of its sampled candidates `splats` reach it, with `entries`
-// in a list by parts; `blocks` of its parts are drawn. False without samples: by parts no list is
-// longer than what is drawn.
+// Whether a whole list is the best for a tile. `splats`: number of sampled candidates that reach
+// the tile; `entries`: their entries in a list by parts; `blocks`: number of parts that are drawn.
+// False without samples: a list by parts has no splats that are not drawn.
 HD bool best_whole(unsigned splats, unsigned entries, int blocks)
 {
     const long long more = (long long)entries - splats;  // if listed by parts

@@ -23,9 +23,9 @@ struct MeshPlace {
     MeshInfo* facts;
 };
 
-// From the surface, with its facts.
+// Copies the surface's mesh, with its facts.
 void keep_mesh(const SurfaceView& view, const MeshPlace& to, int processors, cudaStream_t stream);
-// To another place; does not write `to.facts`.
+// Copies the mesh to another place; does not write `to.facts`.
 void copy_mesh(const MeshPlace& from, const MeshPlace& to, int categories, int processors,
                cudaStream_t stream);
 

@@ -30,9 +30,9 @@ struct CleanCloud {
     CleanReport report;
 };
 
-// The size of the object is that of the box between the 2nd and 98th percentile of the centres
-// along each axis, enlarged by three median half axes. Time: 1000 times the number of splats, for
-// the median distance over a sample; memory: 40 bytes per splat. The result may be empty.
+// The object's size is the size of the box between the 2nd and 98th percentile of the centres along
+// each axis, enlarged by three median half axes. Time: 1000 times the number of splats, for the
+// median distance over a sample; memory: 40 bytes per splat. The result may be empty.
 CleanCloud clean(const SplatCloud& cloud, const CleanOptions& options);
 
 }  // namespace knead

@@ -8,10 +8,11 @@ namespace knead {
 // first-order fast sweeping [Zhao 2005].
 std::vector<float> depths(const Solid& solid);
 
-// Coefficients of degree 0 at the solid's nodes: those of the visible splats around them, and
-// inside the solution of Laplace's equation between them, by successive over-relaxation [Young
-// 1954], with zero flux through the surface where there is no splat. Each channel stays between the
-// extremes of the visible splats. Memory: 40 bytes per node. Equal for any number of threads.
+// Coefficients of degree 0 at the solid's nodes. Nodes near visible splats get the coefficients of
+// these splats; inside, the coefficients solve Laplace's equation between them, by successive
+// over-relaxation [Young 1954], with zero flux through the surface where there is no splat. Each
+// channel stays between the extremes of the visible splats. Memory: 40 bytes per node. Equal for
+// any number of threads.
 std::vector<Vec3<float>> inner_colours(const SplatCloud& cloud,
                                        const std::vector<std::uint32_t>& kept, const Solid& solid,
                                        const std::vector<float>& depth);

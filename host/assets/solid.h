@@ -31,9 +31,9 @@ struct Solid {
 };
 
 // Finds the solid of the splats `kept`. Closed cavities count as inside: no photograph shows them.
-// Throws InputError if `kept` is empty or all of it is one point. Time: nodes times directions,
-// plus the number of splats; memory: at most 64 bytes per node, of which there are at most about
-// 1.4^3 max_cells^3, and 16 bytes per splat. Equal for any number of threads.
+// Throws InputError if `kept` is empty or all its splats are at one point. Time: nodes times
+// directions, plus the number of splats; memory: at most 64 bytes per node, of which there are at
+// most about 1.4^3 max_cells^3, and 16 bytes per splat. Equal for any number of threads.
 Solid find_solid(const SplatCloud& cloud, const std::vector<std::uint32_t>& kept,
                  const SolidOptions& options);
 

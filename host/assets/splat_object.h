@@ -22,8 +22,8 @@ struct SplatObject {
 // MemoryError for more than `memory` bytes.
 std::vector<SplatObject> load_splats(Scene& scene, std::size_t memory);
 
-// Concatenates their splats into one cloud, in the order of the solver's Gaussians; or, if `local`,
-// those of local clay. Its degree is the maximum of all.
+// Concatenates the objects' splats into one cloud, in the order of the solver's Gaussians; if
+// `local`, only the splats of local clay. The cloud's degree is the maximum of all.
 SplatCloud joined(const std::vector<SplatObject>& objects, bool local = false);
 
 }  // namespace knead

@@ -21,7 +21,7 @@ struct SplatCase {
 SplatFrame frame_of(const SplatCase& what, const SplatCloud& cloud);
 
 // Measures the case. `cloud`: of the case's load, in any order. `copy`: DeviceInfo::copy. The row's
-// hash is that of the pictures' bits. Throws std::runtime_error on a device error.
+// hash is computed from the pictures' bits. Throws std::runtime_error on a device error.
 BenchRow splat_row(const SplatCase& what, const SplatCloud& cloud, Device device, double copy);
 
 }  // namespace knead

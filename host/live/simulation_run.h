@@ -38,7 +38,7 @@ class SimulationRun {
     void edit(const Edit& edit, bool reshapes);
 
     void set_surface(int nodes);  // along its longest side
-    // The object's volume is kept, as is that of local clay.
+    // The volume of the object is kept, also that of local clay.
     void set_material(int object, const Material<double>& material);
 
     // Fills the members of a state that describe the simulation.

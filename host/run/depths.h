@@ -11,7 +11,7 @@ struct Depths {
 };
 Depths depths_of(std::vector<double> found);
 
-// Counts depths in bins of 10 micrometres, the last for all deeper ones: constant memory.
+// Counts depths in bins of 10 micrometres, with a last bin for all deeper ones: constant memory.
 struct DepthCount {
     static constexpr double bin = 1e-5;  // [m]
     static constexpr int bin_count = 20000;

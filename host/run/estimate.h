@@ -18,10 +18,10 @@ struct FrameCost {
 };
 
 // Accurate to a factor of about two. Times a small and a large lump of clay of each kind of
-// material in the scene on the device, some hundredths of a second each, and Gaussians on the face
-// of one if `gaussians` is not 0. The two lumps give the fixed cost of a substep and the cost per
-// particle; foresee() gives the number of substeps. Precondition: `device` was resolved(). Throws
-// as make_solver().
+// material in the scene on the device, some hundredths of a second each; if `gaussians` is not 0,
+// also Gaussians on the face of one lump. The two lumps give the fixed cost of a substep and the
+// cost per particle; foresee() gives the number of substeps. Precondition: `device` was resolved().
+// Throws as make_solver().
 FrameCost frame_cost(const Scene& scene, Device device, std::size_t gaussians = 0);
 
 // The message before a run.

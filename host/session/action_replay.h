@@ -23,7 +23,7 @@ class ActionReplay {
     // Motion of the tools in the frame from `from` to `to` [s of the recording].
     Motion motion(double from, double to) const { return source(from, to); }
     // Queues in the loop the actions that precede frame `number` + 1. `refused` is called with a
-    // message for an edit that the solver refuses, which it refused in the recorded session, too.
+    // message for each edit that the solver refuses, as in the recorded session.
     void before_frame(int number, SessionLoop& loop, SceneSplats& splats,
                       const std::function<void(const std::string&)>& refused);
     double duration() const { return recording.frames.back().time; }  // of the recording [s]
