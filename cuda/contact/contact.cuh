@@ -19,7 +19,7 @@ struct ContactSpace {
     // A slot's shape and the beginning of its primitive, which is needed next. 17 rows: lanes that
     // read the same row of different slots access different banks.
     float4 shapes[slots][17];
-    float4 normals[points];               // of the deepest one, and its first weight
+    float4 normals[points];               // of the deepest contact, and its first weight
     float2 weights[points];               // its other weights
     unsigned long long deepest[points];   // bits of the depth; the primitive's complement
     Listed near[max_primitives];          // in order: a label << 8 | primitive

@@ -22,7 +22,7 @@ struct alignas(16) Primitive {
 template <class R>
 struct alignas(16) Cone {
     Vec3<R> a, u;      // first centre [m], unit axis
-    R length, r;       // of the axis, of the first sphere [m]
+    R length, r;       // length of the axis, radius of the first sphere [m]
     R k, kc;           // radius per length, and k / sqrt(1 - k^2)
     R start, inverse;  // weight of the second sphere at s: start + s * inverse
 };

@@ -18,7 +18,7 @@ struct StepLimits {
 // The state of the clay that limits a substep.
 struct Extremes {
     double speed;      // of the fastest particle [m/s]
-    double stiffness;  // of the stiffest [m^2/s^2]
+    double stiffness;  // of the stiffest particle [m^2/s^2]
 };
 
 // The largest distance that a particle moves in a substep [cells].

@@ -24,7 +24,7 @@ static_assert(tile_size == fovea_square);  // so a tile has one step
 
 // Splats at rest.
 struct SplatView {
-    int count, degree;    // of the harmonics
+    int count, degree;    // number of splats; degree of the harmonics
     const float4* place;  // x, y, z [m], opacity
     const float4* turn;   // x, y, z, w
     const float4* scale;  // half axes [m], nothing
@@ -111,7 +111,7 @@ struct RasterCounts {
 };
 
 struct RasterView {
-    int count, degree;  // of splats, or room for them; of their harmonics
+    int count, degree;  // number of splats, or capacity; degree of the harmonics
     const RasterFrame* frame;
     int eyes, columns, rows;  // tiles per eye; both eyes have the same size
     int width, height;        // pixels of an eye

@@ -85,14 +85,14 @@ struct SurfaceView {
     unsigned* marks;
     // The final densities of the previous surface; null: its motion is not needed.
     float* past;
-    int* past_known;  // 0: they are not valid
+    int* past_known;  // 0: `past` is not valid
 
     unsigned* occupied;  // blocks: holds mass
     unsigned* anew;      // layer_blocks(): bits of Anew
     int* seen;           // Clay::substeps at the last surface; -1: there is none
     Progress* progress;
     int *list, *skin;  // blocks each: not empty; with vertices or triangles
-    int* work;         // blocks: those of the list with nodes_anew, Progress::softened of them
+    int* work;         // blocks: the Progress::softened blocks of `list` that have nodes_anew
     int* active;       // 3: their numbers, in any order; `list` of the last surface
     unsigned long long *counts, *before;  // blocks + 1 each: vertices + (triangles << 32)
 

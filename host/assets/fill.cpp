@@ -102,8 +102,8 @@ std::pair<Int3, Int3> solid_box(const Solid& solid, const Strata& strata)
     return {strata.of(grid.position(low - one)), strata.of(grid.position(high + one)) + one};
 }
 
-// Depth from the indicator, most of whose change by one lies within three spacings of the grid.
-// Towards 0 and 1 it is no measure of depth; there half a stratum is returned, so that no stratum
+// Depth from the indicator, which changes by one mostly within three spacings of the grid. Near 0
+// and 1 the indicator is no measure of depth: there half a stratum is returned, so that no stratum
 // is missed.
 double depth_in(const Solid& solid, Vec3<double> x, double stratum)
 {
@@ -155,7 +155,7 @@ std::size_t fill_thin(const SplatCloud& cloud, const Indices& kept, const Solid&
     std::stable_sort(touches.begin(), touches.end(),
                      [](const Touch& a, const Touch& b) { return a.key < b.key; });
     // A sheet between two strata touches both: the second stratum gets no particle close to the
-    // first one's.
+    // particle of the first.
     std::unordered_map<std::uint64_t, Vec3<double>> added;
     for (std::size_t from = 0, to; from < touches.size(); from = to) {
         Vec3<double> sum{};

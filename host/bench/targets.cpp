@@ -212,7 +212,7 @@ void peer_target(Bench& bench)
 }
 
 // Estimated time of the small squeeze on the card of peers.json: between the ratio of issue rates
-// and that of copy rates, depending on how much stays in its cache.
+// and the ratio of copy rates, depending on how much stays in its cache.
 void estimate(Bench& bench)
 {
     const double clock = gpu_clock();

@@ -64,7 +64,7 @@ class HandFilter {
     Filter filter_;
     bool present_ = false;
     long slow_restarts_ = 0;
-    double time_ = -1e30, appeared_ = 0;  // of the last frame; of the last (re)appearance [s]
+    double time_ = -1e30, appeared_ = 0;  // of last frame, of last (re)appearance [s]
     Hand raw_, out_;                      // the last frame, unfiltered and filtered
     std::array<bool, joint_count> seen_{};
     std::deque<Past> past_;

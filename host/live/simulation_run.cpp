@@ -114,7 +114,7 @@ Motion SimulationRun::motion(double from, double to)
     return pushed(from, to);
 }
 
-// Each frame begins at the tool positions where the one before ended.
+// Each frame begins at the tool positions at which the previous one ended.
 Motion SimulationRun::pushed(double from, double to)
 {
     Motion m = no_motion();
@@ -133,8 +133,8 @@ Motion SimulationRun::pushed(double from, double to)
     return m;
 }
 
-// In simulated time of a simulation that lags, hands move faster than they are. Limits active tools
-// to the fastest speed of hands; tools that touched nothing jump to their hand.
+// If the simulation lags, hands move faster in simulated time than in real time. Limits active
+// tools to the fastest speed of hands; tools without contact jump to their hand.
 void SimulationRun::keep_up(Motion& m) const
 {
     const std::vector<Side> sides = tool_sides(hands);
@@ -173,8 +173,8 @@ void SimulationRun::after(const Frame& frame)
 }
 
 // Stepped: as after a frame of `knead run`. In real time, upkeep, which visits all splats and
-// particles and takes as long as some frames, runs on a thread; only activation of local clay is
-// done at once.
+// particles and takes as long as some frames, runs on a thread; only local clay is activated
+// immediately.
 void SimulationRun::keep_splats(const Frame& frame)
 {
     PagingReport report;
@@ -365,7 +365,7 @@ void SimulationRun::tell_gaussians(LiveState& state)
     state.gaussian_instant = gaussian_instant;
 }
 
-// A state between frames reuses the Gaussians of the one before, unless they were edited.
+// A state between frames reuses the Gaussians of the previous state, unless they were edited.
 void SimulationRun::follow_gaussians()
 {
     const int number = loop->last().number;

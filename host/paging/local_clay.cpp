@@ -200,8 +200,8 @@ std::vector<LocalClay::Key> LocalClay::left_by(const Boxes& boxes) const
     return left;
 }
 
-// Cubes near hands that are not active or are being frozen. If any is needed, those within a larger
-// distance are included, so that the next frames need none.
+// Cubes near hands that are not active or are being frozen. If there are any, cubes within a larger
+// distance are included, so that the next frames activate none.
 std::vector<LocalClay::Key> LocalClay::wanted_for(const Boxes& boxes) const
 {
     const auto missing = [&](double beyond) {

@@ -14,7 +14,7 @@ namespace {
 
 constexpr std::uint32_t no_slot = ~std::uint32_t(0);
 
-// Whether position and deformation equal, to the bit, those at attachment.
+// True if position and deformation are bitwise equal to those at attachment.
 bool untouched(const Gaussian<double>& g, Vec3<float> centre)
 {
     const Vec3<float> x = cast<float>(g.x);
@@ -27,7 +27,7 @@ bool untouched(const Gaussian<double>& g, Vec3<float> centre)
 // The normal n after the deformation F.
 Vec3<float> turned_normal(const Mat3<double>& F, Vec3<float> n)
 {
-    // The cofactors of F, F^-T times its determinant.
+    // The cofactors of F: F^-T times the determinant of F.
     const Mat3<double> C{cross(F.b, F.c), cross(F.c, F.a), cross(F.a, F.b)};
     const Vec3<double> m = C * cast<double>(n);
     const double size = length(m);
@@ -126,7 +126,7 @@ LocalClay::EvictResult LocalClay::settle(const CarriedSplats& carried, SomeGauss
     return made;
 }
 
-// Stores the splats in these slots; those that were split off or added get new slots. New slots are
+// Stores the splats in these slots. Splats that were split off or added get new slots, which are
 // active until end_leaving().
 void LocalClay::put_at(const SplatCloud& now, std::vector<std::uint32_t> slots,
                        const std::vector<Gaussian<double>>& as)

@@ -132,8 +132,8 @@ std::vector<Cut> measure(const Packing& p, const Depth& depth, const StrataBox& 
     return all;
 }
 
-// Selects as many of the cut strata as their total volume fills: those with the largest excess over
-// their threshold. In order.
+// Selects cut strata, as many as their total volume fills: those with the largest excess over their
+// threshold. Returned in order.
 std::vector<Cut> chosen(const std::vector<Cut>& cuts)
 {
     double volume = 0;
@@ -205,8 +205,9 @@ Values lowered(const StrataBox& box, Values values)
     return values;
 }
 
-// Gradient descent of the particles on the squared difference of two densities: that of `still` and
-// the particles, and that of the shape. A particle that would leave the shape is not moved.
+// Gradient descent of the particles on the squared difference of two densities: the density of
+// `still` and the particles, and the density of the shape. A particle that would leave the shape is
+// not moved.
 void pack(const StrataBox& box, const Depth& depth, const Values& still, const Values& shape,
           int passes, Points& places, Values& other)
 {

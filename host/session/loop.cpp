@@ -235,7 +235,7 @@ void SessionLoop::launch_surface(int frame)
     launched = frame;
 }
 
-// Without clay there is none.
+// Makes no surface if there is no clay.
 void SessionLoop::make_device_surface()
 {
     launched = -1;

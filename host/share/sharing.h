@@ -9,7 +9,7 @@ struct Sharing {
     std::string text;  // message: which path is used, and why
 };
 
-// True if CUDA device `device` (-1: that of the calling thread) also drives the current OpenGL
+// True if CUDA device `device` (-1: the calling thread's device) also drives the current OpenGL
 // context. KNEAD_SHARE=0 in the environment disables sharing.
 Sharing sharing(int device);
 

@@ -12,7 +12,7 @@ namespace knead {
 
 static_assert(sizeof(Particle<double>) == 22 * sizeof(double) + 8, "hashed as bytes: no padding");
 
-// k of sand is the log volume gained at the cone's tip, k of snow that of its packing.
+// k of sand is the log volume gained at the cone's tip; k of snow is the log volume of its packing.
 static double plastic_log_volume(const Particle<double>& q, const Material<double>& m)
 {
     const bool kept =

@@ -24,7 +24,7 @@ struct Body {
     }
 };
 
-// Active tools whose bounding box meets that of another.
+// Active tools whose bounding box meets the bounding box of another.
 std::vector<Body> bodies_of(const PosedTools<double>& posed)
 {
     std::vector<Body> all(posed.tools.size()), met;

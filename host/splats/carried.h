@@ -12,7 +12,7 @@ namespace knead {
 // One splat per Gaussian of a solver, in the same order, as at rest.
 struct CarriedSplats {
     SplatCloud cloud;
-    // Longest half axis at rest [m]; for a split splat, that of its parent.
+    // Longest half axis at rest [m]; of a split splat: the longest half axis of its parent.
     std::vector<float> extent;
 
     std::size_t count() const { return cloud.count(); }

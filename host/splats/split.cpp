@@ -62,8 +62,8 @@ GaussianSplit split_one(CarriedSplats& splats, std::vector<Gaussian<double>>& ga
     SplatCloud& c = splats.cloud;
     const Mat3<double> L = half_axes(rest_shape(c, i)), M = gaussians[i].F * L;
     const Vec3<double> u = longest_axis(M).from;
-    // L with the axis u of the unit sphere shortened: its covariance is reduced by that of the
-    // centres.
+    // L with the axis u of the unit sphere shortened: its covariance is reduced by the covariance
+    // of the centres.
     const Vec3<double> Lu = L * u;
     const auto column = [&](Vec3<double> l, double along) {
         return l - ((1 - std::sqrt(pair_variance)) * along) * Lu;

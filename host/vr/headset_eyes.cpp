@@ -122,7 +122,7 @@ HeadsetEyes::HeadsetEyes(Headset& headset, const EyesOptions& options)
 
 std::string HeadsetEyes::told() const { return parts->told; }
 
-// Minimum over some pictures, without the first, which loads what it needs.
+// Minimum over some pictures, except the first, which includes loading.
 double HeadsetEyes::Parts::seconds_of_empty_eyes()
 {
     const HeadsetInfo& about = headset.facts();

@@ -43,7 +43,7 @@ class HeadsetNotices {
     Notice notice;
     int refused = 0;  // number of refusals reported
     TrackingWatch tracking;
-    bool too_slow = false;  // in the frame before
+    bool too_slow = false;  // in the previous frame
 };
 
 }  // namespace knead

@@ -41,8 +41,8 @@ struct PanelView {
     std::string trouble;              // why the simulation has ended; "": it has not
     std::string notice;               // shown for some seconds; "": none
     float stiffness = 0, yield = -1;  // slider positions, 0 to 1; negative: the material has none
-    int nodes = 0;                    // of the lattice, along x
-    int surface = 0;                  // of the surface's, along its longest side
+    int nodes = 0;                    // of the solver's lattice, along x
+    int surface = 0;                  // of the surface's lattice, along its longest side
     bool gravity = true, paused = false, holding = false, standing = false;
 };
 

@@ -6,8 +6,9 @@
 
 namespace knead {
 
-// Sets `split` for all blocks if anywhere both labels, or a blade, are close enough to share a node
-// with clay of another label. For all: a labelled particle always gathers from its own field.
+// Sets `split` for all blocks if anywhere clay of both labels, or a blade, is close enough to share
+// a node with clay of another label. It is set for all blocks, because a labelled particle always
+// gathers from its own field.
 template <class R>
 bool CpuSolver<R>::find_splits()
 {

@@ -6,7 +6,7 @@
 
 namespace knead {
 
-// Sorts them by block at the beginning of a frame.
+// Sorts the Gaussians by block at the beginning of a frame.
 template <class R>
 void CpuSolver<R>::arrange_splats()
 {
@@ -28,8 +28,8 @@ void CpuSolver<R>::arrange_splats()
     splats_arranged = true;
 }
 
-// Block by block, so that Gaussians share a tile of nodes. Those that have left the block since the
-// sort load their own.
+// Processes Gaussians block by block, so that they share a tile of nodes. Gaussians that have left
+// the block since the sort load their own nodes.
 template <class R>
 void CpuSolver<R>::deform(const Lag& lag, bool clear)
 {
