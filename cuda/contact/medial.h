@@ -76,7 +76,7 @@ struct ClosestPoint {
 
 // How close to 1 the squared slope of the radius may be before only the largest sphere counts, and
 // how thin a slab may be relative to its longest side before only its sides count. Chosen where the
-// error of neglecting the surface equals that of rounding.
+// error of neglecting the surface equals the rounding error.
 template <class R>
 constexpr R steep = sizeof(R) == 4 ? R(1e-6) : R(1e-12);
 template <class R>

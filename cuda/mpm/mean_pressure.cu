@@ -18,7 +18,7 @@ __global__ void __launch_bounds__(threads) find_kernel(const __grid_constant__ P
     add_pressure(d, d.lattice, q, d.materials[q.object], d.clock->done);
 }
 
-// For the next substep; blocks that are not listed before it hold no sums.
+// Clears the sums for substep n + 1 in the blocks listed for substep n; other blocks hold no sums.
 __global__ void __launch_bounds__(block_nodes)
     clear_kernel(const __grid_constant__ PressureClearView d)
 {

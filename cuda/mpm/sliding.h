@@ -56,9 +56,9 @@ struct Forgotten {
 };
 
 // Applies a wall to a velocity that may still approach it by `approach` [m/s]. `mass`: the mass
-// that it stops [kg]; `place`: index of the Sliding record, or -1. (18), (18b): clay that has not
-// reached the wall is not constrained, not even by a slip wall. (18a) while it slides; when it
-// lifts, the friction of the remaining impulse deficit is applied at once.
+// that it stops [kg]; `place`: index of the Sliding record, or -1. (18), (18b): even a slip wall
+// does not constrain clay before the clay has reached it. (18a) applies while the clay slides; when
+// the clay lifts, the friction of the remaining impulse deficit is applied immediately.
 template <class R, class Slides>
 HD Vec3<R> apply_friction(Vec3<R> v, Vec3<R> normal, R approach, const Walls<R>& walls, R mass,
                           R dt, int place, const Slides& slides)

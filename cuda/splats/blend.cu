@@ -194,8 +194,8 @@ __device__ void blend_column(Column<Size>& c, const Batch& b, int j)
     }
 }
 
-// Blends those of 32 splats, from `first` on, that are set in `in`. Near splats mostly cover a
-// patch.
+// Blends the splats among 32, from `first` on, whose bits are set in `in`. Near splats mostly cover
+// a patch.
 template <Blending how, class Size>
 __device__ void blend_named(Column<Size>& c, const Batch& b, int first, unsigned in,
                             unsigned covering)
@@ -325,8 +325,8 @@ __device__ Range range_of(const RasterView& d, const Part& part)
     return {range.y ? d.room - int(range.x) : 0, int(range.y)};
 }
 
-// One barrier per batch: at it all warps have finished the batch before the one that they blend
-// next, so its buffer can be reused.
+// One barrier per batch: at it all warps have finished the previous batch, so its buffer can be
+// reused.
 template <class Size, bool mesh>
 __device__ void blend_list(const RasterView& d, const Part& part, const Range& range,
                            Column<Size>& c, float x0, float y0)

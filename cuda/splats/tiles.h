@@ -60,7 +60,7 @@ constexpr int longest_of_a_block = 2048;
 
 // Whether a whole list is the best for a tile. `splats`: number of sampled candidates that reach
 // the tile; `entries`: their entries in a list by parts; `blocks`: number of parts that are drawn.
-// False without samples: a list by parts has no splats that are not drawn.
+// False without samples: every splat in a list by parts is drawn.
 HD bool best_whole(unsigned splats, unsigned entries, int blocks)
 {
     const long long more = (long long)entries - splats;  // if listed by parts

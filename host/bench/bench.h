@@ -35,7 +35,7 @@ struct Counted {
     std::vector<StageWork> stages;
     DeviceWork sum;
     double issue_share = 0;  // instruction rate over the issue rate of the multiprocessors
-    double copy_share = 0;   // memory bandwidth over that of the measured copy
+    double copy_share = 0;   // memory bandwidth over the bandwidth of the measured copy
 };
 
 // Splats drawn by a row, for both eyes; 0 pixels: none.

@@ -208,7 +208,7 @@ void add_new(CLI::App& app, Verb& chosen)
     make->callback([&chosen] { chosen = [] { return new_verb(o); }; });
 }
 
-// Text of `knead --help`. app.help() would return that of the parsed verb, `help` itself.
+// Text of `knead --help`. app.help() would return the help of the parsed verb, `help` itself.
 std::string whole_help(const CLI::App& app)
 {
     return app.get_formatter()->make_help(&app, "knead", CLI::AppFormatMode::Normal);

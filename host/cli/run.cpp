@@ -99,7 +99,7 @@ class Session {
     RunInfo facts;
     std::vector<std::string> names{"report.json", "frames.csv"};  // files to be written
     double began = 0;  // start of the frame loop, wall_seconds() [s]
-    // CPU time of the process at the start of the run, less that of the resumed run [s].
+    // CPU time of the process at the start of the run, less the CPU time of the resumed run [s].
     double cpu_before = 0;
     std::unique_ptr<FrameWriter> writer;
     bool has_video = false, output_refused = false;

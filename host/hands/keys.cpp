@@ -47,7 +47,7 @@ Vec mean(const std::vector<Vec>& points)
     return (1 / double(points.size())) * sum;
 }
 
-// The two ends of the tool that are furthest apart, the one on the thumb's side first.
+// The two ends of the tool that are furthest apart; first the end on the thumb's side.
 std::pair<Vec, Vec> ends(const std::vector<Vec>& points, Side side)
 {
     std::pair<Vec, Vec> best{points[0], points[0]};

@@ -60,7 +60,7 @@ struct LiveOptions {
                              // second of simulated time [m/s]; 0: no limit
     bool recorded = true;    // starts with the scene's recorded hands
     bool paused = false;     // starts paused
-    bool waits = false;      // no frame begins before start(), no rehearsal without rehearse()
+    bool waits = false;      // frames begin with start(); rehearsal only by rehearse()
     bool on_device = false;  // surfaces and Gaussians stay on the device that computed them
     bool moving = false;     // states contain the motion of the surface
     std::size_t memory = 0;  // limit for loading a scene [bytes]; 0: what is free

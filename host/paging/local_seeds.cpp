@@ -20,7 +20,8 @@ int LocalClay::first_stratum(int cube) const
     return int(std::ceil(cube * tiling.edge / spacing - 0.5));
 }
 
-// Layer z of a cube: one particle in each stratum under the surface that has none nearby.
+// Layer z of a cube: one particle in each stratum that is under the surface and has no particle
+// nearby.
 std::vector<Vec3<double>> LocalClay::seeds(Int3 cube, int z, const CubeHeights& heights,
                                            const Cells& there) const
 {

@@ -15,7 +15,7 @@ struct Audit {
     double volume = 0;                // sum of J times the volume at rest [m^3]
     double unloaded = 0;              // the same without the elastic part of J [m^3]
     Vec3<double> momentum{}, spin{};  // [kg m/s]; angular, about the origin [kg m^2/s]
-    double kinetic = 0, elastic = 0;  // [J]; kinetic with that of the affine velocity
+    double kinetic = 0, elastic = 0;  // [J]; kinetic includes the affine velocity
     double fastest = 0;               // [m/s]
     long broken = 0;                  // particles with a non-finite number
     std::uint64_t hash = 0;           // xxh64 over all particles

@@ -55,8 +55,8 @@ struct Resting {
     }
     bool seen() const { return first != -INFINITY && second != -INFINITY; }
     double gain() const { return seen() ? (second - first) / std::max(first, 1e-30) : 0; }
-    // Speed that indicates an explosion: twice that of a hundredth of the clay with all the energy
-    // [m/s].
+    // Speed that indicates an explosion: twice the speed of a hundredth of the clay with all the
+    // energy [m/s].
     double bound(const Audit& before) const
     {
         if (!seen()) return INFINITY;

@@ -206,7 +206,7 @@ void add_blade_tool(Setup& s)
     s.tools.push_back({ContactMode::separate, 0.3, true, true});
 }
 
-// Strokes of a blade down to the floor, each rotated and displaced from the one before.
+// Strokes of a blade down to the floor, each rotated and displaced relative to the previous one.
 Case shredded(const std::string& name, const Material<double>& material, int strokes)
 {
     Case c{name + " cut to shreds", block_on_floor(material)};

@@ -148,9 +148,9 @@ void GpuSolver::sort_if_due(const Views& views, const Features& features, cudaSt
     if (now.unsorted) sort(views, features, stream, now.side);
 }
 
-// Launched in the same stream between grid and g2p: each kernel waits only for the one directly
-// before it. On a stream parallel to g2p its time would be hidden, but a fork between kernels with
-// programmatic dependent launch crashed (driver 580).
+// Launched in the same stream between grid and g2p: each kernel waits only for its predecessor. On
+// a stream parallel to g2p its time would be hidden, but a fork between kernels with programmatic
+// dependent launch crashed (driver 580).
 void GpuSolver::follow(const Views& views, const Features& features, bool at_end,
                        cudaStream_t stream) const
 {
