@@ -140,8 +140,8 @@ struct ClayDigest {
 
 class SimulationRun;
 
-// Decides when a stop cuts the current frame: 0.25 s later. The delay lets most frames end
-// normally; a recording cannot reproduce a cut frame.
+// Decides when a stop cuts the current frame: after 0.25 s, so that the frame can end by itself. A
+// frame that was cut cannot be reproduced from a recording.
 class StopPatience {
   public:
     bool cuts(bool stopped)

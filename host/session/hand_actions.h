@@ -27,7 +27,7 @@ struct HandAction {
     int object = 0;               // material, move
     Material<double> material{};  // without mass, volume and category
     Vec3<double> gravity{};       // [m/s^2]
-    HandsOptions hands;           // only `held`, `present`, `zoom` and `at` are used
+    HandsOptions hands;           // only `held`, `present`, `zoom`, `at`; otherwise as in the scene
     RigidMotion<double> motion{};
 };
 
