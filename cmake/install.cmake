@@ -11,8 +11,9 @@ install(EXPORT KneadTargets NAMESPACE Knead:: DESTINATION ${package})
 # Not those of the back ends, nor of the program.
 install(DIRECTORY cuda host DESTINATION ${headers} FILES_MATCHING PATTERN *.h PATTERN *.cuh
     PATTERN host/cli EXCLUDE PATTERN host/desktop EXCLUDE PATTERN host/solver/cpu EXCLUDE
-    PATTERN host/solver/gpu EXCLUDE PATTERN host/solver/pieces.h EXCLUDE PATTERN host/vr/panel_quad.h EXCLUDE
-    PATTERN host/vr/headset_feel.h EXCLUDE PATTERN host/vr/headset_loop_class.h EXCLUDE)
+    PATTERN host/solver/gpu EXCLUDE PATTERN host/solver/pieces.h EXCLUDE
+    PATTERN host/vr/panel_quad.h EXCLUDE PATTERN host/vr/headset_feel.h EXCLUDE
+    PATTERN host/vr/headset_loop_class.h EXCLUDE)
 install(FILES render/painter.h render/geometry.h render/eye_painter.h render/pace.h
     DESTINATION ${headers}/render)
 install(FILES xr/headset.h DESTINATION ${headers}/xr)
