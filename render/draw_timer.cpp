@@ -22,7 +22,7 @@ void DrawTimer::end()
     timing = false;
 }
 
-std::optional<DrawTimer::Reading> DrawTimer::told()
+std::optional<DrawTimer::Reading> DrawTimer::poll()
 {
     if (read == begun) return {};
     const GLuint query = queries[read % most];

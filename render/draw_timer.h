@@ -21,7 +21,7 @@ class DrawTimer {
     void begin(float scale);
     void end();
     // The oldest unread result; empty if it is not available yet.
-    std::optional<Reading> told();
+    std::optional<Reading> poll();
 
   private:
     static constexpr std::size_t most = 8;

@@ -59,7 +59,7 @@ class Painter {
     virtual int largest_side() const = 0;  // largest side of a picture, by GL limits [pixels]
     // Sets a callback polled while a picture is drawn, which may take seconds in software; when it
     // returns true, paint() throws PictureError.
-    void give_up_when(std::function<bool()> asked) { given_up = std::move(asked); }
+    void give_up_when(std::function<bool()> when) { given_up = std::move(when); }
 
   protected:
     std::function<bool()> given_up = [] { return false; };

@@ -131,9 +131,9 @@ float Actions::value(XrAction of, Side side)
     return state.isActive ? state.currentState : 0;
 }
 
-Held Actions::held(Side side, XrSpace base, XrTime time)
+HeldButtons Actions::held(Side side, XrSpace base, XrTime time)
 {
-    Held all;
+    HeldButtons all;
     auto about = typed<XrActionStateGetInfo>(XR_TYPE_ACTION_STATE_GET_INFO);
     about.action = grip;
     about.subactionPath = hand[side];

@@ -6,7 +6,7 @@
 namespace knead::xr {
 
 // State of one side's controller, or of the hand interaction profile.
-struct Held {
+struct HeldButtons {
     bool active = false;  // the grip pose is valid
     Joint<float> grip{};
     float trigger = 0, grasp = 0;  // 0 to 1
@@ -19,7 +19,7 @@ class Actions {
     Actions(const Actions&) = delete;
 
     void sync();
-    Held held(Side side, XrSpace base, XrTime time);
+    HeldButtons held(Side side, XrSpace base, XrTime time);
     void vibrate(Side side, float strength);
 
   private:

@@ -167,7 +167,7 @@ void OpenXrHeadset::take(const XrEventDataBuffer& event, HeadsetEvents& news)
     SessionState& state = session->state;
     switch (int(event.type)) {
         case XR_TYPE_EVENT_DATA_SESSION_STATE_CHANGED:
-            state.told(
+            state.entered(
                 XrState(reinterpret_cast<const XrEventDataSessionStateChanged&>(event).state));
             break;
         case XR_TYPE_EVENT_DATA_INSTANCE_LOSS_PENDING:

@@ -195,7 +195,7 @@ bool Session::locate_eyes(const XrFrameState& frame, HeadsetViews& sight)
 TrackedHand Session::hand(Side side, XrTime time)
 {
     TrackedHand found = hands->locate(side, origin, time);
-    const Held held = actions->held(side, origin, time);
+    const HeldButtons held = actions->held(side, origin, time);
     found.pinch = held.trigger, found.grasp = held.grasp;
     found.holds = held.active;
     if (!found.hand.tracked && held.active) {

@@ -28,7 +28,7 @@ bool SessionState::follows(XrState next) const
     return false;
 }
 
-void SessionState::told(XrState next)
+void SessionState::entered(XrState next)
 {
     if (!follows(next)) ++odd;
     state = next;

@@ -32,7 +32,7 @@ enum class SessionAction {
 
 class SessionState {
   public:
-    void told(XrState state);
+    void entered(XrState state);
     void session_lost() { lost = lost == Lost::instance ? lost : Lost::session; }
     void instance_lost() { lost = Lost::instance; }
     // The user requested the end: from now on the end or loss of the session yields `leave`, not a

@@ -61,7 +61,7 @@ class WarpContact {
     // Lists the mask's primitives that may be near the points, each with the byte label(primitive);
     // a negative label excludes it. Returns their number.
     template <class Label>
-    __device__ int look(const Mask& mask, bool in, Vec3<float> p, Label&& label)
+    __device__ int find_near(const Mask& mask, bool in, Vec3<float> p, Label&& label)
     {
         const Vec3<float> low = {min_of(p.x, in), min_of(p.y, in), min_of(p.z, in)};
         const Vec3<float> high = {-min_of(-p.x, in), -min_of(-p.y, in), -min_of(-p.z, in)};
@@ -71,10 +71,10 @@ class WarpContact {
             int labels[2];
             UNROLL
             for (int k = 0; k < 2; ++k) {
-                const unsigned asked = __reduce_or_sync(all, in ? mask.bits[word + k] : 0);
+                const unsigned queried = __reduce_or_sync(all, in ? mask.bits[word + k] : 0);
                 const int own = 32 * (word + k) + lane;
                 labels[k] = -1;
-                if (!(asked >> lane & 1)) continue;
+                if (!(queried >> lane & 1)) continue;
                 const int given = label(own);
                 if (met(c.shapes[own], low, high)) labels[k] = given;
             }
@@ -187,10 +187,10 @@ class WarpContact {
     // pass, all pairs: the test costs as much as the closest point. Returns their number.
     __device__ int pair(int count, bool in, Vec3<float> p)
     {
-        const unsigned asked = __ballot_sync(all, in && lane < points);
-        const int few = __popc(asked);
+        const unsigned queried = __ballot_sync(all, in && lane < points);
+        const int few = __popc(queried);
         if (brief && count > 2 * parts && few * count <= 32) {
-            unsigned char* to = s.pairs + before(asked);
+            unsigned char* to = s.pairs + before(queried);
             if (in && lane < points)
                 for (int own = point; own < points * count; own += points, to += few)
                     *to = static_cast<unsigned char>(own);

@@ -29,11 +29,11 @@ __device__ Sums summed(const Events& e, float speed_squared, float stiffness)
             __reduce_max_sync(all_lanes, __float_as_uint(stiffness))};
 }
 
-// Barrier of the thread block; if `asked`, returns the number of threads with `counted`.
-template <bool asked>
+// Barrier of the thread block; if `counts`, returns the number of threads with `counted`.
+template <bool counts>
 __device__ int synchronised(bool counted)
 {
-    if constexpr (asked) return __syncthreads_count(counted);
+    if constexpr (counts) return __syncthreads_count(counted);
     __syncthreads();
     return 0;
 }

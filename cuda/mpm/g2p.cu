@@ -25,8 +25,8 @@ __device__ bool may_yield(const Materials& materials, const Particle<float>& q)
 {
     if constexpr (f.tools && f.plasticity == PlasticityClass::plastic) {
         const Material<float> m = material_of<f>(materials, q.object);
-        const bool asked = m.plasticity == Plasticity::von_mises && !surely_elastic(m, q.e, q.k);
-        return __any_sync(all_lanes, asked);
+        const bool may = m.plasticity == Plasticity::von_mises && !surely_elastic(m, q.e, q.k);
+        return __any_sync(all_lanes, may);
     }
     return true;
 }

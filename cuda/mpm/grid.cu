@@ -185,10 +185,10 @@ union WarpSpace<false> {
 // Applies walls and the speed limit to node n, which has mass.
 template <bool fixed_point>
 __device__ void finish_node(const GridUpdateView& d, int substep, float dt, Int3 n,
-                            MirrorNodes& mirrors, bool led)
+                            MirrorNodes& mirrors, bool by_tool)
 {
     if (!clear_of(n, d.walls))
-        return update_with_images<fixed_point>(d, substep, dt, n, 0, mirrors, led);
+        return update_with_images<fixed_point>(d, substep, dt, n, 0, mirrors, by_tool);
     bool clipped;
     mirrors.own.p = limit_speed(mirrors.own.p, d.lattice, dt, clipped);
     if (clipped) count_slowed(d, mirrors.own.m);
@@ -231,7 +231,7 @@ __device__ void update_node(const GridUpdateView& d, WarpSpace<tools>& space, in
     mirrors.own = after.node;
     if (mirrors.own.m > 0) {
         if (!own.near) mirrors.own.p = apply_gravity(mirrors.own, d.gravity, dt);
-        finish_node<fixed_point>(d, n, dt, at, mirrors, after.led);
+        finish_node<fixed_point>(d, n, dt, at, mirrors, after.by_tool);
     }
     node_at(d, n & 1, own.i) = mirrors.own;
 }

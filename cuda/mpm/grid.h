@@ -99,7 +99,7 @@ HD Vec3<R> apply_walls(Vec3<R> v, Int3 n, const Lattice<R>& lattice, const Walls
 // `approach`, `place` and `slides`: see sliding.h.
 template <class R, class Slides = Forgotten<R>>
 HD void apply_wall(Node<R>& node, Node<R>& mirror_node, bool paired, Vec3<R> normal,
-                   const Walls<R>& walls, bool led, R approach = 0, R dt = 1, int place = -1,
+                   const Walls<R>& walls, bool by_tool, R approach = 0, R dt = 1, int place = -1,
                    const Slides& slides = {})
 {
     if (paired && !(node.m > 0 && mirror_node.m > 0)) return;
@@ -108,7 +108,7 @@ HD void apply_wall(Node<R>& node, Node<R>& mirror_node, bool paired, Vec3<R> nor
         return;
     }
     const Vec3<R> mean = R(0.5) * (node.p + mirror_node.p);
-    if (led) {
+    if (by_tool) {
         if (approach > 0 && dot(mean, normal) >= -approach) return;
         const Vec3<R> along = node.p - dot(node.p, normal) * normal;
         mirror_node.p = (walls.mode == ContactMode::sticky ? R(0) : R(2)) * along - node.p -
@@ -145,11 +145,11 @@ HD Int3 walls_met(Int3 n, Int3 mirror_offset, const Walls<R>& walls)
 }
 
 // Applies the walls met to node n and its mirror nodes, axis by axis. get(k) and put(k, node)
-// access the k-th node. `led`: a tool changed the velocity. masses(m) returns the mass of all clay
-// at node m.
+// access the k-th node. `by_tool`: a tool changed the velocity. masses(m) returns the mass of all
+// clay at node m.
 template <class R, class Nodes, class Masses>
 HD void apply_walls(Int3 n, Int3 met, Int3 mirror_offset, const Lattice<R>& lattice,
-                    const Walls<R>& walls, bool led, R dt, Nodes&& nodes, Masses&& masses)
+                    const Walls<R>& walls, bool by_tool, R dt, Nodes&& nodes, Masses&& masses)
 {
     const int all = mirror_count(mirror_offset);
     int next = 1;  // bit of this axis in k
@@ -165,7 +165,7 @@ HD void apply_walls(Int3 n, Int3 met, Int3 mirror_offset, const Lattice<R>& latt
         for (int k = 0; k < all; k = ((k | other) + 1) & ~other) {  // all k without this bit
             Node<R> node = nodes.get(k), mirrored{};
             if (paired) mirrored = nodes.get(k | other);
-            apply_wall(node, mirrored, paired, normal, walls, led, approach);
+            apply_wall(node, mirrored, paired, normal, walls, by_tool, approach);
             nodes.put(k, node);
             if (paired) nodes.put(k | other, mirrored);
         }
@@ -226,12 +226,13 @@ HD Node<R> after_gravity(const Node<R>& sum, Vec3<R> gravity, R dt)
 }
 
 // The update of node n and its mirror nodes, accessed as in apply_walls(); sums become velocities.
-// v is the node's velocity after gravity and tools; `led` if tools changed it. Calls slowed(mass)
-// for each clipped node. masses(m) returns the mass of all clay at node m in every field.
+// v is the node's velocity after gravity and tools; `by_tool` if tools changed it. Calls
+// slowed(mass) for each clipped node. masses(m) returns the mass of all clay at node m in every
+// field.
 template <class R, class Nodes, class Slowed, class Slides, class Masses>
-HD void update_led(Int3 n, Int3 mirror_offset, const Lattice<R>& lattice, const Walls<R>& walls,
-                   Vec3<R> gravity, R dt, Nodes&& nodes, Vec3<R> v, bool led, Slowed&& slowed,
-                   const Slides& slides, Masses&& masses)
+HD void update_after_tools(Int3 n, Int3 mirror_offset, const Lattice<R>& lattice,
+                           const Walls<R>& walls, Vec3<R> gravity, R dt, Nodes&& nodes, Vec3<R> v,
+                           bool by_tool, Slowed&& slowed, const Slides& slides, Masses&& masses)
 {
     const Int3 met = walls_met(n, mirror_offset, walls);
     const int all = mirror_count(mirror_offset);
@@ -242,15 +243,15 @@ HD void update_led(Int3 n, Int3 mirror_offset, const Lattice<R>& lattice, const 
         Node<R> own{v, nodes.get(0).m}, mirror_node{};
         if (paired) mirror_node = after_gravity(nodes.get(1), gravity, dt);
         const R approach = approach_speed(n, axis, sign, paired, walls, lattice.dx, dt, masses);
-        apply_wall(own, mirror_node, paired, wall_normal<R>(axis, sign), walls, led, approach, dt,
-                   place, slides);
+        apply_wall(own, mirror_node, paired, wall_normal<R>(axis, sign), walls, by_tool, approach,
+                   dt, place, slides);
         if (paired) nodes.put(1, mirror_node);
         nodes.put(0, own);
     } else {
         nodes.put(0, {v, nodes.get(0).m});
         ROLLED
         for (int k = 1; k < all; ++k) nodes.put(k, after_gravity(nodes.get(k), gravity, dt));
-        apply_walls(n, met, mirror_offset, lattice, walls, led, dt, nodes, masses);
+        apply_walls(n, met, mirror_offset, lattice, walls, by_tool, dt, nodes, masses);
     }
     ROLLED
     for (int k = 0; k < all; ++k) {
@@ -270,10 +271,10 @@ HD void update_mirrors(Int3 n, Int3 mirror_offset, const Lattice<R>& lattice, co
 {
     const Node<R> own = nodes.get(0);
     Vec3<R> v{};
-    bool led = false;
-    if (own.m > 0) v = apply_gravity(own, gravity, dt), led = tools(v);
-    update_led(n, mirror_offset, lattice, walls, gravity, dt, nodes, v, led, slowed, slides,
-               masses);
+    bool by_tool = false;
+    if (own.m > 0) v = apply_gravity(own, gravity, dt), by_tool = tools(v);
+    update_after_tools(n, mirror_offset, lattice, walls, gravity, dt, nodes, v, by_tool, slowed,
+                       slides, masses);
 }
 
 // Direction of the gradient at node n of a nodal value, not normalised. value(node) is called for

@@ -13,7 +13,7 @@ using SharedSpace = ContactSpace<shared_nodes>;
 // A node after gravity and tools.
 struct AfterTools {
     Node<float> node;
-    bool led;  // a tool changed its velocity
+    bool by_tool;  // a tool changed its velocity
 };
 
 // Whether the lane's node i or a neighbour in its block held clay in the previous substep, so that

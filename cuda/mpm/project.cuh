@@ -95,15 +95,15 @@ __device__ inline void add_touched(Clock& clock, std::uint32_t tools)
     if (all && (threadIdx.x & 31) == 0) atomicOr(&clock.counters.touched, all);
 }
 
-// Projects a warp's particles, for lanes with `asked`. Warp-collective. Returns the penetration
+// Projects a warp's particles, for lanes with `check`. Warp-collective. Returns the penetration
 // depth of the lane's particle [m].
 template <bool blades, bool brief, class PerCell>
 __device__ float project_out_of_tools(Particle<float>& q, PerCell&& per_cell, const G2pView& d,
                                       const SubstepContext& later,
-                                      const ContactScratch<blades>& borrowed, bool asked,
+                                      const ContactScratch<blades>& borrowed, bool check,
                                       unsigned& covered)
 {
-    const Mask* own = asked ? near_tools(d.near, d.lattice, q.x) : nullptr;
+    const Mask* own = check ? near_tools(d.near, d.lattice, q.x) : nullptr;
     bool in = own;
     if (!__any_sync(all_lanes, in)) return 0;
     const float around = per_cell();
@@ -120,7 +120,7 @@ __device__ float project_out_of_tools(Particle<float>& q, PerCell&& per_cell, co
     borrowed.spill(q.x);
     WarpContact<32, brief> contact(borrowed.contact(), colliders, d.near.pushout.skin);
     for (int k = 0; k < d.near.passes && __any_sync(all_lanes, in); ++k) {
-        const int near = contact.look(
+        const int near = contact.find_near(
             mask, in, q.x, [&](int i) { return blades && two_sided(colliders, i) ? -1 : 0; });
         if (near == 0) break;
         const Contact<float> hit = contact.deepest(0, near, in, q.x);

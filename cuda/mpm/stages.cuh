@@ -100,11 +100,11 @@ struct SortSpace {
 };
 std::size_t sort_scratch_bytes(int count, const Lattice<float>& lattice, const Features& features);
 // Whether a sort needs the current side at launch.
-inline bool told_side(const Features& features) { return features.fixed_point; }
+inline bool side_at_launch(const Features& features) { return features.fixed_point; }
 
 // Sorts the particles by the base node of their stencil; within a node stably with `fixed_point`,
 // else in any order. Flips Clock::side. In two parts: sort_particles() finds the order, arrange()
-// moves the particles. `side` is used only if told_side().
+// moves the particles. `side` is used only if side_at_launch().
 void sort_particles(const Views& views, const Features& features, const SortSpace& space, int side,
                     cudaStream_t stream);
 void arrange(const Views& views, const Features& features, cudaStream_t stream);

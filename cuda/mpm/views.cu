@@ -5,7 +5,7 @@ namespace knead::gpu {
 namespace {
 
 template <class T>
-Span<const T> look(const Span<T>& span)
+Span<const T> const_view(const Span<T>& span)
 {
     return {span.data, span.count};
 }
@@ -22,8 +22,8 @@ SweptView swept_view(const ToolView& t)
 
 ContactView contact_view(const ToolView& t)
 {
-    return {{look(t.spheres[0]), look(t.spheres[1])},
-            {look(t.shapes[0]), look(t.shapes[1])},
+    return {{const_view(t.spheres[0]), const_view(t.spheres[1])},
+            {const_view(t.shapes[0]), const_view(t.shapes[1])},
             t.primitives,
             t.tools};
 }

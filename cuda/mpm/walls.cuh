@@ -165,15 +165,15 @@ __device__ inline SlidingOnDevice sliding_in(const GridUpdateView& d, int field,
 }
 
 // Updates node n and its mirror nodes in velocity field `field`. In: mirrors.own has the velocity
-// after tools; `led` if tools changed it. Writes the mirror nodes; the caller writes the node
+// after tools; `by_tool` if tools changed it. Writes the mirror nodes; the caller writes the node
 // itself.
 template <bool fixed_point>
 __device__ void update_with_images(const GridUpdateView& d, int substep, float dt, Int3 n,
-                                   int field, MirrorNodes& mirrors, bool led)
+                                   int field, MirrorNodes& mirrors, bool by_tool)
 {
-    update_led(
-        n, mirrors.mirror_offset, d.lattice, d.walls, d.gravity, dt, mirrors, mirrors.own.p, led,
-        [&](float mass) { count_slowed(d, mass); }, sliding_in(d, field, substep),
+    update_after_tools(
+        n, mirrors.mirror_offset, d.lattice, d.walls, d.gravity, dt, mirrors, mirrors.own.p,
+        by_tool, [&](float mass) { count_slowed(d, mass); }, sliding_in(d, field, substep),
         masses<fixed_point>(d, substep & 1));
     const int first = field * d.lattice.node_count();
     ROLLED

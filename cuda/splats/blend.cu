@@ -63,7 +63,7 @@ __device__ Footprint<float> footprint(const Batch& b, int j, Vec3<float>& colour
 
 // The area of a thread block: the samples of a part of a tile, each covering `step` x `step`
 // pixels.
-struct Part {
+struct TilePart {
     int key, tile, eye, x, y;  // (x, y): the tile's first pixel
     int step;
     PartBox box;
@@ -77,7 +77,7 @@ struct Part {
     }
 };
 
-__device__ Part part_of(const RasterView& d, int key)
+__device__ TilePart part_of(const RasterView& d, int key)
 {
     const int tile = key / parts, n = key - tile * parts;
     const int eye = tile / d.tiles_of_eye(), row = tile / d.columns, step = d.rules[tile].step;
@@ -91,7 +91,7 @@ __device__ Part part_of(const RasterView& d, int key)
 }
 
 // One of its quarters.
-__device__ Part quarter_of(Part p, int n)
+__device__ TilePart quarter_of(TilePart p, int n)
 {
     constexpr int width = part_width / 2, height = part_height / 2;
     const int x = n % 2 * width * p.step, y = n / 2 * height * p.step;
@@ -139,7 +139,7 @@ __device__ bool is_hidden(const RasterView& d, int eye, int2 pixel)
 }
 
 // Mesh depth of a sample, at its middle pixel.
-__device__ float mesh_at(const RasterView& d, const Part& part, int2 corner)
+__device__ float mesh_at(const RasterView& d, const TilePart& part, int2 corner)
 {
     const int x = min(corner.x + part.step / 2, d.width - 1);
     const int y = min(corner.y + part.step / 2, d.height - 1);
@@ -148,7 +148,7 @@ __device__ float mesh_at(const RasterView& d, const Part& part, int2 corner)
 
 // Samples of the patch whose first pixel is (x0, y0).
 template <class Size, bool mesh>
-__device__ Column<Size> begun(const RasterView& d, const Part& part, int x0, int y0)
+__device__ Column<Size> begun(const RasterView& d, const TilePart& part, int x0, int y0)
 {
     const int lane = int(threadIdx.x) % 32, step = part.step;
     Column<Size> c;
@@ -262,7 +262,7 @@ __device__ void store_pixel(const RasterView& d, int e, Pixel<float> p, int at)
 
 // Stores all pixels covered by the samples, composited over mesh or background.
 template <class Size, bool mesh>
-__device__ void store(const RasterView& d, const Part& part, const Column<Size>& c)
+__device__ void store(const RasterView& d, const TilePart& part, const Column<Size>& c)
 {
     UNROLL
     for (int k = 0; k < Size::each; ++k) {
@@ -288,7 +288,7 @@ __device__ Entry entry_of(const RasterView& d, int record)
     n.shape[0] = shape[0], n.shape[1] = shape[1];
     return n;
 }
-__device__ bool is_in(const Part& part, const Entry& n)
+__device__ bool is_in(const TilePart& part, const Entry& n)
 {
     return n.record >= 0 &&
            reaches_part(footprint(n.shape[0], n.shape[1]), part.x, part.y, part.box, part.step);
@@ -319,7 +319,7 @@ __device__ int put(const RasterView& d, Batch& b, const Entry& n, unsigned lanes
 struct Range {
     int from, to;
 };
-__device__ Range range_of(const RasterView& d, const Part& part)
+__device__ Range range_of(const RasterView& d, const TilePart& part)
 {
     const uint2 range = d.ranges[d.rules[part.tile].whole ? part.tile * parts : part.key];
     return {range.y ? d.room - int(range.x) : 0, int(range.y)};
@@ -328,7 +328,7 @@ __device__ Range range_of(const RasterView& d, const Part& part)
 // One barrier per batch: at it all warps have finished the previous batch, so its buffer can be
 // reused.
 template <class Size, bool mesh>
-__device__ void blend_list(const RasterView& d, const Part& part, const Range& range,
+__device__ void blend_list(const RasterView& d, const TilePart& part, const Range& range,
                            Column<Size>& c, float x0, float y0)
 {
     __shared__ Batch both[2];
@@ -352,7 +352,7 @@ __device__ void blend_list(const RasterView& d, const Part& part, const Range& r
 }
 
 template <class Size, bool mesh>
-__device__ void draw(const RasterView& d, const Part& part, const Range& range)
+__device__ void draw(const RasterView& d, const TilePart& part, const Range& range)
 {
     if (!part.has(d, {part.left(), part.top()})) return;
     const int warp = int(threadIdx.x) / 32;
@@ -368,10 +368,10 @@ template <bool mesh>
 __global__ void __launch_bounds__(threads, resident<PartSize, mesh>)
     blend_kernel(const __grid_constant__ RasterView d)
 {
-    const Part part = part_of(d, int(blockIdx.x));
+    const TilePart part = part_of(d, int(blockIdx.x));
     const Range range = range_of(d, part);
     if (!d.rules[part.tile].whole && range.to - range.from > longest_of_a_block) {
-        if (threadIdx.x == 0) d.put_off[atomicAdd(&d.counts->put_off, 1)] = part.key;
+        if (threadIdx.x == 0) d.deferred[atomicAdd(&d.counts->deferred, 1)] = part.key;
         return;
     }
     draw<PartSize, mesh>(d, part, range);
@@ -382,9 +382,9 @@ template <bool mesh>
 __global__ void __launch_bounds__(threads, resident<QuarterSize, mesh>)
     blend_rest_kernel(const __grid_constant__ RasterView d)
 {
-    const int all = quarters * d.counts->put_off;
+    const int all = quarters * d.counts->deferred;
     for (int k = int(blockIdx.x); k < all; k += int(gridDim.x)) {
-        const Part part = part_of(d, d.put_off[k / quarters]);
+        const TilePart part = part_of(d, d.deferred[k / quarters]);
         draw<QuarterSize, mesh>(d, quarter_of(part, k % quarters), range_of(d, part));
         __syncthreads();
     }

@@ -107,7 +107,7 @@ struct RasterCounts {
     unsigned long long dropped;    // of these, not in the list
     unsigned visible;              // splats in any view
     int next_chunk;                // of candidates
-    int put_off;                   // deferred parts, with long lists
+    int deferred;                  // deferred parts, with long lists
 };
 
 struct RasterView {
@@ -141,7 +141,7 @@ struct RasterView {
     const unsigned char* seen_parts;  // one bit per part: on the screen, and not entirely hidden
     TileSample* samples;              // of this frame, from emit() on
     TileOptions* rules;               // from emit() on
-    int* put_off;                     // keys of parts; room for all
+    int* deferred;                    // keys of parts; room for all
     RasterCounts* counts;
 
     HD int tiles_of_eye() const { return columns * rows; }

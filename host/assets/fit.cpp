@@ -17,7 +17,7 @@ constexpr double min_weight = 0.06;  // joint weights below this are dropped
 
 // A trade-off between fitting the open hand and fitting a fist; the sweep is in
 // docs/method/hands.md. H25 has too few spheres to fit its outliers without degrading the fist.
-FitOptions rule_of(Topology topology)
+FitOptions options_of(Topology topology)
 {
     if (topology == Topology::h25) return {3e-2, 0};
     return {1e-2, 2e-3};
@@ -228,7 +228,7 @@ FitReport fit_hand(const std::vector<HandMesh>& meshes, Topology topology)
         for (std::size_t i = 1; i < views.size(); ++i)
             views[i].carries = carries(report.spheres, skins[0].joints, skins[i].joints);
         // The outlier term is enabled after the first fit: before, every point is an outlier.
-        FitOptions options = rule_of(topology);
+        FitOptions options = options_of(topology);
         if (turn == 0) options.outlier = 0;
         refine(s, start, l.primitives, views, options);
         report.spheres = hung(s, l.primitives, l, views[0].points);

@@ -68,7 +68,7 @@ std::vector<int> joint_order(const Source& s, const GltfSkin& skin)
     return order;
 }
 
-struct Frame {
+struct JointFrame {
     Matrix3d axes;  // columns x, y, z
     Vector3d p;
 };
@@ -84,7 +84,7 @@ Matrix3d facing(const Vector3d& x, const Vector3d& z)
 
 // Phalanges and the thumb: -z exactly along the bone, and one flexion axis x for the whole finger,
 // the mean of the axes in the mesh's skeleton. Metacarpals keep their frames.
-void straighten(std::array<Frame, joint_count>& f)
+void straighten(std::array<JointFrame, joint_count>& f)
 {
     for (int finger = 0; finger < 5; ++finger) {
         const int first = finger == 0 ? thumb_metacarpal : thumb_tip + 5 * finger - 3;
@@ -98,9 +98,9 @@ void straighten(std::array<Frame, joint_count>& f)
 }
 
 std::array<Joint<double>, joint_count> bind_pose(const Source& s, const GltfSkin& skin,
-                                                 const std::vector<int>& order, Frame& base)
+                                                 const std::vector<int>& order, JointFrame& base)
 {
-    std::array<Frame, joint_count> f{};
+    std::array<JointFrame, joint_count> f{};
     for (std::size_t k = 0; k < order.size(); ++k) {
         if (order[k] < 0) continue;
         const ::Eigen::Matrix4d m(skin.inverse_bind[k].data());
@@ -112,7 +112,8 @@ std::array<Joint<double>, joint_count> bind_pose(const Source& s, const GltfSkin
         f[order[k]] = {facing(at.block<3, 1>(0, 0), at.block<3, 1>(0, 2)), at.block<3, 1>(0, 3)};
     }
     base = f[wrist];
-    for (Frame& g : f) g = {base.axes.transpose() * g.axes, base.axes.transpose() * (g.p - base.p)};
+    for (JointFrame& g : f)
+        g = {base.axes.transpose() * g.axes, base.axes.transpose() * (g.p - base.p)};
     straighten(f);
     std::array<Joint<double>, joint_count> joints{};
     for (int j = 0; j < joint_count; ++j) {
@@ -157,7 +158,7 @@ Skin read_skin(const std::string& path)
     s.need(!part.joints.empty(), "/meshes/0/primitives/0: expected JOINTS_0, found none");
     const std::vector<int> order = joint_order(s, gltf.skins[0]);
     Skin skin;
-    Frame base;
+    JointFrame base;
     skin.joints = bind_pose(s, gltf.skins[0], order, base);
     for (std::size_t i = 0; i < part.vertices.size(); ++i) {
         const Vec3<float> v = part.vertices[i];

@@ -62,7 +62,7 @@ EndHeld::~EndHeld()
     if (held_back) std::raise(held_back);
 }
 
-bool EndHeld::asked() { return held_back != 0; }
+bool EndHeld::pending() { return held_back != 0; }
 
 void watch_interrupts()
 {

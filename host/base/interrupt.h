@@ -16,7 +16,7 @@ class EndHeld {
     EndHeld(const EndHeld&) = delete;
     EndHeld& operator=(const EndHeld&) = delete;
 
-    static bool asked();  // true if a signal is deferred: cancel long writes
+    static bool pending();  // true if a signal is deferred: cancel long writes
 };
 
 }  // namespace knead

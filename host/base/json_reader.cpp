@@ -66,17 +66,18 @@ std::string likely_name(const std::string& word, const std::vector<std::string>&
     return edit_distance(word.substr(0, 100), best) <= allowed ? best : "";
 }
 
-std::vector<std::string> names_asked(const std::string& kind, const std::vector<std::string>& asked,
-                                     const std::vector<std::string>& names)
+std::vector<std::string> requested_names(const std::string& kind,
+                                         const std::vector<std::string>& requested,
+                                         const std::vector<std::string>& names)
 {
-    for (const std::string& one : asked) {
+    for (const std::string& one : requested) {
         if (std::find(names.begin(), names.end(), one) != names.end()) continue;
         const std::string near = likely_name(one, names);
         throw UsageError(fmt::format("no {} \"{}\"{}; there are {}", kind, one.substr(0, 60),
                                      near.empty() ? "" : " (did you mean \"" + near + "\"?)",
                                      fmt::join(names, ", ")));
     }
-    return asked.empty() ? names : asked;
+    return requested.empty() ? names : requested;
 }
 
 namespace {

@@ -36,8 +36,9 @@ std::string nearest_name(const std::string& word, const std::vector<std::string>
 std::string likely_name(const std::string& word, const std::vector<std::string>& candidates);
 // Returns `asked`, or all names if it is empty. Throws UsageError for an unknown name: "no KIND
 // ..., there are ...".
-std::vector<std::string> names_asked(const std::string& kind, const std::vector<std::string>& asked,
-                                     const std::vector<std::string>& names);
+std::vector<std::string> requested_names(const std::string& kind,
+                                         const std::vector<std::string>& requested,
+                                         const std::vector<std::string>& names);
 
 // Valid range of a number. `unit` is "" if dimensionless.
 struct Bounds {

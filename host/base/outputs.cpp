@@ -215,7 +215,7 @@ bool write_whole_unless(const std::function<bool()>& stop, const std::string& fi
     }
     const EndHeld held;  // a signal must not leave a partial file
     PartialFile partial(file);
-    if (!partial.write_unless([&] { return EndHeld::asked() || stop(); }, bytes)) return false;
+    if (!partial.write_unless([&] { return EndHeld::pending() || stop(); }, bytes)) return false;
     partial.put_in_place();
     return true;
 }

@@ -36,7 +36,7 @@ BenchOptions completed(BenchOptions o)
 {
     std::vector<std::string> names;
     for (const auto& [name, suite] : suites()) names.push_back(name);
-    o.suites = names_asked("suite", o.suites, names);
+    o.suites = requested_names("suite", o.suites, names);
     if (o.case_limit <= 0) o.case_limit = o.quick ? 4 : 20;
     o.scene = file_or_shipped(o.scene);
     return o;
@@ -194,8 +194,10 @@ int bench_verb(const BenchOptions& options)
     int failed = exit_ok;
     if (options.peers) failed = attempted(bench, "peers", run_peers);
     for (const auto& [name, suite] : suites()) {
-        const auto& asked = bench.options.suites;
-        if (bench.stopped() || std::find(asked.begin(), asked.end(), name) == asked.end()) continue;
+        const auto& requested = bench.options.suites;
+        if (bench.stopped() ||
+            std::find(requested.begin(), requested.end(), name) == requested.end())
+            continue;
         if (const int code = attempted(bench, name, suite)) failed = code;
     }
     if (bench.stopped()) bench.result.left_out.push_back("the rest: interrupted");

@@ -39,7 +39,7 @@ struct Counted {
 };
 
 // Splats drawn by a row, for both eyes; 0 pixels: none.
-struct Drawn {
+struct DrawTimes {
     int width = 0, height = 0;                            // pixels of an eye
     std::size_t moved = 0;                                // deformed splats
     std::size_t visible = 0, instances = 0, dropped = 0;  // of a GPU's picture (RasterStats)
@@ -65,7 +65,7 @@ struct BenchRow {
     std::vector<StageTime> stages;  // stages of one frame, or of the surface
     Counted counted;                // per particle and substep; per particle of a surface
     double moved = 1;               // fraction of particle-substeps simulated; the rest: still
-    Drawn drawn;                    // if it has pixels, `particles` counts splats
+    DrawTimes drawn;                // if it has pixels, `particles` counts splats
     FrameStats acted;               // guard counters only
     long crowded = 0;               // crowded particles at the end of the first repeat
     std::string hash;               // state hash at the end of the first repeat
@@ -166,7 +166,7 @@ class Bench {
 // Runs the scene from frame `first` of the hands until the recording ends, an interrupt occurs, or
 // `after`, called after each frame, returns false. Rethrows exceptions of the solver.
 void drive(const Scene& scene, Solver& solver, const HandSource* hands, int first,
-           const std::function<bool(const Frame&)>& after);
+           const std::function<bool(const FrameResult&)>& after);
 // The same with frames submitted one ahead, optionally with a surface each; surfaces made on the
 // device are not waited for.
 struct QueuedFrames {
@@ -221,7 +221,7 @@ void deterministic_suite(Bench&);
 void splats_suite(Bench&);
 void targets_suite(Bench&);
 void run_peers(Bench&);
-void run_peers(Bench&, const PeerOptions& rule);
+void run_peers(Bench&, const PeerOptions& options);
 
 nlohmann::json bench_json(const Bench& bench);
 std::string bench_csv(const BenchResult& result);

@@ -19,7 +19,7 @@ namespace {
 struct Gathered {
     struct Times {
         std::vector<double> frames, substeps, counts;
-        void add(const Frame& f)
+        void add(const FrameResult& f)
         {
             const int n = std::max(f.stats.substeps, 1);
             const double wall = f.times.solver;
@@ -39,7 +39,7 @@ struct Gathered {
     {
         return contact_frames.empty() ? last : contact_frames[contact_frames.size() / 2];
     }
-    void add(const Frame& f)
+    void add(const FrameResult& f)
     {
         (f.stats.projected > 0 ? in_contact : apart).add(f);
         ++timed;
@@ -59,7 +59,7 @@ void once(const Scene& scene, Solver& solver, const HandSource* hands, const Dri
     const int every =
         how.surfaces > 0 && how.frames > 0 ? std::max(1, how.frames / how.surfaces) : 0;
     Gathered mine;
-    drive(scene, solver, hands, first, [&](const Frame& f) {
+    drive(scene, solver, hands, first, [&](const FrameResult& f) {
         const int timed = f.number - how.warm_up;
         if (timed > 0) {
             all.add(f);
@@ -138,13 +138,13 @@ Counted counted_each(const std::vector<StageWork>& stages, double items, const B
 }
 
 void drive(const Scene& scene, Solver& solver, const HandSource* hands, int first,
-           const std::function<bool(const Frame&)>& after)
+           const std::function<bool(const FrameResult&)>& after)
 {
-    SessionLoopOptions rule = loop_options(scene);
-    rule.first = first;
-    rule.frames = std::max(0, frames_wanted(scene, hands, 0) - first);
-    SessionLoop loop(solver, recorded_motion(hands, scene.hands), rule);
-    loop.watch([&](const Frame& f) {
+    SessionLoopOptions options = loop_options(scene);
+    options.first = first;
+    options.frames = std::max(0, frames_wanted(scene, hands, 0) - first);
+    SessionLoop loop(solver, recorded_motion(hands, scene.hands), options);
+    loop.observe([&](const FrameResult& f) {
         if (!after(f)) loop.stop();
     });
     loop.run();
@@ -188,7 +188,7 @@ void Bench::examine(const Scene& scene, const HandSource* hands, int first, int 
                     const Drive& how, BenchRow& row)
 {
     const std::unique_ptr<Solver> solver = make_solver(scene.setup, device);
-    drive(scene, *solver, hands, first, [&](const Frame& f) {
+    drive(scene, *solver, hands, first, [&](const FrameResult& f) {
         if (stopped() || f.number < frame) return true;
         if (how.stages) row.stages = solver->stage_times();
         if (how.counts)

@@ -87,9 +87,9 @@ TargetList targets_of(const Json& root, const std::string& file)
 
 }  // namespace
 
-std::string figures_folder(const std::string& asked)
+std::string figures_folder(const std::string& requested)
 {
-    if (!asked.empty()) return asked;
+    if (!requested.empty()) return requested;
     const std::string found = shipped("profiling/targets.json");
     return found.empty() ? "profiling" : fs::path(found).parent_path().string();
 }

@@ -43,7 +43,7 @@ struct Figures {
 
 // Folder of plot.py, peers.json, targets.json and peers/: `asked`, or if "" the bundled profiling/
 // (host/base/paths.h).
-std::string figures_folder(const std::string& asked);
+std::string figures_folder(const std::string& requested);
 
 // Runs the script `name` of that folder on the results in arguments[0]; `said` receives its output,
 // one path per line. Returns "", or why there are no drawings and how to make them by hand.

@@ -64,7 +64,7 @@ Json posed_spheres(const Setup& setup, int count)
     return all;
 }
 
-Json described(const Setup& setup, const PeerOptions& rule)
+Json described(const Setup& setup, const PeerOptions& options)
 {
     const Material<double>& m = setup.materials[0];
     Json cones = Json::array(), contact_mode = Json::array();
@@ -74,12 +74,12 @@ Json described(const Setup& setup, const PeerOptions& rule)
         contact_mode.push_back(
             {{"sticky", tool.mode == ContactMode::sticky}, {"friction", tool.friction}});
     }
-    return {{"nodes", rule.nodes},
+    return {{"nodes", options.nodes},
             {"dx", setup.lattice.dx},
             {"dt", dt},
             {"substeps", peer_substeps},
-            {"frames", rule.frames},
-            {"warm_frames", rule.warm_frames},
+            {"frames", options.frames},
+            {"warm_frames", options.warm_frames},
             {"gravity", {setup.gravity.x, setup.gravity.y, setup.gravity.z}},
             {"margin", walls_on<double>(setup.lattice, setup.walls).first.x - 1},
             {"wall_friction", setup.walls.friction},
@@ -91,7 +91,7 @@ Json described(const Setup& setup, const PeerOptions& rule)
             {"particles", setup.particles.size()},
             {"cones", cones},
             {"contact_mode", contact_mode},
-            {"spheres", posed_spheres(setup, rule.frames)}};
+            {"spheres", posed_spheres(setup, options.frames)}};
 }
 
 // x y z of every particle, as native floats.
@@ -130,12 +130,12 @@ struct Ours {
 Ours ours(const Bench& bench, const Setup& setup, const PeerOptions& peers)
 {
     const std::unique_ptr<Solver> solver = make_solver(setup, bench.device);
-    SessionLoopOptions rule;
-    rule.duration = peer_frame, rule.rate = 1 / peer_frame, rule.frames = peers.frames;
-    rule.interrupted = [&] { return bench.stopped(); };
-    SessionLoop loop(*solver, upright, rule);
+    SessionLoopOptions options;
+    options.duration = peer_frame, options.rate = 1 / peer_frame, options.frames = peers.frames;
+    options.interrupted = [&] { return bench.stopped(); };
+    SessionLoop loop(*solver, upright, options);
     std::vector<double> times;
-    loop.watch([&](const Frame& f) {
+    loop.observe([&](const FrameResult& f) {
         if (f.number > peers.warm_frames)
             times.push_back(f.times.solver / std::max(1, f.stats.substeps));
     });
@@ -225,16 +225,16 @@ struct Folder {
 
 }  // namespace
 
-void run_peers(Bench& bench, const PeerOptions& rule)
+void run_peers(Bench& bench, const PeerOptions& options)
 {
-    const Setup setup = peer_scene(bench, rule.nodes);
+    const Setup setup = peer_scene(bench, options.nodes);
     const Folder folder;
     const std::string scene = (folder.path / "scene.json").string(),
                       positions = (folder.path / "positions.f32").string();
-    write_whole(scene, described(setup, rule).dump());
+    write_whole(scene, described(setup, options).dump());
     write_whole(positions, raw_positions(setup));
     bench.say("the peers' scene");
-    const Ours mine = ours(bench, setup, rule);
+    const Ours mine = ours(bench, setup, options);
     const fs::path here = fs::read_symlink("/proc/self/exe").parent_path();
     const bool gpu = bench.device.kind == DeviceKind::cuda;
     const std::string script = (fs::path(bench.figures.folder) / "peers/taichi_mpm.py").string();
@@ -244,14 +244,14 @@ void run_peers(Bench& bench, const PeerOptions& rule)
     peers.push_back({"taichi", {"python3", script, scene, positions, on, "each-substep"}});
     peers.push_back({"taichi, projecting once a frame",
                      {"python3", script, scene, positions, on, "each-frame"}});
-    for (const Peer& peer : peers) run_peer(bench, peer, rule.limit, mine);
+    for (const Peer& peer : peers) run_peer(bench, peer, options.limit, mine);
 }
 
 void run_peers(Bench& bench)
 {
-    PeerOptions rule;
-    if (bench.options.quick) rule.frames = 60;
-    run_peers(bench, rule);
+    PeerOptions options;
+    if (bench.options.quick) options.frames = 60;
+    run_peers(bench, options);
 }
 
 }  // namespace knead

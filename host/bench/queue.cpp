@@ -20,8 +20,8 @@ QueuedFrames queued(const Scene& scene, Device device, const HandSource* hands, 
     if (surfaces) loop.launch_surfaces();
     double start = 0;
     long waits = 0, substeps = 0;
-    loop.watch([&](const Frame& f) {
-        if (f.number == 2) loop.hand_over_ahead();  // the execution mode of frames is fixed by now
+    loop.observe([&](const FrameResult& f) {
+        if (f.number == 2) loop.submit_ahead();  // the execution mode of frames is fixed by now
         if (f.number == warm_up) start = wall_seconds();
         if (f.number > warm_up + 1) waits += f.waits;  // submitted after `start`
         if (f.number > warm_up) substeps += f.stats.substeps;

@@ -118,7 +118,7 @@ std::string stage_text(const StageTime& s, const std::vector<StageWork>& counted
 
 std::string drawn_text(const BenchRow& r)
 {
-    const Drawn& d = r.drawn;
+    const DrawTimes& d = r.drawn;
     std::string text =
         fmt::format("  {:>9.3f} ms (p95 {:.3f})  2 x {} x {}, {} splats moved",
                     1e3 * r.frame.median, 1e3 * r.frame.p95, d.width, d.height, d.moved);
@@ -229,7 +229,7 @@ std::string bench_csv(const BenchResult& result)
             1e6 * r.substep.median, 1e6 * r.substep.p95, 1e3 * r.surface, 1e-9 * r.rate(), r.bytes,
             r.min_bytes, r.copy_share, r.counted.sum.instructions, r.counted.issue_share,
             r.counted.sum.memory_bytes, r.counted.copy_share, r.counted.sum.cache_bytes, r.moved);
-        const Drawn& d = r.drawn;
+        const DrawTimes& d = r.drawn;
         out += fmt::format("{},{},{},{},{},{},{:.6g},", d.width, d.height, d.moved, d.visible,
                            d.instances, d.dropped, d.psnr);
         for (const auto& [name, count] : frame_guards) out += fmt::format("{},", r.acted.*count);

@@ -39,7 +39,7 @@ double psnr(const std::vector<Picture>& a, const std::vector<Picture>& b)
 
 // Minimum memory traffic [bytes]: splats and deformations read, visible splats written and read,
 // instances through two passes of a sort, pictures written.
-double floor_bytes(const SplatCloud& cloud, const Drawn& d)
+double floor_bytes(const SplatCloud& cloud, const DrawTimes& d)
 {
     const double splat = 48, motion = 48, seen = 6.0 * harmonics(cloud.degree) + 2 * 48;
     return double(cloud.count()) * (splat + 3 * 16) + double(d.moved) * motion +

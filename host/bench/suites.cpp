@@ -92,7 +92,7 @@ void surface_case(Bench& bench, int cells, int nodes)
     bench.say(row.name);
     const std::unique_ptr<Solver> solver = make_solver(scene.setup, bench.device);
     drive(scene, *solver, &hands, std::max(0, first_contact(scene, hands)),
-          [](const Frame& f) { return f.number < 4; });
+          [](const FrameResult& f) { return f.number < 4; });
     if (bench.stopped()) return;
     const std::vector<Particle<double>> state = solver->particles();
     const SurfaceTimes times =
@@ -114,7 +114,7 @@ void surface_case(Bench& bench, int cells, int nodes)
 Scene held_ball(const Bench& bench, int cells, bool rest)
 {
     const double dx = 1.0 / cells, share = 0.05;
-    const double slab_edge = 0.86, slab_height = 0.161, floor = 4 * dx;
+    const double slab_edge = 0.86, slab_height = 0.161, floor = 3 * dx;  // on the wall
     const double slab = slab_edge * slab_edge * slab_height;
     const double radius = std::cbrt(slab * share / (1 - share) * 3 / (4 * std::numbers::pi));
     const double y = floor + slab_height + radius;

@@ -108,20 +108,21 @@ KeptTimes kept_surface_times(const Scene& scene, Device device, int warm_up, int
     };
     const auto kept = made(), whole = made();
     KeptTimes times;
-    drive(scene, *solver, &hands, std::max(0, first_contact(scene, hands)), [&](const Frame& f) {
-        const int timed = f.number - 1 - warm_up;
-        if (timed == 0)
-            for (const auto& each : {&kept, &whole}) (*each)->surface(*solver->clay());
-        if (timed <= 0) return true;
-        whole->forget();
-        // Alternating order: the first finds a cold cache.
-        if (f.number % 2 == 0) time(*kept, times.kept);
-        time(*whole, times.whole);
-        if (f.number % 2) time(*kept, times.kept);
-        const SurfaceWork work = kept->work();
-        times.anew += double(work.softened) / double(work.blocks) / frames;
-        return timed < frames;
-    });
+    drive(scene, *solver, &hands, std::max(0, first_contact(scene, hands)),
+          [&](const FrameResult& f) {
+              const int timed = f.number - 1 - warm_up;
+              if (timed == 0)
+                  for (const auto& each : {&kept, &whole}) (*each)->surface(*solver->clay());
+              if (timed <= 0) return true;
+              whole->forget();
+              // Alternating order: the first finds a cold cache.
+              if (f.number % 2 == 0) time(*kept, times.kept);
+              time(*whole, times.whole);
+              if (f.number % 2) time(*kept, times.kept);
+              const SurfaceWork work = kept->work();
+              times.anew += double(work.softened) / double(work.blocks) / frames;
+              return timed < frames;
+          });
     times.bytes = kept->memory();
     return times;
 }

@@ -94,7 +94,7 @@ Json compared(const std::vector<Particle<double>>& a, const std::vector<Particle
     return all;
 }
 
-std::string told(const Json& all)
+std::string text_of(const Json& all)
 {
     std::string text;
     if (all["kind"] == "particles") {
@@ -130,7 +130,7 @@ int compare_verb(const CompareOptions& o)
     const Json all = first == FileKind::report
                          ? compared(read_json(o.first), read_json(o.second), o)
                          : compared(read_particles(o.first), read_particles(o.second), o);
-    print(o.json ? all.dump(2) + "\n" : told(all));
+    print(o.json ? all.dump(2) + "\n" : text_of(all));
     return all["agree"].get<bool>() ? exit_ok : exit_check;
 }
 

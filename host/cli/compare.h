@@ -15,6 +15,6 @@ nlohmann::json compared(const nlohmann::json& first, const nlohmann::json& secon
                         const CompareOptions& o);
 nlohmann::json compared(const std::vector<Particle<double>>& first,
                         const std::vector<Particle<double>>& second, const CompareOptions& o);
-std::string told(const nlohmann::json& found);  // as text
+std::string text_of(const nlohmann::json& found);  // as text
 
 }  // namespace knead

@@ -54,9 +54,9 @@ void convert_splats(const ConvertOptions& o)
 
 }  // namespace
 
-int convert_verb(const ConvertOptions& asked)
+int convert_verb(const ConvertOptions& given)
 {
-    ConvertOptions o = asked;
+    ConvertOptions o = given;
     o.in = with_form(o.in, o.from);
     if (o.out == "-") {
         if (o.to.empty()) throw UsageError("OUT: -: --to says its format, e.g. --to ply");

@@ -186,9 +186,9 @@ std::string lines(const Json& value, const std::string& indent)
 
 }  // namespace
 
-int info_verb(const InfoOptions& asked)
+int info_verb(const InfoOptions& given)
 {
-    InfoOptions o = asked;
+    InfoOptions o = given;
     o.file = with_form(o.file);
     const FileKind kind = file_kind(o.file);
     if (kind != FileKind::scene && (!o.settings.empty() || o.cells > 0))

@@ -55,7 +55,7 @@ void list_scenes()
 int list_verb(const ListOptions& o)
 {
     const std::vector<std::string> kinds{"presets", "materials", "gestures", "scenes"};
-    names_asked("list of", {o.kind}, kinds);
+    requested_names("list of", {o.kind}, kinds);
     if (o.kind == "gestures")
         list_gestures();
     else if (o.kind == "scenes")

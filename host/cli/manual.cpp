@@ -98,7 +98,7 @@ const CLI::App& verb_of(const CLI::App& app, const std::string& name)
         if (verb->get_name() == name) return *verb;
         names.push_back(verb->get_name());
     }
-    names_asked("verb", {name}, names);
+    requested_names("verb", {name}, names);
     throw UsageError("no verb " + name);
 }
 

@@ -40,8 +40,8 @@ void check_scene(const std::string& name)
     if (name.empty() || is_standard(name) || (!form.empty() && form != ".json") ||
         std::filesystem::exists(name, problem))
         return;
-    const std::string asked = std::filesystem::path(name).stem().string();
-    const std::string near = likely_name(asked, shipped_scenes());
+    const std::string given = std::filesystem::path(name).stem().string();
+    const std::string near = likely_name(given, shipped_scenes());
     if (!near.empty())
         throw InputError(name + ": no such file, and no such scene; did you mean \"" + near +
                          "\"?");

@@ -37,7 +37,7 @@ std::unique_ptr<ActionReplay> replay_of(const Scene& scene, const Recording& rec
                                           std::move(actions.all));
 }
 
-void play(ActionReplay& replay, SceneSplats& splats, RunWatch& watch)
+void play(ActionReplay& replay, SceneSplats& splats, RunObserver& watch)
 {
     watch.motion = [&replay](double from, double to) { return replay.motion(from, to); };
     watch.edits = [&replay, &splats](int number, SessionLoop& loop) {

@@ -17,7 +17,7 @@ std::unique_ptr<ActionReplay> replay_of(const Scene& scene, const Recording& rec
                                         const Note& note);
 // Sets the run's tool motion and edits to the recorded ones. Refused actions are reported on
 // standard error.
-void play(ActionReplay& replay, SceneSplats& splats, RunWatch& watch);
+void play(ActionReplay& replay, SceneSplats& splats, RunObserver& watch);
 
 // For a scene without hands: takes the hands that the live session added as its first action, if
 // any. Returns false if there are none.

@@ -10,7 +10,7 @@
 namespace knead {
 
 // The options as JSON. `device`: the device in use; cpu_seconds: CPU time of the run so far [s].
-nlohmann::json command_of(const RunOptions& asked, const std::string& device, double cpu_seconds,
+nlohmann::json command_of(const RunOptions& given, const std::string& device, double cpu_seconds,
                           const Scene& scene);
 // Options of the run in now.resume, except threads, time limit, checkpoint interval and verbosity,
 // which are taken from `now`. Throws InputError if the files of its scene, hands or splats have

@@ -63,9 +63,9 @@ class Session {
     void prepare();
     void clear();
     void open_writer();
-    void keep_splats(RunWatch& watch, Solver& solver, Device device);
-    void keep_checkpoints(RunWatch& watch, const Solver& solver, Device device);
-    void watch(RunWatch& watch, Progress& progress, const Solver& solver);
+    void keep_splats(RunObserver& watch, Solver& solver, Device device);
+    void keep_checkpoints(RunObserver& watch, const Solver& solver, Device device);
+    void watch(RunObserver& watch, Progress& progress, const Solver& solver);
     void write(const RunRecord& record, const Solver& solver);
     void write_cloud(const std::string& to, const Solver& solver) const;
     void note(const std::string& text) const
@@ -95,7 +95,7 @@ class Session {
     std::unique_ptr<SceneSplats> splats;
     std::unique_ptr<ActionReplay> replay;  // null: no recorded actions
     Sequence mesh_files, clay_files;
-    BatchRunOptions rule;
+    BatchRunOptions options;
     RunInfo facts;
     std::vector<std::string> names{"report.json", "frames.csv"};  // files to be written
     double began = 0;  // start of the frame loop, wall_seconds() [s]
@@ -135,9 +135,9 @@ void Session::prepare()
                               "--overwrite replaces it");
         lock = prepare_folder(o.out, places, o.overwrite || earlier, std::move(lock));
     }
-    rule.frames = o.frames, rule.time_limit = o.time_limit;
-    rule.meshes_every = o.mesh_every, rule.particles_every = o.particles_every;
-    rule.last_mesh = !o.out.empty() && o.mesh != "none";
+    options.frames = o.frames, options.time_limit = o.time_limit;
+    options.meshes_every = o.mesh_every, options.particles_every = o.particles_every;
+    options.last_mesh = !o.out.empty() && o.mesh != "none";
     facts.threads = o.threads, facts.settings = o.settings;
 }
 
@@ -160,9 +160,9 @@ void Session::clear()
 }
 
 // Checkpoints; write errors do not end the run.
-void Session::keep_checkpoints(RunWatch& watch, const Solver& solver, Device device)
+void Session::keep_checkpoints(RunObserver& watch, const Solver& solver, Device device)
 {
-    rule.checkpoint = o.checkpoint.value_or(60);
+    options.checkpoint = o.checkpoint.value_or(60);
     if (o.out.empty() || (o.checkpoint && *o.checkpoint == 0)) return;
     if (replay) {
         if (o.checkpoint || earlier)
@@ -188,11 +188,11 @@ void Session::keep_checkpoints(RunWatch& watch, const Solver& solver, Device dev
         }
         // Without --checkpoint, checkpoints take at most a twentieth of the time.
         const double took = wall_seconds() - begin;
-        if (!o.checkpoint) rule.checkpoint = std::max(rule.checkpoint, 20 * took);
+        if (!o.checkpoint) options.checkpoint = std::max(options.checkpoint, 20 * took);
     };
 }
 
-void Session::keep_splats(RunWatch& watch, Solver& solver, Device device)
+void Session::keep_splats(RunObserver& watch, Solver& solver, Device device)
 {
     if (!splats->changes()) return;
     if (device.kind == DeviceKind::cpu_double) {
@@ -201,7 +201,7 @@ void Session::keep_splats(RunWatch& watch, Solver& solver, Device device)
             "splats that are split or added: --device cpu:double does neither");
         return;
     }
-    watch.upkeep = [this, &solver](const Frame& frame) {
+    watch.upkeep = [this, &solver](const FrameResult& frame) {
         return splats->after(frame.number, frame.motion, solver);
     };
 }
@@ -223,7 +223,7 @@ void Session::open_writer()
                                                scene.frame_rate / scene.picture_every);
         const double limit = o.time_limit > 0 ? o.time_limit : 1e30;
         writer->give_up_when([=, this] { return interrupted() || wall_seconds() - began > limit; });
-        rule.mesh_every = scene.picture_every;
+        options.mesh_every = scene.picture_every;
     } catch (const OutputError& e) {
         refused(e.what());
     } catch (const std::runtime_error& e) {
@@ -231,7 +231,7 @@ void Session::open_writer()
     }
 }
 
-void Session::watch(RunWatch& watch, Progress& progress, const Solver& solver)
+void Session::watch(RunObserver& watch, Progress& progress, const Solver& solver)
 {
     watch.frame = [&](const FrameRow& row) {
         if (o.verbose && !o.quiet) {
@@ -241,7 +241,7 @@ void Session::watch(RunWatch& watch, Progress& progress, const Solver& solver)
         }
         progress.show(row.frame);
     };
-    watch.part = [&](int number, const FramePart& part) {
+    watch.part = [&](int number, const FrameProgress& part) {
         progress.show(number - 1, part.reached / part.duration);
     };
     watch.meshes = [&](int number, const std::vector<Mesh>& all) {
@@ -250,7 +250,7 @@ void Session::watch(RunWatch& watch, Progress& progress, const Solver& solver)
     watch.particles = [&](int number, const std::vector<Particle<double>>& all) {
         add_to(clay_files, number, [&](const std::string& file) { write_particles(file, all); });
     };
-    watch.picture = [&](const Frame& frame, const std::vector<Mesh>& meshes) {
+    watch.picture = [&](const FrameResult& frame, const std::vector<Mesh>& meshes) {
         if (!writer || interrupted()) return;
         splats->refresh();
         try {
@@ -347,14 +347,16 @@ int Session::run()
     }
     const std::unique_ptr<Solver> solver = make_solver(scene.setup, device);
     facts.solver = solver->name();
-    rule.audit_every = o.audit_every > 0 ? o.audit_every : device.kind == DeviceKind::cuda ? 10 : 1;
-    RunWatch watching;
+    options.audit_every = o.audit_every > 0                 ? o.audit_every
+                          : device.kind == DeviceKind::cuda ? 10
+                                                            : 1;
+    RunObserver watching;
     keep_splats(watching, *solver, device);
     keep_checkpoints(watching, *solver, device);
     if (earlier) load(*solver, *earlier, scene, *splats, in_folder(checkpoint_name));
     clear();
     open_writer();
-    const std::vector<std::string> rest = left_out(scene, rule);
+    const std::vector<std::string> rest = left_out(scene, options);
     facts.left_out.insert(facts.left_out.end(), rest.begin(), rest.end());
     const std::size_t gaussians = scene.setup.gaussians.size();
     scene.setup.particles = {}, scene.setup.gaussians = {};
@@ -373,7 +375,7 @@ int Session::run()
         if (replay) play(*replay, *splats, watching);
         cpu_before = process_seconds() - (earlier ? cpu_seconds_of(*earlier) : 0);
         began = wall_seconds();
-        record = run_frames(scene, *solver, hands.get(), rule, watching,
+        record = run_frames(scene, *solver, hands.get(), options, watching,
                             earlier ? &earlier->record : nullptr);
         facts.cpu_seconds = process_seconds() - cpu_before;
     }
@@ -396,8 +398,8 @@ int run_verb(const RunOptions& options)
     FolderLock lock;
     if (fs::is_directory(options.resume, unknown)) lock = FolderLock(options.resume);
     const Checkpoint from = read_checkpoint((fs::path(options.resume) / checkpoint_name).string());
-    const RunOptions asked = options_of(from, options);
-    return Session(asked, &from, std::move(lock)).run();
+    const RunOptions given = options_of(from, options);
+    return Session(given, &from, std::move(lock)).run();
 }
 
 }  // namespace knead

@@ -50,7 +50,7 @@ void write_results(const Verification& v)
 int tell_case(const Verification& v)
 {
     const Case c = case_named(v, v.options.one);
-    print(told(outcome_of(v, c, limit_of(v, c))).dump() + "\n");
+    print(json_of(outcome_of(v, c, limit_of(v, c))).dump() + "\n");
     return exit_ok;
 }
 

@@ -47,7 +47,7 @@ GlBinding binding_of(const std::string& text)
                      "\"");
 }
 
-HeadsetLoopOptions rule_of(const VrOptions& o, Device device)
+HeadsetLoopOptions options_of(const VrOptions& o, Device device)
 {
     HeadsetLoopOptions options;
     options.headset.binding = binding_of(o.binding);
@@ -64,7 +64,7 @@ HeadsetLoopOptions rule_of(const VrOptions& o, Device device)
     options.least_scale = o.eye_scale;
     options.foveate = o.foveate;
     options.samples = o.samples;
-    options.tell = [quiet = o.quiet](const std::string& text) {
+    options.notify = [quiet = o.quiet](const std::string& text) {
         QuietStderr::lift();
         if (!quiet) std::fprintf(stderr, "knead: %s\n", text.c_str());
     };
@@ -118,14 +118,14 @@ void summarise(const VrOptions& o, const HeadsetEnd& end, const Json& report)
 
 }  // namespace
 
-int vr_verb(const VrOptions& asked)
+int vr_verb(const VrOptions& given)
 {
-    VrOptions o = asked;
+    VrOptions o = given;
     set_defaults_of_libraries();
     set_loop_threads(o.threads);
     if (o.cells > 0) o.settings.push_back(cells_setting(read_json(o.scene), o.cells));
     const Device device = resolved(parse_device(o.device));
-    HeadsetLoopOptions options = rule_of(o, device);
+    HeadsetLoopOptions options = options_of(o, device);
     if (o.hands_only && o.record.empty() && o.out.empty())
         throw UsageError("--hands-only needs --record FILE, or --out DIR");
     const LiveOutputs outputs = outputs_of(o);
@@ -136,7 +136,7 @@ int vr_verb(const VrOptions& asked)
     auto scene = std::make_shared<LiveScene>(*load_live_scene(o.scene, settings));
     scene->scene.setup.threads = o.threads;
     watch_interrupts();
-    if (!o.hands_only) options.tell(cost_text(scene->scene, device));
+    if (!o.hands_only) options.notify(cost_text(scene->scene, device));
     HeadsetRun run(scene, options);
     HeadsetEnd end = run.wait();
     LiveResults results{

@@ -74,7 +74,7 @@ void ViewApp::frame(double passed, const std::string& screenshot)
     panels.model.pass(passed);
     follow_history();
     look_whether_seen();
-    if (asked.any() && window_time > asked.until) answer(false);
+    if (pending.any() && window_time > pending.until) answer(false);
     if (must_draw(happened)) {
         tell_facts();
         apply(window->panels(panels.model, input, passed));
@@ -224,7 +224,7 @@ void ViewApp::take_keys()
     if (input.pressed_alone('V')) film();
     if (input.pressed_alone(key_home)) frame_camera();
     if (input.pressed_alone(key_f12)) wanted.push_back("");
-    if (input.pressed_alone(key_escape)) asked.any() ? answer(false) : m.notice.clear();
+    if (input.pressed_alone(key_escape)) pending.any() ? answer(false) : m.notice.clear();
     const double turn = 0.05;  // a frame [rad]
     m.roll += turn * (input.held_alone(Key('E')) - input.held_alone(Key('Q')));
     m.tilt += turn * (input.held_alone(Key('T')) - input.held_alone(Key('F')));
@@ -236,7 +236,7 @@ void ViewApp::step() { stepping = stepping || paused; }
 void ViewApp::discard(Discard what)
 {
     constexpr double patience = 8;  // [s]
-    const bool again = what.reset == asked.reset && what.load == asked.load;
+    const bool again = what.reset == pending.reset && what.load == pending.load;
     if (!worked || again) return do_discard(what);
     panels.model.answer = what.reset ? "Reset" : "Open";
     const std::string act =
@@ -244,8 +244,8 @@ void ViewApp::discard(Discard what)
     panels.model.question = act +
                             "? The clay that you shaped will be lost. The same once more "
                             "confirms it.";
-    asked = what;
-    asked.until = window_time + patience;
+    pending = what;
+    pending.until = window_time + patience;
     panels.show_scene(*state);
 }
 
@@ -263,7 +263,7 @@ void ViewApp::do_discard(const Discard& what)
 
 void ViewApp::answer(bool yes)
 {
-    const Discard what = std::exchange(asked, {});
+    const Discard what = std::exchange(pending, {});
     panels.model.question.clear();
     if (yes && what.any()) do_discard(what);
 }

@@ -130,7 +130,7 @@ class ViewApp {
     bool hidden = false;     // the window is not visible: the session pauses
     bool stepping = false;   // compute one frame while paused
     bool worked = false;     // the clay was shaped since the last load or reset
-    Discard asked;           // waits for confirmation
+    Discard pending;         // waits for confirmation
     double window_time = 0;  // never pauses [s]
     double time = 0;         // of the session's history; constant while paused [s]
     long ticks = 0;          // with a script: frames of the history

@@ -85,7 +85,7 @@ void ViewApp::draw()
     if (hand_led && hands.empty())
         for (HandLook& ghost : tracked_looks(tracked, panels.hands(*state), 0.4f))
             hands.push_back(std::move(ghost));
-    still.look(seen_now(view, look), window_time);
+    still.update(seen_now(view, look), window_time);
     paint(view, look, std::move(hands));
 }
 

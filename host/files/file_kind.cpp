@@ -35,10 +35,10 @@ std::string form_of(const std::string& start)
 
 }  // namespace
 
-std::string with_form(const std::string& path, const std::string& told)
+std::string with_form(const std::string& path, const std::string& format)
 {
     if (path != "-") return path;
-    if (!told.empty()) return told.starts_with('.') ? "-" + told : "-." + told;
+    if (!format.empty()) return format.starts_with('.') ? "-" + format : "-." + format;
     const std::string form = form_of(read_start(path, longest_header));
     if (form.empty())
         throw InputError(

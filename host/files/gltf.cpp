@@ -167,15 +167,15 @@ class Reader {
 
     // Returns the layout of an accessor of one of the form's types; `asked` names the referrer for
     // errors.
-    Rows rows(int index, const Form& form, const std::string& asked)
+    Rows rows(int index, const Form& form, const std::string& what)
     {
-        const std::string where = fmt::format("/accessors/{} (of {})", index, asked);
+        const std::string where = fmt::format("/accessors/{} (of {})", index, what);
         const auto fail = [&](const std::string& expected, const std::string& found) {
             refuse_gltf(path, where, expected, found);
         };
         const auto& all = model.accessors;
         if (index < 0 || std::size_t(index) >= all.size())
-            refuse_gltf(path, asked, fmt::format("one of {} accessors", all.size()),
+            refuse_gltf(path, what, fmt::format("one of {} accessors", all.size()),
                         index < 0 ? "none" : std::to_string(index));
         const tinygltf::Accessor& a = all[std::size_t(index)];
         const auto& types = form.components;
@@ -217,16 +217,16 @@ class Reader {
 
     // Calls take(N numbers) for each element.
     template <std::size_t N, class Take>
-    std::size_t each(int index, const Form& form, const std::string& asked, Take&& take)
+    std::size_t each(int index, const Form& form, const std::string& what, Take&& take)
     {
-        const Rows all = rows(index, form, asked);
+        const Rows all = rows(index, form, what);
         for (std::size_t i = 0; i < all.count; ++i) {
             std::array<double, N> numbers;
             for (std::size_t k = 0; k < N; ++k) {
                 numbers[k] = all.number(i, int(k));
                 if (!std::isfinite(numbers[k]))
                     refuse_gltf(path,
-                                fmt::format("/accessors/{} (of {}): element {}", index, asked, i),
+                                fmt::format("/accessors/{} (of {}): element {}", index, what, i),
                                 "finite numbers", std::to_string(numbers[k]));
             }
             take(numbers);

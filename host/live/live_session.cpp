@@ -219,7 +219,7 @@ void LiveSession::publish()
 {
     auto state = std::make_shared<LiveState>();
     try {
-        if (run) run->tell(*state);
+        if (run) run->publish(*state);
     } catch (...) {
         if (trouble.empty()) trouble = reason_of(std::current_exception());
     }
@@ -293,7 +293,7 @@ void LiveSession::edit_clay(Edit edit, bool reshapes)
     });
 }
 
-void LiveSession::tell(HandAction action, ActionType act) const
+void LiveSession::record_action(HandAction action, ActionType act) const
 {
     action.act = act;
     if (options.acted) options.acted(action);
@@ -303,7 +303,7 @@ void LiveSession::set_hands(const HandsOptions& hands)
 {
     HandAction action;
     action.hands = hands;
-    tell(action, ActionType::hands);
+    record_action(action, ActionType::hands);
     post([this, hands] {
         if (!run) throw std::invalid_argument("there is no simulation that has tools");
         run->set_hands(hands);
@@ -322,7 +322,7 @@ void LiveSession::set_gravity(Vec3<double> gravity)
 {
     HandAction action;
     action.gravity = gravity;
-    tell(action, ActionType::gravity);
+    record_action(action, ActionType::gravity);
     edit_clay([gravity](Solver& solver) { solver.set_gravity(gravity); }, false);
 }
 
@@ -338,7 +338,7 @@ void LiveSession::move_clay(int object, const RigidMotion<double>& motion)
 {
     HandAction action;
     action.object = object, action.motion = motion;
-    tell(action, ActionType::move);
+    record_action(action, ActionType::move);
     edit([object, motion](Solver& solver) { solver.move(object, motion); });
 }
 
@@ -346,19 +346,19 @@ void LiveSession::set_material(int object, const Material<double>& material)
 {
     HandAction action;
     action.object = object, action.material = material;
-    tell(action, ActionType::material);
+    record_action(action, ActionType::material);
     post([this, object, material] {
         if (!run) throw std::invalid_argument("there is no simulation to edit");
         run->set_material(object, material);
     });
 }
 
-bool LiveSession::ask(const std::function<void(const Solver&)>& look)
+bool LiveSession::inspect_solver(const std::function<void(const Solver&)>& inspect)
 {
     bool seen = false;
-    post([this, &look, &seen] {
+    post([this, &inspect, &seen] {
         if (!run) return;
-        look(run->of());
+        inspect(run->of());
         seen = true;
     });
     settle();
@@ -368,7 +368,7 @@ bool LiveSession::ask(const std::function<void(const Solver&)>& look)
 ClayDigest LiveSession::digest()
 {
     ClayDigest found;
-    ask([&](const Solver& solver) {
+    inspect_solver([&](const Solver& solver) {
         const Setup& rules = solver.rules();
         const std::vector<Particle<double>> particles = solver.particles();
         found.hash = hexadecimal(audit(particles, rules.materials, rules.lattice.dx).hash);

@@ -101,7 +101,7 @@ struct LiveState {
     int history = 0;                         // incremented by each load and reset
     long version = 0;                        // incremented with each published state
     double time = 0;                         // of the session, at the frame's end [s]
-    Frame frame;  // the last: number, statistics, times, and the joints of all tools
+    FrameResult frame;  // the last: number, statistics, times, and the joints of all tools
     std::vector<StageTime> stages;  // of the last frame; empty on a GPU, where timing is expensive
     // The surface: at most one is set. Both null: none was computed.
     Meshes meshes;
@@ -203,7 +203,7 @@ class LiveSession {
     void settle();
     // Calls `look` with the solver on the session's thread and returns after the call; false if
     // there is no solver.
-    bool ask(const std::function<void(const Solver&)>& look);
+    bool inspect_solver(const std::function<void(const Solver&)>& inspect);
     ClayDigest digest();
     // Stepped sessions: simulates all frames that end at or before `time` [s], then returns. Throws
     // std::logic_error in real time.
@@ -212,7 +212,7 @@ class LiveSession {
   private:
     using Command = std::function<void()>;
     void post(Command command, bool at_once = false);
-    void tell(HandAction action, ActionType act) const;
+    void record_action(HandAction action, ActionType act) const;
     void edit_clay(Edit edit, bool reshapes);
     void live();
     bool wait_for_work(std::unique_lock<std::mutex>& lock);

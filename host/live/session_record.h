@@ -11,7 +11,7 @@ namespace knead {
 class SessionRecord {
   public:
     // `by`: receives messages for the user.
-    explicit SessionRecord(std::function<void(const std::string&)> by) : tell(std::move(by)) {}
+    explicit SessionRecord(std::function<void(const std::string&)> by) : notify(std::move(by)) {}
 
     // Starts a new recording at `now` [s of the session] and discards the previous one.
     void begin(const LiveScene& scene, double now);
@@ -28,7 +28,7 @@ class SessionRecord {
     HandActions actions;
 
   private:
-    std::function<void(const std::string&)> tell;
+    std::function<void(const std::string&)> notify;
     std::string began_by;           // "": the program's start
     double began = 0, done_to = 0;  // of the session [s]
     bool hands_full = false, actions_full = false;

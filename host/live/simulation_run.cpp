@@ -52,12 +52,12 @@ SimulationRun::SimulationRun(std::shared_ptr<const LiveScene> of, const LiveOpti
     loop_by.most_substeps = scene->scene.most_substeps;
     loop_by.interrupted = [] { return false; };
     const double budget = options.stepped ? 0 : options.budget > 0 ? options.budget : period();
-    loop_by.should_cut = [this, stale, budget](const FramePart&) {
+    loop_by.should_cut = [this, stale, budget](const FrameProgress&) {
         return stale() || (budget > 0 && now() - began > budget);
     };
     loop = std::make_unique<SessionLoop>(
         *solver, [this](double from, double to) { return motion(from, to); }, loop_by);
-    loop->watch([this](const Frame& frame) { after(frame); });
+    loop->observe([this](const FrameResult& frame) { after(frame); });
     if (options.on_device) loop->launch_surfaces(true);
 }
 
@@ -73,7 +73,7 @@ void SimulationRun::rehearse()
     }
     meshed = -1;
     mesh_instant = gaussian_instant = {};
-    told = {};
+    published = {};
 }
 
 // The GPU captures one graph each for frames without tools, with slow and with fast tools, and
@@ -153,7 +153,7 @@ void SimulationRun::keep_up(Motion& m) const
     }
 }
 
-void SimulationRun::after(const Frame& frame)
+void SimulationRun::after(const FrameResult& frame)
 {
     last = frame.motion;
     moved_on = true;
@@ -175,7 +175,7 @@ void SimulationRun::after(const Frame& frame)
 // Stepped: as after a frame of `knead run`. In real time, upkeep, which visits all splats and
 // particles and takes as long as some frames, runs on a thread; only local clay is activated
 // immediately.
-void SimulationRun::keep_splats(const Frame& frame)
+void SimulationRun::keep_splats(const FrameResult& frame)
 {
     PagingReport report;
     if (options.stepped) {
@@ -187,7 +187,7 @@ void SimulationRun::keep_splats(const Frame& frame)
     if (report.clay_changed()) clay_changed();
     if (report.any()) splats_changed();
     if (options.stepped) return;
-    if (report.cubes_taken == 0)  // freezing is not urgent
+    if (report.cubes_activated == 0)  // freezing is not urgent
         splats.begin_leaving(frame.number, frame.motion, *solver);
     begin_plan(frame.number);
 }
@@ -330,7 +330,7 @@ void SimulationRun::set_material(int object, const Material<double>& material)
     if (std::size_t(object) < materials.size()) materials[std::size_t(object)] = material;
 }
 
-void SimulationRun::tell(LiveState& state)
+void SimulationRun::publish(LiveState& state)
 {
     state.scene = scene;
     state.time = time;
@@ -339,7 +339,7 @@ void SimulationRun::tell(LiveState& state)
     state.meshes = meshes, state.on_device = on_device;
     state.mesh_version = mesh_version, state.mesh_instant = mesh_instant;
     state.surface = loop->surface_options();
-    if (drawn) tell_gaussians(state);
+    if (drawn) publish_gaussians(state);
     state.splats = drawn;
     state.splat_version = splat_version;
     const std::vector<Side> sides = tool_sides(hands);
@@ -357,11 +357,11 @@ void SimulationRun::tell(LiveState& state)
     state.solver = solver->name();
 }
 
-void SimulationRun::tell_gaussians(LiveState& state)
+void SimulationRun::publish_gaussians(LiveState& state)
 {
     follow_gaussians();
-    state.gaussians = told.host, state.gaussians_before = told.before;
-    state.gaussians_on_device = told.device;
+    state.gaussians = published.host, state.gaussians_before = published.before;
+    state.gaussians_on_device = published.device;
     state.gaussian_instant = gaussian_instant;
 }
 
@@ -369,17 +369,17 @@ void SimulationRun::tell_gaussians(LiveState& state)
 void SimulationRun::follow_gaussians()
 {
     const int number = loop->last().number;
-    const bool same = told.edits == edits && told.version == splat_version;
-    if (same && told.frame == number) return;
+    const bool same = published.edits == edits && published.version == splat_version;
+    if (same && published.frame == number) return;
     const gpu::MovedGaussians* moved = options.on_device ? solver->moved_gaussians() : nullptr;
-    told.before = same ? told.host : nullptr;
-    told.host.reset(), told.device.reset();
+    published.before = same ? published.host : nullptr;
+    published.host.reset(), published.device.reset();
     if (moved)
-        told.device = gaussians.kept(*moved, same);
+        published.device = gaussians.kept(*moved, same);
     else
-        told.host = std::make_shared<const std::vector<Gaussian<double>>>(solver->gaussians());
+        published.host = std::make_shared<const std::vector<Gaussian<double>>>(solver->gaussians());
     gaussian_instant = instant_after(same ? gaussian_instant : MotionStamp{});
-    told.frame = number, told.edits = edits, told.version = splat_version;
+    published.frame = number, published.edits = edits, published.version = splat_version;
 }
 
 }  // namespace knead

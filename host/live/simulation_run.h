@@ -42,7 +42,7 @@ class SimulationRun {
     void set_material(int object, const Material<double>& material);
 
     // Fills the members of a state that describe the simulation.
-    void tell(LiveState& state);
+    void publish(LiveState& state);
     const Solver& of() const { return *solver; }
     double lost() const { return lost_time; }
     double period() const { return 1 / scene->scene.frame_rate; }             // [s]
@@ -52,15 +52,15 @@ class SimulationRun {
     Motion motion(double from, double to);
     Motion pushed(double from, double to);
     void keep_up(Motion& motion) const;
-    void after(const Frame& frame);
-    void keep_splats(const Frame& frame);
+    void after(const FrameResult& frame);
+    void keep_splats(const FrameResult& frame);
     void clay_changed();
     void splats_changed();
     void adopt_plan(PagingReport& report);
     void begin_plan(int frame);
     void make_sources();
     void rehearse_frames(const Motion& away);
-    void tell_gaussians(LiveState& state);
+    void publish_gaussians(LiveState& state);
     void follow_gaussians();
     MotionStamp instant_after(const MotionStamp& before) const;
 
@@ -98,7 +98,7 @@ class SimulationRun {
         long edits = -1, version = -1;
         std::shared_ptr<const std::vector<Gaussian<double>>> host, before;
         std::shared_ptr<const DeviceGaussians> device;
-    } told;  // Gaussians of the last state
+    } published;  // Gaussians of the last state
     long mesh_version = 0;
     double mesh_cost = 0, mesh_made = -1e30;  // [s]
     std::string trouble;

@@ -114,8 +114,8 @@ std::vector<FrozenSplats::Cube*> FrozenSplats::there(const std::vector<Cubes::Ke
     return cubes_there;
 }
 
-void FrozenSplats::look(const std::vector<Cubes::Key>& at, const SplatCloud& cloud,
-                        std::vector<Vec3<float>>& normal, const Boxes& hands)
+void FrozenSplats::fit_patches(const std::vector<Cubes::Key>& at, const SplatCloud& cloud,
+                               std::vector<Vec3<float>>& normal, const Boxes& hands)
 {
     const std::vector<Cube*> near = there(at);
     std::vector<Cube*> fresh;

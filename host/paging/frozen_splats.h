@@ -25,15 +25,15 @@ class FrozenSplats {
     void remove(std::vector<std::uint32_t> slots, const SplatCloud& cloud);
     // Call when splats move within a cube: invalidates its patches.
     void touch(Cubes::Key cube);
-    // Slots of the splats in a cube; in ascending order after look().
+    // Slots of the splats in a cube; in ascending order after fit_patches().
     const std::vector<std::uint32_t>& in(Cubes::Key cube) const;
 
     // Fits the patches of these cubes where they are out of date. Fills `normal`, by slot, where it
     // is zero: perpendicular to the plane fitted to the neighbouring centres, towards the nearest
     // of the boxes `hands`, because hands come from outside.
-    void look(const std::vector<Cubes::Key>& at, const SplatCloud& cloud,
-              std::vector<Vec3<float>>& normal, const Boxes& hands);
-    // The patches of these cubes. Precondition: look() has been called for them.
+    void fit_patches(const std::vector<Cubes::Key>& at, const SplatCloud& cloud,
+                     std::vector<Vec3<float>>& normal, const Boxes& hands);
+    // The patches of these cubes. Precondition: fit_patches() has been called for them.
     std::vector<SurfacePatch> surface(const std::vector<Cubes::Key>& at) const;
 
   private:

@@ -124,7 +124,7 @@ std::vector<LocalClay::Key> LocalClay::around(const std::vector<Key>& cubes) con
 void LocalClay::take(const std::vector<Key>& wanted, const Boxes& boxes, Solver& solver)
 {
     const std::vector<Key> near = around(wanted);
-    standing.look(near, state_.cloud, state_.normal, boxes);
+    standing.fit_patches(near, state_.cloud, state_.normal, boxes);
     const LocalSurface surface(standing.surface(near), depth, 2 * dx);
     // Clay may have moved in from neighbouring cubes: no seeds beside its particles.
     Int3 low = Cubes::at(wanted.front()), high = low;
@@ -222,21 +222,21 @@ LocalReport LocalClay::after(int frame, const Motion& motion, Solver& solver)
         back += end_leaving(solver, true);
     }
     LocalReport report = follow(motion, solver);
-    report.given_back += back;
+    report.frozen += back;
     return report;
 }
 
 LocalReport LocalClay::follow(const Motion& motion, Solver& solver)
 {
     LocalReport report;
-    report.given_back = end_leaving(solver, false);
+    report.frozen = end_leaving(solver, false);
     const Boxes boxes = boxes_of(motion);
     const std::vector<Key> wanted = wanted_for(boxes);
     if (!wanted.empty()) {
-        report.given_back += end_leaving(solver, true);
+        report.frozen += end_leaving(solver, true);
         take(wanted, boxes, solver);
     }
-    report.taken = wanted.size();
+    report.activated = wanted.size();
     for (const auto& [key, object] : state_.clay) report.cubes += object >= 0;
     report.splats = moving.cloud().count();
     return report;

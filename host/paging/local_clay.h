@@ -16,7 +16,7 @@ namespace knead {
 
 struct LocalReport {
     std::size_t cubes = 0, particles = 0, splats = 0;  // active now
-    std::size_t taken = 0, given_back = 0;  // cubes activated and cubes frozen in this frame
+    std::size_t activated = 0, frozen = 0;  // cubes activated and cubes frozen in this frame
 };
 
 class LocalClay {

@@ -75,8 +75,8 @@ void add(const UpkeepReport& done, PagingReport& report)
 }
 void add(const LocalReport& now, PagingReport& report)
 {
-    report.cubes = long(now.cubes), report.cubes_taken = long(now.taken);
-    report.cubes_given_back = long(now.given_back);
+    report.cubes = long(now.cubes), report.cubes_activated = long(now.activated);
+    report.cubes_frozen = long(now.frozen);
 }
 
 }  // namespace

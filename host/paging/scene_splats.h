@@ -14,9 +14,9 @@ namespace knead {
 struct PagingReport {
     long splats_split = 0, splats_added = 0, splats_waiting = 0;
     long cubes = 0;                              // active after the frame
-    long cubes_taken = 0, cubes_given_back = 0;  // activated and frozen by it
+    long cubes_activated = 0, cubes_frozen = 0;  // activated and frozen by it
 
-    bool clay_changed() const { return cubes_taken + cubes_given_back > 0; }
+    bool clay_changed() const { return cubes_activated + cubes_frozen > 0; }
     bool any() const { return clay_changed() || splats_split + splats_added > 0; }
 };
 

@@ -122,8 +122,8 @@ bool FrameWriter::has_splats(int category) const
     });
 }
 
-void FrameWriter::add(const Frame& frame, const std::vector<Mesh>& meshes, const SplatCloud& splats,
-                      const std::vector<Gaussian<double>>& gaussians)
+void FrameWriter::add(const FrameResult& frame, const std::vector<Mesh>& meshes,
+                      const SplatCloud& splats, const std::vector<Gaussian<double>>& gaussians)
 {
     Camera camera;
     camera.eye = cast<float>(scene.eye);

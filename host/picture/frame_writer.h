@@ -30,13 +30,13 @@ class FrameWriter {
     // `splats`: current splats of the scene, in the order of the solver's Gaussians; drawn instead
     // of the clay of their objects. Throws OutputError, and PictureError if only this picture
     // fails.
-    void add(const Frame& frame, const std::vector<Mesh>& meshes, const SplatCloud& splats = {},
-             const std::vector<Gaussian<double>>& gaussians = {});
+    void add(const FrameResult& frame, const std::vector<Mesh>& meshes,
+             const SplatCloud& splats = {}, const std::vector<Gaussian<double>>& gaussians = {});
     // `asked`: polled while a picture is drawn or written; true aborts it with a PictureError.
-    void give_up_when(std::function<bool()> asked)
+    void give_up_when(std::function<bool()> when)
     {
-        give_up = asked;
-        painter->give_up_when(std::move(asked));
+        give_up = when;
+        painter->give_up_when(std::move(when));
     }
     void close();  // ends the video; throws OutputError
     int count() const { return pictures; }

@@ -47,7 +47,7 @@ void each_number(Row& r, Visit&& visit)
     all(r.between.count, r.between.mean, r.between.p99, r.between.max);
     all(r.meshed, r.kept, r.mesh_volume, r.triangles);
     all(r.splats_split, r.splats_added, r.splats_waiting);
-    all(r.cubes, r.cubes_taken, r.cubes_given_back);
+    all(r.cubes, r.cubes_activated, r.cubes_frozen);
     auto& a = r.state;
     all(a.mass, a.volume, a.unloaded, a.kinetic, a.elastic, a.fastest, a.broken, a.hash);
     vector(a.momentum), vector(a.spin);

@@ -349,8 +349,8 @@ Json report(const Scene& scene, const RunRecord& record, const RunInfo& facts)
                            {"waiting_most", largest(record, &FrameRow::splats_waiting)}};
     if (facts.local)
         knead["local"] = {{"cubes_most", largest(record, &FrameRow::cubes)},
-                          {"taken", total(record, &FrameRow::cubes_taken)},
-                          {"given_back", total(record, &FrameRow::cubes_given_back)}};
+                          {"taken", total(record, &FrameRow::cubes_activated)},
+                          {"given_back", total(record, &FrameRow::cubes_frozen)}};
     if (facts.hand_rate > 0) {
         long with = 0;
         for (const FrameRow& row : record.rows) with += row.hands;

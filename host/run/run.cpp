@@ -52,7 +52,7 @@ class Run {
         record.first_mesh_volume = before.mesh_volume;
     }
 
-    void add_row(const Frame& f)
+    void add_row(const FrameResult& f)
     {
         FrameRow row;
         row.frame = f.number;
@@ -64,7 +64,7 @@ class Run {
     }
 
     // Stops the loop if the state is no longer sound.
-    void check(const Frame& f)
+    void check(const FrameResult& f)
     {
         const bool bad = overrun(f.stats, record.particles);
         if (bad)
@@ -75,17 +75,17 @@ class Run {
         if (bad || (due && !look(record.rows.back()))) loop.stop(End::numbers);
     }
 
-    void make_surface(const Frame& f)
+    void make_surface(const FrameResult& f)
     {
         const bool wanted =
             shown(f) || due(f, options.meshes_every) || (is_last(f) && options.last_mesh);
         if (wanted && loop.end() != End::numbers) mesh(record.rows.back());
     }
-    static bool due(const Frame& f, int every) { return every > 0 && f.number % every == 0; }
-    bool shown(const Frame& f) const { return due(f, options.mesh_every); }
+    static bool due(const FrameResult& f, int every) { return every > 0 && f.number % every == 0; }
+    bool shown(const FrameResult& f) const { return due(f, options.mesh_every); }
 
     // Calls the consumers of meshes and particles in frames where they are due.
-    void hand_out(const Frame& f, const RunWatch& watch)
+    void hand_out(const FrameResult& f, const RunObserver& watch)
     {
         if (loop.end() == End::numbers || f.stats.cut) return;
         if (watch.meshes && due(f, options.meshes_every) && record.rows.back().meshed)
@@ -95,7 +95,7 @@ class Run {
     }
 
     // Whether a later run can resume from this state.
-    bool may_go_on(const Frame& f) const
+    bool may_go_on(const FrameResult& f) const
     {
         const End end = loop.end();
         return f.number > 0 && !is_last(f) && !f.stats.cut && end != End::numbers &&
@@ -119,7 +119,7 @@ class Run {
     }
 
     // A picture that fails is counted; the run continues.
-    void show(const Frame& f, const std::vector<Mesh>& meshes, const RunWatch& watch)
+    void show(const FrameResult& f, const std::vector<Mesh>& meshes, const RunObserver& watch)
     {
         try {
             watch.picture(f, meshes);
@@ -133,12 +133,12 @@ class Run {
     RunRecord record;
 
   private:
-    bool is_last(const Frame& f) const { return f.number == record.frames_wanted; }
+    bool is_last(const FrameResult& f) const { return f.number == record.frames_wanted; }
 
     // Audits the state; false if it holds non-finite numbers.
     bool look(FrameRow& row)
     {
-        const State now = loop.particles();
+        const SharedParticles now = loop.particles();
         row.audited = true;
         row.state = audit(*now, loop.materials(), scene.setup.lattice.dx, solver.velocities());
         row.crowding = crowding(*now, loop.materials(), scene.setup.lattice.dx);
@@ -179,7 +179,7 @@ class Run {
 // Writes checkpoints: the solver's state between two frames, and the record at that time.
 class Keeper {
   public:
-    Keeper(Solver& solver_, Run& run_, const BatchRunOptions& options_, const RunWatch& watch_)
+    Keeper(Solver& solver_, Run& run_, const BatchRunOptions& options_, const RunObserver& watch_)
         : solver(solver_), run(run_), options(options_), watch(watch_), before(run.record.wall)
     {
     }
@@ -189,7 +189,7 @@ class Keeper {
         return before + wall_seconds() - begin;
     }  // including an earlier run's [s]
 
-    void after(const Frame& f)
+    void after(const FrameResult& f)
     {
         if (!run.may_go_on(f)) return;
         // Begins early by the duration of the last write, so that it is complete when due.
@@ -199,7 +199,7 @@ class Keeper {
     }
 
     // At the end of a stopped run. A frame that was cut short is recomputed by the later run.
-    void end(const Frame& last)
+    void end(const FrameResult& last)
     {
         const End why = run.record.end;
         if (why != End::interrupted && why != End::time_limit) return;
@@ -223,7 +223,7 @@ class Keeper {
     Solver& solver;
     Run& run;
     const BatchRunOptions& options;
-    const RunWatch& watch;
+    const RunObserver& watch;
     const double before;
     const double begin = wall_seconds();
     double saved = begin, took = 0;         // last checkpoint: when, and how long it took [s]
@@ -259,16 +259,16 @@ std::string trouble_of(const SessionLoop& loop)
 
 }  // namespace
 
-int frames_wanted(const Scene& scene, const HandSource* hands, int asked)
+int frames_wanted(const Scene& scene, const HandSource* hands, int requested)
 {
-    if (asked > 0) return asked;
+    if (requested > 0) return requested;
     if (scene.frames > 0) return scene.frames;
     const double seconds = hands ? hands->duration() : 1.0;
     return int(std::clamp(std::ceil(seconds * scene.frame_rate - 1e-6), 1.0, 1e7));
 }
 
 RunRecord run_frames(const Scene& scene, Solver& solver, const HandSource* hands,
-                     const BatchRunOptions& options, const RunWatch& watch,
+                     const BatchRunOptions& options, const RunObserver& watch,
                      const RunRecord* earlier)
 {
     SessionLoopOptions by = loop_options(scene);
@@ -284,24 +284,24 @@ RunRecord run_frames(const Scene& scene, Solver& solver, const HandSource* hands
     if (earlier) run.record = *earlier;
     run.record.frames_wanted = by.frames;
     run.record.duration = by.duration;
-    loop.watch([&](const Frame& f) { run.add_row(f); });
-    loop.watch([&](const Frame& f) { run.check(f); });
-    loop.watch([&](const Frame& f) {
+    loop.observe([&](const FrameResult& f) { run.add_row(f); });
+    loop.observe([&](const FrameResult& f) { run.check(f); });
+    loop.observe([&](const FrameResult& f) {
         if (!watch.upkeep || f.stats.cut || loop.end() == End::numbers) return;
         PagingReport& report = run.record.rows.back();
         report = watch.upkeep(f);
         if (report.clay_changed()) loop.clay_edited();
     });
-    loop.watch([&](const Frame& f) { run.make_surface(f); });
-    if (watch.frame) loop.watch([&](const Frame&) { watch.frame(run.record.rows.back()); });
+    loop.observe([&](const FrameResult& f) { run.make_surface(f); });
+    if (watch.frame) loop.observe([&](const FrameResult&) { watch.frame(run.record.rows.back()); });
     if (watch.picture)
-        loop.watch([&](const Frame& f) {
+        loop.observe([&](const FrameResult& f) {
             if (run.shown(f) && run.record.rows.back().meshed) run.show(f, *loop.meshes(), watch);
         });
-    loop.watch([&](const Frame& f) { run.hand_out(f, watch); });
+    loop.observe([&](const FrameResult& f) { run.hand_out(f, watch); });
     Keeper keeper(solver, run, options, watch);
-    if (watch.checkpoint) loop.watch([&](const Frame& f) { keeper.after(f); });
-    if (watch.edits) loop.watch([&](const Frame& f) { watch.edits(f.number, loop); });
+    if (watch.checkpoint) loop.observe([&](const FrameResult& f) { keeper.after(f); });
+    if (watch.edits) loop.observe([&](const FrameResult& f) { watch.edits(f.number, loop); });
     run.start();
     if (watch.edits) watch.edits(by.done, loop);
     loop.run();

@@ -17,8 +17,8 @@ struct BatchRunOptions {
     int audit_every = 1;      // interval of audits [frames]; first and last are always audited
     int mesh_every = 0;       // interval of meshes [frames]; 0: none
     bool last_mesh = false;   // mesh of the last frame
-    int meshes_every = 0;     // interval of calls of RunWatch::meshes [frames]; 0: none
-    int particles_every = 0;  // interval of calls of RunWatch::particles [frames]; 0: none
+    int meshes_every = 0;     // interval of calls of RunObserver::meshes [frames]; 0: none
+    int particles_every = 0;  // interval of calls of RunObserver::particles [frames]; 0: none
     double time_limit = 0;    // wall time after which the run ends [s]; 0: none
     double checkpoint = 0;    // interval of checkpoints, wall time [s]
 };
@@ -54,27 +54,27 @@ struct RunRecord {
     double duration = 0;  // simulated per frame [s]
     double wall = 0;      // of the whole loop [s]
     End end = End::complete;
-    std::string trouble;  // message if it ended by a fault (numbers, device, substeps)
-    State last_good;      // of the last audit without a fault
-    Meshes meshes;        // the last ones; null: none
+    std::string trouble;        // message if it ended by a fault (numbers, device, substeps)
+    SharedParticles last_good;  // of the last audit without a fault
+    Meshes meshes;              // the last ones; null: none
     // Pictures that failed since the run began or was resumed, and the reason for the first.
     int pictures_missing = 0;
     std::string no_picture;
 };
 
-struct RunWatch {
+struct RunObserver {
     std::function<void(const FrameRow&)> frame;  // after every frame
     // Called between frames with the number of the last one; may queue edits in the loop.
     std::function<void(int number, SessionLoop&)> edits;
     MotionSource motion;  // of the tools; replaces that of the hands
     // Called between substeps with the progress of frame `number`.
-    std::function<void(int number, const FramePart&)> part;
+    std::function<void(int number, const FrameProgress&)> part;
     // Called after each complete frame with a sound state, before it is drawn or saved. May edit
     // the solver's Gaussians, and add or remove clay; returns what it changed.
-    std::function<PagingReport(const Frame&)> upkeep;
+    std::function<PagingReport(const FrameResult&)> upkeep;
     // Called after each frame meshed by mesh_every. May throw PictureError: each is counted, the
     // first is printed.
-    std::function<void(const Frame&, const std::vector<Mesh>&)> picture;
+    std::function<void(const FrameResult&, const std::vector<Mesh>&)> picture;
     // Called at the intervals meshes_every and particles_every, in the scene file's coordinates.
     std::function<void(int number, const std::vector<Mesh>&)> meshes;
     std::function<void(int number, const std::vector<Particle<double>>&)> particles;
@@ -86,12 +86,12 @@ struct RunWatch {
 
 // Number of frames: `asked` if positive, else the scene's, else the duration of the hands, else one
 // second.
-int frames_wanted(const Scene& scene, const HandSource* hands, int asked);
+int frames_wanted(const Scene& scene, const HandSource* hands, int requested);
 
 // Runs the scene. Precondition: `solver` was made of scene.setup. `hands` may be null. `earlier`:
 // record of a checkpoint to resume from; the solver must be in the state saved with it.
 RunRecord run_frames(const Scene& scene, Solver& solver, const HandSource* hands,
-                     const BatchRunOptions& options, const RunWatch& watch,
+                     const BatchRunOptions& options, const RunObserver& watch,
                      const RunRecord* earlier = nullptr);
 
 // Share of particle-substeps in which clay was awake; 1 for an empty run.

@@ -90,15 +90,15 @@ std::string cells_setting(const Json& root, int cells)
     for (const Json& one : found)
         numbers = numbers && one.is_number() && one > 0,
         longest = numbers ? std::max(longest, one.get<double>()) : 0;
-    Json asked = cells;  // an invalid domain is rejected when the scene is read
+    Json requested = cells;  // an invalid domain is rejected when the scene is read
     if (numbers) {
-        asked = Json::array();
+        requested = Json::array();
         for (const Json& one : found) {
             const double share = one.get<double>() / longest * cells / block_edge;
-            asked.push_back(std::max(8, int(std::lround(share)) * block_edge));
+            requested.push_back(std::max(8, int(std::lround(share)) * block_edge));
         }
     }
-    return "domain.cells=" + asked.dump();
+    return "domain.cells=" + requested.dump();
 }
 
 void read_walls(ObjectReader& r, Scene& scene)

@@ -72,7 +72,7 @@ Material<double> material_in(ObjectReader& r)
         r.fail("compress", "1.5 compress (snow + 3) below 1", std::to_string(m.compress));
     return m;
 }
-Json told(const Material<double>& m)
+Json json_of(const Material<double>& m)
 {
     Json of{{"elasticity", name_of(elasticities, m.elasticity)},
             {"plasticity", name_of(plasticities, m.plasticity)}};
@@ -99,7 +99,7 @@ HandsOptions hands_in(ObjectReader& r)
         });
     return options;
 }
-Json told(const HandsOptions& options)
+Json json_of(const HandsOptions& options)
 {
     Json of{{"zoom", options.zoom}, {"at", {options.at.x, options.at.y, options.at.z}}};
     for (int side = 0; side < side_count; ++side)
@@ -156,7 +156,7 @@ HandAction action_in(ObjectReader& r, double before)
     return a;
 }
 
-Json told(const HandAction& a)
+Json json_of(const HandAction& a)
 {
     Json of{{"time", a.time}, {"do", name_of(act_names, a.act)}};
     switch (a.act) {
@@ -167,13 +167,13 @@ Json told(const HandAction& a)
             of["on"] = a.on;
             break;
         case ActionType::material:
-            of["object"] = a.object, of["material"] = told(a.material);
+            of["object"] = a.object, of["material"] = json_of(a.material);
             break;
         case ActionType::gravity:
             of["gravity"] = {a.gravity.x, a.gravity.y, a.gravity.z};
             break;
         case ActionType::hands:
-            of["hands"] = told(a.hands);
+            of["hands"] = json_of(a.hands);
             break;
         case ActionType::move:
             of["object"] = a.object;
@@ -235,7 +235,7 @@ std::string to_text(const HandActions& actions)
     // One action per line.
     std::string lines;
     for (const HandAction& a : actions.all)
-        lines += (lines.empty() ? "\n  " : ",\n  ") + told(a).dump();
+        lines += (lines.empty() ? "\n  " : ",\n  ") + json_of(a).dump();
     std::string text = of.dump(1, ' ', false, Json::error_handler_t::replace);
     text.resize(text.size() - 2);
     return text + ",\n \"actions\": [" + lines + "]\n}\n";

@@ -43,12 +43,12 @@ SessionLoop::SessionLoop(Solver& of, MotionSource source, SessionLoopOptions by)
       done(options.done)
 {
     newest.number = options.done;
-    watch_frames();
+    set_stop_check();
 }
 
-void SessionLoop::watch_frames()
+void SessionLoop::set_stop_check()
 {
-    solver.watch_frames([this](const FramePart& part) { return cuts(part); });
+    solver.set_stop_check([this](const FrameProgress& part) { return should_end(part); });
 }
 
 void SessionLoop::launch_surfaces(bool kept)
@@ -68,11 +68,11 @@ bool SessionLoop::step()
     if (begun == done && !begin()) return false;
     if (ahead && edits.empty()) begin();
     if (!collect()) return false;
-    tell();
+    notify_observers();
     return true;
 }
 
-void SessionLoop::look_for_end()
+void SessionLoop::check_end()
 {
     if (!began) began = wall_seconds();
     if (options.interrupted && options.interrupted()) stop(End::interrupted);
@@ -83,21 +83,21 @@ void SessionLoop::look_for_end()
 bool SessionLoop::may_begin()
 {
     if (ended || begun == options.frames) return false;
-    look_for_end();
+    check_end();
     return !ended;
 }
 
 // Whether to end the current frame after this substep.
-bool SessionLoop::cuts(const FramePart& part)
+bool SessionLoop::should_end(const FrameProgress& part)
 {
-    look_for_end();
+    check_end();
     if (options.most_substeps > 0 && part.substeps >= options.most_substeps) stop(End::substeps);
     if (options.part) options.part(begun + 1, part);
     return ended || (options.should_cut && options.should_cut(part));
 }
 
 // Sets the end of a frame that was cut: its times, and the tools at them.
-void SessionLoop::shorten(Frame& f)
+void SessionLoop::shorten(FrameResult& f)
 {
     const double share = f.stats.reached / options.duration;
     f.simulated = (f.number - 1) * options.duration + f.stats.reached - lost;
@@ -113,7 +113,7 @@ bool SessionLoop::begin()
     if (!may_begin()) return false;
     if (begun == done) make_edits();
     const double start = wall_seconds();
-    Frame& f = under_way[begun % 2];
+    FrameResult& f = in_flight[begun % 2];
     f = {};
     f.number = begun + 1;
     f.hand_time = (options.first + f.number) / options.rate;
@@ -139,7 +139,7 @@ bool SessionLoop::begin()
 bool SessionLoop::collect()
 {
     const double start = wall_seconds();
-    Frame& f = under_way[done % 2];
+    FrameResult& f = in_flight[done % 2];
     try {
         f.stats = solver.collect();
     } catch (...) {
@@ -158,11 +158,11 @@ bool SessionLoop::collect()
     return true;
 }
 
-void SessionLoop::tell()
+void SessionLoop::notify_observers()
 {
     const double start = wall_seconds();
-    for (const Watcher& watcher : watchers) watcher(newest);
-    newest.times.watchers = wall_seconds() - start - newest.times.surface;
+    for (const FrameObserver& observer : observers) observer(newest);
+    newest.times.observers = wall_seconds() - start - newest.times.surface;
 }
 
 void SessionLoop::make_edits()
@@ -184,7 +184,7 @@ void SessionLoop::rehearse(const std::vector<Motion>& frames, double duration,
     const std::shared_ptr<const Snapshot> before = solver.snapshot();
     std::vector<std::shared_ptr<const DeviceMesh>> held;
     const bool keeps = launching && keeping && on_device;
-    solver.watch_frames({});
+    solver.set_stop_check({});
     try {
         for (const Motion& frame : frames) {
             solver.submit(frame, duration);
@@ -195,10 +195,10 @@ void SessionLoop::rehearse(const std::vector<Motion>& frames, double duration,
         }
         solver.restore(*before);
     } catch (...) {
-        watch_frames();
+        set_stop_check();
         throw;
     }
-    watch_frames();
+    set_stop_check();
     renew_surfaces();
 }
 
@@ -218,7 +218,7 @@ void SessionLoop::set_surface(const SurfaceOptions& surface)
     if (launching) make_device_surface();
 }
 
-State SessionLoop::particles()
+SharedParticles SessionLoop::particles()
 {
     if (begun > done) throw std::logic_error("the state was asked for with a frame under way");
     if (!state) state = std::make_shared<const std::vector<Particle<double>>>(solver.particles());

@@ -1,8 +1,8 @@
 // The frame loop shared by `run`, `view`, `vr`, `bench` and `verify`. One frame:
 //
-//     edits -> motion of the tools -> solver: submit, collect -> watchers
+//     edits -> motion of the tools -> solver: submit, collect -> observers
 //
-// The solver and everything that watchers and edits refer to must outlive the loop.
+// The solver and everything that observers and edits refer to must outlive the loop.
 #pragma once
 #include <exception>
 #include <functional>
@@ -32,9 +32,9 @@ struct SessionLoopOptions {
     std::function<bool()> interrupted = [] { return knead::interrupted() != 0; };
     // On the CPU, called between substeps; return true to end the frame early. The loop continues
     // with the next frame; the remaining time of this one is dropped.
-    std::function<bool(const FramePart&)> should_cut;
+    std::function<bool(const FrameProgress&)> should_cut;
     // Called between substeps with the progress of frame `number`.
-    std::function<void(int number, const FramePart&)> part;
+    std::function<void(int number, const FrameProgress&)> part;
 
     std::vector<Material<double>> materials;  // for the surface
     SurfaceOptions surface{};
@@ -42,14 +42,14 @@ struct SessionLoopOptions {
 // The scene's clock, materials and surface.
 SessionLoopOptions loop_options(const Scene& scene);
 
-// Wall time of the parts of a frame on the host [s]. `solver`: after hand_over_ahead() only the
+// Wall time of the parts of a frame on the host [s]. `solver`: after submit_ahead() only the
 // time of submitting and of waiting for the end.
 struct FrameTimes {
     double motion = 0, solver = 0, surface = 0;
-    double watchers = 0;  // without the surfaces they request; complete after step()
+    double observers = 0;  // without the surfaces they request; complete after step()
 };
 
-struct Frame {
+struct FrameResult {
     int number = 0;        // from 1
     double simulated = 0;  // since the loop began, at the frame's end; without dropped time [s]
     double hand_time = 0;  // of the hands' clock, at the frame's end [s]
@@ -60,10 +60,10 @@ struct Frame {
 };
 
 // Immutable, shared ownership.
-using State = std::shared_ptr<const std::vector<Particle<double>>>;
+using SharedParticles = std::shared_ptr<const std::vector<Particle<double>>>;
 using Meshes = std::shared_ptr<const std::vector<Mesh>>;
 
-using Watcher = std::function<void(const Frame&)>;
+using FrameObserver = std::function<void(const FrameResult&)>;
 using Edit = std::function<void(Solver&)>;
 
 // Whether the state is unsound: the guards put back more than 1 % of the particles in one frame.
@@ -73,11 +73,11 @@ class SessionLoop {
   public:
     SessionLoop(Solver& solver, MotionSource motion, SessionLoopOptions options);
     SessionLoop(const SessionLoop&) = delete;
-    ~SessionLoop() { solver.watch_frames({}); }
+    ~SessionLoop() { solver.set_stop_check({}); }
 
     // Adds a watcher. Watchers are called after every frame, in order of addition. Must not be
     // called by a watcher.
-    void watch(Watcher watcher) { watchers.push_back(std::move(watcher)); }
+    void observe(FrameObserver observer) { observers.push_back(std::move(observer)); }
 
     // Queues an edit. It is made once, with no frame in flight, before the motion of the next frame
     // is sampled (of the frame after it, if the next one is already submitted).
@@ -88,14 +88,14 @@ class SessionLoop {
 
     // From now on each frame is submitted while the previous one is computed. Watchers still get
     // statistics, but must not fetch the state, because its frame is undefined.
-    void hand_over_ahead() { ahead = true; }
+    void submit_ahead() { ahead = true; }
     // From now on the surface of each frame is queued behind it on the device, without waiting.
     // `kept`: keep it for device_mesh(), which then waits once. No effect on the CPU.
     void launch_surfaces(bool kept = false);
 
     // Warm-up: computes frames of `duration` [s] with these motions, and their surfaces, then
     // restores the solver's state, so that graphs, memory and kernels exist before the first frame.
-    // `meanwhile` is called after each. Calls no watchers; counts no frames. Throws
+    // `meanwhile` is called after each. Calls no observers; counts no frames. Throws
     // std::logic_error while a frame is in flight, or if the solver has no snapshots.
     void rehearse(const std::vector<Motion>& frames, double duration,
                   const std::function<void()>& meanwhile);
@@ -108,7 +108,7 @@ class SessionLoop {
     void set_surface(const SurfaceOptions& surface);
     const SurfaceOptions& surface_options() const { return options.surface; }
 
-    // Begins no further frame. Frames in flight end, and watchers are called. Of several reasons
+    // Begins no further frame. Frames in flight end, and observers are called. Of several reasons
     // the first is kept.
     void stop(End why = End::complete);
 
@@ -120,7 +120,7 @@ class SessionLoop {
         }
     }
 
-    const Frame& last() const { return newest; }  // the last that ended; number 0: none
+    const FrameResult& last() const { return newest; }  // the last that ended; number 0: none
     End end() const { return ended.value_or(End::complete); }
     // Exception of the solver that ended the loop, else null. Watchers were called for all frames
     // before.
@@ -128,7 +128,7 @@ class SessionLoop {
 
     // The functions below throw std::logic_error while a frame is in flight.
     // The state at the end of the last frame, fetched at the first call.
-    State particles();
+    SharedParticles particles();
     // Its surface, computed at the first call; the same object while no clay moves.
     Meshes meshes();
     // The surface on the device; null if the solver runs on the CPU or there is no clay.
@@ -138,14 +138,14 @@ class SessionLoop {
     const GpuSurface* device_surface() const { return on_device.get(); }  // null: none was made
 
   private:
-    void watch_frames();
-    void look_for_end();
+    void set_stop_check();
+    void check_end();
     bool may_begin();
-    bool cuts(const FramePart& part);
+    bool should_end(const FrameProgress& part);
     bool begin();
     bool collect();
-    void shorten(Frame& f);
-    void tell();
+    void shorten(FrameResult& f);
+    void notify_observers();
     void make_device_surface();
     void launch_surface(int frame);
     void renew_surfaces();
@@ -153,22 +153,22 @@ class SessionLoop {
     Solver& solver;
     MotionSource motion;
     SessionLoopOptions options;
-    std::vector<Watcher> watchers;
+    std::vector<FrameObserver> observers;
     std::vector<Edit> edits;
 
-    Frame under_way[2];       // frames in flight, alternating
-    Frame newest;             // the last that ended
-    int begun = 0, done = 0;  // frames
-    double lost = 0;          // simulated time dropped by cuts [s]
+    FrameResult in_flight[2];  // frames in flight, alternating
+    FrameResult newest;        // the last that ended
+    int begun = 0, done = 0;   // frames
+    double lost = 0;           // simulated time dropped by cuts [s]
     bool ahead = false, launching = false, keeping = false;
     int launched = -1;            // the frame whose kept surface was launched
     std::optional<double> began;  // wall time of the first frame [s]
     std::optional<End> ended;
     std::exception_ptr failed;
 
-    State state;         // null: not fetched
-    Meshes last_meshes;  // null: none
-    SurfacePast past;    // of surfaces computed on the host
+    SharedParticles state;  // null: not fetched
+    Meshes last_meshes;     // null: none
+    SurfacePast past;       // of surfaces computed on the host
     std::shared_ptr<const DeviceMesh> last_on_device;
     long moved = 0, moved_on_device = 0;  // particle-substeps since the surfaces were computed
     std::unique_ptr<GpuSurface> on_device;

@@ -33,7 +33,7 @@ DeviceWork operator*(double factor, const DeviceWork& c)
 }
 
 #ifndef KNEAD_HAS_CUPTI
-std::vector<StageWork> counted(const std::function<void(const Watch&)>&)
+std::vector<StageWork> counted(const std::function<void(const StageObserver&)>&)
 {
     throw std::runtime_error("counters: this build has none (it found no CUPTI 12.6 or newer)");
 }
@@ -215,14 +215,14 @@ class Ranges {
     const std::vector<std::uint8_t>& count(const std::function<void()>& work)
     {
         for (bool all = false; !all;) {
-            asked<CUpti_RangeProfiler_Start_Params>("cuptiRangeProfilerStart",
-                                                    CUpti_RangeProfiler_Start_Params_STRUCT_SIZE);
+            call<CUpti_RangeProfiler_Start_Params>("cuptiRangeProfilerStart",
+                                                   CUpti_RangeProfiler_Start_Params_STRUCT_SIZE);
             work();
-            all = asked<CUpti_RangeProfiler_Stop_Params>(
-                      "cuptiRangeProfilerStop", CUpti_RangeProfiler_Stop_Params_STRUCT_SIZE)
+            all = call<CUpti_RangeProfiler_Stop_Params>("cuptiRangeProfilerStop",
+                                                        CUpti_RangeProfiler_Stop_Params_STRUCT_SIZE)
                       .isAllPassSubmitted;
         }
-        if (asked<CUpti_RangeProfiler_DecodeData_Params>(
+        if (call<CUpti_RangeProfiler_DecodeData_Params>(
                 "cuptiRangeProfilerDecodeData", CUpti_RangeProfiler_DecodeData_Params_STRUCT_SIZE)
                 .numOfRangeDropped)
             throw std::runtime_error("counters: more stages than there is room for");
@@ -235,8 +235,8 @@ class Ranges {
         begin.pRangeProfilerObject = object, begin.pRangeName = name.c_str();
         cupti.call("cuptiRangeProfilerPushRange", begin);
         run();
-        asked<CUpti_RangeProfiler_PopRange_Params>("cuptiRangeProfilerPopRange",
-                                                   CUpti_RangeProfiler_PopRange_Params_STRUCT_SIZE);
+        call<CUpti_RangeProfiler_PopRange_Params>("cuptiRangeProfilerPopRange",
+                                                  CUpti_RangeProfiler_PopRange_Params_STRUCT_SIZE);
     }
     std::size_t ranges() const
     {
@@ -258,7 +258,7 @@ class Ranges {
 
   private:
     template <class Parameters>
-    Parameters asked(const char* name, std::size_t size) const
+    Parameters call(const char* name, std::size_t size) const
     {
         auto p = sized<Parameters>(size);
         p.pRangeProfilerObject = object;
@@ -322,7 +322,7 @@ struct Hook {
 
 }  // namespace
 
-std::vector<StageWork> counted(const std::function<void(const Watch&)>& work)
+std::vector<StageWork> counted(const std::function<void(const StageObserver&)>& work)
 {
     const Current current;
     if (!current.context) throw std::runtime_error("counters: this thread uses no CUDA device");

@@ -25,12 +25,12 @@ struct StageWork {
 };
 
 // Wrapper around one stage: must call run() once.
-using Watch = std::function<void(const char* stage, const std::function<void()>& run)>;
+using StageObserver = std::function<void(const char* stage, const std::function<void()>& run)>;
 
-// Counts each stage that `work` runs through the Watch, in that order. Each stage must synchronise
-// before it returns. Uses CUPTI on the device of the calling thread, on which nothing else may run;
-// `work` is called once per counter pass. Throws std::runtime_error with the reason if counting is
-// impossible.
-std::vector<StageWork> counted(const std::function<void(const Watch&)>& work);
+// Counts each stage that `work` runs through the StageObserver, in that order. Each stage must
+// synchronise before it returns. Uses CUPTI on the device of the calling thread, on which nothing
+// else may run; `work` is called once per counter pass. Throws std::runtime_error with the reason
+// if counting is impossible.
+std::vector<StageWork> counted(const std::function<void(const StageObserver&)>& work);
 
 }  // namespace knead

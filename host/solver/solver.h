@@ -86,12 +86,12 @@ struct FrameStats {
     long woken = 0;     // sleeping blocks woken by a push
     long stranded = 0;  // Gaussian-substeps without clay in reach: not moved
     long splats_projected = 0, splats_repaired = 0;  // Gaussian-substeps, as for particles above
-    bool cut = false;                                // ended early by the FrameWatch
+    bool cut = false;                                // ended early by the StopCheck
     double reached = 0;                              // if cut: simulated part of the frame [s]
 };
 
 // Progress of a frame between two substeps.
-struct FramePart {
+struct FrameProgress {
     int substeps = 0;
     double reached = 0, duration = 0;  // [s]: simulated so far; of the whole frame
 };
@@ -99,7 +99,7 @@ struct FramePart {
 // after every substep but the last of a frame. GPU: called every 20 ms of a frame that takes more
 // than 30 ms; the frame ends a few substeps later, and a frame submitted behind it is cut at its
 // start.
-using FrameWatch = std::function<bool(const FramePart&)>;
+using StopCheck = std::function<bool(const FrameProgress&)>;
 
 // Wall time of one stage over one frame [s]; the names are those of the profiler ranges.
 struct StageTime {
@@ -182,7 +182,7 @@ class Solver {
     }
 
     // Replaces the watch of all later frames; an empty function removes it.
-    void watch_frames(FrameWatch by) { frame_watch = std::move(by); }
+    void set_stop_check(StopCheck by) { stop_check = std::move(by); }
 
     // Edits. Precondition: no frame in flight. Afterwards the solver behaves like one constructed
     // from the edited scene. Throws std::invalid_argument for invalid edits and std::runtime_error
@@ -260,17 +260,17 @@ class Solver {
     virtual std::string name() const = 0;    // "cpu float, ...", "cuda: NVIDIA H200"
 
   protected:
-    bool watched() const { return bool(frame_watch); }
+    bool has_stop_check() const { return bool(stop_check); }
     // Call after each substep. Returns whether the frame ends here and records it in `stats`.
     bool ends_here(double reached, double duration, FrameStats& stats) const
     {
-        stats.cut = frame_watch && frame_watch({stats.substeps, reached, duration});
+        stats.cut = stop_check && stop_check({stats.substeps, reached, duration});
         if (stats.cut) stats.reached = reached;
         return stats.cut;
     }
 
   private:
-    FrameWatch frame_watch;
+    StopCheck stop_check;
     std::vector<FrameStats> done;
 };
 

@@ -129,17 +129,17 @@ void GpuRaster::State::start(const RasterFrame& frame, cudaStream_t on)
 // Enqueues the download of the capacity that a frame of launch() needed; does not block.
 void GpuRaster::State::ask_room(cudaStream_t on)
 {
-    if (fixed_room || asked) return;
+    if (fixed_room || pending) return;
     check(cudaMemcpyAsync(needed.data(), store.counts.data(), sizeof(RasterCounts),
                           cudaMemcpyDefault, on),
           "splats");
-    check(cudaEventRecord(told, on), "splats");
-    asked = true;
+    check(cudaEventRecord(copied, on), "splats");
+    pending = true;
 }
 void GpuRaster::State::make_room()
 {
-    if (!asked || !is_over(told, "splats")) return;
-    asked = false;
+    if (!pending || !is_over(copied, "splats")) return;
+    pending = false;
     const std::size_t wanted = std::size_t(needed->instances);
     if (wanted <= std::size_t(store.view.room)) return;
     graph.drop();

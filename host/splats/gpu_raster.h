@@ -18,7 +18,7 @@ struct RasterStats {
     std::size_t visible = 0;    // splats visible to an eye
     std::size_t instances = 0;  // entries of the tile lists; in the first frame per tile part
     std::size_t dropped = 0;    // of these, the farthest, dropped for lack of memory
-    std::size_t put_off = 0;    // tile parts whose lists were split among several blocks
+    std::size_t deferred = 0;   // tile parts whose lists were split among several blocks
 };
 
 // Draws one cloud. `instances` is the capacity for pairs of tile and splat of both eyes; 0: grown

@@ -23,7 +23,7 @@ RasterStats GpuRaster::State::stats() const
 {
     wait(launched, "splats"), wait(stream, "splats");
     const RasterCounts c = store.counts.downloaded().at(0);
-    return {c.visible, std::size_t(c.instances), std::size_t(c.dropped), std::size_t(c.put_off)};
+    return {c.visible, std::size_t(c.instances), std::size_t(c.dropped), std::size_t(c.deferred)};
 }
 
 std::vector<double> GpuRaster::replays(int count)

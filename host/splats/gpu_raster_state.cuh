@@ -44,11 +44,11 @@ struct GpuRaster::State {
     gpu::Graph graph;
     bool with_mesh = false;  // of the captured graph
     int with_moved = 0;
-    // Counts of the last polled frame, valid once `told` has completed.
+    // Counts of the last polled frame, valid once `copied` has completed.
     gpu::Pinned<gpu::RasterCounts> needed;
-    gpu::Event told{cudaEventDisableTiming};
+    gpu::Event copied{cudaEventDisableTiming};
     gpu::Event launched{cudaEventDisableTiming};  // after the last frame of launch(), on any stream
-    bool asked = false;
+    bool pending = false;
     // Inputs and outputs of pictures().
     gpu::DeviceArray<uint2> colour[2], mesh_colour[2];
     gpu::DeviceArray<float> depth[2], mesh_depth[2], moved_numbers;

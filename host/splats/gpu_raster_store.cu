@@ -55,7 +55,7 @@ RasterStore::RasterStore(std::size_t n, int degree)
     samples = DeviceArray<TileSample>(max_tiles), rules = DeviceArray<TileOptions>(max_tiles);
     view.seen_parts = seen_parts_of.data();
     view.samples = samples.data(), view.rules = rules.data();
-    put_off = DeviceArray<int>(max_tiles * parts), view.put_off = put_off.data();
+    deferred = DeviceArray<int>(max_tiles * parts), view.deferred = deferred.data();
     digit_counts = DeviceArray<unsigned>(digit_table_size);
     digit_starts = DeviceArray<unsigned>(digit_table_size);
     view.digit_counts = digit_counts.data(), view.digit_starts = digit_starts.data();
@@ -160,7 +160,7 @@ std::size_t RasterStore::bytes() const
     const auto add = [&](const auto&... arrays) { ((sum += arrays.bytes()), ...); };
     add(frame, counts, depth_keys, sorted_keys, boxes, shapes, rests, numbers, order, records[0],
         records[1], candidate_starts, chunk_states, keys[0], keys[1], digit_counts, digit_starts,
-        ranges, seen_parts_of, samples, rules, put_off, scratch_memory);
+        ranges, seen_parts_of, samples, rules, deferred, scratch_memory);
     return sum;
 }
 

@@ -51,7 +51,7 @@ class RasterStore {
     DeviceArray<uint2> ranges;
     DeviceArray<TileSample> samples;
     DeviceArray<TileOptions> rules;
-    DeviceArray<int> put_off;
+    DeviceArray<int> deferred;
     DeviceArray<unsigned char> scratch_memory;
 };
 

@@ -63,8 +63,8 @@ std::shared_ptr<KeptMesh> KeptMeshes::launch(const SurfaceView& view, int device
     const KeptMesh& to = **free;
     check(cudaStreamWaitEvent(stream, to.read, 0), "surface");
     keep_mesh(view, to.place(), to.processors, stream);
-    check(cudaMemcpyAsync(to.told.data(), to.facts.data(), sizeof(MeshInfo), cudaMemcpyDeviceToHost,
-                          stream),
+    check(cudaMemcpyAsync(to.host_info.data(), to.facts.data(), sizeof(MeshInfo),
+                          cudaMemcpyDeviceToHost, stream),
           "surface");
     check(cudaEventRecord(to.written, stream), "surface");
     return *free;

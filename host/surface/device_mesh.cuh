@@ -19,7 +19,7 @@ struct KeptMesh {
     DeviceArray<float4> places, normals;
     DeviceArray<DrawCommand> draws;
     DeviceArray<MeshInfo> facts;
-    Pinned<MeshInfo> told;  // host copy of `facts`, valid after `written`
+    Pinned<MeshInfo> host_info;  // host copy of `facts`, valid after `written`
     Event written{cudaEventDisableTiming};
     // After the last launched read; a writer waits for it.
     Event read{cudaEventDisableTiming};

@@ -304,7 +304,7 @@ std::shared_ptr<const DeviceMesh> GpuSurface::State::launched(SurfaceStats* stat
     check(cudaSetDevice(device), "device");
     const std::shared_ptr<KeptMesh> made = std::exchange(under_way, nullptr);
     wait(made->written, "surface");
-    const MeshInfo facts = *made->told.data();
+    const MeshInfo facts = *made->host_info.data();
     const SurfaceRoom needs{facts.needed.vertices, facts.needed.triangles};
     if (!fixed_room && !fits(needs)) return take_room(needs), nullptr;
     const SurfaceStats found = settled(needs, facts.faults);

@@ -55,7 +55,7 @@ std::vector<StageWork> GpuSurface::stage_counts()
 {
     if (!state->graph.ready) return {};
     check(cudaSetDevice(state->device), "device");
-    const std::vector<StageWork> counts = counted([this](const Watch& watch) {
+    const std::vector<StageWork> counts = counted([this](const StageObserver& watch) {
         for (const SurfaceStage& stage : state->stages(state->clay)) {
             state->fresh = true;
             state->run();

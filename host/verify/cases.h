@@ -40,7 +40,7 @@ struct Outcome {
     double crowded = 0;  // fraction of particles in overlapping clay, of the last state [1]
     double densest = 0;  // largest ratio of clay volume to available space [1]
 };
-nlohmann::json told(const Outcome& o);
+nlohmann::json json_of(const Outcome& o);
 Outcome heard(const nlohmann::json& all);  // throws nlohmann::json::exception
 
 // Total energy of the clay [J]: kinetic, including the affine part of each particle, elastic, and
@@ -62,7 +62,7 @@ Outcome outcome_by(const std::vector<std::string>& words, double late);
 // parallel as there are threads, one on a GPU. Calls `tell` on the calling thread, in the order of
 // the cases.
 void outcomes_of(const Verification& v, const std::vector<Case>& cases,
-                 const std::function<void(const Case&, const Outcome&)>& tell);
+                 const std::function<void(const Case&, const Outcome&)>& report);
 Outcome outcome_alone(const Verification& v, const Case& c);
 double limit_of(const Verification& v, const Case& c);  // [s]; doubled for the reference
 

@@ -102,7 +102,7 @@ void add_to(FrameStats& all, const FrameStats& s)
 
 FrameStats drive(Solver& solver, double frame, double end,
                  const std::function<std::vector<Joint<double>>(double)>& at,
-                 const std::function<bool(double)>& look)
+                 const std::function<bool(double)>& observe)
 {
     FrameStats all;
     const auto frames = long(std::ceil(end / frame - 1e-9));
@@ -111,15 +111,16 @@ FrameStats drive(Solver& solver, double frame, double end,
         const double from = double(i) * frame, to = std::fmin(double(i + 1) * frame, end);
         const FrameStats s = solver.advance({at(from), at(to), {}}, to - from);
         add_to(all, s);
-        if (!look(to)) break;
+        if (!observe(to)) break;
     }
     return all;
 }
 
-FrameStats drive(Solver& solver, double frame, double end, const std::function<bool(double)>& look)
+FrameStats drive(Solver& solver, double frame, double end,
+                 const std::function<bool(double)>& observe)
 {
     return drive(
-        solver, frame, end, [](double) { return std::vector<Joint<double>>{}; }, look);
+        solver, frame, end, [](double) { return std::vector<Joint<double>>{}; }, observe);
 }
 
 }  // namespace knead

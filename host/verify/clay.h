@@ -36,9 +36,10 @@ void add_to(FrameStats& all, const FrameStats& frame);
 // `look(time)` after each frame; false ends the run. Returns the accumulated counters.
 FrameStats drive(Solver& solver, double frame, double end,
                  const std::function<std::vector<Joint<double>>(double)>& at,
-                 const std::function<bool(double)>& look);
+                 const std::function<bool(double)>& observe);
 // Without tools.
-FrameStats drive(Solver& solver, double frame, double end, const std::function<bool(double)>& look);
+FrameStats drive(Solver& solver, double frame, double end,
+                 const std::function<bool(double)>& observe);
 
 inline Joint<double> stands_at(Place p) { return {{1, 0, 0, 0}, p}; }
 

@@ -68,8 +68,8 @@ struct FrontPoint {
     double error, seconds;  // in the scene's unit; [s]
     double counted = 0;     // count_errors()
     std::string name() const;
-    std::string told(const std::string& unit) const;  // error, counted error if larger, seconds
-    bool usual() const;                               // the defaults
+    std::string summary(const std::string& unit) const;  // error, counted error if larger, seconds
+    bool usual() const;                                  // the defaults
     // Pareto dominance: no worse in counted error and time, better in one.
     bool beats(const FrontPoint& other) const;
 };

@@ -78,7 +78,7 @@ FrontResult swung(const Verification& v, const SceneOptions& options)
     double sum = 0, mean = std::nan("");
     int turns = 0;
     Bend before{};
-    const auto look = [&](const Solver& solver, double t) {
+    const auto observe = [&](const Solver& solver, double t) {
         const Bend now = bend_of(by_id(solver), scene.setup.particles, scene);
         const bool turned = before.rate * now.rate < 0;
         // Ends at the second turning point: the bottom is the first, the top the second.
@@ -93,7 +93,8 @@ FrontResult swung(const Verification& v, const SceneOptions& options)
         before = now;
         return true;
     };
-    const Driven driven = timed_drive(v, options, scene.setup, step, 1.5 * period, no_tools, look);
+    const Driven driven =
+        timed_drive(v, options, scene.setup, step, 1.5 * period, no_tools, observe);
     return {100 * std::fabs(mean - 1), driven.seconds, 0};
 }
 

@@ -38,7 +38,7 @@ int usual_cells(const Verification& v) { return FrontSizes{{16}, {32}, {64}}.of(
 
 struct Bought {
     const Change* change;
-    SceneOptions rule;
+    SceneOptions options;
     FrontResult result;
 };
 
@@ -51,13 +51,13 @@ std::vector<Bought> bought(const Verification& v, const FrontScene& scene)
     for (const Change& change : changes) {
         if (v.quick() && !change.quick) continue;
         all.push_back({&change, default_options(usual_cells(v)), {}});
-        all.back().rule.watch = true, all.back().rule.seeds = seeds;
-        change.make(all.back().rule);
+        all.back().options.watch = true, all.back().options.seeds = seeds;
+        change.make(all.back().options);
     }
     for (int round = 0; round < (v.quick() ? 3 : 5); ++round)
         for (Bought& b : all) {
             if (interrupted()) return {};
-            const FrontResult r = scene.run(b.rule);
+            const FrontResult r = scene.run(b.options);
             const double before = round ? b.result.seconds : r.seconds;
             b.result = r;
             b.result.seconds = std::fmin(before, r.seconds);
@@ -83,11 +83,11 @@ void feature_rows(Verification& v, const FrontScene& scene)
                         {{"error_" + scene.unit, r.error},
                          {"seconds", r.seconds},
                          {"inside_mm", 1e3 * r.inside},
-                         {"cells", double(b.rule.cells)}}});
+                         {"cells", double(b.options.cells)}}});
         if (v.options.json || v.options.quiet) continue;
         print(fmt::format(
             "    {} at {} cells/m, {:<34} {:>8.3f} {}  {:>8.4f} s  {:>5.2f} mm in tools  {}\n",
-            scene.name, b.rule.cells, b.change->name, r.error, scene.unit, r.seconds,
+            scene.name, b.options.cells, b.change->name, r.error, scene.unit, r.seconds,
             1e3 * r.inside, outcome));
     }
 }

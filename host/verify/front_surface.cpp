@@ -52,10 +52,10 @@ struct Skin {
 
 // Time on a GPU: graph replays, without copies to and from the device; on a CPU: the fastest of
 // three.
-Skin skin(const Verification& v, const Setup& s, const SurfaceOptions& rule)
+Skin skin(const Verification& v, const Setup& s, const SurfaceOptions& options)
 {
     if (v.device.kind == DeviceKind::cuda) {
-        GpuSurface surface(s.particles, s.materials, rule, {}, v.device.index);
+        GpuSurface surface(s.particles, s.materials, options, {}, v.device.index);
         std::vector<Mesh> meshes = surface.surface(s.particles);
         const std::vector<double> times = surface.replays(v.quick() ? 5 : 50);
         return {std::move(meshes.at(0)), *std::min_element(times.begin(), times.end())};
@@ -63,7 +63,7 @@ Skin skin(const Verification& v, const Setup& s, const SurfaceOptions& rule)
     Skin best{{}, INFINITY};
     for (int i = 0; i < (v.quick() ? 1 : 3); ++i) {
         const double begun = wall_seconds();
-        best.mesh = surface(s.particles, s.materials, rule).at(0);
+        best.mesh = surface(s.particles, s.materials, options).at(0);
         best.seconds = std::fmin(best.seconds, wall_seconds() - begun);
     }
     return best;
@@ -165,10 +165,10 @@ void surface_front(Verification& v)
 {
     v.lap();
     const int cells = FrontSizes{{16}, {32}, {64}}.of(v).front();
-    const SceneOptions rule = default_options(cells);
+    const SceneOptions options = default_options(cells);
     Setup s = between_walls({cells, cells, cells}, 1.0 / cells, ContactMode::separate, 0);
     const Place middle = s.walls.min + Place{0.5 + 0.003, 0.5 - 0.007, 0.5 + 0.011};
-    fill_by(s, rule, plastic(1e6, 0.3, 1000, 1e5), s.walls.min, s.walls.max,
+    fill_by(s, options, plastic(1e6, 0.3, 1000, 1e5), s.walls.min, s.walls.max,
             [&](Place x) { return radius - length(x - middle); });
     std::vector<Line> all;
     for (const Variant& by : variants(v.quick())) {

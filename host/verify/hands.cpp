@@ -35,9 +35,9 @@ void gesture(Verification& v, const std::string& name, double zoom, int cells, i
     build(scene, available_memory());
     const auto solver = v.solver(scene.setup);
     const HandSource hands(hands_of(scene), scene.hands);
-    BatchRunOptions rule;
-    rule.audit_every = 5, rule.frames = frames;
-    const RunRecord record = run_frames(scene, *solver, &hands, rule, {});
+    BatchRunOptions options;
+    options.audit_every = 5, options.frames = frames;
+    const RunRecord record = run_frames(scene, *solver, &hands, options, {});
     if (record.end != End::complete)
         throw std::runtime_error("the run ended early: " + record.trouble);
     const Depths left = record.depths.summary();

@@ -17,13 +17,13 @@ constexpr double young = 1e6, density = 1000;  // [Pa] [kg/m^3]
 const double bar_wave = std::sqrt(young / density);
 
 // State of the clay with initial position X [m].
-struct State {
+struct FieldState {
     Place x;
     Vec3<double> v, force;  // [m/s]; per mass [m/s^2]
     Sym3<double> e;         // F F^T - I
     Mat3<double> L;         // gradient of v [1/s]
 };
-using Exact = std::function<State(Place X, double t)>;
+using Exact = std::function<FieldState(Place X, double t)>;
 
 // u_i = A sin(k X_i) sin(w t + phase_i) along `axes` axes [Wallstedt & Guilkey 2008]. F is diagonal
 // and P_ii = mu (F_ii - 1 / F_ii) + lambda ln J / F_ii, of which only F_ii varies along axis i.
@@ -47,7 +47,8 @@ Exact along_axes(const Material<double>& m, double A, double k, int axes)
             const double slope = m.mu + (m.mu + m.lambda * (1 - log_J)) / (F[i] * F[i]);
             force[i] = (w * w / (k * k) - slope / density) * bend[i];
         }
-        State s{{x[0], x[1], x[2]}, {v[0], v[1], v[2]}, {force[0], force[1], force[2]}, {}, {}};
+        FieldState s{
+            {x[0], x[1], x[2]}, {v[0], v[1], v[2]}, {force[0], force[1], force[2]}, {}, {}};
         s.e = {F[0] * F[0] - 1, F[1] * F[1] - 1, F[2] * F[2] - 1, 0, 0, 0};
         s.L = {{L[0], 0, 0}, {0, L[1], 0}, {0, 0, L[2]}};
         return s;
@@ -70,7 +71,7 @@ Exact growing_ring(double A, double a, double b)
         const auto polar = [&](double r, double angle) {
             return r * outer(out, out) + angle * outer(round, round);
         };
-        State s{
+        FieldState s{
             X + (T * p) * out, (rate * p) * out, (-w * w * T * p - div / density) * out, {}, {}};
         s.e = symmetric(polar(Fr * Fr - 1, Fa * Fa - 1));
         s.L = polar(rate * p1 / Fr, rate * p / R / Fa);
@@ -105,7 +106,7 @@ double worst_error(Verification& v, Setup s, const Exact& exact, Place origin, d
     for (Particle<double>& q : s.particles) {
         X.push_back(q.x - origin);
         // A substep moves positions from t to t + dt with the velocities at t + dt/2 (8).
-        const State now = exact(X.back(), 0), half = exact(X.back(), -dt / 2);
+        const FieldState now = exact(X.back(), 0), half = exact(X.back(), -dt / 2);
         q.x = origin + now.x, q.e = now.e, q.v = half.v, q.C = half.L;
     }
     const auto is_image = [&](std::size_t i) { return !image.empty() && image[i] != i; };
@@ -116,7 +117,7 @@ double worst_error(Verification& v, Setup s, const Exact& exact, Place origin, d
         change(v, solver, s, [&](std::vector<Particle<double>>& all) {
             for (std::size_t i = 0; i < all.size(); ++i) {
                 if (is_image(i)) continue;
-                const State now = exact(X[i], dt * double(n));
+                const FieldState now = exact(X[i], dt * double(n));
                 const Vec3<double> off = all[i].x - origin - now.x;
                 sum += dot(off, off), count += 1;
                 all[i].v = all[i].v + dt * now.force;

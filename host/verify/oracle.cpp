@@ -26,7 +26,7 @@ Sym3<double> packed(const Matrix& M)
 
 }  // namespace
 
-State solid(const Material<double>& m, const Sym3<double>& e, double factor)
+StressState solid(const Material<double>& m, const Sym3<double>& e, double factor)
 {
     const double mu = factor * m.mu, lambda = factor * m.lambda;
     const Matrix F = (Matrix::Identity() + dense(e)).llt().matrixL();

@@ -9,13 +9,13 @@
 namespace knead::oracle {
 
 // State at the left Cauchy-Green tensor I + e.
-struct State {
+struct StressState {
     Sym3<double> tau;  // Kirchhoff stress [Pa]
     double energy;     // per volume at rest [J/m^3]
     double log_J;      // [1]
 };
 // State of a solid; `factor` scales both Lame parameters (hardening of snow).
-State solid(const Material<double>& m, const Sym3<double>& e, double factor = 1);
+StressState solid(const Material<double>& m, const Sym3<double>& e, double factor = 1);
 
 // Magnitude of the deviator, and pressure (minus the mean), of a stress [Pa].
 double shear(const Sym3<double>& tau);

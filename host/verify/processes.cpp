@@ -56,7 +56,7 @@ int at_a_time(const Verification& v)
 
 }  // namespace
 
-Json told(const Outcome& o)
+Json json_of(const Outcome& o)
 {
     Json all{{"ending", ending_name(o.ending)},
              {"note", o.note},
@@ -110,7 +110,7 @@ Outcome outcome_alone(const Verification& v, const Case& c)
 }
 
 void outcomes_of(const Verification& v, const std::vector<Case>& cases,
-                 const std::function<void(const Case&, const Outcome&)>& tell)
+                 const std::function<void(const Case&, const Outcome&)>& report)
 {
     std::vector<std::optional<Outcome>> all(cases.size());
     std::atomic<std::size_t> next = 0;
@@ -140,7 +140,7 @@ void outcomes_of(const Verification& v, const std::vector<Case>& cases,
         ready.wait(held, [&] { return all[i] || interrupted(); });
         if (!all[i]) break;
         held.unlock();
-        tell(cases[i], *all[i]);
+        report(cases[i], *all[i]);
     }
 }
 

@@ -90,7 +90,7 @@ int fill_by(Setup& s, const SceneOptions& options, Material<double> material, Pl
 
 Driven timed_drive(const Verification& v, const SceneOptions& options, Setup s, double frame,
                    double end, const std::function<std::vector<Joint<double>>(double)>& at,
-                   const std::function<bool(const Solver&, double)>& look)
+                   const std::function<bool(const Solver&, double)>& observe)
 {
     if (options.courant > 0) s.step.courant = options.courant;
     s.grid_contact = options.grid_contact, s.passes = options.passes;
@@ -103,7 +103,7 @@ Driven timed_drive(const Verification& v, const SceneOptions& options, Setup s, 
         const double now = wall_seconds();
         if (options.watch)
             for (const double d : all.solver->penetration()) all.inside = std::fmax(all.inside, d);
-        const bool goes_on = look(*all.solver, t);
+        const bool goes_on = observe(*all.solver, t);
         last = t;
         looked += wall_seconds() - now;
         return goes_on;

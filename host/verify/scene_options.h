@@ -49,7 +49,7 @@ struct Driven {
 // the first run only, which determines the number of frames for the repeats.
 Driven timed_drive(const Verification& v, const SceneOptions& options, Setup setup, double frame,
                    double end, const std::function<std::vector<Joint<double>>(double)>& at,
-                   const std::function<bool(const Solver&, double)>& look);
+                   const std::function<bool(const Solver&, double)>& observe);
 
 inline std::vector<Joint<double>> no_tools(double) { return {}; }
 inline bool no_look(const Solver&, double) { return true; }

@@ -58,14 +58,14 @@ Outcome thin_scene()
 void map_part(Verification& v)
 {
     int counts[5] = {}, all = 0;
-    const auto tell = [&](const Case& c, const Outcome& o) {
+    const auto report = [&](const Case& c, const Outcome& o) {
         ++counts[int(o.ending)], ++all;
         add_row(v, c, o);
     };
-    outcomes_of(v, stability_cases(v.quick(), v.device.kind == DeviceKind::cuda), tell);
+    outcomes_of(v, stability_cases(v.quick(), v.device.kind == DeviceKind::cuda), report);
     Case thin;
     thin.name = "a scene's file with 1 particle a cell";
-    tell(thin, thin_scene());
+    report(thin, thin_scene());
     Check c = at_least("map: cases that ended stable, guarded or refused",
                        double(counts[0] + counts[1] + counts[3]),
                        double(all - counts[int(Ending::failed)]), "",

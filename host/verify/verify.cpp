@@ -18,18 +18,18 @@ namespace {
 std::vector<std::string> suite_names()
 {
     std::vector<std::string> names;
-    for (const Part& p : verify_parts())
+    for (const VerifyPart& p : verify_parts())
         if (std::find(names.begin(), names.end(), p.suite) == names.end()) names.push_back(p.suite);
     return names;
 }
 
 VerifyOptions completed(VerifyOptions o)
 {
-    o.suites = names_asked("suite", o.suites, suite_names());
+    o.suites = requested_names("suite", o.suites, suite_names());
     return o;
 }
 
-bool wanted(const VerifyOptions& o, const Part& p)
+bool wanted(const VerifyOptions& o, const VerifyPart& p)
 {
     return std::find(o.suites.begin(), o.suites.end(), p.suite) != o.suites.end() &&
            std::string(p.name).find(o.only) != std::string::npos;
@@ -37,10 +37,10 @@ bool wanted(const VerifyOptions& o, const Part& p)
 
 }  // namespace
 
-const std::vector<Part>& verify_parts()
+const std::vector<VerifyPart>& verify_parts()
 {
     // clang-format off
-    static const std::vector<Part> parts{
+    static const std::vector<VerifyPart> parts{
         {"accuracy", "laws", laws_part},
         {"accuracy", "shear", shear_part},
         {"accuracy", "momentum", momentum_part},
@@ -108,7 +108,7 @@ std::unique_ptr<Solver> Verification::reference(Setup setup) const
 void run(Verification& v)
 {
     if (!v.known.problem.empty()) v.say(v.known.problem);
-    for (const Part& part : verify_parts()) {
+    for (const VerifyPart& part : verify_parts()) {
         if (!wanted(v.options, part) || interrupted()) continue;
         v.suite = part.suite;
         v.lap();

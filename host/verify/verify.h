@@ -59,11 +59,11 @@ class Verification {
 };
 
 // A part of a suite: the checks of one file.
-struct Part {
+struct VerifyPart {
     const char *suite, *name;
     void (*run)(Verification&);
 };
-const std::vector<Part>& verify_parts();
+const std::vector<VerifyPart>& verify_parts();
 
 void laws_part(Verification&);
 void shear_part(Verification&);

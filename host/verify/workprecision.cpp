@@ -40,17 +40,17 @@ std::vector<SceneOptions> rules(const Verification& v, const FrontScene& scene)
     const std::size_t lattices = scene.cells.size() - (in_double(v) && !v.quick() ? 1 : 0);
     for (std::size_t i = 0; i < lattices; ++i) {
         const Settings s = settings(v, i, scene.cells.size());
-        SceneOptions rule = default_options(scene.cells[i]);
-        rule.repeats = v.quick() ? 1 : 3;
+        SceneOptions options = default_options(scene.cells[i]);
+        options.repeats = v.quick() ? 1 : 3;
         for (const double courant : s.courant)
             for (const double per_cell : s.per_cell) {
-                rule.courant = courant, rule.per_cell = per_cell;
-                all.push_back(rule);
+                options.courant = courant, options.per_cell = per_cell;
+                all.push_back(options);
             }
         // Double precision only on the coarsest cells, because of its run time.
         if (i > 0 || in_double(v)) continue;
-        rule = default_options(scene.cells[i]), rule.in_double = true;
-        all.push_back(rule);
+        options = default_options(scene.cells[i]), options.in_double = true;
+        all.push_back(options);
     }
     return all;
 }
@@ -69,7 +69,7 @@ void judge_defaults(Verification& v, const FrontScene& scene, const std::vector<
     for (const FrontPoint& p : defaults) {
         const std::string stands = standing(beaten_by(all, p), scene.unit);
         c.note +=
-            fmt::format("; at {} cells/m {}, {}", p.options.cells, p.told(scene.unit), stands);
+            fmt::format("; at {} cells/m {}, {}", p.options.cells, p.summary(scene.unit), stands);
         v.add(VerifyRow{"defaults: " + scene.name,
                         fmt::format("{} cells/m", p.options.cells),
                         stands,
@@ -96,7 +96,7 @@ void add_rows(Verification& v, const FrontScene& scene, const std::vector<FrontP
                          {"default", double(p.usual())}}});
         if (by == all.end() && !v.options.json && !v.options.quiet)
             print(fmt::format("    {}, front: {:<46} {}\n", scene.name, p.name(),
-                              p.told(scene.unit)));
+                              p.summary(scene.unit)));
     }
 }
 
@@ -104,9 +104,9 @@ void add_rows(Verification& v, const FrontScene& scene, const std::vector<FrontP
 
 SceneOptions default_options(int cells)
 {
-    SceneOptions rule;
-    rule.cells = cells, rule.courant = StepOptions{}.courant, rule.packed = true;
-    return rule;
+    SceneOptions options;
+    options.cells = cells, options.courant = StepOptions{}.courant, options.packed = true;
+    return options;
 }
 
 std::string FrontPoint::name() const
@@ -115,7 +115,7 @@ std::string FrontPoint::name() const
                        options.courant, options.in_double ? ", in double" : "");
 }
 
-std::string FrontPoint::told(const std::string& unit) const
+std::string FrontPoint::summary(const std::string& unit) const
 {
     const std::string luck = counted > error ? fmt::format(" (counts as {:.3g})", counted) : "";
     return fmt::format("{:.3g} {}{} in {:.3g} s", error, unit, luck, seconds);
@@ -162,11 +162,11 @@ Beaten beaten_by(const std::vector<FrontPoint>& all, const FrontPoint& one)
 std::string standing(const Beaten& by, const std::string& unit)
 {
     if (!by.at_all()) return "on the front";
-    const auto told = [&](const FrontPoint& p) { return p.name() + ": " + p.told(unit); };
+    const auto summary = [&](const FrontPoint& p) { return p.name() + ": " + p.summary(unit); };
     std::string text = "beaten";
-    if (by.quicker) text += " in time by " + told(*by.quicker);
+    if (by.quicker) text += " in time by " + summary(*by.quicker);
     if (by.righter && by.righter != by.quicker)
-        text += (by.quicker ? " and in error by " : " in error by ") + told(*by.righter);
+        text += (by.quicker ? " and in error by " : " in error by ") + summary(*by.righter);
     return text;
 }
 
@@ -182,11 +182,11 @@ void front_part(Verification& v)
         const FrontScene scene = make(v);
         std::vector<FrontPoint> all;
         const auto seeds = std::make_shared<Seeds>();
-        for (SceneOptions rule : rules(v, scene)) {
+        for (SceneOptions options : rules(v, scene)) {
             if (interrupted()) return;
-            rule.seeds = seeds;
-            const FrontResult r = scene.run(rule);
-            all.push_back({rule, r.error, r.seconds, r.error});
+            options.seeds = seeds;
+            const FrontResult r = scene.run(options);
+            all.push_back({options, r.error, r.seconds, r.error});
             v.say(fmt::format("{}: {}: {:.3f} {}, {:.4f} s", scene.name, all.back().name(), r.error,
                               scene.unit, r.seconds));
         }

@@ -74,7 +74,7 @@ struct HeadsetEyes::Parts {
         {
         }
         KeptMotion() = default;
-        SplatMotion told(double now) const
+        SplatMotion at(double now) const
         {
             return {host.get(), device.get(), before.get(), instant.extrapolation(now)};
         }
@@ -97,7 +97,7 @@ struct HeadsetEyes::Parts {
     std::optional<Pace> pace;  // of both eyes; none: full resolution
     int timed = 0;             // pictures
     double first_scale = 1;
-    std::string told;
+    std::string message;
 
     double seconds_of_empty_eyes();
     void choose();
@@ -120,7 +120,7 @@ HeadsetEyes::HeadsetEyes(Headset& headset, const EyesOptions& options)
     renew();
 }
 
-std::string HeadsetEyes::told() const { return parts->told; }
+std::string HeadsetEyes::message() const { return parts->message; }
 
 // Minimum over some pictures, except the first, which includes loading.
 double HeadsetEyes::Parts::seconds_of_empty_eyes()
@@ -137,7 +137,7 @@ double HeadsetEyes::Parts::seconds_of_empty_eyes()
         for (int eye = 0; eye < 2; ++eye) painter->paint(view, {}, {target, 0, 0, about.srgb}, eye);
         timer->end();
         glFinish();
-        while (const auto reading = timer->told())
+        while (const auto reading = timer->poll())
             if (k > 0) least = std::min(least, reading->seconds);
     }
     glNamedFramebufferTexture(target, GL_COLOR_ATTACHMENT0, 0, 0);
@@ -150,9 +150,9 @@ void HeadsetEyes::Parts::choose()
 {
     double takes = seconds_of_empty_eyes();
     if (takes > options.budget && options.samples > 1) {
-        told = fmt::format("one sample a pixel is drawn: {} of {} x {} would take {:.1f} ms",
-                           options.samples, headset.facts().width, headset.facts().height,
-                           1e3 * takes);
+        message = fmt::format("one sample a pixel is drawn: {} of {} x {} would take {:.1f} ms",
+                              options.samples, headset.facts().width, headset.facts().height,
+                              1e3 * takes);
         painter = EyePainter::open(1);
         takes = seconds_of_empty_eyes();
     }
@@ -234,7 +234,7 @@ float HeadsetEyes::Parts::scale(const HeadsetPicture& picture)
     }
     if (!pace) pace.emplace(picture.budget, options.least, first_scale);
     constexpr int first = 4;  // pictures to ignore: they load resources
-    while (const auto reading = timer->told())
+    while (const auto reading = timer->poll())
         if (++timed > first && reading->scale == float(pace->scale())) pace->took(reading->seconds);
     return float(pace->scale());
 }
@@ -256,7 +256,7 @@ EyesDrawn HeadsetEyes::draw(const HeadsetViews& sight, const HeadsetPicture& pic
     }
     parts->timer->begin(scale);
     EyesDrawn drawn{scale};
-    if (const SplatMotion motion = parts->motion.told(picture.now); parts->splats && motion.any()) {
+    if (const SplatMotion motion = parts->motion.at(picture.now); parts->splats && motion.any()) {
         parts->splats->draw(*parts->painter, views, motion, parts->options.whole(), &parts->hidden);
         drawn.splat_scale = float(parts->splats->scale()), drawn.splats = parts->splats->seconds();
     }
@@ -341,7 +341,7 @@ void HeadsetEyes::renew() {}
 EyesDrawn HeadsetEyes::draw(const HeadsetViews&, const HeadsetPicture&) { return {}; }
 void HeadsetEyes::rehearse(const HeadsetPicture&) {}
 int HeadsetEyes::gl_errors() const { return 0; }
-std::string HeadsetEyes::told() const { return {}; }
+std::string HeadsetEyes::message() const { return {}; }
 Sharing HeadsetEyes::sharing() const { return {}; }
 #endif
 }  // namespace knead

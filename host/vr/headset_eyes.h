@@ -65,8 +65,8 @@ class HeadsetEyes {
     // Warm-up: draws some pictures off screen, so that the first visible one loads, allocates and
     // registers nothing, and its resolution has settled. Errors are ignored; draw() reports them.
     void rehearse(const HeadsetPicture& picture);
-    int gl_errors() const;     // of the drawing
-    std::string told() const;  // message from the measurement at the start; "": none
+    int gl_errors() const;        // of the drawing
+    std::string message() const;  // message from the measurement at the start; "": none
     // How data of the CUDA device reaches OpenGL; without text if there is no CUDA device.
     Sharing sharing() const;
 

@@ -2,11 +2,11 @@
 
 namespace knead {
 
-HeadsetFeel::HeadsetFeel(bool audible, const std::function<void(const std::string&)>& tell)
+HeadsetFeel::HeadsetFeel(bool audible, const std::function<void(const std::string&)>& notify)
 {
     std::string silent;
     if (audible) sound = SoundOut::open(silent);
-    if (!silent.empty()) tell("no sound: " + silent);
+    if (!silent.empty()) notify("no sound: " + silent);
 }
 
 void HeadsetFeel::frame(const HeadsetViews& sight, const LiveState& state, HeadsetHands& hands,

@@ -29,11 +29,11 @@ HeadsetLoop::HeadsetLoop(std::shared_ptr<const LiveScene> of, HeadsetLoopOptions
       state(std::make_shared<const LiveState>()),
       hands(live_hands(first_scene->scene)),
       workplace(options.workplace),
-      record(options.tell),
+      record(options.notify),
       desk(options.scene, options.settings),
       canvas(HeadsetPanel::width, HeadsetPanel::height, 3),
-      notices(options.tell),
-      felt(options.sound && !options.stepped, options.tell)
+      notices(options.notify),
+      felt(options.sound && !options.stepped, options.notify)
 {
 }
 
@@ -41,16 +41,17 @@ void HeadsetLoop::open()
 {
     runtime([&] { headset = Headset::open(options.headset); });
     drawing([&] { eyes = std::make_unique<HeadsetEyes>(*headset, EyesOptions::of(options)); });
-    if (!eyes->told().empty()) options.tell(eyes->told());
+    if (!eyes->message().empty()) options.notify(eyes->message());
     end.facts = headset->facts();
     LiveOptions lived = live_options(
         options, [this] { return clock.now(wall_seconds()); },
         [this](const HandAction& done) { record.act(done); });
     const Sharing sharing = eyes->sharing();
     end.shared = lived.on_device = sharing.shared;
-    if (!sharing.text.empty()) options.tell(sharing.text);
+    if (!sharing.text.empty()) options.notify(sharing.text);
     if (options.headset.see_through && !headset->facts().see_through)
-        options.tell("--see-through: this runtime shows no room behind the picture; it is opaque");
+        options.notify(
+            "--see-through: this runtime shows no room behind the picture; it is opaque");
     live = std::make_unique<LiveSession>(first_scene, std::move(lived));
     live->settle();
     floor = headset->facts().floor;
@@ -66,7 +67,7 @@ void HeadsetLoop::open()
 
 HeadsetEnd HeadsetLoop::results(const std::string& reason)
 {
-    taken = true;
+    finished = true;
     if (end.reason.empty()) end.reason = reason;
     if (live) {
         const ClayDigest clay = live->digest();
@@ -102,7 +103,7 @@ bool HeadsetLoop::turn()
     end.stray = headset->stray_gl_errors();
     in_view = news.visible && news.worn;
     lost = news.lost;
-    for (const std::string& message : news.messages) options.tell(message);
+    for (const std::string& message : news.messages) options.notify(message);
     if (news.renewed) {
         ++end.renewals;
         anew = true;
@@ -119,7 +120,7 @@ bool HeadsetLoop::turn()
         frame();
     else
         ran = false;
-    return !taken || leaving;
+    return !finished || leaving;
 }
 
 void HeadsetLoop::frame()
@@ -132,7 +133,8 @@ void HeadsetLoop::frame()
     const HeadsetViews sight = runtime([&] { return headset->locate(); });
     const double located = wall_seconds();
     if (place_anew && sight.located) {
-        if (floor != headset->facts().floor) options.tell("the runtime knows no floor of the room");
+        if (floor != headset->facts().floor)
+            options.notify("the runtime knows no floor of the room");
         floor = headset->facts().floor;
         workplace = before_head(head_of(sight), options.workplace);
         place_anew = false;
@@ -140,7 +142,7 @@ void HeadsetLoop::frame()
     }
     poke(sight);
     // The simulation pauses while the headset is not worn or the session not visible.
-    const bool runs = in_view && !leaving && !taken && !paused;
+    const bool runs = in_view && !leaving && !finished && !paused;
     simulate(sight, runs, parts);
     const double simulated = wall_seconds();
     const bool shown = sight.draw && draw(sight, parts);
@@ -207,7 +209,7 @@ void HeadsetLoop::simulate(const HeadsetViews& sight, bool runs, FrameParts& par
     const bool kept_up = time.left_out() == 0;
     const double now = time.frame(tick.time, goes_on && ran);
     if (kept_up && time.left_out() > 0)
-        options.tell(
+        options.notify(
             "a frame of the display takes longer than a quarter of a second, which is the "
             "most that one simulates: simulated time is slower");
     ran = goes_on;
@@ -219,7 +221,7 @@ void HeadsetLoop::simulate(const HeadsetViews& sight, bool runs, FrameParts& par
     const auto before = state;
     state = live->state();
     if (!state->trouble.empty() && before->trouble.empty())
-        options.tell("the simulation has ended: " + state->trouble);
+        options.notify("the simulation has ended: " + state->trouble);
     notices.follow(*state, tick.time);
     if (options.hands_only || !state->trouble.empty()) return;  // no deformation, no latency
     // The state contains the effect of the hands sampled when its frame began.
@@ -242,9 +244,9 @@ void HeadsetLoop::poke(const HeadsetViews& sight)
 // While clay is carried, the tools are absent.
 void HeadsetLoop::tell_hands()
 {
-    HandsOptions told = hands.options();
-    if (holding) told.present[left] = told.present[right] = false;
-    live->set_hands(told);
+    HandsOptions visible = hands.options();
+    if (holding) visible.present[left] = visible.present[right] = false;
+    live->set_hands(visible);
     live->set_gravity(desk.gravity_of(*state));
 }
 
@@ -343,7 +345,7 @@ bool HeadsetLoop::draw(const HeadsetViews& sight, FrameParts& parts)
         parts.scale = drawn.scale, parts.splat_scale = drawn.splat_scale;
         parts.splats = drawn.splats;
     } catch (const std::exception& e) {
-        if (undrawn.empty()) options.tell(std::string("nothing is drawn: ") + e.what());
+        if (undrawn.empty()) options.notify(std::string("nothing is drawn: ") + e.what());
         undrawn = e.what();
         return false;
     }

@@ -35,8 +35,8 @@ struct HeadsetLoopOptions {
     double foveate = 0;  // angle from a lens's axis with full splat resolution [deg]; 0: no limit
     bool sound = true;   // acoustic feedback, in real time only
     // Both must be thread-safe.
-    std::function<void(const std::string&)> tell;  // messages for the user
-    std::function<bool()> stop;                    // true: the user has interrupted
+    std::function<void(const std::string&)> notify;  // messages for the user
+    std::function<bool()> stop;                      // true: the user has interrupted
 };
 
 // Options of the live session. `clock`: the session's time [s]; `acted`: LiveOptions::acted.

@@ -73,9 +73,9 @@ class HeadsetLoop : public HeadsetSession {
     bool place_anew = false;  // move the clay before the head, once that is located
     Floor floor = Floor::seated;
     bool leaving = false, in_view = false, lost = false;
-    bool taken = false;  // results() was called
-    int frames = 0;      // pushed to the simulation
-    int history = 0;     // of the current state
+    bool finished = false;  // results() was called
+    int frames = 0;         // pushed to the simulation
+    int history = 0;        // of the current state
     SessionRecord record;
 
     HeadsetPanel panel;

@@ -16,7 +16,7 @@ void HeadsetNotices::follow(const LiveState& state, double now)
     if (state.refused == refused) return;
     refused = state.refused;
     const std::string words = short_refusal(state.refusal);
-    if (notice.at(now) != words) tell("refused: " + state.refusal);
+    if (notice.at(now) != words) notify("refused: " + state.refusal);
     notice.show(words, now);
 }
 
@@ -27,7 +27,7 @@ void HeadsetNotices::follow(const HeadsetHands& hands, double now)
     if (!too_slow) return;
     const std::string words =
         fmt::format("tracking is too slow to shape: {:.1f} Hz", tracking.rate());
-    if (!was) tell(words + "; hands that move fast pass through the clay");
+    if (!was) notify(words + "; hands that move fast pass through the clay");
     if (notice.at(now).empty()) notice.show(words, now);
 }
 

@@ -29,7 +29,7 @@ std::string short_refusal(const std::string& message);
 
 class HeadsetNotices {
   public:
-    explicit HeadsetNotices(std::function<void(const std::string&)> by) : tell(std::move(by)) {}
+    explicit HeadsetNotices(std::function<void(const std::string&)> by) : notify(std::move(by)) {}
 
     // Reports a refusal since the state before. Repetitions, as in every frame while clay is
     // carried against a wall, are reported once.
@@ -39,7 +39,7 @@ class HeadsetNotices {
     std::string at(double now) const { return notice.at(now); }
 
   private:
-    std::function<void(const std::string&)> tell;
+    std::function<void(const std::string&)> notify;
     Notice notice;
     int refused = 0;  // number of refusals reported
     TrackingWatch tracking;

@@ -79,16 +79,16 @@ HeadsetRun::~HeadsetRun()
 
 HeadsetEnd HeadsetRun::wait()
 {
-    std::optional<double> asked;
-    bool told = false;
+    std::optional<double> interrupted_at;
+    bool reported = false;
     while (!thread->finished_within(look_every)) {
         const double blocked = shared->gate.blocked();
-        if (!asked && options.stop()) asked = wall_seconds();
-        if (blocked > long_call && !std::exchange(told, true))
-            options.tell(xr::no_answer(long_call) +
-                         "; Ctrl-C ends the session and writes its results");
-        told = told && blocked > 0;
-        const bool late = asked && wall_seconds() - *asked > orderly_end;
+        if (!interrupted_at && options.stop()) interrupted_at = wall_seconds();
+        if (blocked > long_call && !std::exchange(reported, true))
+            options.notify(xr::no_answer(long_call) +
+                           "; Ctrl-C ends the session and writes its results");
+        reported = reported && blocked > 0;
+        const bool late = interrupted_at && wall_seconds() - *interrupted_at > orderly_end;
         const bool lost = blocked > options.headset.patience;
         if (!shared->gate.enter(0)) continue;
         // A runtime may block the frames of a session that is not visible: not counted as lost.

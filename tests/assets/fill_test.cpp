@@ -15,7 +15,7 @@
 namespace knead {
 namespace {
 
-FillOptions rule_of(double cell)
+FillOptions options_of(double cell)
 {
     FillOptions options;
     options.cell = cell;
@@ -27,7 +27,7 @@ TEST(Fill, ParticlesHaveTheVolumeOfTheObject)
     for (const SplatShape& shape :
          {ball_shape(), box_shape(), torus_shape(), bumpy_shape(), bowl_shape()}) {
         if (sanitized && shape.name != "bowl") continue;
-        const FilledObject o = fill(cloud_of(shape, 8000), rule_of(1.0 / 32));
+        const FilledObject o = fill(cloud_of(shape, 8000), options_of(1.0 / 32));
         const double volume = double(o.particles.size()) * o.particle_volume;
         EXPECT_NEAR(o.particle_volume, std::pow(1.0 / 32, 3) / 8, 1e-12);
         const double bound = shape.name == "bowl" ? 0.05 : 0.03;  // its wall is five spacings thick
@@ -39,7 +39,7 @@ TEST(Fill, ParticlesHaveTheVolumeOfTheObject)
 
 TEST(Fill, ParticlesFillEveryPartAlike)
 {
-    const FilledObject o = fill(cloud_of(ball_shape(), 8000), rule_of(1.0 / 32));
+    const FilledObject o = fill(cloud_of(ball_shape(), 8000), options_of(1.0 / 32));
     std::array<double, 9> count{};
     for (Vec3<double> x : o.particles) {
         ++count[std::size_t((x.x > 0) + 2 * (x.y > 0) + 4 * (x.z > 0))];
@@ -66,7 +66,7 @@ TEST(Fill, AThinPartGetsParticlesAllAlongIt)
         cloud.sh.push_back({0, 0, 0});
     }
     const double cell = 1.0 / 32, stratum = cell / 2;
-    const FilledObject o = fill(cloud, rule_of(cell));
+    const FilledObject o = fill(cloud, options_of(cell));
     double farthest = 0;
     for (std::size_t k = 0; k < leaf.size(); k += 20) {
         double nearest = 1;
@@ -96,7 +96,7 @@ double passing(const FilledObject& o, double x, double y)
 TEST(Fill, ACutThroughTheMiddleIsOpaque)
 {
     for (std::size_t max_interior : {std::size_t(200000), std::size_t(3000)}) {
-        FillOptions options = rule_of(1.0 / 24);
+        FillOptions options = options_of(1.0 / 24);
         options.max_interior = max_interior;
         const FilledObject o = fill(cloud_of(ball_shape(), 8000), options);
         EXPECT_LE(o.splats.count() - o.surface, max_interior);
@@ -112,7 +112,7 @@ TEST(Fill, ACutThroughTheMiddleIsOpaque)
 TEST(Fill, InnerSplatsLieTwoAndAHalfHalfAxesUnderTheSurface)
 {
     for (const SplatShape& shape : {ball_shape(), torus_shape()}) {
-        const FilledObject o = fill(cloud_of(shape, 8000), rule_of(1.0 / 32));
+        const FilledObject o = fill(cloud_of(shape, 8000), options_of(1.0 / 32));
         EXPECT_GT(o.splats.count(), o.surface + 1000);
         EXPECT_EQ(o.surface, 8000u);
         double least = 10;
@@ -131,7 +131,7 @@ TEST(Fill, ColoursInsideSolveLaplacesEquation)
 {
     for (const SplatShape& shape : {ball_shape(), box_shape(), bumpy_shape()}) {
         if (sanitized && shape.name != "box") continue;
-        const FilledObject o = fill(cloud_of(shape, 8000), rule_of(1.0 / 32));
+        const FilledObject o = fill(cloud_of(shape, 8000), options_of(1.0 / 32));
         double worst = 0, mean = 0;
         for (std::size_t i = o.surface; i < o.splats.count(); ++i) {
             const Vec3<double> x = cast<double>(o.splats.centre[i]);
@@ -155,7 +155,7 @@ TEST(Fill, ColoursInsideStayBetweenTheSurfacesAndHaveNoDirection)
     cloud.sh.clear();
     for (std::size_t i = 0; i < 9 * cloud.count(); ++i)
         cloud.sh.push_back({uniform(random), 0.25f, 2 + uniform(random)});
-    const FilledObject o = fill(cloud, rule_of(1.0 / 24));
+    const FilledObject o = fill(cloud, options_of(1.0 / 24));
     ASSERT_EQ(o.splats.sh.size(), 9 * o.splats.count());
     for (std::size_t i = 0; i < o.splats.count(); ++i)
         for (std::size_t k = 0; k < 9; ++k) {
@@ -190,7 +190,7 @@ TEST(Fill, HasTheSameBitsForAnyNumberOfThreadsAndOthersForAnotherSeed)
     spoil.floaters = 0.02;
     spoil.interior = 0.2;
     const SplatCloud cloud = cloud_of(torus_shape(), 8000, spoil);
-    FillOptions options = rule_of(1.0 / 24);
+    FillOptions options = options_of(1.0 / 24);
     const int before = loop_threads();
     set_loop_threads(1);
     const FilledObject one = fill(cloud, options);
@@ -208,21 +208,21 @@ TEST(Fill, RefusesRulesOutOfRangeAndMoreMemoryThanAllowed)
 {
     const SplatCloud cloud = cloud_of(ball_shape(), 2000);
     for (double cell : {0.0, -1.0, std::nan("")})
-        EXPECT_THROW(fill(cloud, rule_of(cell)), std::invalid_argument);
-    EXPECT_NE(reason<MemoryError>([&] { fill(cloud, rule_of(1e-4)); }).find("particles need"),
+        EXPECT_THROW(fill(cloud, options_of(cell)), std::invalid_argument);
+    EXPECT_NE(reason<MemoryError>([&] { fill(cloud, options_of(1e-4)); }).find("particles need"),
               std::string::npos);
-    EXPECT_NE(reason<InputError>([&] { fill(cloud, rule_of(1e-12)); }), "");
-    FillOptions small = rule_of(0.1);
+    EXPECT_NE(reason<InputError>([&] { fill(cloud, options_of(1e-12)); }), "");
+    FillOptions small = options_of(0.1);
     small.max_bytes = 1 << 20;
     EXPECT_NE(reason<MemoryError>([&] { fill(cloud, small); }).find("1.0 MiB are allowed"),
               std::string::npos);
-    EXPECT_NE(reason<InputError>([&] { fill({}, rule_of(0.1)); }).find("found none"),
+    EXPECT_NE(reason<InputError>([&] { fill({}, options_of(0.1)); }).find("found none"),
               std::string::npos);
 }
 
 TEST(Fill, AnObjectSmallerThanACellHasAParticle)
 {
-    const FilledObject o = fill(cloud_of(ball_shape(), 2000), rule_of(10));
+    const FilledObject o = fill(cloud_of(ball_shape(), 2000), options_of(10));
     EXPECT_GE(o.particles.size(), 1u);
 }
 
@@ -236,7 +236,7 @@ TEST(Fill, StandsHostileClouds)
         cloud.opacity[5 * i] = i % 2 ? 0 : std::nanf("");
         cloud.rotation[7 * i] = {0, 0, 0, 0};
     }
-    const FilledObject o = fill(cloud, rule_of(1.0 / 16));
+    const FilledObject o = fill(cloud, options_of(1.0 / 16));
     EXPECT_GT(o.report.clean.dropped(), 400u);
     EXPECT_NEAR(o.report.volume / ball_shape().volume(), 1, 0.06);
     for (Vec3<float> x : o.splats.centre) ASSERT_LT(length(x), 2);

@@ -199,7 +199,7 @@ TEST_F(BenchFolder, HandsTouchWhereTheirShapesReachIntoTheClay)
     ASSERT_GT(contact, 10);
     const std::unique_ptr<Solver> solver = cpu_solver(scene.setup);
     long before = 0, after = 0;
-    drive(scene, *solver, &hands, std::max(0, contact - 2), [&](const Frame& f) {
+    drive(scene, *solver, &hands, std::max(0, contact - 2), [&](const FrameResult& f) {
         // In the first frame hands that have not come by themselves are found in the clay, which
         // they meet again some frames later.
         if (f.number > 1) (f.number == 2 ? before : after) += f.stats.projected;

@@ -216,28 +216,28 @@ TEST(StillPicture, IsDrawnWholeOnceWhenNothingMoves)
     content.within = 0.001f;
     content.meshes = ball(0);
     StillPicture still;
-    still.look(content, 1);
+    still.update(content, 1);
     EXPECT_FALSE(still.due(1.1));
     EXPECT_TRUE(still.due(1 + StillPicture::rest));
     still.drawn_whole();
     EXPECT_TRUE(still.whole());
     content.meshes = ball(0.0005f);
-    still.look(content, 2);
+    still.update(content, 2);
     EXPECT_TRUE(still.whole()) << "clay that trembles by less than is seen";
     content.meshes = ball(0.01f);
-    still.look(content, 3);
+    still.update(content, 3);
     EXPECT_FALSE(still.whole() || still.due(3.1));
     still.drawn_whole();
     content.view.position.x = 0.1f;
-    still.look(content, 4);
+    still.update(content, 4);
     EXPECT_FALSE(still.whole()) << "the camera moved";
     still.drawn_whole();
     content.hands = {1, 2, 3};
-    still.look(content, 5);
+    still.update(content, 5);
     EXPECT_FALSE(still.whole()) << "a hand came";
     still.drawn_whole();
     still.forget();
-    still.look(content, 6);
+    still.update(content, 6);
     EXPECT_FALSE(still.whole()) << "what was drawn is lost";
 }
 

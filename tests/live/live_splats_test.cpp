@@ -22,7 +22,7 @@ struct Reached {
     std::vector<Gaussian<double>> gaussians;
     SplatCloud splats;
     std::size_t most_particles = 0;
-    long split = 0, taken = 0, given_back = 0;
+    long split = 0, taken = 0, frozen = 0;
 };
 
 Reached run_to(const LiveScene& live, int frames)
@@ -33,11 +33,11 @@ Reached run_to(const LiveScene& live, int frames)
     SceneSplats splats(live.scene, live.splats);
     BatchRunOptions options;
     options.frames = frames, options.audit_every = 1000000;
-    RunWatch watch;
-    watch.upkeep = [&](const Frame& frame) {
+    RunObserver watch;
+    watch.upkeep = [&](const FrameResult& frame) {
         const PagingReport report = splats.after(frame.number, frame.motion, *solver);
         reached.split += report.splats_split;
-        reached.taken += report.cubes_taken, reached.given_back += report.cubes_given_back;
+        reached.taken += report.cubes_activated, reached.frozen += report.cubes_frozen;
         reached.most_particles = std::max(reached.most_particles, solver->particles().size());
         return report;
     };
@@ -219,7 +219,7 @@ TEST(LiveSplats, InRealTimeClayGoesBackWhileSplatsAreSplit)
     run.play(false);  // and no hand is tracked
     LiveState state;
     while (frame < 300 && run.of().particle_count() > 0) ASSERT_NO_FATAL_FAILURE(next());
-    run.tell(state);
+    run.notify(state);
     EXPECT_EQ(run.of().particle_count(), 0u);
     EXPECT_GT(state.splats->count(), scene->splats[0].cloud.count()) << "none was split";
 }

@@ -80,7 +80,7 @@ void expect_kept(const Image& image, const std::string& name)
 
 // What a run showed at one of its frames, to be drawn again in other ways.
 struct Shown {
-    Frame frame;
+    FrameResult frame;
     std::vector<Mesh> meshes;
     std::vector<Gaussian<double>> gaussians;
 };
@@ -114,7 +114,7 @@ class GoldenPictures : public InFolder {
         SessionLoopOptions options = loop_options(scene);
         options.frames = frames.back();
         SessionLoop loop(*solver, recorded_motion(hands.get(), scene.hands), options);
-        loop.watch([&](const Frame& f) {
+        loop.observe([&](const FrameResult& f) {
             if (std::find(frames.begin(), frames.end(), f.number) != frames.end())
                 shown.push_back({f, *loop.meshes(), solver->gaussians()});
         });

@@ -49,8 +49,8 @@ TEST_F(Pictures, OneThatCannotBeMadeIsCountedAndSaidOnceAndTheRunGoesOn)
     BatchRunOptions options;
     options.frames = 5, options.mesh_every = 1;
     int asked = 0;
-    RunWatch watch;
-    watch.picture = [&](const Frame& f, const std::vector<Mesh>&) {
+    RunObserver watch;
+    watch.picture = [&](const FrameResult& f, const std::vector<Mesh>&) {
         ++asked;
         if (f.number % 2 == 0) throw PictureError("no room");
     };
@@ -101,7 +101,7 @@ TEST_F(Pictures, ACameraThatSeesNothingCostsItsPictures)
     Scene blind = scene();
     blind.eye = blind.target;
     FrameWriter writer(blind, path("pictures"), "", 30);
-    EXPECT_NE(reason<PictureError>([&] { writer.add(Frame{}, {}); }), "");
+    EXPECT_NE(reason<PictureError>([&] { writer.add(FrameResult{}, {}); }), "");
     EXPECT_EQ(writer.count(), 0);
 }
 
@@ -116,7 +116,7 @@ TEST_F(Pictures, OneThatIsGivenUpIsNotThere)
     for (int last = 0;; last += 20, ++given_up) {
         int asked = 0;
         writer.give_up_when([&] { return asked++ == last; });
-        if (reason<PictureError>([&] { writer.add(Frame{}, {}); }).empty()) break;
+        if (reason<PictureError>([&] { writer.add(FrameResult{}, {}); }).empty()) break;
         ASSERT_TRUE(std::filesystem::is_empty(path("pictures"))) << last;
         ASSERT_LT(last, 10000);
     }

@@ -49,7 +49,7 @@ TEST(CutFrame, IsTheShorterFrame)
     auto cut = both(falling()), shorter = both(falling());
     for (std::size_t i = 0; i < cut.size(); ++i) {
         int asked = 0;
-        cut[i]->watch_frames([&](const FramePart& part) {
+        cut[i]->set_stop_check([&](const FrameProgress& part) {
             EXPECT_EQ(part.substeps, ++asked);
             EXPECT_EQ(part.reached, part.substeps * step);
             EXPECT_EQ(part.duration, frame);
@@ -63,7 +63,7 @@ TEST(CutFrame, IsTheShorterFrame)
         EXPECT_EQ(stats.reached, 3 * step);
         EXPECT_TRUE(same_bits(cut[i]->particles(), shorter[i]->particles())) << cut[i]->name();
         // The next one is whole, and asks nobody any more.
-        cut[i]->watch_frames({});
+        cut[i]->set_stop_check({});
         EXPECT_EQ(cut[i]->advance(still, frame).substeps, 16);
         EXPECT_EQ(asked, 3);
     }
@@ -78,12 +78,12 @@ TEST(CutFrame, OfAGpuIsTheShorterFrame)
     const auto cut = gpu_solver(setup, 0), shorter = gpu_solver(setup, 0);
     for (const bool behind : {false, true}) {
         int asked = 0;
-        const auto watched = [&](const FramePart& part) {
+        const auto watched = [&](const FrameProgress& part) {
             EXPECT_GT(part.substeps, 0);
             EXPECT_EQ(part.duration, 0x1p20 * frame);  // minutes
             return ++asked == 2;
         };
-        cut->watch_frames(watched);
+        cut->set_stop_check(watched);
         cut->submit(no_motion(), 0x1p20 * frame);
         if (behind) cut->submit(no_motion(), 0x1p20 * frame);
         const FrameStats stats = cut->collect();
@@ -97,7 +97,7 @@ TEST(CutFrame, OfAGpuIsTheShorterFrame)
             EXPECT_EQ(none.substeps, 0);
             EXPECT_EQ(none.reached, 0);
         }
-        cut->watch_frames({});
+        cut->set_stop_check({});
         EXPECT_EQ(shorter->advance(no_motion(), stats.reached).substeps, stats.substeps);
         EXPECT_TRUE(same_bits(cut->particles(), shorter->particles()));
         // The next one is whole.
@@ -169,8 +169,8 @@ TEST_F(CutRun, SaysWhereTheHandsWereThen)
     BatchRunOptions options;
     options.frames = 5;
     int parts = 0;
-    RunWatch watch;
-    watch.part = [&](int number, const FramePart& part) {
+    RunObserver watch;
+    watch.part = [&](int number, const FrameProgress& part) {
         EXPECT_EQ(number, 1 + parts++ / 15);  // none after a frame's last substep
         EXPECT_DOUBLE_EQ(part.duration, 1.0 / 64);
     };

@@ -202,7 +202,7 @@ TEST_F(RunFolder, AnInterruptEndsAfterTheFrameAndIsAudited)
     Played solver(scene.setup);
     BatchRunOptions options;
     options.frames = 50, options.audit_every = 100;
-    RunWatch watch;
+    RunObserver watch;
     watch.stop = [&] { return solver.frames == 4; };
     const RunRecord record = run_frames(scene, solver, nullptr, options, watch);
     EXPECT_EQ(record.end, End::interrupted);

@@ -188,7 +188,7 @@ TEST(HandActions, ArePlayedByARunToTheSameBits)
             const HandSource hands(made.hands, scene->scene.hands);
             BatchRunOptions options;
             options.frames = made.frames, options.audit_every = 1000000;
-            RunWatch watch;
+            RunObserver watch;
             watch.motion = [&](double from, double to) { return replay.motion(from, to); };
             watch.edits = [&](int number, SessionLoop& loop) {
                 replay.before_frame(number, loop, splats, [&](const std::string&) { ++refused; });

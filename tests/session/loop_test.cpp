@@ -74,7 +74,8 @@ class Loop : public testing::Test {
                 return no_motion();
             },
             options);
-        made->watch([this](const Frame& f) { text += "w" + std::to_string(f.number) + " "; });
+        made->observe(
+            [this](const FrameResult& f) { text += "w" + std::to_string(f.number) + " "; });
         return *made;
     }
     std::string text;
@@ -87,7 +88,7 @@ class Loop : public testing::Test {
 TEST_F(Loop, AFrameIsMotionSolverAndThenTheWatchersInTheirOrder)
 {
     SessionLoop& l = loop(2);
-    l.watch([&](const Frame& f) {
+    l.observe([&](const FrameResult& f) {
         EXPECT_EQ(f.stats.substeps, 10 * f.number);
         EXPECT_DOUBLE_EQ(f.simulated, 0.1 * f.number);
         EXPECT_DOUBLE_EQ(f.hand_time, f.number / 8.0);
@@ -106,8 +107,8 @@ TEST_F(Loop, AFrameIsMotionSolverAndThenTheWatchersInTheirOrder)
 TEST_F(Loop, TheNextFrameIsHandedOverBeforeTheLastIsWaitedFor)
 {
     SessionLoop& l = loop(5);
-    l.watch([&](const Frame& f) {
-        if (f.number == 1) l.hand_over_ahead();
+    l.observe([&](const FrameResult& f) {
+        if (f.number == 1) l.submit_ahead();
     });
     l.run();
     EXPECT_EQ(text, "m s1 c1 w1 m s2 m s3 c2 w2 m s4 c3 w3 m s5 c4 w4 c5 w5 ");
@@ -119,7 +120,7 @@ TEST_F(Loop, MotionIsAskedForWithoutAGap)
     for (const bool ahead : {false, true}) {
         asked.clear();
         SessionLoop& l = loop(6, 3);
-        if (ahead) l.hand_over_ahead();
+        if (ahead) l.submit_ahead();
         l.run();
         ASSERT_EQ(asked.size(), 6u);
         EXPECT_EQ(asked.front().first, 3 / 8.0);
@@ -134,8 +135,8 @@ TEST_F(Loop, AWatcherMayStopItAndFramesUnderWayAreStillWatched)
     for (const bool ahead : {false, true}) {
         text.clear(), solver.submitted = solver.collected = 0;
         SessionLoop& l = loop(-1);
-        if (ahead) l.hand_over_ahead();
-        l.watch([&](const Frame& f) {
+        if (ahead) l.submit_ahead();
+        l.observe([&](const FrameResult& f) {
             if (f.number == 3) l.stop(End::numbers), l.stop(End::time_limit);
         });
         l.run();
@@ -150,8 +151,8 @@ TEST_F(Loop, EditsAreMadeOnceBetweenFramesWithNoneUnderWay)
     for (const bool ahead : {false, true}) {
         text.clear(), solver.submitted = solver.collected = 0;
         SessionLoop& l = loop(4);
-        if (ahead) l.hand_over_ahead();
-        l.watch([&](const Frame& f) {
+        if (ahead) l.submit_ahead();
+        l.observe([&](const FrameResult& f) {
             if (f.number != 1) return;
             for (const char* name : {"e ", "f "})
                 l.edit([&, name](Solver& edited) {
@@ -181,7 +182,7 @@ TEST_F(Loop, WhatTheSolverThrowsLeavesTheFramesBeforeWatched)
             (at_the_end ? solver.fails_to_end : solver.fails_to_begin) = 3;
             (at_the_end ? solver.fails_to_begin : solver.fails_to_end) = 0;
             SessionLoop& l = loop(9);
-            if (ahead) l.hand_over_ahead();
+            if (ahead) l.submit_ahead();
             l.run();
             EXPECT_EQ(l.last().number, 2);
             EXPECT_NE(text.find("w2"), text.npos);
@@ -215,13 +216,13 @@ TEST_F(Loop, NoFrameBeginsAfterTheTimeLimit)
 TEST_F(Loop, TheStateIsFetchedOnceAFrameAndNotWhileOneIsUnderWay)
 {
     SessionLoop& l = loop(4);
-    l.watch([&](const Frame& f) {
+    l.observe([&](const FrameResult& f) {
         if (f.number < 3) {
             EXPECT_EQ(l.particles(), l.particles());
             l.meshes();
             EXPECT_EQ(solver.fetched, f.number);
         }
-        if (f.number == 2) l.hand_over_ahead();
+        if (f.number == 2) l.submit_ahead();
         if (f.number != 3) return;
         EXPECT_THROW(l.particles(), std::logic_error);
         EXPECT_THROW(l.meshes(), std::logic_error);
@@ -238,7 +239,7 @@ TEST_F(Loop, MeshesStandWhileNoClayMovesAndNothingIsEdited)
     EXPECT_FALSE(l.meshes_stand());
     std::vector<bool> stood;
     std::vector<Meshes> seen{l.meshes()};
-    l.watch([&](const Frame& f) {
+    l.observe([&](const FrameResult& f) {
         stood.push_back(l.meshes_stand());
         seen.push_back(l.meshes());
         if (f.number == 2) l.edit([&](Solver&) { solver.still_at = 3; });
@@ -262,9 +263,9 @@ std::vector<std::uint64_t> squeezed(const Setup& setup, Solver& solver, bool ahe
     SessionLoop l(
         solver, [](double from, double to) { return closing(from, to - from); }, options);
     l.launch_surfaces();
-    if (ahead) l.hand_over_ahead();
+    if (ahead) l.submit_ahead();
     std::vector<std::uint64_t> all{0};
-    l.watch([&](const Frame& f) {
+    l.observe([&](const FrameResult& f) {
         all[0] += std::uint64_t(f.stats.projected);
         if (f.number > 4) waits += f.waits;
     });
@@ -311,7 +312,7 @@ TEST(LoopOnTheGpu, KeptSurfacesComeWithTheirFramesAndCostOneWait)
     l.launch_surfaces(true);
     std::vector<std::shared_ptr<const DeviceMesh>> kept;
     std::vector<Meshes> fetched;
-    l.watch([&](const Frame& f) {
+    l.observe([&](const FrameResult& f) {
         const long before = gpu_waits();
         kept.push_back(l.device_mesh());
         EXPECT_EQ(gpu_waits() - before, 1) << f.number;

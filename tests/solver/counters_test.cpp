@@ -16,7 +16,7 @@ TEST(Counters, SayWhyNothingCanBeCounted)
 {
     if (gpu_present()) GTEST_SKIP() << "there is a GPU";
     try {
-        counted([](const Watch&) { FAIL() << "nothing may run"; });
+        counted([](const StageObserver&) { FAIL() << "nothing may run"; });
         FAIL() << "nothing can have been counted";
     } catch (const std::runtime_error& e) {
         EXPECT_TRUE(std::string(e.what()).starts_with("counters: ")) << e.what();

@@ -105,7 +105,7 @@ TEST_P(FollowInTime, WhereAFrameIsCutTheyHaveComeAsFarAsTheClay)
     for (int cut = 1; cut <= follow_every + 1; ++cut) {
         const Given s = flying(v, 0);
         const auto solver = make(s);
-        solver->watch_frames([&](const FramePart& p) { return p.substeps >= cut; });
+        solver->set_stop_check([&](const FrameProgress& p) { return p.substeps >= cut; });
         const FrameStats stats = solver->advance({}, 40 * dt);
         const double time = stats.cut ? stats.reached : 40 * dt;
         if (!GetParam().device) {

@@ -176,13 +176,13 @@ TEST_F(GpuSplatPictures, AreListedByPartsWhereTheyAreSeenSmall)
     EXPECT_EQ(furthest(raster.pictures(frame)[0], first[0]), 0);
     EXPECT_EQ(raster.stats().instances, instances);
     expect_same(first, cpu_raster(cloud, frame));
-    EXPECT_GT(raster.stats().put_off, 0u) << "long lists are shared out";
+    EXPECT_GT(raster.stats().deferred, 0u) << "long lists are shared out";
     SplatFrame coarse = frame;
     coarse.fovea = {fovea_of(1), {0.02f, 0, 0, 0.02f}};
     expect_same(raster.pictures(coarse), cpu_raster(cloud, coarse));
     for (int e = 0; e < 2; ++e) coarse.behind.push_back(half_before(frame.eyes[0]));
     expect_same(raster.pictures(coarse), cpu_raster(cloud, coarse));
-    EXPECT_GT(raster.stats().put_off, 0u);
+    EXPECT_GT(raster.stats().deferred, 0u);
 }
 
 TEST_F(GpuSplatPictures, AreTheCpusBesideAFovea)

@@ -53,7 +53,7 @@ TEST(Verify, TheOracleIsHookesLawForSmallStrains)
     for (const Elasticity elasticity :
          {Elasticity::neo_hookean, Elasticity::fixed_corotated, Elasticity::hencky}) {
         m.elasticity = elasticity;
-        const oracle::State s = oracle::solid(m, 2.0 * strain);
+        const oracle::StressState s = oracle::solid(m, 2.0 * strain);
         const Sym3<double> hooke = raised(2 * m.mu * strain, m.lambda * trace(strain));
         EXPECT_LT(size(s.tau + -1.0 * hooke), 2e-5 * size(hooke));
         EXPECT_NEAR(s.energy,
@@ -122,7 +122,7 @@ TEST(Verify, AnOutcomeIsToldAndHeardAlike)
     o.ending = Ending::guarded, o.note = "clipped 3";
     o.stats.clipped = 3, o.stats.substeps = 9, o.stats.dt_min = 1e-5;
     o.energy_gain = std::nan(""), o.volume = 0.25, o.crowded = 0.5;
-    const Outcome same = heard(nlohmann::json::parse(told(o).dump()));
+    const Outcome same = heard(nlohmann::json::parse(json_of(o).dump()));
     EXPECT_EQ(same.ending, Ending::guarded);
     EXPECT_EQ(same.note, "clipped 3");
     EXPECT_EQ(same.stats.clipped, 3);
@@ -143,7 +143,7 @@ TEST_F(InVerifyFolder, CasesGoOnInTheirOrderWhenOneCrashes)
     write_whole(path("program"),
                 "#!/bin/sh\n[ $3 = crash ] && kill -SEGV $$\n"
                 "[ $3 = first ] && sleep 0.3\necho '" +
-                    told(good).dump() + "'\n");
+                    json_of(good).dump() + "'\n");
     std::filesystem::permissions(path("program"), std::filesystem::perms::owner_all);
     VerifyOptions o = quiet();
     o.program = path("program"), o.threads = 3;

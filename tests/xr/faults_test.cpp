@@ -56,8 +56,8 @@ class HeadsetFault : public InFolder {
                                  "KNEAD_REPLAY_SCRIPT=" + path("script.json"), KNEAD_XR_PROBE,
                                  std::to_string(frames), "--egl", "--patience", "5"},
                                 said, 60);
-        std::istringstream told(said);
-        for (Json& line : lines_of(told)) {
+        std::istringstream entered(said);
+        for (Json& line : lines_of(entered)) {
             if (line.contains("drawn"))
                 probed.last = line;
             else if (line.contains("time"))

@@ -175,7 +175,7 @@ TEST(Pace, is_found_at_once_and_not_by_one_slow_picture)
 TEST(TrackingWatch, notices_hands_that_come_too_seldom_to_shape)
 {
     // A hand that moves so fast [m/s], in frames of so many a second; whether it was too slow.
-    const auto too_slow = [](double rate, double speed, double& told) {
+    const auto too_slow = [](double rate, double speed, double& entered) {
         HeadsetHands hands{HandsOptions{}};
         TrackingWatch watch;
         bool slow = false;
@@ -189,7 +189,7 @@ TEST(TrackingWatch, notices_hands_that_come_too_seldom_to_shape)
             watch.frame(frame.time, hands.slow_restarts());
             slow = slow || watch.too_slow();
         }
-        told = watch.rate();
+        entered = watch.rate();
         return slow;
     };
     double rate = 0;

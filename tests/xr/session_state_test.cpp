@@ -10,10 +10,10 @@ namespace {
 SessionState running(XrState last = XrState::focused)
 {
     SessionState state;
-    state.told(XrState::idle), state.told(XrState::ready);
+    state.entered(XrState::idle), state.entered(XrState::ready);
     state.did(SessionAction::begin);
     for (const XrState next : {XrState::synchronized, XrState::visible, XrState::focused}) {
-        state.told(next);
+        state.entered(next);
         if (next == last) break;
     }
     return state;
@@ -23,21 +23,21 @@ TEST(SessionState, begins_once_when_it_is_ready_and_then_runs)
 {
     SessionState state;
     EXPECT_EQ(state.duty(), SessionAction::nothing);
-    state.told(XrState::idle);
+    state.entered(XrState::idle);
     EXPECT_EQ(state.duty(), SessionAction::nothing);
-    state.told(XrState::ready);
+    state.entered(XrState::ready);
     EXPECT_EQ(state.duty(), SessionAction::begin);
     EXPECT_FALSE(state.running());
     state.did(SessionAction::begin);
     EXPECT_EQ(state.duty(), SessionAction::nothing);
     EXPECT_TRUE(state.running());
     EXPECT_FALSE(state.visible());
-    state.told(XrState::synchronized);
+    state.entered(XrState::synchronized);
     EXPECT_FALSE(state.visible());
-    state.told(XrState::visible);
+    state.entered(XrState::visible);
     EXPECT_TRUE(state.visible());
     EXPECT_FALSE(state.focused());
-    state.told(XrState::focused);
+    state.entered(XrState::focused);
     EXPECT_TRUE(state.visible());
     EXPECT_TRUE(state.focused());
     EXPECT_EQ(state.strange(), 0);
@@ -46,15 +46,16 @@ TEST(SessionState, begins_once_when_it_is_ready_and_then_runs)
 TEST(SessionState, a_headset_taken_off_ends_the_session_and_waits_for_the_next)
 {
     SessionState state = running();
-    state.told(XrState::visible), state.told(XrState::synchronized), state.told(XrState::stopping);
+    state.entered(XrState::visible), state.entered(XrState::synchronized),
+        state.entered(XrState::stopping);
     EXPECT_EQ(state.duty(), SessionAction::end);
     EXPECT_TRUE(state.running()) << "frames go on until it is ended";
     state.did(SessionAction::end);
     EXPECT_FALSE(state.running());
     EXPECT_EQ(state.duty(), SessionAction::nothing);
-    state.told(XrState::idle);
+    state.entered(XrState::idle);
     EXPECT_EQ(state.duty(), SessionAction::nothing);
-    state.told(XrState::ready);
+    state.entered(XrState::ready);
     EXPECT_EQ(state.duty(), SessionAction::begin);
     EXPECT_EQ(state.strange(), 0);
 }
@@ -62,20 +63,20 @@ TEST(SessionState, a_headset_taken_off_ends_the_session_and_waits_for_the_next)
 TEST(SessionState, leaves_when_the_runtime_or_the_user_wants_to)
 {
     SessionState by_runtime = running(XrState::synchronized);
-    by_runtime.told(XrState::stopping);
+    by_runtime.entered(XrState::stopping);
     by_runtime.did(SessionAction::end);
-    by_runtime.told(XrState::idle);
-    by_runtime.told(XrState::exiting);
+    by_runtime.entered(XrState::idle);
+    by_runtime.entered(XrState::exiting);
     EXPECT_EQ(by_runtime.duty(), SessionAction::leave);
 
     SessionState by_user = running();
     by_user.wants_to_leave();
     EXPECT_EQ(by_user.duty(), SessionAction::nothing) << "the runtime first stops it";
-    by_user.told(XrState::visible), by_user.told(XrState::synchronized),
-        by_user.told(XrState::stopping);
+    by_user.entered(XrState::visible), by_user.entered(XrState::synchronized),
+        by_user.entered(XrState::stopping);
     EXPECT_EQ(by_user.duty(), SessionAction::end);
     by_user.did(SessionAction::end);
-    by_user.told(XrState::idle);
+    by_user.entered(XrState::idle);
     EXPECT_EQ(by_user.duty(), SessionAction::leave);
 
     SessionState never_begun;
@@ -97,7 +98,7 @@ TEST(SessionState, a_loss_stops_frames_at_once_and_is_made_good_by_beginning_ane
         EXPECT_EQ(state.duty(), made_good);
         state.did(made_good);
         EXPECT_EQ(state.duty(), SessionAction::nothing);
-        state.told(XrState::idle), state.told(XrState::ready);
+        state.entered(XrState::idle), state.entered(XrState::ready);
         EXPECT_EQ(state.duty(), SessionAction::begin);
         EXPECT_EQ(state.strange(), 0);
     }
@@ -106,7 +107,7 @@ TEST(SessionState, a_loss_stops_frames_at_once_and_is_made_good_by_beginning_ane
 TEST(SessionState, a_pending_loss_is_a_loss_and_a_lost_instance_outweighs_it)
 {
     SessionState state = running();
-    state.told(XrState::loss_pending);
+    state.entered(XrState::loss_pending);
     EXPECT_EQ(state.duty(), SessionAction::renew_session);
     state.instance_lost();
     EXPECT_EQ(state.duty(), SessionAction::renew_instance);
@@ -130,17 +131,17 @@ TEST(SessionState, wanting_to_leave_outlives_a_new_session)
 TEST(SessionState, what_breaks_the_order_is_counted_and_survived)
 {
     SessionState state;
-    state.told(XrState::focused);
+    state.entered(XrState::focused);
     EXPECT_EQ(state.strange(), 1);
     EXPECT_FALSE(state.running()) << "it was never begun";
-    state.told(XrState::idle), state.told(XrState::ready), state.told(XrState::ready);
+    state.entered(XrState::idle), state.entered(XrState::ready), state.entered(XrState::ready);
     EXPECT_EQ(state.strange(), 3);
     EXPECT_EQ(state.duty(), SessionAction::begin);
     state.did(SessionAction::begin);
-    state.told(XrState::ready);
+    state.entered(XrState::ready);
     EXPECT_EQ(state.duty(), SessionAction::nothing) << "a session is not begun twice";
     SessionState not_begun;
-    not_begun.told(XrState::stopping);
+    not_begun.entered(XrState::stopping);
     EXPECT_EQ(not_begun.duty(), SessionAction::nothing) << "nor ended before it was begun";
 }
 

@@ -140,7 +140,8 @@ void GpuSolver::sort(const Views& views, const Features& features, cudaStream_t 
 // argument: the graph contains the sort twice, once per side.
 void GpuSolver::sort_if_due(const Views& views, const Features& features, cudaStream_t stream)
 {
-    for (int side = 0; views.conditions.captured && side < (told_side(features) ? 2 : 1); ++side)
+    for (int side = 0; views.conditions.captured && side < (side_at_launch(features) ? 2 : 1);
+         ++side)
         capture_body(add_conditional(stream, cudaGraphCondTypeIf, views.conditions.unsorted[side]),
                      body, [&](cudaStream_t to) { sort(views, features, to, side); });
     if (views.conditions.captured) return;
@@ -183,7 +184,7 @@ void GpuSolver::capture(ToolPace tools)
     };
     handle(views.conditions.again);
     handle(views.conditions.unsorted[0]);
-    if (told_side(features))
+    if (side_at_launch(features))
         handle(views.conditions.unsorted[1]);
     else
         views.conditions.unsorted[1] = views.conditions.unsorted[0];

@@ -23,7 +23,7 @@ __global__ void answers_kernel(Span<const Particle<float>> particles,
 }
 
 template <class T>
-Span<const T> look(const gpu::DeviceArray<T>& array)
+Span<const T> const_view(const gpu::DeviceArray<T>& array)
 {
     return {array.data(), int(array.size())};
 }
@@ -35,7 +35,7 @@ std::vector<Functions<float>> gpu_functions(const std::vector<float>& x)
     const gpu::DeviceArray<float> given(x);
     const gpu::DeviceArray<Functions<float>> to(x.size());
     gpu::launch("functions", functions_kernel, gpu::blocks_for(int(x.size()), threads), threads,
-                nullptr, look(given), to.span());
+                nullptr, const_view(given), to.span());
     return to.downloaded();
 }
 
@@ -46,7 +46,7 @@ std::vector<Answers<float>> gpu_answers(const std::vector<Particle<float>>& part
     const gpu::DeviceArray<Material<float>> of(materials);
     const gpu::DeviceArray<Answers<float>> to(particles.size());
     gpu::launch("answers", answers_kernel, gpu::blocks_for(int(particles.size()), threads), threads,
-                nullptr, look(given), look(of), dt, to.span());
+                nullptr, const_view(given), const_view(of), dt, to.span());
     return to.downloaded();
 }
 

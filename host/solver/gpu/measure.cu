@@ -62,7 +62,7 @@ std::vector<StageWork> GpuSolver::stage_counts() const
     if (last_substeps == 0) return counts;
     check(cudaSetDevice(device), "device");
     std::vector<std::pair<std::string, DeviceWork>> seen;
-    for (const StageWork& each : counted([&](const Watch& watch) {
+    for (const StageWork& each : counted([&](const StageObserver& watch) {
              walk([&](const char* stage, const std::function<void()>& run) {
                  watch(stage, [&] { run(), wait(main, stage); });
              });
@@ -75,7 +75,7 @@ std::vector<StageWork> GpuSolver::stage_counts() const
 
 // Runs a few substeps stage by stage from the end of the last frame, without overlap, then restores
 // the state from a copy. Runs fewer if clay comes near the end of the stored nodes.
-void GpuSolver::walk(const Watch& watch) const
+void GpuSolver::walk(const StageObserver& watch) const
 {
     wait(main, "measure");
     check(cudaSetDevice(device), "device");

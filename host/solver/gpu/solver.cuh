@@ -89,7 +89,7 @@ class GpuSolver : public Solver {
     void watch(int slot);
     void end_halt();
     void go_on(int slot);
-    void walk(const Watch& watch) const;
+    void walk(const StageObserver& watch) const;
     void pose_end(const Views& views) const;
     void finish_cuts(const Frame& frame);
     void check_idle() const;

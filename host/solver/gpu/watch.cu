@@ -1,4 +1,4 @@
-// Watchdog for long frames: polls the device clock and stops the frame early if the FrameWatch
+// Watchdog for long frames: polls the device clock and stops the frame early if the StopCheck
 // returns true.
 #include <thread>
 
@@ -15,12 +15,12 @@ constexpr double patience = 0.03, every = 0.02;
 
 }  // namespace
 
-// Returns when the frame is complete, or soon after; immediately if there is no FrameWatch. Copies
+// Returns when the frame is complete, or soon after; immediately if there is no StopCheck. Copies
 // the clock on a stream of its own, concurrently with the substeps, to find the frame's progress.
 void GpuSolver::watch(int slot)
 {
     const Frame& f = frames[slot];
-    if (!watched()) return;
+    if (!has_stop_check()) return;
     const double start = wall_seconds();
     double last = start + patience - every;
     while (!is_over(f.done, "substeps")) {
