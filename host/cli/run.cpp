@@ -95,7 +95,7 @@ class Session {
     std::unique_ptr<SceneSplats> splats;
     std::unique_ptr<ActionReplay> replay;  // null: no recorded actions
     Sequence mesh_files, clay_files;
-    BatchRunOptions options;
+    BatchRunOptions run_options;
     RunInfo facts;
     std::vector<std::string> names{"report.json", "frames.csv"};  // files to be written
     double began = 0;  // start of the frame loop, wall_seconds() [s]
@@ -135,9 +135,9 @@ void Session::prepare()
                               "--overwrite replaces it");
         lock = prepare_folder(o.out, places, o.overwrite || earlier, std::move(lock));
     }
-    options.frames = o.frames, options.time_limit = o.time_limit;
-    options.meshes_every = o.mesh_every, options.particles_every = o.particles_every;
-    options.last_mesh = !o.out.empty() && o.mesh != "none";
+    run_options.frames = o.frames, run_options.time_limit = o.time_limit;
+    run_options.meshes_every = o.mesh_every, run_options.particles_every = o.particles_every;
+    run_options.last_mesh = !o.out.empty() && o.mesh != "none";
     facts.threads = o.threads, facts.settings = o.settings;
 }
 
@@ -162,7 +162,7 @@ void Session::clear()
 // Checkpoints; write errors do not end the run.
 void Session::keep_checkpoints(RunObserver& watch, const Solver& solver, Device device)
 {
-    options.checkpoint = o.checkpoint.value_or(60);
+    run_options.checkpoint = o.checkpoint.value_or(60);
     if (o.out.empty() || (o.checkpoint && *o.checkpoint == 0)) return;
     if (replay) {
         if (o.checkpoint || earlier)
@@ -188,7 +188,7 @@ void Session::keep_checkpoints(RunObserver& watch, const Solver& solver, Device 
         }
         // Without --checkpoint, checkpoints take at most a twentieth of the time.
         const double took = wall_seconds() - begin;
-        if (!o.checkpoint) options.checkpoint = std::max(options.checkpoint, 20 * took);
+        if (!o.checkpoint) run_options.checkpoint = std::max(run_options.checkpoint, 20 * took);
     };
 }
 
@@ -223,7 +223,7 @@ void Session::open_writer()
                                                scene.frame_rate / scene.picture_every);
         const double limit = o.time_limit > 0 ? o.time_limit : 1e30;
         writer->give_up_when([=, this] { return interrupted() || wall_seconds() - began > limit; });
-        options.mesh_every = scene.picture_every;
+        run_options.mesh_every = scene.picture_every;
     } catch (const OutputError& e) {
         refused(e.what());
     } catch (const std::runtime_error& e) {
@@ -347,16 +347,16 @@ int Session::run()
     }
     const std::unique_ptr<Solver> solver = make_solver(scene.setup, device);
     facts.solver = solver->name();
-    options.audit_every = o.audit_every > 0                 ? o.audit_every
-                          : device.kind == DeviceKind::cuda ? 10
-                                                            : 1;
+    run_options.audit_every = o.audit_every > 0                 ? o.audit_every
+                              : device.kind == DeviceKind::cuda ? 10
+                                                                : 1;
     RunObserver watching;
     keep_splats(watching, *solver, device);
     keep_checkpoints(watching, *solver, device);
     if (earlier) load(*solver, *earlier, scene, *splats, in_folder(checkpoint_name));
     clear();
     open_writer();
-    const std::vector<std::string> rest = left_out(scene, options);
+    const std::vector<std::string> rest = left_out(scene, run_options);
     facts.left_out.insert(facts.left_out.end(), rest.begin(), rest.end());
     const std::size_t gaussians = scene.setup.gaussians.size();
     scene.setup.particles = {}, scene.setup.gaussians = {};
@@ -375,7 +375,7 @@ int Session::run()
         if (replay) play(*replay, *splats, watching);
         cpu_before = process_seconds() - (earlier ? cpu_seconds_of(*earlier) : 0);
         began = wall_seconds();
-        record = run_frames(scene, *solver, hands.get(), options, watching,
+        record = run_frames(scene, *solver, hands.get(), run_options, watching,
                             earlier ? &earlier->record : nullptr);
         facts.cpu_seconds = process_seconds() - cpu_before;
     }

@@ -30,7 +30,7 @@ class StillPicture {
     static constexpr double rest = 0.25;  // from the last motion to the full-resolution picture [s]
 
     // Sets the content at `time` [s].
-    void look(PictureContent now, double time)
+    void update(PictureContent now, double time)
     {
         if (painted_ && alike(last_, now)) return;
         last_ = std::move(now);

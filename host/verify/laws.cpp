@@ -119,9 +119,9 @@ Worst returned(const Law& law, Elasticity elasticity, int states)
         q.e = rounded<R>(draw.strain(0.7, 1.4));
         q.k = R(law.plasticity == Plasticity::clamp ? 0 : draw.in(0, 0.1));
         const double k = double(q.k);
-        const oracle::State before = oracle::solid(exact, in_double(q.e));
+        const oracle::StressState before = oracle::solid(exact, in_double(q.e));
         const bool yielded = yield(q, m, R(1e-4));
-        const oracle::State after = oracle::solid(exact, in_double(q.e));
+        const oracle::StressState after = oracle::solid(exact, in_double(q.e));
         if (law.surface)
             Worst::raise(worst.residual, off_surface(law, exact, after.tau, double(q.k), yielded));
         const double kept = law.remembers ? double(q.k) - k : 0;

@@ -76,7 +76,7 @@ TEST(ViewPanels, WhatIsAskedForReachesTheSolver)
     for (Slider& s : panels.model.objects[0].sliders)
         if (s.name == "Stiffness") s.value = 2e5;
     panels.apply(asks, session, *session.state());
-    session.ask([](const Solver& s) {
+    session.inspect_solver([](const Solver& s) {
         EXPECT_EQ(s.rules().gravity.y, -3);
         EXPECT_NEAR(s.rules().materials[0].mu, 2e5 / 2.6, 1);
         EXPECT_TRUE(s.rules().tools[1].blade);
@@ -90,7 +90,7 @@ TEST(ViewPanels, WhatIsAskedForReachesTheSolver)
     asks.preset = true;
     panels.model.objects[0].preset = 5;
     panels.apply(asks, session, *session.state());
-    session.ask([](const Solver& s) { EXPECT_EQ(s.rules().materials[0].yield, 0); });
+    session.inspect_solver([](const Solver& s) { EXPECT_EQ(s.rules().materials[0].yield, 0); });
     EXPECT_EQ(session.state()->refused, 0) << session.state()->refusal;
     session.load("scenes/nothing.json", {});
     session.settle();
@@ -128,7 +128,8 @@ class RefusalTest : public testing::Test {
     double young()
     {
         double found = 0;
-        session.ask([&](const Solver& s) { found = stated(s.rules().materials[0]).young; });
+        session.inspect_solver(
+            [&](const Solver& s) { found = stated(s.rules().materials[0]).young; });
         return found;
     }
 

@@ -72,7 +72,7 @@ TEST(LiveOnDevice, IsAsItWasThoughFramesWereRehearsed)
         LiveSession session(scene, real), wanted(scene, rule_of(true));
         const auto hash = [](LiveSession& of) {
             std::uint64_t found = 0;
-            of.ask([&](const Solver& s) {
+            of.inspect_solver([&](const Solver& s) {
                 found = audit(s.particles(), s.rules().materials, s.rules().lattice.dx).hash;
             });
             return found;

@@ -60,7 +60,7 @@ void expect_equal(LiveSession& session, const Reached& wanted)
 {
     const auto state = session.state();
     EXPECT_EQ(state->trouble, "");
-    session.ask([&](const Solver& solver) {
+    session.inspect_solver([&](const Solver& solver) {
         EXPECT_TRUE(same_bits(solver.particles(), wanted.particles));
         EXPECT_TRUE(same_bits(solver.gaussians(), wanted.gaussians));
     });
@@ -134,7 +134,7 @@ TEST(LiveSplats, LocalClayIsOfTheMaterialThatWasChosen)
         session.set_material(0, soft);
         const auto of_clay = [&] {
             std::size_t clay = 0;
-            session.ask([&](const Solver& solver) {
+            session.inspect_solver([&](const Solver& solver) {
                 for (const Material<double>& m : solver.rules().materials) {
                     if (!(m.volume > 0)) continue;
                     EXPECT_EQ(m.yield, soft.yield);
@@ -189,7 +189,7 @@ TEST(LiveSplats, WhatWasRehearsedHasGoneBackToTheBit)
     EXPECT_GT(after->splat_version, wanted->splat_version) << "there was a rehearsal";
     EXPECT_TRUE(!after->gaussians || after->gaussians->empty());
     std::size_t left = 1;
-    EXPECT_TRUE(session.ask([&](const Solver& s) { left = s.particles().size(); }));
+    EXPECT_TRUE(session.inspect_solver([&](const Solver& s) { left = s.particles().size(); }));
     EXPECT_EQ(left, 0u);
 }
 

@@ -32,7 +32,7 @@ std::vector<std::uint64_t> bits(const std::vector<Particle<double>>& particles)
 std::vector<std::uint64_t> bits(LiveSession& session)
 {
     std::vector<std::uint64_t> all;
-    EXPECT_TRUE(session.ask([&](const Solver& s) { all = bits(s.particles()); }));
+    EXPECT_TRUE(session.inspect_solver([&](const Solver& s) { all = bits(s.particles()); }));
     return all;
 }
 
@@ -120,7 +120,7 @@ TEST(LiveStepped, PausedTimePassesWithoutFrames)
     EXPECT_TRUE(session.state()->paused);
     session.step(2);
     session.settle();
-    session.ask([](const Solver&) {});
+    session.inspect_solver([](const Solver&) {});
     session.pause(false);
     session.advance_to(0.5);
     EXPECT_DOUBLE_EQ(session.state()->time, 0.5);
@@ -154,7 +154,7 @@ TEST(LiveStepped, EditsChangeTheClayAndRefusalsLeaveIt)
     EXPECT_EQ(session.state()->refusal.empty(), false);
     EXPECT_GT(session.state()->mesh_version, meshes);
     EXPECT_EQ(session.state()->tools.at(1).held, "knife");
-    session.ask([](const Solver& s) {
+    session.inspect_solver([](const Solver& s) {
         EXPECT_EQ(s.rules().gravity.y, 0);
         EXPECT_EQ(s.rules().materials[0].plasticity, Plasticity::clamp);
         EXPECT_NEAR(s.rules().materials[0].mass, 400 * s.rules().materials[0].volume, 1e-12);
@@ -169,7 +169,7 @@ TEST(LiveStepped, AnotherSceneTakesTheFirstOnesPlace)
     session.settle();
     session.advance_to(1);
     EXPECT_FALSE(session.state()->scene);
-    EXPECT_FALSE(session.ask([](const Solver&) {}));
+    EXPECT_FALSE(session.inspect_solver([](const Solver&) {}));
     session.reset();
     session.load("scenes/materials.json", {"domain.cells=16", "surface.nodes=32"});
     session.settle();
@@ -232,7 +232,7 @@ TEST_F(Live, ToolsFollowNoFasterThanHandsMove)
         once(session, [&](const LiveState& s) { return s.frame.number > i; });
     }
     EXPECT_TRUE(session.state()->tools.at(1).active);
-    session.ask([&](const Solver&) {
+    session.inspect_solver([&](const Solver&) {
         double most = 0;
         for (std::size_t f = 60; f < slow->motions.size(); ++f) {
             const Motion& m = slow->motions[f];

@@ -158,7 +158,8 @@ TEST(Soften, AMaterialThatALiveSessionIsGivenIsSoftenedLikewise)
     const auto modulus_with = [&](const Material<double>& given) {
         session.set_material(0, given);
         double modulus = 0;
-        session.ask([&](const Solver& s) { modulus = elastic_modulus(s.rules().materials[0]); });
+        session.inspect_solver(
+            [&](const Solver& s) { modulus = elastic_modulus(s.rules().materials[0]); });
         return modulus;
     };
     EXPECT_NEAR(modulus_with(stiff) * times / elastic_modulus(stiff), 1, 1e-6);

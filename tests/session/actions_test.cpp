@@ -164,7 +164,7 @@ Shaped shaped(const std::shared_ptr<const LiveScene>& scene, double display)
     }
     end.frames = session.state()->frame.number;
     EXPECT_EQ(session.state()->refused, 1) << session.state()->refusal;
-    session.ask([&](const Solver& s) { end.particles = s.particles(); });
+    session.inspect_solver([&](const Solver& s) { end.particles = s.particles(); });
     return end;
 }
 
